@@ -50,11 +50,11 @@ AREAS = {
     ),
     "alignment": (
         [VALIDATOR + "align/**"],
-        ["-p grideye-validator --lib -- align", "-p grideye-validator --test validator --test alignment"],
+        ["-p grideye-validator --lib -- align", "-p grideye-validator --test validator", "-p grideye-validator --test recordings -- alignment"],
     ),
     "verdict": (
         [VALIDATOR + "verdict/**"],
-        ["-p grideye-validator --lib -- verdict", "-p grideye-validator --test validator --test faults"],
+        ["-p grideye-validator --lib -- verdict", "-p grideye-validator --test validator", "-p grideye-validator --test recordings -- faults"],
     ),
 }
 # The store on PostgreSQL needs a server that not every machine has; its tests are the same as SQLite's.

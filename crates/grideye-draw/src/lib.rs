@@ -5,6 +5,7 @@ pub mod encode;
 mod font;
 pub mod number;
 pub mod palette;
+pub mod plot;
 mod raster;
 mod shape;
 pub mod sketch;

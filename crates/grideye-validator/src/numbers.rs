@@ -20,7 +20,6 @@ pub(crate) const fn long_count(number: u64) -> f64 {
     number as f64
 }
 
-/// The arithmetic mean; `None` of nothing.
 pub(crate) fn mean(values: &[f64]) -> Option<f64> {
     if values.is_empty() {
         return None;
@@ -70,8 +69,7 @@ pub(crate) fn percentile(sorted: &[f64], percent: usize) -> Option<f64> {
     sorted.get(rank).copied()
 }
 
-/// The mean without the `cut` smallest and the `cut` largest, the median if nothing would be left; 0 of nothing. The
-/// values are added in the order of their size, so that the sum is the same on every machine.
+/// The mean without the `cut` smallest and largest (else the median), added in order of size; 0 of nothing.
 pub(crate) fn trimmed_mean(values: &mut [f64], cut: usize) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     let cut = cut.min(values.len().saturating_sub(1) / 2);
@@ -82,20 +80,17 @@ pub(crate) fn trimmed_mean(values: &mut [f64], cut: usize) -> f64 {
     middle.iter().sum::<f64>() / count(middle.len())
 }
 
-/// How much warmer one frame is than another all over: the mean of the middle half of the differences. A warm body in
-/// either image does not move it as long as it covers less than a quarter of the view, and unlike the median it is
-/// finer than the sensor's step.
+/// How much warmer one frame is all over: the mean of the middle half of the differences, which a body does not move.
 pub(crate) fn common_offset(frame: &[f64], reference: &[f64]) -> f64 {
     let mut differences: Vec<f64> = differences(reference, frame).collect();
     let quarter = differences.len() / 4;
     trimmed_mean(&mut differences, quarter)
 }
 
-/// Mean and variance of any number of values, one by one (Welford).
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct RunningVariance {
-    count: u64,
-    mean: f64,
+    pub(crate) count: u64,
+    pub(crate) mean: f64,
     squares: f64,
 }
 
@@ -105,14 +100,6 @@ impl RunningVariance {
         let off = value - self.mean;
         self.mean += off / long_count(self.count);
         self.squares += off * (value - self.mean);
-    }
-
-    pub(crate) const fn count(&self) -> u64 {
-        self.count
-    }
-
-    pub(crate) const fn mean(&self) -> f64 {
-        self.mean
     }
 
     /// About the mean, with one degree of freedom less; 0 of fewer than two.
@@ -150,6 +137,48 @@ pub(crate) fn interpolated(knots: &[(f64, f64)], place: f64) -> f64 {
     }
 }
 
+/// The mean of the values within half a window about each place.
+pub(crate) fn windowed_mean(knots: &[(f64, f64)], window: f64) -> Vec<(f64, f64)> {
+    let (mut from, mut until, mut sum) = (0, 0, 0.0);
+    let mean = |&(place, _): &(f64, f64)| {
+        while knots
+            .get(until)
+            .is_some_and(|knot| knot.0 <= place + window / 2.0)
+        {
+            sum += knots[until].1;
+            until += 1;
+        }
+        while knots[from].0 < place - window / 2.0 {
+            sum -= knots[from].1;
+            from += 1;
+        }
+        (place, sum / count(until - from))
+    };
+    knots.iter().map(mean).collect()
+}
+
+/// Compass search: the best of the neighbors, and half the step where none is better, down to the last step.
+pub(crate) fn climb<T: Copy, I: IntoIterator<Item = T>>(
+    start: T,
+    (mut step, last): (f64, f64),
+    value: impl Fn(&T) -> f64,
+    neighbors: impl Fn(&T, f64) -> I,
+) -> (f64, T) {
+    let mut best = (value(&start), start);
+    while step >= last {
+        let better = neighbors(&best.1, step)
+            .into_iter()
+            .map(|place| (value(&place), place))
+            .max_by(|left, right| left.0.total_cmp(&right.0))
+            .filter(|(other, _)| *other > best.0);
+        match better {
+            Some(better) => best = better,
+            None => step /= 2.0,
+        }
+    }
+    best
+}
+
 /// The largest number that divides both; the other one of 0.
 pub(crate) const fn greatest_common_divisor(mut left: u32, mut right: u32) -> u32 {
     while right != 0 {
@@ -172,8 +201,7 @@ pub(crate) fn normal_quantile(share: f64) -> f64 {
     f64::midpoint(low, high)
 }
 
-/// How likely a normal draw is to lie more than `z` standard deviations above its mean, `z` from 0: Abramowitz and
-/// Stegun, 26.2.17, to 7.5e-8.
+/// The share of normal draws above `z` deviations, `z` from 0 (Abramowitz and Stegun, 26.2.17, to 7.5e-8).
 pub(crate) fn normal_tail(z: f64) -> f64 {
     const B: [f64; 5] = [
         0.319_381_530,
@@ -187,7 +215,6 @@ pub(crate) fn normal_tail(z: f64) -> f64 {
     (-z * z / 2.0).exp() / (2.0 * std::f64::consts::PI).sqrt() * sum
 }
 
-/// Whether two frames can be compared at all.
 pub(crate) fn comparable(real: &[f64], simulated: &[f64]) -> Option<()> {
     let defined = !real.is_empty()
         && real.len() == simulated.len()
@@ -203,81 +230,64 @@ pub(crate) fn all_finite(frame: &[f64]) -> bool {
         .fold(true, |all, value| all & value.is_finite())
 }
 
-/// Lowest and highest value.
 pub(crate) fn extremes(frame: &[f64]) -> (f64, f64) {
+    let less = |a: f64, b: f64| if a < b { a } else { b };
+    let more = |a: f64, b: f64| if a > b { a } else { b };
     let (whole, rest) = frame.split_at(frame.len() - frame.len() % LANES);
     let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
     for chunk in whole.chunks_exact(LANES) {
         for lane in 0..LANES {
-            low[lane] = if chunk[lane] < low[lane] {
-                chunk[lane]
-            } else {
-                low[lane]
-            };
-            high[lane] = if chunk[lane] > high[lane] {
-                chunk[lane]
-            } else {
-                high[lane]
-            };
+            low[lane] = less(chunk[lane], low[lane]);
+            high[lane] = more(chunk[lane], high[lane]);
         }
     }
+    let rest = || rest.iter().copied();
+    let low = low.into_iter().chain(rest());
+    let high = high.into_iter().chain(rest());
     (
-        low.iter()
-            .chain(rest)
-            .copied()
-            .fold(f64::INFINITY, f64::min),
-        high.iter()
-            .chain(rest)
-            .copied()
-            .fold(f64::NEG_INFINITY, f64::max),
+        low.fold(f64::INFINITY, f64::min),
+        high.fold(f64::NEG_INFINITY, f64::max),
     )
 }
 
-/// Sums that do not wait for one another.
 pub(crate) const LANES: usize = 8;
 
-/// The sum of a function of both values over all pixels, in an order that is the same on every machine.
-pub(crate) fn sum_of(x: &[f64], y: &[f64], term: impl Fn(f64, f64) -> f64) -> f64 {
+/// Sums of functions of both values over all pixels, in an order that is the same on every machine.
+pub(crate) fn sums_of<const N: usize>(
+    x: &[f64],
+    y: &[f64],
+    terms: impl Fn(f64, f64) -> [f64; N],
+) -> [f64; N] {
     let whole = x.len().min(y.len()) / LANES * LANES;
-    let mut sums = [0.0; LANES];
-    for (x, y) in x[..whole]
-        .chunks_exact(LANES)
-        .zip(y[..whole].chunks_exact(LANES))
-    {
+    let mut sums = [[0.0; LANES]; N];
+    let chunks = x[..whole].chunks_exact(LANES);
+    for (x, y) in chunks.zip(y[..whole].chunks_exact(LANES)) {
         for lane in 0..LANES {
-            sums[lane] += term(x[lane], y[lane]);
+            for (sum, term) in sums.iter_mut().zip(terms(x[lane], y[lane])) {
+                sum[lane] += term;
+            }
         }
     }
-    let rest: f64 = x[whole..]
-        .iter()
-        .zip(&y[whole..])
-        .map(|(&x, &y)| term(x, y))
-        .sum();
-    sum_of_lanes(sums) + rest
-}
-
-/// Sums of the squares, of the absolute values and of the differences y less x, as [`sum_of`] makes them.
-pub(crate) fn difference_sums(x: &[f64], y: &[f64]) -> [f64; 3] {
-    let whole = x.len().min(y.len()) / LANES * LANES;
-    let mut sums = [[0.0; LANES]; 3];
-    for (x, y) in x[..whole]
-        .chunks_exact(LANES)
-        .zip(y[..whole].chunks_exact(LANES))
-    {
-        for lane in 0..LANES {
-            let difference = y[lane] - x[lane];
-            sums[0][lane] += difference * difference;
-            sums[1][lane] += difference.abs();
-            sums[2][lane] += difference;
+    let mut rest = [0.0; N];
+    for (&x, &y) in x[whole..].iter().zip(&y[whole..]) {
+        for (rest, term) in rest.iter_mut().zip(terms(x, y)) {
+            *rest += term;
         }
-    }
-    let mut rest = [0.0; 3];
-    for difference in differences(&x[whole..], &y[whole..]) {
-        rest[0] += difference * difference;
-        rest[1] += difference.abs();
-        rest[2] += difference;
     }
     std::array::from_fn(|index| sum_of_lanes(sums[index]) + rest[index])
+}
+
+pub(crate) fn sum_of(x: &[f64], y: &[f64], term: impl Fn(f64, f64) -> f64) -> f64 {
+    let [sum] = sums_of(x, y, |x, y| [term(x, y)]);
+    sum
+}
+
+/// Sums of the squares, of the absolute values and of the differences y less x.
+pub(crate) fn difference_sums(x: &[f64], y: &[f64]) -> [f64; 3] {
+    sums_of(x, y, |x, y| {
+        let difference = y - x;
+        [difference * difference, difference.abs(), difference]
+    })
 }
 
 pub(crate) fn sum_of_lanes([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
@@ -324,7 +334,7 @@ mod tests {
         for value in values {
             running.push(value);
         }
-        assert_eq!(running.mean(), 5.0);
+        assert_eq!(running.mean, 5.0);
         assert!((running.variance() - 32.0 / 7.0).abs() < 1e-12);
         assert_eq!(mean_and_deviation(&values), Some((5.0, 2.0)));
     }

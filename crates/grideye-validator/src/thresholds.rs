@@ -2,7 +2,7 @@
 
 use crate::metrics::SENSOR_ACCURACY_C;
 use crate::numbers::count;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use toml::Spanned;
@@ -24,7 +24,7 @@ pub struct ThresholdSet {
 }
 
 /// One threshold and where it comes from.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ThresholdLine {
     /// Its key in the file.
     pub key: &'static str,
@@ -39,31 +39,20 @@ pub struct ThresholdLine {
 /// Why a file of thresholds was refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what each is")]
 pub enum ThresholdError {
-    /// Not TOML, an unknown key, or a value of another type.
     #[error("{file}:{line}:{column}: {message}\nhint: {hint}")]
     Malformed {
-        /// The file, as the caller named it.
         file: String,
-        /// Counted from 1.
         line: usize,
-        /// Counted from 1, in characters.
         column: usize,
-        /// What is wrong, with the key.
         message: String,
-        /// What to do.
         hint: String,
     },
-    /// More text than such a file has.
     #[error(
         "{file}: {found} bytes of text, expected at most {TEXT_BYTES_MAX}\nhint: is it a file of thresholds at all?"
     )]
-    TooLong {
-        /// The file, as the caller named it.
-        file: String,
-        /// Bytes found.
-        found: usize,
-    },
+    TooLong { file: String, found: usize },
 }
 
 impl ThresholdSet {
@@ -82,11 +71,10 @@ impl ThresholdSet {
         }
     }
 
-    /// Reads a file; `origin` is its name as messages are to show it. What it leaves out is as shipped.
+    /// Reads a file; `origin` is its name in messages. What it leaves out is as shipped.
     ///
     /// # Errors
-    /// [`ThresholdError`] with file, line, column and key: text that is not TOML, unknown keys, numbers out of their
-    /// range (not-a-number among them), an empty source, more than [`TEXT_BYTES_MAX`].
+    /// [`ThresholdError`], with the place and the key.
     pub fn parse(text: &str, origin: &str) -> Result<Self, ThresholdError> {
         if text.len() > TEXT_BYTES_MAX {
             return Err(ThresholdError::TooLong {
@@ -118,7 +106,6 @@ struct Entry {
     source: Spanned<String>,
 }
 
-/// A key of the file, its range, and the field that it fills.
 struct Key {
     name: &'static str,
     range: (f64, f64),
@@ -126,34 +113,62 @@ struct Key {
     set: fn(&mut Thresholds, f64),
 }
 
-macro_rules! keys {
-    ($($name:ident $range:expr;)+) => {
-        &[$(Key {
+macro_rules! thresholds {
+    ($(#[doc = $doc:literal] $name:ident = $default:expr, $range:expr;)+) => {
+        /// What the verdict is measured against; the defaults are the numbers of `thresholds.toml`. Skills are shares of
+        /// the way from what chance scores on a recording to what hardly any right scene falls below.
+        #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+        pub struct Thresholds {
+            $(#[doc = $doc] pub $name: f64,)+
+        }
+
+        impl Default for Thresholds {
+            fn default() -> Self {
+                Self { $($name: $default),+ }
+            }
+        }
+
+        const KEYS: &[Key] = &[$(Key {
             name: stringify!($name),
             range: $range,
             get: |thresholds| thresholds.$name,
             set: |thresholds, value| thresholds.$name = value,
-        }),+]
+        }),+];
     };
 }
 
-const KEYS: &[Key] = keys! {
-    correlation_skill_min (0.0, 1.0);
-    gain_skill_min (0.0, 1.0);
-    above_room_skill_min (0.0, 1.0);
-    nobody_skill_min (0.0, 1.0);
-    pattern_spread_c (0.0, 100.0);
-    unclaimed_min_c (0.0, 100.0);
-    offset_max_c (0.0, 100.0);
-    level_margin_c (0.0, 100.0);
-    headroom_min (0.0, 1.0);
-    warm_pixels_min (0.0, 64.0);
-    warm_sigma (0.0, 100.0);
-    frames_min (1.0, 1000.0);
-    false_alarm_max (1e-12, 0.5);
-    rate_error_max (0.0, 10.0);
-    thermistor_apart_max_c (0.0, 1000.0);
-};
+thresholds! {
+    /// Least skill in C, 0 to 1.
+    correlation_skill_min = 0.6, (0.0, 1.0);
+    /// Least skill in the gain over the blank frame, 0 to 1.
+    gain_skill_min = 0.6, (0.0, 1.0);
+    /// Least skill in C with the empty room taken from both sides, 0 to 1.
+    above_room_skill_min = 0.5, (0.0, 1.0);
+    /// Least skill in the gain that the scene's people bring, 0 to 1.
+    nobody_skill_min = 0.5, (0.0, 1.0);
+    /// Standard deviation of what each pixel of a unit without a profile shows too much, °C.
+    pattern_spread_c = 0.26, (0.0, 100.0);
+    /// Less warmth than this in two by two pixels, beyond what the scene has there or nearby, is never a fault, °C.
+    unclaimed_min_c = 0.3, (0.0, 100.0);
+    /// Largest common offset of a unit that nothing is known of, °C.
+    offset_max_c = SENSOR_ACCURACY_C, (0.0, 100.0);
+    /// Largest common offset of a unit with a profile, °C, beyond three times the profile's common mode.
+    level_margin_c = 0.125, (0.0, 100.0);
+    /// How far the ceilings of C and gain must rise above chance before anything is said.
+    headroom_min = 0.1, (0.0, 1.0);
+    /// Least number of warm pixels a frame, on average, before a recording counts as holding something warm.
+    warm_pixels_min = 0.3, (0.0, 64.0);
+    /// A pixel is warm when it lies above the background by more than this many sigma of the sensor's noise.
+    warm_sigma = 4.0, (0.0, 100.0);
+    /// Least number of real frames.
+    frames_min = 2.0, (1.0, 1000.0);
+    /// Most false alarms of each check, a recording of a right scene by a sound unit.
+    false_alarm_max = 0.001, (1e-12, 0.5);
+    /// Most that the rate of frames may be off the scene's, as a share of it.
+    rate_error_max = 0.1, (0.0, 10.0);
+    /// Most that pixels and thermistor may be apart, °C.
+    thermistor_apart_max_c = 12.0, (0.0, 1000.0);
+}
 
 fn shipped_source(name: &str) -> String {
     let entries: Entries = toml::from_str(SHIPPED).unwrap_or_default();
@@ -176,54 +191,45 @@ impl File<'_> {
         thresholds: &mut Thresholds,
         line: &mut ThresholdLine,
     ) -> Result<(), ThresholdError> {
-        let value = *entry.value.get_ref();
-        let (least, most) = key.range;
+        let (name, value, (least, most)) = (key.name, *entry.value.get_ref(), key.range);
         if !(least..=most).contains(&value) {
-            let message = format!(
-                "`{}.value` is {value}, expected {least} to {most}",
-                key.name
-            );
+            let message = format!("`{name}.value` is {value}, expected {least} to {most}");
             let hint =
                 "crates/grideye-validator/thresholds.toml holds every key with a sound value";
-            return Err(self.refused(entry.value.span(), message, hint.to_owned()));
+            return Err(self.refused(entry.value.span(), message, hint));
         }
         let source = entry.source.get_ref().trim();
         if source.is_empty() {
-            let message = format!(
-                "`{}.source` is empty, expected where the number comes from",
-                key.name
-            );
+            let message = format!("`{name}.source` is empty, expected where the number comes from");
             let hint = "say why it is that number: the report prints it";
-            return Err(self.refused(entry.source.span(), message, hint.to_owned()));
+            return Err(self.refused(entry.source.span(), message, hint));
         }
         (key.set)(thresholds, value);
-        line.value = value;
-        line.source = source.to_owned();
-        line.file = self.origin.to_owned();
+        *line = ThresholdLine {
+            key: name,
+            value,
+            source: source.to_owned(),
+            file: self.origin.to_owned(),
+        };
         Ok(())
     }
 
     fn unknown(&self, name: &str, span: Range<usize>) -> ThresholdError {
         let known: Vec<&str> = KEYS.iter().map(|key| key.name).collect();
-        self.refused(
-            span,
-            format!("`{name}` is no threshold"),
-            format!("there are {}", known.join(", ")),
-        )
+        let hint = format!("there are {}", known.join(", "));
+        self.refused(span, format!("`{name}` is no threshold"), &hint)
     }
 
     fn malformed(&self, error: &toml::de::Error) -> ThresholdError {
-        let span = error.span().unwrap_or_default();
         let message = error.message().trim_end().replace('\n', ", ");
         self.refused(
-            span,
+            error.span().unwrap_or_default(),
             message.replace("expected f64", "expected a number"),
-            "each threshold is a table with a number and a text, such as [gain_skill_min], value = 0.6, source = \"why\""
-                .to_owned(),
+            "each threshold is a table with a number and a text, such as [gain_skill_min], value = 0.6, source = \"why\"",
         )
     }
 
-    fn refused(&self, span: Range<usize>, message: String, hint: String) -> ThresholdError {
+    fn refused(&self, span: Range<usize>, message: String, hint: &str) -> ThresholdError {
         let before = self.text.get(..span.start).unwrap_or(self.text);
         let line_start = before.rfind('\n').map_or(0, |end| end + 1);
         ThresholdError::Malformed {
@@ -231,75 +237,13 @@ impl File<'_> {
             line: before.matches('\n').count() + 1,
             column: before[line_start..].chars().count() + 1,
             message,
-            hint,
+            hint: hint.to_owned(),
         }
     }
 }
 
-/// Whether so many frames are fewer than asked for.
 pub(crate) fn too_few(frames: usize, thresholds: &Thresholds) -> bool {
     count(frames) < thresholds.frames_min
-}
-
-/// What the verdict is measured against. Skills are shares of the way from what chance scores on the recording to what
-/// hardly any recording of a right scene falls below, so that the same thresholds serve a strong scene and a weak one.
-///
-/// The defaults are the numbers of `thresholds.toml`, which says of each where it comes from;
-/// [`ThresholdSet`] reads such files.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Thresholds {
-    /// Least skill in C, 0 to 1.
-    pub correlation_skill_min: f64,
-    /// Least skill in the gain over the blank frame, 0 to 1.
-    pub gain_skill_min: f64,
-    /// Least skill in C with the empty room taken from both sides, 0 to 1.
-    pub above_room_skill_min: f64,
-    /// Least skill in the gain that the scene's people bring, 0 to 1.
-    pub nobody_skill_min: f64,
-    /// Standard deviation of what each pixel of a unit without a profile shows too much, °C.
-    pub pattern_spread_c: f64,
-    /// Less warmth than this in two by two pixels, beyond what the scene has there or nearby, is never a fault, °C.
-    pub unclaimed_min_c: f64,
-    /// Largest common offset of a unit that nothing is known of, °C.
-    pub offset_max_c: f64,
-    /// Largest common offset of a unit whose profile is given, °C, beyond three times the profile's common mode.
-    pub level_margin_c: f64,
-    /// How far the ceilings of C and gain must rise above chance before anything is said.
-    pub headroom_min: f64,
-    /// Least number of warm pixels a frame, on average, before a recording counts as holding something warm.
-    pub warm_pixels_min: f64,
-    /// A pixel is warm when it lies above the background by more than this many sigma of the sensor's noise.
-    pub warm_sigma: f64,
-    /// Least number of real frames.
-    pub frames_min: f64,
-    /// Most false alarms of each check, a recording of a right scene by a sound unit.
-    pub false_alarm_max: f64,
-    /// Most that the rate of frames may be off the scene's, as a share of it.
-    pub rate_error_max: f64,
-    /// Most that pixels and thermistor may be apart, °C.
-    pub thermistor_apart_max_c: f64,
-}
-
-impl Default for Thresholds {
-    fn default() -> Self {
-        Self {
-            correlation_skill_min: 0.6,
-            gain_skill_min: 0.6,
-            above_room_skill_min: 0.5,
-            nobody_skill_min: 0.5,
-            pattern_spread_c: 0.26,
-            unclaimed_min_c: 0.3,
-            offset_max_c: SENSOR_ACCURACY_C,
-            level_margin_c: 0.125,
-            headroom_min: 0.1,
-            warm_pixels_min: 0.3,
-            warm_sigma: 4.0,
-            frames_min: 2.0,
-            false_alarm_max: 0.001,
-            rate_error_max: 0.1,
-            thermistor_apart_max_c: 12.0,
-        }
-    }
 }
 
 #[cfg(test)]
@@ -318,17 +262,10 @@ mod tests {
             );
             assert!(line.source.len() > 20, "{}", line.key);
         }
-        let built_in: Vec<(f64, String)> = ThresholdSet::shipped()
-            .lines
-            .into_iter()
-            .map(|line| (line.value, line.source))
-            .collect();
-        let read: Vec<(f64, String)> = set
-            .lines
-            .into_iter()
-            .map(|line| (line.value, line.source))
-            .collect();
-        assert_eq!(built_in, read);
+        let mut read = set.lines;
+        read.iter_mut()
+            .for_each(|line| line.file = SHIPPED_NAME.to_owned());
+        assert_eq!(ThresholdSet::shipped().lines, read);
     }
 
     #[test]
@@ -340,22 +277,14 @@ mod tests {
             ..Thresholds::default()
         };
         assert_eq!(set.thresholds, expected);
-        let line = set
+        let changed: Vec<_> = set
             .lines
             .iter()
-            .find(|line| line.key == "gain_skill_min")
-            .unwrap();
-        assert_eq!(
-            (line.value, line.source.as_str(), line.file.as_str()),
-            (0.75, "our lab", "mine.toml")
-        );
-        assert_eq!(
-            set.lines
-                .iter()
-                .filter(|line| line.file == "mine.toml")
-                .count(),
-            1
-        );
+            .filter(|line| line.file == "mine.toml")
+            .collect();
+        assert_eq!(changed.len(), 1);
+        let line = (changed[0].key, changed[0].value, changed[0].source.as_str());
+        assert_eq!(line, ("gain_skill_min", 0.75, "our lab"));
     }
 
     #[track_caller]

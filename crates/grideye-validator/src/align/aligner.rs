@@ -1,16 +1,13 @@
 //! The alignment itself: the best clock, orientation and offset, held against what chance reaches.
 
-use crate::align::bounds::{BEYOND, Bounds};
-use crate::align::clock::{Clock, Line, Warp};
-use crate::align::film::{Film, Fit, Sample};
-use crate::align::line_search::{best_line, rough_likeness, standard_errors};
-use crate::align::pace_search::best_law;
-use crate::align::space::{Orientation, Pairs};
+use crate::align::clock::{BEYOND, Bounds, Clock, Line, Warp};
+use crate::align::film::{self, Film, Fit, Sample};
+use crate::align::space::{self, Orientation, Pairs};
+use crate::align::time_search::{best_law, best_line, rough_likeness, standard_errors};
 use crate::align::types::{AlignOptions, OffsetFound, OrientationFound, TimeAlignment, TimeFound};
 use crate::align::warp_search::best_warp;
-use crate::align::{decoy, film, space};
 use crate::error::ValidatorError;
-use crate::frames::pixels::Pixels;
+use crate::frames::types::Pixels;
 use crate::numbers::count;
 use std::time::Duration;
 
@@ -18,13 +15,10 @@ use std::time::Duration;
 pub const SAMPLE_MAX: usize = 2_048;
 /// Alignment looks at this much of a recording from its first frame on.
 pub const SPAN_MAX: Duration = Duration::from_secs(600);
-/// The largest that is looked for.
 const OFFSET_SOUGHT_PX: f64 = 1.5;
 
-/// Aligns a recording with another one, or with frames made elsewhere: each side is its ascending times in seconds and
-/// as many frames in °C. `None` if a side has fewer than two frames, or times and frames differ in number.
-///
-/// At most [`SAMPLE_MAX`] frames of the recording are looked at.
+/// Aligns a recording with frames made elsewhere: each side is ascending times in seconds and as many frames in °C.
+/// `None` if a side has fewer than two frames, or unequal numbers. At most [`SAMPLE_MAX`] frames are looked at.
 ///
 /// # Errors
 /// A bound out of its range.
@@ -49,7 +43,6 @@ pub fn align_films(
     Ok(Some(aligner.time(options.time).1))
 }
 
-/// A recording's sample and the scene's film, ready to be aligned.
 pub(crate) struct Aligner {
     sample: Sample,
     film: Film,
@@ -59,8 +52,7 @@ pub(crate) struct Aligner {
 }
 
 impl Aligner {
-    /// `times_s` are the scene's times of the frames if nothing is aligned, ascending; `end_s` is the scene's end. Frames
-    /// that no clock within the bounds brings into the scene are not looked at.
+    /// Frames that no clock within the bounds brings into the scene are left out; `times_s` are unaligned.
     pub(crate) fn new(
         simulator: &grideye_scene::Simulator,
         end_s: f64,
@@ -97,7 +89,6 @@ impl Aligner {
         }
     }
 
-    /// The same with the recording's image turned back from an orientation.
     pub(crate) fn turned_back(self, orientation: Orientation) -> Self {
         let back = orientation.inverse();
         Self {
@@ -131,7 +122,7 @@ impl Aligner {
             }
             TimeAlignment::None | TimeAlignment::Shift | TimeAlignment::Rate => {}
         }
-        let chance = decoy::chance(sample, film, bounds, asked);
+        let chance = chance(sample, film, bounds, asked);
         let at_bound = match &clock {
             Clock::Law(law) => bounds.holds_back(law),
             Clock::Line(_) | Clock::Warp(..) => is_beyond,
@@ -163,8 +154,7 @@ impl Aligner {
         (if applied { clock } else { Clock::own() }, found)
     }
 
-    /// The best line, its rate 0 if it cannot be told from 0; and whether the best lies beyond the bounds, of which it
-    /// then is the nearest that is allowed.
+    /// The best line, its rate 0 if it cannot be told from 0; beyond the bounds, the nearest that is allowed.
     fn line(&self) -> Best {
         let (sample, film, bounds) = (&self.sample, &self.film, &self.bounds);
         let (mut line, mut fit) = best_line(sample, film, &bounds.wider());
@@ -228,7 +218,7 @@ impl Aligner {
 
     /// How the image lies, by what moves and, where that leaves a choice, by what stands still.
     pub(crate) fn orientation(&self) -> Option<OrientationFound> {
-        let sample = self.sample.thinned(decoy::FRAMES);
+        let sample = self.sample.thinned(DECOY_FRAMES);
         let still = self.still_claim(|time_s| time_s);
         let own = sample.of_scene(&self.film);
         let likeness = |orientation: Orientation| {
@@ -245,7 +235,6 @@ impl Aligner {
         best_orientation(likeness, same, 1.0 + STILL_WEIGHT)
     }
 
-    /// The offset of the image at the times that were found.
     pub(crate) fn offset(&self, clock: &Clock) -> Option<OffsetFound> {
         let sample = self.sample.thinned(OFFSET_FRAMES);
         let pairs = Pairs::moving(&sample, &self.film, |time_s| clock.scene_s(time_s));
@@ -257,7 +246,6 @@ impl Aligner {
         })
     }
 
-    /// The scene's mean frame over the recording.
     fn still_claim(&self, scene_s: impl Fn(f64) -> f64) -> Pixels {
         let mut sums = film::FitSums::default();
         for &time_s in &self.sample.times_s {
@@ -269,7 +257,6 @@ impl Aligner {
     }
 }
 
-/// How a still image lies.
 pub(crate) fn still_orientation(real: &Pixels, claim: &Pixels) -> Option<OrientationFound> {
     let seen = |image: &Pixels, orientation: Orientation| {
         space::still_likeness(image, &orientation.apply(claim))
@@ -281,8 +268,7 @@ pub(crate) fn still_orientation(real: &Pixels, claim: &Pixels) -> Option<Orienta
     )
 }
 
-/// The orientation of most likeness. One that makes the scene what it was counts as upright, and another one has to be
-/// better by a margin.
+/// The orientation of most likeness; any but the upright one has to be better by a margin.
 fn best_orientation(
     likeness: impl Fn(Orientation) -> f64,
     same: impl Fn(Orientation) -> bool,
@@ -328,20 +314,69 @@ pub(crate) const SAME_MIN: f64 = 0.9;
 /// By so much another orientation has to fit better than the upright one.
 const ORIENTATION_MARGIN: f64 = 0.1;
 
-/// The line that was found.
 struct Best {
     line: Line,
     fit: Fit,
-    /// Standard errors of shift and rate.
     errors: Option<(f64, f64)>,
     is_beyond: bool,
+}
+
+pub(crate) const DECOY_FRAMES: usize = 64;
+/// From this likeness to the scene on a decoy is the scene.
+const KIN_MIN: f64 = 0.7;
+
+pub(crate) struct Chance {
+    pub(crate) best: Option<f64>,
+    pub(crate) decoys: usize,
+}
+
+/// Aligns the recording with films that are not the scene but move like it.
+pub(crate) fn chance(
+    sample: &Sample,
+    film: &Film,
+    bounds: &Bounds,
+    asked: TimeAlignment,
+) -> Chance {
+    let sample = sample.thinned(DECOY_FRAMES);
+    let own = sample.of_scene(film);
+    let mut found = Chance {
+        best: None,
+        decoys: 0,
+    };
+    for orientation in Orientation::ALL {
+        let turned = film.map(|frame| orientation.apply(frame));
+        for (film, is_backwards) in [(turned.reversed(), true), (turned, false)] {
+            let is_scene = orientation == Orientation::Upright && !is_backwards;
+            if is_scene || rough_likeness(&own, &film, bounds) > KIN_MIN {
+                continue;
+            }
+            found.decoys += 1;
+            let likeness = aligned(&sample, &film, bounds, asked);
+            found.best = Some(found.best.map_or(likeness, |best| best.max(likeness)));
+        }
+    }
+    found
+}
+
+fn aligned(sample: &Sample, film: &Film, bounds: &Bounds, asked: TimeAlignment) -> f64 {
+    match asked {
+        TimeAlignment::Law => best_law(sample, film, bounds).1.likeness,
+        TimeAlignment::Warp => {
+            let (line, fit) = best_line(sample, film, bounds);
+            let warp = best_warp(sample, film, line, &fit, bounds.shift_max_s);
+            let warped = sample.fit(film, |time_s| line.scene_s(time_s) + warp.by_s(time_s));
+            fit.likeness.max(warped.likeness)
+        }
+        TimeAlignment::None | TimeAlignment::Shift | TimeAlignment::Rate => {
+            rough_likeness(sample, film, bounds)
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// What looks like each orientation, half of it as far as it goes.
     fn found(upright: f64, half: f64, most: f64) -> Option<OrientationFound> {
         best_orientation(
             |orientation| match orientation {

@@ -1,8 +1,7 @@
-//! The scene's time at each of the recording's: a line, a law of pace, or a warp about a line.
+//! The scene's time at each of the recording's (a line, a law of pace, or a warp about a line), and the bounds of it.
 
 use crate::numbers::{count, interpolated};
 
-/// The scene's time at each of the recording's.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Clock {
     Line(Line),
@@ -11,13 +10,8 @@ pub(crate) enum Clock {
 }
 
 impl Clock {
-    /// The recording's own.
     pub(crate) const fn own() -> Self {
-        Self::Line(Line {
-            shift_s: 0.0,
-            rate: 0.0,
-            origin_s: 0.0,
-        })
+        Self::Line(Line::new(0.0, 0.0, 0.0))
     }
 
     pub(crate) fn scene_s(&self, time_s: f64) -> f64 {
@@ -32,32 +26,36 @@ impl Clock {
 /// A line of time: scene = recording + shift + rate * (recording - origin), seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Line {
-    /// At the origin, which is the recording's first frame.
     pub(crate) shift_s: f64,
     pub(crate) rate: f64,
     pub(crate) origin_s: f64,
 }
 
 impl Line {
+    pub(crate) const fn new(shift_s: f64, rate: f64, origin_s: f64) -> Self {
+        Self {
+            shift_s,
+            rate,
+            origin_s,
+        }
+    }
+
     pub(crate) fn scene_s(self, time_s: f64) -> f64 {
         time_s + self.shift_s + self.rate * (time_s - self.origin_s)
     }
 }
 
-/// A law of time with four parameters: `scene = first + length * g(u)`, u from 0 at the begin to 1 at the end, and
-/// `g(u) = (1 - ease) u + ease (10 u^3 - 15 u^4 + 6 u^5) + lean u (1 - u)`.
+/// A law of time: `scene = first + length * g(u)`, `g(u) = (1 - ease) u + ease (10 u^3 - 15 u^4 + 6 u^5) + lean u (1 - u)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Law {
     /// When the walk begins in the recording, seconds later than the scene has it.
     pub begins_late_s: f64,
     /// When it ends in the recording, seconds later than the scene has it.
     pub ends_late_s: f64,
-    /// -1 to 1: 1 sets off and stops as smoothly as minimum jerk where the scene has constant speed, -1 the other way
-    /// round.
+    /// -1 to 1: 1 sets off and stops as smoothly as minimum jerk where the scene has constant speed.
     pub ease: f64,
     /// -1 to 1: above 0, faster in the first half and slower in the second than the scene.
     pub lean: f64,
-    /// The scene's times of the two ends, seconds.
     pub(crate) scene_s: (f64, f64),
 }
 
@@ -109,5 +107,79 @@ impl Warp {
     /// The departure at a time of the recording, seconds; beyond the knots that of the next one.
     pub(crate) fn by_s(&self, time_s: f64) -> f64 {
         interpolated(&self.knots, time_s)
+    }
+}
+
+/// Bounds of shift and rate, and where the recording begins, in seconds of the scene.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Bounds {
+    pub(crate) origin_s: f64,
+    pub(crate) shift_max_s: f64,
+    pub(crate) rate_max: f64,
+}
+
+impl Bounds {
+    pub(crate) fn wider(&self) -> Self {
+        Self {
+            shift_max_s: BEYOND * self.shift_max_s,
+            rate_max: BEYOND * self.rate_max,
+            ..*self
+        }
+    }
+
+    pub(crate) fn excess_s(&self, line: &Line) -> f64 {
+        line.shift_s.abs() - self.shift_max_s
+    }
+
+    pub(crate) fn rate_excess(&self, line: &Line) -> f64 {
+        line.rate.abs() - self.rate_max
+    }
+
+    /// Whether a law would have its walk begin or end further away.
+    pub(crate) fn holds_back(&self, law: &Law) -> bool {
+        let most_s = LAW_WITHIN * self.shift_max_s;
+        most_s > 0.0 && law.begins_late_s.abs().min(law.ends_late_s.abs()) > most_s
+    }
+}
+
+/// The bounds are searched so much further than they reach.
+pub(crate) const BEYOND: f64 = 1.6;
+/// A law both of whose ends are at more than this share of their bound is held back by it.
+const LAW_WITHIN: f64 = 0.98;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_are_searched_further_than_they_reach_and_hold_back_what_is_beyond() {
+        let bounds = Bounds {
+            origin_s: 3.0,
+            shift_max_s: 0.5,
+            rate_max: 0.1,
+        };
+        let wider = bounds.wider();
+        assert_eq!((wider.origin_s, wider.shift_max_s), (3.0, 0.8));
+        assert!((wider.rate_max - 0.16).abs() < 1e-12);
+        let line = |shift_s, rate| Line::new(shift_s, rate, 3.0);
+        assert_eq!(bounds.excess_s(&line(-0.75, 0.0)), 0.25);
+        assert_eq!(bounds.excess_s(&line(0.25, 0.0)), -0.25);
+        assert!((bounds.rate_excess(&line(0.0, -0.15)) - 0.05).abs() < 1e-12);
+        // Both ends at more than 98 % of the half second.
+        let law = |begins_late_s, ends_late_s| Law {
+            begins_late_s,
+            ends_late_s,
+            ease: 0.0,
+            lean: 0.0,
+            scene_s: (0.0, 10.0),
+        };
+        assert!(bounds.holds_back(&law(-0.5, 0.495)));
+        assert!(!bounds.holds_back(&law(-0.5, 0.48)));
+        assert!(!bounds.holds_back(&law(0.3, 0.5)));
+        let none = Bounds {
+            shift_max_s: 0.0,
+            ..bounds
+        };
+        assert!(!none.holds_back(&law(0.1, 0.1)));
     }
 }

@@ -1,6 +1,6 @@
 //! What is aligned: the scene's frames at any time, and the recording's frames with their times.
 
-use crate::frames::pixels::Pixels;
+use crate::frames::types::Pixels;
 use crate::numbers::{count, evenly};
 use grideye_frame::PIXELS;
 use grideye_scene::Simulator;
@@ -14,32 +14,28 @@ const SCENE_FRAMES_MAX: usize = 12_000;
 /// The scene's noise-free frames at evenly spaced times, less the ambient temperature.
 #[derive(Debug, Clone)]
 pub(crate) struct Film {
-    first_s: f64,
+    pub(crate) first_s: f64,
     step_s: f64,
     frames: Vec<Pixels>,
     ends: Ends,
 }
 
-/// What a film shows before its begin and after its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Ends {
-    /// A scene's people wait where they set off, and stay where they arrive. A delay that brings frames of the recording
-    /// across the walk's end is then held to what they show; if it were not, it would pay to bring fewer of them there.
+    /// People wait where they set off and stay where they arrive: no delay gains by bringing frames beyond.
     Stand,
     /// Frames from elsewhere say nothing of other times.
     Nothing,
 }
 
-/// Frames of the recording at the times that the scene would have them without any alignment, each pixel less its
-/// mean over all of them.
+/// Frames of the recording at the scene's times without alignment, each pixel less its mean over all of them.
 #[derive(Debug, Clone)]
 pub(crate) struct Sample {
     pub(crate) times_s: Vec<f64>,
     pub(crate) frames: Vec<Pixels>,
-    energy: f64,
+    pub(crate) energy: f64,
 }
 
-/// How the moving part of a recording follows that of the scene under one law of time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Fit {
     /// Correlation of the moving parts over all pixels and frames, -1 to 1.
@@ -51,7 +47,6 @@ pub(crate) struct Fit {
 }
 
 impl Fit {
-    /// Nothing is explained.
     const fn nothing(energy: f64) -> Self {
         Self {
             likeness: 0.0,
@@ -62,56 +57,44 @@ impl Fit {
 }
 
 impl Film {
-    /// The part of a scene between two of its times, seconds.
     pub(crate) fn new(simulator: &Simulator, from_s: f64, until_s: f64) -> Self {
-        let first_s = from_s.max(0.0);
-        let span_s = (until_s - first_s).max(0.0);
-        let steps = (span_s / STEP_S)
-            .ceil()
-            .clamp(1.0, count(SCENE_FRAMES_MAX - 1));
-        let step_s = (span_s / steps).max(f64::MIN_POSITIVE);
         let ambient_c = simulator.ambient_c();
-        let frame = |index: usize| -> Pixels {
-            let seconds = count(index) * step_s + first_s;
-            let time = Duration::try_from_secs_f64(seconds).unwrap_or_default();
+        let frame = |time_s: f64| -> Pixels {
+            let time = Duration::try_from_secs_f64(time_s).unwrap_or_default();
             let image = simulator.image(time).celsius;
             std::array::from_fn(|pixel| image.get(pixel).map_or(0.0, |celsius| celsius - ambient_c))
         };
-        Self {
-            first_s,
-            step_s,
-            frames: (0..=whole(steps)).map(frame).collect(),
-            ends: Ends::Stand,
-        }
+        Self::evenly(from_s.max(0.0), until_s, Ends::Stand, frame)
     }
 
     /// Frames at any ascending times, made into evenly spaced ones by the lines between them.
     pub(crate) fn of_frames(times_s: &[f64], frames: &[Pixels]) -> Self {
         let first_s = times_s.first().copied().unwrap_or_default();
-        let span_s = times_s.last().map_or(0.0, |last_s| last_s - first_s);
-        let steps = (span_s / STEP_S)
-            .ceil()
-            .clamp(1.0, count(SCENE_FRAMES_MAX - 1));
-        let step_s = (span_s / steps).max(f64::MIN_POSITIVE);
+        let last_s = times_s.last().copied().unwrap_or_default();
         let at = |time_s: f64| -> Pixels {
             let next = times_s.partition_point(|other_s| *other_s <= time_s);
             let next = next.clamp(1, times_s.len() - 1);
             let (left_s, right_s) = (times_s[next - 1], times_s[next]);
             let share = ((time_s - left_s) / (right_s - left_s).max(f64::MIN_POSITIVE)).min(1.0);
-            let (left, right) = (&frames[next - 1], &frames[next]);
-            std::array::from_fn(|pixel| left[pixel] + share * (right[pixel] - left[pixel]))
+            blended(&frames[next - 1], &frames[next], share)
         };
+        Self::evenly(first_s, last_s, Ends::Nothing, at)
+    }
+
+    fn evenly(first_s: f64, last_s: f64, ends: Ends, frame: impl Fn(f64) -> Pixels) -> Self {
+        let span_s = (last_s - first_s).max(0.0);
+        let steps = (span_s / STEP_S).ceil();
+        let steps = steps.clamp(1.0, count(SCENE_FRAMES_MAX - 1));
+        let step_s = (span_s / steps).max(f64::MIN_POSITIVE);
+        let frame = |index: usize| frame(count(index) * step_s + first_s);
         Self {
             first_s,
             step_s,
-            frames: (0..=whole(steps))
-                .map(|index| at(first_s + count(index) * step_s))
-                .collect(),
-            ends: Ends::Nothing,
+            frames: (0..=whole(steps)).map(frame).collect(),
+            ends,
         }
     }
 
-    /// The same with each frame passed through `change`.
     pub(crate) fn map(&self, change: impl Fn(&Pixels) -> Pixels) -> Self {
         Self {
             frames: self.frames.iter().map(change).collect(),
@@ -119,16 +102,11 @@ impl Film {
         }
     }
 
-    /// The same film run backwards.
     pub(crate) fn reversed(&self) -> Self {
         Self {
             frames: self.frames.iter().rev().copied().collect(),
             ..*self
         }
-    }
-
-    pub(crate) fn first_s(&self) -> f64 {
-        self.first_s
     }
 
     pub(crate) fn last_s(&self) -> f64 {
@@ -147,14 +125,15 @@ impl Film {
         let before = whole(place.max(0.0)).min(last.saturating_sub(1));
         let share = (place - count(before)).clamp(0.0, 1.0);
         let (left, right) = (&self.frames[before], &self.frames[(before + 1).min(last)]);
-        Some(std::array::from_fn(|pixel| {
-            left[pixel] + share * (right[pixel] - left[pixel])
-        }))
+        Some(blended(left, right, share))
     }
 }
 
+fn blended(left: &Pixels, right: &Pixels, share: f64) -> Pixels {
+    std::array::from_fn(|pixel| left[pixel] + share * (right[pixel] - left[pixel]))
+}
+
 impl Sample {
-    /// Takes each pixel's mean out of the frames.
     pub(crate) fn new(times_s: Vec<f64>, mut frames: Vec<Pixels>) -> Self {
         let number = count(frames.len().max(1));
         let mut mean = [0.0; PIXELS];
@@ -177,7 +156,6 @@ impl Sample {
         }
     }
 
-    /// The same with each frame passed through `change`, which puts pixels elsewhere and leaves their values.
     pub(crate) fn map(&self, change: impl Fn(&Pixels) -> Pixels) -> Self {
         Self {
             times_s: self.times_s.clone(),
@@ -196,7 +174,6 @@ impl Sample {
         Self::new(times_s, frames)
     }
 
-    /// Up to `number` frames of it, evenly chosen.
     pub(crate) fn thinned(&self, number: usize) -> Self {
         let chosen = evenly(self.frames.len(), number);
         Self::new(
@@ -205,23 +182,12 @@ impl Sample {
         )
     }
 
-    /// Every second frame, from the first or from the second on.
     pub(crate) fn halves(&self) -> [Self; 2] {
         [0, 1].map(|first| {
-            Self::new(
-                self.times_s
-                    .iter()
-                    .skip(first)
-                    .step_by(2)
-                    .copied()
-                    .collect(),
-                self.frames.iter().skip(first).step_by(2).copied().collect(),
-            )
+            let times_s = self.times_s.iter().skip(first).step_by(2);
+            let frames = self.frames.iter().skip(first).step_by(2);
+            Self::new(times_s.copied().collect(), frames.copied().collect())
         })
-    }
-
-    pub(crate) fn energy(&self) -> f64 {
-        self.energy
     }
 
     pub(crate) fn span_s(&self) -> f64 {
@@ -231,10 +197,7 @@ impl Sample {
         }
     }
 
-    /// How well the scene's moving part explains this one if its time is `scene_s` of the recording's.
-    ///
-    /// Each pixel of the scene loses its mean over the frames that it is met in. Frames that are met where the film
-    /// claims nothing stay in the denominator: no law of time gains by leaving them out.
+    /// How well the scene's moving part explains this one; frames where the film claims nothing stay in the denominator.
     pub(crate) fn fit(&self, film: &Film, scene_s: impl Fn(f64) -> f64) -> Fit {
         let mut sums = FitSums::default();
         for (&time_s, real) in self.times_s.iter().zip(&self.frames) {
@@ -246,7 +209,6 @@ impl Sample {
     }
 }
 
-/// Sums over frames, pixel by pixel.
 pub(crate) struct FitSums {
     frames: usize,
     product: Pixels,
@@ -299,7 +261,6 @@ impl FitSums {
         }
     }
 
-    /// The scene's mean frame.
     pub(crate) fn mean_claim(&self) -> Pixels {
         self.claim.map(|sum| sum / count(self.frames.max(1)))
     }
@@ -320,7 +281,6 @@ pub(crate) fn whole(number: f64) -> usize {
 mod tests {
     use super::*;
 
-    /// A spot of 2 degrees that goes down one pixel a second along the first column and back.
     fn spot(time_s: f64) -> Pixels {
         let row = 3.5 - 3.5 * (time_s * 0.3).cos();
         std::array::from_fn(|pixel| {
@@ -389,12 +349,12 @@ mod tests {
         let sample = Sample::new(times_s, doubled);
         let fit = sample.fit(&film, |time_s| time_s);
         assert!((fit.likeness - 1.0).abs() < 1e-9 && (fit.amplitude - 2.0).abs() < 1e-9);
-        assert!(fit.left_c2 < 1e-6 * sample.energy());
+        assert!(fit.left_c2 < 1e-6 * sample.energy);
         assert!(sample.fit(&film, |time_s| time_s + 0.5).likeness < 0.95);
         let still = Film::of_frames(&[0.0, 20.0], &[[3.0; PIXELS], [3.0; PIXELS]]);
         assert_eq!(
             sample.fit(&still, |time_s| time_s),
-            Fit::nothing(sample.energy())
+            Fit::nothing(sample.energy)
         );
     }
 

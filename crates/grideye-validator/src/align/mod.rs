@@ -29,13 +29,10 @@
 //! an offset of the image explains the recording as well as the delay that was found, the report says so.
 
 pub(crate) mod aligner;
-pub(crate) mod bounds;
 pub(crate) mod clock;
-mod decoy;
 mod film;
-mod line_search;
-mod pace_search;
 pub(crate) mod space;
+pub(crate) mod time_search;
 pub(crate) mod types;
 mod warp_search;
 

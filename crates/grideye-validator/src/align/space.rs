@@ -1,30 +1,23 @@
 //! How the image lies: its orientation, and its offset in parts of a pixel.
 
 use crate::align::film::{Film, FitSums, Sample, whole};
-use crate::frames::pixels::Pixels;
+use crate::frames::types::Pixels;
 use crate::metrics::correlation;
-use crate::numbers::count;
+use crate::numbers::{climb, count};
 use grideye_frame::COLUMNS;
 use std::fmt;
 
 /// How a recorded image lies against the scene's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[expect(missing_docs, reason = "the names say it")]
 pub enum Orientation {
-    /// As the scene has it.
     Upright,
-    /// Turned a quarter clockwise.
     QuarterClockwise,
-    /// Turned by half.
     Half,
-    /// Turned a quarter counter-clockwise.
     QuarterCounterclockwise,
-    /// Left and right swapped.
     MirroredLeftRight,
-    /// Top and bottom swapped.
     MirroredTopBottom,
-    /// Rows and columns swapped.
     Transposed,
-    /// Rows and columns swapped, about the other diagonal.
     TransposedOther,
 }
 
@@ -84,7 +77,6 @@ impl Orientation {
         std::array::from_fn(|index| upright[self.source(index)])
     }
 
-    /// Where in the upright image a pixel comes from.
     const fn source(self, index: usize) -> usize {
         let (row, column) = (index / COLUMNS, index % COLUMNS);
         let last = COLUMNS - 1;
@@ -136,11 +128,9 @@ pub(crate) fn moved(image: &Pixels, right_px: f64, down_px: f64) -> Pixels {
     })
 }
 
-/// Pairs of a recorded frame and what the scene claims, both at one time.
 pub(crate) struct Pairs(Vec<(Pixels, Pixels)>, f64);
 
 impl Pairs {
-    /// The moving parts of a walk and a scene under a law of time.
     pub(crate) fn moving(sample: &Sample, film: &Film, scene_s: impl Fn(f64) -> f64) -> Self {
         let pairs = sample
             .times_s
@@ -148,7 +138,7 @@ impl Pairs {
             .zip(&sample.frames)
             .filter_map(|(&time_s, real)| Some((*real, film.at(scene_s(time_s))?)))
             .collect();
-        Self(pairs, sample.energy())
+        Self(pairs, sample.energy)
     }
 
     fn likeness(&self, right_px: f64, down_px: f64) -> f64 {
@@ -159,28 +149,16 @@ impl Pairs {
         sums.fit(self.1).likeness
     }
 
-    /// The offset of the recorded image against the scene's, pixels to the right and downwards, up to `most` each way,
-    /// and the likeness without and with it.
+    /// The offset of the recorded image, pixels right and down, up to `most` each way; the likeness without and with it.
     pub(crate) fn best_offset(&self, most: f64) -> ([f64; 2], [f64; 2]) {
         let without = self.likeness(0.0, 0.0);
-        let (mut best, mut value, mut step) = ([0.0, 0.0], without, 0.5);
-        while step > 0.005 {
-            let better = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]]
-                .map(|[right, down]: [f64; 2]| {
-                    let place = [
-                        (best[0] + right * step).clamp(-most, most),
-                        (best[1] + down * step).clamp(-most, most),
-                    ];
-                    (self.likeness(place[0], place[1]), place)
-                })
-                .into_iter()
-                .max_by(|left, right| left.0.total_cmp(&right.0))
-                .filter(|(other, _)| *other > value);
-            match better {
-                Some((other, place)) => (value, best) = (other, place),
-                None => step /= 2.0,
-            }
-        }
+        let likeness = |place: &[f64; 2]| self.likeness(place[0], place[1]);
+        let neighbors = |best: &[f64; 2], step: f64| {
+            [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]].map(|[right, down]: [f64; 2]| {
+                [best[0] + right * step, best[1] + down * step].map(|px| px.clamp(-most, most))
+            })
+        };
+        let (value, best) = climb([0.0, 0.0], (0.5, 0.005), likeness, neighbors);
         (best, [without, value])
     }
 }

@@ -1,7 +1,6 @@
 //! What may be asked of the alignment, and what it finds.
 
-use crate::align::bounds::Bounds;
-use crate::align::clock::{Law, Warp};
+use crate::align::clock::{Bounds, Law, Warp};
 use crate::align::space::Orientation;
 use crate::error::ValidatorError;
 use crate::frames::LeftOutCount;
@@ -45,8 +44,7 @@ pub struct AlignOptions {
     pub orientation: bool,
     /// Whether an offset of up to [`OFFSET_MAX_PX`] is taken out; it is reported in any case.
     pub pose: bool,
-    /// The delay, and the departure of a path or of either end of a walk, is at most this either way, up to
-    /// [`SHIFT_MAX`](super::SHIFT_MAX).
+    /// Largest delay, departure of a path or of either end of a walk, up to [`SHIFT_MAX`](super::SHIFT_MAX).
     pub shift_max: Duration,
     /// The clock rate is off by at most this share either way, 0 to [`RATE_MAX`](super::RATE_MAX).
     pub rate_max: f64,
@@ -87,8 +85,7 @@ pub struct Alignment {
 pub struct TimeFound {
     /// What was asked for.
     pub asked: TimeAlignment,
-    /// The scene's time less the recording's at the recording's first frame, seconds: above zero, the recording is
-    /// late.
+    /// The scene's time less the recording's at its first frame, seconds: above zero, the recording is late.
     pub shift_s: f64,
     /// Its standard error, seconds, if the scene's changes tell it.
     pub shift_error_s: Option<f64>,
@@ -106,11 +103,9 @@ pub struct TimeFound {
     pub decoys: usize,
     /// Whether the alignment was applied: it is better than chance, and none beyond the bounds is better.
     pub applied: bool,
-    /// Whether a better one lies beyond the bounds. Then what was found is the bounds' and not the recording's, and is
-    /// not applied.
+    /// Whether a better one lies beyond the bounds; then none is applied.
     pub at_bound: bool,
-    /// An offset of the image, pixels to the right and downwards, that would explain the recording as well as the
-    /// delay does.
+    /// An offset of the image, pixels right and down, that would explain the recording as well as the delay does.
     pub rival_offset_px: Option<[f64; 2]>,
     /// The path, if it was asked for and earned.
     pub warp: Option<Warp>,
@@ -156,8 +151,6 @@ pub const SHIFT_MAX: Duration = Duration::from_secs(60);
 pub const RATE_MAX: f64 = 0.2;
 
 impl AlignOptions {
-    /// # Errors
-    /// A bound out of its range.
     pub(crate) fn check(&self) -> Result<(), ValidatorError> {
         if self.shift_max > SHIFT_MAX {
             return Err(ValidatorError::Setting {

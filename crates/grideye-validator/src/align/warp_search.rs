@@ -6,15 +6,14 @@
 
 use crate::align::clock::{Line, Warp};
 use crate::align::film::{Film, Fit, FitSums, Sample, whole};
-use crate::frames::pixels::Pixels;
-use crate::numbers::count;
+use crate::frames::types::Pixels;
+use crate::numbers::{count, windowed_mean};
 use grideye_frame::PIXELS;
 
 /// Frames that a path is sought through; of more, these are chosen evenly.
 const FRAMES: usize = 600;
 /// Frames nearer to each other than this are thinned, seconds: pace needs some time to show.
 const FRAME_STEP_S: f64 = 0.1;
-/// Most places across the band.
 const LEVELS_MAX: usize = 161;
 /// The path departs from the line by at most this many seconds a second.
 const PACE_MAX: f64 = 0.5;
@@ -23,7 +22,6 @@ const WANDER_S: f64 = 0.3;
 /// The path is averaged over this, seconds.
 const SMOOTH_S: f64 = 0.6;
 
-/// The path of least cost about a line.
 pub(crate) fn best_warp(sample: &Sample, film: &Film, line: Line, fit: &Fit, band_s: f64) -> Warp {
     let number = whole((sample.span_s() / FRAME_STEP_S).ceil().max(2.0)).min(FRAMES);
     let sample = sample.thinned(number);
@@ -42,7 +40,7 @@ pub(crate) fn best_warp(sample: &Sample, film: &Film, line: Line, fit: &Fit, ban
         .map(|(&time_s, level)| (time_s, levels[level]))
         .collect();
     Warp {
-        knots: smoothed(&knots),
+        knots: windowed_mean(&knots, SMOOTH_S),
     }
 }
 
@@ -125,34 +123,10 @@ fn cheapest(costs: &[Vec<f64>], times_s: &[f64], levels: &[f64]) -> Vec<usize> {
     path
 }
 
-/// The mean of the departures within [`SMOOTH_S`] about each knot.
-fn smoothed(knots: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    let (mut from, mut until) = (0, 0);
-    let mut sum = 0.0;
-    knots
-        .iter()
-        .map(|&(time_s, _)| {
-            while knots
-                .get(until)
-                .is_some_and(|knot| knot.0 <= time_s + SMOOTH_S / 2.0)
-            {
-                sum += knots[until].1;
-                until += 1;
-            }
-            while knots[from].0 < time_s - SMOOTH_S / 2.0 {
-                sum -= knots[from].1;
-                from += 1;
-            }
-            (time_s, sum / count(until - from))
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Against every way through a small table.
     #[test]
     fn the_cheapest_path_is_that_of_brute_force() {
         let levels = [-0.1, -0.05, 0.0, 0.05, 0.1];
@@ -211,7 +185,7 @@ mod tests {
     #[test]
     fn smoothing_is_the_mean_of_what_is_near() {
         let knots = (0..10_u32).map(|index| (f64::from(index) * 0.2, f64::from(index % 2)));
-        let smooth = smoothed(&knots.collect::<Vec<_>>());
+        let smooth = windowed_mean(&knots.collect::<Vec<_>>(), SMOOTH_S);
         // Three knots within 0.3 s either way inside, two at the ends.
         assert!((smooth[4].1 - 1.0 / 3.0 * 2.0).abs() < 1e-12, "{smooth:?}");
         assert!((smooth[0].1 - 0.5).abs() < 1e-12);
@@ -234,11 +208,7 @@ mod tests {
         (Film::of_frames(&times_s, &film), Sample::new(times_s, seen))
     }
 
-    const STRAIGHT: Line = Line {
-        shift_s: 0.0,
-        rate: 0.0,
-        origin_s: 0.0,
-    };
+    const STRAIGHT: Line = Line::new(0.0, 0.0, 0.0);
 
     /// What is recorded as the scene has it leaves nothing where it is not moved, whatever the mean of the scene.
     #[test]

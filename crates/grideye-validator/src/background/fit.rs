@@ -1,25 +1,24 @@
-//! How well a profile explains the empty room that the recording shows, beside how well the recording does itself.
+//! Stretches of a recording, and how well a profile explains the empty room that they show.
 
-use crate::background::stretch::Stretch;
 use crate::frames::sensor_step_c;
 use crate::numbers::{common_offset, count};
 use grideye_draw::text::fixed;
+use std::fmt;
+use std::str::FromStr;
+use std::time::Duration;
 
-/// What is left of the recording's empty stretches when the room is explained, root of the mean square over the pixels,
-/// their common level taken out, °C.
+/// What is left of the empty stretches when the room is explained: RMS over the pixels, their common level taken out, °C.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BackgroundFit {
     /// Less the scene without its people, with the pattern of the profile.
     pub profile_c: f64,
-    /// The first half of the frames less the mean of the second, and the other way round: what anything learned from the
-    /// recording's own empty stretches leaves.
+    /// Each half of the frames less the mean of the other.
     pub own_c: f64,
     /// The stretches, in time since the recording's first frame.
     pub stretches: Vec<Stretch>,
 }
 
 impl BackgroundFit {
-    /// From what both halves of the empty stretches show, and what the profile expects there.
     pub(crate) fn new(
         [first, second]: [&[f64]; 2],
         expected: &[f64],
@@ -32,14 +31,12 @@ impl BackgroundFit {
         }
     }
 
-    /// Whether the profile leaves more than the recording's own stretches do, by more than rounding to the sensor's step
-    /// leaves in any frame.
+    /// Whether the profile leaves more than the recording's own stretches do, rounding to the sensor's step aside.
     #[must_use]
     pub fn is_worse(&self) -> bool {
         self.profile_c.powi(2) > self.own_c.powi(2) + sensor_step_c().powi(2) / 12.0
     }
 
-    /// What is wrong then, and what to do about it.
     pub(crate) fn warning(&self) -> Option<String> {
         let stretches: Vec<String> = self.stretches.iter().map(ToString::to_string).collect();
         self.is_worse().then(|| format!(
@@ -51,7 +48,6 @@ impl BackgroundFit {
     }
 }
 
-/// Root of the mean square of what each image has beside the one expected.
 fn left_c(pairs: [(&[f64], &[f64]); 2]) -> f64 {
     let (mut squares, mut pixels) = (0.0, 0);
     for (image, expected) in pairs {
@@ -64,12 +60,64 @@ fn left_c(pairs: [(&[f64], &[f64]); 2]) -> f64 {
     (squares / count(pixels)).sqrt()
 }
 
+/// A part of a recording, in time since its first frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Stretch {
+    /// Its first moment.
+    pub from: Duration,
+    /// Its last.
+    pub to: Duration,
+}
+
+impl Stretch {
+    /// Whether a moment lies in it.
+    #[must_use]
+    pub fn holds(&self, time: Duration) -> bool {
+        (self.from..=self.to).contains(&time)
+    }
+}
+
+impl fmt::Display for Stretch {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            formatter,
+            "{:.1}s..{:.1}s",
+            self.from.as_secs_f64(),
+            self.to.as_secs_f64()
+        )
+    }
+}
+
+impl FromStr for Stretch {
+    type Err = String;
+
+    /// `12s..40s`, or without the units.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let seconds = |text: &str| -> Option<Duration> {
+            let number = text.trim().trim_end_matches('s').parse().ok()?;
+            Duration::try_from_secs_f64(number).ok()
+        };
+        text.split_once("..")
+            .and_then(|(from, to)| Some(Self { from: seconds(from)?, to: seconds(to)? }))
+            .filter(|stretch| stretch.from < stretch.to)
+            .ok_or_else(|| format!("expected FROM..TO in seconds since the first frame, such as 12s..40s, not {text}"))
+    }
+}
+
+/// Where nobody is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Empty {
+    /// To be found.
+    Find,
+    /// In this stretch.
+    Named(Stretch),
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// By hand: one of eight pixels is 0.4 °C off the profile in both halves, and 0.2 °C off the other half in each. The
-    /// level of 3 °C between room and profile, and of 1 °C between the halves, is nobody's.
+    /// By hand: one of eight pixels is 0.4 °C off the profile, and 0.2 °C off the other half; levels count for nothing.
     #[test]
     fn what_is_left_is_the_root_of_the_mean_square() {
         let first = [20.4, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0];

@@ -14,7 +14,6 @@
 
 pub(crate) mod fit;
 pub(crate) mod search;
-pub(crate) mod stretch;
 
+pub use fit::{Empty, Stretch};
 pub use search::{Background, BackgroundError, background};
-pub use stretch::{Empty, Stretch};

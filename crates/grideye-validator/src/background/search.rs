@@ -1,8 +1,8 @@
 //! The search for empty stretches, and the background that they show.
 
-use crate::background::stretch::{Empty, Stretch};
+use crate::background::fit::{Empty, Stretch};
 use crate::characterize::Characterization;
-use crate::frames::pixels::{Pixels, decoded, middle_mean, two_by_two};
+use crate::frames::types::{Pixels, decoded, middle_mean, two_by_two};
 use crate::numbers::{count, median, trimmed_mean};
 use grideye_frame::PIXELS;
 use grideye_recording::Record;
@@ -17,11 +17,9 @@ const GAP: Duration = Duration::from_secs(1);
 const STRETCH_BLOCKS: usize = 5;
 /// A level is the mean of the narrowest cluster of this share of the means.
 const CLUSTER: usize = 8;
-/// Of clusters up to so many times as wide as the narrowest, the coldest is taken: a cluster of few means is wider than
-/// one of many, although it is the room.
+/// The coldest cluster up to so many times as wide as the narrowest is taken: few means spread wider.
 const WIDTH_SLACK: f64 = 4.0;
-/// So many standard deviations of two by two pixels are somebody: by chance in one mean of 600, and little enough that
-/// who stands at the edge of the view of a real sensor is seen.
+/// So many standard deviations of two by two pixels are somebody: by chance in one mean of 600.
 const SOMEBODY: f64 = 4.0;
 /// How often levels are taken from the stretches that were found with the levels before.
 const ROUNDS: usize = 3;
@@ -41,20 +39,16 @@ pub struct Background {
 /// Why there is no background.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what each is")]
 pub enum BackgroundError {
-    /// Somebody is always there, or the recording is too short.
     #[error(
         "no empty stretch of five seconds was found\nhint: name one, as in --empty 12s..40s; say --empty yes if nobody is there at all; or record the empty room"
     )]
     NoneFound,
-    /// The stretch that was named has no frames.
     #[error("{frames} frames between {from:.1} s and {to:.1} s, expected at least {BLOCK_FRAMES}\nhint: seconds count from the recording's first frame; it takes {length:.1} s", from = stretch.from.as_secs_f64(), to = stretch.to.as_secs_f64(), length = length.as_secs_f64())]
     TooFewFrames {
-        /// The stretch.
         stretch: Stretch,
-        /// Frames in it.
         frames: usize,
-        /// How long the recording is.
         length: Duration,
     },
 }
@@ -141,7 +135,6 @@ fn frames(records: &[Record]) -> Vec<(Duration, Pixels)> {
     records.iter().filter_map(frame).collect()
 }
 
-/// The mean of some frames in a row, above its middle pixel.
 struct Block {
     from: Duration,
     to: Duration,
@@ -175,7 +168,6 @@ fn blocks(frames: &[(Duration, Pixels)]) -> Vec<Block> {
     blocks
 }
 
-/// The stretches in which nobody is seen.
 fn found(blocks: &[Block]) -> Vec<Stretch> {
     if blocks.len() < STRETCH_BLOCKS {
         return Vec::new();
@@ -203,7 +195,6 @@ fn found(blocks: &[Block]) -> Vec<Stretch> {
         .collect()
 }
 
-/// The means inside stretches without anybody, by their places.
 fn empty_blocks(blocks: &[Block], levels: &Pixels) -> Vec<usize> {
     let above: Vec<Pixels> = blocks
         .iter()

@@ -1,25 +1,351 @@
-//! From a scene with unknowns and a recording to their values.
+//! From a scene with unknowns and a recording to their values, for people, for programs, and as a scene file.
 
-use crate::calibrate::error::CalibrateError;
 use crate::calibrate::frames::Frames;
-use crate::calibrate::model::{Model, check_bounds};
-use crate::calibrate::progress::{Pace, Progress};
-use crate::calibrate::results;
+use crate::calibrate::linear::dot;
+use crate::calibrate::model::{Model, check_bounds, noise_key};
+use crate::calibrate::noise::Parts;
 use crate::calibrate::search::{FineSearch, from_several_starts, steps_in_frames};
-use crate::calibrate::types::{Calibration, Options};
+use crate::calibrate::types::{CalibrateError, Calibration, Estimate, Options, Pace, Progress};
+use crate::calibrate::uncertainty::{Uncertainty, student_97_5};
+use crate::frames::types::STEP_VARIANCE;
+use crate::numbers::count;
+use grideye_draw::text::fixed;
 use grideye_frame::PIXELS;
 use grideye_recording::Record;
+use grideye_scene::fit::Fit;
 use grideye_scene::{Files, Scene};
+use serde_json::json;
 use std::time::Duration;
 
-/// Finds the unknowns that a scene marks.
-///
-/// Time counts from the recording's first frame, which is second `recording.start_s` of the scene: 0 unless that is one
-/// of the unknowns. Frames after the end of the scene's ways are left out, and so are torn frames and duplicates.
+/// Estimates that go together more than this are named.
+const CORRELATION_TOLD: f64 = 0.95;
+/// A uniform distribution between the bounds has this share of their distance as its standard deviation.
+const UNIFORM_SD: f64 = 0.288_675;
+/// Beginning of the remarks in a scene; those of an earlier calibration are replaced.
+const REMARK: &str = "# found: ";
+
+pub(crate) fn gathered(
+    (text, fits, sensor): (&str, &[Fit], &str),
+    model: &Model<'_>,
+    frames: &Frames,
+    fine: &FineSearch,
+    before: &[f64],
+    starts: [usize; 2],
+) -> Calibration {
+    let mut found = found(fits, model, fine);
+    let white = fine.noise.white;
+    put_noise(&mut found, sensor, white, frames.len());
+    let parts = Parts::of(&fine.left_over, frames.len());
+    let root = count(frames.len()).sqrt();
+    let level = parts.together.iter().sum::<f64>() / count(frames.len()) / count(PIXELS).sqrt();
+    let rmse = |left: &[f64]| (dot(left, left) / count(left.len())).sqrt();
+    let correlation = correlation(&found, model, &fine.uncertainty);
+    let warnings = warnings(&found, &correlation, model, &fine.uncertainty, starts);
+    Calibration {
+        scene: scene(text, fits, &found),
+        correlation,
+        warnings,
+        frames: frames.len(),
+        frames_read: frames.read,
+        frames_left_out: frames.left_out,
+        rmse_c: [rmse(before), rmse(&fine.left_over)],
+        noise_sigma_c: white.sqrt(),
+        pattern_c: std::array::from_fn(|pixel| parts.pattern[pixel] / root + level),
+        pattern_sd_c: fine.noise.pattern.sqrt(),
+        common_sd_c: fine.noise.together[0].max(0.0).sqrt(),
+        starts,
+        evaluations: model.evaluations,
+        found,
+    }
+}
+
+fn found(fits: &[Fit], model: &Model<'_>, fine: &FineSearch) -> Vec<Estimate> {
+    let values = model.values(&fine.solution.point);
+    let mut found: Vec<Estimate> = fits
+        .iter()
+        .zip(values)
+        .map(|(fit, value)| Estimate {
+            key: fit.key.clone(),
+            start: fit.value,
+            value,
+            uncertainty: None,
+            half_width_95: None,
+            freedom: 0.0,
+            bounds: fit.bounds,
+            at_bound: false,
+        })
+        .collect();
+    let known = &fine.uncertainty;
+    for &place in &known.at_bound {
+        found[model.searched()[place]].at_bound = true;
+    }
+    for (number, &place) in known.told.iter().enumerate() {
+        let found = &mut found[model.searched()[place]];
+        let width = found.bounds[1] - found.bounds[0];
+        let uncertainty = known.covariance[number][number].sqrt() * width;
+        found.freedom = known.freedom[number];
+        found.uncertainty = Some(uncertainty);
+        found.half_width_95 = Some(uncertainty * student_97_5(found.freedom));
+    }
+    for found in &mut found {
+        found.value = rounded(found.value, found.uncertainty, found.bounds);
+    }
+    found
+}
+
+/// The noise of the scene's sensor is what is left over, before the sensor rounded it.
+fn put_noise(found: &mut [Estimate], sensor: &str, white: f64, frames: usize) {
+    let key = noise_key(sensor);
+    let Some(found) = found.iter_mut().find(|found| found.key == key) else {
+        return;
+    };
+    let freedom = count(PIXELS - 1) * (count(frames) - 1.0);
+    let sigma = (white - STEP_VARIANCE).max(0.0).sqrt();
+    // Of a variance with so many degrees of freedom, by the derivative of its root.
+    let uncertainty = white * (2.0 / freedom).sqrt() / (2.0 * sigma.max(1e-3));
+    found.at_bound = !(found.bounds[0]..=found.bounds[1]).contains(&sigma);
+    found.value = rounded(
+        sigma.clamp(found.bounds[0], found.bounds[1]),
+        Some(uncertainty),
+        found.bounds,
+    );
+    if !found.at_bound {
+        found.freedom = freedom;
+        found.uncertainty = Some(uncertainty);
+        found.half_width_95 = Some(uncertainty * student_97_5(freedom));
+    }
+}
+
+/// To a hundredth of its uncertainty, or of a millionth of the way between the bounds.
+fn rounded(value: f64, uncertainty: Option<f64>, bounds: [f64; 2]) -> f64 {
+    let finest = uncertainty
+        .filter(|uncertainty| *uncertainty > 0.0)
+        .map_or((bounds[1] - bounds[0]) * 1e-6, |uncertainty| {
+            uncertainty * 0.01
+        });
+    let step = 10.0_f64.powf(finest.log10().floor());
+    // Dividing by a power of ten from above gives the nearest decimal; multiplying by one from below does not.
+    let per_step = (1.0 / step).round();
+    let near = if per_step >= 1.0 {
+        (value * per_step).round() / per_step
+    } else {
+        (value / step).round() * step
+    };
+    near.clamp(bounds[0], bounds[1])
+}
+
+fn correlation(found: &[Estimate], model: &Model<'_>, known: &Uncertainty) -> Vec<Vec<f64>> {
+    let mut correlation = vec![vec![0.0; found.len()]; found.len()];
+    for (row, &from) in known.told.iter().enumerate() {
+        for (column, &to) in known.told.iter().enumerate() {
+            let scale = (known.covariance[row][row] * known.covariance[column][column]).sqrt();
+            correlation[model.searched()[from]][model.searched()[to]] = if row == column {
+                1.0
+            } else {
+                known.covariance[row][column] / scale
+            };
+        }
+    }
+    correlation
+}
+
+fn warnings(
+    found: &[Estimate],
+    correlation: &[Vec<f64>],
+    model: &Model<'_>,
+    known: &Uncertainty,
+    starts: [usize; 2],
+) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let keys = |places: &[usize]| {
+        let keys: Vec<String> = places
+            .iter()
+            .map(|&place| format!("`{}`", found[model.searched()[place]].key))
+            .collect();
+        keys.join(" and ")
+    };
+    if !known.tangled.is_empty() {
+        warnings.push(format!(
+            "{} cannot be told apart: many values of them make the same pictures\nhint: measure one of them, write it into the scene and remove its [[fit]]",
+            keys(&known.tangled)
+        ));
+    }
+    for &place in &known.idle {
+        warnings.push(format!(
+            "{} changes nothing in the pictures, and keeps its value\nhint: is it in the sensor's view, and for this sensor?",
+            keys(&[place])
+        ));
+    }
+    for (row, values) in correlation.iter().enumerate() {
+        for (column, value) in values[..row].iter().enumerate() {
+            if value.abs() > CORRELATION_TOLD {
+                let (one, other) = (&found[column].key, &found[row].key);
+                let value = fixed(*value, 3);
+                warnings.push(format!(
+                    "`{one}` and `{other}` can hardly be told apart (correlation {value}): an error in one is hidden by the other\nhint: measure one of them, write it into the scene and remove its [[fit]]"
+                ));
+            }
+        }
+    }
+    for found in found {
+        let (key, value) = (&found.key, found.value);
+        let widest = UNIFORM_SD * (found.bounds[1] - found.bounds[0]);
+        if found.at_bound {
+            warnings.push(format!(
+                "`{key}` lies at a bound, {value}: it has no uncertainty, and those of the others hold only if the bound is right\nhint: widen the bounds if they allow it; else the scene lacks something"
+            ));
+        } else if found.uncertainty.is_some_and(|own| own > widest) {
+            warnings.push(format!(
+                "the recording says less of `{key}` than its bounds do\nhint: leave it out, or record what shows it"
+            ));
+        }
+    }
+    if known.widened.iter().any(|widened| *widened > 1.0) {
+        let most = known.widened.iter().copied().fold(1.0, f64::max).sqrt();
+        warnings.push(format!(
+            "what is left over repeats itself from frame to frame: something moves otherwise than in the scene; uncertainties were widened up to {} times\nhint: look at the trajectory, the shapes, and recording.start_s",
+            fixed(most, 1)
+        ));
+    }
+    if starts[1] * 4 < starts[0] {
+        warnings.push(format!(
+            "only {} of {} starts came to the best end: there may be a better one\nhint: narrow the bounds or raise --starts",
+            starts[1], starts[0]
+        ));
+    }
+    warnings
+}
+
+fn scene(text: &str, fits: &[Fit], found: &[Estimate]) -> String {
+    let mut edits: Vec<(std::ops::Range<usize>, String)> = Vec::new();
+    for (fit, found) in fits.iter().zip(found) {
+        if let Some(span) = &fit.value_span {
+            edits.push((span.clone(), found.value.to_string()));
+        }
+        edits.push((
+            earlier_remark(text, fit.remark_at),
+            format!("{REMARK}{}\n", found.told()),
+        ));
+    }
+    edits.sort_by_key(|(span, _)| std::cmp::Reverse((span.start, span.end)));
+    let mut text = text.to_owned();
+    for (span, new) in edits {
+        text.replace_range(span, &new);
+    }
+    text
+}
+
+/// The line before a place if it is a remark, else nothing at that place.
+fn earlier_remark(text: &str, at: usize) -> std::ops::Range<usize> {
+    let before = text[..at].trim_end_matches('\n');
+    let start = before.rfind('\n').map_or(0, |newline| newline + 1);
+    let is_remark = before[start..].starts_with(REMARK) && text[..at].ends_with('\n');
+    if is_remark { start..at } else { at..at }
+}
+
+impl Estimate {
+    /// `84.97 ± 0.12 (95 %: 84.73 to 85.21)`, or why there is no uncertainty.
+    #[must_use]
+    pub fn told(&self) -> String {
+        let (Some(uncertainty), Some(half)) = (self.uncertainty, self.half_width_95) else {
+            let why = if self.at_bound {
+                "at its bound"
+            } else {
+                "not told by the recording"
+            };
+            return format!("{} ({why})", self.value);
+        };
+        let digits = digits(uncertainty);
+        format!(
+            "{:.digits$} ± {uncertainty:.digits$} (95 %: {:.digits$} to {:.digits$})",
+            self.value,
+            self.value - half,
+            self.value + half
+        )
+    }
+}
+
+/// Digits behind the point that show two of an uncertainty's.
+fn digits(uncertainty: f64) -> usize {
+    let place = 1.0 - uncertainty.max(1e-9).log10().floor();
+    (0..10).find(|digits| count(*digits) >= place).unwrap_or(10)
+}
+
+impl Calibration {
+    /// The unknowns as a table, what is left over, and the warnings.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let keys = self.found.iter().map(|found| found.key.chars().count());
+        let width = keys.max().unwrap_or(0);
+        let mut text = String::new();
+        for found in &self.found {
+            let (key, told, start) = (&found.key, found.told(), found.start);
+            text.push_str(&format!("{key:<width$}  {told}  from {start}\n"));
+        }
+        let (frames, read, left_out) = (self.frames, self.frames_read, self.frames_left_out);
+        let [before, after] = self.rmse_c.map(|rmse_c| fixed(rmse_c, 3));
+        text.push_str(&format!(
+            "\n{frames} of {read} frames; {left_out} left out as torn or repeated\nleft over: {before} °C as the scene stood, {after} with what was found\n"
+        ));
+        let parts = [self.noise_sigma_c, self.pattern_sd_c, self.common_sd_c];
+        let [noise, pattern, common] = parts.map(|part_c| fixed(part_c, 3));
+        text.push_str(&format!(
+            "of that: noise {noise} °C a pixel, pattern {pattern} °C from pixel to pixel, common mode {common} °C\n"
+        ));
+        text.push_str("not in the uncertainties: the accuracy of the whole sensor, typ. ±2.5 °C, and drift slower than the recording\n");
+        for warning in &self.warnings {
+            text.push_str(&format!("warning: {warning}\n"));
+        }
+        text
+    }
+
+    /// The same as one JSON object, in the keys' own units; what could not be told is null.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        let found: Vec<serde_json::Value> = self
+            .found
+            .iter()
+            .map(|found| {
+                json!({
+                    "key": found.key,
+                    "start": found.start,
+                    "value": found.value,
+                    "standard_uncertainty": found.uncertainty,
+                    "half_width_95": found.half_width_95,
+                    "degrees_of_freedom": if found.freedom.is_finite() { Some(found.freedom) } else { None },
+                    "bounds": found.bounds,
+                    "at_bound": found.at_bound,
+                })
+            })
+            .collect();
+        let document = json!({
+            "format": "grideye-calibration",
+            "version": 1,
+            "found": found,
+            "correlation": self.correlation,
+            "warnings": self.warnings,
+            "frames": self.frames,
+            "frames_read": self.frames_read,
+            "frames_left_out": self.frames_left_out,
+            "rmse_before_c": self.rmse_c[0],
+            "rmse_after_c": self.rmse_c[1],
+            "noise_sigma_c": self.noise_sigma_c,
+            "pattern_c": self.pattern_c.to_vec(),
+            "pattern_sd_c": self.pattern_sd_c,
+            "common_sd_c": self.common_sd_c,
+            "starts": self.starts[0],
+            "starts_at_best": self.starts[1],
+            "evaluations": self.evaluations,
+        });
+        format!("{document:#}\n")
+    }
+}
+
+/// Finds the unknowns that a scene marks. Time counts from the recording's first frame, second `recording.start_s` of the
+/// scene; torn frames, duplicates and frames after the scene's end are left out.
 ///
 /// # Errors
-/// [`CalibrateError`]: a scene that is refused or marks nothing, bounds that the scene may not have, a sensor of
-/// another resolution, a clock that runs backwards, too few frames.
+/// [`CalibrateError`].
 pub fn calibrate(
     records: &[Record],
     (text, origin): (&str, &str),
@@ -65,7 +391,7 @@ pub fn calibrate_telling(
     let before = model.left_over(&model.start(), &frames)?;
     let (coarse, starts) = from_several_starts(&mut model, &frames, options)?;
     let fine = FineSearch::search(&mut model, &frames, coarse, options)?;
-    Ok(results::calibration(
+    Ok(gathered(
         (text, &loaded.fits, sensor),
         &model,
         &frames,

@@ -1,15 +1,13 @@
 //! The frames that a calibration looks at.
 
-use crate::calibrate::error::CalibrateError;
-use crate::calibrate::types::{FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Options};
+use crate::calibrate::types::{CalibrateError, FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Options};
 use crate::frames::faults::{FaultFinder, Standing};
-use crate::frames::pixels::decoded;
+use crate::frames::types::decoded;
 use crate::numbers::{count, evenly};
 use grideye_frame::PIXELS;
 use grideye_recording::Record;
 use std::time::Duration;
 
-/// Frames side by side, in the order of their times.
 #[derive(Debug)]
 pub(crate) struct Frames {
     /// Since the recording's first frame.
@@ -78,7 +76,6 @@ impl Frames {
         self.times.len()
     }
 
-    /// Every so manieth frame, at most so many.
     pub(crate) fn fewer(&self, most: usize) -> Self {
         let chosen = evenly(self.len(), most);
         let frame = |place: usize| &self.celsius[place * PIXELS..(place + 1) * PIXELS];
@@ -93,7 +90,6 @@ impl Frames {
         }
     }
 
-    /// The mean time between two frames, seconds.
     pub(crate) fn interval_s(&self) -> f64 {
         let (Some(first), Some(last)) = (self.times.first(), self.times.last()) else {
             return 0.0;
@@ -102,7 +98,6 @@ impl Frames {
     }
 }
 
-/// Takes records one by one, and leaves torn frames and duplicates out.
 #[derive(Default)]
 struct Whole {
     finder: FaultFinder,
@@ -110,7 +105,6 @@ struct Whole {
     first: Option<u64>,
     last: u64,
     frames: Vec<(Duration, [f64; PIXELS])>,
-    /// Torn ones and duplicates too.
     all: Vec<(Duration, [f64; PIXELS])>,
 }
 

@@ -1,6 +1,5 @@
 //! Small dense linear algebra: matrices as rows, all symmetric.
 
-/// A square matrix, row by row.
 pub(crate) type Matrix = Vec<Vec<f64>>;
 
 pub(crate) fn zeros(size: usize) -> Matrix {
@@ -34,7 +33,6 @@ pub(crate) fn cholesky(matrix: &Matrix) -> Option<Matrix> {
     Some(lower)
 }
 
-/// Solves `lower · x = values` in place.
 pub(crate) fn forward(lower: &Matrix, values: &mut [f64]) {
     for row in 0..lower.len() {
         let product = dot(&lower[row][..row], &values[..row]);
@@ -55,7 +53,6 @@ pub(crate) fn solve(lower: &Matrix, values: &[f64]) -> Vec<f64> {
     x
 }
 
-/// The inverse; `None` if the matrix is not positive definite.
 pub(crate) fn inverse(matrix: &Matrix) -> Option<Matrix> {
     let lower = cholesky(matrix)?;
     let size = matrix.len();
@@ -145,7 +142,6 @@ pub(crate) fn dot(left: &[f64], right: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// The second moment of some vectors: positive definite.
     fn matrix() -> Matrix {
         vec![
             vec![4.0, 1.0, -2.0],

@@ -26,21 +26,17 @@
 //! distance, are named in a warning, with their correlation. An unknown at one of its bounds has no uncertainty.
 
 mod calibration;
-mod error;
 mod frames;
 mod linear;
 mod model;
 mod noise;
-mod progress;
-mod results;
 mod search;
 mod solver;
 mod types;
 mod uncertainty;
 
 pub use calibration::{calibrate, calibrate_telling};
-pub use error::CalibrateError;
-pub use progress::Progress;
 pub use types::{
-    Calibration, Estimate, FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Options, STARTS_MAX,
+    CalibrateError, Calibration, Estimate, FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Options,
+    Progress, STARTS_MAX,
 };

@@ -1,25 +1,20 @@
 //! The simulator as a function of the unknowns.
 
-use crate::calibrate::error::CalibrateError;
 use crate::calibrate::frames::Frames;
 use crate::calibrate::noise::Noise;
-use crate::calibrate::progress::Pace;
-use crate::calibrate::solver;
-use crate::calibrate::solver::{Problem, Solution};
+use crate::calibrate::solver::{self, Problem, Solution};
+use crate::calibrate::types::{CalibrateError, Pace};
 use grideye_frame::PIXELS;
 use grideye_scene::fit::{self, Fit, RECORDING_START};
 use grideye_scene::{Files, Scene, Simulator};
 use std::time::Duration;
 
-/// A scene file with its unknowns.
 pub(crate) struct Model<'a> {
     text: String,
     origin: &'a str,
     files: &'a dyn Files,
     sensor: &'a str,
-    /// All unknowns of the text.
     fits: Vec<Fit>,
-    /// The places of those that the pictures depend on.
     searched: Vec<usize>,
     pub(crate) evaluations: u64,
     pace: Pace<'a>,
@@ -53,12 +48,10 @@ impl<'a> Model<'a> {
         })
     }
 
-    /// The place of each coordinate among the scene's unknowns.
     pub(crate) fn searched(&self) -> &[usize] {
         &self.searched
     }
 
-    /// The point at which the file stands.
     pub(crate) fn start(&self) -> Vec<f64> {
         let share = |fit: &Fit| (fit.value - fit.bounds[0]) / (fit.bounds[1] - fit.bounds[0]);
         self.searched
@@ -77,13 +70,11 @@ impl<'a> Model<'a> {
         values
     }
 
-    /// The scene at a point.
     pub(crate) fn scene(&self, point: &[f64]) -> Result<Scene, CalibrateError> {
         let text = fit::with_values(&self.text, &self.fits, &self.values(point));
         Ok(Scene::parse(&text, self.origin, self.files)?.scene)
     }
 
-    /// What the sensor would see at these times of the recording, frame by frame.
     fn images(&mut self, point: &[f64], times: &[Duration]) -> Result<Vec<f64>, CalibrateError> {
         self.evaluations += 1;
         let scene = self.scene(point)?;
@@ -103,7 +94,6 @@ impl<'a> Model<'a> {
         Ok(images)
     }
 
-    /// The second of the scene at which the recording begins.
     fn start_s(&self, point: &[f64]) -> f64 {
         let place = self.fits.iter().position(|fit| fit.key == RECORDING_START);
         place
@@ -111,7 +101,6 @@ impl<'a> Model<'a> {
             .unwrap_or(0.0)
     }
 
-    /// What the scene leaves over of the frames: real less simulated.
     pub(crate) fn left_over(
         &mut self,
         point: &[f64],
@@ -156,7 +145,6 @@ pub(crate) fn noise_key(sensor: &str) -> String {
     format!("sensor.{sensor}.noise_sigma_c")
 }
 
-/// The unknowns against these frames, with this idea of the noise.
 pub(crate) struct Weighted<'m, 'a> {
     pub(crate) model: &'m mut Model<'a>,
     pub(crate) frames: &'m Frames,
@@ -164,7 +152,6 @@ pub(crate) struct Weighted<'m, 'a> {
 }
 
 impl Weighted<'_, '_> {
-    /// The search from `start`, at most so many steps.
     pub(crate) fn solve(
         &mut self,
         start: &[f64],

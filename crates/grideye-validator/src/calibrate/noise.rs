@@ -17,7 +17,6 @@ use crate::numbers::count;
 use grideye_frame::PIXELS;
 use grideye_scene::profile::{CYCLE_TICKS, CommonMode};
 
-/// The variances, and the triangle that makes the common part white.
 #[derive(Debug, Clone)]
 pub(crate) struct Noise {
     frames: usize,
@@ -30,7 +29,6 @@ pub(crate) struct Noise {
     lower: Matrix,
 }
 
-/// How many numbers each part has that do not depend on others.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Freedom {
     pub(crate) pattern: f64,
@@ -46,7 +44,6 @@ const TOGETHER_START: f64 = 0.1 * 0.1;
 const WHITE_MIN: f64 = 1e-8;
 
 impl Noise {
-    /// Before anything is known.
     pub(crate) fn first(frames: usize) -> Self {
         Self::new(
             frames,
@@ -56,8 +53,7 @@ impl Noise {
         )
     }
 
-    /// From the parts of what is left over, with the share of each that the unknowns have used up; `known` is the
-    /// common mode where that need not be guessed.
+    /// `used` is the share of each part that the unknowns have used up; `known` the common mode where it is not guessed.
     pub(crate) fn of(parts: &Parts, used: &Freedom, known: Option<Vec<f64>>) -> Self {
         let frames = parts.together.len();
         let freedom = Freedom::of(frames, used);
@@ -122,7 +118,6 @@ impl Freedom {
         together: 0.0,
     };
 
-    /// Of so many frames, less what is used up.
     pub(crate) fn of(frames: usize, used: &Self) -> Self {
         let pixels = count(PIXELS - 1);
         Self {
@@ -133,7 +128,6 @@ impl Freedom {
     }
 }
 
-/// The three parts of numbers for each frame and pixel.
 #[derive(Debug, Clone)]
 pub(crate) struct Parts {
     pub(crate) pattern: Vec<f64>,
@@ -169,7 +163,6 @@ impl Parts {
         }
     }
 
-    /// One after the other: pattern, white, together.
     fn joined(self) -> Vec<f64> {
         let mut joined = self.pattern;
         joined.extend(self.white);
@@ -177,7 +170,6 @@ impl Parts {
         joined
     }
 
-    /// The parts of numbers that were joined.
     pub(crate) fn split(joined: &[f64]) -> [&[f64]; 3] {
         let (pattern, rest) = joined.split_at(PIXELS);
         let frames = rest.len() / (PIXELS + 1);
@@ -186,8 +178,7 @@ impl Parts {
     }
 }
 
-/// Of the level of the frames, white noise taken out. It is tapered (Bartlett), so that it stays positive, and raised by
-/// the variance of the mean that the levels were measured from.
+/// Of the frames' levels, white noise taken out; tapered (Bartlett), and raised by the variance of the mean.
 fn autocovariance(together: &[f64], white: f64) -> Vec<f64> {
     let frames = together.len();
     let scale = count(PIXELS).sqrt();

@@ -1,19 +1,16 @@
 //! The search: from several starts on few frames, then on all with weights from what is left over.
 
-use crate::calibrate::error::CalibrateError;
 use crate::calibrate::frames::Frames;
 use crate::calibrate::model::{Model, Weighted};
-use crate::calibrate::noise;
-use crate::calibrate::noise::{Freedom, Noise, Parts};
+use crate::calibrate::noise::{self, Freedom, Noise, Parts};
 use crate::calibrate::solver::Solution;
-use crate::calibrate::types::{Options, STARTS_MAX};
+use crate::calibrate::types::{CalibrateError, Options, STARTS_MAX};
 use crate::calibrate::uncertainty::Uncertainty;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
 /// Frames that the search from several starts looks at.
 const COARSE_FRAMES: usize = 24;
-/// Steps of each search.
 const COARSE_STEPS: usize = 12;
 const FINE_STEPS: usize = 40;
 /// How often the noise is measured again on what the best fit leaves over.
@@ -21,7 +18,6 @@ pub(crate) const ROUNDS: usize = 3;
 /// Starts whose cost is within this share of the best have found the same.
 const SAME_COST: f64 = 0.01;
 
-/// What all searches take if none ends early.
 pub(crate) fn steps_in_frames(frames: &Frames, options: &Options) -> usize {
     let few = frames.len().min(COARSE_FRAMES);
     starts(options) * COARSE_STEPS * few + (ROUNDS + 1) * FINE_STEPS * frames.len()
@@ -69,12 +65,10 @@ pub(crate) fn from_several_starts(
     Ok((point, [starts, same]))
 }
 
-/// Uniform from 0 to 1.
 pub(crate) fn draw(generator: &mut ChaCha12Rng) -> f64 {
     f64::from(generator.next_u32()) / 4_294_967_296.0
 }
 
-/// The search on all frames, with weights from what it leaves over.
 pub(crate) struct FineSearch {
     pub(crate) solution: Solution,
     pub(crate) noise: Noise,

@@ -1,21 +1,15 @@
 //! Levenberg and Marquardt's least squares between bounds (Marquardt 1963, SIAM J. Appl. Math. 11:431).
 
-use crate::calibrate::linear;
-use crate::calibrate::linear::{Matrix, dot, zeros};
+use crate::calibrate::linear::{self, Matrix, dot, zeros};
 
-/// What is to be made small: as many residuals for every point.
 pub(crate) trait Problem {
-    /// Why a point has none.
     type Error;
 
-    /// The residuals at a point; every coordinate is 0 to 1, lower to upper bound.
     fn residuals(&mut self, point: &[f64]) -> Result<Vec<f64>, Self::Error>;
 
-    /// A step was made, the derivatives behind it included.
     fn stepped(&mut self) {}
 }
 
-/// Where the search ended.
 #[derive(Debug, Clone)]
 pub(crate) struct Solution {
     pub(crate) point: Vec<f64>,
@@ -26,8 +20,7 @@ pub(crate) struct Solution {
     pub(crate) jacobian: Vec<Vec<f64>>,
 }
 
-/// Half the width of the central differences: 1/10,000 of the way between the bounds, which leaves a hundred
-/// millionth of rounding and as little of curvature.
+/// Half the width of the central differences, as a share of the way between the bounds.
 const STEP: f64 = 1e-4;
 const DAMPING_START: f64 = 1e-3;
 const DAMPING_MAX: f64 = 1e10;
@@ -35,7 +28,6 @@ const DAMPING_MAX: f64 = 1e10;
 const GAIN_MIN: f64 = 1e-9;
 const MOVE_MIN: f64 = 1e-7;
 
-/// Goes downhill from `start`, at most so many steps.
 pub(crate) fn solve<P: Problem>(
     problem: &mut P,
     start: &[f64],
@@ -84,7 +76,6 @@ pub(crate) fn solve<P: Problem>(
     })
 }
 
-/// JᵀJ and Jᵀr.
 pub(crate) fn normal_equations(jacobian: &[Vec<f64>], residuals: &[f64]) -> (Matrix, Vec<f64>) {
     let size = jacobian.len();
     let mut normal = zeros(size);

@@ -1,6 +1,7 @@
-//! How to calibrate, and what is found.
+//! How to calibrate, how far the work has come, what is found, and why nothing is.
 
 use grideye_frame::PIXELS;
+use grideye_scene::SceneError;
 use grideye_scene::profile::Profile;
 
 /// Frames that are looked at unless another number is asked for.
@@ -90,4 +91,98 @@ pub struct Calibration {
     pub evaluations: u64,
     /// The scene file with what was found, remarks at each `[[fit]]`; every other byte is as it was.
     pub scene: String,
+}
+
+/// Frames simulated with all their derivatives, and at most how many will be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Progress {
+    /// So many; never fewer than before, and all at the end.
+    pub done: u64,
+    /// Of so many.
+    pub total: u64,
+}
+
+pub(crate) struct Pace<'a> {
+    tell: &'a mut dyn FnMut(Progress),
+    at: Progress,
+    each: u64,
+    ends: u64,
+}
+
+impl<'a> Pace<'a> {
+    pub(crate) fn new(total: usize, tell: &'a mut dyn FnMut(Progress)) -> Self {
+        let total = long(total);
+        Self {
+            tell,
+            at: Progress { done: 0, total },
+            each: 0,
+            ends: 0,
+        }
+    }
+
+    pub(crate) fn begin(&mut self, steps_max: usize, frames: usize) {
+        self.each = long(frames);
+        self.ends = self.at.done + long(steps_max) * self.each;
+    }
+
+    pub(crate) fn step(&mut self) {
+        self.reach((self.at.done + self.each).min(self.ends));
+    }
+
+    pub(crate) fn end(&mut self) {
+        self.reach(self.ends);
+    }
+
+    fn reach(&mut self, done: u64) {
+        self.at.done = done;
+        (self.tell)(self.at);
+    }
+}
+
+fn long(number: usize) -> u64 {
+    u64::try_from(number).unwrap_or(u64::MAX)
+}
+
+/// Why a scene could not be calibrated.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what each is")]
+pub enum CalibrateError {
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error("the {which} bound {value} of `{key}` is no value that the scene may have: {source}")]
+    Bound {
+        key: String,
+        which: &'static str,
+        value: f64,
+        source: Box<SceneError>,
+    },
+    #[error(
+        "{origin} marks no unknown\nhint: add a [[fit]] table, key = \"room.ambient_c\" and bounds = [15, 30] for example; scenes/README.md describes them"
+    )]
+    NoUnknowns { origin: String },
+    #[error(
+        "sensor `{sensor}` has {columns} x {rows} pixels, and recordings have 8 x 8\nhint: choose another sensor of the scene"
+    )]
+    Resolution {
+        sensor: String,
+        columns: usize,
+        rows: usize,
+    },
+    #[error(
+        "{found} frames of the recording lie in the time of the scene, expected at least {needed}\nhint: record longer, or let recording.start_s say when the recording begins"
+    )]
+    TooFewFrames { found: usize, needed: usize },
+    #[error(
+        "the clock of the recording runs backwards at frame {seq}\nhint: keep the rows before or after it"
+    )]
+    TimeRunsBackwards { seq: u64 },
+    #[error(
+        "{found} frames were asked for, expected {least} to {most}\nhint: a few hundred hold all that there is to learn"
+    )]
+    Frames {
+        found: usize,
+        least: usize,
+        most: usize,
+    },
 }

@@ -1,7 +1,6 @@
 //! How well the unknowns are known.
 
-use crate::calibrate::linear;
-use crate::calibrate::linear::{Matrix, dot, eigen, inverse, product, zeros};
+use crate::calibrate::linear::{self, Matrix, dot, eigen, inverse, product, zeros};
 use crate::calibrate::noise::{Freedom, Noise, Parts};
 use crate::calibrate::solver::{Solution, normal_equations};
 use crate::numbers::count;
@@ -12,19 +11,14 @@ use grideye_frame::PIXELS;
 pub(crate) struct Uncertainty {
     /// Coordinates that the recording tells; the others are at a bound, without effect, or bound up with one another.
     pub(crate) told: Vec<usize>,
-    /// Covariance of those, in their order.
     pub(crate) covariance: Matrix,
-    /// Degrees of freedom of each of those.
     pub(crate) freedom: Vec<f64>,
-    /// Coordinates at a bound.
     pub(crate) at_bound: Vec<usize>,
-    /// Coordinates without any effect on the pictures.
     pub(crate) idle: Vec<usize>,
     /// Coordinates of which only a sum or a product is told, each group in one list.
     pub(crate) tangled: Vec<usize>,
     /// By how much the variance of each told coordinate was widened because frames repeat one another; 1 is not at all.
     pub(crate) widened: Vec<f64>,
-    /// How much of each part's freedom the unknowns have used up.
     pub(crate) used: Freedom,
 }
 
@@ -109,7 +103,6 @@ impl Uncertainty {
     }
 }
 
-/// The coordinates by what the recording says of them.
 struct Sorted {
     told: Vec<usize>,
     at_bound: Vec<usize>,
@@ -220,8 +213,7 @@ fn tangled(normal: &Matrix, active: &[usize]) -> Vec<usize> {
     tangled
 }
 
-/// By how much the variance of each coordinate is larger than white noise would make it, because what is left over of
-/// neighbouring frames pulls the same way: 1 unless the repetition is beyond chance.
+/// By how much neighbouring frames' pull widens each variance; 1 unless the repetition is beyond chance.
 fn widening(columns: &[&[f64]], bread: &Matrix, residuals: &[f64]) -> Vec<f64> {
     let [_, left_over, _] = Parts::split(residuals);
     let scores: Vec<Vec<f64>> = columns
@@ -272,8 +264,7 @@ fn repetition(pulls: &[f64]) -> f64 {
     }
 }
 
-/// The 97.5 % quantile of Student's t, by the expansion about the normal one (Abramowitz and Stegun, 26.7.5); within 2 %
-/// from three degrees of freedom on.
+/// The 97.5 % quantile of Student's t (Abramowitz and Stegun, 26.7.5); within 2 % from three degrees of freedom on.
 pub(crate) fn student_97_5(freedom: f64) -> f64 {
     const Z: f64 = 1.959_963_985;
     let v = freedom.max(2.0);

@@ -1,10 +1,10 @@
 //! Allan deviations of single pixels and of the common mode.
 
-use crate::characterize::histogram::Histogram;
-use crate::characterize::limits::DIFFERENCE_BIN_C;
-use crate::frames::pixels::Pixels;
+use crate::characterize::histogram::{DIFFERENCE_BIN_C, Histogram};
+use crate::frames::types::Pixels;
 use crate::numbers::{RunningVariance, long_count};
 use grideye_frame::PIXELS;
+use serde::Serialize;
 
 /// Averages of 1, 2, 4 and so on up to 512 frames.
 const OCTAVES: usize = 10;
@@ -12,13 +12,11 @@ const OCTAVES: usize = 10;
 const PAIRS_MIN: u64 = 8;
 
 /// How far averages over one stretch of time differ from those over the next.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct AllanPoint {
     /// Length of the averages, seconds.
     pub tau_s: f64,
-    /// Allan deviation of a single pixel, °C, from the quartiles over all pixels and averages, as of a normal distribution:
-    /// white noise falls with the root of `tau_s`, drift rises. Who walks past widens it less than he would by any rule
-    /// that cuts off the tails, as he is in most averages of some length.
+    /// Allan deviation of a single pixel, °C, from the quartiles over all pixels and averages.
     pub pixel_c: f64,
     /// Allan deviation of the common mode, °C.
     pub common_c: f64,
@@ -78,10 +76,9 @@ impl Allan {
         }
     }
 
-    /// Differences of neighbouring averages of `2^octave` frames.
     #[cfg(test)]
     pub(crate) fn pairs(&self, octave: usize) -> u64 {
-        self.0[octave].common.count()
+        self.0[octave].common.count
     }
 
     pub(crate) fn finish(self, period_s: f64) -> Vec<AllanPoint> {
@@ -89,14 +86,14 @@ impl Allan {
         let mut frames = 1.0;
         let mut points = Vec::new();
         for octave in self.0 {
-            let pairs = octave.common.count();
+            let pairs = octave.common.count;
             if pairs < PAIRS_MIN {
                 break;
             }
             // About zero, not about the mean: an even drift is a deviation too.
             let common = octave.common;
             let square = common.variance() * long_count(pairs - 1) / long_count(pairs)
-                + common.mean() * common.mean();
+                + common.mean * common.mean;
             points.push(AllanPoint {
                 tau_s: frames * period_s,
                 pixel_c: octave.pixels.quartile_sigma().unwrap_or(0.0) / root_two,

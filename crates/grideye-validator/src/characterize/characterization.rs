@@ -1,15 +1,17 @@
-//! What a recording tells of its sensor, and the profile that is made of it.
+//! Takes the records of one stream and measures the sensor; and the profile that is made of it.
 
 use crate::characterize::allan::AllanPoint;
-use crate::characterize::cycle::Cycle;
-use crate::characterize::flicker::Flicker;
+use crate::characterize::common_mode::CommonMode;
+use crate::characterize::histogram::{DIFFERENCE_BIN_C, FRAMES_MIN, Histogram};
 use crate::characterize::presence::Presence;
-use crate::characterize::steps::Steps;
-use crate::characterize::timing::Timing;
-use crate::frames::faults::Faults;
-use crate::frames::pixels::STEP_VARIANCE;
-use crate::numbers::{long_count, median};
-use grideye_frame::{NoData, PIXELS, TICK};
+use crate::characterize::segment::{Pattern, Segments};
+use crate::characterize::thermistor::{StepFinder, Steps, Thermistor, ThermistorSums};
+use crate::characterize::timing::{Times, Timing};
+use crate::frames::faults::{FaultFinder, Faults, Standing};
+use crate::frames::types::{Pixels, STEP_VARIANCE, middle_mean};
+use crate::numbers::{count, long_count, median};
+use grideye_frame::{NoData, PIXELS, Reading, TICK};
+use grideye_recording::Record;
 use grideye_scene::profile::{self, Profile};
 use std::collections::BTreeMap;
 
@@ -54,48 +56,8 @@ pub struct Characterization {
 /// The noise of each pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NoiseMap {
-    /// Standard deviation from frame to frame as read, °C: with the 0.072 °C of the sensor's rounding, without what all
-    /// pixels do together, and without what moves in the scene.
+    /// Standard deviation from frame to frame as read, °C, without the common mode and what moves.
     pub sigma_c: [f64; PIXELS],
-}
-
-/// What all pixels do together.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CommonMode {
-    /// Standard deviation of means over ten frames, °C: the slow part. What the room does is in it.
-    pub sd_c: f64,
-    /// The wander of a profile that flickers alike; `None` if the recording is too short, or nothing wanders.
-    pub flicker: Option<Flicker>,
-    /// The cold frame in five, if there is one.
-    pub cycle: Option<Cycle>,
-}
-
-/// What does not change from frame to frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pattern {
-    /// The mean of each pixel, °C: with whoever was there.
-    pub mean_c: [f64; PIXELS],
-    /// The smooth part, of second order in place, °C above the middle pixel: taken for the scene's.
-    pub surface_c: [f64; PIXELS],
-    /// What each pixel has beyond it, °C: taken for the sensor's.
-    pub offset_c: [f64; PIXELS],
-    /// Standard deviation of that, °C.
-    pub sd_c: f64,
-}
-
-/// The chip's thermometer.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Thermistor {
-    /// Its mean, °C.
-    pub mean_c: f64,
-    /// The mean of the middle pixel of each frame, °C.
-    pub scene_c: f64,
-    /// How far the thermistor is above the scene, °C.
-    pub offset_c: f64,
-    /// Standard deviation from frame to frame, with its own rounding, °C.
-    pub sigma_c: f64,
-    /// Its trend; `None` below a minute, and where the clock jumped.
-    pub drift_c_per_hour: Option<f64>,
 }
 
 impl NoiseMap {
@@ -117,8 +79,7 @@ impl NoiseMap {
 }
 
 impl Characterization {
-    /// The frame rate by the sensor's own clock, frames a second, where it can be told: by its five-frame cycle; or else
-    /// as the rate of the recording, if that has each of the sensor's frames once (nothing torn, twice, or left out).
+    /// Frames a second by the sensor's own clock: by its five-frame cycle, or where each frame was read just once.
     #[must_use]
     pub fn sensor_hz(&self) -> Option<f64> {
         let cycle = self.common_mode.and_then(|common| common.cycle);
@@ -132,14 +93,10 @@ impl Characterization {
         (in_step && (rate_hz / NOMINAL_HZ - 1.0).abs() < 0.1).then_some(rate_hz)
     }
 
-    /// The sensor as a profile that simulator and emulator load.
+    /// The sensor as a profile that simulator and emulator load, with what is not smooth in the background as its pattern.
     ///
-    /// Its pattern is what is not smooth in the background, which holds in any room. `Background::put_into` puts the whole
-    /// background of an empty room in its place.
-    ///
-    /// The sensor's own rounding is taken out of the pixels' sigmas, since whoever uses the profile rounds again; not out
-    /// of the thermistor's, whose noise is smaller than its step, where rounding adds no such share. Numbers are
-    /// rounded to 0.0001 °C and 100 ppm. Warm-up cannot be told from a recording that does not say when power came on.
+    /// Rounding is taken out of the pixels' sigmas, not out of the thermistor's, whose noise is smaller than its step. Numbers
+    /// are rounded to 0.0001 °C and 100 ppm; warm-up is not known.
     #[must_use]
     pub fn profile(&self, name: &str) -> Profile {
         let common = self.common_mode.as_ref();
@@ -202,4 +159,186 @@ fn rounded(value: f64) -> f64 {
 fn clock_error_ppm(sensor_hz: f64) -> i32 {
     let ppm = (sensor_hz / NOMINAL_HZ - 1.0) * 1e6;
     ((ppm / PROFILE_PPM_STEP).round() * PROFILE_PPM_STEP) as i32
+}
+
+/// Why a recording could not be characterised.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what each is")]
+pub enum CharacterizeError {
+    #[error(
+        "the recording has {found} frames, expected at least {needed}\nhint: five seconds tell little; record a minute or more of a room where little moves"
+    )]
+    TooFewFrames { found: u64, needed: u64 },
+    #[error(
+        "sequence number {found} follows {previous}\nhint: hand in the records of one device, sensor and boot, in the recording's order"
+    )]
+    NotAscending { previous: u64, found: u64 },
+}
+
+/// Measures the sensor from the records of one stream, in their order.
+///
+/// # Errors
+/// [`CharacterizeError`].
+pub fn characterize(
+    records: impl IntoIterator<Item = Record>,
+) -> Result<Characterization, CharacterizeError> {
+    let mut characterizer = Characterizer::new();
+    for record in records {
+        characterizer.push(&record)?;
+    }
+    characterizer.finish()
+}
+
+/// The same, record by record. Needs about 2 MB, however long the recording is.
+#[derive(Debug)]
+pub struct Characterizer {
+    last_seq: Option<u64>,
+    /// The frame just before, if no other was between.
+    before: Option<Pixels>,
+    frames: u64,
+    missing: BTreeMap<NoData, u64>,
+    skipped: u64,
+    gaps: u64,
+    times: Times,
+    steps: StepFinder,
+    faults: FaultFinder,
+    noise: Vec<Histogram>,
+    segments: Segments,
+    thermistor: ThermistorSums,
+}
+
+impl Default for Characterizer {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Characterizer {
+    /// One that has seen nothing.
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            last_seq: None,
+            before: None,
+            frames: 0,
+            missing: BTreeMap::new(),
+            skipped: 0,
+            gaps: 0,
+            times: Times::default(),
+            steps: StepFinder::default(),
+            faults: FaultFinder::default(),
+            noise: vec![Histogram::new(DIFFERENCE_BIN_C); PIXELS],
+            segments: Segments::default(),
+            thermistor: ThermistorSums::default(),
+        }
+    }
+
+    /// Takes the next record.
+    ///
+    /// # Errors
+    /// [`CharacterizeError::NotAscending`].
+    pub fn push(&mut self, record: &Record) -> Result<(), CharacterizeError> {
+        let follows = self.follows(record.seq)?;
+        let raw = match &record.reading {
+            Reading::Frame(raw) => raw,
+            Reading::NoData(reason) => {
+                *self.missing.entry(*reason).or_default() += 1;
+                self.break_off();
+                return Ok(());
+            }
+        };
+        if !follows {
+            self.break_off();
+        }
+        if self.times.push(record.seq, &record.stamp, follows) {
+            self.segments.break_off();
+        }
+        self.frames += 1;
+        let frame = amg8833::word::frame(raw);
+        self.steps.push(&frame);
+        self.thermistor
+            .push(&frame, record.stamp.t_boot_ns, self.before.is_some());
+        let pixels = frame.pixels.map(|pixel| f64::from(pixel.get()));
+        let (pixels, standing) = self.faults.push(&pixels, self.before.as_ref());
+        if let (Some(before), Standing::Own) = (&self.before, standing) {
+            push_differences(&mut self.noise, before, &pixels);
+        }
+        if standing != Standing::Duplicate {
+            self.segments.push(&pixels);
+        }
+        self.before = Some(pixels);
+        Ok(())
+    }
+
+    /// What was found.
+    ///
+    /// # Errors
+    /// [`CharacterizeError::TooFewFrames`].
+    pub fn finish(self) -> Result<Characterization, CharacterizeError> {
+        if self.frames < FRAMES_MIN {
+            return Err(CharacterizeError::TooFewFrames {
+                found: self.frames,
+                needed: FRAMES_MIN,
+            });
+        }
+        let timing = self.times.finish();
+        let sigma_c = noise_map(&self.noise);
+        let faults = self.faults.finish();
+        let segments = self.segments.finish(&timing, &faults, &sigma_c);
+        let thermistor = self.thermistor.finish(timing.jumps);
+        Ok(Characterization {
+            frames: self.frames,
+            missing: self.missing,
+            skipped: self.skipped,
+            gaps: self.gaps,
+            timing,
+            steps: self.steps.finish(),
+            noise: NoiseMap { sigma_c },
+            common_mode: segments.common_mode,
+            pattern: segments.pattern,
+            presence: segments.presence,
+            allan: segments.allan,
+            faults,
+            thermistor,
+        })
+    }
+
+    /// Whether this is the frame right after the one before; counts those between.
+    fn follows(&mut self, seq: u64) -> Result<bool, CharacterizeError> {
+        let Some(previous) = self.last_seq.replace(seq) else {
+            return Ok(false);
+        };
+        if seq <= previous {
+            return Err(CharacterizeError::NotAscending {
+                previous,
+                found: seq,
+            });
+        }
+        let between = seq - previous - 1;
+        self.skipped += between;
+        self.gaps += u64::from(between > 0);
+        Ok(between == 0 && self.before.is_some())
+    }
+
+    fn break_off(&mut self) {
+        self.before = None;
+        self.segments.break_off();
+    }
+}
+
+/// What each pixel did beside what all did together.
+fn push_differences(noise: &mut [Histogram], before: &Pixels, after: &Pixels) {
+    let difference: Pixels = std::array::from_fn(|pixel| after[pixel] - before[pixel]);
+    let together = middle_mean(&difference);
+    for (histogram, difference) in noise.iter_mut().zip(difference) {
+        histogram.push(difference - together);
+    }
+}
+
+/// The noise of one frame from that of differences of two, less the share that leaves with the common mode.
+fn noise_map(noise: &[Histogram]) -> Pixels {
+    let of_pixels = count(PIXELS);
+    let scale = (of_pixels / (of_pixels - 1.0) / 2.0).sqrt();
+    std::array::from_fn(|pixel| noise[pixel].gaussian_sigma().unwrap_or(0.0) * scale)
 }

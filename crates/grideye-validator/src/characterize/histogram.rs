@@ -6,8 +6,7 @@ use crate::numbers::long_count;
 const BINS_A_SIDE: usize = 512;
 /// Values beyond this many standard deviations are cut off: what is not noise is mostly there.
 const CUT_SIGMAS: f64 = 3.0;
-/// The variance of a normal distribution cut off at three standard deviations, against that of the whole:
-/// 1 - 2 · 3 φ(3) / (2 Φ(3) - 1).
+/// The variance of a normal distribution cut off at three standard deviations: 1 - 2 · 3 φ(3) / (2 Φ(3) - 1).
 const CUT_VARIANCE: f64 = 0.973_337;
 /// The distance of the quartiles of a normal distribution, in standard deviations.
 const QUARTILES_APART: f64 = 1.348_98;
@@ -19,11 +18,16 @@ const FIT_STEPS_MAX: u32 = 50;
 pub(crate) struct Histogram {
     bin: f64,
     counts: Vec<u64>,
-    total: u64,
+    pub(crate) total: u64,
+}
+
+impl Default for Histogram {
+    fn default() -> Self {
+        Self::new(DIFFERENCE_BIN_C)
+    }
 }
 
 impl Histogram {
-    /// With bins of that width.
     pub(crate) fn new(bin: f64) -> Self {
         Self {
             bin,
@@ -49,10 +53,6 @@ impl Histogram {
         }
     }
 
-    pub(crate) const fn total(&self) -> u64 {
-        self.total
-    }
-
     /// The lowest and the highest bin that hold something.
     pub(crate) fn extent(&self) -> Option<(f64, f64)> {
         let (_, low) = self.bins().next()?;
@@ -73,10 +73,7 @@ impl Histogram {
         None
     }
 
-    /// The standard deviation of the normal distribution that fits the middle of the values; `None` of fewer than 10.
-    ///
-    /// The values within three standard deviations of their mean, again and again, until that changes nothing; what
-    /// the cut takes from a normal distribution is given back.
+    /// The normal distribution's standard deviation that fits the values within three of it; `None` of fewer than 10.
     pub(crate) fn gaussian_sigma(&self) -> Option<f64> {
         if self.total < 10 {
             return None;
@@ -97,10 +94,7 @@ impl Histogram {
         Some(sigma)
     }
 
-    /// The standard deviation of the normal distribution with the same quartiles; `None` of fewer than 10 values.
-    ///
-    /// Values that come in steps, several bins apart, are spread over the room between them, so that quartiles do not
-    /// jump; the twelfth of the step's square that this adds is taken off, as Sheppard does.
+    /// The normal distribution's deviation by the quartiles, steps taken off (Sheppard); `None` of fewer than 10.
     pub(crate) fn quartile_sigma(&self) -> Option<f64> {
         if self.total < 10 {
             return None;
@@ -112,8 +106,7 @@ impl Histogram {
         Some((sigma * sigma - added).max(0.0).sqrt())
     }
 
-    /// A quantile where the values of each bin lie evenly between the middles to the neighbours that hold something; with
-    /// the width of that room.
+    /// A quantile where each bin's values lie evenly up to the middles to its neighbours; with the width of that room.
     fn spread_quantile(&self, share: f64) -> Option<(f64, f64)> {
         let wanted = share * long_count(self.total);
         let bins: Vec<(f64, f64)> = self.bins().collect();
@@ -150,7 +143,6 @@ impl Histogram {
         ((squares - sum * sum / count) / count).max(0.0)
     }
 
-    /// Counts and middles of the bins that hold something.
     fn bins(&self) -> impl Iterator<Item = (f64, f64)> {
         let zero = long_count(u64::try_from(BINS_A_SIDE).unwrap_or(0));
         (0_u32..)
@@ -159,6 +151,13 @@ impl Histogram {
             .map(move |(place, count)| (long_count(*count), (f64::from(place) - zero) * self.bin))
     }
 }
+
+/// The fewest frames from which anything is said.
+pub const FRAMES_MIN: u64 = 50;
+/// Bins of the histograms of differences are this wide, °C: fine against the sensor's step of 0.25.
+pub(crate) const DIFFERENCE_BIN_C: f64 = 1.0 / 64.0;
+/// Frames of a segment: ten seconds at full rate.
+pub(crate) const SEGMENT_FRAMES: usize = 100;
 
 #[cfg(test)]
 mod tests {
@@ -241,7 +240,7 @@ mod tests {
         for value in [-1000.0, 0.0, 0.5, 1000.0] {
             histogram.push(value);
         }
-        assert_eq!(histogram.total(), 4);
+        assert_eq!(histogram.total, 4);
         assert_eq!(histogram.quantile(0.5), Some(0.25));
         assert_eq!(histogram.quantile(1.0), Some(256.25));
     }

@@ -34,27 +34,23 @@
 
 mod allan;
 pub(crate) mod characterization;
-mod characterizer;
-mod cycle;
-mod flicker;
+pub(crate) mod common_mode;
 mod histogram;
-mod limits;
-mod pattern;
 mod presence;
 mod segment;
-mod steps;
 pub(crate) mod summary;
 mod thermistor;
 mod timing;
 
 pub use crate::frames::faults::{Faults, TORN_RUN_MIN};
 pub use allan::AllanPoint;
-pub use characterization::{Characterization, CommonMode, NoiseMap, Pattern, Thermistor};
-pub use characterizer::{CharacterizeError, Characterizer, characterize};
-pub use cycle::Cycle;
-pub use flicker::Flicker;
-pub use limits::FRAMES_MIN;
+pub use characterization::{
+    Characterization, CharacterizeError, Characterizer, NoiseMap, characterize,
+};
+pub use common_mode::{CommonMode, Cycle, Flicker};
+pub use histogram::FRAMES_MIN;
 pub use presence::{Presence, Spot};
-pub use steps::Steps;
+pub use segment::Pattern;
 pub use summary::Line;
+pub use thermistor::{Steps, Thermistor};
 pub use timing::{JUMPS_LISTED_MAX, Jump, Timing};

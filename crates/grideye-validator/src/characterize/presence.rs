@@ -7,17 +7,15 @@
 //! Who keeps still cannot be told from a heater by anything in the frames. So what stays warm beyond the pattern that
 //! units have is neither taken for somebody nor for the room.
 
-use crate::characterize::histogram::Histogram;
-use crate::characterize::limits::DIFFERENCE_BIN_C;
-use crate::frames::pixels::{Pixels, middle_mean, two_by_two};
+use crate::characterize::histogram::{DIFFERENCE_BIN_C, Histogram};
+use crate::frames::types::{Pixels, middle_mean, two_by_two};
 use crate::metrics::gain::WarmLimits;
 use crate::metrics::unclaimed::RoomDifference;
 use crate::numbers::count;
 use crate::thresholds::Thresholds;
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
 
-/// Means below which nobody's absence is known, half a minute: in every half minute of both LINAIGE sessions in which
-/// somebody was counted, something moved by 0.65 °C or more; in ten seconds by as little as 0.2 °C.
+/// Means below which nobody's absence is known, half a minute (LINAIGE: somebody moves 0.65 °C or more in as long).
 const MEANS_MIN: usize = 30;
 /// So many standard deviations are no noise.
 const MOVED_SIGMAS: f64 = 6.0;
@@ -48,7 +46,6 @@ pub struct Spot {
     pub column: usize,
 }
 
-/// Takes means of ten frames.
 #[derive(Debug)]
 pub(crate) struct PresenceFinder {
     squares: Vec<Histogram>,
@@ -81,7 +78,6 @@ impl PresenceFinder {
         self.means += 1;
     }
 
-    /// The mean of each pixel, °C; `None` of nothing.
     pub(crate) fn mean_c(&self) -> Option<Pixels> {
         (self.means > 0).then(|| self.sums.map(|sum| sum / count(self.means)))
     }

@@ -1,17 +1,27 @@
-//! Runs of a hundred frames: what is slow in a recording is taken from these.
+//! Runs of a hundred frames: what is slow in a recording, and what each pixel shows too much, are taken from these.
 
 use crate::characterize::allan::{Allan, AllanPoint};
-use crate::characterize::characterization::{CommonMode, Pattern};
-use crate::characterize::cycle::CycleFinder;
-use crate::characterize::flicker;
-use crate::characterize::limits::SEGMENT_FRAMES;
-use crate::characterize::pattern::PatternFinder;
+use crate::characterize::common_mode::{CommonMode, CycleFinder, flicker};
+use crate::characterize::histogram::{DIFFERENCE_BIN_C, Histogram, SEGMENT_FRAMES};
 use crate::characterize::presence::{Presence, PresenceFinder};
 use crate::characterize::timing::Timing;
 use crate::frames::faults::Faults;
-use crate::frames::pixels::{Pixels, middle_mean};
+use crate::frames::types::{Pixels, middle_mean};
 use crate::numbers::{RunningVariance, count, median, trimmed_mean};
-use grideye_frame::PIXELS;
+use grideye_frame::{COLUMNS, PIXELS, ROWS};
+
+/// What does not change from frame to frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pattern {
+    /// The mean of each pixel, °C: with whoever was there.
+    pub mean_c: [f64; PIXELS],
+    /// The smooth part, of second order in place, °C above the middle pixel: taken for the scene's.
+    pub surface_c: [f64; PIXELS],
+    /// What each pixel has beyond it, °C: taken for the sensor's.
+    pub offset_c: [f64; PIXELS],
+    /// Standard deviation of that, °C.
+    pub sd_c: f64,
+}
 
 /// Frames of one level of the slow wander: two cycles of five, which cancel in it.
 const LEVEL_FRAMES: usize = 10;
@@ -22,14 +32,12 @@ pub(crate) struct Segments {
     /// What each pixel had in the first segment: levels are told from there.
     reference: Option<Pixels>,
     cycle: CycleFinder,
-    /// Levels of the common mode.
     levels: RunningVariance,
     pattern: PatternFinder,
     presence: PresenceFinder,
     allan: Allan,
 }
 
-/// What came of all segments.
 pub(crate) struct FromSegments {
     pub(crate) common_mode: Option<CommonMode>,
     pub(crate) pattern: Option<Pattern>,
@@ -70,7 +78,7 @@ impl Segments {
         let level_noise = frame_noise / count(LEVEL_FRAMES);
         let common_mode = pattern.is_some().then(|| CommonMode {
             sd_c: (self.levels.variance() - level_noise).max(0.0).sqrt(),
-            flicker: flicker::flicker(&allan, frame_noise),
+            flicker: flicker(&allan, frame_noise),
             cycle: self.cycle.finish(timing.rate_hz * own_share),
         });
         FromSegments {
@@ -133,12 +141,83 @@ fn level(frame: &Pixels, reference: &Pixels) -> f64 {
     }))
 }
 
+/// What each pixel mostly is beside the others, segment by segment.
+#[derive(Debug)]
+pub(crate) struct PatternFinder(Vec<Histogram>);
+
+impl Default for PatternFinder {
+    fn default() -> Self {
+        Self(vec![Histogram::new(DIFFERENCE_BIN_C); PIXELS])
+    }
+}
+
+impl PatternFinder {
+    pub(crate) fn push(&mut self, base: &Pixels) {
+        let middle = median(base).unwrap_or_default();
+        for (histogram, level) in self.0.iter_mut().zip(base) {
+            histogram.push(level - middle);
+        }
+    }
+
+    /// The middle of all segments, in which someone who sits in some of them does not show.
+    pub(crate) fn finish(self, mean_c: Pixels) -> Option<Pattern> {
+        if self.0.first().is_none_or(|pixel| pixel.total == 0) {
+            return None;
+        }
+        let levels: Pixels =
+            std::array::from_fn(|pixel| self.0[pixel].quantile(0.5).unwrap_or(0.0));
+        let surface_c = smooth(&levels);
+        let offset_c: Pixels = std::array::from_fn(|pixel| levels[pixel] - surface_c[pixel]);
+        let squares: f64 = offset_c.iter().map(|offset| offset * offset).sum();
+        Some(Pattern {
+            mean_c,
+            surface_c,
+            offset_c,
+            sd_c: (squares / count(PIXELS - SURFACES)).sqrt(),
+        })
+    }
+}
+
+/// Functions of the surface that is taken for the scene's.
+const SURFACES: usize = 6;
+
+/// The nearest surface of 1, x, y, xy, x² and y², which are orthogonal on a full grid once the squares lose their mean.
+fn smooth(levels: &Pixels) -> Pixels {
+    let axis = |place: usize, of: usize| count(place) - (count(of) - 1.0) / 2.0;
+    let at = |pixel: usize| (axis(pixel % COLUMNS, COLUMNS), axis(pixel / COLUMNS, ROWS));
+    let mean_square = |of: usize| (count(of) * count(of) - 1.0) / 12.0;
+    let functions: [&dyn Fn(f64, f64) -> f64; SURFACES] = [
+        &|_, _| 1.0,
+        &|x, _| x,
+        &|_, y| y,
+        &|x, y| x * y,
+        &|x, _| x * x - mean_square(COLUMNS),
+        &|_, y| y * y - mean_square(ROWS),
+    ];
+    let mut surface = [0.0; PIXELS];
+    for function in functions {
+        let values: Pixels = std::array::from_fn(|pixel| {
+            let (x, y) = at(pixel);
+            function(x, y)
+        });
+        let squares: f64 = values.iter().map(|value| value * value).sum();
+        let product: f64 = values
+            .iter()
+            .zip(levels)
+            .map(|(value, level)| value * level)
+            .sum();
+        for (sum, value) in surface.iter_mut().zip(values) {
+            *sum += product / squares * value;
+        }
+    }
+    surface
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// By hand: the first 100 frames and the 50 behind them are 149 differences, the 90 beyond the gap 89; of averages of
-    /// two there are 75 and 45.
+    /// By hand: 149 differences, and 89 beyond the gap; of averages of two, 74 and 44.
     #[test]
     fn frames_that_make_no_segment_count_for_the_allan_deviation() {
         let mut segments = Segments::default();
@@ -168,5 +247,41 @@ mod tests {
         (0..SEGMENT_FRAMES).for_each(|_| segments.push(&[20.0; PIXELS]));
         assert!(segments.reference.is_some());
         assert!(segments.frames.is_empty() && segments.frames.capacity() < 2 * SEGMENT_FRAMES);
+    }
+
+    #[test]
+    fn a_smooth_scene_is_no_pattern() {
+        let scene: Pixels = std::array::from_fn(|pixel| {
+            let (x, y) = (count(pixel % 8), count(pixel / 8));
+            0.3 + 0.1 * x - 0.05 * y + 0.01 * x * y - 0.02 * x * x + 0.015 * y * y
+        });
+        let left: Vec<f64> = scene
+            .iter()
+            .zip(smooth(&scene))
+            .map(|(scene, smooth)| scene - smooth)
+            .collect();
+        assert!(left.iter().all(|left| left.abs() < 1e-12), "{left:?}");
+    }
+
+    #[test]
+    fn one_odd_pixel_is_found_although_someone_sits_elsewhere_for_a_while() {
+        let mut finder = PatternFinder::default();
+        for segment in 0..11 {
+            let mut base = [21.0; PIXELS];
+            base[27] += 0.5;
+            if segment < 4 {
+                base[40..46].fill(24.0);
+            }
+            finder.push(&base);
+        }
+        let pattern = finder.finish([21.0; PIXELS]).unwrap();
+        assert!(
+            (pattern.offset_c[27] - 0.5).abs() < 0.06,
+            "{:?}",
+            pattern.offset_c
+        );
+        assert!(pattern.offset_c[42].abs() < 0.06);
+        // One of 64 by 0.5: sqrt(0.25 / 58).
+        assert!((pattern.sd_c - 0.0657).abs() < 0.01, "{}", pattern.sd_c);
     }
 }

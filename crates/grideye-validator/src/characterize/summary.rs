@@ -2,11 +2,10 @@
 
 use crate::characterize::characterization::{Characterization, NOMINAL_HZ};
 use crate::characterize::presence::{Presence, Spot};
-use crate::characterize::timing::Jump;
 use grideye_draw::text::{fixed, signed};
 use grideye_frame::COLUMNS;
 use serde_json::{Map, Value, json};
-use std::fmt;
+use std::fmt::{self, Display};
 
 /// One line of the table: what, how much, and what belongs to it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -19,11 +18,21 @@ pub struct Line {
     pub note: String,
 }
 
+#[derive(Default)]
+struct Lines(Vec<Line>);
+
+impl Lines {
+    fn add(&mut self, label: &'static str, value: impl Display, note: impl Display) {
+        let (value, note) = (value.to_string(), note.to_string());
+        self.0.push(Line { label, value, note });
+    }
+}
+
 impl Characterization {
     /// The table's lines, in order.
     #[must_use]
     pub fn lines(&self) -> Vec<Line> {
-        let mut lines = Vec::new();
+        let mut lines = Lines::default();
         self.add_frames(&mut lines);
         self.add_timing(&mut lines);
         self.add_noise(&mut lines);
@@ -31,27 +40,21 @@ impl Characterization {
         self.add_common_mode(&mut lines);
         self.add_faults(&mut lines);
         self.add_thermistor(&mut lines);
-        lines
+        lines.0
     }
 
     /// The table, the noise map and the Allan deviations as text for a terminal.
     #[must_use]
     pub fn text(&self) -> String {
         let lines = self.lines();
-        let width = |of: fn(&Line) -> &str| {
-            lines
-                .iter()
-                .map(|line| of(line).chars().count())
-                .max()
-                .unwrap_or(0)
+        let longest = |of: fn(&Line) -> &str| {
+            let widths = lines.iter().map(|line| of(line).chars().count());
+            widths.max().unwrap_or(0)
         };
-        let (labels, values) = (width(|line| line.label), width(|line| &line.value));
+        let (labels, values) = (longest(|line| line.label), longest(|line| &line.value));
         let mut text = String::new();
-        for line in &lines {
-            let row = format!(
-                "{:<labels$}  {:>values$}  {}",
-                line.label, line.value, line.note
-            );
+        for Line { label, value, note } in &lines {
+            let row = format!("{label:<labels$}  {value:>values$}  {note}");
             text.push_str(row.trim_end());
             text.push('\n');
         }
@@ -72,15 +75,15 @@ impl Characterization {
         text
     }
 
-    /// The same as one JSON object; what could not be told is null. Temperatures are in °C, times in seconds, shares
-    /// from 0 to 1.
+    /// The same as one JSON object: °C, seconds, shares from 0 to 1; null where unknown.
     #[must_use]
     pub fn to_json(&self) -> String {
-        let missing: Map<String, Value> = self
-            .missing
-            .iter()
+        let missing = self.missing.iter();
+        let missing: Map<String, Value> = missing
             .map(|(reason, count)| (reason.name().to_owned(), json!(count)))
             .collect();
+        let mut faults = json!(self.faults);
+        faults["torn_share"] = json!(self.faults.torn_share());
         let document = json!({
             "format": "grideye-characterization",
             "version": 1,
@@ -88,13 +91,13 @@ impl Characterization {
             "missing": missing,
             "skipped": self.skipped,
             "gaps": self.gaps,
-            "timing": self.timing_json(),
+            "timing": self.timing,
             "sensor_hz": self.sensor_hz(),
             "pixel_step_c": self.steps.pixel_c,
             "thermistor_step_c": self.steps.thermistor_c,
             "noise_sigma_c": self.noise.sigma_c.to_vec(),
             "noise_sigma_median_c": self.noise.median_c(),
-            "common_mode": self.common_mode_json(),
+            "common_mode": self.common_mode,
             "pattern": self.pattern.map(|pattern| json!({
                 "surface_c": pattern.surface_c.to_vec(),
                 "offset_c": pattern.offset_c.to_vec(),
@@ -102,39 +105,11 @@ impl Characterization {
                 "mean_c": pattern.mean_c.to_vec(),
             })),
             "presence": self.presence_json(),
-            "allan": self.allan.iter().map(|point| json!({
-                "tau_s": point.tau_s,
-                "pixel_c": point.pixel_c,
-                "common_c": point.common_c,
-            })).collect::<Vec<_>>(),
-            "faults": self.faults_json(),
-            "thermistor": {
-                "mean_c": self.thermistor.mean_c,
-                "scene_c": self.thermistor.scene_c,
-                "offset_c": self.thermistor.offset_c,
-                "sigma_c": self.thermistor.sigma_c,
-                "drift_c_per_hour": self.thermistor.drift_c_per_hour,
-            },
+            "allan": self.allan,
+            "faults": faults,
+            "thermistor": self.thermistor,
         });
         format!("{document:#}\n")
-    }
-
-    fn timing_json(&self) -> Value {
-        let timing = &self.timing;
-        let jump = |jump: &Jump| json!({ "seq": jump.seq, "by_s": jump.by_s });
-        json!({
-            "span_s": timing.span_s,
-            "rate_hz": timing.rate_hz,
-            "period_s": timing.period_s,
-            "jitter_s": timing.jitter_s,
-            "shortest_percent_s": timing.shortest_percent_s,
-            "longest_percent_s": timing.longest_percent_s,
-            "longest_s": timing.longest_s,
-            "stalls": timing.stalls,
-            "bursts": timing.bursts,
-            "jumps": timing.jumps,
-            "listed_jumps": timing.listed_jumps.iter().map(jump).collect::<Vec<_>>(),
-        })
     }
 
     fn presence_json(&self) -> Value {
@@ -153,276 +128,140 @@ impl Characterization {
         })
     }
 
-    fn common_mode_json(&self) -> Value {
-        let Some(common) = &self.common_mode else {
-            return Value::Null;
-        };
-        json!({
-            "sd_c": common.sd_c,
-            "flicker": common.flicker.map(|flicker| json!({
-                "sd_c": flicker.sd_c,
-                "correlation_s": flicker.correlation_s,
-                "octaves": flicker.octaves,
-            })),
-            "cycle": common.cycle.map(|cycle| json!({
-                "frames": cycle.frames,
-                "depth_c": cycle.depth_c,
-                "contrast": cycle.contrast,
-                "sensor_hz": cycle.sensor_hz,
-            })),
-        })
-    }
-
-    fn faults_json(&self) -> Value {
-        let faults = &self.faults;
-        json!({
-            "compared": faults.compared,
-            "torn": faults.torn,
-            "torn_share": faults.torn_share(),
-            "torn_by_chance": faults.torn_by_chance,
-            "duplicates": faults.duplicates,
-            "duplicates_in_a_row_max": faults.duplicates_in_a_row_max,
-            "glitch_pixels": faults.glitch_pixels,
-            "glitch_frames": faults.glitch_frames,
-        })
-    }
-
-    fn add_frames(&self, lines: &mut Vec<Line>) {
-        let missing: Vec<String> = self
-            .missing
-            .iter()
+    fn add_frames(&self, lines: &mut Lines) {
+        let missing = self.missing.iter();
+        let why: Vec<String> = missing
             .map(|(reason, count)| format!("{count} {reason}"))
             .collect();
-        let missing_frames: u64 = self.missing.values().sum();
-        add(lines, "frames read", self.frames.to_string(), "");
-        add(
-            lines,
-            "frames recorded as missing",
-            missing_frames.to_string(),
-            &missing.join(", "),
-        );
-        let gaps = format!("at {}", times(self.gaps, "place"));
-        let note = if self.gaps == 0 { "" } else { &gaps };
-        add(
-            lines,
-            "sequence numbers left out",
-            self.skipped.to_string(),
-            note,
-        );
+        let (number, why) = (self.missing.values().sum::<u64>(), why.join(", "));
+        lines.add("frames read", self.frames, "");
+        lines.add("frames recorded as missing", number, why);
+        let gaps = match self.gaps {
+            0 => String::new(),
+            gaps => format!("at {}", times(gaps, "place")),
+        };
+        lines.add("sequence numbers left out", self.skipped, gaps);
     }
 
-    fn add_timing(&self, lines: &mut Vec<Line>) {
+    fn add_timing(&self, lines: &mut Lines) {
         let timing = &self.timing;
-        let milliseconds = |seconds: f64| fixed(1000.0 * seconds, 2);
-        add(lines, "length, s", fixed(timing.span_s, 1), "");
-        add(
-            lines,
-            "frame rate of the recording, Hz",
-            fixed(timing.rate_hz, 3),
-            "stalls left out",
-        );
-        let jitter = format!(
-            "99 % between {} and {}",
-            milliseconds(timing.shortest_percent_s),
-            milliseconds(timing.longest_percent_s)
-        );
-        add(
-            lines,
-            "jitter of the interval, ms",
-            milliseconds(timing.jitter_s),
-            &jitter,
-        );
-        let longest = format!("longest interval {} ms", milliseconds(timing.longest_s));
-        add(lines, "stalls", timing.stalls.to_string(), &longest);
-        add(lines, "bursts", timing.bursts.to_string(), "");
-        let jumps: Vec<String> = timing
-            .listed_jumps
-            .iter()
+        let ms = |seconds: f64| fixed(1000.0 * seconds, 2);
+        lines.add("length, s", fixed(timing.span_s, 1), "");
+        let rate = fixed(timing.rate_hz, 3);
+        lines.add("frame rate of the recording, Hz", rate, "stalls left out");
+        let [shortest, longest] = [timing.shortest_percent_s, timing.longest_percent_s].map(ms);
+        let jitter = ms(timing.jitter_s);
+        let range = format!("99 % between {shortest} and {longest}");
+        lines.add("jitter of the interval, ms", jitter, range);
+        let longest = format!("longest interval {} ms", ms(timing.longest_s));
+        lines.add("stalls", timing.stalls, longest);
+        lines.add("bursts", timing.bursts, "");
+        let jumps = timing.listed_jumps.iter();
+        let jumps: Vec<String> = jumps
             .map(|jump| format!("{} s at frame {}", fixed(jump.by_s, 1), jump.seq))
             .collect();
-        add(
-            lines,
-            "jumps of the clock",
-            timing.jumps.to_string(),
-            &jumps.join(", "),
-        );
+        lines.add("jumps of the clock", timing.jumps, jumps.join(", "));
         let (rate, note) = match self.sensor_hz() {
-            Some(rate) => (
-                fixed(rate, 2),
-                format!("clock {} %", signed(100.0 * (rate / NOMINAL_HZ - 1.0), 1)),
-            ),
+            Some(rate) => {
+                let off = signed(100.0 * (rate / NOMINAL_HZ - 1.0), 1);
+                (fixed(rate, 2), format!("clock {off} %"))
+            }
             None => ("unknown".to_owned(), String::new()),
         };
-        add(lines, "frame rate of the sensor, Hz", rate, &note);
+        lines.add("frame rate of the sensor, Hz", rate, note);
     }
 
-    fn add_noise(&self, lines: &mut Vec<Line>) {
+    fn add_noise(&self, lines: &mut Lines) {
         let step = |step: Option<f64>| step.map_or("unknown".to_owned(), |step| step.to_string());
-        add(
-            lines,
-            "step of the pixels, °C",
-            step(self.steps.pixel_c),
-            "",
-        );
-        add(
-            lines,
-            "step of the thermistor, °C",
-            step(self.steps.thermistor_c),
-            "",
-        );
+        let [pixel, thermistor] = [self.steps.pixel_c, self.steps.thermistor_c].map(step);
+        lines.add("step of the pixels, °C", pixel, "");
+        lines.add("step of the thermistor, °C", thermistor, "");
         let (least, most) = self.noise.range_c();
         let range = format!("{} to {} over the pixels", fixed(least, 2), fixed(most, 2));
-        add(
-            lines,
-            "noise of the middle pixel, °C",
-            fixed(self.noise.median_c(), 3),
-            &range,
-        );
-        let pattern = self
-            .pattern
-            .map_or("unknown".to_owned(), |pattern| fixed(pattern.sd_c, 3));
-        add(
-            lines,
-            "fixed pattern, sd, °C",
-            pattern,
-            "beyond a smooth surface",
-        );
+        let middle = fixed(self.noise.median_c(), 3);
+        lines.add("noise of the middle pixel, °C", middle, range);
+        let pattern = self.pattern.map(|pattern| fixed(pattern.sd_c, 3));
+        let pattern = pattern.unwrap_or("unknown".to_owned());
+        lines.add("fixed pattern, sd, °C", pattern, "beyond a smooth surface");
     }
 
-    fn add_presence(&self, lines: &mut Vec<Line>) {
+    fn add_presence(&self, lines: &mut Lines) {
+        let by = |spot: &Spot| fixed(spot.celsius, 2);
         let (somebody, note) = match &self.presence {
             Presence::Nobody => ("no", String::new()),
-            Presence::Somebody(spot) => (
-                "yes",
-                format!("{spot} change by {} °C", fixed(spot.celsius, 2)),
-            ),
-            Presence::Still(spot) => (
-                "unknown",
-                format!("{spot} stay {} °C warm", fixed(spot.celsius, 2)),
-            ),
+            Presence::Somebody(spot) => ("yes", format!("{spot} change by {} °C", by(spot))),
+            Presence::Still(spot) => ("unknown", format!("{spot} stay {} °C warm", by(spot))),
             Presence::TooShort => ("unknown", "less than half a minute".to_owned()),
         };
-        add(lines, "somebody in view", somebody.to_owned(), &note);
+        lines.add("somebody in view", somebody, note);
     }
 
-    fn add_common_mode(&self, lines: &mut Vec<Line>) {
+    fn add_common_mode(&self, lines: &mut Lines) {
         let Some(common) = &self.common_mode else {
-            add(
-                lines,
-                "common mode",
-                "unknown".to_owned(),
-                "no hundred frames in a row",
-            );
+            lines.add("common mode", "unknown", "no hundred frames in a row");
             return;
         };
         let time = common.flicker.map_or(String::new(), |flicker| {
-            format!(
-                "flickers with sd {} in {} octaves up to {} s",
-                fixed(flicker.sd_c, 3),
-                flicker.octaves,
-                fixed(flicker.correlation_s, 1)
-            )
+            let (sd, longest) = (fixed(flicker.sd_c, 3), fixed(flicker.correlation_s, 1));
+            let octaves = flicker.octaves;
+            format!("flickers with sd {sd} in {octaves} octaves up to {longest} s")
         });
-        add(
-            lines,
-            "slow common mode, sd, °C",
-            fixed(common.sd_c, 3),
-            &time,
-        );
-        match common.cycle {
-            Some(cycle) => {
-                let note = format!(
-                    "one frame colder, {} times the spectrum's middle",
-                    fixed(cycle.contrast, 0)
-                );
-                add(lines, "cycle, frames", fixed(cycle.frames, 2), &note);
-                add(lines, "its depth, °C", fixed(cycle.depth_c, 3), "");
-            }
-            None => add(lines, "cycle, frames", "none".to_owned(), ""),
-        }
+        lines.add("slow common mode, sd, °C", fixed(common.sd_c, 3), time);
+        let Some(cycle) = common.cycle else {
+            lines.add("cycle, frames", "none", "");
+            return;
+        };
+        let times = fixed(cycle.contrast, 0);
+        let note = format!("one frame colder, {times} times the spectrum's middle");
+        lines.add("cycle, frames", fixed(cycle.frames, 2), note);
+        lines.add("its depth, °C", fixed(cycle.depth_c, 3), "");
     }
 
-    fn add_faults(&self, lines: &mut Vec<Line>) {
+    fn add_faults(&self, lines: &mut Lines) {
         let faults = &self.faults;
         let percent = |share: f64| fixed(100.0 * share, 2);
-        let torn = format!(
-            "{} of {}; by chance {}",
-            faults.torn,
-            faults.compared,
-            percent(faults.torn_by_chance)
-        );
-        add(
-            lines,
-            "partly repeated (torn) frames, %",
-            percent(faults.torn_share()),
-            &torn,
-        );
+        let chance = percent(faults.torn_by_chance);
+        let torn = format!("{} of {}; by chance {chance}", faults.torn, faults.compared);
+        let share = percent(faults.torn_share());
+        lines.add("partly repeated (torn) frames, %", share, torn);
         let in_a_row = match faults.duplicates {
             0 => String::new(),
             _ => format!("up to {} in a row", faults.duplicates_in_a_row_max),
         };
-        add(
-            lines,
-            "duplicate frames, %",
-            percent(faults.duplicate_share()),
-            &in_a_row,
-        );
+        let share = percent(faults.duplicate_share());
+        lines.add("duplicate frames, %", share, in_a_row);
         let pixels = match faults.glitch_frames {
             0 => String::new(),
             _ => times(faults.glitch_pixels, "pixel"),
         };
-        add(
-            lines,
-            "frames with a glitch",
-            faults.glitch_frames.to_string(),
-            &pixels,
-        );
+        lines.add("frames with a glitch", faults.glitch_frames, pixels);
     }
 
-    fn add_thermistor(&self, lines: &mut Vec<Line>) {
+    fn add_thermistor(&self, lines: &mut Lines) {
         let thermistor = &self.thermistor;
-        let above = format!(
-            "{} over {}",
-            fixed(thermistor.mean_c, 2),
-            fixed(thermistor.scene_c, 2)
-        );
-        add(
-            lines,
-            "thermistor over the scene, °C",
+        let (mean, scene) = (fixed(thermistor.mean_c, 2), fixed(thermistor.scene_c, 2));
+        let (above, both) = (
             fixed(thermistor.offset_c, 2),
-            &above,
+            format!("{mean} over {scene}"),
         );
+        lines.add("thermistor over the scene, °C", above, both);
         let trend = thermistor.drift_c_per_hour.map_or(String::new(), |trend| {
             format!("trend {} °C an hour", signed(trend, 1))
         });
-        add(
-            lines,
-            "noise of the thermistor, °C",
-            fixed(thermistor.sigma_c, 3),
-            &trend,
-        );
+        let sigma = fixed(thermistor.sigma_c, 3);
+        lines.add("noise of the thermistor, °C", sigma, trend);
     }
 }
 
-impl fmt::Display for Spot {
+impl Display for Spot {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (row, column) = (self.row + 1, self.column + 1);
+        let (next_row, next_column) = (row + 1, column + 1);
         write!(
             formatter,
-            "rows {} and {}, columns {} and {}",
-            self.row + 1,
-            self.row + 2,
-            self.column + 1,
-            self.column + 2
+            "rows {row} and {next_row}, columns {column} and {next_column}"
         )
     }
-}
-
-fn add(lines: &mut Vec<Line>, label: &'static str, value: String, note: &str) {
-    lines.push(Line {
-        label,
-        value,
-        note: note.to_owned(),
-    });
 }
 
 fn times(count: u64, what: &str) -> String {

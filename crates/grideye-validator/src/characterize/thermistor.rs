@@ -1,18 +1,32 @@
-//! The chip's thermometer beside its pixels.
+//! The chip's thermometer beside its pixels, and the steps in which temperatures come.
 
-use crate::characterize::characterization::Thermistor;
 use crate::characterize::histogram::Histogram;
-use crate::characterize::limits::DIFFERENCE_BIN_C;
-use crate::numbers::{RunningVariance, long_count, median};
+use crate::numbers::{RunningVariance, greatest_common_divisor, long_count, median};
+use amg8833::word::{PIXEL_STEP, THERMISTOR_STEP};
 use grideye_frame::Frame;
+use serde::Serialize;
+
+/// The chip's thermometer.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Thermistor {
+    /// Its mean, °C.
+    pub mean_c: f64,
+    /// The mean of the middle pixel of each frame, °C.
+    pub scene_c: f64,
+    /// How far the thermistor is above the scene, °C.
+    pub offset_c: f64,
+    /// Standard deviation from frame to frame, with its own rounding, °C.
+    pub sigma_c: f64,
+    /// Its trend; `None` below a minute, and where the clock jumped.
+    pub drift_c_per_hour: Option<f64>,
+}
 
 /// Below this no trend is given, seconds: a few steps of the thermistor are no drift.
 const TREND_SPAN_MIN_S: f64 = 60.0;
 const NANOSECONDS_PER_SECOND: f64 = 1e9;
 const SECONDS_PER_HOUR: f64 = 3600.0;
 
-/// The thermistor against the scene and against time, without keeping either.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct ThermistorSums {
     celsius: RunningVariance,
     above_scene: RunningVariance,
@@ -24,22 +38,6 @@ pub(crate) struct ThermistorSums {
     time: RunningVariance,
     /// Sum of products of time and temperature about their running means.
     together: f64,
-}
-
-impl Default for ThermistorSums {
-    fn default() -> Self {
-        Self {
-            celsius: RunningVariance::default(),
-            above_scene: RunningVariance::default(),
-            scene: RunningVariance::default(),
-            differences: Histogram::new(DIFFERENCE_BIN_C),
-            last_c: 0.0,
-            begin_ns: None,
-            span_s: 0.0,
-            time: RunningVariance::default(),
-            together: 0.0,
-        }
-    }
 }
 
 impl ThermistorSums {
@@ -58,26 +56,82 @@ impl ThermistorSums {
         let begin_ns = *self.begin_ns.get_or_insert(t_boot_ns);
         let t_s = long_count(t_boot_ns.saturating_sub(begin_ns)) / NANOSECONDS_PER_SECOND;
         self.span_s = self.span_s.max(t_s);
-        let off = celsius - self.celsius.mean();
+        let off = celsius - self.celsius.mean;
         self.time.push(t_s);
         self.celsius.push(celsius);
-        self.together += off * (t_s - self.time.mean());
+        self.together += off * (t_s - self.time.mean);
         self.scene.push(scene_c);
         self.above_scene.push(celsius - scene_c);
     }
 
     /// `jumps` of the clock leave it unknown how much time there was for a trend.
     pub(crate) fn finish(self, jumps: u64) -> Thermistor {
-        let squares = self.time.variance() * long_count(self.time.count().saturating_sub(1));
+        let squares = self.time.variance() * long_count(self.time.count.saturating_sub(1));
         let trend = (self.span_s >= TREND_SPAN_MIN_S && squares > 0.0 && jumps == 0)
             .then(|| self.together / squares * SECONDS_PER_HOUR);
         Thermistor {
-            mean_c: self.celsius.mean(),
-            scene_c: self.scene.mean(),
-            offset_c: self.above_scene.mean(),
+            mean_c: self.celsius.mean,
+            scene_c: self.scene.mean,
+            offset_c: self.above_scene.mean,
             sigma_c: self.differences.gaussian_sigma().unwrap_or(0.0) / 2.0_f64.sqrt(),
             drift_c_per_hour: trend,
         }
+    }
+}
+
+/// The steps in which values come: what all of them are multiples of, from the first one on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Steps {
+    /// Of the pixels, °C; `None` if every pixel always had one and the same value. A word has 0.25.
+    pub pixel_c: Option<f64>,
+    /// Of the thermistor, °C; `None` if it never changed. A word has 0.0625.
+    pub thermistor_c: Option<f64>,
+}
+
+/// Collects the greatest common divisors of the differences to the first value.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct StepFinder {
+    pixel: Divisor,
+    thermistor: Divisor,
+}
+
+impl StepFinder {
+    pub(crate) fn push(&mut self, frame: &Frame) {
+        for pixel in frame.pixels {
+            self.pixel.push(pixel.get() / PIXEL_STEP.get());
+        }
+        self.thermistor
+            .push(frame.thermistor.get() / THERMISTOR_STEP.get());
+    }
+
+    pub(crate) fn finish(self) -> Steps {
+        Steps {
+            pixel_c: self.pixel.times(f64::from(PIXEL_STEP.get())),
+            thermistor_c: self.thermistor.times(f64::from(THERMISTOR_STEP.get())),
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Divisor {
+    first: Option<i32>,
+    divisor: u32,
+}
+
+impl Divisor {
+    #[expect(
+        clippy::as_conversions,
+        clippy::cast_possible_truncation,
+        reason = "a decoded word is a whole number of its steps, of twelve bits"
+    )]
+    fn push(&mut self, steps: f32) {
+        let steps = steps as i32;
+        let first = *self.first.get_or_insert(steps);
+        self.divisor = greatest_common_divisor(self.divisor, steps.abs_diff(first));
+    }
+
+    fn times(self, step_c: f64) -> Option<f64> {
+        (self.divisor > 0).then(|| f64::from(self.divisor) * step_c)
     }
 }
 
@@ -107,8 +161,7 @@ mod tests {
         sums
     }
 
-    /// By hand: times 0, 20 and 60 s, 25, 26 and 27 °C. Products about the means add up to 60, squares of time to
-    /// 5,600 / 3.
+    /// By hand: products about the means add up to 60, squares of time to 5,600 / 3.
     #[test]
     fn means_offset_and_trend_are_those_of_least_squares() {
         let at_ns = [7, 27, 67].map(|at_s| at_s * SECOND_NS);
@@ -135,8 +188,7 @@ mod tests {
         assert_eq!(trend(60 * SECOND_NS - 1), None);
     }
 
-    /// Steps of an eighth of a degree up and down have that root of the mean square; the fit gives back what a cut at three
-    /// standard deviations takes from a normal distribution, and a difference has two values' noise.
+    /// Steps of an eighth of a degree, the fit's cut given back; a difference has two values' noise.
     #[test]
     fn noise_is_that_of_frames_that_follow_one_another() {
         let sigma = |follows: bool| {
@@ -154,5 +206,18 @@ mod tests {
         let expected = 0.125 / 0.973_337_f64.sqrt() / 2.0_f64.sqrt();
         assert!((sigma(true) - expected).abs() < 1e-9, "{}", sigma(true));
         assert_eq!(sigma(false), 0.0);
+    }
+
+    #[test]
+    fn steps_are_what_all_values_have_in_common() {
+        let mut finder = StepFinder::default();
+        for celsius in [20.25, 21.0, 19.5] {
+            let mut frame = Frame::uniform(Celsius::new(celsius));
+            frame.thermistor = Celsius::new(25.0);
+            finder.push(&frame);
+        }
+        let steps = finder.finish();
+        assert_eq!(steps.pixel_c, Some(0.75));
+        assert_eq!(steps.thermistor_c, None);
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::numbers::long_count;
 use grideye_recording::{ClockState, Stamp};
+use serde::Serialize;
 use std::collections::{BTreeMap, VecDeque};
 
 /// Jumps of the wall clock that are listed; further ones are counted alone.
@@ -21,12 +22,11 @@ const NANOSECONDS_PER_SECOND: f64 = 1e9;
 const INTERVALS_MIN: u64 = 10;
 
 /// When frames came.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Timing {
     /// From the first frame to the last by the boot clock, seconds.
     pub span_s: f64,
-    /// Frames a second where nothing stalled: one over the mean of the intervals between half and one and a half of the
-    /// middle one. The rate of the reading; 0 if there is no interval.
+    /// Frames a second where nothing stalled, from intervals of half to one and a half of the middle one; 0 if there is none.
     pub rate_hz: f64,
     /// The middle interval, seconds.
     pub period_s: f64,
@@ -49,12 +49,11 @@ pub struct Timing {
 }
 
 /// A jump of the wall clock.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Jump {
     /// The frame after it.
     pub seq: u64,
-    /// By how much the wall clock went on, seconds; negative is back. Less what passed on the boot clock, unless the
-    /// recording does not know that (it marks such a frame `stepped`).
+    /// By how much the wall clock went on, seconds, less what passed on the boot clock where that is known.
     pub by_s: f64,
 }
 
@@ -85,8 +84,7 @@ impl Bin {
 }
 
 impl Times {
-    /// Takes the stamp of a frame; `follows` says that it is the one right after the last. Gives whether the sequence
-    /// is broken: by a stall, or by a clock that cannot say how long it was.
+    /// `follows`: right after the last. Gives whether a stall, or a stepped clock, breaks the sequence.
     pub(crate) fn push(&mut self, seq: u64, stamp: &Stamp, follows: bool) -> bool {
         let begin_ns = *self.first_ns.get_or_insert(stamp.t_boot_ns);
         self.span_s = self

@@ -1,13 +1,12 @@
 //! What chance scores on the same frames: the blank frame, shuffled pixels, images of noise.
 
-use crate::compare::pairs::thinned;
-use crate::compare::prepared::{ComparedFrames, FrameSet};
+use crate::compare::prepared::{ComparedFrames, FrameSet, thinned};
 use crate::compare::settings::{NOISE_IMAGES, SHUFFLED_PAIRS_MAX, Settings};
-use crate::compare::shuffle;
 use crate::compare::sums::{Sums, in_threads, sums};
 use crate::metrics::score::{Better, Measure, Shuffled};
 use crate::numbers::{count, evenly, mean, percentile};
 use rand::SeedableRng;
+use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -34,7 +33,7 @@ pub(crate) fn noise(view: &ComparedFrames, seed: u64) -> Sums {
     };
     let images = (0..NOISE_IMAGES).map(|_| {
         view.preparation
-            .simulated(&image(), view.blank.steady(), None)
+            .simulated(&image(), &view.blank.steady, None)
     });
     let side = FrameSet::new(images.collect());
     // Each image meets some frames, each frame some images.
@@ -55,8 +54,7 @@ const NOISE_SEED: u64 = 0x006E_6F69_7365;
 /// Of how many pairs of a round places and structure are looked at, which costs as much as all the rest.
 const SHUFFLED_PLACES_MAX: usize = 20;
 
-/// One order of the pixels serves all frames of a round, so that what varies between rounds is the place of the
-/// pixels and not the average over many places.
+/// One order of the pixels serves all frames of a round, so that only the place of the pixels varies between rounds.
 pub(crate) fn shuffled(
     view: &ComparedFrames,
     pairs: &[(usize, usize)],
@@ -64,7 +62,7 @@ pub(crate) fn shuffled(
 ) -> Vec<(Measure, Shuffled)> {
     let (side, thinned) = view.simulated.of_pairs(&thinned(pairs, SHUFFLED_PAIRS_MAX));
     let found = sums(view, &thinned, &side, (SHUFFLED_PLACES_MAX, 1));
-    let orders = shuffle::orders(view.pixels(), settings.shuffles, settings.seed);
+    let orders = orders(view.pixels(), settings.shuffles, settings.seed);
     let rounds = in_threads(&orders, settings.threads, |order| {
         let permuted = side.permuted(&view.preparation, order);
         sums(view, &thinned, &permuted, (SHUFFLED_PLACES_MAX, 1))
@@ -72,9 +70,9 @@ pub(crate) fn shuffled(
     let of = |&measure: &Measure| {
         let values: Vec<f64> = rounds
             .iter()
-            .filter_map(|round| round.get(measure))
+            .filter_map(|round| round.means.get(measure))
             .collect();
-        Some((measure, summary(measure, values, found.get(measure))?))
+        Some((measure, summary(measure, values, found.means.get(measure))?))
     };
     Measure::ALL.iter().filter_map(of).collect()
 }
@@ -103,10 +101,21 @@ fn summary(measure: Measure, mut values: Vec<f64>, found: Option<f64>) -> Option
 /// Another order of the same pixels may add up to the same but for rounding: that is no worse.
 const ROUNDING: f64 = 1e-12;
 
+/// `number` orders in which `pixels` pixels can stand, the same for the same seed on every machine.
+pub(crate) fn orders(pixels: usize, number: usize, seed: u64) -> Vec<Vec<usize>> {
+    let mut generator = ChaCha8Rng::seed_from_u64(seed);
+    let shuffled = |_| {
+        let mut order: Vec<usize> = (0..pixels).collect();
+        order.shuffle(&mut generator);
+        order
+    };
+    (0..number).map(shuffled).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::pairs::pairs;
+    use crate::compare::prepared::pairs;
     use crate::frames::Protocol;
 
     #[test]
@@ -152,5 +161,17 @@ mod tests {
         assert_eq!(p(Measure::Rmse, Some(0.5)), Some(1.0 / 6.0));
         assert_eq!(p(Measure::Rmse, None), Some(1.0));
         assert_eq!(p(Measure::Bias, Some(2.0)), None);
+    }
+
+    #[test]
+    fn orders_hold_every_pixel_once_and_follow_the_seed() {
+        let first = orders(64, 3, 7);
+        assert_eq!(first, orders(64, 3, 7));
+        assert_ne!(first, orders(64, 3, 8));
+        assert_ne!(first[0], first[1]);
+        for mut order in first {
+            order.sort_unstable();
+            assert_eq!(order, (0..64).collect::<Vec<_>>());
+        }
     }
 }

@@ -2,22 +2,20 @@
 
 use crate::compare::settings::Settings;
 use crate::frames::{Protocol, RealFrame, Shape, SimulatedFrame};
-use crate::metrics;
-use crate::metrics::centered::Centered;
 use crate::metrics::counting::{Binned, Counter, mutual_corrected, mutual_of};
+use crate::metrics::distance::Centered;
 use crate::metrics::gain::{GainSums, Prediction, WarmLimits, WarmRegion};
 use crate::metrics::pair::Graph;
 use crate::metrics::score::Measure;
-use crate::metrics::{Binning, Blob, structural_similarity};
-use crate::numbers::{common_offset, count, difference_sums, finite, mean_frame, median};
+use crate::metrics::{self, Binning, Blob, structural_similarity};
+use crate::numbers::{common_offset, count, difference_sums, evenly, finite, mean_frame, median};
 
 /// One frame with its bins, entropies and warm pixels worked out.
 #[derive(Clone)]
 pub(crate) struct Prepared {
-    celsius: Vec<f64>,
-    /// What the union's warm pixels are read from: the noise-free claim of a simulated frame, the mean of the sequence
-    /// for a real one under the static protocol, else the frame itself.
-    steady: Vec<f64>,
+    pub(crate) celsius: Vec<f64>,
+    /// What warm pixels are read from: the claim, the mean of the sequence (static), else the frame itself.
+    pub(crate) steady: Vec<f64>,
     centered: Centered,
     steady_centered: Centered,
     grey: Binned,
@@ -30,7 +28,6 @@ pub(crate) struct Prepared {
     truth: Option<Vec<bool>>,
 }
 
-/// How frames are made ready.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Preparation {
     pub(crate) shape: Shape,
@@ -41,8 +38,7 @@ pub(crate) struct Preparation {
 /// Frames that stand in one place of the pairs.
 pub(crate) struct FrameSet {
     pub(crate) frames: Vec<Prepared>,
-    /// For each frame the first one of the row of frames with the same claim, so that what depends on the claim alone
-    /// is worked out once: in a still scene all claims are one.
+    /// For each frame the first one of the row of frames with the same claim, which is worked out once.
     claims: Vec<usize>,
 }
 
@@ -65,7 +61,6 @@ pub(crate) struct Means {
     numbers: Vec<usize>,
 }
 
-/// Room to count in.
 pub(crate) struct Tally {
     counter: Counter,
     pub(crate) graph: Graph,
@@ -128,16 +123,6 @@ impl Preparation {
             warm,
             truth: frame.truth.clone(),
         }
-    }
-}
-
-impl Prepared {
-    pub(crate) fn celsius(&self) -> &[f64] {
-        &self.celsius
-    }
-
-    pub(crate) fn steady(&self) -> &[f64] {
-        &self.steady
     }
 }
 
@@ -240,39 +225,32 @@ impl Tally {
         let pixels = count(x.len());
         let similar = self.graph.add(x, y);
         let [squares, absolute, plain] = difference_sums(x, y);
-        let grey = self.counter.joint(&real.grey, &simulated.grey);
-        let chosen = self.counter.joint(&real.chosen, &simulated.chosen);
+        let correlation = real.centered.correlation(&simulated.centered);
+        let mut bits = |real: &Binned, simulated: &Binned| {
+            let joint = self.counter.joint(real, simulated);
+            let mutual = mutual_of(real, simulated, joint);
+            let corrected = mutual_corrected(real, simulated, joint);
+            let own = [real.entropy, simulated.entropy, joint.entropy];
+            (own.map(Some), [mutual, corrected].map(Some))
+        };
+        let ([real_grey, simulated_grey, joint_grey], grey) = bits(&real.grey, &simulated.grey);
+        let ([real_own, simulated_own, joint_own], own) = bits(&real.chosen, &simulated.chosen);
         [
-            (
-                M::Correlation,
-                real.centered.correlation(&simulated.centered),
-            ),
+            (M::Correlation, correlation),
             (M::ImageSimilarity, finite(count(similar) / pixels)),
             (M::Rmse, finite(squares / pixels).map(f64::sqrt)),
             (M::Mae, finite(absolute / pixels)),
             (M::Bias, finite(plain / pixels)),
-            (M::EntropyRealGrey, Some(real.grey.entropy())),
-            (M::EntropySimulatedGrey, Some(simulated.grey.entropy())),
-            (M::JointEntropyGrey, Some(grey.entropy)),
-            (
-                M::MutualInformationGrey,
-                Some(mutual_of(&real.grey, &simulated.grey, grey)),
-            ),
-            (
-                M::MutualInformationGreyCorrected,
-                Some(mutual_corrected(&real.grey, &simulated.grey, grey)),
-            ),
-            (M::EntropyRealBinned, Some(real.chosen.entropy())),
-            (M::EntropySimulatedBinned, Some(simulated.chosen.entropy())),
-            (M::JointEntropyBinned, Some(chosen.entropy)),
-            (
-                M::MutualInformationBinned,
-                Some(mutual_of(&real.chosen, &simulated.chosen, chosen)),
-            ),
-            (
-                M::MutualInformationBinnedCorrected,
-                Some(mutual_corrected(&real.chosen, &simulated.chosen, chosen)),
-            ),
+            (M::EntropyRealGrey, real_grey),
+            (M::EntropySimulatedGrey, simulated_grey),
+            (M::JointEntropyGrey, joint_grey),
+            (M::MutualInformationGrey, grey[0]),
+            (M::MutualInformationGreyCorrected, grey[1]),
+            (M::EntropyRealBinned, real_own),
+            (M::EntropySimulatedBinned, simulated_own),
+            (M::JointEntropyBinned, joint_own),
+            (M::MutualInformationBinned, own[0]),
+            (M::MutualInformationBinnedCorrected, own[1]),
         ]
     }
 }
@@ -317,13 +295,7 @@ impl ComparedFrames {
         self.blank.celsius.len()
     }
 
-    /// From how far above ambient on a pixel of the real side belongs to the union.
-    pub(crate) fn union_above_c(&self) -> f64 {
-        self.warmth.real_above_c
-    }
-
-    /// The measures that look at places and at the sensor's noise. The truth comes from the frame that stands beside the
-    /// real one, whatever is put into its place.
+    /// The measures of places and noise; the truth comes from the frame beside the real one, whatever is in its place.
     pub(crate) fn placed(
         &self,
         real: &Prepared,
@@ -337,34 +309,24 @@ impl ComparedFrames {
         let angle = |(real, put): (&Blob, &Blob)| {
             metrics::angle_between(real, put, shape, self.field_of_view_rad?)
         };
-        let truth = beside.truth.as_deref();
+        let covered = beside.truth.as_deref();
+        let covered = covered.and_then(|mask| metrics::foreground_rmse(x, y, mask));
+        let slope = real.centered.slope_over(&put.steady_centered);
+        let apart = blobs.map(|(real, put)| real.distance_pixels(put));
+        let overlap = metrics::overlap(&real.warm, &put.warm);
         let chi = metrics::chi_squared(x, &put.steady, self.sigma_c);
+        let structure = structural_similarity(x, y, columns, self.ambient_c);
         [
-            (
-                Measure::ForegroundRmse,
-                truth.and_then(|mask| metrics::foreground_rmse(x, y, mask)),
-            ),
-            (
-                Measure::ContrastSlope,
-                real.centered.slope_over(&put.steady_centered),
-            ),
-            (
-                Measure::CentroidErrorPixels,
-                blobs.map(|(real, put)| real.distance_pixels(put)),
-            ),
+            (Measure::ForegroundRmse, covered),
+            (Measure::ContrastSlope, slope),
+            (Measure::CentroidErrorPixels, apart),
             (Measure::CentroidErrorDegrees, blobs.and_then(angle)),
-            (
-                Measure::WarmOverlap,
-                metrics::overlap(&real.warm, &put.warm),
-            ),
+            (Measure::WarmOverlap, overlap),
             (
                 Measure::ChiSquaredPerDegree,
                 chi.and_then(|chi| chi.per_degree()),
             ),
-            (
-                Measure::StructuralSimilarity,
-                structural_similarity(x, y, columns, self.ambient_c),
-            ),
+            (Measure::StructuralSimilarity, structure),
         ]
     }
 
@@ -408,7 +370,7 @@ impl ComparedFrames {
             celsius: &later.celsius,
             offset_c: offset_c + common_offset(&later.celsius, &frame.celsius),
         };
-        let seen = (frame.celsius(), frame.steady());
+        let seen = (frame.celsius.as_slice(), frame.steady.as_slice());
         gain.add(seen, offset_c, &beside.steady, prediction, self.warmth);
     }
 
@@ -416,7 +378,6 @@ impl ComparedFrames {
         common_offset(&self.real[real].celsius, &simulated.steady)
     }
 
-    /// The common offset of each pair, in the order of the pairs.
     pub(crate) fn offsets<'a>(
         &'a self,
         pairs: &'a [(usize, usize)],
@@ -435,6 +396,23 @@ impl ComparedFrames {
 
 fn pick(values: &[f64], order: &[usize]) -> Vec<f64> {
     order.iter().map(|&index| values[index]).collect()
+}
+
+pub(crate) fn pairs(protocol: Protocol, real: usize, simulated: usize) -> Vec<(usize, usize)> {
+    match protocol {
+        Protocol::Static => (0..real)
+            .flat_map(|r| (0..simulated).map(move |s| (r, s)))
+            .collect(),
+        Protocol::Dynamic => (0..real.min(simulated)).map(|k| (k, k)).collect(),
+    }
+}
+
+/// Up to `number` of the pairs, evenly spread, first and last included.
+pub(crate) fn thinned(pairs: &[(usize, usize)], number: usize) -> Vec<(usize, usize)> {
+    evenly(pairs.len(), number)
+        .into_iter()
+        .map(|index| pairs[index])
+        .collect()
 }
 
 #[cfg(test)]

@@ -1,24 +1,27 @@
 //! Compares the frames of a recording with simulated ones.
 
-use crate::compare::bootstrap::{Bootstrap, pattern_c};
-use crate::compare::checks::{check_frames, check_settings};
-use crate::compare::comparison::{Comparison, EvaluationGraph, FilmFrame};
+use crate::compare::comparison::{
+    Comparison, EvaluationGraph, FilmFrame, drift_c_per_min, maps, noise_fit, timeline,
+};
 use crate::compare::floors::{blank, noise, shuffled};
-use crate::compare::pairs::{pairs, thinned};
-use crate::compare::prepared::{ComparedFrames, FrameSet, Preparation, Prepared};
-use crate::compare::settings::{FILM_FRAMES_MAX, PLACED_PAIRS_MAX, Settings};
+use crate::compare::prepared::{ComparedFrames, FrameSet, Preparation, pairs, thinned};
+use crate::compare::settings::{
+    FILM_FRAMES_MAX, PLACED_PAIRS_MAX, Settings, check_frames, check_settings,
+};
 use crate::compare::sums::{Repeat, Sums, sums};
-use crate::compare::timeline::{FrameScores, drift_c_per_min, maps, noise_fit, timeline};
 use crate::error::ValidatorError;
-use crate::frames::{RealFrame, Shape, SimulatedFrame};
+use crate::expected::claim::{Claim, Recorded, Sides, Statistics};
+use crate::expected::units::{Expected, UnitSpecification};
+use crate::frames::{Protocol, RealFrame, Shape, SimulatedFrame};
 use crate::metrics;
-use crate::metrics::foreground::{ForegroundCorrelation, foreground_correlation};
+use crate::metrics::foreground::{RoomSource, foreground_correlation};
 use crate::metrics::gain::GainSums;
 use crate::metrics::score::{Measure, Score, Scores};
 use crate::numbers::{count, evenly, extremes, mean_square, median};
 use crate::verdict::judgement::judge;
 use crate::verdict::types::{Evidence, Prior};
 use crate::verdict::{Nobody, WarmPixels};
+use std::time::Duration;
 
 /// Compares the frames of a recording with simulated ones.
 ///
@@ -34,7 +37,6 @@ pub fn compare(
     compare_with_prior(shape, real, simulated, settings, &Prior::default())
 }
 
-/// The same, with what is known beside the frames.
 pub(crate) fn compare_with_prior(
     shape: Shape,
     real: &[RealFrame],
@@ -46,121 +48,74 @@ pub(crate) fn compare_with_prior(
     check_frames(shape, real, simulated, settings.protocol)?;
     let noise_sigma_c = noise_sigma(real);
     let sigma_c = noise_sigma_c.unwrap_or(settings.noise_sigma_c);
+    let warm_above_c = settings.warm_above(sigma_c);
     let preparation = Preparation {
         shape,
         binning: settings.binning,
-        warm_above_c: settings.warm_above(sigma_c),
+        warm_above_c,
     };
     let view = ComparedFrames::new(preparation, real, simulated, settings, sigma_c);
     let pairs = pairs(settings.protocol, real.len(), simulated.len());
     let repeat = Repeat::new(&view, real, noise_sigma_c);
-    let found = sums(
-        &view,
-        &pairs,
-        &view.simulated,
-        (PLACED_PAIRS_MAX, settings.threads),
-    );
+    let threads = settings.threads;
+    let found = sums(&view, &pairs, &view.simulated, (PLACED_PAIRS_MAX, threads));
     let blank = blank(&view, &pairs);
     let scores = scores(&view, &pairs, [&found, &blank], repeat.as_ref(), settings);
-    let foreground = prior
-        .has_people
-        .then(|| foreground_correlation(real, simulated, &prior.nobody, &prior.room));
+    let foreground = || foreground_correlation(real, simulated, &prior.nobody, &prior.room);
     let bootstrap = Bootstrap::new(&view, real, simulated, settings, prior);
-    let counted = Counted {
-        bootstrap,
-        nobody: nobody(&view, &pairs, simulated, prior),
-        foreground,
+    let (low_c, high_c) = extremes(&found.offsets);
+    let timeline = timeline(&view, real);
+    let evidence = Evidence {
+        scores: &scores,
+        real_frames: real.len(),
+        offset_c: median(&found.offsets).unwrap_or(0.0),
         warm: warm_pixels(&view, &found.gain),
-        timeline: timeline(&view, real),
-        scores,
-        found,
-        blank,
-        repeat,
-        view,
+        warm_above_c,
+        lag_frames: settings.lag_frames,
+        prior,
+        found: &bootstrap.found,
+        expected: &bootstrap.expected,
+        alike: bootstrap.claim.alike(),
+        times: &bootstrap.times,
     };
-    Ok(counted.comparison(real, simulated, noise_sigma_c, (settings, prior)))
+    Ok(Comparison {
+        judgement: judge(&evidence, &settings.thresholds),
+        nobody: nobody(&view, &pairs, simulated, prior),
+        above_room: prior.has_people.then(foreground),
+        pattern_c: mean_square(&pattern_c(settings, prior, view.pixels())).sqrt(),
+        pattern_from: prior.pattern_from,
+        level_max_c: prior.level_c.unwrap_or(settings.thresholds.offset_max_c),
+        evaluation: EvaluationGraph {
+            thresholds_c: metrics::thresholds_c().to_vec(),
+            simulated: found.graph.shares().to_vec(),
+            blank: blank.graph.shares().to_vec(),
+            repeat: repeat.map(|repeat| repeat.graph.shares().to_vec()),
+        },
+        film: film(real, simulated),
+        shape,
+        real_frames: real.len(),
+        simulated_frames: simulated.len(),
+        pairs: found.pairs,
+        noise_sigma_c,
+        warm_above_c,
+        union_above_c: view.warmth.real_above_c,
+        offset_c: evidence.offset_c,
+        drift_c: (high_c - low_c).max(0.0),
+        drift_c_per_min: drift_c_per_min(&timeline),
+        noise_fit: noise_fit(&view),
+        maps: maps(&timeline),
+        timeline,
+        warm: evidence.warm,
+        settings: *settings,
+        background: None,
+        warnings: Vec::new(),
+        notes: Vec::new(),
+        alignment: None,
+        scores,
+    })
 }
 
-/// All that was counted.
-struct Counted {
-    bootstrap: Bootstrap,
-    nobody: Option<Nobody>,
-    foreground: Option<ForegroundCorrelation>,
-    warm: WarmPixels,
-    timeline: Vec<FrameScores>,
-    scores: Scores,
-    found: Sums,
-    blank: Sums,
-    repeat: Option<Repeat>,
-    view: ComparedFrames,
-}
-
-impl Counted {
-    fn comparison(
-        self,
-        real: &[RealFrame],
-        simulated: &[SimulatedFrame],
-        noise_sigma_c: Option<f64>,
-        (settings, prior): (&Settings, &Prior),
-    ) -> Comparison {
-        let offset_c = median(&self.found.offsets).unwrap_or(0.0);
-        let warm_above_c = self.view.preparation.warm_above_c;
-        let evidence = Evidence {
-            scores: &self.scores,
-            real_frames: real.len(),
-            offset_c,
-            warm: self.warm,
-            warm_above_c,
-            lag_frames: settings.lag_frames,
-            prior,
-            found: &self.bootstrap.found,
-            expected: &self.bootstrap.expected,
-            alike: self.bootstrap.claim.alike(),
-            times: &self.bootstrap.times,
-        };
-        Comparison {
-            judgement: judge(&evidence, &settings.thresholds),
-            nobody: self.nobody,
-            above_room: self.foreground,
-            pattern_c: mean_square(&pattern_c(settings, prior, self.view.pixels())).sqrt(),
-            pattern_from: prior.pattern_from,
-            level_max_c: prior.level_c.unwrap_or(settings.thresholds.offset_max_c),
-            evaluation: EvaluationGraph {
-                thresholds_c: metrics::thresholds_c().to_vec(),
-                simulated: self.found.graph.shares().to_vec(),
-                blank: self.blank.graph.shares().to_vec(),
-                repeat: self.repeat.map(|repeat| repeat.graph.shares().to_vec()),
-            },
-            film: film(real, simulated),
-            shape: self.view.preparation.shape,
-            real_frames: real.len(),
-            simulated_frames: simulated.len(),
-            pairs: self.found.pairs,
-            noise_sigma_c,
-            warm_above_c,
-            union_above_c: self.view.union_above_c(),
-            offset_c,
-            drift_c: {
-                let (low, high) = extremes(&self.found.offsets);
-                (high - low).max(0.0)
-            },
-            drift_c_per_min: drift_c_per_min(&self.timeline),
-            noise_fit: noise_fit(&self.view),
-            maps: maps(&self.timeline),
-            timeline: self.timeline,
-            warm: self.warm,
-            settings: *settings,
-            background: None,
-            warnings: Vec::new(),
-            notes: Vec::new(),
-            alignment: None,
-            scores: self.scores,
-        }
-    }
-}
-
-/// The sensor's temporal noise: per pixel the root mean square of frame less repeat over the root of two, and of the
-/// pixels the median, which a person walking through a part of the view does not move.
+/// The sensor's temporal noise: of the pixels' RMS of frame less repeat over the root of two, the median.
 fn noise_sigma(real: &[RealFrame]) -> Option<f64> {
     let repeats: Vec<(&[f64], &[f64])> = real
         .iter()
@@ -179,8 +134,12 @@ fn noise_sigma(real: &[RealFrame]) -> Option<f64> {
 }
 
 fn warm_pixels(view: &ComparedFrames, gain: &GainSums) -> WarmPixels {
-    let frames = view.real.iter().map(Prepared::celsius);
-    let claims = view.simulated.frames.iter().map(Prepared::steady);
+    let frames = view.real.iter().map(|frame| frame.celsius.as_slice());
+    let claims = view
+        .simulated
+        .frames
+        .iter()
+        .map(|frame| frame.steady.as_slice());
     let above_c = view.preparation.warm_above_c;
     let (real, simulated) = (view.real.len(), view.simulated.frames.len());
     WarmPixels {
@@ -225,8 +184,8 @@ fn nobody(
     let thinned = thinned(pairs, PLACED_PAIRS_MAX);
     let sums = sums(view, &thinned, &side, (1, 1));
     Some(Nobody {
-        correlation: sums.get(Measure::Correlation),
-        gain: sums.get(Measure::Gain),
+        correlation: sums.means.get(Measure::Correlation),
+        gain: sums.means.get(Measure::Gain),
         has_people: prior.has_people,
     })
 }
@@ -242,14 +201,14 @@ fn scores(
     let noise = noise(view, settings.seed);
     let score = |&measure: &Measure| Score {
         measure,
-        value: found.get(measure),
-        blank: blank.get(measure),
+        value: found.means.get(measure),
+        blank: blank.means.get(measure),
         shuffled: shuffled
             .iter()
             .find(|(of, _)| *of == measure)
             .map(|&(_, shuffled)| shuffled),
-        noise: noise.get(measure),
-        ceiling: repeat.and_then(|repeat| repeat.ceiling(measure)),
+        noise: noise.means.get(measure),
+        ceiling: repeat.and_then(|repeat| repeat.means.get(measure)),
     };
     Scores::new(Measure::ALL.iter().map(score).collect())
 }
@@ -266,11 +225,89 @@ fn film(real: &[RealFrame], simulated: &[SimulatedFrame]) -> Vec<FilmFrame> {
         .collect()
 }
 
+/// What the verdict is read from, and what drawn units would have scored.
+pub(crate) struct Bootstrap {
+    pub(crate) claim: Claim,
+    pub(crate) found: Statistics,
+    pub(crate) expected: Expected,
+    pub(crate) times: Vec<Duration>,
+}
+
+/// Frames a side that units are drawn for; more are thinned evenly.
+const DRAWN_FRAMES_MAX: usize = 100;
+/// Under the static protocol each of them meets as many simulated ones.
+const DRAWN_STATIC_MAX: usize = 10;
+
+/// Standard deviation of what is not known of a unit's pattern, row by row, °C.
+pub(crate) fn pattern_c(settings: &Settings, prior: &Prior, pixels: usize) -> Vec<f64> {
+    let any = || vec![settings.thresholds.pattern_spread_c; pixels];
+    prior.pattern_c.clone().unwrap_or_else(any)
+}
+
+impl Bootstrap {
+    pub(crate) fn new(
+        view: &ComparedFrames,
+        real: &[RealFrame],
+        simulated: &[SimulatedFrame],
+        settings: &Settings,
+        prior: &Prior,
+    ) -> Self {
+        let is_static = settings.protocol == Protocol::Static;
+        let chosen = evenly(real.len(), DRAWN_FRAMES_MAX);
+        let claims = if is_static {
+            evenly(simulated.len(), DRAWN_STATIC_MAX)
+        } else {
+            chosen.clone()
+        };
+        let pattern_c = pattern_c(settings, prior, view.pixels());
+        let unit = UnitSpecification {
+            noise_c: view.sigma_c,
+            pattern_c,
+            step_c: settings.step_c,
+            frames: chosen.len(),
+            learned_from: (prior.room.from == RoomSource::Recording).then_some(prior.room.frames),
+            seed: settings.seed,
+        };
+        let (noise, pattern) = (view.sigma_c.powi(2), mean_square(&unit.pattern_c));
+        let claim = Claim::new(Sides {
+            simulated: claims.iter().map(|&index| &simulated[index]).collect(),
+            nobody: claims
+                .iter()
+                .filter_map(|&index| prior.nobody.get(index).map(Vec::as_slice))
+                .collect(),
+            pairs: pairs(settings.protocol, chosen.len(), claims.len()),
+            warmth: view.warmth,
+            ambient_c: settings.ambient_c,
+            is_static,
+            columns: view.preparation.shape.columns,
+            pattern: &prior.pattern_added_c,
+            still_weight: if pattern > 0.0 {
+                noise / (noise + count(chosen.len()) * pattern)
+            } else {
+                1.0
+            },
+        });
+        let frames: Vec<Vec<f64>> = chosen
+            .iter()
+            .map(|&index| real[index].celsius.clone())
+            .collect();
+        let found = claim.of_all(Recorded {
+            frames: &frames,
+            room: prior.room.celsius.as_deref(),
+        });
+        Self {
+            expected: Expected::new(&claim, &unit),
+            times: chosen.iter().map(|&index| real[index].time).collect(),
+            claim,
+            found,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::frames::types::Protocol;
-    use std::time::Duration;
 
     #[test]
     fn protocols_pair_as_the_paper_says() {

@@ -1,7 +1,9 @@
-//! How frames are compared, and the limits of a comparison.
+//! How frames are compared, the limits of a comparison, and what is refused before it.
 
-use crate::frames::Protocol;
+use crate::error::{Side, ValidatorError};
+use crate::frames::{Protocol, RealFrame, Shape, SimulatedFrame};
 use crate::metrics::Binning;
+use crate::numbers::count;
 use crate::thresholds::Thresholds;
 
 /// Most frames a side that are compared at once.
@@ -10,8 +12,7 @@ pub const FRAMES_MAX: usize = 1_000;
 pub const SHUFFLES_MAX: usize = 10_000;
 /// Most pairs of frames that are scored again for each random order; more are thinned evenly.
 pub const SHUFFLED_PAIRS_MAX: usize = 100;
-/// Most pairs of frames of which places, overlaps and structure are looked at; more are thinned evenly. Only the static
-/// protocol has as many.
+/// Most pairs of frames of which places, overlaps and structure are looked at; more are thinned evenly.
 pub const PLACED_PAIRS_MAX: usize = 10_000;
 /// Images of the sensor's noise that make up that floor.
 pub const NOISE_IMAGES: usize = 20;
@@ -31,8 +32,7 @@ pub struct Settings {
     pub step_c: f64,
     /// The bins of the second set of entropies; the first has the paper's 256 grey levels always.
     pub binning: Binning,
-    /// Full angles of view across and down, in radians, above 0 and below a half turn: with them a centroid's error is
-    /// known in degrees.
+    /// Full angles of view across and down, radians, below a half turn: they give a centroid's error in degrees.
     pub field_of_view_rad: Option<[f64; 2]>,
     /// Noise of the sensor in degrees, used where the recording has no repeat to measure it with.
     pub noise_sigma_c: f64,
@@ -49,8 +49,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// The defaults for a scene: 0.24 degrees of noise (the median of AMG88xx units at 10 Hz), repeat 3 frames later,
-    /// 200 random orders, bins of the sensor's step, one thread.
+    /// Defaults: 0.24 °C of noise (median of AMG88xx units at 10 Hz), repeat 3 frames later, 200 orders, one thread.
     #[must_use]
     pub fn new(protocol: Protocol, ambient_c: f64, step_c: f64) -> Self {
         Self {
@@ -79,3 +78,125 @@ impl Settings {
 const NOISE_SIGMA_C: f64 = 0.24;
 /// Steps of the sensor that a warm pixel stands out by at least, however little noise there is.
 const WARM_STEPS_MIN: f64 = 2.0;
+
+pub(crate) fn check_settings(settings: &Settings) -> Result<(), ValidatorError> {
+    let above_zero = |value: f64| value.is_finite() && value > 0.0;
+    let is_angle = |angle: f64| angle > 0.0 && angle < std::f64::consts::PI;
+    let width_c = match settings.binning {
+        Binning::Step { width_c } => width_c,
+        _ => 1.0,
+    };
+    let [across, down] = settings.field_of_view_rad.unwrap_or([1.0; 2]);
+    let angle = if is_angle(across) { down } else { across };
+    let (threads, shuffles) = (settings.threads, settings.shuffles);
+    let (ambient_c, step_c) = (settings.ambient_c, settings.step_c);
+    let sigma_c = settings.noise_sigma_c;
+    let has_threads = (1..=THREADS_MAX).contains(&threads);
+    let has_shuffles = (1..=SHUFFLES_MAX).contains(&shuffles);
+    let (threads, shuffles) = (count(threads), count(shuffles));
+    let half_turn = "an angle above 0 and below a half turn";
+    let checks = [
+        (
+            ambient_c.is_finite(),
+            "ambient_c",
+            "a temperature in degrees",
+            ambient_c,
+        ),
+        (above_zero(step_c), "step_c", "a width above zero", step_c),
+        (
+            above_zero(sigma_c),
+            "noise_sigma_c",
+            "a deviation above zero",
+            sigma_c,
+        ),
+        (is_angle(angle), "field_of_view_rad", half_turn, angle),
+        (
+            above_zero(width_c),
+            "binning",
+            "a width above zero",
+            width_c,
+        ),
+        (has_threads, "threads", "a number from 1 to 64", threads),
+        (
+            has_shuffles,
+            "shuffles",
+            "a number from 1 to 10000",
+            shuffles,
+        ),
+    ];
+    match checks.into_iter().find(|(is_met, ..)| !is_met) {
+        None => Ok(()),
+        Some((_, name, expected, found)) => Err(ValidatorError::Setting {
+            name,
+            expected,
+            found,
+        }),
+    }
+}
+
+pub(crate) fn check_frames(
+    shape: Shape,
+    real: &[RealFrame],
+    simulated: &[SimulatedFrame],
+    protocol: Protocol,
+) -> Result<(), ValidatorError> {
+    check_number(Side::Real, real.len())?;
+    check_number(Side::Simulated, simulated.len())?;
+    if protocol == Protocol::Dynamic && real.len() != simulated.len() {
+        return Err(ValidatorError::Unpaired {
+            real: real.len(),
+            simulated: simulated.len(),
+        });
+    }
+    for (index, frame) in real.iter().enumerate() {
+        check_frame(shape, Side::Real, index, &frame.celsius)?;
+        if let Some(later) = &frame.later {
+            check_frame(shape, Side::Real, index, later)?;
+        }
+    }
+    for (index, frame) in simulated.iter().enumerate() {
+        check_frame(shape, Side::Simulated, index, &frame.celsius)?;
+        check_frame(shape, Side::Simulated, index, &frame.noise_free)?;
+        let truth = frame.truth.as_ref().map_or(shape.pixels(), Vec::len);
+        check_size(shape, Side::Simulated, index, truth)?;
+    }
+    Ok(())
+}
+
+fn check_number(side: Side, found: usize) -> Result<(), ValidatorError> {
+    match found {
+        0 => Err(ValidatorError::NoFrames { side }),
+        1..=FRAMES_MAX => Ok(()),
+        _ => Err(ValidatorError::TooManyFrames {
+            side,
+            limit: FRAMES_MAX,
+            found,
+        }),
+    }
+}
+
+fn check_frame(
+    shape: Shape,
+    side: Side,
+    index: usize,
+    celsius: &[f64],
+) -> Result<(), ValidatorError> {
+    check_size(shape, side, index, celsius.len())?;
+    match celsius.iter().position(|value| !value.is_finite()) {
+        Some(pixel) => Err(ValidatorError::NotFinite { side, index, pixel }),
+        None => Ok(()),
+    }
+}
+
+fn check_size(shape: Shape, side: Side, index: usize, found: usize) -> Result<(), ValidatorError> {
+    let expected = shape.pixels();
+    if found == 0 || found != expected {
+        return Err(ValidatorError::FrameSize {
+            side,
+            index,
+            expected,
+            found,
+        });
+    }
+    Ok(())
+}

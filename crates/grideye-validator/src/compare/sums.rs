@@ -1,31 +1,26 @@
 //! Sums over pairs of frames, by one thread or several.
 
-use crate::compare::pairs::thinned;
-use crate::compare::prepared::{ComparedFrames, FrameSet, Means, Tally};
+use crate::compare::prepared::{ComparedFrames, FrameSet, Means, Tally, thinned};
 use crate::frames::RealFrame;
 use crate::metrics::gain::GainSums;
 use crate::metrics::pair::Graph;
 use crate::metrics::score::Measure;
 
-/// What was counted over pairs of frames.
 #[derive(Clone, Default)]
 pub(crate) struct Sums {
-    means: Means,
+    pub(crate) means: Means,
     pub(crate) gain: GainSums,
     pub(crate) graph: Graph,
-    /// The common offset of each pair.
     pub(crate) offsets: Vec<f64>,
     pub(crate) pairs: usize,
 }
 
-/// The real sequence against itself some frames later.
 pub(crate) struct Repeat {
-    means: Means,
+    pub(crate) means: Means,
     pub(crate) graph: Graph,
 }
 
-/// Pairs that are counted in one go. The sums of the goes are added in their order, whoever counted them, so that the
-/// result does not depend on the number of threads.
+/// Pairs counted in one go; goes are added in their order, so that the number of threads does not matter.
 const PAIRS_AT_ONCE: usize = 4_096;
 
 /// Every measure over pairs of real frames and those of `side`; places are looked at in up to `placed_max` of them.
@@ -52,10 +47,6 @@ pub(crate) fn sums(
 }
 
 impl Sums {
-    pub(crate) fn get(&self, measure: Measure) -> Option<f64> {
-        self.means.get(measure)
-    }
-
     pub(crate) fn set_gains(&mut self, gain: Option<f64>) {
         for measure in [Measure::Gain, Measure::GainWithOffset] {
             self.means.set(measure, gain);
@@ -87,7 +78,6 @@ impl Sums {
     }
 }
 
-/// What comes of each item, in their order, counted in so many threads.
 pub(crate) fn in_threads<T: Sync, R: Send>(
     items: &[T],
     threads: usize,
@@ -113,7 +103,6 @@ pub(crate) fn in_threads<T: Sync, R: Send>(
 }
 
 impl Repeat {
-    /// `None` when no frame has a repeat.
     pub(crate) fn new(
         view: &ComparedFrames,
         real: &[RealFrame],
@@ -144,10 +133,6 @@ impl Repeat {
             means,
             graph: tally.graph,
         })
-    }
-
-    pub(crate) fn ceiling(&self, measure: Measure) -> Option<f64> {
-        self.means.get(measure)
     }
 }
 

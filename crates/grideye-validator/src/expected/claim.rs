@@ -1,23 +1,23 @@
 //! What the verdict is read from, as functions of what was recorded alone: the same for the recording and for drawn ones.
 
 use crate::align::Orientation;
-use crate::expected::turns::Turns;
+use crate::align::aligner::SAME_MIN;
 use crate::frames::SimulatedFrame;
-use crate::metrics::centered::Centered;
+use crate::metrics::distance::Centered;
 use crate::metrics::foreground::CenteredProducts;
 use crate::metrics::gain::{GainSums, Prediction, WarmLimits};
 use crate::metrics::unclaimed::{AllowedWarmth, Unclaimed};
-use crate::numbers::{common_offset, mean, mean_frame};
+use crate::numbers::{common_offset, count, mean, mean_frame, sum_of};
+use grideye_frame::PIXELS;
 
 /// The simulated side, made ready to be set against many recordings.
 pub(crate) struct Claim {
     people: Vec<Shown>,
     /// The scene without its people; empty if that is not known.
     nobody: Vec<Shown>,
-    /// Real frame and simulated frame.
     pairs: Vec<(usize, usize)>,
     warmth: WarmLimits,
-    ambient_c: f64,
+    pub(crate) ambient_c: f64,
     is_static: bool,
     turns: Option<Turns>,
     places: AllowedWarmth,
@@ -36,32 +36,26 @@ struct Shown {
 /// What the verdict is read from. `None` where a score is not defined.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Statistics {
-    /// C, mean over the pairs.
     pub(crate) correlation: Option<f64>,
-    /// Gain over the blank frame.
     pub(crate) gain: Option<f64>,
     /// C with the empty room taken from both sides.
     pub(crate) above_room: Option<f64>,
     /// Gain beyond that of the scene without its people.
     pub(crate) over_nobody: Option<f64>,
-    /// What is warm and not claimed.
     pub(crate) unclaimed: Unclaimed,
     /// By how much the recording is more like the claim than like the claim in each other orientation.
     pub(crate) upright: Vec<(Orientation, f64)>,
 }
 
-/// What there is to set against recordings.
 pub(crate) struct Sides<'a> {
     pub(crate) simulated: Vec<&'a SimulatedFrame>,
     /// The scene without its people for each simulated frame; empty if that is not known.
     pub(crate) nobody: Vec<&'a [f64]>,
-    /// Real frame and simulated frame.
     pub(crate) pairs: Vec<(usize, usize)>,
     pub(crate) warmth: WarmLimits,
     pub(crate) ambient_c: f64,
     /// Whether what is warm is to be seen in the mean of all frames.
     pub(crate) is_static: bool,
-    /// Pixels in a row.
     pub(crate) columns: usize,
     /// What of the simulated frames is the unit's pattern and not the scene, row by row; empty if nothing is.
     pub(crate) pattern: &'a [f64],
@@ -69,7 +63,6 @@ pub(crate) struct Sides<'a> {
     pub(crate) still_weight: f64,
 }
 
-/// What was recorded.
 #[derive(Clone, Copy)]
 pub(crate) struct Recorded<'a> {
     pub(crate) frames: &'a [Vec<f64>],
@@ -120,16 +113,10 @@ impl Claim {
         self.people.first().map_or(0, |shown| shown.claim.len())
     }
 
-    pub(crate) const fn ambient_c(&self) -> f64 {
-        self.ambient_c
-    }
-
-    /// The noise-free claim beside a real frame.
     pub(crate) fn claimed(&self, real: usize) -> &[f64] {
         beside(&self.people, real)
     }
 
-    /// The same without people.
     pub(crate) fn nobody(&self, real: usize) -> &[f64] {
         beside(&self.nobody, real)
     }
@@ -140,10 +127,9 @@ impl Claim {
 
     /// Orientations in which the claim looks much as it does upright.
     pub(crate) fn alike(&self) -> &[Orientation] {
-        self.turns.as_ref().map_or(&[], Turns::alike)
+        self.turns.as_ref().map_or(&[], |turns| &turns.alike)
     }
 
-    /// Everything.
     pub(crate) fn of_all(&self, recorded: Recorded<'_>) -> Statistics {
         let claims: Vec<&[f64]> = (0..recorded.frames.len())
             .map(|index| self.claimed(index))
@@ -157,7 +143,6 @@ impl Claim {
         }
     }
 
-    /// C and gain.
     pub(crate) fn of_image(&self, recorded: Recorded<'_>) -> Statistics {
         Statistics {
             correlation: self.correlation(recorded.frames),
@@ -166,7 +151,6 @@ impl Claim {
         }
     }
 
-    /// The gain, and what only people bring about.
     pub(crate) fn of_people(&self, recorded: Recorded<'_>) -> Statistics {
         let gain = self.gain(recorded.frames, &self.people);
         let without = self.gain(recorded.frames, &self.nobody);
@@ -222,7 +206,6 @@ impl Claim {
     }
 }
 
-/// Frames without a pattern.
 fn without(pattern: &[f64], frames: &[&[f64]]) -> Vec<Vec<f64>> {
     let taken = pattern.iter().copied().chain(std::iter::repeat(0.0));
     let without = |frame: &&[f64]| {
@@ -252,4 +235,171 @@ fn shown(frames: impl Iterator<Item = (Vec<f64>, Vec<f64>)>) -> Vec<Shown> {
 fn beside(shown: &[Shown], real: usize) -> &[f64] {
     let frame = shown.get(real).or(shown.last());
     frame.map_or(&[], |shown| shown.claim.as_slice())
+}
+
+pub(crate) struct Turns {
+    claims: Vec<(Orientation, Split)>,
+    squares: f64,
+    alike: Vec<Orientation>,
+    still_weight: f64,
+}
+
+/// Centred frames as their mean and what departs from it.
+struct Split {
+    still: Vec<f64>,
+    moving: Vec<Vec<f64>>,
+}
+
+/// A claim of less contrast, °C over all pixels, lies in no way.
+const CONTRAST_MIN_C: f64 = 1e-3;
+
+impl Turns {
+    /// `None` for images that are not 8 x 8, or claim nothing.
+    pub(crate) fn new(claims: &[&[f64]], still_weight: f64) -> Option<Self> {
+        let claims: Option<Vec<[f64; PIXELS]>> =
+            claims.iter().map(|&frame| frame.try_into().ok()).collect();
+        let claims = claims?;
+        let split = |orientation: Orientation| {
+            let turned = claims.iter().map(|frame| orientation.apply(frame).to_vec());
+            (orientation, Split::new(turned))
+        };
+        let claims: Vec<(Orientation, Split)> = Orientation::ALL.map(split).into();
+        let upright = &claims.first()?.1;
+        let squares = upright.product(upright, still_weight);
+        if squares < CONTRAST_MIN_C * CONTRAST_MIN_C {
+            return None;
+        }
+        let alike: Vec<Orientation> = claims
+            .iter()
+            .skip(1)
+            .filter(|(_, split)| split.product(upright, still_weight) > SAME_MIN * squares)
+            .map(|(orientation, _)| *orientation)
+            .collect();
+        Some(Self {
+            claims,
+            squares,
+            alike,
+            still_weight,
+        })
+    }
+
+    /// The upright likeness less that of each other orientation, -2 to 2.
+    pub(crate) fn of(&self, real: &[Vec<f64>]) -> Vec<(Orientation, f64)> {
+        let real = Split::new(real.iter().cloned());
+        let squares = real.product(&real, self.still_weight);
+        if squares <= 0.0 {
+            return Vec::new();
+        }
+        let scale = (squares * self.squares).sqrt();
+        let likeness = |split: &Split| split.product(&real, self.still_weight) / scale;
+        let Some(((_, upright), others)) = self.claims.split_first() else {
+            return Vec::new();
+        };
+        let upright = likeness(upright);
+        others
+            .iter()
+            .map(|(orientation, split)| (*orientation, upright - likeness(split)))
+            .collect()
+    }
+}
+
+impl Split {
+    fn new(frames: impl Iterator<Item = Vec<f64>>) -> Self {
+        let mut moving: Vec<Vec<f64>> = frames.collect();
+        for frame in &mut moving {
+            let level = mean(frame).unwrap_or(0.0);
+            frame.iter_mut().for_each(|value| *value -= level);
+        }
+        let still = mean_frame(&moving);
+        for frame in &mut moving {
+            for (value, still) in frame.iter_mut().zip(&still) {
+                *value -= still;
+            }
+        }
+        Self { still, moving }
+    }
+
+    fn product(&self, other: &Self, still_weight: f64) -> f64 {
+        let product = |x: &[f64], y: &[f64]| sum_of(x, y, |x, y| x * y);
+        let moving: f64 = self
+            .moving
+            .iter()
+            .zip(&other.moving)
+            .map(|(x, y)| product(x, y))
+            .sum();
+        moving + count(self.moving.len()) * still_weight * product(&self.still, &other.still)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn blob(pixel: usize) -> Vec<f64> {
+        let mut frame = vec![20.0; PIXELS];
+        frame[pixel] = 23.0;
+        frame
+    }
+
+    fn likeness(found: &[(Orientation, f64)], sought: Orientation) -> f64 {
+        found
+            .iter()
+            .find(|(orientation, _)| *orientation == sought)
+            .unwrap()
+            .1
+    }
+
+    /// Pixel 1 of the first row: mirrored left to right it is pixel 6, which the recording shows.
+    #[test]
+    fn a_mirrored_recording_is_more_like_the_mirrored_claim() {
+        let claim = blob(1);
+        let turns = Turns::new(&[&claim, &claim], 1.0).unwrap();
+        assert!(turns.alike.is_empty());
+        let found = turns.of(&[blob(6), blob(6)]);
+        // Two frames of one pixel each, 64 of them: the likeness of different places is -1/63.
+        let expected = -1.0 / 63.0 - 1.0;
+        assert!((likeness(&found, Orientation::MirroredLeftRight) - expected).abs() < 1e-12);
+        assert!(likeness(&found, Orientation::Half).abs() < 1e-12);
+        assert!(
+            turns
+                .of(&[vec![20.0; PIXELS], vec![20.0; PIXELS]])
+                .is_empty()
+        );
+    }
+
+    /// A blob in the middle rows that walks from left to right is its own mirror image from top to bottom.
+    #[test]
+    fn what_a_claim_is_much_like_is_named() {
+        let walk: Vec<Vec<f64>> = (0..8)
+            .map(|column| {
+                let mut frame = vec![20.0; PIXELS];
+                frame[24 + column] = 23.0;
+                frame[32 + column] = 23.0;
+                frame
+            })
+            .collect();
+        let claims: Vec<&[f64]> = walk.iter().map(Vec::as_slice).collect();
+        let turns = Turns::new(&claims, 0.1).unwrap();
+        assert_eq!(turns.alike, [Orientation::MirroredTopBottom]);
+        assert!(Turns::new(&[&[20.0; PIXELS]], 1.0).is_none());
+        assert!(Turns::new(&[&[20.0, 21.0]], 1.0).is_none());
+    }
+
+    /// What stands still weighs as much as it is told to: with 0 only what moves is looked at.
+    #[test]
+    fn what_stands_still_weighs_as_told() {
+        let mut claims = [blob(1), blob(9)];
+        let mut real = [blob(1), blob(9)];
+        for (claim, real) in claims.iter_mut().zip(&mut real) {
+            claim[58] = 26.0;
+            real[61] = 26.0;
+        }
+        let claims = claims.each_ref().map(Vec::as_slice);
+        let mirrored = |weight: f64| {
+            let turns = Turns::new(&claims, weight).unwrap();
+            likeness(&turns.of(&real), Orientation::MirroredLeftRight)
+        };
+        assert!((mirrored(0.0) - 1.0).abs() < 1e-12);
+        assert!(mirrored(1.0) < 0.0);
+    }
 }

@@ -10,9 +10,6 @@
 //! as much.
 
 pub(crate) mod claim;
-pub(crate) mod distribution;
-mod turns;
 pub(crate) mod units;
 
-pub use distribution::ScoreDistribution;
-pub use units::DRAWS;
+pub use units::{DRAWS, ScoreDistribution};

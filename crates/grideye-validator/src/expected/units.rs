@@ -1,9 +1,8 @@
-//! The units that are drawn, and what they score.
+//! The units that are drawn, and how what they score is spread.
 
 use crate::align::Orientation;
 use crate::expected::claim::{Claim, Recorded, Statistics};
-use crate::expected::distribution::{Scale, ScoreDistribution};
-use crate::numbers::count;
+use crate::numbers::{count, mean_and_deviation, normal_quantile};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -11,23 +10,19 @@ use rand_distr::{Distribution, StandardNormal};
 /// Units that are drawn.
 pub const DRAWS: usize = 100;
 
-/// What is known of the unit that recorded, and of its recording.
 #[derive(Debug, Clone)]
 pub(crate) struct UnitSpecification {
     /// Noise of a pixel from frame to frame, its rounding included, °C.
     pub(crate) noise_c: f64,
     /// Standard deviation of what each pixel shows too much, as far as that is not known, row by row, °C.
     pub(crate) pattern_c: Vec<f64>,
-    /// The sensor's step, °C.
     pub(crate) step_c: f64,
-    /// Frames that it recorded.
     pub(crate) frames: usize,
     /// Frames of the empty room that its map was learned from, if it was.
     pub(crate) learned_from: Option<usize>,
     pub(crate) seed: u64,
 }
 
-/// The laws of what drawn units score.
 #[derive(Debug, Clone)]
 pub(crate) struct Expected {
     /// Where the claim is right.
@@ -38,11 +33,9 @@ pub(crate) struct Expected {
     blank: Vec<Statistics>,
 }
 
-/// One of the scores.
 pub(crate) type Pick = fn(&Statistics) -> Option<f64>;
 
 impl Expected {
-    /// Draws units and scores what they record.
     pub(crate) fn new(claim: &Claim, unit: &UnitSpecification) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(unit.seed ^ UNITS_SEED);
         let mut expected = Self {
@@ -52,7 +45,7 @@ impl Expected {
         };
         let scene: Vec<&[f64]> = (0..unit.frames).map(|index| claim.claimed(index)).collect();
         let empty: Vec<&[f64]> = (0..unit.frames).map(|index| claim.nobody(index)).collect();
-        let ambient = vec![claim.ambient_c(); claim.pixels()];
+        let ambient = vec![claim.ambient_c; claim.pixels()];
         let nothing = vec![ambient.as_slice(); unit.frames];
         for _ in 0..DRAWS {
             let drawn = unit.draw(&mut random, claim);
@@ -78,17 +71,14 @@ impl Expected {
         expected
     }
 
-    /// A score where the claim is right.
     pub(crate) fn right(&self, scale: Scale, pick: Pick) -> Option<ScoreDistribution> {
         ScoreDistribution::of(scale, self.right.iter().map(pick))
     }
 
-    /// A score where the scene's people are not there.
     pub(crate) fn nobody(&self, scale: Scale, pick: Pick) -> Option<ScoreDistribution> {
         ScoreDistribution::of(scale, self.nobody.iter().map(pick))
     }
 
-    /// A score where nothing is there.
     pub(crate) fn blank(&self, scale: Scale, pick: Pick) -> Option<ScoreDistribution> {
         ScoreDistribution::of(scale, self.blank.iter().map(pick))
     }
@@ -104,7 +94,6 @@ impl Expected {
     }
 }
 
-/// One unit, and what it adds to each pixel of each frame before it rounds.
 struct Drawn {
     errors: Vec<Vec<f64>>,
     /// What it shows of the empty room.
@@ -150,7 +139,6 @@ impl UnitSpecification {
 }
 
 impl Drawn {
-    /// What this unit records of the frames of a scene.
     fn recorded(&self, step_c: f64, scene: &[&[f64]]) -> Vec<Vec<f64>> {
         let frame = |(frame, errors): (&&[f64], &Vec<f64>)| {
             let pixels = frame.iter().zip(errors);
@@ -171,5 +159,139 @@ impl Expected {
             nobody,
             blank,
         }
+    }
+}
+
+/// How a score is spread over drawn units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ScoreDistribution {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation, not below zero.
+    pub sd: f64,
+    scale: Scale,
+    /// Mean and standard deviation on that scale.
+    on_scale: (f64, f64),
+}
+
+/// The scale on which a score is spread normally, near enough.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Scale {
+    Plain,
+    /// Correlations, up to 1: the inverse hyperbolic tangent (Fisher, 1921).
+    Correlation,
+    /// Gains, up to 1: the logarithm of the ratio of errors that they are made of.
+    Gain,
+}
+
+/// Correlations and gains nearer to 1 than this are taken for this near.
+const NEAREST: f64 = 1e-6;
+
+impl ScoreDistribution {
+    /// Of what the draws scored; `None` where fewer than half of them have that score at all.
+    pub(crate) fn of(scale: Scale, values: impl Iterator<Item = Option<f64>>) -> Option<Self> {
+        let all: Vec<Option<f64>> = values.collect();
+        let known: Vec<f64> = all.iter().copied().flatten().collect();
+        if 2 * known.len() < all.len() {
+            return None;
+        }
+        let (mean, sd) = mean_and_deviation(&known)?;
+        let scaled: Vec<f64> = known.iter().map(|&value| scale.forth(value)).collect();
+        Some(Self {
+            mean,
+            sd,
+            scale,
+            on_scale: mean_and_deviation(&scaled)?,
+        })
+    }
+
+    /// Less than this has only that share of the units.
+    #[must_use]
+    pub fn low(&self, share: f64) -> f64 {
+        let (mean, sd) = self.on_scale;
+        self.scale.back(mean - normal_quantile(share) * sd)
+    }
+
+    /// More than this has only that share of the units.
+    #[must_use]
+    pub fn high(&self, share: f64) -> f64 {
+        let (mean, sd) = self.on_scale;
+        self.scale.back(mean + normal_quantile(share) * sd)
+    }
+
+    /// More than this has only that share of the units where the score is the largest of many, which Gumbel's law is for.
+    #[must_use]
+    pub fn high_of_largest(&self, share: f64) -> f64 {
+        const EULER: f64 = 0.577_215_664_9;
+        let scale = self.sd * 6.0_f64.sqrt() / std::f64::consts::PI;
+        let location = self.mean - EULER * scale;
+        location - scale * (-(1.0 - share).ln()).ln()
+    }
+}
+
+impl Scale {
+    fn forth(self, value: f64) -> f64 {
+        match self {
+            Self::Plain => value,
+            Self::Correlation => value.clamp(NEAREST - 1.0, 1.0 - NEAREST).atanh(),
+            Self::Gain => -(1.0 - value).max(NEAREST).ln(),
+        }
+    }
+
+    fn back(self, scaled: f64) -> f64 {
+        match self {
+            Self::Plain => scaled,
+            Self::Correlation => scaled.tanh(),
+            Self::Gain => 1.0 - (-scaled).exp(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn law(scale: Scale, values: &[f64]) -> ScoreDistribution {
+        ScoreDistribution::of(scale, values.iter().map(|&value| Some(value))).unwrap()
+    }
+
+    #[test]
+    fn a_law_is_that_of_the_draws_that_have_a_score() {
+        let values = [Some(1.0), None, Some(3.0)];
+        let law = ScoreDistribution::of(Scale::Plain, values.into_iter()).unwrap();
+        assert_eq!((law.mean, law.sd), (2.0, 1.0));
+        assert!((law.low(0.001) - (2.0 - 3.090_232)).abs() < 1e-4);
+        assert!((law.high(0.001) - (2.0 + 3.090_232)).abs() < 1e-4);
+        let few = [Some(1.0), None, None];
+        assert_eq!(ScoreDistribution::of(Scale::Plain, few.into_iter()), None);
+        assert_eq!(
+            ScoreDistribution::of(Scale::Plain, std::iter::empty()),
+            None
+        );
+    }
+
+    /// By hand: atanh 0.5 and 0.8 have mean 0.8240 and deviation 0.2747; ratios 0.5 and 0.125 mean ln 0.25, deviation ln 2.
+    #[test]
+    fn what_cannot_pass_1_is_spread_on_a_scale_that_can() {
+        let correlations = law(Scale::Correlation, &[0.5, 0.8]);
+        assert!((correlations.mean - 0.65).abs() < 1e-12);
+        let expected = (0.823_96_f64 + 3.090_232 * 0.274_65).tanh();
+        assert!((correlations.high(0.001) - expected).abs() < 1e-4);
+        let gains = law(Scale::Gain, &[0.5, 0.875]);
+        let low = 1.0 - 0.25 * 2.0_f64.powf(3.090_232);
+        assert!(
+            (gains.low(0.001) - low).abs() < 1e-3,
+            "{}",
+            gains.low(0.001)
+        );
+        assert!(gains.high(0.001) < 1.0);
+        assert!(law(Scale::Correlation, &[1.0, 1.0]).low(0.001) > 0.999);
+    }
+
+    /// Gumbel: mean + sd √6/π (-ln(-ln(0.999)) - 0.5772) = 0.7797 (6.9073 - 0.5772).
+    #[test]
+    fn the_largest_of_many_has_a_longer_tail() {
+        let law = law(Scale::Plain, &[-1.0, 1.0]);
+        assert!((law.high_of_largest(0.001) - 4.9355).abs() < 1e-3);
     }
 }

@@ -1,7 +1,7 @@
 //! Frames that say nothing of their own moment, found and left out, each with the reason; and the slow common drift.
 
 use crate::frames::faults::{FaultFinder, Standing};
-use crate::frames::pixels::decoded;
+use crate::frames::types::decoded;
 use grideye_frame::{NoData, PIXELS};
 use grideye_recording::Record;
 use std::collections::BTreeMap;
@@ -9,18 +9,13 @@ use std::fmt;
 
 /// Why a row of the recording is not compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[expect(missing_docs, reason = "the words below say it")]
 pub enum LeftOut {
-    /// The frame was not read.
     Missing(NoData),
-    /// A part of it is the frame before: the sensor updated while it was read.
     Torn,
-    /// All 64 pixels are those of the frame before: it was read twice.
     Duplicate,
-    /// One of many duplicates in a row: the sensor, or its reading, stood still.
     Stalled,
-    /// It came right behind another one after a stall, so that its stamp is not its time.
     Burst,
-    /// The scene has ended, or not begun.
     OutsideScene,
 }
 
@@ -65,7 +60,6 @@ impl fmt::Display for LeftOut {
     }
 }
 
-/// A frame that was read whole.
 #[derive(Debug, Clone)]
 pub(crate) struct Read {
     pub(crate) seq: u64,
@@ -74,7 +68,6 @@ pub(crate) struct Read {
     pub(crate) celsius: [f64; PIXELS],
 }
 
-/// Counts of what was left out.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Counts(BTreeMap<LeftOut, (usize, u64)>);
 
@@ -95,8 +88,7 @@ impl Counts {
 
 /// As many duplicates in a row are a stall, half a second at 10 Hz.
 const STALL_FRAMES: usize = 5;
-/// Above this share of frames that look torn, or equal, by chance, the rule cannot be told from a sensor whose pixels
-/// hardly change between frames, and is not applied.
+/// Above this share of frames that look torn by chance, the rule says nothing and is not applied.
 const BY_CHANCE_MAX: f64 = 0.02;
 /// The frames of a recording, each once and whole, and what was left out of it.
 pub(crate) fn clean(records: &[Record], times_matter: bool) -> (Vec<Read>, Counts) {
@@ -135,7 +127,6 @@ fn read(records: &[Record], counts: &mut Counts) -> Vec<Read> {
     frames
 }
 
-/// What is wrong with each frame beside the one before.
 fn standings(frames: &[Read]) -> Vec<Option<LeftOut>> {
     let mut finder = FaultFinder::default();
     let mut before: Option<&Read> = None;
@@ -171,8 +162,7 @@ fn standings(frames: &[Read]) -> Vec<Option<LeftOut>> {
     reasons
 }
 
-/// Which frames came too soon after the one before, as what was held up by a stall does: less than a quarter of the
-/// middle interval, after one of more than two and a half.
+/// Frames held up by a stall: after more than 2.5 middle intervals, less than a quarter of one.
 fn bursts(frames: &[Read]) -> Vec<bool> {
     let interval = |pair: &[Read]| u128::from(pair[1].boot_ns.saturating_sub(pair[0].boot_ns));
     let mut intervals: Vec<u128> = frames.windows(2).map(interval).collect();
@@ -216,8 +206,7 @@ mod tests {
         }
     }
 
-    /// Runs of a thinned recording, 31,000 rows apart: no burst follows, and what equals the last frame before the border
-    /// is its own.
+    /// Runs of a thinned recording, 31,000 rows apart.
     #[test]
     fn borders_of_runs_are_no_faults() {
         let run = |first: u64| (0..200).map(move |index| record(first + index, first + index));
@@ -256,8 +245,7 @@ mod tests {
         assert_eq!(reasons(5), [(LeftOut::Stalled, 5)]);
     }
 
-    /// After a stall of a second the first frame is late and counts; those that were held up with it do not, and one that
-    /// is only a little early does.
+    /// After a stall the first frame is late and counts; those held up with it do not; one that is a little early does.
     #[test]
     fn what_was_held_up_by_a_stall_is_told_from_jitter() {
         let burst_ms = |after: &[u64]| -> Vec<bool> {

@@ -1,10 +1,9 @@
 //! The slow drift that all pixels share, from the pixels without a person.
 
-use crate::frames::pixels::Pixels;
-use crate::numbers::{common_offset, count, evenly, interpolated, median};
+use crate::frames::types::Pixels;
+use crate::numbers::{common_offset, evenly, interpolated, median, windowed_mean};
 
-/// The drift is the mean over this long, seconds: shorter than minutes, which drift takes, and longer than a person
-/// stays in one place.
+/// The drift is the mean over this long, seconds: shorter than drift takes, longer than a person stays in one place.
 const WINDOW_S: f64 = 20.0;
 /// Frames that the resting level of each pixel is the median of.
 const LEVEL_FRAMES: usize = 256;
@@ -12,16 +11,11 @@ const LEVEL_FRAMES: usize = 256;
 /// How much warmer the whole image is than usual, over time.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Drift {
-    /// Time and warmth above the middle one, in order of time.
     knots: Vec<(f64, f64)>,
 }
 
 impl Drift {
-    /// From frames of a recording, each with what the scene claims less what stands still in it, at ascending times in
-    /// seconds. A recording shorter than two windows has none.
-    ///
-    /// What is left of a pixel when claim and its own median are taken out is drift, noise, or somebody who is not
-    /// claimed; of the 64 the middle half is taken, so that a person on less than a quarter of the pixels is not met.
+    /// From frames less the scene's claim, at ascending times in seconds; shorter than two windows, there is none.
     pub(crate) fn new(times_s: &[f64], left: &[Pixels]) -> Self {
         let span_s = times_s.last().unwrap_or(&0.0) - times_s.first().unwrap_or(&0.0);
         if span_s < 2.0 * WINDOW_S {
@@ -32,7 +26,8 @@ impl Drift {
             .iter()
             .map(|frame| common_offset(frame, &level))
             .collect();
-        let mut knots: Vec<(f64, f64)> = windowed(times_s, &common);
+        let common: Vec<(f64, f64)> = times_s.iter().copied().zip(common).collect();
+        let mut knots = windowed_mean(&common, WINDOW_S);
         let all: Vec<f64> = knots.iter().map(|knot| knot.1).collect();
         let middle = median(&all).unwrap_or_default();
         knots.iter_mut().for_each(|knot| knot.1 -= middle);
@@ -56,7 +51,6 @@ impl Drift {
     }
 }
 
-/// The median of each pixel over some of the frames.
 fn level(frames: &[Pixels]) -> Pixels {
     let chosen = evenly(frames.len(), LEVEL_FRAMES);
     std::array::from_fn(|pixel| {
@@ -65,31 +59,10 @@ fn level(frames: &[Pixels]) -> Pixels {
     })
 }
 
-/// The mean of what is within the window about each time.
-fn windowed(times_s: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
-    let (mut from, mut until, mut sum) = (0, 0, 0.0);
-    times_s
-        .iter()
-        .map(|&time_s| {
-            while times_s
-                .get(until)
-                .is_some_and(|other_s| *other_s <= time_s + WINDOW_S / 2.0)
-            {
-                sum += values[until];
-                until += 1;
-            }
-            while times_s[from] < time_s - WINDOW_S / 2.0 {
-                sum -= values[from];
-                from += 1;
-            }
-            (time_s, sum / count(until - from))
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numbers::count;
     use grideye_frame::PIXELS;
 
     /// A ramp of a degree in a hundred seconds, and a person of 3 degrees who takes a tenth of the pixels and wanders.

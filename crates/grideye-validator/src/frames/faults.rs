@@ -1,11 +1,11 @@
 //! Torn frames, duplicates and glitches, told by each frame beside the one before.
 
-use crate::frames::pixels::Pixels;
+use crate::frames::types::Pixels;
 use crate::numbers::{count, long_count, median};
 use grideye_frame::PIXELS;
+use serde::Serialize;
 
-/// So many consecutive pixels equal to the frame before are a part of that frame, read again: an update of the sensor
-/// came between the transactions of one reading. By chance it happens in 0.03 to 0.3 % of the frames.
+/// So many consecutive pixels equal to the frame before are a torn frame; by chance in 0.03 to 0.3 % of the frames.
 pub const TORN_RUN_MIN: usize = 8;
 /// A pixel of exactly 0.0 °C in a frame whose middle is at least so far from it is a glitch, °C.
 const GLITCH_OFF_MIN_C: f64 = 4.0;
@@ -13,7 +13,7 @@ const GLITCH_OFF_MIN_C: f64 = 4.0;
 const GLITCH_PIXELS_MAX: usize = 8;
 
 /// What went wrong between the sensor and the recording.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Faults {
     /// Frames that were compared with the one right before them.
     pub compared: u64,
@@ -52,7 +52,6 @@ impl Faults {
     }
 }
 
-/// What a frame is beside the one right before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Standing {
     /// There is none.
@@ -134,7 +133,6 @@ impl FaultFinder {
     }
 }
 
-/// The longest run of consecutive pixels that are equal in both.
 fn longest_equal_run(frame: &Pixels, before: &Pixels) -> usize {
     let (mut run, mut longest) = (0, 0);
     for (now, then) in frame.iter().zip(before) {
@@ -210,8 +208,7 @@ mod tests {
         assert_eq!((faults.glitch_frames, faults.glitch_pixels), (2, 2));
     }
 
-    /// By counting all ways: 64 pixels that are each equal with probability one half, runs of eight or more
-    /// (the recurrence of coin tosses without a run of eight heads).
+    /// By the recurrence of coin tosses without a run of eight heads, 64 of them.
     #[test]
     fn chance_is_that_of_tossed_coins() {
         let mut without = vec![1.0_f64];

@@ -3,11 +3,9 @@
 pub(crate) mod cleaning;
 pub(crate) mod drift;
 pub(crate) mod faults;
-pub(crate) mod pixels;
 mod thinning;
 pub(crate) mod types;
 
 pub use cleaning::{LeftOut, LeftOutCount};
-pub use pixels::sensor_step_c;
 pub use thinning::{RECORDS_MAX, RUN_RECORDS, Thinned, Thinning};
-pub use types::{Protocol, RealFrame, Shape, SimulatedFrame};
+pub use types::{Protocol, RealFrame, Shape, SimulatedFrame, sensor_step_c};

@@ -1,5 +1,7 @@
-//! Frames of either side, their size, and which of them meet.
+//! Frames of either side, the 64 pixels of one in degrees, and which frames meet.
 
+use crate::numbers::trimmed_mean;
+use grideye_frame::{COLUMNS, PIXELS, PixelWord, ROWS, RawFrame};
 use std::time::Duration;
 
 /// Which real frame meets which simulated one (PeerJ CS 11:e3124, "Experiments and results").
@@ -61,4 +63,50 @@ pub struct SimulatedFrame {
     pub noise_free: Vec<f64>,
     /// The pixels that the scene's agents cover for the greater part, if that is known.
     pub truth: Option<Vec<bool>>,
+}
+
+/// Temperatures of one frame, °C.
+pub(crate) type Pixels = [f64; PIXELS];
+
+/// The variance that rounding to the sensor's step of 0.25 °C adds: a twelfth of its square (Sheppard).
+pub(crate) const STEP_VARIANCE: f64 = 0.25 * 0.25 / 12.0;
+
+/// The step of the sensor in degrees, as the driver decodes it.
+#[must_use]
+pub fn sensor_step_c() -> f64 {
+    let decoded = |word| f64::from(amg8833::word::pixel_celsius(PixelWord(word)).get());
+    decoded(1) - decoded(0)
+}
+
+pub(crate) fn decoded(raw: &RawFrame) -> Pixels {
+    amg8833::word::frame(raw)
+        .pixels
+        .map(|pixel| f64::from(pixel.get()))
+}
+
+/// The mean of the middle three quarters of the pixels, which a person hardly moves.
+pub(crate) fn middle_mean(pixels: &Pixels) -> f64 {
+    trimmed_mean(&mut pixels.to_vec(), PIXELS / 8)
+}
+
+pub(crate) fn two_by_two(pixels: &Pixels) -> Vec<f64> {
+    let corners =
+        (0..ROWS - 1).flat_map(|row| (0..COLUMNS - 1).map(move |column| row * COLUMNS + column));
+    corners
+        .map(|at| {
+            (pixels[at] + pixels[at + 1] + pixels[at + COLUMNS] + pixels[at + COLUMNS + 1]) / 4.0
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_person_does_not_move_the_middle() {
+        let mut pixels = [20.0; PIXELS];
+        pixels[10..17].fill(25.0);
+        assert_eq!(middle_mean(&pixels), 20.0);
+    }
 }

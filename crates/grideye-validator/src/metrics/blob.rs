@@ -5,8 +5,7 @@ use crate::numbers::{all_finite, count, finite, median};
 /// The largest patch of warm pixels that touch each other, by the warmth that they add up to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Blob {
-    /// Column of the centroid, in pixels from the middle of the first column, weighted with the warmth above the frame's
-    /// median.
+    /// Column of the centroid, weighted with the warmth above the median, in pixels from the middle of the first.
     pub column: f64,
     /// Row of the centroid, in pixels from the middle of the first row.
     pub row: f64,
@@ -23,8 +22,7 @@ pub fn warm(frame: &[f64], above_c: f64) -> Vec<bool> {
 }
 
 impl Blob {
-    /// The blob of a frame of `columns` pixels a row; pixels touch at sides and corners. `None` where nothing is warmer
-    /// than `above_c` degrees above the frame's median.
+    /// The blob of a frame of `columns` pixels a row; `None` where nothing is `above_c` °C above the frame's median.
     #[must_use]
     pub fn find(frame: &[f64], columns: usize, above_c: f64) -> Option<Self> {
         if columns == 0 || frame.len() % columns != 0 {
@@ -58,8 +56,7 @@ impl Blob {
     }
 }
 
-/// Angle in degrees between the directions in which two centroids are seen by a sensor of that shape, whose planar grid
-/// spans `field_of_view_rad` (full angles across and down, below a half turn).
+/// Angle between two centroids as a sensor of that shape sees them, degrees; `field_of_view_rad` are full angles.
 #[must_use]
 pub fn angle_between(
     one: &Blob,
@@ -98,7 +95,6 @@ pub fn overlap(one: &[bool], other: &[bool]) -> Option<f64> {
     (either > 0 && one.len() == other.len()).then(|| count(both) / count(either))
 }
 
-/// Takes the patch around `seed` out of `left`.
 fn patch(
     frame: &[f64],
     columns: usize,

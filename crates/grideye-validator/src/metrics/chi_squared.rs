@@ -7,8 +7,7 @@ use crate::numbers::{comparable, count, finite, sum_of};
 pub struct ChiSquared {
     /// The sum.
     pub value: f64,
-    /// Its expected value if the claim is right and the noise is as said: pixels less one a frame, because the common
-    /// offset is taken out.
+    /// Its expected value if claim and noise are right: pixels less one a frame, as the common offset is taken out.
     pub degrees_of_freedom: usize,
 }
 
@@ -25,16 +24,13 @@ impl ChiSquared {
         survival(self.value, self.degrees_of_freedom)
     }
 
-    /// Adds an independent frame.
     pub(crate) fn add(&mut self, other: Self) {
         self.value += other.value;
         self.degrees_of_freedom += other.degrees_of_freedom;
     }
 }
 
-/// `sum((real - claim - mean(real - claim))^2) / sigma^2`, for noise that is independent from pixel to pixel with the
-/// standard deviation `sigma_c`, the sensor's steps included. The common offset is a unit's own and is taken out.
-/// `None` for frames of one pixel or a deviation that is not above zero.
+/// `sum((real - claim - mean(real - claim))^2) / sigma^2`; `None` for one pixel, or a deviation not above zero.
 #[must_use]
 pub fn chi_squared(real: &[f64], claim: &[f64], sigma_c: f64) -> Option<ChiSquared> {
     comparable(real, claim)?;
@@ -50,9 +46,7 @@ pub fn chi_squared(real: &[f64], claim: &[f64], sigma_c: f64) -> Option<ChiSquar
     })
 }
 
-/// Probability that chi squared of so many degrees of freedom is at least `value`: the regularised upper incomplete gamma
-/// function `Q(degrees / 2, value / 2)` (Press et al., Numerical Recipes, section 6.2: a series below the mean, a
-/// continued fraction above it). `None` without a degree of freedom or below zero.
+/// Probability that chi squared is at least `value`: `Q(degrees / 2, value / 2)` (Numerical Recipes, section 6.2).
 #[must_use]
 pub fn survival(value: f64, degrees_of_freedom: usize) -> Option<f64> {
     if degrees_of_freedom == 0 || !(value >= 0.0 && value.is_finite()) {
@@ -117,8 +111,7 @@ fn continued_fraction(shape: f64, x: f64) -> f64 {
     fraction
 }
 
-/// The logarithm of the gamma function for half-integers and above: the recurrence up to 16, then Stirling's series
-/// (Abramowitz and Stegun, 6.1.41).
+/// ln Γ for half-integers and above: the recurrence up to 16, then Stirling's series (Abramowitz and Stegun, 6.1.41).
 fn ln_gamma(shape: f64) -> f64 {
     let (mut z, mut product) = (shape, 1.0);
     while z < 16.0 {

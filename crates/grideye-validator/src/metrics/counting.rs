@@ -7,13 +7,12 @@ use std::sync::LazyLock;
 /// The most pixels that are counted in tables: what an 8 x 8 sensor has.
 pub(crate) const PIXELS_FAST: usize = 64;
 
-/// One frame sorted into bins.
 #[derive(Debug, Clone)]
 pub(crate) struct Binned {
     bins: Bins,
     pixels: usize,
     distinct: usize,
-    entropy: f64,
+    pub(crate) entropy: f64,
 }
 
 /// The bin of each pixel, numbered from 0 without holes.
@@ -27,12 +26,9 @@ enum Bins {
 /// A number for each pixel.
 pub(crate) type Places = [u8; PIXELS_FAST];
 
-/// What two binned frames hold together.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Joint {
-    /// Joint entropy in bits.
     pub(crate) entropy: f64,
-    /// Pairs of bins that occur.
     pub(crate) distinct: usize,
 }
 
@@ -98,7 +94,7 @@ impl Counter {
     }
 
     /// `None` where the frame is too large, not finite, or spread over more than 256 levels.
-    fn numbered(&self, frame: &[f64], binning: Binning) -> Option<Binned> {
+    pub(crate) fn numbered(&self, frame: &[f64], binning: Binning) -> Option<Binned> {
         if frame.is_empty() || frame.len() > PIXELS_FAST || !all_finite(frame) {
             return None;
         }
@@ -128,47 +124,7 @@ impl Counter {
     }
 }
 
-/// Entropies of pairs of frames of [`PIXELS_FAST`] pixels by their levels, without numbering these.
-pub(crate) struct PairCounter {
-    /// As many as two levels of a byte have pairs; all 0 between one pair of frames and the next.
-    pairs: Box<[u8; 1 << 16]>,
-    terms: &'static Terms,
-}
-
-impl PairCounter {
-    pub(crate) fn new() -> Self {
-        Self {
-            pairs: Box::new([0; 1 << 16]),
-            terms: &TERMS,
-        }
-    }
-
-    /// Entropies of both, and the joint entropy.
-    pub(crate) fn entropies(&mut self, x: &Places, y: &Places) -> [f64; 3] {
-        let cells: [u16; PIXELS_FAST] =
-            std::array::from_fn(|pixel| u16::from(x[pixel]) << 8 | u16::from(y[pixel]));
-        let (mut of_x, mut of_y) = ([0_u8; 256], [0_u8; 256]);
-        let mut sums = [0; 3];
-        for ((&x, &y), &cell) in x.iter().zip(y).zip(&cells) {
-            let counts = [
-                &mut of_x[usize::from(x)],
-                &mut of_y[usize::from(y)],
-                &mut self.pairs[usize::from(cell)],
-            ];
-            for (count, sum) in counts.into_iter().zip(&mut sums) {
-                *sum += self.terms.rises[usize::from(*count & 63)];
-                *count += 1;
-            }
-        }
-        for cell in cells {
-            self.pairs[usize::from(cell)] = 0;
-        }
-        sums.map(|sum| self.terms.entropy(sum, PIXELS_FAST))
-    }
-}
-
 impl Binned {
-    /// Every pixel in the same bin.
     pub(crate) fn of_nothing(pixels: usize) -> Self {
         Self {
             bins: Bins::Many(vec![0; pixels]),
@@ -176,11 +132,6 @@ impl Binned {
             distinct: 1,
             entropy: 0.0,
         }
-    }
-
-    /// Entropy in bits.
-    pub(crate) const fn entropy(&self) -> f64 {
-        self.entropy
     }
 
     /// The same pixels in another order.
@@ -198,7 +149,6 @@ impl Binned {
         Self { bins, ..*self }
     }
 
-    /// The bin of each pixel.
     fn numbers(&self) -> Vec<u32> {
         match &self.bins {
             Bins::Few(places) => places[..self.pixels.min(PIXELS_FAST)]
@@ -215,9 +165,7 @@ pub(crate) fn mutual_of(real: &Binned, simulated: &Binned, joint: Joint) -> f64 
     (real.entropy + simulated.entropy - joint.entropy).max(0.0)
 }
 
-/// The same with the small-sample bias taken out as Miller (1955) and Madow do: each entropy is too low by about
-/// `(bins that occur - 1) / (2 N)` nats, so that the information is too high by the difference. Below zero where there is
-/// less than chance.
+/// Less the small-sample bias of Miller (1955) and Madow; below zero where there is less than chance.
 pub(crate) fn mutual_corrected(real: &Binned, simulated: &Binned, joint: Joint) -> f64 {
     let missing = |distinct: usize| count(distinct.saturating_sub(1));
     let nats = (missing(real.distinct) + missing(simulated.distinct) - missing(joint.distinct))
@@ -276,9 +224,8 @@ fn from_fixed_point(value: u64) -> f64 {
     value as f64 / FIXED_POINT
 }
 
-/// The level of each pixel, 0 to 255, of a finite frame with these extremes; `None` where there are more, or the width of a
-/// bin makes no sense.
-pub(crate) fn levels_of(
+/// The level of each pixel, 0 to 255; `None` where there are more, or the width of a bin makes no sense.
+fn levels_of(
     frame: &[f64],
     extremes: (f64, f64),
     binning: Binning,
@@ -348,8 +295,7 @@ fn steps(
 /// 2^52: adding it rounds to a whole number, half to even, and leaves that number in the lowest bits.
 const ROUNDING: f64 = 4_503_599_627_370_496.0;
 
-/// `round` of a number that is not negative and below 2^51, in instructions that every machine has for several numbers
-/// at once.
+/// `round` of 0 to 2^51, in instructions that every machine has for several numbers at once.
 fn half_up(value: f64) -> f64 {
     let even = (value + ROUNDING) - ROUNDING;
     if value - even == 0.5 {
@@ -367,9 +313,7 @@ fn low_byte(number: f64) -> u8 {
 /// The definitions, word by word: for frames of any size, and what the tables are tested against.
 mod naive {
     use crate::metrics::binning::Binning;
-    use crate::numbers::all_finite;
-    use crate::numbers::count;
-    use crate::numbers::extremes;
+    use crate::numbers::{all_finite, count, extremes};
 
     /// The bin of each pixel, numbered from 0 upwards without holes in order of temperature.
     pub(crate) fn bins(frame: &[f64], binning: Binning) -> Option<Vec<u32>> {
@@ -388,14 +332,12 @@ mod naive {
         Some(numbered(&levels))
     }
 
-    /// Entropy in bits and the number of bins that occur.
     pub(crate) fn entropy(bins: &[u32]) -> (f64, usize) {
         let mut sorted = bins.to_vec();
         sorted.sort_unstable();
         of_sorted(&sorted)
     }
 
-    /// Joint entropy in bits and the number of pairs that occur.
     pub(crate) fn joint(real: &[u32], simulated: &[u32]) -> (f64, usize) {
         let pair = |(&x, &y): (&u32, &u32)| (u64::from(x) << 32) | u64::from(y);
         let mut pairs: Vec<u64> = real.iter().zip(simulated).map(pair).collect();
@@ -506,9 +448,7 @@ mod tests {
         assert_eq!(half_up(0.499_999_999_999_999_94), 0.0);
     }
 
-    /// By hand: x = 1 1 2 2, y = 1 1 1 2 in steps of 1. H(X) = 1, H(Y) = 0.811278, three pairs with 2, 1, 1: H = 1.5, so
-    /// I = 0.311278; the correction is (1 + 1 - 2) / 8 = 0. With y = 1 2 1 2 all four pairs occur: I = 0 and the
-    /// correction (1 + 1 - 3) / (8 ln 2) = -0.180337.
+    /// By hand: H(X) = 1, H(Y) = 0.811278, H(XY) = 1.5, correction 0; then I = 0, correction -1 / (8 ln 2).
     #[test]
     fn miller_and_madow_by_hand() {
         let mut counter = Counter::new();

@@ -1,13 +1,10 @@
 //! Correlation, similarity, errors and contrast of two frames.
 
-use crate::metrics::centered::Centered;
-use crate::numbers::{comparable, count, differences, finite, sum_of};
+use crate::numbers::{comparable, count, differences, finite, is_constant, mean, sum_of};
 
-/// Accuracy that the datasheet states for the AMG8833, in degrees: an offset of plus or minus this much is within its
-/// specification (AMG88 spec, "temperature accuracy").
+/// Accuracy that the datasheet states for the AMG8833, °C (AMG88 spec, "temperature accuracy").
 pub const SENSOR_ACCURACY_C: f64 = 2.5;
-/// Threshold of the image similarity, in degrees: two standard deviations, three of which are the sensor's accuracy
-/// (PeerJ CS 11:e3124, "Evaluation graph and image similarity"; printed there as 1.66).
+/// Threshold of the image similarity, °C: two sigma, three of which are the accuracy (PeerJ CS 11:e3124; printed as 1.66).
 pub const IS_THRESHOLD: f64 = 2.0 * SENSOR_ACCURACY_C / 3.0;
 
 /// Pearson's correlation coefficient, -1 to 1 (PeerJ CS 11:e3124, Eq. 1); `None` when one frame has one value only.
@@ -17,8 +14,7 @@ pub fn correlation(real: &[f64], simulated: &[f64]) -> Option<f64> {
     Centered::new(real).correlation(&Centered::new(simulated))
 }
 
-/// Share of pixels, 0 to 1, whose temperatures differ by strictly less than `threshold` degrees
-/// (PeerJ CS 11:e3124, "Evaluation graph and image similarity"); the paper's threshold is [`IS_THRESHOLD`].
+/// Share of pixels, 0 to 1, that differ by strictly less than `threshold` °C (PeerJ CS 11:e3124).
 #[must_use]
 pub fn image_similarity(real: &[f64], simulated: &[f64], threshold: f64) -> Option<f64> {
     comparable(real, simulated)?;
@@ -74,22 +70,72 @@ pub fn bias(real: &[f64], simulated: &[f64]) -> Option<f64> {
     finite(sum_of(real, simulated, |x, y| y - x) / count(real.len()))
 }
 
-/// Degrees that the real frame rises by where the claim rises by one: the slope of the least-squares line of real over
-/// claimed pixels. 1 says that the contrast is right, below 1 that the scene claims too much of it, 0 that what is
-/// claimed is not there. `None` for a claim of one value.
-///
-/// Hand in the noise-free image as the claim: noise in it would lower the slope (regression dilution), noise in the
-/// real frame does not.
+/// Slope of the least-squares line of real over noise-free claim: 1 if the contrast is right; `None` if flat.
 #[must_use]
 pub fn contrast_slope(real: &[f64], claim: &[f64]) -> Option<f64> {
     comparable(real, claim)?;
     Centered::new(real).slope_over(&Centered::new(claim))
 }
 
-/// Slope of the least-squares line through points `(x, y)`: the drift, where x is time and y a temperature. `None` where
-/// all x are equal or fewer than two points are given.
+/// Slope of the least-squares line through points `(x, y)`; `None` where all x are equal.
 #[must_use]
 pub fn slope(points: &[(f64, f64)]) -> Option<f64> {
     let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
     contrast_slope(&y, &x)
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct Centered {
+    deviations: Vec<f64>,
+    squares: f64,
+}
+
+impl Centered {
+    pub(crate) fn new(frame: &[f64]) -> Self {
+        let mean = mean(frame).unwrap_or(0.0);
+        let deviations: Vec<f64> = frame.iter().map(|value| value - mean).collect();
+        // The mean of equal numbers need not be that number: what is left would be noise over noise.
+        let squares = if is_constant(frame) {
+            0.0
+        } else {
+            sum_of(&deviations, &deviations, |x, _| x * x)
+        };
+        Self {
+            deviations,
+            squares,
+        }
+    }
+
+    pub(crate) fn permuted(&self, order: &[usize]) -> Self {
+        Self {
+            deviations: order.iter().map(|&index| self.deviations[index]).collect(),
+            squares: self.squares,
+        }
+    }
+
+    pub(crate) fn correlation(&self, other: &Self) -> Option<f64> {
+        correlation_of(self.product(other), self.squares, other.squares)
+    }
+
+    pub(crate) fn slope_over(&self, claim: &Self) -> Option<f64> {
+        let slope = (claim.squares > 0.0).then(|| self.product(claim) / claim.squares)?;
+        finite(slope)
+    }
+
+    /// The slope over a side with noise `sigma_c`, its share of the squares taken out; `None` where that is half or more.
+    pub(crate) fn slope_over_noisy(&self, other: &Self, sigma_c: f64) -> Option<f64> {
+        let noise = count(self.deviations.len().saturating_sub(1)) * sigma_c * sigma_c;
+        (other.squares > 2.0 * noise).then(|| self.product(other) / (other.squares - noise))
+    }
+
+    fn product(&self, other: &Self) -> f64 {
+        sum_of(&self.deviations, &other.deviations, |x, y| x * y)
+    }
+}
+
+fn correlation_of(product: f64, squares: f64, other_squares: f64) -> Option<f64> {
+    if squares <= 0.0 || other_squares <= 0.0 {
+        return None;
+    }
+    finite((product / (squares.sqrt() * other_squares.sqrt())).clamp(-1.0, 1.0))
 }

@@ -4,9 +4,6 @@ use crate::frames::{RealFrame, SimulatedFrame};
 use crate::numbers::{finite, mean};
 
 /// C of what stands above the empty room, over all pixels of all frames together.
-///
-/// The mean of each frame is taken out, and the noise-free claim is used. Frames in which nobody is seen count for
-/// little, which a mean of C over the frames would not do.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForegroundCorrelation {
     /// Its value, -1 to 1; `None` where the claim shows nobody.
@@ -19,13 +16,11 @@ pub struct ForegroundCorrelation {
 
 /// Where the map of the empty room comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[expect(missing_docs, reason = "the words below say it")]
 pub enum RoomSource {
-    /// The simulated scene without its people, on both sides.
     #[default]
     Scene,
-    /// That and what the profile says each pixel shows beside it.
     Profile,
-    /// Stretches of the recording in which neither the recording nor the scene shows anybody.
     Recording,
 }
 
@@ -51,13 +46,11 @@ impl RoomSource {
     }
 }
 
-/// What the real side shows of the empty room.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct EmptyRoom {
     pub(crate) from: RoomSource,
     /// Row by row, °C; the simulated empty room if there is none.
     pub(crate) celsius: Option<Vec<f64>>,
-    /// Frames that it is the mean of.
     pub(crate) frames: usize,
 }
 
@@ -94,7 +87,6 @@ pub(crate) fn foreground_correlation(
     }
 }
 
-/// A frame less the room, its mean taken out.
 fn foreground(frame: &[f64], room: &[f64]) -> Vec<f64> {
     let mut left: Vec<f64> = frame.iter().zip(room).map(|(a, b)| a - b).collect();
     let middle = mean(&left).unwrap_or_default();
@@ -140,9 +132,7 @@ mod tests {
         (real, claim)
     }
 
-    /// By hand: the room has a radiator of 5 in pixel 3. Above it, the real side shows (2, 0, 0, 0) and the claim
-    /// (0, 2, 0, 0): centred (1.5, -.5, -.5, -.5) and (-.5, 1.5, -.5, -.5), product -1 of 3. With the radiator in, it
-    /// would be 0.76.
+    /// By hand: above the room (2, 0, 0, 0) and (0, 2, 0, 0), centered: product -1 of 3. With the room in, 0.76.
     #[test]
     fn a_radiator_does_not_stand_in_for_a_person() {
         let room = vec![20.0, 20.0, 20.0, 25.0];

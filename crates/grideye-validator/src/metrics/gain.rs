@@ -3,7 +3,6 @@
 use crate::metrics::score::Measure;
 use crate::numbers::count;
 
-/// From where on a pixel is warm, in degrees.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct WarmLimits {
     pub(crate) ambient_c: f64,
@@ -20,11 +19,9 @@ pub(crate) struct Prediction<'a> {
     pub(crate) offset_c: f64,
 }
 
-/// Sums over pairs of frames.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct GainSums {
     pub(crate) pixels: usize,
-    /// Warm in both.
     pub(crate) both: usize,
     predicted: Squares,
     blank: Squares,
@@ -46,17 +43,14 @@ impl WarmLimits {
     }
 }
 
-/// The pixels that are warm in a real frame or in the scene's claim.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct WarmRegion {
     places: Vec<usize>,
-    /// Warm in both.
     both: usize,
 }
 
 impl WarmRegion {
-    /// `offset_c` is taken from the real frame before it is asked which of its pixels are warm: a unit that reads a
-    /// degree too high does not see a degree more person. Which are warm is read from `steady`.
+    /// Which are warm is read from `steady` less `offset_c`: a unit that reads too high sees no more person.
     pub(crate) fn mark(
         &mut self,
         steady: &[f64],
@@ -78,8 +72,7 @@ impl WarmRegion {
 }
 
 impl GainSums {
-    /// Adds the pixels of a real frame that are warm in it or in the scene's claim; which are is read from `steady`, as
-    /// [`WarmRegion::mark`] does.
+    /// Adds the pixels that are warm in a real frame or in the claim, as [`WarmRegion::mark`] reads them.
     pub(crate) fn add(
         &mut self,
         (measured, steady): (&[f64], &[f64]),
@@ -116,7 +109,6 @@ impl GainSums {
         }
     }
 
-    /// Adds the sums of other pairs.
     pub(crate) fn merge(&mut self, other: Self) {
         self.pixels += other.pixels;
         self.both += other.both;
@@ -183,9 +175,7 @@ mod tests {
         (union, offset_c)
     }
 
-    /// By hand: ambient 20, warm above 1, claimed above 0.5, no common offset. Pixel 0 is warm in both (real 24, claim
-    /// 23), pixel 1 in the claim only (20, 20.75), pixel 2 in reality only (22, 20), pixel 3 in neither (20.75, 20.5).
-    /// Squares of the claim 1 + 0.5625 + 4, of the blank frame 16 + 0 + 4.
+    /// By hand: pixel 0 is warm in both, 1 in the claim, 2 in reality, 3 in neither. Squares 1 + 0.5625 + 4 of 16 + 0 + 4.
     #[test]
     fn gain_is_taken_over_the_union_of_claimed_and_really_warm() {
         let mut real = [20.0; 16];

@@ -7,7 +7,7 @@ use crate::numbers::{comparable, finite};
 /// Shannon's entropy of one frame in bits (PeerJ CS 11:e3124, Eq. 2).
 #[must_use]
 pub fn entropy(frame: &[f64], binning: Binning) -> Option<f64> {
-    Some(Counter::new().binned(frame, binning)?.entropy())
+    Some(Counter::new().binned(frame, binning)?.entropy)
 }
 
 /// Entropy of the pairs of pixels in bits (PeerJ CS 11:e3124, Eq. 3). Each frame is binned over its own range.
@@ -17,20 +17,14 @@ pub fn joint_entropy(real: &[f64], simulated: &[f64], binning: Binning) -> Optio
     Some(joint.entropy)
 }
 
-/// Mutual information in bits: `H(X) + H(Y) - H(X, Y)` (PeerJ CS 11:e3124, Eq. 6).
-///
-/// On 64 pixels and fine bins almost all of it is small-sample bias: read it beside the value of shuffled pixels, or
-/// take [`mutual_information_corrected`].
+/// Mutual information, bits: `H(X) + H(Y) - H(X, Y)` (PeerJ CS 11:e3124, Eq. 6); almost all bias on 64 pixels.
 #[must_use]
 pub fn mutual_information(real: &[f64], simulated: &[f64], binning: Binning) -> Option<f64> {
     let (real, simulated, joint) = binned(real, simulated, binning)?;
     Some(mutual_of(&real, &simulated, joint))
 }
 
-/// Mutual information in bits less its small-sample bias of the first order, after Miller and Madow (G. A. Miller,
-/// "Note on the bias of information estimates", 1955): `I + (K(X) + K(Y) - K(X, Y) - 1) / (2 N ln 2)` with K bins that
-/// occur. Below zero where the pixels have less in common than chance. With more bins than pixels in each the first
-/// order is not enough: read it beside the shuffled pixels all the same.
+/// Less the small-sample bias: `I + (K(X) + K(Y) - K(X, Y) - 1) / (2 N ln 2)` with K bins (G. A. Miller 1955).
 #[must_use]
 pub fn mutual_information_corrected(
     real: &[f64],

@@ -6,7 +6,6 @@
 
 pub(crate) mod binning;
 pub(crate) mod blob;
-pub(crate) mod centered;
 pub(crate) mod chi_squared;
 pub(crate) mod counting;
 pub(crate) mod distance;

@@ -1,10 +1,9 @@
-//! The paper's measures of one pair of 8 x 8 frames, all at once and without allocating.
+//! The paper's measures of one pair of 8 x 8 frames, all at once.
 
 use crate::metrics::binning::Binning;
-use crate::metrics::centered::correlation_of;
-use crate::metrics::counting::{PIXELS_FAST, PairCounter, Places, levels_of};
-use crate::metrics::distance::IS_THRESHOLD;
-use crate::numbers::{LANES, all_finite, count, long_count, sum_of_lanes};
+use crate::metrics::counting::{Counter, PIXELS_FAST, Places, mutual_of};
+use crate::metrics::distance::{Centered, IS_THRESHOLD};
+use crate::numbers::{count, long_count};
 use std::sync::LazyLock;
 
 /// Thresholds of the evaluation graph.
@@ -41,7 +40,7 @@ pub struct PairScores {
 /// assert_eq!(scores.mutual_information, scores.entropy_real);
 /// ```
 pub struct Scorer {
-    counter: PairCounter,
+    counter: Counter,
 }
 
 impl Scorer {
@@ -49,106 +48,31 @@ impl Scorer {
     #[must_use]
     pub fn new() -> Self {
         Self {
-            counter: PairCounter::new(),
+            counter: Counter::new(),
         }
     }
 
-    /// Scores one pair; `None` where a value is not finite, the frames spread over more than 256 bins, or the width of
-    /// the bins makes no sense. Equal to [`correlation`](super::distance::correlation), [`entropy`](super::information::entropy),
-    /// [`joint_entropy`](super::information::joint_entropy), [`mutual_information`](super::information::mutual_information),
-    /// [`image_similarity`](super::distance::image_similarity) and [`evaluation_graph`](super::distance::evaluation_graph) but for rounding.
+    /// Scores one pair as the functions of this module do; `None` for values not finite or more than 256 bins.
     pub fn score(
         &mut self,
         real: &[f64; PIXELS_FAST],
         simulated: &[f64; PIXELS_FAST],
         binning: Binning,
     ) -> Option<PairScores> {
-        let (x, y) = (Seen::of(real)?, Seen::of(simulated)?);
-        let levels = [x.levels(binning)?, y.levels(binning)?];
-        let [entropy_real, entropy_simulated, joint_entropy] =
-            self.counter.entropies(&levels[0], &levels[1]);
-        let (similar, evaluation_graph) = graph_of_pair(real, simulated);
+        let x = self.counter.numbered(real, binning)?;
+        let y = self.counter.numbered(simulated, binning)?;
+        let joint = self.counter.joint(&x, &y);
+        let mut graph = Graph::default();
+        let similar = graph.add(real, simulated);
         Some(PairScores {
-            correlation: x.correlation(&y),
-            entropy_real,
-            entropy_simulated,
-            joint_entropy,
-            mutual_information: (entropy_real + entropy_simulated - joint_entropy).max(0.0),
-            image_similarity: count(similar) / PIXELS,
-            evaluation_graph,
+            correlation: Centered::new(real).correlation(&Centered::new(simulated)),
+            entropy_real: x.entropy,
+            entropy_simulated: y.entropy,
+            joint_entropy: joint.entropy,
+            mutual_information: mutual_of(&x, &y, joint),
+            image_similarity: count(similar) / count(PIXELS_FAST),
+            evaluation_graph: graph.shares(),
         })
-    }
-}
-
-/// A frame, and what one look at all of its pixels tells.
-struct Seen<'a> {
-    frame: &'a [f64; PIXELS_FAST],
-    coldest: f64,
-    warmest: f64,
-    mean: f64,
-}
-
-impl<'a> Seen<'a> {
-    /// `None` where a value is not finite.
-    fn of(frame: &'a [f64; PIXELS_FAST]) -> Option<Self> {
-        let (mut low, mut high, mut sums) = (
-            [f64::INFINITY; LANES],
-            [f64::NEG_INFINITY; LANES],
-            [0.0; LANES],
-        );
-        for chunk in frame.chunks_exact(LANES) {
-            for lane in 0..LANES {
-                let value = chunk[lane];
-                low[lane] = if value < low[lane] { value } else { low[lane] };
-                high[lane] = if value > high[lane] {
-                    value
-                } else {
-                    high[lane]
-                };
-                sums[lane] += value;
-            }
-        }
-        let sum = sum_of_lanes(sums);
-        // A sum is finite where all values are; that of huge ones need not be.
-        (sum.is_finite() || all_finite(frame)).then(|| Self {
-            frame,
-            coldest: low.into_iter().fold(f64::INFINITY, f64::min),
-            warmest: high.into_iter().fold(f64::NEG_INFINITY, f64::max),
-            mean: sum / PIXELS,
-        })
-    }
-
-    fn levels(&self, binning: Binning) -> Option<Places> {
-        let mut levels = [0; PIXELS_FAST];
-        levels_of(
-            self.frame,
-            (self.coldest, self.warmest),
-            binning,
-            &mut levels,
-        )?;
-        Some(levels)
-    }
-
-    /// The mean of equal numbers need not be that number: a frame of one value is asked for by its extremes.
-    fn correlation(&self, other: &Self) -> Option<f64> {
-        if self.coldest == self.warmest || other.coldest == other.warmest {
-            return None;
-        }
-        let (mut product, mut squares, mut others) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-        let chunks = self.frame.chunks_exact(LANES);
-        for (x, y) in chunks.zip(other.frame.chunks_exact(LANES)) {
-            for lane in 0..LANES {
-                let (x, y) = (x[lane] - self.mean, y[lane] - other.mean);
-                product[lane] += x * y;
-                squares[lane] += x * x;
-                others[lane] += y * y;
-            }
-        }
-        correlation_of(
-            sum_of_lanes(product),
-            sum_of_lanes(squares),
-            sum_of_lanes(others),
-        )
     }
 }
 
@@ -165,8 +89,6 @@ pub fn thresholds_c() -> [f64; THRESHOLDS] {
 }
 
 const PER_DEGREE: f64 = 20.0;
-/// Of a frame; a power of two, of which the reciprocal is exact.
-const PIXELS: f64 = 64.0;
 
 /// Counts of differences between pixels, by the first threshold that lies above them.
 #[derive(Debug, Clone)]
@@ -177,11 +99,9 @@ pub(crate) struct Graph {
 /// One count for each threshold and for what is above all, and room for any seven bits: no place is beyond it.
 type Counts<T> = [T; 128];
 
-/// Pixels that follow on one another are often in the same place. Counted in several tables, they do not wait for each
-/// other.
+/// Neighboring pixels often share a place: counted in several tables, they do not wait for each other.
 const TABLES: usize = 4;
 
-/// The thresholds, and beyond the last one none.
 static THRESHOLDS_C: LazyLock<Counts<f64>> = LazyLock::new(|| {
     let mut thresholds = [f64::INFINITY; 128];
     thresholds[..THRESHOLDS].copy_from_slice(&thresholds_c());
@@ -231,36 +151,7 @@ impl Graph {
     }
 }
 
-/// The graph of one pair alone, behind the number of its pixels that differ by less than [`IS_THRESHOLD`].
-///
-/// Counts of 64 pixels fit into bytes, and their shares need no division.
-fn graph_of_pair(
-    real: &[f64; PIXELS_FAST],
-    simulated: &[f64; PIXELS_FAST],
-) -> (usize, [f64; THRESHOLDS]) {
-    let (places, similar) = places(&THRESHOLDS_C, real, simulated);
-    let mut tables = [[0_u8; 128]; TABLES];
-    for four in places.chunks_exact(TABLES) {
-        for (table, place) in tables.iter_mut().zip(four) {
-            table[usize::from(place & 127)] += 1;
-        }
-    }
-    let [a, b, c, d] = tables;
-    let first_above: [u8; 128] =
-        std::array::from_fn(|place| a[place] + b[place] + c[place] + d[place]);
-    let mut below = 0;
-    let counts: [u8; THRESHOLDS] = std::array::from_fn(|index| {
-        below += first_above[index];
-        below
-    });
-    (similar, counts.map(|count| f64::from(count) / PIXELS))
-}
-
-/// For each of up to 64 pixels the first threshold above the difference, and how many differ by less than
-/// [`IS_THRESHOLD`].
-///
-/// Only the threshold that is nearest to a difference can lie on either side of it; those before are below it, those
-/// behind above.
+/// For each pixel the first threshold above the difference (the nearest or the next); how many are below [`IS_THRESHOLD`].
 fn places(thresholds: &Counts<f64>, real: &[f64], simulated: &[f64]) -> (Places, usize) {
     let (mut differences, mut places) = ([0.0; PIXELS_FAST], [0; PIXELS_FAST]);
     let mut similar = 0_u64;
@@ -276,9 +167,7 @@ fn places(thresholds: &Counts<f64>, real: &[f64], simulated: &[f64]) -> (Places,
     (places, usize::try_from(similar).unwrap_or(PIXELS_FAST))
 }
 
-/// The number of the threshold that is nearest to a difference, one more than the last at most.
-///
-/// Adding 2^52 leaves the nearest whole number in the lowest bits.
+/// The number of the nearest threshold: adding 2^52 leaves the nearest whole number in the lowest bits.
 fn nearest(difference: f64) -> u8 {
     const BEYOND: f64 = 101.0;
     let twentieths = difference * PER_DEGREE;
@@ -348,7 +237,7 @@ mod tests {
         assert_eq!(place(5.02), THRESHOLDS);
         assert_eq!(place(5.03), THRESHOLDS);
         assert_eq!(place(f64::MAX), THRESHOLDS);
-        let similar = |difference| graph_of_pair(&[0.0; 64], &[difference; 64]).0;
+        let similar = |difference| Graph::default().add(&[0.0; 64], &[difference; 64]);
         assert_eq!(similar(IS_THRESHOLD), 0);
         assert_eq!(similar(IS_THRESHOLD.next_down()), 64);
     }

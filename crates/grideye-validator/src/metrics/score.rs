@@ -1,24 +1,23 @@
 //! What is measured, and each score with its floors and its ceiling.
 
+use serde::Serialize;
 use std::fmt;
 
 /// Whether more or less of a measure means more alike.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the names say it")]
 pub enum Better {
-    /// The higher, the more alike.
     Higher,
-    /// The lower, the more alike.
     Lower,
-    /// The measure describes, it does not judge.
     Neither,
 }
 
 macro_rules! measures {
-    ($($(#[doc = $doc:literal])+ $variant:ident = $name:literal, $title:literal, $unit:literal, $better:ident;)+) => {
-        /// What is measured. The names are stable: files and programs may rely on them.
+    ($($variant:ident = $name:literal, $title:literal, $unit:literal, $better:ident;)+) => {
+        /// What is measured; the README has the glossary. The names are stable: files and programs may rely on them.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub enum Measure {
-            $($(#[doc = $doc])+ $variant,)+
+            $(#[doc = $title] $variant,)+
         }
 
         impl Measure {
@@ -59,55 +58,29 @@ macro_rules! measures {
 }
 
 measures! {
-    /// Pearson's correlation of the pixels (the paper's C). The verdict rests on it.
     Correlation = "correlation", "C, correlation", "", Higher;
-    /// Gain over the blank frame: 1 less the ratio of the RMSE of the simulation to the RMSE of the blank frame, both
-    /// over the pixels that are warm in either image, with the common offset of the pair taken out. The verdict
-    /// rests on it.
     Gain = "gain", "Gain over the blank frame", "", Higher;
-    /// The same with the offset left in.
     GainWithOffset = "gain_with_offset", "Gain, offset left in", "", Higher;
-    /// Share of pixels that differ by less than two sensor sigma (the paper's IS).
     ImageSimilarity = "image_similarity", "IS, image similarity", "%", Higher;
-    /// Root mean squared difference.
     Rmse = "rmse", "RMSE", "°C", Lower;
-    /// Mean absolute difference.
     Mae = "mae", "MAE", "°C", Lower;
-    /// Mean of simulated less real.
     Bias = "bias", "Bias, simulated less real", "°C", Neither;
-    /// Entropy of the real frame, 256 grey levels.
     EntropyRealGrey = "entropy_real_grey", "H real, 256 levels", "bit", Neither;
-    /// Entropy of the simulated frame, 256 grey levels.
     EntropySimulatedGrey = "entropy_simulated_grey", "H simulated, 256 levels", "bit", Neither;
-    /// Joint entropy, 256 grey levels.
     JointEntropyGrey = "joint_entropy_grey", "Joint H, 256 levels", "bit", Neither;
-    /// Mutual information, 256 grey levels (the paper's).
     MutualInformationGrey = "mutual_information_grey", "MI, 256 levels", "bit", Higher;
-    /// The same less its small-sample bias, after Miller and Madow.
     MutualInformationGreyCorrected = "mutual_information_grey_corrected", "MI, 256 levels, bias taken out", "bit", Higher;
-    /// Entropy of the real frame in the chosen bins, by default steps of the sensor.
     EntropyRealBinned = "entropy_real_binned", "H real, chosen bins", "bit", Neither;
-    /// Entropy of the simulated frame in the chosen bins.
     EntropySimulatedBinned = "entropy_simulated_binned", "H simulated, chosen bins", "bit", Neither;
-    /// Joint entropy in the chosen bins.
     JointEntropyBinned = "joint_entropy_binned", "Joint H, chosen bins", "bit", Neither;
-    /// Mutual information in the chosen bins.
     MutualInformationBinned = "mutual_information_binned", "MI, chosen bins", "bit", Higher;
-    /// The same less its small-sample bias, after Miller and Madow.
     MutualInformationBinnedCorrected = "mutual_information_binned_corrected", "MI, chosen bins, bias taken out", "bit", Higher;
-    /// RMSE over the pixels of which the simulated agents cover half or more.
     ForegroundRmse = "foreground_rmse", "Foreground RMSE", "°C", Lower;
-    /// Degrees that the recording rises by where the noise-free claim rises by one.
     ContrastSlope = "contrast_slope", "Contrast, real over claimed", "", Neither;
-    /// Distance between the centroids of the warm blobs of frame and claim.
     CentroidErrorPixels = "centroid_error_pixels", "Centroid error", "px", Lower;
-    /// The same as the angle that the sensor sees between them.
     CentroidErrorDegrees = "centroid_error_degrees", "Centroid error, seen angle", "°", Lower;
-    /// Intersection over union of the warm pixels of frame and claim.
     WarmOverlap = "warm_overlap", "IoU of warm pixels", "", Higher;
-    /// Chi squared of frame less noise-free claim, their mean difference taken out, a degree of freedom.
     ChiSquaredPerDegree = "chi_squared_per_degree", "χ² a degree of freedom", "", Lower;
-    /// Structural similarity.
     StructuralSimilarity = "structural_similarity", "SSIM, structural similarity", "", Higher;
 }
 
@@ -118,14 +91,13 @@ impl fmt::Display for Measure {
 }
 
 /// What the measure says when the simulated pixels are put into a random order, over many orders.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Shuffled {
     /// The mean over the orders.
     pub mean: f64,
     /// The value that 95 % of the orders do not beat.
     pub p95: f64,
-    /// Permutation p-value: the share of orders, the true one counted with them, that do at least as well as the true one
-    /// on the same pairs; `None` where neither more nor less is better. The true order alone makes it 1 / (orders + 1).
+    /// Permutation p-value: the share of orders, the true one among them, that do as well; `None` where none is better.
     pub p: Option<f64>,
 }
 
@@ -142,13 +114,11 @@ pub struct Score {
     pub shuffled: Option<Shuffled>,
     /// The floor: images of the sensor's noise about ambient temperature and nothing else.
     pub noise: Option<f64>,
-    /// The ceiling: the real sequence against itself some frames later, its noise counted once where that can be
-    /// done (C, gain, RMSE, MAE, foreground RMSE, contrast slope, chi squared, centroid error).
+    /// The ceiling: the real sequence against itself some frames later, its noise counted once where that can be done.
     pub ceiling: Option<f64>,
 }
 
 impl Score {
-    /// A score of nothing.
     pub(crate) const fn undefined(measure: Measure) -> Self {
         Self {
             measure,
@@ -183,8 +153,7 @@ impl Score {
         }
     }
 
-    /// Where the value stands between floor (0) and ceiling (1). `None` where the ceiling does not rise above chance:
-    /// such a measure cannot tell a right scene from a wrong one on this recording.
+    /// The place between floor (0) and ceiling (1); `None` where the ceiling does not rise above chance.
     #[must_use]
     pub fn skill(&self) -> Option<f64> {
         if self.headroom()? <= 0.0 {

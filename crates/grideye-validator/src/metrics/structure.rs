@@ -2,9 +2,7 @@
 
 use crate::numbers::{comparable, count, mean};
 
-/// What SSIM takes as the range of temperatures, in degrees: the contrast of a warm thing indoors. Its second constant is
-/// then `(0.03 * 10)^2 = 0.09` square degrees, about the variance of the sensor's noise, so that a patch in which nothing but
-/// noise is seen is not asked for the same noise.
+/// SSIM's range of temperatures, °C: its second constant, 0.09 °C², is then about the sensor's noise.
 pub const SSIM_RANGE_C: f64 = 10.0;
 const SIDE: usize = 3;
 
@@ -115,8 +113,7 @@ mod tests {
         assert!(structural_similarity(&frame, &mirrored, 8, 20.0).unwrap() < 0.0);
     }
 
-    /// One pixel of 3 degrees in a flat room against the flat room. In the window of nine: mean 1/3, squares 9 - 1, so
-    /// the variance is 1. The rest is the formula.
+    /// In the window of nine: mean 1/3, squares 9 - 1, so the variance is 1.
     #[test]
     fn one_warm_pixel_by_hand() {
         let (mut one, flat) = ([20.0; 25], [20.0; 25]);

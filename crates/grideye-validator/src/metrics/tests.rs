@@ -1,7 +1,7 @@
 //! The metrics against reference vectors and frames counted by hand.
 
 use super::*;
-use crate::metrics::centered::Centered;
+use crate::metrics::distance::Centered;
 use crate::numbers::{count, difference_sums, extremes, sum_of};
 
 /// The two frames of the reference vectors: 8 x 8, B is A with an uneven error and one pixel 2.5 degrees off.
@@ -143,8 +143,7 @@ fn a_constant_frame_of_an_odd_value_has_no_correlation() {
     assert_eq!(correlation(&[0.1; 64], &[20.3; 64]), None);
 }
 
-/// By hand: two bins of two on either side. In step they are two pairs, 1 bit, and the bias is
-/// (2 + 2 - 2 - 1) / (2 * 4 ln 2) = 0.180337; crossed they are four pairs, 0 bits, and it is (2 + 2 - 4 - 1) / (8 ln 2).
+/// By hand: in step 1 bit, bias 1 / (8 ln 2); crossed 0 bits, bias -1 / (8 ln 2).
 #[test]
 fn the_bias_of_few_pixels_is_taken_out_of_mutual_information() {
     let step = Binning::Step { width_c: 1.0 };

@@ -18,7 +18,6 @@ pub(crate) struct AllowedWarmth {
     moving_c: Vec<Vec<f64>>,
 }
 
-/// The warmest unclaimed block; `None` without frames.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Unclaimed {
     /// In the mean over all frames, above the claim and the slope of the room.
@@ -27,7 +26,6 @@ pub(crate) struct Unclaimed {
     pub(crate) moving: Option<WarmBlock>,
 }
 
-/// What a learned room has beside the simulated one.
 pub(crate) struct RoomDifference {
     /// Row by row, °C, its level taken out.
     pub(crate) left_c: Vec<f64>,
@@ -63,11 +61,9 @@ impl RoomDifference {
     }
 }
 
-/// The warmest of 49 blocks of two by two pixels is this many standard deviations of a single one warmer than the room in
-/// less than one pattern of 1,000 (4.3 standard deviations of a block, by Gumbel's law).
+/// The warmest of 49 blocks exceeds so many deviations of a pixel in less than one pattern of 1,000 (Gumbel).
 const PATTERN_BLOCK_MAX: f64 = 2.2;
 
-/// A block of two by two pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct WarmBlock {
     /// Mean of the four beyond what may be, °C.
@@ -143,8 +139,7 @@ impl AllowedWarmth {
             .max_by(|a, b| a.celsius.total_cmp(&b.celsius))
     }
 
-    /// Less the plane that fits the pixels away from what is claimed to be warm best, those that stand out of it left out:
-    /// somebody in a corner is no slope.
+    /// Less the plane that fits the cold pixels best, those that stand out of it left out: somebody is no slope.
     fn without_slope(&self, image: &[f64]) -> Vec<f64> {
         let mut used: Vec<usize> = (0..image.len()).filter(|&pixel| self.cold[pixel]).collect();
         let mut left = image.to_vec();
@@ -160,7 +155,6 @@ impl AllowedWarmth {
         left
     }
 
-    /// The least-squares plane through some pixels.
     fn plane(&self, image: &[f64], used: &[usize]) -> impl Fn(usize) -> f64 + use<> {
         let columns = self.columns;
         let place = move |pixel: usize| [count(pixel / columns), count(pixel % columns)];
@@ -207,7 +201,6 @@ const ROUNDING_C: f64 = 1e-9;
 /// Squares of pixels: fewer than three that do not stand in a row have no slope.
 const FLAT: f64 = 1e-9;
 
-/// The four pixels of the block that begins there.
 const fn corners(first: usize, columns: usize) -> [usize; 4] {
     [first, first + 1, first + columns, first + columns + 1]
 }

@@ -5,9 +5,8 @@ use crate::expected::DRAWS;
 use crate::frames::Protocol;
 use crate::metrics::foreground::RoomSource;
 use crate::metrics::score::Measure;
-use crate::report::context::Context;
 use crate::report::paper;
-use crate::report::text::list;
+use crate::report::text::{Context, list};
 use grideye_draw::text::{fixed, signed};
 
 pub(crate) fn section(comparison: &Comparison, context: &Context) -> String {
@@ -49,7 +48,6 @@ pub(crate) fn section(comparison: &Comparison, context: &Context) -> String {
     format!("<h2>What was assumed</h2>\n{}", list(sentences))
 }
 
-/// What is taken for what a right scene scores.
 fn units(comparison: &Comparison) -> String {
     let pattern = comparison.pattern_c;
     let known = match comparison.pattern_from {

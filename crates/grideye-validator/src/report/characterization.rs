@@ -3,6 +3,7 @@
 use crate::characterize::{AllanPoint, Characterization};
 use crate::numbers::extremes;
 use grideye_draw::palette::{DIFFERENCE, INFERNO, Rgb, color, ink};
+use grideye_draw::plot::{Axis, Plot};
 use grideye_draw::svg::Svg;
 use grideye_draw::text::{escape, fixed, signed};
 use grideye_frame::{COLUMNS, PIXELS};
@@ -10,9 +11,7 @@ use grideye_frame::{COLUMNS, PIXELS};
 const STYLE: &str = include_str!("characterization.css");
 
 impl Characterization {
-    /// The whole as one HTML page without scripts, fonts or pictures from elsewhere. Maps carry their numbers, curves are
-    /// told apart by their strokes: neither colour vision nor a screen is needed. `recording` names the recording,
-    /// `command` made the page; the same input gives the same bytes.
+    /// The whole as one self-contained HTML page, readable in gray and in print; the same input gives the same bytes.
     #[must_use]
     pub fn to_html(&self, recording: &str, command: &str) -> String {
         let (recording, command) = (escape(recording), escape(command));
@@ -29,7 +28,6 @@ impl Characterization {
         )
     }
 
-    /// The sensor in a sentence or two.
     fn lead(&self) -> String {
         let (least, most) = self.noise.range_c();
         let rate = self.sensor_hz().map_or_else(
@@ -132,26 +130,49 @@ impl Characterization {
             .copied()
             .filter(|value| *value > 0.0);
         let lowest = all.clone().fold(f64::INFINITY, f64::min);
-        let plot = Plot {
-            x: decades(taus[0], taus[taus.len() - 1]),
-            y: decades(lowest, all.fold(0.0, f64::max)),
-        };
         let white: Vec<f64> = taus
             .iter()
             .map(|tau| pixel[0] * (taus[0] / tau).sqrt())
             .collect();
         let label = "Allan deviation over averaging time, both logarithmic";
-        let mut svg = Svg::inline("plot", (WIDTH, HEIGHT), label);
-        plot.axes(&mut svg);
-        plot.curve(&mut svg, "white", (&taus, &white), "white noise");
-        plot.curve(&mut svg, "pixel", (&taus, &pixel), "one pixel");
-        plot.curve(&mut svg, "common", (&taus, &common), "common mode");
+        let mut svg = Svg::inline("plot", (ACROSS.1 + 130.0, DOWN.1 + 56.0), label);
+        let mut plot = Plot {
+            svg: &mut svg,
+            x: Axis::decades(taus[0], taus[taus.len() - 1], ACROSS),
+            y: Axis::decades(lowest, all.fold(0.0, f64::max), (DOWN.1, DOWN.0)),
+        };
+        plot.columns(plot.x.decade_ticks().into_iter().map(|tick| (tick, tick)));
+        plot.rows(plot.y.decade_ticks().into_iter().map(|tick| (tick, tick)));
+        plot.names("averaged over, s", "Allan deviation, °C");
+        curve(&mut plot, "white", (&taus, &white), "white noise");
+        curve(&mut plot, "pixel", (&taus, &pixel), "one pixel");
+        curve(&mut plot, "common", (&taus, &common), "common mode");
         svg.close("svg");
         svg.finish()
     }
 }
 
-/// Eight by eight cells, each with its number.
+const ACROSS: (f64, f64) = (80.0, 590.0);
+const DOWN: (f64, f64) = (16.0, 324.0);
+
+/// A curve with its name at its end; what is not above zero is left out.
+fn curve(plot: &mut Plot<'_>, class: &str, (x, y): (&[f64], &[f64]), name: &str) {
+    let points = x.iter().zip(y).filter(|(_, y)| **y > 0.0);
+    let points: Vec<(f64, f64)> = points
+        .map(|(x, y)| (plot.x.place(*x), plot.y.place(*y).min(DOWN.1)))
+        .collect();
+    let Some((end_x, end_y)) = points.last() else {
+        return;
+    };
+    let way: Vec<String> = points
+        .iter()
+        .map(|(x, y)| format!("{x:.1},{y:.1}"))
+        .collect();
+    let line = plot.svg.element("polyline").with("class", class);
+    line.with("points", way.join(" ")).end();
+    plot.word("name", (end_x + 8.0, *end_y), name);
+}
+
 fn map(
     values: &[f64; PIXELS],
     title: &str,
@@ -177,127 +198,4 @@ fn map(
     svg.close("svg");
     let svg = svg.finish();
     format!("<figure>{svg}<figcaption><b>{title}</b><br>{note}</figcaption></figure>")
-}
-
-/// From below the least to above the greatest in whole and half decades, as logarithms.
-fn decades(least: f64, greatest: f64) -> [f64; 2] {
-    let [low, high] = [least.log10(), greatest.log10()];
-    [
-        (low * 2.0).floor() / 2.0,
-        ((high * 2.0).ceil() / 2.0).max(low + 0.5),
-    ]
-}
-
-/// Both axes are logarithmic.
-struct Plot {
-    x: [f64; 2],
-    y: [f64; 2],
-}
-
-const WIDTH: f64 = 720.0;
-const HEIGHT: f64 = 380.0;
-const LEFT: f64 = 80.0;
-const RIGHT: f64 = 130.0;
-const TOP: f64 = 16.0;
-const BOTTOM: f64 = 56.0;
-
-impl Plot {
-    fn at_x(&self, value: f64) -> f64 {
-        LEFT + (WIDTH - LEFT - RIGHT) * (value.log10() - self.x[0]) / (self.x[1] - self.x[0])
-    }
-
-    fn at_y(&self, value: f64) -> f64 {
-        TOP + (HEIGHT - TOP - BOTTOM) * (self.y[1] - value.log10()) / (self.y[1] - self.y[0])
-    }
-
-    fn axes(&self, svg: &mut Svg) {
-        let (right, bottom) = (WIDTH - RIGHT, HEIGHT - BOTTOM);
-        for value in ticks(self.x) {
-            let x = self.at_x(value);
-            svg.mark("grid", format_args!("M{x:.1} {TOP}V{bottom}"));
-            let number = svg.element("text").with("class", "middle");
-            number.xy((x, bottom + 16.0)).text(value);
-        }
-        for value in ticks(self.y) {
-            let y = self.at_y(value);
-            svg.mark("grid", format_args!("M{LEFT} {y:.1}H{right}"));
-            let number = svg.element("text").with("class", "end");
-            number.xy((LEFT - 8.0, y)).text(value);
-        }
-        let name = svg.element("text").with("class", "middle");
-        name.xy(((LEFT + right) / 2.0, HEIGHT - 12.0))
-            .text("averaged over, s");
-        let middle = (TOP + bottom) / 2.0;
-        let turned = format!("translate(18 {middle:.1}) rotate(-90)");
-        let name = svg.element("text").with("class", "middle");
-        name.with("transform", turned).text("Allan deviation, °C");
-    }
-
-    /// A curve with its name at its end; what is not above zero is left out.
-    fn curve(&self, svg: &mut Svg, class: &str, (x, y): (&[f64], &[f64]), name: &str) {
-        let points: Vec<(f64, f64)> = x
-            .iter()
-            .zip(y)
-            .filter(|(_, y)| **y > 0.0)
-            .map(|(x, y)| (self.at_x(*x), self.at_y(*y).min(HEIGHT - BOTTOM)))
-            .collect();
-        let Some((end_x, end_y)) = points.last() else {
-            return;
-        };
-        let way: Vec<String> = points
-            .iter()
-            .map(|(x, y)| format!("{x:.1},{y:.1}"))
-            .collect();
-        let line = svg.element("polyline").with("class", class);
-        line.with("points", way.join(" ")).end();
-        let text = svg.element("text").with("class", "name");
-        text.xy((end_x + 8.0, *end_y)).text(name);
-    }
-}
-
-/// 1, 2 and 5 of every decade inside.
-fn ticks(range: [f64; 2]) -> Vec<f64> {
-    let mut ticks = Vec::new();
-    let mut decade = range[0].floor();
-    while decade <= range[1] {
-        for digit in [1.0, 2.0, 5.0] {
-            let value: f64 = format!("{digit}e{decade}").parse().unwrap_or(1.0);
-            let place = value.log10();
-            if place >= range[0] - 1e-9 && place <= range[1] + 1e-9 {
-                ticks.push(value);
-            }
-        }
-        decade += 1.0;
-    }
-    ticks
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn ticks_are_round_numbers_inside_the_range() {
-        assert_eq!(ticks([-1.0, 0.5]), [0.1, 0.2, 0.5, 1.0, 2.0]);
-        // The next half decade above 30 ends at 31.6, that above 50 at 100.
-        assert_eq!(
-            ticks(decades(0.1, 30.0)),
-            [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0]
-        );
-        assert_eq!(
-            ticks(decades(0.1, 50.0)),
-            [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]
-        );
-    }
-
-    #[test]
-    fn a_slope_of_a_half_falls_half_a_decade_in_one() {
-        let plot = Plot {
-            x: [-1.0, 2.0],
-            y: [-2.0, 0.0],
-        };
-        let scale = (HEIGHT - TOP - BOTTOM) / 2.0;
-        assert!((plot.at_y(0.1) - plot.at_y(1.0) - scale).abs() < 1e-9);
-        assert!((plot.at_x(1.0) - plot.at_x(0.1) - (WIDTH - LEFT - RIGHT) / 3.0).abs() < 1e-9);
-    }
 }

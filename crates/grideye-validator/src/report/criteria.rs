@@ -1,13 +1,13 @@
-//! What the verdict rests on, part by part, and the thresholds with where they come from.
+//! What the verdict rests on, part by part, each score on a line, and the thresholds with where they come from.
 
 use crate::compare::Comparison;
-use crate::expected::DRAWS;
-use crate::report::context::Context;
-use crate::report::ruler;
-use crate::verdict::State;
-use grideye_draw::text::escape;
+use crate::expected::{DRAWS, ScoreDistribution};
+use crate::report::text::Context;
+use crate::verdict::{Asked, State};
+use grideye_draw::plot::Axis;
+use grideye_draw::svg::Svg;
+use grideye_draw::text::{escape, fixed};
 
-/// Every part of the verdict with its state, in words and marks as well as in colour.
 pub(crate) fn section(comparison: &Comparison) -> String {
     let rows: String = comparison
         .judgement
@@ -25,7 +25,7 @@ pub(crate) fn section(comparison: &Comparison) -> String {
                 criterion.state.name(),
                 escape(criterion.title),
                 escape(&criterion.sentence),
-                criterion.asked.as_ref().map_or_else(String::new, ruler::svg)
+                criterion.asked.as_ref().map_or_else(String::new, ruler)
             )
         })
         .collect();
@@ -60,4 +60,144 @@ pub(crate) fn thresholds(context: &Context) -> String {
          end in <code>_c</code> are in °C. <code>--thresholds FILE</code> takes others.</p>\n\
          <table class=\"list thresholds\">\n<tbody>\n{rows}</tbody>\n</table>\n"
     )
+}
+
+const WIDTH: f64 = 440.0;
+const HEIGHT: f64 = 46.0;
+const EDGE: f64 = 26.0;
+const MIDDLE: f64 = 15.0;
+/// Of the units, this share lies beyond either end of a bar.
+const BEYOND: f64 = 0.001;
+
+/// Full bar: right scenes; broken outline: what they are told from; upright stroke: asked; diamond: found.
+pub(crate) fn ruler(asked: &Asked) -> String {
+    let axis = axis(asked);
+    let label = format!(
+        "{} found, {} asked for",
+        fixed(asked.value, 2),
+        fixed(asked.least, 2)
+    );
+    let mut svg = Svg::inline("ruler", (WIDTH, HEIGHT), &label);
+    let line = svg.element("line").with("class", "axis");
+    let line = line.with("x1", 0).with("x2", WIDTH);
+    line.with("y1", MIDDLE).with("y2", MIDDLE).end();
+    bar(&mut svg, &axis, "right", &asked.right);
+    if let Some(without) = &asked.without {
+        bar(&mut svg, &axis, "without", without);
+    }
+    let (least, value) = (axis.place(asked.least), axis.place(asked.value));
+    let line = svg.element("line").with("class", "least");
+    let line = line.at("x1", least, 1).at("x2", least, 1);
+    line.with("y1", 1).with("y2", 29).end();
+    let top = MIDDLE - 7.0;
+    svg.mark(
+        "found",
+        format_args!("M{value:.1} {top:.1}l7 7l-7 7l-7 -7z"),
+    );
+    labels(
+        &mut svg,
+        [(least, asked.least, "soft"), (value, asked.value, "name")],
+    );
+    svg.close("svg");
+    svg.finish()
+}
+
+fn axis(asked: &Asked) -> Axis {
+    let laws = [Some(asked.right), asked.without].into_iter().flatten();
+    let ends = laws.flat_map(|law| [law.low(BEYOND), law.high(BEYOND)]);
+    let (from, to) = ends
+        .chain([asked.value, asked.least])
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), end| {
+            (from.min(end), to.max(end))
+        });
+    Axis::linear((from, to.max(from + 1e-6)), (EDGE, WIDTH - EDGE))
+}
+
+fn bar(svg: &mut Svg, axis: &Axis, class: &str, law: &ScoreDistribution) {
+    let (from, to) = (axis.place(law.low(BEYOND)), axis.place(law.high(BEYOND)));
+    let bar = svg.element("rect").with("class", class);
+    bar.xy((from, MIDDLE - 6.0))
+        .at("width", (to - from).max(2.0), 1)
+        .with("height", 12)
+        .with("rx", 3)
+        .end();
+}
+
+fn labels(svg: &mut Svg, [mut least, mut value]: [(f64, f64, &str); 2]) {
+    const APART: f64 = 36.0;
+    let gap = value.0 - least.0;
+    if gap.abs() < APART {
+        let push = (APART - gap.abs()) / 2.0;
+        let sign = if gap < 0.0 { -1.0 } else { 1.0 };
+        least.0 -= sign * push;
+        value.0 += sign * push;
+    }
+    for (x, number, class) in [least, value] {
+        let x = x.clamp(EDGE / 2.0, WIDTH - EDGE / 2.0);
+        svg.element("text")
+            .with("class", format_args!("middle {class}"))
+            .at("x", x, 1)
+            .with("y", 39)
+            .text(fixed(number, 2));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::expected::units::Scale;
+
+    fn law(values: &[f64]) -> ScoreDistribution {
+        ScoreDistribution::of(Scale::Plain, values.iter().map(|&value| Some(value))).unwrap()
+    }
+
+    fn asked(value: f64) -> Asked {
+        Asked {
+            value,
+            least: 0.3,
+            right: law(&[0.65, 0.75]),
+            without: Some(law(&[-0.1, 0.1])),
+        }
+    }
+
+    #[test]
+    fn what_is_more_lies_further_right_and_all_lies_on_the_paper() {
+        let axis = axis(&asked(0.6));
+        let places = [-0.309, 0.0, 0.3, 0.6, 0.85].map(|value| axis.place(value));
+        assert!(places.is_sorted() && places[0] >= EDGE && places[4] <= WIDTH - EDGE);
+        // 3.09 standard deviations of 0.1 below 0, and of 0.05 above 0.7.
+        assert!((axis.place(-0.309_02) - EDGE).abs() < 0.01);
+        assert!((axis.place(0.854_51) - (WIDTH - EDGE)).abs() < 0.01);
+    }
+
+    #[test]
+    fn numbers_do_not_lie_on_each_other() {
+        let svg = ruler(&asked(0.31));
+        let places: Vec<f64> = svg
+            .split("<text ")
+            .skip(1)
+            .map(|text| {
+                text.split("x=\"")
+                    .nth(1)
+                    .unwrap()
+                    .split('"')
+                    .next()
+                    .unwrap()
+            })
+            .map(|x| x.parse().unwrap())
+            .collect();
+        assert!((places[1] - places[0] - 36.0).abs() < 0.2, "{places:?}");
+    }
+
+    #[test]
+    fn a_law_of_one_value_has_a_place_too() {
+        let law = law(&[0.5, 0.5]);
+        let same = Asked {
+            value: 0.5,
+            least: 0.5,
+            right: law,
+            without: None,
+        };
+        assert!(!ruler(&same).contains("NaN"));
+    }
 }

@@ -3,15 +3,11 @@
 use crate::compare::{Comparison, FilmFrame};
 use crate::frames::Protocol;
 use crate::metrics::{IS_THRESHOLD, SENSOR_ACCURACY_C};
-use crate::report::context::Context;
-use crate::report::image::Shows;
-use crate::report::text::list;
-use crate::report::{
-    alignment, assumptions, criteria, graph, image, maps, paper, scores, timeline,
-};
+use crate::report::image::{self, Shows};
+use crate::report::text::{Context, list};
+use crate::report::{alignment, assumptions, criteria, paper, plots, scores};
 use crate::verdict::Verdict;
-use grideye_draw::text::escape;
-use grideye_draw::text::{fixed, seconds, signed};
+use grideye_draw::text::{escape, fixed, seconds, signed};
 
 /// The comparison as one HTML file: no script, no network, readable in grey and in print. The verdict comes first.
 #[must_use]
@@ -27,8 +23,8 @@ pub fn html(comparison: &Comparison, context: &Context) -> String {
         frames(comparison),
         scores::section(comparison, context),
         evaluation(comparison),
-        timeline::section(comparison),
-        maps::section(comparison),
+        plots::section(comparison),
+        image::maps_section(comparison),
         alignment::section(comparison),
         criteria::thresholds(context),
         assumptions::section(comparison, context),
@@ -81,27 +77,20 @@ fn facts(comparison: &Comparison, context: &Context) -> String {
         |sigma| format!("{} °C", fixed(sigma, 2)),
     );
     let warm = &comparison.warm;
+    let (real, claimed) = (fixed(warm.real, 1), fixed(warm.claimed, 1));
+    let offset = signed(comparison.offset_c, 2);
+    let drift = fixed(comparison.drift_c, 2);
     let facts = [
         ("Scene", context.scene.clone()),
         ("Recording", context.recording.clone()),
         ("Sensor", context.sensor.clone()),
         ("Protocol", protocol),
-        (
-            "Recording less scene",
-            format!("{} °C all over", signed(comparison.offset_c, 2)),
-        ),
-        (
-            "That offset wanders by",
-            format!("{} °C", fixed(comparison.drift_c, 2)),
-        ),
+        ("Recording less scene", format!("{offset} °C all over")),
+        ("That offset wanders by", format!("{drift} °C")),
         ("Sensor noise, 1σ", noise),
         (
             "Warm pixels a frame",
-            format!(
-                "{} real, {} claimed",
-                fixed(warm.real, 1),
-                fixed(warm.claimed, 1)
-            ),
+            format!("{real} real, {claimed} claimed"),
         ),
     ];
     let items: String = facts
@@ -156,41 +145,26 @@ fn frames(comparison: &Comparison) -> String {
 }
 
 fn film(comparison: &Comparison, temperatures: Shows, differences: Shows) -> String {
-    let cell = |values: &[f64], shows, title: &str| {
-        format!(
-            "<td>{}</td>",
-            image::svg(comparison.shape, values, shows, false, title)
-        )
-    };
-    let strip = |name: &str, picture: &dyn Fn(&FilmFrame) -> String| {
-        let cells: String = comparison.film.iter().map(picture).collect();
+    let strip = |name: &str, shows, values: &dyn Fn(&FilmFrame) -> Vec<f64>| {
+        let title = name.to_lowercase();
+        let picture = |frame| image::svg(comparison.shape, &values(frame), shows, false, &title);
+        let cells = comparison.film.iter();
+        let cells: String = cells
+            .map(|frame| format!("<td>{}</td>", picture(frame)))
+            .collect();
         format!("<tr><th scope=\"row\">{name}</th>{cells}</tr>\n")
     };
-    let times: String = comparison
-        .film
-        .iter()
-        .map(|frame| {
-            format!(
-                "<th scope=\"col\" class=\"soft small\">{}</th>",
-                seconds(frame.time)
-            )
-        })
-        .collect();
+    let time = |frame: &FilmFrame| {
+        let time = seconds(frame.time);
+        format!("<th scope=\"col\" class=\"soft small\">{time}</th>")
+    };
+    let times: String = comparison.film.iter().map(time).collect();
+    let difference = |frame: &FilmFrame| image::difference(&frame.real, &frame.simulated);
     format!(
         "<div class=\"wide\"><table class=\"film\">\n<thead><tr><th scope=\"col\">Film</th>{times}</tr></thead>\n<tbody>\n{}{}{}</tbody></table></div>\n",
-        strip("Real", &|frame| cell(&frame.real, temperatures, "real")),
-        strip("Simulated", &|frame| cell(
-            &frame.simulated,
-            temperatures,
-            "simulated"
-        )),
-        strip("Difference", &|frame| {
-            cell(
-                &image::difference(&frame.real, &frame.simulated),
-                differences,
-                "difference",
-            )
-        }),
+        strip("Real", temperatures, &|frame| frame.real.clone()),
+        strip("Simulated", temperatures, &|frame| frame.simulated.clone()),
+        strip("Difference", differences, &difference),
     )
 }
 
@@ -201,50 +175,33 @@ fn evaluation(comparison: &Comparison) -> String {
          {IS_THRESHOLD:.2} °C: the paper takes the datasheet's accuracy of ±{SENSOR_ACCURACY_C:.1} °C as 3σ and reads at 2σ. That σ is not \
          the sensor's noise.</p>\n\
          <figure>{}</figure>\n",
-        graph::svg(&comparison.evaluation)
+        plots::evaluation_graph(&comparison.evaluation)
     )
 }
 
 fn reproduce(comparison: &Comparison, context: &Context) -> String {
-    let mut rows = vec![("Program".to_owned(), context.program.clone())];
-    rows.push((
-        "Validator".to_owned(),
-        concat!("grideye-validator ", env!("CARGO_PKG_VERSION")).to_owned(),
-    ));
-    rows.extend(
-        context
-            .seeds
-            .iter()
-            .map(|(name, seed)| (format!("Seed, {name}"), seed.to_string())),
-    );
-    rows.push((
-        "Seed, shuffled pixels".to_owned(),
-        comparison.settings.seed.to_string(),
-    ));
-    rows.extend(
-        context
-            .inputs
-            .iter()
-            .map(|input| (input.name.clone(), input.hash.clone())),
-    );
-    if !context.created.is_empty() {
-        rows.push(("Made".to_owned(), context.created.clone()));
-    }
-    let rows: String = rows
-        .iter()
+    let validator = concat!("grideye-validator ", env!("CARGO_PKG_VERSION"));
+    let seeds = context.seeds.iter();
+    let seeds = seeds.map(|(name, seed)| (format!("Seed, {name}"), seed.to_string()));
+    let shuffles = comparison.settings.seed.to_string();
+    let inputs = context.inputs.iter();
+    let inputs = inputs.map(|input| (input.name.clone(), input.hash.clone()));
+    let rows: String = [("Program".to_owned(), context.program.clone())]
+        .into_iter()
+        .chain([("Validator".to_owned(), validator.to_owned())])
+        .chain(seeds)
+        .chain([("Seed, shuffled pixels".to_owned(), shuffles)])
+        .chain(inputs)
+        .chain([("Made".to_owned(), context.created.clone())])
         .filter(|(_, entry)| !entry.is_empty())
         .map(|(name, entry)| {
-            format!(
-                "<tr><th scope=\"row\">{}</th><td><code>{}</code></td></tr>\n",
-                escape(name),
-                escape(entry)
-            )
+            let (name, entry) = (escape(&name), escape(&entry));
+            format!("<tr><th scope=\"row\">{name}</th><td><code>{entry}</code></td></tr>\n")
         })
         .collect();
-    let command = if context.command.is_empty() {
-        String::new()
-    } else {
-        format!("<pre>{}</pre>\n", escape(&context.command))
+    let command = match context.command.as_str() {
+        "" => String::new(),
+        command => format!("<pre>{}</pre>\n", escape(command)),
     };
     format!(
         "<h2>How to reproduce</h2>\n{command}<table class=\"list\">\n<tbody>\n{rows}</tbody>\n</table>\n"

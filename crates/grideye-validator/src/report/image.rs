@@ -1,9 +1,9 @@
-//! Frames as pictures: a PNG of one cell a pixel inside an SVG that scales it without smoothing and writes the values.
+//! Frames and maps as pictures: a PNG of one cell a pixel inside an SVG that scales it without smoothing and writes the values.
 
 use crate::compare::{Comparison, FilmFrame};
 use crate::frames::Shape;
 use crate::metrics::IS_THRESHOLD;
-use crate::numbers::count;
+use crate::numbers::{count, differences};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use grideye_draw::canvas::Canvas;
@@ -19,21 +19,16 @@ pub(crate) struct Range {
     pub(crate) warmest_c: f64,
 }
 
-/// What a picture shows.
 #[derive(Clone, Copy)]
 pub(crate) enum Shows {
-    /// Temperatures, on the shared scale.
     Temperatures(Range),
     /// Simulated less real, on a scale from minus to plus this many degrees.
     Differences {
-        /// End of the scale in degrees.
         limit_c: f64,
     },
 }
 
-/// Cells beyond this many columns are too small for numbers.
 const NUMBERED_COLUMNS_MAX: usize = 16;
-/// Side of a cell in the picture's own units.
 const CELL: usize = 40;
 
 /// The one scale of all real and simulated frames of the report, to the half degree outwards.
@@ -72,16 +67,11 @@ pub(crate) fn difference_limit(comparison: &Comparison) -> f64 {
     ((largest * 2.0).ceil() / 2.0).max(0.5)
 }
 
-/// Simulated less real.
 pub(crate) fn difference(real: &[f64], simulated: &[f64]) -> Vec<f64> {
-    real.iter()
-        .zip(simulated)
-        .map(|(real, simulated)| simulated - real)
-        .collect()
+    differences(real, simulated).collect()
 }
 
-/// A picture with, if `numbered`, the value in each cell. Differences of the image similarity's threshold or more
-/// are hatched.
+/// A picture with, if `numbered`, the value in each cell; differences beyond the similarity's threshold are hatched.
 pub(crate) fn svg(
     shape: Shape,
     values: &[f64],
@@ -125,11 +115,7 @@ pub(crate) fn scale(shows: Shows) -> String {
         .map(|[r, g, b]| format!("rgb({r} {g} {b})"))
         .collect::<Vec<_>>()
         .join(",");
-    let tick = |value| match shows {
-        Shows::Temperatures(_) => fixed(value, 2),
-        Shows::Differences { .. } => signed(value, 1),
-    };
-    let (low, middle, high) = (tick(from), tick(f64::midpoint(from, to)), tick(to));
+    let [low, middle, high] = [from, f64::midpoint(from, to), to].map(|value| shows.label(value));
     format!(
         "<div class=\"scale\"><div class=\"ramp\" style=\"background:linear-gradient(to right,{steps})\"></div>\
          <div class=\"ticks\"><span>{low} °C</span><span>{middle} °C</span><span>{high} °C</span></div></div>"
@@ -161,7 +147,6 @@ impl Shows {
     }
 }
 
-/// Three slanting lines across a cell.
 fn hatch(x: usize, y: usize) -> String {
     let half = CELL / 2;
     format!(
@@ -194,6 +179,69 @@ pub(crate) fn key_frame(comparison: &Comparison) -> Option<&FilmFrame> {
         .film
         .iter()
         .max_by(|a, b| contrast(a).total_cmp(&contrast(b)))
+}
+
+pub(crate) fn maps_section(comparison: &Comparison) -> String {
+    let maps = &comparison.maps;
+    if maps.bias_c.is_empty() {
+        return String::new();
+    }
+    let largest = |values: &[f64]| {
+        values
+            .iter()
+            .fold(0.0_f64, |most, value| most.max(value.abs()))
+    };
+    let to_half = |value: f64| ((value * 2.0).ceil() / 2.0).max(0.5);
+    let differences = Shows::Differences {
+        limit_c: to_half(largest(&maps.bias_c)),
+    };
+    let errors = Shows::Temperatures(Range {
+        coldest_c: 0.0,
+        warmest_c: to_half(largest(&maps.rmse_c)),
+    });
+    let figure = |values: &[f64], shows, name: &str, caption: &str, is_scaled: bool| {
+        let scale = if is_scaled {
+            scale(shows)
+        } else {
+            String::new()
+        };
+        let svg = svg(comparison.shape, values, shows, true, name);
+        format!("<figure>{svg}{scale}<figcaption><b>{name}</b> {caption}</figcaption></figure>\n")
+    };
+    let structure = maps
+        .structure
+        .as_ref()
+        .map_or_else(String::new, |structure| {
+            let shows = Shows::Temperatures(Range {
+                coldest_c: -1.0,
+                warmest_c: 1.0,
+            });
+            figure(
+                structure,
+                shows,
+                "Structure",
+                "mean structural similarity of each pixel's neighbourhood, −1 (black) to 1 (light)",
+                false,
+            )
+        });
+    format!(
+        "<h2>Where it is off</h2>\n<p>Each pixel over all frames. One that stands out alone is a pixel's fault or a fixed \
+         pattern; a patch is something that the scene has elsewhere, or has not.</p>\n<div class=\"frames\">\n{}{}{structure}</div>\n",
+        figure(
+            &maps.bias_c,
+            differences,
+            "Mean difference",
+            "simulated less real, °C",
+            true
+        ),
+        figure(
+            &maps.rmse_c,
+            errors,
+            "Error",
+            "root mean square of the difference, °C",
+            true
+        ),
+    )
 }
 
 #[cfg(test)]

@@ -4,27 +4,19 @@ use crate::background::fit::BackgroundFit;
 use crate::compare::{Comparison, FilmFrame, FrameScores};
 use crate::expected::{DRAWS, ScoreDistribution};
 use crate::metrics::score::{Better, Measure, Score};
-use crate::report::context::Context;
-use crate::report::paper;
-use crate::thresholds::ThresholdLine;
+use crate::report::text::Context;
+use crate::report::{alignment, paper};
 use crate::verdict::Criterion;
 use serde_json::{Map, Value, json};
 
-/// The comparison for programs: one JSON object with stable field names (`format` and `version` name them). Values
-/// that are not defined are `null`; shares run from 0 to 1, temperatures are in °C, times in seconds.
+/// One JSON object with stable field names; undefined values are `null`, shares 0 to 1, °C, seconds.
 #[must_use]
 pub fn json(comparison: &Comparison, context: &Context) -> String {
-    let warm = &comparison.warm;
-    let judgement = &comparison.judgement;
-    let document = json!({
+    let mut document = summary(comparison, context);
+    let more = json!({
         "format": "grideye-comparison",
         "version": 1,
-        "verdict": judgement.verdict.name(),
-        "headline": judgement.headline,
-        "reasons": judgement.reasons,
-        "would_change": judgement.would_change,
-        "criteria": criteria(comparison),
-        "thresholds": thresholds(context),
+        "thresholds": context.thresholds,
         "nobody": comparison.nobody.map(|nobody| json!({
             "has_people": nobody.has_people,
             "correlation": nobody.correlation,
@@ -43,48 +35,37 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
             "pattern_c": comparison.pattern_c,
             "pattern_from": comparison.pattern_from.name(),
         },
-        "protocol": comparison.settings.protocol.name(),
         "columns": comparison.shape.columns,
         "rows": comparison.shape.rows,
-        "real_frames": comparison.real_frames,
         "simulated_frames": comparison.simulated_frames,
         "pairs": comparison.pairs,
         "offset_c": comparison.offset_c,
         "drift_c": comparison.drift_c,
         "drift_c_per_min": comparison.drift_c_per_min,
-        "noise_sigma_c": comparison.noise_sigma_c,
         "warm_above_c": comparison.warm_above_c,
         "union_above_c": comparison.union_above_c,
-        "warm_pixels": { "real": warm.real, "claimed": warm.claimed, "overlap": warm.overlap },
-        "alignment": crate::report::alignment::json(comparison.alignment.as_ref()),
-        "scores": scores(comparison, context),
-        "evaluation_graph": {
-            "thresholds_c": comparison.evaluation.thresholds_c,
-            "simulated": comparison.evaluation.simulated,
-            "blank": comparison.evaluation.blank,
-            "repeat": comparison.evaluation.repeat,
-        },
+        "warm_pixels": comparison.warm,
+        "evaluation_graph": comparison.evaluation,
         "noise_fit": {
             "chi_squared": comparison.noise_fit.value,
             "degrees_of_freedom": comparison.noise_fit.degrees_of_freedom,
             "p": comparison.noise_fit.p_value(),
         },
-        "maps": {
-            "bias_c": comparison.maps.bias_c,
-            "rmse_c": comparison.maps.rmse_c,
-            "structure": comparison.maps.structure,
-        },
+        "maps": comparison.maps,
         "timeline": timeline(comparison),
         "film": film(comparison),
         "settings": settings(comparison),
         "context": self::context(comparison, context),
         "paper": { "citation": paper::CITATION, "experiment": context.experiment },
     });
+    if let (Value::Object(document), Value::Object(more)) = (&mut document, more) {
+        document.remove("notes");
+        document.extend(more);
+    }
     format!("{document:#}\n")
 }
 
-/// Of the same object what a page shows of a comparison that is made again and again: verdict, criteria and scores,
-/// with the notes of the comparison itself.
+/// Of the same object what a page of live comparisons shows, with the notes of the comparison itself.
 #[must_use]
 pub fn summary(comparison: &Comparison, context: &Context) -> Value {
     let judgement = &comparison.judgement;
@@ -97,7 +78,7 @@ pub fn summary(comparison: &Comparison, context: &Context) -> Value {
         "protocol": comparison.settings.protocol.name(),
         "real_frames": comparison.real_frames,
         "noise_sigma_c": comparison.noise_sigma_c,
-        "alignment": crate::report::alignment::json(comparison.alignment.as_ref()),
+        "alignment": comparison.alignment.as_ref().map(alignment::json),
         "scores": scores(comparison, context),
         "notes": comparison.notes,
     })
@@ -136,22 +117,8 @@ fn background(fit: &BackgroundFit) -> Value {
     })
 }
 
-/// Of what drawn units score.
 fn law(law: &ScoreDistribution) -> Value {
     json!({ "mean": law.mean, "sd": law.sd })
-}
-
-/// Each with where it comes from.
-fn thresholds(context: &Context) -> Vec<Value> {
-    let line = |line: &ThresholdLine| {
-        json!({
-            "key": line.key,
-            "value": line.value,
-            "source": line.source,
-            "file": line.file,
-        })
-    };
-    context.thresholds.iter().map(line).collect()
 }
 
 fn scores(comparison: &Comparison, context: &Context) -> Map<String, Value> {
@@ -164,9 +131,6 @@ fn scores(comparison: &Comparison, context: &Context) -> Map<String, Value> {
 }
 
 fn score(score: &Score, papers: Option<f64>) -> Value {
-    let shuffled = score
-        .shuffled
-        .map(|shuffled| json!({ "mean": shuffled.mean, "p95": shuffled.p95, "p": shuffled.p }));
     json!({
         "title": score.measure.title(),
         "unit": unit(score.measure),
@@ -177,7 +141,7 @@ fn score(score: &Score, papers: Option<f64>) -> Value {
         },
         "value": score.value,
         "blank": score.blank,
-        "shuffled": shuffled,
+        "shuffled": score.shuffled,
         "noise": score.noise,
         "ceiling": score.ceiling,
         "skill": score.skill(),
@@ -193,7 +157,6 @@ fn unit(measure: Measure) -> &'static str {
     }
 }
 
-/// Frame by frame, a list for each figure.
 fn timeline(comparison: &Comparison) -> Value {
     let frames = &comparison.timeline;
     let of = |measure: &Measure| -> Option<(String, Value)> {
@@ -220,7 +183,7 @@ fn film(comparison: &Comparison) -> Vec<Value> {
 }
 
 fn settings(comparison: &Comparison) -> Value {
-    let (settings, thresholds) = (&comparison.settings, &comparison.settings.thresholds);
+    let settings = &comparison.settings;
     json!({
         "ambient_c": settings.ambient_c,
         "step_c": settings.step_c,
@@ -230,23 +193,7 @@ fn settings(comparison: &Comparison) -> Value {
         "lag_frames": settings.lag_frames,
         "shuffles": settings.shuffles,
         "seed": settings.seed,
-        "thresholds": {
-            "correlation_skill_min": thresholds.correlation_skill_min,
-            "gain_skill_min": thresholds.gain_skill_min,
-            "above_room_skill_min": thresholds.above_room_skill_min,
-            "nobody_skill_min": thresholds.nobody_skill_min,
-            "pattern_spread_c": thresholds.pattern_spread_c,
-            "unclaimed_min_c": thresholds.unclaimed_min_c,
-            "level_margin_c": thresholds.level_margin_c,
-            "false_alarm_max": thresholds.false_alarm_max,
-            "rate_error_max": thresholds.rate_error_max,
-            "thermistor_apart_max_c": thresholds.thermistor_apart_max_c,
-            "offset_max_c": thresholds.offset_max_c,
-            "headroom_min": thresholds.headroom_min,
-            "warm_pixels_min": thresholds.warm_pixels_min,
-            "warm_sigma": thresholds.warm_sigma,
-            "frames_min": thresholds.frames_min,
-        },
+        "thresholds": settings.thresholds,
     })
 }
 
@@ -255,11 +202,6 @@ fn context(comparison: &Comparison, context: &Context) -> Value {
         .seeds
         .iter()
         .map(|(name, seed)| (name.clone(), json!(seed)))
-        .collect();
-    let inputs: Vec<Value> = context
-        .inputs
-        .iter()
-        .map(|input| json!({ "name": input.name, "hash": input.hash }))
         .collect();
     let assumptions: Vec<&String> = context
         .assumptions
@@ -274,7 +216,7 @@ fn context(comparison: &Comparison, context: &Context) -> Value {
         "program": context.program,
         "created": context.created,
         "seeds": seeds,
-        "inputs": inputs,
+        "inputs": context.inputs,
         "assumptions": assumptions,
     })
 }

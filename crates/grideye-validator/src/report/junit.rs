@@ -1,14 +1,12 @@
 //! The verdict as JUnit XML, which servers of continuous integration read.
 
 use crate::compare::Comparison;
-use crate::report::context::Context;
+use crate::report::text::Context;
 use crate::verdict::{Criterion, State, Verdict};
 use grideye_draw::text::escape;
 use std::fmt::Write;
 
-/// One test case for each criterion and one for the verdict. What failed is a failure, what cannot be told an error,
-/// what was not asked is skipped, so that a server shows green for "agrees" alone. Servers read the layout of Ant's
-/// JUnit task (`testsuites`, `testsuite`, `testcase`); times are 0, as equal input is to give equal bytes.
+/// One test case a criterion and one for the verdict: failure, error (cannot tell) or skipped (not asked); times are 0.
 #[must_use]
 pub fn junit(comparison: &Comparison, context: &Context) -> String {
     let class = text(&format!("grideye.compare.{}", context.sensor));
@@ -44,7 +42,6 @@ enum Outcome {
 struct Case {
     name: String,
     outcome: Outcome,
-    /// In one line, and in full.
     message: String,
     details: String,
 }
@@ -132,16 +129,10 @@ fn properties(comparison: &Comparison, context: &Context) -> String {
 
 /// Text that XML 1.0 takes: escaped, and what it has no character for replaced.
 fn text(text: &str) -> String {
-    let is_char = |character: char| matches!(character, '\t' | '\n' | '\r' | ' '..='\u{FFFD}' | '\u{10000}'..);
+    let is_char = |character: &char| matches!(character, '\t' | '\n' | '\r' | ' '..='\u{FFFD}' | '\u{10000}'..);
     let allowed: String = text
         .chars()
-        .map(|character| {
-            if is_char(character) {
-                character
-            } else {
-                '\u{FFFD}'
-            }
-        })
+        .map(|character| Some(character).filter(is_char).unwrap_or('\u{FFFD}'))
         .collect();
     escape(&allowed)
 }

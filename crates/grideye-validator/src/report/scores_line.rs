@@ -9,31 +9,17 @@ use crate::metrics::score::Measure;
 pub fn scores_line(comparison: &Comparison, experiment: Option<u8>) -> String {
     let mut published = paper::EXPERIMENTS.iter();
     let published = published.find(|published| Some(published.number) == experiment);
-    let of_paper = |of: fn(&paper::Experiment) -> f64| published.map(of);
-    let correlation = of_paper(|paper| paper.correlation);
-    let information = of_paper(|paper| paper.mutual_information);
-    let similarity = of_paper(|paper| paper.image_similarity);
-    [
-        shown(
-            comparison,
-            Measure::Correlation,
-            correlation,
-            ("C", 2, 1.0, ""),
-        ),
-        shown(
-            comparison,
-            Measure::MutualInformationGrey,
-            information,
-            ("MI", 1, 1.0, " bit"),
-        ),
-        shown(
-            comparison,
-            Measure::ImageSimilarity,
-            similarity,
-            ("IS", 0, 100.0, " %"),
-        ),
-    ]
-    .join("; ")
+    let lines = [
+        (Measure::Correlation, ("C", 2, 1.0, "")),
+        (Measure::MutualInformationGrey, ("MI", 1, 1.0, " bit")),
+        (Measure::ImageSimilarity, ("IS", 0, 100.0, " %")),
+    ];
+    lines
+        .map(|(measure, style)| {
+            let figure = published.and_then(|published| published.figure(measure));
+            shown(comparison, measure, figure, style)
+        })
+        .join("; ")
 }
 
 /// `C 0.97 (shuffled 0.01, repeat 0.98; the paper's 0.79)`, by the name, digits, scale and unit.

@@ -1,7 +1,9 @@
-//! Text of a page: lists, and values with their units.
+//! What a report tells of its making; lists, and values with their units.
 
 use crate::metrics::score::Measure;
+use crate::thresholds::ThresholdLine;
 use grideye_draw::text::{escape, fixed};
+use serde::Serialize;
 
 pub(crate) fn list<'a>(sentences: impl Iterator<Item = &'a String>) -> String {
     let items: String = sentences
@@ -10,7 +12,6 @@ pub(crate) fn list<'a>(sentences: impl Iterator<Item = &'a String>) -> String {
     format!("<ul>\n{items}</ul>\n")
 }
 
-/// What stands where a measure is not defined.
 pub(crate) const UNDEFINED: &str = "–";
 
 /// A value of a measure in the measure's unit, the unit left to the row's title except for shares.
@@ -20,6 +21,58 @@ pub(crate) fn value(measure: Measure, value: Option<f64>) -> String {
         Some(share) if measure.unit() == "%" => format!("{} %", fixed(100.0 * share, 1)),
         Some(value) => fixed(value, 2),
     }
+}
+
+/// What was compared, with what, and how to do it again: all that the frames themselves do not tell.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Context {
+    /// Name of the scene, as the user gave it.
+    pub scene: String,
+    /// Name of the recording, as the user gave it.
+    pub recording: String,
+    /// Name of the sensor within the scene.
+    pub sensor: String,
+    /// The command that makes this report again.
+    pub command: String,
+    /// Program and version, for example `grideye 0.1.0`.
+    pub program: String,
+    /// When it was made, as text; left out if empty, so that equal input can give equal bytes.
+    pub created: String,
+    /// Seeds by what they were used for.
+    pub seeds: Vec<(String, u64)>,
+    /// The files that went in.
+    pub inputs: Vec<Input>,
+    /// What was assumed, each a sentence; those of the comparison itself are added to them.
+    pub assumptions: Vec<String>,
+    /// The paper's experiment that this is, 1 to 4; without it, the range of all four is printed.
+    pub experiment: Option<u8>,
+    /// Each threshold with where it comes from.
+    pub thresholds: Vec<ThresholdLine>,
+}
+
+/// A file that went into the comparison.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Input {
+    /// The file's name.
+    pub name: String,
+    /// A hash of its bytes with the name of the hash in front, for example `sha256:…`.
+    pub hash: String,
+}
+
+pub(crate) fn rows_table<N: AsRef<str>>(rows: impl IntoIterator<Item = (N, String)>) -> String {
+    let rows: String = rows
+        .into_iter()
+        .map(|(name, found)| {
+            let (name, found) = (escape(name.as_ref()), escape(&found));
+            format!("<tr><th scope=\"row\">{name}</th><td>{found}</td></tr>\n")
+        })
+        .collect();
+    format!("<table class=\"list\">\n<tbody>\n{rows}</tbody>\n</table>\n")
+}
+
+pub(crate) fn with_error(number: String, error: Option<f64>, decimals: usize) -> String {
+    let error = error.map(|error| format!(" ± {}", fixed(error, decimals)));
+    number + &error.unwrap_or_default()
 }
 
 #[cfg(test)]

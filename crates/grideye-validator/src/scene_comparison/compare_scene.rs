@@ -7,32 +7,29 @@ use crate::background::fit::BackgroundFit;
 use crate::compare::scoring::compare_with_prior;
 use crate::compare::{Comparison, Settings};
 use crate::error::{Side, ValidatorError};
-use crate::frames::cleaning::{Counts, Read};
+use crate::frames::cleaning::{self, Counts, Read};
 use crate::frames::drift::Drift;
-use crate::frames::pixels::Pixels;
-use crate::frames::{LeftOut, Protocol, Shape, cleaning, sensor_step_c};
-use crate::numbers::{evenly, mean_frame};
+use crate::frames::types::Pixels;
+use crate::frames::{LeftOut, Protocol, RealFrame, Shape, sensor_step_c};
+use crate::numbers::{count, evenly, mean_frame};
 use crate::scene_comparison::notes;
-use crate::scene_comparison::prior::{KnownPattern, People, prior};
 use crate::scene_comparison::rendering::{Renderer, shows_people};
-use crate::scene_comparison::selection::{chosen, lag, number};
-use crate::scene_comparison::types::{AlignedFrames, Options, TimedFrame, pixels, seconds};
+use crate::scene_comparison::types::{
+    AlignedFrames, DYNAMIC_FRAMES, KnownPattern, LAG_FRAMES_MAX, Options, People, STATIC_FRAMES,
+    TimedFrame, pixels, prior, seconds,
+};
 use crate::verdict::State;
-use grideye_frame::{COLUMNS, ROWS};
+use grideye_frame::{COLUMNS, ROWS, TICK};
 use grideye_recording::Record;
 use grideye_scene::{Scene, Simulator};
 use std::time::Duration;
 
-/// Compares one stream of a recording with what a scene's sensor would see.
-///
-/// Time counts from the first frame that was read. Frames that say nothing of their own moment are left out, slow
-/// common drift is taken out, and time is aligned within the bounds of [`Options::align`] where something moves; how
-/// the image lies is reported, and changed only if asked for. [`Comparison::alignment`] holds what was found.
+/// Compares one stream of a recording with what a scene's sensor would see: cleaned, drift taken out, time aligned within
+/// [`Options::align`]; how the image lies is reported, and changed only if asked for.
 ///
 /// # Errors
-/// When the scene has no such sensor or the sensor has another resolution, the recording holds no frame, or (under
-/// the dynamic protocol) time runs backwards in it or it begins after the scene's end; when a bound of the alignment
-/// is out of its range; and as [`crate::compare()`] does.
+/// No such sensor, another resolution, no frame, time that runs back, no overlap, a bound out of its range; and as
+/// [`crate::compare()`].
 pub fn compare_scene(
     records: &[Record],
     scene: &Scene,
@@ -104,8 +101,7 @@ pub fn compare_scene(
     })
 }
 
-/// Keeps the noise of this simulation apart from that of a recording simulated with the same seed (the golden ratio
-/// in 64 bits, as in `SplitMix64`).
+/// Keeps this simulation's noise apart from that of a recording of the same seed (golden ratio, as in `SplitMix64`).
 const INDEPENDENCE: u64 = 0x9E37_79B9_7F4A_7C15;
 
 fn shape_of(simulator: &Simulator) -> Result<Shape, ValidatorError> {
@@ -149,7 +145,6 @@ fn timed(
     Ok(read.into_iter().map(timed).collect())
 }
 
-/// Finds out how recording and scene lie to each other, and takes out what may be taken out.
 fn aligned(
     frames: Vec<TimedFrame>,
     scene: &Scene,
@@ -178,7 +173,6 @@ fn aligned(
     Ok(aligned)
 }
 
-/// Aligns a recording of something that moves.
 fn moving(
     frames: Vec<TimedFrame>,
     simulator: &Simulator,
@@ -213,7 +207,6 @@ fn moving(
     }
 }
 
-/// Sees how the image of a standing scene lies.
 fn still(frames: Vec<TimedFrame>, simulator: &Simulator, options: &AlignOptions) -> AlignedFrames {
     let (_, sample) = sample(&frames, Duration::MAX);
     let mean = pixels(&mean_frame(&sample));
@@ -231,7 +224,6 @@ fn still(frames: Vec<TimedFrame>, simulator: &Simulator, options: &AlignOptions)
     }
 }
 
-/// Times and pixels of the frames that alignment looks at.
 fn sample(frames: &[TimedFrame], span: Duration) -> (Vec<f64>, Vec<Pixels>) {
     let first = frames.first().map(|frame| frame.time).unwrap_or_default();
     let within = frames
@@ -347,4 +339,102 @@ fn settings(
         thresholds: options.thresholds,
         ..defaults
     }
+}
+
+/// The repeat under the dynamic protocol is this much later: new noise, and too short to walk away.
+const DYNAMIC_LAG: Duration = TICK;
+const STATIC_LAG_FRAMES: usize = 3;
+
+pub(crate) fn lag(
+    timed: &[TimedFrame],
+    protocol: Protocol,
+    asked: Option<usize>,
+) -> Result<usize, ValidatorError> {
+    let lag = match (asked, protocol) {
+        (Some(asked), _) => asked,
+        (None, Protocol::Static) => STATIC_LAG_FRAMES,
+        (None, Protocol::Dynamic) => period(timed).map_or(STATIC_LAG_FRAMES, lag_of_period),
+    };
+    if (1..=LAG_FRAMES_MAX).contains(&lag) {
+        return Ok(lag);
+    }
+    Err(ValidatorError::Setting {
+        name: "lag_frames",
+        expected: "a number from 1 to 600",
+        found: count(lag),
+    })
+}
+
+fn period(timed: &[TimedFrame]) -> Option<Duration> {
+    let (first, last) = (timed.first()?, timed.last()?);
+    let frames = u32::try_from(last.seq.checked_sub(first.seq)?).ok()?;
+    (last.time.saturating_sub(first.time)).checked_div(frames)
+}
+
+/// The lag of 1 to 600 frames that comes nearest to [`DYNAMIC_LAG`].
+fn lag_of_period(period: Duration) -> usize {
+    if period.is_zero() {
+        return STATIC_LAG_FRAMES;
+    }
+    let frames = (DYNAMIC_LAG + period / 2).as_nanos() / period.as_nanos();
+    usize::try_from(frames)
+        .unwrap_or(LAG_FRAMES_MAX)
+        .clamp(1, LAG_FRAMES_MAX)
+}
+
+pub(crate) fn number(protocol: Protocol, asked: Option<usize>) -> Result<usize, ValidatorError> {
+    match (asked, protocol) {
+        (Some(0), _) => Err(ValidatorError::Setting {
+            name: "frames",
+            expected: "a number above zero",
+            found: 0.0,
+        }),
+        (Some(asked), _) => Ok(asked),
+        (None, Protocol::Static) => Ok(STATIC_FRAMES),
+        (None, Protocol::Dynamic) => Ok(DYNAMIC_FRAMES),
+    }
+}
+
+/// Chooses evenly among the frames that have a repeat; among all if fewer than two have one.
+pub(crate) fn chosen(
+    timed: &[TimedFrame],
+    lag_frames: usize,
+    number: usize,
+    notes: &mut Vec<String>,
+) -> Vec<RealFrame> {
+    let with_repeat: Vec<usize> = (0..timed.len())
+        .filter(|&index| repeat(timed, index, lag_frames).is_some())
+        .collect();
+    let candidates = if with_repeat.len() < 2 {
+        (0..timed.len()).collect()
+    } else {
+        with_repeat
+    };
+    let chosen = evenly(candidates.len(), number);
+    notes.push(format!(
+        "{} of the {} frames that were read are compared, chosen evenly over the recording.",
+        chosen.len(),
+        timed.len()
+    ));
+    let frame = |index: usize| RealFrame {
+        time: timed[index].time,
+        celsius: timed[index].celsius.to_vec(),
+        later: repeat(timed, index, lag_frames).map(|later| later.to_vec()),
+    };
+    chosen
+        .into_iter()
+        .map(|place| frame(candidates[place]))
+        .collect()
+}
+
+/// The frame whose number is `lag_frames` higher. A gap, or a new start of the count, between the two leaves none.
+fn repeat(timed: &[TimedFrame], index: usize, lag_frames: usize) -> Option<&Pixels> {
+    let sought = timed[index]
+        .seq
+        .checked_add(u64::try_from(lag_frames).ok()?)?;
+    let following = timed.get(index + 1..)?;
+    let near = following.iter().take(lag_frames);
+    near.into_iter()
+        .find(|frame| frame.seq == sought)
+        .map(|frame| &frame.celsius)
 }

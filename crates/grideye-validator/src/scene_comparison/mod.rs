@@ -2,12 +2,8 @@
 
 mod compare_scene;
 mod notes;
-mod prior;
 mod rendering;
-mod selection;
 mod types;
-mod unit;
 
 pub use compare_scene::compare_scene;
-pub use types::{DYNAMIC_FRAMES, LAG_FRAMES_MAX, Options, STATIC_FRAMES};
-pub use unit::KnownUnit;
+pub use types::{DYNAMIC_FRAMES, KnownUnit, LAG_FRAMES_MAX, Options, STATIC_FRAMES};

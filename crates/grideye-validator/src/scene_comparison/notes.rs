@@ -6,25 +6,24 @@ use crate::align::{
 use crate::scene_comparison::types::Options;
 use grideye_draw::text::fixed;
 
-/// One sentence for each thing that was left out, taken out, aligned or found not to lie as the scene has it.
 pub(crate) fn alignment(found: &Alignment, rows: usize, options: &Options) -> Vec<String> {
-    let mut notes: Vec<String> = found
-        .left_out
-        .iter()
-        .map(|left| {
-            format!(
-                "{} of {rows} rows of the recording were left out, {}; the first is {}.",
-                left.rows, left.reason, left.first_seq
-            )
-        })
-        .collect();
+    let left_out = found.left_out.iter().map(|left| {
+        let (left_out, reason, first) = (left.rows, left.reason, left.first_seq);
+        format!(
+            "{left_out} of {rows} rows of the recording were left out, {reason}; the first is {first}."
+        )
+    });
+    let mut notes: Vec<String> = left_out.collect();
     if found.drift_c > 0.0 {
+        let drift = fixed(found.drift_c, 2);
         notes.push(format!(
-            "A slow drift of {} °C that all pixels share was taken out.",
-            fixed(found.drift_c, 2)
+            "A slow drift of {drift} °C that all pixels share was taken out."
         ));
     }
-    notes.push(start(options));
+    let start = fixed(options.start.as_secs_f64(), 1);
+    notes.push(format!(
+        "The recording's first frame is taken for second {start} of the scene."
+    ));
     match &found.time {
         Some(time) => notes.extend(self::time(time)),
         None => notes.push("Time was not aligned.".to_owned()),
@@ -33,21 +32,12 @@ pub(crate) fn alignment(found: &Alignment, rows: usize, options: &Options) -> Ve
     notes
 }
 
-fn start(options: &Options) -> String {
-    format!(
-        "The recording's first frame is taken for second {} of the scene.",
-        fixed(options.start.as_secs_f64(), 1)
-    )
-}
-
 fn time(time: &TimeFound) -> Vec<String> {
-    let chance = time
-        .chance
-        .map_or_else(|| "not known".to_owned(), |chance| fixed(chance, 2));
+    let chance = time.chance.map(|chance| fixed(chance, 2));
+    let chance = chance.unwrap_or("not known".to_owned());
+    let (with, without) = (fixed(time.likeness, 2), fixed(time.likeness_before, 2));
     let likeness = format!(
-        "what moves resembles the scene by {} with it and by {} without; films that are not the scene reach {chance} ({} tried)",
-        fixed(time.likeness, 2),
-        fixed(time.likeness_before, 2),
+        "what moves resembles the scene by {with} with it and by {without} without; films that are not the scene reach {chance} ({} tried)",
         time.decoys
     );
     if time.at_bound {
@@ -62,37 +52,36 @@ fn time(time: &TimeFound) -> Vec<String> {
     }
     let mut notes = vec![format!("{}: {likeness}.", applied(time))];
     if let Some([right, down]) = time.rival_offset_px {
+        let (right, down) = (fixed(right, 1), fixed(down, 1));
         notes.push(format!(
-            "A sensor turned so that its image lies {} pixels to the right and {} down would explain the recording as well as the delay does: this walk cannot tell the two apart, one that also comes back could.",
-            fixed(right, 1),
-            fixed(down, 1)
+            "A sensor turned so that its image lies {right} pixels to the right and {down} down would explain the recording as well as the delay does: this walk cannot tell the two apart, one that also comes back could."
         ));
     }
     notes
 }
 
 fn applied(time: &TimeFound) -> String {
+    let late = |by_s: f64| fixed(by_s, 2);
     let mut text = match (&time.law, time.asked) {
-        (Some(law), _) => format!(
-            "Time was aligned: the walk begins {} s and ends {} s later than the scene has it, ease {}, lean {}",
-            fixed(law.begins_late_s, 2),
-            fixed(law.ends_late_s, 2),
-            fixed(law.ease, 2),
-            fixed(law.lean, 2)
-        ),
+        (Some(law), _) => {
+            let (begins, ends) = (late(law.begins_late_s), late(law.ends_late_s));
+            let (ease, lean) = (fixed(law.ease, 2), fixed(law.lean, 2));
+            format!(
+                "Time was aligned: the walk begins {begins} s and ends {ends} s later than the scene has it, ease {ease}, lean {lean}"
+            )
+        }
         (None, TimeAlignment::Shift) => {
             format!("Time was aligned: the scene is {}", shift(time))
         }
-        (None, _) => format!(
-            "Time was aligned: the scene is {}, and passes {}",
-            shift(time),
-            rate(time)
-        ),
+        (None, _) => {
+            let (shift, rate) = (shift(time), rate(time));
+            format!("Time was aligned: the scene is {shift}, and passes {rate}")
+        }
     };
     if let Some(warp) = &time.warp {
+        let most = late(warp.departure_max_s());
         text.push_str(&format!(
-            ", on a path that departs from that by up to {} s",
-            fixed(warp.departure_max_s(), 2)
+            ", on a path that departs from that by up to {most} s"
         ));
     }
     text
@@ -104,11 +93,8 @@ fn shift(time: &TimeFound) -> String {
     } else {
         "ahead of"
     };
-    format!(
-        "{}{} s {direction} the recording at its first frame",
-        fixed(time.shift_s.abs(), 3),
-        error(time.shift_error_s, 1.0, 3)
-    )
+    let shift = with_error(time.shift_s.abs(), time.shift_error_s, 3);
+    format!("{shift} s {direction} the recording at its first frame")
 }
 
 fn rate(time: &TimeFound) -> String {
@@ -116,17 +102,14 @@ fn rate(time: &TimeFound) -> String {
         return "as fast".to_owned();
     }
     let direction = if time.rate < 0.0 { "slower" } else { "faster" };
-    format!(
-        "{}{} % {direction} than its clock",
-        fixed(100.0 * time.rate.abs(), 2),
-        error(time.rate_error, 100.0, 2)
-    )
+    let percent = time.rate_error.map(|error| 100.0 * error);
+    let rate = with_error(100.0 * time.rate.abs(), percent, 2);
+    format!("{rate} % {direction} than its clock")
 }
 
-fn error(error: Option<f64>, scale: f64, decimals: usize) -> String {
-    error.map_or_else(String::new, |error| {
-        format!(" ± {}", fixed(scale * error, decimals))
-    })
+fn with_error(value: f64, error: Option<f64>, decimals: usize) -> String {
+    let error = error.map(|error| format!(" ± {}", fixed(error, decimals)));
+    fixed(value, decimals) + &error.unwrap_or_default()
 }
 
 /// What to do about an image that was found, and judged, not to lie as the scene has it.
@@ -134,15 +117,12 @@ pub(crate) fn orientation(found: &OrientationFound, is_failed: bool) -> Option<S
     if found.orientation == Orientation::Upright || !(is_failed || found.applied) {
         return None;
     }
-    let likeness = format!(
-        "it fits the scene by {} so, and by {} as it was recorded",
-        fixed(found.likeness, 2),
-        fixed(found.upright, 2)
-    );
+    let (so, upright) = (fixed(found.likeness, 2), fixed(found.upright, 2));
+    let likeness = format!("it fits the scene by {so} so, and by {upright} as it was recorded");
+    let lies = found.orientation;
     if found.applied {
         return Some(format!(
-            "The image is {}, and was turned back as asked: {likeness}.",
-            found.orientation
+            "The image is {lies}, and was turned back as asked: {likeness}."
         ));
     }
     let check = if found.orientation.is_mirrored() {
@@ -151,8 +131,7 @@ pub(crate) fn orientation(found: &OrientationFound, is_failed: bool) -> Option<S
         "check how the sensor is mounted, or the sensor's azimuth_deg and roll_deg"
     };
     Some(format!(
-        "The image is {}: {likeness}; {check}. It was compared as it was recorded (--align orientation turns it).",
-        found.orientation
+        "The image is {lies}: {likeness}; {check}. It was compared as it was recorded (--align orientation turns it)."
     ))
 }
 

@@ -11,17 +11,16 @@ use crate::metrics::foreground::RoomSource;
 use crate::metrics::gain::WarmLimits;
 use crate::metrics::unclaimed::RoomDifference;
 use crate::numbers::{count, evenly, mean_frame, median};
-use crate::scene_comparison::prior::{KnownPattern, LearnedRoom};
-use crate::scene_comparison::types::{AlignedFrames, Options, TimedFrame, pixels, seconds};
+use crate::scene_comparison::types::{
+    AlignedFrames, KnownPattern, LearnedRoom, Options, TimedFrame, pixels, seconds,
+};
 use grideye_frame::{COLUMNS, PIXELS};
 use grideye_recording::Record;
 use grideye_scene::{Scene, Simulator};
 use std::time::Duration;
 
-/// What makes the frames of the simulated side.
 pub(crate) struct Renderer<'a> {
     simulator: &'a Simulator,
-    /// The scene without its people.
     empty: Simulator,
     /// What this specimen shows beside the scene.
     pattern_c: Option<[f64; PIXELS]>,
@@ -85,10 +84,7 @@ impl<'a> Renderer<'a> {
         )
     }
 
-    /// The frames while neither the recording nor the scene shows anybody, and the recording's stretches they are from.
-    ///
-    /// Of a scene that stands still, no stretch is known to be empty: who stands there from first to last would be taken
-    /// for the room.
+    /// The frames while neither the recording nor the scene shows anybody; of a scene that stands still, none is known.
     fn empty_frames<'b>(
         &self,
         records: &[Record],
@@ -115,9 +111,7 @@ impl<'a> Renderer<'a> {
         (frames, stretches)
     }
 
-    /// Takes what the learned room has beside the simulated one for the unit's pattern, where that claims nothing warm:
-    /// a radiator that is not what the scene says stays in the scores. Nothing is taken if the room shows something warm
-    /// that the scene does not have: that is no pattern.
+    /// Takes the learned room less the simulated one for the pattern where nothing warm is claimed, unless more is warm.
     pub(crate) fn learn(
         &mut self,
         learned: &LearnedRoom,
@@ -153,7 +147,6 @@ impl<'a> Renderer<'a> {
         })
     }
 
-    /// Whether the scene shows nobody.
     fn is_empty(&self, time: Duration) -> bool {
         let (with, without) = (self.simulator.image(time), self.empty.image(time));
         is_same(&with.celsius, &without.celsius)
@@ -225,7 +218,6 @@ fn is_same(with: &[f64], without: &[f64]) -> bool {
     pixels.all(|(with, without)| (with - without).abs() < NOBODY_C)
 }
 
-/// Whether any frame shows anybody.
 pub(crate) fn shows_people(simulated: &[SimulatedFrame], nobody: &[Vec<f64>]) -> bool {
     let mut frames = simulated.iter().zip(nobody);
     frames.any(|(with, without)| !is_same(&with.noise_free, without))

@@ -1,12 +1,18 @@
-//! How to compare a recording with a scene, and its frames on the way there.
+//! How to compare a recording with a scene, its frames on the way there, and what is known beside them.
 
 use crate::align::clock::Clock;
 use crate::align::{AlignOptions, Alignment};
-use crate::frames::Protocol;
-use crate::frames::pixels::Pixels;
+use crate::frames::types::Pixels;
+use crate::frames::{Protocol, sensor_step_c};
 use crate::metrics::Binning;
-use crate::scene_comparison::unit::KnownUnit;
+use crate::metrics::foreground::{EmptyRoom, RoomSource};
 use crate::thresholds::Thresholds;
+use crate::verdict::sensor_criteria::Inspection;
+use crate::verdict::types::Prior;
+use grideye_frame::PIXELS;
+use grideye_recording::Record;
+use grideye_scene::Simulator;
+use grideye_scene::profile::Profile;
 use std::time::Duration;
 
 /// Frames compared under the static protocol unless asked otherwise, as in the paper.
@@ -19,15 +25,13 @@ pub const LAG_FRAMES_MAX: usize = 600;
 /// How to compare a recording with a scene. Every default can be left as it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// Seed of the simulated noise and of the shuffled pixels. Equal seeds give equal reports; a recording that was
-    /// itself simulated with this seed is met by other noise all the same.
+    /// Seed of the simulated noise and of the shuffled pixels; a recording simulated with it is met by other noise.
     pub seed: u64,
     /// Which frame meets which; by default static if nothing moves in the scene.
     pub protocol: Option<Protocol>,
     /// Frames a side, chosen evenly over the recording; by default [`STATIC_FRAMES`] or [`DYNAMIC_FRAMES`].
     pub frames: Option<usize>,
-    /// How many frames later a frame's repeat is, 1 to [`LAG_FRAMES_MAX`]; by default 3, and under the dynamic
-    /// protocol as many as come nearest to 0.1 s.
+    /// How many frames later a frame's repeat is, 1 to [`LAG_FRAMES_MAX`]; by default 3, or the nearest to 0.1 s (dynamic).
     pub lag_frames: Option<usize>,
     /// Time of the scene at the recording's first frame.
     pub start: Duration,
@@ -63,14 +67,12 @@ impl Default for Options {
     }
 }
 
-/// A frame that was read, at the time that the scene has without alignment.
 pub(crate) struct TimedFrame {
     pub(crate) seq: u64,
     pub(crate) time: Duration,
     pub(crate) celsius: Pixels,
 }
 
-/// Frames as they are compared, and what was done to them.
 pub(crate) struct AlignedFrames {
     pub(crate) frames: Vec<TimedFrame>,
     pub(crate) clock: Clock,
@@ -83,4 +85,113 @@ pub(crate) fn seconds(seconds: f64) -> Duration {
 
 pub(crate) fn pixels(celsius: &[f64]) -> Pixels {
     std::array::from_fn(|pixel| celsius.get(pixel).copied().unwrap_or_default())
+}
+
+/// What is known of a sensor's specimen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct KnownUnit {
+    /// What each pixel shows too much, °C.
+    pub pattern_c: [f64; PIXELS],
+    /// Standard deviation of what all pixels do together from one recording to another, °C.
+    pub wander_c: f64,
+    /// What of the level is no chance and still not known: error at power-on, the depth of the five-frame cycle, °C.
+    pub bias_c: f64,
+    /// Standard deviation of what is not known of the pattern, °C.
+    pub spread_c: f64,
+}
+
+impl KnownUnit {
+    /// What a profile says.
+    #[must_use]
+    pub fn of(profile: &Profile) -> Self {
+        let common = profile.common_mode;
+        // The mean of the 64 draws of a specimen that is not drawn yet.
+        let drawn_c = profile.fixed_pattern.spread_c / 8.0;
+        Self {
+            pattern_c: profile.fixed_pattern.offset_c,
+            wander_c: common.sd_c.hypot(drawn_c),
+            bias_c: common.cycle_depth_c + profile.warm_up.start_c.abs(),
+            spread_c: profile.fixed_pattern.spread_c,
+        }
+    }
+
+    /// The largest common offset that is no fault, °C.
+    pub(crate) fn level_c(&self, thresholds: &Thresholds) -> f64 {
+        thresholds.level_margin_c + 3.0 * self.wander_c + self.bias_c
+    }
+}
+
+pub(crate) struct People {
+    pub(crate) nobody: Vec<Vec<f64>>,
+    pub(crate) are_in_scene: bool,
+    pub(crate) are_shown: bool,
+}
+
+pub(crate) struct LearnedRoom {
+    pub(crate) celsius: Vec<f64>,
+    pub(crate) frames: usize,
+    /// Standard error of the middle pixel's mean, °C.
+    pub(crate) error_c: f64,
+}
+
+impl KnownPattern {
+    pub(crate) fn of(unit: &KnownUnit) -> Self {
+        Self {
+            from: RoomSource::Profile,
+            added_c: unit.pattern_c.to_vec(),
+            left_c: vec![unit.spread_c; PIXELS],
+        }
+    }
+}
+
+pub(crate) struct KnownPattern {
+    pub(crate) from: RoomSource,
+    /// What was added to the scene, row by row, °C.
+    pub(crate) added_c: Vec<f64>,
+    /// Standard deviation of what is not known, row by row, °C.
+    pub(crate) left_c: Vec<f64>,
+}
+
+pub(crate) fn prior(
+    records: &[Record],
+    simulator: &Simulator,
+    people: People,
+    (learned, pattern): (Option<LearnedRoom>, Option<KnownPattern>),
+    found: &Alignment,
+    options: &Options,
+) -> Prior {
+    let thresholds = &options.thresholds;
+    let mut sensor = Vec::new();
+    if let Some(inspection) = Inspection::new(records, sensor_step_c()) {
+        let rate_hz = simulator.sensor().sampling_hz;
+        sensor.extend(inspection.criteria(thresholds, rate_hz, simulator.ambient_c()));
+    }
+    let from = match (options.unit, &learned) {
+        (Some(_), _) => RoomSource::Profile,
+        (None, Some(_)) => RoomSource::Recording,
+        (None, None) => RoomSource::Scene,
+    };
+    Prior {
+        nobody: people.nobody,
+        has_people: people.are_in_scene,
+        shows_people: people.are_shown,
+        pattern_from: pattern
+            .as_ref()
+            .map_or(RoomSource::Scene, |pattern| pattern.from),
+        pattern_added_c: pattern
+            .as_ref()
+            .map_or_else(Vec::new, |pattern| pattern.added_c.clone()),
+        pattern_c: pattern.map(|pattern| pattern.left_c),
+        turned_back: found
+            .orientation
+            .filter(|found| found.applied)
+            .map(|found| found.orientation),
+        room: EmptyRoom {
+            from,
+            frames: learned.as_ref().map_or(0, |learned| learned.frames),
+            celsius: learned.map(|learned| learned.celsius),
+        },
+        level_c: options.unit.map(|unit| unit.level_c(thresholds)),
+        sensor,
+    }
 }

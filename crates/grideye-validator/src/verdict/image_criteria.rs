@@ -1,29 +1,18 @@
 //! What else a picture shows: warmth that is not claimed, how it lies, how warm it is all over.
 
 use crate::align::Orientation;
-use crate::expected::distribution::Scale;
-use crate::expected::units::Pick;
+use crate::expected::units::{Pick, Scale};
 use crate::metrics::foreground::RoomSource;
 use crate::metrics::unclaimed::WarmBlock;
 use crate::thresholds::{Thresholds, too_few};
-use crate::verdict::criterion::{Criterion, State};
-use crate::verdict::types::Evidence;
-use crate::verdict::weighed::{PROFILE, Weighed};
+use crate::verdict::types::{Evidence, PROFILE, Question, State, Weighed};
 use grideye_draw::text::fixed;
 
-/// Something warm where the scene has nothing warm.
 pub(crate) fn unclaimed(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed {
-    let weighed = |state, sentence: String, turn: &str| Weighed {
-        criterion: Criterion {
-            name: "nothing_unclaimed",
-            title: "Nothing is warm that the scene does not have",
-            state,
-            sentence,
-            keys: &["unclaimed_min_c", "false_alarm_max", "pattern_spread_c"],
-            asked: None,
-        },
-        margin: None,
-        turn: turn.to_owned(),
+    let asked = Question {
+        name: "nothing_unclaimed",
+        title: "Nothing is warm that the scene does not have",
+        keys: &["unclaimed_min_c", "false_alarm_max", "pattern_spread_c"],
     };
     let limits = limits_c(evidence, thresholds);
     let found = &evidence.found.unclaimed;
@@ -34,44 +23,39 @@ pub(crate) fn unclaimed(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Wei
         .max_by(|a, b| (a.0.celsius - a.1).total_cmp(&(b.0.celsius - b.1)));
     let Some((block, limit_c)) = seen.filter(|_| !too_few(evidence.real_frames, thresholds)) else {
         let why = "Too few frames tell warmth from noise.";
-        return weighed(State::NotAsked, why.to_owned(), "");
+        return asked.weighed(State::NotAsked, why, "");
     };
-    if block.celsius > limit_c {
+    let (celsius, limit) = (block.celsius, fixed(limit_c, 2));
+    if celsius > limit_c {
         let sentence = format!(
-            "{} the recording is {} °C warmer than the scene has it there or nearby; noise and pattern reach {} °C.",
+            "{} the recording is {} °C warmer than the scene has it there or nearby; noise and pattern reach {limit} °C.",
             place(evidence, &block),
-            fixed(block.celsius, 2),
-            fixed(limit_c, 2)
+            fixed(celsius, 2),
         );
         let turn = "a scene that has something warm there, or a recording without it";
-        return weighed(State::Failed, sentence, turn);
+        return asked.weighed(State::Failed, sentence, turn);
     }
     let hidden_c = limits.into_iter().flatten().fold(limit_c, f64::max);
     let prior = evidence.prior;
     let claims_nobody = !prior.nobody.is_empty() && !prior.shows_people;
     if claims_nobody && hidden_c > thresholds.unclaimed_min_c {
+        let unit = "noise, nor from this unit's pattern, of which nothing is known";
+        let quiet = "a sensor with less noise, or a scene with people to look for";
         let (than, turn) = match prior.pattern_from {
-            RoomSource::Scene => (
-                "noise, nor from this unit's pattern, of which nothing is known",
-                PROFILE,
-            ),
-            _ => (
-                "noise",
-                "a sensor with less noise, or a scene with people to look for",
-            ),
+            RoomSource::Scene => (unit, PROFILE),
+            _ => ("noise", quiet),
         };
+        let hidden = fixed(hidden_c, 2);
         let sentence = format!(
-            "The scene shows nobody, and somebody who is up to {} °C warmer on four pixels would not be told from {than}.",
-            fixed(hidden_c, 2)
+            "The scene shows nobody, and somebody who is up to {hidden} °C warmer on four pixels would not be told from {than}."
         );
-        return weighed(State::Open, sentence, turn);
+        return asked.weighed(State::Open, sentence, turn);
     }
+    let most = fixed(celsius.max(0.0), 2);
     let sentence = format!(
-        "Beyond what the scene has there or nearby, no four pixels of the recording are warmer by more than {} °C; {} °C would be needed.",
-        fixed(block.celsius.max(0.0), 2),
-        fixed(limit_c, 2)
+        "Beyond what the scene has there or nearby, no four pixels of the recording are warmer by more than {most} °C; {limit} °C would be needed."
     );
-    weighed(State::Met, sentence, "")
+    asked.weighed(State::Met, sentence, "")
 }
 
 /// How warm noise and pattern make the warmest block that stays, and the warmest that comes and goes, °C.
@@ -87,41 +71,29 @@ fn limits_c(evidence: &Evidence<'_>, thresholds: &Thresholds) -> [Option<f64>; 2
     })
 }
 
-/// Rows and columns as they are counted on the page, from 1.
 fn place(evidence: &Evidence<'_>, block: &WarmBlock) -> String {
     let (row, column) = (block.row + 1, block.column + 1);
-    let place = format!(
-        "n rows {row} and {}, columns {column} and {},",
-        row + 1,
-        column + 1
-    );
+    let (next_row, next_column) = (row + 1, column + 1);
+    let place = format!("n rows {row} and {next_row}, columns {column} and {next_column},");
     match block.frame.and_then(|frame| evidence.times.get(frame)) {
-        Some(time) => format!(
-            "{:.1} s after the first frame, i{place}",
-            time.as_secs_f64()
-        ),
+        Some(time) => {
+            let after_s = time.as_secs_f64();
+            format!("{after_s:.1} s after the first frame, i{place}")
+        }
         None => format!("I{place}"),
     }
 }
 
-/// How the image lies.
 pub(crate) fn orientation(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed {
-    let weighed = |state, sentence: String, turn: String| Weighed {
-        criterion: Criterion {
-            name: "orientation",
-            title: "The image lies as the scene has it",
-            state,
-            sentence,
-            keys: &["false_alarm_max", "pattern_spread_c"],
-            asked: None,
-        },
-        margin: None,
-        turn,
+    let asked = Question {
+        name: "orientation",
+        title: "The image lies as the scene has it",
+        keys: &["false_alarm_max", "pattern_spread_c"],
     };
     let found = &evidence.found.upright;
     if found.is_empty() {
         let why = "Nothing in the scene or in the recording tells how the image lies.";
-        return weighed(State::NotAsked, why.to_owned(), String::new());
+        return asked.weighed(State::NotAsked, why, "");
     }
     let rate = thresholds.false_alarm_max;
     let low = |orientation: Orientation| {
@@ -141,11 +113,11 @@ pub(crate) fn orientation(evidence: &Evidence<'_>, thresholds: &Thresholds) -> W
         .filter(|(orientation, by)| *by < low(*orientation).min(0.0))
         .min_by(|a, b| a.1.total_cmp(&b.1));
     if let Some((orientation, by)) = turned {
+        let by = fixed(by.abs(), 2);
         let sentence = format!(
-            "The image is {orientation}: so it resembles the scene more than as it was recorded, by {} of likeness, and recordings of the scene as it is hardly ever do.",
-            fixed(by.abs(), 2)
+            "The image is {orientation}: so it resembles the scene more than as it was recorded, by {by} of likeness, and recordings of the scene as it is hardly ever do."
         );
-        return weighed(State::Failed, sentence, "the image turned back".to_owned());
+        return asked.weighed(State::Failed, sentence, "the image turned back");
     }
     let names = |all: &[(Orientation, f64)]| {
         let names: Vec<String> = all.iter().map(|(name, _)| name.to_string()).collect();
@@ -156,14 +128,14 @@ pub(crate) fn orientation(evidence: &Evidence<'_>, thresholds: &Thresholds) -> W
         .filter(|(orientation, by)| *by < -low(orientation.inverse()))
         .collect();
     if !untold.is_empty() {
+        let names = names(&untold);
         let sentence = format!(
-            "The image may as well be {}: this scene looks too much alike both ways for this recording to tell.",
-            names(&untold)
+            "The image may as well be {names}: this scene looks too much alike both ways for this recording to tell."
         );
-        let turn = "a recording of somebody who walks off the middle of the view".to_owned();
-        return weighed(State::Open, sentence, turn);
+        let turn = "a recording of somebody who walks off the middle of the view";
+        return asked.weighed(State::Open, sentence, turn);
     }
-    weighed(State::Met, upright(evidence, &names(&same)), String::new())
+    asked.weighed(State::Met, upright(evidence, &names(&same)), "")
 }
 
 fn upright(evidence: &Evidence<'_>, same: &str) -> String {
@@ -180,47 +152,35 @@ fn upright(evidence: &Evidence<'_>, same: &str) -> String {
 }
 
 pub(crate) fn level(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed {
-    let own = evidence.prior.level_c;
-    let most_c = own.unwrap_or(thresholds.offset_max_c);
-    let (offset_c, limit) = (
-        evidence.offset_c,
-        fixed(most_c, if own.is_some() { 2 } else { 1 }),
-    );
-    let passed = offset_c.abs() <= most_c;
-    let size = fixed(offset_c.abs(), 2);
-    let relation = if passed { "within" } else { "beyond" };
-    let whose = if own.is_some() {
-        " by this unit's profile"
-    } else {
-        ""
-    };
-    let sentence = match size.as_str() {
-        "0.00" => "The recording is as warm as the scene all over.".to_owned(),
-        _ => {
-            let direction = if offset_c < 0.0 { "colder" } else { "warmer" };
-            format!(
-                "The recording is {size} °C {direction} than the scene all over, {relation} the {limit} °C that are allowed{whose}."
-            )
+    let offset_c = evidence.offset_c;
+    let (most_c, limit, whose, keys): (f64, String, &str, &[&str]) = match evidence.prior.level_c {
+        Some(own_c) => {
+            let whose = " by this unit's profile";
+            (own_c, fixed(own_c, 2), whose, &["level_margin_c"])
+        }
+        None => {
+            let most_c = thresholds.offset_max_c;
+            (most_c, fixed(most_c, 1), "", &["offset_max_c"])
         }
     };
-    Weighed {
-        criterion: Criterion {
-            name: "level",
-            title: "The level is the scene's",
-            state: if passed { State::Met } else { State::Failed },
-            sentence,
-            keys: if own.is_some() {
-                &["level_margin_c"]
-            } else {
-                &["offset_max_c"]
-            },
-            asked: None,
-        },
-        margin: None,
-        turn: if passed {
-            format!("a common offset beyond {limit} °C")
-        } else {
-            format!("a common offset within {limit} °C")
-        },
-    }
+    let asked = Question {
+        name: "level",
+        title: "The level is the scene's",
+        keys,
+    };
+    let (state, relation, turn) = if offset_c.abs() <= most_c {
+        (State::Met, "within", "beyond")
+    } else {
+        (State::Failed, "beyond", "within")
+    };
+    let size = fixed(offset_c.abs(), 2);
+    let direction = if offset_c < 0.0 { "colder" } else { "warmer" };
+    let sentence = match size.as_str() {
+        "0.00" => "The recording is as warm as the scene all over.".to_owned(),
+        _ => format!(
+            "The recording is {size} °C {direction} than the scene all over, {relation} the {limit} °C that are allowed{whose}."
+        ),
+    };
+    let turn = format!("a common offset {turn} {limit} °C");
+    asked.weighed(state, sentence, turn)
 }

@@ -1,15 +1,12 @@
-//! From the numbers to the verdict.
+//! From the numbers to the verdict, if a recording holds enough to tell anything from.
 
+use crate::metrics::score::Measure;
 use crate::thresholds::{Thresholds, too_few};
-use crate::verdict::criterion::State;
 use crate::verdict::image_criteria::{level, orientation, unclaimed};
 use crate::verdict::score_criteria::scores;
-use crate::verdict::sufficiency::{Insufficiency, insufficiency, sufficiency};
-use crate::verdict::types::{Evidence, Judgement, Verdict};
-use crate::verdict::weighed::Weighed;
-use grideye_draw::text::fixed;
+use crate::verdict::types::{Evidence, Judgement, Question, State, Verdict, Weighed};
+use grideye_draw::text::{fixed, frames};
 
-/// Weighs the evidence.
 pub(crate) fn judge(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Judgement {
     let open = insufficiency(evidence, thresholds);
     let weighed = weighed(evidence, thresholds, open.as_ref());
@@ -136,4 +133,87 @@ fn weighed(
         margin: None,
     }));
     all
+}
+
+struct Insufficiency {
+    reason: String,
+    remedy: &'static str,
+}
+
+fn sufficiency(evidence: &Evidence<'_>, open: Option<&Insufficiency>) -> Weighed {
+    let asked = Question {
+        name: "enough_to_tell",
+        title: "The recording holds enough to tell",
+        keys: &[
+            "frames_min",
+            "warm_pixels_min",
+            "warm_sigma",
+            "headroom_min",
+        ],
+    };
+    if let Some(Insufficiency { reason, remedy }) = open {
+        return asked.weighed(State::Open, reason, *remedy);
+    }
+    let (frames, warm) = (frames(evidence.real_frames), fixed(evidence.warm.real, 1));
+    let enough = format!("{frames} and {warm} warm pixels in each are enough to tell.");
+    asked.weighed(State::Met, enough, "")
+}
+
+fn insufficiency(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Option<Insufficiency> {
+    if too_few(evidence.real_frames, thresholds) {
+        let (found, least) = (frames(evidence.real_frames), thresholds.frames_min);
+        return Some(Insufficiency {
+            reason: format!(
+                "The recording holds {found} to compare; at least {least} are needed to know what the sensor's noise is worth."
+            ),
+            remedy: "a longer recording of the same scene",
+        });
+    }
+    if evidence.warm.real < thresholds.warm_pixels_min {
+        return Some(Insufficiency {
+            reason: nothing_warm(evidence),
+            remedy: "a recording with a person, or another warm thing of the scene, in view",
+        });
+    }
+    [Measure::Correlation, Measure::Gain]
+        .into_iter()
+        .find_map(|measure| no_headroom(evidence, measure, thresholds.headroom_min))
+}
+
+fn nothing_warm(evidence: &Evidence<'_>) -> String {
+    let claim = if evidence.warm.claimed > 0.0 {
+        format!(
+            "the scene claims {:.1} such pixels a frame, which an empty recording neither proves nor refutes",
+            evidence.warm.claimed
+        )
+    } else {
+        "the scene claims none either, and any two empty rooms look alike".to_owned()
+    };
+    format!(
+        "The recording shows nothing warm: {:.2} pixels a frame lie more than {:.2} °C above the background; {claim}.",
+        evidence.warm.real, evidence.warm_above_c
+    )
+}
+
+fn no_headroom(evidence: &Evidence<'_>, measure: Measure, least: f64) -> Option<Insufficiency> {
+    let score = evidence.scores.get(measure);
+    let remedy =
+        "a recording of at least a second at 10 Hz without gaps, with more contrast or less noise";
+    let Some(ceiling) = score.ceiling else {
+        let reason = format!(
+            "The recording has no frame {} after another to measure its own repeat with, so {measure} has no ceiling.",
+            frames(evidence.lag_frames)
+        );
+        return Some(Insufficiency { reason, remedy });
+    };
+    let chance = score.chance()?;
+    // Written so that a value that is not a number falls on the side of "cannot tell".
+    let rises = ceiling - chance >= least;
+    (!rises).then(|| Insufficiency {
+        reason: format!(
+            "The recording does not even resemble itself {} later: {measure} reaches {} where chance reaches {}.",
+            frames(evidence.lag_frames), fixed(ceiling, 2), fixed(chance, 2)
+        ),
+        remedy,
+    })
 }

@@ -4,15 +4,14 @@
 //! These faults cannot be seen by C or the gain: one stuck pixel of 64 changes C by a hundredth. Each check has a stated
 //! rate of false alarms, or is said not to have been made.
 
-use crate::frames::pixels::decoded;
+use crate::frames::types::decoded;
 use crate::numbers::{count, greatest_common_divisor, median, normal_tail};
 use crate::thresholds::Thresholds;
-use crate::verdict::criterion::{Criterion, State};
+use crate::verdict::types::{Criterion, Question, State};
 use grideye_draw::text::fixed;
 use grideye_frame::{PIXELS, PixelWord, RawFrame};
 use grideye_recording::Record;
 
-/// What was found out about the sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Inspection {
     /// Frames that are not the frame before read again.
@@ -30,14 +29,12 @@ pub(crate) struct Inspection {
     rate_hz: Option<f64>,
 }
 
-/// The quietest pixels of a sensor have at least this share of the median pixel's noise: measured were 0.67 and 0.78 on
-/// the two LINAIGE sessions and 0.88 over eight other units. No other real recording holds it out.
+/// The quietest pixels have at least this share of the median's noise: measured were 0.67, 0.78 and 0.88.
 const QUIETEST: f64 = 0.6;
 /// Of frames one after the other, fewer tell no rate.
 const STEPS_MIN: usize = 5;
 
 impl Inspection {
-    /// Looks at the frames of one stream; `None` if there is none.
     pub(crate) fn new(records: &[Record], step_c: f64) -> Option<Self> {
         let frames = distinct(records);
         let (first, last) = (frames.first()?, frames.last()?);
@@ -72,33 +69,24 @@ impl Inspection {
         ]
     }
 
-    /// A pixel that stays as it is for longer than noise lets it.
     fn stuck(&self, thresholds: &Thresholds) -> Criterion {
-        let criterion = |state, sentence| Criterion {
+        let asked = Question {
             name: "moving_pixels",
             title: "Every pixel moves",
-            state,
-            sentence,
             keys: &["false_alarm_max"],
-            asked: None,
         };
+        let (frames, rate) = (self.frames, thresholds.false_alarm_max);
         let Some(stays) = self.stays else {
-            return criterion(
-                State::NotAsked,
-                "The recording has no noise, so that a pixel that stands still is no fault."
-                    .to_owned(),
-            );
+            let why = "The recording has no noise, so that a pixel that stands still is no fault.";
+            return asked.answered(State::NotAsked, why);
         };
-        let by_chance = |run: usize| count(PIXELS) * count(self.frames) * stays.powf(count(run));
-        let needed = (1..=RUN_MAX).find(|&run| by_chance(run) <= thresholds.false_alarm_max);
-        let Some(needed) = needed.filter(|&needed| needed <= self.frames) else {
-            return criterion(
-                State::NotAsked,
-                format!(
-                    "{} frames are too few to tell a pixel that is stuck from one that is quiet.",
-                    self.frames
-                ),
+        let by_chance = |run: usize| count(PIXELS) * count(frames) * stays.powf(count(run));
+        let needed = (1..=RUN_MAX).find(|&run| by_chance(run) <= rate);
+        let Some(needed) = needed.filter(|&needed| needed <= frames) else {
+            let why = format!(
+                "{frames} frames are too few to tell a pixel that is stuck from one that is quiet."
             );
+            return asked.answered(State::NotAsked, why);
         };
         let stuck: Vec<String> = (0..PIXELS)
             .filter(|&pixel| self.longest[pixel] >= needed)
@@ -106,125 +94,94 @@ impl Inspection {
             .collect();
         let longest = self.longest.iter().max().copied().unwrap_or_default();
         if stuck.is_empty() {
-            return criterion(
-                State::Met,
-                format!(
-                    "No pixel stays as it is for more than {longest} frames in a row; {needed} would be needed to call it stuck, with fewer than {} false alarms a recording.",
-                    thresholds.false_alarm_max
-                ),
+            let found = format!(
+                "No pixel stays as it is for more than {longest} frames in a row; {needed} would be needed to call it stuck, with fewer than {rate} false alarms a recording."
             );
+            return asked.answered(State::Met, found);
         }
-        criterion(
-            State::Failed,
-            format!(
-                "Pixel {} (of 1 to 64) did not change in up to {longest} frames in a row; noise alone keeps none as it is for {needed} (fewer than {} false alarms a recording).",
-                stuck.join(", "),
-                thresholds.false_alarm_max
-            ),
-        )
+        let stuck = stuck.join(", ");
+        let found = format!(
+            "Pixel {stuck} (of 1 to 64) did not change in up to {longest} frames in a row; noise alone keeps none as it is for {needed} (fewer than {rate} false alarms a recording)."
+        );
+        asked.answered(State::Failed, found)
     }
 
     fn steps(&self) -> Criterion {
-        let (state, sentence) = match self.step_words {
-            0 => (
-                State::NotAsked,
-                "Nothing in the recording changes, so that its steps are not known.".to_owned(),
-            ),
-            1 => (
-                State::Met,
-                "The pixels use every step of the sensor.".to_owned(),
-            ),
-            more => (
-                State::Failed,
-                format!(
-                    "The pixels differ by whole multiples of {more} steps of the sensor only: they were rounded, or decoded with another scale, on the way."
-                ),
-            ),
-        };
-        Criterion {
+        let asked = Question {
             name: "steps",
             title: "The steps are the sensor's",
-            state,
-            sentence,
             keys: &[],
-            asked: None,
+        };
+        match self.step_words {
+            0 => {
+                let why = "Nothing in the recording changes, so that its steps are not known.";
+                asked.answered(State::NotAsked, why)
+            }
+            1 => asked.answered(State::Met, "The pixels use every step of the sensor."),
+            more => {
+                let found = format!(
+                    "The pixels differ by whole multiples of {more} steps of the sensor only: they were rounded, or decoded with another scale, on the way."
+                );
+                asked.answered(State::Failed, found)
+            }
         }
     }
 
     fn thermistor(&self, thresholds: &Thresholds, ambient_c: f64) -> Criterion {
-        let most = thresholds.thermistor_apart_max_c;
-        let (pixels_c, thermistor_c) = (self.pixels_c, self.thermistor_c);
-        let both = format!(
-            "the pixels show {} °C, the thermistor {} °C",
-            fixed(pixels_c, 1),
-            fixed(thermistor_c, 1)
-        );
-        let (state, sentence) = if (pixels_c - thermistor_c).abs() <= most {
-            (
-                State::Met,
-                format!(
-                    "Pixels and thermistor belong to one sensor: {both}; up to {most} °C apart is usual."
-                ),
-            )
-        } else if (ambient_c - thermistor_c).abs() > most && (ambient_c - pixels_c).abs() <= most {
-            (
-                State::NotAsked,
-                format!(
-                    "The scene itself is far from the thermistor: {both}, and its air has {} °C.",
-                    fixed(ambient_c, 1)
-                ),
-            )
-        } else {
-            (
-                State::Failed,
-                format!(
-                    "The pixels do not belong to the thermistor: {both}, more than {most} °C apart{}.",
-                    scale(pixels_c, thermistor_c)
-                ),
-            )
-        };
-        Criterion {
+        let asked = Question {
             name: "thermistor",
             title: "Pixels and thermistor belong together",
-            state,
-            sentence,
             keys: &["thermistor_apart_max_c"],
-            asked: None,
+        };
+        let most = thresholds.thermistor_apart_max_c;
+        let (pixels_c, thermistor_c) = (self.pixels_c, self.thermistor_c);
+        let (pixels, thermistor) = (fixed(pixels_c, 1), fixed(thermistor_c, 1));
+        let both = format!("the pixels show {pixels} °C, the thermistor {thermistor} °C");
+        if (pixels_c - thermistor_c).abs() <= most {
+            let found = format!(
+                "Pixels and thermistor belong to one sensor: {both}; up to {most} °C apart is usual."
+            );
+            return asked.answered(State::Met, found);
         }
+        if (ambient_c - thermistor_c).abs() > most && (ambient_c - pixels_c).abs() <= most {
+            let ambient = fixed(ambient_c, 1);
+            let why = format!(
+                "The scene itself is far from the thermistor: {both}, and its air has {ambient} °C."
+            );
+            return asked.answered(State::NotAsked, why);
+        }
+        let scale = scale(pixels_c, thermistor_c);
+        let found = format!(
+            "The pixels do not belong to the thermistor: {both}, more than {most} °C apart{scale}."
+        );
+        asked.answered(State::Failed, found)
     }
 
     fn rate(&self, thresholds: &Thresholds, scene_hz: f64) -> Criterion {
-        let (state, sentence) = match self.rate_hz {
-            None => (
-                State::NotAsked,
-                "Too few frames follow each other to tell their rate.".to_owned(),
-            ),
-            Some(found) => {
-                let off = found / scene_hz - 1.0;
-                let is_met = off.abs() <= thresholds.rate_error_max;
-                let text = format!(
-                    "New frames come {} times a second, {} % {} than the scene's {}; up to {} % is allowed.",
-                    fixed(found, 2),
-                    fixed(100.0 * off.abs(), 1),
-                    if off < 0.0 { "slower" } else { "faster" },
-                    fixed(scene_hz, 2),
-                    fixed(100.0 * thresholds.rate_error_max, 0)
-                );
-                (if is_met { State::Met } else { State::Failed }, text)
-            }
-        };
-        Criterion {
+        let asked = Question {
             name: "frame_rate",
             title: "The rate is the scene's",
-            state,
-            sentence,
             keys: &["rate_error_max"],
-            asked: None,
-        }
+        };
+        let Some(found_hz) = self.rate_hz else {
+            let why = "Too few frames follow each other to tell their rate.";
+            return asked.answered(State::NotAsked, why);
+        };
+        let off = found_hz / scene_hz - 1.0;
+        let (found, scene) = (fixed(found_hz, 2), fixed(scene_hz, 2));
+        let (percent, relation) = (
+            fixed(100.0 * off.abs(), 1),
+            if off < 0.0 { "slower" } else { "faster" },
+        );
+        let allowed = fixed(100.0 * thresholds.rate_error_max, 0);
+        let sentence = format!(
+            "New frames come {found} times a second, {percent} % {relation} than the scene's {scene}; up to {allowed} % is allowed."
+        );
+        let is_met = off.abs() <= thresholds.rate_error_max;
+        asked.answered(if is_met { State::Met } else { State::Failed }, sentence)
     }
 }
 
-/// Longer runs are not asked for.
 const RUN_MAX: usize = 100_000;
 
 /// The scale of the one in the place of the other is a factor of four.
@@ -247,7 +204,6 @@ struct Distinct {
     follows_seq: u64,
 }
 
-/// The frames, each once, however often it was read.
 fn distinct(records: &[Record]) -> Vec<Distinct> {
     let mut frames: Vec<Distinct> = Vec::new();
     let mut last_seq = 0;
@@ -345,7 +301,6 @@ const fn whole(value: f64) -> u32 {
     value as u32
 }
 
-/// From the median time between frames that follow each other.
 fn rate_hz(frames: &[Distinct]) -> Option<f64> {
     let periods_s: Vec<f64> = steps(frames)
         .filter_map(|(now, next)| {
@@ -364,8 +319,7 @@ fn rate_hz(frames: &[Distinct]) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// Noise of one step over 0.6 of it: half a step is 0.3 sigma of the quietest, and 0.2358 of a normal draw lies
-    /// within 0.3 sigma.
+    /// Half a step is 0.3 sigma of the quietest, within which 0.2358 of normal draws lie.
     #[test]
     fn a_quiet_pixel_stays_as_a_normal_draw_does() {
         let sigma_c = 0.25 / 0.6 / 0.6;

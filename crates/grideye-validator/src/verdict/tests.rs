@@ -18,7 +18,6 @@ use std::time::Duration;
 const PROFILE: &str = "a profile of this unit (grideye characterize, then --profile), or a recording that also shows the \
                        room empty";
 
-/// Everything that evidence lends; each test changes what it is about.
 struct Case {
     scores: Scores,
     real_frames: usize,
@@ -150,9 +149,19 @@ impl Case {
         criteria.find(|criterion| criterion.name == name).unwrap()
     }
 
-    fn state_and_sentence(&self, name: &str) -> (State, String) {
+    #[track_caller]
+    fn says(&self, name: &str, state: State, sentence: &str) {
         let criterion = self.criterion(name);
-        (criterion.state, criterion.sentence)
+        let found = (criterion.state, criterion.sentence.as_str());
+        assert_eq!(found, (state, sentence));
+    }
+
+    #[track_caller]
+    fn cannot_tell(&self, reason: &str, turn: &str) {
+        let judgement = self.judged();
+        assert_eq!(judgement.verdict, Verdict::CannotTell);
+        assert_eq!(judgement.reasons, [reason]);
+        assert_eq!(judgement.would_change, format!("To tell, it takes {turn}."));
     }
 }
 
@@ -165,8 +174,7 @@ const MET_BESIDE_C: [&str; 3] = [
      least 0.19), rooms without the people 0.00 (99.9 % at most 0.31), over 100 drawn units.",
 ];
 
-/// C: 0.1 is chance and 0.8 what right scenes reach; 0.1 + 0.6 · 0.7 = 0.52 is asked. Its margin is 0.18 / 0.7 = 0.26, of the
-/// gain 0.12 / 0.5, without the room 0.2 / 0.8, over nobody (0.35 - 0.309) / 0.191 = 0.21.
+/// 0.1 + 0.6 · 0.7 = 0.52 is asked of C. Margins 0.18 / 0.7, 0.12 / 0.5, 0.2 / 0.8 and (0.35 - 0.309) / 0.191 = 0.21.
 #[test]
 fn a_right_scene_agrees_by_these_numbers() {
     let judgement = Case::right().judged();
@@ -279,23 +287,15 @@ fn a_scene_in_which_nothing_stands_out_has_no_score() {
     for right in &mut case.right {
         right.correlation = None;
     }
-    let judgement = case.judged();
-    assert_eq!(judgement.verdict, Verdict::CannotTell);
-    assert_eq!(
-        judgement.reasons,
-        ["C is not defined for a scene in which nothing stands out."]
-    );
-    assert_eq!(
-        judgement.would_change,
-        "To tell, it takes a scene with something warm in view."
+    case.cannot_tell(
+        "C is not defined for a scene in which nothing stands out.",
+        "a scene with something warm in view",
     );
     case.prior.shows_people = false;
-    assert_eq!(
-        case.state_and_sentence("correlation_above_room"),
-        (
-            State::NotAsked,
-            "None of the scene's people are in view while it was recorded.".to_owned()
-        )
+    case.says(
+        "correlation_above_room",
+        State::NotAsked,
+        "None of the scene's people are in view while it was recorded.",
     );
 }
 
@@ -346,45 +346,23 @@ fn warmth_that_is_not_claimed_is_told_from_noise() {
         )
     };
     let unit = "noise, nor from this unit's pattern, of which nothing is known";
-    assert_eq!(
-        case.state_and_sentence("nothing_unclaimed"),
-        (State::Open, sentence(unit))
-    );
+    case.says("nothing_unclaimed", State::Open, &sentence(unit));
     case.prior.pattern_from = RoomSource::Profile;
-    assert_eq!(
-        case.state_and_sentence("nothing_unclaimed"),
-        (State::Open, sentence("noise"))
-    );
+    case.says("nothing_unclaimed", State::Open, &sentence("noise"));
     for right in &mut case.right {
         right.unclaimed.moving = block(0.3, Some(0));
     }
     case.found.unclaimed.moving = block(0.3, Some(1));
-    assert_eq!(
-        case.state_and_sentence("nothing_unclaimed"),
-        (
-            State::Met,
-            "Beyond what the scene has there or nearby, no four pixels of the recording are warmer by more than 0.30 °C; \
-             0.30 °C would be needed."
-                .to_owned()
-        )
-    );
+    case.says("nothing_unclaimed", State::Met, "Beyond what the scene has there or nearby, no four pixels of the recording are warmer by more than 0.30 °C; \
+             0.30 °C would be needed.");
     case.found.unclaimed.still = block(0.8, None);
-    assert_eq!(
-        case.state_and_sentence("nothing_unclaimed"),
-        (
-            State::Failed,
-            "In rows 1 and 2, columns 6 and 7, the recording is 0.80 °C warmer than the scene has it there or nearby; \
-             noise and pattern reach 0.30 °C."
-                .to_owned()
-        )
-    );
+    case.says("nothing_unclaimed", State::Failed, "In rows 1 and 2, columns 6 and 7, the recording is 0.80 °C warmer than the scene has it there or nearby; \
+             noise and pattern reach 0.30 °C.");
     case.real_frames = 1;
-    assert_eq!(
-        case.state_and_sentence("nothing_unclaimed"),
-        (
-            State::NotAsked,
-            "Too few frames tell warmth from noise.".to_owned()
-        )
+    case.says(
+        "nothing_unclaimed",
+        State::NotAsked,
+        "Too few frames tell warmth from noise.",
     );
 }
 
@@ -395,41 +373,23 @@ fn how_the_image_lies_is_told_as_far_as_the_scene_tells_it() {
         right.upright = vec![(Orientation::Half, by)];
     }
     case.found.upright = vec![(Orientation::Half, 0.1)];
-    assert_eq!(
-        case.state_and_sentence("orientation"),
-        (
-            State::Open,
-            "The image may as well be turned by half: this scene looks too much alike both ways for this recording to \
-             tell."
-                .to_owned()
-        )
-    );
+    case.says("orientation", State::Open, "The image may as well be turned by half: this scene looks too much alike both ways for this recording to \
+             tell.");
     case.alike = vec![Orientation::Half];
-    assert_eq!(
-        case.state_and_sentence("orientation"),
-        (
-            State::Met,
-            "The image lies as the scene has it. Were it turned by half, it would look the same: the scene is \
-             symmetric that way within the noise, and this recording does not tell."
-                .to_owned()
-        )
-    );
+    case.says("orientation", State::Met, "The image lies as the scene has it. Were it turned by half, it would look the same: the scene is \
+             symmetric that way within the noise, and this recording does not tell.");
     case.found.upright = vec![(Orientation::MirroredLeftRight, 0.1)];
     case.prior.turned_back = Some(Orientation::QuarterClockwise);
-    assert_eq!(
-        case.state_and_sentence("orientation"),
-        (
-            State::Met,
-            "The image is turned a quarter clockwise, and was turned back as asked.".to_owned()
-        )
+    case.says(
+        "orientation",
+        State::Met,
+        "The image is turned a quarter clockwise, and was turned back as asked.",
     );
     case.found.upright.clear();
-    assert_eq!(
-        case.state_and_sentence("orientation"),
-        (
-            State::NotAsked,
-            "Nothing in the scene or in the recording tells how the image lies.".to_owned()
-        )
+    case.says(
+        "orientation",
+        State::NotAsked,
+        "Nothing in the scene or in the recording tells how the image lies.",
     );
 }
 
@@ -452,7 +412,7 @@ fn the_level_is_held_against_the_profile_where_there_is_one() {
     assert_eq!(case.criterion("level").state, State::Met);
     case.offset_c = -0.004;
     assert_eq!(
-        case.state_and_sentence("level").1,
+        case.criterion("level").sentence,
         "The recording is as warm as the scene all over."
     );
 }

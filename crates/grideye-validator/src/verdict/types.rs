@@ -1,22 +1,21 @@
 //! What goes into a verdict, and what comes out.
 
 use crate::align::Orientation;
+use crate::expected::ScoreDistribution;
 use crate::expected::claim::Statistics;
 use crate::expected::units::Expected;
 use crate::metrics::foreground::{EmptyRoom, RoomSource};
 use crate::metrics::score::Scores;
-use crate::verdict::criterion::Criterion;
+use serde::Serialize;
 use std::fmt;
 use std::time::Duration;
 
 /// What the comparison says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[expect(missing_docs, reason = "the names say it")]
 pub enum Verdict {
-    /// The simulated scene explains what the sensor saw.
     Agrees,
-    /// It does not.
     Disagrees,
-    /// The recording does not hold what an answer would need.
     CannotTell,
 }
 
@@ -58,7 +57,6 @@ pub struct Judgement {
     pub criteria: Vec<Criterion>,
 }
 
-/// The numbers that the verdict rests on.
 pub(crate) struct Evidence<'a> {
     pub(crate) scores: &'a Scores,
     pub(crate) real_frames: usize,
@@ -67,12 +65,9 @@ pub(crate) struct Evidence<'a> {
     pub(crate) warm_above_c: f64,
     pub(crate) lag_frames: usize,
     pub(crate) prior: &'a Prior,
-    /// What the recording scores, and what recordings by drawn units score.
     pub(crate) found: &'a Statistics,
     pub(crate) expected: &'a Expected,
-    /// Orientations in which the scene looks much as it does upright.
     pub(crate) alike: &'a [Orientation],
-    /// When the frames were recorded that `found` speaks of.
     pub(crate) times: &'a [Duration],
 }
 
@@ -87,12 +82,10 @@ pub struct Nobody {
     pub has_people: bool,
 }
 
-/// What is known beside the frames.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Prior {
     /// The scene without its people at the times of the simulated frames, without noise.
     pub(crate) nobody: Vec<Vec<f64>>,
-    /// Whether the scene has people.
     pub(crate) has_people: bool,
     /// Whether they can be seen in any of the simulated frames.
     pub(crate) shows_people: bool,
@@ -104,22 +97,119 @@ pub(crate) struct Prior {
     pub(crate) pattern_c: Option<Vec<f64>>,
     /// How the image was found to lie, if it was turned back.
     pub(crate) turned_back: Option<Orientation>,
-    /// What the real side shows of the empty room, if that is known.
     pub(crate) room: EmptyRoom,
     /// The largest common offset of this unit, °C, if its profile is known.
     pub(crate) level_c: Option<f64>,
-    /// What was found about the sensor itself.
     pub(crate) sensor: Vec<Criterion>,
 }
 
 /// Warm pixels a frame, on average: both counts by the same rule, so that they can be set side by side.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct WarmPixels {
     /// In the real frames, above the median of their own pixels.
     pub real: f64,
     /// In the noise-free simulated frames, above the median of their own pixels: what the scene claims.
     pub claimed: f64,
-    /// Of the pixels that the gain is taken over, the share that is warm on both sides, 0 to 1; `None` if there are
-    /// none. The gain asks less of the claim than of the real side, so that the right scene does not reach 1.
+    /// Of the pixels that the gain is taken over, the share that is warm on both sides, 0 to 1.
     pub overlap: Option<f64>,
 }
+
+/// One thing that a verdict asks of a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Criterion {
+    /// The stable name for files and programs.
+    pub name: &'static str,
+    /// The name for people.
+    pub title: &'static str,
+    /// Whether it is met.
+    pub state: State,
+    /// What was found, with the numbers.
+    pub sentence: String,
+    /// The thresholds that it was held against.
+    pub keys: &'static [&'static str],
+    /// The score behind it, if there is one.
+    pub asked: Option<Asked>,
+}
+
+/// A score, and what was asked of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Asked {
+    /// What the recording scores.
+    pub value: f64,
+    /// What was asked for.
+    pub least: f64,
+    /// What drawn units score where the scene is right.
+    pub right: ScoreDistribution,
+    /// What they score where its people, or all things, are missing.
+    pub without: Option<ScoreDistribution>,
+}
+
+/// Whether a criterion is met.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum State {
+    /// It is.
+    Met,
+    /// It is not: the verdict is "disagrees".
+    Failed,
+    /// The recording cannot answer: "cannot tell", unless something failed that needs no more.
+    Open,
+    /// It was not asked, and the verdict does not rest on it.
+    NotAsked,
+}
+
+impl State {
+    /// The stable name for files and programs: `met`, `failed`, `open` or `not_asked`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Met => "met",
+            Self::Failed => "failed",
+            Self::Open => "open",
+            Self::NotAsked => "not_asked",
+        }
+    }
+}
+
+#[derive(Clone, Copy)]
+pub(crate) struct Question {
+    pub(crate) name: &'static str,
+    pub(crate) title: &'static str,
+    pub(crate) keys: &'static [&'static str],
+}
+
+impl Question {
+    pub(crate) fn answered(&self, state: State, sentence: impl Into<String>) -> Criterion {
+        Criterion {
+            name: self.name,
+            title: self.title,
+            state,
+            sentence: sentence.into(),
+            keys: self.keys,
+            asked: None,
+        }
+    }
+
+    pub(crate) fn weighed(
+        &self,
+        state: State,
+        sentence: impl Into<String>,
+        turn: impl Into<String>,
+    ) -> Weighed {
+        Weighed {
+            criterion: self.answered(state, sentence),
+            margin: None,
+            turn: turn.into(),
+        }
+    }
+}
+
+pub(crate) struct Weighed {
+    pub(crate) criterion: Criterion,
+    /// How far a skill is above its threshold.
+    pub(crate) margin: Option<f64>,
+    /// What would break it if it is met, mend it if it failed, settle it if it is open.
+    pub(crate) turn: String,
+}
+
+/// What tells a pattern from what is there.
+pub(crate) const PROFILE: &str = "a profile of this unit (grideye characterize, then --profile), or a recording that also shows the room empty";

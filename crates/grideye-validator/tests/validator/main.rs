@@ -5,6 +5,7 @@
     reason = "a test that cannot set up its frames has failed"
 )]
 
+mod pairs;
 mod properties;
 mod reports;
 mod scenes;

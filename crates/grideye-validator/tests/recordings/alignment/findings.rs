@@ -1,6 +1,8 @@
 //! Orientation, pace, long and late recordings, and frames that are left out.
 
-use crate::bench::{SENSOR, WALK, Walk, compared, fewer_seeds, quantile, record, row, skill, with};
+use crate::alignment::bench::{
+    SENSOR, WALK, Walk, compared, fewer_seeds, quantile, record, row, skill, with,
+};
 use grideye_frame::{PixelWord, Reading};
 use grideye_recording::Record;
 use grideye_scene::Simulator;

@@ -1,9 +1,8 @@
-//! Constant shift and clock rate: all of a grid within the bounds, then downhill from the best of it.
+//! The best line of time within the bounds, and the best law of pace: a grid, then downhill from the best of it.
 
-use crate::align::bounds::Bounds;
-use crate::align::clock::Line;
+use crate::align::clock::{Bounds, Law, Line};
 use crate::align::film::{Film, Fit, Sample, whole};
-use crate::numbers::count;
+use crate::numbers::{climb, count};
 
 /// Shifts of the grid stand this far apart, seconds: a walker's picture of one moment still resembles that of the next.
 const SHIFT_STEP_S: f64 = 0.1;
@@ -11,16 +10,12 @@ const SHIFT_STEP_S: f64 = 0.1;
 const RATE_STEP_S: f64 = 0.3;
 /// Frames that the grid is searched with, if it is small enough.
 const GRID_FRAMES: usize = 256;
-/// The fewest that it is searched with, however large it is.
 const GRID_FRAMES_MIN: usize = 48;
 /// From so many places of the grid on, fewer frames are taken.
 const GRID_PLACES: usize = 20_000;
-/// Best places of the grid that are followed downhill.
 const STARTS: usize = 5;
-/// The last step downhill, seconds.
 const SHIFT_LAST_S: f64 = 0.000_5;
 
-/// The best line within the bounds and what it explains.
 pub(crate) fn best_line(sample: &Sample, film: &Film, bounds: &Bounds) -> (Line, Fit) {
     let grid = Grid::new(sample, bounds);
     let coarse = sample.thinned(grid.frames());
@@ -39,7 +34,6 @@ pub(crate) fn rough_likeness(sample: &Sample, film: &Film, bounds: &Bounds) -> f
     rough_line(sample, film, bounds).0
 }
 
-/// The line of [`rough_likeness`], behind it.
 fn rough_line(sample: &Sample, film: &Film, bounds: &Bounds) -> (f64, Line) {
     let grid = Grid::new(sample, bounds);
     let coarse = sample.thinned(grid.frames());
@@ -81,11 +75,7 @@ impl Grid {
     }
 
     fn centre(&self) -> Line {
-        Line {
-            shift_s: 0.0,
-            rate: 0.0,
-            origin_s: self.origin_s,
-        }
+        Line::new(0.0, 0.0, self.origin_s)
     }
 
     fn lines(&self) -> impl Iterator<Item = Line> + '_ {
@@ -94,15 +84,11 @@ impl Grid {
             (0..=2 * steps).map(move |index| (count(index) - count(steps)) * step)
         };
         ends(self.rates, self.rate_max).flat_map(move |rate| {
-            ends(self.shifts, self.shift_max_s).map(move |shift_s| Line {
-                shift_s,
-                rate,
-                origin_s: self.origin_s,
-            })
+            ends(self.shifts, self.shift_max_s)
+                .map(move |shift_s| Line::new(shift_s, rate, self.origin_s))
         })
     }
 
-    /// The best places, the first one best.
     fn best(&self, sample: &Sample, film: &Film, number: usize) -> Vec<(f64, Line)> {
         let mut best: Vec<(f64, Line)> = Vec::with_capacity(number + 1);
         for line in self.lines() {
@@ -116,23 +102,10 @@ impl Grid {
         best
     }
 
-    /// Compass search: the best of the neighbours, and half the step where none is better.
     fn downhill(&self, sample: &Sample, film: &Film, start: Line, last_s: f64) -> (f64, Line) {
-        let likeness = |line: Line| sample.fit(film, |time_s| line.scene_s(time_s)).likeness;
-        let (mut best, mut value) = (start, likeness(start));
-        let mut step_s = SHIFT_STEP_S;
-        while step_s >= last_s {
-            let better = self
-                .neighbours(best, step_s)
-                .map(|line| (likeness(line), line))
-                .max_by(|left, right| left.0.total_cmp(&right.0))
-                .filter(|(other, _)| *other > value);
-            match better {
-                Some((other, line)) => (value, best) = (other, line),
-                None => step_s /= 2.0,
-            }
-        }
-        (value, best)
+        let likeness = |line: &Line| sample.fit(film, |time_s| line.scene_s(time_s)).likeness;
+        let neighbors = |line: &Line, step_s| self.neighbours(*line, step_s);
+        climb(start, (SHIFT_STEP_S, last_s), likeness, neighbors)
     }
 
     /// Shifted as a whole, or turned about the recording's middle.
@@ -157,9 +130,7 @@ impl Grid {
     }
 }
 
-/// Standard errors of shift (at the origin) and rate, from how fast the scene changes in time and what was left
-/// unexplained. What is left is taken as independent between frames, which is nearly so for the sensor's noise and not
-/// for a scene that is wrong.
+/// Standard errors of shift (at the origin) and rate; what is left is taken as independent between frames.
 pub(crate) fn standard_errors(
     sample: &Sample,
     film: &Film,
@@ -196,10 +167,83 @@ pub(crate) fn standard_errors(
     ))
 }
 
+/// The best law: begin and end are no further from the scene's than the bounds allow a shift to be.
+pub(crate) fn best_law(sample: &Sample, film: &Film, bounds: &Bounds) -> (Law, Fit) {
+    const STEPS: usize = 3;
+    const SHAPES: [(f64, f64); 7] = [
+        (0.0, 0.0),
+        (0.5, 0.0),
+        (1.0, 0.0),
+        (-0.5, 0.0),
+        (-1.0, 0.0),
+        (0.0, 0.4),
+        (0.0, -0.4),
+    ];
+    let law = |begin: f64, end: f64, (ease, lean): (f64, f64)| Law {
+        begins_late_s: begin,
+        ends_late_s: end,
+        ease,
+        lean,
+        scene_s: (film.first_s, film.last_s()),
+    };
+    let coarse = sample.thinned(128);
+    let likeness = |law: &Law| coarse.fit(film, |time_s| law.scene_s(time_s)).likeness;
+    let late = |index: usize| bounds.shift_max_s * (count(index) / count(STEPS) - 1.0);
+    let mut starts: Vec<(f64, Law)> = Vec::new();
+    for begin in 0..=2 * STEPS {
+        for end in 0..=2 * STEPS {
+            for shape in SHAPES {
+                let law = law(late(begin), late(end), shape);
+                if law.rises() {
+                    starts.push((likeness(&law), law));
+                }
+            }
+        }
+    }
+    starts.sort_by(|left, right| right.0.total_cmp(&left.0));
+    let best = starts
+        .into_iter()
+        .take(3)
+        .map(|(_, start)| law_downhill(&coarse, film, start, bounds))
+        .max_by(|left, right| left.0.total_cmp(&right.0))
+        .map_or(law(0.0, 0.0, (0.0, 0.0)), |(_, law)| law);
+    (best, sample.fit(film, |time_s| best.scene_s(time_s)))
+}
+
+fn law_downhill(sample: &Sample, film: &Film, start: Law, bounds: &Bounds) -> (f64, Law) {
+    let likeness = |law: &Law| sample.fit(film, |time_s| law.scene_s(time_s)).likeness;
+    let neighbors = |law: &Law, step| -> Vec<Law> {
+        let all = law_neighbours(law, step, bounds.shift_max_s);
+        all.filter(Law::rises).collect()
+    };
+    climb(start, (0.25, 0.002), likeness, neighbors)
+}
+
+fn law_neighbours(law: &Law, step: f64, most_s: f64) -> impl Iterator<Item = Law> {
+    let law = *law;
+    let moves: [[f64; 4]; 6] = [
+        [1.0, 0.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0, 0.0],
+        [1.0, 1.0, 0.0, 0.0],
+        [1.0, -1.0, 0.0, 0.0],
+        [0.0, 0.0, 1.0, 0.0],
+        [0.0, 0.0, 0.0, 1.0],
+    ];
+    moves.into_iter().flat_map(move |by| {
+        [step, -step].map(|step| Law {
+            begins_late_s: (law.begins_late_s + by[0] * step * most_s).clamp(-most_s, most_s),
+            ends_late_s: (law.ends_late_s + by[1] * step * most_s).clamp(-most_s, most_s),
+            ease: (law.ease + by[2] * step).clamp(-1.0, 1.0),
+            lean: (law.lean + by[3] * step).clamp(-1.0, 1.0),
+            ..law
+        })
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::pixels::Pixels;
+    use crate::frames::types::Pixels;
     use grideye_frame::PIXELS;
 
     fn sample(seconds: f64) -> Sample {
@@ -230,17 +274,12 @@ mod tests {
 
     #[test]
     fn a_line_is_shifted_and_turned_about_its_origin() {
-        let line = Line {
-            shift_s: 0.2,
-            rate: 0.01,
-            origin_s: 10.0,
-        };
+        let line = Line::new(0.2, 0.01, 10.0);
         assert!((line.scene_s(10.0) - 10.2).abs() < 1e-12);
         assert!((line.scene_s(30.0) - 30.4).abs() < 1e-12);
     }
 
-    /// By hand: half a second in steps of 0.1 s; 6 % of a minute is 3.6 s, in steps of 0.3 s. Of a grid of more than 20,000
-    /// places, as many fewer frames are taken as keep the work, down to 48.
+    /// By hand: 0.5 s in steps of 0.1 s; 6 % of a minute is 3.6 s, in steps of 0.3 s.
     #[test]
     fn the_grid_has_the_stated_places_and_frames() {
         let usual = grid(60.0, 0.5, 0.06);
@@ -269,17 +308,12 @@ mod tests {
         is_near(&still, &[(0.0, 0.0)]);
     }
 
-    /// A minute: to turn the line by 0.1 s at its ends, the rate changes by 0.1 in 30, and the shift at the first frame by
-    /// 0.1 s the other way.
+    /// To turn a minute's line by 0.1 s at its ends, the rate changes by 0.1 in 30, and the shift by 0.1 s the other way.
     #[test]
     fn neighbours_are_shifted_or_turned_about_the_middle_within_the_bounds() {
         let grid = grid(60.0, 0.5, 0.06);
         let about = |shift_s, rate| -> Vec<(f64, f64)> {
-            let line = Line {
-                shift_s,
-                rate,
-                origin_s: 2.0,
-            };
+            let line = Line::new(shift_s, rate, 2.0);
             let neighbours = grid.neighbours(line, 0.1);
             neighbours
                 .inspect(|line| assert_eq!(line.origin_s, 2.0))
@@ -327,8 +361,7 @@ mod tests {
         )
     }
 
-    /// Between two places of the grid: found to half a millisecond, roughly to a quarter of a step, and the best places
-    /// of the grid are the two beside it.
+    /// Between two places of the grid: found to half a millisecond, roughly to a quarter of a step.
     #[test]
     fn a_delay_is_found_as_finely_as_is_stated() {
         let (sample, film) = filmed(0.137);
@@ -351,17 +384,12 @@ mod tests {
         }
     }
 
-    /// By hand: every pixel grows by 1 °C a second, twice as fast as fitted: 64 squares of 2 a frame, 0, 1 and 2 s after the
-    /// origin. With a variance of 1: sums 768, 768 and 1,280, determinant 393,216.
+    /// By hand: 64 squares of 2 a frame, 0, 1 and 2 s after the origin: sums 768, 768 and 1,280, determinant 393,216.
     #[test]
     fn standard_errors_are_those_of_a_line_through_three_frames() {
         let film = Film::of_frames(&[0.0, 10.0], &[[0.0; PIXELS], [10.0; PIXELS]]);
         let sample = Sample::new(vec![1.0, 2.0, 3.0], vec![[0.0; PIXELS]; 3]);
-        let line = Line {
-            shift_s: 0.0,
-            rate: 0.0,
-            origin_s: 1.0,
-        };
+        let line = Line::new(0.0, 0.0, 1.0);
         let fit = Fit {
             likeness: 0.0,
             amplitude: 2.0,
@@ -380,5 +408,66 @@ mod tests {
         assert_eq!(standard_errors(&one, &film, line, &fit), None);
         let elsewhere = Sample::new(vec![30.0, 31.0], vec![[0.0; PIXELS]; 2]);
         assert_eq!(standard_errors(&elsewhere, &film, line, &fit), None);
+    }
+
+    fn law(ease: f64, lean: f64) -> Law {
+        Law {
+            begins_late_s: 0.5,
+            ends_late_s: -0.5,
+            ease,
+            lean,
+            scene_s: (0.0, 10.0),
+        }
+    }
+
+    #[test]
+    fn the_ends_are_where_they_are_said_to_be_and_time_runs_on_beyond() {
+        for law in [law(0.0, 0.0), law(1.0, 0.0), law(-1.0, 0.0), law(0.2, 0.3)] {
+            for (time_s, expected) in [(0.5, 0.0), (9.5, 10.0), (0.0, -0.5), (10.5, 11.0)] {
+                assert!((law.scene_s(time_s) - expected).abs() < 1e-12, "{time_s}");
+            }
+            assert!(law.rises());
+        }
+    }
+
+    /// Minimum jerk (Flash and Hogan 1985): a quarter of the time is 0.103516 of the way; speed is 15/8 half way.
+    #[test]
+    fn ease_is_minimum_jerk_and_lean_goes_first() {
+        assert!((law(1.0, 0.0).scene_s(0.5 + 9.0 / 4.0) - 1.035_156_25).abs() < 1e-12);
+        assert!((law(0.0, 0.0).scene_s(0.5 + 9.0 / 4.0) - 2.5).abs() < 1e-12);
+        assert!((law(0.0, 0.4).scene_s(5.0) - 6.0).abs() < 1e-12);
+        assert!(!law(1.0, 0.4).rises() && !law(0.0, 1.5).rises());
+    }
+
+    /// A step of 0.25 is half a second of ends that may be 2 s late.
+    #[test]
+    fn neighbours_are_one_step_away_and_within_the_bounds() {
+        let of = |law: Law, most_s: f64| -> Vec<[f64; 4]> {
+            law_neighbours(&law, 0.25, most_s)
+                .map(|law| [law.begins_late_s, law.ends_late_s, law.ease, law.lean])
+                .collect()
+        };
+        assert_eq!(
+            of(law(0.5, -0.25), 2.0),
+            [
+                [1.0, -0.5, 0.5, -0.25],
+                [0.0, -0.5, 0.5, -0.25],
+                [0.5, 0.0, 0.5, -0.25],
+                [0.5, -1.0, 0.5, -0.25],
+                [1.0, 0.0, 0.5, -0.25],
+                [0.0, -1.0, 0.5, -0.25],
+                [1.0, -1.0, 0.5, -0.25],
+                [0.0, 0.0, 0.5, -0.25],
+                [0.5, -0.5, 0.75, -0.25],
+                [0.5, -0.5, 0.25, -0.25],
+                [0.5, -0.5, 0.5, 0.0],
+                [0.5, -0.5, 0.5, -0.5],
+            ]
+        );
+        let bounded = of(law(1.0, -1.0), 0.5);
+        assert_eq!(bounded[0], [0.5, -0.5, 1.0, -1.0]);
+        assert_eq!(bounded[3], [0.5, -0.5, 1.0, -1.0]);
+        assert_eq!(bounded[8], [0.5, -0.5, 1.0, -1.0]);
+        assert_eq!(bounded[11], [0.5, -0.5, 1.0, -1.0]);
     }
 }

@@ -1,5 +1,5 @@
 //! Whether an emulated sensor is like the real one: LINAIGE's session 3 beside the emulated AMG8833 with the profile that
-//! was measured on it, both put through the same statistics. `cargo test -p grideye-validator --test lifelike -- --nocapture`
+//! was measured on it, both put through the same statistics. `cargo test -p grideye-validator --test sensor lifelike -- --nocapture`
 //! prints the table.
 //!
 //! The emulated sensor is read at the very times of the real recording, as many frames, in two ways:

@@ -1,6 +1,6 @@
 //! Faults planted into what the simulator shows.
 
-use crate::bench::*;
+use crate::faults::bench::*;
 use grideye_frame::{PixelWord, RawFrame};
 use grideye_recording::Record;
 use grideye_scene::profile::Profile;

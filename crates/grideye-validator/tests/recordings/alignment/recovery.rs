@@ -1,6 +1,6 @@
 //! Known delays and rates are found, and the scores that they cost come back.
 
-use crate::bench::{WALK, both, closing_note, compared, quantile, record, seeds, with};
+use crate::alignment::bench::{WALK, both, closing_note, compared, quantile, record, seeds, with};
 use grideye_recording::Record;
 use grideye_scene::Scene;
 use grideye_validator::align::TimeAlignment;

@@ -1,6 +1,6 @@
 //! A real recording, aligned with itself.
 
-use crate::bench::with;
+use crate::alignment::bench::with;
 use grideye_recording::linaige;
 use grideye_validator::align::{TimeAlignment, TimeFound, align_films};
 

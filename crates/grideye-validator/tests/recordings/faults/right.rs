@@ -1,6 +1,6 @@
 //! Right scenes, and scenes without their people.
 
-use crate::bench::*;
+use crate::faults::bench::*;
 use grideye_scene::Scene;
 use grideye_validator::{Comparison, Measure, Options, RoomSource, Verdict, compare_scene};
 

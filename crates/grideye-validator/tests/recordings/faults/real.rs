@@ -1,7 +1,7 @@
 //! Faults planted into real recordings.
 
-use crate::bench::*;
-use crate::planted::pixels;
+use crate::faults::bench::*;
+use crate::faults::planted::pixels;
 use grideye_frame::PixelWord;
 use grideye_recording::{Record, linaige};
 use grideye_validator::{Options, State, compare_scene};

@@ -1,6 +1,6 @@
 //! A wrong scene stays wrong, whatever may be aligned.
 
-use crate::bench::{
+use crate::alignment::bench::{
     RADIATOR, WALK, Walk, closing_note, compared, fewer_seeds, quantile, record, seeds, with,
 };
 use grideye_scene::Scene;

@@ -1,0 +1,199 @@
+//! A plot within a page of HTML: axes, levels, curves and words, whose look the page's styles tell by their classes.
+
+use crate::svg::Svg;
+use std::fmt::{Display, Write as _};
+
+/// Where values lie along one side of a plot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Axis {
+    /// What it shows at its beginning and its end; logarithms to base 10 if it is logarithmic.
+    values: (f64, f64),
+    /// The places of these on the page.
+    places: (f64, f64),
+    is_logarithmic: bool,
+}
+
+impl Axis {
+    /// Even steps from one value to another, at places from one to another.
+    #[must_use]
+    pub const fn linear(values: (f64, f64), places: (f64, f64)) -> Self {
+        Self {
+            values,
+            places,
+            is_logarithmic: false,
+        }
+    }
+
+    /// Whole and half decades around what lies between two numbers above zero; `places` are those of less and more.
+    #[must_use]
+    pub fn decades(least: f64, greatest: f64, places: (f64, f64)) -> Self {
+        let [low, high] = [least.log10(), greatest.log10()];
+        let first = (low * 2.0).floor() / 2.0;
+        Self {
+            values: (first, ((high * 2.0).ceil() / 2.0).max(low + 0.5)),
+            places,
+            is_logarithmic: true,
+        }
+    }
+
+    /// Where a value lies.
+    #[must_use]
+    pub fn place(&self, value: f64) -> f64 {
+        let value = if self.is_logarithmic {
+            value.log10()
+        } else {
+            value
+        };
+        let ((from, to), (begin, end)) = (self.values, self.places);
+        begin + (end - begin) * (value - from) / (to - from)
+    }
+
+    /// 1, 2 and 5 of every decade of a logarithmic axis.
+    #[must_use]
+    pub fn decade_ticks(&self) -> Vec<f64> {
+        let (low, high) = self.values;
+        let mut ticks = Vec::new();
+        let mut decade = low.floor();
+        while decade <= high {
+            for digit in [1.0, 2.0, 5.0] {
+                let value: f64 = format!("{digit}e{decade}").parse().unwrap_or(1.0);
+                if (low - 1e-9..=high + 1e-9).contains(&value.log10()) {
+                    ticks.push(value);
+                }
+            }
+            decade += 1.0;
+        }
+        ticks
+    }
+}
+
+/// A plot on an SVG that may hold several.
+#[derive(Debug)]
+pub struct Plot<'a> {
+    /// What it is drawn on.
+    pub svg: &'a mut Svg,
+    /// Its horizontal axis.
+    pub x: Axis,
+    /// Its vertical axis; the places are from the top down, or from the bottom up.
+    pub y: Axis,
+}
+
+impl Plot<'_> {
+    fn bottom(&self) -> f64 {
+        self.y.places.0.max(self.y.places.1)
+    }
+
+    /// A level line for each number, which stands at the left.
+    pub fn rows<T: Display>(&mut self, ticks: impl IntoIterator<Item = (f64, T)>) {
+        for (value, text) in ticks {
+            self.level("grid", value);
+            let at = (self.x.places.0 - 8.0, self.y.place(value));
+            self.word("end", at, text);
+        }
+    }
+
+    /// An upright line for each number, which stands below.
+    pub fn columns<T: Display>(&mut self, ticks: impl IntoIterator<Item = (f64, T)>) {
+        for (value, text) in ticks {
+            self.upright("grid", value);
+            self.below(value, 16.0, text);
+        }
+    }
+
+    /// A number so far below the plot.
+    pub fn below(&mut self, value: f64, down: f64, text: impl Display) {
+        let at = (self.x.place(value), self.bottom() + down);
+        self.word("middle", at, text);
+    }
+
+    /// What both axes show.
+    pub fn names(&mut self, x: &str, y: &str) {
+        let middle = |places: (f64, f64)| f64::midpoint(places.0, places.1);
+        let at = (middle(self.x.places), self.bottom() + 42.0);
+        self.word("middle name", at, x);
+        let (left, middle) = (self.x.places.0 - 66.0, middle(self.y.places));
+        let turned = format!("translate({left} {middle:.1}) rotate(-90)");
+        let name = self.svg.element("text").with("class", "middle name");
+        name.with("transform", turned).text(y);
+    }
+
+    /// A level line across.
+    pub fn level(&mut self, class: &str, value: f64) {
+        let ((left, right), y) = (self.x.places, self.y.place(value));
+        self.svg.mark(class, format_args!("M{left} {y:.1}H{right}"));
+    }
+
+    /// An upright line across.
+    pub fn upright(&mut self, class: &str, value: f64) {
+        let (x, (one, other)) = (self.x.place(value), self.y.places);
+        let (top, bottom) = (one.min(other), one.max(other));
+        self.svg.mark(class, format_args!("M{x:.1} {top}V{bottom}"));
+    }
+
+    /// A curve from point to point, with a gap where there is no value.
+    pub fn curve(&mut self, class: &str, points: impl IntoIterator<Item = (f64, Option<f64>)>) {
+        let (mut path, mut letter) = (String::new(), 'M');
+        for (x, value) in points {
+            let Some(value) = value else {
+                letter = 'M';
+                continue;
+            };
+            let (x, y) = (self.x.place(x), self.y.place(value));
+            // Writing into a string does not fail.
+            let _ = write!(path, "{letter}{x:.1} {y:.1}");
+            letter = 'L';
+        }
+        self.svg.mark(class, path);
+    }
+
+    /// Words at a place of the page.
+    pub fn word(&mut self, class: &str, at: (f64, f64), text: impl Display) {
+        let word = self.svg.element("text").with("class", class);
+        word.xy(at).text(text);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_numbers_inside_the_range() {
+        let ticks = |least, greatest| Axis::decades(least, greatest, (0.0, 1.0)).decade_ticks();
+        // The next half decade above 2 ends at 3.16, above 30 at 31.6, that above 50 at 100.
+        assert_eq!(ticks(0.1, 3.0), [0.1, 0.2, 0.5, 1.0, 2.0]);
+        assert_eq!(ticks(0.1, 30.0), [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0]);
+        assert_eq!(ticks(0.1, 50.0)[8..], [50.0, 100.0]);
+    }
+
+    #[test]
+    fn a_decade_is_as_long_everywhere() {
+        let axis = Axis::decades(0.01, 1.0, (320.0, 20.0));
+        assert!((axis.place(0.1) - axis.place(1.0) - 150.0).abs() < 1e-9);
+        assert!((axis.place(0.01) - 320.0).abs() < 1e-9);
+    }
+
+    /// Values 0 to 1 over 100 to 0, places 0 to 10 over 50 to 150; the second value is missing.
+    #[test]
+    fn points_stand_where_they_are_and_gaps_stay_open() {
+        let mut svg = Svg::default();
+        let mut plot = Plot {
+            svg: &mut svg,
+            x: Axis::linear((0.0, 10.0), (50.0, 150.0)),
+            y: Axis::linear((1.0, 0.0), (0.0, 100.0)),
+        };
+        let points = [(0.0, Some(0.0)), (2.0, None), (5.0, Some(0.5))];
+        plot.curve("pair", points.into_iter().chain([(10.0, Some(1.0))]));
+        plot.rows([(0.25, "low")]);
+        plot.columns([(5.0, 5)]);
+        plot.names("x", "y");
+        assert_eq!(
+            svg.finish(),
+            "<path class=\"pair\" d=\"M50.0 100.0M100.0 50.0L150.0 0.0\"/>\
+             <path class=\"grid\" d=\"M50 75.0H150\"/><text class=\"end\" x=\"42.0\" y=\"75.0\">low</text>\
+             <path class=\"grid\" d=\"M100.0 0V100\"/><text class=\"middle\" x=\"100.0\" y=\"116.0\">5</text>\
+             <text class=\"middle name\" x=\"100.0\" y=\"142.0\">x</text>\
+             <text class=\"middle name\" transform=\"translate(-16 50.0) rotate(-90)\">y</text>"
+        );
+    }
+}
