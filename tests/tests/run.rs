@@ -1,5 +1,7 @@
 //! `tests/run` itself: its arguments, and what it counts and names.
 
+#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
+
 use grideye_tests::programs::{Ended, is_left_out, is_part_left_out, root, run};
 use std::os::unix::fs::PermissionsExt as _;
 use std::process::Command;

@@ -47,7 +47,9 @@ fn document() -> serde_json::Value {
 
 #[test]
 fn the_document_names_every_path_that_programs_may_call() {
-    let routes = routes(include_str!("../../../crates/grideye-collector/src/router.rs"));
+    let routes = routes(include_str!(
+        "../../../crates/grideye-collector/src/router.rs"
+    ));
     let for_people = [
         "/",
         "/editor",

@@ -265,11 +265,7 @@ fn a_picture_is_turned_and_mirrored_and_its_pixels_keep_their_numbers() -> Outco
     browser.type_into(".heat", &format!("{HOME}{DOWN}"))?;
     field(&browser, "cursor", "Pixel 2 (row 1, column 2): 30.00 °C")?;
     for corner in [8, 1, 15, 62, 8] {
-        assert_eq!(
-            color(&browser, corner)? == HOTTEST,
-            corner == 8,
-            "{corner}"
-        );
+        assert_eq!(color(&browser, corner)? == HOTTEST, corner == 8, "{corner}");
     }
     assert_quiet(&browser, "")
 }
