@@ -56,7 +56,7 @@ fn with_one_program(program: &str) -> Ended {
     let package = package.display();
     // As cargo says it, in one line.
     let built = format!(
-        r#"{{"reason":"compiler-artifact","package_id":"tests","manifest_path":"{package}/Cargo.toml","target":{{"src_path":"{package}/tests/run.rs","test":true}},"profile":{{"opt_level":"0","test":true}},"executable":"{}","fresh":true}}"#,
+        r#"{{"reason":"compiler-artifact","package_id":"tests","manifest_path":"{package}/Cargo.toml","target":{{"src_path":"{package}/tests/run.rs","test":true}},"profile":{{"opt_level":"0","test":true}},"features":[],"executable":"{}","fresh":true}}"#,
         program_file.display()
     );
     let cargo = format!("case \"$*\" in 'test --workspace'*--no-run*) echo '{built}' ;; esac\n");
