@@ -95,7 +95,7 @@ export class RoomView {
   /** The canvas's style carries the colors of the scheme. */
   #look() {
     const style = getComputedStyle(this.#canvas);
-    const rgb = (color) => colour.match(/[\d.]+/g).slice(0, 3).map((part) => Number(part) * (color.startsWith("color(") ? 255 : 1));
+    const rgb = (color) => color.match(/[\d.]+/g).slice(0, 3).map((part) => Number(part) * (color.startsWith("color(") ? 255 : 1));
     return {
       text: style.color, accent: style.caretColor, people: rgb(style.columnRuleColor), line: style.textDecorationColor, faint: style.textEmphasisColor,
       things: rgb(style.textDecorationColor), ground: style.backgroundColor, letters: `600 ${12 * devicePixelRatio}px system-ui, sans-serif`,
