@@ -52,14 +52,16 @@ update_lists() { # update_lists ARCHITECTURE: at most once a day, because the ke
   fi
 }
 
-download() { # download ARCHITECTURE FOLDER PACKAGE[=VERSION]: into FOLDER, which is emptied before
-  rm -rf "$2" && mkdir -p "$2"
-  (cd "$2" && private_apt "$1" apt-get download "$3" >log 2>&1) ||
-    fail "$3 for $1 could not be fetched: $(tail -n 1 "$2/log")" "is the network there?"
+download() { # download ARCHITECTURE FOLDER PACKAGE[=VERSION]...: into FOLDER, which is emptied before
+  local architecture=$1 folder=$2
+  shift 2
+  rm -rf "$folder" && mkdir -p "$folder"
+  (cd "$folder" && private_apt "$architecture" apt-get download "$@" >log 2>&1) ||
+    fail "$* for $architecture could not be fetched: $(tail -n 1 "$folder/log")" "is the network there?"
 }
 
 unpack() { # unpack ARCHITECTURE FOLDER PACKAGE[=VERSION]...: into FOLDER, each version of a package once
-  local architecture=$1 folder=$2 package version name versions
+  local architecture=$1 folder=$2 package version versions missing=() names=()
   shift 2
   mkdir -p "$folder"
   # All in one question: each takes its time. What is not there is missed below.
@@ -68,13 +70,15 @@ unpack() { # unpack ARCHITECTURE FOLDER PACKAGE[=VERSION]...: into FOLDER, each 
   for package in "$@"; do
     version=$(awk -v name="${package%%=*}" '$1 == name { print $2; exit }' <<<"$versions")
     [ -n "$version" ] || fail "there is no package $package for $architecture in Debian $codename" "was it renamed?"
-    name="${package%%=*} $version $architecture"
-    grep -qxF "$name" "$folder/.unpacked" 2>/dev/null && continue
-    download "$architecture" "$folder/.deb" "$package"
-    dpkg -x "$folder/.deb/"*.deb "$folder"
-    echo "$name" >>"$folder/.unpacked"
-    rm -rf "$folder/.deb"
+    grep -qxF "${package%%=*} $version $architecture" "$folder/.unpacked" 2>/dev/null && continue
+    missing+=("$package")
+    names+=("${package%%=*} $version $architecture")
   done
+  [ ${#missing[@]} -gt 0 ] || return 0
+  download "$architecture" "$folder/.deb" "${missing[@]}"
+  for package in "${missing[@]}"; do dpkg -x "$folder/.deb/${package%%=*}_"*.deb "$folder"; done
+  printf '%s\n' "${names[@]}" >>"$folder/.unpacked"
+  rm -rf "$folder/.deb"
 }
 
 kernel_package() { # kernel_package ARCHITECTURE: its ABI number changes with each security update

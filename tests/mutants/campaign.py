@@ -59,7 +59,7 @@ AREAS = {
 }
 # The store on PostgreSQL needs a server that not every machine has; its tests are the same as SQLite's.
 POSTGRES = COLLECTOR + "store/postgres/**"
-# Only the tests of the whole move a store into a database (tests/tests/several_collectors.rs).
+# Only the tests of the whole move a store into a database (tests/tests/collectors/several.rs).
 MIGRATION = COLLECTOR + "store/migrate/**"
 
 

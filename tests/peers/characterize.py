@@ -2,9 +2,9 @@
 
     python characterize.py SESSION.csv
 
-- sigma: of the differences of neighbouring frames less their median over the pixels, the width of the middle of the
+- sigma: of the differences of neighboring frames less their median over the pixels, the width of the middle of the
   distribution over 1.349 (a Gaussian's), over the root of 2. People walk through the tails.
-- allan: overlapping is not used: means over m frames in a row, half the mean square of the differences of neighbours, its
+- allan: overlapping is not used: means over m frames in a row, half the mean square of the differences of neighbors, its
   root. Of one pixel by the interquartile width again, of the level (mean of the middle three quarters of the pixels, each
   less the middle of its first hundred frames) as it stands.
 """
@@ -51,7 +51,7 @@ def main():
     sigma = np.array([width(column) for column in (alone + rounding).T])
     sigma = np.sqrt(np.maximum(sigma**2 - 0.25**2 / 12, 0) / 2)
 
-    centre = np.sort(runs[0][:100], axis=0)[25:-25].mean(axis=0)
+    center = np.sort(runs[0][:100], axis=0)[25:-25].mean(axis=0)
     allan = []
     length = 1
     while True:
@@ -59,7 +59,7 @@ def main():
         for run in runs:
             whole = len(run) // length
             means = run[: whole * length].reshape(whole, length, 64).mean(axis=1)
-            levels = trimmed(run[: whole * length] - centre).reshape(whole, length).mean(axis=1)
+            levels = trimmed(run[: whole * length] - center).reshape(whole, length).mean(axis=1)
             single.append(np.diff(means, axis=0).ravel())
             common.append(np.diff(levels))
         single, common = np.concatenate(single), np.concatenate(common)

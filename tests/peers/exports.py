@@ -76,20 +76,20 @@ def never(_found):
 
 
 def scale_of(image, left):
-    """The colours of the scale whose left edge is there, from its hot end to its cold one."""
+    """The colors of the scale whose left edge is there, from its hot end to its cold one."""
     top = next(y for y in range(image.height) if image.getpixel((left, y)) != image.getpixel((0, 0)))
-    colours = [image.getpixel((left, y)) for y in range(top, image.height)]
-    return colours[: colours.index(image.getpixel((0, 0)))]
+    colors = [image.getpixel((left, y)) for y in range(top, image.height)]
+    return colors[: colors.index(image.getpixel((0, 0)))]
 
 
-def assert_colours(image, left, places, cell, frames):
+def assert_colors(image, left, places, cell, frames):
     """Reads every cell's temperature on the picture's own scale: all of them lie on one line, to less than half a step."""
-    colours = numpy.array(scale_of(image, left), int)
+    colors = numpy.array(scale_of(image, left), int)
     found, want = [], []
     for (x, y), frame in zip(places, frames, strict=True):
         for pixel, degrees in enumerate(frame.reshape(64)):
             seen = image.getpixel((x + pixel % 8 * cell + cell // 2, y + pixel // 8 * cell + cell // 2))
-            found.append(numpy.abs(colours - seen).sum(axis=1).argmin())
+            found.append(numpy.abs(colors - seen).sum(axis=1).argmin())
             want.append(degrees)
     line = numpy.polyfit(found, want, 1)
     assert line[0] < 0, "the hot end is above"
@@ -209,11 +209,11 @@ degrees = numpy.array([[number(row[pixel]) for pixel in PIXELS] for row in sessi
 for number_of_frame in range(0, frames, 97):
     film.seek(number_of_frame)
     # From the film's own size: eight cells between margins, and the scale right of them.
-    assert_colours(film.convert("RGB"), 350, [(12, 12)], 40, degrees[number_of_frame : number_of_frame + 1])
+    assert_colors(film.convert("RGB"), 350, [(12, 12)], 40, degrees[number_of_frame : number_of_frame + 1])
 shown = degrees[::16]
 places = [(12 + 172 * (index % 10), 12 + 192 * (index // 10)) for index in range(len(shown))]
-assert_colours(sheet.convert("RGB"), 1740, places, 20, shown)
-print(f"{len(shown)} frames of the sheet and {len(range(0, frames, 97))} of the film have the colours of their temperatures")
+assert_colors(sheet.convert("RGB"), 1740, places, 20, shown)
+print(f"{len(shown)} frames of the sheet and {len(range(0, frames, 97))} of the film have the colors of their temperatures")
 
 # Files that were cut off: nothing wrong is read.
 def film_of(path):

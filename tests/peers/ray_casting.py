@@ -108,9 +108,9 @@ def imresize_weights(inputs, outputs):
     scale = outputs / inputs
     shrink = min(scale, 1.0)
     width = 2.0 / shrink
-    centres = np.arange(1, outputs + 1) / scale + 0.5 * (1 - 1 / scale)
-    positions = np.floor(centres - width / 2)[:, None] + np.arange(int(np.ceil(width)) + 2)
-    weights = shrink * np.maximum(0, 1 - np.abs(shrink * (centres[:, None] - positions)))
+    centers = np.arange(1, outputs + 1) / scale + 0.5 * (1 - 1 / scale)
+    positions = np.floor(centers - width / 2)[:, None] + np.arange(int(np.ceil(width)) + 2)
+    weights = shrink * np.maximum(0, 1 - np.abs(shrink * (centers[:, None] - positions)))
     weights /= weights.sum(axis=1, keepdims=True)
     mirrored = np.concatenate([np.arange(inputs), np.arange(inputs)[::-1]])
     matrix = np.zeros((outputs, inputs))
@@ -120,7 +120,7 @@ def imresize_weights(inputs, outputs):
 
 
 class Law:
-    """Law B of each box, and of what no ray meets, which comes last; linear below a centimetre."""
+    """Law B of each box, and of what no ray meets, which comes last; linear below a centimeter."""
 
     def __init__(self, scene, kind):
         self.kind, self.operating_m, self.ambient_c = kind, kind(scene.sensor.operating_m), kind(scene.ambient_c)

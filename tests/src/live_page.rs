@@ -157,15 +157,15 @@ pub fn frame(pixels: &[u16], thermistor: u16) -> Value {
 ///
 /// # Errors
 /// If there is no picture.
-pub fn colour(browser: &Browser, index: usize) -> Result<Vec<u64>, Failure> {
-    colour_in(browser, ".heat", index)
+pub fn color(browser: &Browser, index: usize) -> Result<Vec<u64>, Failure> {
+    color_in(browser, ".heat", index)
 }
 
 /// Red, green and blue in the middle of a cell of the first canvas that a selector finds.
 ///
 /// # Errors
 /// If there is none.
-pub fn colour_in(browser: &Browser, canvas: &str, index: usize) -> Result<Vec<u64>, Failure> {
+pub fn color_in(browser: &Browser, canvas: &str, index: usize) -> Result<Vec<u64>, Failure> {
     // A copy is read, because reading a canvas makes the browser remark on how that could be faster.
     let script = format!(
         "const canvas = document.querySelector('{canvas}');
@@ -176,18 +176,18 @@ pub fn colour_in(browser: &Browser, canvas: &str, index: usize) -> Result<Vec<u6
          context.drawImage(canvas, x, y, 1, 1, 0, 0, 1, 1);
          return Array.from(context.getImageData(0, 0, 1, 1).data.slice(0, 3));"
     );
-    let colour = browser.execute(&script)?;
-    Ok(serde_json::from_value(colour)?)
+    let color = browser.execute(&script)?;
+    Ok(serde_json::from_value(color)?)
 }
 
-/// Waits for a colour in the middle of a cell.
+/// Waits for a color in the middle of a cell.
 ///
 /// # Errors
 /// If it does not come.
-pub fn wait_for_colour(browser: &Browser, index: usize, wanted: [u64; 3]) -> Outcome {
-    let what = format!("colour of cell {index}, wanted {wanted:?}");
+pub fn wait_for_color(browser: &Browser, index: usize, wanted: [u64; 3]) -> Outcome {
+    let what = format!("color of cell {index}, wanted {wanted:?}");
     browser
-        .wait_for(&what, || colour(browser, index), |seen| *seen == wanted)
+        .wait_for(&what, || color(browser, index), |seen| *seen == wanted)
         .map(drop)
 }
 

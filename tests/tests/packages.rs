@@ -29,7 +29,7 @@ fn packages(out: &Path, arguments: &[&str]) -> Vec<PathBuf> {
     command
         .arg("--programs")
         .arg(folder().canonicalize().unwrap());
-    // These are built to be run a few times: what optimising them costs would be for nothing.
+    // These are built to be run a few times: what optimizing them costs would be for nothing.
     if arguments
         .iter()
         .any(|argument| ["armhf", "armv6"].contains(argument))

@@ -26,7 +26,7 @@ export async function offerFiles(element, recording, runs, complain) {
   if (brings) links.push(...BROUGHT.map(([end, title]) => link(`/v1/exports/${recording.id}.${end}`, title)));
   const which = chooser(runs);
   if (brings && runs.length > 0) links.push(...PICTURES.map((picture) => drawn(picture, recording, () => runs[which.selectedIndex], complain)));
-  const choice = brings && runs.length > 1 ? [" ", labelled("Pictures of ", which)] : [];
+  const choice = brings && runs.length > 1 ? [" ", labeled("Pictures of ", which)] : [];
   element.replaceChildren("Download", ...links.flatMap((file) => [" ", file]), ...choice);
 }
 
@@ -41,7 +41,7 @@ function chooser(runs) {
   return select;
 }
 
-function labelled(text, control) {
+function labeled(text, control) {
   const label = document.createElement("label");
   label.append(text, control);
   return label;

@@ -15,7 +15,7 @@ export class HeatMap {
   #small = document.createElement("canvas");
   #celsius = null;
   #range = null;
-  #look = { colours: null, method: "cells", numbers: false };
+  #look = { colors: null, method: "cells", numbers: false };
   #orientation = UPRIGHT;
   #cell = null;
   #region = null;
@@ -101,7 +101,7 @@ export class HeatMap {
   }
 
   #paint() {
-    if (this.#celsius === null || this.#look.colours === null || !this.#seen) return;
+    if (this.#celsius === null || this.#look.colors === null || !this.#seen) return;
     const context = this.#canvas.getContext("2d");
     this.#fill(context);
     const cell = this.#canvas.width / SIDE;
@@ -116,7 +116,7 @@ export class HeatMap {
       const [column, row] = placeOf(pixel, this.#orientation);
       turned[row * SIDE + column] = this.#celsius[pixel];
     }
-    const { method, colours } = this.#look;
+    const { method, colors } = this.#look;
     const raw = method === "cells";
     const points = raw ? SIDE : Math.min(POINTS_MAX, Math.max(POINTS_MIN, this.#canvas.width / 4));
     const side = Math.round(points);
@@ -124,7 +124,7 @@ export class HeatMap {
     if (this.#small.width !== side) Object.assign(this.#small, { width: side, height: side });
     const small = this.#small.getContext("2d");
     const image = small.createImageData(side, side);
-    field.forEach((celsius, pixel) => paintPixel(image.data, pixel, colours, shadeOf(celsius, this.#range)));
+    field.forEach((celsius, pixel) => paintPixel(image.data, pixel, colors, shadeOf(celsius, this.#range)));
     small.putImageData(image, 0, 0);
     context.imageSmoothingEnabled = !raw;
     context.drawImage(this.#small, 0, 0, this.#canvas.width, this.#canvas.height);
@@ -137,7 +137,7 @@ export class HeatMap {
     this.#celsius.forEach((celsius, pixel) => {
       const [column, row] = placeOf(pixel, this.#orientation);
       const shade = shadeOf(celsius, this.#range) * 3;
-      const [red, green, blue] = this.#look.colours.subarray(shade, shade + 3);
+      const [red, green, blue] = this.#look.colors.subarray(shade, shade + 3);
       // Rec. 709 luma decides between black and white.
       context.fillStyle = 0.2126 * red + 0.7152 * green + 0.0722 * blue > 128 ? "#000" : "#fff";
       const decimals = cell >= 56 ? 2 : 1;
@@ -151,8 +151,8 @@ export class HeatMap {
     const [left, top] = [0, 1].map((axis) => Math.min(...places.map((place) => place[axis])) * cell);
     const [right, bottom] = [0, 1].map((axis) => (Math.max(...places.map((place) => place[axis])) + 1) * cell);
     const width = Math.max(1, Math.round(Math.min(cell / 16, 3 * devicePixelRatio)));
-    for (const [colour, inset, pattern] of [["#000", width / 2, []], ["#fff", width * (dashes.length > 0 ? 0.5 : 1.5), dashes]]) {
-      context.strokeStyle = colour;
+    for (const [color, inset, pattern] of [["#000", width / 2, []], ["#fff", width * (dashes.length > 0 ? 0.5 : 1.5), dashes]]) {
+      context.strokeStyle = color;
       context.lineWidth = width;
       context.setLineDash(pattern.map((length) => length * width));
       context.strokeRect(left + inset, top + inset, right - left - 2 * inset, bottom - top - 2 * inset);

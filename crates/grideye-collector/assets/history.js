@@ -64,11 +64,11 @@ export class History {
     const range = rangeOf(points);
     const x = (at) => (1 - (now - at) / SPAN_S) * width;
     const y = (celsius) => ((range.high - celsius) / (range.high - range.low)) * (height - 2) + 1;
-    // Properties of colours are resolved for light and dark, as variables are not.
+    // Properties of colors are resolved for light and dark, as variables are not.
     const style = getComputedStyle(canvas);
     this.#band(context, points, x, y, style);
-    for (const [key, colour, dashes] of [["mean", style.color, []], ["region", style.caretColor, [4, 3]]]) {
-      this.#line(context, points, key, x, y, colour, dashes);
+    for (const [key, color, dashes] of [["mean", style.color, []], ["region", style.caretColor, [4, 3]]]) {
+      this.#line(context, points, key, x, y, color, dashes);
     }
     context.fillStyle = style.columnRuleColor;
     for (const at of this.#missing) context.fillRect(x(at), height - 4 * devicePixelRatio, Math.max(1, devicePixelRatio), 4 * devicePixelRatio);
@@ -88,8 +88,8 @@ export class History {
     }
   }
 
-  #line(context, points, key, x, y, colour, dashes) {
-    context.strokeStyle = colour;
+  #line(context, points, key, x, y, color, dashes) {
+    context.strokeStyle = color;
     context.lineWidth = Math.max(1, devicePixelRatio);
     context.setLineDash(dashes.map((length) => length * devicePixelRatio));
     for (const run of runsOf(points)) {

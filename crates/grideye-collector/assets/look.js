@@ -44,7 +44,7 @@ export class Look {
   /** What a picture needs to know. */
   get drawing() {
     const { palette, method, numbers } = this.#chosen;
-    return { colours: PALETTES.get(palette).colours, method, numbers };
+    return { colors: PALETTES.get(palette).colors, method, numbers };
   }
 
   get interpolated() {

@@ -213,7 +213,7 @@ follow({
     say(link, `connected, but frames cannot be stored: ${store}`);
   },
   recordings: () => recordings.refresh(),
-  labels: (changed) => playback.labelled(changed),
+  labels: (changed) => playback.labeled(changed),
 });
 
 offerSignOut(document.querySelector("#sign-out"));

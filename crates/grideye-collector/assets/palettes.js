@@ -1,6 +1,6 @@
-// The colours of temperatures, cold to hot.
+// The colors of temperatures, cold to hot.
 
-// matplotlib's tables of 256 colours: inferno and viridis (CC0), turbo (Apache 2.0, A. Mikhailov).
+// matplotlib's tables of 256 colors: inferno and viridis (CC0), turbo (Apache 2.0, A. Mikhailov).
 const INFERNO =
   "00000401000501010601010802010a02020c02020e03021004031204031405041706041907051b08051d09061f0a0722" +
   "0b07240c08260d08290e092b10092d110a30120a32140b34150b37160b39180c3c190c3e1b0c411c0c431e0c451f0c48" +
@@ -55,7 +55,7 @@ const TURBO =
   "d02f05ce2d04cc2b04ca2a04c82803c52603c32503c12302be2102bc2002b91e02b71d02b41b01b21a01af1801ac1701" +
   "a91601a71401a41301a112019e10019b0f01980e01950d01920b018e0a018b09028808028507028106027e05027a0403";
 
-// Colours between which thermal cameras' "ironbow" runs evenly. No maker publishes a table: these are ours.
+// Colors between which thermal cameras' "ironbow" runs evenly. No maker publishes a table: these are ours.
 const IRONBOW = [
   [0.0, [0, 0, 12]], [0.12, [32, 0, 110]], [0.3, [128, 0, 155]], [0.45, [196, 22, 130]], [0.6, [233, 84, 30]],
   [0.75, [250, 148, 0]], [0.88, [255, 214, 50]], [1.0, [255, 255, 246]],
@@ -63,30 +63,30 @@ const IRONBOW = [
 
 const GREY = [[0.0, [0, 0, 0]], [1.0, [255, 255, 255]]];
 
-/** Every palette: what it is called, and 256 colours as red, green and blue in one array of 768 bytes. */
+/** Every palette: what it is called, and 256 colors as red, green and blue in one array of 768 bytes. */
 export const PALETTES = new Map([
-  ["inferno", { title: "Inferno", colours: ofHex(INFERNO) }],
-  ["ironbow", { title: "Ironbow", colours: ofStops(IRONBOW) }],
-  ["viridis", { title: "Viridis", colours: ofHex(VIRIDIS) }],
-  ["turbo", { title: "Turbo", colours: ofHex(TURBO) }],
-  ["grey", { title: "Grey", colours: ofStops(GREY) }],
+  ["inferno", { title: "Inferno", colors: ofHex(INFERNO) }],
+  ["ironbow", { title: "Ironbow", colors: ofStops(IRONBOW) }],
+  ["viridis", { title: "Viridis", colors: ofHex(VIRIDIS) }],
+  ["turbo", { title: "Turbo", colors: ofHex(TURBO) }],
+  ["grey", { title: "Grey", colors: ofStops(GREY) }],
 ]);
 
 function ofHex(hex) {
   return Uint8Array.from({ length: 768 }, (_, index) => parseInt(hex.slice(index * 2, index * 2 + 2), 16));
 }
 
-/** 256 colours that run evenly between some. */
+/** 256 colors that run evenly between some. */
 export function ofStops(stops) {
-  const colours = new Uint8Array(768);
+  const colors = new Uint8Array(768);
   for (let index = 0; index < 256; index += 1) {
     const place = index / 255;
     const above = Math.max(1, stops.findIndex(([at]) => at >= place));
     const [[from, low], [to, high]] = [stops[above - 1], stops[above]];
     const part = (place - from) / (to - from);
     for (let channel = 0; channel < 3; channel += 1) {
-      colours[index * 3 + channel] = Math.round(low[channel] + part * (high[channel] - low[channel]));
+      colors[index * 3 + channel] = Math.round(low[channel] + part * (high[channel] - low[channel]));
     }
   }
-  return colours;
+  return colors;
 }

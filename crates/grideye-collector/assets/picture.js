@@ -8,7 +8,7 @@ import { labelTicks, paintBar } from "./scale.js";
 import { degrees, fieldsOf, say } from "./words.js";
 
 // The four pixels around the middle of the field of view: 28, 29, 36 and 37.
-const CENTRE = [27, 28, 35, 36];
+const CENTER = [27, 28, 35, 36];
 
 export class Picture {
   #key;
@@ -79,7 +79,7 @@ export class Picture {
   /** Draws what is shown as it is to be drawn by now. */
   redraw() {
     this.#heat.look(this.#look.drawing);
-    paintBar(this.#article.querySelector(".bar"), this.#look.drawing.colours);
+    paintBar(this.#article.querySelector(".bar"), this.#look.drawing.colors);
     this.#fields.invented.hidden = !this.#look.interpolated;
     if (this.#frame !== null) this.show(this.#frame);
   }
@@ -90,11 +90,11 @@ export class Picture {
     const celsius = frame.pixels_celsius;
     const range = this.#look.rangeFor(this.#key, celsius, this.#among);
     this.#heat.show(celsius, range);
-    const [all, centre] = [summaryOf(celsius), summaryOf(CENTRE.map((pixel) => celsius[pixel]))];
+    const [all, center] = [summaryOf(celsius), summaryOf(CENTER.map((pixel) => celsius[pixel]))];
     say(this.#fields.min, degrees(all.min));
     say(this.#fields.mean, degrees(all.mean));
     say(this.#fields.max, degrees(all.max));
-    say(this.#fields.centre, degrees(centre.mean));
+    say(this.#fields.center, degrees(center.mean));
     say(this.#fields.thermistor, degrees(frame.thermistor_celsius));
     say(this.#fields.seq, `#${frame.seq.toLocaleString("en")}`);
     labelTicks(this.#fields.ticks, range);
@@ -102,12 +102,12 @@ export class Picture {
     return { ...all, region: this.#readRegion() };
   }
 
-  /** Shows that there is nothing to show: no colour and no number of an earlier frame stays. */
+  /** Shows that there is nothing to show: no color and no number of an earlier frame stays. */
   clear() {
     if (this.#frame === null) return;
     this.#frame = null;
     this.#heat.clear();
-    for (const name of ["min", "mean", "max", "centre", "thermistor", "seq"]) say(this.#fields[name], "–");
+    for (const name of ["min", "mean", "max", "center", "thermistor", "seq"]) say(this.#fields[name], "–");
     this.#cursor();
     this.#readRegion();
   }

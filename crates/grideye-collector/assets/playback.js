@@ -105,7 +105,7 @@ export class Playback {
   }
 
   /** The labels of a recording changed. */
-  labelled({ recording }) {
+  labeled({ recording }) {
     this.#labels.refresh(recording);
   }
 

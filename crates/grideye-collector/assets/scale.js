@@ -1,4 +1,4 @@
-// The scale of a picture: which temperatures its colours stand for.
+// The scale of a picture: which temperatures its colors stand for.
 
 // A room without a person spans about as much; less would show the sensor's noise as if it were heat.
 const SPAN_MIN_CELSIUS = 4;
@@ -19,22 +19,22 @@ export function around(ranges) {
   return { low: Math.min(...ranges.map(({ low }) => low)), high: Math.max(...ranges.map(({ high }) => high)) };
 }
 
-/** Which of 256 colours a temperature has; those beyond the range have the colour of its end. */
+/** Which of 256 colors a temperature has; those beyond the range have the color of its end. */
 export function shadeOf(celsius, { low, high }) {
   return Math.round(Math.min(1, Math.max(0, (celsius - low) / (high - low))) * 255);
 }
 
 /** Paints a whole palette into a canvas one pixel wide, the hot end at the top. */
-export function paintBar(canvas, colours) {
+export function paintBar(canvas, colors) {
   const context = canvas.getContext("2d");
   const image = context.createImageData(1, 256);
-  for (let row = 0; row < 256; row += 1) paintPixel(image.data, row, colours, 255 - row);
+  for (let row = 0; row < 256; row += 1) paintPixel(image.data, row, colors, 255 - row);
   context.putImageData(image, 0, 0);
 }
 
-/** Gives one pixel of an image the palette's colour of that shade. */
-export function paintPixel(data, pixel, colours, shade) {
-  data.set(colours.subarray(shade * 3, shade * 3 + 3), pixel * 4);
+/** Gives one pixel of an image the palette's color of that shade. */
+export function paintPixel(data, pixel, colors, shade) {
+  data.set(colors.subarray(shade * 3, shade * 3 + 3), pixel * 4);
   data[pixel * 4 + 3] = 255;
 }
 

@@ -32,7 +32,7 @@ export class Timeline {
       if (event.buttons > 0) follow(event);
     });
     new ResizeObserver(() => this.#draw()).observe(this.#canvas);
-    // Colours are those of the scheme at the time of drawing.
+    // Colors are those of the scheme at the time of drawing.
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#draw());
   }
 
@@ -152,15 +152,15 @@ function drawLane(context, { lows, highs, sums, counts, lacks }, top, height, st
   }
 }
 
-/** Stripes and an edge, so that a gap is told from what was measured by form as well as by colour. */
-function hatch(context, x, y, width, height, colour) {
+/** Stripes and an edge, so that a gap is told from what was measured by form as well as by color. */
+function hatch(context, x, y, width, height, color) {
   const step = 6 * devicePixelRatio;
   context.save();
   context.beginPath();
   context.rect(x, y, width, height);
   context.clip();
   context.clearRect(x, y, width, height);
-  context.strokeStyle = colour;
+  context.strokeStyle = color;
   context.lineWidth = Math.max(1, devicePixelRatio);
   context.beginPath();
   for (let from = x - height; from < x + width; from += step) {
@@ -168,7 +168,7 @@ function hatch(context, x, y, width, height, colour) {
     context.lineTo(from + height, y);
   }
   context.stroke();
-  context.fillStyle = colour;
+  context.fillStyle = color;
   context.fillRect(x, y, width, 3 * devicePixelRatio);
   context.fillRect(x, y + height - 3 * devicePixelRatio, width, 3 * devicePixelRatio);
   context.restore();

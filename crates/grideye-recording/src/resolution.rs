@@ -1,6 +1,6 @@
 //! Recordings of other sensors, by the number of pixels that their header names.
 
-use crate::layout::sniff;
+use crate::sniff::sniff;
 use grideye_frame::PIXELS;
 
 /// The number of pixels that a header names, where it is a recording's header and the number is not a Grid-EYE's.

@@ -50,7 +50,7 @@ export class Beside {
     this.#plan = new Plan(this.#fields.plan);
     this.#scores = new Scores(root);
     for (const side of SIDES) this.#sides[side] = this.#side(side);
-    paintBar(root.querySelector("[data-scale=difference] .bar"), DIFFERENCES.colours);
+    paintBar(root.querySelector("[data-scale=difference] .bar"), DIFFERENCES.colors);
     this.#fields.choice.addEventListener("change", (event) => this.#choose(event.target.value));
     this.#fields.begin.addEventListener("click", () => this.#begin(this.#newest?.frame.t_boot_ns ?? null));
     this.#fields.first.addEventListener("click", () => this.#begin(this.#newest?.began ?? null));
@@ -224,7 +224,7 @@ export class Beside {
     this.#sides.real.heat.show(real, range);
     if (simulated !== null) this.#sides.simulated.heat.show(simulated.celsius, range);
     if (differences !== null) this.#sides.difference.heat.show(differences, rangeAround(differences));
-    paintBar(this.#root.querySelector("[data-scale=temperature] .bar"), drawing.colours);
+    paintBar(this.#root.querySelector("[data-scale=temperature] .bar"), drawing.colors);
     labelTicks(this.#root.querySelector("[data-scale=temperature] ol"), range);
     labelTicks(this.#root.querySelector("[data-scale=difference] ol"), rangeAround(differences ?? [0]), (tick) => signed(tick, Number.isInteger(tick) ? 0 : 1));
     this.#veil("simulated", simulated !== null, now ? "" : veilWords(moment));

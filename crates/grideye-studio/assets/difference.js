@@ -1,19 +1,19 @@
-// Real less simulated: colours that need no colour vision, and a scale with 0 in its middle.
+// Real less simulated: colors that need no color vision, and a scale with 0 in its middle.
 
 import { ofStops } from "./palettes.js";
 
 // The darker, the warmer the simulation; the lighter, the warmer the sensor; grey where both are alike. The lightness
-// runs one way and blue against yellow stays apart for every kind of colour vision: both are what cividis is made for
+// runs one way and blue against yellow stays apart for every kind of color vision: both are what cividis is made for
 // (Nuñez, Anderton, Renslow 2018).
 const STOPS = [
   [0.0, [0, 28, 92]], [0.25, [62, 82, 128]], [0.5, [139, 138, 134]], [0.75, [204, 184, 92]], [1.0, [255, 238, 96]],
 ];
-const COLOURS = ofStops(STOPS);
+const COLORS = ofStops(STOPS);
 // Less would show the noise of the sensor as if it were a difference.
 const END_MIN_CELSIUS = 2;
 
 /** How differences are drawn: always with their numbers, which say the sign. */
-export const DIFFERENCES = { colours: COLOURS, numbers: true, text: signed };
+export const DIFFERENCES = { colors: COLORS, numbers: true, text: signed };
 
 /** A whole number of degrees to either side of 0 that holds all of these. */
 export function rangeAround(differences) {

@@ -112,7 +112,7 @@ export class Fields {
   }
 
   #point(item, row, title) {
-    const point = item.way.points_m[row].map((metres) => Math.round(metres * 1e6) / 1000);
+    const point = item.way.points_m[row].map((meters) => Math.round(meters * 1e6) / 1000);
     const inputs = AXES.map((part, axis) => ({ file: item.way.file, row, axis, part, unit: "mm", step: 50, value: point[axis] }));
     return { title, inputs };
   }
@@ -161,7 +161,7 @@ export class Fields {
     if (file !== undefined) {
       if (!Number.isFinite(number)) return null;
       const { points_m: points } = itemOf(this.#scene, this.#chosen).way;
-      const to = points[row].map((metres, index) => (index === axis ? number : Math.round(metres * 1e6) / 1000));
+      const to = points[row].map((meters, index) => (index === axis ? number : Math.round(meters * 1e6) / 1000));
       return { does: "move-way-point", file, row, to_mm: to };
     }
     if (input.value === "") return text || typeof path.at(-1) === "number" ? null : { does: "unset", path };

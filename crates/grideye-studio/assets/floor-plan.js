@@ -2,7 +2,7 @@
 
 import { CoverageHatch } from "./hatch.js";
 import { weightOf, withRoom } from "./names.js";
-import { centreOf, handleOf, isSame, onGrid, placeOf, turnOf, turnTowards, turnable } from "./things.js";
+import { centerOf, handleOf, isSame, onGrid, placeOf, turnOf, turnTowards, turnable } from "./things.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 // Of the room's longer side, around it.
@@ -81,7 +81,7 @@ export class FloorPlan {
     this.#zoomAbout([x + width / 2, y + height / 2], nearer ? 1 / ZOOM_STEP : ZOOM_STEP);
   }
 
-  /** A pixel of the screen in metres. */
+  /** A pixel of the screen in meters. */
   #measure() {
     const box = this.#svg.getBoundingClientRect();
     const [, , width, height] = this.#view;
@@ -119,7 +119,7 @@ export class FloorPlan {
     return polygon(`view${this.#is(sensor)}`, sensor.in_view_m);
   }
 
-  /** A square, so that it differs from a way-point by more than colour, with a line to where it heads. */
+  /** A square, so that it differs from a way-point by more than color, with a line to where it heads. */
   #sensor(sensor) {
     const [x, y] = sensor.at_m;
     const size = DOT * this.#unit;
@@ -156,7 +156,7 @@ export class FloorPlan {
   #handles() {
     const item = turnable(this.#scene, this.#chosen);
     if (item === null) return [];
-    const [[x, y], [handleX, handleY]] = [centreOf(item), handleOf(item, ARM * this.#unit)];
+    const [[x, y], [handleX, handleY]] = [centerOf(item), handleOf(item, ARM * this.#unit)];
     const handle = element("circle", { class: "turn", cx: handleX, cy: -handleY, r: HANDLE * this.#unit });
     handle.dataset.turns = "true";
     return [element("line", { class: "arm", x1: x, y1: -y, x2: handleX, y2: -handleY }), handle];
@@ -172,7 +172,7 @@ export class FloorPlan {
     if (!event.isPrimary || event.button !== 0 || this.#scene === null) return;
     const [at, target] = [this.#at(event), event.target.closest("[data-turns], [data-kind]")];
     if (target?.dataset.turns) {
-      this.#held = { turns: true, centre: centreOf(turnable(this.#scene, this.#chosen)) };
+      this.#held = { turns: true, center: centerOf(turnable(this.#scene, this.#chosen)) };
     } else if (target) {
       const { kind, index, row } = target.dataset;
       const chosen = { kind, index: Number(index), ...(row === undefined ? {} : { row: Number(row) }) };
@@ -191,7 +191,7 @@ export class FloorPlan {
     const held = this.#held;
     if (held === null || !event.isPrimary) return;
     if (held.turns) {
-      this.#on.turn(turnTowards(held.centre, this.#at(event), event.shiftKey), event.timeStamp);
+      this.#on.turn(turnTowards(held.center, this.#at(event), event.shiftKey), event.timeStamp);
     } else if (held.pans) {
       const unit = this.#unit;
       const [x, y, width, height] = held.view;
@@ -234,7 +234,7 @@ export class FloorPlan {
     this.#draw();
   }
 
-  /** Where in the room the pointer is, metres. */
+  /** Where in the room the pointer is, meters. */
   #at(event) {
     const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(this.#svg.getScreenCTM().inverse());
     return [at.x, -at.y];

@@ -1,4 +1,4 @@
-// Where sensors see a person, over the plan: every kind of cell has a hatch of its own, so that no colour is needed.
+// Where sensors see a person, over the plan: every kind of cell has a hatch of its own, so that no color is needed.
 
 const SVG = "http://www.w3.org/2000/svg";
 // A tile of a pattern, in pixels of the screen.
@@ -28,7 +28,7 @@ export class CoverageHatch {
     return pattern;
   }
 
-  /** Keeps tiles of one size on the screen, whatever the zoom; `unit` is a pixel in metres. */
+  /** Keeps tiles of one size on the screen, whatever the zoom; `unit` is a pixel in meters. */
   scale(unit) {
     for (const pattern of this.#patterns) pattern.setAttribute("patternTransform", `scale(${unit})`);
   }
@@ -48,7 +48,7 @@ export class CoverageHatch {
   }
 }
 
-/** Neighbours of one kind in a row, as one. */
+/** Neighbors of one kind in a row, as one. */
 function runsOf({ columns, rows, cells }) {
   const runs = [];
   for (let row = 0; row < rows; row += 1) {

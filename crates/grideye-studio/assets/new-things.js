@@ -42,7 +42,7 @@ export async function copyOf(draft, item) {
   const file = filesFor(draft, copied)[0];
   const begins = placeOf(item);
   const ways = around(draft, begins, far).map((place) => {
-    const points = item.way.points_m.map((point) => point.map((metres, axis) => metres * 1000 + place[axis] - begins[axis]));
+    const points = item.way.points_m.map((point) => point.map((meters, axis) => meters * 1000 + place[axis] - begins[axis]));
     return [edit, { does: "new-way", file, points_mm: points }, { does: "set", path: [...copy, "trajectory"], to: file }];
   });
   // One that keeps to a timetable shares the way: a new one has no times.
@@ -51,8 +51,8 @@ export async function copyOf(draft, item) {
 
 async function another(draft, { way: { file, points_m: points } }, row) {
   const after = row ?? points.length - 1;
-  const here = points[after].map((metres) => metres * 1000);
-  const next = points[after + 1]?.map((metres) => metres * 1000);
+  const here = points[after].map((meters) => meters * 1000);
+  const next = points[after + 1]?.map((meters) => meters * 1000);
   const isFree = (place) => points.every(([x, y]) => Math.hypot(x * 1000 - place[0], y * 1000 - place[1]) > ASIDE_MM);
   const places = next ? [here.map((length, axis) => Math.round((length + next[axis]) / 2))] : around(draft, here, AHEAD_MM).filter(isFree);
   const ways = places.map((place) => [{ does: "add-way-point", file, after, at_mm: place }]);

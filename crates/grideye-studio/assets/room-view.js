@@ -2,7 +2,7 @@
 // up and down, the round handle turns what is chosen; beside them it turns the view.
 
 import { weightOf, withRoom } from "./names.js";
-import { centreOf, handleOf, isSame, onGrid, placeOf, turnTowards, turnable } from "./things.js";
+import { centerOf, handleOf, isSame, onGrid, placeOf, turnTowards, turnable } from "./things.js";
 
 const FOCAL = 1.5;
 const FIRST = { azimuth: -115, elevation: 32, nearer: 1 };
@@ -92,10 +92,10 @@ export class RoomView {
     this.#canvas.dataset.drawn = `${this.#camera.azimuth} ${this.#camera.elevation} ${this.#camera.nearer.toFixed(2)}`;
   }
 
-  /** The canvas's style carries the colours of the scheme. */
+  /** The canvas's style carries the colors of the scheme. */
   #look() {
     const style = getComputedStyle(this.#canvas);
-    const rgb = (colour) => colour.match(/[\d.]+/g).slice(0, 3).map((part) => Number(part) * (colour.startsWith("color(") ? 255 : 1));
+    const rgb = (color) => color.match(/[\d.]+/g).slice(0, 3).map((part) => Number(part) * (color.startsWith("color(") ? 255 : 1));
     return {
       text: style.color, accent: style.caretColor, people: rgb(style.columnRuleColor), line: style.textDecorationColor, faint: style.textEmphasisColor,
       things: rgb(style.textDecorationColor), ground: style.backgroundColor, letters: `600 ${12 * devicePixelRatio}px system-ui, sans-serif`,
@@ -184,9 +184,9 @@ export class RoomView {
     delete this.#canvas.dataset.handle;
     const item = turnable(this.#scene, this.#chosen);
     if (item === null) return;
-    const from = eye.see(centreOf(item));
-    const metre = eye.focal / from[2] / devicePixelRatio;
-    const short = eye.see(handleOf(item, ARM / metre));
+    const from = eye.see(centerOf(item));
+    const meter = eye.focal / from[2] / devicePixelRatio;
+    const short = eye.see(handleOf(item, ARM / meter));
     const seen = Math.hypot(short[0] - from[0], short[1] - from[1]) / devicePixelRatio;
     const at = seen < ARM_MIN ? from.map((side, axis) => side + ((short[axis] - side) * ARM_MIN) / Math.max(1, seen)) : short;
     const path = new Path2D();
@@ -227,8 +227,8 @@ export class RoomView {
   }
 
   #gripHandle(item) {
-    const centre = centreOf(item);
-    return { turns: true, centre, eye: new Eye(this.#scene.room, this.#camera, this.#canvas) };
+    const center = centerOf(item);
+    return { turns: true, center, eye: new Eye(this.#scene.room, this.#camera, this.#canvas) };
   }
 
   #drag(event) {
@@ -242,8 +242,8 @@ export class RoomView {
       return;
     }
     if (held.turns) {
-      const now = held.eye.onLevel([x, y], held.centre[2]);
-      if (now !== null) this.#on.turn(turnTowards(held.centre, now, event.shiftKey), event.timeStamp);
+      const now = held.eye.onLevel([x, y], held.center[2]);
+      if (now !== null) this.#on.turn(turnTowards(held.center, now, event.shiftKey), event.timeStamp);
       return;
     }
     held.moved ||= Math.hypot(x - held.start[0], y - held.start[1]) > 3 * devicePixelRatio;
@@ -260,8 +260,8 @@ export class RoomView {
   }
 
   #lifted(held, y) {
-    const metres = held.eye.height(held.from.map((length) => length / 1000), held.start[1] - y);
-    return [held.from[0], held.from[1], ...onGrid([held.from[2] + metres * 1000], false)];
+    const meters = held.eye.height(held.from.map((length) => length / 1000), held.start[1] - y);
+    return [held.from[0], held.from[1], ...onGrid([held.from[2] + meters * 1000], false)];
   }
 
   #release(event) {
@@ -342,7 +342,7 @@ class Eye {
     return reach > 0 && reach < 20 * this.distance ? from.map((side, axis) => side + ray[axis] * reach) : null;
   }
 
-  /** How many metres up as many pixels are at a point. */
+  /** How many meters up as many pixels are at a point. */
   height(point, pixels) {
     const [, , depth] = this.see(point);
     return (pixels * depth) / this.focal / Math.max(0.1, this.up[2]);

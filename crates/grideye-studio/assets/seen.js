@@ -88,7 +88,7 @@ export class Seen {
       if (shown.heat) {
         shown.heat.show(celsius, range);
       } else {
-        paint(shown.canvas, shown.frame, range, this.#look.drawing.colours);
+        paint(shown.canvas, shown.frame, range, this.#look.drawing.colors);
       }
       read(shown);
       shown.figure.dataset.celsius = now;
@@ -102,10 +102,10 @@ function read({ heat, reading, frame }) {
 }
 
 /** A frame that has not 8 by 8 pixels, one dot each; the page makes it larger. */
-function paint(canvas, { columns, rows, celsius }, range, colours) {
+function paint(canvas, { columns, rows, celsius }, range, colors) {
   if (canvas.width !== columns || canvas.height !== rows) Object.assign(canvas, { width: columns, height: rows });
   const context = canvas.getContext("2d");
   const image = context.createImageData(columns, rows);
-  celsius.forEach((degree, pixel) => paintPixel(image.data, pixel, colours, shadeOf(degree, range)));
+  celsius.forEach((degree, pixel) => paintPixel(image.data, pixel, colors, shadeOf(degree, range)));
   context.putImageData(image, 0, 0);
 }

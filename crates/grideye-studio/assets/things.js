@@ -1,10 +1,10 @@
 // What can be taken hold of in a scene, and the edits that move, turn and tilt it.
 
-// A hand places to the centimetre; fields take any length.
+// A hand places to the centimeter; fields take any length.
 const GRID_MM = 10;
 // A hand turns by whole degrees, with Shift by more.
 const [TURN_STEP, TURN_STEP_COARSE] = [1, 15];
-// How much of a thing's reach its handle goes around, metres.
+// How much of a thing's reach its handle goes around, meters.
 const REACH_MAX_M = 1;
 const TURNED = { object: "yaw_deg", agent: "yaw_deg", sensor: "azimuth_deg" };
 
@@ -30,10 +30,10 @@ export function pathOf({ kind, index }, ...rest) {
   return kind === "room" ? ["room", ...rest] : [kind, index, ...rest];
 }
 
-/** Where a thing is, in millimetres; of a way-point its place, of one who walks where the way begins. */
+/** Where a thing is, in millimeters; of a way-point its place, of one who walks where the way begins. */
 export function placeOf(item, row) {
   const points = item.way?.points_m;
-  if (points) return points[row ?? 0].map((metres) => metres * 1000);
+  if (points) return points[row ?? 0].map((meters) => meters * 1000);
   return item.keys.position_mm ?? null;
 }
 
@@ -61,14 +61,14 @@ export function turnOf(item) {
   return item.keys[turnKey(item)] ?? 0;
 }
 
-/** What a thing is turned about, in metres. */
-export function centreOf(item) {
+/** What a thing is turned about, in meters. */
+export function centerOf(item) {
   return item.at_m ?? placeOf(item).map((length) => length / 1000);
 }
 
-/** Where the handle of a thing is that turns it: whither it is turned, so many metres beside it, on its level. */
+/** Where the handle of a thing is that turns it: whither it is turned, so many meters beside it, on its level. */
 export function handleOf(item, beside) {
-  const [x, y, z] = centreOf(item);
+  const [x, y, z] = centerOf(item);
   const angle = (turnOf(item) * Math.PI) / 180;
   const outline = item.bodies?.flatMap((body) => body.outline_m) ?? [];
   const reach = Math.max(0, ...outline.map(([cornerX, cornerY]) => Math.hypot(cornerX - x, cornerY - y)));
@@ -77,9 +77,9 @@ export function handleOf(item, beside) {
 }
 
 /** Degrees to which a handle that is pulled to a place turns a thing. */
-export function turnTowards(centre, at, coarse) {
+export function turnTowards(center, at, coarse) {
   const step = coarse ? TURN_STEP_COARSE : TURN_STEP;
-  const degrees = (Math.atan2(at[1] - centre[1], at[0] - centre[0]) * 180) / Math.PI;
+  const degrees = (Math.atan2(at[1] - center[1], at[0] - center[0]) * 180) / Math.PI;
   return Math.round(degrees / step) * step;
 }
 

@@ -4,7 +4,7 @@ import math
 
 STEP_MS = 16
 DRAG_S = 2
-# Around where it stood, so that nothing leaves its room for long; at another place of the centimetre's grid every time.
+# Around where it stood, so that nothing leaves its room for long; at another place of the centimeter's grid every time.
 SWING_PX = 18
 # The measure that the page keeps: from the time of the hand's event until the page has painted all that came of it. What the
 # browser's compositor and the screen take from there is beyond a page's sight.

@@ -37,7 +37,7 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
     (
         "cargo run --release -- demo",
         By(
-            "tests/tests/demo_page.rs",
+            "tests/tests/page/demo.rs",
             "the_demonstration_shows_its_sensor_live_until_it_is_interrupted",
         ),
     ),
@@ -51,7 +51,7 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
     (
         "cargo run --release -p grideye-hardware -- device.toml",
         By(
-            "tests/tests/hardware.rs",
+            "tests/tests/bus/hardware.rs",
             "every_check_passes_on_the_emulated_sensor",
         ),
     ),
@@ -96,7 +96,7 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
     (
         "grideye collect --scenes scenes",
         By(
-            "tests/tests/page_beside.rs",
+            "tests/tests/page/beside.rs",
             "a_sensor_stands_beside_its_scene_with_difference_scores_and_verdict",
         ),
     ),
@@ -338,35 +338,35 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
     (
         "grideye collect --store postgres://grideye@db.local/frames",
         By(
-            "tests/tests/several_collectors.rs",
+            "tests/tests/collectors/several.rs",
             "agents_that_move_between_three_collectors_lose_nothing_when_one_is_killed",
         ),
     ),
     (
         "grideye backup --store frames.sqlite monday.sqlite",
         By(
-            "tests/tests/careless_store.rs",
+            "tests/tests/collectors/careless_store.rs",
             "a_backup_has_every_frame_that_was_acknowledged_before_it_and_is_restored_by_its_name",
         ),
     ),
     (
         "pg_dump --format=custom --schema=grideye --file=frames.dump postgres://grideye@db.local/frames",
         By(
-            "tests/tests/several_collectors.rs",
+            "tests/tests/collectors/several.rs",
             "a_database_that_is_dumped_and_restored_is_the_same_store",
         ),
     ),
     (
         "pg_restore --no-owner --dbname=postgres://grideye@db.local/restored frames.dump",
         By(
-            "tests/tests/several_collectors.rs",
+            "tests/tests/collectors/several.rs",
             "a_database_that_is_dumped_and_restored_is_the_same_store",
         ),
     ),
     (
         "grideye migrate frames.sqlite postgres://grideye@db.local/frames",
         By(
-            "tests/tests/several_collectors.rs",
+            "tests/tests/collectors/several.rs",
             "a_migration_that_is_killed_goes_on_where_it_was_and_ends_with_the_same_books_and_frames",
         ),
     ),

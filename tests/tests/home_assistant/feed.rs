@@ -96,7 +96,7 @@ impl Drop for Feed {
     }
 }
 
-/// Frames in which every pixel differs from its neighbour, and each frame from the next.
+/// Frames in which every pixel differs from its neighbor, and each frame from the next.
 pub(crate) fn varied() -> Vec<Value> {
     let varied = |number: u16| {
         let pixels: Vec<u16> = (0..64)

@@ -112,7 +112,7 @@ fn assert_state(state: &Heard, feed: &Feed) {
     );
 }
 
-/// The colour of each cell stands on the picture's own scale where the pixel's temperature is.
+/// The color of each cell stands on the picture's own scale where the pixel's temperature is.
 fn assert_picture(heard: &Heard, feed: &Feed) {
     let mut decoder = png::Decoder::new(std::io::Cursor::new(&heard.payload));
     decoder.set_transformations(png::Transformations::EXPAND);
@@ -159,7 +159,7 @@ fn assert_picture(heard: &Heard, feed: &Feed) {
             / f64::from(u32::try_from(bar.len()).unwrap());
         let read = high - place * (high - low);
         let expected = pixel_c(*word);
-        // A dot of the scale and a colour's step.
+        // A dot of the scale and a color's step.
         let step = (high - low) / 100.0;
         assert!(
             (read - expected).abs() <= step,

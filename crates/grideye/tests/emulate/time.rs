@@ -225,7 +225,7 @@ fn bits_take_the_time_of_the_bus_clock() {
     let mut client = server.client(1);
     let started = Instant::now();
     pixels(&mut client, 0x69);
-    // 131 bytes of nine bits, and three conditions: 1,182 bits of 10 µs (tests/tests/bus_cost.rs derives 12.30 ms
+    // 131 bytes of nine bits, and three conditions: 1,182 bits of 10 µs (tests/tests/bus/cost.rs derives 12.30 ms
     // for the whole of a frame with its thermistor).
     assert!(
         started.elapsed() >= Duration::from_micros(11_820),

@@ -1,8 +1,8 @@
 //! Every key of the page with what is to be seen of it, and one way through the page without a mouse.
 
 use grideye_tests::live_page::{
-    HOTTEST, Outcome, assert_quiet, batch, colour, field, frame, keep_picture, pixels,
-    wait_for_colour,
+    HOTTEST, Outcome, assert_quiet, batch, color, field, frame, keep_picture, pixels,
+    wait_for_color,
 };
 use grideye_tests::programs::RunningCollector;
 use grideye_tests::webdriver::{Browser, Failure, left_out};
@@ -26,7 +26,7 @@ const ENTER: &str = "\u{E007}";
 /// More than there are places to stop at on any view.
 const TABS_MAX: usize = 150;
 
-/// Somebody walks 3 m to the right at half a metre a second, for 6 s.
+/// Somebody walks 3 m to the right at half a meter a second, for 6 s.
 const SCENE: &str = "# Somebody walks.
 [room]
 size_mm = [4000, 4000, 2700]
@@ -118,7 +118,7 @@ impl Desk {
 /// The keys that `main.js` names, as its source has them: `p: {`, `"[": {`, `",": playing(`, and the digits; and those
 /// that annexes bring.
 fn keys_of_the_page() -> Result<BTreeSet<String>, Failure> {
-    let source = include_str!("../../crates/grideye-collector/assets/main.js");
+    let source = include_str!("../../../crates/grideye-collector/assets/main.js");
     let list = source
         .split_once("\ncommands({\n")
         .and_then(|(_, after)| after.split_once("\n});\n"));
@@ -140,8 +140,8 @@ fn keys_of_the_page() -> Result<BTreeSet<String>, Failure> {
         keys.insert(key.ok_or(line)?.0.to_owned());
     }
     for brought in [
-        include_str!("../../crates/grideye-studio/assets/beside.js"),
-        include_str!("../../crates/grideye-studio/assets/to-editor.js"),
+        include_str!("../../../crates/grideye-studio/assets/beside.js"),
+        include_str!("../../../crates/grideye-studio/assets/to-editor.js"),
     ] {
         let key = brought.split("key: \"").nth(1).ok_or("no key")?;
         keys.extend(key.chars().next().map(String::from));
@@ -175,14 +175,14 @@ fn every_key_does_what_its_line_in_the_list_says() -> Outcome {
 
 fn keys_of_pictures(desk: &Desk) -> Outcome {
     let browser = &desk.browser;
-    wait_for_colour(browser, 1, HOTTEST)?;
+    wait_for_color(browser, 1, HOTTEST)?;
     desk.press("p")?;
     // The hot end of ironbow.
-    wait_for_colour(browser, 1, [255, 255, 246])?;
+    wait_for_color(browser, 1, [255, 255, 246])?;
     for _ in 0..4 {
         desk.press("p")?;
     }
-    wait_for_colour(browser, 1, HOTTEST)?;
+    wait_for_color(browser, 1, HOTTEST)?;
     desk.press("i")?;
     field(browser, "invented", "was not measured")?;
     desk.press("i")?;
@@ -226,10 +226,10 @@ fn keys_of_pictures(desk: &Desk) -> Outcome {
 
     desk.press("t")?;
     field(browser, "orientation", "Drawn turned clockwise by 90°.")?;
-    wait_for_colour(browser, 15, HOTTEST)?;
+    wait_for_color(browser, 15, HOTTEST)?;
     desk.press("m")?;
     field(browser, "orientation", "Drawn mirrored")?;
-    wait_for_colour(browser, 8, HOTTEST)?;
+    wait_for_color(browser, 8, HOTTEST)?;
     browser.drag(".heat", (-5, -5), (5, 5))?;
     field(browser, "region", "Region of 4 pixels")?;
     desk.press("c")?;
@@ -372,7 +372,7 @@ fn everything_is_reached_with_tab_and_enter_from_recording_to_the_devices() -> O
     desk.tab_to("#transport [data-does=play]")?;
     browser.press(ENTER)?;
     desk.says("#time", |text| text == "0:05.9 / 0:05.9")?;
-    assert_eq!(colour(browser, 9)?, HOTTEST);
+    assert_eq!(color(browser, 9)?, HOTTEST);
 
     desk.tab_to("#played .sensor [data-field=beside]")?;
     browser.press(ENTER)?;

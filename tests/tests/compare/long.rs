@@ -1,7 +1,7 @@
 //! `grideye compare` on recordings of any length: the memory it takes does not grow with them, and what it says is what is
 //! said of the same recording in memory.
 //!
-//! `GRIDEYE_LONG_ROWS=100000,1000000 cargo test -p grideye-tests --test compare_long -- --nocapture` prints the memory for those.
+//! `GRIDEYE_LONG_ROWS=100000,1000000 cargo test -p grideye-tests --test compare long -- --nocapture` prints the memory for those.
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 

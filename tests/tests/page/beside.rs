@@ -3,7 +3,7 @@
 
 use grideye_recording::csv::Reader;
 use grideye_tests::live_page::{
-    Outcome, assert_quiet, batch, colour_in, field, frame, keep_picture, pixels, set_up,
+    Outcome, assert_quiet, batch, color_in, field, frame, keep_picture, pixels, set_up,
 };
 use grideye_tests::programs::{RunningCollector, grideye, run};
 use grideye_tests::webdriver::{Browser, Failure, left_out};
@@ -22,7 +22,7 @@ const ROOM: &str = "[room]\nsize_mm = [4000, 4000, 2700]\nambient_c = 20\n";
 const ANA: &str = "[[agent]]\nname = \"ana\"\nsize_mm = [300, 500, 1700]\ntemperature_c = 30\n";
 const SENSOR: &str = "[[sensor]]\nname = \"ceiling\"\npreset = \"grid-eye\"\nposition_mm = [2000, 2000, 2700]\nelevation_deg = 90\nazimuth_deg = 0\n";
 
-/// Ana walks 3 m to the right at half a metre a second, for 6 s.
+/// Ana walks 3 m to the right at half a meter a second, for 6 s.
 const WALK: &str = "trajectory = \"way.csv\"\nspeed_mm_per_s = 500\n";
 const WAY: &str = "x_mm,y_mm,z_mm\n500,2000,0\n3500,2000,0\n";
 
@@ -201,8 +201,8 @@ fn assert_scores(browser: &Browser, panel: &str) -> Outcome {
 }
 
 #[test]
-fn real_and_simulated_share_one_scale_of_colours() -> Outcome {
-    if left_out("real_and_simulated_share_one_scale_of_colours") {
+fn real_and_simulated_share_one_scale_of_colors() -> Outcome {
+    if left_out("real_and_simulated_share_one_scale_of_colors") {
         return Ok(());
     }
     let mut room = Room::new("left", 5)?;
@@ -213,15 +213,15 @@ fn real_and_simulated_share_one_scale_of_colours() -> Outcome {
     // Alone, a frame of 20 °C would lie in the middle of its own scale.
     let cells = |side: &str| {
         let canvas = format!("#beside [data-side={side}] .heat");
-        let cells = (0..64).map(|cell| colour_in(&room.browser, &canvas, cell));
+        let cells = (0..64).map(|cell| color_in(&room.browser, &canvas, cell));
         cells.collect::<Result<Vec<_>, _>>()
     };
-    let light = |colour: &Vec<u64>| colour.iter().sum::<u64>();
+    let light = |color: &Vec<u64>| color.iter().sum::<u64>();
     let (real, simulated) = (cells("real")?, cells("simulated")?);
-    assert!(real.iter().all(|colour| *colour == real[0]), "{real:?}");
+    assert!(real.iter().all(|color| *color == real[0]), "{real:?}");
     let warmest = simulated.iter().map(light).max().ok_or("no cells")?;
     assert!(light(&real[0]) * 3 < warmest, "{real:?} and {simulated:?}");
-    // Where the scene has the room's 20 °C as well, the colour is the same.
+    // Where the scene has the room's 20 °C as well, the color is the same.
     assert!(simulated.contains(&real[0]), "{real:?} and {simulated:?}");
     let ticks = room.browser.text("#beside [data-scale=temperature] ol")?;
     let numbers: Vec<f64> = ticks

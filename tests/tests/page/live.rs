@@ -1,8 +1,8 @@
 //! The live page in a real browser, in front of a real collector.
 
 use grideye_tests::live_page::{
-    COLDEST, HOTTEST, Outcome, assert_quiet, batch, colour, field, frame, keep_picture, person,
-    pixels, set_up, wait_for_colour,
+    COLDEST, HOTTEST, Outcome, assert_quiet, batch, color, field, frame, keep_picture, person,
+    pixels, set_up, wait_for_color,
 };
 use grideye_tests::webdriver::{Screen, left_out};
 use serde_json::{Value, json};
@@ -11,17 +11,17 @@ use std::io::Read as _;
 use std::process::{Command, Stdio};
 
 #[test]
-fn frames_appear_as_colours_and_numbers() -> Outcome {
-    if left_out("frames_appear_as_colours_and_numbers") {
+fn frames_appear_as_colors_and_numbers() -> Outcome {
+    if left_out("frames_appear_as_colors_and_numbers") {
         return Ok(());
     }
     let (server, browser, _folder) = set_up()?;
     browser.wait_for_text("#empty", |text| text.contains("No frames yet"))?;
     // 20 °C, and 30 °C in pixel 11: row 2, column 3. The thermistor's 402 steps of 1/16 °C are 25.125 °C.
     server.post(&batch("i2c-1:0x69", 0, &[frame(&pixels(80, 10, 120), 402)]))?;
-    wait_for_colour(&browser, 10, HOTTEST)?;
+    wait_for_color(&browser, 10, HOTTEST)?;
     for cold in [0, 9, 11, 17, 63] {
-        assert_eq!(colour(&browser, cold)?, COLDEST, "cell {cold}");
+        assert_eq!(color(&browser, cold)?, COLDEST, "cell {cold}");
     }
     for (name, wanted) in [
         ("name", "pi-1 · i2c-1:0x69"),
@@ -50,8 +50,8 @@ fn frames_appear_as_colours_and_numbers() -> Outcome {
     // The next batch replaces it, and the rate is that of the device's clock.
     let moved = frame(&pixels(80, 63, 120), 402);
     server.post(&batch("i2c-1:0x69", 1, &vec![moved; 11]))?;
-    wait_for_colour(&browser, 63, HOTTEST)?;
-    assert_eq!(colour(&browser, 10)?, COLDEST);
+    wait_for_color(&browser, 63, HOTTEST)?;
+    assert_eq!(color(&browser, 10)?, COLDEST);
     field(&browser, "rate", "10.00 Hz")?;
     field(&browser, "seq", "#11")?;
     assert_quiet(&browser, "")
@@ -111,7 +111,7 @@ fn faults_gaps_and_silence_are_said() -> Outcome {
     }
     keep_picture(&browser, "missing")?;
     // The frame before is still drawn, and still the old one.
-    assert_eq!(colour(&browser, 9)?, HOTTEST);
+    assert_eq!(color(&browser, 9)?, HOTTEST);
     // A reason that is old itself is no news: then it is silence.
     field(&browser, "state", "stale")?;
     server.post(&batch("s1", 5, std::slice::from_ref(&good)))?;
@@ -126,7 +126,7 @@ fn faults_gaps_and_silence_are_said() -> Outcome {
     server.post(&batch("s1", 1, &[frame(&pixels(120, 0, 80), 402)]))?;
     field(&browser, "troubles", "2 frames have not come.")?;
     field(&browser, "state", "stale")?;
-    assert_eq!(colour(&browser, 9)?, HOTTEST);
+    assert_eq!(color(&browser, 9)?, HOTTEST);
     assert_quiet(&browser, "")
 }
 
@@ -192,7 +192,7 @@ fn the_page_comes_back_by_itself_when_the_collector_does() -> Outcome {
     }
     let (mut server, browser, folder) = set_up()?;
     server.post(&batch("s1", 0, &[frame(&pixels(80, 9, 120), 402)]))?;
-    wait_for_colour(&browser, 9, HOTTEST)?;
+    wait_for_color(&browser, 9, HOTTEST)?;
     browser.execute("window.loadedOnce = true")?;
     server.end()?;
     browser.wait_for_text("#link", |text| text == "connection lost, trying again")?;
@@ -202,7 +202,7 @@ fn the_page_comes_back_by_itself_when_the_collector_does() -> Outcome {
     // What it has from the store is old, and still said to be.
     field(&browser, "state", "stale")?;
     server.post(&batch("s1", 1, &[frame(&pixels(80, 54, 120), 402)]))?;
-    wait_for_colour(&browser, 54, HOTTEST)?;
+    wait_for_color(&browser, 54, HOTTEST)?;
     field(&browser, "state", "live")?;
     assert_eq!(
         browser.execute("return window.loadedOnce")?,

@@ -33,7 +33,7 @@ const COUNTED: [&str; 17] = [
 
 /// Every kind of fault with what the page's source says of it.
 fn advised() -> Result<Vec<(String, String)>, Failure> {
-    let source = include_str!("../../crates/grideye-collector/assets/advice.js");
+    let source = include_str!("../../../crates/grideye-collector/assets/advice.js");
     let reasons = NoData::ALL.iter().map(|reason| reason.name());
     let sentence = |kind: &str| {
         let after = source.split_once(&format!("\n  \"{kind}\": \""));

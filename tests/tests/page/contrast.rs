@@ -9,13 +9,13 @@ use serde_json::json;
 /// What WCAG 2.2 asks of text of any size at level AA (success criterion 1.4.3).
 const CONTRAST_MIN: f64 = 4.5;
 
-/// Every text in sight with its contrast, least first: WCAG's relative luminances of the colour of its letters and of all
-/// that lies behind, as the browser computed them. A canvas of one pixel turns any notation of a colour into bytes.
+/// Every text in sight with its contrast, least first: WCAG's relative luminances of the color of its letters and of all
+/// that lies behind, as the browser computed them. A canvas of one pixel turns any notation of a color into bytes.
 const CONTRASTS: &str = "
     const context = Object.assign(document.createElement('canvas'), { width: 1, height: 1 }).getContext('2d', { willReadFrequently: true });
-    const over = (colours) => {
+    const over = (colors) => {
       context.clearRect(0, 0, 1, 1);
-      for (const colour of colours) { context.fillStyle = colour; context.fillRect(0, 0, 1, 1); }
+      for (const color of colors) { context.fillStyle = color; context.fillRect(0, 0, 1, 1); }
       return context.getImageData(0, 0, 1, 1).data;
     };
     const grounds = (element) => {
@@ -27,8 +27,8 @@ const CONTRASTS: &str = "
       const [red, green, blue] = [r, g, b].map((byte) => byte / 255).map((part) => (part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4));
       return 0.2126 * red + 0.7152 * green + 0.0722 * blue;
     };
-    const contrast = (behind, colour) => {
-      const [ground, ink] = [over(behind), over([...behind, colour])].map(luminance);
+    const contrast = (behind, color) => {
+      const [ground, ink] = [over(behind), over([...behind, color])].map(luminance);
       return (Math.max(ground, ink) + 0.05) / (Math.min(ground, ink) + 0.05);
     };
     const found = [];

@@ -12,8 +12,8 @@ use std::path::Path;
 use std::process::Command;
 
 const WITHOUT_REST: &str = "GRIDEYE_WITHOUT_REST";
-const DOCUMENT: &str = include_str!("../../crates/grideye-collector/openapi.json");
-const EXAMPLES: &str = include_str!("../../crates/grideye-collector/REST.md");
+const DOCUMENT: &str = include_str!("../../../crates/grideye-collector/openapi.json");
+const EXAMPLES: &str = include_str!("../../../crates/grideye-collector/REST.md");
 /// What the examples call; here it is another port.
 const URL: &str = "http://127.0.0.1:8833";
 
@@ -21,23 +21,23 @@ const URL: &str = "http://127.0.0.1:8833";
 const BROUGHT: [(&str, &str, &str); 4] = [
     (
         "exports",
-        include_str!("../../crates/grideye-export/openapi.json"),
-        include_str!("../../crates/grideye-export/src/annex.rs"),
+        include_str!("../../../crates/grideye-export/openapi.json"),
+        include_str!("../../../crates/grideye-export/src/annex.rs"),
     ),
     (
         "scenes",
-        include_str!("../../crates/grideye-studio/openapi/scenes.json"),
-        include_str!("../../crates/grideye-studio/src/beside/mod.rs"),
+        include_str!("../../../crates/grideye-studio/openapi/scenes.json"),
+        include_str!("../../../crates/grideye-studio/src/beside/mod.rs"),
     ),
     (
         "editor",
-        include_str!("../../crates/grideye-studio/openapi/editor.json"),
-        include_str!("../../crates/grideye-studio/src/editor/mod.rs"),
+        include_str!("../../../crates/grideye-studio/openapi/editor.json"),
+        include_str!("../../../crates/grideye-studio/src/editor/mod.rs"),
     ),
     (
         "mqtt",
-        include_str!("../../crates/grideye-homeassistant/openapi.json"),
-        include_str!("../../crates/grideye-homeassistant/src/lib.rs"),
+        include_str!("../../../crates/grideye-homeassistant/openapi.json"),
+        include_str!("../../../crates/grideye-homeassistant/src/lib.rs"),
     ),
 ];
 
@@ -47,7 +47,9 @@ fn document() -> serde_json::Value {
 
 #[test]
 fn the_document_names_every_path_that_programs_may_call() {
-    let routes = routes(include_str!("../../crates/grideye-collector/src/router.rs"));
+    let routes = routes(include_str!(
+        "../../../crates/grideye-collector/src/router.rs"
+    ));
     let for_people = [
         "/",
         "/editor",
@@ -233,7 +235,7 @@ fn every_example_for_curl_does_what_it_says() -> Outcome {
 }
 
 /// Recording 1 with a label, which is also on disk, as CSV and as arrays.
-fn recorded_and_labelled(server: &Server, folder: &Path) -> Outcome {
+fn recorded_and_labeled(server: &Server, folder: &Path) -> Outcome {
     ureq::post(server.url("/v1/recordings")).send_json(serde_json::json!({"name": "r"}))?;
     let post = |seq| server.post(&batch("i2c-1:0x69", seq, &[frame(&person(), 402)]));
     for seq in 5..8 {
@@ -258,7 +260,7 @@ fn every_example_for_a_notebook_does_what_it_says() -> Outcome {
     let folder = tempfile::tempdir()?;
     let server = server_with_a_person(folder.path())?;
     let url = server.url("");
-    recorded_and_labelled(&server, folder.path())?;
+    recorded_and_labeled(&server, folder.path())?;
     let post = |seq| server.post(&batch("i2c-1:0x69", seq, &[frame(&person(), 402)]));
     let mut said = Vec::new();
     for example in examples("python", &url) {
@@ -279,7 +281,7 @@ fn every_example_for_a_notebook_does_what_it_says() -> Outcome {
         }
         said.push(outcome(&example, &running.join().unwrap()));
     }
-    let [now, live, recent, table, disk, arrays, labelled] = said.as_slice() else {
+    let [now, live, recent, table, disk, arrays, labeled] = said.as_slice() else {
         return Err(format!("{} examples", said.len()).into());
     };
     let hottest = person()
@@ -311,8 +313,8 @@ fn every_example_for_a_notebook_does_what_it_says() -> Outcome {
         arrays.contains("i2c-1:0x69") && arrays.contains("(3, 8, 8)"),
         "{arrays}"
     );
-    let of_label = labelled.lines().find(|line| line.starts_with("two people"));
+    let of_label = labeled.lines().find(|line| line.starts_with("two people"));
     let frames = of_label.and_then(|line| line.split_whitespace().last());
-    assert_eq!(frames, Some("2"), "{labelled}");
+    assert_eq!(frames, Some("2"), "{labeled}");
     Ok(())
 }

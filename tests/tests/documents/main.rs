@@ -14,8 +14,9 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-#[path = "documents/commands.rs"]
 mod commands;
+mod helps;
+mod units;
 
 use commands::Kept::{By, Emulated, Not, Run, Serves};
 use commands::{COMMANDS, Kept};

@@ -157,8 +157,8 @@ impl Desk {
         Ok([self.celsius("ceiling")?, self.celsius("wall")?])
     }
 
-    /// Pixels of the screen in a metre of the plan.
-    pub(crate) fn pixels_per_metre(&self) -> Result<f64, Failure> {
+    /// Pixels of the screen in a meter of the plan.
+    pub(crate) fn pixels_per_meter(&self) -> Result<f64, Failure> {
         let script =
             "return document.querySelector('#plan .room').getBoundingClientRect().width / 4";
         self.browser
@@ -167,9 +167,9 @@ impl Desk {
             .ok_or_else(|| "no plan".into())
     }
 
-    /// Drags a thing on the plan by metres to the right and to the back.
+    /// Drags a thing on the plan by meters to the right and to the back.
     pub(crate) fn drag(&self, selector: &str, right_m: f64, back_m: f64) -> Outcome {
-        let scale = self.pixels_per_metre()?;
+        let scale = self.pixels_per_meter()?;
         let by = (pixels(right_m * scale)?, pixels(-back_m * scale)?);
         self.drag_from(selector, (0, 0), by)
     }

@@ -355,7 +355,7 @@ fn a_migration_that_is_killed_goes_on_where_it_was_and_ends_with_the_same_books_
     ureq::post(format!("{}{labels}", old.url()))
         .send_json(label)
         .unwrap();
-    let labelled = old.json(&labels);
+    let labeled = old.json(&labels);
     let csvs: Vec<String> = recordings.iter().map(|id| old.recording_csv(*id)).collect();
     let books = old.json("/v1/audit");
     let list = old.json("/v1/recordings");
@@ -389,7 +389,7 @@ fn a_migration_that_is_killed_goes_on_where_it_was_and_ends_with_the_same_books_
     let new = RunningCollector::start_on(&database);
     assert_eq!(new.json("/v1/audit"), books);
     assert_eq!(new.json("/v1/recordings"), list);
-    assert_eq!(new.json(&labels), labelled);
+    assert_eq!(new.json(&labels), labeled);
     for (id, csv) in recordings.iter().zip(&csvs) {
         let copy = long_recording(&new, *id);
         assert!(copy == *csv, "recording {id} differs");

@@ -1,11 +1,10 @@
 //! The page's view of recordings: the list with notes, and one recording played back.
 
-#[path = "page_recordings/labels.rs"]
 mod labels;
 
 use grideye_tests::live_page::{
-    HOTTEST, Outcome, Server, assert_quiet, batch, boot_ns, colour, field, frame, keep_picture,
-    person, pixels, set_up, wait_for_colour,
+    HOTTEST, Outcome, Server, assert_quiet, batch, boot_ns, color, field, frame, keep_picture,
+    person, pixels, set_up, wait_for_color,
 };
 use grideye_tests::webdriver::{Browser, Failure, Screen, left_out};
 use serde_json::{Value, json};
@@ -62,13 +61,13 @@ fn open(server: &Server, browser: &Browser, id: u64) -> Outcome {
         .map(drop)
 }
 
-/// Waits for the frame of that number, in words and in colours.
+/// Waits for the frame of that number, in words and in colors.
 fn shows(browser: &Browser, seq: u64) -> Outcome {
     field(browser, "seq", &format!("#{seq}"))?;
-    wait_for_colour(browser, usize::try_from(seq % 64)?, HOTTEST)
+    wait_for_color(browser, usize::try_from(seq % 64)?, HOTTEST)
 }
 
-/// Waits for a gap: its words, and neither a colour nor a number of another frame.
+/// Waits for a gap: its words, and neither a color nor a number of another frame.
 fn shows_gap(browser: &Browser, words: &str) -> Outcome {
     field(browser, "veil", words)?;
     field(browser, "state", "no frame")?;
@@ -261,10 +260,10 @@ fn an_hour_opens_from_the_list_and_every_place_in_its_strip_shows_its_own_frame(
         let (seq, tenths) = browser.wait_for(&what, || frame_and_place(&browser), near)?;
         assert_eq!(seq, tenths, "the frame that was measured there");
         let cell = usize::try_from(seq % 64)?;
-        wait_for_colour(&browser, cell, HOTTEST)?;
-        assert_ne!(colour(&browser, (cell + 1) % 64)?, HOTTEST);
+        wait_for_color(&browser, cell, HOTTEST)?;
+        assert_ne!(color(&browser, (cell + 1) % 64)?, HOTTEST);
         browser.press(".")?;
-        wait_for_colour(&browser, (cell + 1) % 64, HOTTEST)?;
+        wait_for_color(&browser, (cell + 1) % 64, HOTTEST)?;
         assert_eq!(frame_and_place(&browser)?.0, seq + 1);
     }
     assert_quiet(&browser, "")
@@ -403,15 +402,15 @@ fn sensors_and_runs_share_one_time_whatever_their_clocks_say() -> Outcome {
     shows_gap(&browser, "Gap: between two runs of the agent.")?;
     says("veil", "No more frames of this sensor.")?;
     browser.press(".")?;
-    wait_for_colour(&browser, 40, HOTTEST)?;
+    wait_for_color(&browser, 40, HOTTEST)?;
     field(&browser, "boot", "b2")?;
 
     // What a picture looks like is that of the live ones.
     browser.press("p")?;
-    wait_for_colour(&browser, 40, [255, 255, 246])?;
+    wait_for_color(&browser, 40, [255, 255, 246])?;
     browser.click("#played .sensor [data-field=turn]")?;
     // Row 6, column 1, turned clockwise by a quarter: row 1, column 3.
-    wait_for_colour(&browser, 2, [255, 255, 246])?;
+    wait_for_color(&browser, 2, [255, 255, 246])?;
     assert_quiet(&browser, "")
 }
 

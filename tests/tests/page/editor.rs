@@ -7,7 +7,6 @@ use grideye_tests::webdriver::{Screen, left_out};
 use serde_json::Value;
 use std::fs;
 
-#[path = "page_editor/desk.rs"]
 mod desk;
 
 use desk::*;
@@ -65,7 +64,7 @@ fn what_is_dragged_on_the_plan_goes_there_and_every_sensor_sees_it() -> Outcome 
         is_at(places, [0.5, 0.7, 2.5, 1.2])
     })?;
     // Beside the way-point on which she stands.
-    let right = pixels(0.3 * desk.pixels_per_metre()?)?;
+    let right = pixels(0.3 * desk.pixels_per_meter()?)?;
     desk.drag_from("#plan .agent[data-name=ana]", (0, -22), (right, 0))?;
     desk.browser.wait_for("the way", place, |places| {
         is_at(places, [0.8, 0.7, 2.8, 1.2])
@@ -316,10 +315,10 @@ fn a_scene_that_is_none_names_its_fault_and_the_place() -> Outcome {
     desk.browser
         .wait_for_text("#saved", |text| text == "saved")?;
     desk.browser.execute("document.querySelector('#text-panel').open = true; document.querySelector('#text').focus(); document.querySelector('#text').setSelectionRange(0, 0)")?;
-    desk.browser.type_into("#text", "colour = 3\n")?;
+    desk.browser.type_into("#text", "color = 3\n")?;
     let fault = desk
         .browser
-        .wait_for_text("#fault", |text| text.contains("colour"))?;
+        .wait_for_text("#fault", |text| text.contains("color"))?;
     assert!(
         fault.contains("This is no scene") && fault.contains("Hint"),
         "{fault}"
@@ -336,7 +335,7 @@ fn a_scene_that_is_none_names_its_fault_and_the_place() -> Outcome {
         |marked| {
             marked
                 .as_str()
-                .is_some_and(|marked| marked.contains("colour"))
+                .is_some_and(|marked| marked.contains("color"))
         },
     )?;
     keep_picture(&desk.browser, "editor-fault")?;

@@ -1,8 +1,8 @@
 //! How the live page's pictures can be looked at: palettes, scales, turned, mirrored, large, smoothed, and a region.
 
 use grideye_tests::live_page::{
-    COLDEST, HOTTEST, Outcome, assert_quiet, batch, colour, colour_in, field, frame, keep_picture,
-    person, pixels, set_up, wait_for_colour,
+    COLDEST, HOTTEST, Outcome, assert_quiet, batch, color, color_in, field, frame, keep_picture,
+    person, pixels, set_up, wait_for_color,
 };
 use grideye_tests::webdriver::{Browser, Failure, left_out};
 
@@ -37,13 +37,13 @@ fn ticks(browser: &Browser) -> Result<String, Failure> {
 }
 
 #[test]
-fn a_palette_gives_its_own_colours_and_is_remembered() -> Outcome {
-    if left_out("a_palette_gives_its_own_colours_and_is_remembered") {
+fn a_palette_gives_its_own_colors_and_is_remembered() -> Outcome {
+    if left_out("a_palette_gives_its_own_colors_and_is_remembered") {
         return Ok(());
     }
     let (server, browser, _folder) = set_up()?;
     server.post(&batch("s1", 0, &[frame(&pixels(80, 10, 120), 402)]))?;
-    wait_for_colour(&browser, 10, HOTTEST)?;
+    wait_for_color(&browser, 10, HOTTEST)?;
     for (title, [cold, hot]) in [
         ("ironbow", IRONBOW),
         ("viridis", VIRIDIS),
@@ -51,15 +51,15 @@ fn a_palette_gives_its_own_colours_and_is_remembered() -> Outcome {
         ("grey", [[0; 3], [255; 3]]),
     ] {
         choose(&browser, "palette", title)?;
-        wait_for_colour(&browser, 10, hot)?;
-        assert_eq!(colour(&browser, 0)?, cold, "{title}");
+        wait_for_color(&browser, 10, hot)?;
+        assert_eq!(color(&browser, 0)?, cold, "{title}");
     }
     browser.open(&server.url("/"))?;
-    wait_for_colour(&browser, 10, [255; 3])?;
+    wait_for_color(&browser, 10, [255; 3])?;
     // The key goes on from there: after the last comes the first.
     browser.click("h1")?;
     browser.press("p")?;
-    wait_for_colour(&browser, 10, HOTTEST)?;
+    wait_for_color(&browser, 10, HOTTEST)?;
     assert_quiet(&browser, "")
 }
 
@@ -71,13 +71,13 @@ fn every_palette_gets_lighter_or_differs_towards_the_hot_end() -> Outcome {
     let (server, browser, _folder) = set_up()?;
     let ramp: Vec<u16> = (0..64).map(|index| 80 + 4 * index).collect();
     server.post(&batch("s1", 0, &[frame(&ramp, 402)]))?;
-    wait_for_colour(&browser, 63, HOTTEST)?;
-    // Ironbow follows inferno. Rec. 709 luma, as an eye without colour would see it.
+    wait_for_color(&browser, 63, HOTTEST)?;
+    // Ironbow follows inferno. Rec. 709 luma, as an eye without color would see it.
     browser.press("p")?;
-    wait_for_colour(&browser, 63, [255, 255, 246])?;
+    wait_for_color(&browser, 63, [255, 255, 246])?;
     let mut last = 0;
     for cell in 0..64 {
-        let seen = colour(&browser, cell)?;
+        let seen = color(&browser, cell)?;
         let luma = seen[0] * 2126 + seen[1] * 7152 + seen[2] * 722;
         assert!(
             cell == 0 || luma > last,
@@ -95,19 +95,19 @@ fn a_scale_is_fixed_held_or_shared() -> Outcome {
     }
     let (server, browser, _folder) = set_up()?;
     server.post(&batch("s1", 0, &[frame(&pixels(100, 10, 120), 402)]))?;
-    wait_for_colour(&browser, 10, HOTTEST)?;
+    wait_for_color(&browser, 10, HOTTEST)?;
     choose(&browser, "scale", "fixed")?;
     set_limit(&browser, "low", "20")?;
     set_limit(&browser, "high", "30")?;
     // 25 °C is in the middle of 20 to 30.
-    wait_for_colour(&browser, 0, INFERNO_MIDDLE)?;
+    wait_for_color(&browser, 0, INFERNO_MIDDLE)?;
     set_limit(&browser, "low", "31")?;
     browser.wait_for_text("#look-trouble", |text| {
         text == "The cold end must be below the hot end."
     })?;
-    assert_eq!(colour(&browser, 0)?, INFERNO_MIDDLE);
+    assert_eq!(color(&browser, 0)?, INFERNO_MIDDLE);
     set_limit(&browser, "low", "25")?;
-    wait_for_colour(&browser, 0, COLDEST)?;
+    wait_for_color(&browser, 0, COLDEST)?;
     assert_eq!(browser.text("#look-trouble")?, "");
 
     // Held: hotter frames do not move it.
@@ -146,15 +146,15 @@ fn a_flat_frame_is_shown_on_the_least_span_and_its_noise_is_no_heat() -> Outcome
         ends.starts_with("25 °C") && ends.ends_with("21 °C"),
         "{ends}"
     );
-    // One step of 0.25 °C in 4 °C is a sixteenth of the colours.
-    let [flat, step] = [colour(&browser, 0)?, colour(&browser, 10)?];
+    // One step of 0.25 °C in 4 °C is a sixteenth of the colors.
+    let [flat, step] = [color(&browser, 0)?, color(&browser, 10)?];
     assert!(flat != step && step != HOTTEST, "{flat:?} and {step:?}");
     assert_quiet(&browser, "")
 }
 
 #[test]
-fn the_centre_is_the_mean_of_the_four_pixels_in_the_middle() -> Outcome {
-    if left_out("the_centre_is_the_mean_of_the_four_pixels_in_the_middle") {
+fn the_center_is_the_mean_of_the_four_pixels_in_the_middle() -> Outcome {
+    if left_out("the_center_is_the_mean_of_the_four_pixels_in_the_middle") {
         return Ok(());
     }
     let (server, browser, _folder) = set_up()?;
@@ -164,7 +164,7 @@ fn the_centre_is_the_mean_of_the_four_pixels_in_the_middle() -> Outcome {
         around[pixel - 1] = word;
     }
     server.post(&batch("s1", 0, &[frame(&around, 402)]))?;
-    field(&browser, "centre", "26.75 °C")?;
+    field(&browser, "center", "26.75 °C")?;
     field(&browser, "max", "29.00 °C")?;
     assert_quiet(&browser, "")
 }
@@ -215,7 +215,7 @@ fn turning_one_sensor_leaves_the_other_upright() -> Outcome {
     let second = ".sensor:nth-child(2)";
     let canvas = format!("{second} .heat");
     let is_hot = |cell: usize| {
-        let look = || colour_in(&browser, &canvas, cell);
+        let look = || color_in(&browser, &canvas, cell);
         browser
             .wait_for("the second sensor", look, |seen| *seen == HOTTEST)
             .map(drop)
@@ -248,28 +248,24 @@ fn a_picture_is_turned_and_mirrored_and_its_pixels_keep_their_numbers() -> Outco
     let (server, browser, _folder) = set_up()?;
     // Pixel 2 is beside the upper left corner.
     server.post(&batch("s1", 0, &[frame(&pixels(80, 1, 120), 402)]))?;
-    wait_for_colour(&browser, 1, HOTTEST)?;
+    wait_for_color(&browser, 1, HOTTEST)?;
     browser.click(".sensor [data-field=turn]")?;
     // Clockwise: the upper edge becomes the right one. Row 2, column 8.
-    wait_for_colour(&browser, 15, HOTTEST)?;
+    wait_for_color(&browser, 15, HOTTEST)?;
     field(&browser, "orientation", "Drawn turned clockwise by 90°.")?;
     browser.press("m")?;
-    wait_for_colour(&browser, 8, HOTTEST)?;
+    wait_for_color(&browser, 8, HOTTEST)?;
     field(
         &browser,
         "orientation",
         "Drawn mirrored, then turned clockwise by 270°.",
     )?;
     browser.open(&server.url("/"))?;
-    wait_for_colour(&browser, 8, HOTTEST)?;
+    wait_for_color(&browser, 8, HOTTEST)?;
     browser.type_into(".heat", &format!("{HOME}{DOWN}"))?;
     field(&browser, "cursor", "Pixel 2 (row 1, column 2): 30.00 °C")?;
     for corner in [8, 1, 15, 62, 8] {
-        assert_eq!(
-            colour(&browser, corner)? == HOTTEST,
-            corner == 8,
-            "{corner}"
-        );
+        assert_eq!(color(&browser, corner)? == HOTTEST, corner == 8, "{corner}");
     }
     assert_quiet(&browser, "")
 }
@@ -316,7 +312,7 @@ fn what_is_interpolated_says_so() -> Outcome {
         .map(|index| if index % 8 < 4 { 80 } else { 120 })
         .collect();
     server.post(&batch("s1", 0, &[frame(&halves, 402)]))?;
-    wait_for_colour(&browser, 4, HOTTEST)?;
+    wait_for_color(&browser, 4, HOTTEST)?;
     let middle = "const canvas = document.querySelector('.heat');
         const copy = Object.assign(document.createElement('canvas'), { width: 1, height: 1 });
         const context = copy.getContext('2d', { willReadFrequently: true });
@@ -331,10 +327,10 @@ fn what_is_interpolated_says_so() -> Outcome {
             "invented",
             "what is between the 64 pixels was not measured",
         )?;
-        let red = browser.execute(middle)?.as_u64().ok_or("no colour")?;
+        let red = browser.execute(middle)?.as_u64().ok_or("no color")?;
         // Half-way between the two: inferno's middle has a red of 188.
         assert!((170..=205).contains(&red), "{method}: {red}");
-        assert_eq!(colour(&browser, 0)?, COLDEST, "{method}");
+        assert_eq!(color(&browser, 0)?, COLDEST, "{method}");
     }
     keep_picture(&browser, "interpolated")?;
     choose(&browser, "method", "cells")?;

@@ -1,0 +1,13 @@
+//! The live page and the editor in a real browser: each module is one side of them.
+
+mod beside;
+mod contrast;
+mod demo;
+mod devices;
+mod editor;
+mod exports;
+mod keys;
+mod live;
+mod login;
+mod recordings;
+mod view;
