@@ -247,7 +247,7 @@ mod tests {
     }
 
     fn is_holder(found: &Result<Caller, Unknown>, with_cookie: bool) -> bool {
-        matches!(found, Ok(Caller::Holder { by_cookie, .. }) if by_cookie == with_cookie)
+        matches!(found, Ok(Caller::Holder { by_cookie, .. }) if *by_cookie == with_cookie)
     }
 
     #[test]
