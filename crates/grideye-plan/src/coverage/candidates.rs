@@ -328,7 +328,7 @@ fn check(mounts: &Mounts) -> Result<(), CoverageError> {
             let expected = format!("{low}° to 90°");
             return Err(CoverageError::value(
                 what,
-                format!("{wrong}°"),
+                &format!("{wrong}°"),
                 expected,
                 hint,
             ));
@@ -341,14 +341,14 @@ fn check(mounts: &Mounts) -> Result<(), CoverageError> {
         if !(length_m.is_finite() && length_m >= 1e-3) {
             let found = format!("{} mm", length_m * 1000.0);
             let hint = "lengths are in millimetres";
-            return Err(CoverageError::value(what, found, "1 mm or more", hint));
+            return Err(CoverageError::value(what, &found, "1 mm or more", hint));
         }
     }
     let headings = mounts.ceiling_headings;
     if headings == 0 || headings > 360 {
         let what = "the number of headings";
         let hint = "8 is every 45 degrees";
-        return Err(CoverageError::value(what, headings, "1 to 360", hint));
+        return Err(CoverageError::value(what, &headings, "1 to 360", hint));
     }
     Ok(())
 }

@@ -66,7 +66,7 @@ pub enum CoverageError {
 impl CoverageError {
     pub(crate) fn value(
         what: &'static str,
-        found: impl ToString,
+        found: &impl ToString,
         expected: impl Into<String>,
         hint: &'static str,
     ) -> Self {

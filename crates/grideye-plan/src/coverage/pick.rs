@@ -246,7 +246,7 @@ fn check(count: usize, wish: &Wish) -> Result<(), CoverageError> {
         if !(1..=limits::PICKED_MAX).contains(&found) {
             let expected = format!("1 to {}", limits::PICKED_MAX);
             let hint = "2 is a good start for one room";
-            return Err(CoverageError::value(what, found, expected, hint));
+            return Err(CoverageError::value(what, &found, expected, hint));
         }
     }
     if !(wish.sigma_min.is_finite() && wish.sigma_min > 0.0) {
@@ -255,14 +255,14 @@ fn check(count: usize, wish: &Wish) -> Result<(), CoverageError> {
             format!("{} sigma", wish.sigma_min),
         );
         let hint = "3 sigma is the usual limit of detection";
-        return Err(CoverageError::value(what, found, "a number above 0", hint));
+        return Err(CoverageError::value(what, &found, "a number above 0", hint));
     }
     if wish.rule == Rule::Together && wish.sensors_min != 1 {
         let expected = "1, if the sensors detect together";
         let hint = "count sensors that detect alone, or let all detect together";
         return Err(CoverageError::value(
             at_each_place,
-            wish.sensors_min,
+            &wish.sensors_min,
             expected,
             hint,
         ));

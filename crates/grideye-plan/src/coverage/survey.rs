@@ -219,12 +219,12 @@ fn check(grain: &Grain) -> Result<(), CoverageError> {
         let found = format!("{} mm", grain.cell_m * 1000.0);
         let hint = "200 mm is a good one for rooms";
         let what = "the length of a cell";
-        return Err(CoverageError::value(what, found, "1 mm or more", hint));
+        return Err(CoverageError::value(what, &found, "1 mm or more", hint));
     }
     in_range("the number of turns", grain.turns, limits::TURNS_MAX)?;
     if grain.frames == 0 {
         let (what, hint) = ("the number of frames", "1 is a single frame");
-        return Err(CoverageError::value(what, 0, "1 or more", hint));
+        return Err(CoverageError::value(what, &0, "1 or more", hint));
     }
     Ok(())
 }
@@ -236,7 +236,7 @@ fn in_range(what: &'static str, found: usize, limit: usize) -> Result<(), Covera
     let hint = "leave it out for the default";
     Err(CoverageError::value(
         what,
-        found,
+        &found,
         format!("1 to {limit}"),
         hint,
     ))
