@@ -44,7 +44,7 @@ pub(crate) fn run(options: &Characterize) -> Result<Outcome> {
 
 enum Room {
     /// The background of the room without anybody.
-    Empty(Background),
+    Empty(Box<Background>),
     /// Nothing that can be told from the people in it, and why.
     Occupied(String),
     /// One or the other, and what leaves it open.
@@ -54,7 +54,7 @@ enum Room {
 fn room(options: &Characterize, found: &Characterization) -> Result<Room> {
     let shown = options.recording.display();
     let whole = || {
-        Background::whole(found).map(Room::Empty).ok_or_else(|| {
+        Background::whole(found).map(Box::new).map(Room::Empty).ok_or_else(|| {
             bad_input(anyhow!(
                 "{shown} has no hundred frames in a row\nhint: record the empty room for a minute"
             ))
@@ -70,7 +70,9 @@ fn room(options: &Characterize, found: &Characterization) -> Result<Room> {
         (Some(Nobody::Nowhere), _) => Room::Occupied("--empty no".to_owned()),
         (Some(Nobody::In(stretches)), _) => {
             let found = background(&recordings::load_stream(&options.recording)?, stretches);
-            Room::Empty(found.map_err(|error| bad_input(anyhow!("{shown}: {error}")))?)
+            Room::Empty(Box::new(
+                found.map_err(|error| bad_input(anyhow!("{shown}: {error}")))?,
+            ))
         }
         (None, Presence::Somebody(spot)) => Room::Occupied(format!(
             "somebody is in view ({spot} change by {:.2} °C)",

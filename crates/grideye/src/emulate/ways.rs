@@ -181,7 +181,7 @@ impl UsbWay {
         let (port, host) = (at.port(), at.ip());
         let attach = |id| format!("usbip --tcp-port {port} attach -r {host} -b {id}");
         let lines: Vec<String> = server.bus_ids().map(|(_, id)| attach(id)).collect();
-        reached.add("usbip-tcp", at, lines.join(" && "));
+        reached.add("usbip-tcp", &at, lines.join(" && "));
         Ok(Self::Offered(server))
     }
 
@@ -306,7 +306,7 @@ pub(super) struct Reached {
 }
 
 impl Reached {
-    pub(super) fn add(&mut self, way: &'static str, at: impl ToString, text: String) {
+    pub(super) fn add(&mut self, way: &'static str, at: &impl ToString, text: String) {
         self.ways.push(way);
         self.at.push(at.to_string());
         self.text.push(text);
