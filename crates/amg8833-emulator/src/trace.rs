@@ -1,4 +1,4 @@
-//! What passed on the bus, message by message: for a closure, a table, or a logic analyser's screen.
+//! What passed on the bus, message by message: for a closure, a table, or a logic analyzer's screen.
 //!
 //! ```
 //! # #[cfg(feature = "std")] {

@@ -65,6 +65,7 @@ impl Service<Request> for Routes {
 }
 
 /// Every route of the collector.
+#[must_use]
 pub fn app(state: AppState) -> Routes {
     app_with(state, &[])
 }

@@ -1,4 +1,4 @@
-//! One labelled frame after the other: the scene of the frame, what its sensor measures, and what is true of it.
+//! One labeled frame after the other: the scene of the frame, what its sensor measures, and what is true of it.
 
 use crate::error::DatasetError;
 use grideye_scene::{Files, Scene, Simulator, simulator};
@@ -44,7 +44,7 @@ pub struct Frames {
 }
 
 #[derive(Debug)]
-pub(crate) struct Labelled {
+pub(crate) struct Labeled {
     pub(crate) index: u64,
     pub(crate) time: Duration,
     pub(crate) noise_seed: u64,
@@ -131,7 +131,7 @@ struct Set {
 }
 
 impl Maker<'_> {
-    pub(crate) fn frame(&mut self, index: u64) -> Result<Labelled, DatasetError> {
+    pub(crate) fn frame(&mut self, index: u64) -> Result<Labeled, DatasetError> {
         let frames = self.frames;
         let Subject { recipe, seed, .. } = &frames.subject;
         let draw = recipe.draw(*seed, index);
@@ -149,7 +149,7 @@ impl Maker<'_> {
             Some(label(scene, simulator, number, time))
         });
         let (image, noisy) = simulator.image_and_noisy(time, draw.noise_seed);
-        Ok(Labelled {
+        Ok(Labeled {
             index,
             time,
             noise_seed: draw.noise_seed,

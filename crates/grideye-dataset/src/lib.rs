@@ -1,4 +1,4 @@
-//! Labelled frames of a scene that differs from frame to frame, in a folder of parts that many processes may fill.
+//! Labeled frames of a scene that differs from frame to frame, in a folder of parts that many processes may fill.
 //!
 //! ```text
 //!  scene + what varies + seed ──▶ manifest (dataset.json) ──▶ parts 0, 1, 2 … of so many frames each

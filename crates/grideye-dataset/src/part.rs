@@ -1,11 +1,11 @@
 //! The frames of one part, array by array.
 
-use crate::frames::{Frames, Labelled};
+use crate::frames::{Frames, Labeled};
 use crate::manifest::Manifest;
 use grideye_scene::count::single;
 use grideye_variation::Value;
 
-/// The labelled frames of a part.
+/// The labeled frames of a part.
 #[derive(Debug)]
 pub struct Part {
     /// Which part.
@@ -33,7 +33,7 @@ pub struct Part {
 pub struct AgentLabels {
     /// Its name.
     pub name: String,
-    /// Where it is on each axis, metres; nothing where it is absent.
+    /// Where it is on each axis, meters; nothing where it is absent.
     pub position_m: [Vec<Option<f64>>; 3],
     /// Whether it is there.
     pub present: Vec<bool>,
@@ -95,16 +95,16 @@ impl Part {
         }
     }
 
-    pub(crate) fn add(&mut self, labelled: &Labelled) {
-        self.frame.push(labelled.index);
-        self.time_s.push(labelled.time.as_secs_f64());
-        self.noise_seed.push(labelled.noise_seed);
+    pub(crate) fn add(&mut self, labeled: &Labeled) {
+        self.frame.push(labeled.index);
+        self.time_s.push(labeled.time.as_secs_f64());
+        self.noise_seed.push(labeled.noise_seed);
         self.celsius
-            .extend(labelled.celsius.iter().copied().map(single));
+            .extend(labeled.celsius.iter().copied().map(single));
         self.truth_c
-            .extend(labelled.truth_c.iter().copied().map(single));
+            .extend(labeled.truth_c.iter().copied().map(single));
         let pixels = self.size.0 * self.size.1;
-        for (agent, label) in self.agents.iter_mut().zip(&labelled.agents) {
+        for (agent, label) in self.agents.iter_mut().zip(&labeled.agents) {
             let label = label.as_ref();
             agent.present.push(label.is_some());
             for (axis, values) in agent.position_m.iter_mut().enumerate() {
@@ -117,7 +117,7 @@ impl Part {
                 None => agent.mask.resize(agent.mask.len() + pixels, 0.0),
             }
         }
-        for (varied, value) in self.varied.iter_mut().zip(&labelled.varied) {
+        for (varied, value) in self.varied.iter_mut().zip(&labeled.varied) {
             match (&mut varied.values, value) {
                 (Scalars::Numbers(numbers), Value::Number(number)) => numbers.push(*number),
                 (Scalars::Texts(texts), Value::Text(text)) => texts.push(text.clone()),

@@ -79,7 +79,7 @@ impl Celsius {
 }
 
 impl fmt::Display for Celsius {
-    /// Degrees without the unit; honours the precision asked for.
+    /// Degrees without the unit; honors the precision asked for.
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         fmt::Display::fmt(&self.0, formatter)
     }

@@ -109,7 +109,7 @@ mod tests {
         assert!(!presence.see(&frame(2, 21.25), &RULE, at(26)));
     }
 
-    /// Frames that the rule calls occupied, of those that people labelled with nobody and with somebody.
+    /// Frames that the rule calls occupied, of those that people labeled with nobody and with somebody.
     fn counted(name: &str) -> [(usize, usize); 2] {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../recordings/linaige");
         let file = File::open(folder.join(name)).unwrap();
@@ -129,7 +129,7 @@ mod tests {
 
     /// The figures of the README: each frame alone, without the hold.
     #[test]
-    fn what_the_rule_makes_of_labelled_frames_of_a_real_sensor_is_what_is_documented() {
+    fn what_the_rule_makes_of_labeled_frames_of_a_real_sensor_is_what_is_documented() {
         let room_b = counted("Session2_2021-07-01_RoomB_v2.csv");
         let room_a = counted("Session3_2021-07-06_RoomA_v2.csv");
         assert_eq!(room_b, [(0, 243), (1338, 1605)]);

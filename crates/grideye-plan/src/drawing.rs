@@ -3,8 +3,8 @@
 //!
 //! | in the drawing | is |
 //! |---|---|
-//! | blue, or its own colour | an object |
-//! | red, or its own colour | an agent, where it is at [`Drawing::time`] |
+//! | blue, or its own color | an object |
+//! | red, or its own color | an agent, where it is at [`Drawing::time`] |
 //! | yellow pyramid | what a sensor has in view, up to the walls |
 //! | dotted line, circles | an agent's way, and where it is when a frame is taken |
 //!

@@ -5,9 +5,9 @@
 //! that the two join without a clock.
 //!
 //! ```
-//! use grideye_recording::labels::{LabelledFrames, to_csv};
+//! use grideye_recording::labels::{LabeledFrames, to_csv};
 //!
-//! let range = LabelledFrames {
+//! let range = LabeledFrames {
 //!     number: 1,
 //!     label: "two people",
 //!     device: "pi-1",
@@ -35,7 +35,7 @@ const HEADER: [&str; 7] = [
 
 /// One range of frames of one stream under a label.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct LabelledFrames<'l> {
+pub struct LabeledFrames<'l> {
     /// The label's number in its recording, from 1.
     pub number: i64,
     /// What it says.
@@ -57,7 +57,7 @@ pub struct LabelledFrames<'l> {
 /// # Errors
 /// None that is known: the text is made in memory.
 pub fn to_csv<'l>(
-    ranges: impl IntoIterator<Item = LabelledFrames<'l>>,
+    ranges: impl IntoIterator<Item = LabeledFrames<'l>>,
 ) -> Result<Vec<u8>, ::csv::Error> {
     let mut writer = ::csv::WriterBuilder::new()
         .has_headers(false)

@@ -26,8 +26,8 @@
 //! let rows = linaige::Reader::new(session.as_bytes(), Date::from_file_name(name)?, stream_from_file_name(name))?;
 //!
 //! let mut writer = Writer::new(Vec::new())?;
-//! for labelled in rows {
-//!     writer.write(&labelled?.row)?;
+//! for labeled in rows {
+//!     writer.write(&labeled?.row)?;
 //! }
 //! let recording = writer.finish()?;
 //!

@@ -79,7 +79,7 @@ pub(crate) fn with_scl_hz<C: Clock, S: FrameSource>(
     }
 }
 
-/// Emulated boot time; its wall clock started right when the program did, and is synchronised.
+/// Emulated boot time; its wall clock started right when the program did, and is synchronized.
 #[derive(Debug)]
 pub struct AgentClock {
     paced: Arc<PacedClock>,

@@ -6,7 +6,7 @@ use crate::picture::{
     SamplingGrid, ShadedPatch, Shown, Sight, StaticFacets,
 };
 use crate::radiometry::{Air, Glow, Surface};
-use crate::sensor::{add_noise, measure, quantise};
+use crate::sensor::{add_noise, measure, quantize};
 use glam::DVec3;
 use std::time::Duration;
 
@@ -278,7 +278,7 @@ impl Simulator {
                 time,
             ),
         }
-        quantise(&mut image.celsius, sensor.step_c);
+        quantize(&mut image.celsius, sensor.step_c);
         self.detected(image)
     }
 

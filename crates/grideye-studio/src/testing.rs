@@ -1,8 +1,8 @@
 //! The collector's own router with these annexes, without a socket, for tests.
 
-use grideye_collector::Routes;
 use axum::body::{Body, to_bytes};
 use axum::http::{Method, Request, header};
+use grideye_collector::Routes;
 use grideye_collector::{Annex, AppState, Clock, Limits, SqliteStore, StoreLocation, app_with};
 use serde_json::Value;
 use std::sync::Arc;

@@ -39,7 +39,7 @@
 //!
 //! let settings = Settings::new(Protocol::Static, 20.0, 0.5);
 //! let comparison = compare(shape, &real, &simulated, &settings)?;
-//! assert_eq!(comparison.judgement.verdict, Verdict::Agrees);
+//! assert_eq!(comparison.judgment.verdict, Verdict::Agrees);
 //! # Ok::<(), grideye_validator::ValidatorError>(())
 //! ```
 
@@ -78,4 +78,4 @@ pub use scene_comparison::{
     DYNAMIC_FRAMES, KnownUnit, LAG_FRAMES_MAX, Options, STATIC_FRAMES, compare_scene,
 };
 pub use thresholds::Thresholds;
-pub use verdict::{Asked, Criterion, Judgement, Nobody, State, Verdict, WarmPixels};
+pub use verdict::{Asked, Criterion, Judgment, Nobody, State, Verdict, WarmPixels};

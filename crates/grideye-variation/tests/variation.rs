@@ -251,7 +251,7 @@ fn the_floor_of_an_l_shaped_room_is_that_of_the_l() {
         assert!(x <= 1.9 || y <= 1.9, "beyond the corner: {x} {y}");
         arms[usize::from(x > 2.0) + 2 * usize::from(y > 2.0)] += 1;
     }
-    // By area, less the bodies' own width at the walls: 1.8 x 1.8 (about), 2 x 1.8 and 1.8 x 3.9 square metres.
+    // By area, less the bodies' own width at the walls: 1.8 x 1.8 (about), 2 x 1.8 and 1.8 x 3.9 square meters.
     assert!(arms.iter().all(|count| *count > 40), "{arms:?}");
 }
 

@@ -57,7 +57,7 @@ pub(crate) fn run(options: &Compare) -> Result<Outcome> {
         ..context()
     };
     write(options, &comparison, &context)?;
-    Ok(outcome(comparison.judgement.verdict))
+    Ok(outcome(comparison.judgment.verdict))
 }
 
 const TOML_HINT: &str = "name a TOML file";
@@ -166,20 +166,20 @@ fn told(path: &Path) {
 }
 
 fn words(comparison: &Comparison, experiment: Option<u8>) -> String {
-    let judgement = &comparison.judgement;
+    let judgment = &comparison.judgment;
     let warnings = comparison
         .warnings
         .iter()
         .map(|warning| format!("warning: {warning}\n"));
-    let reasons = judgement
+    let reasons = judgment
         .reasons
         .iter()
         .map(|reason| format!("  {reason}\n"));
     let lines: String = warnings.chain(reasons).collect();
     format!(
         "{}\n{lines}  What would change it: {}\n{}",
-        judgement.headline,
-        judgement.would_change,
+        judgment.headline,
+        judgment.would_change,
         report::table(comparison, experiment)
     )
 }

@@ -118,13 +118,13 @@ fn mounts(options: &Coverage) -> Mounts {
         options.candidates.contains(&None) || options.candidates.contains(&Some(*mount))
     };
     let poses = &options.poses;
-    let metres = |height: &f64| height / 1000.0;
+    let meters = |height: &f64| height / 1000.0;
     Mounts {
         mounts: all.filter(asked).collect(),
         spacing_m: poses.spacing_mm / 1000.0,
         ceiling_tilts_deg: poses.tilts_deg.clone(),
         ceiling_headings: poses.headings,
-        wall_heights_m: poses.heights_mm.iter().map(metres).collect(),
+        wall_heights_m: poses.heights_mm.iter().map(meters).collect(),
         wall_downs_deg: poses.downs_deg.clone(),
         wall_headings_deg: poses.wall_headings_deg.clone(),
     }

@@ -1,4 +1,4 @@
-//! `grideye dataset`: labelled frames of a scene that differs from frame to frame.
+//! `grideye dataset`: labeled frames of a scene that differs from frame to frame.
 
 use crate::cli::{Dataset, Method};
 use crate::exit::{Outcome, bad_input};

@@ -124,12 +124,12 @@ fn judge_scene(
     files::write_text(&json, &report::json(&comparison, &context))?;
     let line = format!(
         "scores    {}: {}",
-        comparison.judgement.verdict.name(),
+        comparison.judgment.verdict.name(),
         report::scores_line(&comparison, shown.experiment)
     );
     Ok((
         line,
-        compare::outcome(comparison.judgement.verdict),
+        compare::outcome(comparison.judgment.verdict),
         format!("report {}", page.display()),
     ))
 }

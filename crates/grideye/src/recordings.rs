@@ -93,7 +93,7 @@ fn rows(path: &Path, assumed: Option<&Assumed>) -> Result<Rows> {
             let date = linaige::Date::from_file_name(&name).map_err(place)?;
             let stream = linaige::stream_from_file_name(&name);
             let reader = linaige::Reader::new(input, date, stream).map_err(place)?;
-            Ok(Box::new(reader.map(|row| row.map(|labelled| labelled.row))))
+            Ok(Box::new(reader.map(|row| row.map(|labeled| labeled.row))))
         }
         Layout::Rows => Ok(Box::new(RowReader::new(input, stated(path, assumed)?))),
         Layout::Npy => {

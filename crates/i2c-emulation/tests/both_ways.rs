@@ -285,7 +285,7 @@ fn a_program_that_leaves_others_behind_ends_all_the_same(via: Via) {
     assert_nothing_left(&bench.device());
 }
 
-/// A program in C, optimised and hardened as Debian's are: it calls `__read_chk` and `__open64_2` where others call
+/// A program in C, optimized and hardened as Debian's are: it calls `__read_chk` and `__open64_2` where others call
 /// `read` and `open`.
 const CLIENT: &str = r#"
 #define _FILE_OFFSET_BITS 64

@@ -55,7 +55,7 @@ impl Degrees {
     }
 }
 
-/// How output frames are made of internal ones. Means are taken of the source's values, before the quantisation.
+/// How output frames are made of internal ones. Means are taken of the source's values, before the quantization.
 #[derive(Debug, Clone)]
 pub(crate) struct Averaging {
     sum: Degrees,

@@ -66,8 +66,8 @@ pub(crate) struct Spoil {
 
 impl Spoil {
     pub(crate) fn apply(&self, words: &mut Words) {
-        for (word, spoilt) in words.pixels.iter_mut().zip(self.pixels) {
-            *word = spoilt.unwrap_or(*word) & WORD;
+        for (word, spoiled) in words.pixels.iter_mut().zip(self.pixels) {
+            *word = spoiled.unwrap_or(*word) & WORD;
         }
         words.thermistor = self.thermistor.unwrap_or(words.thermistor) & WORD;
     }

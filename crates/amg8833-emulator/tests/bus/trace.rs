@@ -1,4 +1,4 @@
-//! The trace of a bus: message by message, as a table, and as what a logic analyser's decoder makes of it.
+//! The trace of a bus: message by message, as a table, and as what a logic analyzer's decoder makes of it.
 
 use amg8833_emulator::trace::{Acknowledge, CsvTrace, Start, Transfer, VcdTrace};
 use amg8833_emulator::{Address, Bus, BusError, Fault, FaultKind, ManualClock};

@@ -94,13 +94,13 @@ fn what_takes_the_whole_bus_takes_its_other_sensor_too() {
         (Fault::NackAddress, Ok(())),
         (Fault::BusError, Ok(())),
     ];
-    for (fault, neighbour) in faults {
+    for (fault, neighbor) in faults {
         let mut rig = broken(fault);
         let source: Source = Box::new(counting);
         rig.bus.plug(Address::Low, source, Options::default());
-        assert_eq!(rig.bus.write(0x68, &[0x80]), neighbour, "{fault:?}");
+        assert_eq!(rig.bus.write(0x68, &[0x80]), neighbor, "{fault:?}");
         let nobody = rig.bus.write(0x42, &[]).unwrap_err();
-        assert_eq!(nobody, neighbour.err().unwrap_or(NOBODY), "{fault:?}");
+        assert_eq!(nobody, neighbor.err().unwrap_or(NOBODY), "{fault:?}");
         mended(&mut rig);
         assert_eq!(rig.bus.write(0x68, &[0x80]), Ok(()), "{fault:?} mended");
     }
@@ -211,9 +211,9 @@ fn without_an_adapter_there_is_no_traffic_and_no_power() {
     rig.set(5_010);
     mended(&mut rig);
     assert_eq!(rig.image(), vec![0; 256]);
-    let mut neighbour = [0xA5; 2];
-    rig.bus.write_read(0x68, &[0x80], &mut neighbour).unwrap();
-    assert_eq!(neighbour, [0, 0], "its neighbour had no power either");
+    let mut neighbor = [0xA5; 2];
+    rig.bus.write_read(0x68, &[0x80], &mut neighbor).unwrap();
+    assert_eq!(neighbor, [0, 0], "its neighbor had no power either");
     rig.set(5_110);
     assert_eq!(rig.frames(), 3 + 1);
 }
@@ -235,9 +235,9 @@ fn an_unplugged_sensor_is_off_the_bus_and_starts_anew_when_it_is_back() {
         rig.bus.write(HIGH, &[]).map_err(|error| error.kind()),
         Err(ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address))
     );
-    let mut neighbour = [0xA5; 2];
-    rig.bus.write_read(0x68, &[0x80], &mut neighbour).unwrap();
-    assert_eq!(neighbour, [3, 0], "its neighbour kept its power");
+    let mut neighbor = [0xA5; 2];
+    rig.bus.write_read(0x68, &[0x80], &mut neighbor).unwrap();
+    assert_eq!(neighbor, [3, 0], "its neighbor kept its power");
     rig.set(5_010);
     mended(&mut rig);
     assert_eq!(rig.image(), vec![0; 256]);

@@ -14,7 +14,7 @@ mod interrupts;
 mod power;
 mod properties;
 mod resets;
-mod spoilt;
+mod spoiled;
 mod support;
 mod timing;
 mod wire;

@@ -87,7 +87,7 @@ fn a_change_of_rate_starts_both_averages_anew() {
 }
 
 #[test]
-fn means_are_taken_before_the_quantisation() {
+fn means_are_taken_before_the_quantization() {
     // Seven values that round to 80 steps and three that round to 81: of the words the mean would be 80.
     let source = |t: Duration| {
         uniform(if t.as_millis() / 100 % 10 < 3 {

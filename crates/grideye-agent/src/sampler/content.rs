@@ -6,7 +6,7 @@ use grideye_frame::{COLUMNS, Celsius, NoData, PIXELS, PixelWord, RawFrame, Therm
 
 /// What a pixel that failed for a moment was seen to read: 0x000, and 0xFFF, which is the step below.
 const GLITCHES: [Celsius; 2] = [Celsius::new(0.0), Celsius::new(-0.25)];
-/// How far all neighbours of a pixel are from it if it is no measurement: more than a pixel's viewing angle, which is
+/// How far all neighbors of a pixel are from it if it is no measurement: more than a pixel's viewing angle, which is
 /// wider than the grid, lets any object be in one pixel alone.
 const GLITCH_MIN_C: f32 = 5.0;
 
@@ -37,9 +37,9 @@ impl Content {
         let around = |place: usize| place.saturating_sub(1)..=(place + 1).min(COLUMNS - 1);
         around(row)
             .flat_map(|row| around(column).map(move |column| row * COLUMNS + column))
-            .filter(|neighbour| *neighbour != index)
-            .filter_map(|neighbour| self.0.get(neighbour))
-            .all(|neighbour| (neighbour.get() - pixel.get()).abs() > GLITCH_MIN_C)
+            .filter(|neighbor| *neighbor != index)
+            .filter_map(|neighbor| self.0.get(neighbor))
+            .all(|neighbor| (neighbor.get() - pixel.get()).abs() > GLITCH_MIN_C)
     }
 }
 

@@ -196,7 +196,7 @@ fn a_sensor_that_does_not_answer_at_the_start_is_waited_for() {
 }
 
 #[test]
-fn a_broken_neighbour_costs_the_other_sensor_nothing() {
+fn a_broken_neighbor_costs_the_other_sensor_nothing() {
     let collector = Collector::storing();
     let host = Host::late_by(&[]);
     let sensors = [Address::Low, Address::High]

@@ -19,7 +19,7 @@ pub enum AccessError {
     },
     /// A file holds something else than this program wrote.
     #[error(
-        "{}: {what}\nhint: put back a copy of the file, or move the folder away and enrol anew", .path.display()
+        "{}: {what}\nhint: put back a copy of the file, or move the folder away and enroll anew", .path.display()
     )]
     Malformed {
         /// The file.
@@ -37,7 +37,7 @@ pub enum AccessError {
     TooManyTokens,
     /// One device more than a token takes.
     #[error(
-        "a token speaks for 1 to {DEVICES_PER_TOKEN_MAX} devices, found {0}\nhint: enrol the others with a token of their own"
+        "a token speaks for 1 to {DEVICES_PER_TOKEN_MAX} devices, found {0}\nhint: enroll the others with a token of their own"
     )]
     DevicesPerToken(usize),
     /// A name that cannot be a device or a token.

@@ -102,7 +102,7 @@ pub(crate) fn check_device(caller: Option<&Caller>, device: &str) -> Result<(), 
     let what = "this token does not speak for that device";
     Err(Refusal::new(StatusCode::FORBIDDEN, "foreign_device", what)
         .field("device")
-        .hint("give the agent the device's name that it was enrolled with, or enrol it: `grideye enroll DEVICE`"))
+        .hint("give the agent the device's name that it was enrolled with, or enroll it: `grideye enroll DEVICE`"))
 }
 
 /// Whether the state of this device may be looked at: by those who may look at all of them, and by itself.
@@ -116,7 +116,7 @@ pub(crate) fn check_own(caller: Option<&Caller>, device: &str) -> Result<(), Ref
 }
 
 fn not_authenticated() -> Refusal {
-    let what = "nobody was recognised for this request";
+    let what = "nobody was recognized for this request";
     Refusal::new(StatusCode::UNAUTHORIZED, "no_token", what)
 }
 

@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn an_address_that_was_named_is_answered_for_and_its_neighbour_is_not() {
+    fn an_address_that_was_named_is_answered_for_and_its_neighbor_is_not() {
         let hosts = HostNames::new(IpAddr::from([127, 0, 0, 1]), &["10.0.2.2".to_owned()]);
         assert!(hosts.accepts("10.0.2.2:8833"));
         assert!(!hosts.accepts("10.0.2.3:8833"));

@@ -199,7 +199,7 @@ fn label(name: &str, spans: &[(&str, u64, u64)]) -> String {
 }
 
 /// A recording of frames 0 to 9 of one sensor and 5 to 9 of another.
-async fn labelled() -> Server {
+async fn labeled() -> Server {
     let server = Server::new().await;
     start(&server, "kitchen, é").await;
     let sensor = |name, from| part(name, (from..10).map(crate::batches::frame).collect());
@@ -210,7 +210,7 @@ async fn labelled() -> Server {
 
 #[tokio::test]
 async fn labels_are_added_listed_downloaded_and_taken_away() {
-    let server = labelled().await;
+    let server = labeled().await;
     let (all, one) = (
         label(" two people, \"é\" ", &[("s1", 2, 7), ("s2", 5, 7)]),
         label("nobody", &[("s1", 9, 9)]),
@@ -254,7 +254,7 @@ async fn labels_are_added_listed_downloaded_and_taken_away() {
 
 #[tokio::test]
 async fn a_label_of_frames_that_are_not_there_is_refused_with_the_place() {
-    let server = labelled().await;
+    let server = labeled().await;
     let nameless = label("", &[("s1", 2, 7)]);
     let spans = |spans: Value| json!({ "name": "x", "spans": spans }).to_string();
     for (bad, field) in [

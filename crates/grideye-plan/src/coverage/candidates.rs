@@ -24,13 +24,13 @@ pub enum Mount {
 pub struct Mounts {
     /// Where.
     pub mounts: Vec<Mount>,
-    /// About how far apart, metres: so many that they divide the room, or the wall, evenly.
+    /// About how far apart, meters: so many that they divide the room, or the wall, evenly.
     pub spacing_m: f64,
     /// Under the ceiling: angles of the axis off straight down, degrees, 0 to 90.
     pub ceiling_tilts_deg: Vec<f64>,
     /// Under the ceiling, tilted: directions, evenly over a whole turn from the right on.
     pub ceiling_headings: usize,
-    /// On walls and in corners: heights above the floor, metres.
+    /// On walls and in corners: heights above the floor, meters.
     pub wall_heights_m: Vec<f64>,
     /// On walls and in corners: angles of the axis below the level, degrees, 0 to 90.
     pub wall_downs_deg: Vec<f64>,
@@ -60,7 +60,7 @@ pub struct Candidate {
     pub mount: Option<Mount>,
     /// The sensor there.
     pub sensor: Sensor,
-    /// Its place, whole millimetres.
+    /// Its place, whole millimeters.
     pub position_mm: DVec3,
     /// As in a scene file, tenths of degrees.
     pub elevation_deg: f64,
@@ -68,7 +68,7 @@ pub struct Candidate {
     pub azimuth_deg: f64,
 }
 
-/// How far before a wall the window of a sensor is, metres: the room's walls hide what is behind them.
+/// How far before a wall the window of a sensor is, meters: the room's walls hide what is behind them.
 const STANDOFF_M: f64 = 0.02;
 
 /// The candidates of a room, each a sensor like `like`: first those of the ceiling, row by row, then those of walls and
@@ -218,7 +218,7 @@ fn places(room: &Room, mounts: &Mounts) -> Result<Vec<Place>, CoverageError> {
         let inward_deg = libm::atan2(inward.y, inward.x).to_degrees();
         places.push(Place {
             mount,
-            // Rounded up, a ceiling that is not at a whole millimetre would be below the sensor.
+            // Rounded up, a ceiling that is not at a whole millimeter would be below the sensor.
             position_mm: (at_m * 1000.0)
                 .round()
                 .with_z((at_m.z * 1000.0 + 1e-6).floor()),
@@ -340,7 +340,7 @@ fn check(mounts: &Mounts) -> Result<(), CoverageError> {
     for (what, length_m) in lengths.into_iter().chain(heights) {
         if !(length_m.is_finite() && length_m >= 1e-3) {
             let found = format!("{} mm", length_m * 1000.0);
-            let hint = "lengths are in millimetres";
+            let hint = "lengths are in millimeters";
             return Err(CoverageError::value(what, &found, "1 mm or more", hint));
         }
     }

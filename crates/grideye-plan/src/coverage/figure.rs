@@ -23,7 +23,7 @@ pub struct Figure {
     climbs_m: f64,
 }
 
-/// The paper's agent (PeerJ CS 11:e3124, "Experiment setup"): depth, width across the shoulders, height, metres.
+/// The paper's agent (PeerJ CS 11:e3124, "Experiment setup"): depth, width across the shoulders, height, meters.
 const PAPER_SIZE_M: DVec3 = DVec3::new(0.2, 0.5, 1.75);
 /// The same, Table 1: 28 °C with clothes on; emissivity of fabrics.
 const PAPER_SURFACE: Surface = Surface {
@@ -41,7 +41,7 @@ impl Figure {
         Self::new(Posture::Standing, PAPER_SIZE_M, PAPER_SURFACE)
     }
 
-    /// A person of this size when standing (depth, width across the shoulders, height, metres), in a posture: one
+    /// A person of this size when standing (depth, width across the shoulders, height, meters), in a posture: one
     /// cuboid that stands or lies, or trunk and thighs of one who sits.
     #[must_use]
     pub fn new(posture: Posture, size_m: DVec3, surface: Surface) -> Self {
@@ -101,13 +101,13 @@ impl Figure {
         &self.name
     }
 
-    /// From the ground to its highest point, metres.
+    /// From the ground to its highest point, meters.
     #[must_use]
     pub const fn height_m(&self) -> f64 {
         self.height_m
     }
 
-    /// Up to how high a thing's top it sits or lies on, metres; 0 for one who only stands on the floor.
+    /// Up to how high a thing's top it sits or lies on, meters; 0 for one who only stands on the floor.
     #[must_use]
     pub const fn climbs_m(&self) -> f64 {
         self.climbs_m

@@ -10,7 +10,7 @@ use grideye_scene::{Agent, FreeSpace, Room, Scene, count, polygon::bounds};
 /// How finely a floor is looked at.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grain {
-    /// About how long a cell is, metres: so many cells of one size that they fill the room.
+    /// About how long a cell is, meters: so many cells of one size that they fill the room.
     pub cell_m: f64,
     /// Turns of the person at each place, evenly over half a turn: 2 are 0° and 90°.
     pub turns: usize,
@@ -36,7 +36,7 @@ pub struct Floor {
     pub columns: usize,
     /// Rows.
     pub rows: usize,
-    /// The sides of a cell, metres.
+    /// The sides of a cell, meters.
     pub cell_m: DVec2,
     /// The cells.
     pub cells: Vec<Cell>,
@@ -45,7 +45,7 @@ pub struct Floor {
 /// One cell.
 #[derive(Debug, Clone)]
 pub struct Cell {
-    /// The middle of its ground, metres.
+    /// The middle of its ground, meters.
     pub ground_m: DVec3,
     /// What is there.
     pub kind: Kind,

@@ -1,6 +1,6 @@
 //! The map as a drawing that a person reads: of simple shapes, so that a program can draw them in dots as well.
 //!
-//! Nothing rests on colour alone: better is darker, what is not detected or not seen is hatched, and counts are written
+//! Nothing rests on color alone: better is darker, what is not detected or not seen is hatched, and counts are written
 //! into the cells.
 
 use super::floor::{Floor, Kind};
@@ -181,7 +181,7 @@ impl MapDrawing<'_> {
         at = DVec2::new(MARGIN, top + 48.0);
         sketch.disc(at + DVec2::new(7.0, -4.0), 6.0, DARK);
         sketch.disc(at + DVec2::new(7.0, -4.0), 2.5, WHITE);
-        let text = "sensor and the way it looks; dashed: its field of view on the floor; lengths in metres";
+        let text = "sensor and the way it looks; dashed: its field of view on the floor; lengths in meters";
         sketch.text(at + DVec2::new(20.0, 0.0), Anchor::Start, 12.0, text);
     }
 }
@@ -274,7 +274,7 @@ fn hatch(sketch: &mut Sketch, (low, high): Cell, hatch: Hatch) {
     }
 }
 
-/// A coloured box with its meaning; where the next one begins.
+/// A colored box with its meaning; where the next one begins.
 fn swatch(sketch: &mut Sketch, at: DVec2, (fill, how): ([u8; 3], Hatch), name: &str) -> DVec2 {
     let cell = (at - DVec2::new(0.0, 12.0), at + DVec2::new(16.0, 4.0));
     sketch.rectangle(cell, fill);

@@ -32,7 +32,7 @@ impl Blockers {
         all.all(|mesh| !mesh.is_met(from_m, to_m))
     }
 
-    /// From where to where something is above a point of the floor, metres, in no order.
+    /// From where to where something is above a point of the floor, meters, in no order.
     pub(crate) fn column(&self, at_m: DVec2) -> Vec<(f64, f64)> {
         let meshes = self.meshes.iter();
         meshes.flat_map(|mesh| mesh.column(at_m)).collect()

@@ -234,7 +234,7 @@ impl Sheet {
                 element.at("fill-opacity", opacity, 3).end();
             });
         } else {
-            // The hair line in its own colour closes the seams between faces that were cut.
+            // The hair line in its own color closes the seams between faces that were cut.
             self.line("path", |element| {
                 let element = element.with("d", outline).with("fill", &fill);
                 stroke(element, &fill, "0.4").end();

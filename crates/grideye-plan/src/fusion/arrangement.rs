@@ -5,7 +5,7 @@ use super::error::{ArrayError, CELLS_PER_AXIS_MAX};
 use glam::{DVec2, DVec3, USizeVec2};
 use grideye_scene::{Sensor, count, physical::Optics};
 
-/// Deviation of a spacing from Eq. 7 that is let pass: 1 %, a third of a millimetre in 30.
+/// Deviation of a spacing from Eq. 7 that is let pass: 1 %, a third of a millimeter in 30.
 const TOLERANCE: f64 = 0.01;
 const SLACK_M: f64 = 1e-4;
 
@@ -78,7 +78,7 @@ pub(super) fn axis(
     let is_eq_7 =
         sensors == 1 || (spacing_m - axis.spacing_by_eq_7_m).abs() <= TOLERANCE * spacing_m;
     if !(is_even && is_eq_7) {
-        let rounded = |metres: f64| (metres * 1e5).round() / 100.0;
+        let rounded = |meters: f64| (meters * 1e5).round() / 100.0;
         return Err(ArrayError::Spacing {
             direction,
             spacing_mm: rounded(if is_even {

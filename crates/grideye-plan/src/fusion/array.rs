@@ -24,7 +24,7 @@ pub struct SensorArray {
 pub enum Method {
     /// The mean of the pixels over a cell.
     Mean,
-    /// Linear between the nearest centres of pixels.
+    /// Linear between the nearest centers of pixels.
     Interpolation,
     /// The warmest pixel over a cell.
     Maximum,
@@ -178,7 +178,7 @@ impl SensorArray {
     }
 
     /// Cells `h` that make `|A h - pixels|² / (2 sigma²) + |steps of h| / b` least, where `b` is [`STEP_C`]: the most
-    /// likely ones if neighbours differ seldom but then by much. The absolute value keeps edges, where a square would
+    /// likely ones if neighbors differ seldom but then by much. The absolute value keeps edges, where a square would
     /// round them off; it is reached by squares whose weights follow the steps, [`ROUNDS`] times.
     fn least_squares(&self, frames: &[Image], noise_sigma_c: f64) -> Image {
         let mut cells = self.fuse(Method::Mean, frames, noise_sigma_c);
@@ -229,7 +229,7 @@ impl SensorArray {
 
 /// What a pixel may be wrong by without any noise, °C: what is not exactly in the plane.
 const SIGMA_FLOOR_C: f64 = 0.02;
-/// By how much neighbouring cells differ, °C: what weighs smoothness against the noise. From 0.4 to 1 the error of
+/// By how much neighboring cells differ, °C: what weighs smoothness against the noise. From 0.4 to 1 the error of
 /// scenario A's fused frame hardly changes.
 const STEP_C: f64 = 0.5;
 /// Steps below it weigh as it does, °C: rounding must not.

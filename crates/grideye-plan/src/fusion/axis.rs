@@ -13,9 +13,9 @@ pub struct Axis {
     pub factor: usize,
     /// Sensors, the paper's n.
     pub sensors: usize,
-    /// Distance between sensors as the scene has it, metres; 0 for one sensor.
+    /// Distance between sensors as the scene has it, meters; 0 for one sensor.
     pub spacing_m: f64,
-    /// The same by Eq. 7, metres.
+    /// The same by Eq. 7, meters.
     pub spacing_by_eq_7_m: f64,
 }
 
@@ -41,20 +41,20 @@ impl Axis {
         self.sensors * self.pixels
     }
 
-    /// The centre of a pixel, in cells from the first cell's edge.
-    fn centre(&self, sensor: usize, pixel: usize) -> f64 {
+    /// The center of a pixel, in cells from the first cell's edge.
+    fn center(&self, sensor: usize, pixel: usize) -> f64 {
         count::float(sensor) + count::float(self.factor) * (count::float(pixel) + 0.5)
     }
 
-    /// For each cell the pixels with their weights, which sum to 1: those whose centres are nearest on either side.
+    /// For each cell the pixels with their weights, which sum to 1: those whose centers are nearest on either side.
     pub(super) fn interpolation(&self) -> Vec<Vec<(usize, f64)>> {
-        let mut centres: Vec<(f64, usize)> = (0..self.sensors)
+        let mut centers: Vec<(f64, usize)> = (0..self.sensors)
             .flat_map(|sensor| (0..self.pixels).map(move |pixel| (sensor, pixel)))
-            .map(|(sensor, pixel)| (self.centre(sensor, pixel), sensor * self.pixels + pixel))
+            .map(|(sensor, pixel)| (self.center(sensor, pixel), sensor * self.pixels + pixel))
             .collect();
-        centres.sort_by(|one, other| one.0.total_cmp(&other.0));
+        centers.sort_by(|one, other| one.0.total_cmp(&other.0));
         (0..self.union_cells())
-            .map(|cell| neighbours(&centres, count::float(cell) + 0.5))
+            .map(|cell| neighbors(&centers, count::float(cell) + 0.5))
             .collect()
     }
 
@@ -62,19 +62,19 @@ impl Axis {
     /// pixels, as the resampling kernel is, mirrored at the border of the sensor's own view, as that is.
     ///
     /// A triangle as wide as two pixels is a sum of triangles as wide as two cells, with these weights, so that
-    /// blurring what the virtual sensor sees gives exactly what a sensor sees, where a pixel's centre is a cell's.
+    /// blurring what the virtual sensor sees gives exactly what a sensor sees, where a pixel's center is a cell's.
     pub(super) fn blur(&self) -> Vec<Vec<(usize, f64)>> {
         let reach = count::float(self.factor);
         let width = self.pixels * self.factor;
         let mut rows = Vec::with_capacity(self.samples());
         for sensor in 0..self.sensors {
             for pixel in 0..self.pixels {
-                let centre = self.centre(0, pixel);
+                let center = self.center(0, pixel);
                 // From one pixel before the first cell of this one, counted from there.
                 let taps = (0..3 * self.factor).map(|tap| {
                     let from_start = pixel * self.factor + tap;
                     let position = count::float(from_start) - reach + 0.5;
-                    let weight = (1.0 - (position - centre).abs() / reach).max(0.0);
+                    let weight = (1.0 - (position - center).abs() / reach).max(0.0);
                     let inside = match from_start.checked_sub(self.factor) {
                         None => self.factor - 1 - from_start,
                         Some(cell) if cell >= width => 2 * width - 1 - cell,
@@ -89,29 +89,29 @@ impl Axis {
     }
 }
 
-fn neighbours(centres: &[(f64, usize)], at: f64) -> Vec<(usize, f64)> {
-    let after = centres.partition_point(|(centre, _)| *centre < at - SAME_CELL);
-    let before = if centres
+fn neighbors(centers: &[(f64, usize)], at: f64) -> Vec<(usize, f64)> {
+    let after = centers.partition_point(|(center, _)| *center < at - SAME_CELL);
+    let before = if centers
         .get(after)
-        .is_some_and(|(centre, _)| *centre <= at + SAME_CELL)
+        .is_some_and(|(center, _)| *center <= at + SAME_CELL)
     {
         after
     } else {
         after.saturating_sub(1)
     };
-    let after = after.min(centres.len().saturating_sub(1));
-    let (low, high) = (centres[before].0, centres[after].0);
+    let after = after.min(centers.len().saturating_sub(1));
+    let (low, high) = (centers[before].0, centers[after].0);
     let share = if high > low {
         ((at - low) / (high - low)).clamp(0.0, 1.0)
     } else {
         1.0
     };
     let mut weights = Vec::new();
-    for (centre, part) in [(low, 1.0 - share), (high, share)] {
-        // Pixels of several sensors may have one centre: their mean stands for it.
-        let here: Vec<usize> = centres
+    for (center, part) in [(low, 1.0 - share), (high, share)] {
+        // Pixels of several sensors may have one center: their mean stands for it.
+        let here: Vec<usize> = centers
             .iter()
-            .filter(|(other, _)| (other - centre).abs() < SAME_CELL)
+            .filter(|(other, _)| (other - center).abs() < SAME_CELL)
             .map(|(_, pixel)| *pixel)
             .collect();
         if part > 0.0 {
@@ -181,8 +181,8 @@ mod tests {
     }
 
     #[test]
-    fn interpolation_is_exact_on_centres_and_linear_between_them() {
-        // Factor 3, 3 sensors: each inner cell is the centre of one pixel.
+    fn interpolation_is_exact_on_centers_and_linear_between_them() {
+        // Factor 3, 3 sensors: each inner cell is the center of one pixel.
         let axis = axis_of(2, 3, 3);
         let weights = axis.interpolation();
         assert_eq!(weights.len(), 8);
@@ -190,7 +190,7 @@ mod tests {
             assert_eq!(weights[cell], [(pixel, 1.0)], "cell {cell}");
         }
         assert_eq!(weights[0], weights[1], "nothing lies beyond");
-        // Factor 4, 1 sensor: centres at 2 and 6; the cell at 3.5 is 5/8 of the first and 3/8 of the second.
+        // Factor 4, 1 sensor: centers at 2 and 6; the cell at 3.5 is 5/8 of the first and 3/8 of the second.
         let weights = axis_of(2, 4, 1).interpolation();
         assert_eq!(weights[3], [(0, 0.625), (1, 0.375)]);
     }

@@ -16,7 +16,7 @@
 //! |---|---|
 //! | [`Method::Mean`] | the mean of the pixels that lie over it, one of each sensor |
 //! | [`Method::Maximum`] | the warmest of them |
-//! | [`Method::Interpolation`] | linear between the nearest centres of pixels of all sensors |
+//! | [`Method::Interpolation`] | linear between the nearest centers of pixels of all sensors |
 //! | [`Method::LeastSquares`] | such that all cells together, blurred as the sensors blur, explain all pixels, with few steps between them (Irani and Peleg 1991; Farsiu et al. 2004) |
 
 mod arrangement;

@@ -40,7 +40,7 @@ impl System {
         let mut sum = self.spread_back(&self.seen(cells));
         for (apart, weights) in [(1, &self.to_right), (self.columns, &self.to_below)] {
             for (here, weight) in weights.iter().enumerate() {
-                // The last cell of a row has no neighbour to the right.
+                // The last cell of a row has no neighbor to the right.
                 if apart == 1 && (here + 1) % self.columns == 0 {
                     continue;
                 }

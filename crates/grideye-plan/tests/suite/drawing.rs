@@ -39,7 +39,7 @@ fn attributes(svg: &str, mark: &str, name: &str) -> Vec<String> {
         .collect()
 }
 
-/// The filled faces that are not the room's and not a sensor's: their colours in the order of painting.
+/// The filled faces that are not the room's and not a sensor's: their colors in the order of painting.
 fn fills(svg: &str) -> Vec<String> {
     attributes(svg, "<path d=", "fill")
         .into_iter()
@@ -112,7 +112,7 @@ fn the_circles_are_those_of_the_chosen_sensor_and_a_long_way_has_fewer() {
 }
 
 #[test]
-fn objects_are_blue_agents_red_unless_they_have_a_colour() {
+fn objects_are_blue_agents_red_unless_they_have_a_color() {
     let mut text = format!("{ROOM}{CEILING}");
     text.push_str(&object(
         "table",
@@ -131,7 +131,7 @@ fn objects_are_blue_agents_red_unless_they_have_a_colour() {
     text.push_str("color = \"#00ff00\"\n[[agent]]\nname = \"person\"\nsize_mm = [200, 500, 1750]\ntemperature_c = 28\nposition_mm = [1000, 1000, 0]\n");
     let page = draw(&text);
     let (_, above) = views(&page);
-    // From above each box shows its top, of full colour times 0.72 + 0.28 * 0.74.
+    // From above each box shows its top, of full color times 0.72 + 0.28 * 0.74.
     let lit = |part: u32| {
         format!(
             "{:02x}",
@@ -583,7 +583,7 @@ fn an_agent_is_drawn_as_it_is_turned_and_as_warm_as_it_is_by_then() {
 }
 
 #[test]
-fn one_who_cools_is_labelled_with_its_temperature_by_then() {
+fn one_who_cools_is_labeled_with_its_temperature_by_then() {
     let text = format!(
         "{ROOM}{CEILING}[[agent]]\nname = \"cup\"\nposition_mm = [1000, 1000, 0]\n\
          [[agent.part]]\nname = \"body\"\nposition_mm = [0, 0, 0]\nsize_mm = [100, 100, 100]\ntemperature_c = 90.1\ntime_constant_s = 10\n"

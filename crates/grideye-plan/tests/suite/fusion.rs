@@ -12,7 +12,7 @@ const ALL: [Method; 4] = [
     Method::LeastSquares,
 ];
 
-/// Sensors under the ceiling, the top of their pictures at the front; places in millimetres.
+/// Sensors under the ceiling, the top of their pictures at the front; places in millimeters.
 fn sensors(places: &[(f64, f64)], resolution: [usize; 2], more: &str) -> String {
     let mut text = ROOM.to_owned();
     for (index, (x, y)) in places.iter().enumerate() {
@@ -24,7 +24,7 @@ fn sensors(places: &[(f64, f64)], resolution: [usize; 2], more: &str) -> String 
     text
 }
 
-/// Eq. 7 for 60 degrees and 2 m, in millimetres.
+/// Eq. 7 for 60 degrees and 2 m, in millimeters.
 fn spacing_mm(pixels: usize, factor: usize) -> f64 {
     4000.0 * (1.0 / 3.0_f64.sqrt()) / (pixels * factor) as f64
 }
@@ -185,7 +185,7 @@ fn four_sensors_of_two_by_two_pixels_are_figure_23() {
             1.0, 10.0, 20.0, 100.0, 1000.0, 2000.0, 300.0, 3000.0, 4000.0
         ]
     );
-    // Pixels of several sensors have one centre here: interpolation is the mean.
+    // Pixels of several sensors have one center here: interpolation is the mean.
     let between = array.fuse(Method::Interpolation, &frames, 0.2);
     for (found, expected) in between.celsius.iter().zip(expected) {
         assert!((found - expected).abs() < 1e-9);

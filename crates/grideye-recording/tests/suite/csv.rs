@@ -297,30 +297,30 @@ fn the_writer_refuses_what_the_reader_would_and_goes_on() {
     let mut writer = Writer::new(Vec::new()).unwrap();
     let rows = golden::rows();
     writer.write(&rows[2]).unwrap();
-    let spoilt = |spoil: &dyn Fn(&mut Row)| {
+    let spoiled = |spoil: &dyn Fn(&mut Row)| {
         let mut row = rows[4].clone();
         spoil(&mut row);
         row
     };
     let refused = [
         (
-            spoilt(&|row| row.stream.device = "a,b".to_owned()),
+            spoiled(&|row| row.stream.device = "a,b".to_owned()),
             "line 3, column device: ",
         ),
         (
-            spoilt(&|row| row.stream.sensor = "+1".to_owned()),
+            spoiled(&|row| row.stream.sensor = "+1".to_owned()),
             "line 3, column sensor: ",
         ),
         (
-            spoilt(&|row| row.stream.boot = "a\nb".to_owned()),
+            spoiled(&|row| row.stream.boot = "a\nb".to_owned()),
             "line 3, column boot: ",
         ),
         (
-            spoilt(&|row| row.record.seq = COUNT_MAX + 1),
+            spoiled(&|row| row.record.seq = COUNT_MAX + 1),
             "line 3, column seq: ",
         ),
         (
-            spoilt(&|row| row.record.stamp.t_boot_ns = u64::MAX),
+            spoiled(&|row| row.record.stamp.t_boot_ns = u64::MAX),
             "line 3, column t_boot_ns: ",
         ),
         (

@@ -452,25 +452,25 @@ fn the_widest_frame_fits_the_named_number_of_bytes() {
 
 #[test]
 fn what_would_be_refused_is_not_sent() {
-    let spoilt = |spoil: &dyn Fn(&mut Batch)| {
+    let spoiled = |spoil: &dyn Fn(&mut Batch)| {
         let mut batch = specimen_value();
         spoil(&mut batch);
         batch.to_json().unwrap_err().path().to_owned()
     };
-    assert_eq!(spoilt(&|batch| batch.device = "a b".to_owned()), "device");
+    assert_eq!(spoiled(&|batch| batch.device = "a b".to_owned()), "device");
     assert_eq!(
-        spoilt(&|batch| batch.t_sent_boot_ns = Some(COUNT_MAX + 1)),
+        spoiled(&|batch| batch.t_sent_boot_ns = Some(COUNT_MAX + 1)),
         "t_sent_boot_ns"
     );
     assert_eq!(
-        spoilt(&|batch| batch.sensors[0].frames.swap(0, 1)),
+        spoiled(&|batch| batch.sensors[0].frames.swap(0, 1)),
         "sensors[0].frames[1].seq"
     );
     assert_eq!(
-        spoilt(&|batch| batch.sensors[0].frames[1].seq = u64::MAX),
+        spoiled(&|batch| batch.sensors[0].frames[1].seq = u64::MAX),
         "sensors[0].frames[1].seq"
     );
-    let twice = spoilt(&|batch| {
+    let twice = spoiled(&|batch| {
         let sensor = batch.sensors[0].clone();
         batch.sensors.push(sensor);
     });

@@ -8,7 +8,7 @@ use crate::file::waypoints::{Waypoint, read_waypoints};
 use crate::model::limits::{TIME_MAX_S, WALK_DAYS_MAX};
 use crate::model::{Agent, Room, SceneError, Walls};
 use crate::motion::{Clock, Motion, Schedule, Trajectory, lengths_m};
-use crate::text::{MM_PER_M, millimetres, reach};
+use crate::text::{MM_PER_M, millimeters, reach};
 use glam::{DMat3, DVec3};
 use toml::Spanned;
 
@@ -277,7 +277,7 @@ fn check_walls(agent: &Agent, waypoints: &[Waypoint], walls: &Walls) -> Read<()>
         "agent `{}` goes through a wall after {} s, at {} mm, on its way to this point",
         agent.name,
         (time.as_secs_f64() * 1000.0).round() / 1000.0,
-        millimetres(place_m)
+        millimeters(place_m)
     );
     let hint = "add way-points that lead round the corner, or shrink the body";
     Err(SceneError::AgentMeetsWall(

@@ -221,7 +221,7 @@ pub(crate) fn color(reader: &Reader<'_>, given: &Option<Spanned<String>>) -> Rea
     let parsed = digits.and_then(|digits| u32::from_str_radix(digits, 16).ok());
     let Some(number) = parsed else {
         let hint = "two hexadecimal digits each for red, green and blue";
-        let expected = "a colour as \"#rrggbb\"";
+        let expected = "a color as \"#rrggbb\"";
         return Err(reader.refused("color", given.span(), expected, hint).into());
     };
     let [_, red, green, blue] = number.to_be_bytes();

@@ -1,4 +1,4 @@
-//! Wavefront OBJ: vertices and faces of it, which every modelling program writes.
+//! Wavefront OBJ: vertices and faces of it, which every modeling program writes.
 
 use crate::file::document::{Faces, Triples};
 use crate::file::reader::{Read, Reader};
@@ -70,7 +70,7 @@ fn read(file: &str, text: &str, unit_m: f64, name: &str) -> Read<Mesh> {
         if found > limit {
             let problem = format!("{found} vertices or faces, expected at most {limit}");
             let hint =
-                "simplify the mesh: a sensor of 8 x 8 pixels sees no finer than a few centimetres";
+                "simplify the mesh: a sensor of 8 x 8 pixels sees no finer than a few centimeters";
             return Err(place().refused(problem, hint).into());
         }
     }

@@ -97,8 +97,8 @@ fn runs_left(corners: &[DVec3]) -> bool {
         > 0.0
 }
 
-/// A body whose underside is this near to a face, or in it, is on it, metres.
+/// A body whose underside is this near to a face, or in it, is on it, meters.
 const NEAR_M: f64 = 0.02;
 
-/// How far a print lies above its face, metres: more than the rounding of depths, less than anybody sees.
+/// How far a print lies above its face, meters: more than the rounding of depths, less than anybody sees.
 const ABOVE_M: f64 = 1e-5;

@@ -182,22 +182,22 @@ impl<'a> Reader<'a> {
         Ok(all)
     }
 
-    fn metres(&self, lengths_mm: &Spanned<Triple>, rule: &Rule) -> Result<DVec3, Refusal> {
+    fn meters(&self, lengths_mm: &Spanned<Triple>, rule: &Rule) -> Result<DVec3, Refusal> {
         Ok(DVec3::from_array(self.numbers(lengths_mm, rule)?) / MM_PER_M)
     }
 
     pub(crate) fn size_m(&self, size_mm: &Spanned<Triple>) -> Result<DVec3, Refusal> {
-        self.metres(size_mm, &SIZE)
+        self.meters(size_mm, &SIZE)
     }
 
     pub(crate) fn position_m(&self, position_mm: &Spanned<Triple>) -> Result<DVec3, Refusal> {
-        self.metres(position_mm, &POSITION)
+        self.meters(position_mm, &POSITION)
     }
 
     pub(crate) fn vertices_m(&self, vertices_mm: &Triples) -> Result<Vec<DVec3>, Refusal> {
         let vertices = vertices_mm.get_ref().iter();
         vertices
-            .map(|vertex| self.metres(vertex, &VERTEX))
+            .map(|vertex| self.meters(vertex, &VERTEX))
             .collect()
     }
 

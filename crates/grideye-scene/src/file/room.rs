@@ -176,5 +176,5 @@ fn distance_m(point: DVec2, [from, to]: [DVec2; 2]) -> f64 {
 }
 
 const HINT: &str = "a room has size_mm, or plan_mm and height_mm, or vertices_mm and faces, or file and perhaps unit_mm";
-/// Corners nearer than this to one another or to a wall are on it: a micrometre.
+/// Corners nearer than this to one another or to a wall are on it: a micrometer.
 const SLIVER_M: f64 = 1e-6;

@@ -41,13 +41,13 @@ pub(crate) const SIZE: Rule = Rule {
     key: "size_mm",
     holds: |length_mm| length_mm > 0.0 && length_mm <= LENGTH_MAX_MM,
     expected: "three lengths above 0 and up to 1000000 mm",
-    hint: "sizes are [x, y, z] in millimetres before turning",
+    hint: "sizes are [x, y, z] in millimeters before turning",
 };
 pub(crate) const POSITION: Rule = Rule {
     key: "position_mm",
     holds: |length_mm| length_mm.abs() <= LENGTH_MAX_MM,
     expected: "three coordinates of at most 1000000 mm",
-    hint: "positions are [x, y, z] in millimetres from the room's bottom-left corner",
+    hint: "positions are [x, y, z] in millimeters from the room's bottom-left corner",
 };
 pub(crate) const PLAN: Rule = Rule {
     key: "plan_mm",
@@ -79,14 +79,14 @@ pub(crate) const ROLL_OF_BODY: Rule = Rule {
 };
 pub(crate) const VERTEX: Rule = Rule {
     key: "vertices_mm",
-    hint: "vertices are [x, y, z] in millimetres from the thing's own position, before it is turned",
+    hint: "vertices are [x, y, z] in millimeters from the thing's own position, before it is turned",
     ..POSITION
 };
 pub(crate) const UNIT: Rule = Rule {
     key: "unit_mm",
     holds: |length_mm| (1e-3..=1e6).contains(&length_mm),
     expected: "0.001 to 1000000 mm",
-    hint: "an OBJ file in metres has 1000, one in millimetres 1",
+    hint: "an OBJ file in meters has 1000, one in millimeters 1",
 };
 pub(crate) const AZIMUTH: Rule = Rule {
     key: "azimuth_deg",
@@ -148,7 +148,7 @@ pub(crate) const ACCELERATION: Rule = Rule {
 pub(crate) const GRADIENT: Rule = Rule {
     key: "gradient_c_per_m",
     holds: |celsius_per_m| celsius_per_m.abs() <= 1000.0,
-    expected: "three numbers from -1000 to 1000 °C a metre",
+    expected: "three numbers from -1000 to 1000 °C a meter",
     hint: "along the body's own x, y and z; temperature_c is that at its position",
 };
 pub(crate) const TIME_CONSTANT: Rule = Rule {
@@ -167,7 +167,7 @@ pub(crate) const CAPACITY: Rule = Rule {
     key: "heat_capacity_j_per_k",
     holds: |capacity| (1e-3..=1e12).contains(&capacity),
     expected: "0.001 to 1000000000000 J/K",
-    hint: "a litre of water has 4186 J/K, 10 kg of steel 4600 J/K",
+    hint: "a liter of water has 4186 J/K, 10 kg of steel 4600 J/K",
 };
 pub(crate) const PAPER_EXPERIMENT: Rule = Rule {
     key: "paper_experiment",

@@ -7,7 +7,7 @@ use crate::file::rule::{DURATION, PAPER_EXPERIMENT, REFLECTED, WAVELENGTH, paper
 use crate::file::{agent, body, clothes, fit, mosaic, prints, room, sensor};
 use crate::model::{Body, Loaded, Model, Room, Scene, SceneError, Walls, Warning};
 use crate::radiometry::{Band, Law};
-use crate::text::{millimetres, reach};
+use crate::text::{millimeters, reach};
 use std::collections::HashSet;
 use std::io;
 use toml::Spanned;
@@ -160,7 +160,7 @@ fn contacts(reader: &Reader<'_>, tables: &SceneTable, scene: &Scene) -> Read<Vec
     for contact in scene.contacts() {
         let table = tables.agent.get(contact.agent);
         let start = table.map_or(0, |table| table.get_ref().name.span().start);
-        let (seconds, place_mm) = (contact.time.as_secs_f64(), millimetres(contact.place_m));
+        let (seconds, place_mm) = (contact.time.as_secs_f64(), millimeters(contact.place_m));
         let seconds = (seconds * 1000.0).round() / 1000.0;
         let names = contact.names;
         let [agent, other] = &names;

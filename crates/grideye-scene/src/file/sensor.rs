@@ -9,7 +9,7 @@ use crate::file::rule::{
 use crate::geometry::{Pose, count};
 use crate::model::{Model, Optics, Room, SceneError, Sensor, limits};
 use crate::profile::{Profile, ProfileError};
-use crate::text::{MM_PER_M, millimetres};
+use crate::text::{MM_PER_M, millimeters};
 use glam::{DVec2, USizeVec2};
 use grideye_frame::{COLUMNS, ROWS};
 use toml::Spanned;
@@ -153,7 +153,7 @@ fn netd_c(at_1_hz_c: f64, sampling_hz: f64) -> f64 {
 fn pose(reader: &Reader<'_>, keys: &SensorTable, name: &str, room: &Room) -> Read<Pose> {
     let position_m = reader.position_m(&keys.position_mm)?;
     if !room.contains(position_m) {
-        let (found_mm, room_mm) = (millimetres(position_m), room.described());
+        let (found_mm, room_mm) = (millimeters(position_m), room.described());
         let problem =
             format!("sensor `{name}` at {found_mm} mm is outside the room of {room_mm} mm");
         let hint =

@@ -22,7 +22,7 @@ pub(crate) struct Stand {
     pub(crate) celsius: f64,
 }
 
-/// The most that two neighbouring strips or cells of a gradient differ, °C, so long as the limits allow it.
+/// The most that two neighboring strips or cells of a gradient differ, °C, so long as the limits allow it.
 const STEP_C: f64 = 0.1;
 const STRIPS_MAX: usize = 256;
 const PARTS_MAX: usize = 100;
@@ -245,7 +245,7 @@ impl Cells {
         self.celsius[row * self.columns + column]
     }
 
-    /// As many cells as make neighbours differ by no more than [`STEP_C`], so far as the limits allow.
+    /// As many cells as make neighbors differ by no more than [`STEP_C`], so far as the limits allow.
     fn interpolated(&self) -> Self {
         let mut largest_c: f64 = 0.0;
         for row in 0..self.rows {

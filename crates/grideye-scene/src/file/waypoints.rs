@@ -136,7 +136,7 @@ impl Table<'_> {
         number.map(Some).ok_or_else(|| {
             let expected = match is_time {
                 true => format!("0 to {TIME_MAX_S} seconds"),
-                false => "a finite number of millimetres".to_owned(),
+                false => "a finite number of millimeters".to_owned(),
             };
             let place = self.place(row.position(), characters_before(row, index));
             row_refused(

@@ -14,7 +14,7 @@ use crate::geometry::mesh::{Enclosure, Mesh};
 use crate::geometry::polygon::normal;
 use glam::DVec3;
 
-/// Convex bodies are smaller by this on each side, metres: what only touches, or overlaps by up to twice this, is free.
+/// Convex bodies are smaller by this on each side, meters: what only touches, or overlaps by up to twice this, is free.
 pub(crate) const TOLERANCE_M: f64 = 5e-4;
 
 const STEP_M: f64 = 5e-4;

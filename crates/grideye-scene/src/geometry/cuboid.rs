@@ -27,7 +27,7 @@ impl Cuboid {
     #[must_use]
     pub fn corners_in_world(&self) -> [DVec3; 8] {
         let half = 0.5 * self.size_m;
-        let centre_m = self.base_m + DVec3::new(0.0, 0.0, 0.5 * self.size_m.z);
+        let center_m = self.base_m + DVec3::new(0.0, 0.0, 0.5 * self.size_m.z);
         let sign = |set: bool| if set { 1.0 } else { -1.0 };
         std::array::from_fn(|corner| {
             let corner_in_box = half
@@ -36,7 +36,7 @@ impl Cuboid {
                     sign(corner & 2 != 0),
                     sign(corner & 4 != 0),
                 );
-            centre_m + self.world_from_box * corner_in_box
+            center_m + self.world_from_box * corner_in_box
         })
     }
 }

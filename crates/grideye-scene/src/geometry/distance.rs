@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Gap {
-    /// 0 if they meet, metres.
+    /// 0 if they meet, meters.
     pub(crate) distance_m: f64,
     /// The middle between their nearest points; a common point if they meet.
     pub(crate) middle_m: DVec3,

@@ -182,7 +182,7 @@ impl Mesh {
         self
     }
 
-    /// Its corners, metres.
+    /// Its corners, meters.
     #[must_use]
     pub fn vertices_m(&self) -> &[DVec3] {
         &self.vertices_m

@@ -21,7 +21,7 @@ use glam::{DMat3, DVec3};
 /// (PeerJ CS 11:e3124, scenario B). That is a turn, never a mirror image: a lens cannot mirror.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
-    /// Place of the sensor in the room, metres.
+    /// Place of the sensor in the room, meters.
     pub position_m: DVec3,
     /// Angle of the optical axis below the horizontal, radians, -π/2 to π/2.
     pub elevation_rad: f64,
@@ -58,7 +58,7 @@ impl Pose {
         self.sensor_from_world.transpose()
     }
 
-    /// A point of the room as the sensor has it: metres forward, left and up.
+    /// A point of the room as the sensor has it: meters forward, left and up.
     #[must_use]
     pub fn point_in_sensor(&self, point_in_world_m: DVec3) -> DVec3 {
         self.sensor_from_world * (point_in_world_m - self.position_m)

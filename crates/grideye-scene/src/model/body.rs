@@ -13,14 +13,14 @@ use std::time::Duration;
 pub struct Body {
     /// Its name in the file.
     pub name: String,
-    /// Its place in the room: what the file calls its position, metres.
+    /// Its place in the room: what the file calls its position, meters.
     pub base_m: DVec3,
     /// Its surface, where it stands.
     pub mesh: Mesh,
     /// Its temperature at the start and on the whole, and its emissivity.
     pub surface: Surface,
     pub(crate) thermal: Thermal,
-    /// Its colour in drawings of the room: red, green, blue.
+    /// Its color in drawings of the room: red, green, blue.
     pub color: Option<[u8; 3]>,
 }
 
@@ -32,7 +32,7 @@ pub struct Agent {
     pub name: String,
     /// Its bodies, where they are at the start of its way; one at least.
     pub parts: Vec<Body>,
-    /// Where it starts, metres.
+    /// Where it starts, meters.
     pub start_m: DVec3,
     /// Its way, or `None` if it stands still.
     pub trajectory: Option<Trajectory>,
@@ -90,7 +90,7 @@ impl Agent {
         }
     }
 
-    /// Where the agent is at `time`: the middle of its underside, metres.
+    /// Where the agent is at `time`: the middle of its underside, meters.
     #[must_use]
     pub fn position_m(&self, time: Duration) -> DVec3 {
         self.trajectory

@@ -18,7 +18,7 @@ pub struct Contact {
     pub names: [String; 2],
     /// When it begins.
     pub time: Duration,
-    /// Where it begins, metres.
+    /// Where it begins, meters.
     pub place_m: DVec3,
     pub(crate) agent: usize,
 }
@@ -27,7 +27,7 @@ impl Scene {
     /// The first contact of every agent with every object and every other agent, in the order of their times; at most
     /// [`limits::CONTACTS_MAX`].
     ///
-    /// What an agent's file entry lists under `touches` is left out, and so are overlaps of less than a millimetre.
+    /// What an agent's file entry lists under `touches` is left out, and so are overlaps of less than a millimeter.
     #[must_use]
     pub fn contacts(&self) -> Vec<Contact> {
         let obstacles: Vec<Obstacle<'_>> = self
@@ -260,7 +260,7 @@ pub struct FreeSpace {
 }
 
 impl FreeSpace {
-    /// By how much bodies may overlap with what stands there and still fit, metres: it counts as touching.
+    /// By how much bodies may overlap with what stands there and still fit, meters: it counts as touching.
     pub const TOLERANCE_M: f64 = TOLERANCE_M;
 
     /// What the walls and objects of a scene leave.

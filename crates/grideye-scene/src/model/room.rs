@@ -3,14 +3,14 @@
 use crate::geometry::{Enclosure, Mesh, area_m2, normal, winding};
 use crate::model::body::Body;
 use crate::radiometry::Surface;
-use crate::text::millimetres;
+use crate::text::millimeters;
 use glam::{DVec2, DVec3};
 
 /// The room: a cuboid from the origin, unless the file gives a floor plan or a mesh.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Room {
-    /// Width to the right (x), depth to the back (y), height (z) of the box that it is or that holds it, metres.
+    /// Width to the right (x), depth to the back (y), height (z) of the box that it is or that holds it, meters.
     pub size_m: DVec3,
     /// Temperature of walls and air, °C.
     pub ambient_c: f64,
@@ -107,7 +107,7 @@ impl Room {
         })
     }
 
-    /// The lowest and the highest corner of the box that it is or that holds it, metres.
+    /// The lowest and the highest corner of the box that it is or that holds it, meters.
     #[must_use]
     pub fn bounds_m(&self) -> (DVec3, DVec3) {
         (self.low_m, self.low_m + self.size_m)
@@ -119,7 +119,7 @@ impl Room {
         self.hull.is_none()
     }
 
-    /// The outline of its floor from above, counter-clockwise, metres.
+    /// The outline of its floor from above, counter-clockwise, meters.
     ///
     /// Of a mesh it is the outline of the faces that look up; what lies under a gallery may be missing.
     #[must_use]
@@ -131,7 +131,7 @@ impl Room {
         )
     }
 
-    /// Whether a point is in the room or on its walls, to a nanometre.
+    /// Whether a point is in the room or on its walls, to a nanometer.
     #[must_use]
     pub fn contains(&self, point_m: DVec3) -> bool {
         let (low_m, high_m) = self.bounds_m();
@@ -154,7 +154,7 @@ impl Room {
             .all(|vertex| self.contains(*vertex))
     }
 
-    /// Floor, ceiling and walls, metres, each as an outline that runs counter-clockwise as seen from within.
+    /// Floor, ceiling and walls, meters, each as an outline that runs counter-clockwise as seen from within.
     #[must_use]
     pub fn sides_m(&self) -> Vec<Vec<DVec3>> {
         if let Some(hull) = &self.hull {
@@ -232,10 +232,10 @@ impl Room {
     pub(crate) fn described(&self) -> String {
         let (low_m, high_m) = self.bounds_m();
         self.hull.as_ref().map_or_else(
-            || millimetres(self.size_m),
+            || millimeters(self.size_m),
             |hull| {
                 let sides = hull.sides_m.len();
-                let (low, high) = (millimetres(low_m), millimetres(high_m));
+                let (low, high) = (millimeters(low_m), millimeters(high_m));
                 format!("{sides} sides within {low} to {high}")
             },
         )
@@ -275,7 +275,7 @@ fn rectangle(low_m: DVec2, high_m: DVec2) -> Vec<DVec2> {
 
 /// The largest loop of edges that only one of the sides that look up has, as seen from above.
 fn outline_of_floor(sides_m: &[Vec<DVec3>]) -> Option<Vec<DVec2>> {
-    // By the micrometre, so that steps that meet are one floor.
+    // By the micrometer, so that steps that meet are one floor.
     let mark = |corner: &DVec3| {
         let at = (corner.truncate() * 1e6).round() + 0.0;
         (at.x.to_bits(), at.y.to_bits())
@@ -310,7 +310,7 @@ fn outline_of_floor(sides_m: &[Vec<DVec3>]) -> Option<Vec<DVec2>> {
     largest.filter(|outline| area_m2(outline) > 0.0)
 }
 
-/// Rounding of positions that touch a wall: a nanometre.
+/// Rounding of positions that touch a wall: a nanometer.
 const SLACK_M: f64 = 1e-9;
 /// A wall with corners of the room this far behind it juts into the room.
 const JUTTING_M: f64 = 1e-6;

@@ -33,7 +33,7 @@ pub struct Sensor {
     pub noise_sigma: f64,
     /// Frames a second.
     pub sampling_hz: f64,
-    /// Distance up to which the sensor is meant to work, metres; the law's linear branch needs it.
+    /// Distance up to which the sensor is meant to work, meters; the law's linear branch needs it.
     pub operating_distance_m: f64,
     /// The lowest and the highest temperature that it reports, °C; `None` if there is no limit.
     pub detectable_range_c: Option<(f64, f64)>,

@@ -15,7 +15,7 @@ pub(crate) enum Motion {
     Constant,
     /// Up from rest at this acceleration, constant, and down to rest at the same.
     Trapezoidal {
-        /// Metres a second, each second.
+        /// Meters a second, each second.
         acceleration_m_per_s2: f64,
     },
     /// From rest to rest with the least jerk.
@@ -24,7 +24,7 @@ pub(crate) enum Motion {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Clock<'a> {
-    /// By speed, metres a second: of [`Motion::Constant`] the speed, of [`Motion::Trapezoidal`] that between the ramps,
+    /// By speed, meters a second: of [`Motion::Constant`] the speed, of [`Motion::Trapezoidal`] that between the ramps,
     /// of [`Motion::MinimumJerk`] the mean over each leg.
     Speed(f64),
     /// Each at its own time, seconds; rising.
@@ -64,7 +64,7 @@ impl Stretch {
         self.start_s + self.travel_s
     }
 
-    /// Arc length from the start of the way, metres, at a time from the start of the scene.
+    /// Arc length from the start of the way, meters, at a time from the start of the scene.
     pub(crate) fn at_s(&self, time_s: f64) -> f64 {
         let passed_s = time_s - self.start_s;
         if passed_s >= self.travel_s {

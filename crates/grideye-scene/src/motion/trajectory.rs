@@ -39,7 +39,7 @@ pub(crate) struct Stay {
 }
 
 impl Trajectory {
-    /// The points that the polyline joins, metres.
+    /// The points that the polyline joins, meters.
     #[must_use]
     pub fn waypoints_m(&self) -> &[DVec3] {
         &self.waypoints_m
@@ -52,7 +52,7 @@ impl Trajectory {
         Duration::try_from_secs_f64(self.end_s()).unwrap_or(Duration::MAX)
     }
 
-    /// Where the walker is after `time`, metres.
+    /// Where the walker is after `time`, meters.
     #[must_use]
     pub fn position_m(&self, time: Duration) -> DVec3 {
         self.at_s(time.as_secs_f64())

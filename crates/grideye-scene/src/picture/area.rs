@@ -1,12 +1,12 @@
 //! Frames without a sampling grid: each pixel is the integral of what is seen, weighted by the pixel's response.
 //!
 //! ```text
-//!  visible faces ──▶ convex pieces of the picture plane, none over another ──▶ cut at the pixels' centres
+//!  visible faces ──▶ convex pieces of the picture plane, none over another ──▶ cut at the pixels' centers
 //!                    (subtracted from one another, nearer first)                ──▶ integral of excess · weight
 //! ```
 //!
 //! The weights of `imresize` on an ever finer grid tend to triangles over two pixels, mirrored at the border. Between
-//! the centres of neighbouring pixels they are linear on both axes, so a piece that lies between four centres gives to
+//! the centers of neighboring pixels they are linear on both axes, so a piece that lies between four centers gives to
 //! four pixels by its moments. The fourth root in the law has no antiderivative in closed form; a Gauss rule that is
 //! exact for polynomials of degree 5 takes its place, on triangles no larger than a pixel.
 
@@ -231,13 +231,13 @@ impl ImagePlane {
                 let (left, right) = band(column, self.columns);
                 let cell = clipped(&strip, |point| point.x - left);
                 let cell = clipped(&cell, |point| right - point.x);
-                self.integrate_between_centres(&cell, (row, column), value, pixels);
+                self.integrate_between_centers(&cell, (row, column), value, pixels);
             }
         }
     }
 
-    /// The same for a polygon that lies between the centres of four pixels, the lower right of which is given.
-    fn integrate_between_centres(
+    /// The same for a polygon that lies between the centers of four pixels, the lower right of which is given.
+    fn integrate_between_centers(
         &self,
         cell: &[DVec2],
         (row, column): (usize, usize),
@@ -247,7 +247,7 @@ impl ImagePlane {
         let Some((anchor, rest)) = cell.split_first() else {
             return;
         };
-        // Share of the pixel after the centre on either axis; before the first centre and after the last it is whole.
+        // Share of the pixel after the center on either axis; before the first center and after the last it is whole.
         let after = |at: f64, band: usize, count: usize| {
             let share = at - (count::float(band) - 0.5);
             match band {
@@ -309,16 +309,16 @@ const AT_NO_DISTANCE: DVec3 = DVec3::new(1e12, 0.0, 0.0);
 /// Facets whose depths differ by less than this part are at one depth.
 const SAME_DEPTH: f64 = 1e-9;
 
-/// The bands between pixel centres that an interval reaches: band 0 lies before the first centre.
+/// The bands between pixel centers that an interval reaches: band 0 lies before the first center.
 fn bands(low: f64, high: f64, count: usize) -> std::ops::RangeInclusive<usize> {
     count::floor(low + 0.5).min(count)..=count::floor(high + 0.5).min(count)
 }
 
 fn band(index: usize, count: usize) -> (f64, f64) {
-    let centre = count::float(index);
+    let center = count::float(index);
     (
-        if index == 0 { 0.0 } else { centre - 0.5 },
-        if index == count { centre } else { centre + 0.5 },
+        if index == 0 { 0.0 } else { center - 0.5 },
+        if index == count { center } else { center + 0.5 },
     )
 }
 

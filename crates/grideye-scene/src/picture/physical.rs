@@ -9,7 +9,7 @@
 //!
 //! `L_pixel = ∫ r L / ∫ r`, `L = e L_b(T) + (1 - e) L_b(T reflected)`, `T_pixel = L_b⁻¹(L_pixel)`. Radiance does not fall
 //! with distance; what falls is the share of the pixel that a thing fills. The response `r` is a bell (a Gaussian) over
-//! the angles to the left and upwards: a lens of a few square millimetres before a thermopile has no sharp border, a
+//! the angles to the left and upwards: a lens of a few square millimeters before a thermopile has no sharp border, a
 //! bell is what half-response widths alone justify, and its convolution with a blur is one again.
 //!
 //! Along a line, the bell's integral is known in closed form, so that the ends of a span fall anywhere. Across the lines

@@ -11,12 +11,12 @@ pub(crate) const LANES_MAX: usize = 8;
 /// A sensor's sampling grid: a plane of points before a pinhole, `focal_points` away from it, each the middle of a
 /// cell (PeerJ CS 11:e3124, "Sensor model implementation": 300 x 300 points at 259.81 for 60° and 5 points a degree).
 ///
-/// The ray of a cell is `(1, left, up)` in the sensor's axes, so a place on it is known by its depth, the metres
+/// The ray of a cell is `(1, left, up)` in the sensor's axes, so a place on it is known by its depth, the meters
 /// forward.
 #[derive(Debug, Clone)]
 pub(crate) struct SamplingGrid {
     columns: usize,
-    /// Slope to the left of each column of points, metres for each metre forward; falling, and going on beyond the grid.
+    /// Slope to the left of each column of points, meters for each meter forward; falling, and going on beyond the grid.
     slopes_left: Vec<f64>,
     /// Square of it.
     slopes_left2: Vec<f64>,
@@ -220,7 +220,7 @@ fn drop_twins(corners: &mut Vec<DVec3>) {
     }
 }
 
-/// Corners this near to one another are one, metres: as [`TOUCH_M`], far below what any sensor tells.
+/// Corners this near to one another are one, meters: as [`TOUCH_M`], far below what any sensor tells.
 const TWINS_M: f64 = 1e-9;
 
 /// A flat, convex face as the sensor sees it: which cells it covers, and how far away it is in each.
@@ -298,7 +298,7 @@ impl Patch {
         self.face
     }
 
-    /// No point of the face is nearer, and none farther away, metres.
+    /// No point of the face is nearer, and none farther away, meters.
     pub(crate) fn distances_m(&self) -> (f64, f64) {
         self.distances_m
     }

@@ -2,8 +2,8 @@
 //! (PeerJ CS 11:e3124, "Interpolation").
 //!
 //! Shrinking widens the triangle kernel to the spacing of the output, so that nothing between two pixels is lost:
-//! 300 points to 8 pixels give kernels of 37.5 points to either side, neighbours overlapping by half. Growing uses
-//! the plain triangle. Weights are normalised before the border is handled; taps beyond the border fall on the
+//! 300 points to 8 pixels give kernels of 37.5 points to either side, neighbors overlapping by half. Growing uses
+//! the plain triangle. Weights are normalized before the border is handled; taps beyond the border fall on the
 //! mirrored picture. The two axes are independent.
 
 use crate::geometry::count;
@@ -123,13 +123,13 @@ fn taps(inputs: usize, outputs: usize, output: usize) -> Vec<(usize, f64)> {
     let scale = count::float(outputs) / count::float(inputs);
     let half_width = if scale < 1.0 { 1.0 / scale } else { 1.0 };
     // Positions count from 1, as in MATLAB: half-integers then round the same way.
-    let centre = count::float(output + 1) / scale + 0.5 * (1.0 - 1.0 / scale);
-    let first = (centre - half_width).floor();
+    let center = count::float(output + 1) / scale + 0.5 * (1.0 - 1.0 / scale);
+    let first = (center - half_width).floor();
     let tap_count = count::floor((2.0 * half_width).ceil()) + 2;
     let weighted: Vec<(usize, f64)> = (0..tap_count)
         .map(|tap| {
             let position = first + count::float(tap);
-            let weight = (1.0 - ((centre - position) / half_width).abs()).max(0.0);
+            let weight = (1.0 - ((center - position) / half_width).abs()).max(0.0);
             (mirrored(position, inputs), weight)
         })
         .collect();

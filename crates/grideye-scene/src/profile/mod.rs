@@ -10,7 +10,7 @@
 //! on top of [`Simulator::image`](crate::Simulator::image), never of [`noisy`](crate::Simulator::noisy).
 //!
 //! What is measured is a pure function of (profile, seed, tick, time, scene): the same bytes on every machine, in any
-//! order of calls, by the same rules as the simulator's own noise. Clocks, registers and quantisation are unknown here:
+//! order of calls, by the same rules as the simulator's own noise. Clocks, registers and quantization are unknown here:
 //! the numbers of the sensor's clock are only handed on.
 //!
 //! ```

@@ -156,11 +156,11 @@ pub(crate) fn profile(text: &str, origin: &str) -> Result<Profile, ProfileError>
 
 /// The datasheet's noise for every pixel, °C.
 fn datasheet_sigma_c() -> [f64; PIXELS] {
-    let centre = NOISE_SHAPE[3][3];
+    let center = NOISE_SHAPE[3][3];
     std::array::from_fn(|pixel| {
         let (row, column) = (pixel / COLUMNS, pixel % COLUMNS);
         let shape = NOISE_SHAPE[row.min(ROWS - 1 - row)][column.min(COLUMNS - 1 - column)];
-        DATASHEET_SIGMA_C * shape / centre
+        DATASHEET_SIGMA_C * shape / center
     })
 }
 

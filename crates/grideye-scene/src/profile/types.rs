@@ -24,7 +24,7 @@ pub struct Profile {
     /// What the unit is called, up to [`NAME_CHARACTERS_MAX`] characters; may be empty.
     pub name: String,
     /// Standard deviation of each pixel's own noise from one 100 ms tick to the next, °C, 0 to 100, before
-    /// quantisation. White, Gaussian, independent of every other pixel.
+    /// quantization. White, Gaussian, independent of every other pixel.
     pub noise_sigma_c: [f64; PIXELS],
     /// What all pixels do together.
     pub common_mode: CommonMode,

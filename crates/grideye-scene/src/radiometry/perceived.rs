@@ -3,7 +3,7 @@
 //! The paper's formula is lost in the copies that were to hand; its text asks for a form that comes from the
 //! Stefan-Boltzmann law, falls with the square of the distance, tends to ambient far away and to the object nearby,
 //! and goes over into a linear branch at 1 cm. [`Law::B`] does all of that; [`Law::A`] is the other form that fits
-//! the words. With kelvin and metres, object `To`, ambient `Ta`, emissivity `e` and distance `d`:
+//! the words. With kelvin and meters, object `To`, ambient `Ta`, emissivity `e` and distance `d`:
 //!
 //! | law | perceived temperature |
 //! |---|---|
@@ -108,7 +108,7 @@ impl Air {
         self.seen(self.weight(glow, distance_m2), glow)
     }
 
-    /// How the fourth root is best taken on a surface whose points are between these distances, metres.
+    /// How the fourth root is best taken on a surface whose points are between these distances, meters.
     pub(crate) fn root(&self, glow: &Glow, (nearest_m, farthest_m): (f64, f64)) -> Root {
         if nearest_m <= NEAR_M {
             return Root::Exact;
@@ -157,7 +157,7 @@ const SERIES_TERMS_MAX: usize = 16;
 /// least that such a polynomial can be (Lanczos 1938).
 #[derive(Debug, Clone)]
 pub(crate) struct Series {
-    centre: f64,
+    center: f64,
     /// From the lowest order; `terms` of them count.
     coefficients: [f64; SERIES_TERMS_MAX],
     terms: usize,
@@ -166,13 +166,13 @@ pub(crate) struct Series {
 impl Series {
     /// For weights between these; `None` if the series converges too slowly, as for glowing metal.
     fn new(air: &Air, glow: &Glow, (weight_min, weight_max): (f64, f64)) -> Option<Self> {
-        let centre = 0.5 * (weight_min + weight_max);
-        let middle_k4 = air.ambient_k4 + centre * glow.excess_k4;
+        let center = 0.5 * (weight_min + weight_max);
+        let middle_k4 = air.ambient_k4 + center * glow.excess_k4;
         let middle_k = fourth_root(middle_k4);
         let ratio = glow.excess_k4 / middle_k4;
         let reach = (ratio * 0.5 * (weight_max - weight_min)).abs();
         let mut series = Self {
-            centre,
+            center,
             coefficients: [0.0; SERIES_TERMS_MAX],
             terms: 0,
         };
@@ -188,7 +188,7 @@ impl Series {
             // The terms that are left out fall at least as fast as a geometric series of `reach`.
             if bound_c <= TAYLOR_ERROR_C * (1.0 - reach) {
                 series.coefficients[0] -= air.ambient_k;
-                series.economise(0.5 * (weight_max - weight_min));
+                series.economize(0.5 * (weight_max - weight_min));
                 return Some(series);
             }
         }
@@ -196,7 +196,7 @@ impl Series {
     }
 
     /// Takes away the highest powers, for weights no farther than `half` from the middle, as far as the error allows it.
-    fn economise(&mut self, half: f64) {
+    fn economize(&mut self, half: f64) {
         let mut error_c = TAYLOR_ERROR_C;
         while self.terms > SERIES_TERMS_MIN {
             let order = self.terms - 1;
@@ -237,7 +237,7 @@ pub(crate) trait WithShade<S: Simd> {
 /// keeps them in registers.
 struct BySeries<const IS_LAW_A: bool, const TERMS: usize> {
     emissivity: f64,
-    centre: f64,
+    center: f64,
     coefficients: [f64; TERMS],
 }
 
@@ -248,7 +248,7 @@ impl<const IS_LAW_A: bool, const TERMS: usize> BySeries<IS_LAW_A, TERMS> {
         coefficients.copy_from_slice(&series.coefficients[..TERMS]);
         Self {
             emissivity,
-            centre: series.centre,
+            center: series.center,
             coefficients,
         }
     }
@@ -257,7 +257,7 @@ impl<const IS_LAW_A: bool, const TERMS: usize> BySeries<IS_LAW_A, TERMS> {
     fn evaluate<S: Simd>(&self, simd: S, weights: S::f64s) -> S::f64s {
         // Even and odd powers apart, so that half as many steps wait for one another. No fused steps: not every
         // processor has them, and their last bits differ.
-        let powers = simd.sub_f64s(weights, simd.splat_f64s(self.centre));
+        let powers = simd.sub_f64s(weights, simd.splat_f64s(self.center));
         let squares = simd.mul_f64s(powers, powers);
         let mut even = simd.splat_f64s(self.coefficients[(TERMS - 1) / 2 * 2]);
         for term in (0..TERMS.div_ceil(2) - 1).rev() {
@@ -401,7 +401,7 @@ mod tests {
     }
 
     #[test]
-    fn the_linear_branch_takes_over_below_one_centimetre() {
+    fn the_linear_branch_takes_over_below_one_centimeter() {
         assert!((seen(Law::B, 31.0, 20.0, 0.01) - 31.0).abs() < 0.005);
         assert!((seen(Law::B, 31.0, 20.0, 0.009_999_9) - 30.978).abs() < 0.000_01);
         assert!((seen(Law::B, 31.0, 20.0, 0.005) - (31.0 - 11.0 * 0.005 / 5.0)).abs() < 1e-12);

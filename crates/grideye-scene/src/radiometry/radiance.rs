@@ -8,7 +8,7 @@ pub enum Band {
     /// All: radiance goes with the fourth power of temperature (Stefan and Boltzmann).
     #[default]
     All,
-    /// From one wavelength to another, both in micrometres: what Planck's law has between them.
+    /// From one wavelength to another, both in micrometers: what Planck's law has between them.
     Window {
         /// The shortest, above 0.
         from_um: f64,

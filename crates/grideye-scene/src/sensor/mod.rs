@@ -5,4 +5,4 @@ mod unit;
 
 pub(crate) use noise::add_noise;
 pub use noise::fnv1a;
-pub(crate) use unit::{measure, quantise};
+pub(crate) use unit::{measure, quantize};

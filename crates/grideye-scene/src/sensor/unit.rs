@@ -40,7 +40,7 @@ pub(crate) fn measure(
     }
 }
 
-pub(crate) fn quantise(celsius: &mut [f64], step_c: f64) {
+pub(crate) fn quantize(celsius: &mut [f64], step_c: f64) {
     if step_c > 0.0 {
         for celsius in celsius {
             *celsius = (*celsius / step_c).round() * step_c;

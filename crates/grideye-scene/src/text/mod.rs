@@ -3,6 +3,6 @@
 pub(crate) mod place;
 pub(crate) mod source;
 
-pub(crate) use place::{MM_PER_M, excerpt, millimetres, reach};
+pub(crate) use place::{MM_PER_M, excerpt, millimeters, reach};
 pub use place::{Place, Refusal};
 pub(crate) use source::{Bounded, Rule, Source};

@@ -72,12 +72,12 @@ const EXCERPT_CHARACTERS_MAX: usize = 60;
 pub(crate) const MM_PER_M: f64 = 1000.0;
 
 pub(crate) fn reach((low, high): (DVec3, DVec3)) -> String {
-    format!("from {} to {}", millimetres(low), millimetres(high))
+    format!("from {} to {}", millimeters(low), millimeters(high))
 }
 
-pub(crate) fn millimetres(metres: DVec3) -> String {
+pub(crate) fn millimeters(meters: DVec3) -> String {
     // To a thousandth: what is left of a rotation's rounding would only hide the number.
-    let micrometres = (metres * MM_PER_M * 1000.0).round();
-    let [x, y, z] = micrometres.to_array().map(|number| number / 1000.0 + 0.0);
+    let micrometers = (meters * MM_PER_M * 1000.0).round();
+    let [x, y, z] = micrometers.to_array().map(|number| number / 1000.0 + 0.0);
     format!("[{x}, {y}, {z}]")
 }

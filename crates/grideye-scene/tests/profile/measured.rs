@@ -265,18 +265,18 @@ fn the_largest_ticks_and_times_are_taken() {
 }
 
 #[test]
-fn the_datasheets_noise_is_least_in_the_centre_and_symmetric() {
+fn the_datasheets_noise_is_least_in_the_center_and_symmetric() {
     let sigma = parse("[noise]\nsigma_c = \"datasheet\"\n").noise_sigma_c;
     // AMG88 spec §4-4: the central four have 0.16 °C at 10 frames a second.
-    for centre in [27, 28, 35, 36] {
-        assert_eq!(sigma[centre], 0.16);
+    for center in [27, 28, 35, 36] {
+        assert_eq!(sigma[center], 0.16);
     }
     for pixel in 0..PIXELS {
         assert!(sigma[pixel] >= 0.16);
         assert_eq!(sigma[pixel], sigma[63 - pixel]);
         assert_eq!(sigma[pixel], sigma[8 * (pixel / 8) + 7 - pixel % 8]);
     }
-    // The corner's 1.25 against the centre's 0.88.
+    // The corner's 1.25 against the center's 0.88.
     assert!((sigma[0] - 0.16 * 1.25 / 0.88).abs() < 1e-12);
     assert!(sigma[1] > sigma[2] && sigma[8] > sigma[16]);
 }

@@ -196,7 +196,7 @@ fn a_dent_is_free_and_its_walls_are_not() {
     );
     let into = [[2500.0, 4000.0], [2500.0, 1000.0]];
     let found = contacts(&[corner_desk(), walker("a", small, &into, speed)]);
-    // The wall is at y = 2000, the front at y - 100: 1900 mm; half a millimetre of overlap is free.
+    // The wall is at y = 2000, the front at y - 100: 1900 mm; half a millimeter of overlap is free.
     assert!((found[0].1 - 3.801).abs() < 1e-4, "{found:?}");
     assert!((found[0].2[1] - 2.0).abs() < 0.002);
 }

@@ -17,7 +17,7 @@ fn walker(keys: &str, walk: &str) -> Agent {
     loaded.scene.agents()[0].clone()
 }
 
-/// x in millimetres at so many seconds.
+/// x in millimeters at so many seconds.
 fn x_mm(agent: &Agent, seconds: f64) -> f64 {
     agent.position_m(Duration::from_secs_f64(seconds)).x * 1000.0
 }
@@ -300,7 +300,7 @@ const REFUSED: &[(&str, &str, &str)] = &[
         TIME_TABLE,
         "w.csv:3:1: found 1500 mm in 2 s, expected a way that the acceleration allows; this one takes at least 1500 mm/s²",
     ),
-    // Half a metre in a second from rest to rest: 4 L / T².
+    // Half a meter in a second from rest to rest: 4 L / T².
     (
         "motion = \"trapezoidal\"\nacceleration_mm_per_s2 = 1999\n",
         "t_s,x_mm,y_mm,z_mm\n0,500,3000,0\n1,1000,3000,0\n",

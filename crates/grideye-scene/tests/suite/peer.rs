@@ -151,16 +151,16 @@ impl Box {
             DVec3::Z,
         ];
         let half = DVec3::from_array(self.size_mm) / 2000.0;
-        let centre = DVec3::from_array(self.base_mm) / 1000.0 + DVec3::new(0.0, 0.0, half.z);
+        let center = DVec3::from_array(self.base_mm) / 1000.0 + DVec3::new(0.0, 0.0, half.z);
         let within =
-            |point: DVec3, axis: usize| (point - centre).dot(axes[axis]).abs() <= half[axis];
+            |point: DVec3, axis: usize| (point - center).dot(axes[axis]).abs() <= half[axis];
         if (0..3).all(|axis| within(from_m, axis)) {
             return Some(0.0);
         }
         let mut nearest: Option<f64> = None;
         for axis in 0..3 {
             for side in [-1.0, 1.0] {
-                let face = centre + side * half[axis] * axes[axis];
+                let face = center + side * half[axis] * axes[axis];
                 let distance = (face - from_m).dot(axes[axis]) / ray.dot(axes[axis]);
                 let point = from_m + distance * ray;
                 if distance > 0.0 && (0..3).all(|other| other == axis || within(point, other)) {
@@ -273,7 +273,7 @@ fn boxes() -> impl Strategy<Value = Vec<Box>> {
     // The middle leaves room for every size and turn, so that none is removed for sticking out.
     let one = (
         (1.0..3.0, 1.0..5.0, 0.0..1.2)
-            .prop_map(|(x, y, z)| [x, y, z].map(|metres: f64| metres * 1000.0)),
+            .prop_map(|(x, y, z)| [x, y, z].map(|meters: f64| meters * 1000.0)),
         [50.0..1300.0, 50.0..1300.0, 50.0..1500.0],
         -360.0..360.0,
         -20.0..120.0,

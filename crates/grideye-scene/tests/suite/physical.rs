@@ -26,7 +26,7 @@ fn one_pixel() -> String {
     sensor("resolution = [1, 1]\nfov_deg = 7.5\npixel_width_deg = 8")
 }
 
-/// A level sheet below the ceiling sensor: its middle to the sensor's right and up, its size, metres; its depth.
+/// A level sheet below the ceiling sensor: its middle to the sensor's right and up, its size, meters; its depth.
 pub(crate) fn sheet(
     middle_m: [f64; 2],
     size_m: [f64; 2],
@@ -34,7 +34,7 @@ pub(crate) fn sheet(
     celsius: f64,
     emissivity: f64,
 ) -> String {
-    let mm = |metres: f64| metres * 1000.0;
+    let mm = |meters: f64| meters * 1000.0;
     let (x, y) = (0.5 * mm(size_m[0]), 0.5 * mm(size_m[1]));
     // The room's right appears left, its front at the top.
     let at = [
@@ -80,7 +80,7 @@ pub(crate) fn filled(share: f64, object_c: f64, emissivity: f64, ambient_c: f64)
     (share * shines + (1.0 - share) * fourth(ambient_c)).powf(0.25) - 273.15
 }
 
-/// `thermal-model.md` §2: a head of 0.18 x 0.24 m at 31 °C, 0.95 m away, 20 °C room, 0.98: 29.3 °C centred on a pixel
+/// `thermal-model.md` §2: a head of 0.18 x 0.24 m at 31 °C, 0.95 m away, 20 °C room, 0.98: 29.3 °C centered on a pixel
 /// of 7.5° (60 by 8), 27.3 on an edge, 26.4 on a corner. They follow from a bell of 8°.
 #[test]
 fn a_head_on_the_middle_an_edge_and_a_corner_of_a_pixel() {
@@ -237,7 +237,7 @@ impl Crate {
     }
 
     fn toml(&self, index: usize) -> String {
-        let mm = |metres: f64| (metres * 1000.0).round();
+        let mm = |meters: f64| (meters * 1000.0).round();
         let middle = |axis: usize| 0.5 * (mm(self.low[axis]) + mm(self.high[axis]));
         let size = [0, 1, 2].map(|axis| mm(self.high[axis]) - mm(self.low[axis]));
         let at = [middle(0), middle(1), mm(self.low[2])];

@@ -470,7 +470,7 @@ fn the_readme_has_the_numbers_of_one_scene_in_both_models() {
     let models = [simulator(Model::Paper), simulator(Model::Physical)];
     let readme = files("README.md").unwrap();
     let mut missing = Vec::new();
-    for (metres, measured) in [
+    for (meters, measured) in [
         (0.0, "2.5 to 3.9 °C, 5 to 7 pixels"),
         (0.5, "2.5 to 3.9 °C"),
         (1.1, "1.9 °C"),
@@ -478,7 +478,7 @@ fn the_readme_has_the_numbers_of_one_scene_in_both_models() {
         (2.0, "hardly any"),
     ] {
         // On the way back, beyond the sensor: far from the radiator.
-        let time = Duration::from_secs_f64((4.0 + metres) / 0.8);
+        let time = Duration::from_secs_f64((4.0 + meters) / 0.8);
         let [paper, physical] = [0, 1].map(|model| {
             let simulator: &Simulator = &models[model];
             let (image, truth) = (simulator.image(time), simulator.truth(time));
@@ -496,7 +496,7 @@ fn the_readme_has_the_numbers_of_one_scene_in_both_models() {
                 above.iter().filter(|above| **above > 1.0).count()
             )
         });
-        let row = format!("| {metres} m | {paper} | {physical} | {measured} |");
+        let row = format!("| {meters} m | {paper} | {physical} | {measured} |");
         println!("{row}");
         if !readme.contains(&row) {
             missing.push(row);

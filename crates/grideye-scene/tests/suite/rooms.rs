@@ -201,8 +201,8 @@ fn an_obj_file_may_be_the_room() {
     let outline_m = by_mesh.room().outline_m();
     assert_eq!(outline_m.len(), 6);
     assert!((shoelace(&outline_m) - 18.75).abs() < 1e-12);
-    let millimetres = text.replace("file = \"room.obj\"", "file = \"room.obj\"\nunit_mm = 100");
-    let refused = Scene::parse(&millimetres, "room.toml", &files).unwrap_err();
+    let millimeters = text.replace("file = \"room.obj\"", "file = \"room.obj\"\nunit_mm = 100");
+    let refused = Scene::parse(&millimeters, "room.toml", &files).unwrap_err();
     assert!(
         matches!(refused, SceneError::AgentLeavesRoom { .. }),
         "{refused}"
@@ -312,7 +312,7 @@ fn a_way_that_cuts_the_corner_leaves_the_room() {
     let (before, after) = why.problem.split_once(" s, at ").unwrap();
     let seconds = before.strip_prefix("agent `walker` goes through a wall after ");
     let seconds: f64 = seconds.unwrap().parse().unwrap();
-    // y = 2.4 after 1 m along y: 1.414 m of way at 1 m/s; a millimetre may overlap.
+    // y = 2.4 after 1 m along y: 1.414 m of way at 1 m/s; a millimeter may overlap.
     assert!((seconds - 2.0_f64.sqrt()).abs() < 3e-3, "{seconds}");
     assert!(after.contains("2500"), "{after}");
     // Along the wall, leaning against it, is free; 2 mm deeper is not.

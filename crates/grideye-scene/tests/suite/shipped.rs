@@ -62,7 +62,7 @@ fn the_collisions_are_told_when_and_where_a_ruler_says() {
         let found = contacts.iter().find(|contact| contact.names[0] == name);
         found.unwrap_or_else(|| panic!("{name}: {contacts:?}"))
     };
-    // Half the depth of each body is 100 mm; one millimetre is what they are in one another by then.
+    // Half the depth of each body is 100 mm; one millimeter is what they are in one another by then.
     let (chest, pair) = (of("hurried"), of("from the left"));
     assert_eq!(chest.names[1], "chest");
     assert!((chest.time.as_secs_f64() - (3800.0 - 600.0 + 1.0) / 1000.0).abs() < 1e-4);

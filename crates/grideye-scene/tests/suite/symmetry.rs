@@ -10,7 +10,7 @@ const AMBIENT_C: f64 = 20.1;
 /// Everything stands about this place, below the sensor.
 const MIDDLE_MM: f64 = 4000.0;
 
-/// An object, or a part of an agent; lengths in millimetres from the middle, or from the agent.
+/// An object, or a part of an agent; lengths in millimeters from the middle, or from the agent.
 #[derive(Debug, Clone)]
 struct Thing {
     shape: &'static str,

@@ -1,11 +1,11 @@
 //! A scene from above, as outlines for the page to draw.
 
-use crate::rounding::{flat, millimetres};
+use crate::rounding::{flat, millimeters};
 use grideye_plan::ground;
 use grideye_scene::{Agent, Scene, Sensor};
 use serde_json::{Value, json};
 
-/// Room, objects, sensors with what they have in view of the floor, and the agents' ways; metres, x to the right and y to
+/// Room, objects, sensors with what they have in view of the floor, and the agents' ways; meters, x to the right and y to
 /// the back.
 pub(super) fn plan(scene: &Scene) -> Value {
     let objects = scene.objects().iter();
@@ -28,7 +28,7 @@ fn seeing(scene: &Scene, sensor: &Sensor) -> Value {
     let at = sensor.pose.position_m;
     json!({
         "name": sensor.name,
-        "at_m": [millimetres(at.x), millimetres(at.y), millimetres(at.z)],
+        "at_m": [millimeters(at.x), millimeters(at.y), millimeters(at.z)],
         "in_view_m": flat(in_view_m.iter().map(|at| (at.x, at.y))),
     })
 }
@@ -38,7 +38,7 @@ fn walking(agent: &Agent) -> Value {
     let way_m = way.map(|way| flat(way.waypoints_m().iter().map(|at| (at.x, at.y))));
     json!({
         "name": agent.name,
-        "starts_m": [millimetres(agent.start_m.x), millimetres(agent.start_m.y)],
+        "starts_m": [millimeters(agent.start_m.x), millimeters(agent.start_m.y)],
         "way_m": way_m.unwrap_or_default(),
     })
 }

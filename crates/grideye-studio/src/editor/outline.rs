@@ -1,6 +1,6 @@
-//! Where everything of a scene is at a moment, for the page to draw and to take hold of; metres.
+//! Where everything of a scene is at a moment, for the page to draw and to take hold of; meters.
 
-use crate::rounding::{flat, hundredths, millimetres};
+use crate::rounding::{flat, hundredths, millimeters};
 use grideye_plan::ground;
 use grideye_scene::{Agent, Body, Scene, Sensor};
 use serde_json::{Map, Value, json};
@@ -224,6 +224,6 @@ fn plain(table: &Value) -> Map<String, Value> {
     shown.collect()
 }
 
-fn point(metres: [f64; 3]) -> [f64; 3] {
-    metres.map(millimetres)
+fn point(meters: [f64; 3]) -> [f64; 3] {
+    meters.map(millimeters)
 }

@@ -7,7 +7,7 @@ use std::ops::Range;
 /// Way-points of a trajectory that is made here.
 const POINTS_MAX: usize = 100;
 
-/// One edit of a trajectory. Rows are way-points, counted from 0; lengths are millimetres.
+/// One edit of a trajectory. Rows are way-points, counted from 0; lengths are millimeters.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(tag = "does", rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) enum WayEdit {

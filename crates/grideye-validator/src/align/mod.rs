@@ -9,7 +9,7 @@
 //! Alignment could make a wrong scene look right. What keeps it from that:
 //!
 //! - It has one or two degrees of freedom by default, a delay and a clock rate, each within a stated bound. The default
-//!   bound of half a second is a third of a metre of walking: what frames really lag behind is 0.2 to 0.3 s.
+//!   bound of half a second is a third of a meter of walking: what frames really lag behind is 0.2 to 0.3 s.
 //! - The best delay must lie within the bounds. The search looks beyond them, and if it is better there, nothing is
 //!   applied: a bound is not where a wrong scene may stop to be compared.
 //! - It only ever sees what moves: each pixel loses its mean over time. A radiator, a table or an offset that is wrong

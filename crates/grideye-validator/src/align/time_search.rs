@@ -24,7 +24,7 @@ pub(crate) fn best_line(sample: &Sample, film: &Film, bounds: &Bounds) -> (Line,
         .into_iter()
         .map(|(_, line)| grid.downhill(&coarse, film, line, SHIFT_LAST_S * 20.0))
         .max_by(|left, right| left.0.total_cmp(&right.0))
-        .map_or(grid.centre(), |(_, line)| line);
+        .map_or(grid.center(), |(_, line)| line);
     let (_, line) = grid.downhill(sample, film, start, SHIFT_LAST_S);
     (line, sample.fit(film, |time_s| line.scene_s(time_s)))
 }
@@ -38,7 +38,7 @@ fn rough_line(sample: &Sample, film: &Film, bounds: &Bounds) -> (f64, Line) {
     let grid = Grid::new(sample, bounds);
     let coarse = sample.thinned(grid.frames());
     let best = grid.best(&coarse, film, 1);
-    let start = best.first().map_or(grid.centre(), |(_, line)| *line);
+    let start = best.first().map_or(grid.center(), |(_, line)| *line);
     grid.downhill(&coarse, film, start, SHIFT_STEP_S / 4.0)
 }
 
@@ -74,7 +74,7 @@ impl Grid {
         (GRID_FRAMES * GRID_PLACES / self.places().max(GRID_PLACES)).max(GRID_FRAMES_MIN)
     }
 
-    fn centre(&self) -> Line {
+    fn center(&self) -> Line {
         Line::new(0.0, 0.0, self.origin_s)
     }
 
@@ -104,12 +104,12 @@ impl Grid {
 
     fn downhill(&self, sample: &Sample, film: &Film, start: Line, last_s: f64) -> (f64, Line) {
         let likeness = |line: &Line| sample.fit(film, |time_s| line.scene_s(time_s)).likeness;
-        let neighbors = |line: &Line, step_s| self.neighbours(*line, step_s);
+        let neighbors = |line: &Line, step_s| self.neighbors(*line, step_s);
         climb(start, (SHIFT_STEP_S, last_s), likeness, neighbors)
     }
 
     /// Shifted as a whole, or turned about the recording's middle.
-    fn neighbours(&self, line: Line, step_s: f64) -> impl Iterator<Item = Line> {
+    fn neighbors(&self, line: Line, step_s: f64) -> impl Iterator<Item = Line> {
         let turn = if self.rate_max > 0.0 && self.half_s > 0.0 {
             step_s / self.half_s
         } else {
@@ -213,13 +213,13 @@ pub(crate) fn best_law(sample: &Sample, film: &Film, bounds: &Bounds) -> (Law, F
 fn law_downhill(sample: &Sample, film: &Film, start: Law, bounds: &Bounds) -> (f64, Law) {
     let likeness = |law: &Law| sample.fit(film, |time_s| law.scene_s(time_s)).likeness;
     let neighbors = |law: &Law, step| -> Vec<Law> {
-        let all = law_neighbours(law, step, bounds.shift_max_s);
+        let all = law_neighbors(law, step, bounds.shift_max_s);
         all.filter(Law::rises).collect()
     };
     climb(start, (0.25, 0.002), likeness, neighbors)
 }
 
-fn law_neighbours(law: &Law, step: f64, most_s: f64) -> impl Iterator<Item = Law> {
+fn law_neighbors(law: &Law, step: f64, most_s: f64) -> impl Iterator<Item = Law> {
     let law = *law;
     let moves: [[f64; 4]; 6] = [
         [1.0, 0.0, 0.0, 0.0],
@@ -288,9 +288,9 @@ mod tests {
         let wide = grid(60.0, 60.0, 0.06);
         assert_eq!((wide.places(), wide.frames()), (1_201 * 25, 170));
         assert_eq!(grid(60.0, 600.0, 0.06).frames(), 48);
-        let centre = usual.centre();
+        let center = usual.center();
         assert_eq!(
-            (centre.shift_s, centre.rate, centre.origin_s),
+            (center.shift_s, center.rate, center.origin_s),
             (0.0, 0.0, 2.0)
         );
     }
@@ -310,12 +310,12 @@ mod tests {
 
     /// To turn a minute's line by 0.1 s at its ends, the rate changes by 0.1 in 30, and the shift by 0.1 s the other way.
     #[test]
-    fn neighbours_are_shifted_or_turned_about_the_middle_within_the_bounds() {
+    fn neighbors_are_shifted_or_turned_about_the_middle_within_the_bounds() {
         let grid = grid(60.0, 0.5, 0.06);
         let about = |shift_s, rate| -> Vec<(f64, f64)> {
             let line = Line::new(shift_s, rate, 2.0);
-            let neighbours = grid.neighbours(line, 0.1);
-            neighbours
+            let neighbors = grid.neighbors(line, 0.1);
+            neighbors
                 .inspect(|line| assert_eq!(line.origin_s, 2.0))
                 .map(shift_and_rate)
                 .collect()
@@ -330,7 +330,7 @@ mod tests {
             &[(0.5, 0.06), (0.4, 0.06), (0.5, 0.06), (0.5, 0.06 - turn)],
         );
         let timed = self::grid(60.0, 0.5, 0.0);
-        let still = timed.neighbours(grid.centre(), 0.1);
+        let still = timed.neighbors(grid.center(), 0.1);
         is_near(
             &still.map(shift_and_rate).collect::<Vec<_>>(),
             &[(0.1, 0.0), (-0.1, 0.0), (0.0, 0.0), (0.0, 0.0)],
@@ -441,9 +441,9 @@ mod tests {
 
     /// A step of 0.25 is half a second of ends that may be 2 s late.
     #[test]
-    fn neighbours_are_one_step_away_and_within_the_bounds() {
+    fn neighbors_are_one_step_away_and_within_the_bounds() {
         let of = |law: Law, most_s: f64| -> Vec<[f64; 4]> {
-            law_neighbours(&law, 0.25, most_s)
+            law_neighbors(&law, 0.25, most_s)
                 .map(|law| [law.begins_late_s, law.ends_late_s, law.ease, law.lean])
                 .collect()
         };

@@ -16,7 +16,7 @@
 //! mode better than ten seconds can. The 95 % interval is that of Student's t with as many degrees of freedom as the
 //! parts have, by their shares in the unknown's variance (Satterthwaite 1946, Biometrics Bulletin 2:110). Where the
 //! white part is not white, because bodies move otherwise than the scene says, the uncertainty is widened by as much as
-//! neighbouring frames repeat one another, and a warning says so.
+//! neighboring frames repeat one another, and a warning says so.
 //!
 //! What no recording shows is not in it: the accuracy of the sensor as a whole (±2.5 °C, AMG88 spec §4-4), which goes
 //! into every temperature, and drift that is slower than the recording.

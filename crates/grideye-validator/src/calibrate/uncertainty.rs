@@ -213,7 +213,7 @@ fn tangled(normal: &Matrix, active: &[usize]) -> Vec<usize> {
     tangled
 }
 
-/// By how much neighbouring frames' pull widens each variance; 1 unless the repetition is beyond chance.
+/// By how much neighboring frames' pull widens each variance; 1 unless the repetition is beyond chance.
 fn widening(columns: &[&[f64]], bread: &Matrix, residuals: &[f64]) -> Vec<f64> {
     let [_, left_over, _] = Parts::split(residuals);
     let scores: Vec<Vec<f64>> = columns

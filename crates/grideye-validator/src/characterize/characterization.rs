@@ -161,7 +161,7 @@ fn clock_error_ppm(sensor_hz: f64) -> i32 {
     ((ppm / PROFILE_PPM_STEP).round() * PROFILE_PPM_STEP) as i32
 }
 
-/// Why a recording could not be characterised.
+/// Why a recording could not be characterized.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what each is")]

@@ -106,7 +106,7 @@ impl Histogram {
         Some((sigma * sigma - added).max(0.0).sqrt())
     }
 
-    /// A quantile where each bin's values lie evenly up to the middles to its neighbours; with the width of that room.
+    /// A quantile where each bin's values lie evenly up to the middles to its neighbors; with the width of that room.
     fn spread_quantile(&self, share: f64) -> Option<(f64, f64)> {
         let wanted = share * long_count(self.total);
         let bins: Vec<(f64, f64)> = self.bins().collect();

@@ -9,7 +9,7 @@ use crate::metrics::foreground::{ForegroundCorrelation, RoomSource};
 use crate::metrics::score::{Measure, Score, Scores};
 use crate::metrics::{self, ChiSquared, chi_squared, structure_map};
 use crate::numbers::mean_frame;
-use crate::verdict::{Judgement, Nobody, WarmPixels};
+use crate::verdict::{Judgment, Nobody, WarmPixels};
 use serde::Serialize;
 use std::time::Duration;
 
@@ -41,7 +41,7 @@ pub struct FilmFrame {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
     /// The verdict and its reasons.
-    pub judgement: Judgement,
+    pub judgment: Judgment,
     /// The scores.
     pub scores: Scores,
     /// The evaluation graph.
@@ -117,7 +117,7 @@ pub struct FrameScores {
     pub values: Vec<(Measure, Option<f64>)>,
     /// Simulated less real, in degrees, row by row.
     pub difference_c: Vec<f64>,
-    /// Structural similarity of each pixel's neighbourhood, -1 to 1; `None` in frames of less than 3 x 3 pixels.
+    /// Structural similarity of each pixel's neighborhood, -1 to 1; `None` in frames of less than 3 x 3 pixels.
     pub structure: Option<Vec<f64>>,
 }
 

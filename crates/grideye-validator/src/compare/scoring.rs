@@ -18,7 +18,7 @@ use crate::metrics::foreground::{RoomSource, foreground_correlation};
 use crate::metrics::gain::GainSums;
 use crate::metrics::score::{Measure, Score, Scores};
 use crate::numbers::{count, evenly, extremes, mean_square, median};
-use crate::verdict::judgement::judge;
+use crate::verdict::judgment::judge;
 use crate::verdict::types::{Evidence, Prior};
 use crate::verdict::{Nobody, WarmPixels};
 use std::time::Duration;
@@ -79,7 +79,7 @@ pub(crate) fn compare_with_prior(
         times: &bootstrap.times,
     };
     Ok(Comparison {
-        judgement: judge(&evidence, &settings.thresholds),
+        judgment: judge(&evidence, &settings.thresholds),
         nobody: nobody(&view, &pairs, simulated, prior),
         above_room: prior.has_people.then(foreground),
         pattern_c: mean_square(&pattern_c(settings, prior, view.pixels())).sqrt(),

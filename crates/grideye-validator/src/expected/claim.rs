@@ -244,7 +244,7 @@ pub(crate) struct Turns {
     still_weight: f64,
 }
 
-/// Centred frames as their mean and what departs from it.
+/// Centered frames as their mean and what departs from it.
 struct Split {
     still: Vec<f64>,
     moving: Vec<Vec<f64>>,

@@ -4,12 +4,12 @@ use grideye_recording::Record;
 
 /// Most records of a recording that are kept to be looked at: half an hour at 10 Hz.
 pub const RECORDS_MAX: usize = 20_000;
-/// Records that are kept or left out together: repeats, torn frames and duplicates are seen among neighbours only.
+/// Records that are kept or left out together: repeats, torn frames and duplicates are seen among neighbors only.
 pub const RUN_RECORDS: usize = 1_000;
 
 /// Takes the records of a recording one by one, and keeps [`RECORDS_MAX`] at most.
 ///
-/// Up to that number all are kept. Beyond it, every second run of [`RUN_RECORDS`] neighbours is dropped, and again as often as
+/// Up to that number all are kept. Beyond it, every second run of [`RUN_RECORDS`] neighbors is dropped, and again as often as
 /// it takes: what is left is spread evenly, from the recording's beginning on. The choice depends on the number of records
 /// and on nothing else, so that a recording that is read from a disk and one that lies in memory keep the same.
 ///

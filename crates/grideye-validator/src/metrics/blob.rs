@@ -115,9 +115,9 @@ fn patch(
         pixels += 1;
         for row in row.saturating_sub(1)..=(row + 1).min(rows - 1) {
             for column in column.saturating_sub(1)..=(column + 1).min(columns - 1) {
-                let neighbour = row * columns + column;
-                if std::mem::take(&mut left[neighbour]) {
-                    open.push(neighbour);
+                let neighbor = row * columns + column;
+                if std::mem::take(&mut left[neighbor]) {
+                    open.push(neighbor);
                 }
             }
         }

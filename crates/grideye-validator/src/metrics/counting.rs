@@ -361,12 +361,12 @@ mod naive {
         order.sort_unstable_by(|&a, &b| levels[a].total_cmp(&levels[b]));
         let mut numbers = vec![0; levels.len()];
         let mut number = 0;
-        for neighbours in order.windows(2) {
+        for neighbors in order.windows(2) {
             // Compared by value, so that the bin of -0 is the bin of 0.
-            if levels[neighbours[1]] != levels[neighbours[0]] {
+            if levels[neighbors[1]] != levels[neighbors[0]] {
                 number += 1;
             }
-            numbers[neighbours[1]] = number;
+            numbers[neighbors[1]] = number;
         }
         numbers
     }

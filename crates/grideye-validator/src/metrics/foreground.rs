@@ -57,7 +57,7 @@ pub(crate) struct EmptyRoom {
 /// Squares of degrees.
 const NOTHING: f64 = 1e-9;
 
-/// Sums over pixels that are centred frame by frame.
+/// Sums over pixels that are centered frame by frame.
 #[derive(Default)]
 pub(crate) struct CenteredProducts {
     xx: f64,

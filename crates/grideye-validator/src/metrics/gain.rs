@@ -29,7 +29,7 @@ pub(crate) struct GainSums {
 
 #[derive(Debug, Clone, Copy, Default)]
 struct Squares {
-    levelled: f64,
+    leveled: f64,
     with_offset: f64,
 }
 
@@ -99,13 +99,13 @@ impl GainSums {
         self.pixels += marked.places.len();
         for &place in &marked.places {
             let (measured, predicted) = (measured[place], prediction.celsius[place]);
-            let levelled = measured - offset_c;
+            let leveled = measured - offset_c;
             self.predicted.add(
-                levelled - (predicted - prediction.offset_c),
+                leveled - (predicted - prediction.offset_c),
                 measured - predicted,
             );
             self.blank
-                .add(levelled - warmth.ambient_c, measured - warmth.ambient_c);
+                .add(leveled - warmth.ambient_c, measured - warmth.ambient_c);
         }
     }
 
@@ -119,7 +119,7 @@ impl GainSums {
     /// The sums with one helping of noise taken out of the predicted part.
     pub(crate) fn without_noise(mut self, sigma_c: f64) -> Self {
         let noise = count(self.pixels) * sigma_c * sigma_c;
-        self.predicted.levelled = (self.predicted.levelled - noise).max(0.0);
+        self.predicted.leveled = (self.predicted.leveled - noise).max(0.0);
         self.predicted.with_offset = (self.predicted.with_offset - noise).max(0.0);
         self
     }
@@ -131,7 +131,7 @@ impl GainSums {
         [
             (
                 Measure::Gain,
-                gain(self.predicted.levelled, self.blank.levelled),
+                gain(self.predicted.leveled, self.blank.leveled),
             ),
             (
                 Measure::GainWithOffset,
@@ -143,12 +143,12 @@ impl GainSums {
 
 impl Squares {
     fn merge(&mut self, other: Self) {
-        self.levelled += other.levelled;
+        self.leveled += other.leveled;
         self.with_offset += other.with_offset;
     }
 
-    fn add(&mut self, levelled: f64, with_offset: f64) {
-        self.levelled += levelled * levelled;
+    fn add(&mut self, leveled: f64, with_offset: f64) {
+        self.leveled += leveled * leveled;
         self.with_offset += with_offset * with_offset;
     }
 }

@@ -6,7 +6,7 @@ use crate::numbers::{comparable, count, mean};
 pub const SSIM_RANGE_C: f64 = 10.0;
 const SIDE: usize = 3;
 
-/// The structural similarity of each pixel's neighbourhood of 3 x 3, -1 to 1 (Wang et al. 2004, "Image quality assessment:
+/// The structural similarity of each pixel's neighborhood of 3 x 3, -1 to 1 (Wang et al. 2004, "Image quality assessment:
 /// from error visibility to structural similarity", Eq. 13), row by row.
 ///
 /// Temperatures are taken above `ambient_c`, so that the first factor, which compares means, sees what the scene adds
@@ -44,7 +44,7 @@ pub fn structure_map(
     Some((0..real.len()).map(window).collect())
 }
 
-/// The mean of that map over the pixels whose neighbourhood lies within the image, as its authors take it.
+/// The mean of that map over the pixels whose neighborhood lies within the image, as its authors take it.
 #[must_use]
 pub fn structural_similarity(
     real: &[f64],
@@ -128,7 +128,7 @@ mod tests {
         assert!((interior_mean(&map, 5).unwrap() - expected).abs() < 1e-12);
     }
 
-    /// Weights 1 to 12 on 4 x 3 pixels: the corner counts itself four times, its neighbours twice, the diagonal once.
+    /// Weights 1 to 12 on 4 x 3 pixels: the corner counts itself four times, its neighbors twice, the diagonal once.
     #[test]
     fn borders_are_mirrored() {
         let values = |index: usize| count(index + 1);
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_without_a_neighbourhood_have_none() {
+    fn frames_without_a_neighborhood_have_none() {
         assert_eq!(structure_map(&[1.0; 4], &[1.0; 4], 2, 0.0), None);
         assert_eq!(structure_map(&[1.0; 10], &[1.0; 10], 3, 0.0), None);
         assert_eq!(structure_map(&[1.0; 9], &[1.0; 9], 0, 0.0), None);

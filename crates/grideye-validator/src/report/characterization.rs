@@ -1,4 +1,4 @@
-//! The characterisation as one page that needs nothing else: table, maps, Allan deviations.
+//! The characterization as one page that needs nothing else: table, maps, Allan deviations.
 
 use crate::characterize::{AllanPoint, Characterization};
 use crate::numbers::extremes;

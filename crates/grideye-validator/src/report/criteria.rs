@@ -10,7 +10,7 @@ use grideye_draw::text::{escape, fixed};
 
 pub(crate) fn section(comparison: &Comparison) -> String {
     let rows: String = comparison
-        .judgement
+        .judgment
         .criteria
         .iter()
         .map(|criterion| {

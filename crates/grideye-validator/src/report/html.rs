@@ -14,7 +14,7 @@ use grideye_draw::text::{escape, fixed, seconds, signed};
 pub fn html(comparison: &Comparison, context: &Context) -> String {
     let title = format!(
         "{}: {} and {}",
-        comparison.judgement.verdict, context.scene, context.recording
+        comparison.judgment.verdict, context.scene, context.recording
     );
     let body = [
         verdict(comparison),
@@ -42,13 +42,13 @@ pub fn html(comparison: &Comparison, context: &Context) -> String {
 }
 
 fn verdict(comparison: &Comparison) -> String {
-    let judgement = &comparison.judgement;
-    let mark = match judgement.verdict {
+    let judgment = &comparison.judgment;
+    let mark = match judgment.verdict {
         Verdict::Agrees => "✓",
         Verdict::Disagrees => "✗",
         Verdict::CannotTell => "?",
     };
-    let reasons = list(judgement.reasons.iter());
+    let reasons = list(judgment.reasons.iter());
     let warnings: String = comparison
         .warnings
         .iter()
@@ -57,10 +57,10 @@ fn verdict(comparison: &Comparison) -> String {
     format!(
         "<section class=\"verdict {}\">\n<div class=\"badge\"><span aria-hidden=\"true\">{mark}</span> Verdict: {}</div>\n\
          <h1>{}</h1>\n{warnings}{reasons}<p class=\"small\"><b>What would change it:</b> {}</p>\n</section>\n",
-        judgement.verdict.name(),
-        judgement.verdict,
-        escape(&judgement.headline),
-        escape(&judgement.would_change)
+        judgment.verdict.name(),
+        judgment.verdict,
+        escape(&judgment.headline),
+        escape(&judgment.would_change)
     )
 }
 

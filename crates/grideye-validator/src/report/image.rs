@@ -220,7 +220,7 @@ pub(crate) fn maps_section(comparison: &Comparison) -> String {
                 structure,
                 shows,
                 "Structure",
-                "mean structural similarity of each pixel's neighbourhood, −1 (black) to 1 (light)",
+                "mean structural similarity of each pixel's neighborhood, −1 (black) to 1 (light)",
                 false,
             )
         });

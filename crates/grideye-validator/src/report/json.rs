@@ -68,12 +68,12 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
 /// Of the same object what a page of live comparisons shows, with the notes of the comparison itself.
 #[must_use]
 pub fn summary(comparison: &Comparison, context: &Context) -> Value {
-    let judgement = &comparison.judgement;
+    let judgment = &comparison.judgment;
     json!({
-        "verdict": judgement.verdict.name(),
-        "headline": judgement.headline,
-        "reasons": judgement.reasons,
-        "would_change": judgement.would_change,
+        "verdict": judgment.verdict.name(),
+        "headline": judgment.headline,
+        "reasons": judgment.reasons,
+        "would_change": judgment.would_change,
         "criteria": criteria(comparison),
         "protocol": comparison.settings.protocol.name(),
         "real_frames": comparison.real_frames,
@@ -100,12 +100,7 @@ fn criteria(comparison: &Comparison) -> Vec<Value> {
             })),
         })
     };
-    comparison
-        .judgement
-        .criteria
-        .iter()
-        .map(criterion)
-        .collect()
+    comparison.judgment.criteria.iter().map(criterion).collect()
 }
 
 fn background(fit: &BackgroundFit) -> Value {

@@ -10,8 +10,8 @@ use std::fmt::Write;
 #[must_use]
 pub fn junit(comparison: &Comparison, context: &Context) -> String {
     let class = text(&format!("grideye.compare.{}", context.sensor));
-    let judgement = &comparison.judgement;
-    let mut cases: Vec<Case> = judgement.criteria.iter().map(Case::of).collect();
+    let judgment = &comparison.judgment;
+    let mut cases: Vec<Case> = judgment.criteria.iter().map(Case::of).collect();
     cases.insert(0, Case::verdict(comparison));
     let number = |outcome| cases.iter().filter(|case| case.outcome == outcome).count();
     let counts = format!(
@@ -62,20 +62,20 @@ impl Case {
     }
 
     fn verdict(comparison: &Comparison) -> Self {
-        let judgement = &comparison.judgement;
+        let judgment = &comparison.judgment;
         Self {
             name: "verdict".to_owned(),
-            outcome: match judgement.verdict {
+            outcome: match judgment.verdict {
                 Verdict::Agrees => Outcome::Passed,
                 Verdict::Disagrees => Outcome::Failure,
                 Verdict::CannotTell => Outcome::Error,
             },
-            message: judgement.headline.clone(),
+            message: judgment.headline.clone(),
             details: format!(
                 "{}\n{}\n{}",
-                judgement.headline,
-                judgement.reasons.join("\n"),
-                judgement.would_change
+                judgment.headline,
+                judgment.reasons.join("\n"),
+                judgment.would_change
             ),
         }
     }
@@ -110,7 +110,7 @@ fn properties(comparison: &Comparison, context: &Context) -> String {
             text(value)
         );
     };
-    add("verdict", comparison.judgement.verdict.name());
+    add("verdict", comparison.judgment.verdict.name());
     add("command", &context.command);
     add("program", &context.program);
     for (name, seed) in &context.seeds {

@@ -36,7 +36,7 @@ pub const MEASURES: [Measure; 6] = [
 pub const EXPERIMENTS: [Experiment; 4] = [
     Experiment {
         number: 1,
-        title: "static, person centred below the sensor",
+        title: "static, person centered below the sensor",
         figures: [0.79, 3.5, 5.2, 5.9, 2.8, 0.95],
     },
     Experiment {

@@ -85,7 +85,7 @@ pub fn compare_scene(
     );
     let comparison = compare_with_prior(shape, &real, &simulated, &settings, &prior)?;
     let is_turned = comparison
-        .judgement
+        .judgment
         .criteria
         .iter()
         .any(|criterion| (criterion.name, criterion.state) == ("orientation", State::Failed));

@@ -11,7 +11,7 @@ use crate::metrics::foreground::RoomSource;
 use crate::metrics::score::{Measure, Score, Scores, Shuffled};
 use crate::metrics::unclaimed::WarmBlock;
 use crate::thresholds::Thresholds;
-use crate::verdict::judgement::judge;
+use crate::verdict::judgment::judge;
 use crate::verdict::types::{Evidence, Prior};
 use std::time::Duration;
 
@@ -124,7 +124,7 @@ impl Case {
         }
     }
 
-    fn judged(&self) -> Judgement {
+    fn judged(&self) -> Judgment {
         let expected =
             Expected::known([self.right.clone(), self.nobody.clone(), self.blank.clone()]);
         let evidence = Evidence {
@@ -144,8 +144,8 @@ impl Case {
     }
 
     fn criterion(&self, name: &str) -> Criterion {
-        let judgement = self.judged();
-        let mut criteria = judgement.criteria.into_iter();
+        let judgment = self.judged();
+        let mut criteria = judgment.criteria.into_iter();
         criteria.find(|criterion| criterion.name == name).unwrap()
     }
 
@@ -158,10 +158,10 @@ impl Case {
 
     #[track_caller]
     fn cannot_tell(&self, reason: &str, turn: &str) {
-        let judgement = self.judged();
-        assert_eq!(judgement.verdict, Verdict::CannotTell);
-        assert_eq!(judgement.reasons, [reason]);
-        assert_eq!(judgement.would_change, format!("To tell, it takes {turn}."));
+        let judgment = self.judged();
+        assert_eq!(judgment.verdict, Verdict::CannotTell);
+        assert_eq!(judgment.reasons, [reason]);
+        assert_eq!(judgment.would_change, format!("To tell, it takes {turn}."));
     }
 }
 
@@ -177,24 +177,24 @@ const MET_BESIDE_C: [&str; 3] = [
 /// 0.1 + 0.6 · 0.7 = 0.52 is asked of C. Margins 0.18 / 0.7, 0.12 / 0.5, 0.2 / 0.8 and (0.35 - 0.309) / 0.191 = 0.21.
 #[test]
 fn a_right_scene_agrees_by_these_numbers() {
-    let judgement = Case::right().judged();
-    assert_eq!(judgement.verdict, Verdict::Agrees);
-    assert_eq!(judgement.verdict.name(), "agrees");
+    let judgment = Case::right().judged();
+    assert_eq!(judgment.verdict, Verdict::Agrees);
+    assert_eq!(judgment.verdict.name(), "agrees");
     let c = "C is 0.70, at least the 0.52 asked for; right scenes have 0.80 (always), rooms with nothing in them 0.05 \
              (always), over 100 drawn units.";
     let level = "The recording is 0.40 °C warmer than the scene all over, within the 2.5 °C that are allowed.";
     let [gain, above_room, over_nobody] = MET_BESIDE_C;
-    assert_eq!(judgement.reasons, [c, gain, above_room, over_nobody, level]);
+    assert_eq!(judgment.reasons, [c, gain, above_room, over_nobody, level]);
     assert_eq!(
-        judgement.would_change,
+        judgment.would_change,
         "Any of: C below 0.52, the gain over a blank frame below 0.30, with the empty room taken out, C below 0.40, the \
          gain that the scene's people bring below 0.31, or a common offset beyond 2.5 °C. Nearest to its threshold is \
          “Better than the scene without its people”, by 0.21 of skill."
     );
-    let others: Vec<_> = judgement
+    let others: Vec<_> = judgment
         .criteria
         .iter()
-        .filter(|criterion| !judgement.reasons.contains(&criterion.sentence))
+        .filter(|criterion| !judgment.reasons.contains(&criterion.sentence))
         .map(|criterion| (criterion.state, criterion.sentence.as_str()))
         .collect();
     assert_eq!(
@@ -221,12 +221,12 @@ fn what_failed_comes_first_and_says_what_it_takes() {
     case.found.unclaimed.moving = block(0.9, Some(1));
     case.found.upright = vec![(Orientation::Half, -0.7)];
     case.offset_c = 3.0;
-    let judgement = case.judged();
-    assert_eq!(judgement.verdict, Verdict::Disagrees);
-    assert_eq!(judgement.verdict.name(), "disagrees");
+    let judgment = case.judged();
+    assert_eq!(judgment.verdict, Verdict::Disagrees);
+    assert_eq!(judgment.verdict.name(), "disagrees");
     let [gain, above_room, over_nobody] = MET_BESIDE_C;
     assert_eq!(
-        judgement.reasons,
+        judgment.reasons,
         [
             "C is 0.30, less than the 0.52 asked for; right scenes have 0.80 (always), rooms with nothing in them 0.05 \
              (always), over 100 drawn units.",
@@ -241,7 +241,7 @@ fn what_failed_comes_first_and_says_what_it_takes() {
         ]
     );
     assert_eq!(
-        judgement.would_change,
+        judgment.would_change,
         "To agree, it takes C of 0.52, a scene that has something warm there, or a recording without it, a common \
          offset within 2.5 °C, and the image turned back."
     );
@@ -252,11 +252,11 @@ fn what_failed_comes_first_and_says_what_it_takes() {
 fn a_score_that_an_empty_room_reaches_proves_nothing() {
     let mut case = Case::right();
     case.found.over_nobody = Some(0.2);
-    let judgement = case.judged();
-    assert_eq!(judgement.verdict, Verdict::CannotTell);
-    assert_eq!(judgement.verdict.name(), "cannot_tell");
+    let judgment = case.judged();
+    assert_eq!(judgment.verdict, Verdict::CannotTell);
+    assert_eq!(judgment.verdict.name(), "cannot_tell");
     assert_eq!(
-        judgement.reasons,
+        judgment.reasons,
         [
             "The gain that the scene's people bring is 0.20, at least the 0.10 asked for; right scenes have 0.50 \
              (99.9 % at least 0.19), rooms without the people 0.00 (99.9 % at most 0.31), over 100 drawn units. So \
@@ -264,7 +264,7 @@ fn a_score_that_an_empty_room_reaches_proves_nothing() {
         ]
     );
     assert_eq!(
-        judgement.would_change,
+        judgment.would_change,
         format!("To tell, it takes {PROFILE}.")
     );
     case.prior.pattern_from = RoomSource::Profile;
@@ -433,11 +433,11 @@ fn a_faulty_sensor_fails_the_verdict_and_a_sound_one_is_no_reason() {
     assert_eq!(case.judged().reasons, reasons);
     sensor.state = State::Failed;
     case.prior.sensor = vec![sensor];
-    let judgement = case.judged();
-    assert_eq!(judgement.verdict, Verdict::Disagrees);
-    assert_eq!(judgement.reasons[0], "Ten frames a second.");
+    let judgment = case.judged();
+    assert_eq!(judgment.verdict, Verdict::Disagrees);
+    assert_eq!(judgment.reasons[0], "Ten frames a second.");
     assert_eq!(
-        judgement.would_change,
+        judgment.would_change,
         "To agree, it takes “The rate is the scene's” to hold."
     );
 }

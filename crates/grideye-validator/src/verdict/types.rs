@@ -44,7 +44,7 @@ impl fmt::Display for Verdict {
 
 /// The verdict and what it rests on.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Judgement {
+pub struct Judgment {
     /// The verdict.
     pub verdict: Verdict,
     /// The verdict in one sentence.

@@ -95,7 +95,7 @@ fn runs_of_a_recording_score_as_all_of_it() {
             score.measure.name()
         );
     }
-    assert_eq!(whole.judgement.verdict, thinned.judgement.verdict);
+    assert_eq!(whole.judgment.verdict, thinned.judgment.verdict);
     for (measure, slack) in [
         (Measure::Correlation, 0.02),
         (Measure::Gain, 0.03),

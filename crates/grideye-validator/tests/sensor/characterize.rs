@@ -1,4 +1,4 @@
-//! What the characterisation finds on real recordings, against the figures of the reference, which other programs
+//! What the characterization finds on real recordings, against the figures of the reference, which other programs
 //! measured on the same files, and on recordings with planted faults.
 #![expect(
     clippy::unwrap_used,
@@ -458,7 +458,7 @@ fn the_page_needs_nothing_else_and_holds_every_number() {
             line.label
         );
     }
-    // Three maps of 64 cells, each with its number; three curves that differ by more than their colour.
+    // Three maps of 64 cells, each with its number; three curves that differ by more than their color.
     assert_eq!(page.matches("<rect ").count(), 3 * PIXELS);
     assert_eq!(
         page.matches("width=\"40\" height=\"40\"").count(),

@@ -1,4 +1,4 @@
-//! The validator's public behaviour, on frames made here: a warm blob in a room, seen by a sensor with noise, steps,
+//! The validator's public behavior, on frames made here: a warm blob in a room, seen by a sensor with noise, steps,
 //! fixed pattern and offset. The simulator has no part in it.
 #![expect(
     clippy::unwrap_used,

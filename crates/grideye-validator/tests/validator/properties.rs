@@ -114,8 +114,8 @@ proptest! {
     fn rmse_splits_into_bias_and_spread(x in sensor_frame(), y in sensor_frame()) {
         let (rmse, mae, bias) = (rmse(&x, &y).unwrap(), mae(&x, &y).unwrap(), bias(&x, &y).unwrap());
         prop_assert!(bias.abs() <= mae + 1e-12 && mae <= rmse + 1e-12);
-        let levelled: Vec<f64> = y.iter().map(|value| value - bias).collect();
-        let spread = grideye_validator::metrics::rmse(&x, &levelled).unwrap();
+        let leveled: Vec<f64> = y.iter().map(|value| value - bias).collect();
+        let spread = grideye_validator::metrics::rmse(&x, &leveled).unwrap();
         prop_assert!((rmse - bias.hypot(spread)).abs() < 1e-9);
     }
 }

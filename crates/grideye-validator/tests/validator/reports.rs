@@ -92,12 +92,12 @@ fn the_page_says_the_verdict_first_and_what_it_rests_on() {
 fn every_criterion_is_a_row_with_its_state() {
     let mut comparison = comparison(&[PERSON]);
     let asked = comparison
-        .judgement
+        .judgment
         .criteria
         .iter()
         .find_map(|criterion| criterion.asked);
     let states = [State::Met, State::Failed, State::Open, State::NotAsked];
-    comparison.judgement.criteria = states
+    comparison.judgment.criteria = states
         .into_iter()
         .map(|state| Criterion {
             name: "one",
@@ -342,7 +342,7 @@ fn json_holds_the_numbers_of_the_comparison() {
     assert_eq!(document["verdict"], "agrees");
     assert_eq!(
         document["reasons"].as_array().unwrap().len(),
-        comparison.judgement.reasons.len()
+        comparison.judgment.reasons.len()
     );
     assert_eq!(document["pairs"], 100);
     same(&document["offset_c"], Some(comparison.offset_c));

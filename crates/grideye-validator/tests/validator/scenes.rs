@@ -84,13 +84,13 @@ fn whole_walk(scene: &Scene) -> u32 {
 fn verdict_over_seeds(expected: Verdict, seen: &Scene, frames: u32, claimed: &Scene) {
     for seed in 0..50 {
         let records = record(seen, frames, seed);
-        let judgement = compare_scene(&records, claimed, SENSOR, &options(seed))
+        let judgment = compare_scene(&records, claimed, SENSOR, &options(seed))
             .unwrap()
-            .judgement;
+            .judgment;
         assert_eq!(
-            judgement.verdict, expected,
+            judgment.verdict, expected,
             "seed {seed}: {:#?}",
-            judgement.reasons
+            judgment.reasons
         );
     }
 }
@@ -197,14 +197,14 @@ fn a_mirrored_recording_disagrees() {
                 .into_iter()
                 .map(mirror)
                 .collect();
-            let judgement = compare_scene(&mirrored, &scene, SENSOR, &options(seed))
+            let judgment = compare_scene(&mirrored, &scene, SENSOR, &options(seed))
                 .unwrap()
-                .judgement;
+                .judgment;
             assert_eq!(
-                judgement.verdict,
+                judgment.verdict,
                 Verdict::Disagrees,
                 "{number} {seed}: {:#?}",
-                judgement.reasons
+                judgment.reasons
             );
         }
     }
@@ -218,7 +218,7 @@ fn mirror(record: Record) -> Record {
     Record { reading, ..record }
 }
 
-/// A second of delay at 0.5 m/s is half a metre.
+/// A second of delay at 0.5 m/s is half a meter.
 #[test]
 fn a_walk_that_starts_a_second_late_disagrees() {
     for number in [3, 4] {
@@ -230,7 +230,7 @@ fn a_walk_that_starts_a_second_late_disagrees() {
                 ..options(seed)
             };
             let comparison = compare_scene(&records, &scene, SENSOR, &late).unwrap();
-            assert_eq!(comparison.judgement.verdict, Verdict::Disagrees);
+            assert_eq!(comparison.judgment.verdict, Verdict::Disagrees);
             assert!(
                 comparison
                     .notes
@@ -264,16 +264,16 @@ fn three_degrees_of_offset_are_noticed() {
     for (seen, claimed, direction) in [(&warmer, &scene, "warmer"), (&scene, &warmer, "colder")] {
         let records = record(seen, 20, 1);
         let comparison = compare_scene(&records, claimed, SENSOR, &options(1)).unwrap();
-        assert_eq!(comparison.judgement.verdict, Verdict::Disagrees);
+        assert_eq!(comparison.judgment.verdict, Verdict::Disagrees);
         assert!(
             (comparison.offset_c.abs() - 3.0).abs() < 0.1,
             "{}",
             comparison.offset_c
         );
         assert!(
-            comparison.judgement.reasons[0].contains(direction),
+            comparison.judgment.reasons[0].contains(direction),
             "{:?}",
-            comparison.judgement.reasons
+            comparison.judgment.reasons
         );
         assert!(
             comparison.score(Measure::Correlation).skill().unwrap() > 0.6,
@@ -458,12 +458,12 @@ fn a_real_empty_room_cannot_tell() {
     ));
     let comparison = compare_scene(&linaige(1376..1476), &scene, SENSOR, &options(1)).unwrap();
     assert_eq!(
-        comparison.judgement.verdict,
+        comparison.judgment.verdict,
         Verdict::CannotTell,
         "{:?}",
-        comparison.judgement.reasons
+        comparison.judgment.reasons
     );
-    assert!(comparison.judgement.reasons[0].contains("shows nothing warm"));
+    assert!(comparison.judgment.reasons[0].contains("shows nothing warm"));
     let sigma = comparison.noise_sigma_c.unwrap();
     assert!((0.25..0.42).contains(&sigma), "{sigma}");
 }
@@ -479,10 +479,10 @@ fn a_real_person_is_seen_and_a_made_up_scene_disagrees() {
     let comparison = compare_scene(&linaige(740..896), &scene, SENSOR, &options(1)).unwrap();
     assert!(comparison.warm.real > 2.0, "{:?}", comparison.warm);
     assert_eq!(
-        comparison.judgement.verdict,
+        comparison.judgment.verdict,
         Verdict::Disagrees,
         "{:?}",
-        comparison.judgement.reasons
+        comparison.judgment.reasons
     );
     assert!(comparison.score(Measure::Correlation).ceiling.unwrap() > 0.7);
 }

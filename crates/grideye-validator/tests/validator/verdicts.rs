@@ -15,11 +15,11 @@ fn compare_static(real: &[Blob], claimed: &[Blob], unit: Unit, seed: u64) -> Com
 #[track_caller]
 fn verdict_over_seeds(expected: Verdict, real: &[Blob], claimed: &[Blob], unit: Unit) {
     for seed in 0..50 {
-        let judgement = compare_static(real, claimed, unit, seed).judgement;
+        let judgment = compare_static(real, claimed, unit, seed).judgment;
         assert_eq!(
-            judgement.verdict, expected,
+            judgment.verdict, expected,
             "seed {seed}: {:#?}",
-            judgement.reasons
+            judgment.reasons
         );
     }
 }
@@ -62,9 +62,9 @@ fn a_transposed_scene_disagrees() {
     verdict_over_seeds(Verdict::Disagrees, &[PERSON], &[transposed], UNIT);
 }
 
-/// From 2.5 m above the floor a metre is 2.8 pixels of an 8 x 8 sensor of 60 degrees.
+/// From 2.5 m above the floor a meter is 2.8 pixels of an 8 x 8 sensor of 60 degrees.
 #[test]
-fn a_person_moved_by_a_metre_disagrees() {
+fn a_person_moved_by_a_meter_disagrees() {
     let moved = Blob {
         column: PERSON.column + 2.8,
         ..PERSON
@@ -141,7 +141,7 @@ fn what_is_asked_is_the_score_that_is_printed() {
 }
 
 fn asked(comparison: &Comparison, name: &str) -> Asked {
-    let criteria = &comparison.judgement.criteria;
+    let criteria = &comparison.judgment.criteria;
     let criterion = criteria.iter().find(|criterion| criterion.name == name);
     criterion.unwrap().asked.unwrap()
 }
@@ -150,16 +150,16 @@ fn asked(comparison: &Comparison, name: &str) -> Asked {
 fn an_empty_room_cannot_tell() {
     verdict_over_seeds(Verdict::CannotTell, &[], &[], UNIT);
     verdict_over_seeds(Verdict::CannotTell, &[], &[PERSON], UNIT);
-    let judgement = compare_static(&[], &[PERSON], UNIT, 1).judgement;
+    let judgment = compare_static(&[], &[PERSON], UNIT, 1).judgment;
     assert!(
-        judgement.reasons[0].contains("shows nothing warm"),
+        judgment.reasons[0].contains("shows nothing warm"),
         "{:?}",
-        judgement.reasons
+        judgment.reasons
     );
     assert!(
-        judgement.reasons[0].contains("the scene claims"),
+        judgment.reasons[0].contains("the scene claims"),
         "{:?}",
-        judgement.reasons
+        judgment.reasons
     );
 }
 
@@ -189,7 +189,7 @@ fn an_offset_of_three_degrees_is_noticed_either_way() {
             comparison.offset_c
         );
         let direction = if offset_c > 0.0 { "warmer" } else { "colder" };
-        let reason = &comparison.judgement.reasons[0];
+        let reason = &comparison.judgment.reasons[0];
         assert!(
             reason.contains(direction) && reason.contains("beyond the 2.5 °C"),
             "{reason}"
@@ -221,7 +221,7 @@ fn a_walk_agrees_with_itself_and_not_with_another() {
     for seed in 0..10 {
         let verdict = |real: (f64, f64), claimed: (f64, f64)| {
             compare_walk(walk(real.0, real.1), walk(claimed.0, claimed.1), seed)
-                .judgement
+                .judgment
                 .verdict
         };
         assert_eq!(verdict((0.12, -0.5), (0.12, -0.5)), Verdict::Agrees);
@@ -237,7 +237,7 @@ fn a_walk_under_the_static_protocol_does_not_agree() {
     let simulated = simulation(70, 2, walk(0.12, -0.5));
     let comparison = compare(SHAPE, &real, &simulated, &settings(Protocol::Static)).unwrap();
     assert_eq!(comparison.pairs, 4_900);
-    assert_ne!(comparison.judgement.verdict, Verdict::Agrees);
+    assert_ne!(comparison.judgment.verdict, Verdict::Agrees);
 }
 
 #[test]
@@ -245,17 +245,17 @@ fn one_frame_or_no_repeat_cannot_tell() {
     let simulated = simulation(10, 2, |_| vec![PERSON]);
     let mut real = recording(10, UNIT, 1, |_| vec![PERSON]);
     let one = compare(SHAPE, &real[..1], &simulated, &settings(Protocol::Static)).unwrap();
-    assert_eq!(one.judgement.verdict, Verdict::CannotTell);
-    assert!(one.judgement.reasons[0].contains("holds 1 frame to compare"));
+    assert_eq!(one.judgment.verdict, Verdict::CannotTell);
+    assert!(one.judgment.reasons[0].contains("holds 1 frame to compare"));
     for frame in &mut real {
         frame.later = None;
     }
     let alone = compare(SHAPE, &real, &simulated, &settings(Protocol::Static)).unwrap();
-    assert_eq!(alone.judgement.verdict, Verdict::CannotTell);
+    assert_eq!(alone.judgment.verdict, Verdict::CannotTell);
     assert!(
-        alone.judgement.reasons[0].contains("has no ceiling"),
+        alone.judgment.reasons[0].contains("has no ceiling"),
         "{:?}",
-        alone.judgement.reasons
+        alone.judgment.reasons
     );
     assert_eq!(alone.noise_sigma_c, None);
 }
@@ -275,16 +275,16 @@ fn a_recording_that_does_not_resemble_itself_cannot_tell() {
         frame.later = Some(other.celsius);
     }
     let simulated = simulation(10, 2, |_| vec![PERSON]);
-    let judgement = compare(SHAPE, &real, &simulated, &settings(Protocol::Static))
+    let judgment = compare(SHAPE, &real, &simulated, &settings(Protocol::Static))
         .unwrap()
-        .judgement;
+        .judgment;
     assert_eq!(
-        judgement.verdict,
+        judgment.verdict,
         Verdict::CannotTell,
         "{:?}",
-        judgement.reasons
+        judgment.reasons
     );
-    assert!(judgement.reasons[0].contains("does not even resemble itself"));
+    assert!(judgment.reasons[0].contains("does not even resemble itself"));
 }
 
 #[test]

@@ -6,7 +6,7 @@ use grideye_dataset::{Shard, Table};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-/// Make labelled frames of a scene that varies, for training.
+/// Make labeled frames of a scene that varies, for training.
 ///
 /// The scene differs from frame to frame. Run it again after an interruption, with the same options: it goes on where it was.
 ///

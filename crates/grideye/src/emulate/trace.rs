@@ -1,4 +1,4 @@
-//! `--trace`: the log of the buses, as a table or as the lines that a logic analyser shows.
+//! `--trace`: the log of the buses, as a table or as the lines that a logic analyzer shows.
 
 use crate::exit::bad_input;
 use crate::files::{self, Pending};

@@ -245,8 +245,8 @@ impl Stop {
         loop {
             let left = limit.map(|limit| limit.saturating_sub(started.elapsed()));
             let wait = left.map_or(LOOK_EVERY, |left| left.min(LOOK_EVERY));
-            let signalled = self.0.recv_timeout(wait) != Err(RecvTimeoutError::Timeout);
-            if signalled || left.is_some_and(|left| left.is_zero()) || is_over() {
+            let signaled = self.0.recv_timeout(wait) != Err(RecvTimeoutError::Timeout);
+            if signaled || left.is_some_and(|left| left.is_zero()) || is_over() {
                 return Outcome::Done;
             }
         }

@@ -293,7 +293,7 @@ fn the_trace_is_whole_when_the_program_has_ended() {
 }
 
 #[test]
-fn a_trace_for_a_logic_analyser_is_a_value_change_dump() {
+fn a_trace_for_a_logic_analyzer_is_a_value_change_dump() {
     let folder = tempfile::tempdir().unwrap();
     let trace = folder.path().join("bus.vcd");
     let server = Server::start(&["--constant", "21", "--trace", trace.to_str().unwrap()]);

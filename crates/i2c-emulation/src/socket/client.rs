@@ -183,7 +183,7 @@ fn check_limits(messages: &[Message<'_>]) -> Result<(), ClientError> {
     Ok(())
 }
 
-/// Neighbouring operations of one direction are one message.
+/// Neighboring operations of one direction are one message.
 fn join(address: u16, operations: &[Operation<'_>]) -> Vec<Segment> {
     let mut joined: Vec<Segment> = Vec::new();
     for operation in operations {

@@ -50,7 +50,7 @@ fn the_server_tells_its_buses_and_its_adapter() {
     assert_eq!(client.functionality(), AdapterMode::Pi5.functionality());
 }
 
-/// embedded-hal joins neighbouring operations of one direction into one message.
+/// embedded-hal joins neighboring operations of one direction into one message.
 #[test]
 fn a_transaction_is_cut_into_messages_as_embedded_hal_has_it() {
     let bench = Bench::new(Options::default());

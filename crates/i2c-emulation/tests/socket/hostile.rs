@@ -514,14 +514,14 @@ fn nearly_packets() -> impl Strategy<Value = Vec<u8>> {
         let length = u32::try_from(length).unwrap();
         [&length.to_le_bytes()[..], &body].concat()
     });
-    let spoilt = (packet, any::<Option<(u8, u8)>>()).prop_map(|(mut packet, spoil)| {
+    let spoiled = (packet, any::<Option<(u8, u8)>>()).prop_map(|(mut packet, spoil)| {
         if let Some((place, value)) = spoil {
             let place = usize::from(place) % packet.len();
             packet[place] = value;
         }
         packet
     });
-    proptest::collection::vec(spoilt, 0..8).prop_map(|packets| packets.concat())
+    proptest::collection::vec(spoiled, 0..8).prop_map(|packets| packets.concat())
 }
 
 proptest! {

@@ -98,7 +98,7 @@ fn frames_of_a_frozen_sensor_are_missing_whoever_looks_when() {
 }
 
 #[test]
-fn a_frame_by_its_number_is_spoilt_and_no_other() {
+fn a_frame_by_its_number_is_spoiled_and_no_other() {
     let text = "[[fault]]\nkind = \"pixel-glitch\"\nframe = 17\npixel = 3\nword = 0\n\
                 [[fault]]\nkind = \"pixel-glitch\"\nframe = 1\npixel = 3\nword = 0xFFF\n";
     for look_every in [1, 20] {

@@ -10,7 +10,7 @@ use crate::store::{KeptLabel, Label, LabelSpan, Members, RecordingId};
 use axum::extract::{Path, Request, State};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Json, Response};
-use grideye_recording::labels::{LabelledFrames, to_csv};
+use grideye_recording::labels::{LabeledFrames, to_csv};
 use serde::Deserialize as _;
 use serde_json::{Map, Value, json};
 
@@ -80,8 +80,8 @@ pub(crate) async fn csv(
     Ok((headers, text).into_response())
 }
 
-fn ranges(kept: &KeptLabel) -> impl Iterator<Item = LabelledFrames<'_>> {
-    kept.label.spans.iter().map(|span| LabelledFrames {
+fn ranges(kept: &KeptLabel) -> impl Iterator<Item = LabeledFrames<'_>> {
+    kept.label.spans.iter().map(|span| LabeledFrames {
         number: kept.number,
         label: &kept.label.name,
         device: &span.device,

@@ -87,7 +87,7 @@ impl Source {
         let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         let mut connection = Connection::open_with_flags(file, flags)?;
         connection.busy_timeout(limits.store_lock_time_max)?;
-        if sqlite::recognise(&connection)? == Found::Nothing {
+        if sqlite::recognize(&connection)? == Found::Nothing {
             return Err(StoreError::Foreign);
         }
         sqlite::prepare(&mut connection, file)?;

@@ -337,7 +337,7 @@ pub(crate) struct FrameColumns<'d> {
     clocks: Vec<i16>,
     t_arrivals: Vec<i64>,
     epochs: Vec<i64>,
-    missings: Vec<Option<&'static str>>,
+    missing: Vec<Option<&'static str>>,
     thermistors: Vec<Option<i32>>,
     pixels: Vec<Option<Vec<u8>>>,
 }
@@ -359,7 +359,7 @@ impl<'d> FrameColumns<'d> {
         self.clocks.push(columns.clock);
         self.t_arrivals.push(t_arrival_ns);
         self.epochs.push(epoch);
-        self.missings.push(columns.missing);
+        self.missing.push(columns.missing);
         self.thermistors.push(columns.thermistor.map(i32::from));
         self.pixels.push(columns.pixels.map(Vec::from));
         Ok(())
@@ -381,7 +381,7 @@ impl<'d> FrameColumns<'d> {
             &self.clocks,
             &self.t_arrivals,
             &self.epochs,
-            &self.missings,
+            &self.missing,
             &self.thermistors,
             &self.pixels,
         ];

@@ -270,7 +270,7 @@ const LABELS: &str = "CREATE TABLE IF NOT EXISTS grideye.labels (
 pub(crate) async fn prepare(session: &Session) -> Result<(), StoreError> {
     let mut last = None;
     for _ in 0..ATTEMPTS_MAX {
-        let made = match recognise(session).await? {
+        let made = match recognize(session).await? {
             true => Ok(()),
             false => make(session).await,
         };
@@ -288,7 +288,7 @@ pub(crate) async fn prepare(session: &Session) -> Result<(), StoreError> {
 }
 
 /// Looks without changing anything: whether the tables are there. Refuses what a later version made.
-async fn recognise(session: &Session) -> Result<bool, StoreError> {
+async fn recognize(session: &Session) -> Result<bool, StoreError> {
     let sql = "SELECT count(*) FROM information_schema.tables
                WHERE table_schema = 'grideye' AND table_name = 'layout'";
     let tables: i64 = session.query(sql, &[]).await?[0].try_get(0)?;

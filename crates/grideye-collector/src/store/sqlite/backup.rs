@@ -13,7 +13,7 @@ use crate::store::error::StoreError;
 use crate::store::row::count;
 use crate::store::sqlite::known::Known;
 use crate::store::sqlite::schema::{
-    APPLICATION_ID, Found, LAYOUT, STEPS, TABLES, add_what_is_written, recognise,
+    APPLICATION_ID, Found, LAYOUT, STEPS, TABLES, add_what_is_written, recognize,
 };
 use crate::store::sqlite::{read, schema};
 use crate::store::types::{Stage, StreamSummary};
@@ -166,7 +166,7 @@ fn open(file: &Path, limits: &Limits) -> Result<Connection, StoreError> {
     let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let connection = Connection::open_with_flags(file, flags)?;
     connection.busy_timeout(limits.store_lock_time_max)?;
-    match schema::recognise(&connection)? {
+    match schema::recognize(&connection)? {
         // What is read of an older layout is as it was: its copy is upgraded when a collector opens it.
         schema::Found::Store | schema::Found::Older(_) => Ok(connection),
         schema::Found::Nothing => Err(StoreError::Foreign),
@@ -251,7 +251,7 @@ fn compare(
     limits: &Limits,
     progress: &mut impl FnMut(Stage, u64, u64),
 ) -> Result<(), BackupError> {
-    schema::recognise(copy).map_err(|error| differs(&error))?;
+    schema::recognize(copy).map_err(|error| differs(&error))?;
     let found = Books::of(copy, limits).map_err(|error| differs(&error))?;
     let pairs = books.streams.iter().zip(&found.streams);
     if let Some((stored, copied)) = pairs.clone().find(|(stored, copied)| stored != copied) {
@@ -439,7 +439,7 @@ pub(crate) fn prepare(
 ) -> Result<Option<Upgraded>, StoreError> {
     let transaction = connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
     let mut upgraded = None;
-    match recognise(&transaction)? {
+    match recognize(&transaction)? {
         Found::Nothing => {
             transaction.execute_batch(TABLES)?;
             transaction.pragma_update(None, "application_id", APPLICATION_ID)?;

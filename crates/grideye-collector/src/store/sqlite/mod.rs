@@ -16,6 +16,6 @@ mod write;
 pub(super) use backup::prepare;
 pub use backup::{BackedUp, BackupError, backup};
 pub(super) use read::rows_of;
-pub(super) use schema::{Found, recognise};
+pub(super) use schema::{Found, recognize};
 pub use store::SqliteStore;
 pub(super) use write::settle;

@@ -8,7 +8,7 @@ use crate::limits::Limits;
 use crate::log::{Level, Log, LogEvent};
 use crate::store::error::StoreError;
 use crate::store::location::StoreLocation;
-use crate::store::sqlite::schema::recognise;
+use crate::store::sqlite::schema::recognize;
 use rusqlite::{Connection, ErrorCode, OpenFlags};
 use std::fs::{File, OpenOptions};
 use std::io;
@@ -73,7 +73,7 @@ impl Place {
         connection.set_prepared_statement_cache_capacity(STATEMENTS_MAX);
         if self.file.is_some() {
             // The change to WAL is written into the file, so it must be ours.
-            recognise(&connection)?;
+            recognize(&connection)?;
             connection.pragma_update(None, "journal_mode", "WAL")?;
         }
         connection.pragma_update(None, "synchronous", "FULL")?;

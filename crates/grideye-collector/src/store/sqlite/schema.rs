@@ -1,4 +1,4 @@
-//! The tables, and how a file is recognised as a store of this program.
+//! The tables, and how a file is recognized as a store of this program.
 
 use crate::store::error::StoreError;
 use rusqlite::Connection;
@@ -137,7 +137,7 @@ pub(crate) enum Found {
 }
 
 /// Looks without changing anything, and refuses what is not ours to write.
-pub(crate) fn recognise(connection: &Connection) -> Result<Found, StoreError> {
+pub(crate) fn recognize(connection: &Connection) -> Result<Found, StoreError> {
     let number = |pragma| connection.pragma_query_value(None, pragma, |row| row.get::<_, i64>(0));
     let tables: i64 =
         connection.query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0))?;

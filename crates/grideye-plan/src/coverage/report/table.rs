@@ -187,7 +187,7 @@ fn note(found: &Report<'_>) -> String {
     } else {
         "nothing is promised of how near that is to the best choice, as two weak sensors may do together what neither adds alone"
     };
-    format!("picked greedily to maximise {what}: {known}\n")
+    format!("picked greedily to maximize {what}: {known}\n")
 }
 
 fn plan(found: &Report<'_>) -> String {

@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// A room of 4 x 6 x 2.7 m as a map of 100 pixels a metre, its front left corner at 36, 636.
+/// A room of 4 x 6 x 2.7 m as a map of 100 pixels a meter, its front left corner at 36, 636.
 fn map() -> Camera {
     let panel = Panel {
         left: 0.0,
@@ -192,7 +192,7 @@ fn axes_are_34_pixels_long_and_named_beyond() {
 
 /// 6 m in steps of 1 m: ticks at 0 to 4 m below the map and at 0 to 6 m left of it, 5 pixels long, named 16 pixels away.
 #[test]
-fn rulers_have_a_tick_each_metre() {
+fn rulers_have_a_tick_each_meter() {
     let lines = drawn(|sheet| sheet.ruler(&map(), BOUNDS_M));
     assert_eq!(lines.len(), 2 * (5 + 7));
     let begins =
@@ -269,7 +269,7 @@ fn the_legend_names_what_there_is() {
     assert_eq!(walks[7], text);
 }
 
-/// Level, at 1, 1 m, looking to the right: a square of 9 points about its place, and a line of a quarter of a metre ahead.
+/// Level, at 1, 1 m, looking to the right: a square of 9 points about its place, and a line of a quarter of a meter ahead.
 #[test]
 fn a_sensor_is_a_square_with_a_line_ahead() {
     let text = "[room]\nsize_mm = [4000, 6000, 2700]\nambient_c = 20\n[[sensor]]\nname = \"wall\"\npreset = \"grid-eye\"\n\

@@ -10,7 +10,7 @@ use grideye_scene::{Scene, Simulator};
 use std::time::Duration;
 
 #[test]
-fn the_footprint_of_60_degrees_from_2_7_metres_is_3_118_metres() {
+fn the_footprint_of_60_degrees_from_2_7_meters_is_3_118_meters() {
     let scene = scene(&format!(
         "{ROOM}{}",
         sensor("S", [2000.0, 3000.0, 2700.0], 90.0, -90.0)
@@ -143,7 +143,7 @@ impl Thrown {
             .iter()
             .enumerate()
             .map(|(index, (base, size, yaw))| {
-                let [base, size] = [base, size].map(|metres| (*metres * 1000.0).to_array());
+                let [base, size] = [base, size].map(|meters| (*meters * 1000.0).to_array());
                 object(&format!("{index}"), base, size, *yaw, 20.1)
             });
         let place_mm = (self.place * 1000.0).to_array();
@@ -174,7 +174,7 @@ impl Thrown {
         (ray.dot(forward) > 0.0).then(|| slopes.max_element() - 30.0_f64.to_radians().tan())
     }
 
-    /// What is to be found; `None` if two millimetres decide.
+    /// What is to be found; `None` if two millimeters decide.
     fn expected(&self, point: DVec3) -> Option<InSight> {
         match self.beside(point) {
             Some(beside) if beside.abs() < 1e-3 => None,
@@ -246,7 +246,7 @@ fn the_contrast_is_that_of_the_frames_of_a_scene_with_the_person_in_it() {
             assert_eq!((found.contrast, found.peak), (0.0, 0.0));
             continue;
         }
-        // Cells of half a metre leave room for the shoulders everywhere: both turns fit, but beside the shelf.
+        // Cells of half a meter leave room for the shoulders everywhere: both turns fit, but beside the shelf.
         let near_shelf = cell.ground_m.truncate().distance(DVec2::new(2.9, 3.1)) < 0.9;
         if near_shelf {
             continue;

@@ -6,7 +6,7 @@ use crate::radiometry::{Air, Shade, WithShade};
 use pulp::Simd;
 use std::ops::Range;
 
-/// Surfaces whose depths along a ray differ by less than this part are at one depth: less than a nanometre in a room,
+/// Surfaces whose depths along a ray differ by less than this part are at one depth: less than a nanometer in a room,
 /// and more than the rounding of the two.
 const SAME_DEPTH: f64 = 1e-11;
 

@@ -14,7 +14,7 @@ pub(super) struct Face {
     pub(super) owner: u32,
 }
 
-/// One over the depth of what surrounds the sensor: a picometre.
+/// One over the depth of what surrounds the sensor: a picometer.
 const AT_NO_DISTANCE: DVec3 = DVec3::new(1e12, 0.0, 0.0);
 
 /// Surfaces whose depths along a ray differ by less than this part are at one depth.

@@ -1,7 +1,7 @@
 //! Which way each of the 64 pixels of an AMG88 with the 60° lens looks, and how wide it sees.
 //!
-//! Digitised from the drawing of the pixels' viewing directions in Panasonic's reference specification of the AMG88;
-//! the tenth of a degree by which its halves differ is the digitising's. The drawing does not say how an angle off
+//! Digitized from the drawing of the pixels' viewing directions in Panasonic's reference specification of the AMG88;
+//! the tenth of a degree by which its halves differ is the digitizing's. The drawing does not say how an angle off
 //! both axes is meant. Here each is taken in its own plane, as a turntable with two axes would measure it: the
 //! direction at `x` to the right and `y` up is `(1, -tan x, tan y)` in the sensor's axes.
 

@@ -112,7 +112,7 @@ impl Eye {
     }
 }
 
-/// The weight of a band for the pixels of one row, which often is the same for neighbours.
+/// The weight of a band for the pixels of one row, which often is the same for neighbors.
 #[derive(Default)]
 struct Band {
     of: (f64, f64),
@@ -181,7 +181,7 @@ mod tests {
 
     #[test]
     fn the_map_is_that_of_the_specification() {
-        // Sums of the four columns, and of all squares, taken from the digitised file by another program.
+        // Sums of the four columns, and of all squares, taken from the digitized file by another program.
         let sums = AMG88.iter().fold([0.0; 4], |sums, of_pixel| {
             [0, 1, 2, 3].map(|index| sums[index] + of_pixel[index])
         });

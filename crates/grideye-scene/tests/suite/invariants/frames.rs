@@ -185,7 +185,7 @@ fn noise_has_the_mean_and_the_spread_it_should() {
         "{}",
         moment(4)
     );
-    // Neighbours in a frame, and a pixel in successive frames, know nothing of each other.
+    // Neighbors in a frame, and a pixel in successive frames, know nothing of each other.
     let lagged = |lag: usize| {
         draws
             .iter()
@@ -330,7 +330,7 @@ fn a_sensor_inside_a_body_sees_nothing_else() {
 
 #[test]
 fn a_sensor_a_hair_below_a_face_is_inside_all_the_same() {
-    // Half a micrometre of the body is before the sensor: nothing of it can be projected.
+    // Half a micrometer of the body is before the sensor: nothing of it can be projected.
     let level = CEILING
         .replace("elevation_deg = 90", "elevation_deg = 0")
         .replace("3000, 2700]", "2000.0005, 1350]");

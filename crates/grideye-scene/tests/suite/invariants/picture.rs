@@ -267,7 +267,7 @@ fn the_view_covers_what_the_paper_says() {
 
 #[test]
 fn a_wide_plate_seems_to_have_what_the_law_gives_at_its_distance() {
-    // 1 m below the sensor, in steep narrow view: every point is 1 m away but for a millimetre.
+    // 1 m below the sensor, in steep narrow view: every point is 1 m away but for a millimeter.
     let narrow = format!("{CEILING}fov_deg = 2\npixels_per_degree = 50\n");
     let plate = object(
         "plate",

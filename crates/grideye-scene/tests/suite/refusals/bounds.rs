@@ -166,7 +166,7 @@ const SHAPES: &[(&str, &str)] = &[
     ),
     (
         "size_mm = [1, 1, 1]\ncolor = \"red\"",
-        "room.toml:8:9: `color` is \"red\", expected a colour as \"#rrggbb\"\n\
+        "room.toml:8:9: `color` is \"red\", expected a color as \"#rrggbb\"\n\
          hint: two hexadecimal digits each for red, green and blue",
     ),
     (

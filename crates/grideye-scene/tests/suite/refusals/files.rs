@@ -36,17 +36,17 @@ const ROWS: &[(&str, &str)] = &[
     ),
     (
         "x_mm,y_mm,z_mm\n1000,1000,0\n\n# note\n2000,1o00,0\n",
-        "walks/walk.csv:5:6: found `1o00` as y_mm, expected a finite number of millimetres\n\
+        "walks/walk.csv:5:6: found `1o00` as y_mm, expected a finite number of millimeters\n\
          hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
     ),
     (
         "x_mm,y_mm,z_mm\n1000,nan,0\n",
-        "walks/walk.csv:2:6: found `nan` as y_mm, expected a finite number of millimetres\n\
+        "walks/walk.csv:2:6: found `nan` as y_mm, expected a finite number of millimeters\n\
          hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
     ),
     (
         "x_mm,y_mm,z_mm\n1000,1000,inf\n",
-        "walks/walk.csv:2:11: found `inf` as z_mm, expected a finite number of millimetres\n\
+        "walks/walk.csv:2:11: found `inf` as z_mm, expected a finite number of millimeters\n\
          hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
     ),
     (
@@ -61,7 +61,7 @@ const ROWS: &[(&str, &str)] = &[
     ),
     (
         "x_mm,y_mm,z_mm\n1000,,0\n",
-        "walks/walk.csv:2:6: found `` as y_mm, expected a finite number of millimetres\n\
+        "walks/walk.csv:2:6: found `` as y_mm, expected a finite number of millimeters\n\
          hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
     ),
     (

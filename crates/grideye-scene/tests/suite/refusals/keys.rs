@@ -159,25 +159,25 @@ const VALUES: &[Case] = &[
         "[1600, 1600, 750]",
         "[1600, -1600, 750]",
         "room.toml:8:11: `size_mm` is [1600, -1600, 750], expected three lengths above 0 and up to 1000000 mm\n\
-         hint: sizes are [x, y, z] in millimetres before turning",
+         hint: sizes are [x, y, z] in millimeters before turning",
     ),
     (
         "[1600, 1600, 750]",
         "[1600, 0, 750]",
         "room.toml:8:11: `size_mm` is [1600, 0, 750], expected three lengths above 0 and up to 1000000 mm\n\
-         hint: sizes are [x, y, z] in millimetres before turning",
+         hint: sizes are [x, y, z] in millimeters before turning",
     ),
     (
         "[1600, 1600, 750]",
         "[1600, nan, 750]",
         "room.toml:8:11: `size_mm` is [1600, nan, 750], expected three lengths above 0 and up to 1000000 mm\n\
-         hint: sizes are [x, y, z] in millimetres before turning",
+         hint: sizes are [x, y, z] in millimeters before turning",
     ),
     (
         "[2000, 3000, 0]",
         "[2000, inf, 0]",
         "room.toml:7:15: `position_mm` is [2000, inf, 0], expected three coordinates of at most 1000000 mm\n\
-         hint: positions are [x, y, z] in millimetres from the room's bottom-left corner",
+         hint: positions are [x, y, z] in millimeters from the room's bottom-left corner",
     ),
 ];
 

@@ -44,7 +44,7 @@ fn faces_of_other_shapes_have_numbers() {
     assert_same(&found, 0.0, &with(&plates.concat()), 1e-9);
 }
 
-/// 5 °C a metre on a plate of 2 m is 10 °C; the plate is also built of 400 plates, each with its own temperature.
+/// 5 °C a meter on a plate of 2 m is 10 °C; the plate is also built of 400 plates, each with its own temperature.
 #[test]
 fn a_gradient_is_off_by_no_more_than_half_a_strip() {
     let plate = |yaw_deg: f64| {

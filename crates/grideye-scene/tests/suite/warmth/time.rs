@@ -241,7 +241,7 @@ fn a_scene_lasts_as_long_as_it_says() {
     assert_eq!(longer.duration(), Duration::from_secs(10));
 }
 
-/// Every second stop a millimetre aside, so that each is a stop of its own.
+/// Every second stop a millimeter aside, so that each is a stop of its own.
 pub(super) fn moving(walk: &str) -> String {
     let rows = walk.lines().enumerate().map(|(index, row)| {
         let aside = if index % 2 == 0 { "2001" } else { "2000" };

@@ -84,7 +84,7 @@ impl Walk {
     }
 }
 
-/// What a sensor adds: noise, quantisation, a fixed pattern and a slow drift.
+/// What a sensor adds: noise, quantization, a fixed pattern and a slow drift.
 struct Unit {
     sigma_c: f64,
     pattern_c: f64,

@@ -31,13 +31,13 @@ fn an_image_that_lies_otherwise_is_reported_and_turned_if_asked() {
             };
             let turned = compared(&records, &scene, asked, seed);
             assert_eq!(
-                turned.judgement.verdict,
+                turned.judgment.verdict,
                 Verdict::Agrees,
                 "{orientation} {seed}"
             );
             if orientation != Orientation::Upright {
                 assert_eq!(
-                    silent.judgement.verdict,
+                    silent.judgment.verdict,
                     Verdict::Disagrees,
                     "{orientation} {seed}"
                 );
@@ -91,7 +91,7 @@ fn pace_is_found_by_law_and_by_warp() {
                 let found = compared(&record(&scene, seed, pace), &scene, with(time, 0.8), seed);
                 c.push(skill(&found, Measure::Correlation));
                 gain.push(skill(&found, Measure::Gain));
-                agrees += u64::from(found.judgement.verdict == Verdict::Agrees);
+                agrees += u64::from(found.judgment.verdict == Verdict::Agrees);
             }
             println!(
                 "{name:<28}{:>8}{:>9.2}{:>9.2}{agrees:>6}/{}",
@@ -153,7 +153,7 @@ fn two_thousand_frames_are_aligned() {
             println!("shift {:.4} s, rate {:.5}", time.shift_s, time.rate);
             assert!((time.shift_s - 0.2).abs() < 0.02, "{time:?}");
             assert!((time.rate - 0.03).abs() < 0.000_2, "{time:?}");
-            assert_eq!(found.judgement.verdict, Verdict::Agrees);
+            assert_eq!(found.judgment.verdict, Verdict::Agrees);
         }
     }
 }
@@ -184,7 +184,7 @@ fn a_recording_that_begins_later_is_aligned_from_its_first_frame() {
         };
         let found = compare_scene(&records, &scene, SENSOR, &options).unwrap();
         let time = found.alignment.as_ref().unwrap().time.clone().unwrap();
-        (found.judgement.verdict, time)
+        (found.judgment.verdict, time)
     };
     let (verdict, time) = found(20);
     assert!(time.applied, "{time:?}");

@@ -94,7 +94,7 @@ fn recovered(scene: &Scene, truth: &Truth, ideal: &[f64]) -> Recovered {
         shifts.push((time.shift_s - truth.shift_s).abs());
         rates.push((time.rate - truth.rate).abs());
         regained.push((both(&aligned) - before) / (ideal - before));
-        agrees += u64::from(aligned.judgement.verdict == Verdict::Agrees);
+        agrees += u64::from(aligned.judgment.verdict == Verdict::Agrees);
     }
     let found = Recovered {
         shift_s: quantile(&mut shifts, 0.95),

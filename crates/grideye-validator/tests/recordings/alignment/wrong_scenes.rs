@@ -94,7 +94,7 @@ fn agreements(name: &str, claimed: &Scene) -> Cells {
         for seed in 0..seeds {
             let records = record(&seen, seed, |time_s| time_s);
             let found = compared(&records, claimed, with(time, shift_max_s), seed);
-            agrees += u64::from(found.judgement.verdict == Verdict::Agrees);
+            agrees += u64::from(found.judgment.verdict == Verdict::Agrees);
             likeness.extend(found.alignment.unwrap().time.map(|time| time.likeness));
         }
         cells.push((agrees, seeds));

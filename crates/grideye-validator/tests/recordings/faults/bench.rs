@@ -191,7 +191,7 @@ pub(crate) fn known(unit: Unit, seed: u64) -> KnownUnit {
 
 pub(crate) fn failed(comparison: &Comparison) -> Vec<&'static str> {
     comparison
-        .judgement
+        .judgment
         .criteria
         .iter()
         .filter(|criterion| criterion.state == State::Failed)

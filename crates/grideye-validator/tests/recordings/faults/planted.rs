@@ -71,8 +71,8 @@ fn always_seen(
         let records = fault(record(&scene, sensor, UNIT, seed));
         let comparison = compared(&records, &scene, sensor, seed);
         let failed = failed(&comparison);
-        if comparison.judgement.verdict != Verdict::Disagrees || !failed.contains(&criterion) {
-            missed.push((seed, comparison.judgement.verdict, failed));
+        if comparison.judgment.verdict != Verdict::Disagrees || !failed.contains(&criterion) {
+            missed.push((seed, comparison.judgment.verdict, failed));
         }
     }
     let number = fault_seeds().count();
@@ -113,7 +113,7 @@ fn a_scene_that_is_its_own_mirror_image_is_said_to_be() {
         let scene = parse(&text(name));
         let records = record(&scene, sensor, UNIT, FIRST_SEED);
         let comparison = compared(&records, &scene, sensor, FIRST_SEED);
-        let criteria = &comparison.judgement.criteria;
+        let criteria = &comparison.judgment.criteria;
         let orientation = criteria
             .iter()
             .find(|criterion| criterion.name == "orientation")
@@ -232,9 +232,7 @@ fn a_halved_frame_rate_disagrees() {
     let scene = parse(&text("experiment-3"));
     for seed in fault_seeds() {
         let records = record_at(&scene, "ceiling", UNIT, seed, 0.5);
-        let verdict = compared(&records, &scene, "ceiling", seed)
-            .judgement
-            .verdict;
+        let verdict = compared(&records, &scene, "ceiling", seed).judgment.verdict;
         assert_eq!(verdict, Verdict::Disagrees, "{seed}");
     }
 }
@@ -294,7 +292,7 @@ fn sensors_swapped_disagree() {
             let (mut disagreed, mut open) = (0, 0);
             for seed in fault_seeds() {
                 let records = record(&scene, seen, UNIT, seed);
-                match compared(&records, &scene, claimed, seed).judgement.verdict {
+                match compared(&records, &scene, claimed, seed).judgment.verdict {
                     Verdict::Disagrees => disagreed += 1,
                     Verdict::CannotTell => open += 1,
                     Verdict::Agrees => {}
@@ -330,7 +328,7 @@ fn a_wrong_scene_disagrees() {
                 let records = record(seen, sensor, UNIT, seed);
                 number += 1;
                 let verdict = compared(&records, claimed, claimed_sensor, seed)
-                    .judgement
+                    .judgment
                     .verdict;
                 if verdict == Verdict::Agrees {
                     missed.push(format!("{seen_name} taken for {name}, seed {seed}"));

@@ -100,7 +100,7 @@ fn a_real_empty_room_is_not_called_wrong_and_one_with_people_is() {
             let rows = from..to;
             let (failed, comparison) = judged(rows.clone());
             assert!(!failed.contains(&"nothing_unclaimed"), "{name} {rows:?}");
-            let open = comparison.judgement.criteria[0].state;
+            let open = comparison.judgment.criteria[0].state;
             assert_eq!(open, State::Open, "{name} {rows:?}: nothing warm");
         }
         let (failed, _) = judged(with_people);

@@ -25,14 +25,14 @@ fn verdicts(scene: &Scene, sensor: &str, is_known: bool, first: u64) -> Verdicts
             ..options(seed)
         };
         let comparison = compare_scene(&records, scene, sensor, &options).unwrap();
-        let number = match comparison.judgement.verdict {
+        let number = match comparison.judgment.verdict {
             Verdict::Agrees => &mut verdicts.agree,
             Verdict::CannotTell => &mut verdicts.cannot_tell,
             Verdict::Disagrees => &mut verdicts.disagree,
         };
         *number += 1;
-        if comparison.judgement.verdict != Verdict::Agrees {
-            verdicts.reason = format!("seed {seed}: {}", comparison.judgement.reasons[0]);
+        if comparison.judgment.verdict != Verdict::Agrees {
+            verdicts.reason = format!("seed {seed}: {}", comparison.judgment.reasons[0]);
         }
     }
     verdicts
@@ -95,7 +95,7 @@ fn nobody_where_somebody_stands_is_seen_with_a_margin() {
             for seed in fault_seeds() {
                 let records = record(&scene, sensor, unit, seed);
                 let comparison = compared(&records, &empty, sensor, seed);
-                let verdict = comparison.judgement.verdict;
+                let verdict = comparison.judgment.verdict;
                 // Of little contrast, somebody may be a pattern that is not known, and is then not sworn to be absent.
                 assert_ne!(verdict, Verdict::Agrees, "{name} {sensor} {seed}");
                 disagreed += usize::from(verdict == Verdict::Disagrees);
@@ -135,7 +135,7 @@ fn nobody_where_somebody_stands_is_seen_by_a_unit_that_is_known() {
                 ..options(seed)
             };
             let comparison = compare_scene(&records, &empty, sensor, &options).unwrap();
-            let verdict = comparison.judgement.verdict;
+            let verdict = comparison.judgment.verdict;
             let is_seen = verdict == Verdict::Disagrees;
             let may_be_open = name == "attic" && verdict == Verdict::CannotTell;
             assert!(is_seen || may_be_open, "{name} {sensor} {seed}: {verdict}");
@@ -145,7 +145,7 @@ fn nobody_where_somebody_stands_is_seen_by_a_unit_that_is_known() {
 
 /// By how much the warmest block that nobody claims is above what is allowed; below zero if it is not.
 fn margin_c(comparison: &Comparison) -> f64 {
-    let criteria = &comparison.judgement.criteria;
+    let criteria = &comparison.judgment.criteria;
     let unclaimed = criteria
         .iter()
         .find(|criterion| criterion.name == "nothing_unclaimed");
@@ -182,7 +182,7 @@ fn the_empty_room_is_learned_from_a_recording_that_shows_it() {
         );
         let gain = comparison.score(Measure::Gain).skill().unwrap();
         assert!(gain > 0.8, "{seed}: {gain}");
-        assert_eq!(comparison.judgement.verdict, Verdict::Agrees, "{seed}");
+        assert_eq!(comparison.judgment.verdict, Verdict::Agrees, "{seed}");
     }
 }
 
@@ -200,11 +200,11 @@ fn a_radiator_is_not_learned_as_a_pattern() {
         assert!(
             failed(&comparison).contains(&"nothing_unclaimed"),
             "{seed}: {:?}",
-            comparison.judgement
+            comparison.judgment
         );
         let records = record(&claimed, "ceiling", UNIT, seed);
         let comparison = compared(&records, &seen, "ceiling", seed);
-        assert_eq!(comparison.judgement.verdict, Verdict::Disagrees, "{seed}");
+        assert_eq!(comparison.judgment.verdict, Verdict::Disagrees, "{seed}");
     }
 }
 

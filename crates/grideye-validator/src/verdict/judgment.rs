@@ -4,10 +4,10 @@ use crate::metrics::score::Measure;
 use crate::thresholds::{Thresholds, too_few};
 use crate::verdict::image_criteria::{level, orientation, unclaimed};
 use crate::verdict::score_criteria::scores;
-use crate::verdict::types::{Evidence, Judgement, Question, State, Verdict, Weighed};
+use crate::verdict::types::{Evidence, Judgment, Question, State, Verdict, Weighed};
 use grideye_draw::text::{fixed, frames};
 
-pub(crate) fn judge(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Judgement {
+pub(crate) fn judge(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Judgment {
     let open = insufficiency(evidence, thresholds);
     let weighed = weighed(evidence, thresholds, open.as_ref());
     let has_state = |state: State| {
@@ -22,7 +22,7 @@ pub(crate) fn judge(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Judgeme
     } else {
         Verdict::Agrees
     };
-    Judgement {
+    Judgment {
         verdict,
         headline: headline(verdict).to_owned(),
         reasons: reasons(verdict, &weighed),

@@ -121,7 +121,7 @@ fn chances_hold_to_their_probability() {
     assert_eq!(counted, u64::from(flipped));
 }
 
-/// Transactions, by the same bound; and neighbours in the sequence are not alike.
+/// Transactions, by the same bound; and neighbors in the sequence are not alike.
 #[test]
 fn chances_are_drawn_anew_for_every_transaction() {
     let hits = |seed| {
@@ -193,9 +193,9 @@ fn a_glitch_without_a_pixel_strikes_any() {
     for _ in 0..6_400 {
         rig.pass(100);
         let pixels = rig.pixels();
-        let spoilt: Vec<usize> = (0..64).filter(|place| pixels[*place] != 80).collect();
-        assert_eq!(spoilt.len(), 1);
-        hit[spoilt[0]] += 1;
+        let spoiled: Vec<usize> = (0..64).filter(|place| pixels[*place] != 80).collect();
+        assert_eq!(spoiled.len(), 1);
+        hit[spoiled[0]] += 1;
     }
     // 100 each, standard deviation 9.9.
     assert!(hit.iter().all(|count| (41..160).contains(count)), "{hit:?}");
