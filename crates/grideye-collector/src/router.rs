@@ -20,8 +20,6 @@ use std::pin::Pin;
 use std::task::{Context, Poll};
 use tower::Service;
 
-const FRAMES: &str = "/v1/frames";
-
 /// Every route of the collector, behind one middleware.
 #[derive(Clone)]
 pub struct Routes {
@@ -33,7 +31,7 @@ impl Routes {
     /// A post of frames goes through the same middleware as every request, but straight to its handler: the router's boxes and
     /// copies of a request cost such a post a sixth more CPU.
     pub(crate) async fn answer(&self, client: &Client, mut request: Request) -> Response {
-        if request.method() == Method::POST && request.uri().path() == FRAMES {
+        if request.method() == Method::POST && request.uri().path() == "/v1/frames" {
             return middleware::pass(
                 &self.state,
                 client,
@@ -103,7 +101,7 @@ pub fn app_with(state: AppState, annexes: &[Annex]) -> Routes {
         .route("/v1/whoami", get(login::whoami))
         .route("/v1/annexes", get(|| async move { names }))
         // A post is answered before it comes here: this is for every other method.
-        .route(FRAMES, post(wrong_method))
+        .route("/v1/frames", post(wrong_method))
         .route("/v1/sensors", get(audit::sensors))
         .route("/v1/recent", get(recent::recent))
         .route("/v1/devices", get(devices::devices))

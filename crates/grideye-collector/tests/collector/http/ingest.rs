@@ -309,7 +309,7 @@ async fn a_request_that_is_not_done_in_time_is_answered_all_the_same() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("frames.sqlite");
     let limits = Limits {
-        handler_time_max: Duration::from_millis(80),
+        handler_time_max: Duration::from_millis(500),
         ..Limits::default()
     };
     let store = Arc::new(SqliteStore::open(&StoreLocation::File(path.clone()), &limits).unwrap());
