@@ -1,8 +1,8 @@
 //! Cuboids side by side, one for each number: how the paper builds what has many temperatures (PeerJ CS 11:e3124,
 //! "Experiment 5": each pixel of a picture is a separate object, in close proximity to others).
 
-use crate::file::document::{MosaicTable, Rows};
-use crate::file::reader::{Read, Reader};
+use crate::file::document::MosaicTable;
+use crate::file::reader::{Read, Reader, columns};
 use crate::file::rule::TEMPERATURE;
 use crate::file::{body, clothes};
 use crate::geometry::{Cuboid, Mesh, count::float};
@@ -11,7 +11,6 @@ use crate::model::{Body, limits};
 use crate::radiometry::Surface;
 use crate::text::Rule;
 use glam::DVec3;
-use toml::Spanned;
 
 /// The cells, from the back to the front and from left to right, as a map has them.
 pub(crate) fn cells(
@@ -59,24 +58,6 @@ pub(crate) fn cells(
         }
     }
     Ok(cells)
-}
-
-/// How many numbers each row has: all as many, at least one in at least one.
-pub(crate) fn columns(
-    reader: &Reader<'_>,
-    key: &str,
-    rows: &Spanned<Rows>,
-    [expected, hint]: [&str; 2],
-) -> Read<usize> {
-    let first = rows.get_ref().first();
-    let columns = first.map_or(0, |row| row.get_ref().len());
-    let mut all = rows.get_ref().iter();
-    let odd = all.find(|row| row.get_ref().len() != columns);
-    if columns > 0 && odd.is_none() {
-        return Ok(columns);
-    }
-    let span = odd.map_or(rows.span(), Spanned::span);
-    Err(reader.refused(key, span, expected, hint).into())
 }
 
 const CELL: Rule = Rule {

@@ -1,6 +1,6 @@
 //! A scene's text, the model it is read for and the files it names: checks that every table needs.
 
-use crate::file::document::{Axes, Pair, SceneTable, Triple, Triples};
+use crate::file::document::{Axes, Pair, Rows, SceneTable, Triple, Triples};
 use crate::file::files::Files;
 use crate::file::rule::{FIELD_OF_VIEW, POSITION, SIZE, VERTEX};
 use crate::model::{FITS_MAX, Model, SceneError, limits};
@@ -274,4 +274,22 @@ impl<'a> Reader<'a> {
         Reader::new(relative, &text, self.files)?;
         Ok(text)
     }
+}
+
+/// How many numbers each row has: all as many, at least one in at least one.
+pub(crate) fn columns(
+    reader: &Reader<'_>,
+    key: &str,
+    rows: &Spanned<Rows>,
+    [expected, hint]: [&str; 2],
+) -> Read<usize> {
+    let first = rows.get_ref().first();
+    let columns = first.map_or(0, |row| row.get_ref().len());
+    let mut all = rows.get_ref().iter();
+    let odd = all.find(|row| row.get_ref().len() != columns);
+    if columns > 0 && odd.is_none() {
+        return Ok(columns);
+    }
+    let span = odd.map_or(rows.span(), Spanned::span);
+    Err(reader.refused(key, span, expected, hint).into())
 }

@@ -5,8 +5,7 @@
 //! gradient is cut into strips of [`STEP_C`], or into [`STRIPS_MAX`]: nowhere is it off by more than half a strip.
 
 use crate::file::document::{ObjectTable, Rows};
-use crate::file::mosaic::columns;
-use crate::file::reader::{Read, Reader};
+use crate::file::reader::{Read, Reader, columns};
 use crate::file::rule::{CAPACITY, GRADIENT, POWER, TEMPERATURE, TIME_CONSTANT};
 use crate::geometry::{Mesh, clipped, count, range};
 use crate::heat::{Material, Thermal, Transient};
