@@ -8,15 +8,11 @@
 //! What the layout does not say, and what is made of it here:
 //!
 //! - **The date** stands in the file's name: [`Date::from_file_name`].
-//! - **The time zone** stands nowhere. The printed time is taken as UTC and the clock is called
-//!   [`Unsynced`](ClockState::Unsynced): the differences are good, the hour is not.
+//! - **The time zone** stands nowhere: the time is taken as UTC, the clock as [`Unsynced`](ClockState::Unsynced).
 //! - **Sequence numbers** count rows from 0. The layout has no way to tell of a frame that was missed.
-//! - **Boot time** starts at 0 with the first row and follows the printed times. Where these jump back (session 3 does,
-//!   by 804 s, after its row 1055) `t_utc_ns` stays as printed, the row's clock is [`Stepped`](ClockState::Stepped), and
-//!   boot time goes on by [`ASSUMED_INTERVAL_NS`]: how long the pause really was is not known. A session that runs past
-//!   midnight shows the same way.
-//! - **The last line** may lack its newline, as it does in the published files. It is taken all the same: its last field
-//!   is one letter, so that a row which was cut cannot look whole.
+//! - **Boot time** starts at 0 and follows the printed times. Where these jump back (session 3, or past midnight) the row's
+//!   clock is [`Stepped`](ClockState::Stepped), and boot time goes on by [`ASSUMED_INTERVAL_NS`].
+//! - **The last line** may lack its newline: its last field is one letter, so that a row which was cut cannot look whole.
 
 use crate::cell::{Cell, Column};
 use crate::csv::check_header;
@@ -106,9 +102,8 @@ impl Date {
     }
 }
 
-/// The stream that a file of this layout becomes: device `linaige`, sensor `grid-eye`, and the file's name as the boot.
-///
-/// Characters that a name may not have are left out; a name of nothing else becomes `session`.
+/// The stream that a file of this layout becomes: device `linaige`, sensor `grid-eye`, and of its name as the boot what a name
+/// may have, or else `session`.
 #[must_use]
 pub fn stream_from_file_name(name: &str) -> StreamId {
     let stem = name.strip_suffix(".csv").unwrap_or(name);
@@ -150,9 +145,7 @@ pub struct Reader<R> {
 }
 
 impl<R: Read> Reader<R> {
-    /// Reads the header at once. Reads in blocks: a `BufReader` around the input is not needed.
-    ///
-    /// `stream` names the rows, as the layout does not: [`stream_from_file_name`] makes one.
+    /// Reads the header at once. `stream` names the rows, as the layout does not: [`stream_from_file_name`] makes one.
     ///
     /// # Errors
     /// [`RecordingError`] if the first line is not the header of this layout.

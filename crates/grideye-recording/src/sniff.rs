@@ -16,10 +16,8 @@ pub enum Layout {
     Npy,
 }
 
-/// The layout whose header a file begins with; `None` for any other file.
-///
-/// Takes the first three lines, or any longer beginning of the file. A header with a fault in it is still known by its first
-/// columns, so that the layout's own reader can name the fault.
+/// The layout whose header a file's first three lines, or more, begin with; `None` for any other file. A header with a fault
+/// in it is still known by its first columns, so that the layout's own reader can name the fault.
 ///
 /// ```
 /// use grideye_recording::{Layout, sniff};

@@ -56,8 +56,7 @@ impl TokenBook {
     /// Adds a token, and gives it to whom it is for: nobody can be told it again.
     ///
     /// # Errors
-    /// [`AccessError::TooManyTokens`], [`AccessError::DevicesPerToken`], [`AccessError::BadName`],
-    /// [`AccessError::NoKey`].
+    /// [`AccessError`]: too many tokens or devices, a bad name, or no randomness.
     pub fn add(&mut self, name: &str, scope: Scope, t_made_s: i64) -> Result<Token, AccessError> {
         if self.records.len() >= TOKENS_MAX {
             return Err(AccessError::TooManyTokens);

@@ -1,5 +1,4 @@
-//! `GET /v1/devices` and `/v1/devices/{device}`: every device as somebody looks at it who wants to know how it does. The figures of its sensors are
-//! those of `GET /v1/sensors`; what its agent is and how it is set up, the agent says with its posts.
+//! `GET /v1/devices` and `/v1/devices/{device}`: the figures of `GET /v1/sensors` by device, with what its agent says.
 
 use crate::auth::Caller;
 use crate::http::agents::Said;

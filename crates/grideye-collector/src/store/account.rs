@@ -22,8 +22,8 @@ pub(crate) fn to_text(account: &Account) -> String {
 
 /// The count of a run that has ended, once `came` frames have come of it and `stored` of its frames are kept.
 ///
-/// `known` is the count before, `sent` the one of the batch. Whatever was read, and is neither kept nor dropped nor still to
-/// come, was in the memory of a killed run. What is left to come never grows: a batch that comes again changes nothing.
+/// Whatever was read, and is neither kept nor dropped nor still to come, was in the memory of a killed run. What is left to
+/// come never grows: a batch that comes again changes nothing.
 pub(crate) fn of_ended_run(
     known: Option<&Account>,
     sent: Option<&Account>,

@@ -1,12 +1,9 @@
-//! How an engine without columns keeps rows: chunks of consecutive numbers, as bytes.
+//! How an engine without columns keeps rows: chunks of consecutive numbers of one epoch, as bytes. No two overlap.
 //!
 //! ```text
 //! plain   of each row: t_arrival_ns (8 bytes) and the record (`grideye_recording::record::layout`)
 //! sealed  a segment (`segment.rs`)
 //! ```
-//!
-//! All rows of a chunk have one epoch. Chunks of one stream never overlap: their numbers are consecutive, and no number is
-//! stored twice.
 
 use crate::store::error::StoreError;
 use crate::store::row::{damaged, unsigned};

@@ -12,8 +12,7 @@ use grideye_recording::wire::Batch;
 use std::sync::Arc;
 use tokio::sync::mpsc;
 
-/// A store of frames and recordings. A change is answered when it is on disk and synced. Frames are known by
-/// (device, sensor, boot, seq) permanently: the same frame again changes nothing.
+/// A store of frames and recordings. A change is answered when it is on disk; the same frame again changes nothing.
 pub trait FrameStore: Send + Sync + 'static {
     /// The way to the engine's one writer.
     #[doc(hidden)]

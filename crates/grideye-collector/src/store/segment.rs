@@ -4,10 +4,9 @@
 //! "GES" 1 · rows (u32) · bytes of the columns (u32) · the columns, compressed by zstd with its checksum
 //! ```
 //!
-//! The columns, one after the other, each as planes of bytes (all lowest bytes first), since what hardly changes is then
-//! a run of zeros: number, boot time, wall time, time of arrival, order of arrival, each as the change of its change;
-//! clock and kind; thermistor as its change; the 64 words as what is left of them after the mean of the four frames
-//! before. Differences wrap around, so that every word of 16 bits comes back, whatever it is.
+//! The columns, one after the other, each as planes of bytes (all lowest bytes first): number, boot time, wall time, time of
+//! arrival, order of arrival, each as the change of its change; clock and kind; thermistor as its change; the 64 words less
+//! the mean of the four frames before. Differences wrap around, so that every word of 16 bits comes back.
 
 use crate::store::error::StoreError;
 use crate::store::row::{damaged, unsigned};

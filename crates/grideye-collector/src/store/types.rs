@@ -83,8 +83,7 @@ pub struct StreamSummary {
 }
 
 impl StreamSummary {
-    /// Frames that the agent holds now: its own count less what came with it and since, of which it learns from the answer
-    /// alone; `None` without a count.
+    /// Frames that the agent holds now: its own count less what came with it and since; `None` without a count.
     #[must_use]
     pub fn spooled(&self) -> Option<u64> {
         let account = self.account.as_ref()?;

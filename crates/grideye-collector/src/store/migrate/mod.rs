@@ -1,9 +1,7 @@
 //! From an SQLite file to a PostgreSQL database: resumable, and held against the file at the end.
 //!
-//! Frames are copied in the order of stream and number, a page in each transaction together with how far it came, so
-//! that an interrupted copy goes on there. What names the frames (streams, runs, recordings) comes in one last
-//! transaction. Until that is committed the database's layout is `UNFINISHED`, which no collector opens. The file is
-//! locked against writers while it is copied.
+//! Frames are copied a page in each transaction, with how far it came. What names them comes in one last transaction; until
+//! then the layout is `UNFINISHED`, which no collector opens. The file is locked against writers meanwhile.
 
 mod ends;
 
@@ -38,11 +36,10 @@ pub struct Migrated {
     pub difference: Option<String>,
 }
 
-/// Copies the file's store into the database, or goes on doing so, and compares the two. `progress` hears the stage, the
-/// rows done, and all rows.
+/// Copies the file's store into the database, or goes on so, and compares. `progress` hears the stage, rows done, all rows.
 ///
 /// # Errors
-/// [`StoreError`] of either side. Nothing is lost by calling again.
+/// [`StoreError`](crate::StoreError) of either side. Nothing is lost by calling again.
 pub async fn migrate(
     file: &Path,
     url: &PostgresUrl,

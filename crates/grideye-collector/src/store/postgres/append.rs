@@ -1,5 +1,4 @@
-//! A group of batches in one transaction: what is known is read under lock, the rest is decided here, and each table
-//! is written with one statement.
+//! A group of batches in one transaction: what is known is read under lock, and each table written with one statement.
 
 use crate::limits::Limits;
 use crate::store::account;

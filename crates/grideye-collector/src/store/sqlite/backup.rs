@@ -1,12 +1,9 @@
 //! A copy of a store in a file, also while a collector writes to it: SQLite's online backup of one snapshot.
 //!
-//! The copy is written to `OUT.partial`, synced, checked, and only then named `OUT`. A run that was killed leaves
-//! `OUT.partial`, which the next one overwrites. The snapshot is held by a read transaction: without it the copy would
-//! begin again whenever the collector commits. Meanwhile the log of the store (`-wal`) is not folded in, and grows by what
-//! is committed.
+//! The copy is written to `OUT.partial`, synced, checked, and only then named `OUT`. The snapshot is held by a read
+//! transaction, without which the copy would begin again at each commit; meanwhile the log (`-wal`) is not folded in.
 //!
-//! A file of an older layout is copied so as it is, then upgraded in one transaction: killed or failing at any moment, it stays
-//! as it was, and the next program that opens it begins again.
+//! A file of an older layout is copied as it is, then upgraded in one transaction: killed at any moment, it stays as it was.
 
 use crate::limits::Limits;
 use crate::store::error::StoreError;

@@ -7,9 +7,8 @@
 //!                                      them are deleted               (settle)
 //! ```
 //!
-//! So a commit writes the posts one behind the other, and not a page of the file for each stream of the group; and a
-//! stream's pages are written once for many posts. Whoever reads the tables asks for all to be settled first. A writer that
-//! finds rows in `pending`, after a crash or when another program has written, takes them in as if they came now.
+//! So a stream's pages are written once for many posts. Whoever reads the tables asks for all to be settled first. A writer
+//! that finds rows in `pending`, after a crash or another program's write, takes them in as if they came now.
 
 use crate::limits::Limits;
 use crate::store::error::StoreError;

@@ -1,7 +1,5 @@
-//! Groups of posts that are kept, and not yet in the tables that are read.
-//!
-//! A row is a group: of each batch its time of arrival (8 bytes), its length (4 bytes), both little-endian, and the batch
-//! as on the wire (`grideye_recording`'s compact form).
+//! Groups of posts that are kept, and not yet in the tables that are read: a row is a group, of each batch its time of arrival
+//! (8 bytes), its length (4 bytes), both little-endian, and the batch as on the wire.
 
 use crate::store::error::StoreError;
 use crate::store::plan::Taken;

@@ -1,8 +1,7 @@
 //! Where the file is, how each connection to it is opened, and whether its path still names the file that is written.
 //!
-//! A file can be deleted, moved or replaced while a program writes it: every write goes on to succeed, into a file that
-//! nobody finds again. So the writer looks after each commit and before it answers: two calls of the system. While the file
-//! is gone nothing more is written, so that what the system still holds of it can be copied; every post looks again.
+//! A file can be deleted, moved or replaced while a program writes it, and every write succeeds. So the writer looks after
+//! each commit and before it answers. While the file is gone nothing more is written; every post looks again.
 
 use crate::limits::Limits;
 use crate::log::{Level, Log, LogEvent};

@@ -1,8 +1,6 @@
 //! Deletes frames that are too old, or for which the file is too small; never those of a recording.
 //!
-//! Age is told by store time (`time.rs`). However far a clock or a person was wrong, only a share of the store is deleted
-//! in a time, and each deletion is reported: so there is time to notice. A number that was deleted stays known: the same
-//! frame again changes nothing.
+//! However far a clock or a person was wrong, only a share of the store is deleted in a time, and each deletion is reported.
 
 use crate::limits::Limits;
 use crate::log::{Level, LogEvent};

@@ -52,12 +52,11 @@ impl SqliteStore {
         Self::open_with(location, limits, None, &Log::silent())
     }
 
-    /// Opens the store, or makes it where none is. Frames grow old by the clock's monotonic time, which is kept in the file
-    /// and goes on from there; what is deleted is logged. A file of an older layout is copied and upgraded.
+    /// Opens the store, or makes it where none is. Frames grow old by the clock's monotonic time; what is deleted is logged.
+    /// A file of an older layout is copied and upgraded.
     ///
     /// # Errors
-    /// [`StoreError::Unusable`], [`StoreError::NotADatabase`], [`StoreError::Foreign`], [`StoreError::Newer`],
-    /// [`StoreError::Older`], [`StoreError::NoRoomForBackup`], [`StoreError::BackupInTheWay`].
+    /// [`StoreError`]: the file cannot be had, holds something else, or cannot be copied before it is upgraded.
     pub fn open_tended(
         location: &StoreLocation,
         limits: &Limits,

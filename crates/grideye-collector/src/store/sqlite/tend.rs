@@ -1,6 +1,4 @@
-//! Seals and deletes old rows, a little at a time between two groups of posts.
-//!
-//! Time is store time (`time.rs`): no wall clock is asked for an age.
+//! Seals and deletes old rows, a little at a time between two groups of posts. Ages are of store time (`time.rs`).
 
 use crate::limits::Limits;
 use crate::store::error::StoreError;

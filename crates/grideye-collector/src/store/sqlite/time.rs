@@ -1,7 +1,5 @@
-//! The time by which frames in a file grow old.
-//!
-//! It is no wall clock: it runs with the collector's monotonic clock, stands still while no collector runs, and is kept in
-//! the file, so that a restart goes on from there. So no step of the wall clock, forward or back, makes a frame old.
+//! The time by which frames in a file grow old: it runs with the collector's monotonic clock, stands still while none runs,
+//! and is kept in the file. So no step of the wall clock makes a frame old.
 
 use crate::clock::Clock;
 use crate::store::error::StoreError;

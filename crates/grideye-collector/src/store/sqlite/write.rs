@@ -1,8 +1,7 @@
 //! The writer: one thread, one transaction at a time, as many requests in it as are waiting.
 //!
-//! What is known of a stream is held in memory between transactions, so that a frame that is new costs no look-up. It is
-//! forgotten whenever the file may hold something else: after a transaction that failed, and when another program has
-//! written (`PRAGMA data_version`).
+//! What is known of a stream is held in memory, so that a new frame costs no look-up. It is forgotten after a transaction
+//! that failed, and when another program has written (`PRAGMA data_version`).
 
 use crate::limits::Limits;
 use crate::log::Log;
