@@ -32,8 +32,6 @@
 mod cell;
 mod error;
 mod lines;
-mod resolution;
-mod rows;
 mod sniff;
 mod text;
 
@@ -51,5 +49,4 @@ pub use grideye_frame::NAME_CHARS_MAX;
 pub use record::{
     COUNT_MAX, ClockState, NameError, Record, Row, Stamp, StreamId, UnknownClockState, check_name,
 };
-pub use resolution::{other_resolution, sensor_of};
-pub use sniff::{Layout, sniff};
+pub use sniff::{Layout, other_resolution, sensor_of, sniff};

@@ -17,9 +17,8 @@
 use crate::cell::{Cell, Column};
 use crate::csv::check_header;
 use crate::error::RecordingError;
-use crate::lines::{Line, Lines};
+use crate::lines::{Line, Lines, rows_until_error};
 use crate::record::{ClockState, Record, Row, Stamp, StreamId, check_name};
-use crate::rows::rows_until_error;
 use crate::text::quoted;
 use grideye_frame::{PIXELS, PixelWord, RawFrame, Reading};
 use std::io::Read;
@@ -60,15 +59,13 @@ impl Date {
     /// A day by its year, month (1 to 12) and day (1 to 31); `None` if there is no such day, or not from 1970 to 2199.
     #[must_use]
     pub fn new(year: i64, month: i64, day: i64) -> Option<Self> {
-        let valid = (1970..=2199).contains(&year)
-            && (1..=12).contains(&month)
-            && (1..=days_in_month(year, month)).contains(&day);
-        valid.then(|| Self {
-            days_since_1970: days_before_year(year) - days_before_year(1970)
-                + (1..month)
-                    .map(|earlier| days_in_month(year, earlier))
-                    .sum::<i64>()
-                + (day - 1),
+        if !(1970..=2199).contains(&year) || !(1..=12).contains(&month) {
+            return None;
+        }
+        let first = days_before_month(year, month);
+        let days = days_before_month(year, month + 1) - first;
+        (1..=days).contains(&day).then(|| Self {
+            days_since_1970: first - days_before_month(1970, 1) + day - 1,
         })
     }
 
@@ -275,23 +272,11 @@ fn digits(text: &[u8]) -> Option<i64> {
     })
 }
 
-const fn is_leap_year(year: i64) -> bool {
-    year % 4 == 0 && (year % 100 != 0 || year % 400 == 0)
-}
-
-const fn days_in_month(year: i64, month: i64) -> i64 {
-    match month {
-        4 | 6 | 9 | 11 => 30,
-        2 if is_leap_year(year) => 29,
-        2 => 28,
-        _ => 31,
-    }
-}
-
-/// Days from the first of January of the year 1 to that of this one.
-const fn days_before_year(year: i64) -> i64 {
-    let full = year - 1;
-    full * 365 + full / 4 - full / 100 + full / 400
+/// Days up to a month, from the March of the year 0 on: a year that begins in March has its leap day at the end.
+const fn days_before_month(year: i64, month: i64) -> i64 {
+    let months = 12 * year + month - 3;
+    let (year, month) = (months.div_euclid(12), months.rem_euclid(12));
+    365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5
 }
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 
 use crate::bare::assumed::{Assumed, no_word, word_of};
 use crate::error::RecordingError;
+use crate::lines::rows_until_error;
 use crate::record::Row;
-use crate::rows::rows_until_error;
 use grideye_frame::{PIXELS, PixelWord};
 use std::io::{BufReader, Read};
 
