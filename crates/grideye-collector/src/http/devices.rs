@@ -95,30 +95,18 @@ fn sensor_json(sensor: &Value, said: &Said) -> Value {
         .as_ref()
         .and_then(|set_up| set_up.sensors.get(name));
     let mut json = Map::new();
-    for (key, of) in [
-        ("sensor", "sensor"),
-        ("boot", "boot"),
-        ("age_s", "age_s"),
-        ("rate_hz", "rate_hz"),
-        ("backlog", "spooled"),
-        ("read", "read"),
-        ("stored", "stored"),
-        ("missing", "missing"),
-        ("balanced", "balanced"),
-        ("dropped", "dropped"),
-        ("errors", "errors"),
+    for key in [
+        "sensor", "boot", "age_s", "rate_hz", "backlog", "read", "stored", "missing", "balanced",
+        "dropped", "errors",
     ] {
+        let of = if key == "backlog" { "spooled" } else { key };
         json.insert(key.to_owned(), sensor[of].clone());
     }
+    let missing_now = sensor["no_frame_now"]["missing"].clone();
+    let part = set_up.map(|set_up| set_up.part.as_str());
     json.insert("clock".to_owned(), clock(sensor).clone());
-    json.insert(
-        "missing_now".to_owned(),
-        sensor["no_frame_now"]["missing"].clone(),
-    );
-    json.insert(
-        "part".to_owned(),
-        set_up.map(|set_up| set_up.part.as_str()).into(),
-    );
+    json.insert("missing_now".to_owned(), missing_now);
+    json.insert("part".to_owned(), part.into());
     Value::Object(json)
 }
 

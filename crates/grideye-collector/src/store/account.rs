@@ -1,6 +1,6 @@
 //! An agent's count as JSON: how the store keeps it and the pages show it.
 
-use crate::store::error::StoreError;
+use crate::store::error::{Result, StoreError};
 use grideye_recording::wire::{Account, LOST_IN_MEMORY};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -73,7 +73,7 @@ fn raise(counts: &mut BTreeMap<String, u64>, with: &BTreeMap<String, u64>) {
 }
 
 /// From what [`to_json`] wrote.
-pub(crate) fn from_json(text: &str) -> Result<Account, StoreError> {
+pub(crate) fn from_json(text: &str) -> Result<Account> {
     let damaged = || StoreError::Failed(format!("the store holds a count that is none: {text}"));
     serde_json::from_str(text).map_err(|_no_count| damaged())
 }

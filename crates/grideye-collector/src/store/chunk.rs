@@ -5,7 +5,7 @@
 //! sealed  a segment (`segment.rs`)
 //! ```
 
-use crate::store::error::StoreError;
+use crate::store::error::Result;
 use crate::store::row::{damaged, unsigned};
 use crate::store::runs::Arrived;
 use crate::store::segment::{self, SealedRow};
@@ -64,7 +64,7 @@ pub(super) struct Kept<'r> {
 }
 
 impl Kept<'_> {
-    pub(super) fn open(&self) -> Result<Vec<SealedRow>, StoreError> {
+    pub(super) fn open(&self) -> Result<Vec<SealedRow>> {
         let rows = if self.is_sealed {
             segment::open(self.rows)?
         } else {
@@ -82,7 +82,7 @@ impl Kept<'_> {
         }
     }
 
-    fn open_plain(&self) -> Result<Vec<SealedRow>, StoreError> {
+    fn open_plain(&self) -> Result<Vec<SealedRow>> {
         let unreadable = |fault: Fault| damaged(&format!("a chunk that cannot be read: {fault}"));
         let mut bytes = ByteReader::new(self.rows);
         let mut rows = Vec::with_capacity(8);

@@ -6,7 +6,7 @@
 mod ends;
 
 use crate::limits::Limits;
-use crate::store::error::StoreError;
+use crate::store::error::Result;
 use crate::store::frame_store::FrameStore;
 use crate::store::location::{PostgresUrl, StoreLocation};
 use crate::store::migrate::ends::{Source, Target};
@@ -44,7 +44,7 @@ pub async fn migrate(
     file: &Path,
     url: &PostgresUrl,
     mut progress: impl FnMut(Stage, u64, u64),
-) -> Result<Migrated, StoreError> {
+) -> Result<Migrated> {
     let limits = Limits {
         streams_max: usize::MAX,
         recordings_max: usize::MAX,
@@ -86,7 +86,7 @@ async fn compare(
     limits: &Limits,
     source: &Source,
     progress: &mut impl FnMut(Stage, u64, u64),
-) -> Result<Option<String>, StoreError> {
+) -> Result<Option<String>> {
     let old = SqliteStore::open(&StoreLocation::File(file.to_owned()), limits)?;
     let new = PostgresStore::open(url, limits).await?;
     let difference = async {
@@ -130,7 +130,7 @@ async fn compare_frames(
     new: &PostgresStore,
     source: &Source,
     progress: &mut impl FnMut(Stage, u64, u64),
-) -> Result<Option<String>, StoreError> {
+) -> Result<Option<String>> {
     let mut compared = 0;
     for stream in &source.streams {
         let mut after = None;

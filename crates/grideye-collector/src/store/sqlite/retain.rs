@@ -4,7 +4,7 @@
 
 use crate::limits::Limits;
 use crate::log::{Level, LogEvent};
-use crate::store::error::StoreError;
+use crate::store::error::Result;
 use crate::store::sqlite::read;
 use crate::store::sqlite::time::nanoseconds;
 use grideye_recording::StreamId;
@@ -148,7 +148,7 @@ impl Retention {
         connection: &Connection,
         now_ns: i64,
         limits: &Limits,
-    ) -> Result<(), StoreError> {
+    ) -> Result<()> {
         let sql = "SELECT coalesce(sum(stored), 0), coalesce(sum(expired), 0),
                           (SELECT t_aged_from_ns FROM counters) FROM streams";
         let (stored, deleted, aged_from_ns): (i64, i64, i64) = connection
@@ -184,7 +184,7 @@ impl Retention {
         connection: &Connection,
         now_ns: i64,
         limits: &Limits,
-    ) -> Result<(Vec<Deleted>, bool), StoreError> {
+    ) -> Result<(Vec<Deleted>, bool)> {
         let mut step = Step {
             connection,
             deleted: Vec::new(),
@@ -236,11 +236,7 @@ struct Step<'c> {
 
 impl Step<'_> {
     /// The oldest chunk of no recording that was stored before this time, as far as this step goes.
-    fn oldest(
-        &mut self,
-        looked_through: &mut Place,
-        before_ns: i64,
-    ) -> Result<Option<Place>, StoreError> {
+    fn oldest(&mut self, looked_through: &mut Place, before_ns: i64) -> Result<Option<Place>> {
         if self.chunks_left == 0 {
             return Ok(None);
         }
@@ -270,7 +266,7 @@ impl Step<'_> {
         before_ns: i64,
         reason: Reason,
         allowance: &mut Allowance,
-    ) -> Result<(), StoreError> {
+    ) -> Result<()> {
         let mut statement = self.connection.prepare_cached(&format!(
             "SELECT last_seq, frames, t_store_ns, {IS_RECORDED} FROM chunks c
              WHERE stream_id = ? AND first_seq >= ? ORDER BY first_seq"

@@ -1,6 +1,6 @@
 //! The tables, and how a file is recognized as a store of this program.
 
-use crate::store::error::StoreError;
+use crate::store::error::{Result, StoreError};
 use rusqlite::Connection;
 
 /// Marks the file as ours: "GEYE".
@@ -116,7 +116,7 @@ CREATE TABLE IF NOT EXISTS labels (
 ";
 
 /// Makes the tables of notes and labels in a store of a version that had none.
-pub(super) fn add_what_is_written(connection: &Connection) -> Result<(), StoreError> {
+pub(super) fn add_what_is_written(connection: &Connection) -> Result<()> {
     connection.execute_batch(NOTES)?;
     Ok(connection.execute_batch(LABELS)?)
 }
@@ -133,7 +133,7 @@ pub(crate) enum Found {
 }
 
 /// Looks without changing anything, and refuses what is not ours to write.
-pub(crate) fn recognize(connection: &Connection) -> Result<Found, StoreError> {
+pub(crate) fn recognize(connection: &Connection) -> Result<Found> {
     let number = |pragma| connection.pragma_query_value(None, pragma, |row| row.get::<_, i64>(0));
     let tables: i64 =
         connection.query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0))?;
