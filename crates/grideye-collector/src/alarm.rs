@@ -1,5 +1,4 @@
-//! One alarm for a whole connection, in place of a timer for every wait: to set a timer takes longer than to look whether
-//! it rang, and of a thousand that a post sets hardly one ever rings.
+//! One alarm for a whole connection: to set a timer for every wait takes longer than to look whether this one rang.
 
 use crate::lock::lock;
 use hyper::rt;

@@ -5,9 +5,9 @@
 //!               └──▶ established    never displaced
 //! ```
 //!
-//! A silent connection has not sent a complete header, or has not finished its TLS handshake. An established one has shown a
-//! good token or, where no tokens are required, has had a request answered without an error. If the newcomer's address group is
-//! at its limit, it displaces a connection of that group; otherwise one of the group that has the most of that kind.
+//! A silent one has sent no complete header. An established one has shown a good token or, where none is required, had a
+//! good answer. If the newcomer's address group is at its limit, it displaces one of that group; otherwise one of the group
+//! that has the most of that kind.
 
 use crate::counters::{Counters, add};
 use crate::limits::Limits;

@@ -20,8 +20,7 @@
 //! # }
 //! ```
 //!
-//! What is acknowledged is on disk. The same frame again, whenever it comes, changes nothing. A frame's age is told by
-//! clocks that do not jump, so that an old frame is never shown as a new one. Every bound is a field of [`Limits`].
+//! What is acknowledged is on disk; the same frame again changes nothing; age is told by clocks that do not jump.
 
 mod alarm;
 pub mod auth;

@@ -7,8 +7,7 @@ use std::time::Duration;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Limits {
     /// Connections open at once, all peers together; fewer where the process may not open as many files. One more displaces the
-    /// oldest that has not sent a complete header, or else the oldest that has not shown a good token (where none is required:
-    /// has had no request answered without an error). If there is none, it is answered 503 and closed.
+    /// oldest of the least worth (`connections.rs`), or is answered 503.
     pub connections_max: usize,
     /// The same from one address (IPv6: one /64) that is no trusted proxy. One more displaces one of its own, or gets 503.
     pub connections_per_peer_max: usize,
@@ -88,8 +87,7 @@ pub struct Limits {
     pub log_every: Duration,
     /// Rows in a file are sealed into segments when they were stored so long ago.
     pub seal_after: Duration,
-    /// Frames in a file that were stored longer ago, and belong to no recording, are deleted: at most a tenth of the store
-    /// in a fortieth of this time. Time without a collector does not count. `None`: never.
+    /// Older unrecorded frames in a file are deleted: a tenth of the store in a fortieth of this time at most. `None`: never.
     pub keep_for: Option<Duration>,
     /// When a file holds more, the oldest unrecorded frames are deleted: in an hour at most a tenth, and twice what came. `None`: never.
     pub keep_bytes: Option<u64>,

@@ -1,7 +1,4 @@
-//! Frames without a word about who measured them: rows of 64 numbers, as many a script prints them, and numpy's `.npy`.
-//!
-//! Such files say neither the sensor nor the thermistor, and most say no time. What they leave open is stated by who
-//! reads them: [`Assumed`].
+//! Frames without a word about who measured them, rows of 64 numbers or numpy's `.npy`; the reader states the rest: [`Assumed`].
 
 mod assumed;
 mod npy;

@@ -1,13 +1,7 @@
-//! The CSV recording format: one row a sensor frame, degrees as exact decimals, missing frames as rows with a reason.
+//! The CSV recording format (`recordings/README.md`): one row a sensor frame, missing frames as rows with a reason.
 //!
-//! `recordings/README.md` is its specification.
-//!
-//! Written and read row by row: memory does not grow with a recording's length, only with the number of its streams,
-//! and that is bounded by [`STREAMS_MAX`].
-//!
-//! A row without the newline at its end is never used, however whole it looks: `26` at the end of a cut file may have
-//! been `26.25`. So a file that was cut at any byte gives the rows before the cut and then an error that names the
-//! line, or, when it was cut between two rows, ends early by whole rows.
+//! Written and read row by row: memory grows only with the number of streams, which [`STREAMS_MAX`] bounds. A row without the
+//! newline at its end is never used: `26` at the end of a cut file may have been `26.25`.
 
 mod columns;
 mod reader;

@@ -1,21 +1,13 @@
 //! Labels of a recording as a CSV file: which frames of which sensor somebody called what.
 //!
-//! One line a range of frames, with the header `number,label,device,sensor,boot,first_seq,last_seq`. A label that holds
-//! frames of several sensors has a line for each, all with its number. The keys are those of the recording's own rows, so
-//! that the two join without a clock.
+//! One line a range of frames. A label that holds frames of several sensors has a line for each, all with its number. The
+//! keys are those of the recording's own rows, so that the two join without a clock.
 //!
 //! ```
 //! use grideye_recording::labels::{LabeledFrames, to_csv};
 //!
-//! let range = LabeledFrames {
-//!     number: 1,
-//!     label: "two people",
-//!     device: "pi-1",
-//!     sensor: "i2c-1:0x69",
-//!     boot: "b1",
-//!     first_seq: 10,
-//!     last_seq: 25,
-//! };
+//! let (label, device, sensor, boot) = ("two people", "pi-1", "i2c-1:0x69", "b1");
+//! let range = LabeledFrames { number: 1, label, device, sensor, boot, first_seq: 10, last_seq: 25 };
 //! let text = to_csv([range])?;
 //! assert!(text.ends_with(b"\n1,two people,pi-1,i2c-1:0x69,b1,10,25\n"));
 //! # Ok::<(), csv::Error>(())

@@ -1,10 +1,5 @@
 //! Sensor frames on the wire and on disk: what a record is, and the formats that carry it.
 //!
-//! ```text
-//!  agent ──▶ wire::Batch ──JSON──▶ collector ──▶ csv::Writer ──▶ recording.csv ──▶ csv::Reader ──▶ Row
-//!        ◀── wire::Acknowledgement ◀──┘                          LINAIGE file ──▶ linaige::Reader ──▶ Row + labels
-//! ```
-//!
 //! | format | carries | keeps of a word | refuses with |
 //! |---|---|---|---|
 //! | [`wire`] (JSON) | one batch per device and half second, and its answer | all 16 bits | [`wire::WireError`]: path, expected, found |
@@ -13,8 +8,7 @@
 //! | [`linaige`] (read only) | frames with labels | as above | [`RecordingError`] |
 //! | [`bare`] (read only) | frames and no more: rows of 64 numbers, `.npy` | as above | [`RecordingError`] |
 //!
-//! Everything works on the readers, writers and bytes that it is handed: no sockets or clocks, and files in [`whole`] alone. Recordings of any
-//! length are read and written in the same memory. What a word means in degrees is said by `amg8833::word` alone.
+//! No sockets or clocks, and files in [`whole`] alone. Recordings of any length are read and written in the same memory.
 //!
 //! ```
 //! use grideye_recording::csv::{Reader, Writer};
@@ -30,20 +24,14 @@
 //!     writer.write(&labeled?.row)?;
 //! }
 //! let recording = writer.finish()?;
-//!
 //! let row = Reader::new(recording.as_slice())?.next().expect("one row was written")?;
-//! assert_eq!(row.record.seq, 0);
 //! assert_eq!(row.record.stamp.t_utc_ns, 1_625_163_247_274_925_000);
-//! let frame = amg8833::word::frame(row.record.reading.frame().expect("the frame is not missing"));
-//! assert_eq!(frame.pixels[0].get(), 26.5);
 //! # Ok::<(), grideye_recording::RecordingError>(())
 //! ```
 
 mod cell;
 mod error;
 mod lines;
-mod resolution;
-mod rows;
 mod sniff;
 mod text;
 
@@ -61,5 +49,4 @@ pub use grideye_frame::NAME_CHARS_MAX;
 pub use record::{
     COUNT_MAX, ClockState, NameError, Record, Row, Stamp, StreamId, UnknownClockState, check_name,
 };
-pub use resolution::{other_resolution, sensor_of};
-pub use sniff::{Layout, sniff};
+pub use sniff::{Layout, other_resolution, sensor_of, sniff};

@@ -8,22 +8,17 @@
 //! What the layout does not say, and what is made of it here:
 //!
 //! - **The date** stands in the file's name: [`Date::from_file_name`].
-//! - **The time zone** stands nowhere. The printed time is taken as UTC and the clock is called
-//!   [`Unsynced`](ClockState::Unsynced): the differences are good, the hour is not.
+//! - **The time zone** stands nowhere: the time is taken as UTC, the clock as [`Unsynced`](ClockState::Unsynced).
 //! - **Sequence numbers** count rows from 0. The layout has no way to tell of a frame that was missed.
-//! - **Boot time** starts at 0 with the first row and follows the printed times. Where these jump back (session 3 does,
-//!   by 804 s, after its row 1055) `t_utc_ns` stays as printed, the row's clock is [`Stepped`](ClockState::Stepped), and
-//!   boot time goes on by [`ASSUMED_INTERVAL_NS`]: how long the pause really was is not known. A session that runs past
-//!   midnight shows the same way.
-//! - **The last line** may lack its newline, as it does in the published files. It is taken all the same: its last field
-//!   is one letter, so that a row which was cut cannot look whole.
+//! - **Boot time** starts at 0 and follows the printed times. Where these jump back (session 3, or past midnight) the row's
+//!   clock is [`Stepped`](ClockState::Stepped), and boot time goes on by [`ASSUMED_INTERVAL_NS`].
+//! - **The last line** may lack its newline: its last field is one letter, so that a row which was cut cannot look whole.
 
 use crate::cell::{Cell, Column};
 use crate::csv::check_header;
 use crate::error::RecordingError;
-use crate::lines::{Line, Lines};
+use crate::lines::{Line, Lines, rows_until_error};
 use crate::record::{ClockState, Record, Row, Stamp, StreamId, check_name};
-use crate::rows::rows_until_error;
 use crate::text::quoted;
 use grideye_frame::{PIXELS, PixelWord, RawFrame, Reading};
 use std::io::Read;
@@ -64,15 +59,13 @@ impl Date {
     /// A day by its year, month (1 to 12) and day (1 to 31); `None` if there is no such day, or not from 1970 to 2199.
     #[must_use]
     pub fn new(year: i64, month: i64, day: i64) -> Option<Self> {
-        let valid = (1970..=2199).contains(&year)
-            && (1..=12).contains(&month)
-            && (1..=days_in_month(year, month)).contains(&day);
-        valid.then(|| Self {
-            days_since_1970: days_before_year(year) - days_before_year(1970)
-                + (1..month)
-                    .map(|earlier| days_in_month(year, earlier))
-                    .sum::<i64>()
-                + (day - 1),
+        if !(1970..=2199).contains(&year) || !(1..=12).contains(&month) {
+            return None;
+        }
+        let first = days_before_month(year, month);
+        let days = days_before_month(year, month + 1) - first;
+        (1..=days).contains(&day).then(|| Self {
+            days_since_1970: first - days_before_month(1970, 1) + day - 1,
         })
     }
 
@@ -106,9 +99,8 @@ impl Date {
     }
 }
 
-/// The stream that a file of this layout becomes: device `linaige`, sensor `grid-eye`, and the file's name as the boot.
-///
-/// Characters that a name may not have are left out; a name of nothing else becomes `session`.
+/// The stream that a file of this layout becomes: device `linaige`, sensor `grid-eye`, and of its name as the boot what a name
+/// may have, or else `session`.
 #[must_use]
 pub fn stream_from_file_name(name: &str) -> StreamId {
     let stem = name.strip_suffix(".csv").unwrap_or(name);
@@ -150,9 +142,7 @@ pub struct Reader<R> {
 }
 
 impl<R: Read> Reader<R> {
-    /// Reads the header at once. Reads in blocks: a `BufReader` around the input is not needed.
-    ///
-    /// `stream` names the rows, as the layout does not: [`stream_from_file_name`] makes one.
+    /// Reads the header at once. `stream` names the rows, as the layout does not: [`stream_from_file_name`] makes one.
     ///
     /// # Errors
     /// [`RecordingError`] if the first line is not the header of this layout.
@@ -282,23 +272,11 @@ fn digits(text: &[u8]) -> Option<i64> {
     })
 }
 
-const fn is_leap_year(year: i64) -> bool {
-    year % 4 == 0 && (year % 100 != 0 || year % 400 == 0)
-}
-
-const fn days_in_month(year: i64, month: i64) -> i64 {
-    match month {
-        4 | 6 | 9 | 11 => 30,
-        2 if is_leap_year(year) => 29,
-        2 => 28,
-        _ => 31,
-    }
-}
-
-/// Days from the first of January of the year 1 to that of this one.
-const fn days_before_year(year: i64) -> i64 {
-    let full = year - 1;
-    full * 365 + full / 4 - full / 100 + full / 400
+/// Days up to a month, from the March of the year 0 on: a year that begins in March has its leap day at the end.
+const fn days_before_month(year: i64, month: i64) -> i64 {
+    let months = 12 * year + month - 3;
+    let (year, month) = (months.div_euclid(12), months.rem_euclid(12));
+    365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5
 }
 
 #[cfg(test)]

@@ -1,5 +1,4 @@
-//! Prometheus' text format 0.0.4, in which both programs say what they count: families with help and type, samples with
-//! labels.
+//! Prometheus' text format 0.0.4, in which both programs say what they count.
 
 use std::fmt::{Display, Write as _};
 

@@ -1,7 +1,8 @@
-//! Which layout a file is, by its beginning.
+//! Which layout a file is, by its beginning, and of which sensor, by the number of pixels that its header names.
 
 use crate::bare::{NPY_MAGIC, looks_like_rows};
 use crate::lines::BYTE_ORDER_MARK;
+use grideye_frame::PIXELS;
 
 /// A layout that this crate reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -16,10 +17,8 @@ pub enum Layout {
     Npy,
 }
 
-/// The layout whose header a file begins with; `None` for any other file.
-///
-/// Takes the first three lines, or any longer beginning of the file. A header with a fault in it is still known by its first
-/// columns, so that the layout's own reader can name the fault.
+/// The layout whose header a file's first three lines, or more, begin with; `None` for any other file. A header with a fault
+/// in it is still known by its first columns, so that the layout's own reader can name the fault.
 ///
 /// ```
 /// use grideye_recording::{Layout, sniff};
@@ -42,5 +41,67 @@ pub fn sniff(first_line: impl AsRef<[u8]>) -> Option<Layout> {
     } else {
         let text = String::from_utf8_lossy(beginning);
         looks_like_rows(&text).then_some(Layout::Rows)
+    }
+}
+
+/// The number of pixels that a header names, where it is a recording's header and the number is not a Grid-EYE's.
+#[must_use]
+pub fn other_resolution(beginning: &[u8]) -> Option<usize> {
+    sniff(beginning)?;
+    let mut lines = beginning.splitn(2, |&byte| byte == b'\n');
+    let (line, is_whole) = (lines.next().unwrap_or_default(), lines.next().is_some());
+    let is_pixel = |name: &&[u8]| {
+        let digits = name.trim_ascii().strip_prefix(b"pixel").unwrap_or_default();
+        !digits.is_empty() && digits.iter().all(u8::is_ascii_digit)
+    };
+    let pixels = line.split(|&byte| byte == b',').filter(is_pixel).count();
+    // A header that lacks a few columns has a fault, which its reader names.
+    let is_other = pixels > PIXELS || (is_whole && pixels > 0 && pixels <= PIXELS / 2);
+    is_other.then_some(pixels)
+}
+
+/// What is known to have so many pixels.
+#[must_use]
+pub fn sensor_of(pixels: usize) -> String {
+    let known = [
+        (16, "4 x 4 pixels, as an Omron D6T-44L"),
+        (32, "16 x 2 or 32 x 1 pixels"),
+        (192, "16 x 12 pixels, as an MLX90641"),
+        (256, "16 x 16 pixels, as an HTPA16x16"),
+        (768, "32 x 24 pixels, as an MLX90640"),
+        (1_024, "32 x 32 pixels, as an HTPA32x32 or a D6T-32L"),
+        (4_800, "80 x 60 pixels, as a Lepton 2"),
+        (19_200, "160 x 120 pixels, as a Lepton 3"),
+    ];
+    match known.iter().find(|(number, _)| *number == pixels) {
+        Some((_, words)) => format!("this one has {words}"),
+        None => "this one is of another sensor".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn header(pixels: usize) -> String {
+        let names: String = (0..pixels).map(|index| format!(",pixel{index}")).collect();
+        format!("timestamp,thermistor{names},people_number,confidence\n")
+    }
+
+    #[test]
+    fn the_resolution_of_another_sensor_is_named() {
+        // Of a Grid-EYE, of others; a fault of a Grid-EYE's own header, one that is cut, and a file of another kind.
+        for (header, pixels) in [
+            (header(64).as_bytes(), None),
+            (header(768).as_bytes(), Some(768)),
+            (header(16).as_bytes(), Some(16)),
+            (header(63).as_bytes(), None),
+            (&header(64).as_bytes()[..60], None),
+            (b"a,b\n1,2\n", None),
+        ] {
+            let shown = String::from_utf8_lossy(header);
+            assert_eq!(other_resolution(header), pixels, "{shown}");
+        }
+        assert!(sensor_of(768).contains("32 x 24"));
     }
 }

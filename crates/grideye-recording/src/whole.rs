@@ -1,6 +1,4 @@
 //! Files that appear whole under their name, or not at all: written beside it, synced, renamed, and the folder synced.
-//!
-//! The one place that touches files in this crate, and none that the caller has not named.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write as _};

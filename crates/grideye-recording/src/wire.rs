@@ -7,13 +7,10 @@
 //!     {"seq":17,"t_boot_ns":81000000000,"t_utc_ns":1625163247274925000,"clock":"synced","missing":"nack"}]}]}"#;
 //! let batch = Batch::from_json(body, &Limits::default()).unwrap();
 //! assert_eq!(batch.sensors[0].frames[0].seq, 17);
-//!
-//! let error = Batch::from_json(br#"{"device":"=pi","boot":"5f0c","sensors":[]}"#, &Limits::default()).unwrap_err();
-//! assert_eq!(error.path(), "device");
 //! ```
 //!
-//! A body is refused as a whole or taken as a whole. Unknown and repeated fields, `null`, fractions, and anything that
-//! is not asked for are refused, so that a slip of the sender shows at once and not as frames that are quietly wrong.
+//! A body is refused or taken as a whole. Unknown and repeated fields, `null`, fractions and the like are refused, so that a
+//! slip of the sender shows at once.
 
 mod binary;
 mod check;

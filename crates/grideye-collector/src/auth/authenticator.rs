@@ -1,7 +1,7 @@
 //! Decides for each request who is asking, by a list of tokens that is kept up to date.
 
 use crate::auth::book::{TokenBook, TokenRecord};
-use crate::auth::error::AccessError;
+use crate::auth::error::{AccessError, Result};
 use crate::auth::folder::{AccessFolder, FileState};
 use crate::auth::session::Sessions;
 use crate::auth::token::Token;
@@ -73,7 +73,7 @@ impl Authenticator {
     }
 
     /// Lets those in that the folder names, and anyone while it names nobody.
-    pub(crate) fn of(folder: AccessFolder, reread_every: Duration) -> Result<Self, AccessError> {
+    pub(crate) fn of(folder: AccessFolder, reread_every: Duration) -> Result<Self> {
         let authenticator = Self {
             folder: Some(folder),
             reread_every,
@@ -122,7 +122,7 @@ impl Authenticator {
     }
 
     /// A cookie for the holder of this token, good until `t_end_s`.
-    pub(crate) fn cookie(&self, record: &TokenRecord, t_end_s: i64) -> Result<String, AccessError> {
+    pub(crate) fn cookie(&self, record: &TokenRecord, t_end_s: i64) -> Result<String> {
         Ok(self
             .sessions()?
             .map_or_else(String::new, |sessions| sessions.cookie(record, t_end_s)))
@@ -140,7 +140,7 @@ impl Authenticator {
     }
 
     /// The key is made when somebody signs in for the first time.
-    fn sessions(&self) -> Result<Option<Arc<Sessions>>, AccessError> {
+    fn sessions(&self) -> Result<Option<Arc<Sessions>>> {
         let Some(folder) = &self.folder else {
             return Ok(None);
         };
@@ -177,7 +177,7 @@ impl Authenticator {
         known.fault = self.reread(known).err().map(|error| error.to_string());
     }
 
-    fn reread(&self, known: &mut Known) -> Result<(), AccessError> {
+    fn reread(&self, known: &mut Known) -> Result<()> {
         let Some(folder) = &self.folder else {
             return Ok(());
         };

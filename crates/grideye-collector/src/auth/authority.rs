@@ -1,6 +1,6 @@
 //! The authority of our own making, and the certificates that it signs.
 
-use crate::auth::error::AccessError;
+use crate::auth::error::{AccessError, Result};
 use crate::auth::token::{hex, random_bytes, sha256};
 use rcgen::{
     BasicConstraints, Certificate, CertificateParams, DnType, ExtendedKeyUsagePurpose, IsCa,
@@ -23,11 +23,9 @@ pub(crate) struct Signed {
 }
 
 impl Authority {
-    pub(super) fn new() -> Result<Self, AccessError> {
-        let key = KeyPair::generate().map_err(no_key)?;
-        let certificate = params(&[])
-            .and_then(|params| params.self_signed(&key))
-            .map_err(no_key)?;
+    pub(super) fn new() -> Result<Self> {
+        let key = KeyPair::generate()?;
+        let certificate = params(&[])?.self_signed(&key)?;
         Ok(Self {
             certificate_pem: certificate.pem(),
             certificate: der(&certificate),
@@ -64,17 +62,17 @@ impl Authority {
         self.key.serialize_pem()
     }
 
-    pub(crate) fn sign(&self, names: &[String]) -> Result<Signed, AccessError> {
-        let key = KeyPair::generate().map_err(no_key)?;
-        let issuer = Issuer::new(params(&[]).map_err(no_key)?, &self.key);
-        let mut leaf = params(names).map_err(no_key)?;
+    pub(crate) fn sign(&self, names: &[String]) -> Result<Signed> {
+        let key = KeyPair::generate()?;
+        let issuer = Issuer::new(params(&[])?, &self.key);
+        let mut leaf = params(names)?;
         leaf.is_ca = IsCa::ExplicitNoCa;
         leaf.key_usages = vec![KeyUsagePurpose::DigitalSignature];
         leaf.extended_key_usages = vec![ExtendedKeyUsagePurpose::ServerAuth];
         leaf.distinguished_name
             .push(DnType::CommonName, "grideye collector");
         leaf.serial_number = Some(random_bytes::<16>()?.to_vec().into());
-        let certificate = leaf.signed_by(&key, &issuer).map_err(no_key)?;
+        let certificate = leaf.signed_by(&key, &issuer)?;
         Ok(Signed {
             chain: vec![der(&certificate), self.certificate.clone()],
             key: PrivatePkcs8KeyDer::from(key.serialize_der()).into(),
@@ -107,12 +105,10 @@ fn der(certificate: &Certificate) -> CertificateDer<'static> {
     certificate.der().clone()
 }
 
-#[expect(
-    clippy::needless_pass_by_value,
-    reason = "it stands where map_err wants a function of the error"
-)]
-fn no_key(error: rcgen::Error) -> AccessError {
-    AccessError::NoKey(error.to_string())
+impl From<rcgen::Error> for AccessError {
+    fn from(error: rcgen::Error) -> Self {
+        Self::NoKey(error.to_string())
+    }
 }
 
 #[cfg(test)]

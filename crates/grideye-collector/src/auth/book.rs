@@ -1,6 +1,6 @@
 //! The list of tokens, as it stands in `tokens.json`.
 
-use crate::auth::error::AccessError;
+use crate::auth::error::{AccessError, Result};
 use crate::auth::limits::{DEVICES_PER_TOKEN_MAX, TOKEN_NAME_CHARS_MAX, TOKENS_MAX};
 use crate::auth::token::{Scope, SecretHash, Token, TokenId};
 use grideye_recording::check_name;
@@ -56,9 +56,8 @@ impl TokenBook {
     /// Adds a token, and gives it to whom it is for: nobody can be told it again.
     ///
     /// # Errors
-    /// [`AccessError::TooManyTokens`], [`AccessError::DevicesPerToken`], [`AccessError::BadName`],
-    /// [`AccessError::NoKey`].
-    pub fn add(&mut self, name: &str, scope: Scope, t_made_s: i64) -> Result<Token, AccessError> {
+    /// [`AccessError`]: too many tokens or devices, a bad name, or no randomness.
+    pub fn add(&mut self, name: &str, scope: Scope, t_made_s: i64) -> Result<Token> {
         if self.records.len() >= TOKENS_MAX {
             return Err(AccessError::TooManyTokens);
         }
@@ -79,11 +78,7 @@ impl TokenBook {
     ///
     /// # Errors
     /// [`AccessError::NoSuchToken`] if there is none.
-    pub fn revoke(
-        &mut self,
-        named: &str,
-        t_revoked_s: i64,
-    ) -> Result<Vec<Arc<TokenRecord>>, AccessError> {
+    pub fn revoke(&mut self, named: &str, t_revoked_s: i64) -> Result<Vec<Arc<TokenRecord>>> {
         let mut revoked = Vec::new();
         for record in &mut self.records {
             let is_meant = record.id.to_string() == named || record.name == named;
@@ -103,7 +98,7 @@ impl TokenBook {
         self.records.push(Arc::new(record));
     }
 
-    pub(super) fn from_json(json: &[u8], path: &Path) -> Result<Self, AccessError> {
+    pub(super) fn from_json(json: &[u8], path: &Path) -> Result<Self> {
         let file: File = serde_json::from_slice(json)
             .map_err(|error| AccessError::malformed(path, error.to_string()))?;
         if file.layout != LAYOUT {
@@ -139,7 +134,7 @@ impl TokenBook {
     }
 }
 
-fn check(name: &str, scope: &Scope) -> Result<(), AccessError> {
+fn check(name: &str, scope: &Scope) -> Result<()> {
     let bad = |of, name: &str| AccessError::BadName {
         of,
         name: name.chars().take(TOKEN_NAME_CHARS_MAX).collect(),
@@ -232,7 +227,7 @@ mod tests {
         }
     }
 
-    fn read(json: &[u8]) -> Result<TokenBook, AccessError> {
+    fn read(json: &[u8]) -> Result<TokenBook> {
         TokenBook::from_json(json, Path::new("tokens.json"))
     }
 

@@ -4,6 +4,8 @@ use crate::auth::limits::{DEVICES_PER_TOKEN_MAX, TOKEN_NAME_CHARS_MAX, TOKENS_MA
 use std::io;
 use std::path::{Path, PathBuf};
 
+pub(super) type Result<T, E = AccessError> = core::result::Result<T, E>;
+
 /// Why the folder of tokens cannot be used, or a change of it was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum AccessError {

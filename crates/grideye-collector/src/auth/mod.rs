@@ -7,11 +7,6 @@
 //!   authority.pem, .key    signs the collector's certificates; agents know it by its SHA-256
 //!   address                where the collector was last told to listen: what `grideye enroll` prints
 //! ```
-//!
-//! Commands change the folder and a running collector notices within [`Limits::tokens_reread_every`]; several
-//! collectors may share one folder.
-//!
-//! [`Limits::tokens_reread_every`]: crate::Limits::tokens_reread_every
 
 mod authenticator;
 mod authority;

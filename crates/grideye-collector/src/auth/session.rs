@@ -1,5 +1,4 @@
-//! The page's cookie: which token signed in, until when, and a signature. Nothing is kept, so any collector that shares
-//! the folder takes it, and it dies with its token.
+//! The page's cookie: which token signed in, until when, and a signature. Nothing is kept, and it dies with its token.
 
 use crate::auth::book::TokenRecord;
 use crate::auth::folder::SESSION_KEY_BYTES;

@@ -1,6 +1,6 @@
 //! A token as its holder has it, and what it allows.
 
-use crate::auth::error::AccessError;
+use crate::auth::error::{AccessError, Result};
 use ring::digest;
 use ring::rand::{SecureRandom, SystemRandom};
 use std::collections::BTreeSet;
@@ -43,7 +43,7 @@ impl Token {
     ///
     /// # Errors
     /// [`AccessError::NoKey`] if the system gives none.
-    pub fn random() -> Result<Self, AccessError> {
+    pub fn random() -> Result<Self> {
         let id = random_bytes::<ID_BYTES>()?;
         Ok(Self {
             id: TokenId(hex(&id)),
@@ -156,7 +156,7 @@ pub(crate) fn sha256(bytes: &[u8]) -> [u8; 32] {
     hash
 }
 
-pub(crate) fn random_bytes<const N: usize>() -> Result<[u8; N], AccessError> {
+pub(crate) fn random_bytes<const N: usize>() -> Result<[u8; N]> {
     let mut bytes = [0; N];
     SystemRandom::new()
         .fill(&mut bytes)
@@ -195,7 +195,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_token_reads_back_and_has_256_random_bits() {
+    fn a_token_reads_back_has_256_random_bits_and_shows_them_to_no_debugger() {
         let token = Token::random().unwrap();
         let text = token.reveal();
         assert_eq!(text.len(), "grideye-".len() + 12 + 1 + 64);
@@ -205,6 +205,9 @@ mod tests {
         let set_bits: u32 = token.secret.iter().map(|byte| byte.count_ones()).sum();
         // 256 fair coins: fewer than 64 or more than 192 heads has a probability below 1e-14.
         assert!((64..=192).contains(&set_bits), "{set_bits}");
+        let shown = format!("{token:?}");
+        assert!(shown.contains(&token.id().to_string()));
+        assert!(!text.contains(&shown) && !shown.contains(&hex(&token.secret)));
     }
 
     #[test]
@@ -229,25 +232,12 @@ mod tests {
     }
 
     #[test]
-    fn debugging_shows_no_secret() {
-        let token = Token::random().unwrap();
-        let shown = format!("{token:?}");
-        assert!(shown.contains(&token.id().to_string()));
-        assert!(!token.reveal().contains(&shown) && !shown.contains(&hex(&token.secret)));
-    }
-
-    #[test]
-    fn the_hash_is_sha_256() {
+    fn the_hash_is_sha_256_and_knows_its_token_and_no_other() {
         // FIPS 180-2, appendix B.1.
         let expected = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
         assert_eq!(hex(&sha256(b"abc")), expected);
         let token = Token::random().unwrap();
         assert_eq!(token.hash().to_hex(), hex(&sha256(&token.secret)));
-    }
-
-    #[test]
-    fn a_hash_knows_its_token_and_no_other() {
-        let token = Token::random().unwrap();
         let hash = SecretHash::from_hex(&token.hash().to_hex()).unwrap();
         assert!(hash.is_of(&token));
         for byte in 0..SECRET_BYTES {

@@ -20,10 +20,8 @@ pub struct Asset {
 
 /// Routes of the program's own beside the collector's, under a name by which the page knows that they are there.
 ///
-/// They pass the same middleware: tokens and sign-in, `Host` and `Origin`, the limits of time and size, the headers of every
-/// answer. GET asks for a token that may read, anything else for one of scope admin. No path may be one of the
-/// collector's own, and a request that takes long must do so off the async threads. What the framework refuses in plain
-/// text, such as a query that is not understood, is answered in the collector's own form.
+/// They pass the same middleware: tokens, `Host` and `Origin`, limits, headers. GET asks for a token that may read, anything
+/// else for one of scope admin. What takes long must be done off the async threads.
 ///
 /// ```
 /// use axum::{Router, routing::get};

@@ -120,8 +120,7 @@ fn not_authenticated() -> Refusal {
     Refusal::new(StatusCode::UNAUTHORIZED, "no_token", what)
 }
 
-/// The page's cookie. With TLS its name has a prefix that browsers hold to: set by this host alone, and never sent in the
-/// clear.
+/// The page's cookie. With TLS its prefix makes browsers hold to it: set by this host alone, never sent in the clear.
 pub(crate) const fn cookie_name(peer: Peer) -> &'static str {
     if peer.is_encrypted {
         "__Host-grideye-session"

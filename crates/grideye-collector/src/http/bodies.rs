@@ -11,8 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// Bodies of up to so many bytes, which nearly all are, count in total but not for their sender, which would take a lock. One
-/// from each connection leaves most of the memory free.
+/// Bodies of up to so many bytes, which nearly all are, count in total but not for their sender, which would take a lock.
 const SMALL: usize = 4096;
 
 /// When a sender whose share is used up should retry.

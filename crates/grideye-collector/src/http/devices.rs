@@ -1,5 +1,4 @@
-//! `GET /v1/devices` and `/v1/devices/{device}`: every device as somebody looks at it who wants to know how it does. The figures of its sensors are
-//! those of `GET /v1/sensors`; what its agent is and how it is set up, the agent says with its posts.
+//! `GET /v1/devices` and `/v1/devices/{device}`: the figures of `GET /v1/sensors` by device, with what its agent says.
 
 use crate::auth::Caller;
 use crate::http::agents::Said;
@@ -96,30 +95,18 @@ fn sensor_json(sensor: &Value, said: &Said) -> Value {
         .as_ref()
         .and_then(|set_up| set_up.sensors.get(name));
     let mut json = Map::new();
-    for (key, of) in [
-        ("sensor", "sensor"),
-        ("boot", "boot"),
-        ("age_s", "age_s"),
-        ("rate_hz", "rate_hz"),
-        ("backlog", "spooled"),
-        ("read", "read"),
-        ("stored", "stored"),
-        ("missing", "missing"),
-        ("balanced", "balanced"),
-        ("dropped", "dropped"),
-        ("errors", "errors"),
+    for key in [
+        "sensor", "boot", "age_s", "rate_hz", "backlog", "read", "stored", "missing", "balanced",
+        "dropped", "errors",
     ] {
+        let of = if key == "backlog" { "spooled" } else { key };
         json.insert(key.to_owned(), sensor[of].clone());
     }
+    let missing_now = sensor["no_frame_now"]["missing"].clone();
+    let part = set_up.map(|set_up| set_up.part.as_str());
     json.insert("clock".to_owned(), clock(sensor).clone());
-    json.insert(
-        "missing_now".to_owned(),
-        sensor["no_frame_now"]["missing"].clone(),
-    );
-    json.insert(
-        "part".to_owned(),
-        set_up.map(|set_up| set_up.part.as_str()).into(),
-    );
+    json.insert("missing_now".to_owned(), missing_now);
+    json.insert("part".to_owned(), part.into());
     Value::Object(json)
 }
 

@@ -8,6 +8,7 @@ use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Json, Response};
 use grideye_recording::prometheus::{CONTENT_TYPE, Text};
 use serde_json::{Value, json};
+use std::fmt::Display;
 
 /// Of each sensor: its key in `GET /v1/sensors`, then kind, name and help of the family.
 const OF_SENSORS: &str = "\
@@ -106,22 +107,13 @@ fn live_clients(state: &AppState) -> usize {
 fn of_the_program(text: &mut Text, state: &AppState) {
     let (shared, counters) = (&state.0, &state.0.counters);
     let now = shared.clock.monotonic();
-    let one = |text: &mut Text, family, value: u64| {
-        begin(text, family);
-        text.sample(&[], value);
-    };
     begin(text, "gauge grideye_build_info The program's version.");
     text.sample(&[("version", env!("CARGO_PKG_VERSION"))], 1);
     let uptime_s = now.saturating_sub(shared.started_at).as_secs();
-    one(
-        text,
-        "gauge grideye_uptime_seconds Seconds since the start.",
-        uptime_s,
-    );
-    begin(
-        text,
-        "counter grideye_http_requests_total Answers by class of status.",
-    );
+    let family = "gauge grideye_uptime_seconds Seconds since the start.";
+    one(text, family, uptime_s);
+    let family = "counter grideye_http_requests_total Answers by class of status.";
+    begin(text, family);
     let classes = ["1xx", "2xx", "3xx", "4xx", "5xx"];
     for (class, count) in classes.iter().zip(counters.by_class()) {
         text.sample(&[("class", class)], count);
@@ -133,10 +125,8 @@ fn of_the_program(text: &mut Text, state: &AppState) {
         &counters.by_time(),
         counters.time_s(),
     );
-    begin(
-        text,
-        "counter grideye_refused_total Requests that were refused, by reason.",
-    );
+    let family = "counter grideye_refused_total Requests that were refused, by reason.";
+    begin(text, family);
     for (code, count) in counters.refusals() {
         text.sample(&[("code", code)], count);
     }
@@ -160,14 +150,16 @@ counter grideye_tls_failed_total Connections that did not agree on TLS.";
     for (family, counter) in OF_COUNTERS.lines().zip(of_counters) {
         one(text, family, load(counter));
     }
-    begin(text, "gauge grideye_live_clients Pages that follow.");
-    text.sample(&[], live_clients(state));
-    let asks = shared.authenticator.asks_for_tokens(now).into();
-    one(
-        text,
-        "gauge grideye_asks_for_tokens 1 where a token is asked for.",
-        asks,
-    );
+    let family = "gauge grideye_live_clients Pages that follow.";
+    one(text, family, live_clients(state));
+    let family = "gauge grideye_asks_for_tokens 1 where a token is asked for.";
+    let asks = shared.authenticator.asks_for_tokens(now);
+    one(text, family, u8::from(asks));
+}
+
+fn one(text: &mut Text, family: &'static str, value: impl Display) {
+    begin(text, family);
+    text.sample(&[], value);
 }
 
 /// Begins the family of this kind, name and help.
@@ -181,29 +173,19 @@ fn begin(text: &mut Text, family: &'static str) {
 }
 
 fn of_the_store(text: &mut Text, is_failing: bool, usage: Option<StoreUsage>) {
-    begin(
-        text,
-        "gauge grideye_store_up 1 while the store can be read and its last write went well.",
-    );
-    text.sample(&[], u8::from(!is_failing));
+    let family =
+        "gauge grideye_store_up 1 while the store can be read and its last write went well.";
+    one(text, family, u8::from(!is_failing));
     let Some(usage) = usage else { return };
-    begin(
-        text,
-        "gauge grideye_store_bytes Bytes that the store takes.",
-    );
-    text.sample(&[], usage.bytes);
-    begin(
-        text,
-        "counter grideye_frames_deleted_total Frames that were deleted because they were too old, or the store was too large.",
-    );
+    let family = "gauge grideye_store_bytes Bytes that the store takes.";
+    one(text, family, usage.bytes);
+    let family = "counter grideye_frames_deleted_total Frames that were deleted because they were too old, or the store was too large.";
+    begin(text, family);
     text.sample(&[("reason", "age")], usage.deleted_by_age);
     text.sample(&[("reason", "size")], usage.deleted_by_size);
     if let Some(bytes_max) = usage.bytes_max {
-        begin(
-            text,
-            "gauge grideye_store_bytes_max Bytes that the store may take.",
-        );
-        text.sample(&[], bytes_max);
+        let family = "gauge grideye_store_bytes_max Bytes that the store may take.";
+        one(text, family, bytes_max);
     }
 }
 

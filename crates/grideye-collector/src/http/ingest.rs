@@ -33,8 +33,7 @@ pub(crate) async fn frames(
     }
 }
 
-/// The answer to a post that was taken. No browser shows it: it is spared the page's headers, ten times as long as what it
-/// says.
+/// The answer to a post that was taken. No browser shows it: it is spared the page's headers, ten times as long.
 fn acknowledge(acknowledgement: Vec<u8>) -> Response {
     let mut response = Response::new(Body::from(acknowledgement));
     response.headers_mut().clone_from(&OF_NO_PAGE);

@@ -1,7 +1,4 @@
 //! The handlers of the HTTP interface, and what every request passes before one of them.
-//!
-//! From the bottom: `refusal`, `headers`, `origin`; `bodies` and `body`; `state`, what the handlers share; `authorize`, who may
-//! do what; `middleware`; then the handlers. [`Annex`] is how a program brings routes of its own.
 
 pub(crate) mod agents;
 mod annex;

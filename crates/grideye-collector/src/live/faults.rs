@@ -1,5 +1,4 @@
-//! Which faults are of now. An agent counts from its start, so that a count alone does not tell whether a fault is of this
-//! minute or of a night weeks ago: what tells it is when the count last grew.
+//! Which faults are of now: an agent counts from its start, so what tells it is when the count last grew.
 
 use grideye_recording::wire::Account;
 use std::collections::BTreeMap;

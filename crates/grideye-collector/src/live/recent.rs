@@ -7,8 +7,8 @@ use grideye_recording::{Record, StreamId};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard};
 
-/// The newest frames of some sensors: of the first that send, and of another one from the first question on, for which the
-/// one makes room that was asked for the longest ago. Frames from an agent's spool are not among them.
+/// The newest frames of the first sensors that send, and of another from the first question on, for which the one makes
+/// room that was asked for the longest ago. Frames from an agent's spool are not among them.
 #[derive(Clone)]
 pub struct RecentFrames(Arc<Shared>);
 

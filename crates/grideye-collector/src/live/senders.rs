@@ -1,5 +1,4 @@
-//! Who sends as which device. An agent that is started again begins a run and never goes back to the one before; two
-//! agents of one name take turns. Nothing is lost by it, since their runs are kept apart, but what is shown is of both.
+//! Who sends as which device: an agent that starts again never goes back to an earlier run; two of one name take turns.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;

@@ -13,8 +13,7 @@ use std::num::NonZero;
 use std::sync::Arc;
 use tokio::runtime::Runtime;
 
-/// Threads for a collector: one for each core but one, which the store's writer and its disk take. With one more they get
-/// into each other's way, and a post costs more.
+/// Threads for a collector: one for each core but one, which the store's writer and its disk take.
 ///
 /// # Errors
 /// Where the system gives no more threads.

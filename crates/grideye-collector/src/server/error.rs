@@ -6,10 +6,7 @@ use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-/// Why the collector does not start, or did not end well.
-///
-/// Each message is whole: the reason stands in it, before its hint, and is therefore not given as `source` as well, or
-/// a program that prints the chain would say it twice.
+/// Why the collector does not start, or did not end well. The reason stands in the message, so it is no `source` as well.
 #[derive(Debug, thiserror::Error)]
 pub enum CollectorError {
     /// Another program listens there.

@@ -1,6 +1,6 @@
 //! An agent's count as JSON: how the store keeps it and the pages show it.
 
-use crate::store::error::StoreError;
+use crate::store::error::{Result, StoreError};
 use grideye_recording::wire::{Account, LOST_IN_MEMORY};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -22,8 +22,8 @@ pub(crate) fn to_text(account: &Account) -> String {
 
 /// The count of a run that has ended, once `came` frames have come of it and `stored` of its frames are kept.
 ///
-/// `known` is the count before, `sent` the one of the batch. Whatever was read, and is neither kept nor dropped nor still to
-/// come, was in the memory of a killed run. What is left to come never grows: a batch that comes again changes nothing.
+/// Whatever was read, and is neither kept nor dropped nor still to come, was in the memory of a killed run. What is left to
+/// come never grows: a batch that comes again changes nothing.
 pub(crate) fn of_ended_run(
     known: Option<&Account>,
     sent: Option<&Account>,
@@ -73,7 +73,7 @@ fn raise(counts: &mut BTreeMap<String, u64>, with: &BTreeMap<String, u64>) {
 }
 
 /// From what [`to_json`] wrote.
-pub(crate) fn from_json(text: &str) -> Result<Account, StoreError> {
+pub(crate) fn from_json(text: &str) -> Result<Account> {
     let damaged = || StoreError::Failed(format!("the store holds a count that is none: {text}"));
     serde_json::from_str(text).map_err(|_no_count| damaged())
 }

@@ -1,14 +1,11 @@
-//! How an engine without columns keeps rows: chunks of consecutive numbers, as bytes.
+//! How an engine without columns keeps rows: chunks of consecutive numbers of one epoch, as bytes. No two overlap.
 //!
 //! ```text
 //! plain   of each row: t_arrival_ns (8 bytes) and the record (`grideye_recording::record::layout`)
 //! sealed  a segment (`segment.rs`)
 //! ```
-//!
-//! All rows of a chunk have one epoch. Chunks of one stream never overlap: their numbers are consecutive, and no number is
-//! stored twice.
 
-use crate::store::error::StoreError;
+use crate::store::error::Result;
 use crate::store::row::{damaged, unsigned};
 use crate::store::runs::Arrived;
 use crate::store::segment::{self, SealedRow};
@@ -67,7 +64,7 @@ pub(super) struct Kept<'r> {
 }
 
 impl Kept<'_> {
-    pub(super) fn open(&self) -> Result<Vec<SealedRow>, StoreError> {
+    pub(super) fn open(&self) -> Result<Vec<SealedRow>> {
         let rows = if self.is_sealed {
             segment::open(self.rows)?
         } else {
@@ -85,7 +82,7 @@ impl Kept<'_> {
         }
     }
 
-    fn open_plain(&self) -> Result<Vec<SealedRow>, StoreError> {
+    fn open_plain(&self) -> Result<Vec<SealedRow>> {
         let unreadable = |fault: Fault| damaged(&format!("a chunk that cannot be read: {fault}"));
         let mut bytes = ByteReader::new(self.rows);
         let mut rows = Vec::with_capacity(8);

@@ -12,8 +12,7 @@ use grideye_recording::wire::Batch;
 use std::sync::Arc;
 use tokio::sync::mpsc;
 
-/// A store of frames and recordings. A change is answered when it is on disk and synced. Frames are known by
-/// (device, sensor, boot, seq) permanently: the same frame again changes nothing.
+/// A store of frames and recordings. A change is answered when it is on disk; the same frame again changes nothing.
 pub trait FrameStore: Send + Sync + 'static {
     /// The way to the engine's one writer.
     #[doc(hidden)]
@@ -50,19 +49,19 @@ pub trait FrameStore: Send + Sync + 'static {
 
     /// Starts a recording. Frames that arrive from now on belong to it.
     fn start_recording(&self, name: String, t_start_ns: i64) -> Answer<'_, Recording> {
-        let start = Change::Start { name, t_start_ns };
+        let start = Change::Start(name, t_start_ns);
         self.queue().change(start, recording)
     }
 
     /// Ends a recording. Frames that arrive from now on do not belong to it.
     fn stop_recording(&self, id: RecordingId, t_stop_ns: i64) -> Answer<'_, Recording> {
-        let stop = Change::Stop { id, t_stop_ns };
+        let stop = Change::Stop(id, t_stop_ns);
         self.queue().change(stop, recording)
     }
 
     /// Sets a recording's note; an empty one is none.
     fn note_recording(&self, id: RecordingId, note: String) -> Answer<'_, Recording> {
-        self.queue().change(Change::Note { id, note }, recording)
+        self.queue().change(Change::Note(id, note), recording)
     }
 
     /// The labels of a recording, in the order in which they were added.
@@ -70,7 +69,7 @@ pub trait FrameStore: Send + Sync + 'static {
 
     /// Adds a label to a recording. Whether its frames are there is the caller's to know.
     fn add_label(&self, id: RecordingId, label: Label) -> Answer<'_, KeptLabel> {
-        let add = Change::AddLabel { id, label };
+        let add = Change::AddLabel(id, label);
         self.queue().change(add, |changed| match changed {
             Changed::Label(label) => Some(label),
             _ => None,
@@ -79,7 +78,7 @@ pub trait FrameStore: Send + Sync + 'static {
 
     /// Takes a label away.
     fn remove_label(&self, id: RecordingId, number: i64) -> Answer<'_, ()> {
-        let remove = Change::RemoveLabel { id, number };
+        let remove = Change::RemoveLabel(id, number);
         self.queue().change(remove, |_done| Some(()))
     }
 

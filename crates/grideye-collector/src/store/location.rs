@@ -109,9 +109,7 @@ impl FromStr for PostgresUrl {
 }
 
 impl PostgresUrl {
-    /// Takes the password from the text of a password file (`PGPASSFILE`), unless the URL has one.
-    ///
-    /// The first line that fits counts. For a socket in a folder, `localhost` fits as well as the folder.
+    /// Takes the password from the first line of a password file (`PGPASSFILE`) that fits, unless the URL has one.
     ///
     /// # Errors
     /// [`UrlError::PasswordFile`] for a line before it that is none.

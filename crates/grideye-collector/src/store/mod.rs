@@ -1,8 +1,4 @@
 //! Where frames are kept: one trait, so that a site that outgrows one machine can put another engine behind it.
-//!
-//! From the bottom: `error`, `types` and `location`; `row`, `segment` and `chunk`, how frames lie in columns and blobs;
-//! `plan`, what a batch changes, which every engine asks; `queue`, the way to a writer; `frame_store`, the trait; then the engines, and `migrate`
-//! from one to the other.
 
 pub(crate) mod account;
 mod chunk;
@@ -34,8 +30,7 @@ use crate::limits::Limits;
 use crate::log::Log;
 use std::sync::Arc;
 
-/// Opens the store at a place, or makes it where none is. Frames in a file grow old by the clock's monotonic time; what is
-/// deleted is logged. Must be called within a tokio runtime.
+/// Opens the store at a place, or makes it where none is. Must be called within a tokio runtime.
 ///
 /// # Errors
 /// [`StoreError`] of the engine: the file or the database cannot be had, or holds something else.

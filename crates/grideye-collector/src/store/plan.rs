@@ -2,10 +2,9 @@
 
 use crate::limits::Limits;
 use crate::store::account;
-use crate::store::error::StoreError;
+use crate::store::error::{Result, StoreError};
 use crate::store::row::{count, fitting, unsigned};
-use crate::store::runs::Fresh;
-use crate::store::runs::Runs;
+use crate::store::runs::{Fresh, Runs};
 use crate::store::types::{Appended, SensorAppended, StreamSummary};
 use axum::body::Bytes;
 use grideye_recording::wire::{Account, Batch, SensorBatch};
@@ -91,7 +90,7 @@ pub(super) struct StreamState {
 }
 
 impl StreamState {
-    pub(super) fn restore_run(&mut self, first: i64, last: i64) -> Result<(), StoreError> {
+    pub(super) fn restore_run(&mut self, first: i64, last: i64) -> Result<()> {
         let (first, last) = (unsigned("first_seq", first)?, unsigned("last_seq", last)?);
         self.runs.restore(first, last);
         Ok(())
@@ -141,11 +140,7 @@ impl StreamState {
         Some((number(first), number(last), stored, missing))
     }
 
-    pub(super) fn summary(
-        &self,
-        id: &Arc<StreamId>,
-        limits: &Limits,
-    ) -> Result<StreamSummary, StoreError> {
+    pub(super) fn summary(&self, id: &Arc<StreamId>, limits: &Limits) -> Result<StreamSummary> {
         let (stored, missing) = (
             unsigned("stored", self.stored)?,
             unsigned("missing", self.missing)?,
@@ -189,7 +184,7 @@ pub(super) struct Plan<'p> {
 
 impl Plan<'_> {
     /// Takes a batch in whole, or refuses it and changes nothing.
-    pub(super) fn take(&mut self, taken: &Taken) -> Result<Appended, StoreError> {
+    pub(super) fn take(&mut self, taken: &Taken) -> Result<Appended> {
         let batch = &*taken.batch;
         for (name, part) in taken.parts() {
             self.check(name, part)?;
@@ -201,7 +196,7 @@ impl Plan<'_> {
         Ok(Appended { sensors })
     }
 
-    fn check(&self, name: StreamName<'_>, part: &SensorBatch) -> Result<(), StoreError> {
+    fn check(&self, name: StreamName<'_>, part: &SensorBatch) -> Result<()> {
         let state = self
             .streams
             .get(&name)
@@ -252,7 +247,7 @@ impl Plan<'_> {
         taken: &Taken,
         name: StreamName<'_>,
         part: &SensorBatch,
-    ) -> Result<SensorAppended, StoreError> {
+    ) -> Result<SensorAppended> {
         let t_arrival_ns = taken.t_arrival_ns;
         let (id, state) = self
             .streams
@@ -294,7 +289,7 @@ impl Plan<'_> {
 }
 
 /// Batches can overtake each other: the count with the most frames read is the latest.
-fn take_account(state: &mut StreamState, part: &SensorBatch) -> Result<(), StoreError> {
+fn take_account(state: &mut StreamState, part: &SensorBatch) -> Result<()> {
     let came = frames_in(part);
     let has_ended = [state.account.as_ref(), part.account.as_ref()]
         .into_iter()
@@ -330,7 +325,7 @@ fn frames_in(part: &SensorBatch) -> usize {
 }
 
 /// Keeps the count of a run that is over.
-fn end_account(state: &mut StreamState, part: &SensorBatch, came: usize) -> Result<(), StoreError> {
+fn end_account(state: &mut StreamState, part: &SensorBatch, came: usize) -> Result<()> {
     let stored = unsigned("stored", state.stored)?;
     let came = u64::try_from(came).unwrap_or(u64::MAX);
     let merged = account::of_ended_run(state.account.as_ref(), part.account.as_ref(), stored, came);

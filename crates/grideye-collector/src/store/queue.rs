@@ -1,17 +1,17 @@
 //! What a store's writer is asked for, and how the asking waits.
 
 use crate::lock::lock;
-use crate::store::error::{RecordingId, StoreError};
+use crate::store::error::{RecordingId, Result, StoreError};
 use crate::store::plan::Taken;
 use crate::store::types::{Answer, Appended, KeptLabel, Label, Recording};
 use std::sync::{Arc, Mutex, MutexGuard};
 use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::{mpsc, oneshot};
 
-type Reply<T> = oneshot::Sender<Result<T, StoreError>>;
+type Reply<T> = oneshot::Sender<Result<T>>;
 
 /// What becomes of each batch of a group, or why nothing does.
-pub(super) type Outcome = Result<Vec<Result<Appended, StoreError>>, StoreError>;
+pub(super) type Outcome = Result<Vec<Result<Appended>>>;
 
 #[derive(Debug)]
 pub(super) enum Command {
@@ -22,26 +22,12 @@ pub(super) enum Command {
 /// A change that no batch brings.
 #[derive(Debug)]
 pub(super) enum Change {
-    Start {
-        name: String,
-        t_start_ns: i64,
-    },
-    Stop {
-        id: RecordingId,
-        t_stop_ns: i64,
-    },
-    Note {
-        id: RecordingId,
-        note: String,
-    },
-    AddLabel {
-        id: RecordingId,
-        label: Label,
-    },
-    RemoveLabel {
-        id: RecordingId,
-        number: i64,
-    },
+    /// A name, and the wall clock.
+    Start(String, i64),
+    Stop(RecordingId, i64),
+    Note(RecordingId, String),
+    AddLabel(RecordingId, Label),
+    RemoveLabel(RecordingId, i64),
     /// An end that all who read keep to; answered with the number of what came before it.
     EndEpoch,
     /// Whoever reads from now on finds all that was acknowledged.

@@ -1,6 +1,6 @@
 //! What the engines share of how a record becomes columns, and back.
 
-use crate::store::error::StoreError;
+use crate::store::error::{Result, StoreError};
 use grideye_frame::{NoData, RawFrame, Reading, ThermistorWord};
 use grideye_recording::record::layout::{WORDS_BYTES, words_of, words_to_bytes};
 use grideye_recording::{COUNT_MAX, ClockState, Record, Stamp};
@@ -17,7 +17,7 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    pub(super) fn of(record: &Record) -> Result<Self, StoreError> {
+    pub(super) fn of(record: &Record) -> Result<Self> {
         let (missing, thermistor, pixels) = match &record.reading {
             Reading::Frame(raw) => (
                 None,
@@ -50,7 +50,7 @@ pub(super) struct Stored<'a> {
 }
 
 impl Stored<'_> {
-    pub(super) fn record(&self) -> Result<Record, StoreError> {
+    pub(super) fn record(&self) -> Result<Record> {
         let reading = match (self.missing, self.thermistor, self.pixels) {
             (Some(name), _, _) => Reading::NoData(
                 name.parse::<NoData>()
@@ -81,7 +81,7 @@ impl Stored<'_> {
 }
 
 /// The wire's limit is the database's as well; this holds for those who come in another way.
-pub(super) fn fitting(field: &'static str, value: u64) -> Result<i64, StoreError> {
+pub(super) fn fitting(field: &'static str, value: u64) -> Result<i64> {
     i64::try_from(value).map_err(|_too_large| StoreError::NumberTooLarge {
         field,
         value,
@@ -90,7 +90,7 @@ pub(super) fn fitting(field: &'static str, value: u64) -> Result<i64, StoreError
 }
 
 /// A column that is never negative.
-pub(super) fn unsigned(column: &str, value: i64) -> Result<u64, StoreError> {
+pub(super) fn unsigned(column: &str, value: i64) -> Result<u64> {
     u64::try_from(value).map_err(|_negative| damaged(&format!("{value} as {column}")))
 }
 

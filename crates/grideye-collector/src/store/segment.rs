@@ -4,12 +4,11 @@
 //! "GES" 1 · rows (u32) · bytes of the columns (u32) · the columns, compressed by zstd with its checksum
 //! ```
 //!
-//! The columns, one after the other, each as planes of bytes (all lowest bytes first), since what hardly changes is then
-//! a run of zeros: number, boot time, wall time, time of arrival, order of arrival, each as the change of its change;
-//! clock and kind; thermistor as its change; the 64 words as what is left of them after the mean of the four frames
-//! before. Differences wrap around, so that every word of 16 bits comes back, whatever it is.
+//! The columns, one after the other, each as planes of bytes (all lowest bytes first): number, boot time, wall time, time of
+//! arrival, order of arrival, each as the change of its change; clock and kind; thermistor as its change; the 64 words less
+//! the mean of the four frames before. Differences wrap around, so that every word of 16 bits comes back.
 
-use crate::store::error::StoreError;
+use crate::store::error::{Result, StoreError};
 use crate::store::row::{damaged, unsigned};
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
 use grideye_recording::record::layout::{ByteReader, Fault, put_name};
@@ -44,7 +43,7 @@ pub struct SealedRow {
 ///
 /// # Errors
 /// [`StoreError::Failed`] for no rows or too many, and when memory is short.
-pub fn seal(rows: &[SealedRow]) -> Result<Vec<u8>, StoreError> {
+pub fn seal(rows: &[SealedRow]) -> Result<Vec<u8>> {
     if rows.is_empty() || rows.len() > ROWS_MAX {
         let what = format!("a segment of {} rows", rows.len());
         return Err(StoreError::Failed(what));
@@ -68,7 +67,7 @@ pub fn seal(rows: &[SealedRow]) -> Result<Vec<u8>, StoreError> {
 ///
 /// # Errors
 /// [`StoreError::Failed`] for bytes that are no whole segment.
-pub fn open(segment: &[u8]) -> Result<Vec<SealedRow>, StoreError> {
+pub fn open(segment: &[u8]) -> Result<Vec<SealedRow>> {
     let (head, compressed) = segment
         .split_at_checked(HEAD_BYTES)
         .ok_or_else(|| damaged("a segment that is cut"))?;
@@ -103,7 +102,7 @@ fn names_bytes_max() -> usize {
         .sum::<usize>()
 }
 
-fn columns_of(rows: &[SealedRow]) -> Result<Vec<u8>, StoreError> {
+fn columns_of(rows: &[SealedRow]) -> Result<Vec<u8>> {
     let mut columns = Vec::with_capacity(names_bytes_max() + rows.len() * ROW_BYTES);
     let reasons = reasons_of(rows);
     columns.push(u8::try_from(reasons.len()).map_err(|error| failed(&error))?);
@@ -230,7 +229,7 @@ fn put_u16(columns: &mut Vec<u8>, folded: &[u16]) {
     }
 }
 
-fn i64s(columns: &mut ByteReader<'_>, rows: usize) -> Result<Vec<i64>, StoreError> {
+fn i64s(columns: &mut ByteReader<'_>, rows: usize) -> Result<Vec<i64>> {
     let planes = columns.take(8 * rows).map_err(cut)?;
     let (mut before, mut change_before) = (0_u64, 0_u64);
     let values = (0..rows).map(|row| {
@@ -243,7 +242,7 @@ fn i64s(columns: &mut ByteReader<'_>, rows: usize) -> Result<Vec<i64>, StoreErro
     Ok(values.collect())
 }
 
-fn u16s(columns: &mut ByteReader<'_>, count: usize) -> Result<Vec<u16>, StoreError> {
+fn u16s(columns: &mut ByteReader<'_>, count: usize) -> Result<Vec<u16>> {
     let planes = columns.take(2 * count).map_err(cut)?;
     let words = (0..count).map(|at| u16::from_le_bytes([planes[at], planes[count + at]]));
     Ok(words.map(unfold_u16).collect())
@@ -257,7 +256,7 @@ fn cut(fault: Fault) -> StoreError {
     damaged(&format!("a segment with other columns: {fault}"))
 }
 
-fn rows_of(columns: &[u8], rows: usize) -> Result<Vec<SealedRow>, StoreError> {
+fn rows_of(columns: &[u8], rows: usize) -> Result<Vec<SealedRow>> {
     let mut columns = ByteReader::new(columns);
     let [reasons_count] = columns.array().map_err(cut)?;
     let mut reasons: Vec<NoData> = Vec::new();

@@ -1,6 +1,6 @@
 //! What a store keeps and answers.
 
-use crate::store::error::{RecordingId, StoreError};
+use crate::store::error::{RecordingId, Result, StoreError};
 use crate::store::row::damaged;
 use grideye_recording::wire::{Account, Acknowledgement, Gap, WireError};
 use grideye_recording::{Record, StreamId};
@@ -10,7 +10,7 @@ use std::pin::Pin;
 use std::sync::Arc;
 
 /// The answer of a store, when it comes.
-pub type Answer<'a, T> = Pin<Box<dyn Future<Output = Result<T, StoreError>> + Send + 'a>>;
+pub type Answer<'a, T> = Pin<Box<dyn Future<Output = Result<T>> + Send + 'a>>;
 
 /// The room that a store takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,8 +83,7 @@ pub struct StreamSummary {
 }
 
 impl StreamSummary {
-    /// Frames that the agent holds now: its own count less what came with it and since, of which it learns from the answer
-    /// alone; `None` without a count.
+    /// Frames that the agent holds now: its own count less what came with it and since; `None` without a count.
     #[must_use]
     pub fn spooled(&self) -> Option<u64> {
         let account = self.account.as_ref()?;
@@ -261,13 +260,13 @@ pub struct KeptLabel {
 }
 
 impl Label {
-    pub(super) fn to_text(&self) -> Result<String, StoreError> {
+    pub(super) fn to_text(&self) -> Result<String> {
         serde_json::to_string(self).map_err(|error| StoreError::Failed(error.to_string()))
     }
 }
 
 impl KeptLabel {
-    pub(super) fn from_text(number: i64, text: &str) -> Result<Self, StoreError> {
+    pub(super) fn from_text(number: i64, text: &str) -> Result<Self> {
         let label = serde_json::from_str(text);
         let label = label.map_err(|error| damaged(&format!("label {number}: {error}")))?;
         Ok(Self { number, label })

@@ -2,8 +2,8 @@
 
 use crate::bare::assumed::{Assumed, no_word, word_of};
 use crate::error::RecordingError;
+use crate::lines::rows_until_error;
 use crate::record::Row;
-use crate::rows::rows_until_error;
 use grideye_frame::{PIXELS, PixelWord};
 use std::io::{BufReader, Read};
 
@@ -11,8 +11,7 @@ pub(crate) const MAGIC: &[u8; 6] = b"\x93NUMPY";
 /// The longest heading that is read; numpy's own are 118 bytes.
 const HEADING_BYTES_MAX: usize = 4096;
 
-/// Reads an array (N, 8, 8) or (N, 64) of float32 or float64 in °C, as an iterator of rows, up to the first error. The number
-/// of a frame of nothing but NaN is left out.
+/// Reads an array (N, 8, 8) or (N, 64) of float32 or float64 in °C as rows, up to the first error. Frames of NaN are left out.
 #[derive(Debug)]
 pub struct NpyReader<R> {
     input: BufReader<R>,

@@ -2,9 +2,8 @@
 
 use crate::bare::assumed::{Assumed, no_word, word_of};
 use crate::error::RecordingError;
-use crate::lines::{Line, Lines};
+use crate::lines::{Line, Lines, rows_until_error};
 use crate::record::{ClockState, Row, Stamp};
-use crate::rows::rows_until_error;
 use crate::text::quoted;
 use grideye_frame::{PIXELS, PixelWord};
 use std::io::Read;

@@ -1,9 +1,8 @@
 use crate::cell::{Cell, Column};
 use crate::csv::columns::{COLUMNS, LEADING, Sequences, header, pixel_column};
 use crate::error::RecordingError;
-use crate::lines::{Line, Lines};
+use crate::lines::{Line, Lines, rows_until_error};
 use crate::record::{CLOCK_STATES, Record, Row, Stamp, StreamId};
-use crate::rows::rows_until_error;
 use crate::text::quoted;
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading};
 use std::io::Read;

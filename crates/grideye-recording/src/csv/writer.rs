@@ -7,8 +7,7 @@ use core::fmt::Write as _;
 use grideye_frame::{NoData, PIXELS, RawFrame, Reading};
 use std::io::Write;
 
-/// Writes a recording row by row, each in one call of `write_all`: a program that is killed leaves at most one cut row.
-/// Hand over a `BufWriter` where speed counts more, and call [`Writer::finish`].
+/// Writes a recording row by row, each in one `write_all`: a killed program leaves at most one cut row. Call [`Writer::finish`].
 #[derive(Debug)]
 pub struct Writer<W> {
     output: W,
@@ -36,13 +35,10 @@ impl<W: Write> Writer<W> {
         Ok(writer)
     }
 
-    /// Writes one row.
-    ///
-    /// The upper four bits of a word, which the datasheet leaves unspecified, have no place in degrees and are lost here.
+    /// Writes one row. The upper four bits of a word, which the datasheet leaves unspecified, have no place in degrees.
     ///
     /// # Errors
-    /// [`RecordingError`] for whatever a [`Reader`](super::Reader) would refuse: nothing is written then. After
-    /// [`RecordingError::Io`] every call fails with [`RecordingError::WriterBroken`].
+    /// [`RecordingError`] for what a [`Reader`](super::Reader) would refuse; after [`RecordingError::Io`] every call fails.
     pub fn write(&mut self, row: &Row) -> Result<(), RecordingError> {
         if let Some(line) = self.broken_at {
             return Err(RecordingError::WriterBroken(line));

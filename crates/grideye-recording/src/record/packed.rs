@@ -4,8 +4,7 @@
 //! lowest word (2 bytes) · width (1 byte, 0 to 16) · of each pixel, in their order, word − lowest, in so many bits
 //! ```
 //!
-//! Little-endian, and the lowest bit first: 8 pixels fill as many bytes as the width says. The width is the smallest that
-//! does, so that equal frames are equal bytes.
+//! Little-endian, lowest bit first. The width is the smallest that does, so that equal frames are equal bytes.
 
 use grideye_frame::{PIXELS, PixelWord};
 

@@ -1,6 +1,4 @@
-//! The same batch as bytes: about a quarter as long as JSON, and read without a parser.
-//!
-//! `README.md` of this crate specifies the layout.
+//! The same batch as bytes, laid out as this crate's `README.md` says: a quarter as long as JSON, read without a parser.
 
 use crate::record::layout::{ByteReader, Fault, Form, PACKED_BYTES_MAX, put, put_name};
 use crate::wire::error::WireError;

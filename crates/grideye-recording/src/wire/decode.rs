@@ -1,10 +1,10 @@
 //! From JSON to the types: shape and limits. What must hold between fields is checked afterwards, in `check`.
 
 use super::error::{repeated, too_many};
-use crate::record::{CLOCK_STATES, ClockState, Record, Stamp};
+use crate::record::{ClockState, Record, Stamp};
 use crate::wire::error::WireError;
 use crate::wire::types::{Account, Acknowledgement, Batch, Gap, Limits, SensorBatch};
-use crate::wire::values::{COUNT, NANOSECONDS, Named, Text, WORD, fill};
+use crate::wire::values::{Array, COUNT, Integer, Named, Object, Seed, TEXT, fill};
 use core::cell::Cell;
 use core::fmt;
 use core::marker::PhantomData;
@@ -18,15 +18,17 @@ use std::collections::BTreeMap;
 type Counts = BTreeMap<String, u64>;
 
 pub(super) fn batch(json: &[u8], limits: &Limits) -> Result<Batch, WireError> {
-    parse(json, |words| BatchSeed {
-        limits,
-        frames_left: Cell::new(limits.frames),
-        words,
+    parse(json, |words| {
+        Seed(BatchObject {
+            limits,
+            frames_left: Cell::new(limits.frames),
+            words,
+        })
     })
 }
 
 pub(super) fn acknowledgement(json: &[u8], limits: &Limits) -> Result<Acknowledgement, WireError> {
-    parse(json, |_words| AcknowledgementSeed { limits })
+    parse(json, |_words| Seed(AcknowledgementObject(limits)))
 }
 
 /// How the words of pixels are read, which are most of a body.
@@ -55,19 +57,11 @@ fn parse<'de, S: DeserializeSeed<'de>>(
     parsed.map_err(|error| WireError::from_parser(&track.path(), &error))
 }
 
-struct BatchSeed<'l> {
+struct BatchObject<'l> {
     limits: &'l Limits,
     /// Frames that the body may still hold, counted over its sensors.
     frames_left: Cell<usize>,
     words: Words,
-}
-
-impl<'de> DeserializeSeed<'de> for BatchSeed<'_> {
-    type Value = Batch;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Batch, D::Error> {
-        deserializer.deserialize_map(self)
-    }
 }
 
 #[derive(Deserialize)]
@@ -79,70 +73,39 @@ enum BatchField {
     Sensors,
 }
 
-impl<'de> Visitor<'de> for BatchSeed<'_> {
+impl<'de> Object<'de> for BatchObject<'_> {
     type Value = Batch;
+    const EXPECTED: &'static str = "an object with device, boot and sensors";
 
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("an object with device, boot and sensors")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Batch, A::Error> {
+    fn read<A: MapAccess<'de>>(self, mut map: A) -> Result<Batch, A::Error> {
+        let left = Cell::new(self.limits.sensors);
+        let each_sensor = || Array {
+            of: "sensors",
+            limit: self.limits.sensors,
+            limit_of: "sensors",
+            left: &left,
+            each: Seed(SensorObject(&self)),
+        };
         let (mut device, mut boot, mut sent, mut sensors) = (None, None, None, None);
         while let Some(field) = map.next_key()? {
             match field {
-                BatchField::Device => fill(&mut device, "device", &mut map, Text)?,
-                BatchField::Boot => fill(&mut boot, "boot", &mut map, Text)?,
+                BatchField::Device => fill(&mut device, "device", &mut map, TEXT)?,
+                BatchField::Boot => fill(&mut boot, "boot", &mut map, TEXT)?,
                 BatchField::TSentBootNs => fill(&mut sent, "t_sent_boot_ns", &mut map, COUNT)?,
-                BatchField::Sensors => fill(&mut sensors, "sensors", &mut map, SensorsSeed(&self))?,
+                BatchField::Sensors => fill(&mut sensors, "sensors", &mut map, each_sensor())?,
             }
         }
         Ok(Batch {
             device: device.ok_or_else(|| A::Error::missing_field("device"))?,
             boot: boot.ok_or_else(|| A::Error::missing_field("boot"))?,
-            t_sent_boot_ns: sent,
+            t_sent_boot_ns: sent.map(|Integer(sent)| sent),
             sensors: sensors.ok_or_else(|| A::Error::missing_field("sensors"))?,
         })
     }
 }
 
-struct SensorsSeed<'b>(&'b BatchSeed<'b>);
-
-impl<'de> DeserializeSeed<'de> for SensorsSeed<'_> {
-    type Value = Vec<SensorBatch>;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
-        deserializer.deserialize_seq(self)
-    }
-}
-
-impl<'de> Visitor<'de> for SensorsSeed<'_> {
-    type Value = Vec<SensorBatch>;
-
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("an array of sensors")
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Self::Value, A::Error> {
-        let mut sensors = Vec::new();
-        while let Some(sensor) = seq.next_element_seed(SensorSeed(self.0))? {
-            if sensors.len() == self.0.limits.sensors {
-                return Err(too_many(self.0.limits.sensors, "sensors"));
-            }
-            sensors.push(sensor);
-        }
-        Ok(sensors)
-    }
-}
-
-struct SensorSeed<'b>(&'b BatchSeed<'b>);
-
-impl<'de> DeserializeSeed<'de> for SensorSeed<'_> {
-    type Value = SensorBatch;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<SensorBatch, D::Error> {
-        deserializer.deserialize_map(self)
-    }
-}
+#[derive(Clone, Copy)]
+struct SensorObject<'b>(&'b BatchObject<'b>);
 
 #[derive(Deserialize)]
 #[serde(field_identifier, rename_all = "snake_case")]
@@ -152,27 +115,25 @@ enum SensorField {
     Frames,
 }
 
-impl<'de> Visitor<'de> for SensorSeed<'_> {
+impl<'de> Object<'de> for SensorObject<'_> {
     type Value = SensorBatch;
+    const EXPECTED: &'static str = "an object with sensor and frames";
 
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("an object with sensor and frames")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<SensorBatch, A::Error> {
+    fn read<A: MapAccess<'de>>(self, mut map: A) -> Result<SensorBatch, A::Error> {
+        let account_of = || Seed(AccountObject(self.0.limits));
+        let each_frame = || Array {
+            of: "frames",
+            limit: self.0.limits.frames,
+            limit_of: "frames in all",
+            left: &self.0.frames_left,
+            each: Seed(FrameObject(self.0.words)),
+        };
         let (mut sensor, mut account, mut frames) = (None, None, None);
         while let Some(field) = map.next_key()? {
             match field {
-                SensorField::Sensor => fill(&mut sensor, "sensor", &mut map, Text)?,
-                SensorField::Account => {
-                    fill(
-                        &mut account,
-                        "account",
-                        &mut map,
-                        AccountSeed(self.0.limits),
-                    )?;
-                }
-                SensorField::Frames => fill(&mut frames, "frames", &mut map, FramesSeed(self.0))?,
+                SensorField::Sensor => fill(&mut sensor, "sensor", &mut map, TEXT)?,
+                SensorField::Account => fill(&mut account, "account", &mut map, account_of())?,
+                SensorField::Frames => fill(&mut frames, "frames", &mut map, each_frame())?,
             }
         }
         Ok(SensorBatch {
@@ -183,15 +144,7 @@ impl<'de> Visitor<'de> for SensorSeed<'_> {
     }
 }
 
-struct AccountSeed<'l>(&'l Limits);
-
-impl<'de> DeserializeSeed<'de> for AccountSeed<'_> {
-    type Value = Account;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Account, D::Error> {
-        deserializer.deserialize_map(self)
-    }
-}
+struct AccountObject<'l>(&'l Limits);
 
 #[derive(Deserialize)]
 #[serde(field_identifier, rename_all = "snake_case")]
@@ -204,20 +157,14 @@ enum AccountField {
     Ended,
 }
 
-impl<'de> Visitor<'de> for AccountSeed<'_> {
+impl<'de> Object<'de> for AccountObject<'_> {
     type Value = Account;
+    const EXPECTED: &'static str = "an object with read, missing, dropped, spooled and errors";
 
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("an object with read, missing, dropped, spooled and errors")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Account, A::Error> {
+    fn read<A: MapAccess<'de>>(self, mut map: A) -> Result<Account, A::Error> {
         let (mut read, mut missing, mut spooled) = (None, None, None);
         let (mut dropped, mut errors, mut ended) = (None, None, None);
-        let reasons = || CountsSeed {
-            limit: self.0.reasons,
-            of: "reasons",
-        };
+        let reasons = || Seed(CountsObject(self.0.reasons, "reasons"));
         while let Some(field) = map.next_key()? {
             match field {
                 AccountField::Read => fill(&mut read, "read", &mut map, COUNT)?,
@@ -225,74 +172,30 @@ impl<'de> Visitor<'de> for AccountSeed<'_> {
                 AccountField::Dropped => fill(&mut dropped, "dropped", &mut map, reasons())?,
                 AccountField::Spooled => fill(&mut spooled, "spooled", &mut map, COUNT)?,
                 AccountField::Errors => fill(&mut errors, "errors", &mut map, reasons())?,
-                AccountField::Ended => {
-                    fill(&mut ended, "ended", &mut map, PhantomData::<bool>)?;
-                }
+                AccountField::Ended => fill(&mut ended, "ended", &mut map, PhantomData::<bool>)?,
             }
         }
         Ok(Account {
-            read: read.ok_or_else(|| A::Error::missing_field("read"))?,
-            missing: missing.ok_or_else(|| A::Error::missing_field("missing"))?,
+            read: read.ok_or_else(|| A::Error::missing_field("read"))?.0,
+            missing: missing.ok_or_else(|| A::Error::missing_field("missing"))?.0,
             dropped: dropped.ok_or_else(|| A::Error::missing_field("dropped"))?,
-            spooled: spooled.ok_or_else(|| A::Error::missing_field("spooled"))?,
+            spooled: spooled.ok_or_else(|| A::Error::missing_field("spooled"))?.0,
             errors: errors.ok_or_else(|| A::Error::missing_field("errors"))?,
             ended: ended.unwrap_or(false),
         })
     }
 }
 
-struct FramesSeed<'b>(&'b BatchSeed<'b>);
-
-impl<'de> DeserializeSeed<'de> for FramesSeed<'_> {
-    type Value = Vec<Record>;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
-        deserializer.deserialize_seq(self)
-    }
-}
-
-impl<'de> Visitor<'de> for FramesSeed<'_> {
-    type Value = Vec<Record>;
-
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("an array of frames")
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Self::Value, A::Error> {
-        let left = &self.0.frames_left;
-        let mut frames = Vec::new();
-        while let Some(frame) = seq.next_element_seed(FrameSeed(self.0.words))? {
-            left.set(
-                left.get()
-                    .checked_sub(1)
-                    .ok_or_else(|| too_many::<A::Error>(self.0.limits.frames, "frames in all"))?,
-            );
-            frames.push(frame);
-        }
-        Ok(frames)
-    }
-}
-
 /// A frame is an object only: serde's own derive would take an array of the fields' values as well.
-struct FrameSeed(Words);
+#[derive(Clone, Copy)]
+struct FrameObject(Words);
 
-impl<'de> DeserializeSeed<'de> for FrameSeed {
+impl<'de> Object<'de> for FrameObject {
     type Value = Record;
+    const EXPECTED: &'static str =
+        "an object with seq, t_boot_ns, t_utc_ns, clock and a frame or `missing`";
 
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Record, D::Error> {
-        deserializer.deserialize_map(self)
-    }
-}
-
-impl<'de> Visitor<'de> for FrameSeed {
-    type Value = Record;
-
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter
-            .write_str("an object with seq, t_boot_ns, t_utc_ns, clock and a frame or `missing`")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Record, A::Error> {
+    fn read<A: MapAccess<'de>>(self, map: A) -> Result<Record, A::Error> {
         let map = MapAccessDeserializer::new(map);
         match self.0 {
             Words::Quickly => FrameFields::<QuickPixels>::deserialize(map)?.record(),
@@ -304,18 +207,14 @@ impl<'de> Visitor<'de> for FrameSeed {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, bound = "P: Deserialize<'de>")]
 struct FrameFields<P> {
-    #[serde(deserialize_with = "count")]
-    seq: u64,
-    #[serde(deserialize_with = "count")]
-    t_boot_ns: u64,
-    #[serde(deserialize_with = "nanoseconds")]
-    t_utc_ns: i64,
-    #[serde(deserialize_with = "clock")]
-    clock: ClockState,
-    #[serde(default, deserialize_with = "missing")]
-    missing: Option<NoData>,
-    #[serde(default, deserialize_with = "word")]
-    thermistor_raw: Option<u16>,
+    seq: Integer<u64>,
+    t_boot_ns: Integer<u64>,
+    t_utc_ns: Integer<i64>,
+    clock: Named<ClockState>,
+    #[serde(default, deserialize_with = "some")]
+    missing: Option<Named<NoData>>,
+    #[serde(default, deserialize_with = "some")]
+    thermistor_raw: Option<Integer<u16>>,
     #[serde(default = "Option::default", deserialize_with = "some")]
     pixels_raw: Option<P>,
 }
@@ -324,10 +223,10 @@ impl<P: Into<[PixelWord; PIXELS]>> FrameFields<P> {
     fn record<E: Error>(self) -> Result<Record, E> {
         let reading = match (self.missing, self.thermistor_raw, self.pixels_raw) {
             (None, Some(thermistor), Some(pixels)) => Reading::Frame(RawFrame {
-                thermistor: ThermistorWord(thermistor),
+                thermistor: ThermistorWord(thermistor.0),
                 pixels: pixels.into(),
             }),
-            (Some(reason), None, None) => Reading::NoData(reason),
+            (Some(Named(reason)), None, None) => Reading::NoData(reason),
             (None, None, _) => return Err(E::missing_field("thermistor_raw")),
             (None, _, None) => return Err(E::missing_field("pixels_raw")),
             (Some(_), _, _) => {
@@ -336,46 +235,18 @@ impl<P: Into<[PixelWord; PIXELS]>> FrameFields<P> {
             }
         };
         Ok(Record {
-            seq: self.seq,
+            seq: self.seq.0,
             stamp: Stamp {
-                t_boot_ns: self.t_boot_ns,
-                t_utc_ns: self.t_utc_ns,
-                clock: self.clock,
+                t_boot_ns: self.t_boot_ns.0,
+                t_utc_ns: self.t_utc_ns.0,
+                clock: self.clock.0,
             },
             reading,
         })
     }
 }
 
-fn count<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
-    COUNT.deserialize(deserializer)
-}
-
-fn nanoseconds<'de, D: Deserializer<'de>>(deserializer: D) -> Result<i64, D::Error> {
-    NANOSECONDS.deserialize(deserializer)
-}
-
-fn clock<'de, D: Deserializer<'de>>(deserializer: D) -> Result<ClockState, D::Error> {
-    Named {
-        expected: CLOCK_STATES,
-        kind: PhantomData,
-    }
-    .deserialize(deserializer)
-}
-
-fn missing<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<NoData>, D::Error> {
-    Named {
-        expected: "the name of a reason why there is no frame",
-        kind: PhantomData,
-    }
-    .deserialize(deserializer)
-    .map(Some)
-}
-
-fn word<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u16>, D::Error> {
-    WORD.deserialize(deserializer).map(Some)
-}
-
+/// `null` is no value, as it would be to an `Option` alone.
 fn some<'de, D: Deserializer<'de>, P: Deserialize<'de>>(
     deserializer: D,
 ) -> Result<Option<P>, D::Error> {
@@ -408,12 +279,12 @@ impl<'de> Visitor<'de> for PixelsVisitor {
     fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Self::Value, A::Error> {
         let mut words = [PixelWord(0); PIXELS];
         for (index, slot) in words.iter_mut().enumerate() {
-            *slot = match seq.next_element_seed(WORD)? {
-                Some(word) => PixelWord(word),
+            *slot = match seq.next_element::<Integer<u16>>()? {
+                Some(Integer(word)) => PixelWord(word),
                 None => return Err(A::Error::invalid_length(index, &self)),
             };
         }
-        match seq.next_element_seed(WORD)? {
+        match seq.next_element::<Integer<u16>>()? {
             None => Ok(words),
             Some(_) => Err(A::Error::invalid_value(Unexpected::Other("a 65th"), &self)),
         }
@@ -458,17 +329,7 @@ fn quick_words(array: &[u8]) -> Option<[PixelWord; PIXELS]> {
     slots.next().is_none().then_some(words)
 }
 
-struct AcknowledgementSeed<'l> {
-    limits: &'l Limits,
-}
-
-impl<'de> DeserializeSeed<'de> for AcknowledgementSeed<'_> {
-    type Value = Acknowledgement;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
-        deserializer.deserialize_map(self)
-    }
-}
+struct AcknowledgementObject<'l>(&'l Limits);
 
 #[derive(Deserialize)]
 #[serde(field_identifier, rename_all = "snake_case")]
@@ -477,27 +338,27 @@ enum AcknowledgementField {
     Gaps,
 }
 
-impl<'de> Visitor<'de> for AcknowledgementSeed<'_> {
+impl<'de> Object<'de> for AcknowledgementObject<'_> {
     type Value = Acknowledgement;
+    const EXPECTED: &'static str = "an object with durable_through and gaps";
 
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("an object with durable_through and gaps")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Acknowledgement, A::Error> {
+    fn read<A: MapAccess<'de>>(self, mut map: A) -> Result<Acknowledgement, A::Error> {
         let (mut durable, mut gaps) = (None, None);
-        let by_sensor = || CountsSeed {
-            limit: self.limits.sensors,
-            of: "sensors",
+        let by_sensor = || Seed(CountsObject(self.0.sensors, "sensors"));
+        let left = Cell::new(self.0.gaps);
+        let each_gap = || Array {
+            of: "gaps",
+            limit: self.0.gaps,
+            limit_of: "gaps",
+            left: &left,
+            each: Seed(GapObject),
         };
         while let Some(field) = map.next_key()? {
             match field {
                 AcknowledgementField::DurableThrough => {
                     fill(&mut durable, "durable_through", &mut map, by_sensor())?;
                 }
-                AcknowledgementField::Gaps => {
-                    fill(&mut gaps, "gaps", &mut map, GapsSeed(self.limits.gaps))?;
-                }
+                AcknowledgementField::Gaps => fill(&mut gaps, "gaps", &mut map, each_gap())?,
             }
         }
         Ok(Acknowledgement {
@@ -507,102 +368,34 @@ impl<'de> Visitor<'de> for AcknowledgementSeed<'_> {
     }
 }
 
-struct GapsSeed(usize);
+#[derive(Clone, Copy)]
+struct GapObject;
 
-impl<'de> DeserializeSeed<'de> for GapsSeed {
-    type Value = Vec<Gap>;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
-        deserializer.deserialize_seq(self)
-    }
-}
-
-impl<'de> Visitor<'de> for GapsSeed {
-    type Value = Vec<Gap>;
-
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("an array of gaps")
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Self::Value, A::Error> {
-        let mut gaps = Vec::new();
-        while let Some(gap) = seq.next_element_seed(GapSeed)? {
-            if gaps.len() == self.0 {
-                return Err(too_many(self.0, "gaps"));
-            }
-            gaps.push(gap);
-        }
-        Ok(gaps)
-    }
-}
-
-struct GapSeed;
-
-impl<'de> DeserializeSeed<'de> for GapSeed {
+impl<'de> Object<'de> for GapObject {
     type Value = Gap;
+    const EXPECTED: &'static str = "an object with sensor, from and to";
 
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Gap, D::Error> {
-        deserializer.deserialize_map(self)
+    fn read<A: MapAccess<'de>>(self, map: A) -> Result<Gap, A::Error> {
+        Deserialize::deserialize(MapAccessDeserializer::new(map))
     }
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct GapFields {
-    sensor: String,
-    #[serde(deserialize_with = "count")]
-    from: u64,
-    #[serde(deserialize_with = "count")]
-    to: u64,
-}
+/// A map of names to counts: no name twice, and only so many of what is named.
+struct CountsObject(usize, &'static str);
 
-impl<'de> Visitor<'de> for GapSeed {
-    type Value = Gap;
-
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("an object with sensor, from and to")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Gap, A::Error> {
-        let fields: GapFields = Deserialize::deserialize(MapAccessDeserializer::new(map))?;
-        Ok(Gap {
-            sensor: fields.sensor,
-            from: fields.from,
-            to: fields.to,
-        })
-    }
-}
-
-/// A map of names to counts: no name twice, and only so many.
-struct CountsSeed {
-    limit: usize,
-    of: &'static str,
-}
-
-impl<'de> DeserializeSeed<'de> for CountsSeed {
+impl<'de> Object<'de> for CountsObject {
     type Value = Counts;
+    const EXPECTED: &'static str = "an object of names and counts";
 
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Counts, D::Error> {
-        deserializer.deserialize_map(self)
-    }
-}
-
-impl<'de> Visitor<'de> for CountsSeed {
-    type Value = Counts;
-
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("an object of names and counts")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Counts, A::Error> {
+    fn read<A: MapAccess<'de>>(self, mut map: A) -> Result<Counts, A::Error> {
         let mut counts = Counts::new();
         while let Some(key) = map.next_key::<String>()? {
-            let count = map.next_value_seed(COUNT)?;
+            let Integer(count) = map.next_value()?;
             if counts.contains_key(&key) {
                 return Err(repeated(&key));
             }
-            if counts.len() == self.limit {
-                return Err(too_many(self.limit, self.of));
+            if counts.len() == self.0 {
+                return Err(too_many(self.0, self.1));
             }
             counts.insert(key, count);
         }

@@ -1,8 +1,6 @@
 use crate::text::shortened;
 
-/// Why a body was refused. `path` is the field's place, for example `sensors[0].frames[3].pixels_raw[63]`, or `body`.
-///
-/// `found` repeats what the sender wrote: escaped, and cut when long.
+/// Why a body was refused. `path` is the field's place or `body`; `found` repeats what the sender wrote, escaped and cut.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum WireError {
     /// Not JSON at all, or cut short.

@@ -2,8 +2,8 @@
 
 use crate::record::Record;
 use crate::wire::encode;
-
-use serde::{Deserialize, Serialize};
+use crate::wire::values::Integer;
+use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
 
 /// The content type of a body in JSON.
@@ -70,14 +70,21 @@ pub struct Acknowledgement {
 }
 
 /// A run of sequence numbers that the collector does not have.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Gap {
     /// The sensor.
     pub sensor: String,
     /// First missing number.
+    #[serde(deserialize_with = "count")]
     pub from: u64,
     /// Last missing number.
+    #[serde(deserialize_with = "count")]
     pub to: u64,
+}
+
+fn count<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
+    Integer::deserialize(deserializer).map(|Integer(count)| count)
 }
 
 /// How much one body may hold; more is refused while it is read. Its bytes are the receiver's to limit.

@@ -1,4 +1,4 @@
-//! The frames of a recording for the page that plays it: one answer of rows that are all of one length.
+//! The frames of a recording for the page that plays it: one answer of rows that are all of one length, little-endian.
 //!
 //! | bytes | what |
 //! |---|---|
@@ -6,10 +6,6 @@
 //! | 4 | length of the head in bytes, a multiple of 8 with what fills it up |
 //! | … | the head: JSON, filled up with spaces |
 //! | 168 each | the rows, ordered by stream and sequence number |
-//!
-//! The head says `row_bytes`, how many `rows` follow, the `streams` (device, sensor, boot), the `reasons` for which a frame
-//! is missing, the names of the `clocks`, and the degrees of one step (`pixel_step_celsius`, `thermistor_step_celsius`):
-//! what a raw word means is said here, by `amg8833::word`, and not in the browser.
 //!
 //! | at | type | of a row |
 //! |---|---|---|
@@ -23,8 +19,6 @@
 //! | 36 | i16 | thermistor in steps; 0 without a frame |
 //! | 38 | u16 | 0 |
 //! | 40 | 64 × i16 | pixels in steps, pixel 1 first; 0 without a frame |
-//!
-//! All numbers are little-endian.
 
 use crate::http::recordings::download::{self, Form};
 use crate::http::refusal::Refusal;

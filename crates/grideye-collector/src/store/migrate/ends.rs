@@ -1,7 +1,7 @@
 //! The file that is migrated from, and the database that is migrated to.
 
 use crate::limits::Limits;
-use crate::store::error::StoreError;
+use crate::store::error::{Result, StoreError};
 use crate::store::location::PostgresUrl;
 use crate::store::postgres::{Days, FrameColumns, Parameters, Session, UNFINISHED, prepare_tables};
 use crate::store::row::{count, fitting, unsigned};
@@ -83,7 +83,7 @@ impl SourceStream {
 }
 
 impl Source {
-    pub(super) fn open(file: &Path, limits: &Limits) -> Result<Self, StoreError> {
+    pub(super) fn open(file: &Path, limits: &Limits) -> Result<Self> {
         let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         let mut connection = Connection::open_with_flags(file, flags)?;
         connection.busy_timeout(limits.store_lock_time_max)?;
@@ -114,7 +114,7 @@ impl Source {
         })
     }
 
-    pub(super) fn unlock(&self) -> Result<(), StoreError> {
+    pub(super) fn unlock(&self) -> Result<()> {
         Ok(self.connection.execute_batch("COMMIT")?)
     }
 
@@ -139,7 +139,7 @@ impl Source {
     }
 
     /// The next rows with their streams, ordered by stream and number: whole chunks, until there are as many rows.
-    pub(super) fn page(&self, after: &Cursor, rows: usize) -> Result<Vec<SourceRow>, StoreError> {
+    pub(super) fn page(&self, after: &Cursor, rows: usize) -> Result<Vec<SourceRow>> {
         let mut statement = self.connection.prepare_cached(
             "SELECT first_seq, last_seq, epoch, is_sealed, rows, stream_id FROM chunks
              WHERE (stream_id, first_seq) > (?, ?) ORDER BY stream_id, first_seq",
@@ -154,7 +154,7 @@ impl Source {
         Ok(frames)
     }
 
-    pub(super) fn runs(&self, stream_key: i64) -> Result<Vec<(i64, i64)>, StoreError> {
+    pub(super) fn runs(&self, stream_key: i64) -> Result<Vec<(i64, i64)>> {
         let mut statement = self
             .connection
             .prepare_cached("SELECT first, last FROM runs WHERE stream_id = ?")?;
@@ -163,7 +163,7 @@ impl Source {
     }
 
     /// What each epoch brought to a stream: epoch, first and last number, frames, missing ones.
-    pub(super) fn shares(&self, stream_key: i64) -> Result<Vec<[i64; 5]>, StoreError> {
+    pub(super) fn shares(&self, stream_key: i64) -> Result<Vec<[i64; 5]>> {
         let mut statement = self.connection.prepare_cached(
             "SELECT epoch, first_seq, last_seq, stored, missing FROM shares WHERE stream_id = ? ORDER BY epoch",
         )?;
@@ -180,7 +180,7 @@ impl Source {
     }
 }
 
-fn streams(connection: &Connection) -> Result<Vec<SourceStream>, StoreError> {
+fn streams(connection: &Connection) -> Result<Vec<SourceStream>> {
     let mut statement = connection.prepare(
         "SELECT id, device, sensor, boot, stored, missing, last_group, t_last_arrival_ns, account, account_read,
                 came_since_account, expired FROM streams ORDER BY id",
@@ -212,7 +212,7 @@ fn streams(connection: &Connection) -> Result<Vec<SourceStream>, StoreError> {
     Ok(streams)
 }
 
-fn recordings(connection: &Connection) -> Result<Vec<SourceRecording>, StoreError> {
+fn recordings(connection: &Connection) -> Result<Vec<SourceRecording>> {
     let mut statement = connection.prepare(
         "SELECT id, name, t_start_ns, t_stop_ns, after_epoch, through_epoch, coalesce(note, '')
          FROM recordings LEFT JOIN notes ON recording_id = id ORDER BY id",
@@ -236,7 +236,7 @@ fn recordings(connection: &Connection) -> Result<Vec<SourceRecording>, StoreErro
     Ok(recordings)
 }
 
-fn labels(connection: &Connection, recording: i64) -> Result<Vec<(i64, String)>, StoreError> {
+fn labels(connection: &Connection, recording: i64) -> Result<Vec<(i64, String)>> {
     let mut statement = connection.prepare_cached(
         "SELECT number, label FROM labels WHERE recording_id = ? ORDER BY number",
     )?;
@@ -250,7 +250,7 @@ pub(super) struct Target {
 }
 
 impl Target {
-    pub(super) async fn open(url: &PostgresUrl, limits: &Limits) -> Result<Self, StoreError> {
+    pub(super) async fn open(url: &PostgresUrl, limits: &Limits) -> Result<Self> {
         let session = Session::open(url, limits).await?;
         match prepare_tables(&session).await {
             Ok(()) | Err(StoreError::Unfinished) => Ok(Self { session }),
@@ -259,7 +259,7 @@ impl Target {
     }
 
     /// Where to go on from, or `None` if all of this file is there already.
-    pub(super) async fn begin(&self, fingerprint: &str) -> Result<Option<Cursor>, StoreError> {
+    pub(super) async fn begin(&self, fingerprint: &str) -> Result<Option<Cursor>> {
         self.session
             .batch(
                 "CREATE TABLE IF NOT EXISTS grideye.migration (
@@ -301,7 +301,7 @@ impl Target {
         }))
     }
 
-    async fn claim(&self, fingerprint: &str) -> Result<(), StoreError> {
+    async fn claim(&self, fingerprint: &str) -> Result<()> {
         let sql = "UPDATE grideye.layout SET layout = $1";
         self.session.execute(sql, &[&UNFINISHED]).await?;
         let sql = "DELETE FROM grideye.migration";
@@ -319,7 +319,7 @@ impl Target {
         source: &Source,
         after: &Cursor,
         page: &[SourceRow],
-    ) -> Result<Option<Cursor>, StoreError> {
+    ) -> Result<Option<Cursor>> {
         let Some((stream_key, last)) = page.last() else {
             return Ok(None);
         };
@@ -338,12 +338,7 @@ impl Target {
         Ok(Some(next))
     }
 
-    async fn copy_rows(
-        &self,
-        source: &Source,
-        page: &[SourceRow],
-        next: &Cursor,
-    ) -> Result<(), StoreError> {
+    async fn copy_rows(&self, source: &Source, page: &[SourceRow], next: &Cursor) -> Result<()> {
         let streams: HashMap<i64, (&str, i32)> = source
             .streams
             .iter()
@@ -364,13 +359,13 @@ impl Target {
     }
 
     /// Names what was copied, and lets collectors in.
-    pub(super) async fn finish(&self, source: &Source) -> Result<(), StoreError> {
+    pub(super) async fn finish(&self, source: &Source) -> Result<()> {
         self.session.batch("BEGIN").await?;
         let named = self.name_all(source).await;
         self.session.end(named).await
     }
 
-    async fn name_all(&self, source: &Source) -> Result<(), StoreError> {
+    async fn name_all(&self, source: &Source) -> Result<()> {
         let session = &self.session;
         for stream in &source.streams {
             let StreamId {
@@ -417,7 +412,7 @@ impl Target {
         session.execute(done, &[]).await.map(drop)
     }
 
-    async fn name_recordings(&self, source: &Source) -> Result<(), StoreError> {
+    async fn name_recordings(&self, source: &Source) -> Result<()> {
         for recording in &source.recordings {
             let (id, name) = (&recording.id, &recording.name);
             let (start, stop) = (&recording.t_start_ns, &recording.t_stop_ns);

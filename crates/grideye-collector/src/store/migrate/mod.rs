@@ -1,14 +1,12 @@
 //! From an SQLite file to a PostgreSQL database: resumable, and held against the file at the end.
 //!
-//! Frames are copied in the order of stream and number, a page in each transaction together with how far it came, so
-//! that an interrupted copy goes on there. What names the frames (streams, runs, recordings) comes in one last
-//! transaction. Until that is committed the database's layout is `UNFINISHED`, which no collector opens. The file is
-//! locked against writers while it is copied.
+//! Frames are copied a page in each transaction, with how far it came. What names them comes in one last transaction; until
+//! then the layout is `UNFINISHED`, which no collector opens. The file is locked against writers meanwhile.
 
 mod ends;
 
 use crate::limits::Limits;
-use crate::store::error::StoreError;
+use crate::store::error::Result;
 use crate::store::frame_store::FrameStore;
 use crate::store::location::{PostgresUrl, StoreLocation};
 use crate::store::migrate::ends::{Source, Target};
@@ -38,16 +36,15 @@ pub struct Migrated {
     pub difference: Option<String>,
 }
 
-/// Copies the file's store into the database, or goes on doing so, and compares the two. `progress` hears the stage, the
-/// rows done, and all rows.
+/// Copies the file's store into the database, or goes on so, and compares. `progress` hears the stage, rows done, all rows.
 ///
 /// # Errors
-/// [`StoreError`] of either side. Nothing is lost by calling again.
+/// [`StoreError`](crate::StoreError) of either side. Nothing is lost by calling again.
 pub async fn migrate(
     file: &Path,
     url: &PostgresUrl,
     mut progress: impl FnMut(Stage, u64, u64),
-) -> Result<Migrated, StoreError> {
+) -> Result<Migrated> {
     let limits = Limits {
         streams_max: usize::MAX,
         recordings_max: usize::MAX,
@@ -89,7 +86,7 @@ async fn compare(
     limits: &Limits,
     source: &Source,
     progress: &mut impl FnMut(Stage, u64, u64),
-) -> Result<Option<String>, StoreError> {
+) -> Result<Option<String>> {
     let old = SqliteStore::open(&StoreLocation::File(file.to_owned()), limits)?;
     let new = PostgresStore::open(url, limits).await?;
     let difference = async {
@@ -133,7 +130,7 @@ async fn compare_frames(
     new: &PostgresStore,
     source: &Source,
     progress: &mut impl FnMut(Stage, u64, u64),
-) -> Result<Option<String>, StoreError> {
+) -> Result<Option<String>> {
     let mut compared = 0;
     for stream in &source.streams {
         let mut after = None;

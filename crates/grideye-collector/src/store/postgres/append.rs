@@ -1,9 +1,8 @@
-//! A group of batches in one transaction: what is known is read under lock, the rest is decided here, and each table
-//! is written with one statement.
+//! A group of batches in one transaction: what is known is read under lock, and each table written with one statement.
 
 use crate::limits::Limits;
 use crate::store::account;
-use crate::store::error::StoreError;
+use crate::store::error::{Result, StoreError};
 use crate::store::plan::{Contents, Plan, StreamName, StreamState, Streams, Taken};
 use crate::store::postgres::read::{record_of, state_of, stream_id};
 use crate::store::postgres::session::{Parameters, Session};
@@ -15,7 +14,7 @@ use std::sync::Arc;
 
 pub(super) struct Done {
     pub(super) n: i64,
-    pub(super) appended: Vec<Result<Appended, StoreError>>,
+    pub(super) appended: Vec<Result<Appended>>,
 }
 
 pub(super) enum Undone {
@@ -108,7 +107,7 @@ async fn keys(
     wanted: &BTreeSet<StreamId>,
     known: &Known,
     limits: &Limits,
-) -> Result<(BTreeMap<StreamId, Key>, BTreeSet<StreamId>), StoreError> {
+) -> Result<(BTreeMap<StreamId, Key>, BTreeSet<StreamId>)> {
     let mut keys: BTreeMap<StreamId, Key> = BTreeMap::new();
     for id in wanted {
         if let Some(stream) = known.0.get(id) {
@@ -120,9 +119,8 @@ async fn keys(
     if keys.len() == wanted.len() {
         return Ok((keys, made));
     }
-    let rows = session
-        .query("SELECT count(*) FROM grideye.streams", &[])
-        .await?;
+    let sql = "SELECT count(*) FROM grideye.streams";
+    let rows = session.query(sql, &[]).await?;
     let mut streams: i64 = rows[0].try_get(0)?;
     // In order, so that two collectors that make the same streams never wait for each other in a circle.
     let missing: Vec<&StreamId> = wanted.iter().filter(|id| !keys.contains_key(id)).collect();
@@ -158,7 +156,7 @@ async fn look_up(
     session: &Session,
     wanted: &BTreeSet<StreamId>,
     keys: &mut BTreeMap<StreamId, Key>,
-) -> Result<(), StoreError> {
+) -> Result<()> {
     let (mut devices, mut sensors, mut boots) = (Vec::new(), Vec::new(), Vec::new());
     for id in wanted.iter().filter(|id| !keys.contains_key(id)) {
         devices.push(id.device.as_str());
@@ -185,7 +183,7 @@ async fn states(
     keys: &BTreeMap<StreamId, Key>,
     taken: &[Taken],
     limits: &Limits,
-) -> Result<Streams, StoreError> {
+) -> Result<Streams> {
     let ids: HashMap<&Key, &StreamId> = keys.iter().map(|(id, key)| (key, id)).collect();
     let devices: Vec<&str> = keys.values().map(|key| key.0.as_str()).collect();
     let streams: Vec<i32> = keys.values().map(|key| key.1).collect();
@@ -239,11 +237,7 @@ fn reach(taken: &[Taken]) -> HashMap<StreamId, (i64, i64)> {
 }
 
 /// What the store holds under the numbers that came before, to be held against what comes again.
-async fn contents(
-    session: &Session,
-    states: &Streams,
-    taken: &[Taken],
-) -> Result<Contents, StoreError> {
+async fn contents(session: &Session, states: &Streams, taken: &[Taken]) -> Result<Contents> {
     let (mut devices, mut streams, mut seqs) = (Vec::new(), Vec::new(), Vec::new());
     let mut asked: HashMap<Key, Arc<StreamId>> = HashMap::new();
     for taken in taken {
@@ -283,12 +277,7 @@ async fn contents(
 /// What changed, ordered by key.
 type Touched<'s> = BTreeMap<&'s StreamId, &'s StreamState>;
 
-async fn save_all(
-    session: &Session,
-    states: &Streams,
-    lane: (i64, i64),
-    epoch: i64,
-) -> Result<(), StoreError> {
+async fn save_all(session: &Session, states: &Streams, lane: (i64, i64), epoch: i64) -> Result<()> {
     let touched: Touched<'_> = states
         .iter()
         .filter(|(_, state)| state.is_touched)
@@ -301,7 +290,7 @@ async fn save_all(
 }
 
 /// Takes streams away that were made for batches which were then refused.
-async fn without_empty(session: &Session, empty: &BTreeSet<&StreamId>) -> Result<(), StoreError> {
+async fn without_empty(session: &Session, empty: &BTreeSet<&StreamId>) -> Result<()> {
     for id in empty {
         let sql = "DELETE FROM grideye.streams WHERE device = $1 AND sensor = $2 AND boot = $3";
         session
@@ -311,11 +300,7 @@ async fn without_empty(session: &Session, empty: &BTreeSet<&StreamId>) -> Result
     Ok(())
 }
 
-async fn save_frames(
-    session: &Session,
-    touched: &Touched<'_>,
-    epoch: i64,
-) -> Result<(), StoreError> {
+async fn save_frames(session: &Session, touched: &Touched<'_>, epoch: i64) -> Result<()> {
     let mut frames = FrameColumns::default();
     for (id, state) in touched {
         for (record, t_arrival_ns) in state.fresh.iter() {
@@ -349,7 +334,7 @@ impl<'d> FrameColumns<'d> {
         record: &Record,
         t_arrival_ns: i64,
         epoch: i64,
-    ) -> Result<(), StoreError> {
+    ) -> Result<()> {
         let columns = Columns::of(record)?;
         self.devices.push(device);
         self.streams.push(stream);
@@ -365,7 +350,7 @@ impl<'d> FrameColumns<'d> {
         Ok(())
     }
 
-    pub(crate) async fn insert(&self, session: &Session) -> Result<(), StoreError> {
+    pub(crate) async fn insert(&self, session: &Session) -> Result<()> {
         if self.seqs.is_empty() {
             return Ok(());
         }
@@ -390,7 +375,7 @@ impl<'d> FrameColumns<'d> {
     }
 }
 
-async fn save_runs(session: &Session, touched: &Touched<'_>) -> Result<(), StoreError> {
+async fn save_runs(session: &Session, touched: &Touched<'_>) -> Result<()> {
     let (mut gone, mut changed) = (RunColumns::default(), RunColumns::default());
     for (id, state) in touched {
         let (gone_runs, changed_runs) = state.changed_runs();
@@ -443,11 +428,7 @@ impl<'s> RunColumns<'s> {
 }
 
 /// What this epoch brought to each stream: one row for as long as the epoch lasts.
-async fn save_shares(
-    session: &Session,
-    touched: &Touched<'_>,
-    epoch: i64,
-) -> Result<(), StoreError> {
+async fn save_shares(session: &Session, touched: &Touched<'_>, epoch: i64) -> Result<()> {
     let (mut devices, mut streams) = (Vec::new(), Vec::new());
     let (mut firsts, mut lasts) = (Vec::new(), Vec::new());
     let (mut stored, mut missing) = (Vec::new(), Vec::new());
@@ -483,7 +464,7 @@ async fn save_streams(
     session: &Session,
     touched: &Touched<'_>,
     (lane, n): (i64, i64),
-) -> Result<(), StoreError> {
+) -> Result<()> {
     if touched.is_empty() {
         return Ok(());
     }

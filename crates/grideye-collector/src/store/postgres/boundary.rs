@@ -1,14 +1,14 @@
 //! The ends of epochs: what starts and stops recordings; and what is written about one.
 
 use crate::limits::Limits;
-use crate::store::error::{RecordingId, StoreError};
+use crate::store::error::{RecordingId, Result, StoreError};
 use crate::store::postgres::read;
 use crate::store::postgres::session::Session;
 use crate::store::row::count;
 use crate::store::types::{KeptLabel, Label, Recording};
 
 /// Adds a lane in the present epoch, under a number that no other has.
-pub(super) async fn new_lane(session: &Session) -> Result<i64, StoreError> {
+pub(super) async fn new_lane(session: &Session) -> Result<i64> {
     session.batch("BEGIN").await?;
     let made = async {
         // Held until the commit: no epoch ends between reading it and entering it.
@@ -23,7 +23,7 @@ pub(super) async fn new_lane(session: &Session) -> Result<i64, StoreError> {
 }
 
 /// Ends the present epoch for all lanes; its number.
-pub(super) async fn end_epoch(session: &Session) -> Result<i64, StoreError> {
+pub(super) async fn end_epoch(session: &Session) -> Result<i64> {
     session.batch("BEGIN").await?;
     let ended = next_epoch(session).await;
     session.end(ended).await
@@ -34,16 +34,12 @@ pub(super) async fn start(
     name: &str,
     t_start_ns: i64,
     limits: &Limits,
-) -> Result<Recording, StoreError> {
+) -> Result<Recording> {
     session.batch("BEGIN").await?;
     let started = async {
         let ended = next_epoch(session).await?;
-        let taken = session
-            .query(
-                "SELECT t_stop_ns IS NULL FROM grideye.recordings WHERE name = $1",
-                &[&name],
-            )
-            .await?;
+        let sql = "SELECT t_stop_ns IS NULL FROM grideye.recordings WHERE name = $1";
+        let taken = session.query(sql, &[&name]).await?;
         if let Some(row) = taken.first() {
             return Err(StoreError::NameTaken {
                 name: name.to_owned(),
@@ -56,23 +52,15 @@ pub(super) async fn start(
         if recordings >= count(limits.recordings_max) {
             return Err(StoreError::TooManyRecordings(limits.recordings_max));
         }
-        session
-            .execute(
-                "INSERT INTO grideye.recordings (id, name, t_start_ns, after_epoch) VALUES ($1, $2, $3, $4)",
-                &[&id, &name, &t_start_ns, &ended],
-            )
-            .await?;
+        let sql = "INSERT INTO grideye.recordings (id, name, t_start_ns, after_epoch) VALUES ($1, $2, $3, $4)";
+        session.execute(sql, &[&id, &name, &t_start_ns, &ended]).await?;
         Ok(read::recording(session, RecordingId(id)).await?.0)
     }
     .await;
     session.end(started).await
 }
 
-pub(super) async fn stop(
-    session: &Session,
-    id: RecordingId,
-    t_stop_ns: i64,
-) -> Result<Recording, StoreError> {
+pub(super) async fn stop(session: &Session, id: RecordingId, t_stop_ns: i64) -> Result<Recording> {
     session.batch("BEGIN").await?;
     let stopped = async {
         let ended = next_epoch(session).await?;
@@ -83,12 +71,8 @@ pub(super) async fn stop(
                 name: recording.name,
             });
         }
-        session
-            .execute(
-                "UPDATE grideye.recordings SET t_stop_ns = $2, through_epoch = $3 WHERE id = $1",
-                &[&id.0, &t_stop_ns, &ended],
-            )
-            .await?;
+        let sql = "UPDATE grideye.recordings SET t_stop_ns = $2, through_epoch = $3 WHERE id = $1";
+        session.execute(sql, &[&id.0, &t_stop_ns, &ended]).await?;
         Ok(read::recording(session, id).await?.0)
     }
     .await;
@@ -96,54 +80,36 @@ pub(super) async fn stop(
 }
 
 /// Sets a recording's note; no epoch ends with it.
-pub(super) async fn note(
-    session: &Session,
-    id: RecordingId,
-    note: &str,
-) -> Result<Recording, StoreError> {
+pub(super) async fn note(session: &Session, id: RecordingId, note: &str) -> Result<Recording> {
     read::recording(session, id).await?;
-    session
-        .execute(
-            "INSERT INTO grideye.notes (recording, note) VALUES ($1, $2)
-             ON CONFLICT (recording) DO UPDATE SET note = excluded.note",
-            &[&id.0, &note],
-        )
-        .await?;
+    let sql = "INSERT INTO grideye.notes (recording, note) VALUES ($1, $2)
+             ON CONFLICT (recording) DO UPDATE SET note = excluded.note";
+    session.execute(sql, &[&id.0, &note]).await?;
     Ok(read::recording(session, id).await?.0)
 }
 
 /// Waits for all transactions in flight, holds off the next ones until the commit, and moves all lanes on.
-async fn next_epoch(session: &Session) -> Result<i64, StoreError> {
+async fn next_epoch(session: &Session) -> Result<i64> {
     let ended = lock_epoch(session).await?;
     // In the order of their numbers, so that two who do this never wait for each other in a circle.
-    session
-        .query(
-            "SELECT lane FROM grideye.lanes ORDER BY lane FOR UPDATE",
-            &[],
-        )
-        .await?;
-    session
-        .execute("UPDATE grideye.lanes SET epoch = $1", &[&(ended + 1)])
-        .await?;
-    session
-        .execute("UPDATE grideye.layout SET epoch = $1", &[&(ended + 1)])
-        .await?;
+    let sql = "SELECT lane FROM grideye.lanes ORDER BY lane FOR UPDATE";
+    session.query(sql, &[]).await?;
+    let sql = "UPDATE grideye.lanes SET epoch = $1";
+    session.execute(sql, &[&(ended + 1)]).await?;
+    let sql = "UPDATE grideye.layout SET epoch = $1";
+    session.execute(sql, &[&(ended + 1)]).await?;
     Ok(ended)
 }
 
-async fn lock_epoch(session: &Session) -> Result<i64, StoreError> {
-    let rows = session
-        .query("SELECT epoch FROM grideye.layout FOR UPDATE", &[])
-        .await?;
+async fn lock_epoch(session: &Session) -> Result<i64> {
+    let sql = "SELECT epoch FROM grideye.layout FOR UPDATE";
+    let rows = session.query(sql, &[]).await?;
     let row = rows.first().ok_or(StoreError::Foreign)?;
     Ok(row.try_get(0)?)
 }
 
 /// In the order in which they were added.
-pub(super) async fn labels(
-    session: &Session,
-    id: RecordingId,
-) -> Result<Vec<KeptLabel>, StoreError> {
+pub(super) async fn labels(session: &Session, id: RecordingId) -> Result<Vec<KeptLabel>> {
     read::recording(session, id).await?;
     let sql = "SELECT number, label FROM grideye.labels WHERE recording = $1 ORDER BY number";
     let rows = session.query(sql, &[&id.0]).await?;
@@ -157,7 +123,7 @@ pub(super) async fn add_label(
     id: RecordingId,
     label: Label,
     limits: &Limits,
-) -> Result<KeptLabel, StoreError> {
+) -> Result<KeptLabel> {
     session.batch("BEGIN").await?;
     let added = async {
         lock(session, id).await?;
@@ -177,11 +143,7 @@ pub(super) async fn add_label(
     session.end(added).await
 }
 
-pub(super) async fn remove_label(
-    session: &Session,
-    id: RecordingId,
-    number: i64,
-) -> Result<(), StoreError> {
+pub(super) async fn remove_label(session: &Session, id: RecordingId, number: i64) -> Result<()> {
     read::recording(session, id).await?;
     let sql = "DELETE FROM grideye.labels WHERE recording = $1 AND number = $2";
     match session.execute(sql, &[&id.0, &number]).await? {
@@ -191,7 +153,7 @@ pub(super) async fn remove_label(
 }
 
 /// Two collectors that add to one recording do so one after the other: each number is given once.
-async fn lock(session: &Session, id: RecordingId) -> Result<(), StoreError> {
+async fn lock(session: &Session, id: RecordingId) -> Result<()> {
     let sql = "SELECT id FROM grideye.recordings WHERE id = $1 FOR UPDATE";
     let rows = session.query(sql, &[&id.0]).await?;
     rows.first()

@@ -1,7 +1,7 @@
 //! What other collectors keep, for this one's live page.
 
 use crate::limits::Limits;
-use crate::store::error::StoreError;
+use crate::store::error::Result;
 use crate::store::location::PostgresUrl;
 use crate::store::postgres::read::{self, record_of};
 use crate::store::postgres::session::{Parameters, Session};
@@ -25,7 +25,7 @@ pub(super) async fn start(
     limits: &Limits,
     writer: &Writer,
     news: mpsc::Sender<News>,
-) -> Result<JoinHandle<()>, StoreError> {
+) -> Result<JoinHandle<()>> {
     let session = Session::open(url, limits).await?;
     let mut follower = Follower {
         url: url.clone(),
@@ -90,7 +90,7 @@ impl Follower {
     }
 
     /// The lanes now. Another lane's count stands for all that was committed in it before.
-    async fn look(&self) -> Result<Seen, StoreError> {
+    async fn look(&self) -> Result<Seen> {
         let sql = "SELECT 0 AS lane, epoch FROM grideye.layout UNION ALL SELECT lane, n FROM grideye.lanes";
         let mut seen = Seen::default();
         for row in self.session.query(sql, &[]).await? {
@@ -104,7 +104,7 @@ impl Follower {
         Ok(seen)
     }
 
-    async fn pass_on(&mut self) -> Result<(), StoreError> {
+    async fn pass_on(&mut self) -> Result<()> {
         let now = self.look().await?;
         let own = self.committed.borrow().0;
         let (mut lanes, mut counts) = (Vec::new(), Vec::new());
@@ -134,7 +134,7 @@ impl Follower {
         Ok(())
     }
 
-    async fn pass_on_streams(&mut self, rows: &[tokio_postgres::Row]) -> Result<(), StoreError> {
+    async fn pass_on_streams(&mut self, rows: &[tokio_postgres::Row]) -> Result<()> {
         if self.shown.len() > self.limits.streams_max {
             self.shown.clear();
         }
@@ -168,7 +168,7 @@ impl Follower {
         for (key, stream, t_sent_boot_ns) in changed {
             let id = Arc::clone(&stream.id);
             let rows = records.remove(&key).unwrap_or_default();
-            let stored: Result<Vec<_>, StoreError> = rows
+            let stored: Result<Vec<_>> = rows
                 .iter()
                 .map(|row| {
                     Ok(StoredRecord {

@@ -2,7 +2,7 @@
 
 use crate::limits::Limits;
 use crate::store::account;
-use crate::store::error::{RecordingId, StoreError};
+use crate::store::error::{RecordingId, Result, StoreError};
 use crate::store::plan::StreamState;
 use crate::store::postgres::session::Session;
 use crate::store::row::{Stored, count, damaged, unsigned};
@@ -11,23 +11,19 @@ use grideye_recording::{Record, StreamId};
 use std::sync::Arc;
 use tokio_postgres::Row;
 
-pub(super) async fn bytes(session: &Session) -> Result<u64, StoreError> {
+pub(super) async fn bytes(session: &Session) -> Result<u64> {
     let sql = "SELECT pg_database_size(current_database())";
     let rows = session.query(sql, &[]).await?;
     unsigned("pg_database_size", rows[0].try_get(0)?)
 }
 
-pub(super) async fn ping(session: &Session) -> Result<(), StoreError> {
-    session
-        .query("SELECT epoch FROM grideye.layout", &[])
-        .await?;
+pub(super) async fn ping(session: &Session) -> Result<()> {
+    let sql = "SELECT epoch FROM grideye.layout";
+    session.query(sql, &[]).await?;
     Ok(())
 }
 
-pub(super) async fn streams(
-    session: &Session,
-    limits: &Limits,
-) -> Result<Vec<StreamSummary>, StoreError> {
+pub(super) async fn streams(session: &Session, limits: &Limits) -> Result<Vec<StreamSummary>> {
     let sql = "SELECT s.*, r.firsts, r.lasts
                FROM grideye.streams s, LATERAL (
                    SELECT array_agg(first_seq) AS firsts, array_agg(last_seq) AS lasts FROM (
@@ -43,7 +39,7 @@ pub(super) async fn streams(
 }
 
 /// From the columns of `streams`, by their names.
-pub(super) fn state_of(row: &Row) -> Result<StreamState, StoreError> {
+pub(super) fn state_of(row: &Row) -> Result<StreamState> {
     let account: Option<&str> = row.try_get("account")?;
     Ok(StreamState {
         key: row.try_get::<_, i32>("stream")?.into(),
@@ -59,7 +55,7 @@ pub(super) fn state_of(row: &Row) -> Result<StreamState, StoreError> {
 }
 
 /// From the columns of `streams`, and the newest runs as `firsts` and `lasts`.
-pub(super) fn summary(row: &Row, limits: &Limits) -> Result<StreamSummary, StoreError> {
+pub(super) fn summary(row: &Row, limits: &Limits) -> Result<StreamSummary> {
     let mut state = state_of(row)?;
     let firsts: Option<Vec<i64>> = row.try_get("firsts")?;
     let lasts: Option<Vec<i64>> = row.try_get("lasts")?;
@@ -70,7 +66,7 @@ pub(super) fn summary(row: &Row, limits: &Limits) -> Result<StreamSummary, Store
     state.summary(&Arc::new(stream_id(row)?), limits)
 }
 
-pub(super) async fn newest(session: &Session) -> Result<Vec<StoredRecord>, StoreError> {
+pub(super) async fn newest(session: &Session) -> Result<Vec<StoredRecord>> {
     let sql = "SELECT s.device, s.sensor, s.boot, s.added,
                       f.seq, f.t_boot_ns, f.t_utc_ns, f.clock, f.missing, f.thermistor, f.pixels, f.t_arrival_ns
                FROM grideye.streams s, LATERAL (
@@ -107,7 +103,7 @@ const RECORDING: &str = "SELECT r.id, r.name, r.t_start_ns, r.t_stop_ns, r.after
         WHERE epoch > r.after_epoch AND epoch <= coalesce(r.through_epoch, 9223372036854775807)
     ) c WHERE $1::BIGINT IS NULL OR r.id = $1 ORDER BY r.id DESC";
 
-pub(super) async fn recordings(session: &Session) -> Result<Vec<Recording>, StoreError> {
+pub(super) async fn recordings(session: &Session) -> Result<Vec<Recording>> {
     let all: Option<i64> = None;
     let rows = session.query(RECORDING, &[&all]).await?;
     rows.iter().map(|row| Ok(recording_of(row)?.0)).collect()
@@ -116,13 +112,13 @@ pub(super) async fn recordings(session: &Session) -> Result<Vec<Recording>, Stor
 pub(super) async fn recording(
     session: &Session,
     id: RecordingId,
-) -> Result<(Recording, (i64, i64)), StoreError> {
+) -> Result<(Recording, (i64, i64))> {
     let rows = session.query(RECORDING, &[&Some(id.0)]).await?;
     let row = rows.first().ok_or(StoreError::NoSuchRecording(id))?;
     recording_of(row)
 }
 
-fn recording_of(row: &Row) -> Result<(Recording, (i64, i64)), StoreError> {
+fn recording_of(row: &Row) -> Result<(Recording, (i64, i64))> {
     let after: i64 = row.try_get(4)?;
     let through: Option<i64> = row.try_get(5)?;
     let recording = Recording {
@@ -139,11 +135,7 @@ fn recording_of(row: &Row) -> Result<(Recording, (i64, i64)), StoreError> {
 }
 
 /// What belongs to a recording: what its epochs brought, of a running one those through the given epoch.
-pub(super) async fn members(
-    session: &Session,
-    id: RecordingId,
-    through: i64,
-) -> Result<Members, StoreError> {
+pub(super) async fn members(session: &Session, id: RecordingId, through: i64) -> Result<Members> {
     let (mut recording, (after, _)) = self::recording(session, id).await?;
     let sql = "SELECT s.device, s.sensor, s.boot, s.stream, min(a.first_seq), max(a.last_seq),
                       sum(a.stored)::BIGINT, sum(a.missing)::BIGINT
@@ -172,7 +164,7 @@ pub(super) async fn page(
     span: &Span,
     after_seq: Option<u64>,
     rows_max: usize,
-) -> Result<Vec<StoredRecord>, StoreError> {
+) -> Result<Vec<StoredRecord>> {
     let Some(first) = span.first_after(after_seq) else {
         return Ok(Vec::new());
     };
@@ -210,7 +202,7 @@ pub(super) async fn page(
         .collect()
 }
 
-pub(super) fn stream_id(row: &Row) -> Result<StreamId, StoreError> {
+pub(super) fn stream_id(row: &Row) -> Result<StreamId> {
     Ok(StreamId {
         device: row.try_get("device")?,
         sensor: row.try_get("sensor")?,
@@ -219,7 +211,7 @@ pub(super) fn stream_id(row: &Row) -> Result<StreamId, StoreError> {
 }
 
 /// A record from columns in the order seq, t_boot_ns, t_utc_ns, clock, missing, thermistor, pixels.
-pub(super) fn record_of(row: &Row, first: usize) -> Result<Record, StoreError> {
+pub(super) fn record_of(row: &Row, first: usize) -> Result<Record> {
     let clock: i16 = row.try_get(first + 3)?;
     let thermistor: Option<i32> = row.try_get(first + 5)?;
     let thermistor = thermistor

@@ -2,7 +2,7 @@
 
 use crate::limits::Limits;
 use crate::lock::lock;
-use crate::store::error::StoreError;
+use crate::store::error::{Result, StoreError};
 use crate::store::location::PostgresUrl;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
@@ -22,7 +22,7 @@ pub(crate) struct Session {
 
 impl Session {
     /// Connects, with time limits on the database's side as well.
-    pub(crate) async fn open(url: &PostgresUrl, limits: &Limits) -> Result<Self, StoreError> {
+    pub(crate) async fn open(url: &PostgresUrl, limits: &Limits) -> Result<Self> {
         let mut config = url.config.clone();
         config
             .connect_timeout(limits.store_lock_time_max)
@@ -58,7 +58,7 @@ impl Session {
         &self,
         sql: &'static str,
         parameters: Parameters<'_>,
-    ) -> Result<Vec<Row>, StoreError> {
+    ) -> Result<Vec<Row>> {
         let statement = self.prepare(sql).await?;
         Ok(self.client.query(&statement, parameters).await?)
     }
@@ -67,17 +67,17 @@ impl Session {
         &self,
         sql: &'static str,
         parameters: Parameters<'_>,
-    ) -> Result<u64, StoreError> {
+    ) -> Result<u64> {
         let statement = self.prepare(sql).await?;
         Ok(self.client.execute(&statement, parameters).await?)
     }
 
-    pub(crate) async fn batch(&self, sql: &str) -> Result<(), StoreError> {
+    pub(crate) async fn batch(&self, sql: &str) -> Result<()> {
         Ok(self.client.batch_execute(sql).await?)
     }
 
     /// Ends a transaction: commits what went well, undoes the rest.
-    pub(crate) async fn end<T>(&self, done: Result<T, StoreError>) -> Result<T, StoreError> {
+    pub(crate) async fn end<T>(&self, done: Result<T>) -> Result<T> {
         match done {
             Ok(done) => {
                 self.batch("COMMIT").await?;
@@ -91,7 +91,7 @@ impl Session {
         }
     }
 
-    async fn prepare(&self, sql: &'static str) -> Result<Statement, StoreError> {
+    async fn prepare(&self, sql: &'static str) -> Result<Statement> {
         let known = self.lock().get(sql).cloned();
         if let Some(statement) = known {
             return Ok(statement);
@@ -128,7 +128,7 @@ impl Shared {
         }
     }
 
-    pub(super) async fn session(&self) -> Result<Arc<Session>, StoreError> {
+    pub(super) async fn session(&self) -> Result<Arc<Session>> {
         let mut held = self.session.lock().await;
         match &*held {
             Held::Closed => return Err(StoreError::Closed),
@@ -180,94 +180,47 @@ const DAY_NS: i64 = 86_400_000_000_000;
 /// All in a schema of their own. Text is compared byte by byte, as Rust does.
 const TABLES: &str = "
 CREATE TABLE grideye.layout (
-    only_row INT NOT NULL PRIMARY KEY CHECK (only_row = 1),
-    layout INT NOT NULL,
-    epoch BIGINT NOT NULL
+    only_row INT NOT NULL PRIMARY KEY CHECK (only_row = 1), layout INT NOT NULL, epoch BIGINT NOT NULL
 );
 INSERT INTO grideye.layout VALUES (1, 1, 1);
-CREATE TABLE grideye.lanes (
-    lane BIGINT NOT NULL PRIMARY KEY,
-    epoch BIGINT NOT NULL,
-    n BIGINT NOT NULL
-);
+CREATE TABLE grideye.lanes (lane BIGINT NOT NULL PRIMARY KEY, epoch BIGINT NOT NULL, n BIGINT NOT NULL);
 CREATE TABLE grideye.streams (
-    device TEXT NOT NULL,
-    stream INT NOT NULL,
-    sensor TEXT NOT NULL,
-    boot TEXT NOT NULL,
-    stored BIGINT NOT NULL,
-    missing BIGINT NOT NULL,
-    added BIGINT NOT NULL,
-    t_last_arrival_ns BIGINT NOT NULL,
-    account TEXT,
-    account_read BIGINT,
-    came_since_account BIGINT NOT NULL,
-    expired BIGINT NOT NULL DEFAULT 0,
-    lane BIGINT NOT NULL,
-    n BIGINT NOT NULL,
-    t_sent_boot_ns BIGINT,
-    PRIMARY KEY (device, stream),
-    UNIQUE (device, sensor, boot)
+    device TEXT NOT NULL, stream INT NOT NULL, sensor TEXT NOT NULL, boot TEXT NOT NULL,
+    stored BIGINT NOT NULL, missing BIGINT NOT NULL, added BIGINT NOT NULL, t_last_arrival_ns BIGINT NOT NULL,
+    account TEXT, account_read BIGINT, came_since_account BIGINT NOT NULL, expired BIGINT NOT NULL DEFAULT 0,
+    lane BIGINT NOT NULL, n BIGINT NOT NULL, t_sent_boot_ns BIGINT,
+    PRIMARY KEY (device, stream), UNIQUE (device, sensor, boot)
 );
 CREATE TABLE grideye.runs (
-    device TEXT NOT NULL,
-    stream INT NOT NULL,
-    first_seq BIGINT NOT NULL,
-    last_seq BIGINT NOT NULL,
+    device TEXT NOT NULL, stream INT NOT NULL, first_seq BIGINT NOT NULL, last_seq BIGINT NOT NULL,
     PRIMARY KEY (device, stream, first_seq)
 );
 CREATE TABLE grideye.shares (
-    device TEXT NOT NULL,
-    stream INT NOT NULL,
-    epoch BIGINT NOT NULL,
-    first_seq BIGINT NOT NULL,
-    last_seq BIGINT NOT NULL,
-    stored BIGINT NOT NULL,
-    missing BIGINT NOT NULL,
-    PRIMARY KEY (device, stream, epoch)
+    device TEXT NOT NULL, stream INT NOT NULL, epoch BIGINT NOT NULL, first_seq BIGINT NOT NULL, last_seq BIGINT NOT NULL,
+    stored BIGINT NOT NULL, missing BIGINT NOT NULL, PRIMARY KEY (device, stream, epoch)
 );
 CREATE INDEX shares_of_epoch ON grideye.shares (epoch);
 CREATE TABLE grideye.recordings (
-    id BIGINT NOT NULL PRIMARY KEY,
-    name TEXT NOT NULL UNIQUE,
-    t_start_ns BIGINT NOT NULL,
-    t_stop_ns BIGINT,
-    after_epoch BIGINT NOT NULL,
-    through_epoch BIGINT
+    id BIGINT NOT NULL PRIMARY KEY, name TEXT NOT NULL UNIQUE, t_start_ns BIGINT NOT NULL, t_stop_ns BIGINT,
+    after_epoch BIGINT NOT NULL, through_epoch BIGINT
 );
 CREATE TABLE grideye.frames (
-    device TEXT NOT NULL,
-    stream INT NOT NULL,
-    seq BIGINT NOT NULL,
-    t_boot_ns BIGINT NOT NULL,
-    t_utc_ns BIGINT NOT NULL,
-    clock SMALLINT NOT NULL CHECK (clock BETWEEN 0 AND 2),
-    t_arrival_ns BIGINT NOT NULL,
-    epoch BIGINT NOT NULL,
-    missing TEXT,
-    thermistor INT,
-    pixels BYTEA CHECK (pixels IS NULL OR length(pixels) = 128),
+    device TEXT NOT NULL, stream INT NOT NULL, seq BIGINT NOT NULL, t_boot_ns BIGINT NOT NULL, t_utc_ns BIGINT NOT NULL,
+    clock SMALLINT NOT NULL CHECK (clock BETWEEN 0 AND 2), t_arrival_ns BIGINT NOT NULL, epoch BIGINT NOT NULL,
+    missing TEXT, thermistor INT, pixels BYTEA CHECK (pixels IS NULL OR length(pixels) = 128),
     PRIMARY KEY (device, stream, seq, t_arrival_ns),
-    CHECK ((missing IS NULL) = (pixels IS NOT NULL)),
-    CHECK ((missing IS NULL) = (thermistor IS NOT NULL))
+    CHECK ((missing IS NULL) = (pixels IS NOT NULL)), CHECK ((missing IS NULL) = (thermistor IS NOT NULL))
 )";
 
 /// Beside the layout: what an older version of this program neither needs nor touches.
-const NOTES: &str = "CREATE TABLE IF NOT EXISTS grideye.notes (
-    recording BIGINT NOT NULL PRIMARY KEY,
-    note TEXT NOT NULL
-)";
+const NOTES: &str = "CREATE TABLE IF NOT EXISTS grideye.notes (recording BIGINT NOT NULL PRIMARY KEY, note TEXT NOT NULL)";
 
 /// A label is a document: its name and the frames that it is of, as JSON.
 const LABELS: &str = "CREATE TABLE IF NOT EXISTS grideye.labels (
-    recording BIGINT NOT NULL,
-    number BIGINT NOT NULL,
-    label TEXT NOT NULL,
-    PRIMARY KEY (recording, number)
-)";
+    recording BIGINT NOT NULL, number BIGINT NOT NULL, label TEXT NOT NULL, PRIMARY KEY (recording, number))";
 
 /// Makes the tables in a database without them, or makes sure that they are these.
-pub(crate) async fn prepare(session: &Session) -> Result<(), StoreError> {
+pub(crate) async fn prepare(session: &Session) -> Result<()> {
     let mut last = None;
     for _ in 0..ATTEMPTS_MAX {
         let made = match recognize(session).await? {
@@ -288,16 +241,15 @@ pub(crate) async fn prepare(session: &Session) -> Result<(), StoreError> {
 }
 
 /// Looks without changing anything: whether the tables are there. Refuses what a later version made.
-async fn recognize(session: &Session) -> Result<bool, StoreError> {
+async fn recognize(session: &Session) -> Result<bool> {
     let sql = "SELECT count(*) FROM information_schema.tables
                WHERE table_schema = 'grideye' AND table_name = 'layout'";
     let tables: i64 = session.query(sql, &[]).await?[0].try_get(0)?;
     if tables == 0 {
         return Ok(false);
     }
-    let rows = session
-        .query("SELECT layout FROM grideye.layout", &[])
-        .await?;
+    let sql = "SELECT layout FROM grideye.layout";
+    let rows = session.query(sql, &[]).await?;
     match rows
         .first()
         .map(|row| row.try_get::<_, i32>(0))
@@ -314,7 +266,7 @@ async fn recognize(session: &Session) -> Result<bool, StoreError> {
 }
 
 /// Makes the tables of notes and labels in a store of a version that had none.
-async fn add_what_is_written(session: &Session) -> Result<(), StoreError> {
+async fn add_what_is_written(session: &Session) -> Result<()> {
     let sql = "SELECT count(*) FROM information_schema.tables
                WHERE table_schema = 'grideye' AND table_name = $1";
     for (name, table) in [("notes", NOTES), ("labels", LABELS)] {
@@ -327,7 +279,7 @@ async fn add_what_is_written(session: &Session) -> Result<(), StoreError> {
     Ok(())
 }
 
-async fn make(session: &Session) -> Result<(), StoreError> {
+async fn make(session: &Session) -> Result<()> {
     let version: String = session.query("SELECT version()", &[]).await?[0].try_get(0)?;
     let made = if version.contains("CockroachDB") {
         format!("BEGIN; CREATE SCHEMA IF NOT EXISTS grideye;{TABLES}; COMMIT")

@@ -2,7 +2,7 @@
 
 use crate::limits::Limits;
 use crate::lock::lock;
-use crate::store::error::{RecordingId, StoreError};
+use crate::store::error::{RecordingId, Result, StoreError};
 use crate::store::frame_store::FrameStore;
 use crate::store::location::PostgresUrl;
 use crate::store::postgres::session::{Session, Shared};
@@ -32,7 +32,7 @@ impl PostgresStore {
     ///
     /// # Errors
     /// [`StoreError::Unreachable`], [`StoreError::Newer`], and what the database refuses.
-    pub async fn open(url: &PostgresUrl, limits: &Limits) -> Result<Self, StoreError> {
+    pub async fn open(url: &PostgresUrl, limits: &Limits) -> Result<Self> {
         let session = Session::open(url, limits).await?;
         session::prepare(&session).await?;
         let fault = WriteFault::default();

@@ -1,11 +1,10 @@
 //! The writer: one task, one transaction at a time, as many requests in it as are waiting.
 
 use crate::limits::Limits;
-use crate::store::error::StoreError;
+use crate::store::error::{Result, StoreError};
 use crate::store::location::PostgresUrl;
 use crate::store::plan::Taken;
-use crate::store::postgres::session::Days;
-use crate::store::postgres::session::Session;
+use crate::store::postgres::session::{Days, Session};
 use crate::store::postgres::{append, boundary};
 use crate::store::queue::{Change, Changed, Command, Group, Outcome, WriteFault};
 use tokio::sync::{mpsc, watch};
@@ -31,7 +30,7 @@ impl Writer {
         limits: &Limits,
         session: Session,
         fault: WriteFault,
-    ) -> Result<Self, StoreError> {
+    ) -> Result<Self> {
         let lane = boundary::new_lane(&session).await?;
         Ok(Self {
             url: url.clone(),
@@ -67,21 +66,13 @@ impl Writer {
 
     async fn commit(&mut self, taken: &[Taken]) -> Outcome {
         let newest_ns = taken.iter().map(|taken| taken.t_arrival_ns).max();
+        let newest_ns = newest_ns.unwrap_or(0);
         let mut attempt = 1;
         loop {
             self.connect().await?;
-            self.days
-                .prepare(&self.session, newest_ns.unwrap_or(0))
-                .await;
-            let done = append::group(
-                &self.session,
-                self.lane,
-                taken,
-                &mut self.streams,
-                &self.limits,
-            )
-            .await;
-            match done {
+            self.days.prepare(&self.session, newest_ns).await;
+            let (session, known, limits) = (&self.session, &mut self.streams, &self.limits);
+            match append::group(session, self.lane, taken, known, limits).await {
                 Ok(done) => {
                     self.committed.send_replace((self.lane, done.n));
                     return Ok(done.appended);
@@ -100,7 +91,7 @@ impl Writer {
         }
     }
 
-    async fn change(&mut self, change: Change) -> Result<Changed, StoreError> {
+    async fn change(&mut self, change: Change) -> Result<Changed> {
         // Every commit is settled here, whether the database is there or not.
         if matches!(change, Change::Settle) {
             return Ok(Changed::Nothing);
@@ -108,19 +99,17 @@ impl Writer {
         self.connect().await?;
         let (session, limits) = (&self.session, &self.limits);
         Ok(match change {
-            Change::Start { name, t_start_ns } => {
+            Change::Start(name, t_start_ns) => {
                 Changed::Recording(boundary::start(session, &name, t_start_ns, limits).await?)
             }
-            Change::Stop { id, t_stop_ns } => {
+            Change::Stop(id, t_stop_ns) => {
                 Changed::Recording(boundary::stop(session, id, t_stop_ns).await?)
             }
-            Change::Note { id, note } => {
-                Changed::Recording(boundary::note(session, id, &note).await?)
-            }
-            Change::AddLabel { id, label } => {
+            Change::Note(id, note) => Changed::Recording(boundary::note(session, id, &note).await?),
+            Change::AddLabel(id, label) => {
                 Changed::Label(boundary::add_label(session, id, label, limits).await?)
             }
-            Change::RemoveLabel { id, number } => {
+            Change::RemoveLabel(id, number) => {
                 boundary::remove_label(session, id, number).await?;
                 Changed::Nothing
             }
@@ -130,7 +119,7 @@ impl Writer {
     }
 
     /// Makes the connection again if it is gone, for example after a restart of the database.
-    async fn connect(&mut self) -> Result<(), StoreError> {
+    async fn connect(&mut self) -> Result<()> {
         if self.session.is_closed() {
             self.session = Session::open(&self.url, &self.limits).await?;
         }

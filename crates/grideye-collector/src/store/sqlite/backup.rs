@@ -1,15 +1,12 @@
 //! A copy of a store in a file, also while a collector writes to it: SQLite's online backup of one snapshot.
 //!
-//! The copy is written to `OUT.partial`, synced, checked, and only then named `OUT`. A run that was killed leaves
-//! `OUT.partial`, which the next one overwrites. The snapshot is held by a read transaction: without it the copy would
-//! begin again whenever the collector commits. Meanwhile the log of the store (`-wal`) is not folded in, and grows by what
-//! is committed.
+//! The copy is written to `OUT.partial`, synced, checked, and only then named `OUT`. The snapshot is held by a read
+//! transaction, without which the copy would begin again at each commit; meanwhile the log (`-wal`) is not folded in.
 //!
-//! A file of an older layout is copied so as it is, then upgraded in one transaction: killed or failing at any moment, it stays
-//! as it was, and the next program that opens it begins again.
+//! A file of an older layout is copied as it is, then upgraded in one transaction: killed at any moment, it stays as it was.
 
 use crate::limits::Limits;
-use crate::store::error::StoreError;
+use crate::store::error::{Result, StoreError};
 use crate::store::row::count;
 use crate::store::sqlite::known::Known;
 use crate::store::sqlite::schema::{
@@ -161,7 +158,7 @@ pub(crate) fn copy<P: FnMut(Stage, u64, u64)>(
     partial.name_it()
 }
 
-fn open(file: &Path, limits: &Limits) -> Result<Connection, StoreError> {
+fn open(file: &Path, limits: &Limits) -> Result<Connection> {
     // A reader of a log writes its index beside the file.
     let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let connection = Connection::open_with_flags(file, flags)?;
@@ -234,7 +231,7 @@ struct Books {
 }
 
 impl Books {
-    fn of(connection: &Connection, limits: &Limits) -> Result<Self, StoreError> {
+    fn of(connection: &Connection, limits: &Limits) -> Result<Self> {
         let recordings: i64 =
             connection.query_row("SELECT count(*) FROM recordings", [], |row| row.get(0))?;
         Ok(Self {
@@ -296,7 +293,7 @@ fn count_frames(
     copy: &Connection,
     stream: &StreamSummary,
     mut each: impl FnMut(u64),
-) -> Result<u64, StoreError> {
+) -> Result<u64> {
     let (sql, id) = (read::chunks_of_a_stream(), &stream.id);
     let mut statement = copy.prepare_cached(&sql)?;
     let mut chunks = statement.query(params![id.device, id.sensor, id.boot])?;
@@ -433,10 +430,7 @@ pub(crate) struct Upgraded {
 }
 
 /// Makes the tables in an empty file, upgrades those of an older layout, or makes sure that they are there.
-pub(crate) fn prepare(
-    connection: &mut Connection,
-    file: &Path,
-) -> Result<Option<Upgraded>, StoreError> {
+pub(crate) fn prepare(connection: &mut Connection, file: &Path) -> Result<Option<Upgraded>> {
     let transaction = connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
     let mut upgraded = None;
     match recognize(&transaction)? {
@@ -456,11 +450,7 @@ pub(crate) fn prepare(
 }
 
 /// Upgrades the file between two layouts in the caller's transaction, which holds off all other writers, after a copy of it.
-fn upgrade(
-    transaction: &Connection,
-    file: &Path,
-    (from, to): (i64, i64),
-) -> Result<Upgraded, StoreError> {
+fn upgrade(transaction: &Connection, file: &Path, (from, to): (i64, i64)) -> Result<Upgraded> {
     let backup = back_up(transaction, file, from)?;
     for (_, step) in STEPS.iter().filter(|(layout, _)| *layout >= from) {
         transaction.execute_batch(step)?;
@@ -470,7 +460,7 @@ fn upgrade(
 }
 
 /// Copies the file whole and synced; a copy of the same state that an interrupted upgrade left is taken as it is.
-fn back_up(transaction: &Connection, file: &Path, from: i64) -> Result<PathBuf, StoreError> {
+fn back_up(transaction: &Connection, file: &Path, from: i64) -> Result<PathBuf> {
     let mut name = file.as_os_str().to_owned();
     name.push(format!(".layout-{from}.backup"));
     let backup = PathBuf::from(name);
@@ -497,7 +487,7 @@ fn back_up(transaction: &Connection, file: &Path, from: i64) -> Result<PathBuf, 
 }
 
 /// Tells states of one store apart: the epoch, which grows with recordings, and the last group of posts.
-fn state(connection: &Connection) -> Result<(i64, i64), StoreError> {
+fn state(connection: &Connection) -> Result<(i64, i64)> {
     let sql = "SELECT epoch, max(groups, (SELECT coalesce(max(id), 0) FROM pending)) FROM counters";
     Ok(connection.query_row(sql, [], |row| Ok((row.get(0)?, row.get(1)?)))?)
 }

@@ -7,12 +7,11 @@
 //!                                      them are deleted               (settle)
 //! ```
 //!
-//! So a commit writes the posts one behind the other, and not a page of the file for each stream of the group; and a
-//! stream's pages are written once for many posts. Whoever reads the tables asks for all to be settled first. A writer that
-//! finds rows in `pending`, after a crash or when another program has written, takes them in as if they came now.
+//! So a stream's pages are written once for many posts. Whoever reads the tables asks for all to be settled first. A writer
+//! that finds rows in `pending`, after a crash or another program's write, takes them in as if they came now.
 
 use crate::limits::Limits;
-use crate::store::error::StoreError;
+use crate::store::error::Result;
 use crate::store::plan::{Contents, Plan, StreamState, Streams, Taken};
 use crate::store::row::{count, fitting};
 use crate::store::sqlite::retain::Deleted;
@@ -63,7 +62,7 @@ struct Unsettled {
 }
 
 impl Known {
-    pub(super) fn begin_epoch(&mut self, connection: &Connection) -> Result<(), StoreError> {
+    pub(super) fn begin_epoch(&mut self, connection: &Connection) -> Result<()> {
         let mut statement = connection.prepare_cached("SELECT epoch FROM counters")?;
         self.epoch = statement.query_row([], |row| row.get(0))?;
         Ok(())
@@ -78,7 +77,7 @@ impl Known {
     pub(super) fn books(
         connection: &Connection,
         limits: &Limits,
-    ) -> Result<Vec<(StreamSummary, u64)>, StoreError> {
+    ) -> Result<Vec<(StreamSummary, u64)>> {
         let mut known = Self::default();
         known.refresh(connection, limits)?;
         let streams = read::streams_within(connection, limits)?.into_iter();
@@ -106,7 +105,7 @@ impl Known {
     }
 
     /// Makes sure that what is held here is what the file says.
-    fn refresh(&mut self, connection: &Connection, limits: &Limits) -> Result<(), StoreError> {
+    fn refresh(&mut self, connection: &Connection, limits: &Limits) -> Result<()> {
         let mut statement = connection.prepare_cached("PRAGMA data_version")?;
         let version = statement.query_row([], |row| row.get(0))?;
         if version != self.version {
@@ -138,7 +137,7 @@ impl Known {
         connection: &Connection,
         kept: pending::Group,
         limits: &Limits,
-    ) -> Result<(), StoreError> {
+    ) -> Result<()> {
         self.group = kept.group;
         self.pending.push_back((kept.group, kept.bytes));
         self.pending_bytes += kept.bytes;
@@ -177,7 +176,7 @@ impl Known {
         connection: &Connection,
         group: &[Taken],
         limits: &Limits,
-    ) -> Result<Vec<Result<Appended, StoreError>>, StoreError> {
+    ) -> Result<Vec<Result<Appended>>> {
         self.refresh(connection, limits)?;
         self.make_room(connection, limits)?;
         let made = self.learn(connection, group, limits)?;
@@ -212,7 +211,7 @@ impl Known {
     }
 
     /// Settles all before what is pending might not find room in the tables.
-    fn make_room(&mut self, connection: &Connection, limits: &Limits) -> Result<(), StoreError> {
+    fn make_room(&mut self, connection: &Connection, limits: &Limits) -> Result<()> {
         let Some(bytes_max) = limits.store_bytes_max else {
             return Ok(());
         };
@@ -228,7 +227,7 @@ impl Known {
         connection: &Connection,
         group: &[Taken],
         limits: &Limits,
-    ) -> Result<Vec<Result<Appended, StoreError>>, StoreError> {
+    ) -> Result<Vec<Result<Appended>>> {
         let contents = self.contents(connection, group)?;
         let mut plan = Plan {
             streams: &mut self.streams,
@@ -244,7 +243,7 @@ impl Known {
         connection: &Connection,
         group: &[Taken],
         limits: &Limits,
-    ) -> Result<Vec<Arc<StreamId>>, StoreError> {
+    ) -> Result<Vec<Arc<StreamId>>> {
         let mut made = Vec::new();
         for name in group.iter().flat_map(Taken::streams) {
             if self.streams.contains_key(&name) {
@@ -274,7 +273,7 @@ impl Known {
     }
 
     /// What the tables hold under the numbers that came before, to be held against what comes again.
-    fn contents(&self, connection: &Connection, group: &[Taken]) -> Result<Contents, StoreError> {
+    fn contents(&self, connection: &Connection, group: &[Taken]) -> Result<Contents> {
         let mut contents = Contents::new();
         for taken in group {
             for (name, part) in taken.parts() {
@@ -321,7 +320,7 @@ impl Known {
         }
     }
 
-    fn settle_old(&mut self, connection: &Connection, newest_ns: i64) -> Result<(), StoreError> {
+    fn settle_old(&mut self, connection: &Connection, newest_ns: i64) -> Result<()> {
         let mut settled = 0;
         while settled < SETTLED_MAX {
             let Some(oldest) = self.unsettled.front() else {
@@ -342,22 +341,18 @@ impl Known {
     }
 
     /// Brings the tables up to the last group, also with what another program or an earlier run left in `pending`.
-    pub(super) fn settle_all(
-        &mut self,
-        connection: &Connection,
-        limits: &Limits,
-    ) -> Result<(), StoreError> {
+    pub(super) fn settle_all(&mut self, connection: &Connection, limits: &Limits) -> Result<()> {
         self.refresh(connection, limits)?;
         self.settle_known(connection)
     }
 
-    fn settle_known(&mut self, connection: &Connection) -> Result<(), StoreError> {
+    fn settle_known(&mut self, connection: &Connection) -> Result<()> {
         while self.settle_next(connection)? {}
         self.forget_settled(connection)
     }
 
     /// Brings the tables of the stream that waits the longest up to the last group; whether there was one.
-    fn settle_next(&mut self, connection: &Connection) -> Result<bool, StoreError> {
+    fn settle_next(&mut self, connection: &Connection) -> Result<bool> {
         let Some(oldest) = self.unsettled.pop_front() else {
             return Ok(false);
         };
@@ -375,7 +370,7 @@ impl Known {
     }
 
     /// Deletes the groups that the tables of all their streams have.
-    fn forget_settled(&mut self, connection: &Connection) -> Result<(), StoreError> {
+    fn forget_settled(&mut self, connection: &Connection) -> Result<()> {
         let oldest = self.unsettled.front();
         let through = oldest.map_or(self.group, |oldest| oldest.since_group - 1);
         while let Some((group, bytes)) = self.pending.front() {
@@ -396,7 +391,7 @@ struct Now {
     t_store_ns: i64,
 }
 
-fn save(connection: &Connection, state: &StreamState, now: Now) -> Result<(), StoreError> {
+fn save(connection: &Connection, state: &StreamState, now: Now) -> Result<()> {
     let Now { epoch, group, .. } = now;
     save_frames(connection, state, now)?;
     save_runs(connection, state)?;
@@ -430,7 +425,7 @@ fn save(connection: &Connection, state: &StreamState, now: Now) -> Result<(), St
     Ok(())
 }
 
-fn save_frames(connection: &Connection, state: &StreamState, now: Now) -> Result<(), StoreError> {
+fn save_frames(connection: &Connection, state: &StreamState, now: Now) -> Result<()> {
     let mut insert = connection.prepare_cached(
         "INSERT INTO chunks (stream_id, first_seq, last_seq, epoch, t_store_ns, frames, is_sealed, rows)
          VALUES (?, ?, ?, ?, ?, ?, 0, ?)",
@@ -449,7 +444,7 @@ fn save_frames(connection: &Connection, state: &StreamState, now: Now) -> Result
     Ok(())
 }
 
-fn save_runs(connection: &Connection, state: &StreamState) -> Result<(), StoreError> {
+fn save_runs(connection: &Connection, state: &StreamState) -> Result<()> {
     let number = |seq| i64::try_from(seq).unwrap_or(i64::MAX);
     let (gone, changed) = state.changed_runs();
     for first in gone {

@@ -1,13 +1,13 @@
 //! Labels of recordings.
 
-use crate::store::error::{RecordingId, StoreError};
+use crate::store::error::{RecordingId, Result, StoreError};
 use crate::store::row::count;
 use crate::store::sqlite::read;
 use crate::store::types::{KeptLabel, Label};
 use rusqlite::{Connection, params};
 
 /// In the order in which they were added.
-pub(super) fn all(connection: &Connection, id: RecordingId) -> Result<Vec<KeptLabel>, StoreError> {
+pub(super) fn all(connection: &Connection, id: RecordingId) -> Result<Vec<KeptLabel>> {
     read::recording(connection, id)?;
     let mut statement = connection.prepare_cached(
         "SELECT number, label FROM labels WHERE recording_id = ? ORDER BY number",
@@ -26,7 +26,7 @@ pub(super) fn add(
     id: RecordingId,
     label: Label,
     labels_max: usize,
-) -> Result<KeptLabel, StoreError> {
+) -> Result<KeptLabel> {
     read::recording(connection, id)?;
     let (labels, number): (i64, i64) = connection
         .prepare_cached(
@@ -42,11 +42,7 @@ pub(super) fn add(
     Ok(KeptLabel { number, label })
 }
 
-pub(super) fn remove(
-    connection: &Connection,
-    id: RecordingId,
-    number: i64,
-) -> Result<(), StoreError> {
+pub(super) fn remove(connection: &Connection, id: RecordingId, number: i64) -> Result<()> {
     read::recording(connection, id)?;
     let removed = connection
         .prepare_cached("DELETE FROM labels WHERE recording_id = ? AND number = ?")?

@@ -1,9 +1,7 @@
-//! Groups of posts that are kept, and not yet in the tables that are read.
-//!
-//! A row is a group: of each batch its time of arrival (8 bytes), its length (4 bytes), both little-endian, and the batch
-//! as on the wire (`grideye_recording`'s compact form).
+//! Groups of posts that are kept, and not yet in the tables that are read: a row is a group, of each batch its time of arrival
+//! (8 bytes), its length (4 bytes), both little-endian, and the batch as on the wire.
 
-use crate::store::error::StoreError;
+use crate::store::error::{Result, StoreError};
 use crate::store::plan::Taken;
 use crate::store::row::damaged;
 use grideye_recording::wire::{self, Batch, SensorBatch};
@@ -29,11 +27,7 @@ pub(super) struct Group {
 }
 
 /// Keeps a group; how many bytes it takes.
-pub(super) fn keep(
-    connection: &Connection,
-    group: i64,
-    taken: &[&Taken],
-) -> Result<u64, StoreError> {
+pub(super) fn keep(connection: &Connection, group: i64, taken: &[&Taken]) -> Result<u64> {
     let mut bytes = Vec::with_capacity(ROOM_OF_A_POST * taken.len());
     for taken in taken {
         bytes.extend_from_slice(&taken.t_arrival_ns.to_le_bytes());
@@ -70,7 +64,7 @@ fn in_order(batch: &Batch) -> Cow<'_, Batch> {
     Cow::Owned(batch)
 }
 
-pub(super) fn all(connection: &Connection) -> Result<Vec<Group>, StoreError> {
+pub(super) fn all(connection: &Connection) -> Result<Vec<Group>> {
     let mut statement = connection.prepare("SELECT id, batches FROM pending ORDER BY id")?;
     let mut rows = statement.query([])?;
     let mut groups = Vec::new();
@@ -89,7 +83,7 @@ pub(super) fn all(connection: &Connection) -> Result<Vec<Group>, StoreError> {
 }
 
 /// `None` if the bytes end within a batch.
-fn open(mut bytes: &[u8]) -> Option<Result<Vec<Taken>, StoreError>> {
+fn open(mut bytes: &[u8]) -> Option<Result<Vec<Taken>>> {
     let mut group = Vec::new();
     while !bytes.is_empty() {
         let (t_arrival_ns, rest) = bytes.split_first_chunk()?;
@@ -112,7 +106,7 @@ fn open(mut bytes: &[u8]) -> Option<Result<Vec<Taken>, StoreError>> {
 }
 
 /// Deletes the groups up to `through`, and takes note of the number of the last.
-pub(super) fn forget(connection: &Connection, through: i64, last: i64) -> Result<(), StoreError> {
+pub(super) fn forget(connection: &Connection, through: i64, last: i64) -> Result<()> {
     connection
         .prepare_cached("DELETE FROM pending WHERE id <= ?")?
         .execute([through])?;

@@ -1,12 +1,11 @@
 //! Where the file is, how each connection to it is opened, and whether its path still names the file that is written.
 //!
-//! A file can be deleted, moved or replaced while a program writes it: every write goes on to succeed, into a file that
-//! nobody finds again. So the writer looks after each commit and before it answers: two calls of the system. While the file
-//! is gone nothing more is written, so that what the system still holds of it can be copied; every post looks again.
+//! A file can be deleted, moved or replaced while a program writes it, and every write succeeds. So the writer looks after
+//! each commit and before it answers. While the file is gone nothing more is written; every post looks again.
 
 use crate::limits::Limits;
 use crate::log::{Level, Log, LogEvent};
-use crate::store::error::StoreError;
+use crate::store::error::{Result, StoreError};
 use crate::store::location::StoreLocation;
 use crate::store::sqlite::schema::recognize;
 use rusqlite::{Connection, ErrorCode, OpenFlags};
@@ -29,7 +28,7 @@ pub(super) struct Place {
 }
 
 impl Place {
-    pub(super) fn of(location: &StoreLocation) -> Result<Self, StoreError> {
+    pub(super) fn of(location: &StoreLocation) -> Result<Self> {
         let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         match location {
             StoreLocation::File(path) => {
@@ -57,7 +56,7 @@ impl Place {
     }
 
     /// Takes note of which file the connections have opened.
-    pub(super) fn hold(&mut self, connection: &Connection) -> Result<Option<Held>, StoreError> {
+    pub(super) fn hold(&mut self, connection: &Connection) -> Result<Option<Held>> {
         let Some(file) = self.file.take() else {
             return Ok(None);
         };
@@ -67,7 +66,7 @@ impl Place {
         Ok(Some(held))
     }
 
-    pub(super) fn connect(&self, limits: &Limits) -> Result<Connection, StoreError> {
+    pub(super) fn connect(&self, limits: &Limits) -> Result<Connection> {
         let connection = Connection::open_with_flags(&self.name, self.flags)?;
         connection.busy_timeout(limits.store_lock_time_max)?;
         connection.set_prepared_statement_cache_capacity(STATEMENTS_MAX);
@@ -83,7 +82,7 @@ impl Place {
 }
 
 /// Makes an empty file that only this user may read, or finds that the one there may be written.
-fn make_file(path: &Path) -> Result<File, StoreError> {
+fn make_file(path: &Path) -> Result<File> {
     let opened = OpenOptions::new()
         .read(true)
         .write(true)
@@ -147,7 +146,7 @@ impl Held {
         Ok(held)
     }
 
-    pub(super) fn check(&self) -> Result<(), StoreError> {
+    pub(super) fn check(&self) -> Result<()> {
         self.file.check()?;
         self.log.check()
     }
@@ -199,7 +198,7 @@ impl Part {
         })
     }
 
-    fn check(&self) -> Result<(), StoreError> {
+    fn check(&self) -> Result<()> {
         let there = std::fs::metadata(&self.path);
         let fate = match there.map(|there| (there.dev(), there.ino())) {
             Ok(identity) if identity == self.identity => return Ok(()),
@@ -237,7 +236,7 @@ impl Presence {
     }
 
     /// Before a commit: nothing more is written into a file that is gone.
-    pub(super) fn check_before(&mut self, connection: &Connection) -> Result<(), StoreError> {
+    pub(super) fn check_before(&mut self, connection: &Connection) -> Result<()> {
         match self.gone {
             None => Ok(()),
             Some(_) => self.check(connection),
@@ -245,7 +244,7 @@ impl Presence {
     }
 
     /// After a commit, before it is answered.
-    pub(super) fn check(&mut self, connection: &Connection) -> Result<(), StoreError> {
+    pub(super) fn check(&mut self, connection: &Connection) -> Result<()> {
         let Some(held) = &self.held else {
             return Ok(());
         };
@@ -268,7 +267,7 @@ impl Presence {
     }
 
     /// At the end: folds the log in, and tells whether all that was acknowledged will be found.
-    pub(super) fn check_at_end(&self, connection: &Connection) -> Result<(), StoreError> {
+    pub(super) fn check_at_end(&self, connection: &Connection) -> Result<()> {
         let is_folded = fold(connection);
         match &self.held {
             None => Ok(()),

@@ -3,7 +3,7 @@
 use crate::limits::Limits;
 use crate::store::account;
 use crate::store::chunk::Kept;
-use crate::store::error::{RecordingId, StoreError};
+use crate::store::error::{RecordingId, Result, StoreError};
 use crate::store::plan::StreamState;
 use crate::store::row::{count, damaged, unsigned};
 use crate::store::segment::SealedRow;
@@ -13,20 +13,20 @@ use rusqlite::{Connection, Row, params};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-pub(super) fn bytes(connection: &Connection) -> Result<u64, StoreError> {
+pub(super) fn bytes(connection: &Connection) -> Result<u64> {
     let number = |pragma| connection.pragma_query_value(None, pragma, |row| row.get::<_, i64>(0));
     let bytes = number("page_count")?.saturating_mul(number("page_size")?);
     Ok(u64::try_from(bytes).unwrap_or(0))
 }
 
 /// Bytes of the file that hold something: pages that became free are used again.
-pub(super) fn bytes_used(connection: &Connection) -> Result<u64, StoreError> {
+pub(super) fn bytes_used(connection: &Connection) -> Result<u64> {
     let number = |pragma| connection.pragma_query_value(None, pragma, |row| row.get::<_, i64>(0));
     let pages = number("page_count")? - number("freelist_count")?;
     Ok(u64::try_from(pages.saturating_mul(number("page_size")?)).unwrap_or(0))
 }
 
-pub(super) fn ping(connection: &Connection) -> Result<(), StoreError> {
+pub(super) fn ping(connection: &Connection) -> Result<()> {
     connection
         .prepare_cached("SELECT max(id) FROM streams")?
         .query_row([], |_| Ok(()))?;
@@ -37,10 +37,7 @@ const STREAM_COLUMNS: &str =
     "id, device, sensor, boot, stored, missing, account, account_read, came_since_account,
     t_last_arrival_ns, expired, kept_group";
 
-pub(super) fn streams(
-    connection: &Connection,
-    limits: &Limits,
-) -> Result<Vec<StreamSummary>, StoreError> {
+pub(super) fn streams(connection: &Connection, limits: &Limits) -> Result<Vec<StreamSummary>> {
     // One snapshot, so that counts and gaps belong together.
     let snapshot = connection.unchecked_transaction()?;
     streams_within(&snapshot, limits)
@@ -50,7 +47,7 @@ pub(super) fn streams(
 pub(super) fn streams_within(
     connection: &Connection,
     limits: &Limits,
-) -> Result<Vec<StreamSummary>, StoreError> {
+) -> Result<Vec<StreamSummary>> {
     let mut statement = connection.prepare_cached(&format!(
         "SELECT {STREAM_COLUMNS} FROM streams ORDER BY device, sensor, boot"
     ))?;
@@ -65,10 +62,7 @@ pub(super) fn streams_within(
 }
 
 /// All that is known of a stream, for the writer.
-pub(super) fn state(
-    connection: &Connection,
-    id: &StreamId,
-) -> Result<Option<StreamState>, StoreError> {
+pub(super) fn state(connection: &Connection, id: &StreamId) -> Result<Option<StreamState>> {
     let mut statement = connection.prepare_cached(&format!(
         "SELECT {STREAM_COLUMNS} FROM streams WHERE device = ? AND sensor = ? AND boot = ?"
     ))?;
@@ -79,11 +73,7 @@ pub(super) fn state(
 }
 
 /// From [`STREAM_COLUMNS`], with the newest runs of numbers that came.
-fn state_of(
-    connection: &Connection,
-    row: &Row<'_>,
-    runs_max: i64,
-) -> Result<StreamState, StoreError> {
+fn state_of(connection: &Connection, row: &Row<'_>, runs_max: i64) -> Result<StreamState> {
     let account: Option<String> = row.get(6)?;
     let mut state = StreamState {
         key: row.get(0)?,
@@ -111,7 +101,7 @@ fn state_of(
 const CHUNK_COLUMNS: &str = "first_seq, last_seq, epoch, is_sealed, rows";
 
 /// The rows of one chunk, from [`CHUNK_COLUMNS`].
-pub(crate) fn rows_of(row: &Row<'_>) -> Result<Vec<SealedRow>, StoreError> {
+pub(crate) fn rows_of(row: &Row<'_>) -> Result<Vec<SealedRow>> {
     Kept {
         first_seq: row.get(0)?,
         last_seq: row.get(1)?,
@@ -138,7 +128,7 @@ pub(super) fn records(
     connection: &Connection,
     key: i64,
     seqs: &BTreeSet<u64>,
-) -> Result<BTreeMap<u64, Record>, StoreError> {
+) -> Result<BTreeMap<u64, Record>> {
     let mut statement = connection.prepare_cached(&format!(
         "SELECT {CHUNK_COLUMNS} FROM chunks WHERE stream_id = ? AND first_seq <= ? ORDER BY first_seq DESC LIMIT 1"
     ))?;
@@ -165,7 +155,7 @@ pub(super) fn records(
     Ok(records)
 }
 
-pub(super) fn newest(connection: &Connection) -> Result<Vec<StoredRecord>, StoreError> {
+pub(super) fn newest(connection: &Connection) -> Result<Vec<StoredRecord>> {
     let connection = connection.unchecked_transaction()?;
     let mut statement = connection.prepare_cached(
         "SELECT id, device, sensor, boot FROM streams WHERE last_group > 0 ORDER BY last_group",
@@ -196,7 +186,7 @@ pub(super) fn newest(connection: &Connection) -> Result<Vec<StoredRecord>, Store
 const RECORDING_COLUMNS: &str = "id, name, t_start_ns, t_stop_ns, after_epoch, through_epoch,
     coalesce((SELECT note FROM notes WHERE recording_id = recordings.id), '')";
 
-pub(super) fn recordings(connection: &Connection) -> Result<Vec<Recording>, StoreError> {
+pub(super) fn recordings(connection: &Connection) -> Result<Vec<Recording>> {
     let connection = connection.unchecked_transaction()?;
     let mut statement = connection.prepare_cached(&format!(
         "SELECT {RECORDING_COLUMNS} FROM recordings ORDER BY id DESC"
@@ -209,16 +199,12 @@ pub(super) fn recordings(connection: &Connection) -> Result<Vec<Recording>, Stor
     Ok(recordings)
 }
 
-pub(super) fn recording(connection: &Connection, id: RecordingId) -> Result<Recording, StoreError> {
+pub(super) fn recording(connection: &Connection, id: RecordingId) -> Result<Recording> {
     Ok(recording_and_range(connection, id, i64::MAX)?.0)
 }
 
 /// What belongs to a recording: what arrived after its start and not after its stop, or not after the epoch `through`.
-pub(super) fn members(
-    connection: &Connection,
-    id: RecordingId,
-    through: i64,
-) -> Result<Members, StoreError> {
+pub(super) fn members(connection: &Connection, id: RecordingId, through: i64) -> Result<Members> {
     let connection = connection.unchecked_transaction()?;
     let (recording, epochs) = recording_and_range(&connection, id, through)?;
     let mut statement = connection.prepare_cached(
@@ -244,7 +230,7 @@ fn recording_and_range(
     connection: &Connection,
     id: RecordingId,
     through: i64,
-) -> Result<(Recording, (i64, i64)), StoreError> {
+) -> Result<(Recording, (i64, i64))> {
     let mut statement = connection.prepare_cached(&format!(
         "SELECT {RECORDING_COLUMNS} FROM recordings WHERE id = ?"
     ))?;
@@ -260,7 +246,7 @@ fn recording_of(
     connection: &Connection,
     row: &Row<'_>,
     through_now: i64,
-) -> Result<(Recording, (i64, i64)), StoreError> {
+) -> Result<(Recording, (i64, i64))> {
     let (after, through): (i64, Option<i64>) = (row.get(4)?, row.get(5)?);
     let epochs = (after, through.unwrap_or(through_now));
     let (frames, missing, sensors) = connection
@@ -289,7 +275,7 @@ pub(super) fn page(
     span: &Span,
     after_seq: Option<u64>,
     rows_max: usize,
-) -> Result<Vec<StoredRecord>, StoreError> {
+) -> Result<Vec<StoredRecord>> {
     let Some(first) = span.first_after(after_seq) else {
         return Ok(Vec::new());
     };

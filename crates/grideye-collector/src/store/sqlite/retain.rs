@@ -1,12 +1,10 @@
 //! Deletes frames that are too old, or for which the file is too small; never those of a recording.
 //!
-//! Age is told by store time (`time.rs`). However far a clock or a person was wrong, only a share of the store is deleted
-//! in a time, and each deletion is reported: so there is time to notice. A number that was deleted stays known: the same
-//! frame again changes nothing.
+//! However far a clock or a person was wrong, only a share of the store is deleted in a time, and each deletion is reported.
 
 use crate::limits::Limits;
 use crate::log::{Level, LogEvent};
-use crate::store::error::StoreError;
+use crate::store::error::Result;
 use crate::store::sqlite::read;
 use crate::store::sqlite::time::nanoseconds;
 use grideye_recording::StreamId;
@@ -150,7 +148,7 @@ impl Retention {
         connection: &Connection,
         now_ns: i64,
         limits: &Limits,
-    ) -> Result<(), StoreError> {
+    ) -> Result<()> {
         let sql = "SELECT coalesce(sum(stored), 0), coalesce(sum(expired), 0),
                           (SELECT t_aged_from_ns FROM counters) FROM streams";
         let (stored, deleted, aged_from_ns): (i64, i64, i64) = connection
@@ -186,7 +184,7 @@ impl Retention {
         connection: &Connection,
         now_ns: i64,
         limits: &Limits,
-    ) -> Result<(Vec<Deleted>, bool), StoreError> {
+    ) -> Result<(Vec<Deleted>, bool)> {
         let mut step = Step {
             connection,
             deleted: Vec::new(),
@@ -238,11 +236,7 @@ struct Step<'c> {
 
 impl Step<'_> {
     /// The oldest chunk of no recording that was stored before this time, as far as this step goes.
-    fn oldest(
-        &mut self,
-        looked_through: &mut Place,
-        before_ns: i64,
-    ) -> Result<Option<Place>, StoreError> {
+    fn oldest(&mut self, looked_through: &mut Place, before_ns: i64) -> Result<Option<Place>> {
         if self.chunks_left == 0 {
             return Ok(None);
         }
@@ -272,7 +266,7 @@ impl Step<'_> {
         before_ns: i64,
         reason: Reason,
         allowance: &mut Allowance,
-    ) -> Result<(), StoreError> {
+    ) -> Result<()> {
         let mut statement = self.connection.prepare_cached(&format!(
             "SELECT last_seq, frames, t_store_ns, {IS_RECORDED} FROM chunks c
              WHERE stream_id = ? AND first_seq >= ? ORDER BY first_seq"

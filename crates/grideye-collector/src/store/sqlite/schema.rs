@@ -1,22 +1,19 @@
 //! The tables, and how a file is recognized as a store of this program.
 
-use crate::store::error::StoreError;
+use crate::store::error::{Result, StoreError};
 use rusqlite::Connection;
 
 /// Marks the file as ours: "GEYE".
 pub(super) const APPLICATION_ID: i64 = 0x4745_5945;
 pub(super) const LAYOUT: i64 = 3;
 
-/// `pending` holds groups of posts as they came, one row each, until the other tables have them (`sqlite/known.rs`);
-/// `kept_group` of a stream is the last that they have.
-/// `chunks` holds the rows of one stream in ascending order, many in one (`chunk.rs`), and old ones sealed: so one stream is
-/// read in one sweep. `frames` of a chunk are those with pixels. It has a rowid, because a search among keys that lie
-/// beside such rows reads all the rows that it passes; files of before have none and are read and written alike.
+/// `pending` holds groups of posts until the other tables have them; `kept_group` of a stream is the last that they have.
+/// `chunks` holds rows of one stream, ascending, many in one (`chunk.rs`), old ones sealed; `frames` are those with pixels.
+/// It has a rowid, because a search among keys that lie beside such rows reads all the rows that it passes.
 /// `t_store_ns` of a chunk is the store time (`sqlite/time.rs`) at which its last row was stored; that of `counters` is the
 /// last that was kept, and what came before `t_aged_from_ns` is as old as that.
-/// `runs` holds the received numbers as runs, so that gaps are known without walking the chunks, and permanently.
-/// `counters` has the epoch, which ends when a recording starts or stops or is read while it runs, and the number of groups
-/// that were kept. Recordings are ranges of epochs, and `shares` says what each epoch brought to each stream.
+/// `runs` holds the received numbers as runs, permanently. `counters` has the epoch and the number of groups kept.
+/// Recordings are ranges of epochs, and `shares` says what each epoch brought to each stream.
 /// Rows that were deleted are still in `stored`; how many of them carried pixels is `expired`.
 pub(super) const TABLES: &str = "
 CREATE TABLE pending (
@@ -90,8 +87,7 @@ pub(super) const STEPS: [(i64, &str); 1] = [(2, TO_3)];
 
 const OLDEST: i64 = STEPS[0].0;
 
-/// Layout 2 had arrival by the wall clock where layout 3 has store time. The old times are left for the order of deletion;
-/// as ages they do not count, because a clock that had jumped would make frames old.
+/// Layout 2 had the wall clock where layout 3 has store time. The old times are left for the order of deletion, not as ages.
 const TO_3: &str = "
 ALTER TABLE chunks RENAME COLUMN t_arrival_ns TO t_store_ns;
 CREATE INDEX chunks_by_age ON chunks (t_store_ns, stream_id, first_seq);
@@ -120,7 +116,7 @@ CREATE TABLE IF NOT EXISTS labels (
 ";
 
 /// Makes the tables of notes and labels in a store of a version that had none.
-pub(super) fn add_what_is_written(connection: &Connection) -> Result<(), StoreError> {
+pub(super) fn add_what_is_written(connection: &Connection) -> Result<()> {
     connection.execute_batch(NOTES)?;
     Ok(connection.execute_batch(LABELS)?)
 }
@@ -137,7 +133,7 @@ pub(crate) enum Found {
 }
 
 /// Looks without changing anything, and refuses what is not ours to write.
-pub(crate) fn recognize(connection: &Connection) -> Result<Found, StoreError> {
+pub(crate) fn recognize(connection: &Connection) -> Result<Found> {
     let number = |pragma| connection.pragma_query_value(None, pragma, |row| row.get::<_, i64>(0));
     let tables: i64 =
         connection.query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0))?;

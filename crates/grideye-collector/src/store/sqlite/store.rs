@@ -4,12 +4,11 @@ use crate::clock::Clock;
 use crate::limits::Limits;
 use crate::lock::lock;
 use crate::log::{Level, Log, LogEvent};
-use crate::store::error::{RecordingId, StoreError};
+use crate::store::error::{RecordingId, Result, StoreError};
 use crate::store::frame_store::FrameStore;
 use crate::store::location::StoreLocation;
 use crate::store::queue::{Change, Queue, WriteFault};
-use crate::store::sqlite::place::Place;
-use crate::store::sqlite::place::{Held, Presence};
+use crate::store::sqlite::place::{Held, Place, Presence};
 use crate::store::sqlite::retain::{DeletedCounts, Reason};
 use crate::store::sqlite::time::StoreTime;
 use crate::store::sqlite::write::Writer;
@@ -33,7 +32,7 @@ const CACHE_KIB: i64 = 32 * 1024;
 #[derive(Debug)]
 pub struct SqliteStore {
     queue: Queue,
-    writer: Mutex<Option<JoinHandle<Result<(), StoreError>>>>,
+    writer: Mutex<Option<JoinHandle<Result<()>>>>,
     readers: Arc<Mutex<Vec<Connection>>>,
     readers_free: Arc<Semaphore>,
     fault: WriteFault,
@@ -48,22 +47,21 @@ impl SqliteStore {
     ///
     /// # Errors
     /// As [`SqliteStore::open_tended`].
-    pub fn open(location: &StoreLocation, limits: &Limits) -> Result<Self, StoreError> {
+    pub fn open(location: &StoreLocation, limits: &Limits) -> Result<Self> {
         Self::open_with(location, limits, None, &Log::silent())
     }
 
-    /// Opens the store, or makes it where none is. Frames grow old by the clock's monotonic time, which is kept in the file
-    /// and goes on from there; what is deleted is logged. A file of an older layout is copied and upgraded.
+    /// Opens the store, or makes it where none is. Frames grow old by the clock's monotonic time; what is deleted is logged.
+    /// A file of an older layout is copied and upgraded.
     ///
     /// # Errors
-    /// [`StoreError::Unusable`], [`StoreError::NotADatabase`], [`StoreError::Foreign`], [`StoreError::Newer`],
-    /// [`StoreError::Older`], [`StoreError::NoRoomForBackup`], [`StoreError::BackupInTheWay`].
+    /// [`StoreError`]: the file cannot be had, holds something else, or cannot be copied before it is upgraded.
     pub fn open_tended(
         location: &StoreLocation,
         limits: &Limits,
         clock: &Arc<dyn Clock>,
         log: &Log,
-    ) -> Result<Self, StoreError> {
+    ) -> Result<Self> {
         Self::open_with(location, limits, Some(Arc::clone(clock)), log)
     }
 
@@ -72,7 +70,7 @@ impl SqliteStore {
         limits: &Limits,
         clock: Option<Arc<dyn Clock>>,
         log: &Log,
-    ) -> Result<Self, StoreError> {
+    ) -> Result<Self> {
         let mut place = Place::of(location)?;
         let mut connection = place.connect(limits)?;
         if let Some(upgraded) = backup::prepare(&mut connection, Path::new(&place.name))? {
@@ -124,7 +122,7 @@ impl SqliteStore {
     /// A query of all that was acknowledged until now. Where the file cannot be written, of what its tables have.
     fn query_settled<T: Send + 'static>(
         &self,
-        query: impl FnOnce(&Connection, &Limits) -> Result<T, StoreError> + Send + 'static,
+        query: impl FnOnce(&Connection, &Limits) -> Result<T> + Send + 'static,
     ) -> Answer<'_, T> {
         Box::pin(async move {
             let settled = self.queue.change(Change::Settle, |_done| Some(()));
@@ -138,7 +136,7 @@ impl SqliteStore {
     /// Runs a query on a connection of its own, away from the threads that serve requests.
     fn query<T: Send + 'static>(
         &self,
-        query: impl FnOnce(&Connection, &Limits) -> Result<T, StoreError> + Send + 'static,
+        query: impl FnOnce(&Connection, &Limits) -> Result<T> + Send + 'static,
     ) -> Answer<'_, T> {
         let (free, readers) = (Arc::clone(&self.readers_free), Arc::clone(&self.readers));
         let limits = self.limits.clone();
@@ -249,7 +247,7 @@ impl FrameStore for SqliteStore {
 }
 
 /// SQLite counts in pages. It does not shrink a file that is larger already: then nothing more is taken.
-fn set_quota(connection: &Connection, bytes_max: u64) -> Result<(), StoreError> {
+fn set_quota(connection: &Connection, bytes_max: u64) -> Result<()> {
     let page: i64 = connection.pragma_query_value(None, "page_size", |row| row.get(0))?;
     let pages = i64::try_from(bytes_max).unwrap_or(i64::MAX) / page.max(1);
     // The answer is the limit in force; the pragma takes no parameter.

@@ -1,9 +1,7 @@
-//! Seals and deletes old rows, a little at a time between two groups of posts.
-//!
-//! Time is store time (`time.rs`): no wall clock is asked for an age.
+//! Seals and deletes old rows, a little at a time between two groups of posts. Ages are of store time (`time.rs`).
 
 use crate::limits::Limits;
-use crate::store::error::StoreError;
+use crate::store::error::Result;
 use crate::store::segment::{self, SealedRow};
 use crate::store::sqlite::read;
 use crate::store::sqlite::retain::{Deleted, Retention};
@@ -45,7 +43,7 @@ impl Tender {
         connection: &Connection,
         now_ns: i64,
         limits: &Limits,
-    ) -> Result<Vec<Deleted>, StoreError> {
+    ) -> Result<Vec<Deleted>> {
         self.next_step_ns = now_ns.saturating_add(STEP_EVERY_NS);
         if !self.is_in_round {
             time::keep(connection, now_ns)?;
@@ -61,7 +59,7 @@ impl Tender {
     }
 
     /// Seals a little; whether that was all for this round.
-    fn seal(&mut self, connection: &Connection, old: Old) -> Result<bool, StoreError> {
+    fn seal(&mut self, connection: &Connection, old: Old) -> Result<bool> {
         let mut sealed = 0;
         for (key, mut sealed_through) in streams_after(connection, self.at)? {
             while sealed < SEALED_MAX {
@@ -86,7 +84,7 @@ fn before(now_ns: i64, time: Duration) -> i64 {
 }
 
 /// The next streams, and up to which number each is sealed.
-fn streams_after(connection: &Connection, at: i64) -> Result<Vec<(i64, i64)>, StoreError> {
+fn streams_after(connection: &Connection, at: i64) -> Result<Vec<(i64, i64)>> {
     let sql = "SELECT id, sealed_through FROM streams WHERE id > ? ORDER BY id LIMIT ?";
     let mut statement = connection.prepare_cached(sql)?;
     let rows = statement.query_map(params![at, VISITS_MAX], |row| {
@@ -130,7 +128,7 @@ fn seal_next(
     key: i64,
     sealed_through: i64,
     old: Old,
-) -> Result<Option<i64>, StoreError> {
+) -> Result<Option<i64>> {
     let gathered = gather(connection, key, sealed_through, old.before_ns)?;
     let is_ready = gathered.is_closed || gathered.t_store_ns < old.long_before_ns;
     if gathered.chunks == 0 || !is_ready {
@@ -168,7 +166,7 @@ fn gather(
     key: i64,
     sealed_through: i64,
     before_ns: i64,
-) -> Result<Gathered, StoreError> {
+) -> Result<Gathered> {
     let mut statement = connection.prepare_cached(
         "SELECT first_seq, last_seq, epoch, is_sealed, rows, t_store_ns, frames FROM chunks
          WHERE stream_id = ? AND first_seq > ? ORDER BY first_seq",

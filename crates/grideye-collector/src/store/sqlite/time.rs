@@ -1,10 +1,8 @@
-//! The time by which frames in a file grow old.
-//!
-//! It is no wall clock: it runs with the collector's monotonic clock, stands still while no collector runs, and is kept in
-//! the file, so that a restart goes on from there. So no step of the wall clock, forward or back, makes a frame old.
+//! The time by which frames in a file grow old: it runs with the collector's monotonic clock, stands still while none runs,
+//! and is kept in the file. So no step of the wall clock makes a frame old.
 
 use crate::clock::Clock;
-use crate::store::error::StoreError;
+use crate::store::error::Result;
 use rusqlite::Connection;
 use std::sync::Arc;
 use std::time::Duration;
@@ -17,10 +15,7 @@ pub(super) struct StoreTime {
 }
 
 impl StoreTime {
-    pub(super) fn open(
-        connection: &Connection,
-        clock: Option<Arc<dyn Clock>>,
-    ) -> Result<Self, StoreError> {
+    pub(super) fn open(connection: &Connection, clock: Option<Arc<dyn Clock>>) -> Result<Self> {
         Ok(Self {
             opened_at: monotonic(clock.as_ref()),
             opened_at_ns: kept(connection)?,
@@ -42,13 +37,13 @@ pub(super) fn nanoseconds(time: Duration) -> i64 {
     i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
 }
 
-pub(super) fn kept(connection: &Connection) -> Result<i64, StoreError> {
+pub(super) fn kept(connection: &Connection) -> Result<i64> {
     let mut statement = connection.prepare_cached("SELECT t_store_ns FROM counters")?;
     Ok(statement.query_row([], |row| row.get(0))?)
 }
 
 /// Keeps the time in the file. It always grows: so a writer finds out whether it can write.
-pub(super) fn keep(connection: &Connection, now_ns: i64) -> Result<(), StoreError> {
+pub(super) fn keep(connection: &Connection, now_ns: i64) -> Result<()> {
     connection
         .prepare_cached("UPDATE counters SET t_store_ns = max(t_store_ns + (t_store_ns < 9223372036854775807), ?)")?
         .execute([now_ns])?;

@@ -1,12 +1,11 @@
 //! The writer: one thread, one transaction at a time, as many requests in it as are waiting.
 //!
-//! What is known of a stream is held in memory between transactions, so that a frame that is new costs no look-up. It is
-//! forgotten whenever the file may hold something else: after a transaction that failed, and when another program has
-//! written (`PRAGMA data_version`).
+//! What is known of a stream is held in memory, so that a new frame costs no look-up. It is forgotten after a transaction
+//! that failed, and when another program has written (`PRAGMA data_version`).
 
 use crate::limits::Limits;
 use crate::log::Log;
-use crate::store::error::{RecordingId, StoreError};
+use crate::store::error::{RecordingId, Result, StoreError};
 use crate::store::plan::Taken;
 use crate::store::queue::{Change, Changed, Command, Group, Outcome, WriteFault};
 use crate::store::row::count;
@@ -83,7 +82,7 @@ impl Writer {
     }
 
     /// Serves until every sender is gone and the queue is empty, then folds the log into the file.
-    pub(super) fn run(mut self, mut queue: mpsc::Receiver<Command>) -> Result<(), StoreError> {
+    pub(super) fn run(mut self, mut queue: mpsc::Receiver<Command>) -> Result<()> {
         let mut len_before = 0;
         while let Some(first) = queue.blocking_recv() {
             if len_before >= GATHER_FROM {
@@ -123,8 +122,8 @@ impl Writer {
     /// Does the work in a transaction. What is known is forgotten if it fails, since the file was set back.
     fn keeping_known<T>(
         &mut self,
-        work: impl FnOnce(&Connection, &mut Known, &Limits) -> Result<T, StoreError>,
-    ) -> Result<T, StoreError> {
+        work: impl FnOnce(&Connection, &mut Known, &Limits) -> Result<T>,
+    ) -> Result<T> {
         let mut known = std::mem::take(&mut self.known);
         known.set_time(self.time.now_ns());
         let limits = &self.limits;
@@ -136,10 +135,7 @@ impl Writer {
     }
 
     /// Does the work in a transaction on tables that lack nothing.
-    fn settled<T>(
-        &mut self,
-        work: impl FnOnce(&Connection) -> Result<T, StoreError>,
-    ) -> Result<T, StoreError> {
+    fn settled<T>(&mut self, work: impl FnOnce(&Connection) -> Result<T>) -> Result<T> {
         self.keeping_known(|transaction, known, limits| {
             known.settle_all(transaction, limits)?;
             let done = work(transaction)?;
@@ -173,27 +169,25 @@ impl Writer {
         }
     }
 
-    fn change(&mut self, change: Change) -> Result<Changed, StoreError> {
+    fn change(&mut self, change: Change) -> Result<Changed> {
         // Where there is nothing to settle, nothing is written: that the store can write is not shown.
         let shows_a_write = !matches!(change, Change::EndEpoch | Change::Settle);
         let (recordings_max, labels_max) = (self.limits.recordings_max, self.limits.labels_max);
         let done = match change {
-            Change::Start { name, t_start_ns } => self
+            Change::Start(name, t_start_ns) => self
                 .settled(|file| start(file, &name, t_start_ns, recordings_max))
                 .map(Changed::Recording),
-            Change::Stop { id, t_stop_ns } => self
+            Change::Stop(id, t_stop_ns) => self
                 .settled(|file| stop(file, id, t_stop_ns))
                 .map(Changed::Recording),
-            Change::Note { id, note } => self
+            Change::Note(id, note) => self
                 .settled(|file| write_note(file, id, &note))
                 .map(Changed::Recording),
-            Change::AddLabel { id, label } => {
-                commit(&self.connection, &mut self.presence, |file| {
-                    labels::add(file, id, label, labels_max)
-                })
-                .map(Changed::Label)
-            }
-            Change::RemoveLabel { id, number } => {
+            Change::AddLabel(id, label) => commit(&self.connection, &mut self.presence, |file| {
+                labels::add(file, id, label, labels_max)
+            })
+            .map(Changed::Label),
+            Change::RemoveLabel(id, number) => {
                 commit(&self.connection, &mut self.presence, |file| {
                     labels::remove(file, id, number)
                 })
@@ -233,7 +227,7 @@ impl Writer {
 }
 
 /// Brings the tables of a file up to all that was ever acknowledged, for a reader of its own.
-pub(crate) fn settle(connection: &Connection, limits: &Limits) -> Result<(), StoreError> {
+pub(crate) fn settle(connection: &Connection, limits: &Limits) -> Result<()> {
     transact(connection, |transaction| {
         let mut known = Known::default();
         known.set_time(time::kept(transaction)?);
@@ -245,8 +239,8 @@ pub(crate) fn settle(connection: &Connection, limits: &Limits) -> Result<(), Sto
 fn commit<T>(
     connection: &Connection,
     presence: &mut Presence,
-    work: impl FnOnce(&Connection) -> Result<T, StoreError>,
-) -> Result<T, StoreError> {
+    work: impl FnOnce(&Connection) -> Result<T>,
+) -> Result<T> {
     presence.check_before(connection)?;
     let done = transact(connection, work)?;
     presence.check(connection)?;
@@ -254,10 +248,7 @@ fn commit<T>(
 }
 
 /// Does the work in a transaction: all of it, or on an error nothing.
-fn transact<T>(
-    connection: &Connection,
-    work: impl FnOnce(&Connection) -> Result<T, StoreError>,
-) -> Result<T, StoreError> {
+fn transact<T>(connection: &Connection, work: impl FnOnce(&Connection) -> Result<T>) -> Result<T> {
     let run = |sql| connection.prepare_cached(sql)?.execute([]);
     run("BEGIN IMMEDIATE")?;
     let done = work(connection).and_then(|done| {
@@ -286,7 +277,7 @@ fn is_of_the_database(error: &StoreError) -> bool {
 }
 
 /// Ends the epoch; its number. What is kept from now on belongs to a later one.
-fn end_epoch(connection: &Connection) -> Result<i64, StoreError> {
+fn end_epoch(connection: &Connection) -> Result<i64> {
     let sql = "UPDATE counters SET epoch = epoch + 1 RETURNING epoch - 1";
     let mut statement = connection.prepare_cached(sql)?;
     Ok(statement.query_row([], |row| row.get(0))?)
@@ -297,7 +288,7 @@ fn start(
     name: &str,
     t_start_ns: i64,
     recordings_max: usize,
-) -> Result<Recording, StoreError> {
+) -> Result<Recording> {
     let taken: Option<bool> = connection
         .prepare_cached("SELECT t_stop_ns IS NULL FROM recordings WHERE name = ?")?
         .query_row([name], |row| row.get(0))
@@ -319,7 +310,7 @@ fn start(
     read::recording(connection, RecordingId(connection.last_insert_rowid()))
 }
 
-fn stop(connection: &Connection, id: RecordingId, t_stop_ns: i64) -> Result<Recording, StoreError> {
+fn stop(connection: &Connection, id: RecordingId, t_stop_ns: i64) -> Result<Recording> {
     let recording = read::recording(connection, id)?;
     if recording.t_stop_ns.is_some() {
         return Err(StoreError::NotRunning {
@@ -333,11 +324,7 @@ fn stop(connection: &Connection, id: RecordingId, t_stop_ns: i64) -> Result<Reco
     read::recording(connection, id)
 }
 
-fn write_note(
-    connection: &Connection,
-    id: RecordingId,
-    note: &str,
-) -> Result<Recording, StoreError> {
+fn write_note(connection: &Connection, id: RecordingId, note: &str) -> Result<Recording> {
     read::recording(connection, id)?;
     connection
         .prepare_cached(
