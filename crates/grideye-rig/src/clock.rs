@@ -58,8 +58,8 @@ impl BusClock {
 
     /// From here on only bits move this bus's time, so that a transfer is as long as its bits.
     pub(crate) fn hold(&self) {
-        self.held_ns
-            .store(nanoseconds(self.now()), Ordering::SeqCst);
+        let now_ns = nanoseconds(self.now());
+        self.held_ns.store(now_ns, Ordering::SeqCst);
     }
 
     /// The time of this bus follows the machine's again.
@@ -170,6 +170,9 @@ mod tests {
         assert!(clock.now() >= Duration::from_millis(200));
         std::thread::sleep(Duration::from_millis(5));
         assert!(base.now() >= Duration::from_millis(700));
+        assert_eq!(scaled(Duration::MAX, 2.0), Duration::MAX, "it saturates");
+        let half = scaled(Duration::from_secs(3), 0.5);
+        assert_eq!(half, Duration::from_millis(1500));
     }
 
     #[test]
@@ -203,15 +206,6 @@ mod tests {
     }
 
     #[test]
-    fn what_no_duration_holds_saturates() {
-        assert_eq!(scaled(Duration::MAX, 2.0), Duration::MAX);
-        assert_eq!(
-            scaled(Duration::from_secs(3), 0.5),
-            Duration::from_millis(1500)
-        );
-    }
-
-    #[test]
     fn time_moves_only_when_it_is_waited_for_or_the_bus_transfers() {
         let clock = PacedClock::new(1000.0);
         std::thread::sleep(Duration::from_millis(5));
@@ -221,10 +215,7 @@ mod tests {
         assert_eq!(clock.now(), Duration::from_millis(100));
         clock.sleep_until(Duration::from_millis(50));
         assert_eq!(clock.now(), Duration::from_millis(100));
-    }
-
-    #[test]
-    fn waiting_takes_the_real_time_that_the_speed_asks_for() {
+        // Waiting takes the real time that the speed asks for.
         let clock = PacedClock::new(10.0);
         let started = Instant::now();
         clock.sleep_until(Duration::from_millis(300));

@@ -1,12 +1,8 @@
 //! The emulated machine: a scene, a recording or one temperature as AMG8833 sensors on emulated buses, with their clock.
 //!
-//! ```text
-//!  Shown ─▶ parts ─▶ Machine: buses in real time ─▶ Rack, for /dev/i2c-N, a socket or USB/IP
-//!  Place ──────┘        clock, faults, counts
-//!  Source ─▶ a sensor alone on its bus in paced time ─▶ SharedBus, for the agent in this process
-//! ```
-//!
-//! Here, and nowhere else, the simulator meets the emulator: as a function of time that yields a frame.
+//! [`Shown`] at each [`Place`] becomes [`parts()`], and these a [`Machine`] in real time, whose rack is for `/dev/i2c-N`, a
+//! socket or USB/IP. A [`Source`] is a sensor alone on its [`bus()`] in paced time, for the agent in this process. Here, and
+//! nowhere else, the simulator meets the emulator: as a function of time that yields a frame.
 //!
 //! ```
 //! use grideye_rig::{AtEnd, Build, Machine, Planned, Shown, Timebase, Wiring, World, parts};

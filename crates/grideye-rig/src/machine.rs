@@ -248,11 +248,8 @@ impl Handle {
             self.script(&mut line, *number);
         }
         let outcome = if all_set(&line.endings) {
-            let fault = Fault::Gone;
-            Err(TransferError {
-                completed: 0,
-                fault,
-            })
+            let (completed, fault) = (0, Fault::Gone);
+            Err(TransferError { completed, fault })
         } else {
             line.wires.transfer(messages)
         };
@@ -320,11 +317,8 @@ fn write_list(
         return Ok(());
     }
     let items = counts.iter().map(|(what, count)| format!("{count} {what}"));
-    write!(
-        formatter,
-        "; {name}: {}",
-        items.collect::<Vec<_>>().join(", ")
-    )
+    let items: Vec<String> = items.collect();
+    write!(formatter, "; {name}: {}", items.join(", "))
 }
 
 fn all_set(endings: &[Arc<AtomicBool>]) -> bool {

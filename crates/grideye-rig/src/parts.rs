@@ -92,10 +92,8 @@ fn check(planned: &[Planned]) -> Result<(), RigError> {
         let Some(Branch { mux, .. }) = place.branch else {
             continue;
         };
-        let before = Place {
-            branch: None,
-            ..*place
-        };
+        let mut before = *place;
+        before.branch = None;
         if let Some(one) = taken.get(&before) {
             let (one, other) = (String::clone(one), name.clone());
             return Err(RigError::Together(one, before, other, *place, mux));

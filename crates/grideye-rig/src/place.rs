@@ -26,21 +26,19 @@ pub struct Branch {
     pub channel: usize,
 }
 
-/// A sensor that was asked for, and its place if that was said with it.
+/// A sensor that was asked for by its name, and its place if that was said with it.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct Placed {
-    /// What the scene or the recording calls it.
     pub name: String,
-    /// `None` where it was left open.
     pub place: Option<Place>,
 }
 
-/// One sensor of the emulated machine.
+/// One sensor of the emulated machine, by its name in the scene or the recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct Planned {
-    /// What the scene or the recording calls it.
     pub name: String,
-    /// Where it sits.
     pub place: Place,
 }
 
@@ -154,11 +152,8 @@ mod tests {
     #[test]
     fn names_and_places_are_read_and_written_back() {
         let places = ["1:0x69", "0:0x68", "3:0x70.0:0x69", "1048575:0x77.7:0x68"];
-        for (text, written) in places
-            .map(|text| (text, text))
-            .into_iter()
-            .chain([("1:112.3:105", "1:0x70.3:0x69")])
-        {
+        let decimal = ("1:112.3:105", "1:0x70.3:0x69");
+        for (text, written) in places.map(|text| (text, text)).into_iter().chain([decimal]) {
             let odd: Placed = format!("a=b={text}").parse().unwrap();
             assert_eq!(odd.name, "a=b");
             assert_eq!(odd.place.unwrap().to_string(), written);
@@ -192,11 +187,8 @@ mod tests {
     #[test]
     fn only_the_path_of_a_bus_is_a_device() {
         assert_eq!(device("/dev/i2c-1"), Ok(1));
-        let strange = ["/dev/ttyS0", "/dev/i2c-", "/dev/i2c-x", "i2c-1", "1"];
-        for text in strange
-            .into_iter()
-            .chain(["/dev/i2c-1/", "/dev/i2c-9999999"])
-        {
+        let strange = "/dev/ttyS0 /dev/i2c- /dev/i2c-x i2c-1 1 /dev/i2c-1/ /dev/i2c-9999999";
+        for text in strange.split(' ') {
             let error = device(text).unwrap_err();
             assert!(error.contains("hint:"), "{text}: {error}");
         }

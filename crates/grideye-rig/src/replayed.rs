@@ -43,14 +43,8 @@ impl Replayed {
 
 impl fmt::Display for Replayed {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            sent,
-            read,
-            missing,
-            pixels,
-            thermistors,
-        } = self;
-        let of = sent * PIXELS;
+        let (sent, pixels, thermistors) = (self.sent, self.pixels, self.thermistors);
+        let (read, missing, of) = (self.read, self.missing, sent * PIXELS);
         write!(
             formatter,
             "{sent} frames in, {read} out, {missing} missing; compared one by one in order: {pixels} of {of} pixels and {thermistors} of {sent} thermistor values differ"
@@ -75,22 +69,24 @@ mod tests {
 
     fn row((seq, reading): (u64, Reading<RawFrame>)) -> Row {
         let [device, sensor, boot] = ["demo", "s", "b"].map(str::to_owned);
-        let (t_boot_ns, t_utc_ns, clock) = (0, 0, ClockState::Synced);
+        let stream = StreamId {
+            device,
+            sensor,
+            boot,
+        };
+        let stamp = Stamp {
+            t_boot_ns: 0,
+            t_utc_ns: 0,
+            clock: ClockState::Synced,
+        };
+        let record = Record {
+            seq,
+            stamp,
+            reading,
+        };
         Row {
-            stream: StreamId {
-                device,
-                sensor,
-                boot,
-            },
-            record: Record {
-                seq,
-                stamp: Stamp {
-                    t_boot_ns,
-                    t_utc_ns,
-                    clock,
-                },
-                reading,
-            },
+            stream,
+            record,
             t_arrival_ns: None,
         }
     }
@@ -105,21 +101,16 @@ mod tests {
         let [first, second, third] = source.map(Reading::Frame);
         assert!(judge(&[first, second, third]).is_equal());
         let swapped = judge(&[second, first, third]).to_string();
-        assert!(
-            swapped.contains("2 of 192 pixels"),
-            "out of order: {swapped}"
-        );
+        assert!(swapped.contains("2 of 192 pixels"), "{swapped}");
         let warmer = Reading::Frame(RawFrame {
             thermistor: ThermistorWord(401),
             ..frame(3)
         });
+        let missing = Reading::NoData(NoData::Nack);
         for (readings, fault) in [
             (&[first, second][..], "one frame short"),
             (&[first, second, second, third], "one twice"),
-            (
-                &[first, Reading::NoData(NoData::Nack), second, third],
-                "a missing row",
-            ),
+            (&[first, missing, second, third], "a missing row"),
             (&[second, first, third], "out of order"),
             (&[first, second, warmer], "another thermistor"),
         ] {

@@ -54,8 +54,7 @@ pub(crate) fn self_heated(ambient: Celsius) -> Celsius {
 #[must_use]
 pub fn replay_source(frames: &[RawFrame]) -> Source {
     let frames = evenly(frames.iter().map(word::frame));
-    let shown = None;
-    Box::new(Show::alone(Pictures::Frames { frames, shown }))
+    Box::new(Show::alone(Pictures::timed(frames)))
 }
 
 /// An emulated AMG8833 alone on its bus, powered on now; with a bus clock, transfers take their time.

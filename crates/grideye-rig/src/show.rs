@@ -75,11 +75,10 @@ pub(crate) struct Timeline {
 impl Timeline {
     /// A timeline whose end has not been reached.
     pub(crate) fn new(length: Duration, at_end: AtEnd) -> Self {
-        let ended = Arc::default();
         Self {
             length,
             at_end,
-            ended,
+            ended: Arc::default(),
         }
     }
 
@@ -121,6 +120,14 @@ pub(crate) enum Pictures {
     },
 }
 
+impl Pictures {
+    /// Frames at their times.
+    pub(crate) const fn timed(frames: Vec<(Duration, Frame)>) -> Self {
+        let shown = None;
+        Self::Frames { frames, shown }
+    }
+}
+
 /// One specimen of the sensor, by a profile and a seed.
 pub(crate) struct Specimen {
     pub(crate) profile: Arc<Profile>,
@@ -154,9 +161,8 @@ impl FrameSource for Show {
 
     fn measuring_from(&mut self, t: Duration) {
         if self.alone {
-            self.world
-                .begun_ns
-                .store(nanoseconds(t).min(NOT_BEGUN - 1), Ordering::SeqCst);
+            let begun = nanoseconds(t).min(NOT_BEGUN - 1);
+            self.world.begun_ns.store(begun, Ordering::SeqCst);
         }
     }
 }
@@ -240,22 +246,16 @@ mod tests {
     }
 
     fn seen(show: &mut Show, times_ms: &[u64]) -> Vec<f32> {
-        times_ms
-            .iter()
-            .map(|t| show.frame_at(ms(*t)).pixels[0].get())
-            .collect()
+        let celsius = |t: &u64| show.frame_at(ms(*t)).pixels[0].get();
+        times_ms.iter().map(celsius).collect()
     }
 
     fn three_at_their_times(at_end: AtEnd) -> Show {
-        let frames = vec![
-            (ms(0), warm(1.0)),
-            (ms(1000), warm(2.0)),
-            (ms(1100), warm(3.0)),
-        ];
+        let frames = [(0, 1.0), (1000, 2.0), (1100, 3.0)];
+        let frames = frames.map(|(at, celsius)| (ms(at), warm(celsius))).to_vec();
         let length = length(&frames);
         assert_eq!(length, ms(1200));
-        let shown = None;
-        show(Pictures::Frames { frames, shown }, length, at_end)
+        show(Pictures::timed(frames), length, at_end)
     }
 
     fn has_ended(show: &Show) -> bool {
@@ -269,12 +269,10 @@ mod tests {
         assert_eq!(before, [1.0, 1.0], "nobody asked yet");
         assert!(show.world.begin(ms(70_000)));
         assert!(!show.world.begin(ms(99_000)), "it begins once");
+        // A time half a period off still belongs to the tick; the last frame stays.
         let times = [70_000, 70_900, 70_949, 70_950, 71_050, 71_200, 99_000];
-        assert_eq!(
-            seen(&mut show, &times),
-            [1.0, 1.0, 1.0, 2.0, 3.0, 3.0, 3.0],
-            "a time half a period off still belongs to the tick; the last frame stays"
-        );
+        let expected = [1.0, 1.0, 1.0, 2.0, 3.0, 3.0, 3.0];
+        assert_eq!(seen(&mut show, &times), expected);
         assert!(!has_ended(&show));
     }
 
@@ -291,6 +289,11 @@ mod tests {
         assert!(!has_ended(&ending));
         seen(&mut ending, &[1200]);
         assert!(has_ended(&ending));
+
+        // What never changes has no end.
+        let timeline = Timeline::new(Duration::ZERO, AtEnd::End);
+        assert_eq!(timeline.place(ms(5)), (0, ms(5)));
+        assert!(!timeline.ended.load(Ordering::SeqCst));
     }
 
     /// The end comes after the last frame, and not with it.
@@ -308,33 +311,20 @@ mod tests {
             show.world.begin(ms(90));
             assert_eq!(seen(&mut show, &[100, 204, 10_000]), expected[..3]);
             assert!(!has_ended(&show), "{at_end:?}");
-            assert_eq!(
-                seen(&mut show, &[10_100, 10_200]),
-                expected[3..],
-                "{at_end:?}"
-            );
+            let after = seen(&mut show, &[10_100, 10_200]);
+            assert_eq!(after, expected[3..], "{at_end:?}");
             assert_eq!(has_ended(&show), at_end == AtEnd::End);
         }
     }
 
     #[test]
-    fn what_never_changes_has_no_end() {
-        let timeline = Timeline::new(Duration::ZERO, AtEnd::End);
-        assert_eq!(timeline.place(ms(5)), (0, ms(5)));
-        assert!(!timeline.ended.load(Ordering::SeqCst));
-    }
-
-    #[test]
     fn a_sensor_alone_starts_over_with_each_first_measurement() {
         let frames = vec![(ms(0), warm(1.0)), (ms(100), warm(2.0))];
-        let shown = None;
-        let mut show = Show::alone(Pictures::Frames { frames, shown });
+        let mut show = Show::alone(Pictures::timed(frames));
         for start in [100, 5_000] {
             show.measuring_from(ms(start));
-            assert_eq!(
-                seen(&mut show, &[start, start + 100, start + 900]),
-                [1.0, 2.0, 2.0]
-            );
+            let times = [0, 100, 900].map(|since| start + since);
+            assert_eq!(seen(&mut show, &times), [1.0, 2.0, 2.0]);
         }
     }
 }

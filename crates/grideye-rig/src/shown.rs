@@ -17,19 +17,14 @@ pub type Recorded = BTreeMap<String, Vec<(Duration, Frame)>>;
 pub type Simulate = fn(&Scene, &str) -> Result<Simulator, SceneError>;
 
 /// What all sensors are shown.
+#[expect(missing_docs, reason = "the names say it")]
 pub enum Shown {
-    /// A scene through its sensors.
     Scene {
-        /// The scene.
         scene: Box<Scene>,
-        /// How its frames are made.
         simulate: Simulate,
     },
-    /// The frames of a recording.
     Recording {
-        /// When they come.
         replay: Replay,
-        /// Those of each sensor.
         sensors: Recorded,
     },
     /// One temperature everywhere, °C.
@@ -85,11 +80,7 @@ impl Shown {
                 }
                 // All of them end, and begin again, together.
                 let length = sensors.values().map(|frames| show::length(frames)).max();
-                let shown = None;
-                Ok((
-                    length.unwrap_or_default(),
-                    Pictures::Frames { frames, shown },
-                ))
+                Ok((length.unwrap_or_default(), Pictures::timed(frames)))
             }
             Self::Constant(celsius) => {
                 let room = Celsius::new(*celsius);
@@ -97,8 +88,8 @@ impl Shown {
                 if noise_seed.is_some() {
                     frame.thermistor = sensor::self_heated(room);
                 }
-                let (frames, shown) = (vec![(Duration::ZERO, frame)], None);
-                Ok((Duration::ZERO, Pictures::Frames { frames, shown }))
+                let frames = vec![(Duration::ZERO, frame)];
+                Ok((Duration::ZERO, Pictures::timed(frames)))
             }
         }
     }
@@ -116,16 +107,14 @@ pub fn recorded(streams: BTreeMap<StreamId, Vec<Record>>) -> Result<Recorded, Ri
     let boot_ns = |record: &Record| record.reading.frame().map(|_| record.stamp.t_boot_ns);
     let first_ns = streams.values().flatten().filter_map(boot_ns).min();
     let first_ns = first_ns.ok_or(RigError::NoFrame)?;
-    let frames = |records: Vec<Record>| -> Vec<_> {
-        let frames = records.iter().filter_map(|record| {
-            let since_ns = record.stamp.t_boot_ns.saturating_sub(first_ns);
-            let frame = word::frame(record.reading.frame()?);
-            Some((Duration::from_nanos(since_ns), frame))
-        });
-        frames.collect()
+    let timed = |record: &Record| {
+        let since_ns = record.stamp.t_boot_ns.saturating_sub(first_ns);
+        let frame = word::frame(record.reading.frame()?);
+        Some((Duration::from_nanos(since_ns), frame))
     };
-    let sensors = streams
-        .into_iter()
-        .map(|(stream, records)| (stream.sensor, frames(records)));
+    let sensors = streams.into_iter().map(|(stream, records)| {
+        let frames: Vec<_> = records.iter().filter_map(timed).collect();
+        (stream.sensor, frames)
+    });
     Ok(sensors.filter(|(_, frames)| !frames.is_empty()).collect())
 }

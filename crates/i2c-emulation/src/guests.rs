@@ -1,11 +1,10 @@
 //! The connections of one server: how many there may be, and how all of them end.
 
+use rustix::net::{Shutdown, shutdown};
 use std::collections::BTreeMap;
 use std::os::fd::AsFd;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
-
-use rustix::net::{Shutdown, shutdown};
 
 #[derive(Debug)]
 pub(crate) struct Guests<S> {
@@ -88,8 +87,13 @@ impl<S: AsFd> Guests<S> {
     }
 
     fn lock(&self) -> MutexGuard<'_, Inside<S>> {
-        self.inside.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.inside)
     }
+}
+
+/// A panic elsewhere while it was held is no reason to hang the others as well.
+pub(crate) fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// One connection's place. Its end, also by a panic of the bus, is the connection's.

@@ -1,8 +1,9 @@
 //! The buses of one emulated machine, by number.
 
 use crate::adapter::{EmulatedAdapter, Message, TransferError};
+use crate::guests::lock;
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 /// One bus that several users share: each transfer is carried out whole.
 #[derive(Clone)]
@@ -18,8 +19,7 @@ impl SharedAdapter {
 impl EmulatedAdapter for SharedAdapter {
     fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError> {
         // A transfer that panicked has left the bus between two messages, where a real one would be after a reset.
-        let mut adapter = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        adapter.transfer(messages)
+        lock(&self.0).transfer(messages)
     }
 }
 
@@ -54,27 +54,22 @@ impl Rack {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::adapter::Fault;
+    use crate::adapter::{ByFunction, Fault};
 
     /// Fails with one message more done at each transfer, so that sharing shows.
-    struct Counting(usize);
-
-    impl EmulatedAdapter for Counting {
-        fn transfer(&mut self, _messages: &mut [Message<'_>]) -> Result<(), TransferError> {
-            self.0 += 1;
-            Err(TransferError {
-                completed: self.0,
-                fault: Fault::NackAddress,
-            })
-        }
+    fn counting(mut completed: usize) -> SharedAdapter {
+        SharedAdapter::new(ByFunction(move |_: &mut [Message<'_>]| {
+            completed += 1;
+            let fault = Fault::NackAddress;
+            Err(TransferError { completed, fault })
+        }))
     }
 
     #[test]
     fn all_who_ask_for_a_number_share_one_bus() {
         let mut rack = Rack::new();
-        let before = rack.insert(1, SharedAdapter::new(Counting(0)));
-        assert!(before.is_none(), "nothing was there");
-        rack.insert(3, SharedAdapter::new(Counting(10)));
+        assert!(rack.insert(1, counting(0)).is_none(), "nothing was there");
+        rack.insert(3, counting(10));
         let completed = |number| {
             let mut bus = rack.get(number).unwrap();
             bus.transfer(&mut []).unwrap_err().completed

@@ -37,90 +37,64 @@ pub struct Ended {
 
 /// Why a program could not be run with its buses, or not to its end.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what each is")]
 pub enum RunError {
-    /// The rack is empty.
     #[error("no bus to show the program\nhint: put at least one bus into the rack")]
     NoBus,
-    /// Neither FUSE works for this program on this machine nor preloading.
     #[error("FUSE does not work here: {0}\nand preloading does not either: {1}")]
     NoWay(Box<Self>, Box<Self>),
-    /// The kernel's FUSE device is missing.
     #[error(
         "cannot open {0}: {1}\nhint: load the kernel module with `modprobe fuse`, or hand the device to the container with `--device /dev/fuse`"
     )]
     NoFuse(PathBuf, #[source] io::Error),
-    /// The machine could do this step, but not for this user.
     #[error(
         "not permitted: {0}: {1}\nhint: run as root, or allow user namespaces (user.max_user_namespaces above 0) and /dev/fuse for everyone (chmod 0666 /dev/fuse); a container needs --cap-add SYS_ADMIN --device /dev/fuse --security-opt apparmor=unconfined"
     )]
     NotPermitted(String, #[source] io::Error),
-    /// A step of the preparation failed for another reason than permission.
     #[error("{step}: {source}\nhint: this needs {needs}")]
     Setup {
-        /// What was being done.
         step: String,
-        /// What the kernel said.
         source: io::Error,
-        /// What the way needs.
         needs: &'static str,
     },
-    /// The device's file is missing, and outside `/dev` none is made.
     #[error(
         "there is no {0}\nhint: name a device directly in /dev, such as /dev/i2c-1, or make an empty file at this path first"
     )]
     DeviceMissing(PathBuf),
-    /// A folder is at the device's path.
     #[error("{0} is a folder\nhint: name a file, such as /dev/i2c-1")]
     DeviceIsFolder(PathBuf),
-    /// A path holds a byte 0.
     #[error("a path with a zero byte in it: {0}\nhint: name a file, such as /dev/i2c-1")]
     PathWithZero(PathBuf),
-    /// `/dev` has more entries than are copied: [`DEV_ENTRIES_MAX`](crate::fuse::DEV_ENTRIES_MAX).
     #[error(
         "/dev has more than {0} entries\nhint: make an empty file at the device's path, then /dev is left as it is"
     )]
     DevTooFull(usize),
-    /// The kernel speaks another version of the FUSE protocol: major, minor.
     #[error("the kernel speaks FUSE {0}.{1}, needed is 7.28 or newer\nhint: Linux 4.20 or newer")]
     FuseTooOld(u32, u32),
-    /// The connection to the kernel failed while the program ran; the program has found its device dead.
     #[error("the emulated device failed: {0}\nhint: see the kernel's log (dmesg)")]
     Serve(#[source] io::Error),
-    /// This program was built without the library to preload, for this reason.
     #[error("this build carries no library to preload: {0}\nhint: use FUSE (--via fuse)")]
     NoLibrary(&'static str),
-    /// The program, or the interpreter that its script names, does not load libraries.
     #[error(
         "{0} is statically linked: no library can be preloaded into it\nhint: FUSE (--via fuse) reaches static programs"
     )]
     StaticProgram(String),
-    /// The program's loader ignores LD_PRELOAD.
     #[error(
         "{0} gains rights when it starts (set-user-ID, set-group-ID or file capabilities): its loader ignores libraries to preload\nhint: FUSE (--via fuse) as root reaches such programs"
     )]
     GainsRights(String),
-    /// The program is made for another machine than this one, a 32-bit one for example.
     #[error(
         "{0} is made for another machine than the library to preload (another instruction set or width of pointers)\nhint: FUSE (--via fuse) reaches 32-bit programs as well; for another machine's programs build this one for that machine"
     )]
     OtherMachine(String),
-    /// There are more buses than the library knows, [`BUSES_MAX`](crate::preload::BUSES_MAX).
     #[error("{found} buses, but by preloading a program can be shown {max}\nhint: show it fewer")]
-    TooManyBuses {
-        /// How many there are.
-        found: usize,
-        /// The limit.
-        max: usize,
-    },
-    /// There is no such program.
+    TooManyBuses { found: usize, max: usize },
     #[error(
         "program not found: {0}\nhint: check the spelling and PATH, and that the working directory it is to start in exists; a file that is there names an interpreter or a loader that is not"
     )]
     ProgramNotFound(String),
-    /// The program is there but does not start.
     #[error("cannot start {0}: {1}\nhint: is the file executable, and made for this machine?")]
     ProgramNotStarted(String, #[source] io::Error),
-    /// The end of the program could not be waited for.
     #[error(
         "cannot wait for {0}: {1}\nhint: does something else in this process collect its children?"
     )]

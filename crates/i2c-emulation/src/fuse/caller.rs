@@ -4,9 +4,8 @@
     reason = "only these two system calls reach another process's memory, and std has no wrapper for them"
 )]
 
-use std::io;
-
 use crate::ioctl::{CallerMemory, Errno, PointerWidth};
+use std::io;
 
 pub(super) struct ProcessMemory {
     pid: libc::pid_t,

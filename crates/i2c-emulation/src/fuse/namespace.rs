@@ -1,15 +1,18 @@
-//! How the device gets to its path, for one program and for nobody else.
+//! How the device gets to its path, for one program: all steps are laid out before the first is carried out, with the right to
+//! mount in a thread, else in the program's own process and user namespace, between fork and exec, without allocating.
 //!
-//! All steps are laid out before the first is carried out: with the right to mount in a thread, which then starts the
-//! program; without it in the program's own process and user namespace, between fork and exec, where nothing is allocated.
-//!
-//! Where the device's file is missing, `/dev` is rebuilt inside the namespace: an empty tmpfs, every entry of the real
-//! `/dev` bound into it, and the device's file beside them. The kernel takes it away with the namespace's last process.
+//! Where the device's file is missing, an empty tmpfs with every entry of the real `/dev` bound into it takes `/dev`'s place.
 #![expect(
     unsafe_code,
     reason = "own namespaces and reserved descriptors are for the caller to keep sound"
 )]
 
+use super::wire;
+use crate::run::{FUSE_NEEDS, RunError, setup_failed};
+use rustix::fs::{Mode, OFlags, mkdir, open, stat, symlink};
+use rustix::io::{DupFlags, Errno, dup3};
+use rustix::mount::{MountFlags, MountPropagationFlags, mount, mount_bind_recursive, mount_change};
+use rustix::thread::{UnshareFlags, unshare_unsafe};
 use std::ffi::{CStr, CString, OsStr};
 use std::fs::{self, DirEntry};
 use std::io;
@@ -17,14 +20,6 @@ use std::mem::ManuallyDrop;
 use std::os::fd::{AsRawFd, FromRawFd, OwnedFd, RawFd};
 use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
-
-use rustix::fs::{Mode, OFlags, mkdir, open, stat, symlink};
-use rustix::io::{DupFlags, Errno, dup3};
-use rustix::mount::{MountFlags, MountPropagationFlags, mount, mount_bind_recursive, mount_change};
-use rustix::thread::{UnshareFlags, unshare_unsafe};
-
-use super::wire;
-use crate::run::{FUSE_NEEDS, RunError, setup_failed};
 
 /// Most entries of a `/dev` that is rebuilt.
 pub const DEV_ENTRIES_MAX: usize = 4096;
@@ -173,14 +168,11 @@ impl Plan {
             Right::Own => UnshareFlags::NEWNS,
             Right::NewUserNamespace { .. } => UnshareFlags::NEWUSER | UnshareFlags::NEWNS,
         };
-        self.add(
-            Kind::Ordinary,
-            "making a private mount namespace",
-            move || {
-                // SAFETY: neither flag separates anything that Rust's threads share.
-                unsafe { unshare_unsafe(flags) }
-            },
-        );
+        let what = "making a private mount namespace";
+        self.add(Kind::Ordinary, what, move || {
+            // SAFETY: neither flag separates anything that Rust's threads share.
+            unsafe { unshare_unsafe(flags) }
+        });
         if let Right::NewUserNamespace { user, group } = right {
             for (path, text) in [
                 (c"/proc/self/setgroups", "deny".to_owned()),
@@ -257,13 +249,12 @@ impl Plan {
             self.make_file(path.clone());
         }
         let what = format!("binding {}", path.to_string_lossy());
-        self.add(Kind::Ordinary, what, move || {
-            match mount_bind_recursive(&source, &path) {
-                // It has vanished since `/dev` was read.
-                Err(Errno::NOENT) => Ok(()),
-                outcome => outcome,
-            }
-        });
+        let bind = move || match mount_bind_recursive(&source, &path) {
+            // It has vanished since `/dev` was read.
+            Err(Errno::NOENT) => Ok(()),
+            outcome => outcome,
+        };
+        self.add(Kind::Ordinary, what, bind);
         Ok(())
     }
 
@@ -369,9 +360,7 @@ mod tests {
                 assert!(matches!(explain(step, errno), RunError::NotPermitted(..)));
             }
         }
-        assert!(matches!(
-            explain(usize::MAX, libc::EPERM),
-            RunError::Serve(_)
-        ));
+        let elsewhere = explain(usize::MAX, libc::EPERM);
+        assert!(matches!(elsewhere, RunError::Serve(_)));
     }
 }

@@ -1,5 +1,17 @@
 //! Runs a program with its devices: mounts, starts, serves and waits.
 
+use super::caller::ProcessMemory;
+use super::namespace::{Plan, Right, StepFailed};
+use super::session::{Reply, Session, SharedBus};
+use super::wire;
+use crate::adapter::{ByFunction, EmulatedAdapter, Fault, Message, TransferError};
+use crate::ioctl::{AdapterMode, CallerMemory};
+use crate::run::{Ended, FUSE_NEEDS, RunError, Way, not_started, socket_pair, wait_for};
+use rustix::event::{PollFd, PollFlags, poll};
+use rustix::io::{Errno, retry_on_intr};
+use rustix::process::{
+    Pid, PidfdFlags, PidfdGetfdFlags, getegid, geteuid, getpid, pidfd_getfd, pidfd_open,
+};
 use std::io;
 use std::net::Shutdown;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
@@ -10,20 +22,6 @@ use std::process::{Child, Command, ExitStatus};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, mpsc};
 use std::thread;
-
-use rustix::event::{PollFd, PollFlags, poll};
-use rustix::io::{Errno, retry_on_intr};
-use rustix::process::{
-    Pid, PidfdFlags, PidfdGetfdFlags, getegid, geteuid, getpid, pidfd_getfd, pidfd_open,
-};
-
-use super::caller::ProcessMemory;
-use super::namespace::{Plan, Right, StepFailed};
-use super::session::{Reply, Session, SharedBus};
-use super::wire;
-use crate::adapter::{EmulatedAdapter, Fault, Message, TransferError};
-use crate::ioctl::{AdapterMode, CallerMemory};
-use crate::run::{Ended, FUSE_NEEDS, RunError, Way, not_started, socket_pair, wait_for};
 
 /// Where the device appears and how it behaves.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -52,7 +50,6 @@ impl Options {
 ///
 /// Only the program, and whatever it starts, sees the device; nothing is left of it, however they end. Signals are left
 /// alone. The adapter is locked for one transfer at a time.
-///
 /// # Errors
 /// What this machine or this user lacks; once the program runs, only [`RunError::Serve`] and [`RunError::Wait`].
 pub fn run<A: EmulatedAdapter + Send>(
@@ -79,9 +76,8 @@ pub(crate) fn run_devices(
     command: &mut Command,
     started: &(dyn Fn(u32) + Sync),
 ) -> Result<Ended, RunError> {
-    let paths: Vec<&Path> = devices.iter().map(|device| device.path.as_path()).collect();
     let setting = Setting {
-        paths,
+        paths: devices.iter().map(|device| device.path.as_path()).collect(),
         fuse_device,
         started,
     };
@@ -111,7 +107,6 @@ pub(crate) fn run_devices(
 }
 
 /// Tells whether [`run`] can work here, by running the program `true` with a device that nobody answers on.
-///
 /// # Errors
 /// What [`run`] would say.
 pub fn probe() -> Result<(), RunError> {
@@ -129,7 +124,10 @@ pub(crate) fn probe_with(fuse_device: &Path) -> Result<(), RunError> {
         .read(address, &mut [0; 1])
         .map_err(not_reached)?;
     run(
-        &Mutex::new(EmptyBus),
+        &Mutex::new(ByFunction(|_: &mut [Message<'_>]| {
+            let (completed, fault) = (0, Fault::NackAddress);
+            Err(TransferError { completed, fault })
+        })),
         &Options {
             fuse_device: fuse_device.to_owned(),
             ..Options::new("/dev/i2c-emulation-probe")
@@ -137,17 +135,6 @@ pub(crate) fn probe_with(fuse_device: &Path) -> Result<(), RunError> {
         &mut Command::new("true"),
     )
     .map(drop)
-}
-
-struct EmptyBus;
-
-impl EmulatedAdapter for EmptyBus {
-    fn transfer(&mut self, _messages: &mut [Message<'_>]) -> Result<(), TransferError> {
-        Err(TransferError {
-            completed: 0,
-            fault: Fault::NackAddress,
-        })
-    }
 }
 
 struct Setting<'a> {
@@ -202,19 +189,15 @@ fn run_program(
     let plan = Plan::new(&setting.paths, setting.fuse_device, Right::Own)?;
     let child = match plan.prepare() {
         Ok(()) => {
+            let (fuses, owner) = (plan.into_fuses(), Right::Own.owner());
             // The receiver waits in `run_devices` for exactly this.
-            let _ = arrivals.send(Mounted {
-                fuses: plan.into_fuses(),
-                owner: Right::Own.owner(),
-            });
-            command
-                .spawn()
-                .map_err(|source| not_started(command, source))?
+            let _ = arrivals.send(Mounted { fuses, owner });
+            let spawned = command.spawn();
+            spawned.map_err(|source| not_started(command, source))?
         }
-        Err(StepFailed {
-            step: 0,
-            errno: libc::EPERM,
-        }) => start_in_user_namespace(setting, command, arrivals)?,
+        Err(failed) if (failed.step, failed.errno) == (0, libc::EPERM) => {
+            start_in_user_namespace(setting, command, arrivals)?
+        }
         Err(failed) => return Err(plan.explain(failed, setting.fuse_device)),
     };
     wait_for(child, command, setting.started)

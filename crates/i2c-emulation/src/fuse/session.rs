@@ -1,11 +1,11 @@
 //! The answers: from one request of the kernel to the bytes that go back, without any system call.
 
-use std::collections::HashMap;
-use std::sync::{Mutex, PoisonError};
-
 use super::wire::{self, Request, opcode};
 use crate::adapter::EmulatedAdapter;
+use crate::guests::lock;
 use crate::ioctl::{AdapterMode, CallerMemory, Errno, MESSAGE_BYTES_MAX, OpenFile, PointerWidth};
+use std::collections::HashMap;
+use std::sync::Mutex;
 
 /// Most files that may be open at once; one more is ENFILE.
 pub const OPEN_FILES_MAX: usize = 1024;
@@ -92,28 +92,25 @@ impl Session {
             opcode::READ => {
                 let mut buffer = vec![0; body.length()?.min(MESSAGE_BYTES_MAX)];
                 let file = self.file(body.u64(0)?)?;
-                let arrived = with(adapter, |bus| file.read(&mut buffer, bus))?;
+                let arrived = file.read(&mut buffer, &mut *lock(adapter))?;
                 buffer.truncate(arrived);
                 Ok(buffer)
             }
             opcode::WRITE => {
                 let bytes = body.written()?;
                 let file = self.file(body.u64(0)?)?;
-                with(adapter, |bus| file.write(bytes, bus)).map(wire::written)
+                file.write(bytes, &mut *lock(adapter)).map(wire::written)
             }
             opcode::IOCTL => {
                 let (request_number, argument) = (body.u32(12)?, body.u64(16)?);
-                let width = if body.u32(8)? & IOCTL_FROM_32_BIT == 0 {
-                    PointerWidth::Bits64
-                } else {
-                    PointerWidth::Bits32
+                let width = match body.u32(8)? & IOCTL_FROM_32_BIT {
+                    0 => PointerWidth::Bits64,
+                    _ => PointerWidth::Bits32,
                 };
                 let file = self.file(body.u64(0)?)?;
                 let memory = &mut memory_of(request.pid, width);
-                with(adapter, |bus| {
-                    file.ioctl(request_number, argument, memory, bus)
-                })
-                .map(wire::ioctl_done)
+                let done = file.ioctl(request_number, argument, memory, &mut *lock(adapter));
+                done.map(wire::ioctl_done)
             }
             _ => Err(Errno::NOSYS),
         }
@@ -136,11 +133,6 @@ impl Session {
     fn file(&mut self, handle: u64) -> Result<&mut OpenFile, Errno> {
         self.files.get_mut(&handle).ok_or(Errno::INVAL)
     }
-}
-
-/// Holds the adapter for one transfer. A panic elsewhere while it was held is no reason to hang the program as well.
-fn with<T>(adapter: &SharedBus<'_>, transfer: impl FnOnce(&mut dyn EmulatedAdapter) -> T) -> T {
-    transfer(&mut *adapter.lock().unwrap_or_else(PoisonError::into_inner))
 }
 
 #[cfg(test)]

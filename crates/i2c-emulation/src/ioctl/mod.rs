@@ -1,7 +1,5 @@
-//! The strict i2c-dev layer: what `/dev/i2c-N` does, without knowing how a caller reaches it.
-//!
-//! It follows the kernel's `i2c-dev.c` and `i2c-core-smbus.c` errno by errno, over any [`EmulatedAdapter`](crate::adapter::EmulatedAdapter) and any
-//! [`CallerMemory`]. Three things differ from the kernel, each on purpose:
+//! The strict i2c-dev layer: the kernel's `i2c-dev.c` and `i2c-core-smbus.c` errno by errno, over any
+//! [`EmulatedAdapter`](crate::adapter::EmulatedAdapter) and any [`CallerMemory`]. Three things differ, on purpose:
 //!
 //! * Retries belong to the open file. The kernel keeps them with the adapter, for all programs. A timeout has no effect.
 //! * What I2C_FUNCS does not offer is EOPNOTSUPP. A Raspberry Pi answers an SMBus block read with rubbish instead.

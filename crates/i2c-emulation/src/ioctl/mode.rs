@@ -1,14 +1,11 @@
 //! Which real adapter the emulated one behaves like.
 
-use core::fmt;
-use core::str::FromStr;
-
-use embedded_hal::i2c::Operation;
-
-use rustix::io::Errno;
-
 use super::uapi::functionality as func;
 use crate::adapter::{Fault, Message, is_read};
+use core::fmt;
+use core::str::FromStr;
+use embedded_hal::i2c::Operation;
+use rustix::io::Errno;
 
 /// A kind of adapter: what it offers, what it refuses, and how it names a fault.
 ///
@@ -112,21 +109,16 @@ impl AdapterMode {
     pub(super) fn check(self, messages: &[Message<'_>]) -> Result<(), Errno> {
         let refused = match self {
             Self::Gone => return Err(Errno::NODEV),
-            Self::Pi | Self::Busy => messages
-                .iter()
-                .rev()
-                .skip(1)
-                .any(|message| is_read(&message.operation)),
+            Self::Pi | Self::Busy => {
+                let mut before = messages.iter().rev().skip(1);
+                before.any(|message| is_read(&message.operation))
+            }
             Self::Usb => messages.iter().any(|message| {
                 matches!(&message.operation, Operation::Read(buffer) if buffer.is_empty())
             }),
             Self::Pi5 | Self::SmbusOnly | Self::Virtio => false,
         };
-        if refused {
-            Err(Errno::OPNOTSUPP)
-        } else {
-            Ok(())
-        }
+        (!refused).then_some(()).ok_or(Errno::OPNOTSUPP)
     }
 }
 
@@ -171,16 +163,23 @@ impl FromStr for AdapterMode {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::program::Via;
+
+    fn check_names<T>(all: &[T], unknown: &str)
+    where
+        T: FromStr<Err = UnknownName> + fmt::Display + fmt::Debug + PartialEq,
+    {
+        let error = unknown.parse::<T>().unwrap_err().to_string();
+        for one in all {
+            assert_eq!(one.to_string().parse().as_ref(), Ok(one));
+            assert!(error.contains(&one.to_string()), "{error}");
+        }
+    }
 
     #[test]
-    fn every_name_leads_back_to_its_mode() {
-        for mode in AdapterMode::ALL {
-            assert_eq!(mode.to_string().parse(), Ok(mode));
-        }
-        let error = "pi4".parse::<AdapterMode>().unwrap_err().to_string();
-        for mode in AdapterMode::ALL {
-            assert!(error.contains(mode.name()), "{error}");
-        }
+    fn every_name_leads_back_to_its_mode_or_way() {
+        check_names(&AdapterMode::ALL, "pi4");
+        check_names(&Via::ALL, "cuse");
     }
 
     /// The numbers are those of reference drivers, written out so that a slip in the table shows.

@@ -1,9 +1,5 @@
 //! One open file of the device: the system calls on it, and the transfers that they are made of.
 
-use embedded_hal::i2c::Operation;
-
-use rustix::io::Errno;
-
 use super::mode::AdapterMode;
 use super::segment::{Segment, fetch_segment};
 use super::uapi::{
@@ -11,6 +7,8 @@ use super::uapi::{
     functionality, request,
 };
 use crate::adapter::{EmulatedAdapter, Message, SEVEN_BIT_ADDRESS_MAX, TransferError};
+use embedded_hal::i2c::Operation;
+use rustix::io::Errno;
 
 /// Most retries after lost arbitration, whatever I2C_RETRIES asks for.
 pub const RETRIES_DONE_MAX: u32 = 1000;
@@ -54,7 +52,6 @@ impl OpenFile {
     }
 
     /// What ioctl() does.
-    ///
     /// # Errors
     /// The errno that the kernel gives, and that of the bus by [`AdapterMode`].
     pub fn ioctl(
@@ -96,7 +93,6 @@ impl OpenFile {
     }
 
     /// What read() does: one message from the target. At most [`MESSAGE_BYTES_MAX`] bytes are read.
-    ///
     /// # Errors
     /// EOPNOTSUPP without plain I2C, and the errno of the bus; in mode `virtio` a missing target is `Ok(0)`.
     pub fn read(
@@ -109,7 +105,6 @@ impl OpenFile {
     }
 
     /// What write() does: one message to the target. At most [`MESSAGE_BYTES_MAX`] bytes are written.
-    ///
     /// # Errors
     /// As [`read`](Self::read).
     pub fn write(&mut self, bytes: &[u8], bus: &mut dyn EmulatedAdapter) -> Result<usize, Errno> {
@@ -118,10 +113,9 @@ impl OpenFile {
     }
 
     fn set_address(&mut self, argument: u64, owned_by_a_driver: bool) -> Result<i32, Errno> {
-        let highest = if self.ten_bit {
-            TEN_BIT_ADDRESS_MAX
-        } else {
-            SEVEN_BIT_ADDRESS_MAX
+        let highest = match self.ten_bit {
+            true => TEN_BIT_ADDRESS_MAX,
+            false => SEVEN_BIT_ADDRESS_MAX,
         };
         let address = u16::try_from(argument)
             .ok()
@@ -180,10 +174,8 @@ impl OpenFile {
         if segments.iter().any(Segment::is_too_long) {
             return Err(Errno::INVAL);
         }
-        let before: Vec<Vec<u8>> = segments
-            .iter()
-            .map(|segment| segment.bytes.clone())
-            .collect();
+        let bytes = segments.iter().map(|segment| segment.bytes.clone());
+        let before: Vec<Vec<u8>> = bytes.collect();
         let completed = self.transfer_segments(segments, bus)?;
         // The kernel copies every read buffer back once the adapter reports no error, in `virtio` mode also those that
         // never arrived: the caller then finds its own old bytes.
@@ -209,10 +201,9 @@ impl OpenFile {
         }
         let mut bytes = vec![0; count * RdwrMessage::bytes(width)];
         memory.read(rdwr.messages, &mut bytes)?;
-        Ok(bytes
-            .chunks_exact(RdwrMessage::bytes(width))
-            .map(|bytes| RdwrMessage::parse(bytes, width))
-            .collect())
+        let messages = bytes.chunks_exact(RdwrMessage::bytes(width));
+        let parse = |bytes| RdwrMessage::parse(bytes, width);
+        Ok(messages.map(parse).collect())
     }
 
     pub(super) fn transfer_segments(
@@ -246,11 +237,8 @@ impl OpenFile {
     }
 
     fn require_plain_i2c(&self) -> Result<(), Errno> {
-        if self.mode.offers(functionality::I2C) {
-            Ok(())
-        } else {
-            Err(Errno::OPNOTSUPP)
-        }
+        let offered = self.mode.offers(functionality::I2C);
+        offered.then_some(()).ok_or(Errno::OPNOTSUPP)
     }
 }
 

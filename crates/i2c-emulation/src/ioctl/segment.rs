@@ -1,14 +1,12 @@
 //! The messages of a transfer on their way: fetched from the caller, carried out, and handed back.
 
-use embedded_hal::i2c::Operation;
-
-use rustix::io::Errno;
-
 use super::mode::AdapterMode;
 use super::uapi::{
     CallerMemory, MESSAGE_BYTES_MAX, RdwrMessage, SMBUS_BLOCK_MAX, functionality, message_flag,
 };
 use crate::adapter::Message;
+use embedded_hal::i2c::Operation;
+use rustix::io::Errno;
 
 /// One message on its way: the kernel's copy of the caller's buffer.
 #[derive(Debug)]

@@ -1,7 +1,5 @@
 //! I2C_SMBUS, made out of plain messages as the kernel's `i2c_smbus_xfer_emulated` does.
 
-use rustix::io::Errno;
-
 use super::open_file::OpenFile;
 use super::segment::Segment;
 use super::uapi::{
@@ -9,6 +7,7 @@ use super::uapi::{
     smbus_size as size,
 };
 use crate::adapter::EmulatedAdapter;
+use rustix::io::Errno;
 
 const WRITE: u8 = 0;
 const READ: u8 = 1;
@@ -150,12 +149,8 @@ impl OpenFile {
 }
 
 fn check_ranges(call: &SmbusArgument) -> Result<(), Errno> {
-    let known = call.size <= size::I2C_BLOCK_DATA;
-    if known && matches!(call.read_write, READ | WRITE) {
-        Ok(())
-    } else {
-        Err(Errno::INVAL)
-    }
+    let known = call.size <= size::I2C_BLOCK_DATA && matches!(call.read_write, READ | WRITE);
+    known.then_some(()).ok_or(Errno::INVAL)
 }
 
 fn uses_data(call: &SmbusArgument) -> bool {
@@ -185,11 +180,8 @@ fn data_length(kind: u32) -> usize {
 }
 
 fn checked(block: usize) -> Result<usize, Errno> {
-    if block > SMBUS_BLOCK_MAX {
-        Err(Errno::INVAL)
-    } else {
-        Ok(block)
-    }
+    let fits = block <= SMBUS_BLOCK_MAX;
+    fits.then_some(block).ok_or(Errno::INVAL)
 }
 
 fn take_answer(kind: u32, answer: &Segment, data: &mut Data) -> Result<(), Errno> {
@@ -227,32 +219,22 @@ fn check_checksum(segments: &mut [Segment]) -> Result<(), Errno> {
     last.bytes = arrived;
     last.length_first = last.length_first.map(|extra| extra - 1);
     let expected = checksum_of_message(before.iter().fold(0, checksum_of_message), last);
-    if found == expected {
-        Ok(())
-    } else {
-        Err(Errno::BADMSG)
-    }
+    (found == expected).then_some(()).ok_or(Errno::BADMSG)
 }
 
 /// Packet error code (SMBus 2.0, section 5.4) over the address byte and the data of a message.
 fn checksum_of_message(checksum: u8, segment: &Segment) -> u8 {
     let [_, address] = (segment.address << 1 | u16::from(segment.read)).to_be_bytes();
-    segment
-        .bytes
-        .iter()
-        .fold(checksum_of_byte(checksum, address), |checksum, byte| {
-            checksum_of_byte(checksum, *byte)
-        })
+    let step = |checksum, byte: &u8| checksum_of_byte(checksum, *byte);
+    let begin = checksum_of_byte(checksum, address);
+    segment.bytes.iter().fold(begin, step)
 }
 
 /// CRC-8 with the polynomial x^8 + x^2 + x + 1.
 fn checksum_of_byte(checksum: u8, byte: u8) -> u8 {
-    (0..8).fold(checksum ^ byte, |crc, _| {
-        if crc & 0x80 == 0 {
-            crc << 1
-        } else {
-            crc << 1 ^ 0x07
-        }
+    (0..8).fold(checksum ^ byte, |crc, _| match crc & 0x80 {
+        0 => crc << 1,
+        _ => crc << 1 ^ 0x07,
     })
 }
 

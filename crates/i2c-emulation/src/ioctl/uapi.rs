@@ -3,58 +3,43 @@
 use rustix::io::Errno;
 
 /// Requests of `ioctl(2)` on `/dev/i2c-N`.
+#[expect(missing_docs, reason = "the names are the kernel's")]
 pub mod request {
     /// How often to retry after lost arbitration.
     pub const I2C_RETRIES: u32 = 0x0701;
     /// How long to wait, in units of 10 ms.
     pub const I2C_TIMEOUT: u32 = 0x0702;
-    /// The target of read(), write() and I2C_SMBUS.
     pub const I2C_SLAVE: u32 = 0x0703;
-    /// Whether targets have ten-bit addresses.
     pub const I2C_TENBIT: u32 = 0x0704;
-    /// Tells what the adapter can do.
     pub const I2C_FUNCS: u32 = 0x0705;
     /// As [`I2C_SLAVE`], also where a kernel driver owns the address.
     pub const I2C_SLAVE_FORCE: u32 = 0x0706;
-    /// Several messages in one transfer.
     pub const I2C_RDWR: u32 = 0x0707;
-    /// Whether SMBus transfers carry a checksum.
     pub const I2C_PEC: u32 = 0x0708;
-    /// One SMBus transfer.
     pub const I2C_SMBUS: u32 = 0x0720;
 }
 
 /// Flags of one message of I2C_RDWR.
+#[expect(missing_docs, reason = "the names are the kernel's")]
 pub mod message_flag {
-    /// The target sends.
     pub const READ: u16 = 0x0001;
-    /// The address has ten bits.
     pub const TEN_BIT: u16 = 0x0010;
     /// The first byte that arrives tells how many follow.
     pub const LENGTH_FIRST: u16 = 0x0400;
 }
 
 /// Bits of I2C_FUNCS.
+#[expect(missing_docs, reason = "the names are the kernel's")]
 pub mod functionality {
-    /// Plain messages.
     pub const I2C: u32 = 0x0000_0001;
-    /// Ten-bit addresses.
     pub const TEN_BIT: u32 = 0x0000_0002;
-    /// Checksums.
     pub const SMBUS_PEC: u32 = 0x0000_0008;
-    /// An address without a byte.
     pub const SMBUS_QUICK: u32 = 0x0001_0000;
-    /// One byte without a register, both ways.
     pub const SMBUS_BYTE: u32 = 0x0006_0000;
-    /// One byte of a register, both ways.
     pub const SMBUS_BYTE_DATA: u32 = 0x0018_0000;
-    /// Two bytes of a register, both ways.
     pub const SMBUS_WORD_DATA: u32 = 0x0060_0000;
-    /// Two bytes there, two back.
     pub const SMBUS_PROC_CALL: u32 = 0x0080_0000;
-    /// A block that tells its own length, from the target.
     pub const SMBUS_READ_BLOCK: u32 = 0x0100_0000;
-    /// A block that tells its own length, to the target.
     pub const SMBUS_WRITE_BLOCK: u32 = 0x0200_0000;
     /// A block of a length known to both sides, both ways.
     pub const SMBUS_I2C_BLOCK: u32 = 0x0C00_0000;
@@ -79,22 +64,18 @@ pub mod functionality {
 }
 
 /// Kinds of I2C_SMBUS transfer (its field `size`).
+#[expect(missing_docs, reason = "the names are the kernel's")]
 pub mod smbus_size {
     /// The address alone; the direction bit is the datum.
     pub const QUICK: u32 = 0;
-    /// One byte without a register.
     pub const BYTE: u32 = 1;
-    /// One byte of a register.
     pub const BYTE_DATA: u32 = 2;
     /// Two bytes of a register, low byte first.
     pub const WORD_DATA: u32 = 3;
-    /// Two bytes there, two back.
     pub const PROC_CALL: u32 = 4;
-    /// A block that tells its own length.
     pub const BLOCK_DATA: u32 = 5;
     /// The old form of [`I2C_BLOCK_DATA`], which always reads 32 bytes.
     pub const I2C_BLOCK_BROKEN: u32 = 6;
-    /// A block there, a block back.
     pub const BLOCK_PROC_CALL: u32 = 7;
     /// A block of a length known to both sides.
     pub const I2C_BLOCK_DATA: u32 = 8;
@@ -111,10 +92,9 @@ pub(crate) const SMBUS_DATA_BYTES: usize = SMBUS_BLOCK_MAX + 2;
 
 /// How wide the pointers of the calling program are: the layouts of I2C_RDWR and I2C_SMBUS depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the names say it")]
 pub enum PointerWidth {
-    /// A 32-bit program, on a 32-bit or a 64-bit kernel.
     Bits32,
-    /// A 64-bit program.
     Bits64,
 }
 
@@ -134,13 +114,11 @@ impl PointerWidth {
 /// Addresses are the caller's and may be anything, unaligned too: an implementation answers EFAULT, it never trusts them.
 pub trait CallerMemory {
     /// Copies bytes out of the caller; all of them or none are used.
-    ///
     /// # Errors
     /// EFAULT where the caller has no such memory; EPERM where it may not be looked into.
     fn read(&mut self, address: u64, into: &mut [u8]) -> Result<(), Errno>;
 
     /// Copies bytes into the caller. After an error some of them may have been written, as in the kernel.
-    ///
     /// # Errors
     /// EFAULT where the caller has no such memory, or may not write to it; EPERM where it may not be reached.
     fn write(&mut self, address: u64, bytes: &[u8]) -> Result<(), Errno>;

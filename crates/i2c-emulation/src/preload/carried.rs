@@ -1,13 +1,11 @@
 //! The library that this program carries inside itself, as a file without a name.
 
+use crate::run::{PRELOAD_NEEDS, RunError, setup_failed};
+use rustix::fs::{MemfdFlags, SealFlags, fcntl_add_seals, memfd_create};
+use rustix::io::fcntl_dupfd_cloexec;
 use std::fs::File;
 use std::io::{self, Write};
 use std::os::fd::{AsRawFd, OwnedFd};
-
-use rustix::fs::{MemfdFlags, SealFlags, fcntl_add_seals, memfd_create};
-use rustix::io::fcntl_dupfd_cloexec;
-
-use crate::run::{PRELOAD_NEEDS, RunError, setup_failed};
 
 #[cfg(preload_library)]
 const BYTES: Option<&[u8]> = Some(include_bytes!(env!("I2C_EMULATION_LIBRARY")));

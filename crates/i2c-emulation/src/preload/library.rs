@@ -1,5 +1,4 @@
-//! The library that is preloaded: the root of a crate of its own, which `build.rs` compiles without std or any other
-//! dependency. It needs nothing but what every C library has, so that it loads beside glibc and musl alike.
+//! The library that is preloaded: a crate of its own, which `build.rs` compiles with neither std nor one C library in mind.
 #![no_std]
 #![deny(unsafe_op_in_unsafe_fn)]
 

@@ -1,17 +1,8 @@
 //! Way 3 where FUSE is not allowed: a preloaded library that answers for `/dev/i2c-N`.
 //!
-//! ```text
-//!  this process                                                the program, and whatever it starts
-//!  ────────────                                                ──────────────────────────────────
-//!  the buses, and the one ioctl layer                          LD_PRELOAD: a library
-//!      ▲                                                           open("/dev/i2c-1") ─▶ a socket as descriptor
-//!      └── a socket without a path, a secret in the environment ◀──── ioctl, read, write on it
-//! ```
-//!
-//! The library is in memory, at a path below `/proc` that ends with this process; the socket has no path at all: nothing is
-//! left behind. Chips and open files are here, and a forked or started child finds the very same ones.
-//!
-//! The crate's page lists what a program can notice; besides, its descriptor is a socket in `/proc/self/fd`.
+//! The library is in memory, at a path below `/proc` that ends with this process. What it opens is a socket without a path,
+//! to this process, where chips and open files are: a forked or started child finds the very same ones.
+//! The crate's page lists what a program can notice.
 
 mod carried;
 mod program_file;

@@ -1,5 +1,9 @@
 //! What a program's file tells before it is started: whether a library can be preloaded into it.
 
+use super::carried;
+use crate::run::RunError;
+use rustix::fs::getxattr_query;
+use rustix::process::{getegid, geteuid};
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
 use std::io::Read;
@@ -7,12 +11,6 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{FileExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::process::Command;
-
-use rustix::fs::getxattr_query;
-use rustix::process::{getegid, geteuid};
-
-use super::carried;
-use crate::run::RunError;
 
 /// Most scripts that name another script as their interpreter, as in the kernel.
 pub const SCRIPTS_MAX: usize = 5;
@@ -71,10 +69,8 @@ fn without_scripts(program: &Path) -> Option<(PathBuf, File, Header)> {
     for _ in 0..SCRIPTS_MAX {
         let file = File::open(&path).ok()?;
         let mut front = Vec::new();
-        (&file)
-            .take(FIRST_LINE_BYTES_MAX)
-            .read_to_end(&mut front)
-            .ok()?;
+        let mut first_line = (&file).take(FIRST_LINE_BYTES_MAX);
+        first_line.read_to_end(&mut front).ok()?;
         match interpreter_of(&front) {
             Some(interpreter) => path = interpreter,
             None => return Some((path, file, Header::parse(&front)?)),
@@ -92,9 +88,8 @@ fn is_executable(path: &Path) -> bool {
 fn interpreter_of(front: &[u8]) -> Option<PathBuf> {
     let line = front.strip_prefix(b"#!")?;
     let line = line.split(|byte| *byte == b'\n').next()?;
-    let word = line
-        .split(|byte| matches!(byte, b' ' | b'\t'))
-        .find(|word| !word.is_empty())?;
+    let mut words = line.split(|byte| matches!(byte, b' ' | b'\t'));
+    let word = words.find(|word| !word.is_empty())?;
     Some(PathBuf::from(OsStr::from_bytes(word)))
 }
 
@@ -130,24 +125,17 @@ impl Header {
         if !bytes.starts_with(b"\x7fELF") {
             return None;
         }
-        let fields = Fields {
-            bytes,
-            big_endian: *bytes.get(5)? == 2,
-        };
-        let wide = *bytes.get(4)? == 2;
-        let (headers_at, sizes_at) = if wide {
-            (fields.number(32, 8)?, 54)
-        } else {
-            (fields.number(28, 4)?, 42)
+        let byte = |at: usize| bytes.get(at).copied();
+        let machine = [byte(4)?, byte(5)?, byte(18)?, byte(19)?];
+        let big_endian = machine[1] == 2;
+        let fields = Fields { bytes, big_endian };
+        let (headers_at, sizes_at) = match machine[0] {
+            2 => (fields.number(32, 8)?, 54),
+            _ => (fields.number(28, 4)?, 42),
         };
         Some(Self {
-            machine: [
-                *bytes.get(4)?,
-                *bytes.get(5)?,
-                *bytes.get(18)?,
-                *bytes.get(19)?,
-            ],
-            big_endian: fields.big_endian,
+            machine,
+            big_endian,
             headers_at,
             header_bytes: fields.short(sizes_at)?,
             headers_count: fields.short(sizes_at + 2)?,
@@ -162,12 +150,10 @@ impl Header {
         if self.header_bytes == 0 || file.read_exact_at(&mut headers, self.headers_at).is_err() {
             return true;
         }
-        headers
-            .chunks_exact(usize::from(self.header_bytes))
-            .any(|bytes| {
-                let big_endian = self.big_endian;
-                Fields { bytes, big_endian }.number(0, 4) == Some(PT_INTERP)
-            })
+        let big_endian = self.big_endian;
+        let kind = |bytes| Fields { bytes, big_endian }.number(0, 4);
+        let mut each = headers.chunks_exact(self.header_bytes.into());
+        each.any(|bytes| kind(bytes) == Some(PT_INTERP))
     }
 }
 

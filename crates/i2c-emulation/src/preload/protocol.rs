@@ -1,16 +1,9 @@
 //! What the preloaded library and the emulator say to each other: one source for both, so that they cannot differ.
 //!
-//! ```text
-//!  a token: what the program holds as its open file           a channel: what carries the calls of one process
-//!  library ── Hello(bus, access) ──▶ emulator                 library ── Hello ──▶ emulator
-//!          ◀── errno or 0 ─────────                                   ◀── errno or 0 ──
-//!  nothing more; when its last copy in the last process        library ── Request, memory that it will need ──▶ emulator
-//!  closes, the file is closed                                          ◀── Peek: what is at this address? ── (seldom)
-//!                                                                      ── 1 and the bytes, or 0 ──────────▶
-//!                                                                      ◀── Poke…, Done ──
-//! ```
-//!
-//! Both are connections to one socket without a path. A token's own name is the socket's name, `/t` and 16 digits, the
+//! A token is what the program holds as its open file: a [`Hello`] with bus and access, answered by an errno or 0; when its
+//! last copy in the last process closes, the file is closed. A channel carries the calls of one process: a [`Hello`], then
+//! each [`Request`] with the memory that it will need, answered by Peek (what is at this address? 1 and the bytes, or 0),
+//! Poke, and Done at the end. Both are connections to one socket without a path. A token's own name is the socket's name, `/t` and 16 digits, the
 //! file's number in every request: so it is known again after fork, exec and dup. Numbers have the machine's byte order.
 
 use core::ffi::CStr;
@@ -122,19 +115,16 @@ impl Request {
     pub(crate) fn parse(bytes: &[u8; REQUEST_BYTES]) -> Option<Self> {
         let [kind, request] = parted(u64_at(bytes, 8));
         let (buffer, length) = (u64_at(bytes, 16), u64_at(bytes, 24));
+        let argument = buffer;
         let call = match kind {
-            1 => Call::Ioctl {
-                request,
-                argument: buffer,
-            },
+            1 => Call::Ioctl { request, argument },
             2 => Call::Read { buffer, length },
             3 => Call::Write { buffer, length },
             _ => return None,
         };
         let memory_bytes = u32::try_from(u64_at(bytes, 32)).ok()?;
-        let fits = usize::try_from(memory_bytes)
-            .is_ok_and(|length| length <= REQUEST_BYTES_MAX - REQUEST_BYTES);
-        fits.then_some(Self {
+        let length = usize::try_from(memory_bytes).ok()?;
+        (length <= REQUEST_BYTES_MAX - REQUEST_BYTES).then_some(Self {
             file: u64_at(bytes, 0),
             call,
             memory_bytes,
@@ -203,16 +193,10 @@ pub(crate) fn hexadecimal(digits: &[u8], count: usize) -> Option<u128> {
 /// The digits of a token's or channel's number.
 pub(crate) fn digits_of(number: u64) -> [u8; NUMBER_DIGITS] {
     let mut digits = [b'0'; NUMBER_DIGITS];
-    let halves = number
-        .to_be_bytes()
-        .into_iter()
-        .flat_map(|byte| [byte >> 4, byte & 0xF]);
+    let bytes = number.to_be_bytes().into_iter();
+    let halves = bytes.flat_map(|byte| [byte >> 4, byte & 0xF]);
     for (digit, half) in digits.iter_mut().zip(halves) {
-        *digit = if half < 10 {
-            b'0' + half
-        } else {
-            b'a' + half - 10
-        };
+        *digit = half + if half < 10 { b'0' } else { b'a' - 10 };
     }
     digits
 }

@@ -1,22 +1,20 @@
 //! Runs a program with the library preloaded, and serves what it asks.
 
-use std::ffi::{OsStr, OsString};
-use std::os::fd::AsFd;
-use std::os::unix::ffi::OsStrExt;
-use std::process::{Command, ExitStatus};
-use std::thread;
-
 use super::carried::{self, Library};
 use super::server::Server;
 use super::{program_file, protocol};
 use crate::ioctl::AdapterMode;
 use crate::rack::Rack;
 use crate::run::{Ended, PRELOAD_NEEDS, RunError, Way, not_started, socket_pair, wait_for};
+use std::ffi::{OsStr, OsString};
+use std::os::fd::AsFd;
+use std::os::unix::ffi::OsStrExt;
+use std::process::{Command, ExitStatus};
+use std::thread;
 
 const LD_PRELOAD: &str = "LD_PRELOAD";
 
 /// Tells whether preloading can reach this program, without starting it. What the program starts later is not known.
-///
 /// # Errors
 /// What stands in the way.
 pub fn check(command: &Command) -> Result<(), RunError> {

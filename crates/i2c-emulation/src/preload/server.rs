@@ -1,5 +1,16 @@
 //! The emulator's end of the conversation: open files, and one thread for each channel.
 
+use super::protocol::{
+    Answer, BUSES_MAX, CHUNK_BYTES_MAX, Call, HELLO_BYTES, Hello, Purpose, REGION_BYTES,
+    REQUEST_BYTES, REQUEST_BYTES_MAX, Request, TOKEN_MARK, number_of, u64_at,
+};
+use crate::guests::{Guests, lock};
+use crate::ioctl::{AdapterMode, CallerMemory, Errno, MESSAGE_BYTES_MAX, OpenFile, PointerWidth};
+use crate::rack::{Rack, SharedAdapter};
+use crate::run::{PRELOAD_NEEDS, RunError, setup_failed};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::retry_on_intr;
+use rustix::net::Shutdown;
 use std::cmp::Ordering;
 use std::collections::HashMap;
 use std::fs;
@@ -8,21 +19,8 @@ use std::os::fd::{AsFd, BorrowedFd};
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{SocketAddr, UnixListener, UnixStream};
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread::Scope;
-
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::io::retry_on_intr;
-use rustix::net::Shutdown;
-
-use super::protocol::{
-    Answer, BUSES_MAX, CHUNK_BYTES_MAX, Call, HELLO_BYTES, Hello, Purpose, REGION_BYTES,
-    REQUEST_BYTES, REQUEST_BYTES_MAX, Request, TOKEN_MARK, number_of, u64_at,
-};
-use crate::guests::Guests;
-use crate::ioctl::{AdapterMode, CallerMemory, Errno, MESSAGE_BYTES_MAX, OpenFile, PointerWidth};
-use crate::rack::{Rack, SharedAdapter};
-use crate::run::{PRELOAD_NEEDS, RunError, setup_failed};
 
 /// Most files that may be open at once, over all processes; one more is ENFILE.
 pub const OPEN_FILES_MAX: usize = 512;
@@ -56,16 +54,12 @@ struct File {
 }
 
 /// A connection that the door looks after.
-enum Guest {
-    Stranger {
-        stream: UnixStream,
-        said: Vec<u8>,
-    },
-    /// A token; all that ever comes from it is its end.
-    Token {
-        stream: UnixStream,
-        file: u64,
-    },
+struct Guest {
+    stream: UnixStream,
+    /// What a stranger said so far.
+    said: Vec<u8>,
+    /// The file of a token, of which all that ever comes is its end; `None` for a stranger.
+    file: Option<u64>,
 }
 
 impl Server {
@@ -77,14 +71,9 @@ impl Server {
                 max: BUSES_MAX,
             });
         }
-        let random = || {
-            Ok((
-                u64::from_ne_bytes(random()?),
-                u128::from_ne_bytes(random()?),
-            ))
-        };
-        let (number, secret) = random()
-            .map_err(|source| setup_failed("reading /dev/urandom", source, PRELOAD_NEEDS))?;
+        let failed = |source| setup_failed("reading /dev/urandom", source, PRELOAD_NEEDS);
+        let number = u64::from_ne_bytes(random().map_err(failed)?);
+        let secret = u128::from_ne_bytes(random().map_err(failed)?);
         let name = format!("i2c-emulation-{number:016x}");
         let listener = SocketAddr::from_abstract_name(&name)
             .and_then(|address| UnixListener::bind_addr(&address))
@@ -125,7 +114,7 @@ impl Server {
         let mut guests: Vec<Guest> = Vec::new();
         let mut full = false;
         loop {
-            let streams = guests.iter().map(Guest::stream);
+            let streams = guests.iter().map(|guest| guest.stream.as_fd());
             let listener = (!full).then_some(self.listener.as_fd());
             let mut waited_for: Vec<PollFd<'_>> = [wake]
                 .into_iter()
@@ -164,14 +153,15 @@ impl Server {
         loop {
             match self.listener.accept() {
                 Ok((stream, _)) => {
-                    let strangers = guests.iter().filter(|guest| guest.is_stranger()).count();
-                    let oldest = guests.iter().position(Guest::is_stranger);
+                    let is_stranger = |guest: &Guest| guest.file.is_none();
+                    let strangers = guests.iter().filter(|guest| is_stranger(guest)).count();
+                    let oldest = guests.iter().position(is_stranger);
                     if let Some(oldest) = oldest.filter(|_| strangers >= STRANGERS_MAX) {
                         guests.remove(oldest);
                     }
                     if stream.set_nonblocking(true).is_ok() {
-                        let said = Vec::with_capacity(HELLO_BYTES);
-                        guests.push(Guest::Stranger { stream, said });
+                        let (said, file) = (Vec::with_capacity(HELLO_BYTES), None);
+                        guests.push(Guest { stream, said, file });
                     }
                 }
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => return false,
@@ -184,35 +174,32 @@ impl Server {
     /// Hears what a guest has to say; `None` if it is one no longer.
     fn attend<'scope>(
         &'scope self,
-        guest: Guest,
+        mut guest: Guest,
         scope: &'scope Scope<'scope, '_>,
     ) -> Option<Guest> {
-        let (stream, mut said) = match guest {
-            Guest::Token { file, .. } => {
-                lock(&self.files).remove(&file);
-                return None;
-            }
-            Guest::Stranger { stream, said } => (stream, said),
-        };
+        if let Some(file) = guest.file {
+            lock(&self.files).remove(&file);
+            return None;
+        }
         let mut bytes = [0; HELLO_BYTES];
-        let room = bytes.len() - said.len();
-        match (&stream).read(&mut bytes[..room]) {
+        let room = bytes.len() - guest.said.len();
+        match guest.stream.read(&mut bytes[..room]) {
             Ok(0) => return None,
-            Ok(length) => said.extend_from_slice(&bytes[..length]),
+            Ok(length) => guest.said.extend_from_slice(&bytes[..length]),
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
             Err(_) => return None,
         }
-        match said.first_chunk() {
-            None => Some(Guest::Stranger { stream, said }),
-            Some(hello) => self.welcome(stream, Hello::parse(hello)?, scope),
+        match guest.said.first_chunk() {
+            None => Some(guest),
+            Some(hello) => self.welcome(Hello::parse(hello)?, guest.stream, scope),
         }
     }
 
     /// Who does not know the secret is sent away without a word.
     fn welcome<'scope>(
         &'scope self,
-        stream: UnixStream,
         hello: Hello,
+        stream: UnixStream,
         scope: &'scope Scope<'scope, '_>,
     ) -> Option<Guest> {
         if hello.secret != self.secret {
@@ -226,7 +213,8 @@ impl Server {
                 outcome.ok()?;
                 // Who reads the token past the library finds its end, instead of waiting forever.
                 rustix::net::shutdown(&stream, Shutdown::Write).ok()?;
-                Some(Guest::Token { stream, file })
+                let (said, file) = (Vec::new(), Some(file));
+                Some(Guest { stream, said, file })
             }
             Purpose::Channel => {
                 stream.set_nonblocking(false).ok()?;
@@ -234,10 +222,9 @@ impl Server {
                 let admitted = self.channels.admit(&stream, CHANNELS_MAX);
                 tell(&stream, admitted.as_ref().map(|_| ()).or(Err(Errno::NFILE))).ok()?;
                 let admitted = admitted.ok()?;
-                let width = if hello.pointer_bytes == 4 {
-                    PointerWidth::Bits32
-                } else {
-                    PointerWidth::Bits64
+                let width = match hello.pointer_bytes {
+                    4 => PointerWidth::Bits32,
+                    _ => PointerWidth::Bits64,
                 };
                 scope.spawn(move || {
                     // When the thread ends, also by a panic of the bus, the program must not wait for an answer.
@@ -331,18 +318,6 @@ impl Server {
 const READ_ONLY: u32 = 0;
 const WRITE_ONLY: u32 = 1;
 
-impl Guest {
-    fn stream(&self) -> BorrowedFd<'_> {
-        match self {
-            Self::Stranger { stream, .. } | Self::Token { stream, .. } => stream.as_fd(),
-        }
-    }
-
-    fn is_stranger(&self) -> bool {
-        matches!(self, Self::Stranger { .. })
-    }
-}
-
 /// The memory of the process at the other end of a channel: what came with its request, and for the rest it is asked.
 struct Caller<'a> {
     stream: &'a UnixStream,
@@ -358,10 +333,10 @@ impl Caller<'_> {
         while rest.len() >= REGION_BYTES {
             let (start, size) = (u64_at(rest, 0), usize::try_from(u64_at(rest, 8)).ok()?);
             let bytes = rest.get(REGION_BYTES..REGION_BYTES.checked_add(size)?)?;
-            let offset = address
-                .checked_sub(start)
-                .and_then(|o| usize::try_from(o).ok());
-            let found = offset.and_then(|offset| bytes.get(offset..offset.checked_add(length)?));
+            let found = address.checked_sub(start).and_then(|offset| {
+                let offset = usize::try_from(offset).ok()?;
+                bytes.get(offset..offset.checked_add(length)?)
+            });
             if found.is_some() {
                 return found;
             }
@@ -396,7 +371,7 @@ impl CallerMemory for Caller<'_> {
             if !matches!(self.ask(at, piece), Ok(true)) {
                 return Err(Errno::FAULT);
             }
-            at = at.wrapping_add(length_of(piece));
+            at = at.wrapping_add(u64::try_from(piece.len()).unwrap_or(u64::MAX));
         }
         Ok(())
     }
@@ -417,10 +392,6 @@ impl CallerMemory for Caller<'_> {
     fn pointer_width(&self) -> PointerWidth {
         self.width
     }
-}
-
-fn length_of(bytes: &[u8]) -> u64 {
-    u64::try_from(bytes.len()).unwrap_or(u64::MAX)
 }
 
 fn transfer_length(asked: u64) -> usize {
@@ -446,11 +417,6 @@ fn random<const N: usize>() -> io::Result<[u8; N]> {
     let mut bytes = [0; N];
     fs::File::open("/dev/urandom")?.read_exact(&mut bytes)?;
     Ok(bytes)
-}
-
-/// A panic elsewhere while it was held is no reason to hang the program as well.
-fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

@@ -4,14 +4,13 @@
     reason = "signal handlers and work between fork and exec have no safe wrapper"
 )]
 
+use rustix::io::Errno;
+use rustix::process::{Signal, getpid, getppid, set_parent_process_death_signal};
 use std::mem;
 use std::os::unix::process::CommandExt;
 use std::process::Command;
 use std::ptr;
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
-
-use rustix::io::Errno;
-use rustix::process::{Signal, getpid, getppid, set_parent_process_death_signal};
 
 const SIGNALS: [libc::c_int; 4] = [libc::SIGINT, libc::SIGQUIT, libc::SIGTERM, libc::SIGHUP];
 
@@ -104,21 +103,15 @@ fn take(signal: libc::c_int) -> Option<(libc::c_int, libc::sigaction)> {
     (taken == 0).then_some((signal, before))
 }
 
-extern "C" fn hand_on(
-    signal: libc::c_int,
-    origin: *mut libc::siginfo_t,
-    _context: *mut libc::c_void,
-) {
+extern "C" fn hand_on(signal: libc::c_int, origin: *mut libc::siginfo_t, _: *mut libc::c_void) {
     // SAFETY: the kernel hands a valid record to a handler with SA_SIGINFO.
     let from_terminal = unsafe { (*origin).si_code } == libc::SI_KERNEL
         && matches!(signal, libc::SIGINT | libc::SIGQUIT);
     let pid = PROGRAM.load(Ordering::SeqCst);
-    if pid > 0 {
-        if !from_terminal {
-            send(pid, signal);
-        }
-    } else {
+    if pid <= 0 {
         EARLY.store(signal, Ordering::SeqCst);
+    } else if !from_terminal {
+        send(pid, signal);
     }
 }
 

@@ -3,10 +3,9 @@
 mod connection;
 mod error;
 
+use embedded_hal::i2c::{ErrorType, I2c, Operation, SevenBitAddress};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-
-use embedded_hal::i2c::{ErrorType, I2c, Operation, SevenBitAddress};
 
 pub use error::ClientError;
 
@@ -45,7 +44,6 @@ pub struct Client {
 
 impl Client {
     /// Connects to one bus of the server at `path`.
-    ///
     /// # Errors
     /// No server answers in time, it speaks another protocol or version, or it has no such bus.
     pub fn connect(path: impl AsRef<Path>, bus: u32) -> Result<Self, ClientError> {
@@ -53,7 +51,6 @@ impl Client {
     }
 
     /// As [`connect`](Self::connect), with options.
-    ///
     /// # Errors
     /// As [`connect`](Self::connect).
     pub fn connect_with(
@@ -98,7 +95,6 @@ impl Client {
     }
 
     /// Carries out the messages of one transfer.
-    ///
     /// # Errors
     /// [`ClientError::Fault`] where the bus failed, with the buffers before it filled; [`ClientError::Refused`] where
     /// nothing reached it; [`ClientError::ServerGone`] or [`ClientError::Timeout`] now and later where no answer came.
@@ -150,13 +146,10 @@ impl I2c for Client {
             Err(_) => 0,
         };
         let arrived = joined.iter().take(completed).filter(|message| message.read);
-        let buffers = operations
-            .iter_mut()
-            .filter_map(|operation| match operation {
-                Operation::Read(buffer) => Some(buffer),
-                Operation::Write(_) => None,
-            });
-        let places = buffers.flat_map(|buffer| buffer.iter_mut());
+        let places = operations.iter_mut().flat_map(|operation| match operation {
+            Operation::Read(buffer) => buffer.iter_mut(),
+            Operation::Write(_) => [].iter_mut(),
+        });
         for (to, from) in places.zip(arrived.flat_map(|message| &message.bytes)) {
             *to = *from;
         }
@@ -165,12 +158,9 @@ impl I2c for Client {
 }
 
 fn check_limits(messages: &[Message<'_>]) -> Result<(), ClientError> {
-    let check = |unit, found, most| {
-        if found > most {
-            Err(ClientError::TooLong { unit, found, most })
-        } else {
-            Ok(())
-        }
+    let check = |unit, found, most| match found > most {
+        true => Err(ClientError::TooLong { unit, found, most }),
+        false => Ok(()),
     };
     check("messages", messages.len(), RDWR_MESSAGES_MAX)?;
     for message in messages {

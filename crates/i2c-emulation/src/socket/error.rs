@@ -8,34 +8,28 @@ pub const PATH_BYTES_MAX: usize = 107;
 
 /// Why no server could be started.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what each is")]
 pub enum SocketError {
-    /// A live server has this socket.
     #[error(
         "{0} is in use: another server answers or starts there\nhint: stop that server, or choose another path"
     )]
     InUse(PathBuf),
-    /// Something else than a socket has this name.
     #[error(
         "{0} is there already and is no socket\nhint: choose another path; nothing was changed"
     )]
     NotASocket(PathBuf),
-    /// The folder of the socket is missing.
     #[error("there is no folder {0}\nhint: make it with `mkdir -p`, or choose another path")]
     NoFolder(PathBuf),
-    /// A socket's path must be short; the path, and its bytes.
     #[error(
         "the path is {1} bytes long, a socket's may have {PATH_BYTES_MAX}: {0}\nhint: choose a shorter one, such as /tmp/grideye.sock"
     )]
     PathTooLong(PathBuf, usize),
-    /// The folder, or the socket that is there already, is not for this user.
     #[error(
         "not permitted to make {0}: {1}\nhint: choose a folder in which you may make files, such as /tmp or $XDG_RUNTIME_DIR"
     )]
     NotPermitted(PathBuf, #[source] io::Error),
-    /// There is no bus to serve.
     #[error("no bus to serve\nhint: put at least one into the rack")]
     NoBus,
-    /// A step failed for another reason.
     #[error(
         "cannot make {0}: {1}\nhint: the folder must be on a file system with sockets and links, and /proc must be mounted"
     )]

@@ -1,10 +1,9 @@
 //! Whole packets out of a stream, within a time.
 
+use super::wire::{LENGTH_BYTES, PACKET_BYTES_MAX};
 use std::io::{ErrorKind, Read};
 use std::os::unix::net::UnixStream;
 use std::time::{Duration, Instant};
-
-use super::wire::{LENGTH_BYTES, PACKET_BYTES_MAX};
 
 /// Room for a frame's packets without growing.
 const ROOM_AT_FIRST: usize = 4096;
@@ -80,11 +79,8 @@ impl Inbox {
 
     /// Where the first packet ends, once it is there as a whole.
     fn end_of_packet(&mut self) -> Result<Option<usize>, NoPacket> {
-        let Some(head) = self
-            .room
-            .get(..self.filled)
-            .and_then(<[u8]>::first_chunk::<LENGTH_BYTES>)
-        else {
+        let arrived = self.room.get(..self.filled).unwrap_or_default();
+        let Some(head) = arrived.first_chunk::<LENGTH_BYTES>() else {
             return Ok(None);
         };
         let length = usize::try_from(u32::from_le_bytes(*head)).unwrap_or(usize::MAX);
@@ -106,9 +102,8 @@ impl Inbox {
     ) -> Result<(), NoPacket> {
         let wait = wait.max(SHORTEST_WAIT);
         if self.wait != Some(wait) {
-            stream
-                .set_read_timeout(Some(wait))
-                .or(Err(NoPacket::Broken))?;
+            let set = stream.set_read_timeout(Some(wait));
+            set.or(Err(NoPacket::Broken))?;
             self.wait = Some(wait);
         }
         let room = self.room.get_mut(self.filled..).unwrap_or_default();
@@ -166,10 +161,6 @@ mod tests {
         writer.join().unwrap();
         let end = inbox.receive(&receiver, PATIENCE);
         assert!(matches!(end, Err(NoPacket::Closed)), "{end:?}");
-    }
-
-    #[test]
-    fn an_end_within_a_packet_is_told_from_one_between_packets() {
         for cut in 1..7 {
             let (mut sender, receiver) = pair();
             sender.write_all(&packet(b"one")[..cut]).unwrap();
@@ -193,10 +184,8 @@ mod tests {
         let mut inbox = Inbox::new();
         assert_eq!(inbox.receive(&receiver, PATIENCE).unwrap(), longest);
         let end = inbox.receive(&receiver, PATIENCE).map(<[u8]>::len);
-        assert!(
-            matches!(end, Err(NoPacket::TooLong(length)) if length == PACKET_BYTES_MAX + 1),
-            "{end:?}"
-        );
+        let one_more = PACKET_BYTES_MAX + 1;
+        assert!(matches!(end, Err(NoPacket::TooLong(length)) if length == one_more));
         drop(writer.join().unwrap());
     }
 
@@ -204,19 +193,14 @@ mod tests {
     fn waiting_for_a_first_byte_and_for_the_rest_have_their_own_ends() {
         let (mut sender, receiver) = pair();
         let short = Duration::from_millis(5);
-        let impatient = Patience {
-            first: short,
-            ..PATIENCE
+        let end = |first, rest| {
+            let patience = Patience { first, rest };
+            Inbox::new().receive(&receiver, patience).map(<[u8]>::len)
         };
-        let end = Inbox::new().receive(&receiver, impatient).map(<[u8]>::len);
-        assert!(matches!(end, Err(NoPacket::Idle)), "{end:?}");
-
+        let idle = end(short, PATIENCE.rest);
+        assert!(matches!(idle, Err(NoPacket::Idle)), "{idle:?}");
         sender.write_all(&packet(b"one")[..5]).unwrap();
-        let impatient = Patience {
-            rest: short,
-            ..PATIENCE
-        };
-        let end = Inbox::new().receive(&receiver, impatient).map(<[u8]>::len);
-        assert!(matches!(end, Err(NoPacket::Slow)), "{end:?}");
+        let slow = end(PATIENCE.first, short);
+        assert!(matches!(slow, Err(NoPacket::Slow)), "{slow:?}");
     }
 }

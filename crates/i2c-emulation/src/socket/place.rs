@@ -1,5 +1,6 @@
 //! The socket's file: made so that it is never half there, taken over from a server that was killed, removed at the end.
 
+use super::error::{PATH_BYTES_MAX, SocketError};
 use std::ffi::OsStr;
 use std::fs::{self, File, Permissions};
 use std::io::{self, ErrorKind};
@@ -13,8 +14,6 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
-
-use super::error::{PATH_BYTES_MAX, SocketError};
 
 /// As much of a name as fits behind the folder's numbers in an abstract socket's address.
 const CLAIM_NAME_BYTES: usize = 56;
@@ -32,9 +31,8 @@ pub(super) struct Place {
 
 impl Drop for Place {
     fn drop(&mut self) {
-        let ours = fs::symlink_metadata(&self.path)
-            .is_ok_and(|found| (found.dev(), found.ino()) == self.file);
-        if ours {
+        let found = fs::symlink_metadata(&self.path);
+        if found.is_ok_and(|found| (found.dev(), found.ino()) == self.file) {
             // Nobody is left to tell, and the next server takes a stale file over.
             let _ = fs::remove_file(&self.path);
         }
@@ -115,12 +113,10 @@ impl Folder {
         };
         let found = self.0.metadata().map_err(fail)?;
         let name = name.as_bytes();
-        let tail = name
-            .get(name.len().saturating_sub(CLAIM_NAME_BYTES)..)
-            .unwrap_or(name);
+        let tail = &name[name.len().saturating_sub(CLAIM_NAME_BYTES)..];
         let place = format!("i2c-emulation {:x}:{:x} ", found.dev(), found.ino());
-        let address =
-            SocketAddr::from_abstract_name([place.as_bytes(), tail].concat()).map_err(fail)?;
+        let claim = [place.as_bytes(), tail].concat();
+        let address = SocketAddr::from_abstract_name(claim).map_err(fail)?;
         UnixListener::bind_addr(&address).map_err(fail)
     }
 

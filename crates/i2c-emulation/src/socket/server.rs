@@ -1,15 +1,5 @@
 //! The server: one thread that accepts, and one for each client.
 
-use std::fmt;
-use std::io::{self, Write};
-use std::os::unix::net::{UnixListener, UnixStream};
-use std::path::Path;
-use std::sync::Arc;
-use std::thread;
-use std::time::{Duration, Instant};
-
-use rustix::net::{Shutdown, shutdown};
-
 use super::error::SocketError;
 use super::inbox::{Inbox, NoPacket, Patience};
 use super::place::{self, Place};
@@ -18,6 +8,14 @@ use super::wire::{ByeReason, PACKET_BYTES_MAX, append_bye};
 use crate::guests::{Guest, Guests, TurnedAway};
 use crate::ioctl::AdapterMode;
 use crate::rack::Rack;
+use rustix::net::{Shutdown, shutdown};
+use std::fmt;
+use std::io::{self, Write};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::Path;
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
 
 /// Most clients at once; one more is told so and turned away.
 pub const CLIENTS_MAX: usize = 32;
@@ -73,7 +71,6 @@ pub struct Server {
 
 impl Server {
     /// Listens at `path`. Clients can connect as soon as this has returned.
-    ///
     /// # Errors
     /// There is no bus, or the path is taken, too long, in a missing folder or not for this user.
     pub fn bind(path: impl AsRef<Path>, rack: Rack, options: Options) -> Result<Self, SocketError> {
@@ -161,10 +158,7 @@ impl Server {
 
 impl fmt::Debug for Server {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter
-            .debug_tuple("Server")
-            .field(&self.ready_line())
-            .finish()
+        write!(formatter, "Server({:?})", self.ready_line())
     }
 }
 
@@ -197,10 +191,8 @@ impl Connection {
         }
         let mut inbox = Inbox::new();
         // Until its hello a client is a stranger, who may not wait.
-        let mut patience = Patience {
-            first: packet_wait,
-            rest: packet_wait,
-        };
+        let (first, rest) = (packet_wait, packet_wait);
+        let mut patience = Patience { first, rest };
         let mut answer = Vec::new();
         loop {
             let packet = match inbox.receive(&self.stream, patience) {
@@ -220,25 +212,21 @@ impl Connection {
     /// Tells the client why the connection ends, if it is still there to be told.
     fn part(&self, end: &NoPacket, patience: Patience) {
         let stopping = self.guests.is_stopping();
-        let (reason, text) = match end {
-            _ if stopping => (ByeReason::Stopping, STOPPING.to_owned()),
-            NoPacket::Idle => (
-                ByeReason::Idle,
-                format!("nothing came for {:?}", patience.first),
-            ),
-            NoPacket::Slow => (
-                ByeReason::Malformed,
-                format!("a packet was not complete after {:?}", patience.rest),
-            ),
-            NoPacket::TooLong(bytes) => (
-                ByeReason::Malformed,
-                format!("a packet of {bytes} bytes, at most {PACKET_BYTES_MAX} are taken"),
-            ),
-            NoPacket::CutShort => (
-                ByeReason::Malformed,
-                "the stream ends within a packet".to_owned(),
-            ),
+        let Patience { first, rest } = patience;
+        let text = match end {
+            _ if stopping => STOPPING.to_owned(),
+            NoPacket::Idle => format!("nothing came for {first:?}"),
+            NoPacket::Slow => format!("a packet was not complete after {rest:?}"),
+            NoPacket::TooLong(bytes) => {
+                format!("a packet of {bytes} bytes, at most {PACKET_BYTES_MAX} are taken")
+            }
+            NoPacket::CutShort => "the stream ends within a packet".to_owned(),
             NoPacket::Closed | NoPacket::Broken => return,
+        };
+        let reason = match end {
+            _ if stopping => ByeReason::Stopping,
+            NoPacket::Idle => ByeReason::Idle,
+            _ => ByeReason::Malformed,
         };
         say_bye(&self.stream, reason, &text);
     }

@@ -231,31 +231,27 @@ impl EmulatedAdapter for Witness {
 mod tests {
     use super::super::wire::LENGTH_BYTES;
     use super::*;
-    use crate::adapter::Fault;
+    use crate::adapter::{ByFunction, Fault};
     use proptest::prelude::*;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
 
-    /// Fails at one address, in the way that the address says.
-    struct Odd;
-
-    impl EmulatedAdapter for Odd {
-        fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError> {
-            match messages.iter().position(|message| message.address % 8 == 5) {
-                Some(completed) => Err(TransferError {
-                    completed,
-                    fault: Fault::ArbitrationLost,
-                }),
-                None => Ok(()),
-            }
-        }
-    }
-
-    fn session(mode: AdapterMode) -> Session {
+    /// After the hello, with a bus that loses arbitration at some addresses, of which it counts the transfers.
+    fn session(mode: AdapterMode) -> (Session, Arc<AtomicUsize>) {
         let mut rack = Rack::new();
-        rack.insert(1, SharedAdapter::new(Odd));
+        let count = Arc::new(AtomicUsize::new(0));
+        let transfers = Arc::clone(&count);
+        let bus = ByFunction(move |messages: &mut [Message<'_>]| {
+            transfers.fetch_add(1, Ordering::Relaxed);
+            let fault = Fault::ArbitrationLost;
+            let lost = messages.iter().position(|message| message.address % 8 == 5);
+            lost.map_or(Ok(()), |completed| Err(TransferError { completed, fault }))
+        });
+        rack.insert(1, SharedAdapter::new(bus));
         let mut session = Session::new(rack, mode);
         let hello = [&[kind::HELLO][..], &MAGIC, &VERSION.to_le_bytes()].concat();
         assert_eq!(session.answer(&hello, &mut Vec::new()), Next::Serve);
-        session
+        (session, count)
     }
 
     /// What a defect in a client would send: the right kind, and anything behind it.
@@ -278,7 +274,7 @@ mod tests {
 
         #[test]
         fn each_request_has_exactly_one_answer(packet in request(), mode in 0_usize..7) {
-            let mut session = session(AdapterMode::ALL[mode]);
+            let (mut session, _) = session(AdapterMode::ALL[mode]);
             let mut out = vec![0xEE];
             let next = session.answer(&packet, &mut out);
             let (head, body) = out[1..].split_first_chunk::<LENGTH_BYTES>().unwrap();
@@ -293,27 +289,10 @@ mod tests {
     /// An adapter that lost arbitration for good ends, as I2C_RETRIES says, and does not try forever.
     #[test]
     fn a_lost_arbitration_is_retried_by_the_adapter_and_not_by_the_bare_bus() {
-        use std::sync::Arc;
-        use std::sync::atomic::{AtomicUsize, Ordering};
-
-        struct Lost(Arc<AtomicUsize>);
-        impl EmulatedAdapter for Lost {
-            fn transfer(&mut self, _: &mut [Message<'_>]) -> Result<(), TransferError> {
-                self.0.fetch_add(1, Ordering::Relaxed);
-                Err(TransferError {
-                    completed: 0,
-                    fault: Fault::ArbitrationLost,
-                })
-            }
-        }
         for (judge, tries) in [(0, 1), (1, 4)] {
-            let count = Arc::new(AtomicUsize::new(0));
-            let mut rack = Rack::new();
-            rack.insert(1, SharedAdapter::new(Lost(Arc::clone(&count))));
-            let mut session = Session::new(rack, AdapterMode::Pi5);
-            session.greeted = true;
+            let (mut session, count) = session(AdapterMode::Pi5);
             let mut out = Vec::new();
-            session.answer(&[2, 1, 0, 0, 0, judge, 1, 0, 0x69, 0, 1, 0, 1, 0], &mut out);
+            session.answer(&[2, 1, 0, 0, 0, judge, 1, 0, 0x6D, 0, 1, 0, 1, 0], &mut out);
             assert_eq!(out, [6, 0, 0, 0, kind::FAULT, 4, 11, 0, 0, 0]);
             assert_eq!(count.load(Ordering::Relaxed), tries);
         }

@@ -49,16 +49,12 @@ pub(super) mod smbus_flag {
 
 /// Why the server ends a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the names say it")]
 pub enum ByeReason {
-    /// A packet that the protocol does not know.
     Malformed,
-    /// The client speaks another version.
     Version,
-    /// As many clients as the server takes are connected.
     TooManyClients,
-    /// Nothing came for longer than the server waits.
     Idle,
-    /// The server is stopping.
     Stopping,
     /// A number that this version of the protocol does not have.
     Unknown(u8),
@@ -109,9 +105,7 @@ pub(super) fn fault_from_number(number: u8) -> Fault {
 /// The place in a list, counted from 1.
 fn number_in<T: PartialEq>(list: &[T], wanted: &T) -> u8 {
     let place = list.iter().position(|known| known == wanted);
-    place
-        .and_then(|place| u8::try_from(place + 1).ok())
-        .unwrap_or(0)
+    place.map_or(0, |place| u8::try_from(place + 1).unwrap_or(0))
 }
 
 fn numbered<T: Copy>(list: &[T], number: u8) -> Option<T> {
@@ -194,9 +188,8 @@ fn parse_transfer(mut cursor: Cursor<'_>) -> Result<Request, Malformed> {
     if count > RDWR_MESSAGES_MAX {
         return Ok(Request::TooManyMessages);
     }
-    let messages = (0..count)
-        .map(|_| parse_message(&mut cursor))
-        .collect::<Result<_, _>>()?;
+    let messages = (0..count).map(|_| parse_message(&mut cursor));
+    let messages = messages.collect::<Result<_, _>>()?;
     cursor.end()?;
     Ok(Request::Transfer {
         bus,
@@ -210,10 +203,9 @@ fn parse_message(cursor: &mut Cursor<'_>) -> Result<Segment, Malformed> {
     let flags = cursor.flags(message_flag::READ | message_flag::TEN_BIT)?;
     let length = usize::from(cursor.u16("length")?);
     let read = flags & message_flag::READ != 0;
-    let bytes = if read {
-        vec![0; length]
-    } else {
-        cursor.bytes(length, "bytes to write")?.to_vec()
+    let bytes = match read {
+        true => vec![0; length],
+        false => cursor.bytes(length, "bytes to write")?.to_vec(),
     };
     let ten_bit = flags & message_flag::TEN_BIT != 0;
     Ok(Segment::new(address, ten_bit, read, bytes))

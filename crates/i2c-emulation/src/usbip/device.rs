@@ -1,7 +1,6 @@
 //! The USB side of the adapter: what an i2c-tiny-usb answers to each control transfer.
 
-use super::identity::{DESCRIPTOR, Identity};
-use super::wire::Setup;
+use super::wire::{DESCRIPTOR, Identity, Setup};
 use crate::adapter::{EmulatedAdapter, Fault, Message, TransferError};
 use crate::ioctl::{
     AdapterMode, Errno, MESSAGE_BYTES_MAX, RDWR_MESSAGES_MAX, Segment, message_flag,
@@ -140,22 +139,17 @@ impl<A: EmulatedAdapter> Device<A> {
             // Whatever a host that broke off has left behind never reached its stop.
             self.held.clear();
         }
-        if is_read != setup.is_in() || length > MESSAGE_BYTES_MAX {
-            self.held.clear();
-            return STALL;
-        }
-        if !is_read && self.held.len() >= HELD_MESSAGES_MAX {
+        let one_too_many = !is_read && self.held.len() >= HELD_MESSAGES_MAX;
+        if one_too_many || is_read != setup.is_in() || length > MESSAGE_BYTES_MAX {
             self.held.clear();
             return STALL;
         }
         let ten_bit = setup.value & message_flag::TEN_BIT != 0;
-        let bytes = if is_read {
-            vec![0; length]
-        } else {
-            sent.to_vec()
-        };
-        self.held
-            .push(Segment::new(setup.index, ten_bit, is_read, bytes));
+        // Of a read nothing was sent.
+        let mut bytes = sent.to_vec();
+        bytes.resize(length, 0);
+        let segment = Segment::new(setup.index, ten_bit, is_read, bytes);
+        self.held.push(segment);
         self.status = status::ADDRESS_ACKNOWLEDGED;
         if !is_read && setup.request & vendor::END == 0 {
             return Ok(Vec::new());

@@ -14,60 +14,48 @@ const HINT_MODULES: &str = "load them with `modprobe -a vhci-hcd i2c-tiny-usb i2
 
 /// Why the buses did not become adapters of a kernel.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what each is")]
 pub enum UsbipError {
-    /// There is no bus to attach.
     #[error("no bus to attach\nhint: put at least one bus into the rack")]
     NoBus,
-    /// More buses than ports.
     #[error(
         "{0} buses, at most {BUSES_MAX} can be attached\nhint: start a second program for the rest"
     )]
     TooManyBuses(usize),
-    /// The kernel has no virtual USB host controller, whose folder this would be.
     #[error(
         "no virtual USB controller: there is no {0}\nhint: the kernel modules vhci-hcd, i2c-tiny-usb and i2c-dev are needed; {HINT_MODULES}"
     )]
     NoController(PathBuf),
-    /// Adapters would have no device files; the folder that is missing.
     #[error("the kernel module i2c-dev is not loaded: there is no {0}\nhint: {HINT_MODULES}")]
     NoI2cDev(PathBuf),
-    /// Only root may attach devices.
     #[error(
         "not permitted to write {0}\nhint: run as root, for example with sudo; without root use `-- PROGRAM` or `--socket`"
     )]
     NotRoot(PathBuf),
-    /// All so many ports have a device already.
     #[error(
         "no free port: all {0} of the virtual USB controller are in use\nhint: `usbip port` lists them, `usbip detach -p PORT` frees one"
     )]
     NoFreePort(usize),
-    /// The kernel refused the device at this port.
     #[error("the kernel refused the device at port {0}: {1}\nhint: see its log (dmesg)")]
     Refused(u32, #[source] io::Error),
-    /// The device was plugged in at this port, but nothing made an adapter of it in time.
     #[error(
         "the kernel made no I2C adapter of the USB device at port {0} within {1:?}\nhint: {HINT_MODULES}; a program that still holds the /dev/i2c-N of a USB adapter that was pulled out keeps the kernel from taking another one: end it"
     )]
     NoAdapter(u32, Duration),
-    /// The kernel did not release a device that was unplugged from this port in time.
     #[error(
         "port {0} is still in use {1:?} after the device was unplugged\nhint: end the programs that hold the adapter open, then `usbip detach -p {0}`"
     )]
     StillAttached(u32, Duration),
-    /// A file of the kernel could not be read or understood.
     #[error("{0}: {1}\nhint: this needs Linux 4.13 or newer with sysfs mounted at /sys")]
     Sysfs(PathBuf, #[source] io::Error),
-    /// Another program listens there.
     #[error(
         "{0} is in use by another program\nhint: end usbipd or the other program, or choose another port"
     )]
     AddressInUse(SocketAddr),
-    /// This machine cannot listen there.
     #[error(
         "cannot listen on {0}: {1}\nhint: 127.0.0.1:{PORT_DEFAULT} is what QEMU guests reach as 10.0.2.2"
     )]
     CannotListen(SocketAddr, #[source] io::Error),
-    /// A step failed because a resource that every program needs ran out.
     #[error(
         "cannot {0}: {1}\nhint: the limit of open files or threads may be reached (ulimit -n, ulimit -u)"
     )]

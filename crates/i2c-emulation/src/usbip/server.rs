@@ -2,9 +2,8 @@
 
 use super::device::Device;
 use super::error::{UsbipError, check_number};
-use super::identity::Identity;
 use super::session::{self, SessionError};
-use super::wire::{self, BUS_ID_BYTES, OP_BYTES, Request};
+use super::wire::{self, BUS_ID_BYTES, Identity, OP_BYTES, Request};
 use crate::guests::Guests;
 use crate::rack::{Rack, SharedAdapter};
 use rustix::net::sockopt::{
@@ -41,16 +40,12 @@ pub struct Server {
 
 impl fmt::Debug for Server {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter
-            .debug_tuple("Server")
-            .field(&self.address)
-            .finish()
+        write!(formatter, "Server({})", self.address)
     }
 }
 
 impl Server {
     /// Listens, and serves each connection by a thread.
-    ///
     /// # Errors
     /// No bus or too many, or an address that this machine cannot listen on.
     pub fn bind(address: SocketAddr, rack: &Rack) -> Result<Self, UsbipError> {
@@ -69,17 +64,14 @@ impl Server {
         };
         let listener = Arc::new(TcpListener::bind(address).map_err(cannot)?);
         let address = listener.local_addr().map_err(cannot)?;
-        let exports = rack
-            .iter()
-            .enumerate()
-            .map(|(index, (bus, adapter))| Export {
-                bus,
-                identity: Identity::new(bus, index),
-                adapter,
-                taken: AtomicBool::new(false),
-            });
+        let export = |(index, (bus, adapter))| Export {
+            bus,
+            identity: Identity::new(bus, index),
+            adapter,
+            taken: AtomicBool::new(false),
+        };
         let shared = Arc::new(Shared {
-            exports: exports.collect(),
+            exports: rack.iter().enumerate().map(export).collect(),
             first_phase_max,
             guests: Guests::new(),
         });
@@ -178,12 +170,10 @@ impl Shared {
                     Ok(taken) => taken,
                     Err(status) => return Ok(stream.write_all(&wire::imported(Err(status)))?),
                 };
-                let Export {
-                    adapter, identity, ..
-                } = taken.0;
-                stream.write_all(&wire::imported(Ok(identity)))?;
+                let export = taken.0;
+                stream.write_all(&wire::imported(Ok(&export.identity)))?;
                 stream.set_read_timeout(None)?;
-                let mut device = Device::new(adapter.clone(), identity.clone());
+                let mut device = Device::new(export.adapter.clone(), export.identity.clone());
                 session::serve(stream, stream, &mut device)
             }
         }

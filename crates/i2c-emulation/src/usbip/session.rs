@@ -68,9 +68,9 @@ fn read_or_end(stream: &mut impl Read, header: &mut [u8]) -> io::Result<bool> {
             outcome => break outcome?,
         }
     };
-    if arrived == 0 {
-        return Ok(false);
+    let rest = &mut header[arrived..];
+    if arrived > 0 {
+        stream.read_exact(rest)?;
     }
-    stream.read_exact(&mut header[arrived..])?;
-    Ok(true)
+    Ok(arrived > 0)
 }

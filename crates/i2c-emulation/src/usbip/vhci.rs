@@ -2,8 +2,8 @@
 
 use super::device::Device;
 use super::error::{UsbipError, check_number};
-use super::identity::{BUS_NUMBER, Identity, SPEED_LOW};
 use super::session::{self, SessionError};
+use super::wire::{BUS_NUMBER, Identity, SPEED_LOW};
 use crate::rack::{Rack, SharedAdapter};
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write as _};
@@ -65,7 +65,6 @@ pub struct Attached {
 }
 
 /// Makes every bus of the rack an adapter of this machine's kernel, served by a thread each.
-///
 /// # Errors
 /// No bus or too many, a missing module, no root, no free port, or a kernel that makes no adapter. Then none is attached.
 pub fn attach(rack: &Rack, options: &Options) -> Result<Attached, UsbipError> {
@@ -100,7 +99,6 @@ impl Attached {
     }
 
     /// Waits until all devices have been unplugged from the other side, as by `usbip detach`.
-    ///
     /// # Errors
     /// The first connection that ended otherwise.
     pub fn wait(&mut self) -> Result<(), SessionError> {
@@ -109,7 +107,6 @@ impl Attached {
     }
 
     /// Unplugs all devices, and waits until the kernel has released them. Dropping does the same, and tells no error.
-    ///
     /// # Errors
     /// [`UsbipError::StillAttached`] if it does not.
     pub fn stop(mut self) -> Result<(), UsbipError> {
@@ -212,15 +209,11 @@ impl Controller {
         Ok((plug, kernels))
     }
 
-    fn give_to_a_free_port(
-        &self,
-        kernels: &UnixStream,
-        identity: &Identity,
-    ) -> Result<u32, UsbipError> {
+    fn give_to_a_free_port(&self, end: &UnixStream, own: &Identity) -> Result<u32, UsbipError> {
         let lines = self.ports()?;
         let of_our_speed = || lines.iter().filter(|line| line.high_speed);
         for line in of_our_speed().filter(|line| line.state == PORT_FREE) {
-            match self.give(line.port, kernels, identity) {
+            match self.give(line.port, end, own) {
                 // Another program was faster.
                 Err(UsbipError::Refused(_, source))
                     if source.kind() == io::ErrorKind::ResourceBusy => {}
@@ -293,10 +286,8 @@ impl Controller {
         let waited = self.options.detach_wait;
         let is_free = || {
             let line = self.line_of(port)?;
-            let free = line.is_none_or(|line| {
-                line.state == PORT_FREE
-                    && adapter_of(&self.options.sysfs, &line.usb_device).is_none()
-            });
+            let adapter = |line: &PortLine| adapter_of(&self.options.sysfs, &line.usb_device);
+            let free = line.is_none_or(|line| line.state == PORT_FREE && adapter(&line).is_none());
             Ok(free.then_some(()))
         };
         look_until(waited, is_free)?.ok_or(UsbipError::StillAttached(port, waited))
@@ -322,10 +313,7 @@ impl PortLine {
 
 /// The N of the folder `i2c-N` below the device's one interface.
 fn adapter_of(sysfs: &Path, usb_device: &str) -> Option<u32> {
-    let interface = sysfs
-        .join("bus/usb/devices")
-        .join(usb_device)
-        .join(format!("{usb_device}:1.0"));
+    let interface = sysfs.join(format!("bus/usb/devices/{usb_device}/{usb_device}:1.0"));
     fs::read_dir(interface).ok()?.find_map(|entry| {
         let name = entry.ok()?.file_name();
         name.to_str()?.strip_prefix("i2c-")?.parse().ok()

@@ -1,7 +1,5 @@
 //! The bytes of the USB/IP protocol, version 1.1.1 (Linux, `Documentation/usb/usbip_protocol.rst`).
 
-use super::identity::{BUS_NUMBER, DESCRIPTOR, Identity, SPEED_LOW};
-
 /// The version that both sides name in every request and reply of the first phase.
 pub(super) const VERSION: u16 = 0x0111;
 /// Bytes of every header of the second phase, in which transfers are carried.
@@ -31,22 +29,49 @@ const DIRECTION_IN: u32 = 1;
 const DEVICE_TO_HOST: u8 = 0x80;
 const NO_PACKETS: [u32; 2] = [0, u32::MAX];
 
+/// USB_SPEED_LOW of `linux/usb/ch9.h`, as the original has it. vhci-hcd complains in the kernel's log about full speed.
+pub(super) const SPEED_LOW: u32 = 1;
+pub(super) const BUS_NUMBER: u16 = 1;
+/// USB 2.0, table 9-8: USB 1.1, a class of its own, eight bytes at a time, vendor 0403, product c631 (the first that the
+/// kernel's i2c-tiny-usb knows), release 2.00, three strings, one configuration.
+pub(super) const DESCRIPTOR: [u8; 18] = [
+    18, 1, 0x10, 0x01, 0xFF, 0, 0, 8, 0x03, 0x04, 0x31, 0xC6, 0x00, 0x02, 1, 2, 3, 1,
+];
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Identity {
+    pub(super) bus_id: String,
+    pub(super) device_number: u16,
+}
+
+impl Identity {
+    /// The adapter of one bus. `index` counts the buses of the rack from 0.
+    pub(super) fn new(bus: u32, index: usize) -> Self {
+        Self {
+            bus_id: bus_id(bus),
+            device_number: u16::try_from(index + 1).unwrap_or(u16::MAX),
+        }
+    }
+}
+
+/// The name under which a bus is offered, as `usbip attach -b` wants it: `1-N` for bus N of the rack.
+#[must_use]
+pub fn bus_id(bus: u32) -> String {
+    format!("1-{bus}")
+}
+
 /// Bytes that no USB/IP client sends. The connection is of no use afterwards: nobody knows where the next header begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what each is")]
 pub enum Malformed {
-    /// Another version of the protocol.
     #[error("version {0:#06x} of USB/IP instead of {VERSION:#06x}")]
     Version(u16),
-    /// A request that is neither for the list of devices nor for one of them.
     #[error("unknown request {0:#06x}")]
     Request(u16),
-    /// Neither a transfer nor the cancelling of one.
     #[error("unknown command {0}")]
     Command(u32),
-    /// A transfer longer than a control transfer can be.
     #[error("a transfer of {0} bytes, at most {TRANSFER_BYTES_MAX} are possible")]
     Length(u32),
-    /// An isochronous transfer of so many packets, which this device has no endpoint for.
     #[error("an isochronous transfer of {0} packets to a device that has none")]
     Packets(u32),
 }
@@ -83,10 +108,8 @@ fn described(device: &Identity) -> Vec<u8> {
     const CONFIGURATION_VALUE: u8 = 1;
     const INTERFACES: u8 = 1;
     let mut bytes = Vec::with_capacity(PATH_BYTES + BUS_ID_BYTES + 24);
-    bytes.extend(padded::<PATH_BYTES>(&format!(
-        "/emulated/{}",
-        device.bus_id
-    )));
+    let path = format!("/emulated/{}", device.bus_id);
+    bytes.extend(padded::<PATH_BYTES>(&path));
     bytes.extend(padded::<BUS_ID_BYTES>(&device.bus_id));
     for number in [BUS_NUMBER.into(), device.device_number.into(), SPEED_LOW] {
         bytes.extend(number.to_be_bytes());
@@ -102,19 +125,13 @@ fn described(device: &Identity) -> Vec<u8> {
 
 /// Text in a field of a fixed size, with at least one zero behind it.
 fn padded<const BYTES: usize>(text: &str) -> [u8; BYTES] {
-    let mut field = [0; BYTES];
-    for (to, from) in field[..BYTES - 1].iter_mut().zip(text.bytes()) {
-        *to = from;
-    }
-    field
+    let mut bytes = text.bytes().take(BYTES - 1);
+    [0; BYTES].map(|zero| bytes.next().unwrap_or(zero))
 }
 
 pub(super) fn unpadded(field: &[u8]) -> String {
-    let length = field
-        .iter()
-        .position(|byte| *byte == 0)
-        .unwrap_or(field.len());
-    String::from_utf8_lossy(&field[..length]).into_owned()
+    let text = field.split(|byte| *byte == 0).next().unwrap_or_default();
+    String::from_utf8_lossy(text).into_owned()
 }
 
 /// Every device with the class of its one interface.
@@ -222,21 +239,9 @@ impl Command {
 pub(super) fn submitted(sequence: u32, status: i32, actual_length: usize, data: &[u8]) -> Vec<u8> {
     let status = u32::from_ne_bytes(status.to_ne_bytes());
     let actual_length = u32::try_from(actual_length).unwrap_or(u32::MAX);
-    let header = [
-        RET_SUBMIT,
-        sequence,
-        0,
-        0,
-        0,
-        status,
-        actual_length,
-        0,
-        0,
-        0,
-        0,
-        0,
-    ];
-    [header.map(u32::to_be_bytes).as_flattened(), data].concat()
+    let words = [RET_SUBMIT, sequence, 0, 0, 0, status, actual_length];
+    let words = words.map(u32::to_be_bytes);
+    [words.as_flattened(), &[0; 20], data].concat()
 }
 
 /// The reply to a cancelled transfer that had been answered already.

@@ -1,37 +1,22 @@
 //! The answers, request by request, without a kernel.
 
-use proptest::prelude::*;
-
 use super::*;
-use crate::adapter::{Message, TransferError};
+use crate::adapter::{ByFunction, Message};
 use embedded_hal::i2c::Operation;
+use proptest::prelude::*;
 
 const UNIQUE: u64 = 77;
 
 const BEYOND_SEVEN_BITS: u64 = 1 << 7;
-
-struct Answering;
-
-impl EmulatedAdapter for Answering {
-    fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError> {
-        for message in messages {
-            if let Operation::Read(buffer) = &mut message.operation {
-                buffer.fill(0x42);
-            }
-        }
-        Ok(())
-    }
-}
 
 /// A caller without any memory, which tells its pointers' width by the errno it gives.
 struct NoMemory(PointerWidth);
 
 impl CallerMemory for NoMemory {
     fn read(&mut self, _: u64, _: &mut [u8]) -> Result<(), Errno> {
-        Err(if self.0 == PointerWidth::Bits32 {
-            Errno::PERM
-        } else {
-            Errno::FAULT
+        Err(match self.0 {
+            PointerWidth::Bits32 => Errno::PERM,
+            PointerWidth::Bits64 => Errno::FAULT,
         })
     }
 
@@ -51,8 +36,16 @@ impl Kernel {
     }
 
     fn send(&mut self, bytes: &[u8]) -> Reply {
-        self.0
-            .answer(bytes, |_pid, width| NoMemory(width), &Mutex::new(Answering))
+        let bus = ByFunction(|messages: &mut [Message<'_>]| {
+            for message in messages {
+                if let Operation::Read(buffer) = &mut message.operation {
+                    buffer.fill(0x42);
+                }
+            }
+            Ok(())
+        });
+        let memory_of = |_pid, width| NoMemory(width);
+        self.0.answer(bytes, memory_of, &Mutex::new(bus))
     }
 
     /// The body of an answer, or its errno.
@@ -63,10 +56,9 @@ impl Kernel {
         let word = |offset: usize| i32::from_ne_bytes(*bytes[offset..].first_chunk().unwrap());
         assert_eq!(usize::try_from(word(0)).unwrap(), bytes.len());
         assert_eq!(bytes[8..16], UNIQUE.to_ne_bytes());
-        if word(4) == 0 {
-            Ok(bytes[16..].to_vec())
-        } else {
-            Err(-word(4))
+        match word(4) {
+            0 => Ok(bytes[16..].to_vec()),
+            errno => Err(-errno),
         }
     }
 
@@ -78,10 +70,8 @@ impl Kernel {
     /// `struct fuse_read_in`, `fuse_write_in` and `fuse_release_in` begin alike: handle, offset, size.
     fn transfer(&mut self, opcode: u32, handle: u64, length: u32, data: &[u8]) -> Outcome {
         let (handle, length) = (handle.to_ne_bytes(), length.to_ne_bytes());
-        self.ask(
-            opcode,
-            &[&handle[..], &[0; 8], &length, &[0; 20], data].concat(),
-        )
+        let body = [&handle[..], &[0; 8], &length, &[0; 20], data].concat();
+        self.ask(opcode, &body)
     }
 
     fn read(&mut self, handle: u64, length: u32) -> Outcome {
@@ -104,10 +94,8 @@ fn request(opcode: u32, body: &[u8]) -> Vec<u8> {
 }
 
 fn words(values: &[u32]) -> Vec<u8> {
-    values
-        .iter()
-        .flat_map(|value| value.to_ne_bytes())
-        .collect()
+    let bytes = values.iter().map(|value| value.to_ne_bytes());
+    bytes.flatten().collect()
 }
 
 #[test]
@@ -135,8 +123,7 @@ fn an_open_file_is_read_written_and_asked_until_it_is_released() {
     assert_eq!(kernel.read(handle, 3).unwrap(), [0x42; 3]);
     assert_eq!(kernel.read(handle, 20_000).unwrap().len(), 8192);
     assert_eq!(kernel.transfer(16, handle, 2, &[1, 2]), Ok(words(&[2, 0])));
-    let cut_short = kernel.transfer(16, handle, 4, &[1, 2, 3]);
-    assert_eq!(cut_short, Err(22));
+    assert_eq!(kernel.transfer(16, handle, 4, &[1, 2, 3]), Err(22), "short");
     assert_eq!(kernel.ioctl(handle, 0, 0x0703, 0x69).unwrap(), [0; 16]);
     assert_eq!(kernel.ioctl(handle, 0, 0x0703, BEYOND_SEVEN_BITS), Err(22));
     assert_eq!(kernel.ask(25, &[0; 24]), Ok(Vec::new()), "flush");
@@ -166,9 +153,7 @@ fn a_32_bit_caller_is_told_apart() {
 #[test]
 fn one_file_too_many_is_enfile_until_one_is_released() {
     let mut kernel = Kernel::new();
-    let handles: Vec<u64> = (0..OPEN_FILES_MAX)
-        .map(|_| kernel.open().unwrap())
-        .collect();
+    let handles = [(); OPEN_FILES_MAX].map(|()| kernel.open().unwrap());
     assert_eq!(kernel.open(), Err(23));
     kernel.release(handles[5]).unwrap();
     assert!(kernel.open().is_ok());

@@ -1,10 +1,9 @@
 //! A caller with one open file, its memory, and the chip that it talks to.
 
-use embedded_hal::i2c::{ErrorKind, ErrorType, I2c, Operation};
-
 use crate::adapter::{Fault, HalAdapter};
 use crate::ioctl::request::{I2C_RDWR, I2C_SLAVE_FORCE, I2C_SMBUS};
 use crate::ioctl::{AdapterMode, CallerMemory, Errno, OpenFile, PointerWidth, message_flag};
+use embedded_hal::i2c::{ErrorKind, ErrorType, I2c, Operation};
 
 pub(super) const TARGET: u16 = 0x69;
 /// Where the array of [`Memory`] begins in the caller's eyes.
@@ -45,24 +44,20 @@ impl Memory {
     }
 
     pub(super) fn pointer(&self, address: u64) -> Vec<u8> {
+        let low = u32::try_from(address & 0xFFFF_FFFF).unwrap();
         match self.width {
             PointerWidth::Bits64 => address.to_ne_bytes().to_vec(),
-            PointerWidth::Bits32 => {
-                let low = u32::try_from(address & 0xFFFF_FFFF).unwrap();
-                low.to_ne_bytes().to_vec()
-            }
+            PointerWidth::Bits32 => low.to_ne_bytes().to_vec(),
         }
     }
 
     /// `struct i2c_msg` by the C rules: 16 bytes for 64-bit programs, 12 for 32-bit ones.
     pub(super) fn put_messages(&mut self, address: u64, messages: &[(u16, u16, u16, u64)]) -> u64 {
-        let bytes: Vec<u8> = messages
-            .iter()
-            .flat_map(|(target, flags, length, buffer)| {
-                let front = [*target, *flags, *length, 0].map(u16::to_ne_bytes);
-                [front.as_flattened(), &self.pointer(*buffer)].concat()
-            })
-            .collect();
+        let message = |(target, flags, length, buffer): &(u16, u16, u16, u64)| {
+            let front = [*target, *flags, *length, 0].map(u16::to_ne_bytes);
+            [front.as_flattened(), &self.pointer(*buffer)].concat()
+        };
+        let bytes: Vec<u8> = messages.iter().flat_map(message).collect();
         self.put(address, &bytes)
     }
 

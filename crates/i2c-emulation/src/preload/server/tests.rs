@@ -1,23 +1,14 @@
 //! The server against connections that are not the library's, and at its limits.
 
-use std::thread;
-
-use proptest::prelude::*;
-
 use super::*;
-use crate::adapter::{EmulatedAdapter, Message, TransferError};
-
-struct Silent;
-
-impl EmulatedAdapter for Silent {
-    fn transfer(&mut self, _: &mut [Message<'_>]) -> Result<(), TransferError> {
-        Ok(())
-    }
-}
+use crate::adapter::{ByFunction, Message};
+use proptest::prelude::*;
+use std::thread;
 
 fn with_server(test: impl FnOnce(&Server)) {
     let mut rack = Rack::new();
-    rack.insert(1, SharedAdapter::new(Silent));
+    let silent = ByFunction(|_: &mut [Message<'_>]| Ok(()));
+    rack.insert(1, SharedAdapter::new(silent));
     let server = Server::new(&rack, AdapterMode::Pi).unwrap();
     let (wake, awake) = UnixStream::pair().unwrap();
     thread::scope(|scope| {
@@ -46,10 +37,8 @@ fn hello(server: &Server) -> Hello {
 fn answer_to(mut stream: &UnixStream, hello: &[u8]) -> Option<i32> {
     stream.write_all(hello).unwrap();
     let mut errno = [0; 4];
-    stream
-        .read_exact(&mut errno)
-        .ok()
-        .map(|()| i32::from_ne_bytes(errno))
+    stream.read_exact(&mut errno).ok()?;
+    Some(i32::from_ne_bytes(errno))
 }
 
 fn channel(server: &Server) -> Result<UnixStream, i32> {
@@ -62,16 +51,14 @@ fn channel(server: &Server) -> Result<UnixStream, i32> {
 }
 
 fn request(file: u64) -> [u8; REQUEST_BYTES] {
-    let call = Call::Read {
-        buffer: 0,
-        length: 1,
-    };
-    Request {
+    let (buffer, length, memory_bytes) = (0, 1, 0);
+    let call = Call::Read { buffer, length };
+    let request = Request {
         file,
         call,
-        memory_bytes: 0,
-    }
-    .to_bytes()
+        memory_bytes,
+    };
+    request.to_bytes()
 }
 
 fn asked(mut stream: &UnixStream, request: &[u8]) -> Option<Answer> {
@@ -138,9 +125,8 @@ fn a_file_that_nobody_opened_is_ebadf_and_nonsense_ends_the_channel() {
 #[test]
 fn one_channel_too_many_is_enfile_until_one_ends() {
     with_server(|server| {
-        let mut channels: Vec<UnixStream> = (0..CHANNELS_MAX)
-            .map(|_| channel(server).unwrap())
-            .collect();
+        let channels = (0..CHANNELS_MAX).map(|_| channel(server).unwrap());
+        let mut channels: Vec<UnixStream> = channels.collect();
         assert_eq!(channel(server).map(drop), Err(23));
         channels.pop();
         while server.channels.count() == CHANNELS_MAX {

@@ -1,11 +1,10 @@
 //! The functions of the C library that are intercepted, but for those that read and write (`transfers`).
 
-use core::ffi::{CStr, c_char, c_int, c_uint, c_ulong, c_void};
-
 use super::super::protocol::Call;
 use super::intercept::{failed, result};
 use super::system::{self, EACCES, EEXIST, EMFILE, ENOTDIR, EOPNOTSUPP};
 use super::{channel, descriptor, path, setting};
+use core::ffi::{CStr, c_char, c_int, c_uint, c_ulong, c_void};
 
 const AT_FDCWD: c_int = -100;
 const AT_EMPTY_PATH: c_int = 0x1000;
@@ -245,14 +244,11 @@ fn write_decimal<'a>(text: &'a mut [u8], front: &[u8], number: c_int) -> Option<
     let mut rest = u32::try_from(number).ok()?;
     let mut digits = [0u8; 10];
     let mut first = digits.len();
-    loop {
+    while rest > 0 || first == digits.len() {
         first = first.checked_sub(1)?;
         let [digit, ..] = (rest % 10).to_le_bytes();
         *digits.get_mut(first)? = b'0' + digit;
         rest /= 10;
-        if rest == 0 {
-            break;
-        }
     }
     let digits = digits.get(first..)?;
     text.get_mut(..front.len())?.copy_from_slice(front);
@@ -287,13 +283,11 @@ fn controlled(file: c_int, request: c_ulong) -> Option<(u64, u32)> {
     if REQUESTS_OF_EVERY_FILE.contains(&request) {
         return None;
     }
-    let known = descriptor::file_of(file);
-    let token = if request >> 8 == REQUESTS_OF_I2C {
+    let mut token = descriptor::file_of(file);
+    if request >> 8 == REQUESTS_OF_I2C {
         // A token may have come by a way that was not seen, from another process for example.
-        known.or_else(|| descriptor::adopt(file))
-    } else {
-        known
-    };
+        token = token.or_else(|| descriptor::adopt(file));
+    }
     token.map(|token| (token, request))
 }
 
@@ -306,10 +300,9 @@ fn duplicated(file: c_int, duplicate: impl FnOnce() -> c_int) -> Option<c_int> {
 }
 
 fn permitted(wanted: c_int) -> c_int {
-    if wanted & X_OK != 0 {
-        failed(EACCES)
-    } else {
-        0
+    match wanted & X_OK {
+        0 => 0,
+        _ => failed(EACCES),
     }
 }
 
@@ -344,12 +337,9 @@ mod attributes {
         let (major, minor) = (u64::from(MAJOR), u64::from(bus));
         let number = major << 8 | minor & 0xFF | (minor & !0xFF) << 12;
         // SAFETY: the C library has just filled a `struct stat` there.
-        unsafe {
-            attributes
-                .byte_add(at)
-                .cast::<u64>()
-                .write_unaligned(number);
-        };
+        let place = unsafe { attributes.byte_add(at) }.cast::<u64>();
+        // SAFETY: as above.
+        unsafe { place.write_unaligned(number) };
     }
 
     pub(super) fn of_statx(attributes: *mut c_void, bus: u32) {

@@ -1,10 +1,5 @@
-//! The connections that calls go through.
-//!
-//! A process has a few, and each call takes one that is free. A holder is a process number: a child that was forked while
-//! another thread was in a call finds its parent's mark, and takes over, with a connection of its own.
-
-use core::ffi::c_int;
-use core::sync::atomic::{AtomicI32, AtomicU32, AtomicU64, Ordering};
+//! The connections that calls go through: each call takes one that is free. A holder is a process number: a child that was
+//! forked in another thread's call finds its parent's mark, and takes over, with a connection of its own.
 
 use super::super::protocol::{
     ANSWER_BYTES, Answer, CHANNEL_MARK, CHUNK_BYTES_MAX, Call, Hello, Purpose, REGION_BYTES,
@@ -13,6 +8,8 @@ use super::super::protocol::{
 };
 use super::setting::{self, Setting};
 use super::system::{self, EADDRINUSE, EFAULT, EINVAL, ENOTCONN, Errno, SocketName};
+use core::ffi::c_int;
+use core::sync::atomic::{AtomicI32, AtomicU32, AtomicU64, Ordering};
 
 /// Calls of one process that are under way at the same time; more wait.
 const CHANNELS: usize = 8;
@@ -80,13 +77,10 @@ fn take(process: i32) -> &'static Channel {
     loop {
         for channel in &CHANNELS_OF_PROCESS {
             let holder = channel.holder.load(Ordering::Relaxed);
-            let free = holder != process;
-            let taken = free
-                && channel
-                    .holder
-                    .compare_exchange(holder, process, Ordering::Acquire, Ordering::Relaxed)
-                    .is_ok();
-            if taken {
+            let (taken, not_taken) = (Ordering::Acquire, Ordering::Relaxed);
+            let mark = &channel.holder;
+            let take = || mark.compare_exchange(holder, process, taken, not_taken);
+            if holder != process && take().is_ok() {
                 return channel;
             }
         }
@@ -133,13 +127,10 @@ fn connect(
 ) -> Result<(c_int, u64), Errno> {
     let socket = system::socket(close_on_exec)?;
     let connected = name(socket, setting, mark).and_then(|number| {
-        greet(socket, setting, purpose)
-            .map_err(dead)
-            .map(|()| number)
+        let greeted = greet(socket, setting, purpose);
+        greeted.map_err(dead).map(|()| (socket, number))
     });
-    connected
-        .map(|number| (socket, number))
-        .inspect_err(|_| system::close(socket))
+    connected.inspect_err(|_| system::close(socket))
 }
 
 fn name(socket: c_int, setting: &Setting, mark: &[u8]) -> Result<u64, Errno> {
@@ -221,32 +212,25 @@ struct Memory<'a> {
 impl Memory<'_> {
     fn add_for(&mut self, call: Call) {
         match call {
-            Call::Ioctl {
-                request: I2C_SMBUS,
-                argument,
-            } => {
-                self.add_behind(argument, 8 + POINTER_BYTES, 8, SMBUS_DATA_BYTES);
-            }
-            Call::Ioctl {
-                request: I2C_RDWR,
-                argument,
-            } => self.add_messages(argument),
+            Call::Ioctl { request, argument } => match request {
+                I2C_SMBUS => self.add_smbus(argument),
+                I2C_RDWR => self.add_messages(argument),
+                _ => {}
+            },
             Call::Write { buffer, length } => {
                 let length = usize::try_from(length.min(WRITE_BYTES_MAX)).unwrap_or(0);
                 let _ = self.add(buffer, length);
             }
-            Call::Ioctl { .. } | Call::Read { .. } => {}
+            Call::Read { .. } => {}
         }
     }
 
-    /// A structure, and what a pointer in it points at.
-    fn add_behind(&mut self, address: u64, length: usize, pointer_at: usize, behind: usize) {
-        let Some(at) = self.add(address, length) else {
-            return;
-        };
-        let pointer = self.pointer(at + pointer_at);
+    /// The structure, and the union that its pointer points at.
+    fn add_smbus(&mut self, argument: u64) {
+        let at = self.add(argument, 8 + POINTER_BYTES);
+        let pointer = at.map_or(0, |at| self.pointer(at + 8));
         if pointer != 0 {
-            let _ = self.add(pointer, behind);
+            let _ = self.add(pointer, SMBUS_DATA_BYTES);
         }
     }
 
@@ -278,9 +262,8 @@ impl Memory<'_> {
         let end = start.checked_add(length)?;
         system::peek(address, self.buffer.get_mut(start..end)?).ok()?;
         let header = region_header(address, u64::try_from(length).ok()?);
-        self.buffer
-            .get_mut(self.used..start)?
-            .copy_from_slice(&header);
+        let place = self.buffer.get_mut(self.used..start)?;
+        place.copy_from_slice(&header);
         self.used = end;
         Some(start)
     }

@@ -1,10 +1,9 @@
 //! Which descriptors are tokens.
 
-use core::ffi::c_int;
-use core::sync::atomic::{AtomicU64, Ordering};
-
 use super::super::protocol::{TOKEN_MARK, number_of};
 use super::{setting, system};
+use core::ffi::c_int;
+use core::sync::atomic::{AtomicU64, Ordering};
 
 /// Descriptors that can be tokens: 0 to this, exclusive.
 const DESCRIPTORS: usize = 64 * 64;

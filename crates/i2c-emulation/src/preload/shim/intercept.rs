@@ -1,9 +1,8 @@
 //! How a function of the C library is intercepted.
 
+use super::system::{self, Errno};
 use core::ffi::{CStr, c_int, c_void};
 use core::sync::atomic::{AtomicUsize, Ordering};
-
-use super::system::{self, Errno};
 
 /// Defines functions under their names in the C library. Each returns what its body has, or, where that is `None`, what the
 /// function returns that would have been called without this library: `pass_on`, which the body can call as well. In C's

@@ -1,7 +1,6 @@
-//! The inside of the preloaded library.
+//! The inside of the preloaded library: which descriptors may be tokens, and a few connections to hand their calls on.
 //!
-//! It holds only which descriptors may be tokens and a few connections: every call on a token is handed to the emulator. It
-//! allocates nothing, takes no lock that a fork or a signal handler could find taken forever, and works with the kernel
+//! It allocates nothing, takes no lock that a fork or a signal handler could find taken forever, and works with the kernel
 //! directly, so that it never meets its own interception or a point of cancellation.
 #![expect(
     unsafe_code,

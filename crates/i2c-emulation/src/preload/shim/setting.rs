@@ -1,12 +1,11 @@
 //! What the emulator says in the environment, read once.
 
-use core::cell::UnsafeCell;
-use core::sync::atomic::{AtomicU8, Ordering};
-
 use super::super::protocol::{
     BUSES_MAX, ENVIRONMENT, ENVIRONMENT_PREFETCH, NAME_BYTES_MAX, SECRET_DIGITS, hexadecimal,
 };
 use super::{path, system};
+use core::cell::UnsafeCell;
+use core::sync::atomic::{AtomicU8, Ordering};
 
 const UNREAD: u8 = 0;
 const BEING_READ: u8 = 1;

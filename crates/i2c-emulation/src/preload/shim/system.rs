@@ -110,7 +110,6 @@ pub(super) fn environment<'a>(name: &CStr) -> Option<&'a [u8]> {
 }
 
 /// A system call.
-///
 /// # Safety
 /// Every argument that the kernel takes for an address must be good for what the kernel does there.
 unsafe fn call(number: i32, arguments: [usize; 6]) -> Result<usize, Errno> {
@@ -134,9 +133,7 @@ fn descriptor_of(result: usize) -> Result<c_int, Errno> {
 pub(super) fn own_pid() -> i32 {
     // SAFETY: there are no arguments.
     let pid = unsafe { call(number::GETPID, [0; 6]) };
-    pid.ok()
-        .and_then(|pid| i32::try_from(pid).ok())
-        .unwrap_or(-1)
+    pid.map_or(-1, |pid| i32::try_from(pid).unwrap_or(-1))
 }
 
 pub(super) fn give_way() {
@@ -227,15 +224,11 @@ pub(super) fn with_own_name<T>(
     let arguments = [argument(descriptor), at, length_at, 0, 0, 0];
     // SAFETY: the kernel writes at most `length` bytes of address, and the length; there is room for both.
     unsafe { call(number::GETSOCKNAME, arguments) }.ok()?;
-    let end = usize::try_from(length)
-        .ok()?
-        .checked_sub(size_of::<u16>())?;
+    let length = usize::try_from(length).ok()?;
+    let end = length.checked_sub(size_of::<u16>())?;
     let (first, rest) = name.bytes.get(..end)?.split_first()?;
-    if name.family == AF_UNIX && *first == 0 {
-        with(rest)
-    } else {
-        None
-    }
+    let without_path = name.family == AF_UNIX && *first == 0;
+    without_path.then(|| with(rest)).flatten()
 }
 
 pub(super) fn send(descriptor: c_int, mut bytes: &[u8]) -> Result<(), Errno> {
@@ -315,17 +308,14 @@ fn look_at_word(address: usize) -> Result<(), Errno> {
 /// Copies to an address that may lead nowhere.
 pub(super) fn poke(address: u64, bytes: &[u8]) -> Result<(), Errno> {
     let here = bytes.as_ptr();
-    match copy_out(here.expose_provenance(), address, bytes.len()) {
-        Some(outcome) => outcome,
-        None => {
-            let there = core::ptr::with_exposed_provenance_mut::<u8>(
-                usize::try_from(address).or(Err(EFAULT))?,
-            );
-            // SAFETY: the program says that its memory is there, as it would to any function of the C library.
-            unsafe { core::ptr::copy(here, there, bytes.len()) };
-            Ok(())
-        }
+    if let Some(outcome) = copy_out(here.expose_provenance(), address, bytes.len()) {
+        return outcome;
     }
+    let there = usize::try_from(address).or(Err(EFAULT))?;
+    let there = core::ptr::with_exposed_provenance_mut::<u8>(there);
+    // SAFETY: the program says that its memory is there, as it would to any function of the C library.
+    unsafe { core::ptr::copy(here, there, bytes.len()) };
+    Ok(())
 }
 
 #[repr(C)]
@@ -344,15 +334,11 @@ fn copy_out(here: usize, there: u64, length: usize) -> Option<Result<(), Errno>>
     let Ok(there) = usize::try_from(there) else {
         return Some(Err(EFAULT));
     };
-    let [here, there] = [here, there].map(|start| Span { start, length });
-    let arguments = [
-        argument(own_pid()),
-        core::ptr::from_ref(&here).expose_provenance(),
-        1,
-        core::ptr::from_ref(&there).expose_provenance(),
-        1,
-        0,
-    ];
+    let spans = [here, there].map(|start| Span { start, length });
+    let [here, there] = spans
+        .each_ref()
+        .map(|span| core::ptr::from_ref(span).expose_provenance());
+    let arguments = [argument(own_pid()), here, 1, there, 1, 0];
     // SAFETY: the kernel checks both spans; the one on this side is a slice of the caller's.
     match unsafe { call(number::PROCESS_VM_WRITEV, arguments) } {
         Ok(copied) if copied == length => Some(Ok(())),

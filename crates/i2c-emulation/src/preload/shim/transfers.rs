@@ -1,11 +1,10 @@
 //! The functions of the C library that read and write, intercepted.
 
-use core::ffi::{c_int, c_long, c_void};
-
 use super::super::protocol::Call;
 use super::intercept::{failed, result};
 use super::system::{self, EFAULT, EINVAL, EOPNOTSUPP};
 use super::{channel, descriptor};
+use core::ffi::{c_int, c_long, c_void};
 
 /// Most pieces that the kernel takes in one call (UIO_MAXIOV).
 const PIECES_MAX: usize = 1024;

@@ -1,12 +1,5 @@
 //! A client's stream: questions put into packets, and answers taken apart.
 
-use std::io::{ErrorKind, Write};
-use std::os::unix::net::UnixStream;
-use std::path::Path;
-use std::time::Duration;
-
-use embedded_hal::i2c::Operation;
-
 use super::error::ClientError;
 use crate::adapter::Message;
 use crate::ioctl::message_flag;
@@ -15,6 +8,11 @@ use crate::socket::place;
 use crate::socket::wire::{
     ByeReason, Cursor, MAGIC, Malformed, VERSION, append_packet, fault_from_number, kind, put_u16,
 };
+use embedded_hal::i2c::Operation;
+use std::io::{ErrorKind, Write};
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+use std::time::Duration;
 
 /// What the server tells of itself in its hello.
 #[derive(Debug)]
@@ -77,10 +75,8 @@ impl Connection {
         let end = match sent.map_err(|error| error.kind()) {
             // The server may have said why it closed the connection before it was asked.
             Ok(()) | Err(ErrorKind::BrokenPipe | ErrorKind::ConnectionReset) => {
-                let patience = Patience {
-                    first: wait_max,
-                    rest: wait_max,
-                };
+                let (first, rest) = (wait_max, wait_max);
+                let patience = Patience { first, rest };
                 match self.inbox.receive(&self.stream, patience) {
                     Ok(packet) => return Ok(packet),
                     Err(end) => end,
@@ -181,14 +177,11 @@ fn parse_answer(
             let completed = usize::from(cursor.u16("completed")?);
             fill(cursor, completed, messages)?;
             let messages = messages.len();
-            if completed < messages {
-                Err(ClientError::Short {
-                    completed,
-                    messages,
-                })
-            } else {
-                Ok(())
-            }
+            let short = ClientError::Short {
+                completed,
+                messages,
+            };
+            (completed >= messages).then_some(()).ok_or(short)
         }
         kind::FAULT => {
             let fault = fault_from_number(cursor.u8("fault")?);

@@ -1,83 +1,54 @@
 //! Why a client has no answer, as a person, a driver and the bus behind it see it.
 
+use crate::adapter::{BusFault, Fault};
+use crate::socket::wire::ByeReason;
+use embedded_hal::i2c::{self, ErrorKind, NoAcknowledgeSource};
 use std::io;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use embedded_hal::i2c::{self, ErrorKind, NoAcknowledgeSource};
-
-use crate::adapter::{BusFault, Fault};
-use crate::socket::wire::ByeReason;
-
 /// Why a client has no answer, or not the one it hoped for.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what each is")]
 pub enum ClientError {
-    /// The bus failed.
     #[error("{}", fault_text(*fault))]
     Fault {
-        /// What went wrong on the bus.
         fault: Fault,
-        /// Messages that were carried out in full before.
         completed: usize,
         /// The errno that a program at `/dev/i2c-N` would see; `None` where the adapter hides the fault.
         errno: Option<i32>,
     },
-    /// Nothing reached the bus: the adapter, or the server, refused the transfer.
     #[error("refused: {text}")]
-    Refused {
-        /// The errno that a program at `/dev/i2c-N` would see.
-        errno: i32,
-        /// The reason in words.
-        text: String,
-    },
+    Refused { errno: i32, text: String },
     /// The adapter carried out fewer messages than asked, and calls that no error (mode `virtio`).
     #[error("the adapter carried out {completed} of {messages} messages")]
-    Short {
-        /// Messages that were carried out.
-        completed: usize,
-        /// Messages that were asked for.
-        messages: usize,
-    },
-    /// A transfer of more messages or bytes than any adapter takes.
+    Short { completed: usize, messages: usize },
     #[error(
         "{found} {unit}, at most {most} are possible\nhint: cut the transfer into several, if the target allows it"
     )]
     TooLong {
-        /// "messages" or "bytes in a message".
         unit: &'static str,
-        /// How many there are.
         found: usize,
-        /// How many there may be.
         most: usize,
     },
-    /// No server answers at the path.
     #[error(
         "cannot connect to {0}: {1}\nhint: start the server first: grideye emulate --scene SCENE --socket {0}"
     )]
     NoServer(PathBuf, #[source] io::Error),
-    /// Whoever answers at the path does not speak the protocol, and why.
     #[error(
         "{0} does not speak the protocol of i2c-emulation: {1}\nhint: is that the right socket?"
     )]
     NotOurs(PathBuf, String),
-    /// The server turned the client away.
     #[error("the server at {} turned this client away: {text}{}", path.display(), hint_of(*reason))]
     TurnedAway {
-        /// The socket's path.
         path: PathBuf,
-        /// The reason for programs.
         reason: ByeReason,
-        /// The reason in words.
         text: String,
     },
-    /// The server has no bus of this number.
     #[error("the server at {} has no bus {bus}\nhint: it has {}", path.display(), list(buses))]
     NoSuchBus {
-        /// The socket's path.
         path: PathBuf,
-        /// The bus that was asked for.
         bus: u32,
-        /// The buses that are there.
         buses: Vec<u32>,
     },
     /// No answer came in this time. The connection is closed: a late answer would be taken for another's.
@@ -85,7 +56,6 @@ pub enum ClientError {
         "no answer from {0} within {1:?}\nhint: is the server stopped, or the bus held by another client?"
     )]
     Timeout(PathBuf, Duration),
-    /// The connection has ended; with what the server said at the end, if it said something.
     #[error("the server at {} went away{}\nhint: start it again, and connect again", .0.display(), .1.as_ref().map(|text| format!(": {text}")).unwrap_or_default())]
     ServerGone(PathBuf, Option<String>),
 }

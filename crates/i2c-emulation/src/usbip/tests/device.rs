@@ -7,7 +7,7 @@ use std::io::Write as _;
 
 #[test]
 fn the_kernel_finds_an_i2c_tiny_usb() {
-    let mut client = plugged_in(&Registers::default());
+    let (_, mut client) = plugged_in();
     let device = client.descriptor(0x0100, 0, 18).data;
     assert_eq!(device.len(), 18);
     assert_eq!(device[0..2], [18, 1], "USB 2.0, table 9-8");
@@ -20,11 +20,7 @@ fn the_kernel_finds_an_i2c_tiny_usb() {
     let all = client.descriptor(0x0200, 0, total).data;
     assert_eq!(all.len(), usize::from(total));
     assert_eq!(all[..9], start);
-    assert_eq!(
-        all[9..13],
-        [9, 4, 0, 0],
-        "the driver takes interface 0 alone"
-    );
+    assert_eq!(all[9..13], [9, 4, 0, 0], "interface 0 alone");
     assert_eq!(all[13], 0, "no endpoint beside the control endpoint");
     assert_eq!(client.control(setup(0x00, 9, 1, 0, 0), &[]).status, 0);
     assert_eq!(client.control(setup(0x80, 8, 0, 0, 1), &[]).data, [1]);
@@ -32,7 +28,7 @@ fn the_kernel_finds_an_i2c_tiny_usb() {
 
 #[test]
 fn strings_are_utf_16_with_their_length_in_front() {
-    let mut client = plugged_in(&Registers::default());
+    let (_, mut client) = plugged_in();
     let mut text = |index: u16| {
         let bytes = client.descriptor(0x0300 | index, 0x0409, 255).data;
         assert_eq!((usize::from(bytes[0]), bytes[1]), (bytes.len(), 3));
@@ -51,7 +47,7 @@ fn strings_are_utf_16_with_their_length_in_front() {
 
 #[test]
 fn it_offers_what_the_kernels_driver_offers() {
-    let mut client = plugged_in(&Registers::default());
+    let (_, mut client) = plugged_in();
     let functionality = client.control(setup(0xC1, 1, 0, 0, 4), &[]).data;
     // I2C_FUNC_I2C | I2C_FUNC_SMBUS_EMUL of linux/i2c.h.
     assert_eq!(functionality, 0x0EFF_0009_u32.to_le_bytes());
@@ -64,8 +60,7 @@ fn it_offers_what_the_kernels_driver_offers() {
 
 #[test]
 fn a_register_and_its_value_are_one_transaction() {
-    let registers = Registers::default();
-    let mut client = plugged_in(&registers);
+    let (registers, mut client) = plugged_in();
     assert_eq!(client.write_message(BEGIN, 0x69, &[0x20]), 0);
     assert_eq!(client.status(), 1, "acknowledged before it is sent");
     assert!(registers.notes().is_empty(), "nothing has been sent yet");
@@ -77,8 +72,7 @@ fn a_register_and_its_value_are_one_transaction() {
 
 #[test]
 fn a_single_message_is_sent_at_once() {
-    let registers = Registers::default();
-    let mut client = plugged_in(&registers);
+    let (registers, mut client) = plugged_in();
     assert_eq!(client.write_message(WHOLE, 0x69, &[1, 0x3F]), 0);
     assert_eq!(registers.notes(), ["69 W[01, 3f]"]);
     assert_eq!(client.read_message(WHOLE, 0x69, 2).data, [0, 1]);
@@ -86,24 +80,32 @@ fn a_single_message_is_sent_at_once() {
     assert_eq!(client.write_message(WHOLE, 0x69, &[]), 0);
     assert_eq!(registers.notes(), ["69 W[]"], "SMBus quick");
     assert_eq!(client.status(), 1);
+    client.control(setup(0x41, 4 | WHOLE, 0x10, 0x169, 1), &[1]);
+    assert_eq!(registers.notes(), ["ten 169 !"], "ten bits are passed on");
 }
 
 #[test]
 fn what_follows_a_read_is_a_transaction_of_its_own() {
-    let registers = Registers::default();
-    let mut client = plugged_in(&registers);
+    let (registers, mut client) = plugged_in();
     client.write_message(BEGIN, 0x69, &[4]);
     assert_eq!(client.read_message(0, 0x69, 1).data, [4]);
     client.write_message(0, 0x69, &[6]);
     assert_eq!(client.read_message(END, 0x69, 1).data, [6]);
     assert_eq!(registers.notes(), ["69 W[04] 69 R1", "69 W[06] 69 R1"]);
+    client.write_message(BEGIN, 0x69, &[0x11]);
+    client.write_message(BEGIN, 0x69, &[0x20]);
+    assert_eq!(client.read_message(END, 0x69, 1).data, [0x20]);
+    assert_eq!(
+        registers.notes(),
+        ["69 W[20] 69 R1"],
+        "of what was broken off nothing"
+    );
 }
 
 /// `usb_xfer` makes ENXIO of status 2, but only if as many bytes came back as it asked for.
 #[test]
 fn a_missing_target_is_told_by_the_status() {
-    let registers = Registers::default();
-    let mut client = plugged_in(&registers);
+    let (_, mut client) = plugged_in();
     let read = client.read_message(WHOLE, 0x68, 3);
     assert_eq!((read.status, read.actual_length), (0, 3));
     assert_eq!(client.status(), 2);
@@ -126,9 +128,8 @@ fn every_other_fault_stalls() {
         (Fault::Timeout, EPIPE),
         (Fault::Gone, ENODEV),
     ] {
-        let registers = Registers::default();
+        let (registers, mut client) = plugged_in();
         registers.fail_with(fault);
-        let mut client = plugged_in(&registers);
         assert_eq!(client.write_message(WHOLE, 0x69, &[1]), status, "{fault:?}");
         let read = client.read_message(WHOLE, 0x69, 1);
         assert_eq!((read.status, read.actual_length), (status, 0), "{fault:?}");
@@ -136,27 +137,8 @@ fn every_other_fault_stalls() {
 }
 
 #[test]
-fn ten_bits_are_passed_on() {
-    let registers = Registers::default();
-    let mut client = plugged_in(&registers);
-    client.control(setup(0x41, 4 | WHOLE, 0x10, 0x169, 1), &[1]);
-    assert_eq!(registers.notes(), ["ten 169 !"]);
-}
-
-#[test]
-fn a_transfer_that_was_broken_off_is_forgotten() {
-    let registers = Registers::default();
-    let mut client = plugged_in(&registers);
-    client.write_message(BEGIN, 0x69, &[0x11]);
-    client.write_message(BEGIN, 0x69, &[0x20]);
-    assert_eq!(client.read_message(END, 0x69, 1).data, [0x20]);
-    assert_eq!(registers.notes(), ["69 W[20] 69 R1"]);
-}
-
-#[test]
 fn more_messages_are_held_than_one_ioctl_can_bring_but_no_more() {
-    let registers = Registers::default();
-    let mut client = plugged_in(&registers);
+    let (registers, mut client) = plugged_in();
     assert_eq!(HELD_MESSAGES_MAX, 42, "I2C_RDWR_IOCTL_MAX_MSGS");
     for message in 0..HELD_MESSAGES_MAX {
         let begin = if message == 0 { BEGIN } else { 0 };
@@ -164,14 +146,12 @@ fn more_messages_are_held_than_one_ioctl_can_bring_but_no_more() {
     }
     assert_eq!(client.write_message(0, 0x69, &[1]), EPIPE);
     assert_eq!(client.write_message(END, 0x69, &[2]), 0);
-    let notes = registers.notes();
-    assert_eq!(notes, ["69 W[02]"], "nothing of the long one was left");
+    assert_eq!(registers.notes(), ["69 W[02]"], "of the long one nothing");
 }
 
 #[test]
 fn a_message_is_as_long_as_i2c_dev_allows_and_no_longer() {
-    let registers = Registers::default();
-    let mut client = plugged_in(&registers);
+    let (registers, mut client) = plugged_in();
     assert_eq!(client.write_message(WHOLE, 0x69, &[0; 8192]), 0);
     assert_eq!(client.write_message(WHOLE, 0x69, &[0; 8193]), EPIPE);
     assert_eq!(client.read_message(WHOLE, 0x69, 8192).actual_length, 8192);
@@ -181,7 +161,7 @@ fn a_message_is_as_long_as_i2c_dev_allows_and_no_longer() {
 
 #[test]
 fn what_an_adapter_has_no_answer_to_stalls() {
-    let mut client = plugged_in(&Registers::default());
+    let (_, mut client) = plugged_in();
     for unknown in [
         setup(0xC1, 8, 0, 0, 1),
         setup(0x41, 1, 0, 0, 0),
@@ -195,22 +175,19 @@ fn what_an_adapter_has_no_answer_to_stalls() {
     ] {
         assert_eq!(client.control(unknown, &[]).status, EPIPE, "{unknown:02x?}");
     }
-    for (odd, why) in [
-        (submit_bytes(9, IN, 1, 8, [0; 8]), "there is no endpoint 1"),
-        (
-            submit_bytes(9, IN, 0, 1, setup(0xC1, 1, 0, 0, 4)),
-            "less room than it asks for",
-        ),
-    ] {
+    let more_than_room = setup(0xC1, 1, 0, 0, 4);
+    for (endpoint, length, setup) in [(1, 8, [0; 8]), (0, 1, more_than_room)] {
+        let odd = submit_bytes([9, IN, endpoint, length], setup);
         client.0.write_all(&odd).unwrap();
-        assert_eq!(client.reply(false).status, EPIPE, "{why}");
+        let reply = client.reply(false);
+        assert_eq!(reply.status, EPIPE, "endpoint {endpoint}, room {length}");
     }
     assert_eq!(client.status(), 0, "and the connection is alive");
 }
 
 #[test]
 fn what_was_answered_cannot_be_cancelled() {
-    let mut client = plugged_in(&Registers::default());
+    let (_, mut client) = plugged_in();
     let words = [2, 99, 0x1_0001, 0, 0, 7, 0, 0, 0, 0, 0, 0].map(u32::to_be_bytes);
     client.0.write_all(words.as_flattened()).unwrap();
     let reply = client.reply(false);

@@ -3,10 +3,11 @@
 use crate::adapter::{EmulatedAdapter, Fault, Message, TransferError};
 use crate::rack::{Rack, SharedAdapter};
 use crate::usbip::device::Device;
-use crate::usbip::identity::Identity;
 use crate::usbip::session;
+use crate::usbip::wire::Identity;
 use embedded_hal::i2c::Operation;
 use std::io;
+use std::os::unix::net::UnixStream;
 use std::sync::{Arc, Mutex};
 use std::thread;
 
@@ -94,27 +95,19 @@ pub(super) const OUT: u32 = 0;
 pub(super) const EPIPE: i32 = -32;
 pub(super) const ENODEV: i32 = -19;
 
+/// A transfer of sequence, direction, endpoint and length.
 pub(super) fn submit_bytes(
-    sequence: u32,
-    direction: u32,
-    endpoint: u32,
-    length: u32,
+    [seq, direction, endpoint, length]: [u32; 4],
     setup: [u8; 8],
 ) -> Vec<u8> {
-    let words = [
-        1, sequence, 0x1_0001, direction, endpoint, 0, length, 0, 0, 0,
-    ];
-    let mut bytes: Vec<u8> = words.into_iter().flat_map(u32::to_be_bytes).collect();
-    bytes.extend(setup);
-    bytes
+    let words = [1, seq, 0x1_0001, direction, endpoint, 0, length];
+    let words = words.map(u32::to_be_bytes);
+    [words.as_flattened(), &[0; 12], &setup].concat()
 }
 
 pub(super) fn setup(request_type: u8, request: u8, value: u16, index: u16, length: u16) -> [u8; 8] {
-    let mut bytes = [request_type, request, 0, 0, 0, 0, 0, 0];
-    bytes[2..4].copy_from_slice(&value.to_le_bytes());
-    bytes[4..6].copy_from_slice(&index.to_le_bytes());
-    bytes[6..8].copy_from_slice(&length.to_le_bytes());
-    bytes
+    let [v, i, l] = [value, index, length].map(u16::to_le_bytes);
+    [request_type, request, v[0], v[1], i[0], i[1], l[0], l[1]]
 }
 
 impl<S: io::Read + io::Write> Client<S> {
@@ -138,7 +131,7 @@ impl<S: io::Read + io::Write> Client<S> {
     pub(super) fn control(&mut self, setup: [u8; 8], sent: &[u8]) -> Reply {
         let length = u32::from(u16::from_le_bytes([setup[6], setup[7]]));
         let direction = u32::from(setup[0] & DEVICE_TO_HOST != 0);
-        let mut bytes = submit_bytes(7, direction, 0, length, setup);
+        let mut bytes = submit_bytes([7, direction, 0, length], setup);
         bytes.extend(sent);
         self.0.write_all(&bytes).unwrap();
         let reply = self.reply(direction == IN);
@@ -172,12 +165,13 @@ pub(super) const BEGIN: u8 = 1;
 pub(super) const END: u8 = 2;
 pub(super) const WHOLE: u8 = BEGIN | END;
 
-/// A device served over a socketpair, as the kernel has it.
-pub(super) fn plugged_in(registers: &Registers) -> Client<std::os::unix::net::UnixStream> {
-    let (client, served) = std::os::unix::net::UnixStream::pair().unwrap();
+/// A device served over a socketpair, as the kernel has it, and the target behind it.
+pub(super) fn plugged_in() -> (Registers, Client<UnixStream>) {
+    let (client, served) = UnixStream::pair().unwrap();
+    let registers = Registers::default();
     let mut device = device_on(registers.clone());
     thread::spawn(move || session::serve(&served, &served, &mut device));
-    Client(client)
+    (registers, Client(client))
 }
 
 pub(super) fn device_on(registers: Registers) -> Device<Registers> {

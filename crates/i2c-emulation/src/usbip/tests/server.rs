@@ -15,9 +15,8 @@ fn loopback() -> SocketAddr {
 fn connect(server: &Server) -> TcpStream {
     let stream = TcpStream::connect(server.address()).unwrap();
     // A server that hangs fails the test instead of hanging it.
-    stream
-        .set_read_timeout(Some(Duration::from_secs(20)))
-        .unwrap();
+    let longest = Some(Duration::from_secs(20));
+    stream.set_read_timeout(longest).unwrap();
     stream
 }
 
@@ -52,9 +51,8 @@ fn is_free_soon(server: &Server) -> bool {
 }
 
 fn list(stream: &mut TcpStream) -> Vec<u8> {
-    stream
-        .write_all(&operation(VERSION, OP_REQ_DEVLIST))
-        .unwrap();
+    let asked = operation(VERSION, OP_REQ_DEVLIST);
+    stream.write_all(&asked).unwrap();
     let mut reply = Vec::new();
     stream.read_to_end(&mut reply).unwrap();
     reply
@@ -158,13 +156,12 @@ fn nonsense_on_tcp_ends_its_own_connection_only() {
 fn an_address_in_use_and_an_impossible_one_are_told_apart() {
     let rack = rack_of(&Registers::default());
     let server = Server::bind(loopback(), &rack).unwrap();
-    let error = Server::bind(server.address(), &rack)
-        .unwrap_err()
-        .to_string();
+    let bind = |address| Server::bind(address, &rack).unwrap_err().to_string();
+    let error = bind(server.address());
     let in_use = "is in use by another program\nhint: ";
     assert!(error.contains(in_use), "{error}");
     let elsewhere = SocketAddr::from((Ipv4Addr::new(192, 0, 2, 1), 0));
-    let error = Server::bind(elsewhere, &rack).unwrap_err().to_string();
+    let error = bind(elsewhere);
     let cannot = "cannot listen on 192.0.2.1:0: ";
     assert!(error.starts_with(cannot), "{error}");
 }
@@ -172,14 +169,9 @@ fn an_address_in_use_and_an_impossible_one_are_told_apart() {
 #[test]
 fn a_rack_has_between_one_bus_and_as_many_as_a_controller_has_ports() {
     let mut rack = Rack::new();
-    assert!(matches!(
-        Server::bind(loopback(), &rack),
-        Err(UsbipError::NoBus)
-    ));
-    assert!(matches!(
-        attach(&rack, &Options::default()),
-        Err(UsbipError::NoBus)
-    ));
+    let no_bus = |outcome| matches!(outcome, Some(UsbipError::NoBus));
+    assert!(no_bus(Server::bind(loopback(), &rack).err()));
+    assert!(no_bus(attach(&rack, &Options::default()).err()));
     for number in 0..8 {
         rack.insert(number, SharedAdapter::new(Registers::default()));
     }

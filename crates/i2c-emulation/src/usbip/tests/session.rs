@@ -7,24 +7,20 @@ use proptest::prelude::*;
 /// Everything that a client can get wrong about a header ends the session with its name.
 #[test]
 fn malformed_headers_end_the_session() {
-    let good = submit_bytes(1, OUT, 0, 0, [0; 8]);
+    let good = submit_bytes([1, OUT, 0, 0], [0; 8]);
     let with = |at: usize, word: u32| {
         let mut bytes = good.clone();
         bytes[at..at + 4].copy_from_slice(&word.to_be_bytes());
         bytes
     };
-    for (bytes, expected) in [
-        (with(0, 5), "unknown command 5"),
-        (
-            with(24, 65_536),
-            "a transfer of 65536 bytes, at most 65535 are possible",
-        ),
-        (
-            with(32, 1),
-            "an isochronous transfer of 1 packets to a device that has none",
-        ),
+    let too_long = "a transfer of 65536 bytes, at most 65535 are possible";
+    let packets = "an isochronous transfer of 1 packets to a device that has none";
+    for (at, word, expected) in [
+        (0, 5, "unknown command 5"),
+        (24, 65_536, too_long),
+        (32, 1, packets),
     ] {
-        let (outcome, answered) = serve(&bytes);
+        let (outcome, answered) = serve(&with(at, word));
         assert_eq!(outcome.unwrap_err().to_string(), expected);
         assert!(answered.is_empty());
     }
@@ -45,28 +41,21 @@ fn serve(bytes: &[u8]) -> (Result<(), SessionError>, Vec<u8>) {
 fn almost_a_transfer() -> impl Strategy<Value = Vec<u8>> {
     let request_type =
         prop::sample::select(vec![0x00, 0x01, 0x40, 0x41, 0x80, 0x81, 0xA1, 0xC0, 0xC1]);
+    let (command, direction) = (1_u32..4, 0_u32..3);
+    let asked = (request_type, 0_u8..12, any::<u16>(), any::<u16>());
     let lengths = (0_u16..40, any::<bool>());
-    (
-        1_u32..4,
-        0_u32..3,
-        request_type,
-        0_u8..12,
-        any::<u16>(),
-        any::<u16>(),
-        lengths,
+    (command, direction, asked, lengths).prop_map(
+        |(command, direction, (request_type, request, value, index), (length, agrees))| {
+            let told = u32::from(length) + u32::from(!agrees);
+            let setup = setup(request_type, request, value & 0x0311, index & 0x1FF, length);
+            let mut bytes = submit_bytes([3, direction, 0, told], setup);
+            bytes[3] = u8::try_from(command).unwrap();
+            if direction != IN && command == 1 {
+                bytes.resize(bytes.len() + usize::try_from(told).unwrap(), 0x55);
+            }
+            bytes
+        },
     )
-        .prop_map(
-            |(command, direction, request_type, request, value, index, (length, agrees))| {
-                let told = u32::from(length) + u32::from(!agrees);
-                let setup = setup(request_type, request, value & 0x0311, index & 0x1FF, length);
-                let mut bytes = submit_bytes(3, direction, 0, told, setup);
-                bytes[3] = u8::try_from(command).unwrap();
-                if direction != IN && command == 1 {
-                    bytes.resize(bytes.len() + usize::try_from(told).unwrap(), 0x55);
-                }
-                bytes
-            },
-        )
 }
 
 proptest! {

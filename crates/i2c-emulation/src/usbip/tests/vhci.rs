@@ -20,17 +20,14 @@ impl Machine {
     /// Ports as (hub, number, state).
     fn new(ports: &[(&str, u32, u32)]) -> Self {
         let machine = Self(TempDir::new().unwrap());
-        for folder in [
-            "sys/devices/platform/vhci_hcd.0",
-            "sys/class/i2c-dev",
-            "dev",
-        ] {
+        let controller = "sys/devices/platform/vhci_hcd.0";
+        for folder in [controller, "sys/class/i2c-dev", "dev"] {
             fs::create_dir_all(machine.path(folder)).unwrap();
         }
-        let lines = ports.iter().map(|(hub, port, state)| {
-            format!("{hub}  {port:04} {state:03} 000 00000000 000000 0-0\n")
-        });
-        let status = HEADER.to_owned() + &lines.collect::<String>();
+        let mut status = HEADER.to_owned();
+        for (hub, port, state) in ports {
+            status += &format!("{hub}  {port:04} {state:03} 000 00000000 000000 0-0\n");
+        }
         fs::write(machine.controller("status"), status).unwrap();
         fs::write(machine.controller("attach"), "").unwrap();
         fs::write(machine.controller("detach"), "").unwrap();
@@ -94,10 +91,8 @@ fn kernel(
         let line = wait_for_text(&attach);
         let number = line.split(' ').nth(1).unwrap().parse().unwrap();
         // SAFETY: the descriptor is open: whoever wrote its number keeps it open until the adapter is there.
-        let socket = unsafe { BorrowedFd::borrow_raw(number) }
-            .try_clone_to_owned()
-            .unwrap();
-        let mut client = Client(UnixStream::from(socket));
+        let socket = unsafe { BorrowedFd::borrow_raw(number) }.try_clone_to_owned();
+        let mut client = Client(UnixStream::from(socket.unwrap()));
         let vendor = client.descriptor(0x0100, 0, 18).data[8];
         fs::create_dir_all(interface.join(format!("i2c-{adapter}"))).unwrap();
         let port = line.split(' ').next().unwrap();
@@ -137,11 +132,7 @@ fn a_bus_becomes_the_adapter_that_the_kernel_names_and_goes_with_its_owner() {
     let words: Vec<_> = line.split(' ').collect();
     assert_eq!(words.len(), 4);
     let port_device_speed = [words[0], words[2], words[3]];
-    assert_eq!(
-        port_device_speed,
-        ["1", "65537", "1"],
-        "device 1:1, low speed"
-    );
+    assert_eq!(port_device_speed, ["1", "65537", "1"], "1:1, low speed");
     assert_eq!(vendor, 0x03);
     assert!(!machine.path("dev/i2c-7").exists());
 }
