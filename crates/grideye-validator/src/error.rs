@@ -20,8 +20,7 @@ impl fmt::Display for Side {
     }
 }
 
-/// Why nothing could be compared. A comparison that was made but tells nothing is no error: it is the verdict
-/// [`CannotTell`](crate::Verdict::CannotTell).
+/// Why nothing could be compared; a comparison that tells nothing is [`CannotTell`](crate::Verdict::CannotTell) instead.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what each is")]
@@ -83,4 +82,20 @@ pub enum ValidatorError {
     NoOverlap { starts: Duration, ends: Duration },
     #[error(transparent)]
     Scene(#[from] grideye_scene::SceneError),
+}
+
+pub(crate) const fn check_setting(
+    is_met: bool,
+    name: &'static str,
+    expected: &'static str,
+    found: f64,
+) -> Result<(), ValidatorError> {
+    if is_met {
+        return Ok(());
+    }
+    Err(ValidatorError::Setting {
+        name,
+        expected,
+        found,
+    })
 }

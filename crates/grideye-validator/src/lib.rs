@@ -8,14 +8,10 @@
 //!                                         0 skill 0.6  1
 //! ```
 //!
-//! A blank picture scores an image similarity of 85 to 99 % on the scenes this is used for, and mutual information on
-//! 64 pixels barely notices when the pixels are shuffled. So no score stands alone: beside each stand what chance
-//! scores on the same frames and what the sensor scores against itself. The verdict rests on measures that tell right
-//! scenes from wrong ones, C and the gain over the blank frame, with and without the empty room; the others are
-//! reported, not believed.
-//!
-//! What a right scene would score is found by drawing units within what is known of the one that recorded: their
-//! pattern is in every recording and in no claim, so that the recording's own repeat is no measure for a claim.
+//! A blank picture scores an image similarity of 85 to 99 %, and mutual information on 64 pixels barely notices shuffling. So
+//! beside each score stand what chance scores and what the sensor scores against itself. The verdict rests on C and the gain
+//! over the blank frame, with and without the empty room; units drawn within what is known of the one that recorded say what
+//! a right scene would score. The other measures are reported, not believed.
 //!
 //! | verdict | when |
 //! |---|---|
@@ -23,8 +19,8 @@
 //! | disagrees | one fails; the reasons say which, with the numbers |
 //! | cannot tell | fewer than two frames, nothing warm in the recording, a ceiling that does not rise above chance, or a score that a room without the people, or without anything, would reach as well |
 //!
-//! [`compare()`] takes frames, [`compare_scene`] a recording and a scene; [`report`] makes the page and the JSON of
-//! either. [`align`] brings the two into step first. [`characterize`](mod@characterize) measures the sensor itself.
+//! [`compare()`] takes frames, [`compare_scene`] a recording and a scene; [`report`] makes the page and the JSON of either.
+//! [`align`] brings the two into step first. [`characterize`](mod@characterize) measures the sensor itself.
 //!
 //! ```
 //! use grideye_validator::{Protocol, RealFrame, Settings, Shape, SimulatedFrame, Verdict, compare};
@@ -52,6 +48,7 @@ mod error;
 mod expected;
 mod frames;
 pub mod metrics;
+mod names;
 mod numbers;
 pub mod orient;
 pub mod report;

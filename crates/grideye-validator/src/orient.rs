@@ -12,11 +12,9 @@ pub type Picture = [f64; PIXELS];
 
 /// Frames of an empty view from which the background is taken.
 const EMPTY_FRAMES: usize = 20;
-/// In an empty view no pixel changes by more than this, K: the noise of a unit at 10 Hz is some tenths, of which 20 frames
-/// of 64 pixels show about five times as much.
+/// In an empty view no pixel changes by more, K: 20 frames of 64 pixels show five times the noise of a unit.
 const STILL_K: f64 = 2.5;
-/// A pixel that is so much warmer than the background sees somebody, K: some five times the noise of a unit at 10 Hz, and
-/// less than half of what the simulated person of the tests shows. How a hand shows on a real unit was never measured here.
+/// A pixel so much warmer than the background sees somebody, K: five times the noise; never measured with a real hand.
 const WARM_K: f64 = 1.25;
 /// Frames in a row in which a hand is at one side before that is believed.
 const STEADY_FRAMES: usize = 10;
@@ -68,8 +66,7 @@ impl Mounting {
         Some(Self { quarters, mirrored })
     }
 
-    /// `roll_deg` of the scene file: clockwise, as seen from behind the sensor. None of a mirror image, which no way of
-    /// mounting makes.
+    /// `roll_deg` of the scene file, clockwise as seen from behind the sensor; none of a mirror image.
     fn roll_deg(self) -> Option<usize> {
         // What leans to the right sees the world lean to the left, and is brought upright by the same turn.
         (!self.mirrored).then_some(self.quarters * 90)
@@ -281,8 +278,7 @@ impl Watch {
         }
     }
 
-    /// The middle of what is warmer than the background, weighted by how much, off the picture's middle: columns and rows.
-    /// Then the largest contrast.
+    /// The middle of what is warmer, weighted by how much: columns and rows off the picture's middle; and the largest contrast.
     fn seen_in(&self, picture: &Picture) -> Option<[f64; 3]> {
         let (mut sum, mut x, mut y, mut contrast_k) = (0.0, 0.0, 0.0, 0.0_f64);
         for (index, (now, before)) in picture.iter().zip(&self.background).enumerate() {

@@ -25,14 +25,13 @@ pub struct ThresholdSet {
 
 /// One threshold and where it comes from.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct ThresholdLine {
-    /// Its key in the file.
     pub key: &'static str,
     /// The number, in the unit that the key ends in: `_c` is °C; skills and shares run from 0 to 1.
     pub value: f64,
     /// Why it is that number, as the file says.
     pub source: String,
-    /// The file.
     pub file: String,
 }
 
@@ -115,8 +114,7 @@ struct Key {
 
 macro_rules! thresholds {
     ($(#[doc = $doc:literal] $name:ident = $default:expr, $range:expr;)+) => {
-        /// What the verdict is measured against; the defaults are the numbers of `thresholds.toml`. Skills are shares of
-        /// the way from what chance scores on a recording to what hardly any right scene falls below.
+        /// What the verdict is measured against; skills are shares of the way from chance to what right scenes hardly fall below.
         #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
         pub struct Thresholds {
             $(#[doc = $doc] pub $name: f64,)+
@@ -255,11 +253,7 @@ mod tests {
         let set = ThresholdSet::parse(SHIPPED, "thresholds.toml").unwrap();
         assert_eq!(set.thresholds, Thresholds::default());
         for line in &set.lines {
-            assert_eq!(
-                line.file, "thresholds.toml",
-                "{} is not in the file",
-                line.key
-            );
+            assert_eq!(line.file, "thresholds.toml", "{}", line.key);
             assert!(line.source.len() > 20, "{}", line.key);
         }
         let mut read = set.lines;
@@ -287,43 +281,42 @@ mod tests {
         assert_eq!(line, ("gain_skill_min", 0.75, "our lab"));
     }
 
-    #[track_caller]
-    fn refused(text: &str, expected: &str) {
-        let error = ThresholdSet::parse(text, "mine.toml")
-            .unwrap_err()
-            .to_string();
-        assert!(error.starts_with(expected), "{error}");
-        assert!(error.contains("\nhint: "), "{error}");
-    }
-
     #[test]
     fn what_is_wrong_is_refused_with_its_place() {
-        refused(
-            "# x\n[gain_skill_min]\nvalue = 1.5\nsource = \"a\"\n",
-            "mine.toml:3:9: `gain_skill_min.value` is 1.5, expected 0 to 1",
-        );
-        refused(
-            "[gain_skill_min]\nvalue = nan\nsource = \"a\"\n",
-            "mine.toml:2:9: `gain_skill_min.value` is NaN",
-        );
-        refused(
-            "[gain_skill_min]\nvalue = 0.5\nsource = \" \"\n",
-            "mine.toml:3:10: `gain_skill_min.source` is empty",
-        );
-        refused(
-            "\n[gain_skil_min]\nvalue = 0.5\nsource = \"a\"\n",
-            "mine.toml:2:1: `gain_skil_min` is no threshold",
-        );
-        refused(
-            "[gain_skill_min]\nvalue = 0.5\n",
-            "mine.toml:1:1: missing field `source`",
-        );
-        refused("gain_skill_min = 3\n", "mine.toml:1:18: invalid type");
-        refused("[gain_skill_min\n", "mine.toml:1:");
-        refused(
-            "[gain_skill_min]\nvalue = 0.5\nsource = \"a\"\nunit = 3\n",
-            "mine.toml:4:1: unknown field `unit`",
-        );
+        let gain = "[gain_skill_min]\nvalue";
+        for (text, expected) in [
+            (
+                format!("# x\n{gain} = 1.5\nsource = \"a\"\n"),
+                "3:9: `gain_skill_min.value` is 1.5, expected 0 to 1",
+            ),
+            (
+                format!("{gain} = nan\nsource = \"a\"\n"),
+                "2:9: `gain_skill_min.value` is NaN",
+            ),
+            (
+                format!("{gain} = 0.5\nsource = \" \"\n"),
+                "3:10: `gain_skill_min.source` is empty",
+            ),
+            (
+                "\n[gain_skil_min]\nvalue = 0.5\nsource = \"a\"\n".to_owned(),
+                "2:1: `gain_skil_min` is no threshold",
+            ),
+            (format!("{gain} = 0.5\n"), "1:1: missing field `source`"),
+            ("gain_skill_min = 3\n".to_owned(), "1:18: invalid type"),
+            ("[gain_skill_min\n".to_owned(), "1:"),
+            (
+                format!("{gain} = 0.5\nsource = \"a\"\nunit = 3\n"),
+                "4:1: unknown field `unit`",
+            ),
+        ] {
+            let error = ThresholdSet::parse(&text, "mine.toml").unwrap_err();
+            let error = error.to_string();
+            let expected = format!("mine.toml:{expected}");
+            assert!(
+                error.starts_with(&expected) && error.contains("\nhint: "),
+                "{error}"
+            );
+        }
     }
 
     #[test]

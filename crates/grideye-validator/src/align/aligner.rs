@@ -17,8 +17,7 @@ pub const SAMPLE_MAX: usize = 2_048;
 pub const SPAN_MAX: Duration = Duration::from_secs(600);
 const OFFSET_SOUGHT_PX: f64 = 1.5;
 
-/// Aligns a recording with frames made elsewhere: each side is ascending times in seconds and as many frames in °C.
-/// `None` if a side has fewer than two frames, or unequal numbers. At most [`SAMPLE_MAX`] frames are looked at.
+/// Aligns a recording with frames made elsewhere: ascending times, s, and as many frames, °C; `None` below two a side.
 ///
 /// # Errors
 /// A bound out of its range.
@@ -76,10 +75,8 @@ impl Aligner {
             .unzip();
         let number = count(frames.len().max(1));
         let mut mean_c = [0.0; grideye_frame::PIXELS];
-        for frame in &frames {
-            for (mean, celsius) in mean_c.iter_mut().zip(frame) {
-                *mean += (celsius - simulator.ambient_c()) / number;
-            }
+        for (pixel, celsius) in frames.iter().flat_map(|frame| (0..).zip(frame)) {
+            mean_c[pixel] += (celsius - simulator.ambient_c()) / number;
         }
         Self {
             sample: Sample::new(times_s, frames),
@@ -165,14 +162,11 @@ impl Aligner {
         let told = errors.is_some() && line.rate.abs() > ERRORS_TOLD * rate_error;
         if bounds.excess_s(&line) > 0.0 || bounds.rate_excess(&line) > 0.0 || !told {
             let rate_max = if told { bounds.rate_max } else { 0.0 };
-            (line, fit) = best_line(
-                sample,
-                film,
-                &Bounds {
-                    rate_max,
-                    ..*bounds
-                },
-            );
+            let bounds = Bounds {
+                rate_max,
+                ..*bounds
+            };
+            (line, fit) = best_line(sample, film, &bounds);
         }
         Best {
             line,
@@ -187,11 +181,10 @@ impl Aligner {
         let (film, band_s) = (&self.film, self.bounds.shift_max_s);
         let path = |sample: &Sample| best_warp(sample, film, line, fit, band_s);
         let [even, odd] = self.sample.halves();
-        let likeness = |sample: &Sample, warp: &Warp| {
-            sample
-                .fit(film, |time_s| line.scene_s(time_s) + warp.by_s(time_s))
-                .likeness
+        let warped = |sample: &Sample, warp: &Warp| {
+            sample.fit(film, |time_s| line.scene_s(time_s) + warp.by_s(time_s))
         };
+        let likeness = |sample: &Sample, warp: &Warp| warped(sample, warp).likeness;
         let straight = |sample: &Sample| sample.fit(film, |time_s| line.scene_s(time_s)).likeness;
         let gain = likeness(&odd, &path(&even)) - straight(&odd) + likeness(&even, &path(&odd))
             - straight(&even);
@@ -199,9 +192,7 @@ impl Aligner {
             return None;
         }
         let warp = path(&self.sample);
-        let fit = self
-            .sample
-            .fit(film, |time_s| line.scene_s(time_s) + warp.by_s(time_s));
+        let fit = warped(&self.sample, &warp);
         Some((warp, fit))
     }
 

@@ -285,11 +285,7 @@ mod tests {
         let row = 3.5 - 3.5 * (time_s * 0.3).cos();
         std::array::from_fn(|pixel| {
             let off = count(pixel / 8) - row;
-            if pixel % 8 == 0 {
-                2.0 * (-off * off).exp()
-            } else {
-                0.0
-            }
+            f64::from(u8::from(pixel % 8 == 0)) * 2.0 * (-off * off).exp()
         })
     }
 
@@ -352,10 +348,8 @@ mod tests {
         assert!(fit.left_c2 < 1e-6 * sample.energy);
         assert!(sample.fit(&film, |time_s| time_s + 0.5).likeness < 0.95);
         let still = Film::of_frames(&[0.0, 20.0], &[[3.0; PIXELS], [3.0; PIXELS]]);
-        assert_eq!(
-            sample.fit(&still, |time_s| time_s),
-            Fit::nothing(sample.energy)
-        );
+        let nothing = sample.fit(&still, |time_s| time_s);
+        assert_eq!(nothing, Fit::nothing(sample.energy));
     }
 
     /// What cannot be met is not forgiven.

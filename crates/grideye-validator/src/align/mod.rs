@@ -8,25 +8,14 @@
 //!
 //! Alignment could make a wrong scene look right. What keeps it from that:
 //!
-//! - It has one or two degrees of freedom by default, a delay and a clock rate, each within a stated bound. The default
-//!   bound of half a second is a third of a meter of walking: what frames really lag behind is 0.2 to 0.3 s.
-//! - The best delay must lie within the bounds. The search looks beyond them, and if it is better there, nothing is
-//!   applied: a bound is not where a wrong scene may stop to be compared.
-//! - It only ever sees what moves: each pixel loses its mean over time. A radiator, a table or an offset that is wrong
-//!   cannot be aligned away, for they do not take part; they stay in the scores.
-//! - Which frames count does not depend on the candidate: beyond the walk's ends the scene's people stand where they
-//!   set off or arrived, and a film without a scene explains nothing there. No delay gains by leaving out what it cannot
-//!   explain, and none loses by where the recording happens to end.
-//! - Chance gets the same freedom. The same search is run with decoys: the scene in its seven other orientations and
-//!   run backwards, fifteen films that move as much, as fast and as smoothly as the scene. An alignment that is no
-//!   better than the best of them is not applied. Decoys that are the scene itself (a walk that is its own mirror
-//!   image) are left out, told by their likeness to it.
-//! - Warping must earn its path on frames that it was not fitted to, stays within the bound of the shift, and keeps
-//!   every pace between a half and one and a half. Nobody is made to stand, to turn back or to be somewhere else.
-//! - The scores and the verdict are then those of the aligned frames, with their floors and ceilings, as without.
+//! - By default it finds a delay and a clock rate, each within a bound; half a second is a third of a meter of walking.
+//! - The search looks beyond the bounds, and where it is better there, nothing is applied.
+//! - It sees only what moves: each pixel loses its mean over time, so that what stands wrong stays in the scores.
+//! - No delay gains by leaving frames out: beyond the walk's ends people stand, and a film without a scene explains nothing.
+//! - Fifteen decoys (the scene turned, mirrored, run backwards) get the same freedom; no better than the best is not applied.
+//! - A path must earn itself on frames that it was not fitted to, and keeps its pace between a half and one and a half.
 //!
-//! What it cannot tell: on a straight way walked once, a delay and a sensor that is tilted along the way look alike. If
-//! an offset of the image explains the recording as well as the delay that was found, the report says so.
+//! On a straight way walked once, a delay and a tilted sensor look alike; the report says so where an offset would do as well.
 
 pub(crate) mod aligner;
 pub(crate) mod clock;

@@ -3,22 +3,24 @@
 use crate::align::film::{Film, FitSums, Sample, whole};
 use crate::frames::types::Pixels;
 use crate::metrics::correlation;
+use crate::names::named;
 use crate::numbers::{climb, count};
 use grideye_frame::COLUMNS;
-use std::fmt;
 
-/// How a recorded image lies against the scene's.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[expect(missing_docs, reason = "the names say it")]
-pub enum Orientation {
-    Upright,
-    QuarterClockwise,
-    Half,
-    QuarterCounterclockwise,
-    MirroredLeftRight,
-    MirroredTopBottom,
-    Transposed,
-    TransposedOther,
+named! {
+    /// How a recorded image lies against the scene's; the words stand behind "the image is".
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+    #[expect(missing_docs, reason = "the names say it")]
+    pub enum Orientation {
+        Upright = "upright", "upright";
+        QuarterClockwise = "quarter_clockwise", "turned a quarter clockwise";
+        Half = "half", "turned by half";
+        QuarterCounterclockwise = "quarter_counterclockwise", "turned a quarter counter-clockwise";
+        MirroredLeftRight = "mirrored_left_right", "mirrored left to right";
+        MirroredTopBottom = "mirrored_top_bottom", "mirrored top to bottom";
+        Transposed = "transposed", "transposed (rows and columns swapped)";
+        TransposedOther = "transposed_other", "transposed about the other diagonal";
+    }
 }
 
 impl Orientation {
@@ -34,30 +36,13 @@ impl Orientation {
         Self::TransposedOther,
     ];
 
-    /// The stable name for files and programs.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Upright => "upright",
-            Self::QuarterClockwise => "quarter_clockwise",
-            Self::Half => "half",
-            Self::QuarterCounterclockwise => "quarter_counterclockwise",
-            Self::MirroredLeftRight => "mirrored_left_right",
-            Self::MirroredTopBottom => "mirrored_top_bottom",
-            Self::Transposed => "transposed",
-            Self::TransposedOther => "transposed_other",
-        }
-    }
-
     /// Whether it is a mirror image, which no way of mounting a sensor makes.
     #[must_use]
     pub const fn is_mirrored(self) -> bool {
-        matches!(
+        use Orientation::{Half, QuarterClockwise, QuarterCounterclockwise, Upright};
+        !matches!(
             self,
-            Self::MirroredLeftRight
-                | Self::MirroredTopBottom
-                | Self::Transposed
-                | Self::TransposedOther
+            Upright | QuarterClockwise | Half | QuarterCounterclockwise
         )
     }
 
@@ -94,22 +79,6 @@ impl Orientation {
     }
 }
 
-impl fmt::Display for Orientation {
-    /// In words, to stand behind "the image is".
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.pad(match self {
-            Self::Upright => "upright",
-            Self::QuarterClockwise => "turned a quarter clockwise",
-            Self::Half => "turned by half",
-            Self::QuarterCounterclockwise => "turned a quarter counter-clockwise",
-            Self::MirroredLeftRight => "mirrored left to right",
-            Self::MirroredTopBottom => "mirrored top to bottom",
-            Self::Transposed => "transposed (rows and columns swapped)",
-            Self::TransposedOther => "transposed about the other diagonal",
-        })
-    }
-}
-
 /// An image moved to the right and downwards by parts of a pixel; what comes in over the edge repeats it.
 pub(crate) fn moved(image: &Pixels, right_px: f64, down_px: f64) -> Pixels {
     let columns = i32::try_from(COLUMNS).unwrap_or(i32::MAX);
@@ -132,13 +101,9 @@ pub(crate) struct Pairs(Vec<(Pixels, Pixels)>, f64);
 
 impl Pairs {
     pub(crate) fn moving(sample: &Sample, film: &Film, scene_s: impl Fn(f64) -> f64) -> Self {
-        let pairs = sample
-            .times_s
-            .iter()
-            .zip(&sample.frames)
-            .filter_map(|(&time_s, real)| Some((*real, film.at(scene_s(time_s))?)))
-            .collect();
-        Self(pairs, sample.energy)
+        let pair = |(&time_s, real): (&f64, &Pixels)| Some((*real, film.at(scene_s(time_s))?));
+        let frames = sample.times_s.iter().zip(&sample.frames);
+        Self(frames.filter_map(pair).collect(), sample.energy)
     }
 
     fn likeness(&self, right_px: f64, down_px: f64) -> f64 {
@@ -177,33 +142,17 @@ mod tests {
     fn corners_go_where_a_sheet_of_paper_takes_them() {
         let mut sheet = [0.0; 64];
         (sheet[0], sheet[7], sheet[56], sheet[63]) = (1.0, 2.0, 3.0, 4.0);
-        let corners = |orientation: Orientation| {
+        let corners = [
+            1234.0, 3142.0, 4321.0, 2413.0, 2143.0, 3412.0, 1324.0, 4231.0,
+        ];
+        for (orientation, expected) in Orientation::ALL.into_iter().zip(corners) {
             let seen = orientation.apply(&sheet);
-            [seen[0], seen[7], seen[56], seen[63]]
-        };
-        for (orientation, expected) in [
-            (Orientation::Upright, [1.0, 2.0, 3.0, 4.0]),
-            (Orientation::QuarterClockwise, [3.0, 1.0, 4.0, 2.0]),
-            (Orientation::Half, [4.0, 3.0, 2.0, 1.0]),
-            (Orientation::QuarterCounterclockwise, [2.0, 4.0, 1.0, 3.0]),
-            (Orientation::MirroredLeftRight, [2.0, 1.0, 4.0, 3.0]),
-            (Orientation::MirroredTopBottom, [3.0, 4.0, 1.0, 2.0]),
-            (Orientation::Transposed, [1.0, 3.0, 2.0, 4.0]),
-            (Orientation::TransposedOther, [4.0, 2.0, 3.0, 1.0]),
-        ] {
-            assert_eq!(corners(orientation), expected, "{orientation}");
-        }
-    }
-
-    #[test]
-    fn the_inverse_undoes_and_a_mirror_is_its_own() {
-        let image: Pixels = std::array::from_fn(count);
-        for orientation in Orientation::ALL {
-            let back = orientation.inverse().apply(&orientation.apply(&image));
-            assert_eq!(back, image, "{orientation}");
-            let twice = orientation.apply(&orientation.apply(&image));
+            let corners = [seen[0], seen[7], seen[56], seen[63]];
+            let found = corners.iter().fold(0.0, |all, corner| 10.0 * all + corner);
+            assert_eq!(found, expected, "{orientation}");
+            assert_eq!(orientation.inverse().apply(&seen), sheet, "{orientation}");
             if orientation.is_mirrored() {
-                assert_eq!(twice, image, "{orientation}");
+                assert_eq!(orientation.apply(&seen), sheet, "{orientation}");
             }
         }
     }

@@ -244,39 +244,39 @@ fn law_neighbors(law: &Law, step: f64, most_s: f64) -> impl Iterator<Item = Law>
 mod tests {
     use super::*;
     use crate::frames::types::Pixels;
+    use crate::numbers::assert_near;
     use grideye_frame::PIXELS;
 
-    fn sample(seconds: f64) -> Sample {
-        Sample::new(vec![0.0, seconds], vec![[0.0; PIXELS]; 2])
-    }
-
-    fn grid(seconds: f64, shift_max_s: f64, rate_max: f64) -> Grid {
-        let bounds = Bounds {
+    fn bounds(shift_max_s: f64, rate_max: f64) -> Bounds {
+        Bounds {
             origin_s: 2.0,
             shift_max_s,
             rate_max,
-        };
-        Grid::new(&sample(seconds), &bounds)
+        }
     }
 
+    fn grid(seconds: f64, shift_max_s: f64, rate_max: f64) -> Grid {
+        let sample = Sample::new(vec![0.0, seconds], vec![[0.0; PIXELS]; 2]);
+        Grid::new(&sample, &bounds(shift_max_s, rate_max))
+    }
+
+    /// Lines about 2 s, by their shifts and rates.
     #[track_caller]
-    fn is_near(found: &[(f64, f64)], expected: &[(f64, f64)]) {
-        let near = |(left, right): (&(f64, f64), &(f64, f64))| {
-            (left.0 - right.0).abs() < 1e-12 && (left.1 - right.1).abs() < 1e-12
-        };
-        let is_near = found.len() == expected.len() && found.iter().zip(expected).all(near);
-        assert!(is_near, "{found:?}, not {expected:?}");
-    }
-
-    fn shift_and_rate(line: Line) -> (f64, f64) {
-        (line.shift_s, line.rate)
+    fn is_near(found: impl Iterator<Item = Line>, expected: &[(f64, f64)]) {
+        let found: Vec<Line> = found.collect();
+        assert_eq!(found.len(), expected.len(), "{found:?}, not {expected:?}");
+        for (line, (shift_s, rate)) in found.into_iter().zip(expected) {
+            assert_near(line.shift_s, *shift_s, 1e-12);
+            assert_near(line.rate, *rate, 1e-12);
+            assert_eq!(line.origin_s, 2.0);
+        }
     }
 
     #[test]
     fn a_line_is_shifted_and_turned_about_its_origin() {
         let line = Line::new(0.2, 0.01, 10.0);
-        assert!((line.scene_s(10.0) - 10.2).abs() < 1e-12);
-        assert!((line.scene_s(30.0) - 30.4).abs() < 1e-12);
+        assert_near(line.scene_s(10.0), 10.2, 1e-12);
+        assert_near(line.scene_s(30.0), 30.4, 1e-12);
     }
 
     /// By hand: 0.5 s in steps of 0.1 s; 6 % of a minute is 3.6 s, in steps of 0.3 s.
@@ -288,53 +288,34 @@ mod tests {
         let wide = grid(60.0, 60.0, 0.06);
         assert_eq!((wide.places(), wide.frames()), (1_201 * 25, 170));
         assert_eq!(grid(60.0, 600.0, 0.06).frames(), 48);
-        let center = usual.center();
-        assert_eq!(
-            (center.shift_s, center.rate, center.origin_s),
-            (0.0, 0.0, 2.0)
-        );
+        assert_eq!(usual.center(), Line::new(0.0, 0.0, 2.0));
     }
 
     #[test]
     fn the_grid_reaches_both_bounds_and_nothing_beyond() {
-        let lines: Vec<(f64, f64)> = grid(10.0, 0.2, 0.03).lines().map(shift_and_rate).collect();
-        let shifts = [-0.2, -0.1, 0.0, 0.1, 0.2];
-        let expected: Vec<(f64, f64)> = [-0.03, 0.0, 0.03]
-            .iter()
-            .flat_map(|&rate| shifts.map(|shift_s| (shift_s, rate)))
-            .collect();
-        is_near(&lines, &expected);
-        let still: Vec<(f64, f64)> = grid(10.0, 0.0, 0.0).lines().map(shift_and_rate).collect();
-        is_near(&still, &[(0.0, 0.0)]);
+        let along = |rate| [-0.2, -0.1, 0.0, 0.1, 0.2].map(|shift_s| (shift_s, rate));
+        is_near(
+            grid(10.0, 0.2, 0.03).lines(),
+            &[-0.03, 0.0, 0.03].map(along).concat(),
+        );
+        is_near(grid(10.0, 0.0, 0.0).lines(), &[(0.0, 0.0)]);
     }
 
     /// To turn a minute's line by 0.1 s at its ends, the rate changes by 0.1 in 30, and the shift by 0.1 s the other way.
     #[test]
     fn neighbors_are_shifted_or_turned_about_the_middle_within_the_bounds() {
-        let grid = grid(60.0, 0.5, 0.06);
-        let about = |shift_s, rate| -> Vec<(f64, f64)> {
-            let line = Line::new(shift_s, rate, 2.0);
-            let neighbors = grid.neighbors(line, 0.1);
-            neighbors
-                .inspect(|line| assert_eq!(line.origin_s, 2.0))
-                .map(shift_and_rate)
-                .collect()
-        };
         let turn = 0.1 / 30.0;
-        is_near(
-            &about(0.0, 0.0),
-            &[(0.1, 0.0), (-0.1, 0.0), (-0.1, turn), (0.1, -turn)],
-        );
-        is_near(
-            &about(0.5, 0.06),
-            &[(0.5, 0.06), (0.4, 0.06), (0.5, 0.06), (0.5, 0.06 - turn)],
-        );
-        let timed = self::grid(60.0, 0.5, 0.0);
-        let still = timed.neighbors(grid.center(), 0.1);
-        is_near(
-            &still.map(shift_and_rate).collect::<Vec<_>>(),
-            &[(0.1, 0.0), (-0.1, 0.0), (0.0, 0.0), (0.0, 0.0)],
-        );
+        let free = [(0.1, 0.0), (-0.1, 0.0), (-0.1, turn), (0.1, -turn)];
+        let corner = [(0.5, 0.06), (0.4, 0.06), (0.5, 0.06), (0.5, 0.06 - turn)];
+        let timed = [(0.1, 0.0), (-0.1, 0.0), (0.0, 0.0), (0.0, 0.0)];
+        for (rate_max, (shift_s, rate), expected) in [
+            (0.06, (0.0, 0.0), free),
+            (0.06, (0.5, 0.06), corner),
+            (0.0, (0.0, 0.0), timed),
+        ] {
+            let line = Line::new(shift_s, rate, 2.0);
+            is_near(grid(60.0, 0.5, rate_max).neighbors(line, 0.1), &expected);
+        }
     }
 
     /// Something warm that crosses the pixels, one a second.
@@ -343,18 +324,13 @@ mod tests {
     }
 
     fn filmed(late_s: f64) -> (Sample, Film) {
-        let times = |number: usize, step_s: f64, from_s: f64| -> Vec<f64> {
-            (0..number)
-                .map(|index| from_s + count(index) * step_s)
-                .collect()
-        };
-        let scene_s = times(401, 0.05, 0.0);
-        let frames: Vec<Pixels> = scene_s.iter().map(|&time_s| film(time_s)).collect();
-        let recorded_s = times(150, 0.1, 2.0);
-        let recorded = recorded_s
-            .iter()
-            .map(|&time_s| film(time_s + late_s))
-            .collect();
+        let scene = (0..401).map(|index| count(index) * 0.05);
+        let (scene_s, frames): (Vec<f64>, Vec<Pixels>) =
+            scene.map(|time_s| (time_s, film(time_s))).unzip();
+        let recorded = (0..150).map(|index| 2.0 + count(index) * 0.1);
+        let (recorded_s, recorded) = recorded
+            .map(|time_s| (time_s, film(time_s + late_s)))
+            .unzip();
         (
             Sample::new(recorded_s, recorded),
             Film::of_frames(&scene_s, &frames),
@@ -365,11 +341,7 @@ mod tests {
     #[test]
     fn a_delay_is_found_as_finely_as_is_stated() {
         let (sample, film) = filmed(0.137);
-        let bounds = Bounds {
-            origin_s: 2.0,
-            shift_max_s: 0.5,
-            rate_max: 0.0,
-        };
+        let bounds = bounds(0.5, 0.0);
         let (line, fit) = best_line(&sample, &film, &bounds);
         assert!((line.shift_s - 0.137).abs() <= 0.001, "{line:?}");
         assert!(fit.likeness > 0.9999, "{fit:?}");
@@ -377,10 +349,9 @@ mod tests {
         assert!((rough.shift_s - 0.137).abs() <= 0.025, "{rough:?}");
         assert_eq!(likeness, rough_likeness(&sample, &film, &bounds));
         let best = Grid::new(&sample, &bounds).best(&sample, &film, 3);
-        let shifts: Vec<f64> = best.iter().map(|(_, line)| line.shift_s).collect();
         assert!(best[0].0 > best[1].0 && best[1].0 > best[2].0, "{best:?}");
-        for (shift, expected) in shifts.iter().zip([0.1, 0.2, 0.0]) {
-            assert!((shift - expected).abs() < 1e-9, "{shifts:?}");
+        for ((_, line), expected) in best.iter().zip([0.1, 0.2, 0.0]) {
+            assert_near(line.shift_s, expected, 1e-9);
         }
     }
 
@@ -396,14 +367,8 @@ mod tests {
             left_c2: 192.0,
         };
         let (shift_s, rate) = standard_errors(&sample, &film, line, &fit).unwrap();
-        assert!(
-            (shift_s - (1_280.0_f64 / 393_216.0).sqrt()).abs() < 1e-9,
-            "{shift_s}"
-        );
-        assert!(
-            (rate - (768.0_f64 / 393_216.0).sqrt()).abs() < 1e-9,
-            "{rate}"
-        );
+        assert_near(shift_s, (1_280.0_f64 / 393_216.0).sqrt(), 1e-9);
+        assert_near(rate, (768.0_f64 / 393_216.0).sqrt(), 1e-9);
         let one = Sample::new(vec![1.0], vec![[0.0; PIXELS]]);
         assert_eq!(standard_errors(&one, &film, line, &fit), None);
         let elsewhere = Sample::new(vec![30.0, 31.0], vec![[0.0; PIXELS]; 2]);
@@ -443,31 +408,23 @@ mod tests {
     #[test]
     fn neighbors_are_one_step_away_and_within_the_bounds() {
         let of = |law: Law, most_s: f64| -> Vec<[f64; 4]> {
-            law_neighbors(&law, 0.25, most_s)
-                .map(|law| [law.begins_late_s, law.ends_late_s, law.ease, law.lean])
+            let laws = law_neighbors(&law, 0.25, most_s);
+            laws.map(|law| [law.begins_late_s, law.ends_late_s, law.ease, law.lean])
                 .collect()
         };
-        assert_eq!(
-            of(law(0.5, -0.25), 2.0),
-            [
-                [1.0, -0.5, 0.5, -0.25],
-                [0.0, -0.5, 0.5, -0.25],
-                [0.5, 0.0, 0.5, -0.25],
-                [0.5, -1.0, 0.5, -0.25],
-                [1.0, 0.0, 0.5, -0.25],
-                [0.0, -1.0, 0.5, -0.25],
-                [1.0, -1.0, 0.5, -0.25],
-                [0.0, 0.0, 0.5, -0.25],
-                [0.5, -0.5, 0.75, -0.25],
-                [0.5, -0.5, 0.25, -0.25],
-                [0.5, -0.5, 0.5, 0.0],
-                [0.5, -0.5, 0.5, -0.5],
-            ]
-        );
+        let ends = [(1.0, -0.5), (0.0, -0.5), (0.5, 0.0), (0.5, -1.0)];
+        let both = [(1.0, 0.0), (0.0, -1.0), (1.0, -1.0), (0.0, 0.0)];
+        let shapes = [(0.75, -0.25), (0.25, -0.25), (0.5, 0.0), (0.5, -0.5)];
+        let moved = [ends, both].concat();
+        let moved = moved
+            .into_iter()
+            .map(|(begin, end)| [begin, end, 0.5, -0.25]);
+        let shaped = shapes.map(|(ease, lean)| [0.5, -0.5, ease, lean]);
+        let expected: Vec<[f64; 4]> = moved.chain(shaped).collect();
+        assert_eq!(of(law(0.5, -0.25), 2.0), expected);
         let bounded = of(law(1.0, -1.0), 0.5);
-        assert_eq!(bounded[0], [0.5, -0.5, 1.0, -1.0]);
-        assert_eq!(bounded[3], [0.5, -0.5, 1.0, -1.0]);
-        assert_eq!(bounded[8], [0.5, -0.5, 1.0, -1.0]);
-        assert_eq!(bounded[11], [0.5, -0.5, 1.0, -1.0]);
+        for place in [0, 3, 8, 11] {
+            assert_eq!(bounded[place], [0.5, -0.5, 1.0, -1.0], "{place}");
+        }
     }
 }

@@ -2,36 +2,25 @@
 
 use crate::align::clock::{Bounds, Law, Warp};
 use crate::align::space::Orientation;
-use crate::error::ValidatorError;
+use crate::error::{ValidatorError, check_setting};
 use crate::frames::LeftOutCount;
+use crate::names::named;
 use std::time::Duration;
 
-/// What may be done to the recording's time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum TimeAlignment {
-    /// Nothing: every frame at its own time.
-    None,
-    /// One delay for the whole recording.
-    Shift,
-    /// A delay and a constant rate of the clock.
-    Rate,
-    /// These, and a path about them (dynamic time warping in a band).
-    Warp,
-    /// When the walk begins and ends, and how speed is spread over it, in four numbers.
-    Law,
-}
-
-impl TimeAlignment {
-    /// The stable name for files and programs.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::Shift => "shift",
-            Self::Rate => "rate",
-            Self::Warp => "warp",
-            Self::Law => "law",
-        }
+named! {
+    /// What may be done to the recording's time.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum TimeAlignment {
+        /// Nothing: every frame at its own time.
+        None = "none";
+        /// One delay for the whole recording.
+        Shift = "shift";
+        /// A delay and a constant rate of the clock.
+        Rate = "rate";
+        /// These, and a path about them (dynamic time warping in a band).
+        Warp = "warp";
+        /// When the walk begins and ends, and how speed is spread over it, in four numbers.
+        Law = "law";
     }
 }
 
@@ -82,8 +71,8 @@ pub struct Alignment {
 
 /// What was found out about time.
 #[derive(Debug, Clone, PartialEq)]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct TimeFound {
-    /// What was asked for.
     pub asked: TimeAlignment,
     /// The scene's time less the recording's at its first frame, seconds: above zero, the recording is late.
     pub shift_s: f64,
@@ -91,15 +80,12 @@ pub struct TimeFound {
     pub shift_error_s: Option<f64>,
     /// Seconds of the scene in one of the recording, less 1. 0 where it could not be told from 0.
     pub rate: f64,
-    /// Its standard error.
     pub rate_error: Option<f64>,
     /// Likeness of what moves without alignment: correlation over all pixels and frames, -1 to 1.
     pub likeness_before: f64,
-    /// The same with it.
     pub likeness: f64,
     /// The best that decoys reach when they are aligned alike; `None` if every decoy is the scene itself.
     pub chance: Option<f64>,
-    /// How many decoys there were.
     pub decoys: usize,
     /// Whether the alignment was applied: it is better than chance, and none beyond the bounds is better.
     pub applied: bool,
@@ -109,20 +95,18 @@ pub struct TimeFound {
     pub rival_offset_px: Option<[f64; 2]>,
     /// The path, if it was asked for and earned.
     pub warp: Option<Warp>,
-    /// The law, if it was asked for.
     pub law: Option<Law>,
 }
 
 /// How the image lies.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct OrientationFound {
-    /// The orientation that fits best.
     pub orientation: Orientation,
     /// Its likeness, -1 to 1.
     pub likeness: f64,
     /// That of the image as it is.
     pub upright: f64,
-    /// Whether the image was turned.
     pub applied: bool,
 }
 
@@ -152,21 +136,11 @@ pub const RATE_MAX: f64 = 0.2;
 
 impl AlignOptions {
     pub(crate) fn check(&self) -> Result<(), ValidatorError> {
-        if self.shift_max > SHIFT_MAX {
-            return Err(ValidatorError::Setting {
-                name: "max-shift",
-                expected: "0 to 60 seconds",
-                found: self.shift_max.as_secs_f64(),
-            });
-        }
-        if !(0.0..=RATE_MAX).contains(&self.rate_max) {
-            return Err(ValidatorError::Setting {
-                name: "max-rate",
-                expected: "0 to 20 %",
-                found: 100.0 * self.rate_max,
-            });
-        }
-        Ok(())
+        let (shift_s, percent) = (self.shift_max.as_secs_f64(), 100.0 * self.rate_max);
+        let is_shift = self.shift_max <= SHIFT_MAX;
+        let is_rate = (0.0..=RATE_MAX).contains(&self.rate_max);
+        check_setting(is_shift, "max-shift", "0 to 60 seconds", shift_s)?;
+        check_setting(is_rate, "max-rate", "0 to 20 %", percent)
     }
 
     pub(crate) fn bounds(&self, origin_s: f64) -> Bounds {

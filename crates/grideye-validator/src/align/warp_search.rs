@@ -1,8 +1,7 @@
 //! Uneven walking: dynamic time warping in a band (Sakoe and Chiba, IEEE Trans. ASSP 26:43, 1978).
 //!
-//! The path may leave the line by the band and no further, its pace stays between a half and one and a half of the
-//! line's, and every change of pace costs what a random walk of the pace would make it cost. So it cannot stand still,
-//! run backwards, or pick for every frame the moment whose noise suits it.
+//! The path keeps to the band, its pace between a half and one and a half of the line's, and a change of pace costs what a
+//! random walk would: it cannot stand still, run backwards, or pick the moment whose noise suits it.
 
 use crate::align::clock::{Line, Warp};
 use crate::align::film::{Film, Fit, FitSums, Sample, whole};

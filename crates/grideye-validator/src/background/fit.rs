@@ -62,10 +62,9 @@ fn left_c(pairs: [(&[f64], &[f64]); 2]) -> f64 {
 
 /// A part of a recording, in time since its first frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct Stretch {
-    /// Its first moment.
     pub from: Duration,
-    /// Its last.
     pub to: Duration,
 }
 

@@ -27,12 +27,11 @@ const ROUNDS: usize = 3;
 /// What the pixels show of the empty room.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct Background {
     /// °C, the mean over all frames of the stretches.
     pub celsius: [f64; PIXELS],
-    /// The stretches it was taken from.
     pub stretches: Vec<Stretch>,
-    /// The frames in them.
     pub frames: usize,
 }
 
@@ -107,8 +106,7 @@ impl Background {
         })
     }
 
-    /// Puts the background into a profile's pattern: as what each pixel has above `empty_room`, the noise-free image of
-    /// the scene without its people (64 values, °C); without one, above the middle pixel. Rounded to 0.0001 °C.
+    /// Puts the background into a profile's pattern, above `empty_room` (64 values, °C), else above the middle pixel; to 0.0001 °C.
     pub fn put_into(&self, profile: &mut Profile, empty_room: Option<&[f64]>) {
         let middle = median(&self.celsius).unwrap_or_default();
         for (pixel, offset) in profile.fixed_pattern.offset_c.iter_mut().enumerate() {

@@ -12,7 +12,7 @@ use crate::numbers::count;
 use grideye_draw::text::fixed;
 use grideye_frame::PIXELS;
 use grideye_recording::Record;
-use grideye_scene::fit::Fit;
+use grideye_scene::fit::{Fit, RECORDING_START};
 use grideye_scene::{Files, Scene};
 use serde_json::json;
 use std::time::Duration;
@@ -24,7 +24,7 @@ const UNIFORM_SD: f64 = 0.288_675;
 /// Beginning of the remarks in a scene; those of an earlier calibration are replaced.
 const REMARK: &str = "# found: ";
 
-pub(crate) fn gathered(
+fn gathered(
     (text, fits, sensor): (&str, &[Fit], &str),
     model: &Model<'_>,
     frames: &Frames,
@@ -77,10 +77,10 @@ fn found(fits: &[Fit], model: &Model<'_>, fine: &FineSearch) -> Vec<Estimate> {
         .collect();
     let known = &fine.uncertainty;
     for &place in &known.at_bound {
-        found[model.searched()[place]].at_bound = true;
+        found[model.searched[place]].at_bound = true;
     }
     for (number, &place) in known.told.iter().enumerate() {
-        let found = &mut found[model.searched()[place]];
+        let found = &mut found[model.searched[place]];
         let width = found.bounds[1] - found.bounds[0];
         let uncertainty = known.covariance[number][number].sqrt() * width;
         found.freedom = known.freedom[number];
@@ -104,11 +104,8 @@ fn put_noise(found: &mut [Estimate], sensor: &str, white: f64, frames: usize) {
     // Of a variance with so many degrees of freedom, by the derivative of its root.
     let uncertainty = white * (2.0 / freedom).sqrt() / (2.0 * sigma.max(1e-3));
     found.at_bound = !(found.bounds[0]..=found.bounds[1]).contains(&sigma);
-    found.value = rounded(
-        sigma.clamp(found.bounds[0], found.bounds[1]),
-        Some(uncertainty),
-        found.bounds,
-    );
+    let within = sigma.clamp(found.bounds[0], found.bounds[1]);
+    found.value = rounded(within, Some(uncertainty), found.bounds);
     if !found.at_bound {
         found.freedom = freedom;
         found.uncertainty = Some(uncertainty);
@@ -118,11 +115,8 @@ fn put_noise(found: &mut [Estimate], sensor: &str, white: f64, frames: usize) {
 
 /// To a hundredth of its uncertainty, or of a millionth of the way between the bounds.
 fn rounded(value: f64, uncertainty: Option<f64>, bounds: [f64; 2]) -> f64 {
-    let finest = uncertainty
-        .filter(|uncertainty| *uncertainty > 0.0)
-        .map_or((bounds[1] - bounds[0]) * 1e-6, |uncertainty| {
-            uncertainty * 0.01
-        });
+    let hundredth = uncertainty.filter(|own| *own > 0.0).map(|own| own * 0.01);
+    let finest = hundredth.unwrap_or((bounds[1] - bounds[0]) * 1e-6);
     let step = 10.0_f64.powf(finest.log10().floor());
     // Dividing by a power of ten from above gives the nearest decimal; multiplying by one from below does not.
     let per_step = (1.0 / step).round();
@@ -139,7 +133,7 @@ fn correlation(found: &[Estimate], model: &Model<'_>, known: &Uncertainty) -> Ve
     for (row, &from) in known.told.iter().enumerate() {
         for (column, &to) in known.told.iter().enumerate() {
             let scale = (known.covariance[row][row] * known.covariance[column][column]).sqrt();
-            correlation[model.searched()[from]][model.searched()[to]] = if row == column {
+            correlation[model.searched[from]][model.searched[to]] = if row == column {
                 1.0
             } else {
                 known.covariance[row][column] / scale
@@ -158,11 +152,8 @@ fn warnings(
 ) -> Vec<String> {
     let mut warnings = Vec::new();
     let keys = |places: &[usize]| {
-        let keys: Vec<String> = places
-            .iter()
-            .map(|&place| format!("`{}`", found[model.searched()[place]].key))
-            .collect();
-        keys.join(" and ")
+        let key = |&place: &usize| format!("`{}`", found[model.searched[place]].key);
+        places.iter().map(key).collect::<Vec<_>>().join(" and ")
     };
     if !known.tangled.is_empty() {
         warnings.push(format!(
@@ -222,10 +213,8 @@ fn scene(text: &str, fits: &[Fit], found: &[Estimate]) -> String {
         if let Some(span) = &fit.value_span {
             edits.push((span.clone(), found.value.to_string()));
         }
-        edits.push((
-            earlier_remark(text, fit.remark_at),
-            format!("{REMARK}{}\n", found.told()),
-        ));
+        let remark = format!("{REMARK}{}\n", found.told());
+        edits.push((earlier_remark(text, fit.remark_at), remark));
     }
     edits.sort_by_key(|(span, _)| std::cmp::Reverse((span.start, span.end)));
     let mut text = text.to_owned();
@@ -248,11 +237,7 @@ impl Estimate {
     #[must_use]
     pub fn told(&self) -> String {
         let (Some(uncertainty), Some(half)) = (self.uncertainty, self.half_width_95) else {
-            let why = if self.at_bound {
-                "at its bound"
-            } else {
-                "not told by the recording"
-            };
+            let why = ["not told by the recording", "at its bound"][usize::from(self.at_bound)];
             return format!("{} ({why})", self.value);
         };
         let digits = digits(uncertainty);
@@ -302,26 +287,22 @@ impl Calibration {
     /// The same as one JSON object, in the keys' own units; what could not be told is null.
     #[must_use]
     pub fn to_json(&self) -> String {
-        let found: Vec<serde_json::Value> = self
-            .found
-            .iter()
-            .map(|found| {
-                json!({
-                    "key": found.key,
-                    "start": found.start,
-                    "value": found.value,
-                    "standard_uncertainty": found.uncertainty,
-                    "half_width_95": found.half_width_95,
-                    "degrees_of_freedom": if found.freedom.is_finite() { Some(found.freedom) } else { None },
-                    "bounds": found.bounds,
-                    "at_bound": found.at_bound,
-                })
+        let found = |found: &Estimate| {
+            json!({
+                "key": found.key,
+                "start": found.start,
+                "value": found.value,
+                "standard_uncertainty": found.uncertainty,
+                "half_width_95": found.half_width_95,
+                "degrees_of_freedom": found.freedom,
+                "bounds": found.bounds,
+                "at_bound": found.at_bound,
             })
-            .collect();
+        };
         let document = json!({
             "format": "grideye-calibration",
             "version": 1,
-            "found": found,
+            "found": self.found.iter().map(found).collect::<Vec<_>>(),
             "correlation": self.correlation,
             "warnings": self.warnings,
             "frames": self.frames,
@@ -341,8 +322,7 @@ impl Calibration {
     }
 }
 
-/// Finds the unknowns that a scene marks. Time counts from the recording's first frame, second `recording.start_s` of the
-/// scene; torn frames, duplicates and frames after the scene's end are left out.
+/// Finds the unknowns that a scene marks, from the whole frames in its time; they count from `recording.start_s` on.
 ///
 /// # Errors
 /// [`CalibrateError`].
@@ -376,11 +356,8 @@ pub fn calibrate_telling(
     }
     check_resolution(&loaded.scene, sensor)?;
     check_bounds((text, origin), &loaded.fits, files)?;
-    let latest_s = loaded
-        .fits
-        .iter()
-        .find(|fit| fit.key == grideye_scene::fit::RECORDING_START)
-        .map_or(0.0, |fit| fit.bounds[1]);
+    let begins = loaded.fits.iter().find(|fit| fit.key == RECORDING_START);
+    let latest_s = begins.map_or(0.0, |fit| fit.bounds[1]);
     let end = (!loaded.scene.is_static()).then(|| {
         let end_s = (loaded.scene.duration().as_secs_f64() - latest_s).max(0.0);
         Duration::try_from_secs_f64(end_s).unwrap_or(Duration::MAX)
@@ -391,14 +368,8 @@ pub fn calibrate_telling(
     let before = model.left_over(&model.start(), &frames)?;
     let (coarse, starts) = from_several_starts(&mut model, &frames, options)?;
     let fine = FineSearch::search(&mut model, &frames, coarse, options)?;
-    Ok(gathered(
-        (text, &loaded.fits, sensor),
-        &model,
-        &frames,
-        &fine,
-        &before,
-        starts,
-    ))
+    let asked = (text, loaded.fits.as_slice(), sensor);
+    Ok(gathered(asked, &model, &frames, &fine, &before, starts))
 }
 
 fn check_resolution(scene: &Scene, sensor: &str) -> Result<(), CalibrateError> {

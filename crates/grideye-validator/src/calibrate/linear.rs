@@ -159,10 +159,8 @@ mod tests {
                 assert!((value - expected).abs() < 1e-14, "{unit:?}");
             }
         }
-        assert!(
-            inverse(&vec![vec![1.0, 2.0], vec![2.0, 1.0]]).is_none(),
-            "indefinite"
-        );
+        let indefinite = vec![vec![1.0, 2.0], vec![2.0, 1.0]];
+        assert!(inverse(&indefinite).is_none());
     }
 
     #[test]

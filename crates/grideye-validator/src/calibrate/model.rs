@@ -2,11 +2,12 @@
 
 use crate::calibrate::frames::Frames;
 use crate::calibrate::noise::Noise;
-use crate::calibrate::solver::{self, Problem, Solution};
+use crate::calibrate::solver::{self, Solution};
 use crate::calibrate::types::{CalibrateError, Pace};
 use grideye_frame::PIXELS;
 use grideye_scene::fit::{self, Fit, RECORDING_START};
 use grideye_scene::{Files, Scene, Simulator};
+use std::cell::RefCell;
 use std::time::Duration;
 
 pub(crate) struct Model<'a> {
@@ -15,7 +16,7 @@ pub(crate) struct Model<'a> {
     files: &'a dyn Files,
     sensor: &'a str,
     fits: Vec<Fit>,
-    searched: Vec<usize>,
+    pub(crate) searched: Vec<usize>,
     pub(crate) evaluations: u64,
     pace: Pace<'a>,
 }
@@ -48,16 +49,10 @@ impl<'a> Model<'a> {
         })
     }
 
-    pub(crate) fn searched(&self) -> &[usize] {
-        &self.searched
-    }
-
     pub(crate) fn start(&self) -> Vec<f64> {
         let share = |fit: &Fit| (fit.value - fit.bounds[0]) / (fit.bounds[1] - fit.bounds[0]);
-        self.searched
-            .iter()
-            .map(|&place| share(&self.fits[place]))
-            .collect()
+        let fits = self.searched.iter().map(|&place| &self.fits[place]);
+        fits.map(share).collect()
     }
 
     /// The values of all unknowns at a point; those that are not searched keep theirs.
@@ -96,9 +91,7 @@ impl<'a> Model<'a> {
 
     fn start_s(&self, point: &[f64]) -> f64 {
         let place = self.fits.iter().position(|fit| fit.key == RECORDING_START);
-        place
-            .and_then(|place| self.values(point).get(place).copied())
-            .unwrap_or(0.0)
+        place.map_or(0.0, |place| self.values(point)[place])
     }
 
     pub(crate) fn left_over(
@@ -107,12 +100,27 @@ impl<'a> Model<'a> {
         frames: &Frames,
     ) -> Result<Vec<f64>, CalibrateError> {
         let images = self.images(point, &frames.times)?;
-        Ok(frames
-            .celsius
-            .iter()
-            .zip(images)
-            .map(|(real, simulated)| real - simulated)
-            .collect())
+        let pairs = frames.celsius.iter().zip(images);
+        Ok(pairs.map(|(real, simulated)| real - simulated).collect())
+    }
+
+    /// The best fit from a start, what is left over weighted by the noise.
+    pub(crate) fn solve(
+        &mut self,
+        (frames, noise): (&Frames, &Noise),
+        start: &[f64],
+        steps_max: usize,
+    ) -> Result<Solution, CalibrateError> {
+        self.pace.begin(steps_max, frames.len());
+        let model = RefCell::new(self);
+        let residuals = |point: &[f64]| {
+            let left_over = model.borrow_mut().left_over(point, frames);
+            left_over.map(|left_over| noise.whiten(&left_over))
+        };
+        let stepped = || model.borrow_mut().pace.step();
+        let solution = solver::solve(residuals, stepped, start, steps_max)?;
+        model.borrow_mut().pace.end();
+        Ok(solution)
     }
 }
 
@@ -143,37 +151,4 @@ pub(crate) fn check_bounds(
 /// The noise of the sensor, which is not searched but left over.
 pub(crate) fn noise_key(sensor: &str) -> String {
     format!("sensor.{sensor}.noise_sigma_c")
-}
-
-pub(crate) struct Weighted<'m, 'a> {
-    pub(crate) model: &'m mut Model<'a>,
-    pub(crate) frames: &'m Frames,
-    pub(crate) noise: &'m Noise,
-}
-
-impl Weighted<'_, '_> {
-    pub(crate) fn solve(
-        &mut self,
-        start: &[f64],
-        steps_max: usize,
-    ) -> Result<Solution, CalibrateError> {
-        self.model.pace.begin(steps_max, self.frames.len());
-        let solution = solver::solve(self, start, steps_max)?;
-        self.model.pace.end();
-        Ok(solution)
-    }
-}
-
-impl Problem for Weighted<'_, '_> {
-    type Error = CalibrateError;
-
-    fn residuals(&mut self, point: &[f64]) -> Result<Vec<f64>, CalibrateError> {
-        Ok(self
-            .noise
-            .whiten(&self.model.left_over(point, self.frames)?))
-    }
-
-    fn stepped(&mut self) {
-        self.model.pace.step();
-    }
 }

@@ -8,9 +8,7 @@
 //! White     what is left of each pixel          63 (T - 1)   white
 //! Together  means over the pixels of a frame    T            white + 64 · together, correlated in time
 //! ```
-//!
-//! The three are orthogonal, so that each is weighted by its own variance. Who takes every pixel of every frame for
-//! independent believes in a hundred times more than the recording holds.
+//! The three are orthogonal, and each is weighted by its own variance.
 
 use crate::calibrate::linear::{Matrix, cholesky, dot, forward, zeros};
 use crate::numbers::count;
@@ -29,7 +27,7 @@ pub(crate) struct Noise {
     lower: Matrix,
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Freedom {
     pub(crate) pattern: f64,
     pub(crate) white: f64,
@@ -45,12 +43,8 @@ const WHITE_MIN: f64 = 1e-8;
 
 impl Noise {
     pub(crate) fn first(frames: usize) -> Self {
-        Self::new(
-            frames,
-            WHITE_START,
-            PATTERN_START,
-            vec![TOGETHER_START; frames],
-        )
+        let together = vec![TOGETHER_START; frames];
+        Self::new(frames, WHITE_START, PATTERN_START, together)
     }
 
     /// `used` is the share of each part that the unknowns have used up; `known` the common mode where it is not guessed.
@@ -112,12 +106,6 @@ fn diagonal(matrix: &Matrix) -> Matrix {
 }
 
 impl Freedom {
-    pub(crate) const NONE: Self = Self {
-        pattern: 0.0,
-        white: 0.0,
-        together: 0.0,
-    };
-
     pub(crate) fn of(frames: usize, used: &Self) -> Self {
         let pixels = count(PIXELS - 1);
         Self {
@@ -149,11 +137,11 @@ impl Parts {
                 *sum += *pixel / count(frames);
             }
         }
-        for frame in white.chunks_exact_mut(PIXELS) {
-            for (pixel, mean) in frame.iter_mut().zip(&means) {
-                *pixel -= mean;
-            }
-        }
+        let kept = means.iter().cycle();
+        white
+            .iter_mut()
+            .zip(kept)
+            .for_each(|(pixel, mean)| *pixel -= mean);
         let scale = count(frames).sqrt();
         let pattern = means.into_iter().map(|mean| mean * scale).collect();
         Self {
@@ -164,10 +152,7 @@ impl Parts {
     }
 
     fn joined(self) -> Vec<f64> {
-        let mut joined = self.pattern;
-        joined.extend(self.white);
-        joined.extend(self.together);
-        joined
+        [self.pattern, self.white, self.together].concat()
     }
 
     pub(crate) fn split(joined: &[f64]) -> [&[f64]; 3] {
@@ -183,10 +168,8 @@ fn autocovariance(together: &[f64], white: f64) -> Vec<f64> {
     let frames = together.len();
     let scale = count(PIXELS).sqrt();
     let mean = together.iter().sum::<f64>() / count(frames);
-    let levels: Vec<f64> = together
-        .iter()
-        .map(|level| (level - mean) / scale)
-        .collect();
+    let levels = together.iter().map(|level| (level - mean) / scale);
+    let levels: Vec<f64> = levels.collect();
     let reach = (frames / REACH).max(1);
     let mut found: Vec<f64> = (0..frames)
         .map(|lag| {
@@ -211,12 +194,8 @@ const REACH: usize = 3;
 fn mean_variance(autocovariance: &[f64]) -> f64 {
     let frames = count(autocovariance.len());
     let weighted = autocovariance.iter().enumerate().map(|(lag, value)| {
-        let pairs = if lag == 0 {
-            frames
-        } else {
-            2.0 * (frames - count(lag))
-        };
-        pairs * value
+        let twice = if lag == 0 { 1.0 } else { 2.0 };
+        twice * (frames - count(lag)) * value
     });
     weighted.sum::<f64>() / (frames * frames)
 }
@@ -299,13 +278,9 @@ mod tests {
         for (row, entries) in covariance.iter_mut().enumerate() {
             for (column, entry) in entries.iter_mut().enumerate() {
                 let apart = (row / PIXELS).abs_diff(column / PIXELS);
-                *entry = together[apart]
-                    + if row % PIXELS == column % PIXELS {
-                        0.04
-                    } else {
-                        0.0
-                    }
-                    + if row == column { 0.09 } else { 0.0 };
+                let is = |same: bool| f64::from(u8::from(same));
+                let pattern = 0.04 * is(row % PIXELS == column % PIXELS);
+                *entry = together[apart] + pattern + 0.09 * is(row == column);
             }
         }
         let lower = cholesky(&covariance).unwrap();

@@ -1,7 +1,7 @@
 //! The search: from several starts on few frames, then on all with weights from what is left over.
 
 use crate::calibrate::frames::Frames;
-use crate::calibrate::model::{Model, Weighted};
+use crate::calibrate::model::Model;
 use crate::calibrate::noise::{self, Freedom, Noise, Parts};
 use crate::calibrate::solver::Solution;
 use crate::calibrate::types::{CalibrateError, Options, STARTS_MAX};
@@ -14,7 +14,7 @@ const COARSE_FRAMES: usize = 24;
 const COARSE_STEPS: usize = 12;
 const FINE_STEPS: usize = 40;
 /// How often the noise is measured again on what the best fit leaves over.
-pub(crate) const ROUNDS: usize = 3;
+const ROUNDS: usize = 3;
 /// Starts whose cost is within this share of the best have found the same.
 const SAME_COST: f64 = 0.01;
 
@@ -41,31 +41,20 @@ pub(crate) fn from_several_starts(
     for number in 0..starts {
         let mut start = model.start();
         if number > 0 {
-            start
-                .iter_mut()
-                .for_each(|share| *share = draw(&mut generator));
+            start.fill_with(|| draw(&mut generator));
         }
-        let mut weighted = Weighted {
-            model,
-            frames: &few,
-            noise: &noise,
-        };
-        ends.push(weighted.solve(&start, COARSE_STEPS)?);
+        ends.push(model.solve((&few, &noise), &start, COARSE_STEPS)?);
     }
-    let costs: Vec<f64> = ends.iter().map(|end| end.cost).collect();
-    let best = ends
-        .into_iter()
-        .min_by(|one, other| one.cost.total_cmp(&other.cost));
+    ends.sort_by(|one, other| one.cost.total_cmp(&other.cost));
+    let least = ends.first().map_or(f64::INFINITY, |best| best.cost);
+    let is_same = |end: &&Solution| end.cost <= least * (1.0 + SAME_COST);
+    let same = ends.iter().filter(is_same).count();
+    let best = ends.into_iter().next();
     let point = best.map_or_else(|| model.start(), |best| best.point);
-    let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
-    let same = costs
-        .iter()
-        .filter(|cost| **cost <= least * (1.0 + SAME_COST))
-        .count();
     Ok((point, [starts, same]))
 }
 
-pub(crate) fn draw(generator: &mut ChaCha12Rng) -> f64 {
+fn draw(generator: &mut ChaCha12Rng) -> f64 {
     f64::from(generator.next_u32()) / 4_294_967_296.0
 }
 
@@ -88,15 +77,10 @@ impl FineSearch {
         });
         let mut noise = Noise::first(frames.len());
         let mut point = coarse;
-        let mut used = Freedom::NONE;
+        let mut used = Freedom::default();
         let mut round = 0;
         loop {
-            let mut weighted = Weighted {
-                model,
-                frames,
-                noise: &noise,
-            };
-            let solution = weighted.solve(&point, FINE_STEPS)?;
+            let solution = model.solve((frames, &noise), &point, FINE_STEPS)?;
             point.clone_from(&solution.point);
             let left_over = model.left_over(&point, frames)?;
             let uncertainty = Uncertainty::of(&solution, &noise, &used, known.is_some());

@@ -2,14 +2,6 @@
 
 use crate::calibrate::linear::{self, Matrix, dot, zeros};
 
-pub(crate) trait Problem {
-    type Error;
-
-    fn residuals(&mut self, point: &[f64]) -> Result<Vec<f64>, Self::Error>;
-
-    fn stepped(&mut self) {}
-}
-
 #[derive(Debug, Clone)]
 pub(crate) struct Solution {
     pub(crate) point: Vec<f64>,
@@ -28,22 +20,23 @@ const DAMPING_MAX: f64 = 1e10;
 const GAIN_MIN: f64 = 1e-9;
 const MOVE_MIN: f64 = 1e-7;
 
-pub(crate) fn solve<P: Problem>(
-    problem: &mut P,
+pub(crate) fn solve<E>(
+    mut residuals_at: impl FnMut(&[f64]) -> Result<Vec<f64>, E>,
+    mut stepped: impl FnMut(),
     start: &[f64],
     steps_max: usize,
-) -> Result<Solution, P::Error> {
+) -> Result<Solution, E> {
     let mut point = start.to_vec();
-    let mut residuals = problem.residuals(&point)?;
+    let mut residuals = residuals_at(&point)?;
     let mut cost = half_square(&residuals);
     let mut damping = DAMPING_START;
-    let mut jacobian = differences(problem, &point)?;
+    let mut jacobian = differences(&mut residuals_at, &point)?;
     for _ in 0..steps_max {
         let (normal, gradient) = normal_equations(&jacobian, &residuals);
         let mut moved = None;
         while damping < DAMPING_MAX {
             let next = damped_step(&normal, &gradient, &point, damping);
-            let tried = problem.residuals(&next)?;
+            let tried = residuals_at(&next)?;
             let tried_cost = half_square(&tried);
             if tried_cost < cost {
                 damping = (damping / 10.0).max(1e-12);
@@ -56,14 +49,14 @@ pub(crate) fn solve<P: Problem>(
             break;
         };
         let gain = (cost - tried_cost) / cost;
-        let way = next
+        let ways = next
             .iter()
             .zip(&point)
-            .map(|(next, now)| (next - now).abs())
-            .fold(0.0, f64::max);
+            .map(|(next, now)| (next - now).abs());
+        let way = ways.fold(0.0, f64::max);
         (point, residuals, cost) = (next, tried, tried_cost);
-        jacobian = differences(problem, &point)?;
-        problem.stepped();
+        jacobian = differences(&mut residuals_at, &point)?;
+        stepped();
         if gain < GAIN_MIN || way < MOVE_MIN {
             break;
         }
@@ -86,11 +79,8 @@ pub(crate) fn normal_equations(jacobian: &[Vec<f64>], residuals: &[f64]) -> (Mat
             normal[column][row] = entry;
         }
     }
-    let gradient = jacobian
-        .iter()
-        .map(|column| dot(column, residuals))
-        .collect();
-    (normal, gradient)
+    let gradient = jacobian.iter().map(|column| dot(column, residuals));
+    (normal, gradient.collect())
 }
 
 fn half_square(residuals: &[f64]) -> f64 {
@@ -98,18 +88,19 @@ fn half_square(residuals: &[f64]) -> f64 {
 }
 
 /// Central differences; at a bound, from one side.
-fn differences<P: Problem>(problem: &mut P, point: &[f64]) -> Result<Vec<Vec<f64>>, P::Error> {
+fn differences<E>(
+    residuals_at: &mut impl FnMut(&[f64]) -> Result<Vec<f64>, E>,
+    point: &[f64],
+) -> Result<Vec<Vec<f64>>, E> {
     let mut columns = Vec::with_capacity(point.len());
     let mut beside = point.to_vec();
     for place in 0..point.len() {
-        let (low, high) = (
-            (point[place] - STEP).max(0.0),
-            (point[place] + STEP).min(1.0),
-        );
+        let low = (point[place] - STEP).max(0.0);
+        let high = (point[place] + STEP).min(1.0);
         beside[place] = high;
-        let mut column = problem.residuals(&beside)?;
+        let mut column = residuals_at(&beside)?;
         beside[place] = low;
-        let below = problem.residuals(&beside)?;
+        let below = residuals_at(&beside)?;
         beside[place] = point[place];
         for (value, below) in column.iter_mut().zip(below) {
             *value = (*value - below) / (high - low);
@@ -128,10 +119,8 @@ fn damped_step(normal: &Matrix, gradient: &[f64], point: &[f64], damping: f64) -
             !(pressed_low || pressed_high)
         })
         .collect();
-    let largest = free
-        .iter()
-        .map(|&place| normal[place][place])
-        .fold(0.0, f64::max);
+    let sizes = free.iter().map(|&place| normal[place][place]);
+    let largest = sizes.fold(0.0, f64::max);
     let mut next = point.to_vec();
     if largest <= 0.0 {
         return next;
@@ -160,40 +149,26 @@ mod tests {
     use std::convert::Infallible;
 
     /// Rosenbrock's valley, its minimum at (1, 1) of [-2, 2] each.
-    struct Valley;
-
-    impl Problem for Valley {
-        type Error = Infallible;
-
-        fn residuals(&mut self, point: &[f64]) -> Result<Vec<f64>, Infallible> {
-            let [x, y] = [4.0 * point[0] - 2.0, 4.0 * point[1] - 2.0];
-            Ok(vec![10.0 * (y - x * x), 1.0 - x])
-        }
-    }
-
     #[test]
     fn the_bottom_of_a_bent_valley_is_found() {
-        let end = solve(&mut Valley, &[0.2, 0.75], 100).unwrap();
+        let valley = |point: &[f64]| {
+            let [x, y] = [4.0 * point[0] - 2.0, 4.0 * point[1] - 2.0];
+            Ok::<_, Infallible>(vec![10.0 * (y - x * x), 1.0 - x])
+        };
+        let end = solve(valley, || (), &[0.2, 0.75], 100).unwrap();
         assert!(end.cost < 1e-16, "{end:?}");
         assert!(end.point.iter().all(|x| (x - 0.75).abs() < 1e-8), "{end:?}");
     }
 
     /// A line's two numbers, the better of which lie beyond the bounds.
-    struct Line;
-
-    impl Problem for Line {
-        type Error = Infallible;
-
-        fn residuals(&mut self, point: &[f64]) -> Result<Vec<f64>, Infallible> {
-            Ok((0..5_u8)
-                .map(|at| point[0] + point[1] * f64::from(at) - 1.5 - 0.25 * f64::from(at))
-                .collect())
-        }
-    }
-
     #[test]
     fn a_bound_holds_and_the_other_unknown_makes_the_best_of_it() {
-        let end = solve(&mut Line, &[0.3, 0.9], 100).unwrap();
+        let line = |point: &[f64]| {
+            let places = (0..5_u8).map(f64::from);
+            let left = places.map(|at| point[0] + point[1] * at - 1.5 - 0.25 * at);
+            Ok::<_, Infallible>(left.collect())
+        };
+        let end = solve(line, || (), &[0.3, 0.9], 100).unwrap();
         assert_eq!(end.point[0], 1.0);
         // With 1 + b t for 1.5 + t/4: b = Σ t (0.5 + t/4) / Σ t² = (5 + 7.5) / 30.
         assert!((end.point[1] - 12.5 / 30.0).abs() < 1e-6, "{end:?}");

@@ -40,22 +40,18 @@ impl Default for Options {
 /// One unknown, found.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct Estimate {
-    /// What it is, as the scene spells it.
     pub key: String,
     /// Where the search began.
     pub start: f64,
-    /// The value.
     pub value: f64,
     /// Its standard uncertainty; `None` if the recording does not tell it, or it lies at a bound.
     pub uncertainty: Option<f64>,
     /// Half the width of its 95 % interval; `None` likewise.
     pub half_width_95: Option<f64>,
-    /// Degrees of freedom of that interval.
     pub freedom: f64,
-    /// Between which it was looked for.
     pub bounds: [f64; 2],
-    /// Whether it lies at one of them.
     pub at_bound: bool,
 }
 
@@ -95,10 +91,9 @@ pub struct Calibration {
 
 /// Frames simulated with all their derivatives, and at most how many will be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct Progress {
-    /// So many; never fewer than before, and all at the end.
     pub done: u64,
-    /// Of so many.
     pub total: u64,
 }
 

@@ -38,19 +38,16 @@ impl Uncertainty {
         used: &Freedom,
         is_common_mode_known: bool,
     ) -> Self {
-        let sorted = Sorted::of(solution);
-        let columns: Vec<&[f64]> = sorted
-            .told
+        let [told, at_bound, idle, tangled] = sorted(solution);
+        let columns = told
             .iter()
-            .map(|&place| solution.jacobian[place].as_slice())
-            .collect();
-        let parts = PartNormals::of(&columns);
-        let bread = inverse(&parts.sum()).unwrap_or_else(|| zeros(columns.len()));
+            .map(|&place| solution.jacobian[place].as_slice());
+        let columns: Vec<&[f64]> = columns.collect();
+        let parts = part_normals(&columns);
+        let bread = inverse(&sum(&parts)).unwrap_or_else(|| zeros(columns.len()));
         let widened = widening(&columns, &bread, &solution.residuals);
-        let mut shares = parts
-            .0
-            .each_ref()
-            .map(|part| product(&product(&bread, part), &bread));
+        let share = |part| product(&product(&bread, part), &bread);
+        let mut shares = parts.each_ref().map(share);
         for (row, values) in shares[1].iter_mut().enumerate() {
             for (column, value) in values.iter_mut().enumerate() {
                 *value *= (widened[row] * widened[column]).sqrt();
@@ -58,23 +55,18 @@ impl Uncertainty {
         }
         let frames = solution.residuals.len() / (PIXELS + 1);
         let free = Freedom::of(frames, used);
-        let levels = if is_common_mode_known {
-            f64::INFINITY
+        let together = if is_common_mode_known {
+            1e6
         } else {
-            noise.independent_levels()
+            let levels = noise.independent_levels() - 1.0;
+            levels.max(1.0).min(free.together)
         };
-        let together = (levels - 1.0).max(1.0).min(free.together);
-        let of_parts = [
-            free.pattern,
-            free.white,
-            if is_common_mode_known { 1e6 } else { together },
-        ];
+        let of_parts = [free.pattern, free.white, together];
         let freedom = (0..columns.len()).map(|place| {
             let variances = shares.each_ref().map(|share| share[place][place]);
             let sum: f64 = variances.iter().sum();
-            let squares: f64 = variances
-                .iter()
-                .zip(of_parts)
+            let parts = variances.iter().zip(of_parts);
+            let squares: f64 = parts
                 .map(|(variance, freedom)| variance * variance / freedom)
                 .sum();
             if squares > 0.0 {
@@ -83,128 +75,81 @@ impl Uncertainty {
                 f64::INFINITY
             }
         });
-        let used = parts.used(&bread);
-        let mut covariance = zeros(columns.len());
-        for (row, values) in covariance.iter_mut().enumerate() {
-            for (column, value) in values.iter_mut().enumerate() {
-                *value = shares.iter().map(|share| share[row][column]).sum();
-            }
-        }
         Self {
             freedom: freedom.collect(),
-            told: sorted.told,
-            covariance,
-            at_bound: sorted.at_bound,
-            idle: sorted.idle,
-            tangled: sorted.tangled,
-            widened,
-            used,
-        }
-    }
-}
-
-struct Sorted {
-    told: Vec<usize>,
-    at_bound: Vec<usize>,
-    idle: Vec<usize>,
-    tangled: Vec<usize>,
-}
-
-impl Sorted {
-    fn of(solution: &Solution) -> Self {
-        let (normal, _) = normal_equations(&solution.jacobian, &solution.residuals);
-        let size = normal.len();
-        let largest = (0..size)
-            .map(|place| normal[place][place])
-            .fold(0.0, f64::max);
-        let is_at_bound = |place: &usize| {
-            let share = solution.point[*place];
-            share <= 0.0 || share >= 1.0
-        };
-        let (at_bound, inside): (Vec<usize>, Vec<usize>) = (0..size).partition(is_at_bound);
-        let (idle, active): (Vec<usize>, Vec<usize>) = inside.into_iter().partition(|&place| {
-            normal[place][place] <= EIGENVALUE_MIN * largest.max(f64::MIN_POSITIVE)
-        });
-        let tangled = tangled(&normal, &active);
-        let told: Vec<usize> = active
-            .into_iter()
-            .filter(|place| !tangled.contains(place))
-            .collect();
-        Self {
             told,
+            covariance: sum(&shares),
             at_bound,
             idle,
             tangled,
+            widened,
+            used: parts_used(&parts, &bread),
         }
     }
 }
 
+/// Coordinates that are told, at a bound, idle and tangled.
+fn sorted(solution: &Solution) -> [Vec<usize>; 4] {
+    let (normal, _) = normal_equations(&solution.jacobian, &solution.residuals);
+    let sizes = (0..normal.len()).map(|place| normal[place][place]);
+    let least = EIGENVALUE_MIN * sizes.fold(f64::MIN_POSITIVE, f64::max);
+    let is_at_bound = |&place: &usize| solution.point[place] <= 0.0 || solution.point[place] >= 1.0;
+    let (at_bound, inside): (Vec<usize>, Vec<usize>) = (0..normal.len()).partition(is_at_bound);
+    let is_idle = |&place: &usize| normal[place][place] <= least;
+    let (idle, active): (Vec<usize>, Vec<usize>) = inside.into_iter().partition(is_idle);
+    let tangled = tangled(&normal, &active);
+    let told = active.into_iter().filter(|place| !tangled.contains(place));
+    [told.collect(), at_bound, idle, tangled]
+}
+
 /// JᵀJ of each of the three parts.
-struct PartNormals([Matrix; 3]);
-
-impl PartNormals {
-    fn of(columns: &[&[f64]]) -> Self {
-        let split: Vec<[&[f64]; 3]> = columns.iter().map(|column| Parts::split(column)).collect();
-        Self(std::array::from_fn(|part| {
-            let entry = |row: &[&[f64]; 3], column: &[&[f64]; 3]| dot(row[part], column[part]);
-            split
-                .iter()
-                .map(|row| split.iter().map(|column| entry(row, column)).collect())
-                .collect()
-        }))
-    }
-
-    fn sum(&self) -> Matrix {
-        let size = self.0[0].len();
-        let mut sum = zeros(size);
-        for (row, values) in sum.iter_mut().enumerate() {
-            for (column, value) in values.iter_mut().enumerate() {
-                *value = self.0.iter().map(|part| part[row][column]).sum();
-            }
-        }
-        sum
-    }
-
-    /// The trace of each part's share in the projection on what the unknowns can do.
-    fn used(&self, bread: &Matrix) -> Freedom {
-        let trace = |part: &Matrix| {
-            (0..part.len())
-                .map(|row| dot(&part[row], &bread[row]))
-                .sum()
+fn part_normals(columns: &[&[f64]]) -> [Matrix; 3] {
+    let split: Vec<[&[f64]; 3]> = columns.iter().map(|column| Parts::split(column)).collect();
+    std::array::from_fn(|part| {
+        let entries = |row: &[&[f64]; 3]| {
+            let columns = split.iter();
+            columns.map(|column| dot(row[part], column[part])).collect()
         };
-        let [pattern, white, together] = self.0.each_ref().map(trace);
-        Freedom {
-            pattern,
-            white,
-            together,
+        split.iter().map(entries).collect()
+    })
+}
+
+fn sum(parts: &[Matrix; 3]) -> Matrix {
+    let mut sum = zeros(parts[0].len());
+    for (row, values) in sum.iter_mut().enumerate() {
+        for (column, value) in values.iter_mut().enumerate() {
+            *value = parts.iter().map(|part| part[row][column]).sum();
         }
+    }
+    sum
+}
+
+/// The trace of each part's share in the projection on what the unknowns can do.
+fn parts_used(parts: &[Matrix; 3], bread: &Matrix) -> Freedom {
+    let trace = |part: &Matrix| {
+        part.iter()
+            .zip(bread)
+            .map(|(part, bread)| dot(part, bread))
+            .sum()
+    };
+    let [pattern, white, together] = parts.each_ref().map(trace);
+    Freedom {
+        pattern,
+        white,
+        together,
     }
 }
 
 /// Which of these coordinates enter a direction along which nothing changes.
 fn tangled(normal: &Matrix, active: &[usize]) -> Vec<usize> {
-    let scale: Vec<f64> = active
-        .iter()
-        .map(|&place| normal[place][place].sqrt())
-        .collect();
-    let scaled: Matrix = active
-        .iter()
-        .zip(&scale)
-        .map(|(&row, of_row)| {
-            active
-                .iter()
-                .zip(&scale)
-                .map(|(&column, of_column)| normal[row][column] / of_row / of_column)
-                .collect()
-        })
-        .collect();
+    let scale = |place: usize| normal[place][place].sqrt();
+    let entry = |row: usize, column: usize| normal[row][column] / scale(row) / scale(column);
+    let row = |&row: &usize| active.iter().map(|&column| entry(row, column)).collect();
     let mut tangled = Vec::new();
-    for (value, vector) in eigen(&scaled) {
+    for (value, vector) in eigen(&active.iter().map(row).collect()) {
         if value <= EIGENVALUE_MIN * count(active.len()) {
-            let part = active
-                .iter()
-                .zip(&vector)
-                .filter(|(_, share)| share.abs() > PART_MIN);
+            let parts = active.iter().zip(&vector);
+            let part = parts.filter(|(_, share)| share.abs() > PART_MIN);
             tangled.extend(part.map(|(&place, _)| place));
         }
     }
@@ -216,32 +161,23 @@ fn tangled(normal: &Matrix, active: &[usize]) -> Vec<usize> {
 /// By how much neighboring frames' pull widens each variance; 1 unless the repetition is beyond chance.
 fn widening(columns: &[&[f64]], bread: &Matrix, residuals: &[f64]) -> Vec<f64> {
     let [_, left_over, _] = Parts::split(residuals);
-    let scores: Vec<Vec<f64>> = columns
-        .iter()
-        .map(|column| {
-            let [_, white, _] = Parts::split(column);
-            white
-                .chunks_exact(PIXELS)
-                .zip(left_over.chunks_exact(PIXELS))
-                .map(|(column, left)| dot(column, left))
-                .collect()
-        })
-        .collect();
-    bread
-        .iter()
-        .map(|row| {
-            let frames = scores.first().map_or(0, Vec::len);
-            let pulls: Vec<f64> = (0..frames)
-                .map(|frame| {
-                    row.iter()
-                        .zip(&scores)
-                        .map(|(share, scores)| share * scores[frame])
-                        .sum()
-                })
-                .collect();
-            repetition(&pulls)
-        })
-        .collect()
+    let scores = |column: &&[f64]| -> Vec<f64> {
+        let [_, white, _] = Parts::split(column);
+        let frames = white
+            .chunks_exact(PIXELS)
+            .zip(left_over.chunks_exact(PIXELS));
+        frames.map(|(column, left)| dot(column, left)).collect()
+    };
+    let scores: Vec<Vec<f64>> = columns.iter().map(scores).collect();
+    let frames = scores.first().map_or(0, Vec::len);
+    let pulls = |row: &Vec<f64>| -> Vec<f64> {
+        let pull = |frame: usize| {
+            let shares = row.iter().zip(&scores);
+            shares.map(|(share, scores)| share * scores[frame]).sum()
+        };
+        (0..frames).map(pull).collect()
+    };
+    bread.iter().map(|row| repetition(&pulls(row))).collect()
 }
 
 /// The variance of the sum of numbers over that of as many independent ones; 1 if no repetition is beyond chance.
@@ -280,13 +216,8 @@ mod tests {
 
     #[test]
     fn quantiles_are_those_of_the_tables() {
-        for (freedom, quantile) in [
-            (3.0, 3.182),
-            (5.0, 2.571),
-            (10.0, 2.228),
-            (30.0, 2.042),
-            (1e9, 1.960),
-        ] {
+        let table = [(3.0, 3.182), (5.0, 2.571), (10.0, 2.228), (30.0, 2.042)];
+        for (freedom, quantile) in table.into_iter().chain([(1e9, 1.960)]) {
             let found = student_97_5(freedom);
             assert!((found / quantile - 1.0).abs() < 0.02, "{freedom}: {found}");
         }

@@ -24,6 +24,7 @@ const PROFILE_PPM_STEP: f64 = 100.0;
 
 /// What a recording says of the sensor that made it, and of how it was read.
 #[derive(Debug, Clone, PartialEq)]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct Characterization {
     /// Frames that were read.
     pub frames: u64,
@@ -33,23 +34,18 @@ pub struct Characterization {
     pub skipped: u64,
     /// Places at which they are.
     pub gaps: u64,
-    /// When frames came.
     pub timing: Timing,
-    /// The steps in which values come.
     pub steps: Steps,
-    /// The noise of each pixel.
     pub noise: NoiseMap,
     /// What all pixels do together; `None` without a hundred frames in a row.
     pub common_mode: Option<CommonMode>,
     /// What does not change; `None` without a hundred frames in a row.
     pub pattern: Option<Pattern>,
-    /// Whether somebody was there.
     pub presence: Presence,
     /// Allan deviations, as long as the recording reaches.
     pub allan: Vec<AllanPoint>,
     /// What went wrong between sensor and recording.
     pub faults: Faults,
-    /// The chip's thermometer.
     pub thermistor: Thermistor,
 }
 
@@ -93,10 +89,9 @@ impl Characterization {
         (in_step && (rate_hz / NOMINAL_HZ - 1.0).abs() < 0.1).then_some(rate_hz)
     }
 
-    /// The sensor as a profile that simulator and emulator load, with what is not smooth in the background as its pattern.
+    /// The sensor as a profile for simulator and emulator, to 0.0001 °C and 100 ppm; warm-up is not known.
     ///
-    /// Rounding is taken out of the pixels' sigmas, not out of the thermistor's, whose noise is smaller than its step. Numbers
-    /// are rounded to 0.0001 °C and 100 ppm; warm-up is not known.
+    /// Rounding is taken out of the pixels' sigmas, not out of the thermistor's, whose noise is smaller than its step.
     #[must_use]
     pub fn profile(&self, name: &str) -> Profile {
         let common = self.common_mode.as_ref();

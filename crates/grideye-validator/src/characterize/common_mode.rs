@@ -313,6 +313,7 @@ fn exponent(octave: u32) -> i32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numbers::assert_near;
     use rand_chacha::ChaCha12Rng;
     use rand_chacha::rand_core::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
@@ -343,10 +344,7 @@ mod tests {
             let cycle = found_cycle(frames, depth_c, 80).unwrap();
             assert!((cycle.frames - frames).abs() < 0.02, "{cycle:?}");
             assert!((cycle.depth_c / depth_c - 1.0).abs() < 0.08, "{cycle:?}");
-            assert!(
-                (cycle.sensor_hz.unwrap() - 50.0 / frames).abs() < 0.04,
-                "{cycle:?}"
-            );
+            assert_near(cycle.sensor_hz.unwrap(), 50.0 / frames, 0.04);
         }
     }
 
@@ -378,36 +376,21 @@ mod tests {
                 allan.push(&[level; PIXELS], level);
             }
             let found = flicker(&allan.finish(0.1), 0.0).unwrap();
-            assert!(
-                (found.sd_c / 0.3 - 1.0).abs() < 0.15,
-                "{octaves}: {found:?}"
-            );
-            assert!(
-                (found.correlation_s / correlation_s).log2().abs() < 0.8,
-                "{octaves}: {found:?}"
-            );
+            assert_near(found.sd_c / 0.3, 1.0, 0.15);
+            assert_near((found.correlation_s / correlation_s).log2(), 0.0, 0.8);
             assert!(found.octaves.abs_diff(octaves) <= 1, "{octaves}: {found:?}");
         }
     }
 
     #[test]
     fn nothing_is_fitted_to_nothing() {
-        assert_eq!(flicker(&[], 0.0), None);
-        let point = |tau_s: f64| AllanPoint {
+        let points = [0.1, 0.8, 1.6, 3.2].map(|tau_s| AllanPoint {
             tau_s,
             pixel_c: 0.1,
             common_c: 0.01,
-        };
-        assert_eq!(
-            flicker(&[point(0.1), point(0.8), point(1.6)], 0.0),
-            None,
-            "two points"
-        );
-        let all_white = [point(0.1), point(0.8), point(1.6), point(3.2)];
-        assert_eq!(
-            flicker(&all_white, 1.0),
-            None,
-            "less than the noise of the pixels"
-        );
+        });
+        assert_eq!(flicker(&[], 0.0), None);
+        assert_eq!(flicker(&points[..3], 0.0), None, "two points");
+        assert_eq!(flicker(&points, 1.0), None, "less than the pixels' noise");
     }
 }

@@ -162,6 +162,7 @@ pub(crate) const SEGMENT_FRAMES: usize = 100;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numbers::assert_near;
     use rand_chacha::ChaCha12Rng;
     use rand_chacha::rand_core::SeedableRng;
     use rand_distr::{Distribution, Normal};
@@ -185,10 +186,7 @@ mod tests {
         // 20,000 draws know their standard deviation to 0.5 %.
         for intruders in [0, 1000, 3000] {
             let found = filled(0.47, None, intruders).gaussian_sigma().unwrap();
-            assert!(
-                (found / 0.47 - 1.0).abs() < 0.02,
-                "{intruders} intruders: {found}"
-            );
+            assert_near(found / 0.47, 1.0, 0.02);
         }
     }
 
@@ -198,10 +196,7 @@ mod tests {
         for sigma in [0.2, 0.33, 0.47, 0.8] {
             let expected = (sigma * sigma + 0.0625_f64 / 12.0).sqrt();
             let found = filled(sigma, Some(0.25), 0).gaussian_sigma().unwrap();
-            assert!(
-                (found / expected - 1.0).abs() < 0.04,
-                "{sigma}: {found} for {expected}"
-            );
+            assert_near(found / expected, 1.0, 0.04);
         }
     }
 
@@ -211,27 +206,24 @@ mod tests {
         for step in (1..=34).map(|step| f64::from(step) / 64.0) {
             let expected = (0.47_f64.powi(2) + step * step / 12.0).sqrt();
             let found = filled(0.47, Some(step), 0).quartile_sigma().unwrap();
-            assert!(
-                (found / expected - 1.0).abs() < 0.05,
-                "{step}: {found} for {expected}"
-            );
+            assert_near(found / expected, 1.0, 0.05);
         }
-        let still = |value: f64| {
-            let mut histogram = Histogram::new(1.0 / 64.0);
-            (0..100).for_each(|_| histogram.push(value));
-            histogram.quartile_sigma()
-        };
-        assert_eq!((still(0.0), still(1.0)), (Some(0.0), Some(0.0)));
-        assert_eq!(Histogram::new(1.0).quartile_sigma(), None);
     }
 
     #[test]
     fn nothing_moves_or_nothing_is_there() {
-        let mut still = Histogram::new(1.0 / 64.0);
-        (0..100).for_each(|_| still.push(0.0));
-        assert_eq!(still.gaussian_sigma(), Some(0.0));
-        assert_eq!(Histogram::new(1.0).gaussian_sigma(), None);
-        assert_eq!(Histogram::new(1.0).quantile(0.5), None);
+        for value in [0.0, 1.0] {
+            let mut still = Histogram::new(1.0 / 64.0);
+            (0..100).for_each(|_| still.push(value));
+            assert_eq!(still.quartile_sigma(), Some(0.0), "{value}");
+            assert_eq!(still.gaussian_sigma(), Some(0.0), "{value}");
+        }
+        let empty = Histogram::new(1.0);
+        assert_eq!(
+            (empty.gaussian_sigma(), empty.quartile_sigma()),
+            (None, None)
+        );
+        assert_eq!(empty.quantile(0.5), None);
     }
 
     #[test]

@@ -8,9 +8,8 @@
 //!                              └─▶ Characterization ──▶ text · page · JSON · a sensor profile for simulator and emulator
 //! ```
 //!
-//! Nothing has to be told of the scene. Noise is taken from the differences of consecutive frames, as a Gaussian fitted
-//! to the middle of their distribution: a person who walks through adds to its tails, which are cut off. What all
-//! pixels do together is the mean of the middle three quarters of them, which a person does not reach.
+//! Noise is a Gaussian fitted to the middle of the differences of consecutive frames, whose tails people make. What all pixels
+//! do together is the mean of the middle three quarters of them, which a person does not reach.
 //!
 //! ```
 //! use grideye_frame::{PixelWord, RawFrame, Reading, ThermistorWord};
@@ -28,7 +27,6 @@
 //! let found = characterize((0..200).map(record))?;
 //! assert_eq!(found.steps.pixel_c, Some(0.5));
 //! assert!((found.timing.rate_hz - 10.0).abs() < 1e-9);
-//! println!("{}", found.text());
 //! # Ok::<(), grideye_validator::characterize::CharacterizeError>(())
 //! ```
 

@@ -1,11 +1,8 @@
 //! Whether somebody was there: what moves beyond noise and drift, and what stands there warm.
 //!
-//! Looked at are means over ten frames and two by two pixels, less what all pixels do together. Somebody changes one of
-//! them by a degree or more. Noise changes it by six of its standard deviations once in a hundred days, and the slow drift
-//! of a room stays below [`Thresholds::unclaimed_min_c`], less than which no warmth counts in a verdict either.
-//!
-//! Who keeps still cannot be told from a heater by anything in the frames. So what stays warm beyond the pattern that
-//! units have is neither taken for somebody nor for the room.
+//! Looked at are means over ten frames and two by two pixels, less what all pixels do together. Somebody changes one by a degree
+//! or more, noise by six of its deviations once in a hundred days, a room's drift by less than [`Thresholds::unclaimed_min_c`].
+//! Who keeps still is no different from a heater: what stays warm beyond the pattern of units is taken for neither.
 
 use crate::characterize::histogram::{DIFFERENCE_BIN_C, Histogram};
 use crate::frames::types::{Pixels, middle_mean, two_by_two};

@@ -216,6 +216,7 @@ fn smooth(levels: &Pixels) -> Pixels {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numbers::assert_near;
 
     /// By hand: 149 differences, and 89 beyond the gap; of averages of two, 74 and 44.
     #[test]
@@ -230,10 +231,7 @@ mod tests {
         assert_eq!(segments.allan.pairs(1), 74 + 44);
         let points = segments.allan.finish(0.1);
         // The gap's step of 3.5 degrees is in none of them: a ramp of 0.01 a frame alone.
-        assert!(
-            (points[0].common_c * 2.0_f64.sqrt() - 0.01).abs() < 1e-9,
-            "{points:?}"
-        );
+        assert_near(points[0].common_c * 2.0_f64.sqrt(), 0.01, 1e-9);
     }
 
     #[test]
@@ -255,12 +253,9 @@ mod tests {
             let (x, y) = (count(pixel % 8), count(pixel / 8));
             0.3 + 0.1 * x - 0.05 * y + 0.01 * x * y - 0.02 * x * x + 0.015 * y * y
         });
-        let left: Vec<f64> = scene
-            .iter()
-            .zip(smooth(&scene))
-            .map(|(scene, smooth)| scene - smooth)
-            .collect();
-        assert!(left.iter().all(|left| left.abs() < 1e-12), "{left:?}");
+        for (scene, smooth) in scene.iter().zip(smooth(&scene)) {
+            assert_near(smooth, *scene, 1e-12);
+        }
     }
 
     #[test]
@@ -275,13 +270,9 @@ mod tests {
             finder.push(&base);
         }
         let pattern = finder.finish([21.0; PIXELS]).unwrap();
-        assert!(
-            (pattern.offset_c[27] - 0.5).abs() < 0.06,
-            "{:?}",
-            pattern.offset_c
-        );
-        assert!(pattern.offset_c[42].abs() < 0.06);
+        assert_near(pattern.offset_c[27], 0.5, 0.06);
+        assert_near(pattern.offset_c[42], 0.0, 0.06);
         // One of 64 by 0.5: sqrt(0.25 / 58).
-        assert!((pattern.sd_c - 0.0657).abs() < 0.01, "{}", pattern.sd_c);
+        assert_near(pattern.sd_c, 0.0657, 0.01);
     }
 }

@@ -8,12 +8,11 @@ use serde::Serialize;
 
 /// The chip's thermometer.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct Thermistor {
-    /// Its mean, °C.
     pub mean_c: f64,
     /// The mean of the middle pixel of each frame, °C.
     pub scene_c: f64,
-    /// How far the thermistor is above the scene, °C.
     pub offset_c: f64,
     /// Standard deviation from frame to frame, with its own rounding, °C.
     pub sigma_c: f64,
@@ -138,6 +137,7 @@ impl Divisor {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numbers::assert_near;
     use grideye_frame::{Celsius, PIXELS};
 
     const SECOND_NS: u64 = 1_000_000_000;
@@ -166,26 +166,20 @@ mod tests {
     fn means_offset_and_trend_are_those_of_least_squares() {
         let at_ns = [7, 27, 67].map(|at_s| at_s * SECOND_NS);
         let found = pushed(at_ns).finish(0);
-        assert!((found.mean_c - 26.0).abs() < 1e-12);
-        assert!((found.scene_c - 61.0 / 3.0).abs() < 1e-12);
-        assert!((found.offset_c - 17.0 / 3.0).abs() < 1e-12);
+        assert_near(found.mean_c, 26.0, 1e-12);
+        assert_near(found.scene_c, 61.0 / 3.0, 1e-12);
+        assert_near(found.offset_c, 17.0 / 3.0, 1e-12);
         let trend = found.drift_c_per_hour.unwrap();
-        assert!(
-            (trend - 60.0 * 3.0 / 5_600.0 * 3_600.0).abs() < 1e-9,
-            "{trend}"
-        );
+        assert_near(trend, 60.0 * 3.0 / 5_600.0 * 3_600.0, 1e-9);
         assert_eq!(pushed(at_ns).finish(1).drift_c_per_hour, None, "a jump");
     }
 
     #[test]
     fn a_minute_has_a_trend_and_less_has_none() {
-        let trend = |last_ns| {
-            pushed([0, 20 * SECOND_NS, last_ns])
-                .finish(0)
-                .drift_c_per_hour
-        };
-        assert!(trend(60 * SECOND_NS).is_some());
-        assert_eq!(trend(60 * SECOND_NS - 1), None);
+        for (last_ns, has_trend) in [(60 * SECOND_NS, true), (60 * SECOND_NS - 1, false)] {
+            let found = pushed([0, 20 * SECOND_NS, last_ns]).finish(0);
+            assert_eq!(found.drift_c_per_hour.is_some(), has_trend, "{last_ns}");
+        }
     }
 
     /// Steps of an eighth of a degree, the fit's cut given back; a difference has two values' noise.
@@ -194,17 +188,13 @@ mod tests {
         let sigma = |follows: bool| {
             let mut sums = ThermistorSums::default();
             for index in 0..21_u8 {
-                let celsius = 25.0 + 0.125 * f32::from(index % 2);
-                sums.push(
-                    &frame(celsius, 20.0),
-                    u64::from(index),
-                    follows && index > 0,
-                );
+                let frame = frame(25.0 + 0.125 * f32::from(index % 2), 20.0);
+                sums.push(&frame, u64::from(index), follows && index > 0);
             }
             sums.finish(0).sigma_c
         };
         let expected = 0.125 / 0.973_337_f64.sqrt() / 2.0_f64.sqrt();
-        assert!((sigma(true) - expected).abs() < 1e-9, "{}", sigma(true));
+        assert_near(sigma(true), expected, 1e-9);
         assert_eq!(sigma(false), 0.0);
     }
 

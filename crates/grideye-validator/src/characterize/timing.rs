@@ -3,7 +3,7 @@
 use crate::numbers::long_count;
 use grideye_recording::{ClockState, Stamp};
 use serde::Serialize;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 
 /// Jumps of the wall clock that are listed; further ones are counted alone.
 pub const JUMPS_LISTED_MAX: usize = 16;
@@ -23,12 +23,12 @@ const INTERVALS_MIN: u64 = 10;
 
 /// When frames came.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct Timing {
     /// From the first frame to the last by the boot clock, seconds.
     pub span_s: f64,
     /// Frames a second where nothing stalled, from intervals of half to one and a half of the middle one; 0 if there is none.
     pub rate_hz: f64,
-    /// The middle interval, seconds.
     pub period_s: f64,
     /// Standard deviation of the intervals that count for the rate, seconds.
     pub jitter_s: f64,
@@ -36,7 +36,6 @@ pub struct Timing {
     pub shortest_percent_s: f64,
     /// The interval above which one in a hundred lies, seconds.
     pub longest_percent_s: f64,
-    /// The longest interval between two consecutive frames, seconds.
     pub longest_s: f64,
     /// Intervals longer than two and a half middle ones, with no frame known to be missing.
     pub stalls: u64,
@@ -67,7 +66,7 @@ pub(crate) struct Times {
     longest_s: f64,
     span_s: f64,
     jumps: u64,
-    listed: VecDeque<Jump>,
+    listed: Vec<Jump>,
 }
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -87,9 +86,8 @@ impl Times {
     /// `follows`: right after the last. Gives whether a stall, or a stepped clock, breaks the sequence.
     pub(crate) fn push(&mut self, seq: u64, stamp: &Stamp, follows: bool) -> bool {
         let begin_ns = *self.first_ns.get_or_insert(stamp.t_boot_ns);
-        self.span_s = self
-            .span_s
-            .max(seconds(i128::from(stamp.t_boot_ns) - i128::from(begin_ns)));
+        let since_ns = i128::from(stamp.t_boot_ns) - i128::from(begin_ns);
+        self.span_s = self.span_s.max(seconds(since_ns));
         let Some(last) = self.last.replace(*stamp) else {
             return false;
         };
@@ -103,9 +101,8 @@ impl Times {
 
     pub(crate) fn finish(self) -> Timing {
         let period_s = self.quantile_s(0.5);
-        let counted = self.sum(|interval_s| {
-            interval_s >= PERIODS.0 * period_s && interval_s <= PERIODS.1 * period_s
-        });
+        let periods = PERIODS.0 * period_s..=PERIODS.1 * period_s;
+        let counted = self.sum(|interval_s| periods.contains(&interval_s));
         let mean_s = counted.mean_s();
         let variance = (counted.squares_s2 / long_count(counted.count) - mean_s * mean_s).max(0.0);
         let some = counted.count > 0;
@@ -117,14 +114,10 @@ impl Times {
             shortest_percent_s: self.quantile_s(0.01),
             longest_percent_s: self.quantile_s(0.99),
             longest_s: self.longest_s,
-            stalls: self
-                .sum(|interval_s| interval_s > STALL_PERIODS * period_s)
-                .count,
-            bursts: self
-                .sum(|interval_s| interval_s < BURST_PERIODS * period_s)
-                .count,
+            stalls: self.sum(|by_s| by_s > STALL_PERIODS * period_s).count,
+            bursts: self.sum(|by_s| by_s < BURST_PERIODS * period_s).count,
             jumps: self.jumps,
-            listed_jumps: self.listed.into(),
+            listed_jumps: self.listed,
         }
     }
 
@@ -140,10 +133,8 @@ impl Times {
         if jumped {
             self.jumps += 1;
             if self.listed.len() < JUMPS_LISTED_MAX {
-                self.listed.push_back(Jump {
-                    seq,
-                    by_s: seconds(by_ns),
-                });
+                let by_s = seconds(by_ns);
+                self.listed.push(Jump { seq, by_s });
             }
         }
         jumped
@@ -265,14 +256,9 @@ mod tests {
         let mut at_ns = 0;
         for seq in 0..20_000_u64 {
             at_ns += 1 + seq * seq * seq;
-            times.push(
-                seq,
-                &Stamp {
-                    t_boot_ns: at_ns,
-                    ..stamp(0, 0)
-                },
-                seq > 0,
-            );
+            let mut at = stamp(0, 0);
+            at.t_boot_ns = at_ns;
+            times.push(seq, &at, seq > 0);
         }
         // From a nanosecond to 8000 s there are ln(8e12) / ln(1.001) = 29,700 bins.
         assert!(times.bins.len() < 29_800);
@@ -281,9 +267,7 @@ mod tests {
     #[test]
     fn nothing_is_not_a_number() {
         let timing = Times::default().finish();
-        assert_eq!(
-            (timing.rate_hz, timing.period_s, timing.jitter_s),
-            (0.0, 0.0, 0.0)
-        );
+        assert_eq!((timing.rate_hz, timing.period_s), (0.0, 0.0));
+        assert_eq!(timing.jitter_s, 0.0);
     }
 }

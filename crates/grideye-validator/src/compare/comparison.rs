@@ -15,44 +15,36 @@ use std::time::Duration;
 
 /// Share of pixels below a threshold as a function of that threshold (the paper's evaluation graph), mean over pairs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct EvaluationGraph {
-    /// The thresholds in degrees.
     pub thresholds_c: Vec<f64>,
     /// Real with simulated, shares of 0 to 1.
     pub simulated: Vec<f64>,
-    /// Real with the blank frame.
     pub blank: Vec<f64>,
-    /// Real with its own repeat.
     pub repeat: Option<Vec<f64>>,
 }
 
 /// A real frame beside the simulated one, for the report.
 #[derive(Debug, Clone, PartialEq)]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct FilmFrame {
     /// Time of the real frame since the first of the recording.
     pub time: Duration,
-    /// The real frame in degrees.
     pub real: Vec<f64>,
-    /// The simulated frame in degrees, with its noise.
     pub simulated: Vec<f64>,
 }
 
 /// The outcome of a comparison: scores with their floors and ceilings, and the verdict.
 #[derive(Debug, Clone, PartialEq)]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct Comparison {
-    /// The verdict and its reasons.
     pub judgment: Judgment,
-    /// The scores.
     pub scores: Scores,
-    /// The evaluation graph.
     pub evaluation: EvaluationGraph,
     /// Frames to show, at most [`crate::FILM_FRAMES_MAX`], in order of time.
     pub film: Vec<FilmFrame>,
-    /// Size of the frames.
     pub shape: Shape,
-    /// Real frames compared.
     pub real_frames: usize,
-    /// Simulated frames compared.
     pub simulated_frames: usize,
     /// Pairs of frames scored.
     pub pairs: usize,
@@ -74,9 +66,7 @@ pub struct Comparison {
     pub timeline: Vec<FrameScores>,
     /// The same, pixel by pixel over all frames.
     pub maps: PixelMaps,
-    /// Warm pixels.
     pub warm: WarmPixels,
-    /// The settings it was made with.
     pub settings: Settings,
     /// What the same scene scores without its people; `None` where there is no scene.
     pub nobody: Option<Nobody>,

@@ -130,32 +130,21 @@ mod tests {
     #[test]
     fn the_95th_of_a_hundred_is_the_95th_best() {
         let values: Vec<f64> = (1..=100).map(f64::from).collect();
-        assert_eq!(
-            summary(Measure::Correlation, values.clone(), Some(96.5)),
-            Some(Shuffled {
-                mean: 50.5,
-                p95: 95.0,
-                p: Some(5.0 / 101.0),
-            })
-        );
-        assert_eq!(
-            summary(Measure::Rmse, values, Some(3.0)),
-            Some(Shuffled {
-                mean: 50.5,
-                p95: 6.0,
-                p: Some(4.0 / 101.0),
-            })
-        );
+        for (measure, found, p95, as_good) in [
+            (Measure::Correlation, 96.5, 95.0, 5.0),
+            (Measure::Rmse, 3.0, 6.0, 4.0),
+        ] {
+            let found = summary(measure, values.clone(), Some(found)).unwrap();
+            assert_eq!((found.mean, found.p95), (50.5, p95), "{measure}");
+            assert_eq!(found.p, Some(as_good / 101.0), "{measure}");
+        }
     }
 
     /// Five orders of which two do as well, the true one counted with them: 3 of 6.
     #[test]
     fn a_p_value_counts_the_true_order_and_its_equals() {
-        let p = |measure, found| {
-            summary(measure, vec![1.0, 2.0, 3.0, 4.0, 5.0], found)
-                .unwrap()
-                .p
-        };
+        let values = || vec![1.0, 2.0, 3.0, 4.0, 5.0];
+        let p = |measure, found| summary(measure, values(), found).unwrap().p;
         assert_eq!(p(Measure::MutualInformationBinned, Some(4.0)), Some(0.5));
         assert_eq!(p(Measure::Rmse, Some(2.0)), Some(0.5));
         assert_eq!(p(Measure::Rmse, Some(0.5)), Some(1.0 / 6.0));

@@ -1,6 +1,6 @@
 //! How frames are compared, the limits of a comparison, and what is refused before it.
 
-use crate::error::{Side, ValidatorError};
+use crate::error::{Side, ValidatorError, check_setting};
 use crate::frames::{Protocol, RealFrame, Shape, SimulatedFrame};
 use crate::metrics::Binning;
 use crate::numbers::count;
@@ -23,8 +23,8 @@ pub const FILM_FRAMES_MAX: usize = 6;
 
 /// How to compare.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct Settings {
-    /// Which frame meets which.
     pub protocol: Protocol,
     /// Ambient temperature of the scene in degrees: the blank frame is of this temperature.
     pub ambient_c: f64,
@@ -44,7 +44,6 @@ pub struct Settings {
     pub seed: u64,
     /// Threads that count pairs of frames, 1 to [`THREADS_MAX`]; the result is the same with any number.
     pub threads: usize,
-    /// What the verdict is measured against.
     pub thresholds: Thresholds,
 }
 
@@ -66,9 +65,7 @@ impl Settings {
             thresholds: Thresholds::default(),
         }
     }
-}
 
-impl Settings {
     /// From how far above the background on a pixel counts as warm where the noise is `sigma_c`.
     pub(crate) fn warm_above(&self, sigma_c: f64) -> f64 {
         (self.thresholds.warm_sigma * sigma_c).max(WARM_STEPS_MIN * self.step_c)
@@ -80,7 +77,8 @@ const NOISE_SIGMA_C: f64 = 0.24;
 const WARM_STEPS_MIN: f64 = 2.0;
 
 pub(crate) fn check_settings(settings: &Settings) -> Result<(), ValidatorError> {
-    let above_zero = |value: f64| value.is_finite() && value > 0.0;
+    let above_zero =
+        |name, what, value: f64| check_setting(value.is_finite() && value > 0.0, name, what, value);
     let is_angle = |angle: f64| angle > 0.0 && angle < std::f64::consts::PI;
     let width_c = match settings.binning {
         Binning::Step { width_c } => width_c,
@@ -88,50 +86,23 @@ pub(crate) fn check_settings(settings: &Settings) -> Result<(), ValidatorError> 
     };
     let [across, down] = settings.field_of_view_rad.unwrap_or([1.0; 2]);
     let angle = if is_angle(across) { down } else { across };
-    let (threads, shuffles) = (settings.threads, settings.shuffles);
-    let (ambient_c, step_c) = (settings.ambient_c, settings.step_c);
-    let sigma_c = settings.noise_sigma_c;
+    let (threads, shuffles, ambient_c) = (settings.threads, settings.shuffles, settings.ambient_c);
     let has_threads = (1..=THREADS_MAX).contains(&threads);
     let has_shuffles = (1..=SHUFFLES_MAX).contains(&shuffles);
     let (threads, shuffles) = (count(threads), count(shuffles));
-    let half_turn = "an angle above 0 and below a half turn";
-    let checks = [
-        (
-            ambient_c.is_finite(),
-            "ambient_c",
-            "a temperature in degrees",
-            ambient_c,
-        ),
-        (above_zero(step_c), "step_c", "a width above zero", step_c),
-        (
-            above_zero(sigma_c),
-            "noise_sigma_c",
-            "a deviation above zero",
-            sigma_c,
-        ),
-        (is_angle(angle), "field_of_view_rad", half_turn, angle),
-        (
-            above_zero(width_c),
-            "binning",
-            "a width above zero",
-            width_c,
-        ),
-        (has_threads, "threads", "a number from 1 to 64", threads),
-        (
-            has_shuffles,
-            "shuffles",
-            "a number from 1 to 10000",
-            shuffles,
-        ),
-    ];
-    match checks.into_iter().find(|(is_met, ..)| !is_met) {
-        None => Ok(()),
-        Some((_, name, expected, found)) => Err(ValidatorError::Setting {
-            name,
-            expected,
-            found,
-        }),
-    }
+    let (degrees, deviation) = ("a temperature in degrees", "a deviation above zero");
+    let (half_turn, width) = (
+        "an angle above 0 and below a half turn",
+        "a width above zero",
+    );
+    let (few, many) = ("a number from 1 to 64", "a number from 1 to 10000");
+    check_setting(ambient_c.is_finite(), "ambient_c", degrees, ambient_c)?;
+    above_zero("step_c", width, settings.step_c)?;
+    above_zero("noise_sigma_c", deviation, settings.noise_sigma_c)?;
+    check_setting(is_angle(angle), "field_of_view_rad", half_turn, angle)?;
+    above_zero("binning", width, width_c)?;
+    check_setting(has_threads, "threads", few, threads)?;
+    check_setting(has_shuffles, "shuffles", many, shuffles)
 }
 
 pub(crate) fn check_frames(

@@ -138,9 +138,8 @@ impl Repeat {
 
 /// The repeat holds the noise twice, a prediction without noise would meet it once only.
 ///
-/// C: Spearman's correction for attenuation, the root of the correlation of two equally noisy measurements. RMSE and
-/// foreground RMSE: the variance of the noise is subtracted; MAE shrinks in the same proportion as the RMSE, as it does for
-/// Gaussian differences. Chi squared has twice the variance in it; a centroid's error is larger by the root of two.
+/// C: Spearman's correction for attenuation. RMSE and foreground RMSE: less the variance of the noise; MAE in proportion to the
+/// RMSE, as for Gaussian differences. Chi squared: half; a centroid's error: over the root of two.
 fn count_noise_once(means: &mut Means, sigma_c: f64) {
     let correlation = means.get(Measure::Correlation).filter(|&c| c > 0.0);
     means.set(Measure::Correlation, correlation.map(f64::sqrt));
@@ -166,30 +165,23 @@ mod tests {
 
     #[test]
     fn noise_of_the_repeat_is_counted_once() {
+        let measures = [
+            (Measure::Correlation, 0.64, 0.8),
+            (Measure::Rmse, 0.5, 0.4),
+            (Measure::Mae, 0.4, 0.32),
+            (Measure::ForegroundRmse, 0.5, 0.4),
+            (Measure::ChiSquaredPerDegree, 2.0, 1.0),
+            (Measure::CentroidErrorPixels, 2.0_f64.sqrt(), 1.0),
+            (Measure::ImageSimilarity, 0.9, 0.9),
+        ];
         let mut means = Means::default();
-        for (measure, value) in [
-            (Measure::Correlation, 0.64),
-            (Measure::Rmse, 0.5),
-            (Measure::Mae, 0.4),
-            (Measure::ForegroundRmse, 0.5),
-            (Measure::ChiSquaredPerDegree, 2.0),
-            (Measure::CentroidErrorPixels, 2.0_f64.sqrt()),
-            (Measure::ImageSimilarity, 0.9),
-        ] {
-            means.set(measure, Some(value));
+        for (measure, twice, _) in measures {
+            means.set(measure, Some(twice));
         }
         count_noise_once(&mut means, 0.3);
-        for (measure, value) in [
-            (Measure::Correlation, 0.8),
-            (Measure::Rmse, 0.4),
-            (Measure::Mae, 0.32),
-            (Measure::ForegroundRmse, 0.4),
-            (Measure::ChiSquaredPerDegree, 1.0),
-            (Measure::CentroidErrorPixels, 1.0),
-            (Measure::ImageSimilarity, 0.9),
-        ] {
+        for (measure, _, once) in measures {
             let found = means.get(measure).unwrap();
-            assert!((found - value).abs() < 1e-12, "{measure}: {found}");
+            assert!((found - once).abs() < 1e-12, "{measure}: {found}");
         }
     }
 }

@@ -342,11 +342,8 @@ mod tests {
     }
 
     fn likeness(found: &[(Orientation, f64)], sought: Orientation) -> f64 {
-        found
-            .iter()
-            .find(|(orientation, _)| *orientation == sought)
-            .unwrap()
-            .1
+        let mut found = found.iter();
+        found.find(|found| found.0 == sought).unwrap().1
     }
 
     /// Pixel 1 of the first row: mirrored left to right it is pixel 6, which the recording shows.
@@ -360,25 +357,19 @@ mod tests {
         let expected = -1.0 / 63.0 - 1.0;
         assert!((likeness(&found, Orientation::MirroredLeftRight) - expected).abs() < 1e-12);
         assert!(likeness(&found, Orientation::Half).abs() < 1e-12);
-        assert!(
-            turns
-                .of(&[vec![20.0; PIXELS], vec![20.0; PIXELS]])
-                .is_empty()
-        );
+        let nothing = [vec![20.0; PIXELS], vec![20.0; PIXELS]];
+        assert!(turns.of(&nothing).is_empty());
     }
 
     /// A blob in the middle rows that walks from left to right is its own mirror image from top to bottom.
     #[test]
     fn what_a_claim_is_much_like_is_named() {
-        let walk: Vec<Vec<f64>> = (0..8)
-            .map(|column| {
-                let mut frame = vec![20.0; PIXELS];
-                frame[24 + column] = 23.0;
-                frame[32 + column] = 23.0;
-                frame
-            })
-            .collect();
-        let claims: Vec<&[f64]> = walk.iter().map(Vec::as_slice).collect();
+        let walk: [Vec<f64>; 8] = std::array::from_fn(|column| {
+            let mut frame = blob(24 + column);
+            frame[32 + column] = 23.0;
+            frame
+        });
+        let claims = walk.each_ref().map(Vec::as_slice);
         let turns = Turns::new(&claims, 0.1).unwrap();
         assert_eq!(turns.alike, [Orientation::MirroredTopBottom]);
         assert!(Turns::new(&[&[20.0; PIXELS]], 1.0).is_none());

@@ -250,6 +250,7 @@ impl Scale {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numbers::assert_near;
 
     fn law(scale: Scale, values: &[f64]) -> ScoreDistribution {
         ScoreDistribution::of(scale, values.iter().map(|&value| Some(value))).unwrap()
@@ -260,14 +261,12 @@ mod tests {
         let values = [Some(1.0), None, Some(3.0)];
         let law = ScoreDistribution::of(Scale::Plain, values.into_iter()).unwrap();
         assert_eq!((law.mean, law.sd), (2.0, 1.0));
-        assert!((law.low(0.001) - (2.0 - 3.090_232)).abs() < 1e-4);
-        assert!((law.high(0.001) - (2.0 + 3.090_232)).abs() < 1e-4);
-        let few = [Some(1.0), None, None];
-        assert_eq!(ScoreDistribution::of(Scale::Plain, few.into_iter()), None);
-        assert_eq!(
-            ScoreDistribution::of(Scale::Plain, std::iter::empty()),
-            None
-        );
+        assert_near(law.low(0.001), 2.0 - 3.090_232, 1e-4);
+        assert_near(law.high(0.001), 2.0 + 3.090_232, 1e-4);
+        for few in [[Some(1.0), None, None].as_slice(), &[]] {
+            let law = ScoreDistribution::of(Scale::Plain, few.iter().copied());
+            assert_eq!(law, None, "{few:?}");
+        }
     }
 
     /// By hand: atanh 0.5 and 0.8 have mean 0.8240 and deviation 0.2747; ratios 0.5 and 0.125 mean ln 0.25, deviation ln 2.
@@ -279,11 +278,7 @@ mod tests {
         assert!((correlations.high(0.001) - expected).abs() < 1e-4);
         let gains = law(Scale::Gain, &[0.5, 0.875]);
         let low = 1.0 - 0.25 * 2.0_f64.powf(3.090_232);
-        assert!(
-            (gains.low(0.001) - low).abs() < 1e-3,
-            "{}",
-            gains.low(0.001)
-        );
+        assert_near(gains.low(0.001), low, 1e-3);
         assert!(gains.high(0.001) < 1.0);
         assert!(law(Scale::Correlation, &[1.0, 1.0]).low(0.001) > 0.999);
     }

@@ -21,10 +21,9 @@ pub enum LeftOut {
 
 /// How many rows were left out for one reason, and the first of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct LeftOutCount {
-    /// The reason.
     pub reason: LeftOut,
-    /// Rows.
     pub rows: usize,
     /// Sequence number of the first of them.
     pub first_seq: u64,
@@ -133,11 +132,8 @@ fn standings(frames: &[Read]) -> Vec<Option<LeftOut>> {
     let mut found = Vec::with_capacity(frames.len());
     for frame in frames {
         let follows = before.filter(|before| before.seq.checked_add(1) == Some(frame.seq));
-        found.push(
-            finder
-                .push(&frame.celsius, follows.map(|before| &before.celsius))
-                .1,
-        );
+        let follows = follows.map(|before| &before.celsius);
+        found.push(finder.push(&frame.celsius, follows).1);
         before = Some(frame);
     }
     let faults = finder.finish();
@@ -217,32 +213,27 @@ mod tests {
         // The same without a border between is a duplicate.
         records[101].reading = records[100].reading;
         let (kept, counts) = clean(&records, true);
-        let reasons: Vec<_> = counts
-            .list()
-            .iter()
-            .map(|count| (count.reason, count.rows))
-            .collect();
-        assert_eq!((kept.len(), reasons), (599, vec![(LeftOut::Duplicate, 1)]));
+        assert_eq!(kept.len(), 599);
+        assert_eq!(reasons(&counts), [(LeftOut::Duplicate, 1)]);
+    }
+
+    fn reasons(counts: &Counts) -> Vec<(LeftOut, usize)> {
+        let counts = counts.list().into_iter();
+        counts.map(|count| (count.reason, count.rows)).collect()
     }
 
     /// Four frames in a row that repeat the one before were read too often; five are a sensor that stood still.
     #[test]
     fn five_duplicates_in_a_row_are_a_stall() {
-        let reasons = |repeats: usize| {
+        for (repeats, reason) in [(4, LeftOut::Duplicate), (5, LeftOut::Stalled)] {
             let mut records: Vec<Record> = (0..200).map(|index| record(index, index)).collect();
             let shown = records[50].reading;
-            records[51..51 + repeats]
-                .iter_mut()
-                .for_each(|record| record.reading = shown);
+            for record in &mut records[51..51 + repeats] {
+                record.reading = shown;
+            }
             let (_, counts) = clean(&records, true);
-            counts
-                .list()
-                .iter()
-                .map(|count| (count.reason, count.rows))
-                .collect::<Vec<_>>()
-        };
-        assert_eq!(reasons(4), [(LeftOut::Duplicate, 4)]);
-        assert_eq!(reasons(5), [(LeftOut::Stalled, 5)]);
+            assert_eq!(reasons(&counts), [(reason, repeats)]);
+        }
     }
 
     /// After a stall the first frame is late and counts; those held up with it do not; one that is a little early does.
@@ -261,10 +252,8 @@ mod tests {
             bursts(&frames).split_off(10)
         };
         assert_eq!(burst_ms(&[1900, 1960, 2060]), [false; 3]);
-        assert_eq!(
-            burst_ms(&[1900, 1902, 1926, 2026]),
-            [false, true, true, false]
-        );
+        let burst = burst_ms(&[1900, 1902, 1926, 2026]);
+        assert_eq!(burst, [false, true, true, false]);
         assert_eq!(burst_ms(&[1000, 1010]), [false; 2]);
     }
 }

@@ -9,15 +9,8 @@ pub const RUN_RECORDS: usize = 1_000;
 
 /// Takes the records of a recording one by one, and keeps [`RECORDS_MAX`] at most.
 ///
-/// Up to that number all are kept. Beyond it, every second run of [`RUN_RECORDS`] neighbors is dropped, and again as often as
-/// it takes: what is left is spread evenly, from the recording's beginning on. The choice depends on the number of records
-/// and on nothing else, so that a recording that is read from a disk and one that lies in memory keep the same.
-///
-/// ```
-/// # use grideye_validator::Thinning;
-/// let thinned = Thinning::default().finish();
-/// assert_eq!((thinned.rows, thinned.records.len(), thinned.note()), (0, 0, None));
-/// ```
+/// Beyond that, every second run of [`RUN_RECORDS`] neighbors is dropped, as often as it takes. The choice depends on the number
+/// of records alone: read from a disk or from memory, the same are kept.
 #[derive(Debug, Clone)]
 pub struct Thinning {
     records: Vec<Record>,

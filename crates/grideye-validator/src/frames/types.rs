@@ -1,35 +1,26 @@
 //! Frames of either side, the 64 pixels of one in degrees, and which frames meet.
 
+use crate::names::named;
 use crate::numbers::trimmed_mean;
 use grideye_frame::{COLUMNS, PIXELS, PixelWord, ROWS, RawFrame};
 use std::time::Duration;
 
-/// Which real frame meets which simulated one (PeerJ CS 11:e3124, "Experiments and results").
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Protocol {
-    /// Nothing moves: every real frame with every simulated one, averaged.
-    Static,
-    /// Something moves: frame by frame, at equal times.
-    Dynamic,
-}
-
-impl Protocol {
-    /// The stable name: `static` or `dynamic`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Static => "static",
-            Self::Dynamic => "dynamic",
-        }
+named! {
+    /// Which real frame meets which simulated one (PeerJ CS 11:e3124, "Experiments and results").
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Protocol {
+        /// Nothing moves: every real frame with every simulated one, averaged.
+        Static = "static";
+        /// Something moves: frame by frame, at equal times.
+        Dynamic = "dynamic";
     }
 }
 
 /// Size of a frame in pixels. Frames are row by row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct Shape {
-    /// Pixels in a row.
     pub columns: usize,
-    /// Rows.
     pub rows: usize,
 }
 

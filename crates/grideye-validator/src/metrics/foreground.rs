@@ -1,6 +1,7 @@
 //! C with the empty room taken from both sides: what is left is the people.
 
 use crate::frames::{RealFrame, SimulatedFrame};
+use crate::names::named;
 use crate::numbers::{finite, mean};
 
 /// C of what stands above the empty room, over all pixels of all frames together.
@@ -14,27 +15,19 @@ pub struct ForegroundCorrelation {
     pub from: RoomSource,
 }
 
-/// Where the map of the empty room comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[expect(missing_docs, reason = "the words below say it")]
-pub enum RoomSource {
-    #[default]
-    Scene,
-    Profile,
-    Recording,
+named! {
+    /// Where the map of the empty room comes from.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+    #[expect(missing_docs, reason = "the words below say it")]
+    pub enum RoomSource {
+        #[default]
+        Scene = "scene";
+        Profile = "profile";
+        Recording = "recording";
+    }
 }
 
 impl RoomSource {
-    /// The stable name for files and programs: `scene`, `profile` or `recording`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Scene => "scene",
-            Self::Profile => "profile",
-            Self::Recording => "recording",
-        }
-    }
-
     /// In words, to stand behind "the empty room is".
     #[must_use]
     pub const fn in_words(self) -> &'static str {
@@ -132,6 +125,8 @@ mod tests {
         (real, claim)
     }
 
+    const ROOM: [f64; 4] = [20.0; 4];
+
     /// By hand: above the room (2, 0, 0, 0) and (0, 2, 0, 0), centered: product -1 of 3. With the room in, 0.76.
     #[test]
     fn a_radiator_does_not_stand_in_for_a_person() {
@@ -150,16 +145,15 @@ mod tests {
             frames: 16,
         };
         let (real, claim) = frames([21.0, 22.0, 19.0, 20.0], [20.0, 22.0, 20.0, 20.0]);
-        let found = foreground_correlation(&[real], &[claim], &[vec![20.0; 4]], &known);
+        let found = foreground_correlation(&[real], &[claim], &[ROOM.to_vec()], &known);
         assert!((found.value.unwrap() - 1.0).abs() < 1e-12);
         assert_eq!(found.from, RoomSource::Profile);
     }
 
     #[test]
     fn who_claims_nobody_has_no_c_above_the_room() {
-        let (real, claim) = frames([22.0, 20.0, 20.0, 20.0], [20.0; 4]);
-        let found =
-            foreground_correlation(&[real], &[claim], &[vec![20.0; 4]], &EmptyRoom::default());
+        let ((real, claim), room) = (frames([22.0, 20.0, 20.0, 20.0], ROOM), EmptyRoom::default());
+        let found = foreground_correlation(&[real], &[claim], &[ROOM.to_vec()], &room);
         assert_eq!(found.value, None);
     }
 }

@@ -100,12 +100,10 @@ impl GainSums {
         for &place in &marked.places {
             let (measured, predicted) = (measured[place], prediction.celsius[place]);
             let leveled = measured - offset_c;
-            self.predicted.add(
-                leveled - (predicted - prediction.offset_c),
-                measured - predicted,
-            );
-            self.blank
-                .add(leveled - warmth.ambient_c, measured - warmth.ambient_c);
+            let left = leveled - (predicted - prediction.offset_c);
+            self.predicted.add(left, measured - predicted);
+            let ambient_c = warmth.ambient_c;
+            self.blank.add(leveled - ambient_c, measured - ambient_c);
         }
     }
 
@@ -126,17 +124,14 @@ impl GainSums {
 
     /// The gains over the blank frame; not defined where nothing is warm.
     pub(crate) fn gains(&self) -> [(Measure, Option<f64>); 2] {
+        let (predicted, blank) = (self.predicted, self.blank);
         let gain =
             |predicted: f64, blank: f64| (blank > 0.0).then(|| 1.0 - (predicted / blank).sqrt());
+        let leveled = gain(predicted.leveled, blank.leveled);
+        let with_offset = gain(predicted.with_offset, blank.with_offset);
         [
-            (
-                Measure::Gain,
-                gain(self.predicted.leveled, self.blank.leveled),
-            ),
-            (
-                Measure::GainWithOffset,
-                gain(self.predicted.with_offset, self.blank.with_offset),
-            ),
+            (Measure::Gain, leveled),
+            (Measure::GainWithOffset, with_offset),
         ]
     }
 }
@@ -156,7 +151,7 @@ impl Squares {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numbers::common_offset;
+    use crate::numbers::{assert_near, common_offset};
 
     fn union(real: &[f64], claim: &[f64]) -> (GainSums, f64) {
         let offset_c = common_offset(real, claim);
@@ -165,13 +160,8 @@ mod tests {
             celsius: claim,
             offset_c: 0.0,
         };
-        union.add(
-            (real, real),
-            offset_c,
-            claim,
-            prediction,
-            WarmLimits::new(20.0, 1.0),
-        );
+        let warmth = WarmLimits::new(20.0, 1.0);
+        union.add((real, real), offset_c, claim, prediction, warmth);
         (union, offset_c)
     }
 
@@ -188,7 +178,7 @@ mod tests {
         assert!(offset_c.abs() < 1e-12);
         assert_eq!((union.pixels, union.both), (3, 1));
         let [(_, gain), (_, with_offset)] = union.gains();
-        assert!((gain.unwrap() - (1.0 - (5.5625_f64 / 20.0).sqrt())).abs() < 1e-12);
+        assert_near(gain.unwrap(), 1.0 - (5.5625_f64 / 20.0).sqrt(), 1e-12);
         assert_eq!(gain, with_offset);
     }
 
@@ -211,15 +201,11 @@ mod tests {
         let mut claim = [20.0; 16];
         (real[5], claim[5]) = (24.0, 22.5);
         let (union, _) = union(&real, &claim);
-        let gains = |sigma_c: f64| {
-            union
-                .without_noise(sigma_c)
-                .gains()
-                .map(|(_, gain)| gain.unwrap())
-        };
-        assert!((gains(1.25_f64.sqrt())[0] - (1.0 - 1.0 / 4.0)).abs() < 1e-12);
-        assert!((gains(1.25_f64.sqrt())[1] - (1.0 - 1.0 / 4.0)).abs() < 1e-12);
-        assert_eq!(gains(9.0), [1.0, 1.0]);
+        for (sigma_c, expected) in [(1.25_f64.sqrt(), 0.75), (9.0, 1.0)] {
+            for (measure, gain) in union.without_noise(sigma_c).gains() {
+                assert!((gain.unwrap() - expected).abs() < 1e-12, "{measure}");
+            }
+        }
     }
 
     #[test]

@@ -1,8 +1,6 @@
-//! The measures of likeness between two frames of equal size, at any resolution, in degrees Celsius.
+//! The measures of likeness between two frames of equal size, °C; the README has the glossary.
 //!
-//! Every function answers `None` where the measure is not defined: frames that are empty, of unequal length or that
-//! hold a value that is not finite; a correlation with a frame that has one value only; a bin width that is not
-//! above zero. No answer is ever NaN. The glossary in this crate's README lists each with its unit and source.
+//! `None` where one is not defined: frames empty, of unequal length or not finite; C of a constant frame; a bin width not above 0.
 
 pub(crate) mod binning;
 pub(crate) mod blob;

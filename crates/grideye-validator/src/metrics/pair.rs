@@ -11,14 +11,12 @@ pub const THRESHOLDS: usize = 101;
 
 /// What the paper reports of one pair of frames. Entropies are in bits.
 #[derive(Debug, Clone, PartialEq)]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct PairScores {
     /// C; `None` where one frame has one value only.
     pub correlation: Option<f64>,
-    /// Entropy of the real frame.
     pub entropy_real: f64,
-    /// Entropy of the simulated frame.
     pub entropy_simulated: f64,
-    /// Joint entropy.
     pub joint_entropy: f64,
     /// Mutual information, at least 0.
     pub mutual_information: f64,
@@ -234,9 +232,7 @@ mod tests {
                 }
             }
         }
-        assert_eq!(place(5.02), THRESHOLDS);
-        assert_eq!(place(5.03), THRESHOLDS);
-        assert_eq!(place(f64::MAX), THRESHOLDS);
+        assert_eq!([5.02, 5.03, f64::MAX].map(place), [THRESHOLDS; 3]);
         let similar = |difference| Graph::default().add(&[0.0; 64], &[difference; 64]);
         assert_eq!(similar(IS_THRESHOLD), 0);
         assert_eq!(similar(IS_THRESHOLD.next_down()), 64);
@@ -250,10 +246,8 @@ mod tests {
         let scores = scorer.score(&frame, &flat, Binning::PaperGrey256).unwrap();
         assert_eq!((scores.correlation, scores.entropy_simulated), (None, 0.0));
         for width_c in [0.0, f64::NAN] {
-            assert_eq!(
-                scorer.score(&frame, &frame, Binning::Step { width_c }),
-                None
-            );
+            let step = Binning::Step { width_c };
+            assert_eq!(scorer.score(&frame, &frame, step), None);
         }
         frame[5] = f64::NAN;
         assert_eq!(scorer.score(&frame, &flat, Binning::PaperGrey256), None);

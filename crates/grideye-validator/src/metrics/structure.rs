@@ -6,13 +6,10 @@ use crate::numbers::{comparable, count, mean};
 pub const SSIM_RANGE_C: f64 = 10.0;
 const SIDE: usize = 3;
 
-/// The structural similarity of each pixel's neighborhood of 3 x 3, -1 to 1 (Wang et al. 2004, "Image quality assessment:
-/// from error visibility to structural similarity", Eq. 13), row by row.
+/// The structural similarity of each pixel's 3 x 3 neighborhood, -1 to 1, row by row (Wang et al. 2004, Eq. 13).
 ///
-/// Temperatures are taken above `ambient_c`, so that the first factor, which compares means, sees what the scene adds
-/// to the room. Windows are uniform, variances those of a sample (n - 1), the image is mirrored at its border, K1 = 0.01,
-/// K2 = 0.03, the range is [`SSIM_RANGE_C`]: scikit-image's `structural_similarity` with `win_size=3`. `None` for less
-/// than 3 x 3 pixels or rows of unequal length.
+/// Taken above `ambient_c`; uniform windows, variances of a sample (n - 1), mirrored borders, K1 = 0.01, K2 = 0.03, range
+/// [`SSIM_RANGE_C`]: scikit-image's with `win_size=3`. `None` for less than 3 x 3 pixels or unequal rows.
 #[must_use]
 pub fn structure_map(
     real: &[f64],
@@ -121,10 +118,8 @@ mod tests {
         let map = structure_map(&one, &flat, 5, 20.0).unwrap();
         let expected = 0.01 * 0.09 / ((1.0 / 9.0 + 0.01) * (1.0 + 0.09));
         assert!((map[12] - expected).abs() < 1e-12);
-        assert!(
-            (map[0] - 1.0).abs() < 1e-12,
-            "nothing of it is seen from the corner"
-        );
+        // Nothing of it is seen from the corner.
+        assert!((map[0] - 1.0).abs() < 1e-12);
         assert!((interior_mean(&map, 5).unwrap() - expected).abs() < 1e-12);
     }
 
@@ -143,9 +138,7 @@ mod tests {
         assert_eq!(structure_map(&[1.0; 4], &[1.0; 4], 2, 0.0), None);
         assert_eq!(structure_map(&[1.0; 10], &[1.0; 10], 3, 0.0), None);
         assert_eq!(structure_map(&[1.0; 9], &[1.0; 9], 0, 0.0), None);
-        assert_eq!(
-            structural_similarity(&[f64::NAN; 9], &[1.0; 9], 3, 0.0),
-            None
-        );
+        let odd = structural_similarity(&[f64::NAN; 9], &[1.0; 9], 3, 0.0);
+        assert_eq!(odd, None);
     }
 }

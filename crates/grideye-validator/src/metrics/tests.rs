@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::metrics::distance::Centered;
-use crate::numbers::{count, difference_sums, extremes, sum_of};
+use crate::numbers::{assert_near, count, difference_sums, extremes, sum_of};
 
 /// The two frames of the reference vectors: 8 x 8, B is A with an uneven error and one pixel 2.5 degrees off.
 fn reference_frames() -> (Vec<f64>, Vec<f64>) {
@@ -23,11 +23,7 @@ fn reference_frames() -> (Vec<f64>, Vec<f64>) {
 
 #[track_caller]
 fn close(found: Option<f64>, expected: f64) {
-    let found = found.unwrap();
-    assert!(
-        (found - expected).abs() < 1e-9,
-        "expected {expected}, found {found}"
-    );
+    assert_near(found.unwrap(), expected, 1e-9);
 }
 
 #[test]
@@ -71,16 +67,16 @@ fn entropies_of_the_reference_vectors_in_grey_levels() {
 
 #[test]
 fn a_difference_equal_to_the_threshold_does_not_count() {
-    assert_eq!(
-        image_similarity(&[20.0, 20.0], &[20.5, 19.5], 0.5),
-        Some(0.0)
-    );
-    assert_eq!(
-        image_similarity(&[20.0, 20.0], &[20.5, 19.5], 0.500_001),
-        Some(1.0)
-    );
+    for (threshold, share) in [(0.5, 0.0), (0.500_001, 1.0)] {
+        let found = image_similarity(&[20.0, 20.0], &[20.5, 19.5], threshold);
+        assert_eq!(found, Some(share), "{threshold}");
+    }
     assert_eq!(image_similarity(&[20.0], &[20.0], 0.0), Some(0.0));
 }
+
+/// Two halves, and another frame that knows nothing of them.
+const HALVES: [f64; 4] = [1.0, 1.0, 2.0, 2.0];
+const CROSSED: [f64; 4] = [5.0, 6.0, 5.0, 6.0];
 
 #[test]
 fn entropies_of_frames_counted_by_hand() {
@@ -89,30 +85,13 @@ fn entropies_of_frames_counted_by_hand() {
     assert_eq!(entropy(&[1.0, 1.0, 2.0, 2.0], step), Some(1.0));
     assert_eq!(entropy(&[7.0; 5], step), Some(0.0));
     assert_eq!(entropy(&[7.0; 5], Binning::PaperGrey256), Some(0.0));
-    assert_eq!(
-        joint_entropy(&[1.0, 1.0, 2.0, 2.0], &[5.0, 6.0, 5.0, 6.0], step),
-        Some(2.0)
-    );
-    assert_eq!(
-        mutual_information(&[1.0, 1.0, 2.0, 2.0], &[5.0, 6.0, 5.0, 6.0], step),
-        Some(0.0)
-    );
-    assert_eq!(
-        mutual_information(&[1.0, 1.0, 2.0, 2.0], &[9.0, 9.0, 8.0, 8.0], step),
-        Some(1.0)
-    );
-    assert_eq!(
-        entropy(&[1.0, 2.0, 3.0], Binning::Levels { n: 2 }).map(|h| h > 0.9),
-        Some(true)
-    );
-    assert_eq!(
-        entropy(&[1.0, 2.0, 3.0], Binning::Levels { n: 1 }),
-        Some(0.0)
-    );
-    assert_eq!(
-        entropy(&[1.0, 2.0, 3.0], Binning::Levels { n: 0 }),
-        Some(0.0)
-    );
+    assert_eq!(joint_entropy(&HALVES, &CROSSED, step), Some(2.0));
+    let mutual = |other: &[f64; 4]| mutual_information(&HALVES, other, step);
+    assert_eq!(mutual(&CROSSED), Some(0.0));
+    assert_eq!(mutual(&[9.0, 9.0, 8.0, 8.0]), Some(1.0));
+    let levels = |n| entropy(&[1.0, 2.0, 3.0], Binning::Levels { n });
+    assert!(levels(2).unwrap() > 0.9);
+    assert_eq!((levels(1), levels(0)), (Some(0.0), Some(0.0)));
 }
 
 #[test]
@@ -147,15 +126,9 @@ fn a_constant_frame_of_an_odd_value_has_no_correlation() {
 #[test]
 fn the_bias_of_few_pixels_is_taken_out_of_mutual_information() {
     let step = Binning::Step { width_c: 1.0 };
-    let corrected = |real, simulated| mutual_information_corrected(real, simulated, step);
-    close(
-        corrected(&[1.0, 1.0, 2.0, 2.0], &[9.0, 9.0, 8.0, 8.0]),
-        1.180_336_880_111,
-    );
-    close(
-        corrected(&[1.0, 1.0, 2.0, 2.0], &[5.0, 6.0, 5.0, 6.0]),
-        -0.180_336_880_111,
-    );
+    let corrected = |other: &[f64; 4]| mutual_information_corrected(&HALVES, other, step);
+    close(corrected(&[9.0, 9.0, 8.0, 8.0]), 1.180_336_880_111);
+    close(corrected(&CROSSED), -0.180_336_880_111);
 }
 
 /// By hand: differences of 3 and -4 are marked, the root of 25 / 2.

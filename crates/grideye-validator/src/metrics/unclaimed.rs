@@ -1,8 +1,7 @@
 //! What is warm in a recording where its claim is not.
 //!
-//! Looked for in blocks of two by two pixels, which noise and pattern reach half as far as single pixels. As much as is
-//! claimed there or a pixel away is allowed beyond the claim: how well that is met, other scores ask. Once in what stays,
-//! with the slope that rooms have taken out, and once in what comes and goes.
+//! Looked for in blocks of two by two pixels, in what stays (less the slope of the room) and in what comes and goes. As much as
+//! is claimed there or a pixel away is allowed beyond the claim: how well that is met, other scores ask.
 
 use crate::metrics::gain::WarmLimits;
 use crate::numbers::{common_offset, count, mean, mean_frame, median};
@@ -224,6 +223,7 @@ fn claimed_nearby(claim: &[f64], columns: usize, ambient_c: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numbers::assert_near;
 
     const COLUMNS: usize = 8;
 
@@ -246,25 +246,24 @@ mod tests {
         AllowedWarmth::new(&owned, COLUMNS, warmth()).of(real, &claims)
     }
 
+    fn still(real: &[f64], claim: &[f64]) -> WarmBlock {
+        found(&[real.to_vec(), real.to_vec()], claim).still.unwrap()
+    }
+
     /// Four pixels of 3, 1, 2 and 2 °C above the claim: 2 °C on the mean.
     const FOUR: [(usize, f64); 4] = [(26, 23.0), (27, 21.0), (34, 22.0), (35, 22.0)];
 
     #[test]
-    fn what_stands_is_found_with_its_place() {
-        let real = frame(&FOUR);
-        let still = found(&[real.clone(), real], &[20.0; 64]).still.unwrap();
+    fn what_stands_is_found_with_its_place_and_what_comes_and_goes_in_its_frame() {
+        let still = still(&frame(&FOUR), &[20.0; 64]);
         assert_eq!((still.row, still.column, still.frame), (3, 2, None));
-        assert!((still.celsius - 2.0).abs() < 1e-9, "{still:?}");
-    }
-
-    #[test]
-    fn what_comes_and_goes_is_found_in_its_frame() {
+        assert_near(still.celsius, 2.0, 1e-9);
         let mut real = vec![frame(&[]); 9];
         real.push(frame(&FOUR));
         let moving = found(&real, &[20.0; 64]).moving.unwrap();
         assert_eq!((moving.row, moving.column, moving.frame), (3, 2, Some(9)));
         // A tenth of it is in the mean.
-        assert!((moving.celsius - 1.8).abs() < 1e-9, "{moving:?}");
+        assert_near(moving.celsius, 1.8, 1e-9);
     }
 
     #[test]
@@ -272,27 +271,22 @@ mod tests {
         let sloped: Vec<f64> = (0..64)
             .map(|pixel| 23.0 + 0.1 * count(pixel / 8) + 0.2 * count(pixel % 8))
             .collect();
-        let still = found(&[sloped.clone(), sloped], &[20.0; 64]).still.unwrap();
-        assert!(still.celsius.abs() < 1e-9, "{still:?}");
+        assert_near(still(&sloped, &[20.0; 64]).celsius, 0.0, 1e-9);
     }
 
     /// A person half a pixel from where it is claimed to be is not warmth that nobody claims.
     #[test]
     fn what_touches_claimed_warmth_may_be_as_warm() {
-        let claim = frame(&[(27, 23.0)]);
-        let real = frame(&FOUR);
-        let near = found(&[real.clone(), real], &claim).still.unwrap();
+        let near = still(&frame(&FOUR), &frame(&[(27, 23.0)]));
         assert!(near.celsius < 0.3, "{near:?}");
-        let everywhere = found(&[vec![25.0; 64], vec![25.0; 64]], &[25.0; 64]);
-        assert!((everywhere.still.unwrap().celsius + 5.0).abs() < 1e-9);
+        assert_near(still(&[25.0; 64], &[25.0; 64]).celsius, -5.0, 1e-9);
     }
 
     /// The same place, but a person where a shimmer of 0.3 °C is claimed: 2 °C less 0.3 claimed and 0.3 allowed.
     #[test]
     fn much_more_than_is_claimed_is_not_claimed() {
         let claim = frame(&FOUR.map(|(pixel, _)| (pixel, 20.3)));
-        let real = frame(&FOUR);
-        let found = found(&[real.clone(), real], &claim).still.unwrap();
+        let found = still(&frame(&FOUR), &claim);
         assert_eq!((found.row, found.column), (3, 2));
         assert!((1.0..1.5).contains(&found.celsius), "{found:?}");
     }

@@ -143,10 +143,8 @@ mod tests {
 
     #[test]
     fn what_xml_has_no_character_for_is_replaced() {
-        assert_eq!(
-            text("a\u{0}b\u{1b}c\td<&\""),
-            "a\u{FFFD}b\u{FFFD}c\td&lt;&amp;&quot;"
-        );
+        let replaced = text("a\u{0}b\u{1b}c\td<&\"");
+        assert_eq!(replaced, "a\u{FFFD}b\u{FFFD}c\td&lt;&amp;&quot;");
         assert_eq!(text("\u{FFFE}°C 👍"), "\u{FFFD}°C 👍");
     }
 }

@@ -1,9 +1,6 @@
 //! The results that the paper published, to stand beside ours, always marked as the paper's.
 //!
-//! Source: Comai et al. 2025, "A configurable simulator for low-resolution infrared thermal sensors: accuracy
-//! assessment and practical applications in indoor environments", PeerJ Computer Science 11:e3124,
-//! Tables 1 to 4 (CC BY 4.0). Its Table 5 repeats experiment 4 with C 0.48 and mutual information 2.9; the figures
-//! here are those of the experiments' own tables.
+//! Comai et al. 2025, PeerJ Computer Science 11:e3124, Tables 1 to 4 (CC BY 4.0). Its Table 5 gives experiment 4 other figures.
 
 use crate::metrics::score::Measure;
 

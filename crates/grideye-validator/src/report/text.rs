@@ -25,12 +25,10 @@ pub(crate) fn value(measure: Measure, value: Option<f64>) -> String {
 
 /// What was compared, with what, and how to do it again: all that the frames themselves do not tell.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct Context {
-    /// Name of the scene, as the user gave it.
     pub scene: String,
-    /// Name of the recording, as the user gave it.
     pub recording: String,
-    /// Name of the sensor within the scene.
     pub sensor: String,
     /// The command that makes this report again.
     pub command: String,
@@ -40,13 +38,11 @@ pub struct Context {
     pub created: String,
     /// Seeds by what they were used for.
     pub seeds: Vec<(String, u64)>,
-    /// The files that went in.
     pub inputs: Vec<Input>,
     /// What was assumed, each a sentence; those of the comparison itself are added to them.
     pub assumptions: Vec<String>,
     /// The paper's experiment that this is, 1 to 4; without it, the range of all four is printed.
     pub experiment: Option<u8>,
-    /// Each threshold with where it comes from.
     pub thresholds: Vec<ThresholdLine>,
 }
 

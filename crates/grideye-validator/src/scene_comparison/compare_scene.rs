@@ -2,11 +2,13 @@
 
 use crate::align::aligner::{Aligner, still_orientation};
 use crate::align::clock::Clock;
-use crate::align::{AlignOptions, Alignment, Orientation, SAMPLE_MAX, SPAN_MAX, TimeAlignment};
+use crate::align::{
+    AlignOptions, Alignment, OffsetFound, Orientation, SAMPLE_MAX, SPAN_MAX, TimeAlignment,
+};
 use crate::background::fit::BackgroundFit;
 use crate::compare::scoring::compare_with_prior;
 use crate::compare::{Comparison, Settings};
-use crate::error::{Side, ValidatorError};
+use crate::error::{Side, ValidatorError, check_setting};
 use crate::frames::cleaning::{self, Counts, Read};
 use crate::frames::drift::Drift;
 use crate::frames::types::Pixels;
@@ -24,12 +26,10 @@ use grideye_recording::Record;
 use grideye_scene::{Scene, Simulator};
 use std::time::Duration;
 
-/// Compares one stream of a recording with what a scene's sensor would see: cleaned, drift taken out, time aligned within
-/// [`Options::align`]; how the image lies is reported, and changed only if asked for.
+/// Compares one stream with what a scene's sensor would see: cleaned, drift taken out, aligned within [`Options::align`].
 ///
 /// # Errors
-/// No such sensor, another resolution, no frame, time that runs back, no overlap, a bound out of its range; and as
-/// [`crate::compare()`].
+/// No such sensor, another resolution, no frame, time that runs back, no overlap; and as [`crate::compare()`].
 pub fn compare_scene(
     records: &[Record],
     scene: &Scene,
@@ -198,8 +198,11 @@ fn moving(
         clock = aligned;
         found.time = Some(time);
     }
-    found.offset = aligner.offset(&clock);
-    offset_applied(&mut found, options);
+    let offset = aligner.offset(&clock);
+    found.offset = offset.map(|offset| OffsetFound {
+        applied: options.pose,
+        ..offset
+    });
     AlignedFrames {
         frames,
         clock,
@@ -244,12 +247,6 @@ fn turned(found: &mut Alignment, options: &AlignOptions) -> Orientation {
             orientation.orientation
         }
         _ => Orientation::Upright,
-    }
-}
-
-fn offset_applied(found: &mut Alignment, options: &AlignOptions) {
-    if let Some(offset) = &mut found.offset {
-        offset.applied = options.pose;
     }
 }
 
@@ -355,14 +352,12 @@ pub(crate) fn lag(
         (None, Protocol::Static) => STATIC_LAG_FRAMES,
         (None, Protocol::Dynamic) => period(timed).map_or(STATIC_LAG_FRAMES, lag_of_period),
     };
-    if (1..=LAG_FRAMES_MAX).contains(&lag) {
-        return Ok(lag);
-    }
-    Err(ValidatorError::Setting {
-        name: "lag_frames",
-        expected: "a number from 1 to 600",
-        found: count(lag),
-    })
+    let (is_lag, expected) = (
+        (1..=LAG_FRAMES_MAX).contains(&lag),
+        "a number from 1 to 600",
+    );
+    check_setting(is_lag, "lag_frames", expected, count(lag))?;
+    Ok(lag)
 }
 
 fn period(timed: &[TimedFrame]) -> Option<Duration> {
@@ -383,16 +378,11 @@ fn lag_of_period(period: Duration) -> usize {
 }
 
 pub(crate) fn number(protocol: Protocol, asked: Option<usize>) -> Result<usize, ValidatorError> {
-    match (asked, protocol) {
-        (Some(0), _) => Err(ValidatorError::Setting {
-            name: "frames",
-            expected: "a number above zero",
-            found: 0.0,
-        }),
-        (Some(asked), _) => Ok(asked),
-        (None, Protocol::Static) => Ok(STATIC_FRAMES),
-        (None, Protocol::Dynamic) => Ok(DYNAMIC_FRAMES),
-    }
+    check_setting(asked != Some(0), "frames", "a number above zero", 0.0)?;
+    Ok(asked.unwrap_or(match protocol {
+        Protocol::Static => STATIC_FRAMES,
+        Protocol::Dynamic => DYNAMIC_FRAMES,
+    }))
 }
 
 /// Chooses evenly among the frames that have a repeat; among all if fewer than two have one.
@@ -429,12 +419,9 @@ pub(crate) fn chosen(
 
 /// The frame whose number is `lag_frames` higher. A gap, or a new start of the count, between the two leaves none.
 fn repeat(timed: &[TimedFrame], index: usize, lag_frames: usize) -> Option<&Pixels> {
-    let sought = timed[index]
-        .seq
-        .checked_add(u64::try_from(lag_frames).ok()?)?;
-    let following = timed.get(index + 1..)?;
-    let near = following.iter().take(lag_frames);
-    near.into_iter()
-        .find(|frame| frame.seq == sought)
+    let lag = u64::try_from(lag_frames).ok()?;
+    let sought = timed[index].seq.checked_add(lag)?;
+    let mut near = timed.get(index + 1..)?.iter().take(lag_frames);
+    near.find(|frame| frame.seq == sought)
         .map(|frame| &frame.celsius)
 }

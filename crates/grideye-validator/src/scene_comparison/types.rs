@@ -24,6 +24,7 @@ pub const LAG_FRAMES_MAX: usize = 600;
 
 /// How to compare a recording with a scene. Every default can be left as it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct Options {
     /// Seed of the simulated noise and of the shuffled pixels; a recording simulated with it is met by other noise.
     pub seed: u64,
@@ -33,17 +34,13 @@ pub struct Options {
     pub frames: Option<usize>,
     /// How many frames later a frame's repeat is, 1 to [`LAG_FRAMES_MAX`]; by default 3, or the nearest to 0.1 s (dynamic).
     pub lag_frames: Option<usize>,
-    /// Time of the scene at the recording's first frame.
     pub start: Duration,
-    /// Random orders of the pixels.
     pub shuffles: usize,
     /// The bins of the second set of entropies; by default the sensor's own steps.
     pub binning: Option<Binning>,
     /// Threads that count pairs of frames; the result is the same with any number.
     pub threads: usize,
-    /// What the verdict is measured against.
     pub thresholds: Thresholds,
-    /// What may be aligned, and how far.
     pub align: AlignOptions,
     /// What is known of the sensor's specimen: its pattern is added to the scene's claim.
     pub unit: Option<KnownUnit>,

@@ -1,8 +1,5 @@
-//! What a recording shows of its own sensor, whatever stands in the room: pixels that do not move, steps that are not the
-//! sensor's, a thermometer that the pixels do not belong to, a rate that is not the scene's.
-//!
-//! These faults cannot be seen by C or the gain: one stuck pixel of 64 changes C by a hundredth. Each check has a stated
-//! rate of false alarms, or is said not to have been made.
+//! What a recording shows of its own sensor: pixels that do not move, steps that are not the sensor's, a thermometer that the
+//! pixels do not belong to, a rate that is not the scene's. C and the gain do not see these; false alarms have a stated rate.
 
 use crate::frames::types::decoded;
 use crate::numbers::{count, greatest_common_divisor, median, normal_tail};
@@ -323,10 +320,6 @@ mod tests {
     #[test]
     fn a_quiet_pixel_stays_as_a_normal_draw_does() {
         let sigma_c = 0.25 / 0.6 / 0.6;
-        assert!(
-            (stays(sigma_c, 0.25) - 0.2358).abs() < 1e-3,
-            "{}",
-            stays(sigma_c, 0.25)
-        );
+        crate::numbers::assert_near(stays(sigma_c, 0.25), 0.2358, 1e-3);
     }
 }

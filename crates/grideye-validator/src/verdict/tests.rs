@@ -1,7 +1,6 @@
 //! The verdict word for word, on evidence whose laws are known by hand.
 //!
-//! Where all drawn units score the same, what a right scene reaches is that score. Where they score `m - d` and `m + d` by
-//! turns, a share of 0.001 lies beyond `m - 3.0902 d` and `m + 3.0902 d` (the normal distribution's table).
+//! Where all drawn units score the same, a right scene reaches that; where `m - d` and `m + d`, 0.001 lies beyond 3.0902 d.
 
 use super::*;
 use crate::align::space::Orientation;
@@ -160,10 +159,15 @@ impl Case {
     fn cannot_tell(&self, reason: &str, turn: &str) {
         let judgment = self.judged();
         assert_eq!(judgment.verdict, Verdict::CannotTell);
+        assert_eq!(judgment.verdict.name(), "cannot_tell");
         assert_eq!(judgment.reasons, [reason]);
         assert_eq!(judgment.would_change, format!("To tell, it takes {turn}."));
     }
 }
+
+const LONGER: &str =
+    "a recording of at least a second at 10 Hz without gaps, with more contrast or less noise";
+const WARMER: &str = "a recording with a person, or another warm thing of the scene, in view";
 
 const MET_BESIDE_C: [&str; 3] = [
     "The gain over a blank frame is 0.42, at least the 0.30 asked for; right scenes have 0.50 (always), rooms with \
@@ -252,26 +256,12 @@ fn what_failed_comes_first_and_says_what_it_takes() {
 fn a_score_that_an_empty_room_reaches_proves_nothing() {
     let mut case = Case::right();
     case.found.over_nobody = Some(0.2);
-    let judgment = case.judged();
-    assert_eq!(judgment.verdict, Verdict::CannotTell);
-    assert_eq!(judgment.verdict.name(), "cannot_tell");
-    assert_eq!(
-        judgment.reasons,
-        [
-            "The gain that the scene's people bring is 0.20, at least the 0.10 asked for; right scenes have 0.50 \
-             (99.9 % at least 0.19), rooms without the people 0.00 (99.9 % at most 0.31), over 100 drawn units. So \
-             much proves nothing here."
-        ]
-    );
-    assert_eq!(
-        judgment.would_change,
-        format!("To tell, it takes {PROFILE}.")
-    );
+    let reason = "The gain that the scene's people bring is 0.20, at least the 0.10 asked for; right scenes have 0.50 \
+                  (99.9 % at least 0.19), rooms without the people 0.00 (99.9 % at most 0.31), over 100 drawn units. So \
+                  much proves nothing here.";
+    case.cannot_tell(reason, PROFILE);
     case.prior.pattern_from = RoomSource::Profile;
-    assert_eq!(
-        case.judged().would_change,
-        "To tell, it takes a recording with more contrast, or a longer one."
-    );
+    case.cannot_tell(reason, "a recording with more contrast, or a longer one");
     // As much as is asked is enough, of which a number that is none is not.
     case.right = vec![case.right[0].clone()];
     case.nobody.clear();
@@ -304,35 +294,19 @@ fn a_recording_that_shows_nothing_cannot_tell() {
     let mut case = Case::right();
     case.warm.real = 0.1;
     let shown = "The recording shows nothing warm: 0.10 pixels a frame lie more than 0.50 °C above the background";
-    assert_eq!(
-        case.judged().reasons,
-        [format!(
-            "{shown}; the scene claims 4.0 such pixels a frame, which an empty recording neither proves nor refutes."
-        )]
-    );
+    let claims = "the scene claims 4.0 such pixels a frame, which an empty recording neither proves nor refutes";
+    case.cannot_tell(&format!("{shown}; {claims}."), WARMER);
     case.warm.claimed = 0.0;
-    assert_eq!(
-        case.judged().reasons,
-        [format!(
-            "{shown}; the scene claims none either, and any two empty rooms look alike."
-        )]
-    );
+    let none = "the scene claims none either, and any two empty rooms look alike";
+    case.cannot_tell(&format!("{shown}; {none}."), WARMER);
     case.warm.real = Thresholds::default().warm_pixels_min;
     assert_eq!(case.judged().verdict, Verdict::Agrees);
     case.scores = Scores::new(vec![score(Measure::Correlation, 0.5, 0.5)]);
-    assert_eq!(
-        case.judged().reasons,
-        [
-            "The recording does not even resemble itself 1 frame later: C, correlation reaches 0.50 where chance reaches 0.50."
-        ]
-    );
+    let reason = "The recording does not even resemble itself 1 frame later: C, correlation reaches 0.50 where chance reaches 0.50.";
+    case.cannot_tell(reason, LONGER);
     case.real_frames = 1;
-    assert_eq!(
-        case.judged().reasons,
-        [
-            "The recording holds 1 frame to compare; at least 2 are needed to know what the sensor's noise is worth."
-        ]
-    );
+    let reason = "The recording holds 1 frame to compare; at least 2 are needed to know what the sensor's noise is worth.";
+    case.cannot_tell(reason, "a longer recording of the same scene");
 }
 
 /// A difference of exactly the limit is within it.

@@ -6,48 +6,26 @@ use crate::expected::claim::Statistics;
 use crate::expected::units::Expected;
 use crate::metrics::foreground::{EmptyRoom, RoomSource};
 use crate::metrics::score::Scores;
+use crate::names::named;
 use serde::Serialize;
-use std::fmt;
 use std::time::Duration;
 
-/// What the comparison says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[expect(missing_docs, reason = "the names say it")]
-pub enum Verdict {
-    Agrees,
-    Disagrees,
-    CannotTell,
-}
-
-impl Verdict {
-    /// The stable name for files and programs: `agrees`, `disagrees` or `cannot_tell`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Agrees => "agrees",
-            Self::Disagrees => "disagrees",
-            Self::CannotTell => "cannot_tell",
-        }
-    }
-}
-
-impl fmt::Display for Verdict {
-    /// In words: `agrees`, `disagrees`, `cannot tell`.
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.pad(match self {
-            Self::Agrees => "agrees",
-            Self::Disagrees => "disagrees",
-            Self::CannotTell => "cannot tell",
-        })
+named! {
+    /// What the comparison says.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    #[expect(missing_docs, reason = "the names say it")]
+    pub enum Verdict {
+        Agrees = "agrees", "agrees";
+        Disagrees = "disagrees", "disagrees";
+        CannotTell = "cannot_tell", "cannot tell";
     }
 }
 
 /// The verdict and what it rests on.
 #[derive(Debug, Clone, PartialEq)]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct Judgment {
-    /// The verdict.
     pub verdict: Verdict,
-    /// The verdict in one sentence.
     pub headline: String,
     /// What it rests on, each a sentence with the numbers; what failed comes first.
     pub reasons: Vec<String>,
@@ -73,10 +51,9 @@ pub(crate) struct Evidence<'a> {
 
 /// What the same scene scores without its people.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct Nobody {
-    /// C.
     pub correlation: Option<f64>,
-    /// Gain over the blank frame.
     pub gain: Option<f64>,
     /// Whether the scene has people at all. If not, this is the scene itself.
     pub has_people: bool,
@@ -116,12 +93,10 @@ pub struct WarmPixels {
 
 /// One thing that a verdict asks of a recording.
 #[derive(Debug, Clone, PartialEq)]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct Criterion {
-    /// The stable name for files and programs.
     pub name: &'static str,
-    /// The name for people.
     pub title: &'static str,
-    /// Whether it is met.
     pub state: State,
     /// What was found, with the numbers.
     pub sentence: String,
@@ -133,10 +108,9 @@ pub struct Criterion {
 
 /// A score, and what was asked of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(missing_docs, reason = "the names say it")]
 pub struct Asked {
-    /// What the recording scores.
     pub value: f64,
-    /// What was asked for.
     pub least: f64,
     /// What drawn units score where the scene is right.
     pub right: ScoreDistribution,
@@ -144,29 +118,18 @@ pub struct Asked {
     pub without: Option<ScoreDistribution>,
 }
 
-/// Whether a criterion is met.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum State {
-    /// It is.
-    Met,
-    /// It is not: the verdict is "disagrees".
-    Failed,
-    /// The recording cannot answer: "cannot tell", unless something failed that needs no more.
-    Open,
-    /// It was not asked, and the verdict does not rest on it.
-    NotAsked,
-}
-
-impl State {
-    /// The stable name for files and programs: `met`, `failed`, `open` or `not_asked`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Met => "met",
-            Self::Failed => "failed",
-            Self::Open => "open",
-            Self::NotAsked => "not_asked",
-        }
+named! {
+    /// Whether a criterion is met.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum State {
+        /// It is.
+        Met = "met";
+        /// It is not: the verdict is "disagrees".
+        Failed = "failed";
+        /// The recording cannot answer: "cannot tell", unless something failed that needs no more.
+        Open = "open";
+        /// It was not asked, and the verdict does not rest on it.
+        NotAsked = "not_asked";
     }
 }
 

@@ -1,0 +1,33 @@
+//! Enums whose variants have names: one table in place of one match for each kind of name.
+
+/// An enum with the stable name of each variant; where words stand behind the names, it is displayed in them.
+macro_rules! named {
+    ($(#[$meta:meta])* pub enum $enum:ident { $($(#[$doc:meta])* $variant:ident = $name:literal;)+ }) => {
+        $(#[$meta])*
+        pub enum $enum {
+            $($(#[$doc])* $variant,)+
+        }
+
+        impl $enum {
+            /// The stable name for files and programs.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$variant => $name),+ }
+            }
+        }
+    };
+    ($(#[$meta:meta])* pub enum $enum:ident { $($(#[$doc:meta])* $variant:ident = $name:literal, $words:literal;)+ }) => {
+        $crate::names::named! {
+            $(#[$meta])*
+            pub enum $enum { $($(#[$doc])* $variant = $name;)+ }
+        }
+
+        impl std::fmt::Display for $enum {
+            fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                formatter.pad(match self { $(Self::$variant => $words),+ })
+            }
+        }
+    };
+}
+
+pub(crate) use named;
