@@ -71,8 +71,7 @@ pub struct Candidate {
 /// How far before a wall the window of a sensor is, meters: the room's walls hide what is behind them.
 const STANDOFF_M: f64 = 0.02;
 
-/// The candidates of a room, each a sensor like `like`: first those of the ceiling, row by row, then those of walls and
-/// corners along the outline. Those in furniture are left out.
+/// The candidates of a room, each a sensor like `like`: the ceiling's, then walls' and corners'; none in furniture.
 ///
 /// # Errors
 /// [`CoverageError::Value`], [`CoverageError::TooManyCandidates`], [`CoverageError::NoCandidates`].
@@ -124,8 +123,7 @@ impl Candidate {
         }
     }
 
-    /// The keys of its `[[sensor]]` table in a scene file, under another name; of a profile, which is a file of its own,
-    /// only the noise.
+    /// The keys of its `[[sensor]]` table in a scene file, under another name; of a profile only the noise.
     #[must_use]
     pub fn toml(&self, name: &str) -> String {
         let sensor = &self.sensor;

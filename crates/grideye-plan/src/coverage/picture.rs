@@ -1,7 +1,4 @@
-//! The map as a drawing that a person reads: of simple shapes, so that a program can draw them in dots as well.
-//!
-//! Nothing rests on color alone: better is darker, what is not detected or not seen is hatched, and counts are written
-//! into the cells.
+//! The map as a drawing of simple shapes: better is darker, what is not detected or not seen is hatched.
 
 use super::floor::{Floor, Kind};
 use super::map::{Blind, Map, Spot};

@@ -27,10 +27,7 @@ pub(super) enum Paint {
     Circle { color: [u8; 3], radius: f64 },
 }
 
-/// The pieces from the farthest to the nearest; those that lie on both sides of another are cut.
-///
-/// Each face in turn divides what is left into what is behind its plane, in it, and before it, as seen by the eye
-/// (Fuchs, Kedem and Naylor 1980). A stack of tasks takes the place of the tree: the eye does not move.
+/// The pieces from far to near, cut by each face's plane in turn (Fuchs, Kedem and Naylor 1980), on a stack.
 pub(super) fn far_to_near(pieces: Vec<Piece>, camera: &Camera) -> Vec<Piece> {
     let mut ordered = Vec::with_capacity(pieces.len());
     let mut tasks = vec![Task::Divide(pieces)];

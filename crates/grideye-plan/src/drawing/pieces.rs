@@ -288,8 +288,7 @@ fn add_view(
     }
 }
 
-/// The planes around what a wall hides from a point, with that on their positive sides; `None` if the wall shows the
-/// point its back.
+/// The planes around what a wall hides from a point, positive within; `None` if the wall shows the point its back.
 fn shadow(tip_m: DVec3, wall: &[DVec3]) -> Option<Vec<Plane>> {
     let plane = Plane::of_face(wall)?;
     if plane.height_m(tip_m) <= ON_WALL_M {

@@ -1,5 +1,4 @@
-//! Cuboids side by side, one for each number: how the paper builds what has many temperatures (PeerJ CS 11:e3124,
-//! "Experiment 5": each pixel of a picture is a separate object, in close proximity to others).
+//! Cuboids side by side, one for each number (PeerJ CS 11:e3124, "Experiment 5").
 
 use crate::file::document::{MosaicTable, Rows};
 use crate::file::reader::{Read, Reader};

@@ -142,10 +142,7 @@ fn profile(
         .map_err(refused)
 }
 
-/// Noise of one pixel in one frame, °C, at so many frames a second.
-///
-/// The specification gives 0.05 °C at 1 and 0.16 °C at 10. A frame of the slow mode is the mean of ten quick ones, so
-/// independent noise falls with the root of their number: `0.05 √hz`, 0.158 at 10. That is taken for all rates.
+/// Noise of one pixel in one frame, °C: 0.05 °C at 1 Hz and 0.16 °C at 10 in the specification, `0.05 √hz` at any rate.
 fn netd_c(at_1_hz_c: f64, sampling_hz: f64) -> f64 {
     at_1_hz_c * sampling_hz.sqrt()
 }
@@ -164,8 +161,7 @@ fn pose(reader: &Reader<'_>, keys: &SensorTable, name: &str, room: &Room) -> Rea
     let elevation_deg = reader.number(&keys.elevation_deg, &ELEVATION)?;
     let azimuth_deg = reader.number(&keys.azimuth_deg, &AZIMUTH)?;
     let roll_deg = reader.number_or(&keys.roll_deg, &ROLL, 0.0)?;
-    // Seen along the viewing direction with the case's lens end up, the specification's drawing has pixel 1 either at
-    // the top left or at the bottom right, as it is meant to show the chip or what the chip sees: it does not say which.
+    // The specification's drawing does not say which: it may show the chip, or what the chip sees.
     let corners = [("top-left", 0.0), ("bottom-right", 180.0)];
     let hint = "where pixel 1 is in the picture; a lens turns a picture and never mirrors it";
     let turned_deg = reader
@@ -218,8 +214,7 @@ const GRID_EYE: Preset = Preset {
     sampling_hz: 10.0,
 };
 
-/// The sensors of the paper ("Experiment setup"; "Experiment 5" for the Lepton, whose own rate is 8.7 Hz, and which
-/// has 50° on either axis there), and the Grid-EYE with the wide lens.
+/// The paper's sensors ("Experiment setup"; "Experiment 5" for the Lepton), and the Grid-EYE with the wide lens.
 const PRESETS: [Preset; 3] = [
     GRID_EYE,
     Preset {

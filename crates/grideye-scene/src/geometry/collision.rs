@@ -1,13 +1,7 @@
-//! When meshes meet: convex bodies that stand or move, and the first moment at which two of them are in one place.
+//! When convex bodies that stand or move first meet: steps of distance / speed until the distance is nothing.
 //!
-//! ```text
-//!  boxes around what each sweeps ──▶ distance of the convex bodies
-//!  meet at all?                      step on by distance / speed until it is nothing
-//! ```
-//!
-//! A step never leaps over a contact, as neither body is faster than the span's highest speed. It is at least
-//! [`STEP_M`] long, so that a contact that lasts for less than this may be missed. Bodies that are not convex are
-//! taken face by face: what counts is their surface.
+//! A step never leaps over a contact, but is at least [`STEP_M`] long: a shorter contact may be missed. Bodies that are
+//! not convex are taken face by face.
 
 use crate::geometry::distance::{Gap, gap};
 use crate::geometry::mesh::{Enclosure, Mesh};
@@ -113,8 +107,7 @@ impl Piece {
         }
     }
 
-    /// A convex face of a room, counter-clockwise from within, moved out of it by [`TOLERANCE_M`] so that bodies may
-    /// lean against it, and smaller so that it does not touch the face next to it.
+    /// A convex face of a room, counter-clockwise from within, moved out by [`TOLERANCE_M`], off its neighbors.
     pub(crate) fn of_wall(side: &[DVec3]) -> Self {
         let out_m = -TOLERANCE_M * normal(side);
         let moved: Vec<DVec3> = side.iter().map(|corner| *corner + out_m).collect();

@@ -57,9 +57,7 @@ impl Material {
 
 /// The share of a print's warmth that is left `after_s` seconds after a contact that took `contact_s`.
 ///
-/// The product of the two solutions above: that without loss, and that of an endless contact. It is exact where
-/// either loss or depth does not matter; between, it differs from the full solution by less than 0.033 of the
-/// temperature rise (a test compares it with finite differences).
+/// The product of the two solutions above, within 0.033 of the full one (a test compares it with finite differences).
 pub(crate) fn left(contact_s: f64, after_s: f64, fading_s: f64) -> f64 {
     if after_s <= 0.0 {
         return 1.0;

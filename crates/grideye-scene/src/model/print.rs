@@ -1,7 +1,4 @@
-//! Warm prints: what is left on an object where somebody stood, sat or lay.
-//!
-//! A print is a sheet a hair above the object's face, as large as the part of the face below the body, and warmer than
-//! the face by a share of what the body was warmer: all of it while the body is there, then less and less.
+//! Warm prints on an object: a sheet just above its face, which fades after a body stood, sat or lay there.
 
 use crate::geometry::Mesh;
 use crate::heat::{Material, left};

@@ -119,9 +119,7 @@ impl Room {
         self.hull.is_none()
     }
 
-    /// The outline of its floor from above, counter-clockwise, meters.
-    ///
-    /// Of a mesh it is the outline of the faces that look up; what lies under a gallery may be missing.
+    /// The outline of its floor from above, counter-clockwise, meters; of a mesh, the faces that look up.
     #[must_use]
     pub fn outline_m(&self) -> Vec<DVec2> {
         let (low_m, high_m) = self.bounds_m();
@@ -188,8 +186,7 @@ impl Room {
             .collect()
     }
 
-    /// The walls that jut into the room, so that something of it is behind them: convex faces as [`Self::convex_sides_m`]
-    /// has them; none in a convex room.
+    /// The walls that jut into the room, as convex faces; none in a convex room.
     #[must_use]
     pub fn jutting_m(&self) -> Vec<Vec<DVec3>> {
         let Some(hull) = &self.hull else {
@@ -208,9 +205,7 @@ impl Room {
         sides.into_iter().filter(juts).collect()
     }
 
-    /// What hides and is at ambient temperature: the walls that jut into the room.
-    ///
-    /// It stands a little behind them, so that what hangs on a wall, and a sensor on it, are before it.
+    /// The walls that jut into the room, set back so that what hangs on them, and a sensor there, is before them.
     pub(crate) fn screen(&self) -> Option<Body> {
         let mut vertices_m = Vec::new();
         let mut faces = Vec::new();

@@ -127,8 +127,7 @@ impl<'de> Visitor<'de> for MapVisitor {
 const DATASHEET_SIGMA_C: f64 = 0.16;
 const DATASHEET: &str = "datasheet";
 
-/// Noise against the unit's median by the place of the pixel, upper left quadrant, edge first; the rest mirrors it.
-/// Measured over the public recordings of eight and more units: the datasheet is silent beyond the central four.
+/// Noise against the unit's median in the upper left quadrant, edge first, over recordings of eight and more units.
 const NOISE_SHAPE: [[f64; 4]; 4] = [
     [1.25, 1.12, 1.07, 1.02],
     [1.14, 1.05, 0.97, 0.97],

@@ -14,8 +14,7 @@ impl Profile {
     /// Reads a profile. `origin` is the file's name as messages are to show it.
     ///
     /// # Errors
-    /// [`ProfileError`] with file, line, column, key, what was expected and what to do: unknown keys, lists of another
-    /// length than 64, and numbers out of range, not-a-number among them.
+    /// [`ProfileError`], with place, key, what was expected and what to do.
     pub fn parse(text: &str, origin: &str) -> Result<Self, ProfileError> {
         read::profile(text, origin)
     }
@@ -26,14 +25,10 @@ impl Profile {
         text::toml(self)
     }
 
-    /// What the unit measures in its tick number `index`, at time `t` since power-on, where the scene is `scene`.
+    /// What the unit of this `seed` measures of a perfect frame in 100 ms tick `index`, at `t` since power-on.
     ///
-    /// `index` counts the sensor's internal ticks of 100 ms, whatever the frame rate. The pixels of `scene` are what a
-    /// perfect sensor would see; its thermistor is the ambient temperature. `seed` is the unit and its luck.
-    ///
-    /// Every draw is one of ChaCha with 12 rounds: bytes 0 to 7 of the key are the seed, 8 to 15 the purpose (1 tick, 2
-    /// wander, 3 unit), 16 to 23 the wander's octave or zero, 24 to 31 the tag `grideyep`; the stream is the tick, the number of the
-    /// wander's knot, or 0; numbers are little-endian. A result below absolute zero is cut off there.
+    /// Draws are ChaCha with 12 rounds. Key, little-endian: seed (8), purpose (8: 1 tick, 2 wander, 3 unit), the
+    /// wander's octave or zero (8), `grideyep` (8). Stream: the tick, the wander's knot, or 0. Absolute zero cuts off.
     #[must_use]
     pub fn apply(&self, seed: u64, index: u64, t: Duration, scene: Frame) -> Frame {
         let t_s = t.as_secs_f64();
@@ -132,8 +127,7 @@ fn wander(seed: u64, at: f64, octaves: u32) -> f64 {
     sum / f64::from(octaves).sqrt()
 }
 
-/// A smooth random function of variance 1 everywhere, whose values at whole numbers are independent: any moment can be
-/// asked for without those before it.
+/// A smooth random function of variance 1 everywhere, with independent values at whole numbers.
 fn smooth(seed: u64, octave: u32, at: f64) -> f64 {
     let knot = crate::geometry::count::floor(at);
     let share = at - float(knot);

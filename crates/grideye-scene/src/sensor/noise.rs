@@ -6,12 +6,10 @@ use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use std::time::Duration;
 
-/// Adds one draw of N(0, `sigma`) to each pixel, in row order.
+/// Adds one draw of N(0, `sigma`) to each pixel, in row order; absolute zero cuts off.
 ///
-/// The generator is ChaCha with 12 rounds. Its 32-byte key is, little-endian: the seed (8), the FNV-1a hash of the
-/// sensor's name (8), the high half of the time in nanoseconds (8), and the tag `grideye1` (8). Its stream is the low
-/// half of the time. So every frame of every sensor has a stream of its own, that no other frame's count of draws
-/// can shift. A draw below absolute zero, which only a noise of hundreds of degrees makes, is cut off there.
+/// ChaCha with 12 rounds. Key, little-endian: the seed (8), the FNV-1a hash of the sensor's name (8), the high half of
+/// the time in nanoseconds (8), `grideye1` (8). Stream: the low half of the time, so that frames are independent.
 pub(crate) fn add_noise(celsius: &mut [f64], sigma: f64, seed: u64, sensor: &str, time: Duration) {
     let mut generator = generator(seed, sensor, time);
     for pixel in celsius {

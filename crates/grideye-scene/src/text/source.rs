@@ -132,8 +132,7 @@ impl Source<'_> {
     }
 }
 
-/// So many values, neither more nor fewer (serde's own arrays take a longer list and forget its end); if `ONE`, a single
-/// one stands for all of them.
+/// Exactly so many values (serde's own arrays take a longer list); if `ONE`, a single one stands for all of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bounded<T, const N: usize, const ONE: bool = false>(pub(crate) [T; N]);
 
