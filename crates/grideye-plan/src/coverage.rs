@@ -1,6 +1,6 @@
 //! Where to put sensors: what each pose sees of the floor and of a person at each place, and which few see most.
 //!
-//! [`Floor`] and [`Figure`] make a [`Survey`], which takes a [`Look`] from each candidate; [`pick`] chooses and
+//! [`Floor`] and [`Figure`] make a [`Survey`], which takes a [`Look`] from each candidate; [`pick()`] chooses and
 //! [`Map`] adds up. A cell is seen if nothing hides its ground's middle, a place if the person fits there in some turn.
 //! Contrast is `sqrt(Σ (with - without)²) / sigma` over the pixels, the d' of [`crate::separation`], of the worst turn
 //! that fits; peak is `max abs(with - without) / sigma`. Both compare noise-free pictures of

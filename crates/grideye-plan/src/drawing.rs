@@ -9,7 +9,6 @@ pub mod limits;
 mod options;
 mod painter;
 mod pieces;
-mod plane;
 mod sheet;
 
 use camera::{Camera, Panel};
@@ -112,15 +111,5 @@ fn trajectory_text(scene: &Scene, drawing: &Drawing<'_>) -> Option<String> {
 const WIDTH: f64 = 1280.0;
 const HEIGHT: f64 = 720.0;
 const LEGEND_Y: f64 = 696.0;
-const PERSPECTIVE: Panel = Panel {
-    left: 24.0,
-    top: 84.0,
-    width: 760.0,
-    height: 584.0,
-};
-const FROM_ABOVE: Panel = Panel {
-    left: 808.0,
-    top: 84.0,
-    width: 448.0,
-    height: 584.0,
-};
+const PERSPECTIVE: Panel = Panel::new(24.0, 84.0, 760.0, 584.0);
+const FROM_ABOVE: Panel = Panel::new(808.0, 84.0, 448.0, 584.0);

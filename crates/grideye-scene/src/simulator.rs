@@ -259,13 +259,7 @@ impl Simulator {
         let sensor = &self.sensor;
         match &sensor.profile {
             Some(profile) => measure(profile, sensor, &mut image, (time, seed)),
-            None => add_noise(
-                &mut image.celsius,
-                sensor.noise_sigma,
-                seed,
-                &sensor.name,
-                time,
-            ),
+            None => add_noise(&mut image.celsius, sensor, (time, seed)),
         }
         quantize(&mut image.celsius, sensor.step_c);
         self.detected(image)
@@ -348,14 +342,12 @@ impl Simulator {
         let mut built = Vec::new();
         for object in self.objects.all.iter().filter(|object| is_changing(object)) {
             let sight = Sight::new(&self.sensor.pose, &object.mesh, DVec3::ZERO);
-            built.extend(build(
-                &BodySurface::of(object, ambient_c, time_s, NOBODY),
-                &sight,
-            ));
+            let skin = BodySurface::of(object, ambient_c, time_s, NOBODY);
+            built.extend(build(&skin, &sight));
         }
         for print in &self.objects.prints {
             if let Some(surface) = print.surface(&self.objects.all, ambient_c, time_s) {
-                let sight = Sight::new(&self.sensor.pose, print.sheet(), DVec3::ZERO);
+                let sight = Sight::new(&self.sensor.pose, &print.sheet, DVec3::ZERO);
                 let skin = BodySurface {
                     surface,
                     offsets_c: &[],

@@ -78,7 +78,4 @@ pub(crate) fn columns(
     Err(reader.refused(key, span, expected, hint).into())
 }
 
-const CELL: Rule = Rule {
-    key: "temperatures_c",
-    ..TEMPERATURE
-};
+const CELL: Rule = TEMPERATURE.of("temperatures_c");

@@ -3,7 +3,7 @@
 use crate::file::document::SensorTable;
 use crate::file::reader::{Read, Reader};
 use crate::file::rule::{
-    AZIMUTH, BLUR, BLUR_PIXELS, ELEVATION, NOISE, OPERATING_DISTANCE, PIXEL_WIDTH,
+    AZIMUTH, BLUR, BLUR_PIXELS, ELEVATION, FIELD_OF_VIEW, NOISE, OPERATING_DISTANCE, PIXEL_WIDTH,
     PIXELS_PER_DEGREE, RANGE, ROLL, SAMPLING, STEP,
 };
 use crate::geometry::{Pose, count};
@@ -29,7 +29,7 @@ pub(crate) fn sensor(
     };
     let resolution = reader.resolution(&keys.resolution)?;
     let resolution = resolution.or(preset.map(|preset| preset.resolution));
-    let fov_deg = reader.fov_deg(&keys.fov_deg)?;
+    let fov_deg = reader.per_axis(&keys.fov_deg, &FIELD_OF_VIEW)?;
     let fov_deg = fov_deg.or(preset.map(|preset| preset.fov_deg));
     let sampling_hz = reader.optional(&keys.sampling_hz, &SAMPLING)?;
     let sampling_hz = sampling_hz.or(preset.map(|preset| preset.sampling_hz));
@@ -99,9 +99,8 @@ fn optics(
     if let (Some(Optics::Amg88), Some(given), false) = (chosen, given, is_amg88) {
         let expected = "\"pinhole\" for a sensor that has not 8 x 8 pixels and 60°";
         let hint = "the datasheet's map is of the AMG88 with the 60° lens; leave optics out, or resolution and fov_deg";
-        return Err(reader
-            .refused("optics", given.span(), expected, hint)
-            .into());
+        let refused = reader.refused("optics", given.span(), expected, hint);
+        return Err(refused.into());
     }
     let usual = if is_grid_eye && is_amg88 {
         Optics::Amg88
@@ -128,9 +127,8 @@ fn profile(
     if !is_small {
         let expected = "no profile for a sensor that has not 8 x 8 pixels";
         let hint = "profiles are of the Grid-EYE; give noise_sigma_c instead";
-        return Err(reader
-            .refused("profile", path.span(), expected, hint)
-            .into());
+        let refused = reader.refused("profile", path.span(), expected, hint);
+        return Err(refused.into());
     }
     let text = reader.read_below(("profile", "profile"), path)?;
     let refused = |error: ProfileError| SceneError::Profile {
@@ -164,16 +162,10 @@ fn pose(reader: &Reader<'_>, keys: &SensorTable, name: &str, room: &Room) -> Rea
     // The specification's drawing does not say which: it may show the chip, or what the chip sees.
     let corners = [("top-left", 0.0), ("bottom-right", 180.0)];
     let hint = "where pixel 1 is in the picture; a lens turns a picture and never mirrors it";
-    let turned_deg = reader
-        .choice("pixel_1", &keys.pixel_1, &corners, hint)?
-        .unwrap_or(0.0);
-    let roll_deg = roll_deg + turned_deg;
-    Ok(Pose::from_degrees(
-        position_m,
-        elevation_deg,
-        azimuth_deg,
-        roll_deg,
-    ))
+    let turned_deg = reader.choice("pixel_1", &keys.pixel_1, &corners, hint)?;
+    let roll_deg = roll_deg + turned_deg.unwrap_or(0.0);
+    let pose = Pose::from_degrees(position_m, elevation_deg, azimuth_deg, roll_deg);
+    Ok(pose)
 }
 
 fn grid_points(

@@ -8,6 +8,16 @@
 
 use std::f64::consts::PI;
 
+/// How the warmth of a body is spread over its faces, and how it changes in time.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Thermal {
+    /// By how much each face is warmer than the body, °C; empty if none is.
+    pub(crate) offsets_c: Vec<f64>,
+    pub(crate) transient: Option<Transient>,
+    /// What it is made of, if warm prints are left on it.
+    pub(crate) material: Option<Material>,
+}
+
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Transient {
     pub(crate) time_constant_s: f64,

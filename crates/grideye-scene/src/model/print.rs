@@ -20,10 +20,6 @@ pub(crate) struct Print {
 const FADED_C: f64 = 1e-3;
 
 impl Print {
-    pub(crate) const fn sheet(&self) -> &Mesh {
-        &self.sheet
-    }
-
     pub(crate) fn surface(&self, scene: &[Body], ambient_c: f64, time_s: f64) -> Option<Surface> {
         let object = scene.get(self.object)?;
         if time_s < self.contact.from_s {

@@ -68,14 +68,7 @@ impl Room {
         };
         let sides_m = faces.iter().map(side_m).collect();
         let mesh = Mesh::new(vertices_m, &faces).ok()?;
-        Self::of_hull(
-            Hull {
-                mesh,
-                outline_m,
-                sides_m,
-            },
-            ambient_c,
-        )
+        Self::of_hull(mesh, (outline_m, sides_m), ambient_c)
     }
 
     pub(crate) fn of_mesh(mesh: Mesh, ambient_c: f64) -> Option<Self> {
@@ -87,23 +80,24 @@ impl Room {
         let (low_m, high_m) = mesh.bounds_m();
         let outline_m = outline_of_floor(&sides_m)
             .unwrap_or_else(|| rectangle(low_m.truncate(), high_m.truncate()));
-        Self::of_hull(
-            Hull {
-                mesh,
-                outline_m,
-                sides_m,
-            },
-            ambient_c,
-        )
+        Self::of_hull(mesh, (outline_m, sides_m), ambient_c)
     }
 
-    fn of_hull(hull: Hull, ambient_c: f64) -> Option<Self> {
-        let (low_m, high_m) = hull.mesh.bounds_m();
-        hull.mesh.is_closed().then_some(Self {
+    fn of_hull(
+        mesh: Mesh,
+        (outline_m, sides_m): (Vec<DVec2>, Vec<Vec<DVec3>>),
+        ambient_c: f64,
+    ) -> Option<Self> {
+        let (low_m, high_m) = mesh.bounds_m();
+        mesh.is_closed().then_some(Self {
             size_m: high_m - low_m,
             ambient_c,
             low_m,
-            hull: Some(hull),
+            hull: Some(Hull {
+                mesh,
+                outline_m,
+                sides_m,
+            }),
         })
     }
 

@@ -109,17 +109,12 @@ impl Scene {
     /// # Errors
     /// [`SceneError::UnknownSensor`], which lists the names there are.
     pub fn sensor(&self, name: &str) -> Result<&Sensor, SceneError> {
-        self.sensors
-            .iter()
-            .find(|sensor| sensor.name == name)
-            .ok_or_else(|| SceneError::UnknownSensor {
-                name: name.to_owned(),
-                known: self
-                    .sensors
-                    .iter()
-                    .map(|sensor| sensor.name.clone())
-                    .collect(),
-            })
+        let sensors = || self.sensors.iter();
+        let found = sensors().find(|sensor| sensor.name == name);
+        found.ok_or_else(|| SceneError::UnknownSensor {
+            name: name.to_owned(),
+            known: sensors().map(|sensor| sensor.name.clone()).collect(),
+        })
     }
 
     /// The reading of the paper's formula that the scene asks for.

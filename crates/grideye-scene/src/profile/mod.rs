@@ -15,9 +15,7 @@
 //! # Ok::<(), grideye_scene::profile::ProfileError>(())
 //! ```
 
-mod draw;
 mod read;
-mod text;
 mod types;
 mod unit;
 

@@ -1,13 +1,15 @@
 //! What a unit with a profile measures, tick by tick.
 
 use crate::geometry::count::float;
-use crate::profile::draw::Draws;
+use crate::profile::read;
 use crate::profile::types::{
     CYCLE_TICKS, CommonMode, FixedPattern, Profile, ProfileError, Thermistor,
 };
-use crate::profile::{read, text};
 use crate::radiometry::ABSOLUTE_ZERO_C;
 use grideye_frame::{Celsius, Frame, PIXELS};
+use rand_chacha::ChaCha12Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
 use std::time::Duration;
 
 impl Profile {
@@ -22,7 +24,7 @@ impl Profile {
     /// The profile as a file that [`parse`](Self::parse) reads back to the same numbers; what has no effect is left out.
     #[must_use]
     pub fn to_toml(&self) -> String {
-        text::toml(self)
+        read::toml(self)
     }
 
     /// What the unit of this `seed` measures of a perfect frame in 100 ms tick `index`, at `t` since power-on.
@@ -147,3 +149,53 @@ fn smooth(seed: u64, octave: u32, at: f64) -> f64 {
 fn sum(celsius: Celsius, added_c: f64) -> Celsius {
     Celsius::new((f64::from(celsius.get()) + added_c).max(ABSOLUTE_ZERO_C) as f32)
 }
+
+/// The random numbers of one unit: each purpose has its own stream.
+struct Draws(ChaCha12Rng);
+
+const TICK: u64 = 1;
+const KNOT: u64 = 2;
+const SPECIMEN: u64 = 3;
+
+impl Draws {
+    fn tick(seed: u64, index: u64) -> Self {
+        Self::new(seed, TICK, 0, index)
+    }
+
+    fn knot(seed: u64, octave: u32, number: u64) -> Self {
+        Self::new(seed, KNOT, octave, number)
+    }
+
+    fn unit(seed: u64) -> Self {
+        Self::new(seed, SPECIMEN, 0, 0)
+    }
+
+    fn new(seed: u64, purpose: u64, octave: u32, stream: u64) -> Self {
+        let mut key = [0; 32];
+        key[..8].copy_from_slice(&seed.to_le_bytes());
+        key[8..16].copy_from_slice(&purpose.to_le_bytes());
+        key[16..24].copy_from_slice(&u64::from(octave).to_le_bytes());
+        key[24..].copy_from_slice(b"grideyep");
+        let mut generator = ChaCha12Rng::from_seed(key);
+        generator.set_stream(stream);
+        Self(generator)
+    }
+
+    fn normal(&mut self) -> f64 {
+        StandardNormal.sample(&mut self.0)
+    }
+
+    /// True with this probability: never at 0, always at 1.
+    fn happens(&mut self, probability: f64) -> bool {
+        let draw = f64::from(self.0.next_u32()) / TWO_TO_32;
+        draw < probability
+    }
+
+    /// One pixel, each as likely as any other.
+    fn pixel(&mut self) -> usize {
+        // 64 divides the range of a byte evenly.
+        usize::from(self.0.next_u32().to_le_bytes()[0]) % PIXELS
+    }
+}
+
+const TWO_TO_32: f64 = 4_294_967_296.0;

@@ -26,6 +26,17 @@ pub(crate) struct Rule {
     pub(crate) hint: &'static str,
 }
 
+impl Rule {
+    /// The same numbers for another key.
+    pub(crate) const fn of(self, key: &'static str) -> Self {
+        Self { key, ..self }
+    }
+
+    pub(crate) const fn with(self, key: &'static str, hint: &'static str) -> Self {
+        Self { key, hint, ..self }
+    }
+}
+
 impl Source<'_> {
     pub(crate) fn place(&self, byte: usize) -> Place {
         Place::of_byte(self.origin, self.text, byte)
