@@ -1,8 +1,6 @@
 //! The folder of a dataset: what is whole there, what is ours, and how a part gets into it.
 //!
-//! A part is written under a name of its own, locked, synced, and renamed when it is whole. Whatever moment the
-//! power fails at, a file that carries a part's name is that part. Nothing that this dataset did not write is
-//! overwritten.
+//! A part is written under another name, locked, synced, and renamed when whole; nothing else's file is overwritten.
 
 use crate::error::{Cause, DatasetError};
 use crate::manifest::Manifest;
@@ -212,8 +210,7 @@ fn check_manifest(file: &Path, manifest: &Manifest) -> Result<(), DatasetError> 
     Err(DatasetError::OtherDataset(file.to_path_buf(), differences))
 }
 
-/// Whether a file is whole and of this dataset: its own words about it stand at the beginning of one kind, at the end
-/// of the other, and either ends in a way that nothing incomplete does.
+/// Whether a file is whole and of this dataset, whose words stand at the beginning (npz) or at the end (Parquet).
 fn is_ours(mut file: File, manifest: &Manifest, table: Table) -> io::Result<bool> {
     let length = file.metadata()?.len();
     let begin = read_at(&mut file, 0, 4)?;

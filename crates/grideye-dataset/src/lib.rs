@@ -1,13 +1,6 @@
 //! Labeled frames of a scene that differs from frame to frame, in a folder of parts that many processes may fill.
 //!
-//! ```text
-//!  scene + what varies + seed ──▶ manifest (dataset.json) ──▶ parts 0, 1, 2 … of so many frames each
-//!                                                              part k belongs to shard k mod n, is made by one thread,
-//!                                                              and gets its name when it is whole and on the disk
-//! ```
-//!
-//! Frame k is a function of (scene, seed, k), and a part of its frames: how many threads and shards there are, and
-//! where the work was interrupted, cannot be told from the files. How a part is written is for an [`Output`] to know.
+//! Frame k is a function of (scene, seed, k), and a part of its frames: threads, shards and interruptions do not show.
 
 mod error;
 mod folder;

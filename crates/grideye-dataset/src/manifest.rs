@@ -44,8 +44,7 @@ pub struct Manifest {
 }
 
 impl Manifest {
-    /// What these frames are as a dataset of so many, made by that program; the frames of a part are chosen if nobody
-    /// says how many.
+    /// The manifest of a dataset of so many frames, made by that program; without `frames_per_part` it is chosen.
     ///
     /// # Errors
     /// [`DatasetError::Parts`].

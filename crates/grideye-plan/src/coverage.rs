@@ -1,27 +1,11 @@
-//! Where to put sensors: what each of many poses sees of the floor, how well it sees a person at every place, and which
-//! few of them see the most together. The title of PeerJ CS 11:e3124 promises placement, its tool leaves it to the eye.
+//! Where to put sensors: what each pose sees of the floor and of a person at each place, and which few see most.
 //!
-//! ```text
-//!  scene ──▶ Floor: cells, furniture, places where a person fits ─┐
-//!  person ──▶ Figure: standing, sitting or lying ─────────────────┼─▶ Survey ──look──▶ Look: each cell of one pose
-//!  candidates: ceiling, walls, corners, or the scene's sensors ───┘                        │
-//!                                                                    pick ◀────────────────┤ best few, greedily
-//!                                                                    Map  ◀────────────────┘ all cells of some poses
-//! ```
-//!
-//! | word | means |
-//! |---|---|
-//! | ground | the floor of a cell, or for those who sit or lie the top of a low thing on it |
-//! | seen | the middle of the cell's ground is in the field of view, and nothing stands between it and the sensor |
-//! | hidden, out of view | a blind spot behind furniture or a wall; one beside the field of view |
-//! | place | a cell with room for the person, in at least one of the turns that are tried |
-//! | contrast | `sqrt(Σ (with - without)²) / sigma` over the pixels: the signal-to-noise ratio of a matched filter, which is d' of [`crate::separation`]. Of the turns that fit the worst counts |
-//! | peak | `max abs(with - without) / sigma`: what a threshold on single pixels has |
-//!
-//! `with` and `without` are noise-free pictures of [`Simulator::without_grid`](grideye_scene::Simulator::without_grid) with the
-//! person there and with nobody; `sigma` is the sensor's noise, divided by the root of the frames that are averaged. A
-//! matched filter knows what it looks for: whoever does not, does worse, and the peak says how much at most.
-//! The scene's own agents are taken out, and objects are as they are at its start.
+//! [`Floor`] and [`Figure`] make a [`Survey`], which takes a [`Look`] from each candidate; [`pick()`] chooses and
+//! [`Map`] adds up. A cell is seen if nothing hides its ground's middle, a place if the person fits there in some turn.
+//! Contrast is `sqrt(Σ (with - without)²) / sigma` over the pixels, the d' of [`crate::separation`], of the worst turn
+//! that fits; peak is `max abs(with - without) / sigma`. Both compare noise-free pictures of
+//! [`Simulator::without_grid`](grideye_scene::Simulator::without_grid) with the person there and without the scene's
+//! agents, at its start; `sigma` is the sensor's noise by the root of the frames averaged.
 //!
 //! ```
 //! use grideye_plan::coverage::{Figure, Grain, Map, Survey, Wish};

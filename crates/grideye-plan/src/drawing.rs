@@ -1,25 +1,7 @@
-//! The view of the environment: the room, what stands and walks in it, and what the sensors see of it, as one SVG
-//! (PeerJ CS 11:e3124, "Agent configuration, placement and trajectory definition", Figures 3, 11, 12, 14, 24).
+//! The view of the environment as one self-contained SVG (PeerJ CS 11:e3124, Figures 3, 11, 12, 14, 24).
 //!
-//! | in the drawing | is |
-//! |---|---|
-//! | blue, or its own color | an object |
-//! | red, or its own color | an agent, where it is at [`Drawing::time`] |
-//! | yellow pyramid | what a sensor has in view, up to the walls |
-//! | dotted line, circles | an agent's way, and where it is when a frame is taken |
-//!
-//! Left in perspective, right from above, both with hidden surfaces removed: faces are cut where they pass through
-//! one another and painted from the far to the near. The text is the whole picture: it names no other file.
-//!
-//! ```
-//! use grideye_plan::drawing::{Drawing, svg};
-//! use grideye_scene::Scene;
-//! let text = "[room]\nsize_mm = [4000, 6000, 2700]\nambient_c = 20\n";
-//! let nothing = |_: &str| Err(std::io::Error::from(std::io::ErrorKind::NotFound));
-//! let scene = Scene::parse(text, "room.toml", &nothing)?.scene;
-//! assert!(svg(&scene, &Drawing::new("an empty room")).starts_with("<svg "));
-//! # Ok::<(), grideye_scene::SceneError>(())
-//! ```
+//! Objects are blue and agents red, unless they have a color; yellow pyramids are views, dotted lines ways, circles
+//! frames. Left in perspective, right from above; faces are cut where they meet and painted from far to near.
 
 mod camera;
 mod labels;
@@ -27,7 +9,6 @@ pub mod limits;
 mod options;
 mod painter;
 mod pieces;
-mod plane;
 mod sheet;
 
 use camera::{Camera, Panel};
@@ -130,15 +111,5 @@ fn trajectory_text(scene: &Scene, drawing: &Drawing<'_>) -> Option<String> {
 const WIDTH: f64 = 1280.0;
 const HEIGHT: f64 = 720.0;
 const LEGEND_Y: f64 = 696.0;
-const PERSPECTIVE: Panel = Panel {
-    left: 24.0,
-    top: 84.0,
-    width: 760.0,
-    height: 584.0,
-};
-const FROM_ABOVE: Panel = Panel {
-    left: 808.0,
-    top: 84.0,
-    width: 448.0,
-    height: 584.0,
-};
+const PERSPECTIVE: Panel = Panel::new(24.0, 84.0, 760.0, 584.0);
+const FROM_ABOVE: Panel = Panel::new(808.0, 84.0, 448.0, 584.0);

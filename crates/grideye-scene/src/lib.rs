@@ -1,29 +1,12 @@
 //! Scene files in, thermal frames out: what a low-resolution infrared sensor sees in a room, at any moment.
 //!
-//! ```text
-//!  scene file (TOML) ──parse──▶ Scene ──Simulator::new(sensor)──▶ image(t)     noise-free degrees
-//!  trajectories (CSV) ───┘     room                               noisy(t, seed)  one sensor frame
-//!                              objects    sampling grid           truth(t)     share of each pixel on the agent
-//!                              agent      nearest surface wins
-//!                              sensors    perceived temperature ─▶ resample to the sensor's pixels ─▶ noise
-//! ```
+//! [`Scene::parse`] reads a scene (`scenes/README.md`); a [`Simulator`] makes noise-free images, noisy frames and the truth
+//! of one sensor: by the paper's [`perceived`] temperature on a sampling grid, or by [`physical`] radiance. The library
+//! opens no file, reads no clock and owns no randomness: trajectories come from [`Files`], time and seed are arguments.
 //!
-//! | module | subject | source |
-//! |---|---|---|
-//! | [`Scene`], [`Sensor`], [`Pose`] | the file and its geometry | `scenes/README.md` |
-//! | [`perceived`] | what a surface looks like from a distance | PeerJ CS 11:e3124, "Perceived temperature calculation" |
-//! | [`physical`] | the other model: radiance averaged over each pixel's response | Planck, Stefan and Boltzmann; the AMG88's specification |
-//! | [`fit`] | numbers of the file that a recording is to tell | `scenes/README.md` |
-//! | [`Simulator`], [`Image`], [`Mask`] | frames and their truth | the same, "Sensor model implementation" |
-//!
-//! The library opens no file, reads no clock and owns no randomness: a scene asks for its trajectories through
-//! [`Files`], time and seed are arguments.
-//!
-//! # What is guaranteed to repeat
-//! A frame is a pure function of (scene, time, seed): the same bytes on any number of threads and in any order of
-//! calls. Only additions, multiplications, divisions and square roots, which IEEE 754 fixes to the last bit, and the
-//! portable functions of the `libm` crate touch a temperature, so that the bytes are the same on every machine with
-//! IEEE double precision (x86-64 and ARM; not the x87 unit of 32-bit x86). A test pins the bits of one frame.
+//! A frame is a pure function of (scene, time, seed): only additions, multiplications, divisions, square roots and the
+//! portable functions of `libm` touch a temperature, so bytes are the same on every machine with IEEE double precision
+//! (x86-64 and ARM; not the x87 unit of 32-bit x86). A test pins the bits of one frame.
 //!
 //! ```
 //! use grideye_scene::{Scene, Simulator};

@@ -10,9 +10,7 @@ use crate::sensor::{add_noise, measure, quantize};
 use glam::DVec3;
 use std::time::Duration;
 
-/// One sensor of a scene, ready to be asked for frames at any time, in any order, from any thread.
-///
-/// What stands still is cast once, when the simulator is made; a frame then costs the cells that the agents cover.
+/// One sensor of a scene, ready to be asked for frames at any time; what stands still is cast once.
 #[derive(Debug, Clone)]
 pub struct Simulator {
     sensor: Sensor,
@@ -108,9 +106,7 @@ impl Simulator {
         Self::of(scene, sensor_name, true)
     }
 
-    /// The same without a sampling grid: each pixel is the integral of what is seen, weighted by its response, which
-    /// is what the grid tends to as it gets finer. It needs neither the memory nor the aliasing of a grid. The physical
-    /// model has no grid, and is the same either way.
+    /// The same without a sampling grid: pixels are integrals, which the grid tends to. The physical model has no grid.
     ///
     /// # Errors
     /// [`SceneError::UnknownSensor`].
@@ -167,8 +163,7 @@ impl Simulator {
         })
     }
 
-    /// Makes this the simulator of a scene that [differs only in its agents](Scene::has_the_room_of), without casting
-    /// again what stands still.
+    /// Makes this the simulator of a scene that [differs only in its agents](Scene::has_the_room_of).
     pub fn set_agents(&mut self, scene: &Scene) {
         self.agents.clone_from(&scene.agents);
         self.objects = Objects::new(scene);
@@ -235,17 +230,11 @@ impl Simulator {
         }
     }
 
-    /// What the sensor reports at `time`: the image and one draw of N(0, [`Sensor::noise_sigma`]) on each pixel; or
-    /// what its [`Profile`](crate::profile::Profile) makes of it, if it has one. Then the nearest multiple of
-    /// [`Sensor::step_c`].
+    /// What the sensor reports at `time`: the image with a draw of N(0, [`Sensor::noise_sigma`]) on each pixel, or what
+    /// its [`Profile`](crate::profile::Profile) makes of it; then the nearest multiple of [`Sensor::step_c`].
     ///
-    /// A profile's unit is that of the seed, its ticks are tenths of a second from the scene's beginning, and a
-    /// frame of a slower sensor is the mean of as many ticks as it takes, up to ten, from its own on.
-    ///
-    /// The noise depends on the seed, the sensor's name and the time, and on nothing else; frames of other times or
-    /// other sensors are independent of it. It is drawn by ChaCha with 12 rounds: bytes 0 to 7 of the key are the
-    /// seed, 8 to 15 the FNV-1a hash of the name, 16 to 23 the high half of the time in nanoseconds, 24 to 31 the
-    /// tag `grideye1`; the low half of the time is the stream; numbers are little-endian.
+    /// The noise depends on seed, sensor's name and time alone. A profile's ticks are tenths of a second from the
+    /// scene's beginning; a frame of a slower sensor is the mean of up to ten ticks from its own on.
     #[must_use]
     pub fn noisy(&self, time: Duration, seed: u64) -> Image {
         self.with_noise(self.received(time), time, seed)
@@ -270,13 +259,7 @@ impl Simulator {
         let sensor = &self.sensor;
         match &sensor.profile {
             Some(profile) => measure(profile, sensor, &mut image, (time, seed)),
-            None => add_noise(
-                &mut image.celsius,
-                sensor.noise_sigma,
-                seed,
-                &sensor.name,
-                time,
-            ),
+            None => add_noise(&mut image.celsius, sensor, (time, seed)),
         }
         quantize(&mut image.celsius, sensor.step_c);
         self.detected(image)
@@ -300,8 +283,7 @@ impl Simulator {
         self.mask(time, true, |owner| owner == number(agent))
     }
 
-    /// The share of an agent that is seen at `time`: the sum of [`Self::truth_of`] over all pixels by that of
-    /// [`Self::unhidden`], 0 to 1; 0 if none of it is in view.
+    /// The share of an agent seen at `time`: [`Self::truth_of`] by [`Self::unhidden`], 0 to 1; 0 if out of view.
     #[must_use]
     pub fn visibility(&self, agent: usize, time: Duration) -> f64 {
         visibility(&self.truth_of(agent, time), &self.unhidden(agent, time))
@@ -350,8 +332,7 @@ impl Simulator {
         }
     }
 
-    /// What `build` makes of all that is not as it is in the backdrop at `time`: each part of each agent where it is,
-    /// objects that change, and prints on objects.
+    /// What `build` makes of all that changes: each part of each agent, objects that change, and prints on objects.
     fn changing_by<T>(
         &self,
         time: Duration,
@@ -361,14 +342,12 @@ impl Simulator {
         let mut built = Vec::new();
         for object in self.objects.all.iter().filter(|object| is_changing(object)) {
             let sight = Sight::new(&self.sensor.pose, &object.mesh, DVec3::ZERO);
-            built.extend(build(
-                &BodySurface::of(object, ambient_c, time_s, NOBODY),
-                &sight,
-            ));
+            let skin = BodySurface::of(object, ambient_c, time_s, NOBODY);
+            built.extend(build(&skin, &sight));
         }
         for print in &self.objects.prints {
             if let Some(surface) = print.surface(&self.objects.all, ambient_c, time_s) {
-                let sight = Sight::new(&self.sensor.pose, print.sheet(), DVec3::ZERO);
+                let sight = Sight::new(&self.sensor.pose, &print.sheet, DVec3::ZERO);
                 let skin = BodySurface {
                     surface,
                     offsets_c: &[],

@@ -71,8 +71,7 @@ pub struct Candidate {
 /// How far before a wall the window of a sensor is, meters: the room's walls hide what is behind them.
 const STANDOFF_M: f64 = 0.02;
 
-/// The candidates of a room, each a sensor like `like`: first those of the ceiling, row by row, then those of walls and
-/// corners along the outline. Those in furniture are left out.
+/// The candidates of a room, each a sensor like `like`: the ceiling's, then walls' and corners'; none in furniture.
 ///
 /// # Errors
 /// [`CoverageError::Value`], [`CoverageError::TooManyCandidates`], [`CoverageError::NoCandidates`].
@@ -124,8 +123,7 @@ impl Candidate {
         }
     }
 
-    /// The keys of its `[[sensor]]` table in a scene file, under another name; of a profile, which is a file of its own,
-    /// only the noise.
+    /// The keys of its `[[sensor]]` table in a scene file, under another name; of a profile only the noise.
     #[must_use]
     pub fn toml(&self, name: &str) -> String {
         let sensor = &self.sensor;
@@ -277,14 +275,12 @@ fn directions(place: &Place, mounts: &Mounts, like: &Sensor) -> Vec<(f64, f64)> 
             Mount::Wall => mounts.wall_headings_deg.as_slice(),
             _ => &straight,
         };
-        let all = mounts.wall_downs_deg.iter();
-        return all
-            .flat_map(|down| {
-                headings
-                    .iter()
-                    .map(|heading| (*down, azimuth(place.inward_deg + heading)))
-            })
-            .collect();
+        let of_down = |down: &f64| {
+            let headings = headings.iter().copied();
+            let down = *down;
+            headings.map(move |heading| (down, azimuth(place.inward_deg + heading)))
+        };
+        return mounts.wall_downs_deg.iter().flat_map(of_down).collect();
     }
     let field = like.field_of_view_rad;
     let is_square = field.x == field.y && like.columns == like.rows;
@@ -307,12 +303,8 @@ fn directions(place: &Place, mounts: &Mounts, like: &Sensor) -> Vec<(f64, f64)> 
 
 fn azimuth(degrees: f64) -> f64 {
     let tenths = (degrees * 10.0).round().rem_euclid(3600.0);
-    let tenths = if tenths > 1800.0 {
-        tenths - 3600.0
-    } else {
-        tenths
-    };
-    tenths / 10.0
+    let turns = if tenths > 1800.0 { 3600.0 } else { 0.0 };
+    (tenths - turns) / 10.0
 }
 
 fn check(mounts: &Mounts) -> Result<(), CoverageError> {
@@ -325,13 +317,8 @@ fn check(mounts: &Mounts) -> Result<(), CoverageError> {
         let wrong = values.iter().find(|value| !(low..=90.0).contains(*value));
         if let Some(wrong) = wrong {
             let hint = "tilts count from straight down, angles on walls from the level and from straight into the room";
-            let expected = format!("{low}° to 90°");
-            return Err(CoverageError::value(
-                what,
-                &format!("{wrong}°"),
-                expected,
-                hint,
-            ));
+            let (found, expected) = (format!("{wrong}°"), format!("{low}° to 90°"));
+            return Err(CoverageError::value(what, &found, expected, hint));
         }
     }
     let heights = mounts.wall_heights_m.iter();

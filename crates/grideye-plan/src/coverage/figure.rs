@@ -41,8 +41,7 @@ impl Figure {
         Self::new(Posture::Standing, PAPER_SIZE_M, PAPER_SURFACE)
     }
 
-    /// A person of this size when standing (depth, width across the shoulders, height, meters), in a posture: one
-    /// cuboid that stands or lies, or trunk and thighs of one who sits.
+    /// A person of this size when standing (depth, width, height, meters), in a posture: one or two cuboids.
     #[must_use]
     pub fn new(posture: Posture, size_m: DVec3, surface: Surface) -> Self {
         let DVec3 {

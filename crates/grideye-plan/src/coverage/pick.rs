@@ -42,8 +42,7 @@ impl Default for Wish {
 pub struct Pick {
     /// One more pose after the other.
     pub steps: Vec<Step>,
-    /// Whether the objective is submodular, so that each step reaches at least 1 - 1/e of what the best choice of as
-    /// many adds to the poses that are there anyway (Nemhauser, Wolsey and Fisher 1978). [`Rule::Together`] is not.
+    /// Whether each step adds at least 1 - 1/e of the best (Nemhauser et al. 1978); not by [`Rule::Together`].
     pub is_submodular: bool,
 }
 
@@ -52,18 +51,13 @@ pub struct Pick {
 pub struct Step {
     /// Its place among the looks.
     pub chosen: usize,
-    /// The objective with this and all poses before it, 0 to 1: the mean over all places of the sensors that detect a
-    /// person there, counted up to [`Wish::sensors_min`], as a part of it. With one wanted sensor that is the share of
-    /// places at which a person is detected.
+    /// With this and all poses before: mean over places of detecting sensors, as a share of [`Wish::sensors_min`].
     pub objective: f64,
-    /// What no choice of as many poses can exceed, if the objective is submodular: the least, over all steps so far, of
-    /// what was reached and the largest single gains that were then left.
+    /// What no choice of as many poses can exceed, if the objective is submodular.
     pub objective_max: Option<f64>,
 }
 
-/// Chooses up to `count` of the looks beside those that are `kept` anyway, one after the other: each time the one with
-/// which the objective rises most; of those that raise it as much, the one that adds most contrast up to twice the
-/// threshold; then the first. It ends early when no pose adds anything.
+/// Chooses up to `count` looks beside the `kept`, greedily by objective, then by contrast up to twice the threshold.
 ///
 /// # Errors
 /// [`CoverageError::Value`].
@@ -114,8 +108,7 @@ pub fn pick(
     })
 }
 
-/// No choice of j poses exceeds what is reached by any set, and the j largest gains that are then left: the objective is
-/// submodular and does not fall.
+/// No choice of j poses exceeds any set's reach with the j largest gains then left, as the objective is submodular.
 fn tighten(bounds: &mut [f64], reached: f64, gains: &[Gain]) {
     let mut largest: Vec<f64> = gains.iter().map(|gain| gain.objective).collect();
     largest.sort_by(|one, other| other.total_cmp(one));

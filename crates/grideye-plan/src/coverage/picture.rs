@@ -1,7 +1,4 @@
-//! The map as a drawing that a person reads: of simple shapes, so that a program can draw them in dots as well.
-//!
-//! Nothing rests on color alone: better is darker, what is not detected or not seen is hatched, and counts are written
-//! into the cells.
+//! The map as a drawing of simple shapes: better is darker, what is not detected or not seen is hatched.
 
 use super::floor::{Floor, Kind};
 use super::map::{Blind, Map, Spot};
@@ -39,12 +36,8 @@ impl MapDrawing<'_> {
         let mut sketch = Sketch::new(WIDTH, high + BELOW);
         let at = DVec2::new(MARGIN, 30.0);
         sketch.text(at, Anchor::Start, 18.0, self.title);
-        sketch.text(
-            at + DVec2::new(0.0, 22.0),
-            Anchor::Start,
-            12.0,
-            self.summary,
-        );
+        let below = at + DVec2::new(0.0, 22.0);
+        sketch.text(below, Anchor::Start, 12.0, self.summary);
         let panels = [
             ("Contrast of a person at each place", MARGIN),
             ("Sensors that see the floor", MARGIN + PANEL + GAP),
@@ -75,8 +68,9 @@ impl MapDrawing<'_> {
             Kind::Tight => sketch.rectangle(cell, TIGHT),
             Kind::Place => {
                 let band = band(spot.contrast(self.wish.rule) / self.wish.sigma_min);
-                sketch.rectangle(cell, BANDS[band]);
-                hatch(sketch, cell, HATCHES_OF_BANDS[band]);
+                let (fill, how) = BANDS[band];
+                sketch.rectangle(cell, fill);
+                hatch(sketch, cell, how);
             }
         }
     }
@@ -128,11 +122,8 @@ impl MapDrawing<'_> {
 
     fn markers(&self, sketch: &mut Sketch, to_page: &FloorToPage) {
         for (name, sensor) in self.sensors {
-            let footprint = ground::in_view_m(self.scene.room(), sensor);
-            let on_page: Vec<DVec2> = footprint
-                .iter()
-                .map(|corner| to_page.page(*corner))
-                .collect();
+            let footprint = ground::in_view_m(self.scene.room(), sensor).into_iter();
+            let on_page: Vec<DVec2> = footprint.map(|corner| to_page.page(corner)).collect();
             sketch.dashed(&on_page);
             let at = to_page.page(sensor.pose.position_m.truncate());
             let forward = sensor.pose.world_from_sensor().x_axis;
@@ -151,18 +142,18 @@ impl MapDrawing<'_> {
 
     fn legend(&self, sketch: &mut Sketch, top: f64) {
         let least = self.wish.sigma_min;
-        let number = |factor: f64| format!("{}", (factor * least * 10.0).round() / 10.0);
         let mut at = DVec2::new(MARGIN, top);
+        let ends = BAND_ENDS.map(|end| (end * least * 10.0).round() / 10.0);
         let names = [
-            format!("below {} \u{3c3}", number(1.0 / 3.0)),
-            format!("to {} \u{3c3}: not detected", number(1.0)),
-            format!("to {} \u{3c3}", number(2.0)),
-            format!("to {} \u{3c3}", number(4.0)),
-            format!("to {} \u{3c3}", number(8.0)),
+            format!("below {} \u{3c3}", ends[0]),
+            format!("to {} \u{3c3}: not detected", ends[1]),
+            format!("to {} \u{3c3}", ends[2]),
+            format!("to {} \u{3c3}", ends[3]),
+            format!("to {} \u{3c3}", ends[4]),
             "more".to_owned(),
         ];
-        for (band, name) in names.iter().enumerate() {
-            at = swatch(sketch, at, (BANDS[band], HATCHES_OF_BANDS[band]), name);
+        for (band, name) in BANDS.into_iter().zip(&names) {
+            at = swatch(sketch, at, band, name);
         }
         at = DVec2::new(MARGIN, top + 24.0);
         at = swatch(sketch, at, (FURNITURE, Hatch::None), "furniture");
@@ -291,8 +282,7 @@ fn swatch(sketch: &mut Sketch, at: DVec2, (fill, how): ([u8; 3], Hatch), name: &
 }
 
 fn band(part: f64) -> usize {
-    let ends = [1.0 / 3.0, 1.0, 2.0, 4.0, 8.0];
-    ends.iter().filter(|end| part >= **end).count()
+    BAND_ENDS.iter().filter(|end| part >= **end).count()
 }
 
 const WIDTH: f64 = 1240.0;
@@ -306,22 +296,15 @@ const RULER: f64 = 34.0;
 const LEGEND: f64 = 62.0;
 const BELOW: f64 = 128.0;
 
+const BAND_ENDS: [f64; 5] = [1.0 / 3.0, 1.0, 2.0, 4.0, 8.0];
 /// Lighter is worse; what is not detected is hatched besides.
-const BANDS: [[u8; 3]; 6] = [
-    [255, 255, 255],
-    [250, 240, 225],
-    [205, 224, 240],
-    [140, 186, 220],
-    [62, 130, 186],
-    [8, 64, 120],
-];
-const HATCHES_OF_BANDS: [Hatch; 6] = [
-    Hatch::Crossed,
-    Hatch::Lines,
-    Hatch::None,
-    Hatch::None,
-    Hatch::None,
-    Hatch::None,
+const BANDS: [([u8; 3], Hatch); 6] = [
+    ([255, 255, 255], Hatch::Crossed),
+    ([250, 240, 225], Hatch::Lines),
+    ([205, 224, 240], Hatch::None),
+    ([140, 186, 220], Hatch::None),
+    ([62, 130, 186], Hatch::None),
+    ([8, 64, 120], Hatch::None),
 ];
 const COUNTS: [[u8; 3]; 4] = [
     [225, 238, 225],
@@ -342,7 +325,7 @@ mod tests {
         let luminance = |[red, green, blue]: [u8; 3]| {
             0.2126 * f64::from(red) + 0.7152 * f64::from(green) + 0.0722 * f64::from(blue)
         };
-        for scale in [&BANDS[..], &COUNTS[..]] {
+        for scale in [&BANDS.map(|(fill, _)| fill)[..], &COUNTS[..]] {
             for pair in scale.windows(2) {
                 assert!(luminance(pair[0]) > luminance(pair[1]) + 10.0, "{pair:?}");
             }
@@ -351,9 +334,7 @@ mod tests {
 
     #[test]
     fn bands_begin_at_what_is_wanted() {
-        assert_eq!(
-            [0.0, 0.34, 0.999, 1.0, 2.0, 100.0].map(band),
-            [0, 1, 1, 2, 3, 5]
-        );
+        let found = [0.0, 0.34, 0.999, 1.0, 2.0, 100.0].map(band);
+        assert_eq!(found, [0, 1, 1, 2, 3, 5]);
     }
 }

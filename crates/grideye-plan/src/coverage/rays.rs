@@ -105,8 +105,7 @@ fn meets(face: &[DVec3], from_m: DVec3, to_m: DVec3) -> bool {
     sides.all(|side| side >= 0.0)
 }
 
-/// The height at which the vertical through a point of the floor goes through a face: through each of two that share
-/// an edge never both.
+/// The height at which the vertical through a point meets a face; of two that share an edge only one counts.
 fn height(face: &[DVec3], at_m: DVec2) -> Option<f64> {
     let next = face.iter().cycle().skip(1);
     let mut is_within = false;

@@ -84,13 +84,11 @@ impl Survey {
         &self.empty
     }
 
-    /// What each of these sensors sees; `after_each` is called when one of them has looked, from any thread.
-    ///
-    /// The result is the same on any number of threads.
+    /// What each of these sensors sees, the same on any number of threads; `after_each` is called after each look.
     ///
     /// # Errors
-    /// [`CoverageError::NoCandidates`], [`CoverageError::TooManyCandidates`], [`CoverageError::TooManyPairs`],
-    /// [`CoverageError::NoNoise`], [`CoverageError::Value`], and what keeps a sensor from being simulated.
+    /// [`CoverageError::NoCandidates`], [`CoverageError::TooManyCandidates`], [`CoverageError::TooManyPairs`], and of
+    /// [`Self::look`].
     pub fn look_all(
         &self,
         sensors: &[Sensor],

@@ -1,14 +1,20 @@
 //! From the room to the page, in perspective or straight down.
 
-use super::plane::Plane;
 use glam::{DVec2, DVec3};
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Panel {
-    pub(super) left: f64,
-    pub(super) top: f64,
-    pub(super) width: f64,
-    pub(super) height: f64,
+    pub(super) corner: DVec2,
+    pub(super) size: DVec2,
+}
+
+impl Panel {
+    pub(super) const fn new(left: f64, top: f64, width: f64, height: f64) -> Self {
+        Self {
+            corner: DVec2::new(left, top),
+            size: DVec2::new(width, height),
+        }
+    }
 }
 
 #[derive(Debug, Clone)]
@@ -91,14 +97,46 @@ impl Camera {
             low = low.min(at);
             high = high.max(at);
         }
-        let room = DVec2::new(panel.width, panel.height) - 2.0 * MARGIN;
+        let room = panel.size - 2.0 * MARGIN;
         self.scale = (room / (high - low).max(DVec2::splat(1e-9))).min_element();
-        let middle = DVec2::new(
-            panel.left + 0.5 * panel.width,
-            panel.top + 0.5 * panel.height,
-        );
+        let middle = panel.corner + 0.5 * panel.size;
         self.offset = middle - self.scale * 0.5 * (low + high);
         self
+    }
+}
+
+/// A plane: the points whose product with `normal`, of length 1, is `offset_m`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Plane {
+    pub(super) normal: DVec3,
+    pub(super) offset_m: f64,
+}
+
+impl Plane {
+    pub(super) const fn new(normal: DVec3, offset_m: f64) -> Self {
+        Self { normal, offset_m }
+    }
+
+    /// The plane of a flat face, by Newell's sum; `None` if it has no area.
+    pub(super) fn of_face(points_m: &[DVec3]) -> Option<Self> {
+        let (first, last) = (*points_m.first()?, *points_m.last()?);
+        let mut previous = last;
+        let mut sum = DVec3::ZERO;
+        for point in points_m {
+            sum += (previous - first).cross(*point - first);
+            previous = *point;
+        }
+        let normal = sum.try_normalize()?;
+        Some(Self::new(normal, normal.dot(first)))
+    }
+
+    /// The same plane, seen from its other side.
+    pub(super) fn opposite(self) -> Self {
+        Self::new(-self.normal, -self.offset_m)
+    }
+
+    pub(super) fn height_m(&self, point_m: DVec3) -> f64 {
+        self.normal.dot(point_m) - self.offset_m
     }
 }
 
@@ -114,12 +152,7 @@ mod tests {
     use super::*;
 
     const BOUNDS_M: (DVec3, DVec3) = (DVec3::ZERO, DVec3::new(4.0, 6.0, 2.7));
-    const PANEL: Panel = Panel {
-        left: 100.0,
-        top: 50.0,
-        width: 500.0,
-        height: 400.0,
-    };
+    const PANEL: Panel = Panel::new(100.0, 50.0, 500.0, 400.0);
 
     #[test]
     fn the_map_has_right_at_the_right_back_at_the_top_and_one_scale() {
@@ -145,29 +178,16 @@ mod tests {
         assert!(length(near, near + up) > 1.2 * length(far, far + up));
         assert!(camera.project(up).y < camera.project(DVec3::ZERO).y);
         assert!(camera.project(DVec3::X).x > camera.project(DVec3::ZERO).x);
-        for corner in [
-            near,
-            far,
-            DVec3::new(4.0, 0.0, 2.7),
-            DVec3::new(0.0, 6.0, 2.7),
-        ] {
-            let at = camera.project(corner);
-            assert!(
-                at.x >= 100.0 + MARGIN - 1e-9 && at.x <= 600.0 - MARGIN + 1e-9,
-                "{at}"
-            );
-            assert!(
-                at.y >= 50.0 + MARGIN - 1e-9 && at.y <= 450.0 - MARGIN + 1e-9,
-                "{at}"
-            );
+        let margin = DVec2::splat(MARGIN - 1e-9);
+        let (right, left) = (DVec3::new(4.0, 0.0, 2.7), DVec3::new(0.0, 6.0, 2.7));
+        for corner in [near, far, right, left] {
+            let from_corner = camera.project(corner) - PANEL.corner;
+            let inside = from_corner.clamp(margin, PANEL.size - margin);
+            assert_eq!(from_corner, inside, "{corner}");
         }
         // A straight line stays straight.
         let (from, to) = (DVec3::new(0.5, 1.0, 0.2), DVec3::new(3.0, 5.0, 2.0));
-        let (a, b, c) = (
-            camera.project(from),
-            camera.project(0.5 * (from + to)),
-            camera.project(to),
-        );
+        let [a, b, c] = [from, 0.5 * (from + to), to].map(|point| camera.project(point));
         assert!((b - a).perp_dot(c - a).abs() < 1e-6);
     }
 
@@ -177,22 +197,11 @@ mod tests {
             Camera::perspective(BOUNDS_M, &PANEL),
             Camera::from_above(BOUNDS_M, &PANEL),
         ] {
-            let floor = Plane {
-                normal: DVec3::Z,
-                offset_m: 0.0,
-            };
-            assert!(camera.side_of(&floor) > 0.0);
+            assert!(camera.side_of(&Plane::new(DVec3::Z, 0.0)) > 0.0);
         }
-        let front = Plane {
-            normal: -DVec3::Y,
-            offset_m: 0.0,
-        };
-        assert!(Camera::perspective(BOUNDS_M, &PANEL).side_of(&front) > 0.0);
+        let camera = Camera::perspective(BOUNDS_M, &PANEL);
+        assert!(camera.side_of(&Plane::new(-DVec3::Y, 0.0)) > 0.0);
         // The eye is to the left of the room's middle, and not endlessly far: of a plane farther left it sees the right.
-        let far_left = Plane {
-            normal: -DVec3::X,
-            offset_m: 1000.0,
-        };
-        assert!(Camera::perspective(BOUNDS_M, &PANEL).side_of(&far_left) < 0.0);
+        assert!(camera.side_of(&Plane::new(-DVec3::X, 1000.0)) < 0.0);
     }
 }

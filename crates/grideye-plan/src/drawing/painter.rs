@@ -1,8 +1,8 @@
 //! Far before near: pieces are put into an order in which each may be painted over those before it.
 
-use super::camera::Camera;
-use super::plane::Plane;
+use super::camera::{Camera, Plane};
 use glam::DVec3;
+use grideye_scene::count;
 
 #[derive(Debug, Clone)]
 pub(super) struct Piece {
@@ -27,10 +27,18 @@ pub(super) enum Paint {
     Circle { color: [u8; 3], radius: f64 },
 }
 
-/// The pieces from the farthest to the nearest; those that lie on both sides of another are cut.
-///
-/// Each face in turn divides what is left into what is behind its plane, in it, and before it, as seen by the eye
-/// (Fuchs, Kedem and Naylor 1980). A stack of tasks takes the place of the tree: the eye does not move.
+impl Piece {
+    /// A line, a point, or a face that is still to get its corners.
+    pub(super) const fn without_edges(points_m: Vec<DVec3>, paint: Paint) -> Self {
+        Self {
+            points_m,
+            edges: Vec::new(),
+            paint,
+        }
+    }
+}
+
+/// The pieces from far to near, cut by each face's plane in turn (Fuchs, Kedem and Naylor 1980), on a stack.
 pub(super) fn far_to_near(pieces: Vec<Piece>, camera: &Camera) -> Vec<Piece> {
     let mut ordered = Vec::with_capacity(pieces.len());
     let mut tasks = vec![Task::Divide(pieces)];
@@ -74,11 +82,9 @@ struct Divided {
 
 fn turned_to(plane: Plane, camera: &Camera) -> Plane {
     if camera.side_of(&plane) >= 0.0 {
-        return plane;
-    }
-    Plane {
-        normal: -plane.normal,
-        offset_m: -plane.offset_m,
+        plane
+    } else {
+        plane.opposite()
     }
 }
 
@@ -114,9 +120,7 @@ fn cost(plane: &Plane, pieces: &[Piece]) -> usize {
 
 fn reach_m(piece: &Piece, plane: &Plane) -> (f64, f64) {
     let heights = piece.points_m.iter().map(|point| plane.height_m(*point));
-    heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), height| {
-        (low.min(height), high.max(height))
-    })
+    count::range(heights)
 }
 
 fn divide(pieces: Vec<Piece>, plane: &Plane) -> Divided {
@@ -143,11 +147,7 @@ fn cut(piece: &Piece, plane: &Plane) -> (Option<Piece>, Option<Piece>) {
     if let Paint::Line { .. } = piece.paint {
         return cut_line(piece, plane);
     }
-    let empty = || Piece {
-        points_m: Vec::new(),
-        edges: Vec::new(),
-        paint: piece.paint,
-    };
+    let empty = || Piece::without_edges(Vec::new(), piece.paint);
     let (mut below, mut above) = (empty(), empty());
     let corners = piece.points_m.len();
     for index in 0..corners {
@@ -205,20 +205,14 @@ mod tests {
     use super::super::camera::Panel;
     use super::*;
 
-    const PANEL: Panel = Panel {
-        left: 0.0,
-        top: 0.0,
-        width: 400.0,
-        height: 400.0,
-    };
-    const BOUNDS_M: (DVec3, DVec3) = (DVec3::ZERO, DVec3::splat(4.0));
+    fn camera() -> Camera {
+        let bounds_m = (DVec3::ZERO, DVec3::splat(4.0));
+        Camera::from_above(bounds_m, &Panel::new(0.0, 0.0, 400.0, 400.0))
+    }
 
-    fn face(color: u8, corners: &[[f64; 3]]) -> Piece {
+    fn face(color: u8, corners: [DVec3; 4]) -> Piece {
         Piece {
-            points_m: corners
-                .iter()
-                .map(|corner| DVec3::from_array(*corner))
-                .collect(),
+            points_m: corners.to_vec(),
             edges: vec![true; corners.len()],
             paint: Paint::Face {
                 fill: [color, 0, 0],
@@ -229,15 +223,13 @@ mod tests {
     }
 
     fn level(color: u8, height: f64) -> Piece {
-        face(
-            color,
-            &[
-                [0.0, 0.0, height],
-                [4.0, 0.0, height],
-                [4.0, 4.0, height],
-                [0.0, 4.0, height],
-            ],
-        )
+        let corners = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)];
+        face(color, corners.map(|(x, y)| DVec3::new(x, y, height)))
+    }
+
+    fn line(from: [f64; 3], to: [f64; 3]) -> Piece {
+        let points_m = [from, to].map(DVec3::from_array).to_vec();
+        Piece::without_edges(points_m, Paint::Line { color: [9, 0, 0] })
     }
 
     fn colors(pieces: &[Piece]) -> Vec<u8> {
@@ -250,26 +242,9 @@ mod tests {
 
     #[test]
     fn higher_is_painted_later_seen_from_above_whatever_the_order_was() {
-        let camera = Camera::from_above(BOUNDS_M, &PANEL);
-        for order in [
-            [1.0, 2.0, 3.0],
-            [3.0, 1.0, 2.0],
-            [2.0, 3.0, 1.0],
-            [3.0, 2.0, 1.0],
-        ] {
-            let pieces = order.map(|height| {
-                level(
-                    if height > 2.5 {
-                        3
-                    } else if height > 1.5 {
-                        2
-                    } else {
-                        1
-                    },
-                    height,
-                )
-            });
-            assert_eq!(colors(&far_to_near(pieces.to_vec(), &camera)), [1, 2, 3]);
+        for order in [[1, 2, 3], [3, 1, 2], [2, 3, 1], [3, 2, 1]] {
+            let pieces = order.map(|color| level(color, f64::from(color)));
+            assert_eq!(colors(&far_to_near(pieces.to_vec(), &camera())), [1, 2, 3]);
         }
     }
 
@@ -278,15 +253,7 @@ mod tests {
     fn faces_that_overlap_in_a_circle_are_cut() {
         let bar = |color, from: [f64; 3], to: [f64; 3], wide: [f64; 3]| {
             let [a, b, w] = [from, to, wide].map(DVec3::from_array);
-            face(
-                color,
-                &[
-                    (a - w).to_array(),
-                    (b - w).to_array(),
-                    (b + w).to_array(),
-                    (a + w).to_array(),
-                ],
-            )
+            face(color, [a - w, b - w, b + w, a + w])
         };
         let pieces = vec![
             bar(1, [0.0, 1.0, 1.0], [4.0, 1.0, 2.0], [0.0, 0.3, 0.0]),
@@ -294,8 +261,7 @@ mod tests {
             bar(3, [4.0, 3.0, 1.0], [0.0, 3.0, 2.0], [0.0, 0.3, 0.0]),
             bar(4, [1.0, 4.0, 1.0], [1.0, 0.0, 2.0], [0.3, 0.0, 0.0]),
         ];
-        let camera = Camera::from_above(BOUNDS_M, &PANEL);
-        let ordered = far_to_near(pieces, &camera);
+        let ordered = far_to_near(pieces, &camera());
         assert!(ordered.len() > 4);
         // Whatever is painted last at a crossing is the bar that is higher there.
         for (x, y) in [(1.0, 1.0), (3.0, 1.0), (3.0, 3.0), (1.0, 3.0)] {
@@ -304,17 +270,11 @@ mod tests {
                 let plane = Plane::of_face(&piece.points_m).unwrap();
                 -plane.height_m(at) / plane.normal.z
             };
-            let heights: Vec<f64> = ordered
-                .iter()
-                .filter(|piece| covers(piece, x, y))
-                .map(height)
-                .collect();
+            let there = ordered.iter().filter(|piece| covers(piece, x, y));
+            let heights: Vec<f64> = there.map(height).collect();
             assert!(heights.len() >= 2, "{heights:?}");
-            let last = heights.last().unwrap();
-            assert!(
-                heights.iter().all(|height| height <= last),
-                "{heights:?} at {x}, {y}"
-            );
+            let highest = heights.iter().copied().fold(f64::MIN, f64::max);
+            assert_eq!(heights.last(), Some(&highest), "{heights:?} at {x}, {y}");
         }
     }
 
@@ -330,42 +290,25 @@ mod tests {
 
     #[test]
     fn a_line_is_hidden_where_it_runs_below() {
-        let camera = Camera::from_above(BOUNDS_M, &PANEL);
-        let line = Piece {
-            points_m: vec![DVec3::new(2.0, 2.0, 0.0), DVec3::new(2.0, 2.0, 4.0)],
-            edges: Vec::new(),
-            paint: Paint::Line { color: [9, 0, 0] },
-        };
-        assert_eq!(
-            colors(&far_to_near(vec![line, level(1, 2.0)], &camera)),
-            [9, 1, 9]
-        );
+        let pieces = vec![line([2.0, 2.0, 0.0], [2.0, 2.0, 4.0]), level(1, 2.0)];
+        assert_eq!(colors(&far_to_near(pieces, &camera())), [9, 1, 9]);
     }
 
     #[test]
     fn a_line_in_a_face_is_painted_on_it_and_a_face_seen_from_its_back_hides_as_well() {
-        let camera = Camera::from_above(BOUNDS_M, &PANEL);
-        let line = Piece {
-            points_m: vec![DVec3::new(1.0, 2.0, 2.0), DVec3::new(3.0, 2.0, 2.0)],
-            edges: Vec::new(),
-            paint: Paint::Line { color: [9, 0, 0] },
-        };
+        let line = line([1.0, 2.0, 2.0], [3.0, 2.0, 2.0]);
         let mut downwards = level(1, 2.0);
         downwards.points_m.reverse();
         for sheet in [level(1, 2.0), downwards] {
             let pieces = vec![line.clone(), level(3, 3.0), sheet, level(2, 1.0)];
-            assert_eq!(colors(&far_to_near(pieces, &camera)), [2, 1, 9, 3]);
+            assert_eq!(colors(&far_to_near(pieces, &camera())), [2, 1, 9, 3]);
         }
     }
 
     #[test]
     fn cutting_keeps_the_area_and_draws_no_edge_along_the_cut() {
         let square = level(1, 1.0);
-        let plane = Plane {
-            normal: DVec3::X,
-            offset_m: 1.0,
-        };
-        let (below, above) = cut(&square, &plane);
+        let (below, above) = cut(&square, &Plane::new(DVec3::X, 1.0));
         let area = |piece: &Piece| {
             let points = &piece.points_m;
             let sum: f64 = (0..points.len())
@@ -376,17 +319,13 @@ mod tests {
         let (below, above) = (below.unwrap(), above.unwrap());
         assert!((area(&below) - 4.0).abs() < 1e-12 && (area(&above) - 12.0).abs() < 1e-12);
         for part in [below, above] {
-            assert_eq!(
-                part.edges.iter().filter(|drawn| !**drawn).count(),
-                1,
-                "{part:?}"
-            );
-            let corner = part.edges.iter().position(|drawn| !drawn).unwrap();
-            let (from, to) = (
-                part.points_m[corner],
-                part.points_m[(corner + 1) % part.points_m.len()],
-            );
-            assert!((from.x - 1.0).abs() < 1e-12 && (to.x - 1.0).abs() < 1e-12);
+            let hidden: Vec<usize> = (0..part.edges.len())
+                .filter(|corner| !part.edges[*corner])
+                .collect();
+            assert_eq!(hidden.len(), 1, "{part:?}");
+            for end in [hidden[0], (hidden[0] + 1) % part.points_m.len()] {
+                assert!((part.points_m[end].x - 1.0).abs() < 1e-12);
+            }
         }
     }
 }

@@ -1,10 +1,9 @@
 //! What is in the room, as flat pieces to paint.
 
-use super::camera::Camera;
+use super::camera::{Camera, Plane};
 use super::limits;
 use super::options::Drawing;
 use super::painter::{Paint, Piece, clipped};
-use super::plane::Plane;
 use glam::DVec3;
 use grideye_scene::{Agent, Cuboid, Mesh, Room, Scene, Sensor, count};
 use std::collections::HashMap;
@@ -125,15 +124,12 @@ fn box_around(mesh: &Mesh) -> Mesh {
 fn add_solid(pieces: &mut Vec<Piece>, mesh: &Mesh, color: [u8; 3], camera: &Camera) {
     let outlines: Vec<&[usize]> = mesh.faces().collect();
     let points_m = |outline: &[usize]| -> Vec<DVec3> {
-        outline
-            .iter()
-            .map(|corner| mesh.vertices_m()[*corner])
-            .collect()
+        let corners = outline.iter();
+        corners.map(|corner| mesh.vertices_m()[*corner]).collect()
     };
-    let planes: Vec<Option<Plane>> = outlines
-        .iter()
-        .map(|outline| Plane::of_face(&points_m(outline)))
-        .collect();
+    let planes = outlines.iter();
+    let planes = planes.map(|outline| Plane::of_face(&points_m(outline)));
+    let planes: Vec<Option<Plane>> = planes.collect();
     let mut beside: HashMap<(usize, usize), Vec<usize>> = HashMap::new();
     for (face, outline) in outlines.iter().enumerate() {
         for edge in edges(outline) {
@@ -146,11 +142,7 @@ fn add_solid(pieces: &mut Vec<Piece>, mesh: &Mesh, color: [u8; 3], camera: &Came
         let Some(plane) = planes[face].filter(|_| is_open || seen(face)) else {
             continue;
         };
-        let normal = if seen(face) {
-            plane.normal
-        } else {
-            -plane.normal
-        };
+        let shown = if seen(face) { plane } else { plane.opposite() };
         let is_drawn = |edge: (usize, usize)| {
             beside.get(&edge).is_none_or(|faces| match faces[..] {
                 [one, other] => seen(one) != seen(other) || is_crease(planes[one], planes[other]),
@@ -161,7 +153,7 @@ fn add_solid(pieces: &mut Vec<Piece>, mesh: &Mesh, color: [u8; 3], camera: &Came
             points_m: points_m(outline),
             edges: edges(outline).map(is_drawn).collect(),
             paint: Paint::Face {
-                fill: shaded(color, normal),
+                fill: shaded(color, shown.normal),
                 opacity: 1.0,
                 edge: color.map(|part| part / 2),
             },
@@ -195,26 +187,15 @@ fn add_trajectory(pieces: &mut Vec<Piece>, agent: &Agent, sensor: Option<&Sensor
     let Some(trajectory) = &agent.trajectory else {
         return;
     };
-    let color = agent
-        .parts
-        .iter()
-        .find_map(|part| part.color)
-        .unwrap_or(AGENT);
-    for leg in trajectory.waypoints_m().windows(2) {
-        pieces.push(Piece {
-            points_m: leg.to_vec(),
-            edges: Vec::new(),
-            paint: Paint::Line { color },
-        });
-    }
+    let color = agent.parts.iter().find_map(|part| part.color);
+    let color = color.unwrap_or(AGENT);
+    let legs = trajectory.waypoints_m().windows(2);
+    pieces.extend(legs.map(|leg| Piece::without_edges(leg.to_vec(), Paint::Line { color })));
     let Some(sensor) = sensor else { return };
     let points_m = captured_points_m(agent, sensor);
     let radius = if points_m.len() > CROWDED { 1.8 } else { 3.0 };
-    pieces.extend(points_m.into_iter().map(|point| Piece {
-        points_m: vec![point],
-        edges: Vec::new(),
-        paint: Paint::Circle { color, radius },
-    }));
+    let circle = |point| Piece::without_edges(vec![point], Paint::Circle { color, radius });
+    pieces.extend(points_m.into_iter().map(circle));
 }
 
 /// The walls that jut out and show their insides: what is behind them shines through.
@@ -247,27 +228,16 @@ fn add_view(
     let sides: Vec<Vec<DVec3>> = (0..4)
         .map(|index| vec![tip_m, corners_m[index], corners_m[(index + 1) % 4]])
         .collect();
-    let planes = |walls: &[Vec<DVec3>]| -> Vec<Plane> {
-        walls
-            .iter()
-            .filter_map(|wall| Plane::of_face(wall))
-            .collect()
-    };
-    let shadows: Vec<Vec<Plane>> = walls
-        .jutting
-        .iter()
-        .take(SHADOWS_MAX)
-        .filter_map(|wall| shadow(tip_m, wall))
-        .collect();
-    let outer = planes(&walls.around);
+    let jutting = walls.jutting.iter().take(SHADOWS_MAX);
+    let shadows: Vec<_> = jutting.filter_map(|wall| shadow(tip_m, wall)).collect();
+    let around = walls.around.iter();
+    let outer: Vec<_> = around.filter_map(|wall| Plane::of_face(wall)).collect();
     let sides_seen = sides.iter();
     let sides_seen = sides_seen.filter_map(|side| within(side, &outer, of_sides));
     pieces.extend(sides_seen.flat_map(|side| lit(side, &shadows)));
     let ahead_m = tip_m + sensor.pose.world_from_sensor().x_axis;
-    let inward: Vec<Plane> = sides
-        .iter()
-        .filter_map(|side| facing(side, ahead_m))
-        .collect();
+    let inward = sides.iter().filter_map(|side| facing(side, ahead_m));
+    let inward: Vec<Plane> = inward.collect();
     if inward.len() < sides.len() {
         return;
     }
@@ -288,37 +258,26 @@ fn add_view(
     }
 }
 
-/// The planes around what a wall hides from a point, with that on their positive sides; `None` if the wall shows the
-/// point its back.
+/// The planes around what a wall hides from a point, positive within; `None` if the wall shows the point its back.
 fn shadow(tip_m: DVec3, wall: &[DVec3]) -> Option<Vec<Plane>> {
     let plane = Plane::of_face(wall)?;
     if plane.height_m(tip_m) <= ON_WALL_M {
         return None;
     }
     let middle_m = wall.iter().sum::<DVec3>() / count::float(wall.len());
-    let next = wall.iter().cycle().skip(1);
-    let mut planes: Vec<Plane> = wall
-        .iter()
-        .zip(next)
-        .filter_map(|(from, to)| facing(&[tip_m, *from, *to], middle_m))
-        .collect();
-    planes.push(Plane {
-        normal: -plane.normal,
-        // The wall itself is not hidden.
-        offset_m: -plane.offset_m + ON_WALL_M,
-    });
+    let sides = wall.iter().zip(wall.iter().cycle().skip(1));
+    let sides = sides.filter_map(|(from, to)| facing(&[tip_m, *from, *to], middle_m));
+    let mut planes: Vec<Plane> = sides.collect();
+    // The wall itself is not hidden.
+    planes.push(Plane::new(-plane.normal, -plane.offset_m + ON_WALL_M));
     Some(planes)
 }
 
 fn lit(piece: Piece, shadows: &[Vec<Plane>]) -> Vec<Piece> {
-    let mut lit = vec![piece];
-    for shadow in shadows {
-        lit = lit
-            .into_iter()
-            .flat_map(|piece| outside(piece, shadow))
-            .collect();
-    }
-    lit
+    shadows.iter().fold(vec![piece], |lit, shadow| {
+        let parts = lit.into_iter().flat_map(|piece| outside(piece, shadow));
+        parts.collect()
+    })
 }
 
 fn outside(piece: Piece, shadow: &[Plane]) -> Vec<Piece> {
@@ -333,11 +292,7 @@ fn outside(piece: Piece, shadow: &[Plane]) -> Vec<Piece> {
     let mut rest = Some(piece);
     for plane in shadow {
         let Some(whole) = rest else { break };
-        let opposite = Plane {
-            normal: -plane.normal,
-            offset_m: -plane.offset_m,
-        };
-        let part = clipped(&whole, &opposite);
+        let part = clipped(&whole, &plane.opposite());
         parts.extend(part.filter(|part| Plane::of_face(&part.points_m).is_some()));
         rest = clipped(&whole, plane);
     }
@@ -364,15 +319,8 @@ fn within(outline: &[DVec3], planes: &[Plane], opacity: f64) -> Option<Piece> {
 /// The plane of a face, turned so that `point_m` is on its positive side.
 fn facing(outline: &[DVec3], point_m: DVec3) -> Option<Plane> {
     let plane = Plane::of_face(outline)?;
-    let sign = if plane.height_m(point_m) < 0.0 {
-        -1.0
-    } else {
-        1.0
-    };
-    Some(Plane {
-        normal: sign * plane.normal,
-        offset_m: sign * plane.offset_m,
-    })
+    let is_behind = plane.height_m(point_m) < 0.0;
+    Some(if is_behind { plane.opposite() } else { plane })
 }
 
 /// PeerJ CS 11:e3124, "Object placement": blue unless the scene says otherwise.

@@ -1,10 +1,9 @@
 //! The page: SVG without styles, fonts or pictures of other files.
 
-use super::camera::{Camera, Panel};
+use super::camera::{Camera, Panel, Plane};
 use super::labels::{Labels, width};
 use super::painter::{Paint, Piece};
 use super::pieces::{AGENT, OBJECT, SEEN, SEEN_EDGE};
-use super::plane::Plane;
 use glam::{DVec2, DVec3};
 use grideye_draw::number::round_step;
 use grideye_draw::palette::hex;
@@ -47,15 +46,10 @@ impl Sheet {
     }
 
     pub(super) fn panel(&mut self, title: &str, panel: &Panel) {
-        let Panel {
-            left,
-            top,
-            width,
-            height,
-        } = *panel;
+        let (DVec2 { x: left, y: top }, size) = (panel.corner, panel.size);
         self.line("rect", |element| {
             let element = element.with("x", left).with("y", top);
-            let element = element.with("width", width).with("height", height);
+            let element = element.with("width", size.x).with("height", size.y);
             let element = element.with("rx", 6).with("fill", "#fafafa");
             element.with("stroke", "#dddddd").end();
         });

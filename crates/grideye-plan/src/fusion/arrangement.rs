@@ -55,16 +55,11 @@ pub(super) fn axis(
     let sensors = different.len();
     let (low, high) = (different[0], different[sensors - 1]);
     let pixel_m = extent_m / count::float(pixels);
-    let spacing_m = if sensors > 1 {
-        (high - low) / count::float(sensors - 1)
-    } else {
-        0.0
-    };
-    let factor = if sensors > 1 {
-        count::floor((pixel_m / spacing_m).round()).max(1)
-    } else {
-        1
-    };
+    let (mut spacing_m, mut factor) = (0.0, 1);
+    if sensors > 1 {
+        spacing_m = (high - low) / count::float(sensors - 1);
+        factor = count::floor((pixel_m / spacing_m).round()).max(1);
+    }
     let axis = Axis {
         pixels,
         factor,
@@ -79,13 +74,10 @@ pub(super) fn axis(
         sensors == 1 || (spacing_m - axis.spacing_by_eq_7_m).abs() <= TOLERANCE * spacing_m;
     if !(is_even && is_eq_7) {
         let rounded = |meters: f64| (meters * 1e5).round() / 100.0;
+        let first_m = different.get(1).map_or(0.0, |second| second - low);
         return Err(ArrayError::Spacing {
             direction,
-            spacing_mm: rounded(if is_even {
-                spacing_m
-            } else {
-                different[1] - low
-            }),
+            spacing_mm: rounded(if is_even { spacing_m } else { first_m }),
             expected_mm: rounded(axis.spacing_by_eq_7_m),
             distance_mm: rounded(distance_m),
             factor,
@@ -133,11 +125,7 @@ pub(super) fn check_full(
 }
 
 pub(super) fn middle(offsets: &[f64]) -> f64 {
-    let (low, high) = offsets
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), offset| {
-            (low.min(*offset), high.max(*offset))
-        });
+    let (low, high) = count::range(offsets.iter().copied());
     0.5 * (low + high)
 }
 

@@ -118,10 +118,7 @@ impl SensorArray {
         .collect()
     }
 
-    /// The frames, one of each sensor in the order of [`SensorArray::new`], as one.
-    ///
-    /// `noise_sigma_c` is the standard deviation of a pixel's noise, °C; only [`Method::LeastSquares`] needs it, to
-    /// know how far the pixels are to be believed.
+    /// The frames, one of each sensor in the order of [`SensorArray::new`], as one; least squares need the noise, °C.
     ///
     /// # Panics
     /// If there is not one frame of each sensor, of its size.
@@ -177,9 +174,8 @@ impl SensorArray {
         })
     }
 
-    /// Cells `h` that make `|A h - pixels|² / (2 sigma²) + |steps of h| / b` least, where `b` is [`STEP_C`]: the most
-    /// likely ones if neighbors differ seldom but then by much. The absolute value keeps edges, where a square would
-    /// round them off; it is reached by squares whose weights follow the steps, [`ROUNDS`] times.
+    /// Cells `h` with least `|A h - pixels|² / (2 sigma²) + |steps of h| / b`, where `b` is [`STEP_C`]: absolute steps
+    /// keep edges. It takes [`ROUNDS`] rounds of squares whose weights follow the steps.
     fn least_squares(&self, frames: &[Image], noise_sigma_c: f64) -> Image {
         let mut cells = self.fuse(Method::Mean, frames, noise_sigma_c);
         let pixels = self.stacked(frames);
@@ -229,8 +225,7 @@ impl SensorArray {
 
 /// What a pixel may be wrong by without any noise, °C: what is not exactly in the plane.
 const SIGMA_FLOOR_C: f64 = 0.02;
-/// By how much neighboring cells differ, °C: what weighs smoothness against the noise. From 0.4 to 1 the error of
-/// scenario A's fused frame hardly changes.
+/// By how much neighboring cells differ, °C; from 0.4 to 1 the error of scenario A's fused frame hardly changes.
 const STEP_C: f64 = 0.5;
 /// Steps below it weigh as it does, °C: rounding must not.
 const FLAT_C: f64 = 0.01;

@@ -58,11 +58,9 @@ impl Axis {
             .collect()
     }
 
-    /// For each pixel of each sensor its response to each cell: a triangle that reaches to the middles of the next
-    /// pixels, as the resampling kernel is, mirrored at the border of the sensor's own view, as that is.
+    /// Each pixel's response to each cell: a triangle to the next pixels' middles, mirrored at the border of its view.
     ///
-    /// A triangle as wide as two pixels is a sum of triangles as wide as two cells, with these weights, so that
-    /// blurring what the virtual sensor sees gives exactly what a sensor sees, where a pixel's center is a cell's.
+    /// It is a sum of triangles two cells wide, so that blurring the virtual sensor's image gives exactly the sensor's.
     pub(super) fn blur(&self) -> Vec<Vec<(usize, f64)>> {
         let reach = count::float(self.factor);
         let width = self.pixels * self.factor;

@@ -31,8 +31,7 @@ pub(crate) fn agent(
         touches: touches.map(|name| name.get_ref().clone()).collect(),
         trajectory,
     };
-    // The agent turns at way-points only: if it is inside there, before and after the turn, it is so between them, but
-    // for walls that jut into the room.
+    // The agent turns at way-points only; between them it can only leave through walls that jut into the room.
     for (index, point) in waypoints.iter().enumerate() {
         check_inside(&agent, index, point, room)?;
     }
@@ -224,8 +223,7 @@ fn turns(
     Ok(turns.then(|| headings(trajectory.waypoints_m())))
 }
 
-/// The rotation that turns +x to the horizontal direction of the leg before each way-point; a leg without one keeps
-/// that of the leg before it, the first ones that of the first that has one.
+/// Turns +x to the direction of each way-point's leg; a leg without one takes the one before, else the first.
 fn headings(waypoints_m: &[DVec3]) -> Vec<DMat3> {
     let mut headings: Vec<Option<DMat3>> = vec![None];
     for pair in waypoints_m.windows(2) {

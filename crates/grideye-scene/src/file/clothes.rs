@@ -1,18 +1,7 @@
-//! What people look like from outside: the temperatures and emissivities that the physical model takes for them.
+//! What people look like from outside, in the physical model: `T = ambient + share · (33 °C - ambient)`.
 //!
-//! A body keeps its skin at about 33 °C, and what covers it lets a share of the difference to the room through:
-//! `T = ambient + share · (33 °C - ambient)`. The shares are **assumptions**: chosen so that in a room of 19 to 20 °C
-//! a clothed person looks 21 to 24 °C, the head warmest, as measured below a ceiling sensor with four persons; a coat
-//! takes off about 1 °C, as measured as well; bare skin is 31 °C in a room of 20. They are lower than the insulation of
-//! the cloth alone would have them, since a sensor sees cloth that hangs free and surfaces that slant away.
-//! Emissivities are textbook values: skin 0.98, cloth 0.90 to 0.95.
-//!
-//! | outside | share | emissivity | in a room of 20 °C |
-//! |---|---|---|---|
-//! | skin | 0.85 | 0.98 | 31.1 °C |
-//! | hair | 0.33 | 0.95 | 24.3 °C |
-//! | clothed | 0.22 | 0.93 | 22.9 °C |
-//! | coat | 0.14 | 0.93 | 21.8 °C |
+//! The shares are **assumptions**: in a room of 19 to 20 °C a clothed person looks 21 to 24 °C, the head warmest, and a
+//! coat takes off about 1 °C, as measured below a ceiling sensor; bare skin is 31 °C. Emissivities are textbook values.
 
 use crate::file::document::{AgentTable, ObjectTable, SceneTable};
 use crate::file::reader::{Read, Reader};
@@ -31,8 +20,7 @@ const OUTSIDES: [(&str, [f64; 2]); 4] = [
 
 const SKIN_C: f64 = 33.0;
 
-/// What the paper's model takes for a person without a `temperature_c`: with law B, bodies of 28 to 30 °C came nearest
-/// to real frames.
+/// With law B, the paper's model came nearest to real frames with bodies of 28 to 30 °C.
 const PAPER_C: f64 = 29.0;
 
 /// From this on, a bare temperature of an agent is that of skin rather than that of clothes, °C.
@@ -63,9 +51,7 @@ impl<'a> Keys<'a> {
     }
 }
 
-/// Temperature and emissivity of a body; `ambient_c` where nothing is said of the temperature.
-///
-/// In the physical model, `surface` says both, and what the other keys say is the paper's.
+/// Temperature and emissivity of a body, at `ambient_c` if none is given; the physical model takes `surface` first.
 pub(crate) fn surface(reader: &Reader<'_>, keys: Keys<'_>, ambient_c: f64) -> Read<Surface> {
     let hint = "what is outermost; for anything else give temperature_c and emissivity";
     let outside = reader.choice("surface", keys.surface, &OUTSIDES, hint)?;

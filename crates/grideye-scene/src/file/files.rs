@@ -4,12 +4,9 @@ use std::collections::{BTreeMap, HashMap};
 use std::hash::BuildHasher;
 use std::io;
 
-/// Where a scene finds the files it names: a folder, an archive, an upload, a test's strings.
-///
-/// Anything that is called with a name and returns text will do; so will a map from name to text.
+/// Where a scene finds the files it names: a map from name to text, or a function that is called with a name.
 pub trait Files {
-    /// The text of the file at `relative`, a path as the scene file spells it: with `/`, below the scene file's
-    /// folder, never absolute and never with `..` (the parser has refused those).
+    /// The text of the file at `relative`: with `/`, below the scene file's folder, never absolute, never with `..`.
     ///
     /// # Errors
     /// Whatever kept the file from being read; the parser adds the place that asked for it.

@@ -1,5 +1,4 @@
-//! Cuboids side by side, one for each number: how the paper builds what has many temperatures (PeerJ CS 11:e3124,
-//! "Experiment 5": each pixel of a picture is a separate object, in close proximity to others).
+//! Cuboids side by side, one for each number (PeerJ CS 11:e3124, "Experiment 5").
 
 use crate::file::document::MosaicTable;
 use crate::file::reader::{Read, Reader, columns};
@@ -60,7 +59,4 @@ pub(crate) fn cells(
     Ok(cells)
 }
 
-const CELL: Rule = Rule {
-    key: "temperatures_c",
-    ..TEMPERATURE
-};
+const CELL: Rule = TEMPERATURE.of("temperatures_c");

@@ -34,8 +34,7 @@ pub(crate) fn named(
     read(file.get_ref(), &text, unit_m, name)
 }
 
-/// The surface in an OBJ file whose unit is `unit_m`. Lines other than `v` and `f` are passed over, and so are the
-/// texture and normal of a corner.
+/// The surface in an OBJ file whose unit is `unit_m`; lines other than `v` and `f`, textures and normals are ignored.
 fn read(file: &str, text: &str, unit_m: f64, name: &str) -> Read<Mesh> {
     let (mut vertices_m, mut faces) = (Vec::new(), Vec::new());
     let mut first_face = 1;

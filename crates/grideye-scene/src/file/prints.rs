@@ -1,7 +1,7 @@
 //! Finds the warm prints of a scene: where the underside of a body rests on an object that keeps them.
 
 use super::reader::{Read, Reader};
-use crate::geometry::{Mesh, clipped, hull, range};
+use crate::geometry::{Mesh, area_vector, clipped, hull, range};
 use crate::heat::Material;
 use crate::model::{Agent, Body, Print, Scene, limits};
 use crate::motion::Stay;
@@ -45,29 +45,21 @@ fn on_object(
     for part in &agent.parts {
         let standing = agent.standing(&part.mesh, contact.from_s);
         let (low, high) = standing.bounds_m();
-        let below = hull(
-            standing
-                .vertices_m()
-                .iter()
-                .map(|at| at.truncate())
-                .collect(),
-        );
+        let below = standing.vertices_m().iter().map(|at| at.truncate());
+        let below = hull(below.collect());
         for (number, face) in object.mesh.faces().enumerate() {
             let corners: Vec<DVec3> = face.iter().map(|corner| vertices_m[*corner]).collect();
             let (bottom_m, top_m) = range(corners.iter().map(|corner| corner.z));
-            let is_level = top_m - bottom_m < ABOVE_M && runs_left(&corners);
+            let is_level =
+                top_m - bottom_m < ABOVE_M && area_vector(corners.iter().copied()).z > 0.0;
             if !is_level || low.z > top_m + NEAR_M || high.z <= top_m {
                 continue;
             }
-            let print =
-                below
-                    .iter()
-                    .zip(below.iter().cycle().skip(1))
-                    .fold(corners, |rest, (from, to)| {
-                        clipped(&rest, |point| {
-                            (*to - *from).perp_dot(point.truncate() - *from)
-                        })
-                    });
+            let sides = below.iter().zip(below.iter().cycle().skip(1));
+            let print = sides.fold(corners, |rest, (from, to)| {
+                let inside = |point: DVec3| (*to - *from).perp_dot(point.truncate() - *from);
+                clipped(&rest, inside)
+            });
             let offset_c = object.thermal.offsets_c.get(number).copied();
             let corners: Vec<i64> = (0..).take(print.len()).collect();
             let Ok(sheet) = Mesh::new(print, &[corners]) else {
@@ -84,17 +76,6 @@ fn on_object(
             });
         }
     }
-}
-
-fn runs_left(corners: &[DVec3]) -> bool {
-    let Some(anchor) = corners.first() else {
-        return false;
-    };
-    let pairs = corners.windows(2);
-    pairs
-        .map(|pair| (pair[0] - *anchor).cross(pair[1] - *anchor).z)
-        .sum::<f64>()
-        > 0.0
 }
 
 /// A body whose underside is this near to a face, or in it, is on it, meters.

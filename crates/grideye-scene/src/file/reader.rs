@@ -2,7 +2,7 @@
 
 use crate::file::document::{Axes, Pair, Rows, SceneTable, Triple, Triples};
 use crate::file::files::Files;
-use crate::file::rule::{FIELD_OF_VIEW, POSITION, SIZE, VERTEX};
+use crate::file::rule::{POSITION, SIZE, VERTEX};
 use crate::model::{FITS_MAX, Model, SceneError, limits};
 use crate::text::{MM_PER_M, Refusal, Rule, Source};
 use glam::{DVec2, DVec3, USizeVec2};
@@ -136,10 +136,8 @@ impl<'a> Reader<'a> {
             let start = name.span().start;
             if let Some(first_byte) = first_bytes.insert(name.get_ref(), start) {
                 let first_line = self.place(first_byte).line;
-                let problem = format!(
-                    "the name `{}` is taken by line {first_line}",
-                    name.get_ref()
-                );
+                let name = name.get_ref();
+                let problem = format!("the name `{name}` is taken by line {first_line}");
                 let hint = format!("give each {kind} a name of its own");
                 return Err(self.place(start).refused(problem, &hint));
             }
@@ -196,9 +194,8 @@ impl<'a> Reader<'a> {
 
     pub(crate) fn vertices_m(&self, vertices_mm: &Triples) -> Result<Vec<DVec3>, Refusal> {
         let vertices = vertices_mm.get_ref().iter();
-        vertices
-            .map(|vertex| self.meters(vertex, &VERTEX))
-            .collect()
+        let vertices_m = vertices.map(|vertex| self.meters(vertex, &VERTEX));
+        vertices_m.collect()
     }
 
     pub(crate) fn per_axis(
@@ -208,10 +205,6 @@ impl<'a> Reader<'a> {
     ) -> Result<Option<DVec2>, Refusal> {
         let Some(given) = given else { return Ok(None) };
         Ok(Some(self.numbers(given, rule)?.into()))
-    }
-
-    pub(crate) fn fov_deg(&self, angles: &Option<Spanned<Axes>>) -> Result<Option<DVec2>, Refusal> {
-        self.per_axis(angles, &FIELD_OF_VIEW)
     }
 
     pub(crate) fn range(
@@ -233,20 +226,14 @@ impl<'a> Reader<'a> {
     ) -> Result<Option<USizeVec2>, Refusal> {
         let Some(given) = given else { return Ok(None) };
         let limit = limits::PIXELS_PER_AXIS_MAX;
-        let axis = given
-            .get_ref()
-            .0
-            .map(|pixels| usize::try_from(pixels).unwrap_or(0));
+        let axis = given.get_ref().0;
+        let axis = axis.map(|pixels| usize::try_from(pixels).unwrap_or(0));
         if axis.iter().all(|pixels| (1..=limit).contains(pixels)) {
             return Ok(Some(axis.into()));
         }
         let expected = format!("[columns, rows], each 1 to {limit}");
-        Err(self.refused(
-            "resolution",
-            given.span(),
-            &expected,
-            "the Grid-EYE has [8, 8]",
-        ))
+        let hint = "the Grid-EYE has [8, 8]";
+        Err(self.refused("resolution", given.span(), &expected, hint))
     }
 
     /// The text of a file that the scene names, in or below its own folder; `what` is the key and what it stands for.

@@ -16,10 +16,7 @@ pub(crate) const RANGE: Rule = Rule {
     hint: "the paper says 0 to 80 of the Grid-EYE: [0, 80]",
     ..TEMPERATURE
 };
-pub(crate) const AMBIENT: Rule = Rule {
-    key: "ambient_c",
-    ..TEMPERATURE
-};
+pub(crate) const AMBIENT: Rule = TEMPERATURE.of("ambient_c");
 pub(crate) const EMISSIVITY: Rule = Rule {
     key: "emissivity",
     holds: |share| share > 0.0 && share <= 1.0,
@@ -33,10 +30,7 @@ pub(crate) const EMISSIVITY_PHYSICAL: Rule = Rule {
     hint: "skin has 0.98, cloth 0.9 to 0.95, a mirror for heat 0",
     ..EMISSIVITY
 };
-pub(crate) const REFLECTED: Rule = Rule {
-    key: "reflected_c",
-    ..TEMPERATURE
-};
+pub(crate) const REFLECTED: Rule = TEMPERATURE.of("reflected_c");
 pub(crate) const SIZE: Rule = Rule {
     key: "size_mm",
     holds: |length_mm| length_mm > 0.0 && length_mm <= LENGTH_MAX_MM,
@@ -68,35 +62,26 @@ pub(crate) const YAW: Rule = Rule {
     expected: "-360 to 360",
     hint: "angles are degrees, counter-clockwise as seen from above",
 };
-pub(crate) const PITCH: Rule = Rule {
-    key: "pitch_deg",
-    hint: "angles are degrees; a thing is rolled about x, pitched about y, then turned about the vertical",
-    ..YAW
-};
-pub(crate) const ROLL_OF_BODY: Rule = Rule {
-    key: "roll_deg",
-    ..PITCH
-};
-pub(crate) const VERTEX: Rule = Rule {
-    key: "vertices_mm",
-    hint: "vertices are [x, y, z] in millimeters from the thing's own position, before it is turned",
-    ..POSITION
-};
+pub(crate) const PITCH: Rule = YAW.with(
+    "pitch_deg",
+    "angles are degrees; a thing is rolled about x, pitched about y, then turned about the vertical",
+);
+pub(crate) const ROLL_OF_BODY: Rule = PITCH.of("roll_deg");
+pub(crate) const VERTEX: Rule = POSITION.with(
+    "vertices_mm",
+    "vertices are [x, y, z] in millimeters from the thing's own position, before it is turned",
+);
 pub(crate) const UNIT: Rule = Rule {
     key: "unit_mm",
     holds: |length_mm| (1e-3..=1e6).contains(&length_mm),
     expected: "0.001 to 1000000 mm",
     hint: "an OBJ file in meters has 1000, one in millimeters 1",
 };
-pub(crate) const AZIMUTH: Rule = Rule {
-    key: "azimuth_deg",
-    ..YAW
-};
-pub(crate) const ROLL: Rule = Rule {
-    key: "roll_deg",
-    hint: "angles are degrees, clockwise as seen from behind the sensor",
-    ..YAW
-};
+pub(crate) const AZIMUTH: Rule = YAW.of("azimuth_deg");
+pub(crate) const ROLL: Rule = YAW.with(
+    "roll_deg",
+    "angles are degrees, clockwise as seen from behind the sensor",
+);
 pub(crate) const ELEVATION: Rule = Rule {
     key: "elevation_deg",
     holds: |degrees| degrees.abs() <= 90.0,

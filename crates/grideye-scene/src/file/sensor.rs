@@ -3,7 +3,7 @@
 use crate::file::document::SensorTable;
 use crate::file::reader::{Read, Reader};
 use crate::file::rule::{
-    AZIMUTH, BLUR, BLUR_PIXELS, ELEVATION, NOISE, OPERATING_DISTANCE, PIXEL_WIDTH,
+    AZIMUTH, BLUR, BLUR_PIXELS, ELEVATION, FIELD_OF_VIEW, NOISE, OPERATING_DISTANCE, PIXEL_WIDTH,
     PIXELS_PER_DEGREE, RANGE, ROLL, SAMPLING, STEP,
 };
 use crate::geometry::{Pose, count};
@@ -29,7 +29,7 @@ pub(crate) fn sensor(
     };
     let resolution = reader.resolution(&keys.resolution)?;
     let resolution = resolution.or(preset.map(|preset| preset.resolution));
-    let fov_deg = reader.fov_deg(&keys.fov_deg)?;
+    let fov_deg = reader.per_axis(&keys.fov_deg, &FIELD_OF_VIEW)?;
     let fov_deg = fov_deg.or(preset.map(|preset| preset.fov_deg));
     let sampling_hz = reader.optional(&keys.sampling_hz, &SAMPLING)?;
     let sampling_hz = sampling_hz.or(preset.map(|preset| preset.sampling_hz));
@@ -99,9 +99,8 @@ fn optics(
     if let (Some(Optics::Amg88), Some(given), false) = (chosen, given, is_amg88) {
         let expected = "\"pinhole\" for a sensor that has not 8 x 8 pixels and 60°";
         let hint = "the datasheet's map is of the AMG88 with the 60° lens; leave optics out, or resolution and fov_deg";
-        return Err(reader
-            .refused("optics", given.span(), expected, hint)
-            .into());
+        let refused = reader.refused("optics", given.span(), expected, hint);
+        return Err(refused.into());
     }
     let usual = if is_grid_eye && is_amg88 {
         Optics::Amg88
@@ -128,9 +127,8 @@ fn profile(
     if !is_small {
         let expected = "no profile for a sensor that has not 8 x 8 pixels";
         let hint = "profiles are of the Grid-EYE; give noise_sigma_c instead";
-        return Err(reader
-            .refused("profile", path.span(), expected, hint)
-            .into());
+        let refused = reader.refused("profile", path.span(), expected, hint);
+        return Err(refused.into());
     }
     let text = reader.read_below(("profile", "profile"), path)?;
     let refused = |error: ProfileError| SceneError::Profile {
@@ -142,10 +140,7 @@ fn profile(
         .map_err(refused)
 }
 
-/// Noise of one pixel in one frame, °C, at so many frames a second.
-///
-/// The specification gives 0.05 °C at 1 and 0.16 °C at 10. A frame of the slow mode is the mean of ten quick ones, so
-/// independent noise falls with the root of their number: `0.05 √hz`, 0.158 at 10. That is taken for all rates.
+/// Noise of one pixel in one frame, °C: 0.05 °C at 1 Hz and 0.16 °C at 10 in the specification, `0.05 √hz` at any rate.
 fn netd_c(at_1_hz_c: f64, sampling_hz: f64) -> f64 {
     at_1_hz_c * sampling_hz.sqrt()
 }
@@ -164,20 +159,13 @@ fn pose(reader: &Reader<'_>, keys: &SensorTable, name: &str, room: &Room) -> Rea
     let elevation_deg = reader.number(&keys.elevation_deg, &ELEVATION)?;
     let azimuth_deg = reader.number(&keys.azimuth_deg, &AZIMUTH)?;
     let roll_deg = reader.number_or(&keys.roll_deg, &ROLL, 0.0)?;
-    // Seen along the viewing direction with the case's lens end up, the specification's drawing has pixel 1 either at
-    // the top left or at the bottom right, as it is meant to show the chip or what the chip sees: it does not say which.
+    // The specification's drawing does not say which: it may show the chip, or what the chip sees.
     let corners = [("top-left", 0.0), ("bottom-right", 180.0)];
     let hint = "where pixel 1 is in the picture; a lens turns a picture and never mirrors it";
-    let turned_deg = reader
-        .choice("pixel_1", &keys.pixel_1, &corners, hint)?
-        .unwrap_or(0.0);
-    let roll_deg = roll_deg + turned_deg;
-    Ok(Pose::from_degrees(
-        position_m,
-        elevation_deg,
-        azimuth_deg,
-        roll_deg,
-    ))
+    let turned_deg = reader.choice("pixel_1", &keys.pixel_1, &corners, hint)?;
+    let roll_deg = roll_deg + turned_deg.unwrap_or(0.0);
+    let pose = Pose::from_degrees(position_m, elevation_deg, azimuth_deg, roll_deg);
+    Ok(pose)
 }
 
 fn grid_points(
@@ -218,8 +206,7 @@ const GRID_EYE: Preset = Preset {
     sampling_hz: 10.0,
 };
 
-/// The sensors of the paper ("Experiment setup"; "Experiment 5" for the Lepton, whose own rate is 8.7 Hz, and which
-/// has 50° on either axis there), and the Grid-EYE with the wide lens.
+/// The paper's sensors ("Experiment setup"; "Experiment 5" for the Lepton), and the Grid-EYE with the wide lens.
 const PRESETS: [Preset; 3] = [
     GRID_EYE,
     Preset {

@@ -1,8 +1,6 @@
-//! Bodies that are not of one temperature: faces of their own temperatures, a gradient, a grid of cells; and bodies
-//! that warm up or cool down.
+//! Bodies of several temperatures (by face, gradient or grid of cells) and bodies that warm up or cool down.
 //!
-//! Faces are cut into parts of one temperature each, so that everything that draws faces draws these as well. A
-//! gradient is cut into strips of [`STEP_C`], or into [`STRIPS_MAX`]: nowhere is it off by more than half a strip.
+//! Faces are cut into parts of one temperature each; a gradient into strips of [`STEP_C`], at most [`STRIPS_MAX`].
 
 use crate::file::document::{ObjectTable, Rows};
 use crate::file::reader::{Read, Reader, columns};

@@ -27,8 +27,7 @@ const TIME: &str = "t_s";
 const COLUMNS: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
 const DWELL: &str = "dwell_s";
 
-/// Reads a trajectory: a header `x_mm,y_mm,z_mm`, before it `t_s` and after it `dwell_s` if wanted, then one way-point
-/// a row; lines that begin with `#` and empty lines are skipped.
+/// Reads `x_mm,y_mm,z_mm` with optional `t_s` before and `dwell_s` after; `#` comments and empty lines are skipped.
 pub(crate) fn read_waypoints(file: &str, text: &str) -> Result<Vec<Waypoint>, Refusal> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let columns = COLUMNS.to_vec();

@@ -3,8 +3,6 @@
 use glam::{DMat3, DVec3};
 
 /// Sine and cosine of an angle in degrees, exact at every multiple of 90 and the same on every machine.
-///
-/// A sensor that looks straight down must look straight down: with the usual way by radians, cos 90° is 6e-17.
 pub(crate) fn sin_cos_deg(angle_deg: f64) -> (f64, f64) {
     let quarter_turns = (angle_deg / 90.0).round();
     let (sin, cos) = libm::sincos((angle_deg - 90.0 * quarter_turns).to_radians());

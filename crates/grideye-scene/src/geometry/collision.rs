@@ -1,13 +1,7 @@
-//! When meshes meet: convex bodies that stand or move, and the first moment at which two of them are in one place.
+//! When convex bodies that stand or move first meet: steps of distance / speed until the distance is nothing.
 //!
-//! ```text
-//!  boxes around what each sweeps ──▶ distance of the convex bodies
-//!  meet at all?                      step on by distance / speed until it is nothing
-//! ```
-//!
-//! A step never leaps over a contact, as neither body is faster than the span's highest speed. It is at least
-//! [`STEP_M`] long, so that a contact that lasts for less than this may be missed. Bodies that are not convex are
-//! taken face by face: what counts is their surface.
+//! A step never leaps over a contact, but is at least [`STEP_M`] long: a shorter contact may be missed. Bodies that are
+//! not convex are taken face by face.
 
 use crate::geometry::distance::{Gap, gap};
 use crate::geometry::mesh::{Enclosure, Mesh};
@@ -96,11 +90,10 @@ impl Shape {
 
     pub(crate) fn overlaps(&self, other: &Self) -> bool {
         self.pieces.iter().any(|one| {
-            let mut near = other
-                .pieces
-                .iter()
-                .filter(|other| one.bounds.meets(&other.bounds));
-            near.any(|other| gap(&one.points, DVec3::ZERO, &other.points).distance_m <= 0.0)
+            other.pieces.iter().any(|other| {
+                let gap = || gap(&one.points, DVec3::ZERO, &other.points);
+                one.bounds.meets(&other.bounds) && gap().distance_m <= 0.0
+            })
         })
     }
 }
@@ -113,8 +106,7 @@ impl Piece {
         }
     }
 
-    /// A convex face of a room, counter-clockwise from within, moved out of it by [`TOLERANCE_M`] so that bodies may
-    /// lean against it, and smaller so that it does not touch the face next to it.
+    /// A convex face of a room, counter-clockwise from within, moved out by [`TOLERANCE_M`], off its neighbors.
     pub(crate) fn of_wall(side: &[DVec3]) -> Self {
         let out_m = -TOLERANCE_M * normal(side);
         let moved: Vec<DVec3> = side.iter().map(|corner| *corner + out_m).collect();
@@ -127,15 +119,9 @@ fn pieces(mesh: &Mesh) -> Vec<Piece> {
         return vec![Piece::new(shrunk(mesh.vertices_m()))];
     }
     let vertices_m = mesh.vertices_m();
-    let face = |corners: &[usize]| {
-        corners
-            .iter()
-            .map(|corner| vertices_m[*corner])
-            .collect::<Vec<_>>()
-    };
-    mesh.faces()
-        .map(|corners| Piece::new(face(corners)))
-        .collect()
+    let face = |corners: &[usize]| corners.iter().map(|corner| vertices_m[*corner]).collect();
+    let faces = mesh.faces();
+    faces.map(|corners| Piece::new(face(corners))).collect()
 }
 
 /// The corners, nearer to the middle by [`TOLERANCE_M`] on each axis at most.
@@ -143,10 +129,9 @@ fn shrunk(points: &[DVec3]) -> Vec<DVec3> {
     let Bounds { low, high } = Bounds::of(points);
     let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
     let keep = (half - TOLERANCE_M).max(DVec3::ZERO) / half.max(DVec3::splat(TOLERANCE_M));
-    points
-        .iter()
-        .map(|vertex| middle + (*vertex - middle) * keep)
-        .collect()
+    let points = points.iter();
+    let nearer = points.map(|vertex| middle + (*vertex - middle) * keep);
+    nearer.collect()
 }
 
 /// A time in which neither of two turns or changes its direction.
@@ -194,12 +179,8 @@ pub(crate) fn first_meeting(one: Moving<'_>, other: Moving<'_>, span: &Span) -> 
                 end_s: first.map_or(span.end_s, |first| first.time_s),
                 ..*span
             };
-            let found = advance(&gap_at, &span);
-            first = match (first, found) {
-                (Some(first), Some(found)) if found.time_s >= first.time_s => Some(first),
-                (_, Some(found)) => Some(found),
-                (first, None) => first,
-            };
+            let sooner = |found: &Meeting| first.is_none_or(|first| found.time_s < first.time_s);
+            first = advance(&gap_at, &span).filter(sooner).or(first);
         }
     }
     first

@@ -12,8 +12,7 @@ pub struct Cuboid {
 }
 
 impl Cuboid {
-    /// A box of `size_m` whose underside has its middle at `base_m`, turned counter-clockwise by `yaw_deg` as seen
-    /// from above.
+    /// A box of `size_m` with the middle of its underside at `base_m`, turned counter-clockwise seen from above.
     #[must_use]
     pub fn new(base_m: DVec3, size_m: DVec3, yaw_deg: f64) -> Self {
         Self {

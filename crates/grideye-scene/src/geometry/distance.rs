@@ -118,8 +118,7 @@ impl Nearest {
     }
 }
 
-/// The shares of the corners in the point of their point, line, plane or space that is nearest to the origin; `None`
-/// if it is not between them.
+/// The corners' shares in their hull's point nearest to the origin; `None` if it is not between them.
 fn shares(part: &[Corner]) -> Option<Vec<f64>> {
     let (first, rest) = part.split_first()?;
     let anchor = first.difference;

@@ -89,8 +89,7 @@ impl Mesh {
         }
     }
 
-    /// A pyramid on a rectangle: `size_m` is the base's sides along x and y and the height; the middle of its base is
-    /// the origin.
+    /// A pyramid: `size_m` is the base's sides and the height; the middle of its base is the origin.
     #[must_use]
     pub fn pyramid(size_m: DVec3) -> Self {
         let (x, y) = (0.5 * size_m.x, 0.5 * size_m.y);
@@ -106,27 +105,20 @@ impl Mesh {
         }
     }
 
-    /// An ellipsoid with diameters `size_m`, standing on the origin, as a polyhedron of 512 faces.
-    ///
-    /// Its corners lie outside the ellipsoid by so much that its outline, seen from above, has the ellipse's area;
-    /// from no side does the outline depart from the ellipse by more than 1 % of the radius.
+    /// An ellipsoid with diameters `size_m`, standing on the origin, as 512 faces of the ellipse's area from above.
     #[must_use]
     pub fn ellipsoid(size_m: DVec3) -> Self {
         Self::stack(size_m, 0.0)
     }
 
-    /// An upright cylinder with half an ellipsoid at either end, standing on the origin: `size_m` is the diameters and
-    /// the whole height. The ends are half as high as the smaller diameter, or less if that is all there is.
+    /// An upright cylinder with half an ellipsoid at either end, standing on the origin; `size_m` is over all.
     #[must_use]
     pub fn capsule(size_m: DVec3) -> Self {
         let ends_m = size_m.x.min(size_m.y).min(size_m.z);
         Self::stack(size_m.with_z(ends_m), size_m.z - ends_m)
     }
 
-    /// A surface from vertices and faces, which are given by their corners' indices.
-    ///
-    /// Faces that are not flat and convex are cut into triangles. A closed surface may have its faces either way
-    /// round, so long as all agree; one that is open, or whose faces disagree, is seen from both sides.
+    /// A surface from vertices and faces by index; open or twisted ones are seen from both sides, dented faces are cut.
     ///
     /// # Errors
     /// [`MeshError`].
@@ -200,8 +192,7 @@ impl Mesh {
         &self.given
     }
 
-    /// The same surface with its faces cut: `parts` gives each face's parts by their corners, with a value that comes
-    /// back for each part that has an area.
+    /// The same surface with its faces cut into `parts`; the value of each part that has an area comes back.
     pub(crate) fn cut(
         &self,
         parts: impl Fn(usize, &[DVec3]) -> Vec<(Vec<DVec3>, f64)>,
@@ -435,9 +426,7 @@ fn area_vector(vertices_m: &[DVec3], face: &[usize]) -> DVec3 {
     polygon::area_vector(face.iter().map(|corner| vertices_m[*corner]))
 }
 
-/// How often a closed surface goes around the sensor: 1 inside, 0 outside.
-///
-/// The sum of the solid angles of its triangles (Van Oosterom and Strackee 1983), with their signs.
+/// How often a closed surface goes around the sensor: 1 inside, 0 outside (Van Oosterom and Strackee 1983).
 pub(crate) fn winding(mesh: &Mesh, in_sensor: &[DVec3]) -> f64 {
     let mut solid_angle = 0.0;
     for face in mesh.faces() {

@@ -3,22 +3,11 @@
 use crate::geometry::angle::{rotation_x_deg, rotation_y_deg, rotation_z_deg};
 use glam::{DMat3, DVec3};
 
-/// Where a sensor is and which way it looks.
+/// Where a sensor is and which way it looks: `world_from_sensor = Rz(azimuth) Ry(elevation) Rx(roll)`, right-handed.
 ///
-/// The sensor's own axes are x forward along its optical axis, y to its left, z to the top of its picture. At
-/// elevation, azimuth and roll 0 they are the room's axes. Then the sensor is rolled about x, pitched about y and
-/// turned about z, each right-handed: `world_from_sensor = Rz(azimuth) Ry(elevation) Rx(roll)`.
-///
-/// | elevation | looks | | azimuth | heads towards | | roll | the picture's top leans |
-/// |---|---|---|---|---|---|---|---|
-/// | 90° | straight down | | 0° | +x, the room's right | | 0° | not |
-/// | 45° | half down | | 90° | +y, the room's back | | 90° | to the sensor's right |
-/// | 0° | level | | -90° | -y, the room's front | | | |
-/// | -90° | straight up | | 180° | -x, the room's left | | | |
-///
-/// A sensor that looks straight down has the top of its picture where its azimuth heads. With the paper's azimuth of
-/// -90° the room's front is at the top and the room's right appears left, as the paper says of its pictures
-/// (PeerJ CS 11:e3124, scenario B). That is a turn, never a mirror image: a lens cannot mirror.
+/// The sensor's axes are x forward, y to its left, z to the top of its image. Elevation 90° looks straight down, with
+/// the image's top towards the azimuth: 0° is +x, 90° is +y. At the paper's -90° the room's right appears left
+/// (PeerJ CS 11:e3124, scenario B): a turn, never a mirror image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
     /// Place of the sensor in the room, meters.

@@ -1,7 +1,5 @@
 //! How warm a body is: over its faces, and in time.
 
-mod thermal;
 mod transient;
 
-pub(crate) use thermal::Thermal;
-pub(crate) use transient::{Material, Transient, left};
+pub(crate) use transient::{Material, Thermal, Transient, left};

@@ -8,6 +8,16 @@
 
 use std::f64::consts::PI;
 
+/// How the warmth of a body is spread over its faces, and how it changes in time.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Thermal {
+    /// By how much each face is warmer than the body, °C; empty if none is.
+    pub(crate) offsets_c: Vec<f64>,
+    pub(crate) transient: Option<Transient>,
+    /// What it is made of, if warm prints are left on it.
+    pub(crate) material: Option<Material>,
+}
+
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Transient {
     pub(crate) time_constant_s: f64,
@@ -57,9 +67,7 @@ impl Material {
 
 /// The share of a print's warmth that is left `after_s` seconds after a contact that took `contact_s`.
 ///
-/// The product of the two solutions above: that without loss, and that of an endless contact. It is exact where
-/// either loss or depth does not matter; between, it differs from the full solution by less than 0.033 of the
-/// temperature rise (a test compares it with finite differences).
+/// The product of the two solutions above, within 0.033 of the full one (a test compares it with finite differences).
 pub(crate) fn left(contact_s: f64, after_s: f64, fading_s: f64) -> f64 {
     if after_s <= 0.0 {
         return 1.0;

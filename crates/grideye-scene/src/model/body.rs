@@ -93,9 +93,8 @@ impl Agent {
     /// Where the agent is at `time`: the middle of its underside, meters.
     #[must_use]
     pub fn position_m(&self, time: Duration) -> DVec3 {
-        self.trajectory
-            .as_ref()
-            .map_or(self.start_m, |trajectory| trajectory.position_m(time))
+        let way = self.trajectory.as_ref();
+        way.map_or(self.start_m, |way| way.position_m(time))
     }
 
     /// How it is turned about the vertical at `time`, from how its parts are given: with its way, if the file says so.
@@ -134,8 +133,7 @@ impl Agent {
     /// The time it takes for its way: zero if it stands still.
     #[must_use]
     pub fn duration(&self) -> Duration {
-        self.trajectory
-            .as_ref()
-            .map_or(Duration::ZERO, Trajectory::duration)
+        let way = self.trajectory.as_ref();
+        way.map_or(Duration::ZERO, Trajectory::duration)
     }
 }

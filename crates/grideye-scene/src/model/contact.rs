@@ -1,5 +1,4 @@
-//! Who runs into what: the first contact of each agent with each object and with each other agent, along the whole way,
-//! and where there is room for another body.
+//! Who runs into what on the whole way, and where there is room for another body.
 
 use crate::geometry::{Bounds, Meeting, Mesh, Piece, Shape, Span, TOLERANCE_M, first_meeting};
 use crate::model::body::{Agent, Body};
@@ -24,26 +23,22 @@ pub struct Contact {
 }
 
 impl Scene {
-    /// The first contact of every agent with every object and every other agent, in the order of their times; at most
-    /// [`limits::CONTACTS_MAX`].
-    ///
-    /// What an agent's file entry lists under `touches` is left out, and so are overlaps of less than a millimeter.
+    /// The first contact of each agent with each object and other agent by time, up to [`limits::CONTACTS_MAX`]; without
+    /// what it `touches` and overlaps of less than a millimeter.
     #[must_use]
     pub fn contacts(&self) -> Vec<Contact> {
-        let obstacles: Vec<Obstacle<'_>> = self
-            .objects
-            .iter()
-            .map(|object| Obstacle::new(&object.name, [&object.mesh]))
-            .collect();
+        let obstacles = self.objects.iter();
+        let obstacles = obstacles.map(|object| (&object.name, Shape::new([&object.mesh])));
+        let obstacles: Vec<(&String, Shape)> = obstacles.collect();
         let movers: Vec<Mover<'_>> = self.agents.iter().map(Mover::new).collect();
         let mut contacts = Vec::new();
         for (index, mover) in movers.iter().enumerate() {
             let found = obstacles
                 .iter()
-                .filter(|obstacle| !mover.may_touch(obstacle.name))
-                .filter_map(|obstacle| {
-                    let meeting = mover.meets_shape(&obstacle.shape)?;
-                    Some(Contact::at(meeting, index, mover.agent, obstacle.name))
+                .filter(|(name, _)| !mover.may_touch(name))
+                .filter_map(|(name, shape)| {
+                    let meeting = mover.meets_shape(shape)?;
+                    Some(Contact::at(meeting, index, mover.agent, name))
                 });
             contacts.extend(found.take(limits::CONTACTS_MAX - contacts.len()));
             let others = movers[index + 1..].iter();
@@ -104,20 +99,6 @@ impl Contact {
     }
 }
 
-struct Obstacle<'a> {
-    name: &'a str,
-    shape: Shape,
-}
-
-impl<'a> Obstacle<'a> {
-    fn new<'s>(name: &'a str, meshes: impl IntoIterator<Item = &'s Mesh>) -> Self {
-        Self {
-            name,
-            shape: Shape::new(meshes),
-        }
-    }
-}
-
 struct Mover<'a> {
     agent: &'a Agent,
     legs: Vec<Leg>,
@@ -129,13 +110,10 @@ struct Mover<'a> {
 
 impl<'a> Mover<'a> {
     fn new(agent: &'a Agent) -> Self {
-        let legs = agent
-            .trajectory
-            .as_ref()
-            .map_or_else(Vec::new, Trajectory::legs);
+        let way = agent.trajectory.as_ref();
         let mut mover = Self {
             agent,
-            legs,
+            legs: way.map_or_else(Vec::new, Trajectory::legs),
             shape: Shape::new(agent.parts.iter().map(|part| &part.mesh)),
             bounds: Bounds::NOTHING,
         };
@@ -157,22 +135,17 @@ impl<'a> Mover<'a> {
     }
 
     fn turned(&self, turn: DMat3) -> Shape {
-        let turned: Vec<Mesh> = self
-            .agent
-            .parts
-            .iter()
-            .map(|part| self.agent.turned(&part.mesh, turn))
-            .collect();
-        Shape::new(&turned)
+        let parts = self.agent.parts.iter();
+        let turned = parts.map(|part| self.agent.turned(&part.mesh, turn));
+        Shape::new(&turned.collect::<Vec<_>>())
     }
 
     fn turned_in(&self, span: &Span) -> Option<Shape> {
         let turns = self.agent.turns.as_ref()?;
         let way = self.agent.trajectory.as_ref()?;
         let middle_s = 0.5 * (span.start_s + span.end_s);
-        turns
-            .get(way.heads_for(middle_s))
-            .map(|turn| self.turned(*turn))
+        let turn = turns.get(way.heads_for(middle_s))?;
+        Some(self.turned(*turn))
     }
 
     fn meets_shape(&self, obstacle: &Shape) -> Option<Meeting> {
@@ -182,13 +155,9 @@ impl<'a> Mover<'a> {
                 return None;
             }
             let turned = self.turned_in(&span);
-            first_meeting(
-                (turned.as_ref().unwrap_or(&self.shape), &|time_s| {
-                    self.moved_m(time_s)
-                }),
-                (obstacle, &|_| DVec3::ZERO),
-                &span,
-            )
+            let shape = turned.as_ref().unwrap_or(&self.shape);
+            let moved_m = |time_s| self.moved_m(time_s);
+            first_meeting((shape, &moved_m), (obstacle, &|_| DVec3::ZERO), &span)
         })
     }
 
@@ -205,15 +174,11 @@ impl<'a> Mover<'a> {
             }
             span.speed_max_m_per_s = self.speed_in(&span) + other.speed_in(&span);
             let (turned, other_turned) = (self.turned_in(&span), other.turned_in(&span));
-            first_meeting(
-                (turned.as_ref().unwrap_or(&self.shape), &|time_s| {
-                    self.moved_m(time_s)
-                }),
-                (other_turned.as_ref().unwrap_or(&other.shape), &|time_s| {
-                    other.moved_m(time_s)
-                }),
-                &span,
-            )
+            let shape = turned.as_ref().unwrap_or(&self.shape);
+            let other_shape = other_turned.as_ref().unwrap_or(&other.shape);
+            let moved_m = |time_s| self.moved_m(time_s);
+            let other_moved_m = |time_s| other.moved_m(time_s);
+            first_meeting((shape, &moved_m), (other_shape, &other_moved_m), &span)
         })
     }
 
@@ -235,11 +200,7 @@ impl<'a> Mover<'a> {
             start_s = end_s;
         }
         if spans.is_empty() {
-            spans.push(Span {
-                start_s,
-                end_s: start_s,
-                speed_max_m_per_s: 0.0,
-            });
+            spans.push(Span::STILL);
         }
         spans
     }
@@ -281,10 +242,8 @@ impl FreeSpace {
         let are_in_room =
             meshes().all(|mesh| self.room.holds_corners_of(mesh) && !self.walls.meet(mesh));
         let shape = Shape::new(meshes());
-        let mut near = self
-            .objects
-            .iter()
-            .filter(|other| other.bounds.meets(&shape.bounds));
-        are_in_room && !near.any(|other| shape.overlaps(other))
+        let mut objects = self.objects.iter();
+        let overlaps = |other: &Shape| other.bounds.meets(&shape.bounds) && shape.overlaps(other);
+        are_in_room && !objects.any(overlaps)
     }
 }

@@ -1,25 +1,6 @@
-//! Unknowns of a scene: numbers of its file that are to be found from a recording, each between two bounds.
+//! Unknowns of a scene: numbers of its file that a recording is to tell, each `[[fit]]` with a `key` and `bounds`.
 //!
-//! ```text
-//! [[fit]]
-//! key = "sensor.ceiling.elevation_deg"      # the number in the file is where the search starts
-//! bounds = [80, 90]
-//! ```
-//!
-//! A scene with `[[fit]]` tables is a scene like any other: who does not look for the unknowns takes the numbers as
-//! they stand. [`with_values`] puts other numbers in their places and leaves every other byte of the file alone.
-//!
-//! ```
-//! use grideye_scene::{Scene, fit};
-//! use std::collections::BTreeMap;
-//!
-//! let text = "[room]\nsize_mm = [4000, 6000, 2700]\nambient_c = 20 # guessed\n\n\
-//!             [[fit]]\nkey = \"room.ambient_c\"\nbounds = [15, 25]\n";
-//! let loaded = Scene::parse(text, "room.toml", &BTreeMap::new())?;
-//! assert_eq!((loaded.fits[0].value, loaded.fits[0].bounds), (20.0, [15.0, 25.0]));
-//! assert!(fit::with_values(text, &loaded.fits, &[21.5]).contains("ambient_c = 21.5 # guessed"));
-//! # Ok::<(), grideye_scene::SceneError>(())
-//! ```
+//! A scene with unknowns can be simulated as it stands; [`with_values`] changes the numbers and no other byte.
 
 use crate::text::Place;
 use std::ops::Range;

@@ -1,7 +1,4 @@
-//! Warm prints: what is left on an object where somebody stood, sat or lay.
-//!
-//! A print is a sheet a hair above the object's face, as large as the part of the face below the body, and warmer than
-//! the face by a share of what the body was warmer: all of it while the body is there, then less and less.
+//! Warm prints on an object: a sheet just above its face, which fades after a body stood, sat or lay there.
 
 use crate::geometry::Mesh;
 use crate::heat::{Material, left};
@@ -23,10 +20,6 @@ pub(crate) struct Print {
 const FADED_C: f64 = 1e-3;
 
 impl Print {
-    pub(crate) const fn sheet(&self) -> &Mesh {
-        &self.sheet
-    }
-
     pub(crate) fn surface(&self, scene: &[Body], ambient_c: f64, time_s: f64) -> Option<Surface> {
         let object = scene.get(self.object)?;
         if time_s < self.contact.from_s {

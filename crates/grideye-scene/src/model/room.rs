@@ -68,14 +68,7 @@ impl Room {
         };
         let sides_m = faces.iter().map(side_m).collect();
         let mesh = Mesh::new(vertices_m, &faces).ok()?;
-        Self::of_hull(
-            Hull {
-                mesh,
-                outline_m,
-                sides_m,
-            },
-            ambient_c,
-        )
+        Self::of_hull(mesh, (outline_m, sides_m), ambient_c)
     }
 
     pub(crate) fn of_mesh(mesh: Mesh, ambient_c: f64) -> Option<Self> {
@@ -87,23 +80,24 @@ impl Room {
         let (low_m, high_m) = mesh.bounds_m();
         let outline_m = outline_of_floor(&sides_m)
             .unwrap_or_else(|| rectangle(low_m.truncate(), high_m.truncate()));
-        Self::of_hull(
-            Hull {
-                mesh,
-                outline_m,
-                sides_m,
-            },
-            ambient_c,
-        )
+        Self::of_hull(mesh, (outline_m, sides_m), ambient_c)
     }
 
-    fn of_hull(hull: Hull, ambient_c: f64) -> Option<Self> {
-        let (low_m, high_m) = hull.mesh.bounds_m();
-        hull.mesh.is_closed().then_some(Self {
+    fn of_hull(
+        mesh: Mesh,
+        (outline_m, sides_m): (Vec<DVec2>, Vec<Vec<DVec3>>),
+        ambient_c: f64,
+    ) -> Option<Self> {
+        let (low_m, high_m) = mesh.bounds_m();
+        mesh.is_closed().then_some(Self {
             size_m: high_m - low_m,
             ambient_c,
             low_m,
-            hull: Some(hull),
+            hull: Some(Hull {
+                mesh,
+                outline_m,
+                sides_m,
+            }),
         })
     }
 
@@ -119,9 +113,7 @@ impl Room {
         self.hull.is_none()
     }
 
-    /// The outline of its floor from above, counter-clockwise, meters.
-    ///
-    /// Of a mesh it is the outline of the faces that look up; what lies under a gallery may be missing.
+    /// The outline of its floor from above, counter-clockwise, meters; of a mesh, the faces that look up.
     #[must_use]
     pub fn outline_m(&self) -> Vec<DVec2> {
         let (low_m, high_m) = self.bounds_m();
@@ -188,8 +180,7 @@ impl Room {
             .collect()
     }
 
-    /// The walls that jut into the room, so that something of it is behind them: convex faces as [`Self::convex_sides_m`]
-    /// has them; none in a convex room.
+    /// The walls that jut into the room, as convex faces; none in a convex room.
     #[must_use]
     pub fn jutting_m(&self) -> Vec<Vec<DVec3>> {
         let Some(hull) = &self.hull else {
@@ -208,9 +199,7 @@ impl Room {
         sides.into_iter().filter(juts).collect()
     }
 
-    /// What hides and is at ambient temperature: the walls that jut into the room.
-    ///
-    /// It stands a little behind them, so that what hangs on a wall, and a sensor on it, are before it.
+    /// The walls that jut into the room, set back so that what hangs on them, and a sensor there, is before them.
     pub(crate) fn screen(&self) -> Option<Body> {
         let mut vertices_m = Vec::new();
         let mut faces = Vec::new();

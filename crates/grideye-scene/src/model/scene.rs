@@ -109,17 +109,12 @@ impl Scene {
     /// # Errors
     /// [`SceneError::UnknownSensor`], which lists the names there are.
     pub fn sensor(&self, name: &str) -> Result<&Sensor, SceneError> {
-        self.sensors
-            .iter()
-            .find(|sensor| sensor.name == name)
-            .ok_or_else(|| SceneError::UnknownSensor {
-                name: name.to_owned(),
-                known: self
-                    .sensors
-                    .iter()
-                    .map(|sensor| sensor.name.clone())
-                    .collect(),
-            })
+        let sensors = || self.sensors.iter();
+        let found = sensors().find(|sensor| sensor.name == name);
+        found.ok_or_else(|| SceneError::UnknownSensor {
+            name: name.to_owned(),
+            known: sensors().map(|sensor| sensor.name.clone()).collect(),
+        })
     }
 
     /// The reading of the paper's formula that the scene asks for.
@@ -128,8 +123,7 @@ impl Scene {
         self.law
     }
 
-    /// Whether another scene has the same room, objects, sensors and law: whether they differ in nothing but their
-    /// agents, and in the time they take.
+    /// Whether another scene differs in nothing but its agents and the time they take.
     #[must_use]
     pub fn has_the_room_of(&self, other: &Self) -> bool {
         self.room == other.room
@@ -148,8 +142,7 @@ impl Scene {
         self.duration().is_zero()
     }
 
-    /// The time that the agents take for their ways, or the one that the file gives if that is longer: zero if nothing
-    /// moves or changes.
+    /// The time that the agents take, or the file's if that is longer; zero if nothing moves or changes.
     #[must_use]
     pub fn duration(&self) -> Duration {
         let given = Duration::try_from_secs_f64(self.duration_s).unwrap_or_default();

@@ -41,8 +41,7 @@ pub struct Sensor {
     pub pose: Pose,
     /// Where the directions of its pixels come from, in the physical model.
     pub optics: Optics,
-    /// Full width at half response of every pixel on each axis, radians, if it is not what the optics have; in the
-    /// physical model.
+    /// Full width at half response of every pixel on each axis, radians, if not the optics'; in the physical model.
     pub pixel_width_rad: Option<DVec2>,
     /// Full width at half height of its point spread on each axis, radians, 0 for a sharp one; in the physical model.
     pub blur_rad: DVec2,

@@ -1,7 +1,4 @@
-//! How a walker keeps time along its way: constant speed, trapezoidal speed, minimum jerk, time stamps, stops.
-//!
-//! A way is a chain of [`Stretch`]es from stop to stop. With arc length `L` and travel time `T` of a stretch, and `u`
-//! the share of `T` that has passed:
+//! How a walker keeps time over stretches of length `L` and time `T` from stop to stop; `u` is the part of `T` gone.
 //!
 //! | motion | arc length covered | highest speed |
 //! |---|---|---|
@@ -24,8 +21,7 @@ pub(crate) enum Motion {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Clock<'a> {
-    /// By speed, meters a second: of [`Motion::Constant`] the speed, of [`Motion::Trapezoidal`] that between the ramps,
-    /// of [`Motion::MinimumJerk`] the mean over each leg.
+    /// Meters a second: constant, between the ramps of a trapezoid, or the mean over each leg of minimum jerk.
     Speed(f64),
     /// Each at its own time, seconds; rising.
     Stamps(&'a [f64]),
@@ -134,10 +130,7 @@ impl Stretch {
 }
 
 impl Schedule {
-    /// A way by the arc lengths of its way-points and the seconds that are stood at each.
-    ///
-    /// Rest is at the ends and where somebody stands; with time stamps or least jerk at every way-point, but that
-    /// constant speed has no ramps to rest in.
+    /// A way by arc length and seconds stood at each way-point; constant speed does not rest at stamps.
     pub(crate) fn new(
         lengths_m: &[f64],
         dwells_s: &[f64],

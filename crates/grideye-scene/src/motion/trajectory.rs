@@ -4,11 +4,8 @@ use crate::motion::schedule::Schedule;
 use glam::DVec3;
 use std::time::Duration;
 
-/// A polyline and when the walker is where on it; at its end the walker stands still.
-///
-/// By default it is walked at constant speed by arc length: after `t` the walker is `speed * t` along it (PeerJ CS
-/// 11:e3124, "Sensor sampling frequency"). With other kinds of motion, time stamps or stops, a schedule says how far
-/// the walker is.
+/// A polyline and when the walker is where on it: by default at constant speed (PeerJ CS 11:e3124, "Sensor sampling
+/// frequency"), else by a schedule; at its end the walker stands still.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trajectory {
     waypoints_m: Vec<DVec3>,
@@ -103,8 +100,7 @@ impl Trajectory {
             .clamp(last.min(1), last)
     }
 
-    /// The straight parts and the stops between them, one after the other from the start of the scene to the end of
-    /// the way.
+    /// The straight parts and the stops between them, in order of time.
     pub(crate) fn legs(&self) -> Vec<Leg> {
         let mut legs = Vec::new();
         let mut end_s = 0.0;

@@ -1,14 +1,7 @@
 //! Frames without a sampling grid: each pixel is the integral of what is seen, weighted by the pixel's response.
 //!
-//! ```text
-//!  visible faces ──▶ convex pieces of the picture plane, none over another ──▶ cut at the pixels' centers
-//!                    (subtracted from one another, nearer first)                ──▶ integral of excess · weight
-//! ```
-//!
-//! The weights of `imresize` on an ever finer grid tend to triangles over two pixels, mirrored at the border. Between
-//! the centers of neighboring pixels they are linear on both axes, so a piece that lies between four centers gives to
-//! four pixels by its moments. The fourth root in the law has no antiderivative in closed form; a Gauss rule that is
-//! exact for polynomials of degree 5 takes its place, on triangles no larger than a pixel.
+//! The weights of `imresize` on an ever finer grid tend to triangles over two pixels, linear between pixel centers: a
+//! piece cut there gives to four pixels by its moments. A Gauss rule of degree 5 integrates the law's fourth root.
 
 use crate::geometry::{clipped, count, polygon::bounds};
 use crate::model::Sensor;
@@ -65,9 +58,7 @@ impl ImagePlane {
         }
     }
 
-    /// The facet of a face given by its corners in the sensor's axes, as far as it is in view; `None` if it is not.
-    ///
-    /// `inverse_depth` times a ray `(1, left, up)` is one over the depth at which the ray meets the face.
+    /// The facet of a face in the sensor's axes; `inverse_depth` times ray `(1, left, up)` is one over the depth there.
     pub(crate) fn facet(
         &self,
         corners: impl Iterator<Item = DVec3>,
@@ -283,8 +274,7 @@ impl ImagePlane {
     }
 }
 
-/// Radon's rule of degree 5 on a triangle (Radon 1948; Stroud 1971, T2:5-1): weight, and the shares of the second and
-/// the third corner.
+/// Radon's rule of degree 5 on a triangle (Radon 1948; Stroud 1971, T2:5-1): weight, second and third corner's share.
 const GAUSS: [(f64, f64, f64); 7] = {
     const ROOT_15: f64 = 3.872_983_346_207_417;
     const NEAR: f64 = (6.0 - ROOT_15) / 21.0;
@@ -322,8 +312,7 @@ fn band(index: usize, count: usize) -> (f64, f64) {
     )
 }
 
-/// Takes away from the outlines of a facet what another hides of it; of two at one depth the warmer is seen, and of
-/// two that are equal the one that `wins`.
+/// Takes away what another facet hides; at one depth the warmer is seen, of two that are equal the one that `wins`.
 fn hide(outlines: &mut Vec<Polygon>, facet: &Facet, other: &Facet, wins: bool) {
     if !overlap(facet.bounds, other.bounds) || outlines.is_empty() {
         return;
@@ -379,8 +368,7 @@ fn intersection(one: &[DVec2], other: &[DVec2]) -> Polygon {
     sides(other).fold(one.to_vec(), |rest, side| clipped(&rest, side))
 }
 
-/// Shorter sides, in pixels, have no direction: where a cut meets a corner, two points are left that only rounding
-/// tells apart, and the line through them might lie anywhere.
+/// Shorter sides, in pixels, are only rounding where a cut meets a corner, and have no direction.
 const SIDE_MIN: f64 = 1e-7;
 
 fn sides(outline: &[DVec2]) -> impl Iterator<Item = impl Fn(DVec2) -> f64> {

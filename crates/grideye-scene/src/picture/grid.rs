@@ -18,10 +18,7 @@ use span::{
 };
 use std::ops::Range;
 
-/// Where what moves is drawn before the backdrop, one row at a time, and added up for the pixels.
-///
-/// Resampling is separable: the rows' weights are applied here, cell by cell, so that each inner loop runs along a row
-/// of cells; the columns' weights follow once for each row of pixels.
+/// Draws what moves before the backdrop, row by row: rows' weights per cell, columns' weights once per pixel row.
 pub(crate) struct Accumulator<'a> {
     view: &'a SamplingGrid,
     air: &'a Air,
@@ -244,8 +241,7 @@ impl Accumulator<'_> {
         }
     }
 
-    /// Draws a part of a span. The sums beyond it are put back: to ask in each cell whether it belongs to the part
-    /// would take longer.
+    /// Draws a part of a span and puts the sums beyond it back, which is faster than asking in each cell.
     #[inline(always)]
     fn draw_part<S: Simd>(
         &mut self,

@@ -21,8 +21,7 @@ pub struct Mask {
     pub columns: usize,
     /// Pixels in a column.
     pub rows: usize,
-    /// Share of the pixel's response (weight of the resampling kernel) that falls on a visible part of it,
-    /// 0 to 1.
+    /// Share of the pixel's response (weight of the resampling kernel) that falls on a visible part of it, 0 to 1.
     pub share: Vec<f64>,
 }
 

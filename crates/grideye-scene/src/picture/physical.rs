@@ -1,20 +1,10 @@
-//! The physical model: what a thermopile behind a lens takes in, which is radiance averaged over each pixel's response.
+//! The physical model: what a thermopile behind a lens takes in, radiance averaged over each pixel's response.
 //!
-//! ```text
-//!  faces before the sensor ──▶ level lines of the picture ──▶ which face is seen from where to where (exact)
-//!                              closer than a pixel is wide      │ its radiance above the ambient's
-//!                                                               ▼
-//!  °C ◀── inverse of the radiance ◀── pixel = Σ lines  weight of the line · ∫ radiance · response along it (exact)
-//! ```
+//! `L_pixel = ∫ r L / ∫ r`, `L = e L_b(T) + (1 - e) L_b(T reflected)`, `T_pixel = L_b⁻¹(L_pixel)`. The response `r` is
+//! a Gaussian over the angles to the left and upwards: half-response widths justify no more, and it takes in a blur.
 //!
-//! `L_pixel = ∫ r L / ∫ r`, `L = e L_b(T) + (1 - e) L_b(T reflected)`, `T_pixel = L_b⁻¹(L_pixel)`. Radiance does not fall
-//! with distance; what falls is the share of the pixel that a thing fills. The response `r` is a bell (a Gaussian) over
-//! the angles to the left and upwards: a lens of a few square millimeters before a thermopile has no sharp border, a
-//! bell is what half-response widths alone justify, and its convolution with a blur is one again.
-//!
-//! Along a line, the bell's integral is known in closed form, so that the ends of a span fall anywhere. Across the lines
-//! each stands for a band of a 24th of the narrowest pixel, of which the bell's weight is exact, too; bands are cut where
-//! an edge runs along them, so that an edge is nowhere rounded to a line.
+//! Level lines cut the picture closer than a pixel is wide. Along a line the integral is exact; across, each stands for
+//! a 24th of the narrowest pixel, cut where an edge runs along it.
 
 mod line;
 mod map;

@@ -8,11 +8,9 @@ use std::ops::Range;
 /// The most cells that any processor paints at once; rows are longer by so many.
 pub(crate) const LANES_MAX: usize = 8;
 
-/// A sensor's sampling grid: a plane of points before a pinhole, `focal_points` away from it, each the middle of a
-/// cell (PeerJ CS 11:e3124, "Sensor model implementation": 300 x 300 points at 259.81 for 60° and 5 points a degree).
+/// A plane of points before a pinhole, `focal_points` away (PeerJ CS 11:e3124, "Sensor model implementation").
 ///
-/// The ray of a cell is `(1, left, up)` in the sensor's axes, so a place on it is known by its depth, the meters
-/// forward.
+/// The ray of a cell is `(1, left, up)` in the sensor's axes; a place on it is known by its depth, the meters forward.
 #[derive(Debug, Clone)]
 pub(crate) struct SamplingGrid {
     columns: usize,
@@ -151,8 +149,7 @@ impl SamplingGrid {
 
 #[derive(Debug, Clone)]
 pub(crate) enum Sight {
-    /// It is in the mesh, or on it, and touches faces with these outward normals: it sees the mesh in all directions
-    /// that do not lead out of one of them.
+    /// In the mesh or on it, touching faces with these outward normals: it sees the mesh but for directions out of one.
     Inside(Vec<DVec3>),
     /// The faces that show it their outsides.
     Outside(Vec<SeenFace>),
@@ -208,8 +205,7 @@ impl SeenFace {
     }
 }
 
-/// Leaves out corners that are in the place of the one before them: the side between two such would be made of
-/// rounding, and could lie across the whole face.
+/// Leaves out corners at the place of the one before: only rounding gives the side between them a direction.
 fn drop_twins(corners: &mut Vec<DVec3>) {
     corners.dedup_by(|corner, before| corner.distance_squared(*before) <= TWINS_M * TWINS_M);
     while let [first, .., last] = corners[..] {

@@ -1,10 +1,7 @@
-//! The sampling grid to the sensor's pixels, as MATLAB's `imresize(A, [rows columns], 'bilinear')` does it
-//! (PeerJ CS 11:e3124, "Interpolation").
+//! The sampling grid to pixels as MATLAB's bilinear `imresize` (PeerJ CS 11:e3124, "Interpolation").
 //!
-//! Shrinking widens the triangle kernel to the spacing of the output, so that nothing between two pixels is lost:
-//! 300 points to 8 pixels give kernels of 37.5 points to either side, neighbors overlapping by half. Growing uses
-//! the plain triangle. Weights are normalized before the border is handled; taps beyond the border fall on the
-//! mirrored picture. The two axes are independent.
+//! Shrinking widens the triangle kernel to the spacing of the output; growing uses the plain one. Weights are
+//! normalized before the border mirrors the taps beyond it.
 
 use crate::geometry::count;
 use std::ops::Range;

@@ -1,4 +1,4 @@
-//! From a profile's text to the profile: every number inside its range, or the message with its place.
+//! A profile's text, read (every number inside its range, or the message with its place) and written.
 
 use super::types::{
     ClockError, CommonMode, FixedPattern, NAME_CHARACTERS_MAX, OCTAVES_MAX, Profile, ProfileError,
@@ -127,8 +127,7 @@ impl<'de> Visitor<'de> for MapVisitor {
 const DATASHEET_SIGMA_C: f64 = 0.16;
 const DATASHEET: &str = "datasheet";
 
-/// Noise against the unit's median by the place of the pixel, upper left quadrant, edge first; the rest mirrors it.
-/// Measured over the public recordings of eight and more units: the datasheet is silent beyond the central four.
+/// Noise against the unit's median in the upper left quadrant, edge first, over recordings of eight and more units.
 const NOISE_SHAPE: [[f64; 4]; 4] = [
     [1.25, 1.12, 1.07, 1.02],
     [1.14, 1.05, 0.97, 0.97],
@@ -286,19 +285,19 @@ impl File<'_> {
 
 const NOISE_SIGMA: Rule = Rule {
     key: "noise.sigma_c",
-    holds: amount,
+    holds: COMMON_SD.holds,
     expected: "0 to 100 °C, a list of 64 such numbers, or \"datasheet\"",
     hint: "the datasheet has 0.16 °C at 10 frames a second; real units have 0.2 to 0.6",
 };
 const COMMON_SD: Rule = Rule {
     key: "common_mode.sd_c",
-    holds: amount,
+    holds: |celsius| (0.0..=100.0).contains(&celsius),
     expected: "0 to 100 °C",
     hint: "real units have 0.04 to 0.2",
 };
 const COMMON_CORRELATION: Rule = Rule {
     key: "common_mode.correlation_s",
-    holds: time,
+    holds: |seconds| (0.1..=TIME_MAX_S).contains(&seconds),
     expected: "0.1 to 1000000 s",
     hint: "the wander of real units takes seconds to minutes",
 };
@@ -310,54 +309,44 @@ const OCTAVES: Rule = Rule {
     expected: "a whole number, 1 to 10",
     hint: "each octave is a wander twice as quick as the one before; 1 is the slow one alone",
 };
-const CYCLE_DEPTH: Rule = Rule {
-    key: "common_mode.cycle_depth_c",
-    holds: amount,
-    expected: "0 to 100 °C",
-    hint: "one frame in five is colder by this much; real units have 0.02 to 0.2",
-};
+const CYCLE_DEPTH: Rule = COMMON_SD.with(
+    "common_mode.cycle_depth_c",
+    "one frame in five is colder by this much; real units have 0.02 to 0.2",
+);
 const PATTERN_OFFSET: Rule = Rule {
     key: "fixed_pattern.offset_c",
-    holds: offset,
+    holds: WARM_UP_START.holds,
     expected: "-100 to 100 °C, or a list of 64 such numbers",
     hint: "what each pixel shows too much; the datasheet admits 2.5 either way",
 };
-const PATTERN_SPREAD: Rule = Rule {
-    key: "fixed_pattern.spread_c",
-    holds: amount,
-    expected: "0 to 100 °C",
-    hint: "real units have 0.15 to 0.25; every seed draws another pattern",
-};
+const PATTERN_SPREAD: Rule = COMMON_SD.with(
+    "fixed_pattern.spread_c",
+    "real units have 0.15 to 0.25; every seed draws another pattern",
+);
 const WARM_UP_START: Rule = Rule {
     key: "warm_up.start_c",
-    holds: offset,
+    holds: |celsius| (-100.0..=100.0).contains(&celsius),
     expected: "-100 to 100 °C",
     hint: "the error of all pixels right after power-on",
 };
-const WARM_UP_TIME: Rule = Rule {
-    key: "warm_up.time_constant_s",
-    holds: time,
-    expected: "0.1 to 1000000 s",
-    hint: "the time in which the error falls to 37 %",
-};
+const WARM_UP_TIME: Rule = COMMON_CORRELATION.with(
+    "warm_up.time_constant_s",
+    "the time in which the error falls to 37 %",
+);
 const DRIFT: Rule = Rule {
     key: "warm_up.drift_c_per_hour",
-    holds: offset,
+    holds: WARM_UP_START.holds,
     expected: "-100 to 100 °C an hour",
     hint: "a drift that never ends; leave it out for none",
 };
-const THERMISTOR_OFFSET: Rule = Rule {
-    key: "thermistor.offset_c",
-    holds: offset,
-    expected: "-100 to 100 °C",
-    hint: "self-heating keeps real chips 3.5 to 6 above the scene",
-};
-const THERMISTOR_SIGMA: Rule = Rule {
-    key: "thermistor.sigma_c",
-    holds: amount,
-    expected: "0 to 100 °C",
-    hint: "real chips have less than their step of 0.0625",
-};
+const THERMISTOR_OFFSET: Rule = WARM_UP_START.with(
+    "thermistor.offset_c",
+    "self-heating keeps real chips 3.5 to 6 above the scene",
+);
+const THERMISTOR_SIGMA: Rule = COMMON_SD.with(
+    "thermistor.sigma_c",
+    "real chips have less than their step of 0.0625",
+);
 const THERMISTOR_LAG: Rule = Rule {
     key: "thermistor.lag_s",
     holds: |seconds| (0.0..=TIME_MAX_S).contains(&seconds),
@@ -372,30 +361,102 @@ const PROBABILITY: Rule = Rule {
 };
 const CLOCK_ERROR: Rule = Rule {
     key: "clock.error_ppm",
-    holds: parts_per_million,
+    holds: |number| number.abs() <= PPM_MAX && number == number.trunc(),
     expected: "a whole number, -500000 to 500000",
     hint: "parts per million; -40000 is 4 % slow",
 };
-const CLOCK_DRIFT: Rule = Rule {
-    key: "clock.drift_ppm_per_hour",
-    ..CLOCK_ERROR
-};
+const CLOCK_DRIFT: Rule = CLOCK_ERROR.of("clock.drift_ppm_per_hour");
 
 const TIME_MAX_S: f64 = 1e6;
 const PPM_MAX: f64 = 500_000.0;
 
-fn amount(celsius: f64) -> bool {
-    (0.0..=100.0).contains(&celsius)
+/// A profile as text that reads back to the same numbers.
+pub(crate) fn toml(profile: &Profile) -> String {
+    let mut text = String::new();
+    if !profile.name.is_empty() {
+        let name = toml::Value::String(profile.name.clone());
+        text.push_str(&format!("name = {name}\n"));
+    }
+    let common = &profile.common_mode;
+    let (warm_up, thermistor) = (&profile.warm_up, &profile.thermistor);
+    let time = |amount: f64, time: f64| if amount == 0.0 { 0.0 } else { time };
+    let octaves = (common.sd_c != 0.0 && common.octaves != 1).then(|| common.octaves.to_string());
+    let (noise, pattern, clock) = (
+        &profile.noise_sigma_c,
+        &profile.fixed_pattern,
+        &profile.clock,
+    );
+    let correlation_s = time(common.sd_c, common.correlation_s);
+    let time_constant_s = time(warm_up.start_c, warm_up.time_constant_s);
+    let mut table = |name, keys| push_table(&mut text, name, keys);
+    table("noise", vec![("sigma_c", list(noise))]);
+    let common = vec![
+        ("sd_c", decimal(common.sd_c)),
+        ("correlation_s", decimal(correlation_s)),
+        ("octaves", octaves),
+        ("cycle_depth_c", decimal(common.cycle_depth_c)),
+    ];
+    table("common_mode", common);
+    let pattern = vec![
+        ("offset_c", list(&pattern.offset_c)),
+        ("spread_c", decimal(pattern.spread_c)),
+    ];
+    table("fixed_pattern", pattern);
+    let warm_up = vec![
+        ("start_c", decimal(warm_up.start_c)),
+        ("time_constant_s", decimal(time_constant_s)),
+        ("drift_c_per_hour", decimal(warm_up.drift_c_per_hour)),
+    ];
+    table("warm_up", warm_up);
+    let thermistor = vec![
+        ("offset_c", decimal(thermistor.offset_c)),
+        ("sigma_c", decimal(thermistor.sigma_c)),
+        ("lag_s", decimal(thermistor.lag_s)),
+    ];
+    table("thermistor", thermistor);
+    table(
+        "glitches",
+        vec![("probability", decimal(profile.glitch_probability))],
+    );
+    let drift_ppm = f64::from(clock.drift_ppm_per_hour);
+    let clock = vec![
+        ("error_ppm", decimal(f64::from(clock.error_ppm))),
+        ("drift_ppm_per_hour", decimal(drift_ppm)),
+    ];
+    table("clock", clock);
+    text
 }
 
-fn offset(celsius: f64) -> bool {
-    (-100.0..=100.0).contains(&celsius)
+fn push_table(text: &mut String, name: &str, keys: Vec<(&str, Option<String>)>) {
+    let mut keys = keys
+        .into_iter()
+        .filter_map(|(key, value)| Some((key, value?)))
+        .peekable();
+    if keys.peek().is_none() {
+        return;
+    }
+    let gap = if text.is_empty() { "" } else { "\n" };
+    text.push_str(&format!("{gap}[{name}]\n"));
+    for (key, value) in keys {
+        text.push_str(&format!("{key} = {value}\n"));
+    }
 }
 
-fn time(seconds: f64) -> bool {
-    (0.1..=TIME_MAX_S).contains(&seconds)
+/// The shortest decimal that is this number; nothing for zero.
+fn decimal(number: f64) -> Option<String> {
+    (number != 0.0).then(|| number.to_string())
 }
 
-fn parts_per_million(number: f64) -> bool {
-    number.abs() <= PPM_MAX && number == number.trunc()
+/// One number where all are equal, else eight rows of eight.
+fn list(map: &[f64; PIXELS]) -> Option<String> {
+    if map.iter().all(|each| *each == map[0]) {
+        return decimal(map[0]);
+    }
+    let mut text = "[\n".to_owned();
+    for row in map.chunks(COLUMNS) {
+        let row: Vec<String> = row.iter().map(f64::to_string).collect();
+        text.push_str(&format!("  {},\n", row.join(", ")));
+    }
+    text.push(']');
+    Some(text)
 }

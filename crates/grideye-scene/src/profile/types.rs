@@ -15,16 +15,12 @@ pub const OCTAVES_MAX: u32 = 10;
 /// Characters of a profile's name at most.
 pub const NAME_CHARACTERS_MAX: usize = 100;
 
-/// How a unit differs from a perfect sensor. The default is the perfect one.
-///
-/// [`parse`](Self::parse) admits only the ranges given at each field; whoever fills a profile in by hand is held to
-/// the same ranges when it is written and read again.
+/// How a unit differs from a perfect sensor, the default; [`parse`](Self::parse) holds each field to its range.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
     /// What the unit is called, up to [`NAME_CHARACTERS_MAX`] characters; may be empty.
     pub name: String,
-    /// Standard deviation of each pixel's own noise from one 100 ms tick to the next, °C, 0 to 100, before
-    /// quantization. White, Gaussian, independent of every other pixel.
+    /// White Gaussian noise of each pixel from one 100 ms tick to the next: standard deviation, °C, 0 to 100.
     pub noise_sigma_c: [f64; PIXELS],
     /// What all pixels do together.
     pub common_mode: CommonMode,
@@ -45,11 +41,9 @@ pub struct Profile {
 pub struct CommonMode {
     /// Standard deviation of a slow wander of the whole image, °C, 0 to 100.
     pub sd_c: f64,
-    /// Time after which the slowest wander has mostly forgotten itself (autocorrelation 0.29; none after twice the
-    /// time), seconds, 0.1 to 10^6; without meaning where `sd_c` is 0.
+    /// Time after which the slowest wander is mostly forgotten (autocorrelation 0.29), seconds, 0.1 to 10^6.
     pub correlation_s: f64,
-    /// So many wanders of equal variance, each twice as quick as the one before, make the wander: 1 to
-    /// [`OCTAVES_MAX`]. With many it flickers over all times up to `correlation_s`, as that of real sensors does.
+    /// Wanders of equal variance, each twice as quick as the one before: 1 to [`OCTAVES_MAX`].
     pub octaves: u32,
     /// By how much one tick in [`CYCLE_TICKS`] is colder, °C, 0 to 100. Which one, the seed decides.
     pub cycle_depth_c: f64,

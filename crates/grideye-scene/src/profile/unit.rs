@@ -1,21 +1,22 @@
 //! What a unit with a profile measures, tick by tick.
 
 use crate::geometry::count::float;
-use crate::profile::draw::Draws;
+use crate::profile::read;
 use crate::profile::types::{
     CYCLE_TICKS, CommonMode, FixedPattern, Profile, ProfileError, Thermistor,
 };
-use crate::profile::{read, text};
 use crate::radiometry::ABSOLUTE_ZERO_C;
 use grideye_frame::{Celsius, Frame, PIXELS};
+use rand_chacha::ChaCha12Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
 use std::time::Duration;
 
 impl Profile {
     /// Reads a profile. `origin` is the file's name as messages are to show it.
     ///
     /// # Errors
-    /// [`ProfileError`] with file, line, column, key, what was expected and what to do: unknown keys, lists of another
-    /// length than 64, and numbers out of range, not-a-number among them.
+    /// [`ProfileError`], with place, key, what was expected and what to do.
     pub fn parse(text: &str, origin: &str) -> Result<Self, ProfileError> {
         read::profile(text, origin)
     }
@@ -23,17 +24,13 @@ impl Profile {
     /// The profile as a file that [`parse`](Self::parse) reads back to the same numbers; what has no effect is left out.
     #[must_use]
     pub fn to_toml(&self) -> String {
-        text::toml(self)
+        read::toml(self)
     }
 
-    /// What the unit measures in its tick number `index`, at time `t` since power-on, where the scene is `scene`.
+    /// What the unit of this `seed` measures of a perfect frame in 100 ms tick `index`, at `t` since power-on.
     ///
-    /// `index` counts the sensor's internal ticks of 100 ms, whatever the frame rate. The pixels of `scene` are what a
-    /// perfect sensor would see; its thermistor is the ambient temperature. `seed` is the unit and its luck.
-    ///
-    /// Every draw is one of ChaCha with 12 rounds: bytes 0 to 7 of the key are the seed, 8 to 15 the purpose (1 tick, 2
-    /// wander, 3 unit), 16 to 23 the wander's octave or zero, 24 to 31 the tag `grideyep`; the stream is the tick, the number of the
-    /// wander's knot, or 0; numbers are little-endian. A result below absolute zero is cut off there.
+    /// Draws are ChaCha with 12 rounds. Key, little-endian: seed (8), purpose (8: 1 tick, 2 wander, 3 unit), the
+    /// wander's octave or zero (8), `grideyep` (8). Stream: the tick, the wander's knot, or 0. Absolute zero cuts off.
     #[must_use]
     pub fn apply(&self, seed: u64, index: u64, t: Duration, scene: Frame) -> Frame {
         let t_s = t.as_secs_f64();
@@ -132,8 +129,7 @@ fn wander(seed: u64, at: f64, octaves: u32) -> f64 {
     sum / f64::from(octaves).sqrt()
 }
 
-/// A smooth random function of variance 1 everywhere, whose values at whole numbers are independent: any moment can be
-/// asked for without those before it.
+/// A smooth random function of variance 1 everywhere, with independent values at whole numbers.
 fn smooth(seed: u64, octave: u32, at: f64) -> f64 {
     let knot = crate::geometry::count::floor(at);
     let share = at - float(knot);
@@ -153,3 +149,53 @@ fn smooth(seed: u64, octave: u32, at: f64) -> f64 {
 fn sum(celsius: Celsius, added_c: f64) -> Celsius {
     Celsius::new((f64::from(celsius.get()) + added_c).max(ABSOLUTE_ZERO_C) as f32)
 }
+
+/// The random numbers of one unit: each purpose has its own stream.
+struct Draws(ChaCha12Rng);
+
+const TICK: u64 = 1;
+const KNOT: u64 = 2;
+const SPECIMEN: u64 = 3;
+
+impl Draws {
+    fn tick(seed: u64, index: u64) -> Self {
+        Self::new(seed, TICK, 0, index)
+    }
+
+    fn knot(seed: u64, octave: u32, number: u64) -> Self {
+        Self::new(seed, KNOT, octave, number)
+    }
+
+    fn unit(seed: u64) -> Self {
+        Self::new(seed, SPECIMEN, 0, 0)
+    }
+
+    fn new(seed: u64, purpose: u64, octave: u32, stream: u64) -> Self {
+        let mut key = [0; 32];
+        key[..8].copy_from_slice(&seed.to_le_bytes());
+        key[8..16].copy_from_slice(&purpose.to_le_bytes());
+        key[16..24].copy_from_slice(&u64::from(octave).to_le_bytes());
+        key[24..].copy_from_slice(b"grideyep");
+        let mut generator = ChaCha12Rng::from_seed(key);
+        generator.set_stream(stream);
+        Self(generator)
+    }
+
+    fn normal(&mut self) -> f64 {
+        StandardNormal.sample(&mut self.0)
+    }
+
+    /// True with this probability: never at 0, always at 1.
+    fn happens(&mut self, probability: f64) -> bool {
+        let draw = f64::from(self.0.next_u32()) / TWO_TO_32;
+        draw < probability
+    }
+
+    /// One pixel, each as likely as any other.
+    fn pixel(&mut self) -> usize {
+        // 64 divides the range of a byte evenly.
+        usize::from(self.0.next_u32().to_le_bytes()[0]) % PIXELS
+    }
+}
+
+const TWO_TO_32: f64 = 4_294_967_296.0;

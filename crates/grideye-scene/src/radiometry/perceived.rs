@@ -1,22 +1,13 @@
 //! What temperature a surface seems to have from a distance (PeerJ CS 11:e3124, "Perceived temperature calculation").
 //!
-//! The paper's formula is lost in the copies that were to hand; its text asks for a form that comes from the
-//! Stefan-Boltzmann law, falls with the square of the distance, tends to ambient far away and to the object nearby,
-//! and goes over into a linear branch at 1 cm. [`Law::B`] does all of that; [`Law::A`] is the other form that fits
-//! the words. With kelvin and meters, object `To`, ambient `Ta`, emissivity `e` and distance `d`:
+//! The paper's formula is lost in the copies that were to hand; both laws fit its words. With kelvin and meters, object
+//! `To`, ambient `Ta`, emissivity `e` and distance `d`:
 //!
 //! | law | perceived temperature |
 //! |---|---|
 //! | B (default) | `Tp⁴ = (e To⁴ + d² Ta⁴) / (e + d²)` |
 //! | A | `w = min(1, e / d²)`, `Tp⁴ = w To⁴ + (1 - w) Ta⁴` |
 //! | either, below 1 cm | `Tp = To - (To - Ta) d / operating distance` |
-//!
-//! ```
-//! use grideye_scene::perceived::{Law, Surface, perceived_celsius};
-//! let head = Surface { celsius: 31.0, emissivity: 0.8 };
-//! let seen = perceived_celsius(Law::B, head, 20.0, 1.0, 5.0);
-//! assert!((seen - 25.04).abs() < 0.005);
-//! ```
 
 use crate::geometry::count;
 use pulp::{Simd, bytemuck};
@@ -46,9 +37,7 @@ pub const ABSOLUTE_ZERO_C: f64 = -273.15;
 /// Below this distance the paper's linear branch holds.
 pub const NEAR_M: f64 = 0.01;
 
-/// The temperature in °C that a surface seems to have from `distance_m`, in a room at `ambient_c`.
-///
-/// `operating_distance_m` only matters below [`NEAR_M`]. A surface at ambient temperature seems to have exactly that.
+/// The °C that a surface seems to have from `distance_m`; `operating_distance_m` only matters below [`NEAR_M`].
 #[must_use]
 pub fn perceived_celsius(
     law: Law,
@@ -139,8 +128,7 @@ pub(crate) enum Root {
     Series(Series),
 }
 
-/// The most that a series may differ from the root, °C: a hundredth of what another program in double precision is
-/// held to, and far below what any sensor tells. Each power less is a twentieth of the work in a cell.
+/// The most that a series may differ from the root, °C; each power less is a twentieth of the work in a cell.
 const SERIES_ERROR_C: f64 = 1e-11;
 
 /// What of it is left out of Taylor's series: a few times the last bit of 300 K.
@@ -152,9 +140,8 @@ const SERIES_TERMS_MIN: usize = 5;
 /// With more terms than this, square roots are as fast.
 const SERIES_TERMS_MAX: usize = 16;
 
-/// Power series of the excess in the law's weight, around the middle of the weights that occur: Taylor's, of which the
-/// highest powers are taken away as far as the error allows it, each by the Chebyshev polynomial of its order, the
-/// least that such a polynomial can be (Lanczos 1938).
+/// Taylor's series of the excess in the law's weight, its highest powers replaced within the error by lower ones
+/// through the Chebyshev polynomial of their order (Lanczos 1938).
 #[derive(Debug, Clone)]
 pub(crate) struct Series {
     center: f64,
@@ -200,8 +187,7 @@ impl Series {
         let mut error_c = TAYLOR_ERROR_C;
         while self.terms > SERIES_TERMS_MIN {
             let order = self.terms - 1;
-            // On the weights that occur, a power of `half` over 2^(order - 1) is the most that the polynomial with the
-            // leading coefficient 1 is.
+            // Over the weights that occur, a Chebyshev polynomial with leading coefficient 1 is at most this.
             let bound = (0..order).fold(2.0, |bound, _| 0.5 * bound * half);
             error_c += (self.coefficients[order] * bound).abs();
             if error_c > SERIES_ERROR_C {
@@ -224,8 +210,7 @@ impl Series {
 }
 
 pub(crate) trait Shade {
-    /// °C above ambient, from one over the depth at which each ray meets the surface and the square of the distance to
-    /// depth 1 on it.
+    /// °C above ambient, from one over each ray's depth and the square of its distance at depth 1.
     fn excesses_c<S: Simd>(&self, simd: S, inverse_depths: S::f64s, rays2: S::f64s) -> S::f64s;
 }
 
@@ -233,8 +218,7 @@ pub(crate) trait WithShade<S: Simd> {
     fn with(self, simd: S, shade: impl Shade);
 }
 
-/// The numbers of a [`Series`], of which those beyond the ones that count are zero; copied, so that the innermost loop
-/// keeps them in registers.
+/// The numbers of a [`Series`], zero beyond the ones that count; copied, so that the loop keeps them in registers.
 struct BySeries<const IS_LAW_A: bool, const TERMS: usize> {
     emissivity: f64,
     center: f64,
@@ -255,8 +239,7 @@ impl<const IS_LAW_A: bool, const TERMS: usize> BySeries<IS_LAW_A, TERMS> {
 
     #[inline(always)]
     fn evaluate<S: Simd>(&self, simd: S, weights: S::f64s) -> S::f64s {
-        // Even and odd powers apart, so that half as many steps wait for one another. No fused steps: not every
-        // processor has them, and their last bits differ.
+        // Even and odd powers apart, so that fewer steps wait; no fused steps, whose last bits differ by processor.
         let powers = simd.sub_f64s(weights, simd.splat_f64s(self.center));
         let squares = simd.mul_f64s(powers, powers);
         let mut even = simd.splat_f64s(self.coefficients[(TERMS - 1) / 2 * 2]);

@@ -88,8 +88,8 @@ const C2_UM_K: f64 = 14_387.768_775;
 /// Terms of the series; at 5000 °C and 14 µm the last is below a millionth.
 const TERMS_MAX: u32 = 100;
 
-/// Share of a blackbody's radiance below a wavelength, from wavelength times temperature: the series of Chang and
-/// Rhee (1984) for Planck's law, with `z = c2 / (λ T)`: `15/π⁴ Σ e^(-n z) / n (z³ + 3z²/n + 6z/n² + 6/n³)`.
+/// Share of a blackbody's radiance below a wavelength (Chang and Rhee 1984), with `z = c2 / (λ T)`:
+/// `15/π⁴ Σ e^(-n z) / n (z³ + 3z²/n + 6z/n² + 6/n³)`.
 fn share_below(um_k: f64) -> f64 {
     if um_k <= 0.0 {
         return 0.0;
@@ -111,10 +111,7 @@ fn share_below(um_k: f64) -> f64 {
     sum * 15.0 / (pi2 * pi2)
 }
 
-/// What a surface that fills a pixel's view seems to have, °C: it shines with its emissivity, and reflects for the rest
-/// what a blackbody at `reflected_c` shines.
-///
-/// Distance does not matter: the farther a surface, the more of it a pixel sees.
+/// What a surface that fills a pixel's view seems to have, °C, reflecting a blackbody at `reflected_c`.
 #[must_use]
 pub fn apparent_celsius(surface: Surface, reflected_c: f64, band: Band) -> f64 {
     let light = Light::new(band, reflected_c, reflected_c);
@@ -144,8 +141,7 @@ impl Light {
         }
     }
 
-    /// What a surface shines and reflects, above the ambient's radiance: exactly 0 if it and what it reflects are at
-    /// ambient temperature.
+    /// What a surface shines and reflects above the ambient's radiance: exactly 0 if both are at ambient temperature.
     pub(crate) fn excess(&self, surface: Surface) -> f64 {
         let own = self.band.radiance_k4(surface.celsius - ABSOLUTE_ZERO_C) - self.ambient;
         surface.emissivity * own + (1.0 - surface.emissivity) * self.reflected
@@ -199,8 +195,7 @@ mod tests {
                 "{kelvin}: {found} {expected}"
             );
         }
-        // The textbook's share below 8 µm and 14 µm at 300 K (Howell, Mengüç, Siegel, table of blackbody functions:
-        // 0.14025 at 2400 µm K and 0.51604 at 4200 µm K).
+        // Howell, Mengüç, Siegel, table of blackbody functions, at 8 µm and 14 µm and 300 K.
         assert!((share_below(2400.0) - 0.140_25).abs() < 1e-4);
         assert!((share_below(4200.0) - 0.516_04).abs() < 1e-4);
         assert!((share_below(1e9) - 1.0).abs() < 1e-3);

@@ -1,22 +1,25 @@
-//! Independent noise of every pixel, as a function of seed, sensor and time.
+//! What a sensor adds to a picture: independent noise, or the faults of a unit with a profile, in its steps.
 
+use crate::geometry::count;
+use crate::model::Sensor;
+use crate::picture::Image;
+use crate::profile::Profile;
 use crate::radiometry::ABSOLUTE_ZERO_C;
+use grideye_frame::{Celsius, TICK};
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use std::time::Duration;
 
-/// Adds one draw of N(0, `sigma`) to each pixel, in row order.
+/// Adds one draw of N(0, [`Sensor::noise_sigma`]) to each pixel, in row order; absolute zero cuts off.
 ///
-/// The generator is ChaCha with 12 rounds. Its 32-byte key is, little-endian: the seed (8), the FNV-1a hash of the
-/// sensor's name (8), the high half of the time in nanoseconds (8), and the tag `grideye1` (8). Its stream is the low
-/// half of the time. So every frame of every sensor has a stream of its own, that no other frame's count of draws
-/// can shift. A draw below absolute zero, which only a noise of hundreds of degrees makes, is cut off there.
-pub(crate) fn add_noise(celsius: &mut [f64], sigma: f64, seed: u64, sensor: &str, time: Duration) {
-    let mut generator = generator(seed, sensor, time);
+/// ChaCha with 12 rounds. Key, little-endian: the seed (8), the FNV-1a hash of the sensor's name (8), the high half of
+/// the time in nanoseconds (8), `grideye1` (8). Stream: the low half of the time, so that frames are independent.
+pub(crate) fn add_noise(celsius: &mut [f64], sensor: &Sensor, (time, seed): (Duration, u64)) {
+    let mut generator = generator(seed, &sensor.name, time);
     for pixel in celsius {
         let draw: f64 = StandardNormal.sample(&mut generator);
-        *pixel = (*pixel + sigma * draw).max(ABSOLUTE_ZERO_C);
+        *pixel = (*pixel + sensor.noise_sigma * draw).max(ABSOLUTE_ZERO_C);
     }
 }
 
@@ -41,6 +44,47 @@ pub fn fnv1a(text: &str) -> u64 {
     text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
     })
+}
+
+/// Ticks of the slowest frame: the sensor's own mean at 1 frame a second.
+const TICKS_MAX: f64 = 10.0;
+
+/// Puts the unit's pattern, drift and noise on a picture of 8 x 8 pixels; others have no profile.
+pub(crate) fn measure(
+    profile: &Profile,
+    sensor: &Sensor,
+    image: &mut Image,
+    (time, seed): (Duration, u64),
+) {
+    // The thermistor is no part of a picture.
+    let Some(seen) = image.to_frame(Celsius::new(0.0)) else {
+        return;
+    };
+    // A nanosecond is what a frame's time may be rounded down by.
+    let first = (time + Duration::from_nanos(1)).as_nanos() / TICK.as_nanos();
+    let first = u64::try_from(first).unwrap_or(u64::MAX);
+    let tick_hz = 1.0 / TICK.as_secs_f64();
+    let ticks = (tick_hz / sensor.sampling_hz).round().clamp(1.0, TICKS_MAX);
+    let mut sums = vec![0.0; image.celsius.len()];
+    for tick in 0..count::floor(ticks) {
+        let tick = u32::try_from(tick).unwrap_or(0);
+        let at = time.saturating_add(TICK * tick);
+        let measured = profile.apply(seed, first.saturating_add(tick.into()), at, seen);
+        for (sum, celsius) in sums.iter_mut().zip(&measured.pixels) {
+            *sum += f64::from(celsius.get());
+        }
+    }
+    for (celsius, sum) in image.celsius.iter_mut().zip(sums) {
+        *celsius = sum / ticks;
+    }
+}
+
+pub(crate) fn quantize(celsius: &mut [f64], step_c: f64) {
+    if step_c > 0.0 {
+        for celsius in celsius {
+            *celsius = (*celsius / step_c).round() * step_c;
+        }
+    }
 }
 
 #[cfg(test)]

@@ -26,6 +26,17 @@ pub(crate) struct Rule {
     pub(crate) hint: &'static str,
 }
 
+impl Rule {
+    /// The same numbers for another key.
+    pub(crate) const fn of(self, key: &'static str) -> Self {
+        Self { key, ..self }
+    }
+
+    pub(crate) const fn with(self, key: &'static str, hint: &'static str) -> Self {
+        Self { key, hint, ..self }
+    }
+}
+
 impl Source<'_> {
     pub(crate) fn place(&self, byte: usize) -> Place {
         Place::of_byte(self.origin, self.text, byte)
@@ -132,8 +143,7 @@ impl Source<'_> {
     }
 }
 
-/// So many values, neither more nor fewer (serde's own arrays take a longer list and forget its end); if `ONE`, a single
-/// one stands for all of them.
+/// Exactly so many values (serde's own arrays take a longer list); if `ONE`, a single one stands for all of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bounded<T, const N: usize, const ONE: bool = false>(pub(crate) [T; N]);
 

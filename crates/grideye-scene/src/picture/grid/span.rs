@@ -6,12 +6,10 @@ use crate::radiometry::{Air, Shade, WithShade};
 use pulp::Simd;
 use std::ops::Range;
 
-/// Surfaces whose depths along a ray differ by less than this part are at one depth: less than a nanometer in a room,
-/// and more than the rounding of the two.
+/// Relative difference of depths that are the same: under a nanometer in a room, and above the rounding of the two.
 const SAME_DEPTH: f64 = 1e-11;
 
-/// A patch in the cells of one row. All slices have one length; what comes of the cells beyond the patch's last means
-/// nothing.
+/// A patch in the cells of one row: slices of one length; cells beyond the patch's last mean nothing.
 struct SpanShader<'a, S: Simd, O> {
     /// One over the plane's depth on the ray without slope to the left, and what each unit of slope adds.
     at_axis: (f64, f64),
@@ -33,8 +31,7 @@ pub(super) trait Outcome<S: Simd> {
 /// One over the depth of what is seen in several cells, and how warm it seems.
 type Seen<S> = (<S as Simd>::f64s, <S as Simd>::f64s);
 
-/// What is there before a patch is drawn: one over the depths, 0 where nothing is, and how much warmer than ambient it
-/// seems, °C.
+/// What is there before a patch is drawn: one over the depths, 0 where nothing is, and the excess over ambient, °C.
 pub(super) struct Existing<'a, S: Simd> {
     depth: &'a [S::f64s],
     pub(super) excess: &'a [S::f64s],
@@ -58,8 +55,7 @@ impl<'a, S: Simd> Existing<'a, S> {
     }
 }
 
-/// Two rows of pixels to which a change in one row of cells is given: their sums, column by column, and what the row of
-/// cells weighs in each.
+/// Two rows of pixels that a row of cells changes: their sums by column, and the row's weight in each.
 pub(super) struct Sums<'a, S: Simd> {
     pub(super) rows: [&'a mut [S::f64s]; 2],
     pub(super) weights: [f64; 2],
@@ -213,9 +209,7 @@ impl<S: Simd, O: Outcome<S>> WithShade<S> for SpanShader<'_, S, O> {
     }
 }
 
-/// Where a surface hides another.
-///
-/// Of two surfaces at one depth the warmer is seen, so that their order does not matter.
+/// Where a surface hides another; of two at one depth the warmer is seen, whatever their order.
 #[inline(always)]
 fn wins<S: Simd>(simd: S, new: Seen<S>, old: Seen<S>) -> S::m64s {
     let margin = simd.mul_f64s(old.0, simd.splat_f64s(SAME_DEPTH));
@@ -281,8 +275,7 @@ impl CellRow<'_> {
     }
 }
 
-/// What stands beyond so many values: always as much, whatever of it is in the last vector, since copies of a fixed
-/// length are the fastest.
+/// What stands beyond so many values, in copies of a fixed length, which are the fastest.
 #[inline(always)]
 pub(super) fn tail(values: &[f64], count: usize) -> [f64; LANES_MAX] {
     let mut beyond = [0.0; LANES_MAX];
@@ -302,8 +295,7 @@ pub(super) struct RowBuffers {
     pub(super) depth: Vec<f64>,
     pub(super) excess: Vec<f64>,
     pub(super) counts: Vec<f64>,
-    /// The same where a span has just been drawn. Two places, so that it is written whole: to write here and there
-    /// takes many times as long on some processors.
+    /// The same where a span has just been drawn: a second place, because scattered writes are many times slower.
     pub(super) new_depth: Vec<f64>,
     pub(super) new_excess: Vec<f64>,
     pub(super) new_counts: Vec<f64>,

@@ -229,10 +229,7 @@ fn stretch(span: Option<&Span>, at: f64, value: impl Fn(&Span) -> f64) -> (f64, 
     }
 }
 
-/// Levels at which a row of the picture is to be cut, so that no edge along it falls between two lines: slopes upwards.
-///
-/// An edge that runs nearly along the rows, less than `height` and more than `width`, makes a jump in what the lines
-/// see. Bodies of many faces are round: only their ends are.
+/// Slopes upwards at which the picture is cut, so that edges flatter than `height` and wider than `width` are exact.
 pub(super) fn levels(faces: &[SeenFace], (height, width): (f64, f64), levels: &mut Vec<f64>) {
     if faces.len() > ROUND_FACES_MIN {
         let reaches = faces.iter().map(|face| reach(&face.corners));
@@ -256,6 +253,5 @@ pub(super) fn levels(faces: &[SeenFace], (height, width): (f64, f64), levels: &m
     }
 }
 
-/// A body that shows more faces than this is taken for a round one; a mesh of so many may be anything, and is then cut
-/// at its ends alone.
+/// A body that shows more faces than this is cut at its ends alone, as a round one.
 const ROUND_FACES_MIN: usize = 24;

@@ -1,12 +1,9 @@
-//! Which way each of the 64 pixels of an AMG88 with the 60° lens looks, and how wide it sees.
+//! Directions and widths of the AMG88's 64 pixels with the 60° lens, digitized from Panasonic's specification.
 //!
-//! Digitized from the drawing of the pixels' viewing directions in Panasonic's reference specification of the AMG88;
-//! the tenth of a degree by which its halves differ is the digitizing's. The drawing does not say how an angle off
-//! both axes is meant. Here each is taken in its own plane, as a turntable with two axes would measure it: the
-//! direction at `x` to the right and `y` up is `(1, -tan x, tan y)` in the sensor's axes.
+//! Its drawing does not say how an angle off both axes is meant. Here each is taken in its own plane, as a turntable
+//! with two axes would: `x` to the right and `y` up is `(1, -tan x, tan y)` in the sensor's axes.
 
-/// Of each pixel, row by row from the top left: angle to the right, angle up, and the full widths across and down
-/// within which the response is above half its peak; all in degrees.
+/// Of each pixel, row by row from the top left, degrees: right, up, full widths at half response across and down.
 pub(super) const AMG88: [[f64; 4]; 64] = [
     [-32.44, 32.29, 9.98, 11.44],
     [-22.95, 30.44, 7.74, 9.27],

@@ -79,10 +79,7 @@ impl Eye {
         widths.fold(f64::INFINITY, f64::min) * WIDTH_PER_SIGMA
     }
 
-    /// Adds to each pixel the integral of its response times a value that steps along a band.
-    ///
-    /// `steps` are angles to the left, rising, each with what the value rises by there; the value is 0 before the first
-    /// and after the last. `(low, high)` are the band's angles upwards.
+    /// Adds to each pixel the integral of its response times a value that rises by `steps` along a band.
     pub(super) fn add(&self, steps: &[(f64, f64)], (low, high): (f64, f64), pixels: &mut [f64]) {
         let (Some(first), Some(last)) = (steps.first(), steps.last()) else {
             return;
