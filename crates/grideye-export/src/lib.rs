@@ -2,7 +2,6 @@
 
 #[cfg(feature = "annex")]
 pub mod annex;
-#[cfg(feature = "dataset")]
 pub mod dataset;
 mod error;
 pub mod film;

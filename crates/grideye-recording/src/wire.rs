@@ -17,6 +17,7 @@ mod check;
 mod decode;
 mod encode;
 mod error;
+mod lifted;
 mod types;
 mod values;
 

@@ -3,6 +3,7 @@
 use super::error::{repeated, too_many};
 use crate::record::{ClockState, Record, Stamp};
 use crate::wire::error::WireError;
+use crate::wire::lifted::Lifted;
 use crate::wire::types::{Account, Acknowledgement, Batch, Gap, Limits, SensorBatch};
 use crate::wire::values::{Array, COUNT, Integer, Named, Object, Seed, TEXT, fill};
 use core::cell::Cell;
@@ -12,48 +13,44 @@ use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Unexpected, Visitor};
-use serde_json::value::RawValue;
+use serde_json::Error as JsonError;
 use std::collections::BTreeMap;
 
 type Counts = BTreeMap<String, u64>;
 
 pub(super) fn batch(json: &[u8], limits: &Limits) -> Result<Batch, WireError> {
-    parse(json, |words| {
+    let seed = |lifted| {
         Seed(BatchObject {
             limits,
             frames_left: Cell::new(limits.frames),
-            words,
+            lifted,
         })
-    })
+    };
+    let lifted = Lifted::of(json);
+    parse(&lifted.rest, seed(Some(&lifted))).or_else(|_| parse_and_name(json, seed(None)))
 }
 
 pub(super) fn acknowledgement(json: &[u8], limits: &Limits) -> Result<Acknowledgement, WireError> {
-    parse(json, |_words| Seed(AcknowledgementObject(limits)))
+    let seed = || Seed(AcknowledgementObject(limits));
+    parse(json, seed()).or_else(|_| parse_and_name(json, seed()))
 }
 
-/// How the words of pixels are read, which are most of a body.
-#[derive(Debug, Clone, Copy)]
-enum Words {
-    /// As text of the array, in a third of the time; a fault in it is not named.
-    Quickly,
-    OneByOne,
+fn parse<'de, S: DeserializeSeed<'de>>(json: &'de [u8], seed: S) -> Result<S::Value, JsonError> {
+    let mut parser = serde_json::Deserializer::from_slice(json);
+    let value = seed.deserialize(&mut parser)?;
+    parser.end().map(|()| value)
 }
 
-/// Parses once, quickly; only what that refuses is gone through again, one by one and with the place kept track of.
-fn parse<'de, S: DeserializeSeed<'de>>(
+/// Keeps track of the place, which takes longer: only what was refused is gone through again.
+fn parse_and_name<'de, S: DeserializeSeed<'de>>(
     json: &'de [u8],
-    seed: impl Fn(Words) -> S,
+    seed: S,
 ) -> Result<S::Value, WireError> {
-    let mut quick = serde_json::Deserializer::from_slice(json);
-    let parsed = seed(Words::Quickly).deserialize(&mut quick);
-    if let Ok(value) = parsed.and_then(|value| quick.end().map(|()| value)) {
-        return Ok(value);
-    }
     let mut track = serde_path_to_error::Track::new();
-    let mut slow = serde_json::Deserializer::from_slice(json);
-    let tracked = serde_path_to_error::Deserializer::new(&mut slow, &mut track);
-    let parsed = seed(Words::OneByOne).deserialize(tracked);
-    let parsed = parsed.and_then(|value| slow.end().map(|()| value));
+    let mut parser = serde_json::Deserializer::from_slice(json);
+    let tracked = serde_path_to_error::Deserializer::new(&mut parser, &mut track);
+    let parsed = seed.deserialize(tracked);
+    let parsed = parsed.and_then(|value| parser.end().map(|()| value));
     parsed.map_err(|error| WireError::from_parser(&track.path(), &error))
 }
 
@@ -61,7 +58,7 @@ struct BatchObject<'l> {
     limits: &'l Limits,
     /// Frames that the body may still hold, counted over its sensors.
     frames_left: Cell<usize>,
-    words: Words,
+    lifted: Option<&'l Lifted>,
 }
 
 #[derive(Deserialize)]
@@ -126,7 +123,7 @@ impl<'de> Object<'de> for SensorObject<'_> {
             limit: self.0.limits.frames,
             limit_of: "frames in all",
             left: &self.0.frames_left,
-            each: Seed(FrameObject(self.0.words)),
+            each: Seed(FrameObject(self.0.lifted)),
         };
         let (mut sensor, mut account, mut frames) = (None, None, None);
         while let Some(field) = map.next_key()? {
@@ -188,19 +185,19 @@ impl<'de> Object<'de> for AccountObject<'_> {
 
 /// A frame is an object only: serde's own derive would take an array of the fields' values as well.
 #[derive(Clone, Copy)]
-struct FrameObject(Words);
+struct FrameObject<'l>(Option<&'l Lifted>);
 
-impl<'de> Object<'de> for FrameObject {
+impl<'de> Object<'de> for FrameObject<'_> {
     type Value = Record;
     const EXPECTED: &'static str =
         "an object with seq, t_boot_ns, t_utc_ns, clock and a frame or `missing`";
 
     fn read<A: MapAccess<'de>>(self, map: A) -> Result<Record, A::Error> {
         let map = MapAccessDeserializer::new(map);
-        match self.0 {
-            Words::Quickly => FrameFields::<QuickPixels>::deserialize(map)?.record(),
-            Words::OneByOne => FrameFields::<Pixels>::deserialize(map)?.record(),
-        }
+        let Some(lifted) = self.0 else {
+            return FrameFields::<Pixels>::deserialize(map)?.record(|Pixels(pixels)| Some(pixels));
+        };
+        FrameFields::<Integer<u16>>::deserialize(map)?.record(|_taken| lifted.next())
     }
 }
 
@@ -219,12 +216,17 @@ struct FrameFields<P> {
     pixels_raw: Option<P>,
 }
 
-impl<P: Into<[PixelWord; PIXELS]>> FrameFields<P> {
-    fn record<E: Error>(self) -> Result<Record, E> {
-        let reading = match (self.missing, self.thermistor_raw, self.pixels_raw) {
+impl<P> FrameFields<P> {
+    fn record<E: Error>(
+        self,
+        pixels: impl FnOnce(P) -> Option<[PixelWord; PIXELS]>,
+    ) -> Result<Record, E> {
+        let taken = self.pixels_raw.map(pixels);
+        let pixels = taken.map(|pixels| pixels.ok_or_else(|| E::missing_field("pixels_raw")));
+        let reading = match (self.missing, self.thermistor_raw, pixels.transpose()?) {
             (None, Some(thermistor), Some(pixels)) => Reading::Frame(RawFrame {
                 thermistor: ThermistorWord(thermistor.0),
-                pixels: pixels.into(),
+                pixels,
             }),
             (Some(Named(reason)), None, None) => Reading::NoData(reason),
             (None, None, _) => return Err(E::missing_field("thermistor_raw")),
@@ -255,12 +257,6 @@ fn some<'de, D: Deserializer<'de>, P: Deserialize<'de>>(
 
 struct Pixels([PixelWord; PIXELS]);
 
-impl From<Pixels> for [PixelWord; PIXELS] {
-    fn from(pixels: Pixels) -> Self {
-        pixels.0
-    }
-}
-
 impl<'de> Deserialize<'de> for Pixels {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_seq(PixelsVisitor).map(Self)
@@ -289,44 +285,6 @@ impl<'de> Visitor<'de> for PixelsVisitor {
             Some(_) => Err(A::Error::invalid_value(Unexpected::Other("a 65th"), &self)),
         }
     }
-}
-
-/// The same from the text of the array. It takes less than `Pixels` does, and nothing else.
-struct QuickPixels([PixelWord; PIXELS]);
-
-impl From<QuickPixels> for [PixelWord; PIXELS] {
-    fn from(pixels: QuickPixels) -> Self {
-        pixels.0
-    }
-}
-
-impl<'de> Deserialize<'de> for QuickPixels {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let array = <&RawValue>::deserialize(deserializer)?.get().as_bytes();
-        let words = quick_words(array).ok_or_else(|| D::Error::custom("not quickly read"))?;
-        Ok(Self(words))
-    }
-}
-
-/// 64 decimal numbers between brackets, with commas and perhaps blanks; that it is JSON has been checked.
-fn quick_words(array: &[u8]) -> Option<[PixelWord; PIXELS]> {
-    /// Every larger number has more digits than a word.
-    const BEYOND: u32 = 99_999;
-    let mut words = [PixelWord(0); PIXELS];
-    let mut slots = words.iter_mut();
-    let mut word = 0;
-    for byte in array.strip_prefix(b"[")? {
-        match byte {
-            b'0'..=b'9' => word = (word * 10 + u32::from(byte - b'0')).min(BEYOND),
-            b',' | b']' => {
-                *slots.next()? = PixelWord(u16::try_from(word).ok()?);
-                word = 0;
-            }
-            b' ' | b'\n' | b'\r' | b'\t' => {}
-            _ => return None,
-        }
-    }
-    slots.next().is_none().then_some(words)
 }
 
 struct AcknowledgementObject<'l>(&'l Limits);

@@ -163,9 +163,13 @@ fn a_fault_in_a_field_is_named_with_its_path() {
         (",159]", ",1e2]", format!("{frame}.pixels_raw[63]: expected an integer from 0 to 65535, found floating point `100.0`")),
         (",159]", ",NaN]", format!("{frame}.pixels_raw[63]: expected JSON, found a fault at line 1 column {nan}: expected value")),
         (",159]", ",[]]", format!("{frame}.pixels_raw[63]: expected an integer from 0 to 65535, found sequence")),
+        (",159]", ",0159]", format!("{frame}.pixels_raw[63]: expected JSON, found a fault at line 1 column {}: invalid number", nan + 1)),
+        (",159]", ",]", format!("{frame}.pixels_raw[63]: expected JSON, found a fault at line 1 column {nan}: trailing comma")),
         (",159]", "]", format!("{frame}.pixels_raw: expected an array of exactly 64 integers, found 63")),
         (",159]", ",159,160]", format!("{frame}.pixels_raw: expected an array of exactly 64 integers, found a 65th")),
         ("[96,", "[", format!("{frame}.pixels_raw: expected an array of exactly 64 integers, found 63")),
+        (r#""missing":"nack""#, r#""missing":"nack","pixels_raw":0"#, "sensors[0].frames[1].pixels_raw: expected an array of exactly 64 integers, found integer `0`".to_owned()),
+        (r#""frames":["#, r#""frames":[{"seq":16,"t_boot_ns":1,"t_utc_ns":1,"clock":"synced","thermistor_raw":402,"pixels_raw":0},"#, format!("{frame}.pixels_raw: expected an array of exactly 64 integers, found integer `0`")),
         (r#""missing":"nack""#, r#""missing":"sulking""#, "sensors[0].frames[1].missing: expected the name of a reason why there is no frame, found string \"sulking\"".to_owned()),
         (r#","missing":"nack""#, "", "sensors[0].frames[1].thermistor_raw: expected a value, found none".to_owned()),
         (r#""missing":"nack""#, r#""missing":"nack","thermistor_raw":4"#, "sensors[0].frames[1]: expected words, or `missing` with a reason, found `missing` and words".to_owned()),
@@ -189,6 +193,24 @@ fn a_fault_in_a_field_is_named_with_its_path() {
     for (from, to, message) in cases {
         assert_eq!(refusal(from, to), message, "{from} -> {to}");
     }
+}
+
+#[test]
+fn pixels_are_read_however_json_may_write_them() {
+    let expected = read(&specimen()).unwrap();
+    for (from, to) in [
+        (",", " ,\n\t"),
+        ("[", " [ \r"),
+        (r#""pixels_raw":["#, r#""pixels_raw" : [ "#),
+        ("pixels_raw", r"pixels\u005fraw"),
+    ] {
+        let body = specimen().replace(from, to);
+        assert_ne!(body, specimen());
+        assert_eq!(read(&body).unwrap(), expected, "{from} -> {to}");
+    }
+    // What only looks like the key is a name like any other.
+    let body = specimen().replace("pi-1", "pixels_raw");
+    assert_eq!(read(&body).unwrap().sensors, expected.sensors);
 }
 
 #[test]

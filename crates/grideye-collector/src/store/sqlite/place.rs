@@ -7,18 +7,23 @@ use crate::limits::Limits;
 use crate::log::{Level, Log, LogEvent};
 use crate::store::error::{Result, StoreError};
 use crate::store::location::StoreLocation;
-use crate::store::sqlite::schema::recognize;
+use crate::store::sqlite::schema::{Found, recognize};
 use rusqlite::{Connection, ErrorCode, OpenFlags};
+use rustix::fs::{AtFlags, CWD, Statx, StatxFlags, statx};
+use rustix::io::Errno;
 use std::fs::{File, OpenOptions};
 use std::io;
 use std::os::fd::AsRawFd as _;
-use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _};
+use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Prepared statements that a connection keeps: more than there are in this crate.
 const STATEMENTS_MAX: usize = 64;
+
+/// Each page of the log is a write of its own, and a group of posts fills several: four times SQLite's own size.
+const PAGE_BYTES: i64 = 16 * 1024;
 
 pub(super) struct Place {
     pub(super) name: String,
@@ -71,8 +76,10 @@ impl Place {
         connection.busy_timeout(limits.store_lock_time_max)?;
         connection.set_prepared_statement_cache_capacity(STATEMENTS_MAX);
         if self.file.is_some() {
-            // The change to WAL is written into the file, so it must be ours.
-            recognize(&connection)?;
+            // Both are written into the file, so it must be ours.
+            if recognize(&connection)? == Found::Nothing {
+                connection.pragma_update(None, "page_size", PAGE_BYTES)?;
+            }
             connection.pragma_update(None, "journal_mode", "WAL")?;
         }
         connection.pragma_update(None, "synchronous", "FULL")?;
@@ -132,7 +139,14 @@ struct Part {
     name: &'static str,
     path: PathBuf,
     held: File,
-    identity: (u64, u64),
+    identity: Identity,
+}
+
+/// Device (major, minor) and inode.
+type Identity = (u32, u32, u64);
+
+fn identity(found: &Statx) -> Identity {
+    (found.stx_dev_major, found.stx_dev_minor, found.stx_ino)
 }
 
 impl Held {
@@ -189,21 +203,23 @@ impl Held {
 
 impl Part {
     fn new(name: &'static str, path: PathBuf, held: File) -> io::Result<Self> {
-        let metadata = held.metadata()?;
+        let found = statx(&held, "", AtFlags::EMPTY_PATH, StatxFlags::INO)?;
         Ok(Self {
             name,
             path,
             held,
-            identity: (metadata.dev(), metadata.ino()),
+            identity: identity(&found),
         })
     }
 
     fn check(&self) -> Result<()> {
-        let there = std::fs::metadata(&self.path);
-        let fate = match there.map(|there| (there.dev(), there.ino())) {
+        // Not `std::fs::metadata`, which asks for the time of change as well: since Linux 6.13 a file whose time was asked for
+        // gets a new one with the next write, and the next sync writes its inode for that.
+        let there = statx(CWD, &self.path, AtFlags::empty(), StatxFlags::INO);
+        let fate = match there.as_ref().map(identity) {
             Ok(identity) if identity == self.identity => return Ok(()),
             Ok(_other) => "replaced by another file",
-            Err(error) if error.kind() != io::ErrorKind::NotFound => "made unreachable",
+            Err(&error) if error != Errno::NOENT => "made unreachable",
             Err(_) if self.is_linked() => "moved away",
             Err(_) => "deleted",
         };
@@ -214,7 +230,8 @@ impl Part {
     }
 
     fn is_linked(&self) -> bool {
-        self.held.metadata().is_ok_and(|held| held.nlink() > 0)
+        let held = statx(&self.held, "", AtFlags::EMPTY_PATH, StatxFlags::NLINK);
+        held.is_ok_and(|held| held.stx_nlink > 0)
     }
 }
 

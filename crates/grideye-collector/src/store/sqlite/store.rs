@@ -22,8 +22,8 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use tokio::sync::Semaphore;
 
-/// Pages of the log after which it is folded into the file, 32 MB: a page that many posts write is then folded in once.
-const CHECKPOINT_PAGES: i64 = 8192;
+/// How long the log gets before it is folded into the file: a page that many posts write is then folded in once.
+const LOG_BYTES: u64 = 32 * 1024 * 1024;
 
 /// What the writer holds of the file: the last page of each stream, so that a fleet's posts read nothing.
 const CACHE_KIB: i64 = 32 * 1024;
@@ -84,7 +84,8 @@ impl SqliteStore {
         if let Some(bytes_max) = limits.store_bytes_max {
             set_quota(&connection, bytes_max)?;
         }
-        connection.pragma_update(None, "wal_autocheckpoint", CHECKPOINT_PAGES)?;
+        let log_pages = pages(&connection, LOG_BYTES)?;
+        connection.pragma_update(None, "wal_autocheckpoint", log_pages)?;
         connection.pragma_update(None, "cache_size", -CACHE_KIB)?;
         let readers = (0..limits.readers_max.max(1))
             .map(|_| place.connect(limits))
@@ -246,17 +247,19 @@ impl FrameStore for SqliteStore {
     }
 }
 
-/// SQLite counts in pages. It does not shrink a file that is larger already: then nothing more is taken.
+/// SQLite does not shrink a file that is larger already: then nothing more is taken.
 fn set_quota(connection: &Connection, bytes_max: u64) -> Result<()> {
-    let page: i64 = connection.pragma_query_value(None, "page_size", |row| row.get(0))?;
-    let pages = i64::try_from(bytes_max).unwrap_or(i64::MAX) / page.max(1);
+    let pages_max = pages(connection, bytes_max)?;
     // The answer is the limit in force; the pragma takes no parameter.
-    connection.query_row(
-        &format!("PRAGMA max_page_count = {}", pages.max(1)),
-        [],
-        |_| Ok(()),
-    )?;
+    let pragma = format!("PRAGMA max_page_count = {pages_max}");
+    connection.query_row(&pragma, [], |_| Ok(()))?;
     Ok(())
+}
+
+/// How many whole pages of this file so many bytes hold, and at least one.
+fn pages(connection: &Connection, bytes: u64) -> Result<i64> {
+    let page: i64 = connection.pragma_query_value(None, "page_size", |row| row.get(0))?;
+    Ok((i64::try_from(bytes).unwrap_or(i64::MAX) / page.max(1)).max(1))
 }
 
 #[cfg(test)]
