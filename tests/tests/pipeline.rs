@@ -33,9 +33,9 @@ fn line<'a>(ended: &'a Ended, beginning: &str) -> &'a str {
     found.unwrap_or_else(|| panic!("no line {beginning:?} in {ended:?}"))
 }
 
-/// Holds a command's output to the block of the README that shows it, word by word and digit by digit.
-fn assert_as_in_the_readme(command: &str, ended: &Ended) {
-    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+/// Holds a command's output to the block of the document that shows it, word by word and digit by digit.
+fn assert_as_in(document: &str, command: &str, ended: &Ended) {
+    let readme = std::fs::read_to_string(root().join(document)).unwrap();
     let (_, behind) = readme.split_once(&format!("$ {command}\n")).unwrap();
     let (shown, _) = behind.split_once("```").unwrap();
     let said = ended.stdout.lines().chain(ended.stderr.lines());
@@ -44,7 +44,7 @@ fn assert_as_in_the_readme(command: &str, ended: &Ended) {
     for line in shown.lines() {
         assert!(
             said.contains(&words(line)),
-            "README.md shows {line:?} of {command}; {said:#?}"
+            "{document} shows {line:?} of {command}; {said:#?}"
         );
     }
 }
@@ -70,7 +70,8 @@ fn the_demonstration_ends_with_delivery_scores_and_report() {
     let ended = demo(out.path(), &["--speed", "10"]);
     assert_eq!(ended.code, 0, "{ended:?}");
     assert_eq!(ended.stdout.lines().count(), 3, "{ended:?}");
-    assert_as_in_the_readme("cargo run --release -- demo --once --out out", &ended);
+    let command = "cargo run --release -- demo --once --out out";
+    assert_as_in("README.md", command, &ended);
     assert!(
         line(&ended, "delivery")
             .contains("read 100 = stored 100 + dropped 0 + spooled 0, missing 0")
@@ -125,10 +126,8 @@ fn a_real_recording_comes_out_as_it_went_in_through_registers_bus_http_and_store
     let out = tempfile::tempdir().unwrap();
     let ended = demo(out.path(), &["--replay", SESSION, "--speed", "40"]);
     assert_eq!(ended.code, 0, "{ended:?}");
-    assert_as_in_the_readme(
-        &format!("cargo run --release -- demo --replay {SESSION} --once --speed 20"),
-        &ended,
-    );
+    let command = format!("cargo run --release -- demo --replay {SESSION} --once --speed 20");
+    assert_as_in("recordings/README.md", &command, &ended);
     assert!(
         line(&ended, "replay").contains("1848 frames in, 1848 out, 0 missing"),
         "{ended:?}"

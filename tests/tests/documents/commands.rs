@@ -68,13 +68,6 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
         Run("", &["0x5d 0x00 0x5f 0x00 0x5e 0x00 0x5d 0x00"]),
     ),
     (
-        "grideye emulate --scene scenes/experiment-1.toml -- grideye-agent check --bus /dev/i2c-1 --address 0x69",
-        Run(
-            "",
-            &["i2c-1:0x69: ok", "thermistor 28.0000 °C", "20 frames read"],
-        ),
-    ),
-    (
         "grideye-agent check --bus /dev/i2c-1 --address 0x69",
         Emulated(&["i2c-1:0x69: ok"]),
     ),
