@@ -3,15 +3,11 @@
 use grideye_frame::NoData;
 use std::io;
 
-const CLOCK_HINT: &str = "\nhint: what this machine's clock says decides that: see `timedatectl`. A Raspberry Pi has no battery clock, \
-     and wants a network with NTP; if the clock is right, the collector needs a certificate that is valid now";
-
-const CERTIFICATE_NAME_HINT: &str = "\nhint: the collector's certificate is for another name than the agent calls it by: start it with \
-     `--host-name NAME`, or print a line with a name that stands in it: `grideye enroll DEVICE --url https://NAME:PORT`";
-
 const TLS_HINT: &str = "\nhint: the collector must show a certificate of the authority that this agent joined; if that was made anew, join again";
 
 const NAME_HINT: &str = "\nhint: is the host's name right, and the network up? An address such as 192.168.1.20 needs no name";
+
+const AWAY_HINT: &str = "\nhint: is the network up, is this the collector's address, and does its firewall let the port through?";
 
 /// What to do where the collector gave no answer. Begins with a line break; empty where there is nothing to say.
 #[must_use]
@@ -26,16 +22,16 @@ pub fn network_hint(error: &ureq::Error) -> &'static str {
              reach it with --listen 0.0.0.0:8833, and this agent joins it with the line that `grideye enroll DEVICE` prints"
         }
         // What the handshake fails with comes as an `io::Error` too.
-        ureq::Error::Io(error) if in_handshake(error).is_some() => in_handshake(error)
-            .and_then(certificate_hint)
-            .unwrap_or(TLS_HINT),
-        ureq::Error::Io(_) | ureq::Error::Timeout(_) | ureq::Error::ConnectionFailed => {
-            "\nhint: is the network up, is this the collector's address, and does its firewall let the port through?"
-        }
-        ureq::Error::Rustls(error) => certificate_hint(error).unwrap_or(TLS_HINT),
+        ureq::Error::Io(error) => in_handshake(error).map_or(AWAY_HINT, tls_hint),
+        ureq::Error::Timeout(_) | ureq::Error::ConnectionFailed => AWAY_HINT,
+        ureq::Error::Rustls(error) => tls_hint(error),
         ureq::Error::Tls(_) => TLS_HINT,
         _ => "",
     }
+}
+
+fn tls_hint(error: &rustls::Error) -> &'static str {
+    certificate_hint(error).unwrap_or(TLS_HINT)
 }
 
 /// What TLS says, where that is why reading or writing failed.
@@ -53,10 +49,14 @@ pub(crate) fn certificate_hint(error: &rustls::Error) -> Option<&'static str> {
         Refused::Expired
         | Refused::ExpiredContext { .. }
         | Refused::NotValidYet
-        | Refused::NotValidYetContext { .. } => Some(CLOCK_HINT),
-        Refused::NotValidForName | Refused::NotValidForNameContext { .. } => {
-            Some(CERTIFICATE_NAME_HINT)
-        }
+        | Refused::NotValidYetContext { .. } => Some(
+            "\nhint: what this machine's clock says decides that: see `timedatectl`. A Raspberry Pi has no battery clock, \
+             and wants a network with NTP; if the clock is right, the collector needs a certificate that is valid now",
+        ),
+        Refused::NotValidForName | Refused::NotValidForNameContext { .. } => Some(
+            "\nhint: the collector's certificate is for another name than the agent calls it by: start it with \
+             `--host-name NAME`, or print a line with a name that stands in it: `grideye enroll DEVICE --url https://NAME:PORT`",
+        ),
         _ => None,
     }
 }

@@ -63,6 +63,16 @@ pub struct Batch {
 }
 
 impl Batch {
+    /// Of a run whose records are on the disk.
+    pub(crate) fn on_disk(device: &str, boot: &str, items: Vec<Item>) -> Self {
+        Self {
+            lane: Lane::Disk,
+            device: device.to_owned(),
+            boot: boot.to_owned(),
+            items,
+        }
+    }
+
     /// The body of the post, with these accounts: a sensor without records has its account alone.
     pub(crate) fn to_wire(&self, accounts: &BTreeMap<String, Account>) -> wire::Batch {
         let mut sensors: BTreeMap<&str, SensorBatch> = BTreeMap::new();

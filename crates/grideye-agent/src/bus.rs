@@ -5,7 +5,7 @@ mod sensor;
 mod watchdog;
 mod worker;
 
-pub use open::{LinuxBus, LinuxError, LinuxI2c, OpenBus, OpenError, by_errno, by_kind};
+pub use open::{LinuxBus, LinuxError, LinuxI2c, OpenBus, OpenError, by_kind};
 pub use sensor::Sink;
 pub(crate) use sensor::{Delay, Sensor, reason, settings};
 pub use watchdog::HUNG_AFTER;

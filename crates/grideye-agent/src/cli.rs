@@ -4,10 +4,8 @@
 //! `--help` is one screen of 80 columns, with an example; `grideye-agent help COMMAND` and the man page say everything.
 
 use amg8833::Address;
-use clap::{
-    Arg, ArgAction, Args, Command as ClapCommand, CommandFactory as _, FromArgMatches as _,
-};
-use clap::{Parser, Subcommand};
+use clap::{Arg, ArgAction, Args, Command as ClapCommand, Parser, Subcommand};
+use clap::{CommandFactory as _, FromArgMatches as _};
 use std::path::PathBuf;
 
 /// The service's configuration.
@@ -100,11 +98,7 @@ pub struct JoinArgs {
     /// Where to keep what joining leaves.
     ///
     /// `collector.toml` beside the agent's configuration is found by itself.
-    #[arg(
-        long,
-        value_name = "FILE",
-        default_value = JOINED_FILE
-    )]
+    #[arg(long, value_name = "FILE", default_value = JOINED_FILE)]
     pub out: PathBuf,
     /// Start nothing: leave it at the file.
     #[arg(long, conflicts_with_all = ["service", "wait"])]
@@ -187,17 +181,22 @@ pub fn on_a_screen(command: ClapCommand) -> ClapCommand {
 
 /// Exit codes and example at the end, for this command and those below.
 fn ended(command: ClapCommand, path: &str) -> ClapCommand {
-    let long = command
-        .get_long_about()
-        .map(ToString::to_string)
-        .unwrap_or_default();
-    let (last, first): (Vec<&str>, Vec<&str>) = long
-        .split("\n\n")
-        .partition(|paragraph| is_of_the_end(paragraph));
-    let hides = command.get_arguments().any(Arg::is_hide_short_help_set);
-    let more = hides.then(|| format!("More options: {}\n", path.replacen(' ', " help ", 1)));
-    let mut end: String = more.unwrap_or_default();
-    end.extend(last.iter().map(|paragraph| of_the_end(paragraph)));
+    let long = command.get_long_about().map(ToString::to_string);
+    let long = long.unwrap_or_default();
+    let mut first = Vec::new();
+    let mut end = String::new();
+    if command.get_arguments().any(Arg::is_hide_short_help_set) {
+        end = format!("More options: {}\n", path.replacen(' ', " help ", 1));
+    }
+    for paragraph in long.split("\n\n") {
+        if let Some(example) = paragraph.strip_prefix("Example: ") {
+            end += &format!("Example:\n  {example}\n");
+        } else if paragraph.starts_with("Exit code") {
+            end += &format!("{paragraph}\n");
+        } else {
+            first.push(paragraph);
+        }
+    }
     let command = if end.is_empty() {
         command
     } else {
@@ -207,17 +206,6 @@ fn ended(command: ClapCommand, path: &str) -> ClapCommand {
         let path = format!("{path} {}", below.get_name());
         ended(below, &path)
     })
-}
-
-fn is_of_the_end(paragraph: &str) -> bool {
-    paragraph.starts_with("Example: ") || paragraph.starts_with("Exit code")
-}
-
-fn of_the_end(paragraph: &str) -> String {
-    match paragraph.strip_prefix("Example: ") {
-        Some(example) => format!("Example:\n  {example}\n"),
-        None => format!("{paragraph}\n"),
-    }
 }
 
 fn parse_address(text: &str) -> Result<Address, String> {

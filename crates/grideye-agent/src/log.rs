@@ -107,10 +107,8 @@ mod tests {
     fn a_line_as_json_is_one_object_on_one_line_with_its_hint_apart() {
         let json = as_json(Level::Warning, "upload", "a \"b\"\nc\nhint: d");
         assert_eq!(json.to_string().lines().count(), 1);
-        assert_eq!(
-            json,
-            serde_json::json!({"level": "warning", "part": "upload", "message": "a \"b\"\nc", "hint": "d"})
-        );
+        let expected = serde_json::json!({"level": "warning", "part": "upload", "message": "a \"b\"\nc", "hint": "d"});
+        assert_eq!(json, expected);
         assert!(as_json(Level::Info, "main", "a").get("hint").is_none());
     }
 }

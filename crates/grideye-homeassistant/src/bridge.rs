@@ -280,7 +280,7 @@ impl Bridge {
         let event = LogEvent::new(Level::Warning, "mqtt_fault")
             .with("broker", &self.broker)
             .with("what", &fault.what)
-            .with("hint", fault.hint);
+            .with("hint", &fault.hint);
         self.log.say(&event);
         self.said = Some((fault, Instant::now()));
     }

@@ -10,6 +10,20 @@ use std::sync::Arc;
 /// Bytes of a user's name or a password.
 const CREDENTIAL_BYTES_MAX: usize = 1024;
 
+/// What the program calls its settings, for the hints of messages: `--url`, or the key of a file.
+#[derive(Debug, Clone, Copy)]
+#[expect(missing_docs, reason = "the names say it")]
+pub struct SettingNames {
+    pub url: &'static str,
+    pub password_file: &'static str,
+    /// The environment variable that a password may stand in.
+    pub password_variable: &'static str,
+    /// The file of the authority's certificates.
+    pub authority: &'static str,
+    /// What is set as [`Topics::base`](crate::Topics::base).
+    pub topic: &'static str,
+}
+
 /// A broker that can be connected to.
 #[derive(Debug, Clone)]
 pub struct Broker {
@@ -18,6 +32,7 @@ pub struct Broker {
     pub(crate) user: Option<String>,
     pub(crate) password: Option<Password>,
     pub(crate) encryption: Option<Encryption>,
+    pub(crate) names: SettingNames,
 }
 
 /// Shown to the broker and to nobody else: debugging does not show it.
@@ -89,22 +104,25 @@ impl Broker {
         url: &str,
         password: Option<Password>,
         authority: Option<(&str, &[u8])>,
+        names: SettingNames,
     ) -> Result<Self, BrokerError> {
-        let parts = parts(url).map_err(|what| {
+        let option = names.url;
+        let parts = parts(url, names).map_err(|what| {
             // The URL is not repeated: there may be a password in it.
-            BrokerError(format!("--mqtt: {what}\nhint: mqtt://[USER@]HOST[:PORT], and mqtts:// for a broker with TLS"))
+            BrokerError(format!("{option}: {what}\nhint: mqtt://[USER@]HOST[:PORT], and mqtts:// for a broker with TLS"))
         })?;
-        check_password(password.as_ref(), parts.user.as_ref())?;
+        check_password(password.as_ref(), parts.user.as_ref(), names)?;
         let encryption = match (parts.is_encrypted, authority) {
-            (true, Some(authority)) => Some(encryption(authority, &parts.host)?),
+            (true, Some(authority)) => Some(encryption(authority, &parts.host, names)?),
             (false, None) => None,
-            (true, None) => {
-                return Err(BrokerError("--mqtt: the broker is encrypted, and nobody says whose certificate to believe\nhint: --mqtt-authority FILE, the authority's certificate in PEM; /etc/ssl/certs/ca-certificates.crt has the public ones".to_owned()));
-            }
-            (false, Some(_)) => {
-                let what = "--mqtt-authority is for a broker with TLS\nhint: --mqtt mqtts://HOST";
-                return Err(BrokerError(what.to_owned()));
-            }
+            (true, None) => Err(BrokerError(format!(
+                "{option}: the broker is encrypted, and nobody says whose certificate to believe\nhint: {} FILE, the authority's certificate in PEM; /etc/ssl/certs/ca-certificates.crt has the public ones",
+                names.authority
+            )))?,
+            (false, Some(_)) => Err(BrokerError(format!(
+                "{} is for a broker with TLS\nhint: {option} mqtts://HOST",
+                names.authority
+            )))?,
         };
         Ok(Self {
             host: parts.host,
@@ -112,36 +130,37 @@ impl Broker {
             user: parts.user,
             password,
             encryption,
+            names,
         })
     }
 }
 
-fn parts(url: &str) -> Result<Parts, &'static str> {
+fn parts(url: &str, names: SettingNames) -> Result<Parts, String> {
     let (is_encrypted, rest) = match (url.strip_prefix("mqtt://"), url.strip_prefix("mqtts://")) {
         (Some(rest), _) => (false, rest),
         (_, Some(rest)) => (true, rest),
-        _ => return Err("it does not begin with mqtt:// or mqtts://"),
+        _ => return Err("it does not begin with mqtt:// or mqtts://".to_owned()),
     };
     let rest = rest.strip_suffix('/').unwrap_or(rest);
     let (user, place) = match rest.rsplit_once('@') {
         Some((user, _)) if user.contains(':') => {
-            return Err(
-                "a password on the command line is seen by everybody on this machine: put it into a file for --mqtt-password-file, or into the environment variable GRIDEYE_MQTT_PASSWORD",
-            );
+            return Err(format!(
+                "a password on the command line is seen by everybody on this machine: put it into a file for {}, or into the environment variable {}",
+                names.password_file, names.password_variable
+            ));
         }
         Some((user, place)) => (Some(user.to_owned()), place),
         None => (None, rest),
     };
     let (host, port) = match place.strip_prefix('[').and_then(|six| six.split_once(']')) {
         Some((host, port)) => (host, port.strip_prefix(':')),
-        None => match place.split_once(':') {
-            Some((host, port)) => (host, Some(port)),
-            None => (place, None),
-        },
+        None => place
+            .split_once(':')
+            .map_or((place, None), |(host, port)| (host, Some(port))),
     };
     let is_host = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_' | ':' | '%');
     if host.is_empty() || !host.chars().all(is_host) {
-        return Err("there is no host in it");
+        return Err("there is no host in it".to_owned());
     }
     let usual = if is_encrypted { 8883 } else { 1883 };
     let port = port.map_or(Some(usual), |port| port.parse().ok());
@@ -157,24 +176,35 @@ fn parts(url: &str) -> Result<Parts, &'static str> {
 }
 
 /// A broker takes no password without a user (mqtt-v3.1.1, §3.1.2.9).
-fn check_password(password: Option<&Password>, user: Option<&String>) -> Result<(), BrokerError> {
+fn check_password(
+    password: Option<&Password>,
+    user: Option<&String>,
+    names: SettingNames,
+) -> Result<(), BrokerError> {
+    let (option, password_file) = (names.url, names.password_file);
     let bytes = password.map_or(0, |password| password.0.len());
     if password.is_some() && user.is_none() {
-        let what = "--mqtt: there is a password and no user\nhint: --mqtt mqtt://USER@HOST";
-        return Err(BrokerError(what.to_owned()));
+        return Err(BrokerError(format!(
+            "{option}: there is a password and no user\nhint: {option} mqtt://USER@HOST"
+        )));
     }
     if bytes > CREDENTIAL_BYTES_MAX || user.is_some_and(|user| user.len() > CREDENTIAL_BYTES_MAX) {
         return Err(BrokerError(format!(
-            "--mqtt: user and password have {CREDENTIAL_BYTES_MAX} bytes at most\nhint: does --mqtt-password-file name the right file?"
+            "{option}: user and password have {CREDENTIAL_BYTES_MAX} bytes at most\nhint: does {password_file} name the right file?"
         )));
     }
     Ok(())
 }
 
-fn encryption((file, pem): (&str, &[u8]), host: &str) -> Result<Encryption, BrokerError> {
+fn encryption(
+    (file, pem): (&str, &[u8]),
+    host: &str,
+    names: SettingNames,
+) -> Result<Encryption, BrokerError> {
     let refuse = |what: String| {
         BrokerError(format!(
-            "{file}: {what}\nhint: --mqtt-authority names certificates in PEM, which begin with -----BEGIN CERTIFICATE-----"
+            "{file}: {what}\nhint: {} names certificates in PEM, which begin with -----BEGIN CERTIFICATE-----",
+            names.authority
         ))
     };
     let mut roots = RootCertStore::empty();
@@ -193,7 +223,8 @@ fn encryption((file, pem): (&str, &[u8]), host: &str) -> Result<Encryption, Brok
         .with_no_client_auth();
     let name = ServerName::try_from(host.to_owned()).map_err(|error| {
         BrokerError(format!(
-            "--mqtt: {host}: {error}\nhint: a host name or an address"
+            "{}: {host}: {error}\nhint: a host name or an address",
+            names.url
         ))
     })?;
     let config = Arc::new(config);
@@ -203,6 +234,14 @@ fn encryption((file, pem): (&str, &[u8]), host: &str) -> Result<Encryption, Brok
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const NAMES: SettingNames = SettingNames {
+        url: "--url",
+        password_file: "--password-file",
+        password_variable: "PASSWORD",
+        authority: "--authority",
+        topic: "--topic",
+    };
 
     #[test]
     fn a_broker_is_named_by_its_url() {
@@ -224,27 +263,28 @@ mod tests {
                 host,
                 port,
             };
-            assert_eq!(parts(url), Ok(wanted), "{url}");
+            assert_eq!(parts(url, NAMES), Ok(wanted), "{url}");
         }
         let bad = "|pi.local|http://pi|mqtt://|mqtt://a:0|mqtt://a:65536|mqtt://a:x|mqtt://a/b|mqtt://a b";
         for bad in bad.split('|') {
-            assert!(parts(bad).is_err(), "{bad}");
+            assert!(parts(bad, NAMES).is_err(), "{bad}");
         }
     }
 
     fn refused(url: &str, password: Option<&str>, authority: Option<(&str, &[u8])>) -> String {
         let password = password.map(|password| Password::new(password.into()));
-        let error = Broker::new(url, password, authority).unwrap_err();
+        let error = Broker::new(url, password, authority, NAMES).unwrap_err();
         format!("{error:?} {error}")
     }
 
     #[test]
     fn a_password_is_refused_on_the_command_line_and_never_shown() {
         let said = refused("mqtt://ana:hunter2@pi", None, None);
-        assert!(said.contains("--mqtt-password-file"), "{said}");
+        let places = "a file for --password-file, or into the environment variable PASSWORD";
+        assert!(said.contains(places), "{said}");
         assert!(!said.contains("hunter2"), "{said}");
         let password = Password::new(b"hunter2".to_vec());
-        let broker = Broker::new("mqtt://ana@pi", Some(password), None).unwrap();
+        let broker = Broker::new("mqtt://ana@pi", Some(password), None, NAMES).unwrap();
         let said = format!("{broker:?} {broker}");
         let is_shown = said.contains("hunter2") || said.contains("104, 117");
         assert!(!is_shown, "{said}");
@@ -262,17 +302,17 @@ mod tests {
             assert!(said.contains("hint: "), "{said}");
         }
         let password = Password::new(longest.into_bytes());
-        assert!(Broker::new("mqtt://ana@pi", Some(password), None).is_ok());
+        assert!(Broker::new("mqtt://ana@pi", Some(password), None, NAMES).is_ok());
     }
 
     #[test]
     fn encryption_needs_an_authority() {
         let said = refused("mqtts://pi", None, None);
-        assert!(said.contains("--mqtt-authority"), "{said}");
+        assert!(said.contains("hint: --authority FILE"), "{said}");
         let authority = Some(("authority.pem", &b"no certificate"[..]));
         let said = refused("mqtts://pi", None, authority);
         assert!(said.contains("no certificate"), "{said}");
         let said = refused("mqtt://pi", None, authority);
-        assert!(said.contains("mqtts://HOST"), "{said}");
+        assert!(said.contains("hint: --url mqtts://HOST"), "{said}");
     }
 }

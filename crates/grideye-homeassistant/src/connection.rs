@@ -1,6 +1,6 @@
 //! One connection to the broker. Nothing is queued: what cannot be written within a time ends the connection.
 
-use crate::broker::Broker;
+use crate::broker::{Broker, SettingNames};
 use crate::fault::Fault;
 use crate::packet::{self, Heard, Hello, Message};
 use std::io;
@@ -23,6 +23,7 @@ const READ_BYTES: usize = 4096;
 pub(crate) struct Connection {
     stream: Box<dyn Stream>,
     inbox: Vec<u8>,
+    names: SettingNames,
 }
 
 trait Stream: AsyncRead + AsyncWrite + Unpin + Send {}
@@ -35,9 +36,9 @@ impl Connection {
         client_id: &str,
         will: Option<&Message>,
     ) -> Result<Self, Fault> {
-        timeout(CONNECT_TIME_MAX, Self::connect(broker, client_id, will))
-            .await
-            .unwrap_or_else(|_elapsed| Err(Fault::silent(CONNECT_TIME_MAX)))
+        let connecting = Self::connect(broker, client_id, will);
+        let connected = timeout(CONNECT_TIME_MAX, connecting).await;
+        connected.unwrap_or_else(|_elapsed| Err(Fault::silent(CONNECT_TIME_MAX)))
     }
 
     async fn connect(
@@ -48,6 +49,7 @@ impl Connection {
         let mut connection = Self {
             stream: stream(broker).await?,
             inbox: Vec::new(),
+            names: broker.names,
         };
         let password = broker.password.as_ref();
         let hello = packet::connect(&Hello {
@@ -60,7 +62,7 @@ impl Connection {
         connection.write(&hello).await?;
         match connection.hear().await? {
             Heard::Connected(0) => Ok(connection),
-            Heard::Connected(code) => Err(Fault::refused(code, password.is_some())),
+            Heard::Connected(code) => Err(Fault::refused(code, password.is_some(), broker.names)),
             _ => Err(Fault::garbled(&"something else than its answer")),
         }
     }
@@ -80,10 +82,8 @@ impl Connection {
     /// Ends it without the last will.
     pub(crate) async fn close(mut self) -> Result<(), Fault> {
         self.write(&packet::DISCONNECT).await?;
-        self.stream
-            .shutdown()
-            .await
-            .map_err(|reason| Fault::broken(&reason))
+        let ended = self.stream.shutdown().await;
+        ended.map_err(|reason| Fault::broken(&reason, self.names))
     }
 
     /// The next packet. What has come of one is kept when this is given up before it is whole.
@@ -95,8 +95,8 @@ impl Connection {
             }
             let mut bytes = [0; READ_BYTES];
             let read = self.stream.read(&mut bytes).await;
-            match read.map_err(|reason| Fault::broken(&reason))? {
-                0 => return Err(Fault::closed()),
+            match read.map_err(|reason| Fault::broken(&reason, self.names))? {
+                0 => return Err(Fault::closed(self.names)),
                 count => self.inbox.extend(&bytes[..count]),
             }
         }
@@ -107,10 +107,9 @@ impl Connection {
             self.stream.write_all(bytes).await?;
             self.stream.flush().await
         };
-        timeout(WRITE_TIME_MAX, written)
-            .await
-            .map_err(|_elapsed| Fault::silent(WRITE_TIME_MAX))?
-            .map_err(|reason| Fault::broken(&reason))
+        let written = timeout(WRITE_TIME_MAX, written).await;
+        let written = written.map_err(|_elapsed| Fault::silent(WRITE_TIME_MAX))?;
+        written.map_err(|reason| Fault::broken(&reason, self.names))
     }
 }
 
@@ -124,6 +123,6 @@ async fn stream(broker: &Broker) -> Result<Box<dyn Stream>, Fault> {
     };
     let connector = TlsConnector::from(encryption.config.clone());
     let encrypted = connector.connect(encryption.name.clone(), plain).await;
-    let encrypted = encrypted.map_err(|reason: io::Error| Fault::encryption(&reason))?;
-    Ok(Box::new(encrypted))
+    let trusted = |reason: io::Error| Fault::encryption(&reason, broker.names);
+    Ok(Box::new(encrypted.map_err(trusted)?))
 }

@@ -1,5 +1,6 @@
 //! Why the broker is not told, in words for who can mend it.
 
+use crate::broker::SettingNames;
 use std::fmt;
 use std::io;
 use std::time::Duration;
@@ -11,12 +12,12 @@ const AGAIN: &str = "it is tried again; the broker's log may say why";
 #[error("{what}\nhint: {hint}")]
 pub struct Fault {
     pub(crate) what: String,
-    pub(crate) hint: &'static str,
+    pub(crate) hint: String,
 }
 
 impl Fault {
-    fn new(what: impl Into<String>, hint: &'static str) -> Self {
-        let what = what.into();
+    fn new(what: impl Into<String>, hint: impl Into<String>) -> Self {
+        let (what, hint) = (what.into(), hint.into());
         Self { what, hint }
     }
 
@@ -34,28 +35,30 @@ impl Fault {
         )
     }
 
-    pub(crate) fn encryption(reason: &io::Error) -> Self {
+    pub(crate) fn encryption(reason: &io::Error, names: SettingNames) -> Self {
+        let SettingNames { url, authority, .. } = names;
         Self::new(
             format!("the broker's encryption is not to be trusted: {reason}"),
-            "--mqtt-authority names the authority that signed the broker's certificate, which must be for the host in --mqtt",
+            format!(
+                "{authority} names the authority that signed the broker's certificate, which must be for the host in {url}"
+            ),
         )
     }
 
-    pub(crate) fn broken(reason: &io::Error) -> Self {
+    pub(crate) fn broken(reason: &io::Error, names: SettingNames) -> Self {
         if reason.kind() == io::ErrorKind::UnexpectedEof {
-            return Self::closed();
+            return Self::closed(names);
         }
-        Self::new(
-            format!("the connection to the broker broke: {reason}"),
-            AGAIN,
-        )
+        let what = format!("the connection to the broker broke: {reason}");
+        Self::new(what, AGAIN)
     }
 
-    pub(crate) fn closed() -> Self {
-        Self::new(
-            "the broker closed the connection",
-            "if it does so again and again, another collector publishes at the same place: give one of them another --mqtt-topic",
-        )
+    pub(crate) fn closed(names: SettingNames) -> Self {
+        let hint = format!(
+            "if it does so again and again, another collector publishes at the same place: give one of them another {}",
+            names.topic
+        );
+        Self::new("the broker closed the connection", hint)
     }
 
     pub(crate) fn garbled(what: &impl fmt::Display) -> Self {
@@ -66,30 +69,38 @@ impl Fault {
     }
 
     /// A refusal by its code (mqtt-v3.1.1, table 3.1).
-    pub(crate) fn refused(code: u8, has_password: bool) -> Self {
-        let (what, hint) = match (code, has_password) {
-            (4 | 5, true) => (
+    pub(crate) fn refused(code: u8, has_password: bool, names: SettingNames) -> Self {
+        let SettingNames {
+            url,
+            password_file: file,
+            password_variable: variable,
+            topic,
+            ..
+        } = names;
+        match (code, has_password) {
+            (4 | 5, true) => Self::new(
                 "the broker refuses the user or the password",
-                "the user stands in --mqtt as mqtt://USER@HOST, the password in --mqtt-password-file or GRIDEYE_MQTT_PASSWORD; mosquitto_passwd sets one, and Home Assistant's add-on takes those of its own users",
+                format!(
+                    "the user stands in {url} as mqtt://USER@HOST, the password in {file} or {variable}; mosquitto_passwd sets one, and Home Assistant's add-on takes those of its own users"
+                ),
             ),
-            (4 | 5, false) => (
+            (4 | 5, false) => Self::new(
                 "the broker wants a user and a password",
-                "--mqtt mqtt://USER@HOST with --mqtt-password-file FILE, or the password in GRIDEYE_MQTT_PASSWORD",
+                format!("{url} mqtt://USER@HOST with {file} FILE, or the password in {variable}"),
             ),
-            (1, _) => (
+            (1, _) => Self::new(
                 "the broker does not speak MQTT 3.1.1",
                 "mosquitto 1.4 or later does",
             ),
-            (2, _) => (
+            (2, _) => Self::new(
                 "the broker refuses the name of this program",
-                "another --mqtt-topic gives it another name",
+                format!("another {topic} gives it another name"),
             ),
-            (3, _) => ("the broker says that it cannot serve now", AGAIN),
-            _ => {
-                let what = format!("the broker refuses the connection with code {code}");
-                return Self::new(what, "the broker's log may say why");
-            }
-        };
-        Self::new(what, hint)
+            (3, _) => Self::new("the broker says that it cannot serve now", AGAIN),
+            _ => Self::new(
+                format!("the broker refuses the connection with code {code}"),
+                "the broker's log may say why",
+            ),
+        }
     }
 }

@@ -10,9 +10,16 @@
 //! discovers a sensor, and whether sensor and bridge are there; values and pictures pass by and are old at once.
 //!
 //! ```
-//! use grideye_homeassistant::Broker;
+//! use grideye_homeassistant::{Broker, SettingNames};
 //!
-//! let broker = Broker::new("mqtt://homeassistant.local", None, None)?;
+//! let names = SettingNames {
+//!     url: "--broker",
+//!     password_file: "--password-file",
+//!     password_variable: "PASSWORD",
+//!     authority: "--authority",
+//!     topic: "--topic",
+//! };
+//! let broker = Broker::new("mqtt://homeassistant.local", None, None, names)?;
 //! assert_eq!(broker.to_string(), "mqtt://homeassistant.local:1883");
 //! # Ok::<(), grideye_homeassistant::BrokerError>(())
 //! ```
@@ -29,7 +36,7 @@ mod sensor;
 mod status;
 mod topics;
 
-pub use broker::{Broker, BrokerError, Password};
+pub use broker::{Broker, BrokerError, Password, SettingNames};
 pub use fault::Fault;
 pub use forget::forget;
 pub use presence::Rule;

@@ -34,18 +34,16 @@ pub(crate) struct Message {
 
 impl Message {
     pub(crate) fn passing(topic: String, payload: impl Into<Vec<u8>>) -> Self {
-        let (payload, retain) = (payload.into(), false);
         Self {
             topic,
-            payload,
-            retain,
+            payload: payload.into(),
+            retain: false,
         }
     }
 
     pub(crate) fn retained(topic: String, payload: impl Into<Vec<u8>>) -> Self {
-        let retain = true;
         Self {
-            retain,
+            retain: true,
             ..Self::passing(topic, payload)
         }
     }
@@ -155,11 +153,8 @@ fn extent(inbox: &[u8]) -> Result<Option<(usize, usize)>, Garbled> {
         };
         length |= usize::from(byte & 0x7F) << (7 * index);
         if byte & 0x80 == 0 {
-            return if length <= PACKET_BYTES_MAX {
-                Ok(Some((2 + index, length)))
-            } else {
-                Err(Garbled("a packet that is too long"))
-            };
+            let fits = (length <= PACKET_BYTES_MAX).then_some((2 + index, length));
+            return fits.map(Some).ok_or(Garbled("a packet that is too long"));
         }
     }
     Err(Garbled("a packet without a length"))
@@ -183,13 +178,11 @@ fn published(header: u8, body: &[u8]) -> Result<Heard, Garbled> {
     if header & 0x06 != 0 {
         return Err(Garbled("a message that wants to be acknowledged"));
     }
-    let topic = String::from_utf8(topic.to_vec())
-        .map_err(|_not_text| Garbled("a topic that is no text"))?;
-    let (payload, retain) = (payload.to_vec(), header & RETAIN != 0);
+    let topic = String::from_utf8(topic.to_vec());
     Ok(Heard::Published(Message {
-        topic,
-        payload,
-        retain,
+        topic: topic.or(Err(Garbled("a topic that is no text")))?,
+        payload: payload.to_vec(),
+        retain: header & RETAIN != 0,
     }))
 }
 
@@ -238,10 +231,8 @@ mod tests {
         let message = Message::passing("a/b".to_owned(), "x");
         assert_eq!(publish(&message), b"\x30\x06\x00\x03a/bx");
         let filters = ["a/b".to_owned(), "c/d".to_owned()];
-        assert_eq!(
-            subscribe(&filters),
-            b"\x82\x0E\x00\x01\x00\x03a/b\x00\x00\x03c/d\x00"
-        );
+        let expected = b"\x82\x0E\x00\x01\x00\x03a/b\x00\x00\x03c/d\x00";
+        assert_eq!(subscribe(&filters), expected);
     }
 
     #[test]

@@ -51,10 +51,8 @@ fn warm_pixels(frame: &Frame, above_c: f64) -> usize {
     sorted.sort_by(f64::total_cmp);
     let middle = sorted.len() / 2;
     let median_c = (sorted[middle - 1] + sorted[middle]) / 2.0;
-    let warm = sorted
-        .iter()
-        .filter(|celsius| *celsius - median_c >= above_c);
-    warm.count()
+    let is_warm = |celsius: &&f64| **celsius - median_c >= above_c;
+    sorted.iter().filter(is_warm).count()
 }
 
 #[cfg(test)]

@@ -91,11 +91,8 @@ pub(crate) const BRIDGE: &str = "bridge";
 /// A sensor's identifier: the same permanently, and another for each device and sensor.
 pub(crate) fn id(device: &str, sensor: &str) -> String {
     let distinction = distinction(&[device, sensor], DISTINCTION_BYTES);
-    format!(
-        "grideye_{}_{}_{distinction}",
-        letters(device),
-        letters(sensor)
-    )
+    let [device, sensor] = [device, sensor].map(letters);
+    format!("grideye_{device}_{sensor}_{distinction}")
 }
 
 fn letters(name: &str) -> String {
@@ -126,10 +123,9 @@ mod tests {
         // Entities of Home Assistant hang on it: it must never change.
         assert_eq!(id("pi-1", "i2c-1:0x69"), "grideye_pi_1_i2c_1_0x69_db5ef13c");
         let names = ["a", "A", "a:", "a/", "a_", "ä", ""];
-        let all: std::collections::BTreeSet<String> = names
-            .iter()
-            .flat_map(|device| names.iter().map(|sensor| id(device, sensor)))
-            .collect();
+        let of_device = |device| names.map(|sensor| id(device, sensor));
+        let all: std::collections::BTreeSet<String> =
+            names.into_iter().flat_map(of_device).collect();
         assert_eq!(all.len(), names.len() * names.len());
         let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
         assert!(all.iter().all(|id| id.chars().all(is_plain)), "{all:?}");

@@ -7,13 +7,19 @@ use crate::output::outln;
 use anyhow::{Context as _, Result, anyhow};
 use grideye_collector::{Annex, Log};
 use grideye_draw::still;
-use grideye_homeassistant::{Broker, Images, Password, Rule, Telling, Topics};
+use grideye_homeassistant::{Broker, Images, Password, Rule, SettingNames, Telling, Topics};
 use std::ffi::OsString;
 use std::os::unix::ffi::OsStringExt as _;
 use std::path::Path;
 use std::time::Duration;
 
-const PASSWORD_VARIABLE: &str = "GRIDEYE_MQTT_PASSWORD";
+const NAMES: SettingNames = SettingNames {
+    url: "--mqtt",
+    password_file: "--mqtt-password-file",
+    password_variable: "GRIDEYE_MQTT_PASSWORD",
+    authority: "--mqtt-authority",
+    topic: "--mqtt-topic",
+};
 /// Longest file of a password or of authorities: Debian's file of all public ones has 220 kB.
 const FILE_BYTES_MAX: u64 = 4 * 1024 * 1024;
 
@@ -44,7 +50,7 @@ fn broker(options: &BrokerOptions) -> Result<Option<Broker>> {
     };
     let password = match &options.mqtt_password_file {
         Some(path) => Some(password(path)?),
-        None => std::env::var_os(PASSWORD_VARIABLE)
+        None => std::env::var_os(NAMES.password_variable)
             .filter(|password| !password.is_empty())
             .map(OsString::into_vec)
             .map(Password::new),
@@ -57,9 +63,8 @@ fn broker(options: &BrokerOptions) -> Result<Option<Broker>> {
     let authority = authority
         .as_ref()
         .map(|(file, pem)| (file.as_str(), pem.as_slice()));
-    Broker::new(url, password, authority)
-        .map(Some)
-        .map_err(bad_input)
+    let broker = Broker::new(url, password, authority, NAMES);
+    broker.map(Some).map_err(bad_input)
 }
 
 fn password(path: &Path) -> Result<Password> {

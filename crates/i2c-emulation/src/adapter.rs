@@ -118,11 +118,6 @@ impl<B: I2c, F: FnMut(&B::Error) -> Fault> HalAdapter<B, F> {
         &mut self.bus
     }
 
-    /// Gives the bus back.
-    pub fn into_bus(self) -> B {
-        self.bus
-    }
-
     fn transaction(&mut self, messages: &mut [Message<'_>]) -> Result<(), Fault> {
         let address = match messages.first() {
             Some(message) if message.ten_bit || message.address > SEVEN_BIT_ADDRESS_MAX => {
@@ -131,16 +126,15 @@ impl<B: I2c, F: FnMut(&B::Error) -> Fault> HalAdapter<B, F> {
             Some(message) => u8::try_from(message.address).unwrap_or(u8::MAX),
             None => return Ok(()),
         };
-        let mut operations: Vec<Operation<'_>> = messages
+        let operations = messages
             .iter_mut()
             .map(|message| match &mut message.operation {
                 Operation::Read(buffer) => Operation::Read(buffer),
                 Operation::Write(bytes) => Operation::Write(bytes),
-            })
-            .collect();
-        self.bus
-            .transaction(address, &mut operations)
-            .map_err(|error| (self.fault_of)(&error))
+            });
+        let mut operations: Vec<Operation<'_>> = operations.collect();
+        let outcome = self.bus.transaction(address, &mut operations);
+        outcome.map_err(|error| (self.fault_of)(&error))
     }
 }
 
@@ -150,8 +144,8 @@ impl<B: I2c, F: FnMut(&B::Error) -> Fault> EmulatedAdapter for HalAdapter<B, F> 
         while completed < messages.len() {
             let rest = &mut messages[completed..];
             let length = transaction_length(rest);
-            self.transaction(&mut rest[..length])
-                .map_err(|fault| TransferError { completed, fault })?;
+            let outcome = self.transaction(&mut rest[..length]);
+            outcome.map_err(|fault| TransferError { completed, fault })?;
             completed += length;
         }
         Ok(())
@@ -225,7 +219,7 @@ mod tests {
         for ((_, _, bytes), buffer) in messages.iter().zip(&buffers) {
             assert!(error.is_some() || bytes.is_some() || *buffer == [0xA5]);
         }
-        (adapter.into_bus().0, error)
+        (std::mem::take(&mut adapter.bus().0), error)
     }
 
     #[test]

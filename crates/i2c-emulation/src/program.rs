@@ -66,19 +66,15 @@ pub fn choose(rack: &Rack, options: &Options, command: &Command) -> Result<Chose
     }
     // Both ways would say so; it is said once, before anything is tried.
     preload::find(command)?;
+    let by_fuse = || fuse::probe_with(&options.fuse_device).map(|()| Way::Fuse);
+    let by_preload = || preload::check(command).map(|()| Way::Preload);
     let (way, without_fuse) = match options.via {
-        Via::Fuse => {
-            fuse::probe_with(&options.fuse_device)?;
-            (Way::Fuse, None)
-        }
-        Via::Preload => {
-            preload::check(command)?;
-            (Way::Preload, None)
-        }
-        Via::Auto => match fuse::probe_with(&options.fuse_device) {
-            Ok(()) => (Way::Fuse, None),
-            Err(fuse) => match preload::check(command) {
-                Ok(()) => (Way::Preload, Some(fuse)),
+        Via::Fuse => (by_fuse()?, None),
+        Via::Preload => (by_preload()?, None),
+        Via::Auto => match by_fuse() {
+            Ok(way) => (way, None),
+            Err(fuse) => match by_preload() {
+                Ok(way) => (way, Some(fuse)),
                 Err(preload) => return Err(RunError::NoWay(fuse.into(), preload.into())),
             },
         },
@@ -124,13 +120,11 @@ impl Chosen {
         match self.way {
             Way::Fuse => {
                 let buses: Vec<_> = rack.iter().collect();
-                let devices: Vec<Device<'_>> = buses
-                    .iter()
-                    .map(|(number, bus)| Device {
-                        path: device_of(*number).into(),
-                        adapter: &*bus.0,
-                    })
-                    .collect();
+                let devices = buses.iter().map(|(number, bus)| Device {
+                    path: device_of(*number).into(),
+                    adapter: &*bus.0,
+                });
+                let devices: Vec<Device<'_>> = devices.collect();
                 let fuse_device = &options.fuse_device;
                 fuse::run_devices(&devices, options.mode, fuse_device, command, &started)
             }

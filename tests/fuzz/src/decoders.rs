@@ -148,14 +148,14 @@ fn check_entries(entries: Entries<'_>) {
     let (mut streams, mut read) = (Vec::new(), Vec::new());
     for (_, entry) in entries.map_while(Result::ok) {
         match entry {
-            Entry::Stream { index, id } if usize::from(index) == streams.len() => streams.push(id),
-            Entry::Stream { .. } => {}
-            Entry::Record { stream, record } => {
+            Entry::Stream(index, id) if usize::from(index) == streams.len() => streams.push(id),
+            Entry::Stream(..) => {}
+            Entry::Record(stream, record) => {
                 let id = &streams[usize::from(stream)];
                 encoder.record(&mut bytes, id, &record);
                 read.push((id.clone(), Ok(record)));
             }
-            Entry::Account { stream, account } => {
+            Entry::Account(stream, account) => {
                 let id = &streams[usize::from(stream)];
                 encoder.account(&mut bytes, id, &account);
                 read.push((id.clone(), Err(account)));
@@ -165,9 +165,9 @@ fn check_entries(entries: Entries<'_>) {
     let mut again = read.into_iter();
     for entry in Entries::of_segment(8, &bytes).expect("the header was written") {
         let (stream, found) = match entry.expect("what was written can be read").1 {
-            Entry::Stream { .. } => continue,
-            Entry::Record { stream, record } => (stream, Ok(record)),
-            Entry::Account { stream, account } => (stream, Err(account)),
+            Entry::Stream(..) => continue,
+            Entry::Record(stream, record) => (stream, Ok(record)),
+            Entry::Account(stream, account) => (stream, Err(account)),
         };
         let id = encoder.streams()[usize::from(stream)].clone();
         assert_eq!(again.next(), Some((id, found)));

@@ -72,7 +72,8 @@ impl Start {
         Self {
             config,
             host_name: host_name.into(),
-            boot: random_name(),
+            // 64 random bits: the standard library seeds its hash maps with the system's randomness.
+            boot: format!("{:016x}", RandomState::new().hash_one("boot")),
             frames_limit: None,
             hung_after: HUNG_AFTER,
         }
@@ -95,14 +96,8 @@ impl Agent {
         log: Log,
     ) -> Result<AgentHandle, StartError> {
         let names = sensor_names(&buses)?;
-        let device = start.device().to_owned();
-        let Start {
-            config: agent,
-            boot,
-            frames_limit,
-            hung_after,
-            ..
-        } = start;
+        let (device, boot) = (start.device().to_owned(), start.boot);
+        let agent = start.config;
         let collector = agent.collector.clone().ok_or(StartError::NoCollector)?;
         let client = client(&agent.credentials, agent.request_timeout);
         let client = client.map_err(StartError::Credentials)?;
@@ -134,8 +129,8 @@ impl Agent {
             let name = config.path.display().to_string();
             let thread = BusThread {
                 first_stream,
-                frames_limit,
-                hung_after,
+                frames_limit: start.frames_limit,
+                hung_after: start.hung_after,
                 shared: Arc::clone(&handle.shared),
                 running: Arc::clone(&handle.running),
                 index: handle.bus_names.len(),
@@ -213,19 +208,13 @@ fn open_spool(
     spooler.open(Box::new(move || {
         let disk = Box::new(Folder::open(&folder)?);
         let spool = Spool::open(disk, limits, &device, &boot, &sensors);
-        let folder = folder.clone();
         spool.map_err(|error| match error {
-            OpenError::Disk(source) => FolderError::Unusable { folder, source },
-            error => FolderError::Newer { folder, error },
+            OpenError::Disk(error) => FolderError::Unusable(folder.clone(), error),
+            error => FolderError::Newer(folder.clone(), error),
         })
     }))?;
     log.info(format!("spool: {}", config.guarantee()));
     Ok(())
-}
-
-/// 64 random bits in hexadecimal: the standard library seeds its hash maps with the system's randomness.
-fn random_name() -> String {
-    format!("{:016x}", RandomState::new().hash_one("boot"))
 }
 
 /// A thread of which [`Running`] tells the end, however it comes.
@@ -236,19 +225,13 @@ fn spawn_until_ended(
 ) -> Result<(), StartError> {
     let running = Arc::clone(running);
     spawn(name, move || {
-        let _ended = Ended {
-            running: &running,
-            index: 0,
-        };
+        let _ended = Ended(&running, 0);
         work();
     })
 }
 
 fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> Result<(), StartError> {
-    let thread = std::thread::Builder::new()
-        .name(name.to_owned())
-        .stack_size(STACK_BYTES);
-    let spawned = thread.spawn(work);
-    spawned.map_err(|source| StartError::Thread(name.to_owned(), source))?;
-    Ok(())
+    let thread = std::thread::Builder::new().name(name.to_owned());
+    let spawned = thread.stack_size(STACK_BYTES).spawn(work).map(drop);
+    spawned.map_err(|source| StartError::Thread(name.to_owned(), source))
 }

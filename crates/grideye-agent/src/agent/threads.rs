@@ -49,18 +49,16 @@ impl Running {
     }
 }
 
-/// Says that a thread has ended, however it ended.
-pub(super) struct Ended<'a> {
-    pub(super) running: &'a Running,
-    pub(super) index: usize,
-}
+/// Says that the thread of this index has ended, however it ended.
+pub(super) struct Ended<'a>(pub(super) &'a Running, pub(super) usize);
 
 impl Drop for Ended<'_> {
     fn drop(&mut self) {
-        if let Some(is_running) = lock(&self.running.is_running).get_mut(self.index) {
+        let Self(running, index) = self;
+        if let Some(is_running) = lock(&running.is_running).get_mut(*index) {
             *is_running = false;
         }
-        self.running.ended.notify_all();
+        running.ended.notify_all();
     }
 }
 
@@ -87,10 +85,7 @@ pub(super) struct BusThread {
 
 impl BusThread {
     fn run(self, opener: impl OpenBus) {
-        let _ended = Ended {
-            running: &self.running,
-            index: self.index,
-        };
+        let _ended = Ended(&self.running, self.index);
         let what = (&self.config, self.frames_limit);
         let mut worker = Worker::of_bus(opener, what, Arc::clone(&self.clock), self.log.clone());
         let watched = Arc::clone(&worker.watched);

@@ -5,6 +5,7 @@ use grideye_frame::NoData;
 use i2cdev::core::{I2CMessage as _, I2CTransfer as _};
 use i2cdev::linux::{LinuxI2CError, LinuxI2CMessage};
 use linux_embedded_hal::I2cdev;
+use rustix::io::Errno;
 use std::io;
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
@@ -87,7 +88,7 @@ impl OpenError {
     pub fn reason(&self) -> NoData {
         match self {
             Self::NoSuchBus(_) => NoData::Unplugged,
-            Self::Unusable(_, source) => source.raw_os_error().map_or(NoData::BusError, by_errno),
+            Self::Unusable(_, source) => by_error(source),
             Self::PermissionDenied(_) | Self::AddressInUse(..) => NoData::BusError,
         }
     }
@@ -123,8 +124,8 @@ impl OpenBus for LinuxBus {
         for address in &self.addresses {
             let refused = |error| open_error(&self.path, *address, error);
             let mut device = I2cdev::new(&self.path).map_err(refused)?;
-            let address_set = device.set_slave_address(u16::from(*address));
-            address_set.map_err(refused)?;
+            let named = device.set_slave_address(u16::from(*address));
+            named.map_err(refused)?;
             devices.push((*address, device));
         }
         Ok(LinuxI2c { devices })
@@ -181,7 +182,7 @@ pub enum LinuxError {
 impl LinuxError {
     fn reason(&self) -> NoData {
         match self {
-            Self::System(error) => error.raw_os_error().map_or(NoData::BusError, by_errno),
+            Self::System(error) => by_error(error),
             Self::ShortTransfer(..) => NoData::ShortTransfer,
             Self::UnknownAddress(_) => NoData::BusError,
         }
@@ -238,73 +239,27 @@ fn scl_hz_in(adapters: &Path, name: &str) -> Option<NonZeroU32> {
 fn open_error(path: &Path, address: u8, error: LinuxI2CError) -> OpenError {
     let path = path.display().to_string();
     let source = io::Error::from(error);
-    match source.raw_os_error() {
-        Some(ENOENT) => OpenError::NoSuchBus(path),
-        Some(EPERM | EACCES) => OpenError::PermissionDenied(path),
-        Some(EBUSY) => OpenError::AddressInUse(path, address),
+    match source.kind() {
+        io::ErrorKind::NotFound => OpenError::NoSuchBus(path),
+        io::ErrorKind::PermissionDenied => OpenError::PermissionDenied(path),
+        io::ErrorKind::ResourceBusy => OpenError::AddressInUse(path, address),
         _ => OpenError::Unusable(path, source),
     }
 }
 
 /// What the errno of a Linux adapter means: `i2c-bcm2835` (Raspberry Pi 0 to 4), `i2c-designware` (5), USB adapters.
-#[must_use]
-pub fn by_errno(errno: i32) -> NoData {
-    match errno {
-        ENXIO | EREMOTEIO => NoData::Nack,
-        ETIMEDOUT => NoData::BusTimeout,
-        ENODEV | ENOTCONN | ESHUTDOWN => NoData::Unplugged,
+fn by_error(error: &io::Error) -> NoData {
+    match Errno::from_io_error(error) {
+        Some(Errno::NXIO | Errno::REMOTEIO) => NoData::Nack,
+        Some(Errno::TIMEDOUT) => NoData::BusTimeout,
+        Some(Errno::NODEV | Errno::NOTCONN | Errno::SHUTDOWN) => NoData::Unplugged,
         _ => NoData::BusError,
     }
 }
 
-// Linux' numbers (include/uapi/asm-generic/errno*.h), the same on every machine that has a Raspberry Pi's header.
-const EPERM: i32 = 1;
-const ENOENT: i32 = 2;
-const ENXIO: i32 = 6;
-const EACCES: i32 = 13;
-const EBUSY: i32 = 16;
-const ENODEV: i32 = 19;
-const ENOTCONN: i32 = 107;
-const ESHUTDOWN: i32 = 108;
-const ETIMEDOUT: i32 = 110;
-const EREMOTEIO: i32 = 121;
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use embedded_hal::i2c::NoAcknowledgeSource;
-
-    #[test]
-    fn errno_means_what_the_adapters_of_a_raspberry_pi_mean_by_it() {
-        let meanings = [
-            (121, NoData::Nack),
-            (6, NoData::Nack),
-            (110, NoData::BusTimeout),
-            (5, NoData::BusError),
-            (11, NoData::BusError),
-            (95, NoData::BusError),
-            (19, NoData::Unplugged),
-            (107, NoData::Unplugged),
-        ];
-        for (errno, meaning) in meanings {
-            assert_eq!(by_errno(errno), meaning, "errno {errno}");
-            let error = LinuxError::System(io::Error::from_raw_os_error(errno));
-            assert_eq!(LinuxBus::new("/dev/null", [0x69]).classify(&error), meaning);
-        }
-        let nobody = ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address);
-        assert_eq!(by_kind(nobody), NoData::Nack);
-        assert_eq!(by_kind(ErrorKind::ArbitrationLoss), NoData::BusError);
-    }
-
-    /// i2c-tiny-usb makes EIO of every transfer after its device was pulled out; seen in the guest of tests/guests.
-    #[test]
-    fn an_adapter_whose_file_is_gone_is_unplugged_whatever_the_errno() {
-        let gone = LinuxBus::new("/nonexistent/i2c-9", [0x69]);
-        let classify =
-            |errno| gone.classify(&LinuxError::System(io::Error::from_raw_os_error(errno)));
-        assert_eq!(classify(5), NoData::Unplugged);
-        assert_eq!(classify(121), NoData::Nack, "somebody drives the bus");
-    }
 
     #[test]
     fn each_reason_why_a_bus_does_not_open_has_its_own_hint() {
@@ -325,22 +280,13 @@ mod tests {
         std::fs::create_dir_all(&node).unwrap();
         let found = || scl_hz_in(adapters.path(), "i2c-1").map(NonZeroU32::get);
         assert_eq!(found(), None);
-        std::fs::write(node.join("clock-frequency"), [0, 0x01, 0x86, 0xA0]).unwrap();
-        assert_eq!(found(), Some(100_000));
-        std::fs::write(node.join("clock-frequency"), [0; 4]).unwrap();
-        assert_eq!(found(), None);
-        std::fs::write(node.join("clock-frequency"), [1; 5]).unwrap();
-        assert_eq!(found(), None);
-    }
-
-    #[test]
-    fn a_file_that_is_no_bus_is_refused_and_a_missing_one_is_named() {
-        let mut missing = LinuxBus::new("/nonexistent/i2c-9", [0x69]);
-        assert!(
-            matches!(missing.open(), Err(OpenError::NoSuchBus(path)) if path == "/nonexistent/i2c-9")
-        );
-        let error = LinuxBus::new("/dev/null", [0x69]).open().err().unwrap();
-        assert!(matches!(error, OpenError::Unusable(..)), "{error}");
-        assert_eq!(missing.open().err().unwrap().reason(), NoData::Unplugged);
+        for (cell, expected) in [
+            (&[0, 0x01, 0x86, 0xA0][..], Some(100_000)),
+            (&[0; 4], None),
+            (&[1; 5], None),
+        ] {
+            std::fs::write(node.join("clock-frequency"), cell).unwrap();
+            assert_eq!(found(), expected, "{cell:?}");
+        }
     }
 }

@@ -8,7 +8,7 @@ use grideye_agent::cli::{BUS, CONFIG_FILE, CheckArgs};
 use grideye_agent::clock::{Clock, SystemClock};
 use grideye_agent::config::{BusConfig, Config, SensorConfig};
 use grideye_recording::ClockState;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::io;
 use std::path::Path;
 use std::process::ExitCode;
@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 /// Exit code 0 if all is well, 1 if a sensor or the collector is not; a clock that was never set is said, and costs nothing.
 pub(crate) fn run(args: &CheckArgs) -> anyhow::Result<ExitCode> {
-    let clock: Arc<dyn Clock> = Arc::new(SystemClock::new());
+    let clock: Arc<dyn Clock> = Arc::new(SystemClock::default());
     let is_well = check_all(args, Path::new(CONFIG_FILE), &clock, &mut write_stdout)?;
     Ok(ExitCode::from(if is_well { 0 } else { FAILED }))
 }
@@ -37,7 +37,10 @@ fn check_all(
 ) -> anyhow::Result<bool> {
     let configured = configured(args, of_service)?;
     if configured.as_ref().is_some_and(|found| !found.is_named) {
-        say(&the_configuration(of_service, args.json))?;
+        let path = of_service.display().to_string();
+        let text =
+            format!("configuration: {path}; --bus or --address look at one sensor without it");
+        say(&one_line(args.json, &json!({ "config": path }), &text))?;
     }
     let buses = match &configured {
         Some(configured) => configured.config.buses.clone(),
@@ -87,12 +90,12 @@ fn configured(args: &CheckArgs, of_service: &Path) -> anyhow::Result<Option<Conf
     }))
 }
 
-fn the_configuration(path: &Path, is_json: bool) -> String {
-    let path = path.display().to_string();
-    if is_json {
-        return format!("{}\n", json!({ "config": path }));
+/// The same for programs or for people.
+fn one_line(is_json: bool, json: &Value, text: &str) -> String {
+    match is_json {
+        true => format!("{json}\n"),
+        false => format!("{text}\n"),
     }
-    format!("configuration: {path}; --bus or --address look at one sensor without it\n")
 }
 
 fn the_sensor(bus: &BusConfig, sensor: &SensorConfig, clock: &Arc<dyn Clock>) -> Report {
@@ -105,9 +108,6 @@ fn the_sensor(bus: &BusConfig, sensor: &SensorConfig, clock: &Arc<dyn Clock>) ->
 }
 fn the_clock(clock: &dyn Clock, is_json: bool) -> String {
     let (_, state) = clock.utc();
-    if is_json {
-        return format!("{}\n", json!({ "clock": state.name() }));
-    }
     let said = match state {
         ClockState::Synced | ClockState::Stepped => "set",
         ClockState::Unsynced => {
@@ -115,7 +115,8 @@ fn the_clock(clock: &dyn Clock, is_json: bool) -> String {
              hint: a Raspberry Pi has no battery clock; give it a network with NTP, and see `timedatectl`"
         }
     };
-    format!("clock: {said}\n")
+    let json = json!({ "clock": state.name() });
+    one_line(is_json, &json, &format!("clock: {said}"))
 }
 
 /// Whether the collector takes this agent's frames, asked in the agent's own way. What the service has not been told yet,
@@ -137,26 +138,25 @@ fn the_collector(configured: &Configured, is_json: bool) -> (bool, String) {
     let said = asked.unwrap_or_else(|error| error);
     let (error, hint) = said.split_once("\nhint: ").unwrap_or((&said, ""));
     let failed = if is_asked { "failed" } else { "not asked" };
-    let text = match (is_json, is_taken) {
-        (true, true) => json!({ "collector": { "url": url, "ok": true } }).to_string(),
-        (true, false) => {
-            let said = json!({ "url": url, "ok": false, "error": error, "hint": hint });
-            json!({ "collector": said }).to_string()
-        }
-        (false, true) => format!("collector: {}: {said}", url.unwrap_or_default()),
-        (false, false) => format!("collector: {failed}\nerror: {error}\nhint: {hint}"),
+    let (json, text) = if is_taken {
+        let text = format!("collector: {}: {said}", url.unwrap_or_default());
+        (json!({ "url": url, "ok": true }), text)
+    } else {
+        let text = format!("collector: {failed}\nerror: {error}\nhint: {hint}");
+        let json = json!({ "url": url, "ok": false, "error": error, "hint": hint });
+        (json, text)
     };
     let is_well = is_taken || !(is_asked || configured.is_named);
-    (is_well, text + "\n")
+    let line = one_line(is_json, &json!({ "collector": json }), &text);
+    (is_well, line)
 }
+
 fn guarantee(config: &Config, is_json: bool) -> String {
     let (mode, guarantee) = (config.spool.mode.name(), config.guarantee());
-    if !is_json {
-        return format!("spool: mode {mode}: {guarantee}\n");
-    }
     let (frames, seconds) = (guarantee.frames, guarantee.seconds);
     let spool = json!({ "mode": mode, "frames_at_risk": frames, "seconds_at_risk": seconds });
-    format!("{}\n", json!({ "spool": spool }))
+    let text = format!("spool: mode {mode}: {guarantee}");
+    one_line(is_json, &json!({ "spool": spool }), &text)
 }
 
 #[cfg(test)]

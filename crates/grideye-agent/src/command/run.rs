@@ -41,15 +41,13 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
         LogFormat::Json => Log::to_stderr_as_json(),
     };
     let health = start.config.health.map(listen).transpose()?;
-    let agent =
-        Agent::start(start, buses, Arc::new(SystemClock::new()), log.clone()).map_err(|error| {
-            match error {
-                StartError::NoCollector | StartError::Credentials(_) => {
-                    anyhow::Error::new(BadUsage(error.to_string()))
-                }
-                other => other.into(),
-            }
-        })?;
+    let clock = Arc::new(SystemClock::default());
+    let agent = match Agent::start(start, buses, clock, log.clone()) {
+        Err(error @ (StartError::NoCollector | StartError::Credentials(_))) => {
+            return Err(BadUsage(error.to_string()).into());
+        }
+        other => other?,
+    };
     if let Some(listener) = health {
         let health = agent.health();
         std::thread::Builder::new()
@@ -60,17 +58,16 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     while !stopping.load(Ordering::SeqCst) && !agent.wait_finished(SIGNAL_EVERY) {}
     let idle = deliver_rest(&agent, &stopping);
     if stopping.load(Ordering::SeqCst) {
-        let held = agent.held();
+        let (held, flush_s) = (agent.held(), FLUSH_FOR.as_secs());
         let line = format!(
-            "stopping; {held} records are being delivered, for {} s at most (a second signal ends at once and loses them)",
-            FLUSH_FOR.as_secs()
+            "stopping; {held} records are being delivered, for {flush_s} s at most (a second signal ends at once and loses them)"
         );
         log.line(Level::Info, line);
     }
     let summary = agent.stop(FLUSH_FOR.saturating_sub(idle).max(FLUSH_FOR_LEAST));
     write_stdout(&format!("{summary}\n"))?;
     let code = if summary.is_complete() { 0 } else { DATA_LOST };
-    Ok(ExitCode::from(code))
+    Ok(code.into())
 }
 
 /// The folder that systemd makes for the service, where the configuration names none.

@@ -126,26 +126,36 @@ impl Place<'_> {
         })
     }
 
+    /// The same of a key that may be left out.
+    fn optional<T, V: std::fmt::Debug>(
+        &self,
+        given: Option<&Spanned<V>>,
+        understand: impl FnOnce(&V) -> Option<T>,
+        expected: &str,
+        hint: &str,
+    ) -> Checked<Option<T>> {
+        let found = given.map(|given| self.expect(given, understand, expected, hint));
+        found.transpose()
+    }
+
     fn within(
         &self,
         name: &str,
-        given: Option<Spanned<u64>>,
+        given: Option<&Spanned<u64>>,
         default: u64,
         (min, max): (u64, u64),
     ) -> Checked<u64> {
-        let Some(given) = given else {
-            return Ok(default);
-        };
         let is_within = |found: &u64| (min..=max).contains(found).then_some(*found);
         let expected = format!("{name}: expected {min} to {max}");
         let hint = format!("leave {name} out for the default of {default}");
-        self.expect(&given, is_within, &expected, &hint)
+        let found = self.optional(given, is_within, &expected, &hint)?;
+        Ok(found.unwrap_or(default))
     }
 
     fn milliseconds(
         &self,
         name: &str,
-        given: Option<Spanned<u64>>,
+        given: Option<&Spanned<u64>>,
         default: u64,
         bounds: (u64, u64),
     ) -> Checked<Duration> {
@@ -156,31 +166,30 @@ impl Place<'_> {
     fn check(&self, raw: RawConfig) -> Checked<Config> {
         let ring_bounds = (100, u64::try_from(RING_FRAMES_MAX).unwrap_or(u64::MAX));
         let ring_default = u64::try_from(RING_FRAMES_DEFAULT).unwrap_or(u64::MAX);
-        let ring_frames = self.within("ring_frames", raw.ring_frames, ring_default, ring_bounds)?;
-        let buses = self.buses(raw.bus)?;
+        let ring_frames = raw.ring_frames.as_ref();
+        let ring_frames = self.within("ring_frames", ring_frames, ring_default, ring_bounds)?;
+        let buses = self.buses(&raw.bus)?;
         let spool_at = raw.spool.as_ref().map_or(0, |spool| spool.span().start);
         let spool = self.spool(raw.spool.map(Spanned::into_inner))?;
-        let device = raw.device.map(|device| self.device(&device));
-        let collector = raw.collector.map(|collector| self.collector(&collector));
-        let body = raw.body.map(|body| self.body(&body));
-        let timeout = raw.request_timeout_ms;
-        let health = raw.health.map(|health| self.listen(&health.listen));
+        let (pause, timeout) = (&raw.post_every_ms, &raw.request_timeout_ms);
+        let (pause, timeout) = (pause.as_ref(), timeout.as_ref());
+        let timeout_bounds = (100, 120_000);
         let config = Config {
-            device: device.transpose()?,
-            collector: collector.transpose()?,
+            device: self.device(raw.device.as_ref())?,
+            collector: self.collector(raw.collector.as_ref())?,
             joined: raw.joined,
             credentials: Credentials::default(),
-            body: body.transpose()?.unwrap_or_default(),
-            post_every: self.milliseconds("post_every_ms", raw.post_every_ms, 500, (50, 60_000))?,
+            body: self.body(raw.body.as_ref())?.unwrap_or_default(),
+            post_every: self.milliseconds("post_every_ms", pause, 500, (50, 60_000))?,
             ring_frames: usize::try_from(ring_frames).unwrap_or(RING_FRAMES_MAX),
             request_timeout: self.milliseconds(
                 "request_timeout_ms",
                 timeout,
                 10_000,
-                (100, 120_000),
+                timeout_bounds,
             )?,
             spool,
-            health: health.transpose()?,
+            health: self.listen(raw.health.as_ref().map(|health| &health.listen))?,
             buses,
         };
         self.ring_for_spool(&config, spool_at)?;
@@ -205,10 +214,10 @@ impl Place<'_> {
         Err(self.refuse(spool_at, message, hint))
     }
 
-    fn device(&self, device: &Spanned<String>) -> Checked<String> {
+    fn device(&self, device: Option<&Spanned<String>>) -> Checked<Option<String>> {
         let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
         let is_name = |name: &String| (1..=64).contains(&name.len()) && name.chars().all(plain);
-        self.expect(
+        self.optional(
             device,
             |name| is_name(name).then(|| name.clone()),
             "device: expected 1 to 64 letters, digits, dots, hyphens or underscores",
@@ -216,8 +225,8 @@ impl Place<'_> {
         )
     }
 
-    fn collector(&self, collector: &Spanned<String>) -> Checked<String> {
-        let hint = if collector.get_ref().starts_with("https://") {
+    fn collector(&self, collector: Option<&Spanned<String>>) -> Checked<Option<String>> {
+        let hint = if collector.is_some_and(|url| url.get_ref().starts_with("https://")) {
             "https goes with a token and a pin: paste the line that `grideye enroll DEVICE` prints on the collector's machine, instead of this key"
         } else {
             "give the collector's address and port alone, for example http://192.168.1.20:8833"
@@ -229,11 +238,11 @@ impl Place<'_> {
             is_address.then(|| url.to_owned())
         };
         let expected = "collector: expected http://HOST:PORT";
-        self.expect(collector, understand, expected, hint)
+        self.optional(collector, understand, expected, hint)
     }
 
-    fn body(&self, body: &Spanned<String>) -> Checked<Body> {
-        self.expect(
+    fn body(&self, body: Option<&Spanned<String>>) -> Checked<Option<Body>> {
+        self.optional(
             body,
             |found| match found.as_str() {
                 "json" => Some(Body::Json),
@@ -245,8 +254,8 @@ impl Place<'_> {
         )
     }
 
-    fn listen(&self, listen: &Spanned<String>) -> Checked<SocketAddr> {
-        self.expect(
+    fn listen(&self, listen: Option<&Spanned<String>>) -> Checked<Option<SocketAddr>> {
+        self.optional(
             listen,
             |found| found.parse().ok().filter(|at: &SocketAddr| at.ip().is_loopback()),
             "listen: expected an address and port of this machine",
@@ -254,7 +263,7 @@ impl Place<'_> {
         )
     }
 
-    fn buses(&self, raw: Vec<Spanned<RawBus>>) -> Checked<Vec<BusConfig>> {
+    fn buses(&self, raw: &[Spanned<RawBus>]) -> Checked<Vec<BusConfig>> {
         if raw.is_empty() || raw.len() > BUSES_MAX {
             let message = format!("expected 1 to {BUSES_MAX} [[bus]], found {}", raw.len());
             let hint = "name the bus that the sensor is wired to: [[bus]] path = \"/dev/i2c-1\"";
@@ -263,7 +272,7 @@ impl Place<'_> {
         let mut buses: Vec<BusConfig> = Vec::new();
         for bus in raw {
             let at = bus.span().start;
-            let bus = self.bus(bus.into_inner(), at)?;
+            let bus = self.bus(bus.get_ref(), at)?;
             let is_named = |other: &BusConfig| other.path.file_name() == bus.path.file_name();
             if buses.iter().any(is_named) {
                 let message = format!("the bus {} is named twice", bus.path.display());
@@ -274,7 +283,7 @@ impl Place<'_> {
         Ok(buses)
     }
 
-    fn bus(&self, raw: RawBus, at: usize) -> Checked<BusConfig> {
+    fn bus(&self, raw: &RawBus, at: usize) -> Checked<BusConfig> {
         let is_file = |path: &PathBuf| path.file_name().is_some() && path.is_absolute();
         let path = self.expect(
             &raw.path,
@@ -287,7 +296,7 @@ impl Place<'_> {
             return Err(self.refuse(at, "expected at least one [[bus.sensor]]".to_owned(), hint));
         }
         let mut sensors: Vec<SensorConfig> = Vec::new();
-        for raw in raw.sensor {
+        for raw in &raw.sensor {
             let at = raw.address.span().start;
             let sensor = self.sensor(raw)?;
             if sensors.iter().any(|other| other.address == sensor.address) {
@@ -300,7 +309,7 @@ impl Place<'_> {
         Ok(BusConfig { path, sensors })
     }
 
-    fn sensor(&self, raw: RawSensor) -> Checked<SensorConfig> {
+    fn sensor(&self, raw: &RawSensor) -> Checked<SensorConfig> {
         let found = *raw.address.get_ref();
         let address = u8::try_from(found).ok();
         let Some(address) = address.and_then(|address| Address::try_from(address).ok()) else {
@@ -312,16 +321,14 @@ impl Place<'_> {
             let message = format!("address: expected 0x68 or 0x69, found {found:#04x}");
             return Err(self.refuse(raw.address.span().start, message, hint));
         };
-        let rate = raw.rate_hz.map(|rate| {
-            self.expect(
-                &rate,
-                |found| u8::try_from(*found).ok().and_then(FrameRate::from_fps),
-                "rate_hz: expected 10 or 1",
-                "the sensor measures ten times or once a second and at no other rate",
-            )
-        });
+        let rate = self.optional(
+            raw.rate_hz.as_ref(),
+            |found| u8::try_from(*found).ok().and_then(FrameRate::from_fps),
+            "rate_hz: expected 10 or 1",
+            "the sensor measures ten times or once a second and at no other rate",
+        )?;
         Ok(SensorConfig {
-            rate: rate.transpose()?.unwrap_or(FrameRate::Ten),
+            rate: rate.unwrap_or(FrameRate::Ten),
             moving_average: raw.moving_average,
             ..SensorConfig::at(address)
         })
@@ -338,45 +345,36 @@ impl Place<'_> {
                 backlog_per_s: BACKLOG_PER_S_DEFAULT,
             });
         };
-        let folder = raw.folder.map(|folder| {
-            self.expect(
-                &folder,
-                |path| path.is_absolute().then(|| path.clone()),
-                "folder: expected an absolute path",
-                "leave folder out under systemd, which gives one (StateDirectory=); else /var/lib/grideye-agent/spool",
-            )
-        });
-        let folder = folder.transpose()?;
-        let after_default = u64::try_from(SPOOL_AFTER_DEFAULT.as_millis()).unwrap_or(u64::MAX);
-        let after = self.milliseconds("after_ms", raw.after_ms, after_default, (100, 600_000))?;
-        let sync_every =
-            self.milliseconds("sync_every_ms", raw.sync_every_ms, 1000, (50, 60_000))?;
-        let mode = raw.mode.map(|mode| {
-            self.expect(
-                &mode,
-                |found| match found.as_str() {
-                    "ram" => Some(SpoolMode::Ram),
-                    "outage" => Some(SpoolMode::Outage { after }),
-                    "always" => Some(SpoolMode::Always { sync_every }),
-                    _ => None,
-                },
-                "mode: expected \"ram\", \"outage\" or \"always\"",
-                "\"outage\" spares the card: it is written only while the collector is away",
-            )
-        });
-        let mode = mode.transpose()?.unwrap_or(SpoolMode::Outage { after });
-        let backlog = self.within(
-            "backlog_frames_per_s",
-            raw.backlog_frames_per_s,
-            BACKLOG_PER_S_DEFAULT.into(),
-            (10, 100_000),
+        let folder = self.optional(
+            raw.folder.as_ref(),
+            |path| path.is_absolute().then(|| path.clone()),
+            "folder: expected an absolute path",
+            "leave folder out under systemd, which gives one (StateDirectory=); else /var/lib/grideye-agent/spool",
         )?;
+        let after_default = u64::try_from(SPOOL_AFTER_DEFAULT.as_millis()).unwrap_or(u64::MAX);
+        let (after, sync_every) = (raw.after_ms.as_ref(), raw.sync_every_ms.as_ref());
+        let after = self.milliseconds("after_ms", after, after_default, (100, 600_000))?;
+        let sync_every = self.milliseconds("sync_every_ms", sync_every, 1000, (50, 60_000))?;
+        let mode = self.optional(
+            raw.mode.as_ref(),
+            |found| match found.as_str() {
+                "ram" => Some(SpoolMode::Ram),
+                "outage" => Some(SpoolMode::Outage { after }),
+                "always" => Some(SpoolMode::Always { sync_every }),
+                _ => None,
+            },
+            "mode: expected \"ram\", \"outage\" or \"always\"",
+            "\"outage\" spares the card: it is written only while the collector is away",
+        )?;
+        let (per_s, default) = (raw.backlog_frames_per_s, BACKLOG_PER_S_DEFAULT.into());
+        let bounds = (10, 100_000);
+        let backlog = self.within("backlog_frames_per_s", per_s.as_ref(), default, bounds)?;
+        let (most, free) = (raw.mib_max.as_ref(), raw.free_mib_min.as_ref());
         Ok(SpoolConfig {
-            mode,
+            mode: mode.unwrap_or(SpoolMode::Outage { after }),
             folder,
-            bytes_max: MIB * self.within("mib_max", raw.mib_max, 1024, (1, 1 << 20))?,
-            free_bytes_min: MIB
-                * self.within("free_mib_min", raw.free_mib_min, 256, (0, 1 << 20))?,
+            bytes_max: MIB * self.within("mib_max", most, 1024, (1, 1 << 20))?,
+            free_bytes_min: MIB * self.within("free_mib_min", free, 256, (0, 1 << 20))?,
             backlog_per_s: u32::try_from(backlog).unwrap_or(BACKLOG_PER_S_DEFAULT),
         })
     }

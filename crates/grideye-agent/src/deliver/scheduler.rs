@@ -27,8 +27,6 @@ use std::time::{Duration, Instant};
 
 /// How often the disk is asked for a backlog when there was none.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
-/// Runs of which the log remembers what it has said: as many as a spool remembers.
-const SAID_MAX: usize = RUNS_MAX;
 /// The pause between attempts while the agent is stopping.
 const FLUSH_PAUSE: Duration = Duration::from_millis(100);
 
@@ -130,10 +128,8 @@ impl<P: Post> Scheduler<P> {
     /// Sends the next that is in memory, or at last the account, due or not. Returns whether all has arrived.
     pub fn flush(&mut self, time_left: Duration) -> bool {
         let now = self.time();
-        let batch = self
-            .in_doubt
-            .take()
-            .or_else(|| self.pieces.pop_front())
+        let begun = self.in_doubt.take().or_else(|| self.pieces.pop_front());
+        let batch = begun
             .or_else(|| self.late_batch(now))
             .unwrap_or_else(|| self.of_memory(Lane::Live, now, BATCH_RECORDS_MAX));
         let is_account = batch.items.is_empty();
@@ -155,17 +151,11 @@ impl<P: Post> Scheduler<P> {
 
     fn next_due(&self) -> Duration {
         match &self.in_doubt {
-            Some(batch) => self.turn_of(batch.lane).due,
+            Some(batch) if batch.lane == Lane::Live => self.live.due,
+            Some(_) => self.backlog.due,
             None if !self.pieces.is_empty() => Duration::ZERO,
             None if self.live.failures > 0 => self.live.due,
             None => self.live.due.min(self.backlog.due),
-        }
-    }
-
-    fn turn_of(&self, lane: Lane) -> &Turn {
-        match lane {
-            Lane::Live => &self.live,
-            Lane::Late | Lane::Disk => &self.backlog,
         }
     }
 
@@ -177,8 +167,8 @@ impl<P: Post> Scheduler<P> {
     }
 
     fn choose(&mut self, now: Duration) -> Option<Batch> {
-        if let Some(batch) = &self.in_doubt {
-            let is_due = now >= self.turn_of(batch.lane).due;
+        if let Some(lane) = self.in_doubt.as_ref().map(|batch| batch.lane) {
+            let is_due = now >= self.turn(lane).due;
             return if is_due { self.in_doubt.take() } else { None };
         }
         if let Some(piece) = self.pieces.pop_front() {
@@ -274,8 +264,9 @@ impl<P: Post> Scheduler<P> {
             Some(self.shared.with_ring(|ring| ring.accounts()))
         } else {
             let spool = self.shared.spool();
-            let ended = |spool: &crate::spool::Spool| spool.ended_accounts(&batch.boot);
-            spool.as_ref().and_then(ended)
+            spool
+                .as_ref()
+                .and_then(|spool| spool.ended_accounts(&batch.boot))
         };
         let mut body = batch.to_wire(&accounts.unwrap_or_default());
         // Of a run that has ended it is not known whether its boot clock is this one.
@@ -410,7 +401,8 @@ impl<P: Post> Scheduler<P> {
         let now = self.time();
         self.held_until.get_or_insert(now + HELD_FOR);
         self.turn(batch.lane).due = now;
-        if self.held_said.get(boot) == Some(&why) || self.held_said.len() >= SAID_MAX {
+        // It remembers what was said of as many runs as a spool remembers.
+        if self.held_said.get(boot) == Some(&why) || self.held_said.len() >= RUNS_MAX {
             return;
         }
         self.log.error(format!(
@@ -457,7 +449,7 @@ impl<P: Post> Scheduler<P> {
 
     /// Logs a failure, unless it is the one that was last logged for this lane.
     fn say_failure(&mut self, lane: Lane, why: &str, line: &str) {
-        if self.turn_of(lane).said.as_deref() != Some(why) {
+        if self.turn(lane).said.as_deref() != Some(why) {
             self.log.warning(line);
             self.turn(lane).said = Some(why.to_owned());
         }

@@ -70,9 +70,9 @@ impl Spooler {
                 }
                 Ok(())
             }
-            Err(FolderError::Unusable { folder, source }) => {
-                let what = format!("{}: {source}", folder.display());
-                self.failed(self.shared.now(), &io::Error::new(source.kind(), what));
+            Err(FolderError::Unusable(folder, error)) => {
+                let what = format!("{}: {error}", folder.display());
+                self.failed(self.shared.now(), &io::Error::new(error.kind(), what));
                 self.retry_at = self.shared.now() + OPEN_RETRY;
                 self.opener = Some(opener);
                 Ok(())

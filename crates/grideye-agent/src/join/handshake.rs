@@ -49,20 +49,18 @@ pub fn authority_of(
     let mut connection = ClientConnection::new(Arc::new(config), name)
         .map_err(|error| refuse(error.to_string(), misspelt))?;
     let mut stream = connect(address, timeout).map_err(|error| {
-        refuse(
-            format!("no connection: {error}"),
-            "is `grideye collect` running there, and does its firewall let the port through?",
-        )
+        let hint =
+            "is `grideye collect` running there, and does its firewall let the port through?";
+        refuse(format!("no connection: {error}"), hint)
     })?;
     while connection.is_handshaking() {
-        connection
-            .complete_io(&mut stream)
-            .map_err(|error| refuse(format!("no TLS: {error}"), hint(&error)))?;
+        let done = connection.complete_io(&mut stream);
+        done.map_err(|error| refuse(format!("no TLS: {error}"), hint(&error)))?;
     }
     let found = lock(&verifier.found).take();
     let pem = found.map(|der| certificate_pem(&der));
-    let what = || "no certificate was shown".to_owned();
-    pem.ok_or_else(|| refuse(what(), "is this a collector?"))
+    let what = "no certificate was shown";
+    pem.ok_or_else(|| refuse(what.to_owned(), "is this a collector?"))
 }
 
 /// The authority is the first thing that is looked at, and the certificate's time and name the next.

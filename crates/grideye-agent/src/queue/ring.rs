@@ -273,9 +273,8 @@ impl Ring {
             return;
         }
         let is_gone = |place: &Place| removed.contains(&place.segment);
-        let (gone, kept): (Vec<OnDisk>, Vec<OnDisk>) = std::mem::take(&mut self.spilled)
-            .into_iter()
-            .partition(|spilled| is_gone(&spilled.place));
+        let spilled = std::mem::take(&mut self.spilled).into_iter();
+        let (gone, kept): (Vec<_>, _) = spilled.partition(|spilled| is_gone(&spilled.place));
         self.spilled = kept;
         for spilled in gone {
             if let Some(stream) = self.stream_mut(&spilled.id) {
@@ -359,10 +358,9 @@ impl Ring {
         let arrival = |stream: &&mut Stream| stream.held.front().map(|held| held.arrival);
         let streams = self.streams.iter_mut();
         let oldest = streams.filter(|stream| !stream.held.is_empty());
-        let Some(stream) = oldest.min_by_key(arrival) else {
-            return false;
-        };
-        let Some(held) = stream.held.pop_front() else {
+        let oldest = oldest.min_by_key(arrival);
+        let taken = oldest.and_then(|stream| Some((stream.held.pop_front()?, stream)));
+        let Some((held, stream)) = taken else {
             return false;
         };
         self.len -= 1;
@@ -424,9 +422,8 @@ impl Stream {
     }
 
     fn index_of(&self, seq: u64) -> Option<usize> {
-        self.held
-            .binary_search_by_key(&seq, |held| held.record.seq)
-            .ok()
+        let found = self.held.binary_search_by_key(&seq, |held| held.record.seq);
+        found.ok()
     }
 
     fn take(&mut self, seq: u64) -> Option<Held> {

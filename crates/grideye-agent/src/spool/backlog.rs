@@ -4,9 +4,8 @@ use super::index::Spool;
 use super::limits::{EXTENTS_MAX, READS_MAX, SEGMENT_READ_MAX, SPOOL_FULL};
 use super::name::name_of;
 use super::segment::{Entries, Entry};
-use super::types::{Content, Dropped};
-use crate::batch::{Batch, Item, Lane, Place};
-use grideye_recording::StreamId;
+use super::types::{Dropped, Extent};
+use crate::batch::{Batch, Item, Place};
 use std::io;
 use std::sync::Arc;
 
@@ -36,25 +35,12 @@ impl Spool {
         }
         while let Some((segment, from, to)) = self.first_not_held() {
             let length = usize::try_from(to - from).unwrap_or(SEGMENT_READ_MAX);
-            let bytes = match self
-                .disk
-                .read(&name_of(segment), from, length.min(SEGMENT_READ_MAX))
-            {
-                Ok(bytes) => bytes,
-                Err(error) => {
-                    self.failed_read(segment, &error);
-                    return Err(error);
-                }
-            };
+            let length = length.min(SEGMENT_READ_MAX);
+            let bytes = self.disk.read(&name_of(segment), from, length);
+            let bytes = bytes.inspect_err(|error| self.failed_read(segment, error))?;
             let items = self.items(segment, from, &bytes, records_max);
-            if let Some(first) = items.first() {
-                let (device, boot) = (first.stream.device.clone(), first.stream.boot.clone());
-                return Ok(Some(Batch {
-                    lane: Lane::Disk,
-                    device,
-                    boot,
-                    items,
-                }));
+            if let Some(first) = items.first().map(|item| Arc::clone(&item.stream)) {
+                return Ok(Some(Batch::on_disk(&first.device, &first.boot, items)));
             }
             self.quarantine_unreadable(segment, "what was written is not what is read");
         }
@@ -65,10 +51,12 @@ impl Spool {
     /// meanwhile, which are to be counted as delivered after all.
     pub fn release(&mut self, items: Vec<Item>) -> (Vec<Item>, Vec<Item>) {
         let boot = items.first().map(|item| item.stream.boot.clone());
-        let (delivered, returned): (Vec<Item>, Vec<Item>) = items.into_iter().partition(|item| {
+        let mut is_here = |item: &Item| {
+            let is_frame = item.is_frame();
             item.place
-                .is_some_and(|place| self.dequeue(place, item.is_frame()))
-        });
+                .is_some_and(|place| self.dequeue(place, is_frame))
+        };
+        let (delivered, returned) = items.into_iter().partition::<Vec<Item>, _>(&mut is_here);
         for item in returned.iter().filter(|item| item.is_frame()) {
             if let Some(count) = self.run_of(&item.stream) {
                 if let Some(dropped) = count.dropped.get_mut(SPOOL_FULL) {
@@ -91,22 +79,17 @@ impl Spool {
     }
 
     pub(super) fn enqueue(&mut self, place: Place, is_frame: bool) {
-        let before = self
-            .backlog
-            .range_mut(..(place.segment, place.from))
-            .next_back();
+        let mut before = self.backlog.range_mut(..(place.segment, place.from));
         let adjoining = before
+            .next_back()
             .filter(|((segment, _), extent)| *segment == place.segment && extent.to == place.from);
         let extent = match adjoining {
             Some((_, extent)) => extent,
             None => self.backlog.entry((place.segment, place.from)).or_default(),
         };
         extent.to = place.to;
-        extent
-            .content
-            .entry(place.stream)
-            .or_default()
-            .add(is_frame);
+        let content = extent.content.entry(place.stream).or_default();
+        content.add(is_frame);
         if let Some(id) = self.stream(place.segment, place.stream) {
             self.waiting.entry(id).or_default().add(is_frame);
         }
@@ -142,17 +125,14 @@ impl Spool {
         let declared = u16::try_from(segment.streams.len()).unwrap_or(u16::MAX);
         let mut at = from;
         for entry in Entries::within(number, bytes, 0, declared).map_while(Result::ok) {
-            let (end, Entry::Record { stream, record }) = entry else {
+            let (end, Entry::Record(stream, record)) = entry else {
                 continue;
             };
             let Some(id) = segment.streams.get(usize::from(stream)) else {
                 break;
             };
-            if items.len() >= records_max
-                || items
-                    .first()
-                    .is_some_and(|first| first.stream.boot != id.boot)
-            {
+            let is_of_another = |first: &Item| first.stream.boot != id.boot;
+            if items.len() >= records_max || items.first().is_some_and(is_of_another) {
                 break;
             }
             let to = from + u64::try_from(end).unwrap_or(u64::MAX);
@@ -172,48 +152,37 @@ impl Spool {
         items
     }
 
-    fn failed_read(&mut self, segment: u64, error: &io::Error) {
-        let failed = self.segments.get_mut(&segment).map(|segment| {
-            segment.failed_reads += 1;
-            segment.failed_reads
-        });
-        if failed.is_some_and(|failed| failed >= READS_MAX) {
-            self.quarantine_unreadable(segment, &error.to_string());
+    fn failed_read(&mut self, number: u64, error: &io::Error) {
+        let Some(segment) = self.segments.get_mut(&number) else {
+            return;
+        };
+        segment.failed_reads += 1;
+        if segment.failed_reads >= READS_MAX {
+            self.quarantine_unreadable(number, &error.to_string());
         }
     }
 
     pub(super) fn drop_backlog_of(&mut self, number: u64, reason: &'static str) {
-        let keys: Vec<(u64, u64)> = self
-            .backlog
-            .range((number, 0)..=(number, u64::MAX))
-            .map(|(key, _)| *key)
-            .collect();
-        for key in keys {
-            let Some(extent) = self.backlog.remove(&key) else {
+        let of_segment = self.backlog.range((number, 0)..=(number, u64::MAX));
+        let gone: Vec<Extent> = of_segment.map(|(_, extent)| extent.clone()).collect();
+        self.backlog.retain(|(segment, _), _| *segment != number);
+        for (index, content) in gone.into_iter().flat_map(|extent| extent.content) {
+            let Some(stream) = self.stream(number, index) else {
                 continue;
             };
-            for (stream, content) in extent.content {
-                let Some(id) = self.stream(number, stream) else {
-                    continue;
-                };
-                self.count_dropped(&id, content, reason);
+            if let Some(waiting) = self.waiting.get_mut(&stream) {
+                waiting.frames = waiting.frames.saturating_sub(content.frames);
+                waiting.rows = waiting.rows.saturating_sub(content.rows);
             }
+            if let Some(count) = self.run_of(&stream) {
+                *count.dropped.entry(reason.to_owned()).or_default() += content.frames;
+            }
+            self.dropped.push(Dropped {
+                stream,
+                content,
+                reason,
+            });
         }
-    }
-
-    fn count_dropped(&mut self, id: &Arc<StreamId>, content: Content, reason: &'static str) {
-        if let Some(waiting) = self.waiting.get_mut(id) {
-            waiting.frames = waiting.frames.saturating_sub(content.frames);
-            waiting.rows = waiting.rows.saturating_sub(content.rows);
-        }
-        if let Some(count) = self.run_of(id) {
-            *count.dropped.entry(reason.to_owned()).or_default() += content.frames;
-        }
-        self.dropped.push(Dropped {
-            stream: Arc::clone(id),
-            content,
-            reason,
-        });
     }
 }
 

@@ -22,12 +22,8 @@ impl Spool {
         needed.extend(&self.unread);
         let writing = self.writing.as_ref().map(|(number, _)| *number);
         needed.extend(writing.filter(|_| keeps_writing));
-        let finished: Vec<u64> = self
-            .segments
-            .keys()
-            .copied()
-            .filter(|number| !needed.contains(number))
-            .collect();
+        let numbers = self.segments.keys().copied();
+        let finished: Vec<u64> = numbers.filter(|number| !needed.contains(number)).collect();
         if finished.is_empty() {
             return Ok(());
         }
@@ -51,11 +47,7 @@ impl Spool {
         in_memory: &BTreeSet<Place>,
         accounts: &[(Arc<StreamId>, Account)],
     ) -> io::Result<()> {
-        for (id, account) in accounts {
-            if let Some(count) = self.own_run.sensors.get_mut(&id.sensor) {
-                count.renew(account);
-            }
-        }
+        self.renew_own_run(accounts);
         self.move_cursor(in_memory);
         self.save()
     }
@@ -69,8 +61,7 @@ impl Spool {
         in_memory: &BTreeSet<Place>,
         accounts: &[(Arc<StreamId>, Account)],
     ) -> io::Result<()> {
-        let is_delivered = accounts.iter().all(|(_, account)| account.spooled == 0);
-        if is_delivered {
+        if accounts.iter().all(|(_, account)| account.spooled == 0) {
             self.own_run.sensors.clear();
         }
         self.checkpoint(in_memory, accounts)
@@ -79,18 +70,11 @@ impl Spool {
     fn move_cursor(&mut self, in_memory: &BTreeSet<Place>) {
         let of_place = |place: &Place| (place.segment, place.from);
         let first_unread = self.unread.front().map(|number| (*number, 0));
-        let here = self
-            .backlog
-            .first_key_value()
-            .map(|(key, _)| *key)
-            .into_iter()
-            .chain(in_memory.first().map(of_place))
-            .chain(first_unread)
-            .min();
-        let end = self
-            .writing
-            .as_ref()
-            .map(|(number, writing)| (*number, writing.end));
+        let first_waiting = self.backlog.keys().next().copied();
+        let firsts = [first_waiting, in_memory.first().map(of_place), first_unread];
+        let here = firsts.into_iter().flatten().min();
+        let writing = self.writing.as_ref();
+        let end = writing.map(|(number, writing)| (*number, writing.end));
         let (segment, offset) = here.or(end).unwrap_or((self.next_number, 0));
         self.cursor = self.cursor.max(Cursor { segment, offset });
     }
@@ -100,10 +84,8 @@ impl Spool {
         if !self.own_run.sensors.is_empty() {
             runs.push(self.own_run.clone());
         }
-        let state = State {
-            cursor: self.cursor,
-            runs,
-        };
+        let cursor = self.cursor;
+        let state = State { cursor, runs };
         replace(self.disk.as_mut(), STATE, &state.to_bytes())
     }
 }

@@ -16,23 +16,18 @@ pub const LOCK: &str = "lock";
 ///
 /// Nothing survives a loss of power but what was synced: the bytes of a file by [`Disk::sync`], its name and its absence
 /// by [`Disk::sync_folder`].
+///
+/// # Errors
+/// Each gives what the system said.
+#[expect(clippy::missing_errors_doc, reason = "the same for all of them")]
 pub trait Disk: Send {
     /// The names of all files, those in quarantine included.
-    ///
-    /// # Errors
-    /// What the system said.
     fn list(&self) -> io::Result<Vec<String>>;
 
     /// Bytes of a file.
-    ///
-    /// # Errors
-    /// What the system said.
     fn size(&self, name: &str) -> io::Result<u64>;
 
     /// Up to `len` bytes from `offset` on; fewer at the file's end.
-    ///
-    /// # Errors
-    /// What the system said.
     fn read(&self, name: &str, offset: u64, len: usize) -> io::Result<Vec<u8>>;
 
     /// Writes a file of these bytes, in place of the one that was there.
@@ -54,27 +49,15 @@ pub trait Disk: Send {
     fn sync(&mut self, name: &str) -> io::Result<()>;
 
     /// Gives a file another name, in place of the file that has it.
-    ///
-    /// # Errors
-    /// What the system said.
     fn rename(&mut self, from: &str, to: &str) -> io::Result<()>;
 
     /// Removes a file.
-    ///
-    /// # Errors
-    /// What the system said.
     fn remove(&mut self, name: &str) -> io::Result<()>;
 
     /// Returns when names, new ones and removed ones, are on the disk.
-    ///
-    /// # Errors
-    /// What the system said.
     fn sync_folder(&mut self) -> io::Result<()>;
 
     /// Bytes that this user could still write.
-    ///
-    /// # Errors
-    /// What the system said.
     fn free_bytes(&self) -> io::Result<u64>;
 }
 
@@ -82,18 +65,11 @@ pub trait Disk: Send {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OpenError {
-    /// A later version of this program wrote it.
+    /// A later version of this program wrote this file, in this layout; the newest that is known is the last.
     #[error(
-        "{name} has layout {found}, and this program knows layouts up to {known}\nhint: start the version of grideye-agent that wrote it, or a newer one; or name an empty spool.folder: this folder stays as it is, and that version can deliver it"
+        "{0} has layout {1}, and this program knows layouts up to {2}\nhint: start the version of grideye-agent that wrote it, or a newer one; or name an empty spool.folder: this folder stays as it is, and that version can deliver it"
     )]
-    Newer {
-        /// The file.
-        name: String,
-        /// Its layout.
-        found: u32,
-        /// The newest that is known.
-        known: u32,
-    },
+    Newer(String, u32, u32),
     /// The disk cannot be read.
     #[error(transparent)]
     Disk(#[from] io::Error),
@@ -108,24 +84,14 @@ pub enum FolderError {
         "{}: another agent uses this spool\nhint: one agent reads all sensors of a device; stop the other (systemctl stop grideye-agent), or give this one a folder and a `device` of its own", .0.display()
     )]
     Locked(PathBuf),
-    /// A later version of this program wrote in it.
-    #[error("{}/{error}", .folder.display())]
-    Newer {
-        /// The folder.
-        folder: PathBuf,
-        /// The file, and its layout.
-        error: OpenError,
-    },
-    /// It cannot be made, opened or locked.
+    /// A later version of this program wrote in this folder the file that the error names.
+    #[error("{}/{}", .0.display(), .1)]
+    Newer(PathBuf, OpenError),
+    /// This folder cannot be made, opened or locked, as the system said.
     #[error(
-        "{}: {source}\nhint: spool.folder must be a folder that this user may write; systemd makes one with StateDirectory=grideye-agent", .folder.display()
+        "{}: {}\nhint: spool.folder must be a folder that this user may write; systemd makes one with StateDirectory=grideye-agent", .0.display(), .1
     )]
-    Unusable {
-        /// The folder.
-        folder: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
+    Unusable(PathBuf, #[source] io::Error),
 }
 
 /// A folder of the file system, locked against a second agent.
@@ -143,10 +109,7 @@ impl Folder {
     /// # Errors
     /// [`FolderError`] if it cannot be written, or if another agent uses it.
     pub fn open(path: &Path) -> Result<Self, FolderError> {
-        let unusable = |source| FolderError::Unusable {
-            folder: path.to_owned(),
-            source,
-        };
+        let unusable = |error| FolderError::Unusable(path.to_owned(), error);
         std::fs::create_dir_all(path.join(QUARANTINE)).map_err(unusable)?;
         let lock = OpenOptions::new()
             .create(true)
@@ -173,12 +136,10 @@ impl Folder {
                 continue;
             }
             // A name that is not UTF-8 is none of ours.
-            if let Ok(name) = entry.file_name().into_string() {
-                names.push(if folder.is_empty() {
-                    name
-                } else {
-                    format!("{folder}/{name}")
-                });
+            match entry.file_name().into_string() {
+                Ok(name) if folder.is_empty() => names.push(name),
+                Ok(name) => names.push(format!("{folder}/{name}")),
+                Err(_) => {}
             }
         }
         Ok(names)
@@ -186,11 +147,9 @@ impl Folder {
 
     fn appendable(&mut self, name: &str) -> io::Result<&mut File> {
         if self.open.as_ref().is_none_or(|(open, _)| open != name) {
-            let file = OpenOptions::new()
-                .create(true)
-                .append(true)
-                .open(self.path.join(name))?;
-            self.open = Some((name.to_owned(), file));
+            let mut options = OpenOptions::new();
+            let file = options.create(true).append(true).open(self.path.join(name));
+            self.open = Some((name.to_owned(), file?));
         }
         match &mut self.open {
             Some((_, file)) => Ok(file),
@@ -220,8 +179,8 @@ impl Disk for Folder {
         let mut file = File::open(self.path.join(name))?;
         file.seek(SeekFrom::Start(offset))?;
         let mut bytes = Vec::new();
-        file.take(u64::try_from(len).unwrap_or(u64::MAX))
-            .read_to_end(&mut bytes)?;
+        let limit = u64::try_from(len).unwrap_or(u64::MAX);
+        file.take(limit).read_to_end(&mut bytes)?;
         Ok(bytes)
     }
 
@@ -270,58 +229,4 @@ pub(super) fn replace(disk: &mut dyn Disk, name: &str, bytes: &[u8]) -> io::Resu
     disk.sync(&temporary)?;
     disk.rename(&temporary, name)?;
     disk.sync_folder()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_folder_is_a_disk_and_is_used_by_one_agent_at_a_time() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a/spool");
-        let mut disk = Folder::open(&path).unwrap();
-        disk.append("x", b"one").unwrap();
-        disk.append("x", b"two").unwrap();
-        disk.sync("x").unwrap();
-        replace(&mut disk, "state", b"s").unwrap();
-        replace(&mut disk, "state", b"state").unwrap();
-        disk.write("quarantine/y", b"why").unwrap();
-        disk.sync_folder().unwrap();
-        let mut names = disk.list().unwrap();
-        names.sort();
-        assert_eq!(names, ["lock", "quarantine/y", "state", "x"]);
-        assert_eq!(disk.size("x").unwrap(), 6);
-        assert_eq!(disk.read("x", 2, 2).unwrap(), b"et");
-        assert_eq!(disk.read("state", 0, 99).unwrap(), b"state");
-        disk.rename("x", "quarantine/x").unwrap();
-        // A file of the same name is another file.
-        disk.append("x", b"new").unwrap();
-        assert_eq!(disk.read("x", 0, 99).unwrap(), b"new");
-        disk.remove("x").unwrap();
-        assert!(disk.read("x", 0, 1).is_err());
-        assert!(disk.free_bytes().unwrap() > 0);
-
-        let second = Folder::open(&path).unwrap_err();
-        assert!(matches!(second, FolderError::Locked { .. }));
-        assert!(
-            second
-                .to_string()
-                .contains("another agent uses this spool\nhint: ")
-        );
-        drop(disk);
-        drop(Folder::open(&path).unwrap());
-    }
-
-    #[test]
-    fn a_folder_that_cannot_be_one_is_named_with_what_to_do() {
-        let file = tempfile::NamedTempFile::new().unwrap();
-        let error = Folder::open(&file.path().join("spool")).unwrap_err();
-        let text = error.to_string();
-        assert!(
-            text.starts_with(&file.path().display().to_string()),
-            "{text}"
-        );
-        assert!(text.contains("\nhint: spool.folder must be"), "{text}");
-    }
 }

@@ -15,7 +15,6 @@ use std::sync::Arc;
 pub struct Spool {
     pub(super) disk: Box<dyn Disk>,
     pub(super) limits: Limits,
-    pub(super) own: (String, String),
     pub(super) segments: BTreeMap<u64, Segment>,
     /// Segments of runs before, that are yet to be looked at.
     pub(super) unread: VecDeque<u64>,
@@ -61,10 +60,10 @@ impl Spool {
         boot: &str,
         sensors: &[String],
     ) -> Result<Self, OpenError> {
+        let sensors = sensors.iter().cloned();
         let mut spool = Self {
             disk,
             limits,
-            own: (device.to_owned(), boot.to_owned()),
             segments: BTreeMap::new(),
             unread: VecDeque::new(),
             writing: None,
@@ -76,10 +75,7 @@ impl Spool {
             own_run: Run {
                 device: device.to_owned(),
                 boot: boot.to_owned(),
-                sensors: sensors
-                    .iter()
-                    .map(|sensor| (sensor.clone(), Count::default()))
-                    .collect(),
+                sensors: sensors.map(|sensor| (sensor, Count::default())).collect(),
             },
             held: BTreeSet::new(),
             cursor: Cursor::default(),
@@ -115,7 +111,7 @@ impl Spool {
     pub fn waiting_frames(&self) -> (u64, u64) {
         let mut frames = (0, 0);
         for (id, content) in &self.waiting {
-            if id.boot == self.own.1 {
+            if id.boot == self.own_run.boot {
                 frames.0 += content.frames;
             } else {
                 frames.1 += content.frames;
@@ -127,15 +123,10 @@ impl Spool {
     /// Frames of this run that wait on the disk, by sensor.
     #[must_use]
     pub fn waiting_by_sensor(&self) -> BTreeMap<String, u64> {
-        let own = self.waiting.iter().filter(|(id, _)| id.boot == self.own.1);
+        let boot = &self.own_run.boot;
+        let own = self.waiting.iter().filter(|(id, _)| id.boot == *boot);
         own.map(|(id, content)| (id.sensor.clone(), content.frames))
             .collect()
-    }
-
-    /// Whether every segment of the runs before has been looked at.
-    #[must_use]
-    pub fn is_recovered(&self) -> bool {
-        self.unread.is_empty()
     }
 
     /// Whether nothing waits on the disk.

@@ -4,7 +4,7 @@ use super::disk::QUARANTINE;
 use super::index::Spool;
 use super::limits::{QUARANTINE_BYTES_MAX, SPOOL_DAMAGED};
 use super::name::name_of;
-use crate::batch::{Batch, Item, Lane};
+use crate::batch::{Batch, Item};
 use std::collections::BTreeMap;
 use std::io;
 
@@ -23,18 +23,12 @@ impl Spool {
                 *count.dropped.entry(reason.to_owned()).or_default() += 1;
             }
         }
-        let batch = Batch {
-            lane: Lane::Disk,
-            device: item.stream.device.clone(),
-            boot: item.stream.boot.clone(),
-            items: vec![item.clone()],
-        };
-        let mut line = batch
-            .to_wire(&BTreeMap::new())
-            .to_json()
-            .map_err(io::Error::other)?;
+        let boot = &item.stream.boot;
+        let batch = Batch::on_disk(&item.stream.device, boot, vec![item.clone()]);
+        let line = batch.to_wire(&BTreeMap::new()).to_json();
+        let mut line = line.map_err(io::Error::other)?;
         line.push(b'\n');
-        let name = format!("{QUARANTINE}/refused-{}.jsonl", item.stream.boot);
+        let name = format!("{QUARANTINE}/refused-{boot}.jsonl");
         self.check_quarantine_room(line.len())?;
         self.disk.append(&name, &line)?;
         self.disk.sync(&name)?;
@@ -44,28 +38,25 @@ impl Spool {
     /// Moves a segment that cannot be read to the quarantine, so that the rest goes on.
     pub(super) fn quarantine_unreadable(&mut self, number: u64, why: &str) {
         self.drop_backlog_of(number, SPOOL_DAMAGED);
-        let name = name_of(number);
-        let aside = format!("{QUARANTINE}/{name}");
-        let moved = self
-            .disk
-            .rename(&name, &aside)
-            .and_then(|()| self.disk.sync_folder());
-        self.segments.remove(&number);
         self.removed.insert(number);
-        if self
-            .writing
-            .as_ref()
-            .is_some_and(|(writing, _)| *writing == number)
-        {
-            self.abandon();
-        }
-        let what = match moved {
-            Ok(()) => format!("set aside as {aside}"),
-            Err(error) => format!("and it cannot be set aside: {error}"),
-        };
+        self.writing.take_if(|(writing, _)| *writing == number);
+        let (name, what) = self.set_aside(number);
         self.say(&format!(
             "{name} cannot be read ({why}), {what}; its frames are counted as {SPOOL_DAMAGED}"
         ));
+    }
+
+    /// Moves a segment to the quarantine. Returns its name, and what became of it.
+    pub(super) fn set_aside(&mut self, number: u64) -> (String, String) {
+        self.segments.remove(&number);
+        let name = name_of(number);
+        let aside = format!("{QUARANTINE}/{name}");
+        let moved = self.disk.rename(&name, &aside);
+        let what = match moved.and_then(|()| self.disk.sync_folder()) {
+            Ok(()) => format!("set aside as {aside}"),
+            Err(error) => format!("and it cannot be set aside: {error}"),
+        };
+        (name, what)
     }
 
     pub(super) fn check_quarantine_room(&mut self, length: usize) -> io::Result<()> {

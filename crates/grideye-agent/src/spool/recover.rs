@@ -6,10 +6,9 @@ use super::limits::{RUNS_MAX, SEGMENT_READ_MAX};
 use super::name::{name_of, number_of};
 use super::segment::{Entries, Entry, Fault, HEADER_BYTES, VERSION, check_header};
 use super::state::{Count, Run, STATE, STATE_BYTES_MAX, STATE_VERSION, State};
-use super::types::Segment;
 use crate::batch::Place;
 use grideye_recording::StreamId;
-use grideye_recording::wire::Account;
+use std::ops::Range;
 use std::sync::Arc;
 
 impl Spool {
@@ -63,12 +62,8 @@ impl Spool {
                 let _ = self.disk.remove(&name_of(number));
                 continue;
             }
-            let bytes = self.disk.size(&name_of(number)).unwrap_or(0);
-            let segment = Segment {
-                bytes,
-                ..Segment::default()
-            };
-            self.segments.insert(number, segment);
+            let segment = self.segments.entry(number).or_default();
+            segment.bytes = self.disk.size(&name_of(number)).unwrap_or(0);
             self.unread.push_back(number);
         }
         Ok(())
@@ -78,7 +73,7 @@ impl Spool {
     /// read here is told of later.
     fn refuse_newer(&self, numbers: &[u64]) -> Result<(), OpenError> {
         let check = |name: String, found: Option<u32>, known: u32| match found {
-            Some(found) if found > known => Err(OpenError::Newer { name, found, known }),
+            Some(found) if found > known => Err(OpenError::Newer(name, found, known)),
             _ => Ok(()),
         };
         let state = self.disk.read(STATE, 0, STATE_BYTES_MAX).ok();
@@ -88,7 +83,7 @@ impl Spool {
             let name = name_of(*number);
             let header = self.disk.read(&name, 0, HEADER_BYTES).unwrap_or_default();
             let found = match check_header(*number, &header) {
-                Err(Fault::OtherVersion { found }) => Some(found),
+                Err(Fault::OtherVersion(found)) => Some(found),
                 _ => None,
             };
             check(name, found, VERSION)?;
@@ -107,11 +102,9 @@ impl Spool {
         }
         let aside = format!("{QUARANTINE}/{STATE}");
         let moved = self.disk.rename(STATE, &aside);
-        let what = if moved.is_ok() {
+        let what = moved.map_or("left where it is".to_owned(), |()| {
             format!("set aside as {aside}")
-        } else {
-            "left where it is".to_owned()
-        };
+        });
         self.say(&format!(
             "state is damaged: {what}; some frames may be sent a second time, which changes nothing"
         ));
@@ -134,29 +127,21 @@ impl Spool {
             Err(Fault::NoHeader)
                 if bytes.len() < HEADER_BYTES || bytes.iter().all(|byte| *byte == 0) =>
             {
-                self.remove_quietly(number);
+                self.segments.remove(&number);
+                let _ = self.disk.remove(&name_of(number));
                 return;
             }
             Err(fault) => {
-                self.quarantine_segment(number, &fault);
-                return;
+                let (name, what) = self.set_aside(number);
+                return self.say(&format!("{name}: {fault}; {what}"));
             }
         };
-        let needed_from = if self.cursor.segment == number {
-            self.cursor.offset
-        } else {
-            0
-        };
-        let mut scan = Scan {
-            number,
-            last_end: None,
-            needed_from,
-        };
         let mut whole = HEADER_BYTES;
+        let mut last_end = None;
         for entry in entries {
             match entry {
                 Ok((end, entry)) => {
-                    self.take_in(&mut scan, whole, end, entry);
+                    self.take_in(number, whole..end, entry, &mut last_end);
                     whole = end;
                 }
                 Err(fault) => {
@@ -167,39 +152,39 @@ impl Spool {
         }
     }
 
-    fn take_in(&mut self, scan: &mut Scan, begin: usize, end: usize, entry: Entry) {
+    /// Takes what stands at `at` in a segment. `last_end` is where the record before ended, if it is in the backlog.
+    fn take_in(&mut self, number: u64, at: Range<usize>, entry: Entry, last_end: &mut Option<u64>) {
         match entry {
-            Entry::Stream { index, id } => self.declare(scan.number, index, id),
-            Entry::Account { stream, account } => {
-                if let Some(id) = self.stream(scan.number, stream) {
-                    self.renew(&id, &account);
+            Entry::Stream(index, id) => self.declare(number, index, id),
+            Entry::Account(stream, account) => {
+                let id = self.stream(number, stream);
+                if let Some(count) = id.and_then(|id| self.run_of(&id)) {
+                    count.take_in(&account);
                 }
             }
-            Entry::Record { stream, record } => {
-                let Some(id) = self.stream(scan.number, stream) else {
+            Entry::Record(stream, record) => {
+                let Some(id) = self.stream(number, stream) else {
                     return;
                 };
                 // What was not synced was written once more.
-                let is_new = self
-                    .found_through
-                    .get(&id)
-                    .is_none_or(|through| record.seq > *through);
-                let (begin, end) = (offset(begin), offset(end));
+                let through = self.found_through.get(&id);
+                let is_new = through.is_none_or(|through| record.seq > *through);
                 if is_new {
                     self.found_through.insert(id, record.seq);
                 }
-                if !is_new || end <= scan.needed_from {
-                    scan.last_end = None;
-                    return;
+                let to = offset(at.end);
+                let is_needed = number != self.cursor.segment || to > self.cursor.offset;
+                let before = last_end.take();
+                if is_new && is_needed {
+                    let place = Place {
+                        segment: number,
+                        from: before.unwrap_or(offset(at.start)),
+                        to,
+                        stream,
+                    };
+                    self.enqueue(place, record.reading.frame().is_some());
+                    *last_end = Some(to);
                 }
-                let place = Place {
-                    segment: scan.number,
-                    from: scan.last_end.unwrap_or(begin),
-                    to: end,
-                    stream,
-                };
-                self.enqueue(place, record.reading.frame().is_some());
-                scan.last_end = Some(end);
             }
         }
     }
@@ -227,29 +212,6 @@ impl Spool {
         });
     }
 
-    fn renew(&mut self, id: &StreamId, account: &Account) {
-        if let Some(count) = self.run_of(id) {
-            count.take_in(account);
-        }
-    }
-
-    fn remove_quietly(&mut self, number: u64) {
-        self.segments.remove(&number);
-        let _ = self.disk.remove(&name_of(number));
-    }
-
-    fn quarantine_segment(&mut self, number: u64, fault: &Fault) {
-        let name = name_of(number);
-        let aside = format!("{QUARANTINE}/{name}");
-        let moved = self.disk.rename(&name, &aside);
-        self.segments.remove(&number);
-        let what = match moved.and_then(|()| self.disk.sync_folder()) {
-            Ok(()) => format!("set aside as {aside}"),
-            Err(error) => format!("and it cannot be set aside: {error}"),
-        };
-        self.say(&format!("{name}: {fault}; {what}"));
-    }
-
     /// The rest is kept under a name that says where it was, so that setting it aside twice is setting it aside once.
     fn quarantine_rest(&mut self, number: u64, whole: usize, rest: &[u8], fault: &Fault) {
         let name = name_of(number);
@@ -268,15 +230,6 @@ impl Spool {
             rest.len()
         ));
     }
-}
-
-/// How far a segment has been looked through.
-struct Scan {
-    number: u64,
-    /// Where the record before ended, if it is in the backlog.
-    last_end: Option<u64>,
-    /// What ends here or before is not needed.
-    needed_from: u64,
 }
 
 fn offset(bytes: usize) -> u64 {

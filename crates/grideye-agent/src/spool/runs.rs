@@ -3,7 +3,7 @@
 use super::index::Spool;
 use super::state::{Count, Run};
 use super::types::Content;
-use crate::batch::{Batch, Lane};
+use crate::batch::Batch;
 use grideye_recording::StreamId;
 use grideye_recording::wire::Account;
 use std::collections::BTreeMap;
@@ -15,7 +15,11 @@ impl Spool {
     pub fn ended_accounts(&self, boot: &str) -> Option<BTreeMap<String, Account>> {
         let run = self.runs.iter().find(|run| run.boot == boot)?;
         let account = |(sensor, count): (&String, &Count)| {
-            let id = stream_of(run, sensor);
+            let id = StreamId {
+                device: run.device.clone(),
+                sensor: sensor.clone(),
+                boot: run.boot.clone(),
+            };
             let waiting = self.waiting.get(&id).copied().unwrap_or_default();
             (sensor.clone(), count.of_ended(waiting.frames))
         };
@@ -28,16 +32,9 @@ impl Spool {
         if !self.unread.is_empty() {
             return None;
         }
-        let run = self
-            .runs
-            .iter()
-            .find(|run| !self.holds_any_of(run) && !self.held.contains(&run.boot))?;
-        Some(Batch {
-            lane: Lane::Disk,
-            device: run.device.clone(),
-            boot: run.boot.clone(),
-            items: Vec::new(),
-        })
+        let is_to_tell = |run: &&Run| !self.holds_any_of(run) && !self.held.contains(&run.boot);
+        let run = self.runs.iter().find(is_to_tell)?;
+        Some(Batch::on_disk(&run.device, &run.boot, Vec::new()))
     }
 
     /// Sends nothing more of a run that is over until [`Spool::try_held`]; the runs behind it go on. Returns how many of
@@ -55,17 +52,26 @@ impl Spool {
 
     /// Whether a segment is of a run that is held; each segment is written by one run.
     pub(super) fn is_held(&self, segment: u64) -> bool {
-        let streams = self.segments.get(&segment).map(|segment| &segment.streams);
-        !self.held.is_empty()
-            && streams
-                .into_iter()
-                .flatten()
-                .any(|id| self.held.contains(&id.boot))
+        let mut streams = self
+            .segments
+            .get(&segment)
+            .into_iter()
+            .flat_map(|of| &of.streams);
+        !self.held.is_empty() && streams.any(|id| self.held.contains(&id.boot))
     }
 
     /// Forgets a run: the collector knows that it is over.
     pub fn told(&mut self, boot: &str) {
         self.runs.retain(|run| run.boot != boot);
+    }
+
+    /// Takes the counts of the run that goes on.
+    pub(super) fn renew_own_run(&mut self, accounts: &[(Arc<StreamId>, Account)]) {
+        for (id, account) in accounts {
+            if let Some(count) = self.own_run.sensors.get_mut(&id.sensor) {
+                count.renew(account);
+            }
+        }
     }
 
     /// The count of a run that is over; that of the run that goes on is the ring's.
@@ -76,9 +82,8 @@ impl Spool {
 
     fn holds_any_of(&self, run: &Run) -> bool {
         let of_run = |id: &Arc<StreamId>| id.boot == run.boot && id.device == run.device;
-        self.waiting
-            .iter()
-            .any(|(id, content)| of_run(id) && *content != Content::default())
+        let mut waiting = self.waiting.iter();
+        waiting.any(|(id, content)| of_run(id) && *content != Content::default())
     }
 
     /// A run whose last records were just acknowledged has been told of with them.
@@ -89,12 +94,4 @@ impl Spool {
             self.told(boot);
         }
     }
-}
-
-fn stream_of(run: &Run, sensor: &str) -> Arc<StreamId> {
-    Arc::new(StreamId {
-        device: run.device.clone(),
-        sensor: sensor.to_owned(),
-        boot: run.boot.clone(),
-    })
 }

@@ -16,8 +16,6 @@
 mod decode;
 mod encode;
 mod layout;
-#[cfg(test)]
-mod tests;
 
 pub use decode::{Entries, check_header};
 pub use encode::Encoder;

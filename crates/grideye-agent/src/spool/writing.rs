@@ -21,22 +21,16 @@ impl Spool {
         records: &[(Arc<StreamId>, Record)],
         accounts: &[(Arc<StreamId>, Account)],
     ) -> Written {
+        self.renew_own_run(accounts);
         let mut written = Written::default();
-        for (id, account) in accounts {
-            if let Some(count) = self.own_run.sensors.get_mut(&id.sensor) {
-                count.renew(account);
-            }
-        }
-        while let Some(rest) = records
-            .get(written.places.len()..)
-            .filter(|rest| !rest.is_empty())
-        {
-            match self.write_some(rest, accounts) {
+        while written.places.len() < records.len() {
+            match self.write_some(&records[written.places.len()..], accounts) {
                 Ok(places) => written.places.extend(places),
                 Err(error) => {
-                    self.abandon();
+                    // What of the segment was not synced is not known to be there: the next write begins another one.
+                    self.writing = None;
                     written.error = Some(error);
-                    return written;
+                    break;
                 }
             }
         }
@@ -91,7 +85,6 @@ impl Spool {
         accounts: &[(Arc<StreamId>, Account)],
     ) -> (Vec<u8>, Vec<Place>) {
         let begin = writing.end;
-        let at = |bytes: &Vec<u8>| begin + u64::try_from(bytes.len()).unwrap_or(u64::MAX);
         let mut bytes = if begin == 0 {
             writing.encoder.header()
         } else {
@@ -106,7 +99,7 @@ impl Spool {
         let mut from = begin.max(u64::try_from(HEADER_BYTES).unwrap_or(u64::MAX));
         for (id, record) in records {
             let (_, stream) = writing.encoder.record(&mut bytes, id, record);
-            let to = at(&bytes);
+            let to = begin + u64::try_from(bytes.len()).unwrap_or(u64::MAX);
             places.push(Place {
                 segment: number,
                 from,
@@ -119,11 +112,6 @@ impl Spool {
             }
         }
         (bytes, places)
-    }
-
-    /// Gives up the segment that was being written: what of it was not synced is not known to be there.
-    pub(super) fn abandon(&mut self) {
-        self.writing = None;
     }
 
     /// Drops the oldest backlog until there is room, but never the segment of this number.
@@ -140,35 +128,29 @@ impl Spool {
                 let what = format!("{free} bytes are free on the disk, and {wanted} are wanted");
                 return Err(io::Error::new(io::ErrorKind::StorageFull, what));
             }
-            let oldest = self
-                .segments
-                .keys()
-                .copied()
-                .find(|number| *number != writing);
-            let Some(oldest) = oldest else {
+            let mut numbers = self.segments.keys().copied();
+            let Some(oldest) = numbers.find(|number| *number != writing) else {
                 return Err(io::Error::new(io::ErrorKind::StorageFull, "no room"));
             };
             while self.unread.front() == Some(&oldest) {
                 self.recover();
             }
-            self.drop_segment(oldest, SPOOL_FULL)?;
+            self.drop_segment(oldest)?;
         }
     }
 
     /// The cursor first, so that a crash in between leaves a segment too many and not one too few.
-    fn drop_segment(&mut self, number: u64, reason: &'static str) -> io::Result<()> {
-        self.drop_backlog_of(number, reason);
-        if self.segments.contains_key(&number) {
-            self.cursor = self.cursor.max(Cursor {
-                segment: number + 1,
-                offset: 0,
-            });
-            // On a disk without a free byte the state cannot be written either, and removing is what makes room.
-            let saved = self.save();
-            self.remove(number)?;
-            saved.or_else(|_full| self.save())?;
-            self.disk.sync_folder()?;
+    fn drop_segment(&mut self, number: u64) -> io::Result<()> {
+        self.drop_backlog_of(number, SPOOL_FULL);
+        if !self.segments.contains_key(&number) {
+            return Ok(());
         }
-        Ok(())
+        let (segment, offset) = (number + 1, 0);
+        self.cursor = self.cursor.max(Cursor { segment, offset });
+        // On a disk without a free byte the state cannot be written either, and removing is what makes room.
+        let saved = self.save();
+        self.remove(number)?;
+        saved.or_else(|_full| self.save())?;
+        self.disk.sync_folder()
     }
 }

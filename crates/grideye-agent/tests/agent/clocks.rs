@@ -3,7 +3,7 @@
 use crate::support::*;
 use amg8833::Address as Target;
 use grideye_agent::agent::{Agent, AnyBus, Start};
-use grideye_agent::clock::Clock;
+use grideye_agent::clock::{Clock, SystemClock};
 use grideye_agent::config::{BusConfig, Config, SensorConfig, SpoolConfig, SpoolMode};
 use grideye_agent::log::Log;
 use grideye_recording::{ClockState, Stamp};
@@ -120,4 +120,26 @@ fn deliver_500(collector: &Collector, mode: SpoolMode, folder: PathBuf) {
     }
     let summary = agent.stop(Duration::from_secs(30));
     assert!(summary.is_complete(), "{mode:?}: {summary}");
+}
+
+#[test]
+fn a_clock_that_the_time_service_has_not_set_yet_is_unsynced_and_without_one_a_plausible_year_must_do()
+ {
+    let run = tempfile::tempdir().unwrap();
+    let state = || SystemClock::beside(run.path().join("timesync")).utc().1;
+    assert_eq!(state(), ClockState::Synced);
+    std::fs::create_dir(run.path().join("timesync")).unwrap();
+    assert_eq!(state(), ClockState::Unsynced);
+    std::fs::write(run.path().join("timesync/synchronized"), "").unwrap();
+    assert_eq!(state(), ClockState::Synced);
+}
+
+#[test]
+fn the_system_clock_runs_forward_and_sleeps_until_the_moment_named() {
+    let clock = SystemClock::default();
+    let until = clock.boot() + Duration::from_millis(3);
+    clock.sleep_until(until);
+    assert!(clock.boot() >= until);
+    clock.sleep_until(Duration::ZERO);
+    assert!(clock.utc().0 > 0);
 }

@@ -79,7 +79,7 @@ fn rig(collector: &Collector, hangs_at: u32) -> Rig {
             clock_error_ppm: ppm,
             ..Options::default()
         };
-        let mut bus = Bus::new(Real(SystemClock::new()));
+        let mut bus = Bus::new(Real(SystemClock::default()));
         bus.plug(Address::High, Counter::at_10_hz(), options);
         let gated = Gated {
             bus,
@@ -100,7 +100,7 @@ fn rig(collector: &Collector, hangs_at: u32) -> Rig {
         hung_after: Duration::from_millis(300),
         ..Start::new(config(&collector.url), "host")
     };
-    let agent = Agent::start(start, buses, Arc::new(SystemClock::new()), log).unwrap();
+    let agent = Agent::start(start, buses, Arc::new(SystemClock::default()), log).unwrap();
     Rig {
         agent,
         release,

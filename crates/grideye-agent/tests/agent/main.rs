@@ -16,6 +16,8 @@ mod files;
 mod folder;
 mod held;
 mod hung;
+mod join;
+mod linux_bus;
 mod model_disk;
 mod outage;
 mod program;

@@ -59,10 +59,10 @@ fn frame(boot: &str, seq: u64, warm: usize, age: Duration) -> NewestFrame {
 
 /// The last levels of the topics, in the order of what is said.
 fn said(messages: &[Message]) -> Vec<&str> {
-    let levels = messages
-        .iter()
-        .map(|message| message.topic.rsplit('/').next());
-    levels.map(Option::unwrap).collect()
+    let topics = messages.iter().map(|message| &message.topic);
+    topics
+        .map(|topic| topic.rsplit('/').next().unwrap())
+        .collect()
 }
 
 fn sensor() -> Sensor {
@@ -70,29 +70,26 @@ fn sensor() -> Sensor {
 }
 
 fn first(sensor: &mut Sensor) -> Vec<Message> {
-    sensor.look(&frame("b1", 0, 0, Duration::ZERO), &telling(), seconds(100))
+    look(sensor, &frame("b1", 0, 0, Duration::ZERO), 100)
 }
 
-const NEW: [&str; 9] = [
-    "config",
-    "config",
-    "config",
-    "config",
-    "config",
-    "config",
-    "availability",
-    "state",
-    "image",
-];
+fn look(sensor: &mut Sensor, newest: &NewestFrame, now_s: u64) -> Vec<Message> {
+    sensor.look(newest, &telling(), seconds(now_s))
+}
+
+/// What is said of a new one.
+fn new() -> Vec<&'static str> {
+    [&["config"; 6][..], &["availability", "state", "image"]].concat()
+}
 
 #[test]
 fn a_sensor_is_announced_with_its_first_new_frame_and_then_told_of_as_often_as_was_asked() {
     let mut sensor = sensor();
     let old = frame("b1", 0, 0, seconds(16));
-    assert_eq!(sensor.look(&old, &telling(), seconds(1)), []);
+    assert_eq!(look(&mut sensor, &old, 1), []);
     assert!(!sensor.is_announced());
     let told = first(&mut sensor);
-    assert_eq!(said(&told), NEW);
+    assert_eq!(said(&told), new());
     assert!(told[..7].iter().all(|message| message.retain));
     assert!(told[7..].iter().all(|message| !message.retain));
     assert!(sensor.is_announced());
@@ -113,13 +110,11 @@ fn a_sensor_is_announced_with_its_first_new_frame_and_then_told_of_as_often_as_w
 fn the_state_is_the_frame_in_degrees() {
     let mut sensor = sensor();
     let warm = frame("b1", 7, 3, Duration::ZERO);
-    let told = sensor.look(&warm, &telling(), seconds(100));
+    let told = look(&mut sensor, &warm, 100);
     let state: Value = serde_json::from_slice(&told[7].payload).unwrap();
     // Three pixels of 25 °C and 61 of 20 °C; 0x1A1 is 26.0625 °C (AMG88 spec §4-11-10).
-    assert_eq!(
-        state,
-        json!({ "min": 20.0, "max": 25.0, "mean": 20.23, "thermistor": 26.0625, "presence": "ON", "seq": 7 })
-    );
+    let expected = json!({ "min": 20.0, "max": 25.0, "mean": 20.23, "thermistor": 26.0625, "presence": "ON", "seq": 7 });
+    assert_eq!(state, expected);
 }
 
 #[test]
@@ -145,24 +140,21 @@ fn silence_makes_it_unavailable_and_a_day_of_it_removes_it() {
     let mut sensor = sensor();
     first(&mut sensor);
     let silent = |age: u64| frame("b1", 0, 0, seconds(age));
-    assert_eq!(sensor.look(&silent(15), &telling(), seconds(115)), []);
-    let told = sensor.look(&silent(16), &telling(), seconds(116));
+    assert_eq!(look(&mut sensor, &silent(15), 115), []);
+    let told = look(&mut sensor, &silent(16), 116);
     let topic = telling().topics.availability(&sensor.named.id);
     assert_eq!(told, [Message::retained(topic.clone(), "offline")]);
-    assert_eq!(sensor.look(&silent(17), &telling(), seconds(117)), []);
-    let told = sensor.look(&silent(86_401), &telling(), seconds(86_501));
+    assert_eq!(look(&mut sensor, &silent(17), 117), []);
+    let told = look(&mut sensor, &silent(86_401), 86_501);
     assert_eq!(told.len(), 7);
     let is_cleared = |message: &Message| message.retain && message.payload.is_empty();
     assert!(told.iter().all(is_cleared));
     assert_eq!(told[6].topic, topic);
     assert!(!sensor.is_announced());
-    assert_eq!(
-        sensor.look(&silent(86_402), &telling(), seconds(86_502)),
-        []
-    );
+    assert_eq!(look(&mut sensor, &silent(86_402), 86_502), []);
     // It comes back as a new one.
     let back = frame("b2", 0, 0, Duration::ZERO);
-    assert_eq!(said(&sensor.look(&back, &telling(), seconds(90_000))), NEW);
+    assert_eq!(said(&look(&mut sensor, &back, 90_000)), new());
 }
 
 #[test]
@@ -171,12 +163,12 @@ fn everything_is_said_again_to_a_broker_that_may_have_forgotten_it() {
     first(&mut sensor);
     sensor.say_again();
     let same = frame("b1", 0, 0, seconds(1));
-    assert_eq!(said(&sensor.look(&same, &telling(), seconds(101))), NEW);
+    assert_eq!(said(&look(&mut sensor, &same, 101)), new());
     // A silent one too, but not its old values.
     sensor.say_again();
     let silent = frame("b1", 0, 0, seconds(20));
-    let told = sensor.look(&silent, &telling(), seconds(120));
-    assert_eq!(said(&told), NEW[..7]);
+    let told = look(&mut sensor, &silent, 120);
+    assert_eq!(said(&told), new()[..7]);
     assert_eq!(told[6].payload, b"offline");
 }
 
@@ -186,14 +178,11 @@ fn one_that_was_removed_stays_so_until_its_agent_is_started_again() {
     first(&mut sensor);
     assert_eq!(sensor.remove(&telling()).len(), 7);
     let next = frame("b1", 9, 0, Duration::ZERO);
-    assert_eq!(sensor.look(&next, &telling(), seconds(102)), []);
+    assert_eq!(look(&mut sensor, &next, 102), []);
     sensor.say_again();
-    assert_eq!(sensor.look(&next, &telling(), seconds(103)), []);
+    assert_eq!(look(&mut sensor, &next, 103), []);
     let restarted = frame("b2", 0, 0, Duration::ZERO);
-    assert_eq!(
-        said(&sensor.look(&restarted, &telling(), seconds(104))),
-        NEW
-    );
+    assert_eq!(said(&look(&mut sensor, &restarted, 104)), new());
 }
 
 #[test]
@@ -203,6 +192,7 @@ fn pictures_can_be_left_out() {
         images: None,
         ..telling()
     };
-    let new = frame("b1", 0, 0, Duration::ZERO);
-    assert_eq!(said(&sensor.look(&new, &telling, seconds(100))), NEW[..8]);
+    let newest = frame("b1", 0, 0, Duration::ZERO);
+    let told = sensor.look(&newest, &telling, seconds(100));
+    assert_eq!(said(&told), new()[..8]);
 }

@@ -312,9 +312,8 @@ fn entries_of(dev: &Path) -> Result<Vec<DirEntry>, RunError> {
 
 /// A descriptor whose number a later open file will take over.
 fn reserve() -> Result<OwnedFd, RunError> {
-    fs::File::open("/dev/null")
-        .map(OwnedFd::from)
-        .map_err(|source| setup_failed("opening /dev/null", source, FUSE_NEEDS))
+    let file = fs::File::open("/dev/null").map(OwnedFd::from);
+    file.map_err(|source| setup_failed("opening /dev/null", source, FUSE_NEEDS))
 }
 
 fn unreadable(source: io::Error) -> RunError {

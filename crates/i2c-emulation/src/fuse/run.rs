@@ -157,27 +157,23 @@ fn serve_all(
     devices: &[Device<'_>],
 ) -> Result<u64, RunError> {
     thread::scope(|scope| {
-        let servers: Vec<_> = mounted
-            .fuses
-            .into_iter()
-            .zip(devices)
-            .map(|(fuse, device)| {
-                scope.spawn(move || {
-                    let mut session = Session::new(mode, mounted.owner);
-                    // The open /dev/fuse is closed with the thread: a device that nobody serves is dead, not mute.
-                    serve(&fuse, wake, &mut session, device.adapter).map(|()| session.opens())
-                })
+        let pairs = mounted.fuses.into_iter().zip(devices);
+        let servers = pairs.map(|(fuse, device)| {
+            scope.spawn(move || {
+                let mut session = Session::new(mode, mounted.owner);
+                // The open /dev/fuse is closed with the thread: a device that nobody serves is dead, not mute.
+                serve(&fuse, wake, &mut session, device.adapter).map(|()| session.opens())
             })
-            .collect();
+        });
+        let servers: Vec<_> = servers.collect();
         servers.into_iter().map(join).sum()
     })
 }
 
 /// The outcome of a thread; its panic goes on in this one.
 fn join<T>(thread: thread::ScopedJoinHandle<'_, T>) -> T {
-    thread
-        .join()
-        .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    let outcome = thread.join();
+    outcome.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
 /// The helper thread: mounts, starts, waits. Its mount namespace ends with it and with the program.
@@ -246,12 +242,9 @@ fn arrange_in_child(
     armed: &Arc<AtomicBool>,
 ) {
     let (plan, socket, armed) = (Arc::clone(plan), Arc::clone(socket), Arc::clone(armed));
-    let work = move || {
-        if armed.load(Ordering::SeqCst) {
-            arrange(&plan, &socket)
-        } else {
-            Ok(())
-        }
+    let work = move || match armed.load(Ordering::SeqCst) {
+        true => arrange(&plan, &socket),
+        false => Ok(()),
     };
     // SAFETY: `arrange` makes system calls on what was laid out before the fork; it neither allocates nor locks.
     unsafe { command.pre_exec(work) };
@@ -296,10 +289,8 @@ fn greet_child(
     let take_all = || -> rustix::io::Result<Vec<OwnedFd>> {
         let child = Pid::from_raw(pid).ok_or(Errno::SRCH)?;
         let child = pidfd_open(child, PidfdFlags::empty())?;
-        let numbers = plan.fuse_numbers();
-        numbers
-            .map(|number| pidfd_getfd(&child, number, PidfdGetfdFlags::empty()))
-            .collect()
+        let take = |number| pidfd_getfd(&child, number, PidfdGetfdFlags::empty());
+        plan.fuse_numbers().map(take).collect()
     };
     let fuses = take_all().map_err(|error| StepFailed {
         step: usize::MAX,

@@ -3,8 +3,8 @@
 use super::mode::AdapterMode;
 use super::segment::{Segment, fetch_segment};
 use super::uapi::{
-    CallerMemory, MESSAGE_BYTES_MAX, PointerWidth, RDWR_MESSAGES_MAX, RdwrArgument, RdwrMessage,
-    functionality, request,
+    CallerMemory, MESSAGE_BYTES_MAX, PointerWidth, RDWR_MESSAGES_MAX, RdwrMessage, functionality,
+    pointer_at, request, u32_at,
 };
 use crate::adapter::{EmulatedAdapter, Message, SEVEN_BIT_ADDRESS_MAX, TransferError};
 use embedded_hal::i2c::Operation;
@@ -117,10 +117,10 @@ impl OpenFile {
             true => TEN_BIT_ADDRESS_MAX,
             false => SEVEN_BIT_ADDRESS_MAX,
         };
-        let address = u16::try_from(argument)
-            .ok()
-            .filter(|address| *address <= highest)
-            .ok_or(Errno::INVAL)?;
+        let address = u16::try_from(argument).or(Err(Errno::INVAL))?;
+        if address > highest {
+            return Err(Errno::INVAL);
+        }
         if owned_by_a_driver {
             return Err(Errno::BUSY);
         }
@@ -192,15 +192,17 @@ impl OpenFile {
         memory: &mut dyn CallerMemory,
     ) -> Result<Vec<RdwrMessage>, Errno> {
         let width = memory.pointer_width();
-        let mut bytes = vec![0; RdwrArgument::bytes(width)];
+        // `struct i2c_rdwr_ioctl_data`: a pointer, then a count; 8 or 16 bytes.
+        let mut bytes = vec![0; 2 * width.bytes()];
         memory.read(argument, &mut bytes)?;
-        let rdwr = RdwrArgument::parse(&bytes, width);
-        let count = usize::try_from(rdwr.count).or(Err(Errno::INVAL))?;
-        if rdwr.messages == 0 || count == 0 || count > RDWR_MESSAGES_MAX {
+        let array = pointer_at(&bytes, 0, width);
+        let count = u32_at(&bytes, width.bytes());
+        let count = usize::try_from(count).or(Err(Errno::INVAL))?;
+        if array == 0 || count == 0 || count > RDWR_MESSAGES_MAX {
             return Err(Errno::INVAL);
         }
         let mut bytes = vec![0; count * RdwrMessage::bytes(width)];
-        memory.read(rdwr.messages, &mut bytes)?;
+        memory.read(array, &mut bytes)?;
         let messages = bytes.chunks_exact(RdwrMessage::bytes(width));
         let parse = |bytes| RdwrMessage::parse(bytes, width);
         Ok(messages.map(parse).collect())

@@ -129,25 +129,6 @@ pub trait CallerMemory {
     }
 }
 
-/// `struct i2c_rdwr_ioctl_data`: a pointer, then a count; 8 or 16 bytes.
-pub(super) struct RdwrArgument {
-    pub(super) messages: u64,
-    pub(super) count: u32,
-}
-
-impl RdwrArgument {
-    pub(super) const fn bytes(width: PointerWidth) -> usize {
-        2 * width.bytes()
-    }
-
-    pub(super) fn parse(bytes: &[u8], width: PointerWidth) -> Self {
-        Self {
-            messages: pointer_at(bytes, 0, width),
-            count: u32_at(bytes, width.bytes()),
-        }
-    }
-}
-
 /// `struct i2c_msg`: address, flags, length, padding, pointer; 12 or 16 bytes.
 pub(super) struct RdwrMessage {
     pub(super) address: u16,
@@ -195,14 +176,14 @@ impl SmbusArgument {
     }
 }
 
-fn pointer_at(bytes: &[u8], offset: usize, width: PointerWidth) -> u64 {
+pub(super) fn pointer_at(bytes: &[u8], offset: usize, width: PointerWidth) -> u64 {
     match width {
         PointerWidth::Bits32 => u64::from(u32_at(bytes, offset)),
         PointerWidth::Bits64 => u64::from_ne_bytes(array_at(bytes, offset)),
     }
 }
 
-fn u32_at(bytes: &[u8], offset: usize) -> u32 {
+pub(super) fn u32_at(bytes: &[u8], offset: usize) -> u32 {
     u32::from_ne_bytes(array_at(bytes, offset))
 }
 

@@ -116,33 +116,22 @@ impl Server {
         loop {
             let streams = guests.iter().map(|guest| guest.stream.as_fd());
             let listener = (!full).then_some(self.listener.as_fd());
-            let mut waited_for: Vec<PollFd<'_>> = [wake]
-                .into_iter()
-                .chain(streams)
-                .chain(listener)
-                .map(|stream| PollFd::from_borrowed_fd(stream, PollFlags::IN))
-                .collect();
+            let streams = [wake].into_iter().chain(streams).chain(listener);
+            let waited_for = |stream| PollFd::from_borrowed_fd(stream, PollFlags::IN);
+            let mut waited_for: Vec<PollFd<'_>> = streams.map(waited_for).collect();
             let pause = full.then_some(&PAUSE);
             let failed = retry_on_intr(|| poll(&mut waited_for, pause)).is_err();
-            let awake: Vec<bool> = waited_for
-                .iter()
-                .map(|entry| !entry.revents().is_empty())
-                .collect();
+            let awake = waited_for.iter().map(|entry| !entry.revents().is_empty());
+            let awake: Vec<bool> = awake.collect();
             if failed || awake.first() == Some(&true) {
                 break;
             }
-            let awake = awake.into_iter().skip(1);
-            guests = guests
-                .into_iter()
-                .zip(awake)
-                .filter_map(|(guest, awake)| {
-                    if awake {
-                        self.attend(guest, scope)
-                    } else {
-                        Some(guest)
-                    }
-                })
-                .collect();
+            let pairs = guests.into_iter().zip(awake.into_iter().skip(1));
+            let stay = pairs.filter_map(|(guest, awake)| match awake {
+                true => self.attend(guest, scope),
+                false => Some(guest),
+            });
+            guests = stay.collect();
             full = self.let_in(&mut guests);
         }
         self.channels.stop(Shutdown::Both);

@@ -90,22 +90,18 @@ impl Session {
         };
         let outcome = match request {
             Request::Transfer {
-                judge: Judge::Bus,
-                mut messages,
-                ..
-            } => return self.plain(bus, &mut messages, out),
-            Request::Transfer {
                 judge,
                 mut messages,
                 ..
             } => {
                 let outcome = match (judge, &mut messages[..]) {
+                    (Judge::Bus, messages) => return self.plain(bus, messages, out),
                     (Judge::File, [message]) => self.file(message, &mut bus),
                     (Judge::File, _) => {
                         let text = "read() and write() are one message each";
                         return append_refusal(out, Errno::INVAL, text);
                     }
-                    (_, messages) => self.rdwr(messages, &mut bus),
+                    (Judge::Rdwr, messages) => self.rdwr(messages, &mut bus),
                 };
                 outcome.map(|completed| (completed, read_bytes(&messages, completed)))
             }
@@ -177,10 +173,8 @@ impl Session {
 }
 
 fn read_bytes(messages: &[Segment], completed: usize) -> Vec<u8> {
-    let read = messages
-        .iter()
-        .take(completed)
-        .filter(|message| message.read);
+    let completed = messages.iter().take(completed);
+    let read = completed.filter(|message| message.read);
     read.flat_map(|message| &message.bytes).copied().collect()
 }
 

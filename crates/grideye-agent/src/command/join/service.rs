@@ -40,9 +40,8 @@ impl Service {
             return Ok(Found::Not(format!("no systemd runs here; {by_hand}")));
         }
         let state = systemctl(&["show", "--property=LoadState", "--value", unit]);
-        let unit_owned = unit.to_owned();
         match state.context("systemctl show")?.text.as_str() {
-            "loaded" => Ok(Found::Here(Self { unit: unit_owned })),
+            "loaded" => Ok(Found::Here(Self { unit: unit.into() })),
             "masked" => Err(anyhow!(
                 "{unit} is masked: somebody forbade to start it\nhint: sudo systemctl unmask {unit}"
             )),
@@ -282,9 +281,8 @@ mod tests {
     fn a_program_that_does_not_end_is_killed_at_the_limit_and_said() {
         let started = Instant::now();
         let limit = Duration::from_millis(100);
-        let error = ended(Command::new("sleep").arg("600"), limit)
-            .err()
-            .unwrap();
+        let killed = ended(Command::new("sleep").arg("600"), limit);
+        let error = killed.err().unwrap();
         assert_eq!(error.kind(), io::ErrorKind::TimedOut);
         assert_eq!(error.to_string(), "did not end within 0.1 s");
         assert!(started.elapsed() < Duration::from_secs(300));
@@ -313,38 +311,21 @@ mod tests {
         let look = |now: &Value| looked(now, &old);
         let came = || Look::Came("i2c-1:0x69".to_owned());
         let missing = || Look::Missing("i2c-1:0x69".to_owned(), Some(NoData::Nack));
+        let (nack, stalled) = (Some("nack"), Some("host-stalled"));
         for (boot, stored, gone, now, expected, what) in [
             ("a", 100, 10, None, Look::Nothing, "what was there"),
-            (
-                "a",
-                120,
-                30,
-                Some("nack"),
-                Look::Nothing,
-                "rows of the run before",
-            ),
+            ("a", 120, 30, nack, Look::Nothing, "rows of before"),
             ("b", 1, 0, None, came(), "a frame of a new run"),
             ("a", 101, 10, None, came(), "one frame more"),
-            ("b", 5, 5, Some("nack"), missing(), "rows of a new run"),
+            ("b", 5, 5, nack, missing(), "rows of a new run"),
             ("b", 0, 0, None, Look::Nothing, "nothing of a new run"),
-            (
-                "b",
-                5,
-                5,
-                Some("host-stalled"),
-                Look::Nothing,
-                "the sensor may be well",
-            ),
+            ("b", 5, 5, stalled, Look::Nothing, "it may be well"),
         ] {
             assert_eq!(look(&state(boot, stored, gone, now)), expected, "{what}");
         }
         let mut never = state("b", 0, 0, None);
         never["sensors"][0]["errors"] = json!({ "bus-error": 1, "nack": 7, "reset": 9 });
-        assert_eq!(
-            look(&never),
-            missing(),
-            "faults alone, before the first frame"
-        );
+        assert_eq!(look(&never), missing(), "faults before the first frame");
         assert_eq!(look(&json!({})), Look::Nothing);
     }
 }

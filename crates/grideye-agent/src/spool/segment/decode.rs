@@ -28,10 +28,10 @@ pub fn check_header(number: u64, bytes: &[u8]) -> Result<(), Fault> {
         return Err(Fault::NoHeader);
     }
     if version != VERSION {
-        return Err(Fault::OtherVersion { found: version });
+        return Err(Fault::OtherVersion(version));
     }
     if found != number {
-        return Err(Fault::OtherNumber { found });
+        return Err(Fault::OtherNumber(found));
     }
     Ok(())
 }
@@ -70,21 +70,20 @@ impl<'b> Entries<'b> {
 
     fn entry(&mut self) -> Result<(usize, Entry), Fault> {
         let offset = self.at;
-        let cut = Fault::Cut { offset };
-        let damaged = Fault::Damaged { offset };
+        let damaged = Fault::Damaged(offset);
         let mut reader = ByteReader::new(self.bytes.get(offset..).unwrap_or_default());
-        let length_bytes = reader.array().map_err(|_cut| cut.clone())?;
-        let crc = u32::from_le_bytes(reader.array().map_err(|_cut| cut.clone())?);
+        let length_bytes = reader.array().map_err(|_cut| Fault::Cut(offset))?;
+        let crc = u32::from_le_bytes(reader.array().map_err(|_cut| Fault::Cut(offset))?);
         let length = usize::try_from(u32::from_le_bytes(length_bytes)).unwrap_or(usize::MAX);
         if length > PAYLOAD_BYTES_MAX {
             return Err(damaged);
         }
-        let payload = reader.take(length).map_err(|_cut| cut)?;
+        let payload = reader.take(length).map_err(|_cut| Fault::Cut(offset))?;
         if crc32c(&[&self.number.to_le_bytes(), &length_bytes, payload]) != crc {
             return Err(damaged);
         }
         let entry = decode(payload, self.streams_declared).ok_or(damaged)?;
-        if matches!(entry, Entry::Stream { index, .. } if index == self.streams_declared) {
+        if matches!(entry, Entry::Stream(index, _) if index == self.streams_declared) {
             self.streams_declared += 1;
         }
         self.at = offset + PREFIX_BYTES + length;
@@ -115,26 +114,15 @@ fn decode(payload: &[u8], streams_declared: u16) -> Option<Entry> {
     let entry = match kind {
         // Read from the middle, a segment may declare what its reader knows already.
         STREAM if stream <= streams_declared => {
-            let (device, boot) = (name(&mut reader)?, name(&mut reader)?);
-            let sensor = name(&mut reader)?;
             let id = StreamId {
-                device,
-                sensor,
-                boot,
+                device: name(&mut reader)?,
+                boot: name(&mut reader)?,
+                sensor: name(&mut reader)?,
             };
-            Entry::Stream {
-                index: stream,
-                id: Arc::new(id),
-            }
+            Entry::Stream(stream, Arc::new(id))
         }
-        FRAME if is_declared => Entry::Record {
-            stream,
-            record: reader.record(Form::Spool).ok()?,
-        },
-        ACCOUNT if is_declared => Entry::Account {
-            stream,
-            account: account(&mut reader)?,
-        },
+        FRAME if is_declared => Entry::Record(stream, reader.record(Form::Spool).ok()?),
+        ACCOUNT if is_declared => Entry::Account(stream, account(&mut reader)?),
         _ => return None,
     };
     (reader.left() == 0).then_some(entry)

@@ -52,7 +52,11 @@ impl Encoder {
     ) -> (usize, u16) {
         let stream = self.declare(bytes, id);
         let begin = bytes.len();
-        self.push(bytes, &record_payload(stream, record));
+        let mut payload = Vec::with_capacity(FRAME_BYTES);
+        payload.push(FRAME);
+        payload.extend(stream.to_le_bytes());
+        put(&mut payload, record, Form::Spool);
+        self.push(bytes, &payload);
         (begin, stream)
     }
 
@@ -62,7 +66,7 @@ impl Encoder {
         self.push(bytes, &account_payload(stream, account));
     }
 
-    pub(super) fn declare(&mut self, bytes: &mut Vec<u8>, id: &Arc<StreamId>) -> u16 {
+    fn declare(&mut self, bytes: &mut Vec<u8>, id: &Arc<StreamId>) -> u16 {
         let known = self.streams.iter().position(|known| known == id);
         let index = known.unwrap_or(self.streams.len());
         let short = u16::try_from(index).unwrap_or(u16::MAX);
@@ -78,23 +82,14 @@ impl Encoder {
         short
     }
 
-    pub(super) fn push(&self, bytes: &mut Vec<u8>, payload: &[u8]) {
-        let length = u32::try_from(payload.len())
-            .unwrap_or(u32::MAX)
-            .to_le_bytes();
+    fn push(&self, bytes: &mut Vec<u8>, payload: &[u8]) {
+        let length = u32::try_from(payload.len()).unwrap_or(u32::MAX);
+        let length = length.to_le_bytes();
         let crc = crc32c(&[&self.number.to_le_bytes(), &length, payload]);
         bytes.extend(length);
         bytes.extend(crc.to_le_bytes());
         bytes.extend(payload);
     }
-}
-
-fn record_payload(stream: u16, record: &Record) -> Vec<u8> {
-    let mut payload = Vec::with_capacity(FRAME_BYTES);
-    payload.push(FRAME);
-    payload.extend(stream.to_le_bytes());
-    put(&mut payload, record, Form::Spool);
-    payload
 }
 
 fn account_payload(stream: u16, account: &Account) -> Vec<u8> {

@@ -29,26 +29,11 @@ pub(super) const ACCOUNT: u8 = 3;
 #[derive(Debug, Clone, PartialEq)]
 pub enum Entry {
     /// From here on, records of this index are of this stream.
-    Stream {
-        /// The index.
-        index: u16,
-        /// The stream that it belongs to.
-        id: Arc<StreamId>,
-    },
-    /// A frame, or the reason why there is none.
-    Record {
-        /// The stream's index.
-        stream: u16,
-        /// The record.
-        record: Record,
-    },
-    /// The agent's count of a stream as it was when the records behind it were written.
-    Account {
-        /// The stream's index.
-        stream: u16,
-        /// The count.
-        account: Account,
-    },
+    Stream(u16, Arc<StreamId>),
+    /// A frame, or the reason why there is none, of the stream of this index.
+    Record(u16, Record),
+    /// The agent's count of the stream of this index, as it was when the records behind it were written.
+    Account(u16, Account),
 }
 
 /// Why a segment, or the rest of it, cannot be read.
@@ -58,30 +43,18 @@ pub enum Fault {
     /// The file is no segment, or its header is damaged.
     #[error("no header of a segment")]
     NoHeader,
-    /// The file is a segment in another format.
-    #[error("format {found}, and this version reads format {VERSION}")]
-    OtherVersion {
-        /// Its version.
-        found: u32,
-    },
-    /// The file's name says another number than its header.
-    #[error("the header says segment {found}")]
-    OtherNumber {
-        /// The header's number.
-        found: u64,
-    },
-    /// The record at this offset is cut off.
-    #[error("a record at byte {offset} is cut off")]
-    Cut {
-        /// Where it begins.
-        offset: usize,
-    },
-    /// The record at this offset is not what was written.
-    #[error("a record at byte {offset} is damaged")]
-    Damaged {
-        /// Where it begins.
-        offset: usize,
-    },
+    /// The file is a segment in another format, of this version.
+    #[error("format {0}, and this version reads format {VERSION}")]
+    OtherVersion(u32),
+    /// The file's name says another number than its header, which says this one.
+    #[error("the header says segment {0}")]
+    OtherNumber(u64),
+    /// The record that begins at this offset is cut off.
+    #[error("a record at byte {0} is cut off")]
+    Cut(usize),
+    /// The record that begins at this offset is not what was written.
+    #[error("a record at byte {0} is damaged")]
+    Damaged(usize),
 }
 
 /// CRC-32C (Castagnoli, RFC 3720 appendix B.4) of some pieces of bytes in a row.

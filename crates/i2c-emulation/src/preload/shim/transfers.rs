@@ -51,38 +51,32 @@ intercept! {
 macro_rules! positional {
     ($($offset:ty: $pread:ident $pread_checked:ident $pwrite:ident $preadv:ident $pwritev:ident $preadv2:ident $pwritev2:ident)*) => {$(intercept! {
         fn $pread(file: c_int, buffer: *mut c_void, length: usize, at: $offset) -> isize {
-            let token = descriptor::file_of(file)?;
-            Some(positioned(at.into(), || read_device(token, buffer, length)))
+            positioned(file, at.into(), |token| read_device(token, buffer, length))
         }
 
         fn $pread_checked(file: c_int, buffer: *mut c_void, length: usize, at: $offset, room: usize) -> isize {
-            let token = descriptor::file_of(file).filter(|_| length <= room)?;
-            Some(positioned(at.into(), || read_device(token, buffer, length)))
+            (length <= room).then_some(())?;
+            positioned(file, at.into(), |token| read_device(token, buffer, length))
         }
 
         fn $pwrite(file: c_int, buffer: *mut c_void, length: usize, at: $offset) -> isize {
-            let token = descriptor::file_of(file)?;
-            Some(positioned(at.into(), || write_device(token, buffer, length)))
+            positioned(file, at.into(), |token| write_device(token, buffer, length))
         }
 
         fn $preadv(file: c_int, pieces: *const Piece, count: c_int, at: $offset) -> isize {
-            let token = descriptor::file_of(file)?;
-            Some(positioned(at.into(), || each_piece(token, pieces, count, read_device)))
+            positioned(file, at.into(), |token| each_piece(token, pieces, count, read_device))
         }
 
         fn $pwritev(file: c_int, pieces: *const Piece, count: c_int, at: $offset) -> isize {
-            let token = descriptor::file_of(file)?;
-            Some(positioned(at.into(), || each_piece(token, pieces, count, write_device)))
+            positioned(file, at.into(), |token| each_piece(token, pieces, count, write_device))
         }
 
         fn $preadv2(file: c_int, pieces: *const Piece, count: c_int, at: $offset, flags: c_int) -> isize {
-            let token = descriptor::file_of(file)?;
-            Some(flagged(at.into(), flags, || each_piece(token, pieces, count, read_device)))
+            flagged(file, at.into(), flags, |token| each_piece(token, pieces, count, read_device))
         }
 
         fn $pwritev2(file: c_int, pieces: *const Piece, count: c_int, at: $offset, flags: c_int) -> isize {
-            let token = descriptor::file_of(file)?;
-            Some(flagged(at.into(), flags, || each_piece(token, pieces, count, write_device)))
+            flagged(file, at.into(), flags, |token| each_piece(token, pieces, count, write_device))
         }
     })*};
 }
@@ -107,23 +101,31 @@ fn span(buffer: *mut c_void, length: usize) -> (u64, u64) {
     (address, u64::try_from(length).unwrap_or(u64::MAX))
 }
 
-/// A transfer at a position, which is ignored.
-fn positioned(at: Offset64, transfer: impl FnOnce() -> isize) -> isize {
-    if at < 0 {
-        return failed(EINVAL);
-    }
-    transfer()
+/// A transfer of a token at a position, which is ignored.
+fn positioned(file: c_int, at: Offset64, transfer: impl FnOnce(u64) -> isize) -> Option<isize> {
+    let token = descriptor::file_of(file)?;
+    Some(if at < 0 {
+        failed(EINVAL)
+    } else {
+        transfer(token)
+    })
 }
 
 /// As [`positioned`]; -1 means no position.
-fn flagged(at: Offset64, flags: c_int, transfer: impl FnOnce() -> isize) -> isize {
-    if at < -1 {
-        return failed(EINVAL);
-    }
-    if flags & !RWF_HIPRI != 0 {
-        return failed(EOPNOTSUPP);
-    }
-    transfer()
+fn flagged(
+    file: c_int,
+    at: Offset64,
+    flags: c_int,
+    transfer: impl FnOnce(u64) -> isize,
+) -> Option<isize> {
+    let token = descriptor::file_of(file)?;
+    Some(if at < -1 {
+        failed(EINVAL)
+    } else if flags & !RWF_HIPRI != 0 {
+        failed(EOPNOTSUPP)
+    } else {
+        transfer(token)
+    })
 }
 
 /// One transfer for each piece, as the kernel does for a device that knows only read() and write().

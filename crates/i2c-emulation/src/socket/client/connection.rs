@@ -41,9 +41,9 @@ impl Connection {
     ) -> Result<(Self, AdapterFacts), ClientError> {
         let no_server = |source| ClientError::NoServer(path.to_owned(), source);
         let stream = place::connect(path, wait_max).map_err(no_server)?;
-        stream
-            .set_write_timeout(Some(wait_max.max(Duration::from_millis(1))))
-            .map_err(no_server)?;
+        let shortest = Duration::from_millis(1);
+        let limited = stream.set_write_timeout(Some(wait_max.max(shortest)));
+        limited.map_err(no_server)?;
         let mut connection = Self {
             stream,
             inbox: Inbox::new(),
@@ -142,14 +142,11 @@ fn parse_welcome(mut cursor: Cursor<'_>) -> Result<AdapterFacts, Malformed> {
     let functionality = cursor.u32("functionality")?;
     let name_bytes = usize::from(cursor.u8("mode")?);
     let mode = String::from_utf8_lossy(cursor.bytes(name_bytes, "mode")?).into_owned();
-    let count = cursor.u16("number of buses")?;
-    let buses = (0..count)
-        .map(|_| cursor.u32("bus"))
-        .collect::<Result<_, _>>()?;
+    let buses = (0..cursor.u16("number of buses")?).map(|_| cursor.u32("bus"));
     Ok(AdapterFacts {
         functionality,
         mode,
-        buses,
+        buses: buses.collect::<Result<_, _>>()?,
     })
 }
 
@@ -163,8 +160,8 @@ pub(super) fn take_answer(
     messages: &mut [Message<'_>],
     path: &Path,
 ) -> Result<(), ClientError> {
-    parse_answer(Cursor(packet), messages, path)
-        .unwrap_or_else(|malformed| Err(not_ours(path, malformed)))
+    let parsed = parse_answer(Cursor(packet), messages, path);
+    parsed.unwrap_or_else(|malformed| Err(not_ours(path, malformed)))
 }
 
 fn parse_answer(

@@ -34,9 +34,8 @@ fn strings_are_utf_16_with_their_length_in_front() {
         assert_eq!((usize::from(bytes[0]), bytes[1]), (bytes.len(), 3));
         let pairs = bytes[2..].chunks_exact(2);
         let units = pairs.map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
-        char::decode_utf16(units)
-            .map(Result::unwrap)
-            .collect::<String>()
+        let letters = char::decode_utf16(units).map(Result::unwrap);
+        letters.collect::<String>()
     };
     let expected = ["emulated", "i2c-tiny-usb", "1-1"];
     assert_eq!([text(1), text(2), text(3)], expected);
@@ -95,11 +94,8 @@ fn what_follows_a_read_is_a_transaction_of_its_own() {
     client.write_message(BEGIN, 0x69, &[0x11]);
     client.write_message(BEGIN, 0x69, &[0x20]);
     assert_eq!(client.read_message(END, 0x69, 1).data, [0x20]);
-    assert_eq!(
-        registers.notes(),
-        ["69 W[20] 69 R1"],
-        "of what was broken off nothing"
-    );
+    let notes = registers.notes();
+    assert_eq!(notes, ["69 W[20] 69 R1"], "of what was broken off nothing");
 }
 
 /// `usb_xfer` makes ENXIO of status 2, but only if as many bytes came back as it asked for.

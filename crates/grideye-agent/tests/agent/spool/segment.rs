@@ -1,7 +1,9 @@
 //! What is written into a segment is read back, and what was damaged is not.
 
-use super::layout::{ACCOUNT, FRAME, STREAM};
-use super::*;
+use grideye_agent::spool::segment::{
+    Encoder, Entries, Entry, FRAME_BYTES, Fault, HEADER_BYTES, PAYLOAD_BYTES_MAX, check_header,
+    crc32c,
+};
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
 use grideye_recording::wire::Account;
 use grideye_recording::{ClockState, Record, Stamp, StreamId};
@@ -103,9 +105,9 @@ proptest! {
         let mut read = Vec::new();
         for entry in entries {
             match entry {
-                Entry::Stream { id, .. } => streams.push(id),
-                Entry::Record { stream, record } => read.push((Arc::clone(&streams[usize::from(stream)]), record)),
-                Entry::Account { account: read, .. } => prop_assert_eq!(&read, &account),
+                Entry::Stream(_, id) => streams.push(id),
+                Entry::Record(stream, record) => read.push((Arc::clone(&streams[usize::from(stream)]), record)),
+                Entry::Account(_, read) => prop_assert_eq!(&read, &account),
             }
         }
         let expected: Vec<_> = records.iter().map(|(stream, record)| (Arc::clone(&ids[*stream]), *record)).collect();
@@ -115,7 +117,7 @@ proptest! {
         #[expect(clippy::as_conversions, clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss, reason = "a place within a short file")]
         let cut = HEADER_BYTES + (cut * span as f64) as usize;
         let (entries, _) = read_all(7, &bytes[..cut]);
-        let left = entries.iter().filter(|entry| matches!(entry, Entry::Record { .. })).count();
+        let left = entries.iter().filter(|entry| matches!(entry, Entry::Record(..))).count();
         prop_assert_eq!(left, ends.iter().filter(|end| **end <= cut).count());
     }
 
@@ -138,7 +140,7 @@ proptest! {
         let (entries, fault) = read_all(1, &bytes);
         prop_assert!(fault.is_some());
         let read: Vec<Record> = entries.iter().filter_map(|entry| match entry {
-            Entry::Record { record, .. } => Some(*record),
+            Entry::Record(_, record) => Some(*record),
             _ => None,
         }).collect();
         let whole = begins.iter().skip(1).filter(|begin| **begin <= place).count();
@@ -157,30 +159,18 @@ fn a_header_that_is_not_this_segments_is_told_apart() {
     let header = Encoder::new(5).header();
     assert_eq!(header.len(), HEADER_BYTES);
     assert_eq!(check_header(5, &header), Ok(()));
-    assert_eq!(
-        check_header(6, &header),
-        Err(Fault::OtherNumber { found: 5 })
-    );
+    assert_eq!(check_header(6, &header), Err(Fault::OtherNumber(5)));
     for cut in 0..HEADER_BYTES {
-        assert_eq!(
-            check_header(5, &header[..cut]),
-            Err(Fault::NoHeader),
-            "{cut}"
-        );
+        let found = check_header(5, &header[..cut]);
+        assert_eq!(found, Err(Fault::NoHeader), "{cut}");
     }
     let mut newer = header.clone();
     newer[8] = 2;
-    assert_eq!(
-        check_header(5, &newer),
-        Err(Fault::NoHeader),
-        "a flipped bit"
-    );
+    let found = check_header(5, &newer);
+    assert_eq!(found, Err(Fault::NoHeader), "a flipped bit");
     let crc = crc32c(&[&newer[..HEADER_BYTES - 4]]).to_le_bytes();
     newer[HEADER_BYTES - 4..].copy_from_slice(&crc);
-    assert_eq!(
-        check_header(5, &newer),
-        Err(Fault::OtherVersion { found: 2 })
-    );
+    assert_eq!(check_header(5, &newer), Err(Fault::OtherVersion(2)));
     let mut damaged = header;
     damaged[13] ^= 1;
     assert_eq!(check_header(5, &damaged), Err(Fault::NoHeader));
@@ -188,50 +178,42 @@ fn a_header_that_is_not_this_segments_is_told_apart() {
 
 #[test]
 fn a_record_of_another_segment_does_not_pass() {
-    let record = Record {
-        seq: 1,
-        stamp: Stamp {
-            t_boot_ns: 1,
-            t_utc_ns: 1,
-            clock: ClockState::Synced,
-        },
-        reading: Reading::NoData(NoData::Nack),
-    };
+    let record = super::record(7);
     let mut stale = Vec::new();
     Encoder::new(4).record(&mut stale, &id("b"), &record);
     let mut bytes = Encoder::new(5).header();
     bytes.extend(stale);
-    assert_eq!(
-        read_all(5, &bytes),
-        (
-            vec![],
-            Some(Fault::Damaged {
-                offset: HEADER_BYTES
-            })
-        )
-    );
+    let fault = Some(Fault::Damaged(HEADER_BYTES));
+    assert_eq!(read_all(5, &bytes), (vec![], fault));
 }
 
 #[test]
 fn a_record_of_a_stream_that_was_never_declared_or_a_length_beyond_the_limit_is_damage() {
     let mut encoder = Encoder::new(5);
-    let mut bytes = encoder.header();
-    encoder.push(&mut bytes, &[ACCOUNT, 0, 0]);
-    assert!(matches!(read_all(5, &bytes).1, Some(Fault::Damaged { .. })));
-    let mut bytes = encoder.header();
-    encoder.push(&mut bytes, &vec![STREAM; PAYLOAD_BYTES_MAX + 1]);
-    assert!(matches!(read_all(5, &bytes).1, Some(Fault::Damaged { .. })));
+    let header = encoder.header();
+    // An account, and a stream that is too long: their checksums are right.
+    let account = vec![3, 0, 0];
+    let stream = vec![1; PAYLOAD_BYTES_MAX + 1];
+    for payload in [account, stream] {
+        let bytes = [header.clone(), sealed(5, &payload)].concat();
+        let fault = read_all(5, &bytes).1;
+        assert_eq!(fault, Some(Fault::Damaged(HEADER_BYTES)));
+    }
     // A length that nothing can have, with nothing after it.
-    let mut bytes = encoder.header();
-    bytes.extend([0xFF; 8]);
-    let offset = HEADER_BYTES;
-    assert_eq!(read_all(5, &bytes).1, Some(Fault::Damaged { offset }));
-    let mut bytes = encoder.header();
-    encoder.declare(&mut bytes, &id("b"));
+    let bytes = [&header[..], &[0xFF; 8]].concat();
+    let fault = read_all(5, &bytes).1;
+    assert_eq!(fault, Some(Fault::Damaged(HEADER_BYTES)));
+    // A frame of a stream that was declared, cut.
+    let mut bytes = header;
+    encoder.account(&mut bytes, &id("b"), &Account::default());
     let declared = bytes.len();
-    encoder.push(&mut bytes, &[FRAME, 0, 0, 9]);
-    assert_eq!(
-        read_all(5, &bytes).1,
-        Some(Fault::Damaged { offset: declared })
-    );
+    bytes.extend(sealed(5, &[2, 0, 0, 9]));
+    assert_eq!(read_all(5, &bytes).1, Some(Fault::Damaged(declared)));
+}
+
+/// A payload of the segment of this number, behind its length and its checksum.
+fn sealed(number: u64, payload: &[u8]) -> Vec<u8> {
+    let length = u32::try_from(payload.len()).unwrap().to_le_bytes();
+    let crc = crc32c(&[&number.to_le_bytes(), &length, payload]).to_le_bytes();
+    [&length, &crc, payload].concat()
 }
