@@ -1,0 +1,248 @@
+//! The metrics against reference vectors and frames counted by hand, and all at once against each on its own.
+
+use grideye_validator::metrics::{
+    Binning, IS_THRESHOLD, Scorer, THRESHOLDS, bias, correlation, entropy, evaluation_graph,
+    foreground_rmse, image_similarity, joint_entropy, mae, mutual_information,
+    mutual_information_corrected, rmse, thresholds_c,
+};
+use proptest::prelude::*;
+
+/// The two frames of the reference vectors: 8 x 8, B is A with an uneven error and one pixel 2.5 degrees off.
+fn reference_frames() -> (Vec<f64>, Vec<f64>) {
+    let (mut a, mut b) = (Vec::new(), Vec::new());
+    for row in 0..8_u32 {
+        for column in 0..8_u32 {
+            let warm = (3..=4).contains(&row) && (2..=3).contains(&column);
+            let real =
+                23.5 + 0.25 * f64::from((3 * row + 5 * column) % 7) + if warm { 4.0 } else { 0.0 };
+            let spike = if (row, column) == (3, 4) { 2.5 } else { 0.0 };
+            let simulated: f64 = real + 0.11 * f64::from((row * column) % 13) - 0.4 + spike;
+            a.push(real);
+            b.push((simulated * 100.0).round() / 100.0);
+        }
+    }
+    (a, b)
+}
+
+#[track_caller]
+fn close(found: Option<f64>, expected: f64) {
+    let found = found.unwrap();
+    assert!((found - expected).abs() < 1e-9, "{found}, not {expected}");
+}
+
+#[test]
+fn distances_of_the_reference_vectors() {
+    let (a, b) = reference_frames();
+    close(correlation(&a, &b), 0.895_076_526_669);
+    close(rmse(&a, &b), 0.613_739_817);
+    close(mae(&a, &b), 0.419_218_75);
+    close(bias(&a, &b), 0.159_843_75);
+}
+
+#[test]
+fn similarity_of_the_reference_vectors() {
+    let (a, b) = reference_frames();
+    let graph = evaluation_graph(&a, &b, &[0.25, 0.5, 1.66]).unwrap();
+    assert_eq!(graph, [0.3125, 0.781_25, 0.984_375]);
+    close(image_similarity(&a, &b, IS_THRESHOLD), 0.984_375);
+    assert!((IS_THRESHOLD - 1.666_666_666_666_666_7).abs() < 1e-15);
+}
+
+#[test]
+fn entropies_of_the_reference_vectors_in_quarter_degrees() {
+    let (a, b) = reference_frames();
+    let step = Binning::Step { width_c: 0.25 };
+    close(entropy(&a, step), 3.089_407_329);
+    close(entropy(&b, step), 3.589_474_105);
+    close(joint_entropy(&a, &b, step), 5.159_774_414);
+    close(mutual_information(&a, &b, step), 1.519_107_019);
+}
+
+#[test]
+fn entropies_of_the_reference_vectors_in_grey_levels() {
+    let (a, b) = reference_frames();
+    for grey in [Binning::PaperGrey256, Binning::Levels { n: 256 }] {
+        close(entropy(&a, grey), 3.089_407_329);
+        close(entropy(&b, grey), 5.452_819_531);
+        close(joint_entropy(&a, &b, grey), 5.527_114_648);
+        close(mutual_information(&a, &b, grey), 3.015_112_211);
+    }
+}
+
+#[test]
+fn a_difference_equal_to_the_threshold_does_not_count() {
+    for (threshold, share) in [(0.5, 0.0), (0.500_001, 1.0)] {
+        let found = image_similarity(&[20.0, 20.0], &[20.5, 19.5], threshold);
+        assert_eq!(found, Some(share), "{threshold}");
+    }
+    assert_eq!(image_similarity(&[20.0], &[20.0], 0.0), Some(0.0));
+}
+
+/// Two halves, and another frame that knows nothing of them.
+const HALVES: [f64; 4] = [1.0, 1.0, 2.0, 2.0];
+const CROSSED: [f64; 4] = [5.0, 6.0, 5.0, 6.0];
+
+#[test]
+fn entropies_of_frames_counted_by_hand() {
+    let step = Binning::Step { width_c: 1.0 };
+    assert_eq!(entropy(&[1.0, 2.0, 3.0, 4.0], step), Some(2.0));
+    assert_eq!(entropy(&[1.0, 1.0, 2.0, 2.0], step), Some(1.0));
+    assert_eq!(entropy(&[7.0; 5], step), Some(0.0));
+    assert_eq!(entropy(&[7.0; 5], Binning::PaperGrey256), Some(0.0));
+    assert_eq!(joint_entropy(&HALVES, &CROSSED, step), Some(2.0));
+    let mutual = |other: &[f64; 4]| mutual_information(&HALVES, other, step);
+    assert_eq!(mutual(&CROSSED), Some(0.0));
+    assert_eq!(mutual(&[9.0, 9.0, 8.0, 8.0]), Some(1.0));
+    let levels = |n| entropy(&[1.0, 2.0, 3.0], Binning::Levels { n });
+    assert!(levels(2).unwrap() > 0.9);
+    assert_eq!((levels(1), levels(0)), (Some(0.0), Some(0.0)));
+}
+
+#[test]
+fn values_around_zero_share_a_bin_whatever_their_sign() {
+    let step = Binning::Step { width_c: 1.0 };
+    assert_eq!(entropy(&[-0.2, 0.2, -0.4, 0.4], step), Some(0.0));
+}
+
+#[test]
+fn what_is_not_defined_is_none() {
+    let flat = [20.0; 4];
+    let slope = [20.0, 21.0, 22.0, 23.0];
+    assert_eq!(correlation(&flat, &slope), None);
+    assert_eq!(correlation(&slope, &flat), None);
+    assert_eq!(correlation(&[], &[]), None);
+    assert_eq!(rmse(&slope, &slope[..3]), None);
+    assert_eq!(mae(&[f64::NAN], &[1.0]), None);
+    assert_eq!(bias(&[1.0], &[f64::INFINITY]), None);
+    assert_eq!(entropy(&[f64::NAN], Binning::PaperGrey256), None);
+    for width_c in [0.0, -0.25, f64::NAN, f64::INFINITY] {
+        assert_eq!(entropy(&slope, Binning::Step { width_c }), None);
+    }
+}
+
+/// The correlation of a constant frame whose mean is not a machine number must not be noise over noise.
+#[test]
+fn a_constant_frame_of_an_odd_value_has_no_correlation() {
+    assert_eq!(correlation(&[0.1; 64], &[20.3; 64]), None);
+}
+
+/// By hand: in step 1 bit, bias 1 / (8 ln 2); crossed 0 bits, bias -1 / (8 ln 2). With 3 to 1, H(Y) is 0.811278, H(XY) 1.5, and
+/// there is no bias.
+#[test]
+fn the_bias_of_few_pixels_is_taken_out_of_mutual_information() {
+    let step = Binning::Step { width_c: 1.0 };
+    let plain = |other: &[f64; 4]| mutual_information(&HALVES, other, step);
+    let corrected = |other: &[f64; 4]| mutual_information_corrected(&HALVES, other, step);
+    close(corrected(&[9.0, 9.0, 8.0, 8.0]), 1.180_336_880_111);
+    close(corrected(&CROSSED), -0.180_336_880_111);
+    close(plain(&[1.0, 1.0, 1.0, 2.0]), 0.311_278_124);
+    close(corrected(&[1.0, 1.0, 1.0, 2.0]), 0.311_278_124);
+}
+
+/// By hand: differences of 3 and -4 are marked, the root of 25 / 2.
+#[test]
+fn the_foreground_is_what_the_mask_marks() {
+    let (real, simulated) = ([20.0; 4], [23.0, 16.0, 20.0, 90.0]);
+    let foreground = |mask: &[bool]| foreground_rmse(&real, &simulated, mask);
+    close(foreground(&[true, true, false, false]), 3.535_533_905_933);
+    assert_eq!(foreground(&[false; 4]), None);
+    assert_eq!(foreground(&[true; 3]), None);
+}
+
+#[test]
+fn binnings_that_are_printed_are_read_again() {
+    for binning in [
+        Binning::PaperGrey256,
+        Binning::Step { width_c: 0.25 },
+        Binning::Levels { n: 32 },
+    ] {
+        assert_eq!(binning.to_string().parse(), Ok(binning));
+    }
+    assert_eq!("step:0.5".parse(), Ok(Binning::Step { width_c: 0.5 }));
+}
+
+#[test]
+fn what_is_no_binning_is_refused_with_the_way_to_write_one() {
+    let refused = "|grey|step|step:|step:0|step:-1|step:NaN|step:inf|levels:1|levels:0|levels:70000|levels:2.5|width:3";
+    for text in refused.split('|') {
+        let refused = text.parse::<Binning>().unwrap_err().to_string();
+        assert!(refused.contains("hint: grey256, step:WIDTH"), "{refused}");
+    }
+}
+
+fn frame() -> impl Strategy<Value = [f64; 64]> {
+    let pixel = prop_oneof![
+        3 => (60_i32..140).prop_map(|word| f64::from(word) * 0.25),
+        1 => (1_500_i32..3_000).prop_map(|word| f64::from(word) * 0.01),
+        1 => 10.0..40.0_f64,
+    ];
+    proptest::collection::vec(pixel, 64).prop_map(|frame| frame.try_into().unwrap())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(500))]
+
+    #[test]
+    fn all_at_once_is_each_on_its_own((x, y) in (frame(), frame()), step in prop_oneof![Just(None), Just(Some(0.25))]) {
+        let binning = step.map_or(Binning::PaperGrey256, |width_c| Binning::Step { width_c });
+        let mut scorer = Scorer::new();
+        let first = scorer.score(&x, &y, binning).unwrap();
+        let scores = scorer.score(&x, &y, binning).unwrap();
+        prop_assert_eq!(&scores, &first, "nothing is left in the tables");
+        let close = |found: f64, expected: Option<f64>| (found - expected.unwrap()).abs() < 1e-12;
+        prop_assert!(close(scores.correlation.unwrap(), correlation(&x, &y)));
+        prop_assert!(close(scores.entropy_real, entropy(&x, binning)));
+        prop_assert!(close(scores.entropy_simulated, entropy(&y, binning)));
+        prop_assert!(close(scores.joint_entropy, joint_entropy(&x, &y, binning)));
+        prop_assert!(close(scores.mutual_information, mutual_information(&x, &y, binning)));
+        prop_assert!(close(scores.image_similarity, image_similarity(&x, &y, IS_THRESHOLD)));
+        let graph = evaluation_graph(&x, &y, &thresholds_c()).unwrap();
+        prop_assert_eq!(scores.evaluation_graph.to_vec(), graph);
+    }
+}
+
+/// Differences of exactly a threshold, a little more and a little less, beyond the last and none.
+#[test]
+fn differences_at_a_threshold_fall_on_its_far_side() {
+    let scored = |difference| {
+        let scores = Scorer::new().score(&[0.0; 64], &[difference; 64], Binning::PaperGrey256);
+        scores.unwrap()
+    };
+    // The first threshold that all pixels are below.
+    let place = |difference| {
+        let graph = scored(difference).evaluation_graph;
+        assert!(graph.iter().all(|share| [0.0, 1.0].contains(share)));
+        graph.partition_point(|share| *share < 1.0)
+    };
+    for (index, threshold) in thresholds_c().into_iter().enumerate() {
+        assert_eq!(place(threshold), index + 1);
+        assert_eq!(place(-threshold), index + 1);
+        assert_eq!(place(threshold.next_up()), index + 1);
+        if index > 0 {
+            assert_eq!(place(threshold.next_down()), index);
+            // Between two, and where the nearest changes.
+            for part in [0.25, 0.5, 0.75] {
+                assert_eq!(place(threshold - part / 20.0), index);
+            }
+        }
+    }
+    assert_eq!([5.02, 5.03, f64::MAX].map(place), [THRESHOLDS; 3]);
+    assert_eq!(scored(IS_THRESHOLD).image_similarity, 0.0);
+    assert_eq!(scored(IS_THRESHOLD.next_down()).image_similarity, 1.0);
+}
+
+#[test]
+fn a_pair_of_which_something_is_not_defined_has_no_score_of_it() {
+    let (mut frame, flat) = ([20.0; 64], [20.0; 64]);
+    frame[3] = 21.0;
+    let mut scorer = Scorer::new();
+    let scores = scorer.score(&frame, &flat, Binning::PaperGrey256).unwrap();
+    assert_eq!((scores.correlation, scores.entropy_simulated), (None, 0.0));
+    for width_c in [0.0, f64::NAN] {
+        let step = Binning::Step { width_c };
+        assert_eq!(scorer.score(&frame, &frame, step), None);
+    }
+    frame[5] = f64::NAN;
+    assert_eq!(scorer.score(&frame, &flat, Binning::PaperGrey256), None);
+    assert_eq!(scorer.score(&flat, &frame, Binning::PaperGrey256), None);
+}
