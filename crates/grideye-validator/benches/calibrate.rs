@@ -33,6 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             &read,
             SENSOR,
             &options,
+            &mut |_| (),
         )?;
         seconds.push(start.elapsed().as_secs_f64());
         println!(

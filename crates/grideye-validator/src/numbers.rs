@@ -111,6 +111,20 @@ impl RunningVariance {
     }
 }
 
+/// The largest number of which all differences between values are multiples; 0 until two differ.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct CommonStep {
+    first: Option<i16>,
+    pub(crate) step: u16,
+}
+
+impl CommonStep {
+    pub(crate) fn push(&mut self, steps: i16) {
+        let first = *self.first.get_or_insert(steps);
+        self.step = greatest_common_divisor(self.step, steps.abs_diff(first));
+    }
+}
+
 /// Up to `number` of `total` indices, evenly spread, first and last included.
 pub(crate) fn evenly(total: usize, number: usize) -> Vec<usize> {
     if number >= total {
@@ -180,7 +194,7 @@ pub(crate) fn climb<T: Copy, I: IntoIterator<Item = T>>(
 }
 
 /// The largest number that divides both; the other one of 0.
-pub(crate) const fn greatest_common_divisor(mut left: u32, mut right: u32) -> u32 {
+const fn greatest_common_divisor(mut left: u16, mut right: u16) -> u16 {
     while right != 0 {
         (left, right) = (right, left % right);
     }
@@ -317,6 +331,14 @@ pub(crate) fn assert_near(found: f64, expected: f64, tolerance: f64) {
     assert!(is_near, "{found}, not {expected}");
 }
 
+/// Draws of a normal distribution with a standard deviation of 1, the same for the same seed.
+#[cfg(test)]
+pub(crate) fn normal_draws(seed: u64) -> impl FnMut() -> f64 {
+    use rand::SeedableRng as _;
+    let mut generator = rand_chacha::ChaCha12Rng::seed_from_u64(seed);
+    move || rand_distr::Distribution::sample(&rand_distr::StandardNormal, &mut generator)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -381,5 +403,19 @@ mod tests {
         assert_eq!(greatest_common_divisor(12, 18), 6);
         assert_eq!(greatest_common_divisor(7, 0), 7);
         assert_eq!(greatest_common_divisor(7, 4), 1);
+    }
+
+    /// 1, -2, 3 … 11: squares add up to 506, absolute values to 66, the numbers to 6. Eleven are more than one round.
+    #[test]
+    fn sums_of_differences_take_in_what_is_left_of_a_round() {
+        let x = [20.0; 11];
+        let y: [f64; 11] = std::array::from_fn(|index| {
+            let number = count(index + 1);
+            20.0 + if index % 2 == 0 { number } else { -number }
+        });
+        assert_eq!(difference_sums(&x, &y), [506.0, 66.0, 6.0]);
+        assert_eq!(sum_of(&x, &y, |x, y| y - x), 6.0);
+        assert_eq!(extremes(&y), (10.0, 31.0));
+        assert_eq!(extremes(&y[..2]), (18.0, 21.0));
     }
 }

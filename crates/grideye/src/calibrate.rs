@@ -8,7 +8,7 @@ use crate::{files, progress, recordings};
 use anyhow::Result;
 use grideye_recording::Record;
 use grideye_scene::profile::Profile;
-use grideye_validator::calibrate::{Calibration, Options, Progress, calibrate_telling};
+use grideye_validator::calibrate::{Calibration, Options, Progress, calibrate};
 use grideye_validator::characterize::characterize;
 use std::fs;
 use std::path::Path;
@@ -39,7 +39,7 @@ pub(crate) fn run(options: &Calibrate) -> Result<Outcome> {
             .transpose()?,
     };
     let bar = progress::bar(0, "calibrating");
-    let found = calibrate_telling(
+    let found = calibrate(
         &records,
         (&scene.text, &scene.origin),
         &scene.files,

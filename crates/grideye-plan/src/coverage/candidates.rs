@@ -1,6 +1,6 @@
 //! The poses to try: on the ceiling, on walls and in corners.
 
-use super::error::CoverageError;
+use super::error::{CoverageError, check_count, check_length};
 use super::limits;
 use super::rays::edges;
 use super::survey::Survey;
@@ -325,17 +325,8 @@ fn check(mounts: &Mounts) -> Result<(), CoverageError> {
     let heights = heights.map(|height| ("a height on a wall", *height));
     let lengths = [("the spacing of the poses", mounts.spacing_m)];
     for (what, length_m) in lengths.into_iter().chain(heights) {
-        if !(length_m.is_finite() && length_m >= 1e-3) {
-            let found = format!("{} mm", length_m * 1000.0);
-            let hint = "lengths are in millimeters";
-            return Err(CoverageError::value(what, &found, "1 mm or more", hint));
-        }
+        check_length(what, length_m, "lengths are in millimeters")?;
     }
-    let headings = mounts.ceiling_headings;
-    if headings == 0 || headings > 360 {
-        let what = "the number of headings";
-        let hint = "8 is every 45 degrees";
-        return Err(CoverageError::value(what, &headings, "1 to 360", hint));
-    }
-    Ok(())
+    let (what, hint) = ("the number of headings", "8 is every 45 degrees");
+    check_count(what, mounts.ceiling_headings, 360, hint)
 }

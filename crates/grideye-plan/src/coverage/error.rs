@@ -79,3 +79,30 @@ impl CoverageError {
         }
     }
 }
+
+/// Refuses a count that is not from 1 to a limit.
+pub(crate) fn check_count(
+    what: &'static str,
+    found: usize,
+    limit: usize,
+    hint: &'static str,
+) -> Result<(), CoverageError> {
+    if (1..=limit).contains(&found) {
+        return Ok(());
+    }
+    let expected = format!("1 to {limit}");
+    Err(CoverageError::value(what, &found, expected, hint))
+}
+
+/// Refuses a length below a millimeter.
+pub(crate) fn check_length(
+    what: &'static str,
+    length_m: f64,
+    hint: &'static str,
+) -> Result<(), CoverageError> {
+    if length_m.is_finite() && length_m >= 1e-3 {
+        return Ok(());
+    }
+    let found = format!("{} mm", length_m * 1000.0);
+    Err(CoverageError::value(what, &found, "1 mm or more", hint))
+}

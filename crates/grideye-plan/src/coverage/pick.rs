@@ -1,6 +1,6 @@
 //! Picks the few poses that see the most together, one after the other.
 
-use super::error::CoverageError;
+use super::error::{CoverageError, check_count};
 use super::floor::{Floor, Kind};
 use super::limits;
 use super::survey::Look;
@@ -236,11 +236,8 @@ fn check(count: usize, wish: &Wish) -> Result<(), CoverageError> {
         (at_each_place, wish.sensors_min),
     ];
     for (what, found) in counts {
-        if !(1..=limits::PICKED_MAX).contains(&found) {
-            let expected = format!("1 to {}", limits::PICKED_MAX);
-            let hint = "2 is a good start for one room";
-            return Err(CoverageError::value(what, &found, expected, hint));
-        }
+        let hint = "2 is a good start for one room";
+        check_count(what, found, limits::PICKED_MAX, hint)?;
     }
     if !(wish.sigma_min.is_finite() && wish.sigma_min > 0.0) {
         let (what, found) = (

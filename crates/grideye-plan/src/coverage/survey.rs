@@ -1,6 +1,6 @@
 //! What each pose sees of every cell, and how well it sees a person there.
 
-use super::error::CoverageError;
+use super::error::{CoverageError, check_count, check_length};
 use super::figure::Figure;
 use super::floor::{Floor, Grain, Kind};
 use super::limits;
@@ -192,7 +192,8 @@ impl Survey {
                 cells,
             });
         }
-        in_range("the number of threads", threads, limits::THREADS_MAX)
+        let what = "the number of threads";
+        check_count(what, threads, limits::THREADS_MAX, LEAVE_OUT)
     }
 }
 
@@ -213,13 +214,10 @@ fn contrast(somebody: &Image, nobody: &Image, sigma_c: f64) -> (f64, f64) {
 }
 
 fn check(grain: &Grain) -> Result<(), CoverageError> {
-    if !(grain.cell_m.is_finite() && grain.cell_m >= 1e-3) {
-        let found = format!("{} mm", grain.cell_m * 1000.0);
-        let hint = "200 mm is a good one for rooms";
-        let what = "the length of a cell";
-        return Err(CoverageError::value(what, &found, "1 mm or more", hint));
-    }
-    in_range("the number of turns", grain.turns, limits::TURNS_MAX)?;
+    let hint = "200 mm is a good one for rooms";
+    check_length("the length of a cell", grain.cell_m, hint)?;
+    let what = "the number of turns";
+    check_count(what, grain.turns, limits::TURNS_MAX, LEAVE_OUT)?;
     if grain.frames == 0 {
         let (what, hint) = ("the number of frames", "1 is a single frame");
         return Err(CoverageError::value(what, &0, "1 or more", hint));
@@ -227,15 +225,4 @@ fn check(grain: &Grain) -> Result<(), CoverageError> {
     Ok(())
 }
 
-fn in_range(what: &'static str, found: usize, limit: usize) -> Result<(), CoverageError> {
-    if (1..=limit).contains(&found) {
-        return Ok(());
-    }
-    let hint = "leave it out for the default";
-    Err(CoverageError::value(
-        what,
-        &found,
-        format!("1 to {limit}"),
-        hint,
-    ))
-}
+const LEAVE_OUT: &str = "leave it out for the default";

@@ -1,6 +1,7 @@
 //! From the room to the page, in perspective or straight down.
 
 use glam::{DVec2, DVec3};
+use grideye_scene::polygon::bounds;
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Panel {
@@ -84,19 +85,15 @@ impl Camera {
     }
 
     fn fitted(mut self, (low_m, high_m): (DVec3, DVec3), panel: &Panel) -> Self {
-        let mut low = DVec2::INFINITY;
-        let mut high = DVec2::NEG_INFINITY;
-        for corner in 0..8 {
+        let corners = (0..8_u8).map(|corner| {
             let pick = |bit: u8, low: f64, high: f64| if corner & bit == 0 { low } else { high };
-            let corner_m = DVec3::new(
+            self.project(DVec3::new(
                 pick(1, low_m.x, high_m.x),
                 pick(2, low_m.y, high_m.y),
                 pick(4, low_m.z, high_m.z),
-            );
-            let at = self.project(corner_m);
-            low = low.min(at);
-            high = high.max(at);
-        }
+            ))
+        });
+        let (low, high) = bounds(corners);
         let room = panel.size - 2.0 * MARGIN;
         self.scale = (room / (high - low).max(DVec2::splat(1e-9))).min_element();
         let middle = panel.corner + 0.5 * panel.size;

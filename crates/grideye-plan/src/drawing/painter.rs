@@ -28,6 +28,19 @@ pub(super) enum Paint {
 }
 
 impl Piece {
+    /// A face with all its edges.
+    pub(super) fn face(points_m: Vec<DVec3>, fill: [u8; 3], opacity: f64, edge: [u8; 3]) -> Self {
+        Self {
+            edges: vec![true; points_m.len()],
+            points_m,
+            paint: Paint::Face {
+                fill,
+                opacity,
+                edge,
+            },
+        }
+    }
+
     /// A line, a point, or a face that is still to get its corners.
     pub(super) const fn without_edges(points_m: Vec<DVec3>, paint: Paint) -> Self {
         Self {
@@ -211,15 +224,7 @@ mod tests {
     }
 
     fn face(color: u8, corners: [DVec3; 4]) -> Piece {
-        Piece {
-            points_m: corners.to_vec(),
-            edges: vec![true; corners.len()],
-            paint: Paint::Face {
-                fill: [color, 0, 0],
-                opacity: 1.0,
-                edge: [0; 3],
-            },
-        }
+        Piece::face(corners.to_vec(), [color, 0, 0], 1.0, [0; 3])
     }
 
     fn level(color: u8, height: f64) -> Piece {

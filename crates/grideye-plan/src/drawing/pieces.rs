@@ -203,15 +203,7 @@ fn jutting_walls(walls: &Walls, camera: &Camera) -> Vec<Piece> {
     let is_seen = |side: &&Vec<DVec3>| {
         Plane::of_face(side).is_some_and(|plane| camera.side_of(&plane) > 1e-9)
     };
-    let piece = |side: &Vec<DVec3>| Piece {
-        points_m: side.clone(),
-        edges: vec![true; side.len()],
-        paint: Paint::Face {
-            fill: WALL,
-            opacity: WALL_OPACITY,
-            edge: WALL_EDGE,
-        },
-    };
+    let piece = |side: &Vec<DVec3>| Piece::face(side.clone(), WALL, WALL_OPACITY, WALL_EDGE);
     walls.jutting.iter().filter(is_seen).map(piece).collect()
 }
 
@@ -301,15 +293,7 @@ fn outside(piece: Piece, shadow: &[Plane]) -> Vec<Piece> {
 
 /// What is left of a face on the positive side of all planes, in the yellow of what is seen.
 fn within(outline: &[DVec3], planes: &[Plane], opacity: f64) -> Option<Piece> {
-    let whole = Piece {
-        points_m: outline.to_vec(),
-        edges: vec![true; outline.len()],
-        paint: Paint::Face {
-            fill: SEEN,
-            opacity,
-            edge: SEEN_EDGE,
-        },
-    };
+    let whole = Piece::face(outline.to_vec(), SEEN, opacity, SEEN_EDGE);
     let piece = planes
         .iter()
         .try_fold(whole, |piece, plane| clipped(&piece, plane))?;

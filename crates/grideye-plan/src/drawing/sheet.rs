@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 use grideye_draw::number::round_step;
 use grideye_draw::palette::hex;
 use grideye_draw::svg::{self, Element, Svg};
-use grideye_scene::{Sensor, count};
+use grideye_scene::{Sensor, count, polygon::bounds};
 
 #[derive(Debug)]
 pub(super) struct Sheet {
@@ -294,9 +294,7 @@ fn is_seen(camera: &Camera, wall: &[DVec3]) -> bool {
 
 fn is_tiny(camera: &Camera, points_m: &[DVec3]) -> bool {
     let places = points_m.iter().map(|point| camera.project(*point));
-    let (low, high) = places.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), at| {
-        (low.min(at), high.max(at))
-    });
+    let (low, high) = bounds(places);
     (high - low).max_element() < TINY
 }
 

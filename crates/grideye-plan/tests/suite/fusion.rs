@@ -1,7 +1,9 @@
 //! Several sensors as one: against closed forms, a system solved by hand, and the scenes of scenario A.
 
 use crate::{ROOM, object, scene};
-use grideye_plan::fusion::{ArrayError, CELLS_PER_AXIS_MAX, Method, SENSORS_MAX, SensorArray};
+use grideye_plan::fusion::{
+    ArrayError, Axis, CELLS_PER_AXIS_MAX, Method, SENSORS_MAX, SensorArray,
+};
 use grideye_scene::{Image, Scene, Sensor, Simulator};
 use std::time::Duration;
 
@@ -407,4 +409,20 @@ fn the_limits_of_an_array_are_reached() {
             cells: CELLS_PER_AXIS_MAX + 1
         }
     );
+}
+
+#[test]
+fn eq_8_of_the_paper_in_both_readings() {
+    let axis_of = |pixels, factor, sensors| Axis {
+        pixels,
+        factor,
+        sensors,
+        spacing_m: 0.0,
+        spacing_by_eq_7_m: 0.0,
+    };
+    let axis = axis_of(8, 3, 3);
+    assert_eq!((axis.union_cells(), axis.covered_cells()), (26, 22));
+    let axis = axis_of(2, 2, 2);
+    assert_eq!((axis.union_cells(), axis.covered_cells()), (5, 3));
+    assert_eq!(axis_of(2, 1, 5).covered_cells(), 0);
 }

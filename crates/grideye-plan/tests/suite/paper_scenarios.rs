@@ -2,7 +2,9 @@
 
 use crate::{ROOM, scene};
 use grideye_plan::fusion::{Method, SensorArray};
-use grideye_plan::separation::{D_PRIME_MIN, SITUATIONS_MAX, SeparationError, separation};
+use grideye_plan::separation::{
+    D_PRIME_MIN, Distance, Pair, SITUATIONS_MAX, SeparationError, distance, separation,
+};
 use grideye_scene::{Image, Scene, Sensor, Simulator};
 use std::path::Path;
 use std::time::Duration;
@@ -170,4 +172,40 @@ fn what_cannot_be_compared_is_refused() {
         separation(&[("a", &blind), ("b", &blind)]),
         Err(SeparationError::NoSensor)
     ));
+}
+
+fn image(celsius: &[f64]) -> Image {
+    Image {
+        columns: celsius.len(),
+        rows: 1,
+        celsius: celsius.to_vec(),
+    }
+}
+
+#[test]
+fn the_distance_is_the_root_of_the_sum_of_squares() {
+    // Differences of 3, 4, 0 and 0 times the noise of 0.5: 5; about their mean, 1.75: root of 25 - 4 * 1.75².
+    let found = distance(&image(&[20.0; 4]), &image(&[21.5, 22.0, 20.0, 20.0]), 0.5);
+    assert!((found.d_prime - 5.0).abs() < 1e-12);
+    assert!((found.d_prime_of_shape - (25.0_f64 - 12.25).sqrt()).abs() < 1e-12);
+    assert!((found.d_prime_of_warmest - 4.0).abs() < 1e-12);
+    assert_eq!(found.pixels_beyond_3_sigma, 1, "more than three times");
+    // A common offset is a distance, but none of shape.
+    let offset = distance(&image(&[20.0, 25.0]), &image(&[22.0, 27.0]), 1.0);
+    assert!((offset.d_prime - 8.0_f64.sqrt()).abs() < 1e-12 && offset.d_prime_of_shape < 1e-12);
+}
+
+#[test]
+fn sensors_add_by_their_squares() {
+    let of = |d_prime| Distance {
+        d_prime,
+        d_prime_of_shape: 0.0,
+        d_prime_of_warmest: 0.0,
+        pixels_beyond_3_sigma: 0,
+    };
+    let pair = Pair {
+        situations: (0, 1),
+        distances: vec![of(3.0), of(7.0), of(4.0)],
+    };
+    assert!((pair.together(&[0, 2], |distance| distance.d_prime) - 5.0).abs() < 1e-12);
 }

@@ -1,7 +1,7 @@
 //! The alignment itself: the best clock, orientation and offset, held against what chance reaches.
 
 use crate::align::clock::{BEYOND, Bounds, Clock, Line, Warp};
-use crate::align::film::{self, Film, Fit, Sample};
+use crate::align::film::{Film, Fit, Sample};
 use crate::align::space::{self, Orientation, Pairs};
 use crate::align::time_search::{best_law, best_line, rough_likeness, standard_errors};
 use crate::align::types::{AlignOptions, OffsetFound, OrientationFound, TimeAlignment, TimeFound};
@@ -119,12 +119,12 @@ impl Aligner {
             }
             TimeAlignment::None | TimeAlignment::Shift | TimeAlignment::Rate => {}
         }
-        let chance = chance(sample, film, bounds, asked);
+        let (chance, decoys) = chance(sample, film, bounds, asked);
         let at_bound = match &clock {
             Clock::Law(law) => bounds.holds_back(law),
             Clock::Line(_) | Clock::Warp(..) => is_beyond,
         };
-        let by_chance = chance.best.unwrap_or(0.0).max(LIKENESS_MIN);
+        let by_chance = chance.unwrap_or(0.0).max(LIKENESS_MIN);
         let applied = !at_bound && best.likeness > by_chance;
         let found = TimeFound {
             asked,
@@ -134,8 +134,8 @@ impl Aligner {
             rate_error: errors.map(|errors| errors.1),
             likeness_before: before.likeness,
             likeness: best.likeness,
-            chance: chance.best,
-            decoys: chance.decoys,
+            chance,
+            decoys,
             applied,
             at_bound,
             rival_offset_px: self.rival(line, &fit),
@@ -210,20 +210,19 @@ impl Aligner {
     /// How the image lies, by what moves and, where that leaves a choice, by what stands still.
     pub(crate) fn orientation(&self) -> Option<OrientationFound> {
         let sample = self.sample.thinned(DECOY_FRAMES);
-        let still = self.still_claim(|time_s| time_s);
+        let still = self.sample.mean_claim(&self.film, |time_s| time_s);
         let own = sample.of_scene(&self.film);
-        let likeness = |orientation: Orientation| {
+        let likeness = |sample: &Sample, mean: &Pixels, orientation: Orientation| {
             let film = self.film.map(|frame| orientation.apply(frame));
-            let moving = rough_likeness(&sample, &film, &self.bounds);
-            moving + STILL_WEIGHT * space::still_likeness(&self.mean_c, &orientation.apply(&still))
+            let moving = rough_likeness(sample, &film, &self.bounds);
+            moving + STILL_WEIGHT * space::still_likeness(mean, &orientation.apply(&still))
         };
-        let same = |orientation: Orientation| {
-            let film = self.film.map(|frame| orientation.apply(frame));
-            let moving = rough_likeness(&own, &film, &self.bounds);
-            moving + STILL_WEIGHT * space::still_likeness(&still, &orientation.apply(&still))
-                > SAME_MIN * (1.0 + STILL_WEIGHT)
-        };
-        best_orientation(likeness, same, 1.0 + STILL_WEIGHT)
+        let most = 1.0 + STILL_WEIGHT;
+        best_orientation(
+            |orientation| likeness(&sample, &self.mean_c, orientation),
+            |orientation| likeness(&own, &still, orientation) > SAME_MIN * most,
+            most,
+        )
     }
 
     pub(crate) fn offset(&self, clock: &Clock) -> Option<OffsetFound> {
@@ -235,16 +234,6 @@ impl Aligner {
             likeness,
             applied: false,
         })
-    }
-
-    fn still_claim(&self, scene_s: impl Fn(f64) -> f64) -> Pixels {
-        let mut sums = film::FitSums::default();
-        for &time_s in &self.sample.times_s {
-            if let Some(claim) = self.film.at(scene_s(time_s)) {
-                sums.add(&claim, &claim);
-            }
-        }
-        sums.mean_claim()
     }
 }
 
@@ -312,28 +301,20 @@ struct Best {
     is_beyond: bool,
 }
 
-pub(crate) const DECOY_FRAMES: usize = 64;
+const DECOY_FRAMES: usize = 64;
 /// From this likeness to the scene on a decoy is the scene.
 const KIN_MIN: f64 = 0.7;
 
-pub(crate) struct Chance {
-    pub(crate) best: Option<f64>,
-    pub(crate) decoys: usize,
-}
-
-/// Aligns the recording with films that are not the scene but move like it.
-pub(crate) fn chance(
+/// The best that films reach which are not the scene but move like it, aligned alike; and how many there are.
+fn chance(
     sample: &Sample,
     film: &Film,
     bounds: &Bounds,
     asked: TimeAlignment,
-) -> Chance {
+) -> (Option<f64>, usize) {
     let sample = sample.thinned(DECOY_FRAMES);
     let own = sample.of_scene(film);
-    let mut found = Chance {
-        best: None,
-        decoys: 0,
-    };
+    let (mut best, mut decoys) = (None, 0);
     for orientation in Orientation::ALL {
         let turned = film.map(|frame| orientation.apply(frame));
         for (film, is_backwards) in [(turned.reversed(), true), (turned, false)] {
@@ -341,12 +322,12 @@ pub(crate) fn chance(
             if is_scene || rough_likeness(&own, &film, bounds) > KIN_MIN {
                 continue;
             }
-            found.decoys += 1;
+            decoys += 1;
             let likeness = aligned(&sample, &film, bounds, asked);
-            found.best = Some(found.best.map_or(likeness, |best| best.max(likeness)));
+            best = Some(best.map_or(likeness, |best: f64| best.max(likeness)));
         }
     }
-    found
+    (best, decoys)
 }
 
 fn aligned(sample: &Sample, film: &Film, bounds: &Bounds, asked: TimeAlignment) -> f64 {

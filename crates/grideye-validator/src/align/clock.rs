@@ -1,6 +1,7 @@
 //! The scene's time at each of the recording's (a line, a law of pace, or a warp about a line), and the bounds of it.
 
 use crate::numbers::{count, interpolated};
+use serde::Serialize;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Clock {
@@ -46,7 +47,7 @@ impl Line {
 }
 
 /// A law of time: `scene = first + length * g(u)`, `g(u) = (1 - ease) u + ease (10 u^3 - 15 u^4 + 6 u^5) + lean u (1 - u)`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Law {
     /// When the walk begins in the recording, seconds later than the scene has it.
     pub begins_late_s: f64,
@@ -56,6 +57,7 @@ pub struct Law {
     pub ease: f64,
     /// -1 to 1: above 0, faster in the first half and slower in the second than the scene.
     pub lean: f64,
+    #[serde(skip)]
     pub(crate) scene_s: (f64, f64),
 }
 
@@ -88,9 +90,10 @@ impl Law {
 }
 
 /// A path in time: how much later than the line's the scene's time is, at times of the recording.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Warp {
     /// Time of the recording and departure from the line, both in seconds, in order of time.
+    #[serde(rename = "knots_s")]
     pub knots: Vec<(f64, f64)>,
 }
 

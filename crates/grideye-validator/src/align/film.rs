@@ -199,13 +199,23 @@ impl Sample {
 
     /// How well the scene's moving part explains this one; frames where the film claims nothing stay in the denominator.
     pub(crate) fn fit(&self, film: &Film, scene_s: impl Fn(f64) -> f64) -> Fit {
+        self.sums(film, scene_s).fit(self.energy)
+    }
+
+    /// What the film shows on the mean at the times of this one.
+    pub(crate) fn mean_claim(&self, film: &Film, scene_s: impl Fn(f64) -> f64) -> Pixels {
+        let sums = self.sums(film, scene_s);
+        sums.claim.map(|sum| sum / count(sums.frames.max(1)))
+    }
+
+    fn sums(&self, film: &Film, scene_s: impl Fn(f64) -> f64) -> FitSums {
         let mut sums = FitSums::default();
         for (&time_s, real) in self.times_s.iter().zip(&self.frames) {
             if let Some(claim) = film.at(scene_s(time_s)) {
                 sums.add(real, &claim);
             }
         }
-        sums.fit(self.energy)
+        sums
     }
 }
 
@@ -259,10 +269,6 @@ impl FitSums {
             amplitude,
             left_c2: (energy - product * amplitude).max(0.0),
         }
-    }
-
-    pub(crate) fn mean_claim(&self) -> Pixels {
-        self.claim.map(|sum| sum / count(self.frames.max(1)))
     }
 }
 

@@ -24,18 +24,6 @@ named! {
 }
 
 impl Orientation {
-    /// All eight, the upright one first.
-    pub const ALL: [Self; 8] = [
-        Self::Upright,
-        Self::QuarterClockwise,
-        Self::Half,
-        Self::QuarterCounterclockwise,
-        Self::MirroredLeftRight,
-        Self::MirroredTopBottom,
-        Self::Transposed,
-        Self::TransposedOther,
-    ];
-
     /// Whether it is a mirror image, which no way of mounting a sensor makes.
     #[must_use]
     pub const fn is_mirrored(self) -> bool {
@@ -136,26 +124,6 @@ pub(crate) fn still_likeness(real: &Pixels, claim: &Pixels) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Top left 1, top right 2, bottom left 3, bottom right 4, seen by eye on paper.
-    #[test]
-    fn corners_go_where_a_sheet_of_paper_takes_them() {
-        let mut sheet = [0.0; 64];
-        (sheet[0], sheet[7], sheet[56], sheet[63]) = (1.0, 2.0, 3.0, 4.0);
-        let corners = [
-            1234.0, 3142.0, 4321.0, 2413.0, 2143.0, 3412.0, 1324.0, 4231.0,
-        ];
-        for (orientation, expected) in Orientation::ALL.into_iter().zip(corners) {
-            let seen = orientation.apply(&sheet);
-            let corners = [seen[0], seen[7], seen[56], seen[63]];
-            let found = corners.iter().fold(0.0, |all, corner| 10.0 * all + corner);
-            assert_eq!(found, expected, "{orientation}");
-            assert_eq!(orientation.inverse().apply(&seen), sheet, "{orientation}");
-            if orientation.is_mirrored() {
-                assert_eq!(orientation.apply(&seen), sheet, "{orientation}");
-            }
-        }
-    }
 
     #[test]
     fn a_ramp_moved_by_a_part_of_a_pixel_falls_by_that_part() {

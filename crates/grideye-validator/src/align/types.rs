@@ -5,6 +5,7 @@ use crate::align::space::Orientation;
 use crate::error::{ValidatorError, check_setting};
 use crate::frames::LeftOutCount;
 use crate::names::named;
+use serde::Serialize;
 use std::time::Duration;
 
 named! {
@@ -70,7 +71,7 @@ pub struct Alignment {
 }
 
 /// What was found out about time.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct TimeFound {
     pub asked: TimeAlignment,
@@ -99,13 +100,15 @@ pub struct TimeFound {
 }
 
 /// How the image lies.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct OrientationFound {
+    #[serde(rename = "found")]
     pub orientation: Orientation,
     /// Its likeness, -1 to 1.
     pub likeness: f64,
     /// That of the image as it is.
+    #[serde(rename = "likeness_upright")]
     pub upright: f64,
     pub applied: bool,
 }

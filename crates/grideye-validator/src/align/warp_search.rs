@@ -4,7 +4,7 @@
 //! random walk would: it cannot stand still, run backwards, or pick the moment whose noise suits it.
 
 use crate::align::clock::{Line, Warp};
-use crate::align::film::{Film, Fit, FitSums, Sample, whole};
+use crate::align::film::{Film, Fit, Sample, whole};
 use crate::frames::types::Pixels;
 use crate::numbers::{count, windowed_mean};
 use grideye_frame::PIXELS;
@@ -45,7 +45,7 @@ pub(crate) fn best_warp(sample: &Sample, film: &Film, line: Line, fit: &Fit, ban
 
 /// Half the squares, in units of the noise, that each frame leaves at each departure.
 fn costs(sample: &Sample, film: &Film, line: Line, fit: &Fit, levels: &[f64]) -> Vec<Vec<f64>> {
-    let mean = mean_claim(sample, film, line);
+    let mean = sample.mean_claim(film, |time_s| line.scene_s(time_s));
     let variance = (fit.left_c2 / count(sample.frames.len() * PIXELS)).max(1e-4);
     let cost = |real: &Pixels, scene_s: f64| -> f64 {
         let squares: f64 = match film.at(scene_s) {
@@ -69,16 +69,6 @@ fn costs(sample: &Sample, film: &Film, line: Line, fit: &Fit, levels: &[f64]) ->
                 .collect()
         })
         .collect()
-}
-
-fn mean_claim(sample: &Sample, film: &Film, line: Line) -> Pixels {
-    let mut sums = FitSums::default();
-    for (&time_s, real) in sample.times_s.iter().zip(&sample.frames) {
-        if let Some(claim) = film.at(line.scene_s(time_s)) {
-            sums.add(real, &claim);
-        }
-    }
-    sums.mean_claim()
 }
 
 /// The cheapest way through the table, a level for each row.

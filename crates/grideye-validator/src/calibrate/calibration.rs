@@ -287,22 +287,10 @@ impl Calibration {
     /// The same as one JSON object, in the keys' own units; what could not be told is null.
     #[must_use]
     pub fn to_json(&self) -> String {
-        let found = |found: &Estimate| {
-            json!({
-                "key": found.key,
-                "start": found.start,
-                "value": found.value,
-                "standard_uncertainty": found.uncertainty,
-                "half_width_95": found.half_width_95,
-                "degrees_of_freedom": found.freedom,
-                "bounds": found.bounds,
-                "at_bound": found.at_bound,
-            })
-        };
         let document = json!({
             "format": "grideye-calibration",
             "version": 1,
-            "found": self.found.iter().map(found).collect::<Vec<_>>(),
+            "found": self.found,
             "correlation": self.correlation,
             "warnings": self.warnings,
             "frames": self.frames,
@@ -324,23 +312,11 @@ impl Calibration {
 
 /// Finds the unknowns that a scene marks, from the whole frames in its time; they count from `recording.start_s` on.
 ///
+/// `tell` is told after every step of the search how far it has come.
+///
 /// # Errors
 /// [`CalibrateError`].
 pub fn calibrate(
-    records: &[Record],
-    (text, origin): (&str, &str),
-    files: &dyn Files,
-    sensor: &str,
-    options: &Options,
-) -> Result<Calibration, CalibrateError> {
-    calibrate_telling(records, (text, origin), files, sensor, options, &mut |_| ())
-}
-
-/// The same, and tells after every step of the search how far it has come.
-///
-/// # Errors
-/// As [`calibrate`].
-pub fn calibrate_telling(
     records: &[Record],
     (text, origin): (&str, &str),
     files: &dyn Files,

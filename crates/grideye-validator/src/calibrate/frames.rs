@@ -34,17 +34,10 @@ impl Frames {
                 most: FRAMES_MAX,
             });
         }
-        let mut whole = Whole::default();
-        for record in records {
-            whole.push(record)?;
-        }
-        let read = whole.all.len();
+        let [all, whole] = read(records)?;
+        let read = all.len();
         // Without noise every frame looks like a part of the one before.
-        let mut frames = if 2 * whole.frames.len() > read {
-            whole.frames
-        } else {
-            whole.all
-        };
+        let mut frames = if 2 * whole.len() > read { whole } else { all };
         let left_out = read - frames.len();
         frames.retain(|(time, _)| end.is_none_or(|end| *time <= end));
         if frames.len() < FRAMES_MIN {
@@ -98,58 +91,43 @@ impl Frames {
     }
 }
 
-#[derive(Default)]
-struct Whole {
-    finder: FaultFinder,
-    before: Option<[f64; PIXELS]>,
-    first: Option<u64>,
-    last: u64,
-    frames: Vec<(Duration, [f64; PIXELS])>,
-    all: Vec<(Duration, [f64; PIXELS])>,
-}
+type Timed = (Duration, [f64; PIXELS]);
 
-impl Whole {
-    fn push(&mut self, record: &Record) -> Result<(), CalibrateError> {
+/// All frames, since the first of them, their glitches mended; and those that are neither torn nor repeated.
+fn read(records: &[Record]) -> Result<[Vec<Timed>; 2], CalibrateError> {
+    let (mut all, mut whole) = (Vec::new(), Vec::new());
+    let (mut finder, mut before) = (FaultFinder::default(), None);
+    let (mut first, mut last) = (None, 0);
+    for record in records {
         let Some(raw) = record.reading.frame() else {
-            return Ok(());
+            continue;
         };
         let now = record.stamp.t_boot_ns;
-        let first = *self.first.get_or_insert(now);
-        if now < self.last {
+        if now < last {
             return Err(CalibrateError::TimeRunsBackwards { seq: record.seq });
         }
-        self.last = now;
-        let celsius = decoded(raw);
-        let (mended, standing) = self.finder.push(&celsius, self.before.as_ref());
-        self.before = Some(mended);
-        let frame = (Duration::from_nanos(now - first), mended);
-        self.all.push(frame);
+        last = now;
+        let (mended, standing) = finder.push(&decoded(raw), before.as_ref());
+        before = Some(mended);
+        let since = Duration::from_nanos(now - *first.get_or_insert(now));
+        all.push((since, mended));
         if matches!(standing, Standing::First | Standing::Own) {
-            self.frames.push(frame);
+            whole.push((since, mended));
         }
-        Ok(())
     }
+    Ok([all, whole])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use grideye_frame::{PixelWord, RawFrame, Reading, ThermistorWord};
-    use grideye_recording::{ClockState, Stamp};
+    use crate::frames::types::record;
 
     /// At 10 Hz, each frame a step warmer than the one before.
     fn warming(frames: u16) -> Vec<Record> {
-        let record = |index: u16| Record {
-            seq: u64::from(index),
-            stamp: Stamp {
-                t_boot_ns: 3_000_000_000 + u64::from(index) * 100_000_000,
-                t_utc_ns: 0,
-                clock: ClockState::Unsynced,
-            },
-            reading: Reading::Frame(RawFrame {
-                thermistor: ThermistorWord(400),
-                pixels: [PixelWord(80 + index); PIXELS],
-            }),
+        let record = |index: u16| {
+            let t_boot_ns = 3_000_000_000 + u64::from(index) * 100_000_000;
+            record(u64::from(index), t_boot_ns, [80 + index; PIXELS])
         };
         (0..frames).map(record).collect()
     }

@@ -27,7 +27,7 @@ mod solver;
 mod types;
 mod uncertainty;
 
-pub use calibration::{calibrate, calibrate_telling};
+pub use calibration::calibrate;
 pub use types::{
     CalibrateError, Calibration, Estimate, FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Options,
     Progress, STARTS_MAX,

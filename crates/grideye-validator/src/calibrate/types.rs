@@ -3,6 +3,7 @@
 use grideye_frame::PIXELS;
 use grideye_scene::SceneError;
 use grideye_scene::profile::Profile;
+use serde::Serialize;
 
 /// Frames that are looked at unless another number is asked for.
 pub const FRAMES_DEFAULT: usize = 200;
@@ -38,7 +39,7 @@ impl Default for Options {
 }
 
 /// One unknown, found.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Estimate {
@@ -47,9 +48,11 @@ pub struct Estimate {
     pub start: f64,
     pub value: f64,
     /// Its standard uncertainty; `None` if the recording does not tell it, or it lies at a bound.
+    #[serde(rename = "standard_uncertainty")]
     pub uncertainty: Option<f64>,
     /// Half the width of its 95 % interval; `None` likewise.
     pub half_width_95: Option<f64>,
+    #[serde(rename = "degrees_of_freedom")]
     pub freedom: f64,
     pub bounds: [f64; 2],
     pub at_bound: bool,

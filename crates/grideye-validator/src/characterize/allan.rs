@@ -135,19 +135,14 @@ const _: () = assert!(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand_chacha::ChaCha12Rng;
-    use rand_chacha::rand_core::SeedableRng;
-    use rand_distr::{Distribution, StandardNormal};
+    use crate::numbers::normal_draws;
 
     #[test]
     fn white_noise_falls_with_the_root_and_a_ramp_rises() {
-        let mut generator = ChaCha12Rng::seed_from_u64(5);
+        let mut noise = normal_draws(5);
         let mut allan = Allan::default();
         for place in 0..4096_u32 {
-            let frame: Pixels = std::array::from_fn(|_| {
-                let noise: f64 = StandardNormal.sample(&mut generator);
-                20.0 + 0.3 * noise
-            });
+            let frame: Pixels = std::array::from_fn(|_| 20.0 + 0.3 * noise());
             // A ramp of 0.001 a frame has an Allan deviation of 0.001 m / sqrt(2).
             allan.push(&frame, 0.001 * f64::from(place));
         }
@@ -166,14 +161,13 @@ mod tests {
     /// Steps of a quarter, and somebody of three degrees on eight pixels for half of the time, coming and going.
     #[test]
     fn who_comes_and_goes_hardly_widens_the_quartiles() {
-        let mut generator = ChaCha12Rng::seed_from_u64(6);
+        let mut noise = normal_draws(6);
         let mut allan = Allan::default();
         for place in 0..8192_u32 {
             let warm = if place / 24 % 2 == 0 { 3.0 } else { 0.0 };
             let frame: Pixels = std::array::from_fn(|pixel| {
-                let noise: f64 = StandardNormal.sample(&mut generator);
                 let person = if pixel < 8 { warm } else { 0.0 };
-                ((20.0 + person + 0.3 * noise) * 4.0).round() / 4.0
+                ((20.0 + person + 0.3 * noise()) * 4.0).round() / 4.0
             });
             allan.push(&frame, 0.0);
         }

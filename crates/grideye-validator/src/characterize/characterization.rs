@@ -2,7 +2,7 @@
 
 use crate::characterize::allan::AllanPoint;
 use crate::characterize::common_mode::CommonMode;
-use crate::characterize::histogram::{DIFFERENCE_BIN_C, FRAMES_MIN, Histogram};
+use crate::characterize::histogram::{FRAMES_MIN, PixelHistograms};
 use crate::characterize::presence::Presence;
 use crate::characterize::segment::{Pattern, Segments};
 use crate::characterize::thermistor::{StepFinder, Steps, Thermistor, ThermistorSums};
@@ -186,7 +186,7 @@ pub fn characterize(
 }
 
 /// The same, record by record. Needs about 2 MB, however long the recording is.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Characterizer {
     last_seq: Option<u64>,
     /// The frame just before, if no other was between.
@@ -198,35 +198,17 @@ pub struct Characterizer {
     times: Times,
     steps: StepFinder,
     faults: FaultFinder,
-    noise: Vec<Histogram>,
+    /// Of what each pixel did beside what all did together.
+    noise: PixelHistograms,
     segments: Segments,
     thermistor: ThermistorSums,
-}
-
-impl Default for Characterizer {
-    fn default() -> Self {
-        Self::new()
-    }
 }
 
 impl Characterizer {
     /// One that has seen nothing.
     #[must_use]
     pub fn new() -> Self {
-        Self {
-            last_seq: None,
-            before: None,
-            frames: 0,
-            missing: BTreeMap::new(),
-            skipped: 0,
-            gaps: 0,
-            times: Times::default(),
-            steps: StepFinder::default(),
-            faults: FaultFinder::default(),
-            noise: vec![Histogram::new(DIFFERENCE_BIN_C); PIXELS],
-            segments: Segments::default(),
-            thermistor: ThermistorSums::default(),
-        }
+        Self::default()
     }
 
     /// Takes the next record.
@@ -251,13 +233,15 @@ impl Characterizer {
         }
         self.frames += 1;
         let frame = amg8833::word::frame(raw);
-        self.steps.push(&frame);
+        self.steps.push(raw);
         self.thermistor
             .push(&frame, record.stamp.t_boot_ns, self.before.is_some());
         let pixels = frame.pixels.map(|pixel| f64::from(pixel.get()));
         let (pixels, standing) = self.faults.push(&pixels, self.before.as_ref());
         if let (Some(before), Standing::Own) = (&self.before, standing) {
-            push_differences(&mut self.noise, before, &pixels);
+            let difference: Pixels = std::array::from_fn(|pixel| pixels[pixel] - before[pixel]);
+            let together = middle_mean(&difference);
+            self.noise.push(&difference.map(|own| own - together));
         }
         if standing != Standing::Duplicate {
             self.segments.push(&pixels);
@@ -322,17 +306,8 @@ impl Characterizer {
     }
 }
 
-/// What each pixel did beside what all did together.
-fn push_differences(noise: &mut [Histogram], before: &Pixels, after: &Pixels) {
-    let difference: Pixels = std::array::from_fn(|pixel| after[pixel] - before[pixel]);
-    let together = middle_mean(&difference);
-    for (histogram, difference) in noise.iter_mut().zip(difference) {
-        histogram.push(difference - together);
-    }
-}
-
 /// The noise of one frame from that of differences of two, less the share that leaves with the common mode.
-fn noise_map(noise: &[Histogram]) -> Pixels {
+fn noise_map(PixelHistograms(noise): &PixelHistograms) -> Pixels {
     let of_pixels = count(PIXELS);
     let scale = (of_pixels / (of_pixels - 1.0) / 2.0).sqrt();
     std::array::from_fn(|pixel| noise[pixel].gaussian_sigma().unwrap_or(0.0) * scale)

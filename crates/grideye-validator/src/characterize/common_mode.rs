@@ -313,24 +313,20 @@ fn exponent(octave: u32) -> i32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numbers::assert_near;
-    use rand_chacha::ChaCha12Rng;
-    use rand_chacha::rand_core::SeedableRng;
-    use rand_distr::{Distribution, StandardNormal};
+    use crate::numbers::{assert_near, normal_draws};
 
     /// The common mode of a sensor whose cycle is `frames` recorded frames, with noise of 0.05 °C.
     fn found_cycle(frames: f64, depth_c: f64, segments: u32) -> Option<Cycle> {
-        let mut generator = ChaCha12Rng::seed_from_u64(3);
+        let mut noise = normal_draws(3);
         let mut finder = CycleFinder::default();
         let mut place = 0.0_f64;
         for _ in 0..segments {
             let levels: Vec<f64> = (0..SEGMENT_FRAMES)
                 .map(|_| {
                     place += 1.0;
-                    let noise: f64 = StandardNormal.sample(&mut generator);
                     // A hundredth beyond the frame, so that rounding cannot make two of five cold.
                     let cold = ((place + 0.01) / frames).fract() < 0.2;
-                    0.05 * noise + 0.002 * place - if cold { depth_c } else { 0.0 }
+                    0.05 * noise() + 0.002 * place - if cold { depth_c } else { 0.0 }
                 })
                 .collect();
             finder.push(&levels);

@@ -1,6 +1,8 @@
 //! Counts of values in equal bins, with quantiles and a Gaussian's width that outliers do not move.
 
+use crate::frames::types::Pixels;
 use crate::numbers::long_count;
+use grideye_frame::PIXELS;
 
 /// Bins on either side of zero.
 const BINS_A_SIDE: usize = 512;
@@ -152,6 +154,24 @@ impl Histogram {
     }
 }
 
+/// A histogram of each pixel.
+#[derive(Debug)]
+pub(crate) struct PixelHistograms(pub(crate) Vec<Histogram>);
+
+impl Default for PixelHistograms {
+    fn default() -> Self {
+        Self(vec![Histogram::default(); PIXELS])
+    }
+}
+
+impl PixelHistograms {
+    pub(crate) fn push(&mut self, values: &Pixels) {
+        for (histogram, value) in self.0.iter_mut().zip(values) {
+            histogram.push(*value);
+        }
+    }
+}
+
 /// The fewest frames from which anything is said.
 pub const FRAMES_MIN: u64 = 50;
 /// Bins of the histograms of differences are this wide, °C: fine against the sensor's step of 0.25.
@@ -162,17 +182,13 @@ pub(crate) const SEGMENT_FRAMES: usize = 100;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numbers::assert_near;
-    use rand_chacha::ChaCha12Rng;
-    use rand_chacha::rand_core::SeedableRng;
-    use rand_distr::{Distribution, Normal};
+    use crate::numbers::{assert_near, normal_draws};
 
     fn filled(sigma: f64, step: Option<f64>, intruders: u32) -> Histogram {
-        let mut generator = ChaCha12Rng::seed_from_u64(1);
-        let normal = Normal::new(0.0, sigma).unwrap();
+        let mut noise = normal_draws(1);
         let mut histogram = Histogram::new(1.0 / 64.0);
         for _ in 0..20_000 {
-            let value: f64 = normal.sample(&mut generator);
+            let value = sigma * noise();
             histogram.push(step.map_or(value, |step| (value / step).round() * step));
         }
         for intruder in 0..intruders {

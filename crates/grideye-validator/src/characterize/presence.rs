@@ -4,7 +4,7 @@
 //! or more, noise by six of its deviations once in a hundred days, a room's drift by less than [`Thresholds::unclaimed_min_c`].
 //! Who keeps still is no different from a heater: what stays warm beyond the pattern of units is taken for neither.
 
-use crate::characterize::histogram::{DIFFERENCE_BIN_C, Histogram};
+use crate::characterize::histogram::Histogram;
 use crate::frames::types::{Pixels, middle_mean, two_by_two};
 use crate::metrics::gain::WarmLimits;
 use crate::metrics::unclaimed::RoomDifference;
@@ -53,7 +53,7 @@ pub(crate) struct PresenceFinder {
 impl Default for PresenceFinder {
     fn default() -> Self {
         Self {
-            squares: vec![Histogram::new(DIFFERENCE_BIN_C); (ROWS - 1) * (COLUMNS - 1)],
+            squares: vec![Histogram::default(); (ROWS - 1) * (COLUMNS - 1)],
             sums: [0.0; PIXELS],
             means: 0,
         }

@@ -2,7 +2,7 @@
 
 use crate::characterize::allan::{Allan, AllanPoint};
 use crate::characterize::common_mode::{CommonMode, CycleFinder, flicker};
-use crate::characterize::histogram::{DIFFERENCE_BIN_C, Histogram, SEGMENT_FRAMES};
+use crate::characterize::histogram::{PixelHistograms, SEGMENT_FRAMES};
 use crate::characterize::presence::{Presence, PresenceFinder};
 use crate::characterize::timing::Timing;
 use crate::frames::faults::Faults;
@@ -142,30 +142,23 @@ fn level(frame: &Pixels, reference: &Pixels) -> f64 {
 }
 
 /// What each pixel mostly is beside the others, segment by segment.
-#[derive(Debug)]
-pub(crate) struct PatternFinder(Vec<Histogram>);
-
-impl Default for PatternFinder {
-    fn default() -> Self {
-        Self(vec![Histogram::new(DIFFERENCE_BIN_C); PIXELS])
-    }
-}
+#[derive(Debug, Default)]
+pub(crate) struct PatternFinder(PixelHistograms);
 
 impl PatternFinder {
     pub(crate) fn push(&mut self, base: &Pixels) {
         let middle = median(base).unwrap_or_default();
-        for (histogram, level) in self.0.iter_mut().zip(base) {
-            histogram.push(level - middle);
-        }
+        self.0.push(&base.map(|level| level - middle));
     }
 
     /// The middle of all segments, in which someone who sits in some of them does not show.
     pub(crate) fn finish(self, mean_c: Pixels) -> Option<Pattern> {
-        if self.0.first().is_none_or(|pixel| pixel.total == 0) {
+        let PixelHistograms(pixels) = self.0;
+        if pixels.first().is_none_or(|pixel| pixel.total == 0) {
             return None;
         }
         let levels: Pixels =
-            std::array::from_fn(|pixel| self.0[pixel].quantile(0.5).unwrap_or(0.0));
+            std::array::from_fn(|pixel| pixels[pixel].quantile(0.5).unwrap_or(0.0));
         let surface_c = smooth(&levels);
         let offset_c: Pixels = std::array::from_fn(|pixel| levels[pixel] - surface_c[pixel]);
         let squares: f64 = offset_c.iter().map(|offset| offset * offset).sum();

@@ -1,9 +1,9 @@
 //! The chip's thermometer beside its pixels, and the steps in which temperatures come.
 
 use crate::characterize::histogram::Histogram;
-use crate::numbers::{RunningVariance, greatest_common_divisor, long_count, median};
-use amg8833::word::{PIXEL_STEP, THERMISTOR_STEP};
-use grideye_frame::Frame;
+use crate::numbers::{CommonStep, RunningVariance, long_count, median};
+use amg8833::word::{PIXEL_STEP, THERMISTOR_STEP, pixel_steps, thermistor_steps};
+use grideye_frame::{Celsius, Frame, RawFrame};
 use serde::Serialize;
 
 /// The chip's thermometer.
@@ -90,47 +90,26 @@ pub struct Steps {
 /// Collects the greatest common divisors of the differences to the first value.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct StepFinder {
-    pixel: Divisor,
-    thermistor: Divisor,
+    pixel: CommonStep,
+    thermistor: CommonStep,
 }
 
 impl StepFinder {
-    pub(crate) fn push(&mut self, frame: &Frame) {
-        for pixel in frame.pixels {
-            self.pixel.push(pixel.get() / PIXEL_STEP.get());
+    pub(crate) fn push(&mut self, raw: &RawFrame) {
+        for word in raw.pixels {
+            self.pixel.push(pixel_steps(word));
         }
-        self.thermistor
-            .push(frame.thermistor.get() / THERMISTOR_STEP.get());
+        self.thermistor.push(thermistor_steps(raw.thermistor));
     }
 
     pub(crate) fn finish(self) -> Steps {
+        let celsius = |CommonStep { step, .. }, unit: Celsius| {
+            (step > 0).then(|| f64::from(step) * f64::from(unit.get()))
+        };
         Steps {
-            pixel_c: self.pixel.times(f64::from(PIXEL_STEP.get())),
-            thermistor_c: self.thermistor.times(f64::from(THERMISTOR_STEP.get())),
+            pixel_c: celsius(self.pixel, PIXEL_STEP),
+            thermistor_c: celsius(self.thermistor, THERMISTOR_STEP),
         }
-    }
-}
-
-#[derive(Debug, Clone, Copy, Default)]
-struct Divisor {
-    first: Option<i32>,
-    divisor: u32,
-}
-
-impl Divisor {
-    #[expect(
-        clippy::as_conversions,
-        clippy::cast_possible_truncation,
-        reason = "a decoded word is a whole number of its steps, of twelve bits"
-    )]
-    fn push(&mut self, steps: f32) {
-        let steps = steps as i32;
-        let first = *self.first.get_or_insert(steps);
-        self.divisor = greatest_common_divisor(self.divisor, steps.abs_diff(first));
-    }
-
-    fn times(self, step_c: f64) -> Option<f64> {
-        (self.divisor > 0).then(|| f64::from(self.divisor) * step_c)
     }
 }
 
@@ -138,7 +117,7 @@ impl Divisor {
 mod tests {
     use super::*;
     use crate::numbers::assert_near;
-    use grideye_frame::{Celsius, PIXELS};
+    use grideye_frame::{PIXELS, PixelWord, ThermistorWord};
 
     const SECOND_NS: u64 = 1_000_000_000;
 
@@ -201,10 +180,12 @@ mod tests {
     #[test]
     fn steps_are_what_all_values_have_in_common() {
         let mut finder = StepFinder::default();
-        for celsius in [20.25, 21.0, 19.5] {
-            let mut frame = Frame::uniform(Celsius::new(celsius));
-            frame.thermistor = Celsius::new(25.0);
-            finder.push(&frame);
+        // 20.25, 21 and 19.5 °C.
+        for word in [81, 84, 78] {
+            finder.push(&RawFrame {
+                thermistor: ThermistorWord(400),
+                pixels: [PixelWord(word); PIXELS],
+            });
         }
         let steps = finder.finish();
         assert_eq!(steps.pixel_c, Some(0.75));

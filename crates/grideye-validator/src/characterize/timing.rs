@@ -22,7 +22,7 @@ const NANOSECONDS_PER_SECOND: f64 = 1e9;
 const INTERVALS_MIN: u64 = 10;
 
 /// When frames came.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Timing {
     /// From the first frame to the last by the boot clock, seconds.
@@ -63,10 +63,8 @@ pub(crate) struct Times {
     bins: BTreeMap<i64, Bin>,
     intervals: u64,
     typical_s: f64,
-    longest_s: f64,
-    span_s: f64,
-    jumps: u64,
-    listed: Vec<Jump>,
+    /// Of the span, the longest interval and the jumps.
+    found: Timing,
 }
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -87,7 +85,7 @@ impl Times {
     pub(crate) fn push(&mut self, seq: u64, stamp: &Stamp, follows: bool) -> bool {
         let begin_ns = *self.first_ns.get_or_insert(stamp.t_boot_ns);
         let since_ns = i128::from(stamp.t_boot_ns) - i128::from(begin_ns);
-        self.span_s = self.span_s.max(seconds(since_ns));
+        self.found.span_s = self.found.span_s.max(seconds(since_ns));
         let Some(last) = self.last.replace(*stamp) else {
             return false;
         };
@@ -107,17 +105,14 @@ impl Times {
         let variance = (counted.squares_s2 / long_count(counted.count) - mean_s * mean_s).max(0.0);
         let some = counted.count > 0;
         Timing {
-            span_s: self.span_s,
             rate_hz: if some { 1.0 / mean_s } else { 0.0 },
             period_s,
             jitter_s: if some { variance.sqrt() } else { 0.0 },
             shortest_percent_s: self.quantile_s(0.01),
             longest_percent_s: self.quantile_s(0.99),
-            longest_s: self.longest_s,
             stalls: self.sum(|by_s| by_s > STALL_PERIODS * period_s).count,
             bursts: self.sum(|by_s| by_s < BURST_PERIODS * period_s).count,
-            jumps: self.jumps,
-            listed_jumps: self.listed,
+            ..self.found
         }
     }
 
@@ -131,10 +126,10 @@ impl Times {
         };
         let jumped = by_ns.abs() >= JUMP_MIN_NS;
         if jumped {
-            self.jumps += 1;
-            if self.listed.len() < JUMPS_LISTED_MAX {
+            self.found.jumps += 1;
+            if self.found.listed_jumps.len() < JUMPS_LISTED_MAX {
                 let by_s = seconds(by_ns);
-                self.listed.push(Jump { seq, by_s });
+                self.found.listed_jumps.push(Jump { seq, by_s });
             }
         }
         jumped
@@ -156,7 +151,7 @@ impl Times {
         bin.sum_s += interval_s;
         bin.squares_s2 += interval_s * interval_s;
         self.intervals += 1;
-        self.longest_s = self.longest_s.max(interval_s);
+        self.found.longest_s = self.found.longest_s.max(interval_s);
         // The middle interval changes little; looking for it each time would cost more than all the rest.
         if self.intervals.is_power_of_two() || self.intervals % 1024 == 0 {
             self.typical_s = self.quantile_s(0.5);

@@ -166,13 +166,7 @@ pub(crate) fn noise_fit(view: &ComparedFrames) -> ChiSquared {
         let claim = view.simulated.beside(index)?;
         chi_squared(&frame.celsius, &claim.steady, view.sigma_c)
     };
-    let mut sum = ChiSquared::default();
-    view.real
-        .iter()
-        .enumerate()
-        .filter_map(of)
-        .for_each(|chi| sum.add(chi));
-    sum
+    view.real.iter().enumerate().filter_map(of).sum()
 }
 
 pub(crate) fn maps(timeline: &[FrameScores]) -> PixelMaps {

@@ -17,7 +17,9 @@ pub(crate) fn blank(view: &ComparedFrames, pairs: &[(usize, usize)]) -> Sums {
     frames.dedup();
     let pairs: Vec<(usize, usize)> = frames.into_iter().map(|real| (real, 0)).collect();
     let mut sums = sums(view, &pairs, &side, (SHUFFLED_PAIRS_MAX, 1));
-    sums.set_gains(Some(0.0));
+    for measure in [Measure::Gain, Measure::GainWithOffset] {
+        sums.means.set(measure, Some(0.0));
+    }
     sums
 }
 

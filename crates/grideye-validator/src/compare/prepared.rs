@@ -56,10 +56,7 @@ pub(crate) struct ComparedFrames {
 
 /// Means over pairs, of the pairs for which a measure is defined.
 #[derive(Clone)]
-pub(crate) struct Means {
-    sums: Vec<f64>,
-    numbers: Vec<usize>,
-}
+pub(crate) struct Means(Vec<(f64, usize)>);
 
 pub(crate) struct Tally {
     counter: Counter,
@@ -169,10 +166,7 @@ impl FrameSet {
 
 impl Default for Means {
     fn default() -> Self {
-        Self {
-            sums: vec![0.0; Measure::ALL.len()],
-            numbers: vec![0; Measure::ALL.len()],
-        }
+        Self(vec![(0.0, 0); Measure::ALL.len()])
     }
 }
 
@@ -180,29 +174,29 @@ impl Means {
     pub(crate) fn add(&mut self, values: &[(Measure, Option<f64>)]) {
         for &(measure, value) in values {
             if let Some(value) = value {
-                self.sums[measure.place()] += value;
-                self.numbers[measure.place()] += 1;
+                let (sum, number) = &mut self.0[measure.place()];
+                *sum += value;
+                *number += 1;
             }
         }
     }
 
     pub(crate) fn merge(&mut self, other: &Self) {
-        for place in 0..self.sums.len() {
-            self.sums[place] += other.sums[place];
-            self.numbers[place] += other.numbers[place];
+        for ((sum, number), (more, further)) in self.0.iter_mut().zip(&other.0) {
+            *sum += more;
+            *number += further;
         }
     }
 
     pub(crate) fn set(&mut self, measure: Measure, value: Option<f64>) {
         if let Some(value) = value {
-            self.sums[measure.place()] = value;
-            self.numbers[measure.place()] = 1;
+            self.0[measure.place()] = (value, 1);
         }
     }
 
     pub(crate) fn get(&self, measure: Measure) -> Option<f64> {
-        let number = self.numbers[measure.place()];
-        (number > 0).then(|| self.sums[measure.place()] / count(number))
+        let (sum, number) = self.0[measure.place()];
+        (number > 0).then(|| sum / count(number))
     }
 }
 
@@ -432,5 +426,12 @@ mod tests {
         let frame = |claim: f64| preparation.simulated(&[20.0, 21.0, 22.0], &[claim; 3], None);
         let side = FrameSet::new(vec![frame(1.0), frame(1.0), frame(2.0), frame(1.0)]);
         assert_eq!(side.claims, [0, 0, 2, 3]);
+    }
+
+    #[test]
+    fn every_measure_knows_its_place() {
+        for (index, measure) in Measure::ALL.iter().enumerate() {
+            assert_eq!(measure.place(), index);
+        }
     }
 }

@@ -8,9 +8,9 @@ use crate::compare::prepared::{ComparedFrames, FrameSet, Preparation, pairs, thi
 use crate::compare::settings::{
     FILM_FRAMES_MAX, PLACED_PAIRS_MAX, Settings, check_frames, check_settings,
 };
-use crate::compare::sums::{Repeat, Sums, sums};
+use crate::compare::sums::{Sums, sums};
 use crate::error::ValidatorError;
-use crate::expected::claim::{Claim, Recorded, Sides, Statistics};
+use crate::expected::claim::{Claim, Sides, Statistics};
 use crate::expected::units::{Expected, UnitSpecification};
 use crate::frames::{Protocol, RealFrame, Shape, SimulatedFrame};
 use crate::metrics;
@@ -55,7 +55,7 @@ pub(crate) fn compare_with_prior(
     };
     let view = ComparedFrames::new(preparation, real, simulated, settings, sigma_c);
     let pairs = pairs(settings.protocol, real.len(), simulated.len());
-    let repeat = Repeat::new(&view, real, noise_sigma_c);
+    let repeat = noise_sigma_c.map(|sigma_c| Sums::of_repeat(&view, real, sigma_c));
     let threads = settings.threads;
     let found = sums(&view, &pairs, &view.simulated, (PLACED_PAIRS_MAX, threads));
     let blank = blank(&view, &pairs);
@@ -82,7 +82,7 @@ pub(crate) fn compare_with_prior(
         nobody: nobody(&view, &pairs, simulated, prior),
         above_room: prior.has_people.then(foreground),
         pattern_c: mean_square(&pattern_c(settings, prior, view.pixels())).sqrt(),
-        pattern_from: prior.pattern_from,
+        pattern_from: prior.pattern.from,
         level_max_c: prior.level_c.unwrap_or(settings.thresholds.offset_max_c),
         evaluation: EvaluationGraph {
             thresholds_c: metrics::thresholds_c().to_vec(),
@@ -134,22 +134,22 @@ fn noise_sigma(real: &[RealFrame]) -> Option<f64> {
 
 fn warm_pixels(view: &ComparedFrames, gain: &GainSums) -> WarmPixels {
     let frames = view.real.iter().map(|frame| frame.celsius.as_slice());
-    let claims = view
-        .simulated
-        .frames
-        .iter()
-        .map(|frame| frame.steady.as_slice());
+    let claims = view.simulated.frames.iter();
+    let claims = claims.map(|frame| frame.steady.as_slice());
     let above_c = view.preparation.warm_above_c;
-    let (real, simulated) = (view.real.len(), view.simulated.frames.len());
     WarmPixels {
-        real: warm_of_themselves(frames, above_c) / count(real),
-        claimed: warm_of_themselves(claims, above_c) / count(simulated),
+        real: warm_of_themselves(frames, above_c),
+        claimed: warm_of_themselves(claims, above_c),
         overlap: (gain.pixels > 0).then(|| count(gain.both) / count(gain.pixels)),
     }
 }
 
-/// Warm pixels above the frame's own median: whether a recording is empty must not depend on what the scene claims.
-fn warm_of_themselves<'a>(frames: impl Iterator<Item = &'a [f64]>, warm_above_c: f64) -> f64 {
+/// Warm pixels a frame above its own median: whether a recording is empty must not depend on what the scene claims.
+fn warm_of_themselves<'a>(
+    frames: impl ExactSizeIterator<Item = &'a [f64]>,
+    warm_above_c: f64,
+) -> f64 {
+    let number = count(frames.len());
     let warm = |frame: &[f64]| {
         let background = median(frame).unwrap_or(0.0);
         frame
@@ -157,7 +157,7 @@ fn warm_of_themselves<'a>(frames: impl Iterator<Item = &'a [f64]>, warm_above_c:
             .filter(|&&value| value - background > warm_above_c)
             .count()
     };
-    count(frames.map(warm).sum())
+    count(frames.map(warm).sum()) / number
 }
 
 /// What the scene scores without its people, under the noise of the simulated frames.
@@ -171,12 +171,7 @@ fn nobody(
         return None;
     }
     let frame = |(simulated, nobody): (&SimulatedFrame, &Vec<f64>)| {
-        let noise = simulated.celsius.iter().zip(&simulated.noise_free);
-        let noisy: Vec<f64> = nobody
-            .iter()
-            .zip(noise)
-            .map(|(empty, (noisy, clean))| empty + noisy - clean)
-            .collect();
+        let noisy = simulated.under_noise(nobody);
         view.preparation.simulated(&noisy, nobody, None)
     };
     let side = FrameSet::new(simulated.iter().zip(&prior.nobody).map(frame).collect());
@@ -193,7 +188,7 @@ fn scores(
     view: &ComparedFrames,
     pairs: &[(usize, usize)],
     [found, blank]: [&Sums; 2],
-    repeat: Option<&Repeat>,
+    repeat: Option<&Sums>,
     settings: &Settings,
 ) -> Scores {
     let shuffled = shuffled(view, pairs, settings);
@@ -240,7 +235,7 @@ const DRAWN_STATIC_MAX: usize = 10;
 /// Standard deviation of what is not known of a unit's pattern, row by row, °C.
 pub(crate) fn pattern_c(settings: &Settings, prior: &Prior, pixels: usize) -> Vec<f64> {
     let any = || vec![settings.thresholds.pattern_spread_c; pixels];
-    prior.pattern_c.clone().unwrap_or_else(any)
+    prior.pattern.left_c.clone().unwrap_or_else(any)
 }
 
 impl Bootstrap {
@@ -279,7 +274,7 @@ impl Bootstrap {
             ambient_c: settings.ambient_c,
             is_static,
             columns: view.preparation.shape.columns,
-            pattern: &prior.pattern_added_c,
+            pattern: &prior.pattern.added_c,
             still_weight: if pattern > 0.0 {
                 noise / (noise + count(chosen.len()) * pattern)
             } else {
@@ -290,10 +285,7 @@ impl Bootstrap {
             .iter()
             .map(|&index| real[index].celsius.clone())
             .collect();
-        let found = claim.of_all(Recorded {
-            frames: &frames,
-            room: prior.room.celsius.as_deref(),
-        });
+        let found = claim.of_all(&frames, prior.room.celsius.as_deref());
         Self {
             expected: Expected::new(&claim, &unit),
             times: chosen.iter().map(|&index| real[index].time).collect(),

@@ -5,6 +5,7 @@ use crate::frames::{Protocol, RealFrame, Shape, SimulatedFrame};
 use crate::metrics::Binning;
 use crate::numbers::count;
 use crate::thresholds::Thresholds;
+use serde::Serialize;
 
 /// Most frames a side that are compared at once.
 pub const FRAMES_MAX: usize = 1_000;
@@ -22,9 +23,10 @@ pub const THREADS_MAX: usize = 64;
 pub const FILM_FRAMES_MAX: usize = 6;
 
 /// How to compare.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Settings {
+    #[serde(skip)]
     pub protocol: Protocol,
     /// Ambient temperature of the scene in degrees: the blank frame is of this temperature.
     pub ambient_c: f64,
@@ -43,6 +45,7 @@ pub struct Settings {
     /// Seed of those orders and of the images of noise.
     pub seed: u64,
     /// Threads that count pairs of frames, 1 to [`THREADS_MAX`]; the result is the same with any number.
+    #[serde(skip)]
     pub threads: usize,
     pub thresholds: Thresholds,
 }

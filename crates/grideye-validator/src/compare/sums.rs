@@ -15,11 +15,6 @@ pub(crate) struct Sums {
     pub(crate) pairs: usize,
 }
 
-pub(crate) struct Repeat {
-    pub(crate) means: Means,
-    pub(crate) graph: Graph,
-}
-
 /// Pairs counted in one go; goes are added in their order, so that the number of threads does not matter.
 const PAIRS_AT_ONCE: usize = 4_096;
 
@@ -47,12 +42,6 @@ pub(crate) fn sums(
 }
 
 impl Sums {
-    pub(crate) fn set_gains(&mut self, gain: Option<f64>) {
-        for measure in [Measure::Gain, Measure::GainWithOffset] {
-            self.means.set(measure, gain);
-        }
-    }
-
     fn of(view: &ComparedFrames, pairs: &[(usize, usize)], side: &FrameSet) -> Self {
         let mut tally = Tally::new();
         let mut sums = Self {
@@ -75,6 +64,35 @@ impl Sums {
         self.graph.merge(&part.graph);
         self.offsets.extend(part.offsets);
         self.pairs += part.pairs;
+    }
+
+    /// The repeat of each real frame in the simulation's place, as far as there are any.
+    pub(crate) fn of_repeat(view: &ComparedFrames, real: &[RealFrame], sigma_c: f64) -> Self {
+        let (mut means, mut gain, mut tally) =
+            (Means::default(), GainSums::default(), Tally::new());
+        for (index, frame) in real.iter().enumerate() {
+            let Some(later) = frame.later.as_deref() else {
+                continue;
+            };
+            let (now, later) = (&view.real[index], view.preparation.real(later, later));
+            means.add(&tally.plain(now, &later));
+            let beside = view.simulated.beside(index).unwrap_or(&later);
+            let placed = view.placed(now, &later, beside);
+            means.add(&placed.map(|(measure, value)| match measure {
+                Measure::ContrastSlope => (measure, view.slope_over_repeat(now, &later)),
+                _ => (measure, value),
+            }));
+            view.add_repeat_to_gain(&mut gain, index, &later);
+        }
+        for (measure, gain) in gain.without_noise(sigma_c).gains() {
+            means.set(measure, gain);
+        }
+        count_noise_once(&mut means, sigma_c);
+        Self {
+            means,
+            graph: tally.graph,
+            ..Self::default()
+        }
     }
 }
 
@@ -100,40 +118,6 @@ pub(crate) fn in_threads<T: Sync, R: Send>(
             .flat_map(|(share, thread)| thread.join().unwrap_or_else(|_| count_all(share)))
             .collect()
     })
-}
-
-impl Repeat {
-    pub(crate) fn new(
-        view: &ComparedFrames,
-        real: &[RealFrame],
-        sigma_c: Option<f64>,
-    ) -> Option<Self> {
-        let sigma_c = sigma_c?;
-        let (mut means, mut gain, mut tally) =
-            (Means::default(), GainSums::default(), Tally::new());
-        for (index, frame) in real.iter().enumerate() {
-            let Some(later) = frame.later.as_deref() else {
-                continue;
-            };
-            let (now, later) = (&view.real[index], view.preparation.real(later, later));
-            means.add(&tally.plain(now, &later));
-            let beside = view.simulated.beside(index).unwrap_or(&later);
-            let placed = view.placed(now, &later, beside);
-            means.add(&placed.map(|(measure, value)| match measure {
-                Measure::ContrastSlope => (measure, view.slope_over_repeat(now, &later)),
-                _ => (measure, value),
-            }));
-            view.add_repeat_to_gain(&mut gain, index, &later);
-        }
-        for (measure, gain) in gain.without_noise(sigma_c).gains() {
-            means.set(measure, gain);
-        }
-        count_noise_once(&mut means, sigma_c);
-        Some(Self {
-            means,
-            graph: tally.graph,
-        })
-    }
 }
 
 /// The repeat holds the noise twice, a prediction without noise would meet it once only.

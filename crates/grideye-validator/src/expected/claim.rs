@@ -63,36 +63,13 @@ pub(crate) struct Sides<'a> {
     pub(crate) still_weight: f64,
 }
 
-#[derive(Clone, Copy)]
-pub(crate) struct Recorded<'a> {
-    pub(crate) frames: &'a [Vec<f64>],
-    /// What the recording shows of the empty room, if that was learned.
-    pub(crate) room: Option<&'a [f64]>,
-}
-
 impl Claim {
     pub(crate) fn new(sides: Sides<'_>) -> Self {
-        let claims: Vec<&[f64]> = sides
-            .simulated
-            .iter()
-            .map(|frame| frame.noise_free.as_slice())
-            .collect();
-        let people = sides
-            .simulated
-            .iter()
-            .map(|frame| (frame.noise_free.clone(), frame.celsius.clone()));
-        let nobody = sides
-            .simulated
-            .iter()
-            .zip(&sides.nobody)
-            .map(|(frame, empty)| {
-                let noise = frame.celsius.iter().zip(&frame.noise_free);
-                let noisy = empty
-                    .iter()
-                    .zip(noise)
-                    .map(|(empty, (noisy, clean))| empty + noisy - clean);
-                (empty.to_vec(), noisy.collect())
-            });
+        let simulated = || sides.simulated.iter();
+        let claims: Vec<&[f64]> = simulated().map(|frame| &frame.noise_free[..]).collect();
+        let people = simulated().map(|frame| (frame.noise_free.clone(), frame.celsius.clone()));
+        let nobody = sides.simulated.iter().zip(&sides.nobody);
+        let nobody = nobody.map(|(frame, empty)| (empty.to_vec(), frame.under_noise(empty)));
         Self {
             people: shown(people),
             nobody: shown(nobody),
@@ -130,33 +107,32 @@ impl Claim {
         self.turns.as_ref().map_or(&[], |turns| &turns.alike)
     }
 
-    pub(crate) fn of_all(&self, recorded: Recorded<'_>) -> Statistics {
-        let claims: Vec<&[f64]> = (0..recorded.frames.len())
-            .map(|index| self.claimed(index))
-            .collect();
+    /// Of recorded frames, and of what the recording shows of the empty room, if that was learned.
+    pub(crate) fn of_all(&self, frames: &[Vec<f64>], room: Option<&[f64]>) -> Statistics {
+        let claims: Vec<&[f64]> = (0..frames.len()).map(|index| self.claimed(index)).collect();
         let turns = self.turns.as_ref();
         Statistics {
-            correlation: self.correlation(recorded.frames),
-            unclaimed: self.places.of(recorded.frames, &claims),
-            upright: turns.map_or_else(Vec::new, |turns| turns.of(recorded.frames)),
-            ..self.of_people(recorded)
+            correlation: self.correlation(frames),
+            unclaimed: self.places.of(frames, &claims),
+            upright: turns.map_or_else(Vec::new, |turns| turns.of(frames)),
+            ..self.of_people(frames, room)
         }
     }
 
-    pub(crate) fn of_image(&self, recorded: Recorded<'_>) -> Statistics {
+    pub(crate) fn of_image(&self, frames: &[Vec<f64>]) -> Statistics {
         Statistics {
-            correlation: self.correlation(recorded.frames),
-            gain: self.gain(recorded.frames, &self.people),
+            correlation: self.correlation(frames),
+            gain: self.gain(frames, &self.people),
             ..Statistics::default()
         }
     }
 
-    pub(crate) fn of_people(&self, recorded: Recorded<'_>) -> Statistics {
-        let gain = self.gain(recorded.frames, &self.people);
-        let without = self.gain(recorded.frames, &self.nobody);
+    pub(crate) fn of_people(&self, frames: &[Vec<f64>], room: Option<&[f64]>) -> Statistics {
+        let gain = self.gain(frames, &self.people);
+        let without = self.gain(frames, &self.nobody);
         Statistics {
             gain,
-            above_room: self.above_room(recorded),
+            above_room: self.above_room(frames, room),
             over_nobody: gain
                 .filter(|_| self.knows_nobody())
                 .map(|gain| gain - without.unwrap_or(0.0)),
@@ -195,11 +171,11 @@ impl Claim {
         union.gains()[0].1
     }
 
-    fn above_room(&self, recorded: Recorded<'_>) -> Option<f64> {
+    fn above_room(&self, frames: &[Vec<f64>], room: Option<&[f64]>) -> Option<f64> {
         let mut products = CenteredProducts::default();
         let claims = self.people.iter().zip(&self.nobody);
-        for (frame, (claim, nobody)) in recorded.frames.iter().zip(claims) {
-            let room = recorded.room.unwrap_or(&nobody.claim);
+        for (frame, (claim, nobody)) in frames.iter().zip(claims) {
+            let room = room.unwrap_or(&nobody.claim);
             products.add(frame, room, &claim.claim, &nobody.claim);
         }
         products.correlation()

@@ -1,11 +1,12 @@
 //! The units that are drawn, and how what they score is spread.
 
 use crate::align::Orientation;
-use crate::expected::claim::{Claim, Recorded, Statistics};
+use crate::expected::claim::{Claim, Statistics};
 use crate::numbers::{count, mean_and_deviation, normal_quantile};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use serde::Serialize;
 
 /// Units that are drawn.
 pub const DRAWS: usize = 100;
@@ -26,11 +27,11 @@ pub(crate) struct UnitSpecification {
 #[derive(Debug, Clone)]
 pub(crate) struct Expected {
     /// Where the claim is right.
-    right: Vec<Statistics>,
+    pub(crate) right: Vec<Statistics>,
     /// Where its people are not there.
-    nobody: Vec<Statistics>,
+    pub(crate) nobody: Vec<Statistics>,
     /// Where nothing is there.
-    blank: Vec<Statistics>,
+    pub(crate) blank: Vec<Statistics>,
 }
 
 pub(crate) type Pick = fn(&Statistics) -> Option<f64>;
@@ -50,37 +51,16 @@ impl Expected {
         for _ in 0..DRAWS {
             let drawn = unit.draw(&mut random, claim);
             let room = drawn.learned.as_deref();
-            let right = drawn.recorded(unit.step_c, &scene);
-            expected.right.push(claim.of_all(Recorded {
-                frames: &right,
-                room,
-            }));
+            let recorded = |shown: &[&[f64]]| drawn.recorded(unit.step_c, shown);
+            expected.right.push(claim.of_all(&recorded(&scene), room));
             if claim.knows_nobody() {
-                let nobody = drawn.recorded(unit.step_c, &empty);
-                expected.nobody.push(claim.of_people(Recorded {
-                    frames: &nobody,
-                    room,
-                }));
+                expected
+                    .nobody
+                    .push(claim.of_people(&recorded(&empty), room));
             }
-            let blank = drawn.recorded(unit.step_c, &nothing);
-            expected.blank.push(claim.of_image(Recorded {
-                frames: &blank,
-                room,
-            }));
+            expected.blank.push(claim.of_image(&recorded(&nothing)));
         }
         expected
-    }
-
-    pub(crate) fn right(&self, scale: Scale, pick: Pick) -> Option<ScoreDistribution> {
-        ScoreDistribution::of(scale, self.right.iter().map(pick))
-    }
-
-    pub(crate) fn nobody(&self, scale: Scale, pick: Pick) -> Option<ScoreDistribution> {
-        ScoreDistribution::of(scale, self.nobody.iter().map(pick))
-    }
-
-    pub(crate) fn blank(&self, scale: Scale, pick: Pick) -> Option<ScoreDistribution> {
-        ScoreDistribution::of(scale, self.blank.iter().map(pick))
     }
 
     /// By how much recordings of the claim are more like it upright than in that orientation.
@@ -150,27 +130,17 @@ impl Drawn {
     }
 }
 
-#[cfg(test)]
-impl Expected {
-    /// What is known already of drawn units: where the claim is right, where its people are not there, where nothing is.
-    pub(crate) fn known([right, nobody, blank]: [Vec<Statistics>; 3]) -> Self {
-        Self {
-            right,
-            nobody,
-            blank,
-        }
-    }
-}
-
 /// How a score is spread over drawn units.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ScoreDistribution {
     /// Mean.
     pub mean: f64,
     /// Standard deviation, not below zero.
     pub sd: f64,
+    #[serde(skip)]
     scale: Scale,
     /// Mean and standard deviation on that scale.
+    #[serde(skip)]
     on_scale: (f64, f64),
 }
 

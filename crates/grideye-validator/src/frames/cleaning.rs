@@ -137,7 +137,7 @@ fn standings(frames: &[Read]) -> Vec<Option<LeftOut>> {
         before = Some(frame);
     }
     let faults = finder.finish();
-    let own = faults.compared - faults.torn - faults.duplicates;
+    let own = faults.own();
     // Of a sensor without noise every frame looks like the one before; and where a few only are a sensor's own, chance
     // cannot be known.
     let known = own > 0 && faults.torn_by_chance <= BY_CHANCE_MAX && own * 20 > faults.compared;
@@ -180,26 +180,16 @@ fn bursts(frames: &[Read]) -> Vec<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use grideye_frame::{PixelWord, RawFrame, Reading, ThermistorWord};
-    use grideye_recording::{ClockState, Stamp};
+    use crate::frames::types;
 
     /// A frame of a sensor with noise, so that none repeats the one before.
     fn record(seq: u64, seed: u64) -> Record {
-        let word = |pixel: u64| 80 + (seed * 7919 + pixel * 104_729 + seed * pixel * 31) % 97 % 5;
-        Record {
-            seq,
-            stamp: Stamp {
-                t_boot_ns: seq * 100_000_000,
-                t_utc_ns: 0,
-                clock: ClockState::Synced,
-            },
-            reading: Reading::Frame(RawFrame {
-                thermistor: ThermistorWord(400),
-                pixels: std::array::from_fn(|pixel| {
-                    PixelWord(u16::try_from(word(u64::try_from(pixel).unwrap())).unwrap())
-                }),
-            }),
-        }
+        let pixels = std::array::from_fn(|pixel| {
+            let pixel = u64::try_from(pixel).unwrap();
+            let step = (seed * 7919 + pixel * 104_729 + seed * pixel * 31) % 97 % 5;
+            80 + u16::try_from(step).unwrap()
+        });
+        types::record(seq, seq * 100_000_000, pixels)
     }
 
     /// Runs of a thinned recording, 31,000 rows apart.

@@ -1,7 +1,7 @@
 //! The slow drift that all pixels share, from the pixels without a person.
 
 use crate::frames::types::Pixels;
-use crate::numbers::{common_offset, evenly, interpolated, median, windowed_mean};
+use crate::numbers::{common_offset, evenly, extremes, interpolated, median, windowed_mean};
 
 /// The drift is the mean over this long, seconds: shorter than drift takes, longer than a person stays in one place.
 const WINDOW_S: f64 = 20.0;
@@ -41,13 +41,9 @@ impl Drift {
 
     /// Largest less smallest, °C.
     pub(crate) fn range_c(&self) -> f64 {
-        let (low, high) = self
-            .knots
-            .iter()
-            .fold((0.0_f64, 0.0_f64), |(low, high), (_, by_c)| {
-                (low.min(*by_c), high.max(*by_c))
-            });
-        high - low
+        let all: Vec<f64> = self.knots.iter().map(|knot| knot.1).collect();
+        let (low, high) = extremes(&all);
+        (high - low).max(0.0)
     }
 }
 

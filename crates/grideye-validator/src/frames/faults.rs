@@ -13,7 +13,7 @@ const GLITCH_OFF_MIN_C: f64 = 4.0;
 const GLITCH_PIXELS_MAX: usize = 8;
 
 /// What went wrong between the sensor and the recording.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Faults {
     /// Frames that were compared with the one right before them.
     pub compared: u64,
@@ -44,6 +44,11 @@ impl Faults {
         self.share(self.duplicates)
     }
 
+    /// Frames that are neither torn nor duplicates.
+    pub(crate) const fn own(&self) -> u64 {
+        self.compared - self.torn - self.duplicates
+    }
+
     fn share(&self, count: u64) -> f64 {
         if self.compared == 0 {
             return 0.0;
@@ -66,15 +71,10 @@ pub(crate) enum Standing {
 
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct FaultFinder {
-    compared: u64,
-    torn: u64,
-    duplicates: u64,
+    found: Faults,
     duplicates_in_a_row: u64,
-    duplicates_in_a_row_max: u64,
     /// Pixels equal to the frame before, of the frames that are neither torn nor duplicates.
     equal_pixels: u64,
-    glitch_pixels: u64,
-    glitch_frames: u64,
 }
 
 impl FaultFinder {
@@ -85,18 +85,19 @@ impl FaultFinder {
             self.duplicates_in_a_row = 0;
             return (frame, Standing::First);
         };
-        self.compared += 1;
+        let found = &mut self.found;
+        found.compared += 1;
         let run = longest_equal_run(&frame, before);
         if run == PIXELS {
-            self.duplicates += 1;
+            found.duplicates += 1;
             self.duplicates_in_a_row += 1;
-            self.duplicates_in_a_row_max =
-                self.duplicates_in_a_row_max.max(self.duplicates_in_a_row);
+            let longest = &mut found.duplicates_in_a_row_max;
+            *longest = (*longest).max(self.duplicates_in_a_row);
             return (frame, Standing::Duplicate);
         }
         self.duplicates_in_a_row = 0;
         if run >= TORN_RUN_MIN {
-            self.torn += 1;
+            found.torn += 1;
             return (frame, Standing::Torn);
         }
         let equal = frame.iter().zip(before).filter(|(now, then)| now == then);
@@ -105,15 +106,9 @@ impl FaultFinder {
     }
 
     pub(crate) fn finish(self) -> Faults {
-        let own = self.compared - self.torn - self.duplicates;
         Faults {
-            compared: self.compared,
-            torn: self.torn,
-            torn_by_chance: by_chance(self.equal_pixels, own),
-            duplicates: self.duplicates,
-            duplicates_in_a_row_max: self.duplicates_in_a_row_max,
-            glitch_pixels: self.glitch_pixels,
-            glitch_frames: self.glitch_frames,
+            torn_by_chance: by_chance(self.equal_pixels, self.found.own()),
+            ..self.found
         }
     }
 
@@ -124,8 +119,8 @@ impl FaultFinder {
         if zeros == 0 || zeros > GLITCH_PIXELS_MAX || middle.abs() < GLITCH_OFF_MIN_C {
             return *frame;
         }
-        self.glitch_frames += 1;
-        self.glitch_pixels += u64::try_from(zeros).unwrap_or(0);
+        self.found.glitch_frames += 1;
+        self.found.glitch_pixels += u64::try_from(zeros).unwrap_or(0);
         std::array::from_fn(|pixel| match frame[pixel] {
             0.0 => before.map_or(middle, |before| before[pixel]),
             celsius => celsius,

@@ -56,6 +56,17 @@ pub struct SimulatedFrame {
     pub truth: Option<Vec<bool>>,
 }
 
+impl SimulatedFrame {
+    /// What else is shown, such as the scene without its people, under this frame's noise.
+    pub(crate) fn under_noise(&self, shown: &[f64]) -> Vec<f64> {
+        let noise = self.celsius.iter().zip(&self.noise_free);
+        let pixels = shown.iter().zip(noise);
+        pixels
+            .map(|(shown, (noisy, clean))| shown + noisy - clean)
+            .collect()
+    }
+}
+
 /// Temperatures of one frame, °C.
 pub(crate) type Pixels = [f64; PIXELS];
 
@@ -88,6 +99,24 @@ pub(crate) fn two_by_two(pixels: &Pixels) -> Vec<f64> {
             (pixels[at] + pixels[at + 1] + pixels[at + COLUMNS] + pixels[at + COLUMNS + 1]) / 4.0
         })
         .collect()
+}
+
+/// A record of a sensor whose chip has 25 °C.
+#[cfg(test)]
+pub(crate) fn record(seq: u64, t_boot_ns: u64, pixels: [u16; PIXELS]) -> grideye_recording::Record {
+    use grideye_frame::{Reading, ThermistorWord};
+    grideye_recording::Record {
+        seq,
+        stamp: grideye_recording::Stamp {
+            t_boot_ns,
+            t_utc_ns: 0,
+            clock: grideye_recording::ClockState::Synced,
+        },
+        reading: Reading::Frame(RawFrame {
+            thermistor: ThermistorWord(400),
+            pixels: pixels.map(PixelWord),
+        }),
+    }
 }
 
 #[cfg(test)]

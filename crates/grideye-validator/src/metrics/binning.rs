@@ -1,5 +1,6 @@
 //! Which bins entropies are counted in.
 
+use serde::{Serialize, Serializer};
 use std::fmt;
 use std::str::FromStr;
 
@@ -50,6 +51,12 @@ impl fmt::Display for Binning {
     }
 }
 
+impl Serialize for Binning {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
 impl FromStr for Binning {
     type Err = BinningError;
 
@@ -69,31 +76,5 @@ impl FromStr for Binning {
             Some(_) => None,
         };
         parsed.ok_or_else(|| BinningError(text.to_owned()))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_printed_is_read_again() {
-        for binning in [
-            Binning::PaperGrey256,
-            Binning::Step { width_c: 0.25 },
-            Binning::Levels { n: 32 },
-        ] {
-            assert_eq!(binning.to_string().parse(), Ok(binning));
-        }
-        assert_eq!("step:0.5".parse(), Ok(Binning::Step { width_c: 0.5 }));
-    }
-
-    #[test]
-    fn what_is_no_binning_is_refused_with_the_way_to_write_one() {
-        let refused = "|grey|step|step:|step:0|step:-1|step:NaN|step:inf|levels:1|levels:0|levels:70000|levels:2.5|width:3";
-        for text in refused.split('|') {
-            let refused = text.parse::<Binning>().unwrap_err().to_string();
-            assert!(refused.contains("hint: grey256, step:WIDTH"), "{refused}");
-        }
     }
 }

@@ -114,12 +114,15 @@ impl Centered {
     }
 
     pub(crate) fn correlation(&self, other: &Self) -> Option<f64> {
-        correlation_of(self.product(other), self.squares, other.squares)
+        let (squares, others) = (self.squares, other.squares);
+        if squares <= 0.0 || others <= 0.0 {
+            return None;
+        }
+        finite((self.product(other) / (squares.sqrt() * others.sqrt())).clamp(-1.0, 1.0))
     }
 
     pub(crate) fn slope_over(&self, claim: &Self) -> Option<f64> {
-        let slope = (claim.squares > 0.0).then(|| self.product(claim) / claim.squares)?;
-        finite(slope)
+        finite((claim.squares > 0.0).then(|| self.product(claim) / claim.squares)?)
     }
 
     /// The slope over a side with noise `sigma_c`, its share of the squares taken out; `None` where that is half or more.
@@ -133,9 +136,19 @@ impl Centered {
     }
 }
 
-fn correlation_of(product: f64, squares: f64, other_squares: f64) -> Option<f64> {
-    if squares <= 0.0 || other_squares <= 0.0 {
-        return None;
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numbers::assert_near;
+
+    /// By hand: products add up to 6, squares to 2; noise of 0.25 in five pixels is 4 / 16 of them, of 0.5 it is half.
+    #[test]
+    fn noise_on_the_other_side_does_not_flatten_the_slope() {
+        let steep = Centered::new(&[23.0, 17.0, 20.0, 20.0, 20.0]);
+        let noisy = Centered::new(&[1.0, -1.0, 0.0, 0.0, 0.0]);
+        let close = |found: Option<f64>, expected| assert_near(found.unwrap(), expected, 1e-9);
+        close(steep.slope_over_noisy(&noisy, 0.0), 3.0);
+        close(steep.slope_over_noisy(&noisy, 0.25), 6.0 / 1.75);
+        assert_eq!(steep.slope_over_noisy(&noisy, 0.5), None);
     }
-    finite((product / (squares.sqrt() * other_squares.sqrt())).clamp(-1.0, 1.0))
 }

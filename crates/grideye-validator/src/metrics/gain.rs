@@ -23,14 +23,9 @@ pub(crate) struct Prediction<'a> {
 pub(crate) struct GainSums {
     pub(crate) pixels: usize,
     pub(crate) both: usize,
-    predicted: Squares,
-    blank: Squares,
-}
-
-#[derive(Debug, Clone, Copy, Default)]
-struct Squares {
-    leveled: f64,
-    with_offset: f64,
+    /// Squares of what is left, the offset taken out and left in: of the prediction, and of the blank frame.
+    predicted: [f64; 2],
+    blank: [f64; 2],
 }
 
 impl WarmLimits {
@@ -95,56 +90,50 @@ impl GainSums {
         prediction: Prediction<'_>,
         warmth: WarmLimits,
     ) {
+        let square = |value: f64| value * value;
         self.both += marked.both;
         self.pixels += marked.places.len();
         for &place in &marked.places {
             let (measured, predicted) = (measured[place], prediction.celsius[place]);
             let leveled = measured - offset_c;
             let left = leveled - (predicted - prediction.offset_c);
-            self.predicted.add(left, measured - predicted);
             let ambient_c = warmth.ambient_c;
-            self.blank.add(leveled - ambient_c, measured - ambient_c);
+            let blank = [leveled - ambient_c, measured - ambient_c];
+            add(
+                &mut self.predicted,
+                [left, measured - predicted].map(square),
+            );
+            add(&mut self.blank, blank.map(square));
         }
     }
 
     pub(crate) fn merge(&mut self, other: Self) {
         self.pixels += other.pixels;
         self.both += other.both;
-        self.predicted.merge(other.predicted);
-        self.blank.merge(other.blank);
+        add(&mut self.predicted, other.predicted);
+        add(&mut self.blank, other.blank);
     }
 
     /// The sums with one helping of noise taken out of the predicted part.
     pub(crate) fn without_noise(mut self, sigma_c: f64) -> Self {
         let noise = count(self.pixels) * sigma_c * sigma_c;
-        self.predicted.leveled = (self.predicted.leveled - noise).max(0.0);
-        self.predicted.with_offset = (self.predicted.with_offset - noise).max(0.0);
+        self.predicted = self.predicted.map(|squares| (squares - noise).max(0.0));
         self
     }
 
     /// The gains over the blank frame; not defined where nothing is warm.
     pub(crate) fn gains(&self) -> [(Measure, Option<f64>); 2] {
-        let (predicted, blank) = (self.predicted, self.blank);
-        let gain =
-            |predicted: f64, blank: f64| (blank > 0.0).then(|| 1.0 - (predicted / blank).sqrt());
-        let leveled = gain(predicted.leveled, blank.leveled);
-        let with_offset = gain(predicted.with_offset, blank.with_offset);
-        [
-            (Measure::Gain, leveled),
-            (Measure::GainWithOffset, with_offset),
-        ]
+        let gain = |of: usize| {
+            let (predicted, blank) = (self.predicted[of], self.blank[of]);
+            (blank > 0.0).then(|| 1.0 - (predicted / blank).sqrt())
+        };
+        [(Measure::Gain, gain(0)), (Measure::GainWithOffset, gain(1))]
     }
 }
 
-impl Squares {
-    fn merge(&mut self, other: Self) {
-        self.leveled += other.leveled;
-        self.with_offset += other.with_offset;
-    }
-
-    fn add(&mut self, leveled: f64, with_offset: f64) {
-        self.leveled += leveled * leveled;
-        self.with_offset += with_offset * with_offset;
+fn add(sums: &mut [f64; 2], values: [f64; 2]) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        *sum += value;
     }
 }
 

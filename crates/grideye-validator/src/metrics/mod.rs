@@ -25,6 +25,3 @@ pub use distance::{
 pub use information::{entropy, joint_entropy, mutual_information, mutual_information_corrected};
 pub use pair::{PairScores, Scorer, THRESHOLDS, thresholds_c};
 pub use structure::{SSIM_RANGE_C, structural_similarity, structure_map};
-
-#[cfg(test)]
-mod tests;

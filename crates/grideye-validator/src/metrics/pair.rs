@@ -1,7 +1,7 @@
 //! The paper's measures of one pair of 8 x 8 frames, all at once.
 
 use crate::metrics::binning::Binning;
-use crate::metrics::counting::{Counter, PIXELS_FAST, Places, mutual_of};
+use crate::metrics::counting::{Counter, PIXELS_FAST, Places, low_byte, mutual_of};
 use crate::metrics::distance::{Centered, IS_THRESHOLD};
 use crate::numbers::{count, long_count};
 use std::sync::LazyLock;
@@ -165,92 +165,13 @@ fn places(thresholds: &Counts<f64>, real: &[f64], simulated: &[f64]) -> (Places,
     (places, usize::try_from(similar).unwrap_or(PIXELS_FAST))
 }
 
-/// The number of the nearest threshold: adding 2^52 leaves the nearest whole number in the lowest bits.
+/// The number of the nearest threshold.
 fn nearest(difference: f64) -> u8 {
     const BEYOND: f64 = 101.0;
     let twentieths = difference * PER_DEGREE;
-    let twentieths = if twentieths < BEYOND {
+    low_byte(if twentieths < BEYOND {
         twentieths
     } else {
         BEYOND
-    };
-    (twentieths + 4_503_599_627_370_496.0)
-        .to_bits()
-        .to_le_bytes()[0]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::metrics;
-    use proptest::prelude::*;
-
-    fn frame() -> impl Strategy<Value = [f64; 64]> {
-        let pixel = prop_oneof![
-            3 => (60_i32..140).prop_map(|word| f64::from(word) * 0.25),
-            1 => (1_500_i32..3_000).prop_map(|word| f64::from(word) * 0.01),
-            1 => 10.0..40.0_f64,
-        ];
-        proptest::collection::vec(pixel, 64).prop_map(|frame| frame.try_into().unwrap())
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig::with_cases(500))]
-
-        #[test]
-        fn all_at_once_is_each_on_its_own((x, y) in (frame(), frame()), step in prop_oneof![Just(None), Just(Some(0.25))]) {
-            let binning = step.map_or(Binning::PaperGrey256, |width_c| Binning::Step { width_c });
-            let mut scorer = Scorer::new();
-            let first = scorer.score(&x, &y, binning).unwrap();
-            let scores = scorer.score(&x, &y, binning).unwrap();
-            prop_assert_eq!(&scores, &first, "nothing is left in the tables");
-            let close = |found: f64, expected: Option<f64>| (found - expected.unwrap()).abs() < 1e-12;
-            prop_assert!(close(scores.correlation.unwrap(), metrics::correlation(&x, &y)));
-            prop_assert!(close(scores.entropy_real, metrics::entropy(&x, binning)));
-            prop_assert!(close(scores.entropy_simulated, metrics::entropy(&y, binning)));
-            prop_assert!(close(scores.joint_entropy, metrics::joint_entropy(&x, &y, binning)));
-            prop_assert!(close(scores.mutual_information, metrics::mutual_information(&x, &y, binning)));
-            prop_assert!(close(scores.image_similarity, metrics::image_similarity(&x, &y, IS_THRESHOLD)));
-            let graph = metrics::evaluation_graph(&x, &y, &thresholds_c()).unwrap();
-            prop_assert_eq!(scores.evaluation_graph.to_vec(), graph);
-        }
-    }
-
-    /// Differences of exactly a threshold, a little more and a little less, beyond the last and none.
-    #[test]
-    fn differences_at_a_threshold_fall_on_its_far_side() {
-        let place = |difference| usize::from(places(&THRESHOLDS_C, &[0.0], &[difference]).0[0]);
-        for (index, threshold) in thresholds_c().into_iter().enumerate() {
-            assert_eq!(place(threshold), index + 1);
-            assert_eq!(place(-threshold), index + 1);
-            assert_eq!(place(threshold.next_up()), index + 1);
-            if index > 0 {
-                assert_eq!(place(threshold.next_down()), index);
-                // Between two, and where the nearest changes.
-                for part in [0.25, 0.5, 0.75] {
-                    assert_eq!(place(threshold - part / PER_DEGREE), index);
-                }
-            }
-        }
-        assert_eq!([5.02, 5.03, f64::MAX].map(place), [THRESHOLDS; 3]);
-        let similar = |difference| Graph::default().add(&[0.0; 64], &[difference; 64]);
-        assert_eq!(similar(IS_THRESHOLD), 0);
-        assert_eq!(similar(IS_THRESHOLD.next_down()), 64);
-    }
-
-    #[test]
-    fn what_is_not_defined_is_none() {
-        let (mut frame, flat) = ([20.0; 64], [20.0; 64]);
-        frame[3] = 21.0;
-        let mut scorer = Scorer::new();
-        let scores = scorer.score(&frame, &flat, Binning::PaperGrey256).unwrap();
-        assert_eq!((scores.correlation, scores.entropy_simulated), (None, 0.0));
-        for width_c in [0.0, f64::NAN] {
-            let step = Binning::Step { width_c };
-            assert_eq!(scorer.score(&frame, &frame, step), None);
-        }
-        frame[5] = f64::NAN;
-        assert_eq!(scorer.score(&frame, &flat, Binning::PaperGrey256), None);
-        assert_eq!(scorer.score(&flat, &frame, Binning::PaperGrey256), None);
-    }
+    })
 }

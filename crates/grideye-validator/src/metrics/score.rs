@@ -4,7 +4,8 @@ use serde::Serialize;
 use std::fmt;
 
 /// Whether more or less of a measure means more alike.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 #[expect(missing_docs, reason = "the names say it")]
 pub enum Better {
     Higher,
@@ -13,16 +14,22 @@ pub enum Better {
 }
 
 macro_rules! measures {
-    ($($variant:ident = $name:literal, $title:literal, $unit:literal, $better:ident;)+) => {
+    ($($group:literal, $class:literal {
+        $($variant:ident = $name:literal, $title:literal, $unit:literal, $better:ident;)+
+    })+) => {
         /// What is measured; the README has the glossary. The names are stable: files and programs may rely on them.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub enum Measure {
-            $(#[doc = $title] $variant,)+
+            $($(#[doc = $title] $variant,)+)+
         }
 
         impl Measure {
             /// Every measure, in the order of the report.
-            pub const ALL: &'static [Self] = &[$(Self::$variant),+];
+            pub const ALL: &'static [Self] = &[$($(Self::$variant),+),+];
+
+            /// The same in the groups of the report, each with its title and its class on the page.
+            pub(crate) const GROUPS: &'static [(&'static str, &'static str, &'static [Self])] =
+                &[$(($group, $class, &[$(Self::$variant),+])),+];
 
             /// Its place in [`Measure::ALL`].
             #[expect(clippy::as_conversions, reason = "an enum without fields, numbered from 0 in the order of ALL")]
@@ -33,55 +40,63 @@ macro_rules! measures {
             /// The stable name, lower case with underscores.
             #[must_use]
             pub const fn name(self) -> &'static str {
-                match self { $(Self::$variant => $name),+ }
+                match self { $($(Self::$variant => $name),+),+ }
             }
 
             /// The name for people.
             #[must_use]
             pub const fn title(self) -> &'static str {
-                match self { $(Self::$variant => $title),+ }
+                match self { $($(Self::$variant => $title),+),+ }
             }
 
             /// The unit: `°C`, `bit`, `px`, `°`, `%` (the value itself is a share of 0 to 1), or empty for a plain number.
             #[must_use]
             pub const fn unit(self) -> &'static str {
-                match self { $(Self::$variant => $unit),+ }
+                match self { $($(Self::$variant => $unit),+),+ }
             }
 
             /// Which way is better.
             #[must_use]
             pub const fn better(self) -> Better {
-                match self { $(Self::$variant => Better::$better),+ }
+                match self { $($(Self::$variant => Better::$better),+),+ }
             }
         }
     };
 }
 
 measures! {
-    Correlation = "correlation", "C, correlation", "", Higher;
-    Gain = "gain", "Gain over the blank frame", "", Higher;
-    GainWithOffset = "gain_with_offset", "Gain, offset left in", "", Higher;
-    ImageSimilarity = "image_similarity", "IS, image similarity", "%", Higher;
-    Rmse = "rmse", "RMSE", "°C", Lower;
-    Mae = "mae", "MAE", "°C", Lower;
-    Bias = "bias", "Bias, simulated less real", "°C", Neither;
-    EntropyRealGrey = "entropy_real_grey", "H real, 256 levels", "bit", Neither;
-    EntropySimulatedGrey = "entropy_simulated_grey", "H simulated, 256 levels", "bit", Neither;
-    JointEntropyGrey = "joint_entropy_grey", "Joint H, 256 levels", "bit", Neither;
-    MutualInformationGrey = "mutual_information_grey", "MI, 256 levels", "bit", Higher;
-    MutualInformationGreyCorrected = "mutual_information_grey_corrected", "MI, 256 levels, bias taken out", "bit", Higher;
-    EntropyRealBinned = "entropy_real_binned", "H real, chosen bins", "bit", Neither;
-    EntropySimulatedBinned = "entropy_simulated_binned", "H simulated, chosen bins", "bit", Neither;
-    JointEntropyBinned = "joint_entropy_binned", "Joint H, chosen bins", "bit", Neither;
-    MutualInformationBinned = "mutual_information_binned", "MI, chosen bins", "bit", Higher;
-    MutualInformationBinnedCorrected = "mutual_information_binned_corrected", "MI, chosen bins, bias taken out", "bit", Higher;
-    ForegroundRmse = "foreground_rmse", "Foreground RMSE", "°C", Lower;
-    ContrastSlope = "contrast_slope", "Contrast, real over claimed", "", Neither;
-    CentroidErrorPixels = "centroid_error_pixels", "Centroid error", "px", Lower;
-    CentroidErrorDegrees = "centroid_error_degrees", "Centroid error, seen angle", "°", Lower;
-    WarmOverlap = "warm_overlap", "IoU of warm pixels", "", Higher;
-    ChiSquaredPerDegree = "chi_squared_per_degree", "χ² a degree of freedom", "", Lower;
-    StructuralSimilarity = "structural_similarity", "SSIM, structural similarity", "", Higher;
+    "The verdict rests on", "rests" {
+        Correlation = "correlation", "C, correlation", "", Higher;
+        Gain = "gain", "Gain over the blank frame", "", Higher;
+    }
+    "Distances, reported", "reported" {
+        ImageSimilarity = "image_similarity", "IS, image similarity", "%", Higher;
+        Rmse = "rmse", "RMSE", "°C", Lower;
+        Mae = "mae", "MAE", "°C", Lower;
+        Bias = "bias", "Bias, simulated less real", "°C", Neither;
+        GainWithOffset = "gain_with_offset", "Gain, offset left in", "", Higher;
+    }
+    "Places, structure and the sensor's noise, reported", "reported" {
+        ForegroundRmse = "foreground_rmse", "Foreground RMSE", "°C", Lower;
+        ContrastSlope = "contrast_slope", "Contrast, real over claimed", "", Neither;
+        CentroidErrorPixels = "centroid_error_pixels", "Centroid error", "px", Lower;
+        CentroidErrorDegrees = "centroid_error_degrees", "Centroid error, seen angle", "°", Lower;
+        WarmOverlap = "warm_overlap", "IoU of warm pixels", "", Higher;
+        StructuralSimilarity = "structural_similarity", "SSIM, structural similarity", "", Higher;
+        ChiSquaredPerDegree = "chi_squared_per_degree", "χ² a degree of freedom", "", Lower;
+    }
+    "Entropy and mutual information, reported, not believed", "reported" {
+        EntropyRealGrey = "entropy_real_grey", "H real, 256 levels", "bit", Neither;
+        EntropySimulatedGrey = "entropy_simulated_grey", "H simulated, 256 levels", "bit", Neither;
+        JointEntropyGrey = "joint_entropy_grey", "Joint H, 256 levels", "bit", Neither;
+        MutualInformationGrey = "mutual_information_grey", "MI, 256 levels", "bit", Higher;
+        MutualInformationGreyCorrected = "mutual_information_grey_corrected", "MI, 256 levels, bias taken out", "bit", Higher;
+        EntropyRealBinned = "entropy_real_binned", "H real, chosen bins", "bit", Neither;
+        EntropySimulatedBinned = "entropy_simulated_binned", "H simulated, chosen bins", "bit", Neither;
+        JointEntropyBinned = "joint_entropy_binned", "Joint H, chosen bins", "bit", Neither;
+        MutualInformationBinned = "mutual_information_binned", "MI, chosen bins", "bit", Higher;
+        MutualInformationBinnedCorrected = "mutual_information_binned_corrected", "MI, chosen bins, bias taken out", "bit", Higher;
+    }
 }
 
 impl fmt::Display for Measure {
@@ -203,64 +218,5 @@ impl Scores {
     /// Every score, in the order of [`Measure::ALL`].
     pub fn iter(&self) -> impl Iterator<Item = &Score> {
         self.0.iter()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn score(measure: Measure, value: f64, blank: f64, mean: f64, p95: f64, ceiling: f64) -> Score {
-        Score {
-            measure,
-            value: Some(value),
-            blank: Some(blank),
-            shuffled: Some(Shuffled { mean, p95, p: None }),
-            noise: None,
-            ceiling: Some(ceiling),
-        }
-    }
-
-    #[test]
-    fn skill_runs_from_the_better_floor_to_the_ceiling() {
-        let similarity = score(Measure::ImageSimilarity, 0.95, 0.90, 0.80, 0.85, 1.0);
-        assert!((similarity.skill().unwrap() - 0.5).abs() < 1e-12);
-        for (value, skill) in [(0.5, 0.8), (3.0, 0.0), (0.1, 1.0)] {
-            let rmse = score(Measure::Rmse, value, 0.9, 1.1, 1.0, 0.4);
-            assert_eq!(rmse.floor(), Some(0.9));
-            assert!((rmse.skill().unwrap() - skill).abs() < 1e-12, "{value}");
-        }
-    }
-
-    #[test]
-    fn a_ceiling_within_chance_gives_no_skill() {
-        let grey = score(Measure::MutualInformationGrey, 2.62, 0.0, 2.58, 2.70, 2.66);
-        assert_eq!(grey.skill(), None);
-        assert!(grey.headroom().unwrap() < 0.0);
-        assert_eq!(score(Measure::Bias, 0.1, 0.0, 0.0, 0.0, 0.0).skill(), None);
-    }
-
-    #[test]
-    fn images_of_noise_are_a_floor_like_the_others() {
-        let mut grey = score(Measure::MutualInformationGrey, 2.62, 0.0, 2.4, 2.5, 2.9);
-        assert_eq!((grey.floor(), grey.chance()), (Some(2.4), Some(2.5)));
-        grey.noise = Some(2.7);
-        assert_eq!((grey.floor(), grey.chance()), (Some(2.7), Some(2.7)));
-        assert_eq!(grey.skill(), Some(0.0));
-        let mut rmse = score(Measure::Rmse, 0.5, 0.9, 1.1, 1.0, 0.4);
-        rmse.noise = Some(0.6);
-        assert!((rmse.skill().unwrap() - 0.5).abs() < 1e-12);
-    }
-
-    #[test]
-    fn every_measure_knows_its_place_and_has_a_name_of_its_own() {
-        for (index, measure) in Measure::ALL.iter().enumerate() {
-            assert_eq!(measure.place(), index);
-            let mut before = Measure::ALL[..index].iter();
-            assert!(
-                before.all(|other| other.name() != measure.name()),
-                "{measure}"
-            );
-        }
     }
 }

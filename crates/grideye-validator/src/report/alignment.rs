@@ -103,12 +103,7 @@ pub(crate) fn json(found: &Alignment) -> Value {
         "left_out": left_out,
         "drift_c": found.drift_c,
         "time": found.time.as_ref().map(time),
-        "orientation": found.orientation.map(|found| json!({
-            "found": found.orientation.name(),
-            "likeness": found.likeness,
-            "likeness_upright": found.upright,
-            "applied": found.applied,
-        })),
+        "orientation": found.orientation,
         "offset": found.offset.map(|found| json!({
             "right_px": found.right_down_px[0],
             "down_px": found.right_down_px[1],
@@ -120,28 +115,9 @@ pub(crate) fn json(found: &Alignment) -> Value {
 }
 
 fn time(time: &TimeFound) -> Value {
-    json!({
-        "asked": time.asked.name(),
-        "applied": time.applied,
-        "shift_s": time.shift_s,
-        "shift_error_s": time.shift_error_s,
-        "rate": time.rate,
-        "rate_error": time.rate_error,
-        "likeness_before": time.likeness_before,
-        "likeness": time.likeness,
-        "chance": time.chance,
-        "decoys": time.decoys,
-        "at_bound": time.at_bound,
-        "rival_offset_px": time.rival_offset_px,
-        "law": time.law.as_ref().map(|law| json!({
-            "begins_late_s": law.begins_late_s,
-            "ends_late_s": law.ends_late_s,
-            "ease": law.ease,
-            "lean": law.lean,
-        })),
-        "warp": time.warp.as_ref().map(|warp| json!({
-            "departure_max_s": warp.departure_max_s(),
-            "knots_s": warp.knots,
-        })),
-    })
+    let mut found = json!(time);
+    if let Some(warp) = &time.warp {
+        found["warp"]["departure_max_s"] = json!(warp.departure_max_s());
+    }
+    found
 }

@@ -3,7 +3,7 @@
 use crate::compare::{Comparison, FilmFrame};
 use crate::frames::Shape;
 use crate::metrics::IS_THRESHOLD;
-use crate::numbers::{count, differences};
+use crate::numbers::{count, differences, extremes};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use grideye_draw::canvas::Canvas;
@@ -33,37 +33,36 @@ const CELL: usize = 40;
 
 /// The one scale of all real and simulated frames of the report, to the half degree outwards.
 pub(crate) fn shared_range(comparison: &Comparison) -> Range {
-    let values = || {
-        comparison
-            .film
-            .iter()
-            .flat_map(|frame| frame.real.iter().chain(&frame.simulated))
-            .copied()
-    };
-    let coldest_c = (values().fold(f64::INFINITY, f64::min) * 2.0).floor() / 2.0;
-    let warmest_c = (values().fold(f64::NEG_INFINITY, f64::max) * 2.0).ceil() / 2.0;
-    if coldest_c < warmest_c {
-        Range {
-            coldest_c,
-            warmest_c,
-        }
+    let frames = comparison.film.iter();
+    let values: Vec<f64> = frames
+        .flat_map(|frame| frame.real.iter().chain(&frame.simulated))
+        .copied()
+        .collect();
+    let (coldest_c, warmest_c) = extremes(&values);
+    let ends = (
+        (coldest_c * 2.0).floor() / 2.0,
+        (warmest_c * 2.0).ceil() / 2.0,
+    );
+    let ambient_c = comparison.settings.ambient_c;
+    let (coldest_c, warmest_c) = if ends.0 < ends.1 {
+        ends
     } else {
-        let ambient_c = comparison.settings.ambient_c;
-        Range {
-            coldest_c: ambient_c - 0.5,
-            warmest_c: ambient_c + 0.5,
-        }
+        (ambient_c - 0.5, ambient_c + 0.5)
+    };
+    Range {
+        coldest_c,
+        warmest_c,
     }
 }
 
 /// The end of the scale of differences, to the half degree outwards.
 pub(crate) fn difference_limit(comparison: &Comparison) -> f64 {
-    let largest = comparison
-        .film
-        .iter()
-        .flat_map(|frame| frame.real.iter().zip(&frame.simulated))
-        .map(|(real, simulated)| (simulated - real).abs())
-        .fold(0.0, f64::max);
+    let frames = comparison.film.iter();
+    limit(frames.flat_map(|frame| differences(&frame.real, &frame.simulated)))
+}
+
+fn limit(values: impl Iterator<Item = f64>) -> f64 {
+    let largest = values.fold(0.0, |most, value| f64::max(most, value.abs()));
     ((largest * 2.0).ceil() / 2.0).max(0.5)
 }
 
@@ -186,18 +185,12 @@ pub(crate) fn maps_section(comparison: &Comparison) -> String {
     if maps.bias_c.is_empty() {
         return String::new();
     }
-    let largest = |values: &[f64]| {
-        values
-            .iter()
-            .fold(0.0_f64, |most, value| most.max(value.abs()))
-    };
-    let to_half = |value: f64| ((value * 2.0).ceil() / 2.0).max(0.5);
     let differences = Shows::Differences {
-        limit_c: to_half(largest(&maps.bias_c)),
+        limit_c: limit(maps.bias_c.iter().copied()),
     };
     let errors = Shows::Temperatures(Range {
         coldest_c: 0.0,
-        warmest_c: to_half(largest(&maps.rmse_c)),
+        warmest_c: limit(maps.rmse_c.iter().copied()),
     });
     let figure = |values: &[f64], shows, name: &str, caption: &str, is_scaled: bool| {
         let scale = if is_scaled {

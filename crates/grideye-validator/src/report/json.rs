@@ -2,11 +2,10 @@
 
 use crate::background::fit::BackgroundFit;
 use crate::compare::{Comparison, FilmFrame, FrameScores};
-use crate::expected::{DRAWS, ScoreDistribution};
-use crate::metrics::score::{Better, Measure, Score};
+use crate::expected::DRAWS;
+use crate::metrics::score::{Measure, Score};
 use crate::report::text::Context;
 use crate::report::{alignment, paper};
-use crate::verdict::Criterion;
 use serde_json::{Map, Value, json};
 
 /// One JSON object with stable field names; undefined values are `null`, shares 0 to 1, °C, seconds.
@@ -17,11 +16,7 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
         "format": "grideye-comparison",
         "version": 1,
         "thresholds": context.thresholds,
-        "nobody": comparison.nobody.map(|nobody| json!({
-            "has_people": nobody.has_people,
-            "correlation": nobody.correlation,
-            "gain": nobody.gain,
-        })),
+        "nobody": comparison.nobody,
         "above_room": comparison.above_room.map(|above| json!({
             "correlation": above.value,
             "ceiling": above.ceiling,
@@ -33,7 +28,7 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
         "units": {
             "drawn": DRAWS,
             "pattern_c": comparison.pattern_c,
-            "pattern_from": comparison.pattern_from.name(),
+            "pattern_from": comparison.pattern_from,
         },
         "columns": comparison.shape.columns,
         "rows": comparison.shape.rows,
@@ -54,7 +49,7 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
         "maps": comparison.maps,
         "timeline": timeline(comparison),
         "film": film(comparison),
-        "settings": settings(comparison),
+        "settings": comparison.settings,
         "context": self::context(comparison, context),
         "paper": { "citation": paper::CITATION, "experiment": context.experiment },
     });
@@ -70,37 +65,18 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
 pub fn summary(comparison: &Comparison, context: &Context) -> Value {
     let judgment = &comparison.judgment;
     json!({
-        "verdict": judgment.verdict.name(),
+        "verdict": judgment.verdict,
         "headline": judgment.headline,
         "reasons": judgment.reasons,
         "would_change": judgment.would_change,
-        "criteria": criteria(comparison),
-        "protocol": comparison.settings.protocol.name(),
+        "criteria": judgment.criteria,
+        "protocol": comparison.settings.protocol,
         "real_frames": comparison.real_frames,
         "noise_sigma_c": comparison.noise_sigma_c,
         "alignment": comparison.alignment.as_ref().map(alignment::json),
         "scores": scores(comparison, context),
         "notes": comparison.notes,
     })
-}
-
-fn criteria(comparison: &Comparison) -> Vec<Value> {
-    let criterion = |criterion: &Criterion| {
-        json!({
-            "name": criterion.name,
-            "title": criterion.title,
-            "state": criterion.state.name(),
-            "text": criterion.sentence,
-            "thresholds": criterion.keys,
-            "asked": criterion.asked.map(|asked| json!({
-                "value": asked.value,
-                "least": asked.least,
-                "right": law(&asked.right),
-                "without": asked.without.as_ref().map(law),
-            })),
-        })
-    };
-    comparison.judgment.criteria.iter().map(criterion).collect()
 }
 
 fn background(fit: &BackgroundFit) -> Value {
@@ -110,10 +86,6 @@ fn background(fit: &BackgroundFit) -> Value {
         "own_rms_c": fit.own_c,
         "own_stretches": stretches,
     })
-}
-
-fn law(law: &ScoreDistribution) -> Value {
-    json!({ "mean": law.mean, "sd": law.sd })
 }
 
 fn scores(comparison: &Comparison, context: &Context) -> Map<String, Value> {
@@ -129,11 +101,7 @@ fn score(score: &Score, papers: Option<f64>) -> Value {
     json!({
         "title": score.measure.title(),
         "unit": unit(score.measure),
-        "better": match score.measure.better() {
-            Better::Higher => "higher",
-            Better::Lower => "lower",
-            Better::Neither => "neither",
-        },
+        "better": score.measure.better(),
         "value": score.value,
         "blank": score.blank,
         "shuffled": score.shuffled,
@@ -177,21 +145,6 @@ fn film(comparison: &Comparison) -> Vec<Value> {
     comparison.film.iter().map(frame).collect()
 }
 
-fn settings(comparison: &Comparison) -> Value {
-    let settings = &comparison.settings;
-    json!({
-        "ambient_c": settings.ambient_c,
-        "step_c": settings.step_c,
-        "binning": settings.binning.to_string(),
-        "field_of_view_rad": settings.field_of_view_rad,
-        "noise_sigma_c": settings.noise_sigma_c,
-        "lag_frames": settings.lag_frames,
-        "shuffles": settings.shuffles,
-        "seed": settings.seed,
-        "thresholds": settings.thresholds,
-    })
-}
-
 fn context(comparison: &Comparison, context: &Context) -> Value {
     let seeds: Map<String, Value> = context
         .seeds
@@ -203,15 +156,8 @@ fn context(comparison: &Comparison, context: &Context) -> Value {
         .iter()
         .chain(&comparison.notes)
         .collect();
-    json!({
-        "scene": context.scene,
-        "recording": context.recording,
-        "sensor": context.sensor,
-        "command": context.command,
-        "program": context.program,
-        "created": context.created,
-        "seeds": seeds,
-        "inputs": context.inputs,
-        "assumptions": assumptions,
-    })
+    let mut found = json!(context);
+    found["seeds"] = json!(seeds);
+    found["assumptions"] = json!(assumptions);
+    found
 }

@@ -11,12 +11,10 @@ mod junit;
 pub mod paper;
 pub(crate) mod plots;
 mod scores;
-mod scores_line;
-mod text;
+pub(crate) mod text;
 
 pub use html::html;
 pub use json::{json, summary};
 pub use junit::junit;
-pub use scores::table;
-pub use scores_line::scores_line;
+pub use scores::{scores_line, table};
 pub use text::{Context, Input};

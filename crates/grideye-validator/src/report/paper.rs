@@ -70,21 +70,3 @@ impl Experiment {
         found.map(|(_, figure)| figure)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn figures_are_those_of_tables_1_to_4() {
-        let figure = |number, measure| experiment(number).unwrap().figure(measure);
-        let row = |number| MEASURES.map(|measure| figure(number, measure).unwrap());
-        assert_eq!(row(1), [0.79, 3.5, 5.2, 5.9, 2.8, 0.95]);
-        assert_eq!(row(2), [0.71, 3.3, 4.5, 5.9, 1.9, 0.90]);
-        assert_eq!(row(3), [0.58, 3.2, 4.7, 5.9, 2.0, 0.94]);
-        assert_eq!(row(4), [0.49, 2.9, 4.6, 5.9, 1.6, 0.92]);
-        assert_eq!(figure(2, Measure::MutualInformationGrey), Some(1.9));
-        assert_eq!(figure(1, Measure::Rmse), None);
-        assert_eq!(experiment(5), None);
-    }
-}

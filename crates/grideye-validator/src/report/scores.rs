@@ -1,4 +1,4 @@
-//! Every score beside its floors and its ceiling, as a table of the page and as plain text.
+//! Every score beside its floors and its ceiling, as a table of the page and as plain text; and the paper's three in one line.
 
 use crate::compare::Comparison;
 use crate::metrics::score::{Better, Measure, Score};
@@ -6,61 +6,12 @@ use crate::report::paper::{self, EXPERIMENTS};
 use crate::report::text::{Context, UNDEFINED, value};
 use grideye_draw::text::{fixed, frames as frames_in_words};
 
-/// What the verdict rests on, then the paper's own and plain distances, then what counts bins.
-pub(crate) const GROUPS: [(&str, &str, &[Measure]); 4] = [
-    (
-        "The verdict rests on",
-        "rests",
-        &[Measure::Correlation, Measure::Gain],
-    ),
-    (
-        "Distances, reported",
-        "reported",
-        &[
-            Measure::ImageSimilarity,
-            Measure::Rmse,
-            Measure::Mae,
-            Measure::Bias,
-            Measure::GainWithOffset,
-        ],
-    ),
-    (
-        "Places, structure and the sensor's noise, reported",
-        "reported",
-        &[
-            Measure::ForegroundRmse,
-            Measure::ContrastSlope,
-            Measure::CentroidErrorPixels,
-            Measure::CentroidErrorDegrees,
-            Measure::WarmOverlap,
-            Measure::StructuralSimilarity,
-            Measure::ChiSquaredPerDegree,
-        ],
-    ),
-    (
-        "Entropy and mutual information, reported, not believed",
-        "reported",
-        &[
-            Measure::EntropyRealGrey,
-            Measure::EntropySimulatedGrey,
-            Measure::JointEntropyGrey,
-            Measure::MutualInformationGrey,
-            Measure::MutualInformationGreyCorrected,
-            Measure::EntropyRealBinned,
-            Measure::EntropySimulatedBinned,
-            Measure::JointEntropyBinned,
-            Measure::MutualInformationBinned,
-            Measure::MutualInformationBinnedCorrected,
-        ],
-    ),
-];
-
 pub(crate) fn section(comparison: &Comparison, context: &Context) -> String {
     let papers = context
         .experiment
         .filter(|&number| paper::experiment(number).is_some());
     let papers = papers.map_or_else(|| "exp. 1–4".to_owned(), |number| format!("exp. {number}"));
-    let rows: String = GROUPS
+    let rows: String = Measure::GROUPS
         .iter()
         .map(|(title, class, measures)| {
             let rows: String = measures
@@ -96,24 +47,15 @@ fn row(score: &Score, experiment: Option<u8>) -> String {
         "" | "%" => String::new(),
         unit => format!(" <span class=\"unit\">{unit}</span>"),
     };
-    let shuffled = score.shuffled.map_or_else(
-        || UNDEFINED.to_owned(),
-        |shuffled| {
-            let mean = value(measure, Some(shuffled.mean));
-            match measure.better() {
-                // Where neither more nor less is better, no order of the pixels is the best.
-                Better::Neither => mean,
-                _ => format!("{mean} ({})", value(measure, Some(shuffled.p95))),
-            }
-        },
-    );
+    let [_, value, _, blank, mean, best, noise, ceiling, _] = cells(score, None);
+    let shuffled = match best.as_str() {
+        // Where neither more nor less is better, no order of the pixels is the best.
+        UNDEFINED => mean,
+        best => format!("{mean} ({best})"),
+    };
     format!(
-        "<tr><th scope=\"row\">{measure}{unit}</th><td class=\"value\">{}</td><td>{}</td><td>{}</td><td>{shuffled}</td><td>{}</td><td>{}</td><td class=\"paper\">{}</td></tr>\n",
-        value(measure, score.value),
+        "<tr><th scope=\"row\">{measure}{unit}</th><td class=\"value\">{value}</td><td>{}</td><td>{blank}</td><td>{shuffled}</td><td>{noise}</td><td>{ceiling}</td><td class=\"paper\">{}</td></tr>\n",
         skill(score),
-        value(measure, score.blank),
-        value(measure, score.noise),
-        value(measure, score.ceiling),
         papers_figure(measure, experiment)
     )
 }
@@ -165,9 +107,8 @@ fn papers_digits(measure: Measure, figure: f64) -> String {
 #[must_use]
 pub fn table(comparison: &Comparison, experiment: Option<u8>) -> String {
     let experiment = experiment.and_then(paper::experiment);
-    let measures = GROUPS.iter().flat_map(|(_, _, measures)| measures.iter());
     let mut lines = vec![header(experiment)];
-    lines.extend(measures.map(|&measure| {
+    lines.extend(Measure::ALL.iter().map(|&measure| {
         let figure = experiment.and_then(|experiment| experiment.figure(measure));
         cells(&comparison.score(measure), figure)
     }));
@@ -264,5 +205,53 @@ fn below(comparison: &Comparison) -> String {
         fit.p_value()
             .map_or_else(|| UNDEFINED.to_owned(), |p| fixed(p, 3)),
         fixed(comparison.offset_c, 2),
+    )
+}
+
+/// The paper's three scores in one line, each with its blank frame, shuffled pixels and repeat, and the paper's own.
+#[must_use]
+pub fn scores_line(comparison: &Comparison, experiment: Option<u8>) -> String {
+    let published = experiment.and_then(paper::experiment);
+    let lines = [
+        (Measure::Correlation, ("C", 2, 1.0, "")),
+        (Measure::MutualInformationGrey, ("MI", 1, 1.0, " bit")),
+        (Measure::ImageSimilarity, ("IS", 0, 100.0, " %")),
+    ];
+    lines
+        .map(|(measure, style)| {
+            let figure = published.and_then(|published| published.figure(measure));
+            shown(comparison, measure, figure, style)
+        })
+        .join("; ")
+}
+
+/// `C 0.97 (shuffled 0.01, repeat 0.98; the paper's 0.79)`, by the name, digits, scale and unit.
+fn shown(
+    comparison: &Comparison,
+    measure: Measure,
+    published: Option<f64>,
+    (title, digits, scale, unit): (&str, usize, f64, &str),
+) -> String {
+    let number = |value: f64| {
+        let rounded = format!("{:.digits$}", value * scale);
+        // Without the zero, a shuffled mean of -0.001 would read "-0.00".
+        let is_zero = !rounded.contains(|digit| ('1'..='9').contains(&digit));
+        let plain = rounded.trim_start_matches(|sign| is_zero && sign == '-');
+        format!("{plain}{unit}")
+    };
+    let score = comparison.score(measure);
+    let value = score.value.map_or_else(|| "none".to_owned(), number);
+    let beside = [
+        ("blank frame", score.blank),
+        ("shuffled", score.shuffled.map(|shuffled| shuffled.mean)),
+        ("repeat", score.ceiling),
+        ("the paper's", published),
+    ];
+    let beside = beside
+        .into_iter()
+        .filter_map(|(name, value)| Some(format!("{name} {}", number(value?))));
+    format!(
+        "{title} {value} ({})",
+        beside.collect::<Vec<_>>().join(", ")
     )
 }

@@ -24,7 +24,7 @@ pub(crate) fn value(measure: Measure, value: Option<f64>) -> String {
 }
 
 /// What was compared, with what, and how to do it again: all that the frames themselves do not tell.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Context {
     pub scene: String,
@@ -42,7 +42,9 @@ pub struct Context {
     /// What was assumed, each a sentence; those of the comparison itself are added to them.
     pub assumptions: Vec<String>,
     /// The paper's experiment that this is, 1 to 4; without it, the range of all four is printed.
+    #[serde(skip)]
     pub experiment: Option<u8>,
+    #[serde(skip)]
     pub thresholds: Vec<ThresholdLine>,
 }
 

@@ -17,10 +17,11 @@ use crate::numbers::{count, evenly, mean_frame};
 use crate::scene_comparison::notes;
 use crate::scene_comparison::rendering::{Renderer, shows_people};
 use crate::scene_comparison::types::{
-    AlignedFrames, DYNAMIC_FRAMES, KnownPattern, LAG_FRAMES_MAX, Options, People, STATIC_FRAMES,
-    TimedFrame, pixels, prior, seconds,
+    AlignedFrames, DYNAMIC_FRAMES, LAG_FRAMES_MAX, Options, STATIC_FRAMES, TimedFrame, pixels,
+    prior, seconds,
 };
 use crate::verdict::State;
+use crate::verdict::types::Prior;
 use grideye_frame::{COLUMNS, ROWS, TICK};
 use grideye_recording::Record;
 use grideye_scene::{Scene, Simulator};
@@ -61,7 +62,7 @@ pub fn compare_scene(
     let mut renderer = Renderer::new(scene, &simulator, sensor, options)?;
     let (room, background) = renderer.learned_room(records, &aligned, protocol, options);
     let pattern = match (options.unit, &room) {
-        (Some(unit), _) => Some(KnownPattern::of(&unit)),
+        (Some(unit), _) => Some(unit.pattern()),
         (None, room) => room.as_ref().and_then(|room| renderer.learn(room, options)),
     };
     let (simulated, nobody) = renderer.simulated(&real, &aligned, noise_seed);
@@ -71,18 +72,13 @@ pub fn compare_scene(
         simulator.sensor().noise_sigma
     ));
     let settings = settings(&simulator, protocol, lag_frames, options);
-    let prior = prior(
-        records,
-        &simulator,
-        People {
-            are_shown: shows_people(&simulated, &nobody),
-            are_in_scene: !scene.agents().is_empty(),
-            nobody,
-        },
-        (room, pattern),
-        &aligned.found,
-        options,
-    );
+    let prior = Prior {
+        shows_people: shows_people(&simulated, &nobody),
+        has_people: !scene.agents().is_empty(),
+        nobody,
+        pattern: pattern.unwrap_or_default(),
+        ..prior(records, &simulator, room, &aligned.found, options)
+    };
     let comparison = compare_with_prior(shape, &real, &simulated, &settings, &prior)?;
     let is_turned = comparison
         .judgment

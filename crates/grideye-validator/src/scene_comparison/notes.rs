@@ -3,6 +3,7 @@
 use crate::align::{
     Alignment, OFFSET_MAX_PX, OffsetFound, Orientation, OrientationFound, TimeAlignment, TimeFound,
 };
+use crate::report::text::with_error;
 use crate::scene_comparison::types::Options;
 use grideye_draw::text::fixed;
 
@@ -93,7 +94,7 @@ fn shift(time: &TimeFound) -> String {
     } else {
         "ahead of"
     };
-    let shift = with_error(time.shift_s.abs(), time.shift_error_s, 3);
+    let shift = with_error(fixed(time.shift_s.abs(), 3), time.shift_error_s, 3);
     format!("{shift} s {direction} the recording at its first frame")
 }
 
@@ -103,13 +104,8 @@ fn rate(time: &TimeFound) -> String {
     }
     let direction = if time.rate < 0.0 { "slower" } else { "faster" };
     let percent = time.rate_error.map(|error| 100.0 * error);
-    let rate = with_error(100.0 * time.rate.abs(), percent, 2);
+    let rate = with_error(fixed(100.0 * time.rate.abs(), 2), percent, 2);
     format!("{rate} % {direction} than its clock")
-}
-
-fn with_error(value: f64, error: Option<f64>, decimals: usize) -> String {
-    let error = error.map(|error| format!(" ± {}", fixed(error, decimals)));
-    fixed(value, decimals) + &error.unwrap_or_default()
 }
 
 /// What to do about an image that was found, and judged, not to lie as the scene has it.

@@ -12,8 +12,9 @@ use crate::metrics::gain::WarmLimits;
 use crate::metrics::unclaimed::RoomDifference;
 use crate::numbers::{count, evenly, mean_frame, median};
 use crate::scene_comparison::types::{
-    AlignedFrames, KnownPattern, LearnedRoom, Options, TimedFrame, pixels, seconds,
+    AlignedFrames, LearnedRoom, Options, TimedFrame, pixels, seconds,
 };
+use crate::verdict::types::KnownPattern;
 use grideye_frame::{COLUMNS, PIXELS};
 use grideye_recording::Record;
 use grideye_scene::{Scene, Simulator};
@@ -124,26 +125,18 @@ impl<'a> Renderer<'a> {
         if map.beyond_pattern(thresholds.pattern_spread_c).is_some() {
             return None;
         }
-        let place = |pixel: usize| {
-            if map.cold[pixel] {
-                map.left_c[pixel]
-            } else {
-                0.0
-            }
+        let cold = |pixel: usize, known: f64, unknown: f64| match map.cold[pixel] {
+            true => known,
+            false => unknown,
         };
-        let added_c = std::array::from_fn(place);
+        let added_c = std::array::from_fn(|pixel| cold(pixel, map.left_c[pixel], 0.0));
         self.pattern_c = Some(added_c);
-        let left = map.cold.iter().map(|&is_cold| {
-            if is_cold {
-                learned.error_c
-            } else {
-                thresholds.pattern_spread_c
-            }
-        });
+        let spread_c = thresholds.pattern_spread_c;
+        let left = (0..PIXELS).map(|pixel| cold(pixel, learned.error_c, spread_c));
         Some(KnownPattern {
             from: RoomSource::Recording,
             added_c: added_c.to_vec(),
-            left_c: left.collect(),
+            left_c: Some(left.collect()),
         })
     }
 

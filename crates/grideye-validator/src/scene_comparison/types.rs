@@ -8,7 +8,7 @@ use crate::metrics::Binning;
 use crate::metrics::foreground::{EmptyRoom, RoomSource};
 use crate::thresholds::Thresholds;
 use crate::verdict::sensor_criteria::Inspection;
-use crate::verdict::types::Prior;
+use crate::verdict::types::{KnownPattern, Prior};
 use grideye_frame::PIXELS;
 use grideye_recording::Record;
 use grideye_scene::Simulator;
@@ -112,16 +112,18 @@ impl KnownUnit {
         }
     }
 
+    pub(crate) fn pattern(&self) -> KnownPattern {
+        KnownPattern {
+            from: RoomSource::Profile,
+            added_c: self.pattern_c.to_vec(),
+            left_c: Some(vec![self.spread_c; PIXELS]),
+        }
+    }
+
     /// The largest common offset that is no fault, °C.
     pub(crate) fn level_c(&self, thresholds: &Thresholds) -> f64 {
         thresholds.level_margin_c + 3.0 * self.wander_c + self.bias_c
     }
-}
-
-pub(crate) struct People {
-    pub(crate) nobody: Vec<Vec<f64>>,
-    pub(crate) are_in_scene: bool,
-    pub(crate) are_shown: bool,
 }
 
 pub(crate) struct LearnedRoom {
@@ -131,29 +133,11 @@ pub(crate) struct LearnedRoom {
     pub(crate) error_c: f64,
 }
 
-impl KnownPattern {
-    pub(crate) fn of(unit: &KnownUnit) -> Self {
-        Self {
-            from: RoomSource::Profile,
-            added_c: unit.pattern_c.to_vec(),
-            left_c: vec![unit.spread_c; PIXELS],
-        }
-    }
-}
-
-pub(crate) struct KnownPattern {
-    pub(crate) from: RoomSource,
-    /// What was added to the scene, row by row, °C.
-    pub(crate) added_c: Vec<f64>,
-    /// Standard deviation of what is not known, row by row, °C.
-    pub(crate) left_c: Vec<f64>,
-}
-
+/// What is known of sensor and room beside the scene; of people and pattern, nothing.
 pub(crate) fn prior(
     records: &[Record],
     simulator: &Simulator,
-    people: People,
-    (learned, pattern): (Option<LearnedRoom>, Option<KnownPattern>),
+    learned: Option<LearnedRoom>,
     found: &Alignment,
     options: &Options,
 ) -> Prior {
@@ -169,16 +153,6 @@ pub(crate) fn prior(
         (None, None) => RoomSource::Scene,
     };
     Prior {
-        nobody: people.nobody,
-        has_people: people.are_in_scene,
-        shows_people: people.are_shown,
-        pattern_from: pattern
-            .as_ref()
-            .map_or(RoomSource::Scene, |pattern| pattern.from),
-        pattern_added_c: pattern
-            .as_ref()
-            .map_or_else(Vec::new, |pattern| pattern.added_c.clone()),
-        pattern_c: pattern.map(|pattern| pattern.left_c),
         turned_back: found
             .orientation
             .filter(|found| found.applied)
@@ -190,5 +164,6 @@ pub(crate) fn prior(
         },
         level_c: options.unit.map(|unit| unit.level_c(thresholds)),
         sensor,
+        ..Prior::default()
     }
 }

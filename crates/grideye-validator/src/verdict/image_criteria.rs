@@ -1,6 +1,7 @@
 //! What else a picture shows: warmth that is not claimed, how it lies, how warm it is all over.
 
 use crate::align::Orientation;
+use crate::expected::ScoreDistribution;
 use crate::expected::units::{Pick, Scale};
 use crate::metrics::foreground::RoomSource;
 use crate::metrics::unclaimed::WarmBlock;
@@ -41,7 +42,7 @@ pub(crate) fn unclaimed(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Wei
     if claims_nobody && hidden_c > thresholds.unclaimed_min_c {
         let unit = "noise, nor from this unit's pattern, of which nothing is known";
         let quiet = "a sensor with less noise, or a scene with people to look for";
-        let (than, turn) = match prior.pattern_from {
+        let (than, turn) = match prior.pattern.from {
             RoomSource::Scene => (unit, PROFILE),
             _ => ("noise", quiet),
         };
@@ -65,7 +66,8 @@ fn limits_c(evidence: &Evidence<'_>, thresholds: &Thresholds) -> [Option<f64>; 2
         |statistics| statistics.unclaimed.moving.map(|block| block.celsius),
     ];
     picks.map(|pick| {
-        let law = evidence.expected.right(Scale::Plain, pick)?;
+        let draws = evidence.expected.right.iter().map(pick);
+        let law = ScoreDistribution::of(Scale::Plain, draws)?;
         let limit_c = law.high_of_largest(thresholds.false_alarm_max);
         Some(limit_c.max(thresholds.unclaimed_min_c))
     })

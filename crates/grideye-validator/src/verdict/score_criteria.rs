@@ -1,5 +1,6 @@
 //! Scores held against what a right scene would reach, and what a room without its people, or without anything.
 
+use crate::expected::claim::Statistics;
 use crate::expected::units::{Pick, Scale};
 use crate::expected::{DRAWS, ScoreDistribution};
 use crate::metrics::foreground::RoomSource;
@@ -96,16 +97,18 @@ impl ScoreCriterion {
             return self.question.weighed(State::NotAsked, why, "");
         }
         let expected = evidence.expected;
-        let Some(right) = expected.right(self.scale, self.pick) else {
+        let law =
+            |draws: &[Statistics]| ScoreDistribution::of(self.scale, draws.iter().map(self.pick));
+        let Some(right) = law(&expected.right) else {
             let score = self.score;
             let why = format!("{score} is not defined for a scene in which nothing stands out.");
             let turn = "a scene with something warm in view";
             return self.question.weighed(State::Open, why, turn);
         };
         let without = if self.is_of_people {
-            expected.nobody(self.scale, self.pick)
+            law(&expected.nobody)
         } else {
-            expected.blank(self.scale, self.pick)
+            law(&expected.blank)
         };
         let rate = thresholds.false_alarm_max;
         let low = right.low(rate);
@@ -174,7 +177,7 @@ fn range(law: &ScoreDistribution, end: f64, relation: &str, rate: f64) -> String
 
 /// What would settle a score that proves nothing.
 fn remedy(evidence: &Evidence<'_>) -> &'static str {
-    match evidence.prior.pattern_from {
+    match evidence.prior.pattern.from {
         RoomSource::Scene => PROFILE,
         _ => "a recording with more contrast, or a longer one",
     }

@@ -2,11 +2,12 @@
 //! pixels do not belong to, a rate that is not the scene's. C and the gain do not see these; false alarms have a stated rate.
 
 use crate::frames::types::decoded;
-use crate::numbers::{count, greatest_common_divisor, median, normal_tail};
+use crate::numbers::{CommonStep, count, median, normal_tail};
 use crate::thresholds::Thresholds;
 use crate::verdict::types::{Criterion, Question, State};
+use amg8833::word::{pixel_celsius, pixel_steps};
 use grideye_draw::text::fixed;
-use grideye_frame::{PIXELS, PixelWord, RawFrame};
+use grideye_frame::{PIXELS, RawFrame};
 use grideye_recording::Record;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -18,7 +19,7 @@ pub(crate) struct Inspection {
     /// How likely a quiet pixel is to stay as it is in one more frame, at most; `None` without noise.
     stays: Option<f64>,
     /// The step that all pixels are multiples of, in words; 0 if nothing ever changes.
-    step_words: u32,
+    step_words: u16,
     /// Median of the pixels and of the thermistor, °C.
     pixels_c: f64,
     thermistor_c: f64,
@@ -44,7 +45,7 @@ impl Inspection {
             frames: frames.len(),
             longest: longest_runs(&frames),
             stays: noise(&frames, step_c).map(|sigma_c| stays(sigma_c, step_c)),
-            step_words: common_step(&frames, step_c),
+            step_words: common_step(&frames),
             pixels_c: median(&all).unwrap_or_default(),
             thermistor_c: f64::midpoint(thermistor(&first.raw), thermistor(&last.raw)),
             rate_hz: rate_hz(&frames),
@@ -249,7 +250,7 @@ fn noise(frames: &[Distinct], step_c: f64) -> Option<f64> {
     for (now, next) in steps(frames) {
         let sides = now.raw.pixels.iter().zip(&next.raw.pixels);
         for (square, (a, b)) in squares.iter_mut().zip(sides) {
-            let celsius = |word| f64::from(amg8833::word::pixel_celsius(word).get());
+            let celsius = |word| f64::from(pixel_celsius(word).get());
             *square += (celsius(*b) - celsius(*a)).powi(2);
         }
         pairs += 1;
@@ -269,33 +270,12 @@ fn stays(sigma_c: f64, step_c: f64) -> f64 {
 }
 
 /// The greatest step of which all differences between pixel words are multiples.
-fn common_step(frames: &[Distinct], step_c: f64) -> u32 {
-    let signed =
-        |word: PixelWord| (f64::from(amg8833::word::pixel_celsius(word).get()) / step_c).round();
-    let Some(first) = frames.first() else {
-        return 0;
-    };
-    let zero = signed(first.raw.pixels[0]);
-    let mut common = 0;
-    for frame in frames {
-        for &word in &frame.raw.pixels {
-            common = greatest_common_divisor(common, whole((signed(word) - zero).abs()));
-        }
-        if common == 1 {
-            break;
-        }
+fn common_step(frames: &[Distinct]) -> u16 {
+    let mut common = CommonStep::default();
+    for &word in frames.iter().flat_map(|frame| &frame.raw.pixels) {
+        common.push(pixel_steps(word));
     }
-    common
-}
-
-#[expect(
-    clippy::as_conversions,
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a whole number from 0 to 4,096"
-)]
-const fn whole(value: f64) -> u32 {
-    value as u32
+    common.step
 }
 
 fn rate_hz(frames: &[Distinct]) -> Option<f64> {

@@ -24,9 +24,7 @@ struct Case {
     warm: WarmPixels,
     prior: Prior,
     found: Statistics,
-    right: Vec<Statistics>,
-    nobody: Vec<Statistics>,
-    blank: Vec<Statistics>,
+    expected: Expected,
     alike: Vec<Orientation>,
 }
 
@@ -112,20 +110,20 @@ impl Case {
                 ..Prior::default()
             },
             found,
-            right,
-            nobody,
-            blank: vec![Statistics {
-                correlation: Some(0.05),
-                gain: Some(0.0),
-                ..Statistics::default()
-            }],
+            expected: Expected {
+                right,
+                nobody,
+                blank: vec![Statistics {
+                    correlation: Some(0.05),
+                    gain: Some(0.0),
+                    ..Statistics::default()
+                }],
+            },
             alike: Vec::new(),
         }
     }
 
     fn judged(&self) -> Judgment {
-        let expected =
-            Expected::known([self.right.clone(), self.nobody.clone(), self.blank.clone()]);
         let evidence = Evidence {
             scores: &self.scores,
             real_frames: self.real_frames,
@@ -135,7 +133,7 @@ impl Case {
             lag_frames: 1,
             prior: &self.prior,
             found: &self.found,
-            expected: &expected,
+            expected: &self.expected,
             alike: &self.alike,
             times: &[Duration::ZERO, Duration::from_millis(400)],
         };
@@ -260,11 +258,11 @@ fn a_score_that_an_empty_room_reaches_proves_nothing() {
                   (99.9 % at least 0.19), rooms without the people 0.00 (99.9 % at most 0.31), over 100 drawn units. So \
                   much proves nothing here.";
     case.cannot_tell(reason, PROFILE);
-    case.prior.pattern_from = RoomSource::Profile;
+    case.prior.pattern.from = RoomSource::Profile;
     case.cannot_tell(reason, "a recording with more contrast, or a longer one");
     // As much as is asked is enough, of which a number that is none is not.
-    case.right = vec![case.right[0].clone()];
-    case.nobody.clear();
+    case.expected.right = vec![case.expected.right[0].clone()];
+    case.expected.nobody.clear();
     case.found.over_nobody = Some(0.2);
     assert_eq!(case.criterion("better_than_nobody").state, State::Met);
     case.found.over_nobody = Some(f64::NAN);
@@ -274,7 +272,7 @@ fn a_score_that_an_empty_room_reaches_proves_nothing() {
 #[test]
 fn a_scene_in_which_nothing_stands_out_has_no_score() {
     let mut case = Case::right();
-    for right in &mut case.right {
+    for right in &mut case.expected.right {
         right.correlation = None;
     }
     case.cannot_tell(
@@ -321,9 +319,9 @@ fn warmth_that_is_not_claimed_is_told_from_noise() {
     };
     let unit = "noise, nor from this unit's pattern, of which nothing is known";
     case.says("nothing_unclaimed", State::Open, &sentence(unit));
-    case.prior.pattern_from = RoomSource::Profile;
+    case.prior.pattern.from = RoomSource::Profile;
     case.says("nothing_unclaimed", State::Open, &sentence("noise"));
-    for right in &mut case.right {
+    for right in &mut case.expected.right {
         right.unclaimed.moving = block(0.3, Some(0));
     }
     case.found.unclaimed.moving = block(0.3, Some(1));
@@ -343,7 +341,7 @@ fn warmth_that_is_not_claimed_is_told_from_noise() {
 #[test]
 fn how_the_image_lies_is_told_as_far_as_the_scene_tells_it() {
     let mut case = Case::right();
-    for (right, by) in case.right.iter_mut().zip(both(0.0, 0.1)) {
+    for (right, by) in case.expected.right.iter_mut().zip(both(0.0, 0.1)) {
         right.upright = vec![(Orientation::Half, by)];
     }
     case.found.upright = vec![(Orientation::Half, 0.1)];
@@ -413,23 +411,5 @@ fn a_faulty_sensor_fails_the_verdict_and_a_sound_one_is_no_reason() {
     assert_eq!(
         judgment.would_change,
         "To agree, it takes “The rate is the scene's” to hold."
-    );
-}
-
-#[test]
-fn where_the_empty_room_comes_from_has_a_name_and_words() {
-    let all = [
-        RoomSource::Scene,
-        RoomSource::Profile,
-        RoomSource::Recording,
-    ];
-    assert_eq!(all.map(RoomSource::name), ["scene", "profile", "recording"]);
-    assert_eq!(
-        all.map(RoomSource::in_words),
-        [
-            "the scene without its people",
-            "the scene without its people, with the pattern of the profile",
-            "what the recording shows while nobody is there",
-        ]
     );
 }

@@ -50,7 +50,7 @@ pub(crate) struct Evidence<'a> {
 }
 
 /// What the same scene scores without its people.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Nobody {
     pub correlation: Option<f64>,
@@ -66,18 +66,24 @@ pub(crate) struct Prior {
     pub(crate) has_people: bool,
     /// Whether they can be seen in any of the simulated frames.
     pub(crate) shows_people: bool,
-    /// Where the unit's pattern is known from; nothing is known of it where that is the scene.
-    pub(crate) pattern_from: RoomSource,
-    /// What of it was added to the scene, row by row, °C; empty if nothing was.
-    pub(crate) pattern_added_c: Vec<f64>,
-    /// Standard deviation of what is not known of it, row by row, °C, where something is.
-    pub(crate) pattern_c: Option<Vec<f64>>,
+    pub(crate) pattern: KnownPattern,
     /// How the image was found to lie, if it was turned back.
     pub(crate) turned_back: Option<Orientation>,
     pub(crate) room: EmptyRoom,
     /// The largest common offset of this unit, °C, if its profile is known.
     pub(crate) level_c: Option<f64>,
     pub(crate) sensor: Vec<Criterion>,
+}
+
+/// What is known of a unit's pattern; by default nothing.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct KnownPattern {
+    /// Where from; nothing is known where that is the scene.
+    pub(crate) from: RoomSource,
+    /// What of it was added to the scene, row by row, °C; empty if nothing was.
+    pub(crate) added_c: Vec<f64>,
+    /// Standard deviation of what is not known of it, row by row, °C, where something is.
+    pub(crate) left_c: Option<Vec<f64>>,
 }
 
 /// Warm pixels a frame, on average: both counts by the same rule, so that they can be set side by side.
@@ -92,22 +98,24 @@ pub struct WarmPixels {
 }
 
 /// One thing that a verdict asks of a recording.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Criterion {
     pub name: &'static str,
     pub title: &'static str,
     pub state: State,
     /// What was found, with the numbers.
+    #[serde(rename = "text")]
     pub sentence: String,
     /// The thresholds that it was held against.
+    #[serde(rename = "thresholds")]
     pub keys: &'static [&'static str],
     /// The score behind it, if there is one.
     pub asked: Option<Asked>,
 }
 
 /// A score, and what was asked of it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Asked {
     pub value: f64,

@@ -12,6 +12,7 @@ use grideye_frame::{PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
 use grideye_recording::linaige::{Date, Reader, stream_from_file_name};
 use grideye_recording::{ClockState, Record, Stamp};
 use grideye_scene::profile::Profile;
+use grideye_validator::BackgroundFit;
 use grideye_validator::background::{Background, BackgroundError, Empty, Stretch, background};
 use grideye_validator::characterize::{Presence, characterize};
 use std::fs::File;
@@ -435,4 +436,17 @@ fn who_is_in_view_stands_in_the_table_and_in_the_json() {
 fn pixels(record: &Record) -> [f64; PIXELS] {
     let frame = record.reading.frame().unwrap();
     frame.pixels.map(|word| f64::from(word.0 & 0xFFF) * 0.25)
+}
+
+/// A step of 0.25 °C leaves 0.0721688 °C of rounding.
+#[test]
+fn rounding_alone_does_not_make_a_profile_worse() {
+    let fit = |profile_c: f64| BackgroundFit {
+        profile_c,
+        own_c: 0.05,
+        stretches: Vec::new(),
+    };
+    let limit = 0.05_f64.hypot(0.072_168_784);
+    assert!(!fit(limit - 1e-6).is_worse());
+    assert!(fit(limit + 1e-6).is_worse());
 }

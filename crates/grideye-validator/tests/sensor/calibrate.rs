@@ -6,7 +6,7 @@ use grideye_recording::{ClockState, Record, Stamp};
 use grideye_scene::profile::Profile;
 use grideye_scene::{Scene, Simulator};
 use grideye_validator::calibrate::{
-    CalibrateError, Calibration, FRAMES_MAX, Options, Progress, calibrate, calibrate_telling,
+    CalibrateError, Calibration, FRAMES_MAX, Options, Progress, calibrate,
 };
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -122,7 +122,8 @@ fn quarters(celsius: f32) -> u16 {
 }
 
 fn run(text: &str, records: &[Record], options: &Options) -> Result<Calibration, CalibrateError> {
-    calibrate(records, (text, "guess.toml"), &files(), "ceiling", options)
+    let scene = (text, "guess.toml");
+    calibrate(records, scene, &files(), "ceiling", options, &mut |_| ())
 }
 
 #[test]
@@ -415,7 +416,7 @@ fn who_waits_is_told_how_far_it_has_come() {
         starts: 2,
         ..Options::default()
     };
-    calibrate_telling(
+    calibrate(
         &record(UNIT, 1, 60, 100, 0.0),
         (&unknown(&[EIGHT[0], EIGHT[1]]), "guess.toml"),
         &files(),

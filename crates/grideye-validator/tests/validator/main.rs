@@ -5,9 +5,14 @@
     reason = "a test that cannot set up its frames has failed"
 )]
 
+mod metrics;
+mod orient;
 mod pairs;
+mod places;
 mod properties;
 mod reports;
 mod scenes;
+mod thinning;
+mod thresholds;
 mod toy;
 mod verdicts;

@@ -2,7 +2,8 @@ use crate::toy::{AMBIENT_C, Blob, PERSON, SHAPE, UNIT, recording, settings, simu
 use grideye_validator::report::{Context, Input, html, json, table};
 use grideye_validator::thresholds::ThresholdSet;
 use grideye_validator::{
-    Better, Comparison, Criterion, FILM_FRAMES_MAX, Measure, Protocol, State, compare,
+    Better, Comparison, Criterion, FILM_FRAMES_MAX, Measure, Protocol, RoomSource, State, compare,
+    paper,
 };
 use serde_json::Value;
 
@@ -493,4 +494,31 @@ fn an_undefined_score_is_a_dash_and_null() {
     let document: Value = serde_json::from_str(&json(&comparison, &Context::default())).unwrap();
     assert_eq!(document["verdict"], "cannot_tell");
     assert_eq!(document["scores"]["correlation"]["value"], Value::Null);
+}
+
+#[test]
+fn where_the_empty_room_comes_from_has_a_name_and_words() {
+    let names = RoomSource::ALL.map(RoomSource::name);
+    assert_eq!(names, ["scene", "profile", "recording"]);
+    assert_eq!(
+        RoomSource::ALL.map(RoomSource::in_words),
+        [
+            "the scene without its people",
+            "the scene without its people, with the pattern of the profile",
+            "what the recording shows while nobody is there",
+        ]
+    );
+}
+
+#[test]
+fn the_papers_figures_are_those_of_tables_1_to_4() {
+    let figure = |number, measure| paper::experiment(number).unwrap().figure(measure);
+    let row = |number| paper::MEASURES.map(|measure| figure(number, measure).unwrap());
+    assert_eq!(row(1), [0.79, 3.5, 5.2, 5.9, 2.8, 0.95]);
+    assert_eq!(row(2), [0.71, 3.3, 4.5, 5.9, 1.9, 0.90]);
+    assert_eq!(row(3), [0.58, 3.2, 4.7, 5.9, 2.0, 0.94]);
+    assert_eq!(row(4), [0.49, 2.9, 4.6, 5.9, 1.6, 0.92]);
+    assert_eq!(figure(2, Measure::MutualInformationGrey), Some(1.9));
+    assert_eq!(figure(1, Measure::Rmse), None);
+    assert_eq!(paper::experiment(5), None);
 }

@@ -1,8 +1,11 @@
-//! The metrics against reference vectors and frames counted by hand.
+//! The metrics against reference vectors and frames counted by hand, and all at once against each on its own.
 
-use super::*;
-use crate::metrics::distance::Centered;
-use crate::numbers::{assert_near, count, difference_sums, extremes, sum_of};
+use grideye_validator::metrics::{
+    Binning, IS_THRESHOLD, Scorer, THRESHOLDS, bias, correlation, entropy, evaluation_graph,
+    foreground_rmse, image_similarity, joint_entropy, mae, mutual_information,
+    mutual_information_corrected, rmse, thresholds_c,
+};
+use proptest::prelude::*;
 
 /// The two frames of the reference vectors: 8 x 8, B is A with an uneven error and one pixel 2.5 degrees off.
 fn reference_frames() -> (Vec<f64>, Vec<f64>) {
@@ -23,7 +26,8 @@ fn reference_frames() -> (Vec<f64>, Vec<f64>) {
 
 #[track_caller]
 fn close(found: Option<f64>, expected: f64) {
-    assert_near(found.unwrap(), expected, 1e-9);
+    let found = found.unwrap();
+    assert!((found - expected).abs() < 1e-9, "{found}, not {expected}");
 }
 
 #[test]
@@ -122,13 +126,17 @@ fn a_constant_frame_of_an_odd_value_has_no_correlation() {
     assert_eq!(correlation(&[0.1; 64], &[20.3; 64]), None);
 }
 
-/// By hand: in step 1 bit, bias 1 / (8 ln 2); crossed 0 bits, bias -1 / (8 ln 2).
+/// By hand: in step 1 bit, bias 1 / (8 ln 2); crossed 0 bits, bias -1 / (8 ln 2). With 3 to 1, H(Y) is 0.811278, H(XY) 1.5, and
+/// there is no bias.
 #[test]
 fn the_bias_of_few_pixels_is_taken_out_of_mutual_information() {
     let step = Binning::Step { width_c: 1.0 };
+    let plain = |other: &[f64; 4]| mutual_information(&HALVES, other, step);
     let corrected = |other: &[f64; 4]| mutual_information_corrected(&HALVES, other, step);
     close(corrected(&[9.0, 9.0, 8.0, 8.0]), 1.180_336_880_111);
     close(corrected(&CROSSED), -0.180_336_880_111);
+    close(plain(&[1.0, 1.0, 1.0, 2.0]), 0.311_278_124);
+    close(corrected(&[1.0, 1.0, 1.0, 2.0]), 0.311_278_124);
 }
 
 /// By hand: differences of 3 and -4 are marked, the root of 25 / 2.
@@ -141,26 +149,100 @@ fn the_foreground_is_what_the_mask_marks() {
     assert_eq!(foreground(&[true; 3]), None);
 }
 
-/// 1, -2, 3 … 11: squares add up to 506, absolute values to 66, the numbers to 6. Eleven are more than one round.
 #[test]
-fn sums_of_differences_take_in_what_is_left_of_a_round() {
-    let x = [20.0; 11];
-    let y: [f64; 11] = std::array::from_fn(|index| {
-        let number = count(index + 1);
-        20.0 + if index % 2 == 0 { number } else { -number }
-    });
-    assert_eq!(difference_sums(&x, &y), [506.0, 66.0, 6.0]);
-    assert_eq!(sum_of(&x, &y, |x, y| y - x), 6.0);
-    assert_eq!(extremes(&y), (10.0, 31.0));
-    assert_eq!(extremes(&y[..2]), (18.0, 21.0));
+fn binnings_that_are_printed_are_read_again() {
+    for binning in [
+        Binning::PaperGrey256,
+        Binning::Step { width_c: 0.25 },
+        Binning::Levels { n: 32 },
+    ] {
+        assert_eq!(binning.to_string().parse(), Ok(binning));
+    }
+    assert_eq!("step:0.5".parse(), Ok(Binning::Step { width_c: 0.5 }));
 }
 
-/// By hand: products add up to 6, squares to 2; noise of 0.25 in five pixels is 4 / 16 of them, of 0.5 it is half.
 #[test]
-fn noise_on_the_other_side_does_not_flatten_the_slope() {
-    let steep = Centered::new(&[23.0, 17.0, 20.0, 20.0, 20.0]);
-    let noisy = Centered::new(&[1.0, -1.0, 0.0, 0.0, 0.0]);
-    close(steep.slope_over_noisy(&noisy, 0.0), 3.0);
-    close(steep.slope_over_noisy(&noisy, 0.25), 6.0 / 1.75);
-    assert_eq!(steep.slope_over_noisy(&noisy, 0.5), None);
+fn what_is_no_binning_is_refused_with_the_way_to_write_one() {
+    let refused = "|grey|step|step:|step:0|step:-1|step:NaN|step:inf|levels:1|levels:0|levels:70000|levels:2.5|width:3";
+    for text in refused.split('|') {
+        let refused = text.parse::<Binning>().unwrap_err().to_string();
+        assert!(refused.contains("hint: grey256, step:WIDTH"), "{refused}");
+    }
+}
+
+fn frame() -> impl Strategy<Value = [f64; 64]> {
+    let pixel = prop_oneof![
+        3 => (60_i32..140).prop_map(|word| f64::from(word) * 0.25),
+        1 => (1_500_i32..3_000).prop_map(|word| f64::from(word) * 0.01),
+        1 => 10.0..40.0_f64,
+    ];
+    proptest::collection::vec(pixel, 64).prop_map(|frame| frame.try_into().unwrap())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(500))]
+
+    #[test]
+    fn all_at_once_is_each_on_its_own((x, y) in (frame(), frame()), step in prop_oneof![Just(None), Just(Some(0.25))]) {
+        let binning = step.map_or(Binning::PaperGrey256, |width_c| Binning::Step { width_c });
+        let mut scorer = Scorer::new();
+        let first = scorer.score(&x, &y, binning).unwrap();
+        let scores = scorer.score(&x, &y, binning).unwrap();
+        prop_assert_eq!(&scores, &first, "nothing is left in the tables");
+        let close = |found: f64, expected: Option<f64>| (found - expected.unwrap()).abs() < 1e-12;
+        prop_assert!(close(scores.correlation.unwrap(), correlation(&x, &y)));
+        prop_assert!(close(scores.entropy_real, entropy(&x, binning)));
+        prop_assert!(close(scores.entropy_simulated, entropy(&y, binning)));
+        prop_assert!(close(scores.joint_entropy, joint_entropy(&x, &y, binning)));
+        prop_assert!(close(scores.mutual_information, mutual_information(&x, &y, binning)));
+        prop_assert!(close(scores.image_similarity, image_similarity(&x, &y, IS_THRESHOLD)));
+        let graph = evaluation_graph(&x, &y, &thresholds_c()).unwrap();
+        prop_assert_eq!(scores.evaluation_graph.to_vec(), graph);
+    }
+}
+
+/// Differences of exactly a threshold, a little more and a little less, beyond the last and none.
+#[test]
+fn differences_at_a_threshold_fall_on_its_far_side() {
+    let scored = |difference| {
+        let scores = Scorer::new().score(&[0.0; 64], &[difference; 64], Binning::PaperGrey256);
+        scores.unwrap()
+    };
+    // The first threshold that all pixels are below.
+    let place = |difference| {
+        let graph = scored(difference).evaluation_graph;
+        assert!(graph.iter().all(|share| [0.0, 1.0].contains(share)));
+        graph.partition_point(|share| *share < 1.0)
+    };
+    for (index, threshold) in thresholds_c().into_iter().enumerate() {
+        assert_eq!(place(threshold), index + 1);
+        assert_eq!(place(-threshold), index + 1);
+        assert_eq!(place(threshold.next_up()), index + 1);
+        if index > 0 {
+            assert_eq!(place(threshold.next_down()), index);
+            // Between two, and where the nearest changes.
+            for part in [0.25, 0.5, 0.75] {
+                assert_eq!(place(threshold - part / 20.0), index);
+            }
+        }
+    }
+    assert_eq!([5.02, 5.03, f64::MAX].map(place), [THRESHOLDS; 3]);
+    assert_eq!(scored(IS_THRESHOLD).image_similarity, 0.0);
+    assert_eq!(scored(IS_THRESHOLD.next_down()).image_similarity, 1.0);
+}
+
+#[test]
+fn a_pair_of_which_something_is_not_defined_has_no_score_of_it() {
+    let (mut frame, flat) = ([20.0; 64], [20.0; 64]);
+    frame[3] = 21.0;
+    let mut scorer = Scorer::new();
+    let scores = scorer.score(&frame, &flat, Binning::PaperGrey256).unwrap();
+    assert_eq!((scores.correlation, scores.entropy_simulated), (None, 0.0));
+    for width_c in [0.0, f64::NAN] {
+        let step = Binning::Step { width_c };
+        assert_eq!(scorer.score(&frame, &frame, step), None);
+    }
+    frame[5] = f64::NAN;
+    assert_eq!(scorer.score(&frame, &flat, Binning::PaperGrey256), None);
+    assert_eq!(scorer.score(&flat, &frame, Binning::PaperGrey256), None);
 }
