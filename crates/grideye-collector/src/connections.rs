@@ -17,7 +17,7 @@ use std::cmp::Reverse;
 use std::collections::{BTreeSet, HashMap};
 use std::net::IpAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex};
 use tokio::task::AbortHandle;
 
 /// How far a connection has come, in the order in which connections are displaced.
@@ -47,11 +47,6 @@ pub(crate) struct Connections {
     counters: Arc<Counters>,
 }
 
-pub(crate) struct Admitted {
-    pub(crate) connection: Connection,
-    pub(crate) displaced: Option<AddressGroup>,
-}
-
 impl Connections {
     pub(crate) fn new(limits: &Limits, counters: Arc<Counters>) -> Self {
         Self {
@@ -60,14 +55,16 @@ impl Connections {
         }
     }
 
-    /// `None` when all places are taken and none can be displaced. The limit for one address does not bind a trusted proxy.
+    /// A connection, and whose it displaced; `None` when all places are taken and none can be displaced. The limit for one
+    /// address does not bind a trusted proxy.
     pub(crate) fn admit(
         self: &Arc<Self>,
         peer: IpAddr,
         is_trusted_proxy: bool,
-    ) -> Option<Admitted> {
+    ) -> Option<(Connection, Option<AddressGroup>)> {
         let group = AddressGroup::of(peer);
-        let (number, displaced) = self.lock().admit(group, is_trusted_proxy).or_else(|| {
+        let admitted = lock(&self.places).admit(group, is_trusted_proxy);
+        let (number, displaced) = admitted.or_else(|| {
             add(&self.counters.turned_away, 1);
             None
         })?;
@@ -76,27 +73,23 @@ impl Connections {
             None => add(&self.counters.connections_open, 1),
             Some(place) => {
                 add(&self.counters.displaced, 1);
-                place.end();
+                if let Some(task) = &place.task {
+                    task.abort();
+                }
             }
         }
-        Some(Admitted {
-            connection: Connection {
-                all: Arc::clone(self),
-                number,
-                is_established: AtomicBool::new(false),
-            },
-            displaced: displaced.map(|place| place.group),
-        })
+        let connection = Connection {
+            all: Arc::clone(self),
+            number,
+            is_established: AtomicBool::new(false),
+        };
+        Some((connection, displaced.map(|place| place.group)))
     }
 
     pub(crate) fn serve_by(&self, number: u64, task: AbortHandle) {
-        if let Some(place) = self.lock().open.get_mut(&number) {
+        if let Some(place) = lock(&self.places).open.get_mut(&number) {
             place.task = Some(task);
         }
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Places> {
-        lock(&self.places)
     }
 }
 
@@ -138,14 +131,14 @@ impl Connection {
 
     fn comes_to(&self, standing: Standing) {
         if !self.is_established() {
-            self.all.lock().move_to(self.number, standing);
+            lock(&self.all.places).move_to(self.number, standing);
         }
     }
 }
 
 impl Drop for Connection {
     fn drop(&mut self) {
-        if self.all.lock().remove(self.number).is_some() {
+        if lock(&self.all.places).remove(self.number).is_some() {
             let open = &self.all.counters.connections_open;
             open.fetch_sub(1, Ordering::Relaxed);
         }
@@ -166,14 +159,6 @@ struct Place {
     group: AddressGroup,
     standing: Standing,
     task: Option<AbortHandle>,
-}
-
-impl Place {
-    fn end(&self) {
-        if let Some(task) = &self.task {
-            task.abort();
-        }
-    }
 }
 
 impl Places {
@@ -311,13 +296,13 @@ mod tests {
         /// Lets one in, or not; the numbers that are no longer there afterwards.
         fn comes(&mut self, from: IpAddr) -> Option<Vec<u64>> {
             let before = self.numbers();
-            self.open.push(self.all.admit(from, false)?.connection);
+            self.open.push(self.all.admit(from, false)?.0);
             let after = self.numbers();
             Some(before.difference(&after).copied().collect())
         }
 
         fn numbers(&self) -> BTreeSet<u64> {
-            self.all.lock().open.keys().copied().collect()
+            lock(&self.all.places).open.keys().copied().collect()
         }
 
         fn of(&self, number: usize) -> &Connection {
@@ -410,7 +395,7 @@ mod tests {
         assert_eq!(scene.numbers(), BTreeSet::from([1, 2]));
         scene.open.clear();
         assert_eq!(of(&scene.counters.connections_open), 0);
-        let places = scene.all.lock();
+        let places = lock(&scene.all.places);
         assert!(places.open.is_empty() && places.by_group.is_empty());
         for tier in &places.tiers {
             assert!(tier.by_group.is_empty() && tier.by_size.is_empty());

@@ -45,13 +45,11 @@ impl Counters {
 
     /// The codes are those of this program, so there are few.
     pub(crate) fn refused(&self, code: &'static str) {
-        let mut refused = lock(&self.refused);
-        *refused.entry(code).or_default() += 1;
+        *lock(&self.refused).entry(code).or_default() += 1;
     }
 
     pub(crate) fn refusals(&self) -> BTreeMap<&'static str, u64> {
-        let refused = lock(&self.refused);
-        refused.clone()
+        lock(&self.refused).clone()
     }
 
     pub(crate) fn by_class(&self) -> [u64; 5] {

@@ -35,6 +35,7 @@ mod log;
 mod openapi;
 mod page;
 mod peer;
+mod percent;
 mod rates;
 mod router;
 mod server;

@@ -43,20 +43,12 @@ pub fn color(stops: &[Rgb], place: f64) -> Rgb {
     std::array::from_fn(|channel| blend(from[channel], to[channel], share))
 }
 
-/// Whether black text is read better than white on a color (relative luminance, WCAG 2.2).
-fn wants_black_text(color: Rgb) -> bool {
-    let linear = color.map(|channel| (f64::from(channel) / 255.0).powf(2.2));
-    0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2] > 0.18
-}
-
-/// Black or white, whichever is read better on a color, as SVG and CSS write it.
+/// Black or white, whichever is read better on a color (relative luminance, WCAG 2.2), as SVG and CSS write it.
 #[must_use]
 pub fn ink(color: Rgb) -> &'static str {
-    if wants_black_text(color) {
-        "#000"
-    } else {
-        "#fff"
-    }
+    let linear = color.map(|channel| (f64::from(channel) / 255.0).powf(2.2));
+    let luminance = 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2];
+    if luminance > 0.18 { "#000" } else { "#fff" }
 }
 
 /// A color as SVG and CSS write it: `#0a10ff`.
@@ -109,7 +101,7 @@ mod tests {
 
     #[test]
     fn text_stands_out() {
-        assert!(!wants_black_text([0, 0, 4]));
-        assert!(wants_black_text([252, 255, 164]));
+        assert_eq!(ink([0, 0, 4]), "#fff");
+        assert_eq!(ink([252, 255, 164]), "#000");
     }
 }

@@ -110,7 +110,16 @@ async fn export(
             .hint("ask again in a few seconds")
     })?;
     let name = attachment(&members.recording.name, extension);
-    let rows = Pages::of(exports.store, members, rows_max, Handle::current());
+    let rows = Pages {
+        store: exports.store,
+        runtime: Handle::current(),
+        members,
+        rows_max,
+        taken: 0,
+        span: 0,
+        after_seq: None,
+        ready: VecDeque::new(),
+    };
     let file = write(rows, format, (room, exports.scratch)).await?;
     let headers = [(header::CONTENT_DISPOSITION, name)];
     let kind = [(header::CONTENT_TYPE, *content_type)];
@@ -243,24 +252,6 @@ struct Pages {
 }
 
 impl Pages {
-    const fn of(
-        store: Arc<dyn FrameStore>,
-        members: Members,
-        rows_max: Option<u64>,
-        runtime: Handle,
-    ) -> Self {
-        Self {
-            store,
-            runtime,
-            members,
-            rows_max,
-            taken: 0,
-            span: 0,
-            after_seq: None,
-            ready: VecDeque::new(),
-        }
-    }
-
     /// Takes the next page, of the next span where one has ended; nothing is ready after the last.
     fn fill(&mut self) -> Result<(), ExportError> {
         while self.ready.is_empty() {

@@ -2,7 +2,7 @@
 
 use crate::error::ExportError;
 use crate::npz::Archive;
-use crate::parquet::{Column, Values};
+use crate::parquet::{self, Column, Values};
 use grideye_dataset::{AgentLabels, Part, Scalars, Table};
 use std::io::Write;
 
@@ -23,7 +23,10 @@ pub fn write(
                 ("grideye.dataset", about.to_owned()),
                 ("grideye.part", part.number.to_string()),
             ];
-            crate::parquet::write(&columns(part), &about, out)
+            let columns = columns(part);
+            let mut table = parquet::Table::new(&columns, &about, out)?;
+            table.add(&columns)?;
+            table.finish()
         }
     }
 }

@@ -45,17 +45,6 @@ pub(crate) enum Values {
     },
 }
 
-/// Writes the columns as one group of rows, with these words about the file.
-pub(crate) fn write(
-    columns: &[Column],
-    about: &[(&str, String)],
-    out: impl Write + Send,
-) -> Result<(), ExportError> {
-    let mut table = Table::new(columns, about, out)?;
-    table.add(columns)?;
-    table.finish()
-}
-
 /// A file to which groups of rows are added.
 pub(crate) struct Table<W: Write + Send> {
     writer: SerializedFileWriter<W>,

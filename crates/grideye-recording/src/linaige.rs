@@ -199,24 +199,24 @@ struct Parsed {
 }
 
 fn parse(line: &Line<'_>) -> Result<Parsed, RecordingError> {
-    let fields: [&str; COLUMNS] = line.fields()?;
-    let field = |index: usize| fields.get(index).copied().unwrap_or_default();
-    let cell = |column, index| Cell {
-        line: line.number,
+    let [time, thermistor, pixels @ .., people, confidence] = line.fields::<COLUMNS>()?;
+    let number = line.number;
+    let cell = |column, text| Cell {
+        line: number,
         column,
-        text: field(index),
+        text,
     };
-    let named = |name, index| cell(Column::Named(name), index);
-    let time = named("timestamp", 0);
+    let named = |name, text| cell(Column::Named(name), text);
+    let time = named("timestamp", time);
     let mut frame = RawFrame {
-        thermistor: named("thermistor", 1).thermistor()?,
+        thermistor: named("thermistor", thermistor).thermistor()?,
         pixels: [PixelWord(0); PIXELS],
     };
-    for (index, word) in frame.pixels.iter_mut().enumerate() {
-        *word = cell(Column::Pixel(index), 2 + index).pixel()?;
+    for (index, (word, text)) in frame.pixels.iter_mut().zip(pixels).enumerate() {
+        *word = cell(Column::Pixel(index), text).pixel()?;
     }
-    let people = named("people_number", COLUMNS - 2);
-    let confidence = named("confidence", COLUMNS - 1);
+    let people = named("people_number", people);
+    let confidence = named("confidence", confidence);
     Ok(Parsed {
         time_of_day_ns: time_of_day_ns(time.text)
             .ok_or_else(|| time.refused("a time of day as 18_14_07.274925"))?,
@@ -284,50 +284,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn dates_are_those_of_the_calendar() {
-        // From `date -u -d DATE +%s` divided by 86400.
-        let days = [
-            ((1970, 1, 1), 0),
-            ((2000, 2, 29), 11_016),
-            ((2000, 3, 1), 11_017),
-            ((2021, 7, 1), 18_809),
-            ((2100, 3, 1), 47_541),
-            ((2199, 12, 31), 84_005),
-        ];
-        for ((year, month, day), expected) in days {
-            let date = Date::new(year, month, day).unwrap();
-            let found = date.midnight_utc_ns();
-            assert_eq!(found, expected * 86_400 * NS_PER_S, "{year}-{month}-{day}");
-        }
-        let none = [
-            (1969, 12, 31),
-            (2200, 1, 1),
-            (2021, 2, 29),
-            (2100, 2, 29),
-            (2021, 13, 1),
-            (2021, 0, 1),
-            (2021, 4, 31),
-            (2021, 4, 0),
-        ];
-        for (year, month, day) in none {
-            assert_eq!(Date::new(year, month, day), None, "{year}-{month}-{day}");
-        }
-    }
-
-    #[test]
-    fn the_date_is_found_wherever_it_stands_in_a_name() {
-        for name in "2021-07-06.csv|a/2021-07-06|x12021-07-06y|1-2021-07-06".split('|') {
-            let found = Date::from_file_name(name).ok();
-            assert_eq!(found, Date::new(2021, 7, 6), "{name}");
-        }
-        for name in "|session.csv|2021-13-01.csv|2021_07_06.csv|é2021-07-0é".split('|') {
-            let error = Date::from_file_name(name).unwrap_err();
-            let is_named = matches!(error, RecordingError::FileNameWithoutDate { .. });
-            assert!(is_named, "{name}: {error}");
-        }
-    }
-
-    #[test]
     fn times_of_day_are_exact_and_strict() {
         assert_eq!(time_of_day_ns("00_00_00.000001"), Some(1_000));
         assert_eq!(time_of_day_ns("18_14_07.274925"), Some(65_647_274_925_000));
@@ -337,16 +293,5 @@ mod tests {
         for text in wrong.split('|') {
             assert_eq!(time_of_day_ns(text), None, "{text}");
         }
-    }
-
-    #[test]
-    fn a_stream_is_named_after_its_file() {
-        assert_eq!(
-            stream_from_file_name("Session2_2021-07-01_RoomB_v2.csv").boot,
-            "Session2_2021-07-01_RoomB_v2"
-        );
-        assert_eq!(stream_from_file_name("_ö=a b.csv").boot, "ab");
-        assert_eq!(stream_from_file_name("ö").boot, "session");
-        assert_eq!(stream_from_file_name(&"x".repeat(100)).boot.len(), 64);
     }
 }

@@ -78,30 +78,3 @@ pub fn sensor_of(pixels: usize) -> String {
         None => "this one is of another sensor".to_owned(),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn header(pixels: usize) -> String {
-        let names: String = (0..pixels).map(|index| format!(",pixel{index}")).collect();
-        format!("timestamp,thermistor{names},people_number,confidence\n")
-    }
-
-    #[test]
-    fn the_resolution_of_another_sensor_is_named() {
-        // Of a Grid-EYE, of others; a fault of a Grid-EYE's own header, one that is cut, and a file of another kind.
-        for (header, pixels) in [
-            (header(64).as_bytes(), None),
-            (header(768).as_bytes(), Some(768)),
-            (header(16).as_bytes(), Some(16)),
-            (header(63).as_bytes(), None),
-            (&header(64).as_bytes()[..60], None),
-            (b"a,b\n1,2\n", None),
-        ] {
-            let shown = String::from_utf8_lossy(header);
-            assert_eq!(other_resolution(header), pixels, "{shown}");
-        }
-        assert!(sensor_of(768).contains("32 x 24"));
-    }
-}

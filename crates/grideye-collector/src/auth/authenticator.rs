@@ -6,7 +6,7 @@ use crate::auth::folder::{AccessFolder, FileState};
 use crate::auth::session::Sessions;
 use crate::auth::token::Token;
 use crate::lock::lock;
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 #[derive(Debug, Clone)]
@@ -52,11 +52,6 @@ struct Known {
     fault: Option<String>,
 }
 
-struct Looked {
-    book: Arc<TokenBook>,
-    is_open: bool,
-}
-
 impl Authenticator {
     pub(crate) fn open() -> Self {
         Self {
@@ -79,16 +74,16 @@ impl Authenticator {
             reread_every,
             ..Self::open()
         };
-        authenticator.reread(&mut authenticator.known())?;
+        authenticator.reread(&mut lock(&authenticator.known))?;
         Ok(authenticator)
     }
 
     pub(crate) fn asks_for_tokens(&self, now: Duration) -> bool {
-        !self.look(now).is_open
+        !self.look(now).1
     }
 
     pub(crate) fn fault(&self) -> Option<String> {
-        self.known().fault.clone()
+        lock(&self.known).fault.clone()
     }
 
     /// Who shows this. `now` is on the monotonic clock; `t_now_s`, since 1970-01-01 UTC, is asked for a cookie alone.
@@ -98,7 +93,7 @@ impl Authenticator {
         now: Duration,
         t_now_s: impl FnOnce() -> i64,
     ) -> Result<Caller, Unknown> {
-        let Looked { book, is_open } = self.look(now);
+        let (book, is_open) = self.look(now);
         if is_open {
             return Ok(Caller::Anyone);
         }
@@ -114,7 +109,7 @@ impl Authenticator {
     }
 
     pub(crate) fn still_knows(&self, caller: &Caller, now: Duration) -> bool {
-        let Looked { book, is_open } = self.look(now);
+        let (book, is_open) = self.look(now);
         match caller {
             Caller::Anyone => is_open,
             Caller::Holder { record, .. } => book.get(&record.id).is_some(),
@@ -144,7 +139,7 @@ impl Authenticator {
         let Some(folder) = &self.folder else {
             return Ok(None);
         };
-        let mut known = self.known();
+        let mut known = lock(&self.known);
         if let Some(sessions) = &known.sessions {
             return Ok(Some(Arc::clone(sessions)));
         }
@@ -153,21 +148,20 @@ impl Authenticator {
         Ok(Some(sessions))
     }
 
-    /// The list, looked at again if it is time. A list that cannot be read may name somebody: it opens nothing.
-    fn look(&self, now: Duration) -> Looked {
-        let mut known = self.known();
+    /// The list, looked at again if it is time, and whether anyone is let in. A list that cannot be read may name somebody: it
+    /// opens nothing.
+    fn look(&self, now: Duration) -> (Arc<TokenBook>, bool) {
+        let mut known = lock(&self.known);
         if self.folder.is_some() && now.saturating_sub(known.looked_at) >= self.reread_every {
             self.refresh(&mut known, now);
         }
-        Looked {
-            is_open: known.book.is_empty() && known.fault.is_none(),
-            book: Arc::clone(&known.book),
-        }
+        let is_open = known.book.is_empty() && known.fault.is_none();
+        (Arc::clone(&known.book), is_open)
     }
 
     /// The list as it is at this moment: a token may have been made just now, and its holder is not to be turned away.
     fn look_again(&self, now: Duration) -> Arc<TokenBook> {
-        let mut known = self.known();
+        let mut known = lock(&self.known);
         self.refresh(&mut known, now);
         Arc::clone(&known.book)
     }
@@ -193,10 +187,6 @@ impl Authenticator {
         known.book = Arc::new(folder.book()?);
         known.state = state;
         Ok(())
-    }
-
-    fn known(&self) -> MutexGuard<'_, Known> {
-        lock(&self.known)
     }
 }
 

@@ -227,10 +227,6 @@ mod tests {
         }
     }
 
-    fn read(json: &[u8]) -> Result<TokenBook> {
-        TokenBook::from_json(json, Path::new("tokens.json"))
-    }
-
     #[test]
     fn the_book_reads_back_and_holds_no_secret() {
         let mut book = TokenBook::default();
@@ -243,49 +239,13 @@ mod tests {
             let secret = token.reveal().rsplit('-').next().unwrap().to_owned();
             assert!(!text.contains(&secret), "{text}");
         }
-        let again = read(&json).unwrap();
+        let again = TokenBook::from_json(&json, Path::new("tokens.json")).unwrap();
         assert_eq!(again.to_json().unwrap(), json);
         let record = again.get(pi.id()).unwrap();
         assert!(record.hash.is_of(&pi) && !record.hash.is_of(&page));
         assert_eq!(record.scope, ingest(&["pi-1", "pi-2"]));
         assert!(again.get(page.id()).is_none(), "it was revoked");
         assert_eq!(again.records()[1].t_revoked_s, Some(102));
-    }
-
-    #[test]
-    fn a_token_is_revoked_by_number_or_name_and_the_book_does_not_become_empty() {
-        let mut book = TokenBook::default();
-        let first = book.add("pi-1", ingest(&["pi-1"]), 1).unwrap();
-        let second = book.add("pi-1", ingest(&["pi-1"]), 2).unwrap();
-        assert_eq!(book.revoke(&first.id().to_string(), 3).unwrap().len(), 1);
-        assert!(book.get(first.id()).is_none() && book.get(second.id()).is_some());
-        assert_eq!(book.revoke("pi-1", 4).unwrap()[0].id, *second.id());
-        let error = book.revoke("pi-1", 5).unwrap_err().to_string();
-        let is_whole = error.contains("pi-1") && error.contains("\nhint: ");
-        assert!(is_whole, "{error}");
-        assert!(!book.is_empty());
-        assert_eq!(book.records()[0].t_revoked_s, Some(3), "not moved");
-    }
-
-    #[test]
-    fn names_and_the_number_of_devices_are_bounded() {
-        let mut book = TokenBook::default();
-        let devices: Vec<String> = (0..=DEVICES_PER_TOKEN_MAX)
-            .map(|number| format!("pi-{number}"))
-            .collect();
-        let names: Vec<&str> = devices.iter().map(String::as_str).collect();
-        assert!(book.add("fleet", ingest(&names[1..]), 1).is_ok());
-        let refused = |scope| {
-            let added = TokenBook::default().add("fleet", scope, 1);
-            added.unwrap_err().to_string()
-        };
-        assert!(refused(ingest(&names)).contains("found 65"));
-        assert!(refused(ingest(&[])).contains("found 0"));
-        assert!(refused(ingest(&["../etc"])).contains("\"../etc\" cannot be the name of a device"));
-        for name in ["", "a b", "=1+1", "-x", &"x".repeat(65)] {
-            let error = book.add(name, Scope::Read, 1).unwrap_err().to_string();
-            assert!(error.contains("cannot be the name of a token"), "{error}");
-        }
     }
 
     #[test]
@@ -300,32 +260,5 @@ mod tests {
         assert!(matches!(error, AccessError::TooManyTokens));
         let json = book.to_json().unwrap();
         assert!(u64::try_from(json.len()).unwrap() < crate::auth::limits::FILE_BYTES_MAX);
-    }
-
-    #[test]
-    fn a_file_that_was_tampered_with_is_refused_whole() {
-        let mut book = TokenBook::default();
-        book.add("pi-1", ingest(&["pi-1"]), 1).unwrap();
-        let good = String::from_utf8(book.to_json().unwrap()).unwrap();
-        assert!(read(good.as_bytes()).is_ok());
-        for (found, with) in [
-            ("\"layout\": 1", "\"layout\": 2"),
-            ("\"ingest\"", "\"root\""),
-            ("\"ingest\"", "\"admin\""),
-            ("\"t_made_s\"", "\"made\""),
-            ("\"sha256\": \"", "\"sha256\": \"0"),
-            ("\"id\": \"", "\"id\": \"x"),
-            ("\"pi-1\"", "\"p i\""),
-            ("]\n}", "]\n"),
-        ] {
-            assert!(good.contains(found), "{found}");
-            let error = read(good.replace(found, with).as_bytes()).unwrap_err();
-            assert!(error.to_string().starts_with("tokens.json: "), "{error}");
-        }
-        let (open, close) = (good.rfind('{').unwrap(), good.rfind("\n  ]").unwrap());
-        let (start, entry) = (&good[..open], &good[open..close]);
-        let twice = format!("{start}{entry},{entry}\n]}}");
-        let error = read(twice.as_bytes()).unwrap_err().to_string();
-        assert!(error.contains("twice"), "{error}");
     }
 }

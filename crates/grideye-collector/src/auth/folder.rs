@@ -242,11 +242,6 @@ mod tests {
         (around, folder)
     }
 
-    fn add_page(folder: &AccessFolder) {
-        let added = folder.change(|book| book.add("page", Scope::Read, 1));
-        added.unwrap();
-    }
-
     #[test]
     fn looking_makes_nothing_and_what_is_made_is_for_its_owner_alone() {
         let (_around, folder) = folder();
@@ -254,7 +249,8 @@ mod tests {
         assert_eq!(folder.address().unwrap(), None);
         assert_eq!(folder.tokens_state().unwrap(), None);
         assert!(!folder.path().exists());
-        add_page(&folder);
+        let added = folder.change(|book| book.add("page", Scope::Read, 1));
+        added.unwrap();
         folder.authority().unwrap();
         folder.session_key().unwrap();
         let address = Address {
@@ -290,46 +286,5 @@ mod tests {
         let error = folder.authority().err().unwrap().to_string();
         let said = "authority.key: the authority's key is gone";
         assert!(error.contains(said), "{error}");
-    }
-
-    #[test]
-    fn changes_at_the_same_time_are_all_kept() {
-        let (_around, folder) = folder();
-        std::thread::scope(|scope| {
-            for thread in 0..8 {
-                let folder = &folder;
-                scope.spawn(move || {
-                    for number in 0..8 {
-                        let name = format!("t{thread}-{number}");
-                        let added = folder.change(|book| book.add(&name, Scope::Read, 1));
-                        added.unwrap();
-                    }
-                });
-            }
-        });
-        assert_eq!(folder.book().unwrap().records().len(), 64);
-    }
-
-    #[test]
-    fn a_change_that_is_refused_leaves_the_list_as_it_was() {
-        let (_around, folder) = folder();
-        add_page(&folder);
-        let before = folder.tokens_state().unwrap();
-        let refused = folder.change(|book| {
-            book.revoke("page", 2)?;
-            book.add("a b", Scope::Read, 2)
-        });
-        assert!(refused.is_err());
-        assert_eq!(folder.tokens_state().unwrap(), before);
-    }
-
-    #[test]
-    fn a_file_that_is_far_too_long_is_not_read_to_its_end() {
-        let (_around, folder) = folder();
-        folder.make().unwrap();
-        let file = File::create(folder.file(TOKENS)).unwrap();
-        file.set_len(FILE_BYTES_MAX + 1).unwrap();
-        let error = folder.book().unwrap_err().to_string();
-        assert!(error.contains("longer than"), "{error}");
     }
 }

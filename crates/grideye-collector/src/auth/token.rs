@@ -65,7 +65,7 @@ impl Token {
 
     /// What is kept of it. A secret of 256 random bits needs no salt and no slow hash.
     pub(crate) fn hash(&self) -> SecretHash {
-        SecretHash::of(&self.secret)
+        SecretHash(sha256(&self.secret))
     }
 }
 
@@ -128,10 +128,6 @@ impl Scope {
 pub(crate) struct SecretHash([u8; SECRET_BYTES]);
 
 impl SecretHash {
-    fn of(secret: &[u8; SECRET_BYTES]) -> Self {
-        Self(sha256(secret))
-    }
-
     /// Whether this is the hash of the token's secret, in a time that does not depend on where they differ.
     pub(crate) fn is_of(&self, token: &Token) -> bool {
         self.0.ct_eq(&token.hash().0).into()
@@ -208,27 +204,6 @@ mod tests {
         let shown = format!("{token:?}");
         assert!(shown.contains(&token.id().to_string()));
         assert!(!text.contains(&shown) && !shown.contains(&hex(&token.secret)));
-    }
-
-    #[test]
-    fn what_is_no_token_is_refused_and_not_repeated() {
-        let good = Token::random().unwrap().reveal();
-        for bad in [
-            "",
-            "grideye",
-            "grideye-",
-            &good[1..],
-            &good[..good.len() - 1],
-            &format!("{good}0"),
-            &format!("{good}-"),
-            &good.to_uppercase(),
-            &good.replacen("grideye", "Grideye", 1),
-            &format!(" {good}"),
-            "grideye-00000000000g-00",
-        ] {
-            let error = bad.parse::<Token>().unwrap_err().to_string();
-            assert!(bad.len() < 20 || !error.contains(bad), "{error}");
-        }
     }
 
     #[test]

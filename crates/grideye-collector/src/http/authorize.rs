@@ -65,17 +65,17 @@ pub(crate) fn authorize(
     request: &Request,
     now: Duration,
 ) -> Result<Option<Caller>, Box<Response>> {
-    let authenticated = authenticate(state, peer, request.headers(), now);
-    if need == Need::Nothing && authenticated.is_err() {
-        return check_unknown_rate(state, peer)
-            .map(|()| None)
-            .map_err(boxed);
-    }
-    let caller = authenticated.or_else(|unknown| {
-        // Only who is not known is held back by address: one bad client must not stop the good ones beside it.
-        check_unknown_rate(state, peer).map_err(boxed)?;
-        Err(Box::new(refuse_unknown(request, unknown)))
-    })?;
+    let caller = match authenticate(state, peer, request.headers(), now) {
+        Ok(caller) => caller,
+        Err(unknown) => {
+            // Only who is not known is held back by address: one bad client must not stop the good ones beside it.
+            check_unknown_rate(state, peer).map_err(boxed)?;
+            return match need {
+                Need::Nothing => Ok(None),
+                _ => Err(Box::new(refuse_unknown(request, unknown))),
+            };
+        }
+    };
     check(state, &caller, need, request).map_err(boxed)?;
     Ok(Some(caller))
 }
@@ -140,40 +140,27 @@ fn authenticate(
     headers: &HeaderMap,
     now: Duration,
 ) -> Result<Caller, Unknown> {
-    let presented = match bearer(headers) {
-        Shown::Twice => return Err(Unknown::BadToken),
-        Shown::Once(token) => Presented::Token(token),
-        Shown::Not => {
-            cookie(headers, cookie_name(peer)).map_or(Presented::Nothing, Presented::Cookie)
-        }
+    let presented = match bearer(headers)? {
+        Some(token) => Presented::Token(token),
+        None => cookie(headers, cookie_name(peer)).map_or(Presented::Nothing, Presented::Cookie),
     };
     let authenticator = &state.0.authenticator;
     authenticator.authenticate(presented, now, || now_s(state))
 }
 
-enum Shown<'a> {
-    Not,
-    Once(&'a str),
-    Twice,
-}
-
-/// The token of `authorization: Bearer TOKEN`. Another scheme is a token that nobody knows.
-fn bearer(headers: &HeaderMap) -> Shown<'_> {
+/// The token of `authorization: Bearer TOKEN`. Another scheme is a token that nobody knows, and so are two headers.
+fn bearer(headers: &HeaderMap) -> Result<Option<&str>, Unknown> {
     let mut all = headers.get_all(header::AUTHORIZATION).iter();
     let (first, second) = (all.next(), all.next());
-    match (first, second) {
-        (None, _) => Shown::Not,
-        (Some(_), Some(_)) => Shown::Twice,
-        (Some(value), None) => {
-            let text = value.to_str().unwrap_or_default();
-            let (scheme, token) = text.split_once(' ').unwrap_or((text, ""));
-            if scheme.eq_ignore_ascii_case("bearer") {
-                Shown::Once(token.trim())
-            } else {
-                Shown::Once("")
-            }
-        }
+    if second.is_some() {
+        return Err(Unknown::BadToken);
     }
+    Ok(first.map(|value| {
+        let text = value.to_str().unwrap_or_default();
+        let (scheme, token) = text.split_once(' ').unwrap_or((text, ""));
+        let is_bearer = scheme.eq_ignore_ascii_case("bearer");
+        if is_bearer { token.trim() } else { "" }
+    }))
 }
 
 /// The value of the cookie of that name.

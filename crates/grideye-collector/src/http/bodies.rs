@@ -3,12 +3,13 @@
 use crate::auth::{Caller, TokenId};
 use crate::http::refusal::Refusal;
 use crate::limits::Limits;
+use crate::lock::lock;
 use crate::peer::AddressGroup;
 use axum::http::StatusCode;
 use std::collections::HashMap;
 use std::net::IpAddr;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 /// Bodies of up to so many bytes, which nearly all are, count in total but not for their sender, which would take a lock.
@@ -92,11 +93,7 @@ impl Room<'_> {
 
     fn count_for_sender(&mut self) -> Result<(), Refusal> {
         let most = self.bodies.per_sender_max;
-        let mut of_senders = self
-            .bodies
-            .of_senders
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut of_senders = lock(&self.bodies.of_senders);
         let of_all = of_senders.entry(self.sender()).or_default();
         let bytes = *of_all + self.bytes - self.of_sender;
         if bytes > most {
@@ -131,8 +128,7 @@ impl Drop for Room<'_> {
         if self.bytes <= SMALL {
             return;
         }
-        let of_senders = self.bodies.of_senders.lock();
-        let mut of_senders = of_senders.unwrap_or_else(PoisonError::into_inner);
+        let mut of_senders = lock(&self.bodies.of_senders);
         let sender = self.sender();
         let left = of_senders
             .get(&sender)

@@ -13,15 +13,19 @@ use std::future::poll_fn;
 use std::pin::pin;
 use std::task::Poll;
 
-/// Reads the body of any request that brings JSON, within its limits of time and size.
-pub(crate) async fn read_json_body(
+/// Reads a small body that is one JSON object and may have these fields, within its limits of time, size and depth.
+pub(crate) async fn read_object(
     state: &AppState,
     request: Request,
-    bytes_max: usize,
-) -> Result<Bytes, Refusal> {
+    fields: &[&str],
+    hint: &str,
+) -> Result<Map<String, Value>, Refusal> {
+    let limits = state.limits();
     check_is_json(request.headers())?;
-    let body = collect(request.into_body(), bytes_max, |_bytes| Ok(()));
-    in_body_time(state.limits(), body).await
+    let body = request.into_body();
+    let body = collect(body, limits.small_body_bytes_max, |_bytes| Ok(()));
+    let body = in_body_time(limits, body).await?;
+    object(&body, limits.json_depth_max, fields, hint)
 }
 
 /// The body, or a refusal because it comes too slowly.
@@ -121,47 +125,34 @@ pub(crate) fn too_large(bytes_max: usize) -> Refusal {
 }
 
 /// The object in the body, which may have these fields and nests at most so deep.
-pub(crate) fn object(
+fn object(
     body: &[u8],
     depth_max: usize,
     fields: &[&str],
     hint: &str,
 ) -> Result<Map<String, Value>, Refusal> {
+    let bad = |code, what| {
+        let refusal = Refusal::new(StatusCode::BAD_REQUEST, code, what);
+        refusal.field("body").hint(hint)
+    };
     if depth(body) > depth_max {
         let what = format!("the body nests more than {depth_max} deep");
-        return Err(Refusal::new(StatusCode::BAD_REQUEST, "too_deep", what)
-            .field("body")
-            .hint(hint));
+        return Err(bad("too_deep", what));
     }
-    let json: Value = serde_json::from_slice(body).map_err(|error| {
-        let what = format!("the body is not JSON: {error}");
-        Refusal::new(StatusCode::BAD_REQUEST, "not_json", what)
-            .field("body")
-            .hint(hint)
-    })?;
+    let json: Value = serde_json::from_slice(body)
+        .map_err(|error| bad("not_json", format!("the body is not JSON: {error}")))?;
+    let names = fields.join(", ");
     let Value::Object(object) = json else {
-        let what = format!("expected an object with {}", fields.join(", "));
-        return Err(
-            Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "wrong_value", what)
-                .field(fields.first().copied().unwrap_or("body"))
-                .hint(hint),
-        );
+        let what = format!("expected an object with {names}");
+        let field = fields.first().copied().unwrap_or("body");
+        return Err(Refusal::wrong_value(field, what, hint));
     };
-    match object.keys().find(|key| !fields.contains(&key.as_str())) {
-        None => Ok(object),
-        Some(unknown) => {
-            let shown: String = unknown.chars().take(64).collect();
-            let what = format!(
-                "unknown field {shown:?}; expected only {}",
-                fields.join(", ")
-            );
-            Err(
-                Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "wrong_value", what)
-                    .field(shown)
-                    .hint(hint),
-            )
-        }
-    }
+    let Some(unknown) = object.keys().find(|key| !fields.contains(&key.as_str())) else {
+        return Ok(object);
+    };
+    let shown: String = unknown.chars().take(64).collect();
+    let what = format!("unknown field {shown:?}; expected only {names}");
+    Err(Refusal::wrong_value(shown, what, hint))
 }
 
 /// How deep arrays and objects are nested, whether they are closed or not.

@@ -38,7 +38,7 @@ pub(crate) async fn alive(State(state): State<AppState>) -> Response {
 /// `GET /v1/health`: everything that is counted, without names of devices and without secrets.
 pub(crate) async fn health(State(state): State<AppState>) -> Response {
     let fault = state.store().ping().await.err();
-    let usage = state.store().usage().await;
+    let usage = state.store().usage().await.ok();
     let (shared, limits) = (&state.0, state.limits());
     let now = shared.clock.monotonic();
     let status = fault.as_ref().map_or("ok", status_name);
@@ -48,10 +48,10 @@ pub(crate) async fn health(State(state): State<AppState>) -> Response {
         "uptime_s": now.saturating_sub(shared.started_at).as_secs(),
         "store": {
             "fault": fault.as_ref().map(ToString::to_string),
-            "bytes": usage.as_ref().ok().map(|usage| usage.bytes),
-            "bytes_max": usage.as_ref().ok().and_then(|usage| usage.bytes_max),
-            "deleted_by_age": usage.as_ref().ok().map(|usage| usage.deleted_by_age),
-            "deleted_by_size": usage.as_ref().ok().map(|usage| usage.deleted_by_size),
+            "bytes": usage.map(|usage| usage.bytes),
+            "bytes_max": usage.and_then(|usage| usage.bytes_max),
+            "deleted_by_age": usage.map(|usage| usage.deleted_by_age),
+            "deleted_by_size": usage.map(|usage| usage.deleted_by_size),
         },
         "frames": {
             "stored": load(&shared.counters.frames_stored),

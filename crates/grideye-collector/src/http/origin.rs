@@ -132,19 +132,18 @@ mod tests {
     }
 
     #[test]
-    fn an_address_that_was_named_is_answered_for_and_its_neighbor_is_not() {
-        let hosts = HostNames::new(IpAddr::from([127, 0, 0, 1]), &["10.0.2.2".to_owned()]);
-        assert!(hosts.accepts("10.0.2.2:8833"));
-        assert!(!hosts.accepts("10.0.2.3:8833"));
-        let unnamed = HostNames::new(IpAddr::from([127, 0, 0, 1]), &[]);
-        assert!(!unnamed.accepts("10.0.2.2:8833"));
-    }
-
-    #[test]
-    fn where_every_address_is_listened_on_every_address_is_answered_for() {
-        let hosts = HostNames::new(IpAddr::from([0, 0, 0, 0]), &[]);
-        assert!(hosts.accepts("192.168.1.8:8080"));
-        assert!(hosts.accepts("[2001:db8::1]:8080"));
-        assert!(!hosts.accepts("evil.example"));
+    fn addresses_are_answered_for_that_were_named_or_are_listened_on() {
+        for (listen, named, host, expected) in [
+            ([127, 0, 0, 1], "10.0.2.2", "10.0.2.2:8833", true),
+            ([127, 0, 0, 1], "10.0.2.2", "10.0.2.3:8833", false),
+            ([127, 0, 0, 1], "pi.local", "10.0.2.2:8833", false),
+            // Where every address is listened on, every address is answered for, and no name.
+            ([0, 0, 0, 0], "pi.local", "192.168.1.8:8080", true),
+            ([0, 0, 0, 0], "pi.local", "[2001:db8::1]:8080", true),
+            ([0, 0, 0, 0], "pi.local", "evil.example", false),
+        ] {
+            let hosts = HostNames::new(IpAddr::from(listen), &[named.to_owned()]);
+            assert_eq!(hosts.accepts(host), expected, "{listen:?} {host}");
+        }
     }
 }

@@ -46,6 +46,17 @@ impl Refusal {
         }
     }
 
+    /// A field of the body that holds what cannot be taken.
+    pub(crate) fn wrong_value(
+        field: impl Into<String>,
+        what: impl Into<String>,
+        hint: &str,
+    ) -> Self {
+        Self::new(StatusCode::UNPROCESSABLE_ENTITY, "wrong_value", what)
+            .field(field)
+            .hint(hint)
+    }
+
     /// What in the request is at fault.
     #[must_use]
     pub fn field(mut self, field: impl Into<String>) -> Self {

@@ -18,39 +18,15 @@ struct Fault {
 }
 
 impl Faults {
-    /// What the store knew already: its time is not known, and it is of before.
-    pub(super) fn before(account: Option<&Account>) -> Self {
-        let mut faults = Self::default();
-        faults.take(account, None);
-        faults
-    }
-
-    pub(super) fn count(&mut self, account: Option<&Account>, now: Duration) {
-        self.take(account, Some(now));
-    }
-
-    /// As many kinds as an account may hold: the limit of the wire.
-    fn take(&mut self, account: Option<&Account>, grew_at: Option<Duration>) {
+    /// Counts what an account says: as many kinds as it may hold, which the wire limits.
+    pub(super) fn count(&mut self, account: Option<&Account>, grew_at: Option<Duration>) {
         let counts = account
             .into_iter()
             .flat_map(|account| account.dropped.iter().chain(&account.errors));
         for (kind, count) in counts {
-            match self.0.get_mut(kind) {
-                Some(fault) if fault.count >= *count => {}
-                Some(fault) => {
-                    *fault = Fault {
-                        count: *count,
-                        grew_at,
-                    }
-                }
-                None if *count > 0 => {
-                    let fault = Fault {
-                        count: *count,
-                        grew_at,
-                    };
-                    self.0.insert(kind.clone(), fault);
-                }
-                None => {}
+            if *count > self.0.get(kind).map_or(0, |fault| fault.count) {
+                let count = *count;
+                self.0.insert(kind.clone(), Fault { count, grew_at });
             }
         }
     }
@@ -83,16 +59,20 @@ mod tests {
         Duration::from_secs(seconds)
     }
 
+    fn count(faults: &mut Faults, nack: u64, ring_full: u64, at_s: Option<u64>) {
+        faults.count(Some(&account(nack, ring_full)), at_s.map(after));
+    }
+
     #[test]
     fn a_fault_is_of_now_for_five_minutes_after_it_was_counted() {
         let mut faults = Faults::default();
-        faults.count(Some(&account(1, 0)), after(10));
+        count(&mut faults, 1, 0, Some(10));
         assert_eq!(faults.recent(after(310)), ["nack"]);
-        faults.count(Some(&account(1, 3)), after(311));
+        count(&mut faults, 1, 3, Some(311));
         assert_eq!(faults.recent(after(311)), ["ring-full"]);
         // It happens once more, and a count that came late changes nothing.
-        faults.count(Some(&account(2, 3)), after(400));
-        faults.count(Some(&account(1, 1)), after(600));
+        count(&mut faults, 2, 3, Some(400));
+        count(&mut faults, 1, 1, Some(600));
         assert_eq!(faults.recent(after(600)), ["nack", "ring-full"]);
         assert_eq!(faults.recent(after(700)), ["nack"]);
         assert!(faults.recent(after(701)).is_empty());
@@ -100,11 +80,12 @@ mod tests {
 
     #[test]
     fn what_was_counted_before_the_collector_started_is_of_before() {
-        let mut faults = Faults::before(Some(&account(7, 0)));
+        let mut faults = Faults::default();
+        count(&mut faults, 7, 0, None);
         assert!(faults.recent(after(0)).is_empty());
-        faults.count(Some(&account(7, 0)), after(1));
+        count(&mut faults, 7, 0, Some(1));
         assert!(faults.recent(after(1)).is_empty());
-        faults.count(Some(&account(8, 0)), after(2));
+        count(&mut faults, 8, 0, Some(2));
         assert_eq!(faults.recent(after(2)), ["nack"]);
     }
 }

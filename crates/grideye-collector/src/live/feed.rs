@@ -3,7 +3,6 @@
 use crate::clock::Clock;
 use crate::limits::Limits;
 use crate::live::by_sensor::BySensor;
-use crate::live::faults::Faults;
 use crate::live::recent::RecentFrames;
 use crate::live::senders::Senders;
 use crate::live::sensor::{Measured, Sensor, nanoseconds};
@@ -13,7 +12,7 @@ use grideye_recording::wire::{Batch, SensorBatch};
 use grideye_recording::{Record, StreamId};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 use tokio::sync::broadcast;
 
@@ -59,16 +58,16 @@ impl Live {
         let since_arrival = i128::from(self.clock.utc_ns()) - i128::from(stored.t_arrival_ns);
         let arrived_ns = self.now_ns() - since_arrival.max(0);
         let mut sensor = Sensor::new(stream);
-        sensor.faults = Faults::before(sensor.stream.account.as_ref());
+        sensor.faults.count(sensor.stream.account.as_ref(), None);
         let measured = Measured::new(&stored.record, None, arrived_ns, stored.t_arrival_ns);
         sensor.show(&[measured], &self.limits);
         let id = Arc::clone(&sensor.stream.id);
-        self.sensors().insert(&id.device, &id.sensor, sensor);
+        lock(&self.sensors).insert(&id.device, &id.sensor, sensor);
     }
 
     /// Whether the batch's sensors are known, or there is room for them.
     pub(crate) fn has_room_for(&self, batch: &Batch) -> bool {
-        let sensors = self.sensors();
+        let sensors = lock(&self.sensors);
         let new = batch
             .sensors
             .iter()
@@ -86,7 +85,7 @@ impl Live {
         let is_going_on = account.is_some_and(|account| !account.ended);
         let rivals = self.hear(&batch.device, &batch.boot, is_going_on, now);
         let mut changed = Vec::new();
-        let mut sensors = self.sensors();
+        let mut sensors = lock(&self.sensors);
         for (part, kept) in batch.sensors.iter().zip(appended.sensors) {
             // The clock of a run that has ended need not be the sender's, so its frames could pass as new.
             let is_backlog = part.account.as_ref().is_some_and(|account| account.ended);
@@ -114,7 +113,7 @@ impl Live {
             .records
             .iter()
             .map(|stored| Measured::new(&stored.record, sent, now_ns, stored.t_arrival_ns));
-        let event = self.show(&mut self.sensors(), news.stream, arrived, now, &rivals);
+        let event = self.show(&mut lock(&self.sensors), news.stream, arrived, now, &rivals);
         if let Some(event) = event {
             self.tell(Event::new("frames", &json!({ "sensors": [event] })));
         }
@@ -133,7 +132,9 @@ impl Live {
         let new = || Sensor::new(stream.clone());
         let sensor = sensors.get_or_make(&id.device, &id.sensor, most, new)?;
         let shown = sensor.take(stream, arrived, &self.limits);
-        sensor.faults.count(sensor.stream.account.as_ref(), now);
+        sensor
+            .faults
+            .count(sensor.stream.account.as_ref(), Some(now));
         self.recent.take(&sensor.stream.id, records_of(&shown));
         if self.events.receiver_count() == 0 {
             return None;
@@ -145,16 +146,17 @@ impl Live {
 
     /// Notes that a run has sent, if it is one that goes on. The runs that take turns as this device.
     fn hear(&self, device: &str, boot: &str, is_going_on: bool, now: Duration) -> Vec<String> {
-        let mut senders = self.senders();
+        let mut senders = lock(&self.senders);
         if is_going_on {
             senders.heard(device, boot, now, self.limits.sensors_max);
         }
-        owned(&senders.rivals(device, now))
+        let rivals = senders.rivals(device, now).into_iter();
+        rivals.map(str::to_owned).collect()
     }
 
     /// The devices that several agents send as, and the runs of these: `[{"device": …, "boots": […]}]`.
     pub(crate) fn rivals_json(&self) -> Value {
-        let senders = self.senders();
+        let senders = lock(&self.senders);
         let rivals = senders.all_rivals(self.clock.monotonic());
         let rivals = rivals.iter();
         rivals
@@ -177,47 +179,29 @@ impl Live {
 
     /// Every sensor with its newest frame, in the shape of a `frames` event.
     pub(crate) fn snapshot(&self) -> Value {
-        let now_ns = self.now_ns();
-        let sensors = self.sensors();
-        let shown: Vec<Value> = sensors
-            .values()
-            .map(|sensor| {
-                let event = sensor.event(&sensor.last_shown(), now_ns, self.limits.rate_window);
-                self.told_of_rivals(sensor, event)
-            })
-            .collect();
-        json!({ "sensors": shown })
+        self.each_sensor(|sensor, now_ns| {
+            sensor.event(&sensor.last_shown(), now_ns, self.limits.rate_window)
+        })
     }
 
     /// Every sensor with its newest frame, raw words included.
     pub(crate) fn sensors_json(&self) -> Value {
+        self.each_sensor(|sensor, now_ns| sensor.state(now_ns, self.limits.rate_window))
+    }
+
+    fn each_sensor(&self, show: impl Fn(&Sensor, i128) -> Value) -> Value {
         let now_ns = self.now_ns();
-        let sensors = self.sensors();
-        let states: Vec<Value> = sensors
-            .values()
-            .map(|sensor| {
-                self.told_of_rivals(sensor, sensor.state(now_ns, self.limits.rate_window))
-            })
-            .collect();
-        json!({ "sensors": states })
+        let sensors = lock(&self.sensors);
+        let shown = sensors.values().map(|sensor| {
+            let senders = lock(&self.senders);
+            let rivals = senders.rivals(&sensor.stream.id.device, self.clock.monotonic());
+            with_rivals(show(sensor, now_ns), &rivals)
+        });
+        json!({ "sensors": shown.collect::<Vec<_>>() })
     }
 
     pub(crate) fn sensors_count(&self) -> usize {
-        self.sensors().len()
-    }
-
-    fn told_of_rivals(&self, sensor: &Sensor, shown: Value) -> Value {
-        let senders = self.senders();
-        let rivals = senders.rivals(&sensor.stream.id.device, self.clock.monotonic());
-        with_rivals(shown, &owned(&rivals))
-    }
-
-    fn senders(&self) -> MutexGuard<'_, Senders> {
-        lock(&self.senders)
-    }
-
-    fn sensors(&self) -> MutexGuard<'_, BySensor<Sensor>> {
-        lock(&self.sensors)
+        lock(&self.sensors).len()
     }
 
     fn now_ns(&self) -> i128 {
@@ -226,17 +210,13 @@ impl Live {
 }
 
 /// A sensor as it is shown, with the runs that take turns as its device, `null` where there is one alone.
-fn with_rivals(mut shown: Value, rivals: &[String]) -> Value {
+fn with_rivals<R: Clone + Into<Value>>(mut shown: Value, rivals: &[R]) -> Value {
     shown["rivals"] = if rivals.is_empty() {
         Value::Null
     } else {
         rivals.into()
     };
     shown
-}
-
-fn owned(boots: &[&str]) -> Vec<String> {
-    boots.iter().copied().map(str::to_owned).collect()
 }
 
 fn records_of<'r>(shown: &[Measured<&'r Record>]) -> impl Iterator<Item = &'r Record> {
@@ -290,7 +270,7 @@ impl NewestFrames {
     #[must_use]
     pub fn look(&self) -> Vec<NewestFrame> {
         let now_ns = self.0.now_ns();
-        let sensors = self.0.sensors();
+        let sensors = lock(&self.0.sensors);
         let newest = sensors.values().filter_map(|sensor| {
             let measured = sensor.newest_frame?;
             let age_ns = (now_ns - measured.measured_ns).max(0);

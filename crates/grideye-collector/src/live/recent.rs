@@ -5,7 +5,7 @@ use crate::live::by_sensor::BySensor;
 use crate::lock::lock;
 use grideye_recording::{Record, StreamId};
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex};
 
 /// The newest frames of the first sensors that send, and of another from the first question on, for which the one makes
 /// room that was asked for the longest ago. Frames from an agent's spool are not among them.
@@ -42,7 +42,7 @@ impl RecentFrames {
     /// Whose frames these are, and the frames, oldest first, missing ones included; `None` where none were kept.
     #[must_use]
     pub fn of(&self, device: &str, sensor: &str) -> Option<(StreamId, Vec<Record>)> {
-        let mut sensors = self.sensors();
+        let mut sensors = lock(&self.0.sensors);
         let asked = 1 + sensors.values().map(|kept| kept.asked).max().unwrap_or(0);
         if sensors.get(device, sensor).is_none() && sensors.len() >= self.0.sensors_max {
             let oldest = sensors.iter().min_by_key(|(_, _, kept)| kept.asked);
@@ -63,7 +63,7 @@ impl RecentFrames {
         stream: &StreamId,
         records: impl IntoIterator<Item = &'r Record>,
     ) {
-        let mut sensors = self.sensors();
+        let mut sensors = lock(&self.0.sensors);
         let (device, sensor, most) = (&stream.device, &stream.sensor, self.0.sensors_max);
         let Some(kept) = sensors.get_or_make(device, sensor, most, Kept::default) else {
             return;
@@ -82,10 +82,6 @@ impl RecentFrames {
             }
             run.records.push_back(*record);
         }
-    }
-
-    fn sensors(&self) -> MutexGuard<'_, BySensor<Kept>> {
-        lock(&self.0.sensors)
     }
 }
 

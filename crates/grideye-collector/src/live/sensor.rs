@@ -135,21 +135,13 @@ impl Sensor {
 
 impl Measured {
     pub(super) fn lent(&self) -> Measured<&Record> {
-        Measured {
-            record: &self.record,
-            measured_ns: self.measured_ns,
-            basis: self.basis,
-        }
+        self.with(&self.record)
     }
 }
 
 impl<'r> Measured<&'r Record> {
     pub(super) fn held(&self) -> Measured {
-        Measured {
-            record: *self.record,
-            measured_ns: self.measured_ns,
-            basis: self.basis,
-        }
+        self.with(*self.record)
     }
 
     /// Finds out when a record was measured that arrived at `arrived_ns` on the monotonic clock.
@@ -292,6 +284,14 @@ fn in_degrees(measured: Measured<&Record>, now_ns: i128) -> Value {
 }
 
 impl<R> Measured<R> {
+    const fn with<S>(&self, record: S) -> Measured<S> {
+        Measured {
+            record,
+            measured_ns: self.measured_ns,
+            basis: self.basis,
+        }
+    }
+
     /// Seconds since it was measured, never below 0.
     fn age_s(&self, now_ns: i128) -> f64 {
         let age_ns = u64::try_from((now_ns - self.measured_ns).max(0)).unwrap_or(u64::MAX);

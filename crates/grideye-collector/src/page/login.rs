@@ -1,7 +1,7 @@
 //! Signing in to the page with a token, and out of it.
 
 use crate::auth::{Caller, Presented, Scope};
-use crate::http::body::{object, read_json_body};
+use crate::http::body::read_object;
 use crate::http::client::Client;
 use crate::http::{AppState, Refusal, authorize};
 use crate::page::assets;
@@ -25,18 +25,12 @@ pub(crate) async fn login(
     request: Request,
 ) -> Result<Response, Refusal> {
     let peer = Client::of(&request).peer;
-    let limits = state.limits();
-    let body = read_json_body(&state, request, limits.small_body_bytes_max).await?;
-    let token = object(&body, limits.json_depth_max, &["token"], HINT)?;
+    let token = read_object(&state, request, &["token"], HINT).await?;
     let token = token.get("token").and_then(Value::as_str);
-    let token = token.ok_or_else(|| wrong("expected a token"))?;
-    let now = state.0.clock.monotonic();
-    let known = state
-        .0
-        .authenticator
-        .authenticate(Presented::Token(token.trim()), now, || {
-            authorize::now_s(&state)
-        });
+    let token = token.ok_or_else(|| Refusal::wrong_value("token", "expected a token", HINT))?;
+    let (shown, now) = (Presented::Token(token.trim()), state.0.clock.monotonic());
+    let authenticator = &state.0.authenticator;
+    let known = authenticator.authenticate(shown, now, || authorize::now_s(&state));
     let record = match known {
         // Nothing is asked for here: the page is open, and there is nothing to sign in to.
         Ok(Caller::Anyone) => return Ok(StatusCode::NO_CONTENT.into_response()),
@@ -59,14 +53,11 @@ pub(crate) async fn login(
                 "`grideye token make NAME --scope read` or `--scope admin` makes one that does",
             ));
     }
-    let time_max_s = i64::try_from(limits.session_time_max.as_secs()).unwrap_or(i64::MAX);
+    let time_max_s = i64::try_from(state.limits().session_time_max.as_secs()).unwrap_or(i64::MAX);
     let t_end_s = authorize::now_s(&state).saturating_add(time_max_s);
-    let cookie = state.0.authenticator.cookie(&record, t_end_s)?;
-    Ok((
-        StatusCode::NO_CONTENT,
-        set_cookie(&cookie, time_max_s, peer),
-    )
-        .into_response())
+    let cookie = authenticator.cookie(&record, t_end_s)?;
+    let headers = set_cookie(&cookie, time_max_s, peer);
+    Ok((StatusCode::NO_CONTENT, headers).into_response())
 }
 
 /// `POST /v1/logout`: takes the cookie away.
@@ -90,12 +81,6 @@ pub(crate) async fn whoami(Extension(caller): Extension<Caller>) -> Json<Value> 
             "signed_in": by_cookie,
         }),
     })
-}
-
-fn wrong(what: &str) -> Refusal {
-    Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "wrong_value", what)
-        .field("token")
-        .hint(HINT)
 }
 
 /// Out of reach of scripts, of other sites, and with TLS of anything sent in the clear.

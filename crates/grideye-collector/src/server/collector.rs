@@ -2,7 +2,7 @@
 
 use crate::auth::Authenticator;
 use crate::clock::Clock;
-use crate::connections::{Admitted, Connections};
+use crate::connections::Connections;
 use crate::counters::Counters;
 use crate::http::{Annex, AppState, HostNames, Options};
 use crate::limits::Limits;
@@ -233,7 +233,7 @@ impl Server {
             return;
         };
         let is_proxy = self.proxies.contains(peer.ip());
-        let Some(admitted) = self.open.admit(peer.ip(), is_proxy) else {
+        let Some((connection, displaced)) = self.open.admit(peer.ip(), is_proxy) else {
             self.log("turned_away", peer.ip());
             // Who waits for TLS does not understand this, and is told enough by the end of the connection.
             if self.acceptors.is_none() {
@@ -241,10 +241,6 @@ impl Server {
             }
             return;
         };
-        let Admitted {
-            connection,
-            displaced,
-        } = admitted;
         if let Some(group) = displaced {
             self.log("displaced", group);
         }

@@ -11,7 +11,7 @@ use rustls::{RootCertStore, ServerConfig};
 use std::collections::HashMap;
 use std::error::Error;
 use std::fs::File;
-use std::io::{self, Read as _};
+use std::io::Read as _;
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -189,10 +189,9 @@ fn private_key(path: &Path) -> Result<PrivateKeyDer<'static>, CollectorError> {
 
 fn read(path: &Path) -> Result<Vec<u8>, CollectorError> {
     let mut pem = Vec::new();
-    let read = |pem: &mut Vec<u8>| -> io::Result<usize> {
-        File::open(path)?.take(PEM_BYTES_MAX).read_to_end(pem)
-    };
-    read(&mut pem).map_err(|error| refuse(path, error.to_string()))?;
+    File::open(path)
+        .and_then(|file| file.take(PEM_BYTES_MAX).read_to_end(&mut pem))
+        .map_err(|error| refuse(path, error.to_string()))?;
     Ok(pem)
 }
 

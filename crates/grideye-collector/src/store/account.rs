@@ -1,6 +1,7 @@
 //! An agent's count as JSON: how the store keeps it and the pages show it.
 
-use crate::store::error::{Result, StoreError};
+use crate::store::error::Result;
+use crate::store::row::damaged;
 use grideye_recording::wire::{Account, LOST_IN_MEMORY};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -44,24 +45,20 @@ pub(crate) fn of_ended_run(
     let announced = sent.filter(|sent| sent.ended);
     let left_by_sent = announced.map(|sent| sent.spooled.saturating_sub(came));
     let left_before = known.filter(|known| known.ended).map(|known| known.spooled);
-    merged.spooled = left_by_sent
-        .into_iter()
-        .chain(left_before)
-        .min()
-        .unwrap_or(0);
-    let dropped = merged
-        .dropped
-        .values()
-        .fold(0, |sum: u64, count| sum.saturating_add(*count));
-    let lost = merged
-        .read
-        .saturating_sub(stored)
-        .saturating_sub(dropped)
-        .saturating_sub(merged.spooled);
+    let left = left_by_sent.into_iter().chain(left_before);
+    merged.spooled = left.min().unwrap_or(0);
+    let elsewhere = [stored, dropped(&merged), merged.spooled];
+    let lost = elsewhere.into_iter().fold(merged.read, u64::saturating_sub);
     if lost > 0 {
         merged.dropped.insert(LOST_IN_MEMORY.to_owned(), lost);
     }
     merged
+}
+
+/// Frames that the agent gave up, whatever the reason.
+pub(super) fn dropped(account: &Account) -> u64 {
+    let counts = account.dropped.values().copied();
+    counts.fold(0, u64::saturating_add)
 }
 
 /// Counts of one run only grow, and its accounts can overtake each other.
@@ -74,8 +71,8 @@ fn raise(counts: &mut BTreeMap<String, u64>, with: &BTreeMap<String, u64>) {
 
 /// From what [`to_json`] wrote.
 pub(crate) fn from_json(text: &str) -> Result<Account> {
-    let damaged = || StoreError::Failed(format!("the store holds a count that is none: {text}"));
-    serde_json::from_str(text).map_err(|_no_count| damaged())
+    let none = || damaged(&format!("a count that is none: {text}"));
+    serde_json::from_str(text).map_err(|_no_count| none())
 }
 
 #[cfg(test)]

@@ -70,10 +70,8 @@ impl Kept<'_> {
         } else {
             self.open_plain()?
         };
-        let (first, last) = (
-            unsigned("first_seq", self.first_seq)?,
-            unsigned("last_seq", self.last_seq)?,
-        );
+        let first = unsigned("first_seq", self.first_seq)?;
+        let last = unsigned("last_seq", self.last_seq)?;
         let is_whole = (first..=last).eq(rows.iter().map(|row| row.record.seq));
         if is_whole {
             Ok(rows)

@@ -2,7 +2,7 @@
 
 use crate::store::error::RecordingId;
 use crate::store::plan::Taken;
-use crate::store::queue::{Change, Changed, Queue};
+use crate::store::queue::{Change, Queue};
 use crate::store::types::{
     Answer, Appended, KeptLabel, Label, Members, News, Recording, Span, StoreUsage, StoredRecord,
     StreamSummary,
@@ -49,19 +49,19 @@ pub trait FrameStore: Send + Sync + 'static {
 
     /// Starts a recording. Frames that arrive from now on belong to it.
     fn start_recording(&self, name: String, t_start_ns: i64) -> Answer<'_, Recording> {
-        let start = Change::Start(name, t_start_ns);
-        self.queue().change(start, recording)
+        let start = |reply| Change::Start(name, t_start_ns, reply);
+        self.queue().change(start)
     }
 
     /// Ends a recording. Frames that arrive from now on do not belong to it.
     fn stop_recording(&self, id: RecordingId, t_stop_ns: i64) -> Answer<'_, Recording> {
-        let stop = Change::Stop(id, t_stop_ns);
-        self.queue().change(stop, recording)
+        let stop = |reply| Change::Stop(id, t_stop_ns, reply);
+        self.queue().change(stop)
     }
 
     /// Sets a recording's note; an empty one is none.
     fn note_recording(&self, id: RecordingId, note: String) -> Answer<'_, Recording> {
-        self.queue().change(Change::Note(id, note), recording)
+        self.queue().change(|reply| Change::Note(id, note, reply))
     }
 
     /// The labels of a recording, in the order in which they were added.
@@ -69,17 +69,14 @@ pub trait FrameStore: Send + Sync + 'static {
 
     /// Adds a label to a recording. Whether its frames are there is the caller's to know.
     fn add_label(&self, id: RecordingId, label: Label) -> Answer<'_, KeptLabel> {
-        let add = Change::AddLabel(id, label);
-        self.queue().change(add, |changed| match changed {
-            Changed::Label(label) => Some(label),
-            _ => None,
-        })
+        let add = |reply| Change::AddLabel(id, label, reply);
+        self.queue().change(add)
     }
 
     /// Takes a label away.
     fn remove_label(&self, id: RecordingId, number: i64) -> Answer<'_, ()> {
-        let remove = Change::RemoveLabel(id, number);
-        self.queue().change(remove, |_done| Some(()))
+        let remove = |reply| Change::RemoveLabel(id, number, reply);
+        self.queue().change(remove)
     }
 
     /// Every recording, newest first.
@@ -109,11 +106,4 @@ pub trait FrameStore: Send + Sync + 'static {
 
     /// Commits what was asked for and lets go of the files. Later calls answer [`Closed`](crate::StoreError::Closed).
     fn close(&self) -> Answer<'_, ()>;
-}
-
-fn recording(changed: Changed) -> Option<Recording> {
-    match changed {
-        Changed::Recording(recording) => Some(recording),
-        _ => None,
-    }
 }

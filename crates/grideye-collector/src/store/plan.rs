@@ -108,10 +108,6 @@ impl StreamState {
         }
     }
 
-    pub(super) fn runs_len(&self) -> usize {
-        self.runs.len()
-    }
-
     /// Whether all of these come behind every number that ever came.
     pub(super) fn is_behind(&self, frames: &[Record]) -> bool {
         let last = self.runs.last();
@@ -122,11 +118,6 @@ impl StreamState {
     /// Whether the store has the number, and not only the plan.
     pub(super) fn is_settled(&self, seq: u64) -> bool {
         self.runs.contains(seq) && self.fresh.get(seq).is_none()
-    }
-
-    /// First numbers of runs that are no more, and first and last number of those that are new or longer.
-    pub(super) fn changed_runs(&self) -> (Vec<u64>, Vec<(u64, u64)>) {
-        self.runs.changes()
     }
 
     /// Of the new frames: the lowest and highest number, how many carry pixels, how many say why they do not.
@@ -141,10 +132,8 @@ impl StreamState {
     }
 
     pub(super) fn summary(&self, id: &Arc<StreamId>, limits: &Limits) -> Result<StreamSummary> {
-        let (stored, missing) = (
-            unsigned("stored", self.stored)?,
-            unsigned("missing", self.missing)?,
-        );
+        let stored = unsigned("stored", self.stored)?;
+        let missing = unsigned("missing", self.missing)?;
         let durable_through = self.runs.last();
         let expected = durable_through.map_or(0, |last| last + 1);
         Ok(StreamSummary {

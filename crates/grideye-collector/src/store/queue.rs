@@ -4,11 +4,11 @@ use crate::lock::lock;
 use crate::store::error::{RecordingId, Result, StoreError};
 use crate::store::plan::Taken;
 use crate::store::types::{Answer, Appended, KeptLabel, Label, Recording};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex};
 use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::{mpsc, oneshot};
 
-type Reply<T> = oneshot::Sender<Result<T>>;
+pub(super) type Reply<T> = oneshot::Sender<Result<T>>;
 
 /// What becomes of each batch of a group, or why nothing does.
 pub(super) type Outcome = Result<Vec<Result<Appended>>>;
@@ -16,30 +16,22 @@ pub(super) type Outcome = Result<Vec<Result<Appended>>>;
 #[derive(Debug)]
 pub(super) enum Command {
     Append(Taken, Reply<Appended>),
-    Change(Change, Reply<Changed>),
+    Change(Change),
 }
 
-/// A change that no batch brings.
+/// A change that no batch brings, and who waits for what it makes.
 #[derive(Debug)]
 pub(super) enum Change {
     /// A name, and the wall clock.
-    Start(String, i64),
-    Stop(RecordingId, i64),
-    Note(RecordingId, String),
-    AddLabel(RecordingId, Label),
-    RemoveLabel(RecordingId, i64),
+    Start(String, i64, Reply<Recording>),
+    Stop(RecordingId, i64, Reply<Recording>),
+    Note(RecordingId, String, Reply<Recording>),
+    AddLabel(RecordingId, Label, Reply<KeptLabel>),
+    RemoveLabel(RecordingId, i64, Reply<()>),
     /// An end that all who read keep to; answered with the number of what came before it.
-    EndEpoch,
+    EndEpoch(Reply<i64>),
     /// Whoever reads from now on finds all that was acknowledged.
-    Settle,
-}
-
-#[derive(Debug)]
-pub(super) enum Changed {
-    Recording(Recording),
-    Label(KeptLabel),
-    Epoch(i64),
-    Nothing,
+    Settle(Reply<()>),
 }
 
 /// The way to the writer: so many wait, and one more is refused.
@@ -57,25 +49,12 @@ impl Queue {
         self.ask(|reply| Command::Append(taken, reply))
     }
 
-    /// The same with a change; `pick` takes its own kind of answer.
-    pub(super) fn change<T: 'static>(
+    /// The same with a change.
+    pub(super) fn change<T: Send + 'static>(
         &self,
-        change: Change,
-        pick: fn(Changed) -> Option<T>,
+        change: impl FnOnce(Reply<T>) -> Change,
     ) -> Answer<'static, T> {
-        let changed = self.ask(|reply| Command::Change(change, reply));
-        Box::pin(async move {
-            let other = || StoreError::Failed("the writer did something else".to_owned());
-            pick(changed.await?).ok_or_else(other)
-        })
-    }
-
-    /// Ends the epoch; its number.
-    pub(super) fn end_epoch(&self) -> Answer<'static, i64> {
-        self.change(Change::EndEpoch, |changed| match changed {
-            Changed::Epoch(epoch) => Some(epoch),
-            _ => None,
-        })
+        self.ask(|reply| Command::Change(change(reply)))
     }
 
     fn ask<T: Send + 'static>(
@@ -83,7 +62,7 @@ impl Queue {
         command: impl FnOnce(Reply<T>) -> Command,
     ) -> Answer<'static, T> {
         let (reply, answer) = oneshot::channel();
-        let sent = match self.lock().as_ref() {
+        let sent = match lock(&self.0).as_ref() {
             None => Err(StoreError::Closed),
             Some(queue) => queue.try_send(command(reply)).map_err(|error| match error {
                 TrySendError::Full(_) => StoreError::Busy(queue.max_capacity()),
@@ -97,11 +76,7 @@ impl Queue {
     }
 
     pub(super) fn close(&self) {
-        self.lock().take();
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Option<mpsc::Sender<Command>>> {
-        lock(&self.0)
+        lock(&self.0).take();
     }
 }
 
@@ -110,7 +85,7 @@ impl Queue {
 pub(super) struct Group {
     pub(super) taken: Vec<Taken>,
     replies: Vec<Reply<Appended>>,
-    pub(super) change: Option<(Change, Reply<Changed>)>,
+    pub(super) change: Option<Change>,
 }
 
 impl Group {
@@ -128,7 +103,7 @@ impl Group {
                     group.taken.push(taken);
                     group.replies.push(reply);
                 }
-                Command::Change(change, reply) => group.change = Some((change, reply)),
+                Command::Change(change) => group.change = Some(change),
             }
             let has_room = group.change.is_none() && group.taken.len() < batches_max;
             next = has_room.then(|| queue.try_recv().ok()).flatten();
@@ -162,14 +137,10 @@ pub(super) struct WriteFault(Arc<Mutex<Option<StoreError>>>);
 
 impl WriteFault {
     pub(super) fn get(&self) -> Option<StoreError> {
-        self.lock().clone()
+        lock(&self.0).clone()
     }
 
     pub(super) fn set(&self, fault: Option<StoreError>) {
-        *self.lock() = fault;
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Option<StoreError>> {
-        lock(&self.0)
+        *lock(&self.0) = fault;
     }
 }

@@ -1,5 +1,6 @@
 //! What a store keeps and answers.
 
+use crate::store::account;
 use crate::store::error::{RecordingId, Result, StoreError};
 use crate::store::row::damaged;
 use grideye_recording::wire::{Account, Acknowledgement, Gap, WireError};
@@ -93,13 +94,7 @@ impl StreamSummary {
     /// Frames that the agent gave up, whatever the reason; `None` without a count.
     #[must_use]
     pub fn dropped(&self) -> Option<u64> {
-        let account = self.account.as_ref()?;
-        Some(
-            account
-                .dropped
-                .values()
-                .fold(0, |sum, count| sum.saturating_add(*count)),
-        )
+        self.account.as_ref().map(account::dropped)
     }
 
     /// read - stored - dropped - spooled: 0 when the books balance, `None` without a count. Above 0, frames are nowhere; below 0,

@@ -21,6 +21,8 @@ mod http;
 #[cfg(test)]
 mod layouts;
 #[cfg(test)]
+mod log;
+#[cfg(test)]
 #[expect(unreachable_pub, reason = "the tests of the whole share this file")]
 #[path = "../../../../tests/src/postgres.rs"]
 mod postgres;

@@ -7,7 +7,7 @@ use core::fmt::Write as _;
 use grideye_frame::PIXELS;
 use std::collections::BTreeMap;
 
-pub(super) const LEADING: [&str; 10] = [
+const LEADING: [&str; 10] = [
     "device",
     "sensor",
     "boot",

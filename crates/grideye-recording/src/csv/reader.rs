@@ -1,5 +1,5 @@
 use crate::cell::{Cell, Column};
-use crate::csv::columns::{COLUMNS, LEADING, Sequences, header, pixel_column};
+use crate::csv::columns::{COLUMNS, Sequences, header, pixel_column};
 use crate::error::RecordingError;
 use crate::lines::{Line, Lines, rows_until_error};
 use crate::record::{CLOCK_STATES, Record, Row, Stamp, StreamId};
@@ -77,8 +77,6 @@ pub(crate) fn check_header<R: Read>(
 }
 
 fn parse(line: &Line<'_>) -> Result<Row, RecordingError> {
-    let fields: [&str; COLUMNS] = line.fields()?;
-    let (leading, pixels) = fields.split_at(LEADING.len());
     let [
         device,
         sensor,
@@ -90,14 +88,8 @@ fn parse(line: &Line<'_>) -> Result<Row, RecordingError> {
         t_arrival,
         missing,
         thermistor,
-    ] = leading
-    else {
-        return Err(RecordingError::FieldCount {
-            line: line.number,
-            expected: COLUMNS,
-            found: leading.len(),
-        });
-    };
+        pixels @ ..,
+    ] = line.fields::<COLUMNS>()?;
     let cell = |name, text| Cell {
         line: line.number,
         column: Column::Named(name),
@@ -122,7 +114,7 @@ fn parse(line: &Line<'_>) -> Result<Row, RecordingError> {
         },
         reading: reading(line.number, missing, thermistor, pixels)?,
     };
-    let t_arrival_ns = match *t_arrival {
+    let t_arrival_ns = match t_arrival {
         "" => None,
         arrival => Some(cell("t_arrival_ns", arrival).nanoseconds()?),
     };
@@ -137,12 +129,12 @@ fn reading(
     line: u64,
     missing: &str,
     thermistor: &str,
-    pixels: &[&str],
+    pixels: [&str; PIXELS],
 ) -> Result<Reading<RawFrame>, RecordingError> {
     let cell = |column, text| Cell { line, column, text };
     let thermistor = cell(Column::Named("thermistor"), thermistor);
-    let pixels = pixels.iter().enumerate();
-    let pixels = pixels.map(|(index, text)| cell(pixel_column(index), *text));
+    let pixels = pixels.into_iter().enumerate();
+    let pixels = pixels.map(|(index, text)| cell(pixel_column(index), text));
     if missing.is_empty() {
         let mut frame = RawFrame {
             thermistor: thermistor.thermistor()?,

@@ -68,6 +68,11 @@ impl<W: Write> Writer<W> {
         Ok(self.output)
     }
 
+    /// What was handed to [`Writer::new`], for example to take what is in it; it must not be written to.
+    pub const fn output_mut(&mut self) -> &mut W {
+        &mut self.output
+    }
+
     /// Rows written so far.
     #[must_use]
     pub fn rows(&self) -> u64 {

@@ -147,37 +147,3 @@ pub struct Row {
     /// The collector's wall clock when the frame arrived, in nanoseconds since 1970-01-01 UTC, where it is known.
     pub t_arrival_ns: Option<i64>,
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_clock_state_is_found_again_by_its_name_and_named_to_those_who_miss() {
-        for state in ClockState::ALL {
-            assert_eq!(state.name().parse(), Ok(state));
-            assert!(CLOCK_STATES.contains(state.name()));
-        }
-        assert_eq!("Synced".parse::<ClockState>(), Err(UnknownClockState));
-    }
-
-    #[test]
-    fn names_are_bounded_and_of_one_alphabet() {
-        let longest = "x".repeat(NAME_CHARS_MAX);
-        for good in ["p", "9", "pi-1", "i2c-1:0x69", "A.b_c:d-e", &longest] {
-            assert_eq!(check_name(good), Ok(()), "{good}");
-        }
-        let bad = "=1|+1|-1|@a|.|..|_a|:a|a b|a,b|a\"b|a/b|a\nb|a\0|é|aé||";
-        let too_long = "x".repeat(NAME_CHARS_MAX + 1);
-        for bad in bad.split('|').chain([too_long.as_str()]) {
-            assert!(check_name(bad).is_err(), "{bad:?}");
-        }
-    }
-
-    #[test]
-    fn the_rule_in_the_message_states_the_limit() {
-        assert!(NAME_RULE.contains(&format!("1 to {NAME_CHARS_MAX} characters")));
-        let found = check_name(&"x".repeat(70)).unwrap_err().found;
-        assert!(found.starts_with("70 characters: \"xxx"), "{found}");
-    }
-}

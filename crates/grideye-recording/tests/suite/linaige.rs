@@ -268,3 +268,62 @@ fn the_layout_is_told_by_the_first_line() {
     );
     assert_eq!(sniff(SESSION_3), Some(Layout::Linaige));
 }
+
+#[test]
+fn dates_are_those_of_the_calendar() {
+    // From `date -u -d DATE +%s` divided by 86400.
+    let days = [
+        ((1970, 1, 1), 0),
+        ((2000, 2, 29), 11_016),
+        ((2000, 3, 1), 11_017),
+        ((2021, 7, 1), 18_809),
+        ((2100, 3, 1), 47_541),
+        ((2199, 12, 31), 84_005),
+    ];
+    for ((year, month, day), expected) in days {
+        let date = Date::new(year, month, day).unwrap();
+        let found = date.midnight_utc_ns();
+        assert_eq!(
+            found,
+            expected * 86_400 * 1_000_000_000,
+            "{year}-{month}-{day}"
+        );
+    }
+    let none = [
+        (1969, 12, 31),
+        (2200, 1, 1),
+        (2021, 2, 29),
+        (2100, 2, 29),
+        (2021, 13, 1),
+        (2021, 0, 1),
+        (2021, 4, 31),
+        (2021, 4, 0),
+    ];
+    for (year, month, day) in none {
+        assert_eq!(Date::new(year, month, day), None, "{year}-{month}-{day}");
+    }
+}
+
+#[test]
+fn the_date_is_found_wherever_it_stands_in_a_name() {
+    for name in "2021-07-06.csv|a/2021-07-06|x12021-07-06y|1-2021-07-06".split('|') {
+        let found = Date::from_file_name(name).ok();
+        assert_eq!(found, Date::new(2021, 7, 6), "{name}");
+    }
+    for name in "|session.csv|2021-13-01.csv|2021_07_06.csv|é2021-07-0é".split('|') {
+        let error = Date::from_file_name(name).unwrap_err();
+        let is_named = matches!(error, RecordingError::FileNameWithoutDate { .. });
+        assert!(is_named, "{name}: {error}");
+    }
+}
+
+#[test]
+fn a_stream_is_named_after_its_file() {
+    assert_eq!(
+        stream_from_file_name("Session2_2021-07-01_RoomB_v2.csv").boot,
+        "Session2_2021-07-01_RoomB_v2"
+    );
+    assert_eq!(stream_from_file_name("_ö=a b.csv").boot, "ab");
+    assert_eq!(stream_from_file_name("ö").boot, "session");
+    assert_eq!(stream_from_file_name(&"x".repeat(100)).boot.len(), 64);
+}

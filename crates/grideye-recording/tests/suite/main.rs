@@ -1,4 +1,4 @@
-//! The crate from outside: the wire format, the CSV recording format and the LINAIGE layout.
+//! The crate from outside: records, the wire format, the CSV recording format, the LINAIGE layout and the page of metrics.
 
 #[cfg(test)]
 mod bare;
@@ -12,5 +12,11 @@ mod golden;
 mod linaige;
 #[cfg(test)]
 mod made_up;
+#[cfg(test)]
+mod prometheus;
+#[cfg(test)]
+mod record;
+#[cfg(test)]
+mod sniff;
 #[cfg(test)]
 mod wire;

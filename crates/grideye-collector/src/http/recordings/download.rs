@@ -17,8 +17,8 @@ pub(super) trait Form: Send + 'static {
     /// What is to be sent before the first row was asked for, and after each page.
     fn take(&mut self) -> Vec<u8>;
 
-    /// Writes what stands behind the last row.
-    fn finish(&mut self) -> io::Result<()>;
+    /// What is to be sent after the last page.
+    fn finish(self) -> io::Result<Vec<u8>>;
 }
 
 /// The recording in that form, as the body of an answer.
@@ -62,8 +62,7 @@ async fn write_pages(
             send(pages, form.take()).await?;
         }
     }
-    form.finish()?;
-    send(pages, form.take()).await
+    send(pages, form.finish()?).await
 }
 
 /// The next rows of a span; none after its end.

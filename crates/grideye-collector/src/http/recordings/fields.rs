@@ -1,10 +1,10 @@
 //! What the requests about recordings have in common: numbers, texts, and what a file is called.
 
 use crate::http::refusal::Refusal;
+use crate::percent::percent_encoded;
 use crate::store::RecordingId;
-use axum::http::{HeaderValue, StatusCode};
+use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use serde_json::{Map, Value};
-use std::fmt::Write as _;
 
 pub(super) fn parse_id(text: &str) -> Result<RecordingId, Refusal> {
     text.parse().map_err(|_not_a_number| {
@@ -24,15 +24,29 @@ pub(super) fn text_of(
     hint: &str,
 ) -> Result<String, Refusal> {
     let text = fields.get(field).and_then(Value::as_str);
-    let text =
-        text.ok_or_else(|| wrong_value(field, format!("expected {field} to be a string"), hint))?;
+    let what = || format!("expected {field} to be a string");
+    let text = text.ok_or_else(|| Refusal::wrong_value(field, what(), hint))?;
     Ok(text.trim().to_owned())
 }
 
-pub(super) fn wrong_value(field: impl Into<String>, what: String, hint: &str) -> Refusal {
-    Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "wrong_value", what)
-        .field(field)
-        .hint(hint)
+/// The headers of a CSV file of that name.
+pub(super) fn csv_headers(name: &str, extension: &str) -> [(HeaderName, HeaderValue); 2] {
+    let kind = HeaderValue::from_static("text/csv; charset=utf-8; header=present");
+    let name = attachment(name, extension);
+    [
+        (header::CONTENT_TYPE, kind),
+        (header::CONTENT_DISPOSITION, name),
+    ]
+}
+
+/// A file that could not be made.
+#[expect(
+    clippy::needless_pass_by_value,
+    reason = "it stands where map_err wants a function of the error"
+)]
+pub(super) fn not_written(error: impl ToString) -> Refusal {
+    let status = StatusCode::INTERNAL_SERVER_ERROR;
+    Refusal::new(status, "not_written", error.to_string())
 }
 
 /// The header `content-disposition`: a plain name for old programs, the exact one for the others (RFC 6266).
@@ -40,22 +54,12 @@ pub(super) fn wrong_value(field: impl Into<String>, what: String, hint: &str) ->
 pub fn attachment(name: &str, extension: &str) -> HeaderValue {
     let plain: String = name
         .chars()
-        .map(|character| {
-            if matches!(character, ' '..='~') && character != '%' {
-                character
-            } else {
-                '_'
-            }
+        .map(|character| match character {
+            ' '..='~' if character != '%' => character,
+            _ => '_',
         })
         .collect();
-    let mut exact = String::new();
-    for byte in name.bytes() {
-        if byte.is_ascii_alphanumeric() || b"-._~".contains(&byte) {
-            exact.push(char::from(byte));
-        } else {
-            let _ = write!(exact, "%{byte:02X}");
-        }
-    }
+    let exact = percent_encoded(name.as_bytes(), b"-._~");
     let disposition = format!(
         r#"attachment; filename="{plain}.{extension}"; filename*=UTF-8''{exact}.{extension}"#
     );

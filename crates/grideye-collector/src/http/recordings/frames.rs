@@ -124,8 +124,8 @@ impl Form for Rows {
         std::mem::take(&mut self.bytes)
     }
 
-    fn finish(&mut self) -> io::Result<()> {
-        Ok(())
+    fn finish(self) -> io::Result<Vec<u8>> {
+        Ok(self.bytes)
     }
 }
 

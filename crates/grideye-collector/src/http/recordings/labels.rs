@@ -1,14 +1,14 @@
 //! Labels on a recording: what was to be seen in which of its frames.
 
-use crate::http::body::{object, read_json_body};
-use crate::http::recordings::fields::{attachment, parse_id, text_of, wrong_value};
+use crate::http::body::read_object;
+use crate::http::recordings::fields::{csv_headers, not_written, parse_id, text_of};
 use crate::http::refusal::Refusal;
 use crate::http::state::AppState;
 use crate::limits::Limits;
 use crate::live::Event;
 use crate::store::{KeptLabel, Label, LabelSpan, Members, RecordingId};
 use axum::extract::{Path, Request, State};
-use axum::http::{HeaderValue, StatusCode, header};
+use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Json, Response};
 use grideye_recording::labels::{LabeledFrames, to_csv};
 use serde::Deserialize as _;
@@ -30,10 +30,8 @@ pub(crate) async fn add(
     request: Request,
 ) -> Result<Response, Refusal> {
     let id = parse_id(&id)?;
-    let limits = state.limits();
-    let body = read_json_body(&state, request, limits.small_body_bytes_max).await?;
-    let fields = object(&body, limits.json_depth_max, &["name", "spans"], HINT)?;
-    let label = label_in(&fields, limits)?;
+    let fields = read_object(&state, request, &["name", "spans"], HINT).await?;
+    let label = label_in(&fields, state.limits())?;
     let members = state.store().members(id).await?;
     for (index, span) in label.spans.iter().enumerate() {
         check_span(index, span, &members)?;
@@ -67,17 +65,8 @@ pub(crate) async fn csv(
     let id = parse_id(&id)?;
     let recording = state.store().members(id).await?.recording;
     let labels = state.store().labels(id).await?;
-    let text = to_csv(labels.iter().flat_map(ranges)).map_err(|error| {
-        let what = error.to_string();
-        Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, "not_written", what)
-    })?;
-    let kind = HeaderValue::from_static("text/csv; charset=utf-8; header=present");
-    let name = attachment(&recording.name, "labels.csv");
-    let headers = [
-        (header::CONTENT_TYPE, kind),
-        (header::CONTENT_DISPOSITION, name),
-    ];
-    Ok((headers, text).into_response())
+    let text = to_csv(labels.iter().flat_map(ranges)).map_err(not_written)?;
+    Ok((csv_headers(&recording.name, "labels.csv"), text).into_response())
 }
 
 fn ranges(kept: &KeptLabel) -> impl Iterator<Item = LabeledFrames<'_>> {
@@ -102,18 +91,18 @@ fn tell(state: &AppState, id: RecordingId) {
 fn label_in(fields: &Map<String, Value>, limits: &Limits) -> Result<Label, Refusal> {
     let name = text_of(fields, "name", HINT)?;
     let chars_max = limits.label_name_chars_max;
-    check_name(&name, chars_max).map_err(|what| wrong_value("name", what, HINT))?;
+    check_name(&name, chars_max).map_err(|what| Refusal::wrong_value("name", what, HINT))?;
     let spans = fields.get("spans").and_then(Value::as_array);
-    let spans = spans
-        .ok_or_else(|| wrong_value("spans", "expected spans to be a list".to_owned(), HINT))?;
+    let spans =
+        spans.ok_or_else(|| Refusal::wrong_value("spans", "expected spans to be a list", HINT))?;
     if spans.is_empty() || spans.len() > limits.label_spans_max {
         let (found, most) = (spans.len(), limits.label_spans_max);
         let what = format!("a label has 1 to {most} spans, and these are {found}");
-        return Err(wrong_value("spans", what, HINT));
+        return Err(Refusal::wrong_value("spans", what, HINT));
     }
     let spans = spans.iter().enumerate().map(|(index, span)| {
         let read = LabelSpan::deserialize(span);
-        read.map_err(|error| wrong_value(span_at(index), error.to_string(), HINT))
+        read.map_err(|error| Refusal::wrong_value(span_at(index), error.to_string(), HINT))
     });
     Ok(Label {
         name,
@@ -136,7 +125,7 @@ fn check_name(name: &str, chars_max: usize) -> Result<(), String> {
 
 /// Labels are of frames that the recording has, or says that it lacks.
 fn check_span(index: usize, span: &LabelSpan, members: &Members) -> Result<(), Refusal> {
-    let wrong = |what: String| wrong_value(span_at(index), what, HINT);
+    let wrong = |what: String| Refusal::wrong_value(span_at(index), what, HINT);
     let (first, last) = (span.first_seq, span.last_seq);
     if first > last {
         return Err(wrong(format!(

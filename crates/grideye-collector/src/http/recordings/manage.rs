@@ -1,7 +1,7 @@
 //! Recordings: start, stop, note, list, and one with its frames.
 
-use crate::http::body::{object, read_json_body};
-use crate::http::recordings::fields::{parse_id, text_of, wrong_value};
+use crate::http::body::read_object;
+use crate::http::recordings::fields::{parse_id, text_of};
 use crate::http::recordings::{csv, frames};
 use crate::http::refusal::Refusal;
 use crate::http::state::AppState;
@@ -21,7 +21,7 @@ pub(crate) async fn start(
 ) -> Result<Response, Refusal> {
     let name = text_in(&state, request, "name", HINT).await?;
     check_name(&name, state.limits().recording_name_chars_max)
-        .map_err(|what| wrong_value("name", what, HINT))?;
+        .map_err(|what| Refusal::wrong_value("name", what, HINT))?;
     let now_ns = state.0.clock.utc_ns();
     let recording = state.store().start_recording(name, now_ns).await?;
     let place = [(header::LOCATION, format!("/v1/recordings/{}", recording.id))];
@@ -53,7 +53,7 @@ pub(crate) async fn note(
     let id = parse_id(&id)?;
     let note = text_in(&state, request, "note", NOTE_HINT).await?;
     check_note(&note, state.limits().recording_note_chars_max)
-        .map_err(|what| wrong_value("note", what, NOTE_HINT))?;
+        .map_err(|what| Refusal::wrong_value("note", what, NOTE_HINT))?;
     let recording = state.store().note_recording(id, note).await?;
     Ok(tell(&state, &recording))
 }
@@ -103,20 +103,13 @@ async fn text_in(
     field: &'static str,
     hint: &str,
 ) -> Result<String, Refusal> {
-    let limits = state.limits();
-    let body = read_json_body(state, request, limits.small_body_bytes_max).await?;
-    let fields = object(&body, limits.json_depth_max, &[field], hint)?;
+    let fields = read_object(state, request, &[field], hint).await?;
     text_of(&fields, field, hint)
 }
 
 /// A note is one line of text, or nothing.
 fn check_note(note: &str, chars_max: usize) -> Result<(), String> {
-    let chars = note.chars().count();
-    if chars > chars_max {
-        return Err(format!(
-            "the note has {chars} characters, and {chars_max} are allowed"
-        ));
-    }
+    check_length("note", note, chars_max)?;
     match note.chars().find(|character| character.is_control()) {
         Some(character) => Err(format!("the note may not contain {character:?}")),
         None => Ok(()),
@@ -128,22 +121,24 @@ fn check_name(name: &str, chars_max: usize) -> Result<(), String> {
     if name.is_empty() {
         return Err("a recording needs a name".to_owned());
     }
-    let chars = name.chars().count();
-    if chars > chars_max {
-        return Err(format!(
-            "the name has {chars} characters, and {chars_max} are allowed"
-        ));
-    }
+    check_length("name", name, chars_max)?;
     if name.starts_with('.') {
         return Err("the name may not begin with a full stop".to_owned());
     }
-    match name
-        .chars()
-        .find(|character| character.is_control() || r#"/\:*?"<>|"#.contains(*character))
-    {
+    let is_bad = |character: &char| character.is_control() || r#"/\:*?"<>|"#.contains(*character);
+    match name.chars().find(is_bad) {
         Some(character) => Err(format!(
             "the name may not contain {character:?}, which no file name should"
         )),
         None => Ok(()),
+    }
+}
+
+fn check_length(what: &str, text: &str, chars_max: usize) -> Result<(), String> {
+    match text.chars().count() {
+        chars if chars > chars_max => Err(format!(
+            "the {what} has {chars} characters, and {chars_max} are allowed"
+        )),
+        _ => Ok(()),
     }
 }

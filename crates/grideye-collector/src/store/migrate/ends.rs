@@ -3,13 +3,13 @@
 use crate::limits::Limits;
 use crate::store::error::{Result, StoreError};
 use crate::store::location::PostgresUrl;
-use crate::store::postgres::{Days, FrameColumns, Parameters, Session, UNFINISHED, prepare_tables};
+use crate::store::postgres::{Days, FrameColumns, Session, UNFINISHED, prepare_tables};
 use crate::store::row::{count, fitting, unsigned};
 use crate::store::segment::SealedRow;
-use crate::store::sqlite::{self, Found, rows_of};
+use crate::store::sqlite::{self, rows_of, stream_id};
 use crate::store::types::Span;
 use grideye_recording::StreamId;
-use rusqlite::{Connection, OpenFlags, params};
+use rusqlite::{Connection, Params, params};
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use std::sync::Arc;
@@ -18,37 +18,19 @@ use std::sync::Arc;
 pub(super) struct Source {
     connection: Connection,
     pub(super) streams: Vec<SourceStream>,
-    pub(super) recordings: Vec<SourceRecording>,
+    pub(super) recordings: i64,
     pub(super) rows: u64,
     pub(super) frames: u64,
     groups: i64,
     epoch: i64,
+    t_last_arrival_ns: i64,
 }
 
-/// A stream as the file has it. Its number in the database counts within its device.
+/// A stream of the file. Its number in the database counts within its device.
 pub(super) struct SourceStream {
     pub(super) key: i64,
     pub(super) id: StreamId,
     pub(super) number: i32,
-    pub(super) stored: i64,
-    pub(super) missing: i64,
-    pub(super) last_group: i64,
-    pub(super) t_last_arrival_ns: i64,
-    pub(super) account: Option<String>,
-    pub(super) account_read: Option<i64>,
-    pub(super) came_since_account: i64,
-    pub(super) expired: i64,
-}
-
-pub(super) struct SourceRecording {
-    pub(super) id: i64,
-    pub(super) name: String,
-    pub(super) note: String,
-    pub(super) labels: Vec<(i64, String)>,
-    pub(super) t_start_ns: i64,
-    pub(super) t_stop_ns: Option<i64>,
-    pub(super) after_epoch: i64,
-    pub(super) through_epoch: Option<i64>,
 }
 
 /// The file's number of a stream, and a row of it.
@@ -62,7 +44,8 @@ pub(super) struct Cursor {
 }
 
 impl SourceStream {
-    fn span(&self, stream_key: i64) -> Span {
+    /// All of the stream, for a store with this key of it: the file's own, or the number in the database.
+    pub(super) fn span(&self, stream_key: i64) -> Span {
         Span {
             stream: Arc::new(self.id.clone()),
             stream_key,
@@ -70,35 +53,22 @@ impl SourceStream {
             epochs: (i64::MIN, i64::MAX),
         }
     }
-
-    /// All of the stream, for the store in the file.
-    pub(super) fn span_in_file(&self) -> Span {
-        self.span(self.key)
-    }
-
-    /// All of the stream, for the store in the database.
-    pub(super) fn span_in_database(&self) -> Span {
-        self.span(self.number.into())
-    }
 }
 
 impl Source {
     pub(super) fn open(file: &Path, limits: &Limits) -> Result<Self> {
-        let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-        let mut connection = Connection::open_with_flags(file, flags)?;
-        connection.busy_timeout(limits.store_lock_time_max)?;
-        if sqlite::recognize(&connection)? == Found::Nothing {
-            return Err(StoreError::Foreign);
-        }
+        let mut connection = sqlite::open_store(file, limits)?;
         sqlite::prepare(&mut connection, file)?;
         sqlite::settle(&connection, limits)?;
         // The lock stays with the connection: nobody adds to the file while it is copied.
         connection.execute_batch("BEGIN IMMEDIATE")?;
         let streams = streams(&connection)?;
-        let recordings = recordings(&connection)?;
-        let sql = "SELECT epoch, groups FROM counters";
-        let (epoch, groups) =
-            connection.query_row(sql, [], |row| Ok((row.get(0)?, row.get(1)?)))?;
+        let sql = "SELECT epoch, groups, (SELECT coalesce(max(t_last_arrival_ns), 0) FROM streams),
+                          (SELECT count(*) FROM recordings) FROM counters";
+        let (epoch, groups, t_last_arrival_ns, recordings) =
+            connection.query_row(sql, [], |row| {
+                Ok((row.get(0)?, row.get(1)?, row.get(2)?, row.get(3)?))
+            })?;
         // What was deleted cannot be copied, and its numbers stay known.
         let sql = "SELECT coalesce(sum(last_seq - first_seq + 1), 0), coalesce(sum(frames), 0) FROM chunks";
         let (rows, frames): (i64, i64) =
@@ -111,6 +81,7 @@ impl Source {
             frames: unsigned("frames", frames)?,
             groups,
             epoch,
+            t_last_arrival_ns,
         })
     }
 
@@ -120,22 +91,16 @@ impl Source {
 
     /// Tells whether a copy that was begun was one of this file as it is now.
     pub(super) fn fingerprint(&self) -> String {
-        let newest = self.streams.iter().map(|s| s.t_last_arrival_ns).max();
         format!(
             "{} streams, {} rows, {} frames, {} recordings, epoch {}, group {} at {}",
             self.streams.len(),
             self.rows,
             self.frames,
-            self.recordings.len(),
+            self.recordings,
             self.epoch,
             self.groups,
-            newest.unwrap_or(0),
+            self.t_last_arrival_ns,
         )
-    }
-
-    /// The epoch that all collectors begin with after the copy: later than all that were copied.
-    pub(super) fn next_epoch(&self) -> i64 {
-        self.epoch.saturating_add(1)
     }
 
     /// The next rows with their streams, ordered by stream and number: whole chunks, until there are as many rows.
@@ -154,95 +119,71 @@ impl Source {
         Ok(frames)
     }
 
-    pub(super) fn runs(&self, stream_key: i64) -> Result<Vec<(i64, i64)>> {
-        let mut statement = self
-            .connection
-            .prepare_cached("SELECT first, last FROM runs WHERE stream_id = ?")?;
-        let rows = statement.query_map([stream_key], |row| Ok((row.get(0)?, row.get(1)?)))?;
-        Ok(rows.collect::<Result<_, _>>()?)
-    }
-
-    /// What each epoch brought to a stream: epoch, first and last number, frames, missing ones.
-    pub(super) fn shares(&self, stream_key: i64) -> Result<Vec<[i64; 5]>> {
-        let mut statement = self.connection.prepare_cached(
-            "SELECT epoch, first_seq, last_seq, stored, missing FROM shares WHERE stream_id = ? ORDER BY epoch",
-        )?;
-        let rows = statement.query_map([stream_key], |row| {
-            Ok([
-                row.get(0)?,
-                row.get(1)?,
-                row.get(2)?,
-                row.get(3)?,
-                row.get(4)?,
-            ])
-        })?;
-        Ok(rows.collect::<Result<_, _>>()?)
+    /// The one value of a query.
+    fn text(&self, sql: &str, parameters: impl Params) -> Result<String> {
+        let mut statement = self.connection.prepare_cached(sql)?;
+        Ok(statement.query_row(parameters, |row| row.get(0))?)
     }
 }
 
 fn streams(connection: &Connection) -> Result<Vec<SourceStream>> {
-    let mut statement = connection.prepare(
-        "SELECT id, device, sensor, boot, stored, missing, last_group, t_last_arrival_ns, account, account_read,
-                came_since_account, expired FROM streams ORDER BY id",
-    )?;
+    let mut statement =
+        connection.prepare("SELECT device, sensor, boot, id FROM streams ORDER BY id")?;
     let mut rows = statement.query([])?;
     let (mut streams, mut numbers) = (Vec::new(), BTreeMap::<String, i32>::new());
     while let Some(row) = rows.next()? {
-        let device: String = row.get(1)?;
-        let number = numbers.entry(device.clone()).or_insert(0);
+        let id = stream_id(row, 0)?;
+        let number = numbers.entry(id.device.clone()).or_insert(0);
         *number += 1;
         streams.push(SourceStream {
-            key: row.get(0)?,
+            key: row.get(3)?,
             number: *number,
-            id: StreamId {
-                device,
-                sensor: row.get(2)?,
-                boot: row.get(3)?,
-            },
-            stored: row.get(4)?,
-            missing: row.get(5)?,
-            last_group: row.get(6)?,
-            t_last_arrival_ns: row.get(7)?,
-            account: row.get(8)?,
-            account_read: row.get(9)?,
-            came_since_account: row.get(10)?,
-            expired: row.get(11)?,
+            id,
         });
     }
     Ok(streams)
 }
 
-fn recordings(connection: &Connection) -> Result<Vec<SourceRecording>> {
-    let mut statement = connection.prepare(
-        "SELECT id, name, t_start_ns, t_stop_ns, after_epoch, through_epoch, coalesce(note, '')
-         FROM recordings LEFT JOIN notes ON recording_id = id ORDER BY id",
-    )?;
-    let rows = statement.query_map([], |row| {
-        Ok(SourceRecording {
-            id: row.get(0)?,
-            name: row.get(1)?,
-            note: row.get(6)?,
-            labels: Vec::new(),
-            t_start_ns: row.get(2)?,
-            t_stop_ns: row.get(3)?,
-            after_epoch: row.get(4)?,
-            through_epoch: row.get(5)?,
-        })
-    })?;
-    let mut recordings: Vec<SourceRecording> = rows.collect::<Result<_, _>>()?;
-    for recording in &mut recordings {
-        recording.labels = labels(connection, recording.id)?;
-    }
-    Ok(recordings)
-}
+/// What names a stream's frames, by its key and its number in the database: read as JSON with the names of the database's
+/// columns, and written from it.
+const OF_STREAMS: [(&str, &str); 3] = [
+    (
+        "SELECT json_group_array(json_object('device', device, 'stream', ?2, 'sensor', sensor, 'boot', boot,
+             'stored', stored, 'missing', missing, 'added', last_group, 't_last_arrival_ns', t_last_arrival_ns,
+             'account', account, 'account_read', account_read, 'came_since_account', came_since_account,
+             'expired', expired, 'lane', 0, 'n', 0)) FROM streams WHERE id = ?1",
+        "INSERT INTO grideye.streams SELECT * FROM json_populate_recordset(NULL::grideye.streams, $1::TEXT::JSON)",
+    ),
+    (
+        "SELECT json_group_array(json_object('device', device, 'stream', ?2, 'first_seq', first, 'last_seq', last))
+         FROM runs JOIN streams ON id = stream_id WHERE stream_id = ?1",
+        "INSERT INTO grideye.runs SELECT * FROM json_populate_recordset(NULL::grideye.runs, $1::TEXT::JSON)",
+    ),
+    (
+        "SELECT json_group_array(json_object('device', device, 'stream', ?2, 'epoch', epoch, 'first_seq', first_seq,
+             'last_seq', last_seq, 'stored', shares.stored, 'missing', shares.missing))
+         FROM shares JOIN streams ON id = stream_id WHERE stream_id = ?1",
+        "INSERT INTO grideye.shares SELECT * FROM json_populate_recordset(NULL::grideye.shares, $1::TEXT::JSON)",
+    ),
+];
 
-fn labels(connection: &Connection, recording: i64) -> Result<Vec<(i64, String)>> {
-    let mut statement = connection.prepare_cached(
-        "SELECT number, label FROM labels WHERE recording_id = ? ORDER BY number",
-    )?;
-    let rows = statement.query_map([recording], |row| Ok((row.get(0)?, row.get(1)?)))?;
-    Ok(rows.collect::<Result<_, _>>()?)
-}
+/// The same of all recordings.
+const OF_RECORDINGS: [(&str, &str); 3] = [
+    (
+        "SELECT json_group_array(json_object('id', id, 'name', name, 't_start_ns', t_start_ns, 't_stop_ns', t_stop_ns,
+             'after_epoch', after_epoch, 'through_epoch', through_epoch)) FROM recordings",
+        "INSERT INTO grideye.recordings
+         SELECT * FROM json_populate_recordset(NULL::grideye.recordings, $1::TEXT::JSON)",
+    ),
+    (
+        "SELECT json_group_array(json_object('recording', recording_id, 'note', note)) FROM notes WHERE note <> ''",
+        "INSERT INTO grideye.notes SELECT * FROM json_populate_recordset(NULL::grideye.notes, $1::TEXT::JSON)",
+    ),
+    (
+        "SELECT json_group_array(json_object('recording', recording_id, 'number', number, 'label', label)) FROM labels",
+        "INSERT INTO grideye.labels SELECT * FROM json_populate_recordset(NULL::grideye.labels, $1::TEXT::JSON)",
+    ),
+];
 
 /// The database, with a table of its own that says how far the copy came.
 pub(super) struct Target {
@@ -291,9 +232,7 @@ impl Target {
         if held > 0 {
             return Err(StoreError::NotEmpty);
         }
-        self.session.batch("BEGIN").await?;
-        let begun = self.claim(fingerprint).await;
-        self.session.end(begun).await?;
+        self.session.transact(self.claim(fingerprint)).await?;
         Ok(Some(Cursor {
             stream_key: i64::MIN,
             seq: i64::MIN,
@@ -332,9 +271,8 @@ impl Target {
             seq: fitting("seq", last.record.seq)?,
             rows: after.rows + count(page.len()).unsigned_abs(),
         };
-        self.session.batch("BEGIN").await?;
-        let copied = self.copy_rows(source, page, &next).await;
-        self.session.end(copied).await?;
+        let rows = self.copy_rows(source, page, &next);
+        self.session.transact(rows).await?;
         Ok(Some(next))
     }
 
@@ -360,48 +298,22 @@ impl Target {
 
     /// Names what was copied, and lets collectors in.
     pub(super) async fn finish(&self, source: &Source) -> Result<()> {
-        self.session.batch("BEGIN").await?;
-        let named = self.name_all(source).await;
-        self.session.end(named).await
+        self.session.transact(self.name_all(source)).await
     }
 
     async fn name_all(&self, source: &Source) -> Result<()> {
         let session = &self.session;
         for stream in &source.streams {
-            let StreamId {
-                device,
-                sensor,
-                boot,
-            } = &stream.id;
-            let (number, stored, missing) = (&stream.number, &stream.stored, &stream.missing);
-            let (group, arrival) = (&stream.last_group, &stream.t_last_arrival_ns);
-            let (account, read) = (&stream.account, &stream.account_read);
-            let (came, expired) = (&stream.came_since_account, &stream.expired);
-            let sql = "INSERT INTO grideye.streams (device, stream, sensor, boot, stored, missing, added, t_last_arrival_ns,
-                           account, account_read, came_since_account, expired, lane, n)
-                       VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, 0, 0)";
-            let parameters: Parameters<'_> = &[
-                device, number, sensor, boot, stored, missing, group, arrival, account, read, came,
-                expired,
-            ];
-            session.execute(sql, parameters).await?;
-            let runs = source.runs(stream.key)?;
-            let (firsts, lasts): (Vec<i64>, Vec<i64>) = runs.into_iter().unzip();
-            let sql =
-                "INSERT INTO grideye.runs SELECT $1, $2, * FROM unnest($3::BIGINT[], $4::BIGINT[])";
-            let parameters: Parameters<'_> = &[device, number, &firsts, &lasts];
-            session.execute(sql, parameters).await?;
-            let shares = source.shares(stream.key)?;
-            let column = |index: usize| -> Vec<i64> { shares.iter().map(|s| s[index]).collect() };
-            let sql = "INSERT INTO grideye.shares SELECT $1, $2, *
-                       FROM unnest($3::BIGINT[], $4::BIGINT[], $5::BIGINT[], $6::BIGINT[], $7::BIGINT[])";
-            let [epochs, firsts, lasts, stored, missing] = [0, 1, 2, 3, 4].map(column);
-            let parameters: Parameters<'_> =
-                &[device, number, &epochs, &firsts, &lasts, &stored, &missing];
-            session.execute(sql, parameters).await?;
+            for (read, write) in OF_STREAMS {
+                let rows = source.text(read, params![stream.key, stream.number])?;
+                session.execute(write, &[&rows]).await?;
+            }
         }
-        self.name_recordings(source).await?;
-        let epoch = source.next_epoch();
+        for (read, write) in OF_RECORDINGS {
+            session.execute(write, &[&source.text(read, [])?]).await?;
+        }
+        // All collectors begin with it after the copy: it is later than all that were copied.
+        let epoch = source.epoch.saturating_add(1);
         for sql in [
             "UPDATE grideye.lanes SET epoch = $1",
             "UPDATE grideye.layout SET epoch = $1, layout = 1",
@@ -410,27 +322,5 @@ impl Target {
         }
         let done = "UPDATE grideye.migration SET is_done = TRUE";
         session.execute(done, &[]).await.map(drop)
-    }
-
-    async fn name_recordings(&self, source: &Source) -> Result<()> {
-        for recording in &source.recordings {
-            let (id, name) = (&recording.id, &recording.name);
-            let (start, stop) = (&recording.t_start_ns, &recording.t_stop_ns);
-            let (after, through) = (&recording.after_epoch, &recording.through_epoch);
-            let sql = "INSERT INTO grideye.recordings (id, name, t_start_ns, t_stop_ns, after_epoch, through_epoch)
-                       VALUES ($1, $2, $3, $4, $5, $6)";
-            let parameters: Parameters<'_> = &[id, name, start, stop, after, through];
-            self.session.execute(sql, parameters).await?;
-            if !recording.note.is_empty() {
-                let sql = "INSERT INTO grideye.notes (recording, note) VALUES ($1, $2)";
-                self.session.execute(sql, &[id, &recording.note]).await?;
-            }
-            for (number, label) in &recording.labels {
-                let sql =
-                    "INSERT INTO grideye.labels (recording, number, label) VALUES ($1, $2, $3)";
-                self.session.execute(sql, &[id, number, label]).await?;
-            }
-        }
-        Ok(())
     }
 }

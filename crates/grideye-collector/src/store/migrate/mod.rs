@@ -73,7 +73,7 @@ pub async fn migrate(
         frames: source.frames,
         missing: source.rows - source.frames,
         streams: source.streams.len(),
-        recordings: source.recordings.len(),
+        recordings: usize::try_from(source.recordings).unwrap_or(usize::MAX),
         resumed_after,
         difference,
     })
@@ -135,9 +135,9 @@ async fn compare_frames(
     for stream in &source.streams {
         let mut after = None;
         loop {
-            let kept = old.page(stream.span_in_file(), after, PAGE_ROWS).await?;
+            let kept = old.page(stream.span(stream.key), after, PAGE_ROWS).await?;
             let copied = new
-                .page(stream.span_in_database(), after, PAGE_ROWS)
+                .page(stream.span(stream.number.into()), after, PAGE_ROWS)
                 .await?;
             if let Some((kept, _)) = kept
                 .iter()

@@ -6,8 +6,10 @@ use crate::store::error::{Result, StoreError};
 use crate::store::plan::{Contents, Plan, StreamName, StreamState, Streams, Taken};
 use crate::store::postgres::read::{record_of, state_of, stream_id};
 use crate::store::postgres::session::{Parameters, Session};
-use crate::store::row::{Columns, count};
+use crate::store::row::{count, fitting};
 use crate::store::types::Appended;
+use grideye_frame::Reading;
+use grideye_recording::record::layout::words_to_bytes;
 use grideye_recording::{Record, StreamId};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
@@ -44,21 +46,13 @@ pub(super) async fn group(
     known: &mut Known,
     limits: &Limits,
 ) -> Result<Done, Undone> {
-    session.batch("BEGIN").await?;
-    match transact(session, lane, taken, known, limits).await {
-        Ok((done, found)) => {
-            session.end(Ok(())).await?;
-            if known.0.len() + found.len() > limits.streams_max {
-                known.0.clear();
-            }
-            known.0.extend(found);
-            Ok(done)
-        }
-        Err(undone) => {
-            let _ = session.batch("ROLLBACK").await;
-            Err(undone)
-        }
+    let work = transact(session, lane, taken, known, limits);
+    let (done, found) = session.transact(work).await?;
+    if known.0.len() + found.len() > limits.streams_max {
+        known.0.clear();
     }
+    known.0.extend(found);
+    Ok(done)
 }
 
 /// Streams that the store's numbers were looked up for.
@@ -293,9 +287,8 @@ async fn save_all(session: &Session, states: &Streams, lane: (i64, i64), epoch: 
 async fn without_empty(session: &Session, empty: &BTreeSet<&StreamId>) -> Result<()> {
     for id in empty {
         let sql = "DELETE FROM grideye.streams WHERE device = $1 AND sensor = $2 AND boot = $3";
-        session
-            .execute(sql, &[&id.device, &id.sensor, &id.boot])
-            .await?;
+        let name: Parameters<'_> = &[&id.device, &id.sensor, &id.boot];
+        session.execute(sql, name).await?;
     }
     Ok(())
 }
@@ -335,18 +328,25 @@ impl<'d> FrameColumns<'d> {
         t_arrival_ns: i64,
         epoch: i64,
     ) -> Result<()> {
-        let columns = Columns::of(record)?;
+        let (seq, stamp) = (fitting("seq", record.seq)?, &record.stamp);
+        let t_boot_ns = fitting("t_boot_ns", stamp.t_boot_ns)?;
+        let (missing, raw) = match &record.reading {
+            Reading::Frame(raw) => (None, Some(raw)),
+            Reading::NoData(reason) => (Some(reason.name()), None),
+        };
         self.devices.push(device);
         self.streams.push(stream);
-        self.seqs.push(columns.seq);
-        self.t_boots.push(columns.t_boot_ns);
-        self.t_utcs.push(columns.t_utc_ns);
-        self.clocks.push(columns.clock);
+        self.seqs.push(seq);
+        self.t_boots.push(t_boot_ns);
+        self.t_utcs.push(stamp.t_utc_ns);
+        self.clocks.push(stamp.clock.code().into());
         self.t_arrivals.push(t_arrival_ns);
         self.epochs.push(epoch);
-        self.missing.push(columns.missing);
-        self.thermistors.push(columns.thermistor.map(i32::from));
-        self.pixels.push(columns.pixels.map(Vec::from));
+        self.missing.push(missing);
+        self.thermistors
+            .push(raw.map(|raw| raw.thermistor.0.into()));
+        let pixels = raw.map(|raw| words_to_bytes(&raw.pixels));
+        self.pixels.push(pixels.map(Vec::from));
         Ok(())
     }
 
@@ -378,7 +378,7 @@ impl<'d> FrameColumns<'d> {
 async fn save_runs(session: &Session, touched: &Touched<'_>) -> Result<()> {
     let (mut gone, mut changed) = (RunColumns::default(), RunColumns::default());
     for (id, state) in touched {
-        let (gone_runs, changed_runs) = state.changed_runs();
+        let (gone_runs, changed_runs) = state.runs.changes();
         for first in gone_runs {
             gone.push(id, state, (first, first));
         }

@@ -9,24 +9,20 @@ use crate::store::types::{KeptLabel, Label, Recording};
 
 /// Adds a lane in the present epoch, under a number that no other has.
 pub(super) async fn new_lane(session: &Session) -> Result<i64> {
-    session.batch("BEGIN").await?;
-    let made = async {
+    let work = async {
         // Held until the commit: no epoch ends between reading it and entering it.
         let epoch = lock_epoch(session).await?;
         let sql = "INSERT INTO grideye.lanes (lane, epoch, n)
                    SELECT coalesce(max(lane), 0) + 1, $1, 0 FROM grideye.lanes RETURNING lane";
         let rows = session.query(sql, &[&epoch]).await?;
         Ok(rows[0].try_get(0)?)
-    }
-    .await;
-    session.end(made).await
+    };
+    session.transact(work).await
 }
 
 /// Ends the present epoch for all lanes; its number.
 pub(super) async fn end_epoch(session: &Session) -> Result<i64> {
-    session.batch("BEGIN").await?;
-    let ended = next_epoch(session).await;
-    session.end(ended).await
+    session.transact(next_epoch(session)).await
 }
 
 pub(super) async fn start(
@@ -35,8 +31,7 @@ pub(super) async fn start(
     t_start_ns: i64,
     limits: &Limits,
 ) -> Result<Recording> {
-    session.batch("BEGIN").await?;
-    let started = async {
+    let work = async {
         let ended = next_epoch(session).await?;
         let sql = "SELECT t_stop_ns IS NULL FROM grideye.recordings WHERE name = $1";
         let taken = session.query(sql, &[&name]).await?;
@@ -53,16 +48,16 @@ pub(super) async fn start(
             return Err(StoreError::TooManyRecordings(limits.recordings_max));
         }
         let sql = "INSERT INTO grideye.recordings (id, name, t_start_ns, after_epoch) VALUES ($1, $2, $3, $4)";
-        session.execute(sql, &[&id, &name, &t_start_ns, &ended]).await?;
+        session
+            .execute(sql, &[&id, &name, &t_start_ns, &ended])
+            .await?;
         Ok(read::recording(session, RecordingId(id)).await?.0)
-    }
-    .await;
-    session.end(started).await
+    };
+    session.transact(work).await
 }
 
 pub(super) async fn stop(session: &Session, id: RecordingId, t_stop_ns: i64) -> Result<Recording> {
-    session.batch("BEGIN").await?;
-    let stopped = async {
+    let work = async {
         let ended = next_epoch(session).await?;
         let (recording, _) = read::recording(session, id).await?;
         if recording.t_stop_ns.is_some() {
@@ -74,9 +69,8 @@ pub(super) async fn stop(session: &Session, id: RecordingId, t_stop_ns: i64) -> 
         let sql = "UPDATE grideye.recordings SET t_stop_ns = $2, through_epoch = $3 WHERE id = $1";
         session.execute(sql, &[&id.0, &t_stop_ns, &ended]).await?;
         Ok(read::recording(session, id).await?.0)
-    }
-    .await;
-    session.end(stopped).await
+    };
+    session.transact(work).await
 }
 
 /// Sets a recording's note; no epoch ends with it.
@@ -124,8 +118,7 @@ pub(super) async fn add_label(
     label: Label,
     limits: &Limits,
 ) -> Result<KeptLabel> {
-    session.batch("BEGIN").await?;
-    let added = async {
+    let work = async {
         lock(session, id).await?;
         let sql = "SELECT count(*), coalesce(max(number), 0) + 1 FROM grideye.labels WHERE recording = $1";
         let rows = session.query(sql, &[&id.0]).await?;
@@ -134,13 +127,11 @@ pub(super) async fn add_label(
             return Err(StoreError::TooManyLabels(limits.labels_max));
         }
         let sql = "INSERT INTO grideye.labels (recording, number, label) VALUES ($1, $2, $3)";
-        session
-            .execute(sql, &[&id.0, &number, &label.to_text()?])
-            .await?;
+        let text = label.to_text()?;
+        session.execute(sql, &[&id.0, &number, &text]).await?;
         Ok(KeptLabel { number, label })
-    }
-    .await;
-    session.end(added).await
+    };
+    session.transact(work).await
 }
 
 pub(super) async fn remove_label(session: &Session, id: RecordingId, number: i64) -> Result<()> {

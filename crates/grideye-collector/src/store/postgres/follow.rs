@@ -77,11 +77,8 @@ impl Follower {
         while !self.news.is_closed() {
             // A notice may be lost; then it is asked for without one.
             let _ = tokio::time::timeout(self.limits.follow_every, worth_asking.notified()).await;
-            if self.session.is_closed() {
-                match Session::open(&self.url, &self.limits).await {
-                    Ok(session) => self.session = session,
-                    Err(_still_gone) => continue,
-                }
+            if self.session.revive().await.is_err() {
+                continue;
             }
             // A look that failed is taken again at the next turn, from the same place.
             let _ = self.pass_on().await;

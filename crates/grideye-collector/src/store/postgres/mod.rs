@@ -30,5 +30,5 @@ mod store;
 mod writer;
 
 pub(super) use append::FrameColumns;
-pub(super) use session::{Days, Parameters, Session, UNFINISHED, prepare as prepare_tables};
+pub(super) use session::{Days, Session, UNFINISHED, prepare as prepare_tables};
 pub use store::PostgresStore;

@@ -4,10 +4,13 @@ use crate::limits::Limits;
 use crate::store::account;
 use crate::store::error::{RecordingId, Result, StoreError};
 use crate::store::plan::StreamState;
-use crate::store::postgres::session::Session;
-use crate::store::row::{Stored, count, damaged, unsigned};
+use crate::store::postgres::session::{Parameters, Session};
+use crate::store::row::{count, damaged, unsigned};
 use crate::store::types::{Members, Recording, Span, StoredRecord, StreamSummary};
-use grideye_recording::{Record, StreamId};
+use grideye_frame::{NoData, RawFrame, Reading, ThermistorWord};
+use grideye_recording::record::layout::words_of;
+use grideye_recording::{ClockState, Record, Stamp, StreamId};
+use std::num::TryFromIntError;
 use std::sync::Arc;
 use tokio_postgres::Row;
 
@@ -177,20 +180,10 @@ pub(super) async fn page(
     let sql = "SELECT seq, t_boot_ns, t_utc_ns, clock, missing, thermistor, pixels, t_arrival_ns FROM grideye.frames
                WHERE device = $1 AND stream = $2 AND seq BETWEEN $3 AND $4 AND epoch > $5 AND epoch <= $6
                ORDER BY seq LIMIT $7";
-    let rows = session
-        .query(
-            sql,
-            &[
-                &span.stream.device,
-                &stream,
-                &first,
-                &span.seq.1,
-                &span.epochs.0,
-                &span.epochs.1,
-                &count(rows_max),
-            ],
-        )
-        .await?;
+    let (device, last, (after, through)) = (&span.stream.device, &span.seq.1, &span.epochs);
+    let most = count(rows_max);
+    let parameters: Parameters<'_> = &[device, &stream, &first, last, after, through, &most];
+    let rows = session.query(sql, parameters).await?;
     rows.iter()
         .map(|row| {
             Ok(StoredRecord {
@@ -213,19 +206,35 @@ pub(super) fn stream_id(row: &Row) -> Result<StreamId> {
 /// A record from columns in the order seq, t_boot_ns, t_utc_ns, clock, missing, thermistor, pixels.
 pub(super) fn record_of(row: &Row, first: usize) -> Result<Record> {
     let clock: i16 = row.try_get(first + 3)?;
+    let state = u8::try_from(clock).ok().and_then(ClockState::from_code);
+    let missing: Option<&str> = row.try_get(first + 4)?;
     let thermistor: Option<i32> = row.try_get(first + 5)?;
-    let thermistor = thermistor
-        .map(u16::try_from)
-        .transpose()
-        .map_err(|error| damaged(&error.to_string()))?;
-    Stored {
-        seq: row.try_get(first)?,
-        t_boot_ns: row.try_get(first + 1)?,
-        t_utc_ns: row.try_get(first + 2)?,
-        clock: clock.into(),
-        missing: row.try_get(first + 4)?,
-        thermistor,
-        pixels: row.try_get(first + 6)?,
-    }
-    .record()
+    let pixels: Option<&[u8]> = row.try_get(first + 6)?;
+    let reading = match (missing, thermistor, pixels) {
+        (Some(name), _, _) => Reading::NoData(
+            name.parse::<NoData>()
+                .map_err(|unknown| damaged(&format!("{name:?}: {unknown}")))?,
+        ),
+        (None, Some(thermistor), Some(pixels)) => Reading::Frame(RawFrame {
+            thermistor: ThermistorWord(
+                thermistor
+                    .try_into()
+                    .map_err(|error: TryFromIntError| damaged(&error.to_string()))?,
+            ),
+            pixels: pixels
+                .try_into()
+                .map(words_of)
+                .map_err(|_length| damaged(&format!("a frame of {} bytes", pixels.len())))?,
+        }),
+        _ => return Err(damaged("a frame without its words")),
+    };
+    Ok(Record {
+        seq: unsigned("seq", row.try_get(first)?)?,
+        stamp: Stamp {
+            t_boot_ns: unsigned("t_boot_ns", row.try_get(first + 1)?)?,
+            t_utc_ns: row.try_get(first + 2)?,
+            clock: state.ok_or_else(|| damaged(&format!("clock state {clock}")))?,
+        },
+        reading,
+    })
 }

@@ -15,6 +15,8 @@ pub(crate) type Parameters<'a> = &'a [&'a (dyn ToSql + Sync)];
 
 /// A connection; its statements are prepared once.
 pub(crate) struct Session {
+    url: PostgresUrl,
+    limits: Limits,
     client: Client,
     /// As many as there are texts of statements in this module.
     prepared: Mutex<HashMap<&'static str, Statement>>,
@@ -35,6 +37,8 @@ impl Session {
         // Ends when the client is dropped or the database is gone; every later request then says so.
         tokio::spawn(connection);
         let session = Self {
+            url: url.clone(),
+            limits: limits.clone(),
             client,
             prepared: Mutex::default(),
         };
@@ -52,6 +56,14 @@ impl Session {
 
     pub(crate) fn is_closed(&self) -> bool {
         self.client.is_closed()
+    }
+
+    /// Makes the connection again if it is gone, for example after a restart of the database.
+    pub(super) async fn revive(&mut self) -> Result<()> {
+        if self.is_closed() {
+            *self = Self::open(&self.url, &self.limits).await?;
+        }
+        Ok(())
     }
 
     pub(crate) async fn query(
@@ -76,33 +88,30 @@ impl Session {
         Ok(self.client.batch_execute(sql).await?)
     }
 
-    /// Ends a transaction: commits what went well, undoes the rest.
-    pub(crate) async fn end<T>(&self, done: Result<T>) -> Result<T> {
-        match done {
-            Ok(done) => {
-                self.batch("COMMIT").await?;
-                Ok(done)
-            }
-            Err(error) => {
-                // The error is the one that counts; a connection that is gone undoes by itself.
-                let _ = self.batch("ROLLBACK").await;
-                Err(error)
-            }
+    /// Does the work in a transaction: commits what went well, undoes the rest.
+    pub(crate) async fn transact<T, E: From<StoreError>>(
+        &self,
+        work: impl Future<Output = Result<T, E>>,
+    ) -> Result<T, E> {
+        self.batch("BEGIN").await?;
+        let done = work.await;
+        if done.is_ok() {
+            self.batch("COMMIT").await?;
+        } else {
+            // The error is the one that counts; a connection that is gone undoes by itself.
+            let _ = self.batch("ROLLBACK").await;
         }
+        done
     }
 
     async fn prepare(&self, sql: &'static str) -> Result<Statement> {
-        let known = self.lock().get(sql).cloned();
+        let known = lock(&self.prepared).get(sql).cloned();
         if let Some(statement) = known {
             return Ok(statement);
         }
         let statement = self.client.prepare(sql).await?;
-        self.lock().insert(sql, statement.clone());
+        lock(&self.prepared).insert(sql, statement.clone());
         Ok(statement)
-    }
-
-    fn lock(&self) -> std::sync::MutexGuard<'_, HashMap<&'static str, Statement>> {
-        lock(&self.prepared)
     }
 }
 
@@ -223,15 +232,14 @@ const LABELS: &str = "CREATE TABLE IF NOT EXISTS grideye.labels (
 pub(crate) async fn prepare(session: &Session) -> Result<()> {
     let mut last = None;
     for _ in 0..ATTEMPTS_MAX {
-        let made = match recognize(session).await? {
-            true => Ok(()),
-            false => make(session).await,
+        let is_there = recognize(session).await?;
+        let made = async {
+            if !is_there {
+                make(session).await?;
+            }
+            add_what_is_written(session).await
         };
-        let made = match made {
-            Ok(()) => add_what_is_written(session).await,
-            failed => failed,
-        };
-        match made {
+        match made.await {
             Ok(()) => return Ok(()),
             Err(error) => last = Some(error),
         }
@@ -250,11 +258,8 @@ async fn recognize(session: &Session) -> Result<bool> {
     }
     let sql = "SELECT layout FROM grideye.layout";
     let rows = session.query(sql, &[]).await?;
-    match rows
-        .first()
-        .map(|row| row.try_get::<_, i32>(0))
-        .transpose()?
-    {
+    let layout = rows.first().map(|row| row.try_get::<_, i32>(0));
+    match layout.transpose()? {
         Some(LAYOUT) => Ok(true),
         Some(UNFINISHED) => Err(StoreError::Unfinished),
         Some(found) if found > LAYOUT => Err(StoreError::Newer {
@@ -282,20 +287,15 @@ async fn add_what_is_written(session: &Session) -> Result<()> {
 async fn make(session: &Session) -> Result<()> {
     let version: String = session.query("SELECT version()", &[]).await?[0].try_get(0)?;
     let made = if version.contains("CockroachDB") {
-        format!("BEGIN; CREATE SCHEMA IF NOT EXISTS grideye;{TABLES}; COMMIT")
+        format!("CREATE SCHEMA IF NOT EXISTS grideye;{TABLES}")
     } else {
         // What fits no day's partition goes into the default one: no frame is refused for want of a partition.
         format!(
-            "BEGIN; CREATE SCHEMA IF NOT EXISTS grideye;{TABLES} PARTITION BY RANGE (t_arrival_ns);
-             CREATE TABLE grideye.frames_other PARTITION OF grideye.frames DEFAULT; COMMIT"
+            "CREATE SCHEMA IF NOT EXISTS grideye;{TABLES} PARTITION BY RANGE (t_arrival_ns);
+             CREATE TABLE grideye.frames_other PARTITION OF grideye.frames DEFAULT"
         )
     };
-    let done = session.batch(&made).await;
-    if done.is_err() {
-        // The transaction is over either way.
-        let _ = session.batch("ROLLBACK").await;
-    }
-    done
+    session.transact(session.batch(&made)).await
 }
 
 #[derive(Debug, Default)]

@@ -8,7 +8,7 @@ use crate::store::location::PostgresUrl;
 use crate::store::postgres::session::{Session, Shared};
 use crate::store::postgres::writer::Writer;
 use crate::store::postgres::{boundary, follow, read, session};
-use crate::store::queue::{Queue, WriteFault};
+use crate::store::queue::{Change, Queue, WriteFault};
 use crate::store::types::{
     Answer, KeptLabel, Members, News, Recording, Span, StoreUsage, StoredRecord, StreamSummary,
 };
@@ -36,7 +36,7 @@ impl PostgresStore {
         let session = Session::open(url, limits).await?;
         session::prepare(&session).await?;
         let fault = WriteFault::default();
-        let writer = Writer::new(url, limits, session, fault.clone()).await?;
+        let writer = Writer::new(limits, session, fault.clone()).await?;
         let reader = Shared::new(url, limits);
         let (news, heard) = mpsc::channel(limits.live_lag_max.max(1));
         let follower = follow::start(url, limits, &writer, news).await?;
@@ -81,7 +81,7 @@ impl FrameStore for PostgresStore {
             // A running recording is read up to an end that all collectors keep to.
             let through = match recording.t_stop_ns {
                 Some(_) => range.1,
-                None => self.queue.end_epoch().await?,
+                None => self.queue.change(Change::EndEpoch).await?,
             };
             read::members(&session, id, through).await
         })

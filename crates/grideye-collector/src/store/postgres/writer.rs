@@ -2,18 +2,16 @@
 
 use crate::limits::Limits;
 use crate::store::error::{Result, StoreError};
-use crate::store::location::PostgresUrl;
 use crate::store::plan::Taken;
 use crate::store::postgres::session::{Days, Session};
 use crate::store::postgres::{append, boundary};
-use crate::store::queue::{Change, Changed, Command, Group, Outcome, WriteFault};
+use crate::store::queue::{Change, Command, Group, Outcome, Reply, WriteFault};
 use tokio::sync::{mpsc, watch};
 
 /// Transactions that the database broke off for the sake of another one are tried so often.
 const ATTEMPTS_MAX: u32 = 8;
 
 pub(super) struct Writer {
-    url: PostgresUrl,
     limits: Limits,
     session: Session,
     lane: i64,
@@ -25,15 +23,9 @@ pub(super) struct Writer {
 }
 
 impl Writer {
-    pub(super) async fn new(
-        url: &PostgresUrl,
-        limits: &Limits,
-        session: Session,
-        fault: WriteFault,
-    ) -> Result<Self> {
+    pub(super) async fn new(limits: &Limits, session: Session, fault: WriteFault) -> Result<Self> {
         let lane = boundary::new_lane(&session).await?;
         Ok(Self {
-            url: url.clone(),
             limits: limits.clone(),
             session,
             lane,
@@ -56,8 +48,8 @@ impl Writer {
                 self.fault.set(outcome.as_ref().err().cloned());
                 group.answer(outcome);
             }
-            if let Some((change, reply)) = group.change {
-                let _ = reply.send(self.change(change).await);
+            if let Some(change) = group.change {
+                self.change(change).await;
                 let committed = *self.committed.borrow();
                 self.committed.send_replace(committed);
             }
@@ -69,7 +61,7 @@ impl Writer {
         let newest_ns = newest_ns.unwrap_or(0);
         let mut attempt = 1;
         loop {
-            self.connect().await?;
+            self.session.revive().await?;
             self.days.prepare(&self.session, newest_ns).await;
             let (session, known, limits) = (&self.session, &mut self.streams, &self.limits);
             match append::group(session, self.lane, taken, known, limits).await {
@@ -91,38 +83,45 @@ impl Writer {
         }
     }
 
-    async fn change(&mut self, change: Change) -> Result<Changed> {
-        // Every commit is settled here, whether the database is there or not.
-        if matches!(change, Change::Settle) {
-            return Ok(Changed::Nothing);
-        }
-        self.connect().await?;
+    async fn change(&mut self, change: Change) {
+        let revived = self.session.revive().await;
         let (session, limits) = (&self.session, &self.limits);
-        Ok(match change {
-            Change::Start(name, t_start_ns) => {
-                Changed::Recording(boundary::start(session, &name, t_start_ns, limits).await?)
+        match change {
+            Change::Start(name, t_start_ns, reply) => {
+                let start = boundary::start(session, &name, t_start_ns, limits);
+                answer(reply, revived, start).await;
             }
-            Change::Stop(id, t_stop_ns) => {
-                Changed::Recording(boundary::stop(session, id, t_stop_ns).await?)
+            Change::Stop(id, t_stop_ns, reply) => {
+                answer(reply, revived, boundary::stop(session, id, t_stop_ns)).await;
             }
-            Change::Note(id, note) => Changed::Recording(boundary::note(session, id, &note).await?),
-            Change::AddLabel(id, label) => {
-                Changed::Label(boundary::add_label(session, id, label, limits).await?)
+            Change::Note(id, note, reply) => {
+                answer(reply, revived, boundary::note(session, id, &note)).await;
             }
-            Change::RemoveLabel(id, number) => {
-                boundary::remove_label(session, id, number).await?;
-                Changed::Nothing
+            Change::AddLabel(id, label, reply) => {
+                answer(
+                    reply,
+                    revived,
+                    boundary::add_label(session, id, label, limits),
+                )
+                .await;
             }
-            Change::EndEpoch => Changed::Epoch(boundary::end_epoch(session).await?),
-            Change::Settle => Changed::Nothing,
-        })
-    }
-
-    /// Makes the connection again if it is gone, for example after a restart of the database.
-    async fn connect(&mut self) -> Result<()> {
-        if self.session.is_closed() {
-            self.session = Session::open(&self.url, &self.limits).await?;
+            Change::RemoveLabel(id, number, reply) => {
+                answer(reply, revived, boundary::remove_label(session, id, number)).await;
+            }
+            Change::EndEpoch(reply) => {
+                answer(reply, revived, boundary::end_epoch(session)).await;
+            }
+            // Every commit is settled here, whether the database is there or not.
+            Change::Settle(reply) => answer(reply, Ok(()), async { Ok(()) }).await,
         }
-        Ok(())
     }
+}
+
+/// Answers who waits with what the work gives, if there is a connection. Who asked may have gone; the work stays done.
+async fn answer<T>(reply: Reply<T>, revived: Result<()>, work: impl Future<Output = Result<T>>) {
+    let done = match revived {
+        Ok(()) => work.await,
+        Err(error) => Err(error),
+    };
+    let _ = reply.send(done);
 }

@@ -6,17 +6,20 @@
 //! A file of an older layout is copied as it is, then upgraded in one transaction: killed at any moment, it stays as it was.
 
 use crate::limits::Limits;
+use crate::percent::percent_encoded;
 use crate::store::error::{Result, StoreError};
 use crate::store::row::count;
 use crate::store::sqlite::known::Known;
+use crate::store::sqlite::read;
 use crate::store::sqlite::schema::{
-    APPLICATION_ID, Found, LAYOUT, STEPS, TABLES, add_what_is_written, recognize,
+    APPLICATION_ID, Found, LAYOUT, READ_WRITE, STEPS, TABLES, WRITTEN, recognize,
 };
-use crate::store::sqlite::{read, schema};
 use crate::store::types::{Stage, StreamSummary};
 use grideye_recording::whole::sync_folder_of;
 use rusqlite::backup::{Backup, StepResult};
-use rusqlite::{Connection, ErrorCode, OpenFlags, TransactionBehavior, params};
+use rusqlite::{
+    Connection, ErrorCode, OpenFlags, OptionalExtension as _, TransactionBehavior, params,
+};
 use rustix::fs::{CWD, FlockOperation, RenameFlags, flock, renameat_with};
 use rustix::io::Errno;
 use std::fs::{File, OpenOptions, Permissions};
@@ -94,21 +97,18 @@ pub fn backup(
     out: &Path,
     mut progress: impl FnMut(Stage, u64, u64),
 ) -> Result<BackedUp, BackupError> {
+    let unreadable = |reason| BackupError::Source {
+        file: file.to_owned(),
+        reason,
+    };
     let found = std::fs::metadata(file).map_err(|error| match error.kind() {
         io::ErrorKind::NotFound => BackupError::Missing(file.to_owned()),
-        _ => BackupError::Source {
-            file: file.to_owned(),
-            reason: StoreError::Unusable(error.to_string()),
-        },
+        _ => unreadable(StoreError::Unusable(error.to_string())),
     })?;
     if std::fs::metadata(out).is_ok_and(|out| (out.dev(), out.ino()) == (found.dev(), found.ino()))
     {
         return Err(BackupError::Itself(out.to_owned()));
     }
-    let unreadable = |reason| BackupError::Source {
-        file: file.to_owned(),
-        reason,
-    };
     let limits = Limits {
         streams_max: usize::MAX,
         ..Limits::default()
@@ -123,13 +123,10 @@ pub fn backup(
     copy(&snapshot, out, &mut progress, |copy, progress| {
         compare(copy, &books, &limits, progress)
     })?;
-    let Books {
-        streams,
-        recordings,
-    } = books;
+    let streams = books.streams.into_iter();
     Ok(BackedUp {
-        streams: streams.into_iter().map(|(stream, _)| stream).collect(),
-        recordings,
+        streams: streams.map(|(stream, _)| stream).collect(),
+        recordings: books.recordings,
         bytes,
     })
 }
@@ -158,15 +155,15 @@ pub(crate) fn copy<P: FnMut(Stage, u64, u64)>(
     partial.name_it()
 }
 
-fn open(file: &Path, limits: &Limits) -> Result<Connection> {
+/// Opens a store that is there, of whatever layout that is read. What a backup reads of an older one is as it was: its copy
+/// is upgraded when a collector opens it.
+pub(crate) fn open(file: &Path, limits: &Limits) -> Result<Connection> {
     // A reader of a log writes its index beside the file.
-    let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    let connection = Connection::open_with_flags(file, flags)?;
+    let connection = Connection::open_with_flags(file, READ_WRITE)?;
     connection.busy_timeout(limits.store_lock_time_max)?;
-    match schema::recognize(&connection)? {
-        // What is read of an older layout is as it was: its copy is upgraded when a collector opens it.
-        schema::Found::Store | schema::Found::Older(_) => Ok(connection),
-        schema::Found::Nothing => Err(StoreError::Foreign),
+    match recognize(&connection)? {
+        Found::Store | Found::Older(_) => Ok(connection),
+        Found::Nothing => Err(StoreError::Foreign),
     }
 }
 
@@ -179,10 +176,9 @@ fn fill(
         Some(ErrorCode::DiskFull) => partial.no_room(source),
         _ => partial.unwritable(&error),
     };
-    let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     // Nobody else knows the file, and disks on a network lock badly.
-    let mut copy =
-        Connection::open_with_flags_and_vfs(&partial.path, flags, c"unix-none").map_err(told)?;
+    let copy = Connection::open_with_flags_and_vfs(&partial.path, READ_WRITE, c"unix-none");
+    let mut copy = copy.map_err(told)?;
     for pragma in ["journal_mode", "synchronous"] {
         copy.pragma_update(None, pragma, "OFF").map_err(told)?;
     }
@@ -206,19 +202,15 @@ fn fill(
 }
 
 fn check_integrity(copy: &Connection) -> Result<(), BackupError> {
-    let found = |sql: &str| -> rusqlite::Result<Option<String>> {
-        let mut statement = copy.prepare(sql)?;
-        let mut rows = statement.query([])?;
-        Ok(match rows.next()? {
-            Some(row) => Some(row.get(0)?),
-            None => None,
-        })
+    let found = |sql: &str| -> Result<Option<String>, BackupError> {
+        let found = copy.query_row(sql, [], |row| row.get(0)).optional();
+        found.map_err(|error| differs(&error))
     };
-    let integrity = found("PRAGMA integrity_check(1)").map_err(|error| differs(&error))?;
+    let integrity = found("PRAGMA integrity_check(1)")?;
     if integrity.as_deref() != Some("ok") {
         return Err(differs(&integrity.unwrap_or_default()));
     }
-    match found("PRAGMA foreign_key_check").map_err(|error| differs(&error))? {
+    match found("PRAGMA foreign_key_check")? {
         Some(table) => Err(differs(&format!("a row of {table} refers to nothing"))),
         None => Ok(()),
     }
@@ -248,7 +240,7 @@ fn compare(
     limits: &Limits,
     progress: &mut impl FnMut(Stage, u64, u64),
 ) -> Result<(), BackupError> {
-    schema::recognize(copy).map_err(|error| differs(&error))?;
+    recognize(copy).map_err(|error| differs(&error))?;
     let found = Books::of(copy, limits).map_err(|error| differs(&error))?;
     let pairs = books.streams.iter().zip(&found.streams);
     if let Some((stored, copied)) = pairs.clone().find(|(stored, copied)| stored != copied) {
@@ -364,17 +356,7 @@ impl Partial {
     /// Opens what was written, without a lock or a log beside it.
     fn read(&self) -> Result<Connection, BackupError> {
         let path = std::path::absolute(&self.path).map_err(|error| self.unwritable(&error))?;
-        let escaped: String =
-            path.as_os_str()
-                .as_bytes()
-                .iter()
-                .fold(String::new(), |escaped, byte| match byte {
-                    b'/' | b'.' | b'-' | b'_' => escaped + &char::from(*byte).to_string(),
-                    byte if byte.is_ascii_alphanumeric() => {
-                        escaped + &char::from(*byte).to_string()
-                    }
-                    byte => format!("{escaped}%{byte:02X}"),
-                });
+        let escaped = percent_encoded(path.as_os_str().as_bytes(), b"/.-_");
         let flags = OpenFlags::SQLITE_OPEN_READ_ONLY
             | OpenFlags::SQLITE_OPEN_NO_MUTEX
             | OpenFlags::SQLITE_OPEN_URI;
@@ -444,7 +426,7 @@ pub(crate) fn prepare(connection: &mut Connection, file: &Path) -> Result<Option
         }
         Found::Store => {}
     }
-    add_what_is_written(&transaction)?;
+    transaction.execute_batch(WRITTEN)?;
     transaction.commit()?;
     Ok(upgraded)
 }
@@ -473,8 +455,7 @@ fn back_up(transaction: &Connection, file: &Path, from: i64) -> Result<PathBuf> 
         };
     }
     // On a connection of its own, because the other one is within its transaction.
-    let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    let source = Connection::open_with_flags(file, flags)?;
+    let source = Connection::open_with_flags(file, READ_WRITE)?;
     match copy(&source, &backup, &mut |_, _, _| (), |_, _| Ok(())) {
         Ok(()) => Ok(backup),
         Err(BackupError::NoRoom { bytes, .. }) => Err(StoreError::NoRoomForBackup {

@@ -128,7 +128,7 @@ impl Known {
     }
 
     fn runs(&self) -> usize {
-        self.streams.values().map(StreamState::runs_len).sum()
+        self.streams.values().map(|state| state.runs.len()).sum()
     }
 
     /// Takes in a group that is kept already, but for the streams whose tables have it.
@@ -446,7 +446,7 @@ fn save_frames(connection: &Connection, state: &StreamState, now: Now) -> Result
 
 fn save_runs(connection: &Connection, state: &StreamState) -> Result<()> {
     let number = |seq| i64::try_from(seq).unwrap_or(i64::MAX);
-    let (gone, changed) = state.changed_runs();
+    let (gone, changed) = state.runs.changes();
     for first in gone {
         connection
             .prepare_cached("DELETE FROM runs WHERE stream_id = ? AND first = ?")?

@@ -12,13 +12,10 @@ pub(super) fn all(connection: &Connection, id: RecordingId) -> Result<Vec<KeptLa
     let mut statement = connection.prepare_cached(
         "SELECT number, label FROM labels WHERE recording_id = ? ORDER BY number",
     )?;
-    let mut rows = statement.query([id.0])?;
-    let mut labels = Vec::new();
-    while let Some(row) = rows.next()? {
-        let text: String = row.get(1)?;
-        labels.push(KeptLabel::from_text(row.get(0)?, &text)?);
-    }
-    Ok(labels)
+    let labels = statement.query_and_then([id.0], |row| {
+        KeptLabel::from_text(row.get(0)?, &row.get::<_, String>(1)?)
+    })?;
+    labels.collect()
 }
 
 pub(super) fn add(

@@ -13,9 +13,8 @@ mod tend;
 mod time;
 mod write;
 
-pub(super) use backup::prepare;
 pub use backup::{BackedUp, BackupError, backup};
-pub(super) use read::rows_of;
-pub(super) use schema::{Found, recognize};
+pub(super) use backup::{open as open_store, prepare};
+pub(super) use read::{rows_of, stream_id};
 pub use store::SqliteStore;
 pub(super) use write::settle;

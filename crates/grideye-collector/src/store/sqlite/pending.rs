@@ -66,20 +66,16 @@ fn in_order(batch: &Batch) -> Cow<'_, Batch> {
 
 pub(super) fn all(connection: &Connection) -> Result<Vec<Group>> {
     let mut statement = connection.prepare("SELECT id, batches FROM pending ORDER BY id")?;
-    let mut rows = statement.query([])?;
-    let mut groups = Vec::new();
-    while let Some(row) = rows.next()? {
-        let bytes = row
-            .get_ref(1)?
-            .as_blob()
-            .map_err(|error| damaged(&error.to_string()))?;
-        groups.push(Group {
+    let groups = statement.query_and_then([], |row| {
+        let bytes = row.get_ref(1)?.as_blob();
+        let bytes = bytes.map_err(|error| damaged(&error.to_string()))?;
+        Ok(Group {
             group: row.get(0)?,
             bytes: u64::try_from(bytes.len()).unwrap_or(u64::MAX),
             taken: open(bytes).ok_or_else(|| damaged("a group of posts that is cut"))??,
-        });
-    }
-    Ok(groups)
+        })
+    })?;
+    groups.collect()
 }
 
 /// `None` if the bytes end within a batch.

@@ -7,7 +7,7 @@ use crate::limits::Limits;
 use crate::log::{Level, Log, LogEvent};
 use crate::store::error::{Result, StoreError};
 use crate::store::location::StoreLocation;
-use crate::store::sqlite::schema::{Found, recognize};
+use crate::store::sqlite::schema::{Found, READ_WRITE, recognize};
 use rusqlite::{Connection, ErrorCode, OpenFlags};
 use rustix::fs::{AtFlags, CWD, Statx, StatxFlags, statx};
 use rustix::io::Errno;
@@ -34,7 +34,6 @@ pub(super) struct Place {
 
 impl Place {
     pub(super) fn of(location: &StoreLocation) -> Result<Self> {
-        let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         match location {
             StoreLocation::File(path) => {
                 let file = make_file(path)?;
@@ -43,7 +42,7 @@ impl Place {
                     .ok_or_else(|| StoreError::Unusable("the path is not UTF-8".to_owned()))?;
                 Ok(Self {
                     name: name.to_owned(),
-                    flags,
+                    flags: READ_WRITE,
                     file: Some(file),
                 })
             }
@@ -53,7 +52,7 @@ impl Place {
                 let number = STORES.fetch_add(1, Ordering::Relaxed);
                 Ok(Self {
                     name: format!("file:/grideye-{number}?vfs=memdb"),
-                    flags: flags | OpenFlags::SQLITE_OPEN_URI | OpenFlags::SQLITE_OPEN_CREATE,
+                    flags: READ_WRITE | OpenFlags::SQLITE_OPEN_URI | OpenFlags::SQLITE_OPEN_CREATE,
                     file: None,
                 })
             }
@@ -321,24 +320,5 @@ mod tests {
         assert_eq!(text("journal_mode").unwrap(), "wal");
         // 2 is FULL: the log is synced at every commit (https://sqlite.org/pragma.html#pragma_synchronous).
         assert_eq!(number("synchronous").unwrap(), 2);
-    }
-
-    #[test]
-    fn a_full_disk_is_told_from_other_faults() {
-        for (code, expected) in [
-            (
-                rusqlite::ffi::SQLITE_FULL,
-                "the disk that holds the store is full",
-            ),
-            (rusqlite::ffi::SQLITE_IOERR, "the store failed: "),
-            (
-                rusqlite::ffi::SQLITE_READONLY,
-                "attempt to write a readonly database\nhint: ",
-            ),
-        ] {
-            let error = rusqlite::Error::SqliteFailure(rusqlite::ffi::Error::new(code), None);
-            let told = StoreError::from(error).to_string();
-            assert!(told.contains(expected), "{told}");
-        }
     }
 }

@@ -51,14 +51,12 @@ pub(super) fn streams_within(
     let mut statement = connection.prepare_cached(&format!(
         "SELECT {STREAM_COLUMNS} FROM streams ORDER BY device, sensor, boot"
     ))?;
-    let mut rows = statement.query([])?;
-    let mut streams = Vec::new();
-    while let Some(row) = rows.next()? {
-        let newest = count(limits.gaps_listed_max.saturating_add(1));
+    let newest = count(limits.gaps_listed_max.saturating_add(1));
+    let streams = statement.query_and_then([], |row| {
         let state = state_of(connection, row, newest)?;
-        streams.push(state.summary(&Arc::new(stream_id(row, 1)?), limits)?);
-    }
-    Ok(streams)
+        state.summary(&Arc::new(stream_id(row, 1)?), limits)
+    })?;
+    streams.collect()
 }
 
 /// All that is known of a stream, for the writer.
@@ -191,12 +189,8 @@ pub(super) fn recordings(connection: &Connection) -> Result<Vec<Recording>> {
     let mut statement = connection.prepare_cached(&format!(
         "SELECT {RECORDING_COLUMNS} FROM recordings ORDER BY id DESC"
     ))?;
-    let mut rows = statement.query([])?;
-    let mut recordings = Vec::new();
-    while let Some(row) = rows.next()? {
-        recordings.push(recording_of(&connection, row, i64::MAX)?.0);
-    }
-    Ok(recordings)
+    let all = |row: &Row<'_>| Ok(recording_of(&connection, row, i64::MAX)?.0);
+    statement.query_and_then([], all)?.collect()
 }
 
 pub(super) fn recording(connection: &Connection, id: RecordingId) -> Result<Recording> {
@@ -213,16 +207,15 @@ pub(super) fn members(connection: &Connection, id: RecordingId, through: i64) ->
          WHERE a.epoch > ? AND a.epoch <= ?
          GROUP BY s.id ORDER BY s.device, s.sensor, s.boot",
     )?;
-    let mut rows = statement.query(params![epochs.0, epochs.1])?;
-    let mut spans = Vec::new();
-    while let Some(row) = rows.next()? {
-        spans.push(Span {
+    let spans = statement.query_map([epochs.0, epochs.1], |row| {
+        Ok(Span {
             stream: Arc::new(stream_id(row, 0)?),
             stream_key: row.get(3)?,
             seq: (row.get(4)?, row.get(5)?),
             epochs,
-        });
-    }
+        })
+    })?;
+    let spans = spans.collect::<Result<_, _>>()?;
     Ok(Members { recording, spans })
 }
 
@@ -314,7 +307,7 @@ fn stored_record(stream: &Arc<StreamId>, row: &SealedRow) -> StoredRecord {
     }
 }
 
-pub(super) fn stream_id(row: &Row<'_>, first: usize) -> rusqlite::Result<StreamId> {
+pub(crate) fn stream_id(row: &Row<'_>, first: usize) -> rusqlite::Result<StreamId> {
     Ok(StreamId {
         device: row.get(first)?,
         sensor: row.get(first + 1)?,

@@ -29,20 +29,11 @@ const IS_RECORDED: &str = "EXISTS (
     SELECT * FROM recordings r WHERE c.epoch > r.after_epoch AND c.epoch <= coalesce(r.through_epoch, c.epoch))";
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Reason {
+enum Reason {
     /// They were older than [`Limits::keep_for`].
     Age,
     /// The file was larger than [`Limits::keep_bytes`].
     Size,
-}
-
-impl Reason {
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Age => "age",
-            Self::Size => "size",
-        }
-    }
 }
 
 /// Frames of one stream that were deleted together.
@@ -58,8 +49,12 @@ pub(super) struct Deleted {
 
 impl Deleted {
     pub(super) fn event(&self) -> LogEvent {
+        let reason = match self.reason {
+            Reason::Age => "age",
+            Reason::Size => "size",
+        };
         LogEvent::new(Level::Info, "frames_deleted")
-            .with("reason", self.reason.name())
+            .with("reason", reason)
             .with("device", &self.id.device)
             .with("sensor", &self.id.sensor)
             .with("boot", &self.id.boot)
@@ -72,25 +67,17 @@ impl Deleted {
 /// Frames that were deleted since the start, by reason.
 #[derive(Debug, Default)]
 pub(super) struct DeletedCounts {
-    by_age: AtomicU64,
-    by_size: AtomicU64,
+    pub(super) by_age: AtomicU64,
+    pub(super) by_size: AtomicU64,
 }
 
 impl DeletedCounts {
-    fn of(&self, reason: Reason) -> &AtomicU64 {
-        match reason {
+    pub(super) fn add(&self, deleted: &Deleted) {
+        let counter = match deleted.reason {
             Reason::Age => &self.by_age,
             Reason::Size => &self.by_size,
-        }
-    }
-
-    pub(super) fn add(&self, deleted: &Deleted) {
-        let frames = deleted.frames.unsigned_abs();
-        self.of(deleted.reason).fetch_add(frames, Ordering::Relaxed);
-    }
-
-    pub(super) fn frames(&self, reason: Reason) -> u64 {
-        self.of(reason).load(Ordering::Relaxed)
+        };
+        counter.fetch_add(deleted.frames.unsigned_abs(), Ordering::Relaxed);
     }
 }
 
@@ -114,10 +101,10 @@ impl Allowance {
 /// The place of a chunk in the order of age: store time, stream, first number.
 type Place = (i64, i64, i64);
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Retention {
-    /// All chunks up to here that are left belong to recordings, for good.
-    looked_through: Place,
+    /// All chunks up to here that are left belong to recordings, for good; `None` before the first.
+    looked_through: Option<Place>,
     by_age: Allowance,
     by_size: Allowance,
     /// When it was last measured, and how many frames had ever been stored.
@@ -126,19 +113,6 @@ pub(super) struct Retention {
     aged_from_ns: i64,
     /// The file is too large until it is no larger than this.
     shrink_to: Option<u64>,
-}
-
-impl Default for Retention {
-    fn default() -> Self {
-        Self {
-            looked_through: (i64::MIN, i64::MIN, i64::MIN),
-            by_age: Allowance::default(),
-            by_size: Allowance::default(),
-            measured: None,
-            aged_from_ns: 0,
-            shrink_to: None,
-        }
-    }
 }
 
 impl Retention {
@@ -236,7 +210,11 @@ struct Step<'c> {
 
 impl Step<'_> {
     /// The oldest chunk of no recording that was stored before this time, as far as this step goes.
-    fn oldest(&mut self, looked_through: &mut Place, before_ns: i64) -> Result<Option<Place>> {
+    fn oldest(
+        &mut self,
+        looked_through: &mut Option<Place>,
+        before_ns: i64,
+    ) -> Result<Option<Place>> {
         if self.chunks_left == 0 {
             return Ok(None);
         }
@@ -245,7 +223,7 @@ impl Step<'_> {
              WHERE (t_store_ns, stream_id, first_seq) > (?, ?, ?) AND t_store_ns < ?
              ORDER BY t_store_ns, stream_id, first_seq"
         ))?;
-        let (t_store_ns, key, first_seq) = *looked_through;
+        let (t_store_ns, key, first_seq) = looked_through.unwrap_or((i64::MIN, i64::MIN, i64::MIN));
         let mut rows = statement.query(params![t_store_ns, key, first_seq, before_ns])?;
         while self.visits_left > 0 {
             let Some(row) = rows.next()? else { break };
@@ -254,7 +232,7 @@ impl Step<'_> {
             if !row.get::<_, bool>(3)? {
                 return Ok(Some(place));
             }
-            *looked_through = place;
+            *looked_through = Some(place);
         }
         Ok(None)
     }

@@ -1,11 +1,15 @@
 //! The tables, and how a file is recognized as a store of this program.
 
 use crate::store::error::{Result, StoreError};
-use rusqlite::Connection;
+use rusqlite::{Connection, OpenFlags};
 
 /// Marks the file as ours: "GEYE".
 pub(super) const APPLICATION_ID: i64 = 0x4745_5945;
 pub(super) const LAYOUT: i64 = 3;
+
+/// How a file is opened that is there.
+pub(super) const READ_WRITE: OpenFlags =
+    OpenFlags::SQLITE_OPEN_READ_WRITE.union(OpenFlags::SQLITE_OPEN_NO_MUTEX);
 
 /// `pending` holds groups of posts until the other tables have them; `kept_group` of a stream is the last that they have.
 /// `chunks` holds rows of one stream, ascending, many in one (`chunk.rs`), old ones sealed; `frames` are those with pixels.
@@ -97,16 +101,13 @@ UPDATE counters SET t_store_ns = coalesce((SELECT max(t_store_ns) FROM chunks), 
 UPDATE counters SET t_aged_from_ns = t_store_ns;
 ";
 
-/// Beside the layout: what an older version of this program neither needs nor touches.
-const NOTES: &str = "
+/// Beside the layout: what an older version of this program neither needs nor touches. A label is a document: its name and the
+/// frames that it is of, as JSON.
+pub(super) const WRITTEN: &str = "
 CREATE TABLE IF NOT EXISTS notes (
     recording_id INTEGER PRIMARY KEY REFERENCES recordings (id),
     note TEXT NOT NULL
 ) STRICT;
-";
-
-/// A label is a document: its name and the frames that it is of, as JSON.
-const LABELS: &str = "
 CREATE TABLE IF NOT EXISTS labels (
     recording_id INTEGER NOT NULL REFERENCES recordings (id),
     number INTEGER NOT NULL,
@@ -115,15 +116,9 @@ CREATE TABLE IF NOT EXISTS labels (
 ) STRICT, WITHOUT ROWID;
 ";
 
-/// Makes the tables of notes and labels in a store of a version that had none.
-pub(super) fn add_what_is_written(connection: &Connection) -> Result<()> {
-    connection.execute_batch(NOTES)?;
-    Ok(connection.execute_batch(LABELS)?)
-}
-
 /// What a file holds that may become, or is, a store.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Found {
+pub(super) enum Found {
     /// Nothing: a file just made.
     Nothing,
     /// The tables above.
@@ -133,7 +128,7 @@ pub(crate) enum Found {
 }
 
 /// Looks without changing anything, and refuses what is not ours to write.
-pub(crate) fn recognize(connection: &Connection) -> Result<Found> {
+pub(super) fn recognize(connection: &Connection) -> Result<Found> {
     let number = |pragma| connection.pragma_query_value(None, pragma, |row| row.get::<_, i64>(0));
     let tables: i64 =
         connection.query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0))?;

@@ -1,6 +1,7 @@
 //! [`SqliteStore`]: a thread that writes and shares each sync among all who wait, and connections that read beside it.
 
 use crate::clock::Clock;
+use crate::counters::load;
 use crate::limits::Limits;
 use crate::lock::lock;
 use crate::log::{Level, Log, LogEvent};
@@ -9,7 +10,7 @@ use crate::store::frame_store::FrameStore;
 use crate::store::location::StoreLocation;
 use crate::store::queue::{Change, Queue, WriteFault};
 use crate::store::sqlite::place::{Held, Place, Presence};
-use crate::store::sqlite::retain::{DeletedCounts, Reason};
+use crate::store::sqlite::retain::DeletedCounts;
 use crate::store::sqlite::time::StoreTime;
 use crate::store::sqlite::write::Writer;
 use crate::store::sqlite::{backup, labels, read, schema};
@@ -126,7 +127,7 @@ impl SqliteStore {
         query: impl FnOnce(&Connection, &Limits) -> Result<T> + Send + 'static,
     ) -> Answer<'_, T> {
         Box::pin(async move {
-            let settled = self.queue.change(Change::Settle, |_done| Some(()));
+            let settled = self.queue.change(Change::Settle);
             if let Err(error @ (StoreError::Busy { .. } | StoreError::Closed)) = settled.await {
                 return Err(error);
             }
@@ -189,7 +190,7 @@ impl FrameStore for SqliteStore {
             // A running recording is read up to an end that what comes meanwhile lies behind.
             let through = match stopped.await?.t_stop_ns {
                 Some(_) => i64::MAX,
-                None => self.queue.end_epoch().await?,
+                None => self.queue.change(Change::EndEpoch).await?,
             };
             self.query(move |connection, _| read::members(connection, id, through))
                 .await
@@ -206,8 +207,8 @@ impl FrameStore for SqliteStore {
     }
 
     fn usage(&self) -> Answer<'_, StoreUsage> {
-        let deleted = |reason| self.deleted.frames(reason);
-        let (deleted_by_age, deleted_by_size) = (deleted(Reason::Age), deleted(Reason::Size));
+        let (deleted_by_age, deleted_by_size) =
+            (load(&self.deleted.by_age), load(&self.deleted.by_size));
         self.query(move |connection, limits| {
             Ok(StoreUsage {
                 bytes: read::bytes(connection)?,

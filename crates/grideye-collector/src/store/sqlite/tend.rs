@@ -51,15 +51,15 @@ impl Tender {
             self.is_in_round = true;
         }
         let (deleted, is_done) = self.retention.delete(connection, now_ns, limits)?;
-        if is_done && self.seal(connection, Old::at(now_ns, limits.seal_after))? {
+        if is_done && self.seal(connection, (now_ns, limits.seal_after))? {
             (self.is_in_round, self.at) = (false, 0);
             self.next_step_ns = now_ns.saturating_add(ROUND_EVERY_NS);
         }
         Ok(deleted)
     }
 
-    /// Seals a little; whether that was all for this round.
-    fn seal(&mut self, connection: &Connection, old: Old) -> Result<bool> {
+    /// Seals a little of what is older now than `seal_after`; whether that was all for this round.
+    fn seal(&mut self, connection: &Connection, old: (i64, Duration)) -> Result<bool> {
         let mut sealed = 0;
         for (key, mut sealed_through) in streams_after(connection, self.at)? {
             while sealed < SEALED_MAX {
@@ -79,10 +79,6 @@ impl Tender {
     }
 }
 
-fn before(now_ns: i64, time: Duration) -> i64 {
-    now_ns.saturating_sub(nanoseconds(time))
-}
-
 /// The next streams, and up to which number each is sealed.
 fn streams_after(connection: &Connection, at: i64) -> Result<Vec<(i64, i64)>> {
     let sql = "SELECT id, sealed_through FROM streams WHERE id > ? ORDER BY id LIMIT ?";
@@ -91,22 +87,6 @@ fn streams_after(connection: &Connection, at: i64) -> Result<Vec<(i64, i64)>> {
         Ok((row.get(0)?, row.get(1)?))
     })?;
     Ok(rows.collect::<Result<_, _>>()?)
-}
-
-/// What is old enough to be sealed, and what is so old that a segment need not be full.
-#[derive(Debug, Clone, Copy)]
-struct Old {
-    before_ns: i64,
-    long_before_ns: i64,
-}
-
-impl Old {
-    fn at(now_ns: i64, seal_after: Duration) -> Self {
-        Self {
-            before_ns: before(now_ns, seal_after),
-            long_before_ns: before(now_ns, seal_after.saturating_mul(WAITS_MAX)),
-        }
-    }
 }
 
 #[derive(Debug, Default)]
@@ -127,10 +107,13 @@ fn seal_next(
     connection: &Connection,
     key: i64,
     sealed_through: i64,
-    old: Old,
+    (now_ns, seal_after): (i64, Duration),
 ) -> Result<Option<i64>> {
-    let gathered = gather(connection, key, sealed_through, old.before_ns)?;
-    let is_ready = gathered.is_closed || gathered.t_store_ns < old.long_before_ns;
+    let before = |time| now_ns.saturating_sub(nanoseconds(time));
+    let gathered = gather(connection, key, sealed_through, before(seal_after))?;
+    // What is so old is sealed although its segment is not full.
+    let long_before_ns = before(seal_after.saturating_mul(WAITS_MAX));
+    let is_ready = gathered.is_closed || gathered.t_store_ns < long_before_ns;
     if gathered.chunks == 0 || !is_ready {
         return Ok(None);
     }

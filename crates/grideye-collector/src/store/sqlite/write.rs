@@ -7,7 +7,7 @@ use crate::limits::Limits;
 use crate::log::Log;
 use crate::store::error::{RecordingId, Result, StoreError};
 use crate::store::plan::Taken;
-use crate::store::queue::{Change, Changed, Command, Group, Outcome, WriteFault};
+use crate::store::queue::{Change, Command, Group, Outcome, Reply, WriteFault};
 use crate::store::row::count;
 use crate::store::sqlite::known::Known;
 use crate::store::sqlite::place::Presence;
@@ -95,8 +95,8 @@ impl Writer {
                 group.answer(outcome);
                 self.tend();
             }
-            if let Some((change, reply)) = group.change {
-                let _ = reply.send(self.change(change));
+            if let Some(change) = group.change {
+                self.change(change);
             }
         }
         // Only tidies: what was acknowledged is in the file or its log already.
@@ -169,37 +169,50 @@ impl Writer {
         }
     }
 
-    fn change(&mut self, change: Change) -> Result<Changed> {
-        // Where there is nothing to settle, nothing is written: that the store can write is not shown.
-        let shows_a_write = !matches!(change, Change::EndEpoch | Change::Settle);
+    fn change(&mut self, change: Change) {
         let (recordings_max, labels_max) = (self.limits.recordings_max, self.limits.labels_max);
-        let done = match change {
-            Change::Start(name, t_start_ns) => self
-                .settled(|file| start(file, &name, t_start_ns, recordings_max))
-                .map(Changed::Recording),
-            Change::Stop(id, t_stop_ns) => self
-                .settled(|file| stop(file, id, t_stop_ns))
-                .map(Changed::Recording),
-            Change::Note(id, note) => self
-                .settled(|file| write_note(file, id, &note))
-                .map(Changed::Recording),
-            Change::AddLabel(id, label) => commit(&self.connection, &mut self.presence, |file| {
-                labels::add(file, id, label, labels_max)
-            })
-            .map(Changed::Label),
-            Change::RemoveLabel(id, number) => {
-                commit(&self.connection, &mut self.presence, |file| {
-                    labels::remove(file, id, number)
-                })
-                .map(|()| Changed::Nothing)
+        match change {
+            Change::Start(name, t_start_ns, reply) => {
+                let done = self.settled(|file| start(file, &name, t_start_ns, recordings_max));
+                self.answer(reply, done, true);
             }
-            Change::EndEpoch => self.settled(end_epoch).map(Changed::Epoch),
-            Change::Settle => self.settled(|_| Ok(Changed::Nothing)),
-        };
-        if shows_a_write || done.is_err() {
-            self.note(done.as_ref().err());
+            Change::Stop(id, t_stop_ns, reply) => {
+                let done = self.settled(|file| stop(file, id, t_stop_ns));
+                self.answer(reply, done, true);
+            }
+            Change::Note(id, note, reply) => {
+                let done = self.settled(|file| write_note(file, id, &note));
+                self.answer(reply, done, true);
+            }
+            Change::AddLabel(id, label, reply) => {
+                let add = |file: &Connection| labels::add(file, id, label, labels_max);
+                let done = commit(&self.connection, &mut self.presence, add);
+                self.answer(reply, done, true);
+            }
+            Change::RemoveLabel(id, number, reply) => {
+                let remove = |file: &Connection| labels::remove(file, id, number);
+                let done = commit(&self.connection, &mut self.presence, remove);
+                self.answer(reply, done, true);
+            }
+            Change::EndEpoch(reply) => {
+                let done = self.settled(end_epoch);
+                self.answer(reply, done, false);
+            }
+            Change::Settle(reply) => {
+                let done = self.settled(|_file| Ok(()));
+                self.answer(reply, done, false);
+            }
         }
-        done
+    }
+
+    /// Answers who waits for a change, and notes whether it shows that the store can write: not where there was nothing to
+    /// settle, and not where a request was refused for what it says.
+    fn answer<T>(&self, reply: Reply<T>, done: Result<T>, shows_a_write: bool) {
+        let error = done.as_ref().err();
+        if error.map_or(shows_a_write, is_of_the_database) {
+            self.fault.set(error.cloned());
+        }
+        let _ = reply.send(done);
     }
 
     /// SQLite says "full" of the disk and of the quota alike.
@@ -216,13 +229,6 @@ impl Writer {
     fn is_at(&self, bytes_max: u64) -> bool {
         read::bytes(&self.connection)
             .is_ok_and(|bytes| bytes.saturating_add(GROUP_ROOM) >= bytes_max)
-    }
-
-    /// A request that is refused for what it says is no fault of the store, and writes nothing.
-    fn note(&self, error: Option<&StoreError>) {
-        if error.is_none_or(is_of_the_database) {
-            self.fault.set(error.cloned());
-        }
     }
 }
 

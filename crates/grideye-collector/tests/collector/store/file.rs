@@ -232,3 +232,22 @@ async fn a_write_that_fails_undoes_its_whole_commit_and_says_so_to_all_in_it() {
     append(&store, numbered([5, 8, 9, 20])).await;
     assert_eq!(store.streams().await.unwrap()[0].stored, 9);
 }
+
+#[test]
+fn a_full_disk_is_told_from_other_faults() {
+    for (code, expected) in [
+        (
+            rusqlite::ffi::SQLITE_FULL,
+            "the disk that holds the store is full",
+        ),
+        (rusqlite::ffi::SQLITE_IOERR, "the store failed: "),
+        (
+            rusqlite::ffi::SQLITE_READONLY,
+            "attempt to write a readonly database\nhint: ",
+        ),
+    ] {
+        let error = rusqlite::Error::SqliteFailure(rusqlite::ffi::Error::new(code), None);
+        let told = StoreError::from(error).to_string();
+        assert!(told.contains(expected), "{told}");
+    }
+}

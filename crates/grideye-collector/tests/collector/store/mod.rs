@@ -5,4 +5,6 @@ mod conformance;
 mod file;
 mod frames;
 mod helpers;
+mod location;
 mod recordings;
+mod segment;
