@@ -164,7 +164,7 @@ fn a_fault_in_a_field_is_named_with_its_path() {
         (",159]", ",NaN]", format!("{frame}.pixels_raw[63]: expected JSON, found a fault at line 1 column {nan}: expected value")),
         (",159]", ",[]]", format!("{frame}.pixels_raw[63]: expected an integer from 0 to 65535, found sequence")),
         (",159]", ",0159]", format!("{frame}.pixels_raw[63]: expected JSON, found a fault at line 1 column {}: invalid number", nan + 1)),
-        (",159]", ",]", format!("{frame}.pixels_raw[63]: expected JSON, found a fault at line 1 column {nan}: trailing comma")),
+        (",159]", ",]", format!("{frame}.pixels_raw: expected JSON, found a fault at line 1 column {nan}: trailing comma")),
         (",159]", "]", format!("{frame}.pixels_raw: expected an array of exactly 64 integers, found 63")),
         (",159]", ",159,160]", format!("{frame}.pixels_raw: expected an array of exactly 64 integers, found a 65th")),
         ("[96,", "[", format!("{frame}.pixels_raw: expected an array of exactly 64 integers, found 63")),

@@ -7,7 +7,7 @@ use crate::limits::Limits;
 use crate::log::{Level, Log, LogEvent};
 use crate::store::error::{Result, StoreError};
 use crate::store::location::StoreLocation;
-use crate::store::sqlite::schema::{Found, READ_WRITE, recognize};
+use crate::store::sqlite::schema::{READ_WRITE, recognize};
 use rusqlite::{Connection, ErrorCode, OpenFlags};
 use rustix::fs::{AtFlags, CWD, Statx, StatxFlags, statx};
 use rustix::io::Errno;
@@ -21,9 +21,6 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Prepared statements that a connection keeps: more than there are in this crate.
 const STATEMENTS_MAX: usize = 64;
-
-/// Each page of the log is a write of its own, and a group of posts fills several: four times SQLite's own size.
-const PAGE_BYTES: i64 = 16 * 1024;
 
 pub(super) struct Place {
     pub(super) name: String,
@@ -75,10 +72,8 @@ impl Place {
         connection.busy_timeout(limits.store_lock_time_max)?;
         connection.set_prepared_statement_cache_capacity(STATEMENTS_MAX);
         if self.file.is_some() {
-            // Both are written into the file, so it must be ours.
-            if recognize(&connection)? == Found::Nothing {
-                connection.pragma_update(None, "page_size", PAGE_BYTES)?;
-            }
+            // The change to WAL is written into the file, so it must be ours.
+            recognize(&connection)?;
             connection.pragma_update(None, "journal_mode", "WAL")?;
         }
         connection.pragma_update(None, "synchronous", "FULL")?;

@@ -23,8 +23,8 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use tokio::sync::Semaphore;
 
-/// How long the log gets before it is folded into the file: a page that many posts write is then folded in once.
-const LOG_BYTES: u64 = 32 * 1024 * 1024;
+/// Pages of the log after which it is folded into the file, 32 MB: a page that many posts write is then folded in once.
+const CHECKPOINT_PAGES: i64 = 8192;
 
 /// What the writer holds of the file: the last page of each stream, so that a fleet's posts read nothing.
 const CACHE_KIB: i64 = 32 * 1024;
@@ -85,8 +85,7 @@ impl SqliteStore {
         if let Some(bytes_max) = limits.store_bytes_max {
             set_quota(&connection, bytes_max)?;
         }
-        let log_pages = pages(&connection, LOG_BYTES)?;
-        connection.pragma_update(None, "wal_autocheckpoint", log_pages)?;
+        connection.pragma_update(None, "wal_autocheckpoint", CHECKPOINT_PAGES)?;
         connection.pragma_update(None, "cache_size", -CACHE_KIB)?;
         let readers = (0..limits.readers_max.max(1))
             .map(|_| place.connect(limits))
@@ -248,19 +247,14 @@ impl FrameStore for SqliteStore {
     }
 }
 
-/// SQLite does not shrink a file that is larger already: then nothing more is taken.
+/// SQLite counts in pages. It does not shrink a file that is larger already: then nothing more is taken.
 fn set_quota(connection: &Connection, bytes_max: u64) -> Result<()> {
-    let pages_max = pages(connection, bytes_max)?;
+    let page: i64 = connection.pragma_query_value(None, "page_size", |row| row.get(0))?;
+    let pages_max = i64::try_from(bytes_max).unwrap_or(i64::MAX) / page.max(1);
     // The answer is the limit in force; the pragma takes no parameter.
-    let pragma = format!("PRAGMA max_page_count = {pages_max}");
+    let pragma = format!("PRAGMA max_page_count = {}", pages_max.max(1));
     connection.query_row(&pragma, [], |_| Ok(()))?;
     Ok(())
-}
-
-/// How many whole pages of this file so many bytes hold, and at least one.
-fn pages(connection: &Connection, bytes: u64) -> Result<i64> {
-    let page: i64 = connection.pragma_query_value(None, "page_size", |row| row.get(0))?;
-    Ok((i64::try_from(bytes).unwrap_or(i64::MAX) / page.max(1)).max(1))
 }
 
 #[cfg(test)]
