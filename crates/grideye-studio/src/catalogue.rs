@@ -14,7 +14,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
 
 /// Scenes of the folder that are listed; the others, by name, are not.
-const SCENES_MAX: usize = 500;
+pub(crate) const SCENES_MAX: usize = 500;
 /// Bytes of a scene file; a larger one is listed as one that cannot be used.
 const SCENE_BYTES_MAX: u64 = 4 << 20;
 /// A remark goes on no further once it has so many bytes.

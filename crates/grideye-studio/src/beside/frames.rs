@@ -56,9 +56,8 @@ pub(super) fn piece(
 }
 
 fn places(agent: &Agent, times: &[Duration]) -> Value {
-    let places = times.iter().map(|time| agent.position_m(*time));
-    let at_m = flat(places.map(|at| (at.x, at.y)));
-    json!({ "name": agent.name, "at_m": at_m })
+    let places = times.iter().map(|time| agent.position_m(*time).truncate());
+    json!({ "name": agent.name, "at_m": flat(places) })
 }
 
 /// Whole steps in a time.

@@ -1,6 +1,6 @@
 //! A scene from above, as outlines for the page to draw.
 
-use crate::rounding::{flat, millimeters};
+use crate::rounding::{flat, millimeters, point};
 use grideye_plan::ground;
 use grideye_scene::{Agent, Scene, Sensor};
 use serde_json::{Value, json};
@@ -9,13 +9,12 @@ use serde_json::{Value, json};
 /// the back.
 pub(super) fn plan(scene: &Scene) -> Value {
     let objects = scene.objects().iter();
-    let objects = objects.map(|object| {
-        json!({ "name": object.name, "outline_m": flat(ground::outline_m(object).iter().map(|at| (at.x, at.y))) })
-    });
+    let objects = objects
+        .map(|object| json!({ "name": object.name, "outline_m": flat(ground::outline_m(object)) }));
     let sensors = scene.sensors().iter();
     let agents = scene.agents().iter();
     json!({
-        "room_m": flat(scene.room().outline_m().iter().map(|at| (at.x, at.y))),
+        "room_m": flat(scene.room().outline_m()),
         "ambient_c": scene.room().ambient_c,
         "objects": objects.collect::<Vec<Value>>(),
         "sensors": sensors.map(|sensor| seeing(scene, sensor)).collect::<Vec<Value>>(),
@@ -24,18 +23,16 @@ pub(super) fn plan(scene: &Scene) -> Value {
 }
 
 fn seeing(scene: &Scene, sensor: &Sensor) -> Value {
-    let in_view_m = ground::in_view_m(scene.room(), sensor);
-    let at = sensor.pose.position_m;
     json!({
         "name": sensor.name,
-        "at_m": [millimeters(at.x), millimeters(at.y), millimeters(at.z)],
-        "in_view_m": flat(in_view_m.iter().map(|at| (at.x, at.y))),
+        "at_m": point(sensor.pose.position_m),
+        "in_view_m": flat(ground::in_view_m(scene.room(), sensor)),
     })
 }
 
 fn walking(agent: &Agent) -> Value {
     let way = agent.trajectory.as_ref();
-    let way_m = way.map(|way| flat(way.waypoints_m().iter().map(|at| (at.x, at.y))));
+    let way_m = way.map(|way| flat(way.waypoints_m().iter().map(|at| at.truncate())));
     json!({
         "name": agent.name,
         "starts_m": [millimeters(agent.start_m.x), millimeters(agent.start_m.y)],

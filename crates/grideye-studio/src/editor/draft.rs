@@ -68,27 +68,18 @@ pub(super) fn sheet(shelf: &Shelf, draft: Draft) -> Result<Sheet, Refusal> {
         edits,
         at_s,
     } = draft;
-    for change in &edits {
-        let done = match change {
-            Change::Text(edit) => edit::edited(&text, edit).map(|made| text = made),
-            Change::Way(edit) => edit_way(shelf, &mut files, edit),
-        };
-        if let Err(fault) = done {
-            return Ok(Sheet {
-                text,
-                files,
-                read: BTreeMap::new(),
-                loaded: Err(fault),
-                at: Duration::ZERO,
-            });
-        }
-    }
+    let done = edits.iter().try_for_each(|change| match change {
+        Change::Text(edit) => edit::edited(&text, edit).map(|made| text = made),
+        Change::Way(edit) => edit_way(shelf, &mut files, edit),
+    });
     let beside = Overlay {
         shelf,
         files: &files,
         read: RefCell::default(),
     };
-    let loaded = Scene::parse(&text, ORIGIN, &beside).map_err(|error| Fault::of_scene(&error));
+    let loaded = done.and_then(|()| {
+        Scene::parse(&text, ORIGIN, &beside).map_err(|error| Fault::of_scene(&error))
+    });
     let read = beside.read.into_inner();
     let at = Duration::try_from_secs_f64(at_s).unwrap_or_default();
     Ok(Sheet {

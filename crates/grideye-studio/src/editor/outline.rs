@@ -1,6 +1,6 @@
 //! Where everything of a scene is at a moment, for the page to draw and to take hold of; meters.
 
-use crate::rounding::{flat, hundredths, millimeters};
+use crate::rounding::{flat, hundredths, point};
 use grideye_plan::ground;
 use grideye_scene::{Agent, Body, Scene, Sensor};
 use serde_json::{Map, Value, json};
@@ -43,15 +43,13 @@ pub(super) fn outline(text: &str, scene: &Scene, at: Duration) -> Value {
 fn room(scene: &Scene, table: &Value) -> Value {
     let room = scene.room();
     let (low, high) = room.bounds_m();
-    let sides = room.sides_m().into_iter();
-    let sides = sides
-        .take(FACES_MAX)
-        .map(|side| side.iter().map(|at| point(at.to_array())).collect());
+    let sides = room.sides_m().into_iter().take(FACES_MAX);
+    let sides = sides.map(|side| side.into_iter().map(point).collect());
     json!({
         "keys": plain(table),
-        "outline_m": flat(room.outline_m().into_iter().map(|at| (at.x, at.y))),
-        "low_m": point(low.to_array()),
-        "high_m": point(high.to_array()),
+        "outline_m": flat(room.outline_m()),
+        "low_m": point(low),
+        "high_m": point(high),
         "sides_m": sides.collect::<Vec<Vec<[f64; 3]>>>(),
     })
 }
@@ -95,13 +93,10 @@ impl Drawing<'_> {
         let at_m = agent.position_m(self.at);
         let bodies = agent.bodies_at(self.at);
         item["bodies"] = bodies.iter().map(|body| self.body(body)).collect();
-        item["at_m"] = json!(point(at_m.to_array()));
+        item["at_m"] = json!(point(at_m));
         if let Some(way) = &agent.trajectory {
             let points = way.waypoints_m();
-            let points_m = points
-                .iter()
-                .take(WAYPOINTS_MAX)
-                .map(|at| point(at.to_array()));
+            let points_m = points.iter().take(WAYPOINTS_MAX).map(|at| point(*at));
             item["way"] = json!({
                 "file": table["trajectory"],
                 "points_m": points_m.collect::<Vec<[f64; 3]>>(),
@@ -116,17 +111,14 @@ impl Drawing<'_> {
         self.faces += faces.len();
         let (vertices, faces) = if self.faces <= FACES_MAX {
             let vertices = body.mesh.vertices_m().iter();
-            (
-                vertices.map(|at| [at.x, at.y, at.z]).collect(),
-                json!(faces),
-            )
+            (vertices.map(|at| at.to_array()).collect(), json!(faces))
         } else {
             let (low, high) = body.mesh.bounds_m();
             (corners(low.to_array(), high.to_array()), json!(BOX_FACES))
         };
         json!({
             "celsius": hundredths(body.surface.celsius),
-            "outline_m": flat(ground::outline_m(body).iter().map(|at| (at.x, at.y))),
+            "outline_m": flat(ground::outline_m(body)),
             "vertices_m": vertices.into_iter().map(point).collect::<Vec<[f64; 3]>>(),
             "faces": faces,
         })
@@ -137,12 +129,11 @@ fn seeing(scene: &Scene, sensor: &Sensor, item: &mut Value) {
     let (pose, axes) = (&sensor.pose, sensor.pose.world_from_sensor());
     let axes = [axes.x_axis, axes.y_axis, axes.z_axis];
     let axes = axes.map(|axis| axis.to_array().map(|part| (part * 1e6).round() / 1e6));
-    let in_view_m = ground::in_view_m(scene.room(), sensor);
     let angles = [pose.elevation_rad, pose.azimuth_rad, pose.roll_rad];
-    item["at_m"] = json!(point(pose.position_m.to_array()));
+    item["at_m"] = json!(point(pose.position_m));
     item["axes"] = json!(axes);
     item["field_rad"] = json!(sensor.field_of_view_rad.to_array());
-    item["in_view_m"] = json!(flat(in_view_m.into_iter().map(|at| (at.x, at.y))));
+    item["in_view_m"] = json!(flat(ground::in_view_m(scene.room(), sensor)));
     item["turned_deg"] = json!(angles.map(|angle| hundredths(angle.to_degrees())));
 }
 
@@ -190,16 +181,12 @@ fn cells(table: &Value) -> Value {
         [x - half[0], y - half[1], z],
         [x + half[0], y + half[1], z + number("size_mm", 2)],
     );
-    let outline = [
-        (low[0], low[1]),
-        (high[0], low[1]),
-        (high[0], high[1]),
-        (low[0], high[1]),
-    ];
+    let [(left, front), (right, back)] = [low, high].map(|[x, y, _]| (x, y));
+    let outline = [[left, front], [right, front], [right, back], [left, back]];
     let vertices = corners(low, high).into_iter().map(point);
     json!({
         "celsius": table["temperatures_c"][0][0],
-        "outline_m": flat(outline.into_iter()),
+        "outline_m": flat(outline),
         "vertices_m": vertices.collect::<Vec<[f64; 3]>>(),
         "faces": BOX_FACES,
     })
@@ -222,8 +209,4 @@ fn plain(table: &Value) -> Map<String, Value> {
         _ => Some((key.clone(), value.clone())),
     });
     shown.collect()
-}
-
-fn point(meters: [f64; 3]) -> [f64; 3] {
-    meters.map(millimeters)
 }

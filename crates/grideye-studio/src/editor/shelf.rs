@@ -1,7 +1,7 @@
 //! The files of the scenes' folder, opened and saved: by plain names only, whole or not at all, and never over what
 //! somebody else wrote meanwhile.
 
-use crate::catalogue;
+use crate::catalogue::{SCENES_MAX, scene_files};
 use crate::disk::{Disk, open_below};
 use axum::http::StatusCode;
 use grideye_collector::Refusal;
@@ -16,8 +16,6 @@ use std::sync::{Mutex, PoisonError};
 
 /// Bytes of a scene's text, or of a trajectory's, that are edited.
 pub(super) const TEXT_BYTES_MAX: usize = 512 * 1024;
-/// Scenes of a folder; as many are listed.
-const SCENES_MAX: usize = 500;
 /// Trajectories that are saved with a scene.
 const FILES_MAX: usize = 100;
 /// Characters of a scene's name.
@@ -147,7 +145,7 @@ impl Shelf {
     }
 
     fn check_count(&self, scene: &Path) -> Result<(), Refusal> {
-        let scenes = catalogue::scene_files(&self.folder).map_or(0, |scenes| scenes.len());
+        let scenes = scene_files(&self.folder).map_or(0, |scenes| scenes.len());
         if scene.exists() || scenes < SCENES_MAX {
             return Ok(());
         }

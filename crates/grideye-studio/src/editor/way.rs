@@ -251,13 +251,11 @@ mod tests {
 
     #[test]
     fn a_way_point_is_moved_and_nothing_else() {
-        let edit =
-            json!({ "does": "move-way-point", "file": "w.csv", "row": 0, "to_mm": [300, 1500, 0] });
-        assert_eq!(made(WAY, edit).unwrap(), WAY.replace(" 1340,0", " 1500,0"));
-        let edit =
-            json!({ "does": "move-way-point", "file": "w.csv", "row": 1, "to_mm": [1, 2, 3] });
+        let moved = |row: usize, to_mm: [i32; 3]| json!({ "does": "move-way-point", "file": "w.csv", "row": row, "to_mm": to_mm });
+        let wanted = WAY.replace(" 1340,0", " 1500,0");
+        assert_eq!(made(WAY, moved(0, [300, 1500, 0])).unwrap(), wanted);
         let wanted = TIMED.replace("8,2800,1340,0,10", "8,1,2,3,10");
-        assert_eq!(made(TIMED, edit).unwrap(), wanted);
+        assert_eq!(made(TIMED, moved(1, [1, 2, 3])).unwrap(), wanted);
     }
 
     #[test]
@@ -269,28 +267,18 @@ mod tests {
 
     #[test]
     fn way_points_come_and_go_and_remarks_stay() {
-        let add =
-            json!({ "does": "add-way-point", "file": "w.csv", "after": 0, "at_mm": [1, 2, 0] });
-        let with = made(WAY, add.clone()).unwrap();
+        let add = |after: usize| json!({ "does": "add-way-point", "file": "w.csv", "after": after, "at_mm": [1, 2, 0] });
+        let with = made(WAY, add(0)).unwrap();
         assert_eq!(with, WAY.replace("1340,0\n", "1340,0\n1,2,0\n"));
         let remove = json!({ "does": "remove-way-point", "file": "w.csv", "row": 1 });
         assert_eq!(made(&with, remove).unwrap(), WAY);
         // Between the end of the stay at the first, second 2, and second 8.
-        let timed = made(TIMED, add).unwrap();
+        let timed = made(TIMED, add(0)).unwrap();
         assert_eq!(timed, TIMED.replace("0,2\r\n", "0,2\r\n5,1,2,0,0\r\n"));
-        let last =
-            json!({ "does": "add-way-point", "file": "w.csv", "after": 1, "at_mm": [1, 2, 0] });
-        assert!(
-            made(TIMED, last)
-                .unwrap()
-                .ends_with("0,10\r\n19,1,2,0,0\r\n")
-        );
-        let open =
-            json!({ "does": "add-way-point", "file": "w.csv", "after": 0, "at_mm": [1, 2, 0] });
-        assert_eq!(
-            made("x_mm,y_mm,z_mm\n3,4,5", open).unwrap(),
-            "x_mm,y_mm,z_mm\n3,4,5\n1,2,0"
-        );
+        let last = made(TIMED, add(1)).unwrap();
+        assert!(last.ends_with("0,10\r\n19,1,2,0,0\r\n"));
+        let open = "x_mm,y_mm,z_mm\n3,4,5";
+        assert_eq!(made(open, add(0)).unwrap(), format!("{open}\n1,2,0"));
     }
 
     #[test]
