@@ -4,7 +4,7 @@ use super::post::{Post, Posted};
 use crate::advice;
 use crate::config::Body;
 use crate::join::{ClientCertificate, Credentials, Secret};
-use grideye_recording::wire::{Acknowledgement, BINARY_TYPE, Batch, JSON_TYPE, Limits, WireError};
+use grideye_recording::wire::{Acknowledgement, BINARY_TYPE, Batch, JSON_TYPE, Limits};
 use rustls::crypto::ring::default_provider;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -88,11 +88,13 @@ impl Http {
 
 impl Post for Http {
     fn post(&mut self, batch: &Batch, timeout: Duration) -> Posted {
-        let (body, content_type) = match encode(batch, self.body) {
+        let encoded = match self.body {
+            Body::Json => batch.to_json().map(|body| (body, JSON_TYPE)),
+            Body::Binary => batch.to_binary().map(|body| (body, BINARY_TYPE)),
+        };
+        let (body, content_type) = match encoded {
             Ok(encoded) => encoded,
-            Err(error) => {
-                return Posted::Refused(400, format!("not encoded: {error}"));
-            }
+            Err(error) => return Posted::Refused(400, format!("not encoded: {error}")),
         };
         match self.send(&body, content_type, timeout) {
             // An older collector: nothing of it was read.
@@ -108,12 +110,6 @@ impl Post for Http {
             },
         }
     }
-}
-fn encode(batch: &Batch, body: Body) -> Result<(Vec<u8>, &'static str), WireError> {
-    Ok(match body {
-        Body::Json => (batch.to_json()?, JSON_TYPE),
-        Body::Binary => (batch.to_binary()?, BINARY_TYPE),
-    })
 }
 
 /// Whether nothing can have arrived: there was no connection.
