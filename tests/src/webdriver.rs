@@ -385,7 +385,12 @@ struct Driver {
 }
 
 impl Driver {
+    /// Again where it ends at once: the port that it finds free for IPv4 may not be free for IPv6.
     fn start() -> Result<Self, Failure> {
+        Self::try_start().or_else(|_failure| Self::try_start())
+    }
+
+    fn try_start() -> Result<Self, Failure> {
         let started = Command::new("chromedriver")
             .arg("--port=0")
             .stdout(Stdio::piped())

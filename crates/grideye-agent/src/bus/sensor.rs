@@ -163,8 +163,11 @@ impl Sensor {
     fn say_what_became(&mut self, seq: u64, reading: &Reading<RawFrame>, log: &Log) {
         match reading {
             Reading::NoData(reason) => {
-                let what = format_args!("frames are missing from {seq} on");
-                self.say_missing(what, *reason, log);
+                self.say_missing(
+                    format_args!("frames are missing from {seq} on"),
+                    *reason,
+                    log,
+                );
                 self.is_failing = true;
             }
             Reading::Frame(_) if self.is_failing => {

@@ -111,7 +111,7 @@ impl Drawing<'_> {
         self.faces += faces.len();
         let (vertices, faces) = if self.faces <= FACES_MAX {
             let vertices = body.mesh.vertices_m().iter();
-            (vertices.map(|at| at.to_array()).collect(), json!(faces))
+            (vertices.copied().map(Into::into).collect(), json!(faces))
         } else {
             let (low, high) = body.mesh.bounds_m();
             (corners(low.to_array(), high.to_array()), json!(BOX_FACES))
