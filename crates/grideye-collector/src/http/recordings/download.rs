@@ -17,7 +17,7 @@ pub(super) trait Form: Send + 'static {
     /// What is to be sent before the first row was asked for, and after each page.
     fn take(&mut self) -> Vec<u8>;
 
-    /// What is to be sent after the last page.
+    /// The bytes after the last page.
     fn finish(self) -> io::Result<Vec<u8>>;
 }
 
