@@ -1,8 +1,8 @@
-//! The watchdog of a bus: a transfer that never comes back keeps its thread, and must keep nothing else.
+//! The watchdog of a bus: a stuck transfer blocks its own thread and nothing else.
 //!
-//! The kernel ends a transfer on a bus that is held low after a second or so. An adapter or a driver that hangs does
-//! not, and a thread in the kernel cannot be called back. So the sensors of a bus lie open to a second thread, which
-//! sees that the first one is at work for too long, says so, and lists the frames that are missed.
+//! The kernel ends a transfer on a bus held low after about a second. A faulty adapter or driver never does, and a
+//! thread inside the kernel cannot be interrupted. So a second thread shares the sensors of the bus: it notices that
+//! the first one has worked too long, logs it, and records the missed frames.
 
 use super::sensor::{Sensor, Sink};
 use crate::clock::Clock;
@@ -11,12 +11,13 @@ use crate::log::Log;
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How long an operation on a bus may take until it counts as hung: a set-up that times out fails with its first transfer.
+/// A bus operation that takes this long counts as hung. A set-up that times out stops at its first transfer, well
+/// before.
 pub const HUNG_AFTER: Duration = Duration::from_secs(5);
-/// How often the watchdog looks, as a part of the time after which a bus counts as hung.
+/// How many times the watchdog looks in that time.
 const LOOKS: u32 = 10;
 
-/// The sensors of one bus, and since when its thread has been at work.
+/// The sensors of one bus, and since when its thread has been working.
 pub(crate) struct Watched {
     sensors: Mutex<Vec<Sensor>>,
     work: Mutex<Work>,
@@ -43,7 +44,7 @@ impl Watched {
         }
     }
 
-    /// Works on the sensors. Never while the bus is at work.
+    /// Locks the sensors for `work`. Never held during a transfer.
     pub(crate) fn with<T>(&self, work: impl FnOnce(&mut Vec<Sensor>) -> T) -> T {
         work(&mut lock(&self.sensors))
     }
@@ -58,7 +59,7 @@ impl Watched {
         lock(&self.work).since = Some(Instant::now());
     }
 
-    /// It has come back. Whether it had counted as hung.
+    /// The operation has returned. Returns whether it had counted as hung.
     pub(crate) fn end(&self) -> bool {
         let mut work = lock(&self.work);
         work.since = None;
@@ -101,7 +102,7 @@ impl Watched {
         }
     }
 
-    /// Waits for a while, and looks; `None` when all is over.
+    /// Waits for one interval, then looks; `None` once it is over.
     fn look(&self, hung_after: Duration) -> Option<Look> {
         let goes_on = |work: &mut Work| !work.is_over;
         let waited = self

@@ -1,4 +1,4 @@
-//! Reads `agent.toml`: every key is known and within its bounds, or the text is refused.
+//! Reads `agent.toml` and rejects any unknown key or value out of range.
 
 use super::types::{
     BACKLOG_PER_S_DEFAULT, Body, BusConfig, CONFIG_BYTES_MAX, Config, ConfigError,
@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 use toml::Spanned;
 
-/// Buses of one agent at most: each has a thread.
+/// Maximum number of buses, because each has a thread.
 pub const BUSES_MAX: usize = 16;
 
 const MIB: u64 = 1 << 20;
@@ -72,10 +72,10 @@ struct RawSpool {
 }
 
 impl Config {
-    /// Reads and checks a configuration. `origin` is the file's name for errors.
+    /// Reads and checks a configuration. `origin` is the file's name in errors.
     ///
     /// # Errors
-    /// [`ConfigError`] for anything that is not exactly understood.
+    /// [`ConfigError`] for anything not fully understood.
     pub fn parse(text: &str, origin: &str) -> Result<Self, ConfigError> {
         if text.len() > CONFIG_BYTES_MAX {
             return Err(ConfigError::TooLong(origin.to_owned(), text.len()));
@@ -83,7 +83,7 @@ impl Config {
         let place = Place { text, origin };
         let raw = toml::from_str(text).map_err(|error| {
             let offset = error.span().map_or(0, |span| span.start);
-            // What the TOML crate calls u64 is no word of a person who writes a configuration.
+            // People who write a configuration do not know the TOML crate's `u64`.
             let words: Vec<&str> = error.message().split_whitespace().collect();
             let message = words.join(" ");
             let message = message.replace("expected u64", "expected a whole number");
@@ -95,7 +95,7 @@ impl Config {
 
 type Checked<T> = Result<T, ConfigError>;
 
-/// The text that is being read, to turn an offset into line and column.
+/// The text being read, which turns an offset into line and column.
 struct Place<'a> {
     text: &'a str,
     origin: &'a str,
@@ -111,7 +111,7 @@ impl Place<'_> {
         ConfigError::Refused(place, message, hint.into())
     }
 
-    /// A value as `understand` has it, or the message that `expected` was not found.
+    /// The value that `understand` makes of it, or an error that `expected` was not found.
     fn expect<T, V: std::fmt::Debug>(
         &self,
         given: &Spanned<V>,
@@ -126,7 +126,7 @@ impl Place<'_> {
         })
     }
 
-    /// The same of a key that may be left out.
+    /// [`Self::expect`] for a key that may be absent.
     fn optional<T, V: std::fmt::Debug>(
         &self,
         given: Option<&Spanned<V>>,
@@ -196,7 +196,7 @@ impl Place<'_> {
         Ok(config)
     }
 
-    /// What waits for the disk must find room in memory.
+    /// Memory must have room for the records that wait for the disk.
     fn ring_for_spool(&self, config: &Config, spool_at: usize) -> Checked<()> {
         let SpoolMode::Outage { after } = config.spool.mode else {
             return Ok(());
@@ -334,7 +334,7 @@ impl Place<'_> {
         })
     }
 
-    /// Without a section there is no spool: an agent that is started by hand leaves nothing on the disk.
+    /// No section means no spool, so that an agent started by hand leaves nothing on the disk.
     fn spool(&self, raw: Option<RawSpool>) -> Checked<SpoolConfig> {
         let Some(raw) = raw else {
             return Ok(SpoolConfig {
