@@ -1,4 +1,4 @@
-//! What the pages show, and how they are asked.
+//! What the health pages show, and which requests get them.
 
 use super::status::{Look, SensorLook};
 use super::*;
@@ -144,12 +144,12 @@ fn json_and_metrics_say_the_same_of_each_sensor() {
 fn served(health: Health) -> SocketAddr {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap();
-    // It ends with the tests.
+    // The thread ends with the test process.
     std::thread::spawn(move || serve(&listener, &health));
     address
 }
 
-/// The answer to these bytes; what came before a reset where the server did not read all of them.
+/// The answer to these bytes, or the part that came before a reset if the server did not read all of them.
 fn ask(address: SocketAddr, request: &[u8]) -> String {
     let mut stream = TcpStream::connect(address).unwrap();
     let _ = stream.write_all(request);

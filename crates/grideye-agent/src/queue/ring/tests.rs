@@ -1,4 +1,4 @@
-//! The ring's account holds whatever comes and goes.
+//! The ring's account is right whatever is added or removed.
 
 use super::*;
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, ThermistorWord};
@@ -135,7 +135,7 @@ fn place(segment: u64, from: u64) -> Place {
     }
 }
 
-/// Three records of two sensors, which came at 0, 1 and 2 s.
+/// Three records of two sensors, received at 0, 1 and 2 s.
 fn three() -> Ring {
     let mut ring = ring(9);
     for (second, stream, seq, is_frame) in [(0, 1, 7, true), (1, 0, 3, false), (2, 1, 8, true)] {
@@ -145,7 +145,8 @@ fn three() -> Ring {
     ring
 }
 
-/// Sensor and number of what is on no disk yet, at a second, once one of it is so many seconds old.
+/// Sensor and sequence number of each record not on the disk, at second `now`, once the oldest is `older_than` seconds
+/// old.
 fn unwritten(ring: &Ring, now: u64, older_than: u64, records_max: usize) -> Vec<(String, u64)> {
     let (now, older_than) = (Duration::from_secs(now), Duration::from_secs(older_than));
     let records = ring.unwritten(now, older_than, records_max).into_iter();
@@ -193,7 +194,7 @@ fn only_what_is_old_on_the_disk_and_in_no_doubt_leaves_the_memory() {
     let old = ring.evictable(Duration::from_secs(6), Duration::from_secs(5));
     ring.evict(&old);
     assert_eq!((ring.len(), ring.places()), (1, BTreeSet::from([third])));
-    // They stay in the account, for the disk has them.
+    // They stay in the account, because the disk has them.
     assert_eq!(ring.accounts()[SENSORS[1]].spooled, 2);
     ring.unplace(&BTreeSet::from([1]));
     assert_eq!(ring.places(), BTreeSet::from([third]));
@@ -248,9 +249,9 @@ fn what_the_collector_refuses_is_dropped_under_its_reason_and_the_rest_acknowled
 
 #[derive(Debug, Clone)]
 enum Action {
-    /// A frame or a row of this stream, so many numbers on.
+    /// A frame or a missing frame of this stream, after skipping this many numbers.
     Push(usize, bool, u64),
-    /// So many records.
+    /// This many records.
     Batch(usize),
     Acknowledge(usize),
     LoseTheAnswer(usize),
