@@ -1,4 +1,4 @@
-//! One cell of a text layout, and what may stand in it.
+//! One cell of a text layout, and the values it may have.
 
 use crate::error::RecordingError;
 use crate::record::{COUNT_MAX, check_name};
@@ -7,10 +7,10 @@ use amg8833::word::{self, OutOfRange};
 use core::fmt;
 use grideye_frame::{Celsius, NAME_RULE, PixelWord, ThermistorWord};
 
-/// The longest temperature in characters: few enough that double precision tells any two of that length apart.
+/// Maximum characters of a temperature: few enough that double precision distinguishes any two of them.
 const DEGREE_CHARS_MAX: usize = 16;
 
-/// A cell with its place, for the error.
+/// A cell with its place, for error messages.
 pub(crate) struct Cell<'c> {
     pub(crate) line: u64,
     pub(crate) column: Column,
@@ -20,7 +20,7 @@ pub(crate) struct Cell<'c> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Column {
     Named(&'static str),
-    /// A pixel, numbered as the layout numbers it.
+    /// A pixel, by the layout's own number.
     Pixel(usize),
 }
 
@@ -57,7 +57,7 @@ impl Cell<'_> {
             })
     }
 
-    /// Digits alone, up to [`COUNT_MAX`].
+    /// Digits only, up to [`COUNT_MAX`].
     pub(crate) fn count(&self) -> Result<u64, RecordingError> {
         let refused = || self.refused(format!("an integer from 0 to {COUNT_MAX}"));
         if !self.text.bytes().all(|byte| byte.is_ascii_digit()) {
@@ -69,10 +69,10 @@ impl Cell<'_> {
         }
     }
 
-    /// Nanoseconds of a wall clock: digits with or without a minus sign.
+    /// Nanoseconds of a wall clock: digits, with or without a minus sign.
     pub(crate) fn nanoseconds(&self) -> Result<i64, RecordingError> {
         let refused = || self.refused("an integer of 64 bits with sign");
-        // The standard parser takes a plus sign too.
+        // The standard parser accepts a plus sign too.
         if self.text.starts_with('+') {
             return Err(refused());
         }
@@ -91,7 +91,7 @@ impl Cell<'_> {
         )
     }
 
-    /// The word that means exactly the temperature in the cell.
+    /// The word for exactly the temperature in the cell.
     fn word<W: Copy>(
         &self,
         encode: impl Fn(Celsius) -> Result<W, OutOfRange>,
@@ -111,7 +111,7 @@ impl Cell<'_> {
             ))
         })?;
         let meant = f64::from(decode(nearest).get());
-        // Bit for bit, since the thermistor tells -0 from 0.
+        // Compare bits, because the thermistor distinguishes -0 from 0.
         if meant.to_bits() == written.to_bits() {
             Ok(nearest)
         } else {

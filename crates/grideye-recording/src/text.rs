@@ -1,14 +1,14 @@
-//! Text from strangers, made fit for an error message.
+//! Makes untrusted text safe for an error message.
 
-/// Characters of a foreign text that an error message repeats.
+/// How many characters of it to show.
 const SHOWN_CHARS_MAX: usize = 48;
 
-/// A foreign text between quotation marks: control characters escaped, cut when long.
+/// Untrusted text in quotation marks: control characters escaped, long text cut.
 pub(crate) fn quoted(text: &str) -> String {
     format!("\"{}\"", shortened(text))
 }
 
-/// A foreign text: control characters escaped, cut when long.
+/// Untrusted text without quotation marks: control characters escaped, long text cut.
 pub(crate) fn shortened(text: &str) -> String {
     let mut shown = String::new();
     for (index, character) in text.chars().enumerate() {
