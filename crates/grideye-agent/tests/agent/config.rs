@@ -1,4 +1,4 @@
-//! A configuration is read with its defaults, or refused with line, column and the fix.
+//! A configuration is read with its defaults, or rejected with line, column and the fix.
 
 use amg8833::Address;
 use grideye_agent::config::{
@@ -30,7 +30,7 @@ fn the_smallest_configuration_has_the_documented_defaults() {
     );
 }
 
-/// Found, replaced with, and how the message begins.
+/// Text to find, its replacement, and the start of the message.
 const REFUSALS: [(&str, &str, &str); 31] = [
     (
         "[[bus]]",
@@ -112,7 +112,7 @@ const REFUSALS: [(&str, &str, &str); 31] = [
         "i2c-1",
         "agent.toml:3:8: path: expected a device file, found \"i2c-1\"\nhint: on a Raspberry Pi it is /dev/i2c-1",
     ),
-    // A camera is no bus, and a rate is of a sensor.
+    // A camera is not a bus, and a rate belongs to a sensor.
     (
         "/dev/i2c-1",
         "v4l2:/dev/video0",
@@ -194,7 +194,7 @@ fn the_spool_is_for_outages_unless_told_otherwise_and_its_guarantee_is_in_frames
     };
     let config = with("");
     assert_eq!(config.spool.mode, SpoolMode::Ram);
-    // 10 frames a second, and 6 per cent more from the fastest sensor.
+    // 10 frames per second, plus 6 percent for the fastest sensor.
     assert_eq!(config.guarantee().frames, 10_000);
     assert!((config.guarantee().seconds - 943.4).abs() < 0.1);
     let config = with("[spool]\n");

@@ -1,4 +1,4 @@
-//! The CSV recording format against its golden file, damaged files, hostile readers and arbitrary rows.
+//! The CSV recording format, tested with its golden file, damaged files, hostile readers and arbitrary rows.
 
 use crate::golden;
 use crate::made_up::any_records;
@@ -18,7 +18,7 @@ fn write(rows: &[Row]) -> Result<String, RecordingError> {
     Ok(String::from_utf8(writer.finish()?).unwrap())
 }
 
-/// The rows up to the first error, and that error's message.
+/// The rows before the first error, and its message.
 fn read(text: &str) -> (Vec<Row>, Option<String>) {
     let reader = match Reader::new(text.as_bytes()) {
         Ok(reader) => reader,
@@ -55,7 +55,7 @@ fn the_golden_file_is_read_back_word_for_word() {
     assert_eq!(read(GOLDEN), (golden::rows(), None));
 }
 
-/// The strings are those that the datasheet prints for the words (AMG88 spec §4-11-11), and the format's two ends.
+/// The datasheet's printed strings for the words (AMG88 spec §4-11-11), and both extremes of the format.
 #[test]
 fn the_golden_file_says_what_the_datasheet_says() {
     let printed = [
@@ -217,7 +217,7 @@ fn a_line_without_end_is_given_up_at_the_limit() {
         "line 1: expected at most 4096 bytes, found more"
     );
     let endless = GOLDEN.as_bytes().chain(io::repeat(b'7'));
-    // A reader that did not stop at its first error would go on permanently: twenty items are enough to tell.
+    // A reader that did not stop at its first error would never end: twenty items prove it.
     let items: Vec<_> = Reader::new(endless).unwrap().take(20).collect();
     assert_eq!(items.len(), golden::rows().len() + 1);
     assert!(matches!(
@@ -243,7 +243,7 @@ fn a_line_without_end_is_given_up_at_the_limit() {
             limit: 4096
         }
     ));
-    // The widest row that can be written stays far below.
+    // The widest possible row is far shorter.
     let name = "x".repeat(64);
     let widest = Row {
         stream: StreamId {
@@ -342,7 +342,7 @@ fn the_writer_refuses_what_the_reader_would_and_goes_on() {
     assert_eq!(read(&text), (vec![rows[2].clone(), rows[4].clone()], None));
 }
 
-/// A disk with so many bytes left.
+/// A disk with this many bytes left.
 #[derive(Debug)]
 struct NearlyFull(usize);
 
@@ -384,7 +384,7 @@ fn after_half_a_row_nothing_more_is_written() {
     ));
 }
 
-/// Gives one byte at a time, and is interrupted before each; counts what it gave.
+/// Gives one byte at a time, with an interrupt before each; counts the bytes given.
 struct Dribble<'b> {
     bytes: &'b [u8],
     interrupted: bool,
@@ -429,7 +429,7 @@ fn a_disk_that_fails_is_reported_with_the_line() {
     );
 }
 
-/// A recording that is made while it is read, and tells how many rows were asked for.
+/// A recording generated while it is read; counts the requested rows.
 struct Endless<'c> {
     rows_made: &'c std::cell::Cell<u64>,
     waiting: Vec<u8>,
@@ -450,7 +450,7 @@ impl Read for Endless<'_> {
     }
 }
 
-/// An hour at 10 frames a second. Were rows gathered before they are given out, this would not end.
+/// An hour at 10 Hz. A reader that collected all rows first would never end.
 #[test]
 fn a_recording_of_any_length_is_read_as_it_comes() {
     let rows_made = std::cell::Cell::new(0);
@@ -473,7 +473,7 @@ fn the_layout_is_told_by_the_first_line() {
     assert_eq!(sniff(""), None);
 }
 
-/// What the format keeps of a row.
+/// The row as the format keeps it.
 fn kept(mut row: Row) -> Row {
     row.record.reading = row.record.reading.map(|frame| RawFrame {
         thermistor: ThermistorWord(frame.thermistor.0 & 0xFFF),
@@ -490,7 +490,7 @@ fn any_rows() -> impl Strategy<Value = Vec<Row>> {
         for (number, (device, sensor, boot, records, t_arrival_ns)) in
             streams.into_iter().enumerate()
         {
-            // A number of its own keeps two streams from having one name.
+            // A unique number prevents two streams with the same name.
             let device = format!("{number}{}", &device[..device.len().min(63)]);
             let stream = StreamId {
                 device,

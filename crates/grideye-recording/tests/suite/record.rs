@@ -46,7 +46,7 @@ fn record(reading: Reading<RawFrame>) -> Record {
     }
 }
 
-/// Every form laid down by hand, read back, and refused when it is cut.
+/// Every form, assembled by hand, reads back, and is rejected if cut.
 #[test]
 fn each_form_is_laid_down_byte_for_byte() {
     let words = std::array::from_fn(|pixel| PixelWord(if pixel == 63 { 0x0301 } else { 0x0300 }));

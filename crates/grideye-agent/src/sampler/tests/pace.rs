@@ -1,10 +1,10 @@
-//! When the next read is set, which frame a read is taken for, how much of a gap is listed: each rule by itself, by hand.
+//! When to read next, which frame a read shows, how much of a gap is listed: each rule alone.
 
 use super::*;
 
 const PERIOD: Ns = 100 * MS;
 
-/// Follows a sensor whose update of frame 0 lay in `window`.
+/// Follows a sensor with the update of frame 0 in `window`.
 fn following(window: Window) -> Sampler {
     let mut sampler = Sampler::new(duration(PERIOD), Duration::ZERO, None);
     sampler.phase = Some(Phase::new(PERIOD, 0, window));
@@ -28,7 +28,7 @@ fn read(at: Ns, content: u64) -> Read {
     }
 }
 
-/// The first row and its number.
+/// The first record and its number.
 fn first_row(sampler: &mut Sampler) -> Option<u64> {
     std::iter::from_fn(|| sampler.next_event()).find_map(|event| match event {
         Event::Record { seq, .. } => Some(seq),
@@ -72,7 +72,7 @@ fn a_still_scene_whose_bounds_are_lost_is_waited_for_up_to_half_a_period_behind_
     assert!(sampler.is_lost(1), "{expected:?}");
     let read = read(expected.middle(), 1);
     sampler.unchanged(&read);
-    // Half of what is left of half a period.
+    // Half of the rest of half a period.
     assert_eq!(sampler.next_at, read.after + (50 * MS - 1) / 2);
 }
 
@@ -130,7 +130,7 @@ fn a_read_that_is_quicker_than_the_bus_can_be_shows_how_quick_it_is() {
     assert_eq!(sampler.transfer_min, 10 * MS);
 }
 
-/// The rows and the faults of a gap of so many frames.
+/// The number of records and the faults for a gap of this many frames.
 fn listed(frames: u64) -> (u64, Vec<&'static str>) {
     let mut sampler = Sampler::new(duration(100 * MS), Duration::ZERO, None);
     sampler.miss_until(frames, 0);

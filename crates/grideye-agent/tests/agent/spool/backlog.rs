@@ -1,4 +1,4 @@
-//! What on the disk waits, and what of it is sent.
+//! Which records on the disk wait, and which of them are sent.
 
 use super::*;
 
@@ -10,7 +10,7 @@ fn only_records_that_were_put_into_the_backlog_are_sent() {
     let records: Vec<_> = (0..5).map(|seq| (Arc::clone(&id), record(seq))).collect();
     let accounts = [(id, account(frames(0..5), frames(0..5)))];
     let places = spool.write(&records, &accounts).places;
-    // The collector took those between them as they were read.
+    // The collector took those between as they were read.
     let waiting = [0, 4].map(|seq: usize| {
         let is_frame = records[seq].1.reading.frame().is_some();
         (places[seq], is_frame)

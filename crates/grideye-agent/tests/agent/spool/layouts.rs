@@ -1,18 +1,18 @@
-//! Spools of every layout that was ever released, and of a later one.
+//! Spools of every released layout, and of a later one.
 
 use super::*;
 use grideye_agent::spool::segment::{HEADER_BYTES, crc32c};
 use grideye_agent::spool::{Disk as _, Folder};
 use std::path::{Path, PathBuf};
 
-/// Written by [`leave_a_spool`] with the program of layout 1. It stays as it is when a later layout comes.
+/// Written by [`leave_a_spool`] with the program of layout 1. It stays unchanged when a later layout comes.
 const LAYOUT_1: &str = "tests/spool-layout-1";
 
 fn golden() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(LAYOUT_1)
 }
 
-/// A run that is killed when the collector has a part of its frames, and one that has its counts written down.
+/// Leaves a killed boot of which the collector has some frames, and one with saved counts.
 fn leave_a_spool(disk: &ModelDisk) {
     let mut spool = reopen(disk, "b1");
     spool_group(&mut spool, "b1", 0, 0..9);
@@ -63,8 +63,8 @@ fn a_spool_of_layout_1_is_delivered_record_by_record_and_written_on() {
     assert_eq!(disk.names(), ["state"]);
 }
 
-/// Where this fails, the layout is another one: give it the next number, keep a spool of it beside this one, and upgrade
-/// this one after a copy.
+/// If this fails, the layout changed: give it the next number, keep a spool of it next to this one, and upgrade a copy
+/// of this one.
 #[test]
 fn what_is_written_today_is_layout_1() {
     let (today, kept) = (ModelDisk::default(), of_layout_1());

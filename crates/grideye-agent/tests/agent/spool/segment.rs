@@ -1,4 +1,4 @@
-//! What is written into a segment is read back, and what was damaged is not.
+//! A segment reads back as written, except damaged parts.
 
 use grideye_agent::spool::segment::{
     Encoder, Entries, Entry, FRAME_BYTES, Fault, HEADER_BYTES, PAYLOAD_BYTES_MAX, check_header,
@@ -191,7 +191,7 @@ fn a_record_of_another_segment_does_not_pass() {
 fn a_record_of_a_stream_that_was_never_declared_or_a_length_beyond_the_limit_is_damage() {
     let mut encoder = Encoder::new(5);
     let header = encoder.header();
-    // An account, and a stream that is too long: their checksums are right.
+    // An account, and a stream that is too long, with right checksums.
     let account = vec![3, 0, 0];
     let stream = vec![1; PAYLOAD_BYTES_MAX + 1];
     for payload in [account, stream] {
@@ -199,11 +199,11 @@ fn a_record_of_a_stream_that_was_never_declared_or_a_length_beyond_the_limit_is_
         let fault = read_all(5, &bytes).1;
         assert_eq!(fault, Some(Fault::Damaged(HEADER_BYTES)));
     }
-    // A length that nothing can have, with nothing after it.
+    // An impossible length, with nothing after it.
     let bytes = [&header[..], &[0xFF; 8]].concat();
     let fault = read_all(5, &bytes).1;
     assert_eq!(fault, Some(Fault::Damaged(HEADER_BYTES)));
-    // A frame of a stream that was declared, cut.
+    // A frame of a declared stream, cut.
     let mut bytes = header;
     encoder.account(&mut bytes, &id("b"), &Account::default());
     let declared = bytes.len();
@@ -211,7 +211,7 @@ fn a_record_of_a_stream_that_was_never_declared_or_a_length_beyond_the_limit_is_
     assert_eq!(read_all(5, &bytes).1, Some(Fault::Damaged(declared)));
 }
 
-/// A payload of the segment of this number, behind its length and its checksum.
+/// A payload of the segment with this number, after its length and checksum.
 fn sealed(number: u64, payload: &[u8]) -> Vec<u8> {
     let length = u32::try_from(payload.len()).unwrap().to_le_bytes();
     let crc = crc32c(&[&number.to_le_bytes(), &length, payload]).to_le_bytes();
