@@ -71,7 +71,7 @@ impl Cell<'_> {
 
     /// Nanoseconds of a wall clock: digits, with or without a minus sign.
     pub(crate) fn nanoseconds(&self) -> Result<i64, RecordingError> {
-        let refused = || self.refused("an integer of 64 bits with sign");
+        let refused = || self.refused("a signed 64-bit integer");
         // The standard parser accepts a plus sign too.
         if self.text.starts_with('+') {
             return Err(refused());
@@ -117,7 +117,7 @@ impl Cell<'_> {
         } else {
             let nearby = decode(nearest);
             Err(self.refused(format!(
-                "a multiple of {step} degrees Celsius that the sensor can say, such as {nearby}"
+                "a multiple of {step} degrees Celsius that the sensor can report, such as {nearby}"
             )))
         }
     }
@@ -203,7 +203,7 @@ mod tests {
         for text in ["512", "-512.25", "999999999999999"] {
             assert_eq!(fault(text), format!("{range} \"{text}\""));
         }
-        let step = "line 7, column pixel3: expected a multiple of 0.25 degrees Celsius that the sensor can say, such as";
+        let step = "line 7, column pixel3: expected a multiple of 0.25 degrees Celsius that the sensor can report, such as";
         for (text, nearby) in [
             ("23.3", "23.25"),
             ("23.0625", "23"),

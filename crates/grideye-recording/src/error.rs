@@ -15,7 +15,7 @@ pub enum RecordingError {
     },
     /// Not even a header.
     #[error(
-        "line 1: expected a header that begins with {0}, found nothing\nhint: the file is empty; its writer was stopped before it began"
+        "line 1: expected a header that begins with {0}, found nothing\nhint: the file is empty; its writer stopped before the header"
     )]
     Empty(&'static str),
     /// The first line belongs to another layout or is no header.
@@ -32,7 +32,7 @@ pub enum RecordingError {
     },
     /// The file ends within a line.
     #[error(
-        "line {line}: expected a newline at its end, found the end of the file after {bytes} bytes\nhint: the file was cut here; the lines before are whole, and nothing of this line was used"
+        "line {line}: expected a newline at its end, found the end of the file after {bytes} bytes\nhint: the file was cut here; earlier lines are complete, and this one was not used"
     )]
     CutLine {
         /// The cut line.
@@ -82,7 +82,7 @@ pub enum RecordingError {
     },
     /// Sequence numbers that do not rise within their stream.
     #[error(
-        "line {line}, column seq: expected more than {previous} in stream {stream}, found {found}\nhint: a frame stands in a recording once, and in order; was the file joined from two?"
+        "line {line}, column seq: expected more than {previous} in stream {stream}, found {found}\nhint: each frame appears once, in order; was the file joined from two?"
     )]
     NotAscending {
         /// The line.
@@ -106,7 +106,7 @@ pub enum RecordingError {
     },
     /// A file name without the date that the LINAIGE layout needs.
     #[error(
-        "file name {0}: expected a date as in Session2_2021-07-01_RoomB_v2.csv, found none\nhint: rows of this layout tell the time of day only; the date is taken from the name"
+        "file name {0}: expected a date as in Session2_2021-07-01_RoomB_v2.csv, found none\nhint: rows of this layout give only the time of day; the date comes from the name"
     )]
     FileNameWithoutDate(String),
     /// An array without frames of this sensor, or a cut one.
@@ -121,7 +121,7 @@ pub enum RecordingError {
     },
     /// A temperature that no sensor word represents.
     #[error(
-        "{place}: expected a multiple of 0.25 degrees Celsius from -512 to 511.75, found {found}\nhint: frames that were rounded, averaged or interpolated are no longer what the sensor sent; keep them as they were read"
+        "{place}: expected a multiple of 0.25 degrees Celsius from -512 to 511.75, found {found}\nhint: rounded, averaged or interpolated frames are no longer what the sensor sent; keep them as read"
     )]
     BareValue {
         /// Where in the file.
@@ -130,7 +130,7 @@ pub enum RecordingError {
         found: String,
     },
     /// Writing an earlier row failed; the file ends there.
-    #[error("line {0}: expected a sound file to write to, found one whose last row failed")]
+    #[error("line {0}: expected an intact file, found one with a failed last row")]
     WriterBroken(u64),
 }
 

@@ -152,7 +152,7 @@ impl fmt::Display for Summary {
             write!(formatter, "; {} missing", account.missing)?;
         }
         for bus in &self.hung_buses {
-            write!(formatter, "\n{bus}: hung in a transfer")?;
+            write!(formatter, "\n{bus}: stuck in a transfer")?;
         }
         Ok(())
     }

@@ -21,7 +21,7 @@ use std::time::Duration;
 #[non_exhaustive]
 pub enum StartError {
     /// The system could not create the named thread.
-    #[error("no thread for {0}: {1}\nhint: is the system out of memory?")]
+    #[error("cannot start thread {0}: {1}\nhint: is the system out of memory?")]
     Thread(String, io::Error),
     /// Another agent uses the spool's folder, or a later version wrote it.
     #[error("{0}")]
@@ -42,7 +42,7 @@ pub enum StartError {
     )]
     Credentials(String),
     /// Two sensors share this name.
-    #[error("sensor {0} is there twice\nhint: name each bus and each address once")]
+    #[error("duplicate sensor {0}\nhint: name each bus and each address once")]
     SensorTwice(String),
 }
 

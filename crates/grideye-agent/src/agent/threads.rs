@@ -100,7 +100,7 @@ impl BusThread {
                 });
             if let Err(error) = watchdog {
                 self.log
-                    .warning(format!("{bus}: no thread to watch it: {error}"));
+                    .warning(format!("{bus}: cannot start its watchdog: {error}"));
             }
             let _over = Over(&watched);
             worker.run(&self);

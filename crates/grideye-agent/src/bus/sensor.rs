@@ -135,7 +135,7 @@ impl Sensor {
         let costs_frames = kind == OUT_OF_STEP || kind.parse::<NoData>().is_ok();
         if !costs_frames {
             if self.said.insert(kind) {
-                log.warning(format!("{}: {kind}, said once and counted", self.id));
+                log.warning(format!("{}: {kind}, logged once, then counted", self.id));
             }
             return;
         }

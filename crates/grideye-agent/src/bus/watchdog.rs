@@ -84,8 +84,8 @@ impl Watched {
             };
             if is_new {
                 log.error(format!(
-                    "{bus}: hangs in a transfer since {:.0} s\nhint: the other buses and the uploads go on; if it stays so, \
-                     look at the wires and the adapter, and restart the device",
+                    "{bus}: transfer has been stuck for {:.0} s\nhint: the other buses and the uploads continue; if it stays stuck, \
+                     check the wires and the adapter, and restart the device",
                     since.as_secs_f64()
                 ));
             }

@@ -197,7 +197,7 @@ impl<O: OpenBus> Worker<O> {
         if self.watched.end() {
             let name = self.opener.name();
             self.log
-                .warning(format!("{name}: the transfer that hung has ended"));
+                .warning(format!("{name}: the stuck transfer has ended"));
         }
         self.watched.with(|sensors| {
             if let Some(sensor) = sensors.get_mut(index) {
@@ -220,7 +220,7 @@ impl<O: OpenBus> Worker<O> {
             self.faults_in_a_row = 0;
             let name = self.opener.name();
             self.log
-                .warning(format!("{name}: closed after {reason}, to be opened again"));
+                .warning(format!("{name}: closed after {reason}; it will be reopened"));
             self.reopen_later(self.clock.boot(), reason);
         }
     }

@@ -60,7 +60,7 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     if stopping.load(Ordering::SeqCst) {
         let (held, flush_s) = (agent.held(), FLUSH_FOR.as_secs());
         let line = format!(
-            "stopping; {held} records are being delivered, for {flush_s} s at most (a second signal ends at once and loses them)"
+            "stopping; delivering {held} records for up to {flush_s} s (a second signal exits at once and loses them)"
         );
         log.line(Level::Info, line);
     }

@@ -207,7 +207,7 @@ impl Place<'_> {
             return Ok(());
         }
         let message = format!(
-            "ring_frames: expected at least {needed}, which are {seconds} s of these sensors, found {}",
+            "ring_frames: expected at least {needed} ({seconds} s of these sensors), found {}",
             config.ring_frames
         );
         let hint = format!("write ring_frames = {needed}, or lower spool.after_ms");
@@ -229,7 +229,7 @@ impl Place<'_> {
         let hint = if collector.is_some_and(|url| url.get_ref().starts_with("https://")) {
             "https goes with a token and a pin: paste the line that `grideye enroll DEVICE` prints on the collector's machine, instead of this key"
         } else {
-            "give the collector's address and port alone, for example http://192.168.1.20:8833"
+            "give only the collector's address and port, for example http://192.168.1.20:8833"
         };
         let understand = |found: &String| {
             let url = found.trim_end_matches('/');
@@ -259,7 +259,7 @@ impl Place<'_> {
             listen,
             |found| found.parse().ok().filter(|at: &SocketAddr| at.ip().is_loopback()),
             "listen: expected an address and port of this machine",
-            "listen = \"127.0.0.1:8834\"; what other machines want to know, the collector tells them: GET /v1/devices, /metrics",
+            "listen = \"127.0.0.1:8834\"; other machines can ask the collector: GET /v1/devices, /metrics",
         )
     }
 
@@ -325,7 +325,7 @@ impl Place<'_> {
             raw.rate_hz.as_ref(),
             |found| u8::try_from(*found).ok().and_then(FrameRate::from_fps),
             "rate_hz: expected 10 or 1",
-            "the sensor measures ten times or once a second and at no other rate",
+            "the sensor measures either 10 times or once per second",
         )?;
         Ok(SensorConfig {
             rate: rate.unwrap_or(FrameRate::Ten),

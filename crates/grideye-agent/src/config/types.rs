@@ -188,12 +188,12 @@ impl fmt::Display for Guarantee {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             formatter,
-            "a loss of power or a killed agent costs at most the {} frames that were read in the last {:.2} s and are not acknowledged",
+            "a power cut or a killed agent costs at most {} frames: those read in the last {:.2} s and not acknowledged",
             self.frames, self.seconds
         )?;
         if self.needs_disk {
             let sync_s = SYNC_MAX.as_secs_f64();
-            write!(formatter, ", while the disk syncs within {sync_s:.3} s")?;
+            write!(formatter, ", if the disk syncs within {sync_s:.3} s")?;
         }
         Ok(())
     }
@@ -240,7 +240,7 @@ pub enum ConfigError {
     Refused(String, String, String),
     /// The configuration names one collector, and the agent joined another.
     #[error(
-        "the configuration names the collector {0}, and this agent joined {1}\nhint: take the line `collector` out of the configuration, or remove the file collector.toml"
+        "the configuration names collector {0}, but this agent joined {1}\nhint: remove the line `collector` from the configuration, or the file collector.toml"
     )]
     TwoCollectors(String, String),
     /// This file has this many bytes, more than [`CONFIG_BYTES_MAX`].

@@ -304,7 +304,7 @@ impl<P: Post> Scheduler<P> {
                 .info(format!("delivering again; {left} records wait in memory"));
         }
         if self.held_said.remove(&boot).is_some() {
-            let line = format!("what is left of run {boot} is being delivered again");
+            let line = format!("the rest of boot {boot} is being delivered again");
             self.log.info(line);
         }
         // Long enough to limit the backlog's rate.
@@ -357,7 +357,7 @@ impl<P: Post> Scheduler<P> {
             [item] => {
                 let kept = self.drop_refused(lane, item, status);
                 self.log.error(format!(
-                    "the collector refused a record for ever, status {status}: {said}; set aside{kept}"
+                    "the collector rejected a record permanently, status {status}: {said}; set aside{kept}"
                 ));
                 self.turn(lane).due = self.time();
             }
@@ -406,8 +406,8 @@ impl<P: Post> Scheduler<P> {
             return;
         }
         self.log.error(format!(
-            "{why}; {frames} frames of device {device}, run {boot}, are held in the spool and tried again every {} min; all others go on\n\
-             hint: let this agent send as {device} too, or set `device` in its configuration back to that until they have arrived",
+            "{why}; {frames} frames of device {device}, boot {boot}, stay in the spool and are retried every {} min; all others continue\n\
+             hint: allow this agent to send as {device} too, or set `device` in its configuration back to {device} until they have arrived",
             HELD_FOR.as_secs() / 60
         ));
         self.held_said.insert(boot.clone(), why);

@@ -174,7 +174,7 @@ impl Spooler {
         }
         self.slowest = took;
         self.log.warning(format!(
-            "the spool's disk took {:.2} s for a write: a loss of power then costs the frames of so long, where {:.3} s are stated\nhint: see what else writes to the card; one that often takes so long is worn",
+            "the spool's disk took {:.2} s for a write: a power cut could lose that much data (limit: {:.3} s)\nhint: see what else writes to the card; a card that is often this slow is worn out",
             took.as_secs_f64(),
             SYNC_MAX.as_secs_f64()
         ));
@@ -199,7 +199,7 @@ impl Spooler {
         });
         if frames > 0 {
             self.log.error(format!(
-                "the spool is full: the oldest {frames} frames of the backlog were dropped\nhint: raise spool.mib_max, or look why the collector is away"
+                "the spool is full: the oldest {frames} frames of the backlog were dropped\nhint: raise spool.mib_max, or find out why the collector is away"
             ));
         }
         match written.error {
@@ -266,7 +266,7 @@ impl Spooler {
         let tidied = spool.tidy(&places, false);
         let closed = tidied.and_then(|()| spool.close(&places, &accounts));
         if closed.is_err() {
-            self.log.warning("the spool's state could not be written: the next start may send frames a second time, which changes nothing");
+            self.log.warning("the spool's state could not be written: the next start may send some frames again, which is harmless");
         }
     }
 }
@@ -298,11 +298,11 @@ fn kind_and_hint(error: &io::Error) -> (&'static str, &'static str) {
         ),
         io::ErrorKind::ReadOnlyFilesystem | io::ErrorKind::PermissionDenied => (
             SPOOL_READ_ONLY,
-            "make the folder writable; a card that has turned read-only is at its end (`dmesg` says so)",
+            "make the folder writable; a card that turned read-only is worn out (see `dmesg`)",
         ),
         _ => (
             SPOOL_FAILED,
-            "look at `dmesg`: a card that gives errors is at its end",
+            "see `dmesg`: a card with errors is worn out",
         ),
     }
 }

@@ -85,11 +85,11 @@ fn page(request: &str, health: &Health) -> Page {
         name.eq_ignore_ascii_case("host").then(|| value.trim())
     });
     if !hosts.next().is_some_and(is_of_this_machine) || hosts.next().is_some() {
-        let what = "ask by a name of this machine, such as localhost\n";
+        let what = "the Host header must name this machine, such as localhost\n";
         return plain("403 Forbidden", what);
     }
     if method != "GET" {
-        return plain("405 Method Not Allowed", "GET alone\n");
+        return plain("405 Method Not Allowed", "use GET\n");
     }
     match path {
         "/health" => {
@@ -102,7 +102,7 @@ fn page(request: &str, health: &Health) -> Page {
             (status, "application/json", format!("{json}\n"))
         }
         "/metrics" => ("200 OK", CONTENT_TYPE, health.to_prometheus()),
-        _ => plain("404 Not Found", "there are /health and /metrics\n"),
+        _ => plain("404 Not Found", "the pages are /health and /metrics\n"),
     }
 }
 

@@ -190,7 +190,7 @@ fn of_the_delivery(text: &mut Text, look: &Look) {
     text.counter("grideye_agent_posts_total", posts);
     text.sample(&[("outcome", "accepted")], delivery.posts_accepted);
     text.sample(&[("outcome", "failed")], delivery.posts_failed);
-    let failures = "Posts that failed since the last that was accepted.";
+    let failures = "Posts failed since the last accepted one.";
     text.gauge("grideye_agent_post_failures_in_a_row", failures);
     text.sample(&[], delivery.failures_in_a_row);
     if let Some(age_s) = look.since(delivery.last_accepted) {
@@ -203,7 +203,7 @@ fn of_the_delivery(text: &mut Text, look: &Look) {
 fn of_the_sensors(text: &mut Text, look: &Look) {
     text.counter("grideye_agent_sensor_read_total", "Frames read.");
     of_each(text, look, |sensor| sensor.account.read);
-    let missing = "Frames missed, each a row.";
+    let missing = "Frames missed, each recorded with a reason.";
     text.counter("grideye_agent_sensor_missing_total", missing);
     of_each(text, look, |sensor| sensor.account.missing);
     let stored = "Frames that the collector has on disk.";
@@ -212,7 +212,7 @@ fn of_the_sensors(text: &mut Text, look: &Look) {
     let spooled = "Frames read and not acknowledged.";
     text.gauge("grideye_agent_sensor_spooled", spooled);
     of_each(text, look, |sensor| sensor.account.spooled);
-    let dropped = "Frames given up, by reason.";
+    let dropped = "Frames dropped, by reason.";
     text.counter("grideye_agent_sensor_dropped_total", dropped);
     by_reason(text, look, |sensor| &sensor.account.dropped);
     text.counter("grideye_agent_sensor_errors_total", "Faults, by kind.");

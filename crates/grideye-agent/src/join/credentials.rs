@@ -41,7 +41,7 @@ impl Secret {
         if is_plain && (1..=TOKEN_CHARS_MAX).contains(&text.len()) {
             return Ok(Self(text.to_owned()));
         }
-        let what = "the token is empty, cut, or holds what no token holds";
+        let what = "the token is empty, cut, or contains a character that no token has";
         Err(NotJoined(what.to_owned()))
     }
 
@@ -130,5 +130,5 @@ pub(crate) fn check_url(url: &str) -> Result<(), String> {
     if authority.is_some_and(is_host_and_port) {
         return Ok(());
     }
-    Err("the collector is not named as https://HOST:PORT".to_owned())
+    Err("expected the collector as https://HOST:PORT".to_owned())
 }

@@ -80,7 +80,7 @@ impl FromStr for JoinLine {
                 .ok_or_else(|| refuse("a part of it has no `=`"))?;
             let is_new = match name {
                 "device" => {
-                    check_name(value).map_err(|_no_name| refuse("its device has no name"))?;
+                    check_name(value).map_err(|_no_name| refuse("its device name is not valid"))?;
                     line.device.replace(value.to_owned()).is_none()
                 }
                 "token" => {
@@ -96,11 +96,11 @@ impl FromStr for JoinLine {
                 ))?,
             };
             if !is_new {
-                return Err(refuse("a part of it is there twice"));
+                return Err(refuse("a part of it is duplicated"));
             }
         }
         if line.collector.starts_with("https://") != line.pin.is_some() {
-            return Err(refuse("https goes with a pin, and http without"));
+            return Err(refuse("https requires a pin, and http allows none"));
         }
         Ok(line)
     }
@@ -146,14 +146,14 @@ impl Joined {
         })?;
         check_url(&file.collector).map_err(refuse)?;
         if file.collector.starts_with("https://") != file.authority.is_some() {
-            let what = "https goes with an authority, and http without";
+            let what = "https requires an authority, and http allows none";
             return Err(refuse(what.to_owned()));
         }
         let token = file.token.map(|token| Secret::new(&token)).transpose();
         let client = match (file.client_certificate, file.client_key) {
             (None, None) => None,
             (Some(chain), Some(key)) => Some(ClientCertificate { chain, key }),
-            _ => return Err(refuse("a certificate goes with its key".to_owned())),
+            _ => return Err(refuse("a certificate and its key must both be there".to_owned())),
         };
         Ok(Self {
             collector: file.collector,

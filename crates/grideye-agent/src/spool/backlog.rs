@@ -42,7 +42,7 @@ impl Spool {
             if let Some(first) = items.first().map(|item| Arc::clone(&item.stream)) {
                 return Ok(Some(Batch::on_disk(&first.device, &first.boot, items)));
             }
-            self.quarantine_unreadable(segment, "what was written is not what is read");
+            self.quarantine_unreadable(segment, "its bytes changed on the disk");
         }
         Ok(None)
     }

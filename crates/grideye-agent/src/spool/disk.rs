@@ -67,7 +67,7 @@ pub trait Disk: Send {
 pub enum OpenError {
     /// A later version of this program wrote this file in this layout; the last number is the newest layout known here.
     #[error(
-        "{0} has layout {1}, and this program knows layouts up to {2}\nhint: start the version of grideye-agent that wrote it, or a newer one; or name an empty spool.folder: this folder stays as it is, and that version can deliver it"
+        "{0} has layout {1}, but this program knows layouts up to {2}\nhint: run the version of grideye-agent that wrote it, or a newer one; or set spool.folder to an empty folder: this one stays unchanged, and that version can deliver it"
     )]
     Newer(String, u32, u32),
     /// The disk cannot be read.

@@ -61,7 +61,7 @@ impl Spool {
     pub(super) fn check_quarantine_room(&mut self, length: usize) -> io::Result<()> {
         let length = u64::try_from(length).unwrap_or(u64::MAX);
         if self.quarantine_bytes.saturating_add(length) > QUARANTINE_BYTES_MAX {
-            let full = "the quarantine is full: what is set aside is counted and not kept\nhint: look at it, then empty the folder";
+            let full = "the quarantine is full: further data is counted but not stored\nhint: look at its files, then empty the folder";
             return Err(io::Error::new(io::ErrorKind::StorageFull, full));
         }
         self.quarantine_bytes += length;

@@ -31,7 +31,7 @@ impl Spool {
             Err(error) => {
                 self.segments.remove(&number);
                 self.say(&format!(
-                    "{name} cannot be read ({error}), and is left where it is"
+                    "{name} cannot be read ({error}) and stays in place"
                 ));
             }
         }
@@ -106,7 +106,7 @@ impl Spool {
             format!("set aside as {aside}")
         });
         self.say(&format!(
-            "state is damaged: {what}; some frames may be sent a second time, which changes nothing"
+            "state is damaged: {what}; some frames may be sent again, which is harmless"
         ));
     }
 
@@ -115,7 +115,7 @@ impl Spool {
         if surplus > 0 {
             self.runs.drain(..surplus);
             self.say(&format!(
-                "more than {RUNS_MAX} runs ended without a word to the collector; the oldest {surplus} are forgotten, and what they lost stays uncounted"
+                "more than {RUNS_MAX} boots ended without a report to the collector; the oldest {surplus} are forgotten, and their losses stay uncounted"
             ));
         }
     }
@@ -226,7 +226,7 @@ impl Spool {
             Err(error) => format!("not kept: {error}"),
         };
         self.say(&format!(
-            "{name}: {fault}, as a loss of power leaves it; the last {} bytes are {what}, and what was before them is delivered",
+            "{name}: {fault}, as after a power cut; the last {} bytes are {what}, and everything before them is delivered",
             rest.len()
         ));
     }

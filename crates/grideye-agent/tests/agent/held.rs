@@ -159,7 +159,7 @@ fn a_backlog_that_is_forbidden_is_held_in_sight_and_all_else_goes_on() {
     let said = agent.said(Level::Error);
     assert_eq!(said.len(), 1, "{said:?}");
     assert!(
-        said[0].starts_with("the collector forbids it, status 403: the token is not for this device; 90 frames of device old, run b1, are held in the spool and tried again every 10 min; all others go on\nhint: "),
+        said[0].starts_with("the collector forbids it, status 403: the token is not for this device; 90 frames of device old, boot b1, stay in the spool and are retried every 10 min; all others continue\nhint: "),
         "{said:?}"
     );
     // It is retried, and the log does not repeat itself.
@@ -179,7 +179,7 @@ fn a_backlog_that_is_forbidden_is_held_in_sight_and_all_else_goes_on() {
     assert_eq!(numbers(&line, "old"), (0..100).collect::<Vec<_>>());
     assert_eq!(
         agent.said(Level::Info),
-        ["what is left of run b1 is being delivered again"]
+        ["the rest of boot b1 is being delivered again"]
     );
     assert_eq!(disk.names(), ["state"]);
 }

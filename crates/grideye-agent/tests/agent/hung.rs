@@ -170,7 +170,7 @@ fn a_hung_bus_has_rows_with_a_reason_while_it_hangs_and_the_count_goes_on_behind
             .filter(|(of, line)| *of == level && line.starts_with(words));
         hits.count()
     };
-    assert_eq!(said(Level::Error, "/dev/i2c-3: hangs in a transfer"), 1);
+    assert_eq!(said(Level::Error, "/dev/i2c-3: transfer has been stuck"), 1);
     assert_eq!(said(Level::Error, "/dev/i2c-1"), 0, "{lines:?}");
 }
 

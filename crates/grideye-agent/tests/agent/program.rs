@@ -114,7 +114,7 @@ fn a_failed_check_ends_with_1_and_is_one_line_of_json_for_programs() {
     let spooling = NO_BUS.replacen("[[bus]]", "[spool]\n[[bus]]", 1);
     let config = configuration(&spooling);
     let path = config.path().to_str().unwrap();
-    let said = "spool: mode outage: a loss of power or a killed agent costs at most the 109 frames";
+    let said = "spool: mode outage: a power cut or a killed agent costs at most 109 frames";
     assert_ends(&["check", "--config", path], 1, said);
     let output = agent(&["check", "--json", "--config", path]);
     let text = String::from_utf8(output.stdout).unwrap();

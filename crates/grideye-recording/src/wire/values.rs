@@ -26,7 +26,7 @@ impl Expected for u64 {
 }
 
 impl Expected for i64 {
-    const EXPECTED: &'static str = "an integer of 64 bits with sign";
+    const EXPECTED: &'static str = "a signed 64-bit integer";
 }
 
 impl Expected for ClockState {

@@ -114,9 +114,9 @@ fn a_file_cut_at_any_byte_is_read_up_to_the_cut_and_the_place_is_named() {
         assert_eq!(read, rows[..whole_lines.saturating_sub(1)], "cut at {cut}");
         let line = whole_lines + 1;
         let expected = match (whole_lines, into_line) {
-            (0, 0) => Some("line 1: expected a header that begins with device,sensor,boot,seq, found nothing\nhint: the file is empty; its writer was stopped before it began".to_owned()),
+            (0, 0) => Some("line 1: expected a header that begins with device,sensor,boot,seq, found nothing\nhint: the file is empty; its writer stopped before the header".to_owned()),
             (_, 0) => None,
-            _ => Some(format!("line {line}: expected a newline at its end, found the end of the file after {into_line} bytes\nhint: the file was cut here; the lines before are whole, and nothing of this line was used")),
+            _ => Some(format!("line {line}: expected a newline at its end, found the end of the file after {into_line} bytes\nhint: the file was cut here; earlier lines are complete, and this one was not used")),
         };
         assert_eq!(fault, expected, "cut at {cut}");
     }
@@ -133,25 +133,25 @@ fn each_fault_in_a_row_is_named_with_line_and_column() {
         ("5f0c", "", format!("line 2, column boot: expected {name}, found \"\"")),
         ("5f0c,0,", "5f0c,+0,", format!("line 2, column seq: expected {count}, found \"+0\"")),
         ("81000000000", "-1", format!("line 2, column t_boot_ns: expected {count}, found \"-1\"")),
-        (",-1,", ",-1.5,", "line 2, column t_utc_ns: expected an integer of 64 bits with sign, found \"-1.5\"".to_owned()),
+        (",-1,", ",-1.5,", "line 2, column t_utc_ns: expected a signed 64-bit integer, found \"-1.5\"".to_owned()),
         ("unsynced", "set", "line 2, column clock: expected one of unsynced synced stepped, found \"set\"".to_owned()),
-        (",1625163247250000000,", ",soon,", "line 2, column t_arrival_ns: expected an integer of 64 bits with sign, found \"soon\"".to_owned()),
+        (",1625163247250000000,", ",soon,", "line 2, column t_arrival_ns: expected a signed 64-bit integer, found \"soon\"".to_owned()),
         (",nack,", ",sulking,", format!("line 5, column missing: expected nothing, or one of {}, found \"sulking\"", NoData::ALL.iter().map(ToString::to_string).collect::<Vec<_>>().join(" "))),
         (",nack,,", ",nack,25,", "line 5, column thermistor: expected an empty cell, since the frame is missing (nack), found \"25\"".to_owned()),
         (",,\npi-1,i2c-1:0x68,5f0c,2", ",,7\npi-1,i2c-1:0x68,5f0c,2", "line 5, column pixel64: expected an empty cell, since the frame is missing (nack), found \"7\"".to_owned()),
         (",nack,", ",,", "line 5, column thermistor: expected degrees Celsius as a plain decimal number, found an empty cell".to_owned()),
-        ("25.0625", "25.06", "line 3, column thermistor: expected a multiple of 0.0625 degrees Celsius that the sensor can say, such as 25.0625, found \"25.06\"".to_owned()),
+        ("25.0625", "25.06", "line 3, column thermistor: expected a multiple of 0.0625 degrees Celsius that the sensor can report, such as 25.0625, found \"25.06\"".to_owned()),
         ("25.0625", "128", "line 3, column thermistor: expected -127.9375 to 127.9375 degrees Celsius, found \"128\"".to_owned()),
         (",511.75,", ",512,", "line 2, column pixel8: expected -512 to 511.75 degrees Celsius, found \"512\"".to_owned()),
         (",-512,", ",-512.25,", "line 2, column pixel9: expected -512 to 511.75 degrees Celsius, found \"-512.25\"".to_owned()),
-        (",23.25,", ",23.3,", "line 3, column pixel1: expected a multiple of 0.25 degrees Celsius that the sensor can say, such as 23.25, found \"23.3\"".to_owned()),
+        (",23.25,", ",23.3,", "line 3, column pixel1: expected a multiple of 0.25 degrees Celsius that the sensor can report, such as 23.25, found \"23.3\"".to_owned()),
         (",23.25,", ",NaN,", "line 3, column pixel1: expected degrees Celsius as a plain decimal number, found \"NaN\"".to_owned()),
         (",23.25,", ",,", "line 3, column pixel1: expected degrees Celsius as a plain decimal number, found an empty cell".to_owned()),
         (",23.25,", ",\"23.25\",", "line 3, column pixel1: expected degrees Celsius as a plain decimal number, found \"\"23.25\"\"".to_owned()),
         (",23.25,", ",", "line 3: expected 74 fields, found 73\nhint: 1 short: every row has all 64 pixels, empty ones included".to_owned()),
         (",23.25,", ",23.25,23.25,", "line 3: expected 74 fields, found 75".to_owned()),
         ("\npi-1,i2c-1:0x69", "\n\npi-1,i2c-1:0x69", "line 3: expected 74 fields, found 1".to_owned()),
-        ("0x68,5f0c,1,", "0x68,5f0c,0,", "line 4, column seq: expected more than 0 in stream pi-1 i2c-1:0x68 5f0c, found 0\nhint: a frame stands in a recording once, and in order; was the file joined from two?".to_owned()),
+        ("0x68,5f0c,1,", "0x68,5f0c,0,", "line 4, column seq: expected more than 0 in stream pi-1 i2c-1:0x68 5f0c, found 0\nhint: each frame appears once, in order; was the file joined from two?".to_owned()),
         (",pixel64\n", "\n", "line 1, field 74: expected the column name pixel64, found the end of the line\nhint: recordings/README.md states the columns of each layout".to_owned()),
         (",pixel64\n", ",pixel64,x\n", "line 1, field 75: expected the column name none: the line ends here, found \"x\"\nhint: recordings/README.md states the columns of each layout".to_owned()),
         ("boot", "start", "line 1, field 3: expected the column name boot, found \"start\"\nhint: recordings/README.md states the columns of each layout".to_owned()),
@@ -375,7 +375,7 @@ fn after_half_a_row_nothing_more_is_written() {
         writer.write(&rows[5]).unwrap_err().to_string(),
         "line 7: no space left on device"
     );
-    let broken = "line 7: expected a sound file to write to, found one whose last row failed";
+    let broken = "line 7: expected an intact file, found one with a failed last row";
     assert_eq!(writer.write(&rows[5]).unwrap_err().to_string(), broken);
     assert_eq!(writer.finish().unwrap_err().to_string(), broken);
     assert!(matches!(

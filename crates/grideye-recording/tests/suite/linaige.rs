@@ -216,7 +216,7 @@ fn each_fault_in_a_row_is_named_with_line_and_column() {
         (
             "30.625,",
             "30.62,",
-            "line 2, column thermistor: expected a multiple of 0.0625 degrees Celsius that the sensor can say, such as 30.625, found \"30.62\"",
+            "line 2, column thermistor: expected a multiple of 0.0625 degrees Celsius that the sensor can report, such as 30.625, found \"30.62\"",
         ),
         (
             ",26.5,25.5,",

@@ -152,7 +152,7 @@ fn a_fault_in_a_field_is_named_with_its_path() {
         ("17,", "9223372036854775808,", format!("{frame}.seq: expected {COUNT}, found integer `9223372036854775808`")),
         ("17,", "17.0,", format!("{frame}.seq: expected {COUNT}, found floating point `17.0`")),
         ("17,", "\"17\",", format!("{frame}.seq: expected {COUNT}, found string \"17\"")),
-        ("1625163247274925000", "9223372036854775808", format!("{frame}.t_utc_ns: expected an integer of 64 bits with sign, found integer `9223372036854775808`")),
+        ("1625163247274925000", "9223372036854775808", format!("{frame}.t_utc_ns: expected a signed 64-bit integer, found integer `9223372036854775808`")),
         (r#""synced""#, r#""Synced""#, format!("{frame}.clock: expected one of unsynced synced stepped, found string \"Synced\"")),
         ("402", "65536", format!("{frame}.thermistor_raw: expected an integer from 0 to 65535, found integer `65536`")),
         ("402", "null", format!("{frame}.thermistor_raw: expected an integer from 0 to 65535, found null")),

@@ -66,7 +66,7 @@ impl Starved {
 
 /// Checks that the offset between each frame's number and its true number changes only when the sampler reports it,
 /// that no frame is repeated or out of order, and that a thermistor of another frame is counted. Returns how often the
-/// offset changed.
+/// sampler reported an estimate.
 fn assert_true_numbers(outcome: &Outcome) -> Result<usize, TestCaseError> {
     let mut distance = None;
     let mut last = None;

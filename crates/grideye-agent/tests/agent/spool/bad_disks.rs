@@ -231,5 +231,5 @@ fn a_disk_slower_than_what_is_stated_is_counted_and_said_once_until_it_gets_wors
         lines[0].starts_with("the spool's disk took 0.1"),
         "{lines:?}"
     );
-    assert!(lines[1].contains("where 0.125 s are stated\nhint: "));
+    assert!(lines[1].contains("(limit: 0.125 s)\nhint: "));
 }

@@ -98,7 +98,7 @@ fn a_spool_of_a_later_layout_is_refused_by_name_and_left_as_it_is() {
         let error =
             Spool::open(Box::new(disk.clone()), limits(), "pi", "b3", &sensors).unwrap_err();
         let expected =
-            format!("{name} has layout 2, and this program knows layouts up to 1\nhint: ");
+            format!("{name} has layout 2, but this program knows layouts up to 1\nhint: ");
         assert!(error.to_string().starts_with(&expected), "{error}");
         assert_eq!(disk.names(), of_layout_1().names());
         let after: Vec<_> = disk.names().iter().map(|name| disk.bytes(name)).collect();
