@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stamp_shows_the_wall_time_of_the_moment_and_not_of_the_stamping() {
+    fn a_stamp_has_the_wall_time_of_its_event_not_of_the_stamping() {
         let clock = Scripted {
             boot_ms: 5_020.into(),
             utc_ms: 1_700_000_000_020.into(),

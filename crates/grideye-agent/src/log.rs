@@ -104,7 +104,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_line_as_json_is_one_object_on_one_line_with_its_hint_apart() {
+    fn a_json_log_line_is_one_object_with_a_separate_hint() {
         let json = as_json(Level::Warning, "upload", "a \"b\"\nc\nhint: d");
         assert_eq!(json.to_string().lines().count(), 1);
         let expected = serde_json::json!({"level": "warning", "part": "upload", "message": "a \"b\"\nc", "hint": "d"});

@@ -184,13 +184,13 @@ mod tests {
     }
 
     #[test]
-    fn zeros_that_a_table_program_adds_are_taken() {
+    fn trailing_zeros_of_a_spreadsheet_are_accepted() {
         assert_eq!(cell("18.0").pixel().unwrap(), cell("18").pixel().unwrap());
         assert_eq!(cell("-0.250000").pixel().unwrap(), PixelWord(0xFFF));
     }
 
     #[test]
-    fn what_is_no_temperature_of_the_sensor_is_refused_with_the_place() {
+    fn an_impossible_temperature_is_rejected_with_its_place() {
         let plain =
             "line 7, column pixel3: expected degrees Celsius as a plain decimal number, found";
         for text in

@@ -30,7 +30,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_stranger_wrote_can_neither_flood_nor_steer_a_terminal() {
+    fn untrusted_text_can_neither_flood_nor_control_a_terminal() {
         assert_eq!(quoted("pi-1"), "\"pi-1\"");
         assert_eq!(shortened("a\u{1b}[2Jb\r\n"), "a\\u{1b}[2Jb\\r\\n");
         assert_eq!(shortened("\u{202e}"), "\\u{202e}");

@@ -276,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn the_clock_of_a_bus_is_what_the_device_tree_says_or_unknown() {
+    fn a_bus_clock_is_read_from_the_device_tree_or_unknown() {
         let adapters = tempfile::tempdir().unwrap();
         let node = adapters.path().join("i2c-1/of_node");
         std::fs::create_dir_all(&node).unwrap();

@@ -130,7 +130,7 @@ mod tests {
     const HUNG_AFTER: Duration = Duration::from_millis(10);
 
     #[test]
-    fn what_has_come_back_does_not_hang_however_long_ago_and_what_has_not_hangs_once_anew() {
+    fn a_finished_transfer_never_counts_as_hung_and_a_stuck_one_is_new_once() {
         let watched = Watched::new(Vec::new());
         watched.begin();
         assert!(!watched.end());

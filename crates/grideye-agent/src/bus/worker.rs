@@ -219,8 +219,9 @@ impl<O: OpenBus> Worker<O> {
             self.bus = None;
             self.faults_in_a_row = 0;
             let name = self.opener.name();
-            self.log
-                .warning(format!("{name}: closed after {reason}; it will be reopened"));
+            self.log.warning(format!(
+                "{name}: closed after {reason}; it will be reopened"
+            ));
             self.reopen_later(self.clock.boot(), reason);
         }
     }

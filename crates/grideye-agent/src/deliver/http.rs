@@ -219,7 +219,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_what_will_never_be_taken_is_refused() {
+    fn only_a_permanent_error_counts_as_rejected() {
         let kind = |status, answer| match understand(status, answer, None) {
             Posted::Durable(_) => "durable",
             Posted::Refused(..) => "refused",
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_collector_says_is_cut_and_cannot_move_the_cursor() {
+    fn the_collectors_answer_is_cut_and_cannot_move_the_cursor() {
         assert_eq!(excerpt(b"no\x1b[2J\n"), "no [2J");
         assert_eq!(excerpt(&vec![b'x'; 10_000]).len(), 200);
     }

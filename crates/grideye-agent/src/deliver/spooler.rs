@@ -300,9 +300,6 @@ fn kind_and_hint(error: &io::Error) -> (&'static str, &'static str) {
             SPOOL_READ_ONLY,
             "make the folder writable; a card that turned read-only is worn out (see `dmesg`)",
         ),
-        _ => (
-            SPOOL_FAILED,
-            "see `dmesg`: a card with errors is worn out",
-        ),
+        _ => (SPOOL_FAILED, "see `dmesg`: a card with errors is worn out"),
     }
 }

@@ -153,7 +153,11 @@ impl Joined {
         let client = match (file.client_certificate, file.client_key) {
             (None, None) => None,
             (Some(chain), Some(key)) => Some(ClientCertificate { chain, key }),
-            _ => return Err(refuse("a certificate and its key must both be there".to_owned())),
+            _ => {
+                return Err(refuse(
+                    "a certificate and its key must both be there".to_owned(),
+                ));
+            }
         };
         Ok(Self {
             collector: file.collector,

@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn bits_without_a_meaning_do_not_make_a_frame_new() {
+    fn meaningless_bits_do_not_make_a_frame_new() {
         let mut garbled = uniform(100);
         for (nibble, pixel) in (0..).zip(&mut garbled.pixels) {
             pixel.0 |= (nibble % 16) << 12;
@@ -124,7 +124,7 @@ mod tests {
 
     /// Recordings contain pixels of exactly 0.0 °C among others of 25 °C, and one of 0xFFF.
     #[test]
-    fn a_pixel_that_failed_is_found_wherever_it_is() {
+    fn a_failed_pixel_is_found_anywhere() {
         for glitch in [0x000, 0xFFF] {
             for index in 0..PIXELS {
                 let mut frame = uniform(100);
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn ice_a_hot_spot_and_a_frame_about_zero_are_no_glitches() {
+    fn ice_a_hot_spot_and_a_frame_near_zero_are_not_glitches() {
         let mut ice = uniform(100);
         (ice.pixels[27], ice.pixels[28]) = (PixelWord(0), PixelWord(12));
         let mut hot = uniform(100);

@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn an_update_where_none_can_be_is_out_of_step_and_changes_nothing() {
+    fn an_impossible_update_is_out_of_step_and_changes_nothing() {
         let mut phase = Phase::new(100 * MS, 0, Window::new(0, MS));
         let before = phase.window(1);
         let early = Window::new(50 * MS, 60 * MS);

@@ -389,7 +389,7 @@ fn a_sensor_that_keeps_its_registers_through_the_set_up_is_followed_from_any_pha
 }
 
 #[test]
-fn a_link_that_was_dead_after_the_set_up_tells_nothing_of_the_phase() {
+fn a_dead_link_after_the_set_up_reveals_nothing_about_the_phase() {
     for phase in 0..25 {
         let mut model = Model::new(104 * MS, 3_100_000, |n| n);
         let mut sampler = model.sampler(100 * MS);
@@ -432,7 +432,7 @@ fn a_late_update_is_waited_for_and_not_counted_as_an_equal_frame() {
 }
 
 #[test]
-fn the_settings_are_read_back_after_a_fault_before_any_frame_is_believed() {
+fn settings_are_read_back_after_a_fault_before_any_frame_counts() {
     let mut model = Model::new(100 * MS, 3_100_000, |n| n);
     let mut sampler = model.sampler(100 * MS);
     run(&mut model, &mut sampler, 3_000 * MS, |_| ());
@@ -447,7 +447,7 @@ fn the_settings_are_read_back_after_a_fault_before_any_frame_is_believed() {
 }
 
 #[test]
-fn a_thermistor_that_dies_in_mid_frame_is_a_fault_and_one_that_stays_dead_is_data() {
+fn a_thermistor_that_dies_within_a_frame_is_a_fault_and_one_that_stays_dead_is_data() {
     for (dead, kind) in [(0, "all-zero"), (0xFFFF, "stuck-high")] {
         let mut model = Model::new(100 * MS, 3_100_000, |n| n);
         let mut sampler = model.sampler(100 * MS);
@@ -470,7 +470,7 @@ fn a_thermistor_that_dies_in_mid_frame_is_a_fault_and_one_that_stays_dead_is_dat
 }
 
 #[test]
-fn a_bus_that_hangs_owes_rows_while_it_hangs_and_what_it_brings_then_is_no_frame() {
+fn a_hung_bus_has_missing_frames_and_its_late_result_is_not_a_frame() {
     let mut model = Model::new(104 * MS, 3_100_000, |n| n);
     let mut sampler = model.sampler(100 * MS);
     let mut outcome = run(&mut model, &mut sampler, 10_000 * MS, |_| ());
@@ -495,7 +495,7 @@ fn a_bus_that_hangs_owes_rows_while_it_hangs_and_what_it_brings_then_is_no_frame
 }
 
 #[test]
-fn a_pixel_that_failed_is_counted_and_its_frame_recorded_as_it_is() {
+fn a_failed_pixel_is_counted_and_its_frame_recorded_unchanged() {
     let mut model = Model::new(100 * MS, 3_100_000, |n| n + 100);
     let mut sampler = model.sampler(100 * MS);
     run(&mut model, &mut sampler, 3_000 * MS, |_| ());
@@ -512,7 +512,7 @@ fn a_pixel_that_failed_is_counted_and_its_frame_recorded_as_it_is() {
 }
 
 #[test]
-fn a_bus_of_unknown_speed_is_not_read_more_often_than_its_reads_can_tell_anything() {
+fn a_bus_of_unknown_speed_is_not_read_in_vain() {
     let mut model = Model::new(104 * MS, 12_300_000, |n| n);
     let mut sampler = Sampler::new(duration(100 * MS), Duration::ZERO, None);
     let outcome = run(&mut model, &mut sampler, 120_000 * MS, |_| ());

@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn a_state_comes_back_and_no_flipped_bit_passes() {
+    fn a_state_round_trips_and_every_flipped_bit_is_rejected() {
         let bytes = specimen().to_bytes();
         assert_eq!(State::from_bytes(&bytes), Some(specimen()));
         for place in 0..bytes.len() {

@@ -117,7 +117,7 @@ fn a_collector_that_does_not_know_the_compact_body_gets_json() {
 }
 
 #[test]
-fn a_record_that_is_refused_for_ever_is_set_aside_and_the_rest_goes_on() {
+fn a_permanently_rejected_record_is_set_aside_and_the_rest_goes_on() {
     let collector = Collector::start(vec![Conduct::RefuseSeq(123)]);
     let (_host, agent) = read_all(&collector, 10_000, Log::silent());
     assert!(agent.wait_finished(Duration::from_secs(60)));
@@ -144,7 +144,7 @@ fn a_record_that_is_refused_for_ever_is_set_aside_and_the_rest_goes_on() {
 }
 
 #[test]
-fn a_silent_collector_is_given_up_after_the_timeout_and_tried_again() {
+fn a_post_to_a_silent_collector_times_out_and_is_retried() {
     let (collector, summary) = deliver_through(&[Conduct::Silence(2_500)]);
     assert!(summary.is_complete(), "{summary}");
     let arrivals = collector.store.lock().unwrap().arrivals.clone();
@@ -216,7 +216,7 @@ fn batches_are_bounded_a_backlog_is_sent_without_pauses_and_the_connection_is_ke
 }
 
 #[test]
-fn no_collector_at_all_ends_in_time_with_everything_still_counted() {
+fn an_agent_without_a_collector_ends_in_time_with_everything_counted() {
     let collector = Collector::storing();
     let host = Host::late_by(&[]);
     let bus = Emulated::with_sensor(&host, 400_000, Counter::at_10_hz(), 0);
@@ -263,7 +263,7 @@ fn a_post_that_hangs_does_not_hold_up_the_stop() {
 }
 
 #[test]
-fn each_reason_of_failure_is_said_once_with_the_collectors_address() {
+fn each_failure_is_logged_once_with_the_collectors_address() {
     use Conduct::{Status, Store};
     let collector = Collector::start(vec![Status(404), Status(404), Status(503), Store]);
     let lines = Arc::new(Mutex::new(Vec::new()));
@@ -420,7 +420,7 @@ fn a_bus_that_hangs_keeps_neither_the_other_bus_nor_the_uploads() {
 }
 
 #[test]
-fn an_agent_with_nothing_to_say_still_shows_that_it_is_there() {
+fn an_idle_agent_still_posts_its_account() {
     let collector = Collector::storing();
     let host = Host::late_by(&[]);
     let bus = Emulated::with_sensor(&host, 400_000, Counter::at_10_hz(), 0);

@@ -90,7 +90,7 @@ fn one_lost_acknowledge_costs_no_frame() {
 }
 
 #[test]
-fn half_a_second_without_acknowledge_costs_the_frames_of_it() {
+fn half_a_second_without_acknowledge_costs_only_its_own_frames() {
     let (records, summary) = broken(Fault::NackAddress, 500 * MS);
     assert_in_order(&records);
     assert_costs(&records, 5, 1, &[NoData::Nack]);
@@ -129,7 +129,7 @@ fn a_bus_held_low_times_out_and_the_count_goes_on() {
 }
 
 #[test]
-fn a_brown_out_is_found_by_the_settings_and_mended() {
+fn a_brown_out_is_found_by_the_settings_and_repaired() {
     let (records, summary) = broken(Fault::BrownOut, MS);
     assert_in_order(&records);
     assert!(missing(&records).len() <= 8, "{:?}", missing(&records));
@@ -137,7 +137,7 @@ fn a_brown_out_is_found_by_the_settings_and_mended() {
 }
 
 #[test]
-fn registers_stuck_high_or_all_zero_are_no_frames() {
+fn registers_stuck_high_or_all_zero_are_not_frames() {
     for (fault, reason) in [
         (Fault::StuckHigh, NoData::StuckHigh),
         (Fault::AllZero, NoData::AllZero),

@@ -28,7 +28,7 @@ fn the_annotated_configuration_is_valid_and_its_comments_show_the_defaults() {
         )]
     );
     // The default port of `grideye collect`; the page shows how to open it.
-    assert_eq!(config.collector, None, "joining says where");
+    assert_eq!(config.collector, None, "joining sets it");
     let command = "grideye collect --listen 0.0.0.0:8833\n";
     assert!(file("README.md").contains(command));
     // Every commented-out setting is the default, so uncommenting it changes nothing.

@@ -4,7 +4,7 @@ use grideye_agent::spool::{Disk as _, Folder, FolderError};
 
 /// If a removed file stayed open, later writes to its name would be lost.
 #[test]
-fn what_is_appended_after_a_removal_is_in_a_new_file() {
+fn appending_after_a_removal_makes_a_new_file() {
     let folder = tempfile::tempdir().unwrap();
     let mut disk = Folder::open(folder.path()).unwrap();
     disk.append("x", b"one").unwrap();
@@ -54,7 +54,7 @@ fn a_folder_is_a_disk_and_is_used_by_one_agent_at_a_time() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_one_is_named_with_what_to_do() {
+fn an_unusable_folder_is_named_with_a_hint() {
     let file = tempfile::NamedTempFile::new().unwrap();
     let error = Folder::open(&file.path().join("spool")).unwrap_err();
     let (text, path) = (error.to_string(), file.path().display().to_string());

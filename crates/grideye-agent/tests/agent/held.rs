@@ -143,7 +143,7 @@ fn numbers(line: &Line, device: &str) -> Vec<u64> {
 }
 
 #[test]
-fn a_backlog_that_is_forbidden_is_held_in_sight_and_all_else_goes_on() {
+fn a_forbidden_backlog_is_held_and_reported_and_all_else_goes_on() {
     let line = Line::default();
     let disk = a_disk_of_the_old_name(&line);
     let before = line.0.lock().unwrap().forbidden;
@@ -185,7 +185,7 @@ fn a_backlog_that_is_forbidden_is_held_in_sight_and_all_else_goes_on() {
 }
 
 #[test]
-fn a_run_that_left_nothing_and_is_forbidden_is_asked_for_no_more_than_one_that_left_much() {
+fn a_forbidden_boot_without_records_is_retried_no_more_often_than_one_with_many() {
     let line = Line::default();
     let disk = ModelDisk::default();
     drop(Agent::start(&disk, &line, "old", "b1"));
@@ -198,7 +198,7 @@ fn a_run_that_left_nothing_and_is_forbidden_is_asked_for_no_more_than_one_that_l
 }
 
 #[test]
-fn a_token_that_is_good_for_nothing_is_a_failure_like_any_other_and_holds_nothing() {
+fn a_useless_token_is_an_ordinary_failure_and_holds_nothing() {
     let line = Line::default();
     line.0.lock().unwrap().forbids = Some("pi");
     let disk = ModelDisk::default();

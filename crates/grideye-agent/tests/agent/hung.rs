@@ -113,7 +113,7 @@ const HANGS: &str = "i2c-3:0x69";
 fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
     let until = Instant::now() + Duration::from_secs(60);
     while !is_so() {
-        assert!(Instant::now() < until, "waited in vain for {what}");
+        assert!(Instant::now() < until, "timed out waiting for {what}");
         std::thread::sleep(Duration::from_millis(10));
     }
 }
@@ -124,7 +124,7 @@ fn frames(collector: &Collector, sensor: &str) -> usize {
 }
 
 #[test]
-fn a_hung_bus_has_rows_with_a_reason_while_it_hangs_and_the_count_goes_on_behind_it() {
+fn a_hung_bus_has_missing_frames_with_a_reason_and_the_count_goes_on() {
     let collector = Collector::storing();
     // The set-up and about 30 frames come first.
     let rig = rig(&collector, 120);
@@ -175,7 +175,7 @@ fn a_hung_bus_has_rows_with_a_reason_while_it_hangs_and_the_count_goes_on_behind
 }
 
 #[test]
-fn a_bus_that_hangs_for_ever_is_left_behind_with_its_account() {
+fn a_bus_that_never_returns_is_abandoned_with_its_account() {
     let collector = Collector::storing();
     let rig = rig(&collector, 3);
     wait_until("the watchdog", || {

@@ -21,7 +21,7 @@ fn a_line_reads_back_and_hides_its_token() {
 }
 
 #[test]
-fn the_command_to_paste_reads_back_as_the_code_in_it_and_holds_nothing_that_a_shell_understands() {
+fn the_command_to_paste_reads_back_and_contains_no_shell_syntax() {
     let read: JoinLine = line().parse().unwrap();
     let command = read.command();
     let expected = format!("echo '{}' | sudo grideye-agent join -", line());

@@ -6,7 +6,7 @@ use grideye_frame::NoData;
 use std::io;
 
 #[test]
-fn errno_means_what_the_adapters_of_a_raspberry_pi_mean_by_it() {
+fn errno_is_read_as_raspberry_pi_adapters_use_it() {
     let meanings = [
         (121, NoData::Nack),
         (6, NoData::Nack),

@@ -287,7 +287,7 @@ fn days_without_a_collector_arrive_once_in_order_while_the_live_frames_go_first(
         );
         let lost = books.came.iter().filter(|came| **came == 0).count();
         assert_eq!(lost, 0);
-        assert!(read - u64::try_from(books.came.len()).unwrap() < 20, "the newest have arrived as well");
+        assert!(read - u64::try_from(books.came.len()).unwrap() < 20, "the newest arrived too");
         assert_eq!(books.unbalanced, 0);
         assert!(books.batches.keys().all(|records| *records <= BACKLOG_RECORDS_MAX));
         assert!(books.batches[&BACKLOG_RECORDS_MAX] > 20 * hours, "larger batches");
@@ -356,7 +356,7 @@ fn in_mode_always_everything_is_on_the_disk_within_a_sync_and_goes_from_there_wh
 }
 
 #[test]
-fn an_account_in_doubt_when_the_agent_stops_is_not_taken_for_the_last_word() {
+fn an_account_in_doubt_when_the_agent_stops_is_not_the_last_one() {
     let after = Duration::from_secs(10);
     let mut agent = Agent::new(SpoolMode::Outage { after }, Limits::new(1 << 30, 0), 4);
     agent.with_books(|books| books.loses_every = Some(1));

@@ -158,7 +158,7 @@ fn of(delivered: &Delivered, boot: &str, sensor: usize) -> Vec<u64> {
 }
 
 #[test]
-fn what_was_written_comes_out_in_order_through_many_segments_and_leaves_no_file() {
+fn records_come_out_in_order_through_many_segments_and_leave_no_file() {
     let disk = ModelDisk::default();
     let mut spool = reopen(&disk, "b1");
     for group in 0..10 {
@@ -175,7 +175,7 @@ fn what_was_written_comes_out_in_order_through_many_segments_and_leaves_no_file(
 }
 
 #[test]
-fn the_next_run_delivers_what_is_left_first_and_speaks_for_the_run_that_ended() {
+fn the_next_boot_delivers_the_rest_first_and_reports_for_the_ended_boot() {
     let disk = ModelDisk::default();
     let mut spool = reopen(&disk, "b1");
     spool_group(&mut spool, "b1", 0, 0..30);
@@ -209,7 +209,7 @@ fn the_next_run_delivers_what_is_left_first_and_speaks_for_the_run_that_ended() 
 
 /// The state is not written with every write, so a boot's counts also precede its frames.
 #[test]
-fn what_a_killed_run_had_read_is_known_from_its_segments() {
+fn the_counts_of_a_killed_boot_are_read_from_its_segments() {
     let disk = ModelDisk::default();
     let mut spool = reopen(&disk, "b1");
     spool_group(&mut spool, "b1", 0, 0..30);
@@ -223,7 +223,7 @@ fn what_a_killed_run_had_read_is_known_from_its_segments() {
 }
 
 #[test]
-fn a_run_that_left_nothing_on_the_disk_is_told_of_all_the_same_and_only_once() {
+fn a_boot_that_left_nothing_on_the_disk_is_reported_exactly_once() {
     let disk = ModelDisk::default();
     drop(reopen(&disk, "b1"));
     let mut spool = reopen(&disk, "b2");
@@ -241,7 +241,7 @@ fn a_run_that_left_nothing_on_the_disk_is_told_of_all_the_same_and_only_once() {
 }
 
 #[test]
-fn what_is_in_memory_and_on_the_disk_is_needed_by_the_start_after_a_kill() {
+fn a_start_after_a_kill_needs_the_records_that_were_in_memory_and_on_the_disk() {
     let disk = ModelDisk::default();
     let mut spool = reopen(&disk, "b1");
     let id = stream("b1", 0);
@@ -257,7 +257,7 @@ fn what_is_in_memory_and_on_the_disk_is_needed_by_the_start_after_a_kill() {
 }
 
 #[test]
-fn a_run_that_ended_well_with_frames_left_is_spoken_for() {
+fn a_boot_that_ended_normally_with_frames_left_is_reported() {
     let disk = ModelDisk::default();
     let mut spool = reopen(&disk, "b1");
     let accounts = [(stream("b1", 0), account(9, 3))];
@@ -271,7 +271,7 @@ fn a_run_that_ended_well_with_frames_left_is_spoken_for() {
 /// The cursor must move before a segment is removed. Otherwise the next boot's segment would reuse the number, and the
 /// old cursor would skip part of it.
 #[test]
-fn a_cursor_into_a_segment_that_is_gone_costs_the_next_run_nothing() {
+fn a_cursor_into_a_removed_segment_costs_the_next_boot_nothing() {
     let disk = ModelDisk::default();
     let mut spool = reopen(&disk, "b1");
     spool_group(&mut spool, "b1", 0, 0..9);
@@ -289,7 +289,7 @@ fn a_cursor_into_a_segment_that_is_gone_costs_the_next_run_nothing() {
 }
 
 #[test]
-fn what_the_collector_refuses_is_kept_as_it_can_be_posted_and_the_rest_goes_on() {
+fn a_rejected_record_is_stored_ready_to_post_and_the_rest_goes_on() {
     let disk = ModelDisk::default();
     {
         let mut spool = reopen(&disk, "b1");

@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn words_of_every_width_are_laid_down_bit_by_bit_and_come_back() {
+    fn words_of_every_width_round_trip_bit_by_bit() {
         for width in 0..=16 {
             for lowest in [0, 80, 0xFFFF - u16::try_from((1_u32 << width) - 1).unwrap()] {
                 let pixels = words(if width == 16 { 0 } else { lowest }, width);
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_written_so_is_refused() {
+    fn bytes_that_put_does_not_write_are_rejected() {
         let mut good = Vec::new();
         put(&mut good, &words(80, 5));
         let mut wider = vec![80, 0, 6];
@@ -210,7 +210,7 @@ mod tests {
         assert_eq!(take(&wider), None, "too wide");
         let mut lower = good.clone();
         lower[3..].fill(0xFF);
-        assert_eq!(take(&lower), None, "nothing lies on the lowest");
+        assert_eq!(take(&lower), None, "no word equals the lowest");
         let mut beyond = good.clone();
         beyond[..2].fill(0xFF);
         assert_eq!(take(&beyond), None, "words above 65535");

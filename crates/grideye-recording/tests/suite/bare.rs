@@ -40,7 +40,7 @@ fn ramp() -> Vec<String> {
 }
 
 #[test]
-fn rows_are_read_however_their_numbers_are_parted() {
+fn rows_are_read_with_any_separator() {
     let wanted: Vec<f32> = (0..64u8).map(|index| f32::from(index) / 4.0).collect();
     let exponents: Vec<String> = (0..64)
         .map(|i| format!("{:.18e}", f64::from(i) / 4.0))

@@ -190,7 +190,7 @@ fn a_count_of_frames_that_are_not_there_takes_no_memory() {
 }
 
 #[test]
-fn a_run_that_has_ended_is_told_by_one_byte() {
+fn one_byte_marks_an_ended_boot() {
     let mut specimen = specimen_value();
     specimen.sensors[0].account.as_mut().unwrap().ended = true;
     let mut body = by_hand();

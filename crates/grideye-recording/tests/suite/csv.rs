@@ -187,7 +187,7 @@ fn a_recording_without_frames_is_a_header() {
 }
 
 #[test]
-fn what_a_spreadsheet_or_a_table_program_saves_is_read() {
+fn files_saved_by_spreadsheets_are_read() {
     let spreadsheet = GOLDEN.replace('\n', "\r\n");
     assert_eq!(read(&spreadsheet), (golden::rows(), None));
     let table = GOLDEN.replace(",25,", ",25.0,").replace(",-0,", ",-0.0,");
@@ -195,7 +195,7 @@ fn what_a_spreadsheet_or_a_table_program_saves_is_read() {
 }
 
 #[test]
-fn a_file_of_bytes_that_are_no_text_is_refused_with_the_place() {
+fn a_file_that_is_not_text_is_rejected_with_the_place() {
     let mut bytes = GOLDEN.as_bytes().to_vec();
     bytes[header().len() + 3] = 0xFF;
     let error = Reader::new(bytes.as_slice())
@@ -210,7 +210,7 @@ fn a_file_of_bytes_that_are_no_text_is_refused_with_the_place() {
 }
 
 #[test]
-fn a_line_without_end_is_given_up_at_the_limit() {
+fn an_endless_line_fails_at_the_limit() {
     let error = Reader::new(io::repeat(b'x')).unwrap_err();
     assert_eq!(
         error.to_string(),
@@ -467,7 +467,7 @@ fn a_recording_of_any_length_is_read_as_it_comes() {
 }
 
 #[test]
-fn the_layout_is_told_by_the_first_line() {
+fn the_first_line_identifies_the_layout() {
     assert_eq!(sniff(GOLDEN), Some(Layout::Recording));
     assert_eq!(sniff(b"\x89PNG"), None);
     assert_eq!(sniff(""), None);
@@ -509,7 +509,7 @@ fn any_rows() -> impl Strategy<Value = Vec<Row>> {
 
 proptest! {
     #[test]
-    fn rows_come_back_but_for_the_upper_four_bits(rows in any_rows()) {
+    fn rows_round_trip_except_the_upper_four_bits(rows in any_rows()) {
         let text = write(&rows).unwrap();
         let kept: Vec<Row> = rows.into_iter().map(kept).collect();
         prop_assert_eq!(read(&text), (kept, None));
@@ -547,7 +547,7 @@ proptest! {
 }
 
 #[test]
-fn the_mark_that_some_editors_put_first_is_passed_over() {
+fn a_byte_order_mark_is_skipped() {
     let marked = format!("\u{feff}{GOLDEN}");
     assert_eq!(sniff(&marked), Some(Layout::Recording));
     let rows = |text: &str| {

@@ -261,7 +261,7 @@ fn each_fault_in_a_row_is_named_with_line_and_column() {
 }
 
 #[test]
-fn the_layout_is_told_by_the_first_line() {
+fn the_first_line_identifies_the_layout() {
     assert_eq!(
         sniff(SESSION_2.lines().next().unwrap()),
         Some(Layout::Linaige)

@@ -5,7 +5,7 @@ use grideye_recording::record::layout::{ByteReader, Form, put};
 use grideye_recording::{ClockState, NAME_CHARS_MAX, Record, Stamp, UnknownClockState, check_name};
 
 #[test]
-fn every_clock_state_is_found_again_by_its_name_and_named_to_those_who_miss() {
+fn every_clock_state_is_parsed_by_name_and_listed_in_the_error() {
     for state in ClockState::ALL {
         assert_eq!(state.name().parse(), Ok(state));
         assert!(UnknownClockState.to_string().contains(state.name()));

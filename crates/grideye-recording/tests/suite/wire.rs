@@ -235,7 +235,7 @@ fn one_sensor_twice_is_refused() {
 }
 
 #[test]
-fn what_is_no_json_is_refused_with_line_and_column() {
+fn invalid_json_is_rejected_with_line_and_column() {
     let cases = [
         (
             "",
@@ -305,7 +305,7 @@ fn a_faulty_answer_is_refused_with_the_path() {
 }
 
 #[test]
-fn what_a_stranger_wrote_reaches_the_message_escaped_and_cut() {
+fn untrusted_text_is_escaped_and_cut_in_the_message() {
     let long = "A".repeat(1_000_000);
     let bodies = [
         format!(r#"{{"device":"{long}","boot":"b","sensors":[]}}"#),

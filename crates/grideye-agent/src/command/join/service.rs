@@ -278,7 +278,7 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn a_program_that_does_not_end_is_killed_at_the_limit_and_said() {
+    fn a_program_that_does_not_end_is_killed_at_the_limit_and_reported() {
         let started = Instant::now();
         let limit = Duration::from_millis(100);
         let killed = ended(Command::new("sleep").arg("600"), limit);
@@ -289,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_program_said_and_how_it_ended_are_told_and_a_missing_one_is_not_found() {
+    fn output_and_exit_status_are_returned_and_a_missing_program_is_not_found() {
         let mut command = Command::new("sh");
         command.args(["-c", "echo out; echo err >&2; exit 3"]);
         let said = ended(&mut command, SYSTEMCTL_TIME_MAX).unwrap();
@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_counts_that_was_not_there_before() {
+    fn only_a_frame_that_was_not_there_before_counts() {
         let old: Frames = sensors(&state("a", 100, 10, None)).map(frames).collect();
         let look = |now: &Value| looked(now, &old);
         let came = || Look::Came("i2c-1:0x69".to_owned());

@@ -37,14 +37,14 @@ fn first_row(sampler: &mut Sampler) -> Option<u64> {
 }
 
 #[test]
-fn a_window_counts_as_narrow_up_to_2_ms_and_twice_what_a_read_takes_of_the_host() {
+fn a_window_is_narrow_up_to_2_ms_plus_twice_the_host_time_of_a_read() {
     let mut sampler = following(Window::new(0, MS));
     (sampler.quickest_read, sampler.transfer_min) = (13 * MS, 12 * MS);
     assert_eq!(sampler.narrow(), 4 * MS);
 }
 
 #[test]
-fn the_seventeenth_frame_without_a_proof_is_read_before_its_window_and_no_earlier_one() {
+fn only_the_seventeenth_frame_without_a_proof_is_read_before_its_window() {
     let mut sampler = following(Window::new(0, MS));
     for frame in 1..=17 {
         sampler.plan(Ns::MIN);
@@ -56,7 +56,7 @@ fn the_seventeenth_frame_without_a_proof_is_read_before_its_window_and_no_earlie
 }
 
 #[test]
-fn an_update_that_is_near_is_waited_for_to_its_end_and_half_a_millisecond_more() {
+fn a_near_update_is_read_half_a_millisecond_after_its_window() {
     let mut sampler = following(Window::new(0, MS));
     let read = read(50 * MS, 1);
     sampler.wait_for_update(&read, read.after + 2 * MS);
@@ -64,7 +64,7 @@ fn an_update_that_is_near_is_waited_for_to_its_end_and_half_a_millisecond_more()
 }
 
 #[test]
-fn a_still_scene_whose_bounds_are_lost_is_waited_for_up_to_half_a_period_behind_the_estimate() {
+fn a_still_scene_with_lost_bounds_is_awaited_until_half_a_period_after_the_estimate() {
     let mut sampler = following(Window::new(0, 95 * MS));
     sampler.next_seq = 1;
     sampler.repeats = STILL_FRAMES;
@@ -77,7 +77,7 @@ fn a_still_scene_whose_bounds_are_lost_is_waited_for_up_to_half_a_period_behind_
 }
 
 #[test]
-fn after_faults_within_one_frame_the_next_try_comes_behind_the_window_of_the_frame_after() {
+fn after_faults_within_one_frame_the_next_read_follows_the_next_window() {
     let mut sampler = following(Window::new(0, MS));
     sampler.next_seq = 1;
     sampler.retries = RETRIES_PER_FRAME;
@@ -90,7 +90,7 @@ fn after_faults_within_one_frame_the_next_try_comes_behind_the_window_of_the_fra
 }
 
 #[test]
-fn a_new_start_takes_the_frame_whose_estimate_is_nearest() {
+fn a_restart_takes_the_frame_with_the_nearest_estimate() {
     for (at, seq) in [(149, 1), (151, 2)] {
         let mut sampler = following(Window::new(0, 0));
         sampler.next_seq = 1;
@@ -102,7 +102,7 @@ fn a_new_start_takes_the_frame_whose_estimate_is_nearest() {
 }
 
 #[test]
-fn only_in_a_scene_that_lives_an_equal_read_tells_which_frame_a_change_was() {
+fn an_equal_read_identifies_a_changed_frame_only_in_a_lively_scene() {
     for is_lively in [true, false] {
         let mut sampler = following(Window::new(0, MS));
         sampler.next_seq = 1;
@@ -122,7 +122,7 @@ fn only_in_a_scene_that_lives_an_equal_read_tells_which_frame_a_change_was() {
 }
 
 #[test]
-fn a_read_that_is_quicker_than_the_bus_can_be_shows_how_quick_it_is() {
+fn a_read_quicker_than_the_assumed_minimum_lowers_it() {
     let mut sampler = following(Window::new(0, MS));
     sampler.set_transfer_min(duration(12 * MS));
     let span = Span::new(duration(1000 * MS), duration(1010 * MS));

@@ -82,7 +82,7 @@ fn assert_true_numbers(outcome: &Outcome) -> Result<usize, TestCaseError> {
                 counted += 1;
             }
             Event::Record { seq, reading, .. } => {
-                prop_assert_eq!(*seq, expected, "neither a gap nor a repetition");
+                prop_assert_eq!(*seq, expected, "no gap and no repetition");
                 expected += 1;
                 let Reading::Frame(frame) = reading else {
                     prop_assert_eq!(*reading, Reading::NoData(NoData::HostStalled));
@@ -112,7 +112,7 @@ proptest! {
 
     /// For any schedule, from the first read on.
     #[test]
-    fn no_frame_bears_a_wrong_number_however_the_host_is_starved(starved in starved()) {
+    fn no_frame_has_a_wrong_number_however_the_host_is_starved(starved in starved()) {
         let mut model = starved.model();
         let outcome = run(&mut model, &mut starved.sampler(), 120_000 * MS, |_| ());
         assert_true_numbers(&outcome)?;
@@ -121,7 +121,7 @@ proptest! {
 
     /// Once the sensor's clock is known, a starvation of a few seconds requires no estimate.
     #[test]
-    fn the_count_goes_on_by_proof_through_a_starvation_of_three_seconds(starved in starved()) {
+    fn the_count_stays_proven_through_three_seconds_of_starvation(starved in starved()) {
         let mut model = starved.model();
         (model.delays, model.held_up) = (vec![0], vec![[0; 3]]);
         let mut sampler = starved.sampler();

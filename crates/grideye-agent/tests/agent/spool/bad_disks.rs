@@ -11,7 +11,7 @@ use std::sync::Mutex;
 use std::time::Duration;
 
 #[test]
-fn a_full_spool_drops_the_oldest_and_counts_them_by_run() {
+fn a_full_spool_drops_the_oldest_and_counts_them_by_boot() {
     let disk = ModelDisk::default();
     let small = Limits {
         bytes_max: 8000,
@@ -48,7 +48,7 @@ fn a_full_spool_drops_the_oldest_and_counts_them_by_run() {
 }
 
 #[test]
-fn the_floor_of_free_space_is_kept_and_a_backlog_is_not_given_up_where_that_would_not_help() {
+fn free_space_is_kept_and_a_backlog_is_not_dropped_in_vain() {
     let disk = ModelDisk::default();
     let careful = Limits {
         free_bytes_min: 5000,
@@ -165,7 +165,7 @@ fn the_dropped_part_of_a_post_in_doubt_comes_back_into_the_count() {
 }
 
 #[test]
-fn so_does_that_of_a_run_that_is_over() {
+fn the_dropped_part_of_an_ended_boots_post_in_doubt_comes_back_too() {
     let disk = ModelDisk::default();
     let small = Limits {
         bytes_max: 4000,
@@ -192,7 +192,7 @@ fn so_does_that_of_a_run_that_is_over() {
 }
 
 #[test]
-fn a_disk_slower_than_what_is_stated_is_counted_and_said_once_until_it_gets_worse() {
+fn a_disk_slower_than_the_limit_is_counted_and_logged_once_until_it_gets_worse() {
     let disk = ModelDisk::default();
     let ring = Ring::new(1000, "pi", "b1", SENSORS.map(String::from).to_vec());
     let shared = Arc::new(Shared::new(ring, Some(open(&disk, "b1"))));

@@ -38,7 +38,7 @@ fn of_layout_1() -> ModelDisk {
 }
 
 #[test]
-fn a_spool_of_layout_1_is_delivered_record_by_record_and_written_on() {
+fn a_spool_of_layout_1_is_delivered_record_by_record_and_continued() {
     let disk = of_layout_1();
     let mut spool = reopen(&disk, "b3");
     assert_eq!(spool.take_messages(), Vec::<String>::new());

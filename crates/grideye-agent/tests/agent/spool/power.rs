@@ -95,7 +95,7 @@ fn a_loss_of_power_at_any_moment_costs_nothing_that_was_durable_and_invents_noth
 
 /// A segment cut at every byte: within every record and at every boundary.
 #[test]
-fn a_segment_that_is_cut_at_any_byte_gives_what_was_whole_and_the_rest_is_set_aside_by_name() {
+fn a_segment_cut_at_any_byte_delivers_complete_records_and_sets_the_rest_aside() {
     let mut encoder = Encoder::new(1);
     let mut bytes = encoder.header();
     let mut ends = Vec::new();
@@ -158,7 +158,7 @@ fn a_segment_whose_removal_did_not_reach_the_disk_is_removed_and_not_sent_again(
 /// Records that could not be synced are written again, so two segments contain them, and the first copy may not be
 /// durable.
 #[test]
-fn what_a_run_before_could_not_sync_is_synced_before_the_other_copy_goes() {
+fn unsynced_records_of_an_earlier_boot_are_synced_before_their_other_copy_goes() {
     let disk = ModelDisk::default();
     let mut spool = reopen(&disk, "b1");
     disk.fail(Some(Failure::Sync));

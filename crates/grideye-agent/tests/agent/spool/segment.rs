@@ -83,7 +83,7 @@ fn the_checksum_is_crc32c() {
 
 proptest! {
     #[test]
-    fn what_is_written_is_read_and_a_cut_loses_only_what_is_behind_it(
+    fn a_segment_round_trips_and_a_cut_loses_only_the_rest(
         records in prop::collection::vec((0..3_usize, any_record()), 1..20),
         account in any_account(),
         cut in 0.0..1.0_f64,
@@ -122,7 +122,7 @@ proptest! {
     }
 
     #[test]
-    fn a_flipped_bit_is_found_and_nothing_behind_it_is_believed(
+    fn a_flipped_bit_is_found_and_reading_stops_there(
         records in prop::collection::vec(any_record(), 2..8),
         place in 0.0..1.0_f64,
         bit in 0..8_u32,
@@ -155,7 +155,7 @@ proptest! {
 }
 
 #[test]
-fn a_header_that_is_not_this_segments_is_told_apart() {
+fn the_header_of_another_segment_is_rejected() {
     let header = Encoder::new(5).header();
     assert_eq!(header.len(), HEADER_BYTES);
     assert_eq!(check_header(5, &header), Ok(()));
