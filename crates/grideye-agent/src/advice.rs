@@ -39,7 +39,7 @@ pub(crate) fn in_handshake(error: &io::Error) -> Option<&rustls::Error> {
     error.get_ref()?.downcast_ref()
 }
 
-/// How to fix a rejected certificate of the right authority. Starts with a line break.
+/// Starts with a line break.
 pub(crate) fn certificate_hint(error: &rustls::Error) -> Option<&'static str> {
     use rustls::CertificateError as Refused;
     let rustls::Error::InvalidCertificate(refused) = error else {

@@ -15,7 +15,7 @@ pub struct Place {
     pub from: u64,
     /// One past the last byte.
     pub to: u64,
-    /// The stream's index in the segment.
+    /// Index in the segment.
     pub(crate) stream: u16,
 }
 
@@ -63,7 +63,6 @@ pub struct Batch {
 }
 
 impl Batch {
-    /// A batch of records on the disk.
     pub(crate) fn on_disk(device: &str, boot: &str, items: Vec<Item>) -> Self {
         Self {
             lane: Lane::Disk,
@@ -97,7 +96,7 @@ impl Batch {
         }
     }
 
-    /// Both halves; send the first one first.
+    /// Send the first half first.
     pub(crate) fn halves(mut self) -> (Self, Self) {
         let rest = self.items.split_off(self.items.len() / 2);
         let second = Self {

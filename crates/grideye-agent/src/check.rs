@@ -32,7 +32,7 @@ pub struct Report {
     pub sensor: String,
     /// Whether it measures as it should.
     pub ok: bool,
-    /// What it measured, if it did.
+    /// Its measurements, if any.
     #[serde(flatten)]
     pub measured: Option<Measured>,
     /// The problem and its remedy, if there is one.
@@ -42,7 +42,7 @@ pub struct Report {
     pub errors: BTreeMap<String, u64>,
 }
 
-/// What the sensor measured.
+/// The sensor's measurements.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Measured {
     /// The chip's own temperature in °C, some degrees above the room's.
@@ -64,9 +64,9 @@ pub struct Measured {
 /// A problem and its remedy.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Trouble {
-    /// What was found.
+    /// The problem.
     pub error: String,
-    /// What to do.
+    /// The remedy.
     pub hint: String,
 }
 

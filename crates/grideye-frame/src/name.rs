@@ -3,7 +3,7 @@
 /// Maximum characters in the name of a device, sensor or boot, or of a reason in an account.
 pub const NAME_CHARS_MAX: usize = 64;
 
-/// What an error message expects if [`is_name`] is false.
+/// The rule of [`is_name`] for error messages.
 pub const NAME_RULE: &str =
     "a name of 1 to 64 characters A-Z a-z 0-9 . _ : - that begins with a letter or a digit";
 

@@ -18,7 +18,7 @@ pub(crate) struct Lines<R> {
 
 /// One line without its end.
 pub(crate) struct Line<'l> {
-    /// Line number, from 1.
+    /// From 1.
     pub(crate) number: u64,
     pub(crate) text: &'l str,
     /// Whether a newline followed; if not, the file may have been cut within this line.
@@ -34,7 +34,6 @@ impl<R: Read> Lines<R> {
         }
     }
 
-    /// The next line; `None` at the end of the file.
     pub(crate) fn next(&mut self) -> Result<Option<Line<'_>>, RecordingError> {
         let line = self.number + 1;
         self.buffer.clear();
@@ -95,7 +94,6 @@ impl<R: Read> Lines<R> {
 }
 
 impl Line<'_> {
-    /// The error for a line cut by the end of the file.
     pub(crate) fn cut(&self) -> RecordingError {
         RecordingError::CutLine {
             line: self.number,

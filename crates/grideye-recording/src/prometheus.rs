@@ -9,7 +9,6 @@ pub const CONTENT_TYPE: &str = "text/plain; version=0.0.4; charset=utf-8";
 #[derive(Debug, Default)]
 pub struct Text {
     text: String,
-    /// The family of the next samples.
     family: &'static str,
 }
 

@@ -1,6 +1,5 @@
 //! Makes untrusted text safe for an error message.
 
-/// How many characters of it to show.
 const SHOWN_CHARS_MAX: usize = 48;
 
 /// Untrusted text in quotation marks: control characters escaped, long text cut.

@@ -217,7 +217,7 @@ fn open_spool(
     Ok(())
 }
 
-/// A thread whose end [`Running`] notices, even a panic.
+/// Starts a thread and tells [`Running`] when it ends, even by a panic.
 fn spawn_until_ended(
     name: &str,
     running: &Arc<Running>,

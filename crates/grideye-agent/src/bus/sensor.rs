@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 use std::fmt;
 use std::time::Duration;
 
-/// What a released line reads as.
+/// A released line reads as all ones.
 const ONES: u8 = u8::MAX;
 
 /// The settings to write. No pixel reaches the interrupt levels, and no reset sensor has them, so they reveal a silent

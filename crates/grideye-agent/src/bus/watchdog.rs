@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 /// A bus operation that takes this long counts as hung. A set-up that times out stops at its first transfer, well
 /// before.
 pub const HUNG_AFTER: Duration = Duration::from_secs(5);
-/// How many times the watchdog looks in that time.
+/// Looks in that time.
 const LOOKS: u32 = 10;
 
 /// The sensors of one bus, and since when its thread has been working.
@@ -70,7 +70,6 @@ impl Watched {
         self.is_over.notify_all();
     }
 
-    /// Watches until [`over`](Self::over).
     pub(crate) fn watch(
         &self,
         (bus, hung_after): (&str, Duration),
@@ -102,7 +101,7 @@ impl Watched {
         }
     }
 
-    /// Waits for one interval, then looks; `None` once it is over.
+    /// `None` once it is over.
     fn look(&self, hung_after: Duration) -> Option<Look> {
         let goes_on = |work: &mut Work| !work.is_over;
         let waited = self

@@ -16,7 +16,6 @@ use std::time::Duration;
 const SLEEP_MAX: Duration = Duration::from_millis(200);
 /// First pause before an attempt to reopen the bus; it doubles up to [`REOPEN_PAUSE_MAX`].
 const REOPEN_PAUSE: Duration = Duration::from_millis(500);
-/// Longest pause between two attempts to open a bus.
 const REOPEN_PAUSE_MAX: Duration = Duration::from_secs(10);
 
 /// Reopen the bus after this many failed operations in a row, all its sensors together.
@@ -40,7 +39,7 @@ pub(crate) struct Worker<O: OpenBus> {
     bus: Option<O::Bus>,
     reopen_at: Duration,
     reopen_pause: Duration,
-    /// The last logged reason why the bus did not open.
+    /// Last logged reason why the bus did not open.
     said: Option<String>,
     faults_in_a_row: u32,
 }

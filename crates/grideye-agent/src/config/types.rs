@@ -36,7 +36,7 @@ pub struct Config {
     pub ring_frames: usize,
     /// Time limit of one post, from connecting to the end of the answer.
     pub request_timeout: Duration,
-    /// What is stored on a disk.
+    /// The spool's settings.
     pub spool: SpoolConfig,
     /// Loopback address that serves the agent's health. `None`: not served.
     pub health: Option<SocketAddr>,
@@ -77,7 +77,7 @@ pub enum Body {
     Binary,
 }
 
-/// What is stored on a disk while the collector is away.
+/// Settings of the spool, which stores records on a disk while the collector is away.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SpoolConfig {
     /// When frames go to the disk.
@@ -170,7 +170,7 @@ impl SensorConfig {
     }
 }
 
-/// What a power cut or a killed process can cost while the disk syncs within [`SYNC_MAX`].
+/// The maximum loss from a power cut or a killed process while the disk syncs within [`SYNC_MAX`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Guarantee {
     /// Maximum number of lost frames, all sensors together.
@@ -200,7 +200,7 @@ impl fmt::Display for Guarantee {
 }
 
 impl Config {
-    /// What a power cut can cost while the disk syncs within [`SYNC_MAX`]. Without a disk and in mode `ram`: the whole
+    /// The maximum loss from a power cut while the disk syncs within [`SYNC_MAX`]. Without a disk and in mode `ram`: the whole
     /// ring.
     #[must_use]
     pub fn guarantee(&self) -> Guarantee {

@@ -10,14 +10,14 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The facts that stay the same while an agent runs.
+/// The facts that are constant while an agent runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Identity {
     pub(crate) device: String,
     pub(crate) boot: String,
     pub(crate) collector: String,
     pub(crate) spool_mode: &'static str,
-    /// The sensors, in stream order.
+    /// In stream order.
     pub(crate) sensors: Vec<String>,
 }
 
@@ -70,7 +70,7 @@ impl Health {
 
     fn look(&self) -> Look {
         let observed = self.shared.observed();
-        // Do not wait for a spool that is busy or whose disk hangs.
+        // Do not wait for a spool that is busy or has a stuck disk.
         if let Some(spool) = self.shared.spool_if_free() {
             let spool = spool.as_ref();
             observed.spool(spool.map(|spool| (spool.bytes(), spool.waiting_frames().0)));

@@ -53,7 +53,6 @@ struct Held {
     place: Option<Place>,
 }
 
-/// A record in memory that is also on the disk.
 #[derive(Debug, Clone)]
 pub(crate) struct OnDisk {
     id: Arc<StreamId>,

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::time::{Duration, Instant};
 
-/// Shared state. To use ring and spool together, lock the spool first.
+/// To use ring and spool together, lock the spool first.
 #[derive(Debug)]
 pub struct Shared {
     state: Mutex<State>,

@@ -245,7 +245,7 @@ impl Sampler {
         self.plan(read.after);
     }
 
-    /// Counts the previous frame if its read may have ended after the next update, whose time the newer frame bounds
+    /// Counts the previous frame if its read may have ended after the next update; the newer frame bounds that time
     /// better.
     pub(super) fn prove_thermistor(&mut self, seq: u64) {
         let Some((before, read_until, predicted)) = self.thermistor_unproved.take() else {
@@ -296,7 +296,7 @@ impl Sampler {
         self.reckon(now);
     }
 
-    /// Lists the unread frames whose successors have surely come.
+    /// Lists the unread frames that have surely been replaced.
     pub(super) fn reckon(&mut self, now: Ns) {
         if self.phase.is_some() {
             self.listed_until = now;
@@ -304,7 +304,7 @@ impl Sampler {
         }
     }
 
-    /// The latest frame whose update has surely passed, or the next one if none has.
+    /// The latest frame with a surely passed update, or the next one if there is none.
     pub(super) fn surely_passed(&self, now: Ns) -> u64 {
         let mut seq = self.next_seq;
         if let Some(phase) = &self.phase {

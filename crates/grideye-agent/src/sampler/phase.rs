@@ -147,7 +147,7 @@ impl Phase {
         self.window(seq).after.max(not_yet + behind)
     }
 
-    /// Advances to frame `seq`, whose update was `seen` within these bounds, or not seen because the frame equals the
+    /// Advances to frame `seq`, with its update `seen` within these bounds, or not seen because the frame equals the
     /// one before. If no update can lie there, the phase stays unchanged.
     pub(super) fn advance(&mut self, seq: u64, seen: Option<Window>) -> Result<(), OutOfStep> {
         let predicted = self.window(seq);

@@ -153,7 +153,7 @@ impl Spool {
         self.segments.remove(&number);
         self.removed.insert(number);
         match self.disk.remove(&name_of(number)) {
-            // A segment whose first write failed has no file.
+            // A segment has no file if its first write failed.
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
             other => other,
         }

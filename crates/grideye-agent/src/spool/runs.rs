@@ -1,4 +1,4 @@
-//! Ended boots whose final account the collector may not have.
+//! Ended boots that are not yet fully reported to the collector.
 
 use super::index::Spool;
 use super::state::{Count, Run};

@@ -54,7 +54,6 @@ pub struct Written {
     pub error: Option<io::Error>,
 }
 
-/// An existing segment.
 #[derive(Debug, Default)]
 pub(super) struct Segment {
     pub(super) bytes: u64,
@@ -69,7 +68,6 @@ pub(super) struct Extent {
     pub(super) content: BTreeMap<u16, Content>,
 }
 
-/// The segment being written.
 #[derive(Debug)]
 pub(super) struct Writing {
     pub(super) encoder: Encoder,

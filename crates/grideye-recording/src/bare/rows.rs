@@ -46,7 +46,7 @@ pub(crate) fn looks_like_rows(beginning: &str) -> bool {
 }
 
 impl<R: Read> RowReader<R> {
-    /// A reader that has read nothing yet.
+    /// Reads nothing yet.
     pub fn new(input: R, assumed: Assumed) -> Self {
         Self {
             lines: Lines::new(input),

@@ -143,19 +143,19 @@ pub struct ByteReader<'b> {
 }
 
 impl<'b> ByteReader<'b> {
-    /// Starts at the first byte.
+    /// From the first byte.
     #[must_use]
     pub const fn new(bytes: &'b [u8]) -> Self {
         Self { bytes, at: 0 }
     }
 
-    /// Number of bytes read.
+    /// Bytes read.
     #[must_use]
     pub const fn at(&self) -> usize {
         self.at
     }
 
-    /// Number of bytes left.
+    /// Bytes left.
     #[must_use]
     pub const fn left(&self) -> usize {
         self.bytes.len() - self.at

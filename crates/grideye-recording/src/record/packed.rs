@@ -42,7 +42,6 @@ macro_rules! made_for_width {
     };
 }
 
-/// Appends the packed words.
 pub(super) fn put(bytes: &mut Vec<u8>, pixels: &[PixelWord; PIXELS]) {
     let words = pixels.map(|word| word.0);
     let (lowest, highest) = ends(&words);

@@ -16,7 +16,7 @@ pub struct StreamId {
     pub boot: String,
 }
 
-/// What the agent knew about its wall clock when it stamped a frame.
+/// State of the agent's wall clock when it stamped a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ClockState {
     /// Never set since the device started: a Raspberry Pi has no battery clock.
@@ -80,7 +80,7 @@ impl FromStr for ClockState {
 #[error("no such clock state; expected {CLOCK_STATES}")]
 pub struct UnknownClockState;
 
-/// What error messages expect of a clock.
+/// The clock's description in error messages.
 pub(crate) const CLOCK_STATES: &str = "one of unsynced synced stepped";
 
 /// When a frame was read. Wall time is never a key and never defines order.

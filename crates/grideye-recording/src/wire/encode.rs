@@ -30,7 +30,6 @@ struct Answer<D: Serialize, G: Serialize> {
     gaps: G,
 }
 
-/// An iterator's items as an object.
 struct Map<I>(I);
 
 impl<'a, I: Iterator<Item = (&'a str, u64)> + Clone> Serialize for Map<I> {

@@ -42,7 +42,6 @@ impl Lifted {
         Self { rest, pixels, next }
     }
 
-    /// The pixels of the next array.
     pub(super) fn next(&self) -> Option<Pixels> {
         let pixels = self.pixels.get(self.next.replace(self.next.get() + 1));
         pixels.copied()

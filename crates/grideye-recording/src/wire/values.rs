@@ -11,7 +11,7 @@ use serde::de::{
     Deserialize, DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Unexpected, Visitor,
 };
 
-/// What error messages expect of such a value.
+/// The value's description in error messages.
 pub(super) trait Expected {
     const EXPECTED: &'static str;
 }
@@ -40,7 +40,6 @@ impl Expected for NoData {
 /// A JSON integer, without fraction or exponent, that fits the type.
 pub(super) struct Integer<T>(pub(super) T);
 
-/// A value written as its name.
 pub(super) struct Named<T>(pub(super) T);
 
 pub(super) const COUNT: PhantomData<Integer<u64>> = PhantomData;
@@ -92,7 +91,7 @@ impl<T: FromStr + Expected> Visitor<'_> for ValueVisitor<Named<T>> {
     }
 }
 
-/// A JSON object. Serde's derive would also accept an array of the fields' values.
+/// Serde's derive would also accept an array of the fields' values.
 pub(super) trait Object<'de>: Sized {
     type Value;
     const EXPECTED: &'static str;

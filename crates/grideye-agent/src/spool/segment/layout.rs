@@ -25,7 +25,7 @@ pub(super) const STREAM: u8 = 1;
 pub(super) const FRAME: u8 = 2;
 pub(super) const ACCOUNT: u8 = 3;
 
-/// The content of one record of a segment.
+/// One record of a segment.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Entry {
     /// From here on, records with this index belong to this stream.
