@@ -1,4 +1,4 @@
-//! What hears one transaction: sensors with what is broken about them, and a multiplexer.
+//! The devices that hear one transaction: sensors with their faults, and a multiplexer.
 
 use crate::device::Device;
 use crate::fault::active::{Faults, Plan};
@@ -7,17 +7,17 @@ use crate::signal::{Ack, Address};
 use crate::source::FrameSource;
 use core::time::Duration;
 
-/// The register of a multiplexer for the length of one transaction.
+/// A multiplexer's control register during one transaction.
 #[derive(Debug, Default)]
 pub(crate) struct Control {
     /// The selected channels: bit n is channel n.
     pub(crate) selected: u8,
-    /// Whether the multiplexer has the address of this transaction.
+    /// Whether the transaction has the multiplexer's address.
     pub(crate) answers: bool,
     pub(crate) written: Option<u8>,
 }
 
-/// All that hears a transaction: a multiplexer, and a sensor on each of up to `N` buses, or nobody.
+/// Everything that hears a transaction: a multiplexer, and a sensor on each of up to `N` buses.
 pub(crate) struct Wires<'a, S, const N: usize> {
     pub(crate) control: &'a mut Control,
     pub(crate) lines: [Option<Line<'a, S>>; N],
@@ -36,7 +36,7 @@ impl<S: FrameSource, const N: usize> Wires<'_, S, N> {
         self.any(|line| line.write(byte, now))
     }
 
-    /// Any of them can pull SDA low.
+    /// Any device can pull SDA low.
     pub(crate) fn read(&mut self, now: Duration) -> u8 {
         let released = if self.control.answers {
             self.control.selected
@@ -47,7 +47,7 @@ impl<S: FrameSource, const N: usize> Wires<'_, S, N> {
         lines.fold(released, |byte, line| byte & line.read(now))
     }
 
-    /// Which faults struck since this was asked last.
+    /// Takes the faults that struck since the last call.
     pub(crate) fn take_struck(&mut self) -> FaultSet {
         let mut all = FaultSet::EMPTY;
         for line in self.lines.iter_mut().flatten() {
@@ -56,7 +56,7 @@ impl<S: FrameSource, const N: usize> Wires<'_, S, N> {
         all
     }
 
-    /// Whether any of them acknowledges; all hear it.
+    /// Passes the event to every sensor; `Ack` if any device acknowledges.
     fn any(&mut self, mut ack: impl FnMut(&mut Line<'_, S>) -> Ack) -> Ack {
         let mut any = self.control.answers;
         for line in self.lines.iter_mut().flatten() {
@@ -66,21 +66,21 @@ impl<S: FrameSource, const N: usize> Wires<'_, S, N> {
     }
 }
 
-/// One sensor for the length of one transaction, with what is broken about it.
+/// One sensor with its faults, during one transaction.
 pub(crate) struct Line<'a, S> {
     device: &'a mut Device<S>,
     faults: &'a mut Faults,
     address: Address,
     plan: Plan,
-    /// Bytes of data so far.
+    /// Data bytes so far.
     bytes: u16,
-    /// Of those, the written ones.
+    /// Written bytes among them.
     written: u16,
     /// Whether the sensor took a lost clock pulse for the end.
     cut: bool,
-    /// What struck and was reported.
+    /// Faults that struck and were reported.
     told: FaultSet,
-    /// What struck since.
+    /// Faults that struck since.
     struck: FaultSet,
 }
 
@@ -105,7 +105,7 @@ impl<'a, S: FrameSource> Line<'a, S> {
         }
     }
 
-    /// What struck in the whole of the transaction.
+    /// All faults that struck in the transaction.
     pub(crate) fn struck(&self) -> FaultSet {
         let mut all = self.told;
         all.join(self.struck);

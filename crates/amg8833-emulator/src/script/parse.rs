@@ -1,4 +1,4 @@
-//! Scripts in TOML: `scripts/README.md` is the format.
+//! Reads scripts in TOML; `scripts/README.md` describes the format.
 
 use crate::device::ticks::CLOCK_ERROR_PPM_MAX;
 use crate::fault::{Chance, Fault, FaultKind, Unit};
@@ -20,10 +20,10 @@ use toml::Spanned;
 const WORD_MAX: i64 = 0xFFF;
 
 impl Script {
-    /// Reads a script in TOML. `origin` is what errors call it, a file name as a rule.
+    /// Reads a script in TOML. `origin` names the script in errors, usually its file name.
     ///
     /// # Errors
-    /// What is wrong, with the place in the text, the field, and what to write instead.
+    /// [`ScriptError`] with the place in the text, the field, and what to write instead.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, ScriptError> {
         if text.len() > SCRIPT_BYTES_MAX {
             return Err(ScriptError::TooLong(origin.to_owned(), text.len()));
@@ -114,7 +114,7 @@ impl RawFault {
         value.as_ref()
     }
 
-    /// Those of these fields that are there.
+    /// Those of these fields that the fault sets.
     fn given<const N: usize>(
         &self,
         fields: [&'static str; N],
@@ -132,7 +132,7 @@ impl RawFault {
 /// The fields that only some kinds have.
 const PARTICULARS: [&str; 7] = ["byte", "bit", "register", "pixel", "word", "ppm", "hz"];
 
-/// Which particulars a kind must have, and which it may have.
+/// The fields that a kind requires, then those it allows.
 fn particulars_of(kind: FaultKind) -> (&'static [&'static str], &'static [&'static str]) {
     match kind {
         FaultKind::NackByte => (&["byte"], &[]),
@@ -156,7 +156,7 @@ fn names(kinds: impl Iterator<Item = FaultKind>) -> String {
     kinds.map(FaultKind::name).collect::<Vec<_>>().join(", ")
 }
 
-/// Reads one fault, and knows where it stands.
+/// Reads one fault and knows its place in the text.
 struct Reader<'a> {
     text: &'a str,
     origin: &'a str,
@@ -332,7 +332,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// A moment needs a length, a stretch of time has one.
+    /// A fault that starts at a moment needs a length; only such a fault can have one.
     fn check_length(&self, when: When, lasting: Option<Lasting>) -> Result<(), ScriptError> {
         let moment = matches!(when, When::At(_) | When::Every { .. });
         let begins = moment || matches!(when, When::Frame(_));
@@ -457,7 +457,7 @@ fn hint_for(field: &str) -> &'static str {
     }
 }
 
-/// What the parser says, with a word on what may have been meant.
+/// The parser's message with a hint.
 fn with_hint(message: &str) -> String {
     let hint = if message.contains("missing field `kind`") {
         "\nhint: every [[fault]] says what breaks: kind = \"nack-address\""
@@ -471,7 +471,7 @@ fn with_hint(message: &str) -> String {
     message.trim().replace('\n', " ") + hint
 }
 
-/// Line and column of the beginning of a span.
+/// Line and column of the start of a span.
 fn place(text: &str, origin: &str, span: Range<usize>) -> Place {
     let before = text.get(..span.start).unwrap_or(text);
     let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
@@ -483,7 +483,7 @@ fn place(text: &str, origin: &str, span: Range<usize>) -> Place {
     )
 }
 
-/// A decimal number and a unit, to the nanosecond.
+/// Parses a decimal number and a unit, to the nanosecond.
 fn duration(text: &str) -> Option<Duration> {
     let text = text.trim();
     let digits_end = text.find(|c: char| !c.is_ascii_digit() && c != '.')?;
@@ -498,7 +498,7 @@ fn duration(text: &str) -> Option<Duration> {
         _ => return None,
     };
     let (whole, fraction) = number.split_once('.').unwrap_or((number, "0"));
-    // Beyond twelve digits a fraction of an hour is less than a nanosecond.
+    // Beyond twelve digits, a fraction of an hour is below a nanosecond.
     if whole.is_empty() || fraction.is_empty() || whole.len() > 20 || fraction.len() > 12 {
         return None;
     }
