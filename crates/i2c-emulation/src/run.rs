@@ -1,4 +1,4 @@
-//! What both ways to run a program share: how it starts, how it ends, and why it could not.
+//! What both ways to run a program share: starting it, waiting for its end, and errors.
 
 use std::fmt;
 use std::io;
@@ -6,10 +6,10 @@ use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus};
 
-/// Which way was taken.
+/// The way in use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Way {
-    /// A file of the kernel in a private mount namespace; see [`fuse`](crate::fuse).
+    /// A kernel file in a private mount namespace; see [`fuse`](crate::fuse).
     Fuse,
     /// A preloaded library; see [`preload`](crate::preload).
     Preload,
@@ -29,13 +29,13 @@ impl fmt::Display for Way {
 pub struct Ended {
     /// Its exit code, or the signal that ended it.
     pub status: ExitStatus,
-    /// The way that was taken.
+    /// The way used.
     pub via: Way,
-    /// How often it, or what it started, opened a device: 0 is a program that never looked.
+    /// How often the program, or what it started, opened a device: 0 means never.
     pub opens: u64,
 }
 
-/// Why a program could not be run with its buses, or not to its end.
+/// Why a program could not run with its buses, or not to its end.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what each is")]
 pub enum RunError {
@@ -101,11 +101,11 @@ pub enum RunError {
     Wait(String, #[source] io::Error),
 }
 
-/// What the machine must have for each way.
+/// What the machine needs for each way.
 pub(crate) const FUSE_NEEDS: &str = "Linux 5.6 or newer with FUSE, tmpfs and a mounted /proc";
 pub(crate) const PRELOAD_NEEDS: &str = "Linux 3.17 or newer with a mounted /proc";
 
-/// A step failed for a way that needs this.
+/// A step failed for a way with these needs.
 pub(crate) fn setup_failed(step: &str, source: io::Error, needs: &'static str) -> RunError {
     RunError::Setup {
         step: step.to_owned(),
@@ -124,7 +124,7 @@ pub(crate) fn not_started(command: &Command, source: io::Error) -> RunError {
     }
 }
 
-/// Tells `started` the program's process number, and waits for its end.
+/// Passes the program's process number to `started`, and waits for its end.
 pub(crate) fn wait_for(
     mut child: Child,
     command: &Command,
@@ -137,7 +137,7 @@ pub(crate) fn wait_for(
         .map_err(|source| RunError::Wait(program(), source))
 }
 
-/// Two connected sockets, for a way that needs this of the machine.
+/// Two connected sockets, for a way with these needs.
 pub(crate) fn socket_pair(needs: &'static str) -> Result<(UnixStream, UnixStream), RunError> {
     UnixStream::pair().map_err(|source| setup_failed("making a socket pair", source, needs))
 }

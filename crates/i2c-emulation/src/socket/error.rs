@@ -1,12 +1,12 @@
-//! Why no server could be started, and what to do about it.
+//! Why the server could not start.
 
 use std::io;
 use std::path::PathBuf;
 
-/// Most bytes of a socket's path: `sun_path` has 108, the last of which is zero.
+/// The longest socket path: `sun_path` has 108 bytes, the last of them zero.
 pub const PATH_BYTES_MAX: usize = 107;
 
-/// Why no server could be started.
+/// Why the server could not start.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what each is")]
 pub enum SocketError {

@@ -1,4 +1,4 @@
-//! The answers, request by request, without a kernel.
+//! The answers to each request, without a kernel.
 
 use super::*;
 use crate::adapter::{ByFunction, Message};
@@ -9,7 +9,7 @@ const UNIQUE: u64 = 77;
 
 const BEYOND_SEVEN_BITS: u64 = 1 << 7;
 
-/// A caller without any memory, which tells its pointers' width by the errno it gives.
+/// A caller without memory; its errno reveals the pointer width.
 struct NoMemory(PointerWidth);
 
 impl CallerMemory for NoMemory {
@@ -25,7 +25,7 @@ impl CallerMemory for NoMemory {
     }
 }
 
-/// The kernel's side: requests by the numbers and layouts of `linux/fuse.h`.
+/// The kernel's side: requests with the numbers and layouts of `linux/fuse.h`.
 struct Kernel(Session);
 
 type Outcome = Result<Vec<u8>, i32>;
@@ -191,7 +191,7 @@ proptest! {
         let mut kernel = Kernel::new();
         kernel.open().unwrap();
         for (opcode, mut body) in opcodes {
-            // The first handle is 1: half of the requests find their file open.
+            // The first handle is 1, so half of the requests find their file open.
             if body.len() >= 8 && body[7] & 1 == 0 {
                 body[..8].copy_from_slice(&1u64.to_ne_bytes());
             }
