@@ -13,7 +13,7 @@ fn the_kernel_finds_an_i2c_tiny_usb() {
     assert_eq!(device[0..2], [18, 1], "USB 2.0, table 9-8");
     assert_eq!(device[8..12], [0x03, 0x04, 0x31, 0xC6], "0403:c631");
     assert_eq!(device[17], 1, "one configuration");
-    // The kernel asks for nine bytes first, and then for the length that they tell.
+    // The kernel asks for nine bytes first, then for the length they state.
     let start = client.descriptor(0x0200, 0, 9).data;
     assert_eq!(start.len(), 9);
     let total = u16::from_le_bytes([start[2], start[3]]);
@@ -98,7 +98,7 @@ fn what_follows_a_read_is_a_transaction_of_its_own() {
     assert_eq!(notes, ["69 W[20] 69 R1"], "of what was broken off nothing");
 }
 
-/// `usb_xfer` makes ENXIO of status 2, but only if as many bytes came back as it asked for.
+/// `usb_xfer` turns status 2 into ENXIO, but only if as many bytes came back as requested.
 #[test]
 fn a_missing_target_is_told_by_the_status() {
     let (_, mut client) = plugged_in();
@@ -165,7 +165,7 @@ fn what_an_adapter_has_no_answer_to_stalls() {
         setup(0x00, 9, 2, 0, 0),
         setup(0x01, 11, 1, 0, 0),
         setup(0xA1, 4, 0, 0, 1),
-        // A read in the direction of a write, and the other way round.
+        // A read in a write's direction, and vice versa.
         setup(0x41, 4 | WHOLE, 1, 0x69, 0),
         setup(0xC1, 4 | WHOLE, 0, 0x69, 1),
     ] {
