@@ -1,4 +1,4 @@
-//! The sensor broken on command: what the host sees, and what is left when it is mended.
+//! Injected faults: what the host sees, and what remains after they are cleared.
 
 use crate::support::*;
 use amg8833_emulator::{
@@ -381,7 +381,7 @@ fn another_speed_of_the_bus_takes_other_time() {
     assert_eq!(took(&mut rig), Duration::from_micros(11_820));
 }
 
-/// Section 2.1, as with the option, but for a time.
+/// Section 2.1, as with the option, but temporary.
 #[test]
 fn a_wake_too_fast_freezes_by_fault() {
     let mut rig = broken(Fault::FastWake);

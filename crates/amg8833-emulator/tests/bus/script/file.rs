@@ -1,4 +1,4 @@
-//! Scripts from text: the example, the document, and what can be wrong.
+//! Scripts from text: the example, the document, and every error.
 
 use super::support::*;
 use amg8833_emulator::script::{
@@ -8,7 +8,7 @@ use amg8833_emulator::{Address, BusError, Chance, Clock, Fault, FaultKind};
 use core::time::Duration;
 use std::sync::{Arc, Mutex};
 
-/// The example, followed by a reader every 50 ms: twice the same, and every kind at the times that it names.
+/// Runs the example with a read every 50 ms: two runs agree, and every kind strikes at its times.
 #[test]
 fn the_example_is_followed_to_the_letter() {
     let run = |seed: Option<u64>| {
@@ -100,7 +100,7 @@ fn the_documents_first_example_is_a_script() {
     assert_eq!(script.rules().collect::<Vec<_>>(), [&expected]);
 }
 
-/// The table of the document has every kind with its unit.
+/// The document's table lists every kind with its unit.
 #[test]
 fn the_document_knows_every_kind() {
     let document = include_str!("../../../scripts/README.md");
