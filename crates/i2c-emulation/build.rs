@@ -20,7 +20,7 @@ fn main() {
     println!("cargo::rerun-if-env-changed={WITHOUT}");
     println!("cargo::rustc-check-cfg=cfg(preload_library)");
     let built = if env::var_os(WITHOUT).is_some() {
-        Err(format!("it was built with {WITHOUT} set"))
+        Err(format!("{WITHOUT} was set"))
     } else {
         compile()
     };
@@ -34,7 +34,7 @@ fn main() {
             println!("cargo::rustc-env=I2C_EMULATION_NO_LIBRARY=");
         }
         Err(reason) => {
-            println!("cargo::warning=built without the library to preload: {reason}");
+            println!("cargo::warning=built without the preload library: {reason}");
             println!("cargo::rustc-env=I2C_EMULATION_NO_LIBRARY={reason}");
         }
     }
@@ -84,7 +84,7 @@ fn compile() -> Result<PathBuf, String> {
         let line = said.lines().find(|line| line.starts_with("error"));
         Err(format!(
             "rustc cannot make a shared library for this target: {}",
-            line.unwrap_or("it does not say why")
+            line.unwrap_or("no reason given")
         ))
     }
 }

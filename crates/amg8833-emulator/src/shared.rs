@@ -86,7 +86,7 @@ impl fmt::Display for PinError {
             Self::Borrowed => formatter.write_str("the bus of the INT pin is borrowed elsewhere"),
             Self::Late => write!(
                 formatter,
-                "the INT pin did not change within {} h\nhint: is the sensor awake, and INT enabled (register 0x03)?",
+                "the INT pin did not change within {} h\nhint: is the sensor awake and INT enabled (register 0x03)?",
                 WAIT_MAX.as_secs() / 3_600
             ),
         }

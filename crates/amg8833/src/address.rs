@@ -66,7 +66,7 @@ impl fmt::Display for UnknownAddress {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             formatter,
-            "not an address of the sensor: expected {} or {}, found {:#04x}\n\
+            "not a sensor address: expected {} or {}, found {:#04x}\n\
              hint: give the 7-bit address; 0xd0 and 0xd2 are the same two with the read/write bit",
             Address::Low,
             Address::High,
@@ -100,7 +100,7 @@ mod tests {
         let message = std::format!("{}", Address::try_from(0xD2).unwrap_err());
         assert_eq!(
             message,
-            "not an address of the sensor: expected 0x68 or 0x69, found 0xd2\n\
+            "not a sensor address: expected 0x68 or 0x69, found 0xd2\n\
              hint: give the 7-bit address; 0xd0 and 0xd2 are the same two with the read/write bit"
         );
     }

@@ -38,8 +38,8 @@ impl<E: fmt::Display> fmt::Display for Error<E> {
             } => write!(
                 formatter,
                 "short read from register {register:#04x}: expected {expected} bytes, found {found}\n\
-                 hint: the bus reported success for a transfer that it did not carry out; check that the sensor \
-                 is there"
+                 hint: the bus reported success for a transfer it did not make; check that the sensor is \
+                 connected"
             ),
             Self::UndefinedPowerMode(error) => error.fmt(formatter),
         }

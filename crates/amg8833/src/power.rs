@@ -69,7 +69,7 @@ impl fmt::Display for UndefinedPowerMode {
         write!(
             formatter,
             "undefined power mode: expected 0x00, 0x10, 0x20 or 0x21, found {:#04x}\n\
-             hint: set the sensor up again; another program, or noise on the bus, wrote to it",
+             hint: initialize the sensor again; another program or bus noise wrote to it",
             self.found
         )
     }

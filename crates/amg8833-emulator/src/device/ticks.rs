@@ -322,21 +322,21 @@ impl fmt::Display for DriftError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Empty => formatter.write_str(
-                "a drift curve without points\nhint: for a clock without drift, leave the curve out",
+                "drift curve has no points\nhint: for a clock without drift, omit the curve",
             ),
             Self::Order(point) => write!(
                 formatter,
-                "point {point} of the drift curve is not later than the one before"
+                "point {point} of the drift curve is not later than the previous one"
             ),
             Self::Stretch(point) => write!(
                 formatter,
-                "point {point} of the drift curve comes more than {} days after the one before\nhint: put points in \
-                 between",
+                "point {point} of the drift curve comes more than {} days after the previous one\nhint: add points \
+                 in between",
                 DRIFT_STRETCH_MAX.as_secs() / 86_400
             ),
             Self::TooFar(point, ppm) => write!(
                 formatter,
-                "point {point} of the drift curve has an error of {ppm} ppm, beyond {CLOCK_ERROR_PPM_MAX} either way"
+                "point {point} of the drift curve has an error of {ppm} ppm, at most {CLOCK_ERROR_PPM_MAX} either way is possible"
             ),
         }
     }

@@ -83,13 +83,13 @@ impl Rule {
         let moment = kind == FaultKind::BrownOut;
         match (self.when, self.lasting) {
             (When::Every { period, .. }, _) if period < EVERY_MIN => {
-                Err("a shorter period than 1 ms")
+                Err("the period is shorter than 1 ms")
             }
             (_, Lasting::Times(_)) if kind.unit() == Unit::Stretch => {
-                Err("a count of a fault that is a stretch of time")
+                Err("a fault that lasts cannot have a count")
             }
             (_, Lasting::For(_) | Lasting::Frames(_)) if moment => {
-                Err("a duration of a fault that is a moment")
+                Err("a momentary fault cannot have a duration")
             }
             _ => Ok(()),
         }
@@ -222,11 +222,11 @@ impl fmt::Display for ScriptError {
             Self::Rule(number, problem) => write!(formatter, "rule {number}: {problem}"),
             Self::TooManyRules(found) => write!(
                 formatter,
-                "{found} rules are more than the {RULES_MAX} of a script\nhint: give each bus a script of its own"
+                "{found} rules, at most {RULES_MAX} are possible\nhint: give each bus its own script"
             ),
             Self::TooLong(origin, bytes) => write!(
                 formatter,
-                "{origin}: {bytes} bytes are more than the {SCRIPT_BYTES_MAX} of a script\nhint: this is some other file"
+                "{origin}: {bytes} bytes, at most {SCRIPT_BYTES_MAX} are possible\nhint: is this a fault script?"
             ),
         }
     }

@@ -139,7 +139,7 @@ impl Server {
             Ok(guest) => guest,
             Err(TurnedAway::Stopping) => return say_bye(&stream, ByeReason::Stopping, STOPPING),
             Err(TurnedAway::Full) => {
-                let text = format!("{most} clients are connected, and no more are taken");
+                let text = format!("{most} clients are connected, the limit");
                 return say_bye(&stream, ByeReason::TooManyClients, &text);
             }
         };

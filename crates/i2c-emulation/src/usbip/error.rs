@@ -16,7 +16,7 @@ const HINT_MODULES: &str = "load them with `modprobe -a vhci-hcd i2c-tiny-usb i2
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what each is")]
 pub enum UsbipError {
-    #[error("no bus to attach\nhint: put at least one bus into the rack")]
+    #[error("no bus to attach\nhint: add at least one bus to the rack")]
     NoBus,
     #[error(
         "{0} buses, at most {BUSES_MAX} can be attached\nhint: start a second program for the rest"
@@ -39,7 +39,7 @@ pub enum UsbipError {
     #[error("the kernel refused the device at port {0}: {1}\nhint: see its log (dmesg)")]
     Refused(u32, #[source] io::Error),
     #[error(
-        "the kernel made no I2C adapter of the USB device at port {0} within {1:?}\nhint: {HINT_MODULES}; a program that still holds the /dev/i2c-N of a USB adapter that was pulled out keeps the kernel from taking another one: end it"
+        "the kernel made no I2C adapter of the USB device at port {0} within {1:?}\nhint: {HINT_MODULES}; a program that still holds the /dev/i2c-N of an unplugged USB adapter blocks new ones: end it"
     )]
     NoAdapter(u32, Duration),
     #[error(

@@ -315,7 +315,7 @@ fn a_client_too_many_is_turned_away_and_may_come_again() {
     assert_eq!(Options::default().clients_max, CLIENTS_MAX);
     let bench = Bench::new(Options::default());
     let mut guests: Vec<_> = (0..CLIENTS_MAX).map(|_| bench.greeted()).collect();
-    let expected = "32 clients are connected, and no more are taken";
+    let expected = "32 clients are connected, the limit";
     assert_eq!(bench.raw().farewell(), (3, expected.to_owned()));
     let mut leaving = guests.pop().unwrap();
     leaving.send(&[]);

@@ -185,7 +185,7 @@ fn the_longest_path_works_and_one_byte_more_is_refused() {
     assert!(
         error
             .to_string()
-            .starts_with("the path is 108 bytes long, a socket's may have 107: /"),
+            .starts_with("socket path is 108 bytes long, at most 107 are possible: /"),
         "{error}"
     );
 }

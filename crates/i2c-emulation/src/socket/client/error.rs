@@ -108,8 +108,8 @@ const fn fault_text(fault: Fault) -> &'static str {
 
 const fn hint_of(reason: ByeReason) -> &'static str {
     match reason {
-        ByeReason::Version => "\nhint: take client and server of one release",
-        ByeReason::TooManyClients => "\nhint: close clients that are no longer used",
+        ByeReason::Version => "\nhint: use client and server of the same release",
+        ByeReason::TooManyClients => "\nhint: close unused clients",
         _ => "",
     }
 }
