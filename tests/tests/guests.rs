@@ -286,9 +286,9 @@ fn check_the_agent(said: &Said, collector: &Serving) {
     assert!(row["stored"].as_u64().unwrap() >= 20, "{row}");
     assert!(
         row["missing"].as_u64().unwrap() >= 5,
-        "the time without an adapter: {row}"
+        "frames missing without an adapter: {row}"
     );
-    assert_eq!(audit.code, 3, "missing frames are told");
+    assert_eq!(audit.code, 3, "missing frames are reported");
 }
 
 /// Prints the time per frame, from uptimes before ten reads, after them, and after ten times 21 reads.
@@ -332,7 +332,7 @@ fn a_stock_kernel_on_x86_64_has_the_emulated_chip_on_a_real_bus() {
     assert_eq!(
         said.one("told"),
         said.one("device"),
-        "the program names the kernel's device"
+        "the program prints the kernel's device"
     );
     let refused = |when, text: &str| {
         let line = said.all(when).next().unwrap_or_default();

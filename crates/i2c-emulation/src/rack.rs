@@ -66,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn all_who_ask_for_a_number_share_one_bus() {
+    fn every_request_for_a_number_returns_the_same_bus() {
         let mut rack = Rack::new();
         assert!(rack.insert(1, counting(0)).is_none(), "nothing was there");
         rack.insert(3, counting(10));

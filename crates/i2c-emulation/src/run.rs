@@ -69,7 +69,9 @@ pub enum RunError {
         "/dev has more than {0} entries\nhint: create an empty file at the device's path, so that /dev need not be rebuilt"
     )]
     DevTooFull(usize),
-    #[error("the kernel speaks FUSE {0}.{1}, 7.28 or newer is required\nhint: use Linux 4.20 or newer")]
+    #[error(
+        "the kernel speaks FUSE {0}.{1}, 7.28 or newer is required\nhint: use Linux 4.20 or newer"
+    )]
     FuseTooOld(u32, u32),
     #[error("the emulated device failed: {0}\nhint: see the kernel's log (dmesg)")]
     Serve(#[source] io::Error),

@@ -55,7 +55,7 @@ by_both_ways! {
     transfers_of_several_processes_never_mingle
     exit_codes_and_signals_are_handed_on_and_nothing_is_left
     a_command_can_be_run_again
-    a_program_that_leaves_others_behind_ends_all_the_same
+    a_program_that_leaves_processes_running_still_ends
 }
 
 fn i2cdetect_sees_the_target_and_nobody_else(via: Via) {
@@ -266,7 +266,7 @@ fn a_command_can_be_run_again(via: Via) {
 }
 
 /// Processes that the program leaves running lose their bus when it ends, and do not keep `run` from returning.
-fn a_program_that_leaves_others_behind_ends_all_the_same(via: Via) {
+fn a_program_that_leaves_processes_running_still_ends(via: Via) {
     let bench = Bench::new(via, AdapterMode::Pi);
     let device = bench.device();
     let device = device.display();

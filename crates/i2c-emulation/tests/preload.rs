@@ -105,7 +105,7 @@ fn each_program_that_cannot_be_reached_has_its_own_error() {
         let (error, _) = refused(&path);
         assert!(
             matches!(error, RunError::StaticProgram(program) if program == fixed.display().to_string()),
-            "a script is as good as its interpreter"
+            "a script counts as its interpreter"
         );
     }
     let (error, _) = refused(&folder.path().join("nothing"));

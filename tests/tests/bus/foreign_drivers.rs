@@ -389,7 +389,7 @@ fn sleep_and_wake_of_grideye_driver() {
         let asleep = in_specified_order(&answer["asleep"], turned);
         assert!(
             asleep.iter().all(|pixel| *pixel == 0.0),
-            "what is read in sleep is no frame: {asleep:?}"
+            "reads in sleep are no frame: {asleep:?}"
         );
         assert_eq!(in_specified_order(&answer["awake"], turned), truth);
         assert_eq!(in_specified_order(&answer["again"], turned), truth);
@@ -488,7 +488,7 @@ fn interrupts_of_grideye_driver_trip_for_the_person_and_clear() {
         assert_eq!(
             answer["config"],
             serde_json::json!([-5.0, -40.0, 1.0, true, true]),
-            "the levels come back as they were written, below zero too"
+            "the levels read back as written, also below zero"
         );
         let seen = answer["seen"].as_array().unwrap();
         let flags: Vec<bool> = seen.iter().map(|look| look[0].as_bool().unwrap()).collect();
@@ -500,7 +500,7 @@ fn interrupts_of_grideye_driver_trip_for_the_person_and_clear() {
         let columns: Vec<f64> = seen.iter().filter_map(middle_column).collect();
         assert!(
             columns.first().unwrap() < &2.0 && columns.last().unwrap() > &5.0,
-            "from the room's left to its right, which is left to right in the driver's turned picture: {columns:?}"
+            "from the room's left to its right, which is left to right in the driver's rotated image: {columns:?}"
         );
     }
 }
@@ -542,7 +542,7 @@ fn sees_the_walk(driver: &Driver, way: Way, scene: &Path) {
         .collect();
     assert!(
         columns.first().unwrap() > &5.0 && columns.last().unwrap() < &2.0,
-        "{}: from the room's left, which is the picture's right: {columns:?}",
+        "{}: from the room's left, which is the image's right: {columns:?}",
         driver.name
     );
 }

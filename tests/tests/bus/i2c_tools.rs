@@ -146,7 +146,7 @@ fn i2ctransfer_reads_a_frame_in_one_transfer() {
                 "i2ctransfer -y 1 w1@0x69 0x80; i2ctransfer -y 1 r64@0x69; i2ctransfer -y 1 r64@0x69"
             ),
             pixel_bytes(),
-            "the pointer stays over a STOP, and goes on"
+            "the pointer stays across a STOP and continues"
         );
         assert_eq!(
             read("i2ctransfer -y 1 w1@0x69 0x00 r256"),
@@ -156,7 +156,7 @@ fn i2ctransfer_reads_a_frame_in_one_transfer() {
         assert_eq!(
             read("i2ctransfer -y 1 w1@0x69 0xff r3"),
             [address_map()[0xFF], 0, 0],
-            "behind the last register comes the first"
+            "after the last register comes the first"
         );
     }
 }
@@ -182,7 +182,7 @@ fn i2cget_reads_bytes_words_and_blocks() {
 
 /// Writable registers, their readback, and registers that ignore writes (reference, sections 1 and 2.5).
 #[test]
-fn i2cset_writes_what_the_sensor_lets_write() {
+fn i2cset_writes_the_writable_registers() {
     let folder = tempfile::tempdir().unwrap();
     for way in ways() {
         let source = known(folder.path());
@@ -284,7 +284,7 @@ fn i2cset_sends_the_sensor_to_sleep_and_wakes_it() {
         assert_eq!(
             got[16..],
             ["0x0000", "0x00", "0x0f60"],
-            "no picture, no rate written, and the picture again"
+            "no image, no rate written, then the image again"
         );
     }
 }

@@ -246,7 +246,7 @@ fn interrupts_trip_for_the_right_pixels_and_clear() {
 }
 
 #[test]
-fn the_moving_average_is_heard_by_the_sensor() {
+fn the_sensor_applies_the_moving_average() {
     let step = |t: Duration| {
         Frame::uniform(Celsius::new(if t < Duration::from_secs(1) {
             -10.0

@@ -142,7 +142,7 @@ mod with_async {
     }
 
     #[test]
-    fn other_tasks_come_to_their_turn_with_each_frame() {
+    fn other_tasks_run_with_each_frame() {
         let clock = ManualClock::new();
         let sensor = sensor(&clock);
         alarm(&sensor);

@@ -114,7 +114,7 @@ fn a_selection_waits_for_the_stop() {
     assert_eq!(
         read,
         [0x00],
-        "the old one is in force within the transaction"
+        "the old selection holds within the transaction"
     );
     assert_eq!(control(&mut mux), 0x04);
 }
@@ -161,7 +161,7 @@ fn two_devices_of_one_address_are_heard_as_and() {
 }
 
 #[test]
-fn one_that_does_not_acknowledge_does_not_keep_the_other_from_it() {
+fn a_silent_sensor_does_not_keep_the_other_from_acknowledging() {
     let clock = ManualClock::new();
     let mut mux = mux(&clock);
     mux.write(MUX, &[0b0110_0000]).unwrap();
@@ -170,7 +170,7 @@ fn one_that_does_not_acknowledge_does_not_keep_the_other_from_it() {
     assert_eq!(
         pixel(&mut mux, HIGH),
         Ok(24),
-        "a released line says nothing"
+        "a released line does not count"
     );
     let counts = mux.channel(5).unwrap().fault_counts();
     assert_eq!(counts.of(FaultKind::NackAddress), 1, "once a transaction");
@@ -195,7 +195,7 @@ fn a_channel_that_is_held_low_holds_the_trunk_until_reset() {
     assert_eq!(
         mux.write(MUX, &[0x00]),
         Err(BusError::Timeout),
-        "no way back"
+        "the control register is out of reach"
     );
     mux.reset();
     assert_eq!(pixel(&mut mux, LOW), Ok(160));
@@ -237,7 +237,7 @@ fn time_traffic_and_trace_run_through() {
     assert_eq!(
         clock.now() - before,
         Duration::from_nanos(48 * 2_500),
-        "once, however many buses hear it"
+        "counted once, on however many buses"
     );
     assert_eq!(
         *notes.lock().unwrap(),

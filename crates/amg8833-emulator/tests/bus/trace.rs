@@ -322,7 +322,7 @@ fn the_lines_keep_the_time_of_the_bus() {
 }
 
 #[test]
-fn a_bus_without_a_speed_is_drawn_one_behind_the_other() {
+fn a_bus_without_a_speed_is_drawn_in_sequence() {
     let frame = Frame::uniform(Celsius::new(20.0));
     let timeless = Bus::with_sensor(ManualClock::new(), Address::High, frame);
     let drawn = dump(timeless, |bus| {
@@ -389,7 +389,7 @@ fn sigrok_decodes_the_lines() {
     assert_eq!(
         count("NACK"),
         5,
-        "two that nobody took, three at the end of a read: {text}"
+        "two without a target, three at the end of a read: {text}"
     );
     assert_eq!(count("Address write: 42"), 1, "{text}");
 }

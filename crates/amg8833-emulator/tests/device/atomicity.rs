@@ -30,9 +30,9 @@ fn a_frame_that_falls_due_in_an_open_transaction_waits_for_stop() {
     assert_eq!(byte(&mut device, ms(522)), 1);
     assert_eq!(device.frames(), 1);
     device.advance(ms(530));
-    assert_eq!(device.frames(), 1, "not even when asked to go on");
+    assert_eq!(device.frames(), 1, "not even when advanced");
     device.stop(ms(540));
-    assert_eq!(device.frames(), 5, "all that fell due, each once");
+    assert_eq!(device.frames(), 5, "every due frame, once");
     device.start_write(ms(541));
     device.write(0x80, ms(541));
     device.start_read(ms(541));

@@ -78,7 +78,7 @@ fn line_2_every_way_of_reading_a_frame_gives_the_same_bytes() {
 }
 
 #[test]
-fn line_2_chunks_behind_repeated_starts_go_on_where_the_last_ended() {
+fn line_2_chunks_after_repeated_starts_continue_where_the_last_ended() {
     let mut rig = Rig::new(|_| numbered());
     rig.pass(100);
     let (mut first, mut second, mut third) = ([0; 31], [0; 64], [0; 33]);
@@ -99,7 +99,7 @@ fn line_2_chunks_behind_repeated_starts_go_on_where_the_last_ended() {
 }
 
 #[test]
-fn line_2_odd_starts_begin_in_the_midst_of_a_pixel() {
+fn line_2_odd_starts_begin_in_the_middle_of_a_pixel() {
     let mut rig = Rig::new(|_| numbered());
     rig.pass(100);
     assert_eq!(rig.read(0x9F, 31), numbered_bytes()[0x1F..0x1F + 31]);

@@ -54,7 +54,7 @@ fn no_change_is_missed_however_late_somebody_looks() {
 }
 
 #[test]
-fn what_the_host_does_moves_the_pin_at_that_time() {
+fn a_write_moves_the_pin_at_its_own_time() {
     let mut rig = Rig::new(constant(31.0));
     rig.write(&[0x08, 0x78, 0x00]);
     rig.set(150);
@@ -106,7 +106,7 @@ fn a_change_that_falls_due_in_a_transaction_comes_with_its_stop() {
 }
 
 #[test]
-fn of_more_changes_than_are_kept_the_newest_are() {
+fn only_the_newest_changes_are_stored() {
     let blinking = |t: Duration| uniform(if t.as_millis() % 200 == 0 { 31.0 } else { 20.0 });
     let mut rig = Rig::new(blinking);
     for pair in ALARM {
@@ -159,7 +159,7 @@ fn shared(clock: &ManualClock) -> RefCell<Bus<&ManualClock, Visits>> {
 }
 
 #[test]
-fn the_changes_to_come_are_found_by_moving_an_emulated_clock() {
+fn future_changes_are_found_by_advancing_the_clock() {
     let clock = ManualClock::new();
     let bus = shared(&clock);
     let pin = SharedBus::new(&bus).int_pin(Address::High);

@@ -154,7 +154,7 @@ fn the_status_clear_register_clears_what_is_selected_and_reads_zero() {
     assert_eq!(rig.word(), 0x7FF, "pixels hold");
     rig.write(&[0x01, 0x31]);
     rig.set(200);
-    assert_eq!(rig.register(0x04), 0x06, "still so: asserted again");
+    assert_eq!(rig.register(0x04), 0x06, "still outside: asserted again");
 }
 
 #[test]
@@ -196,11 +196,7 @@ fn flag_and_table_hold_until_cleared_by_option() {
     assert_eq!(pin(&mut rig), InterruptPin::Low);
     rig.write(&[0x05, 0x02]);
     rig.set(400);
-    assert_eq!(
-        rig.register(0x04),
-        0x00,
-        "cleared for good: nothing trips any more"
-    );
+    assert_eq!(rig.register(0x04), 0x00, "cleared: nothing trips now");
     rig.write(&FLAG_RESET);
     assert_eq!(rig.read(0x10, 8), [0; 8]);
 }

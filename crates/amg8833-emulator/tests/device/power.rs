@@ -165,7 +165,7 @@ fn stand_by_in_the_three_readings() {
 }
 
 #[test]
-fn from_one_stand_by_to_the_other_the_interval_counts_anew() {
+fn from_one_stand_by_to_the_other_the_interval_restarts() {
     let mut rig = Rig::new(counting);
     rig.write(&STAND_BY_60);
     rig.set(30_000);

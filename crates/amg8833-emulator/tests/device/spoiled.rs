@@ -123,7 +123,7 @@ fn chances_hold_to_their_probability() {
 
 /// Per transaction, with the same bound; and adjacent transactions are independent.
 #[test]
-fn chances_are_drawn_anew_for_every_transaction() {
+fn chances_are_drawn_for_every_transaction() {
     let hits = |seed| {
         let mut rig = Rig::new(constant(0.0));
         rig.bus.set_seed(seed);

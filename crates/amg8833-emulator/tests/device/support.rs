@@ -84,7 +84,7 @@ impl Rig {
         let pixels = self.pixels();
         assert!(
             pixels.iter().all(|word| *word == pixels[0]),
-            "a mix: {pixels:?}"
+            "mixed frames: {pixels:?}"
         );
         pixels[0]
     }

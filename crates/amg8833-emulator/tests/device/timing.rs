@@ -61,7 +61,7 @@ fn one_frame_a_second_is_the_mean_of_the_last_ten() {
 }
 
 #[test]
-fn a_change_of_rate_starts_both_averages_anew() {
+fn a_change_of_rate_restarts_both_averages() {
     let mut rig = Rig::new(counting);
     rig.write(&ONE_FPS);
     rig.set(550);
@@ -399,7 +399,7 @@ fn a_time_beyond_every_clock_counts_as_the_latest() {
 }
 
 #[test]
-fn what_was_measured_before_a_power_cycle_counts() {
+fn frames_before_a_power_cycle_count() {
     let mut device = Device::new(counting, Options::default(), Duration::ZERO);
     device.power_cycle(Duration::from_millis(250));
     assert_eq!(device.frames(), 2);
@@ -442,7 +442,7 @@ fn a_drifting_day_has_the_frames_of_the_integral() {
 
 /// The same for a curve of two lines, the second through the first night: 10 h from 0 to 1,000 ppm, 4 h back.
 #[test]
-fn a_drift_curve_counts_from_power_on_and_starts_anew_with_it() {
+fn a_drift_curve_counts_from_power_on_and_restarts_with_it() {
     static POINTS: [(Duration, i32); 3] = [
         (Duration::ZERO, 0),
         (Duration::from_secs(36_000), 1_000),
@@ -514,7 +514,7 @@ fn a_drift_by_call_over_a_day_loses_nothing() {
 
 /// A live program with a slow source need not produce frames that no read would see.
 #[test]
-fn the_frames_to_make_up_for_can_be_few() {
+fn the_frames_to_catch_up_can_be_few() {
     for (catch_up_frames_max, asked) in [(0, 1), (1, 1), (20, 20), (CATCH_UP_FRAMES_MAX, 6_003)] {
         let count = Rc::new(RefCell::new(0_u64));
         let log = Rc::clone(&count);
@@ -528,7 +528,7 @@ fn the_frames_to_make_up_for_can_be_few() {
         };
         let mut rig = Rig::with(source, options);
         rig.set(600_300);
-        assert_eq!(rig.word(), 3, "the newest is there all the same");
+        assert_eq!(rig.word(), 3, "the newest frame is there");
         assert_eq!(*count.borrow(), asked);
     }
 }

@@ -35,7 +35,7 @@ fn registers(device: &mut Sensor, register: u8, count: usize, now: u64) -> Vec<u
 
 /// The 2021 interface document sets a level in two pairs after repeated STARTs, with one STOP.
 #[test]
-fn pairs_behind_repeated_starts_in_one_transaction() {
+fn pairs_after_repeated_starts_in_one_transaction() {
     let mut device = sensor();
     begin(&mut device, &[0x08, 0xD8], 0);
     begin(&mut device, &[0x09, 0x0F], 0);
@@ -108,14 +108,14 @@ fn a_read_behind_each_write_is_of_the_register_after_it() {
         rig.bus
             .write_read(HIGH, &[register, byte], &mut next)
             .unwrap();
-        assert_eq!(next, [0x00], "behind 0x{register:02x}");
+        assert_eq!(next, [0x00], "after 0x{register:02x}");
     }
     assert_eq!(rig.register(0x07), 0x20);
 }
 
 /// The breakout board's firmware: 0x80 and STOP, then four reads of 32 bytes without a register address, 2 ms apart.
 #[test]
-fn the_pointer_goes_on_over_stops() {
+fn the_pointer_continues_across_stops() {
     let mut rig = Rig::new(counting);
     rig.set(110);
     rig.write(&[0x80]);
@@ -129,7 +129,7 @@ fn the_pointer_goes_on_over_stops() {
     assert_eq!(words(&frame), [1; 64]);
     let mut behind = [0xA5];
     rig.bus.read(HIGH, &mut behind).unwrap();
-    assert_eq!(behind, [0x00], "and then from the start");
+    assert_eq!(behind, [0x00], "then from the start");
 }
 
 #[test]

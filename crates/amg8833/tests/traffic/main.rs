@@ -288,7 +288,7 @@ traffic!(configuration_with_an_undefined_power_mode: [read(0x00, &[0x30; 14])],
     configuration() => Err(Error::UndefinedPowerMode(UndefinedPowerMode { found: 0x30 })));
 
 #[test]
-fn a_sensor_that_reset_itself_is_told_from_one_that_did_not() {
+fn a_sensor_that_reset_itself_is_recognized() {
     let mut after_power_on = [0; 14];
     let bus = [read(0x00, &SETTINGS_READ_BACK), read(0x00, &after_power_on)];
     let mut sensor = Amg8833::new(Mock::new(&bus), Address::High);

@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_there_is_efault() {
+    fn missing_memory_is_efault() {
         let mut memory = ProcessMemory::of_this_process();
         for address in [0, 1, u64::MAX, u64::MAX - 1, 1 << 63] {
             let read = memory.read(address, &mut [0; 4]);

@@ -343,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_user_may_not_is_told_from_what_the_machine_cannot() {
+    fn a_missing_right_and_a_missing_feature_have_different_errors() {
         let fuse_device = Path::new("/dev/fuse");
         let device = Path::new("/dev/i2c-emulation-plan");
         let plan = Plan::new(&[device], fuse_device, Right::Own).unwrap();

@@ -14,9 +14,7 @@ pub enum SocketError {
         "{0} is in use: another server answers or starts there\nhint: stop that server, or choose another path"
     )]
     InUse(PathBuf),
-    #[error(
-        "{0} exists and is not a socket\nhint: choose another path; nothing was changed"
-    )]
+    #[error("{0} exists and is not a socket\nhint: choose another path; nothing was changed")]
     NotASocket(PathBuf),
     #[error("there is no folder {0}\nhint: make it with `mkdir -p`, or choose another path")]
     NoFolder(PathBuf),

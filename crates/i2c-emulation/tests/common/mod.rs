@@ -195,7 +195,7 @@ pub(crate) fn assert_nothing_left(device: &Path) {
 pub(crate) fn wait_until(mut done: impl FnMut() -> bool) {
     let deadline = Instant::now() + Duration::from_secs(10);
     while !done() {
-        assert!(Instant::now() < deadline, "waited for 10 s");
+        assert!(Instant::now() < deadline, "not done after 10 s");
         std::thread::sleep(Duration::from_millis(2));
     }
 }

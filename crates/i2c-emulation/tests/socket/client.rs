@@ -84,7 +84,7 @@ fn a_transaction_is_cut_into_messages_as_embedded_hal_has_it() {
 }
 
 #[test]
-fn what_was_read_before_a_fault_is_there() {
+fn bytes_read_before_a_fault_are_there() {
     let bench = Bench::new(Options::default());
     let mut bus = Client::connect(&bench.path, 1).unwrap();
     let mut before = [0; 2];
@@ -257,7 +257,7 @@ fn a_server_that_went_away_is_named_now_and_later() {
 }
 
 #[test]
-fn a_bus_that_is_not_there_is_refused_with_those_that_are() {
+fn a_missing_bus_is_refused_with_a_list_of_buses() {
     let bench = Bench::new(Options::default());
     let error = Client::connect(&bench.path, 2).unwrap_err();
     let expected = format!(
@@ -268,7 +268,7 @@ fn a_bus_that_is_not_there_is_refused_with_those_that_are() {
 }
 
 #[test]
-fn one_client_more_than_the_server_takes_is_told_so() {
+fn one_client_too_many_is_told_so() {
     let bench = Bench::new(Options {
         clients_max: 1,
         ..Options::default()

@@ -72,7 +72,7 @@ fn the_welcome_is_as_the_document_has_it() {
 }
 
 #[test]
-fn a_transfer_has_42_messages_at_most() {
+fn a_transfer_has_at_most_42_messages() {
     let bench = Bench::new(Options::default());
     let mut raw = bench.greeted();
     let ask = |count| transfer(1, 0, &vec![write(0x69, &[0]); count]);
@@ -84,7 +84,7 @@ fn a_transfer_has_42_messages_at_most() {
 }
 
 #[test]
-fn a_message_has_8192_bytes_at_most() {
+fn a_message_has_at_most_8192_bytes() {
     let bench = Bench::new(Options::default());
     let mut raw = bench.greeted();
     let most = u16::try_from(MESSAGE_BYTES_MAX).unwrap();
@@ -142,7 +142,7 @@ fn a_packet_beyond_the_limit_ends_the_connection_before_it_is_read() {
 }
 
 #[test]
-fn what_the_protocol_does_not_know_ends_the_connection() {
+fn an_unknown_request_ends_the_connection() {
     let good = transfer(1, 0, &[read(0x69, 1)]);
     let with = |place: usize, value: u8| {
         let mut packet = good.clone();
@@ -327,7 +327,7 @@ fn a_client_too_many_is_turned_away_and_may_come_again() {
 }
 
 #[test]
-fn waits_have_ends() {
+fn every_wait_has_a_limit() {
     assert_eq!(Options::default().packet_wait_max, PACKET_WAIT_MAX);
     assert_eq!(Options::default().idle_wait_max, IDLE_WAIT_MAX);
     let short = Duration::from_millis(30);
@@ -381,7 +381,7 @@ fn a_trickle_is_too_slow_as_well() {
 
 /// The server drops a client with a full socket, and serves the others in the meantime.
 #[test]
-fn a_client_that_takes_no_answers_is_left() {
+fn a_client_that_reads_no_answers_is_dropped() {
     let bench = Bench::new(Options {
         packet_wait_max: Duration::from_millis(400),
         ..Options::default()
@@ -408,7 +408,7 @@ fn a_client_that_takes_no_answers_is_left() {
 
 /// A client that reads a little now and then gets no more time than one that reads nothing.
 #[test]
-fn a_client_that_takes_answers_in_sips_is_left() {
+fn a_client_that_reads_answers_too_slowly_is_dropped() {
     let bench = Bench::new(Options {
         packet_wait_max: Duration::from_millis(100),
         ..Options::default()

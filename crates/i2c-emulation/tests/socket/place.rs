@@ -137,7 +137,7 @@ fn of_servers_that_start_at_once_one_wins() {
 }
 
 #[test]
-fn what_is_no_socket_is_left_alone() {
+fn another_kind_of_file_is_left_alone() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("notes.txt");
     fs::write(&file, "mine").unwrap();

@@ -220,7 +220,7 @@ fn every_error_around_the_bus_has_a_number() {
 
 /// Servers that do not speak the protocol, or are of another release.
 #[test]
-fn whoever_does_not_speak_the_protocol_is_named() {
+fn a_server_of_another_protocol_is_named() {
     let Some(mut python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("odd.sock");

@@ -123,7 +123,7 @@ fn error(text: &str) -> String {
 }
 
 #[test]
-fn what_is_wrong_with_a_time_is_said_with_its_place() {
+fn an_invalid_time_is_reported_with_its_place() {
     let rows = [
         (
             hang("at = \"12 s\""),
@@ -180,7 +180,7 @@ fn what_is_wrong_with_a_time_is_said_with_its_place() {
 }
 
 #[test]
-fn what_is_wrong_with_a_field_is_said_with_its_place() {
+fn an_invalid_field_is_reported_with_its_place() {
     let rows = [
         (
             hang("probability = 1.5"),
@@ -231,7 +231,7 @@ fn what_is_wrong_with_a_field_is_said_with_its_place() {
 }
 
 #[test]
-fn what_is_no_script_at_all_is_said_with_its_place() {
+fn an_invalid_file_is_reported_with_its_place() {
     let starts = [
         (
             "[[fault]]\nkind = \"nack\"\n",

@@ -43,7 +43,7 @@ fn times_count_from_when_the_script_was_handed_over() {
 }
 
 #[test]
-fn a_count_is_used_up_and_every_occurrence_has_it_anew() {
+fn each_occurrence_has_its_own_count() {
     let mut bus = from_toml("[[fault]]\nkind = \"timeout\"\nevery = \"10 s\"\ncount = 2\n");
     assert_eq!(probe_at(&mut bus, 9_999), Ok(()));
     for round in 1..=3 {
@@ -57,7 +57,7 @@ fn a_count_is_used_up_and_every_occurrence_has_it_anew() {
 }
 
 #[test]
-fn no_occurrence_begins_at_the_end_or_behind_it() {
+fn no_occurrence_begins_at_the_end_or_after_it() {
     let mut bus = from_toml(
         "[[fault]]\nkind = \"brown-out\"\nevery = \"1 s\"\nfrom = \"2 s\"\nuntil = \"5 s\"\n",
     );
@@ -71,7 +71,7 @@ fn no_occurrence_begins_at_the_end_or_behind_it() {
 }
 
 #[test]
-fn frames_of_a_frozen_sensor_are_missing_whoever_looks_when() {
+fn a_frozen_sensor_misses_the_same_frames_whenever_it_is_read() {
     let rule = Rule {
         when: When::Between {
             from: ms(1_000),
@@ -283,7 +283,7 @@ fn as_many_faults_at_once_as_there_can_be_rules() {
 
 /// After more steps than are handled one by one, time still arrives at the present.
 #[test]
-fn a_long_absence_is_left_out_and_the_script_goes_on_where_it_then_is() {
+fn a_long_absence_is_skipped_and_the_script_continues() {
     let every = |period, lasting, fault| Rule {
         when: When::Every {
             period,

@@ -110,7 +110,7 @@ fn the_greeting_names_the_version_and_another_protocol_is_refused() {
 }
 
 #[test]
-fn the_file_is_regular_and_belongs_to_whom_it_should() {
+fn the_file_is_regular_and_has_the_right_owner() {
     let body = Kernel::new().ask(3, &[0; 16]).unwrap();
     let mode_links_owner_group = words(&[0o100_666, 1, 1000, 100]);
     assert_eq!(body[16 + 60..16 + 76], mode_links_owner_group);
@@ -176,7 +176,7 @@ fn everything_else_has_its_errno_or_no_answer() {
         assert_eq!(kernel.send(&request(opcode, &[0; 16])), Reply::Nothing);
     }
     let headless = kernel.send(&request(3, &[])[..39]);
-    assert_eq!(headless, Reply::Nothing, "not even a header");
+    assert_eq!(headless, Reply::Nothing, "no complete header");
     assert_eq!(kernel.ask(39, &[0; 23]), Err(22), "an ioctl cut short");
 }
 

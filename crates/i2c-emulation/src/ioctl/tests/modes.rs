@@ -94,7 +94,7 @@ fn virtio_hides_a_fault_in_the_count() {
     let one = [(TARGET, READ, 2, BUFFER), (missing, READ, 2, BUFFER + 2)];
     assert_eq!(bench.rdwr(&one), Ok(1));
     let arrived = bench.memory.at(BUFFER, 4);
-    assert_eq!(arrived, [0xFF, 0xFE, 0xEE, 0xEE], "what did arrive");
+    assert_eq!(arrived, [0xFF, 0xFE, 0xEE, 0xEE], "the bytes that arrived");
     bench.call(I2C_SLAVE, missing.into()).unwrap();
     assert_eq!(bench.read(&mut [0; 4]), Ok(0));
     assert_eq!(bench.write(&[1, 2]), Ok(0));

@@ -69,7 +69,7 @@ fn asked(mut stream: &UnixStream, request: &[u8]) -> Option<Answer> {
 }
 
 #[test]
-fn who_does_not_know_the_secret_is_sent_away() {
+fn a_connection_without_the_secret_is_closed() {
     with_server(|server| {
         let good = hello(server).to_bytes();
         assert_eq!(answer_to(&connect(server), &good), Some(0));
@@ -118,7 +118,11 @@ fn a_file_that_nobody_opened_is_ebadf_and_nonsense_ends_the_channel() {
         assert_eq!(asked(&stream, &too_long), None);
         let stream = channel(server).unwrap();
         let two = [request(7), request(7)].concat();
-        assert_eq!(asked(&stream, &two), None, "nobody asks before the answer");
+        assert_eq!(
+            asked(&stream, &two),
+            None,
+            "no request may precede the answer"
+        );
     });
 }
 
@@ -150,7 +154,7 @@ fn silent_connections_push_each_other_out_and_nobody_else() {
 }
 
 #[test]
-fn what_a_program_is_told_is_all_that_the_library_needs() {
+fn the_address_has_everything_that_the_library_needs() {
     with_server(|server| {
         let address = server.address();
         let fields: Vec<&str> = address.split(':').collect();

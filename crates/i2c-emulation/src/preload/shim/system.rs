@@ -371,7 +371,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_there_is_efault_and_not_the_programs_end() {
+    fn missing_memory_is_efault_and_not_the_programs_end() {
         let border = u64::try_from(border(libc::PROT_NONE)).unwrap();
         for length in [1, 2, 8, 100] {
             let length_64 = u64::try_from(length).unwrap();
@@ -401,7 +401,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_that_is_not_without_a_path_is_nobodys() {
+    fn only_an_abstract_name_counts() {
         let socket = socket(true).unwrap();
         assert_eq!(with_own_name(socket, |_| Some(())), None, "no name at all");
         let name = SocketName::new(&[b"i2c-emulation-test", b"/t", b"1"]);

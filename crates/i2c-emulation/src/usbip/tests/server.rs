@@ -111,7 +111,7 @@ fn stopping_hangs_up_on_all() {
 }
 
 #[test]
-fn who_says_nothing_is_sent_away() {
+fn a_silent_client_is_disconnected() {
     let rack = rack_of(&Registers::default());
     let server = Server::bind_with(loopback(), &rack, Duration::from_millis(50)).unwrap();
     let mut silent = connect(&server);
@@ -121,7 +121,7 @@ fn who_says_nothing_is_sent_away() {
     assert_eq!(slow.read(&mut [0; 1]).unwrap(), 0);
     let (_, mut user) = import(&server, "1-1");
     thread::sleep(Duration::from_millis(200));
-    assert_eq!(user.status(), 0, "who has a device may be silent");
+    assert_eq!(user.status(), 0, "a client with a device may be silent");
 }
 
 #[test]
@@ -131,7 +131,7 @@ fn one_connection_too_many_is_closed_at_once() {
     let mut one_too_many = connect(&server);
     assert_eq!(one_too_many.read(&mut [0; 1]).unwrap_or(0), 0);
     let served = list(&mut waiting[0]);
-    assert!(!served.is_empty(), "those who came first are served");
+    assert!(!served.is_empty(), "the earlier clients are served");
 }
 
 #[test]

@@ -148,7 +148,7 @@ fn unplugging_from_the_other_side_ends_the_wait() {
 }
 
 #[test]
-fn what_is_missing_is_named_with_the_modules_that_bring_it() {
+fn a_missing_part_is_named_with_its_modules() {
     let machine = Machine::new(&[("hs", 0, 4)]);
     let fails = |options: &Options| machine.attach(options).unwrap_err().to_string();
     let modules = "`modprobe -a vhci-hcd i2c-tiny-usb i2c-dev`";
@@ -213,7 +213,7 @@ fn a_file_that_is_no_status_is_quoted() {
 }
 
 #[test]
-fn without_the_right_to_attach_root_is_asked_for() {
+fn without_the_right_to_attach_the_error_names_root() {
     let machine = Machine::new(&[("hs", 0, 4)]);
     // A folder is not writable either, and unlike a read-only file it stops even root.
     fs::remove_file(machine.controller("attach")).unwrap();
