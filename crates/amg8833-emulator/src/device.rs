@@ -53,7 +53,6 @@ pub struct Device<S> {
     woken_too_fast: bool,
     condition: Condition,
     spoil: Option<Spoil>,
-    /// Faults in the frame that the registers hold.
     spoiled: FaultSet,
     /// How the current transaction is torn, and whether that has happened.
     tear: Option<Option<PixelIndex>>,
@@ -276,7 +275,6 @@ impl<S: FrameSource> Device<S> {
         !self.condition.unpowered && !silent
     }
 
-    /// Measures every due tick, as the mode requires.
     fn catch_up(&mut self, now: Duration) {
         self.progress.ticks.settle(now);
         let due = self.progress.ticks.count(now);
@@ -456,7 +454,6 @@ impl<S> Device<S> {
         self.spoil = spoil;
     }
 
-    /// The faults in the frame that the registers hold.
     pub(crate) fn spoiled(&self) -> FaultSet {
         self.spoiled
     }
@@ -487,7 +484,6 @@ impl<S> Device<S> {
         self.transfer.is_some()
     }
 
-    /// The register that the next byte reads or writes.
     pub(crate) fn next_register(&self) -> Option<u8> {
         match self.transfer {
             Some(Transfer::Read | Transfer::Write) => Some(self.pointer),
@@ -516,7 +512,6 @@ impl<S> Device<S> {
         !asleep && !self.woken_too_fast && !stopped
     }
 
-    /// Whether ten ticks make a frame.
     fn takes_means(&self) -> bool {
         self.registers.mode == Mode::Normal && self.registers.one_fps
     }

@@ -10,7 +10,6 @@ use embedded_hal::i2c::{ErrorType, I2c, Operation};
 
 /// The number of buses after a multiplexer.
 pub const CHANNELS: usize = 8;
-/// The trunk and all channels.
 const BUSES: usize = CHANNELS + 1;
 
 /// The address of a multiplexer: 0x70 to 0x77, set by pins A2 to A0 (TI SCPS207, "Device Address").

@@ -128,7 +128,6 @@ impl core::ops::AddAssign for Traffic {
     }
 }
 
-/// The result of a transaction.
 pub(crate) type Outcome = Result<(), BusError>;
 
 /// Whether a byte on the bus was acknowledged.

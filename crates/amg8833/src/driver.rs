@@ -26,7 +26,6 @@ macro_rules! faces {
             )*
         }
     }) => {
-        /// The blocking driver.
         pub(crate) mod blocking {
             use super::*;
             use embedded_hal::{delay::DelayNs, i2c::I2c};

@@ -12,7 +12,6 @@ use grideye_frame::{PIXELS, PixelWord, ThermistorWord};
 /// Register address and value: the bytes that set one register.
 pub(crate) type Write = [u8; 2];
 
-/// One step of a timed sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Step {
     Write(Write),
@@ -42,11 +41,8 @@ pub(crate) const INITIAL_RESET: [Step; 2] = [
 
 pub(crate) const FLAG_RESET: Write = Register::Reset.set(reset::FLAGS);
 
-/// Writes of [`settings`].
 const SETTINGS_WRITES: usize = 1 + AVERAGE_WRITES + LEVEL_WRITES + 1;
-/// Writes of [`moving_average`].
 const AVERAGE_WRITES: usize = 5;
-/// Writes of [`levels`].
 const LEVEL_WRITES: usize = 6;
 
 /// Writes every setting, the interrupt last, so that its pin does not move while the levels change.

@@ -80,7 +80,6 @@ impl<A: EmulatedAdapter + ?Sized> EmulatedAdapter for &mut A {
     }
 }
 
-/// A closure as a bus.
 pub(crate) struct ByFunction<F>(pub(crate) F);
 
 impl<F: FnMut(&mut [Message<'_>]) -> Result<(), TransferError>> EmulatedAdapter for ByFunction<F> {
@@ -172,7 +171,6 @@ mod tests {
     use super::*;
     use core::convert::Infallible;
 
-    /// Records each transaction as text.
     #[derive(Default)]
     struct Notebook(Vec<String>);
 

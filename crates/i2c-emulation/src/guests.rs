@@ -63,7 +63,6 @@ impl<S: AsFd> Guests<S> {
         self.lock().stopping
     }
 
-    /// Admits no more connections and shuts all down.
     pub(crate) fn stop(&self, how: Shutdown) {
         let mut inside = self.lock();
         inside.stopping = true;

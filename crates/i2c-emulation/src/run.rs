@@ -103,7 +103,6 @@ pub enum RunError {
     Wait(String, #[source] io::Error),
 }
 
-/// What the machine needs for each way.
 pub(crate) const FUSE_NEEDS: &str = "Linux 5.6 or newer with FUSE, tmpfs and a mounted /proc";
 pub(crate) const PRELOAD_NEEDS: &str = "Linux 3.17 or newer with a mounted /proc";
 
@@ -116,7 +115,6 @@ pub(crate) fn setup_failed(step: &str, source: io::Error, needs: &'static str) -
     }
 }
 
-/// Why `command` did not start.
 pub(crate) fn not_started(command: &Command, source: io::Error) -> RunError {
     let program = command.get_program().to_string_lossy().into_owned();
     if source.kind() == io::ErrorKind::NotFound {

@@ -7,7 +7,6 @@ use crate::signal::{Ack, Address};
 use crate::source::FrameSource;
 use core::time::Duration;
 
-/// A multiplexer's control register during one transaction.
 #[derive(Debug, Default)]
 pub(crate) struct Control {
     /// The selected channels: bit n is channel n.
@@ -24,7 +23,6 @@ pub(crate) struct Wires<'a, S, const N: usize> {
 }
 
 impl<S: FrameSource, const N: usize> Wires<'_, S, N> {
-    /// START or repeated START, and the address.
     pub(crate) fn start(&mut self, reads: bool, now: Duration) -> Ack {
         self.any(|line| line.start(reads, now))
     }
@@ -66,15 +64,12 @@ impl<S: FrameSource, const N: usize> Wires<'_, S, N> {
     }
 }
 
-/// One sensor with its faults, during one transaction.
 pub(crate) struct Line<'a, S> {
     device: &'a mut Device<S>,
     faults: &'a mut Faults,
     address: Address,
     plan: Plan,
-    /// Data bytes so far.
     bytes: u16,
-    /// Written bytes among them.
     written: u16,
     /// Whether the sensor took a lost clock pulse for the end.
     cut: bool,
@@ -105,7 +100,6 @@ impl<'a, S: FrameSource> Line<'a, S> {
         }
     }
 
-    /// All faults that struck in the transaction.
     pub(crate) fn struck(&self) -> FaultSet {
         let mut all = self.told;
         all.join(self.struck);

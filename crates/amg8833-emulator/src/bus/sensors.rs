@@ -73,7 +73,6 @@ impl<S: FrameSource> Sensors<S> {
         }
     }
 
-    /// STOP, for the sensor at this address.
     pub(crate) fn stop(&mut self, address: Address, now: Duration) {
         let stepwise = self.is_stepwise();
         if let Some(device) = self.device_mut(address) {
@@ -131,7 +130,6 @@ impl<S: FrameSource> Sensors<S> {
         self.apply_conditions(now);
     }
 
-    /// Applies the lasting faults to the sensors.
     pub(crate) fn apply_conditions(&mut self, now: Duration) {
         for address in Address::ALL {
             let condition = self.faults.condition(address);

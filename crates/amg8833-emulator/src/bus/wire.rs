@@ -39,7 +39,6 @@ impl<C: Clock> Wire<C> {
         }
     }
 
-    /// Overrides the frequency by a fault.
     pub(crate) fn impose(&mut self, hz: Option<NonZeroU32>) {
         if self.imposed_hz != hz {
             self.imposed_hz = hz;

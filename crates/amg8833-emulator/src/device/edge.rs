@@ -28,7 +28,6 @@ pub struct PinEdge {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Edges {
     low: bool,
-    /// Falling and rising edges so far.
     pub(crate) counts: (u64, u64),
     kept: [Option<PinEdge>; EDGES_MAX],
     /// The index of the oldest stored change, and the number stored.

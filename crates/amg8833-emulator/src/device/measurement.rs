@@ -6,7 +6,6 @@ use crate::word::Words;
 use core::time::Duration;
 use grideye_frame::{Frame, PIXELS};
 
-/// Internal frames in one output frame at 1 fps.
 pub(crate) const FRAMES_AT_ONE_FPS: u8 = 10;
 
 /// A frame in degrees with room for exact sums.
@@ -85,7 +84,6 @@ impl Averaging {
         Some(mean)
     }
 
-    /// How many internal frames the next mean still needs.
     pub(crate) fn missing(&self) -> u64 {
         u64::from(FRAMES_AT_ONE_FPS - self.summed)
     }

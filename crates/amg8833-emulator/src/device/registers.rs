@@ -68,7 +68,6 @@ impl Mode {
         self as u8
     }
 
-    /// Ticks between two frames in stand-by.
     pub(crate) fn stand_by_ticks(self) -> Option<u64> {
         match self {
             Self::StandBy60 => Some(600),
@@ -102,9 +101,7 @@ pub(crate) enum Effect {
     Stored,
     /// The power mode changed from this one.
     ModeChanged(Mode),
-    /// The frame rate changed.
     RateChanged,
-    /// 0x3F was written to the reset register.
     InitialReset,
     /// The byte had no effect; count it here.
     Refused(fn(&mut Refusals) -> &mut u64),

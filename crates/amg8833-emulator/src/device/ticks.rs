@@ -11,13 +11,11 @@ const MILLION: i128 = 1_000_000;
 /// in halves.
 const WORK_PER_TICK: u128 = PERIOD_NS * 2_000_000;
 const NANOSECONDS_PER_HOUR: u128 = 3_600_000_000_000;
-/// The fastest drift that has an effect.
 const PPM_PER_HOUR_MAX: i32 = 2 * CLOCK_ERROR_PPM_MAX;
 
 /// Counts from one origin in whole numbers, so that no error accumulates.
 #[derive(Debug, Clone)]
 pub(crate) struct Ticks {
-    /// When the clock was started.
     started_ns: u128,
     error_ppm: i32,
     drift: Drift,
@@ -30,7 +28,6 @@ pub(crate) struct Ticks {
 struct Stretch {
     /// Host time of its start, in nanoseconds.
     origin_ns: u128,
-    /// Ticks at the origin.
     counted: u64,
     /// The part of the next tick already done at the origin, less than `WORK_PER_TICK`.
     done: u128,
@@ -240,7 +237,6 @@ fn signed(nanoseconds: u128) -> i128 {
     i128::try_from(nanoseconds).unwrap_or(i128::MAX)
 }
 
-/// Clamps the error to its limits.
 fn held(error_ppm: i64) -> i32 {
     let limit = i64::from(CLOCK_ERROR_PPM_MAX);
     i32::try_from(error_ppm.clamp(-limit, limit)).unwrap_or(0)

@@ -12,12 +12,10 @@ const WORD: u16 = 0xFFF;
 /// This bit separates the random streams of faults set by call from those of a script's rules.
 const BY_CALL: u64 = 1 << 40;
 
-/// One active fault.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Entry {
     pub(crate) fault: Fault,
     pub(crate) chance: Chance,
-    /// The fault's own random stream.
     pub(crate) stream: u64,
     /// The sensor it is on; `None` for the whole bus.
     pub(crate) target: Option<Address>,
@@ -47,7 +45,6 @@ impl Entry {
     }
 }
 
-/// A sensor's lasting faults.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Condition {
     pub(crate) unpowered: bool,
@@ -95,7 +92,6 @@ pub(crate) struct Faults {
     by_call: [Option<Entry>; FAULTS_MAX],
     /// All slots from here on are empty, so without a fault none is checked.
     used: usize,
-    /// One slot per rule of the script.
     #[cfg(feature = "alloc")]
     pub(crate) by_rule: alloc::vec::Vec<Option<Entry>>,
     pub(crate) counts: FaultCounts,
@@ -314,7 +310,6 @@ impl Faults {
         self.active().filter(move |entry| entry.aims_at(address))
     }
 
-    /// The active faults, those set by call first.
     fn active(&self) -> impl Iterator<Item = &Entry> {
         let slots = self.by_call.iter().take(self.used);
         #[cfg(feature = "alloc")]

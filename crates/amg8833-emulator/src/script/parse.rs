@@ -457,7 +457,6 @@ fn hint_for(field: &str) -> &'static str {
     }
 }
 
-/// The parser's message with a hint.
 fn with_hint(message: &str) -> String {
     let hint = if message.contains("missing field `kind`") {
         "\nhint: every [[fault]] needs a kind: kind = \"nack-address\""
@@ -471,7 +470,6 @@ fn with_hint(message: &str) -> String {
     message.trim().replace('\n', " ") + hint
 }
 
-/// Line and column of the start of a span.
 fn place(text: &str, origin: &str, span: Range<usize>) -> Place {
     let before = text.get(..span.start).unwrap_or(text);
     let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);

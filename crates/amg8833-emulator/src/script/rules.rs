@@ -153,7 +153,6 @@ impl Script {
         self
     }
 
-    /// The seed of this bus.
     pub(crate) fn seed_here(&self) -> u64 {
         self.bus
             .map_or(self.seed, |bus| mix(self.seed ^ mix(u64::from(bus))))

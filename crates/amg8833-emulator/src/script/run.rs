@@ -10,7 +10,6 @@ use core::time::Duration;
 /// Draws for a rule's occurrences are independent of its other draws.
 const OCCURRENCE: u64 = 1 << 41;
 
-/// The progress of one rule.
 #[derive(Debug)]
 struct Progress {
     stream: u64,
@@ -69,7 +68,6 @@ impl Running {
         *more = more.wrapping_add(frames);
     }
 
-    /// When the next rule begins or ends by time.
     pub(crate) fn next_event(&self) -> Option<Duration> {
         let times = self.rules.iter().filter_map(Progress::next_time);
         let next = times.min()?;

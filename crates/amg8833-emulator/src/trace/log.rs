@@ -13,7 +13,7 @@ use core::time::Duration;
 pub enum Start {
     /// START.
     First,
-    /// Repeated START: the transaction goes on.
+    /// Repeated START: the transaction continues.
     Repeated,
     /// No START: the adapter is gone.
     Never,
@@ -79,7 +79,6 @@ impl Log {
         self.kept.take().unwrap_or_default()
     }
 
-    /// Passes another bus's kept messages to the observer.
     pub(crate) fn tell(&mut self, kept: &Kept) {
         if let Some(observer) = &mut self.observer {
             for (transfer, bytes) in kept {
@@ -128,7 +127,6 @@ impl Log {
         }
     }
 
-    /// Ends the current message, if any.
     pub(crate) fn end(
         &mut self,
         now: Duration,

@@ -65,15 +65,11 @@ pub struct Drawing {
     levels: [bool; 3],
     /// Drawn up to this time, in nanoseconds.
     drawn_ns: u64,
-    /// The last tick written.
     tick: u64,
-    /// A quarter of a bit.
     quarter_ns: u64,
 }
 
-/// The line names in the file.
 const NAMES: [char; 3] = ['c', 'd', 'f'];
-/// The lines' indices.
 const SCL: usize = 0;
 const SDA: usize = 1;
 const FAULT: usize = 2;

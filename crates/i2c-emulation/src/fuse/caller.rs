@@ -26,7 +26,6 @@ impl ProcessMemory {
     }
 }
 
-/// The signature of process_vm_readv and process_vm_writev.
 type Copy = unsafe extern "C" fn(
     libc::pid_t,
     *const libc::iovec,

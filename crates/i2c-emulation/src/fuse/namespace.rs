@@ -49,7 +49,6 @@ impl Right {
 /// The steps that make the devices visible to the program.
 pub(super) struct Plan {
     steps: Vec<Step>,
-    /// One open /dev/fuse per device, in order.
     fuses: Vec<OwnedFd>,
     /// Keeps its descriptor number reserved.
     _old_dev: Option<OwnedFd>,
@@ -292,7 +291,6 @@ impl Plan {
     }
 }
 
-/// Opens a file under a reserved descriptor number.
 fn open_at(path: &CStr, flags: OFlags, number: RawFd) -> rustix::io::Result<()> {
     let file = open(path, flags | OFlags::CLOEXEC, Mode::empty())?;
     // SAFETY: the plan owns this descriptor longer than its steps run; here it is only borrowed.

@@ -18,12 +18,14 @@ pub(super) type SharedBus<'a> = Mutex<dyn EmulatedAdapter + Send + 'a>;
 
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Reply {
-    /// Send these bytes.
     Bytes(Vec<u8>),
     /// The kernel expects no answer.
     Nothing,
     /// The kernel speaks a protocol version that this server does not.
-    Incompatible { major: u32, minor: u32 },
+    Incompatible {
+        major: u32,
+        minor: u32,
+    },
 }
 
 /// All open files of one mounted device.

@@ -21,7 +21,6 @@ const NAME_BYTES_MAX: u32 = 255;
 /// character device, but also pread() and pwrite(), which i2c-dev accepts.
 const OPEN_FLAGS: u32 = 1;
 
-/// Kinds of request (`enum fuse_opcode`).
 pub(super) mod opcode {
     pub(crate) const LOOKUP: u32 = 1;
     pub(crate) const FORGET: u32 = 2;

@@ -92,7 +92,6 @@ impl OpenFile {
         Ok(())
     }
 
-    /// The messages of one call, before any checksum.
     fn smbus_messages(
         &self,
         kind: u32,

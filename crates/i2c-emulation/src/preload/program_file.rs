@@ -21,7 +21,6 @@ const HEADERS_MAX: usize = 256;
 /// The default search path for programs.
 const PATH_OF_OLD: &str = "/bin:/usr/bin";
 
-/// The file that `command` would start.
 pub(crate) fn find(command: &Command) -> Result<PathBuf, RunError> {
     let name = command.get_program();
     let folder = command.get_current_dir().unwrap_or(Path::new(""));

@@ -21,7 +21,6 @@ pub(crate) const CHANNEL_MARK: &[u8] = b"/c";
 pub(crate) const NUMBER_DIGITS: usize = 16;
 pub(crate) const NAME_BYTES_MAX: usize = 48;
 pub(crate) const SECRET_DIGITS: usize = 32;
-/// The most buses that the library supports.
 pub(crate) const BUSES_MAX: usize = 64;
 
 /// The first number of a [`Hello`]; it changes with this protocol.
@@ -29,13 +28,11 @@ pub(crate) const VERSION: u32 = 0x6932_6302;
 pub(crate) const HELLO_BYTES: usize = 32;
 /// The size of the answer to a [`Hello`]: an errno or 0.
 pub(crate) const WELCOME_BYTES: usize = 4;
-/// The size of a [`Request`] without its memory.
 pub(crate) const REQUEST_BYTES: usize = 40;
 /// The size of the header of each piece of memory: its address and length.
 pub(crate) const REGION_BYTES: usize = 16;
 /// The largest request including its memory.
 pub(crate) const REQUEST_BYTES_MAX: usize = 4096;
-/// The size of the header of each answer.
 pub(crate) const ANSWER_BYTES: usize = 16;
 /// The most bytes of one Peek or Poke.
 pub(crate) const CHUNK_BYTES_MAX: usize = 2048;
@@ -96,7 +93,6 @@ pub(crate) enum Call {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Request {
-    /// The digits of the token's name.
     pub(crate) file: u64,
     pub(crate) call: Call,
     /// The bytes of memory that follow, headers included.
@@ -192,7 +188,6 @@ pub(crate) fn hexadecimal(digits: &[u8], count: usize) -> Option<u128> {
     })
 }
 
-/// The digits of a token's or channel's number.
 pub(crate) fn digits_of(number: u64) -> [u8; NUMBER_DIGITS] {
     let mut digits = [b'0'; NUMBER_DIGITS];
     let bytes = number.to_be_bytes().into_iter();

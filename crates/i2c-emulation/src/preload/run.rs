@@ -49,7 +49,6 @@ pub(crate) fn run_rack(
     })
 }
 
-/// Puts the library before other preloaded ones.
 fn with_library(library: &Library, before: Option<&OsString>) -> OsString {
     let mut list = OsString::from(library.path());
     if let Some(before) = before.filter(|before| !before.is_empty()) {

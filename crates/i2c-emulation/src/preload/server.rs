@@ -239,7 +239,6 @@ impl Server {
         Ok(())
     }
 
-    /// Answers the requests of one channel until it ends.
     fn converse(&self, stream: &UnixStream, width: PointerWidth) -> io::Result<()> {
         let mut buffer = [0; REQUEST_BYTES_MAX];
         let mut answers = Vec::with_capacity(REQUEST_BYTES_MAX);

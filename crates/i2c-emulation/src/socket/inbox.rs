@@ -38,7 +38,6 @@ pub(super) struct Inbox {
     filled: usize,
     /// The length of the last packet returned; the next call drops it.
     taken: usize,
-    /// The stream's current read timeout.
     wait: Option<Duration>,
 }
 

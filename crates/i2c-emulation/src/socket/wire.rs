@@ -11,13 +11,11 @@ pub const VERSION: u16 = 1;
 pub const PACKET_BYTES_MAX: usize =
     TRANSFER_HEAD_BYTES + RDWR_MESSAGES_MAX * (MESSAGE_HEAD_BYTES + MESSAGE_BYTES_MAX);
 
-/// The first bytes of both hellos.
 pub(super) const MAGIC: [u8; 4] = *b"i2ce";
 pub(super) const LENGTH_BYTES: usize = 4;
 const TRANSFER_HEAD_BYTES: usize = 8;
 const MESSAGE_HEAD_BYTES: usize = 6;
 
-/// The first byte of a packet.
 pub(super) mod kind {
     pub(crate) const HELLO: u8 = 1;
     pub(crate) const TRANSFER: u8 = 2;
@@ -83,7 +81,6 @@ impl ByeReason {
     }
 }
 
-/// The faults in the order of their numbers.
 const FAULTS: [Fault; 6] = [
     Fault::NackAddress,
     Fault::NackData,

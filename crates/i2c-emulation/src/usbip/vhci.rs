@@ -160,7 +160,6 @@ struct Controller {
     options: Options,
 }
 
-/// One line of the controller's `status` file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct PortLine {
     high_speed: bool,

@@ -78,7 +78,6 @@ pub enum Malformed {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Request {
-    /// Lists the devices.
     DeviceList,
     /// Attaches one device; its name follows.
     Import,
@@ -147,7 +146,6 @@ pub(super) fn device_list<'a>(devices: impl ExactSizeIterator<Item = &'a Identit
     bytes
 }
 
-/// The requested device, or the reason for the refusal.
 pub(super) fn imported(answer: Result<&Identity, u32>) -> Vec<u8> {
     match answer {
         Ok(device) => [reply_header(OP_REP_IMPORT, 0), described(device)].concat(),
@@ -191,10 +189,7 @@ impl Setup {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Command {
     Submit(Submit),
-    /// Cancels an earlier transfer.
-    Unlink {
-        sequence: u32,
-    },
+    Unlink { sequence: u32 },
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -178,7 +178,7 @@ pub(crate) struct Raw(pub(crate) UnixStream);
 impl Raw {
     pub(crate) fn connect(path: &Path) -> Self {
         let stream = UnixStream::connect(path).unwrap();
-        // A test whose answer never comes must fail, not hang.
+        // If the answer never comes, the test must fail, not hang.
         stream
             .set_read_timeout(Some(Duration::from_secs(30)))
             .unwrap();

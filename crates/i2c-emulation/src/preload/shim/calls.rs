@@ -20,7 +20,6 @@ const F_DUPFD: c_int = 0;
 const F_DUPFD_CLOEXEC: c_int = 1030;
 /// Requests that the kernel answers for every kind of file: FIONCLEX, FIOCLEX, FIONBIO, FIOASYNC.
 const REQUESTS_OF_EVERY_FILE: [u32; 4] = [0x5450, 0x5451, 0x5421, 0x5452];
-/// The second byte of every i2c-dev request.
 const REQUESTS_OF_I2C: u32 = 0x07;
 const X_OK: c_int = 1;
 /// The file that provides the attributes of a device: a character device that always exists.
@@ -318,7 +317,6 @@ fn look_like(bus: u32, attributes: *mut c_void, outcome: c_int) -> Option<c_int>
 mod attributes {
     use core::ffi::c_void;
 
-    /// The major number of i2c-dev.
     const MAJOR: u32 = 89;
 
     /// The offset of the device number in `struct stat`.

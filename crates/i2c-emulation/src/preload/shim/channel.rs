@@ -45,7 +45,6 @@ static CHANNELS_OF_PROCESS: [Channel; CHANNELS] = [const {
     }
 }; CHANNELS];
 
-/// Opens a bus; returns a new token.
 pub(super) fn open(bus: u32, flags: u32, close_on_exec: bool) -> Result<c_int, Errno> {
     let setting = setting::get().ok_or(ENOTCONN)?;
     let purpose = Purpose::Token { bus, flags };

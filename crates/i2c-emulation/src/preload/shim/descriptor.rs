@@ -34,7 +34,6 @@ pub(super) fn adopt(descriptor: c_int) -> Option<u64> {
     Some(file)
 }
 
-/// Finds the tokens that this program inherited.
 pub(super) fn adopt_inherited() {
     if setting::get().is_some() {
         for descriptor in 0..INHERITED {

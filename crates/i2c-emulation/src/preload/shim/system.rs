@@ -25,7 +25,6 @@ const SOCK_CLOEXEC: usize = 0o2_000_000;
 const MSG_NOSIGNAL: usize = 0x4000;
 const F_DUPFD_CLOEXEC: usize = 1030;
 const AT_FDCWD: c_int = -100;
-/// The size of `sun_path`.
 const SOCKET_NAME_BYTES: usize = 108;
 
 #[cfg(not(any(

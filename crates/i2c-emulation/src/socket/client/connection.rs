@@ -14,7 +14,6 @@ use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::time::Duration;
 
-/// The server's facts from its hello.
 #[derive(Debug)]
 pub(super) struct AdapterFacts {
     pub(super) functionality: u32,

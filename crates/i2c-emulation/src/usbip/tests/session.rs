@@ -30,7 +30,6 @@ fn malformed_headers_end_the_session() {
     }
 }
 
-/// The session's end after these bytes, and its answers.
 fn serve(bytes: &[u8]) -> (Result<(), SessionError>, Vec<u8>) {
     let mut answered = Vec::new();
     let mut device = device_on(Registers::default());
