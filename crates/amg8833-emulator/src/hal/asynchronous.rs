@@ -36,8 +36,9 @@ macro_rules! at_once {
 at_once!(Bus<C, S>, SharedBus<'_, C, S>, Mux<C, S>);
 
 /// Each poll checks the pin, advances an emulated clock to the sensor's next frame ([`Clock::wait`]) and checks again,
-/// so that tasks waiting for one another share the same emulated time on any executor. A real clock does not advance:
-/// the executor polls the pin as fast as it likes, unless the program waits for [`IntPin::next_frame_at`] first.
+/// so that tasks waiting for one another share the same emulated time on any executor. A real clock ignores the
+/// advance: the executor then polls the pin as fast as it likes, unless the program waits for [`IntPin::next_frame_at`]
+/// first.
 ///
 /// No edge after the first poll is missed. A wait ends with [`PinError::Late`] after [`WAIT_MAX`](crate::WAIT_MAX).
 impl<C: Clock, S: FrameSource> Wait for IntPin<'_, C, S> {

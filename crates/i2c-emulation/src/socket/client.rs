@@ -97,8 +97,8 @@ impl Client {
     /// Carries out the messages of one transfer.
     /// # Errors
     /// [`ClientError::Fault`] if the bus failed, with the buffers before the fault filled. [`ClientError::Refused`] if
-    /// nothing reached the bus. [`ClientError::ServerGone`] or [`ClientError::Timeout`] if no answer came, and for
-    /// every later call.
+    /// nothing reached the bus. [`ClientError::ServerGone`] or [`ClientError::Timeout`] if no answer came; later calls
+    /// then return `ServerGone`.
     pub fn transfer_messages(&mut self, messages: &mut [Message<'_>]) -> Result<(), ClientError> {
         check_limits(messages)?;
         let gone = || ClientError::ServerGone(self.path.clone(), None);
