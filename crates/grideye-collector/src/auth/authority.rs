@@ -1,4 +1,4 @@
-//! The authority of our own making, and the certificates that it signs.
+//! The site's own certificate authority, and the certificates it signs.
 
 use crate::auth::error::{AccessError, Result};
 use crate::auth::token::{hex, random_bytes, sha256};
@@ -46,13 +46,13 @@ impl Authority {
         })
     }
 
-    /// `sha256-` and the SHA-256 of the certificate in hexadecimal.
+    /// `sha256-` and the certificate's SHA-256 in hexadecimal.
     #[must_use]
     pub fn pin(&self) -> String {
         pin(&self.certificate)
     }
 
-    /// The certificate, for those who want to trust it: a browser, curl.
+    /// The certificate, for clients that should trust it: a browser, curl.
     #[must_use]
     pub fn certificate_pem(&self) -> &str {
         &self.certificate_pem
@@ -84,7 +84,8 @@ pub(crate) fn pin(certificate: &CertificateDer<'_>) -> String {
     format!("sha256-{}", hex(&sha256(certificate)))
 }
 
-/// What certificates have in common. They hold from 1970 on and do not run out: a Raspberry Pi has no battery clock.
+/// Common parts of all certificates. They are valid from 1970 and never expire: a Raspberry Pi has no battery-backed
+/// clock.
 fn params(names: &[String]) -> Result<CertificateParams, rcgen::Error> {
     let mut params = CertificateParams::new(names.to_vec())?;
     params.not_before = date_time_ymd(1970, 1, 1);

@@ -1,4 +1,4 @@
-//! Memory for bodies of frames: how much has arrived and is not on disk yet, in total and for each sender.
+//! Memory for incoming frames: counts bytes that arrived and are not yet on disk, in total and per sender.
 
 use crate::auth::{Caller, TokenId};
 use crate::http::refusal::Refusal;
@@ -12,13 +12,13 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-/// Bodies of up to so many bytes, which nearly all are, count in total but not for their sender, which would take a lock.
+/// Bodies up to this size, which nearly all are, count in the total but not for their sender, which would need a lock.
 const SMALL: usize = 4096;
 
-/// When a sender whose share is used up should retry.
+/// When a sender that used up its share should retry.
 const SHARE_RETRY: Duration = Duration::from_secs(1);
 
-/// Room for bodies.
+/// The memory budget.
 pub(crate) struct Bodies {
     bytes_max: usize,
     per_sender_max: usize,
@@ -26,7 +26,7 @@ pub(crate) struct Bodies {
     of_senders: Mutex<HashMap<Sender, usize>>,
 }
 
-/// A token, or where none is required an address.
+/// A token, or an address if no token is required.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 enum Sender {
     Token(TokenId),
@@ -43,7 +43,7 @@ impl Bodies {
         }
     }
 
-    /// Room for one body, of which nothing has arrived yet.
+    /// A reservation for one body, empty at first.
     pub(crate) fn room<'b>(&'b self, caller: Option<&'b Caller>, peer: IpAddr) -> Room<'b> {
         Room {
             bodies: self,
@@ -70,18 +70,18 @@ impl Bodies {
     }
 }
 
-/// The room of one body; freed when this is dropped.
+/// The reservation of one body; freed on drop.
 pub(crate) struct Room<'b> {
     bodies: &'b Bodies,
     caller: Option<&'b Caller>,
     peer: IpAddr,
     bytes: usize,
-    /// How many of these count for the sender.
+    /// The part of `bytes` that counts for the sender.
     of_sender: usize,
 }
 
 impl Room<'_> {
-    /// Takes room for bytes that arrived.
+    /// Reserves memory for bytes that arrived.
     pub(crate) fn grow(&mut self, more: usize) -> Result<(), Refusal> {
         self.bodies.take(more)?;
         self.bytes += more;
@@ -162,7 +162,7 @@ mod tests {
         };
         let kept = [grown(A, 6000), grown(A, 4000), grown(B, 10_000)];
         assert!(kept.iter().all(|(is_kept, _)| *is_kept));
-        // Small ones count for all, and not for a share.
+        // Small bodies count in the total, but not for a share.
         let (is_kept, mut growing) = grown(A, SMALL);
         assert!(is_kept);
         assert!(growing.grow(1).is_err(), "A's share is used up");

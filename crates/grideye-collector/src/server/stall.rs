@@ -1,4 +1,4 @@
-//! A connection that is given up when its peer takes nothing for too long.
+//! Closes a connection if its peer accepts nothing for too long.
 
 use std::future::Future;
 use std::io::{self, IoSlice};

@@ -1,4 +1,4 @@
-//! Where frames are kept: one trait, so that a site that outgrows one machine can put another engine behind it.
+//! Stores frames: one trait, so that a site that outgrows one machine can use another engine.
 
 pub(crate) mod account;
 mod chunk;

@@ -1,4 +1,4 @@
-//! Labels on a recording: what was to be seen in which of its frames.
+//! Labels of recordings, over HTTP.
 
 use crate::http::body::read_object;
 use crate::http::recordings::fields::{csv_headers, not_written, parse_id, text_of};
@@ -81,13 +81,13 @@ fn ranges(kept: &KeptLabel) -> impl Iterator<Item = LabeledFrames<'_>> {
     })
 }
 
-/// The pages that play the recording ask for its labels again.
+/// Makes pages that play the recording reload its labels.
 fn tell(state: &AppState, id: RecordingId) {
     let changed = json!({ "recording": id.0 });
     state.0.live.tell(Event::new("labels", &changed));
 }
 
-/// The label in the body; whether its frames are there is not looked at.
+/// The label in the body; does not check that its frames exist.
 fn label_in(fields: &Map<String, Value>, limits: &Limits) -> Result<Label, Refusal> {
     let name = text_of(fields, "name", HINT)?;
     let chars_max = limits.label_name_chars_max;
@@ -123,7 +123,7 @@ fn check_name(name: &str, chars_max: usize) -> Result<(), String> {
     }
 }
 
-/// Labels are of frames that the recording has, or says that it lacks.
+/// A label may cover only numbers that the recording spans, including missing frames.
 fn check_span(index: usize, span: &LabelSpan, members: &Members) -> Result<(), Refusal> {
     let wrong = |what: String| Refusal::wrong_value(span_at(index), what, HINT);
     let (first, last) = (span.first_seq, span.last_seq);

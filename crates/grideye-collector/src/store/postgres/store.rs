@@ -1,4 +1,4 @@
-//! [`PostgresStore`]: a task that writes, one that follows the other collectors, and a connection that reads.
+//! [`PostgresStore`]: a task that writes, a task that follows the other collectors, and a connection that reads.
 
 use crate::limits::Limits;
 use crate::lock::lock;
@@ -78,7 +78,7 @@ impl FrameStore for PostgresStore {
         Box::pin(async move {
             let session = self.reader.session().await?;
             let (recording, range) = read::recording(&session, id).await?;
-            // A running recording is read up to an end that all collectors keep to.
+            // A running recording is read up to an epoch's end that all collectors share.
             let through = match recording.t_stop_ns {
                 Some(_) => range.1,
                 None => self.queue.change(Change::EndEpoch).await?,
