@@ -1,7 +1,8 @@
-//! `GET /v1/exports/1.npz`: a recording from the collector as a file for other programs, as `grideye convert` writes it.
+//! `GET /v1/exports/1.npz`: a recording from the collector as a file for other programs, in the formats of `grideye
+//! convert`.
 //!
-//! An annex of the collector, which knows no format but its own CSV. A file is written whole before its first byte is
-//! sent, so that what cannot be written is refused, and nobody takes a part for the whole.
+//! An annex of the collector, which itself writes only CSV. A file is written whole before its first byte is sent, so
+//! that a failed export gets an error response, and nobody takes a part for the whole.
 
 use crate::error::ExportError;
 use crate::recording::{self, Format};
@@ -23,7 +24,7 @@ use tokio::runtime::Handle;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 use tokio_stream::wrappers::ReceiverStream;
 
-/// The formats that are offered, and their types.
+/// The offered formats and their content types.
 const OFFERED: [(&str, &str); 5] = [
     ("npz", "application/zip"),
     ("parquet", "application/vnd.apache.parquet"),
@@ -31,19 +32,19 @@ const OFFERED: [(&str, &str); 5] = [
     ("png", "image/png"),
     ("gif", "image/gif"),
 ];
-/// Those of them that are pictures: of one run of one sensor.
+/// The formats that are images: of one boot of one sensor.
 const PICTURES: [&str; 2] = ["png", "gif"];
-/// Files that are written at once; one more is answered 503.
+/// Files written at once; one more gets 503.
 const WRITTEN_MAX: usize = 2;
-/// Rows of a recording that is written while somebody waits for it; of one more, that person is told how to write it.
+/// Maximum rows of an export over HTTP; longer recordings get a hint to `grideye convert`.
 const ROWS_MAX: u64 = 1_000_000;
-/// Rows of a run that is drawn while somebody waits for it: a picture holds its frames in memory.
+/// Maximum rows of an image over HTTP, because its frames are held in memory.
 const DRAWN_ROWS_MAX: u64 = 100_000;
-/// Sensors that a refusal names, of those that can be chosen.
+/// Maximum streams named in an error.
 const NAMED_MAX: usize = 8;
-/// Rows that are asked of the store at once.
+/// Rows read from the store at once.
 const PAGE_ROWS: usize = 4_096;
-/// Bytes that are sent at once, and how many of these are ready before the peer takes them.
+/// Bytes sent at once, and how many such pieces are buffered ahead of the receiver.
 const PIECE_BYTES: usize = 256 * 1024;
 const PIECES_READY_MAX: usize = 2;
 
@@ -55,15 +56,15 @@ struct Exports {
     scratch: Scratch,
 }
 
-/// Makes a file without a name, for what is written before it is sent.
+/// Creates an unnamed temporary file.
 pub type Scratch = fn() -> io::Result<File>;
 
-/// Of which frames: without `sensor`, or with `sensor` and without `boot`, of all that there are.
+/// The requested frames: all, unless limited by sensor or boot.
 #[derive(Debug, Default, Deserialize)]
 struct Asked {
     /// The sensor's name, or `device/sensor`.
     sensor: Option<String>,
-    /// One run of the agent.
+    /// One boot of the agent.
     boot: Option<String>,
 }
 
@@ -141,7 +142,7 @@ fn unknown_recording() -> Refusal {
         .hint("GET /v1/recordings lists them")
 }
 
-/// The spans that were asked for.
+/// The requested spans.
 fn choose(spans: Vec<Span>, asked: &Asked) -> Result<Vec<Span>, Refusal> {
     if asked.sensor.is_none() && asked.boot.is_none() {
         return Ok(spans);
@@ -177,7 +178,7 @@ fn check_one(spans: &[Span]) -> Result<(), Refusal> {
     Err(refusal.hint(format!("add one of {}", names(spans))))
 }
 
-/// How each of the first of these is asked for.
+/// The queries that select each of the first spans.
 fn names(spans: &[Span]) -> String {
     let named = spans.iter().take(NAMED_MAX).map(|Span { stream, .. }| {
         let (device, sensor, boot) = (&stream.device, &stream.sensor, &stream.boot);
@@ -204,7 +205,7 @@ fn check_length(recording: &Recording) -> Result<(), Refusal> {
     )))
 }
 
-/// Writes the rows into a file without a name, away from the threads that serve requests.
+/// Writes the rows to an unnamed file, off the threads that serve requests.
 async fn write(
     mut rows: Pages,
     format: Format,
@@ -229,7 +230,7 @@ async fn write(
     let written: Result<File, ExportError> =
         work.await.map_err(|error| failed(error.to_string()))?;
     written.map_err(|error| match error.is_of_the_frames() {
-        // In the words of `grideye convert`.
+        // With the messages of `grideye convert`.
         true => {
             let (status, what) = (StatusCode::UNPROCESSABLE_ENTITY, error.to_string());
             Refusal::new(status, "cannot_be_written", what)
@@ -238,12 +239,12 @@ async fn write(
     })
 }
 
-/// The rows of a recording, page by page from the store.
+/// The rows of a recording, read page by page from the store.
 struct Pages {
     store: Arc<dyn FrameStore>,
     runtime: Handle,
     members: Members,
-    /// How many there may be, and how many were taken.
+    /// The limit on rows, and how many were read.
     rows_max: Option<u64>,
     taken: u64,
     span: usize,
@@ -252,7 +253,7 @@ struct Pages {
 }
 
 impl Pages {
-    /// Takes the next page, of the next span where one has ended; nothing is ready after the last.
+    /// Reads the next page, across spans; leaves nothing ready after the last.
     fn fill(&mut self) -> Result<(), ExportError> {
         while self.ready.is_empty() {
             let Some(span) = self.members.spans.get(self.span) else {
@@ -297,7 +298,7 @@ impl Iterator for Pages {
     }
 }
 
-/// Sends a file piece by piece; the one who takes it sets the pace.
+/// Sends a file piece by piece, at the receiver's pace.
 fn send(mut file: File) -> Body {
     let (pieces, ready) = mpsc::channel(PIECES_READY_MAX);
     tokio::task::spawn_blocking(move || {
@@ -307,14 +308,14 @@ fn send(mut file: File) -> Body {
                 Ok(0) => return,
                 Ok(length) => length,
                 Err(error) => {
-                    // Cuts the transfer.
+                    // Aborts the transfer.
                     let _ = pieces.blocking_send(Err(error));
                     return;
                 }
             };
             piece.truncate(length);
             if pieces.blocking_send(Ok(Bytes::from(piece))).is_err() {
-                // The one who asked has gone.
+                // The client is gone.
                 return;
             }
         }
@@ -354,7 +355,7 @@ mod tests {
             .as_u16()
     }
 
-    /// Keeps so many frames of a sensor in a run.
+    /// Stores frames of a sensor in a boot.
     async fn keep(exports: &Exports, sensor: &str, boot: &str, frames: u64) {
         let frames: Vec<serde_json::Value> = (0..frames)
             .map(|seq| {
@@ -379,7 +380,7 @@ mod tests {
         }
     }
 
-    /// The status and code of a refusal, and its hint.
+    /// The status, code and hint of an error response.
     async fn refused(exports: &Exports, file: &str, asked: Asked) -> (u16, String, String) {
         let answer = answer(exports, file, asked).await;
         let status = answer.status().as_u16();
@@ -414,7 +415,7 @@ mod tests {
         let (status, code, hint) = refused(&exports, "1.png", Asked::default()).await;
         assert_eq!((status, code.as_str()), (422, "several_streams"));
         assert!(hint.contains("?sensor=pi-1/s2&boot=b2"), "{hint}");
-        // Its fourth row is one more than is drawn in this test.
+        // Its fourth row exceeds this test's limit.
         let long = of("s2", Some("b1"));
         let (status, code, hint) = refused(&exports, "1.png", long).await;
         assert_eq!((status, code.as_str()), (422, "cannot_be_written"));

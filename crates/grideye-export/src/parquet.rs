@@ -1,14 +1,14 @@
-//! Apache Parquet: columns of equal length, in groups of rows; written without compression, so that a file can be
-//! read with nothing but the format's core, and with equal bytes for equal columns.
+//! Apache Parquet: columns of equal length in row groups. Uncompressed, so that the format's core suffices to read a
+//! file, and equal columns give equal bytes.
 //!
 //! | values | type in the file |
 //! |---|---|
 //! | [`Values::Unsigned`] | `INT64`, unsigned |
-//! | [`Values::Signed`] | `INT64`, or nothing where there is no value |
-//! | [`Values::Double`] | `DOUBLE`, or nothing where there is no value |
+//! | [`Values::Signed`] | `INT64`, null without a value |
+//! | [`Values::Double`] | `DOUBLE`, null without a value |
 //! | [`Values::Flag`] | `BOOLEAN` |
 //! | [`Values::Text`] | `BYTE_ARRAY (STRING)` |
-//! | [`Values::MaybeText`] | `BYTE_ARRAY (STRING)`, or nothing where there is no value |
+//! | [`Values::MaybeText`] | `BYTE_ARRAY (STRING)`, null without a value |
 //! | [`Values::Singles`] | `LIST` of `FLOAT`, of one length in all rows |
 
 use crate::error::ExportError;
@@ -76,7 +76,7 @@ impl<W: Write + Send> Table<W> {
         Ok(Self { writer })
     }
 
-    /// Adds a group of rows.
+    /// Adds a row group.
     pub(crate) fn add(&mut self, columns: &[Column]) -> Result<(), ExportError> {
         let mut group = self.writer.next_row_group()?;
         for column in columns {
@@ -90,7 +90,6 @@ impl<W: Write + Send> Table<W> {
         Ok(())
     }
 
-    /// Ends the file.
     pub(crate) fn finish(self) -> Result<(), ExportError> {
         self.writer.close()?;
         Ok(())
@@ -98,7 +97,6 @@ impl<W: Write + Send> Table<W> {
 }
 
 impl Column {
-    /// A column of that name.
     pub(crate) fn new(name: impl Into<String>, values: Values) -> Self {
         Self {
             name: name.into(),
@@ -106,7 +104,7 @@ impl Column {
         }
     }
 
-    /// Whether hardly any value is there twice, so that a dictionary would only cost. Shares of pixels are mostly 0.
+    /// Whether few values repeat, so that a dictionary would only cost space. Masks are mostly 0, so they repeat.
     fn is_ever_new(&self) -> bool {
         match &self.values {
             Values::Singles { values, .. } => {
@@ -127,7 +125,7 @@ impl Column {
     }
 }
 
-/// The column's place in the schema.
+/// The column's entry in the schema.
 fn field(column: &Column) -> Result<Arc<Type>, ExportError> {
     let name = column.name.as_str();
     let (required, optional) = (Repetition::REQUIRED, Repetition::OPTIONAL);
@@ -147,7 +145,7 @@ fn field(column: &Column) -> Result<Arc<Type>, ExportError> {
     Ok(Arc::new(field.build()?))
 }
 
-/// Three levels, as the format's document LogicalTypes.md has lists.
+/// Three levels, as LogicalTypes.md specifies lists.
 fn list(name: &str) -> Result<Arc<Type>, ExportError> {
     let element = Type::primitive_type_builder("element", Physical::FLOAT)
         .with_repetition(Repetition::REQUIRED)
@@ -201,7 +199,7 @@ impl Values {
     }
 }
 
-/// 1 where there is a value, 0 where there is none.
+/// 1 for a value, 0 for none.
 fn levels<T>(values: &[Option<T>]) -> Vec<i16> {
     let is_there = values.iter().map(Option::is_some);
     is_there.map(i16::from).collect()

@@ -1,4 +1,4 @@
-//! Which broker, as whom, and whose certificate is believed.
+//! Which broker to use, with which user, and which certificate to trust.
 
 use rustls::crypto::ring::default_provider;
 use rustls::pki_types::pem::PemObject as _;
@@ -7,24 +7,24 @@ use rustls::{ClientConfig, RootCertStore};
 use std::fmt;
 use std::sync::Arc;
 
-/// Bytes of a user's name or a password.
+/// Maximum bytes of a user name or a password.
 const CREDENTIAL_BYTES_MAX: usize = 1024;
 
-/// What the program calls its settings, for the hints of messages: `--url`, or the key of a file.
+/// The program's names for its settings, for hints: an option such as `--url`, or a configuration key.
 #[derive(Debug, Clone, Copy)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct SettingNames {
     pub url: &'static str,
     pub password_file: &'static str,
-    /// The environment variable that a password may stand in.
+    /// The environment variable for a password.
     pub password_variable: &'static str,
-    /// The file of the authority's certificates.
+    /// The file with the authority's certificates.
     pub authority: &'static str,
-    /// What is set as [`Topics::base`](crate::Topics::base).
+    /// The setting for [`Topics::base`](crate::Topics::base).
     pub topic: &'static str,
 }
 
-/// A broker that can be connected to.
+/// A broker to connect to.
 #[derive(Debug, Clone)]
 pub struct Broker {
     pub(crate) host: String,
@@ -35,18 +35,17 @@ pub struct Broker {
     pub(crate) names: SettingNames,
 }
 
-/// Shown to the broker and to nobody else: debugging does not show it.
+/// Sent only to the broker; `Debug` hides it.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Password(pub(crate) Vec<u8>);
 
 impl Password {
-    /// These bytes.
     #[must_use]
     pub const fn new(bytes: Vec<u8>) -> Self {
         Self(bytes)
     }
 
-    /// The first line of a file; `None` where that is empty.
+    /// The first line of a file; `None` if it is empty.
     #[must_use]
     pub fn first_line_of(text: &[u8]) -> Option<Self> {
         let line = text.split(|byte| *byte == b'\n').next()?;
@@ -61,7 +60,7 @@ impl fmt::Debug for Password {
     }
 }
 
-/// TLS, and the name that the broker's certificate must have.
+/// TLS, and the name required in the broker's certificate.
 #[derive(Debug, Clone)]
 pub(crate) struct Encryption {
     pub(crate) config: Arc<ClientConfig>,
@@ -80,12 +79,12 @@ impl fmt::Display for Broker {
     }
 }
 
-/// Why no broker can be connected to so, and what to do about it. Holds no password.
+/// Why the broker's settings are invalid, with a hint. Holds no password.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct BrokerError(String);
 
-/// A URL in its parts.
+/// The parts of a URL.
 #[derive(Debug, PartialEq, Eq)]
 struct Parts {
     is_encrypted: bool,
@@ -95,11 +94,11 @@ struct Parts {
 }
 
 impl Broker {
-    /// The broker at `mqtt://[USER@]HOST[:PORT]`. One at `mqtts://` needs the authority of its certificate: the name of a
-    /// file, for messages, and the certificates in it, in PEM.
+    /// The broker at `mqtt://[USER@]HOST[:PORT]`. One at `mqtts://` needs the authority of its certificate: the file's
+    /// name, for messages, and its PEM certificates.
     ///
     /// # Errors
-    /// When the URL, the password or the authority is none.
+    /// If the URL, the password or the authority is invalid.
     pub fn new(
         url: &str,
         password: Option<Password>,
@@ -108,7 +107,7 @@ impl Broker {
     ) -> Result<Self, BrokerError> {
         let option = names.url;
         let parts = parts(url, names).map_err(|what| {
-            // The URL is not repeated: there may be a password in it.
+            // The URL is not repeated: it may contain a password.
             BrokerError(format!("{option}: {what}\nhint: mqtt://[USER@]HOST[:PORT], and mqtts:// for a broker with TLS"))
         })?;
         check_password(password.as_ref(), parts.user.as_ref(), names)?;
@@ -175,7 +174,7 @@ fn parts(url: &str, names: SettingNames) -> Result<Parts, String> {
     })
 }
 
-/// A broker takes no password without a user (mqtt-v3.1.1, §3.1.2.9).
+/// MQTT allows no password without a user (mqtt-v3.1.1, §3.1.2.9).
 fn check_password(
     password: Option<&Password>,
     user: Option<&String>,

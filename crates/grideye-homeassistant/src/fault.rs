@@ -1,4 +1,4 @@
-//! Why the broker is not told, in words for who can mend it.
+//! Why the broker is not reachable, with advice for the user.
 
 use crate::broker::SettingNames;
 use std::fmt;
@@ -7,7 +7,7 @@ use std::time::Duration;
 
 const AGAIN: &str = "it is tried again; the broker's log may say why";
 
-/// What went wrong, and what to do about it. Holds no password.
+/// An error with a hint. Holds no password.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{what}\nhint: {hint}")]
 pub struct Fault {
@@ -68,7 +68,7 @@ impl Fault {
         )
     }
 
-    /// A refusal by its code (mqtt-v3.1.1, table 3.1).
+    /// A rejection, by its code (mqtt-v3.1.1, table 3.1).
     pub(crate) fn refused(code: u8, has_password: bool, names: SettingNames) -> Self {
         let SettingNames {
             url,

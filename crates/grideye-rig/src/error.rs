@@ -1,11 +1,11 @@
-//! Why no machine is built, and what to do about it.
+//! The errors of building a machine.
 
 use crate::place::Place;
 use amg8833_emulator::MuxAddress;
 use grideye_frame::{COLUMNS, ROWS};
 use grideye_scene::SceneError;
 
-/// What keeps a machine from being built.
+/// Why a machine cannot be built.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what each is")]
 pub enum RigError {

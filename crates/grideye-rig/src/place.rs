@@ -1,17 +1,17 @@
-//! Where a sensor sits, and how that is written: `NAME`, `NAME=BUS:ADDRESS`, `NAME=BUS:MUX.CHANNEL:ADDRESS`.
+//! A sensor's place and its notation: `NAME`, `NAME=BUS:ADDRESS`, `NAME=BUS:MUX.CHANNEL:ADDRESS`.
 
 use amg8833_emulator::{Address, CHANNELS, MuxAddress};
 use std::fmt;
 use std::str::FromStr;
 
-/// The highest number of a bus: Linux has as many minor numbers (`MINORMASK` in `drivers/i2c/i2c-dev.c`).
+/// The highest bus number: Linux has that many minor numbers (`MINORMASK` in `drivers/i2c/i2c-dev.c`).
 const BUS_NUMBER_MAX: u32 = (1 << 20) - 1;
 /// A sensor's place in the emulated machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Place {
     /// Bus 1 is `/dev/i2c-1`.
     pub bus: u32,
-    /// The multiplexer's channel that the sensor is behind.
+    /// The multiplexer channel in front of the sensor.
     pub branch: Option<Branch>,
     /// 0x68 or 0x69.
     pub address: Address,
@@ -26,7 +26,7 @@ pub struct Branch {
     pub channel: usize,
 }
 
-/// A sensor that was asked for by its name, and its place if that was said with it.
+/// A sensor requested by name, and its place if given.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Placed {
@@ -34,7 +34,7 @@ pub struct Placed {
     pub place: Option<Place>,
 }
 
-/// One sensor of the emulated machine, by its name in the scene or the recording.
+/// One sensor of the emulated machine, with its name in the scene or recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Planned {
@@ -109,18 +109,18 @@ impl fmt::Display for Place {
     }
 }
 
-/// The address of an AMG8833, in hexadecimal with 0x or in decimal.
+/// Parses the address of an AMG8833, in hexadecimal with 0x or in decimal.
 /// # Errors
-/// Where it is no address of one.
+/// If an AMG8833 cannot have it.
 pub fn address_of(text: &str) -> Result<Address, String> {
     number(text)
         .and_then(Address::from_bits)
         .ok_or_else(|| "the AMG8833 answers at 0x68 or 0x69".to_owned())
 }
 
-/// The number of a bus in the path of its device.
+/// Parses the bus number from the path of its device.
 /// # Errors
-/// Where it is no path of an I2C bus.
+/// If the path is not one of an I2C bus.
 pub fn device(text: &str) -> Result<u32, String> {
     let number = text.strip_prefix("/dev/i2c-").ok_or_else(|| {
         format!("{text} is no path of an I2C bus\nhint: the emulated bus N is /dev/i2c-N, such as /dev/i2c-1")
