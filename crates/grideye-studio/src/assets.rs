@@ -1,4 +1,4 @@
-//! The files of the pages that are about scenes; those that all pages share are the collector's.
+//! The files of the pages about scenes; files that all pages share belong to the collector.
 
 use grideye_collector::Asset;
 
@@ -16,7 +16,7 @@ macro_rules! file {
     };
 }
 
-/// Of the panel beside a sensor, on the live page.
+/// Files of the panel beside a sensor, on the live page.
 pub(crate) const BESIDE: [Asset; 6] = [
     file!("beside.css", CSS),
     file!("beside.js", JAVASCRIPT),
@@ -26,7 +26,7 @@ pub(crate) const BESIDE: [Asset; 6] = [
     file!("simulation.js", JAVASCRIPT),
 ];
 
-/// Of the page on which scenes are edited, and the link to it.
+/// Files of the scene editor's page, and the link to it.
 pub(crate) const EDITOR: [Asset; 15] = [
     file!("editor.css", CSS),
     file!("cover.js", JAVASCRIPT),
@@ -45,12 +45,12 @@ pub(crate) const EDITOR: [Asset; 15] = [
     file!("to-editor.js", JAVASCRIPT),
 ];
 
-/// What the live page has of the panel.
+/// The panel's part of the live page.
 pub(crate) const BESIDE_HEAD: &str = include_str!("../assets/beside.html");
 
-/// What the live page has of the editor.
+/// The editor's part of the live page.
 pub(crate) const EDITOR_HEAD: &str =
     "<script type=\"module\" src=\"/assets/to-editor.js\"></script>\n";
 
-/// The page on which scenes are edited.
+/// The scene editor's page.
 pub(crate) const EDITOR_PAGE: &str = include_str!("../assets/editor.html");

@@ -1,6 +1,6 @@
-//! What was used last, up to a number.
+//! A cache of the entries used last.
 
-/// A map of a few entries; what was not asked for the longest makes room.
+/// A map of a few entries; the least recently used one makes room.
 pub(crate) struct Recently<K, V> {
     /// The newest last.
     entries: Vec<(K, V)>,

@@ -1,13 +1,14 @@
-//! Real beside simulated on the live page: scenes, what their sensors would see, and how alike that is to what comes.
+//! A real sensor beside a simulated one on the live page: scenes, what their sensors would see, and how well that
+//! matches.
 //!
-//! | GET | is |
+//! | GET | returns |
 //! |---|---|
-//! | `/v1/scenes` | the scenes of the folder, with their sensors |
+//! | `/v1/scenes` | the folder's scenes, with their sensors |
 //! | `/v1/scenes/{scene}/plan` | the room from above |
-//! | `/v1/scenes/{scene}/sensors/{sensor}/frames?at_s=12` | five seconds of simulated frames, with the agents' places |
-//! | `/v1/scenes/{scene}/sensors/{sensor}/comparison?device=…&of=…` | scores, floors, ceilings and verdict of the last seconds |
+//! | `/v1/scenes/{scene}/sensors/{sensor}/frames?at_s=12` | five seconds of simulated frames, with the agents' positions |
+//! | `/v1/scenes/{scene}/sensors/{sensor}/comparison?device=…&of=…` | scores, floors, ceilings and verdict for the last seconds |
 //!
-//! The collector knows nothing of scenes: it is handed these routes, and asks the same tokens for them as for its own.
+//! The collector knows nothing of scenes: it is given these routes, and requires the same tokens as for its own.
 
 mod frames;
 mod plan;
@@ -32,7 +33,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use verdict::{Question, Verdicts};
 
-/// Pieces of simulated frames that are kept: 200 of 30 kB each.
+/// Maximum pieces of simulated frames in the cache: 200 of 30 kB each.
 const PIECES_MAX: usize = 200;
 
 /// The routes for a folder of scenes, and the panel on the live page.

@@ -1,5 +1,5 @@
-//! The files of the scenes' folder, opened and saved: by plain names only, whole or not at all, and never over what
-//! somebody else wrote meanwhile.
+//! Opens and saves the files of the scenes' folder: by plain names only, whole or not at all, and never over another
+//! person's changes.
 
 use crate::catalogue::{SCENES_MAX, scene_files};
 use crate::disk::{Disk, open_below};
@@ -14,38 +14,37 @@ use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// Bytes of a scene's text, or of a trajectory's, that are edited.
+/// Maximum bytes of an editable scene or trajectory.
 pub(super) const TEXT_BYTES_MAX: usize = 512 * 1024;
-/// Trajectories that are saved with a scene.
+/// Maximum trajectories saved with a scene.
 const FILES_MAX: usize = 100;
-/// Characters of a scene's name.
+/// Maximum characters of a scene's name.
 const NAME_CHARACTERS_MAX: usize = 100;
 
-/// The folder.
 pub(super) struct Shelf {
     folder: PathBuf,
     disk: Disk,
-    /// Held from looking whether a file is as it was until it is written.
+    /// Locked from the version check until the file is written.
     writing: Mutex<()>,
 }
 
-/// A text to be saved, and the version that it was made of.
+/// A text to save, and the version it is based on.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Text {
     pub(super) text: String,
-    /// As it was opened; `None` for a file that is to be new.
+    /// The version when opened; `None` for a new file.
     pub(super) version: Option<String>,
 }
 
-/// A scene to be saved.
+/// A scene to save.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Save {
     pub(super) text: String,
-    /// As it was opened; `None` for one that is to be new.
+    /// The version when opened; `None` for a new scene.
     pub(super) version: Option<String>,
-    /// The trajectories, as the scene names them.
+    /// The trajectories, by the names in the scene.
     #[serde(default)]
     pub(super) files: BTreeMap<String, Text>,
 }
@@ -62,7 +61,7 @@ impl Shelf {
     /// The text of a scene.
     ///
     /// # Errors
-    /// 404 if there is none, 422 if it is too long or no text.
+    /// 404 if there is none, 422 if it is too long or not text.
     pub(super) fn open(&self, name: &str) -> Result<String, Refusal> {
         let path = self.scene_path(name)?;
         self.text_of(&path)?.ok_or_else(|| {
@@ -79,7 +78,7 @@ impl Shelf {
         self.text_of(&self.file_path(relative)?)
     }
 
-    /// The text of whatever file a scene names, of any length that a scene may have.
+    /// The text of any file that a scene names, up to the limit for scenes.
     ///
     /// # Errors
     /// If it cannot be read, or lies elsewhere.
@@ -89,10 +88,10 @@ impl Shelf {
         self.disk.read_below(&self.folder, &path)
     }
 
-    /// Writes the trajectories that changed, and then the scene. What is replaced stays as `NAME.toml~`.
+    /// Writes the changed trajectories, then the scene. A replaced file is kept as `NAME.toml~`.
     ///
     /// # Errors
-    /// 409 if one of the files is not as it was opened, and then nothing is written; 500 if the disk refuses.
+    /// 409 if one of the files changed since it was opened; then nothing is written. 500 if writing fails.
     pub(super) fn save(&self, name: &str, save: &Save) -> Result<Value, Refusal> {
         let scene = self.scene_path(name)?;
         let mut writes = self.changed_files(&save.files)?;
@@ -120,7 +119,7 @@ impl Shelf {
         Ok(json!({ "name": name, "version": version_of(&save.text), "files": versions }))
     }
 
-    /// The files whose text is another one than that which was opened.
+    /// The files with a text other than the opened one.
     fn changed_files<'a>(
         &self,
         files: &'a BTreeMap<String, Text>,
@@ -197,7 +196,7 @@ impl Shelf {
         )
     }
 
-    /// Below the folder, also if a link stands in the way.
+    /// The path of a file below the folder, even if a link is in the way.
     fn file_path(&self, relative: &str) -> Result<PathBuf, Refusal> {
         let below = Path::new(relative);
         let is_plain = below.components().all(|part| match part {
@@ -251,7 +250,7 @@ impl Shelf {
         }
     }
 
-    /// Keeps what is about to be replaced beside it.
+    /// Keeps a copy of the file that is about to be replaced.
     fn keep_old(&self, path: &Path) -> Result<(), io::Error> {
         let mut old = match open_below(&self.folder, path) {
             Ok(old) => old,
@@ -270,7 +269,7 @@ impl Shelf {
     }
 }
 
-/// What tells one text from any other.
+/// A hash that identifies a text.
 pub(super) fn version_of(text: &str) -> String {
     let digest = digest(&SHA256, text.as_bytes());
     let bytes = digest.as_ref().iter();

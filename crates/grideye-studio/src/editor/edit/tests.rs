@@ -1,4 +1,4 @@
-//! What edits change, and that they change nothing else.
+//! Tests what edits change, and that they change nothing else.
 
 use super::*;
 use proptest::prelude::*;
@@ -206,13 +206,13 @@ laid out: { "does": "add", "kind": "object", "name": "b", "at_mm": [0, 0, 0] }"#
     }
 }
 
-/// All remarks of a text, in their order.
+/// All comments of a text, in order.
 fn remarks(text: &str) -> Vec<String> {
     let lines = text.lines().filter_map(|line| line.split_once('#'));
     lines.map(|(_, remark)| remark.to_owned()).collect()
 }
 
-/// Where a number may stand that an edit is tried on.
+/// Paths of numbers for the edits to change.
 fn paths() -> impl Strategy<Value = Value> {
     let keys = [
         json!(["room", "ambient_c"]),
@@ -244,8 +244,8 @@ fn number_at(text: &str, path: &Value) -> f64 {
 }
 
 proptest! {
-    /// Whatever numbers are set one after the other, where they were or where none was, with things added and copied
-    /// between: every remark stays, in its order, and each number is what it was set to.
+    /// Sets random numbers, existing and new, and adds tables in between: every comment stays, in order, and each
+    /// number has its value.
     #[test]
     fn edits_keep_every_remark(
         edits in prop::collection::vec((paths(), -1e6..1e6_f64, prop::bool::ANY), 1..12),
@@ -263,7 +263,7 @@ proptest! {
         }
     }
 
-    /// A table that is added and taken away again leaves the text as it was.
+    /// Adding a table and deleting it leaves the text as it was.
     #[test]
     fn what_is_added_and_removed_leaves_no_trace(kind in prop::sample::select(vec![("object", 2), ("agent", 1), ("sensor", 1)])) {
         let (key, index) = kind;
