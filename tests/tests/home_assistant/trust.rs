@@ -131,7 +131,7 @@ fn an_encrypted_broker_is_believed_by_its_authority_alone() {
     assert_eq!(collector.json("/v1/mqtt")["broker"], url);
 }
 
-/// A certificate that may sign others, and what signs with it.
+/// A certificate authority and its issuer.
 fn authority() -> (rcgen::Certificate, rcgen::Issuer<'static, rcgen::KeyPair>) {
     let key = rcgen::KeyPair::generate().unwrap();
     let mut parameters = rcgen::CertificateParams::new(Vec::<String>::new()).unwrap();

@@ -1,4 +1,4 @@
-//! From `grideye enroll` to the first frame: the real programs, tokens and TLS on.
+//! From `grideye enroll` to the first frame: the real programs with tokens and TLS.
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 

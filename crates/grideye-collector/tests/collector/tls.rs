@@ -1,4 +1,4 @@
-//! TLS on real sockets: who is believed, who is let in, and where nothing else is offered.
+//! TLS on real sockets: what clients trust, who is admitted, and that nothing else is offered.
 
 use crate::socket::{PATIENCE, Running, anywhere, at};
 use grideye_collector::auth::{AccessFolder, Scope, Token};
@@ -86,7 +86,7 @@ pub(crate) fn believing(authority: &str) -> ClientConfig {
         .with_no_client_auth()
 }
 
-/// One request over TLS; the whole answer, or why there is none.
+/// One request over TLS; returns the whole response, or the error.
 pub(crate) async fn ask(
     address: SocketAddr,
     config: ClientConfig,
@@ -247,7 +247,7 @@ async fn a_handshake_that_does_not_come_to_an_end_is_cut_off_and_counted() {
     let began = Instant::now();
     let mut silent = TcpStream::connect(server.address).await.unwrap();
     let mut half = TcpStream::connect(server.address).await.unwrap();
-    // The beginning of a ClientHello that says it is longer.
+    // The start of a ClientHello that announces more.
     half.write_all(&[22, 3, 1, 2, 0, 1, 0]).await.unwrap();
     for stream in [&mut silent, &mut half] {
         let mut rest = Vec::new();
@@ -270,7 +270,7 @@ async fn a_handshake_that_does_not_come_to_an_end_is_cut_off_and_counted() {
     server.stop().await;
 }
 
-/// An authority of a site, and what it signs.
+/// A site's authority and its signatures.
 struct Site {
     pem: String,
     params: CertificateParams,

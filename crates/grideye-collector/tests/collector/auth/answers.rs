@@ -1,4 +1,4 @@
-//! How often one may ask, and what the answers, logs and figures give away.
+//! Rate limits, and what responses, logs and figures reveal.
 
 use crate::auth::server::{HTML, TokenServer, bearer};
 use axum::http::{HeaderMap, header};

@@ -1,4 +1,4 @@
-//! The folder of tokens and the list in it, without a server.
+//! The folder of tokens and its list, without a server.
 
 use grideye_collector::auth::{
     AccessFolder, DEVICES_PER_TOKEN_MAX, FILE_BYTES_MAX, Scope, Token, TokenBook,

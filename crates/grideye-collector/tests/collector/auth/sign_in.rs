@@ -1,4 +1,4 @@
-//! The page's cookie: who gets one, what it opens, when it ends.
+//! The page's cookie: who gets one, what it allows, when it ends.
 
 use crate::auth::server::{HTML, ORIGIN, TokenServer};
 use axum::http::{Method, header};

@@ -1,4 +1,4 @@
-//! What a token opens, and for how long.
+//! What a token allows, and for how long.
 
 use crate::auth::server::{TokenServer, bearer};
 use crate::batches::numbered;
@@ -241,7 +241,7 @@ async fn what_is_nearly_a_token_is_none() {
             200
         );
     }
-    // Not by the address, where logs and histories keep it.
+    // Not in the URL, which ends up in logs and histories.
     let path = format!("/v1/sensors?token={text}&access_token={text}");
     assert_eq!(server.get(&path, &[]).await.status, 401);
 }
@@ -251,7 +251,7 @@ async fn a_token_is_good_as_soon_as_it_is_made() {
     let server = TokenServer::new().await;
     let first = server.add("ana", Scope::Read);
     assert_eq!(server.get_as(&first, "/v1/sensors").await.status, 200);
-    // No time passes: whoever is to be refused is looked for in the list as it is at that moment.
+    // No time passes: before rejecting a caller, the collector rereads the list.
     let second = server
         .folder
         .change(|book| book.add("ben", Scope::Read, 1))
@@ -264,7 +264,7 @@ async fn a_token_is_good_as_soon_as_it_is_made() {
 #[tokio::test]
 async fn a_folder_that_breaks_while_the_collector_runs_lets_nobody_new_in_and_is_said() {
     let server = TokenServer::new().await;
-    // Whether the list was ever read before it broke, or not.
+    // Whether or not the list was read before it broke.
     let unread = TokenServer::new().await;
     unread.add("ana", Scope::Read);
     std::fs::write(unread.folder.path().join("tokens.json"), b"{}").unwrap();

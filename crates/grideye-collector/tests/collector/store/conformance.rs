@@ -1,4 +1,4 @@
-//! Every check, held against each store that there is.
+//! Runs every check against every store.
 
 use crate::store::books::*;
 use crate::store::frames::*;
