@@ -142,4 +142,3 @@ pub(crate) fn request(method: Method, path: &str, body: Body) -> Request<Body> {
         .body(body)
         .unwrap()
 }
-

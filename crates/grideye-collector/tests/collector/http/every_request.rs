@@ -245,4 +245,3 @@ async fn the_page_is_made_of_its_own_files_alone() {
     }
     assert!(parts.len() >= 9, "{parts:?}");
 }
-

@@ -328,7 +328,6 @@ async fn a_request_that_is_not_done_in_time_is_answered_all_the_same() {
     );
 }
 
-
 #[tokio::test]
 async fn a_body_that_nests_too_deep_is_refused_wherever_it_does() {
     let server = Server::new().await;
@@ -405,4 +404,3 @@ async fn a_batch_in_bytes_is_kept_and_refused_as_the_same_batch_in_json() {
     recording.headers_mut().insert(header::CONTENT_TYPE, kind);
     assert_eq!(server.send(recording).await.error().0, 415);
 }
-

@@ -143,4 +143,3 @@ async fn live_clients_are_limited_and_leave_their_seat() {
     }
     Client::of(&server).await.next().await;
 }
-

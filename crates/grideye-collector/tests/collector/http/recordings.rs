@@ -154,4 +154,3 @@ async fn recordings_that_are_not_there_cannot_be_stopped_or_read() {
         (409, "not_running".to_owned(), None)
     );
 }
-

@@ -273,7 +273,6 @@ async fn two_agents_of_one_name_are_told_with_their_runs_and_lose_nothing() {
     assert_eq!(server.get("/v1/audit").await.json()["rivals"], json!([]));
 }
 
-
 #[tokio::test]
 async fn the_last_minutes_of_a_sensor_come_in_figures_and_missing_frames_as_nulls() {
     let server = Server::with(Limits {

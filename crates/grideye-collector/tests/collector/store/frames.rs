@@ -294,4 +294,3 @@ pub(super) async fn a_closed_store_says_so(store: &dyn FrameStore) {
     assert!(matches!(store.ping().await, Err(StoreError::Closed)));
     store.close().await.unwrap();
 }
-
