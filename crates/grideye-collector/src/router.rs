@@ -145,5 +145,5 @@ async fn wrong_method() -> Refusal {
         "wrong_method",
         "this path does not take that method",
     )
-    .hint("the header `allow` names those that it takes")
+    .hint("the header `allow` lists the methods it takes")
 }

@@ -108,7 +108,7 @@ async fn export(
     let room = exports.room.try_acquire_owned().map_err(|_none_left| {
         let what = format!("{WRITTEN_MAX} files are being written already");
         Refusal::new(StatusCode::SERVICE_UNAVAILABLE, "too_many_exports", what)
-            .hint("ask again in a few seconds")
+            .hint("retry in a few seconds")
     })?;
     let name = attachment(&members.recording.name, extension);
     let rows = Pages {
@@ -157,7 +157,7 @@ fn choose(spans: Vec<Span>, asked: &Asked) -> Result<Vec<Span>, Refusal> {
     };
     let chosen: Vec<Span> = spans.into_iter().filter(is_asked).collect();
     if chosen.is_empty() {
-        let what = "this recording has no frame of that sensor and run";
+        let what = "this recording has no frames of that sensor and boot";
         let has = if names.is_empty() {
             "none at all"
         } else {
@@ -173,7 +173,7 @@ fn check_one(spans: &[Span]) -> Result<(), Refusal> {
     if spans.len() <= 1 {
         return Ok(());
     }
-    let what = "a picture shows one run of one sensor, and here are several";
+    let what = "an image shows one boot of one sensor, but this recording has several";
     let refusal = Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "several_streams", what);
     Err(refusal.hint(format!("add one of {}", names(spans))))
 }
@@ -198,10 +198,10 @@ fn check_length(recording: &Recording) -> Result<(), Refusal> {
         return Ok(());
     }
     let id = recording.id;
-    let what = format!("recording {id} has {rows} rows, and {ROWS_MAX} are written here at most");
+    let what = format!("recording {id} has {rows} rows; this export writes at most {ROWS_MAX}");
     let refusal = Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "too_long", what);
     Err(refusal.hint(format!(
-        "take /v1/recordings/{id}.csv, and `grideye convert` writes the others from it"
+        "download /v1/recordings/{id}.csv and convert it with `grideye convert`"
     )))
 }
 
@@ -213,8 +213,7 @@ async fn write(
 ) -> Result<File, Refusal> {
     let work = tokio::task::spawn_blocking(move || {
         let _room = room;
-        let no_room =
-            |error| io::Error::other(format!("there is no room for a temporary file: {error}"));
+        let no_room = |error| io::Error::other(format!("cannot create a temporary file: {error}"));
         let mut file = scratch().map_err(no_room)?;
         let mut buffered = BufWriter::new(&file);
         format(&mut rows, &mut buffered)?;
@@ -279,7 +278,7 @@ impl Pages {
         self.taken += 1;
         match self.rows_max {
             Some(rows_max) if self.taken > rows_max => Err(ExportError::Row(format!(
-                "more than {rows_max} rows are not drawn here\nhint: take /v1/recordings/{}.csv, and `grideye convert --sensor {}/{}` draws it",
+                "this export draws at most {rows_max} rows\nhint: download /v1/recordings/{}.csv; `grideye convert --sensor {}/{}` draws it",
                 self.members.recording.id, row.stream.device, row.stream.sensor
             ))),
             _ => Ok(row),

@@ -36,7 +36,7 @@ pub enum ExportError {
     NoFrame,
     /// An image of several sensors or boots.
     #[error(
-        "the recording holds several streams, and a picture shows one\nhint: choose one with --sensor, for example --sensor {device}/{sensor}"
+        "the recording holds several streams, but an image shows only one\nhint: choose one with --sensor, for example --sensor {device}/{sensor}"
     )]
     SeveralStreams {
         /// The device of one of the streams.
@@ -48,7 +48,7 @@ pub enum ExportError {
     #[error("{0}")]
     Row(String),
     /// A temperature is not a number.
-    #[error("a frame that is no number")]
+    #[error("a frame contains a temperature that is not a number")]
     NotANumber,
     /// A temperature outside the sensor's range.
     #[error("{what}: {source}")]

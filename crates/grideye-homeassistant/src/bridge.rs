@@ -206,7 +206,7 @@ impl Bridge {
                 let refused = LogEvent::new(Level::Warning, "mqtt_may_not_read");
                 self.log.say(&refused.with("broker", &self.broker).with(
                     "hint",
-                    "the broker's access list must let this user read what it writes, or sensors that are removed come back",
+                    "the broker's access list must let this user read its own topics, or removed sensors come back",
                 ));
             }
             Heard::Published(message) => {

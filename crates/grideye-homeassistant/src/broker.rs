@@ -115,7 +115,7 @@ impl Broker {
             (true, Some(authority)) => Some(encryption(authority, &parts.host, names)?),
             (false, None) => None,
             (true, None) => Err(BrokerError(format!(
-                "{option}: the broker is encrypted, and nobody says whose certificate to believe\nhint: {} FILE, the authority's certificate in PEM; /etc/ssl/certs/ca-certificates.crt has the public ones",
+                "{option}: the broker uses TLS, but no authority is given for its certificate\nhint: {} FILE, the authority's certificate in PEM; /etc/ssl/certs/ca-certificates.crt has the public ones",
                 names.authority
             )))?,
             (false, Some(_)) => Err(BrokerError(format!(
@@ -138,13 +138,13 @@ fn parts(url: &str, names: SettingNames) -> Result<Parts, String> {
     let (is_encrypted, rest) = match (url.strip_prefix("mqtt://"), url.strip_prefix("mqtts://")) {
         (Some(rest), _) => (false, rest),
         (_, Some(rest)) => (true, rest),
-        _ => return Err("it does not begin with mqtt:// or mqtts://".to_owned()),
+        _ => return Err("the URL must begin with mqtt:// or mqtts://".to_owned()),
     };
     let rest = rest.strip_suffix('/').unwrap_or(rest);
     let (user, place) = match rest.rsplit_once('@') {
         Some((user, _)) if user.contains(':') => {
             return Err(format!(
-                "a password on the command line is seen by everybody on this machine: put it into a file for {}, or into the environment variable {}",
+                "everyone on this machine can see a password on the command line: put it into a file for {}, or into the environment variable {}",
                 names.password_file, names.password_variable
             ));
         }
@@ -159,12 +159,12 @@ fn parts(url: &str, names: SettingNames) -> Result<Parts, String> {
     };
     let is_host = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_' | ':' | '%');
     if host.is_empty() || !host.chars().all(is_host) {
-        return Err("there is no host in it".to_owned());
+        return Err("the URL has no host".to_owned());
     }
     let usual = if is_encrypted { 8883 } else { 1883 };
     let port = port.map_or(Some(usual), |port| port.parse().ok());
     let port = port.filter(|port| *port > 0);
-    let port = port.ok_or("its port is not a number from 1 to 65535")?;
+    let port = port.ok_or("the port must be a number from 1 to 65535")?;
     let user = user.filter(|user| !user.is_empty());
     Ok(Parts {
         is_encrypted,
@@ -184,12 +184,12 @@ fn check_password(
     let bytes = password.map_or(0, |password| password.0.len());
     if password.is_some() && user.is_none() {
         return Err(BrokerError(format!(
-            "{option}: there is a password and no user\nhint: {option} mqtt://USER@HOST"
+            "{option}: a password needs a user\nhint: {option} mqtt://USER@HOST"
         )));
     }
     if bytes > CREDENTIAL_BYTES_MAX || user.is_some_and(|user| user.len() > CREDENTIAL_BYTES_MAX) {
         return Err(BrokerError(format!(
-            "{option}: user and password have {CREDENTIAL_BYTES_MAX} bytes at most\nhint: does {password_file} name the right file?"
+            "{option}: user and password may have at most {CREDENTIAL_BYTES_MAX} bytes each\nhint: does {password_file} name the right file?"
         )));
     }
     Ok(())
@@ -213,7 +213,7 @@ fn encryption(
         added.map_err(|error| refuse(error.to_string()))?;
     }
     if roots.is_empty() {
-        return Err(refuse("there is no certificate in it".to_owned()));
+        return Err(refuse("the file contains no certificate".to_owned()));
     }
     let config = ClientConfig::builder_with_provider(Arc::new(default_provider()))
         .with_safe_default_protocol_versions()

@@ -64,7 +64,7 @@ impl Connection {
         match connection.hear().await? {
             Heard::Connected(0) => Ok(connection),
             Heard::Connected(code) => Err(Fault::refused(code, password.is_some(), broker.names)),
-            _ => Err(Fault::garbled(&"something else than its answer")),
+            _ => Err(Fault::garbled(&"another packet than the answer to CONNECT")),
         }
     }
 

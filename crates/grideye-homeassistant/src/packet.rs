@@ -144,7 +144,7 @@ fn extent(inbox: &[u8]) -> Result<Option<(usize, usize)>, Garbled> {
     // Otherwise another server's answer could look like a long packet to wait for.
     let mut header = inbox.iter().take(1);
     if header.any(|header| !HEARD.contains(&(header >> 4))) {
-        return Err(Garbled("a packet that nothing asked for"));
+        return Err(Garbled("an unexpected packet"));
     }
     let mut length = 0;
     for index in 0..4 {
@@ -166,7 +166,7 @@ fn parse(header: u8, body: &[u8]) -> Result<Heard, Garbled> {
         (3, _) => published(header, body),
         (9, [_, _, codes @ ..]) => Ok(Heard::Subscribed(codes.to_vec())),
         (13, []) => Ok(Heard::Pong),
-        _ => Err(Garbled("a packet that nothing asked for")),
+        _ => Err(Garbled("an unexpected packet")),
     }
 }
 
@@ -176,11 +176,11 @@ fn published(header: u8, body: &[u8]) -> Result<Heard, Garbled> {
     let length = usize::from(u16::from_be_bytes(*length));
     let (topic, payload) = rest.split_at_checked(length).ok_or(cut)?;
     if header & 0x06 != 0 {
-        return Err(Garbled("a message that wants to be acknowledged"));
+        return Err(Garbled("a message with a quality of service above 0"));
     }
     let topic = String::from_utf8(topic.to_vec());
     Ok(Heard::Published(Message {
-        topic: topic.or(Err(Garbled("a topic that is no text")))?,
+        topic: topic.or(Err(Garbled("a topic that is not UTF-8")))?,
         payload: payload.to_vec(),
         retain: header & RETAIN != 0,
     }))

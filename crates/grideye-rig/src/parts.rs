@@ -115,7 +115,7 @@ mod tests {
         for (places, words) in [
             (["1:0x68", "1:0x68"], "a and b are both at 1:0x68"),
             (["1:0x70.3:0x68", "1:0x68"], "answer at once"),
-            (["1:0x70.3:0x68", "1:0x71.4:0x68"], "0x70 and one at 0x71"),
+            (["1:0x70.3:0x68", "1:0x71.4:0x68"], "0x70 and 0x71"),
         ] {
             let [one, other] = places.map(|place| place.parse().unwrap());
             let planned = [("a", one), ("b", other)].map(|(name, place)| Planned {

@@ -69,7 +69,7 @@ impl FromStr for Place {
             [bus, branch, address] => (bus, Some(branch.parse()?), address),
             _ => {
                 let hint = "BUS:ADDRESS, such as 1:0x69, or BUS:MUX.CHANNEL:ADDRESS, such as 1:0x70.3:0x69";
-                return Err(format!("no place: {text}\nhint: {hint}"));
+                return Err(format!("invalid place: {text}\nhint: {hint}"));
             }
         };
         Ok(Self {
@@ -87,7 +87,7 @@ impl FromStr for Branch {
         let hint = "MUX.CHANNEL, such as 0x70.3";
         let (mux, channel) = text
             .split_once('.')
-            .ok_or_else(|| format!("no channel of a multiplexer: {text}\nhint: {hint}"))?;
+            .ok_or_else(|| format!("invalid multiplexer channel: {text}\nhint: {hint}"))?;
         let mux = number(mux)
             .and_then(MuxAddress::from_bits)
             .ok_or_else(|| format!("a multiplexer answers at 0x70 to 0x77, not at {mux}"))?;
@@ -123,7 +123,7 @@ pub fn address_of(text: &str) -> Result<Address, String> {
 /// If the path is not one of an I2C bus.
 pub fn device(text: &str) -> Result<u32, String> {
     let number = text.strip_prefix("/dev/i2c-").ok_or_else(|| {
-        format!("{text} is no path of an I2C bus\nhint: the emulated bus N is /dev/i2c-N, such as /dev/i2c-1")
+        format!("{text} is not the path of an I2C bus\nhint: the emulated bus N is /dev/i2c-N, such as /dev/i2c-1")
     })?;
     bus_number(number)
 }
@@ -134,7 +134,7 @@ fn bus_number(text: &str) -> Result<u32, String> {
         .ok()
         .filter(|number| digits && *number <= BUS_NUMBER_MAX)
         .ok_or_else(|| {
-            format!("no number of a bus: {text}\nhint: 0 to {BUS_NUMBER_MAX}; bus 1 is /dev/i2c-1")
+            format!("invalid bus number: {text}\nhint: 0 to {BUS_NUMBER_MAX}; bus 1 is /dev/i2c-1")
         })
 }
 
@@ -166,12 +166,12 @@ mod tests {
     fn what_is_wrong_with_a_place_is_named() {
         for (text, words) in [
             ("=1:0x69", "name is missing"),
-            ("a=", "no place"),
-            ("a=1", "no place"),
-            ("a=1:2:3:4", "no place"),
-            ("a=x:0x69", "no number of a bus: x"),
-            ("a=-1:0x69", "no number of a bus: -1"),
-            ("a=+1:0x69", "no number of a bus: +1"),
+            ("a=", "invalid place"),
+            ("a=1", "invalid place"),
+            ("a=1:2:3:4", "invalid place"),
+            ("a=x:0x69", "invalid bus number: x"),
+            ("a=-1:0x69", "invalid bus number: -1"),
+            ("a=+1:0x69", "invalid bus number: +1"),
             ("a=1048576:0x69", "0 to 1048575"),
             ("a=1:0x67", "0x68 or 0x69"),
             ("a=1:0x70:0x69", "MUX.CHANNEL"),

@@ -197,7 +197,7 @@ fn text_of(folder: &Path, disk: Disk, path: &Path) -> Result<String> {
     let bytes = fs::metadata(path).map_or(0, |about| about.len());
     if bytes > SCENE_BYTES_MAX {
         return Err(anyhow!(
-            "the scene {shown} has {bytes} bytes, and {SCENE_BYTES_MAX} are read\nhint: put meshes into files of their own"
+            "the scene {shown} has {bytes} bytes; at most {SCENE_BYTES_MAX} are read\nhint: put meshes into separate files"
         ));
     }
     disk.read_below(folder, path).map_err(|error| match error.kind() {

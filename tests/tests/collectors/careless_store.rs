@@ -87,7 +87,7 @@ fn a_collector_whose_file_was_moved_away_does_not_end_as_if_all_was_well() {
         "{stderr}"
     );
     assert!(
-        stderr.contains("did not close well: the store's file was moved away"),
+        stderr.contains("closing the store failed: the store's file was moved away"),
         "{stderr}"
     );
     assert_eq!(stderr.matches("error: store_gone").count(), 1, "{stderr}");

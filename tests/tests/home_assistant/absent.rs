@@ -59,7 +59,7 @@ fn stalled_broker() -> String {
 fn a_broker_that_takes_nothing_or_is_not_there_costs_no_frame_and_no_memory() {
     for (url, message) in [
         (stalled_broker(), "the broker did not answer within"),
-        (ABSENT.to_owned(), "no way to the broker: "),
+        (ABSENT.to_owned(), "cannot reach the broker: "),
     ] {
         let at = tempfile::tempdir().unwrap();
         let collector = collector(at.path(), &url, &[]);

@@ -36,9 +36,9 @@ impl Authority {
     pub(super) fn from_pem(certificate_pem: &[u8], key_pem: &[u8]) -> Result<Self, String> {
         let text = |pem: &[u8]| String::from_utf8(pem.to_vec()).map_err(|error| error.to_string());
         let certificate = CertificateDer::from_pem_slice(certificate_pem)
-            .map_err(|error| format!("this is no certificate: {error}"))?;
+            .map_err(|error| format!("this is not a certificate: {error}"))?;
         let key = KeyPair::from_pem(&text(key_pem)?)
-            .map_err(|error| format!("the key beside it is none: {error}"))?;
+            .map_err(|error| format!("the key beside it is invalid: {error}"))?;
         Ok(Self {
             certificate_pem: text(certificate_pem)?,
             certificate,
@@ -134,7 +134,7 @@ mod tests {
         let made = Authority::new().unwrap();
         let certificate = made.certificate_pem().as_bytes();
         let error = Authority::from_pem(b"nothing", made.key_pem().as_bytes()).unwrap_err();
-        assert!(error.contains("no certificate"), "{error}");
+        assert!(error.contains("not a certificate"), "{error}");
         let error = Authority::from_pem(certificate, certificate).unwrap_err();
         assert!(error.contains("the key beside it"), "{error}");
     }

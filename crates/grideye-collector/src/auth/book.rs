@@ -102,7 +102,10 @@ impl TokenBook {
         let file: File = serde_json::from_slice(json)
             .map_err(|error| AccessError::malformed(path, error.to_string()))?;
         if file.layout != LAYOUT {
-            let what = format!("layout {} is not known, only {LAYOUT}", file.layout);
+            let what = format!(
+                "unknown layout {}; this program knows only {LAYOUT}",
+                file.layout
+            );
             return Err(AccessError::malformed(path, what));
         }
         if file.tokens.len() > TOKENS_MAX {
@@ -114,7 +117,7 @@ impl TokenBook {
                 .into_record()
                 .map_err(|what| AccessError::malformed(path, what))?;
             if book.by_id.contains_key(&record.id) {
-                let what = format!("token {} is there twice", record.id);
+                let what = format!("duplicate token {}", record.id);
                 return Err(AccessError::malformed(path, what));
             }
             book.push(record);
@@ -197,7 +200,7 @@ impl Entry {
             },
             "read" if self.devices.is_empty() => Scope::Read,
             "admin" if self.devices.is_empty() => Scope::Admin,
-            _ => return Err(format!("token {:?} has no scope that is known", self.id)),
+            _ => return Err(format!("token {:?} has an unknown scope", self.id)),
         };
         check(&self.name, &scope).map_err(|error| error.to_string())?;
         let id = self.id.parse();

@@ -21,7 +21,7 @@ pub enum AccessError {
     },
     /// A file does not hold what this program wrote.
     #[error(
-        "{}: {what}\nhint: put back a copy of the file, or move the folder away and enroll anew", .path.display()
+        "{}: {what}\nhint: restore a copy of the file, or move the folder away and enroll again", .path.display()
     )]
     Malformed {
         /// The file.
@@ -30,16 +30,16 @@ pub enum AccessError {
         what: String,
     },
     /// No randomness, or the key could not be created.
-    #[error("no key can be made: {0}\nhint: does the system have a source of random numbers?")]
+    #[error("cannot create a key: {0}\nhint: check that the system has a source of random numbers")]
     NoKey(String),
     /// The limit on tokens is reached.
     #[error(
-        "the folder holds {TOKENS_MAX} tokens and takes no more\nhint: `grideye token list` shows them; start a folder of its own for another site"
+        "the folder already holds the maximum of {TOKENS_MAX} tokens\nhint: `grideye token list` shows them; use a separate folder for another site"
     )]
     TooManyTokens,
     /// Too few or too many devices for a token.
     #[error(
-        "a token speaks for 1 to {DEVICES_PER_TOKEN_MAX} devices, found {0}\nhint: enroll the others with a token of their own"
+        "a token speaks for 1 to {DEVICES_PER_TOKEN_MAX} devices, found {0}\nhint: enroll the others with another token"
     )]
     DevicesPerToken(usize),
     /// An invalid name for a device or a token.

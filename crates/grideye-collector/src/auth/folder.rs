@@ -126,7 +126,7 @@ impl AccessFolder {
         let mut lines = text.lines().map(str::to_owned);
         let url = lines
             .next()
-            .ok_or_else(|| AccessError::malformed(&path, "nothing in it"))?;
+            .ok_or_else(|| AccessError::malformed(&path, "the file is empty"))?;
         Ok(Some(Address {
             url,
             pin: lines.next(),
@@ -155,7 +155,7 @@ impl AccessFolder {
                 .ok()
                 .map(str::trim)
                 .and_then(unhex);
-            return key.ok_or_else(|| AccessError::malformed(&path, "this is no key"));
+            return key.ok_or_else(|| AccessError::malformed(&path, "this is not a key"));
         }
         let key = random_bytes()?;
         self.write(SESSION_KEY, hex(&key).as_bytes())?;

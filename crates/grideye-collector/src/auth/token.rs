@@ -94,7 +94,9 @@ impl fmt::Debug for Token {
 
 /// The text is not a token. The error does not repeat it: it may contain one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("this is no token: expected `grideye-`, 12 hexadecimal digits, `-`, 64 hexadecimal digits")]
+#[error(
+    "this is not a token: expected `grideye-`, 12 hexadecimal digits, `-`, 64 hexadecimal digits"
+)]
 pub struct NotAToken;
 
 impl FromStr for TokenId {

@@ -103,7 +103,7 @@ pub(crate) fn check_device(caller: Option<&Caller>, device: &str) -> Result<(), 
     let what = "this token does not speak for that device";
     Err(Refusal::new(StatusCode::FORBIDDEN, "foreign_device", what)
         .field("device")
-        .hint("give the agent the device's name that it was enrolled with, or enroll it: `grideye enroll DEVICE`"))
+        .hint("set the agent's `device` to the name it was enrolled with, or enroll it: `grideye enroll DEVICE`"))
 }
 
 /// Whether the caller may read this device's state: allowed with a token that may read, and for the device itself.
@@ -183,8 +183,8 @@ fn refuse_unknown(request: &Request, unknown: Unknown) -> Response {
         return Redirect::to("/login").into_response();
     }
     let (code, what) = match unknown {
-        Unknown::NoToken => ("no_token", "this collector asks for a token"),
-        Unknown::BadToken => ("bad_token", "this token is not, or no longer, known here"),
+        Unknown::NoToken => ("no_token", "this collector requires a token"),
+        Unknown::BadToken => ("bad_token", "this token is unknown or was revoked"),
         Unknown::BadCookie => ("signed_out", "you are signed out"),
     };
     let refusal = Refusal::new(StatusCode::UNAUTHORIZED, code, what)
@@ -204,7 +204,7 @@ fn check(state: &AppState, caller: &Caller, need: Need, request: &Request) -> Re
     let now = state.0.clock.monotonic();
     if let Err(wait) = state.0.rates.take(record.id.clone(), now) {
         let limit = state.limits().requests_per_second_max;
-        let what = format!("more than {limit} requests a second with this token");
+        let what = format!("more than {limit} requests per second with this token");
         return Err(too_many(what, wait).hint(
             "send larger batches less often, or start the collector with a larger `--requests-per-second`",
         ));
@@ -219,7 +219,7 @@ fn check(state: &AppState, caller: &Caller, need: Need, request: &Request) -> Re
     let is_write = !matches!(*request.method(), Method::GET | Method::HEAD);
     // A browser sends `Origin` with every write; it was checked before.
     if *by_cookie && is_write && !request.headers().contains_key(header::ORIGIN) {
-        let what = "a write with the page's cookie must say from which page it comes";
+        let what = "a write with the page's cookie needs an `origin` header";
         return Err(Refusal::new(StatusCode::FORBIDDEN, "no_origin", what).field("origin"));
     }
     Ok(())
@@ -233,8 +233,8 @@ pub(crate) fn check_unknown_rate(state: &AppState, peer: Peer) -> Result<(), Ref
     }
     let group = AddressGroup::of(peer.address);
     state.0.unknown_rates.take(group, now).map_err(|wait| {
-        too_many("too many requests without a good token", wait)
-            .hint("see that the token is right: `grideye token list` shows those that are known")
+        too_many("too many requests without a valid token", wait)
+            .hint("check the token: `grideye token list` shows the valid ones")
     })
 }
 

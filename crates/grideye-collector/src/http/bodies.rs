@@ -63,9 +63,9 @@ impl Bodies {
             .bytes
             .fetch_update(Ordering::Relaxed, Ordering::Relaxed, fits);
         taken.map(|_before| ()).map_err(|_before| {
-            let what = "as many frames are being taken as there is memory for";
+            let what = "the memory for incoming frames is used up";
             Refusal::new(StatusCode::SERVICE_UNAVAILABLE, "busy", what)
-                .hint("send again in a second; nothing of this request was stored")
+                .hint("retry in a second; nothing of this request was stored")
         })
     }
 }
@@ -101,11 +101,10 @@ impl Room<'_> {
                 Some(Caller::Holder { .. }) => "token",
                 _ => "address",
             };
-            let what =
-                format!("more than {most} bytes of frames of this {whose} are being taken at once");
+            let what = format!("this {whose} is sending more than {most} bytes of frames at once");
             return Err(
                 Refusal::new(StatusCode::TOO_MANY_REQUESTS, "too_much_at_once", what)
-                    .hint("send fewer or smaller batches at once, and this one again in a second; nothing of it was stored")
+                    .hint("send fewer or smaller batches at once, and retry this one in a second; nothing of it was stored")
                     .retry_after(SHARE_RETRY),
             );
         }

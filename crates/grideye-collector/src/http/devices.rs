@@ -30,10 +30,10 @@ pub(crate) async fn device(
 ) -> Result<Json<Value>, Refusal> {
     check_own(caller.as_deref(), &device)?;
     let sensors = by_device(&state).remove(&device).ok_or_else(|| {
-        let what = "nothing of this device has come yet";
+        let what = "no frame of this device has arrived yet";
         Refusal::new(StatusCode::NOT_FOUND, "no_such_device", what)
             .field("device")
-            .hint("GET /v1/devices names those of which something came")
+            .hint("GET /v1/devices lists the devices that have sent frames")
     })?;
     let said = state.0.agents.of(&device);
     Ok(Json(device_json(&device, &sensors, &said)))

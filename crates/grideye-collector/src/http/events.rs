@@ -32,7 +32,7 @@ pub(crate) async fn live(
     let seat = state.0.live_clients.clone().try_acquire_owned();
     let seat = seat.map_err(|_none_left| {
         let limit = state.limits().live_clients_max;
-        let what = format!("{limit} pages are following already");
+        let what = format!("{limit} live pages are already open");
         Refusal::new(
             StatusCode::SERVICE_UNAVAILABLE,
             "too_many_live_clients",

@@ -120,7 +120,7 @@ impl Form {
 }
 
 fn too_many_sensors(limit: usize) -> Refusal {
-    let what = format!("{limit} sensors are known, and no more are taken");
+    let what = format!("the collector already has its maximum of {limit} sensors");
     Refusal::new(StatusCode::INSUFFICIENT_STORAGE, "too_many_sensors", what)
-        .hint("check that no agent makes up names, or raise `sensors_max`")
+        .hint("check that no agent invents names, or raise `sensors_max`")
 }

@@ -172,7 +172,7 @@ impl From<WireError> for Refusal {
         if refusal.hint.is_some() {
             return refusal;
         }
-        refusal.hint("nothing of this batch was stored; correct the field and send it again")
+        refusal.hint("nothing of this batch was stored; correct the field and retry")
     }
 }
 

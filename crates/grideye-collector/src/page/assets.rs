@@ -78,7 +78,7 @@ pub(crate) fn parts(annexes: &[Annex]) -> Arc<[Asset]> {
     assert_eq!(
         names.len(),
         parts.len(),
-        "two files of the pages have one name"
+        "two files of the pages have the same name"
     );
     parts
 }

@@ -37,7 +37,7 @@ pub(crate) async fn login(
         Ok(Caller::Holder { record, .. }) => record,
         Err(_unknown) => {
             authorize::check_unknown_rate(&state, peer)?;
-            let what = "this token is not, or no longer, known here";
+            let what = "this token is unknown or was revoked";
             return Err(Refusal::new(StatusCode::UNAUTHORIZED, "bad_token", what)
                 .field("token")
                 .hint(

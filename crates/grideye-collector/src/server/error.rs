@@ -24,12 +24,12 @@ pub enum CollectorError {
     },
     /// Other machines can reach the address, and no token exists.
     #[error(
-        "refusing to listen on {0}: every machine that reaches it could read frames and post some\nhint: make a token for each device (`grideye enroll DEVICE`) and start again: tokens are then asked for and TLS is on; or say that everybody on this network may do everything (`--trust-network`)"
+        "refusing to listen on {0}: every machine that reaches it could read frames and post some\nhint: create a token for each device (`grideye enroll DEVICE`) and start again, then tokens are required and TLS is on; or let everyone on this network do everything (`--trust-network`)"
     )]
     NoTokens(SocketAddr),
     /// Other machines can reach the address, and TLS is off.
     #[error(
-        "refusing to listen on {0} without TLS: tokens would travel in the clear\nhint: leave `--plain-http` out, or say that nobody listens on this network (`--trust-network`)"
+        "refusing to listen on {0} without TLS: tokens would travel in the clear\nhint: remove `--plain-http`, or declare that nobody listens on this network (`--trust-network`)"
     )]
     NoTls(SocketAddr),
     /// TLS with our own authority needs a folder for its key.
@@ -38,7 +38,7 @@ pub enum CollectorError {
     )]
     NoAuthority,
     /// A certificate or key file is unusable.
-    #[error("{}: {what}\nhint: a PEM file is wanted: the certificate followed by its chain, and its key without a password", .path.display())]
+    #[error("{}: {what}\nhint: expected PEM files: the certificate followed by its chain, and its key without a password", .path.display())]
     TlsFile {
         /// The file.
         path: PathBuf,
@@ -46,7 +46,7 @@ pub enum CollectorError {
         what: String,
     },
     /// TLS setup failed.
-    #[error("TLS cannot be set up: {0}")]
+    #[error("cannot set up TLS: {0}")]
     Tls(String),
     /// The folder of tokens cannot be used.
     #[error("{0}")]
@@ -60,7 +60,7 @@ pub enum CollectorError {
         reason: StoreError,
     },
     /// The store failed while it was being closed.
-    #[error("the store did not close well: {0}")]
+    #[error("closing the store failed: {0}")]
     Close(StoreError),
     /// The listening socket failed.
     #[error("the listening socket failed: {0}")]

@@ -71,7 +71,7 @@ fn raise(counts: &mut BTreeMap<String, u64>, with: &BTreeMap<String, u64>) {
 }
 
 pub(crate) fn from_json(text: &str) -> Result<Account> {
-    let none = || damaged(&format!("a count that is none: {text}"));
+    let none = || damaged(&format!("an invalid account: {text}"));
     serde_json::from_str(text).map_err(|_no_count| none())
 }
 

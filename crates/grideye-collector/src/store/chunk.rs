@@ -76,7 +76,7 @@ impl Kept<'_> {
         if is_whole {
             Ok(rows)
         } else {
-            Err(damaged("a chunk of other rows than it says"))
+            Err(damaged("a chunk with other rows than it declares"))
         }
     }
 

@@ -11,7 +11,7 @@ pub(crate) type Result<T, E = StoreError> = core::result::Result<T, E>;
 pub enum StoreError {
     /// A frame came before with other content.
     #[error(
-        "sensor {sensor} of {device} sent seq {seq} of boot {boot} before, with other content; nothing of this batch was stored\nhint: two agents with one device name, or a boot name used twice; give each agent its own `device`, and each run its own boot"
+        "sensor {sensor} of {device} sent seq {seq} of boot {boot} before, with other content; nothing of this batch was stored\nhint: two agents share a device name, or a boot name was used twice; give each agent its own `device`, and each start its own boot name"
     )]
     Conflict {
         /// The agent's name.
@@ -37,11 +37,11 @@ pub enum StoreError {
     },
     /// The limit on streams is reached.
     #[error(
-        "the store holds {0} streams (device, sensor, boot) and takes no more\nhint: remove old recordings' devices, or raise `streams_max`"
+        "the store already holds the maximum of {0} streams (device, sensor, boot)\nhint: remove old recordings' devices, or raise `streams_max`"
     )]
     TooManyStreams(usize),
     /// The limit on recordings is reached.
-    #[error("the store holds {0} recordings and takes no more\nhint: raise `recordings_max`")]
+    #[error("the store already holds the maximum of {0} recordings\nhint: raise `recordings_max`")]
     TooManyRecordings(usize),
     /// Another recording has this name.
     #[error("a recording named {name:?} {}\nhint: choose another name{}", if *.running { "is running" } else { "exists already" }, if *.running { ", or stop that one first" } else { "" })]
@@ -56,7 +56,7 @@ pub enum StoreError {
     NoSuchRecording(RecordingId),
     /// The limit on labels of a recording is reached.
     #[error(
-        "the recording has {0} labels and takes no more\nhint: take some away, or make one of those that say the same"
+        "the recording already has the maximum of {0} labels\nhint: delete some, or merge those with the same name"
     )]
     TooManyLabels(usize),
     /// The recording has no label with this number.
@@ -71,7 +71,7 @@ pub enum StoreError {
     },
     /// The recording is already stopped.
     #[error(
-        "recording {id} ({name:?}) was stopped before\nhint: GET /v1/recordings/{id}.csv has it"
+        "recording {id} ({name:?}) is already stopped\nhint: GET /v1/recordings/{id}.csv downloads it"
     )]
     NotRunning {
         /// The number asked for.
@@ -81,27 +81,27 @@ pub enum StoreError {
     },
     /// The writer's queue is full.
     #[error(
-        "the store is behind: {0} requests wait to be written\nhint: send again in a second; nothing of this request was stored"
+        "the store is busy: {0} requests wait to be written\nhint: retry in a second; nothing of this request was stored"
     )]
     Busy(usize),
     /// The disk, or the quota on it, is full.
     #[error(
-        "the disk that holds the store is full\nhint: make room; agents keep their frames until then and send them again"
+        "the disk that holds the store is full\nhint: free some space; agents keep their frames and retry"
     )]
     Full,
     /// The store has reached its quota.
     #[error(
-        "the store takes the {0} bytes that it may take\nhint: raise the quota (`--store-quota`) or move old frames away; agents keep theirs until then and send them again"
+        "the store has reached its quota of {0} bytes\nhint: raise the quota (`--store-quota`) or move old frames away; agents keep theirs and retry"
     )]
     QuotaReached(u64),
     /// Another program locked the file for longer than the time limit.
     #[error(
-        "the store's file is locked by another program\nhint: close what holds it, for example a database browser with changes that are not written; nothing of this request was stored"
+        "the store's file is locked by another program\nhint: close that program, for example a database browser with unsaved changes; nothing of this request was stored"
     )]
     Locked,
     /// The store's path names another file than the open one, or none.
     #[error(
-        "the store's {part} was {fate} while it was in use, and nothing is acknowledged until it is back\nhint: the collector's log has what to do; agents keep their frames until then and send them again"
+        "the store's {part} was {fate} while it was in use, and nothing is acknowledged until it is back\nhint: the collector's log says what to do; agents keep their frames and retry"
     )]
     Gone {
         /// `file`, or `log` for the file whose name ends in `-wal`.
@@ -111,17 +111,17 @@ pub enum StoreError {
     },
     /// The database cannot be reached, or rejects this program's login.
     #[error(
-        "the database cannot be reached: {0}\nhint: is it running, does it exist, and are user and password right? Agents keep their frames until then and send them again"
+        "the database cannot be reached: {0}\nhint: is it running, does it exist, and are user and password right? Agents keep their frames and retry"
     )]
     Unreachable(String),
     /// The database aborted the request because of another transaction.
     #[error(
-        "the database broke off what it was asked for: {0}\nhint: send again in a second; nothing of this request was stored"
+        "the database aborted the request: {0}\nhint: retry in a second; nothing of this request was stored"
     )]
     Contended(String),
     /// A migration into the database was interrupted.
     #[error(
-        "a migration into this database is not finished\nhint: run the same `grideye migrate` again; it goes on where it was"
+        "a migration into this database is not finished\nhint: run the same `grideye migrate` again; it resumes where it stopped"
     )]
     Unfinished,
     /// The database already holds frames or recordings.
@@ -131,12 +131,12 @@ pub enum StoreError {
     NotEmpty,
     /// The file is not an SQLite database.
     #[error(
-        "the file is not a database\nhint: name another file, or move this one away; a new store is made where none is"
+        "the file is not a database\nhint: name another file, or move this one away; if the file does not exist, a new store is created"
     )]
     NotADatabase,
     /// The file is another program's database.
     #[error(
-        "the file is a database of another program\nhint: name another file; a new store is made where none is"
+        "the file is a database of another program\nhint: name another file; if the file does not exist, a new store is created"
     )]
     Foreign,
     /// A later version of this program wrote the file.
@@ -151,7 +151,7 @@ pub enum StoreError {
     },
     /// A version before the first release wrote the file.
     #[error(
-        "the store has layout {found}, which was in use before the first release; this program knows layouts {oldest} to {known}\nhint: name another file; with the program that made this one, `grideye record` and the page still give its recordings as CSV"
+        "the store has layout {found}, which was in use before the first release; this program knows layouts {oldest} to {known}\nhint: name another file; with the program that made this one, `grideye record` and the page still export its recordings as CSV"
     )]
     Older {
         /// The layout of the file.
@@ -163,7 +163,7 @@ pub enum StoreError {
     },
     /// The store needs an upgrade, and the disk has no room for the copy that is made first.
     #[error(
-        "the store has layout {from}, and the disk has no room for {}, the copy of its {bytes} bytes that is made before it is upgraded\nhint: make room on this disk, or move the store to a larger one; nothing was changed", .backup.display()
+        "the store has layout {from}, and the disk has no room for {}, the copy of its {bytes} bytes that is needed before the upgrade\nhint: make room on this disk, or move the store to a larger one; nothing was changed", .backup.display()
     )]
     NoRoomForBackup {
         /// The layout of the file.
@@ -175,7 +175,7 @@ pub enum StoreError {
     },
     /// The store needs an upgrade, and another copy stands where the first copy goes.
     #[error(
-        "the store has layout {from}, and {} is a copy of another state of it, not of the present one\nhint: move that copy away; the store is then copied and upgraded; nothing was changed", .backup.display()
+        "the store has layout {from}, and {} is a copy of another state of it\nhint: move that copy away and start again: the store is then copied and upgraded; nothing was changed", .backup.display()
     )]
     BackupInTheWay {
         /// The layout of the file.

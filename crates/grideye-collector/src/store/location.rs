@@ -60,12 +60,12 @@ pub enum UrlError {
     Scheme(String),
     /// Not a URL of the expected form.
     #[error(
-        "the URL of the store is not understood: {0}\nhint: expected postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE; a folder with a socket as HOST has its / written as %2F"
+        "the URL of the store is not understood: {0}\nhint: expected postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE; for a socket's folder as HOST, write / as %2F"
     )]
     NotUnderstood(String),
     /// A required part is missing.
     #[error(
-        "the URL of the store names no {0}\nhint: expected postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE"
+        "the URL of the store has no {0}\nhint: expected postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE"
     )]
     Lacks(&'static str),
     /// The URL asks for TLS.
@@ -75,7 +75,7 @@ pub enum UrlError {
     Tls,
     /// A line of the password file is invalid.
     #[error(
-        "line {0} of the password file has no 5 fields\nhint: expected HOST:PORT:DATABASE:USER:PASSWORD, `*` for any"
+        "line {0} of the password file does not have 5 fields\nhint: expected HOST:PORT:DATABASE:USER:PASSWORD, `*` for any"
     )]
     PasswordFile(usize),
 }

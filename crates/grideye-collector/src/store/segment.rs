@@ -70,7 +70,7 @@ pub fn seal(rows: &[SealedRow]) -> Result<Vec<u8>> {
 pub fn open(segment: &[u8]) -> Result<Vec<SealedRow>> {
     let (head, compressed) = segment
         .split_at_checked(HEAD_BYTES)
-        .ok_or_else(|| damaged("a segment that is cut"))?;
+        .ok_or_else(|| damaged("a truncated segment"))?;
     let number = |at: usize| {
         let bytes = [head[at], head[at + 1], head[at + 2], head[at + 3]];
         usize::try_from(u32::from_le_bytes(bytes)).unwrap_or(usize::MAX)

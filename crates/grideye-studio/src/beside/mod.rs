@@ -167,7 +167,7 @@ impl Beside {
         found.ok_or_else(|| {
             let what = format!("there is no scene {name:?} in the folder");
             Refusal::new(StatusCode::NOT_FOUND, "no_such_scene", what)
-                .hint("GET /v1/scenes lists them; a scene is called as its file, without .toml")
+                .hint("GET /v1/scenes lists them; a scene's name is its file name without .toml")
         })
     }
 
@@ -185,7 +185,7 @@ fn check_sensor(loaded: &LoadedScene, name: &str) -> Result<(), Refusal> {
         return Ok(());
     }
     let what = format!(
-        "the sensor {name} has {} x {} pixels, and a frame has {COLUMNS} x {ROWS}",
+        "the sensor {name} has {} x {} pixels, but a frame has {COLUMNS} x {ROWS}",
         sensor.columns, sensor.rows
     );
     Err(unusable(&what).field("sensor"))

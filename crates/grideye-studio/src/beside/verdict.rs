@@ -142,10 +142,10 @@ fn laid(loaded: &LoadedScene, question: &Question) -> Result<Laid, Refusal> {
         return Ok(Laid::Anywhere);
     }
     let origin_ns = question.origin_ns.ok_or_else(|| {
-        let what = "something moves in this scene, and nothing says when it began";
+        let what = "this scene moves, so its start time is needed";
         Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "no_origin_ns", what)
             .field("origin_ns")
-            .hint("add origin_ns, the device's boot clock at the scene's beginning in nanoseconds")
+            .hint("add origin_ns, the device's boot clock at the scene's start in nanoseconds")
     })?;
     let takes = loaded.scene.duration();
     Ok(Laid::At { origin_ns, takes })
@@ -180,7 +180,7 @@ async fn records(inside: &Inside, question: &Question) -> Result<Vec<Record>, Re
             && boot.is_none_or(|boot| stream.boot == *boot)
     };
     let span = members.spans.into_iter().find(is_meant).ok_or_else(|| {
-        let what = format!("recording {id} holds nothing of this sensor and run");
+        let what = format!("recording {id} has no frames of this sensor and boot");
         Refusal::new(StatusCode::NOT_FOUND, "no_such_stream", what).field("of")
     })?;
     let through = question.through_seq.unwrap_or(u64::MAX);
@@ -205,7 +205,7 @@ fn compared(scene: &Shelved, sensor: &str, found: Option<Window>) -> Value {
     }) = found
     else {
         return json!({
-            "why": "no frame has come yet that the scene speaks of",
+            "why": "no frame from the time of the scene has arrived yet",
             "comparison": null,
         });
     };

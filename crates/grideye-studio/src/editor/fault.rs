@@ -49,7 +49,7 @@ impl Fault {
             column: column + 1,
         };
         let message = error.message().trim_end().replace('\n', ", ");
-        let hint = "the text must be TOML before anything in it can be moved";
+        let hint = "correct the TOML; until then nothing can be moved";
         Self::new(&message, hint, Some(place))
     }
 

@@ -143,13 +143,13 @@ type Body = Result<Bytes, BytesRejection>;
 fn read<T: DeserializeOwned>(body: Body) -> Result<T, Refusal> {
     let bytes = body.map_err(|rejected| {
         let what = format!(
-            "{}; at most {BODY_BYTES_MAX} bytes are taken",
+            "{}; at most {BODY_BYTES_MAX} bytes are allowed",
             rejected.body_text()
         );
         Refusal::new(rejected.status(), "no_body", what)
     })?;
     serde_json::from_slice(&bytes).map_err(|error| {
-        let what = format!("the body is none that is understood here: {error}");
+        let what = format!("invalid body: {error}");
         Refusal::new(StatusCode::BAD_REQUEST, "not_understood", what)
             .hint("crates/grideye-studio/README.md has examples")
     })

@@ -45,12 +45,10 @@ pub(super) fn answer(state: AppState, members: Members) -> Result<Response, Refu
     let rows_max = state.limits().playback_rows_max;
     if rows > rows_max {
         let id = members.recording.id;
-        let what =
-            format!("recording {id} has {rows} rows, and {rows_max} can be played in a browser");
+        let what = format!("recording {id} has {rows} rows; a browser can play at most {rows_max}");
         return Err(
-            Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "too_long_to_play", what).hint(format!(
-                "GET /v1/recordings/{id}.csv has all of it; shorter recordings can be played"
-            )),
+            Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "too_long_to_play", what)
+                .hint(format!("GET /v1/recordings/{id}.csv downloads all of it")),
         );
     }
     let frames = Rows {

@@ -128,7 +128,7 @@ fn check_name(name: &str, chars_max: usize) -> Result<(), String> {
     let is_bad = |character: &char| character.is_control() || r#"/\:*?"<>|"#.contains(*character);
     match name.chars().find(is_bad) {
         Some(character) => Err(format!(
-            "the name may not contain {character:?}, which no file name should"
+            "the name may not contain {character:?}, because it becomes a file name"
         )),
         None => Ok(()),
     }
@@ -137,7 +137,7 @@ fn check_name(name: &str, chars_max: usize) -> Result<(), String> {
 fn check_length(what: &str, text: &str, chars_max: usize) -> Result<(), String> {
     match text.chars().count() {
         chars if chars > chars_max => Err(format!(
-            "the {what} has {chars} characters, and {chars_max} are allowed"
+            "the {what} has {chars} characters; at most {chars_max} are allowed"
         )),
         _ => Ok(()),
     }

@@ -47,7 +47,7 @@ pub struct BackedUp {
 #[derive(Debug, thiserror::Error)]
 pub enum BackupError {
     /// The store does not exist.
-    #[error("there is no store {}\nhint: name the file that `grideye collect --store` names", .0.display())]
+    #[error("there is no store {}\nhint: name the file given to `grideye collect --store`", .0.display())]
     Missing(PathBuf),
     /// The store cannot be read.
     #[error("cannot back up {}: {reason}", .file.display())]
@@ -61,13 +61,13 @@ pub enum BackupError {
     #[error("{} is the store itself\nhint: name another file for the backup", .0.display())]
     Itself(PathBuf),
     /// A file of that name exists.
-    #[error("{} exists already, and a backup replaces no file\nhint: name another file, or move this one away", .0.display())]
+    #[error("{} exists already, and a backup never replaces a file\nhint: name another file, or move this one away", .0.display())]
     Exists(PathBuf),
     /// Another process is writing the same backup.
     #[error("another backup is being written to {}\nhint: wait for it, or name another file", .0.display())]
     Taken(PathBuf),
     /// The disk is full.
-    #[error("no room for {}: the store takes {bytes} bytes\nhint: make room, or name a file on another disk; what was written was deleted", .out.display())]
+    #[error("no room for {}: the store takes {bytes} bytes\nhint: free some space, or name a file on another disk; the partial backup was deleted", .out.display())]
     NoRoom {
         /// The file asked for.
         out: PathBuf,

@@ -72,7 +72,7 @@ pub(super) fn all(connection: &Connection) -> Result<Vec<Group>> {
         Ok(Group {
             group: row.get(0)?,
             bytes: u64::try_from(bytes.len()).unwrap_or(u64::MAX),
-            taken: open(bytes).ok_or_else(|| damaged("a group of posts that is cut"))??,
+            taken: open(bytes).ok_or_else(|| damaged("a truncated group of batches"))??,
         })
     })?;
     groups.collect()

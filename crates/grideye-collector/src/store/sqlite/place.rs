@@ -43,7 +43,9 @@ impl Place {
                     file: Some(file),
                 })
             }
-            StoreLocation::Postgres(url) => Err(StoreError::Unusable(format!("{url} is no file"))),
+            StoreLocation::Postgres(url) => {
+                Err(StoreError::Unusable(format!("{url} is not a file")))
+            }
             StoreLocation::Memory => {
                 static STORES: AtomicU64 = AtomicU64::new(0);
                 let number = STORES.fetch_add(1, Ordering::Relaxed);
@@ -95,7 +97,7 @@ fn make_file(path: &Path) -> Result<File> {
     if file.metadata().map_err(|error| unusable(&error))?.is_file() {
         return Ok(file);
     }
-    Err(StoreError::Unusable("it is not a plain file".to_owned()))
+    Err(StoreError::Unusable("it is not a regular file".to_owned()))
 }
 
 fn unusable(error: &io::Error) -> StoreError {
@@ -167,12 +169,12 @@ impl Held {
             } else {
                 "the frames of the last seconds: only the log has them".to_owned()
             };
-            let hint = "stop this program and start it again, or put the log back if it was moved";
+            let hint = "restart this program, or put the log back if it was moved";
             (at_risk, hint.to_owned())
         } else if self.file.is_linked() {
-            let at_risk = format!("the newest frames, for whoever opens the file without {log}");
+            let at_risk = format!("the newest frames, if the file is opened without {log}");
             let hint = format!(
-                "put it back to {file}: this program then goes on by itself; to leave it where it is, stop this program, which folds {log} into it"
+                "put it back to {file}: this program then continues by itself; to leave it where it is, stop this program, which merges {log} into it"
             );
             (at_risk, hint)
         } else {

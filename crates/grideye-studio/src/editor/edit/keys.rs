@@ -27,7 +27,7 @@ pub(super) fn set(document: &mut DocumentMut, path: &[Step], to: &Wanted) -> Res
         Some(Place::Table(_)) => Err(unwritable(key)),
         Some(Place::Value(Value::InlineTable(table))) => within_braces(table, key, to),
         Some(Place::Value(_) | Place::Tables) => Err(Fault::unfit(&format!(
-            "`{key}` would stand in a value that is no table"
+            "`{key}` would be in a value that is not a table"
         ))),
     }
 }
@@ -219,11 +219,11 @@ pub(super) fn value_of(wanted: &Wanted) -> Result<Value, Fault> {
 }
 
 fn whole_table() -> Fault {
-    Fault::unfit("a whole table is not given a value; name a key of it")
+    Fault::unfit("a whole table cannot get a value; name one of its keys")
 }
 
 fn unwritable(key: &str) -> Fault {
     Fault::unfit(&format!(
-        "`{key}` stands in a table without a header of its own, where it is changed in the text only"
+        "`{key}` is in a table without its own header and can only be changed in the text"
     ))
 }
