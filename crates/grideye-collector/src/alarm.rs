@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn one_alarm_keeps_to_every_moment_whichever_order_they_come_in() {
+    async fn one_timer_meets_every_deadline_in_any_order() {
         let alarm = Alarm::default();
         let slow = || pending::<()>();
         assert_eq!(taken(alarm.within(s(30), slow())).await, (30, None));
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn two_who_wait_in_one_task_are_both_woken() {
+    async fn two_waits_in_one_task_are_both_woken() {
         let alarm = Alarm::default();
         let both = async { tokio::join!(taken(alarm.sleep(s(20))), taken(alarm.sleep(s(5)))) };
         assert_eq!(both.await, ((20, ()), (5, ())));

@@ -348,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn who_has_as_many_as_one_address_may_displaces_an_own_one() {
+    fn an_address_at_its_limit_displaces_one_of_its_own() {
         let mut scene = Scene::new(100, 2);
         for from in [B, A, A, B] {
             assert_eq!(scene.comes(from), Some(vec![]));
@@ -363,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn where_all_places_are_taken_the_address_with_the_most_silent_ones_makes_room() {
+    fn a_full_server_displaces_from_the_address_with_the_most_silent_connections() {
         let mut scene = Scene::new(6, 6);
         for from in [C, A, A, A, B, B] {
             assert_eq!(scene.comes(from), Some(vec![]));
@@ -380,7 +380,7 @@ mod tests {
     }
 
     #[test]
-    fn a_place_is_given_back_once_whether_it_made_room_or_ended() {
+    fn a_place_is_freed_once_whether_displaced_or_closed() {
         let mut scene = Scene::new(2, 2);
         for from in [A, A] {
             assert_eq!(scene.comes(from), Some(vec![]));
@@ -403,7 +403,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn what_serves_a_connection_that_makes_room_is_ended() {
+    async fn displacing_aborts_the_connections_task() {
         let mut scene = Scene::new(1, 1);
         let mut tasks = tokio::task::JoinSet::new();
         scene.comes(A);

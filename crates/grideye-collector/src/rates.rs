@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn a_burst_and_then_so_many_a_second() {
+    fn a_burst_then_a_steady_rate() {
         let rates = Rates::new(10, 5, 100);
         assert_eq!(taken(&rates, "a", at(0)), 5);
         assert_eq!(rates.take("a", at(0)), Err(Duration::from_millis(100)));
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn beyond_the_number_of_callers_the_rest_share_a_bucket_until_others_are_idle() {
+    fn callers_beyond_the_limit_share_a_bucket_until_others_are_idle() {
         let rates = Rates::new(10, 5, 2);
         assert_eq!(taken(&rates, "a", at(0)), 5);
         assert_eq!(taken(&rates, "b", at(0)), 5);

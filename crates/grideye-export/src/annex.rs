@@ -392,7 +392,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_picture_shows_one_run_of_one_sensor_and_no_more_rows_than_its_limit() {
+    async fn an_image_shows_one_boot_of_one_sensor_within_its_row_limit() {
         let exports = exports(1).await;
         keep(&exports, "s1", "b1", 3).await;
         assert_eq!(status(&exports, "1.png").await, 200);
@@ -425,7 +425,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_recording_without_frames_is_no_picture_and_the_refusal_says_so() {
+    async fn a_recording_without_frames_gives_an_error_not_an_image() {
         let exports = exports(1).await;
         let (status, code, hint) = refused(&exports, "1.png", Asked::default()).await;
         assert_eq!((status, code.as_str()), (422, "cannot_be_written"));
@@ -442,7 +442,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn no_more_are_written_at_once_than_there_is_room_for() {
+    async fn exports_at_once_are_limited() {
         let exports = exports(1).await;
         let room = Arc::clone(&exports.room).try_acquire_owned().unwrap();
         assert_eq!(status(&exports, "1.mcap").await, 503);

@@ -24,13 +24,13 @@ use parquet::schema::types::{ColumnPath, Type};
 use std::io::Write;
 use std::sync::Arc;
 
-/// A column of a group of rows.
+/// A column of a row group.
 pub(crate) struct Column {
     name: String,
     values: Values,
 }
 
-/// What a column holds: one for each row.
+/// A column's values, one per row.
 pub(crate) enum Values {
     Unsigned(Vec<u64>),
     Signed(Vec<Option<i64>>),
@@ -38,20 +38,20 @@ pub(crate) enum Values {
     Flag(Vec<bool>),
     Text(Vec<String>),
     MaybeText(Vec<Option<String>>),
-    /// So many for each row, row by row.
+    /// `per_row` values for each row, row by row.
     Singles {
         per_row: usize,
         values: Vec<f32>,
     },
 }
 
-/// A file to which groups of rows are added.
+/// A file that receives row groups.
 pub(crate) struct Table<W: Write + Send> {
     writer: SerializedFileWriter<W>,
 }
 
 impl<W: Write + Send> Table<W> {
-    /// A table with columns of these names and types, whatever they hold, and with these words about the file.
+    /// A table with the names and types of `columns` (not their values), and `about` as metadata.
     pub(crate) fn new(
         columns: &[Column],
         about: &[(&str, String)],

@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_broker_sends_is_refused_and_nothing_is_read_without_end() {
+    fn invalid_packets_are_rejected_and_lengths_are_bounded() {
         for garbled in [
             &b"HTTP/1.1 400 Bad Request"[..],
             b"\x30\xFF\xFF\xFF\x7F",

@@ -63,7 +63,7 @@ mod tests {
     use std::sync::mpsc;
 
     #[tokio::test]
-    async fn one_works_at_a_time_and_one_too_many_is_told_to_come_again() {
+    async fn one_works_at_a_time_and_one_too_many_gets_503() {
         let desk = Arc::new(Desk::new());
         let (open, opened) = mpsc::channel::<()>();
         let is_first_done = Arc::new(AtomicBool::new(false));

@@ -36,7 +36,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_not_asked_for_the_longest_makes_room() {
+    fn the_least_recently_used_entry_makes_room() {
         let mut recently = Recently::new(2);
         recently.put("a", 1);
         recently.put("b", 2);

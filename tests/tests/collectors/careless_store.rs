@@ -66,7 +66,7 @@ fn readable(collector: &RunningCollector, recording: u64) -> u64 {
 }
 
 #[test]
-fn a_collector_whose_file_was_moved_away_does_not_end_as_if_all_was_well() {
+fn a_collector_with_its_file_moved_away_exits_with_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let collector = RunningCollector::start(folder.path());
     let recording = collector.start_recording("all");
@@ -104,7 +104,7 @@ fn a_collector_whose_file_was_moved_away_does_not_end_as_if_all_was_well() {
 }
 
 #[test]
-fn a_folder_that_another_disk_covers_takes_no_post_until_it_is_uncovered() {
+fn a_folder_hidden_by_another_disk_takes_no_batch_until_it_is_back() {
     if is_left_out("GRIDEYE_WITHOUT_MOUNTS", "a store below a mount") {
         return;
     }
@@ -135,7 +135,7 @@ fn a_folder_that_another_disk_covers_takes_no_post_until_it_is_uncovered() {
 }
 
 #[test]
-fn a_disk_that_turns_read_only_takes_no_post_until_it_is_repaired() {
+fn a_disk_that_turns_read_only_takes_no_batch_until_it_is_repaired() {
     if is_left_out("GRIDEYE_WITHOUT_MOUNTS", "a store on a disk that fails") {
         return;
     }

@@ -229,7 +229,7 @@ fn assert_dashboard_is_of(metrics: &str) {
 }
 
 #[test]
-fn both_programs_say_how_they_do_and_none_of_it_is_secret() {
+fn both_programs_report_their_health_without_secrets() {
     let mut site = Site::new();
     let device = wait_for("the agent's first post", || {
         let (status, body) = site.collector("/v1/devices");

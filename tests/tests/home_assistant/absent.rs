@@ -90,8 +90,8 @@ fn a_broker_that_takes_nothing_or_is_not_there_costs_no_frame_and_no_memory() {
 }
 
 #[test]
-fn more_sensors_than_are_told_of_are_named_once_and_the_others_are_told() {
-    let what = "more_sensors_than_are_told_of_are_named_once_and_the_others_are_told";
+fn too_many_sensors_are_logged_once_and_the_rest_are_published() {
+    let what = "too_many_sensors_are_logged_once_and_the_rest_are_published";
     let Some(broker) = Broker::start(what) else {
         return;
     };

@@ -9,8 +9,8 @@ use grideye_tests::programs::{grideye, run};
 use serde_json::Value;
 
 #[test]
-fn a_killed_collector_is_told_by_its_last_will_and_the_next_one_knows_what_it_left() {
-    let what = "a_killed_collector_is_told_by_its_last_will_and_the_next_one_knows_what_it_left";
+fn a_killed_collectors_last_will_is_published_and_the_next_one_finds_its_messages() {
+    let what = "a_killed_collectors_last_will_is_published_and_the_next_one_finds_its_messages";
     let Some(broker) = Broker::start(what) else {
         return;
     };
@@ -39,8 +39,8 @@ fn a_killed_collector_is_told_by_its_last_will_and_the_next_one_knows_what_it_le
 }
 
 #[test]
-fn a_broker_that_lost_everything_is_told_everything_again() {
-    let what = "a_broker_that_lost_everything_is_told_everything_again";
+fn a_broker_that_lost_everything_gets_everything_again() {
+    let what = "a_broker_that_lost_everything_gets_everything_again";
     let Some(mut broker) = Broker::start(what) else {
         return;
     };

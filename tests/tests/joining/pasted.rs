@@ -165,7 +165,7 @@ fn a_line_pasted_into_a_shell_ends_with_the_first_frame_at_the_collector() {
 }
 
 #[test]
-fn where_no_service_is_to_be_started_joining_says_what_to_run_instead() {
+fn without_a_service_joining_names_the_command_to_run() {
     let machine = Machine::new();
     let line = machine.site.enroll("pi-1");
     let by_hand = format!(
@@ -331,7 +331,7 @@ fn a_service_that_ends_at_once_is_step_6_and_the_journal_is_named() {
 }
 
 #[test]
-fn a_service_of_which_nothing_comes_is_no_answer_at_the_limit_that_was_given() {
+fn a_silent_service_gives_no_answer_at_the_time_limit() {
     let machine = Machine::new();
     machine.says("is-active", "active");
     let line = machine.site.enroll("pi-1");

@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn a_list_that_is_gone_or_broken_stays_in_force_and_is_said() {
+    fn a_deleted_or_broken_list_stays_in_force_and_is_reported() {
         let (around, _folder, authenticator, tokens) = site(&["page"]);
         let file = around.path().join("tokens.json");
         let whole = std::fs::read(&file).unwrap();
@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cookie_is_taken_by_every_collector_of_the_folder_and_ends_with_its_token() {
+    fn a_cookie_is_valid_at_every_collector_of_the_folder_until_its_token_is_revoked() {
         let (_around, folder, authenticator, _) = site(&["page"]);
         let other = Authenticator::of(folder.clone(), EVERY).unwrap();
         let record = Arc::clone(&folder.book().unwrap().records()[0]);

@@ -9,7 +9,7 @@ use rcgen::{
 use rustls::pki_types::pem::PemObject as _;
 use rustls::pki_types::{CertificateDer, PrivateKeyDer, PrivatePkcs8KeyDer};
 
-/// Signs the collector's certificates. Agents know it by the SHA-256 of its own certificate, and by nothing else.
+/// Signs the collector's certificates. Agents identify it only by the SHA-256 of its own certificate.
 #[derive(Debug)]
 pub struct Authority {
     certificate: CertificateDer<'static>,
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_certificate_or_no_key_is_said() {
+    fn an_invalid_certificate_or_key_is_reported() {
         let made = Authority::new().unwrap();
         let certificate = made.certificate_pem().as_bytes();
         let error = Authority::from_pem(b"nothing", made.key_pem().as_bytes()).unwrap_err();

@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn looking_makes_nothing_and_what_is_made_is_for_its_owner_alone() {
+    fn reading_creates_no_files_and_created_files_are_private() {
         let (_around, folder) = folder();
         assert!(folder.book().unwrap().is_empty());
         assert_eq!(folder.address().unwrap(), None);

@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cookie_that_was_changed_anywhere_is_none() {
+    fn a_cookie_changed_anywhere_is_invalid() {
         let records = records();
         let sessions = Sessions::new(&[7; SESSION_KEY_BYTES]);
         let cookie = sessions.cookie(&records[0], 1000);

@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn what_an_agent_says_is_kept_until_it_says_otherwise_and_what_is_not_understood_is_not() {
+    fn a_valid_agent_header_is_stored_until_the_next_and_an_invalid_one_is_ignored() {
         let agents = Agents::new(2);
         agents.heard("a", &headers("grideye-agent/1.2.3", CONFIGURATION));
         let said = agents.of("a");

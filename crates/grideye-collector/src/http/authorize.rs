@@ -247,7 +247,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_request_needs_goes_by_its_route_and_anything_unknown_needs_most() {
+    fn needs_follow_the_route_and_unknown_routes_need_the_most() {
         for (method, route, need) in [
             (Method::GET, Some("/healthz"), Need::Nothing),
             (Method::GET, Some("/assets/{name}"), Need::Nothing),
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn each_scope_does_its_own_and_no_more() {
+    fn each_scope_allows_only_its_own() {
         let ingest = Scope::Ingest {
             devices: ["pi-1".to_owned()].into(),
         };

@@ -149,7 +149,7 @@ mod tests {
     const B: IpAddr = IpAddr::V4(Ipv4Addr::new(10, 0, 0, 2));
 
     #[test]
-    fn each_sender_has_a_share_and_all_have_what_there_is_and_both_come_back() {
+    fn shares_and_the_total_are_limited_and_freed() {
         let bodies = Bodies::new(&Limits {
             bodies_bytes_max: 25_000,
             bodies_bytes_per_sender_max: 10_000,
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn as_many_small_bodies_as_connections_leave_three_quarters_free() {
+    fn small_bodies_on_all_connections_use_at_most_a_quarter() {
         let limits = Limits::default();
         assert!(4 * limits.connections_max * SMALL <= limits.bodies_bytes_max);
     }

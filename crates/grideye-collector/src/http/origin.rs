@@ -116,7 +116,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn loopback_and_the_own_address_are_answered_for_and_names_of_others_are_not() {
+    fn loopback_and_own_address_are_accepted_and_foreign_names_are_not() {
         let hosts = HostNames::new(IpAddr::from([192, 168, 1, 7]), &["Pi.local".to_owned()]);
         let own =
             "127.0.0.1 127.0.0.1:8080 127.9.9.9:1 localhost localhost:80 LocalHost [::1] [::1]:8080
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn addresses_are_answered_for_that_were_named_or_are_listened_on() {
+    fn named_and_listening_addresses_are_accepted() {
         for (listen, named, host, expected) in [
             ([127, 0, 0, 1], "10.0.2.2", "10.0.2.2:8833", true),
             ([127, 0, 0, 1], "10.0.2.2", "10.0.2.3:8833", false),

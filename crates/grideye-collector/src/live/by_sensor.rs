@@ -95,7 +95,7 @@ mod tests {
     use std::collections::BTreeMap;
 
     #[test]
-    fn it_holds_what_a_plain_map_holds_and_no_more_than_it_may() {
+    fn it_equals_a_plain_map_up_to_its_limit() {
         let (mut by_sensor, mut plain) = (BySensor::default(), BTreeMap::new());
         let names = ["a", "b", "c"];
         for code in 0..2000_usize {

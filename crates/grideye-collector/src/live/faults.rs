@@ -64,7 +64,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_is_of_now_for_five_minutes_after_it_was_counted() {
+    fn a_fault_is_recent_for_five_minutes() {
         let mut faults = Faults::default();
         count(&mut faults, 1, 0, Some(10));
         assert_eq!(faults.recent(after(310)), ["nack"]);
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_counted_before_the_collector_started_is_of_before() {
+    fn faults_counted_before_the_start_are_not_recent() {
         let mut faults = Faults::default();
         count(&mut faults, 7, 0, None);
         assert!(faults.recent(after(0)).is_empty());

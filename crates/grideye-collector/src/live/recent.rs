@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn another_run_of_the_sensor_begins_anew() {
+    fn another_boot_of_the_sensor_starts_over() {
         let recent = recent(4, 8);
         recent.take(&stream("a", "b1"), &records(7..9));
         recent.take(&stream("a", "b2"), &records(0..1));

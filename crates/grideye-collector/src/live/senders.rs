@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn an_agent_that_is_started_again_and_again_is_one() {
+    fn an_agent_that_restarts_repeatedly_counts_as_one() {
         let boots: Vec<String> = (0..100).map(|run| format!("b{}", run / 2)).collect();
         let boots: Vec<&str> = boots.iter().map(String::as_str).collect();
         assert!(heard(&boots).rivals("pi", after(100)).is_empty());
@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn two_agents_of_one_name_are_told_until_one_is_silent() {
+    fn two_agents_with_one_name_are_reported_until_one_is_silent() {
         let senders = heard(&["a", "b", "a", "b", "a", "b", "c"]);
         assert_eq!(senders.rivals("pi", after(6)), ["a", "b"]);
         assert_eq!(
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_remembered_is_bounded() {
+    fn the_memory_of_senders_is_bounded() {
         let mut senders = Senders::default();
         for device in 0..20 {
             for boot in 0..100 {

@@ -327,7 +327,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn connections_are_as_many_as_there_are_descriptors_for_and_one_address_has_its_part_of_them() {
+    fn connections_fit_the_descriptors_and_the_limit_per_address_shrinks_with_them() {
         let limits = Limits {
             connections_max: 4096,
             connections_per_peer_max: 2560,

@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_killed_run_took_with_it_is_counted_and_the_sum_holds_after_every_batch() {
+    fn frames_lost_in_a_killed_agent_are_counted_and_the_sum_holds_after_every_batch() {
         // 100 read, 60 stored, 5 dropped; the agent is killed with 35 in memory and on disk, 20 of them on disk.
         let last = account(100, 5, 35, false);
         let first = of_ended_run(Some(&last), Some(&account(80, 5, 20, true)), 70, 10);
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_that_is_known_only_from_the_disk_has_the_count_of_the_disk() {
+    fn a_boot_known_only_from_the_disk_has_the_disks_account() {
         let merged = of_ended_run(None, Some(&account(50, 0, 30, true)), 10, 10);
         assert_eq!((merged.read, merged.spooled), (50, 20));
         assert_eq!(merged.dropped[LOST_IN_MEMORY], 20);

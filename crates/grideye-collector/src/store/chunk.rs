@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn a_chunk_that_is_cut_or_says_other_numbers_is_refused() {
+    fn a_truncated_or_mislabeled_chunk_is_rejected() {
         let chunk = cut(fresh((0..6).map(|seq| (seq, 1))).values()).remove(0);
         for length in 0..chunk.rows.len() {
             let mut cut = kept(&chunk);

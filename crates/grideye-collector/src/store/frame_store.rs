@@ -12,9 +12,9 @@ use grideye_recording::wire::Batch;
 use std::sync::Arc;
 use tokio::sync::mpsc;
 
-/// A store of frames and recordings. A change is answered when it is on disk; the same frame again changes nothing.
+/// A store of frames and recordings. A change is answered once it is on disk; a repeated frame changes nothing.
 pub trait FrameStore: Send + Sync + 'static {
-    /// The way to the engine's one writer.
+    /// The queue to the engine's only writer.
     #[doc(hidden)]
     fn queue(&self) -> &Queue;
 

@@ -30,10 +30,10 @@ use crate::limits::Limits;
 use crate::log::Log;
 use std::sync::Arc;
 
-/// Opens the store at a place, or makes it where none is. Must be called within a tokio runtime.
+/// Opens the store at a location, or creates it. Must be called within a tokio runtime.
 ///
 /// # Errors
-/// [`StoreError`] of the engine: the file or the database cannot be had, or holds something else.
+/// [`StoreError`] of the engine: the file or database cannot be opened, or holds something else.
 pub async fn open(
     location: &StoreLocation,
     limits: &Limits,

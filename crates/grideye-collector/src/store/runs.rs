@@ -281,7 +281,7 @@ mod tests {
 
     /// Tries every sequence of six frames with five numbers against a plain set.
     #[test]
-    fn it_holds_what_came_in_the_order_of_the_numbers() {
+    fn it_iterates_in_the_order_of_the_numbers() {
         for code in 0..5_u64.pow(6) {
             let came = (0..6).map(|place| code / 5_u64.pow(place) % 5);
             let (mut fresh, mut set) = (Fresh::default(), BTreeSet::new());

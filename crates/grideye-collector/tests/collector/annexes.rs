@@ -138,7 +138,7 @@ async fn routes_that_are_brought_along_see_the_store_and_what_has_just_come() {
 }
 
 #[tokio::test]
-async fn they_are_behind_the_same_guard() {
+async fn annex_routes_pass_the_same_middleware() {
     let around = tempfile::tempdir().unwrap();
     let folder = AccessFolder::new(around.path().join("access"));
     let limits = Limits::default();

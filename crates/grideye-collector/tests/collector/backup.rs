@@ -59,7 +59,7 @@ async fn specimen(path: &Path) -> SqliteStore {
 }
 
 #[tokio::test]
-async fn a_backup_of_a_store_in_use_is_the_store_with_the_posts_that_wait() {
+async fn a_backup_of_a_store_in_use_includes_waiting_batches() {
     let folder = tempfile::tempdir().unwrap();
     let (file, out) = (folder.path().join("s"), folder.path().join("a b%?#\u{e9}"));
     let store = specimen(&file).await;

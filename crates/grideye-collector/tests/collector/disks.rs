@@ -70,7 +70,7 @@ async fn health(server: &Server) -> (u16, String) {
 }
 
 #[tokio::test]
-async fn a_collector_that_is_started_on_a_full_disk_is_ill_before_the_first_post() {
+async fn a_collector_started_on_a_full_disk_is_unhealthy_before_the_first_batch() {
     let folder = tempfile::tempdir().unwrap();
     let Some(disk) = Small::mount(folder.path(), 1024, "a start on a full disk") else {
         return;
@@ -91,7 +91,7 @@ async fn a_collector_that_is_started_on_a_full_disk_is_ill_before_the_first_post
 }
 
 #[tokio::test]
-async fn a_collector_that_is_started_at_its_quota_is_ill_before_the_first_post() {
+async fn a_collector_started_at_its_quota_is_unhealthy_before_the_first_batch() {
     let folder = tempfile::tempdir().unwrap();
     let store = open(folder.path(), &Limits::default()).unwrap();
     store.append(Arc::new(numbered(0..1000)), 1).await.unwrap();

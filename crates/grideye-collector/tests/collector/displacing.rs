@@ -73,7 +73,7 @@ async fn where_tokens_are_asked_for_one_without_a_good_one_makes_room_whatever_i
 }
 
 #[tokio::test]
-async fn who_never_agrees_on_tls_makes_room() {
+async fn a_connection_without_a_tls_handshake_makes_room() {
     let place = Place::new();
     let limits = places(1);
     let server = Running::new(Config {

@@ -245,7 +245,7 @@ async fn a_file_that_was_written_over_is_saved_as_the_log_says_and_its_log_is_no
 }
 
 #[tokio::test]
-async fn of_a_log_that_was_deleted_the_file_has_all_at_once_and_a_restart_takes_posts_again() {
+async fn a_deleted_log_is_saved_into_the_file_and_a_restart_takes_batches_again() {
     let site = Site::new().await;
     site.begin().await;
     fs::remove_file(site.log()).unwrap();

@@ -78,7 +78,7 @@ fn copy_as_it_is(from: &Path, to: &Path) {
 }
 
 #[tokio::test]
-async fn after_a_crash_at_any_post_all_that_was_acknowledged_is_there_once() {
+async fn after_a_crash_at_any_batch_every_acknowledged_frame_exists_once() {
     let posts = posts();
     let mut pending_at_most = 0;
     for crash_after in 1..=posts.len() {

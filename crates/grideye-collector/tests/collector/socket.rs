@@ -184,7 +184,7 @@ async fn an_acknowledgement_has_the_headers_that_bind_it() {
 }
 
 #[tokio::test]
-async fn who_ends_its_own_side_after_a_post_is_answered() {
+async fn a_client_that_half_closes_after_a_batch_is_answered() {
     let around = tempfile::tempdir().unwrap();
     let file = around.path().join("frames.sqlite");
     let server = Running::new(at(anywhere(), StoreLocation::File(file.clone()))).await;
@@ -205,7 +205,7 @@ async fn who_ends_its_own_side_after_a_post_is_answered() {
 
 /// While answering, the server reads nothing: it notices a departed client at its next write.
 #[tokio::test]
-async fn a_page_that_goes_without_a_word_leaves_its_seat() {
+async fn a_page_that_disappears_frees_its_place() {
     let limits = Limits {
         live_clients_max: 1,
         live_keep_alive: Duration::from_millis(50),
@@ -354,7 +354,7 @@ async fn one_peer_cannot_take_every_connection() {
 }
 
 #[tokio::test]
-async fn a_port_in_use_is_said_and_the_store_is_not_touched() {
+async fn a_port_in_use_is_reported_and_the_store_is_untouched() {
     let server = Running::new(config(Limits::default())).await;
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("frames.sqlite");
@@ -371,7 +371,7 @@ async fn a_port_in_use_is_said_and_the_store_is_not_touched() {
 }
 
 #[tokio::test]
-async fn an_unusable_store_is_said_with_its_path_and_once() {
+async fn an_unusable_store_is_reported_once_with_its_path() {
     let store = StoreLocation::File("/no/such/folder/frames.sqlite".into());
     let error = Collector::bind(at(anywhere(), store)).await.err().unwrap();
     let text = error.to_string();

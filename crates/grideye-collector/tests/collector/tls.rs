@@ -148,7 +148,7 @@ async fn beyond_loopback_tokens_and_tls_are_there_or_nothing_is() {
 }
 
 #[tokio::test]
-async fn who_knows_the_authority_is_served_and_the_cookie_never_travels_in_the_clear() {
+async fn clients_that_trust_the_authority_are_served_and_the_cookie_is_never_sent_in_the_clear() {
     let place = Place::new();
     let token = place.token(Scope::Read);
     let server = Running::new(place.encrypted()).await;
@@ -189,7 +189,7 @@ async fn who_knows_the_authority_is_served_and_the_cookie_never_travels_in_the_c
 }
 
 #[tokio::test]
-async fn another_authority_another_name_and_no_tls_at_all_come_to_nothing() {
+async fn a_wrong_authority_a_wrong_name_and_plain_http_all_fail() {
     let place = Place::new();
     place.token(Scope::Read);
     let server = Running::new(place.encrypted()).await;

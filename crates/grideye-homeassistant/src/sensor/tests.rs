@@ -83,7 +83,7 @@ fn new() -> Vec<&'static str> {
 }
 
 #[test]
-fn a_sensor_is_announced_with_its_first_new_frame_and_then_told_of_as_often_as_was_asked() {
+fn a_sensor_is_announced_with_its_first_new_frame_then_published_at_its_intervals() {
     let mut sensor = sensor();
     let old = frame("b1", 0, 0, seconds(16));
     assert_eq!(look(&mut sensor, &old, 1), []);
@@ -118,7 +118,7 @@ fn the_state_is_the_frame_in_degrees() {
 }
 
 #[test]
-fn presence_is_told_at_once_and_an_old_frame_never_again() {
+fn presence_is_published_at_once_and_an_old_frame_only_once() {
     let mut sensor = sensor();
     first(&mut sensor);
     let now = seconds(100) + seconds(1) / 2;
@@ -158,7 +158,7 @@ fn silence_makes_it_unavailable_and_a_day_of_it_removes_it() {
 }
 
 #[test]
-fn everything_is_said_again_to_a_broker_that_may_have_forgotten_it() {
+fn everything_is_published_again_after_a_reconnect() {
     let mut sensor = sensor();
     first(&mut sensor);
     sensor.say_again();
@@ -173,7 +173,7 @@ fn everything_is_said_again_to_a_broker_that_may_have_forgotten_it() {
 }
 
 #[test]
-fn one_that_was_removed_stays_so_until_its_agent_is_started_again() {
+fn a_removed_sensor_stays_removed_until_its_agent_restarts() {
     let mut sensor = sensor();
     first(&mut sensor);
     assert_eq!(sensor.remove(&telling()).len(), 7);

@@ -158,7 +158,7 @@ fn quarters(celsius: f64) -> i64 {
 const COMPARISON: &str = "sensors/ceiling/comparison?device=pi-1&of=s1";
 
 #[tokio::test]
-async fn scenes_are_listed_with_their_sensors_and_bad_ones_with_what_is_wrong() {
+async fn scenes_are_listed_with_their_sensors_or_their_error() {
     let page = Page::new(&[
         ("still.toml", STILL),
         ("walk.toml", WALK),
@@ -213,7 +213,7 @@ async fn a_scene_that_changes_is_read_again() {
 }
 
 #[tokio::test]
-async fn simulated_frames_come_in_pieces_up_to_the_end_with_the_place_of_who_walks() {
+async fn simulated_frames_come_in_pieces_with_the_agents_positions() {
     let page = Page::new(&[("walk.toml", WALK)]).await;
     let path = "/v1/scenes/walk/sensors/ceiling/frames?at_s=";
     let (_, first) = page.get(&format!("{path}0")).await;
@@ -239,7 +239,7 @@ async fn simulated_frames_come_in_pieces_up_to_the_end_with_the_place_of_who_wal
 }
 
 #[tokio::test]
-async fn what_is_not_there_is_said_with_a_hint() {
+async fn missing_things_get_errors_with_hints() {
     let page = Page::new(&[("still.toml", STILL), ("walk.toml", WALK)]).await;
     for (status, code, path) in [
         (404, "no_such_scene", "none/plan"),
@@ -331,7 +331,7 @@ async fn frames_of_a_recording_are_compared_up_to_the_asked_one() {
 }
 
 #[tokio::test]
-async fn who_asks_the_same_is_given_the_same_until_it_is_time_for_another() {
+async fn the_same_question_gets_the_same_answer_until_it_is_due_again() {
     let page = Page::new(&[("still.toml", STILL)]).await;
     let path = format!("/v1/scenes/still/{COMPARISON}");
     page.post("still.toml", 0, 20).await;

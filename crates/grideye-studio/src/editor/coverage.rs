@@ -8,7 +8,7 @@ use grideye_scene::Scene;
 use serde_json::{Value, json};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The smallest cell that a floor is divided into.
+/// Minimum side of a floor cell, in meters.
 const CELL_M_MIN: f64 = 0.2;
 /// Maximum cells of the floor times sensors: beyond it, cells get larger.
 const PAIRS_MAX: f64 = 6_000.0;

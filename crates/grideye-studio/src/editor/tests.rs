@@ -136,7 +136,7 @@ async fn a_draft_shows_what_is_where_and_what_every_sensor_sees() {
 }
 
 #[tokio::test]
-async fn edits_move_what_is_seen_and_keep_every_remark() {
+async fn edits_change_the_frames_and_keep_every_comment() {
     let page = Page::new().await;
     let edits = json!([
         { "does": "set", "path": ["sensor", 0, "position_mm"], "to": [1500, 2000, 2700] },
@@ -162,7 +162,7 @@ async fn another_second_has_people_elsewhere_and_one_beyond_the_end_is_the_last(
 }
 
 #[tokio::test]
-async fn a_draft_that_is_no_scene_names_its_fault_and_the_place() {
+async fn an_invalid_draft_names_its_error_and_place() {
     let page = Page::new().await;
     let outside =
         json!([{ "does": "set", "path": ["sensor", 0, "position_mm"], "to": [9000, 2000, 2700] }]);
@@ -220,7 +220,7 @@ async fn a_scene_is_opened_changed_and_saved_with_the_old_one_kept() {
 }
 
 #[tokio::test]
-async fn what_somebody_else_wrote_is_never_written_over() {
+async fn another_persons_changes_are_never_overwritten() {
     let page = Page::new().await;
     let (_, opened) = page.open("room").await;
     let new = ROOM.replace("= 20\n", "= 22\n");
@@ -342,7 +342,7 @@ async fn names_that_lead_out_of_the_folder_are_refused() {
 }
 
 #[tokio::test]
-async fn what_is_no_scene_or_too_long_is_not_saved() {
+async fn an_invalid_or_too_long_scene_is_not_saved() {
     let page = Page::new().await;
     let refused = page
         .save("new", json!({ "text": "[room]\n", "version": null }))
@@ -400,7 +400,7 @@ async fn the_map_says_where_a_person_is_seen() {
 }
 
 #[test]
-fn a_map_that_nobody_waits_for_is_given_up() {
+fn an_abandoned_map_is_cancelled() {
     let files = |_: &str| Ok(WAY.to_owned());
     let scene = Scene::parse(ROOM, "scene", &files).unwrap().scene;
     let waiting = super::GivenUp::default();
@@ -419,7 +419,7 @@ fn a_map_that_nobody_waits_for_is_given_up() {
 }
 
 #[tokio::test]
-async fn scenes_that_go_the_same_ways_are_named() {
+async fn scenes_with_shared_trajectories_are_named() {
     let page = Page::new().await;
     fs::write(page.scene("other.toml"), ROOM.replace("cube", "box")).unwrap();
     assert_eq!(page.open("room").await.1["shared"], json!(["other"]));

@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_and_texts_that_are_none_are_refused() {
+    fn invalid_rows_and_texts_are_rejected() {
         let shift = json!({ "does": "shift-way", "file": "w", "by_mm": [1, 1, 1] });
         let remove = |row: usize| json!({ "does": "remove-way-point", "file": "w", "row": row });
         for (text, edit, why) in [

@@ -28,10 +28,10 @@ pub struct PostgresStore {
 }
 
 impl PostgresStore {
-    /// Connects, and makes the tables where none are. Must be called within a tokio runtime.
+    /// Connects, and creates missing tables. Must be called within a tokio runtime.
     ///
     /// # Errors
-    /// [`StoreError::Unreachable`], [`StoreError::Newer`], and what the database refuses.
+    /// [`StoreError::Unreachable`], [`StoreError::Newer`], and errors of the database.
     pub async fn open(url: &PostgresUrl, limits: &Limits) -> Result<Self> {
         let session = Session::open(url, limits).await?;
         session::prepare(&session).await?;

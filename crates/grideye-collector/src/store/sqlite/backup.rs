@@ -29,7 +29,7 @@ use std::os::unix::ffi::OsStrExt as _;
 use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _, PermissionsExt as _};
 use std::path::{Path, PathBuf};
 
-/// Pages between two reports of the progress: 4 MiB.
+/// Pages between two progress reports: 4 MiB.
 const PAGES_A_STEP: i32 = 1024;
 
 /// The result of a backup.

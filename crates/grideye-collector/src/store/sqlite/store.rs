@@ -24,7 +24,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use tokio::sync::Semaphore;
 
-/// Pages of the log after which it is folded into the file, 32 MB: a page that many posts write is then folded in once.
+/// Pages of the log between checkpoints, 32 MB: a page that many batches write is then copied into the file once.
 const CHECKPOINT_PAGES: i64 = 8192;
 
 /// The writer's page cache: it holds the last page of each stream, so that a fleet's batches read nothing.
@@ -263,7 +263,7 @@ mod tests {
     use super::*;
 
     #[tokio::test]
-    async fn no_more_read_at_once_than_there_are_readers_and_the_others_wait() {
+    async fn readers_beyond_the_limit_wait() {
         let limits = Limits {
             readers_max: 2,
             ..Limits::default()

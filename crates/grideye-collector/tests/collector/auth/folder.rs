@@ -20,7 +20,7 @@ fn folder() -> (tempfile::TempDir, AccessFolder) {
 }
 
 #[test]
-fn what_is_no_token_is_refused_and_not_repeated() {
+fn an_invalid_token_is_rejected_and_not_repeated() {
     let good = Token::random().unwrap().reveal();
     for bad in [
         "",

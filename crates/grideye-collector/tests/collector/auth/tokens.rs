@@ -22,7 +22,7 @@ async fn without_a_token_ever_made_everything_is_open() {
 }
 
 #[tokio::test]
-async fn with_the_first_token_nothing_is_open_but_life_and_signing_in() {
+async fn with_a_token_only_liveness_and_sign_in_stay_open() {
     let server = TokenServer::new().await;
     server.add("page", Scope::Read);
     for (method, path) in [
@@ -203,7 +203,7 @@ async fn a_stream_of_events_ends_with_its_token() {
 }
 
 #[tokio::test]
-async fn what_is_nearly_a_token_is_none() {
+async fn a_nearly_valid_token_is_rejected() {
     let server = TokenServer::new().await;
     let token = server.add("ana", Scope::Read);
     let text = token.reveal();
@@ -262,7 +262,7 @@ async fn a_token_is_good_as_soon_as_it_is_made() {
 }
 
 #[tokio::test]
-async fn a_folder_that_breaks_while_the_collector_runs_lets_nobody_new_in_and_is_said() {
+async fn a_folder_that_breaks_admits_nobody_new_and_is_reported() {
     let server = TokenServer::new().await;
     // Whether or not the list was read before it broke.
     let unread = TokenServer::new().await;

@@ -27,7 +27,7 @@ async fn only_bodies_of_frames_may_be_large() {
 }
 
 #[tokio::test]
-async fn unknown_paths_and_wrong_methods_are_said_in_json() {
+async fn unknown_paths_and_wrong_methods_get_json_errors() {
     let server = Server::new().await;
     for path in [
         "/nothing",
@@ -76,7 +76,7 @@ async fn every_answer_has_the_security_headers() {
 /// It is for programs, and short: it allows nothing and is never cached. A person may look at an error, which gets all
 /// headers.
 #[tokio::test]
-async fn an_acknowledgement_has_those_headers_that_bind_what_is_no_page() {
+async fn an_acknowledgment_has_the_short_headers() {
     let server = Server::new().await;
     let good = server
         .post("/v1/frames", numbered(0..5).to_json().unwrap())

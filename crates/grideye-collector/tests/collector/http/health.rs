@@ -31,7 +31,7 @@ async fn health_is_that_of_the_store() {
 }
 
 #[tokio::test]
-async fn a_store_that_takes_nothing_is_said_to_agents_supervisors_and_pages() {
+async fn a_store_that_takes_nothing_is_reported_to_agents_supervisors_and_pages() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("frames.sqlite");
     let limits = Limits {

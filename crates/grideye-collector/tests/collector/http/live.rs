@@ -62,7 +62,7 @@ async fn a_client_gets_the_state_and_then_every_batch_in_degrees() {
 }
 
 #[tokio::test]
-async fn a_client_that_lags_is_told_and_gets_the_state_again() {
+async fn a_lagging_client_gets_a_notice_and_the_state() {
     let server = Server::with(Limits {
         live_lag_max: 4,
         ..Limits::default()
@@ -124,7 +124,7 @@ async fn silence_is_filled() {
 }
 
 #[tokio::test]
-async fn live_clients_are_limited_and_leave_their_seat() {
+async fn live_clients_are_limited_and_free_their_place() {
     let server = Server::with(Limits {
         live_clients_max: 1,
         ..Limits::default()

@@ -46,7 +46,7 @@ async fn a_sensors_state_tells_age_rate_and_books() {
 }
 
 #[tokio::test]
-async fn a_device_is_told_with_what_its_agent_says_of_itself() {
+async fn a_device_is_shown_with_its_agents_configuration() {
     let server = Server::new().await;
     let sent = counted(0..21, account(24, 3, 21));
     server.frames(&sent).await;
@@ -103,7 +103,7 @@ async fn a_device_is_told_with_what_its_agent_says_of_itself() {
 }
 
 #[tokio::test]
-async fn the_age_is_told_by_the_best_clock_that_there_is() {
+async fn the_age_comes_from_the_best_available_clock() {
     let server = Server::new().await;
     // A wall clock that was set: the frame's time is START + seq x 0.1 s.
     server.clock.pass(Duration::from_secs(10));
@@ -156,7 +156,7 @@ async fn a_backlog_is_kept_and_never_shown_as_new() {
 }
 
 #[tokio::test]
-async fn a_frame_that_could_not_be_read_is_said_and_the_last_one_keeps_its_age() {
+async fn a_missing_frame_is_shown_and_the_last_one_keeps_its_age() {
     let server = Server::new().await;
     server.frames(&numbered(0..5)).await;
     server.clock.pass(Duration::from_secs(1));
@@ -176,7 +176,7 @@ async fn a_frame_that_could_not_be_read_is_said_and_the_last_one_keeps_its_age()
 }
 
 #[tokio::test]
-async fn a_run_says_when_it_began_where_its_first_record_was_seen() {
+async fn a_boot_shows_its_start_if_its_first_record_was_seen() {
     let server = Server::new().await;
     server.frames(&numbered(0..2)).await;
     let sensor = server.sensor().await;
@@ -222,7 +222,7 @@ async fn the_audit_says_whether_the_books_balance() {
 }
 
 #[tokio::test]
-async fn two_agents_of_one_name_are_told_with_their_runs_and_lose_nothing() {
+async fn two_agents_with_one_name_are_shown_with_their_boots_and_lose_nothing() {
     let server = Server::new().await;
     let mut client = Client::of(&server).await;
     client.next().await;

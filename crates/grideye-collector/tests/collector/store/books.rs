@@ -50,7 +50,7 @@ pub(super) async fn a_lost_answer_unbalances_the_books_only_until_the_next_count
     assert_eq!(books(store).await, (10, 10, 0, 0, 0));
 }
 
-pub(super) async fn a_run_that_has_ended_balances_and_stays_so(store: &dyn FrameStore) {
+pub(super) async fn an_ended_boot_balances_and_stays_balanced(store: &dyn FrameStore) {
     append(store, counted(0..5, account(5, 0, 5))).await;
     // 20 read, 3 dropped, 12 in memory and on disk: then the agent is killed, with 4 of them on disk.
     append(store, counted([], account(20, 3, 12))).await;
@@ -72,7 +72,7 @@ pub(super) async fn a_run_that_has_ended_balances_and_stays_so(store: &dyn Frame
     assert_eq!(kept.dropped[LOST_IN_MEMORY], 7);
 }
 
-pub(super) async fn the_room_taken_grows_with_what_is_kept(store: &dyn FrameStore) {
+pub(super) async fn the_space_used_grows_with_the_store(store: &dyn FrameStore) {
     let before = store.usage().await.unwrap();
     assert_eq!(before.bytes_max, None);
     append(store, numbered(0..2000)).await;

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 #[tokio::test]
-async fn what_was_acknowledged_is_there_after_a_restart() {
+async fn acknowledged_frames_survive_a_restart() {
     let folder = tempfile::tempdir().unwrap();
     let store = open_in(folder.path());
     let recording = store.start_recording("before".to_owned(), 1).await.unwrap();
@@ -67,7 +67,7 @@ fn refusal(path: &Path) -> String {
 }
 
 #[test]
-fn what_is_no_store_is_refused_and_left_as_it_is() {
+fn a_foreign_file_is_rejected_and_unchanged() {
     let folder = tempfile::tempdir().unwrap();
     let text = folder.path().join("notes.txt");
     std::fs::write(
@@ -234,7 +234,7 @@ async fn a_write_that_fails_undoes_its_whole_commit_and_says_so_to_all_in_it() {
 }
 
 #[test]
-fn a_full_disk_is_told_from_other_faults() {
+fn a_full_disk_is_distinguished_from_other_errors() {
     for (code, expected) in [
         (
             rusqlite::ffi::SQLITE_FULL,

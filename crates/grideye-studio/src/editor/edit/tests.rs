@@ -71,7 +71,7 @@ fn a_number_is_replaced_and_nothing_else() {
 }
 
 #[test]
-fn of_a_list_only_what_differs_is_replaced() {
+fn only_differing_list_elements_are_replaced() {
     let edit =
         json!({ "does": "set", "path": ["object", 0, "position_mm"], "to": [1000, 2050, 0] });
     assert_eq!(made(TEXT, edit), TEXT.replace("    2000,\n", "    2050,\n"));
@@ -84,7 +84,7 @@ fn of_a_list_only_what_differs_is_replaced() {
 }
 
 #[test]
-fn a_key_that_is_new_stands_behind_the_last_one_of_its_table() {
+fn a_new_key_comes_last_in_its_table() {
     let edit = json!({ "does": "set", "path": ["object", 0, "yaw_deg"], "to": 45 });
     let wanted = TEXT.replace("550]\n", "550]\nyaw_deg = 45\n");
     assert_eq!(made(TEXT, edit), wanted);
@@ -103,7 +103,7 @@ fn a_key_that_is_new_stands_behind_the_last_one_of_its_table() {
 }
 
 #[test]
-fn a_key_that_goes_leaves_its_remark() {
+fn deleting_a_key_keeps_its_comment() {
     let edit = json!({ "does": "unset", "path": ["sensor", 0, "elevation_deg"] });
     let wanted = TEXT.replace("elevation_deg = 90 # straight", "# straight");
     assert_eq!(made(TEXT, edit), wanted);
@@ -112,7 +112,7 @@ fn a_key_that_goes_leaves_its_remark() {
 }
 
 #[test]
-fn a_table_goes_with_its_own_remarks_and_leaves_those_of_others() {
+fn deleting_a_table_takes_only_its_own_comments() {
     let without_bed = made(TEXT, json!({ "does": "remove", "path": ["object", 0] }));
     assert!(!without_bed.contains("first patient") && !without_bed.contains("as warm as"));
     assert!(without_bed.contains("# What stands about.\n\n[[object]]\nname = \"lamp\""));
@@ -135,7 +135,7 @@ fn a_table_goes_with_its_own_remarks_and_leaves_those_of_others() {
 }
 
 #[test]
-fn what_is_added_stands_behind_the_others_of_its_kind() {
+fn an_added_table_comes_after_the_others_of_its_kind() {
     let edit = json!({ "does": "add", "kind": "object", "name": "chair", "at_mm": [10, 20.4, 0] });
     let chair =
         "[[object]]\nname = \"chair\"\nposition_mm = [10, 20, 0]\nsize_mm = [600, 400, 500]\n";
@@ -147,7 +147,7 @@ fn what_is_added_stands_behind_the_others_of_its_kind() {
 }
 
 #[test]
-fn a_copy_has_all_but_the_name_and_its_parts_as_well() {
+fn a_copy_has_everything_but_the_name() {
     let edit = json!({ "does": "copy", "path": ["agent", 0], "name": "bob" });
     let text = made(TEXT, edit);
     let document = parsed(&text);
@@ -163,7 +163,7 @@ fn a_copy_has_all_but_the_name_and_its_parts_as_well() {
 }
 
 #[test]
-fn lines_that_end_as_on_windows_go_on_doing_so() {
+fn windows_line_endings_are_preserved() {
     let text = TEXT.replace('\n', "\r\n");
     for edit in [
         json!({ "does": "set", "path": ["object", 0, "yaw_deg"], "to": 45 }),
@@ -178,7 +178,7 @@ fn lines_that_end_as_on_windows_go_on_doing_so() {
 }
 
 #[test]
-fn what_cannot_be_done_is_refused_and_not_guessed() {
+fn impossible_edits_are_rejected() {
     let inline = "object = [{ name = \"a\" }]\n";
     let apart = "[[agent]]\nname = \"a\"\n[[object]]\nname = \"o\"\n[[agent.part]]\nname = \"p\"\n";
     let of_text = r#"no object 7: { "does": "set", "path": ["object", 7, "yaw_deg"], "to": 1 }
