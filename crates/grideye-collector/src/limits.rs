@@ -24,7 +24,7 @@ pub struct Limits {
     pub small_body_bytes_max: usize,
     /// Bytes of all bodies of frames that arrived and are not yet on disk. A request without room gets 503.
     pub bodies_bytes_max: usize,
-    /// The same for one token, or for one address if no tokens are required. More gets 429. Bodies up to 4 KiB do not
+    /// Such bytes of one token, or of one address if no tokens are required. More gets 429. Bodies up to 4 KiB do not
     /// count.
     pub bodies_bytes_per_sender_max: usize,
     /// Limits within one body of frames.

@@ -24,7 +24,6 @@ use tokio::runtime::Handle;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 use tokio_stream::wrappers::ReceiverStream;
 
-/// The offered formats and their content types.
 const OFFERED: [(&str, &str); 5] = [
     ("npz", "application/zip"),
     ("parquet", "application/vnd.apache.parquet"),
@@ -142,7 +141,6 @@ fn unknown_recording() -> Refusal {
         .hint("GET /v1/recordings lists them")
 }
 
-/// The requested spans.
 fn choose(spans: Vec<Span>, asked: &Asked) -> Result<Vec<Span>, Refusal> {
     if asked.sensor.is_none() && asked.boot.is_none() {
         return Ok(spans);

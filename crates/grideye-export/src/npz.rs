@@ -57,7 +57,6 @@ impl Entry {
 }
 
 impl<W: Write> Archive<W> {
-    /// An empty archive.
     pub(crate) const fn new(out: W) -> Self {
         Self {
             out,
@@ -128,7 +127,6 @@ impl<W: Write> Archive<W> {
         self.put(bytes)
     }
 
-    /// Ends the open file.
     fn end(&mut self) -> Result<(), ExportError> {
         let Some(entry) = self.entries.last_mut() else {
             return Ok(());

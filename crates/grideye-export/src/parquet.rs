@@ -24,7 +24,6 @@ use parquet::schema::types::{ColumnPath, Type};
 use std::io::Write;
 use std::sync::Arc;
 
-/// A column of a row group.
 pub(crate) struct Column {
     name: String,
     values: Values,
@@ -76,7 +75,6 @@ impl<W: Write + Send> Table<W> {
         Ok(Self { writer })
     }
 
-    /// Adds a row group.
     pub(crate) fn add(&mut self, columns: &[Column]) -> Result<(), ExportError> {
         let mut group = self.writer.next_row_group()?;
         for column in columns {
@@ -125,7 +123,6 @@ impl Column {
     }
 }
 
-/// The column's entry in the schema.
 fn field(column: &Column) -> Result<Arc<Type>, ExportError> {
     let name = column.name.as_str();
     let (required, optional) = (Repetition::REQUIRED, Repetition::OPTIONAL);

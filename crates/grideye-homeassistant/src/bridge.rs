@@ -34,7 +34,6 @@ const STEADY: Duration = Duration::from_secs(10);
 /// The same fault is logged again after this time.
 const FAULT_SAID_EVERY: Duration = Duration::from_secs(600);
 
-/// The bridge's task, across connections.
 pub(crate) struct Bridge {
     broker: Broker,
     telling: Telling,
@@ -55,7 +54,6 @@ struct Left {
     is_online: bool,
 }
 
-/// The state of one connection.
 struct Link {
     connection: Connection,
     pinged_at: Instant,

@@ -16,10 +16,8 @@ pub(crate) const CONNECT_TIME_MAX: Duration = Duration::from_secs(10);
 pub(crate) const WRITE_TIME_MAX: Duration = Duration::from_secs(10);
 /// The broker drops this client and publishes its last will after 1.5 times this (mqtt-v3.1.1, §3.1.2.10).
 const KEEP_ALIVE_S: u16 = 30;
-/// Bytes read at once.
 const READ_BYTES: usize = 4096;
 
-/// A connection that reads and writes packets.
 pub(crate) struct Connection {
     stream: Box<dyn Stream>,
     inbox: Vec<u8>,

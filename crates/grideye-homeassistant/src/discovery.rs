@@ -8,13 +8,11 @@ use crate::topics::{ENTITIES, Topics};
 use serde_json::{Value, json};
 use std::time::Duration;
 
-/// The sensor's manufacturer and model.
 const MANUFACTURER: &str = "Panasonic";
 const MODEL: &str = "Grid-EYE AMG8833";
 /// Payloads of an availability topic.
 pub(crate) const ONLINE: &str = "online";
 pub(crate) const OFFLINE: &str = "offline";
-/// Values of presence.
 pub(crate) const PRESENT: &str = "ON";
 pub(crate) const ABSENT: &str = "OFF";
 

@@ -54,7 +54,6 @@ impl Message {
     }
 }
 
-/// The client's identity, and its last will.
 pub(crate) struct Hello<'a> {
     pub(crate) client_id: &'a str,
     pub(crate) user: Option<&'a str>,

@@ -119,7 +119,6 @@ impl Sensor {
         discovery::removal(&telling.topics, &self.named.id)
     }
 
-    /// The messages that are due now.
     pub(crate) fn look(
         &mut self,
         newest: &NewestFrame,

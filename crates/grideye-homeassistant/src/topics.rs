@@ -27,7 +27,6 @@ pub(crate) const ENTITIES: [(&str, &str); 6] = [
 ];
 
 impl Topics {
-    /// The topic of an entity's configuration.
     pub(crate) fn config(&self, id: &str, (platform, entity): (&str, &str)) -> String {
         format!("{}/{platform}/{id}/{entity}/config", self.discovery)
     }

@@ -196,7 +196,6 @@ fn wires(number: u32, clock: &Arc<BusClock>, parts: Vec<Part>, wiring: &Wiring<'
     wires
 }
 
-/// One bus in real time.
 struct Line {
     wires: HalAdapter<Wires, fn(&BusError) -> Fault>,
     clock: Arc<BusClock>,

@@ -67,7 +67,6 @@ pub fn bus<C: Clock>(
     with_scl_hz(Bus::with_sensor(clock, address, source), scl_hz)
 }
 
-/// Sets the bus speed, if given.
 pub(crate) fn with_scl_hz<C: Clock, S: FrameSource>(
     bus: Bus<C, S>,
     scl_hz: Option<NonZeroU32>,

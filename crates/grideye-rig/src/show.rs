@@ -73,7 +73,6 @@ pub(crate) struct Timeline {
 }
 
 impl Timeline {
-    /// A timeline that has not ended.
     pub(crate) fn new(length: Duration, at_end: AtEnd) -> Self {
         Self {
             length,
@@ -104,7 +103,6 @@ impl Timeline {
     }
 }
 
-/// What is shown.
 pub(crate) enum Pictures {
     /// A scene through one of its sensors, with the scene's own noise if a seed is given.
     Scene {

@@ -5,7 +5,6 @@ use grideye_collector::Asset;
 const CSS: &str = "text/css; charset=utf-8";
 const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
 
-/// A file of `assets/` with its type.
 macro_rules! file {
     ($name:literal, $kind:expr) => {
         Asset {
@@ -45,12 +44,9 @@ pub(crate) const EDITOR: [Asset; 15] = [
     file!("to-editor.js", JAVASCRIPT),
 ];
 
-/// The panel's part of the live page.
 pub(crate) const BESIDE_HEAD: &str = include_str!("../assets/beside.html");
 
-/// The editor's part of the live page.
 pub(crate) const EDITOR_HEAD: &str =
     "<script type=\"module\" src=\"/assets/to-editor.js\"></script>\n";
 
-/// The scene editor's page.
 pub(crate) const EDITOR_PAGE: &str = include_str!("../assets/editor.html");

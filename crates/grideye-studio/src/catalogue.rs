@@ -19,10 +19,8 @@ pub(crate) const SCENES_MAX: usize = 500;
 const SCENE_BYTES_MAX: u64 = 4 << 20;
 /// A title ends once it is longer than this.
 const TITLE_BYTES_MIN: usize = 200;
-/// Simulators in the cache.
 const SIMULATORS_MAX: usize = 16;
 
-/// The scenes of one folder.
 pub(crate) struct Catalogue {
     folder: PathBuf,
     disk: Disk,

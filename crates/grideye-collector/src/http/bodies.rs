@@ -18,7 +18,6 @@ const SMALL: usize = 4096;
 /// When a sender that used up its share should retry.
 const SHARE_RETRY: Duration = Duration::from_secs(1);
 
-/// The memory budget.
 pub(crate) struct Bodies {
     bytes_max: usize,
     per_sender_max: usize,

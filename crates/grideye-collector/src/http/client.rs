@@ -11,7 +11,6 @@ use std::sync::Arc;
 #[derive(Clone)]
 pub(crate) struct Client {
     pub(crate) peer: Peer,
-    /// The connection's timer.
     pub(crate) alarm: Alarm,
     /// `None` without a server.
     pub(crate) connection: Option<Arc<Connection>>,

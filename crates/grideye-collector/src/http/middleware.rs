@@ -15,7 +15,6 @@ use axum::response::{IntoResponse, Response};
 use std::net::IpAddr;
 use std::time::Duration;
 
-/// Wraps every route of the router.
 pub(crate) async fn around(
     State(state): State<AppState>,
     request: Request,

@@ -60,7 +60,6 @@ const ASSETS: [Asset; 34] = [
 /// The placeholder for the annexes' parts of the page.
 const ANNEXES: &str = "  <!-- annexes -->\n";
 
-/// The live page with the annexes' parts.
 pub(crate) fn page(annexes: &[Annex]) -> impl IntoResponse + Clone + use<> {
     let heads: String = annexes.iter().map(|annex| annex.head).collect();
     let page = include_str!("../../assets/index.html").replace(ANNEXES, &heads);

@@ -24,7 +24,6 @@ use tokio::net::TcpStream;
 use tokio::sync::watch;
 use tokio_rustls::server::TlsStream;
 
-/// Everything needed to serve one connection.
 pub(super) struct Serving {
     pub(super) peer: IpAddr,
     /// All trusted proxies, if the peer is one of them.
@@ -114,7 +113,6 @@ impl Serving {
     }
 }
 
-/// Answers the requests of one connection.
 struct Answering {
     client: Client,
     proxies: Option<Arc<TrustedProxies>>,

@@ -135,7 +135,6 @@ pub(super) struct Fresh {
 }
 
 impl Fresh {
-    /// Adds a frame with a new number.
     pub(super) fn add(&mut self, record: Record, t_arrival_ns: i64) {
         let last = self.in_order.last().map(|(last, _)| last.seq);
         if last.is_none_or(|last| last < record.seq) {

@@ -15,7 +15,6 @@ use std::io::Write;
 /// A generous allowance for headers, names and metadata.
 const ARCHIVE_EXTRA: u64 = 1 << 20;
 
-/// Writes the archive frame by frame.
 pub(super) fn write(
     film: &Film<'_>,
     out: &mut dyn Write,

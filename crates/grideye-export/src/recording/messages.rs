@@ -20,7 +20,6 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 
-/// Bytes of a pixel (32-bit float).
 const PIXEL_BYTES: usize = 4;
 
 /// Writes messages as they come, and opens channels on first use.

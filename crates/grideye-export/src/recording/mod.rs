@@ -27,7 +27,6 @@ pub type Format = fn(Rows<'_>, &mut dyn Out) -> Result<String, ExportError>;
 /// The extensions that [`format()`] knows, for a hint.
 pub const ENDS: &str = ".csv, .npz, .parquet, .mcap, .png or .gif";
 
-/// The known formats by file extension.
 const FORMATS: [(&str, Format); 6] = [
     ("csv", text),
     ("npz", arrays::write),

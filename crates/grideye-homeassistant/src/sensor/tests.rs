@@ -77,7 +77,6 @@ fn look(sensor: &mut Sensor, newest: &NewestFrame, now_s: u64) -> Vec<Message> {
     sensor.look(newest, &telling(), seconds(now_s))
 }
 
-/// The messages for a new sensor.
 fn new() -> Vec<&'static str> {
     [&["config"; 6][..], &["availability", "state", "image"]].concat()
 }

@@ -8,7 +8,6 @@ use grideye_scene::Agent;
 use serde_json::{Value, json};
 use std::time::Duration;
 
-/// Frames per piece.
 pub(super) const PIECE_FRAMES: u64 = 50;
 
 /// The piece that contains a second of the scene; beyond its ends, the first or last.
@@ -60,7 +59,6 @@ fn places(agent: &Agent, times: &[Duration]) -> Value {
     json!({ "name": agent.name, "at_m": flat(places) })
 }
 
-/// Whole steps in a time.
 fn steps(time: Duration) -> u64 {
     u64::try_from(time.as_nanos() / TICK.as_nanos()).unwrap_or(u64::MAX)
 }

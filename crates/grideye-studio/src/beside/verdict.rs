@@ -25,7 +25,6 @@ pub(super) const AGAIN_AFTER_MIN: Duration = Duration::from_secs(2);
 const REST: u32 = 3;
 /// Comparisons in the cache.
 const KEPT_MAX: usize = 64;
-/// Seed of the simulation.
 const SEED: u64 = 2;
 
 /// A page's question: which frames, and where the scene lies on their time axis.
@@ -37,7 +36,6 @@ pub(super) struct Question {
     of: String,
     /// The device's boot clock at the scene's start; a static scene needs none.
     origin_ns: Option<u64>,
-    /// How many seconds to compare.
     seconds: Option<f64>,
     /// Take the frames of this recording instead of recent ones, …
     recording: Option<i64>,
@@ -51,7 +49,6 @@ pub(super) struct Question {
 type Key = (String, u64, String, Question);
 type Slot = Arc<tokio::sync::Mutex<Option<Made>>>;
 
-/// The latest comparisons.
 pub(super) struct Verdicts {
     desk: Arc<Desk>,
     slots: Mutex<Recently<Key, Slot>>,

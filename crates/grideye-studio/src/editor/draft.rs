@@ -27,7 +27,6 @@ const FILES_MAX: usize = 100;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Draft {
-    /// The scene.
     pub(super) text: String,
     /// Trajectories that differ from the disk, or were read from it before.
     #[serde(default)]
@@ -151,7 +150,6 @@ impl Files for Overlay<'_> {
 }
 
 impl Sheet {
-    /// Everything that the page shows.
     pub(super) fn to_json(&self) -> Value {
         let read: BTreeMap<&String, Value> = self
             .read

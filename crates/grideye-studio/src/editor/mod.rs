@@ -41,7 +41,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Maximum bytes of a request: the longest scene and its trajectories, with room for JSON escapes.
 const BODY_BYTES_MAX: usize = 4 * 1024 * 1024;
-/// Maximum coverage maps running or waiting.
 const MAPS_WAITING_MAX: usize = 4;
 
 /// The routes for a folder of scenes, and the page.
@@ -139,7 +138,6 @@ async fn save(
 
 type Body = Result<Bytes, BytesRejection>;
 
-/// Parses the JSON of a request.
 fn read<T: DeserializeOwned>(body: Body) -> Result<T, Refusal> {
     let bytes = body.map_err(|rejected| {
         let what = format!(

@@ -10,7 +10,6 @@ use std::time::Duration;
 const FACES_MAX: usize = 4_000;
 /// Maximum numbers of a list shown with its key.
 const LIST_MAX: usize = 4;
-/// Maximum waypoints that can be dragged.
 const WAYPOINTS_MAX: usize = 200;
 
 /// The kinds of tables, as spelled in the file.
@@ -57,7 +56,6 @@ fn room(scene: &Scene, table: &Value) -> Value {
 struct Drawing<'a> {
     scene: &'a Scene,
     at: Duration,
-    /// Faces drawn so far.
     faces: usize,
 }
 

@@ -16,9 +16,7 @@ use std::sync::{Mutex, PoisonError};
 
 /// Maximum bytes of an editable scene or trajectory.
 pub(super) const TEXT_BYTES_MAX: usize = 512 * 1024;
-/// Maximum trajectories saved with a scene.
 const FILES_MAX: usize = 100;
-/// Maximum characters of a scene's name.
 const NAME_CHARACTERS_MAX: usize = 100;
 
 pub(super) struct Shelf {

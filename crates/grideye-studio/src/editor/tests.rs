@@ -59,7 +59,6 @@ impl Page {
         self.folder.path().join("scenes").join(file)
     }
 
-    /// The response to `draft` or `coverage`.
     async fn post(&self, what: &str, body: Value) -> (u16, Value) {
         let path = format!("/v1/editor/{what}");
         ask(&self.app, Method::POST, &path, Some(&body)).await
@@ -400,7 +399,7 @@ async fn the_map_says_where_a_person_is_seen() {
 }
 
 #[test]
-fn an_abandoned_map_is_cancelled() {
+fn an_abandoned_map_stops() {
     let files = |_: &str| Ok(WAY.to_owned());
     let scene = Scene::parse(ROOM, "scene", &files).unwrap().scene;
     let waiting = super::GivenUp::default();

@@ -4,7 +4,6 @@ use super::fault::Fault;
 use serde::Deserialize;
 use std::ops::Range;
 
-/// Maximum waypoints of a new trajectory.
 const POINTS_MAX: usize = 100;
 
 /// One edit of a trajectory. Rows are waypoints, counted from 0; lengths are millimeters.

@@ -10,7 +10,6 @@ use tokio_stream::wrappers::ReceiverStream;
 /// Pages buffered ahead of the receiver.
 const PAGES_READY_MAX: usize = 2;
 
-/// A format for rows.
 pub(super) trait Form: Send + 'static {
     fn write(&mut self, stream: usize, row: StoredRecord) -> io::Result<()>;
 

@@ -56,7 +56,6 @@ pub(super) async fn group(
     Ok(done)
 }
 
-/// Streams with the numbers just looked up.
 type Found = Vec<(StreamId, i32)>;
 
 async fn transact(
@@ -269,7 +268,6 @@ async fn contents(session: &Session, states: &Streams, taken: &[Taken]) -> Resul
     Ok(contents)
 }
 
-/// The changed streams.
 type Touched<'s> = BTreeMap<&'s StreamId, &'s StreamState>;
 
 async fn save_all(session: &Session, states: &Streams, lane: (i64, i64), epoch: i64) -> Result<()> {

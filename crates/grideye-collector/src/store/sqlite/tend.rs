@@ -17,7 +17,6 @@ const SEGMENT_ROWS_MIN: usize = 32;
 const WAITS_MAX: u32 = 6;
 /// Pause between two steps, so that batches are answered between them.
 const STEP_EVERY_NS: i64 = 50_000_000;
-/// Pause between two rounds over all streams.
 const ROUND_EVERY_NS: i64 = 10_000_000_000;
 /// Maximum streams visited in a step.
 const VISITS_MAX: i64 = 64;

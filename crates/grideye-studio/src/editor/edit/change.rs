@@ -4,7 +4,6 @@ use crate::editor::fault::Fault;
 use serde::Deserialize;
 use serde_json::Value;
 
-/// Maximum edits of one request.
 pub(crate) const EDITS_MAX: usize = 64;
 /// Maximum steps of a path, such as the four of `agent 0 part 1 size_mm`.
 const STEPS_MAX: usize = 6;

@@ -9,7 +9,6 @@ pub(super) struct Header {
     pub(super) position: isize,
 }
 
-/// All headers of a document, in order.
 pub(super) fn headers(document: &DocumentMut) -> Vec<Header> {
     let mut found = Vec::new();
     below(document.as_table(), &mut Vec::new(), &mut found);

@@ -68,7 +68,6 @@ pub(super) fn unset(document: &mut DocumentMut, path: &[Step]) -> Result<(), Fau
     Ok(())
 }
 
-/// What a path refers to.
 enum Place<'a> {
     Table(&'a mut Table),
     Tables,

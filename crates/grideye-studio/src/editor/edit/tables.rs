@@ -52,7 +52,6 @@ fn template(kind: Kind) -> Template {
     }
 }
 
-/// Copies a table under another name.
 pub(super) fn copy(document: &mut DocumentMut, path: &[Step], name: &str) -> Result<(), Fault> {
     let headers = headers(document);
     let (key, _) = block(document, &headers, path)?;
