@@ -200,7 +200,7 @@ fn fleet(agents: &str, seconds: &str, body: Body) {
     );
     let residents = outcome.residents_mib.iter().map(|mib| format!(" {mib:.0}"));
     println!(
-        "MiB resident at the beginning and after each tenth of the time:{}",
+        "MiB resident at the start and after each tenth of the time:{}",
         residents.collect::<String>()
     );
     assert_eq!((outcome.refused, outcome.sent), (0, outcome.frames));
@@ -509,7 +509,7 @@ impl Template {
             Body::Json => self.batch.to_json(),
             Body::Binary => self.batch.to_binary(),
         };
-        let body = body.expect("the batch is sound");
+        let body = body.expect("a valid batch");
         self.request.clear();
         self.request.extend(self.head.bytes());
         self.request

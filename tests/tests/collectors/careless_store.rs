@@ -267,7 +267,7 @@ fn a_backup_that_is_killed_leaves_nothing_under_its_name_and_the_next_one_is_who
             assert!(!out.exists());
             break partial;
         }
-        assert!(out.exists(), "neither whole nor in part");
+        assert!(out.exists(), "neither the backup nor a part of it");
     };
     let out = partial.with_extension("");
     let ended = run(&mut backup(folder.path(), &out));

@@ -109,7 +109,7 @@ fn agents_that_move_between_three_collectors_lose_nothing_when_one_is_killed() {
     );
     assert!(
         sent_again.load(Ordering::Relaxed) > 0,
-        "the killed one was never missed"
+        "no batch was sent again, so no agent noticed the kill"
     );
     for collector in &collectors[1..] {
         let audit = collector.json("/v1/audit");

@@ -79,7 +79,7 @@ impl Site {
         self.refused(self.post(5..10).await, gone);
         self.refused(self.store.start_recording("b".to_owned(), 2).await, gone);
         self.refused(self.store.ping().await, gone);
-        assert_eq!(self.events(), ["store_gone"], "once, and not for each post");
+        assert_eq!(self.events(), ["store_gone"], "once, not for each batch");
     }
 
     async fn goes_on(&self) {

@@ -231,7 +231,7 @@ async fn a_page_that_disappears_frees_its_place() {
     };
     tokio::time::timeout(PATIENCE, seated)
         .await
-        .expect("the seat stays taken");
+        .expect("the place was not freed");
     server.stop().await;
 }
 
@@ -327,7 +327,7 @@ async fn one_connection_too_many_is_turned_away_and_room_comes_back() {
     };
     tokio::time::timeout(PATIENCE, admitted)
         .await
-        .expect("the place was not given back");
+        .expect("the place was not freed");
     server.stop().await;
 }
 
@@ -413,7 +413,7 @@ async fn open_requests_finish_before_the_end_and_what_was_stored_is_there_afterw
         .unwrap();
     assert!(
         !path.with_extension("sqlite-wal").exists(),
-        "the log was folded into the file"
+        "the log was written into the file"
     );
 
     // The same port and file, at once.

@@ -129,7 +129,7 @@ async fn beyond_loopback_tokens_and_tls_are_there_or_nothing_is() {
     assert!(text.contains("grideye enroll DEVICE"), "{text}");
     assert!(
         !place.folder.path().exists(),
-        "a refusal makes no authority"
+        "a rejected start creates no authority"
     );
     let (error, _) = refused(at(everywhere, StoreLocation::Memory)).await;
     assert!(matches!(error, CollectorError::NoTokens { .. }));
@@ -183,7 +183,7 @@ async fn clients_that_trust_the_authority_are_served_and_the_cookie_is_never_sen
         .unwrap();
     assert!(
         answer.starts_with("HTTP/1.1 403"),
-        "a page of the clear side is another: {answer}"
+        "a plain HTTP origin is foreign: {answer}"
     );
     server.stop().await;
 }
@@ -335,7 +335,7 @@ async fn a_fleets_clients_show_a_certificate_of_its_authority_beside_the_token()
     .await;
     assert!(
         no_token.unwrap().starts_with("HTTP/1.1 401"),
-        "both are asked for"
+        "both are required"
     );
     for config in [believing(&authority), showing(&stranger)] {
         let refused = ask(address, config, "127.0.0.1", &request).await;

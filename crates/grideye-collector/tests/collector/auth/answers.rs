@@ -30,7 +30,7 @@ async fn more_requests_than_a_token_may_make_wait_as_long_as_they_are_told() {
     assert_eq!(
         server.get_as(&other, "/v1/sensors").await.status,
         200,
-        "nobody else is held back"
+        "no other token is limited"
     );
     server.clock.pass(Duration::from_millis(1000));
     let after = [(); 3].map(|()| server.get_as(&one, "/v1/sensors"));

@@ -99,7 +99,7 @@ async fn a_store_that_may_not_grow_says_so_keeps_what_it_has_and_goes_on_when_it
     assert_eq!(
         rows,
         Some(stored),
-        "what was acknowledged is there, and nothing else"
+        "exactly the acknowledged frames are there"
     );
     server.store.close().await.unwrap();
 

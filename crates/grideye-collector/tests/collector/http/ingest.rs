@@ -220,7 +220,7 @@ async fn sensors_are_limited() {
     assert_eq!(
         server.frames(&numbered(0..3)).await.status,
         StatusCode::OK,
-        "known sensors go on"
+        "known sensors are still accepted"
     );
 }
 

@@ -54,7 +54,7 @@ async fn a_device_is_shown_with_its_agents_configuration() {
     assert_eq!(
         (&nobody["agent_version"], &nobody["configuration"]),
         (&Value::Null, &Value::Null),
-        "curl says nothing of itself"
+        "curl sends no configuration"
     );
     let set_up = json!({ "post_every_ms": 500, "ring_frames": 100, "spool": "ram", "sensors": {} });
     let mut again = request(Method::POST, "/v1/frames", sent.to_json().unwrap().into());
@@ -88,7 +88,7 @@ async fn a_device_is_shown_with_its_agents_configuration() {
     assert_eq!(device["clock"], sensor["frame"]["clock"]);
     let name = device["device"].as_str().unwrap();
     let alone = server.get(&format!("/v1/devices/{name}")).await.json();
-    assert_eq!(&alone, device, "one of them is as in the list");
+    assert_eq!(&alone, device, "the same as in the list");
     assert_eq!(
         server.get("/v1/devices/pi-none").await.error(),
         (404, "no_such_device".to_owned(), Some("device".to_owned()))

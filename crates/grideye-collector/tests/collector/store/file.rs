@@ -226,7 +226,7 @@ async fn a_write_that_fails_undoes_its_whole_commit_and_says_so_to_all_in_it() {
     assert_eq!(
         kept,
         5 + 4 - u64::try_from(failed).unwrap(),
-        "an error was answered, and only then nothing kept"
+        "nothing is stored exactly if the answer is an error"
     );
     other.execute_batch("DROP TRIGGER fault").unwrap();
     append(&store, numbered([5, 8, 9, 20])).await;

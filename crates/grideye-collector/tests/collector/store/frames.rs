@@ -285,7 +285,7 @@ pub(super) async fn a_closed_store_says_so(store: &dyn FrameStore) {
     assert_eq!(
         queued.await.unwrap().sensors[0].stream.stored,
         3,
-        "what was asked for before is done"
+        "earlier requests are done"
     );
     assert!(matches!(
         store.append(Arc::new(numbered(3..6)), 1).await,
