@@ -347,7 +347,7 @@ fn the_seen_share_of_an_agent_is_what_hides_it_leaves() {
 #[test]
 fn what_is_asked_for_wrongly_is_named() {
     for (asked, words) in [
-        ("room.ambient_c", "no `=`"),
+        ("room.ambient_c", "missing `=`"),
         ("room.ambient_c=", "a value is missing"),
         ("room.ambient_c=26..18", "write the lower number first"),
         (
@@ -377,11 +377,11 @@ fn what_is_asked_for_wrongly_is_named() {
         ("agent.person.motion=constant", "room.toml:"),
         (
             "object.table.position=floor",
-            "only agents are put on the floor",
+            "only agents can be placed on the floor",
         ),
         (
             "agent.person.position=ceiling",
-            "`position` may only be floor",
+            "`position` can only be floor",
         ),
         ("agent.nobody.position=floor", "no agent `nobody`"),
         ("time_s=-1..5", "0 to 31622400 seconds"),
@@ -524,7 +524,7 @@ fn a_frame_that_is_refused_is_told_with_its_values() {
     );
     let places = of(&["agent.person.position=floor"]);
     assert!(
-        places.starts_with("frame 4 (nothing varies but places)"),
+        places.starts_with("frame 4 (only places vary)"),
         "{places}"
     );
 }
