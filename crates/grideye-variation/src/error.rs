@@ -85,9 +85,7 @@ pub enum Mistake {
     #[error("{0} is not a range of numbers\nhint: write LOW..HIGH, as in 26..34")]
     NoRange(String),
     /// There are too many choices.
-    #[error(
-        "{0} choices are more than {CHOICES_MAX}\nhint: use a range, as in 26..34"
-    )]
+    #[error("{0} choices are more than {CHOICES_MAX}\nhint: use a range, as in 26..34")]
     TooManyChoices(usize),
     /// The scene has no such key.
     #[error(transparent)]
@@ -101,7 +99,9 @@ pub enum Mistake {
     )]
     NotAddable(String),
     /// `time_s` is not a number of seconds within the limits.
-    #[error("the time of a frame must be 0 to 31622400 seconds\nhint: write a number or a range, as in time_s=0..12")]
+    #[error(
+        "the time of a frame must be 0 to 31622400 seconds\nhint: write a number or a range, as in time_s=0..12"
+    )]
     NoTime,
     /// Only agents can be placed on the floor.
     #[error(
