@@ -90,7 +90,7 @@ fn median_and_worst(mut figures: Vec<f64>) -> (f64, f64) {
 fn reference(scene: &Scene) -> Result<(), Box<dyn Error>> {
     let (moments, sensor) = (moments(scene), &scene.sensors()[0]);
     println!(
-        "the reference work, {} frames of a walk, microseconds a frame, best of {ROUNDS} rounds each",
+        "the reference work, {} frames of a walk, microseconds per frame, best of {ROUNDS} rounds each",
         moments.len()
     );
     println!(
@@ -124,7 +124,7 @@ fn reference(scene: &Scene) -> Result<(), Box<dyn Error>> {
         share / 64.0 * 90_000.0
     });
     let (median, worst) = median_and_worst(covered.collect());
-    println!("points that show the person: median {median:.0}, most {worst:.0} of 90000");
+    println!("points that show the person: median {median:.0}, at most {worst:.0} of 90000");
     Ok(())
 }
 
@@ -156,7 +156,7 @@ fn limit(scene: &Scene) -> Result<(), Box<dyn Error>> {
 fn cores(scene: &Scene) -> Result<(), Box<dyn Error>> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let moments = moments(scene);
-    println!("frames a second, threads that share one simulator, best of {ROUNDS} rounds");
+    println!("frames per second, threads that share one simulator, best of {ROUNDS} rounds");
     for (name, make) in METHODS {
         let simulator = make(scene, &scene.sensors()[0].name)?;
         // Every thread makes all frames of the walk twice; rounds with one thread and with all alternate.
@@ -223,10 +223,10 @@ fn room(boxes: u32, sensor: &str) -> String {
 
 fn growth(_: &Scene) -> Result<(), Box<dyn Error>> {
     println!(
-        "boxes that share 1 m2 of floor, microseconds: all cast anew, and one frame of the walk (median)"
+        "boxes that share 1 m2 of floor, microseconds: setup, and one frame of the walk (median)"
     );
     println!("                            points x   grid:                  area:");
-    println!("sensor           boxes      objects      anew   frame           anew   frame");
+    println!("sensor           boxes      objects     setup   frame          setup   frame");
     for (name, sensor) in [
         ("8 x 8, 60", "resolution = [8, 8]\nfov_deg = [60, 60]\n"),
         ("32 x 24, 60", "resolution = [32, 24]\nfov_deg = [60, 45]\n"),

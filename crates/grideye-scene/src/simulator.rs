@@ -442,7 +442,7 @@ fn facets(plane: &ImagePlane, air: &Air, skin: &BodySurface<'_>, sight: &Sight) 
     }
 }
 
-/// The seen share of what would be seen if nothing hid it, 0 to 1; 0 if that is nothing.
+/// The visible share: what is seen over what would be seen if nothing hid it, 0 to 1; 0 if out of view.
 #[must_use]
 pub fn visibility(seen: &Mask, unhidden: &Mask) -> f64 {
     let whole = unhidden.pixels();
