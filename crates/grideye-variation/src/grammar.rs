@@ -16,7 +16,6 @@ pub(crate) enum Piece {
     Mark(String),
     /// Text, quoted or not.
     Text(String),
-    /// True or false.
     Flag(bool),
     /// A number as written, and its value.
     Number(String, f64),

@@ -64,7 +64,6 @@ pub(crate) fn floor(
     Ok(edits)
 }
 
-/// Whether a key has a value in a document.
 pub(crate) fn has(document: &Spanned<DeTable<'_>>, text: &str, path: &str) -> bool {
     edit(text, document, path).is_ok_and(|edit| edit.before.is_empty())
 }

@@ -80,7 +80,6 @@ impl CoverageError {
     }
 }
 
-/// Checks that a count is from 1 to a limit.
 pub(crate) fn check_count(
     what: &'static str,
     found: usize,

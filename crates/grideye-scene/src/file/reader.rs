@@ -49,7 +49,6 @@ impl<'a> Reader<'a> {
         Ok(reader)
     }
 
-    /// The TOML document; its spans refer to the text.
     pub(crate) fn document(&self) -> Read<Spanned<DeTable<'a>>> {
         Ok(DeTable::parse(self.text).map_err(|error| self.malformed(&error))?)
     }

@@ -189,7 +189,6 @@ impl Mesh {
             .map(|pair| &self.corners[pair[0]..pair[1]])
     }
 
-    /// For each face, the index of the original face that it is or is part of.
     pub(crate) fn given(&self) -> &[usize] {
         &self.given
     }

@@ -8,11 +8,9 @@
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Motion {
-    /// Constant speed.
     Constant,
     /// Accelerate from rest, keep the speed, and slow down to rest at the same rate.
     Trapezoidal {
-        /// In m/s².
         acceleration_m_per_s2: f64,
     },
     /// From rest to rest with the least jerk.

@@ -295,7 +295,6 @@ impl Patch {
         self.face
     }
 
-    /// Bounds on the distance of the face's points, meters.
     pub(crate) fn distances_m(&self) -> (f64, f64) {
         self.distances_m
     }

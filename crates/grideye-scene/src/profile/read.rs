@@ -153,7 +153,6 @@ pub(crate) fn profile(text: &str, origin: &str) -> Result<Profile, ProfileError>
     Ok(file.profile(&tables)?)
 }
 
-/// The datasheet's noise for every pixel, °C.
 fn datasheet_sigma_c() -> [f64; PIXELS] {
     let center = NOISE_SHAPE[3][3];
     std::array::from_fn(|pixel| {

@@ -193,7 +193,6 @@ impl Draws {
         draw < probability
     }
 
-    /// A uniformly random pixel.
     fn pixel(&mut self) -> usize {
         // 64 divides the range of a byte evenly.
         usize::from(self.0.next_u32().to_le_bytes()[0]) % PIXELS

@@ -135,7 +135,7 @@ const SERIES_ERROR_C: f64 = 1e-11;
 /// The part of that error due to truncating Taylor's series: a few times the last bit of 300 K.
 const TAYLOR_ERROR_C: f64 = 3e-13;
 
-/// The shortest series that has a loop.
+/// No shorter series has its own loop.
 const SERIES_TERMS_MIN: usize = 5;
 
 /// Beyond this many terms, square roots are as fast.

@@ -15,7 +15,6 @@ pub struct Place {
 }
 
 impl Place {
-    /// The start of a line.
     pub(crate) fn of_line(file: &str, line: usize) -> Self {
         let (file, column) = (file.into(), 1);
         Self { file, line, column }

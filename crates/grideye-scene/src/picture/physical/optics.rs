@@ -73,7 +73,6 @@ impl Eye {
         }
     }
 
-    /// The smallest vertical width of a response, radians.
     pub(super) fn narrowest_up_rad(&self) -> f64 {
         let widths = self.responses.iter().map(|response| response.sigma.y);
         widths.fold(f64::INFINITY, f64::min) * WIDTH_PER_SIGMA
