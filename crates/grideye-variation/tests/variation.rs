@@ -352,7 +352,7 @@ fn mistaken_requests_are_named() {
         ("room.ambient_c=26..18", "write the lower number first"),
         (
             "rom.ambient_c=18..26",
-            "the scene has no `rom`\nhint: the scene has agent, object, room, sensor; beside these, time_s",
+            "the scene has no `rom`\nhint: the scene has agent, object, room, sensor; besides these, time_s",
         ),
         (
             "agent.persn.yaw_deg=1",
