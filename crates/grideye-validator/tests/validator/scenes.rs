@@ -380,7 +380,7 @@ fn what_cannot_be_compared_is_refused_with_the_reason() {
     assert!(
         error
             .to_string()
-            .starts_with("time runs back by 704ms at frame 6 of the recording\nhint: "),
+            .starts_with("time goes back by 704ms at frame 6 of the recording\nhint: "),
         "{error}"
     );
 

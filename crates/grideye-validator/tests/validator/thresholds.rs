@@ -54,7 +54,7 @@ fn what_is_wrong_is_refused_with_its_place() {
         ),
         (
             "\n[gain_skil_min]\nvalue = 0.5\nsource = \"a\"\n".to_owned(),
-            "2:1: `gain_skil_min` is no threshold",
+            "2:1: `gain_skil_min` is not a threshold",
         ),
         (format!("{gain} = 0.5\n"), "1:1: missing field `source`"),
         ("gain_skill_min = 3\n".to_owned(), "1:18: invalid type"),
