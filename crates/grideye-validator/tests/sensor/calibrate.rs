@@ -463,7 +463,7 @@ fn what_cannot_be_calibrated_is_refused() {
         ..Options::default()
     };
     assert!(
-        said(&good, &records, &many).contains("1001 frames were asked for, expected 10 to 1000")
+        said(&good, &records, &many).contains("1001 frames requested, expected 10 to 1000")
     );
     let lepton = good.replace("preset = \"grid-eye\"", "preset = \"lepton\"");
     assert!(said(&lepton, &records, &options).contains("80 x 60 pixels"));
