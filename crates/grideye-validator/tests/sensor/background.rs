@@ -168,7 +168,10 @@ fn a_named_stretch_is_believed_and_its_frames_are_counted() {
         error,
         BackgroundError::TooFewFrames { frames: 0, .. }
     ));
-    assert!(error.to_string().contains("the recording is 59.9 s long"), "{error}");
+    assert!(
+        error.to_string().contains("the recording is 59.9 s long"),
+        "{error}"
+    );
 }
 
 #[test]

@@ -462,9 +462,7 @@ fn what_cannot_be_calibrated_is_refused() {
         frames: Some(FRAMES_MAX + 1),
         ..Options::default()
     };
-    assert!(
-        said(&good, &records, &many).contains("1001 frames requested, expected 10 to 1000")
-    );
+    assert!(said(&good, &records, &many).contains("1001 frames requested, expected 10 to 1000"));
     let lepton = good.replace("preset = \"grid-eye\"", "preset = \"lepton\"");
     assert!(said(&lepton, &records, &options).contains("80 x 60 pixels"));
 }

@@ -235,7 +235,7 @@ fn a_walk_that_starts_a_second_late_disagrees() {
                 comparison
                     .notes
                     .iter()
-                    .any(|note| note.contains("before the scene's begin or after its end"))
+                    .any(|note| note.contains("before the scene's start or after its end"))
             );
         }
     }
