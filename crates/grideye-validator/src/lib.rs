@@ -9,12 +9,9 @@
 //! ```
 //!
 //! A blank image scores an image similarity of 85 to 99 %, and shuffling 64 pixels hardly changes mutual information.
-//! So each
-//! score comes with what chance scores and what the sensor scores against itself. The verdict rests on C and the gain
-//! over the
-//! blank frame, with and without the empty room. Units drawn from what is known of the recording's unit show what a
-//! right scene
-//! would score. The other measures are only reported.
+//! So each score comes with what chance scores and what the sensor scores against itself. The verdict rests on C and
+//! the gain over the blank frame, with and without the empty room. Units drawn from what is known of the recording's
+//! unit show what a right scene would score. The other measures are only reported.
 //!
 //! | verdict | when |
 //! |---|---|
@@ -23,8 +20,7 @@
 //! | cannot tell | fewer than two frames, nothing warm in the recording, a ceiling that does not rise above chance, or a score that a room without the people (or an empty one) would reach too |
 //!
 //! [`compare()`] takes frames, [`compare_scene`] a recording and a scene; [`report`] writes either result as a page or
-//! JSON.
-//! [`align`] matches their time and place first. [`characterize`](mod@characterize) measures the sensor itself.
+//! JSON. [`align`] matches their time and place first. [`characterize`](mod@characterize) measures the sensor itself.
 //!
 //! ```
 //! use grideye_validator::{Protocol, RealFrame, Settings, Shape, SimulatedFrame, Verdict, compare};

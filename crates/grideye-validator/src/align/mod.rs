@@ -15,8 +15,7 @@
 //! - No delay gains by dropping frames: before and after a walk its people stand, and other films explain nothing
 //!   there.
 //! - Fifteen decoys (the scene turned, mirrored, run backwards) get the same freedom. A fit no better than the best
-//!   decoy is not
-//!   applied.
+//!   decoy is not applied.
 //! - A warp path must improve frames that it was not fitted to, and its pace stays between 0.5 and 1.5.
 //!
 //! On a straight path walked once, a delay and a tilted sensor look alike. The report says where an offset would

@@ -1,8 +1,7 @@
 //! Uneven walking: dynamic time warping in a band (Sakoe and Chiba, IEEE Trans. ASSP 26:43, 1978).
 //!
 //! The pace stays between 0.5 and 1.5 of the line's, and a change of pace costs what a random walk would. So the path
-//! cannot stand
-//! still, run backwards or pick frames that suit it.
+//! cannot stand still, run backwards or pick frames that suit it.
 
 use crate::align::clock::{Line, Warp};
 use crate::align::film::{Film, Fit, Sample, whole};

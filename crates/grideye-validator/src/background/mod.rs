@@ -1,16 +1,13 @@
 //! Learns what each pixel shows of the empty room, from stretches of a recording without people.
 //!
 //! The result becomes the profile's `fixed_pattern.offset_c`: simulator, emulator and comparison add it to the scene's
-//! empty room
-//! to get this background.
+//! empty room to get this background.
 //!
 //! # How empty stretches are found
 //! The search uses means over ten frames, less their median pixel. A pixel's level is the coldest narrow cluster of its
-//! means,
-//! because people are warmer than the room. A mean shows a person if any 2 x 2 pixels are warmer beyond noise. Five
-//! means in a row
-//! without a person are a stretch, less its first and last. Levels are then taken from the stretches and the search
-//! repeats.
+//! means, because people are warmer than the room. A mean shows a person if any 2 x 2 pixels are warmer beyond noise.
+//! Five means in a row without a person are a stretch, less its first and last. Levels are then taken from the
+//! stretches and the search repeats.
 
 pub(crate) mod fit;
 pub(crate) mod search;

@@ -15,7 +15,7 @@ const BLOCK_FRAMES: usize = 10;
 const GAP: Duration = Duration::from_secs(1);
 /// Means in a row that make a stretch, including its two ends.
 const STRETCH_BLOCKS: usize = 5;
-/// A level is the mean of the narrowest cluster of one in this many means.
+/// A cluster has one in this many of the means.
 const CLUSTER: usize = 8;
 /// The coldest cluster up to this many times as wide as the narrowest wins, because few means spread wider.
 const WIDTH_SLACK: f64 = 4.0;

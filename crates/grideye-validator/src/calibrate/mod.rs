@@ -10,16 +10,13 @@
 //!
 //! # What the uncertainty includes
 //! The residuals are split into white noise, each pixel's fixed pattern (which includes the errors of a static scene)
-//! and a common
-//! mode of all pixels, correlated in time. Each part is weighted by its variance on the recording; a profile gives the
-//! common mode
-//! more exactly. The 95 % interval is Student's t with the parts' degrees of freedom, combined after Satterthwaite
-//! (1946,
-//! Biometrics Bulletin 2:110). If neighboring frames repeat each other, it is widened and a warning says so.
+//! and a common mode of all pixels, correlated in time. Each part is weighted by its variance on the recording; a
+//! profile gives the common mode more exactly. The 95 % interval is Student's t with the parts' degrees of freedom,
+//! combined after Satterthwaite (1946, Biometrics Bulletin 2:110). If neighboring frames repeat each other, it is
+//! widened and a warning says so.
 //!
 //! Not included: the sensor's overall accuracy (±2.5 °C, AMG88 spec §4-4), and drift slower than the recording. A
-//! warning names
-//! unknowns that the recording cannot separate. An unknown at one of its bounds has no uncertainty.
+//! warning names unknowns that the recording cannot separate. An unknown at one of its bounds has no uncertainty.
 
 mod calibration;
 mod frames;

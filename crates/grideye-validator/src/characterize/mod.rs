@@ -11,8 +11,7 @@
 //! ```
 //!
 //! Noise is a Gaussian fitted to the middle of the differences between consecutive frames, because people make the
-//! tails. The
-//! common mode is the mean of the middle three quarters of the pixels, which a person does not reach.
+//! tails. The common mode is the mean of the middle three quarters of the pixels, which a person does not reach.
 //!
 //! ```
 //! use grideye_frame::{PixelWord, RawFrame, Reading, ThermistorWord};

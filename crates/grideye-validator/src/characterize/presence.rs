@@ -1,10 +1,8 @@
 //! Decides whether anyone was there: what moves beyond noise and drift, and what stays warm.
 //!
 //! It uses means over ten frames and 2 x 2 pixels, less the common mode. A person changes one by a degree or more,
-//! noise by six
-//! sigmas once in a hundred days, a room's drift by less than [`Thresholds::unclaimed_min_c`]. A person who keeps still
-//! looks like
-//! a heater, so anything that stays warm beyond the pattern of units is reported as neither.
+//! noise by six sigmas once in a hundred days, a room's drift by less than [`Thresholds::unclaimed_min_c`]. A person
+//! who keeps still looks like a heater, so anything that stays warm beyond the pattern of units is reported as neither.
 
 use crate::characterize::histogram::Histogram;
 use crate::frames::types::{Pixels, middle_mean, two_by_two};

@@ -179,7 +179,7 @@ impl Characterization {
         let (least, most) = self.noise.range_c();
         let range = format!("{} to {} over the pixels", fixed(least, 2), fixed(most, 2));
         let middle = fixed(self.noise.median_c(), 3);
-        lines.add("noise of the middle pixel, °C", middle, range);
+        lines.add("noise of the median pixel, °C", middle, range);
         let pattern = self.pattern.map(|pattern| fixed(pattern.sd_c, 3));
         let pattern = pattern.unwrap_or("unknown".to_owned());
         lines.add("fixed pattern, sd, °C", pattern, "beyond a smooth surface");
@@ -212,7 +212,7 @@ impl Characterization {
             return;
         };
         let times = fixed(cycle.contrast, 0);
-        let note = format!("one frame colder, {times} times the spectrum's middle");
+        let note = format!("one frame colder, {times} times the spectrum's median");
         lines.add("cycle, frames", fixed(cycle.frames, 2), note);
         lines.add("its depth, °C", fixed(cycle.depth_c, 3), "");
     }

@@ -145,8 +145,7 @@ fn warm_pixels(view: &ComparedFrames, gain: &GainSums) -> WarmPixels {
 }
 
 /// Mean number of warm pixels per frame, against the frame's own median: whether a recording is empty must not depend
-/// on the
-/// scene's claim.
+/// on the scene's claim.
 fn warm_of_themselves<'a>(
     frames: impl ExactSizeIterator<Item = &'a [f64]>,
     warm_above_c: f64,

@@ -123,8 +123,7 @@ pub(crate) fn in_threads<T: Sync, R: Send>(
 /// Corrects for the repeat's noise, which a noise-free prediction would not have.
 ///
 /// C: Spearman's correction for attenuation. RMSE and foreground RMSE: less the noise variance; MAE in proportion to
-/// RMSE, as for
-/// Gaussian differences. Chi squared: halved. Centroid error: divided by √2.
+/// RMSE, as for Gaussian differences. Chi squared: halved. Centroid error: divided by √2.
 fn count_noise_once(means: &mut Means, sigma_c: f64) {
     let correlation = means.get(Measure::Correlation).filter(|&c| c > 0.0);
     means.set(Measure::Correlation, correlation.map(f64::sqrt));

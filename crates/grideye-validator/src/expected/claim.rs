@@ -59,7 +59,7 @@ pub(crate) struct Sides<'a> {
     pub(crate) columns: usize,
     /// The unit's pattern within the simulated frames, row by row; empty if none.
     pub(crate) pattern: &'a [f64],
-    /// Weight of the mean image against one frame: noise variance over the sum of noise and pattern variances.
+    /// Weight of the mean image against one frame: noise² / (noise² + frames · pattern²).
     pub(crate) still_weight: f64,
 }
 

@@ -10,8 +10,7 @@ pub const RUN_RECORDS: usize = 1_000;
 /// Collects the records of a recording one by one, keeping at most [`RECORDS_MAX`].
 ///
 /// Each time the limit is reached, every second run of [`RUN_RECORDS`] neighbors is dropped. The choice depends only on
-/// the number
-/// of records, so reading from disk or memory keeps the same ones.
+/// the number of records, so reading from disk or memory keeps the same ones.
 #[derive(Debug, Clone)]
 pub struct Thinning {
     records: Vec<Record>,

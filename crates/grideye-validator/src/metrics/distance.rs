@@ -142,7 +142,7 @@ mod tests {
     use super::*;
     use crate::numbers::assert_near;
 
-    /// By hand: products sum to 6, squares to 2; noise of 0.25 in five pixels is 0.25 of them, of 0.5 half.
+    /// By hand: products sum to 6, squares to 2; noise of 0.25 in five pixels makes 0.25 of that 2, noise of 0.5 half.
     #[test]
     fn noise_on_the_other_side_does_not_flatten_the_slope() {
         let steep = Centered::new(&[23.0, 17.0, 20.0, 20.0, 20.0]);

@@ -1,8 +1,7 @@
 //! Measures of likeness between two frames of equal size, °C; the README has a glossary.
 //!
 //! A measure is `None` where undefined: frames empty, of unequal length or not finite; C of a constant frame; a bin
-//! width of 0 or
-//! less.
+//! width of 0 or less.
 
 pub(crate) mod binning;
 pub(crate) mod blob;

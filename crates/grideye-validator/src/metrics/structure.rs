@@ -9,8 +9,7 @@ const SIDE: usize = 3;
 /// Structural similarity of each pixel's 3 x 3 neighborhood, -1 to 1, row by row (Wang et al. 2004, Eq. 13).
 ///
 /// Uses temperatures above `ambient_c`, uniform windows, sample variances (n - 1), mirrored borders, K1 = 0.01, K2 =
-/// 0.03 and range
-/// [`SSIM_RANGE_C`], like scikit-image with `win_size=3`. `None` below 3 x 3 pixels or for unequal rows.
+/// 0.03 and range [`SSIM_RANGE_C`], like scikit-image with `win_size=3`. `None` below 3 x 3 pixels or for unequal rows.
 #[must_use]
 pub fn structure_map(
     real: &[f64],

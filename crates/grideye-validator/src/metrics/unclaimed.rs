@@ -1,8 +1,8 @@
 //! Finds what is warm in a recording where the claim is not.
 //!
 //! It examines blocks of 2 x 2 pixels, in the mean (less the slope of the room) and in each frame's deviation from the
-//! mean. Up to
-//! twice the warmth claimed there or a pixel away is allowed; other scores check how well the claim is met.
+//! mean. A pixel may exceed its claim by the most that is claimed there or one pixel away; other scores check how well
+//! the claim is met.
 
 use crate::metrics::gain::WarmLimits;
 use crate::numbers::{common_offset, count, mean, mean_frame, median};

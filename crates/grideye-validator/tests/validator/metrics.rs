@@ -166,7 +166,7 @@ fn what_is_no_binning_is_refused_with_the_way_to_write_one() {
     let refused = "|grey|step|step:|step:0|step:-1|step:NaN|step:inf|levels:1|levels:0|levels:70000|levels:2.5|width:3";
     for text in refused.split('|') {
         let refused = text.parse::<Binning>().unwrap_err().to_string();
-        assert!(refused.contains("hint: grey256, step:WIDTH"), "{refused}");
+        assert!(refused.contains("hint: use grey256, step:WIDTH"), "{refused}");
     }
 }
 

@@ -173,7 +173,7 @@ fn the_page_prints_floors_ceilings_and_the_papers_figures_as_the_papers() {
         &[
             "Measure Value Skill Floor: blank frame Floor: shuffled, mean (best 5 %) Floor: noise only Ceiling: own repeat The paper's, exp. 1",
             "The verdict rests on C, correlation",
-            "Entropy and mutual information, reported, not believed",
+            "Entropy and mutual information, reported only",
             "The paper's figures are those of its Table 1, experiment 1",
             "PeerJ Computer Science 11:e3124",
         ],
