@@ -1,4 +1,4 @@
-//! The metrics against reference vectors and frames counted by hand, and all at once against each on its own.
+//! The metrics against reference vectors and frames counted by hand, and the scorer against the single functions.
 
 use grideye_validator::metrics::{
     Binning, IS_THRESHOLD, Scorer, THRESHOLDS, bias, correlation, entropy, evaluation_graph,
@@ -7,7 +7,7 @@ use grideye_validator::metrics::{
 };
 use proptest::prelude::*;
 
-/// The two frames of the reference vectors: 8 x 8, B is A with an uneven error and one pixel 2.5 degrees off.
+/// The two 8 x 8 reference frames: B is A with an uneven error and one pixel 2.5 degrees off.
 fn reference_frames() -> (Vec<f64>, Vec<f64>) {
     let (mut a, mut b) = (Vec::new(), Vec::new());
     for row in 0..8_u32 {
@@ -78,7 +78,7 @@ fn a_difference_equal_to_the_threshold_does_not_count() {
     assert_eq!(image_similarity(&[20.0], &[20.0], 0.0), Some(0.0));
 }
 
-/// Two halves, and another frame that knows nothing of them.
+/// Two halves, and a frame independent of them.
 const HALVES: [f64; 4] = [1.0, 1.0, 2.0, 2.0];
 const CROSSED: [f64; 4] = [5.0, 6.0, 5.0, 6.0];
 
@@ -120,14 +120,14 @@ fn what_is_not_defined_is_none() {
     }
 }
 
-/// The correlation of a constant frame whose mean is not a machine number must not be noise over noise.
+/// A constant frame with a mean that is not a machine number must not correlate rounding.
 #[test]
 fn a_constant_frame_of_an_odd_value_has_no_correlation() {
     assert_eq!(correlation(&[0.1; 64], &[20.3; 64]), None);
 }
 
-/// By hand: in step 1 bit, bias 1 / (8 ln 2); crossed 0 bits, bias -1 / (8 ln 2). With 3 to 1, H(Y) is 0.811278, H(XY) 1.5, and
-/// there is no bias.
+/// By hand: equal halves 1 bit, bias 1 / (8 ln 2); crossed 0 bits, bias -1 / (8 ln 2). With 3 to 1, H(Y) is 0.811278,
+/// H(XY) 1.5, and there is no bias.
 #[test]
 fn the_bias_of_few_pixels_is_taken_out_of_mutual_information() {
     let step = Binning::Step { width_c: 1.0 };
@@ -166,7 +166,10 @@ fn what_is_no_binning_is_refused_with_the_way_to_write_one() {
     let refused = "|grey|step|step:|step:0|step:-1|step:NaN|step:inf|levels:1|levels:0|levels:70000|levels:2.5|width:3";
     for text in refused.split('|') {
         let refused = text.parse::<Binning>().unwrap_err().to_string();
-        assert!(refused.contains("hint: use grey256, step:WIDTH"), "{refused}");
+        assert!(
+            refused.contains("hint: use grey256, step:WIDTH"),
+            "{refused}"
+        );
     }
 }
 
@@ -201,7 +204,7 @@ proptest! {
     }
 }
 
-/// Differences of exactly a threshold, a little more and a little less, beyond the last and none.
+/// Differences of exactly a threshold, slightly more or less, beyond the last, and none.
 #[test]
 fn differences_at_a_threshold_fall_on_its_far_side() {
     let scored = |difference| {
@@ -220,7 +223,7 @@ fn differences_at_a_threshold_fall_on_its_far_side() {
         assert_eq!(place(threshold.next_up()), index + 1);
         if index > 0 {
             assert_eq!(place(threshold.next_down()), index);
-            // Between two, and where the nearest changes.
+            // Between two thresholds, and where the nearest one changes.
             for part in [0.25, 0.5, 0.75] {
                 assert_eq!(place(threshold - part / 20.0), index);
             }

@@ -1,5 +1,5 @@
-//! How a sensor is mounted: by frames of 22 °C in which a hand of 27 °C is on one pixel. A view is taken for empty after 20 of
-//! them, a hand is believed after 10 in a row, and is gone after 5.
+//! How a sensor is mounted, from frames of 22 °C with a hand of 27 °C on one pixel. A view is empty after 20 frames, a
+//! hand counts after 10 in a row, and is gone after 5 without it.
 
 use grideye_validator::orient::{Picture, Step, Watch, json};
 use serde_json::{Value, json as value};
@@ -31,7 +31,7 @@ fn told(watch: &Watch) -> Value {
     json("sensor", &watch.found())
 }
 
-/// A side of the picture, from the left clockwise, and a pixel at it.
+/// The sides of the image, clockwise from the left, and a pixel at each.
 const SIDES: [(&str, (usize, usize)); 4] = [
     ("left", (0, 4)),
     ("top", (4, 0)),
@@ -110,7 +110,7 @@ fn each_pair_of_sides_has_one_mounting_and_a_line_has_none() {
     assert_eq!(mountings.len(), 8);
 }
 
-/// A sensor whose top leans to the right has the room's top at its left, and the room's left at its bottom.
+/// A sensor whose top leans right has the room's top at its left, and the room's left at its bottom.
 #[test]
 fn a_sensor_that_leans_right_has_a_roll_of_90() {
     let found = told(&at_sides(3, 0));

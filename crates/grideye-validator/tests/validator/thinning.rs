@@ -33,7 +33,7 @@ fn what_is_within_the_limit_is_kept_whole() {
     }
 }
 
-/// By hand: of runs 0 to 20 every second one, and of the last one what there is; of 100 runs every eighth.
+/// By hand: of runs 0 to 20 every second one, the last as far as it goes; of 100 runs every eighth.
 #[test]
 fn what_is_beyond_is_every_so_many_runs() {
     let runs = |every: u64, rows: u64| -> Vec<u64> {

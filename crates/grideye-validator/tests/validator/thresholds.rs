@@ -1,4 +1,4 @@
-//! Files of thresholds: what they change, and what is refused.
+//! Thresholds files: what they change, and which are rejected.
 
 use grideye_validator::Thresholds;
 use grideye_validator::thresholds::{SHIPPED, SHIPPED_NAME, TEXT_BYTES_MAX, ThresholdSet};
