@@ -400,7 +400,7 @@ mod tests {
     }
 
     #[test]
-    fn common_steps_are_euclids() {
+    fn the_common_divisor_is_euclids() {
         assert_eq!(greatest_common_divisor(0, 12), 12);
         assert_eq!(greatest_common_divisor(12, 18), 6);
         assert_eq!(greatest_common_divisor(7, 0), 7);
@@ -409,7 +409,7 @@ mod tests {
 
     /// 1, -2, 3 … 11: squares sum to 506, absolute values to 66, values to 6. Eleven do not fill whole lanes.
     #[test]
-    fn sums_of_differences_take_in_what_is_left_of_a_round() {
+    fn sums_include_a_partial_chunk() {
         let x = [20.0; 11];
         let y: [f64; 11] = std::array::from_fn(|index| {
             let number = count(index + 1);

@@ -363,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn another_orientation_has_to_be_better_by_a_margin_and_to_resemble_the_scene_at_all() {
+    fn another_orientation_must_win_by_a_margin_and_resemble_the_scene() {
         let expect = |(upright, half): (f64, f64), orientation, likeness| {
             let found = found(upright, half, 1.0).unwrap();
             assert_eq!((found.orientation, found.likeness), (orientation, likeness));
@@ -379,7 +379,7 @@ mod tests {
     }
 
     #[test]
-    fn what_looks_like_the_scene_itself_is_no_other_orientation() {
+    fn an_orientation_that_looks_like_the_scene_does_not_count() {
         assert_eq!(best_orientation(|_| 0.9, |_| true, 1.0), None);
         let found = best_orientation(
             |orientation| if orientation.is_mirrored() { 0.9 } else { 0.1 },

@@ -302,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn a_film_is_what_it_was_made_of_and_nothing_beyond_its_ends() {
+    fn a_film_returns_its_frames_and_none_beyond_its_ends() {
         let (times_s, frames) = film(10);
         let film = Film::of_frames(&times_s, &frames);
         for (time_s, frame) in times_s.iter().zip(&frames) {
@@ -318,7 +318,7 @@ mod tests {
 
     /// Before and after a walk its people stand, even when it runs backwards.
     #[test]
-    fn the_people_of_a_scene_stand_where_they_set_off_and_arrived() {
+    fn people_stand_still_before_and_after_the_walk() {
         let (times_s, frames) = film(10);
         let film = Film {
             ends: Ends::Stand,

@@ -340,7 +340,7 @@ mod tests {
 
     /// Between two places of the grid: found to half a millisecond, roughly to a quarter of a step.
     #[test]
-    fn a_delay_is_found_as_finely_as_is_stated() {
+    fn a_delay_is_found_to_the_stated_precision() {
         let (sample, film) = filmed(0.137);
         let bounds = bounds(0.5, 0.0);
         let (line, fit) = best_line(&sample, &film, &bounds);
@@ -387,7 +387,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ends_are_where_they_are_said_to_be_and_time_runs_on_beyond() {
+    fn a_law_meets_its_ends_and_runs_on_beyond() {
         for law in [law(0.0, 0.0), law(1.0, 0.0), law(-1.0, 0.0), law(0.2, 0.3)] {
             for (time_s, expected) in [(0.5, 0.0), (9.5, 10.0), (0.0, -0.5), (10.5, 11.0)] {
                 assert!((law.scene_s(time_s) - expected).abs() < 1e-12, "{time_s}");

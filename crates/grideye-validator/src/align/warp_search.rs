@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn smoothing_is_the_mean_of_what_is_near() {
+    fn smoothing_is_the_mean_of_the_near_knots() {
         let knots = (0..10_u32).map(|index| (f64::from(index) * 0.2, f64::from(index % 2)));
         let smooth = windowed_mean(&knots.collect::<Vec<_>>(), SMOOTH_S);
         // Three knots lie within 0.3 s either way in the middle, two at the ends.
@@ -201,7 +201,7 @@ mod tests {
 
     /// A recording equal to the scene leaves no residual where it is not moved.
     #[test]
-    fn a_walk_that_is_the_scene_costs_nothing_at_its_own_time() {
+    fn a_walk_equal_to_the_scene_costs_nothing_at_its_own_time() {
         let (film, sample) = film_and_walk(0.0);
         let fit = sample.fit(&film, |time_s| time_s);
         for (row, costs) in costs(&sample, &film, STRAIGHT, &fit, &[-0.3, 0.0, 0.3])
@@ -214,7 +214,7 @@ mod tests {
 
     /// Seen 0.2 s late, the hump is where the scene had it 0.2 s earlier.
     #[test]
-    fn a_walk_that_is_late_all_along_departs_by_as_much() {
+    fn a_late_walk_departs_by_its_delay() {
         let (film, sample) = film_and_walk(0.2);
         let fit = sample.fit(&film, |time_s| time_s - 0.2);
         let warp = best_warp(&sample, &film, STRAIGHT, &fit, 0.5);

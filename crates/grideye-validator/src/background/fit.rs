@@ -118,7 +118,7 @@ mod tests {
 
     /// By hand: one of eight pixels is 0.4 °C off the profile and 0.2 °C off the other half; levels do not count.
     #[test]
-    fn what_is_left_is_the_root_of_the_mean_square() {
+    fn the_residual_is_a_root_mean_square() {
         let first = [20.4, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0];
         let second = [21.4, 21.2, 21.0, 21.0, 21.0, 21.0, 21.0, 21.0];
         let fit = BackgroundFit::new([&first, &second], &[17.0; 8], Vec::new());

@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn eigenvectors_are_what_the_matrix_only_stretches() {
+    fn the_matrix_only_scales_its_eigenvectors() {
         let pairs = eigen(&matrix());
         assert!((pairs.iter().map(|(value, _)| value).sum::<f64>() - 12.0).abs() < 1e-12);
         for (value, vector) in pairs {

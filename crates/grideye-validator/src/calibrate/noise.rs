@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn the_parts_are_orthogonal_and_all_there_is() {
+    fn the_parts_are_orthogonal_and_complete() {
         let values = values(20);
         let parts = Parts::of(&values, 20);
         let squares = |part: &[f64]| dot(part, part);
@@ -311,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn a_level_that_lasts_counts_once() {
+    fn a_lasting_level_counts_once() {
         let lasting = Noise::new(50, 0.09, 0.0, vec![1.0; 50]);
         assert!(lasting.independent_levels() < 1.1);
         let white = Noise::new(50, 0.09, 0.0, vec![0.0; 50]);

@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn what_repeats_is_counted_less_and_chance_is_not_repetition() {
+    fn repetition_counts_less_and_chance_does_not() {
         let slow: Vec<f64> = (0..200).map(|frame| (count(frame) / 15.0).sin()).collect();
         assert!(repetition(&slow) > 5.0);
         let turns: Vec<f64> = (0..200_u32)

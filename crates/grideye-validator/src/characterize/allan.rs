@@ -161,7 +161,7 @@ mod tests {
     /// Steps of a quarter degree, and a person of three degrees on eight pixels who comes and goes, there half of the
     /// time.
     #[test]
-    fn who_comes_and_goes_hardly_widens_the_quartiles() {
+    fn a_person_coming_and_going_hardly_widens_the_quartiles() {
         let mut noise = normal_draws(6);
         let mut allan = Allan::default();
         for place in 0..8192_u32 {

@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_moves_or_nothing_is_there() {
+    fn constant_and_empty_histograms() {
         for value in [0.0, 1.0] {
             let mut still = Histogram::new(1.0 / 64.0);
             (0..100).for_each(|_| still.push(value));

@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn one_odd_pixel_is_found_although_someone_sits_elsewhere_for_a_while() {
+    fn one_odd_pixel_is_found_beside_a_person() {
         let mut finder = PatternFinder::default();
         for segment in 0..11 {
             let mut base = [21.0; PIXELS];

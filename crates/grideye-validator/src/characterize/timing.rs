@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_not_a_number() {
+    fn an_empty_recording_gives_no_nan() {
         let timing = Times::default().finish();
         assert_eq!((timing.rate_hz, timing.period_s), (0.0, 0.0));
         assert_eq!(timing.jitter_s, 0.0);

@@ -339,7 +339,7 @@ mod tests {
 
     /// A blob that walks along the middle rows is its own mirror image top to bottom.
     #[test]
-    fn what_a_claim_is_much_like_is_named() {
+    fn orientations_like_the_upright_one_are_named() {
         let walk: [Vec<f64>; 8] = std::array::from_fn(|column| {
             let mut frame = blob(24 + column);
             frame[32 + column] = 23.0;
@@ -354,7 +354,7 @@ mod tests {
 
     /// With weight 0 only motion counts.
     #[test]
-    fn what_stands_still_weighs_as_told() {
+    fn still_warmth_has_the_given_weight() {
         let mut claims = [blob(1), blob(9)];
         let mut real = [blob(1), blob(9)];
         for (claim, real) in claims.iter_mut().zip(&mut real) {

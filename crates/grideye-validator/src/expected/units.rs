@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn a_law_is_that_of_the_draws_that_have_a_score() {
+    fn a_distribution_uses_only_defined_scores() {
         let values = [Some(1.0), None, Some(3.0)];
         let law = ScoreDistribution::of(Scale::Plain, values.into_iter()).unwrap();
         assert_eq!((law.mean, law.sd), (2.0, 1.0));
@@ -242,7 +242,7 @@ mod tests {
     /// By hand: atanh 0.5 and 0.8 have mean 0.8240, deviation 0.2747; ratios 0.5 and 0.125 have mean ln 0.25, deviation
     /// ln 2.
     #[test]
-    fn what_cannot_pass_1_is_spread_on_a_scale_that_can() {
+    fn scores_up_to_1_use_a_scale_without_that_limit() {
         let correlations = law(Scale::Correlation, &[0.5, 0.8]);
         assert!((correlations.mean - 0.65).abs() < 1e-12);
         let expected = (0.823_96_f64 + 3.090_232 * 0.274_65).tanh();

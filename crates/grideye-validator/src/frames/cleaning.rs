@@ -227,7 +227,7 @@ mod tests {
 
     /// After a stall the first frame is late and counts; those delayed with it do not; one that is a little early does.
     #[test]
-    fn what_was_held_up_by_a_stall_is_told_from_jitter() {
+    fn bursts_after_a_stall_are_told_from_jitter() {
         let burst_ms = |after: &[u64]| -> Vec<bool> {
             let steady = (0..10).map(|index| index * 100);
             let frames: Vec<Read> = steady

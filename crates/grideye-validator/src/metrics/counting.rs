@@ -432,7 +432,7 @@ mod tests {
             for _ in 0..2 {
                 let joint = counter.joint(&fast[0], &fast[1]);
                 let (entropy, distinct) = naive::joint(&slow[0], &slow[1]);
-                prop_assert!((joint.entropy - entropy).abs() < 1e-12, "nothing is left in the tables");
+                prop_assert!((joint.entropy - entropy).abs() < 1e-12, "the tables must be empty again");
                 prop_assert_eq!(joint.distinct, distinct);
             }
         }

@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn who_claims_nobody_has_no_c_above_the_room() {
+    fn a_claim_without_people_has_no_c_above_the_room() {
         let ((real, claim), room) = (frames([22.0, 20.0, 20.0, 20.0], ROOM), EmptyRoom::default());
         let found = foreground_correlation(&[real], &[claim], &[ROOM.to_vec()], &room);
         assert_eq!(found.value, None);

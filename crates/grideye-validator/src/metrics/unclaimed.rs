@@ -257,7 +257,7 @@ mod tests {
     const FOUR: [(usize, f64); 4] = [(26, 23.0), (27, 21.0), (34, 22.0), (35, 22.0)];
 
     #[test]
-    fn what_stands_is_found_with_its_place_and_what_comes_and_goes_in_its_frame() {
+    fn still_and_moving_warmth_are_found_with_their_place() {
         let still = still(&frame(&FOUR), &[20.0; 64]);
         assert_eq!((still.row, still.column, still.frame), (3, 2, None));
         assert_near(still.celsius, 2.0, 1e-9);
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slope_of_the_room_and_a_level_are_nobody() {
+    fn a_slope_and_a_level_are_not_a_person() {
         let sloped: Vec<f64> = (0..64)
             .map(|pixel| 23.0 + 0.1 * count(pixel / 8) + 0.2 * count(pixel % 8))
             .collect();
@@ -279,7 +279,7 @@ mod tests {
 
     /// A person half a pixel from the claimed place is not unclaimed.
     #[test]
-    fn what_touches_claimed_warmth_may_be_as_warm() {
+    fn pixels_next_to_claimed_warmth_may_be_as_warm() {
         let near = still(&frame(&FOUR), &frame(&[(27, 23.0)]));
         assert!(near.celsius < 0.3, "{near:?}");
         assert_near(still(&[25.0; 64], &[25.0; 64]).celsius, -5.0, 1e-9);
@@ -287,7 +287,7 @@ mod tests {
 
     /// A person where 0.3 °C is claimed: 2 °C, less 0.3 claimed and 0.3 allowed.
     #[test]
-    fn much_more_than_is_claimed_is_not_claimed() {
+    fn far_more_warmth_than_claimed_is_unclaimed() {
         let claim = frame(&FOUR.map(|(pixel, _)| (pixel, 20.3)));
         let found = still(&frame(&FOUR), &claim);
         assert_eq!((found.row, found.column), (3, 2));
@@ -296,7 +296,7 @@ mod tests {
 
     /// A radiator warmer than in the scene is ignored; an object that the scene lacks is found.
     #[test]
-    fn a_learned_room_is_what_it_has_beside_the_simulated_one() {
+    fn a_learned_room_is_compared_with_the_simulated_one() {
         let simulated = frame(&[(0, 25.0)]);
         let mut learned = frame(&[(0, 27.0), (60, 20.3)]);
         learned.iter_mut().for_each(|pixel| *pixel += 1.5);

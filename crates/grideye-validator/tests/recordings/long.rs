@@ -65,7 +65,7 @@ fn compared(records: &[Record], scene: &Scene) -> Comparison {
 }
 
 #[test]
-fn runs_of_a_recording_score_as_all_of_it() {
+fn a_thinned_recording_scores_like_the_whole() {
     let scene = scene();
     assert!(scene.duration().as_secs() > 6_500, "{:?}", scene.duration());
     let all = record(&scene, ROWS);

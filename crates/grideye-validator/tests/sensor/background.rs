@@ -45,7 +45,7 @@ fn is_in(found: &Background, records: &[Record], record: &Record) -> bool {
 
 /// Compares the frames found empty with those counted as empty.
 #[test]
-fn what_is_found_empty_was_counted_as_empty() {
+fn empty_stretches_agree_with_the_people_count() {
     for name in [SESSION_2, SESSION_3] {
         let (records, people) = session(name);
         let found = background(&records, &Empty::Find).unwrap();
@@ -129,7 +129,7 @@ fn assert_is_the_room(found: &Background) {
 }
 
 #[test]
-fn somebody_who_stands_still_for_most_of_the_time_is_not_the_background() {
+fn a_person_standing_still_is_not_background() {
     let stands = [26, 27, 28, 34, 35, 36];
     let found = background(
         &room(600, |frame| (100..520).contains(&frame), &stands),
@@ -155,7 +155,7 @@ fn an_empty_recording_is_empty_throughout() {
 }
 
 #[test]
-fn a_named_stretch_is_believed_and_its_frames_are_counted() {
+fn a_named_stretch_is_used_as_given() {
     let records = room(600, |frame| frame < 300, &[27]);
     let named = |text: &str| background(&records, &Empty::Named(text.parse().unwrap()));
     let found = named("31s..50s").unwrap();
@@ -175,7 +175,7 @@ fn a_named_stretch_is_believed_and_its_frames_are_counted() {
 }
 
 #[test]
-fn where_somebody_always_is_no_background_is_made_up() {
+fn an_always_occupied_room_has_no_background() {
     let moving = |frame: u32| frame % 40 < 20;
     let found = background(&room(600, moving, &[9, 10, 17, 18]), &Empty::Find);
     assert_eq!(found, Err(BackgroundError::NoneFound));
@@ -186,7 +186,7 @@ fn where_somebody_always_is_no_background_is_made_up() {
 }
 
 #[test]
-fn a_stretch_is_read_or_refused() {
+fn a_stretch_parses_or_is_rejected() {
     let stretch: Stretch = "12s..40.5s".parse().unwrap();
     assert_eq!(
         (stretch.from, stretch.to),
@@ -203,7 +203,7 @@ fn a_stretch_is_read_or_refused() {
 
 /// Added to the scene's empty room, the pattern gives the background.
 #[test]
-fn the_background_is_kept_as_a_pattern() {
+fn the_background_becomes_the_pattern() {
     let found = background(&room(300, |_| false, &[]), &Empty::Find).unwrap();
     let mut profile = Profile::default();
     let empty_room: Vec<f64> = (0..PIXELS)
@@ -226,7 +226,7 @@ fn the_background_is_kept_as_a_pattern() {
 /// Half of the room is two degrees warmer, so the median pixel lies in a gap. A person on four pixels of the colder
 /// half shifts it, and all levels, by half a degree.
 #[test]
-fn a_middle_that_somebody_moves_moves_no_level() {
+fn a_person_who_shifts_the_median_shifts_no_level() {
     let mut records = room(600, |index| (100..500).contains(&index), &[9, 10, 17, 18]);
     for record in &mut records {
         if let Reading::Frame(raw) = &mut record.reading {
@@ -257,7 +257,7 @@ fn a_middle_that_somebody_moves_moves_no_level() {
 /// A person stands still for all but half a minute of two minutes: the many means with the person are closer together
 /// than the few without, and warmer.
 #[test]
-fn who_stands_still_most_of_the_time_is_not_the_room() {
+fn a_person_still_for_most_of_the_recording_is_not_the_room() {
     let records = room(1_200, |index| index >= 300, &[9, 10, 17, 18]);
     let found = background(&records, &Empty::Find).unwrap();
     let last = found.stretches.iter().map(|stretch| stretch.to).max();
@@ -272,7 +272,7 @@ fn who_stands_still_most_of_the_time_is_not_the_room() {
 /// Both sessions had people in all but a few stretches. These are session 3's longest empty ones, minutes apart,
 /// without the one in which its clock jumps.
 #[test]
-fn a_real_room_is_occupied_or_empty_as_people_counted_it() {
+fn real_presence_agrees_with_the_people_count() {
     for name in [SESSION_2, SESSION_3] {
         let presence = characterize(session(name).0).unwrap().presence;
         let Presence::Somebody(spot) = presence else {
@@ -330,7 +330,7 @@ fn presence(frames: u32, warms: impl Fn(u32, usize) -> f64) -> Presence {
 const MIDDLE: [usize; 4] = [27, 28, 35, 36];
 
 #[test]
-fn nobody_is_told_from_who_moves_and_neither_from_who_keeps_still() {
+fn absent_moving_and_still_people_are_distinguished() {
     assert_eq!(presence(600, |_, _| 0.0), Presence::Nobody);
     let is_there = |seq: u32, pixel: usize, warm: &dyn Fn(u32) -> bool| {
         if MIDDLE.contains(&pixel) && warm(seq) {
@@ -364,7 +364,7 @@ fn nobody_is_told_from_who_moves_and_neither_from_who_keeps_still() {
 
 /// Thirty means of ten frames are half a minute; with a gap in each hundred, no hundred frames are in a row.
 #[test]
-fn half_a_minute_without_gaps_tells_and_less_does_not() {
+fn presence_needs_half_a_minute_without_gaps() {
     assert_eq!(presence(300, |_, _| 0.0), Presence::Nobody);
     assert_eq!(presence(299, |_, _| 0.0), Presence::TooShort);
     let mut gapped = drifting(900, |_, _| 0.0);
@@ -375,7 +375,7 @@ fn half_a_minute_without_gaps_tells_and_less_does_not() {
 }
 
 #[test]
-fn who_is_in_view_stands_in_the_table_and_in_the_json() {
+fn presence_is_in_the_table_and_the_json() {
     let of = |frames: u32, warms: &dyn Fn(u32, usize) -> f64| {
         let found = characterize(drifting(frames, warms)).unwrap();
         let json: serde_json::Value = serde_json::from_str(&found.to_json()).unwrap();

@@ -196,7 +196,7 @@ fn intervals_hold_the_truth_as_often_as_they_say() {
 }
 
 #[test]
-fn emissivity_and_temperature_are_said_to_hide_one_another() {
+fn emissivity_and_temperature_are_reported_as_correlated() {
     let fits = [
         ("agent.person.temperature_c", 22.0, 40.0, 29.0),
         ("agent.person.emissivity", 0.5, 1.0, 0.8),
@@ -222,7 +222,7 @@ fn emissivity_and_temperature_are_said_to_hide_one_another() {
 }
 
 #[test]
-fn what_turns_the_same_way_is_not_told_at_all() {
+fn unknowns_with_the_same_effect_have_no_uncertainty() {
     // Straight down, azimuth and roll are the same rotation.
     let straight = |text: String| text.replace("elevation_deg = 75", "elevation_deg = 90");
     let fits = [
@@ -251,7 +251,7 @@ fn what_turns_the_same_way_is_not_told_at_all() {
 }
 
 #[test]
-fn an_unknown_outside_its_bounds_is_said_to_lie_at_one() {
+fn an_unknown_outside_its_bounds_is_reported_at_its_bound() {
     let text = SCENE.replace("temperature_c = 29", "temperature_c = 24")
         + "
 [[fit]]
@@ -310,7 +310,7 @@ fn noise_and_pattern_are_what_the_unit_has() {
 
 /// Passed as a profile, the pattern is subtracted, and what it hid is found better.
 #[test]
-fn a_known_pattern_is_taken_off() {
+fn a_known_pattern_is_subtracted() {
     let pattern: Vec<String> = (0..64)
         .map(|pixel| format!("{}", f64::from(pixel % 8) * 0.1))
         .collect();
@@ -410,7 +410,7 @@ fn frames_that_may_lie_beyond_the_end_are_left_out() {
 
 /// Two starts of at most 12 steps on 24 frames each, then four searches of at most 40 steps on 60 frames.
 #[test]
-fn who_waits_is_told_how_far_it_has_come() {
+fn progress_reaches_the_total() {
     let mut told: Vec<Progress> = Vec::new();
     let options = Options {
         starts: 2,
@@ -439,7 +439,7 @@ fn who_waits_is_told_how_far_it_has_come() {
 }
 
 #[test]
-fn what_cannot_be_calibrated_is_refused() {
+fn invalid_calibrations_are_rejected() {
     let records = record(UNIT, 1, 60, 100, 0.0);
     let said = |text: &str, records: &[Record], options: &Options| {
         run(text, records, options).unwrap_err().to_string()

@@ -204,7 +204,7 @@ fn each_planted_fault_is_counted_as_what_it_is() {
     assert_eq!(
         twice.sensor_hz(),
         None,
-        "a frame that was read twice says that the reading is not in step"
+        "a duplicate shows that the reading is out of step"
     );
 
     let glitch = planted(|records| frame(&mut records[7]).pixels[13] = PixelWord(0));
@@ -215,7 +215,7 @@ fn each_planted_fault_is_counted_as_what_it_is() {
     let [with, without] = [&glitch, &planted(|_| {})].map(|found| found.noise.sigma_c[13]);
     assert!(
         (with - without).abs() < 0.01,
-        "a glitch is no noise: {with}, {without}"
+        "a glitch must not count as noise: {with}, {without}"
     );
 
     let missing = planted(|records| {
@@ -247,7 +247,7 @@ fn each_planted_fault_is_counted_as_what_it_is() {
 
 /// A person walks back and forth in front of every pixel: the noise stays the same.
 #[test]
-fn people_who_walk_through_are_no_noise() {
+fn people_walking_through_do_not_raise_the_noise() {
     let walked = planted(|records| {
         for (step, record) in (0_usize..).zip(records) {
             let place = step / 4 % 8;
@@ -263,7 +263,7 @@ fn people_who_walk_through_are_no_noise() {
 
 /// A sensor read at twice its rate still has its own cycle of five frames.
 #[test]
-fn a_sensor_that_is_read_twice_a_frame_is_found_at_its_own_rate() {
+fn a_sensor_read_twice_per_frame_shows_its_own_rate() {
     let mut noise = Noise(5);
     let mut frames = Vec::new();
     for number in 0..600 {
@@ -355,7 +355,7 @@ fn memory_does_not_grow_with_the_recording() {
 }
 
 #[test]
-fn the_profile_of_a_recording_is_a_profile_that_is_read_back() {
+fn a_recordings_profile_survives_writing_and_reading() {
     for name in [SESSION_2, SESSION_3] {
         let profile = found(name).profile("linaige");
         assert_eq!(
@@ -407,7 +407,7 @@ fn the_shipped_profile_is_what_session_3_gives() {
 }
 
 #[test]
-fn the_json_is_one_and_has_the_numbers() {
+fn the_json_parses_and_has_the_numbers() {
     let found = found(SESSION_3);
     let json: serde_json::Value = serde_json::from_str(&found.to_json()).unwrap();
     assert_eq!(json["format"], "grideye-characterization");
@@ -442,7 +442,7 @@ fn the_text_shows_every_line_and_the_map() {
 }
 
 #[test]
-fn the_page_needs_nothing_else_and_holds_every_number() {
+fn the_page_is_self_contained_and_shows_every_number() {
     let found = found(SESSION_3);
     let page = found.to_html(
         "session <3>",

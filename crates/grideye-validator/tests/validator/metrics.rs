@@ -105,7 +105,7 @@ fn values_around_zero_share_a_bin_whatever_their_sign() {
 }
 
 #[test]
-fn what_is_not_defined_is_none() {
+fn undefined_measures_are_none() {
     let flat = [20.0; 4];
     let slope = [20.0, 21.0, 22.0, 23.0];
     assert_eq!(correlation(&flat, &slope), None);
@@ -129,7 +129,7 @@ fn a_constant_frame_of_an_odd_value_has_no_correlation() {
 /// By hand: equal halves 1 bit, bias 1 / (8 ln 2); crossed 0 bits, bias -1 / (8 ln 2). With 3 to 1, H(Y) is 0.811278,
 /// H(XY) 1.5, and there is no bias.
 #[test]
-fn the_bias_of_few_pixels_is_taken_out_of_mutual_information() {
+fn the_bias_of_few_pixels_is_removed_from_mutual_information() {
     let step = Binning::Step { width_c: 1.0 };
     let plain = |other: &[f64; 4]| mutual_information(&HALVES, other, step);
     let corrected = |other: &[f64; 4]| mutual_information_corrected(&HALVES, other, step);
@@ -162,7 +162,7 @@ fn binnings_that_are_printed_are_read_again() {
 }
 
 #[test]
-fn what_is_no_binning_is_refused_with_the_way_to_write_one() {
+fn an_invalid_binning_is_rejected_with_a_hint() {
     let refused = "|grey|step|step:|step:0|step:-1|step:NaN|step:inf|levels:1|levels:0|levels:70000|levels:2.5|width:3";
     for text in refused.split('|') {
         let refused = text.parse::<Binning>().unwrap_err().to_string();
@@ -186,12 +186,12 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(500))]
 
     #[test]
-    fn all_at_once_is_each_on_its_own((x, y) in (frame(), frame()), step in prop_oneof![Just(None), Just(Some(0.25))]) {
+    fn the_scorer_agrees_with_the_single_functions((x, y) in (frame(), frame()), step in prop_oneof![Just(None), Just(Some(0.25))]) {
         let binning = step.map_or(Binning::PaperGrey256, |width_c| Binning::Step { width_c });
         let mut scorer = Scorer::new();
         let first = scorer.score(&x, &y, binning).unwrap();
         let scores = scorer.score(&x, &y, binning).unwrap();
-        prop_assert_eq!(&scores, &first, "nothing is left in the tables");
+        prop_assert_eq!(&scores, &first, "the tables must be empty again");
         let close = |found: f64, expected: Option<f64>| (found - expected.unwrap()).abs() < 1e-12;
         prop_assert!(close(scores.correlation.unwrap(), correlation(&x, &y)));
         prop_assert!(close(scores.entropy_real, entropy(&x, binning)));
@@ -235,7 +235,7 @@ fn differences_at_a_threshold_fall_on_its_far_side() {
 }
 
 #[test]
-fn a_pair_of_which_something_is_not_defined_has_no_score_of_it() {
+fn undefined_parts_of_a_pair_have_no_score() {
     let (mut frame, flat) = ([20.0; 64], [20.0; 64]);
     frame[3] = 21.0;
     let mut scorer = Scorer::new();

@@ -58,7 +58,7 @@ fn two_hands_are_seen_one_after_the_other() {
 }
 
 #[test]
-fn a_view_in_which_something_moves_is_not_taken_for_empty() {
+fn a_moving_view_is_not_empty() {
     let mut watch = Watch::default();
     (0..40).for_each(|at| watch.push(&with(at % 8, 3)));
     assert_eq!(watch.step(), Step::Empty);
@@ -74,7 +74,7 @@ fn a_hand_in_the_middle_or_in_a_corner_is_at_no_side() {
 }
 
 #[test]
-fn one_frame_less_than_needed_and_a_glitch_are_not_believed() {
+fn too_few_frames_and_glitches_do_not_count() {
     let short = watched(repeat_n(with(0, 4), 9));
     assert_eq!(short.step(), Step::Left);
     let glitches = (0..100).map(|at| if at % 5 == 0 { with(0, 4) } else { ROOM });
@@ -82,7 +82,7 @@ fn one_frame_less_than_needed_and_a_glitch_are_not_believed() {
 }
 
 #[test]
-fn who_passes_another_side_first_costs_confidence() {
+fn a_hand_that_passes_another_side_costs_confidence() {
     let passing = repeat_n(with(4, 0), 5).chain(repeat_n(with(0, 4), 10));
     let found = told(&hands(passing, repeat_n(with(4, 0), 10)));
     let confidence = found["left"]["confidence"].as_f64().unwrap();

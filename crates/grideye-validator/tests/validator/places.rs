@@ -23,7 +23,7 @@ fn the_centroid_is_weighted_and_the_patch_goes_over_corners() {
 }
 
 #[test]
-fn of_two_patches_the_warmer_one_counts_whatever_its_size() {
+fn the_warmer_of_two_patches_counts_whatever_its_size() {
     let two = frame(&[(0, 0, 1.0), (1, 0, 1.0), (0, 1, 1.0), (7, 7, 9.0)]);
     let blob = Blob::find(&two, 8, 0.5).unwrap();
     assert_eq!((blob.column, blob.row, blob.pixels), (7.0, 7.0, 1));
@@ -31,7 +31,7 @@ fn of_two_patches_the_warmer_one_counts_whatever_its_size() {
 }
 
 #[test]
-fn rows_do_not_run_into_one_another() {
+fn patches_do_not_wrap_around_rows() {
     let blob = Blob::find(&frame(&[(7, 2, 2.0), (0, 3, 1.0)]), 8, 0.5).unwrap();
     assert_eq!((blob.column, blob.row, blob.pixels), (7.0, 2.0, 1));
 }
@@ -74,7 +74,7 @@ fn overlap_is_intersection_over_union() {
 
 /// Top left 1, top right 2, bottom left 3, bottom right 4, checked on a sheet of paper.
 #[test]
-fn corners_go_where_a_sheet_of_paper_takes_them() {
+fn orientations_turn_like_a_sheet_of_paper() {
     let mut sheet = [0.0; 64];
     (sheet[0], sheet[7], sheet[56], sheet[63]) = (1.0, 2.0, 3.0, 4.0);
     let corners = [

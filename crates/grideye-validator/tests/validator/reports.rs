@@ -207,7 +207,7 @@ fn the_page_prints_floors_ceilings_and_the_papers_figures_as_the_papers() {
 }
 
 #[test]
-fn the_page_names_scale_assumptions_and_the_way_to_repeat_it() {
+fn the_page_shows_scale_assumptions_and_command() {
     let text = readable(&html(&comparison(&[PERSON]), &context()));
     holds(
         &text,
@@ -230,7 +230,7 @@ fn the_page_names_scale_assumptions_and_the_way_to_repeat_it() {
 
 /// A reader must be able to work out every figure that the verdict rests on, or that could be confused with another.
 #[test]
-fn the_page_says_how_its_figures_come_about() {
+fn the_page_explains_its_figures() {
     let text = readable(&html(&comparison(&[PERSON]), &context()));
     holds(
         &text,
@@ -271,7 +271,7 @@ fn only_measures_with_a_better_side_have_a_best_shuffle() {
 
 /// In print, the table must not end before its last columns, which are scrolled away on screen.
 #[test]
-fn nothing_has_to_be_scrolled_on_paper() {
+fn nothing_scrolls_in_print() {
     let page = html(&comparison(&[PERSON]), &context());
     let (screen, print) = page.split_once("@media print").unwrap();
     let scrolled: Vec<_> = screen
@@ -290,7 +290,7 @@ fn nothing_has_to_be_scrolled_on_paper() {
 }
 
 #[test]
-fn the_page_needs_nothing_but_itself() {
+fn the_page_is_self_contained() {
     let page = html(&comparison(&[PERSON]), &context());
     for foreign in [
         "<script",
@@ -499,7 +499,7 @@ fn an_undefined_score_is_a_dash_and_null() {
 }
 
 #[test]
-fn where_the_empty_room_comes_from_has_a_name_and_words() {
+fn room_sources_have_names_and_words() {
     let names = RoomSource::ALL.map(RoomSource::name);
     assert_eq!(names, ["scene", "profile", "recording"]);
     assert_eq!(

@@ -154,7 +154,7 @@ fn a_person_standing_elsewhere_disagrees() {
 }
 
 #[test]
-fn nobody_where_somebody_is_disagrees() {
+fn a_missing_person_disagrees() {
     for number in [1, 3, 4] {
         let text = experiment(number);
         let scene = parse(&text);
@@ -286,7 +286,7 @@ fn three_degrees_of_offset_are_noticed() {
 
 /// The recording was simulated with the comparison's seed; the noise must still differ.
 #[test]
-fn a_recording_simulated_with_the_same_seed_is_met_by_other_noise() {
+fn the_same_seed_still_gives_other_noise() {
     let scene = parse(&experiment(3));
     let comparison = compare_scene(
         &record(&scene, whole_walk(&scene), 7),
@@ -360,7 +360,7 @@ fn a_walk_is_compared_frame_by_frame_with_the_next_frame_as_repeat() {
 }
 
 #[test]
-fn what_cannot_be_compared_is_refused_with_the_reason() {
+fn invalid_input_is_rejected_with_the_reason() {
     let text = experiment(3);
     let scene = parse(&text);
     let records = record(&scene, 10, 1);

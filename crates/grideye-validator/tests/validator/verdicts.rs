@@ -75,12 +75,12 @@ fn a_person_moved_by_a_meter_disagrees() {
 }
 
 #[test]
-fn nobody_where_somebody_stands_disagrees() {
+fn a_missing_person_disagrees() {
     verdict_over_seeds(Verdict::Disagrees, &[PERSON], &[], UNIT);
 }
 
 #[test]
-fn a_radiator_too_many_disagrees() {
+fn an_extra_radiator_disagrees() {
     let radiator = Blob {
         column: 7.0,
         row: 1.0,
@@ -101,7 +101,7 @@ fn a_person_twice_as_warm_disagrees() {
 /// Units of the assumed spread, drawn by other code than the validator's: their scores must follow the predicted
 /// distribution.
 #[test]
-fn recordings_of_a_right_scene_score_what_is_said_they_do() {
+fn right_recordings_score_as_predicted() {
     let unit = Unit {
         pattern_c: 0.25,
         ..UNIT
@@ -129,7 +129,7 @@ fn recordings_of_a_right_scene_score_what_is_said_they_do() {
 
 /// The verdict is read from the printed scores.
 #[test]
-fn what_is_asked_is_the_score_that_is_printed() {
+fn the_verdict_uses_the_printed_scores() {
     let comparison = compare_static(&[PERSON], &[PERSON], UNIT, 3);
     for (name, measure) in [
         ("correlation", Measure::Correlation),
@@ -474,7 +474,7 @@ fn settings_out_of_range_are_refused_by_name() {
 
 /// Chunks have 4,096 pairs: 70 x 70 pairs are two chunks, one per thread.
 #[test]
-fn any_number_of_threads_finds_the_same() {
+fn any_number_of_threads_gives_the_same_result() {
     let real = recording(70, UNIT, 3, |_| vec![PERSON]);
     let simulated = simulation(70, 4, |_| vec![PERSON]);
     let with = |threads| {
@@ -539,7 +539,7 @@ fn the_measures_of_places_tell_right_from_wrong() {
 
 /// Half the contrast: the recording rises by half a degree where the claim rises by one.
 #[test]
-fn contrast_and_chance_are_told() {
+fn contrast_and_p_values_are_right() {
     let claimed = Blob {
         contrast_c: 2.0 * PERSON.contrast_c,
         ..PERSON

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 /// A mirrored or turned image is reported, and turned back only on request.
 #[test]
-fn an_image_that_lies_otherwise_is_reported_and_turned_if_asked() {
+fn a_turned_image_is_reported_and_turned_back_on_request() {
     let scene = WALK.scene();
     for orientation in Orientation::ALL {
         let mut found = 0;
@@ -196,7 +196,7 @@ fn a_recording_that_begins_later_is_aligned_from_its_first_frame() {
 
 /// Planted faults, and nothing else, are left out, each with its reason.
 #[test]
-fn what_says_nothing_of_its_moment_is_left_out_with_the_reason() {
+fn faulty_frames_are_left_out_with_their_reason() {
     let scene = WALK.scene();
     let mut records = record(&scene, 3, |time_s| time_s);
     let pixels = |records: &[Record], index: usize| records[index].reading.frame().unwrap().pixels;
@@ -245,7 +245,7 @@ fn what_says_nothing_of_its_moment_is_left_out_with_the_reason() {
 
 /// A sensor without noise repeats itself in a still room, which is no fault of the recording.
 #[test]
-fn a_sensor_without_noise_is_not_taken_for_one_that_repeats_frames() {
+fn a_noise_free_sensor_has_no_duplicates() {
     let scene = Walk {
         way: "2000,2000,0\n",
         speed: 600.0,

@@ -108,7 +108,7 @@ fn an_image_turned_any_way_disagrees() {
 
 /// Where a mirror image is the same image, and only there, the verdict says so.
 #[test]
-fn a_scene_that_is_its_own_mirror_image_is_said_to_be() {
+fn a_symmetric_scene_is_reported_as_symmetric() {
     for (name, sensor) in TURNED {
         let scene = parse(&text(name));
         let records = record(&scene, sensor, UNIT, FIRST_SEED);
@@ -130,7 +130,7 @@ fn a_scene_that_is_its_own_mirror_image_is_said_to_be() {
 
 /// The pixels are not chosen to help: neither at the person nor at the coldest place.
 #[test]
-fn one_stuck_pixel_is_seen_whatever_it_shows() {
+fn one_stuck_pixel_is_found_whatever_its_value() {
     for name in ["experiment-1", "experiment-3", "clothed-walk"] {
         for (what, pixel, word) in [
             ("stuck at what it showed", 45, None),
@@ -239,7 +239,7 @@ fn a_halved_frame_rate_disagrees() {
 
 /// One step of the sensor is a fault only if the unit's own level is known.
 #[test]
-fn one_step_too_many_is_seen_with_the_units_profile() {
+fn an_offset_of_one_step_is_found_with_the_units_profile() {
     let profile = |text: &str| Profile::parse(text, "profile.toml").unwrap();
     let exact = KnownUnit::of(&profile("[noise]\nsigma_c = 0.24\n"));
     let wanders = KnownUnit::of(&profile(

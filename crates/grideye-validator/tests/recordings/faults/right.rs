@@ -82,7 +82,7 @@ fn right_scenes_agree_over_50_seeds() {
 /// and no pattern, and with unknown units. In experiment 2 the person is 0.8 °C warmer than the room, in a corner of
 /// the view.
 #[test]
-fn nobody_where_somebody_stands_is_seen_with_a_margin() {
+fn a_missing_person_is_found_with_a_margin() {
     let papers = Unit {
         sigma_c: 0.2,
         pattern_c: 0.0,
@@ -121,7 +121,7 @@ const WEAK: [&str; 2] = ["experiment-2", "attic"];
 /// With the unit's profile, even 0.45 °C in a corner is found. The person in the attic is 0.6 °C warmer for only a
 /// moment in each place, which noise may hide.
 #[test]
-fn nobody_where_somebody_stands_is_seen_by_a_unit_that_is_known() {
+fn a_missing_person_is_found_with_the_units_profile() {
     for (name, scene, sensor) in right() {
         if (name, sensor) == NEARLY_EMPTY {
             continue;
