@@ -10,7 +10,6 @@ use std::fmt;
 /// The temperatures of a frame, °C, pixel 1 first.
 pub type Picture = [f64; PIXELS];
 
-/// Empty frames that make the background.
 const EMPTY_FRAMES: usize = 20;
 /// A view is empty while no pixel spans more than this over those frames, K: five times a unit's noise.
 const STILL_K: f64 = 2.5;

@@ -151,7 +151,7 @@ thresholds! {
     unclaimed_min_c = 0.3, (0.0, 100.0);
     /// Largest common offset of a unit without a profile, °C.
     offset_max_c = SENSOR_ACCURACY_C, (0.0, 100.0);
-    /// Largest common offset of a unit with a profile, °C, added to three times the profile's common mode.
+    /// Largest common offset of a unit with a profile, °C, before its drift is added.
     level_margin_c = 0.125, (0.0, 100.0);
     /// How far the ceilings of C and gain must rise above chance for a verdict.
     headroom_min = 0.1, (0.0, 1.0);

@@ -152,7 +152,7 @@ impl Aligner {
         (if applied { clock } else { Clock::own() }, found)
     }
 
-    /// The best line, with rate 0 if not distinguishable from 0; clamped to the bounds.
+    /// The best line within the bounds, with rate 0 if not distinguishable from 0.
     fn line(&self) -> Best {
         let (sample, film, bounds) = (&self.sample, &self.film, &self.bounds);
         let (mut line, mut fit) = best_line(sample, film, &bounds.wider());
@@ -286,7 +286,6 @@ const RIVAL_SHIFT_MIN_S: f64 = 0.1;
 /// An offset this much less like the scene still explains as much as the delay.
 const RIVAL_LESS_MAX: f64 = 0.01;
 const OFFSET_FRAMES: usize = 256;
-/// Below this likeness no offset is reported.
 const OFFSET_LIKENESS_MIN: f64 = 0.4;
 /// What stands still weighs less than what moves: rooms have warm objects that a scene does not know.
 const STILL_WEIGHT: f64 = 0.3;

@@ -67,7 +67,7 @@ impl Film {
         Self::evenly(from_s.max(0.0), until_s, Ends::Stand, frame)
     }
 
-    /// Makes even times of any ascending ones by linear interpolation.
+    /// Resamples frames at ascending times to even intervals, linearly.
     pub(crate) fn of_frames(times_s: &[f64], frames: &[Pixels]) -> Self {
         let first_s = times_s.first().copied().unwrap_or_default();
         let last_s = times_s.last().copied().unwrap_or_default();
@@ -202,7 +202,6 @@ impl Sample {
         self.sums(film, scene_s).fit(self.energy)
     }
 
-    /// The film's mean frame at the sample's times.
     pub(crate) fn mean_claim(&self, film: &Film, scene_s: impl Fn(f64) -> f64) -> Pixels {
         let sums = self.sums(film, scene_s);
         sums.claim.map(|sum| sum / count(sums.frames.max(1)))

@@ -104,7 +104,6 @@ impl<'a> Model<'a> {
         Ok(pairs.map(|(real, simulated)| real - simulated).collect())
     }
 
-    /// The best fit from a start, with residuals weighted by the noise.
     pub(crate) fn solve(
         &mut self,
         (frames, noise): (&Frames, &Noise),

@@ -9,7 +9,6 @@ use crate::calibrate::uncertainty::Uncertainty;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
-/// Frames for the search from several starts.
 const COARSE_FRAMES: usize = 24;
 const COARSE_STEPS: usize = 12;
 const FINE_STEPS: usize = 40;

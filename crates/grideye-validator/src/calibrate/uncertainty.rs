@@ -88,7 +88,7 @@ impl Uncertainty {
     }
 }
 
-/// Coordinates that are told, at a bound, idle and tangled.
+/// Coordinates with an uncertainty, at a bound, without effect, and tangled.
 fn sorted(solution: &Solution) -> [Vec<usize>; 4] {
     let (normal, _) = normal_equations(&solution.jacobian, &solution.residuals);
     let sizes = (0..normal.len()).map(|place| normal[place][place]);

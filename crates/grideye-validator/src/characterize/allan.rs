@@ -8,7 +8,6 @@ use serde::Serialize;
 
 /// Averages of 1, 2, 4 and so on up to 512 frames.
 const OCTAVES: usize = 10;
-/// Fewest pairs of averages for a point.
 const PAIRS_MIN: u64 = 8;
 
 /// How much averages over consecutive stretches of one length differ.

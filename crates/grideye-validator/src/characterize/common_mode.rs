@@ -29,7 +29,6 @@ const SOUGHT: core::ops::RangeInclusive<usize> = 286..=500;
 const CONTRAST_MIN: f64 = 3.0;
 /// and exceed it by this over the root of the number of segments, which is how spectra of noise scatter.
 const SCATTER: f64 = 9.0;
-/// Fewest segments for the search.
 const SEGMENTS_MIN: u64 = 3;
 /// Sensor frames per cycle: five on every unit that we measured.
 const SENSOR_FRAMES: f64 = 5.0;

@@ -4,7 +4,6 @@ use crate::frames::types::Pixels;
 use crate::numbers::long_count;
 use grideye_frame::PIXELS;
 
-/// Bins on either side of zero.
 const BINS_A_SIDE: usize = 512;
 /// Values beyond this many standard deviations are cut off, since they are mostly not noise.
 const CUT_SIGMAS: f64 = 3.0;
@@ -55,7 +54,6 @@ impl Histogram {
         }
     }
 
-    /// Lowest and highest occupied bins.
     pub(crate) fn extent(&self) -> Option<(f64, f64)> {
         let (_, low) = self.bins().next()?;
         let (_, high) = self.bins().last()?;
@@ -154,7 +152,6 @@ impl Histogram {
     }
 }
 
-/// One histogram per pixel.
 #[derive(Debug)]
 pub(crate) struct PixelHistograms(pub(crate) Vec<Histogram>);
 

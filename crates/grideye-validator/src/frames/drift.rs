@@ -39,7 +39,6 @@ impl Drift {
         interpolated(&self.knots, time_s)
     }
 
-    /// Largest less smallest, °C.
     pub(crate) fn range_c(&self) -> f64 {
         let all: Vec<f64> = self.knots.iter().map(|knot| knot.1).collect();
         let (low, high) = extremes(&all);

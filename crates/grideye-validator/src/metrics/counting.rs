@@ -23,7 +23,6 @@ enum Bins {
     Many(Vec<u32>),
 }
 
-/// A number for each pixel.
 pub(crate) type Places = [u8; PIXELS_FAST];
 
 #[derive(Debug, Clone, Copy)]
@@ -61,7 +60,6 @@ impl Counter {
         })
     }
 
-    /// The joint entropy of two frames of equal size.
     pub(crate) fn joint(&mut self, real: &Binned, simulated: &Binned) -> Joint {
         match (&real.bins, &simulated.bins) {
             (Bins::Few(x), Bins::Few(y)) => self.count_pairs(x, y, real.pixels),
@@ -134,7 +132,6 @@ impl Binned {
         }
     }
 
-    /// The same pixels in another order.
     pub(crate) fn permuted(&self, order: &[usize]) -> Self {
         let bins = match &self.bins {
             Bins::Few(places) => {

@@ -165,7 +165,6 @@ fn places(thresholds: &Counts<f64>, real: &[f64], simulated: &[f64]) -> (Places,
     (places, usize::try_from(similar).unwrap_or(PIXELS_FAST))
 }
 
-/// The index of the nearest threshold.
 fn nearest(difference: f64) -> u8 {
     const BEYOND: f64 = 101.0;
     let twentieths = difference * PER_DEGREE;

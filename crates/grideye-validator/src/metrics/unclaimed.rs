@@ -7,7 +7,6 @@
 use crate::metrics::gain::WarmLimits;
 use crate::numbers::{common_offset, count, mean, mean_frame, median};
 
-/// How much warmth is allowed where.
 pub(crate) struct AllowedWarmth {
     columns: usize,
     /// Pixels where neither they nor those that touch them are claimed warm in the mean.

@@ -264,7 +264,6 @@ fn drift(aligned: &AlignedFrames, simulator: &Simulator) -> Drift {
     Drift::new(&times_s, &left)
 }
 
-/// Drops frames outside the scene's time.
 fn within_scene(
     aligned: &mut AlignedFrames,
     scene: &Scene,

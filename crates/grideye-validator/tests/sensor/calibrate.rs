@@ -43,7 +43,7 @@ noise_sigma_c = 0.2
 
 const WALK: &str = "x_mm,y_mm,z_mm\n1000,1500,0\n2800,2600,0\n1200,3400,0\n";
 
-/// A typical unit: noise, a pattern drawn anew for each seed, a common mode with its cycle.
+/// A typical unit: noise, a pattern that differs between seeds, a common mode with its cycle.
 const UNIT: &str = "[noise]\nsigma_c = 0.25\n[common_mode]\nsd_c = 0.08\ncorrelation_s = 1.5\ncycle_depth_c = 0.08\n\
     [fixed_pattern]\nspread_c = 0.2\n";
 

@@ -97,8 +97,8 @@ const UNIT: Unit = Unit {
     drift_c_per_s: 0.01,
 };
 
-/// A recording of `seen` at 10 Hz, as long as the walk, whose frame at time t shows the scene at `scene_s(t)`; before
-/// and after the walk the person stands.
+/// A recording of `seen` at 10 Hz, as long as the walk. Its frame at time t shows the scene at `scene_s(t)`; before and
+/// after the walk the person stands.
 pub(crate) fn record(seen: &Scene, seed: u64, scene_s: impl Fn(f64) -> f64) -> Vec<Record> {
     let simulator = Simulator::without_grid(seen, SENSOR).unwrap();
     let end_s = seen.duration().as_secs_f64();
