@@ -20,14 +20,14 @@ pub struct CommonMode {
 
 /// Step of the spectrum, cycles per recorded frame.
 const FREQUENCY_STEP: f64 = 0.0005;
-/// The spectrum covers cycles of 12.5 to 3 frames (numbers of frequencies),
+/// The spectrum covers cycles of 12.5 to 3 frames, by number of the frequency.
 const LOWEST: usize = 160;
 const HIGHEST: usize = 666;
-/// the search covers those of 7 to 4 frames.
+/// The search covers cycles of 7 to 4 frames.
 const SOUGHT: core::ops::RangeInclusive<usize> = 286..=500;
-/// A peak must reach this many times the spectrum's median, however many segments there are,
+/// A peak must reach this many times the spectrum's median.
 const CONTRAST_MIN: f64 = 3.0;
-/// and exceed it by this over the root of the number of segments, which is how spectra of noise scatter.
+/// It must also exceed the median by this share over the root of the number of segments, as spectra of noise scatter.
 const SCATTER: f64 = 9.0;
 const SEGMENTS_MIN: u64 = 3;
 /// Sensor frames per cycle: five on every unit that we measured.
