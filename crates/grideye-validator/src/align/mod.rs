@@ -1,5 +1,4 @@
-//! Aligns a recording with a scene in time (delay, clock rate, pace) and finds how the image lies (orientation,
-//! offset).
+//! Aligns a recording with a scene in time (delay, clock rate, pace) and in the image (orientation, offset).
 //!
 //! ```text
 //!  recording ─▶ each pixel less its mean ─┐

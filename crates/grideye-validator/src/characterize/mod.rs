@@ -1,12 +1,10 @@
-//! Measures the sensor from a recording: rate, steps, noise, common mode, pattern, faults, thermistor, and if anyone is
-//! there.
+//! Measures the sensor from a recording: rate, steps, noise, common mode, pattern, faults, thermistor, people in view.
 //!
 //! ```text
 //!  records ──▶ Characterizer ──┬─ times     rate, jitter, stalls, bursts, gaps, jumps of the clock
 //!   of one      (constant      ├─ words     steps, torn frames, duplicates, glitches
 //!   stream       memory)       ├─ pairs     noise of each pixel, without people walking through
-//!                              ├─ segments  common mode, its five-frame cycle, pattern, Allan deviation, presence of
-//!   people
+//!                              ├─ segments  common mode, its five-frame cycle, pattern, Allan deviation, people in view
 //!                              └─▶ Characterization ──▶ text · page · JSON · a sensor profile for simulator and emulator
 //! ```
 //!
