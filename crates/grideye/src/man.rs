@@ -51,15 +51,17 @@ fn write_page(command: &Command, name: &str, out: &mut impl Write) -> io::Result
     if command.has_subcommands() {
         page.render_subcommands_section(out)?;
     }
-    let end = command.get_after_help().map(ToString::to_string);
-    for line in end.unwrap_or_default().lines() {
-        match (line.strip_prefix("  "), line.starts_with("Exit code")) {
-            (Some(example), _) => write!(out, ".SH EXAMPLE\n.nf\n{}\n.fi\n", roff(example))?,
-            (None, true) => write!(out, ".SH \"EXIT STATUS\"\n{}\n", roff(line))?,
-            // `Example:`, and where there are more options: here they are.
-            (None, false) => {}
-        }
+    let end = command.get_after_long_help().map(ToString::to_string);
+    let end = end.unwrap_or_default();
+    let (before, examples) = end.split_once("Example:\n").unwrap_or((&end, ""));
+    if let Some(line) = before.lines().find(|line| line.starts_with("Exit code")) {
+        write!(out, ".SH \"EXIT STATUS\"\n{}\n", roff(line))?;
     }
+    writeln!(out, ".SH EXAMPLE\n.nf")?;
+    for example in examples.lines() {
+        writeln!(out, "{}", roff(example.trim_start()))?;
+    }
+    writeln!(out, ".fi")?;
     Ok(())
 }
 
