@@ -341,9 +341,9 @@ pub(crate) struct Convert {
     /// Required for rows of 64 degrees and .npy, which have pixels only.
     #[arg(long, value_name = "CELSIUS")]
     pub(crate) thermistor: Option<f32>,
-    /// Frames per second, for files without times.
+    /// Frame rate of a file without times.
     ///
-    /// Applies to rows of 64 degrees and .npy.
+    /// In frames per second. Applies to rows of 64 degrees and .npy.
     #[arg(long, value_name = "HZ", default_value_t = 10.0, value_parser = positive)]
     pub(crate) rate: f64,
 }

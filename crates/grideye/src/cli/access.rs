@@ -297,16 +297,16 @@ pub(crate) struct BrokerOptions {
 pub(crate) struct BridgeOptions {
     #[command(flatten)]
     pub(crate) broker: BrokerOptions,
-    /// Interval of a sensor's temperatures, 0.5 s to a day; presence is sent when it changes.
+    /// Seconds between a sensor's temperatures, 0.5 to 86400; presence is sent when it changes.
     #[arg(long = "mqtt-every", hide_short_help = true, value_name = "SECONDS", default_value_t = 5.0, value_parser = seconds)]
     pub(crate) state_every_s: f64,
-    /// Interval of a sensor's images, up to a day; 0 sends none.
+    /// Seconds between a sensor's images, up to 86400; 0 sends none.
     #[arg(long = "mqtt-image-every", hide_short_help = true, value_name = "SECONDS", default_value_t = 1.0, value_parser = seconds_or_none)]
     pub(crate) image_every_s: f64,
-    /// Time without a new frame until a sensor is unavailable, 0.5 s to a day.
+    /// Seconds without a new frame until a sensor is unavailable, 0.5 to 86400.
     #[arg(long = "mqtt-silent-after", hide_short_help = true, value_name = "SECONDS", default_value_t = 15.0, value_parser = seconds)]
     pub(crate) silent_after_s: f64,
-    /// Time without a new frame until a sensor is removed from Home Assistant [default: never].
+    /// Days without a new frame until a sensor is removed from Home Assistant [default: never].
     #[arg(long = "mqtt-forget-after", hide_short_help = true, value_name = "DAYS", value_parser = days)]
     pub(crate) forget_after_days: Option<f64>,
     /// Warm pixels that mean a person is present, 1 to 32.
@@ -315,7 +315,7 @@ pub(crate) struct BridgeOptions {
     /// Degrees above the frame's median that make a pixel warm, 0.25 to 100 °C; a radiator passes too.
     #[arg(long = "mqtt-presence-above", hide_short_help = true, value_name = "CELSIUS", default_value_t = 1.5, value_parser = degrees)]
     pub(crate) presence_above_c: f64,
-    /// Time with too few warm pixels until nobody is present, up to a day.
+    /// Seconds with too few warm pixels until nobody is present, up to 86400.
     #[arg(long = "mqtt-presence-hold", hide_short_help = true, value_name = "SECONDS", default_value_t = 5.0, value_parser = seconds_or_none)]
     pub(crate) presence_hold_s: f64,
 }
