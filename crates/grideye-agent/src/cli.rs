@@ -190,7 +190,7 @@ pub fn with_helps(command: ClapCommand) -> ClapCommand {
         .action(ArgAction::HelpLong)
         .display_order(HELP_COMES_LAST)
         .hide_short_help(true)
-        .help("Print help with every option and detail");
+        .help("Print complete help");
     ended(command, &program)
         .disable_help_flag(true)
         .args([help, help_all])

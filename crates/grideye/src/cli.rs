@@ -485,7 +485,7 @@ pub(crate) struct Migrate {
     pub(crate) file: PathBuf,
     /// `postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE`.
     ///
-    /// To keep the password off the command line, put it into the file that the variable PGPASSFILE names.
+    /// The file that PGPASSFILE names may hold the password.
     pub(crate) url: String,
     /// Print the counts as JSON.
     #[arg(long)]

@@ -39,7 +39,9 @@ fn write_pages(command: &Command, folder: &Path) -> Result<usize> {
 /// As `clap_mangen` writes a page, but with the end of the help under the headings that man pages have for it.
 fn write_page(command: &Command, name: &str, out: &mut impl Write) -> io::Result<()> {
     let version = env!("CARGO_PKG_VERSION");
-    let page = Page::new(command.clone())
+    // A man page is complete, but clap_mangen leaves out the text of options that the short help leaves out.
+    let complete = command.clone().mut_args(|arg| arg.hide_short_help(false));
+    let page = Page::new(complete)
         .title(name)
         .source(format!("grideye-hil {version}"))
         .manual("Grid-EYE AMG8833");
@@ -97,6 +99,7 @@ mod tests {
         };
         run(&options).unwrap();
         let read = |name: &str| std::fs::read_to_string(options.folder.join(name)).unwrap();
+        assert!(read("grideye-collect.1").contains("Discovery prefix of Home Assistant"));
         let compare = read("grideye-compare.1");
         for text in [
             ".SH NAME\ngrideye\\-compare \\- ",

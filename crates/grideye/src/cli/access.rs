@@ -24,8 +24,8 @@ pub(crate) struct Collect {
     pub(crate) listen: SocketAddr,
     /// File or postgres://….
     ///
-    /// An SQLite file is created if missing. Several collectors may share one `postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE`. To
-    /// keep the password off the command line, put it into the file that the variable PGPASSFILE names.
+    /// An SQLite file is created if missing. Several collectors may share one `postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE`;
+    /// the file that PGPASSFILE names may hold the password.
     #[arg(long, value_name = "FILE|URL", default_value = "grideye.sqlite")]
     pub(crate) store: String,
     /// Size limit, suffix k, M, G, T [default: none].
@@ -41,8 +41,8 @@ pub(crate) struct Collect {
     pub(crate) keep_days: Option<u64>,
     /// Delete the oldest above this size [default: never].
     ///
-    /// For SQLite only. Deletes the oldest unrecorded frames when the store exceeds this size (suffix k, M, G or T, powers of
-    /// 1024; at least 1M). Per hour it deletes at most a tenth of the store plus twice the frames that arrived.
+    /// For SQLite only. Suffix k, M, G or T, powers of 1024; at least 1M. Per hour, deletes at most a tenth of the store plus
+    /// twice the frames that arrived. Frames of a recording stay.
     #[arg(long, value_name = "BYTES", value_parser = bytes)]
     pub(crate) keep_bytes: Option<u64>,
     #[command(flatten)]
@@ -246,8 +246,7 @@ pub(crate) struct CollectorAddress {
     pub(crate) url: String,
     /// File with a token of scope read (record: admin).
     ///
-    /// Needed if the collector asks for tokens. `grideye token make NAME --scope read --out FILE` writes one; `grideye record`
-    /// needs `--scope admin`.
+    /// Needed if the collector asks for tokens. `grideye token make NAME --scope read --out FILE` writes one.
     #[arg(long, value_name = "FILE")]
     pub(crate) token_file: Option<PathBuf>,
     /// Authority of the collector's certificate (PEM).

@@ -23,10 +23,8 @@ const SERVING: &str = "Serving";
 
 /// Emulate AMG8833 sensors for a program that reads /dev/i2c-N.
 ///
-/// Choose what the sensors see: --scene, --recording or --constant. Choose how programs reach them: a PROGRAM that this command
-/// runs, --socket or --usbip; a socket may serve beside a program. The exit code is the program's.
-///
-/// crates/grideye/EMULATE.md has more.
+/// Choose what the sensors see: --scene, --recording or --constant. Choose how programs reach them: PROGRAM, --socket (also
+/// beside a PROGRAM) or --usbip. Exits with the PROGRAM's code. crates/grideye/EMULATE.md has more.
 ///
 /// Example: grideye emulate --scene scenes/experiment-1.toml -- i2cdetect -y 1
 ///
@@ -49,14 +47,13 @@ pub(crate) struct Emulate {
     pub(crate) recording: Option<PathBuf>,
     /// Temperature of all pixels, -512 to 511.75 °C.
     ///
-    /// The thermistor reads 4.5 °C more, because a real chip warms itself. With --profile, the profile's
-    /// `thermistor.offset_c` counts instead.
+    /// The thermistor reads 4.5 °C more, because a real chip warms itself; with --profile, `thermistor.offset_c` more.
     #[arg(long, value_name = "C", group = "shown", value_parser = constant)]
     pub(crate) constant: Option<f32>,
     /// Sensor and place [default: the only one].
     ///
-    /// Repeatable. PLACE is BUS:ADDR (1:0x69) or BUS:MUX.CHANNEL:ADDR (1:0x70.3:0x69). Required if there are several sensors. One sensor
-    /// alone needs no place: --address and --device set it.
+    /// Repeatable. PLACE is BUS:ADDR (1:0x69) or BUS:MUX.CHANNEL:ADDR (1:0x70.3:0x69). One sensor alone needs none: --device and
+    /// --address place it.
     #[arg(long = "sensor", value_name = "NAME[=PLACE]")]
     pub(crate) sensors: Vec<Placed>,
     /// Address, 0x68 or 0x69 [default: 0x69].
@@ -66,9 +63,8 @@ pub(crate) struct Emulate {
     pub(crate) address: Option<Address>,
     /// Profile [default: the scene's noise, exact clock].
     ///
-    /// A file, or a built-in profile: ideal, datasheet or linaige. A profile sets noise, pattern, clock error and the
-    /// thermistor's offset. Without one, a scene has its own noise, --constant has none, the clock is exact and the thermistor
-    /// reads 4.5 °C above the room. Not with --recording, which has its own noise.
+    /// A file, or built-in ideal, datasheet or linaige. Sets noise, pattern, clock error and thermistor offset. Without it,
+    /// --constant has no noise, and the thermistor reads 4.5 °C above the room. Not with --recording, which has its own noise.
     #[arg(long, value_name = "FILE|NAME")]
     pub(crate) profile: Option<PathBuf>,
     /// Script of faults to inject (TOML).

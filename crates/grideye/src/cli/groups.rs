@@ -37,7 +37,7 @@ const WIDTH: usize = 40;
 const OPTIONS: &str = "Options:
   -V, --version   Print version
   -h, --help      Print help
-      --help-all  Print help with every option and detail
+      --help-all  Print complete help
 ";
 
 /// Puts the groups into the help of the program, in place of clap's plain list.
