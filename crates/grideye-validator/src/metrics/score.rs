@@ -69,33 +69,33 @@ measures! {
         Correlation = "correlation", "C, correlation", "", Higher;
         Gain = "gain", "Gain over the blank frame", "", Higher;
     }
-    "Distances, reported", "reported" {
+    "Distances, reported only", "reported" {
         ImageSimilarity = "image_similarity", "IS, image similarity", "%", Higher;
         Rmse = "rmse", "RMSE", "°C", Lower;
         Mae = "mae", "MAE", "°C", Lower;
-        Bias = "bias", "Bias, simulated less real", "°C", Neither;
-        GainWithOffset = "gain_with_offset", "Gain, offset left in", "", Higher;
+        Bias = "bias", "Bias, simulated minus real", "°C", Neither;
+        GainWithOffset = "gain_with_offset", "Gain, offset included", "", Higher;
     }
-    "Places, structure and the sensor's noise, reported", "reported" {
+    "Places, structure and noise, reported only", "reported" {
         ForegroundRmse = "foreground_rmse", "Foreground RMSE", "°C", Lower;
-        ContrastSlope = "contrast_slope", "Contrast, real over claimed", "", Neither;
+        ContrastSlope = "contrast_slope", "Contrast, real over simulated", "", Neither;
         CentroidErrorPixels = "centroid_error_pixels", "Centroid error", "px", Lower;
         CentroidErrorDegrees = "centroid_error_degrees", "Centroid error, seen angle", "°", Lower;
         WarmOverlap = "warm_overlap", "IoU of warm pixels", "", Higher;
         StructuralSimilarity = "structural_similarity", "SSIM, structural similarity", "", Higher;
-        ChiSquaredPerDegree = "chi_squared_per_degree", "χ² a degree of freedom", "", Lower;
+        ChiSquaredPerDegree = "chi_squared_per_degree", "χ² per degree of freedom", "", Lower;
     }
-    "Entropy and mutual information, reported, not believed", "reported" {
+    "Entropy and mutual information, reported only", "reported" {
         EntropyRealGrey = "entropy_real_grey", "H real, 256 levels", "bit", Neither;
         EntropySimulatedGrey = "entropy_simulated_grey", "H simulated, 256 levels", "bit", Neither;
         JointEntropyGrey = "joint_entropy_grey", "Joint H, 256 levels", "bit", Neither;
         MutualInformationGrey = "mutual_information_grey", "MI, 256 levels", "bit", Higher;
-        MutualInformationGreyCorrected = "mutual_information_grey_corrected", "MI, 256 levels, bias taken out", "bit", Higher;
+        MutualInformationGreyCorrected = "mutual_information_grey_corrected", "MI, 256 levels, bias removed", "bit", Higher;
         EntropyRealBinned = "entropy_real_binned", "H real, chosen bins", "bit", Neither;
         EntropySimulatedBinned = "entropy_simulated_binned", "H simulated, chosen bins", "bit", Neither;
         JointEntropyBinned = "joint_entropy_binned", "Joint H, chosen bins", "bit", Neither;
         MutualInformationBinned = "mutual_information_binned", "MI, chosen bins", "bit", Higher;
-        MutualInformationBinnedCorrected = "mutual_information_binned_corrected", "MI, chosen bins, bias taken out", "bit", Higher;
+        MutualInformationBinnedCorrected = "mutual_information_binned_corrected", "MI, chosen bins, bias removed", "bit", Higher;
     }
 }
 

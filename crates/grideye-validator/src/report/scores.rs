@@ -191,8 +191,8 @@ fn below(comparison: &Comparison) -> String {
         .map_or_else(|| UNDEFINED.to_owned(), |slope| fixed(slope, 2));
     format!(
         "chosen bins: {} ({}); 256 levels: the paper's\n\
-         MI against {} shuffled orders: p {} (256 levels), {} (chosen bins); bias taken out after Miller and Madow\n\
-         chi squared {} at {} degrees of freedom, p {}; offset {} °C, drift {drift} °C a minute\n",
+         MI against {} shuffled orders: p {} (256 levels), {} (chosen bins); bias removed after Miller and Madow\n\
+         chi squared {} at {} degrees of freedom, p {}; offset {} °C, drift {drift} °C per minute\n",
         comparison.settings.binning,
         comparison.settings.binning.in_words(),
         comparison.settings.shuffles,

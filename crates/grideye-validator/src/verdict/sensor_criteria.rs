@@ -96,7 +96,11 @@ impl Inspection {
             );
             return asked.answered(State::Met, found);
         }
-        let stuck = stuck.join(", ");
+        let others = match stuck.len().saturating_sub(NAMED_MAX) {
+            0 => String::new(),
+            others => format!(" and {others} more"),
+        };
+        let stuck = stuck[..stuck.len().min(NAMED_MAX)].join(", ") + &others;
         let found = format!(
             "Pixel {stuck} (of 1 to 64) did not change for up to {longest} frames; noise changes every pixel within {needed} (false alarms: below {rate} per recording)."
         );
@@ -193,6 +197,8 @@ impl Inspection {
 }
 
 const RUN_MAX: usize = 100_000;
+/// Stuck pixels that are named.
+const NAMED_MAX: usize = 6;
 
 /// Swapped scales make a factor of four.
 fn scale(pixels_c: f64, thermistor_c: f64) -> &'static str {
@@ -307,6 +313,21 @@ fn rate_hz(frames: &[Distinct]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl Inspection {
+        /// Fails every criterion.
+        pub(crate) const fn faulty() -> Self {
+            Self {
+                frames: 1000,
+                longest: [500; PIXELS],
+                stays: Some(0.2),
+                step_words: 4,
+                pixels_c: 5.0,
+                thermistor_c: 20.0,
+                rate_hz: Some(5.0),
+            }
+        }
+    }
 
     /// Half a step is 0.3 sigma of the quietest, within which 0.2358 of normal draws lie.
     #[test]

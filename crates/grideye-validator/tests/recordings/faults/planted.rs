@@ -118,7 +118,7 @@ fn a_scene_that_is_its_own_mirror_image_is_said_to_be() {
             .iter()
             .find(|criterion| criterion.name == "orientation")
             .unwrap();
-        let says = "Were it mirrored top to bottom, it would look the same";
+        let says = "an image mirrored top to bottom would look the same";
         assert_eq!(
             orientation.sentence.contains(says),
             SYMMETRIC.contains(&name),
