@@ -157,20 +157,20 @@ fn turned_image(
 ) -> Weighed {
     let is_weak = by < thresholds.correlation_skill_min * turned_by;
     let (better, usual) = (fixed(by, 2), fixed(turned_by, 2));
-    let found = format!(
-        "If the image were {orientation}, it would fit the scene better by {better} of correlation"
-    );
-    let (sentence, step) = if is_weak {
-        let sentence = format!(
-            "{found}; a sensor mounted so gives at least {usual}, so something else is wrong."
-        );
-        (sentence, "Check the positions of people and objects first.")
-    } else if orientation.is_mirrored() {
-        let step = "Check in which order the reading program stores rows and columns (no mounting mirrors an image), or compare with --align orientation.";
-        (format!("{found}."), step)
+    let doubt = if is_weak {
+        ", so something else is wrong"
     } else {
-        let step = "Check how the sensor is mounted, and azimuth_deg and roll_deg in the scene; or compare with --align orientation.";
-        (format!("{found}."), step)
+        ""
+    };
+    let sentence = format!(
+        "If the image were {orientation}, it would fit the scene better by {better} of correlation; a sensor mounted so gives at least {usual}{doubt}."
+    );
+    let step = if is_weak {
+        "Check the positions of people and objects first."
+    } else if orientation.is_mirrored() {
+        "Check in which order the reading program stores rows and columns (no mounting mirrors an image), or compare with --align orientation."
+    } else {
+        "Check how the sensor is mounted, and azimuth_deg and roll_deg in the scene; or compare with --align orientation."
     };
     let mut weighed = asked.weighed(State::Failed, sentence, (step, "the image turned back"));
     weighed.is_weak = is_weak;

@@ -268,7 +268,8 @@ fn what_failed_is_the_headline_and_the_reasons_and_says_what_it_takes() {
                 "The recording is 3.00 °C warmer than the scene overall; the sensor's accuracy allows 2.5 °C. {level}"
             ),
             format!(
-                "If the image were turned by half, it would fit the scene better by 0.70 of correlation. {orientation}"
+                "If the image were turned by half, it would fit the scene better by 0.70 of correlation; a sensor mounted so \
+                 gives at least 0.50. {orientation}"
             ),
         ]
     );
