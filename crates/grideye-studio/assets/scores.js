@@ -59,9 +59,9 @@ export class Scores {
   }
 }
 
-function windowOf({ frames, seconds, from_s: from, to_s: to, comparison }) {
+function windowOf({ seconds, from_s: from, to_s: to, comparison }) {
   const where = comparison.protocol === "dynamic" ? `, seconds ${from.toFixed(1)} to ${to.toFixed(1)} of the scene` : "";
-  return `Compared: ${comparison.real_frames} of the ${frames} frames of ${seconds.toFixed(1)} s${where}.`;
+  return `Compared: ${seconds.toFixed(1)} s${where}.`;
 }
 
 function row([, title, decimals, scale, unit], score) {
