@@ -56,11 +56,7 @@ fn refused(ended: &Ended, words: &[&str]) {
 #[track_caller]
 fn cannot_tell(ended: &Ended, words: &[&str]) {
     assert_eq!(ended.code, 3, "{ended:?}");
-    let first = ended.stdout.lines().next().unwrap();
-    assert_eq!(
-        first,
-        "This recording cannot tell whether the simulated scene is right."
-    );
+    assert!(ended.stdout.starts_with("Cannot tell: "), "{ended:?}");
     for word in words {
         assert!(ended.stdout.contains(word), "`{word}` is not in {ended:?}");
     }

