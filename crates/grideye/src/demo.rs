@@ -123,8 +123,8 @@ fn judge_scene(
     let json = options.out.join(JSON);
     files::write_text(&json, &report::json(&comparison, &context))?;
     let line = format!(
-        "scores    {}: {}",
-        comparison.judgment.verdict.name(),
+        "verdict   {}\nscores    {}",
+        comparison.judgment.headline,
         report::scores_line(&comparison, shown.experiment)
     );
     Ok((

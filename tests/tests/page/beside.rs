@@ -261,8 +261,9 @@ fn a_sensor_stands_beside_its_scene_with_difference_scores_and_verdict() -> Outc
     room.choose("right")?;
     room.wait_for_verdict(|verdict| verdict == "Disagrees")?;
     room.wait("meaning", |text| {
-        text.contains("not where the scene has it")
+        text.contains(". A right scene scores at least ") && text.contains(" frames.")
     })?;
+    room.wait("because", |text| text.starts_with("Check that the people"))?;
 
     // What was chosen for the sensor is chosen when the page comes again, and the key closes it.
     room.open()?;

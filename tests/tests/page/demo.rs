@@ -109,7 +109,7 @@ fn the_demonstration_shows_its_sensor_live_until_it_is_interrupted() -> Result<(
     let (code, said, messages) = demo.end()?;
     assert_eq!(code, 0, "{said}{messages}");
     assert!(
-        said.contains("delivery") && said.contains("scores    agrees"),
+        said.contains("delivery") && said.contains("verdict   Agrees: "),
         "{said}{messages}"
     );
     assert!(
