@@ -46,9 +46,7 @@ impl Display for Judgment {
             writeln!(formatter, "  Next: {}", self.next_step)?;
         }
         let others = self.reasons.iter().skip(1);
-        others
-            .map(|reason| writeln!(formatter, "  {reason}"))
-            .collect()
+        others.try_for_each(|reason| writeln!(formatter, "  {reason}"))
     }
 }
 
