@@ -45,7 +45,7 @@ impl Display for Judgment {
         if !self.next_step.is_empty() {
             writeln!(formatter, "  Next: {}", self.next_step)?;
         }
-        let others = self.reasons.iter().skip(1);
+        let mut others = self.reasons.iter().skip(1);
         others.try_for_each(|reason| writeln!(formatter, "  {reason}"))
     }
 }
