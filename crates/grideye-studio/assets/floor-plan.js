@@ -61,6 +61,7 @@ export class FloorPlan {
   /** Draws the coverage map; null removes it. */
   cover(map) {
     this.#hatch.draw(this.#layers.cover, map);
+    this.#svg.dataset.covered = map !== null;
   }
 
   /** Fits the room. */
@@ -148,7 +149,7 @@ export class FloorPlan {
       const dot = element("circle", { class: `waypoint${chosen}`, cx: x, cy: -y, r: POINT * this.#unit });
       dot.dataset.row = row;
       const number = this.#text("number", row + 1, [x, -y + 0.33 * LETTERS * this.#unit], 0.8);
-      return [marked(dot, item), number];
+      return [marked(dot, item, `waypoint ${row + 1} of ${item.name}`), number];
     });
     return [line("way", points), ...dots.flat()];
   }
@@ -256,12 +257,12 @@ export function element(name, attributes) {
 }
 
 /** Marks a shape with its item. */
-function marked(shape, { kind, index, name }) {
+function marked(shape, { kind, index, name }, words = name) {
   shape.dataset.kind = kind;
   shape.dataset.index = index;
   shape.dataset.name = name;
   const title = element("title", {});
-  title.textContent = name;
+  title.textContent = words;
   shape.append(title);
   return shape;
 }

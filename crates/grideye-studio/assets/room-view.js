@@ -368,15 +368,12 @@ function shadeOf([one, other, third]) {
   return SHADE_MIN + (1 - SHADE_MIN) * (0.5 + 0.5 * (dot(normal, LIGHT) / length));
 }
 
-/** The ends of a view's corner rays: on the floor, or at the length of the room. */
+/** The ends of a view's corner rays, where they leave the box around the room. */
 function raysOf({ at_m: at, axes: [forward, left, up], field_rad: field }, { low_m: low, high_m: high }) {
   const [across, down] = field.map((angle) => Math.tan(Math.min(angle, 3) / 2));
-  const far = Math.hypot(...high.map((side, axis) => side - low[axis]));
   return [[1, 1], [1, -1], [-1, -1], [-1, 1]].map(([toLeft, toUp]) => {
     const ray = forward.map((side, axis) => side + left[axis] * across * toLeft + up[axis] * down * toUp);
-    const length = Math.hypot(...ray);
-    const toFloor = ray[2] < 0 ? (low[2] - at[2]) / ray[2] : Infinity;
-    const reach = Math.min(toFloor, far / length);
+    const reach = Math.min(...ray.map((side, axis) => (side === 0 ? Infinity : ((side > 0 ? high : low)[axis] - at[axis]) / side)));
     return at.map((side, axis) => side + ray[axis] * reach);
   });
 }

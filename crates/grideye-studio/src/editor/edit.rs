@@ -28,7 +28,7 @@ pub(super) fn edited(text: &str, edit: &Edit) -> Result<String, Fault> {
     let mut document = document.into_mut();
     if written(text, &document).trim_end() != text.trim_end() {
         return Err(Fault::unfit(
-            "the scene's text is laid out so that nothing can be changed in it alone",
+            "the layout of the scene file does not allow edits here",
         ));
     }
     match edit {

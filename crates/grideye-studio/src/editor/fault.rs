@@ -27,13 +27,13 @@ impl Fault {
 
     /// An edit that cannot be made; the text is as it was.
     pub(super) fn unfit(message: &str) -> Self {
-        Self::new(message, "change it in the scene's text", None)
+        Self::new(message, "change it in the scene file", None)
     }
 
     /// A file that the scene names, or that an edit is for.
     pub(super) fn of_file(file: &str, line: usize, message: &str) -> Self {
         let (file, column) = (file.into(), 1);
-        let hint = "a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row";
+        let hint = "a trajectory has the columns x_mm,y_mm,z_mm and one waypoint per row";
         Self::new(message, hint, Some(Place { file, line, column }))
     }
 
@@ -49,7 +49,7 @@ impl Fault {
             column: column + 1,
         };
         let message = error.message().trim_end().replace('\n', ", ");
-        let hint = "the text must be TOML before anything in it can be moved";
+        let hint = "fix the TOML first; until then nothing can be moved";
         Self::new(&message, hint, Some(place))
     }
 

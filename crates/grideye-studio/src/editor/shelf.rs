@@ -66,7 +66,7 @@ impl Shelf {
     pub(super) fn open(&self, name: &str) -> Result<String, Refusal> {
         let path = self.scene_path(name)?;
         self.text_of(&path)?.ok_or_else(|| {
-            let what = format!("there is no scene {name:?} in the folder");
+            let what = format!("the folder has no scene {name:?}");
             Refusal::new(StatusCode::NOT_FOUND, "no_such_scene", what).field("scene")
         })
     }
@@ -84,7 +84,7 @@ impl Shelf {
     /// # Errors
     /// If it cannot be read, or lies elsewhere.
     pub(super) fn read(&self, relative: &str) -> io::Result<String> {
-        let elsewhere = |_refusal| io::Error::other("it is no file below the scenes' folder");
+        let elsewhere = |_refusal| io::Error::other("it is not a file in the scenes folder");
         let path = self.file_path(relative).map_err(elsewhere)?;
         self.disk.read_below(&self.folder, &path)
     }
@@ -136,7 +136,7 @@ impl Shelf {
             if !file.ends_with(".csv") {
                 return Err(unusable(
                     "files",
-                    format!("{file:?} is no trajectory: its name ends in .csv"),
+                    format!("{file:?} is not a trajectory: its name must end in .csv"),
                 ));
             }
             Ok((self.file_path(file)?, text))
@@ -149,7 +149,7 @@ impl Shelf {
         if scene.exists() || scenes < SCENES_MAX {
             return Ok(());
         }
-        let what = format!("the folder has {scenes} scenes, and {SCENES_MAX} are listed");
+        let what = format!("the folder has {scenes} scenes already, expected at most {SCENES_MAX}");
         Err(
             Refusal::new(StatusCode::INSUFFICIENT_STORAGE, "too_many_scenes", what)
                 .hint("move some to another folder"),
@@ -164,16 +164,16 @@ impl Shelf {
         let file = path.strip_prefix(&self.folder).unwrap_or(path).display();
         let (what, hint) = match (version, now) {
             (None, _) => (
-                format!("there is a file {file} already"),
-                "save under another name, or open that one",
+                format!("the file {file} already exists"),
+                "save under another name, or open that file",
             ),
             (Some(_), None) => (
-                format!("{file} was taken away since it was opened"),
+                format!("{file} was deleted after you opened it"),
                 "save under another name to keep yours",
             ),
             (Some(_), Some(_)) => (
-                format!("{file} was changed on the disk since it was opened"),
-                "save under another name to keep both, or open it again to have that one",
+                format!("{file} changed on disk after you opened it"),
+                "save under another name to keep both, or open it again to get the other version",
             ),
         };
         Err(
@@ -191,8 +191,8 @@ impl Shelf {
             return Ok(self.folder.join(format!("{name}.toml")));
         }
         Err(
-            unusable("scene", format!("{name:?} is no name of a scene")).hint(format!(
-                "1 to {NAME_CHARACTERS_MAX} letters, digits, blanks, - and _"
+            unusable("scene", format!("{name:?} is not a scene name")).hint(format!(
+                "use 1 to {NAME_CHARACTERS_MAX} letters, digits, spaces, - and _"
             )),
         )
     }
@@ -219,7 +219,7 @@ impl Shelf {
         }
         Err(unusable(
             "files",
-            format!("{relative:?} is no file below the scenes' folder"),
+            format!("{relative:?} is not a file in the scenes folder"),
         ))
     }
 
@@ -236,11 +236,11 @@ impl Shelf {
         let bytes = usize::try_from(bytes).unwrap_or(usize::MAX);
         if bytes > TEXT_BYTES_MAX {
             let what = format!(
-                "{} has {bytes} bytes, and {TEXT_BYTES_MAX} are edited here",
+                "{} has {bytes} bytes, expected at most {TEXT_BYTES_MAX}",
                 path.display()
             );
             return Err(unusable("scene", what)
-                .hint("use an editor for text, and put meshes into files of their own"));
+                .hint("use a text editor, or move meshes into files of their own"));
         }
         match (self.disk.read)(file) {
             Ok(text) => Ok(Some(text)),
@@ -279,9 +279,8 @@ pub(super) fn version_of(text: &str) -> String {
 
 fn failed(path: &Path, error: &io::Error) -> Refusal {
     let what = format!("{}: {error:#}", path.display());
-    Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, "folder_failed", what).hint(
-        "see that the collector may write into the folder of scenes, and that its disk has room",
-    )
+    Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, "folder_failed", what)
+        .hint("check that the collector may write to the scenes folder and that its disk has space")
 }
 
 fn unusable(field: &'static str, what: String) -> Refusal {

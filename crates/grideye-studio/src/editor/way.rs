@@ -52,7 +52,7 @@ impl WayEdit {
 /// When there is no such row, or the text is no trajectory.
 pub(super) fn edited(text: Option<&str>, edit: &WayEdit) -> Result<String, Fault> {
     let file = edit.file();
-    let known = || text.ok_or_else(|| Fault::of_file(file, 1, "there is no such trajectory"));
+    let known = || text.ok_or_else(|| Fault::of_file(file, 1, "this trajectory does not exist"));
     match edit {
         WayEdit::NewWay { points_mm, .. } => new_way(file, text, points_mm),
         WayEdit::MoveWayPoint { row, to_mm, .. } => {
@@ -76,11 +76,11 @@ pub(super) fn edited(text: Option<&str>, edit: &WayEdit) -> Result<String, Fault
 
 fn new_way(file: &str, text: Option<&str>, points_mm: &[[f64; 3]]) -> Result<String, Fault> {
     if text.is_some() {
-        let what = "there is a trajectory of this name already";
+        let what = "a trajectory with this name already exists";
         return Err(Fault::of_file(file, 1, what));
     }
     if points_mm.is_empty() || points_mm.len() > POINTS_MAX {
-        let what = format!("{} way-points, expected 1 to {POINTS_MAX}", points_mm.len());
+        let what = format!("{} waypoints, expected 1 to {POINTS_MAX}", points_mm.len());
         return Err(Fault::of_file(file, 1, &what));
     }
     let rows = points_mm
@@ -112,7 +112,13 @@ impl<'a> Rows<'a> {
                 lines.push(range);
             }
         }
-        let unusual = || Fault::of_file(file, 1, "this trajectory is written in an unusual way");
+        let unusual = || {
+            Fault::of_file(
+                file,
+                1,
+                "the layout of this trajectory does not allow edits here",
+            )
+        };
         if lines.is_empty() || text.contains('"') {
             return Err(unusual());
         }
@@ -164,7 +170,7 @@ impl<'a> Rows<'a> {
             .get(row)
             .and_then(|line| self.text.get(..line.start));
         let line = 1 + before.unwrap_or_default().matches('\n').count();
-        let what = format!("there is no way-point {} of three numbers", row + 1);
+        let what = format!("there is no waypoint {} with three numbers", row + 1);
         Fault::of_file(self.file, line, &what)
     }
 
@@ -211,7 +217,7 @@ impl<'a> Rows<'a> {
     fn without(&self, row: usize) -> Result<String, Fault> {
         let line = self.lines.get(row).ok_or_else(|| self.no_row(row))?;
         if self.lines.len() == 1 {
-            let what = "a way has one way-point at least";
+            let what = "a trajectory needs at least one waypoint";
             return Err(Fault::of_file(self.file, 1, what));
         }
         let rest = self.text.get(line.end..).unwrap_or_default();
@@ -298,11 +304,11 @@ mod tests {
         let shift = json!({ "does": "shift-way", "file": "w", "by_mm": [1, 1, 1] });
         let remove = |row: usize| json!({ "does": "remove-way-point", "file": "w", "row": row });
         for (text, edit, why) in [
-            (WAY, remove(2), "no way-point 3"),
-            ("x_mm,y_mm,z_mm\n1,2,3\n", remove(0), "one way-point"),
+            (WAY, remove(2), "no waypoint 3"),
+            ("x_mm,y_mm,z_mm\n1,2,3\n", remove(0), "one waypoint"),
             ("x_mm,y_mm,z_mm\n1,b,3\n", shift.clone(), "three numbers"),
-            ("a,b\n1,2\n", shift.clone(), "unusual"),
-            ("", shift, "unusual"),
+            ("a,b\n1,2\n", shift.clone(), "does not allow"),
+            ("", shift, "does not allow"),
         ] {
             let said = made(text, edit).unwrap_err().to_json().to_string();
             assert!(said.contains(why), "{said}");

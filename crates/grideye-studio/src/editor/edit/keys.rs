@@ -27,7 +27,7 @@ pub(super) fn set(document: &mut DocumentMut, path: &[Step], to: &Wanted) -> Res
         Some(Place::Table(_)) => Err(unwritable(key)),
         Some(Place::Value(Value::InlineTable(table))) => within_braces(table, key, to),
         Some(Place::Value(_) | Place::Tables) => Err(Fault::unfit(&format!(
-            "`{key}` would stand in a value that is no table"
+            "`{key}` would be inside a value that is not a table"
         ))),
     }
 }
@@ -213,17 +213,17 @@ pub(super) fn value_of(wanted: &Wanted) -> Result<Value, Fault> {
             Ok(list.into())
         }
         Wanted::Null | Wanted::Object(_) => Err(Fault::unfit(
-            "a value is a number, a text, true, false, or a list of these",
+            "a value must be a number, a string, true, false, or a list of these",
         )),
     }
 }
 
 fn whole_table() -> Fault {
-    Fault::unfit("a whole table is not given a value; name a key of it")
+    Fault::unfit("a whole table cannot get a value; choose one of its keys")
 }
 
 fn unwritable(key: &str) -> Fault {
     Fault::unfit(&format!(
-        "`{key}` stands in a table without a header of its own, where it is changed in the text only"
+        "`{key}` is in a table without a header of its own"
     ))
 }

@@ -101,13 +101,13 @@ fn block<'p>(
     check_path(path)?;
     let [Step::Key(key), Step::Index(index)] = path else {
         return Err(Fault::unfit(&format!(
-            "{} is no table of a list",
+            "{} is not a table of a list",
             said(path)
         )));
     };
     let one_piece = || {
         Fault::unfit(&format!(
-            "{} is not written in one piece under [[{key}]]; change it in the text",
+            "{} is not in one piece under [[{key}]]",
             said(path)
         ))
     };
@@ -153,7 +153,7 @@ fn insert(document: &mut DocumentMut, key: &str, mut table: Table) -> Result<(),
         Item::ArrayOfTables(list) => list.push(table),
         Item::None | Item::Value(_) | Item::Table(_) => {
             return Err(Fault::unfit(
-                "the scene's text is laid out so that this cannot be done in it",
+                "the layout of the scene file does not allow this edit",
             ));
         }
     }

@@ -183,12 +183,12 @@ fn what_cannot_be_done_is_refused_and_not_guessed() {
     let apart = "[[agent]]\nname = \"a\"\n[[object]]\nname = \"o\"\n[[agent.part]]\nname = \"p\"\n";
     let of_text = r#"no object 7: { "does": "set", "path": ["object", 7, "yaw_deg"], "to": 1 }
 whole table: { "does": "set", "path": ["room"], "to": 1 }
-a value is: { "does": "set", "path": ["room", "ambient_c"], "to": null }
+a value must be: { "does": "set", "path": ["room", "ambient_c"], "to": null }
 0 steps: { "does": "set", "path": [], "to": 1 }
 no object 0 yaw_deg: { "does": "unset", "path": ["object", 0, "yaw_deg"] }
-no table of a list: { "does": "remove", "path": ["room"] }"#;
+not a table of a list: { "does": "remove", "path": ["room"] }"#;
     let of_inline = r#"one piece: { "does": "remove", "path": ["object", 0] }
-laid out: { "does": "add", "kind": "object", "name": "b", "at_mm": [0, 0, 0] }"#;
+does not allow: { "does": "add", "kind": "object", "name": "b", "at_mm": [0, 0, 0] }"#;
     for (text, refusals) in [
         (TEXT, of_text),
         (inline, of_inline),
