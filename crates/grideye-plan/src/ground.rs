@@ -116,7 +116,8 @@ mod tests {
 
     #[test]
     fn straight_down_the_view_reaches_as_far_as_its_footprint() {
-        let scene = looked_at("position_mm = [2000, 1500, 2500]\nelevation_deg = 90");
+        let scene =
+            looked_at("position_mm = [2000, 1500, 2500]\nelevation_deg = 90\nazimuth_deg = -90");
         let (room, sensor) = (scene.room(), &scene.sensors()[0]);
         let half_m = 2.5 * libm::tan(30.0_f64.to_radians());
         let wanted = [2.0 - half_m, 1.5 - half_m, 2.0 + half_m, 1.5 + half_m];
@@ -127,7 +128,7 @@ mod tests {
 
     #[test]
     fn at_a_wall_the_view_is_a_wedge_from_the_sensor_to_the_walls() {
-        let scene = looked_at("position_mm = [0, 1500, 1000]\nelevation_deg = 0");
+        let scene = looked_at("position_mm = [0, 1500, 1000]\nelevation_deg = 0\nazimuth_deg = 0");
         let (room, sensor) = (scene.room(), &scene.sensors()[0]);
         // The floor comes into view where the lowest ray meets it; sideways, the wedge is as wide as the room from 2.6 m on.
         let nearest_m = 1.0 / libm::tan(30.0_f64.to_radians());
