@@ -134,7 +134,6 @@ function turnBy(degrees, event) {
   turnTo((draft.pending(edit) ?? turnOf(item)) + degrees, event.timeStamp);
 }
 
-/** Tilts a sensor. */
 function tiltBy(degrees, event) {
   const item = itemOf(draft.scene, chosen);
   if (item?.kind !== "sensor") return;
