@@ -195,12 +195,12 @@ fn text_of(folder: &Path, disk: Disk, path: &Path) -> Result<String> {
     let bytes = fs::metadata(path).map_or(0, |about| about.len());
     if bytes > SCENE_BYTES_MAX {
         return Err(anyhow!(
-            "the scene {shown} has {bytes} bytes; at most {SCENE_BYTES_MAX} are read\nhint: put meshes into separate files"
+            "the scene {shown} has {bytes} bytes, expected at most {SCENE_BYTES_MAX}\nhint: move meshes into files of their own"
         ));
     }
     disk.read_below(folder, path).map_err(|error| match error.kind() {
         io::ErrorKind::InvalidData => anyhow!("{shown}: {error}\nhint: save the scene as UTF-8"),
-        _ => anyhow!("cannot read the scene {shown}: {error}\nhint: scenes/ holds some, and scenes/README.md describes the format"),
+        _ => anyhow!("cannot read the scene {shown}: {error}\nhint: scenes/ has examples, and scenes/README.md describes the format"),
     })
 }
 
@@ -237,7 +237,7 @@ fn title_of(text: &str) -> String {
 pub(crate) fn scene_files(folder: &Path) -> Result<Vec<PathBuf>> {
     let listed = fs::read_dir(folder).with_context(|| {
         format!(
-            "cannot read the folder of scenes {}\nhint: name one with --scenes",
+            "cannot read the scenes folder {}\nhint: choose one with --scenes",
             folder.display()
         )
     })?;

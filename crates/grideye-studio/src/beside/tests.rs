@@ -182,7 +182,7 @@ async fn scenes_are_listed_with_their_sensors_or_their_error() {
     assert_eq!(names, ["broken", "linked", "sly", "still", "walk"]);
     says(&scenes[0]["error"], "broken.toml:2");
     for linked in &scenes[1..3] {
-        says(&linked["error"], "it is not a file in the scenes' folder");
+        says(&linked["error"], "it is not a file in the scenes folder");
     }
     let scenes = &scenes[2..];
     assert_eq!(scenes[1]["title"], "A warm cube below the sensor.");
