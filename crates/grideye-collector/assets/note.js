@@ -1,6 +1,7 @@
-// A recording's note in a field: kept when the field is left or Enter is pressed, as it was after Escape.
+// A recording's note in a field. Leaving the field or Enter saves it; Escape restores it.
 
 import { complain } from "./ask.js";
+import { mayWrite } from "./sign-out.js";
 
 export class NoteField {
   #input;
@@ -19,10 +20,11 @@ export class NoteField {
     });
   }
 
-  /** Shows the recording's note, unless somebody is writing another one. */
+  /** Shows the recording's note, unless the person is writing one. */
   take(recording) {
     this.#recording = recording;
     this.#input.setAttribute("aria-label", `Note on ${recording.name}`);
+    this.#input.readOnly = !mayWrite();
     const writing = document.activeElement === this.#input || this.#input.getAttribute("aria-invalid") === "true";
     if (!writing) this.#input.value = recording.note;
   }

@@ -1,13 +1,13 @@
-// The verdict in words, and the scores beside what chance and the sensor itself would have scored.
+// The verdict, and the scores beside those of chance and of the sensor itself.
 
 import { fieldsOf, say } from "./words.js";
 
 const VERDICTS = {
-  agrees: ["Agrees", "The sensor sees what this scene would show it, and a blank frame, shuffled pixels or the room without its people would not have scored so."],
-  disagrees: ["Disagrees", "The sensor does not see what this scene would show it: something is not where the scene has it, or not so warm, or the sensor lies otherwise."],
-  cannot_tell: ["Cannot tell", "These frames do not tell this scene from a wrong one. That is no sign for it and none against it."],
+  agrees: ["Agrees", "The sensor sees what this scene predicts. A blank frame, shuffled pixels or the room without people would have scored lower."],
+  disagrees: ["Disagrees", "The sensor does not see what this scene predicts. Something is elsewhere or has another temperature, or the sensor is turned or mirrored."],
+  cannot_tell: ["Cannot tell", "These frames cannot distinguish this scene from a wrong one. They are evidence neither for it nor against it."],
 };
-// Name on the wire, what is said of it, decimals, and by what it is multiplied.
+// Name on the wire, title, decimals, factor, unit.
 const SHOWN = [
   ["correlation", "C, correlation", 2, 1, ""],
   ["gain", "Gain over the blank frame", 2, 1, ""],
@@ -25,7 +25,7 @@ export class Scores {
     this.#fields = fieldsOf(root);
   }
 
-  /** Says why there is no verdict. */
+  /** Shows why there is no verdict. */
   none(why) {
     this.#show("none", "No verdict yet", why);
     this.#list([]);
@@ -77,7 +77,7 @@ function row([, title, decimals, scale, unit], score) {
   return line;
 }
 
-/** Without the sign of a zero that is one by rounding. */
+/** A rounded zero has no sign. */
 function plain(value, decimals) {
   const text = value.toFixed(decimals);
   return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");

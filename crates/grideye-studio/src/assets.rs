@@ -45,6 +45,13 @@ pub(crate) const EDITOR: [Asset; 15] = [
     file!("to-editor.js", JAVASCRIPT),
 ];
 
+/// What was recorded of the scene that the live page opens with.
+pub(crate) const OPENING: [Asset; 1] = [file!("opening.js", JAVASCRIPT)];
+
+/// What the live page has of it.
+pub(crate) const OPENING_HEAD: &str =
+    "<script type=\"module\" src=\"/assets/opening.js\"></script>\n";
+
 /// What the live page has of the panel.
 pub(crate) const BESIDE_HEAD: &str = include_str!("../assets/beside.html");
 

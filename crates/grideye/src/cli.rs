@@ -79,41 +79,46 @@ pub(crate) enum Command {
 
 /// Show the whole loop on this computer, without hardware.
 ///
-/// Emulated sensor, agent, collector, live page, recording, comparison, report.
+/// Emulated sensor, agent, collector, live page, recording, comparison, report. The page opens with the sensor beside its scene.
 ///
 /// Example: grideye demo --once --out out
 #[derive(Debug, Args)]
 pub(crate) struct Demo {
-    /// End with the verdict's exit code; do not serve on.
+    /// Exit with the verdict's code after the recording.
     ///
-    /// Otherwise the page is served until Ctrl-C.
+    /// Without it the page is served until Ctrl-C.
     #[arg(long)]
     pub(crate) once: bool,
     /// Folder for the store, the recording and the report.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub(crate) out: PathBuf,
-    /// Scene that is seen [default: experiment 1].
+    /// Scene to show [default: experiment 1].
     ///
-    /// By default it is experiment 1 of the paper.
+    /// The default is experiment 1 of the paper.
     #[arg(long, value_name = "FILE", conflicts_with = "replay")]
     pub(crate) scene: Option<PathBuf>,
-    /// Sensor of the scene; needed when it has several.
+    /// Sensor of the scene; required when it has several.
     #[arg(long, value_name = "NAME", conflicts_with = "replay")]
     pub(crate) sensor: Option<String>,
-    /// Recording to play through the sensor instead.
+    /// Play a recording through the sensor instead.
     ///
-    /// It goes through the emulated sensor's registers; every frame is counted and compared.
+    /// The frames pass the emulated sensor's registers; each is counted and compared.
     #[arg(long, value_name = "RECORDING")]
     pub(crate) replay: Option<PathBuf>,
-    /// Emulated seconds in a real one.
+    /// Emulated seconds per real second.
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = positive)]
     pub(crate) speed: f64,
     /// Address of the live page; port 0 takes a free one.
     #[arg(long, value_name = "ADDR", default_value = "127.0.0.1:0")]
     pub(crate) listen: SocketAddr,
+    /// Open the live page in a browser.
+    ///
+    /// Calls `xdg-open`, or `open` on macOS.
+    #[arg(long)]
+    pub(crate) open: bool,
     /// Seed of the emulated sensor's noise.
     ///
-    /// The comparison's simulation draws from another.
+    /// The comparison draws its simulated noise from another seed.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
     #[command(flatten)]

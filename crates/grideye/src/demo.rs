@@ -19,13 +19,14 @@ use grideye_recording::{Record, Row};
 use grideye_rig::{
     AgentClock, PacedClock, Replayed, SCL_HZ, SharedBus, Source, replay_source, scene_source,
 };
-use grideye_scene::Scene;
+use grideye_studio::{Opening, Recorded};
 use grideye_validator::compare_scene;
 use grideye_validator::report::{self, Context, Input};
 use grideye_validator::thresholds::ThresholdSet;
 use indicatif::ProgressBar;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::runtime::Runtime;
@@ -36,8 +37,12 @@ pub(crate) fn run(options: &Demo) -> Result<Outcome> {
     files::writable_folder(&options.out)?;
     let show = Show::prepare(options)?;
     keep_apart(options, &show)?;
-    let stage = Stage::open(options)?;
+    let stage = Stage::open(options, show.opening())?;
     progress::say(&format!("live page  {}", stage.page()));
+    files::warned(show.warnings());
+    if options.open {
+        open_in_browser(&stage.page());
+    }
     let (delivered, agent) = stage.perform(options, show.frames(), show.source(options.seed)?)?;
     let Some(delivered) = delivered else {
         progress::say("interrupted before the recording was complete");
@@ -65,10 +70,10 @@ fn keep_apart(options: &Demo, show: &Show) -> Result<()> {
 
 fn conclude(options: &Demo, show: &Show, stage: &Stage, delivered: &Delivered) -> Result<Outcome> {
     let path = options.out.join(RECORDING);
-    files::write_whole(&path, |out| stage.client.download_csv(delivered.0, out))?;
+    files::write_whole(&path, |out| stage.client.download_csv(delivered.id, out))?;
     let rows: Vec<Row> = recordings::open(&path)?.collect::<Result<_>>()?;
     let (line, outcome, result) = match show {
-        Show::Scene(scene) => judge_scene(options, scene, &path, &rows)?,
+        Show::Scene(scene) => judge_scene(options, scene, delivered, &path, &rows)?,
         Show::Replay(frames) => {
             let replayed = Replayed::new(frames, &rows);
             let outcome = match replayed.is_equal() {
@@ -97,18 +102,19 @@ type Judged = (String, Outcome, String);
 fn judge_scene(
     options: &Demo,
     shown: &SceneShow,
+    delivered: &Delivered,
     recording: &Path,
     rows: &[Row],
 ) -> Result<Judged> {
     let records: Vec<Record> = rows.iter().map(|row| row.record).collect();
     let seed = options.seed.wrapping_add(1);
     let how = compare::how(seed);
-    let comparison =
-        compare_scene(&records, &shown.scene, &shown.sensor, &how).map_err(bad_input)?;
+    let Opening { scene, sensor, .. } = &shown.opening;
+    let comparison = compare_scene(&records, scene, sensor, &how).map_err(bad_input)?;
     let context = Context {
-        scene: shown.name.clone(),
+        scene: shown.origin.clone(),
         recording: recording.display().to_string(),
-        sensor: shown.sensor.clone(),
+        sensor: sensor.clone(),
         seeds: vec![("emulated sensor".to_owned(), options.seed), ("simulation".to_owned(), seed)],
         inputs: [shown.inputs.clone(), vec![compare::hashed(recording)?]].concat(),
         assumptions: [shown.warnings.clone(), vec![
@@ -119,14 +125,22 @@ fn judge_scene(
         ..compare::context()
     };
     let page = options.out.join(PAGE);
-    files::write_text(&page, &report::html(&comparison, &context))?;
+    let html = report::html(&comparison, &context);
+    files::write_text(&page, &html)?;
     let json = options.out.join(JSON);
     files::write_text(&json, &report::json(&comparison, &context))?;
-    let line = format!(
-        "scores    {}: {}",
-        comparison.judgment.verdict.name(),
-        report::scores_line(&comparison, shown.experiment)
-    );
+    let verdict = comparison.judgment.verdict.name();
+    let scores = report::scores_line(&comparison, shown.experiment);
+    let line = format!("scores    {verdict}: {scores}");
+    let recorded = Recorded {
+        recording: delivered.id,
+        name: delivered.name.clone(),
+        frames: rows.len(),
+        verdict: verdict.to_owned(),
+        report: html,
+    };
+    // The only recording of this program.
+    let _first = shown.opening.recorded.set(recorded);
     Ok((
         line,
         compare::outcome(comparison.judgment.verdict),
@@ -144,9 +158,9 @@ enum Show {
 }
 
 struct SceneShow {
-    scene: Scene,
-    sensor: String,
-    name: String,
+    opening: Opening,
+    /// The path of the scene file, also of the built-in one.
+    origin: String,
     inputs: Vec<Input>,
     files: Vec<PathBuf>,
     warnings: Vec<String>,
@@ -162,25 +176,31 @@ impl Show {
                 .filter_map(|record| record.reading.frame().copied());
             return Ok(Self::Replay(frames.collect()));
         }
-        let loaded = files::load_scene(options.scene.as_deref())?;
+        let loaded = files::load_scene_quietly(None, options.scene.as_deref())?;
         let scene = loaded.scene;
         let sensor = files::sensor_name(&scene, options.sensor.as_deref())?;
         let files = loaded.files.iter();
         let mut inputs = files
             .map(|path| compare::hashed(path))
             .collect::<Result<Vec<_>>>()?;
-        let name = match &options.scene {
+        let origin = match &options.scene {
             Some(path) => path.display().to_string(),
             None => "scenes/experiment-1.toml".to_owned(),
         };
         if options.scene.is_none() {
-            inputs.push(compare::hashed_text(&name, files::DEFAULT_SCENE));
+            inputs.push(compare::hashed_text(&origin, files::DEFAULT_SCENE));
         }
         let experiment = scene.paper_experiment();
-        Ok(Self::Scene(Box::new(SceneShow {
+        let opening = Opening {
+            name: files::stem(Path::new(&origin)),
+            title: format!("The emulated sensor sees this scene, {origin}."),
             scene,
             sensor,
-            name,
+            recorded: Arc::default(),
+        };
+        Ok(Self::Scene(Box::new(SceneShow {
+            opening,
+            origin,
             inputs,
             files: loaded.files,
             warnings: loaded.warnings,
@@ -195,11 +215,25 @@ impl Show {
         }
     }
 
+    fn opening(&self) -> Option<&Opening> {
+        match self {
+            Self::Scene(shown) => Some(&shown.opening),
+            Self::Replay(_) => None,
+        }
+    }
+
+    fn warnings(&self) -> &[String] {
+        match self {
+            Self::Scene(shown) => &shown.warnings,
+            Self::Replay(_) => &[],
+        }
+    }
+
     fn frames(&self) -> u64 {
         match self {
-            Self::Scene(shown) if shown.scene.is_static() => STATIC_FRAMES,
+            Self::Scene(shown) if shown.opening.scene.is_static() => STATIC_FRAMES,
             Self::Scene(shown) => {
-                let ticks = shown.scene.duration().as_nanos() / TICK.as_nanos();
+                let ticks = shown.opening.scene.duration().as_nanos() / TICK.as_nanos();
                 u64::try_from(ticks + 1).map_or(FRAMES_MAX, |frames| frames.min(FRAMES_MAX))
             }
             Self::Replay(frames) => u64::try_from(frames.len()).unwrap_or(u64::MAX),
@@ -209,8 +243,9 @@ impl Show {
     fn source(&self, seed: u64) -> Result<Source> {
         match self {
             Self::Scene(shown) => {
-                let simulator = files::simulator(&shown.scene, Some(&shown.sensor))?;
-                scene_source(&shown.scene, simulator, seed).map_err(bad_input)
+                let Opening { scene, sensor, .. } = &shown.opening;
+                let simulator = files::simulator(scene, Some(sensor))?;
+                scene_source(scene, simulator, seed).map_err(bad_input)
             }
             Self::Replay(frames) => Ok(replay_source(frames)),
         }
@@ -236,16 +271,21 @@ struct Stage {
     serving: Option<JoinHandle<Result<(), grideye_collector::CollectorError>>>,
 }
 
-/// The number of a recording that is complete on the collector's disk, and the boot of its frames.
-type Delivered = (i64, String);
+/// A recording that is complete on the collector's disk.
+struct Delivered {
+    id: i64,
+    name: String,
+    /// The boot of its frames.
+    boot: String,
+}
 
 impl Stage {
-    fn open(options: &Demo) -> Result<Self> {
+    fn open(options: &Demo, opening: Option<&Opening>) -> Result<Self> {
         let runtime =
             grideye_collector::runtime().context("cannot start the collector's threads")?;
         let store = StoreLocation::File(options.out.join(STORE));
         let mut config = Config::new(options.listen, store, Arc::new(SystemClock::new()));
-        config.annexes = collect::annexes(&options.scenes)?;
+        config.annexes = collect::annexes(&options.scenes, opening)?;
         let collector = runtime.block_on(Collector::bind(config))?;
         let address = collector.local_addr();
         let (shut_down, mut is_shut_down) = watch::channel(false);
@@ -291,7 +331,8 @@ impl Stage {
             ..Start::new(self.agent_config()?, DEVICE)
         };
         let boot = start.boot.clone();
-        let recording = self.client.start_recording(&format!("demo-{boot}"))?.id;
+        let name = format!("demo-{boot}");
+        let id = self.client.start_recording(&name)?.id;
         let clock = Arc::new(PacedClock::new(options.speed));
         let bus = SharedBus::new(grideye_rig::bus(
             Arc::clone(&clock),
@@ -310,13 +351,14 @@ impl Stage {
         } else {
             Some(agent)
         };
-        self.client.stop_recording(recording)?;
-        Ok((is_complete.then_some((recording, boot)), agent))
+        self.client.stop_recording(id)?;
+        let delivered = Delivered { id, name, boot };
+        Ok((is_complete.then_some(delivered), agent))
     }
 
     fn audit(&self, delivered: &Delivered) -> Result<AuditRow> {
         let rows = self.client.audit()?.streams;
-        let row = rows.into_iter().find(|row| row.boot == delivered.1);
+        let row = rows.into_iter().find(|row| row.boot == delivered.boot);
         row.ok_or_else(|| anyhow!("the collector knows nothing of this run"))
     }
 
@@ -391,6 +433,31 @@ fn start_agent(start: Start, bus: &SharedBus, clock: Arc<PacedClock>) -> Result<
     let clock = Arc::new(AgentClock::new(clock));
     let buses = vec![(bus_config, AnyBus::new(bus.clone()))];
     Ok(Agent::start(start, buses, clock, log)?)
+}
+
+const OPENER: &str = if cfg!(target_os = "macos") {
+    "open"
+} else {
+    "xdg-open"
+};
+
+/// Some openers run as long as the browser does, so a thread waits for it.
+fn open_in_browser(page: &str) {
+    let mut opener = Command::new(OPENER);
+    opener.arg(page).stdin(Stdio::null()).stdout(Stdio::null());
+    match opener.stderr(Stdio::null()).spawn() {
+        Ok(mut opener) => {
+            std::thread::spawn(move || match opener.wait() {
+                Ok(status) if !status.success() => {
+                    progress::say(&format!("warning: {OPENER} opened no browser ({status})"));
+                }
+                _opened => {}
+            });
+        }
+        Err(error) => progress::say(&format!(
+            "warning: cannot run {OPENER}: {error}\nhint: open the address above in a browser"
+        )),
+    }
 }
 
 fn say_traffic(bus: &SharedBus, frames: u64) {

@@ -62,7 +62,7 @@ const ANNEXES: &str = "  <!-- annexes -->\n";
 
 /// The live page, with what the annexes bring to it.
 pub(crate) fn page(annexes: &[Annex]) -> impl IntoResponse + Clone + use<> {
-    let heads: String = annexes.iter().map(|annex| annex.head).collect();
+    let heads: String = annexes.iter().map(|annex| &*annex.head).collect();
     let page = include_str!("../../assets/index.html").replace(ANNEXES, &heads);
     file(HTML, Bytes::from(page))
 }
