@@ -14,6 +14,8 @@ export class NoteField {
       input.setAttribute("aria-invalid", String(Boolean(error)));
       complain(trouble, error);
     });
+    // The scope may arrive after the first recordings.
+    input.addEventListener("focus", () => this.#lock());
     input.addEventListener("keydown", (event) => {
       if (event.key === "Escape") input.value = this.#recording.note;
       if (event.key === "Escape" || event.key === "Enter") input.blur();
@@ -24,8 +26,14 @@ export class NoteField {
   take(recording) {
     this.#recording = recording;
     this.#input.setAttribute("aria-label", `Note on ${recording.name}`);
-    this.#input.readOnly = !mayWrite();
+    this.#lock();
     const writing = document.activeElement === this.#input || this.#input.getAttribute("aria-invalid") === "true";
     if (!writing) this.#input.value = recording.note;
+  }
+
+  #lock() {
+    if (mayWrite()) return;
+    this.#input.readOnly = true;
+    this.#input.placeholder = "";
   }
 }

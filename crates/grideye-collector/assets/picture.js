@@ -20,14 +20,14 @@ export class Picture {
   #orientation;
   #region = null;
   #frame = null;
-  #lies;
+  #oriented;
 
   /**
-   * `key` identifies the sensor, `look` is how images are drawn, `among` names the group that shares a scale, and `lies` gets
+   * `key` identifies the sensor, `look` is how images are drawn, `among` names the group that shares a scale, and `oriented` gets
    * the orientation.
    */
-  constructor(article, { key, look, among, lies = () => {} }) {
-    this.#lies = lies;
+  constructor(article, { key, look, among, oriented = () => {} }) {
+    this.#oriented = oriented;
     this.#key = key;
     this.#among = among;
     this.#look = look;
@@ -144,7 +144,7 @@ export class Picture {
 
   #orient() {
     this.#heat.orient(this.#orientation);
-    this.#lies(this.#orientation);
+    this.#oriented(this.#orientation);
     const words = inWords(this.#orientation);
     this.#fields.orientation.hidden = words === "";
     say(this.#fields.orientation, words === "" ? "" : `Drawn ${words}.`);

@@ -21,7 +21,7 @@ export class PlayedSensor {
     this.#article = template.content.firstElementChild.cloneNode(true);
     for (const element of this.#article.querySelectorAll("[data-live]")) element.remove();
     this.#fields = fieldsOf(this.#article);
-    this.#picture = new Picture(this.#article, { key: track.key, look, among: "played", lies: (orientation) => this.#watcher?.lies(orientation) });
+    this.#picture = new Picture(this.#article, { key: track.key, look, among: "played", oriented: (orientation) => this.#watcher?.orient(orientation) });
     this.#picture.label = `${track.device}, ${track.sensor}, as recorded`;
     say(this.#fields.name, `${track.device} · ${track.sensor}`);
     this.#fields.beside.addEventListener("click", beside);
@@ -36,7 +36,7 @@ export class PlayedSensor {
   /** Sends each frame, the image's orientation and gaps to `watcher` from now on, or to nobody. */
   watch(watcher) {
     this.#watcher = watcher;
-    watcher?.lies(this.#picture.orientation);
+    watcher?.orient(this.#picture.orientation);
     this.#tell();
   }
 

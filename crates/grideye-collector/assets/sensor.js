@@ -35,7 +35,7 @@ export class Sensor {
     for (const element of this.#article.querySelectorAll("[data-played]")) element.remove();
     this.#fields = fieldsOf(this.#article);
     this.#history = new History(this.#article.querySelector(".history"));
-    this.#picture = new Picture(this.#article, { key, look, among: "live", lies: (orientation) => this.#watcher?.lies(orientation) });
+    this.#picture = new Picture(this.#article, { key, look, among: "live", oriented: (orientation) => this.#watcher?.orient(orientation) });
     this.#fields.large.addEventListener("click", () => enlarge(key));
   }
 
@@ -50,7 +50,7 @@ export class Sensor {
   /** Sends each frame, the image's orientation and the state to `watcher` from now on, or to nobody. */
   watch(watcher) {
     this.#watcher = watcher;
-    watcher?.lies(this.#picture.orientation);
+    watcher?.orient(this.#picture.orientation);
     if (this.#shown !== null) watcher?.frame(this.#shown.frame, this.#status);
     this.#describedAt = -Infinity;
   }

@@ -1,5 +1,5 @@
 // Real beside simulated: a sensor's frames, a scene's frames at the same moments, and their comparison. The live view or
-// playback calls `follow`, then `lies`, `frame` and `state`.
+// playback calls `follow`, then `orient`, `frame` and `state`.
 
 import { brought } from "./brought.js";
 import { DIFFERENCES, rangeAround, signed, summed } from "./difference.js";
@@ -100,7 +100,7 @@ export class Beside {
   }
 
   /** The orientation of the images. */
-  lies(orientation) {
+  orient(orientation) {
     for (const side of SIDES) this.#sides[side].heat.orient(orientation);
   }
 

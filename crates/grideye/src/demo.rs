@@ -1,7 +1,7 @@
 //! `grideye demo`: the whole loop on one computer.
 //!
-//! Everything but the sensor and the bus is the real thing: the agent that runs on a Raspberry Pi, HTTP on a loopback
-//! address, the collector with its store and page, the comparison and its report.
+//! Only sensor and bus are emulated. Agent, HTTP on a loopback address, collector, store, page, comparison and report are the
+//! real ones.
 
 use crate::cli::Demo;
 use crate::client::{AuditRow, Client};
@@ -37,9 +37,9 @@ pub(crate) fn run(options: &Demo) -> Result<Outcome> {
     files::writable_folder(&options.out)?;
     let show = Show::prepare(options)?;
     keep_apart(options, &show)?;
-    let stage = Stage::open(options, show.opening())?;
+    let stage = Stage::open(options, show.scene().map(|shown| &shown.opening))?;
     progress::say(&format!("live page  {}", stage.page()));
-    files::warned(show.warnings());
+    files::warned(show.scene().map_or(&[][..], |shown| &shown.warnings));
     if options.open {
         open_in_browser(&stage.page());
     }
@@ -62,10 +62,11 @@ const RECORDING: &str = "recording.csv";
 const PAGE: &str = "report.html";
 const JSON: &str = "report.json";
 
-/// What is shown may lie in the folder, but not under a name that is written there.
+/// An input may be in the output folder, but not under a name that the demo writes.
 fn keep_apart(options: &Demo, show: &Show) -> Result<()> {
     let written = [RECORDING, PAGE, JSON, STORE].map(|name| options.out.join(name));
-    files::keep_apart(show.files().iter().chain(&options.replay), &written)
+    let files = show.scene().map_or(&[][..], |shown| &shown.files);
+    files::keep_apart(files.iter().chain(&options.replay), &written)
 }
 
 fn conclude(options: &Demo, show: &Show, stage: &Stage, delivered: &Delivered) -> Result<Outcome> {
@@ -148,7 +149,7 @@ fn judge_scene(
     ))
 }
 
-/// Frames recorded of a scene in which nothing moves: ten seconds.
+/// Frames recorded in a static scene: ten seconds.
 const STATIC_FRAMES: u64 = 100;
 const FRAMES_MAX: u64 = 6_000;
 
@@ -208,24 +209,10 @@ impl Show {
         })))
     }
 
-    fn files(&self) -> &[PathBuf] {
+    fn scene(&self) -> Option<&SceneShow> {
         match self {
-            Self::Scene(shown) => &shown.files,
-            Self::Replay(_) => &[],
-        }
-    }
-
-    fn opening(&self) -> Option<&Opening> {
-        match self {
-            Self::Scene(shown) => Some(&shown.opening),
+            Self::Scene(shown) => Some(shown),
             Self::Replay(_) => None,
-        }
-    }
-
-    fn warnings(&self) -> &[String] {
-        match self {
-            Self::Scene(shown) => &shown.warnings,
-            Self::Replay(_) => &[],
         }
     }
 
@@ -253,11 +240,11 @@ impl Show {
 }
 
 const DEVICE: &str = "demo";
-/// The bus that the emulated sensor pretends to be on.
+/// The bus name that the agent reports.
 const BUS: &str = "/dev/i2c-1";
 const STORE: &str = "store.sqlite";
 const LOOK_EVERY: Duration = Duration::from_millis(100);
-/// Longest time without a new frame before the demonstration gives up.
+/// The demo fails after this long without a new frame.
 const STALL_MAX: Duration = Duration::from_secs(30);
 /// Longest wait for the last frames to be acknowledged.
 const FLUSH_MAX: Duration = Duration::from_secs(20);
@@ -290,7 +277,7 @@ impl Stage {
         let address = collector.local_addr();
         let (shut_down, mut is_shut_down) = watch::channel(false);
         let serving = runtime.spawn(collector.serve(async move {
-            // A dropped sender is a shut-down too.
+            // A dropped sender also means shut down.
             let _asked_or_dropped = is_shut_down.wait_for(|asked| *asked).await;
         }));
         let (interrupt, interrupted) = watch::channel(false);
@@ -317,14 +304,14 @@ impl Stage {
         format!("http://{}/", self.address)
     }
 
-    /// Records the show. `None` if Ctrl-C came first. The agent goes on running unless it has nothing more to read.
+    /// Records the show; `None` after Ctrl-C. The agent keeps running unless it has nothing left to read.
     fn perform(
         &self,
         options: &Demo,
         frames: u64,
         source: Source,
     ) -> Result<(Option<Delivered>, Option<AgentHandle>)> {
-        // With an end in sight the agent stops by itself, so that the recording holds exactly the show.
+        // The agent stops at the limit, so that the recording has exactly these frames.
         let has_an_end = options.once || options.replay.is_some();
         let start = Start {
             frames_limit: has_an_end.then_some(frames),
@@ -359,13 +346,13 @@ impl Stage {
     fn audit(&self, delivered: &Delivered) -> Result<AuditRow> {
         let rows = self.client.audit()?.streams;
         let row = rows.into_iter().find(|row| row.boot == delivered.boot);
-        row.ok_or_else(|| anyhow!("the collector knows nothing of this run"))
+        row.ok_or_else(|| anyhow!("the collector has no frames of this boot"))
     }
 
     fn wait_for_interrupt(&self) {
         let mut interrupted = self.interrupted.clone();
         if let Some(runtime) = &self.runtime {
-            // A closed channel means that the signal can come no more; leaving is then all that is left.
+            // A closed channel can bring no more signals.
             let _ = runtime.block_on(interrupted.wait_for(|interrupted| *interrupted));
         }
     }
@@ -379,7 +366,7 @@ impl Stage {
             .context("cannot configure the agent")
     }
 
-    /// Whether the show was delivered whole; not if Ctrl-C came first.
+    /// Whether all frames were delivered; false after Ctrl-C.
     fn watch(&self, agent: &AgentHandle, frames: u64, bar: &ProgressBar) -> Result<bool> {
         let (mut seen, mut since) = (0, Instant::now());
         loop {
@@ -464,7 +451,7 @@ fn say_traffic(bus: &SharedBus, frames: u64) {
     let traffic = bus.with(|bus| bus.traffic());
     if let Some(bytes) = traffic.bytes.checked_div(frames) {
         progress::say(&format!(
-            "bus        {} transactions, {bytes} bytes for each frame recorded, looks for the moment of update included",
+            "bus        {} transactions, {bytes} bytes per recorded frame (including polls for the next update)",
             traffic.transactions
         ));
     }

@@ -227,7 +227,7 @@ fn a_device_in_trouble_is_shown_with_what_to_do() -> Outcome {
         // The most frequent fault first, each with its remedy.
         "The sensor does not answer at its address",
         "Something holds the bus low",
-        "Frames came faster than they could be sent or kept",
+        "Frames came faster than the agent could send or store them",
     ] {
         assert!(shown.contains(said), "`{said}` is not in {shown}");
     }
