@@ -1,7 +1,8 @@
-//! Compiles the library that is preloaded into other programs, for the machine that this crate is built for. The crate
-//! carries it inside itself, so that nothing has to be installed beside a program that uses it.
+//! Compiles the preload library for this crate's target machine and embeds it, so that a program needs nothing
+//! installed beside it.
 //!
-//! Where a toolchain cannot make a shared library the build goes on without: the program then says so, and FUSE is left.
+//! If the toolchain cannot make a shared library, the build continues without: the program then reports that, and only
+//! FUSE works.
 
 use std::env;
 use std::fs;
@@ -10,7 +11,7 @@ use std::process::Command;
 
 const SOURCES: &str = "src/preload";
 const ROOT: &str = "src/preload/library.rs";
-/// Set by whoever wants a build without the library, for example to test that it can do without.
+/// Set this variable to build without the library, for example to test that.
 const WITHOUT: &str = "I2C_EMULATION_WITHOUT_LIBRARY";
 
 fn main() {
@@ -19,7 +20,7 @@ fn main() {
     println!("cargo::rerun-if-env-changed={WITHOUT}");
     println!("cargo::rustc-check-cfg=cfg(preload_library)");
     let built = if env::var_os(WITHOUT).is_some() {
-        Err(format!("it was built with {WITHOUT} set"))
+        Err(format!("{WITHOUT} was set"))
     } else {
         compile()
     };
@@ -33,19 +34,19 @@ fn main() {
             println!("cargo::rustc-env=I2C_EMULATION_NO_LIBRARY=");
         }
         Err(reason) => {
-            println!("cargo::warning=built without the library to preload: {reason}");
+            println!("cargo::warning=built without the preload library: {reason}");
             println!("cargo::rustc-env=I2C_EMULATION_NO_LIBRARY={reason}");
         }
     }
 }
 
-/// Where the library is; or in one line why there is none.
+/// The library's path, or in one line why there is none.
 fn compile() -> Result<PathBuf, String> {
     if variable("CARGO_CFG_TARGET_OS")? != "linux" {
         return Err("only Linux has a /dev/i2c-N".to_owned());
     }
     let library = Path::new(&variable("OUT_DIR")?).join("libi2c_emulation_preload.so");
-    // A library of an earlier build must not pass for this one's.
+    // An earlier build's library must not pass for this one's.
     let _ = fs::remove_file(&library);
     let mut rustc = Command::new(variable("RUSTC")?);
     rustc
@@ -61,7 +62,7 @@ fn compile() -> Result<PathBuf, String> {
         ])
         .args(["-C", "strip=symbols", "-C", "codegen-units=1"])
         .args(flags_of_cargo())
-        // A shared library also where programs are static; it needs neither start files nor libraries.
+        // A shared library even where programs are static; it needs neither start files nor libraries.
         .args(["-C", "target-feature=-crt-static"])
         .args(["-C", "link-arg=-nostartfiles"])
         .args(["-D", "warnings"]);
@@ -83,7 +84,7 @@ fn compile() -> Result<PathBuf, String> {
         let line = said.lines().find(|line| line.starts_with("error"));
         Err(format!(
             "rustc cannot make a shared library for this target: {}",
-            line.unwrap_or("it does not say why")
+            line.unwrap_or("no reason given")
         ))
     }
 }
@@ -92,7 +93,7 @@ fn variable(name: &str) -> Result<String, String> {
     env::var(name).map_err(|error| format!("{name}: {error}"))
 }
 
-/// Of the flags that cargo was given, those that say where things are and how to link; the others are about the crate.
+/// Cargo's flags for paths and linking; the others concern only the crate.
 fn flags_of_cargo() -> Vec<String> {
     const WANTED: [&str; 7] = [
         "linker=",

@@ -1,5 +1,5 @@
-//! The worked example `tests/examples/driver-ci`, as a public CI would run it: the `run:` lines of its workflow file, in
-//! a copy of its folder with this repository beside it. What those lines would download or build is here already.
+//! Runs the worked example `tests/examples/driver-ci` like a public CI: the `run:` lines of its workflow file, in a
+//! copy of its folder with this repository beside it. Whatever those lines would download or build is already here.
 
 #![expect(
     clippy::unwrap_used,
@@ -18,7 +18,8 @@ use std::sync::OnceLock;
 const EXAMPLE: &str = "tests/examples/driver-ci";
 const WORKFLOW: &str = "tests/examples/driver-ci/.github/workflows/driver.yml";
 
-/// What begins so is not run: the programs are the ones built here, the packages the same pins in an environment here.
+/// Lines that begin like this are not run: this build has the programs, and a local environment the same package
+/// versions.
 const FETCHES: [&str; 3] = [
     "rustup toolchain install ",
     "cargo install --locked --path grideye-hil/crates/grideye",
@@ -35,24 +36,24 @@ fn run_lines() -> Vec<String> {
         .collect()
 }
 
-/// The lines that run a suite: Python's, Rust's in its own process, and Rust's program.
+/// The lines that run a suite: Python's, Rust's in-process tests, and Rust's program.
 fn suites() -> [String; 3] {
     let mut lines = run_lines();
     lines.retain(|line| !FETCHES.iter().any(|fetch| line.starts_with(fetch)));
     lines.try_into().unwrap()
 }
 
-/// The example's folder as a project of its own, checked out with this repository beside it.
+/// The example's folder as its own project, checked out with this repository beside it.
 struct Checkout {
     folder: PathBuf,
     path: OsString,
 }
 
 impl Checkout {
-    /// One for each test, at a place that stays: cargo knows the packages by it.
+    /// One per test, at a fixed path: cargo identifies packages by it.
     fn new(name: &str) -> Self {
         let folder = target().join("driver-ci").join(name);
-        // It may be the first time.
+        // The folder does not exist the first time.
         let _ = std::fs::remove_dir_all(&folder);
         copy(&root().join(EXAMPLE), &folder);
         std::os::unix::fs::symlink(root().canonicalize().unwrap(), folder.join("grideye-hil"))
@@ -63,7 +64,7 @@ impl Checkout {
         }
     }
 
-    /// The same with the Python packages that the workflow installs, if they are not left out here.
+    /// As [`new`](Self::new), with the Python packages of the workflow, if they are not left out here.
     fn with_python(name: &str) -> Option<Self> {
         let programs = python_programs()?;
         let mut checkout = Self::new(name);
@@ -74,7 +75,7 @@ impl Checkout {
         Some(checkout)
     }
 
-    /// Runs a line as GitHub's machines do where a step names no shell.
+    /// Runs a line like GitHub's machines do if a step names no shell.
     fn run(&self, line: &str) -> Ended {
         let ended = run(Command::new("bash")
             .args(["-e", "-c", line])
@@ -92,12 +93,12 @@ impl Checkout {
         std::fs::write(path, text.replace(from, to)).unwrap();
     }
 
-    /// The person stands on the other side of the sensor, and the room is as warm as before.
+    /// Moves the person to the other side of the sensor; the room's temperature stays.
     fn move_the_person(&self) {
         self.replace("room.toml", "[2500, 1850, 0]", "[1500, 1850, 0]");
     }
 
-    /// The Python driver with pixel 2 taken for pixel 1, where Python finds it before the one installed.
+    /// Makes the Python driver read pixel 2 as pixel 1, in a copy that Python finds before the installed one.
     fn break_the_python_driver(&self) {
         let look = "import grideye, os; print(os.path.dirname(grideye.__file__))";
         let found = run(Command::new(python_programs().unwrap().join("python"))
@@ -111,7 +112,7 @@ impl Checkout {
         self.replace(file, "0x80 + line * 16", "0x82 + line * 16");
     }
 
-    /// The same of the Rust driver, by cargo's own way to replace a crate.
+    /// The same for the Rust driver, by cargo's way to replace a crate.
     fn break_the_rust_driver(&self) {
         let metadata = run(Command::new(env!("CARGO"))
             .args(["metadata", "--format-version", "1"])
@@ -170,7 +171,7 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// How often the suite asked the emulated sensor, from the last line that the emulator says.
+/// How many transactions the suite made, from the emulator's last line.
 fn transactions(ended: &Ended) -> u32 {
     assert!(
         ended
@@ -185,7 +186,7 @@ fn transactions(ended: &Ended) -> u32 {
     counted.unwrap().0.parse().unwrap()
 }
 
-/// Each test that Rust's or Python's report names, and whether it passed.
+/// Whether this test passed, from Rust's or Python's report.
 fn passed(ended: &Ended, test: &str) -> bool {
     let line = ended
         .stdout
@@ -195,8 +196,8 @@ fn passed(ended: &Ended, test: &str) -> bool {
     line.contains("PASSED") || line.ends_with("... ok")
 }
 
-/// GitHub's own schema of a workflow, as SchemaStore keeps it and check-jsonschema brings it; and its lines by a reader
-/// of YAML.
+/// Checks the workflow against GitHub's own schema (from SchemaStore, via check-jsonschema), and its lines with a YAML
+/// parser.
 #[test]
 fn a_public_ci_takes_the_workflow() {
     let requirements = "tests/examples/requirements.txt";
@@ -229,7 +230,7 @@ fn the_python_suite_passes_on_the_emulated_sensor() {
     let ended = checkout.run(&line);
     assert_eq!(ended.code, 0, "{ended:?}");
     assert!(ended.stdout.contains("6 passed"), "{ended:?}");
-    // Six tests wake the sensor and read eight rows of the picture, some more than once.
+    // Six tests wake the sensor and read eight rows of the image, some more than once.
     assert!(transactions(&ended) >= 60, "{ended:?}");
 }
 
@@ -272,7 +273,7 @@ fn a_wrong_register_fails_the_python_suite() {
 const IN_PROCESS: &str = "the_person_is_where_the_scene_has_them";
 const PROGRAM: &str = "the_program_says_where_the_person_is";
 
-/// One test after the other, since cargo builds for one checkout only once.
+/// One test after another, since cargo builds only once per checkout.
 #[test]
 fn the_rust_suites_pass_and_see_the_room_that_they_are_shown() {
     let checkout = Checkout::new("rust");
@@ -283,7 +284,7 @@ fn the_rust_suites_pass_and_see_the_room_that_they_are_shown() {
     let ended = checkout.run(&program);
     assert_eq!(ended.code, 0, "{ended:?}");
     assert!(passed(&ended, PROGRAM));
-    // The picture, pixel by pixel.
+    // The image, pixel by pixel.
     assert!(transactions(&ended) >= 64, "{ended:?}");
 
     checkout.move_the_person();

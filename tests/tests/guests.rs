@@ -1,5 +1,5 @@
 //! Way 4 in whole machines: QEMU guests with Debian's stock kernel and a real `/dev/i2c-N`, and the agent built for a
-//! Raspberry Pi. What happens in the guest is `tests/guests/way-4` or `kernel-driver`; here is what must have come of it.
+//! Raspberry Pi. `tests/guests/way-4` and `kernel-driver` run in the guest; the results are checked here.
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
@@ -16,7 +16,7 @@ const SCENE: &str = "scenes/experiment-1.toml";
 const PAGE: &str = include_str!("../../crates/grideye/EMULATE.md");
 const README: &str = include_str!("../../crates/i2c-emulation/README.md");
 
-/// A program that says on its first line where it can be reached; killed when dropped.
+/// A program that prints its address on its first line; killed when dropped.
 struct Serving {
     child: Child,
     address: String,
@@ -43,7 +43,7 @@ impl Serving {
         }
     }
 
-    /// This machine, as the guest sees it.
+    /// This machine's address, as seen from the guest.
     fn seen_from_the_guest(&self) -> String {
         self.address.replace("127.0.0.1", "10.0.2.2")
     }
@@ -51,7 +51,7 @@ impl Serving {
 
 impl Drop for Serving {
     fn drop(&mut self) {
-        // It may have ended already.
+        // It may have ended.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
@@ -69,7 +69,7 @@ fn collector(store: &Path) -> Serving {
     Serving::start(command.arg("--store").arg(store.join("store.sqlite")))
 }
 
-/// The one block of shell commands in this document that has these words.
+/// The document's only block of shell commands with these words.
 fn example<'a>(document: &'a str, words: &str) -> &'a str {
     let blocks = document.split("```sh").skip(1);
     let mut found = blocks
@@ -88,7 +88,7 @@ fn example<'a>(document: &'a str, words: &str) -> &'a str {
     only
 }
 
-/// A file that the guest will find in its `/bin`.
+/// A file for the guest's `/bin`.
 fn written(folder: &Path, name: &str, text: &str) -> PathBuf {
     let path = folder.join(name);
     std::fs::write(&path, text).unwrap();
@@ -99,7 +99,8 @@ fn script(name: &str) -> Command {
     Command::new(root().join("tests/guests").join(name))
 }
 
-/// Runs a script that prepares a folder and prints it on its last line. One at a time: they share what they unpack.
+/// Runs a script that prepares a folder and prints it on its last line. One at a time, since they share what they
+/// unpack.
 fn folder_of(command: &mut Command) -> PathBuf {
     static PREPARING: Mutex<()> = Mutex::new(());
     let _only_one = PREPARING.lock().unwrap_or_else(PoisonError::into_inner);
@@ -108,7 +109,7 @@ fn folder_of(command: &mut Command) -> PathBuf {
     PathBuf::from(ended.stdout.lines().last().unwrap())
 }
 
-/// What the guest said: the lines that begin with `guest: `, without that.
+/// The guest's output: the lines that begin with `guest: `, without that prefix.
 struct Said(Vec<String>);
 
 impl Said {
@@ -132,7 +133,7 @@ impl Said {
         Self(lines.map(str::to_owned).collect())
     }
 
-    /// What follows this word, line by line.
+    /// The rest of each line that starts with this word.
     fn all<'a>(&'a self, word: &'a str) -> impl Iterator<Item = &'a str> {
         self.0
             .iter()
@@ -144,7 +145,7 @@ impl Said {
     }
 }
 
-/// `EMULATE.md`, word for word, on a kernel that had none of the modules loaded.
+/// Checks `EMULATE.md`'s example, word for word, on a kernel without the modules loaded.
 fn check_the_example(said: &Said) {
     assert_eq!(said.one("unloaded,"), "left: 0");
     let example: Vec<&str> = said.all("example").collect();
@@ -156,7 +157,8 @@ fn check_the_example(said: &Said) {
     assert!(example.contains(&"left ports in use: 0"), "{example:#?}");
 }
 
-/// The AMG8833 on a bus that every tool of i2c-tools sees (AMG88 spec §4-8: address 0x69; registers 0x80 to 0xFF).
+/// Checks the AMG8833 on a bus that every tool of i2c-tools sees (AMG88 spec §4-8: address 0x69; registers 0x80 to
+/// 0xFF).
 fn check_the_tools(said: &Said) {
     assert!(
         said.one("list").contains("i2c-tiny-usb at bus"),
@@ -183,7 +185,7 @@ fn check_the_tools(said: &Said) {
         "ENXIO"
     );
     assert_eq!(said.one("asleep"), "0x10", "what i2cset wrote is read back");
-    // 28 °C are 448 steps of a sixteenth: the scene's room, and what the chip heats itself.
+    // 28 °C are 448 steps of a sixteenth: the scene's room plus the chip's self-heating.
     assert_eq!(said.one("thermistor"), "0x01c0");
     let rows: Vec<Vec<&str>> = said
         .all("dump")
@@ -204,7 +206,7 @@ fn check_the_tools(said: &Said) {
     assert!((0x20..0x80).all(|reserved| register(reserved) == "00"));
 }
 
-/// The scene has one person right below the sensor: the warm pixels are in the middle, and nowhere else.
+/// The scene has one person directly below the sensor: the warm pixels must be in the middle only.
 fn check_the_frame(text: &str) {
     let bytes: Vec<u16> = text
         .split_ascii_whitespace()
@@ -239,7 +241,7 @@ fn check_the_frame(text: &str) {
     );
 }
 
-/// The agent lost the adapter, said so, found it again, and every frame is accounted for outside.
+/// The agent lost the adapter, reported that, found it again, and the collector accounts for every frame.
 fn check_the_agent(said: &Said, collector: &Serving) {
     assert!(
         said.all("check").any(|line| line.ends_with(": ok")),
@@ -284,12 +286,12 @@ fn check_the_agent(said: &Said, collector: &Serving) {
     assert!(row["stored"].as_u64().unwrap() >= 20, "{row}");
     assert!(
         row["missing"].as_u64().unwrap() >= 5,
-        "the time without an adapter: {row}"
+        "frames missing without an adapter: {row}"
     );
-    assert_eq!(audit.code, 3, "missing frames are told");
+    assert_eq!(audit.code, 3, "missing frames are reported");
 }
 
-/// How long a frame takes, from uptimes before ten reads, after them, and after ten times 21 reads.
+/// Prints the time per frame, from uptimes before ten reads, after them, and after ten times 21 reads.
 fn print_the_cost(said: &Said) {
     let uptimes: Vec<f64> = said
         .one("uptimes")
@@ -330,7 +332,7 @@ fn a_stock_kernel_on_x86_64_has_the_emulated_chip_on_a_real_bus() {
     assert_eq!(
         said.one("told"),
         said.one("device"),
-        "the program names the kernel's device"
+        "the program prints the kernel's device"
     );
     let refused = |when, text: &str| {
         let line = said.all(when).next().unwrap_or_default();
@@ -348,7 +350,7 @@ fn a_stock_kernel_on_x86_64_has_the_emulated_chip_on_a_real_bus() {
     print_the_cost(&said);
 }
 
-/// A Raspberry Pi's processor with the agent that was built for it; the chip comes from this machine, over TCP.
+/// A Raspberry Pi's processor with the agent built for it; the chip comes from this machine, over TCP.
 #[test]
 fn an_arm64_guest_fetches_the_chip_over_tcp_and_runs_the_agent_for_the_raspberry_pi() {
     if is_left_out(GUESTS, "QEMU guest arm64") || is_left_out(CROSS, "QEMU guest arm64") {
@@ -366,7 +368,7 @@ fn an_arm64_guest_fetches_the_chip_over_tcp_and_runs_the_agent_for_the_raspberry
         serve.contains("--usbip 127.0.0.1:3240") && serve.contains(SCENE),
         "{serve}"
     );
-    // The port that was free here in place of the example's; nothing else is changed.
+    // Replaces the example's port by one that is free here; nothing else changes.
     let port = emulator.address.rsplit(':').next().unwrap();
     let files = [
         agent,
@@ -386,7 +388,7 @@ fn an_arm64_guest_fetches_the_chip_over_tcp_and_runs_the_agent_for_the_raspberry
     print_the_cost(&said);
 }
 
-/// In QEMU's user mode there is no bus; the agent must still start, and say what is missing.
+/// QEMU's user mode has no bus; the agent must still start and report what is missing.
 #[test]
 fn the_agent_for_the_raspberry_pi_runs_and_names_the_missing_bus() {
     if is_left_out(CROSS, "the agent for aarch64 under qemu-user") {
@@ -405,13 +407,13 @@ fn the_agent_for_the_raspberry_pi_runs_and_names_the_missing_bus() {
     );
 }
 
-/// One row of the bus's log (`--trace`): what was written, and what was read behind a repeated start.
+/// One row of the bus trace (`--trace`): bytes written, and bytes read after a repeated START.
 struct Transaction<'a> {
     written: &'a str,
     read: Option<&'a str>,
 }
 
-/// What the kernel's driver made of one chip, and what the bus saw of it.
+/// The kernel driver's output for one chip, and its bus traffic.
 struct Camera<'a> {
     said: &'a Said,
     name: &'a str,
@@ -440,7 +442,7 @@ impl<'a> Camera<'a> {
         transactions
     }
 
-    /// The driver's file names and formats, and the thermometer in thousandths of a degree.
+    /// Checks the driver's file names and formats, and the thermometer in thousandths of a degree.
     fn check_what_the_kernel_tells(&self, milli_degrees: &str) {
         let one = |word| self.all(word).next().unwrap_or_default();
         assert_eq!(one("driver"), "video-i2c");
@@ -457,8 +459,8 @@ impl<'a> Camera<'a> {
         assert_eq!(one("left"), "ports in use: 0");
     }
 
-    /// Start, rate and sleep as `video-i2c.c` (6.1) writes them: normal mode, initial reset, flag reset; FPSC by reading
-    /// it first; sleep two seconds after the last use (AMG88 spec §4-11-1 to §4-11-3).
+    /// Checks start, rate and sleep against `video-i2c.c` (6.1): normal mode, initial reset, flag reset; FPSC after
+    /// reading it; sleep two seconds after the last use (AMG88 spec §4-11-1 to §4-11-3).
     fn check_what_the_driver_wrote(&self) {
         let transactions = self.transactions();
         let written: Vec<&str> = transactions.iter().map(|one| one.written).collect();
@@ -480,7 +482,7 @@ impl<'a> Camera<'a> {
         assert_eq!(written.last(), Some(&"0x00 0x10"), "{written:?}");
     }
 
-    /// Five frames from mapped buffers and two from `read`: each is, byte for byte, one that was on the bus.
+    /// Five frames from mapped buffers and two from `read`: each must equal, byte for byte, one on the bus.
     fn frames(&self) -> Vec<&'a str> {
         let frames: Vec<&str> = self.all("frame").map(str::trim_end).collect();
         assert_eq!(frames.len(), 7, "{}", self.name);
@@ -500,7 +502,7 @@ impl<'a> Camera<'a> {
     }
 }
 
-/// The kernel's own driver of the chip, written by others from the data sheet, is a second opinion on every byte.
+/// The kernel's own driver of the chip, written independently from the datasheet, is a second opinion on every byte.
 #[test]
 fn the_kernels_own_driver_makes_a_camera_and_a_thermometer_of_the_emulated_chip() {
     let what = "the kernel's driver video-i2c in the QEMU guest x86-64";
@@ -512,7 +514,7 @@ fn the_kernels_own_driver_makes_a_camera_and_a_thermometer_of_the_emulated_chip(
     let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
     files.push(folder().join("grideye"));
     let said = Said::boot("amd64", "kernel-driver", &files, None);
-    // The thermistor is 4.5 °C above the scene (scenes/profiles/README.md). Words are twelve bits in sixteen, low byte
+    // The thermistor is 4.5 °C above the scene (scenes/profiles/README.md). Words have twelve bits in sixteen, low byte
     // first, and the driver does not extend the sign: 21.5 °C are 86 quarters, -10.25 °C are 41 below 4096.
     for (name, milli_degrees, word) in [
         ("constant", "26000", Some("0x56 0x00")),

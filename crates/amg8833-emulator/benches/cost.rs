@@ -1,4 +1,4 @@
-//! What the emulated sensor costs: `cargo bench -p amg8833-emulator`. Prints figures and ratios, and fails on nothing.
+//! Measures the emulated sensor: `cargo bench -p amg8833-emulator`. Prints figures and ratios; never fails on a value.
 #![expect(clippy::unwrap_used, reason = "what fails here has to end the program")]
 
 use amg8833_emulator::{Address, Bus, Device, ManualClock, Options};
@@ -12,14 +12,14 @@ use std::time::{Duration, Instant};
 const TICK: Duration = Duration::from_millis(100);
 
 fn main() {
-    // Without cargo bench, one look at each and no figures.
+    // Outside cargo bench, run each once and print no figures.
     let short = !std::env::args().any(|argument| argument == "--bench");
     let long = if short { 1 } else { 1_000 };
     transfers(long);
     fleet(if short { 10 } else { 10_000 }, if short { 1 } else { 20 });
 }
 
-/// Nanoseconds of processor time for one of so many.
+/// Mean CPU nanoseconds of `count` calls.
 fn each(count: u32, mut act: impl FnMut()) -> f64 {
     let started = cpu_ns();
     for _ in 0..count {
@@ -28,8 +28,7 @@ fn each(count: u32, mut act: impl FnMut()) -> f64 {
     (cpu_ns() - started) / f64::from(count)
 }
 
-/// The processor time of this thread, which what else runs on the machine does not count in; where the kernel does not
-/// tell it, the time of day.
+/// This thread's CPU time, independent of the machine's other load; wall-clock time if the kernel does not report it.
 fn cpu_ns() -> f64 {
     static STARTED: LazyLock<Instant> = LazyLock::new(Instant::now);
     let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
@@ -90,7 +89,7 @@ fn constant() -> Frame {
     Frame::uniform(Celsius::new(20.0))
 }
 
-/// So many sensors, each on a bus of its own, read once a tick, for so many emulated seconds.
+/// This many sensors, each on its own bus, read once per tick for this many emulated seconds.
 fn fleet(sensors: u32, seconds: u32) {
     println!(
         "{sensors} sensors, 10 frames a second, each read in a burst of 128 bytes, {seconds} emulated seconds"
@@ -136,7 +135,7 @@ fn scene_source(simulator: &Simulator, sensor: u32) -> impl FnMut(Duration) -> F
     }
 }
 
-/// The time is printed for `times` as many sensors.
+/// Prints the time for `times` as many sensors.
 fn run_fleet<S: amg8833_emulator::FrameSource>(
     name: &str,
     sensors: u32,

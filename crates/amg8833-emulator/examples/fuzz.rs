@@ -1,5 +1,5 @@
-//! Random transactions against emulated sensors: `cargo run --release -p amg8833-emulator --example fuzz -- [COUNT [SEED]]`,
-//! ten million from seed 1 by default. Ends with a panic that names the options when one is found to break the sensor.
+//! Sends random transactions to emulated sensors: `cargo run --release -p amg8833-emulator --example fuzz -- [COUNT
+//! [SEED]]`, by default ten million from seed 1. Panics with the options if one breaks the sensor.
 #![expect(clippy::unwrap_used, reason = "what fails here has to end the program")]
 
 #[path = "../tests/common/any_options.rs"]

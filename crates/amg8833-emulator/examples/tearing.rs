@@ -1,4 +1,5 @@
-//! The table of torn frames by way of reading: `cargo run --release -p amg8833-emulator --example tearing -- [READS]`.
+//! Prints the table of torn frames per way of reading: `cargo run --release -p amg8833-emulator --example tearing --
+//! [READS]`.
 #![expect(clippy::unwrap_used, reason = "what fails here has to end the program")]
 
 #[path = "../tests/common/random.rs"]

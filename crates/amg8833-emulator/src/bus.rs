@@ -21,9 +21,9 @@ pub use sensors::STEPS_MAX;
 
 /// A bus with up to two sensors behind `embedded_hal::i2c::I2c`.
 ///
-/// Without an SCL frequency, transactions take no time. With one, every bit is handed to [`Clock::pass`]. A fault that
-/// falls due within a transaction comes with its STOP. A sensor that is moved on through
-/// [`device_mut`](Self::device_mut) misses faults, unlike with [`advance`](Self::advance).
+/// Without an SCL frequency, transactions take no time. With one, each bit passes its time to [`Clock::pass`]. A fault
+/// due during a transaction strikes at its STOP. A sensor advanced through [`device_mut`](Self::device_mut) misses
+/// faults; use [`advance`](Self::advance) to get them.
 #[derive(Debug)]
 pub struct Bus<C, S> {
     wire: Wire<C>,
@@ -39,40 +39,41 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         }
     }
 
-    /// A bus with one sensor that is powered on now and behaves as [`Options::default`] says.
+    /// A bus with one sensor that powers on now, with [`Options::default`].
     pub fn with_sensor(clock: C, address: Address, source: S) -> Self {
         let mut bus = Self::new(clock);
         bus.plug(address, source, Options::default());
         bus
     }
 
-    /// The same bus with bits that take their time; the sensor is specified for up to 400,000 Hz (AMG88 spec §4-6-2).
+    /// Makes each bit take time at this SCL frequency; the sensor is specified for up to 400,000 Hz (AMG88 spec
+    /// §4-6-2).
     #[must_use]
     pub fn with_scl_hz(mut self, scl_hz: NonZeroU32) -> Self {
         self.wire.scl_hz = Some(scl_hz);
         self
     }
 
-    /// Connects a sensor and powers it on now; returns the one that was there. It meets the faults of this address.
+    /// Connects a sensor and powers it on now; returns the one it replaces. Faults set for this address apply to it.
     pub fn plug(&mut self, address: Address, source: S, options: Options) -> Option<Device<S>> {
         let now = self.wire.clock.now();
         let device = Device::new(source, options, now);
         self.sensors.plug(address, device, now)
     }
 
-    /// Takes the sensor off the bus, with the faults that were set on it by call.
+    /// Removes the sensor, with the faults set on it by call.
     pub fn unplug(&mut self, address: Address) -> Option<Device<S>> {
         let now = self.wire.clock.now();
         self.sensors.unplug(address, now)
     }
 
-    /// Breaks the sensor at this address, or the whole bus, now; replaces a fault of the same kind. `false` when there is
-    /// no such sensor, or [`FAULTS_MAX`](crate::FAULTS_MAX) faults are set.
+    /// Injects a fault now, at this address or on the whole bus; replaces a fault of the same kind. `false` if there is
+    /// no such sensor or [`FAULTS_MAX`](crate::FAULTS_MAX) faults are set.
     pub fn set_fault(&mut self, address: impl Into<Option<Address>>, fault: Fault) -> bool {
         self.set_fault_with_chance(address, fault, Chance::ALWAYS)
     }
 
-    /// As [`set_fault`](Self::set_fault), by chance at each occasion; a stretch of time is drawn once, now.
+    /// As [`set_fault`](Self::set_fault), with a chance at each occasion; a fault that lasts is drawn once, now.
     pub fn set_fault_with_chance(
         &mut self,
         address: impl Into<Option<Address>>,
@@ -84,20 +85,20 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         is_there && self.sensors.set_fault(fault, address, chance, now)
     }
 
-    /// Mends what was set by call on the sensor at this address, or on the whole bus; `false` without such a sensor.
+    /// Clears the faults set by call on the sensor at this address, or on the whole bus; `false` without such a sensor.
     pub fn clear_fault(&mut self, address: impl Into<Option<Address>>) -> bool {
         let (now, address) = (self.wire.clock.now(), address.into());
         self.sensors.clear_faults(address, now);
         address.is_none_or(|address| self.device(address).is_some())
     }
 
-    /// Lets the script and the sensors do what is due by now, without any traffic.
+    /// Lets the script and the sensors do what is due by now, without traffic.
     pub fn advance(&mut self) {
         let now = self.wire.clock.now();
         self.sensors.look(now);
     }
 
-    /// The INT pin of the sensor at this address, now.
+    /// The current level of the INT pin of the sensor at this address.
     pub fn interrupt_pin(&mut self, address: Address) -> Option<InterruptPin> {
         let now = self.wire.clock.now();
         self.sensors.catch_up(now);
@@ -106,7 +107,7 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         Some(device.interrupt_pin())
     }
 
-    /// Reports to the controller what keeps it from reaching anybody.
+    /// Reports to the controller the error that blocks the whole transaction.
     fn refuse(
         &mut self,
         address: u8,
@@ -121,7 +122,7 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         Err(error)
     }
 
-    /// Does what is due by now, and returns the number of the transaction that begins.
+    /// Does what is due by now and returns the number of the new transaction.
     fn open(&mut self) -> u64 {
         let now = self.wire.clock.now();
         self.sensors.catch_up(now);
@@ -130,7 +131,7 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         self.sensors.faults.begin()
     }
 
-    /// One transaction on wires that this bus shares with the selected channels of a multiplexer: at most `N` buses.
+    /// Runs one transaction on wires shared with the selected channels of a multiplexer: at most `N` buses.
     pub(crate) fn transact<const N: usize>(
         &mut self,
         channels: &mut [Self],
@@ -238,27 +239,27 @@ impl<C, S> Bus<C, S> {
         self.sensors.device_mut(address)
     }
 
-    /// The faults that a transaction to this address meets, set by call or by script.
+    /// The faults that a transaction to this address meets, set by call or script.
     pub fn faults(&self, address: Address) -> FaultSet {
         self.sensors.faults.at(Some(address))
     }
 
-    /// How often each kind of fault struck since the bus was made.
+    /// How often each kind of fault struck since this bus was created.
     pub fn fault_counts(&self) -> FaultCounts {
         self.sensors.faults.counts
     }
 
-    /// The seed of the chances of faults that are set by call. Default 0; a script brings its own.
+    /// Sets the seed for faults set by call. Default 0; a script brings its own.
     pub fn set_seed(&mut self, seed: u64) {
         self.sensors.faults.seed = seed;
     }
 
-    /// The clock that the bus was given.
+    /// The clock this bus runs on.
     pub fn clock(&self) -> &C {
         &self.wire.clock
     }
 
-    /// What went over the bus so far.
+    /// The traffic so far.
     pub fn traffic(&self) -> Traffic {
         self.wire.traffic
     }
@@ -266,26 +267,26 @@ impl<C, S> Bus<C, S> {
 
 #[cfg(feature = "alloc")]
 impl<C: Clock, S: FrameSource> Bus<C, S> {
-    /// Runs this script of faults instead of the one before; its times count from now. Faults set by call stay.
+    /// Runs this fault script in place of the previous one; its times count from now. Faults set by call stay.
     pub fn set_script(&mut self, script: crate::script::Script) {
         let now = self.wire.clock.now();
         self.advance();
         self.sensors.set_script(Some(script), now);
     }
 
-    /// Ends the script: what it broke is mended now.
+    /// Ends the script and clears its faults now.
     pub fn clear_script(&mut self) {
         let now = self.wire.clock.now();
         self.advance();
         self.sensors.set_script(None, now);
     }
 
-    /// Calls this with every message on the bus, within the transaction, instead of the trace before.
+    /// Calls `trace` with every message, within the transaction, in place of the previous trace.
     pub fn set_trace(&mut self, trace: impl FnMut(&crate::trace::Transfer<'_>) + Send + 'static) {
         self.wire.log.observer = Some(alloc::boxed::Box::new(trace));
     }
 
-    /// Traces the bus no longer.
+    /// Stops tracing the bus.
     pub fn clear_trace(&mut self) {
         self.wire.log.observer = None;
     }
@@ -296,7 +297,7 @@ impl<C, S> ErrorType for Bus<C, S> {
 }
 
 impl<C: Clock, S: FrameSource> I2c for Bus<C, S> {
-    /// No operations, no traffic. Empty reads and writes are the address alone.
+    /// No operations cause no traffic. An empty read or write sends only the address.
     fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Outcome {
         self.transact::<1>(&mut [], &mut Control::default(), address, operations)
     }

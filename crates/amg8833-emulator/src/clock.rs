@@ -1,18 +1,18 @@
-//! The time that a bus is handed, and clocks that tests move on.
+//! The clock a bus runs on, and a manual clock for tests.
 
 use core::time::Duration;
 
-/// Where an emulated bus takes its time from: a test hands in a [`ManualClock`], a program one that follows real time.
+/// The time source of an emulated bus: [`ManualClock`] in a test, a real-time clock in a program.
 pub trait Clock {
     /// The time since any fixed origin. Never runs backwards.
     fn now(&self) -> Duration;
 
-    /// The bus was busy for this long: an emulated clock moves on by it, a real one ignores it.
+    /// Called when the bus was busy for this long: an emulated clock advances, a real one ignores it.
     fn pass(&self, bus_time: Duration) {
         let _ = bus_time;
     }
 
-    /// Somebody waits for this time: an emulated clock moves on to it, a real one ignores it.
+    /// Called when a caller waits until this time: an emulated clock advances to it, a real one ignores it.
     fn wait(&self, until: Duration) {
         let _ = until;
     }
@@ -52,23 +52,23 @@ mod manual {
     use core::sync::atomic::{AtomicU64, Ordering};
     use core::time::Duration;
 
-    /// A clock from zero that moves when it is told to and when the bus spends time; saturates after 584 years.
+    /// A clock that starts at zero and moves only when told to and when the bus spends time; saturates after 584 years.
     #[derive(Debug, Default)]
     pub struct ManualClock(AtomicU64);
 
     impl ManualClock {
-        /// A clock that shows zero.
+        /// A clock at zero.
         #[must_use]
         pub const fn new() -> Self {
             Self(AtomicU64::new(0))
         }
 
-        /// Moves on to this time; stays where it is when that is in the past.
+        /// Advances to this time; a time in the past changes nothing.
         pub fn set(&self, time: Duration) {
             self.0.fetch_max(nanoseconds(time), Ordering::SeqCst);
         }
 
-        /// Moves on by this much.
+        /// Advances by this much.
         pub fn advance(&self, by: Duration) {
             let moved = |time: u64| Some(time.saturating_add(nanoseconds(by)));
             // The closure always yields a value, so the update cannot fail.

@@ -1,4 +1,4 @@
-//! One sensor: what it answers, what it refuses, and what it does as time passes.
+//! One sensor: its answers, its refusals, and its behavior over time.
 
 pub(crate) mod edge;
 pub(crate) mod measurement;
@@ -19,11 +19,11 @@ use crate::word;
 use core::time::Duration;
 use grideye_frame::{Frame, PixelIndex};
 
-/// How long the sensor does not answer after power-on with [`Options::silent_start`] (AMG88 spec §4-4, "typ.").
+/// How long the sensor stays silent after power-on with [`Options::silent_start`] (AMG88 spec §4-4, "typ.").
 pub const SILENT_START: Duration = Duration::from_millis(50);
 /// The shortest sleep with [`Options::freezes_on_fast_wake`] (the wait of the Linux driver).
 pub const SLEEP_MIN: Duration = Duration::from_millis(100);
-/// The latest time that counts: 584 years.
+/// The latest representable time: 584 years.
 const TIME_MAX: Duration = Duration::from_nanos(u64::MAX);
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,9 +35,10 @@ enum Transfer {
     Read,
 }
 
-/// One AMG8833 at the level of bytes on its bus. Every call says what time it is.
+/// One AMG8833, driven byte by byte. Every call passes the current time.
 ///
-/// The registers stand still from START to STOP (AMG88 spec §4-11-11). A time before an earlier one counts as that one.
+/// The registers stand still from START to STOP (AMG88 spec §4-11-11). A time before an earlier call counts as that
+/// call's.
 #[derive(Debug, Clone)]
 pub struct Device<S> {
     source: S,
@@ -52,15 +53,14 @@ pub struct Device<S> {
     woken_too_fast: bool,
     condition: Condition,
     spoil: Option<Spoil>,
-    /// What faults put into the frame in the registers.
     spoiled: FaultSet,
-    /// How the transaction under way is torn, and whether it was.
+    /// How the current transaction is torn, and whether that has happened.
     tear: Option<Option<PixelIndex>>,
     tore: bool,
     latest: Duration,
-    /// The last STOP: frames that fell due before it came into the registers with it.
+    /// The last STOP: frames due during its transaction reached the registers then.
     stopped: Duration,
-    /// A frame that was measured ahead of its turn, because of its thermistor, and its tick.
+    /// A frame measured early for its thermistor, with its tick.
     early: Option<(u64, Frame)>,
     refusals: Refusals,
     frames: u64,
@@ -68,7 +68,7 @@ pub struct Device<S> {
 }
 
 impl<S: FrameSource> Device<S> {
-    /// A sensor that is powered on at this time.
+    /// A sensor that powers on at this time.
     pub fn new(source: S, options: Options, powered_on_at: Duration) -> Self {
         let mut device = Self {
             source,
@@ -107,7 +107,7 @@ impl<S: FrameSource> Device<S> {
         self.start(Transfer::Read, now)
     }
 
-    /// One byte to the sensor: a register address first, then bytes for it and the ones after it.
+    /// Sends one byte: first a register address, then values for that register and the following ones.
     pub fn write(&mut self, byte: u8, now: Duration) -> Ack {
         let now = self.at_last(now);
         match self.transfer {
@@ -127,7 +127,7 @@ impl<S: FrameSource> Device<S> {
         }
     }
 
-    /// One byte from the register under the pointer, which moves on; 0xFF when the sensor was not addressed for reading.
+    /// Reads the register under the pointer and advances it; 0xFF if the sensor is not addressed for reading.
     pub fn read(&mut self, now: Duration) -> u8 {
         let now = self.at_last(now);
         if self.transfer != Some(Transfer::Read) {
@@ -143,13 +143,13 @@ impl<S: FrameSource> Device<S> {
         self.registers.read(register, &self.options)
     }
 
-    /// STOP: what fell due since START comes into the registers now. The pointer stays.
+    /// STOP: frames due since START reach the registers now. The pointer stays.
     pub fn stop(&mut self, now: Duration) {
         self.close(now);
         self.advance(now);
     }
 
-    /// Lets the sensor do what is due by this time, as every call on the bus does.
+    /// Does what is due by this time, as every bus call does.
     pub fn advance(&mut self, now: Duration) {
         let now = self.at_last(now);
         if self.transfer.is_none() {
@@ -157,7 +157,7 @@ impl<S: FrameSource> Device<S> {
         }
     }
 
-    /// Takes the supply away and gives it back: every register as after power-on. Faults of the bus stay.
+    /// Cuts and restores the supply: every register returns to its power-on value. Bus faults stay.
     pub fn power_cycle(&mut self, now: Duration) {
         self.advance(now);
         let now = self.latest;
@@ -175,7 +175,7 @@ impl<S: FrameSource> Device<S> {
         self.announce();
     }
 
-    /// Changes [`Options::clock_error_ppm`] without a jump of the phase. [`Options::clock_drift`] goes on.
+    /// Changes [`Options::clock_error_ppm`] without a phase jump. [`Options::clock_drift`] continues.
     pub fn set_clock_error_ppm(&mut self, clock_error_ppm: i32, now: Duration) {
         self.advance(now);
         self.options.clock_error_ppm = clock_error_ppm;
@@ -183,21 +183,22 @@ impl<S: FrameSource> Device<S> {
         self.progress.ticks.set_error(error, self.latest);
     }
 
-    /// The oldest change of the INT pin that was not taken yet, of the last [`EDGES_MAX`](crate::EDGES_MAX).
+    /// Takes the oldest untaken change of the INT pin, of the last [`EDGES_MAX`](crate::EDGES_MAX).
     pub fn take_edge(&mut self) -> Option<PinEdge> {
         self.edges.take()
     }
 }
 
 impl<S> Device<S> {
-    /// When the sensor measures next, on the host's clock; `None` while it does not. At 1 fps, ten ticks make a frame.
+    /// When the sensor measures next, on the host's clock; `None` while it does not measure. At 1 fps, ten ticks make a
+    /// frame.
     #[must_use]
     pub fn next_tick_at(&self) -> Option<Duration> {
         let tick = self.next_tick();
         self.measures().then(|| self.progress.ticks.time(tick))
     }
 
-    /// When the next frame comes into the registers, unless an open transaction holds it up; `None` while none does.
+    /// When the next frame reaches the registers, unless an open transaction delays it; `None` if none is coming.
     #[must_use]
     pub fn next_frame_at(&self) -> Option<Duration> {
         let next = self.next_tick();
@@ -210,19 +211,19 @@ impl<S> Device<S> {
         self.measures().then(|| self.progress.ticks.time(tick))
     }
 
-    /// How often the INT pin fell, and how often it was released, since the sensor was made.
+    /// How often the INT pin fell and how often it was released, since the sensor was created.
     #[must_use]
     pub fn edge_counts(&self) -> (u64, u64) {
         self.edges.counts
     }
 
-    /// How many changes of the INT pin nobody took in time.
+    /// How many INT pin changes were lost because nothing took them in time.
     #[must_use]
     pub fn edges_lost(&self) -> u64 {
         self.edges.lost
     }
 
-    /// The INT pin as of the last call that told the time.
+    /// The INT pin as of the last call that passed a time.
     #[must_use]
     pub fn interrupt_pin(&self) -> InterruptPin {
         if self.condition.unpowered {
@@ -231,25 +232,25 @@ impl<S> Device<S> {
         self.registers.interrupt_pin(&self.options)
     }
 
-    /// How many frames came into the registers since the sensor was made.
+    /// How many frames reached the registers since the sensor was created.
     #[must_use]
     pub fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// What the sensor refused so far.
+    /// How often the sensor refused something.
     #[must_use]
     pub fn refusals(&self) -> Refusals {
         self.refusals
     }
 
-    /// How this specimen behaves.
+    /// The options of this sensor.
     #[must_use]
     pub fn options(&self) -> &Options {
         &self.options
     }
 
-    /// The source of its frames.
+    /// The source of the sensor's frames.
     #[must_use]
     pub fn source(&self) -> &S {
         &self.source
@@ -274,7 +275,6 @@ impl<S: FrameSource> Device<S> {
         !self.condition.unpowered && !silent
     }
 
-    /// Measures what is due, tick by tick, as the mode asks for.
     fn catch_up(&mut self, now: Duration) {
         self.progress.ticks.settle(now);
         let due = self.progress.ticks.count(now);
@@ -330,7 +330,7 @@ impl<S: FrameSource> Device<S> {
         }
     }
 
-    /// The source's frame of this tick, for which it is asked once.
+    /// The source's frame for this tick. Asks the source only once per tick.
     fn frame(&mut self, tick: u64, time: Duration) -> Frame {
         match self.early.take() {
             Some((early, frame)) if early == tick => frame,
@@ -338,7 +338,7 @@ impl<S: FrameSource> Device<S> {
         }
     }
 
-    /// Measures the next tick ahead of its turn, if it is due in an open transaction, for its thermistor alone.
+    /// Measures the next tick early if it falls due in an open transaction, for its thermistor alone.
     fn measure_thermistor(&mut self, now: Duration) {
         if self.early.is_some() || !self.measures() {
             return;
@@ -390,7 +390,7 @@ impl<S: FrameSource> Device<S> {
         self.leave_out();
     }
 
-    /// With [`WarmUp::TwoFrames`], what is still left out after an initial reset follows rate and mode.
+    /// With [`WarmUp::TwoFrames`], the ticks still omitted after an initial reset depend on rate and mode.
     fn leave_out(&mut self) {
         if self.options.warm_up == WarmUp::TwoFrames {
             self.progress.leave_out(self.warm_up_ticks());
@@ -412,9 +412,9 @@ impl<S: FrameSource> Device<S> {
     }
 }
 
-/// What faults of the bus do to the sensor.
+/// How bus faults act on the sensor.
 impl<S: FrameSource> Device<S> {
-    /// What is lasting about its faults, from this time on.
+    /// Applies the lasting faults from this time on.
     pub(crate) fn set_condition(&mut self, condition: Condition, now: Duration) {
         if condition == self.condition {
             return;
@@ -432,7 +432,7 @@ impl<S: FrameSource> Device<S> {
         self.note_edge(now);
     }
 
-    /// A byte of registers that do not stand still.
+    /// Reads a byte from registers that change within the transaction.
     #[cold]
     fn read_torn(&mut self, now: Duration) -> u8 {
         let frames = self.frames;
@@ -449,34 +449,33 @@ impl<S: FrameSource> Device<S> {
 }
 
 impl<S> Device<S> {
-    /// What faults put into every frame from the next one on.
+    /// Sets what faults put into every frame from the next one on.
     pub(crate) fn set_spoil(&mut self, spoil: Option<Spoil>) {
         self.spoil = spoil;
     }
 
-    /// What faults put into the frame in the registers.
     pub(crate) fn spoiled(&self) -> FaultSet {
         self.spoiled
     }
 
-    /// Tears the transaction that has just begun, as [`Fault::Torn`](crate::Fault::Torn) has it.
+    /// Tears the transaction that has just begun, as [`Fault::Torn`](crate::Fault::Torn) defines it.
     pub(crate) fn set_tear(&mut self, tear: Option<Option<PixelIndex>>) {
         self.tear = tear;
     }
 
-    /// Whether it was torn since this was asked last.
+    /// Whether a transaction was torn since the last call.
     pub(crate) fn take_tore(&mut self) -> bool {
         core::mem::take(&mut self.tore)
     }
 
-    /// STOP, after which somebody else lets come what fell due.
+    /// STOP without catching up: the caller does that.
     pub(crate) fn close(&mut self, now: Duration) {
         self.transfer = None;
         self.tear = None;
         self.stopped = self.at_last(now);
     }
 
-    /// The time as of the last call that told it.
+    /// The time as of the last call that passed one.
     pub(crate) fn latest(&self) -> Duration {
         self.latest
     }
@@ -485,7 +484,6 @@ impl<S> Device<S> {
         self.transfer.is_some()
     }
 
-    /// The register that the next byte is read from or written to.
     pub(crate) fn next_register(&self) -> Option<u8> {
         match self.transfer {
             Some(Transfer::Read | Transfer::Write) => Some(self.pointer),
@@ -493,7 +491,7 @@ impl<S> Device<S> {
         }
     }
 
-    /// START and an address that a fault keeps from being acknowledged.
+    /// A fault keeps the sensor from acknowledging its address.
     pub(crate) fn refuse_address(&mut self) -> Ack {
         self.transfer = None;
         self.nack()
@@ -514,7 +512,6 @@ impl<S> Device<S> {
         !asleep && !self.woken_too_fast && !stopped
     }
 
-    /// Whether ten ticks make a frame.
     fn takes_means(&self) -> bool {
         self.registers.mode == Mode::Normal && self.registers.one_fps
     }
@@ -524,7 +521,7 @@ impl<S> Device<S> {
         self.edges.note(low, at);
     }
 
-    /// The register under the pointer, which then moves on.
+    /// Returns the register under the pointer and advances the pointer.
     fn step(&mut self) -> u8 {
         let register = self.pointer;
         self.pointer = match self.options.past_the_end {
@@ -539,7 +536,7 @@ impl<S> Device<S> {
         Ack::Nack
     }
 
-    /// The time, which never runs backwards here.
+    /// Records the time, which never runs backwards here.
     fn at_last(&mut self, now: Duration) -> Duration {
         self.latest = self.latest.max(now.min(TIME_MAX));
         self.latest

@@ -1,4 +1,4 @@
-//! What can be broken about a sensor and its bus, and what is broken now.
+//! Faults: the kinds that can be injected, and those active now.
 
 pub(crate) mod active;
 mod kind;

@@ -1,4 +1,4 @@
-//! The same bus for drivers on other traits than those of `embedded-hal` 1.0.
+//! The same bus for drivers on traits other than `embedded-hal` 1.0.
 
 #[cfg(feature = "async")]
 mod asynchronous;

@@ -1,4 +1,4 @@
-//! A TCA9548A: one bus in, eight out.
+//! A TCA9548A multiplexer: one bus in, eight out.
 
 use crate::bus::Bus;
 use crate::bus::line::Control;
@@ -8,12 +8,11 @@ use crate::source::FrameSource;
 use core::fmt;
 use embedded_hal::i2c::{ErrorType, I2c, Operation};
 
-/// How many buses are behind a multiplexer.
+/// The number of buses after a multiplexer.
 pub const CHANNELS: usize = 8;
-/// The trunk and all channels.
 const BUSES: usize = CHANNELS + 1;
 
-/// The address of a multiplexer: 0x70 to 0x77, as the pins A2 to A0 have it (TI SCPS207, "Device Address").
+/// The address of a multiplexer: 0x70 to 0x77, set by pins A2 to A0 (TI SCPS207, "Device Address").
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct MuxAddress(u8);
 
@@ -21,7 +20,7 @@ impl MuxAddress {
     /// All three pins low: 0x70.
     pub const FIRST: Self = Self(0x70);
 
-    /// The address of these seven bits; `None` when the multiplexer cannot have it.
+    /// The address of these seven bits; `None` if no multiplexer can have it.
     #[must_use]
     pub const fn from_bits(bits: u8) -> Option<Self> {
         match bits {
@@ -37,7 +36,7 @@ impl MuxAddress {
     }
 }
 
-/// A TCA9548A with a bus before it, the trunk, and eight behind it, the channels.
+/// A TCA9548A with one bus before it, the trunk, and eight after it, the channels.
 ///
 /// ```text
 ///                       ┌─ channel 0: Bus ─ 0x68, 0x69
@@ -45,10 +44,11 @@ impl MuxAddress {
 ///         0x68, 0x69    └─ channel 7: Bus ─ 0x68, 0x69
 /// ```
 ///
-/// - The last byte written to its address selects channels from the STOP on; reading returns it (TI SCPS207).
-/// - Active channels and the trunk are one pair of wires: devices of one address acknowledge together, and what they send
-///   is ANDed. A line held low on an active channel holds the trunk until [`reset`](Self::reset).
-/// - Bits take the trunk's time. A channel's trace and traffic are those that reached it.
+/// - The last byte written to the multiplexer's address selects channels, effective at the STOP; reading returns it (TI
+///   SCPS207).
+/// - Active channels and the trunk are one pair of wires: devices with the same address acknowledge together, and their
+///   bytes are ANDed. A line held low on an active channel holds the trunk until [`reset`](Self::reset).
+/// - Bits take the trunk's time. A channel's trace and traffic cover only messages that reached it.
 #[derive(Debug)]
 pub struct Mux<C, S> {
     trunk: Bus<C, S>,
@@ -59,7 +59,7 @@ pub struct Mux<C, S> {
 }
 
 impl<C: Clock, S: FrameSource> Mux<C, S> {
-    /// A multiplexer that is powered on now: no channel is selected.
+    /// A multiplexer that powers on now, with no channel selected.
     pub const fn new(
         trunk: Bus<C, S>,
         address: MuxAddress,
@@ -84,12 +84,12 @@ impl<C: Clock, S: FrameSource> Mux<C, S> {
         &mut self.trunk
     }
 
-    /// The bus behind channel 0 to 7.
+    /// The bus on channel 0 to 7.
     pub fn channel(&self, channel: usize) -> Option<&Bus<C, S>> {
         self.channels.get(channel)
     }
 
-    /// The bus behind channel 0 to 7.
+    /// The bus on channel 0 to 7.
     pub fn channel_mut(&mut self, channel: usize) -> Option<&mut Bus<C, S>> {
         self.channels.get_mut(channel)
     }
@@ -116,12 +116,12 @@ impl<C: Clock, S: FrameSource> Mux<C, S> {
         self.control
     }
 
-    /// A pulse on the RESET pin: no channel is selected.
+    /// Pulses the RESET pin: deselects all channels.
     pub const fn reset(&mut self) {
         self.control = 0;
     }
 
-    /// The RESET pin: while it is held low, no channel is selected, and the multiplexer does not answer.
+    /// Sets the RESET pin: while low, no channel is selected and the multiplexer does not answer.
     pub const fn hold_in_reset(&mut self, low: bool) {
         self.held_in_reset = low;
         if low {
@@ -129,12 +129,12 @@ impl<C: Clock, S: FrameSource> Mux<C, S> {
         }
     }
 
-    /// Takes the multiplexer's supply away and gives it back: no channel is selected. The sensors keep theirs.
+    /// Cuts and restores the multiplexer's supply: deselects all channels. The sensors keep theirs.
     pub const fn power_cycle(&mut self) {
         self.control = 0;
     }
 
-    /// Lets scripts and sensors of all buses do what is due by now.
+    /// Lets the scripts and sensors of all buses do what is due by now.
     pub fn advance(&mut self) {
         self.buses_mut().for_each(Bus::advance);
     }
@@ -145,7 +145,7 @@ impl<C, S> ErrorType for Mux<C, S> {
 }
 
 impl<C: Clock, S: FrameSource> I2c for Mux<C, S> {
-    /// As on a single bus; what is written to the multiplexer's own address takes effect with the STOP.
+    /// As on a single bus; bytes written to the multiplexer's own address take effect at the STOP.
     fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Outcome {
         let mut control = Control {
             selected: self.control,

@@ -1,7 +1,7 @@
-//! Faults by script: which, when, how long, how likely, on which sensor, from one seed.
+//! Fault scripts: which fault, when, how long, how likely, on which sensor, from one seed.
 //!
-//! The same script on the same transactions breaks the same things: each rule draws from a stream of its own, by the
-//! number of the transaction, byte or frame.
+//! The same script on the same transactions injects the same faults: each rule draws from its own stream, by the number
+//! of the transaction, byte or frame.
 //!
 //! ```
 //! use amg8833_emulator::script::{Lasting, Rule, Script, When};

@@ -1,4 +1,4 @@
-//! Handles of a bus that several drivers share, and the INT pins of its sensors as inputs of the controller.
+//! Shared handles of a bus for several drivers, and the sensors' INT pins as controller inputs.
 
 use crate::bus::Bus;
 use crate::clock::Clock;
@@ -11,12 +11,12 @@ use core::time::Duration;
 use embedded_hal::digital;
 use embedded_hal::i2c::{ErrorType, I2c, Operation};
 
-/// A bus that a driver holds while a test goes on looking at the sensor, breaking it, or watching its INT pin.
+/// A bus handle for a driver, while a test still inspects the sensor, injects faults or watches its INT pin.
 #[derive(Debug)]
 pub struct SharedBus<'a, C, S>(&'a RefCell<Bus<C, S>>);
 
 impl<'a, C, S> SharedBus<'a, C, S> {
-    /// One of any number of handles on this bus.
+    /// Creates a handle of this bus, one of any number.
     pub const fn new(bus: &'a RefCell<Bus<C, S>>) -> Self {
         Self(bus)
     }
@@ -44,7 +44,7 @@ impl<C, S> ErrorType for SharedBus<'_, C, S> {
 }
 
 impl<C: Clock, S: FrameSource> I2c for SharedBus<'_, C, S> {
-    /// As on the bus itself. While the bus is borrowed elsewhere, the arbitration is lost.
+    /// As on the bus itself. Returns `ArbitrationLoss` while the bus is borrowed elsewhere.
     fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Outcome {
         match self.0.try_borrow_mut() {
             Ok(mut bus) => bus.transaction(address, operations),
@@ -53,10 +53,10 @@ impl<C: Clock, S: FrameSource> I2c for SharedBus<'_, C, S> {
     }
 }
 
-/// How long a wait for the INT pin lasts at most, on the clock of the bus: a day.
+/// The longest wait for the INT pin, on the clock of the bus: a day.
 pub const WAIT_MAX: Duration = Duration::from_secs(86_400);
 
-/// The INT pin as an `embedded_hal::digital::InputPin`: low on an interrupt, else high by its pull-up.
+/// The INT pin as an `embedded_hal::digital::InputPin`: low on an interrupt, otherwise high by its pull-up.
 #[derive(Debug)]
 pub struct IntPin<'a, C, S> {
     pub(crate) bus: &'a RefCell<Bus<C, S>>,
@@ -71,12 +71,12 @@ impl<C, S> Clone for IntPin<'_, C, S> {
 
 impl<C, S> Copy for IntPin<'_, C, S> {}
 
-/// What can go wrong with the INT pin.
+/// Why reading the INT pin or waiting for it failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PinError {
-    /// The pin cannot be looked at while the bus is borrowed elsewhere.
+    /// The bus is borrowed elsewhere, so its pin cannot be read.
     Borrowed,
-    /// What was waited for did not come within [`WAIT_MAX`](crate::WAIT_MAX).
+    /// The awaited change did not come within [`WAIT_MAX`](crate::WAIT_MAX).
     Late,
 }
 
@@ -86,7 +86,7 @@ impl fmt::Display for PinError {
             Self::Borrowed => formatter.write_str("the bus of the INT pin is borrowed elsewhere"),
             Self::Late => write!(
                 formatter,
-                "the INT pin did not change within {} h\nhint: is the sensor awake, and INT enabled (register 0x03)?",
+                "the INT pin did not change within {} h\nhint: is the sensor awake and INT enabled (register 0x03)?",
                 WAIT_MAX.as_secs() / 3_600
             ),
         }
@@ -128,10 +128,10 @@ impl<C, S> IntPin<'_, C, S> {
 }
 
 impl<'a, C: Clock, S: FrameSource> IntPin<'a, C, S> {
-    /// When the next frame comes into the registers; `None` when the sensor does not measure, or is not there.
+    /// When the next frame reaches the registers; `None` if the sensor does not measure or is not there.
     ///
     /// # Errors
-    /// While the bus is borrowed elsewhere.
+    /// [`PinError::Borrowed`] while the bus is borrowed elsewhere.
     pub fn next_frame_at(&self) -> Result<Option<Duration>, PinError> {
         self.with_bus(|bus, address| {
             let _ = bus.interrupt_pin(address);
@@ -139,8 +139,8 @@ impl<'a, C: Clock, S: FrameSource> IntPin<'a, C, S> {
         })
     }
 
-    /// The changes of the pin that were not taken yet, up to this time, to which an emulated clock is moved on; with a real
-    /// one, or while the bus is borrowed elsewhere, they end early.
+    /// The untaken changes of the pin up to this time. Advances an emulated clock to `until`; ends early on a real
+    /// clock or while the bus is borrowed elsewhere.
     #[must_use]
     pub const fn edges(&self, until: Duration) -> PinEdges<'a, C, S> {
         PinEdges { pin: *self, until }
@@ -168,7 +168,7 @@ impl<C: Clock, S: FrameSource> Iterator for PinEdges<'_, C, S> {
             let next = device.next_frame_at().unwrap_or(until).min(until);
             let now = bus.clock().now();
             bus.clock().wait(next);
-            // Without this the changes would never end on a clock that cannot be moved.
+            // Without this check, the iterator would never end on a clock that cannot be moved.
             (bus.clock().now() > now).then_some(None)
         };
         loop {

@@ -1,15 +1,15 @@
-//! What passes between sensor, wires and controller: addresses, acknowledgements, the INT pin, errors, traffic.
+//! Signals between sensor, wires and controller: addresses, acknowledgments, the INT pin, errors, traffic.
 
 use core::fmt;
 use core::time::Duration;
 use embedded_hal::i2c::{self, ErrorKind, NoAcknowledgeSource};
 
-/// The addresses that the sensor can have (AMG88 spec §4-8-2).
+/// The sensor's possible addresses (AMG88 spec §4-8-2).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Address {
     /// 0x68: AD_SELECT at GND.
     Low,
-    /// 0x69: AD_SELECT at VDD, as most boards have it.
+    /// 0x69: AD_SELECT at VDD, as on most boards.
     High,
 }
 
@@ -26,7 +26,7 @@ impl Address {
         }
     }
 
-    /// The address of these seven bits; `None` when the sensor cannot have it.
+    /// The address of these seven bits; `None` if no sensor can have it.
     #[must_use]
     pub fn from_bits(bits: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|address| address.bits() == bits)
@@ -40,14 +40,14 @@ impl Address {
     }
 }
 
-/// What went wrong on the bus, as a controller would report it.
+/// A bus error, as a controller reports it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BusError {
     /// The address or a byte was not acknowledged (EREMOTEIO or ENXIO).
     NoAcknowledge {
         /// The seven bits of the address.
         address: u8,
-        /// Whether it was the address or a byte.
+        /// Whether the address or a byte was not acknowledged.
         source: NoAcknowledgeSource,
     },
     /// A START or STOP was misplaced (EIO).
@@ -93,21 +93,21 @@ impl fmt::Display for BusError {
 
 impl core::error::Error for BusError {}
 
-/// What went over the bus since it was made.
+/// Traffic on the bus since its creation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Traffic {
-    /// From START to STOP each.
+    /// Transactions, each from START to STOP.
     pub transactions: u64,
-    /// Address bytes and bytes of data, acknowledged or not.
+    /// Address and data bytes, acknowledged or not.
     pub bytes: u64,
-    /// Nine for a byte, one each for START, repeated START and STOP.
+    /// Nine per byte, one for each START, repeated START and STOP.
     pub bits: u64,
     /// Addresses and bytes that were not acknowledged.
     pub nacks: u64,
 }
 
 impl Traffic {
-    /// What passed since an earlier look.
+    /// The traffic since an earlier count.
     #[must_use]
     pub const fn since(self, earlier: Self) -> Self {
         Self {
@@ -128,7 +128,6 @@ impl core::ops::AddAssign for Traffic {
     }
 }
 
-/// What becomes of a transaction.
 pub(crate) type Outcome = Result<(), BusError>;
 
 /// Whether a byte on the bus was acknowledged.
@@ -147,11 +146,11 @@ pub enum Acknowledge {
     All,
     /// The address was not.
     NotAddress,
-    /// The last of the bytes, which was written, was not.
+    /// The last written byte was not.
     NotLastByte,
 }
 
-/// The level of the INT pin: an open drain (AMG88 spec §4-7).
+/// The level of the INT pin, an open drain (AMG88 spec §4-7).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InterruptPin {
     /// Pulled low: an interrupt.
@@ -162,5 +161,5 @@ pub enum InterruptPin {
     High,
 }
 
-/// How long the controller waits for a bus that is held low, as on Linux.
+/// How long the controller waits for a bus held low, as on Linux.
 pub const HANG_TIMEOUT: Duration = Duration::from_secs(1);

@@ -1,16 +1,17 @@
-//! Where a sensor gets its frames from.
+//! The source of a sensor's frames.
 
 use core::time::Duration;
 use grideye_frame::Frame;
 
-/// What the sensor sees, as a function of time: a closure `FnMut(Duration) -> Frame`, or a [`Frame`] that never changes.
+/// The scene before the sensor as a function of time: a closure `FnMut(Duration) -> Frame`, or a [`Frame`] that never
+/// changes.
 pub trait FrameSource {
-    /// What the array measures at `t`, the host's time of a tick of the sensor, which asks once for each, in order.
-    /// Temperatures beyond what the registers hold saturate; not-a-number is an overflow of the converter.
+    /// The array's measurement at `t`, the host time of a sensor tick. The sensor asks once per tick, in order.
+    /// Temperatures beyond the register range saturate; not-a-number is a converter overflow.
     fn frame_at(&mut self, t: Duration) -> Frame;
 
-    /// The sensor was powered on or reset (0x3F), and `t` is the time of the first tick whose frame will reach the
-    /// registers, unless the power mode changes before. A replay starts here.
+    /// Called at power-on and reset (0x3F). `t` is the first tick with a frame that will reach the registers, unless
+    /// the power mode changes first. A replay starts here.
     fn measuring_from(&mut self, t: Duration) {
         let _ = t;
     }

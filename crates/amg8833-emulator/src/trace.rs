@@ -1,4 +1,4 @@
-//! What passed on the bus, message by message: for a closure, a table, or a logic analyzer's screen.
+//! Bus traces, message by message: for a closure, a table, or a logic analyzer.
 //!
 //! ```
 //! # #[cfg(feature = "std")] {

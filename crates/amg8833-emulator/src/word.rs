@@ -1,4 +1,4 @@
-//! How temperatures become register words: AMG88 spec §4-11-9 (thermistor), §4-11-11 (pixels), §4-11-8 (levels).
+//! Converts temperatures to register words: AMG88 spec §4-11-9 (thermistor), §4-11-11 (pixels), §4-11-8 (levels).
 
 use grideye_frame::PIXELS;
 
@@ -6,10 +6,10 @@ use grideye_frame::PIXELS;
 const MAGNITUDE_MAX: i32 = 0x7FF;
 /// The twelve bits that carry a value; the upper four of a pair of registers are unspecified and read 0.
 const VALUE_BITS: u16 = 0xFFF;
-/// Bit 11 is the sign of the thermistor, and of the two's complement of the pixels.
+/// Bit 11: the thermistor's sign, and the sign of the pixels' two's complement.
 const SIGN: u16 = 0x800;
 
-/// A register word, and whether the value was beyond what the word can hold.
+/// A register word, and whether the value exceeded the word's range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Word {
     pub(crate) bits: u16,
@@ -34,7 +34,8 @@ pub(crate) fn pixel(celsius: f64) -> Word {
     }
 }
 
-/// Sign and magnitude in sixteenths of a degree, saturating. Only minus zero itself is 0x800, as in a recording of it.
+/// Sign and magnitude in sixteenths of a degree, saturating. Only minus zero itself becomes 0x800, as recordings have
+/// it.
 pub(crate) fn thermistor(celsius: f64) -> Word {
     let (steps, overflow) = steps(celsius, 16.0, -MAGNITUDE_MAX);
     let magnitude = u16::try_from(steps.unsigned_abs()).unwrap_or(0);
@@ -51,7 +52,7 @@ pub(crate) fn signed(bits: u16) -> i16 {
     i16::from_ne_bytes((value | above).to_ne_bytes())
 }
 
-/// Whole steps, and whether they had to be cut to the range. Not-a-number cuts to the upper end.
+/// Whole steps, and whether they were clamped to the range. Not-a-number becomes the upper end.
 fn steps(celsius: f64, steps_per_degree: f64, least: i32) -> (i32, bool) {
     if celsius.is_nan() {
         return (MAGNITUDE_MAX, true);
@@ -61,13 +62,13 @@ fn steps(celsius: f64, steps_per_degree: f64, least: i32) -> (i32, bool) {
     (held, held != nearest)
 }
 
-/// Nearest whole number, halves away from zero; far values end at the ends of `i32`.
+/// Nearest whole number, halves away from zero; clamped to the range of `i32`.
 fn rounded(value: f64) -> i32 {
     let half = if value < 0.0 { -0.5 } else { 0.5 };
     #[expect(
         clippy::as_conversions,
         clippy::cast_possible_truncation,
-        reason = "cutting off the fraction and saturating at the ends is what is wanted here"
+        reason = "the fraction must go, and far values must saturate"
     )]
     let whole = (value + half) as i32;
     whole

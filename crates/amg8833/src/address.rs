@@ -1,9 +1,9 @@
-//! The two addresses that the sensor can have on the bus.
+//! The sensor's two possible bus addresses.
 
 use core::error::Error;
 use core::fmt;
 
-/// The sensor's address on the bus, chosen by its pin AD_SELECT (AMG88 spec §4-8-2).
+/// The sensor's bus address, chosen by its AD_SELECT pin (AMG88 spec §4-8-2).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Address {
     /// 0x68: AD_SELECT at GND.
@@ -22,7 +22,7 @@ impl Address {
         }
     }
 
-    /// The one that the other level of AD_SELECT chooses.
+    /// The address at the other level of AD_SELECT.
     #[must_use]
     pub const fn other(self) -> Self {
         match self {
@@ -55,10 +55,10 @@ impl fmt::Display for Address {
     }
 }
 
-/// An address that no AMG8833 can have.
+/// An address no AMG8833 can have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct UnknownAddress {
-    /// The address asked for.
+    /// The rejected address.
     pub found: u8,
 }
 
@@ -66,7 +66,7 @@ impl fmt::Display for UnknownAddress {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             formatter,
-            "not an address of the sensor: expected {} or {}, found {:#04x}\n\
+            "not a sensor address: expected {} or {}, found {:#04x}\n\
              hint: give the 7-bit address; 0xd0 and 0xd2 are the same two with the read/write bit",
             Address::Low,
             Address::High,
@@ -100,7 +100,7 @@ mod tests {
         let message = std::format!("{}", Address::try_from(0xD2).unwrap_err());
         assert_eq!(
             message,
-            "not an address of the sensor: expected 0x68 or 0x69, found 0xd2\n\
+            "not a sensor address: expected 0x68 or 0x69, found 0xd2\n\
              hint: give the 7-bit address; 0xd0 and 0xd2 are the same two with the read/write bit"
         );
     }

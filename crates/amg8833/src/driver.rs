@@ -1,4 +1,4 @@
-//! The driver, written once for its two faces: blocking, and async.
+//! The driver, written once and compiled twice: blocking and async.
 
 use crate::address::Address;
 use crate::error::Error;
@@ -11,8 +11,8 @@ use crate::settings::{Configuration, FrameRate, InterruptControl, MovingAverage,
 use crate::status::Status;
 use grideye_frame::{PIXELS, PixelWord, RawFrame, ThermistorWord};
 
-/// Makes both faces of one body of async methods with `wait!` around each call of the bus or of a clock: the async face
-/// awaits it, the blocking one takes its answer, and its methods are not async.
+/// Compiles one body of async methods twice. Each bus or delay call is wrapped in `wait!`: the async driver awaits it,
+/// the blocking driver returns its result directly.
 macro_rules! faces {
     ($wait:ident, {
         $driver:item
@@ -26,7 +26,6 @@ macro_rules! faces {
             )*
         }
     }) => {
-        /// The driver that waits for the bus.
         pub(crate) mod blocking {
             use super::*;
             use embedded_hal::{delay::DelayNs, i2c::I2c};
@@ -50,9 +49,9 @@ macro_rules! faces {
             }
         }
 
-        /// The same driver on [`embedded_hal_async`]: the same methods and the same bytes, with `.await`.
+        /// The driver on [`embedded_hal_async`]: the same methods and the same bytes, with `.await`.
         ///
-        /// A future that is dropped half-way leaves a sequence half done: call the method again from the start.
+        /// Dropping a future midway leaves a sequence half done: call the method again from the start.
         pub mod asynch {
             use super::*;
             use embedded_hal_async::{delay::DelayNs, i2c::I2c};
@@ -79,9 +78,9 @@ macro_rules! faces {
 }
 
 faces!(wait, {
-    /// An AMG8833 on a bus that it owns until [`release`](Self::release).
+    /// An AMG8833 on a bus that the driver owns until [`release`](Self::release).
     ///
-    /// Every method is safe to repeat after an error. The driver keeps no state of the sensor.
+    /// Every method is safe to repeat after an error. The driver caches no sensor state.
     #[derive(Debug)]
     pub struct Amg8833<I2C> {
         i2c: I2C,
@@ -89,12 +88,12 @@ faces!(wait, {
     }
 
     impl<I2C> Amg8833<I2C> {
-        /// A driver for the sensor at this address. Sends nothing: go on with [`init`](Self::init).
+        /// Creates a driver for the sensor at this address. Sends nothing: call [`init`](Self::init) next.
         pub const fn new(i2c: I2C, address: Address) -> Self {
             Self { i2c, address }
         }
 
-        /// The bus, given back; the sensor goes on as it is.
+        /// Returns the bus and leaves the sensor as it is.
         pub fn release(self) -> I2C {
             self.i2c
         }
@@ -106,11 +105,11 @@ faces!(wait, {
     }
 
     impl<I2C: I2c> Amg8833<I2C> {
-        /// Wakes and resets the sensor, whatever it was doing, and sets it up (AMG88 spec §4-11-1, §4-11-2).
+        /// Wakes, resets and configures the sensor, whatever its state (AMG88 spec §4-11-1, §4-11-2).
         ///
-        /// Takes 52 ms. Then wait for [`FrameRate::settling_time`]: the pixels may read 0 until then. If the sensor was put
-        /// to sleep by other means than [`sleep`](Self::sleep), wait for
-        /// [`timing::SLEEP_ENTRY`](crate::timing::SLEEP_ENTRY) before, or it may freeze.
+        /// Takes 52 ms. Then wait for [`FrameRate::settling_time`]: until then pixels may read 0. If something other
+        /// than [`sleep`](Self::sleep) put the sensor to sleep, wait
+        /// [`timing::SLEEP_ENTRY`](crate::timing::SLEEP_ENTRY) first, or the sensor may freeze.
         pub async fn init(
             &mut self,
             delay: &mut impl DelayNs,
@@ -120,32 +119,32 @@ faces!(wait, {
             wait!(self.write_all(&protocol::settings(settings)))
         }
 
-        /// From sleep or stand-by to normal mode with the resets that belong to it (AMG88 spec §4-11-1, §4-11-2).
+        /// Returns from sleep or stand-by to normal mode, with the resets this requires (AMG88 spec §4-11-1, §4-11-2).
         ///
-        /// The settings survive this in the 2016 datasheet, not in that of 2011: [`init`](Self::init) leaves no doubt. Wait
-        /// as after [`init`](Self::init).
+        /// The 2016 datasheet says the settings survive; the 2011 one disagrees. Use [`init`](Self::init) to be sure.
+        /// Wait afterward as after [`init`](Self::init).
         pub async fn wake(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<I2C::Error>> {
             wait!(self.run(&protocol::WAKE, delay))
         }
 
-        /// To sleep: 0.2 mA instead of 4.5 (AMG88 spec §4-4, §4-11-1). Reads are invalid until [`wake`](Self::wake) or
-        /// [`init`](Self::init). Takes [`timing::SLEEP_ENTRY`](crate::timing::SLEEP_ENTRY).
+        /// Puts the sensor to sleep: 0.2 mA instead of 4.5 mA (AMG88 spec §4-4, §4-11-1). Reads are invalid until
+        /// [`wake`](Self::wake) or [`init`](Self::init). Takes [`timing::SLEEP_ENTRY`](crate::timing::SLEEP_ENTRY).
         pub async fn sleep(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<I2C::Error>> {
             wait!(self.run(&protocol::SLEEP, delay))
         }
 
-        /// From normal mode to stand-by (AMG88 spec §4-11-1). No effect in sleep.
+        /// Switches from normal mode to stand-by (AMG88 spec §4-11-1). No effect in sleep.
         pub async fn standby(&mut self, interval: Standby) -> Result<(), Error<I2C::Error>> {
             wait!(self.write(protocol::power_mode(PowerMode::Standby(interval))))
         }
 
-        /// The power mode (AMG88 spec §4-11-1); unreliable in sleep.
+        /// Reads the power mode (AMG88 spec §4-11-1); unreliable in sleep.
         pub async fn power_mode(&mut self) -> Result<PowerMode, Error<I2C::Error>> {
             let [byte] = wait!(self.read(Register::PowerControl))?;
             Ok(PowerMode::from_byte(byte)?)
         }
 
-        /// The initial reset by itself, with its wait of 2 ms (AMG88 spec §4-11-2, which wants it in normal mode only).
+        /// Sends an initial reset and waits 2 ms. Use it in normal mode only (AMG88 spec §4-11-2).
         pub async fn initial_reset(
             &mut self,
             delay: &mut impl DelayNs,
@@ -153,48 +152,49 @@ faces!(wait, {
             wait!(self.run(&protocol::INITIAL_RESET, delay))
         }
 
-        /// Clears the flags and the interrupt table, and keeps settings and temperatures (AMG88 spec §4-11-2).
+        /// Clears the flags and the interrupt table; settings and temperatures stay (AMG88 spec §4-11-2).
         pub async fn flag_reset(&mut self) -> Result<(), Error<I2C::Error>> {
             wait!(self.write(protocol::FLAG_RESET))
         }
 
-        /// The 64 pixels in ONE transaction, or they may be of two frames (AMG88 spec §4-11-11). 131 bytes on the wire.
+        /// Reads the 64 pixels in ONE transaction; two could mix two frames (AMG88 spec §4-11-11). 131 bytes on the
+        /// wire.
         ///
-        /// [`word`](crate::word) says what the words mean.
+        /// [`word`](crate::word) converts the words to degrees.
         pub async fn read_pixels(&mut self) -> Result<[PixelWord; PIXELS], Error<I2C::Error>> {
             let bytes = wait!(self.read(Register::Pixels))?;
             Ok(protocol::pixels(&bytes))
         }
 
-        /// The chip's own temperature (AMG88 spec §4-11-9). 5 bytes on the wire.
+        /// Reads the chip's own temperature (AMG88 spec §4-11-9). 5 bytes on the wire.
         pub async fn read_thermistor(&mut self) -> Result<ThermistorWord, Error<I2C::Error>> {
             let bytes = wait!(self.read(Register::Thermistor))?;
             Ok(protocol::thermistor(bytes))
         }
 
-        /// The pixels and then the thermistor: 136 bytes on the wire, 12.3 ms at 100 kHz and 3.1 ms at 400 kHz.
+        /// Reads the pixels, then the thermistor: 136 bytes on the wire, 12.3 ms at 100 kHz and 3.1 ms at 400 kHz.
         ///
-        /// In two transactions, because the Raspberry Pi's controller takes a read only as the last message of one, and one
-        /// read across both would be 242 bytes.
+        /// Takes two transactions: the Raspberry Pi's controller allows a read only as a transaction's last message,
+        /// and one read across both would be 242 bytes.
         pub async fn read_frame(&mut self) -> Result<RawFrame, Error<I2C::Error>> {
             let pixels = wait!(self.read_pixels())?;
             let thermistor = wait!(self.read_thermistor())?;
             Ok(RawFrame { thermistor, pixels })
         }
 
-        /// The flags (AMG88 spec §4-11-5).
+        /// Reads the flags (AMG88 spec §4-11-5).
         pub async fn status(&mut self) -> Result<Status, Error<I2C::Error>> {
             let [byte] = wait!(self.read(Register::Status))?;
             Ok(Status::from_byte(byte))
         }
 
-        /// Clears the given flags and no others (AMG88 spec §4-11-6). Parts in the field keep the interrupt table until
-        /// [`flag_reset`](Self::flag_reset), against the datasheet's table.
+        /// Clears only the given flags (AMG88 spec §4-11-6). Contrary to the datasheet's table, parts in the field keep
+        /// the interrupt table until [`flag_reset`](Self::flag_reset).
         pub async fn clear_flags(&mut self, flags: Status) -> Result<(), Error<I2C::Error>> {
             wait!(self.write(Register::StatusClear.set(flags.byte())))
         }
 
-        /// Sets the interrupt's mode and its pin (AMG88 spec §4-11-4). Set the levels first.
+        /// Sets the interrupt mode and pin (AMG88 spec §4-11-4). Set the levels first.
         pub async fn set_interrupt(
             &mut self,
             control: InterruptControl,
@@ -202,13 +202,13 @@ faces!(wait, {
             wait!(self.write(protocol::interrupt(control)))
         }
 
-        /// The interrupt's mode and pin (AMG88 spec §4-11-4).
+        /// Reads the interrupt mode and pin (AMG88 spec §4-11-4).
         pub async fn interrupt(&mut self) -> Result<InterruptControl, Error<I2C::Error>> {
             let [byte] = wait!(self.read(Register::InterruptControl))?;
             Ok(InterruptControl::from_byte(byte))
         }
 
-        /// Sets levels and hysteresis (AMG88 spec §4-11-8), byte by byte: meanwhile a level may be half old, half new.
+        /// Sets levels and hysteresis byte by byte, so a level may briefly mix old and new (AMG88 spec §4-11-8).
         pub async fn set_interrupt_levels(
             &mut self,
             levels: &InterruptLevels,
@@ -216,19 +216,20 @@ faces!(wait, {
             wait!(self.write_all(&protocol::levels(levels)))
         }
 
-        /// Levels and hysteresis (AMG88 spec §4-11-8).
+        /// Reads levels and hysteresis (AMG88 spec §4-11-8).
         pub async fn interrupt_levels(&mut self) -> Result<InterruptLevels, Error<I2C::Error>> {
             let bytes = wait!(self.read(Register::UpperLevelLow))?;
             Ok(protocol::levels_from(bytes))
         }
 
-        /// The pixels that are beyond a level (AMG88 spec §4-11-10).
+        /// Reads which pixels are beyond a level (AMG88 spec §4-11-10).
         pub async fn interrupt_table(&mut self) -> Result<PixelSet, Error<I2C::Error>> {
             let bytes = wait!(self.read(Register::InterruptTable))?;
             Ok(PixelSet::from_table(bytes))
         }
 
-        /// Turns the moving average on or off, with its key (AMG88 spec §4-11-7). Repeat after an error, or the key stays in.
+        /// Turns the moving average on or off by its key (AMG88 spec §4-11-7). Repeat after an error, or the register
+        /// stays unlocked.
         pub async fn set_moving_average(
             &mut self,
             average: MovingAverage,
@@ -236,7 +237,7 @@ faces!(wait, {
             wait!(self.write_all(&protocol::moving_average(average)))
         }
 
-        /// Whether the moving average is on (AMG88 spec §4-11-7). Doubtful: a user saw it read as off forever.
+        /// Reads whether the moving average is on (AMG88 spec §4-11-7). Unreliable: a user saw it always read as off.
         pub async fn moving_average(&mut self) -> Result<MovingAverage, Error<I2C::Error>> {
             let [byte] = wait!(self.read(Register::Average))?;
             Ok(MovingAverage::from_byte(byte))
@@ -247,14 +248,14 @@ faces!(wait, {
             wait!(self.write(protocol::frame_rate(rate)))
         }
 
-        /// The frame rate (AMG88 spec §4-11-3).
+        /// Reads the frame rate (AMG88 spec §4-11-3).
         pub async fn frame_rate(&mut self) -> Result<FrameRate, Error<I2C::Error>> {
             let [byte] = wait!(self.read(Register::FrameRate))?;
             Ok(FrameRate::from_byte(byte))
         }
 
-        /// Every setting in one transaction of 17 bytes on the wire. Compare it every few seconds with what was asked for
-        /// ([`Configuration::deviation`]): a sensor that lost its supply for a moment goes on with its power-on settings.
+        /// Reads every setting in one transaction of 17 bytes on the wire. Compare with your settings every few seconds
+        /// ([`Configuration::deviation`]): after a supply dip the sensor continues with its power-on settings.
         pub async fn configuration(&mut self) -> Result<Configuration, Error<I2C::Error>> {
             let bytes = wait!(self.read(Register::PowerControl))?;
             Ok(protocol::configuration(bytes)?)
@@ -285,7 +286,7 @@ faces!(wait, {
             Ok(())
         }
 
-        /// Reads from a register on, in one transaction; in two if the first looks as if it had not taken place
+        /// Reads from register `first` on, in one transaction. Retries once if the buffer looks untouched
         /// ([`protocol::POISONS`]).
         async fn read<const N: usize>(
             &mut self,

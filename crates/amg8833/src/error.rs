@@ -1,23 +1,23 @@
-//! Why a call of the driver failed.
+//! Driver errors.
 
 use crate::power::UndefinedPowerMode;
 use core::fmt;
 
-/// Why a transfer with the sensor did not succeed. `E` is the error of the bus, kept whole.
+/// Why a driver call failed. `E` is the bus error, kept whole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Error<E> {
     /// The bus reported an error.
     Bus(E),
-    /// The bus reported success, but did not fill the buffer, twice in a row, as virtio controllers may.
+    /// The bus twice reported success without filling the buffer, as virtio controllers may.
     ShortRead {
-        /// The address of the first register of the read.
+        /// The address of the first register read.
         register: u8,
-        /// The bytes asked for.
+        /// The bytes requested.
         expected: usize,
-        /// The bytes delivered, counted up to the last one that changed.
+        /// The bytes delivered, up to the last one that changed.
         found: usize,
     },
-    /// The power register held a value that the datasheet does not define.
+    /// The power register held a value the datasheet does not define.
     UndefinedPowerMode(UndefinedPowerMode),
 }
 
@@ -38,8 +38,8 @@ impl<E: fmt::Display> fmt::Display for Error<E> {
             } => write!(
                 formatter,
                 "short read from register {register:#04x}: expected {expected} bytes, found {found}\n\
-                 hint: the bus reported success for a transfer that it did not carry out; check that the sensor \
-                 is there"
+                 hint: the bus reported success for a transfer it did not make; check that the sensor is \
+                 connected"
             ),
             Self::UndefinedPowerMode(error) => error.fmt(formatter),
         }
@@ -47,7 +47,7 @@ impl<E: fmt::Display> fmt::Display for Error<E> {
 }
 
 impl<E: core::error::Error> core::error::Error for Error<E> {
-    /// What lies below the error of the bus, which is part of this error's own text.
+    /// The bus error's own source: the bus error itself is already in this error's text.
     fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
         match self {
             Self::Bus(error) => error.source(),

@@ -1,4 +1,4 @@
-//! The temperatures at which a pixel enters and leaves the interrupt table.
+//! Interrupt levels: the temperatures at which a pixel enters and leaves the interrupt table.
 
 use crate::word::{self, OutOfRange};
 use core::error::Error;
@@ -7,9 +7,9 @@ use grideye_frame::{Celsius, PixelWord};
 
 /// When a pixel enters and leaves the interrupt table (AMG88 spec §4-11-8).
 ///
-/// The compared value is the pixel's temperature, or its change since the previous frame, as
-/// [`InterruptMode`](crate::InterruptMode) says. A pixel enters above `upper` or below `lower`, and leaves at
-/// `upper − hysteresis` or below, and `lower + hysteresis` or above.
+/// [`InterruptMode`](crate::InterruptMode) selects the compared value: the pixel's temperature or its change since the
+/// previous frame. A pixel enters above `upper` or below `lower`. It leaves at `upper − hysteresis` or below, and
+/// `lower + hysteresis` or above.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct InterruptLevels {
     pub(crate) upper: PixelWord,
@@ -20,7 +20,7 @@ pub struct InterruptLevels {
 impl InterruptLevels {
     /// Levels that no pixel can pass: +511.75 °C and −512 °C.
     ///
-    /// They differ from those after power-on (0 °C), so that reading them tells a sensor that lost its supply.
+    /// They differ from the power-on levels (0 °C), so reading them back reveals a sensor that lost its supply.
     pub const NEVER: Self = Self {
         upper: PixelWord(0x7FF),
         lower: PixelWord(0x800),
@@ -30,8 +30,8 @@ impl InterruptLevels {
     /// Levels in degrees, each rounded to the nearest quarter ([`word::pixel_word`]).
     ///
     /// # Errors
-    /// [`InvalidLevels`] if a temperature does not fit into its register, if `lower` is above `upper`, or if `hysteresis`
-    /// is negative or exceeds the magnitude of a level (AMG88 spec §4-11-8).
+    /// [`InvalidLevels`] if a temperature does not fit its register, `lower` is above `upper`, or `hysteresis` is
+    /// negative or exceeds the magnitude of a level (AMG88 spec §4-11-8).
     pub fn new(upper: Celsius, lower: Celsius, hysteresis: Celsius) -> Result<Self, InvalidLevels> {
         let levels = Self {
             upper: word::pixel_word(upper).map_err(InvalidLevels::Upper)?,
@@ -54,7 +54,7 @@ impl InterruptLevels {
         word::pixel_celsius(self.lower)
     }
 
-    /// How far inside the levels a pixel must come back to leave the table.
+    /// How far inside the levels a pixel must return to leave the table.
     #[must_use]
     pub fn hysteresis(&self) -> Celsius {
         word::pixel_celsius(self.hysteresis)
@@ -89,20 +89,20 @@ impl fmt::Display for InterruptLevels {
     }
 }
 
-/// Interrupt levels that the sensor cannot hold, or does not work with.
+/// Interrupt levels that the sensor cannot hold or does not work with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum InvalidLevels {
-    /// The upper level does not fit into its register.
+    /// The upper level does not fit its register.
     Upper(OutOfRange),
-    /// The lower level does not fit into its register.
+    /// The lower level does not fit its register.
     Lower(OutOfRange),
-    /// The hysteresis does not fit into its register.
+    /// The hysteresis does not fit its register.
     Hysteresis(OutOfRange),
     /// The lower level is above the upper one.
     LowerAboveUpper(Celsius, Celsius),
     /// The hysteresis is below 0.
     HysteresisNegative(Celsius),
-    /// The hysteresis is larger than a level (AMG88 spec §4-11-8).
+    /// The hysteresis exceeds a level (AMG88 spec §4-11-8).
     HysteresisAboveLevel(Celsius, Celsius),
 }
 

@@ -1,8 +1,8 @@
-//! The pixels of an interrupt table.
+//! Sets of pixels, as the interrupt table reports them.
 
 use grideye_frame::{PIXELS, PixelIndex};
 
-/// A set of pixels: those whose interrupt bit is set (AMG88 spec §4-11-10).
+/// The set of pixels with their interrupt bit set (AMG88 spec §4-11-10).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct PixelSet(u64);
 
@@ -10,13 +10,13 @@ impl PixelSet {
     /// No pixel.
     pub const EMPTY: Self = Self(0);
 
-    /// Bit `n` is the pixel of index `n`: bit 0 is pixel 1.
+    /// The set of these bits: bit `n` is the pixel of index `n`, so bit 0 is pixel 1.
     #[must_use]
     pub const fn from_bits(bits: u64) -> Self {
         Self(bits)
     }
 
-    /// Bit `n` is the pixel of index `n`: bit 0 is pixel 1.
+    /// The set as bits: bit `n` is the pixel of index `n`, so bit 0 is pixel 1.
     #[must_use]
     pub const fn bits(self) -> u64 {
         self.0
@@ -40,7 +40,7 @@ impl PixelSet {
         self.0 == 0
     }
 
-    /// The pixels of the set, from 1 to 64.
+    /// The pixels of the set in ascending order.
     pub fn iter(self) -> impl Iterator<Item = PixelIndex> {
         PixelIndex::all().filter(move |pixel| self.contains(*pixel))
     }

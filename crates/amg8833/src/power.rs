@@ -1,21 +1,22 @@
-//! The power modes, and the bytes that stand for them.
+//! The power modes and their register bytes.
 
 use crate::register::power;
 use core::error::Error;
 use core::fmt;
 
-/// What the sensor is doing (AMG88 spec §4-11-1).
+/// The sensor's power mode (AMG88 spec §4-11-1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum PowerMode {
-    /// Measuring all the time; 4.5 mA (AMG88 spec §4-4).
+    /// Measures continuously; 4.5 mA (AMG88 spec §4-4).
     Normal,
-    /// Not measuring, reads are invalid, and only the command for normal mode is obeyed; 0.2 mA (AMG88 spec §4-4).
+    /// Does not measure. Reads are invalid, and the sensor obeys only the command for normal mode; 0.2 mA (AMG88 spec
+    /// §4-4).
     Sleep,
-    /// Measuring once in a while; 0.8 mA (AMG88 spec §4-4).
+    /// Measures at intervals; 0.8 mA (AMG88 spec §4-4).
     Standby(Standby),
 }
 
-/// How often the sensor measures in stand-by (AMG88 spec §4-11-1; dropped from the 2021 description of the interface).
+/// How often the sensor measures in stand-by (AMG88 spec §4-11-1; missing from the 2021 interface description).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Standby {
     /// Every 10 s.
@@ -56,7 +57,7 @@ impl fmt::Display for PowerMode {
     }
 }
 
-/// The power register held a value that the datasheet does not define (AMG88 spec §4-11-1).
+/// The power register held a value the datasheet does not define (AMG88 spec §4-11-1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct UndefinedPowerMode {
     /// The register's value.
@@ -68,7 +69,7 @@ impl fmt::Display for UndefinedPowerMode {
         write!(
             formatter,
             "undefined power mode: expected 0x00, 0x10, 0x20 or 0x21, found {:#04x}\n\
-             hint: set the sensor up again; another program, or noise on the bus, wrote to it",
+             hint: initialize the sensor again; another program or bus noise wrote to it",
             self.found
         )
     }

@@ -1,4 +1,4 @@
-//! What goes over the bus, in which order, with which waits: the blocking and the async driver only carry it there.
+//! The byte sequences and waits that the blocking and async drivers send.
 
 use crate::levels::InterruptLevels;
 use crate::power::{PowerMode, UndefinedPowerMode};
@@ -9,10 +9,9 @@ use crate::word;
 use core::time::Duration;
 use grideye_frame::{PIXELS, PixelWord, ThermistorWord};
 
-/// The bytes that set one register.
+/// Register address and value: the bytes that set one register.
 pub(crate) type Write = [u8; 2];
 
-/// One step of a sequence in which time matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Step {
     Write(Write),
@@ -28,29 +27,25 @@ pub(crate) const WAKE: [Step; 5] = [
     Step::Write(Register::Reset.set(reset::FLAGS)),
 ];
 
-/// To sleep, and on until the sensor may be woken again (AMG88 spec §4-11-1; the wait: [`timing::SLEEP_ENTRY`]).
+/// To sleep, with the wait until a wake is safe (AMG88 spec §4-11-1; [`timing::SLEEP_ENTRY`]).
 pub(crate) const SLEEP: [Step; 2] = [
     Step::Write(Register::PowerControl.set(power::SLEEP)),
     Step::WaitMs(milliseconds(timing::SLEEP_ENTRY)),
 ];
 
-/// The initial reset by itself (AMG88 spec §4-11-2).
+/// The initial reset alone (AMG88 spec §4-11-2).
 pub(crate) const INITIAL_RESET: [Step; 2] = [
     Step::Write(Register::Reset.set(reset::INITIAL)),
     Step::WaitMs(milliseconds(timing::INITIAL_RESET)),
 ];
 
-/// The flag reset (AMG88 spec §4-11-2).
 pub(crate) const FLAG_RESET: Write = Register::Reset.set(reset::FLAGS);
 
-/// Writes of [`settings`].
 const SETTINGS_WRITES: usize = 1 + AVERAGE_WRITES + LEVEL_WRITES + 1;
-/// Writes of [`moving_average`].
 const AVERAGE_WRITES: usize = 5;
-/// Writes of [`levels`].
 const LEVEL_WRITES: usize = 6;
 
-/// Every setting; the interrupt last, so that its pin does not move while the levels change.
+/// Writes every setting, the interrupt last, so that its pin does not move while the levels change.
 pub(crate) fn settings(settings: &Settings) -> [Write; SETTINGS_WRITES] {
     let mut writes = [interrupt(settings.interrupt); SETTINGS_WRITES];
     let average = moving_average(settings.moving_average);
@@ -76,7 +71,7 @@ pub(crate) const fn interrupt(control: InterruptControl) -> Write {
     Register::InterruptControl.set(control.byte())
 }
 
-/// The moving average is behind a key, without which the write is without effect (AMG88 spec §4-11-7).
+/// Without its key, a write to the moving average has no effect (AMG88 spec §4-11-7).
 pub(crate) const fn moving_average(average: MovingAverage) -> [Write; AVERAGE_WRITES] {
     let [first, second, third] = average::UNLOCK;
     [
@@ -119,7 +114,7 @@ pub(crate) const fn thermistor(bytes: [u8; 2]) -> ThermistorWord {
     ThermistorWord(u16::from_le_bytes(bytes))
 }
 
-/// The levels from [`Register::UpperLevelLow`] on, without the unspecified upper bits (AMG88 spec §4-11-8).
+/// The levels from [`Register::UpperLevelLow`] on; unspecified upper bits are dropped (AMG88 spec §4-11-8).
 pub(crate) const fn levels_from(bytes: [u8; 6]) -> InterruptLevels {
     InterruptLevels {
         upper: level(bytes[0], bytes[1]),
@@ -128,10 +123,10 @@ pub(crate) const fn levels_from(bytes: [u8; 6]) -> InterruptLevels {
     }
 }
 
-/// The registers from [`Register::PowerControl`] to the hysteresis, 0x00 to 0x0D, as one read.
+/// Decodes registers 0x00 to 0x0D, from [`Register::PowerControl`] to the hysteresis, read at once.
 ///
-/// It runs over RST, SCLR and the reserved 0x06, as other drivers do: only writes to unspecified registers are warned of
-/// (AMG88 spec §4-10).
+/// The read spans RST, SCLR and the reserved 0x06, as in other drivers: the datasheet warns only of writes to
+/// unspecified registers (AMG88 spec §4-10).
 pub(crate) fn configuration(bytes: [u8; 14]) -> Result<Configuration, UndefinedPowerMode> {
     let [
         power,
@@ -153,14 +148,14 @@ pub(crate) fn configuration(bytes: [u8; 14]) -> Result<Configuration, UndefinedP
     })
 }
 
-/// What a buffer is filled with before the first and before the second attempt to read into it.
+/// The byte that fills a read buffer before the first and the second attempt.
 ///
-/// A read whose last byte still has the first value is tried again over its complement: a sensor that really sent that
-/// value sends it again, and only a bus that leaves the buffer alone shows both. Neither is what a bus without a sensor
-/// gives (0xFF or 0x00).
+/// If the last byte still holds the first value, the driver reads again over its complement. A sensor that really sent
+/// that byte sends it again; only an untouched buffer shows both. Neither value is what an empty bus gives (0xFF or
+/// 0x00).
 pub(crate) const POISONS: [u8; 2] = [0xA5, 0x5A];
 
-/// How many bytes of a poisoned buffer were delivered, counted up to the last one that changed.
+/// How many bytes of a poisoned buffer were delivered, up to the last one that changed.
 pub(crate) fn delivered(bytes: &[u8], poison: u8) -> usize {
     let last = bytes.iter().rposition(|byte| *byte != poison);
     last.map_or(0, |last| last + 1)
@@ -171,7 +166,7 @@ const fn level(low: u8, high: u8) -> PixelWord {
     word::level(u16::from_le_bytes([low, high]))
 }
 
-/// Whole milliseconds of a wait, which all are well below the limit of the type.
+/// A wait in whole milliseconds. Every wait is far below `u32::MAX`.
 const fn milliseconds(wait: Duration) -> u32 {
     #[expect(
         clippy::as_conversions,

@@ -1,7 +1,7 @@
-//! The registers by name, and the bits in them.
+//! Register addresses and bits, by name.
 
-/// A register that the driver writes, or from which it starts to read (AMG88 spec §4-11). The address steps by one after
-/// each byte read; two-byte values have their low byte at the even address.
+/// A register that the driver writes or starts a read at (AMG88 spec §4-11). The address advances after each byte read;
+/// two-byte values keep their low byte at the even address.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub(crate) enum Register {
@@ -47,7 +47,7 @@ impl Register {
         self as u8
     }
 
-    /// The bytes that set this register: Panasonic's wire diagrams show one register a write (I2C interface, 2021).
+    /// The bytes that set this register: Panasonic's wire diagrams show one register per write (I2C interface, 2021).
     pub(crate) const fn set(self, value: u8) -> [u8; 2] {
         [self.address(), value]
     }
@@ -73,7 +73,6 @@ pub(crate) mod frame_rate {
     pub(crate) const ONE_FPS: u8 = 1 << 0;
 }
 
-/// Bits of [`Register::InterruptControl`] (AMG88 spec §4-11-4).
 pub(crate) mod interrupt {
     /// INTEN: the INT pin is active.
     pub(crate) const PIN: u8 = 1 << 0;
@@ -95,7 +94,7 @@ pub(crate) mod status {
 pub(crate) mod average {
     /// MAMOD: twice moving average.
     pub(crate) const TWICE: u8 = 1 << 5;
-    /// Written to [`super::Register::AverageKey`] in this order before [`super::Register::Average`] is written.
+    /// Written to [`super::Register::AverageKey`] in this order before [`super::Register::Average`].
     pub(crate) const UNLOCK: [u8; 3] = [0x50, 0x45, 0x57];
     /// Written to [`super::Register::AverageKey`] afterwards.
     pub(crate) const LOCK: u8 = 0x00;

@@ -1,4 +1,4 @@
-//! What a program sets, what it reads back, and how the two differ.
+//! Settings to write, the configuration read back, and how the two differ.
 
 use crate::levels::InterruptLevels;
 use crate::power::PowerMode;
@@ -8,21 +8,21 @@ use core::fmt;
 use core::time::Duration;
 use grideye_frame::TICK;
 
-/// Everything about the sensor that a program chooses, but for its power mode.
+/// Every sensor setting except the power mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Settings {
-    /// Frames a second.
+    /// Frames per second.
     pub frame_rate: FrameRate,
-    /// Whether each frame is averaged with the one before.
+    /// Whether the sensor averages each frame with the previous one.
     pub moving_average: MovingAverage,
-    /// What is compared for the interrupt, and whether its pin is active.
+    /// What the interrupt compares, and whether its pin is active.
     pub interrupt: InterruptControl,
     /// When a pixel enters and leaves the interrupt table.
     pub levels: InterruptLevels,
 }
 
 impl Default for Settings {
-    /// As after power-on (AMG88 spec §4-10), but with [`InterruptLevels::NEVER`].
+    /// The power-on values (AMG88 spec §4-10), but with [`InterruptLevels::NEVER`].
     fn default() -> Self {
         Self {
             frame_rate: FrameRate::Ten,
@@ -33,17 +33,17 @@ impl Default for Settings {
     }
 }
 
-/// How often the sensor renews its registers (AMG88 spec §4-11-3).
+/// How often the sensor updates its registers (AMG88 spec §4-11-3).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum FrameRate {
-    /// 10 frames a second, as after power-on.
+    /// 10 frames per second, the power-on value.
     Ten,
-    /// 1 frame a second, each the mean of ten: a third of the noise (AMG88 spec §4-4: 0.05 against 0.16 °C).
+    /// 1 frame per second, each the mean of ten: a third of the noise (AMG88 spec §4-4: 0.05 against 0.16 °C).
     One,
 }
 
 impl FrameRate {
-    /// The rate with this many frames a second; `None` unless 1 or 10.
+    /// The rate with this many frames per second; `None` unless 1 or 10.
     #[must_use]
     pub const fn from_fps(fps: u8) -> Option<Self> {
         match fps {
@@ -53,7 +53,7 @@ impl FrameRate {
         }
     }
 
-    /// Frames a second, nominal.
+    /// Nominal frames per second.
     #[must_use]
     pub const fn fps(self) -> u8 {
         match self {
@@ -62,7 +62,7 @@ impl FrameRate {
         }
     }
 
-    /// From one frame to the next, nominal: real clocks are off by several per cent.
+    /// The nominal time between frames: real clocks are off by several percent.
     #[must_use]
     pub const fn period(self) -> Duration {
         match self {
@@ -71,8 +71,8 @@ impl FrameRate {
         }
     }
 
-    /// How long to wait after a wake, a reset or power-on: [`SETTLING_FRAMES`] of a sensor whose clock is slow by
-    /// [`SLOW_CLOCK_PERCENT`], 220 ms or 2.2 s.
+    /// How long to wait after a wake, a reset or power-on: [`SETTLING_FRAMES`] of a sensor that runs
+    /// [`SLOW_CLOCK_PERCENT`] slow, 220 ms or 2.2 s.
     #[must_use]
     pub fn settling_time(self) -> Duration {
         self.period() * SETTLING_FRAMES * (100 + SLOW_CLOCK_PERCENT) / 100
@@ -100,12 +100,12 @@ impl fmt::Display for FrameRate {
     }
 }
 
-/// Whether each frame is the mean of itself and the one before (AMG88 spec §4-11-7).
+/// Whether each frame is the mean of itself and the previous one (AMG88 spec §4-11-7).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum MovingAverage {
-    /// Frames as measured, as after power-on.
+    /// Frames as measured, the power-on value.
     Off,
-    /// "Twice moving average": noise falls by a factor of √2, and a step takes one frame longer.
+    /// "Twice moving average": √2 less noise, but a step takes one frame longer.
     Twice,
 }
 
@@ -128,10 +128,10 @@ impl MovingAverage {
 
 /// The interrupt's pin and mode (AMG88 spec §4-11-4).
 ///
-/// The pin is at VDD when idle and at GND while a pixel is in the table (AMG88 spec §4-7).
+/// The pin idles at VDD and is at GND while a pixel is in the table (AMG88 spec §4-7).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct InterruptControl {
-    /// Whether the pin INT is active. The table and the flag follow the levels in either case.
+    /// Whether the INT pin is active. The table and the flag follow the levels either way.
     pub pin_active: bool,
     /// What is compared with the levels.
     pub mode: InterruptMode,
@@ -140,7 +140,7 @@ pub struct InterruptControl {
 /// What is compared with the interrupt levels (AMG88 spec §4-11-4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum InterruptMode {
-    /// The change of a pixel since the previous frame, as after power-on.
+    /// The change of a pixel since the previous frame, the power-on value.
     #[default]
     Difference,
     /// The temperature of a pixel.
@@ -180,28 +180,28 @@ impl fmt::Display for InterruptControl {
     }
 }
 
-/// What the sensor's registers say about its set-up, read back in one transaction.
+/// The sensor's settings, read back in one transaction.
 ///
-/// A sensor whose supply failed for a moment goes on measuring with its power-on settings: only this tells.
+/// After a supply dip the sensor keeps measuring with its power-on settings: only this reveals it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Configuration {
-    /// What the sensor is doing; unreliable in sleep (AMG88 spec §4-11-1).
+    /// The power mode; unreliable in sleep (AMG88 spec §4-11-1).
     pub power: PowerMode,
-    /// Frames a second.
+    /// Frames per second.
     pub frame_rate: FrameRate,
-    /// The moving average as read back; on parts in the field it was seen to read as off forever.
+    /// The moving average as read back; parts in the field were seen to always read as off.
     pub moving_average: MovingAverage,
     /// The interrupt's pin and mode.
     pub interrupt: InterruptControl,
-    /// The interrupt's levels, which need not be ones that [`InterruptLevels::new`] would take.
+    /// The interrupt levels, which [`InterruptLevels::new`] might reject.
     pub levels: InterruptLevels,
 }
 
 impl Configuration {
-    /// The first register that is not as `settings` ask for in normal mode; `None` if all are.
+    /// The first register that differs from `settings` in normal mode; `None` if none does.
     ///
-    /// The moving average is left out, because it is not known to read back. A failing supply shows in the levels
-    /// (AMG88 spec §4-11-2), unless `settings` hold those of power-on, 0 °C.
+    /// Skips the moving average, which may not read back. A supply dip shows in the levels (AMG88 spec §4-11-2), unless
+    /// `settings` use the power-on levels of 0 °C.
     #[must_use]
     pub fn deviation(&self, settings: &Settings) -> Option<Deviation> {
         let (power, rate) = (PowerMode::Normal, settings.frame_rate);
@@ -219,7 +219,7 @@ impl Configuration {
     }
 }
 
-/// A setting that differs: what was asked for, and what was read back.
+/// A setting that differs: expected value, then found value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Deviation {
     /// The power mode.
@@ -228,7 +228,7 @@ pub enum Deviation {
     FrameRate(FrameRate, FrameRate),
     /// The interrupt's pin or mode.
     Interrupt(InterruptControl, InterruptControl),
-    /// A level or the hysteresis: 0 °C in all three is the mark of a reset.
+    /// A level or the hysteresis: 0 °C in all three marks a reset.
     Levels(InterruptLevels, InterruptLevels),
 }
 

@@ -1,4 +1,4 @@
-//! The waits that the sensor needs, by name.
+//! The waits the sensor needs.
 
 use core::num::NonZeroU32;
 use core::time::Duration;
@@ -10,33 +10,33 @@ pub const POWER_ON: Duration = Duration::from_millis(50);
 /// From power-on until the temperatures are stable, typical (AMG88 spec §4-4).
 pub const STABLE_OUTPUT: Duration = Duration::from_secs(15);
 
-/// From the command for normal mode to the initial reset, at least (AMG88 spec §4-11-1).
+/// Minimum time from the command for normal mode to the initial reset (AMG88 spec §4-11-1).
 pub const WAKE: Duration = Duration::from_millis(50);
 
-/// From the initial reset to the flag reset, at least (AMG88 spec §4-11-2).
+/// Minimum time from the initial reset to the flag reset (AMG88 spec §4-11-2).
 pub const INITIAL_RESET: Duration = Duration::from_millis(2);
 
-/// From the command for sleep to any command for normal mode.
+/// Minimum time from the command for sleep to the command for normal mode.
 ///
-/// The authors of Linux' `video-i2c` found that a sensor which is woken sooner may never renew its registers again.
+/// The authors of Linux' `video-i2c` found that a sensor woken sooner may never update its registers again.
 pub const SLEEP_ENTRY: Duration = Duration::from_millis(100);
 
 /// Frames to wait after a wake, a reset or power-on: until then the pixels may read 0 (AMG88 spec §4-11-2, §4-11-5).
 pub const SETTLING_FRAMES: u32 = 2;
 
-/// How much slower than nominal a sensor may be that is waited for, in per cent: 9.57 Hz was measured at 10 Hz.
+/// How much slower than nominal a sensor may run, in percent: a 10 Hz sensor was measured at 9.57 Hz.
 pub const SLOW_CLOCK_PERCENT: u32 = 10;
 
 /// Bits that [`read_frame`](crate::Amg8833::read_frame) takes on the bus.
 pub const READ_BITS: u32 = read_bits(2 * PIXELS) + read_bits(2);
 
-/// The least time that a frame takes on a bus of this clock.
+/// The shortest time to read a frame at this bus clock.
 #[must_use]
 pub fn read_time(scl_hz: NonZeroU32) -> Duration {
     Duration::from_secs(READ_BITS.into()) / scl_hz.get()
 }
 
-/// START, repeated START and STOP; nine bits each for the address, the register, the address and the bytes read.
+/// START, repeated START and STOP; nine bits each for the address, the register, the address and each byte read.
 const fn read_bits(bytes: usize) -> u32 {
     #[expect(
         clippy::as_conversions,

@@ -1,12 +1,12 @@
-//! What a register word means in degrees, and back: the only place of this crate that knows a scale or a sign bit.
+//! Converts register words to degrees and back: the only module here that knows a scale or a sign bit.
 //!
 //! | quantity | format | step | range |
 //! |---|---|---|---|
 //! | pixel, interrupt level, hysteresis | 12 bits, two's complement (AMG88 spec §4-11-8, §4-11-11) | 0.25 °C | −512 to +511.75 °C |
 //! | thermistor | 12 bits, sign and magnitude (AMG88 spec §4-11-9) | 0.0625 °C | −127.9375 to +127.9375 °C |
 //!
-//! The part is specified for less (an AMG8833 for 0 to 80 °C, AMG88 spec §4-3), but reads on beyond it. Bits 7:4 of every
-//! high byte are unspecified (AMG88 spec §4-11-9, §4-11-11): decoding ignores them, encoding leaves them 0.
+//! The part is specified for less (AMG8833: 0 to 80 °C, AMG88 spec §4-3) but reads beyond that. Bits 7:4 of every high
+//! byte are unspecified (AMG88 spec §4-11-9, §4-11-11): decoding ignores them, encoding leaves them 0.
 
 use core::error::Error;
 use core::fmt;
@@ -14,27 +14,27 @@ use grideye_frame::{Celsius, Frame, PixelWord, RawFrame, ThermistorWord};
 
 /// One step of a pixel, an interrupt level or a hysteresis (AMG88 spec §4-11-8, §4-11-11).
 pub const PIXEL_STEP: Celsius = Celsius::new(0.25);
-/// The lowest temperature that a pixel word can hold, 0x800 (AMG88 spec §4-11-11).
+/// The lowest temperature a pixel word can hold, 0x800 (AMG88 spec §4-11-11).
 pub const PIXEL_LOWEST: Celsius = Celsius::new(-512.0);
-/// The highest temperature that a pixel word can hold, 0x7FF (AMG88 spec §4-11-11).
+/// The highest temperature a pixel word can hold, 0x7FF (AMG88 spec §4-11-11).
 pub const PIXEL_HIGHEST: Celsius = Celsius::new(511.75);
 /// One step of the thermistor (AMG88 spec §4-11-9).
 pub const THERMISTOR_STEP: Celsius = Celsius::new(0.0625);
-/// The lowest temperature that a thermistor word can hold, 0xFFF (AMG88 spec §4-11-9).
+/// The lowest temperature a thermistor word can hold, 0xFFF (AMG88 spec §4-11-9).
 pub const THERMISTOR_LOWEST: Celsius = Celsius::new(-127.9375);
-/// The highest temperature that a thermistor word can hold, 0x7FF (AMG88 spec §4-11-9).
+/// The highest temperature a thermistor word can hold, 0x7FF (AMG88 spec §4-11-9).
 pub const THERMISTOR_HIGHEST: Celsius = Celsius::new(127.9375);
 
-/// The bits of a word that carry a value: the other four are unspecified.
+/// The bits of a word that carry a value; the other four are unspecified.
 const VALUE_BITS: u16 = 0x0FFF;
-/// Bits to shift so that the sign bit of a 12-bit number meets the sign bit of an `i16`.
+/// The shift that aligns the sign bit of a 12-bit number with that of an `i16`.
 const SIGN_SHIFT: u32 = 4;
 /// The thermistor's sign: bit 3 of its high byte (AMG88 spec §4-11-9).
 const THERMISTOR_SIGN: u16 = 0x0800;
 /// The thermistor's magnitude, 11 bits (AMG88 spec §4-11-9).
 const THERMISTOR_MAGNITUDE: u16 = 0x07FF;
 
-/// The temperature of a pixel: every 16-bit word has one.
+/// The temperature of a pixel, for any 16-bit word.
 #[must_use]
 pub fn pixel_celsius(word: PixelWord) -> Celsius {
     Celsius::new(f32::from(pixel_steps(word)) * PIXEL_STEP.get())
@@ -46,7 +46,7 @@ pub fn pixel_steps(word: PixelWord) -> i16 {
     sign_extended(word.0)
 }
 
-/// The chip's own temperature: every 16-bit word has one, 0x800 being −0.0 °C.
+/// The chip's own temperature, for any 16-bit word; 0x800 is −0.0 °C.
 #[must_use]
 pub fn thermistor_celsius(word: ThermistorWord) -> Celsius {
     let sign = if is_negative(word) { -1.0 } else { 1.0 };
@@ -56,13 +56,13 @@ pub fn thermistor_celsius(word: ThermistorWord) -> Celsius {
 /// The chip's own temperature in whole steps of [`THERMISTOR_STEP`], −2047 to 2047; 0x800 and 0x000 are both 0.
 #[must_use]
 pub fn thermistor_steps(word: ThermistorWord) -> i16 {
-    // Eleven bits fit.
+    // Eleven bits fit an `i16`.
     let magnitude = i16::try_from(word.0 & THERMISTOR_MAGNITUDE).unwrap_or(i16::MAX);
     let sign = if is_negative(word) { -1 } else { 1 };
     sign * magnitude
 }
 
-/// The pixel word nearest to a temperature, halves away from zero. Interrupt levels are made by it too.
+/// The pixel word nearest to a temperature, halves away from zero. Also encodes interrupt levels.
 ///
 /// # Errors
 /// [`OutOfRange`] below −512 °C, above +511.75 °C, and for not-a-number.
@@ -76,7 +76,7 @@ pub fn pixel_word(celsius: Celsius) -> Result<PixelWord, OutOfRange> {
 
 /// The thermistor word nearest to a temperature, halves away from zero.
 ///
-/// −0.0 °C is 0x800, so that every word comes back from its own temperature.
+/// −0.0 °C is 0x800, so that every word survives a round trip through its temperature.
 ///
 /// # Errors
 /// [`OutOfRange`] below −127.9375 °C, above +127.9375 °C, and for not-a-number.
@@ -88,7 +88,7 @@ pub fn thermistor_word(celsius: Celsius) -> Result<ThermistorWord, OutOfRange> {
     Ok(ThermistorWord(sign | magnitude))
 }
 
-/// A frame in degrees from what the bus said.
+/// Converts a raw frame to degrees.
 #[must_use]
 pub fn frame(raw: &RawFrame) -> Frame {
     Frame {
@@ -97,19 +97,19 @@ pub fn frame(raw: &RawFrame) -> Frame {
     }
 }
 
-/// The word of an interrupt level as read back, without the unspecified bits, so that it compares with the one written.
+/// An interrupt level as read back, without the unspecified bits, so that it equals the word written.
 pub(crate) const fn level(word: u16) -> PixelWord {
     PixelWord(word & VALUE_BITS)
 }
 
-/// A temperature that the word of its register cannot hold.
+/// A temperature its register word cannot hold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OutOfRange {
-    /// The temperature asked for.
+    /// The temperature requested.
     pub found: Celsius,
-    /// The lowest temperature that the word holds.
+    /// The lowest temperature the word can hold.
     pub lowest: Celsius,
-    /// The highest temperature that the word holds.
+    /// The highest temperature the word can hold.
     pub highest: Celsius,
 }
 
@@ -126,7 +126,7 @@ impl fmt::Display for OutOfRange {
 impl Error for OutOfRange {}
 
 fn in_range(found: Celsius, lowest: Celsius, highest: Celsius) -> Result<(), OutOfRange> {
-    // Not-a-number is in no range.
+    // No range contains not-a-number.
     if (lowest..=highest).contains(&found) {
         Ok(())
     } else {
@@ -149,12 +149,12 @@ fn sign_extended(word: u16) -> i16 {
 
 /// The whole number of steps nearest to a temperature that is known to be in range.
 fn nearest_step(celsius: Celsius, step: Celsius) -> i16 {
-    // Both steps are powers of two: the division is exact, and so is the remainder.
+    // Both steps are powers of two, so division and remainder are exact.
     let steps = celsius.get() / step.get();
     #[expect(
         clippy::as_conversions,
         clippy::cast_possible_truncation,
-        reason = "the fraction is to be cut off, and the range check keeps the rest within 12 bits"
+        reason = "truncation drops the fraction, and the range check keeps the rest within 12 bits"
     )]
     let whole = steps as i16;
     let remainder = steps - f32::from(whole);
@@ -173,7 +173,7 @@ mod tests {
     use grideye_frame::PIXELS;
     use proptest::prelude::*;
 
-    /// What a word decodes to, its encoding, and its steps in degrees.
+    /// The decoded temperature, its encoding, and its steps in degrees.
     fn pixel(word: u16) -> (f32, u16, f32) {
         let (word, celsius) = (PixelWord(word), pixel_celsius(PixelWord(word)));
         let steps = f32::from(pixel_steps(word)) * 0.25;
@@ -189,8 +189,8 @@ mod tests {
         (celsius.get(), thermistor_word(celsius).unwrap().0, steps)
     }
 
-    /// Every row printed for the pixels, AMG88 spec §4-11-11 and the 2011 edition §4-10(11); the last three are those for
-    /// interrupt levels, AMG88 spec §4-11-8. Whatever the unspecified upper four bits say.
+    /// Every printed pixel row (AMG88 spec §4-11-11, 2011 edition §4-10(11)), then the three interrupt-level rows
+    /// (AMG88 spec §4-11-8), each with every value of the unspecified upper four bits.
     #[test]
     fn every_printed_pixel_and_level_row_holds_both_ways() {
         let pixels = [(125.0, 0x1F4), (25.0, 0x064), (0.25, 0x001), (0.0, 0x000)];
@@ -203,7 +203,7 @@ mod tests {
         }
     }
 
-    /// Every row printed for the thermistor: AMG88 spec §4-11-9 (the first two), and the 2011 edition §4-10(9).
+    /// Every printed thermistor row: AMG88 spec §4-11-9 (the first two) and the 2011 edition §4-10(9).
     #[test]
     fn every_printed_thermistor_row_holds_both_ways() {
         let rows = [
@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn halves_go_away_from_zero_and_less_goes_back() {
-        // The largest number below one half: adding one half to it in single precision would give 1.
+        // The largest number below one half: adding one half in single precision would give 1.
         let below_half = f32::from_bits(0.125_f32.to_bits() - 1);
         let rows = [
             (0.125, 0x001),

@@ -1,13 +1,13 @@
-//! What becomes of every frame of a sensor in 24 hours: read by the agent, and polled on a clock of the host's.
+//! The outcome of every frame of a sensor in 24 hours, read by the agent and by polling on the host's clock.
 //!
 //! ```text
 //! cargo bench -p grideye-agent --bench acquisition [-- --hours N] [--only 'PART OF A ROW']
 //! ```
 //!
-//! `--only '400 kHz 1 Hz'`, `--only '400 kHz 10 Hz poll, 128-byte burst'`: the rows alone whose first columns say this.
+//! `--only '400 kHz 1 Hz'`, `--only '400 kHz 10 Hz poll, 128-byte burst'`: only the rows with these first columns.
 //!
-//! Emulated time, no pauses: the sensor's clock at -6 %, -4.3 %, 0 and +6 %, and drifting from -6 % to +6 %; a host that
-//! wakes up 0 to 40 ms late, each time anew. The agent's rows are checked one by one, so a torn or doubled frame or a
+//! Emulated time, without real pauses. The sensor's clock is at -6 %, -4.3 %, 0 and +6 %, and drifting from -6 % to +6
+//! %; the host wakes up 0 to 40 ms late at random. Each row of the agent is checked, so a torn or duplicate frame or a
 //! wrong number ends the program.
 
 #![expect(
@@ -59,7 +59,7 @@ fn main() {
     }
 }
 
-/// The clocks of [`table`] beside one another.
+/// One case per clock.
 fn cases(rate: FrameRate, scl_hz: u32, hours: u32) -> Vec<Case> {
     let rise = 120_000 / i32::try_from(hours).unwrap();
     [
@@ -81,7 +81,7 @@ fn cases(rate: FrameRate, scl_hz: u32, hours: u32) -> Vec<Case> {
     .collect()
 }
 
-/// Whether the beginning of this row holds all that `--only` asks for.
+/// Whether this row's first columns contain the `--only` text.
 fn is_wanted(case: &Case, way: Way, only: &str) -> bool {
     let (khz, hz) = (case.scl_hz / 1000, case.rate.fps());
     let row = format!("{khz} kHz {hz} Hz {}", way.name());
@@ -92,7 +92,7 @@ fn hours() -> u32 {
     argument("--hours").map_or(24, |hours| hours.parse().unwrap())
 }
 
-/// What follows this word; cargo adds `--bench`.
+/// The argument after this word; cargo adds `--bench`.
 fn argument(name: &str) -> Option<String> {
     let arguments: Vec<String> = std::env::args().collect();
     let mut pairs = arguments.windows(2);

@@ -1,4 +1,4 @@
-//! What a person can do about a failure: the hint behind its message.
+//! Hints: what a person can do about each failure.
 
 use grideye_frame::NoData;
 use std::io;
@@ -9,19 +9,19 @@ const NAME_HINT: &str = "\nhint: is the host's name right, and the network up? A
 
 const AWAY_HINT: &str = "\nhint: is the network up, is this the collector's address, and does its firewall let the port through?";
 
-/// What to do where the collector gave no answer. Begins with a line break; empty where there is nothing to say.
+/// How to fix a request without an answer. Starts with a line break; empty if there is no advice.
 #[must_use]
 pub fn network_hint(error: &ureq::Error) -> &'static str {
     use std::io::ErrorKind;
     match error {
         ureq::Error::HostNotFound => NAME_HINT,
-        // The resolver's failures are an `io::Error` without a number or a kind of their own.
+        // The resolver's failures are `io::Error`s without a number or kind of their own.
         ureq::Error::Io(error) if error.to_string().contains("lookup") => NAME_HINT,
         ureq::Error::Io(error) if error.kind() == ErrorKind::ConnectionRefused => {
             "\nhint: is `grideye collect` running there, on this port? On its own it listens on loopback alone; other machines \
              reach it with --listen 0.0.0.0:8833, and this agent joins it with the line that `grideye enroll DEVICE` prints"
         }
-        // What the handshake fails with comes as an `io::Error` too.
+        // Handshake failures arrive as `io::Error` too.
         ureq::Error::Io(error) => in_handshake(error).map_or(AWAY_HINT, tls_hint),
         ureq::Error::Timeout(_) | ureq::Error::ConnectionFailed => AWAY_HINT,
         ureq::Error::Rustls(error) => tls_hint(error),
@@ -34,12 +34,12 @@ fn tls_hint(error: &rustls::Error) -> &'static str {
     certificate_hint(error).unwrap_or(TLS_HINT)
 }
 
-/// What TLS says, where that is why reading or writing failed.
+/// The TLS error behind a failed read or write, if there is one.
 pub(crate) fn in_handshake(error: &io::Error) -> Option<&rustls::Error> {
     error.get_ref()?.downcast_ref()
 }
 
-/// What to do about a certificate of the right authority that is refused all the same. Begins with a line break.
+/// Starts with a line break.
 pub(crate) fn certificate_hint(error: &rustls::Error) -> Option<&'static str> {
     use rustls::CertificateError as Refused;
     let rustls::Error::InvalidCertificate(refused) = error else {
@@ -61,7 +61,7 @@ pub(crate) fn certificate_hint(error: &rustls::Error) -> Option<&'static str> {
     }
 }
 
-/// What to do about a sensor that gives no frame, by the reason.
+/// How to fix a sensor that delivers no frames for this reason.
 #[must_use]
 pub fn sensor_hint(reason: NoData) -> &'static str {
     match reason {

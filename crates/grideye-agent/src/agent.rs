@@ -1,4 +1,4 @@
-//! The agent as a whole: a thread for each bus, one for the uploads, one for the spool, and the account of what they did.
+//! The whole agent: one thread per bus, one for uploads, one for the spool, and the account of their work.
 
 mod handle;
 mod start;

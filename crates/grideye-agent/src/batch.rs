@@ -1,4 +1,4 @@
-//! A batch: the records of one post to the collector, and where they are stored until it has them.
+//! A batch: the records of one post to the collector, and where they wait until it has stored them.
 
 use grideye_frame::Reading;
 use grideye_recording::wire::{self, Account, Acknowledgement, SensorBatch};
@@ -6,34 +6,34 @@ use grideye_recording::{Record, StreamId};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Where a record is on the disk: its bytes, and those before it since the record before.
+/// Where a record is on the disk: its own bytes, plus those since the previous record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Place {
     /// The segment.
     pub segment: u64,
     /// The first byte.
     pub from: u64,
-    /// The byte behind the last.
+    /// One past the last byte.
     pub to: u64,
-    /// The stream's index in the segment.
+    /// Index in the segment.
     pub(crate) stream: u16,
 }
 
-/// Where a batch's records are held until they are acknowledged.
+/// Where a batch's records wait until they are acknowledged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Lane {
-    /// In memory, and what a person at the page waits for.
+    /// In memory and recent: the live page waits for them.
     Live,
-    /// In memory, left over from an outage.
+    /// In memory, left from an outage.
     Late,
     /// On the spool's disk.
     Disk,
 }
 
-/// One record, and where it is on the disk if it is there.
+/// One record, and its place on the disk if it is there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Item {
-    /// The stream that it belongs to.
+    /// The stream it belongs to.
     pub stream: Arc<StreamId>,
     /// The record.
     pub record: Record,
@@ -42,28 +42,27 @@ pub struct Item {
 }
 
 impl Item {
-    /// Whether it carries pixels; otherwise it says why there are none.
+    /// Whether it carries pixels rather than a reason for their absence.
     #[must_use]
     pub fn is_frame(&self) -> bool {
         matches!(self.record.reading, Reading::Frame(_))
     }
 }
 
-/// The records of one post, all of one run, oldest first.
+/// The records of one post, all of one boot, oldest first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Batch {
-    /// Where they are held.
+    /// Where they wait.
     pub lane: Lane,
-    /// The agent's name in that run.
+    /// The agent's name in that boot.
     pub device: String,
-    /// The run.
+    /// The boot.
     pub boot: String,
     /// The records.
     pub items: Vec<Item>,
 }
 
 impl Batch {
-    /// Of a run whose records are on the disk.
     pub(crate) fn on_disk(device: &str, boot: &str, items: Vec<Item>) -> Self {
         Self {
             lane: Lane::Disk,
@@ -73,7 +72,7 @@ impl Batch {
         }
     }
 
-    /// The body of the post, with these accounts: a sensor without records has its account alone.
+    /// The post's body with these accounts. A sensor without records contributes its account alone.
     pub(crate) fn to_wire(&self, accounts: &BTreeMap<String, Account>) -> wire::Batch {
         let mut sensors: BTreeMap<&str, SensorBatch> = BTreeMap::new();
         let empty = |sensor: &str, account| SensorBatch {
@@ -97,7 +96,7 @@ impl Batch {
         }
     }
 
-    /// The two halves, of which the first is to go first.
+    /// Send the first half first.
     pub(crate) fn halves(mut self) -> (Self, Self) {
         let rest = self.items.split_off(self.items.len() / 2);
         let second = Self {
@@ -110,7 +109,8 @@ impl Batch {
     }
 }
 
-/// Whether this answer, to a post with this record, says that it is on disk. It vouches for nothing that was not in the post.
+/// Whether the answer to a post with this record confirms that the record is on disk. An answer proves nothing about
+/// records outside its post.
 pub(crate) fn is_durable(answer: &Acknowledgement, item: &Item) -> bool {
     let (sensor, seq) = (&item.stream.sensor, item.record.seq);
     let through = answer.durable_through.get(sensor);

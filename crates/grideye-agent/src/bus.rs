@@ -1,4 +1,4 @@
-//! The bus: how it is opened, the thread that reads its sensors, and the watchdog beside that thread.
+//! The bus: opening it, the thread that reads its sensors, and the watchdog of that thread.
 
 mod open;
 mod sensor;

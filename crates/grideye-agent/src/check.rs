@@ -1,4 +1,4 @@
-//! The one-shot self-test: is the sensor there, does it measure, and if not, what to do about it.
+//! The self-test: whether a sensor is there and measures, and what to do if not.
 
 use crate::advice;
 use crate::bus::{Delay, OpenBus, Sensor, Sink, Worker, reason, settings};
@@ -16,33 +16,33 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// How long frames are read to measure the rate, in nominal periods: 2 s at 10 Hz.
+/// How long to read frames for the rate, in nominal periods: 2 s at 10 Hz.
 pub const FRAMES: u32 = 20;
-/// How many frames at 1 Hz.
+/// The same at 1 Hz.
 pub const FRAMES_AT_1_HZ: u32 = 4;
-/// What the chip may be at, °C (datasheet, absolute maximum ratings), and some degrees more.
+/// Plausible chip temperatures, °C: the datasheet's absolute maximum ratings and some degrees more.
 const OPERATING_C: std::ops::Range<f32> = -30.0..90.0;
-/// Attempts to set the sensor up: one lost byte is no broken sensor.
+/// Attempts to set the sensor up, because one lost byte does not make a broken sensor.
 pub const SET_UP_ATTEMPTS: u32 = 3;
 
-/// What a check found out about one sensor. [`fmt::Display`] is the report for a person, `Serialize` that for a program.
+/// The result of checking one sensor. [`fmt::Display`] writes it for people, `Serialize` for programs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
     /// The sensor's name: `i2c-1:0x69`.
     pub sensor: String,
     /// Whether it measures as it should.
     pub ok: bool,
-    /// What it measured, if it did.
+    /// Its measurements, if any.
     #[serde(flatten)]
     pub measured: Option<Measured>,
-    /// What is wrong and what to do about it, if anything is.
+    /// The problem and its remedy, if there is one.
     #[serde(flatten)]
     pub trouble: Option<Trouble>,
     /// Faults on the way, by kind.
     pub errors: BTreeMap<String, u64>,
 }
 
-/// What the sensor measured.
+/// The sensor's measurements.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Measured {
     /// The chip's own temperature in °C, some degrees above the room's.
@@ -51,27 +51,27 @@ pub struct Measured {
     pub pixels_c: Vec<f32>,
     /// Frames read.
     pub frames: usize,
-    /// Frames that the sensor measured meanwhile and that were not read.
+    /// Frames measured meanwhile but not read.
     pub missing: usize,
-    /// The sensor's own rate in frames a second, as found from the moments of update.
+    /// The sensor's own rate in frames per second, found from the times of its updates.
     pub rate_hz: f64,
-    /// How far that may be off, either way.
+    /// Uncertainty of `rate_hz`, ±.
     pub rate_error_hz: f64,
-    /// The rate asked for.
+    /// The configured rate.
     pub nominal_hz: u8,
 }
 
-/// What is wrong.
+/// A problem and its remedy.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Trouble {
-    /// What was found.
+    /// The problem.
     pub error: String,
-    /// What to do about it.
+    /// The remedy.
     pub hint: String,
 }
 
-/// Checks one sensor for about two seconds (four at 1 Hz). Where nobody answers, `elsewhere`, the same bus for the chip's
-/// other address, is looked at too.
+/// Checks one sensor for about two seconds (four at 1 Hz). If nothing answers, also tries the chip's other address
+/// through `elsewhere`, an opener of the same bus.
 pub fn check<O: OpenBus>(
     mut opener: O,
     elsewhere: Option<O>,
@@ -88,7 +88,7 @@ pub fn check<O: OpenBus>(
     };
     if let Err((reason, trouble)) = answers(&mut opener, config, clock.as_ref()) {
         let other = config.address.other();
-        // As nobody at an address shows, virtio's adapter included.
+        // An empty address looks like this; virtio's adapter reports a short transfer.
         let is_nobody = matches!(reason, NoData::Nack | NoData::ShortTransfer);
         let elsewhere = elsewhere.filter(|_| is_nobody);
         let is_there = elsewhere.is_some_and(|opener| is_sensor(opener, other));
@@ -134,7 +134,7 @@ fn answers<O: OpenBus>(
     outcome
 }
 
-/// Whether what answers at this address is an AMG8833, as far as reading tells: clocks and gyroscopes live at 0x68 as well.
+/// Whether an AMG8833 answers at this address, as far as reading can tell: clocks and gyroscopes use 0x68 too.
 fn is_sensor<O: OpenBus>(mut opener: O, address: Address) -> bool {
     let Ok(mut bus) = opener.open() else {
         return false;
@@ -183,7 +183,7 @@ impl Sink for Watched {
     }
 }
 
-/// Reads frames as `run` does, up to a time by which a sensor that measures has delivered them.
+/// Reads frames as `run` does, until a working sensor must have delivered them.
 fn watch<O: OpenBus>(
     opener: O,
     sensor: &str,

@@ -1,4 +1,4 @@
-//! The agent's clocks: one that only runs forward, and the wall clock that a Raspberry Pi has to be told.
+//! The agent's clocks: one that never goes back, and the wall clock, which a Raspberry Pi must get from the network.
 
 use crate::lock::lock;
 use grideye_recording::{ClockState, Stamp};
@@ -8,40 +8,40 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 use std::time::Duration;
 
-/// Time as the agent sees it. An emulated clock is moved by the buses alone: the uploader waits in real time.
+/// Time for the agent. Only the buses advance an emulated clock; the uploader waits in real time.
 pub trait Clock: Send + Sync {
-    /// Time since the device started, suspended time included (`CLOCK_BOOTTIME`). Never goes back.
+    /// Time since the device started, including suspend (`CLOCK_BOOTTIME`). Never goes back.
     fn boot(&self) -> Duration;
 
     /// Wall clock in nanoseconds since 1970-01-01 UTC, and whether it has been set.
     fn utc(&self) -> (i64, ClockState);
 
-    /// Returns when [`Clock::boot`] has reached `boot`, at once if it has already; may be late, never early.
+    /// Returns when [`Clock::boot`] has reached `boot`: maybe late, never early.
     fn sleep_until(&self, boot: Duration);
 }
 
-/// A wall clock that moved by more than this against the boot clock between two frames was set: more than NTP
-/// slews away in a second, and less than what it prefers to step (128 ms).
+/// A wall clock that moves further than this against the boot clock between two frames was set. NTP slews less in a
+/// second, and steps more (from 128 ms).
 pub const STEP_MIN: Duration = Duration::from_millis(100);
 
-/// 2024-01-01 UTC in seconds: a wall clock that shows less has not been set, since this program is younger.
+/// 2024-01-01 UTC in seconds. An earlier wall clock has not been set, because this program is younger.
 const EARLIEST_PLAUSIBLE_UTC_S: i64 = 1_704_067_200;
 
-/// How long an answer about NTP is believed before the file system is asked again.
+/// How long an answer about NTP stays valid before the file system is asked again.
 const SYNC_ANSWER_VALID: Duration = Duration::from_secs(5);
 const TIMESYNC_FOLDER: &str = "/run/systemd/timesync";
 const TIMESYNC_DONE: &str = "synchronized";
 
-/// Linux' clocks.
+/// Linux's clocks.
 #[derive(Debug)]
 pub struct SystemClock {
     timesync: PathBuf,
-    /// When the file system was last asked, and what it said.
+    /// Time and result of the last look at the file system.
     synchronized: Mutex<Option<(Duration, bool)>>,
 }
 
 impl SystemClock {
-    /// The clocks of this machine, where the time service keeps this folder.
+    /// This machine's clocks; the time service uses this folder.
     #[must_use]
     pub fn beside(timesync: impl Into<PathBuf>) -> Self {
         Self {
@@ -50,7 +50,7 @@ impl SystemClock {
         }
     }
 
-    /// Whether a time service has set the clock. Without systemd's, a plausible year must do.
+    /// Whether a time service has set the clock. Without systemd's folder, a plausible year must do.
     fn has_been_set(&self) -> bool {
         let now = self.boot();
         let mut answer = lock(&self.synchronized);
@@ -90,7 +90,7 @@ impl Clock for SystemClock {
 
     fn sleep_until(&self, boot: Duration) {
         let until = Timespec::try_from(boot).unwrap_or_default();
-        // A signal ends the sleep early; the loop goes back to it.
+        // A signal ends the sleep early, so the loop sleeps again.
         while self.boot() < boot {
             if clock_nanosleep_absolute(ClockId::Boottime, &until).is_err() {
                 std::thread::sleep(Duration::from_millis(1));
@@ -99,15 +99,15 @@ impl Clock for SystemClock {
     }
 }
 
-/// Stamps the records of one stream, and notices when the wall clock was set in between.
+/// Stamps the records of one stream, and detects a wall clock set between two of them.
 #[derive(Debug, Default)]
 pub(crate) struct Stamper {
-    /// Wall time minus boot time at the record before, in nanoseconds.
+    /// Wall time minus boot time at the previous record, in nanoseconds.
     offset_ns: Option<i64>,
 }
 
 impl Stamper {
-    /// The stamp of something that happened at `at` on the boot clock, not long ago.
+    /// The stamp of an event at `at` on the boot clock, shortly ago.
     pub(crate) fn stamp(&mut self, at: Duration, clock: &dyn Clock) -> Stamp {
         let (utc_ns, state) = clock.utc();
         let offset_ns = utc_ns.saturating_sub(signed_ns(clock.boot()));
@@ -125,7 +125,7 @@ impl Stamper {
     }
 }
 
-/// Nanoseconds as the wire carries them; 584 years are enough.
+/// Nanoseconds for the wire; 584 years are enough.
 pub(crate) fn unsigned_ns(duration: Duration) -> u64 {
     u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
 }
@@ -133,7 +133,7 @@ pub(crate) fn signed_ns(duration: Duration) -> i64 {
     i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX)
 }
 
-/// The time that so many nanoseconds are; none where they are negative.
+/// Nanoseconds as a duration; zero if negative.
 pub(crate) fn duration(ns: i64) -> Duration {
     Duration::from_nanos(u64::try_from(ns).unwrap_or(0))
 }
@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stamp_shows_the_wall_time_of_the_moment_and_not_of_the_stamping() {
+    fn a_stamp_has_the_wall_time_of_its_event_not_of_the_stamping() {
         let clock = Scripted {
             boot_ms: 5_020.into(),
             utc_ms: 1_700_000_000_020.into(),

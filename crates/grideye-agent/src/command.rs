@@ -1,4 +1,4 @@
-//! One file for each verb of the program, and what they share.
+//! One file per subcommand, and what they share.
 
 pub(crate) mod check;
 pub(crate) mod common;

@@ -1,7 +1,6 @@
-//! What the agent is told to do: `agent.toml`.
+//! The agent's settings: `agent.toml`.
 //!
-//! A key that is unknown, misspelt or out of range stops the program: an agent that runs with a silent default loses
-//! an afternoon of somebody's recording.
+//! An unknown, misspelt or out-of-range key stops the program: a silent default could cost an afternoon's recording.
 
 mod parse;
 mod types;

@@ -1,4 +1,4 @@
-//! How records come to the collector, and to the disk while it is away.
+//! Delivers records to the collector, and stores them on the disk while it is away.
 
 mod http;
 mod post;

@@ -1,11 +1,11 @@
-//! How the agent does, for supervisors on the same machine: one JSON object, and Prometheus' metrics of the same figures.
+//! The agent's health for supervisors on the same machine: one JSON object, and the same figures as Prometheus metrics.
 //!
 //! ```text
 //!   GET /health    200 {"status":"ok", ...} or 503 {"status":"degraded","why":["delivery: ...", ...], ...}
 //!   GET /metrics   grideye_agent_...
 //! ```
 //!
-//! Nothing in it is secret: the collector's address and names of sensors, no token.
+//! It contains no secrets: the collector's address and sensor names, but no token.
 
 mod server;
 mod status;

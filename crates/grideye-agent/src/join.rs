@@ -1,12 +1,12 @@
-//! How an agent comes to know its collector: the line that `grideye enroll` prints, and the file that joining leaves.
+//! Introduces an agent to its collector: the line that `grideye enroll` prints, and the file that joining writes.
 //!
 //! ```text
 //! echo 'grideye:https://192.168.1.20:8833,device=pi-1,token=grideye-…,pin=sha256-…' | sudo grideye-agent join -
 //! ```
 //!
-//! The line is the whole command, so that it can be pasted as it is; the part between the quotation marks is the code.
-//! The pin is the SHA-256 of the authority's certificate. While joining, the agent takes from the collector the
-//! certificate that has this hash, and from then on believes that authority and no other.
+//! The line is a complete command to paste; the text between the quotation marks is the code. The pin is the SHA-256 of
+//! the authority's certificate. While joining, the agent fetches the certificate with this hash from the collector, and
+//! from then on trusts that authority alone.
 
 mod credentials;
 mod handshake;

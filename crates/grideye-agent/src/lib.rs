@@ -15,16 +15,20 @@
 //!
 //! Each folder is a floor, and imports go down only. From the bottom:
 //!
-//! * [`limits`], [`advice`] (what to do about a failure), [`log`] and [`clock`] are what all the others use.
-//! * [`join`]: how the agent comes to know its collector. [`config`]: what it is told to do.
-//! * [`sampler`] follows the sensor's own clock and counts its frames: none is recorded twice, and a missed one is a row.
+//! * [`limits`], [`advice`] (what to do about a failure), [`log`] and [`clock`] serve all the others.
+//! * [`join`] introduces the agent to its collector; [`config`] holds its settings.
+//! * [`sampler`] follows the sensor's own clock and counts its frames: none is recorded twice, and each missed one is a
+//!   record.
 //! * [`bus`] reads the sensors of a bus on a thread of its own, with a watchdog; [`bus::LinuxBus`] is `/dev/i2c-N`.
-//! * [`batch`] is one post; [`spool`] stores on a disk what waits too long; [`queue`] is what waits in memory, with the
-//!   account: read = acknowledged + dropped + spooled; [`deliver`] decides what goes when, posts it, and fills the spool.
-//! * [`health`] tells supervisors how that goes, [`check`] is the self-test, [`agent`] puts everything together.
-//! * [`cli`] is the command line of the program, for whoever parses it and for whoever documents it.
+//! * [`batch`] is one post. [`spool`] stores on a disk what waits too long. [`queue`] stores records in memory and
+//!   keeps the
+//! account: read = acknowledged + dropped + spooled. [`deliver`] decides what to send when, posts it, and fills the
+//! spool.
+//! * [`health`] reports the agent's state to supervisors, [`check`] is the self-test, [`agent`] puts everything
+//!   together.
+//! * [`cli`] is the program's command line, for its parser and its documentation.
 //!
-//! Time comes from a [`clock::Clock`] that is handed in: the system's in the program, an emulated one in tests.
+//! Callers hand in the [`clock::Clock`]: the program the system's, tests an emulated one.
 //!
 //! ```
 //! use grideye_agent::config::Config;
@@ -43,7 +47,7 @@
 //! )?;
 //! assert_eq!(config.buses[0].sensor_id(&config.buses[0].sensors[0]), "i2c-1:0x69");
 //!
-//! // A misspelt key stops the program, and the message says where.
+//! // A misspelt key stops the program, and the message names its line and column.
 //! let error = Config::parse("colector = \"http://192.168.1.20:8833\"", "agent.toml").unwrap_err();
 //! assert!(error.to_string().starts_with("agent.toml:1:1: unknown field `colector`"));
 //! # Ok::<(), grideye_agent::config::ConfigError>(())

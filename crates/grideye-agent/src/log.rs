@@ -1,17 +1,17 @@
-//! Plain lines with a level, handed to whoever started the agent.
+//! Log lines with a level, handed to the caller's function.
 
 use std::fmt;
 use std::io::Write as _;
 use std::sync::Arc;
 
-/// How much a line matters.
+/// How serious a line is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// The course of things: started, stopped, recovered.
+    /// Normal events: started, stopped, recovered.
     Info,
-    /// Something failed and is being tried again; nothing is lost yet.
+    /// Something failed and is being retried; nothing is lost yet.
     Warning,
-    /// Frames were lost, or will be unless somebody acts.
+    /// Frames were lost, or will be unless a person acts.
     Error,
 }
 
@@ -27,14 +27,14 @@ impl Level {
     }
 }
 
-/// Where log lines go. Called from every thread of the agent; a line has no line break at its end.
+/// Where log lines go. Every thread of the agent calls it; a line does not end with a line break.
 #[derive(Clone)]
 pub struct Log(Arc<Sink>);
 
 type Sink = dyn Fn(Level, &str) + Send + Sync;
 
 impl Log {
-    /// Hands each line to a function.
+    /// Passes each line to a function.
     pub fn new(sink: impl Fn(Level, &str) + Send + Sync + 'static) -> Self {
         Self(Arc::new(sink))
     }
@@ -61,7 +61,7 @@ impl Log {
         })
     }
 
-    /// Hands on a line of this level.
+    /// Logs a line at this level.
     pub fn line(&self, level: Level, line: impl AsRef<str>) {
         (self.0)(level, line.as_ref());
     }
@@ -104,7 +104,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_line_as_json_is_one_object_on_one_line_with_its_hint_apart() {
+    fn a_json_log_line_is_one_object_with_a_separate_hint() {
         let json = as_json(Level::Warning, "upload", "a \"b\"\nc\nhint: d");
         assert_eq!(json.to_string().lines().count(), 1);
         let expected = serde_json::json!({"level": "warning", "part": "upload", "message": "a \"b\"\nc", "hint": "d"});

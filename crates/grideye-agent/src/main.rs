@@ -1,4 +1,4 @@
-//! The agent on the Raspberry Pi.
+//! The program `grideye-agent`: parses its command line and runs a subcommand.
 
 mod command;
 

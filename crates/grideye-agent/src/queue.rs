@@ -1,4 +1,4 @@
-//! What waits for the collector, and what the agent's threads share.
+//! Records that wait for the collector, and everything else the agent's threads share.
 
 mod ring;
 mod shared;

@@ -1,29 +1,29 @@
-//! One sensor frame becomes one record: none twice, none missed without a row that says why.
+//! Turns each sensor frame into exactly one record; a missed frame becomes a record with a reason.
 //!
-//! The sensor has no data-ready bit and no frame counter, and its clock is its own (9.57 Hz was measured on a "10 Hz"
-//! part). So the sampler learns the moments of update from what it reads:
+//! The sensor has no data-ready bit and no frame counter, and its clock is its own (a "10 Hz" part measured 9.57 Hz).
+//! So the sampler learns the update times from its reads:
 //!
 //! ```text
 //!   update n          update n+1                     update n+2
 //!   ────┃─────────────────┃─────────────────────────────┃────▶ sensor's clock
 //!           ▲        ▲ ▲      ▲                    ▲        ▲
 //!         read n   old new  = n+1                 old     new = n+2
-//!                  └─┴ the update lies between: the window of the next one is known the better
+//!                  └─┴ the update lies between, which narrows the window of the next one
 //! ```
 //!
-//! * A read within the window of an update tells on which side of it the update was; the window is halved until it is
-//!   narrower than 2 ms, and from then on one read a frame, just behind the window, suffices. Now and then one
-//!   read just before the window proves that the sensor has not become faster.
-//! * A frame is new because its content changed, or, in a scene without noise, because its update has surely
-//!   passed. Where a change may be either of two frames, the next read decides before anything is recorded; if the host
-//!   is late for that one as well, both are missing, since a frame under a wrong number would be worse.
-//! * The count of frames runs with the sensor's period through every fault, so `seq` shows what was missed. After a
-//!   set-up, or so long without frames that the bounds are wider than a period, it is an estimate, which
-//!   [`COUNT_ESTIMATED`] says.
-//! * Nothing is taken from how long a read took but what the bus' clock makes it take at least: a starved host can be
-//!   held up at any point of it.
+//! * A read within the window of an update shows on which side of it the update was, so the window halves. Once it is
+//!   narrower than 2 ms, one read per frame, just after the window, is enough. An occasional read just before the
+//!   window proves that the sensor has not become faster.
+//! * A frame is new if its content changed or, in a scene without noise, if its update has surely passed. If a change
+//!   may be either of two frames, the next read decides before anything is recorded. If the host is late for that read
+//!   too, both frames are missing, because a frame under a wrong number would be worse.
+//! * The count of frames follows the sensor's period through every fault, so `seq` shows what was missed. After a
+//!   set-up, or without frames for so long that the bounds are wider than a period, the count is an estimate, reported
+//!   as [`COUNT_ESTIMATED`].
+//! * The duration of a read proves nothing beyond the minimum set by the bus clock, because a starved host can stall at
+//!   any point of it.
 //!
-//! The sampler touches no bus and no clock. It says what is due, is told what came of it, and answers with events.
+//! The sampler touches no bus and no clock: it returns what is due, receives the outcome, and answers with events.
 
 mod content;
 mod event;

@@ -1,4 +1,4 @@
-//! The pixels of the array, how often it measures them, and what: temperatures, words and frames.
+//! The array's pixels, its timing, and its frames as temperatures and as raw words.
 
 use core::fmt;
 use core::time::Duration;
@@ -9,15 +9,15 @@ pub const ROWS: usize = 8;
 pub const COLUMNS: usize = 8;
 /// Pixels of the array.
 pub const PIXELS: usize = ROWS * COLUMNS;
-/// From one measurement of the array to the next, nominal, at either frame rate (AMG88 spec §4-11-3).
+/// Nominal time from one measurement to the next, at either frame rate (AMG88 spec §4-11-3).
 pub const TICK: Duration = Duration::from_millis(100);
 
-/// The place of one pixel: 0 to 63 in code, 1 to 64 in prose as the datasheet numbers them (AMG88 spec §4-5-1).
+/// One pixel: 0 to 63 in code, 1 to 64 in prose, as the datasheet numbers them (AMG88 spec §4-5-1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PixelIndex(u8);
 
 impl PixelIndex {
-    /// From an index of 0 to 63; `None` beyond.
+    /// From an index of 0 to 63; `None` otherwise.
     #[must_use]
     pub fn new(index: usize) -> Option<Self> {
         let within = u8::try_from(index).ok().filter(|_| index < PIXELS);
@@ -30,7 +30,7 @@ impl PixelIndex {
         Self::new(number.checked_sub(1)?)
     }
 
-    /// Every pixel, from 1 to 64, in register order.
+    /// Every pixel in register order.
     pub fn all() -> impl Iterator<Item = Self> {
         (0..PIXELS).filter_map(Self::new)
     }
@@ -60,18 +60,18 @@ impl PixelIndex {
     }
 }
 
-/// A temperature in degrees Celsius; single precision holds every value that the sensor can report exactly.
+/// A temperature in degrees Celsius. Single precision represents every value of the sensor exactly.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
 pub struct Celsius(f32);
 
 impl Celsius {
-    /// Degrees Celsius as they are, not-a-number too.
+    /// Accepts any value, including NaN.
     #[must_use]
     pub const fn new(celsius: f32) -> Self {
         Self(celsius)
     }
 
-    /// The temperature as a number of degrees Celsius.
+    /// Degrees Celsius.
     #[must_use]
     pub const fn get(self) -> f32 {
         self.0
@@ -79,24 +79,24 @@ impl Celsius {
 }
 
 impl fmt::Display for Celsius {
-    /// Degrees without the unit; honors the precision asked for.
+    /// Degrees without the unit, in the requested precision.
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         fmt::Display::fmt(&self.0, formatter)
     }
 }
 
-/// One pixel register pair as the bus delivered it: all 16 bits, so that old recordings can be decoded again.
+/// One pixel's register pair as read from the bus: all 16 bits, so that old recordings can be decoded again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct PixelWord(pub u16);
 
-/// The thermistor's register pair as the bus delivered it.
+/// The thermistor's register pair as read from the bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct ThermistorWord(pub u16);
 
-/// One frame as the bus delivered it.
+/// One frame as read from the bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct RawFrame {
-    /// The thermistor's word, read right after the pixels.
+    /// The thermistor's word, read immediately after the pixels.
     pub thermistor: ThermistorWord,
     /// The words of pixels 1 to 64, in register order.
     pub pixels: [PixelWord; PIXELS],
@@ -105,14 +105,14 @@ pub struct RawFrame {
 /// One frame in degrees.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
-    /// The thermistor: the chip's own temperature, several degrees above the room's by self-heating.
+    /// The chip's own temperature, several degrees above the room's because of self-heating.
     pub thermistor: Celsius,
     /// The temperatures of pixels 1 to 64, in register order.
     pub pixels: [Celsius; PIXELS],
 }
 
 impl Frame {
-    /// A frame whose pixels and thermistor all have one temperature.
+    /// A frame with one temperature in all pixels and the thermistor.
     #[must_use]
     pub const fn uniform(temperature: Celsius) -> Self {
         Self {

@@ -1,15 +1,15 @@
-//! What things may be called.
+//! The rule for names of devices, sensors and boots.
 
-/// The longest name of a device, a sensor, a boot, or of a reason in an account, in characters.
+/// Maximum characters in the name of a device, sensor or boot, or of a reason in an account.
 pub const NAME_CHARS_MAX: usize = 64;
 
-/// What an error message expects where [`is_name`] does not hold.
+/// The rule of [`is_name`] for error messages.
 pub const NAME_RULE: &str =
     "a name of 1 to 64 characters A-Z a-z 0-9 . _ : - that begins with a letter or a digit";
 
-/// Whether a device, a sensor or a boot can be called so: in a scene, on the wire and in files ([`NAME_RULE`]).
+/// Whether a device, sensor or boot may have this name, in a scene, on the wire and in files ([`NAME_RULE`]).
 ///
-/// No such name needs quoting in CSV, JSON or a shell, is a formula to a spreadsheet, or a path out of a folder.
+/// Such a name needs no quoting in CSV, JSON or a shell, is no spreadsheet formula, and cannot lead out of a folder.
 ///
 /// ```
 /// assert!(grideye_frame::is_name("i2c-1:0x69"));

@@ -1,9 +1,9 @@
-//! Why there is no frame.
+//! A frame or the reason why there is none.
 
 use core::fmt;
 use core::str::FromStr;
 
-/// A frame of the sensor, or the reason why there is none. Never a magic temperature.
+/// A sensor frame, or the reason why there is none. Never a magic temperature.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reading<T> {
     /// The frame was read.
@@ -21,7 +21,7 @@ impl<T> Reading<T> {
         }
     }
 
-    /// The same reading with its frame turned into something else.
+    /// Converts the frame, if there is one.
     pub fn map<U>(self, turn: impl FnOnce(T) -> U) -> Reading<U> {
         match self {
             Self::Frame(frame) => Reading::Frame(turn(frame)),
@@ -32,7 +32,7 @@ impl<T> Reading<T> {
 
 macro_rules! reasons {
     ($($(#[doc = $doc:literal])+ $variant:ident = $name:literal,)+) => {
-        /// Why there is no frame. The names are what the wire and the recordings carry.
+        /// Why there is no frame. The names appear on the wire and in recordings.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub enum NoData {
             $($(#[doc = $doc])+ $variant,)+
@@ -60,9 +60,9 @@ reasons! {
     BusTimeout = "bus-timeout",
     /// The adapter itself is gone (ENODEV, ENOTCONN).
     Unplugged = "unplugged",
-    /// Fewer messages or bytes came than were asked for.
+    /// Fewer messages or bytes arrived than requested.
     ShortTransfer = "short-transfer",
-    /// The sensor renewed its registers while the host was kept from reading them.
+    /// The sensor updated its registers while the host was kept from reading them.
     HostStalled = "host-stalled",
     /// The sensor was asleep, starting or being set up again after a reset.
     NotReady = "not-ready",
@@ -72,7 +72,7 @@ reasons! {
     AllZero = "all-zero",
     /// The registers did not change for many frames: a sensor that has stopped measuring.
     Frozen = "frozen",
-    /// The sensor's settings were not the ones asked for.
+    /// The sensor's settings were not the configured ones.
     WrongConfiguration = "wrong-configuration",
 }
 
@@ -82,7 +82,7 @@ impl fmt::Display for NoData {
     }
 }
 
-/// A name that is no reason of [`NoData`].
+/// The name is not a [`NoData`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct UnknownNoData;
 
@@ -113,7 +113,7 @@ mod tests {
     use super::*;
     use std::string::ToString;
 
-    /// The names that `recordings/README.md` specifies: files and stores hold them.
+    /// The names that `recordings/README.md` specifies; files and stores contain them.
     #[test]
     fn the_names_are_those_of_the_format() {
         assert_eq!(

@@ -1,4 +1,4 @@
-//! Frames without a word about who measured them, rows of 64 numbers or numpy's `.npy`; the reader states the rest: [`Assumed`].
+//! Files with frames only, as rows of 64 numbers or numpy's `.npy`; the caller supplies the rest as [`Assumed`].
 
 mod assumed;
 mod npy;

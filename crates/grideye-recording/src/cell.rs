@@ -1,4 +1,4 @@
-//! One cell of a text layout, and what may stand in it.
+//! One cell of a text layout, and the values it may have.
 
 use crate::error::RecordingError;
 use crate::record::{COUNT_MAX, check_name};
@@ -7,10 +7,10 @@ use amg8833::word::{self, OutOfRange};
 use core::fmt;
 use grideye_frame::{Celsius, NAME_RULE, PixelWord, ThermistorWord};
 
-/// The longest temperature in characters: few enough that double precision tells any two of that length apart.
+/// Maximum characters of a temperature: few enough that double precision distinguishes any two of them.
 const DEGREE_CHARS_MAX: usize = 16;
 
-/// A cell with its place, for the error.
+/// A cell with its place, for error messages.
 pub(crate) struct Cell<'c> {
     pub(crate) line: u64,
     pub(crate) column: Column,
@@ -20,7 +20,7 @@ pub(crate) struct Cell<'c> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Column {
     Named(&'static str),
-    /// A pixel, numbered as the layout numbers it.
+    /// A pixel, by the layout's own number.
     Pixel(usize),
 }
 
@@ -57,7 +57,7 @@ impl Cell<'_> {
             })
     }
 
-    /// Digits alone, up to [`COUNT_MAX`].
+    /// Digits only, up to [`COUNT_MAX`].
     pub(crate) fn count(&self) -> Result<u64, RecordingError> {
         let refused = || self.refused(format!("an integer from 0 to {COUNT_MAX}"));
         if !self.text.bytes().all(|byte| byte.is_ascii_digit()) {
@@ -69,10 +69,10 @@ impl Cell<'_> {
         }
     }
 
-    /// Nanoseconds of a wall clock: digits with or without a minus sign.
+    /// Nanoseconds of a wall clock: digits, with or without a minus sign.
     pub(crate) fn nanoseconds(&self) -> Result<i64, RecordingError> {
-        let refused = || self.refused("an integer of 64 bits with sign");
-        // The standard parser takes a plus sign too.
+        let refused = || self.refused("a signed 64-bit integer");
+        // The standard parser accepts a plus sign too.
         if self.text.starts_with('+') {
             return Err(refused());
         }
@@ -91,7 +91,7 @@ impl Cell<'_> {
         )
     }
 
-    /// The word that means exactly the temperature in the cell.
+    /// The word for exactly the temperature in the cell.
     fn word<W: Copy>(
         &self,
         encode: impl Fn(Celsius) -> Result<W, OutOfRange>,
@@ -111,13 +111,13 @@ impl Cell<'_> {
             ))
         })?;
         let meant = f64::from(decode(nearest).get());
-        // Bit for bit, since the thermistor tells -0 from 0.
+        // Compare bits, because the thermistor distinguishes -0 from 0.
         if meant.to_bits() == written.to_bits() {
             Ok(nearest)
         } else {
             let nearby = decode(nearest);
             Err(self.refused(format!(
-                "a multiple of {step} degrees Celsius that the sensor can say, such as {nearby}"
+                "a multiple of {step} degrees Celsius that the sensor can report, such as {nearby}"
             )))
         }
     }
@@ -184,13 +184,13 @@ mod tests {
     }
 
     #[test]
-    fn zeros_that_a_table_program_adds_are_taken() {
+    fn trailing_zeros_of_a_spreadsheet_are_accepted() {
         assert_eq!(cell("18.0").pixel().unwrap(), cell("18").pixel().unwrap());
         assert_eq!(cell("-0.250000").pixel().unwrap(), PixelWord(0xFFF));
     }
 
     #[test]
-    fn what_is_no_temperature_of_the_sensor_is_refused_with_the_place() {
+    fn an_impossible_temperature_is_rejected_with_its_place() {
         let plain =
             "line 7, column pixel3: expected degrees Celsius as a plain decimal number, found";
         for text in
@@ -203,7 +203,7 @@ mod tests {
         for text in ["512", "-512.25", "999999999999999"] {
             assert_eq!(fault(text), format!("{range} \"{text}\""));
         }
-        let step = "line 7, column pixel3: expected a multiple of 0.25 degrees Celsius that the sensor can say, such as";
+        let step = "line 7, column pixel3: expected a multiple of 0.25 degrees Celsius that the sensor can report, such as";
         for (text, nearby) in [
             ("23.3", "23.25"),
             ("23.0625", "23"),

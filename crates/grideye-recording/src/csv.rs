@@ -1,7 +1,7 @@
-//! The CSV recording format (`recordings/README.md`): one row a sensor frame, missing frames as rows with a reason.
+//! The CSV recording format (`recordings/README.md`): one row per sensor frame; a missing frame is a row with a reason.
 //!
-//! Written and read row by row: memory grows only with the number of streams, which [`STREAMS_MAX`] bounds. A row without the
-//! newline at its end is never used: `26` at the end of a cut file may have been `26.25`.
+//! Reads and writes row by row: memory grows only with the number of streams, at most [`STREAMS_MAX`]. A row without
+//! its newline is never used: `26` at the end of a cut file may have been `26.25`.
 
 mod columns;
 mod reader;

@@ -1,3 +1,5 @@
+//! The error of all file formats here.
+
 use std::io;
 
 /// Why a recording could not be read or written. Lines count from 1, the header included.
@@ -8,37 +10,37 @@ pub enum RecordingError {
     Io {
         /// The line being read or written.
         line: u64,
-        /// What the reader or writer that was handed over said.
+        /// The error of the given reader or writer.
         source: io::Error,
     },
     /// Not even a header.
     #[error(
-        "line 1: expected a header that begins with {0}, found nothing\nhint: the file is empty; its writer was stopped before it began"
+        "line 1: expected a header that begins with {0}, found nothing\nhint: the file is empty; its writer stopped before the header"
     )]
     Empty(&'static str),
-    /// The first line is another layout's, or no header.
+    /// The first line belongs to another layout or is no header.
     #[error(
         "line 1, field {field}: expected the column name {expected}, found {found}\nhint: recordings/README.md states the columns of each layout"
     )]
     UnknownHeader {
-        /// The first field that is different, from 1.
+        /// The first field that differs, from 1.
         field: usize,
-        /// The name that belongs there, or that the line ends there.
+        /// The name that belongs there, or that the line should end.
         expected: String,
         /// What is there.
         found: String,
     },
-    /// The file ends in mid-line.
+    /// The file ends within a line.
     #[error(
-        "line {line}: expected a newline at its end, found the end of the file after {bytes} bytes\nhint: the file was cut here; the lines before are whole, and nothing of this line was used"
+        "line {line}: expected a newline at its end, found the end of the file after {bytes} bytes\nhint: the file was cut here; earlier lines are complete, and this one was not used"
     )]
     CutLine {
-        /// The line that is cut.
+        /// The cut line.
         line: u64,
-        /// How many bytes of it are there.
+        /// How many bytes of it exist.
         bytes: usize,
     },
-    /// A line longer than any of the layout can be.
+    /// A line longer than any of this layout.
     #[error("line {line}: expected at most {limit} bytes, found more")]
     LineTooLong {
         /// The line.
@@ -46,12 +48,12 @@ pub enum RecordingError {
         /// The limit in bytes.
         limit: usize,
     },
-    /// Bytes that are no text.
+    /// Bytes that are not UTF-8.
     #[error("line {line}: expected text in UTF-8, found byte {byte:#04x} at column {column}")]
     NotText {
         /// The line.
         line: u64,
-        /// The place of the first such byte in the line, from 1.
+        /// Place of the first such byte in the line, from 1.
         column: usize,
         /// The byte.
         byte: u8,
@@ -66,7 +68,7 @@ pub enum RecordingError {
         /// How many the line has.
         found: usize,
     },
-    /// A cell that does not hold what its column asks for.
+    /// A cell without the value that its column requires.
     #[error("line {line}, column {column}: expected {expected}, found {found}")]
     Cell {
         /// The line.
@@ -75,19 +77,19 @@ pub enum RecordingError {
         column: String,
         /// What belongs there.
         expected: String,
-        /// What is there: escaped, and cut when long.
+        /// What is there, escaped, and cut when long.
         found: String,
     },
     /// Sequence numbers that do not rise within their stream.
     #[error(
-        "line {line}, column seq: expected more than {previous} in stream {stream}, found {found}\nhint: a frame stands in a recording once, and in order; was the file joined from two?"
+        "line {line}, column seq: expected more than {previous} in stream {stream}, found {found}\nhint: each frame appears once, in order; was the file joined from two?"
     )]
     NotAscending {
         /// The line.
         line: u64,
         /// Device, sensor and boot.
         stream: String,
-        /// The stream's number before.
+        /// The stream's previous number.
         previous: u64,
         /// The number found.
         found: u64,
@@ -102,12 +104,12 @@ pub enum RecordingError {
         /// The limit.
         limit: usize,
     },
-    /// A file name without the date that the LINAIGE layout leaves out of its rows.
+    /// A file name without the date that the LINAIGE layout needs.
     #[error(
-        "file name {0}: expected a date as in Session2_2021-07-01_RoomB_v2.csv, found none\nhint: rows of this layout tell the time of day only; the date is taken from the name"
+        "file name {0}: expected a date as in Session2_2021-07-01_RoomB_v2.csv, found none\nhint: rows of this layout give only the time of day; the date comes from the name"
     )]
     FileNameWithoutDate(String),
-    /// An array that holds no frames of this sensor, or is cut.
+    /// An array without frames of this sensor, or a cut one.
     #[error(
         "expected {expected}, found {found}\nhint: numpy.save(file, frames.astype(numpy.float32)) writes what is read here: (N, 8, 8), in °C"
     )]
@@ -117,9 +119,9 @@ pub enum RecordingError {
         /// What is there.
         found: String,
     },
-    /// A temperature that no word of the sensor means.
+    /// A temperature that no sensor word represents.
     #[error(
-        "{place}: expected a multiple of 0.25 degrees Celsius from -512 to 511.75, found {found}\nhint: frames that were rounded, averaged or interpolated are no longer what the sensor sent; keep them as they were read"
+        "{place}: expected a multiple of 0.25 degrees Celsius from -512 to 511.75, found {found}\nhint: rounded, averaged or interpolated frames are no longer what the sensor sent; keep them as read"
     )]
     BareValue {
         /// Where in the file.
@@ -127,8 +129,8 @@ pub enum RecordingError {
         /// What is there.
         found: String,
     },
-    /// Something failed while an earlier row was written; what is in the file ends there.
-    #[error("line {0}: expected a sound file to write to, found one whose last row failed")]
+    /// Writing an earlier row failed; the file ends there.
+    #[error("line {0}: expected an intact file, found one with a failed last row")]
     WriterBroken(u64),
 }
 

@@ -1,7 +1,7 @@
-//! Labels of a recording as a CSV file: which frames of which sensor somebody called what.
+//! Labels of a recording as a CSV file: which frames of which sensor have which label.
 //!
-//! One line a range of frames. A label that holds frames of several sensors has a line for each, all with its number. The
-//! keys are those of the recording's own rows, so that the two join without a clock.
+//! One line per range of frames. A label on several sensors has a line for each, all with its number. The keys are
+//! those of the recording's rows, so that the two files join without a clock.
 //!
 //! ```
 //! use grideye_recording::labels::{LabeledFrames, to_csv};
@@ -25,18 +25,18 @@ const HEADER: [&str; 7] = [
     "last_seq",
 ];
 
-/// One range of frames of one stream under a label.
+/// One labeled range of frames of one stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct LabeledFrames<'l> {
     /// The label's number in its recording, from 1.
     pub number: i64,
-    /// What it says.
+    /// Its text.
     pub label: &'l str,
     /// The agent's name.
     pub device: &'l str,
     /// The sensor.
     pub sensor: &'l str,
-    /// The run.
+    /// The boot.
     pub boot: &'l str,
     /// The first frame.
     pub first_seq: u64,
@@ -44,10 +44,10 @@ pub struct LabeledFrames<'l> {
     pub last_seq: u64,
 }
 
-/// The file: its header is there where no label is.
+/// The file's bytes; without labels, just the header.
 ///
 /// # Errors
-/// None that is known: the text is made in memory.
+/// None known, because it writes to memory.
 pub fn to_csv<'l>(
     ranges: impl IntoIterator<Item = LabeledFrames<'l>>,
 ) -> Result<Vec<u8>, ::csv::Error> {

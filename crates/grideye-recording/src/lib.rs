@@ -1,14 +1,14 @@
-//! Sensor frames on the wire and on disk: what a record is, and the formats that carry it.
+//! Sensor frames on the wire and on disk: the record, and the formats that carry it.
 //!
-//! | format | carries | keeps of a word | refuses with |
+//! | format | carries | bits of a word | error |
 //! |---|---|---|---|
-//! | [`wire`] (JSON) | one batch per device and half second, and its answer | all 16 bits | [`wire::WireError`]: path, expected, found |
-//! | [`wire`] (bytes) | the same batch, about a quarter as long | all 16 bits | the same, with the place in the body |
-//! | [`mod@csv`] (`recordings/README.md`) | one row a sensor frame, missing ones with a reason | the 12 bits that mean degrees | [`RecordingError`]: line, column, expected, found |
+//! | [`wire`] (JSON) | one batch per device and half second, and its answer | all 16 | [`wire::WireError`]: path, expected, found |
+//! | [`wire`] (bytes) | the same batch, about a quarter as long | all 16 | the same, with the place in the body |
+//! | [`mod@csv`] (`recordings/README.md`) | one row per sensor frame, missing ones with a reason | the 12 that mean degrees | [`RecordingError`]: line, column, expected, found |
 //! | [`linaige`] (read only) | frames with labels | as above | [`RecordingError`] |
-//! | [`bare`] (read only) | frames and no more: rows of 64 numbers, `.npy` | as above | [`RecordingError`] |
+//! | [`bare`] (read only) | frames only: rows of 64 numbers, `.npy` | as above | [`RecordingError`] |
 //!
-//! No sockets or clocks, and files in [`whole`] alone. Recordings of any length are read and written in the same memory.
+//! The crate uses no sockets and no clocks, and files only in [`whole`]. Memory does not grow with the recording.
 //!
 //! ```
 //! use grideye_recording::csv::{Reader, Writer};

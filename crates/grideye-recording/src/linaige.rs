@@ -5,14 +5,14 @@
 //! 18_14_07.274925,30.625,26.5,…,25.5,0,e
 //! ```
 //!
-//! What the layout does not say, and what is made of it here:
+//! Where the layout is silent, this module decides:
 //!
-//! - **The date** stands in the file's name: [`Date::from_file_name`].
-//! - **The time zone** stands nowhere: the time is taken as UTC, the clock as [`Unsynced`](ClockState::Unsynced).
-//! - **Sequence numbers** count rows from 0. The layout has no way to tell of a frame that was missed.
-//! - **Boot time** starts at 0 and follows the printed times. Where these jump back (session 3, or past midnight) the row's
-//!   clock is [`Stepped`](ClockState::Stepped), and boot time goes on by [`ASSUMED_INTERVAL_NS`].
-//! - **The last line** may lack its newline: its last field is one letter, so that a row which was cut cannot look whole.
+//! - **Date**: taken from the file's name by [`Date::from_file_name`].
+//! - **Time zone**: UTC is assumed, with the clock [`Unsynced`](ClockState::Unsynced).
+//! - **Sequence numbers** count rows from 0. The layout cannot mark a missed frame.
+//! - **Boot time** starts at 0 and follows the printed times. Where these jump back (session 3, or past midnight), the
+//!   row's clock is [`Stepped`](ClockState::Stepped), and boot time advances by [`ASSUMED_INTERVAL_NS`].
+//! - **Last line**: it may lack its newline, because its last field is one letter, so a cut row cannot look complete.
 
 use crate::cell::{Cell, Column};
 use crate::csv::check_header;
@@ -23,7 +23,8 @@ use crate::text::quoted;
 use grideye_frame::{PIXELS, PixelWord, RawFrame, Reading};
 use std::io::Read;
 
-/// What boot time goes on by where the printed time jumps back: the sensor's period, as the data set was recorded at 10 Hz.
+/// How far boot time advances when the printed time jumps back: one period of the data set, which was recorded at 10
+/// Hz.
 pub const ASSUMED_INTERVAL_NS: u64 = 100_000_000;
 
 /// Fields of a row: time, thermistor, pixels, two labels.
@@ -32,15 +33,15 @@ const COLUMNS: usize = PIXELS + 4;
 /// One row with its labels.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LinaigeRow {
-    /// The row as a recording has it; `t_arrival_ns` is not known.
+    /// The row of a recording, without `t_arrival_ns`.
     pub row: Row,
-    /// `people_number`: how many people the data set's makers saw in the sensor's view.
+    /// `people_number`: how many people the authors saw in the sensor's view.
     pub people: u32,
     /// `confidence`: how sure they were.
     pub confidence: Confidence,
 }
 
-/// The column `confidence`. The files do not say what its letters stand for.
+/// The column `confidence`. The files do not define its letters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Confidence {
     /// `e`, the common one: probably "easy".
@@ -56,7 +57,8 @@ pub struct Date {
 }
 
 impl Date {
-    /// A day by its year, month (1 to 12) and day (1 to 31); `None` if there is no such day, or not from 1970 to 2199.
+    /// The day with this year, month (1 to 12) and day (1 to 31); `None` if it does not exist or is not within 1970 to
+    /// 2199.
     #[must_use]
     pub fn new(year: i64, month: i64, day: i64) -> Option<Self> {
         if !(1970..=2199).contains(&year) || !(1..=12).contains(&month) {
@@ -69,7 +71,7 @@ impl Date {
         })
     }
 
-    /// The date in a file's name: four digits, two and two, joined by hyphens.
+    /// The date in a file's name, as in `2021-07-01`.
     ///
     /// ```
     /// use grideye_recording::linaige::Date;
@@ -92,15 +94,15 @@ impl Date {
             .ok_or_else(|| RecordingError::FileNameWithoutDate(quoted(name)))
     }
 
-    /// Midnight at the day's beginning, in nanoseconds since 1970-01-01 UTC.
+    /// Midnight at the start of the day, in nanoseconds since 1970-01-01 UTC.
     #[must_use]
     pub const fn midnight_utc_ns(self) -> i64 {
         self.days_since_1970 * 86_400 * NS_PER_S
     }
 }
 
-/// The stream that a file of this layout becomes: device `linaige`, sensor `grid-eye`, and of its name as the boot what a name
-/// may have, or else `session`.
+/// The stream for a file of this layout: device `linaige`, sensor `grid-eye`, and as boot the characters of the file's
+/// name that a name may have, or else `session`.
 #[must_use]
 pub fn stream_from_file_name(name: &str) -> StreamId {
     let stem = name.strip_suffix(".csv").unwrap_or(name);
@@ -120,7 +122,7 @@ pub fn stream_from_file_name(name: &str) -> StreamId {
     }
 }
 
-/// The first line of a file of this layout, without its newline.
+/// The header of this layout, without its newline.
 #[must_use]
 pub fn header() -> String {
     let mut names = vec!["timestamp".to_owned(), "thermistor".to_owned()];
@@ -129,20 +131,21 @@ pub fn header() -> String {
     names.join(",")
 }
 
-/// Reads a file of this layout row by row, as an iterator. The first error is the last item.
+/// Reads a file of this layout row by row, as an iterator that ends with the first error.
 #[derive(Debug)]
 pub struct Reader<R> {
     lines: Lines<R>,
     date: Date,
     stream: StreamId,
-    /// The stamp of the row before, and the number of the next one.
+    /// The stamp of the previous row.
     previous: Option<Stamp>,
     seq: u64,
     ended: bool,
 }
 
 impl<R: Read> Reader<R> {
-    /// Reads the header at once. `stream` names the rows, as the layout does not: [`stream_from_file_name`] makes one.
+    /// Reads the header at once. `stream` names the rows because the layout does not; [`stream_from_file_name`] makes
+    /// one.
     ///
     /// # Errors
     /// [`RecordingError`] if the first line is not the header of this layout.
@@ -264,7 +267,7 @@ fn time_of_day_ns(text: &str) -> Option<i64> {
     Some(((hours * 60 + minutes) * 60 + seconds) * NS_PER_S + digits(micros)? * 1000)
 }
 
-/// A short number of nothing but digits.
+/// Parses a short number of digits only.
 fn digits(text: &[u8]) -> Option<i64> {
     text.iter().try_fold(0, |number, byte| {
         byte.is_ascii_digit()
@@ -272,7 +275,7 @@ fn digits(text: &[u8]) -> Option<i64> {
     })
 }
 
-/// Days up to a month, from the March of the year 0 on: a year that begins in March has its leap day at the end.
+/// Days before a month, counted from March of the year 0: in a year that begins in March, the leap day comes last.
 const fn days_before_month(year: i64, month: i64) -> i64 {
     let months = 12 * year + month - 3;
     let (year, month) = (months.div_euclid(12), months.rem_euclid(12));

@@ -1,9 +1,9 @@
-//! Lines of a text file, one at a time: bounded, counted, and a cut one told from a whole one.
+//! Reads a text file line by line, with a length limit and line numbers, and detects a cut line.
 
 use crate::error::RecordingError;
 use std::io::{BufRead, BufReader, Read};
 
-/// The longest line of any layout here, in bytes: several times the longest that can be written.
+/// Maximum line of any layout here in bytes: several times the longest written one.
 pub(crate) const LINE_BYTES_MAX: usize = 4096;
 
 /// U+FEFF in UTF-8.
@@ -21,7 +21,7 @@ pub(crate) struct Line<'l> {
     /// From 1.
     pub(crate) number: u64,
     pub(crate) text: &'l str,
-    /// Whether a newline followed; without one the file may have been cut within this line.
+    /// Whether a newline followed; if not, the file may have been cut within this line.
     pub(crate) ended: bool,
 }
 
@@ -34,7 +34,6 @@ impl<R: Read> Lines<R> {
         }
     }
 
-    /// The next line; `None` at the end of the file.
     pub(crate) fn next(&mut self) -> Result<Option<Line<'_>>, RecordingError> {
         let line = self.number + 1;
         self.buffer.clear();
@@ -47,11 +46,11 @@ impl<R: Read> Lines<R> {
         let mut bytes = self.buffer.as_slice();
         if ended {
             bytes = bytes.strip_suffix(b"\n").unwrap_or(bytes);
-            // A spreadsheet saves with both.
+            // Spreadsheets write both.
             bytes = bytes.strip_suffix(b"\r").unwrap_or(bytes);
         }
         if line == 1 {
-            // What some editors put before UTF-8 means nothing.
+            // Some editors put this before UTF-8; ignore it.
             bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
         }
         match core::str::from_utf8(bytes) {
@@ -68,7 +67,7 @@ impl<R: Read> Lines<R> {
         }
     }
 
-    /// Reads up to and with the next newline into the buffer.
+    /// Reads through the next newline into the buffer.
     fn fill(&mut self, line: u64) -> Result<(), RecordingError> {
         loop {
             let available = match self.input.fill_buf() {
@@ -95,7 +94,6 @@ impl<R: Read> Lines<R> {
 }
 
 impl Line<'_> {
-    /// The error for a line that the end of the file cut.
     pub(crate) fn cut(&self) -> RecordingError {
         RecordingError::CutLine {
             line: self.number,
@@ -103,7 +101,7 @@ impl Line<'_> {
         }
     }
 
-    /// The fields between the commas, when there are as many as the layout has.
+    /// The fields between the commas, if there are as many as the layout has.
     pub(crate) fn fields<const N: usize>(&self) -> Result<[&str; N], RecordingError> {
         let mut fields = [""; N];
         let mut found = 0;
@@ -125,7 +123,7 @@ impl Line<'_> {
     }
 }
 
-/// Makes a reader with a method `row` and a field `ended` an iterator over its rows, up to the first error.
+/// Turns a reader with a method `row` and a field `ended` into an iterator over its rows, up to the first error.
 macro_rules! rows_until_error {
     ($reader:ident, $row:ty) => {
         impl<R: ::std::io::Read> Iterator for $reader<R> {

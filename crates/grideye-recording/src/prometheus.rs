@@ -1,15 +1,14 @@
-//! Prometheus' text format 0.0.4, in which both programs say what they count.
+//! Prometheus text format 0.0.4, for the counts of both programs.
 
 use std::fmt::{Display, Write as _};
 
 /// The media type of the format.
 pub const CONTENT_TYPE: &str = "text/plain; version=0.0.4; charset=utf-8";
 
-/// A page of metrics that is being written.
+/// A page of metrics being written.
 #[derive(Debug, Default)]
 pub struct Text {
     text: String,
-    /// The family that samples belong to.
     family: &'static str,
 }
 
@@ -30,7 +29,7 @@ impl Text {
         self.begin(family, help, "counter");
     }
 
-    /// A whole family of counts by class. `counts` has one more than `ends`: what lies above the last.
+    /// A complete histogram. `counts` has one more entry than `ends`: the values above the last end.
     pub fn histogram(
         &mut self,
         family: &'static str,
@@ -50,7 +49,7 @@ impl Text {
         self.line("_count", &[], below);
     }
 
-    /// A sample of the family that was begun last.
+    /// Adds a sample to the current family.
     pub fn sample(&mut self, labels: &[(&str, &str)], value: impl Display) {
         self.line("", labels, value);
     }
@@ -81,7 +80,7 @@ impl Text {
     }
 
     fn write(&mut self, what: std::fmt::Arguments<'_>) {
-        // Writing into a string does not fail.
+        // Writing to a string cannot fail.
         let _ = self.text.write_fmt(what);
     }
 }

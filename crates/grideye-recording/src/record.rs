@@ -1,4 +1,4 @@
-//! What a record is, and its one binary layout.
+//! The record: a sensor frame as kept, and its one binary layout.
 
 pub mod layout;
 mod packed;

@@ -1,4 +1,4 @@
-//! Which layout a file is, by its beginning, and of which sensor, by the number of pixels that its header names.
+//! Detects a file's layout from its beginning, and another sensor from the number of pixels in its header.
 
 use crate::bare::{NPY_MAGIC, looks_like_rows};
 use crate::lines::BYTE_ORDER_MARK;
@@ -11,14 +11,14 @@ pub enum Layout {
     Recording,
     /// The layout of the LINAIGE data set: [`linaige::Reader`](crate::linaige::Reader).
     Linaige,
-    /// Rows of 64 temperatures and no more: [`bare::RowReader`](crate::bare::RowReader).
+    /// Rows of 64 temperatures only: [`bare::RowReader`](crate::bare::RowReader).
     Rows,
     /// numpy's `.npy`: [`bare::NpyReader`](crate::bare::NpyReader).
     Npy,
 }
 
-/// The layout whose header a file's first three lines, or more, begin with; `None` for any other file. A header with a fault
-/// in it is still known by its first columns, so that the layout's own reader can name the fault.
+/// The layout of a file, from its first three lines or more; `None` if unknown. The first columns identify even a
+/// faulty header, so that the layout's own reader can name the fault.
 ///
 /// ```
 /// use grideye_recording::{Layout, sniff};
@@ -44,7 +44,7 @@ pub fn sniff(first_line: impl AsRef<[u8]>) -> Option<Layout> {
     }
 }
 
-/// The number of pixels that a header names, where it is a recording's header and the number is not a Grid-EYE's.
+/// The number of pixels in a recording's header, if it is not a Grid-EYE's.
 #[must_use]
 pub fn other_resolution(beginning: &[u8]) -> Option<usize> {
     sniff(beginning)?;
@@ -55,12 +55,12 @@ pub fn other_resolution(beginning: &[u8]) -> Option<usize> {
         !digits.is_empty() && digits.iter().all(u8::is_ascii_digit)
     };
     let pixels = line.split(|&byte| byte == b',').filter(is_pixel).count();
-    // A header that lacks a few columns has a fault, which its reader names.
+    // A header that lacks only a few columns is faulty, and its reader names the fault.
     let is_other = pixels > PIXELS || (is_whole && pixels > 0 && pixels <= PIXELS / 2);
     is_other.then_some(pixels)
 }
 
-/// What is known to have so many pixels.
+/// A phrase for a sensor with this many pixels.
 #[must_use]
 pub fn sensor_of(pixels: usize) -> String {
     let known = [

@@ -1,14 +1,13 @@
-//! Text from strangers, made fit for an error message.
+//! Makes untrusted text safe for an error message.
 
-/// Characters of a foreign text that an error message repeats.
 const SHOWN_CHARS_MAX: usize = 48;
 
-/// A foreign text between quotation marks: control characters escaped, cut when long.
+/// Untrusted text in quotation marks: control characters escaped, long text cut.
 pub(crate) fn quoted(text: &str) -> String {
     format!("\"{}\"", shortened(text))
 }
 
-/// A foreign text: control characters escaped, cut when long.
+/// Untrusted text without quotation marks: control characters escaped, long text cut.
 pub(crate) fn shortened(text: &str) -> String {
     let mut shown = String::new();
     for (index, character) in text.chars().enumerate() {
@@ -30,7 +29,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_stranger_wrote_can_neither_flood_nor_steer_a_terminal() {
+    fn untrusted_text_can_neither_flood_nor_control_a_terminal() {
         assert_eq!(quoted("pi-1"), "\"pi-1\"");
         assert_eq!(shortened("a\u{1b}[2Jb\r\n"), "a\\u{1b}[2Jb\\r\\n");
         assert_eq!(shortened("\u{202e}"), "\\u{202e}");

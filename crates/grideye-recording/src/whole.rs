@@ -1,11 +1,12 @@
-//! Files that appear whole under their name, or not at all: written beside it, synced, renamed, and the folder synced.
+//! Writes files that appear complete or not at all: written under a temporary name, synced, renamed, and the folder
+//! synced.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write as _};
 use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::{Path, PathBuf};
 
-/// A file under way, beside the place it is for. It is removed again unless it is put there.
+/// A file being written next to its final place. Dropping it removes it, unless it was put in place.
 #[derive(Debug)]
 pub struct Pending {
     file: File,
@@ -14,10 +15,10 @@ pub struct Pending {
 }
 
 impl Pending {
-    /// An empty file for `path`, with the permissions that the process gives.
+    /// An empty file for `path`, with the process's default permissions.
     ///
     /// # Errors
-    /// What the system said.
+    /// The system's error.
     pub fn of(path: &Path) -> io::Result<Self> {
         Self::with_mode(path, 0o666)
     }
@@ -26,7 +27,7 @@ impl Pending {
         let mut name = path.file_name().unwrap_or_default().to_os_string();
         name.push(format!(".{}.partial", std::process::id()));
         let partial = path.with_file_name(name);
-        // A program with this number may have been killed; what it left is followed nowhere.
+        // A killed program may have had the same process number; remove its file rather than follow it.
         match fs::remove_file(&partial) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
             _ => {}
@@ -40,16 +41,16 @@ impl Pending {
         })
     }
 
-    /// The file, to be written to.
+    /// The file to write to.
     #[must_use]
     pub const fn file(&self) -> &File {
         &self.file
     }
 
-    /// Syncs it and gives it its name.
+    /// Syncs the file and gives it its final name.
     ///
     /// # Errors
-    /// What the system said.
+    /// The system's error.
     pub fn put(&self) -> io::Result<()> {
         self.file.sync_all()?;
         rename(&self.partial, &self.path)
@@ -58,39 +59,39 @@ impl Pending {
 
 impl Drop for Pending {
     fn drop(&mut self) {
-        // The first error is the one to report; a leftover that cannot be removed keeps its partial name.
+        // Report the first error only; a file that cannot be removed keeps its temporary name.
         drop(fs::remove_file(&self.partial));
     }
 }
 
-/// Puts a file with these bytes, for its owner alone, into the place of whatever has that name.
+/// Writes these bytes, readable for the owner only, in place of any file of that name.
 ///
 /// # Errors
-/// What the system said.
+/// The system's error.
 pub fn replace_private(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let pending = Pending::with_mode(path, 0o600)?;
     pending.file().write_all(bytes)?;
     pending.put()
 }
 
-/// Gives a synced file its name, which outlasts a power cut.
+/// Gives a synced file its final name, in a way that survives a power cut.
 ///
 /// # Errors
-/// What the system said.
+/// The system's error.
 pub fn rename(partial: &Path, path: &Path) -> io::Result<()> {
     fs::rename(partial, path)?;
     sync_folder_of(path)
 }
 
-/// Makes the names in a file's folder outlast a power cut.
+/// Makes the names in a file's folder survive a power cut.
 ///
 /// # Errors
-/// What the system said.
+/// The system's error.
 pub fn sync_folder_of(path: &Path) -> io::Result<()> {
     let folder = path.parent().filter(|name| !name.as_os_str().is_empty());
     match File::open(folder.unwrap_or(Path::new("."))) {
         Ok(folder) => folder.sync_all(),
-        // A folder may be for writing alone.
+        // A folder may be write-only.
         Err(error) if error.kind() == io::ErrorKind::PermissionDenied => Ok(()),
         Err(error) => Err(error),
     }

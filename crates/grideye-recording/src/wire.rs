@@ -9,8 +9,8 @@
 //! assert_eq!(batch.sensors[0].frames[0].seq, 17);
 //! ```
 //!
-//! A body is refused or taken as a whole. Unknown and repeated fields, `null`, fractions and the like are refused, so that a
-//! slip of the sender shows at once.
+//! A body is accepted or rejected as a whole. Unknown or repeated fields, `null`, fractions and the like are rejected,
+//! so that a sender's mistake shows at once.
 
 mod binary;
 mod check;
@@ -31,7 +31,7 @@ impl Batch {
     /// Reads the body of a post.
     ///
     /// # Errors
-    /// [`WireError`] for the first fault, with the path of the field, what was expected there and what was found.
+    /// [`WireError`] for the first fault, with the field's path, expected and found.
     pub fn from_json(json: &[u8], limits: &Limits) -> Result<Self, WireError> {
         let batch = decode::batch(json, limits)?;
         check::batch(&batch)?;
@@ -41,33 +41,33 @@ impl Batch {
     /// Writes the body of a post, without white space.
     ///
     /// # Errors
-    /// [`WireError`] for what [`Batch::from_json`] would refuse whatever its limits.
+    /// [`WireError`] for content that [`Batch::from_json`] rejects under any limits.
     pub fn to_json(&self) -> Result<Vec<u8>, WireError> {
         check::batch(self)?;
         encode::json(self)
     }
 
-    /// Reads the body of a post in its compact form ([`BINARY_TYPE`]), with the same checks and limits as JSON.
+    /// Reads the compact body of a post ([`BINARY_TYPE`]), with the same checks and limits as JSON.
     ///
     /// # Errors
-    /// [`WireError`] for the first fault, with the path of the field, what was expected there and what was found.
+    /// [`WireError`] for the first fault, with the field's path, expected and found.
     pub fn from_binary(body: &[u8], limits: &Limits) -> Result<Self, WireError> {
         let batch = binary::decode(body, limits)?;
         check::batch(&batch)?;
         Ok(batch)
     }
 
-    /// Writes the body of a post in its compact form: 62 to 78 bytes for a frame of a room, 158 at most.
+    /// Writes the compact body of a post: 62 to 78 bytes per frame of a room, at most 158.
     ///
     /// # Errors
-    /// [`WireError`] for what [`Batch::from_binary`] would refuse whatever its limits.
+    /// [`WireError`] for content that [`Batch::from_binary`] rejects under any limits.
     pub fn to_binary(&self) -> Result<Vec<u8>, WireError> {
         let mut body = Vec::new();
         self.append_binary(&mut body)?;
         Ok(body)
     }
 
-    /// Writes the same behind what is in `body` already.
+    /// Appends the compact body to `body`.
     ///
     /// # Errors
     /// As [`Batch::to_binary`]; then nothing is written.
@@ -82,7 +82,7 @@ impl Acknowledgement {
     /// Reads the answer to a post.
     ///
     /// # Errors
-    /// [`WireError`] for the first fault, with the path of the field, what was expected there and what was found.
+    /// [`WireError`] for the first fault, with the field's path, expected and found.
     pub fn from_json(json: &[u8], limits: &Limits) -> Result<Self, WireError> {
         let acknowledgement = decode::acknowledgement(json, limits)?;
         check::acknowledgement(&acknowledgement)?;
@@ -92,7 +92,7 @@ impl Acknowledgement {
     /// Writes the answer to a post, without white space.
     ///
     /// # Errors
-    /// [`WireError`] for what [`Acknowledgement::from_json`] would refuse whatever its limits.
+    /// [`WireError`] for content that [`Acknowledgement::from_json`] rejects under any limits.
     pub fn to_json(&self) -> Result<Vec<u8>, WireError> {
         check::acknowledgement(self)?;
         let durable_through = self.durable_through.iter();
@@ -100,7 +100,8 @@ impl Acknowledgement {
         encode::acknowledgement(durable_through, self.gaps.iter())
     }
 
-    /// The same from where it stands: each sensor once, and the highest number below which all but the gaps is on disk.
+    /// Writes an answer without building the struct. Give each sensor once, with the number up to which everything but
+    /// the gaps is on disk.
     ///
     /// # Errors
     /// [`WireError`] if it cannot be written as JSON.

@@ -1,11 +1,11 @@
 //! Scenes on the collector's page: the editor, and a real sensor beside a simulated one.
 //!
 //! ```text
-//!  folder of scenes ─▶ catalogue ─┬─▶ beside: frames, plan, verdict ─▶ the panel on the live page
-//!                                 └─▶ editor: draft, map, save ─────▶ /editor
+//!    folder of scenes ─▶ catalogue ─┬─▶ beside: frames, plan, verdict ─▶ the panel on the live page
+//!                                   └─▶ editor: draft, map, save ─────▶ /editor
 //! ```
 //!
-//! Two annexes of the collector, which knows no scene: routes, and with them the files of the pages (`assets/`).
+//! Two annexes of the collector, which knows nothing of scenes: routes, and the pages' files (`assets/`).
 //!
 //! ```no_run
 //! use grideye_studio::{Disk, annexes};
@@ -44,10 +44,11 @@ use grideye_collector::Annex;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Real beside simulated for the scenes of a folder, their editor, and the scene that the page opens with.
+/// The annexes for a folder of scenes (a real sensor beside a simulated one, and the editor) and for the scene that the page
+/// opens with.
 ///
 /// # Errors
-/// When the folder cannot be read.
+/// If the folder cannot be read.
 pub fn annexes(folder: Option<&Path>, opening: Option<&Opening>, disk: Disk) -> Result<Vec<Annex>> {
     folder.map(catalogue::scene_files).transpose()?;
     let mut annexes = Vec::new();
@@ -69,7 +70,7 @@ mod tests {
     use grideye_collector::SystemClock;
     use std::sync::Arc;
 
-    /// What the pages and their scripts name is served, and nothing is served that none of them names.
+    /// Every file that the pages and their scripts name is served, and every served file is named.
     #[tokio::test]
     async fn the_pages_are_made_of_files_that_are_there() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,7 +1,7 @@
-//! What one call on `/dev/i2c-N` costs by each way. `cargo bench -p i2c-emulation --bench ways`
+//! Measures one call on `/dev/i2c-N` by each way. `cargo bench -p i2c-emulation --bench ways`
 //!
-//! The client is this very program, started again with the device in front of it. "asking" is preloading without sending
-//! memory along: the emulator then asks for each piece, as a library would need to that only shows its memory.
+//! The client is this same program, started again with the device. "asking" is preloading without sending memory along:
+//! the emulator then asks for each piece.
 #![expect(
     unsafe_code,
     clippy::unwrap_used,
@@ -22,7 +22,7 @@ use i2c_emulation::rack::{Rack, SharedAdapter};
 
 const ROLE: &str = "I2C_EMULATION_BENCH_DEVICE";
 const NUMBER: u32 = 7_777;
-/// Calls of one round; the fastest of so many rounds counts, since everything that disturbs makes a round slower.
+/// Calls per round. The fastest round counts, since every disturbance makes a round slower.
 const CALLS: u32 = 100;
 const ROUNDS: u32 = 400;
 const KINDS: [&str; 4] = [
@@ -32,7 +32,7 @@ const KINDS: [&str; 4] = [
     "another file: read 1 byte",
 ];
 
-/// Answers at once, so that nothing but the way is measured.
+/// Answers at once, so that only the way is measured.
 struct Instantly;
 
 impl ErrorType for Instantly {
@@ -89,7 +89,7 @@ fn measure() {
     }
 }
 
-/// The figures of the client by one way; none if the way does not work here.
+/// The client's figures by one way; none if the way does not work here.
 fn by(via: Via, prefetch: &str) -> Vec<Option<f64>> {
     let mut rack = Rack::new();
     let bus = HalAdapter::with_faults(Instantly, |never| match *never {});
@@ -214,14 +214,14 @@ fn frame(device: RawFd) {
         messages: messages.as_mut_ptr(),
         count: 2,
     };
-    // SAFETY: I2C_RDWR reads these structures, and writes only into the buffer of the message that is a read.
+    // SAFETY: I2C_RDWR reads these structures and writes only into the read message's buffer.
     let result = unsafe { libc::ioctl(device, 0x0707, &raw const transfer) };
     assert!(result == 2 && black_box(pixels)[127] == 0xA5);
 }
 
 fn plain_read(file: RawFd) {
     let mut byte = [1u8];
-    // SAFETY: there is room for the one byte.
+    // SAFETY: there is room for one byte.
     let result = unsafe { libc::read(file, byte.as_mut_ptr().cast(), 1) };
     assert!(result == 1 && black_box(byte)[0] == 0);
 }

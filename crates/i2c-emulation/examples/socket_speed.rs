@@ -1,4 +1,4 @@
-//! What the socket costs: frame reads and byte reads in this process, from Rust and from Python over the socket.
+//! Measures the socket: frame and byte reads in this process, from Rust, and from Python over the socket.
 //!
 //! `cargo run --release -p i2c-emulation --example socket_speed` prints microseconds, reads per second and ratios.
 #![expect(clippy::unwrap_used, reason = "a measurement that fails has no result")]
@@ -16,7 +16,7 @@ const REPEATS: u32 = 60;
 const READS: u32 = 1_000;
 const READS_IN_PROCESS: u32 = 100_000;
 
-/// 256 registers; the simplest target there is, so that what is measured is the way and not the target.
+/// 256 registers; a minimal target, so that the way is measured and not the target.
 struct Registers([u8; 256], u8);
 
 impl EmulatedAdapter for Registers {
@@ -92,7 +92,7 @@ fn read_frame_near(bus: &mut SharedAdapter) {
     std::hint::black_box(frame);
 }
 
-/// The best of [`REPEATS`] short runs, in microseconds a call: on a busy machine the shortest was disturbed least.
+/// The best of [`REPEATS`] short runs, in microseconds per call: on a busy machine, the shortest was disturbed least.
 fn best_microseconds(calls: u32, mut call: impl FnMut()) -> f64 {
     (0..REPEATS)
         .map(|_| {

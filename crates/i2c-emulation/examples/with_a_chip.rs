@@ -11,7 +11,8 @@ use i2c_emulation::adapter::HalAdapter;
 use i2c_emulation::program::{self, Options, Via};
 use i2c_emulation::rack::{Rack, SharedAdapter};
 
-/// The first byte of a write is a register's number, the others go there; a read goes on where the last access ended.
+/// The first byte of a write is a register number; the others go to that register and the following ones. A read
+/// continues where the last access ended.
 struct Chip {
     registers: [u8; 256],
     pointer: u8,

@@ -1,7 +1,7 @@
 """Emulated I2C buses behind a Unix socket, with the methods of smbus2 and of CircuitPython's busio.I2C.
 
-One file, Python 3.7 or newer, nothing to install. Start the server, then use either class, or let programs that
-import smbus2 themselves run as they are:
+One file, Python 3.7 or newer, nothing to install. Start the server, then use either class, or run programs that
+import smbus2 unchanged:
 
     grideye emulate --scene SCENE --socket /tmp/grideye.sock
 
@@ -12,8 +12,8 @@ import smbus2 themselves run as they are:
 
     python3 grideye_i2c.py /tmp/grideye.sock program.py ARGUMENTS    # an unmodified program, smbus2 or CircuitPython
 
-Without `socket=` and without `install` the environment variable GRIDEYE_I2C_SOCKET names the socket. What fails is an
-OSError with the errno that a program on a Raspberry Pi gets, or on whichever adapter the server is told to be like.
+Without `socket=` and `install`, the environment variable GRIDEYE_I2C_SOCKET names the socket. Failures raise OSError
+with the errno of a Raspberry Pi, or of the adapter that the server imitates.
 """
 
 import ctypes
@@ -58,7 +58,7 @@ _installed_socket = None
 
 
 class I2cFunc(IntFlag):
-    """What an adapter can do: the bits of `SMBus.funcs`."""
+    """The abilities of an adapter: the bits of `SMBus.funcs`."""
 
     I2C = 0x00000001
     ADDR_10BIT = 0x00000002
@@ -89,7 +89,7 @@ class I2cFunc(IntFlag):
 
 
 class i2c_msg:
-    """One message of `SMBus.i2c_rdwr`; `list(message)` and `bytes(message)` are what was read."""
+    """One message of `SMBus.i2c_rdwr`; `list(message)` and `bytes(message)` return the bytes read."""
 
     def __init__(self, addr=0, flags=0, len=0, buf=None):
         self.addr = addr
@@ -160,7 +160,7 @@ class SMBus:
         self.funcs = link.functionality
 
     def close(self):
-        """Ends the connection; closing twice is no error."""
+        """Ends the connection; closing twice is allowed."""
         if self._link is not None:
             self._link.close()
         self._link = self._bus = self.fd = self.address = None
@@ -175,7 +175,7 @@ class SMBus:
     pec = property(lambda self: self._pec, enable_pec)
 
     def write_quick(self, i2c_addr, force=None):
-        """Sends the address alone."""
+        """Sends only the address."""
         self._smbus(i2c_addr, _WRITE, 0, _QUICK, b"", force)
 
     def read_byte(self, i2c_addr, force=None):
@@ -208,11 +208,11 @@ class SMBus:
         return _U16.unpack_from(self._smbus(i2c_addr, _WRITE, register, _PROC_CALL, word, force))[0]
 
     def read_block_data(self, i2c_addr, register, force=None):
-        """Reads a block that tells its own length."""
+        """Reads a block that starts with its length."""
         return _block(self._smbus(i2c_addr, _READ, register, _BLOCK_DATA, b"", force))
 
     def write_block_data(self, i2c_addr, register, data, force=None):
-        """Writes a block and, before it, its length."""
+        """Writes a block after its length."""
         self._smbus(i2c_addr, _WRITE, register, _BLOCK_DATA, _with_length(data), force)
 
     def block_process_call(self, i2c_addr, register, data, force=None):
@@ -242,7 +242,7 @@ class SMBus:
 
     def _open_link(self):
         if self._link is None:
-            # The words with which ioctl() refuses smbus2's missing descriptor.
+            # The message of ioctl() for smbus2's missing descriptor.
             raise TypeError("argument must be an int, or have a fileno() method.")
         return self._link
 
@@ -257,7 +257,7 @@ class SMBus:
 
 
 class I2C:
-    """CircuitPython's busio.I2C, on an emulated bus, as Blinka has it on a Raspberry Pi.
+    """CircuitPython's busio.I2C on an emulated bus, as in Blinka on a Raspberry Pi.
 
     Pins and frequency are taken and mean nothing: there are no wires.
     """
@@ -282,13 +282,13 @@ class I2C:
         return self._lock.acquire(False)
 
     def unlock(self):
-        """Gives the bus back."""
+        """Releases the bus."""
         if not self._lock.locked():
             raise ValueError("Not locked")
         self._lock.release()
 
     def scan(self):
-        """The addresses from 0x08 to 0x77 that answer to the address alone."""
+        """The addresses from 0x08 to 0x77 that acknowledge their address."""
         return [address for address in range(0x08, 0x78) if self._answers(address)]
 
     def writeto(self, address, buffer, *, start=0, end=None, stop=True):
@@ -317,7 +317,7 @@ class I2C:
         sent = _bytes_of(out_buffer)[out_start:out_end]
         messages = [(address, 0, sent), (address, _READ_FLAG, len(view))]
         _, read = self._link.transfer(self._bus, _RDWR, messages)
-        # An adapter that hides a fault leaves zeros, as Blinka's buffer has them.
+        # An adapter that hides a fault leaves zeros, as in Blinka's buffer.
         view[:] = read.ljust(len(view), b"\0")
 
     def _message(self, address, flags, payload):
@@ -337,19 +337,19 @@ class I2C:
 
 
 class SPI:
-    """busio.SPI by name only: CircuitPython's libraries annotate with it. There is no such bus here."""
+    """busio.SPI by name only: CircuitPython's libraries use it in annotations. There is no SPI here."""
 
     def __init__(self, *pins, **named_pins):
         raise NotImplementedError("there is no SPI here, only I2C")
 
 
-# What `import board` has, for programs that name their pins.
+# The contents of `import board`, for programs that name their pins.
 SCL = SDA = None
 STEMMA_I2C = I2C
 
 
 def install(socket=None, circuitpython=False):
-    """Lets `import smbus2` and `import smbus` find this module, and names the socket for SMBus(1) and I2C().
+    """Makes `import smbus2` and `import smbus` find this module, and sets the socket for SMBus(1) and I2C().
 
     With `circuitpython` also `import busio` and `import board`. It must come before those imports.
     """
@@ -362,13 +362,13 @@ def install(socket=None, circuitpython=False):
 
 
 class _Link:
-    """A connection on which questions and answers alternate; threads take turns."""
+    """A connection with alternating requests and answers; threads take turns."""
 
     def __init__(self, path, bus):
         self._path = path or _installed_socket or os.environ.get("GRIDEYE_I2C_SOCKET")
         if not self._path:
             raise ValueError(
-                "which socket? name it by socket=PATH, by grideye_i2c.install(PATH), or in GRIDEYE_I2C_SOCKET"
+                "no socket: set it with socket=PATH, grideye_i2c.install(PATH) or GRIDEYE_I2C_SOCKET"
             )
         self._turn = threading.Lock()
         self._connect()
@@ -386,7 +386,7 @@ class _Link:
         self._stream = None
 
     def transfer(self, bus, judge, messages):
-        """Messages are (address, flags, bytes to write or number to read); returns messages done and bytes read."""
+        """Messages are (address, flags, bytes to write or number to read); returns messages completed and bytes read."""
         parts = [_TRANSFER_HEAD.pack(bus, judge, min(len(messages), 0xFFFF))]
         for address, flags, payload in messages:
             length = payload if flags & _READ_FLAG else len(payload)
@@ -398,11 +398,11 @@ class _Link:
         return self.answer(_TRANSFER, b"".join(parts))
 
     def answer(self, kind, body):
-        """Asks; returns messages done and bytes read."""
+        """Asks; returns messages completed and bytes read."""
         if 1 + len(body) > _PACKET_BYTES_MAX:
             raise OSError(errno.EINVAL, os.strerror(errno.EINVAL))
         with self._turn:
-            # A connection that was inherited by fork() is the parent's.
+            # A connection inherited through fork() belongs to the parent.
             if self._stream is not None and self._process != os.getpid():
                 self._connect()
             kind, answer = self._ask(kind, body)
@@ -442,13 +442,13 @@ class _Link:
             try:
                 self._stream.sendall(_HEAD.pack(1 + len(body), kind) + body)
             except (BrokenPipeError, ConnectionResetError):
-                pass  # The server may have said why.
+                pass  # The server may have sent a reason.
             length, kind = _HEAD.unpack(self._take(5))
             if not 0 < length <= _PACKET_BYTES_MAX:
                 raise self._ended("it announced a packet of %d bytes" % length)
             answer = self._take(length - 1)
         except sockets.timeout:
-            # The answer may still come, and would be taken for another's.
+            # A late answer would be taken for the next request's.
             self.close()
             raise OSError(errno.ETIMEDOUT, "no answer within %g s" % TIMEOUT_SECONDS, self._path) from None
         except ConnectionResetError:

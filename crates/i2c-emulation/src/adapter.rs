@@ -1,30 +1,30 @@
-//! What every transport drives: an adapter that carries out the messages of one transfer.
+//! The interface below every transport: an adapter that carries out the messages of one transfer.
 
 use embedded_hal::i2c::{Error, ErrorKind, I2c, NoAcknowledgeSource, Operation};
 
-/// The highest address that seven bits hold.
+/// The highest 7-bit address.
 pub const SEVEN_BIT_ADDRESS_MAX: u16 = 0x7F;
 
-/// What went wrong on the bus; [`AdapterMode`](crate::ioctl::AdapterMode) has the errno of each kind of adapter.
+/// A bus fault; [`AdapterMode`](crate::ioctl::AdapterMode) maps it to the errno of each kind of adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Fault {
-    /// Nobody acknowledged the address.
+    /// No target acknowledged the address.
     NackAddress,
     /// The target acknowledged its address, but not a byte of data.
     NackData,
-    /// Misplaced start or stop, a wrong length, or anything that has no name of its own.
+    /// A misplaced start or stop, a wrong length, or any other fault.
     Bus,
     /// Another controller won the bus.
     ArbitrationLost,
     /// The bus was held low for longer than the adapter waits.
     Timeout,
-    /// The adapter itself is no longer there.
+    /// The adapter no longer exists.
     Gone,
 }
 
-/// An error of a bus that knows which [`Fault`] it stands for; for a foreign one see [`HalAdapter::with_faults`].
+/// A bus error that knows its [`Fault`]; for other errors see [`HalAdapter::with_faults`].
 pub trait BusFault {
-    /// The fault that this error stands for.
+    /// The fault behind this error.
     fn fault(&self) -> Fault;
 }
 
@@ -35,7 +35,7 @@ impl BusFault for Fault {
 }
 
 impl BusFault for ErrorKind {
-    /// embedded-hal has no kind for a timeout or a vanished adapter: those arrive as `Other`, hence as [`Fault::Bus`].
+    /// embedded-hal has no kind for a timeout or a vanished adapter: those arrive as `Other`, so as [`Fault::Bus`].
     fn fault(&self) -> Fault {
         match self {
             ErrorKind::NoAcknowledge(NoAcknowledgeSource::Data) => Fault::NackData,
@@ -46,31 +46,31 @@ impl BusFault for ErrorKind {
     }
 }
 
-/// One message of a transfer: everything between a start (or repeated start) and the next.
+/// One message of a transfer: everything from a start or repeated start to the next.
 #[derive(Debug)]
 pub struct Message<'a> {
-    /// Seven bits, or ten if [`ten_bit`](Self::ten_bit) is set; more bits than that are possible, and nobody answers to them.
+    /// Seven bits, or ten if [`ten_bit`](Self::ten_bit) is set. Larger values are allowed, but no target answers them.
     pub address: u16,
-    /// Whether the address is sent as a ten-bit address.
+    /// Whether the address is sent as a 10-bit address.
     pub ten_bit: bool,
-    /// The bytes to send, or the buffer to fill. An empty one is the address alone (SMBus quick).
+    /// The bytes to send, or the buffer to fill. An empty one sends only the address (SMBus quick).
     pub operation: Operation<'a>,
 }
 
 /// A transfer that ended early.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TransferError {
-    /// Messages that were carried out in full before the fault.
+    /// Messages completed before the fault.
     pub completed: usize,
-    /// What stopped the transfer.
+    /// The fault that stopped the transfer.
     pub fault: Fault,
 }
 
-/// A bus that carries out transfers, each as a whole. All transports speak to this.
+/// A bus that carries out each transfer as a whole; every transport uses it.
 pub trait EmulatedAdapter {
     /// Carries out all messages in order.
     /// # Errors
-    /// The fault, and how many messages came before it.
+    /// [`TransferError`] with the fault and the number of messages completed before it.
     fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError>;
 }
 
@@ -80,7 +80,6 @@ impl<A: EmulatedAdapter + ?Sized> EmulatedAdapter for &mut A {
     }
 }
 
-/// A bus that is a function of the messages.
 pub(crate) struct ByFunction<F>(pub(crate) F);
 
 impl<F: FnMut(&mut [Message<'_>]) -> Result<(), TransferError>> EmulatedAdapter for ByFunction<F> {
@@ -91,8 +90,8 @@ impl<F: FnMut(&mut [Message<'_>]) -> Result<(), TransferError>> EmulatedAdapter 
 
 /// Any [`embedded_hal::i2c::I2c`] as an [`EmulatedAdapter`].
 ///
-/// A write followed by a read of the same target becomes one embedded-hal transaction. embedded-hal joins neighboring
-/// operations of one direction into one message, which Linux never does; so two writes, or two reads, in a row become two
+/// A write followed by a read of the same target becomes one embedded-hal transaction. embedded-hal merges adjacent
+/// operations of one direction into one message, which Linux never does. So two writes or two reads in a row become two
 /// transactions, with a stop and a start where a real adapter sends a repeated start.
 #[derive(Debug)]
 pub struct HalAdapter<B, F> {
@@ -101,14 +100,15 @@ pub struct HalAdapter<B, F> {
 }
 
 impl<B: I2c> HalAdapter<B, fn(&B::Error) -> Fault> {
-    /// Tells faults apart by [`embedded_hal::i2c::Error::kind`] alone: no timeout, no vanished adapter.
+    /// Tells faults apart by [`embedded_hal::i2c::Error::kind`] alone, so reports neither timeouts nor a vanished
+    /// adapter.
     pub fn new(bus: B) -> Self {
         Self::with_faults(bus, |error| error.kind().fault())
     }
 }
 
 impl<B: I2c, F: FnMut(&B::Error) -> Fault> HalAdapter<B, F> {
-    /// Asks `fault_of` which fault an error of the bus is.
+    /// Maps each bus error to a fault with `fault_of`.
     pub fn with_faults(bus: B, fault_of: F) -> Self {
         Self { bus, fault_of }
     }
@@ -152,7 +152,7 @@ impl<B: I2c, F: FnMut(&B::Error) -> Fault> EmulatedAdapter for HalAdapter<B, F> 
     }
 }
 
-/// How many of the first messages one embedded-hal transaction can carry unchanged.
+/// How many of the first messages fit one embedded-hal transaction unchanged.
 fn transaction_length(messages: &[Message<'_>]) -> usize {
     let joins = |pair: &[Message<'_>]| {
         pair[0].address == pair[1].address
@@ -171,7 +171,6 @@ mod tests {
     use super::*;
     use core::convert::Infallible;
 
-    /// Writes down each transaction as text.
     #[derive(Default)]
     struct Notebook(Vec<String>);
 
@@ -200,7 +199,7 @@ mod tests {
         }
     }
 
-    /// The transactions that messages become; without bytes to write a message reads one.
+    /// The transactions these messages become; a message without bytes to write reads one.
     fn transactions(
         messages: &[(u16, bool, Option<&[u8]>)],
     ) -> (Vec<String>, Option<TransferError>) {

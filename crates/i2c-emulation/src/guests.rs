@@ -1,4 +1,4 @@
-//! The connections of one server: how many there may be, and how all of them end.
+//! The connections of one server: their limit and their end.
 
 use rustix::net::{Shutdown, shutdown};
 use std::collections::BTreeMap;
@@ -37,7 +37,7 @@ impl<S: AsFd> Guests<S> {
         })
     }
 
-    /// Lets a connection in, for as long as the [`Guest`] lives.
+    /// Admits a connection, for as long as the [`Guest`] lives.
     pub(crate) fn admit(
         self: &Arc<Self>,
         stream: &Arc<S>,
@@ -63,19 +63,18 @@ impl<S: AsFd> Guests<S> {
         self.lock().stopping
     }
 
-    /// Lets nobody in any more, and shuts all connections down.
     pub(crate) fn stop(&self, how: Shutdown) {
         let mut inside = self.lock();
         inside.stopping = true;
         for stream in inside.streams.values() {
-            // One that is not connected any more needs no end.
+            // A connection that has already ended needs no shutdown.
             let _ = shutdown(stream, how);
         }
     }
 
     pub(crate) fn wait(&self, longest: Duration) {
         let waiting = |inside: &mut Inside<S>| !inside.streams.is_empty();
-        // Whether all have gone or the time is up makes no difference to what follows.
+        // The server continues the same way, whether all are gone or time is up.
         let _ = self
             .one_less
             .wait_timeout_while(self.lock(), longest, waiting);
@@ -91,12 +90,12 @@ impl<S: AsFd> Guests<S> {
     }
 }
 
-/// A panic elsewhere while it was held is no reason to hang the others as well.
+/// A panic elsewhere under the lock must not hang the others.
 pub(crate) fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// One connection's place. Its end, also by a panic of the bus, is the connection's.
+/// One connection's slot. Dropping it, even on a panic of the bus, ends the connection.
 pub(crate) struct Guest<S: AsFd> {
     guests: Arc<Guests<S>>,
     number: u64,

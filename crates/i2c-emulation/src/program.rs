@@ -1,4 +1,4 @@
-//! Way 3 as a whole: `/dev/i2c-N` for one program, by [`fuse`] or by [`preload`], whichever works here.
+//! Way 3 as a whole: `/dev/i2c-N` for one program, by [`fuse`] or [`preload`], whichever works here.
 
 use crate::fuse::{self, Device};
 use crate::ioctl::{AdapterMode, UnknownName, named};
@@ -12,28 +12,28 @@ use std::str::FromStr;
 
 mod signals;
 
-/// Which way is wanted.
+/// The way to use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Via {
-    /// FUSE where it works, else preloading.
+    /// FUSE where it works, otherwise preloading.
     #[default]
     Auto,
-    /// FUSE or nothing.
+    /// FUSE only.
     Fuse,
-    /// Preloading or nothing.
+    /// Preloading only.
     Preload,
 }
 
-/// How a program is run.
+/// How to run a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Options {
-    /// Which way is wanted.
+    /// The way to use.
     pub via: Via,
-    /// Which adapter to be like, for every bus.
+    /// The adapter that every bus imitates.
     pub mode: AdapterMode,
     /// The kernel's FUSE device, `/dev/fuse`.
     pub fuse_device: PathBuf,
-    /// Whether signals to this process are the program's meanwhile; see [`Chosen::run`].
+    /// Whether to pass signals for this process on to the program; see [`Chosen::run`].
     pub signals: bool,
 }
 
@@ -48,7 +48,7 @@ impl Default for Options {
     }
 }
 
-/// A way that works for a program, and why it was taken. `Display` says both in one line.
+/// A way that works for a program, and why it was chosen. `Display` prints both in one line.
 #[derive(Debug)]
 pub struct Chosen {
     way: Way,
@@ -56,15 +56,15 @@ pub struct Chosen {
     devices: Vec<String>,
 }
 
-/// Looks for the way to show the buses of `rack` to `command`. Nothing of it is started.
+/// Chooses the way to show the buses of `rack` to `command`, without starting it.
 /// # Errors
-/// What is missing for the way that is asked for in [`Options::via`], or for both.
+/// What the way in [`Options::via`] lacks, or what both lack.
 pub fn choose(rack: &Rack, options: &Options, command: &Command) -> Result<Chosen, RunError> {
     let devices: Vec<String> = rack.iter().map(|(number, _)| device_of(number)).collect();
     if devices.is_empty() {
         return Err(RunError::NoBus);
     }
-    // Both ways would say so; it is said once, before anything is tried.
+    // Both ways would report a missing program; report it once, first.
     preload::find(command)?;
     let by_fuse = || fuse::probe_with(&options.fuse_device).map(|()| Way::Fuse);
     let by_preload = || preload::check(command).map(|()| Way::Preload);
@@ -86,7 +86,7 @@ pub fn choose(rack: &Rack, options: &Options, command: &Command) -> Result<Chose
     })
 }
 
-/// [`choose`] and [`Chosen::run`] in one.
+/// [`choose`], then [`Chosen::run`].
 /// # Errors
 /// Those of both.
 pub fn run(rack: &Rack, options: &Options, command: &mut Command) -> Result<Ended, RunError> {
@@ -102,12 +102,12 @@ impl Chosen {
 
     /// Runs `command` to its end with the buses of `rack` at `/dev/i2c-N`, and returns how it ended.
     ///
-    /// When this process dies, the program is sent SIGTERM (perhaps more than once), and its buses are dead (ENOTCONN).
-    /// With [`Options::signals`], SIGTERM and SIGHUP that arrive meanwhile are handed on to the program, and so are
-    /// SIGINT and SIGQUIT unless they come from the terminal, which signals the program itself. Afterwards all handlers
-    /// are as before. One such run at a time has the signals.
+    /// If this process dies, the program gets SIGTERM (perhaps more than once), and its buses return ENOTCONN. With
+    /// [`Options::signals`], this process passes SIGTERM and SIGHUP on to the program, and also SIGINT and SIGQUIT
+    /// unless they come from the terminal, which signals the program itself. All handlers are restored afterward. Only
+    /// one such run at a time handles signals.
     /// # Errors
-    /// What failed on the way; a program that ended badly is no error.
+    /// Why the program could not run with its buses; a program that ended badly is no error.
     pub fn run(
         &self,
         rack: &Rack,
@@ -150,7 +150,7 @@ impl fmt::Display for Chosen {
 }
 
 impl Via {
-    /// All of them.
+    /// All ways.
     pub const ALL: [Self; 3] = [Self::Auto, Self::Fuse, Self::Preload];
 }
 

@@ -5,7 +5,7 @@ use crate::guests::lock;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
-/// One bus that several users share: each transfer is carried out whole.
+/// One bus with several users; each transfer is carried out as a whole.
 #[derive(Clone)]
 pub struct SharedAdapter(pub(crate) Arc<Mutex<dyn EmulatedAdapter + Send>>);
 
@@ -18,34 +18,34 @@ impl SharedAdapter {
 
 impl EmulatedAdapter for SharedAdapter {
     fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError> {
-        // A transfer that panicked has left the bus between two messages, where a real one would be after a reset.
+        // A transfer that panicked leaves the bus between two messages, like a real bus after a reset.
         lock(&self.0).transfer(messages)
     }
 }
 
-/// The buses of one emulated machine: bus 1 is what a program finds at `/dev/i2c-1`.
+/// The buses of one emulated machine: bus 1 is a program's `/dev/i2c-1`.
 #[derive(Clone, Default)]
 pub struct Rack(BTreeMap<u32, SharedAdapter>);
 
 impl Rack {
-    /// No bus.
+    /// A machine without buses.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Puts a bus at this number; hands back the one that was there.
+    /// Inserts a bus at this number; returns the one it replaces.
     pub fn insert(&mut self, number: u32, adapter: SharedAdapter) -> Option<SharedAdapter> {
         self.0.insert(number, adapter)
     }
 
-    /// The bus of this number.
+    /// The bus with this number.
     #[must_use]
     pub fn get(&self, number: u32) -> Option<SharedAdapter> {
         self.0.get(&number).cloned()
     }
 
-    /// The buses in the order of their numbers.
+    /// The buses in order of their numbers.
     pub fn iter(&self) -> impl Iterator<Item = (u32, SharedAdapter)> + '_ {
         self.0.iter().map(|(number, bus)| (*number, bus.clone()))
     }
@@ -56,7 +56,7 @@ mod tests {
     use super::*;
     use crate::adapter::{ByFunction, Fault};
 
-    /// Fails with one message more done at each transfer, so that sharing shows.
+    /// Fails with one more completed message each transfer, which reveals sharing.
     fn counting(mut completed: usize) -> SharedAdapter {
         SharedAdapter::new(ByFunction(move |_: &mut [Message<'_>]| {
             completed += 1;
@@ -66,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn all_who_ask_for_a_number_share_one_bus() {
+    fn every_request_for_a_number_returns_the_same_bus() {
         let mut rack = Rack::new();
         assert!(rack.insert(1, counting(0)).is_none(), "nothing was there");
         rack.insert(3, counting(10));

@@ -1,4 +1,4 @@
-//! What both ways to run a program share: how it starts, how it ends, and why it could not.
+//! What both ways to run a program share: starting it, waiting for its end, and errors.
 
 use std::fmt;
 use std::io;
@@ -6,10 +6,10 @@ use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus};
 
-/// Which way was taken.
+/// The way in use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Way {
-    /// A file of the kernel in a private mount namespace; see [`fuse`](crate::fuse).
+    /// A kernel file in a private mount namespace; see [`fuse`](crate::fuse).
     Fuse,
     /// A preloaded library; see [`preload`](crate::preload).
     Preload,
@@ -29,17 +29,17 @@ impl fmt::Display for Way {
 pub struct Ended {
     /// Its exit code, or the signal that ended it.
     pub status: ExitStatus,
-    /// The way that was taken.
+    /// The way used.
     pub via: Way,
-    /// How often it, or what it started, opened a device: 0 is a program that never looked.
+    /// How often the program, or what it started, opened a device: 0 means never.
     pub opens: u64,
 }
 
-/// Why a program could not be run with its buses, or not to its end.
+/// Why a program could not run with its buses, or not to its end.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what each is")]
 pub enum RunError {
-    #[error("no bus to show the program\nhint: put at least one bus into the rack")]
+    #[error("no bus for the program\nhint: add at least one bus to the rack")]
     NoBus,
     #[error("FUSE does not work here: {0}\nand preloading does not either: {1}")]
     NoWay(Box<Self>, Box<Self>),
@@ -58,39 +58,41 @@ pub enum RunError {
         needs: &'static str,
     },
     #[error(
-        "there is no {0}\nhint: name a device directly in /dev, such as /dev/i2c-1, or make an empty file at this path first"
+        "device path does not exist: {0}\nhint: use a path directly in /dev, such as /dev/i2c-1, or create an empty file there first"
     )]
     DeviceMissing(PathBuf),
-    #[error("{0} is a folder\nhint: name a file, such as /dev/i2c-1")]
+    #[error("{0} is a folder\nhint: use a file path, such as /dev/i2c-1")]
     DeviceIsFolder(PathBuf),
-    #[error("a path with a zero byte in it: {0}\nhint: name a file, such as /dev/i2c-1")]
+    #[error("path contains a zero byte: {0}\nhint: use a file path, such as /dev/i2c-1")]
     PathWithZero(PathBuf),
     #[error(
-        "/dev has more than {0} entries\nhint: make an empty file at the device's path, then /dev is left as it is"
+        "/dev has more than {0} entries\nhint: create an empty file at the device's path, so that /dev need not be rebuilt"
     )]
     DevTooFull(usize),
-    #[error("the kernel speaks FUSE {0}.{1}, needed is 7.28 or newer\nhint: Linux 4.20 or newer")]
+    #[error(
+        "the kernel speaks FUSE {0}.{1}, 7.28 or newer is required\nhint: use Linux 4.20 or newer"
+    )]
     FuseTooOld(u32, u32),
     #[error("the emulated device failed: {0}\nhint: see the kernel's log (dmesg)")]
     Serve(#[source] io::Error),
-    #[error("this build carries no library to preload: {0}\nhint: use FUSE (--via fuse)")]
+    #[error("this build has no preload library: {0}\nhint: use FUSE (--via fuse)")]
     NoLibrary(&'static str),
     #[error(
         "{0} is statically linked: no library can be preloaded into it\nhint: FUSE (--via fuse) reaches static programs"
     )]
     StaticProgram(String),
     #[error(
-        "{0} gains rights when it starts (set-user-ID, set-group-ID or file capabilities): its loader ignores libraries to preload\nhint: FUSE (--via fuse) as root reaches such programs"
+        "{0} gains rights when it starts (set-user-ID, set-group-ID or file capabilities): its loader ignores preloaded libraries\nhint: FUSE (--via fuse) as root reaches such programs"
     )]
     GainsRights(String),
     #[error(
-        "{0} is made for another machine than the library to preload (another instruction set or width of pointers)\nhint: FUSE (--via fuse) reaches 32-bit programs as well; for another machine's programs build this one for that machine"
+        "{0} has another instruction set or pointer width than the preload library\nhint: FUSE (--via fuse) also reaches 32-bit programs; for another machine's programs, build this one for that machine"
     )]
     OtherMachine(String),
-    #[error("{found} buses, but by preloading a program can be shown {max}\nhint: show it fewer")]
+    #[error("{found} buses, at most {max} are possible by preloading\nhint: use fewer buses")]
     TooManyBuses { found: usize, max: usize },
     #[error(
-        "program not found: {0}\nhint: check the spelling and PATH, and that the working directory it is to start in exists; a file that is there names an interpreter or a loader that is not"
+        "program not found: {0}\nhint: check the spelling, PATH and the working directory; if the file exists, its interpreter or loader is missing"
     )]
     ProgramNotFound(String),
     #[error("cannot start {0}: {1}\nhint: is the file executable, and made for this machine?")]
@@ -101,11 +103,10 @@ pub enum RunError {
     Wait(String, #[source] io::Error),
 }
 
-/// What the machine must have for each way.
 pub(crate) const FUSE_NEEDS: &str = "Linux 5.6 or newer with FUSE, tmpfs and a mounted /proc";
 pub(crate) const PRELOAD_NEEDS: &str = "Linux 3.17 or newer with a mounted /proc";
 
-/// A step failed for a way that needs this.
+/// A step failed for a way with these needs.
 pub(crate) fn setup_failed(step: &str, source: io::Error, needs: &'static str) -> RunError {
     RunError::Setup {
         step: step.to_owned(),
@@ -114,7 +115,6 @@ pub(crate) fn setup_failed(step: &str, source: io::Error, needs: &'static str) -
     }
 }
 
-/// Why `command` did not start.
 pub(crate) fn not_started(command: &Command, source: io::Error) -> RunError {
     let program = command.get_program().to_string_lossy().into_owned();
     if source.kind() == io::ErrorKind::NotFound {
@@ -124,7 +124,7 @@ pub(crate) fn not_started(command: &Command, source: io::Error) -> RunError {
     }
 }
 
-/// Tells `started` the program's process number, and waits for its end.
+/// Passes the program's process number to `started`, and waits for its end.
 pub(crate) fn wait_for(
     mut child: Child,
     command: &Command,
@@ -137,7 +137,7 @@ pub(crate) fn wait_for(
         .map_err(|source| RunError::Wait(program(), source))
 }
 
-/// Two connected sockets, for a way that needs this of the machine.
+/// Two connected sockets, for a way with these needs.
 pub(crate) fn socket_pair(needs: &'static str) -> Result<(UnixStream, UnixStream), RunError> {
     UnixStream::pair().map_err(|source| setup_failed("making a socket pair", source, needs))
 }

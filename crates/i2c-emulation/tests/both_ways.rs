@@ -1,8 +1,8 @@
-//! Programs that nobody here wrote, unmodified, with an emulated bus as their `/dev/i2c-N`: each test by FUSE and by the
+//! Unmodified third-party programs with an emulated bus as their `/dev/i2c-N`. Each test runs by FUSE and by the
 //! preloaded library, so that a program cannot tell the ways apart.
 //!
-//! What a machine lacks must be named: `GRIDEYE_WITHOUT_FUSE=1` leaves out everything that needs FUSE,
-//! `GRIDEYE_WITHOUT_I2C_TOOLS=1` what needs i2c-tools. Without these variables a lack fails the test.
+//! Name what the machine lacks: `GRIDEYE_WITHOUT_FUSE=1` skips everything that needs FUSE,
+//! `GRIDEYE_WITHOUT_I2C_TOOLS=1` what needs i2c-tools. Without these variables, anything missing fails the test.
 #![expect(
     clippy::unwrap_used,
     clippy::panic,
@@ -55,7 +55,7 @@ by_both_ways! {
     transfers_of_several_processes_never_mingle
     exit_codes_and_signals_are_handed_on_and_nothing_is_left
     a_command_can_be_run_again
-    a_program_that_leaves_others_behind_ends_all_the_same
+    a_program_that_leaves_processes_running_still_ends
 }
 
 fn i2cdetect_sees_the_target_and_nobody_else(via: Via) {
@@ -207,7 +207,7 @@ fn hostile_calls_get_the_kernels_errno(via: Via) {
     assert_eq!(said, "EINVAL ENOTTY EFAULT EFAULT EFAULT\nEINVAL\n");
 }
 
-/// Four processes on one bus: were a transfer not atomic, one would read from another's register.
+/// Four processes on one bus: if transfers were not atomic, one would read from another's register.
 fn transfers_of_several_processes_never_mingle(via: Via) {
     let said = Bench::new(via, AdapterMode::Pi).python(
         "children = []\n\
@@ -252,7 +252,7 @@ fn exit_codes_and_signals_are_handed_on_and_nothing_is_left(via: Via) {
     );
 }
 
-/// One command twice: what was arranged for the first run must not be repeated in the second.
+/// Runs one command twice: the second run must not repeat the arrangements for the first.
 fn a_command_can_be_run_again(via: Via) {
     let bench = Bench::new(via, AdapterMode::Pi);
     let mut command = Command::new("test");
@@ -265,8 +265,8 @@ fn a_command_can_be_run_again(via: Via) {
     );
 }
 
-/// What the program leaves running loses its bus at the program's end, and does not keep `run` from returning.
-fn a_program_that_leaves_others_behind_ends_all_the_same(via: Via) {
+/// Processes that the program leaves running lose their bus when it ends, and do not keep `run` from returning.
+fn a_program_that_leaves_processes_running_still_ends(via: Via) {
     let bench = Bench::new(via, AdapterMode::Pi);
     let device = bench.device();
     let device = device.display();
@@ -285,8 +285,8 @@ fn a_program_that_leaves_others_behind_ends_all_the_same(via: Via) {
     assert_nothing_left(&bench.device());
 }
 
-/// A program in C, optimized and hardened as Debian's are: it calls `__read_chk` and `__open64_2` where others call
-/// `read` and `open`.
+/// A C program, optimized and hardened like Debian's: it calls `__read_chk` and `__open64_2` instead of `read` and
+/// `open`.
 const CLIENT: &str = r#"
 #define _FILE_OFFSET_BITS 64
 #include <errno.h>
@@ -316,7 +316,7 @@ int main(int count, char **arguments) {
 
 const HARDENED: &str = "-D_FORTIFY_SOURCE=2";
 
-/// The program, made as `flags` say; `None` where this machine has no C compiler, or no library for that.
+/// Compiles the program with these flags; `None` if this machine lacks a C compiler or the library for it.
 fn compiled(folder: &tempfile::TempDir, text: &str, flags: &[&str]) -> Option<PathBuf> {
     let source = folder.path().join("client.c");
     std::fs::write(&source, text).unwrap();
@@ -345,12 +345,12 @@ fn a_hardened_program_in_c_works(via: Via) {
     let bench = Bench::new(via, AdapterMode::Pi);
     let device = bench.device();
     let said = bench.output(&program, &[device.to_str().unwrap(), "2"]);
-    // 16 x 7 + 3 and the next three.
+    // 16 x 7 + 3 and the next three values.
     assert_eq!(said, "73 7a 81 88\n-1 1\n");
 }
 
-/// i2c-dev takes pread() and its like, and ignores the position. By FUSE the kernel joins the pieces of one call, and answers
-/// lseek() by itself.
+/// i2c-dev accepts pread() and similar calls, and ignores the position. By FUSE, the kernel joins the pieces of one
+/// call and answers lseek() itself.
 fn a_position_is_taken_and_ignored(via: Via) {
     let folder = tempfile::tempdir().unwrap();
     let is_preload = via == Via::Preload;
@@ -361,7 +361,7 @@ fn a_position_is_taken_and_ignored(via: Via) {
         let bench = Bench::new(via, AdapterMode::Pi);
         let device = bench.device();
         let said = bench.output(&program, &[device.to_str().unwrap()]);
-        // 16 x 7 + 3 and the next one; then from 32 x 7 + 3 on.
+        // 16 x 7 + 3 and the next value; then values from 32 x 7 + 3.
         let expected = format!(
             "pread 2: 73 7a\n\
              pread64 2: e3 ea\n\

@@ -1,5 +1,5 @@
-//! What only FUSE can do, or can fail at: namespaces, `/dev` rebuilt, users, the kernel's FUSE device.
-//! What every way must do is in `both_ways.rs`, and so is what to set where FUSE is missing.
+//! What only FUSE can do or fail at: namespaces, a rebuilt `/dev`, users, the kernel's FUSE device. `both_ways.rs`
+//! tests what every way must do, and says which variables to set without FUSE.
 #![expect(
     clippy::unwrap_used,
     clippy::panic,
@@ -28,14 +28,14 @@ use i2c_emulation::fuse::{Options, run};
 use i2c_emulation::ioctl::AdapterMode;
 use i2c_emulation::program::RunError;
 
-/// Where a test's helper process learns its role; see [`role`].
+/// Tells a test's helper process its role; see [`role`].
 const ROLE: &str = "I2C_EMULATION_TEST_ROLE";
 const ROLE_DEVICE: &str = "I2C_EMULATION_TEST_DEVICE";
 const ROLE_FUSE: &str = "I2C_EMULATION_TEST_FUSE";
 
 type Adapter = HalAdapter<RegisterFile, fn(&NotHere) -> Fault>;
 
-/// One emulated bus under a number that no other test on this machine uses.
+/// One emulated bus with a number that no other test on this machine uses.
 struct Bench {
     number: u32,
     options: Options,
@@ -61,7 +61,7 @@ impl Bench {
         outcome
     }
 
-    /// Runs a program to its end; its output must be read from a file, since `run` waits for the end.
+    /// Runs a program to its end. Output goes through a file, since `run` waits for the end.
     fn output(&self, program: &Path, arguments: &[&str]) -> String {
         let (status, output) = self.outcome(Command::new(program).args(arguments));
         assert!(
@@ -183,7 +183,7 @@ fn each_failure_has_its_own_error() {
     ));
 }
 
-/// The server may be root and the program not.
+/// The server may be root while the program is not.
 #[test]
 fn a_program_that_runs_as_another_user_may_use_the_device() {
     const NOBODY: u32 = 65534;
@@ -206,8 +206,8 @@ fn a_program_that_runs_as_another_user_may_use_the_device() {
     }
 }
 
-/// The emulator's process is killed: the program finds a dead bus, as if it had been pulled out, and nothing is left.
-/// The call that was under way ends with ECONNABORTED (103), every later one with ENOTCONN (107).
+/// The emulator's process is killed: the program finds a dead bus, as if it had been unplugged, and nothing remains.
+/// The call in progress ends with ECONNABORTED (103), every later one with ENOTCONN (107).
 #[test]
 fn a_killed_server_leaves_a_dead_bus_and_then_nothing() {
     if !fuse() {
@@ -238,7 +238,7 @@ fn a_killed_server_leaves_a_dead_bus_and_then_nothing() {
     assert_nothing_left(&bench.options.device);
 }
 
-/// Without root: user namespaces and a /dev/fuse that everyone may open.
+/// Without root: user namespaces, and a /dev/fuse that everyone may open.
 #[test]
 fn without_root_a_user_namespace_does_it() {
     const NOBODY: u32 = 65534;
@@ -303,7 +303,7 @@ fn without_root_a_user_namespace_does_it() {
     }
 }
 
-/// This test program once more, as a helper process that does what `role` says.
+/// This test program again, as a helper process that acts as `role` says.
 fn role(role: &str, options: &Options) -> Command {
     let mut command = Command::new(std::env::current_exe().unwrap());
     command
@@ -319,7 +319,7 @@ fn role(role: &str, options: &Options) -> Command {
     command
 }
 
-/// Does nothing as a test of its own: it is what [`role`] starts.
+/// Not a test itself: [`role`] starts it.
 #[test]
 fn helper_process() {
     let Ok(role) = std::env::var(ROLE) else {

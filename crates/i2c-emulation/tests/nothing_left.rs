@@ -1,4 +1,4 @@
-//! Whatever ends whom, nothing is left: no process, mount, socket or file; and signals reach the program once.
+//! However the processes end, nothing remains: no process, mount, socket or file; and signals reach the program once.
 #![expect(
     clippy::unwrap_used,
     clippy::panic,
@@ -23,10 +23,10 @@ use i2c_emulation::ioctl::AdapterMode;
 use i2c_emulation::program::{self, Options, Via};
 use i2c_emulation::rack::{Rack, SharedAdapter};
 
-/// Where the helper process learns what to do: the way, the bus number, the FUSE device, and the script to run.
+/// Tells the helper process what to do: the way, the bus number, the FUSE device, and the script.
 const ROLE: &str = "I2C_EMULATION_TEST_RUN";
 
-/// Opens the device, and tells that it reads; `on_signal` is what its handler for SIGTERM, SIGINT and SIGHUP does.
+/// Opens the device and reports that it reads. `on_signal` is its handler for SIGTERM, SIGINT and SIGHUP.
 const READS: &str = "import os, sys, fcntl, signal, time\n\
     caught = []\n\
     def on_signal(number, frame):\n\
@@ -39,13 +39,13 @@ const READS: &str = "import os, sys, fcntl, signal, time\n\
 
 const WAITS: &str = "print('\\nprogram: reading', flush=True)\nwhile True: time.sleep(0.01)\n";
 
-/// One run of the emulator in a process of its own.
+/// One run of the emulator in its own process.
 struct Emulator {
     child: Child,
     lines: Lines<BufReader<ChildStdout>>,
     number: u32,
     device: PathBuf,
-    /// The name of its socket, once the program has told it; by FUSE there is none.
+    /// The name of its socket, once the program has printed it; FUSE has none.
     socket: String,
 }
 
@@ -71,7 +71,7 @@ impl Emulator {
         }
     }
 
-    /// What the program or the helper says next; `None` when all who could have ended.
+    /// The next line of the program or helper; `None` once all possible writers have ended.
     fn next(&mut self) -> Option<String> {
         for line in self.lines.by_ref().map(Result::unwrap) {
             if let Some(name) = line.strip_prefix("socket:") {
@@ -93,13 +93,13 @@ impl Emulator {
         assert!(sent.unwrap().success());
     }
 
-    /// Ends the emulator's process in the one way that it cannot do anything about.
+    /// Kills the emulator's process with the one signal it cannot handle.
     fn kill(&mut self) {
         self.child.kill().unwrap();
         self.child.wait().unwrap();
     }
 
-    /// The test's own process, and whatever else of it is found, apart.
+    /// Waits for the end, then checks that nothing of this run remains.
     fn assert_nothing_left(mut self) {
         self.child.wait().unwrap();
         let marks = [format!("DEVICE = '{}'", self.device.display())];
@@ -127,7 +127,7 @@ impl Emulator {
     }
 }
 
-/// What tells a helper process of this file by its command line.
+/// Identifies a helper process of this file by its command line.
 const ROLE_ARGUMENT: &str = "helper_process_of_nothing_left";
 
 fn processes_with(mark: &str) -> Vec<PathBuf> {
@@ -149,7 +149,7 @@ fn helper(via: Via, number: u32, fuse_device: &str, script: &str) -> Command {
     command
 }
 
-/// Does nothing as a test of its own: it is what [`helper`] starts.
+/// Not a test itself: [`helper`] starts it.
 #[test]
 fn helper_process_of_nothing_left() {
     let Ok(role) = std::env::var(ROLE) else {
@@ -200,8 +200,8 @@ fn a_killed_emulator_takes_its_program_with_it() {
     }
 }
 
-/// A program that does not care for SIGTERM finds a dead bus: ENOTCONN (107) for every call and every new open, once the
-/// call that was under way by FUSE has ended with ECONNABORTED (103).
+/// A program that ignores SIGTERM finds a dead bus: ENOTCONN (107) for every call and every new open, after the FUSE
+/// call in progress has ended with ECONNABORTED (103).
 #[test]
 fn a_program_that_outlives_its_emulator_finds_a_dead_bus() {
     if !python_works() {
@@ -224,7 +224,7 @@ fn a_program_that_outlives_its_emulator_finds_a_dead_bus() {
         emulator.expect("program: reading");
         emulator.kill();
         emulator.expect("program: signal 15");
-        // The kernel may send it once more for every thread that was the program's parent meanwhile.
+        // The kernel may send it again for every thread that became the program's parent in the meantime.
         let rest: Vec<String> = std::iter::from_fn(|| emulator.next())
             .filter(|line| line != "program: signal 15")
             .collect();
@@ -275,7 +275,7 @@ fn a_signal_that_ends_the_program_is_handed_back() {
     }
 }
 
-/// A terminal signals the emulator and the program alike; the program must get it once, and decide.
+/// A terminal signals both the emulator and the program. The program must get the signal once, and decide.
 #[test]
 fn control_c_reaches_the_program_once() {
     if !python_works() {
@@ -324,7 +324,7 @@ fn control_c_reaches_the_program_once() {
     }
 }
 
-/// What nohup and shells have told the emulator to ignore, the program ignores as well, as without an emulator.
+/// If nohup or a shell made the emulator ignore a signal, the program ignores it too, as without an emulator.
 #[test]
 fn an_ignored_signal_stays_ignored() {
     if !python_works() {
@@ -354,7 +354,7 @@ fn an_ignored_signal_stays_ignored() {
     }
 }
 
-/// Without root the program's own process makes its namespaces, which must not cost it the signal.
+/// Without root, the program's own process makes its namespaces and must still get the signal.
 #[test]
 fn a_killed_emulator_without_root_takes_its_program_with_it() {
     if !python_works() {

@@ -1,4 +1,4 @@
-//! What only preloading can do, or can fail at; and how a way is chosen.
+//! What only preloading can do or fail at, and how a way is chosen.
 #![expect(
     clippy::unwrap_used,
     clippy::panic,
@@ -27,7 +27,7 @@ fn bench() -> Bench {
     Bench::new(Via::Preload, AdapterMode::Pi)
 }
 
-/// A file that may be executed.
+/// Writes an executable file.
 fn file(folder: &tempfile::TempDir, name: &str, bytes: &[u8]) -> PathBuf {
     let path = folder.path().join(name);
     fs::write(&path, bytes).unwrap();
@@ -35,7 +35,7 @@ fn file(folder: &tempfile::TempDir, name: &str, bytes: &[u8]) -> PathBuf {
     path
 }
 
-/// The first bytes of an ELF program (System V ABI, chapters 4 and 5) with one program header, of kind `kind`.
+/// The first bytes of an ELF program (System V ABI, chapters 4 and 5) with one program header of this kind.
 fn elf(wide: bool, machine: u16, kind: u32) -> Vec<u8> {
     let mut bytes = vec![0x7f, b'E', b'L', b'F', if wide { 2 } else { 1 }, 1, 1];
     bytes.resize(16, 0);
@@ -105,7 +105,7 @@ fn each_program_that_cannot_be_reached_has_its_own_error() {
         let (error, _) = refused(&path);
         assert!(
             matches!(error, RunError::StaticProgram(program) if program == fixed.display().to_string()),
-            "a script is as good as its interpreter"
+            "a script counts as its interpreter"
         );
     }
     let (error, _) = refused(&folder.path().join("nothing"));
@@ -222,7 +222,7 @@ fn more_buses_than_the_library_knows_are_refused() {
     ));
 }
 
-/// The attributes are those of a real /dev/i2c-N: a character device with the major number 89 (devices.txt of Linux).
+/// The attributes must be those of a real /dev/i2c-N: a character device with major number 89 (devices.txt of Linux).
 #[test]
 fn the_path_is_there_for_every_way_of_looking() {
     if !python_works() {
@@ -284,7 +284,7 @@ fn opening_obeys_its_flags() {
     );
 }
 
-/// fork, dup and exec share the open file, as they do in the kernel: the address that one sets is the other's.
+/// fork, dup and exec share the open file, as in the kernel: an address set by one holds for the other.
 #[test]
 fn forked_duplicated_and_started_programs_share_one_chip_and_one_open_file() {
     if !python_works() {
@@ -348,7 +348,8 @@ fn sixteen_threads_and_forks_among_them_never_mingle() {
     assert_eq!(said, "[]\n");
 }
 
-/// A daemon that closes all descriptors takes the library's own with them; what it opens there must stay untouched.
+/// A daemon that closes all descriptors also closes the library's. Files it opens under those numbers must stay
+/// untouched.
 #[test]
 fn descriptors_that_are_closed_behind_the_library_are_not_mistaken() {
     if !python_works() {
@@ -396,7 +397,7 @@ fn one_open_file_too_many_is_enfile_until_one_is_closed() {
     assert_eq!(said, "ENFILE\nopened ENFILE\n");
 }
 
-/// What does not fit into a request is asked for; without anything sent along, everything is.
+/// The emulator asks for memory that does not fit a request; with nothing sent along, for everything.
 #[test]
 fn memory_that_was_not_sent_along_is_fetched() {
     if !python_works() {
@@ -478,7 +479,7 @@ fn the_devices_that_were_opened_are_counted() {
     }
 }
 
-/// What the user preloads already is preloaded still, and the command is afterwards what it was.
+/// Libraries that the user preloads stay preloaded, and the command is restored afterward.
 #[test]
 fn another_library_to_preload_stays_in_the_list() {
     let bench = bench();
@@ -506,7 +507,7 @@ fn another_library_to_preload_stays_in_the_list() {
     );
 }
 
-/// A program that is started for another user cannot open the library, and says so on its own.
+/// A program started as another user cannot open the library, and reports that itself.
 #[test]
 fn a_program_of_another_user_runs_without_the_device() {
     const NOBODY: u32 = 65534;

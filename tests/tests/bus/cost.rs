@@ -1,4 +1,4 @@
-//! What a frame costs on the bus, counted by the emulated wire, beside the least that it can cost.
+//! The bus cost of a frame, counted on the emulated wire, against the theoretical minimum.
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
@@ -14,7 +14,7 @@ use std::time::Duration;
 const PIXEL_REGISTERS: u8 = 0x80;
 const THERMISTOR_REGISTER: u8 = 0x0E;
 
-/// Waits by moving the emulated time on.
+/// Waits by advancing the emulated time.
 struct Waits<'a>(&'a ManualClock);
 
 impl DelayNs for Waits<'_> {
@@ -64,7 +64,7 @@ fn pixel_by_pixel(mut bus: Sensor<'_>) -> Traffic {
     bus.traffic()
 }
 
-/// The floor is arithmetic: see [`READ_BITS`].
+/// [`READ_BITS`] is the theoretical minimum.
 #[test]
 fn the_driver_reads_a_frame_at_the_floor_of_the_bus() {
     assert_eq!(READ_BITS, 1230);

@@ -1,7 +1,7 @@
-//! Python drivers that no one here wrote, as their authors published them, on the emulated sensor.
+//! Third-party Python drivers, as published, on the emulated sensor.
 //!
-//! What each one makes of the registers' bytes stands in [`DRIVERS`], its known faults included: the value that the
-//! driver gives is compared with its own decoding, and the decoding with what is true (AMG88 spec §4-11-10, §4-11-11).
+//! [`DRIVERS`] holds each one's decoding of the register bytes, with its known faults. The tests compare the driver's
+//! values with that decoding, and the decoding with the truth (AMG88 spec §4-11-9, §4-11-11).
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
@@ -14,17 +14,17 @@ use std::path::{Path, PathBuf};
 /// Row and column, from 0, of pixels 1 to 64 in a driver's frame.
 type Place = fn(usize) -> (usize, usize);
 
-/// What a driver makes of the bytes.
+/// A driver and its decoding of the bytes.
 struct Driver {
     /// Package and version.
     name: &'static str,
     /// Script of `tests/python` and its arguments.
     script: &'static [&'static str],
     place: Place,
-    /// Its thermistor in °C; `None` if it is not asked for it.
+    /// Decodes its thermistor in °C; `None` if the test does not read it.
     thermistor: Option<fn(u16) -> f64>,
-    /// Whether it takes its bus from a package that the socket's client stands in for. The others open /dev/i2c-N
-    /// by themselves.
+    /// Whether it takes its bus from a package that the socket client can replace. The others open /dev/i2c-N
+    /// themselves.
     has_socket: bool,
 }
 
@@ -34,7 +34,7 @@ impl Driver {
     }
 }
 
-/// All ways for Python's programs; those that this machine has not are named.
+/// All ways for Python programs; reports those missing on this machine.
 fn ways(what: &str) -> Vec<Way> {
     let mut ways = Way::to_a_device_file(what);
     ways.push(Way::Socket);
@@ -46,12 +46,12 @@ fn in_order(pixel: usize) -> (usize, usize) {
     (pixel / 8, pixel % 8)
 }
 
-/// Turned by 180°.
+/// Rotated by 180°.
 fn turned(pixel: usize) -> (usize, usize) {
     (7 - pixel / 8, 7 - pixel % 8)
 }
 
-/// melopero's thermistor: the last four bits are taken as one over their value, not as sixteenths.
+/// melopero's thermistor: it takes the last four bits as one over their value, not as sixteenths.
 fn one_over_the_fraction(word: u16) -> f64 {
     let whole = f64::from((word & 0x7FF) >> 4);
     let nibble = f64::from(word & 0xF);
@@ -108,7 +108,7 @@ const DRIVERS: [Driver; 6] = [
     },
 ];
 
-/// Panasonic's printed vectors of a pixel's word (AMG88 spec §4-11-11), and the two ends of what twelve bits hold.
+/// Panasonic's printed vectors of the pixel word (AMG88 spec §4-11-11), and both ends of the 12-bit range.
 const PRINTED: [(u16, f64); 9] = [
     (0x1F4, 125.0),
     (0x064, 25.0),
@@ -121,7 +121,7 @@ const PRINTED: [(u16, f64); 9] = [
     (0x800, -512.0),
 ];
 
-/// Panasonic's printed vectors of the thermistor's word (AMG88 spec §4-11-10), one between, and what is true.
+/// Panasonic's printed vectors of the thermistor word (AMG88 spec §4-11-9) and one in between, with the true values.
 const THERMISTORS: [(u16, f64); 5] = [
     (0x190, 25.0),
     (0x191, 25.0625),
@@ -130,7 +130,7 @@ const THERMISTORS: [(u16, f64); 5] = [
     (0x940, -20.0),
 ];
 
-/// The printed vectors, then 55 words that differ from them and each other, so that every place is told apart.
+/// The printed vectors, then 55 other distinct words, so that every place is identifiable.
 fn printed_and_distinct() -> [u16; 64] {
     std::array::from_fn(|pixel| match PRINTED.get(pixel) {
         Some((word, _)) => *word,
@@ -138,12 +138,12 @@ fn printed_and_distinct() -> [u16; 64] {
     })
 }
 
-/// A room in frost: every pixel below zero, none twice.
+/// A freezing room: every pixel below zero, all different.
 fn all_below_zero() -> [u16; 64] {
     std::array::from_fn(|pixel| u16::try_from(0xFFF - 3 * pixel).unwrap())
 }
 
-/// What a driver's program answered; it must have ended well.
+/// The answer of a driver's program, which must have succeeded.
 fn answer(ended: &Ended, name: &str) -> Value {
     assert_eq!(ended.code, 0, "{name}: {ended:?}");
     serde_json::from_str(&ended.stdout).unwrap()
@@ -160,7 +160,7 @@ fn in_specified_order(frame: &Value, place: Place) -> Vec<f64> {
         .collect()
 }
 
-/// Asks a driver's program, by one way, what it sees; `None` if Python's drivers are left out.
+/// Runs a driver's program by one way and returns its answer; `None` if the Python drivers are left out.
 fn ask(way: Way, source: &[&str], script: &[&str]) -> Option<Value> {
     let command = python::script(script[0], &script[1..], "Python drivers of other authors")?;
     let ended = run_emulated(way, source, &command);
@@ -208,7 +208,7 @@ fn each_driver_gives_what_its_own_decoding_makes_of_the_bytes() {
     }
 }
 
-/// Compares an answer with the driver's decoding, and prints that beside what is true.
+/// Compares an answer with the driver's decoding, and prints both beside the truth.
 fn holds(driver: &Driver, way: Way, words: &Words, answer: &Value) {
     let given = in_specified_order(&answer["frame"], driver.place);
     let truth: Vec<f64> = words.pixels.iter().map(|word| pixel_c(*word)).collect();
@@ -227,7 +227,7 @@ fn holds(driver: &Driver, way: Way, words: &Words, answer: &Value) {
     assert!((thermistor - own).abs() < 1e-9, "{}", driver.name);
 }
 
-/// The faults that the table knows, one by one, so that a driver that is mended is noticed.
+/// The known faults, one by one, so that a fixed driver is noticed.
 #[test]
 fn the_known_faults_of_the_thermistor_are_in_the_table() {
     let melopero = |word| one_over_the_fraction(word);
@@ -238,7 +238,7 @@ fn the_known_faults_of_the_thermistor_are_in_the_table() {
     );
 }
 
-/// What a script around Adafruit's library prints, a frame a line, becomes a recording of the same words.
+/// A script around Adafruit's library prints one frame per line; the import becomes a recording with the same words.
 #[test]
 fn rows_that_adafruits_library_gives_are_imported_as_they_were() {
     let folder = tempfile::tempdir().unwrap();
@@ -281,8 +281,8 @@ fn rows_that_adafruits_library_gives_are_imported_as_they_were() {
     }
 }
 
-/// A room with one standing person in the quarter of the picture that is top left: the person stands to the room's
-/// right and front of the sensor's axis, which azimuth -90 shows left and top.
+/// A room with one standing person in the top left quarter of the image: the person stands to the right and front of
+/// the sensor's axis, which azimuth -90 shows at the left and top.
 fn standing_person(folder: &Path, ambient_c: f64, person_c: f64) -> PathBuf {
     let file = folder.join(format!("standing{ambient_c}.toml"));
     let text = format!(
@@ -295,7 +295,7 @@ fn standing_person(folder: &Path, ambient_c: f64, person_c: f64) -> PathBuf {
     file
 }
 
-/// What the simulator by itself says that the sensor sees: the frame of a scene that stands still and has no noise.
+/// The simulator's own frame of a static scene without noise.
 fn simulated(folder: &Path, scene: &Path) -> Vec<f64> {
     let out = folder.join("simulated.csv");
     let ended = run(grideye().arg("simulate").arg(scene).arg("--out").arg(&out));
@@ -308,13 +308,13 @@ fn simulated(folder: &Path, scene: &Path) -> Vec<f64> {
         .collect()
 }
 
-/// The body reaches from 150 to 450 mm beside the axis, its head is 950 mm below the sensor and its feet 2700 mm:
-/// it is seen between atan(150/2700) = 3° and atan(450/950) = 25° off the axis, to the left and to the top.
+/// The body extends from 150 to 450 mm beside the axis, with its head 950 mm and its feet 2700 mm below the sensor. It
+/// appears between atan(150/2700) = 3° and atan(450/950) = 25° off the axis, to the left and top.
 fn is_of_the_person(pixel: usize) -> bool {
     pixel / 8 < 4 && pixel % 8 < 4
 }
 
-/// In a warm room and in one below zero: the frame is the scene's, and the warm pixels are where the person stands.
+/// In a warm room and one below zero, the frame matches the scene, and the warm pixels are where the person stands.
 #[test]
 fn each_driver_sees_the_person_where_the_person_stands() {
     let folder = tempfile::tempdir().unwrap();
@@ -342,7 +342,7 @@ fn each_driver_sees_the_person_where_the_person_stands() {
     }
 }
 
-/// The driver's default is 0x69: a sensor at 0x68 is found by the scan, and nobody answers to the driver.
+/// The driver's default is 0x69: the scan finds a sensor at 0x68, and the driver gets no answer.
 #[test]
 fn circuitpython_finds_the_sensor_and_hears_that_nobody_is_at_the_other_address() {
     for way in ways("a scan of CircuitPython") {
@@ -357,8 +357,8 @@ fn circuitpython_finds_the_sensor_and_hears_that_nobody_is_at_the_other_address(
         let source = [&source[..], &["0x68"]].concat();
         let ended = run_emulated(way, &source, &command);
         assert_eq!(ended.code, 1, "{ended:?}");
-        // CircuitPython probes with a write of no bytes. FUSE answers that one itself, so the driver goes on to its
-        // first register and hears it there.
+        // CircuitPython probes with a write of no bytes. FUSE answers that one itself, so the driver fails only at its
+        // first register.
         let heard = match way {
             Way::Fuse => "OSError: [Errno 121] Remote I/O error",
             Way::Preload | Way::Socket => "ValueError: No I2C device at address: 0x69",
@@ -381,7 +381,7 @@ fn sleep_and_wake_of_grideye_driver() {
         let Some(answer) = ask(way, &source, &["grideye_driver.py", "sleep"]) else {
             return;
         };
-        // Made, woken, left, woken by call: the driver tells sleep by 2048 °C, which is 00 80 at 0x0E.
+        // Created, woken, exited, woken by call: the driver recognizes sleep by 2048 °C, which is 00 80 at 0x0E.
         assert_eq!(
             answer["states"],
             serde_json::json!([true, false, true, false])
@@ -389,7 +389,7 @@ fn sleep_and_wake_of_grideye_driver() {
         let asleep = in_specified_order(&answer["asleep"], turned);
         assert!(
             asleep.iter().all(|pixel| *pixel == 0.0),
-            "what is read in sleep is no frame: {asleep:?}"
+            "reads in sleep are no frame: {asleep:?}"
         );
         assert_eq!(in_specified_order(&answer["awake"], turned), truth);
         assert_eq!(in_specified_order(&answer["again"], turned), truth);
@@ -458,7 +458,7 @@ fn interrupts_of_melopero_mark_the_person_and_clear() {
     }
 }
 
-/// The way of someone who enters on the room's left, which is the picture's right, crosses, and leaves.
+/// A person enters at the room's left, which is the image's right, crosses, and leaves.
 fn crossing_person(folder: &Path) -> PathBuf {
     let file = folder.join("crossing.toml");
     let text = "[room]\nsize_mm = [8000, 4000, 2700]\nambient_c = -10.0\n\
@@ -488,7 +488,7 @@ fn interrupts_of_grideye_driver_trip_for_the_person_and_clear() {
         assert_eq!(
             answer["config"],
             serde_json::json!([-5.0, -40.0, 1.0, true, true]),
-            "the levels come back as they were written, below zero too"
+            "the levels read back as written, also below zero"
         );
         let seen = answer["seen"].as_array().unwrap();
         let flags: Vec<bool> = seen.iter().map(|look| look[0].as_bool().unwrap()).collect();
@@ -500,13 +500,13 @@ fn interrupts_of_grideye_driver_trip_for_the_person_and_clear() {
         let columns: Vec<f64> = seen.iter().filter_map(middle_column).collect();
         assert!(
             columns.first().unwrap() < &2.0 && columns.last().unwrap() > &5.0,
-            "from the room's left to its right, which is left to right in the driver's turned picture: {columns:?}"
+            "from the room's left to its right, which is left to right in the driver's rotated image: {columns:?}"
         );
     }
 }
 
-/// While someone walks, drivers that read a frame in several transactions mingle two frames: each pixel alone must
-/// still be of this scene, and the walk must be seen.
+/// A walking person makes drivers that read a frame in several transactions mix two frames: each pixel alone must still
+/// belong to this scene, and the walk must be visible.
 #[test]
 fn each_driver_sees_someone_walk_through() {
     let folder = tempfile::tempdir().unwrap();
@@ -533,7 +533,7 @@ fn sees_the_walk(driver: &Driver, way: Way, scene: &Path) {
         .map(|frame| in_specified_order(frame, driver.place))
         .collect();
     assert!(frames.len() >= 10, "{}: {}", driver.name, frames.len());
-    // Room and body are at -10 and 25 °C; six sigma of the scene's noise and a step of the chip on top.
+    // Room and body are at -10 and 25 °C, plus six sigma of the scene's noise and one step of the chip.
     let plausible = |pixel: &f64| (-11.0..=26.0).contains(pixel);
     assert!(frames.iter().flatten().all(plausible), "{}", driver.name);
     let columns: Vec<f64> = frames
@@ -542,18 +542,18 @@ fn sees_the_walk(driver: &Driver, way: Way, scene: &Path) {
         .collect();
     assert!(
         columns.first().unwrap() > &5.0 && columns.last().unwrap() < &2.0,
-        "{}: from the room's left, which is the picture's right: {columns:?}",
+        "{}: from the room's left, which is the image's right: {columns:?}",
         driver.name
     );
 }
 
-/// The middle of the columns of the pixels that are warmer than -5 °C.
+/// The mean column of the pixels above -5 °C.
 fn warm_column(frame: &[f64]) -> Option<f64> {
     let warm = (0..64).filter(|pixel| frame[*pixel] > -5.0);
     mean(&warm.map(|pixel| pixel % 8).collect::<Vec<_>>())
 }
 
-/// The middle of the columns whose pixels have their interrupt bit set.
+/// The mean column of the pixels with their interrupt bit set.
 fn middle_column(look: &Value) -> Option<f64> {
     let set: Vec<usize> = (0..64)
         .filter(|pixel| look[1][pixel / 8][pixel % 8] == true)

@@ -1,4 +1,5 @@
-//! The suite for a real sensor (`tests/hardware`) on the emulated `/dev/i2c-1`, with a device file that says so.
+//! The suite for a real sensor (`tests/hardware`) on the emulated `/dev/i2c-1`, with a device file that declares the
+//! emulation.
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
@@ -6,7 +7,7 @@ use grideye_tests::emulated::{Way, run_emulated};
 use grideye_tests::programs::{Ended, grideye_hardware, run};
 use std::process::Command;
 
-/// What it ends with where this computer paused for longer than a frame.
+/// The suite's exit code if this computer paused for longer than a frame.
 const PAUSED: i32 = 3;
 
 fn suite(way: Way, source: &[&str], address: &str) -> Ended {

@@ -1,7 +1,7 @@
-//! Debian's i2c-tools, unmodified, on the emulated sensor: found at its address, a frame read, the address map.
+//! Debian's unmodified i2c-tools on the emulated sensor: finding its address, reading a frame, dumping the address map.
 //!
-//! The tests of crates/i2c-emulation hold the bus to the kernel's rules; these hold the whole, from the words of a
-//! recording to what a person reads in a terminal.
+//! The tests of crates/i2c-emulation hold the bus to the kernel's rules. These test the whole, from a recording's words
+//! to the terminal.
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
@@ -12,7 +12,7 @@ use std::process::Command;
 
 const WHAT: &str = "i2c-tools on the emulated sensor";
 
-/// The ways to a device file for i2c-tools, none where they are not installed.
+/// The ways to a device file for i2c-tools; none if they are not installed.
 fn ways() -> Vec<Way> {
     if is_left_out("GRIDEYE_WITHOUT_I2C_TOOLS", WHAT) {
         return Vec::new();
@@ -31,20 +31,20 @@ fn words() -> Words {
     }
 }
 
-/// A recording of [`words`] and nothing else; it is the source of most tests here.
+/// A recording of [`words`] alone, the source of most tests here.
 fn known(folder: &Path) -> Vec<String> {
     let file = recording(folder, "known.csv", [words()]);
     vec!["--recording".to_owned(), file.to_str().unwrap().to_owned()]
 }
 
-/// Runs lines of a shell, which stops at the first that fails.
+/// Runs shell lines, stopping at the first that fails.
 fn shell(way: Way, source: &[String], lines: &str) -> Ended {
     let mut command = Command::new("sh");
     command.args(["-ec", lines]);
     run_emulated(way, source, &command)
 }
 
-/// What lines of a shell print, word by word; each of them must succeed.
+/// The words printed by shell lines, which must all succeed.
 fn printed(way: Way, source: &[String], lines: &str) -> Vec<String> {
     let ended = shell(way, source, lines);
     assert_eq!(ended.code, 0, "{way:?}: {lines}: {ended:?}");
@@ -60,7 +60,7 @@ fn pixel_bytes() -> Vec<u8> {
         .collect()
 }
 
-/// The cells of a dump or a map: sixteen a line behind `N0:`, and what is printed behind them left away.
+/// The cells of a dump or a map: sixteen per line after `N0:`, without the text column after them.
 fn cells(text: &str) -> Vec<&str> {
     let rows = text.lines().filter(|line| line.get(2..3) == Some(":"));
     rows.flat_map(|row| row[3..row.len().min(51)].split_whitespace())
@@ -71,8 +71,8 @@ fn hexadecimal(cell: &str) -> u8 {
     u8::from_str_radix(cell.trim_start_matches("0x"), 16).unwrap()
 }
 
-/// The address map of the reference (section 1) as one byte a register: what a sensor reads that was only switched on,
-/// in front of a picture that does not change.
+/// The address map of the reference (section 1), one byte per register: a sensor that was only powered on, before a
+/// static scene.
 fn address_map() -> Vec<u8> {
     let mut map = vec![0; 0x80];
     map[0x0E..0x10].copy_from_slice(&words().thermistor.to_le_bytes());
@@ -87,7 +87,7 @@ fn i2cdetect_finds_the_sensor_at_its_address_and_nothing_else() {
         for address in ["0x68", "0x69"] {
             let mut source = known(folder.path());
             source.extend(["--address".to_owned(), address.to_owned()]);
-            // By quick write, by reading a byte, and as i2cdetect itself chooses for each address.
+            // By quick write, by reading a byte, and by i2cdetect's own choice per address.
             for probe in ["-q", "-r", ""] {
                 let ended = shell(way, &source, &format!("i2cdetect -y {probe} 1"));
                 let map = cells(&ended.stdout);
@@ -105,7 +105,7 @@ fn i2cdump_shows_the_address_map_in_each_of_its_modes() {
     let expected = address_map();
     for way in ways() {
         let source = known(folder.path());
-        // Byte by byte, by a byte after the pointer was set, and in blocks of 32.
+        // Byte by byte, by single bytes after setting the pointer, and in blocks of 32.
         for mode in ["b", "c", "i"] {
             let ended = shell(way, &source, &format!("i2cdump -y 1 0x69 {mode}"));
             let dump: Vec<u8> = cells(&ended.stdout).into_iter().map(hexadecimal).collect();
@@ -123,7 +123,7 @@ fn i2cdump_shows_the_address_map_in_each_of_its_modes() {
     }
 }
 
-/// The cells of a dump by words, eight a line.
+/// The cells of a word dump, eight per line.
 fn word_cells(text: &str) -> Vec<u16> {
     let rows = text.lines().filter(|line| line.get(2..3) == Some(":"));
     rows.flat_map(|row| row[3..].split_whitespace())
@@ -146,7 +146,7 @@ fn i2ctransfer_reads_a_frame_in_one_transfer() {
                 "i2ctransfer -y 1 w1@0x69 0x80; i2ctransfer -y 1 r64@0x69; i2ctransfer -y 1 r64@0x69"
             ),
             pixel_bytes(),
-            "the pointer stays over a STOP, and goes on"
+            "the pointer stays across a STOP and continues"
         );
         assert_eq!(
             read("i2ctransfer -y 1 w1@0x69 0x00 r256"),
@@ -156,7 +156,7 @@ fn i2ctransfer_reads_a_frame_in_one_transfer() {
         assert_eq!(
             read("i2ctransfer -y 1 w1@0x69 0xff r3"),
             [address_map()[0xFF], 0, 0],
-            "behind the last register comes the first"
+            "after the last register comes the first"
         );
     }
 }
@@ -180,9 +180,9 @@ fn i2cget_reads_bytes_words_and_blocks() {
     }
 }
 
-/// What can be written, what is read back, and what ignores it (reference, section 1 and 2.5).
+/// Writable registers, their readback, and registers that ignore writes (reference, sections 1 and 2.5).
 #[test]
-fn i2cset_writes_what_the_sensor_lets_write() {
+fn i2cset_writes_the_writable_registers() {
     let folder = tempfile::tempdir().unwrap();
     for way in ways() {
         let source = known(folder.path());
@@ -215,7 +215,7 @@ fn i2cset_writes_what_the_sensor_lets_write() {
     }
 }
 
-/// Panasonic draws the moving average's key, and the two bytes of a level, as one transfer with repeated starts.
+/// Panasonic draws the moving average's key, and the two bytes of a level, as one transfer with repeated STARTs.
 #[test]
 fn i2ctransfer_writes_as_panasonic_draws_it() {
     let folder = tempfile::tempdir().unwrap();
@@ -237,7 +237,7 @@ fn i2ctransfer_writes_as_panasonic_draws_it() {
     }
 }
 
-/// The interrupt table of a scene with a person: warm pixels, by hand, with what a person has in a terminal.
+/// The interrupt table of a scene with a person, read by hand with common terminal tools.
 #[test]
 fn i2cset_and_i2cdump_see_the_pixels_that_are_above_the_level() {
     let folder = tempfile::tempdir().unwrap();
@@ -260,7 +260,7 @@ fn i2cset_and_i2cdump_see_the_pixels_that_are_above_the_level() {
     }
 }
 
-/// In sleep the only effective write is the one that wakes; what is read is the documented image (reference, 2.1).
+/// In sleep only the wake command works, and reads return the documented values (reference, 2.1).
 #[test]
 fn i2cset_sends_the_sensor_to_sleep_and_wakes_it() {
     let folder = tempfile::tempdir().unwrap();
@@ -284,12 +284,12 @@ fn i2cset_sends_the_sensor_to_sleep_and_wakes_it() {
         assert_eq!(
             got[16..],
             ["0x0000", "0x00", "0x0f60"],
-            "no picture, no rate written, and the picture again"
+            "no image, no rate written, then the image again"
         );
     }
 }
 
-/// What each kind of adapter lets i2c-tools do, and in which words it refuses.
+/// What each kind of adapter allows i2c-tools, and its error messages.
 #[test]
 fn each_kind_of_adapter_refuses_what_it_refuses() {
     const BURST: &str = "i2ctransfer -y 1 w1@0x69 0x80 r2";
@@ -322,7 +322,7 @@ fn each_kind_of_adapter_refuses_what_it_refuses() {
         ("gone", WORD, 2, "Read failed"),
         ("virtio", BURST, 0, READ),
         ("virtio", WORD, 0, "0x0f60"),
-        // Fewer messages than were sent, and no errno: i2ctransfer takes notice.
+        // Fewer messages than requested, and no errno: i2ctransfer notices.
         ("virtio", NOBODY, 0, "only 0/2 messages were sent"),
     ];
     for way in ways() {

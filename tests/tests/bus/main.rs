@@ -1,4 +1,4 @@
-//! The emulated bus: what a frame costs on it, and what programs of other authors read from it.
+//! The emulated bus: the cost of a frame, and reads by third-party programs.
 
 mod cost;
 mod foreign_drivers;

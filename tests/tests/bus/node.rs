@@ -1,5 +1,4 @@
-//! Node's `i2c-bus`, as its author published it, on the emulated sensor. It reads and writes plainly by pread() and
-//! pwrite().
+//! Node's `i2c-bus`, as published, on the emulated sensor. Its plain reads and writes use pread() and pwrite().
 
 use grideye_tests::emulated::{Way, Words, recording, run_emulated};
 use grideye_tests::programs::{is_left_out, root, run, target};

@@ -312,6 +312,25 @@ fn the_documented_outputs_are_those_of_the_table() {
     }
 }
 
+/// The lines that a stranger reads to the end.
+const README_LINES_MAX: usize = 150;
+
+#[test]
+fn the_readme_is_short_and_leads_to_every_document() {
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    assert!(readme.lines().count() <= README_LINES_MAX);
+    let sought = "( -name target -o -name .?* ) -prune -o -name *.md -printf %P\\n";
+    let listed = run(Command::new("find")
+        .arg(".")
+        .args(sought.split(' '))
+        .current_dir(root()));
+    let mut documents: Vec<&str> = listed.stdout.lines().collect();
+    documents.retain(|name| *name != "README.md");
+    assert!(documents.len() > 20, "{listed:?}");
+    documents.retain(|name| !readme.contains(&format!("]({name})")));
+    assert!(documents.is_empty(), "not in README.md: {documents:?}");
+}
+
 #[test]
 fn every_test_behind_a_promise_is_there() {
     let promises = std::fs::read_to_string(root().join("tests/README.md")).unwrap();

@@ -368,7 +368,7 @@ fn a_page_for_which_there_is_no_room_is_told_so_and_comes_in_when_there_is() -> 
     )?;
     browser.open(&server.url("/"))?;
     browser.wait_for_text("#link", |text| {
-        text == "too many open pages, retrying: 64 pages are following already"
+        text == "too many open pages, retrying: 64 live pages are already open"
     })?;
     drop(others);
     browser.wait_for_text("#link", |text| text == "connected")?;

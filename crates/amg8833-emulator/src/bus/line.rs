@@ -1,4 +1,4 @@
-//! What hears one transaction: sensors with what is broken about them, and a multiplexer.
+//! The devices that hear one transaction: sensors with their faults, and a multiplexer.
 
 use crate::device::Device;
 use crate::fault::active::{Faults, Plan};
@@ -7,24 +7,22 @@ use crate::signal::{Ack, Address};
 use crate::source::FrameSource;
 use core::time::Duration;
 
-/// The register of a multiplexer for the length of one transaction.
 #[derive(Debug, Default)]
 pub(crate) struct Control {
     /// The selected channels: bit n is channel n.
     pub(crate) selected: u8,
-    /// Whether the multiplexer has the address of this transaction.
+    /// Whether the transaction has the multiplexer's address.
     pub(crate) answers: bool,
     pub(crate) written: Option<u8>,
 }
 
-/// All that hears a transaction: a multiplexer, and a sensor on each of up to `N` buses, or nobody.
+/// Everything that hears a transaction: a multiplexer, and a sensor on each of up to `N` buses.
 pub(crate) struct Wires<'a, S, const N: usize> {
     pub(crate) control: &'a mut Control,
     pub(crate) lines: [Option<Line<'a, S>>; N],
 }
 
 impl<S: FrameSource, const N: usize> Wires<'_, S, N> {
-    /// START or repeated START, and the address.
     pub(crate) fn start(&mut self, reads: bool, now: Duration) -> Ack {
         self.any(|line| line.start(reads, now))
     }
@@ -36,7 +34,7 @@ impl<S: FrameSource, const N: usize> Wires<'_, S, N> {
         self.any(|line| line.write(byte, now))
     }
 
-    /// Any of them can pull SDA low.
+    /// Any device can pull SDA low.
     pub(crate) fn read(&mut self, now: Duration) -> u8 {
         let released = if self.control.answers {
             self.control.selected
@@ -47,7 +45,7 @@ impl<S: FrameSource, const N: usize> Wires<'_, S, N> {
         lines.fold(released, |byte, line| byte & line.read(now))
     }
 
-    /// Which faults struck since this was asked last.
+    /// Takes the faults that struck since the last call.
     pub(crate) fn take_struck(&mut self) -> FaultSet {
         let mut all = FaultSet::EMPTY;
         for line in self.lines.iter_mut().flatten() {
@@ -56,7 +54,7 @@ impl<S: FrameSource, const N: usize> Wires<'_, S, N> {
         all
     }
 
-    /// Whether any of them acknowledges; all hear it.
+    /// Passes the event to every sensor; `Ack` if any device acknowledges.
     fn any(&mut self, mut ack: impl FnMut(&mut Line<'_, S>) -> Ack) -> Ack {
         let mut any = self.control.answers;
         for line in self.lines.iter_mut().flatten() {
@@ -66,21 +64,18 @@ impl<S: FrameSource, const N: usize> Wires<'_, S, N> {
     }
 }
 
-/// One sensor for the length of one transaction, with what is broken about it.
 pub(crate) struct Line<'a, S> {
     device: &'a mut Device<S>,
     faults: &'a mut Faults,
     address: Address,
     plan: Plan,
-    /// Bytes of data so far.
     bytes: u16,
-    /// Of those, the written ones.
     written: u16,
     /// Whether the sensor took a lost clock pulse for the end.
     cut: bool,
-    /// What struck and was reported.
+    /// Faults that struck and were reported.
     told: FaultSet,
-    /// What struck since.
+    /// Faults that struck since.
     struck: FaultSet,
 }
 
@@ -105,7 +100,6 @@ impl<'a, S: FrameSource> Line<'a, S> {
         }
     }
 
-    /// What struck in the whole of the transaction.
     pub(crate) fn struck(&self) -> FaultSet {
         let mut all = self.told;
         all.join(self.struck);

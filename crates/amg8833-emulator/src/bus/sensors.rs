@@ -1,4 +1,4 @@
-//! The sensors of one bus with what is broken about them: what falls due comes in order of time.
+//! The sensors of one bus with their faults, which take effect in order of time.
 
 use crate::bus::line::Line;
 use crate::device::Device;
@@ -10,9 +10,10 @@ use crate::signal::Address;
 use crate::source::FrameSource;
 use core::time::Duration;
 
-/// The most events and frames that are caught up with one by one; older ones come in one step, without faults.
+/// The most due events and frames that one call handles one by one, oldest first. The rest come in one step, without
+/// frame faults, and each rule begins at most once.
 pub const STEPS_MAX: u32 = 1_000_000;
-/// What falls on the very time of an event comes after it.
+/// Whatever falls on the exact time of an event comes after it.
 const INSTANT: Duration = Duration::from_nanos(1);
 
 #[derive(Debug)]
@@ -43,7 +44,7 @@ impl<S: FrameSource> Sensors<S> {
         }
     }
 
-    /// Lets everything happen that is due by this time, if it matters in which order.
+    /// Does everything due by this time in order, if the order matters.
     pub(crate) fn catch_up(&mut self, now: Duration) {
         if !self.is_stepwise() {
             return;
@@ -72,7 +73,6 @@ impl<S: FrameSource> Sensors<S> {
         }
     }
 
-    /// STOP, for the sensor at this address.
     pub(crate) fn stop(&mut self, address: Address, now: Duration) {
         let stepwise = self.is_stepwise();
         if let Some(device) = self.device_mut(address) {
@@ -130,7 +130,6 @@ impl<S: FrameSource> Sensors<S> {
         self.apply_conditions(now);
     }
 
-    /// Makes the sensors behave as their lasting faults say.
     pub(crate) fn apply_conditions(&mut self, now: Duration) {
         for address in Address::ALL {
             let condition = self.faults.condition(address);
@@ -151,13 +150,13 @@ impl<S: FrameSource> Sensors<S> {
         }
     }
 
-    /// The sensor at this address, as a transaction of this number meets it.
+    /// The sensor at this address with its faults in this transaction.
     pub(crate) fn line(&mut self, address: Address, number: u64) -> Option<Line<'_, S>> {
         let device = self.devices[address.place()].as_mut()?;
         Some(Line::new(device, &mut self.faults, address, number))
     }
 
-    /// Whether it matters in which order things fall due.
+    /// Whether the order of due events matters.
     fn is_stepwise(&self) -> bool {
         #[cfg(feature = "alloc")]
         if self.script.is_some() {
@@ -166,7 +165,7 @@ impl<S: FrameSource> Sensors<S> {
         self.faults.spoils_frames()
     }
 
-    /// When the next thing happens that has to be gone through by itself, if it is due.
+    /// The next event or tick that must be handled by itself, if it is due.
     fn next_step(&self, now: Duration) -> Option<Duration> {
         let tick = self.counts_frames().then(|| self.next_tick()).flatten();
         let next = tick.into_iter().chain(self.next_event()).min();
@@ -195,7 +194,7 @@ impl<S: FrameSource> Sensors<S> {
         None
     }
 
-    /// What is due at this time; `false` when that does not bring it any further.
+    /// Does what is due at this time; `false` if that makes no progress.
     fn step(&mut self, at: Duration) -> bool {
         if self.next_event() == Some(at) {
             self.advance(at.saturating_sub(INSTANT));
@@ -211,7 +210,7 @@ impl<S: FrameSource> Sensors<S> {
         self.next_tick().is_none_or(|next| next > at)
     }
 
-    /// Lets the sensor at this address measure what is due by this time, with the faults of its next frame.
+    /// Lets the sensor at this address measure what is due, with the faults of its next frame.
     fn tick(&mut self, address: Address, at: Duration) {
         let number = self.device(address).map_or(0, |device| device.frames() + 1);
         let spoil = self.faults.spoil(address, number);
@@ -227,7 +226,7 @@ impl<S: FrameSource> Sensors<S> {
         }
     }
 
-    /// Lets a script count the frames of the next sensor at this address on from those of this one.
+    /// Makes the script continue this sensor's frame count with the next sensor at this address.
     fn note_leaving(&mut self, address: Address) {
         #[cfg(feature = "alloc")]
         if let Some(script) = &mut self.script {
@@ -279,7 +278,7 @@ impl<S: FrameSource> Sensors<S> {
     }
 }
 
-/// A sensor that leaves the bus leaves its faults there.
+/// A sensor that leaves the bus loses its faults.
 fn mended<S: FrameSource>(mut device: Device<S>) -> Device<S> {
     let now = device.latest();
     device.set_condition(Condition::default(), now);

@@ -1,4 +1,4 @@
-//! SCL and SDA with their clock: what passes is counted, takes its time, and is told to whoever traces it.
+//! SCL and SDA with their clock: counts, times and traces every bit.
 
 use crate::bus::line::Wires;
 use crate::clock::Clock;
@@ -10,7 +10,7 @@ use core::num::NonZeroU32;
 use core::time::Duration;
 use embedded_hal::i2c::{NoAcknowledgeSource, Operation};
 
-/// An address byte or a byte of data, with its acknowledge.
+/// An address or data byte with its acknowledge.
 const BITS_PER_BYTE: u64 = 9;
 const NANOSECONDS_PER_SECOND: u128 = 1_000_000_000;
 
@@ -21,7 +21,7 @@ pub(crate) struct Wire<C> {
     pub(crate) clock: C,
     pub(crate) scl_hz: Option<NonZeroU32>,
     imposed_hz: Option<NonZeroU32>,
-    /// What the bits so far took beyond whole nanoseconds, in parts of one by the frequency.
+    /// The bits' time beyond whole nanoseconds so far, in units of 1/frequency of a nanosecond.
     rest: u128,
     pub(crate) traffic: Traffic,
     pub(crate) log: Log,
@@ -39,7 +39,6 @@ impl<C: Clock> Wire<C> {
         }
     }
 
-    /// What a fault makes of the frequency from now on.
     pub(crate) fn impose(&mut self, hz: Option<NonZeroU32>) {
         if self.imposed_hz != hz {
             self.imposed_hz = hz;
@@ -47,7 +46,7 @@ impl<C: Clock> Wire<C> {
         }
     }
 
-    /// One transaction up to its STOP. `happened` is what the trace shows with its first message.
+    /// Runs one transaction up to its STOP. `happened` appears in the trace with its first message.
     pub(crate) fn carry<S: FrameSource, const N: usize>(
         &mut self,
         address: u8,
@@ -70,7 +69,7 @@ impl<C: Clock> Wire<C> {
         error.map_or(Ok(()), Err)
     }
 
-    /// START and the address byte, and then no further; without an adapter, not even those.
+    /// A transaction that stops after START and the address byte; without an adapter, before them.
     pub(crate) fn fail(&mut self, address: u8, reads: bool, error: BusError, faults: FaultSet) {
         self.log.happened(faults);
         let now = self.clock.now();
@@ -127,7 +126,7 @@ impl<C: Clock> Wire<C> {
         Ok(())
     }
 
-    /// START or repeated START, at which the registers come to a stand, and the address byte.
+    /// START or repeated START, which freezes the registers, and the address byte.
     fn address<S: FrameSource, const N: usize>(
         &mut self,
         address: u8,
@@ -176,7 +175,7 @@ impl<C: Clock> Wire<C> {
         self.bits(BITS_PER_BYTE);
     }
 
-    /// Passes the time of these bits, one for each START or STOP; what one call rounds off, a later one makes up for.
+    /// Passes the time of these bits, START and STOP included; each rounding error carries over to the next call.
     fn bits(&mut self, count: u64) {
         self.traffic.bits += count;
         let Some(hz) = self.hz() else {

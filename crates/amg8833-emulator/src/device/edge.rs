@@ -1,11 +1,11 @@
-//! Changes of the interrupt pin, and the few of them that are kept.
+//! Changes of the interrupt pin, with the newest few stored.
 
 use core::time::Duration;
 
-/// The most changes of the INT pin that a sensor keeps for [`Device::take_edge`](crate::Device::take_edge).
+/// How many changes of the INT pin a sensor stores for [`Device::take_edge`](crate::Device::take_edge).
 pub const EDGES_MAX: usize = 16;
 
-/// Which way the INT pin went.
+/// The direction of a change of the INT pin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Edge {
     /// Pulled low: an interrupt.
@@ -17,23 +17,23 @@ pub enum Edge {
 /// A change of the INT pin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PinEdge {
-    /// When, on the host's clock: the tick of the frame, the STOP that it had to wait for, or the write that caused it.
+    /// When, on the host's clock: the frame's tick, the STOP that delayed the frame, or the write that caused the
+    /// change.
     pub at: Duration,
-    /// Which way.
+    /// The direction.
     pub edge: Edge,
 }
 
-/// What happened to the INT pin: all of it in numbers, the newest one by one.
+/// The changes of the INT pin: counts of all, details of the newest.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Edges {
     low: bool,
-    /// Falling and rising edges so far.
     pub(crate) counts: (u64, u64),
     kept: [Option<PinEdge>; EDGES_MAX],
-    /// The place of the oldest, and how many there are from there on.
+    /// The index of the oldest stored change, and the number stored.
     oldest: usize,
     count: usize,
-    /// Changes that nobody took in time.
+    /// Changes overwritten before anything took them.
     pub(crate) lost: u64,
 }
 

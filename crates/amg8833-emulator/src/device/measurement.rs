@@ -1,4 +1,4 @@
-//! What the array does between two frames in the registers: ticks, the mean of ten, the moving average of two.
+//! From ticks to output frames: the mean of ten, the moving average of two, and which ticks count.
 
 use crate::device::ticks::Ticks;
 use crate::word;
@@ -6,7 +6,6 @@ use crate::word::Words;
 use core::time::Duration;
 use grideye_frame::{Frame, PIXELS};
 
-/// Internal frames in one output frame at 1 fps.
 pub(crate) const FRAMES_AT_ONE_FPS: u8 = 10;
 
 /// A frame in degrees with room for exact sums.
@@ -55,7 +54,7 @@ impl Degrees {
     }
 }
 
-/// How output frames are made of internal ones. Means are taken of the source's values, before the quantization.
+/// Makes output frames from internal ones. Averages the source's values, before quantization.
 #[derive(Debug, Clone)]
 pub(crate) struct Averaging {
     sum: Degrees,
@@ -72,7 +71,7 @@ impl Averaging {
         }
     }
 
-    /// Takes one internal frame at 1 fps; yields the mean of every ten.
+    /// Adds one internal frame at 1 fps; returns the mean of every ten.
     pub(crate) fn one_of_ten(&mut self, measured: &Degrees) -> Option<Degrees> {
         self.sum.add(measured);
         self.summed += 1;
@@ -85,12 +84,11 @@ impl Averaging {
         Some(mean)
     }
 
-    /// How many more internal frames make the next mean whole.
     pub(crate) fn missing(&self) -> u64 {
         u64::from(FRAMES_AT_ONE_FPS - self.summed)
     }
 
-    /// The words of an output frame; with the moving average, of its mean with the output frame before.
+    /// The words of an output frame, averaged with the previous output frame if the moving average is on.
     pub(crate) fn output(&mut self, frame: Degrees, moving_average: bool) -> Words {
         match self.previous.replace(frame) {
             Some(mut sum) if moving_average => {
@@ -102,7 +100,7 @@ impl Averaging {
     }
 }
 
-/// Which ticks have been gone through, and from which one on they count.
+/// Which ticks are done, and the first one that counts.
 #[derive(Debug, Clone)]
 pub(crate) struct Progress {
     pub(crate) ticks: Ticks,
@@ -125,7 +123,7 @@ impl Progress {
         }
     }
 
-    /// Starts over at this time: the tick under way is the first that may count.
+    /// Starts over: the current tick is the first that may count.
     pub(crate) fn restart(&mut self, now: Duration) {
         let tick = self.ticks.count(now);
         self.last = self.last.max(tick);
@@ -133,21 +131,21 @@ impl Progress {
         self.first_valid = self.first_valid.max(tick + 1);
     }
 
-    /// Starts over at an initial reset: the tick under way and so many after it are left out.
+    /// Starts over at an initial reset: omits the current tick and `left_out` more.
     pub(crate) fn reset(&mut self, now: Duration, left_out: u64) {
         self.restart(now);
         self.reset = Some(self.base);
         self.leave_out(left_out);
     }
 
-    /// Leaves out so many ticks since the initial reset whose first frame is still to come.
+    /// Omits this many ticks after an initial reset that has had no frame yet.
     pub(crate) fn leave_out(&mut self, ticks: u64) {
         if let Some(reset) = self.reset {
             self.first_valid = (reset + 1 + ticks).max(self.last + 1);
         }
     }
 
-    /// Goes past ticks that nobody will measure, but for about the newest `kept`, and only by whole means of `mean`.
+    /// Skips old ticks, leaving about the newest `kept`, and only by whole means of `mean`.
     pub(crate) fn skip(&mut self, due: u64, kept: u64, mean: u64) {
         let start = self.last.max(self.first_valid - 1);
         let skipped = due.saturating_sub(kept).saturating_sub(start);
@@ -156,7 +154,7 @@ impl Progress {
         }
     }
 
-    /// The next tick after `last` that is measured, if one is every so many ticks from the base.
+    /// The next tick after `last` to measure; in stand-by, one every `stand_by_ticks` from the base.
     pub(crate) fn next(&self, stand_by_ticks: Option<u64>) -> u64 {
         let earliest = self.first_valid.max(self.last + 1);
         match stand_by_ticks {

@@ -1,4 +1,4 @@
-//! The register file: what each address reads, and what a byte written to it asks for (AMG88 spec §4-10, §4-11).
+//! The register file: what each address reads, and what a written byte does (AMG88 spec §4-10, §4-11).
 
 use crate::device::options::{
     AfterWake, AverageReadback, InitialReset, InterruptFlag, InterruptOutput, Options,
@@ -31,19 +31,19 @@ mod address {
 const INTERRUPT: u8 = 0x02;
 /// STAT bit 2 (OVF_IRS), and OVS_CLR.
 const PIXEL_OVERFLOW: u8 = 0x04;
-/// STAT bit 3 (OVF_THS) of the specification of 2011, and OVT_CLR.
+/// STAT bit 3 (OVF_THS) in the 2011 specification, and OVT_CLR.
 const THERMISTOR_OVERFLOW: u8 = 0x08;
-/// FPSC bit 0: one frame a second.
+/// FPSC bit 0: one frame per second.
 const ONE_FPS: u8 = 0x01;
 /// INTC bit 0: the INT pin is active.
 const PIN_ENABLED: u8 = 0x01;
-/// INTC bit 1: absolute values, else differences.
+/// INTC bit 1: absolute values, otherwise differences.
 const ABSOLUTE: u8 = 0x02;
 const MOVING_AVERAGE: u8 = 0x20;
 const HIGH_NIBBLE: u8 = 0x0F;
 const WORD: u16 = 0x0FFF;
 
-/// The power mode by its command, AMG88 spec §4-11-1.
+/// The power modes, numbered by their commands (AMG88 spec §4-11-1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Mode {
     Normal = 0x00,
@@ -68,7 +68,6 @@ impl Mode {
         self as u8
     }
 
-    /// Ticks between two frames in stand-by.
     pub(crate) fn stand_by_ticks(self) -> Option<u64> {
         match self {
             Self::StandBy60 => Some(600),
@@ -78,14 +77,14 @@ impl Mode {
     }
 }
 
-/// How often the sensor refused something, since it was made.
+/// How often the sensor refused something since it was created.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Refusals {
     /// Addresses and bytes that were not acknowledged.
     pub nacks: u64,
-    /// Bytes written in sleep mode, other than the one that wakes it (AMG88 spec §4-11-1).
+    /// Bytes written in sleep mode, other than the wake command (AMG88 spec §4-11-1).
     pub asleep: u64,
-    /// Bytes written to registers that can only be read.
+    /// Bytes written to read-only registers.
     pub read_only: u64,
     /// Bytes written to reserved or undocumented registers.
     pub reserved: u64,
@@ -95,18 +94,16 @@ pub struct Refusals {
     pub unknown_commands: u64,
 }
 
-/// What a written byte asks of the rest of the sensor.
+/// The effect of a written byte on the rest of the sensor.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Effect {
-    /// Nothing beyond the register file.
+    /// None beyond the register file.
     Stored,
-    /// The power mode was another one before.
+    /// The power mode changed from this one.
     ModeChanged(Mode),
-    /// The frame rate was another one before.
     RateChanged,
-    /// 0x3F was written to the reset register.
     InitialReset,
-    /// The byte has no effect, which is counted here.
+    /// The byte had no effect; count it here.
     Refused(fn(&mut Refusals) -> &mut u64),
 }
 
@@ -125,21 +122,21 @@ pub(crate) struct Registers {
     levels: [u8; 6],
     thermistor: u16,
     pixels: [u16; PIXELS],
-    /// The pixels of the frame before, which only a fault shows.
+    /// The pixels of the previous frame, which only a fault shows.
     previous: [u16; PIXELS],
     /// Pixels outside their limits as of the newest frame, with hysteresis. Bit 0 is pixel 1.
     outside: u64,
     table: u64,
-    /// Whether the pixels are those of a frame, which the next one can be compared with.
+    /// Whether the pixels hold a frame for the next one to compare with.
     measured: bool,
-    /// Whether the sensor was woken and not reset since, and reads anything.
+    /// Whether the sensor woke without a reset since, so that its registers read anything.
     pub(crate) undefined: bool,
     /// Whether the mode reads 0x00 in sleep the next time.
     volatile: bool,
 }
 
 impl Registers {
-    /// The image after power-on: 0x00 everywhere, but for the thermistor by option.
+    /// The registers at power-on: 0x00 everywhere, except the thermistor by option.
     pub(crate) fn new(options: &Options) -> Self {
         Self {
             mode: Mode::Normal,
@@ -164,7 +161,7 @@ impl Registers {
         self.average & MOVING_AVERAGE != 0
     }
 
-    /// What the sensor does with INT (AMG88 spec §4-7).
+    /// The level of the INT pin (AMG88 spec §4-7).
     pub(crate) fn interrupt_pin(&self, options: &Options) -> InterruptPin {
         let enabled = self.mode != Mode::Sleep
             && !self.undefined
@@ -181,7 +178,7 @@ impl Registers {
             return self.read_asleep(register, options.sleep_image);
         }
         if self.undefined {
-            // Any number does that differs from register to register and is nobody's good image.
+            // Any number works that differs between registers and matches no valid image.
             return register.wrapping_mul(0x6D) ^ 0xB5;
         }
         let unspecified = match options.unspecified_bits {
@@ -191,7 +188,7 @@ impl Registers {
         unspecified | self.read_awake(register, options)
     }
 
-    /// What a pixel register before this pixel read in the frame before; `None` for all other registers.
+    /// The previous frame's byte of a pixel register before `until`; `None` for all other registers.
     pub(crate) fn read_previous(&self, register: u8, until: PixelIndex) -> Option<u8> {
         let earlier = self.previous.get(..until.as_usize())?;
         let shown = self.mode != Mode::Sleep && !self.undefined;
@@ -275,7 +272,7 @@ impl Registers {
         Effect::Stored
     }
 
-    /// Renews pixels, thermistor, table and flags together (AMG88 spec §4-11-10, §4-11-11).
+    /// Updates pixels, thermistor, table and flags together (AMG88 spec §4-11-10, §4-11-11).
     pub(crate) fn publish(&mut self, words: &Words, options: &Options) {
         if options.stand_by == StandBy::Interrupts || self.mode == Mode::Normal {
             self.interrupt(&words.pixels, options);
@@ -320,14 +317,14 @@ impl Registers {
         }
     }
 
-    /// Woken from sleep: the next frame has no predecessor to differ from.
+    /// Wakes from sleep: the next frame has no predecessor to compare with.
     pub(crate) fn wake(&mut self, after_wake: AfterWake) {
         self.measured = false;
         self.volatile = false;
         self.undefined = after_wake == AfterWake::Undefined;
     }
 
-    /// One bit a pixel: whether it is outside its limits, or still within the hysteresis of having been.
+    /// One bit per pixel: whether it is outside its limits, or was and is still within the hysteresis.
     fn compared(&self, pixels: &[u16; PIXELS], zero_levels: ZeroLevels) -> u64 {
         if zero_levels == ZeroLevels::AlwaysTrip && self.levels == [0; 6] {
             return u64::MAX;
@@ -344,7 +341,7 @@ impl Registers {
                 (false, true) => (word::signed(*new) - word::signed(*old)).clamp(-2048, 2047),
                 (false, false) => 0,
             };
-            // Trips beyond a level, not on it, and releases only a hysteresis inside (AMG88 spec §4-11-8, users' reports).
+            // Trips beyond a level, not on it; releases only a hysteresis inside (AMG88 spec §4-11-8, users' reports).
             let beyond = value > upper || value < lower;
             let settled = value <= upper - hysteresis && value >= lower + hysteresis;
             let tripped = self.outside >> place & 1 != 0;
@@ -397,7 +394,7 @@ impl Registers {
         self.outside = 0;
     }
 
-    /// The thermistor holds, the pixels go (AMG88 spec of 2016, table of resets in §4-11-2).
+    /// The thermistor stays, the pixels clear (AMG88 spec of 2016, table of resets in §4-11-2).
     fn reset_initially(&mut self, options: &Options) {
         self.status = 0;
         self.clear_table();
@@ -412,13 +409,13 @@ impl Registers {
     }
 }
 
-/// Whether the register is the upper half of a word: of a level, the hysteresis, the thermistor or a pixel.
+/// Whether the register is the high byte of a level, the hysteresis, the thermistor or a pixel.
 fn is_high_byte(register: u8) -> bool {
     let word = matches!(register, address::LEVELS_FIRST..=address::THERMISTOR_HIGH | address::PIXELS_FIRST..=0xFF);
     word && register % 2 == 1
 }
 
-/// What this register reads if it is one of these pixels.
+/// The byte of this register if it belongs to one of these pixels.
 fn pixel_byte(pixels: &[u16], register: u8) -> Option<u8> {
     let place = usize::from(register.checked_sub(address::PIXELS_FIRST)?);
     Some(pixels.get(place / 2)?.to_le_bytes()[place % 2])

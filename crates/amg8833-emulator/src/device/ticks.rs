@@ -1,37 +1,35 @@
-//! The sensor's own clock: which tick falls at what time, and how it strays from its nominal speed.
+//! The sensor's clock: the time of each tick, and how its speed deviates from nominal.
 
 use core::fmt;
 use core::time::Duration;
 use grideye_frame::TICK;
 
-/// The array always measures ten times a second (AMG88 spec §4-11-3 with the users' reports on 1 fps).
+/// The array always measures ten times per second (AMG88 spec §4-11-3 and users' reports on 1 fps).
 const PERIOD_NS: u128 = TICK.as_nanos();
 const MILLION: i128 = 1_000_000;
-/// One tick in nanoseconds times half millionths of the nominal speed: the mean of two whole speeds is whole in halves.
+/// The work of one tick, in nanoseconds times half millionths of nominal speed: the mean of two whole speeds is whole
+/// in halves.
 const WORK_PER_TICK: u128 = PERIOD_NS * 2_000_000;
 const NANOSECONDS_PER_HOUR: u128 = 3_600_000_000_000;
-/// The fastest drift that has an effect.
 const PPM_PER_HOUR_MAX: i32 = 2 * CLOCK_ERROR_PPM_MAX;
 
-/// Counts from one origin in whole numbers, so that nothing accumulates however long it runs.
+/// Counts from one origin in whole numbers, so that no error accumulates.
 #[derive(Debug, Clone)]
 pub(crate) struct Ticks {
-    /// When the clock was started.
     started_ns: u128,
     error_ppm: i32,
     drift: Drift,
-    /// The stretch that holds now, or held a while ago.
+    /// The current stretch, or an earlier one.
     stretch: Stretch,
 }
 
-/// A while in which the speed is constant, or changes evenly.
+/// A period in which the speed is constant or changes evenly.
 #[derive(Debug, Clone, Copy)]
 struct Stretch {
-    /// Host time in nanoseconds of its start.
+    /// Host time of its start, in nanoseconds.
     origin_ns: u128,
-    /// Ticks at the origin.
     counted: u64,
-    /// Part of the next tick that was already done at the origin, less than `WORK_PER_TICK`.
+    /// The part of the next tick already done at the origin, less than `WORK_PER_TICK`.
     done: u128,
     /// The speed at the origin: millionths of the nominal speed times `over_ns`, positive.
     speed: u128,
@@ -39,7 +37,7 @@ struct Stretch {
     rise: i32,
     /// ... in this many nanoseconds.
     over_ns: u128,
-    /// How long it lasts; `None` forever.
+    /// Its length; `None` if it never ends.
     length_ns: Option<u128>,
 }
 
@@ -55,7 +53,7 @@ impl Ticks {
         ticks
     }
 
-    /// How many ticks have come by this time; a tick that falls on it has come.
+    /// How many ticks have come by this time, including one that falls on it.
     pub(crate) fn count(&self, now: Duration) -> u64 {
         let stretch = self.holding_at(now.as_nanos());
         let elapsed_ns = now.as_nanos().saturating_sub(stretch.origin_ns);
@@ -75,7 +73,7 @@ impl Ticks {
         Duration::from_nanos(u64::try_from(nanoseconds).unwrap_or(u64::MAX))
     }
 
-    /// Another error from now on, with the drift as ever; the tick under way keeps what of it is done.
+    /// Sets the error from now on; the drift continues and the current tick keeps its progress.
     pub(crate) fn set_error(&mut self, clock_error_ppm: i32, now: Duration) {
         self.error_ppm = clock_error_ppm;
         let now_ns = now.as_nanos();
@@ -87,7 +85,7 @@ impl Ticks {
         };
     }
 
-    /// Forgets the stretches that are over.
+    /// Drops past stretches.
     pub(crate) fn settle(&mut self, now: Duration) {
         self.stretch = self.holding_at(now.as_nanos());
     }
@@ -103,7 +101,7 @@ impl Ticks {
         stretch
     }
 
-    /// What holds from `elapsed_ns` into this stretch on.
+    /// The stretch that follows `elapsed_ns` after this one's origin.
     fn following(&self, stretch: &Stretch, elapsed_ns: u128) -> Stretch {
         let (counted, done) = stretch.after(elapsed_ns);
         self.from(stretch.origin_ns.saturating_add(elapsed_ns), counted, done)
@@ -127,7 +125,7 @@ impl Ticks {
         }
     }
 
-    /// A rise by the hour, until the error is at its limit.
+    /// A steady change per hour, until the error reaches its limit.
     fn even(&self, rise: i32, age_ns: u128) -> Stretch {
         let rise = rise.clamp(-PPM_PER_HOUR_MAX, PPM_PER_HOUR_MAX);
         let error = held(i64::from(self.error_ppm));
@@ -144,7 +142,7 @@ impl Ticks {
         Stretch::line(error, rise, age_ns, NANOSECONDS_PER_HOUR, until_ns - age_ns)
     }
 
-    /// A line between two points of a curve; beyond either end, the error of the nearest.
+    /// A line between two points of a curve; beyond either end, the nearest point's error.
     fn between(&self, before: Option<Point>, after: Option<Point>, age_ns: u128) -> Stretch {
         let sum = |ppm: i32| held(i64::from(self.error_ppm) + i64::from(ppm));
         match (before, after) {
@@ -177,7 +175,7 @@ impl Stretch {
         }
     }
 
-    /// From `error_ppm` by `rise` in `over_ns`, of which `into_ns` are past and `length_ns` come.
+    /// A change of `rise` from `error_ppm` over `over_ns`; `into_ns` have passed and `length_ns` remain.
     fn line(error_ppm: i32, rise: i32, into_ns: u128, over_ns: u128, length_ns: u128) -> Self {
         Self {
             speed: speed(error_ppm, rise, into_ns, over_ns),
@@ -188,7 +186,7 @@ impl Stretch {
         }
     }
 
-    /// Ticks, and the part of the next one that is done, this long after the origin.
+    /// The ticks, and the part of the next one done, this long after the origin.
     fn after(&self, elapsed_ns: u128) -> (u64, u128) {
         let work = (self.work(elapsed_ns) / self.over_ns).saturating_add(self.done);
         let ticks = u64::try_from(work / WORK_PER_TICK).unwrap_or(u64::MAX);
@@ -208,7 +206,7 @@ impl Stretch {
         }
     }
 
-    /// The least time after the origin at which this tick has come, if it comes within the stretch.
+    /// The earliest time after the origin at which this tick has come, if within the stretch.
     fn time_until(&self, tick: u64) -> u128 {
         let ticks = u128::from(tick.saturating_sub(self.counted));
         let work = (ticks * WORK_PER_TICK).saturating_sub(self.done);
@@ -239,25 +237,24 @@ fn signed(nanoseconds: u128) -> i128 {
     i128::try_from(nanoseconds).unwrap_or(i128::MAX)
 }
 
-/// The error within its limits.
 fn held(error_ppm: i64) -> i32 {
     let limit = i64::from(CLOCK_ERROR_PPM_MAX);
     i32::try_from(error_ppm.clamp(-limit, limit)).unwrap_or(0)
 }
 
-/// The largest error of a clock that has an effect, in parts per million either way: 50 %.
+/// The largest effective clock error, in parts per million either way: 50 %.
 pub const CLOCK_ERROR_PPM_MAX: i32 = 500_000;
 
-/// The longest stretch between two points of a [`DriftCurve`]: 100 days.
+/// The longest time between two points of a [`DriftCurve`]: 100 days.
 pub const DRIFT_STRETCH_MAX: Duration = Duration::from_secs(100 * 86_400);
 
-/// What is added to [`Options::clock_error_ppm`](crate::Options::clock_error_ppm) from power-on on.
+/// An error that adds to [`Options::clock_error_ppm`](crate::Options::clock_error_ppm) after power-on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Drift {
     /// The error stays.
     #[default]
     None,
-    /// The error changes evenly by this many parts per million in an hour, a million at most.
+    /// The error changes by this many parts per million per hour, at most a million.
     PpmPerHour(i32),
     /// The error follows a curve.
     Curve(DriftCurve),
@@ -266,20 +263,20 @@ pub enum Drift {
 /// The time since power-on, and the error in parts per million.
 pub(crate) type Point = (Duration, i32);
 
-/// Points of (time since power-on, error in parts per million), with lines between them; constant before and after.
+/// Points of (time since power-on, error in parts per million) joined by lines; constant before and after.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DriftCurve(&'static [(Duration, i32)]);
 
-/// What is wrong with the points of a curve.
+/// Why the points do not make a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DriftError {
-    /// There are none.
+    /// There are no points.
     Empty,
-    /// The point of this number, from 0, is not later than the one before.
+    /// This point, counted from 0, is not later than the previous one.
     Order(usize),
-    /// The point of this number comes more than [`DRIFT_STRETCH_MAX`] after the one before, or after power-on.
+    /// This point comes more than [`DRIFT_STRETCH_MAX`] after the previous one, or after power-on.
     Stretch(usize),
-    /// The point of this number has an error in parts per million beyond [`CLOCK_ERROR_PPM_MAX`].
+    /// This point's error in parts per million exceeds [`CLOCK_ERROR_PPM_MAX`].
     TooFar(usize, i32),
 }
 
@@ -287,7 +284,7 @@ impl DriftCurve {
     /// A curve through these points.
     ///
     /// # Errors
-    /// When there are no points, when they are not in order of time, or when a time or an error is beyond its limit.
+    /// [`DriftError`] if there are no points, they are out of order, or a time or an error exceeds its limit.
     pub fn new(points: &'static [(Duration, i32)]) -> Result<Self, DriftError> {
         if points.is_empty() {
             return Err(DriftError::Empty);
@@ -321,21 +318,21 @@ impl fmt::Display for DriftError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Empty => formatter.write_str(
-                "a drift curve without points\nhint: for a clock without drift, leave the curve out",
+                "drift curve has no points\nhint: for a clock without drift, omit the curve",
             ),
             Self::Order(point) => write!(
                 formatter,
-                "point {point} of the drift curve is not later than the one before"
+                "point {point} of the drift curve is not later than the previous one"
             ),
             Self::Stretch(point) => write!(
                 formatter,
-                "point {point} of the drift curve comes more than {} days after the one before\nhint: put points in \
-                 between",
+                "point {point} of the drift curve comes more than {} days after the previous one\nhint: add points \
+                 in between",
                 DRIFT_STRETCH_MAX.as_secs() / 86_400
             ),
             Self::TooFar(point, ppm) => write!(
                 formatter,
-                "point {point} of the drift curve has an error of {ppm} ppm, beyond {CLOCK_ERROR_PPM_MAX} either way"
+                "point {point} of the drift curve has an error of {ppm} ppm, at most {CLOCK_ERROR_PPM_MAX} either way is possible"
             ),
         }
     }
@@ -354,7 +351,7 @@ mod tests {
         Ticks::new(origin, ppm, Drift::None)
     }
 
-    /// Each tick comes at its time, and not a nanosecond before.
+    /// Each tick comes exactly at its time, not a nanosecond earlier.
     fn check(ticks: &Ticks, numbers: &[u64], what: &str) {
         for tick in numbers {
             let time = ticks.time(*tick);
@@ -382,7 +379,7 @@ mod tests {
         }
     }
 
-    /// Reference section 2.4 and real-sensor statistics: a sensor 4 % slow gives 9.6 frames a second.
+    /// A sensor 4 % slow gives 9.6 frames per second (reference section 2.4 and real-sensor statistics).
     #[test]
     fn a_slow_clock_loses_no_tick_over_a_day() {
         let ticks = steady(Duration::ZERO, -40_000);
@@ -410,15 +407,15 @@ mod tests {
 
     const DAY: Duration = Duration::from_secs(86_400);
 
-    /// The integral of the speed over a day: 864,000 ticks, and for a drift of d ppm an hour d * 24^2 / 2 hours more
-    /// millionths of it. For 100 ppm an hour, 28,800 ppm hours are 103.68 s, or 1,036.8 ticks.
+    /// The integral of the speed over a day: 864,000 ticks, plus d * 24^2 / 2 hour-millionths for a drift of d ppm per
+    /// hour. For 100 ppm per hour, 28,800 ppm hours are 103.68 s, or 1,036.8 ticks.
     #[test]
     fn a_drift_by_the_hour_is_exact_over_a_day() {
         for (ppm_per_hour, count) in [(0, 864_000), (100, 865_036), (-100, 862_963), (1, 864_010)] {
             let ticks = Ticks::new(Duration::ZERO, 0, Drift::PpmPerHour(ppm_per_hour));
             assert_eq!(ticks.count(DAY), count, "{ppm_per_hour} ppm an hour");
         }
-        // The nanosecond at which tick 865,036 falls solves t + 50e-6 t^2 / 3600 = 86,503.6 s.
+        // Tick 865,036 falls at the t that solves t + 50e-6 t^2 / 3600 = 86,503.6 s.
         let ticks = Ticks::new(Duration::ZERO, 0, Drift::PpmPerHour(100));
         let t = ticks.time(865_036).as_secs_f64();
         assert!((t + 50e-6 * t * t / 3600.0 - 86_503.6).abs() < 1e-9, "{t}");
@@ -444,7 +441,7 @@ mod tests {
         }
     }
 
-    /// A line from 20,000 to -20,000 ppm and back takes away on the second half what it gave on the first.
+    /// A line from 20,000 to -20,000 ppm and back loses in the second half what it gained in the first.
     #[test]
     fn a_curve_is_the_integral_of_its_lines() {
         static POINTS: [(Duration, i32); 3] = [
@@ -456,9 +453,9 @@ mod tests {
         let ticks = Ticks::new(Duration::ZERO, 0, curve);
         assert_eq!(ticks.time(864_000), DAY);
         assert_eq!(ticks.time(432_000), DAY / 2);
-        // A quarter day in, the mean error so far is 10,000 ppm: 216,000 ticks and a hundredth of them.
+        // A quarter day in, the mean error so far is 10,000 ppm: 216,000 ticks plus a hundredth.
         assert_eq!(ticks.time(218_160), DAY / 4);
-        // Behind the last point its error stays.
+        // After the last point its error stays.
         assert_eq!(ticks.count(DAY * 2), 864_000 + 881_280);
     }
 
@@ -486,7 +483,7 @@ mod tests {
     #[test]
     fn a_drift_ends_at_the_limit_of_the_error() {
         let ticks = Ticks::new(Duration::ZERO, 0, Drift::PpmPerHour(-1_000_000));
-        // Half an hour from 0 to -50 %, a mean of -25 %; from then on half speed.
+        // Half an hour from 0 to -50 %, a mean of -25 %; half speed from then on.
         assert_eq!(ticks.time(13_500), Duration::from_secs(1_800));
         assert_eq!(ticks.time(13_501), Duration::from_millis(1_800_200));
     }

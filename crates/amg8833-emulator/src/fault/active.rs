@@ -1,4 +1,4 @@
-//! Which faults are active on one bus, and what they do to one transaction, one byte, one frame.
+//! The active faults of one bus, and their effect on a transaction, a byte or a frame.
 
 use crate::fault::kind::{Chance, Fault, FaultCounts, FaultKind, FaultSet, Unit, draw};
 use crate::signal::{Address, BusError};
@@ -6,20 +6,18 @@ use crate::word::Words;
 use core::num::NonZeroU32;
 use grideye_frame::{PIXELS, PixelIndex};
 
-/// The most faults that can be set by call on one bus at a time, its sensors' included.
+/// The most faults that calls can set on one bus at a time, including its sensors.
 pub const FAULTS_MAX: usize = 16;
 const WORD: u16 = 0xFFF;
-/// Streams of draws: this bit tells the faults set by call from a script's rules.
+/// This bit separates the random streams of faults set by call from those of a script's rules.
 const BY_CALL: u64 = 1 << 40;
 
-/// One active fault.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Entry {
     pub(crate) fault: Fault,
     pub(crate) chance: Chance,
-    /// Which stream of draws is its own.
     pub(crate) stream: u64,
-    /// The sensor that has it; `None` for the whole bus.
+    /// The sensor it is on; `None` for the whole bus.
     pub(crate) target: Option<Address>,
     pub(crate) left: Option<u32>,
 }
@@ -29,7 +27,7 @@ impl Entry {
         self.fault.kind()
     }
 
-    /// Whether a transaction to this address can meet it. A held line or a missing adapter is everybody's.
+    /// Whether a transaction to this address can meet it. A held line or a missing adapter affects every address.
     fn aims_at(&self, address: Option<Address>) -> bool {
         let of_the_bus = matches!(self.fault, Fault::Hang | Fault::AdapterGone);
         of_the_bus || self.target.is_none() || self.target == address
@@ -39,7 +37,7 @@ impl Entry {
         self.chance.hits(draw(seed, self.stream, place))
     }
 
-    /// As [`strikes`](Self::strikes), of a frame of the sensor at this address.
+    /// As [`strikes`](Self::strikes), for a frame of the sensor at this address.
     fn spoils(&self, seed: u64, address: Address, number: u64) -> bool {
         self.kind().unit() == Unit::Frame
             && self.aims_at(Some(address))
@@ -47,7 +45,6 @@ impl Entry {
     }
 }
 
-/// What is lasting about a sensor's faults.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Condition {
     pub(crate) unpowered: bool,
@@ -73,10 +70,10 @@ impl Spoil {
     }
 }
 
-/// What the faults of one transaction do after START.
+/// The faults of one transaction after START.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Plan {
-    /// Whether anything happens to its bytes.
+    /// Whether any fault affects the bytes.
     pub(crate) any: bool,
     pub(crate) silent: Option<FaultKind>,
     pub(crate) nack_byte: Option<u16>,
@@ -93,22 +90,21 @@ pub(crate) struct Plan {
 pub(crate) struct Faults {
     pub(crate) seed: u64,
     by_call: [Option<Entry>; FAULTS_MAX],
-    /// All slots from here on are empty: without a fault, none is looked at.
+    /// All slots from here on are empty, so without a fault none is checked.
     used: usize,
-    /// A place for each rule of the script.
     #[cfg(feature = "alloc")]
     pub(crate) by_rule: alloc::vec::Vec<Option<Entry>>,
     pub(crate) counts: FaultCounts,
-    /// What happened in a moment since the last transaction, for the trace.
+    /// Momentary faults since the last transaction, for the trace.
     pub(crate) happened: FaultSet,
-    /// Transactions, bytes of data and stretches set by call so far: faults are drawn by them.
+    /// Transactions, data bytes and stretches set by call so far: the places in the random streams.
     transactions: u64,
     bytes: u64,
     stretches: u64,
 }
 
 impl Faults {
-    /// Adds this fault, or replaces the one of its kind and target. `false` when there is no room.
+    /// Adds this fault or replaces the one of its kind and target. `false` if there is no room.
     pub(crate) fn set(&mut self, fault: Fault, target: Option<Address>, chance: Chance) -> bool {
         let kind = fault.kind();
         let same = |slot: &Option<Entry>| {
@@ -150,7 +146,7 @@ impl Faults {
         self.note_used();
     }
 
-    /// Every kind that the sensor at this address meets, itself or with its bus.
+    /// Every kind that the sensor at this address meets, its own or its bus's.
     pub(crate) fn at(&self, address: Option<Address>) -> FaultSet {
         self.aimed_at(address).map(Entry::kind).collect()
     }
@@ -176,13 +172,13 @@ impl Faults {
         })
     }
 
-    /// Whether frames have to be gone through one by one.
+    /// Whether frames must be handled one by one.
     pub(crate) fn spoils_frames(&self) -> bool {
         self.active()
             .any(|entry| entry.kind().unit() == Unit::Frame)
     }
 
-    /// What the frame of this number of the sensor at this address gets.
+    /// The faults of this frame of the sensor at this address.
     pub(crate) fn spoil(&self, address: Address, number: u64) -> Option<Spoil> {
         let mut spoil = Spoil {
             pixels: [None; PIXELS],
@@ -208,19 +204,19 @@ impl Faults {
         (!spoil.kinds.is_empty()).then_some(spoil)
     }
 
-    /// Counts what [`spoil`](Self::spoil) said of a frame that has come.
+    /// Counts the faults of [`spoil`](Self::spoil) once the frame has come.
     pub(crate) fn settle_frame(&mut self, address: Address, number: u64) {
         let seed = self.seed;
         self.spend(|entry| entry.spoils(seed, address, number));
     }
 
-    /// One more transaction; its number is what everything in it is drawn by.
+    /// Begins a transaction; every draw in it uses the returned number.
     pub(crate) fn begin(&mut self) -> u64 {
         self.transactions += 1;
         self.transactions
     }
 
-    /// What keeps the controller from reaching anybody: the place of the first in [`CONTROLLER`].
+    /// The index in [`CONTROLLER`] of the strongest fault that blocks the controller.
     pub(crate) fn blocking(&self, address: Option<Address>, place: u64) -> Option<usize> {
         self.active().next()?;
         CONTROLLER.iter().position(|(kind, _)| {
@@ -229,7 +225,7 @@ impl Faults {
         })
     }
 
-    /// What happens to a transaction that reaches the sensor at this address.
+    /// The faults of a transaction that reaches the sensor at this address.
     pub(crate) fn plan(&self, address: Address, place: u64) -> Plan {
         let mut plan = Plan::default();
         for entry in self.aimed_at(Some(address)) {
@@ -245,7 +241,7 @@ impl Faults {
         plan
     }
 
-    /// The transaction is over, and these kinds struck: each is counted once, and spends one of its times.
+    /// Ends a transaction: counts each kind that struck once, and spends one of its times.
     pub(crate) fn settle(&mut self, address: Option<Address>, place: u64, struck: FaultSet) {
         if struck.is_empty() {
             return;
@@ -263,7 +259,7 @@ impl Faults {
         self.bytes += 1;
     }
 
-    /// Inverts bits of the byte that passes; whether there were any.
+    /// Inverts bits of the passing byte; returns whether it did.
     pub(crate) fn flip(
         &mut self,
         byte: &mut u8,
@@ -305,7 +301,7 @@ impl Faults {
         self.used = last.map_or(0, |place| place + 1);
     }
 
-    /// So many bits for what is left open about a fault, drawn apart from whether it strikes.
+    /// This many random bits for an open detail of a fault, independent of whether it strikes.
     fn any(&self, entry: &Entry, place: u64, bits: u32) -> u64 {
         draw(self.seed, !entry.stream, place) >> (64 - bits)
     }
@@ -314,7 +310,6 @@ impl Faults {
         self.active().filter(move |entry| entry.aims_at(address))
     }
 
-    /// The active faults: those by call first.
     fn active(&self) -> impl Iterator<Item = &Entry> {
         let slots = self.by_call.iter().take(self.used);
         #[cfg(feature = "alloc")]
@@ -322,7 +317,7 @@ impl Faults {
         slots.flatten().filter(|entry| entry.left != Some(0))
     }
 
-    /// Takes one time from each active fault that was hit, and counts each of their kinds once.
+    /// Spends one time of each active fault that hit, and counts each of their kinds once.
     fn spend(&mut self, hit: impl Fn(&Entry) -> bool) {
         let slots = self.by_call.iter_mut().take(self.used);
         #[cfg(feature = "alloc")]
@@ -363,7 +358,7 @@ impl Plan {
     }
 }
 
-/// What keeps the controller from reaching anybody, the strongest first, and what it then reports.
+/// The faults that block the controller, strongest first, with the error it reports.
 pub(crate) const CONTROLLER: [(FaultKind, BusError); 5] = [
     (FaultKind::AdapterGone, BusError::Gone),
     (FaultKind::Hang, BusError::Timeout),

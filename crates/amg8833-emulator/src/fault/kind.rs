@@ -1,18 +1,18 @@
-//! What can be broken about a sensor and its bus: the kinds of faults, their chances and their counts.
+//! The kinds of faults, their chances and their counts.
 
 use core::fmt;
 use core::num::NonZeroU32;
 use grideye_frame::PixelIndex;
 
-/// What can be broken on command; any number of kinds together.
+/// A fault to inject; any number of kinds combine.
 ///
-/// Where they meet in one transaction, the first on the wire hides the later
-/// ones, which are then not counted: `AdapterGone`, `Hang`, `Timeout`, `ArbitrationLoss`, `BusError`, `Unplugged`,
-/// `NackAddress`. After an acknowledged address all others act together: `ShortClock` cuts the sensor's byte, then
-/// `BitFlip` changes it, and a line held low (`AllZero`) wins over one that is released (`StuckHigh`).
+/// In one transaction, the first of these on the wire hides the later ones, which are then not counted: `AdapterGone`,
+/// `Hang`, `Timeout`, `ArbitrationLoss`, `BusError`, `Unplugged`, `NackAddress`. After an acknowledged address all
+/// others act together: `ShortClock` cuts the sensor's byte, then `BitFlip` changes it, and a line held low (`AllZero`)
+/// wins over a released one (`StuckHigh`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Fault {
-    /// The sensor does not acknowledge its address: a loose wire, or no supply of the bus side.
+    /// The sensor does not acknowledge its address: a loose wire, or no supply on the bus side.
     NackAddress,
     /// The sensor does not acknowledge this written byte of a transaction; 0 is the register address.
     NackByte(u16),
@@ -20,19 +20,19 @@ pub enum Fault {
     BusError,
     /// The controller reports that another one drove the bus.
     ArbitrationLoss,
-    /// The controller gives up this transaction after [`HANG_TIMEOUT`](crate::HANG_TIMEOUT); other addresses work.
+    /// The controller aborts this transaction after [`HANG_TIMEOUT`](crate::HANG_TIMEOUT); other addresses work.
     Timeout,
     /// A line is held low: the controller gives up after [`HANG_TIMEOUT`](crate::HANG_TIMEOUT), whatever the address.
     Hang,
-    /// The sensor misses one SCL pulse: in a read, the bits after it come one place late, and the rest reads 0xFF; a written
-    /// byte is lost and not acknowledged. A Raspberry Pi's controller does this with clock stretching.
+    /// The sensor misses one SCL pulse. In a read, the later bits come one place late, and the rest reads 0xFF; a
+    /// written byte is lost and not acknowledged. A Raspberry Pi's controller does this with clock stretching.
     ShortClock {
         /// The byte within the transaction, after the address; 0 is the first.
         byte: u16,
         /// The bit within the byte, 7 (first on the wire) to 0.
         bit: u8,
     },
-    /// One bit of a byte arrives inverted, in either direction; what is left open may be any.
+    /// One bit of a byte arrives inverted, in either direction. A field left `None` can be any.
     BitFlip {
         /// Only bytes of this register.
         register: Option<u8>,
@@ -45,35 +45,35 @@ pub enum Fault {
     StuckHigh,
     /// Every byte reads 0x00.
     AllZero,
-    /// The supply fails for a moment: the sensor silently starts over with its defaults. Happens once.
+    /// The supply dips: the sensor silently restarts with its defaults. Happens once.
     BrownOut,
     /// As [`Options::freezes_on_fast_wake`](crate::Options::freezes_on_fast_wake).
     FastWake,
-    /// The sensor measures no more; its registers read as before. An initial reset still empties them.
+    /// The sensor stops measuring; its registers read as before. An initial reset still clears them.
     Freeze,
-    /// The registers do not stand still within a transaction, against AMG88 spec §4-11-11.
+    /// The registers change within a transaction, contrary to AMG88 spec §4-11-11.
     Torn {
-        /// `None`: a frame that falls due within a transaction, which takes time, comes at once. Else the pixels before
-        /// this one are always of the frame before the newest.
+        /// `None`: a frame that falls due within a transaction (one that takes time) arrives at once. Otherwise the
+        /// pixels before this one always come from the second newest frame.
         pixel: Option<PixelIndex>,
     },
-    /// The sensor is off the bus and without power. It powers on when the fault ends.
+    /// The sensor is off the bus and unpowered. It powers on when the fault ends.
     Unplugged,
-    /// The adapter is gone, and all its sensors are without power. They power on when the fault ends.
+    /// The adapter is gone and all its sensors are unpowered. They power on when the fault ends.
     AdapterGone,
-    /// A pixel of a measured frame has this word. The interrupts see it too.
+    /// A pixel of a measured frame has this word, which the interrupts also see.
     PixelGlitch {
-        /// The pixel; `None`: another one in each frame, chosen by the seed.
+        /// The pixel; `None`: a different one in each frame, chosen by the seed.
         pixel: Option<PixelIndex>,
         /// The twelve bits of the register word: 0xFFF is -0.25 °C.
         word: u16,
     },
     /// The thermistor reads this word in every frame.
     ThermistorFailure {
-        /// The twelve bits of the register word: 0xFFF is a failed conversion in the specification of 2011.
+        /// The twelve bits of the register word: 0xFFF is a failed conversion in the 2011 specification.
         word: u16,
     },
-    /// Another [`Options::clock_error_ppm`](crate::Options::clock_error_ppm), without a jump of the phase.
+    /// Another [`Options::clock_error_ppm`](crate::Options::clock_error_ppm), without a phase jump.
     ClockError {
         /// Parts per million, positive is fast.
         ppm: i32,
@@ -85,14 +85,14 @@ pub enum Fault {
     },
 }
 
-/// What a kind of fault is drawn and counted by.
+/// The unit in which a kind of fault is drawn and counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Unit {
-    /// A transaction that it broke or changed.
+    /// A transaction that the fault broke or changed.
     Transaction,
-    /// A byte that it changed.
+    /// A byte that the fault changed.
     Byte,
-    /// A frame of the sensor that it spoiled.
+    /// A sensor frame that the fault spoiled.
     Frame,
     /// A stretch of time, drawn and counted once when it begins.
     Stretch,
@@ -100,7 +100,7 @@ pub enum Unit {
 
 macro_rules! kinds {
     ($($kind:ident = $name:literal, $unit:ident;)+) => {
-        /// A [`Fault`] without its particulars.
+        /// A [`Fault`] without its parameters.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub enum FaultKind {
             $(#[doc = concat!("[`Fault::", stringify!($kind), "`].")] $kind,)+
@@ -118,7 +118,7 @@ macro_rules! kinds {
                 match self { $(Self::$kind => $name),+ }
             }
 
-            /// What it is drawn and counted by.
+            /// The unit in which this kind is drawn and counted.
             #[must_use]
             pub const fn unit(self) -> Unit {
                 match self { $(Self::$kind => Unit::$unit),+ }
@@ -126,7 +126,7 @@ macro_rules! kinds {
         }
 
         impl Fault {
-            /// Which kind it is, without its particulars.
+            /// The kind, without its parameters.
             #[must_use]
             pub const fn kind(self) -> FaultKind {
                 match self { $(Self::$kind { .. } => FaultKind::$kind),+ }
@@ -159,13 +159,13 @@ kinds! {
 }
 
 impl FaultKind {
-    /// The kind of this name.
+    /// The kind with this name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.name() == name)
     }
 
-    /// Its place in [`ALL`](Self::ALL).
+    /// Its index in [`ALL`](Self::ALL).
     #[expect(
         clippy::as_conversions,
         reason = "the place of a variant is its number"
@@ -185,7 +185,7 @@ impl fmt::Display for FaultKind {
     }
 }
 
-/// A set of kinds of faults. Shown as their names with a space between.
+/// A set of fault kinds. Displays their names separated by spaces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 pub struct FaultSet(u32);
 
@@ -266,16 +266,16 @@ impl FaultCounts {
     }
 }
 
-/// How likely a fault strikes at each occasion that its [`Unit`] gives it.
+/// How likely a fault strikes on each occasion, as counted by its [`Unit`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Chance(u64);
 
 impl Chance {
-    /// At every occasion.
+    /// On every occasion.
     pub const ALWAYS: Self = Self(Self::ONE);
-    /// At none.
+    /// Never.
     pub const NEVER: Self = Self(0);
-    /// Whole multiples of 2^-53, which an `f64` has exactly.
+    /// One in units of 2^-53, which an `f64` represents exactly.
     const ONE: u64 = 1 << 53;
 
     /// This probability; `None` outside 0 to 1.
@@ -295,18 +295,18 @@ impl Chance {
         Some(Self(parts))
     }
 
-    /// Whether this number, drawn from all of `u64`, hits.
+    /// Whether a number drawn from all of `u64` hits.
     pub(crate) const fn hits(self, drawn: u64) -> bool {
         drawn >> 11 < self.0
     }
 }
 
-/// The number at this place of a stream of draws, by SplitMix64's finalizer (Steele, Lea, Flood, OOPSLA 2014).
+/// The number at this place of a random stream, by SplitMix64's finalizer (Steele, Lea, Flood, OOPSLA 2014).
 pub(crate) const fn draw(seed: u64, stream: u64, place: u64) -> u64 {
     mix(mix(mix(seed) ^ stream) ^ place)
 }
 
-/// A seed of its own for each of several buses.
+/// One SplitMix64 step. Also derives each bus's own seed.
 pub(crate) const fn mix(value: u64) -> u64 {
     let value = value.wrapping_add(0x9E37_79B9_7F4A_7C15);
     let value = (value ^ (value >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -354,7 +354,7 @@ mod tests {
         assert!(half.hits((1 << 63) - 1) && !half.hits(1 << 63));
     }
 
-    /// The first outputs of SplitMix64 from the state 0 in Vigna's reference, https://prng.di.unimi.it/splitmix64.c.
+    /// SplitMix64's first outputs from state 0, from Vigna's reference https://prng.di.unimi.it/splitmix64.c.
     #[test]
     fn the_mixture_is_splitmix64() {
         assert_eq!(mix(0), 0xE220_A839_7B1D_CDAF);

@@ -1,4 +1,4 @@
-//! The traits of `embedded-hal-async` 1.0.
+//! The bus and the INT pin on the traits of `embedded-hal-async` 1.0.
 
 use crate::bus::Bus;
 use crate::clock::Clock;
@@ -15,12 +15,12 @@ use embedded_hal_async::digital::Wait;
 use embedded_hal_async::i2c::I2c;
 use grideye_frame::TICK;
 
-/// The step in which an emulated clock moves while a sensor that measures nothing is waited for: the sensor's period.
+/// The step of an emulated clock while waiting for a sensor that measures nothing: the sensor's period.
 const IDLE_STEP: Duration = TICK;
 
 macro_rules! at_once {
     ($($bus:ty),+) => {
-        $(/// Ready at once: the emulated bus does its work, and lets its clock pass, within one poll.
+        $(/// Ready at once: the emulated bus does its work and advances its clock within one poll.
         impl<C: Clock, S: FrameSource> I2c for $bus {
             async fn transaction(
                 &mut self,
@@ -35,9 +35,10 @@ macro_rules! at_once {
 
 at_once!(Bus<C, S>, SharedBus<'_, C, S>, Mux<C, S>);
 
-/// Each poll looks at the pin, moves an emulated clock on to the sensor's next frame ([`Clock::wait`]) and looks again, so
-/// that tasks that wait for one another go through the same emulated time whatever the executor. A real clock ignores
-/// that: its pin is polled as fast as the executor likes, unless the program waits for [`IntPin::next_frame_at`] first.
+/// Each poll checks the pin, advances an emulated clock to the sensor's next frame ([`Clock::wait`]) and checks again,
+/// so that tasks waiting for one another share the same emulated time on any executor. A real clock ignores the
+/// advance: the executor then polls the pin as fast as it likes, unless the program waits for [`IntPin::next_frame_at`]
+/// first.
 ///
 /// No edge after the first poll is missed. A wait ends with [`PinError::Late`] after [`WAIT_MAX`](crate::WAIT_MAX).
 impl<C: Clock, S: FrameSource> Wait for IntPin<'_, C, S> {
@@ -64,7 +65,7 @@ impl<C: Clock, S: FrameSource> Wait for IntPin<'_, C, S> {
 
 type Edges = (u64, u64);
 
-/// Waits until the pin is low, or its edges before and now are, as `came` asks.
+/// Waits until `came` accepts the pin's level (low or not) and its edge counts before and now.
 async fn wait<C: Clock, S: FrameSource>(
     pin: &IntPin<'_, C, S>,
     came: impl Fn(bool, Edges, Edges) -> bool,
@@ -82,7 +83,8 @@ async fn wait<C: Clock, S: FrameSource>(
 }
 
 impl<C: Clock, S: FrameSource> IntPin<'_, C, S> {
-    /// Looks at the pin; unless that is what was waited for, moves an emulated clock on to the next frame and looks again.
+    /// Checks the pin; if the awaited change has not come, advances an emulated clock to the next frame and checks
+    /// again.
     fn look(
         &self,
         begun: &mut Option<(Duration, Edges)>,

@@ -1,4 +1,4 @@
-//! The traits of `embedded-hal` 0.2, each by way of those of 1.0.
+//! The bus and the INT pin on the traits of `embedded-hal` 0.2, by way of 1.0.
 
 use crate::bus::Bus;
 use crate::clock::Clock;

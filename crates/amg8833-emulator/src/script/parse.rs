@@ -1,4 +1,4 @@
-//! Scripts in TOML: `scripts/README.md` is the format.
+//! Reads scripts in TOML; `scripts/README.md` describes the format.
 
 use crate::device::ticks::CLOCK_ERROR_PPM_MAX;
 use crate::fault::{Chance, Fault, FaultKind, Unit};
@@ -20,10 +20,10 @@ use toml::Spanned;
 const WORD_MAX: i64 = 0xFFF;
 
 impl Script {
-    /// Reads a script in TOML. `origin` is what errors call it, a file name as a rule.
+    /// Reads a script in TOML. `origin` names the script in errors, usually its file name.
     ///
     /// # Errors
-    /// What is wrong, with the place in the text, the field, and what to write instead.
+    /// [`ScriptError`] with the place in the text, the field, and what to write instead.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, ScriptError> {
         if text.len() > SCRIPT_BYTES_MAX {
             return Err(ScriptError::TooLong(origin.to_owned(), text.len()));
@@ -114,7 +114,7 @@ impl RawFault {
         value.as_ref()
     }
 
-    /// Those of these fields that are there.
+    /// Those of these fields that the fault sets.
     fn given<const N: usize>(
         &self,
         fields: [&'static str; N],
@@ -132,7 +132,7 @@ impl RawFault {
 /// The fields that only some kinds have.
 const PARTICULARS: [&str; 7] = ["byte", "bit", "register", "pixel", "word", "ppm", "hz"];
 
-/// Which particulars a kind must have, and which it may have.
+/// The fields that a kind requires, then those it allows.
 fn particulars_of(kind: FaultKind) -> (&'static [&'static str], &'static [&'static str]) {
     match kind {
         FaultKind::NackByte => (&["byte"], &[]),
@@ -156,7 +156,7 @@ fn names(kinds: impl Iterator<Item = FaultKind>) -> String {
     kinds.map(FaultKind::name).collect::<Vec<_>>().join(", ")
 }
 
-/// Reads one fault, and knows where it stands.
+/// Reads one fault and knows its place in the text.
 struct Reader<'a> {
     text: &'a str,
     origin: &'a str,
@@ -204,7 +204,7 @@ impl Reader<'_> {
                     return Err(self.error(field, value.span(), problem, hint));
                 }
                 None if particulars_of(kind).0.contains(&field) => {
-                    let problem = format!("`{kind}` needs it, and it is not there");
+                    let problem = format!("`{kind}` requires this field");
                     return Err(self.error(field, self.whole.clone(), problem, hint_for(field)));
                 }
                 _ => {}
@@ -261,10 +261,10 @@ impl Reader<'_> {
         let mut first = None;
         for (field, span) in self.raw.given(["duration", "frames", "count"]) {
             let problem = match first {
-                Some(other) => format!("cannot stand beside `{other}`"),
-                None if kind == FaultKind::BrownOut => "`brown-out` is a moment".to_owned(),
+                Some(other) => format!("cannot be combined with `{other}`"),
+                None if kind == FaultKind::BrownOut => "`brown-out` has no length".to_owned(),
                 None if field == "count" && kind.unit() == Unit::Stretch => {
-                    format!("`{kind}` is a stretch of time, of which there is nothing to count")
+                    format!("`{kind}` lasts, so there is nothing to count")
                 }
                 None => {
                     first = Some(field);
@@ -272,7 +272,7 @@ impl Reader<'_> {
                 }
             };
             let hint = match kind {
-                FaultKind::BrownOut => "a supply that stays away is `unplugged`",
+                FaultKind::BrownOut => "for a lasting loss of power, use `unplugged`",
                 _ if first.is_none() => "`duration` or `frames` says how long",
                 _ => "one of `duration`, `frames`, `count` says how long",
             };
@@ -321,7 +321,7 @@ impl Reader<'_> {
             let stretch = matches!(field, "from" | "until");
             match before {
                 Some(other) if !(stretch && matches!(other, "every" | "from")) => {
-                    let problem = format!("cannot stand beside `{other}`");
+                    let problem = format!("cannot be combined with `{other}`");
                     let hint = "one of `at`, `frame`, `every`, or `from` and `until`, says when";
                     return Err(self.error(field, span, problem, hint));
                 }
@@ -332,19 +332,19 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// A moment needs a length, a stretch of time has one.
+    /// A fault that starts at a moment needs a length; only such a fault can have one.
     fn check_length(&self, when: When, lasting: Option<Lasting>) -> Result<(), ScriptError> {
         let moment = matches!(when, When::At(_) | When::Every { .. });
         let begins = moment || matches!(when, When::Frame(_));
         let mut given = self.raw.given(["duration", "frames"]);
         let (field, span, problem, hint) = match (self.kind, lasting) {
             (FaultKind::BrownOut, _) if !begins => {
-                let problem = "`brown-out` is a moment, and it is not said which";
+                let problem = "`brown-out` has no time";
                 ("at", self.whole.clone(), problem, hint_for("at"))
             }
             (FaultKind::BrownOut, _) => return Ok(()),
             (_, None) if moment => {
-                let problem = "it is not said how long it lasts";
+                let problem = "does not say how long the fault lasts";
                 let hint = "add `duration = \"2 s\"`, `frames = 3` or `count = 1`; or write `from` instead of `at`";
                 ("duration", self.whole.clone(), problem, hint)
             }
@@ -362,7 +362,7 @@ impl Reader<'_> {
             return Ok(Chance::ALWAYS);
         };
         Chance::new(*probability.get_ref()).ok_or_else(|| {
-            let problem = format!("{} is no probability", probability.get_ref());
+            let problem = format!("{} is not a probability", probability.get_ref());
             self.error("probability", probability.span(), problem, "0 to 1")
         })
     }
@@ -376,7 +376,7 @@ impl Reader<'_> {
         let known = bits.and_then(Address::from_bits);
         let (problem, hint) = match kind {
             FaultKind::Hang | FaultKind::AdapterGone | FaultKind::SclSpeed => {
-                (format!("`{kind}` is of the whole bus"), "leave it out")
+                (format!("`{kind}` affects the whole bus"), "leave it out")
             }
             _ if known.is_some() => return Ok(known),
             _ => {
@@ -416,7 +416,7 @@ impl Reader<'_> {
                 format!("{least:?} at least"),
             ),
             None => (
-                format!("`{text}` is no time"),
+                format!("`{text}` is not a time"),
                 hint_for("duration").to_owned(),
             ),
         };
@@ -447,31 +447,29 @@ fn hint_for(field: &str) -> &'static str {
         "frame" => "frames count from 1",
         "frames" | "count" => "a whole number from 1",
         "bus" => "the N of /dev/i2c-N",
-        "byte" => "which byte of a transaction behind the address, from 0: `byte = 1`",
-        "bit" => "which bit of the byte, 7 (first on the wire) to 0: `bit = 7`",
+        "byte" => "the byte of a transaction after its address, from 0: `byte = 1`",
+        "bit" => "the bit of the byte, 7 (first on the wire) to 0: `bit = 7`",
         "register" => "a register address: `register = 0x80`",
         "pixel" => "pixels are numbered 1 to 64: `pixel = 28`",
-        "word" => "twelve bits as the register has them: `word = 0xFFF`, or 0x000 for 0.0 °C",
+        "word" => "the twelve bits of the register: `word = 0xFFF`, or 0x000 for 0.0 °C",
         "ppm" => "parts per million, 50000 is 5 % fast: `ppm = -40000`",
         _ => "hertz: `hz = 100000`",
     }
 }
 
-/// What the parser says, with a word on what may have been meant.
 fn with_hint(message: &str) -> String {
     let hint = if message.contains("missing field `kind`") {
-        "\nhint: every [[fault]] says what breaks: kind = \"nack-address\""
+        "\nhint: every [[fault]] needs a kind: kind = \"nack-address\""
     } else if message.contains("expected a string") || message.contains("expected string") {
-        "\nhint: times and kinds stand in quotes: at = \"12.5 s\", kind = \"hang\""
+        "\nhint: put times and kinds in quotes: at = \"12.5 s\", kind = \"hang\""
     } else if message.contains("unknown field") {
-        "\nhint: write one of these instead, or take it out; scripts/README.md says what each means"
+        "\nhint: use one of these, or remove it; scripts/README.md explains each"
     } else {
         "\nhint: a script is a list of [[fault]] tables, and `seed = 7` before the first"
     };
     message.trim().replace('\n', " ") + hint
 }
 
-/// Line and column of the beginning of a span.
 fn place(text: &str, origin: &str, span: Range<usize>) -> Place {
     let before = text.get(..span.start).unwrap_or(text);
     let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
@@ -483,7 +481,7 @@ fn place(text: &str, origin: &str, span: Range<usize>) -> Place {
     )
 }
 
-/// A decimal number and a unit, to the nanosecond.
+/// Parses a decimal number and a unit, to the nanosecond.
 fn duration(text: &str) -> Option<Duration> {
     let text = text.trim();
     let digits_end = text.find(|c: char| !c.is_ascii_digit() && c != '.')?;
@@ -498,7 +496,7 @@ fn duration(text: &str) -> Option<Duration> {
         _ => return None,
     };
     let (whole, fraction) = number.split_once('.').unwrap_or((number, "0"));
-    // Beyond twelve digits a fraction of an hour is less than a nanosecond.
+    // Beyond twelve digits, a fraction of an hour is below a nanosecond.
     if whole.is_empty() || fraction.is_empty() || whole.len() > 20 || fraction.len() > 12 {
         return None;
     }

@@ -1,4 +1,4 @@
-//! The rules of a script: what breaks, when, how long, how likely, and where; and why they cannot be followed.
+//! The rules of a script (what breaks, when, how long, how likely, where), and why a script is invalid.
 
 use crate::fault::{Chance, Fault, FaultKind, Unit, mix};
 use crate::signal::Address;
@@ -7,7 +7,7 @@ use alloc::vec::Vec;
 use core::fmt;
 use core::time::Duration;
 
-/// When a fault comes. Times count from when the script was handed to the bus, frames too, from 1.
+/// When a fault comes. Times and frames (from 1) count from when the bus received the script.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum When {
     /// Throughout.
@@ -18,36 +18,36 @@ pub enum When {
     Between {
         /// The first moment.
         from: Duration,
-        /// The first moment after it.
+        /// The end, not included; `None`: never ends.
         until: Option<Duration>,
     },
-    /// Again and again.
+    /// Repeatedly.
     Every {
-        /// The time from one to the next, [`EVERY_MIN`] at least; the first comes one such time after `from`.
+        /// The time between occurrences, at least [`EVERY_MIN`]; the first comes one period after `from`.
         period: Duration,
         /// When the first period begins.
         from: Duration,
         /// No occurrence begins from this time on.
         until: Option<Duration>,
     },
-    /// With the frame of this number of the sensor at the rule's address, else at the lower one.
+    /// With this frame of the sensor at the rule's address, or of the sensor at the lowest address in use.
     Frame(u64),
 }
 
-/// How long a fault stays once it has come.
+/// How long a fault lasts once it has come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Lasting {
-    /// As long as [`When`] has it.
+    /// As long as [`When`] says.
     ToTheEnd,
     /// This long.
     For(Duration),
-    /// While this many frames of the sensor go by.
+    /// For this many frames of the sensor.
     Frames(u32),
-    /// Until it has struck this often in its [`Unit`], which is not a stretch of time.
+    /// Until it has struck this often, in its [`Unit`]; not for faults counted by [`Unit::Stretch`].
     Times(u32),
 }
 
-/// One fault with its when, how long, how likely, and where.
+/// One fault with when, how long, how likely, and where.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rule {
     /// What breaks.
@@ -56,16 +56,16 @@ pub struct Rule {
     pub when: When,
     /// How long.
     pub lasting: Lasting,
-    /// How likely at each occasion, by the fault's [`Unit`].
+    /// How likely on each occasion, by the fault's [`Unit`].
     pub chance: Chance,
-    /// Which sensor; `None` is the whole bus with all of them.
+    /// Which sensor; `None` for the whole bus with all of its sensors.
     pub address: Option<Address>,
-    /// Which of several buses ([`Script::for_bus`]); `None` is each.
+    /// Which of several buses ([`Script::for_bus`]); `None` for each.
     pub bus: Option<u32>,
 }
 
 impl Rule {
-    /// This fault on the whole bus, all the time, with certainty.
+    /// This fault on the whole bus, always and with certainty.
     #[must_use]
     pub const fn new(fault: Fault) -> Self {
         Self {
@@ -83,24 +83,24 @@ impl Rule {
         let moment = kind == FaultKind::BrownOut;
         match (self.when, self.lasting) {
             (When::Every { period, .. }, _) if period < EVERY_MIN => {
-                Err("a shorter period than 1 ms")
+                Err("the period is shorter than 1 ms")
             }
             (_, Lasting::Times(_)) if kind.unit() == Unit::Stretch => {
-                Err("a count of a fault that is a stretch of time")
+                Err("a fault that lasts cannot have a count")
             }
             (_, Lasting::For(_) | Lasting::Frames(_)) if moment => {
-                Err("a duration of a fault that is a moment")
+                Err("a momentary fault cannot have a duration")
             }
             _ => Ok(()),
         }
     }
 }
 
-/// A list of rules and the seed that all their chances are drawn from.
+/// A list of rules, and the seed for all their chances.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Script {
     seed: u64,
-    /// Rules with their place in the whole script, which is the stream that they draw from.
+    /// Rules with their number in the whole script, which selects their random stream.
     pub(super) rules: Vec<(u64, Rule)>,
     bus: Option<u32>,
 }
@@ -109,7 +109,7 @@ impl Script {
     /// A script of these rules.
     ///
     /// # Errors
-    /// More than [`RULES_MAX`] rules, or one that cannot be.
+    /// [`ScriptError`] on more than [`RULES_MAX`] rules, or an invalid one.
     pub fn new(seed: u64, rules: Vec<Rule>) -> Result<Self, ScriptError> {
         if rules.len() > RULES_MAX {
             return Err(ScriptError::TooManyRules(rules.len()));
@@ -125,7 +125,7 @@ impl Script {
         })
     }
 
-    /// The rules for this bus: those that name it, and those that name none. Each bus draws from a seed of its own.
+    /// The rules for this bus: those that name it or none. Each bus draws from its own seed.
     #[must_use]
     pub fn for_bus(&self, number: u32) -> Self {
         let mut script = self.clone();
@@ -135,12 +135,12 @@ impl Script {
         script
     }
 
-    /// The rules in their order.
+    /// The rules in order.
     pub fn rules(&self) -> impl Iterator<Item = &Rule> {
         self.rules.iter().map(|(_, rule)| rule)
     }
 
-    /// The seed as it was given.
+    /// The seed as given.
     #[must_use]
     pub const fn seed(&self) -> u64 {
         self.seed
@@ -153,7 +153,6 @@ impl Script {
         self
     }
 
-    /// The seed of this bus.
     pub(crate) fn seed_here(&self) -> u64 {
         self.bus
             .map_or(self.seed, |bus| mix(self.seed ^ mix(u64::from(bus))))
@@ -165,10 +164,10 @@ pub const EVERY_MIN: Duration = Duration::from_millis(1);
 
 /// The most rules in one script.
 pub const RULES_MAX: usize = 100;
-/// The longest script that is read.
+/// The longest script accepted.
 pub const SCRIPT_BYTES_MAX: usize = 1 << 20;
 
-/// Where in a script something stands: what the script was called, the line, and the character in it, from 1.
+/// A place in a script: the script's name, line and column, from 1.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place(pub String, pub usize, pub usize);
 
@@ -179,16 +178,16 @@ impl fmt::Display for Place {
     }
 }
 
-/// Why a script cannot be followed.
+/// Why a script is invalid.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ScriptError {
-    /// It is no TOML, or has a key that no script has, or a value of another type: where, and what the parser says.
+    /// Not TOML, an unknown key, or a value of the wrong type: where, and the parser's message.
     Malformed(Place, String),
-    /// A field of a fault cannot be what it is.
+    /// A field of a fault is invalid.
     Field {
         /// Where.
         place: Place,
-        /// Which of the faults, from 1.
+        /// The fault's number, from 1.
         number: usize,
         /// The field's name.
         field: &'static str,
@@ -197,11 +196,11 @@ pub enum ScriptError {
         /// What to write instead.
         hint: String,
     },
-    /// The rule of this number, from 1, which was made in Rust, cannot be, and why.
+    /// A rule made in Rust (its number, from 1) is invalid, and why.
     Rule(usize, &'static str),
-    /// So many rules are more than [`RULES_MAX`].
+    /// This many rules exceed [`RULES_MAX`].
     TooManyRules(usize),
-    /// The text of this origin has so many bytes, which are more than are read.
+    /// The text of this origin, with this many bytes, exceeds [`SCRIPT_BYTES_MAX`].
     TooLong(String, usize),
 }
 
@@ -222,11 +221,11 @@ impl fmt::Display for ScriptError {
             Self::Rule(number, problem) => write!(formatter, "rule {number}: {problem}"),
             Self::TooManyRules(found) => write!(
                 formatter,
-                "{found} rules are more than the {RULES_MAX} of a script\nhint: give each bus a script of its own"
+                "{found} rules, at most {RULES_MAX} are possible\nhint: give each bus its own script"
             ),
             Self::TooLong(origin, bytes) => write!(
                 formatter,
-                "{origin}: {bytes} bytes are more than the {SCRIPT_BYTES_MAX} of a script\nhint: this is some other file"
+                "{origin}: {bytes} bytes, at most {SCRIPT_BYTES_MAX} are possible\nhint: is this a fault script?"
             ),
         }
     }

@@ -1,4 +1,4 @@
-//! A script under way on one bus.
+//! A running script on one bus.
 
 use crate::fault::active::{Entry, Faults};
 use crate::fault::{Chance, FaultKind, Unit, draw};
@@ -7,33 +7,32 @@ use crate::signal::Address;
 use alloc::vec::Vec;
 use core::time::Duration;
 
-/// Occurrences of a rule are drawn apart from what else it draws.
+/// Draws for a rule's occurrences are independent of its other draws.
 const OCCURRENCE: u64 = 1 << 41;
 
-/// How far one rule has come.
 #[derive(Debug)]
 struct Progress {
     stream: u64,
     rule: Rule,
-    /// The occurrence that comes next, from 0; `None` when none comes any more.
+    /// The next occurrence, from 0; `None` if there is none left.
     next: Option<u64>,
-    /// When the one under way ends, if it does.
+    /// When the current occurrence ends, if it does.
     end: Option<End>,
 }
 
 #[derive(Debug, Clone, Copy)]
 enum End {
     Time(Duration),
-    /// When the sensor's frames have reached this number.
+    /// When the sensor's frames reach this number.
     Frame(u64),
 }
 
-/// What a script changed about the sensors, beside their faults.
+/// A script's changes to the sensors, besides their faults.
 #[derive(Debug, Default)]
 pub(crate) struct Changes {
     /// Whether lasting faults may have begun or ended.
     pub(crate) any: bool,
-    /// Sensors that lose their power for a moment; `None` for all.
+    /// Sensors that lose power for a moment; `None` for all.
     pub(crate) brown_outs: Vec<Option<Address>>,
 }
 
@@ -44,9 +43,9 @@ type Frames = [Option<u64>; 2];
 pub(crate) struct Running {
     started: Duration,
     rules: Vec<Progress>,
-    /// What a sensor's own count lacks for the frames at its address since the script began; wraps around.
+    /// Added to a sensor's own count, this gives the frames at its address since the script began; wraps around.
     frames_more: [u64; 2],
-    /// Whether the frames of the sensors have to be gone through one by one.
+    /// Whether frames must be handled one by one.
     pub(crate) counts_frames: bool,
 }
 
@@ -63,29 +62,28 @@ impl Running {
         }
     }
 
-    /// A sensor that had this many frames left its address: those of the next one count on from there.
+    /// A sensor with this many frames left its address: the next one continues its count.
     pub(crate) fn left(&mut self, address: Address, frames: u64) {
         let more = &mut self.frames_more[address.place()];
         *more = more.wrapping_add(frames);
     }
 
-    /// When the next rule begins or ends, if a time says so.
     pub(crate) fn next_event(&self) -> Option<Duration> {
         let times = self.rules.iter().filter_map(Progress::next_time);
         let next = times.min()?;
         Some(self.started.saturating_add(next))
     }
 
-    /// Ends and begins what a time says, now.
+    /// Ends and begins what is due by time.
     pub(crate) fn follow(&mut self, faults: &mut Faults, frames: Frames, now: Duration) -> Changes {
         let elapsed = now.saturating_sub(self.started);
-        // A period that is shorter than the duration lets the next occurrence begin where the one before ends.
+        // With a period shorter than the duration, the next occurrence begins where the previous one ends.
         let ends = |end, _| matches!(end, End::Time(end) if end <= elapsed);
         let start = |rule: &Progress, _| rule.next_start().filter(|start| *start <= elapsed);
         self.follow_each(faults, frames, ends, start)
     }
 
-    /// Ends and begins what the number of a frame says.
+    /// Ends and begins what is due by frame number.
     pub(crate) fn follow_frames(
         &mut self,
         faults: &mut Faults,
@@ -101,13 +99,13 @@ impl Running {
         self.follow_each(faults, frames, ends, start)
     }
 
-    /// Goes on from this time, leaving out what was to be in between.
+    /// Continues from this time, skipping what was due before.
     pub(crate) fn jump(&mut self, faults: &mut Faults, frames: Frames, now: Duration) -> Changes {
         let elapsed = now.saturating_sub(self.started);
         for progress in &mut self.rules {
             progress.skip_to(elapsed);
         }
-        // Every rule begins once at most, and ends.
+        // Every rule begins at most once, and ends.
         let mut changes = self.follow(faults, frames, now);
         for go_on in [Self::follow, Self::follow_frames] {
             let more = go_on(self, faults, frames, now);
@@ -179,7 +177,7 @@ impl Progress {
         matches!(self.rule.when, When::Frame(_)) || matches!(self.rule.lasting, Lasting::Frames(_))
     }
 
-    /// The next time that begins or ends something here.
+    /// The next time at which this rule begins or ends.
     fn next_time(&self) -> Option<Duration> {
         let end = match self.end {
             Some(End::Time(end)) => Some(end),
@@ -203,7 +201,7 @@ impl Progress {
         }
     }
 
-    /// The number of frames at which the next occurrence begins. What spoils a frame is there before it.
+    /// The frame count at which the next occurrence begins; a fault of a frame begins one frame earlier.
     fn next_frame(&self) -> Option<u64> {
         self.next?;
         match self.rule.when {
@@ -215,7 +213,7 @@ impl Progress {
         }
     }
 
-    /// The number of the occurrence that begins, and its fault.
+    /// Begins the next occurrence; returns its number and fault.
     fn begin(&mut self, elapsed: Duration, frames: u64) -> (u64, Entry) {
         let occurrence = self.next.unwrap_or_default();
         self.end = self.end_of(elapsed, frames);

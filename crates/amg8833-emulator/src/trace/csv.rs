@@ -1,4 +1,4 @@
-//! A bus trace as CSV, one line for each message.
+//! A bus trace as CSV, one row per message.
 
 use crate::signal::{Acknowledge, BusError};
 use crate::trace::file::{TRACE_BYTES_MAX, TraceFile};
@@ -9,26 +9,25 @@ use core::fmt::Write as _;
 use core::time::Duration;
 use std::io::Write;
 
-/// The columns, one row a message.
 const HEADER: &str =
     "time_s,bus,transaction,start,address,direction,bytes,acknowledge,stop,end_s,error,faults\n";
 
-/// A log of one or several buses as a table: CSV with a header, one row a message.
+/// A trace of one or several buses as a table: CSV with a header, one row per message.
 ///
 /// | column | values |
 /// |---|---|
 /// | `time_s` | START on the bus's clock, seconds with nine decimals |
-/// | `bus` | as the observer was called |
+/// | `bus` | the name given to the observer |
 /// | `transaction` | number of the transaction on its bus, from 1 |
 /// | `start` | `S` START, `Sr` repeated START, `none` no adapter |
 /// | `address` | seven bits, `0x69` |
 /// | `direction` | `write`, `read` |
 /// | `bytes` | `0x80 0x01`, what the controller sent or received |
 /// | `acknowledge` | `ack`, `nack-address`, `nack-byte` (the last of the bytes) |
-/// | `stop` | `P`, or nothing before a repeated START and where the controller gave up |
-/// | `end_s` | as `time_s`, of the end |
-/// | `error` | `nack`, `bus-error`, `arbitration-loss`, `timeout`, `gone`, or nothing |
-/// | `faults` | names of [`FaultKind`](crate::FaultKind)s with a space between |
+/// | `stop` | `P`; empty before a repeated START and where the controller gave up |
+/// | `end_s` | the end, as `time_s` |
+/// | `error` | `nack`, `bus-error`, `arbitration-loss`, `timeout`, `gone`, or empty |
+/// | `faults` | names of [`FaultKind`](crate::FaultKind)s, separated by spaces |
 pub type CsvTrace<W> = TraceFile<W, Table>;
 
 /// The format of a [`CsvTrace`].
@@ -36,17 +35,17 @@ pub type CsvTrace<W> = TraceFile<W, Table>;
 pub struct Table;
 
 impl<W: Write> CsvTrace<W> {
-    /// A log of at most [`TRACE_BYTES_MAX`] bytes.
+    /// A trace of at most [`TRACE_BYTES_MAX`] bytes.
     pub fn new(out: W) -> Self {
         Self::with_bytes_max(out, TRACE_BYTES_MAX)
     }
 
-    /// A log of at most so many bytes.
+    /// A trace of at most this many bytes.
     pub fn with_bytes_max(out: W, bytes_max: u64) -> Self {
         Self::begin(out, HEADER, bytes_max, Table)
     }
 
-    /// What [`Bus::set_trace`](crate::Bus::set_trace) takes, under this name for the bus.
+    /// The observer for [`Bus::set_trace`](crate::Bus::set_trace); names the bus in the file.
     pub fn observer(&self, bus: &str) -> impl FnMut(&Transfer<'_>) + use<W> {
         let file = self.clone();
         let bus = cell(bus);
@@ -54,7 +53,7 @@ impl<W: Write> CsvTrace<W> {
     }
 }
 
-/// A name as one cell that no spreadsheet takes for a formula.
+/// A name as one cell that no spreadsheet reads as a formula.
 fn cell(name: &str) -> String {
     let quote = if name.starts_with(['=', '+', '-', '@', '\t', '\r']) {
         "'"
@@ -84,7 +83,7 @@ fn row(line: &mut String, bus: &str, transfer: &Transfer<'_>) {
     let stop = if transfer.stop { "P" } else { "" };
     let address = transfer.address;
     let transaction = transfer.transaction;
-    // A string takes whatever is written to it.
+    // Writing to a string cannot fail.
     let _ = seconds(line, transfer.started);
     let _ = write!(
         line,

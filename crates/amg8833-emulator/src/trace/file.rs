@@ -1,19 +1,19 @@
-//! What both kinds of trace files share: a bounded writer that keeps its first error.
+//! The bounded writer of both trace formats; it keeps its first error.
 
 use alloc::string::String;
 use core::fmt;
 use std::io::{self, BufWriter, Write};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The longest trace that is written by default; what comes after is counted, and not written.
+/// The default limit of a trace; later messages are counted but not written.
 pub const TRACE_BYTES_MAX: u64 = 1 << 30;
 
-/// What became of a trace.
+/// The outcome of a trace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TraceSummary {
-    /// Messages that are in the file.
+    /// Messages written to the file.
     pub messages: u64,
-    /// Messages that came when the file was full.
+    /// Messages that came after the file was full.
     pub left_out: u64,
 }
 
@@ -27,7 +27,7 @@ impl fmt::Display for TraceSummary {
     }
 }
 
-/// A trace of a bus in a file of format `D`, complete after [`finish`](Self::finish). Clones share the file.
+/// A bus trace in format `D`, complete after [`finish`](Self::finish). Clones share the file.
 pub struct TraceFile<W: Write, D>(Arc<Mutex<File<W, D>>>);
 
 struct File<W: Write, D> {
@@ -53,7 +53,7 @@ impl<W: Write, D> TraceFile<W, D> {
         Self(Arc::new(Mutex::new(file)))
     }
 
-    /// One message: `put` appends what the file gets of it.
+    /// Writes one message: `put` appends its text.
     pub(crate) fn message(&self, put: impl FnOnce(&mut D, &mut String)) {
         let mut file = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let File { drawing, line, .. } = &mut *file;
@@ -65,10 +65,10 @@ impl<W: Write, D> TraceFile<W, D> {
         }
     }
 
-    /// Writes out what is still in memory.
+    /// Flushes buffered text.
     ///
     /// # Errors
-    /// The first error of the writer; nothing was written after it.
+    /// The writer's first error; nothing was written after it.
     pub fn finish(&self) -> io::Result<TraceSummary> {
         let mut file = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         match file.error.take() {
@@ -79,7 +79,7 @@ impl<W: Write, D> TraceFile<W, D> {
 }
 
 impl<W: Write, D> File<W, D> {
-    /// Writes the line and empties it; `false` when it is not in the file.
+    /// Writes the line and clears it; `false` if it did not reach the file.
     fn put(&mut self) -> bool {
         let length = u64::try_from(self.line.len()).unwrap_or(u64::MAX);
         let fits = length <= self.bytes_left && self.error.is_none();
@@ -87,7 +87,7 @@ impl<W: Write, D> File<W, D> {
             self.bytes_left -= length;
             self.error = self.out.write_all(self.line.as_bytes()).err();
         } else {
-            // A shorter line may not slip in after one that is left out.
+            // Once one line is dropped, no shorter one may follow.
             self.bytes_left = 0;
         }
         self.line.clear();

@@ -1,4 +1,4 @@
-//! Puts messages together for whoever traces the bus.
+//! Assembles messages for the trace.
 
 use crate::fault::FaultSet;
 use crate::signal::{Acknowledge, BusError};
@@ -13,9 +13,9 @@ use core::time::Duration;
 pub enum Start {
     /// START.
     First,
-    /// Repeated START: the transaction goes on.
+    /// Repeated START: the transaction continues.
     Repeated,
-    /// Not at all: the adapter is gone.
+    /// No START: the adapter is gone.
     Never,
 }
 
@@ -26,38 +26,38 @@ pub struct Transfer<'a> {
     pub transaction: u64,
     /// The time of its START on the bus's clock.
     pub started: Duration,
-    /// The time of its STOP, or of what came instead.
+    /// The time of its STOP, or of the event that ended it.
     pub ended: Duration,
-    /// Clock pulses a second; `None` on a bus whose transactions take no time.
+    /// Clock pulses per second; `None` on a bus with instant transactions.
     pub scl_hz: Option<NonZeroU32>,
-    /// How it began.
+    /// How the message began.
     pub start: Start,
-    /// Whether a STOP ended it; else a repeated START did, or the controller gave up.
+    /// Whether a STOP ended it; otherwise a repeated START did, or the controller gave up.
     pub stop: bool,
     /// The seven bits of the address.
     pub address: u8,
     /// Whether the sensor sends.
     pub reads: bool,
-    /// What was sent, as the controller knows it. A written byte that was not acknowledged is the last one.
+    /// The bytes as the controller knows them. A written byte that was not acknowledged is the last one.
     pub bytes: &'a [u8],
     /// What was acknowledged.
     pub acknowledge: Acknowledge,
-    /// What the controller reported.
+    /// The error the controller reported.
     pub error: Option<BusError>,
-    /// The faults that struck in this message, those that lasted, and those of the frame that was read.
+    /// The faults that struck in this message, the lasting ones, and those of the frame read.
     pub faults: FaultSet,
 }
 
 type Observer = Box<dyn FnMut(&Transfer<'_>) + Send>;
 
-/// Messages of a transaction that others still want to see.
+/// A transaction's messages, kept for other buses on the same wires.
 pub(crate) type Kept = Vec<(Transfer<'static>, Vec<u8>)>;
 
-/// Puts messages together; without an observer, it does nothing.
+/// Assembles messages; does nothing without an observer.
 #[derive(Default)]
 pub(crate) struct Log {
     pub(crate) observer: Option<Observer>,
-    /// The message under way, without its bytes and its end.
+    /// The current message, without its bytes and end.
     begun: Option<Transfer<'static>>,
     bytes: Vec<u8>,
     happened: FaultSet,
@@ -70,7 +70,7 @@ impl Log {
         self.observer.is_some() || self.kept.is_some()
     }
 
-    /// Keeps the messages from here on, for others on the same wires.
+    /// Starts keeping messages for other buses on the same wires.
     pub(crate) fn keep(&mut self) {
         self.kept = Some(Vec::new());
     }
@@ -79,7 +79,6 @@ impl Log {
         self.kept.take().unwrap_or_default()
     }
 
-    /// Passes on the messages that another bus kept.
     pub(crate) fn tell(&mut self, kept: &Kept) {
         if let Some(observer) = &mut self.observer {
             for (transfer, bytes) in kept {
@@ -94,7 +93,7 @@ impl Log {
         }
     }
 
-    /// A message begins in the transaction of this number; 0 is that of an adapter that is gone.
+    /// Begins a message in this transaction; number 0 means the adapter is gone.
     pub(crate) fn start(&mut self, address: u8, reads: bool, now: Duration, transaction: u64) {
         if !self.is_on() {
             return;
@@ -128,7 +127,6 @@ impl Log {
         }
     }
 
-    /// Ends the message under way, if there is one.
     pub(crate) fn end(
         &mut self,
         now: Duration,

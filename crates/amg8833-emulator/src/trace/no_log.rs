@@ -1,4 +1,4 @@
-//! The log of a build without `alloc`: nobody can trace the bus.
+//! The log without `alloc`: tracing is unavailable.
 
 use crate::fault::FaultSet;
 use crate::signal::{Acknowledge, BusError};

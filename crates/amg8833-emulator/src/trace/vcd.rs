@@ -1,4 +1,4 @@
-//! A bus trace as a value change dump, for viewers of waveforms.
+//! A bus trace as a value change dump (VCD), for waveform viewers.
 
 use crate::signal::{Acknowledge, BusError};
 use crate::trace::file::{TRACE_BYTES_MAX, TraceFile};
@@ -11,31 +11,31 @@ use core::time::Duration;
 use std::io::Write;
 
 const TICK_NS: u64 = 100;
-/// What is drawn for a bus whose transactions take no time.
+/// The SCL frequency drawn for a bus with instant transactions.
 const NOMINAL_HZ: u32 = 100_000;
 /// An address and its direction, or a byte, without the acknowledge.
 const BYTE_BITS: u32 = 8;
 
-/// SCL and SDA of one bus as a value change dump (IEEE 1364, clause 18), which PulseView, sigrok-cli and GTKWave open.
+/// SCL and SDA of one bus as a value change dump (IEEE 1364, clause 18), for PulseView, sigrok-cli and GTKWave.
 ///
 /// ```text
 /// sigrok-cli -I vcd -i bus.vcd -P i2c:scl=SCL:sda=SDA
 /// pulseview -I vcd bus.vcd        # then add the decoder I²C
 /// ```
 ///
-/// - Steps of 100 ns. A third line, `FAULT`, is high throughout messages in which a fault struck.
-/// - A bus without an SCL frequency is drawn at 100 kHz: transactions that take no time there follow one another.
-/// - A bus that hangs has SCL low until the controller gave up. A missing adapter draws nothing.
-/// - sigrok keeps every step in memory: for traces of minutes, let it leave out idle time (`-I vcd:compress=1000`).
+/// - Steps of 100 ns. A third line, `FAULT`, is high during messages in which a fault struck.
+/// - A bus without an SCL frequency is drawn at 100 kHz, its instant transactions one after another.
+/// - A hung bus has SCL low until the controller gives up. A missing adapter draws nothing.
+/// - sigrok keeps every step in memory: for traces of minutes, let it skip idle time (`-I vcd:compress=1000`).
 pub type VcdTrace<W> = TraceFile<W, Drawing>;
 
 impl<W: Write> VcdTrace<W> {
-    /// A recording of at most [`TRACE_BYTES_MAX`] bytes.
+    /// A trace of at most [`TRACE_BYTES_MAX`] bytes.
     pub fn new(out: W) -> Self {
         Self::with_bytes_max(out, TRACE_BYTES_MAX)
     }
 
-    /// A recording of at most so many bytes.
+    /// A trace of at most this many bytes.
     pub fn with_bytes_max(out: W, bytes_max: u64) -> Self {
         let header = format!(
             "$comment SCL and SDA of an emulated I2C bus $end\n\
@@ -51,28 +51,25 @@ impl<W: Write> VcdTrace<W> {
         Self::begin(out, &header, bytes_max, Drawing::new())
     }
 
-    /// What [`Bus::set_trace`](crate::Bus::set_trace) takes: of one bus, since two cannot be drawn on one pair of lines.
+    /// The observer for [`Bus::set_trace`](crate::Bus::set_trace): for one bus only, since one pair of lines cannot
+    /// show two.
     pub fn observer(&self) -> impl FnMut(&Transfer<'_>) + use<W> {
         let file = self.clone();
         move |transfer| file.message(|drawing, out| drawing.message(out, transfer))
     }
 }
 
-/// The lines of a [`VcdTrace`] as they stand, and the time up to which they are drawn.
+/// The current levels of a [`VcdTrace`]'s lines, and the time drawn so far.
 #[derive(Debug)]
 pub struct Drawing {
     levels: [bool; 3],
-    /// Up to here, in nanoseconds.
+    /// Drawn up to this time, in nanoseconds.
     drawn_ns: u64,
-    /// The last tick that was written.
     tick: u64,
-    /// A quarter of a bit.
     quarter_ns: u64,
 }
 
-/// The names of the lines in the file.
 const NAMES: [char; 3] = ['c', 'd', 'f'];
-/// The places of the lines.
 const SCL: usize = 0;
 const SDA: usize = 1;
 const FAULT: usize = 2;
@@ -116,12 +113,12 @@ impl Drawing {
         if transfer.stop || transfer.error.is_some() {
             self.stop(out);
             self.draw(out, FAULT, false);
-            // Between a STOP and the next START the lines rest (AMG88 spec §4-6-2, tBUF).
+            // The lines rest between a STOP and the next START (AMG88 spec §4-6-2, tBUF).
             self.pass(4);
         }
     }
 
-    /// After a quarter of a bit each: a change of one of the lines.
+    /// Four changes of a line, each after a quarter of a bit.
     fn quarters(&mut self, out: &mut String, changes: [(usize, bool); 4]) {
         for (line, high) in changes {
             self.pass(1);
@@ -163,7 +160,7 @@ impl Drawing {
             return;
         }
         let tick = self.drawn_ns / TICK_NS;
-        // A string takes whatever is written to it.
+        // Writing to a string cannot fail.
         if tick > self.tick {
             let _ = writeln!(out, "#{tick}");
             self.tick = tick;

@@ -1,9 +1,9 @@
-//! `CONFORMANCE.md` against the tests and options that it names.
+//! Checks `CONFORMANCE.md` against the tests and options it names.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// Rows of the page by their line.
+/// The page's rows by their line.
 fn rows() -> BTreeMap<String, Vec<String>> {
     let page = std::fs::read_to_string("CONFORMANCE.md").unwrap();
     let mut rows = BTreeMap::new();
@@ -24,12 +24,12 @@ fn rows() -> BTreeMap<String, Vec<String>> {
     rows
 }
 
-/// What stands between backticks.
+/// The texts between backticks.
 fn names(cell: &str) -> Vec<&str> {
     cell.split('`').skip(1).step_by(2).collect()
 }
 
-/// The names of all functions behind a `#[test]`, in this folder and those below it.
+/// The names of all `#[test]` functions in this folder and below.
 fn tests(folder: &Path, found: &mut BTreeSet<String>) {
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -84,7 +84,7 @@ fn every_line_of_the_matrix_and_every_section_is_there() {
     }
 }
 
-/// An option is there because sources or specimens differ, and the page says in what.
+/// Each option exists because sources or sensors differ, and the page says how.
 #[test]
 fn every_option_has_its_line() {
     let source = std::fs::read_to_string("src/device/options.rs").unwrap();

@@ -1,4 +1,4 @@
-//! The driver against the emulated sensor: two readings of one datasheet, written apart, that have to agree.
+//! The driver against the emulated sensor: two independent readings of one datasheet that must agree.
 
 use amg8833::{
     Amg8833, Deviation, FrameRate, InterruptControl, InterruptLevels, InterruptMode, MovingAverage,
@@ -14,7 +14,7 @@ use std::cell::RefCell;
 type Source = Box<dyn FnMut(Duration) -> Frame>;
 type Sensor<'c> = RefCell<Bus<&'c ManualClock, Source>>;
 
-/// The driver's waits move the emulated time on.
+/// Advances the emulated time by the driver's waits.
 struct Delay<'c>(&'c ManualClock);
 
 impl DelayNs for Delay<'_> {
@@ -38,7 +38,7 @@ fn driver<'a, 'c>(sensor: &'a Sensor<'c>) -> Amg8833<SharedBus<'a, &'c ManualClo
     Amg8833::new(SharedBus::new(sensor), amg8833::Address::High)
 }
 
-/// Tick n of an exact clock: the pixels run from -512 in steps of a quarter degree, another place every tick.
+/// Tick n of an exact clock: the pixels run from -512 in quarter-degree steps, shifted by one place per tick.
 fn ramp(t: Duration) -> Frame {
     let mut frame = Frame::uniform(Celsius::new(-20.0625));
     let tick = t.as_millis() / 100;
@@ -86,7 +86,7 @@ fn every_thermistor_value_comes_through_as_it_was_meant() {
     }
 }
 
-/// A recording holds words, and its replay has to give the very same: 0x800 is another word than 0x000.
+/// A recording holds words, and its replay must return the same ones: 0x800 differs from 0x000.
 #[test]
 fn every_thermistor_word_comes_back_from_a_replay() {
     let clock = ManualClock::new();
@@ -246,7 +246,7 @@ fn interrupts_trip_for_the_right_pixels_and_clear() {
 }
 
 #[test]
-fn the_moving_average_is_heard_by_the_sensor() {
+fn the_sensor_applies_the_moving_average() {
     let step = |t: Duration| {
         Frame::uniform(Celsius::new(if t < Duration::from_secs(1) {
             -10.0
@@ -283,7 +283,7 @@ fn a_frame_of_the_driver_is_at_the_floor_of_the_bus() {
     assert_eq!(clock.now(), Duration::from_nanos(3_075_000));
 }
 
-/// Whatever the phase between host and sensor, the pixels of one read are of one tick.
+/// Whatever the phase between host and sensor, the pixels of one read come from one tick.
 #[test]
 fn no_frame_of_the_driver_is_torn() {
     let clock = ManualClock::new();

@@ -1,4 +1,4 @@
-//! Random transactions, a small number here and any number with `cargo run --release -p amg8833-emulator --example fuzz`.
+//! Random transactions: a few here, any number with `cargo run --release -p amg8833-emulator --example fuzz`.
 
 #[path = "../common/fuzz.rs"]
 mod campaign;

@@ -1,4 +1,4 @@
-//! The emulated sensor behind the traits of embedded-hal-async and of embedded-hal 0.2.
+//! The emulated sensor on the traits of embedded-hal-async and embedded-hal 0.2.
 
 use amg8833_emulator::{
     Address, Bus, BusError, Clock, IntPin, ManualClock, Mux, MuxAddress, PinError, SharedBus,
@@ -25,7 +25,7 @@ fn sensor(clock: &ManualClock) -> Sensor<'_> {
     RefCell::new(Bus::with_sensor(clock, Address::High, source))
 }
 
-/// A multiplexer at 0x70 with the sensor behind its channel 3.
+/// A multiplexer at 0x70 with the sensor on channel 3.
 fn mux(clock: &ManualClock) -> Mux<&ManualClock, Source> {
     let mut channels = std::array::from_fn(|_| Bus::new(clock));
     channels[3] = sensor(clock).into_inner();
@@ -36,7 +36,7 @@ const fn ms(milliseconds: u64) -> Duration {
     Duration::from_millis(milliseconds)
 }
 
-/// Polls until it is done; more often than any wait here needs is a hang.
+/// Polls a future to its end; more polls than any wait here needs count as a hang.
 fn finish<F: Future>(future: F) -> F::Output {
     let mut future = pin!(future);
     let mut context = Context::from_waker(Waker::noop());
@@ -126,7 +126,7 @@ mod with_async {
         assert!(late.unwrap_err().to_string().contains("hint:"));
     }
 
-    /// A visit that began and ended between two polls is an edge all the same.
+    /// A visit that begins and ends between two polls still counts as an edge.
     #[test]
     fn no_edge_between_two_polls_is_missed() {
         let clock = ManualClock::new();
@@ -142,7 +142,7 @@ mod with_async {
     }
 
     #[test]
-    fn other_tasks_come_to_their_turn_with_each_frame() {
+    fn other_tasks_run_with_each_frame() {
         let clock = ManualClock::new();
         let sensor = sensor(&clock);
         alarm(&sensor);

@@ -1,4 +1,4 @@
-//! The emulated bus from outside: the driver on it, other traits, a multiplexer, fault scripts, traces, and what is random.
+//! Public tests of the emulated bus: the driver, other traits, a multiplexer, fault scripts, traces, and random input.
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 #[path = "../common/any_options.rs"]

@@ -1,4 +1,4 @@
-//! A TCA9548A by its datasheet (TI SCPS207), with sensors behind it.
+//! A TCA9548A according to its datasheet (TI SCPS207), with sensors on its channels.
 
 use amg8833_emulator::{
     Address, Bus, BusError, CHANNELS, Clock, Fault, FaultKind, HANG_TIMEOUT, ManualClock, Mux,
@@ -28,7 +28,7 @@ const fn nobody(address: u8) -> BusError {
     }
 }
 
-/// On channel n a sensor at 0x69 that sees n degrees, and one at 0x68 on the trunk that sees 40; all measured once.
+/// Channel n has a sensor at 0x69 that sees n degrees; the trunk has one at 0x68 that sees 40. Each has measured once.
 fn mux(clock: &ManualClock) -> TestMux<'_> {
     let hz = 400_000.try_into().unwrap();
     let mut trunk = Bus::new(clock).with_scl_hz(hz);
@@ -70,7 +70,7 @@ fn the_pins_give_eight_addresses() {
     }
 }
 
-/// "Control Register", the table of the command byte: each bit its channel, and all zero after power-up.
+/// "Control Register", the table of the command byte: one bit per channel, all zero after power-up.
 #[test]
 fn each_bit_selects_its_channel() {
     let clock = ManualClock::new();
@@ -87,7 +87,7 @@ fn each_bit_selects_its_channel() {
     assert_eq!(pixel(&mut mux, HIGH), Err(nobody(HIGH)));
 }
 
-/// "If multiple bytes are received, the last": and a read goes on with the same byte.
+/// "If multiple bytes are received, the last"; a read repeats the same byte.
 #[test]
 fn the_last_byte_counts_and_reads_repeat() {
     let clock = ManualClock::new();
@@ -100,7 +100,7 @@ fn the_last_byte_counts_and_reads_repeat() {
     assert_eq!(control(&mut mux), 0x20, "an address alone selects nothing");
 }
 
-/// "A channel becomes active after a STOP": not behind a repeated START.
+/// "A channel becomes active after a STOP", not after a repeated START.
 #[test]
 fn a_selection_waits_for_the_stop() {
     let clock = ManualClock::new();
@@ -114,7 +114,7 @@ fn a_selection_waits_for_the_stop() {
     assert_eq!(
         read,
         [0x00],
-        "the old one is in force within the transaction"
+        "the old selection holds within the transaction"
     );
     assert_eq!(control(&mut mux), 0x04);
 }
@@ -138,7 +138,7 @@ fn the_reset_pin_deselects_and_silences_while_it_is_low() {
     assert_eq!(control(&mut mux), 0);
 }
 
-/// Two sensors of one address on active channels: SDA is low if either pulls it.
+/// Two sensors with the same address on active channels: SDA is low if either pulls it.
 #[test]
 fn two_devices_of_one_address_are_heard_as_and() {
     let clock = ManualClock::new();
@@ -161,7 +161,7 @@ fn two_devices_of_one_address_are_heard_as_and() {
 }
 
 #[test]
-fn one_that_does_not_acknowledge_does_not_keep_the_other_from_it() {
+fn a_silent_sensor_does_not_keep_the_other_from_acknowledging() {
     let clock = ManualClock::new();
     let mut mux = mux(&clock);
     mux.write(MUX, &[0b0110_0000]).unwrap();
@@ -170,7 +170,7 @@ fn one_that_does_not_acknowledge_does_not_keep_the_other_from_it() {
     assert_eq!(
         pixel(&mut mux, HIGH),
         Ok(24),
-        "a released line says nothing"
+        "a released line does not count"
     );
     let counts = mux.channel(5).unwrap().fault_counts();
     assert_eq!(counts.of(FaultKind::NackAddress), 1, "once a transaction");
@@ -179,7 +179,7 @@ fn one_that_does_not_acknowledge_does_not_keep_the_other_from_it() {
     assert_eq!(pixel(&mut mux, HIGH), Err(nobody(HIGH)));
 }
 
-/// What RESET is for: "to recover should a bus be held low" on a channel.
+/// RESET exists "to recover should a bus be held low" on a channel.
 #[test]
 fn a_channel_that_is_held_low_holds_the_trunk_until_reset() {
     let clock = ManualClock::new();
@@ -195,7 +195,7 @@ fn a_channel_that_is_held_low_holds_the_trunk_until_reset() {
     assert_eq!(
         mux.write(MUX, &[0x00]),
         Err(BusError::Timeout),
-        "no way back"
+        "the control register is out of reach"
     );
     mux.reset();
     assert_eq!(pixel(&mut mux, LOW), Ok(160));
@@ -237,7 +237,7 @@ fn time_traffic_and_trace_run_through() {
     assert_eq!(
         clock.now() - before,
         Duration::from_nanos(48 * 2_500),
-        "once, however many buses hear it"
+        "counted once, on however many buses"
     );
     assert_eq!(
         *notes.lock().unwrap(),
@@ -255,7 +255,7 @@ fn time_traffic_and_trace_run_through() {
     assert!(mux.channel(CHANNELS).is_none() && mux.channel_mut(CHANNELS).is_none());
 }
 
-/// Sensors behind a deselected channel go on measuring.
+/// Sensors on a deselected channel keep measuring.
 #[test]
 fn sensors_measure_whether_or_not_they_are_heard() {
     let clock = ManualClock::new();
@@ -270,7 +270,7 @@ fn sensors_measure_whether_or_not_they_are_heard() {
     assert_eq!(frames, [100; 8]);
 }
 
-/// The first of several faults, by the wires' order, whichever bus has it.
+/// Of several faults, the first in the wires' order counts, whichever bus has it.
 #[test]
 fn the_strongest_fault_on_any_connected_bus_is_reported() {
     let clock = ManualClock::new();
@@ -289,7 +289,7 @@ fn the_strongest_fault_on_any_connected_bus_is_reported() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(100))]
 
-    /// Whatever is sent to whom, nothing panics, and the pixels are those of the selected channels.
+    /// Whatever is sent to any address, nothing panics, and the pixels are those of the selected channels.
     #[test]
     fn whatever_is_selected_is_what_is_heard(
         acts in prop::collection::vec((any::<u8>(), prop::collection::vec(any::<u8>(), 0..4), 0_usize..5), 1..40),
@@ -300,7 +300,7 @@ proptest! {
         for (to, bytes, count) in acts {
             let to = if to < 128 { [MUX, HIGH, LOW][usize::from(to % 3)] } else { to };
             let mut read = vec![0; count];
-            // 0x00 and 0x01 put sensors to sleep and reset them, which is not what this is about.
+            // 0x00 and 0x01 would put sensors to sleep or reset them, which is not the subject here.
             if bytes.first().is_none_or(|register| (2..0xFC).contains(register)) || to == MUX {
                 let _ = mux.write_read(to, &bytes, &mut read);
             }

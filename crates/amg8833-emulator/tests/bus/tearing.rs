@@ -1,5 +1,5 @@
-//! Reference sections 1.4 and 5: the burst is never torn, and every other way is as often as its read-out time says.
-//! The table with more reads: `cargo run --release -p amg8833-emulator --example tearing`.
+//! Reference sections 1.4 and 5: a burst is never torn, and every other way as often as its readout time predicts. For
+//! the table with more reads: `cargo run --release -p amg8833-emulator --example tearing`.
 
 #[path = "../common/tearing.rs"]
 mod reads;
@@ -26,8 +26,8 @@ fn each_way_of_reading_tears_as_often_as_its_time_says() {
     }
 }
 
-/// The reference's estimates lie above what is found, as they count the thermistor and the last transaction too, and
-/// take a period of 100 ms for one of 104 ms; and not far above.
+/// The reference's estimates are moderately above the measured shares: they also count the thermistor and the last
+/// transaction, and assume a period of 100 ms instead of 104 ms.
 #[test]
 fn the_estimates_of_the_reference_are_of_the_right_size() {
     for (name, way, estimates) in reads::WAYS {

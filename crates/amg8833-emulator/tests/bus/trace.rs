@@ -1,4 +1,4 @@
-//! The trace of a bus: message by message, as a table, and as what a logic analyzer's decoder makes of it.
+//! Bus traces: message by message, as a table, and as decoded by a logic analyzer.
 
 use amg8833_emulator::trace::{Acknowledge, CsvTrace, Start, Transfer, VcdTrace};
 use amg8833_emulator::{Address, Bus, BusError, Fault, FaultKind, ManualClock};
@@ -30,7 +30,7 @@ fn bus() -> TestBus {
     bus
 }
 
-/// A file that several hold.
+/// A file with several holders.
 #[derive(Debug, Clone, Default)]
 struct Paper(Arc<Mutex<Vec<u8>>>);
 
@@ -51,7 +51,7 @@ impl Write for Paper {
     }
 }
 
-/// A session with everything in it that a trace can show.
+/// A session that contains everything a trace can show.
 fn session(bus: &mut TestBus) {
     let mut word = [0; 2];
     bus.write_read(HIGH, &[0x80], &mut word).unwrap();
@@ -82,7 +82,7 @@ fn session(bus: &mut TestBus) {
     bus.clear_fault(None::<Address>);
 }
 
-/// Times by hand: a START, STOP or repeated START is 2.5 us, a byte with its acknowledge 22.5 us.
+/// Times calculated by hand: a START, STOP or repeated START takes 2.5 us, a byte with its acknowledge 22.5 us.
 const TABLE: &str = "\
 time_s,bus,transaction,start,address,direction,bytes,acknowledge,stop,end_s,error,faults
 0.150000000,i2c-1,1,S,0x69,write,0x80,ack,,0.150047500,,
@@ -203,7 +203,7 @@ fn several_buses_share_one_table() {
 #[test]
 fn a_trace_ends_at_its_limit_and_counts_what_it_leaves_out() {
     let rows: Vec<&str> = TABLE.lines().collect();
-    // The header and two rows fit to the byte; the empty write behind them is shorter than the row that does not.
+    // The header and two rows fit exactly; the empty write after them is shorter than the row that does not fit.
     let length: usize = rows[..3].iter().map(|row| row.len() + 1).sum();
     let paper = Paper::default();
     let trace = CsvTrace::with_bytes_max(paper.clone(), u64::try_from(length).unwrap());
@@ -216,7 +216,7 @@ fn a_trace_ends_at_its_limit_and_counts_what_it_leaves_out() {
     assert_eq!(paper.text(), TABLE[..length]);
 }
 
-/// A disk that is full.
+/// A full disk.
 struct Full;
 
 impl Write for Full {
@@ -249,7 +249,7 @@ fn dump(mut bus: TestBus, act: impl Fn(&mut TestBus)) -> String {
     paper.text()
 }
 
-/// The lines of a dump after each of its times: (time, SCL, SDA).
+/// The levels in a dump after each of its times: (time, SCL, SDA).
 fn levels(dump: &str) -> Vec<(u64, bool, bool)> {
     let (_, body) = dump.split_once("$enddefinitions $end\n").unwrap();
     let mut levels: Vec<(u64, bool, bool)> = vec![(0, true, true)];
@@ -269,7 +269,7 @@ fn levels(dump: &str) -> Vec<(u64, bool, bool)> {
     levels
 }
 
-/// A decoder of one's own, by the I2C specification alone: `S`, `P`, and nine bits at rising edges of SCL.
+/// An independent decoder, from the I2C specification alone: `S`, `P`, and nine bits at rising edges of SCL.
 fn decoded(dump: &str) -> String {
     let mut text = String::new();
     let mut bits = Vec::new();
@@ -317,12 +317,12 @@ fn the_lines_keep_the_time_of_the_bus() {
         (1_500_000..=1_500_025).contains(&first),
         "150 ms in 100 ns: {first}"
     );
-    // 29 bits of 2.5 us, START and STOP included: from the edge of the one to that of the other 28, at 25 steps each.
+    // 29 bits of 2.5 us with START and STOP; between the edges of those two are 28, at 25 steps each.
     assert_eq!(last - first, 700);
 }
 
 #[test]
-fn a_bus_without_a_speed_is_drawn_one_behind_the_other() {
+fn a_bus_without_a_speed_is_drawn_in_sequence() {
     let frame = Frame::uniform(Celsius::new(20.0));
     let timeless = Bus::with_sensor(ManualClock::new(), Address::High, frame);
     let drawn = dump(timeless, |bus| {
@@ -333,7 +333,7 @@ fn a_bus_without_a_speed_is_drawn_one_behind_the_other() {
     assert_eq!(decoded(&drawn), "S d2+ 02+ P S d2+ 02+ P S d2+ 02+ P");
 }
 
-/// Somebody else's decoder: sigrok's, which is PulseView's too.
+/// A third-party decoder: sigrok's, which PulseView also uses.
 #[test]
 fn sigrok_decodes_the_lines() {
     if skip::is_left_out("GRIDEYE_WITHOUT_SIGROK", "the i2c decoder of sigrok") {
@@ -389,7 +389,7 @@ fn sigrok_decodes_the_lines() {
     assert_eq!(
         count("NACK"),
         5,
-        "two that nobody took, three at the end of a read: {text}"
+        "two without a target, three at the end of a read: {text}"
     );
     assert_eq!(count("Address write: 42"), 1, "{text}");
 }

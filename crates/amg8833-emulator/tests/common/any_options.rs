@@ -1,4 +1,4 @@
-//! Any of the sensor's options, from the bits of a number: for tests that go through all of them.
+//! Any combination of sensor options from the bits of a number, for tests that try all of them.
 
 use amg8833_emulator::{
     AfterWake, AverageReadback, Drift, DriftCurve, InitialReset, InterruptFlag, InterruptOutput,
@@ -13,7 +13,7 @@ static CURVE: [(Duration, i32); 3] = [
     (Duration::from_secs(300), 10_000),
 ];
 
-/// Takes the lowest digit, in this base, off a number.
+/// Removes and returns the lowest digit in this base.
 fn digit(bits: &mut u64, base: u64) -> u64 {
     let digit = *bits % base;
     *bits /= base;
@@ -24,7 +24,7 @@ fn either<T>(bits: &mut u64, first: T, second: T) -> T {
     if digit(bits, 2) == 0 { first } else { second }
 }
 
-/// Every option comes with each of its values for some `bits`.
+/// Each value of each option occurs for some `bits`.
 pub(crate) fn any_options(mut bits: u64, clock_error_ppm: i32) -> Options {
     let bits = &mut bits;
     Options {
@@ -78,7 +78,7 @@ pub(crate) fn any_options(mut bits: u64, clock_error_ppm: i32) -> Options {
     }
 }
 
-/// What the 256 registers read after power-on with these options: the image that every power cycle has to restore.
+/// The 256 registers after power-on with these options, which every power cycle must restore.
 pub(crate) fn power_on_image(options: &Options) -> Vec<u8> {
     let ones = options.unspecified_bits == UnspecifiedBits::Ones;
     let mut image: Vec<u8> = (0..=255_u8)

@@ -1,5 +1,5 @@
-//! Random transactions, faults, fault scripts, options and jumps of time against emulated sensors; after each life of a sensor, a power
-//! cycle has to leave nothing of it.
+//! Random transactions, faults, fault scripts, options and time jumps against emulated sensors. After each sensor's
+//! life, a power cycle must leave no trace of it.
 
 use crate::any_options::{any_options, power_on_image};
 use crate::random::Random;
@@ -12,10 +12,10 @@ use grideye_frame::{Celsius, Frame, PixelIndex};
 use std::num::NonZeroU32;
 use std::time::Duration;
 
-/// Transactions in the life of one sensor.
+/// The number of transactions in one sensor's life.
 const LIFE: u64 = 500;
 
-/// What was done and what came of it.
+/// Counts of the actions and their results.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct Outcome {
     pub(crate) transactions: u64,
@@ -24,7 +24,7 @@ pub(crate) struct Outcome {
     pub(crate) frames: u64,
     pub(crate) lives: u64,
     pub(crate) fault_calls: u64,
-    /// Rules of fault scripts that were handed in.
+    /// Rules in the fault scripts.
     pub(crate) rules: u64,
     /// Faults that struck.
     pub(crate) faults: u64,
@@ -35,7 +35,7 @@ pub(crate) struct Outcome {
 type Source = fn(Duration) -> Frame;
 const WILD: Source = wild;
 
-/// At least so many transactions. Panics on the first life that a power cycle does not end.
+/// Runs at least this many transactions. Panics if a power cycle does not end a life cleanly.
 pub(crate) fn run(seed: u64, transactions: u64) -> Outcome {
     let mut outcome = Outcome::default();
     let mut random = Random::new(seed);
@@ -56,7 +56,7 @@ fn clock_error(random: &mut Random) -> i32 {
     }
 }
 
-/// Pixels all over the range and beyond, not-a-number among them, different every tick.
+/// Pixels across the range and beyond, including not-a-number, different every tick.
 fn wild(t: Duration) -> Frame {
     let mut random = Random::new(u64::try_from(t.as_nanos()).unwrap());
     let degrees = |random: &mut Random| match random.below(64) {
@@ -116,7 +116,7 @@ fn any_byte(random: &mut Random) -> u8 {
     random.next().to_le_bytes()[7]
 }
 
-/// The bytes of commands more often than chance would have it.
+/// Command bytes, more often than by chance.
 fn byte(random: &mut Random) -> u8 {
     const COMMANDS: [u8; 20] = [
         0x00, 0x01, 0x02, 0x03, 0x04, 0x05, 0x07, 0x08, 0x0E, 0x10, 0x1F, 0x20, 0x21, 0x30, 0x3F,
@@ -160,7 +160,7 @@ fn transfer(random: &mut Random, bus: &mut Bus<ManualClock, Source>, outcome: &m
 
 fn pass(random: &mut Random, bus: &Bus<ManualClock, Source>) {
     let step = match random.below(64) {
-        // A sensor that nobody looks at for long is the slowest thing here.
+        // Catching up a long unobserved sensor is the slowest step here.
         0 => Duration::from_secs(random.below(100)),
         1..=20 => Duration::from_nanos(random.below(200_000_000)),
         _ => Duration::from_millis(random.below(500)),
@@ -221,7 +221,7 @@ fn any_time(random: &mut Random) -> Duration {
     }
 }
 
-/// `None` where a script refuses such a rule.
+/// `None` if a script would reject the rule.
 fn any_rule(random: &mut Random) -> Option<Rule> {
     let rule = Rule {
         when: match random.below(5) {
@@ -273,7 +273,7 @@ fn break_or_mend(random: &mut Random, bus: &mut Bus<ManualClock, Source>, outcom
     }
 }
 
-/// Looking changes nothing and never fails.
+/// Inspecting changes nothing and never fails.
 fn look(random: &mut Random, bus: &mut Bus<ManualClock, Source>) {
     if random.below(8) != 0 {
         return;
@@ -286,7 +286,7 @@ fn look(random: &mut Random, bus: &mut Bus<ManualClock, Source>) {
     while device.take_edge().is_some() {}
 }
 
-/// After a power cycle the sensor is as it was when it was made: pointer, all registers, and what it does from then on.
+/// After a power cycle the sensor equals a new one: pointer, all registers, and its behavior from then on.
 fn end(mut bus: Bus<ManualClock, Source>) {
     bus.clear_script();
     bus.clear_fault(Address::High);
@@ -295,7 +295,7 @@ fn end(mut bus: Bus<ManualClock, Source>) {
     let used = bus.device_mut(Address::High).unwrap();
     used.power_cycle(start);
     let options = *used.options();
-    // The clock's error by call is part of the specimen and outlives a power cycle.
+    // The clock error set by call belongs to the sensor and survives a power cycle.
     let mut fresh = amg8833_emulator::Device::new(WILD, options, start);
     let frames = used.frames();
     let ask = |device: &mut amg8833_emulator::Device<Source>, now: Duration| {
@@ -307,13 +307,13 @@ fn end(mut bus: Bus<ManualClock, Source>) {
         device.start_read(now);
         let image: Vec<u8> = (0..256).map(|_| device.read(now)).collect();
         device.stop(now);
-        // Back to where the pointer was after power-on.
+        // Return the pointer to its power-on value.
         device.start_write(now);
         device.write(0x00, now);
         device.stop(now);
         (pointer, image)
     };
-    // 50 ms are what a silent start takes.
+    // A silent start takes 50 ms.
     for milliseconds in [50, 1_700, 2_900] {
         let now = start + Duration::from_millis(milliseconds);
         let found = ask(used, now);

@@ -1,4 +1,4 @@
-//! Random numbers that are the same on every machine: SplitMix64 (Steele, Lea, Flood, OOPSLA 2014).
+//! Random numbers, identical on every machine: SplitMix64 (Steele, Lea, Flood, OOPSLA 2014).
 
 /// A stream of numbers from a seed.
 pub(crate) struct Random(u64);

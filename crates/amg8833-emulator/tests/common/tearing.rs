@@ -1,4 +1,4 @@
-//! How often each driver's way of reading mixes two frames: a sensor 4 % slow, a host that reads ten times a second.
+//! How often each driver's way of reading mixes two frames: a sensor 4 % slow, a host that reads ten times per second.
 
 use crate::random::Random;
 use amg8833_emulator::{Address, Bus, Clock, ManualClock, Options};
@@ -6,13 +6,13 @@ use embedded_hal::i2c::{I2c, Operation};
 use grideye_frame::{Celsius, Frame};
 use std::time::Duration;
 
-/// The host reads this often.
+/// The host's read interval.
 const POLL: Duration = Duration::from_millis(100);
 /// A sensor 4 % slow has a frame every 100 ms / 0.96.
 const SENSOR_PERIOD_NS: f64 = 1e8 / 0.96;
 const CLOCK_ERROR_PPM: i32 = -40_000;
-/// The host is late by up to this: with it, 25 reads come in every phase between host and sensor alike, as 100 ms are
-/// 24/25 of the sensor's period.
+/// The host's maximum delay. With it, 25 reads cover all phases between host and sensor evenly, since 100 ms are 24/25
+/// of the sensor's period.
 const JITTER_NS: u64 = 4_166_667;
 
 /// How a driver reads 128 bytes.
@@ -22,16 +22,16 @@ pub(crate) enum Way {
     Burst,
     /// The address, STOP, one read.
     BurstAfterStop,
-    /// Reads of so many bytes behind repeated STARTs, one STOP in the end.
+    /// Reads of this many bytes after repeated STARTs, with one STOP at the end.
     OneTransaction(usize),
-    /// A transaction for so many bytes, each with its address.
+    /// One transaction per this many bytes, each with its register address.
     Chunks(usize),
-    /// The same with a STOP behind the address.
+    /// The same with a STOP after the register address.
     ChunksAfterStop(usize),
 }
 
-/// A way of reading, who reads like that, and the reference's estimate of torn frames in percent at 100 and 400 kHz
-/// (section 5: read-out time with the thermistor by 100 ms; 0 for a read of 128 bytes).
+/// Who reads how, and the reference's estimate of torn frames in percent at 100 and 400 kHz (section 5: readout time
+/// with the thermistor divided by 100 ms; 0 for a read of 128 bytes).
 pub(crate) const WAYS: [(&str, Way, [f64; 2]); 12] = [
     (
         "burst (Zephyr, libdriver, amg88, agent)",
@@ -75,15 +75,15 @@ pub(crate) const WAYS: [(&str, Way, [f64; 2]); 12] = [
     ),
 ];
 
-/// What was found for one way at one speed.
+/// The result for one way at one speed.
 #[derive(Debug)]
 pub(crate) struct Share {
     pub(crate) torn: u32,
     pub(crate) reads: u32,
-    /// What the time from the first transaction's START to the last one's, by the sensor's period, makes one expect: a
-    /// frame that falls due in there comes between two transactions.
+    /// The expected share: the time from the first transaction's START to the last one's, divided by the sensor's
+    /// period. A frame due in that time comes between two transactions.
     pub(crate) expected: f64,
-    /// How long the 128 bytes take.
+    /// The readout time of the 128 bytes.
     pub(crate) readout: Duration,
 }
 
@@ -92,13 +92,13 @@ impl Share {
         100.0 * f64::from(self.torn) / f64::from(self.reads)
     }
 
-    /// One standard deviation of the share, in percent, if each read is torn with the expected chance by itself.
+    /// One standard deviation of the share, in percent, if reads are torn independently with the expected chance.
     pub(crate) fn deviation_percent(&self) -> f64 {
         100.0 * (self.expected * (1.0 - self.expected) / f64::from(self.reads)).sqrt()
     }
 }
 
-/// Every tick has a word of its own, whose two bytes both differ from those of the tick before.
+/// Every tick has its own word, and both of its bytes differ from the previous tick's.
 fn ticking(t: Duration) -> Frame {
     let tick = u64::try_from(t.as_nanos()).unwrap() / 104_000_000;
     let word = u16::try_from(tick % 251 + (tick % 13) * 256).unwrap();
@@ -108,7 +108,7 @@ fn ticking(t: Duration) -> Frame {
     ))
 }
 
-/// Reads so many frames in this way, at this speed of the bus.
+/// Reads this many frames in this way at this bus speed.
 pub(crate) fn share(way: Way, scl_hz: u32, reads: u32) -> Share {
     let clock = ManualClock::new();
     let mut bus = Bus::new(&clock).with_scl_hz(scl_hz.try_into().unwrap());
@@ -156,7 +156,7 @@ fn one(bus: &mut Bus<&ManualClock, fn(Duration) -> Frame>, way: Way) -> ([u8; 12
             bus.read(0x69, &mut bytes).unwrap();
         }
         Way::OneTransaction(size) => {
-            // An empty write stands for the repeated START; it costs an address byte that real parts do not send.
+            // An empty write acts as the repeated START; it costs an address byte that real drivers do not send.
             let mut operations = vec![Operation::Write(&[0x80])];
             for part in bytes.chunks_mut(size) {
                 operations.push(Operation::Read(part));
@@ -180,7 +180,7 @@ fn one(bus: &mut Bus<&ManualClock, fn(Duration) -> Frame>, way: Way) -> ([u8; 12
     (bytes, last)
 }
 
-/// The table, a line each way, and what was found.
+/// The table, one line per way, and the results.
 pub(crate) fn table(reads: u32) -> (String, Vec<(Way, Share)>) {
     let mut text = format!(
         "torn frames in percent of {reads} reads at 10 Hz of a sensor 4 % slow; in brackets one standard deviation\n\

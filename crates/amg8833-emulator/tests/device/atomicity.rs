@@ -1,4 +1,4 @@
-//! Reference section 1.4: a burst never mixes frames, several transactions can.
+//! Reference section 1.4: a burst never mixes frames; several transactions can.
 
 use crate::support::*;
 use amg8833_emulator::{Ack, Device, FrameSource, Options};
@@ -16,7 +16,7 @@ fn a_frame_that_falls_due_in_an_open_transaction_waits_for_stop() {
     assert_eq!(device.write(0x80, ms(191)), Ack::Ack);
     assert_eq!(device.start_read(ms(192)), Ack::Ack);
     for pixel in 0..64 {
-        // From 192 ms to 507 ms: three frames fall due.
+        // Three frames fall due between 192 ms and 507 ms.
         let now = ms(192 + 5 * pixel);
         assert_eq!((byte(&mut device, now), byte(&mut device, now)), (1, 0));
     }
@@ -30,9 +30,9 @@ fn a_frame_that_falls_due_in_an_open_transaction_waits_for_stop() {
     assert_eq!(byte(&mut device, ms(522)), 1);
     assert_eq!(device.frames(), 1);
     device.advance(ms(530));
-    assert_eq!(device.frames(), 1, "not even when asked to go on");
+    assert_eq!(device.frames(), 1, "not even when advanced");
     device.stop(ms(540));
-    assert_eq!(device.frames(), 5, "all that fell due, each once");
+    assert_eq!(device.frames(), 5, "every due frame, once");
     device.start_write(ms(541));
     device.write(0x80, ms(541));
     device.start_read(ms(541));
@@ -43,7 +43,7 @@ fn a_frame_that_falls_due_in_an_open_transaction_waits_for_stop() {
 fn a_burst_over_the_wire_never_mixes_and_two_transactions_can() {
     let mut rig = Rig::new(counting).at_scl(100_000);
     rig.set(195);
-    // 11.8 ms from START to STOP, with the second frame due in its midst.
+    // 11.8 ms from START to STOP; the second frame falls due in between.
     assert_eq!(rig.word(), 1);
     assert_eq!(rig.word(), 2);
 
@@ -77,7 +77,7 @@ fn several_reads_in_one_transaction_are_one_snapshot() {
     assert_eq!(rig.word(), 2);
 }
 
-/// AMG88 spec §4-11-10: the interrupt table is renewed together with the pixels.
+/// AMG88 spec §4-11-10: the interrupt table updates together with the pixels.
 #[test]
 fn the_table_belongs_to_the_same_snapshot() {
     let mut rig = Rig::new(counting);
@@ -97,7 +97,7 @@ fn the_table_belongs_to_the_same_snapshot() {
     assert_eq!(rig.read(0x10, 8), [0xFF; 8]);
 }
 
-/// A flag that is cleared in the transaction in which it rises again must not be lost.
+/// A flag that rises again in the transaction that clears it must not be lost.
 #[test]
 fn a_frame_that_trips_during_the_clearing_trips_after_it() {
     let mut rig = Rig::new(counting);
@@ -110,7 +110,7 @@ fn a_frame_that_trips_during_the_clearing_trips_after_it() {
     assert_eq!(rig.register(0x04), 0x02);
 }
 
-/// The share of torn frames over all phases between reader and sensor, for one way of reading.
+/// The percentage of torn frames over all phases between reader and sensor, for one way of reading.
 fn torn_percent(scl_hz: u32, read: impl Fn(&mut Rig) -> Vec<u8>) -> usize {
     (0..100)
         .filter(|phase| {
@@ -122,7 +122,7 @@ fn torn_percent(scl_hz: u32, read: impl Fn(&mut Rig) -> Vec<u8>) -> usize {
         .count()
 }
 
-/// The estimates of section 1.4 and 5: read-out time of the pixels by frame period.
+/// The estimates of sections 1.4 and 5: the pixels' readout time divided by the frame period.
 #[test]
 fn ways_of_reading_tear_as_often_as_estimated() {
     let burst = |rig: &mut Rig| rig.read(0x80, 128);
@@ -136,7 +136,7 @@ fn ways_of_reading_tear_as_often_as_estimated() {
     };
     assert_eq!(torn_percent(100_000, burst), 0);
     assert_eq!(torn_percent(400_000, burst), 0);
-    // 64 x 48 bits and 128 x 39 bits, less the first transaction, in which a frame due does not tear.
+    // 64 x 48 bits and 128 x 39 bits, minus the first transaction, in which a due frame does not tear.
     let expected = [
         (100_000, 2, 30),
         (400_000, 2, 7),

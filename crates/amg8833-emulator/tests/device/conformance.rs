@@ -1,4 +1,4 @@
-//! Reference section 4.10 line by line, and the register map it rests on (sections 1 and 2).
+//! Reference section 4.10 line by line, and the register map behind it (sections 1 and 2).
 
 use crate::support::*;
 use amg8833_emulator::{
@@ -24,7 +24,7 @@ fn line_1_empty_writes_and_bare_reads_are_acknowledged() {
     assert_eq!(byte, [80], "the pointer stays over STOP");
 }
 
-/// A frame whose 128 bytes are all different enough to betray a wrong pointer: pixel n shows n - 33 degrees.
+/// A frame whose bytes reveal a wrong pointer: pixel n shows n - 33 degrees.
 fn numbered() -> Frame {
     let mut frame = uniform(-0.25);
     for (pixel, degrees) in frame.pixels.iter_mut().zip(-32_i8..) {
@@ -34,7 +34,7 @@ fn numbered() -> Frame {
 }
 
 fn numbered_bytes() -> Vec<u8> {
-    // -32 degrees are -128 steps: 0xF80 in twelve bits; each pixel is four steps above the one before.
+    // -32 degrees are -128 steps, 0xF80 in twelve bits; each pixel is four steps above the previous one.
     (0..64_u16)
         .flat_map(|place| ((0x0F80 + 4 * place) & 0x0FFF).to_le_bytes())
         .collect()
@@ -78,11 +78,11 @@ fn line_2_every_way_of_reading_a_frame_gives_the_same_bytes() {
 }
 
 #[test]
-fn line_2_chunks_behind_repeated_starts_go_on_where_the_last_ended() {
+fn line_2_chunks_after_repeated_starts_continue_where_the_last_ended() {
     let mut rig = Rig::new(|_| numbered());
     rig.pass(100);
     let (mut first, mut second, mut third) = ([0; 31], [0; 64], [0; 33]);
-    // An empty write between two reads is a repeated START and an address byte, which leave the pointer alone.
+    // An empty write between two reads is a repeated START and an address byte, which do not move the pointer.
     rig.bus
         .transaction(
             HIGH,
@@ -99,7 +99,7 @@ fn line_2_chunks_behind_repeated_starts_go_on_where_the_last_ended() {
 }
 
 #[test]
-fn line_2_odd_starts_begin_in_the_midst_of_a_pixel() {
+fn line_2_odd_starts_begin_in_the_middle_of_a_pixel() {
     let mut rig = Rig::new(|_| numbered());
     rig.pass(100);
     assert_eq!(rig.read(0x9F, 31), numbered_bytes()[0x1F..0x1F + 31]);
@@ -139,7 +139,7 @@ fn line_4_every_register_answers_and_nothing_wedges_the_sensor() {
             "0x{register:02x} after power-on"
         );
     }
-    // The count bytes of SMBus block writes and other drivers' mishaps (section 1.3).
+    // Extra bytes from SMBus block writes and other driver mistakes (section 1.3).
     for bytes in [[0x00, 0x01, 0x00], [0x01, 0x01, 0x3F], [0x00, 0x77, 0x12]] {
         rig.write(&bytes);
     }
@@ -343,7 +343,7 @@ fn line_9_the_moving_average_needs_its_key() {
     assert_eq!(rig.register(0x07), 0x00, "only bit 5 exists");
 }
 
-/// Section 2.5: what drivers send who got the key wrong, or have none; the sensor goes on without averages.
+/// Section 2.5: the writes of drivers with a wrong key or none. The sensor continues without averaging.
 #[test]
 fn line_9_keys_that_drivers_got_wrong() {
     let key_elsewhere = [
@@ -387,8 +387,8 @@ fn line_9_keys_that_drivers_got_wrong() {
     }
 }
 
-/// Section 1.3: Panasonic's diagrams of 2021 chain the five pairs by repeated STARTs. A bus that merges adjacent writes
-/// cannot show that, so this is on the level of bytes.
+/// Section 1.3: Panasonic's 2021 diagrams chain the five pairs by repeated STARTs. A bus that merges adjacent writes
+/// cannot show that, so this test sends bytes.
 #[test]
 fn line_9_the_key_in_one_transaction() {
     let mut rig = Rig::new(constant(20.0));
@@ -417,7 +417,7 @@ fn the_moving_average_may_read_zero_by_option() {
     assert_eq!(rig.register(0x07), 0x00);
 }
 
-/// Section 2.2, the row of the initial reset, both readings of it.
+/// Section 2.2, the row of the initial reset, in both readings.
 #[test]
 fn an_initial_reset_holds_the_settings_or_restores_defaults_by_option() {
     for (initial_reset, held) in [
@@ -460,7 +460,7 @@ fn an_initial_reset_holds_the_settings_or_restores_defaults_by_option() {
     }
 }
 
-/// AMG88 spec §4-11-9 and §4-11-11 with the rows of 2011: degrees in, bytes out, through the registers.
+/// AMG88 spec §4-11-9 and §4-11-11 with the 2011 rows: degrees in, register bytes out.
 #[test]
 fn the_datasheets_rows_through_the_registers() {
     let pixels = [
@@ -499,7 +499,7 @@ fn the_datasheets_rows_through_the_registers() {
     }
 }
 
-/// Section 1: addresses 0x68 and 0x69, and nobody else.
+/// Section 1: addresses 0x68 and 0x69, and no other.
 #[test]
 fn only_the_sensors_addresses_are_acknowledged() {
     let mut bus = Bus::with_sensor(ManualClock::new(), Address::High, uniform(20.0));

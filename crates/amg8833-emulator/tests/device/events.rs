@@ -1,4 +1,4 @@
-//! The INT pin as an event: when it can change next, what changes there were, and waiting for them.
+//! The INT pin as an event: its next possible change, its past changes, and waiting for them.
 
 use crate::support::*;
 use amg8833_emulator::{
@@ -14,7 +14,7 @@ use std::cell::RefCell;
 /// Trips at 30.25 degrees and above, pin enabled, no hysteresis.
 const ALARM: [[u8; 2]; 3] = [[0x08, 0x78], [0x0A, 0x00], [0x03, 0x03]];
 
-/// Somebody warm is there from second 2 to 3, and from 5 on.
+/// A warm person is present from second 2 to 3, and from 5 on.
 fn visits(t: Duration) -> Frame {
     let second = t.as_secs();
     uniform(if second == 2 || second >= 5 {
@@ -54,7 +54,7 @@ fn no_change_is_missed_however_late_somebody_looks() {
 }
 
 #[test]
-fn what_the_host_does_moves_the_pin_at_that_time() {
+fn a_write_moves_the_pin_at_its_own_time() {
     let mut rig = Rig::new(constant(31.0));
     rig.write(&[0x08, 0x78, 0x00]);
     rig.set(150);
@@ -106,7 +106,7 @@ fn a_change_that_falls_due_in_a_transaction_comes_with_its_stop() {
 }
 
 #[test]
-fn of_more_changes_than_are_kept_the_newest_are() {
+fn only_the_newest_changes_are_stored() {
     let blinking = |t: Duration| uniform(if t.as_millis() % 200 == 0 { 31.0 } else { 20.0 });
     let mut rig = Rig::new(blinking);
     for pair in ALARM {
@@ -159,7 +159,7 @@ fn shared(clock: &ManualClock) -> RefCell<Bus<&ManualClock, Visits>> {
 }
 
 #[test]
-fn the_changes_to_come_are_found_by_moving_an_emulated_clock() {
+fn future_changes_are_found_by_advancing_the_clock() {
     let clock = ManualClock::new();
     let bus = shared(&clock);
     let pin = SharedBus::new(&bus).int_pin(Address::High);
@@ -183,7 +183,7 @@ fn the_changes_to_come_are_found_by_moving_an_emulated_clock() {
     drop(held);
 }
 
-/// A clock that nobody can move, as a real one.
+/// A clock that cannot be moved, like a real one.
 struct Standing(Duration);
 
 impl Clock for Standing {
@@ -203,7 +203,7 @@ fn on_a_real_clock_the_changes_end_at_the_present() {
     assert_eq!(pin.edges(ms(10_000)).next(), None);
 }
 
-/// AMG88 spec §4-7: "VDD" when idle and Hi-Z when not enabled; the reference circuits have a pull-up instead.
+/// AMG88 spec §4-7: "VDD" when idle, Hi-Z when not enabled; the reference circuits have a pull-up instead.
 #[test]
 fn the_idle_pin_is_driven_by_option() {
     let options = Options {
@@ -230,10 +230,10 @@ fn the_idle_pin_is_driven_by_option() {
     );
 }
 
-/// Section 2.4: INT as "data ready" with levels of zero, in difference mode: by noise, and by option without.
+/// Section 2.4: INT as "data ready" with levels of zero in difference mode: due to noise, or by option without it.
 #[test]
 fn int_as_data_ready() {
-    // A quarter degree to and fro in one pixel is the least noise there is.
+    // A quarter degree back and forth in one pixel is the smallest possible noise.
     let noisy = |t: Duration| {
         let odd = t.as_millis() / 100 % 2 == 1;
         with_pixel(20.0, 11, if odd { 20.25 } else { 20.0 })

@@ -1,4 +1,4 @@
-//! The sensor broken on command: what the host sees, and what is left when it is mended.
+//! Injected faults: what the host sees, and what remains after they are cleared.
 
 use crate::support::*;
 use amg8833_emulator::{
@@ -85,7 +85,7 @@ fn a_hang_takes_the_controllers_patience() {
 }
 
 #[test]
-fn what_takes_the_whole_bus_takes_its_other_sensor_too() {
+fn a_fault_of_the_whole_bus_affects_its_other_sensor_too() {
     let faults = [
         (Fault::Hang, Err(BusError::Timeout)),
         (Fault::AdapterGone, Err(BusError::Gone)),
@@ -205,7 +205,7 @@ fn without_an_adapter_there_is_no_traffic_and_no_power() {
     assert_eq!(
         rig.bus.transaction(HIGH, &mut []),
         Err(BusError::Gone),
-        "even what sends nothing finds nobody to send it"
+        "even an empty transaction fails"
     );
     assert_eq!(rig.bus.traffic().bits, bits, "no wire, no traffic");
     rig.set(5_010);
@@ -219,7 +219,7 @@ fn without_an_adapter_there_is_no_traffic_and_no_power() {
 }
 
 #[test]
-fn an_unplugged_sensor_is_off_the_bus_and_starts_anew_when_it_is_back() {
+fn an_unplugged_sensor_is_off_the_bus_and_restarts_when_it_is_back() {
     let mut rig = Rig::new(counting);
     let source: Source = Box::new(counting);
     rig.bus.plug(Address::Low, source, Options::default());
@@ -277,7 +277,7 @@ fn faults_act_together_and_the_first_on_the_wire_hides_the_rest() {
     assert_eq!(
         rig.bus.fault_counts().of(FaultKind::AllZero),
         1,
-        "what is hidden is not counted"
+        "hidden faults are not counted"
     );
     assert_eq!(rig.bus.faults(Address::High).iter().count(), 9);
     mended(&mut rig);
@@ -381,7 +381,7 @@ fn another_speed_of_the_bus_takes_other_time() {
     assert_eq!(took(&mut rig), Duration::from_micros(11_820));
 }
 
-/// Section 2.1, as with the option, but for a time.
+/// Section 2.1, as with the option, but temporary.
 #[test]
 fn a_wake_too_fast_freezes_by_fault() {
     let mut rig = broken(Fault::FastWake);

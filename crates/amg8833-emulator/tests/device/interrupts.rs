@@ -15,7 +15,7 @@ const DIFFERENCE: [u8; 2] = [0x03, 0x01];
 /// Upper 30.00, lower -5.00, hysteresis 1.00 degrees: 0x078, 0xFEC (AMG88 spec §4-11-8), 0x004.
 const LEVELS: [u8; 7] = [0x08, 0x78, 0x00, 0xEC, 0x0F, 0x04, 0x00];
 
-/// One temperature a tick; the last stays.
+/// One temperature per tick; the last one stays.
 fn sequence(temperatures: &'static [f32]) -> impl FnMut(Duration) -> Frame {
     move |t| {
         let tick = usize::try_from(t.as_millis() / 100).unwrap();
@@ -23,7 +23,7 @@ fn sequence(temperatures: &'static [f32]) -> impl FnMut(Duration) -> Frame {
     }
 }
 
-/// The status register after each of the ticks.
+/// The status register after each tick.
 fn statuses(mut rig: Rig, ticks: u64) -> Vec<u8> {
     (1..=ticks)
         .map(|tick| {
@@ -131,7 +131,7 @@ fn the_flag_does_not_need_the_pin_and_the_pin_needs_the_flag() {
     assert_eq!(pin(&mut rig), InterruptPin::HighZ);
 }
 
-/// Section 2.2: SCLR clears flags; 0x30 clears flags and table. Both by what is documented as the default.
+/// Section 2.2: SCLR clears flags, 0x30 clears flags and table, as documented for the default options.
 #[test]
 fn the_status_clear_register_clears_what_is_selected_and_reads_zero() {
     let mut rig = rig(&[600.0], ABSOLUTE, Options::default());
@@ -154,7 +154,7 @@ fn the_status_clear_register_clears_what_is_selected_and_reads_zero() {
     assert_eq!(rig.word(), 0x7FF, "pixels hold");
     rig.write(&[0x01, 0x31]);
     rig.set(200);
-    assert_eq!(rig.register(0x04), 0x06, "still so: asserted again");
+    assert_eq!(rig.register(0x04), 0x06, "still outside: asserted again");
 }
 
 #[test]
@@ -171,7 +171,7 @@ fn the_status_clear_register_clears_the_table_by_option() {
     assert_eq!(rig.read(0x10, 8), [0; 8]);
 }
 
-/// Section 2.6, latching: the flag follows the frames by default, the overflow does not.
+/// Section 2.6, latching: by default the flag follows the frames, but the overflow does not.
 #[test]
 fn the_overflow_stays_until_cleared() {
     let mut rig = rig(&[600.0, 20.0], ABSOLUTE, Options::default());
@@ -196,16 +196,12 @@ fn flag_and_table_hold_until_cleared_by_option() {
     assert_eq!(pin(&mut rig), InterruptPin::Low);
     rig.write(&[0x05, 0x02]);
     rig.set(400);
-    assert_eq!(
-        rig.register(0x04),
-        0x00,
-        "cleared for good: nothing trips any more"
-    );
+    assert_eq!(rig.register(0x04), 0x00, "cleared: nothing trips now");
     rig.write(&FLAG_RESET);
     assert_eq!(rig.read(0x10, 8), [0; 8]);
 }
 
-/// A flag reset also ends a reading that is held only by the hysteresis (section 2.6, users of the hardware).
+/// A flag reset also ends an interrupt held only by the hysteresis (section 2.6, users of the hardware).
 #[test]
 fn a_flag_reset_releases_what_only_the_hysteresis_holds() {
     let mut rig = rig(&[31.0, 29.5], ABSOLUTE, Options::default());
@@ -216,7 +212,7 @@ fn a_flag_reset_releases_what_only_the_hysteresis_holds() {
     assert_eq!(rig.register(0x04), 0x00);
 }
 
-/// OVF_THS is in the specification of 2011 only.
+/// Only the 2011 specification has OVF_THS.
 #[test]
 fn the_thermistors_overflow_by_option() {
     let hot = |_| Frame {
@@ -274,8 +270,8 @@ fn the_int_pin_is_an_input_pin_beside_the_driver() {
     drop(held);
 }
 
-/// Section 2.6: the specification of 2011 has the overflow flags at the word 0xFFF, which is also -0.25 degrees in a
-/// pixel; that of 2016 has them at an overflow of the converter.
+/// Section 2.6: in the 2011 specification, the word 0xFFF sets the overflow flags; it is also -0.25 degrees in a pixel.
+/// In the 2016 one, a converter overflow sets them.
 #[test]
 fn the_overflow_flags_in_both_readings() {
     let expected = [
@@ -306,8 +302,8 @@ fn the_overflow_flags_in_both_readings() {
     }
 }
 
-/// AMG88 spec §4-11-8: a hysteresis beyond the level makes the output incorrect; here a pixel that tripped stays
-/// tripped, as it never comes a whole hysteresis inside.
+/// AMG88 spec §4-11-8: a hysteresis beyond the level makes the output incorrect. Here a tripped pixel stays tripped,
+/// since it never comes a whole hysteresis inside.
 #[test]
 fn a_hysteresis_beyond_the_level_never_releases() {
     let mut rig = Rig::new(sequence(&[31.0, 20.0, 0.0, -5.0, 20.0]));
@@ -367,7 +363,8 @@ fn the_thermistor_in_both_readings() {
     }
 }
 
-/// Section 2.7: the thermistor's registers at power-on are 0x000 in the specification of 2011 and open in that of 2016.
+/// Section 2.7: the thermistor's registers at power-on are 0x000 in the 2011 specification and unspecified in the 2016
+/// one.
 #[test]
 fn the_thermistor_at_power_on_by_option() {
     let options = Options {

@@ -1,4 +1,4 @@
-//! The emulated sensor from outside, line by line against the reference on the sensor and its datasheet.
+//! Public tests of the emulated sensor, line by line against the reference on the sensor and its datasheet.
 #![expect(
     clippy::unwrap_used,
     reason = "the helpers of a test fail it by panicking"

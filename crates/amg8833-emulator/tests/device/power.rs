@@ -1,4 +1,4 @@
-//! Reference section 2.1: modes, their transitions, sleep and what comes after it.
+//! Reference section 2.1: modes, their transitions, and sleep and wake.
 
 use crate::support::*;
 use amg8833_emulator::{AfterWake, InterruptPin, Options, SleepImage, StandBy};
@@ -6,8 +6,8 @@ use amg8833_emulator::{AfterWake, InterruptPin, Options, SleepImage, StandBy};
 const STAND_BY_60: [u8; 2] = [0x00, 0x20];
 const STAND_BY_10: [u8; 2] = [0x00, 0x21];
 
-/// The diagram of AMG88 spec of 2011: what each mode may be left for. Not drawn there: from sleep to stand-by, which
-/// the text forbids, and between the two kinds of stand-by, which nothing forbids.
+/// The diagram of the 2011 AMG88 spec: which mode may follow which. It does not show sleep to stand-by, which the text
+/// forbids, or one stand-by to the other, which nothing forbids.
 #[test]
 fn the_modes_and_their_transitions() {
     let modes = [NORMAL, SLEEP, STAND_BY_60, STAND_BY_10];
@@ -46,7 +46,7 @@ fn the_wake_sequence_of_the_datasheet() {
     assert_eq!(rig.word(), 17);
 }
 
-/// 0x3F is meant for the end of sleep; in normal mode it does the same.
+/// 0x3F is meant for the end of sleep; it does the same in normal mode.
 #[test]
 fn sleep_to_normal_without_a_reset_goes_on_with_the_next_tick() {
     let mut rig = Rig::new(counting);
@@ -59,7 +59,7 @@ fn sleep_to_normal_without_a_reset_goes_on_with_the_next_tick() {
     assert_eq!(rig.word(), 8);
 }
 
-/// One driver's authors found that the mode cannot be relied upon when it is read in sleep.
+/// One driver's authors found the mode unreliable when read in sleep.
 #[test]
 fn the_mode_reads_by_turns_in_sleep_by_option() {
     let options = Options {
@@ -123,8 +123,8 @@ fn a_sensor_that_never_slept_is_never_undefined() {
     assert_eq!(rig.word(), 3);
 }
 
-/// AMG88 spec of 2016, §4-11-4, has interrupts in stand-by; the interface document of 2021 has them in normal mode
-/// alone, and no stand-by among the modes.
+/// AMG88 spec of 2016, §4-11-4, has interrupts in stand-by. The 2021 interface document has them only in normal mode,
+/// and lists no stand-by modes.
 #[test]
 fn stand_by_in_the_three_readings() {
     let readings = [
@@ -165,7 +165,7 @@ fn stand_by_in_the_three_readings() {
 }
 
 #[test]
-fn from_one_stand_by_to_the_other_the_interval_counts_anew() {
+fn from_one_stand_by_to_the_other_the_interval_restarts() {
     let mut rig = Rig::new(counting);
     rig.write(&STAND_BY_60);
     rig.set(30_000);

@@ -23,7 +23,7 @@ enum Action {
     Raw(u8, u8),
 }
 
-/// Bytes that mean something, more often than chance would have it.
+/// Meaningful bytes, more often than by chance.
 fn byte() -> impl Strategy<Value = u8> {
     let commands = vec![
         0x00, 0x01, 0x02, 0x03, 0x05, 0x07, 0x08, 0x10, 0x1F, 0x20, 0x21, 0x30, 0x3F, 0x45, 0x50,
@@ -77,7 +77,7 @@ fn options() -> impl Strategy<Value = Options> {
     (any::<u64>(), any::<i32>()).prop_map(|(bits, ppm)| any_options(bits, ppm))
 }
 
-/// Pixels all over the range and beyond, different every tick.
+/// Pixels across the range and beyond, different every tick.
 fn wild(t: Duration) -> grideye_frame::Frame {
     let step = u16::try_from(t.as_millis() / 100 % 4_801).unwrap();
     uniform(f32::from(step) / 4.0 - 600.0)
@@ -149,7 +149,7 @@ proptest! {
             prop_assert_eq!(rig.image(), power_on_image(&options));
         }
 
-        // And it behaves from here on as one that was never touched.
+        // From here on it must behave like a new one.
         let error = rig.device().options().clock_error_ppm;
         let mut fresh = Rig::with(move |t| wild(t + now), Options { clock_error_ppm: error, ..options });
         fresh.set(2_050);
@@ -157,7 +157,7 @@ proptest! {
         prop_assert_eq!(rig.frames() - frames, fresh.frames());
     }
 
-    /// Section 1.3: unspecified bits read 0, whatever is measured.
+    /// Section 1.3: unspecified bits read 0 for any measurement.
     #[test]
     fn upper_nibbles_read_zero(degrees in prop::num::f32::ANY) {
         let mut rig = Rig::new(constant(degrees));

@@ -1,4 +1,4 @@
-//! Reference sections 2.2 and 2.3: what each reset leaves, and when frames are there after it.
+//! Reference sections 2.2 and 2.3: what each reset keeps, and when frames follow it.
 
 use crate::support::*;
 use amg8833_emulator::{Address, InitialReset, Options, StatusClear, WarmUp};
@@ -15,7 +15,7 @@ fn all_set(options: Options) -> Rig {
     rig
 }
 
-/// The register groups of the table of resets: settings, status, table, thermistor, pixels; whether each is non-zero.
+/// Whether each register group of the table of resets is non-zero: settings, status, table, thermistor, pixels.
 fn groups(rig: &mut Rig) -> [bool; 5] {
     let settings = [rig.read(0x00, 4), rig.read(0x07, 7)].concat();
     let status = rig.read(0x04, 1);
@@ -28,7 +28,7 @@ fn groups(rig: &mut Rig) -> [bool; 5] {
 const HELD: bool = true;
 const RESET: bool = false;
 
-/// AMG88 spec of 2016, the table of resets, every row, with the defaults of the emulator where it contradicts the text.
+/// AMG88 spec of 2016, every row of the table of resets, with the emulator's defaults where table and text disagree.
 #[test]
 fn the_table_of_resets() {
     let mut rig = all_set(Options::default());
@@ -118,7 +118,7 @@ fn settings_written_before_an_initial_reset_survive_it() {
     assert_eq!(rig.register(0x04), 0x02);
 }
 
-/// Section 2.3: two frames, of the array or of the registers.
+/// Section 2.3: two frames of the array, or two of the registers.
 #[test]
 fn the_two_frames_after_an_initial_reset_in_both_readings() {
     let expected = [
@@ -128,7 +128,7 @@ fn the_two_frames_after_an_initial_reset_in_both_readings() {
         (WarmUp::TwoFrames, true, 2_000),
     ];
     for (warm_up, one_fps, milliseconds) in expected {
-        // Whether the rate is set before the reset or after it.
+        // Set the rate before the reset, or after it.
         for before in [true, false] {
             let options = Options {
                 warm_up,
@@ -187,7 +187,7 @@ fn two_frames_at_one_fps_are_two_means_and_the_rate_can_still_change() {
     assert_eq!(rig.word(), 232, "two intervals of stand-by");
 }
 
-/// AMG88 spec §4-11-5: INTF counts from the second frame on; before, nothing is measured and nothing trips.
+/// AMG88 spec §4-11-5: INTF is valid from the second frame on; before that, nothing measures or trips.
 #[test]
 fn nothing_trips_during_the_two_frames() {
     let mut rig = Rig::new(constant(31.0));

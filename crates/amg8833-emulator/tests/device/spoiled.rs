@@ -1,11 +1,11 @@
-//! Faults that spoil what is read: lost pulses, flipped bits, glitches, torn registers; and chances.
+//! Faults that spoil reads: lost pulses, flipped bits, glitches, torn registers; and their chances.
 
 use crate::support::*;
 use amg8833_emulator::{Address, BusError, Chance, Fault, FaultKind};
 use embedded_hal::i2c::{I2c, NoAcknowledgeSource};
 use grideye_frame::PixelIndex;
 
-/// What a seventh of a byte makes of it: the pulse of bit 3 is lost, and the bits behind it come one place late.
+/// The pulse of bit 3 is lost, and the bits after it come one place late.
 #[test]
 fn a_lost_clock_pulse_shifts_what_is_read_and_ends_it() {
     let mut rig = Rig::new(constant(0.0));
@@ -58,7 +58,7 @@ fn a_bit_flips_where_it_was_told_to() {
     for (fault, bytes, flipped) in cases {
         let before = rig.bus.fault_counts().of(FaultKind::BitFlip);
         if fault == cases[0].0 {
-            // With every byte hit, the register address is too: 0x88 is where pixel 5 is.
+            // If every byte is hit, so is the register address: 0x88 is pixel 5.
             rig.bus.set_fault(Address::High, fault);
             assert_eq!(rig.read(0x08, 3), [0x80, 0x80, 0x80]);
             rig.bus.clear_fault(Address::High);
@@ -82,7 +82,7 @@ fn a_bit_flips_where_it_was_told_to() {
     assert_eq!(rig.read(0x08, 2), [0x10, 0x00], "what is written flips too");
 }
 
-/// Each bit a third of the time: 30,000 bytes, and six standard deviations (a chance of 2 in a thousand million).
+/// Each bit a third of the time: 30,000 bytes, and six standard deviations (a chance of 2 in a billion).
 #[test]
 fn chances_hold_to_their_probability() {
     let mut rig = Rig::new(constant(0.0));
@@ -101,7 +101,7 @@ fn chances_hold_to_their_probability() {
     for _ in 0..300 {
         let mut bytes = [0; 100];
         rig.bus.read(HIGH, &mut bytes).unwrap();
-        // Registers 0x20 to 0x7F and all pixels at 0.0 degrees read 0x00; the pointer passes the settings, which do too.
+        // Registers 0x20 to 0x7F and all pixels at 0.0 degrees read 0x00; so do the settings that the pointer passes.
         for byte in bytes.into_iter().filter(|byte| *byte != 0) {
             assert_eq!(byte.count_ones(), 1);
             bits[usize::try_from(byte.trailing_zeros()).unwrap()] += 1;
@@ -121,9 +121,9 @@ fn chances_hold_to_their_probability() {
     assert_eq!(counted, u64::from(flipped));
 }
 
-/// Transactions, by the same bound; and neighbors in the sequence are not alike.
+/// Per transaction, with the same bound; and adjacent transactions are independent.
 #[test]
-fn chances_are_drawn_anew_for_every_transaction() {
+fn chances_are_drawn_for_every_transaction() {
     let hits = |seed| {
         let mut rig = Rig::new(constant(0.0));
         rig.bus.set_seed(seed);
@@ -141,7 +141,7 @@ fn chances_are_drawn_anew_for_every_transaction() {
     let one = hits(1);
     assert_eq!(one, hits(1), "the same seed, the same faults");
     assert_ne!(one, hits(2));
-    // 20,000 at a tenth: 2,000 with a standard deviation of 42; in pairs 200, 14.
+    // 20,000 at one tenth: 2,000 with a standard deviation of 42; 200 in pairs, with 14.
     let count = one.iter().filter(|hit| **hit).count();
     assert!(count.abs_diff(2_000) < 6 * 43, "{count}");
     let pairs = one.windows(2).filter(|pair| pair[0] && pair[1]).count();
@@ -201,7 +201,7 @@ fn a_glitch_without_a_pixel_strikes_any() {
     assert!(hit.iter().all(|count| (41..160).contains(count)), "{hit:?}");
 }
 
-/// AMG88 spec §4-11-11 taken away: a frame that falls due in a burst comes into its midst.
+/// AMG88 spec §4-11-11 disabled: a frame that falls due in a burst lands in the middle of it.
 #[test]
 fn torn_registers_do_not_stand_still() {
     let mut rig = Rig::new(counting).at_scl(100_000);
@@ -216,7 +216,7 @@ fn torn_registers_do_not_stand_still() {
         pixels.windows(2).filter(|pair| pair[0] != pair[1]).count(),
         1
     );
-    // START, two addresses, the register, and 4 ms: bit 400 of the transaction is in byte 41 behind the addresses.
+    // START, two addresses, the register, and 4 ms: bit 400 of the transaction is in byte 41 after the addresses.
     let place = pixels.iter().position(|word| *word == 3).unwrap();
     assert!((19..=21).contains(&place), "{place}");
     rig.set(350);

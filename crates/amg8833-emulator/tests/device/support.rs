@@ -1,4 +1,4 @@
-//! A sensor with its bus and clock, and the words of these tests.
+//! A sensor with its bus and clock, and helpers for these tests.
 
 use amg8833_emulator::{Address, Bus, Device, Fault, ManualClock, Options};
 use core::time::Duration;
@@ -22,7 +22,7 @@ pub(crate) const AVERAGE_KEY: [[u8; 2]; 5] = [
 
 pub(crate) type Source = Box<dyn FnMut(Duration) -> Frame>;
 
-/// One sensor at 0x69 on a bus whose clock stands still until told.
+/// One sensor at 0x69 on a bus with a manual clock.
 pub(crate) struct Rig {
     pub(crate) bus: Bus<ManualClock, Source>,
 }
@@ -39,7 +39,7 @@ impl Rig {
         Self { bus }
     }
 
-    /// A bus whose only sensor is this one, with its clock at the start.
+    /// A bus with only this sensor, and its clock at the start.
     pub(crate) fn of(device: Device<Source>) -> Self {
         let mut rig = Self::new(constant(0.0));
         *rig.device() = device;
@@ -79,12 +79,12 @@ impl Rig {
         words(&self.read(0x80, 128))
     }
 
-    /// All pixels, which must be the same word.
+    /// The word of all pixels, which must be equal.
     pub(crate) fn word(&mut self) -> u16 {
         let pixels = self.pixels();
         assert!(
             pixels.iter().all(|word| *word == pixels[0]),
-            "a mix: {pixels:?}"
+            "mixed frames: {pixels:?}"
         );
         pixels[0]
     }
@@ -130,7 +130,7 @@ pub(crate) fn counting(t: Duration) -> Frame {
     uniform(f32::from(u16::try_from(t.as_millis() / 100).unwrap()) / 4.0)
 }
 
-/// A frame whose pixels all have one temperature, but for one pixel by its number of 1 to 64.
+/// A uniform frame except for one pixel, given by its number from 1 to 64.
 pub(crate) fn with_pixel(celsius: f32, number: usize, other: f32) -> Frame {
     let mut frame = uniform(celsius);
     frame.pixels[number - 1] = Celsius::new(other);

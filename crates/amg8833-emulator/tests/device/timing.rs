@@ -1,4 +1,4 @@
-//! Reference sections 2.1, 2.3, 2.4, 2.5: rates, averages, stand-by, and the sensor's own clock.
+//! Reference sections 2.1, 2.3, 2.4, 2.5: rates, averages, stand-by, and the sensor's clock.
 
 use crate::support::*;
 use amg8833_emulator::{
@@ -61,7 +61,7 @@ fn one_frame_a_second_is_the_mean_of_the_last_ten() {
 }
 
 #[test]
-fn a_change_of_rate_starts_both_averages_anew() {
+fn a_change_of_rate_restarts_both_averages() {
     let mut rig = Rig::new(counting);
     rig.write(&ONE_FPS);
     rig.set(550);
@@ -88,7 +88,7 @@ fn a_change_of_rate_starts_both_averages_anew() {
 
 #[test]
 fn means_are_taken_before_the_quantization() {
-    // Seven values that round to 80 steps and three that round to 81: of the words the mean would be 80.
+    // Seven values round to 80 steps and three to 81: the mean of the words would be 80.
     let source = |t: Duration| {
         uniform(if t.as_millis() / 100 % 10 < 3 {
             20.16
@@ -261,7 +261,7 @@ fn the_clock_error_can_drift_without_a_jump() {
     assert_eq!(rig.frames(), 1 + 5);
 }
 
-/// What a replay hears: `measuring_from`, then the frames asked for.
+/// Records what a replay receives: `measuring_from`, then the frame requests.
 #[derive(Default)]
 struct Listener {
     starts: Vec<u128>,
@@ -399,7 +399,7 @@ fn a_time_beyond_every_clock_counts_as_the_latest() {
 }
 
 #[test]
-fn what_was_measured_before_a_power_cycle_counts() {
+fn frames_before_a_power_cycle_count() {
     let mut device = Device::new(counting, Options::default(), Duration::ZERO);
     device.power_cycle(Duration::from_millis(250));
     assert_eq!(device.frames(), 2);
@@ -407,7 +407,7 @@ fn what_was_measured_before_a_power_cycle_counts() {
     assert_eq!(device.frames(), 3);
 }
 
-/// Section 2.3: two frames after an initial reset, whatever the mode does in between.
+/// Section 2.3: two frames after an initial reset, whatever the mode does in the meantime.
 #[test]
 fn a_change_of_mode_does_not_shorten_the_warm_up() {
     let mut rig = Rig::new(counting);
@@ -421,8 +421,8 @@ fn a_change_of_mode_does_not_shorten_the_warm_up() {
     assert_eq!(rig.word(), 5);
 }
 
-/// A day with a clock that starts 4 % slow and warms up by 100 ppm an hour, read by its frames: their number is the
-/// integral of the speed, (0.96 * 24 h + 100e-6 / h * 24^2 h^2 / 2) * 36,000 / h = 830,476.8.
+/// A day with a clock that starts 4 % slow and speeds up by 100 ppm per hour. The number of frames is the integral of
+/// the speed, (0.96 * 24 h + 100e-6 / h * 24^2 h^2 / 2) * 36,000 / h = 830,476.8.
 #[test]
 fn a_drifting_day_has_the_frames_of_the_integral() {
     let options = Options {
@@ -435,14 +435,14 @@ fn a_drifting_day_has_the_frames_of_the_integral() {
         rig.frames();
     }
     assert_eq!(rig.frames(), 830_476);
-    // The next frame is due when 0.2 of one more has passed, at 9.624 a second: in 20.781 ms.
+    // The next frame is due after 0.2 of another one, at 9.624 per second: in 20.781 ms.
     let next = rig.device().next_frame_at().unwrap().as_secs_f64();
     assert!((next - 86_400.020_781).abs() < 2e-6, "{next}");
 }
 
-/// The same for a curve of two lines, the second one through the first night: 10 h from 0 to 1,000 ppm, 4 h back.
+/// The same for a curve of two lines, the second through the first night: 10 h from 0 to 1,000 ppm, 4 h back.
 #[test]
-fn a_drift_curve_counts_from_power_on_and_starts_anew_with_it() {
+fn a_drift_curve_counts_from_power_on_and_restarts_with_it() {
     static POINTS: [(Duration, i32); 3] = [
         (Duration::ZERO, 0),
         (Duration::from_secs(36_000), 1_000),
@@ -492,7 +492,7 @@ fn a_drift_curve_of_no_use_is_refused_by_its_point() {
     assert!(DriftCurve::new(&GOOD).is_ok());
 }
 
-/// Any drift by call: a clock that is read out of a table every minute of a day.
+/// Any drift set by call: a clock error read from a table every minute of a day.
 #[test]
 fn a_drift_by_call_over_a_day_loses_nothing() {
     let mut rig = Rig::new(constant(20.0));
@@ -512,9 +512,9 @@ fn a_drift_by_call_over_a_day_loses_nothing() {
     assert!((next - due).abs() < 1e-6, "{next} {due}");
 }
 
-/// A live program with a slow source is not asked for what nobody saw.
+/// A live program with a slow source need not produce frames that no read would see.
 #[test]
-fn the_frames_to_make_up_for_can_be_few() {
+fn the_frames_to_catch_up_can_be_few() {
     for (catch_up_frames_max, asked) in [(0, 1), (1, 1), (20, 20), (CATCH_UP_FRAMES_MAX, 6_003)] {
         let count = Rc::new(RefCell::new(0_u64));
         let log = Rc::clone(&count);
@@ -528,12 +528,12 @@ fn the_frames_to_make_up_for_can_be_few() {
         };
         let mut rig = Rig::with(source, options);
         rig.set(600_300);
-        assert_eq!(rig.word(), 3, "the newest is there all the same");
+        assert_eq!(rig.word(), 3, "the newest frame is there");
         assert_eq!(*count.borrow(), asked);
     }
 }
 
-/// At 1 fps the frames that are left out are left out by tens, so that the next mean comes when it would have come.
+/// At 1 fps the skipped frames are skipped by tens, so that the next mean comes on time.
 #[test]
 fn a_stall_does_not_move_the_second_at_one_fps() {
     let options = Options {
@@ -555,7 +555,7 @@ fn a_stall_does_not_move_the_second_at_one_fps() {
     }
 }
 
-/// Second n shows n degrees, from half a second before to half a second after, so that the mean of ten ticks is n - 0.5.
+/// Second n shows n degrees, from half a second before to half a second after, so the mean of ten ticks is n - 0.5.
 fn counting_slowly(t: Duration) -> Frame {
     let halves = u16::try_from((t.as_millis() - 1) / 500).unwrap();
     uniform(f32::from(halves / 2 + halves % 2))

@@ -1,4 +1,4 @@
-//! Reference section 1.2 and 1.3: the transactions of drivers that were run on the real part, byte by byte.
+//! Reference sections 1.2 and 1.3: the transactions of drivers that ran on the real part, byte by byte.
 
 use crate::support::*;
 use amg8833_emulator::{Ack, Device, Options, PastTheEnd, UnspecifiedBits};
@@ -20,7 +20,7 @@ fn begin(device: &mut Sensor, bytes: &[u8], now: u64) {
     }
 }
 
-/// Sr, address for reading, so many bytes, STOP.
+/// Sr, address for reading, this many bytes, STOP.
 fn end_reading(device: &mut Sensor, count: usize, now: u64) -> Vec<u8> {
     assert_eq!(device.start_read(ms(now)), Ack::Ack);
     let bytes = (0..count).map(|_| device.read(ms(now))).collect();
@@ -33,9 +33,9 @@ fn registers(device: &mut Sensor, register: u8, count: usize, now: u64) -> Vec<u
     end_reading(device, count, now)
 }
 
-/// The interface document of 2021 sets a level in two pairs behind repeated STARTs, with one STOP.
+/// The 2021 interface document sets a level in two pairs after repeated STARTs, with one STOP.
 #[test]
-fn pairs_behind_repeated_starts_in_one_transaction() {
+fn pairs_after_repeated_starts_in_one_transaction() {
     let mut device = sensor();
     begin(&mut device, &[0x08, 0xD8], 0);
     begin(&mut device, &[0x09, 0x0F], 0);
@@ -45,7 +45,7 @@ fn pairs_behind_repeated_starts_in_one_transaction() {
     assert_eq!(registers(&mut device, 0x03, 1, 0), [0x02]);
 }
 
-/// An Arduino driver sends the address alone, and then the same again with the bytes, before every write.
+/// An Arduino driver sends the address alone before every write, then again with the bytes.
 #[test]
 fn an_address_alone_before_a_repeated_start() {
     let mut device = sensor();
@@ -55,7 +55,7 @@ fn an_address_alone_before_a_repeated_start() {
     assert_eq!(registers(&mut device, 0x02, 1, 0), [0x01]);
 }
 
-/// Drivers that never send a STOP behind a write go on with a START, which counts as a repeated one.
+/// Drivers that never send a STOP after a write continue with a START, which counts as a repeated one.
 #[test]
 fn writes_without_a_stop() {
     let mut device = sensor();
@@ -72,7 +72,7 @@ fn writes_without_a_stop() {
     assert_eq!(registers(&mut device, 0x00, 4, 250), [0, 0, 0, 0]);
 }
 
-/// SMBus block writes put a count between register and value; other drivers a zero. Neither wedges the sensor.
+/// SMBus block writes put a count between register and value; other drivers put a zero. Neither blocks the sensor.
 #[test]
 fn a_byte_too_many_shifts_the_value_to_the_next_register() {
     let mut rig = Rig::new(counting);
@@ -99,7 +99,7 @@ fn every_setting_can_be_read_before_it_is_written() {
     assert_eq!(rig.word(), 80);
 }
 
-/// amg88 0.4.1 reads one byte behind each write: that of the next register. Behind 0x1F that is 0x20.
+/// amg88 0.4.1 reads one byte after each write, from the next register: 0x20 after 0x1F.
 #[test]
 fn a_read_behind_each_write_is_of_the_register_after_it() {
     let mut rig = Rig::new(constant(20.0));
@@ -108,14 +108,14 @@ fn a_read_behind_each_write_is_of_the_register_after_it() {
         rig.bus
             .write_read(HIGH, &[register, byte], &mut next)
             .unwrap();
-        assert_eq!(next, [0x00], "behind 0x{register:02x}");
+        assert_eq!(next, [0x00], "after 0x{register:02x}");
     }
     assert_eq!(rig.register(0x07), 0x20);
 }
 
-/// The breakout board's firmware: 0x80 and STOP, then four reads of 32 bytes without an address, 2 ms apart.
+/// The breakout board's firmware: 0x80 and STOP, then four reads of 32 bytes without a register address, 2 ms apart.
 #[test]
-fn the_pointer_goes_on_over_stops() {
+fn the_pointer_continues_across_stops() {
     let mut rig = Rig::new(counting);
     rig.set(110);
     rig.write(&[0x80]);
@@ -129,7 +129,7 @@ fn the_pointer_goes_on_over_stops() {
     assert_eq!(words(&frame), [1; 64]);
     let mut behind = [0xA5];
     rig.bus.read(HIGH, &mut behind).unwrap();
-    assert_eq!(behind, [0x00], "and then from the start");
+    assert_eq!(behind, [0x00], "then from the start");
 }
 
 #[test]
@@ -143,7 +143,7 @@ fn the_pointer_stays_at_the_end_by_option() {
     assert_eq!(rig.read(0xFD, 6), [0x0F, 0xFF, 0x0F, 0x0F, 0x0F, 0x0F]);
 }
 
-/// Section 1.3, recovery of a bus: more than nine clocks with SDA high, then STOP, wherever the transfer was left.
+/// Section 1.3, bus recovery: more than nine clocks with SDA high, then STOP, wherever the transfer stopped.
 #[test]
 fn clocks_and_a_stop_free_the_bus_wherever_a_transfer_was_left() {
     for left_after in 0..6 {
@@ -157,14 +157,14 @@ fn clocks_and_a_stop_free_the_bus_wherever_a_transfer_was_left() {
                 _ => assert_ne!(device.read(ms(150)), 0xFF),
             }
         }
-        // Nine clocks are one more byte to whoever still drives the line.
+        // To a device that still drives the line, nine clocks are one more byte.
         device.read(ms(150));
         device.stop(ms(150));
         assert_eq!(registers(&mut device, 0x80, 2, 260), [2, 0], "{left_after}");
     }
 }
 
-/// Without START nobody is addressed: bytes are not acknowledged, and the released line reads ones.
+/// Without START no device is addressed: bytes are not acknowledged, and the released line reads ones.
 #[test]
 fn nothing_answers_outside_a_transfer() {
     let mut device = sensor();
@@ -182,7 +182,7 @@ fn nothing_answers_outside_a_transfer() {
     assert_eq!(device.refusals().nacks, 2);
 }
 
-/// Section 1.1: bits 7 to 4 of high bytes are open; drivers that do not mask them depend on 0.
+/// Section 1.1: bits 7 to 4 of high bytes are unspecified; drivers that do not mask them rely on 0.
 #[test]
 fn unspecified_bits_read_ones_by_option() {
     let options = Options {
@@ -203,7 +203,7 @@ fn unspecified_bits_read_ones_by_option() {
     assert_eq!(rig.read(0x0E, 2), [0x00, 0x80], "the sleep image counts");
 }
 
-/// Section 1.1 and 3.3: cold objects read on below 0 °C, down to -50 °C and beyond; nothing is clamped there.
+/// Sections 1.1 and 3.3: cold objects read below 0 °C, down to -50 °C and beyond, without clamping.
 #[test]
 fn nothing_is_clamped_at_zero() {
     for celsius in [-0.25_f32, -20.0, -50.0, -200.0] {
@@ -216,7 +216,7 @@ fn nothing_is_clamped_at_zero() {
 }
 
 /// Section 1.3: the sensor never stretches the clock, so 128 bytes at 400 kHz take 131 bytes of nine bits, START,
-/// repeated START and STOP: 2.955 ms, as was measured on a real one (2.9 ms).
+/// repeated START and STOP: 2.955 ms; a real sensor measured 2.9 ms.
 #[test]
 fn a_burst_takes_its_bits_and_no_more() {
     use amg8833_emulator::Clock;
@@ -225,7 +225,7 @@ fn a_burst_takes_its_bits_and_no_more() {
     assert_eq!(rig.bus.clock().now().as_nanos(), 2_955_000);
 }
 
-/// `i2cdetect -r` reads one byte at whatever the pointer is; `-q` writes none.
+/// `i2cdetect -r` reads one byte at the pointer; `-q` writes none.
 #[test]
 fn probes_are_acknowledged_in_every_mode() {
     for mode in [[0x00, 0x00], [0x00, 0x10], [0x00, 0x21]] {

@@ -1,1 +1,1 @@
-//! Nothing: a package has to have a library. The drivers of other authors meet the emulated sensor in `tests/`.
+//! Empty: a package must have a library. The third-party drivers run against the emulated sensor in `tests/`.

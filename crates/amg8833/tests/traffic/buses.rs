@@ -1,4 +1,4 @@
-//! The buses of these tests: one that writes down, ones that fail, and one that is not ready at once.
+//! Test buses: one that records, some that fail, and one that is not ready at once.
 
 use embedded_hal::i2c::{ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};
 use std::cell::RefCell;
@@ -7,7 +7,7 @@ use std::pin::pin;
 use std::rc::Rc;
 use std::task::{Context, Poll, Waker};
 
-/// A bus and a clock that write down what is asked of them; every read gives zeros.
+/// A bus and clock that record every call; every read returns zeros.
 #[derive(Clone, Default)]
 pub(crate) struct Tape {
     pub(crate) events: Rc<RefCell<Vec<Event>>>,
@@ -34,7 +34,7 @@ impl Tape {
         self.events.borrow().len()
     }
 
-    /// Address bytes included: one before what is written, one more before what is read.
+    /// Bytes on the wire with address bytes: one before the bytes written, one more before the bytes read.
     pub(crate) fn wire_bytes(&self) -> usize {
         self.events
             .borrow()
@@ -47,7 +47,7 @@ impl Tape {
             .sum()
     }
 
-    /// Nine bits a byte with its acknowledge, and one each for START, repeated START and STOP.
+    /// Nine bits per byte with its acknowledge, and one each for START, repeated START and STOP.
     pub(crate) fn wire_bits(&self) -> usize {
         let conditions: usize = self
             .events
@@ -111,7 +111,7 @@ impl embedded_hal_async::delay::DelayNs for Tape {
     }
 }
 
-/// A bus that reports success for every read and delivers only the first so many bytes of it.
+/// A bus that reports success for every read but delivers only its first bytes.
 pub(crate) struct Delivering {
     bytes: Vec<u8>,
     /// Reads that deliver nothing, before those that do.
@@ -152,7 +152,7 @@ impl I2c for Delivering {
     }
 }
 
-/// A bus whose every transfer fails as on a Raspberry Pi without the sensor.
+/// A bus on which every transfer fails, as on a Raspberry Pi without the sensor.
 pub(crate) struct Broken;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -184,7 +184,7 @@ impl I2c for Broken {
     }
 }
 
-/// An async bus over a blocking one that is not ready when it is first asked, as a real one is not.
+/// An async wrapper of a blocking bus that is not ready on the first poll, like a real one.
 pub(crate) struct Yielding<B> {
     pub(crate) bus: B,
 }
@@ -238,7 +238,7 @@ async fn yield_once() {
     .await;
 }
 
-/// Polls a future to its end; no future of this crate is polled more often than it has transactions.
+/// Polls a future to its end, within 100 polls: futures of this crate need one per transaction.
 pub(crate) fn block_on<F: Future>(future: F) -> F::Output {
     const POLLS_MAX: usize = 100;
     let mut future = pin!(future);

@@ -1,4 +1,4 @@
-//! Buses that report success for reads they did not carry out, and errors as a person and as a program sees them.
+//! Buses that report success for reads they did not carry out, and errors as people and programs see them.
 
 use crate::buses::{Broken, Delivering, Event, RemoteIo, Tape, Yielding, block_on};
 use crate::{pixel_bytes, pixel_words};
@@ -89,7 +89,7 @@ proptest! {
         share in 0.0_f32..=1.0,
     ) {
         let hysteresis = share * upper.min(-lower);
-        // Rounding may lift the hysteresis one step above a level; then it is refused, and rightly.
+        // Rounding may lift the hysteresis one step above a level, which is then rejected as it should be.
         let Ok(levels) = InterruptLevels::new(Celsius::new(upper), Celsius::new(lower), Celsius::new(hysteresis))
         else {
             return Ok(());

@@ -1,6 +1,6 @@
-//! What goes over the bus, transaction by transaction, blocking and async, and what is made of the answers.
+//! The driver's bus traffic, transaction by transaction, blocking and async, and its decoding of the answers.
 //!
-//! Addresses and values are written out here from the datasheet, and not taken from the crate.
+//! Addresses and values are written out from the datasheet, not taken from the crate.
 #![expect(
     clippy::unwrap_used,
     clippy::panic,
@@ -22,7 +22,7 @@ use embedded_hal_mock::eh1::delay::NoopDelay;
 use embedded_hal_mock::eh1::i2c::{Mock, Transaction};
 use grideye_frame::{Celsius, PixelIndex, PixelWord, RawFrame, ThermistorWord};
 
-/// The address of both sensors on the mocked bus, but where an address is what is tested.
+/// The sensor's address on the mocked bus, except where a test is about addresses.
 const SENSOR: u8 = 0x69;
 
 fn write(bytes: &[u8]) -> Transaction {
@@ -33,8 +33,8 @@ fn read(register: u8, answer: &[u8]) -> Transaction {
     Transaction::write_read(SENSOR, vec![register], answer.to_vec())
 }
 
-/// One test module a method: the blocking and the async driver send these transactions and return this value; and
-/// when any one of the transactions fails, its error comes back and nothing is sent after it.
+/// One test module per method. The blocking and the async driver must send these transactions and return this value. If
+/// any transaction fails, they must return its error and send nothing more.
 macro_rules! traffic {
     ($name:ident: $bus:expr, $method:ident($($argument:expr),*) => $expected:expr) => {
         mod $name {
@@ -196,7 +196,7 @@ traffic!(interrupt_table: [read(0x10, &[0x01, 0, 0, 0x08, 0, 0, 0, 0x80])],
 
 // Temperatures: AMG88 spec §4-11-9, §4-11-11.
 
-/// Pixel `n` holds `n` steps, but for the first and the last, which hold −0.25 and −55 °C.
+/// Pixel `n` holds `n` steps, except the first and last, which hold −0.25 and −55 °C.
 fn pixel_bytes() -> Vec<u8> {
     let mut bytes: Vec<u8> = (1..=64).flat_map(|number| [number, 0x00]).collect();
     bytes[..2].copy_from_slice(&[0xFF, 0x0F]);
@@ -235,7 +235,7 @@ fn a_frame_that_was_read_has_the_degrees_of_the_specification() {
     assert_eq!(frame.pixels[63], Celsius::new(-55.0));
 }
 
-// Everything at once.
+// All settings at once.
 
 fn settings() -> Settings {
     Settings {
@@ -246,8 +246,7 @@ fn settings() -> Settings {
     }
 }
 
-/// What `settings()` looks like in the registers 0x00 to 0x0D, with the write-only and reserved ones set to what no
-/// one may rely on.
+/// `settings()` in registers 0x00 to 0x0D, with arbitrary values in the write-only and reserved ones.
 const SETTINGS_READ_BACK: [u8; 14] = [
     0x00, 0xFF, 0x01, 0x03, 0x0E, 0xFF, 0xFF, 0x20, 0x78, 0x00, 0xEC, 0x0F, 0x04, 0x00,
 ];
@@ -289,7 +288,7 @@ traffic!(configuration_with_an_undefined_power_mode: [read(0x00, &[0x30; 14])],
     configuration() => Err(Error::UndefinedPowerMode(UndefinedPowerMode { found: 0x30 })));
 
 #[test]
-fn a_sensor_that_reset_itself_is_told_from_one_that_did_not() {
+fn a_sensor_that_reset_itself_is_recognized() {
     let mut after_power_on = [0; 14];
     let bus = [read(0x00, &SETTINGS_READ_BACK), read(0x00, &after_power_on)];
     let mut sensor = Amg8833::new(Mock::new(&bus), Address::High);
@@ -303,7 +302,7 @@ fn a_sensor_that_reset_itself_is_told_from_one_that_did_not() {
     );
     sensor.release().done();
 
-    // With the default settings only the levels can tell, and they do.
+    // With the default settings, only the levels reveal a reset.
     let default = Settings::default();
     let bus = [read(0x00, &after_power_on)];
     let mut sensor = Amg8833::new(Mock::new(&bus), Address::High);
@@ -326,7 +325,7 @@ fn a_sensor_that_reset_itself_is_told_from_one_that_did_not() {
 #[test]
 fn only_the_four_defined_power_modes_are_taken() {
     for found in 0..=u8::MAX {
-        // The byte that a buffer is filled with before a read is read twice: see the test of that name.
+        // The byte that fills a buffer before a read causes a second read.
         let times = if found == 0xA5 { 2 } else { 1 };
         let bus = vec![read(0x00, &[found]); times];
         let mut sensor = Amg8833::new(Mock::new(&bus), Address::High);

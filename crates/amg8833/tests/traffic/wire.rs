@@ -1,4 +1,4 @@
-//! Where the driver waits, and how many bytes it puts on the wire.
+//! The driver's waits, and its bytes on the wire.
 
 use crate::buses::{Event, Tape, Yielding, block_on, waits};
 use crate::settings;

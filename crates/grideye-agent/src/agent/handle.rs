@@ -1,4 +1,4 @@
-//! A running agent: what it does, how it is stopped, and what it did.
+//! A running agent: its state, how to stop it, and its final summary.
 
 use super::threads::Running;
 use crate::health::{Health, Identity};
@@ -11,11 +11,11 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-/// How long [`AgentHandle::stop`] waits for the bus threads; one that hangs longer in a transfer is left behind.
+/// How long [`AgentHandle::stop`] waits for the bus threads before it abandons one stuck in a transfer.
 pub const BUS_STOP_MAX: Duration = Duration::from_secs(3);
-/// How long [`AgentHandle::stop`] waits beyond its time for the uploader; one that hangs in a post is left behind.
+/// How much longer than its flush time [`AgentHandle::stop`] waits for the uploader before it abandons a stuck post.
 pub const UPLOAD_STOP_MAX: Duration = Duration::from_secs(1);
-/// How long [`AgentHandle::stop`] waits for what is left in memory to be on the disk.
+/// How long [`AgentHandle::stop`] waits for the spooler to write the rest of memory to the disk.
 pub const SPOOLER_STOP_MAX: Duration = Duration::from_secs(5);
 
 /// A running agent. Dropping it stops the reading without waiting and without delivering the rest.
@@ -30,44 +30,44 @@ pub struct AgentHandle {
 }
 
 impl AgentHandle {
-    /// How the agent does.
+    /// The agent's health.
     #[must_use]
     pub fn health(&self) -> Health {
         Health::new(Arc::clone(&self.shared), self.identity.clone())
     }
 
-    /// Every sensor's account as of now.
+    /// Every sensor's current account.
     #[must_use]
     pub fn accounts(&self) -> BTreeMap<String, Account> {
         self.shared.with_ring(|ring| ring.accounts())
     }
 
-    /// Records that the collector is not yet known to have, of all sensors together.
+    /// Records not yet acknowledged, all sensors together.
     #[must_use]
     pub fn held(&self) -> usize {
         self.shared.with_ring(|ring| ring.len())
     }
 
-    /// Whether every sensor has reached its limit of frames.
+    /// Whether every sensor has reached its frame limit.
     #[must_use]
     pub fn is_finished(&self) -> bool {
         self.running.wait(Duration::ZERO)
     }
 
-    /// Waits until [`AgentHandle::is_finished`], or for this long. Returns which.
+    /// Waits for [`AgentHandle::is_finished`], at most this long. Returns whether it is.
     #[must_use]
     pub fn wait_finished(&self, timeout: Duration) -> bool {
         self.running.wait(timeout)
     }
 
-    /// Stops reading, delivers what is left for up to `flush_for`, and says what was done.
+    /// Stops reading, delivers the rest for at most `flush_for`, and returns the summary.
     #[must_use]
     pub fn stop(self, flush_for: Duration) -> Summary {
         self.running.is_stopping.store(true, Ordering::SeqCst);
         self.running.wait(BUS_STOP_MAX);
         self.shared.flush_until(Instant::now() + flush_for);
-        // A panic of the uploader leaves the rest in the ring, which the summary shows; so does a post that began before
-        // the stop and hangs: it may last as long as a request may, and is not waited for.
+        // Not waited for: an uploader that panicked leaves the rest in the ring, as the summary shows; so does a post
+        // that began before the stop and hangs, which may last as long as a request may.
         self.uploading.wait(flush_for + UPLOAD_STOP_MAX);
         self.shared.end_spooler();
         self.spooling.wait(SPOOLER_STOP_MAX);
@@ -100,28 +100,28 @@ impl Drop for AgentHandle {
     }
 }
 
-/// What an agent did, by sensor.
+/// An agent's final summary, by sensor.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Summary {
-    /// The account of each sensor, by its name.
+    /// Each sensor by name.
     pub sensors: BTreeMap<String, SensorSummary>,
-    /// Buses whose thread hung in a transfer and was left behind.
+    /// Buses with an abandoned thread, stuck in a transfer.
     pub hung_buses: Vec<String>,
 }
 
-/// What became of one sensor's frames.
+/// The outcome of one sensor's frames.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct SensorSummary {
     /// The agent's account.
     pub account: Account,
-    /// Frames read that the collector has on disk.
+    /// Frames read and acknowledged.
     pub acknowledged: u64,
-    /// Frames read that wait in the spool for the next run.
+    /// Frames read that wait in the spool for the next start.
     pub on_disk: u64,
 }
 
 impl Summary {
-    /// Whether every frame of every sensor was read and is on a disk, the collector's or the spool's.
+    /// Whether every frame of every sensor was read and is on disk, at the collector or in the spool.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         let is_complete = |sensor: &SensorSummary| {
@@ -133,8 +133,8 @@ impl Summary {
 }
 
 impl fmt::Display for Summary {
-    /// One line a sensor: `i2c-1:0x69: 100 read = 98 stored + 2 dropped + 0 in memory; 1 missing`, and `+ 5 on disk` in
-    /// front of the semicolon where the spool holds some.
+    /// One line per sensor: `i2c-1:0x69: 100 read = 98 stored + 2 dropped + 0 in memory; 1 missing`, with `+ 5 on disk`
+    /// before the semicolon if the spool holds some.
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, (name, sensor)) in self.sensors.iter().enumerate() {
             let account = &sensor.account;
@@ -152,7 +152,7 @@ impl fmt::Display for Summary {
             write!(formatter, "; {} missing", account.missing)?;
         }
         for bus in &self.hung_buses {
-            write!(formatter, "\n{bus}: hung in a transfer")?;
+            write!(formatter, "\n{bus}: stuck in a transfer")?;
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! How an agent starts: a thread for each bus, one for the uploads, one for the spool.
+//! Starts an agent: one thread per bus, one for uploads, one for the spool.
 
 use super::handle::AgentHandle;
 use super::threads::{AnyBus, BusThread, Ended, Running, STACK_BYTES};
@@ -16,33 +16,33 @@ use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Why an agent did not start, and what to do about it.
+/// Why an agent did not start, and how to fix it.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StartError {
-    /// The system gave no thread for this.
-    #[error("no thread for {0}: {1}\nhint: is the system out of memory?")]
+    /// The system could not create the named thread.
+    #[error("cannot start thread {0}: {1}\nhint: is the system out of memory?")]
     Thread(String, io::Error),
     /// Another agent uses the spool's folder, or a later version wrote it.
     #[error("{0}")]
     Spool(#[from] FolderError),
-    /// No folder was named for the spool.
+    /// No folder is named for the spool.
     #[error(
         "spool.folder: expected a folder, found none\nhint: name one, for example /var/lib/grideye-agent/spool; systemd gives one with StateDirectory=grideye-agent"
     )]
     NoSpoolFolder,
-    /// Nobody said where to deliver.
+    /// No collector is named.
     #[error(
         "no collector is named\nhint: paste the line that `grideye enroll DEVICE` prints on the collector's machine; or, for plain HTTP within a network that you trust, collector = \"http://HOST:8833\" in the configuration"
     )]
     NoCollector,
-    /// The credentials that joining left cannot be used.
+    /// The credentials that joining wrote are unusable.
     #[error(
         "{0}\nhint: join again: paste the line that `grideye enroll DEVICE` prints on the collector's machine"
     )]
     Credentials(String),
-    /// Two sensors have this name.
-    #[error("sensor {0} is there twice\nhint: name each bus and each address once")]
+    /// Two sensors share this name.
+    #[error("duplicate sensor {0}\nhint: name each bus and each address once")]
     SensorTwice(String),
 }
 
@@ -50,29 +50,29 @@ pub enum StartError {
 #[derive(Debug)]
 pub struct Agent;
 
-/// What an agent is to run with, beside its buses.
+/// An agent's parameters, except its buses.
 #[derive(Debug, Clone)]
 pub struct Start {
-    /// The configuration. Its buses are not used: they are handed in open-able.
+    /// The configuration. Its buses are ignored: [`Agent::start`] takes them with their openers.
     pub config: Config,
-    /// The device's name if the configuration gives none.
+    /// The device's name if the configuration has none.
     pub host_name: String,
-    /// The name of this run, different at each start: sequence numbers begin again with it.
+    /// The boot's name, different at each start, because sequence numbers start again with it.
     pub boot: String,
-    /// Stop reading each sensor after exactly this many frames read.
+    /// Stop reading each sensor after exactly this many frames.
     pub frames_limit: Option<u64>,
-    /// How long an operation on a bus may take until it counts as hung.
+    /// A bus operation that takes this long counts as hung.
     pub hung_after: Duration,
 }
 
 impl Start {
-    /// A run with a name of its own, without a limit of frames.
+    /// A boot with a random name, without a frame limit.
     #[must_use]
     pub fn new(config: Config, host_name: impl Into<String>) -> Self {
         Self {
             config,
             host_name: host_name.into(),
-            // 64 random bits: the standard library seeds its hash maps with the system's randomness.
+            // 64 random bits: the standard library seeds its hash maps from the system's randomness.
             boot: format!("{:016x}", RandomState::new().hash_one("boot")),
             frames_limit: None,
             hung_after: HUNG_AFTER,
@@ -84,8 +84,8 @@ impl Start {
 }
 
 impl Agent {
-    /// Starts a thread for each bus, one that delivers, and one that writes the spool. A spool whose disk does not work is
-    /// logged, and the frames stay in memory.
+    /// Starts a thread for each bus, one that delivers, and one that writes the spool. If the spool's disk fails, logs
+    /// it and keeps the frames in memory.
     ///
     /// # Errors
     /// [`StartError`].
@@ -160,7 +160,7 @@ impl Agent {
     }
 }
 
-/// What a person who looks at the device wants to know of its configuration.
+/// The settings that the collector shows about this device.
 fn set_up(agent: &Config, names: &[String], buses: &[(BusConfig, AnyBus)]) -> serde_json::Value {
     let sensors = buses.iter().flat_map(|(bus, _)| &bus.sensors);
     let sensors = names.iter().zip(sensors).map(|(name, sensor)| {
@@ -191,7 +191,7 @@ fn sensor_names(buses: &[(BusConfig, AnyBus)]) -> Result<Vec<String>, StartError
     Ok(names)
 }
 
-/// Opens the spool that the configuration asks for, and logs what it guarantees.
+/// Opens the configured spool, and logs its guarantee.
 fn open_spool(
     spooler: &mut Spooler,
     config: &Config,
@@ -217,7 +217,7 @@ fn open_spool(
     Ok(())
 }
 
-/// A thread of which [`Running`] tells the end, however it comes.
+/// Starts a thread and tells [`Running`] when it ends, even by a panic.
 fn spawn_until_ended(
     name: &str,
     running: &Arc<Running>,

@@ -1,4 +1,4 @@
-//! The agent's threads: which of them still run, and the one of a bus with the watchdog beside it.
+//! The agent's threads: which ones still run, and each bus thread with its watchdog.
 
 use crate::bus::{OpenBus, Sink, Watched, Worker};
 use crate::clock::Clock;
@@ -11,12 +11,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
-/// Stack of each thread. Only what is touched becomes resident.
+/// Stack of each thread. Only touched pages become resident.
 pub(super) const STACK_BYTES: usize = 1 << 20;
-/// A full ring is said once in so many records, not for each.
+/// A full ring is logged once per this many records.
 const RING_FULL_SAID_EVERY: u64 = 100;
 
-/// Which of some threads still run, and whether they shall.
+/// Which threads of a set still run, and whether they should stop.
 #[derive(Debug)]
 pub(super) struct Running {
     pub(super) is_stopping: AtomicBool,
@@ -33,7 +33,7 @@ impl Running {
         }
     }
 
-    /// Waits until none of them runs, or for this long. Returns which.
+    /// Waits until none runs, at most this long. Returns whether none does.
     pub(super) fn wait(&self, timeout: Duration) -> bool {
         let some_run = |is_running: &mut Vec<bool>| is_running.contains(&true);
         let is_running = lock(&self.is_running);
@@ -49,7 +49,7 @@ impl Running {
     }
 }
 
-/// Says that the thread of this index has ended, however it ended.
+/// Marks the thread with this index as ended on drop, so even after a panic.
 pub(super) struct Ended<'a>(pub(super) &'a Running, pub(super) usize);
 
 impl Drop for Ended<'_> {
@@ -62,11 +62,11 @@ impl Drop for Ended<'_> {
     }
 }
 
-/// A bus of any kind, ready to be read by a thread of the agent.
+/// A bus of any kind, ready for a thread of the agent.
 pub struct AnyBus(pub(super) Box<dyn FnOnce(BusThread) + Send>);
 
 impl AnyBus {
-    /// From something that opens a bus. The bus itself is opened on its thread and stays there.
+    /// From its opener. The thread opens the bus, and the bus stays there.
     pub fn new(opener: impl OpenBus + Send + 'static) -> Self {
         Self(Box::new(move |thread| thread.run(opener)))
     }
@@ -100,7 +100,7 @@ impl BusThread {
                 });
             if let Err(error) = watchdog {
                 self.log
-                    .warning(format!("{bus}: no thread to watch it: {error}"));
+                    .warning(format!("{bus}: cannot start its watchdog: {error}"));
             }
             let _over = Over(&watched);
             worker.run(&self);
@@ -108,7 +108,7 @@ impl BusThread {
     }
 }
 
-/// Ends the watchdog, however the thread that it watches ends.
+/// Ends the watchdog, however the watched thread ends.
 struct Over<'a>(&'a Watched);
 
 impl Drop for Over<'_> {

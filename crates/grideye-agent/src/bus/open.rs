@@ -1,4 +1,4 @@
-//! How a bus is opened, `/dev/i2c-N` or another, and what its errors mean for the frame that was being read.
+//! Opens a bus, `/dev/i2c-N` or another, and translates its errors into reasons for a missing frame.
 
 use embedded_hal::i2c::{Error as _, ErrorKind, ErrorType, I2c, Operation};
 use grideye_frame::NoData;
@@ -10,8 +10,8 @@ use std::io;
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
-/// Opens a bus, again after it was unplugged. What an error means its opener knows: a Raspberry Pi's errno 121 is
-/// `ErrorKind::Other`.
+/// Opens a bus, again after it was unplugged, and interprets its errors: a Raspberry Pi's errno 121 is only
+/// `ErrorKind::Other` to embedded-hal.
 pub trait OpenBus {
     /// The open bus.
     type Bus: I2c;
@@ -22,28 +22,29 @@ pub trait OpenBus {
     /// [`OpenError`].
     fn open(&mut self) -> Result<Self::Bus, OpenError>;
 
-    /// The bus' name for the log.
+    /// The bus's name for the log.
     fn name(&self) -> String {
         "the bus".to_owned()
     }
 
-    /// The fastest that the bus' clock can be, if known: it tells how late in a transfer the registers can have been copied.
+    /// The fastest possible bus clock, if known. It limits how late in a transfer the sensor can have copied its
+    /// registers.
     fn scl_hz_max(&self) -> Option<NonZeroU32> {
         None
     }
 
-    /// What this error means for the frame that was being read.
+    /// The reason that this error gives to the frame being read.
     fn classify(&self, error: &<Self::Bus as ErrorType>::Error) -> NoData {
         by_kind(error.kind())
     }
 
-    /// The error in words, for a person who looks for its cause.
+    /// The error in words, for finding its cause.
     fn describe(&self, error: &<Self::Bus as ErrorType>::Error) -> String {
         format!("{error:?}")
     }
 }
 
-/// What an error means of which only embedded-hal's kind is known.
+/// The reason behind an error of which only embedded-hal's kind is known.
 #[must_use]
 pub fn by_kind(kind: ErrorKind) -> NoData {
     match kind {
@@ -53,11 +54,11 @@ pub fn by_kind(kind: ErrorKind) -> NoData {
     }
 }
 
-/// Why a bus cannot be opened or used, and what to do about it.
+/// Why a bus cannot be opened or used, and how to fix it.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OpenError {
-    /// There is no device file of this name.
+    /// No device file has this name.
     #[error(
         "{0}: no such bus\nhint: enable I2C with `sudo raspi-config nonint do_i2c 0`, or add dtparam=i2c_arm=on to \
          /boot/firmware/config.txt and restart; `ls /dev/i2c-*` lists the buses"
@@ -69,13 +70,13 @@ pub enum OpenError {
          install 99-grideye-i2c.rules"
     )]
     PermissionDenied(String),
-    /// A driver of the kernel has the sensor at this address.
+    /// A kernel driver uses this address.
     #[error(
         "{0}: a kernel driver owns address {1:#04x}\nhint: unbind it (`ls /sys/bus/i2c/devices/` shows it; video-i2c \
          is the usual one) and remove its dtoverlay"
     )]
     AddressInUse(String, u8),
-    /// The file is there, but is no I2C bus, or the system refused it for another reason.
+    /// The file is no I2C bus, or the system rejected it for another reason.
     #[error(
         "{0}: cannot be used as an I2C bus: {1}\nhint: is this the right device file? `i2cdetect -l` lists the buses"
     )]
@@ -83,7 +84,7 @@ pub enum OpenError {
 }
 
 impl OpenError {
-    /// What a frame is missing for while the bus cannot be opened.
+    /// The reason for frames missed while the bus cannot be opened.
     #[must_use]
     pub fn reason(&self) -> NoData {
         match self {
@@ -94,9 +95,9 @@ impl OpenError {
     }
 }
 
-/// Where the kernel shows its adapters, each under its device file's name.
+/// The kernel's list of adapters, each under its device file's name.
 const ADAPTERS: &str = "/sys/class/i2c-adapter";
-/// How much faster than the device tree says the clock may be.
+/// How much faster than the device tree states the clock may be.
 const SCL_MARGIN: u32 = 2;
 
 /// Opens `/dev/i2c-N`.
@@ -107,7 +108,7 @@ pub struct LinuxBus {
 }
 
 impl LinuxBus {
-    /// The bus behind a device file, for the sensors at these 7-bit addresses.
+    /// The bus with this device file, for sensors at these 7-bit addresses.
     pub fn new(path: impl Into<PathBuf>, addresses: impl IntoIterator<Item = u8>) -> Self {
         Self {
             path: path.into(),
@@ -135,15 +136,16 @@ impl OpenBus for LinuxBus {
         self.path.display().to_string()
     }
 
-    /// Twice what the device tree says: a Raspberry Pi may raise the clock that SCL is divided from after the divider was set.
+    /// Twice the device tree's frequency: after the divider was set, a Raspberry Pi may raise the clock that SCL is
+    /// divided from.
     fn scl_hz_max(&self) -> Option<NonZeroU32> {
         let name = self.path.file_name()?.to_str()?;
         let hz = scl_hz_in(Path::new(ADAPTERS), name)?.get();
         NonZeroU32::new(hz.saturating_mul(SCL_MARGIN))
     }
 
-    /// A USB adapter that was pulled out fails with EIO; its missing device file tells it from a bus in trouble. Closed at
-    /// once it must be: until then, the kernel takes no other USB device on.
+    /// A USB adapter that was pulled out fails with EIO; the missing device file distinguishes it from a faulty bus.
+    /// The bus must then be closed at once, because until then the kernel registers no other USB device.
     fn classify(&self, error: &LinuxError) -> NoData {
         match error.reason() {
             NoData::BusError if !self.path.exists() => NoData::Unplugged,
@@ -156,10 +158,10 @@ impl OpenBus for LinuxBus {
     }
 }
 
-/// An open `/dev/i2c-N`: the device file once for each address, as the kernel wants it.
+/// An open `/dev/i2c-N`: one file handle per address, as the kernel requires.
 ///
-/// [`I2cdev`]'s own `I2c` drops the number of messages that were transferred, so that a stale buffer passes as a frame,
-/// and reopens the file at each change of address; so the transfers go past it.
+/// Transfers bypass [`I2cdev`]'s own `I2c`, which drops the number of messages transferred, so that a stale buffer
+/// passes as a frame, and reopens the file whenever the address changes.
 pub struct LinuxI2c {
     devices: Vec<(u8, I2cdev)>,
 }
@@ -171,7 +173,7 @@ pub enum LinuxError {
     /// The system call failed.
     #[error("{0}")]
     System(io::Error),
-    /// Of so many messages fewer were transferred, as virtio's adapter does where no device answers.
+    /// Fewer messages were transferred than expected; virtio's adapter does this if no device answers.
     #[error("short transfer: expected {0} messages, found {1}")]
     ShortTransfer(usize, u32),
     /// The bus was not opened for this address.
@@ -230,7 +232,7 @@ impl I2c for LinuxI2c {
     }
 }
 
-/// The frequency of SCL in the device tree's node of an adapter: one big-endian cell.
+/// SCL's frequency from the adapter's device tree node: one big-endian cell.
 fn scl_hz_in(adapters: &Path, name: &str) -> Option<NonZeroU32> {
     let cell = std::fs::read(adapters.join(name).join("of_node/clock-frequency")).ok()?;
     NonZeroU32::new(u32::from_be_bytes(cell.try_into().ok()?))
@@ -247,7 +249,7 @@ fn open_error(path: &Path, address: u8, error: LinuxI2CError) -> OpenError {
     }
 }
 
-/// What the errno of a Linux adapter means: `i2c-bcm2835` (Raspberry Pi 0 to 4), `i2c-designware` (5), USB adapters.
+/// The reason behind an errno of these adapters: `i2c-bcm2835` (Raspberry Pi 0 to 4), `i2c-designware` (5), USB.
 fn by_error(error: &io::Error) -> NoData {
     match Errno::from_io_error(error) {
         Some(Errno::NXIO | Errno::REMOTEIO) => NoData::Nack,
@@ -274,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn the_clock_of_a_bus_is_what_the_device_tree_says_or_unknown() {
+    fn a_bus_clock_is_read_from_the_device_tree_or_unknown() {
         let adapters = tempfile::tempdir().unwrap();
         let node = adapters.path().join("i2c-1/of_node");
         std::fs::create_dir_all(&node).unwrap();

@@ -1,4 +1,4 @@
-//! One sensor of a bus: how the driver is used for it, and where its records go.
+//! One sensor of a bus: how the driver reads it, what the log reports, and where its records go.
 
 use super::open::OpenBus;
 use crate::advice;
@@ -15,10 +15,11 @@ use std::collections::BTreeSet;
 use std::fmt;
 use std::time::Duration;
 
-/// What a released line reads as.
+/// A released line reads as all ones.
 const ONES: u8 = u8::MAX;
 
-/// The settings asked for. No pixel passes the interrupt levels, and no reset sensor has them: they show a silent reset.
+/// The settings to write. No pixel reaches the interrupt levels, and no reset sensor has them, so they reveal a silent
+/// reset.
 pub(crate) fn settings(config: &SensorConfig) -> Settings {
     Settings {
         frame_rate: config.rate,
@@ -45,7 +46,7 @@ pub(super) fn has_its_settings<B: I2c>(
 ) -> Result<bool, Error<B::Error>> {
     match driver.configuration() {
         Ok(found) => Ok(found.deviation(settings).is_none()),
-        // A line that is stuck high is no sensor with wrong settings.
+        // A line stuck high is not a sensor with wrong settings.
         Err(Error::UndefinedPowerMode(mode)) if mode.found != ONES => Ok(false),
         Err(error) => Err(error),
     }
@@ -62,16 +63,16 @@ pub(crate) fn reason<O: OpenBus>(
     }
 }
 
-/// Faults of a sensor without a good frame between them after which the log says, with what to do, that no frame comes.
+/// After this many faults without a good frame, the log reports that no frame comes, with a hint.
 const FAULTS_BEFORE_SAID: u32 = 3;
 
-/// Where a bus thread hands on what it has. Sensors are numbered as in their bus' configuration, from 0.
+/// Receives what a bus thread reads. Sensors are numbered from 0, in the order of their bus's configuration.
 pub trait Sink {
     /// A frame, or the reason why there is none.
     fn record(&self, sensor: usize, record: Record);
-    /// A fault, by the name under which it is counted.
+    /// A fault, by the name it is counted under.
     fn fault(&self, sensor: usize, kind: &'static str);
-    /// Whether to end. Asked before every task, and five times a second while there is none.
+    /// Whether to stop. Called before every task, and five times a second while there is none.
     fn is_stopping(&self) -> bool;
 }
 pub(crate) struct Sensor {
@@ -81,10 +82,10 @@ pub(crate) struct Sensor {
     pub(crate) sampler: Sampler,
     stamper: Stamper,
     is_failing: bool,
-    /// Whether the log has said that frames are missing, or, before the first one, that none comes.
+    /// Whether the log has reported missing frames or, before the first frame, that none comes.
     is_missing: bool,
     faults: u32,
-    /// What cost no frame and has been said once.
+    /// Faults that cost no frame and have been logged once.
     said: BTreeSet<&'static str>,
 }
 
@@ -108,7 +109,7 @@ impl Sensor {
         }
     }
 
-    /// Hands on what there is of it. `index` is its place on the bus.
+    /// Passes on all waiting events. `index` is the sensor's place on the bus.
     pub(crate) fn hand_on(&mut self, index: usize, sink: &impl Sink, clock: &dyn Clock, log: &Log) {
         while let Some(event) = self.sampler.next_event() {
             match event {
@@ -134,7 +135,7 @@ impl Sensor {
         let costs_frames = kind == OUT_OF_STEP || kind.parse::<NoData>().is_ok();
         if !costs_frames {
             if self.said.insert(kind) {
-                log.warning(format!("{}: {kind}, said once and counted", self.id));
+                log.warning(format!("{}: {kind}, logged once, then counted", self.id));
             }
             return;
         }
@@ -143,7 +144,7 @@ impl Sensor {
             log.warning(format!("{}: {kind}", self.id));
         }
         self.faults = self.faults.saturating_add(1);
-        // Before the first frame there is no number for the ones that are missing, so the faults have to speak.
+        // Before the first frame, missing ones have no number and thus no record, so report the faults instead.
         match kind.parse() {
             Ok(reason) if self.faults == FAULTS_BEFORE_SAID => {
                 self.say_missing(format_args!("no frame comes"), reason, log);

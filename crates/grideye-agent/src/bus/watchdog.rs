@@ -1,8 +1,8 @@
-//! The watchdog of a bus: a transfer that never comes back keeps its thread, and must keep nothing else.
+//! The watchdog of a bus: a stuck transfer blocks its own thread and nothing else.
 //!
-//! The kernel ends a transfer on a bus that is held low after a second or so. An adapter or a driver that hangs does
-//! not, and a thread in the kernel cannot be called back. So the sensors of a bus lie open to a second thread, which
-//! sees that the first one is at work for too long, says so, and lists the frames that are missed.
+//! The kernel ends a transfer on a bus held low after about a second. A faulty adapter or driver never does, and a
+//! thread inside the kernel cannot be interrupted. So a second thread shares the sensors of the bus: it notices that
+//! the first one has worked too long, logs it, and records the missed frames.
 
 use super::sensor::{Sensor, Sink};
 use crate::clock::Clock;
@@ -11,12 +11,13 @@ use crate::log::Log;
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How long an operation on a bus may take until it counts as hung: a set-up that times out fails with its first transfer.
+/// A bus operation that takes this long counts as hung. A set-up that times out stops at its first transfer, well
+/// before.
 pub const HUNG_AFTER: Duration = Duration::from_secs(5);
-/// How often the watchdog looks, as a part of the time after which a bus counts as hung.
+/// Looks in that time.
 const LOOKS: u32 = 10;
 
-/// The sensors of one bus, and since when its thread has been at work.
+/// The sensors of one bus, and since when its thread has been working.
 pub(crate) struct Watched {
     sensors: Mutex<Vec<Sensor>>,
     work: Mutex<Work>,
@@ -43,7 +44,7 @@ impl Watched {
         }
     }
 
-    /// Works on the sensors. Never while the bus is at work.
+    /// Locks the sensors for `work`. Never held during a transfer.
     pub(crate) fn with<T>(&self, work: impl FnOnce(&mut Vec<Sensor>) -> T) -> T {
         work(&mut lock(&self.sensors))
     }
@@ -58,7 +59,7 @@ impl Watched {
         lock(&self.work).since = Some(Instant::now());
     }
 
-    /// It has come back. Whether it had counted as hung.
+    /// The operation has returned. Returns whether it had counted as hung.
     pub(crate) fn end(&self) -> bool {
         let mut work = lock(&self.work);
         work.since = None;
@@ -69,7 +70,6 @@ impl Watched {
         self.is_over.notify_all();
     }
 
-    /// Watches until [`over`](Self::over).
     pub(crate) fn watch(
         &self,
         (bus, hung_after): (&str, Duration),
@@ -83,8 +83,8 @@ impl Watched {
             };
             if is_new {
                 log.error(format!(
-                    "{bus}: hangs in a transfer since {:.0} s\nhint: the other buses and the uploads go on; if it stays so, \
-                     look at the wires and the adapter, and restart the device",
+                    "{bus}: transfer has been stuck for {:.0} s\nhint: the other buses and the uploads continue; if it stays stuck, \
+                     check the wires and the adapter, and restart the device",
                     since.as_secs_f64()
                 ));
             }
@@ -101,7 +101,7 @@ impl Watched {
         }
     }
 
-    /// Waits for a while, and looks; `None` when all is over.
+    /// `None` once it is over.
     fn look(&self, hung_after: Duration) -> Option<Look> {
         let goes_on = |work: &mut Work| !work.is_over;
         let waited = self
@@ -129,7 +129,7 @@ mod tests {
     const HUNG_AFTER: Duration = Duration::from_millis(10);
 
     #[test]
-    fn what_has_come_back_does_not_hang_however_long_ago_and_what_has_not_hangs_once_anew() {
+    fn a_finished_transfer_never_counts_as_hung_and_a_stuck_one_is_new_once() {
         let watched = Watched::new(Vec::new());
         watched.begin();
         assert!(!watched.end());

@@ -1,4 +1,4 @@
-//! The thread of one bus: opens it, does what its sensors' samplers want done, and hands the records on.
+//! The thread of one bus: opens it, performs its samplers' tasks, and passes the records on.
 
 use super::open::OpenBus;
 use super::sensor::{Delay, Sensor, Sink, has_its_settings, reason};
@@ -12,17 +12,16 @@ use grideye_frame::NoData;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The longest sleep at a stretch: how long a stop may have to wait for the thread.
+/// Longest single sleep, and so the longest a stop waits for the thread.
 const SLEEP_MAX: Duration = Duration::from_millis(200);
-/// The pause before a bus that cannot be opened is tried again; doubles up to [`REOPEN_PAUSE_MAX`].
+/// First pause before an attempt to reopen the bus; it doubles up to [`REOPEN_PAUSE_MAX`].
 const REOPEN_PAUSE: Duration = Duration::from_millis(500);
-/// The longest pause between two attempts to open a bus.
 const REOPEN_PAUSE_MAX: Duration = Duration::from_secs(10);
 
-/// Failed operations in a row, of all sensors of the bus, after which the bus is reopened.
+/// Reopen the bus after this many failed operations in a row, all its sensors together.
 const FAULTS_BEFORE_REOPEN: u32 = 30;
 
-/// Reads the sensors of one bus on this thread, without a watchdog, until the sink says that it is enough.
+/// Reads one bus's sensors on the calling thread, without a watchdog, until the sink stops it.
 pub fn read_bus(
     opener: impl OpenBus,
     config: &BusConfig,
@@ -40,7 +39,7 @@ pub(crate) struct Worker<O: OpenBus> {
     bus: Option<O::Bus>,
     reopen_at: Duration,
     reopen_pause: Duration,
-    /// Why the bus did not open when the log last said it.
+    /// Last logged reason why the bus did not open.
     said: Option<String>,
     faults_in_a_row: u32,
 }
@@ -70,7 +69,7 @@ impl<O: OpenBus> Worker<O> {
         }
     }
 
-    /// For all sensors of a bus, each up to so many frames read if there is a limit.
+    /// For all sensors of a bus, each with this limit of frames read, if any.
     pub(crate) fn of_bus(
         opener: O,
         (config, frames_limit): (&BusConfig, Option<u64>),
@@ -96,7 +95,7 @@ impl<O: OpenBus> Worker<O> {
         }
     }
 
-    /// The sensor whose turn is next. A set-up takes the bus for some 60 ms, less than a frame of the others.
+    /// The sensor to serve next. A set-up occupies the bus for about 60 ms, less than one frame of the others.
     fn next_due(&self) -> Option<(usize, Due)> {
         self.watched.with(|sensors| {
             let dues = sensors.iter().enumerate();
@@ -105,7 +104,7 @@ impl<O: OpenBus> Worker<O> {
         })
     }
 
-    /// Sleeps until `at`, and counts what is missed meanwhile; false if the agent is stopping.
+    /// Sleeps until `at`, counting frames missed meanwhile; false if the agent is stopping.
     fn wait(&mut self, at: Duration, sink: &impl Sink) -> bool {
         loop {
             if sink.is_stopping() {
@@ -128,7 +127,7 @@ impl<O: OpenBus> Worker<O> {
         }
     }
 
-    /// Whether the bus is open, after opening it if it was not and is due. If not, every sensor has been told.
+    /// Opens the bus if it is closed and due. Returns whether it is open; if not, all samplers have been told.
     fn open(&mut self) -> bool {
         if self.bus.is_some() {
             return true;
@@ -147,7 +146,7 @@ impl<O: OpenBus> Worker<O> {
                 true
             }
             Err(error) => {
-                // A bus may be missing first and forbidden then: each reason is said, but none at each attempt.
+                // A bus may be missing first and forbidden then: log each new reason, not each attempt.
                 let why = error.to_string();
                 if self.said.as_ref() != Some(&why) {
                     self.log.error(&why);
@@ -179,7 +178,7 @@ impl<O: OpenBus> Worker<O> {
         let mut driver = Amg8833::new(bus, address);
         let clock = self.clock.as_ref();
         let failed = |error: Error<_>| reason(&self.opener, &error);
-        // The sensors stay free for the watchdog while the bus is at work, and may never come back.
+        // Leave the sensors unlocked for the watchdog: the transfer may never return.
         self.watched.begin();
         let before = clock.boot();
         let (reason, tell) = match task {
@@ -197,7 +196,7 @@ impl<O: OpenBus> Worker<O> {
         if self.watched.end() {
             let name = self.opener.name();
             self.log
-                .warning(format!("{name}: the transfer that hung has ended"));
+                .warning(format!("{name}: the stuck transfer has ended"));
         }
         self.watched.with(|sensors| {
             if let Some(sensor) = sensors.get_mut(index) {
@@ -207,7 +206,7 @@ impl<O: OpenBus> Worker<O> {
         self.judge_bus(reason);
     }
 
-    /// Closes a bus that is gone, or that fails whatever is asked of it, so that it is reopened.
+    /// Closes a bus that is gone or fails every operation, so that it is reopened.
     fn judge_bus(&mut self, reason: Option<NoData>) {
         let Some(reason) = reason else {
             self.faults_in_a_row = 0;
@@ -219,8 +218,9 @@ impl<O: OpenBus> Worker<O> {
             self.bus = None;
             self.faults_in_a_row = 0;
             let name = self.opener.name();
-            self.log
-                .warning(format!("{name}: closed after {reason}, to be opened again"));
+            self.log.warning(format!(
+                "{name}: closed after {reason}; it will be reopened"
+            ));
             self.reopen_later(self.clock.boot(), reason);
         }
     }
@@ -238,7 +238,7 @@ impl<O: OpenBus> Worker<O> {
 
 type Tell = Box<dyn FnOnce(&mut Sampler, Span)>;
 
-/// Why a task failed, and how its sampler is told what came of it.
+/// Why a task failed, and the call that gives its outcome to the sampler.
 fn answer<T: 'static>(
     outcome: Result<T, NoData>,
     tell: fn(&mut Sampler, Span, Result<T, NoData>),

@@ -1,5 +1,5 @@
-//! `grideye-agent check`: the sensors, and with a configuration the clock, the way to the collector and what a loss of
-//! power can cost.
+//! `grideye-agent check`: tests the sensors, and with a configuration also the clock, the connection to the collector,
+//! and what a power cut can cost.
 
 use super::common::{FAILED, host_name, prove, read_config, unreadable, with_joined, write_stdout};
 use grideye_agent::bus::LinuxBus;
@@ -14,7 +14,8 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-/// Exit code 0 if all is well, 1 if a sensor or the collector is not; a clock that was never set is said, and costs nothing.
+/// Exit code 0 if all is well, 1 if a sensor or the collector fails. A clock that was never set is reported, but is no
+/// failure.
 pub(crate) fn run(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     let clock: Arc<dyn Clock> = Arc::new(SystemClock::default());
     let is_well = check_all(args, Path::new(CONFIG_FILE), &clock, &mut write_stdout)?;
@@ -22,13 +23,13 @@ pub(crate) fn run(args: &CheckArgs) -> anyhow::Result<ExitCode> {
 }
 struct Configured {
     config: Config,
-    /// Why what joining left cannot be read by this user.
+    /// Why this user cannot read the file that joining wrote.
     unreadable: Option<String>,
-    /// By `--config`, and not because it is the service's.
+    /// Named by `--config`, not found as the service's own.
     is_named: bool,
 }
 
-/// Checks what was asked for: where nothing was, the service's configuration if there is one at `of_service`.
+/// Checks what the arguments name, or else the service's configuration if there is one at `of_service`.
 fn check_all(
     args: &CheckArgs,
     of_service: &Path,
@@ -90,7 +91,7 @@ fn configured(args: &CheckArgs, of_service: &Path) -> anyhow::Result<Option<Conf
     }))
 }
 
-/// The same for programs or for people.
+/// One line, as JSON for programs or text for people.
 fn one_line(is_json: bool, json: &Value, text: &str) -> String {
     match is_json {
         true => format!("{json}\n"),
@@ -119,8 +120,8 @@ fn the_clock(clock: &dyn Clock, is_json: bool) -> String {
     one_line(is_json, &json, &format!("clock: {said}"))
 }
 
-/// Whether the collector takes this agent's frames, asked in the agent's own way. What the service has not been told yet,
-/// or this user may not read, is said, and is no failure unless the configuration was named.
+/// Asks the collector, as the running agent would, whether it takes this agent's frames. If no collector is configured
+/// yet, or this user may not read the token, reports that; it is a failure only for a configuration named by the user.
 fn the_collector(configured: &Configured, is_json: bool) -> (bool, String) {
     let (config, unreadable) = (&configured.config, &configured.unreadable);
     let url = config.collector.as_deref();
@@ -165,7 +166,7 @@ mod tests {
     use std::fs;
     use std::time::Duration;
 
-    /// A clock that nobody set, on which every wait is over at once.
+    /// A clock that was never set, and on which every wait ends at once.
     #[derive(Default)]
     struct NeverSet {
         boot: std::sync::Mutex<Duration>,
@@ -188,7 +189,7 @@ mod tests {
 
     const CONFIG: &str = "[[bus]]\npath = \"/nonexistent/i2c-7\"\n[[bus.sensor]]\naddress = 0x68\n";
 
-    /// What `check` with these words says where the service has the configuration at `of_service`.
+    /// Result and output of `check` with these arguments, with the service's configuration at `of_service`.
     fn checked(words: &[&str], of_service: &Path) -> (bool, String) {
         let words = ["grideye-agent", "check"].iter().chain(words);
         let matches = grideye_agent::cli::command().get_matches_from(words);

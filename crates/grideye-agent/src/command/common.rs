@@ -1,4 +1,4 @@
-//! What the verbs share: how the program ends, the configuration, and what the collector is asked.
+//! Shared by the subcommands: exit codes, reading the configuration, and requests to the collector.
 
 use anyhow::bail;
 use grideye_agent::advice;
@@ -18,17 +18,17 @@ pub(super) const FAILED: u8 = 1;
 const BAD_USAGE: u8 = 2;
 pub(super) const DATA_LOST: u8 = 3;
 
-/// The caller's mistake: exit code 2.
+/// A mistake of the caller: exit code 2.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub(super) struct BadUsage(pub(super) String);
 
-/// All is done, but nobody can say whether it went well: exit code 3.
+/// Everything was done, but its success is unknown: exit code 3.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub(super) struct Unanswered(pub(super) String);
 
-/// A closed standard output (`grideye-agent … | head`) is no error.
+/// Writes to standard output. A closed one (`grideye-agent … | head`) is no error.
 pub(super) fn write_stdout(text: &str) -> std::io::Result<()> {
     match std::io::stdout().write_all(text.as_bytes()) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
@@ -58,7 +58,7 @@ pub(super) fn read_config(path: &Path) -> anyhow::Result<Config> {
     Ok(Config::parse(&text, &origin).map_err(|error| BadUsage(error.to_string()))?)
 }
 
-/// A text file, and one byte more than allowed of one that is too long.
+/// Reads a text file, at most one byte beyond the limit, so that the caller notices one too long.
 pub(super) fn read_text(path: &Path, bytes_max: usize) -> io::Result<String> {
     let mut text = String::new();
     let limit = u64::try_from(bytes_max).unwrap_or(u64::MAX) + 1;
@@ -67,7 +67,7 @@ pub(super) fn read_text(path: &Path, bytes_max: usize) -> io::Result<String> {
     Ok(text)
 }
 
-/// The host's name where it can name a device; otherwise a name that can.
+/// The host's name without the characters that a device's name may not have.
 pub(super) fn host_name() -> String {
     let system = rustix::system::uname();
     let name = system.nodename().to_string_lossy();
@@ -80,7 +80,7 @@ pub(super) fn host_name() -> String {
 }
 
 const FILE: &str = "collector.toml";
-/// The same file as systemd hands it to the unit (`LoadCredential=grideye:/etc/grideye`).
+/// The same file as systemd passes it to the unit (`LoadCredential=grideye:/etc/grideye`).
 const CREDENTIAL: &str = "grideye_collector.toml";
 pub(super) fn with_joined(mut config: Config, path: &Path) -> anyhow::Result<Config> {
     let Some(found) = joined_file(&config, path) else {
@@ -98,7 +98,7 @@ pub(super) fn with_joined(mut config: Config, path: &Path) -> anyhow::Result<Con
     Ok(config)
 }
 
-/// Why this user may not read what joining left, which is for root alone.
+/// Why this user may not read the file that joining wrote; only root may.
 pub(super) fn unreadable(config: &Config, path: &Path) -> Option<String> {
     let found = joined_file(config, path)?;
     let error = fs::File::open(&found).err()?;
@@ -110,7 +110,7 @@ pub(super) fn unreadable(config: &Config, path: &Path) -> Option<String> {
     })
 }
 
-/// What joining left: as the configuration names it, as systemd hands it over, or beside the configuration.
+/// The file that joining wrote: the one in the configuration, or from systemd, or next to the configuration.
 fn joined_file(config: &Config, path: &Path) -> Option<PathBuf> {
     let handed = std::env::var_os("CREDENTIALS_DIRECTORY");
     let handed = handed.map(|folder| PathBuf::from(folder).join(CREDENTIAL));
@@ -119,10 +119,10 @@ fn joined_file(config: &Config, path: &Path) -> Option<PathBuf> {
     config.joined.clone().or_else(found)
 }
 
-/// How long the collector may take to answer while the agent joins.
+/// How long the collector may take to answer during a join.
 pub(super) const TIMEOUT: Duration = Duration::from_secs(10);
 
-/// The boot of the batch that proves a token: no frame ever comes of it.
+/// The boot of the batch that tests a token; no frame ever has it.
 const BOOT: &str = "join";
 pub(super) fn get(
     collector: &str,
@@ -152,7 +152,7 @@ fn answer(
     Ok((status, serde_json::from_str(&text).unwrap_or_default()))
 }
 
-/// Proves that this device's frames are taken: posts a batch without frames, as the agent posts them with.
+/// Tests whether the collector takes this device's frames, by posting a batch without any.
 pub(super) fn prove(
     collector: &str,
     credentials: &Credentials,

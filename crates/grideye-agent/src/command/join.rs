@@ -21,7 +21,7 @@ const STEPS: usize = 6;
 /// The unit of `firmware-config/grideye-agent.service`.
 const SERVICE: &str = "grideye-agent";
 
-/// Joins. A step that fails ends the program, and leaves what the steps before it did.
+/// Joins. A failed step ends the program; the steps before it stay done.
 pub(crate) fn run(args: &JoinArgs) -> anyhow::Result<ExitCode> {
     let (line, client) = Step::LINE.take(|| Ok((line(args)?, client(args)?)))?;
     let device = line.device.as_deref().unwrap_or("this device");
@@ -54,7 +54,7 @@ pub(crate) fn run(args: &JoinArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The service and the first frame, or what a person does instead. Gives the name under which the frames come.
+/// Starts the service and waits for the first frame, or prints what to do instead. Returns the device's name.
 fn start(args: &JoinArgs, joined: &Joined) -> anyhow::Result<String> {
     let config_path = args.out.with_file_name("agent.toml");
     let found = Step::SERVICE.take(|| find_service(args))?;
@@ -79,7 +79,7 @@ fn start(args: &JoinArgs, joined: &Joined) -> anyhow::Result<String> {
     Ok(device)
 }
 
-/// The pinned authority's certificate from the collector; none where nothing is encrypted.
+/// The pinned authority's certificate from the collector; `None` without encryption.
 fn reach(line: &JoinLine, client: Option<&ClientCertificate>) -> anyhow::Result<Option<String>> {
     match &line.pin {
         Some(pin) => Ok(Some(authority_of(&line.collector, pin, client, TIMEOUT)?)),
@@ -90,7 +90,7 @@ fn reach(line: &JoinLine, client: Option<&ClientCertificate>) -> anyhow::Result<
     }
 }
 
-/// The service, where there is one that reads the file that was written.
+/// Finds the service that reads the written file, if there is one.
 fn find_service(args: &JoinArgs) -> anyhow::Result<Found> {
     let by_hand = format!(
         "start the agent with: grideye-agent run --config {}",
@@ -108,7 +108,7 @@ fn find_service(args: &JoinArgs) -> anyhow::Result<Found> {
     Service::find(unit, &by_hand)
 }
 
-/// The name under which the frames will come. A configuration that cannot be used is told of at its step.
+/// The device's name in its posts. An unusable configuration is reported at its own step.
 fn device_posting(args: &JoinArgs, joined: &Joined) -> String {
     let enrolled = joined.device.clone();
     let configured = || {
@@ -118,7 +118,7 @@ fn device_posting(args: &JoinArgs, joined: &Joined) -> String {
     enrolled.or_else(configured).unwrap_or_else(host_name)
 }
 
-/// The device's name, if it is said anywhere. What a service would be refused for is refused here, where a person reads it.
+/// The device's name, if any file has one. Errors that would stop the service appear here, where the user sees them.
 fn device_named(
     config_path: &Path,
     joined: &Joined,
@@ -177,7 +177,7 @@ fn client(args: &JoinArgs) -> anyhow::Result<Option<ClientCertificate>> {
     }))
 }
 
-/// For its owner alone; whole or not at all.
+/// Writes the file for its owner alone, whole or not at all.
 fn write(path: &Path, joined: &Joined) -> anyhow::Result<()> {
     let text = joined.to_toml()?;
     let write = || -> io::Result<()> {
@@ -207,7 +207,7 @@ impl Step {
         write_stdout(&format!("{number}/{STEPS} {name}: {how}\n"))
     }
 
-    /// Takes the step; an error says which one failed, and what stays of those before.
+    /// Runs the step. An error names the step and what remains of those before it.
     fn take<T>(self, step: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<T> {
         let Self(number, name) = self;
         let stays = if number < Self::SERVICE.0 {

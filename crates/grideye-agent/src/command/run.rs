@@ -1,4 +1,4 @@
-//! `grideye-agent run`: reads and delivers until it is told to stop.
+//! `grideye-agent run`: reads and delivers until it gets a signal or reaches its frame limit.
 
 use super::common::{BadUsage, DATA_LOST, host_name, read_config, with_joined, write_stdout};
 use anyhow::Context as _;
@@ -15,9 +15,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// How long the last frames may take to the collector when the agent is told to stop.
+/// How long the last frames may take to reach the collector after a signal.
 const FLUSH_FOR: Duration = Duration::from_secs(10);
-/// The same of a run that ended by itself and has waited for that long already.
+/// The same after the frame limit, when the agent has already waited that long.
 const FLUSH_FOR_LEAST: Duration = Duration::from_secs(1);
 const SIGNAL_EVERY: Duration = Duration::from_millis(100);
 
@@ -60,7 +60,7 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     if stopping.load(Ordering::SeqCst) {
         let (held, flush_s) = (agent.held(), FLUSH_FOR.as_secs());
         let line = format!(
-            "stopping; {held} records are being delivered, for {flush_s} s at most (a second signal ends at once and loses them)"
+            "stopping; delivering {held} records for up to {flush_s} s (a second signal exits at once and loses them)"
         );
         log.line(Level::Info, line);
     }
@@ -70,7 +70,7 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     Ok(code.into())
 }
 
-/// The folder that systemd makes for the service, where the configuration names none.
+/// Uses systemd's folder for the service if the configuration names none.
 fn with_spool_folder(mut config: Config) -> Result<Config, BadUsage> {
     let given = std::env::var_os("STATE_DIRECTORY");
     let first = given.and_then(|given| std::env::split_paths(&given).next());
@@ -88,7 +88,7 @@ fn listen(address: SocketAddr) -> anyhow::Result<TcpListener> {
     })
 }
 
-/// Waits while the last frames of a run that ended by itself arrive. Returns for how long none has.
+/// After the frame limit, waits while the last frames arrive. Returns the time since the last one.
 fn deliver_rest(agent: &AgentHandle, stopping: &AtomicBool) -> Duration {
     let (mut held, mut since) = (agent.held(), Instant::now());
     while held > 0 && since.elapsed() < FLUSH_FOR && !stopping.load(Ordering::SeqCst) {

@@ -1,4 +1,4 @@
-//! Reads `agent.toml`: every key is known and within its bounds, or the text is refused.
+//! Reads `agent.toml` and rejects any unknown key or value out of range.
 
 use super::types::{
     BACKLOG_PER_S_DEFAULT, Body, BusConfig, CONFIG_BYTES_MAX, Config, ConfigError,
@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 use toml::Spanned;
 
-/// Buses of one agent at most: each has a thread.
+/// Maximum number of buses, because each has a thread.
 pub const BUSES_MAX: usize = 16;
 
 const MIB: u64 = 1 << 20;
@@ -72,10 +72,10 @@ struct RawSpool {
 }
 
 impl Config {
-    /// Reads and checks a configuration. `origin` is the file's name for errors.
+    /// Reads and checks a configuration. `origin` is the file's name in errors.
     ///
     /// # Errors
-    /// [`ConfigError`] for anything that is not exactly understood.
+    /// [`ConfigError`] for anything not fully understood.
     pub fn parse(text: &str, origin: &str) -> Result<Self, ConfigError> {
         if text.len() > CONFIG_BYTES_MAX {
             return Err(ConfigError::TooLong(origin.to_owned(), text.len()));
@@ -83,7 +83,7 @@ impl Config {
         let place = Place { text, origin };
         let raw = toml::from_str(text).map_err(|error| {
             let offset = error.span().map_or(0, |span| span.start);
-            // What the TOML crate calls u64 is no word of a person who writes a configuration.
+            // People who write a configuration do not know the TOML crate's `u64`.
             let words: Vec<&str> = error.message().split_whitespace().collect();
             let message = words.join(" ");
             let message = message.replace("expected u64", "expected a whole number");
@@ -95,7 +95,7 @@ impl Config {
 
 type Checked<T> = Result<T, ConfigError>;
 
-/// The text that is being read, to turn an offset into line and column.
+/// The text being read, which turns an offset into line and column.
 struct Place<'a> {
     text: &'a str,
     origin: &'a str,
@@ -111,7 +111,7 @@ impl Place<'_> {
         ConfigError::Refused(place, message, hint.into())
     }
 
-    /// A value as `understand` has it, or the message that `expected` was not found.
+    /// The value that `understand` makes of it, or an error that `expected` was not found.
     fn expect<T, V: std::fmt::Debug>(
         &self,
         given: &Spanned<V>,
@@ -126,7 +126,7 @@ impl Place<'_> {
         })
     }
 
-    /// The same of a key that may be left out.
+    /// [`Self::expect`] for a key that may be absent.
     fn optional<T, V: std::fmt::Debug>(
         &self,
         given: Option<&Spanned<V>>,
@@ -196,7 +196,7 @@ impl Place<'_> {
         Ok(config)
     }
 
-    /// What waits for the disk must find room in memory.
+    /// Memory must have room for the records that wait for the disk.
     fn ring_for_spool(&self, config: &Config, spool_at: usize) -> Checked<()> {
         let SpoolMode::Outage { after } = config.spool.mode else {
             return Ok(());
@@ -207,7 +207,7 @@ impl Place<'_> {
             return Ok(());
         }
         let message = format!(
-            "ring_frames: expected at least {needed}, which are {seconds} s of these sensors, found {}",
+            "ring_frames: expected at least {needed} ({seconds} s of these sensors), found {}",
             config.ring_frames
         );
         let hint = format!("write ring_frames = {needed}, or lower spool.after_ms");
@@ -229,7 +229,7 @@ impl Place<'_> {
         let hint = if collector.is_some_and(|url| url.get_ref().starts_with("https://")) {
             "https goes with a token and a pin: paste the line that `grideye enroll DEVICE` prints on the collector's machine, instead of this key"
         } else {
-            "give the collector's address and port alone, for example http://192.168.1.20:8833"
+            "give only the collector's address and port, for example http://192.168.1.20:8833"
         };
         let understand = |found: &String| {
             let url = found.trim_end_matches('/');
@@ -259,7 +259,7 @@ impl Place<'_> {
             listen,
             |found| found.parse().ok().filter(|at: &SocketAddr| at.ip().is_loopback()),
             "listen: expected an address and port of this machine",
-            "listen = \"127.0.0.1:8834\"; what other machines want to know, the collector tells them: GET /v1/devices, /metrics",
+            "listen = \"127.0.0.1:8834\"; other machines can ask the collector: GET /v1/devices, /metrics",
         )
     }
 
@@ -325,7 +325,7 @@ impl Place<'_> {
             raw.rate_hz.as_ref(),
             |found| u8::try_from(*found).ok().and_then(FrameRate::from_fps),
             "rate_hz: expected 10 or 1",
-            "the sensor measures ten times or once a second and at no other rate",
+            "the sensor measures either 10 times or once per second",
         )?;
         Ok(SensorConfig {
             rate: rate.unwrap_or(FrameRate::Ten),
@@ -334,7 +334,7 @@ impl Place<'_> {
         })
     }
 
-    /// Without a section there is no spool: an agent that is started by hand leaves nothing on the disk.
+    /// No section means no spool, so that an agent started by hand leaves nothing on the disk.
     fn spool(&self, raw: Option<RawSpool>) -> Checked<SpoolConfig> {
         let Some(raw) = raw else {
             return Ok(SpoolConfig {

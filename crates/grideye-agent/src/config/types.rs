@@ -1,4 +1,4 @@
-//! The configuration as values: what each part of the agent is told, and what a loss of power can cost.
+//! The configuration as values, and what a power cut can cost with it.
 
 use crate::join::{Credentials, Joined};
 use crate::limits::{LOOK_EVERY, SYNC_MAX};
@@ -8,54 +8,54 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Frames that the ring holds unless told otherwise: 17 minutes of one sensor at 10 Hz, in about 2 MB.
+/// Default size of the ring in frames: 17 minutes of one sensor at 10 Hz, in about 2 MB.
 pub const RING_FRAMES_DEFAULT: usize = 10_000;
 
-/// How long a record waits in memory before it goes to the disk, unless told otherwise.
+/// Default time a record waits in memory before it goes to the disk.
 pub const SPOOL_AFTER_DEFAULT: Duration = Duration::from_secs(10);
 
-/// Frames of the backlog that go to the collector in a second, unless told otherwise.
+/// Default number of backlog frames sent per second.
 pub const BACKLOG_PER_S_DEFAULT: u32 = 1000;
 
-/// The agent's configuration, checked.
+/// The agent's checked configuration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Config {
-    /// This agent's name. `None`: the host's.
+    /// This agent's name. `None`: the host's name.
     pub device: Option<String>,
-    /// Where to deliver: `http://192.168.1.20:8833`. `None`: as joining said.
+    /// Where to deliver: `http://192.168.1.20:8833`. `None`: the joined collector.
     pub collector: Option<String>,
-    /// The file that joining left, if it is named.
+    /// The file that joining wrote, if it is named.
     pub joined: Option<PathBuf>,
-    /// Token and certificates, which [`Self::join`] adds.
+    /// Token and certificates; [`Self::join`] adds them.
     pub credentials: Credentials,
-    /// The form of a post's body.
+    /// The encoding of a post's body.
     pub body: Body,
     /// Pause between two posts while there is no backlog.
     pub post_every: Duration,
-    /// Frames held in memory until the collector has them on disk; beyond, the oldest is dropped and counted.
+    /// Frames kept in memory until the collector has stored them. At the limit the oldest is dropped and counted.
     pub ring_frames: usize,
-    /// How long one post may take from connecting to the end of the answer.
+    /// Time limit of one post, from connecting to the end of the answer.
     pub request_timeout: Duration,
-    /// What is kept on a disk.
+    /// The spool's settings.
     pub spool: SpoolConfig,
-    /// Where the agent says how it does, on this machine alone. `None`: nowhere.
+    /// Loopback address that serves the agent's health. `None`: not served.
     pub health: Option<SocketAddr>,
-    /// The buses, each read by a thread of its own.
+    /// The buses; each has its own reading thread.
     pub buses: Vec<BusConfig>,
 }
 
 impl Config {
-    /// Frames a second of all sensors together, nominally.
+    /// Nominal frames per second of all sensors together.
     #[must_use]
     pub fn rate_hz(&self) -> u32 {
         let sensors = self.buses.iter().flat_map(|bus| &bus.sensors);
         sensors.map(|sensor| u32::from(sensor.rate.fps())).sum()
     }
 
-    /// Adds what joining left.
+    /// Adds the settings that joining wrote.
     ///
     /// # Errors
-    /// [`ConfigError::TwoCollectors`] if the configuration names one itself.
+    /// [`ConfigError::TwoCollectors`] if the configuration also names a collector.
     pub fn join(&mut self, joined: Joined) -> Result<(), ConfigError> {
         if let Some(named) = &self.collector {
             return Err(ConfigError::TwoCollectors(named.clone(), joined.collector));
@@ -67,28 +67,28 @@ impl Config {
     }
 }
 
-/// The form of a post's body: the same meaning, the same checks.
+/// The encoding of a post's body; meaning and checks are the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Body {
-    /// JSON, which a person can read.
+    /// JSON, readable for people.
     #[default]
     Json,
-    /// Bytes, a quarter as long and cheaper on both sides. A collector that does not know them gets JSON.
+    /// Bytes: a quarter as long and cheaper on both sides. A collector that does not know them gets JSON.
     Binary,
 }
 
-/// What is kept on a disk while the collector is away.
+/// Settings of the spool, which stores records on a disk while the collector is away.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SpoolConfig {
     /// When frames go to the disk.
     pub mode: SpoolMode,
-    /// Where to. `None`: the caller takes the folder that systemd gives.
+    /// The spool's folder. `None`: the folder that systemd provides.
     pub folder: Option<PathBuf>,
-    /// Bytes that the spool takes at most; beyond, the oldest backlog is dropped and counted.
+    /// Maximum size of the spool in bytes. At the limit the oldest backlog is dropped and counted.
     pub bytes_max: u64,
     /// Bytes of the disk that the spool leaves free.
     pub free_bytes_min: u64,
-    /// Records of the backlog that go to the collector in a second at most.
+    /// Maximum number of backlog records sent per second.
     pub backlog_per_s: u32,
 }
 
@@ -97,14 +97,14 @@ pub struct SpoolConfig {
 pub enum SpoolMode {
     /// Never.
     Ram,
-    /// When one has not been acknowledged for so long; then all that are in memory.
+    /// When one has waited this long for its acknowledgement; then all records in memory.
     Outage {
-        /// The time.
+        /// How long.
         after: Duration,
     },
-    /// At once, and synced so often.
+    /// At once, with a sync at this interval.
     Always {
-        /// From one sync to the next.
+        /// Time between syncs.
         sync_every: Duration,
     },
 }
@@ -124,20 +124,20 @@ impl SpoolMode {
 /// One I2C bus and the sensors on it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BusConfig {
-    /// The bus' device file.
+    /// The device file.
     pub path: PathBuf,
-    /// The sensors, at different addresses.
+    /// The sensors, each at another address.
     pub sensors: Vec<SensorConfig>,
 }
 
 /// One sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SensorConfig {
-    /// Where it is on the bus.
+    /// Its I2C address.
     pub address: Address,
-    /// How often it measures, nominally: a real sensor is off by several per cent.
+    /// Nominal frame rate; real sensors deviate by several percent.
     pub rate: FrameRate,
-    /// Whether the chip itself averages two frames ("twice moving average", AMG88 spec §4-11-7).
+    /// Whether the chip averages two frames ("twice moving average", AMG88 spec §4-11-7).
     pub moving_average: bool,
 }
 
@@ -150,7 +150,7 @@ impl BusConfig {
         Self { path, sensors }
     }
 
-    /// The sensor's name among all of this device: `i2c-1:0x69`.
+    /// The sensor's name, unique on this device: `i2c-1:0x69`.
     #[must_use]
     pub fn sensor_id(&self, sensor: &SensorConfig) -> String {
         let bus = self.path.file_name().unwrap_or(self.path.as_os_str());
@@ -170,37 +170,38 @@ impl SensorConfig {
     }
 }
 
-/// What a loss of power or of the process can cost on a disk that syncs within [`SYNC_MAX`].
+/// The maximum loss from a power cut or a killed process while the disk syncs within [`SYNC_MAX`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Guarantee {
-    /// Frames of all sensors together that may be lost at most.
+    /// Maximum number of lost frames, all sensors together.
     pub frames: u64,
-    /// The time in which they were read, and not acknowledged, before the loss.
+    /// The lost frames were read in this time before the power cut.
     pub seconds: f64,
-    /// Whether it is the disk that keeps them.
+    /// Whether it depends on the disk.
     pub needs_disk: bool,
 }
 
-/// The fastest clock of a sensor against its nominal rate.
+/// How fast a sensor's clock can be against its nominal rate.
 const FASTEST_CLOCK: f64 = 1.06;
 
 impl fmt::Display for Guarantee {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             formatter,
-            "a loss of power or a killed agent costs at most the {} frames that were read in the last {:.2} s and are not acknowledged",
+            "a power cut or a killed agent costs at most {} frames: those read in the last {:.2} s and not acknowledged",
             self.frames, self.seconds
         )?;
         if self.needs_disk {
             let sync_s = SYNC_MAX.as_secs_f64();
-            write!(formatter, ", while the disk syncs within {sync_s:.3} s")?;
+            write!(formatter, ", if the disk syncs within {sync_s:.3} s")?;
         }
         Ok(())
     }
 }
 
 impl Config {
-    /// What a loss of power can cost while the disk works, and syncs within [`SYNC_MAX`]. Without it, and in mode `ram`, it is the whole ring.
+    /// The maximum loss from a power cut while the disk syncs within [`SYNC_MAX`]. Without a disk and in mode `ram`: the whole
+    /// ring.
     #[must_use]
     pub fn guarantee(&self) -> Guarantee {
         let rate_hz = f64::from(self.rate_hz()) * FASTEST_CLOCK;
@@ -226,23 +227,23 @@ impl Config {
     }
 }
 
-/// Length of the configuration file at most, in bytes.
+/// Maximum size of the configuration file in bytes.
 pub const CONFIG_BYTES_MAX: usize = 64 * 1024;
 
-/// Why a configuration was refused, where, and what to do.
+/// Why a configuration was rejected, where, and how to fix it.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ConfigError {
-    /// Not TOML, or a key that is unknown, missing, of the wrong type or out of range: `file:line:column` from 1, what was
-    /// found and expected, and what to do.
+    /// Not TOML, or a key that is unknown, missing, of the wrong type or out of range: `file:line:column` counted from
+    /// 1, expected and found, and what to do.
     #[error("{0}: {1}\nhint: {2}")]
     Refused(String, String, String),
-    /// The configuration names a collector, and the agent joined another.
+    /// The configuration names one collector, and the agent joined another.
     #[error(
-        "the configuration names the collector {0}, and this agent joined {1}\nhint: take the line `collector` out of the configuration, or remove the file collector.toml"
+        "the configuration names collector {0}, but this agent joined {1}\nhint: remove the line `collector` from the configuration, or the file collector.toml"
     )]
     TwoCollectors(String, String),
-    /// This file is longer than [`CONFIG_BYTES_MAX`]: so many bytes.
+    /// This file has this many bytes, more than [`CONFIG_BYTES_MAX`].
     #[error(
         "{0}: expected at most {CONFIG_BYTES_MAX} bytes, found {1}\nhint: is this really agent.toml?"
     )]

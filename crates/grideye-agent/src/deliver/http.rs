@@ -1,4 +1,4 @@
-//! Posts over HTTP, with TLS by the one authority that is believed, and what the collector's answers mean.
+//! Posts over HTTP, with TLS that trusts a single authority, and interprets the collector's answers.
 
 use super::post::{Post, Posted};
 use crate::advice;
@@ -11,19 +11,19 @@ use std::time::{Duration, Instant};
 use ureq::RequestBuilder;
 use ureq::tls::{Certificate, ClientCert, PrivateKey, RootCerts, TlsConfig, TlsProvider};
 
-/// Length of an answer at most, in bytes.
+/// Maximum size of an answer in bytes.
 pub const ANSWER_BYTES_MAX: u64 = 1 << 20;
-/// How often the agent says how it is set up: a collector that was restarted knows it after so long.
+/// How often the agent sends its own settings. A restarted collector knows them after this time.
 pub const CONFIGURATION_EVERY: Duration = Duration::from_secs(60);
-/// Bytes of that at most; an agent that has more to say does not say it.
+/// Maximum size of those settings in bytes; the agent does not send longer ones.
 pub const CONFIGURATION_BYTES_MAX: usize = 4096;
 const CONFIGURATION_HEADER: &str = "grideye-configuration";
-/// Characters of an answer that are repeated at most.
+/// How many characters of an answer to quote.
 const EXCERPT_CHARS: usize = 200;
-/// How long connecting may take, beside the time for the whole request.
+/// Time limit for connecting, within the limit for the whole request.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// The answer to a form of body that is not known.
+/// The status for an unknown body encoding.
 const UNSUPPORTED_MEDIA_TYPE: u16 = 415;
 #[derive(Debug)]
 pub(crate) struct Http {
@@ -31,13 +31,13 @@ pub(crate) struct Http {
     url: String,
     token: Option<Secret>,
     body: Body,
-    /// What the agent says of its own set-up, where that can stand in a header, and when it last did.
+    /// The agent's settings if they fit in a header, and when they were last sent.
     configuration: Option<(String, Option<Instant>)>,
 }
 
 impl Http {
-    /// For the collector at this URL, by a [`client`]. Says every [`CONFIGURATION_EVERY`] with `configuration`, one JSON
-    /// object, how the agent is set up.
+    /// Posts to the collector at this URL with a [`client`]. Every [`CONFIGURATION_EVERY`] it also sends
+    /// `configuration`, one JSON object with the agent's settings.
     pub(crate) fn new(
         collector: &str,
         client: ureq::Agent,
@@ -97,7 +97,7 @@ impl Post for Http {
             Err(error) => return Posted::Refused(400, format!("not encoded: {error}")),
         };
         match self.send(&body, content_type, timeout) {
-            // An older collector: nothing of it was read.
+            // An older collector, which read nothing of this body.
             Ok((UNSUPPORTED_MEDIA_TYPE, _)) if self.body == Body::Binary => {
                 self.body = Body::Json;
                 self.post(batch, timeout)
@@ -112,7 +112,7 @@ impl Post for Http {
     }
 }
 
-/// Whether nothing can have arrived: there was no connection.
+/// Whether nothing can have arrived, because there was no connection.
 fn is_before_sending(error: &ureq::Error) -> bool {
     match error {
         ureq::Error::HostNotFound | ureq::Error::ConnectionFailed => true,
@@ -132,19 +132,19 @@ fn understand(status: u16, answer: &[u8], retry_after: Option<Duration>) -> Post
                 is_unstored: false,
             },
         },
-        // 409: another agent has sent other frames under these names.
+        // 409: another agent has sent different frames under these names.
         400 | 409 | 413 | 422 => Posted::Refused(status, said),
         401 | 403 => Posted::Forbidden(status, said),
         _ => Posted::Later {
             why: format!("status {status}: {said}"),
             retry_after,
-            // These are given before anything is stored; of the others it is not known.
+            // Collectors answer these before they store anything; of other answers it is unknown.
             is_unstored: matches!(status, 300..=399 | 404 | 408 | 429 | 503 | 507),
         },
     }
 }
 
-/// The beginning of what the collector said, on one line and without anything that could disturb a terminal.
+/// The start of the answer on one line, without control characters that could disturb a terminal.
 fn excerpt(answer: &[u8]) -> String {
     let text = String::from_utf8_lossy(answer.get(..4 * EXCERPT_CHARS).unwrap_or(answer));
     let plain = text.chars().map(|c| if c.is_control() { ' ' } else { c });
@@ -152,10 +152,10 @@ fn excerpt(answer: &[u8]) -> String {
     excerpt.trim().to_owned()
 }
 
-/// A client that shows these credentials, token excepted, and gives up a request after so long.
+/// A client with these credentials (except the token) and this time limit per request.
 ///
 /// # Errors
-/// What is wrong with a certificate or a key.
+/// The problem with a certificate or key.
 pub fn client(credentials: &Credentials, request_timeout: Duration) -> Result<ureq::Agent, String> {
     let config = ureq::Agent::config_builder()
         .timeout_global(Some(request_timeout))
@@ -164,7 +164,7 @@ pub fn client(credentials: &Credentials, request_timeout: Duration) -> Result<ur
         .max_redirects(0)
         .max_redirects_will_error(false)
         .max_idle_connections(1)
-        // The environment is the caller's business, and a proxy between agent and collector is not asked for.
+        // Leave the environment to the caller, and use no proxy between agent and collector.
         .proxy(None)
         .tls_config(tls(credentials)?)
         .user_agent(concat!("grideye-agent/", env!("CARGO_PKG_VERSION")))
@@ -172,7 +172,7 @@ pub fn client(credentials: &Credentials, request_timeout: Duration) -> Result<ur
     Ok(config.new_agent())
 }
 
-/// The request with this token, if there is one.
+/// Adds the token, if there is one.
 pub fn signed<B>(request: RequestBuilder<B>, token: Option<&Secret>) -> RequestBuilder<B> {
     match token {
         Some(token) => request.header("authorization", format!("Bearer {}", token.reveal())),
@@ -180,7 +180,7 @@ pub fn signed<B>(request: RequestBuilder<B>, token: Option<&Secret>) -> RequestB
     }
 }
 
-/// Without an authority nobody is believed, and https goes nowhere.
+/// Without an authority, nothing is trusted and every https request fails.
 fn tls(credentials: &Credentials) -> Result<TlsConfig, String> {
     let authority = credentials.authority.as_deref();
     let roots = authority.map(certificates).transpose()?.unwrap_or_default();
@@ -219,7 +219,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_what_will_never_be_taken_is_refused() {
+    fn only_a_permanent_error_counts_as_rejected() {
         let kind = |status, answer| match understand(status, answer, None) {
             Posted::Durable(_) => "durable",
             Posted::Refused(..) => "refused",
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_collector_says_is_cut_and_cannot_move_the_cursor() {
+    fn the_collectors_answer_is_cut_and_cannot_move_the_cursor() {
         assert_eq!(excerpt(b"no\x1b[2J\n"), "no [2J");
         assert_eq!(excerpt(&vec![b'x'; 10_000]).len(), 200);
     }

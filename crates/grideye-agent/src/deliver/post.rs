@@ -1,47 +1,47 @@
-//! What brings a batch to the collector, how much goes in one post, and how long a failure is waited for.
+//! How a batch gets posted, how much fits in one post, and how long to wait after a failure.
 
 use grideye_recording::wire::{Acknowledgement, Batch};
 use std::time::Duration;
 
-/// Records in one live post at most, those of all sensors together: about 50 kB.
+/// Maximum records per live post, all sensors together: about 50 kB.
 pub const BATCH_RECORDS_MAX: usize = 200;
-/// Records in one post of the backlog at most: about 240 kB.
+/// Maximum records per backlog post: about 240 kB.
 pub const BACKLOG_RECORDS_MAX: usize = 1000;
-/// How often the account is posted when there is nothing else to say.
+/// How often to post the account if there is nothing else.
 pub const HEARTBEAT_EVERY: Duration = Duration::from_secs(5);
-/// The shortest pause after a failure.
+/// Shortest pause after a failure.
 pub const BACK_OFF_MIN: Duration = Duration::from_millis(500);
-/// The longest pause after a failure of its own choice.
+/// Longest pause after a failure, unless the collector asks for one.
 pub const BACK_OFF_MAX: Duration = Duration::from_secs(60);
-/// The longest pause that a collector may ask for with `Retry-After`.
+/// Longest pause that the collector may request with `Retry-After`.
 pub const RETRY_AFTER_MAX: Duration = Duration::from_secs(300);
-/// How long what the collector forbids of an earlier run is held before it is tried again.
+/// How long to hold back an earlier boot's records that the collector forbids before the next attempt.
 pub const HELD_FOR: Duration = Duration::from_secs(600);
-/// The count of posts of an earlier run that the collector forbade.
+/// The count of forbidden posts of an earlier boot.
 pub const BACKLOG_FORBIDDEN: &str = "backlog-forbidden";
 
-/// Who brings a batch to the collector.
+/// Brings a batch to the collector.
 pub trait Post {
-    /// Posts a batch, within this time.
+    /// Posts a batch within this time.
     fn post(&mut self, batch: &Batch, timeout: Duration) -> Posted;
 }
 
-/// What became of one post.
+/// The outcome of one post.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Posted {
-    /// The collector has it on disk.
+    /// The collector has stored it on disk.
     Durable(Acknowledgement),
-    /// The collector will never take this body: status 400, 409, 413 or 422, and the beginning of what it said.
+    /// The collector will never accept this body: status 400, 409, 413 or 422, and the start of its answer.
     Refused(u16, String),
-    /// The collector does not let this agent send that, and stored nothing: status 401 or 403, and what it said.
+    /// The collector does not allow this agent to send it and stored nothing: status 401 or 403, and the answer.
     Forbidden(u16, String),
-    /// Anything else: try again later.
+    /// Anything else: retry later.
     Later {
-        /// What happened, and what to do about it.
+        /// What happened and what to do.
         why: String,
         /// The pause that the collector asked for.
         retry_after: Option<Duration>,
-        /// Whether it is certain that nothing was stored.
+        /// Whether certainly nothing was stored.
         is_unstored: bool,
     },
 }

@@ -1,16 +1,16 @@
-//! The scheduler: which records go to the collector when, and what becomes of them by its answers. It opens no socket and
-//! reads no clock but those that it is handed.
+//! The scheduler: chooses which records to post when, and acts on the collector's answers. It opens no socket and reads
+//! no clock; callers hand in both.
 //!
 //! ```text
 //!   live     in memory, younger than 10 s          every post_every, whatever else waits
 //!   backlog  in memory, older; then on the disk    while live posts are accepted, in larger batches, at a capped rate
 //! ```
 //!
-//! A post that got no clear answer may have arrived. Until it has an answer nothing else is sent: so the collector's count
-//! and the agent's agree after every batch that arrives.
+//! A post without a clear answer may have arrived. Nothing else is sent until it gets an answer, so the collector's
+//! count and the agent's agree after every batch that arrives.
 //!
-//! What the collector forbids of the run that goes on is tried again, like any failure. What is left of an earlier run,
-//! whose device's name may have been another, is held on the disk for [`HELD_FOR`] and lets the rest pass.
+//! If the collector forbids records of the current boot, they are retried like any failure. Records of an earlier boot,
+//! possibly under another device name, are held on the disk for [`HELD_FOR`] while the others go on.
 
 use super::post::{
     BACK_OFF_MAX, BACK_OFF_MIN, BACKLOG_FORBIDDEN, BACKLOG_RECORDS_MAX, BATCH_RECORDS_MAX,
@@ -25,32 +25,32 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// How often the disk is asked for a backlog when there was none.
+/// How often to look on the disk for a backlog when there was none.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
 /// The pause between attempts while the agent is stopping.
 const FLUSH_PAUSE: Duration = Duration::from_millis(100);
 
-/// How a scheduler works.
+/// A scheduler's parameters.
 #[derive(Debug, Clone)]
 pub struct Pace {
-    /// The collector's address, to be named in the log.
+    /// The collector's address, for the log.
     pub collector: String,
-    /// The run that is going on.
+    /// The current boot.
     pub boot: String,
     /// Pause between posts while there is no backlog.
     pub post_every: Duration,
-    /// How long a post may take.
+    /// Time limit of a post.
     pub request_timeout: Duration,
-    /// Records of the backlog a second, at most.
+    /// Maximum backlog records per second.
     pub backlog_per_s: u32,
-    /// From what the pauses after failures are drawn.
+    /// Seed of the random pauses after failures.
     pub seed: u64,
 }
 
-/// Time since some moment, by a clock that only runs forward; and the boot clock in nanoseconds.
+/// Elapsed time on a clock that never goes back, and the boot clock in nanoseconds.
 type Now = Box<dyn Fn() -> (Duration, u64) + Send>;
 
-/// Sends what is due.
+/// Sends whatever is due.
 pub struct Scheduler<P> {
     post: P,
     pace: Pace,
@@ -60,28 +60,28 @@ pub struct Scheduler<P> {
     random: u64,
     live: Turn,
     backlog: Turn,
-    /// The post of which it is not known whether it arrived.
+    /// A post that may or may not have arrived.
     in_doubt: Option<Batch>,
-    /// Parts of a batch that was refused as a whole.
+    /// Parts of a batch that was rejected as a whole.
     pieces: VecDeque<Batch>,
     last_account: Option<Duration>,
-    /// When what is held on the disk is tried again.
+    /// When to retry the records held on the disk.
     held_until: Option<Duration>,
-    /// What the log has last said of a run that is held.
+    /// The last log line about each held boot.
     held_said: BTreeMap<String, String>,
 }
 
-/// When a lane may send again, and how often it failed in a row.
+/// When a lane may send again, and its failures in a row.
 #[derive(Debug, Default)]
 struct Turn {
     due: Duration,
     failures: u32,
-    /// The failure that was logged last; the same one is not logged again.
+    /// The last failure logged; the same one is not logged again.
     said: Option<String>,
 }
 
 impl<P: Post> Scheduler<P> {
-    /// A scheduler with nothing on the way.
+    /// A scheduler with no post under way.
     pub fn new(post: P, pace: Pace, shared: Arc<Shared>, now: Now, log: Log) -> Self {
         Self {
             post,
@@ -100,7 +100,7 @@ impl<P: Post> Scheduler<P> {
         }
     }
 
-    /// Posts until [`Shared::flush_until`]; then delivers what is in memory and ends with a last account.
+    /// Posts until [`Shared::flush_until`], then delivers the rest of memory and ends with a last account.
     pub(crate) fn run(&mut self) {
         loop {
             let pause = match self.shared.flush_deadline() {
@@ -117,7 +117,7 @@ impl<P: Post> Scheduler<P> {
         }
     }
 
-    /// Sends what is due, if anything is. Returns the pause until something may be.
+    /// Sends what is due, if anything. Returns the pause until the next look.
     pub fn step(&mut self) -> Duration {
         if let Some(batch) = self.choose(self.time()) {
             self.send(batch, self.pace.request_timeout);
@@ -125,7 +125,7 @@ impl<P: Post> Scheduler<P> {
         self.next_due().saturating_sub(self.time())
     }
 
-    /// Sends the next that is in memory, or at last the account, due or not. Returns whether all has arrived.
+    /// Sends the next batch in memory, or finally the account, due or not. Returns whether everything has arrived.
     pub fn flush(&mut self, time_left: Duration) -> bool {
         let now = self.time();
         let begun = self.in_doubt.take().or_else(|| self.pieces.pop_front());
@@ -134,12 +134,12 @@ impl<P: Post> Scheduler<P> {
             .unwrap_or_else(|| self.of_memory(Lane::Live, now, BATCH_RECORDS_MAX));
         let is_account = batch.items.is_empty();
         let timeout = time_left.clamp(Duration::from_millis(1), self.pace.request_timeout);
-        // An account that was in doubt from before is not yet the last one.
+        // An account left in doubt from before the stop is not the last one.
         let is_taken = self.send(batch, timeout);
         is_taken && is_account && self.shared.with_ring(|ring| ring.is_empty())
     }
 
-    /// Posts that failed in a row, of the lane that failed more often.
+    /// Failed posts in a row, of the lane with more of them.
     #[must_use]
     pub fn failures(&self) -> u32 {
         self.live.failures.max(self.backlog.failures)
@@ -203,7 +203,7 @@ impl<P: Post> Scheduler<P> {
         (!batch.items.is_empty()).then_some(batch)
     }
 
-    /// The oldest first: what is on the disk is older than what is in memory.
+    /// Oldest first: records on the disk are older than those in memory.
     fn backlog_batch(&mut self, now: Duration) -> Option<Batch> {
         let shared = Arc::clone(&self.shared);
         let mut spool = shared.spool_if_free();
@@ -224,7 +224,7 @@ impl<P: Post> Scheduler<P> {
         self.late_batch(now)
     }
 
-    /// Returns whether the collector took it.
+    /// Returns whether the collector stored it.
     fn send(&mut self, batch: Batch, timeout: Duration) -> bool {
         self.shared.with_ring(|ring| ring.doubt(Some(&batch)));
         let body = self.to_wire(&batch);
@@ -247,7 +247,7 @@ impl<P: Post> Scheduler<P> {
                 let lane = batch.lane;
                 if is_unstored {
                     self.clear_doubt();
-                    // It is found again where it is held, and so are the parts behind it.
+                    // The next look finds it again where it waits, and so its remaining parts.
                     self.pieces.clear();
                 } else {
                     self.in_doubt = Some(batch);
@@ -269,7 +269,7 @@ impl<P: Post> Scheduler<P> {
                 .and_then(|spool| spool.ended_accounts(&batch.boot))
         };
         let mut body = batch.to_wire(&accounts.unwrap_or_default());
-        // Of a run that has ended it is not known whether its boot clock is this one.
+        // Another boot's clock may not be this one.
         body.t_sent_boot_ns = is_own.then(|| (self.now)().1);
         body
     }
@@ -304,10 +304,10 @@ impl<P: Post> Scheduler<P> {
                 .info(format!("delivering again; {left} records wait in memory"));
         }
         if self.held_said.remove(&boot).is_some() {
-            let line = format!("what is left of run {boot} is being delivered again");
+            let line = format!("the rest of boot {boot} is being delivered again");
             self.log.info(line);
         }
-        // So long that the backlog does not go faster than it may.
+        // Long enough to limit the backlog's rate.
         let records = u32::try_from(stored).unwrap_or(u32::MAX);
         let backlog_pause = Duration::from_secs(1) * records / self.pace.backlog_per_s.max(1);
         let pause = match lane {
@@ -342,7 +342,7 @@ impl<P: Post> Scheduler<P> {
         }
     }
 
-    /// Halves a refused batch until the record that is refused stands alone, and sets that aside.
+    /// Halves a rejected batch until a single record is rejected, and sets that one aside.
     fn refused(&mut self, batch: Batch, status: u16, said: &str) {
         let lane = batch.lane;
         match batch.items.as_slice() {
@@ -357,7 +357,7 @@ impl<P: Post> Scheduler<P> {
             [item] => {
                 let kept = self.drop_refused(lane, item, status);
                 self.log.error(format!(
-                    "the collector refused a record for ever, status {status}: {said}; set aside{kept}"
+                    "the collector rejected a record permanently, status {status}: {said}; set aside{kept}"
                 ));
                 self.turn(lane).due = self.time();
             }
@@ -369,7 +369,7 @@ impl<P: Post> Scheduler<P> {
         }
     }
 
-    /// Returns what the log should add.
+    /// Returns a suffix for the log line.
     fn drop_refused(&self, lane: Lane, item: &Item, status: u16) -> String {
         let reason = format!("refused-{status}");
         let mut spool = self.shared.spool();
@@ -401,13 +401,13 @@ impl<P: Post> Scheduler<P> {
         let now = self.time();
         self.held_until.get_or_insert(now + HELD_FOR);
         self.turn(batch.lane).due = now;
-        // It remembers what was said of as many runs as a spool remembers.
+        // Log at most as many boots as a spool remembers.
         if self.held_said.get(boot) == Some(&why) || self.held_said.len() >= RUNS_MAX {
             return;
         }
         self.log.error(format!(
-            "{why}; {frames} frames of device {device}, run {boot}, are held in the spool and tried again every {} min; all others go on\n\
-             hint: let this agent send as {device} too, or set `device` in its configuration back to that until they have arrived",
+            "{why}; {frames} frames of device {device}, boot {boot}, stay in the spool and are retried every {} min; all others continue\n\
+             hint: allow this agent to send as {device} too, or set `device` in its configuration back to {device} until they have arrived",
             HELD_FOR.as_secs() / 60
         ));
         self.held_said.insert(boot.clone(), why);
@@ -447,7 +447,7 @@ impl<P: Post> Scheduler<P> {
         }
     }
 
-    /// Logs a failure, unless it is the one that was last logged for this lane.
+    /// Logs a failure unless it repeats the lane's last one.
     fn say_failure(&mut self, lane: Lane, why: &str, line: &str) {
         if self.turn(lane).said.as_deref() != Some(why) {
             self.log.warning(line);
@@ -455,7 +455,7 @@ impl<P: Post> Scheduler<P> {
         }
     }
 
-    /// SplitMix64 (Steele, Lea and Flood 2014): the pauses of one run can be had again from its seed.
+    /// SplitMix64 (Steele, Lea and Flood 2014), so that the seed reproduces a boot's pauses.
     fn next_random(&mut self) -> u64 {
         self.random = self.random.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut mixed = self.random;
@@ -465,8 +465,8 @@ impl<P: Post> Scheduler<P> {
     }
 }
 
-/// The pause after this many failures in a row: anywhere between the shortest and a bound that doubles ("full
-/// jitter"), so that a fleet does not come back all at once.
+/// The pause after this many failures in a row: random between the shortest and a bound that doubles ("full jitter"),
+/// so that a fleet does not return all at once.
 fn back_off(failures: u32, entropy: u64) -> Duration {
     let bound = BACK_OFF_MIN
         .saturating_mul(1 << failures.min(16))

@@ -1,5 +1,5 @@
-//! The spooler: brings what waits too long in memory to the disk, and clears up there. A thread of its own, so that a slow
-//! card keeps neither the buses nor the posts.
+//! The spooler: writes records that wait too long from memory to the disk, and removes segments no longer needed. It
+//! has its own thread, so that a slow card delays neither the buses nor the posts.
 
 use crate::config::SpoolMode;
 use crate::limits::{LIVE_FOR, LOOK_EVERY, SYNC_MAX};
@@ -11,18 +11,18 @@ use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Records of one write at most, which is synced at once.
+/// Maximum records per write; each write is synced.
 pub const WRITE_RECORDS_MAX: usize = 5000;
-/// Writes in a row at most, before anything else is looked at.
+/// Maximum writes in a row before anything else gets a turn.
 pub const WRITES_MAX: usize = 4;
-/// The pause after a write that failed.
+/// The pause after a failed write.
 pub const DISK_RETRY: Duration = Duration::from_secs(5);
-/// The pause before a spool is opened again that could not be.
+/// The pause before another attempt to open the spool.
 pub const OPEN_RETRY: Duration = Duration::from_secs(60);
 
-/// Left to others that wait for the spool where the disk takes longer than from one look to the next.
+/// Time for other threads to lock the spool when the disk takes longer than the interval between looks.
 const BREATH: Duration = Duration::from_millis(10);
-/// How old a record is when it leaves the memory for the disk's lane, where it is on the disk from the start.
+/// In mode `always`, the age at which a record leaves memory; it is on the disk from the start.
 pub const EVICT_AFTER: Duration = LIVE_FOR;
 
 /// Writes the spool of a running agent.
@@ -41,7 +41,7 @@ pub struct Spooler {
 pub type Opener = Box<dyn FnMut() -> Result<Spool, FolderError> + Send>;
 
 impl Spooler {
-    /// A spooler of the spool that is shared, if one is.
+    /// A spooler for the shared spool, if there is one.
     #[must_use]
     pub fn new(shared: Arc<Shared>, mode: SpoolMode, log: Log) -> Self {
         Self {
@@ -56,7 +56,7 @@ impl Spooler {
         }
     }
 
-    /// Opens the spool, or, where the disk does not work, says so and tries again later.
+    /// Opens the spool. If the disk fails, logs it and retries later.
     ///
     /// # Errors
     /// [`FolderError::Locked`] if another agent uses it, [`FolderError::Newer`] if a later version wrote it.
@@ -91,13 +91,13 @@ impl Spooler {
         }
     }
 
-    /// Works until it is told to end, and then brings all that is left to the disk.
+    /// Works until told to end, then writes the rest of memory to the disk.
     pub fn run(&mut self) {
         let mut pause = self.pause();
         while !self.shared.waits_for_spooler(pause) {
             let began = self.shared.now();
             self.step(began);
-            // From look to look, however long the disk took: else its time would be lost twice.
+            // Keep the interval between looks however long the disk took; else its time would be lost twice.
             let took = self.shared.now().saturating_sub(began);
             pause = self.pause().saturating_sub(took).max(BREATH);
         }
@@ -113,7 +113,7 @@ impl Spooler {
         }
     }
 
-    /// Does what is due at `now`.
+    /// Does the work due at `now`.
     pub fn step(&mut self, now: Duration) {
         let older_than = match self.mode {
             SpoolMode::Ram => return,
@@ -138,7 +138,7 @@ impl Spooler {
         }
     }
 
-    /// Writes what is due. Each piece goes to the backlog before the next, so that in a full spool the older make room.
+    /// Writes what is due. Each write enters the backlog before the next, so that in a full spool the oldest make room.
     fn write(&mut self, spool: &mut Spool, now: Duration, older_than: Duration) {
         for _ in 0..WRITES_MAX {
             let (records, accounts) = self.shared.with_ring(|ring| {
@@ -161,7 +161,8 @@ impl Spooler {
         }
     }
 
-    /// Counts a write that took longer than what is stated allows. It is said once, and again when it gets twice as bad.
+    /// Counts a write slower than the stated guarantee allows. Logs the first, and each that is twice as slow as the
+    /// last one logged.
     fn hold_to_time(&mut self, took: Duration) {
         if took <= SYNC_MAX {
             return;
@@ -173,7 +174,7 @@ impl Spooler {
         }
         self.slowest = took;
         self.log.warning(format!(
-            "the spool's disk took {:.2} s for a write: a loss of power then costs the frames of so long, where {:.3} s are stated\nhint: see what else writes to the card; one that often takes so long is worn",
+            "the spool's disk took {:.2} s for a write: a power cut could lose that much data (limit: {:.3} s)\nhint: see what else writes to the card; a card that is often this slow is worn out",
             took.as_secs_f64(),
             SYNC_MAX.as_secs_f64()
         ));
@@ -198,7 +199,7 @@ impl Spooler {
         });
         if frames > 0 {
             self.log.error(format!(
-                "the spool is full: the oldest {frames} frames of the backlog were dropped\nhint: raise spool.mib_max, or look why the collector is away"
+                "the spool is full: the oldest {frames} frames of the backlog were dropped\nhint: raise spool.mib_max, or find out why the collector is away"
             ));
         }
         match written.error {
@@ -221,18 +222,18 @@ impl Spooler {
         }
     }
 
-    /// Takes out of memory what the disk has and what is no longer for the live lane.
+    /// Removes records from memory that are on the disk and no longer live.
     fn evict(&self, spool: &mut Spool, now: Duration) {
         let older_than = match self.mode {
             SpoolMode::Always { .. } => EVICT_AFTER,
-            // What was written was too old for memory, or came after that.
+            // Everything written was too old for memory, or came after such a record.
             SpoolMode::Outage { .. } | SpoolMode::Ram => Duration::ZERO,
         };
         self.shared
             .with_ring(|ring| evict_older(spool, ring, now, older_than));
     }
 
-    /// Removes what nothing refers to, and logs what the spool has to say.
+    /// Removes unused segments, and logs the spool's messages.
     fn clear_up(&mut self, spool: &mut Spool, now: Duration) {
         self.evict(spool, now);
         let places = self.shared.with_ring(|ring| ring.places());
@@ -245,7 +246,7 @@ impl Spooler {
         }
     }
 
-    /// Brings everything in memory to the disk, and notes where the next start begins.
+    /// Writes everything in memory to the disk, and saves where the next start begins.
     pub fn finish(&mut self, now: Duration) {
         if self.mode == SpoolMode::Ram {
             return;
@@ -265,7 +266,7 @@ impl Spooler {
         let tidied = spool.tidy(&places, false);
         let closed = tidied.and_then(|()| spool.close(&places, &accounts));
         if closed.is_err() {
-            self.log.warning("the spool's state could not be written: the next start may send frames a second time, which changes nothing");
+            self.log.warning("the spool's state could not be written: the next start may send some frames again, which is harmless");
         }
     }
 }
@@ -278,17 +279,17 @@ fn evict_older(spool: &mut Spool, ring: &mut Ring, now: Duration, older_than: Du
     }
 }
 
-/// The count of writes for which the spool's disk had no room.
+/// The count of writes that found the spool's disk full.
 pub const SPOOL_DISK_FULL: &str = "spool-disk-full";
-/// The count of writes that the spool's folder did not take.
+/// The count of writes that the spool's folder did not allow.
 pub const SPOOL_READ_ONLY: &str = "spool-read-only";
-/// The count of writes at which the spool's disk failed in another way.
+/// The count of writes that failed for another reason.
 pub const SPOOL_FAILED: &str = "spool-failed";
 
-/// The count of writes that took longer than [`SYNC_MAX`].
+/// The count of writes slower than [`SYNC_MAX`].
 pub const SPOOL_SLOW: &str = "spool-slow";
 
-/// Under which name a failure of the disk is counted, and what can be done about it.
+/// The name that counts a disk failure, and how to fix it.
 fn kind_and_hint(error: &io::Error) -> (&'static str, &'static str) {
     match error.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => (
@@ -297,11 +298,8 @@ fn kind_and_hint(error: &io::Error) -> (&'static str, &'static str) {
         ),
         io::ErrorKind::ReadOnlyFilesystem | io::ErrorKind::PermissionDenied => (
             SPOOL_READ_ONLY,
-            "make the folder writable; a card that has turned read-only is at its end (`dmesg` says so)",
+            "make the folder writable; a card that turned read-only is worn out (see `dmesg`)",
         ),
-        _ => (
-            SPOOL_FAILED,
-            "look at `dmesg`: a card that gives errors is at its end",
-        ),
+        _ => (SPOOL_FAILED, "see `dmesg`: a card with errors is worn out"),
     }
 }

@@ -1,4 +1,4 @@
-//! Two pages over HTTP/1.1, for one caller after the other, on this machine alone.
+//! Two pages over HTTP/1.1, for one client at a time, on this machine only.
 
 use super::status::Health;
 use grideye_recording::prometheus::CONTENT_TYPE;
@@ -6,20 +6,20 @@ use std::io::{self, Read as _, Write as _};
 use std::net::{Ipv4Addr, Ipv6Addr, TcpListener, TcpStream};
 use std::time::{Duration, Instant};
 
-/// Bytes of a request at most. More is answered 431.
+/// Maximum size of a request in bytes; a longer one gets status 431.
 pub const REQUEST_BYTES_MAX: usize = 8 * 1024;
-/// How long a request may take to come. Then the caller is cut off, and the next one has its turn.
+/// Time limit for a request to arrive. Then the connection closes, and the next client gets its turn.
 pub const REQUEST_TIME_MAX: Duration = Duration::from_secs(1);
-/// How long the caller may take to read the answer.
+/// Time limit for the client to read the answer.
 pub const ANSWER_TIME_MAX: Duration = Duration::from_secs(1);
-/// The pause after no connection could be taken, which is when the system is out of memory or descriptors.
+/// The pause after a failed accept, when the system is out of memory or descriptors.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 
-/// Answers until the process ends. Whoever is slow costs [`REQUEST_TIME_MAX`] and [`ANSWER_TIME_MAX`] at most.
+/// Answers until the process ends. A slow client costs at most [`REQUEST_TIME_MAX`] plus [`ANSWER_TIME_MAX`].
 pub fn serve(listener: &TcpListener, health: &Health) {
     loop {
         match listener.accept() {
-            // Who cuts the connection off has no answer, and nobody else is to hear of it.
+            // A client that disconnects gets no answer, and its error concerns nobody else.
             Ok((stream, _)) => drop(answer(stream, health)),
             Err(_) => std::thread::sleep(ACCEPT_PAUSE),
         }
@@ -79,17 +79,17 @@ fn page(request: &str, health: &Health) -> Page {
         words.next().unwrap_or_default(),
         words.next().unwrap_or_default(),
     );
-    // A page of the internet whose name was made to lead here must not read what stands here.
+    // Check the host: a website could resolve its own name to this address (DNS rebinding) and read the answer.
     let mut hosts = lines.filter_map(|line| {
         let (name, value) = line.split_once(':')?;
         name.eq_ignore_ascii_case("host").then(|| value.trim())
     });
     if !hosts.next().is_some_and(is_of_this_machine) || hosts.next().is_some() {
-        let what = "ask by a name of this machine, such as localhost\n";
+        let what = "the Host header must name this machine, such as localhost\n";
         return plain("403 Forbidden", what);
     }
     if method != "GET" {
-        return plain("405 Method Not Allowed", "GET alone\n");
+        return plain("405 Method Not Allowed", "use GET\n");
     }
     match path {
         "/health" => {
@@ -102,15 +102,15 @@ fn page(request: &str, health: &Health) -> Page {
             (status, "application/json", format!("{json}\n"))
         }
         "/metrics" => ("200 OK", CONTENT_TYPE, health.to_prometheus()),
-        _ => plain("404 Not Found", "there are /health and /metrics\n"),
+        _ => plain("404 Not Found", "the pages are /health and /metrics\n"),
     }
 }
 
-/// Whether a `host` names this machine's loopback, with or without a port.
+/// Whether a `host` header names this machine's loopback, with or without a port.
 fn is_of_this_machine(host: &str) -> bool {
     let with_port = host.rsplit_once(':');
     let with_port = with_port.filter(|(_, port)| port.parse::<u16>().is_ok());
-    // An address of version 6 ends with a bracket, and no port does.
+    // An IPv6 address ends with a bracket, so its last colon is never taken for a port.
     let name = with_port.map_or(host, |(name, _)| name);
     let inner = name
         .strip_prefix('[')

@@ -1,4 +1,4 @@
-//! How an agent does, as one JSON object and as Prometheus' families.
+//! An agent's health as one JSON object and as Prometheus families.
 
 use crate::queue::{Delivery, Seen, Shared};
 use grideye_frame::NoData;
@@ -10,18 +10,18 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// What does not change while an agent runs.
+/// The facts that are constant while an agent runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Identity {
     pub(crate) device: String,
     pub(crate) boot: String,
     pub(crate) collector: String,
     pub(crate) spool_mode: &'static str,
-    /// The sensors, in the order of their streams.
+    /// In stream order.
     pub(crate) sensors: Vec<String>,
 }
 
-/// Tells how an agent does, for as long as somebody asks. Outlives the agent, which then stands still.
+/// An agent's health on request. It outlives the agent; its figures then stay as they were.
 #[derive(Debug, Clone)]
 pub struct Health {
     pub(super) shared: Arc<Shared>,
@@ -33,7 +33,7 @@ impl Health {
         Self { shared, identity }
     }
 
-    /// Everything, as one object with `status` first: `ok` where there is no fault.
+    /// Everything as one object; `status` comes first and is `ok` if there is no fault.
     pub(crate) fn to_json(&self) -> Value {
         let look = self.look();
         let why = look.faults();
@@ -70,7 +70,7 @@ impl Health {
 
     fn look(&self) -> Look {
         let observed = self.shared.observed();
-        // A spool that is at work, or whose disk hangs, is not waited for.
+        // Do not wait for a spool that is busy or has a stuck disk.
         if let Some(spool) = self.shared.spool_if_free() {
             let spool = spool.as_ref();
             observed.spool(spool.map(|spool| (spool.bytes(), spool.waiting_frames().0)));
@@ -96,13 +96,13 @@ impl Health {
     }
 }
 
-/// A sensor without a frame for so long is a reason to look.
+/// A sensor without a frame for this long counts as a fault.
 pub const STALE_AFTER: Duration = Duration::from_secs(10);
 pub(super) struct Look {
     pub(super) now: Duration,
     pub(super) delivery: Delivery,
     pub(super) held: usize,
-    /// Bytes and frames on the disk, where there is one.
+    /// Bytes and frames on the disk, if there is a spool.
     pub(super) spool: Option<(u64, u64)>,
     pub(super) sensors: Vec<SensorLook>,
 }
@@ -190,7 +190,7 @@ fn of_the_delivery(text: &mut Text, look: &Look) {
     text.counter("grideye_agent_posts_total", posts);
     text.sample(&[("outcome", "accepted")], delivery.posts_accepted);
     text.sample(&[("outcome", "failed")], delivery.posts_failed);
-    let failures = "Posts that failed since the last that was accepted.";
+    let failures = "Posts failed since the last accepted one.";
     text.gauge("grideye_agent_post_failures_in_a_row", failures);
     text.sample(&[], delivery.failures_in_a_row);
     if let Some(age_s) = look.since(delivery.last_accepted) {
@@ -203,7 +203,7 @@ fn of_the_delivery(text: &mut Text, look: &Look) {
 fn of_the_sensors(text: &mut Text, look: &Look) {
     text.counter("grideye_agent_sensor_read_total", "Frames read.");
     of_each(text, look, |sensor| sensor.account.read);
-    let missing = "Frames missed, each a row.";
+    let missing = "Frames missed, each recorded with a reason.";
     text.counter("grideye_agent_sensor_missing_total", missing);
     of_each(text, look, |sensor| sensor.account.missing);
     let stored = "Frames that the collector has on disk.";
@@ -212,7 +212,7 @@ fn of_the_sensors(text: &mut Text, look: &Look) {
     let spooled = "Frames read and not acknowledged.";
     text.gauge("grideye_agent_sensor_spooled", spooled);
     of_each(text, look, |sensor| sensor.account.spooled);
-    let dropped = "Frames given up, by reason.";
+    let dropped = "Frames dropped, by reason.";
     text.counter("grideye_agent_sensor_dropped_total", dropped);
     by_reason(text, look, |sensor| &sensor.account.dropped);
     text.counter("grideye_agent_sensor_errors_total", "Faults, by kind.");

@@ -1,4 +1,4 @@
-//! What the pages show, and how they are asked.
+//! What the health pages show, and which requests get them.
 
 use super::status::{Look, SensorLook};
 use super::*;
@@ -51,7 +51,7 @@ fn push(health: &Health, stream: usize, record: Record) {
 }
 
 #[test]
-fn all_is_well_until_a_post_fails_and_again_when_one_is_taken() {
+fn the_status_is_degraded_from_a_failed_post_to_the_next_accepted_one() {
     let health = health();
     assert_eq!(health.to_json()["status"], "ok");
     let observed = health.shared.observed();
@@ -72,7 +72,7 @@ fn all_is_well_until_a_post_fails_and_again_when_one_is_taken() {
 }
 
 #[test]
-fn a_sensor_that_gives_rows_without_frames_is_silent_and_the_other_is_not() {
+fn a_sensor_with_missing_frames_only_is_silent_and_the_other_is_not() {
     let look = |silent_s: u64, other_s: u64| {
         let sensor = |name: &str, at_s: u64| SensorLook {
             name: name.to_owned(),
@@ -107,7 +107,7 @@ fn a_sensor_that_gives_rows_without_frames_is_silent_and_the_other_is_not() {
 }
 
 #[test]
-fn json_and_metrics_say_the_same_of_each_sensor() {
+fn json_and_metrics_agree_about_each_sensor() {
     let health = health();
     push(&health, 0, record(1, None));
     push(&health, 1, record(1, None));
@@ -144,12 +144,12 @@ fn json_and_metrics_say_the_same_of_each_sensor() {
 fn served(health: Health) -> SocketAddr {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap();
-    // It ends with the tests.
+    // The thread ends with the test process.
     std::thread::spawn(move || serve(&listener, &health));
     address
 }
 
-/// The answer to these bytes; what came before a reset where the server did not read all of them.
+/// The answer to these bytes, or the part that came before a reset if the server did not read all of them.
 fn ask(address: SocketAddr, request: &[u8]) -> String {
     let mut stream = TcpStream::connect(address).unwrap();
     let _ = stream.write_all(request);
@@ -159,7 +159,7 @@ fn ask(address: SocketAddr, request: &[u8]) -> String {
 }
 
 #[test]
-fn two_pages_are_served_and_nothing_else_to_nobody_else() {
+fn only_two_pages_are_served_and_only_to_this_machine() {
     let address = served(health());
     let get = |path: &str| {
         let request = format!("GET {path} HTTP/1.1\r\nhost: {address}\r\n\r\n");
@@ -187,7 +187,7 @@ fn two_pages_are_served_and_nothing_else_to_nobody_else() {
 }
 
 #[test]
-fn whoever_is_slow_or_long_is_cut_off_and_the_next_has_an_answer() {
+fn a_slow_or_long_request_is_cut_off_and_the_next_gets_an_answer() {
     let address = served(health());
     let long = vec![b'x'; REQUEST_BYTES_MAX + 1];
     let answer = ask(address, &long);
@@ -198,5 +198,8 @@ fn whoever_is_slow_or_long_is_cut_off_and_the_next_has_an_answer() {
     let answer = ask(address, b"GET /health HTTP/1.1\r\nhost: localhost\r\n\r\n");
     assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
     let waited = begun.elapsed();
-    assert!(waited >= REQUEST_TIME_MAX, "the first was not waited for");
+    assert!(
+        waited >= REQUEST_TIME_MAX,
+        "the first request did not get its full time"
+    );
 }

@@ -1,4 +1,4 @@
-//! How the agent knows its collector and is known by it: token, pin, certificates, address.
+//! How agent and collector identify each other: token, pin, certificates, address.
 
 use ring::digest;
 use serde::{Deserialize, Serialize};
@@ -6,33 +6,33 @@ use std::fmt;
 use std::net::Ipv6Addr;
 use std::str::FromStr;
 
-/// A text that is shown to the collector and to nobody else: debugging does not show it.
+/// A text for the collector only; `Debug` hides it.
 #[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Secret(String);
 
-/// By what the agent knows its collector and is known by it.
+/// The credentials that agent and collector show each other.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Credentials {
-    /// The token, which goes with every request.
+    /// The token sent with every request.
     pub token: Option<Secret>,
-    /// The one authority whose certificates are believed, in PEM. `https` does not go without.
+    /// The one trusted authority, in PEM. `https` requires it.
     pub authority: Option<String>,
-    /// The agent's own certificate, where the collector asks for one.
+    /// The agent's own certificate, if the collector requires one.
     pub client: Option<ClientCertificate>,
 }
 
 /// A certificate with its chain, and its key, in PEM.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ClientCertificate {
-    /// The certificate, and those that it leads to.
+    /// The certificate and its chain.
     pub chain: String,
     /// Its key.
     pub key: Secret,
 }
 
 impl Secret {
-    /// A text that can stand in a header.
+    /// A token that can appear in a header.
     ///
     /// # Errors
     /// [`NotJoined`] for anything else.
@@ -41,7 +41,7 @@ impl Secret {
         if is_plain && (1..=TOKEN_CHARS_MAX).contains(&text.len()) {
             return Ok(Self(text.to_owned()));
         }
-        let what = "the token is empty, cut, or holds what no token holds";
+        let what = "the token is empty, cut, or contains a character that no token has";
         Err(NotJoined(what.to_owned()))
     }
 
@@ -64,10 +64,10 @@ impl fmt::Debug for Secret {
     }
 }
 
-/// Length of a token at most, in characters.
+/// Maximum length of a token in characters.
 const TOKEN_CHARS_MAX: usize = 256;
 
-/// Why a line or a file is not understood. What it held is not repeated: there is a token in it.
+/// Why a line or file is not understood. It does not quote the content, which includes a token.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct NotJoined(pub(super) String);
@@ -77,7 +77,7 @@ pub struct NotJoined(pub(super) String);
 pub struct Pin(String);
 
 impl Pin {
-    /// That of a certificate in DER.
+    /// The pin of a certificate in DER.
     #[must_use]
     pub fn of(certificate: &[u8]) -> Self {
         let hash = digest::digest(&digest::SHA256, certificate);
@@ -106,7 +106,7 @@ impl fmt::Display for Pin {
     }
 }
 
-/// Whether this is HOST:PORT. A wrong one is refused at the start: as a failed delivery it would be retried for good.
+/// Whether this is HOST:PORT. Reject a wrong one at the start, because a failed delivery would be retried without end.
 pub(crate) fn is_host_and_port(authority: &str) -> bool {
     let Some((host, port)) = authority.rsplit_once(':') else {
         return false;
@@ -130,5 +130,5 @@ pub(crate) fn check_url(url: &str) -> Result<(), String> {
     if authority.is_some_and(is_host_and_port) {
         return Ok(());
     }
-    Err("the collector is not named as https://HOST:PORT".to_owned())
+    Err("expected the collector as https://HOST:PORT".to_owned())
 }

@@ -1,4 +1,4 @@
-//! One handshake with a collector that is known by its pin alone, to learn its authority's certificate.
+//! One TLS handshake with a collector known only by its pin, to fetch its authority's certificate.
 
 use super::credentials::{ClientCertificate, NotJoined, Pin};
 use crate::advice::{certificate_hint, in_handshake};
@@ -18,8 +18,8 @@ use std::net::{TcpStream, ToSocketAddrs as _};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// Fetches the certificate with this pin, in PEM, from the collector at `https://HOST:PORT`, which must prove that it has
-/// one of that authority for its name.
+/// Fetches the certificate with this pin, in PEM, from the collector at `https://HOST:PORT`. The collector must prove
+/// that it has a certificate of that authority for its own name.
 ///
 /// # Errors
 /// [`NotJoined`].
@@ -63,7 +63,7 @@ pub fn authority_of(
     pem.ok_or_else(|| refuse(what.to_owned(), "is this a collector?"))
 }
 
-/// The authority is the first thing that is looked at, and the certificate's time and name the next.
+/// Verification looks at the authority first, then at the certificate's time and name.
 fn hint(error: &io::Error) -> &'static str {
     let of_certificate = in_handshake(error).and_then(certificate_hint);
     of_certificate.map_or(
@@ -110,7 +110,7 @@ fn config(
         .map_err(|error| error.to_string())
 }
 
-/// Believes the authority that has the pin, if the collector shows it, and nobody else.
+/// Trusts only the authority with this pin, which the collector must show.
 #[derive(Debug)]
 struct Pinned {
     pin: Pin,
@@ -155,7 +155,7 @@ impl ServerCertVerifier for Pinned {
         _certificate: &CertificateDer<'_>,
         _signed: &DigitallySignedStruct,
     ) -> Result<HandshakeSignatureValid, Error> {
-        Err(Error::General("TLS 1.3 alone is spoken".to_owned()))
+        Err(Error::General("only TLS 1.3 is supported".to_owned()))
     }
 
     fn verify_tls13_signature(

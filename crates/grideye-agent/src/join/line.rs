@@ -1,4 +1,4 @@
-//! The line that `grideye enroll` prints, and the file that joining leaves.
+//! The line that `grideye enroll` prints, and the file that joining writes.
 
 use super::credentials::{ClientCertificate, Credentials, NotJoined, Pin, Secret, check_url};
 use crate::limits::JOINED_BYTES_MAX;
@@ -7,33 +7,34 @@ use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
 const SCHEME: &str = "grideye:";
-/// What stands around the code: a shell's own `echo` does not show the token in the list of processes.
+/// The command around the code. A shell's built-in `echo` keeps the token out of the process list.
 const COMMAND: (&str, &str) = ("echo ", " | sudo grideye-agent join -");
-/// What stands before it where it is an argument.
+/// The command before a code given as an argument.
 const COMMAND_WITH_ARGUMENT: &str = "sudo grideye-agent join ";
 
-/// What `grideye enroll` prints for one agent.
+/// The line that `grideye enroll` prints for one agent.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct JoinLine {
     /// `https://HOST:PORT` or `http://HOST:PORT`.
     pub collector: String,
-    /// The device's name, when the token speaks for one alone.
+    /// The device's name, if the token is for one device only.
     pub device: Option<String>,
-    /// The token for its frames; `None` where the collector asks for none.
+    /// The token for its frames; `None` if the collector requires none.
     pub token: Option<Secret>,
-    /// SHA-256 of the certificate of the collector's authority; there with `https` alone.
+    /// SHA-256 of the certificate of the collector's authority; only with `https`.
     pub pin: Option<Pin>,
 }
 
 impl JoinLine {
-    /// The command to paste on the device, token included. Nothing in a code has a meaning to a shell between these marks.
+    /// The command to paste on the device, including the token. No character of a code has a meaning to the shell
+    /// inside these quotes.
     #[must_use]
     pub fn command(&self) -> String {
         let (before, after) = COMMAND;
         format!("{before}'{}'{after}", self.reveal())
     }
 
-    /// The code alone, token included.
+    /// The code alone, including the token.
     #[must_use]
     pub fn reveal(&self) -> String {
         let mut line = format!("{SCHEME}{}", self.collector);
@@ -79,7 +80,7 @@ impl FromStr for JoinLine {
                 .ok_or_else(|| refuse("a part of it has no `=`"))?;
             let is_new = match name {
                 "device" => {
-                    check_name(value).map_err(|_no_name| refuse("its device has no name"))?;
+                    check_name(value).map_err(|_no_name| refuse("its device name is not valid"))?;
                     line.device.replace(value.to_owned()).is_none()
                 }
                 "token" => {
@@ -95,17 +96,17 @@ impl FromStr for JoinLine {
                 ))?,
             };
             if !is_new {
-                return Err(refuse("a part of it is there twice"));
+                return Err(refuse("a part of it is duplicated"));
             }
         }
         if line.collector.starts_with("https://") != line.pin.is_some() {
-            return Err(refuse("https goes with a pin, and http without"));
+            return Err(refuse("https requires a pin, and http allows none"));
         }
         Ok(line)
     }
 }
 
-/// The code in a whole command; a shell takes quotation marks off.
+/// The code within a command; a shell may already have removed the quotation marks.
 fn code_in(text: &str) -> &str {
     let (before, after) = COMMAND;
     text.strip_prefix(before)
@@ -114,19 +115,19 @@ fn code_in(text: &str) -> &str {
         .map_or(text, |quoted| quoted.trim_matches('\''))
 }
 
-/// What joining leaves in a file: `collector.toml`.
+/// The file that joining writes: `collector.toml`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Joined {
     /// `https://HOST:PORT` or `http://HOST:PORT`.
     pub collector: String,
-    /// The device's name, if the token speaks for one alone.
+    /// The device's name, if the token is for one device only.
     pub device: Option<String>,
-    /// The rest.
+    /// Token and certificates.
     pub credentials: Credentials,
 }
 
 impl Joined {
-    /// Reads the file. `origin` is its name, for errors.
+    /// Reads the file. `origin` is its name in errors.
     ///
     /// # Errors
     /// [`NotJoined`] for anything that [`Self::to_toml`] did not write.
@@ -140,19 +141,23 @@ impl Joined {
             let line = error.span().map_or(1, |span| {
                 text[..span.start.min(text.len())].matches('\n').count() + 1
             });
-            // The parser's message may quote the line; the place is enough.
+            // The parser's message may quote a secret, so name only the place.
             refuse(format!("line {line} is not understood"))
         })?;
         check_url(&file.collector).map_err(refuse)?;
         if file.collector.starts_with("https://") != file.authority.is_some() {
-            let what = "https goes with an authority, and http without";
+            let what = "https requires an authority, and http allows none";
             return Err(refuse(what.to_owned()));
         }
         let token = file.token.map(|token| Secret::new(&token)).transpose();
         let client = match (file.client_certificate, file.client_key) {
             (None, None) => None,
             (Some(chain), Some(key)) => Some(ClientCertificate { chain, key }),
-            _ => return Err(refuse("a certificate goes with its key".to_owned())),
+            _ => {
+                return Err(refuse(
+                    "a certificate and its key must both be there".to_owned(),
+                ));
+            }
         };
         Ok(Self {
             collector: file.collector,
@@ -165,10 +170,10 @@ impl Joined {
         })
     }
 
-    /// The file, token included: it is for its owner alone.
+    /// The file's text, including the token; only its owner may read it.
     ///
     /// # Errors
-    /// [`NotJoined`] if this is no TOML, which no value here brings about.
+    /// [`NotJoined`] if this cannot be TOML, which no value here causes.
     pub fn to_toml(&self) -> Result<String, NotJoined> {
         let client = self.credentials.client.as_ref();
         let token = self.credentials.token.as_ref();

@@ -1,5 +1,5 @@
-//! What is in memory and not yet known to be durable, and the account of it: read = acknowledged + dropped + spooled, at
-//! every moment, where spooled is in memory or on the spool's disk.
+//! The ring: records in memory that are not yet known to be durable, and their account. At every moment read =
+//! acknowledged + dropped + spooled, where spooled is in memory or on the spool's disk.
 
 use crate::batch::{Batch, Item, Lane, Place};
 use crate::limits::{LIVE_FOR, RING_FRAMES_MAX};
@@ -11,16 +11,16 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The reason under which frames are dropped because the ring was full.
+/// The reason for frames dropped because the ring was full.
 pub const RING_FULL: &str = "ring-full";
-/// The count of rows of missing frames that were dropped, which are no frames that were read.
+/// The count of dropped records of missing frames; they are not frames that were read.
 pub const ROWS_DROPPED: &str = "missing-rows-dropped";
-/// Kinds of faults that one account tells apart at most; the rest are counted together.
+/// Maximum number of fault kinds in one account; further kinds are counted together.
 pub const FAULT_KINDS_MAX: usize = 32;
-/// The count of faults beyond [`FAULT_KINDS_MAX`] kinds.
+/// The count of faults of kinds beyond [`FAULT_KINDS_MAX`].
 pub const OTHER_FAULTS: &str = "other";
 
-/// Records of all sensors of an agent, oldest out first when there are too many.
+/// Records of all sensors of an agent. When there are too many, the oldest leaves first.
 #[derive(Debug)]
 pub struct Ring {
     limit: usize,
@@ -29,7 +29,8 @@ pub struct Ring {
     device: String,
     boot: String,
     streams: Vec<Stream>,
-    /// What had to go and is on the disk: no more than was held at once, since nothing is placed but by the one who asks.
+    /// Records that a full ring pushed out but the disk has. Bounded by the ring's size, because only the next write
+    /// gives places.
     spilled: Vec<OnDisk>,
 }
 #[derive(Debug)]
@@ -38,9 +39,9 @@ struct Stream {
     held: VecDeque<Held>,
     account: Account,
     acknowledged: u64,
-    /// Numbers in a post whose fate is not known: the collector may have them.
+    /// Sequence numbers in a post that may have arrived.
     in_doubt: BTreeSet<u64>,
-    /// Those of them that were dropped and counted since.
+    /// Those that were dropped and counted since.
     dropped_in_doubt: BTreeSet<u64>,
 }
 
@@ -52,7 +53,6 @@ struct Held {
     place: Option<Place>,
 }
 
-/// A record in memory that is on the disk as well.
 #[derive(Debug, Clone)]
 pub(crate) struct OnDisk {
     id: Arc<StreamId>,
@@ -62,7 +62,7 @@ pub(crate) struct OnDisk {
 }
 
 impl Ring {
-    /// A ring for these sensors of one run, for `limit` records of all of them (1 to [`RING_FRAMES_MAX`]).
+    /// A ring for these sensors of one boot, for `limit` records in total (1 to [`RING_FRAMES_MAX`]).
     pub fn new(
         limit: usize,
         device: &str,
@@ -92,7 +92,7 @@ impl Ring {
         }
     }
 
-    /// Adds a record, which came at `now`, to the sensor of this index. Returns how many records had to go for it.
+    /// Adds a record, received at `now`, to the sensor with this index. Returns how many records were dropped for it.
     pub fn push(&mut self, stream: usize, record: Record, now: Duration) -> usize {
         let Some(stream) = self.streams.get_mut(stream) else {
             return 0;
@@ -125,14 +125,14 @@ impl Ring {
         }
     }
 
-    /// Counts a fault that is no sensor's own, in the account of each.
+    /// Counts a fault that belongs to no single sensor, in every account.
     pub(crate) fn count_fault_of_all(&mut self, kind: &str) {
         for stream in &mut self.streams {
             count(&mut stream.account.errors, kind, 1);
         }
     }
 
-    /// The oldest records of a lane, at most `records_max` of them. They stay until acknowledged.
+    /// The oldest records of a lane, at most `records_max`. They stay in the ring until acknowledged.
     #[must_use]
     pub fn batch(&self, lane: Lane, now: Duration, records_max: usize) -> Batch {
         let lane_of = |stream: &Stream| stream.range(lane, now);
@@ -150,7 +150,7 @@ impl Ring {
         }
     }
 
-    /// Records in the order of their arrival, of each stream's `range` those that are asked for.
+    /// Matching records within each stream's `range`, in order of arrival.
     fn oldest(
         &self,
         records_max: usize,
@@ -168,7 +168,7 @@ impl Ring {
         chosen
     }
 
-    /// Marks the records of a post whose fate is not known, in place of those marked before.
+    /// Marks the records of a post that may have arrived, and clears the previous marks.
     pub(crate) fn doubt(&mut self, batch: Option<&Batch>) {
         for stream in &mut self.streams {
             stream.in_doubt.clear();
@@ -182,8 +182,8 @@ impl Ring {
         }
     }
 
-    /// Lets go of records that were posted from memory: the collector has them on disk, or refuses them, which is counted
-    /// under `reason`. Returns how many went.
+    /// Removes records that were posted from memory: the collector has stored them, or rejected them, which counts
+    /// under `reason`. Returns how many.
     pub(crate) fn settle<'i>(
         &mut self,
         items: impl IntoIterator<Item = &'i Item>,
@@ -207,7 +207,7 @@ impl Ring {
         gone
     }
 
-    /// The same of records that were posted from the disk.
+    /// Accounts for records that were posted from the disk.
     pub(crate) fn settle_from_disk(&mut self, items: &[Item], reason: Option<&str>) {
         for item in items {
             if let Some(stream) = self.stream_mut(&item.stream) {
@@ -229,7 +229,7 @@ impl Ring {
         count(&mut account.errors, ROWS_DROPPED, dropped.content.rows);
     }
 
-    /// Counts records as acknowledged that had been counted as dropped: the post that was in doubt had arrived.
+    /// Moves records from dropped to acknowledged: the post in doubt had arrived.
     pub(crate) fn take_back(&mut self, items: &[Item], reason: &str) {
         for item in items {
             if let Some(stream) = self.stream_mut(&item.stream) {
@@ -238,7 +238,7 @@ impl Ring {
         }
     }
 
-    /// The oldest records that are on no disk; none while all are younger than `older_than`.
+    /// The oldest records that are not on the disk; none while all are younger than `older_than`.
     #[must_use]
     pub fn unwritten(
         &self,
@@ -256,7 +256,7 @@ impl Ring {
         chosen.into_iter().map(named).collect()
     }
 
-    /// Notes where records are on the disk, those that are still held.
+    /// Notes the places on disk of the records that are still in memory.
     pub(crate) fn written(&mut self, records: &[(Arc<StreamId>, Record)], places: &[Place]) {
         for ((id, record), place) in records.iter().zip(places) {
             let Some(stream) = self.stream_mut(id) else {
@@ -286,7 +286,7 @@ impl Ring {
         }
     }
 
-    /// What is on the disk as well, is at least so old, and is in no post whose fate is not known, oldest first.
+    /// Records at least this old that are also on the disk and in no post in doubt, oldest first.
     pub(crate) fn evictable(&self, now: Duration, older_than: Duration) -> Vec<OnDisk> {
         let mut found = self.spilled.clone();
         for stream in &self.streams {
@@ -299,7 +299,7 @@ impl Ring {
         found
     }
 
-    /// Takes records out of memory that the disk has; they stay in the account.
+    /// Removes records from memory that the disk has; they stay in the account.
     pub(crate) fn evict(&mut self, records: &[OnDisk]) {
         self.spilled.clear();
         for record in records {
@@ -310,20 +310,20 @@ impl Ring {
         }
     }
 
-    /// Where the records in memory are on the disk, those that are.
+    /// The places on disk of records in memory.
     pub(crate) fn places(&self) -> BTreeSet<Place> {
         let held = self.streams.iter().flat_map(|stream| &stream.held);
         let spilled = self.spilled.iter().map(|spilled| spilled.place);
         held.filter_map(|held| held.place).chain(spilled).collect()
     }
 
-    /// Records held in memory.
+    /// Number of records in memory.
     #[must_use]
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Whether nothing in memory waits for the collector.
+    /// Whether memory is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len == 0
@@ -341,7 +341,7 @@ impl Ring {
         self.streams.iter().map(named).collect()
     }
 
-    /// Frames of this sensor that the collector has on disk.
+    /// Acknowledged frames of this sensor.
     #[must_use]
     pub fn acknowledged(&self, sensor: &str) -> u64 {
         let mut streams = self.streams.iter();
@@ -353,7 +353,7 @@ impl Ring {
         self.streams.iter_mut().find(|stream| stream.id == *id)
     }
 
-    /// Takes the oldest record out of memory. Whether it is dropped, because the disk does not have it.
+    /// Removes the oldest record from memory. Returns whether it is dropped because the disk does not have it.
     fn drop_oldest(&mut self) -> bool {
         let arrival = |stream: &&mut Stream| stream.held.front().map(|held| held.arrival);
         let streams = self.streams.iter_mut();
@@ -405,7 +405,7 @@ impl Stream {
         }
     }
 
-    /// Counts as acknowledged what had been counted as dropped.
+    /// Moves one record from dropped to acknowledged.
     fn take_back(&mut self, is_frame: bool, reason: &str) {
         let (counts, reason) = if is_frame {
             self.acknowledged += 1;
@@ -430,7 +430,7 @@ impl Stream {
         self.index_of(seq).and_then(|at| self.held.remove(at))
     }
 
-    /// The records of a lane, as a range of what is held.
+    /// A lane's records, as a range of `held`.
     fn range(&self, lane: Lane, now: Duration) -> std::ops::Range<usize> {
         let live_from = self.held.partition_point(|held| held.at + LIVE_FOR <= now);
         match lane {

@@ -1,4 +1,4 @@
-//! What the threads of an agent share: the ring, the spool, notes of their work, and when to end.
+//! State shared by an agent's threads: the ring, the spool, notes on their work, and when to end.
 
 use super::ring::Ring;
 use crate::lock::lock;
@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::time::{Duration, Instant};
 
-/// What the threads share. Whoever needs ring and spool takes the spool first.
+/// To use ring and spool together, lock the spool first.
 #[derive(Debug)]
 pub struct Shared {
     state: Mutex<State>,
@@ -44,7 +44,7 @@ impl Shared {
         }
     }
 
-    /// The time since this was made, by a clock that only runs forward.
+    /// Time since creation, on a clock that never goes back.
     #[must_use]
     pub fn now(&self) -> Duration {
         self.started.elapsed()
@@ -54,17 +54,17 @@ impl Shared {
         &self.observed
     }
 
-    /// Works on the ring. Short: the bus threads wait for it.
+    /// Locks the ring for `work`, which must be short because the bus threads wait.
     pub fn with_ring<T>(&self, work: impl FnOnce(&mut Ring) -> T) -> T {
         work(&mut self.lock().ring)
     }
 
-    /// The spool. May be held as long as the disk takes.
+    /// The spool; its lock may last as long as the disk takes.
     pub fn spool(&self) -> MutexGuard<'_, Option<Spool>> {
         lock(&self.spool)
     }
 
-    /// The spool, unless the spooler is at work in it.
+    /// The spool, unless the spooler is using it.
     pub(crate) fn spool_if_free(&self) -> Option<MutexGuard<'_, Option<Spool>>> {
         match self.spool.try_lock() {
             Ok(spool) => Some(spool),
@@ -73,7 +73,7 @@ impl Shared {
         }
     }
 
-    /// Tells the uploader to deliver what is there and to end, at this moment at the latest.
+    /// Tells the uploader to deliver the rest and end by this deadline.
     pub(crate) fn flush_until(&self, deadline: Instant) {
         self.lock().flush_until = Some(deadline);
         self.changed.notify_all();
@@ -82,13 +82,13 @@ impl Shared {
         self.lock().flush_until
     }
 
-    /// Tells the spooler to bring everything to the disk and to end.
+    /// Tells the spooler to write everything to the disk and end.
     pub(crate) fn end_spooler(&self) {
         self.lock().is_spooler_ending = true;
         self.changed.notify_all();
     }
 
-    /// Waits this long, or until the spooler is to end. Returns whether it is.
+    /// Waits this long, or until the spooler should end. Returns whether it should.
     pub(crate) fn waits_for_spooler(&self, pause: Duration) -> bool {
         let goes_on = |state: &mut State| !state.is_spooler_ending;
         let waited = self.changed.wait_timeout_while(self.lock(), pause, goes_on);
@@ -119,7 +119,7 @@ impl Shared {
     }
 }
 
-/// Notes of all threads, each short. Times are those of [`Shared::now`].
+/// Short notes from all threads. Times are [`Shared::now`].
 #[derive(Debug, Default)]
 pub(crate) struct Observed {
     notes: Mutex<Notes>,
@@ -137,13 +137,13 @@ pub(crate) struct Delivery {
     pub(crate) posts_failed: u64,
     pub(crate) failures_in_a_row: u64,
     pub(crate) last_accepted: Option<Duration>,
-    /// Why the last one failed; nothing once one was taken after it.
+    /// Why the last post failed; `None` after one is accepted.
     pub(crate) last_failure: Option<String>,
 }
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Seen {
     pub(crate) seq: u64,
-    /// When the newest record that has pixels was handed on; the start of the agent where there was none.
+    /// When the last record with pixels was passed on, or the agent's start if there was none.
     pub(crate) frame_at: Duration,
     pub(crate) clock: ClockState,
     pub(crate) missing: Option<NoData>,
@@ -180,7 +180,7 @@ impl Observed {
         seen.insert(stream, newest);
     }
 
-    /// Notes bytes and frames of the spool, whenever somebody could look.
+    /// Notes the spool's bytes and frames, whenever its lock was free.
     pub(crate) fn spool(&self, size: Option<(u64, u64)>) {
         self.notes().spool = size;
     }

@@ -1,16 +1,16 @@
-//! What a frame's words tell by themselves, and what a read leaves to be decided.
+//! What a frame's words reveal on their own, and reads that are still undecided.
 
 use super::phase::Ns;
 use amg8833::word;
 use grideye_frame::{COLUMNS, Celsius, NoData, PIXELS, PixelWord, RawFrame, ThermistorWord};
 
-/// What a pixel that failed for a moment was seen to read: 0x000, and 0xFFF, which is the step below.
+/// Values seen in pixels that failed for a moment: 0x000, and 0xFFF, one step below.
 const GLITCHES: [Celsius; 2] = [Celsius::new(0.0), Celsius::new(-0.25)];
-/// How far all neighbors of a pixel are from it if it is no measurement: more than a pixel's viewing angle, which is
-/// wider than the grid, lets any object be in one pixel alone.
+/// A glitch differs from all its neighbors by more than this. No real object does: a pixel's viewing angle is wider
+/// than the grid spacing, so an object never fills one pixel alone.
 const GLITCH_MIN_C: f32 = 5.0;
 
-/// The temperatures of the pixels, by which frames are compared: bits without a meaning do not make a frame new.
+/// The pixels' temperatures, for comparing frames: a change in meaningless bits does not make a frame new.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Content([Celsius; PIXELS]);
 
@@ -23,7 +23,7 @@ impl Content {
         self.0.iter().all(|pixel| pixel.get() == 0.0)
     }
 
-    /// Whether a pixel reads what a failed one does, far from all around it.
+    /// Whether a pixel reads a failure value, far from all its neighbors.
     pub(super) fn has_glitch(&self) -> bool {
         (0..PIXELS).any(|index| {
             let found = |pixel: &&Celsius| GLITCHES.contains(pixel);
@@ -43,8 +43,8 @@ impl Content {
     }
 }
 
-/// What a dead or stuck link makes of a frame. The thermistor is read after the pixels: if it alone is suddenly all
-/// zeros or all ones, the link died in between. If it stays so, it is the thermistor that failed, and the pixels count.
+/// The mark of a dead or stuck link in a frame. The thermistor is read after the pixels: if it alone is suddenly all
+/// zeros or all ones, the link died in between. If it stays so, the thermistor failed and the pixels are good.
 pub(super) fn implausible(frame: &RawFrame, before: Option<ThermistorWord>) -> Option<NoData> {
     const ZEROS: u16 = 0;
     const ONES: u16 = u16::MAX;
@@ -60,7 +60,7 @@ pub(super) fn implausible(frame: &RawFrame, before: Option<ThermistorWord>) -> O
     }
 }
 
-/// Whether a thermistor that measured this cannot measure 0 °C in the next frame.
+/// Whether a thermistor that measured this cannot reach 0 °C within one frame.
 fn is_far_from_zero(thermistor: ThermistorWord) -> bool {
     word::thermistor_celsius(thermistor).get().abs() > 1.0 && thermistor != ThermistorWord(u16::MAX)
 }
@@ -81,7 +81,7 @@ impl Seen {
     }
 }
 
-/// One read: the registers were copied after `before` and at `latched_until` at the latest.
+/// One read: the sensor copied its registers after `before` and no later than `latched_until`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Read {
     pub(super) before: Ns,
@@ -91,7 +91,7 @@ pub(super) struct Read {
     pub(super) content: Content,
 }
 
-/// A new frame that may be any from `low` to `high`.
+/// A new frame with a number from `low` to `high`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pending {
     pub(super) read: Read,
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn bits_without_a_meaning_do_not_make_a_frame_new() {
+    fn meaningless_bits_do_not_make_a_frame_new() {
         let mut garbled = uniform(100);
         for (nibble, pixel) in (0..).zip(&mut garbled.pixels) {
             pixel.0 |= (nibble % 16) << 12;
@@ -122,9 +122,9 @@ mod tests {
         assert_ne!(Content::of(&uniform(101)), Content::of(&uniform(100)));
     }
 
-    /// Pixels of exactly 0.0 °C among others of 25 °C were seen in recordings, as was one of 0xFFF.
+    /// Recordings contain pixels of exactly 0.0 °C among others of 25 °C, and one of 0xFFF.
     #[test]
-    fn a_pixel_that_failed_is_found_wherever_it_is() {
+    fn a_failed_pixel_is_found_anywhere() {
         for glitch in [0x000, 0xFFF] {
             for index in 0..PIXELS {
                 let mut frame = uniform(100);
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn ice_a_hot_spot_and_a_frame_about_zero_are_no_glitches() {
+    fn ice_a_hot_spot_and_a_frame_near_zero_are_not_glitches() {
         let mut ice = uniform(100);
         (ice.pixels[27], ice.pixels[28]) = (PixelWord(0), PixelWord(12));
         let mut hot = uniform(100);

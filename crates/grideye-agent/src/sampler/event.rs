@@ -1,10 +1,10 @@
-//! What the sampler wants done and makes of the answers; how long it waits and how often it tries.
+//! The sampler's tasks and events, its time limits and retry counts.
 
 use super::phase::Ns;
 use grideye_frame::{RawFrame, Reading};
 use std::time::Duration;
 
-/// What the sampler wants done; each has a method that takes the answer.
+/// A task for the bus thread; each has a method that takes the outcome.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Task {
     /// Wake, reset and configure the sensor; answer with [`Sampler::set_up`](super::Sampler::set_up).
@@ -15,14 +15,14 @@ pub(crate) enum Task {
     ReadFrame,
 }
 
-/// A task, which is due at this moment on the boot clock.
+/// A task and its time on the boot clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Due {
     pub(crate) at: Duration,
     pub(crate) task: Task,
 }
 
-/// The boot clock right before and right after an operation on the bus.
+/// The boot clock immediately before and after a bus operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Span {
     pub(crate) before: Duration,
@@ -36,65 +36,65 @@ impl Span {
     }
 }
 
-/// What came of an operation.
+/// A result of an operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Event {
-    /// One sensor frame, numbered from 0: read at `at`, or found to be missing then.
+    /// One sensor frame, numbered from 0: read at `at`, or found missing then.
     Record {
         seq: u64,
         at: Duration,
         reading: Reading<RawFrame>,
     },
-    /// A fault, by the name under which it is counted.
+    /// A fault, by the name it is counted under.
     Fault(&'static str),
 }
 
-/// The count of moments at which the sensor's updates did not come where they had to.
+/// The count of updates that came at an impossible time.
 pub const OUT_OF_STEP: &str = "out-of-step";
-/// The count of moments at which the number of frames since the last one was estimated, after a set-up or a long time
-/// without frames: `seq` may be off from there on.
+/// The count of estimated gaps, after a set-up or a long time without frames: `seq` may be off from there on.
 pub const COUNT_ESTIMATED: &str = "count-estimated";
-/// The count of frames that were read so late that their thermistor, a transfer of its own, may be the next frame's.
+/// The count of frames read so late that their thermistor, a separate transfer, may be the next frame's.
 pub const THERMISTOR_LATE: &str = "thermistor-late";
-/// The count of frames, recorded as they are, with a pixel that reads what a failed one does, far from all around it.
+/// The count of frames with a pixel at a failure value far from all its neighbors; they are recorded unchanged.
 pub const GLITCH_PIXEL: &str = "glitch-pixel";
-/// The count of transfers that did not come back.
+/// The count of transfers that hung.
 pub const BUS_HUNG: &str = "bus-hung";
-/// The count of gaps that were too long to be listed row by row.
+/// The count of gaps too long to list frame by frame.
 pub const GAP_NOT_LISTED: &str = "gap-not-listed";
 
-/// Content that stays the same for so many frames is that of a sensor which has stopped measuring. A scene without noise
-/// or a replayed recording may stand still for ten seconds.
+/// The same content for this many frames means a sensor that stopped measuring. A scene without noise or a replayed
+/// recording may stand still for ten seconds.
 pub const FROZEN_FRAMES: u32 = 100;
-/// Attempts at one frame after a fault, beside the first.
+/// Further attempts at one frame after a fault.
 pub(super) const RETRIES_PER_FRAME: u32 = 3;
-/// Faults in a row after which a sensor that answers is set up again, and one that does not is asked less often.
+/// After this many faults in a row, set up a sensor that answers again, and ask one that does not less often.
 pub(super) const FAULTS_BEFORE_SET_UP: u32 = 8;
-/// The longest pause between two attempts at a sensor that does not answer.
+/// Longest pause between attempts at a sensor that does not answer.
 pub(super) const RETRY_PAUSE_MAX: Duration = Duration::from_secs(1);
-/// Frame periods after a set-up within which a frame must have come; registers that are still zero then are a fault.
+/// A frame must come within this many periods after a set-up; registers that still read zero are then a fault.
 pub(super) const FIRST_FRAME_PERIODS: u32 = 10;
-/// How often the settings are read back. A sensor that lost its supply for a moment comes back with others.
+/// How often to read the settings back. A sensor that lost power briefly returns with others.
 pub(super) const SETTINGS_EVERY: Duration = Duration::from_secs(5);
-/// The pause before the second attempt to set the sensor up; it doubles up to [`SET_UP_PAUSE_MAX`].
+/// Pause before the second set-up attempt; it doubles up to [`SET_UP_PAUSE_MAX`].
 pub(super) const SET_UP_PAUSE: Duration = Duration::from_millis(200);
-/// The longest pause between two attempts to set the sensor up.
+/// Longest pause between set-up attempts.
 pub(super) const SET_UP_PAUSE_MAX: Duration = Duration::from_secs(2);
-/// Missing frames that are listed row by row at once: an hour at 10 Hz. Beyond, the gap shows in `seq` alone.
+/// Maximum missing frames listed one by one for one gap: an hour at 10 Hz. A longer gap shows only in `seq`.
 pub(super) const ROWS_PER_GAP_MAX: u64 = 36_000;
-/// A window narrower than this is not halved any more: at 100 kHz a read takes 12.3 ms of the bus.
+/// A narrower window is not halved further: at 100 kHz a read occupies the bus for 12.3 ms.
 pub(super) const NARROW: Ns = 2_000_000;
-/// How far behind a window the read is set.
+/// How long after the window to read.
 pub(super) const GUARD: Ns = 500_000;
-/// How far before a window the read is set that proves its lower bound.
+/// How long before the window to read when proving its lower bound.
 pub(super) const PROBE_LEAD: Ns = 1_000_000;
-/// Frames after which the lower bound is proved again.
+/// Prove the lower bound again after this many frames.
 pub(super) const PROBE_EVERY: u32 = 16;
-/// Frames in a row whose content changed, after an equal one, until an unchanged one is taken for a late one at first.
+/// After an equal frame, this many changed ones in a row make the scene lively: an unchanged read then first means a
+/// late update.
 pub(super) const LIVELY_FRAMES: u32 = 16;
-/// Reads over which the host's lateness is averaged.
+/// Number of reads over which to average the host's lateness.
 pub(super) const LATENESS_READS: Ns = 8;
-/// Reads that wait for a late frame.
+/// Number of reads to wait for a late update.
 pub(super) const LATE_READS: u32 = 2;
-/// Equal frames in a row after which the estimate counts them, when the bounds have become wider than a period.
+/// After this many equal frames in a row, the estimate counts further ones while the bounds are wider than a period.
 pub(super) const STILL_FRAMES: u32 = 5;

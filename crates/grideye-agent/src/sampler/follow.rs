@@ -1,4 +1,4 @@
-//! Which frame is it that was read: an old one, a new one, and which new one.
+//! Decides which frame a read shows: the previous one, or which new one.
 
 use super::content::{Pending, Read, Seen};
 use super::event::{Event, OUT_OF_STEP};
@@ -19,11 +19,11 @@ impl Sampler {
         }
     }
 
-    /// Looks for the first frame after a set-up. Content that was there before two frames have passed may be old.
+    /// Looks for the first frame after a set-up. Content from before two frames have passed may be old.
     pub(super) fn settle(&mut self, since: Ns, read: &Read) {
         let longest = Period::nominal(self.nominal).max;
         let has_settled = read.before >= since + 2 * longest;
-        // Zeros that last longer are those of a dead link, and say nothing of an update.
+        // Longer-lasting zeros come from a dead link and reveal no update.
         let is_starting = read.before < since + 4 * longest;
         let update_after = match &self.last {
             Some(seen) if seen.content.is_zero() && is_starting => Some(seen.before),
@@ -43,7 +43,7 @@ impl Sampler {
         }
     }
 
-    /// Begins to follow from this frame on; how many have passed since the last one is an estimate.
+    /// Follows the sensor from this frame on; the number of frames since the last one is an estimate.
     pub(super) fn start(&mut self, read: &Read, window: Window) {
         if let Some(phase) = &self.phase {
             let half = phase.period.middle() / 2;
@@ -78,14 +78,14 @@ impl Sampler {
         }
     }
 
-    /// Whether the bounds of the update of frame `seq` have become so wide that no read can lie between it and the next.
+    /// Whether the bounds of the update of frame `seq` are so wide that no read fits between it and the next.
     pub(super) fn is_lost(&self, seq: u64) -> bool {
         self.phase.as_ref().is_none_or(|phase| {
             phase.window(seq).width() + self.quickest_read + 2 * GUARD >= phase.period.min
         })
     }
 
-    /// Whether a read behind the window of frame `seq` is surely done before the next update.
+    /// Whether a read after the window of frame `seq` surely ends before the next update.
     pub(super) fn is_before_next(&self, seq: u64, read: &Read) -> bool {
         let next = self.phase.as_ref().map(|phase| phase.window(seq + 1));
         next.is_some_and(|next| read.latched_until <= next.after)
@@ -93,7 +93,7 @@ impl Sampler {
     pub(super) fn changed(&mut self, read: &Read, seen: &Seen) {
         let Some(phase) = &self.phase else { return };
         let low = self.surely_passed(read.before);
-        // In a scene that lives, what stood in the registers before was no equal frame already.
+        // In a lively scene, the content already in the registers was not an equal frame.
         let known = seen.seq.filter(|_| self.is_lively());
         let next_not_yet = known.map_or((low, Ns::MIN), |seq| (seq + 1, seen.before));
         let mut high = low;
@@ -121,8 +121,8 @@ impl Sampler {
         }
     }
 
-    /// Decides which frame the pending one is, by a read after it that surely shows frame `high`. Without one, nothing
-    /// tells, and the frames that it may be are missing: a frame under a wrong number would be worse.
+    /// Decides the pending frame's number by a later read that surely shows frame `high`. Without such a read nothing
+    /// decides, and all candidates are missing, because a frame under a wrong number would be worse.
     pub(super) fn resolve(&mut self, pending: &Pending, next: Option<&Read>) {
         let Some(phase) = &self.phase else { return };
         let window = phase.window(pending.high);
@@ -140,7 +140,7 @@ impl Sampler {
         self.accept(seq, &pending.read, update);
     }
 
-    /// The content of the frame before: too early, or an equal frame.
+    /// Same content as the frame before: the read was too early, or the frames are equal.
     pub(super) fn unchanged(&mut self, read: &Read) {
         self.frames_unproved = 0;
         let Some(phase) = &self.phase else { return };
@@ -156,7 +156,7 @@ impl Sampler {
         }
     }
 
-    /// Between here and `passed` the update comes: half of it is waited for, or all if it is little.
+    /// The update comes between now and `passed`: wait for half of that time, or all of it if it is short.
     pub(super) fn wait_for_update(&mut self, read: &Read, passed: Ns) {
         let left = passed - read.after;
         let at = if left > self.narrow() {
@@ -167,7 +167,7 @@ impl Sampler {
         self.next_at = at.max(read.after);
     }
 
-    /// The update has passed, and nothing changed: it is late, or its frame is an equal one.
+    /// The update's time has passed without a change: it is late, or its frame is equal.
     pub(super) fn passed_unchanged(&mut self, read: &Read) {
         let seq = self.surely_passed(read.before);
         let is_sure = self.is_before_next(seq, read);
@@ -200,7 +200,7 @@ impl Sampler {
         self.record(seq, read);
     }
 
-    /// Content that is new and whose place in the count is known.
+    /// New content with a known number.
     pub(super) fn accept(&mut self, seq: u64, read: &Read, update: Window) {
         let seq = seq.max(self.next_seq);
         let advanced = self
@@ -216,7 +216,7 @@ impl Sampler {
         self.record(seq, read);
     }
 
-    /// The sensor is not where it has to be: it restarted, or its clock jumped. Forget the phase and keep the count.
+    /// The sensor is out of step: it restarted, or its clock jumped. Drop the phase, keep the count.
     pub(super) fn restart(&mut self, seq: u64, read: &Read, update: Window) {
         self.events.push_back(Event::Fault(OUT_OF_STEP));
         self.settings_due = Some(read.after);
@@ -225,7 +225,7 @@ impl Sampler {
         self.record(seq, read);
     }
 
-    /// Where the update of a frame lies of which nothing is known but that it was read.
+    /// The update's window for a frame that was read but otherwise unknown.
     pub(super) fn unseen(&self, read: &Read) -> Window {
         let longest = Period::nominal(self.nominal).max;
         Window::new(read.before - longest, read.latched_until)

@@ -1,4 +1,4 @@
-//! The sampler's state: what is due, what becomes of each answer, and one row for each frame of the sensor.
+//! The sampler's state: what is due, how each outcome changes it, and one record per sensor frame.
 
 use super::content::{Content, Pending, Read, Seen, implausible};
 use super::event::{
@@ -25,21 +25,21 @@ pub(crate) struct Sampler {
 
     pub(super) phase: Option<Phase>,
     pub(super) next_seq: u64,
-    /// Up to when missing frames have been listed while nothing was read.
+    /// Missing frames have been listed up to this time while nothing was read.
     pub(super) listed_until: Ns,
     pub(super) frames_read: u64,
     pub(super) last: Option<Seen>,
     pub(super) pending: Option<Pending>,
-    /// A read behind the window that brought nothing new: the next frame, if it is an equal one and not late.
+    /// A read after the window that showed nothing new: it is the next frame if that one is equal and not late.
     pub(super) unmoved: Option<Read>,
-    /// What a read surely takes of the bus; zero where that is not known.
+    /// Minimum bus time of a read; zero if unknown.
     pub(super) transfer_min: Ns,
-    /// The quickest read so far: good for plans, but no proof, since the host may have been late in every one.
+    /// The quickest read so far. Good for planning but no proof, because the host may have been late every time.
     pub(super) quickest_read: Ns,
     pub(super) is_estimated: bool,
     pub(super) lateness: Ns,
     pub(super) thermistor: Option<ThermistorWord>,
-    /// The frame before, when its read ended, and before when its successor cannot have come.
+    /// The previous frame, when its read ended, and a time before which the next update cannot have come.
     pub(super) thermistor_unproved: Option<(u64, Ns, Ns)>,
     pub(super) recorded: Option<Content>,
     pub(super) repeats: u32,
@@ -55,14 +55,14 @@ pub(crate) struct Sampler {
 pub(super) enum State {
     #[default]
     SetUp,
-    /// Set up at this moment; no frame since.
+    /// Set up at this time; no frame since.
     Settle(Ns),
     Follow,
     Done,
 }
 
 impl Sampler {
-    /// A sampler that wants to set its sensor up at `now`, and ends after `frames_limit` frames read.
+    /// A sampler that sets its sensor up at `now` and ends after `frames_limit` frames read.
     pub(crate) fn new(nominal_period: Duration, now: Duration, frames_limit: Option<u64>) -> Self {
         let is_done = frames_limit == Some(0);
         Self {
@@ -77,12 +77,12 @@ impl Sampler {
         }
     }
 
-    /// On this bus no read is quicker than this, from the START at which the registers are copied to its end.
+    /// On this bus, no read takes less from the START that copies the registers to its end.
     pub(crate) fn set_transfer_min(&mut self, transfer_min: Duration) {
         self.transfer_min = signed_ns(transfer_min);
     }
 
-    /// What to do next and when; `None` when the limit of frames has been reached.
+    /// The next task and its time; `None` at the frame limit.
     pub(crate) fn due(&self) -> Option<Due> {
         let (at, task) = match (self.state, self.settings_due) {
             (State::Done, _) => return None,
@@ -97,7 +97,7 @@ impl Sampler {
         self.events.pop_front()
     }
 
-    /// The sensor's period as far as it is known, and how far that may be off; `None` before the first frame.
+    /// The sensor's period and its uncertainty, ±; `None` before the first frame.
     pub(crate) fn period(&self) -> Option<(Duration, Duration)> {
         let period = self.phase.as_ref()?.period;
         let error = (period.max - period.min) / 2;
@@ -123,7 +123,7 @@ impl Sampler {
         }
     }
 
-    /// The answer to [`Task::CheckSettings`]: whether the settings are the ones asked for.
+    /// The outcome of [`Task::CheckSettings`]: whether the settings are as configured.
     pub(crate) fn settings_checked(&mut self, span: Span, outcome: Result<bool, NoData>) {
         let now = signed_ns(span.after);
         match outcome {
@@ -146,7 +146,7 @@ impl Sampler {
             Err(reason) => return self.failed(after, reason),
         };
         self.quickest_read = self.quickest_read.min(after - before);
-        // A read that is quicker than can be shows that the bus is.
+        // A read quicker than the assumed minimum shows that the bus is faster.
         self.transfer_min = self.transfer_min.min(after - before);
         let latched_until = (after - self.transfer_min).max(before + 1);
         let read = Read {
@@ -160,7 +160,7 @@ impl Sampler {
         self.lateness += (late - self.lateness) / LATENESS_READS;
         let thermistor_before = self.thermistor.replace(frame.thermistor);
         if before < self.listed_until {
-            // Its frames have been listed as missing while it was under way.
+            // Its frames were listed as missing while it was under way.
             self.last = Some(Seen::by(&read, None));
             self.settings_due = Some(after);
             self.next_at = after;
@@ -175,7 +175,7 @@ impl Sampler {
         }
     }
 
-    /// The bus could not be opened, or is gone; try again at `retry_at`.
+    /// The bus could not be opened or is gone; retry at `retry_at`.
     pub(crate) fn bus_lost(&mut self, now: Duration, reason: NoData, retry_at: Duration) {
         if self.state == State::Done {
             return;
@@ -185,8 +185,8 @@ impl Sampler {
         self.settings_due = Some(self.next_at);
     }
 
-    /// The operation under way hangs: its frames are missing, listed by [`catch_up`](Self::catch_up), and what it brings in
-    /// the end is no frame of its time.
+    /// The current operation hangs. Its frames are missing, listed by [`catch_up`](Self::catch_up), and its late result
+    /// is not a frame of its time.
     pub(crate) fn hung(&mut self, now: Duration) {
         if self.state == State::Done {
             return;
@@ -197,7 +197,7 @@ impl Sampler {
         self.reckon(signed_ns(now));
     }
 
-    /// Counts the frames that have passed unread until `now`, so that a long outage shows while it lasts.
+    /// Counts frames that passed unread until `now`, so that a long outage shows while it lasts.
     pub(crate) fn catch_up(&mut self, now: Duration) {
         if self.excuse.is_some() {
             self.reckon(signed_ns(now));
@@ -245,7 +245,8 @@ impl Sampler {
         self.plan(read.after);
     }
 
-    /// Counts the frame before if its read may have ended after the next update, of which more is known with each frame.
+    /// Counts the previous frame if its read may have ended after the next update; the newer frame bounds that time
+    /// better.
     pub(super) fn prove_thermistor(&mut self, seq: u64) {
         let Some((before, read_until, predicted)) = self.thermistor_unproved.take() else {
             return;
@@ -259,7 +260,7 @@ impl Sampler {
         }
     }
 
-    /// The sensor measures no more; a set-up is all that can be tried, and not more often than this is noticed.
+    /// The sensor stopped measuring. Record that, and set it up again as often as this is noticed.
     pub(super) fn frozen(&mut self, seq: u64, at: Duration, now: Ns) {
         let reading = Reading::NoData(NoData::Frozen);
         self.events.push_back(Event::Record { seq, at, reading });
@@ -285,7 +286,7 @@ impl Sampler {
         self.reckon(now);
     }
 
-    /// Registers that all read zero are no settings: what is wrong was seen before they were asked for.
+    /// Registers that all read zero are no settings, so keep the earlier reason.
     pub(super) fn wrong_configuration(&mut self, now: Ns) {
         if self.excuse != Some(NoData::AllZero) {
             self.excuse = Some(NoData::WrongConfiguration);
@@ -295,7 +296,7 @@ impl Sampler {
         self.reckon(now);
     }
 
-    /// Lists the frames that surely have been replaced by now and were not read.
+    /// Lists the unread frames that have surely been replaced.
     pub(super) fn reckon(&mut self, now: Ns) {
         if self.phase.is_some() {
             self.listed_until = now;
@@ -303,7 +304,7 @@ impl Sampler {
         }
     }
 
-    /// The latest frame whose update has surely passed, or the next one if none has.
+    /// The latest frame with a surely passed update, or the next one if there is none.
     pub(super) fn surely_passed(&self, now: Ns) -> u64 {
         let mut seq = self.next_seq;
         if let Some(phase) = &self.phase {
@@ -346,12 +347,12 @@ impl Sampler {
         self.next_at = at.max(now);
     }
 
-    /// How narrow a window need not be halved: a read tells of an update no better than to what it takes of the host.
+    /// The width at which halving stops: a read cannot locate an update better than the host's own delay in it.
     pub(super) fn narrow(&self) -> Ns {
         NARROW + 2 * (self.quickest_read - self.transfer_min)
     }
 
-    /// A read or a check that failed: once more within this frame, or from the next frame on, or from the start.
+    /// A failed read or check: retry within this frame, then from the next frame on, or set up again.
     pub(super) fn failed(&mut self, now: Ns, reason: NoData) {
         if let Some(pending) = self.pending.take() {
             self.resolve(&pending, None);
@@ -369,7 +370,7 @@ impl Sampler {
         self.settings_due = Some(self.next_at);
     }
 
-    /// An eighth of a period a few times within one frame, then from the next frame on, then ever longer.
+    /// The pause: an eighth of a period a few times within one frame, then until the next frame, then ever longer.
     pub(super) fn retry_pause(&mut self, now: Ns) -> Ns {
         let soon = self.nominal / 8;
         if self.faults_in_a_row > FAULTS_BEFORE_SET_UP {

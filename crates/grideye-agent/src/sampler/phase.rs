@@ -1,34 +1,36 @@
-//! Where the sensor's moments of update lie, as bounds that hold and not as a guess.
+//! The sensor's update times, as proven bounds rather than guesses.
 //!
-//! What is known of an update is an interval: it was not yet there when the registers still held the old frame, and it
-//! was there when they held the new one. Known intervals of earlier updates bound the period, and period and last
-//! interval bound the next update. So "surely before", "surely after" and "cannot say" are three answers, and the
-//! count of frames rests on the first two only.
+//! Each update has an interval: it was not there yet when the registers still showed the old frame, and it was there
+//! when they showed the new one. Intervals of earlier updates bound the period; the period and the last interval bound
+//! the next update. So "surely before", "surely after" and "cannot tell" are three answers, and the count of frames
+//! rests on the first two only.
 
 use std::collections::VecDeque;
 
 /// Nanoseconds of the boot clock, signed for differences.
 pub(super) type Ns = i64;
 
-/// The sensor's clock is taken to be within this of nominal, in per cent; 4 % were measured, 6 % are promised.
+/// The sensor's clock is assumed to be within this of nominal, in percent; 4 % was measured, 6 % is promised.
 pub(super) const CLOCK_ERROR_MAX_PERCENT: Ns = 8;
 
-/// The latest updates whose intervals bound the period, and of the earlier ones every so many.
+/// How many recent updates bound the period; [`LANDMARKS`] adds some earlier ones.
 const HISTORY_FRAMES: usize = 32;
 
-/// Earlier updates, one in [`HISTORY_FRAMES`]: 51 s at 10 Hz. Over longer times the drift is what bounds the period.
+/// Earlier updates, one per [`LANDMARK_EVERY`] frames: 51 s at 10 Hz. Over longer times, drift bounds the period
+/// instead.
 const LANDMARKS: usize = 16;
 const LANDMARK_EVERY: u64 = 32;
 
-/// How fast the sensor's period may change, in parts per million and second: 1 % a minute, more than warming up does.
+/// How fast the sensor's period may change, in parts per million per second: 1 % per minute, more than warming up
+/// causes.
 const DRIFT_PPM_PER_S: Ns = 150;
 
-/// What a single update may be off the regular rhythm: the granularity of both clocks.
+/// How far a single update may deviate from the rhythm: the granularity of both clocks.
 const JITTER_NS: Ns = 50_000;
 
 const NS_PER_S: Ns = 1_000_000_000;
 
-/// An update happened after `after`, and at `until` at the latest.
+/// An update happened after `after`, and no later than `until`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Window {
     pub(super) after: Ns,
@@ -64,7 +66,7 @@ impl Period {
         Self { min, max }
     }
 
-    /// All that is known of a sensor before it has been watched.
+    /// The bounds for a sensor not yet observed.
     pub(super) fn nominal(period: Ns) -> Self {
         let error = period / 100 * CLOCK_ERROR_MAX_PERCENT;
         Self::new(period - error, period + error)
@@ -79,28 +81,29 @@ impl Period {
         (both.min <= both.max).then_some(both)
     }
 
-    /// The bounds of the mean of the next `ns`, or from the mean of the last `ns` those at their end: half of their drift.
+    /// Adds half the drift of `ns`: turns the present period into the mean of the next `ns`, or the mean of the last
+    /// `ns` into the period at its end.
     fn of_mean(self, ns: Ns) -> Self {
         self.widened(ns / 2)
     }
     fn widened(self, ns: Ns) -> Self {
-        // Microseconds of drifting suffice, and keep the product within the type.
+        // Microseconds are precise enough for drift, and keep the product within the type.
         let ppm_us = (self.max / 1_000_000 * DRIFT_PPM_PER_S).saturating_mul(ns / 1_000 + 1);
         let drift = ppm_us / (NS_PER_S / 1_000) + 1;
         Self::new(self.min - drift, self.max + drift)
     }
 }
 
-/// What was seen does not fit the bounds: the sensor restarted, or its clock jumped.
+/// An observation outside the bounds: the sensor restarted, or its clock jumped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct OutOfStep;
 
-/// The phase of one sensor: its latest update, its period, and where the next updates lie.
+/// One sensor's phase: its latest update, its period, and the windows of the next updates.
 #[derive(Debug, Clone)]
 pub(super) struct Phase {
     nominal: Period,
     pub(super) period: Period,
-    /// The latest frame whose update was bounded.
+    /// The latest frame with a bounded update.
     pub(super) seq: u64,
     window: Window,
     history: VecDeque<(u64, Window)>,
@@ -108,7 +111,7 @@ pub(super) struct Phase {
 }
 
 impl Phase {
-    /// From the first update that was bounded: that of frame `seq`.
+    /// Starts from the first bounded update, that of frame `seq`.
     pub(super) fn new(nominal_period: Ns, seq: u64, window: Window) -> Self {
         let nominal = Period::nominal(nominal_period);
         Self {
@@ -121,7 +124,7 @@ impl Phase {
         }
     }
 
-    /// Where the update of frame `seq` lies. Frames before the latest one are not asked for.
+    /// The window of the update of frame `seq`, which must not precede the latest frame.
     pub(super) fn window(&self, seq: u64) -> Window {
         let frames = frames_between(self.seq, seq);
         if frames == 0 {
@@ -134,7 +137,7 @@ impl Phase {
         )
     }
 
-    /// The earliest update of frame `seq`, if that of frame `of`, no later one, came after `not_yet`.
+    /// The earliest update of frame `seq`, given that the update of frame `of` (not later) came after `not_yet`.
     pub(super) fn earliest(&self, seq: u64, (of, not_yet): (u64, Ns)) -> Ns {
         let frames = frames_between(of, seq);
         let behind = match frames {
@@ -144,8 +147,8 @@ impl Phase {
         self.window(seq).after.max(not_yet + behind)
     }
 
-    /// Goes on to frame `seq`, whose update was `seen` within these bounds, or not seen because the frame looked like the one
-    /// before. Where no update can lie there, the phase stays as it was.
+    /// Advances to frame `seq`, with its update `seen` within these bounds, or not seen because the frame equals the
+    /// one before. If no update can lie there, the phase stays unchanged.
     pub(super) fn advance(&mut self, seq: u64, seen: Option<Window>) -> Result<(), OutOfStep> {
         let predicted = self.window(seq);
         let window = match seen {
@@ -176,12 +179,12 @@ impl Phase {
         self.history.push_back((seq, window));
     }
 
-    /// No clock drifts out of what it is taken to be within.
+    /// No clock drifts beyond its assumed tolerance.
     fn drifting(&self, period: Period) -> Period {
         period.intersect(self.nominal).unwrap_or(period)
     }
 
-    /// What the intervals remembered and this newest one say of the period.
+    /// The period's bounds from the remembered intervals and this newest one.
     fn period_with(&self, seq: u64, window: Window) -> Result<Period, OutOfStep> {
         let mut period = self.nominal;
         for (earlier, then) in self.landmarks.iter().chain(&self.history) {
@@ -212,8 +215,8 @@ mod tests {
     const MS: Ns = 1_000_000;
 
     proptest! {
-        /// The bounds hold: whatever the sensor's clock within its tolerance, and however coarsely updates are seen,
-        /// the next update lies within its window.
+        /// The next update lies within its window for every sensor clock within tolerance, however coarsely updates are
+        /// observed.
         #[test]
         fn the_next_update_lies_within_its_window(
             error_ppm in -60_000_i64..60_000,
@@ -240,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn an_update_where_none_can_be_is_out_of_step_and_changes_nothing() {
+    fn an_impossible_update_is_out_of_step_and_changes_nothing() {
         let mut phase = Phase::new(100 * MS, 0, Window::new(0, MS));
         let before = phase.window(1);
         let early = Window::new(50 * MS, 60 * MS);

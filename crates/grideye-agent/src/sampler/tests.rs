@@ -1,5 +1,5 @@
-//! The sampler against a model of a sensor's registers: updates on a clock of its own, held back while a read is
-//! under way, and a host that is late.
+//! The sampler against a model of a sensor's registers, which updates on its own clock but not during a read, and a
+//! host that is late.
 
 use super::content::Content;
 use super::content::{Pending, Read};
@@ -15,20 +15,20 @@ use std::time::Duration;
 const MS: Ns = 1_000_000;
 struct Model {
     now: Ns,
-    /// The moment of update number `updates`, the next one.
+    /// When the next update, number `updates`, happens.
     next_update: Ns,
     updates: u64,
     period: Ns,
     drift_ppm_per_s: Ns,
     read_ns: Ns,
-    /// What the host adds to a read by turns: before the pixels' START, between it and the thermistor's, and behind.
+    /// Host delays of each read, in turn: before the pixels' START, between it and the thermistor's, and after.
     held_up: Vec<[Ns; 3]>,
     reads: usize,
     /// The content of frame `n`, as a number.
     content: fn(u64) -> u64,
     /// The number of the frame in the registers, once there is one.
     held: Option<u64>,
-    /// Whether setting up empties the registers and starts the measuring again.
+    /// Whether a set-up clears the registers and restarts the measurement.
     starts_anew: bool,
     delays: Vec<Ns>,
     turn: usize,
@@ -75,7 +75,7 @@ impl Model {
         }
     }
 
-    /// Two transfers, each of which copies the registers at its start and holds updates back until its end.
+    /// Two transfers; each copies the registers at its start and delays updates until its end.
     fn read(&mut self) -> (Span, RawFrame) {
         let before = duration(self.now);
         let [early, between, behind] = self.held_up[self.reads % self.held_up.len()];
@@ -107,7 +107,7 @@ impl Model {
     }
 }
 
-/// What is added to the last pixel, so that it looks like one that measures.
+/// Added to the last pixel to make it look like a measurement.
 const HIGH_DIGIT: u16 = 100;
 
 fn frame(content: u64) -> RawFrame {
@@ -124,7 +124,7 @@ fn frame(content: u64) -> RawFrame {
     }
 }
 
-/// No two frames of fifty in a row have the same.
+/// Fifty consecutive frames have different ones.
 fn thermistor(content: u64) -> ThermistorWord {
     ThermistorWord(400 + u16::try_from(content % 50).unwrap())
 }
@@ -192,7 +192,7 @@ fn run(
     outcome
 }
 
-/// Every record in ascending order without a gap, and each frame under the number that the sensor gave it.
+/// Checks that records ascend without a gap, and each frame has the sensor's own number.
 fn assert_exact(outcome: &Outcome, content: fn(u64) -> u64) -> Result<(), TestCaseError> {
     for (expected, (seq, reading)) in (0..).zip(&outcome.records) {
         prop_assert_eq!(*seq, expected);
@@ -308,7 +308,7 @@ fn a_gap_of_days_is_listed_in_part_and_skipped_in_seq() {
     assert!(outcome.faults.contains(&GAP_NOT_LISTED));
     let seqs: Vec<u64> = outcome.records.iter().map(|(seq, _)| *seq).collect();
     assert!(seqs.windows(2).all(|pair| pair[0] < pair[1]));
-    // Two days are 1,728,000 frames, give or take what the period is not known to.
+    // Two days are 1,728,000 frames, within the uncertainty of the period.
     let last = seqs[seqs.len() - 1];
     assert!(last.abs_diff(1_728_000) < 3_000, "{last}");
 }
@@ -363,7 +363,7 @@ fn assert_numbered(outcome: &Outcome, first: u64) {
     }
 }
 
-/// Followed without a fault, but that the first frame, whose age nobody knows, may have the thermistor of the second.
+/// Followed without a fault, except that the first frame, of unknown age, may have the second one's thermistor.
 fn assert_followed(outcome: &Outcome, first: u64) {
     assert_eq!(missing(outcome), []);
     let faults = &outcome.faults;
@@ -389,7 +389,7 @@ fn a_sensor_that_keeps_its_registers_through_the_set_up_is_followed_from_any_pha
 }
 
 #[test]
-fn a_link_that_was_dead_after_the_set_up_tells_nothing_of_the_phase() {
+fn a_dead_link_after_the_set_up_reveals_nothing_about_the_phase() {
     for phase in 0..25 {
         let mut model = Model::new(104 * MS, 3_100_000, |n| n);
         let mut sampler = model.sampler(100 * MS);
@@ -432,7 +432,7 @@ fn a_late_update_is_waited_for_and_not_counted_as_an_equal_frame() {
 }
 
 #[test]
-fn the_settings_are_read_back_after_a_fault_before_any_frame_is_believed() {
+fn settings_are_read_back_after_a_fault_before_any_frame_counts() {
     let mut model = Model::new(100 * MS, 3_100_000, |n| n);
     let mut sampler = model.sampler(100 * MS);
     run(&mut model, &mut sampler, 3_000 * MS, |_| ());
@@ -447,7 +447,7 @@ fn the_settings_are_read_back_after_a_fault_before_any_frame_is_believed() {
 }
 
 #[test]
-fn a_thermistor_that_dies_in_mid_frame_is_a_fault_and_one_that_stays_dead_is_data() {
+fn a_thermistor_that_dies_within_a_frame_is_a_fault_and_one_that_stays_dead_is_data() {
     for (dead, kind) in [(0, "all-zero"), (0xFFFF, "stuck-high")] {
         let mut model = Model::new(100 * MS, 3_100_000, |n| n);
         let mut sampler = model.sampler(100 * MS);
@@ -470,7 +470,7 @@ fn a_thermistor_that_dies_in_mid_frame_is_a_fault_and_one_that_stays_dead_is_dat
 }
 
 #[test]
-fn a_bus_that_hangs_owes_rows_while_it_hangs_and_what_it_brings_then_is_no_frame() {
+fn a_hung_bus_has_missing_frames_and_its_late_result_is_not_a_frame() {
     let mut model = Model::new(104 * MS, 3_100_000, |n| n);
     let mut sampler = model.sampler(100 * MS);
     let mut outcome = run(&mut model, &mut sampler, 10_000 * MS, |_| ());
@@ -495,7 +495,7 @@ fn a_bus_that_hangs_owes_rows_while_it_hangs_and_what_it_brings_then_is_no_frame
 }
 
 #[test]
-fn a_pixel_that_failed_is_counted_and_its_frame_recorded_as_it_is() {
+fn a_failed_pixel_is_counted_and_its_frame_recorded_unchanged() {
     let mut model = Model::new(100 * MS, 3_100_000, |n| n + 100);
     let mut sampler = model.sampler(100 * MS);
     run(&mut model, &mut sampler, 3_000 * MS, |_| ());
@@ -512,7 +512,7 @@ fn a_pixel_that_failed_is_counted_and_its_frame_recorded_as_it_is() {
 }
 
 #[test]
-fn a_bus_of_unknown_speed_is_not_read_more_often_than_its_reads_can_tell_anything() {
+fn a_bus_of_unknown_speed_is_not_read_in_vain() {
     let mut model = Model::new(104 * MS, 12_300_000, |n| n);
     let mut sampler = Sampler::new(duration(100 * MS), Duration::ZERO, None);
     let outcome = run(&mut model, &mut sampler, 120_000 * MS, |_| ());

@@ -1,4 +1,4 @@
-//! The backlog: which records wait on the disk, and how they come out again, oldest first.
+//! The backlog: which records wait on the disk, and how to read them back, oldest first.
 
 use super::index::Spool;
 use super::limits::{EXTENTS_MAX, READS_MAX, SEGMENT_READ_MAX, SPOOL_FULL};
@@ -10,8 +10,8 @@ use std::io;
 use std::sync::Arc;
 
 impl Spool {
-    /// Puts records that have left the memory into the backlog. False, and nothing done, where that would be more than
-    /// [`EXTENTS_MAX`] runs of records.
+    /// Adds records that left memory to the backlog. If that would exceed [`EXTENTS_MAX`] extents, does nothing and
+    /// returns false.
     pub fn add_backlog(&mut self, items: &[(Place, bool)]) -> bool {
         if self.backlog.len() + items.len() > EXTENTS_MAX
             && self.backlog.len() + runs_in(items) > EXTENTS_MAX
@@ -24,10 +24,10 @@ impl Spool {
         true
     }
 
-    /// The oldest records of the backlog, of one run, at most so many.
+    /// The oldest records of the backlog, all of one boot, at most `records_max`.
     ///
     /// # Errors
-    /// What the disk said. After [`READS_MAX`] of them the segment is set aside and its frames are counted as
+    /// Disk errors. After [`READS_MAX`] of them the segment is set aside and its frames count as
     /// [`SPOOL_DAMAGED`](super::SPOOL_DAMAGED), so that the rest goes on.
     pub fn next_batch(&mut self, records_max: usize) -> io::Result<Option<Batch>> {
         if !self.unread.is_empty() {
@@ -42,13 +42,13 @@ impl Spool {
             if let Some(first) = items.first().map(|item| Arc::clone(&item.stream)) {
                 return Ok(Some(Batch::on_disk(&first.device, &first.boot, items)));
             }
-            self.quarantine_unreadable(segment, "what was written is not what is read");
+            self.quarantine_unreadable(segment, "its bytes changed on the disk");
         }
         Ok(None)
     }
 
-    /// Lets go of records that the collector has. Returns those that were here, and those that had been counted as dropped
-    /// meanwhile, which are to be counted as delivered after all.
+    /// Removes acknowledged records. Returns those found here, and those counted as dropped meanwhile, which now count
+    /// as delivered.
     pub fn release(&mut self, items: Vec<Item>) -> (Vec<Item>, Vec<Item>) {
         let boot = items.first().map(|item| item.stream.boot.clone());
         let mut is_here = |item: &Item| {
@@ -64,14 +64,14 @@ impl Spool {
                 }
             }
         }
-        // Where some had been counted as dropped, the count that came with them is not the last word.
+        // If some had counted as dropped, the account sent with them is not the final one.
         if let Some(boot) = boot.filter(|_| returned.is_empty()) {
             self.forget_told_run(&boot);
         }
         (delivered, returned)
     }
 
-    /// Where the oldest run of records begins and ends that may be sent.
+    /// Segment, start and end of the oldest extent that may be sent.
     fn first_not_held(&self) -> Option<(u64, u64, u64)> {
         let mut extents = self.backlog.iter();
         let found = extents.find(|((segment, _), _)| !self.is_held(*segment));
@@ -95,7 +95,7 @@ impl Spool {
         }
     }
 
-    /// Takes one record out of the backlog, from the front of its run of records; false if it is not there.
+    /// Removes one record from the front of its extent in the backlog; false if it is not there.
     pub(super) fn dequeue(&mut self, place: Place, is_frame: bool) -> bool {
         let key = (place.segment, place.from);
         let Some(mut extent) = self.backlog.remove(&key) else {
@@ -115,8 +115,8 @@ impl Spool {
         true
     }
 
-    /// The records in these bytes, from byte `from` of the segment on, up to the first of another run or the first that
-    /// is damaged.
+    /// The records in these bytes, which start at byte `from` of the segment, up to the first damaged one or one of
+    /// another boot.
     fn items(&self, number: u64, from: u64, bytes: &[u8], records_max: usize) -> Vec<Item> {
         let mut items: Vec<Item> = Vec::new();
         let Some(segment) = self.segments.get(&number) else {
@@ -186,7 +186,7 @@ impl Spool {
     }
 }
 
-/// How many runs of records without a gap these are.
+/// The number of extents, runs of records without a gap.
 fn runs_in(items: &[(Place, bool)]) -> usize {
     let breaks = items
         .windows(2)

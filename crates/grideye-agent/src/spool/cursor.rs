@@ -1,4 +1,4 @@
-//! Where the backlog begins: noted on the disk before anything in front of it is removed.
+//! The start of the backlog, saved on the disk before anything ahead of it is removed.
 
 use super::disk::replace;
 use super::index::Spool;
@@ -11,11 +11,11 @@ use std::io;
 use std::sync::Arc;
 
 impl Spool {
-    /// Removes the segments that nothing refers to: no backlog, and no record in memory that believes to be in it. The
-    /// one that is being written stays if `keeps_writing`.
+    /// Removes segments that neither the backlog nor a record in memory refers to. Keeps the one being written if
+    /// `keeps_writing`.
     ///
     /// # Errors
-    /// What the disk said; nothing is lost by it.
+    /// Disk errors; they lose nothing.
     pub fn tidy(&mut self, in_memory: &BTreeSet<Place>, keeps_writing: bool) -> io::Result<()> {
         let mut needed: BTreeSet<u64> = self.backlog.keys().map(|(segment, _)| *segment).collect();
         needed.extend(in_memory.iter().map(|place| place.segment));
@@ -38,10 +38,10 @@ impl Spool {
         self.disk.sync_folder()
     }
 
-    /// Writes down where the backlog begins and what the runs' counts are, so that the next start sends nothing twice.
+    /// Saves the start of the backlog and each boot's counts, so that the next start sends nothing twice.
     ///
     /// # Errors
-    /// What the disk said.
+    /// Disk errors.
     pub fn checkpoint(
         &mut self,
         in_memory: &BTreeSet<Place>,
@@ -52,10 +52,11 @@ impl Spool {
         self.save()
     }
 
-    /// Like [`Spool::checkpoint`], for a run that ends with everything delivered: the next start need not speak for it.
+    /// Like [`Spool::checkpoint`], at the end of a boot. If everything was delivered, the next start need not report
+    /// for it.
     ///
     /// # Errors
-    /// What the disk said.
+    /// Disk errors.
     pub fn close(
         &mut self,
         in_memory: &BTreeSet<Place>,

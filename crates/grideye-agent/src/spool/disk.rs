@@ -1,73 +1,73 @@
-//! What the spool needs of a disk, and the folder that gives it.
+//! The disk operations that the spool needs, and the folder that provides them.
 //!
-//! The trait is small so that a test can put a disk under the spool that fills, fails and loses power.
+//! The trait is small so that a test can replace the disk with one that fills, fails and loses power.
 
 use rustix::fs::{FlockOperation, flock, statvfs};
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
-/// The folder within a spool for what could not be used and is not thrown away either.
+/// The folder within a spool for data that is unusable but worth keeping.
 pub const QUARANTINE: &str = "quarantine";
 /// The file that is locked while an agent uses the folder.
 pub const LOCK: &str = "lock";
 
-/// A folder of files. Names are relative to it, with at most one `/`, behind [`QUARANTINE`].
+/// A folder of files. Names are relative to it, with at most one `/`, after [`QUARANTINE`].
 ///
-/// Nothing survives a loss of power but what was synced: the bytes of a file by [`Disk::sync`], its name and its absence
-/// by [`Disk::sync_folder`].
+/// Only synced data survives a power cut: a file's bytes after [`Disk::sync`], its name or absence after
+/// [`Disk::sync_folder`].
 ///
 /// # Errors
-/// Each gives what the system said.
+/// Each returns the system's error.
 #[expect(clippy::missing_errors_doc, reason = "the same for all of them")]
 pub trait Disk: Send {
-    /// The names of all files, those in quarantine included.
+    /// The names of all files, including those in quarantine.
     fn list(&self) -> io::Result<Vec<String>>;
 
-    /// Bytes of a file.
+    /// Size of a file in bytes.
     fn size(&self, name: &str) -> io::Result<u64>;
 
-    /// Up to `len` bytes from `offset` on; fewer at the file's end.
+    /// Up to `len` bytes from `offset`; fewer at the end of the file.
     fn read(&self, name: &str, offset: u64, len: usize) -> io::Result<Vec<u8>>;
 
-    /// Writes a file of these bytes, in place of the one that was there.
+    /// Creates or replaces a file with these bytes.
     ///
     /// # Errors
-    /// What the system said; the file may then hold a part of the bytes.
+    /// The system's error; the file may then contain part of the bytes.
     fn write(&mut self, name: &str, bytes: &[u8]) -> io::Result<()>;
 
-    /// Adds bytes at the file's end, and makes the file if it is not there.
+    /// Appends bytes to a file, creating it if needed.
     ///
     /// # Errors
-    /// What the system said; the file may then end with a part of the bytes.
+    /// The system's error; the file may then end with part of the bytes.
     fn append(&mut self, name: &str, bytes: &[u8]) -> io::Result<()>;
 
     /// Returns when the file's bytes are on the disk.
     ///
     /// # Errors
-    /// What the system said; what was not synced before may then be lost, whatever a later sync says.
+    /// The system's error; unsynced bytes may then be lost, whatever a later sync returns.
     fn sync(&mut self, name: &str) -> io::Result<()>;
 
-    /// Gives a file another name, in place of the file that has it.
+    /// Renames a file, replacing any file of the new name.
     fn rename(&mut self, from: &str, to: &str) -> io::Result<()>;
 
     /// Removes a file.
     fn remove(&mut self, name: &str) -> io::Result<()>;
 
-    /// Returns when names, new ones and removed ones, are on the disk.
+    /// Returns when created, renamed and removed names are on the disk.
     fn sync_folder(&mut self) -> io::Result<()>;
 
-    /// Bytes that this user could still write.
+    /// Bytes that this user can still write.
     fn free_bytes(&self) -> io::Result<u64>;
 }
 
-/// Why a disk is not taken as a spool.
+/// Why a disk cannot become a spool.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OpenError {
-    /// A later version of this program wrote this file, in this layout; the newest that is known is the last.
+    /// A later version of this program wrote this file in this layout; the last number is the newest layout known here.
     #[error(
-        "{0} has layout {1}, and this program knows layouts up to {2}\nhint: start the version of grideye-agent that wrote it, or a newer one; or name an empty spool.folder: this folder stays as it is, and that version can deliver it"
+        "{0} has layout {1}, but this program knows layouts up to {2}\nhint: run the version of grideye-agent that wrote it, or a newer one; or set spool.folder to an empty folder: this one stays unchanged, and that version can deliver it"
     )]
     Newer(String, u32, u32),
     /// The disk cannot be read.
@@ -84,10 +84,10 @@ pub enum FolderError {
         "{}: another agent uses this spool\nhint: one agent reads all sensors of a device; stop the other (systemctl stop grideye-agent), or give this one a folder and a `device` of its own", .0.display()
     )]
     Locked(PathBuf),
-    /// A later version of this program wrote in this folder the file that the error names.
+    /// A later version of this program wrote the named file in this folder.
     #[error("{}/{}", .0.display(), .1)]
     Newer(PathBuf, OpenError),
-    /// This folder cannot be made, opened or locked, as the system said.
+    /// This folder cannot be created, opened or locked, with the system's error.
     #[error(
         "{}: {}\nhint: spool.folder must be a folder that this user may write; systemd makes one with StateDirectory=grideye-agent", .0.display(), .1
     )]
@@ -98,16 +98,16 @@ pub enum FolderError {
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
-    /// The file that is being appended to.
+    /// The file that is open for appending.
     open: Option<(String, File)>,
     _lock: File,
 }
 
 impl Folder {
-    /// Opens the folder, makes it if it is not there, and locks it until it is dropped, however the program ends.
+    /// Opens the folder, creating it if needed, and locks it until the value or the process ends.
     ///
     /// # Errors
-    /// [`FolderError`] if it cannot be written, or if another agent uses it.
+    /// [`FolderError`] if it is not writable, or another agent uses it.
     pub fn open(path: &Path) -> Result<Self, FolderError> {
         let unusable = |error| FolderError::Unusable(path.to_owned(), error);
         std::fs::create_dir_all(path.join(QUARANTINE)).map_err(unusable)?;
@@ -135,7 +135,7 @@ impl Folder {
             if !entry.file_type()?.is_file() {
                 continue;
             }
-            // A name that is not UTF-8 is none of ours.
+            // The spool writes no names that are not UTF-8.
             match entry.file_name().into_string() {
                 Ok(name) if folder.is_empty() => names.push(name),
                 Ok(name) => names.push(format!("{folder}/{name}")),
@@ -219,10 +219,10 @@ impl Disk for Folder {
     }
 }
 
-/// Puts these bytes in a file's place, so that at every moment either the old or the new ones are there.
+/// Replaces a file's bytes so that at every moment either the old or the new ones are there.
 ///
 /// # Errors
-/// What the system said; the old bytes are then still there.
+/// The system's error; the old bytes are then still there.
 pub(super) fn replace(disk: &mut dyn Disk, name: &str, bytes: &[u8]) -> io::Result<()> {
     let temporary = format!("{name}.new");
     disk.write(&temporary, bytes)?;

@@ -1,4 +1,4 @@
-//! The spool's index in memory: which segments there are, what waits in them, and what is said of it.
+//! The spool's index in memory: its segments, the records that wait in them, and messages for the log.
 
 use super::disk::{Disk, OpenError};
 use super::limits::Limits;
@@ -16,19 +16,19 @@ pub struct Spool {
     pub(super) disk: Box<dyn Disk>,
     pub(super) limits: Limits,
     pub(super) segments: BTreeMap<u64, Segment>,
-    /// Segments of runs before, that are yet to be looked at.
+    /// Segments of earlier boots that are still to be read.
     pub(super) unread: VecDeque<u64>,
     pub(super) writing: Option<(u64, Writing)>,
     pub(super) next_number: u64,
     /// By segment and first byte.
     pub(super) backlog: BTreeMap<(u64, u64), Extent>,
     pub(super) waiting: BTreeMap<Arc<StreamId>, Content>,
-    /// The highest number found on disk, while the segments of runs before are looked at.
+    /// While segments of earlier boots are read: the highest sequence number found on disk.
     pub(super) found_through: BTreeMap<Arc<StreamId>, u64>,
-    /// Runs that are over, in the order of their ends.
+    /// Ended boots, in the order of their ends.
     pub(super) runs: Vec<Run>,
     pub(super) own_run: Run,
-    /// Runs of which nothing is sent for the time being.
+    /// Boots whose records are held for now.
     pub(super) held: BTreeSet<String>,
     pub(super) cursor: Cursor,
     pub(super) dropped: Vec<Dropped>,
@@ -48,11 +48,11 @@ impl fmt::Debug for Spool {
 }
 
 impl Spool {
-    /// Takes over a disk for the run `boot` of `device`, and notes that run on it. The segments that it holds are looked
-    /// at later, by [`Spool::recover`].
+    /// Opens the spool on a disk for the boot `boot` of `device`, and saves that boot in its state. [`Spool::recover`]
+    /// reads the segments later.
     ///
     /// # Errors
-    /// [`OpenError`]. A disk that cannot be read is not taken; one that cannot be written is, and fails later.
+    /// [`OpenError`]. An unreadable disk is rejected; an unwritable one is accepted and fails later.
     pub fn open(
         disk: Box<dyn Disk>,
         limits: Limits,
@@ -91,22 +91,22 @@ impl Spool {
         Ok(spool)
     }
 
-    /// What was dropped since this was last asked.
+    /// Records dropped since the last call.
     pub fn take_dropped(&mut self) -> Vec<Dropped> {
         std::mem::take(&mut self.dropped)
     }
 
-    /// The segments that are gone since this was last asked: what memory believes to be in them is on no disk.
+    /// Segments removed since the last call: records in memory placed in them are on no disk.
     pub fn take_removed(&mut self) -> BTreeSet<u64> {
         std::mem::take(&mut self.removed)
     }
 
-    /// What a person should know, since this was last asked.
+    /// Messages for the log since the last call.
     pub fn take_messages(&mut self) -> Vec<String> {
         std::mem::take(&mut self.messages)
     }
 
-    /// Frames of this run, then frames of runs before, that wait on the disk.
+    /// Frames that wait on the disk: of this boot, and of earlier ones.
     #[must_use]
     pub fn waiting_frames(&self) -> (u64, u64) {
         let mut frames = (0, 0);
@@ -120,7 +120,7 @@ impl Spool {
         frames
     }
 
-    /// Frames of this run that wait on the disk, by sensor.
+    /// Frames of this boot that wait on the disk, by sensor.
     #[must_use]
     pub fn waiting_by_sensor(&self) -> BTreeMap<String, u64> {
         let boot = &self.own_run.boot;
@@ -142,7 +142,7 @@ impl Spool {
     }
 
     pub(super) fn say(&mut self, message: &str) {
-        /// Messages that wait to be logged.
+        /// Maximum number of messages that wait to be logged.
         const MESSAGES_MAX: usize = 100;
         if self.messages.len() < MESSAGES_MAX {
             self.messages.push(format!("spool: {message}"));
@@ -153,7 +153,7 @@ impl Spool {
         self.segments.remove(&number);
         self.removed.insert(number);
         match self.disk.remove(&name_of(number)) {
-            // A segment whose first write failed has no file.
+            // A segment has no file if its first write failed.
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
             other => other,
         }

@@ -1,33 +1,33 @@
-//! How much a spool may hold, and under which names it counts what it drops.
+//! The spool's size limits, and the reasons under which it counts dropped frames.
 
-/// The reason under which frames are dropped because the spool was full.
+/// The reason for frames dropped because the spool was full.
 pub const SPOOL_FULL: &str = "spool-full";
-/// The reason under which frames are dropped that the disk held and could not give back.
+/// The reason for frames dropped because the disk could not return them.
 pub const SPOOL_DAMAGED: &str = "spool-damaged";
-/// Bytes of a segment, from which on another one is begun: some ten minutes of one sensor at 10 Hz.
+/// A segment of this many bytes is full: about ten minutes of one sensor at 10 Hz.
 pub const SEGMENT_BYTES: u64 = 1 << 20;
-/// Bytes that the quarantine may hold; beyond, what belongs there is counted and logged, but not stored.
+/// Maximum size of the quarantine in bytes. Further data is counted and logged but not stored.
 pub const QUARANTINE_BYTES_MAX: u64 = 16 << 20;
-/// Runs of records on disk, each without a gap, that are remembered. While there are more, records stay in memory.
+/// Maximum number of extents, runs of records on disk without a gap. At the limit, records stay in memory.
 pub const EXTENTS_MAX: usize = 10_000;
-/// Attempts to read a segment, after which its frames are given up.
+/// After this many failed reads of a segment, its frames are dropped.
 pub const READS_MAX: u32 = 3;
-/// The largest segment that is read: this program writes none that is larger.
+/// Largest segment read in bytes; this program writes none larger.
 pub(super) const SEGMENT_READ_MAX: usize = 16 << 20;
 
-/// How much a spool may hold.
+/// The size limits of a spool.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
-    /// Bytes of all segments together.
+    /// Maximum bytes of all segments together.
     pub bytes_max: u64,
-    /// Bytes that are left free on the disk.
+    /// Bytes to leave free on the disk.
     pub free_bytes_min: u64,
-    /// Bytes of a segment, from which on another one is begun.
+    /// A segment of this many bytes is full.
     pub segment_bytes: u64,
 }
 
 impl Limits {
-    /// Segments of the usual size, or of an eighth of the spool where that is less.
+    /// Segments of the usual size, or an eighth of the spool if that is less.
     #[must_use]
     pub fn new(bytes_max: u64, free_bytes_min: u64) -> Self {
         Self {
@@ -38,5 +38,5 @@ impl Limits {
     }
 }
 
-/// Ended runs that are remembered; of more, the oldest that have nothing on disk are forgotten, and that is said.
+/// Maximum number of ended boots in the state. Beyond it the oldest are forgotten, with a log message.
 pub const RUNS_MAX: usize = 1000;

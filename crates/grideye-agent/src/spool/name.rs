@@ -2,12 +2,10 @@
 
 const SEGMENT_PREFIX: &str = "segment-";
 
-/// The name of a segment's file.
 pub(super) fn name_of(number: u64) -> String {
     format!("{SEGMENT_PREFIX}{number:016x}")
 }
 
-/// The number in the name of a segment's file.
 pub(super) fn number_of(name: &str) -> Option<u64> {
     let digits = name.strip_prefix(SEGMENT_PREFIX)?;
     let number = u64::from_str_radix(digits, 16).ok()?;

@@ -1,4 +1,4 @@
-//! Quarantine: records that the collector refuses, and segments that cannot be read.
+//! Quarantine: records that the collector rejects, and unreadable segments.
 
 use super::disk::QUARANTINE;
 use super::index::Spool;
@@ -9,11 +9,10 @@ use std::collections::BTreeMap;
 use std::io;
 
 impl Spool {
-    /// Moves a record that the collector refuses to the quarantine, where it can be posted from as it is, one line a
-    /// record.
+    /// Moves a rejected record to the quarantine, as one line of JSON ready to post.
     ///
     /// # Errors
-    /// What the disk said, or that the quarantine is full; the record leaves the spool all the same.
+    /// Disk errors, or that the quarantine is full; the record leaves the spool in any case.
     pub fn quarantine(&mut self, item: &Item, reason: &str) -> io::Result<()> {
         if let Some(place) = item.place {
             self.dequeue(place, item.is_frame());
@@ -35,7 +34,7 @@ impl Spool {
         self.disk.sync_folder()
     }
 
-    /// Moves a segment that cannot be read to the quarantine, so that the rest goes on.
+    /// Moves an unreadable segment to the quarantine, so that the rest goes on.
     pub(super) fn quarantine_unreadable(&mut self, number: u64, why: &str) {
         self.drop_backlog_of(number, SPOOL_DAMAGED);
         self.removed.insert(number);
@@ -46,7 +45,7 @@ impl Spool {
         ));
     }
 
-    /// Moves a segment to the quarantine. Returns its name, and what became of it.
+    /// Moves a segment to the quarantine. Returns its name, and a phrase with the outcome.
     pub(super) fn set_aside(&mut self, number: u64) -> (String, String) {
         self.segments.remove(&number);
         let name = name_of(number);
@@ -62,7 +61,7 @@ impl Spool {
     pub(super) fn check_quarantine_room(&mut self, length: usize) -> io::Result<()> {
         let length = u64::try_from(length).unwrap_or(u64::MAX);
         if self.quarantine_bytes.saturating_add(length) > QUARANTINE_BYTES_MAX {
-            let full = "the quarantine is full: what is set aside is counted and not kept\nhint: look at it, then empty the folder";
+            let full = "the quarantine is full: further data is counted but not stored\nhint: look at its files, then empty the folder";
             return Err(io::Error::new(io::ErrorKind::StorageFull, full));
         }
         self.quarantine_bytes += length;

@@ -1,4 +1,4 @@
-//! What a start makes of what the runs before left on the disk.
+//! Recovers what earlier boots left on the disk.
 
 use super::disk::{OpenError, QUARANTINE};
 use super::index::Spool;
@@ -12,8 +12,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 impl Spool {
-    /// Looks at the next segment that a run before has left: puts its records into the backlog, up to the first that is
-    /// not whole, and sets the rest aside. False when all have been looked at.
+    /// Reads the next segment of an earlier boot: adds its records to the backlog up to the first incomplete one, and
+    /// sets the rest aside. False when none is left.
     pub fn recover(&mut self) -> bool {
         let Some(number) = self.unread.pop_front() else {
             return false;
@@ -21,8 +21,8 @@ impl Spool {
         let name = name_of(number);
         match self.disk.read(&name, 0, SEGMENT_READ_MAX) {
             Ok(bytes) => {
-                // What a run before wrote and could not sync can be read, and can still be lost; and where it was written
-                // once more, the copy that was synced is dropped for this one.
+                // An earlier boot may have written bytes without syncing them: they are readable but can still be lost.
+                // If it then wrote them again, the synced copy is dropped in favor of this one, so sync it now.
                 if let Err(error) = self.disk.sync(&name) {
                     self.say(&format!("{name} cannot be synced: {error}"));
                 }
@@ -31,7 +31,7 @@ impl Spool {
             Err(error) => {
                 self.segments.remove(&number);
                 self.say(&format!(
-                    "{name} cannot be read ({error}), and is left where it is"
+                    "{name} cannot be read ({error}) and stays in place"
                 ));
             }
         }
@@ -58,7 +58,7 @@ impl Spool {
         self.next_number = next.max(self.cursor.segment).max(1);
         for number in numbers {
             if number < self.cursor.segment {
-                // A crash came between the cursor and the removal.
+                // A crash came between saving the cursor and removing the segment.
                 let _ = self.disk.remove(&name_of(number));
                 continue;
             }
@@ -69,8 +69,8 @@ impl Spool {
         Ok(())
     }
 
-    /// Before anything is changed: what a later version of this program wrote is not ours to write over. What cannot be
-    /// read here is told of later.
+    /// Runs before any change, because a later version's files must not be overwritten. Unreadable files are reported
+    /// later.
     fn refuse_newer(&self, numbers: &[u64]) -> Result<(), OpenError> {
         let check = |name: String, found: Option<u32>, known: u32| match found {
             Some(found) if found > known => Err(OpenError::Newer(name, found, known)),
@@ -106,7 +106,7 @@ impl Spool {
             format!("set aside as {aside}")
         });
         self.say(&format!(
-            "state is damaged: {what}; some frames may be sent a second time, which changes nothing"
+            "state is damaged: {what}; some frames may be sent again, which is harmless"
         ));
     }
 
@@ -115,7 +115,7 @@ impl Spool {
         if surplus > 0 {
             self.runs.drain(..surplus);
             self.say(&format!(
-                "more than {RUNS_MAX} runs ended without a word to the collector; the oldest {surplus} are forgotten, and what they lost stays uncounted"
+                "more than {RUNS_MAX} boots ended without a report to the collector; the oldest {surplus} are forgotten, and their losses stay uncounted"
             ));
         }
     }
@@ -123,7 +123,7 @@ impl Spool {
     fn look_at(&mut self, number: u64, bytes: &[u8]) {
         let entries = match Entries::of_segment(number, bytes) {
             Ok(entries) => entries,
-            // The power went before anything of it was on the disk.
+            // The power failed before any of it was on the disk.
             Err(Fault::NoHeader)
                 if bytes.len() < HEADER_BYTES || bytes.iter().all(|byte| *byte == 0) =>
             {
@@ -152,7 +152,7 @@ impl Spool {
         }
     }
 
-    /// Takes what stands at `at` in a segment. `last_end` is where the record before ended, if it is in the backlog.
+    /// Takes the entry at `at` of a segment. `last_end` is the end of the previous record if it is in the backlog.
     fn take_in(&mut self, number: u64, at: Range<usize>, entry: Entry, last_end: &mut Option<u64>) {
         match entry {
             Entry::Stream(index, id) => self.declare(number, index, id),
@@ -166,7 +166,7 @@ impl Spool {
                 let Some(id) = self.stream(number, stream) else {
                     return;
                 };
-                // What was not synced was written once more.
+                // An unsynced record was written again.
                 let through = self.found_through.get(&id);
                 let is_new = through.is_none_or(|through| record.seq > *through);
                 if is_new {
@@ -198,7 +198,7 @@ impl Spool {
         }
     }
 
-    /// A run that the state does not know is known from its records.
+    /// A boot missing from the state is reconstructed from its records.
     fn note_run(&mut self, id: &StreamId) {
         let known = self.runs.iter_mut().find(|run| run.boot == id.boot);
         if let Some(run) = known {
@@ -212,7 +212,7 @@ impl Spool {
         });
     }
 
-    /// The rest is kept under a name that says where it was, so that setting it aside twice is setting it aside once.
+    /// The name includes the place, so setting the rest aside twice is harmless.
     fn quarantine_rest(&mut self, number: u64, whole: usize, rest: &[u8], fault: &Fault) {
         let name = name_of(number);
         let aside = format!("{QUARANTINE}/{name}-from-byte-{whole}");
@@ -226,7 +226,7 @@ impl Spool {
             Err(error) => format!("not kept: {error}"),
         };
         self.say(&format!(
-            "{name}: {fault}, as a loss of power leaves it; the last {} bytes are {what}, and what was before them is delivered",
+            "{name}: {fault}, as after a power cut; the last {} bytes are {what}, and everything before them is delivered",
             rest.len()
         ));
     }

@@ -1,4 +1,4 @@
-//! The runs that are over, and what the collector has not yet heard of them.
+//! Ended boots that are not yet fully reported to the collector.
 
 use super::index::Spool;
 use super::state::{Count, Run};
@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 impl Spool {
-    /// The accounts of a run that is over, by sensor; `None` for the run that goes on.
+    /// The accounts of an ended boot, by sensor; `None` for the current one.
     #[must_use]
     pub fn ended_accounts(&self, boot: &str) -> Option<BTreeMap<String, Account>> {
         let run = self.runs.iter().find(|run| run.boot == boot)?;
@@ -26,7 +26,7 @@ impl Spool {
         Some(run.sensors.iter().map(account).collect())
     }
 
-    /// An empty batch of a run that is over, has nothing on disk, and has not been told of yet.
+    /// An empty batch for an ended boot with nothing on disk that is not yet reported.
     #[must_use]
     pub fn ended_run(&self) -> Option<Batch> {
         if !self.unread.is_empty() {
@@ -37,20 +37,20 @@ impl Spool {
         Some(Batch::on_disk(&run.device, &run.boot, Vec::new()))
     }
 
-    /// Sends nothing more of a run that is over until [`Spool::try_held`]; the runs behind it go on. Returns how many of
-    /// its frames wait.
+    /// Stops sending records of an ended boot until [`Spool::try_held`]; later boots go on. Returns how many of its
+    /// frames wait.
     pub fn hold(&mut self, boot: &str) -> u64 {
         self.held.insert(boot.to_owned());
         let of_run = self.waiting.iter().filter(|(id, _)| id.boot == boot);
         of_run.map(|(_, content)| content.frames).sum()
     }
 
-    /// Lets what is held be sent again. Returns whether anything was.
+    /// Releases all held boots. Returns whether there were any.
     pub fn try_held(&mut self) -> bool {
         !std::mem::take(&mut self.held).is_empty()
     }
 
-    /// Whether a segment is of a run that is held; each segment is written by one run.
+    /// Whether a segment belongs to a held boot; each segment is written by one boot.
     pub(super) fn is_held(&self, segment: u64) -> bool {
         let mut streams = self
             .segments
@@ -60,12 +60,12 @@ impl Spool {
         !self.held.is_empty() && streams.any(|id| self.held.contains(&id.boot))
     }
 
-    /// Forgets a run: the collector knows that it is over.
+    /// Forgets a boot, because the collector knows that it ended.
     pub fn told(&mut self, boot: &str) {
         self.runs.retain(|run| run.boot != boot);
     }
 
-    /// Takes the counts of the run that goes on.
+    /// Takes the current boot's counts.
     pub(super) fn renew_own_run(&mut self, accounts: &[(Arc<StreamId>, Account)]) {
         for (id, account) in accounts {
             if let Some(count) = self.own_run.sensors.get_mut(&id.sensor) {
@@ -74,7 +74,7 @@ impl Spool {
         }
     }
 
-    /// The count of a run that is over; that of the run that goes on is the ring's.
+    /// The counts of an ended boot; those of the current one are in the ring.
     pub(super) fn run_of(&mut self, id: &StreamId) -> Option<&mut Count> {
         let run = self.runs.iter_mut().find(|run| run.boot == id.boot)?;
         run.sensors.get_mut(&id.sensor)
@@ -86,7 +86,7 @@ impl Spool {
         waiting.any(|(id, content)| of_run(id) && *content != Content::default())
     }
 
-    /// A run whose last records were just acknowledged has been told of with them.
+    /// Acknowledging a boot's last records also acknowledges its end.
     pub(super) fn forget_told_run(&mut self, boot: &str) {
         let run = self.runs.iter().find(|run| run.boot == boot);
         if run.is_some_and(|run| !self.holds_any_of(run)) {

@@ -9,9 +9,9 @@
 //!           3  account: index u16, read u64, missing u64, spooled u64, dropped and errors (each a count u8, then name, u64)
 //! ```
 //!
-//! The header keeps its form in every version. All numbers are little-endian. A stream is declared before it is used,
-//! again in each segment, so that a segment can be read alone. The checksum takes in the segment's number: blocks of another file that show after a loss of power do
-//! not pass. A file ends where its first record ends that is not whole; what stands behind it is not guessed at.
+//! The header has the same form in every version. All numbers are little-endian. Each segment declares a stream before
+//! using it, so that a segment can be read alone. The checksum covers the segment's number, which exposes blocks of
+//! another file after a power cut. Reading stops at the first incomplete record.
 
 mod decode;
 mod encode;

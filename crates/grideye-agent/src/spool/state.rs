@@ -1,33 +1,33 @@
-//! The file `state` of a spool: from where on its segments are needed, and which runs have not been heard to the end.
+//! The spool's `state` file: where the needed segments start, and which boots are not yet fully reported to the
+//! collector.
 //!
-//! One line with version and checksum, then JSON, so that a person can read it. It is replaced as a whole. The line keeps
-//! its form in every version.
+//! One line with version and checksum, then JSON that people can read. The file is replaced as a whole. The line has
+//! the same form in every version.
 
 use super::segment::crc32c;
 use grideye_recording::wire::Account;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// The file's name.
 pub(super) const STATE: &str = "state";
-/// The longest state that is read.
+/// Maximum size of a readable state in bytes.
 pub(super) const STATE_BYTES_MAX: usize = 16 << 20;
 
-/// The version of the state that is written, and the only one that is read.
+/// The version of the state written, and the only one read.
 pub(super) const STATE_VERSION: u32 = 1;
 const BEGINNING: &str = "grideye-spool-state ";
 
-/// From where on the segments are needed.
+/// Where the needed segments start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Cursor {
-    /// No segment before this number is needed.
+    /// Earlier segments are not needed.
     pub(super) segment: u64,
-    /// No byte before this one of that segment is needed.
+    /// Earlier bytes of that segment are not needed.
     pub(super) offset: u64,
 }
 
-/// One run of the agent that the collector has not heard to the end.
+/// One boot of the agent that is not yet fully reported to the collector.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Run {
@@ -36,7 +36,7 @@ pub(super) struct Run {
     pub(super) sensors: BTreeMap<String, Count>,
 }
 
-/// An account as it is kept.
+/// An account as stored.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Count {
@@ -47,7 +47,7 @@ pub(super) struct Count {
 }
 
 impl Count {
-    /// What is known of a run that has ended, with so many frames still to come.
+    /// The account of an ended boot with this many frames still to come.
     pub(super) fn of_ended(&self, spooled: u64) -> Account {
         Account {
             read: self.read,
@@ -59,7 +59,7 @@ impl Count {
         }
     }
 
-    /// Takes the run's own later count.
+    /// Takes the boot's own later count.
     pub(super) fn renew(&mut self, account: &Account) {
         if account.read >= self.read {
             self.read = account.read;
@@ -69,7 +69,7 @@ impl Count {
         }
     }
 
-    /// Takes in a count that was found on the disk, beside what was dropped of that run since it ended.
+    /// Merges a count found on the disk with the frames of that boot dropped since it ended.
     pub(super) fn take_in(&mut self, found: &Account) {
         let dropped = std::mem::take(&mut self.dropped);
         self.dropped = found.dropped.clone();
@@ -94,13 +94,13 @@ pub(super) struct State {
 
 impl State {
     pub(super) fn to_bytes(&self) -> Vec<u8> {
-        // Strings and numbers alone: this cannot fail.
+        // Strings and numbers only: this cannot fail.
         let json = serde_json::to_string_pretty(self).unwrap_or_default();
         let crc = crc32c(&[json.as_bytes()]);
         format!("{BEGINNING}{STATE_VERSION} crc32c {crc:08x}\n{json}").into_bytes()
     }
 
-    /// `None` for what this version did not write whole.
+    /// `None` unless this version wrote it and it is complete.
     pub(super) fn from_bytes(bytes: &[u8]) -> Option<Self> {
         let (version, json) = whole(bytes)?;
         if version != STATE_VERSION {
@@ -109,13 +109,13 @@ impl State {
         serde_json::from_str(json).ok()
     }
 
-    /// The version of a state that is whole.
+    /// The version of a complete state.
     pub(super) fn version(bytes: &[u8]) -> Option<u32> {
         whole(bytes).map(|(version, _)| version)
     }
 }
 
-/// Version and content of a state whose checksum is right.
+/// Version and content of a state with the right checksum.
 fn whole(bytes: &[u8]) -> Option<(u32, &str)> {
     let text = std::str::from_utf8(bytes).ok()?;
     let (version, rest) = text.strip_prefix(BEGINNING)?.split_once(" crc32c ")?;
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn a_state_comes_back_and_no_flipped_bit_passes() {
+    fn a_state_round_trips_and_every_flipped_bit_is_rejected() {
         let bytes = specimen().to_bytes();
         assert_eq!(State::from_bytes(&bytes), Some(specimen()));
         for place in 0..bytes.len() {

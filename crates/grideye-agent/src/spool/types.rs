@@ -1,4 +1,4 @@
-//! What the spool knows of segments, of the records in them, and of what it dropped.
+//! The spool's data: segments, the records in them, and what it dropped.
 
 use super::segment::Encoder;
 use crate::batch::Place;
@@ -7,12 +7,12 @@ use std::collections::BTreeMap;
 use std::io;
 use std::sync::Arc;
 
-/// Frames, and rows that say why there is none.
+/// Numbers of frames and of missing frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Content {
     /// Frames.
     pub frames: u64,
-    /// Rows without a frame.
+    /// Missing frames.
     pub rows: u64,
 }
 
@@ -34,10 +34,10 @@ impl Content {
     }
 }
 
-/// What left the spool in another way than to the collector.
+/// Records that left the spool without reaching the collector.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Dropped {
-    /// The stream that it belongs to.
+    /// Their stream.
     pub stream: Arc<StreamId>,
     /// How much.
     pub content: Content,
@@ -45,16 +45,15 @@ pub struct Dropped {
     pub reason: &'static str,
 }
 
-/// What became of records that were to be written.
+/// The outcome of writing records.
 #[derive(Debug, Default)]
 pub struct Written {
-    /// Where the first so many of them are on the disk.
+    /// Places on the disk of the first records, as many as were written.
     pub places: Vec<Place>,
-    /// Why the others are not.
+    /// Why the others were not.
     pub error: Option<io::Error>,
 }
 
-/// A segment that is there.
 #[derive(Debug, Default)]
 pub(super) struct Segment {
     pub(super) bytes: u64,
@@ -62,14 +61,13 @@ pub(super) struct Segment {
     pub(super) failed_reads: u32,
 }
 
-/// Records that wait in a segment, without a gap between them.
+/// Records that wait in a segment without a gap between them.
 #[derive(Debug, Default, Clone)]
 pub(super) struct Extent {
     pub(super) to: u64,
     pub(super) content: BTreeMap<u16, Content>,
 }
 
-/// The segment that is being written.
 #[derive(Debug)]
 pub(super) struct Writing {
     pub(super) encoder: Encoder,

@@ -1,4 +1,4 @@
-//! Writing: records into the segment that is being written, and room for them.
+//! Writes records into the current segment, and makes room for them.
 
 use super::index::Spool;
 use super::limits::SPOOL_FULL;
@@ -13,9 +13,9 @@ use std::io;
 use std::sync::Arc;
 
 impl Spool {
-    /// Writes records, oldest first, behind the accounts of their streams, and syncs them.
+    /// Writes records, oldest first, after the accounts of their streams, and syncs them.
     ///
-    /// Where there is no room the oldest backlog goes; see [`Spool::take_dropped`] and [`Spool::take_removed`].
+    /// If there is no room, drops the oldest backlog; see [`Spool::take_dropped`] and [`Spool::take_removed`].
     pub fn write(
         &mut self,
         records: &[(Arc<StreamId>, Record)],
@@ -27,7 +27,7 @@ impl Spool {
             match self.write_some(&records[written.places.len()..], accounts) {
                 Ok(places) => written.places.extend(places),
                 Err(error) => {
-                    // What of the segment was not synced is not known to be there: the next write begins another one.
+                    // Unsynced bytes of the segment may be missing, so the next write starts another segment.
                     self.writing = None;
                     written.error = Some(error);
                     break;
@@ -37,7 +37,7 @@ impl Spool {
         written
     }
 
-    /// Writes as many records as go into one segment.
+    /// Writes as many records as fit into one segment.
     fn write_some(
         &mut self,
         records: &[(Arc<StreamId>, Record)],
@@ -90,12 +90,12 @@ impl Spool {
         } else {
             Vec::new()
         };
-        // In front of the frames, so that there is no frame on disk that no account knows of.
+        // Before the frames, so that every frame on disk is in an account.
         for (id, account) in accounts {
             writing.encoder.account(&mut bytes, id, account);
         }
         let mut places = Vec::new();
-        // The first record's place takes in what stands before it, so that the places of two writes adjoin.
+        // The first record's place includes everything ahead of it, so that the places of two writes adjoin.
         let mut from = begin.max(u64::try_from(HEADER_BYTES).unwrap_or(u64::MAX));
         for (id, record) in records {
             let (_, stream) = writing.encoder.record(&mut bytes, id, record);
@@ -114,7 +114,7 @@ impl Spool {
         (bytes, places)
     }
 
-    /// Drops the oldest backlog until there is room, but never the segment of this number.
+    /// Drops the oldest backlog until there is room, but never this segment.
     fn make_room(&mut self, writing: u64, length: u64) -> io::Result<()> {
         loop {
             let fits = self.bytes().saturating_add(length) <= self.limits.bytes_max;
@@ -123,7 +123,7 @@ impl Spool {
             if fits && free >= wanted {
                 return Ok(());
             }
-            // Where others have filled the disk, giving up the backlog would not make the room.
+            // If other files filled the disk, dropping the backlog would not make enough room.
             if free.saturating_add(self.bytes()) < wanted {
                 let what = format!("{free} bytes are free on the disk, and {wanted} are wanted");
                 return Err(io::Error::new(io::ErrorKind::StorageFull, what));
@@ -139,7 +139,7 @@ impl Spool {
         }
     }
 
-    /// The cursor first, so that a crash in between leaves a segment too many and not one too few.
+    /// Save the cursor first, so that a crash in between leaves one segment too many, not one too few.
     fn drop_segment(&mut self, number: u64) -> io::Result<()> {
         self.drop_backlog_of(number, SPOOL_FULL);
         if !self.segments.contains_key(&number) {
@@ -147,7 +147,7 @@ impl Spool {
         }
         let (segment, offset) = (number + 1, 0);
         self.cursor = self.cursor.max(Cursor { segment, offset });
-        // On a disk without a free byte the state cannot be written either, and removing is what makes room.
+        // On a disk without a free byte the state cannot be written either; removing the segment makes room for it.
         let saved = self.save();
         self.remove(number)?;
         saved.or_else(|_full| self.save())?;

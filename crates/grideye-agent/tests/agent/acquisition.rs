@@ -1,4 +1,4 @@
-//! Every frame of an emulated sensor arrives at the collector exactly once, whatever the clocks and the host do.
+//! Every frame of an emulated sensor reaches the collector exactly once, whatever the clocks and the host do.
 
 use crate::support::*;
 use crate::table::{self, Case, Tally, Way};
@@ -14,7 +14,7 @@ const AT_1_HZ: SensorConfig = SensorConfig {
     ..AT_10_HZ
 };
 
-/// Delays of a busy host, 0 to 40 ms, without a pattern that a sensor's clock could fall into step with.
+/// Delays of a busy host, 0 to 40 ms, without a pattern that a sensor's clock could match.
 fn delays() -> Vec<Duration> {
     (0..997_u64)
         .map(|turn| Duration::from_micros(turn * turn * 7_919 % 40_000))
@@ -80,7 +80,7 @@ fn one_frame_a_second_is_a_mean_of_ten_and_arrives_once() {
 fn a_clock_that_drifts_is_followed() {
     let collector = Collector::storing();
     let host = Host::late_by(&[]);
-    // From -6 % to +6 % within 20 minutes: 100 ppm a second.
+    // From -6 % to +6 % within 20 minutes: 100 ppm per second.
     let options = Options {
         clock_error_ppm: -60_000,
         clock_drift: Drift::PpmPerHour(360_000),
@@ -112,7 +112,7 @@ fn equal_frames_of_a_still_scene_are_counted_and_none_is_doubled() {
 #[test]
 fn a_host_that_stalls_for_longer_than_a_period_owes_a_row_for_each_frame() {
     let collector = Collector::storing();
-    // One sleep in forty lasts longer, by 0.15 to 2.1 s.
+    // One sleep in forty lasts 0.15 to 2.1 s longer.
     let stall = |turn: u64| {
         Duration::from_millis(if turn % 40 == 39 {
             150 + turn * 37 % 1_950
@@ -138,7 +138,7 @@ fn a_host_that_stalls_for_longer_than_a_period_owes_a_row_for_each_frame() {
         (1_500, u64::try_from(missing.len()).unwrap())
     );
     assert!(!summary.is_complete());
-    // The sensor itself says how many frames it made.
+    // The sensor itself counts its frames.
     let made = bus.with(|bus| bus.device(Address::High).unwrap().frames());
     assert_eq!(u64::try_from(records.len()).unwrap(), made);
 }
@@ -176,7 +176,7 @@ fn a_frame_costs_little_more_than_the_136_bytes_it_takes() {
     let bus = Emulated::with_sensor(&host, 100_000, Counter::at_10_hz(), -43_000);
     run(&collector, &host, &bus, &[AT_10_HZ], 3_000);
     let bytes = bus.with(|bus| bus.traffic().bytes);
-    // Probes of the lower bound, a halving now and then, and the settings every 5 s: under a quarter more.
+    // Probes of the lower bound, occasional halving, and the settings every 5 s: less than a quarter more.
     assert!(
         bytes < 3_000 * 136 * 5 / 4,
         "{} bytes a frame",

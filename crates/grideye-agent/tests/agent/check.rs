@@ -134,7 +134,7 @@ fn a_bus_that_is_not_there_says_how_to_enable_it() {
     insta(&report.to_string(), include_str!("check-no-bus.txt"));
 }
 
-/// Compares with a file kept beside this one; the message shows the new text, to be put there if it is right.
+/// Compares with a file next to this one; the message shows the new text, to store there if it is right.
 fn insta(found: &str, expected: &str) {
     assert_eq!(found, expected, "found:\n{found}");
 }

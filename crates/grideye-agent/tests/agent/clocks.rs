@@ -1,4 +1,4 @@
-//! A wall clock that is not set, is set, and is set wrong: it stamps frames, and decides nothing.
+//! A wall clock that is unset, set, and set wrong stamps frames but decides nothing.
 
 use crate::support::*;
 use amg8833::Address as Target;
@@ -11,10 +11,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// The host's clock, of which the wall's part jumps.
+/// The host's clock with a wall clock that jumps.
 struct Jumping(Arc<Host>);
 
-/// From when on, the wall clock's offset to the boot clock in hours, and whether it counts as set.
+/// Second of each jump, then the wall clock's offset to the boot clock in hours, and its state.
 const JUMPS: [(u64, i64, ClockState); 5] = [
     (0, -480_000, ClockState::Unsynced),
     (10, 0, ClockState::Synced),
@@ -87,7 +87,7 @@ fn a_clock_that_is_unset_and_then_stepped_by_hours_both_ways_loses_doubles_and_d
     }
 }
 
-/// Runs an agent through all jumps, and waits for what it spooled.
+/// Runs an agent through all jumps, and waits for its spooled frames.
 fn deliver_500(collector: &Collector, mode: SpoolMode, folder: PathBuf) {
     let host = Host::late_by(&[]);
     let bus = Emulated::with_sensor(&host, 400_000, Counter::at_10_hz(), 0);
@@ -113,7 +113,7 @@ fn deliver_500(collector: &Collector, mode: SpoolMode, folder: PathBuf) {
     let buses = vec![(bus_config, AnyBus::new(bus))];
     let agent = Agent::start(start, buses, clock, Log::silent()).unwrap();
     assert!(agent.wait_finished(Duration::from_secs(60)));
-    // What has gone to the disk comes back by itself.
+    // Spooled frames come back without help.
     let until = Instant::now() + Duration::from_secs(30);
     while collector.records(SENSOR).len() < 500 && Instant::now() < until {
         std::thread::sleep(Duration::from_millis(20));

@@ -1,4 +1,4 @@
-//! A configuration is read with its defaults, or refused with line, column and the fix.
+//! A configuration is read with its defaults, or rejected with line, column and the fix.
 
 use amg8833::Address;
 use grideye_agent::config::{
@@ -30,7 +30,7 @@ fn the_smallest_configuration_has_the_documented_defaults() {
     );
 }
 
-/// Found, replaced with, and how the message begins.
+/// Text to find, its replacement, and the start of the message.
 const REFUSALS: [(&str, &str, &str); 31] = [
     (
         "[[bus]]",
@@ -112,7 +112,7 @@ const REFUSALS: [(&str, &str, &str); 31] = [
         "i2c-1",
         "agent.toml:3:8: path: expected a device file, found \"i2c-1\"\nhint: on a Raspberry Pi it is /dev/i2c-1",
     ),
-    // A camera is no bus, and a rate is of a sensor.
+    // A camera is not a bus, and a rate belongs to a sensor.
     (
         "/dev/i2c-1",
         "v4l2:/dev/video0",
@@ -182,7 +182,7 @@ const REFUSALS: [(&str, &str, &str); 31] = [
     (
         "[[bus]]",
         "ring_frames = 150\n[spool]\n[[bus]]",
-        "agent.toml:3:1: ring_frames: expected at least 200, which are 20 s of these sensors, found 150\nhint: write ring_frames = 200",
+        "agent.toml:3:1: ring_frames: expected at least 200 (20 s of these sensors), found 150\nhint: write ring_frames = 200",
     ),
 ];
 
@@ -194,7 +194,7 @@ fn the_spool_is_for_outages_unless_told_otherwise_and_its_guarantee_is_in_frames
     };
     let config = with("");
     assert_eq!(config.spool.mode, SpoolMode::Ram);
-    // 10 frames a second, and 6 per cent more from the fastest sensor.
+    // 10 frames per second, plus 6 percent for the fastest sensor.
     assert_eq!(config.guarantee().frames, 10_000);
     assert!((config.guarantee().seconds - 943.4).abs() < 0.1);
     let config = with("[spool]\n");
@@ -203,7 +203,7 @@ fn the_spool_is_for_outages_unless_told_otherwise_and_its_guarantee_is_in_frames
     assert_eq!(config.spool.bytes_max, 1 << 30);
     assert_eq!(
         config.guarantee().to_string(),
-        "a loss of power or a killed agent costs at most the 109 frames that were read in the last 10.25 s and are not acknowledged, while the disk syncs within 0.125 s"
+        "a power cut or a killed agent costs at most 109 frames: those read in the last 10.25 s and not acknowledged, if the disk syncs within 0.125 s"
     );
     let config = with("[spool]\nmode = \"always\"\nsync_every_ms = 500\n");
     let guarantee = config.guarantee();
@@ -257,7 +257,7 @@ fn what_joining_left_is_added_and_two_collectors_are_refused() {
     assert_eq!(config.device.as_deref(), Some("cellar"));
     let mut config = Config::parse(SMALLEST, "x").unwrap();
     let error = config.join(joined).unwrap_err().to_string();
-    assert!(error.contains("http://pc:8833") && error.contains("\nhint: take the line"));
+    assert!(error.contains("http://pc:8833") && error.contains("\nhint: remove the line"));
 }
 
 #[test]

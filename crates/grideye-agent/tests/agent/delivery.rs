@@ -1,4 +1,4 @@
-//! What the agent has read reaches the collector once, whatever becomes of posts and answers, and the account adds up.
+//! Every frame read reaches the collector once, whatever happens to posts and answers, and the account adds up.
 
 use crate::support::*;
 use amg8833::Address as Target;
@@ -24,7 +24,7 @@ fn read_all(collector: &Collector, ring_frames: usize, log: Log) -> (Arc<Host>, 
     (host, agent)
 }
 
-/// The agent's account adds up with what it says is stored, and with what the collector has.
+/// The agent's account adds up, and matches the collector's records.
 fn assert_balanced(summary: &Summary, collector: &Collector) {
     let sensor = &summary.sensors[SENSOR];
     let dropped: u64 = sensor.account.dropped.values().sum();
@@ -42,7 +42,7 @@ fn assert_balanced(summary: &Summary, collector: &Collector) {
     }
 }
 
-/// Reads everything, under a collector that behaves like this first and well afterwards.
+/// Reads everything, with a collector that first follows this script and then works.
 fn deliver_through(script: &[Conduct]) -> (Collector, Summary) {
     let collector = Collector::start([script, &[Conduct::Store]].concat());
     let (_host, agent) = read_all(&collector, 10_000, Log::silent());
@@ -70,7 +70,7 @@ fn lost_answers_failures_and_babble_cost_nothing_and_double_nothing() {
     let records = collector.records(SENSOR);
     assert_exact(&records, |n| n);
     assert_eq!((records.len(), missing(&records)), (450, vec![]));
-    // The last account that the collector has is the final one.
+    // The collector's last account is the final one.
     let store = collector.store.lock().unwrap();
     let last = store.batches.last().unwrap().sensors[0]
         .account
@@ -112,12 +112,12 @@ fn a_collector_that_does_not_know_the_compact_body_gets_json() {
     let store = collector.store.lock().unwrap();
     assert_eq!(store.compact[..2], [true, false]);
     assert!(store.compact[1..].iter().all(|is_compact| !is_compact));
-    // The second attempt follows the first at once: it is no failure that would have to be waited out.
+    // The second attempt follows at once: this is no failure that needs a pause.
     assert!(store.arrivals[1] - store.arrivals[0] < Duration::from_millis(450));
 }
 
 #[test]
-fn a_record_that_is_refused_for_ever_is_set_aside_and_the_rest_goes_on() {
+fn a_permanently_rejected_record_is_set_aside_and_the_rest_goes_on() {
     let collector = Collector::start(vec![Conduct::RefuseSeq(123)]);
     let (_host, agent) = read_all(&collector, 10_000, Log::silent());
     assert!(agent.wait_finished(Duration::from_secs(60)));
@@ -144,7 +144,7 @@ fn a_record_that_is_refused_for_ever_is_set_aside_and_the_rest_goes_on() {
 }
 
 #[test]
-fn a_silent_collector_is_given_up_after_the_timeout_and_tried_again() {
+fn a_post_to_a_silent_collector_times_out_and_is_retried() {
     let (collector, summary) = deliver_through(&[Conduct::Silence(2_500)]);
     assert!(summary.is_complete(), "{summary}");
     let arrivals = collector.store.lock().unwrap().arrivals.clone();
@@ -216,11 +216,11 @@ fn batches_are_bounded_a_backlog_is_sent_without_pauses_and_the_connection_is_ke
 }
 
 #[test]
-fn no_collector_at_all_ends_in_time_with_everything_still_counted() {
+fn an_agent_without_a_collector_ends_in_time_with_everything_counted() {
     let collector = Collector::storing();
     let host = Host::late_by(&[]);
     let bus = Emulated::with_sensor(&host, 400_000, Counter::at_10_hz(), 0);
-    // Port 9 of the loopback address: nobody listens there.
+    // Nothing listens on port 9 of the loopback address.
     let agent = start_with(
         config("http://127.0.0.1:9"),
         &host,
@@ -249,7 +249,7 @@ fn a_post_that_hangs_does_not_hold_up_the_stop() {
     let agent = start_with(config, &host, &bus, &SENSORS, Some(50), Log::silent());
     assert!(agent.wait_finished(Duration::from_secs(60)));
     let until = Instant::now() + Duration::from_secs(10);
-    // The store is locked while the collector is silent, so the connection has to tell that the post has begun.
+    // The store is locked while the collector is silent, so use the connection count to see that the post began.
     let connections = || collector.connections.load(Ordering::SeqCst);
     while connections() == 0 && Instant::now() < until {
         std::thread::sleep(Duration::from_millis(10));
@@ -263,7 +263,7 @@ fn a_post_that_hangs_does_not_hold_up_the_stop() {
 }
 
 #[test]
-fn each_reason_of_failure_is_said_once_with_the_collectors_address() {
+fn each_failure_is_logged_once_with_the_collectors_address() {
     use Conduct::{Status, Store};
     let collector = Collector::start(vec![Status(404), Status(404), Status(503), Store]);
     let lines = Arc::new(Mutex::new(Vec::new()));
@@ -289,7 +289,7 @@ fn each_reason_of_failure_is_said_once_with_the_collectors_address() {
     }
 }
 
-/// A bus that is not there at first, may not be opened then, and at last may.
+/// A bus that is first missing, then forbidden, and finally opens.
 struct LateBus {
     attempts: usize,
     bus: Emulated,
@@ -356,7 +356,7 @@ fn the_log_names_the_bus_each_reason_why_it_does_not_open_and_what_to_do() {
     );
 }
 
-/// A bus whose transfers never end, until the test does.
+/// A bus with transfers that end only with the test.
 struct Hung(std::sync::mpsc::Receiver<()>);
 
 impl embedded_hal::i2c::ErrorType for Hung {
@@ -420,7 +420,7 @@ fn a_bus_that_hangs_keeps_neither_the_other_bus_nor_the_uploads() {
 }
 
 #[test]
-fn an_agent_with_nothing_to_say_still_shows_that_it_is_there() {
+fn an_idle_agent_still_posts_its_account() {
     let collector = Collector::storing();
     let host = Host::late_by(&[]);
     let bus = Emulated::with_sensor(&host, 400_000, Counter::at_10_hz(), 0);

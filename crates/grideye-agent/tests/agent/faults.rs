@@ -1,4 +1,4 @@
-//! What breaks on a bus is counted by kind, costs only the frames that passed meanwhile, and is mended where it can be.
+//! A bus fault is counted by kind, costs only the frames that passed meanwhile, and is repaired if possible.
 
 use crate::support::*;
 use amg8833::Address as Target;
@@ -12,7 +12,7 @@ use std::time::Duration;
 
 const SENSORS: [SensorConfig; 1] = [SensorConfig::at(Target::High)];
 
-/// A sensor at -4.3 % that is broken from 30 s on for this long, watched until 600 frames are read.
+/// A sensor at -4.3 % that breaks at 30 s for this long, read until 600 frames.
 fn broken(fault: Fault, lasting: Duration) -> (Vec<Record>, Summary) {
     let collector = Collector::storing();
     let host = Host::late_by(&[]);
@@ -29,7 +29,7 @@ fn broken(fault: Fault, lasting: Duration) -> (Vec<Record>, Summary) {
     (collector.records(SENSOR), summary)
 }
 
-/// `seq` runs without a gap, no frame of the sensor is there twice, and the order is the sensor's.
+/// `seq` has no gaps, no frame appears twice, and the order is the sensor's.
 fn assert_in_order(records: &[Record]) {
     for (expected, record) in (0..).zip(records) {
         assert_eq!(record.seq, expected);
@@ -51,7 +51,8 @@ fn assert_in_order(records: &[Record]) {
     assert!(times.is_sorted());
 }
 
-/// The rows for an outage: all within it, as many as frames passed (one more or less where the phase was lost).
+/// The missing records of an outage: all within it, as many as frames passed, give or take `slack` if the phase was
+/// lost.
 fn assert_costs(records: &[Record], expected: usize, slack: usize, reasons: &[NoData]) {
     let missing = missing(records);
     let seqs: Vec<u64> = missing.iter().map(|(seq, _)| *seq).collect();
@@ -89,12 +90,12 @@ fn one_lost_acknowledge_costs_no_frame() {
 }
 
 #[test]
-fn half_a_second_without_acknowledge_costs_the_frames_of_it() {
+fn half_a_second_without_acknowledge_costs_only_its_own_frames() {
     let (records, summary) = broken(Fault::NackAddress, 500 * MS);
     assert_in_order(&records);
     assert_costs(&records, 5, 1, &[NoData::Nack]);
     assert!(faults(&summary, NoData::Nack) > 5);
-    // The sensor went on measuring, so the count is exact: each frame bears the sensor's own number.
+    // The sensor continued to measure, so the count is exact: each frame has the sensor's own number.
     let offset = number(records[0].reading.frame().unwrap());
     let last = records.last().unwrap();
     assert_eq!(number(last.reading.frame().unwrap()), last.seq + offset);
@@ -104,7 +105,7 @@ fn half_a_second_without_acknowledge_costs_the_frames_of_it() {
 fn a_sensor_that_is_gone_for_20_s_is_set_up_again_when_it_is_back() {
     let (records, summary) = broken(Fault::AdapterGone, Duration::from_secs(20));
     assert_in_order(&records);
-    // 191 frames by its clock, and what the bus' reopening and the set-up take.
+    // 191 frames by its clock, plus the time for reopening the bus and the set-up.
     assert_costs(
         &records,
         220,
@@ -128,7 +129,7 @@ fn a_bus_held_low_times_out_and_the_count_goes_on() {
 }
 
 #[test]
-fn a_brown_out_is_found_by_the_settings_and_mended() {
+fn a_brown_out_is_found_by_the_settings_and_repaired() {
     let (records, summary) = broken(Fault::BrownOut, MS);
     assert_in_order(&records);
     assert!(missing(&records).len() <= 8, "{:?}", missing(&records));
@@ -136,7 +137,7 @@ fn a_brown_out_is_found_by_the_settings_and_mended() {
 }
 
 #[test]
-fn registers_stuck_high_or_all_zero_are_no_frames() {
+fn registers_stuck_high_or_all_zero_are_not_frames() {
     for (fault, reason) in [
         (Fault::StuckHigh, NoData::StuckHigh),
         (Fault::AllZero, NoData::AllZero),
@@ -156,7 +157,7 @@ fn a_sensor_that_has_stopped_is_told_from_a_still_scene_after_a_hundred_frames()
     for (expected, record) in (0..).zip(&records) {
         assert_eq!(record.seq, expected);
     }
-    // 287 frames passed; the first hundred of them are taken for a still scene, and the reset empties the registers.
+    // 287 frames passed; the first hundred count as a still scene, and the reset empties the registers.
     let limit = usize::try_from(FROZEN_FRAMES).unwrap();
     assert_costs(
         &records,
@@ -188,7 +189,7 @@ fn a_sensor_that_does_not_answer_at_the_start_is_waited_for() {
     });
     let summary = run(&collector, &host, &bus, &SENSORS, 100);
     let records = collector.records(SENSOR);
-    // Nobody knows how many frames a sensor measured that was never seen: none is listed.
+    // The frames of a sensor that has never answered are unknown, so none is listed.
     assert_exact(&records, |n| n);
     assert_eq!((records.len(), missing(&records)), (100, vec![]));
     let nacks = faults(&summary, NoData::Nack);

@@ -1,4 +1,4 @@
-//! The files for the Raspberry Pi are ones that the agent and the system take.
+//! The agent and the system accept the files for the Raspberry Pi.
 
 use grideye_agent::config::{BusConfig, Config};
 use std::path::{Path, PathBuf};
@@ -27,11 +27,11 @@ fn the_annotated_configuration_is_valid_and_its_comments_show_the_defaults() {
             amg8833::Address::High
         )]
     );
-    // The port on which `grideye collect` listens unless told otherwise, and the page says how to open it.
-    assert_eq!(config.collector, None, "joining says where");
+    // The default port of `grideye collect`; the page shows how to open it.
+    assert_eq!(config.collector, None, "joining sets it");
     let command = "grideye collect --listen 0.0.0.0:8833\n";
     assert!(file("README.md").contains(command));
-    // Every setting that is commented out is the default: uncommenting it changes nothing.
+    // Every commented-out setting is the default, so uncommenting it changes nothing.
     let uncommented: String = text
         .lines()
         .map(|line| {

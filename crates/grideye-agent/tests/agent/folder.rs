@@ -2,9 +2,9 @@
 
 use grideye_agent::spool::{Disk as _, Folder, FolderError};
 
-/// An open file that was removed would take what is written next, and nobody would find it.
+/// If a removed file stayed open, later writes to its name would be lost.
 #[test]
-fn what_is_appended_after_a_removal_is_in_a_new_file() {
+fn appending_after_a_removal_makes_a_new_file() {
     let folder = tempfile::tempdir().unwrap();
     let mut disk = Folder::open(folder.path()).unwrap();
     disk.append("x", b"one").unwrap();
@@ -38,7 +38,7 @@ fn a_folder_is_a_disk_and_is_used_by_one_agent_at_a_time() {
     assert_eq!(disk.read("x", 2, 2).unwrap(), b"et");
     assert_eq!(disk.read("state", 0, 99).unwrap(), b"state");
     disk.rename("x", "quarantine/x").unwrap();
-    // A file of the same name is another file.
+    // A new file of the same name.
     disk.append("x", b"new").unwrap();
     assert_eq!(disk.read("x", 0, 99).unwrap(), b"new");
     disk.remove("x").unwrap();
@@ -54,7 +54,7 @@ fn a_folder_is_a_disk_and_is_used_by_one_agent_at_a_time() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_one_is_named_with_what_to_do() {
+fn an_unusable_folder_is_named_with_a_hint() {
     let file = tempfile::NamedTempFile::new().unwrap();
     let error = Folder::open(&file.path().join("spool")).unwrap_err();
     let (text, path) = (error.to_string(), file.path().display().to_string());

@@ -1,4 +1,4 @@
-//! A backlog that the collector does not let this agent send: it is held where it can be seen, and keeps nothing else.
+//! A backlog that the collector forbids: it stays visible on the disk and blocks nothing else.
 
 use crate::model_disk::ModelDisk;
 use crate::spool::record;
@@ -17,11 +17,11 @@ use std::time::Duration;
 const SENSOR: &str = "i2c-1:0x69";
 const AFTER: Duration = Duration::from_secs(1);
 
-/// A collector that forbids one device, until it is told better.
+/// A collector that forbids one device until told otherwise.
 #[derive(Debug, Default)]
 struct Collector {
     forbids: Option<&'static str>,
-    /// Device and number of each record that came, and how often one was forbidden.
+    /// Device and number of each stored record, and how often a post was forbidden.
     came: Vec<(String, u64)>,
     forbidden: u64,
 }
@@ -50,7 +50,7 @@ impl Post for Line {
     }
 }
 
-/// An agent in virtual time, as the device and the run of these names.
+/// An agent in virtual time, with this device and boot.
 struct Agent {
     ns: Arc<AtomicU64>,
     shared: Arc<Shared>,
@@ -94,7 +94,7 @@ impl Agent {
         }
     }
 
-    /// Reads so many frames, one in 100 ms, and delivers what it may.
+    /// Reads these frames, one per 100 ms, and delivers what it may.
     fn run(&mut self, seqs: std::ops::Range<u64>) {
         for seq in seqs {
             let ns = self.ns.fetch_add(100_000_000, Ordering::SeqCst);
@@ -126,7 +126,7 @@ impl Agent {
     }
 }
 
-/// An agent that was called `old` leaves 100 rows on its disk.
+/// The disk of an agent once named `old`, with 100 records.
 fn a_disk_of_the_old_name(line: &Line) -> ModelDisk {
     let disk = ModelDisk::default();
     line.0.lock().unwrap().forbids = Some("old");
@@ -143,32 +143,32 @@ fn numbers(line: &Line, device: &str) -> Vec<u64> {
 }
 
 #[test]
-fn a_backlog_that_is_forbidden_is_held_in_sight_and_all_else_goes_on() {
+fn a_forbidden_backlog_is_held_and_reported_and_all_else_goes_on() {
     let line = Line::default();
     let disk = a_disk_of_the_old_name(&line);
     let before = line.0.lock().unwrap().forbidden;
     let mut agent = Agent::start(&disk, &line, "pi", "b2");
     agent.run(0..200);
-    // Its own frames go on.
+    // Its own frames continue.
     agent.wait(Duration::from_secs(5));
     assert_eq!(numbers(&line, "pi"), (0..200).collect::<Vec<_>>());
     assert_eq!(numbers(&line, "old"), Vec::<u64>::new());
-    // One attempt, which the account and the log tell of.
+    // One attempt, reported in the account and the log.
     assert_eq!(line.0.lock().unwrap().forbidden, before + 1);
     assert_eq!(agent.errors(), Some(1));
     let said = agent.said(Level::Error);
     assert_eq!(said.len(), 1, "{said:?}");
     assert!(
-        said[0].starts_with("the collector forbids it, status 403: the token is not for this device; 90 frames of device old, run b1, are held in the spool and tried again every 10 min; all others go on\nhint: "),
+        said[0].starts_with("the collector forbids it, status 403: the token is not for this device; 90 frames of device old, boot b1, stay in the spool and are retried every 10 min; all others continue\nhint: "),
         "{said:?}"
     );
-    // It is tried again, and the log does not say the same twice.
+    // It is retried, and the log does not repeat itself.
     agent.wait(2 * HELD_FOR);
     let attempts = line.0.lock().unwrap().forbidden - before;
     assert!((2..=3).contains(&attempts), "{attempts}");
     assert_eq!(agent.errors(), Some(attempts));
     assert_eq!(agent.said(Level::Error).len(), 1);
-    // What is forbidden is on the disk, also for a start after this one.
+    // Forbidden records are on the disk, for a later start too.
     assert_eq!(
         agent.shared.spool().as_ref().unwrap().waiting_frames(),
         (0, 90)
@@ -179,13 +179,13 @@ fn a_backlog_that_is_forbidden_is_held_in_sight_and_all_else_goes_on() {
     assert_eq!(numbers(&line, "old"), (0..100).collect::<Vec<_>>());
     assert_eq!(
         agent.said(Level::Info),
-        ["what is left of run b1 is being delivered again"]
+        ["the rest of boot b1 is being delivered again"]
     );
     assert_eq!(disk.names(), ["state"]);
 }
 
 #[test]
-fn a_run_that_left_nothing_and_is_forbidden_is_asked_for_no_more_than_one_that_left_much() {
+fn a_forbidden_boot_without_records_is_retried_no_more_often_than_one_with_many() {
     let line = Line::default();
     let disk = ModelDisk::default();
     drop(Agent::start(&disk, &line, "old", "b1"));
@@ -198,7 +198,7 @@ fn a_run_that_left_nothing_and_is_forbidden_is_asked_for_no_more_than_one_that_l
 }
 
 #[test]
-fn a_token_that_is_good_for_nothing_is_a_failure_like_any_other_and_holds_nothing() {
+fn a_useless_token_is_an_ordinary_failure_and_holds_nothing() {
     let line = Line::default();
     line.0.lock().unwrap().forbids = Some("pi");
     let disk = ModelDisk::default();

@@ -1,4 +1,4 @@
-//! A transfer that does not come back: its bus' frames are missing with a reason, and nothing else is.
+//! A transfer that never returns: only its own bus's frames are missing, with a reason.
 
 use crate::support::*;
 use amg8833::Address as Target;
@@ -15,7 +15,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-/// This machine's time: a bus that hangs must not be able to stop the clock of the others.
+/// The machine's time, so that a hung bus cannot stop the clock of the others.
 struct Real(SystemClock);
 
 impl amg8833_emulator::Clock for Real {
@@ -24,7 +24,7 @@ impl amg8833_emulator::Clock for Real {
     }
 }
 
-/// An emulated bus of which one transaction waits until the test lets it go.
+/// An emulated bus with one transaction that waits until the test releases it.
 struct Gated {
     bus: Bus<Real, Counter>,
     transactions: u32,
@@ -113,7 +113,7 @@ const HANGS: &str = "i2c-3:0x69";
 fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
     let until = Instant::now() + Duration::from_secs(60);
     while !is_so() {
-        assert!(Instant::now() < until, "waited in vain for {what}");
+        assert!(Instant::now() < until, "timed out waiting for {what}");
         std::thread::sleep(Duration::from_millis(10));
     }
 }
@@ -124,9 +124,9 @@ fn frames(collector: &Collector, sensor: &str) -> usize {
 }
 
 #[test]
-fn a_hung_bus_has_rows_with_a_reason_while_it_hangs_and_the_count_goes_on_behind_it() {
+fn a_hung_bus_has_missing_frames_with_a_reason_and_the_count_goes_on() {
     let collector = Collector::storing();
-    // The set-up and some 30 frames come before.
+    // The set-up and about 30 frames come first.
     let rig = rig(&collector, 120);
     wait_until("rows of the bus that hangs", || {
         missing(&collector.records(HANGS)).len() >= 30
@@ -143,7 +143,7 @@ fn a_hung_bus_has_rows_with_a_reason_while_it_hangs_and_the_count_goes_on_behind
     let summary = rig.agent.stop(Duration::from_secs(10));
     assert_eq!(summary.hung_buses, [""; 0]);
 
-    // A machine that is busy costs frames as well, but none of them for that reason.
+    // A busy machine costs frames too, but with another reason.
     for (sensor, reason) in [(HANGS, NoData::BusTimeout), (SENSOR, NoData::HostStalled)] {
         let errors = &summary.sensors[sensor].account.errors;
         let records = collector.records(sensor);
@@ -170,12 +170,12 @@ fn a_hung_bus_has_rows_with_a_reason_while_it_hangs_and_the_count_goes_on_behind
             .filter(|(of, line)| *of == level && line.starts_with(words));
         hits.count()
     };
-    assert_eq!(said(Level::Error, "/dev/i2c-3: hangs in a transfer"), 1);
+    assert_eq!(said(Level::Error, "/dev/i2c-3: transfer has been stuck"), 1);
     assert_eq!(said(Level::Error, "/dev/i2c-1"), 0, "{lines:?}");
 }
 
 #[test]
-fn a_bus_that_hangs_for_ever_is_left_behind_with_its_account() {
+fn a_bus_that_never_returns_is_abandoned_with_its_account() {
     let collector = Collector::storing();
     let rig = rig(&collector, 3);
     wait_until("the watchdog", || {

@@ -1,4 +1,4 @@
-//! The line that a person pastes and the file that joining leaves read back; what was cut or changed is refused.
+//! The join line and the file that joining writes round-trip; cut or changed ones are rejected.
 
 use grideye_agent::join::{ClientCertificate, Credentials, JoinLine, Joined, Pin, Secret};
 
@@ -21,7 +21,7 @@ fn a_line_reads_back_and_hides_its_token() {
 }
 
 #[test]
-fn the_command_to_paste_reads_back_as_the_code_in_it_and_holds_nothing_that_a_shell_understands() {
+fn the_command_to_paste_reads_back_and_contains_no_shell_syntax() {
     let read: JoinLine = line().parse().unwrap();
     let command = read.command();
     let expected = format!("echo '{}' | sudo grideye-agent join -", line());
@@ -30,7 +30,7 @@ fn the_command_to_paste_reads_back_as_the_code_in_it_and_holds_nothing_that_a_sh
     let as_argument = format!("sudo grideye-agent join '{}'", line());
     for command in [command, as_argument] {
         assert_eq!(format!("{command}\n").parse::<JoinLine>().unwrap(), read);
-        // The whole line pasted between quotation marks, as a shell hands it on.
+        // The whole line pasted in quotation marks, as a shell passes it on.
         let bare = command.replace('\'', "");
         assert_eq!(bare.parse::<JoinLine>().unwrap(), read);
         let cut = &command[3..];
@@ -53,7 +53,7 @@ fn a_line_that_was_cut_or_changed_is_refused_with_the_fix_and_without_its_token(
         whole.replace("grideye-12-34", "a b"),
     ];
     for bad in cuts.chain(changed) {
-        // Cut before the pin it is plainly a line without one.
+        // Cut before the pin, it is simply a line without one.
         let error = bad.parse::<JoinLine>().unwrap_err().to_string();
         let hint = "\nhint: copy the whole line";
         assert!(error.contains(hint), "{bad}: {error}");

@@ -1,4 +1,4 @@
-//! The kernel's bus files: which open, and what their errors mean for a frame.
+//! The kernel's bus files: which ones open, and what their errors mean for a frame.
 
 use embedded_hal::i2c::{ErrorKind, NoAcknowledgeSource};
 use grideye_agent::bus::{LinuxBus, LinuxError, OpenBus as _, OpenError, by_kind};
@@ -6,7 +6,7 @@ use grideye_frame::NoData;
 use std::io;
 
 #[test]
-fn errno_means_what_the_adapters_of_a_raspberry_pi_mean_by_it() {
+fn errno_is_read_as_raspberry_pi_adapters_use_it() {
     let meanings = [
         (121, NoData::Nack),
         (6, NoData::Nack),
@@ -27,7 +27,7 @@ fn errno_means_what_the_adapters_of_a_raspberry_pi_mean_by_it() {
     assert_eq!(by_kind(ErrorKind::ArbitrationLoss), NoData::BusError);
 }
 
-/// i2c-tiny-usb makes EIO of every transfer after its device was pulled out; seen in the guest of tests/guests.
+/// i2c-tiny-usb returns EIO for every transfer after its device was pulled out; observed in the guest of tests/guests.
 #[test]
 fn an_adapter_whose_file_is_gone_is_unplugged_whatever_the_errno() {
     let gone = LinuxBus::new("/nonexistent/i2c-9", [0x69]);

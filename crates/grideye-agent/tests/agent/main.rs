@@ -1,4 +1,4 @@
-//! The agent from its public API: emulated sensors on one side, a small collector that misbehaves on the other.
+//! The agent's public API between emulated sensors and a small, misbehaving collector.
 #![expect(
     clippy::unwrap_used,
     clippy::expect_used,

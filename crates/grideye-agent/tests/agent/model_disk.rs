@@ -1,4 +1,4 @@
-//! A disk that does what disks do: it forgets what was not synced, tears what was being written, fills, and fails.
+//! A disk that forgets unsynced data, tears interrupted writes, fills, and fails.
 
 use grideye_agent::spool::Disk;
 use std::collections::BTreeMap;
@@ -9,13 +9,13 @@ use std::time::Duration;
 /// How a disk fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Failure {
-    /// No write goes through.
+    /// Writes fail for lack of space.
     Full,
-    /// No write goes through, and never will.
+    /// Writes fail permanently.
     ReadOnly,
-    /// Writes go through, syncs do not.
+    /// Writes succeed, syncs fail.
     Sync,
-    /// Nothing goes through.
+    /// Everything fails.
     Io,
 }
 
@@ -29,16 +29,16 @@ impl Failure {
     }
 }
 
-/// What becomes of bytes that were not synced when the power goes.
+/// What a power cut does to unsynced bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Tear {
-    /// None of them is there.
+    /// All are lost.
     Lost,
-    /// All of them are there.
+    /// All are there.
     Kept,
-    /// So many per cent of them are there, and nothing behind.
+    /// This percentage of them is there, and nothing after.
     Cut(usize),
-    /// The file has its full length, and zeros behind so many per cent of them.
+    /// The file has its full length, with zeros after this percentage of them.
     Zeros(usize),
 }
 
@@ -50,7 +50,7 @@ struct File {
 
 #[derive(Debug, Default)]
 struct Inner {
-    /// The names as they are on the disk, each with the file that it names.
+    /// The names on the disk, each with its file.
     durable: BTreeMap<String, u64>,
     names: BTreeMap<String, u64>,
     stored: BTreeMap<u64, File>,
@@ -62,12 +62,12 @@ struct Inner {
     sync_takes: Duration,
 }
 
-/// One disk, shared by all who hold it.
+/// One disk with shared ownership.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ModelDisk(Arc<Mutex<Inner>>);
 
 impl ModelDisk {
-    /// Every operation from this one on fails: the power has gone.
+    /// The power fails at this operation: it and all later ones fail.
     pub(crate) fn die_at(&self, operation: u64) {
         self.with(|inner| inner.dies_at = Some(operation));
     }
@@ -80,7 +80,7 @@ impl ModelDisk {
         self.with(|inner| inner.failure = failure);
     }
 
-    /// From now on a sync takes so long.
+    /// From now on a sync takes this long.
     pub(crate) fn slow_down(&self, sync_takes: Duration) {
         self.with(|inner| inner.sync_takes = sync_takes);
     }
@@ -89,7 +89,7 @@ impl ModelDisk {
         self.with(|inner| inner.free = Some(bytes));
     }
 
-    /// The power comes back. What was not synced is torn like this; names that were not synced are there if `keeps_names`.
+    /// Restores power. Unsynced data is torn this way; unsynced names survive if `keeps_names`.
     pub(crate) fn power_cycle(&self, tear: Tear, keeps_names: bool) {
         self.with(|inner| {
             let names = if keeps_names {
@@ -178,7 +178,7 @@ impl Inner {
         self.stored.entry(number).or_default()
     }
 
-    /// The operation in which the power goes is half done.
+    /// A power cut interrupts its operation halfway.
     fn add(&mut self, name: &str, bytes: &[u8]) -> io::Result<()> {
         let is_last = self.dies_at == Some(self.operations);
         let begun = self.begin(false);
@@ -218,7 +218,7 @@ impl Disk for ModelDisk {
                 .dies_at
                 .is_none_or(|dies_at| inner.operations <= dies_at)
             {
-                // A file made anew is another file: the old one is gone from the disk when its name is.
+                // Overwriting makes a new file: the old one leaves the disk with its name.
                 let file = inner.file(name);
                 *file = File::default();
             }

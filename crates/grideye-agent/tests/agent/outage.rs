@@ -1,4 +1,5 @@
-//! Days without a collector (hours, unless `GRIDEYE_ALL_SEEDS` is set), and the catching up, in virtual time: ring, spooler, spool and scheduler as the agent runs them.
+//! Days without a collector (hours unless `GRIDEYE_ALL_SEEDS` is set) and catching up, in virtual time: ring, spooler,
+//! spool and scheduler as in the agent.
 
 use crate::model_disk::ModelDisk;
 use crate::spool::record;
@@ -21,7 +22,7 @@ const SENSOR: &str = "i2c-1:0x69";
 const MS: u64 = 1_000_000;
 const S: u64 = 1000 * MS;
 
-/// Time that the test moves.
+/// Virtual time.
 #[derive(Debug, Clone, Default)]
 struct Time(Arc<AtomicU64>);
 
@@ -35,16 +36,16 @@ impl Time {
     }
 }
 
-/// A collector that is away, comes back, and loses an answer now and then; it keeps the books as the real one does.
+/// A collector that goes away, returns, and sometimes loses an answer; it counts like the real one.
 #[derive(Debug, Default)]
 struct Books {
     is_away: bool,
     loses_every: Option<u64>,
     posts: u64,
     attempts: u64,
-    /// How often each number came.
+    /// How often each number arrived.
     came: Vec<u8>,
-    /// The numbers that came, as runs.
+    /// The numbers that arrived, as ranges.
     runs: BTreeMap<u64, u64>,
     stored: u64,
     twice: u64,
@@ -63,7 +64,7 @@ impl Post for Collector {
     fn post(&mut self, batch: &Batch, _: Duration) -> Posted {
         let mut books = self.books.lock().unwrap();
         books.attempts += 1;
-        // A post takes its time.
+        // A post takes time.
         self.time.0.fetch_add(20 * MS, Ordering::SeqCst);
         if books.is_away {
             return Posted::Later {
@@ -132,7 +133,7 @@ impl Books {
         let Some(last) = self.came.len().checked_sub(1) else {
             return Acknowledgement::default();
         };
-        // The newest gaps alone are listed, as the real one does.
+        // Lists only the newest gaps, like the real one.
         let starts = self.runs.keys().rev();
         let ends = self
             .runs
@@ -202,7 +203,7 @@ impl Agent {
         }
     }
 
-    /// Reads a frame every 100 ms, looks at the spool every 500 ms, and lets the scheduler do what is due.
+    /// Reads a frame every 100 ms, runs the spooler every 500 ms, and the scheduler when due.
     fn run(&mut self, seconds: u64) {
         let until = self.next + 10 * seconds;
         while self.next < until {
@@ -269,7 +270,7 @@ fn days_without_a_collector_arrive_once_in_order_while_the_live_frames_go_first(
         agent.run(10);
         seconds += 10;
         assert!(seconds < 4 * 3600, "{} wait", agent.waiting());
-        // The first minute is the pause that was drawn before.
+        // The first minute is the pause chosen before.
         if seconds > 60 {
             let newest_ns = agent.with_books(|books| books.newest_ns);
             longest_lag_s = longest_lag_s.max((agent.time.ns() - newest_ns) / S);
@@ -286,7 +287,7 @@ fn days_without_a_collector_arrive_once_in_order_while_the_live_frames_go_first(
         );
         let lost = books.came.iter().filter(|came| **came == 0).count();
         assert_eq!(lost, 0);
-        assert!(read - u64::try_from(books.came.len()).unwrap() < 20, "the newest have arrived as well");
+        assert!(read - u64::try_from(books.came.len()).unwrap() < 20, "the newest arrived too");
         assert_eq!(books.unbalanced, 0);
         assert!(books.batches.keys().all(|records| *records <= BACKLOG_RECORDS_MAX));
         assert!(books.batches[&BACKLOG_RECORDS_MAX] > 20 * hours, "larger batches");
@@ -297,7 +298,7 @@ fn days_without_a_collector_arrive_once_in_order_while_the_live_frames_go_first(
         longest_lag_s <= 70,
         "a lost answer costs one pause, not the backlog"
     );
-    // At 1000 a second and 10 more coming, never faster than that.
+    // At most 1000 per second while 10 more arrive, and no faster.
     assert!(seconds >= hours * 3600 / 100, "{seconds}");
     let left = agent.shared.spool().as_ref().unwrap().bytes();
     assert_eq!(left, 0, "nothing is left on the disk");
@@ -355,7 +356,7 @@ fn in_mode_always_everything_is_on_the_disk_within_a_sync_and_goes_from_there_wh
 }
 
 #[test]
-fn an_account_in_doubt_when_the_agent_stops_is_not_taken_for_the_last_word() {
+fn an_account_in_doubt_when_the_agent_stops_is_not_the_last_one() {
     let after = Duration::from_secs(10);
     let mut agent = Agent::new(SpoolMode::Outage { after }, Limits::new(1 << 30, 0), 4);
     agent.with_books(|books| books.loses_every = Some(1));

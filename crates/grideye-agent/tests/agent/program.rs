@@ -36,7 +36,7 @@ fn bad_usage_and_bad_configuration_end_with_2_and_say_where() {
         2,
         "hint: copy firmware-config/agent.toml there",
     );
-    // A folder is there already: nothing has to be copied to it.
+    // For a folder, the message does not suggest copying a file there.
     assert_ends(
         &["run", "--config", "/"],
         2,
@@ -106,7 +106,7 @@ fn a_failed_check_ends_with_1_and_is_one_line_of_json_for_programs() {
     let config = configuration(NO_BUS);
     let path = config.path().to_str().unwrap();
     assert_ends(&["check", "--config", path], 1, "i2c-1:0x69: failed");
-    // Nobody listens there.
+    // Nothing listens there.
     let said = "collector: failed\nerror: http://127.0.0.1:9: ";
     assert_ends(&["check", "--config", path], 1, said);
     let said = "hint: is `grideye collect` running there, on this port?";
@@ -114,13 +114,13 @@ fn a_failed_check_ends_with_1_and_is_one_line_of_json_for_programs() {
     let spooling = NO_BUS.replacen("[[bus]]", "[spool]\n[[bus]]", 1);
     let config = configuration(&spooling);
     let path = config.path().to_str().unwrap();
-    let said = "spool: mode outage: a loss of power or a killed agent costs at most the 109 frames";
+    let said = "spool: mode outage: a power cut or a killed agent costs at most 109 frames";
     assert_ends(&["check", "--config", path], 1, said);
     let output = agent(&["check", "--json", "--config", path]);
     let text = String::from_utf8(output.stdout).unwrap();
     let spool: serde_json::Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
     assert_eq!(spool["spool"]["frames_at_risk"], 109);
-    // A spool without a folder is bad configuration, unless systemd gives one.
+    // A spool without a folder is bad configuration, unless systemd provides one.
     assert_ends(
         &["run", "--config", path],
         2,
@@ -170,7 +170,7 @@ fn a_running_agent_is_small_and_ends_on_a_signal_with_its_account() {
         .clone()
         .unwrap();
     assert!(account.errors["unplugged"] >= 1, "{account:?}");
-    // Two runs have two names, so that their sequence numbers are not taken for each other.
+    // Two boots have two names, so that their sequence numbers are not confused.
     assert_ne!(
         store.batches.first().unwrap().boot,
         store.batches.last().unwrap().boot

@@ -1,4 +1,4 @@
-//! The spool over a disk that loses power, fills, fails and holds what others left there.
+//! The spool on a disk that loses power, fills, fails and contains foreign files.
 
 mod backlog;
 mod bad_disks;
@@ -28,7 +28,7 @@ fn stream(boot: &str, sensor: usize) -> Arc<StreamId> {
     })
 }
 
-/// A record whose every part follows from its number.
+/// A record derived from its number.
 pub(crate) fn record(seq: u64) -> Record {
     let word = |n: u64| u16::try_from(n % 4096).unwrap();
     let mut pixels = [PixelWord(0); PIXELS];
@@ -75,7 +75,7 @@ fn open(disk: &ModelDisk, boot: &str) -> Spool {
     Spool::open(Box::new(disk.clone()), limits(), "pi", boot, &sensors).unwrap()
 }
 
-/// Opens the spool and looks at all that is on the disk.
+/// Opens the spool and reads everything on the disk.
 fn reopen(disk: &ModelDisk, boot: &str) -> Spool {
     let mut spool = open(disk, boot);
     while spool.recover() {}
@@ -90,7 +90,7 @@ fn account(read: u64, spooled: u64) -> Account {
     }
 }
 
-/// Writes a group of one stream and puts it into the backlog. Returns the numbers that are durable.
+/// Writes records of one stream and adds them to the backlog. Returns the durable numbers.
 fn spool_group(
     spool: &mut Spool,
     boot: &str,
@@ -120,7 +120,7 @@ fn spool_group(
 
 type Delivered = Vec<(String, String, u64)>;
 
-/// Takes everything out, batch by batch, and checks every record.
+/// Delivers everything batch by batch, checking every record.
 fn drain(spool: &mut Spool, records_max: usize) -> Delivered {
     let mut delivered = Vec::new();
     while let Some(batch) = spool.next_batch(records_max).unwrap() {
@@ -158,7 +158,7 @@ fn of(delivered: &Delivered, boot: &str, sensor: usize) -> Vec<u64> {
 }
 
 #[test]
-fn what_was_written_comes_out_in_order_through_many_segments_and_leaves_no_file() {
+fn records_come_out_in_order_through_many_segments_and_leave_no_file() {
     let disk = ModelDisk::default();
     let mut spool = reopen(&disk, "b1");
     for group in 0..10 {
@@ -175,7 +175,7 @@ fn what_was_written_comes_out_in_order_through_many_segments_and_leaves_no_file(
 }
 
 #[test]
-fn the_next_run_delivers_what_is_left_first_and_speaks_for_the_run_that_ended() {
+fn the_next_boot_delivers_the_rest_first_and_reports_for_the_ended_boot() {
     let disk = ModelDisk::default();
     let mut spool = reopen(&disk, "b1");
     spool_group(&mut spool, "b1", 0, 0..30);
@@ -185,7 +185,7 @@ fn the_next_run_delivers_what_is_left_first_and_speaks_for_the_run_that_ended() 
     drop(spool);
 
     let mut spool = open(&disk, "b2");
-    // Until it is known what is there, nothing is said of it.
+    // Until the disk has been read, nothing is sent.
     assert!(!spool.is_empty());
     assert_eq!(spool.next_batch(10).unwrap(), None);
     assert_eq!(spool.ended_run(), None);
@@ -203,13 +203,13 @@ fn the_next_run_delivers_what_is_left_first_and_speaks_for_the_run_that_ended() 
     assert_eq!(delivered.len(), 25);
     assert_eq!(of(&delivered, "b1", 0), (10..30).collect::<Vec<_>>());
     assert_eq!(delivered[0].0, "b1");
-    // Its last records brought its account along, so nothing more is to be said.
+    // Its last records brought its account along, so no report remains.
     assert_eq!(spool.ended_run(), None);
 }
 
-/// The state is not written with every group: what a run had read stands in front of its frames too.
+/// The state is not written with every write, so a boot's counts also precede its frames.
 #[test]
-fn what_a_killed_run_had_read_is_known_from_its_segments() {
+fn the_counts_of_a_killed_boot_are_read_from_its_segments() {
     let disk = ModelDisk::default();
     let mut spool = reopen(&disk, "b1");
     spool_group(&mut spool, "b1", 0, 0..30);
@@ -223,7 +223,7 @@ fn what_a_killed_run_had_read_is_known_from_its_segments() {
 }
 
 #[test]
-fn a_run_that_left_nothing_on_the_disk_is_told_of_all_the_same_and_only_once() {
+fn a_boot_that_left_nothing_on_the_disk_is_reported_exactly_once() {
     let disk = ModelDisk::default();
     drop(reopen(&disk, "b1"));
     let mut spool = reopen(&disk, "b2");
@@ -233,7 +233,7 @@ fn a_run_that_left_nothing_on_the_disk_is_told_of_all_the_same_and_only_once() {
     spool.told("b1");
     assert_eq!(spool.ended_run(), None);
     spool.checkpoint(&BTreeSet::new(), &[]).unwrap();
-    // A run that ended with everything delivered needs nobody to speak for it.
+    // A boot that delivered everything needs no report.
     let accounts = [(stream("b2", 0), account(9, 0))];
     spool.close(&BTreeSet::new(), &accounts).unwrap();
     drop(spool);
@@ -241,13 +241,13 @@ fn a_run_that_left_nothing_on_the_disk_is_told_of_all_the_same_and_only_once() {
 }
 
 #[test]
-fn what_is_in_memory_and_on_the_disk_is_needed_by_the_start_after_a_kill() {
+fn a_start_after_a_kill_needs_the_records_that_were_in_memory_and_on_the_disk() {
     let disk = ModelDisk::default();
     let mut spool = reopen(&disk, "b1");
     let id = stream("b1", 0);
     let records: Vec<_> = (0..9).map(|seq| (Arc::clone(&id), record(seq))).collect();
     let written = spool.write(&records, &[]);
-    // The first four have arrived, the others wait in memory.
+    // The first four are acknowledged, the others wait in memory.
     let in_memory: BTreeSet<_> = written.places[4..].iter().copied().collect();
     spool.tidy(&in_memory, true).unwrap();
     spool.checkpoint(&in_memory, &[]).unwrap();
@@ -257,7 +257,7 @@ fn what_is_in_memory_and_on_the_disk_is_needed_by_the_start_after_a_kill() {
 }
 
 #[test]
-fn a_run_that_ended_well_with_frames_left_is_spoken_for() {
+fn a_boot_that_ended_normally_with_frames_left_is_reported() {
     let disk = ModelDisk::default();
     let mut spool = reopen(&disk, "b1");
     let accounts = [(stream("b1", 0), account(9, 3))];
@@ -268,10 +268,10 @@ fn a_run_that_ended_well_with_frames_left_is_spoken_for() {
     assert_eq!(spool.ended_accounts("b1").unwrap()[SENSORS[0]].read, 9);
 }
 
-/// The cursor goes on before a segment is removed: otherwise the next run's segment would take the number, and what
-/// the cursor says is not needed of the old one would be left out of the new one.
+/// The cursor must move before a segment is removed. Otherwise the next boot's segment would reuse the number, and the
+/// old cursor would skip part of it.
 #[test]
-fn a_cursor_into_a_segment_that_is_gone_costs_the_next_run_nothing() {
+fn a_cursor_into_a_removed_segment_costs_the_next_boot_nothing() {
     let disk = ModelDisk::default();
     let mut spool = reopen(&disk, "b1");
     spool_group(&mut spool, "b1", 0, 0..9);
@@ -289,7 +289,7 @@ fn a_cursor_into_a_segment_that_is_gone_costs_the_next_run_nothing() {
 }
 
 #[test]
-fn what_the_collector_refuses_is_kept_as_it_can_be_posted_and_the_rest_goes_on() {
+fn a_rejected_record_is_stored_ready_to_post_and_the_rest_goes_on() {
     let disk = ModelDisk::default();
     {
         let mut spool = reopen(&disk, "b1");

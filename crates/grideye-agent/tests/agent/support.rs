@@ -1,4 +1,4 @@
-//! An emulated bus under a host that is late, and a collector that does as it is told.
+//! An emulated bus under a host that is late, and a scripted collector.
 
 mod collector;
 
@@ -21,7 +21,7 @@ use std::time::Duration;
 
 pub(crate) const MS: Duration = Duration::from_millis(1);
 
-/// A host whose time moves only while it sleeps or its bus is busy, and that wakes up late, by turns.
+/// A host with time that moves only while it sleeps or its bus is busy; it wakes up late by the given delays in turn.
 #[derive(Debug, Default)]
 pub(crate) struct Host {
     pub(crate) time: Arc<ManualClock>,
@@ -61,7 +61,7 @@ impl Clock for Host {
     }
 }
 
-/// Shows a number in every frame, spread over all pixels and the thermistor, so that a torn frame shows as well.
+/// Shows a number in every frame, spread over all pixels and the thermistor, which exposes a torn frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Counter {
     ticks: u64,
@@ -71,7 +71,7 @@ pub(crate) struct Counter {
 }
 
 impl Counter {
-    /// A number for each frame at 10 Hz; a reset begins again with 0.
+    /// One number per frame at 10 Hz; a reset starts again at 0.
     pub(crate) fn at_10_hz() -> Self {
         Self {
             ticks: 0,
@@ -81,7 +81,7 @@ impl Counter {
         }
     }
 
-    /// A number for each frame at 1 Hz, which is a mean of ten.
+    /// One number per frame at 1 Hz, each a mean of ten.
     pub(crate) fn at_1_hz() -> Self {
         Self {
             ticks_per_frame: 10,
@@ -94,7 +94,7 @@ impl Counter {
         Self { content, ..self }
     }
 
-    /// Never shows a number again, whatever happens to the sensor.
+    /// Never repeats a number, whatever happens to the sensor.
     pub(crate) fn never_again(self) -> Self {
         Self {
             starts_anew: false,
@@ -117,7 +117,7 @@ impl FrameSource for Counter {
     }
 }
 
-/// Steps of a quarter degree above 20 °C, as the datasheet's pixels have them.
+/// Steps of a quarter degree above 20 °C, the resolution of the datasheet's pixels.
 const STEPS: u64 = 400;
 
 pub(crate) fn picture(n: u64) -> Frame {
@@ -144,8 +144,8 @@ pub(crate) fn number(raw: &RawFrame) -> u64 {
     n
 }
 
-/// The number that the pixels show. Panics if they are torn. The thermistor is a transfer of its own, and may be of
-/// the next frame if the host came so late that the next update fell between the two.
+/// The number that the pixels show. Panics if they are torn. The thermistor has a separate transfer, and may belong to
+/// the next frame if the host was so late that an update fell between the two.
 pub(crate) fn number_in_pixels(raw: &RawFrame) -> u64 {
     let frame = amg8833::word::frame(raw);
     let steps = |pixel: Celsius| {
@@ -162,7 +162,7 @@ pub(crate) fn number_in_pixels(raw: &RawFrame) -> u64 {
 pub(crate) type TestBus = Bus<Arc<ManualClock>, Counter>;
 type Meddle = Box<dyn FnOnce(&mut TestBus) + Send>;
 
-/// An emulated bus that a script breaks and mends at moments of its own time.
+/// An emulated bus that a script breaks and repairs at given times.
 #[derive(Clone)]
 pub(crate) struct Emulated {
     bus: Arc<Mutex<TestBus>>,
@@ -190,7 +190,7 @@ impl Emulated {
         }
     }
 
-    /// A sensor at 0x69 whose clock is off by this much.
+    /// A sensor at 0x69 with this clock error.
     pub(crate) fn with_sensor(
         host: &Arc<Host>,
         scl_hz: u32,
@@ -204,7 +204,7 @@ impl Emulated {
         Self::new(host, scl_hz, &[(Address::High, source, options)])
     }
 
-    /// Does this to the bus before the first transfer at or after `at`.
+    /// Runs this on the bus before the first transfer at or after `at`.
     pub(crate) fn at(
         self,
         at: Duration,
@@ -234,7 +234,7 @@ impl I2c for Emulated {
     ) -> Result<(), BusError> {
         let mut bus = self.bus.lock().unwrap();
         let mut script = self.script.lock().unwrap();
-        // One before each transfer, so that none mends what the one before broke without anybody having seen it.
+        // One step per transfer, so that a repair never hides the fault before it.
         if script
             .front()
             .is_some_and(|(at, _)| *at <= self.host.boot())
@@ -253,7 +253,7 @@ impl OpenBus for Emulated {
         Ok(self.clone())
     }
 
-    /// As uncertain as the device tree of a Raspberry Pi.
+    /// As uncertain as a Raspberry Pi's device tree.
     fn scl_hz_max(&self) -> Option<NonZeroU32> {
         Some(self.scl_hz.saturating_mul(NonZeroU32::new(2).unwrap()))
     }
@@ -313,7 +313,7 @@ pub(crate) fn start_with(
     .unwrap()
 }
 
-/// Runs until every sensor has given so many frames, and delivers them.
+/// Runs until every sensor has delivered this many frames.
 pub(crate) fn run(
     collector: &Collector,
     host: &Arc<Host>,
@@ -338,7 +338,7 @@ pub(crate) fn missing(records: &[Record]) -> Vec<(u64, NoData)> {
     missing.collect()
 }
 
-/// Checks that `seq` runs without a gap and that each frame shows the number that belongs to it.
+/// Checks that `seq` has no gaps and each frame shows its own number.
 pub(crate) fn assert_exact(records: &[Record], content: fn(u64) -> u64) {
     assert_exact_by(records, content, number);
 }

@@ -1,4 +1,4 @@
-//! One emulated sensor, read for hours of its time: by the agent, and by programs that poll on a clock of their own.
+//! One emulated sensor, read for hours of its time: by the agent, and by programs that poll on their own clock.
 
 use amg8833::{Address as Target, FrameRate};
 use amg8833_emulator::{
@@ -20,30 +20,30 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-/// A sensor, a bus, and how long it is watched.
+/// A sensor, its bus, and the time to read it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Case {
     pub(crate) rate: FrameRate,
     pub(crate) scl_hz: u32,
-    /// The error of the sensor's clock at the start.
+    /// The sensor's clock error at the start.
     pub(crate) error_ppm: i32,
-    /// What that error rises by in an hour.
+    /// The rise of that error per hour.
     pub(crate) drift_ppm_per_hour: i32,
     pub(crate) span: Duration,
-    /// The host wakes up late by up to this, each time again.
+    /// The host wakes up late by up to this much, each time by a different amount.
     pub(crate) late_max: Duration,
 }
 
-/// Who reads.
+/// A way to read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Way {
-    /// The bus thread of this agent.
+    /// This agent's bus thread.
     Agent,
-    /// 64 transactions of two bytes, once in a nominal period.
+    /// 64 transactions of two bytes per nominal period.
     Singles,
-    /// Four transactions of 32 bytes, once in a nominal period.
+    /// Four transactions of 32 bytes per nominal period.
     Blocks,
-    /// One transaction of 128 bytes, once in a nominal period.
+    /// One transaction of 128 bytes per nominal period.
     Burst,
 }
 
@@ -57,7 +57,7 @@ impl Way {
         }
     }
 
-    /// Bytes of the pixels in one transaction.
+    /// Pixel bytes per transaction.
     const fn bytes(self) -> usize {
         match self {
             Self::Singles => 2,
@@ -67,30 +67,30 @@ impl Way {
     }
 }
 
-/// What became of the sensor's frames, from the first that was read to the last.
+/// The outcome of the sensor's frames, from the first to the last one read.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Tally {
     /// Frames that the sensor made.
     pub(crate) made: u64,
     /// Rows of pixels that the reader took for frames.
     pub(crate) rows: u64,
-    /// Rows of one frame alone that was not there before: what a recording should consist of.
+    /// Rows of a single, new frame: the rows that a recording should have.
     pub(crate) whole: u64,
     /// Rows with pixels of more than one frame.
     pub(crate) torn: u64,
-    /// Rows of a frame that was there before.
+    /// Rows of a frame seen before.
     pub(crate) doubled: u64,
-    /// Frames that no row shows whole, and for which the reader has a row with a reason.
+    /// Frames that no row shows whole, but with a row that has a reason.
     pub(crate) missed_with_reason: BTreeMap<String, u64>,
-    /// Frames that no row shows whole and that nobody knows of.
+    /// Frames that no row shows whole and nothing reports.
     pub(crate) missed_unknown: u64,
-    /// Rows whose thermistor is another frame's.
+    /// Rows with the thermistor of another frame.
     pub(crate) strange_thermistors: u64,
-    /// Faults that were counted, by kind.
+    /// Counted faults, by kind.
     pub(crate) faults: BTreeMap<String, u64>,
 }
 
-/// Reads the sensor of this case this way.
+/// Reads this case's sensor in this way.
 pub(crate) fn run(case: &Case, way: Way) -> Tally {
     let host = Arc::new(Host {
         late_max: case.late_max,
@@ -103,7 +103,7 @@ pub(crate) fn run(case: &Case, way: Way) -> Tally {
     }
 }
 
-/// A host whose time moves only while it sleeps or its bus is busy, and that wakes up late.
+/// A host with time that moves only while it sleeps or its bus is busy, and that wakes up late.
 #[derive(Debug, Default)]
 struct Host {
     time: Arc<ManualClock>,
@@ -128,7 +128,7 @@ impl Clock for Host {
     }
 }
 
-/// A number from 0 to 1 for each number (SplitMix64).
+/// A fraction from 0 to 1 for each number (SplitMix64).
 fn share(number: u64) -> f64 {
     let mut bits = number.wrapping_mul(0x9E37_79B9_7F4A_7C15);
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -137,7 +137,7 @@ fn share(number: u64) -> f64 {
     f64::from(u32::try_from(bits >> 32).unwrap()) / f64::from(u32::MAX)
 }
 
-/// Shows in every pixel, and in the thermistor, which frame it is.
+/// Shows the frame's number in every pixel and in the thermistor.
 #[derive(Debug)]
 struct Numbers {
     ticks: u64,
@@ -146,12 +146,12 @@ struct Numbers {
     shown: Arc<[Celsius]>,
 }
 
-/// Numbers are told apart up to here, and continued from the order of the frames.
+/// Numbers repeat after this many; the order of the frames continues them.
 const ROUND: u64 = 1024;
-/// Steps of a pixel from one frame to the next, and from one pixel to the next: both different in every two frames.
+/// A pixel's steps from frame to frame, and from pixel to pixel; both differ between any two frames.
 const STEPS_A_FRAME: u64 = 7;
 const STEPS_A_PIXEL: u64 = 3;
-/// Thermistors of so many frames in a row are different.
+/// This many consecutive frames have different thermistors.
 const THERMISTORS: u64 = 256;
 
 impl Numbers {
@@ -187,14 +187,14 @@ fn thermistor(number: u64) -> Celsius {
     Celsius::new(20.0 + f32::from(step) * 0.0625)
 }
 
-/// The number that a pixel shows, of [`ROUND`]: its steps times the inverse of the steps a frame.
+/// The number that a pixel shows, modulo [`ROUND`]: its steps times the inverse of the steps per frame.
 fn number(pixel: u64, word: PixelWord) -> u64 {
     const INVERSE: u64 = 439;
     let quarters = u64::from(word.0.wrapping_add(400) & 0xFFF);
     (quarters + ROUND - pixel * STEPS_A_PIXEL % ROUND) * INVERSE % ROUND
 }
 
-/// The one number that all pixels show, or none.
+/// The single number that all pixels show, if there is one.
 fn number_of(pixels: &[PixelWord; PIXELS]) -> Option<u64> {
     let mut numbers = (0..).zip(pixels).map(|(pixel, word)| number(pixel, *word));
     let first = numbers.next()?;
@@ -223,7 +223,7 @@ fn bus(case: &Case, host: &Host) -> TestBus {
 struct Count {
     tally: Tally,
     first: Option<u64>,
-    /// The highest number that a row has shown.
+    /// The highest number shown so far.
     last: u64,
 }
 
@@ -310,7 +310,7 @@ impl Sink for Records {
 }
 
 impl Records {
-    /// The number that the agent gives a frame is the sensor's, from the first to the last.
+    /// The agent's number of a frame is the sensor's, from the first to the last.
     fn frame(&self, count: &mut Count, seq: u64, frame: &RawFrame) {
         let Some(number) = count.row(&frame.pixels) else {
             return;
@@ -343,7 +343,7 @@ fn by_agent(case: &Case, host: Arc<Host>, bus: TestBus) -> Tally {
     records.count.into_inner().finish()
 }
 
-/// Reads at fixed intervals, as scripts do, and takes every row for a frame.
+/// Reads at fixed intervals, like scripts do, and takes every row for a frame.
 fn by_polling(case: &Case, way: Way, host: &Host, mut bus: TestBus) -> Tally {
     let period = case.rate.period();
     let mut count = Count::default();
@@ -368,7 +368,7 @@ fn by_polling(case: &Case, way: Way, host: &Host, mut bus: TestBus) -> Tally {
     count.finish()
 }
 
-/// The least and the most of a share, in per cent, over several cases.
+/// The smallest and largest share over several cases, in percent.
 pub(crate) struct Range(f64, f64);
 
 impl Range {

@@ -1,4 +1,4 @@
-//! What a bare file leaves open, and what becomes of its numbers.
+//! The facts missing in a bare file, and the conversion of its numbers to words.
 
 use crate::error::RecordingError;
 use crate::record::{COUNT_MAX, ClockState, Record, Row, Stamp, StreamId};
@@ -6,14 +6,14 @@ use amg8833::word;
 use core::time::Duration;
 use grideye_frame::{Celsius, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
 
-/// What a bare file leaves open.
+/// The facts missing in a bare file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Assumed {
-    /// Whose frames they become.
+    /// The stream of its frames.
     pub stream: StreamId,
-    /// What the thermistor is said to have read all the while.
+    /// The thermistor's word in every frame.
     pub thermistor: ThermistorWord,
-    /// From frame to frame, where the file states no times.
+    /// Time from frame to frame, if the file has no times.
     pub period: Duration,
 }
 
@@ -44,10 +44,10 @@ impl Assumed {
     }
 }
 
-/// How far a printed temperature may be from a word's: numbers that were kept with six decimals.
+/// How far a printed temperature may be from a word's: numbers with six decimals.
 const ROUNDED_CELSIUS: f64 = 1e-6;
 
-/// The word that means this temperature, if there is one.
+/// The word for this temperature, if there is one.
 pub(super) fn word_of(celsius: f64) -> Option<PixelWord> {
     #[expect(
         clippy::as_conversions,

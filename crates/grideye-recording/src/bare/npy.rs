@@ -1,4 +1,4 @@
-//! numpy's `.npy` (NEP 1): a heading of text, and numbers behind it.
+//! Reads numpy's `.npy` (NEP 1): a text heading, then numbers.
 
 use crate::bare::assumed::{Assumed, no_word, word_of};
 use crate::error::RecordingError;
@@ -8,10 +8,10 @@ use grideye_frame::{PIXELS, PixelWord};
 use std::io::{BufReader, Read};
 
 pub(crate) const MAGIC: &[u8; 6] = b"\x93NUMPY";
-/// The longest heading that is read; numpy's own are 118 bytes.
+/// Maximum heading in bytes; numpy writes 118.
 const HEADING_BYTES_MAX: usize = 4096;
 
-/// Reads an array (N, 8, 8) or (N, 64) of float32 or float64 in °C as rows, up to the first error. Frames of NaN are left out.
+/// Reads an array (N, 8, 8) or (N, 64) of float32 or float64 in °C as rows, up to the first error. Skips frames of NaN.
 #[derive(Debug)]
 pub struct NpyReader<R> {
     input: BufReader<R>,
@@ -26,7 +26,7 @@ impl<R: Read> NpyReader<R> {
     /// Reads the heading at once.
     ///
     /// # Errors
-    /// [`RecordingError::Array`] if it is not such an array, or is cut.
+    /// [`RecordingError::Array`] if it is no such array, or cut.
     pub fn new(input: R, assumed: Assumed) -> Result<Self, RecordingError> {
         let mut input = BufReader::new(input);
         let heading = heading(&mut input)?;
@@ -114,7 +114,7 @@ fn heading(input: &mut impl Read) -> Result<String, RecordingError> {
     String::from_utf8(text).map_err(|_not_text| wrong("a heading of text", None))
 }
 
-/// The value of a key of the heading's dictionary, which numpy writes in one way alone.
+/// The value of a key in the heading's dictionary, which numpy always writes the same way.
 fn entry<'h>(heading: &'h str, key: &str) -> Option<&'h str> {
     let (_, rest) = heading.split_once(&format!("'{key}':"))?;
     let rest = rest.trim_start();

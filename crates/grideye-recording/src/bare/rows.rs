@@ -1,4 +1,4 @@
-//! Text: one frame a line.
+//! Reads text files with one frame per line.
 
 use crate::bare::assumed::{Assumed, no_word, word_of};
 use crate::error::RecordingError;
@@ -8,21 +8,22 @@ use crate::text::quoted;
 use grideye_frame::{PIXELS, PixelWord};
 use std::io::Read;
 
-/// A time in seconds from here on is one since 1970, and from the second on one in milliseconds since then.
+/// Times from here on are seconds since 1970, and from `UNIX_MS` on milliseconds since 1970.
 const UNIX_S: f64 = 1e9;
 const UNIX_MS: f64 = 1e12;
 const NS_PER_S: f64 = 1e9;
 
-/// Reads lines of 64 temperatures in °C, as an iterator of rows, up to the first error.
+/// Reads lines of 64 temperatures in °C as an iterator of rows, up to the first error.
 ///
-/// Commas, semicolons, blanks, tabulators and brackets separate. Empty lines, those with `#`, and a first one without a
-/// number say nothing. A line of 65 begins with a time: in seconds, or since 1970 in seconds or milliseconds.
+/// Separators are commas, semicolons, blanks, tabs and brackets. Empty lines, lines starting with `#`, and a first line
+/// without a number are skipped. A line of 65 numbers begins with a time: in seconds, or since 1970 in seconds or
+/// milliseconds.
 #[derive(Debug)]
 pub struct RowReader<R> {
     lines: Lines<R>,
     assumed: Assumed,
     seq: u64,
-    /// The first time and the newest one, in seconds.
+    /// The first and the latest time, in seconds.
     times: Option<(f64, f64)>,
     ended: bool,
 }
@@ -35,7 +36,7 @@ enum Content {
     },
 }
 
-/// Whether a file's first lines look like rows of numbers: one of the first three has 64 or 65 of them.
+/// Whether one of a file's first three lines has 64 or 65 numbers.
 #[must_use]
 pub(crate) fn looks_like_rows(beginning: &str) -> bool {
     beginning.lines().take(3).any(|line| {

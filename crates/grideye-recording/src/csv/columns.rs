@@ -1,4 +1,4 @@
-//! The columns, and which row may follow which.
+//! The columns, and the order of rows.
 
 use crate::cell::Column;
 use crate::error::RecordingError;
@@ -20,15 +20,15 @@ const LEADING: [&str; 10] = [
     "thermistor",
 ];
 
-/// How many columns a row has.
+/// Number of columns.
 pub const COLUMNS: usize = LEADING.len() + PIXELS;
 
-/// The column of a pixel by its index; pixels are numbered 1 to 64 as in the datasheet (AMG88 spec §4-5-1).
+/// The column of a pixel by index; columns are numbered 1 to 64 as in the datasheet (AMG88 spec §4-5-1).
 pub(super) const fn pixel_column(index: usize) -> Column {
     Column::Pixel(index + 1)
 }
 
-/// The first line of a recording, without its newline.
+/// The header of a recording, without its newline.
 ///
 /// ```
 /// let header = grideye_recording::csv::header();
@@ -45,7 +45,7 @@ pub fn header() -> String {
     header
 }
 
-/// The most streams (device, sensor and boot) that one recording may hold.
+/// Maximum number of streams (device, sensor and boot) in one recording.
 pub const STREAMS_MAX: usize = 4096;
 
 #[derive(Debug, Default)]

@@ -1,3 +1,5 @@
+//! Reads a CSV recording.
+
 use crate::cell::{Cell, Column};
 use crate::csv::columns::{COLUMNS, Sequences, header, pixel_column};
 use crate::error::RecordingError;
@@ -7,7 +9,7 @@ use crate::text::quoted;
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading};
 use std::io::Read;
 
-/// Reads a recording row by row, as an iterator. The first error is the last item.
+/// Reads a recording row by row, as an iterator that ends with the first error.
 #[derive(Debug)]
 pub struct Reader<R> {
     lines: Lines<R>,
@@ -16,7 +18,7 @@ pub struct Reader<R> {
 }
 
 impl<R: Read> Reader<R> {
-    /// Reads the header at once. Reads in blocks: a `BufReader` around the input is not needed.
+    /// Reads the header at once. Reads in blocks, so the input needs no `BufReader`.
     ///
     /// # Errors
     /// [`RecordingError`] if the first line is not the header of this format.

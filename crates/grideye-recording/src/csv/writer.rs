@@ -1,3 +1,5 @@
+//! Writes a CSV recording.
+
 use crate::cell::{Cell, Column};
 use crate::csv::columns::{Sequences, header};
 use crate::error::RecordingError;
@@ -7,11 +9,12 @@ use core::fmt::Write as _;
 use grideye_frame::{NoData, PIXELS, RawFrame, Reading};
 use std::io::Write;
 
-/// Writes a recording row by row, each in one `write_all`: a killed program leaves at most one cut row. Call [`Writer::finish`].
+/// Writes a recording row by row, each in one `write_all`, so that a killed program leaves at most one cut row. Call
+/// [`Writer::finish`] at the end.
 #[derive(Debug)]
 pub struct Writer<W> {
     output: W,
-    /// The row in the making; kept for its memory.
+    /// The row being composed, reused for its memory.
     buffer: String,
     sequences: Sequences,
     lines: u64,
@@ -19,7 +22,7 @@ pub struct Writer<W> {
 }
 
 impl<W: Write> Writer<W> {
-    /// Writes the header at once, so that a recording without a frame is a recording too.
+    /// Writes the header at once, so that a recording without frames is valid too.
     ///
     /// # Errors
     /// [`RecordingError::Io`] if the header cannot be written.
@@ -35,10 +38,12 @@ impl<W: Write> Writer<W> {
         Ok(writer)
     }
 
-    /// Writes one row. The upper four bits of a word, which the datasheet leaves unspecified, have no place in degrees.
+    /// Writes one row. The upper four bits of a word are lost: the datasheet leaves them unspecified, and degrees
+    /// cannot hold them.
     ///
     /// # Errors
-    /// [`RecordingError`] for what a [`Reader`](super::Reader) would refuse; after [`RecordingError::Io`] every call fails.
+    /// [`RecordingError`] for a row that a [`Reader`](super::Reader) would reject; after [`RecordingError::Io`] every
+    /// call fails.
     pub fn write(&mut self, row: &Row) -> Result<(), RecordingError> {
         if let Some(line) = self.broken_at {
             return Err(RecordingError::WriterBroken(line));
@@ -53,10 +58,11 @@ impl<W: Write> Writer<W> {
         self.send_line()
     }
 
-    /// Flushes, and gives back what was handed to [`Writer::new`].
+    /// Flushes and returns the output.
     ///
     /// # Errors
-    /// [`RecordingError::Io`] if flushing fails, [`RecordingError::WriterBroken`] if an earlier row could not be written.
+    /// [`RecordingError::Io`] if flushing fails, [`RecordingError::WriterBroken`] if an earlier row could not be
+    /// written.
     pub fn finish(mut self) -> Result<W, RecordingError> {
         if let Some(line) = self.broken_at {
             return Err(RecordingError::WriterBroken(line));
@@ -68,7 +74,7 @@ impl<W: Write> Writer<W> {
         Ok(self.output)
     }
 
-    /// What was handed to [`Writer::new`], for example to take what is in it; it must not be written to.
+    /// The output, for example to take its content; do not write to it.
     pub const fn output_mut(&mut self) -> &mut W {
         &mut self.output
     }
@@ -148,7 +154,7 @@ fn compose(text: &mut String, row: &Row) {
 
 fn compose_frame(text: &mut String, raw: &RawFrame) {
     let frame = word::frame(raw);
-    // The shortest decimal that names a number is exact here: every step is a power of two.
+    // The shortest decimal is exact here, because every step is a power of two.
     let _ = write!(text, ",,{}", frame.thermistor);
     for pixel in frame.pixels {
         let _ = write!(text, ",{pixel}");

@@ -2,13 +2,14 @@
 //!
 //! | part | bytes |
 //! |---|---|
-//! | number | 8; none in a chunk, whose rows count on |
-//! | `t_boot_ns`, `t_utc_ns` | 8 each, the last one with sign |
-//! | clock, kind | 1: the clock above 4 bits of kind; 1 each in a spool |
+//! | number | 8; absent in a chunk, whose rows are numbered consecutively |
+//! | `t_boot_ns`, `t_utc_ns` | 8 each, the last one signed |
+//! | clock, kind | 1: the clock in the upper 4 bits, the kind in the lower; 1 each in a spool |
 //! | a frame | thermistor, 2; its 64 words packed (`packed.rs`), or 2 each in a spool |
 //! | a missing one | the reason as a name: 1 for its length, then its text |
 //!
-//! A played recording has the first two parts as well; old rows of a store are columns (`grideye-collector`'s segments).
+//! A played recording also starts with the first two parts; old rows of a store are columns (`grideye-collector`'s
+//! segments).
 
 use super::packed;
 pub use super::packed::BYTES_MAX as PACKED_BYTES_MAX;
@@ -16,19 +17,19 @@ use super::types::{ClockState, Record, Stamp};
 use crate::text::quoted;
 use grideye_frame::{NAME_CHARS_MAX, NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
 
-/// Bytes of 64 words that are not packed.
+/// Bytes of 64 unpacked words.
 pub const WORDS_BYTES: usize = 2 * PIXELS;
 
 const MISSING: u8 = 1;
 
-/// Where a record stands.
+/// The container of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
-    /// In a batch on the wire.
+    /// A batch on the wire.
     Wire,
-    /// In a segment of the agent's spool.
+    /// A segment of the agent's spool.
     Spool,
-    /// In a chunk of the collector's store.
+    /// A chunk of the collector's store.
     Chunk,
 }
 
@@ -79,14 +80,14 @@ fn put_times(bytes: &mut Vec<u8>, stamp: &Stamp) {
     bytes.extend_from_slice(&stamp.t_utc_ns.to_le_bytes());
 }
 
-/// Appends a name, of which at most 255 bytes.
+/// Appends a name, cut at 255 bytes.
 pub fn put_name(bytes: &mut Vec<u8>, name: &str) {
     let length = u8::try_from(name.len()).unwrap_or(u8::MAX);
     bytes.push(length);
     bytes.extend_from_slice(&name.as_bytes()[..length.into()]);
 }
 
-/// 64 words, 2 bytes each.
+/// 64 words as 2 bytes each.
 #[must_use]
 pub fn words_to_bytes(words: &[PixelWord; PIXELS]) -> [u8; WORDS_BYTES] {
     let mut bytes = [0; WORDS_BYTES];
@@ -96,20 +97,20 @@ pub fn words_to_bytes(words: &[PixelWord; PIXELS]) -> [u8; WORDS_BYTES] {
     bytes
 }
 
-/// The words of [`words_to_bytes`].
+/// The inverse of [`words_to_bytes`].
 #[must_use]
 pub fn words_of(bytes: &[u8; WORDS_BYTES]) -> [PixelWord; PIXELS] {
     let word = |pixel: usize| u16::from_le_bytes([bytes[2 * pixel], bytes[2 * pixel + 1]]);
     std::array::from_fn(|pixel| PixelWord(word(pixel)))
 }
 
-/// What is wrong with some bytes.
+/// A fault in some bytes.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{field}: expected {expected}, found {found}")]
 pub struct Fault {
-    /// The field of a record, as JSON has it; empty for what is no field.
+    /// The record's field, as named in JSON; empty if it is not a field.
     pub field: &'static str,
-    /// Its place from 0; `None` where the bytes are right and what they say is not.
+    /// Its offset from 0; `None` if the bytes are well-formed but their value is wrong.
     pub offset: Option<usize>,
     /// What belongs there.
     pub expected: String,
@@ -118,7 +119,7 @@ pub struct Fault {
 }
 
 impl Fault {
-    /// What belongs at a place, and the byte that is there.
+    /// A fault at an offset: what belongs there, and the byte found.
     pub fn byte(offset: usize, expected: impl Into<String>, byte: u8) -> Self {
         Self {
             field: "",
@@ -134,7 +135,7 @@ impl Fault {
     }
 }
 
-/// Bytes, read from their front.
+/// Reads bytes from the front.
 #[derive(Debug, Clone)]
 pub struct ByteReader<'b> {
     bytes: &'b [u8],
@@ -142,25 +143,25 @@ pub struct ByteReader<'b> {
 }
 
 impl<'b> ByteReader<'b> {
-    /// From the first byte on.
+    /// From the first byte.
     #[must_use]
     pub const fn new(bytes: &'b [u8]) -> Self {
         Self { bytes, at: 0 }
     }
 
-    /// How many have been read.
+    /// Bytes read.
     #[must_use]
     pub const fn at(&self) -> usize {
         self.at
     }
 
-    /// How many are left.
+    /// Bytes left.
     #[must_use]
     pub const fn left(&self) -> usize {
         self.bytes.len() - self.at
     }
 
-    /// The next so many bytes.
+    /// Takes this many bytes.
     ///
     /// # Errors
     /// [`Fault`] if there are fewer.
@@ -175,7 +176,7 @@ impl<'b> ByteReader<'b> {
         Ok(taken)
     }
 
-    /// The next bytes as an array.
+    /// Takes the next bytes as an array.
     ///
     /// # Errors
     /// [`Fault`] if there are fewer.
@@ -186,10 +187,10 @@ impl<'b> ByteReader<'b> {
         Ok(array)
     }
 
-    /// A name as [`put_name`] writes it; its alphabet is not looked at.
+    /// Takes a name written by [`put_name`], without checking its characters.
     ///
     /// # Errors
-    /// [`Fault`] if it is longer than a name may be, cut, or no text.
+    /// [`Fault`] if it is too long, cut, or not text.
     pub fn name(&mut self) -> Result<&'b str, Fault> {
         let at = self.at;
         let [length] = self.array()?;
@@ -204,7 +205,7 @@ impl<'b> ByteReader<'b> {
         })
     }
 
-    /// A record as [`put`] writes it; the number of one in a chunk is 0.
+    /// Takes a record written by [`put`]; in a chunk its number is 0.
     ///
     /// # Errors
     /// [`Fault`] with the field.
@@ -276,7 +277,7 @@ impl<'b> ByteReader<'b> {
         })
     }
 
-    /// What belongs at the present place, and what is there.
+    /// A fault at the current offset.
     pub fn fault(&self, expected: impl Into<String>, found: impl Into<String>) -> Fault {
         Fault {
             field: "",

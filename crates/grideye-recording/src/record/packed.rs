@@ -1,23 +1,23 @@
-//! The 64 words of a frame in no more bits than they differ by: a room takes 4 to 6 a pixel, and not 16.
+//! Packs a frame's 64 words into the bits by which they differ: 4 to 6 per pixel for a room, instead of 16.
 //!
 //! ```text
-//! lowest word (2 bytes) · width (1 byte, 0 to 16) · of each pixel, in their order, word − lowest, in so many bits
+//! lowest word (2 bytes) · width (1 byte, 0 to 16) · per pixel, in order, word − lowest in that many bits
 //! ```
 //!
-//! Little-endian, lowest bit first. The width is the smallest that does, so that equal frames are equal bytes.
+//! Little-endian, lowest bit first. The width is as small as possible, so that equal frames are equal bytes.
 
 use grideye_frame::{PIXELS, PixelWord};
 
-/// The longest that a frame's words are, in bytes.
+/// Maximum packed size of a frame's words in bytes.
 pub const BYTES_MAX: usize = 3 + 2 * PIXELS;
 
-/// Pixels that fill whole bytes whatever the width.
+/// This many pixels fill whole bytes at any width.
 const GROUP: usize = 8;
-/// Up to this width, a group lies in 64 bits.
+/// Up to this width, a group fits in 64 bits.
 const NARROW_MAX: usize = 8;
 const WIDTH_MAX: usize = 16;
 
-/// Calls a function made for one width, so that the compiler knows every shift.
+/// Calls the function's instance for one width, so that every shift is a constant.
 macro_rules! made_for_width {
     ($width:expr, $function:ident($($argument:expr),*)) => {
         match $width {
@@ -42,7 +42,6 @@ macro_rules! made_for_width {
     };
 }
 
-/// Writes the words behind what is in `bytes` already.
 pub(super) fn put(bytes: &mut Vec<u8>, pixels: &[PixelWord; PIXELS]) {
     let words = pixels.map(|word| word.0);
     let (lowest, highest) = ends(&words);
@@ -53,7 +52,7 @@ pub(super) fn put(bytes: &mut Vec<u8>, pixels: &[PixelWord; PIXELS]) {
     made_for_width!(width, put_above(bytes, &above));
 }
 
-/// Reads the words that `bytes` begin with, and how many bytes they take; `None` for what [`put`] does not write.
+/// Reads the words at the start of `bytes`, and their packed size; `None` for anything that [`put`] does not write.
 pub(super) fn take(bytes: &[u8]) -> Option<([PixelWord; PIXELS], usize)> {
     let (head, rest) = bytes.split_first_chunk::<3>()?;
     let lowest = u16::from_le_bytes([head[0], head[1]]);
@@ -92,7 +91,7 @@ fn put_above<const WIDTH: usize>(bytes: &mut Vec<u8>, above: &[u16; PIXELS]) {
             let bits = words.iter().zip(0..).fold(0, |bits, (word, place)| {
                 bits | u64::from(*word) << (place * WIDTH)
             });
-            // The upper bytes are 0, and lie where the next group comes to lie.
+            // The upper bytes are 0; the next group overwrites them.
             packed[from..from + 8].copy_from_slice(&bits.to_le_bytes());
         } else {
             let bits = words.iter().zip(0..).fold(0, |bits, (word, place)| {
@@ -104,7 +103,7 @@ fn put_above<const WIDTH: usize>(bytes: &mut Vec<u8>, above: &[u16; PIXELS]) {
     bytes.extend_from_slice(&packed[..GROUP * WIDTH]);
 }
 
-/// `packed` has 8 bytes for each bit.
+/// `packed` has 8 bytes per bit of width.
 fn take_above<const WIDTH: usize>(packed: &[u8]) -> [u16; PIXELS] {
     let mut above = [0; PIXELS];
     if WIDTH == 0 {
@@ -144,7 +143,7 @@ fn padded<const N: usize>(bytes: &[u8]) -> [u8; N] {
 mod tests {
     use super::*;
 
-    /// By the text of this module, bit by bit.
+    /// Packs bit by bit, as this module's documentation describes.
     fn by_hand(pixels: &[PixelWord; PIXELS]) -> Vec<u8> {
         let lowest = pixels.iter().map(|word| word.0).min().unwrap();
         let highest = pixels.iter().map(|word| word.0).max().unwrap();
@@ -165,7 +164,7 @@ mod tests {
         bytes
     }
 
-    /// Words that lie within so many bits above `lowest`, with both ends among them.
+    /// Words within this many bits above `lowest`, with both extremes among them.
     fn words(lowest: u16, width: u32) -> [PixelWord; PIXELS] {
         let above = (1_u64 << width) - 1;
         std::array::from_fn(|pixel| {
@@ -177,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn words_of_every_width_are_laid_down_bit_by_bit_and_come_back() {
+    fn words_of_every_width_round_trip_bit_by_bit() {
         for width in 0..=16 {
             for lowest in [0, 80, 0xFFFF - u16::try_from((1_u32 << width) - 1).unwrap()] {
                 let pixels = words(if width == 16 { 0 } else { lowest }, width);
@@ -197,20 +196,20 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_written_so_is_refused() {
+    fn bytes_that_put_does_not_write_are_rejected() {
         let mut good = Vec::new();
         put(&mut good, &words(80, 5));
         let mut wider = vec![80, 0, 6];
         wider.extend(by_hand(&words(80, 6)).split_off(3));
         assert!(take(&wider).is_some());
-        // All words below 32: five bits would do.
+        // All differences below 32: five bits would do.
         for byte in &mut wider[3..] {
             *byte = 0x41;
         }
         assert_eq!(take(&wider), None, "too wide");
         let mut lower = good.clone();
         lower[3..].fill(0xFF);
-        assert_eq!(take(&lower), None, "nothing lies on the lowest");
+        assert_eq!(take(&lower), None, "no word equals the lowest");
         let mut beyond = good.clone();
         beyond[..2].fill(0xFF);
         assert_eq!(take(&beyond), None, "words above 65535");

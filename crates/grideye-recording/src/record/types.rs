@@ -1,29 +1,29 @@
-//! One sensor frame as it is kept: who measured it, which one it is, when, and what the bus said.
+//! A sensor frame as kept: its stream and number, its time, and the words from the bus.
 
 use crate::text::quoted;
 use core::fmt;
 use core::str::FromStr;
 use grideye_frame::{NAME_CHARS_MAX, NAME_RULE, RawFrame, Reading, is_name};
 
-/// Whose frames: with [`Record::seq`] it names one sensor frame permanently.
+/// The stream of a frame. With [`Record::seq`] it identifies one sensor frame permanently.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct StreamId {
     /// The agent's name, for example `pi-1`.
     pub device: String,
     /// The sensor's place on the device, for example `i2c-1:0x69`.
     pub sensor: String,
-    /// One run of the agent since the device started: sequence numbers begin again with each.
+    /// One start of the agent; sequence numbers begin again with each.
     pub boot: String,
 }
 
-/// What the agent knew of its wall clock when it stamped a frame.
+/// State of the agent's wall clock when it stamped a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ClockState {
     /// Never set since the device started: a Raspberry Pi has no battery clock.
     Unsynced,
-    /// Set, by NTP or its like.
+    /// Set by NTP or a similar service.
     Synced,
-    /// Set, and moved by a jump since the frame before.
+    /// Set, and stepped since the previous frame.
     Stepped,
 }
 
@@ -51,7 +51,7 @@ impl ClockState {
         }
     }
 
-    /// The state of a number from [`ClockState::code`].
+    /// The inverse of [`ClockState::code`].
     #[must_use]
     pub fn from_code(code: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|state| state.code() == code)
@@ -75,40 +75,42 @@ impl FromStr for ClockState {
     }
 }
 
-/// A name that is no [`ClockState`].
+/// The name is not a [`ClockState`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("no such clock state; expected {CLOCK_STATES}")]
 pub struct UnknownClockState;
 
-/// What an error message expects in a clock's place.
+/// The clock's description in error messages.
 pub(crate) const CLOCK_STATES: &str = "one of unsynced synced stepped";
 
-/// When a frame was read. Wall time is never a key and never an order.
+/// When a frame was read. Wall time is never a key and never defines order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Stamp {
     /// `CLOCK_BOOTTIME` of the device, in nanoseconds; at most [`COUNT_MAX`] on the wire and in files.
     pub t_boot_ns: u64,
     /// Wall clock of the device, in nanoseconds since 1970-01-01 UTC.
     pub t_utc_ns: i64,
-    /// How far the wall clock is to be believed.
+    /// How far to trust the wall clock.
     pub clock: ClockState,
 }
 
 /// One sensor frame, read or missing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Record {
-    /// Counts sensor frames from 0 within a stream; a jump is a gap. At most [`COUNT_MAX`] on the wire and in files.
+    /// Number of the sensor frame within its stream, from 0; a jump is a gap. At most [`COUNT_MAX`] on the wire and in
+    /// files.
     pub seq: u64,
-    /// When it was read, or found to be missing.
+    /// When it was read, or found missing.
     pub stamp: Stamp,
-    /// What the bus said, or why it said nothing.
+    /// The words from the bus, or why there are none.
     pub reading: Reading<RawFrame>,
 }
 
-/// The largest sequence number, boot time or count on the wire and in files: that of SQLite, PostgreSQL and pandas.
+/// The largest sequence number, boot time or count on the wire and in files; SQLite, PostgreSQL and pandas share this
+/// limit.
 pub const COUNT_MAX: u64 = i64::MAX.unsigned_abs();
 
-/// Whether a name of a device, a sensor or a boot can go onto the wire and into files: whether it [`is_name`].
+/// Checks whether a device, sensor or boot may have this name on the wire and in files: whether it [`is_name`].
 ///
 /// ```
 /// assert!(grideye_recording::check_name("i2c-1:0x69").is_ok());
@@ -129,21 +131,21 @@ pub fn check_name(name: &str) -> Result<(), NameError> {
     })
 }
 
-/// A name that [`check_name`] refuses.
+/// A name that [`check_name`] rejects.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("expected {NAME_RULE}, found {found}")]
 pub struct NameError {
-    /// The name between quotation marks, cut when long.
+    /// The name in quotation marks, cut when long.
     pub found: String,
 }
 
 /// One row of a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Row {
-    /// Whose frame.
+    /// The frame's stream.
     pub stream: StreamId,
-    /// The frame, or the reason why there is none. In CSV only twelve bits of each word survive.
+    /// The frame, or the reason why there is none. CSV keeps only twelve bits of each word.
     pub record: Record,
-    /// The collector's wall clock when the frame arrived, in nanoseconds since 1970-01-01 UTC, where it is known.
+    /// The collector's wall clock when the frame arrived, in nanoseconds since 1970-01-01 UTC, if known.
     pub t_arrival_ns: Option<i64>,
 }

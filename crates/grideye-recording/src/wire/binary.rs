@@ -1,11 +1,11 @@
-//! The same batch as bytes, laid out as this crate's `README.md` says: a quarter as long as JSON, read without a parser.
+//! The batch as bytes, laid out as in this crate's `README.md`: a quarter as long as JSON, and read without a parser.
 
 use crate::record::layout::{ByteReader, Fault, Form, PACKED_BYTES_MAX, put, put_name};
 use crate::wire::error::WireError;
 use crate::wire::types::{Account, Batch, Limits, SensorBatch};
 use std::collections::BTreeMap;
 
-/// What a body begins with: a mark, and the version of the layout.
+/// The first bytes of a body: a mark, and the layout's version.
 const MAGIC: [u8; 3] = *b"GEB";
 const VERSION: u8 = 2;
 const FRAME_BYTES_MAX: usize = 3 * 8 + 1 + 2 + PACKED_BYTES_MAX;
@@ -61,7 +61,7 @@ fn put_length(body: &mut Vec<u8>, length: usize) {
     put_count(body, u64::try_from(length).unwrap_or(u64::MAX));
 }
 
-/// Groups of 7 bits, lowest first; the eighth bit says that another group follows (LEB128).
+/// Groups of 7 bits, lowest first; the eighth bit means that another group follows (LEB128).
 fn put_count(body: &mut Vec<u8>, mut count: u64) {
     loop {
         let group = count.to_le_bytes()[0] & 0x7F;
@@ -251,7 +251,7 @@ fn count(reader: &mut ByteReader<'_>) -> Result<u64, Fault> {
         let [byte] = reader.array()?;
         let bits = u64::from(byte & 0x7F);
         let shifted = bits << (7 * group);
-        // One way to write a number: no empty last group.
+        // Each number has one encoding, without an empty last group.
         if shifted >> (7 * group) != bits || byte == 0 && group > 0 {
             break;
         }

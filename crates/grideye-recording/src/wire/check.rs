@@ -1,4 +1,4 @@
-//! What must hold between the fields of a body, whichever way it goes.
+//! Rules between the fields of a body, checked on reading and on writing.
 
 use crate::record::{COUNT_MAX, Record, check_name};
 use crate::wire::error::WireError;
@@ -17,7 +17,7 @@ pub(super) fn batch(batch: &Batch) -> Result<(), WireError> {
     for (index, sensor) in batch.sensors.iter().enumerate() {
         let path = || format!("sensors[{index}]");
         sensor_batch(sensor, path)?;
-        // One alone, as most agents have, is spared a set of its own.
+        // Most agents have a single sensor, which needs no set.
         if !is_one && !seen.insert(sensor.sensor.as_str()) {
             return Err(WireError::WrongValue {
                 path: format!("{}.sensor", path()),

@@ -1,4 +1,4 @@
-//! From JSON to the types: shape and limits. What must hold between fields is checked afterwards, in `check`.
+//! Decodes JSON into the types, checking shape and limits. `check` then compares the fields.
 
 use super::error::{repeated, too_many};
 use crate::record::{ClockState, Record, Stamp};
@@ -41,7 +41,7 @@ fn parse<'de, S: DeserializeSeed<'de>>(json: &'de [u8], seed: S) -> Result<S::Va
     parser.end().map(|()| value)
 }
 
-/// Keeps track of the place, which takes longer: only what was refused is gone through again.
+/// Parses again with a record of the place, which is slower: only for rejected bodies.
 fn parse_and_name<'de, S: DeserializeSeed<'de>>(
     json: &'de [u8],
     seed: S,
@@ -56,7 +56,7 @@ fn parse_and_name<'de, S: DeserializeSeed<'de>>(
 
 struct BatchObject<'l> {
     limits: &'l Limits,
-    /// Frames that the body may still hold, counted over its sensors.
+    /// Frames that the body may still contain, all sensors together.
     frames_left: Cell<usize>,
     lifted: Option<&'l Lifted>,
 }
@@ -183,7 +183,7 @@ impl<'de> Object<'de> for AccountObject<'_> {
     }
 }
 
-/// A frame is an object only: serde's own derive would take an array of the fields' values as well.
+/// Objects only: serde's derive would also accept an array of the fields' values.
 #[derive(Clone, Copy)]
 struct FrameObject<'l>(Option<&'l Lifted>);
 
@@ -248,7 +248,7 @@ impl<P> FrameFields<P> {
     }
 }
 
-/// `null` is no value, as it would be to an `Option` alone.
+/// Rejects `null`, which a plain `Option` would accept.
 fn some<'de, D: Deserializer<'de>, P: Deserialize<'de>>(
     deserializer: D,
 ) -> Result<Option<P>, D::Error> {
@@ -338,7 +338,7 @@ impl<'de> Object<'de> for GapObject {
     }
 }
 
-/// A map of names to counts: no name twice, and only so many of what is named.
+/// A map from names to counts, without repeated names, limited to this many of the named kind.
 struct CountsObject(usize, &'static str);
 
 impl<'de> Object<'de> for CountsObject {

@@ -1,4 +1,4 @@
-//! From the types to JSON.
+//! Encodes the types as JSON.
 
 use crate::record::Record;
 use crate::wire::error::WireError;
@@ -30,7 +30,6 @@ struct Answer<D: Serialize, G: Serialize> {
     gaps: G,
 }
 
-/// What an iterator gives, as an object.
 struct Map<I>(I);
 
 impl<'a, I: Iterator<Item = (&'a str, u64)> + Clone> Serialize for Map<I> {

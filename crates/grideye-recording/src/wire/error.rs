@@ -1,63 +1,65 @@
+//! Why a body is rejected, in terms of its fields.
+
 use crate::text::shortened;
 
-/// Why a body was refused. `path` is the field's place or `body`; `found` repeats what the sender wrote, escaped and cut.
+/// Why a body was rejected. `path` is the field's place or `body`; `found` quotes the sender, escaped and cut.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum WireError {
-    /// Not JSON at all, or cut short.
+    /// Not JSON, or cut short.
     #[error("{path}: expected JSON, found a fault at line {line} column {column}: {found}")]
     NotJson {
-        /// How far the reader came.
+        /// The last place that was read.
         path: String,
         /// Line of the fault, from 1.
         line: usize,
         /// Column of the fault, from 1.
         column: usize,
-        /// What is wrong with the text there.
+        /// What is wrong there.
         found: String,
     },
-    /// Bytes that are not of the compact form, or cut short.
+    /// Not the compact form, or cut short.
     #[error("{path}: expected {expected} at byte {offset}, found {found}")]
     Malformed {
         /// The field.
         path: String,
-        /// The place in the body, from 0.
+        /// Offset in the body, from 0.
         offset: usize,
         /// What belongs there.
         expected: String,
-        /// What was there.
+        /// What is there.
         found: String,
     },
-    /// A field that the format does not have.
+    /// A field unknown to the format.
     #[error("{path}: expected {expected}, found an unknown field")]
     UnknownField {
         /// The field.
         path: String,
-        /// The fields that there are.
+        /// The known fields.
         expected: String,
     },
-    /// A field that the format asks for is not there.
+    /// A required field is absent.
     #[error("{path}: expected a value, found none")]
     MissingField {
         /// The field.
         path: String,
     },
-    /// One field or one key, twice.
+    /// A field or key occurs twice.
     #[error("{path}: expected at most once, found twice")]
     Repeated {
         /// The field.
         path: String,
     },
-    /// A value of the wrong type, beyond its range, out of order, or of the wrong number of elements.
+    /// A value of the wrong type, range, order or number of elements.
     #[error("{path}: expected {expected}, found {found}")]
     WrongValue {
         /// The field.
         path: String,
         /// What belongs there.
         expected: String,
-        /// What was there.
+        /// What is there.
         found: String,
     },
-    /// More elements than the receiver takes in one body.
+    /// More elements than the receiver accepts in one body.
     #[error("{path}: expected at most {limit}, found more\nhint: send smaller batches")]
     TooMany {
         /// The field.
@@ -82,7 +84,7 @@ impl WireError {
         }
     }
 
-    /// From the parser's error and the place that it had come to.
+    /// Translates the parser's error at this place.
     pub(super) fn from_parser(
         place: &serde_path_to_error::Path,
         error: &serde_json::Error,
@@ -113,7 +115,7 @@ pub(super) fn repeated<E: serde::de::Error>(key: &str) -> E {
     E::custom(format_args!("duplicate field `{key}`"))
 }
 
-/// The longest path in an error: keys of a map come from strangers.
+/// Maximum path in an error, because map keys are untrusted.
 const PATH_CHARS_MAX: usize = 160;
 
 fn shown(place: &serde_path_to_error::Path) -> String {
@@ -132,7 +134,7 @@ fn shown(place: &serde_path_to_error::Path) -> String {
     }
 }
 
-/// A field may be called nothing at all; its path is not to look like its parent's.
+/// Shows an empty field name as `""`, so that its path does not look like its parent's.
 fn visible(mut path: String) -> String {
     if path.is_empty() || path.ends_with('.') {
         path.push_str("\"\"");
@@ -140,7 +142,7 @@ fn visible(mut path: String) -> String {
     path
 }
 
-/// Tells serde's messages apart by their beginnings, which its trait `de::Error` lays down.
+/// Distinguishes serde's messages by their beginnings, which its trait `de::Error` defines.
 fn from_message(path: String, message: &str) -> WireError {
     if let Some(limit) = message.strip_prefix(TOO_MANY) {
         return WireError::TooMany {
@@ -178,7 +180,7 @@ fn from_message(path: String, message: &str) -> WireError {
     }
 }
 
-/// The path of a field that a message names between backticks.
+/// The path of the field that a message names in backticks.
 fn below(parent: &str, field: &str) -> String {
     let field = shortened(field.trim_matches('`'));
     visible(match parent {

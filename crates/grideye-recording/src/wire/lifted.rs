@@ -1,4 +1,4 @@
-//! Pixels out of the text of a JSON body, before it is parsed: they are most of it, and an array of numbers needs no parser.
+//! Takes the pixels out of a JSON body before parsing: they are most of it, and arrays of numbers need no parser.
 
 use core::cell::Cell;
 use grideye_frame::{PIXELS, PixelWord};
@@ -7,12 +7,13 @@ use memchr::memmem::Finder;
 type Pixels = [PixelWord; PIXELS];
 
 const KEY: &[u8] = b"\"pixels_raw\"";
-/// Stands where an array was. A body that has it there of itself asks for more arrays than were taken.
+/// Replaces each array taken out. A body that contains this itself asks for more arrays than were taken, and fails.
 const TAKEN: &[u8] = b"0";
 
-/// A body without the arrays of its pixels, and these in order.
+/// A body without its pixel arrays, and these arrays in order.
 ///
-/// Quotes inside of a text are escaped, so what looks like the key is the key, or the end of another that is refused by name.
+/// JSON escapes quotes inside a string, so text that looks like the key is the key, or the end of another key that is
+/// rejected by name.
 pub(super) struct Lifted {
     pub(super) rest: Vec<u8>,
     pixels: Vec<Pixels>,
@@ -20,7 +21,7 @@ pub(super) struct Lifted {
 }
 
 impl Lifted {
-    /// Whatever is no array of 64 words stays where it is, for the parser to name.
+    /// Leaves anything but an array of 64 words in place, for the parser to name.
     pub(super) fn of(json: &[u8]) -> Self {
         let key = Finder::new(KEY);
         let (mut rest, mut pixels) = (Vec::new(), Vec::new());
@@ -41,14 +42,13 @@ impl Lifted {
         Self { rest, pixels, next }
     }
 
-    /// The pixels of the next array that was taken.
     pub(super) fn next(&self) -> Option<Pixels> {
         let pixels = self.pixels.get(self.next.replace(self.next.get() + 1));
         pixels.copied()
     }
 }
 
-/// The words of an array of 64, and the text behind it.
+/// The words of an array of 64, and the text after it.
 fn pixels_of(text: &[u8]) -> Option<(Pixels, &[u8])> {
     let mut words = [PixelWord(0); PIXELS];
     let mut text = after(text, b'[')?;
@@ -62,7 +62,7 @@ fn pixels_of(text: &[u8]) -> Option<(Pixels, &[u8])> {
     Some((words, after(text, b']')?))
 }
 
-/// A number as JSON writes it, without needless zeros.
+/// A number as JSON writes it, without leading zeros.
 fn word_of(text: &[u8]) -> Option<(u16, &[u8])> {
     const DIGITS_MAX: usize = 5;
     let (mut word, mut digits) = (0, 0);
@@ -78,7 +78,7 @@ fn word_of(text: &[u8]) -> Option<(u16, &[u8])> {
     Some((word, &text[digits..]))
 }
 
-/// The text behind this mark, which blanks may precede.
+/// The text after this mark, which may follow blanks.
 fn after(text: &[u8], mark: u8) -> Option<&[u8]> {
     match without_blanks(text).split_first() {
         Some((&first, behind)) if first == mark => Some(behind),

@@ -1,4 +1,4 @@
-//! What goes over the wire, and how much of it one body may hold.
+//! The bodies on the wire, and the limits of one body.
 
 use crate::record::Record;
 use crate::wire::encode;
@@ -6,20 +6,20 @@ use crate::wire::values::Integer;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
 
-/// The content type of a body in JSON.
+/// Content type of a JSON body.
 pub const JSON_TYPE: &str = "application/json";
 
-/// The content type of a body in bytes.
+/// Content type of a compact body.
 pub const BINARY_TYPE: &str = "application/vnd.grideye.frames.v2";
 
-/// What an agent posts: the records of all its sensors since the last post.
+/// A post of an agent: the records of all its sensors since the last post.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Batch {
     /// The agent's name.
     pub device: String,
-    /// The run of the agent.
+    /// The agent's boot.
     pub boot: String,
-    /// The agent's `CLOCK_BOOTTIME` when it sent this, in nanoseconds; tells the age of each frame without wall clocks.
+    /// The agent's `CLOCK_BOOTTIME` when it sent this, in nanoseconds; gives each frame's age without wall clocks.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub t_sent_boot_ns: Option<u64>,
     /// The records, by sensor.
@@ -31,7 +31,7 @@ pub struct Batch {
 pub struct SensorBatch {
     /// The sensor's place on the device.
     pub sensor: String,
-    /// The agent's own count, so that read = stored + dropped + spooled can be audited at any moment.
+    /// The agent's own count, so that read = stored + dropped + spooled can be checked at any moment.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub account: Option<Account>,
     /// Records in ascending `seq`.
@@ -39,37 +39,38 @@ pub struct SensorBatch {
     pub frames: Vec<Record>,
 }
 
-/// An agent's count of one stream, from its start.
+/// An agent's count of one stream since its start.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Account {
     /// Sensor frames read from the bus.
     pub read: u64,
-    /// Sensor frames known to have been missed, each sent as a row with its reason.
+    /// Sensor frames known to be missed; each is sent as a record with a reason.
     pub missing: u64,
     /// Frames read, then dropped before they were stored, by reason.
     pub dropped: BTreeMap<String, u64>,
-    /// Frames read and not yet acknowledged: those of this batch included.
+    /// Frames read and not yet acknowledged, including those of this batch.
     pub spooled: u64,
-    /// Faults seen on the bus, by kind (the names of `NoData`, and others that cost no frame).
+    /// Faults on the bus by kind: the names of `NoData`, and others that cost no frame.
     pub errors: BTreeMap<String, u64>,
-    /// The run is over: what is neither in `spooled` nor stored by now is lost ([`LOST_IN_MEMORY`]). Left out unless true.
+    /// The boot is over: a frame that is neither in `spooled` nor stored by now is lost ([`LOST_IN_MEMORY`]). Omitted
+    /// unless true.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub ended: bool,
 }
 
-/// The reason under which frames are dropped that were in the memory of a run which was killed.
+/// The reason for frames that were in the memory of a killed agent.
 pub const LOST_IN_MEMORY: &str = "lost-in-memory";
 
-/// The collector's answer, given after commit and sync.
+/// The collector's answer, sent after commit and sync.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Acknowledgement {
-    /// By sensor: every record sent with this `seq` or a lower one is on disk, but for the gaps.
+    /// By sensor: every record sent with this `seq` or a lower one is on disk, except the gaps.
     pub durable_through: BTreeMap<String, u64>,
-    /// Sequence numbers below `durable_through` that never came.
+    /// Sequence numbers below `durable_through` that never arrived.
     pub gaps: Vec<Gap>,
 }
 
-/// A run of sequence numbers that the collector does not have.
+/// A range of sequence numbers that the collector does not have.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Gap {
@@ -87,12 +88,12 @@ fn count<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
     Integer::deserialize(deserializer).map(|Integer(count)| count)
 }
 
-/// How much one body may hold; more is refused while it is read. Its bytes are the receiver's to limit.
+/// Limits of one body, enforced while reading. The receiver limits its bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
-    /// Sensors in a batch, or in `durable_through` of an answer.
+    /// Sensors in a batch, or in an answer's `durable_through`.
     pub sensors: usize,
-    /// Frames in a batch, those of all its sensors together.
+    /// Frames in a batch, all sensors together.
     pub frames: usize,
     /// Reasons in `dropped`, and in `errors`, of one account.
     pub reasons: usize,
@@ -100,19 +101,19 @@ pub struct Limits {
     pub gaps: usize,
 }
 
-/// Default of [`Limits::sensors`]: two on each of the buses of a Raspberry Pi, and a multiplexer's worth beside.
+/// Default of [`Limits::sensors`]: two on each bus of a Raspberry Pi, plus a multiplexer.
 pub const SENSORS_MAX: usize = 32;
 
-/// Default of [`Limits::frames`]: nearly seven minutes of one sensor at 10 frames a second, for catching up.
+/// Default of [`Limits::frames`]: nearly seven minutes of one sensor at 10 Hz, for catching up.
 pub const FRAMES_MAX: usize = 4096;
 
-/// Default of [`Limits::reasons`]: some five times the kinds of faults that there are.
+/// Default of [`Limits::reasons`]: about five times the existing kinds of faults.
 pub const REASONS_MAX: usize = 64;
 
-/// Default of [`Limits::gaps`]: one for each frame of the largest batch.
+/// Default of [`Limits::gaps`]: one per frame of the largest batch.
 pub const GAPS_MAX: usize = FRAMES_MAX;
 
-/// The longest that one frame is as this crate writes it, in bytes, with the comma that follows.
+/// Maximum JSON size of one frame as written here, in bytes, including the comma after it.
 pub const FRAME_BYTES_MAX: usize = 533;
 
 impl Default for Limits {

@@ -1,4 +1,4 @@
-//! Values of JSON: integers that fit a type, names, objects, and arrays that end.
+//! JSON values: integers that fit a type, names, objects, and arrays with a limit.
 
 use super::error::too_many;
 use crate::record::{CLOCK_STATES, ClockState};
@@ -11,7 +11,7 @@ use serde::de::{
     Deserialize, DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Unexpected, Visitor,
 };
 
-/// What an error message expects in the place of such a value.
+/// The value's description in error messages.
 pub(super) trait Expected {
     const EXPECTED: &'static str;
 }
@@ -20,13 +20,13 @@ impl Expected for u16 {
     const EXPECTED: &'static str = "an integer from 0 to 65535";
 }
 
-/// Through `i64`, so that [`COUNT_MAX`](crate::COUNT_MAX) is kept.
+/// Parsed as `i64`, which enforces [`COUNT_MAX`](crate::COUNT_MAX).
 impl Expected for u64 {
     const EXPECTED: &'static str = "an integer from 0 to 9223372036854775807";
 }
 
 impl Expected for i64 {
-    const EXPECTED: &'static str = "an integer of 64 bits with sign";
+    const EXPECTED: &'static str = "a signed 64-bit integer";
 }
 
 impl Expected for ClockState {
@@ -37,10 +37,9 @@ impl Expected for NoData {
     const EXPECTED: &'static str = "the name of a reason why there is no frame";
 }
 
-/// An integer of JSON, without fraction or exponent, that fits the type.
+/// A JSON integer, without fraction or exponent, that fits the type.
 pub(super) struct Integer<T>(pub(super) T);
 
-/// A value that is written as its name.
 pub(super) struct Named<T>(pub(super) T);
 
 pub(super) const COUNT: PhantomData<Integer<u64>> = PhantomData;
@@ -92,7 +91,7 @@ impl<T: FromStr + Expected> Visitor<'_> for ValueVisitor<Named<T>> {
     }
 }
 
-/// An object of JSON: serde's own derive would take an array of the fields' values as well.
+/// Serde's derive would also accept an array of the fields' values.
 pub(super) trait Object<'de>: Sized {
     type Value;
     const EXPECTED: &'static str;
@@ -123,7 +122,7 @@ impl<'de, O: Object<'de>> Visitor<'de> for Seed<O> {
     }
 }
 
-/// An array, refused at the first element beyond what is `left`.
+/// An array, rejected at the first element beyond `left`.
 pub(super) struct Array<'l, S> {
     pub(super) of: &'static str,
     pub(super) limit: usize,
@@ -159,7 +158,7 @@ impl<'de, S: DeserializeSeed<'de> + Copy> Visitor<'de> for Array<'_, S> {
     }
 }
 
-/// Reads the value of a field that may stand in its object once.
+/// Reads a field's value, at most once per object.
 pub(super) fn fill<'de, A: MapAccess<'de>, S: DeserializeSeed<'de>>(
     slot: &mut Option<S::Value>,
     field: &'static str,

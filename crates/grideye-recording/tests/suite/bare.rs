@@ -1,4 +1,4 @@
-//! Files of temperatures alone. The `.npy` bytes were written by numpy 2.3 (`numpy.save`).
+//! Files of temperatures only. numpy 2.3 wrote the `.npy` bytes (`numpy.save`).
 
 use amg8833::word;
 use core::time::Duration;
@@ -40,7 +40,7 @@ fn ramp() -> Vec<String> {
 }
 
 #[test]
-fn rows_are_read_however_their_numbers_are_parted() {
+fn rows_are_read_with_any_separator() {
     let wanted: Vec<f32> = (0..64u8).map(|index| f32::from(index) / 4.0).collect();
     let exponents: Vec<String> = (0..64)
         .map(|i| format!("{:.18e}", f64::from(i) / 4.0))
@@ -194,7 +194,7 @@ fn an_array_of_something_else_is_refused_with_what_was_expected() {
         "{}",
         fault(&turned)
     );
-    // Cut at any byte: whole frames, then an error; never a frame that was not there.
+    // Cut at any byte: complete frames, then an error; never an invented frame.
     let file = npy("<f4", "(2, 8, 8)", &numbers);
     for length in 0..file.len() {
         let Ok(reader) = NpyReader::new(&file[..length], assumed()) else {

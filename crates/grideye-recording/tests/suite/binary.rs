@@ -1,11 +1,11 @@
-//! The compact body: the same batches, checks and limits as JSON, and bytes laid down by hand.
+//! The compact body: the same batches, checks and limits as JSON, compared with bytes assembled by hand.
 
 use super::made_up::any_batch;
 use super::wire::{body_of, specimen_value};
 use grideye_recording::wire::{Batch, Limits, WireError};
 use proptest::prelude::*;
 
-/// The specimen of the JSON tests, laid down by hand from the specification in `README.md`.
+/// The specimen of the JSON tests, assembled by hand from the specification in `README.md`.
 fn by_hand() -> Vec<u8> {
     let mut body = head_by_hand();
     body.extend([96, 0, 6]); // 64 words from 96 on: each has its own six bits
@@ -66,7 +66,7 @@ fn refusal(offset: usize, byte: u8) -> String {
     read(&body).unwrap_err().to_string()
 }
 
-/// Bytes of the specimen's first frame.
+/// Size of the specimen's first frame.
 const FRAME: usize = 27 + 3 + 48;
 
 #[test]
@@ -190,7 +190,7 @@ fn a_count_of_frames_that_are_not_there_takes_no_memory() {
 }
 
 #[test]
-fn a_run_that_has_ended_is_told_by_one_byte() {
+fn one_byte_marks_an_ended_boot() {
     let mut specimen = specimen_value();
     specimen.sensors[0].account.as_mut().unwrap().ended = true;
     let mut body = by_hand();

@@ -1,4 +1,4 @@
-//! The CSV recording format against its golden file, damaged files, hostile readers and arbitrary rows.
+//! The CSV recording format, tested with its golden file, damaged files, hostile readers and arbitrary rows.
 
 use crate::golden;
 use crate::made_up::any_records;
@@ -18,7 +18,7 @@ fn write(rows: &[Row]) -> Result<String, RecordingError> {
     Ok(String::from_utf8(writer.finish()?).unwrap())
 }
 
-/// The rows up to the first error, and that error's message.
+/// The rows before the first error, and its message.
 fn read(text: &str) -> (Vec<Row>, Option<String>) {
     let reader = match Reader::new(text.as_bytes()) {
         Ok(reader) => reader,
@@ -55,7 +55,7 @@ fn the_golden_file_is_read_back_word_for_word() {
     assert_eq!(read(GOLDEN), (golden::rows(), None));
 }
 
-/// The strings are those that the datasheet prints for the words (AMG88 spec §4-11-11), and the format's two ends.
+/// The datasheet's printed strings for the words (AMG88 spec §4-11-11), and both extremes of the format.
 #[test]
 fn the_golden_file_says_what_the_datasheet_says() {
     let printed = [
@@ -114,9 +114,9 @@ fn a_file_cut_at_any_byte_is_read_up_to_the_cut_and_the_place_is_named() {
         assert_eq!(read, rows[..whole_lines.saturating_sub(1)], "cut at {cut}");
         let line = whole_lines + 1;
         let expected = match (whole_lines, into_line) {
-            (0, 0) => Some("line 1: expected a header that begins with device,sensor,boot,seq, found nothing\nhint: the file is empty; its writer was stopped before it began".to_owned()),
+            (0, 0) => Some("line 1: expected a header that begins with device,sensor,boot,seq, found nothing\nhint: the file is empty; its writer stopped before the header".to_owned()),
             (_, 0) => None,
-            _ => Some(format!("line {line}: expected a newline at its end, found the end of the file after {into_line} bytes\nhint: the file was cut here; the lines before are whole, and nothing of this line was used")),
+            _ => Some(format!("line {line}: expected a newline at its end, found the end of the file after {into_line} bytes\nhint: the file was cut here; earlier lines are complete, and this one was not used")),
         };
         assert_eq!(fault, expected, "cut at {cut}");
     }
@@ -133,25 +133,25 @@ fn each_fault_in_a_row_is_named_with_line_and_column() {
         ("5f0c", "", format!("line 2, column boot: expected {name}, found \"\"")),
         ("5f0c,0,", "5f0c,+0,", format!("line 2, column seq: expected {count}, found \"+0\"")),
         ("81000000000", "-1", format!("line 2, column t_boot_ns: expected {count}, found \"-1\"")),
-        (",-1,", ",-1.5,", "line 2, column t_utc_ns: expected an integer of 64 bits with sign, found \"-1.5\"".to_owned()),
+        (",-1,", ",-1.5,", "line 2, column t_utc_ns: expected a signed 64-bit integer, found \"-1.5\"".to_owned()),
         ("unsynced", "set", "line 2, column clock: expected one of unsynced synced stepped, found \"set\"".to_owned()),
-        (",1625163247250000000,", ",soon,", "line 2, column t_arrival_ns: expected an integer of 64 bits with sign, found \"soon\"".to_owned()),
+        (",1625163247250000000,", ",soon,", "line 2, column t_arrival_ns: expected a signed 64-bit integer, found \"soon\"".to_owned()),
         (",nack,", ",sulking,", format!("line 5, column missing: expected nothing, or one of {}, found \"sulking\"", NoData::ALL.iter().map(ToString::to_string).collect::<Vec<_>>().join(" "))),
         (",nack,,", ",nack,25,", "line 5, column thermistor: expected an empty cell, since the frame is missing (nack), found \"25\"".to_owned()),
         (",,\npi-1,i2c-1:0x68,5f0c,2", ",,7\npi-1,i2c-1:0x68,5f0c,2", "line 5, column pixel64: expected an empty cell, since the frame is missing (nack), found \"7\"".to_owned()),
         (",nack,", ",,", "line 5, column thermistor: expected degrees Celsius as a plain decimal number, found an empty cell".to_owned()),
-        ("25.0625", "25.06", "line 3, column thermistor: expected a multiple of 0.0625 degrees Celsius that the sensor can say, such as 25.0625, found \"25.06\"".to_owned()),
+        ("25.0625", "25.06", "line 3, column thermistor: expected a multiple of 0.0625 degrees Celsius that the sensor can report, such as 25.0625, found \"25.06\"".to_owned()),
         ("25.0625", "128", "line 3, column thermistor: expected -127.9375 to 127.9375 degrees Celsius, found \"128\"".to_owned()),
         (",511.75,", ",512,", "line 2, column pixel8: expected -512 to 511.75 degrees Celsius, found \"512\"".to_owned()),
         (",-512,", ",-512.25,", "line 2, column pixel9: expected -512 to 511.75 degrees Celsius, found \"-512.25\"".to_owned()),
-        (",23.25,", ",23.3,", "line 3, column pixel1: expected a multiple of 0.25 degrees Celsius that the sensor can say, such as 23.25, found \"23.3\"".to_owned()),
+        (",23.25,", ",23.3,", "line 3, column pixel1: expected a multiple of 0.25 degrees Celsius that the sensor can report, such as 23.25, found \"23.3\"".to_owned()),
         (",23.25,", ",NaN,", "line 3, column pixel1: expected degrees Celsius as a plain decimal number, found \"NaN\"".to_owned()),
         (",23.25,", ",,", "line 3, column pixel1: expected degrees Celsius as a plain decimal number, found an empty cell".to_owned()),
         (",23.25,", ",\"23.25\",", "line 3, column pixel1: expected degrees Celsius as a plain decimal number, found \"\"23.25\"\"".to_owned()),
         (",23.25,", ",", "line 3: expected 74 fields, found 73\nhint: 1 short: every row has all 64 pixels, empty ones included".to_owned()),
         (",23.25,", ",23.25,23.25,", "line 3: expected 74 fields, found 75".to_owned()),
         ("\npi-1,i2c-1:0x69", "\n\npi-1,i2c-1:0x69", "line 3: expected 74 fields, found 1".to_owned()),
-        ("0x68,5f0c,1,", "0x68,5f0c,0,", "line 4, column seq: expected more than 0 in stream pi-1 i2c-1:0x68 5f0c, found 0\nhint: a frame stands in a recording once, and in order; was the file joined from two?".to_owned()),
+        ("0x68,5f0c,1,", "0x68,5f0c,0,", "line 4, column seq: expected more than 0 in stream pi-1 i2c-1:0x68 5f0c, found 0\nhint: each frame appears once, in order; was the file joined from two?".to_owned()),
         (",pixel64\n", "\n", "line 1, field 74: expected the column name pixel64, found the end of the line\nhint: recordings/README.md states the columns of each layout".to_owned()),
         (",pixel64\n", ",pixel64,x\n", "line 1, field 75: expected the column name none: the line ends here, found \"x\"\nhint: recordings/README.md states the columns of each layout".to_owned()),
         ("boot", "start", "line 1, field 3: expected the column name boot, found \"start\"\nhint: recordings/README.md states the columns of each layout".to_owned()),
@@ -187,7 +187,7 @@ fn a_recording_without_frames_is_a_header() {
 }
 
 #[test]
-fn what_a_spreadsheet_or_a_table_program_saves_is_read() {
+fn files_saved_by_spreadsheets_are_read() {
     let spreadsheet = GOLDEN.replace('\n', "\r\n");
     assert_eq!(read(&spreadsheet), (golden::rows(), None));
     let table = GOLDEN.replace(",25,", ",25.0,").replace(",-0,", ",-0.0,");
@@ -195,7 +195,7 @@ fn what_a_spreadsheet_or_a_table_program_saves_is_read() {
 }
 
 #[test]
-fn a_file_of_bytes_that_are_no_text_is_refused_with_the_place() {
+fn a_file_that_is_not_text_is_rejected_with_the_place() {
     let mut bytes = GOLDEN.as_bytes().to_vec();
     bytes[header().len() + 3] = 0xFF;
     let error = Reader::new(bytes.as_slice())
@@ -210,14 +210,14 @@ fn a_file_of_bytes_that_are_no_text_is_refused_with_the_place() {
 }
 
 #[test]
-fn a_line_without_end_is_given_up_at_the_limit() {
+fn an_endless_line_fails_at_the_limit() {
     let error = Reader::new(io::repeat(b'x')).unwrap_err();
     assert_eq!(
         error.to_string(),
         "line 1: expected at most 4096 bytes, found more"
     );
     let endless = GOLDEN.as_bytes().chain(io::repeat(b'7'));
-    // A reader that did not stop at its first error would go on permanently: twenty items are enough to tell.
+    // A reader that did not stop at its first error would never end: twenty items prove it.
     let items: Vec<_> = Reader::new(endless).unwrap().take(20).collect();
     assert_eq!(items.len(), golden::rows().len() + 1);
     assert!(matches!(
@@ -243,7 +243,7 @@ fn a_line_without_end_is_given_up_at_the_limit() {
             limit: 4096
         }
     ));
-    // The widest row that can be written stays far below.
+    // The widest possible row is far shorter.
     let name = "x".repeat(64);
     let widest = Row {
         stream: StreamId {
@@ -342,7 +342,7 @@ fn the_writer_refuses_what_the_reader_would_and_goes_on() {
     assert_eq!(read(&text), (vec![rows[2].clone(), rows[4].clone()], None));
 }
 
-/// A disk with so many bytes left.
+/// A disk with this many bytes left.
 #[derive(Debug)]
 struct NearlyFull(usize);
 
@@ -375,7 +375,7 @@ fn after_half_a_row_nothing_more_is_written() {
         writer.write(&rows[5]).unwrap_err().to_string(),
         "line 7: no space left on device"
     );
-    let broken = "line 7: expected a sound file to write to, found one whose last row failed";
+    let broken = "line 7: expected an intact file, found one with a failed last row";
     assert_eq!(writer.write(&rows[5]).unwrap_err().to_string(), broken);
     assert_eq!(writer.finish().unwrap_err().to_string(), broken);
     assert!(matches!(
@@ -384,7 +384,7 @@ fn after_half_a_row_nothing_more_is_written() {
     ));
 }
 
-/// Gives one byte at a time, and is interrupted before each; counts what it gave.
+/// Gives one byte at a time, with an interrupt before each; counts the bytes given.
 struct Dribble<'b> {
     bytes: &'b [u8],
     interrupted: bool,
@@ -429,7 +429,7 @@ fn a_disk_that_fails_is_reported_with_the_line() {
     );
 }
 
-/// A recording that is made while it is read, and tells how many rows were asked for.
+/// A recording generated while it is read; counts the requested rows.
 struct Endless<'c> {
     rows_made: &'c std::cell::Cell<u64>,
     waiting: Vec<u8>,
@@ -450,7 +450,7 @@ impl Read for Endless<'_> {
     }
 }
 
-/// An hour at 10 frames a second. Were rows gathered before they are given out, this would not end.
+/// An hour at 10 Hz. A reader that collected all rows first would never end.
 #[test]
 fn a_recording_of_any_length_is_read_as_it_comes() {
     let rows_made = std::cell::Cell::new(0);
@@ -467,13 +467,13 @@ fn a_recording_of_any_length_is_read_as_it_comes() {
 }
 
 #[test]
-fn the_layout_is_told_by_the_first_line() {
+fn the_first_line_identifies_the_layout() {
     assert_eq!(sniff(GOLDEN), Some(Layout::Recording));
     assert_eq!(sniff(b"\x89PNG"), None);
     assert_eq!(sniff(""), None);
 }
 
-/// What the format keeps of a row.
+/// The row as the format keeps it.
 fn kept(mut row: Row) -> Row {
     row.record.reading = row.record.reading.map(|frame| RawFrame {
         thermistor: ThermistorWord(frame.thermistor.0 & 0xFFF),
@@ -490,7 +490,7 @@ fn any_rows() -> impl Strategy<Value = Vec<Row>> {
         for (number, (device, sensor, boot, records, t_arrival_ns)) in
             streams.into_iter().enumerate()
         {
-            // A number of its own keeps two streams from having one name.
+            // A unique number prevents two streams with the same name.
             let device = format!("{number}{}", &device[..device.len().min(63)]);
             let stream = StreamId {
                 device,
@@ -509,7 +509,7 @@ fn any_rows() -> impl Strategy<Value = Vec<Row>> {
 
 proptest! {
     #[test]
-    fn rows_come_back_but_for_the_upper_four_bits(rows in any_rows()) {
+    fn rows_round_trip_except_the_upper_four_bits(rows in any_rows()) {
         let text = write(&rows).unwrap();
         let kept: Vec<Row> = rows.into_iter().map(kept).collect();
         prop_assert_eq!(read(&text), (kept, None));
@@ -547,7 +547,7 @@ proptest! {
 }
 
 #[test]
-fn the_mark_that_some_editors_put_first_is_passed_over() {
+fn a_byte_order_mark_is_skipped() {
     let marked = format!("\u{feff}{GOLDEN}");
     assert_eq!(sniff(&marked), Some(Layout::Recording));
     let rows = |text: &str| {

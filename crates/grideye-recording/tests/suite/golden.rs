@@ -1,14 +1,15 @@
-//! The rows of `recordings/golden/two-sensors.csv`, shared by the test that checks the file and the example that writes it.
+//! The rows of `recordings/golden/two-sensors.csv`, shared by the test that checks the file and the example that writes
+//! it.
 
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
 use grideye_recording::{ClockState, Record, Row, Stamp, StreamId};
 
-/// Pixel words of the datasheet's table (AMG88 spec §4-11-11), and the two ends of the format.
+/// Pixel words of the datasheet's table (AMG88 spec §4-11-11), and both extremes of the format.
 pub(crate) const PIXEL_WORDS: [u16; 9] = [
     0x064, 0x001, 0x000, 0xFFF, 0x1F4, 0xF9C, 0xF24, 0x7FF, 0x800,
 ];
 
-/// Two sensors on one device, 10 frames a second: values of every sign, each clock state, a missing frame, a gap.
+/// Two sensors on one device at 10 Hz: values of every sign, each clock state, a missing frame, a gap.
 pub(crate) fn rows() -> Vec<Row> {
     let first = |seq, thermistor, turn| {
         let frame = RawFrame {

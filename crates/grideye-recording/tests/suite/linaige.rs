@@ -1,4 +1,4 @@
-//! The two public LINAIGE sessions, against a parse of their own with the `csv` crate.
+//! The two public LINAIGE sessions, compared with an independent parse by the `csv` crate.
 
 use amg8833::word;
 use grideye_frame::Reading;
@@ -32,7 +32,7 @@ fn session_3() -> Vec<LinaigeRow> {
     session("Session3_2021-07-06_RoomA_v2.csv", SESSION_3)
 }
 
-/// Every temperature and label of the file, parsed without any code of the crate.
+/// Every temperature and label of the file, parsed without this crate's code.
 fn agrees_with_a_plain_parse(rows: &[LinaigeRow], text: &str) {
     let mut plain = csv::Reader::from_reader(text.as_bytes());
     let mut compared = 0;
@@ -175,7 +175,7 @@ fn the_temperatures_of_a_recording_are_spelled_as_in_the_source() {
     }
 }
 
-/// Neither file ends in a newline, and in neither is the last row damaged.
+/// Neither file ends with a newline, and both last rows are intact.
 #[test]
 fn the_last_row_is_taken_without_its_newline_only_when_it_is_whole() {
     assert!(!SESSION_2.ends_with('\n') && !SESSION_3.ends_with('\n'));
@@ -216,7 +216,7 @@ fn each_fault_in_a_row_is_named_with_line_and_column() {
         (
             "30.625,",
             "30.62,",
-            "line 2, column thermistor: expected a multiple of 0.0625 degrees Celsius that the sensor can say, such as 30.625, found \"30.62\"",
+            "line 2, column thermistor: expected a multiple of 0.0625 degrees Celsius that the sensor can report, such as 30.625, found \"30.62\"",
         ),
         (
             ",26.5,25.5,",
@@ -261,7 +261,7 @@ fn each_fault_in_a_row_is_named_with_line_and_column() {
 }
 
 #[test]
-fn the_layout_is_told_by_the_first_line() {
+fn the_first_line_identifies_the_layout() {
     assert_eq!(
         sniff(SESSION_2.lines().next().unwrap()),
         Some(Layout::Linaige)

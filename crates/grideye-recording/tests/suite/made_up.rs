@@ -1,4 +1,4 @@
-//! Records and batches of every kind, for properties that hold for all of them.
+//! Arbitrary records and batches for property tests.
 
 use grideye_frame::{NoData, PixelWord, RawFrame, Reading, ThermistorWord};
 use grideye_recording::wire::{Account, Acknowledgement, Batch, Gap, SensorBatch};

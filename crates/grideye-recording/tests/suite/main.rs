@@ -1,4 +1,5 @@
-//! The crate from outside: records, the wire format, the CSV recording format, the LINAIGE layout and the page of metrics.
+//! The crate's public API: records, the wire format, the CSV recording format, the LINAIGE layout and the page of
+//! metrics.
 
 #[cfg(test)]
 mod bare;

@@ -1,4 +1,4 @@
-//! The page of metrics, against the format's own text.
+//! The page of metrics, compared with the format's specification.
 
 use grideye_recording::prometheus::Text;
 

@@ -5,7 +5,7 @@ use grideye_recording::record::layout::{ByteReader, Form, put};
 use grideye_recording::{ClockState, NAME_CHARS_MAX, Record, Stamp, UnknownClockState, check_name};
 
 #[test]
-fn every_clock_state_is_found_again_by_its_name_and_named_to_those_who_miss() {
+fn every_clock_state_is_parsed_by_name_and_listed_in_the_error() {
     for state in ClockState::ALL {
         assert_eq!(state.name().parse(), Ok(state));
         assert!(UnknownClockState.to_string().contains(state.name()));
@@ -46,7 +46,7 @@ fn record(reading: Reading<RawFrame>) -> Record {
     }
 }
 
-/// Every form laid down by hand, read back, and refused when it is cut.
+/// Every form, assembled by hand, reads back, and is rejected if cut.
 #[test]
 fn each_form_is_laid_down_byte_for_byte() {
     let words = std::array::from_fn(|pixel| PixelWord(if pixel == 63 { 0x0301 } else { 0x0300 }));

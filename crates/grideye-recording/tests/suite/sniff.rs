@@ -1,4 +1,4 @@
-//! Files of other sensors are known by the pixels that their header names.
+//! The number of pixels in a header identifies files of other sensors.
 
 use grideye_recording::{other_resolution, sensor_of};
 
@@ -9,7 +9,7 @@ fn header(pixels: usize) -> String {
 
 #[test]
 fn the_resolution_of_another_sensor_is_named() {
-    // Of a Grid-EYE, of others; a fault of a Grid-EYE's own header, one that is cut, and a file of another kind.
+    // Headers of a Grid-EYE and of others, a faulty and a cut Grid-EYE header, and another kind of file.
     for (header, pixels) in [
         (header(64).as_bytes(), None),
         (header(768).as_bytes(), Some(768)),

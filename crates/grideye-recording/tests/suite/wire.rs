@@ -1,4 +1,4 @@
-//! The wire format against hand-written bodies, arbitrary batches and arbitrary bytes.
+//! The wire format, tested with hand-written bodies, arbitrary batches and arbitrary bytes.
 
 use crate::made_up::{any_answer, any_batch};
 use grideye_frame::{NoData, PixelWord, RawFrame, Reading, ThermistorWord};
@@ -74,7 +74,7 @@ fn read(body: &str) -> Result<Batch, WireError> {
     Batch::from_json(body.as_bytes(), &Limits::default())
 }
 
-/// The message for the specimen with one piece of it replaced.
+/// The message for the specimen with one piece replaced.
 fn refusal(from: &str, to: &str) -> String {
     let body = specimen();
     assert!(body.contains(from), "{from} is not in the specimen");
@@ -95,7 +95,7 @@ fn the_hand_written_body_means_what_it_says() {
 #[test]
 fn the_body_is_written_byte_for_byte_as_specified() {
     let written = String::from_utf8(specimen_value().to_json().unwrap()).unwrap();
-    // Both orders of the fields mean the same; ours puts the words last.
+    // Field order is free; the writer puts the words last.
     assert_eq!(written, specimen());
 }
 
@@ -152,7 +152,7 @@ fn a_fault_in_a_field_is_named_with_its_path() {
         ("17,", "9223372036854775808,", format!("{frame}.seq: expected {COUNT}, found integer `9223372036854775808`")),
         ("17,", "17.0,", format!("{frame}.seq: expected {COUNT}, found floating point `17.0`")),
         ("17,", "\"17\",", format!("{frame}.seq: expected {COUNT}, found string \"17\"")),
-        ("1625163247274925000", "9223372036854775808", format!("{frame}.t_utc_ns: expected an integer of 64 bits with sign, found integer `9223372036854775808`")),
+        ("1625163247274925000", "9223372036854775808", format!("{frame}.t_utc_ns: expected a signed 64-bit integer, found integer `9223372036854775808`")),
         (r#""synced""#, r#""Synced""#, format!("{frame}.clock: expected one of unsynced synced stepped, found string \"Synced\"")),
         ("402", "65536", format!("{frame}.thermistor_raw: expected an integer from 0 to 65535, found integer `65536`")),
         ("402", "null", format!("{frame}.thermistor_raw: expected an integer from 0 to 65535, found null")),
@@ -208,7 +208,7 @@ fn pixels_are_read_however_json_may_write_them() {
         assert_ne!(body, specimen());
         assert_eq!(read(&body).unwrap(), expected, "{from} -> {to}");
     }
-    // What only looks like the key is a name like any other.
+    // Text that only looks like the key is an ordinary name.
     let body = specimen().replace("pi-1", "pixels_raw");
     assert_eq!(read(&body).unwrap().sensors, expected.sensors);
 }
@@ -235,7 +235,7 @@ fn one_sensor_twice_is_refused() {
 }
 
 #[test]
-fn what_is_no_json_is_refused_with_line_and_column() {
+fn invalid_json_is_rejected_with_line_and_column() {
     let cases = [
         (
             "",
@@ -305,7 +305,7 @@ fn a_faulty_answer_is_refused_with_the_path() {
 }
 
 #[test]
-fn what_a_stranger_wrote_reaches_the_message_escaped_and_cut() {
+fn untrusted_text_is_escaped_and_cut_in_the_message() {
     let long = "A".repeat(1_000_000);
     let bodies = [
         format!(r#"{{"device":"{long}","boot":"b","sensors":[]}}"#),
@@ -326,7 +326,7 @@ fn what_a_stranger_wrote_reaches_the_message_escaped_and_cut() {
     }
 }
 
-/// A body with so many sensors of so many missing frames each.
+/// A body with this many sensors of this many missing frames each.
 pub(crate) fn body_of(sensors: usize, frames: usize) -> String {
     let row = |seq: usize| {
         format!(r#"{{"seq":{seq},"t_boot_ns":0,"t_utc_ns":0,"clock":"unsynced","missing":"nack"}}"#)
@@ -357,7 +357,7 @@ fn each_limit_is_reached_and_not_passed() {
         batch(&body_of(3, 0)).unwrap_err(),
         "sensors: expected at most 2 sensors, found more\nhint: send smaller batches"
     );
-    // The fourth frame of the second sensor is the batch's seventh: the limit is for all sensors together.
+    // The fourth frame of the second sensor is the batch's seventh: the limit covers all sensors together.
     assert_eq!(
         batch(&body_of(2, 4)).unwrap_err(),
         "sensors[1].frames: expected at most 6 frames in all, found more\nhint: send smaller batches"
@@ -403,7 +403,7 @@ fn the_default_limits_are_reached_and_not_passed() {
     ));
 }
 
-/// The fault lies behind the limit: a parser that gathers first and counts afterwards would stumble over it.
+/// The fault is beyond the limit: a parser that collects first and counts later would report the fault.
 #[test]
 fn arrays_are_cut_off_while_they_are_parsed() {
     let whole = body_of(1, 5);

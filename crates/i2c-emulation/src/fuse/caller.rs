@@ -1,4 +1,4 @@
-//! The calling program's memory, reached from outside with process_vm_readv and process_vm_writev.
+//! The calling program's memory, accessed from outside with process_vm_readv and process_vm_writev.
 #![expect(
     unsafe_code,
     reason = "only these two system calls reach another process's memory, and std has no wrapper for them"
@@ -13,7 +13,7 @@ pub(super) struct ProcessMemory {
 }
 
 impl ProcessMemory {
-    /// A number that no process can have reaches nothing: every access is EFAULT.
+    /// A number that no process can have reaches nothing: every access returns EFAULT.
     pub(super) fn new(pid: u32, width: PointerWidth) -> Self {
         Self {
             pid: libc::pid_t::try_from(pid).unwrap_or(0),
@@ -26,7 +26,6 @@ impl ProcessMemory {
     }
 }
 
-/// process_vm_readv and process_vm_writev.
 type Copy = unsafe extern "C" fn(
     libc::pid_t,
     *const libc::iovec,
@@ -38,7 +37,7 @@ type Copy = unsafe extern "C" fn(
 
 impl ProcessMemory {
     /// # Safety
-    /// `here` must be good for `length` bytes of what `copy` does there.
+    /// `here` must be valid for the `length` bytes that `copy` reads or writes there.
     unsafe fn copy(
         &self,
         copy: Copy,
@@ -52,11 +51,11 @@ impl ProcessMemory {
             iov_base,
             iov_len: length,
         });
-        // SAFETY: the caller vouches for `here`; the kernel checks `there`, which is in another process.
+        // SAFETY: the caller guarantees `here`; the kernel checks `there`, which is in another process.
         let copied = unsafe { copy(self.pid, &raw const here, 1, &raw const there, 1, 0) };
         match usize::try_from(copied) {
             Ok(copied) if copied == length => Ok(()),
-            // It met the end of the caller's memory.
+            // The copy reached the end of the caller's memory.
             Ok(_) => Err(Errno::FAULT),
             Err(_) => match Errno::from_io_error(&io::Error::last_os_error()) {
                 Some(errno @ (Errno::PERM | Errno::NOSYS)) => Err(errno),
@@ -69,13 +68,13 @@ impl ProcessMemory {
 impl CallerMemory for ProcessMemory {
     fn read(&mut self, address: u64, into: &mut [u8]) -> Result<(), Errno> {
         let here = into.as_mut_ptr().cast();
-        // SAFETY: `into` is borrowed for the whole call and may be written to.
+        // SAFETY: `into` is borrowed for the whole call and writable.
         unsafe { self.copy(libc::process_vm_readv, here, address, into.len()) }
     }
 
     fn write(&mut self, address: u64, bytes: &[u8]) -> Result<(), Errno> {
         let here = bytes.as_ptr().cast_mut().cast();
-        // SAFETY: `bytes` is borrowed for the whole call and only read from.
+        // SAFETY: `bytes` is borrowed for the whole call and only read.
         unsafe { self.copy(libc::process_vm_writev, here, address, bytes.len()) }
     }
 
@@ -101,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_there_is_efault() {
+    fn missing_memory_is_efault() {
         let mut memory = ProcessMemory::of_this_process();
         for address in [0, 1, u64::MAX, u64::MAX - 1, 1 << 63] {
             let read = memory.read(address, &mut [0; 4]);
@@ -117,11 +116,11 @@ mod tests {
         }
     }
 
-    /// Two pages of which the second may not be touched: a buffer across their border is there only in part.
+    /// Two pages, the second inaccessible: a buffer across their border is only partly there.
     #[test]
     fn a_buffer_that_is_there_only_in_part_is_efault() {
         const PAGE_BYTES: usize = 4096;
-        // SAFETY: the mapping is new, private, and nothing but its address is used.
+        // SAFETY: the mapping is new and private, and only its address is used.
         let (pages, protected) = unsafe {
             let flags = libc::MAP_PRIVATE | libc::MAP_ANONYMOUS;
             let rights = libc::PROT_READ | libc::PROT_WRITE;

@@ -1,7 +1,8 @@
-//! How the device gets to its path, for one program: all steps are laid out before the first is carried out, with the right to
-//! mount in a thread, else in the program's own process and user namespace, between fork and exec, without allocating.
+//! Mounts the device at its path for one program. All steps are planned before the first runs. With the right to mount
+//! they run in a thread; otherwise in the program's own process and user namespace, between fork and exec, without
+//! allocating.
 //!
-//! Where the device's file is missing, an empty tmpfs with every entry of the real `/dev` bound into it takes `/dev`'s place.
+//! If the device's file is missing, an empty tmpfs replaces `/dev`, with every entry of the real `/dev` bound into it.
 #![expect(
     unsafe_code,
     reason = "own namespaces and reserved descriptors are for the caller to keep sound"
@@ -21,17 +22,17 @@ use std::os::fd::{AsRawFd, FromRawFd, OwnedFd, RawFd};
 use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 
-/// Most entries of a `/dev` that is rebuilt.
+/// The most entries of a `/dev` to rebuild.
 pub const DEV_ENTRIES_MAX: usize = 4096;
 
 const DEV: &str = "/dev";
 
-/// Whose right to mount is used.
+/// The source of the right to mount.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Right {
     /// The process's own (CAP_SYS_ADMIN).
     Own,
-    /// That of a new user namespace, in which user and group stay what they are.
+    /// That of a new user namespace, in which user and group stay the same.
     NewUserNamespace { user: u32, group: u32 },
 }
 
@@ -45,19 +46,18 @@ impl Right {
     }
 }
 
-/// What must be done so that the program sees its devices.
+/// The steps that make the devices visible to the program.
 pub(super) struct Plan {
     steps: Vec<Step>,
-    /// One open /dev/fuse for each device, in their order.
     fuses: Vec<OwnedFd>,
-    /// Held only so that its number stays reserved.
+    /// Keeps its descriptor number reserved.
     _old_dev: Option<OwnedFd>,
 }
 
 struct Step {
     kind: Kind,
     what: String,
-    /// Allocates nothing: it may run between fork and exec.
+    /// Must not allocate: it may run between fork and exec.
     work: Box<dyn Fn() -> rustix::io::Result<()> + Send + Sync>,
 }
 
@@ -75,7 +75,7 @@ pub(super) struct StepFailed {
 }
 
 impl Plan {
-    /// The devices appear at `paths`, through the kernel's FUSE device at `fuse_device`.
+    /// Plans to mount the devices at `paths`, through the kernel's FUSE device at `fuse_device`.
     pub(super) fn new(paths: &[&Path], fuse_device: &Path, right: Right) -> Result<Self, RunError> {
         let mut plan = Self {
             steps: Vec::new(),
@@ -105,7 +105,7 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Carries out all steps but those that need the server to answer; [`finish`](Self::finish) does these.
+    /// Runs all steps except those that need answers from the server; [`finish`](Self::finish) runs those.
     pub(super) fn prepare(&self) -> Result<(), StepFailed> {
         self.carry_out(|kind| kind != Kind::NeedsTheServer)
     }
@@ -114,12 +114,12 @@ impl Plan {
         self.carry_out(|kind| kind == Kind::NeedsTheServer)
     }
 
-    /// The numbers under which /dev/fuse is open after [`prepare`](Self::prepare), in the process that did it.
+    /// The descriptors of /dev/fuse after [`prepare`](Self::prepare), in the process that ran it.
     pub(super) fn fuse_numbers(&self) -> impl Iterator<Item = RawFd> + '_ {
         self.fuses.iter().map(AsRawFd::as_raw_fd)
     }
 
-    /// Every open /dev/fuse, if this process carried out the plan.
+    /// Every open /dev/fuse, if this process ran the plan.
     pub(super) fn into_fuses(self) -> Vec<OwnedFd> {
         self.fuses
     }
@@ -186,7 +186,7 @@ impl Plan {
                 });
             }
         }
-        // Mounts made here stay here; what is mounted or unmounted outside is still followed.
+        // Mounts made here stay here; mounts made outside still appear.
         self.add(Kind::Ordinary, "separating the mounts below /", || {
             let flags = MountPropagationFlags::DOWNSTREAM | MountPropagationFlags::REC;
             mount_change(c"/", flags)
@@ -204,7 +204,7 @@ impl Plan {
         Ok(())
     }
 
-    /// Replaces `/dev` by a copy with room for the devices that it lacks.
+    /// Replaces `/dev` by a copy with room for the missing devices.
     fn rebuild_dev(&mut self, missing: &[&Path]) -> Result<(), RunError> {
         let dev = Path::new(DEV);
         if let Some(elsewhere) = missing.iter().find(|path| path.parent() != Some(dev)) {
@@ -229,7 +229,7 @@ impl Plan {
         Ok(())
     }
 
-    /// Binds a folder or file with all that is mounted on it; a link is made again.
+    /// Binds a folder or file with everything mounted on it; recreates a link.
     fn copy_entry(&mut self, entry: &DirEntry, old_dev: RawFd) -> Result<(), RunError> {
         let path = c_text(entry.path())?;
         let making = format!("making {}", path.to_string_lossy());
@@ -281,8 +281,8 @@ impl Plan {
             mount(c"i2c-emulation", &path, c"fuse", flags, data.as_c_str())
         });
         if right != Right::Own {
-            // Until the kernel has asked once, it believes that the file belongs to user 0, who does not exist in
-            // this namespace, and refuses to open it.
+            // Until the kernel's first query, it assumes that the file belongs to user 0, who does not exist in this
+            // namespace, and refuses to open it.
             let path = c_text(device)?;
             let what = format!("looking at {}", device.display());
             self.add(Kind::NeedsTheServer, what, move || stat(&path).map(drop));
@@ -291,10 +291,9 @@ impl Plan {
     }
 }
 
-/// Opens a file under a reserved number.
 fn open_at(path: &CStr, flags: OFlags, number: RawFd) -> rustix::io::Result<()> {
     let file = open(path, flags | OFlags::CLOEXEC, Mode::empty())?;
-    // SAFETY: the plan owns this number for longer than its steps run; here it is only borrowed.
+    // SAFETY: the plan owns this descriptor longer than its steps run; here it is only borrowed.
     let mut reserved = ManuallyDrop::new(unsafe { OwnedFd::from_raw_fd(number) });
     dup3(&file, &mut reserved, DupFlags::CLOEXEC)
 }
@@ -310,7 +309,7 @@ fn entries_of(dev: &Path) -> Result<Vec<DirEntry>, RunError> {
     Ok(entries)
 }
 
-/// A descriptor whose number a later open file will take over.
+/// A descriptor that a later open file will replace.
 fn reserve() -> Result<OwnedFd, RunError> {
     let file = fs::File::open("/dev/null").map(OwnedFd::from);
     file.map_err(|source| setup_failed("opening /dev/null", source, FUSE_NEEDS))
@@ -342,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_user_may_not_is_told_from_what_the_machine_cannot() {
+    fn a_missing_right_and_a_missing_feature_have_different_errors() {
         let fuse_device = Path::new("/dev/fuse");
         let device = Path::new("/dev/i2c-emulation-plan");
         let plan = Plan::new(&[device], fuse_device, Right::Own).unwrap();

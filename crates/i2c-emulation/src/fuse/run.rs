@@ -26,16 +26,16 @@ use std::thread;
 /// Where the device appears and how it behaves.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Options {
-    /// The device's path for the program. A file that exists there is covered; without one it must be directly in `/dev`.
+    /// The device's path in the program. Hides an existing file; a missing one must be directly in `/dev`.
     pub device: PathBuf,
-    /// Which adapter to be like.
+    /// The adapter to imitate.
     pub mode: AdapterMode,
     /// The kernel's FUSE device, `/dev/fuse`.
     pub fuse_device: PathBuf,
 }
 
 impl Options {
-    /// A device at `device` that behaves as a Raspberry Pi's.
+    /// A device at `device` that behaves like a Raspberry Pi's.
     #[must_use]
     pub fn new(device: impl Into<PathBuf>) -> Self {
         Self {
@@ -48,10 +48,10 @@ impl Options {
 
 /// Runs `command` to its end with `adapter` as its device, and returns how it ended.
 ///
-/// Only the program, and whatever it starts, sees the device; nothing is left of it, however they end. Signals are left
-/// alone. The adapter is locked for one transfer at a time.
+/// Only the program and whatever it starts see the device, and nothing of it remains, however they end. Signals are not
+/// touched. The adapter is locked for one transfer at a time.
 /// # Errors
-/// What this machine or this user lacks; once the program runs, only [`RunError::Serve`] and [`RunError::Wait`].
+/// What this machine or user lacks; once the program runs, only [`RunError::Serve`] and [`RunError::Wait`].
 pub fn run<A: EmulatedAdapter + Send>(
     adapter: &Mutex<A>,
     options: &Options,
@@ -68,7 +68,7 @@ pub(crate) struct Device<'a> {
     pub(crate) adapter: &'a SharedBus<'a>,
 }
 
-/// As [`run`], with any number of devices; `started` is told the program's process number.
+/// As [`run`], with any number of devices; calls `started` with the program's process number.
 pub(crate) fn run_devices(
     devices: &[Device<'_>],
     mode: AdapterMode,
@@ -81,20 +81,20 @@ pub(crate) fn run_devices(
         fuse_device,
         started,
     };
-    // Closing the one end wakes whoever waits for the other.
+    // Closing one end wakes the reader of the other.
     let (wake, awake) = socket_pair(FUSE_NEEDS)?;
     let (arrivals, mounted) = mpsc::sync_channel(1);
     thread::scope(|scope| {
         let program = scope.spawn(|| {
             let outcome = run_program(&setting, command, &arrivals);
             drop(awake);
-            // Whoever waits for the mounts waits for this sender.
+            // Dropping the sender wakes the receiver that waits for the mounts.
             drop(arrivals);
             outcome
         });
         let served = match mounted.recv() {
             Ok(mounted) => serve_all(mounted, wake.as_fd(), mode, devices),
-            // The helper thread gave up before it had mounted anything; it knows why.
+            // The helper thread failed before mounting anything; its result has the reason.
             Err(mpsc::RecvError) => Ok(0),
         };
         let status = join(program)?;
@@ -106,9 +106,9 @@ pub(crate) fn run_devices(
     })
 }
 
-/// Tells whether [`run`] can work here, by running the program `true` with a device that nobody answers on.
+/// Checks whether [`run`] can work here: runs the program `true` with a device on which no target answers.
 /// # Errors
-/// What [`run`] would say.
+/// Those of [`run`].
 pub fn probe() -> Result<(), RunError> {
     probe_with(Path::new("/dev/fuse"))
 }
@@ -143,13 +143,13 @@ struct Setting<'a> {
     started: &'a (dyn Fn(u32) + Sync),
 }
 
-/// The devices are there; the requests for each will arrive at its own `fuses`.
+/// The mounted devices; each one's requests arrive at its own `fuses` entry.
 struct Mounted {
     fuses: Vec<OwnedFd>,
     owner: (u32, u32),
 }
 
-/// One thread for each device, so that a bus that is held up holds up no other. Counts the opened files.
+/// Serves each device in its own thread, so that a blocked bus blocks no other. Returns the number of opened files.
 fn serve_all(
     mounted: Mounted,
     wake: BorrowedFd<'_>,
@@ -161,7 +161,7 @@ fn serve_all(
         let servers = pairs.map(|(fuse, device)| {
             scope.spawn(move || {
                 let mut session = Session::new(mode, mounted.owner);
-                // The open /dev/fuse is closed with the thread: a device that nobody serves is dead, not mute.
+                // The open /dev/fuse closes with the thread: a device without a server must fail, not hang.
                 serve(&fuse, wake, &mut session, device.adapter).map(|()| session.opens())
             })
         });
@@ -170,13 +170,13 @@ fn serve_all(
     })
 }
 
-/// The outcome of a thread; its panic goes on in this one.
+/// The result of a thread; passes its panic on.
 fn join<T>(thread: thread::ScopedJoinHandle<'_, T>) -> T {
     let outcome = thread.join();
     outcome.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
-/// The helper thread: mounts, starts, waits. Its mount namespace ends with it and with the program.
+/// The helper thread: mounts, starts, waits. Its mount namespace ends with it and the program.
 fn run_program(
     setting: &Setting<'_>,
     command: &mut Command,
@@ -186,7 +186,7 @@ fn run_program(
     let child = match plan.prepare() {
         Ok(()) => {
             let (fuses, owner) = (plan.into_fuses(), Right::Own.owner());
-            // The receiver waits in `run_devices` for exactly this.
+            // The receiver waits for this in `run_devices`.
             let _ = arrivals.send(Mounted { fuses, owner });
             let spawned = command.spawn();
             spawned.map_err(|source| not_started(command, source))?
@@ -199,7 +199,7 @@ fn run_program(
     wait_for(child, command, setting.started)
 }
 
-/// Starts the program in a process that makes its own user and mount namespaces before it becomes the program.
+/// Starts the program in a process that makes its own user and mount namespaces first.
 fn start_in_user_namespace(
     setting: &Setting<'_>,
     command: &mut Command,
@@ -218,7 +218,7 @@ fn start_in_user_namespace(
     let (spawned, greeted) = thread::scope(|scope| {
         let greeting = scope.spawn(|| greet_child(&ours, &plan, right.owner(), arrivals));
         let spawned = command.spawn();
-        // The child is past exec, or dead: wake the greeting if it still waits. A command that is run again must not
+        // The child is past exec, or dead: wake the greeting if it still waits. Running the command again must not
         // repeat all this.
         armed.store(false, Ordering::SeqCst);
         let _ = theirs.shutdown(Shutdown::Both);
@@ -228,7 +228,7 @@ fn start_in_user_namespace(
     spawned.map_err(|source| not_started(command, source))
 }
 
-/// What the child reports: the step that failed or 0, its errno or 0, its own number.
+/// The child's report: the failed step or 0, its errno or 0, its own process number.
 type Report = [[u8; 4]; 3];
 
 #[expect(
@@ -246,7 +246,7 @@ fn arrange_in_child(
         true => arrange(&plan, &socket),
         false => Ok(()),
     };
-    // SAFETY: `arrange` makes system calls on what was laid out before the fork; it neither allocates nor locks.
+    // SAFETY: `arrange` only makes system calls on data prepared before the fork; it neither allocates nor locks.
     unsafe { command.pre_exec(work) };
 }
 
@@ -267,7 +267,7 @@ fn arrange(plan: &Plan, socket: &UnixStream) -> io::Result<()> {
     plan.finish().map_err(failed)
 }
 
-/// Takes over the child's /dev/fuse once it has mounted it, and lets it go on.
+/// Takes over the child's /dev/fuse once mounted, and lets the child continue.
 fn greet_child(
     socket: &UnixStream,
     plan: &Plan,
@@ -276,7 +276,7 @@ fn greet_child(
 ) -> Result<(), StepFailed> {
     let mut report = Report::default();
     if rustix::io::read(socket, report.as_flattened_mut()) != Ok(size_of::<Report>()) {
-        // The child failed before it came to its namespaces; the error of spawn tells why.
+        // The child failed before making its namespaces; the error of spawn has the reason.
         return Ok(());
     }
     let [step, errno, pid] = report.map(i32::from_ne_bytes);
@@ -297,12 +297,12 @@ fn greet_child(
         errno: error.raw_os_error(),
     })?;
     let _ = arrivals.send(Mounted { fuses, owner });
-    // If the child is gone by now, spawn tells.
+    // If the child is gone by now, spawn reports it.
     let _ = rustix::io::write(socket, &[1]);
     Ok(())
 }
 
-/// Answers the kernel until the program has ended (`wake`), or until the kernel has taken the file system away.
+/// Answers the kernel until the program ends (`wake`) or the kernel removes the file system.
 fn serve(
     fuse: &OwnedFd,
     wake: BorrowedFd<'_>,
@@ -326,16 +326,16 @@ fn serve(
         }
         let length = match rustix::io::read(fuse, buffer.as_mut_slice()) {
             Ok(length) => length,
-            // ECONNABORTED instead where the program's end came while a request was being handed over.
+            // ECONNABORTED if the program ended while the kernel handed over a request.
             Err(Errno::NODEV | Errno::CONNABORTED) => return Ok(()),
-            // The request was taken back, or another signal came first.
+            // The kernel withdrew the request, or a signal came first.
             Err(Errno::NOENT | Errno::INTR | Errno::AGAIN) => continue,
             Err(error) => return Err(failed(error)),
         };
         match session.answer(&buffer[..length], ProcessMemory::new, adapter) {
             Reply::Nothing => {}
             Reply::Bytes(bytes) => match rustix::io::write(fuse, &bytes) {
-                // ENOENT: who asked was killed meanwhile.
+                // ENOENT: the asking process was killed.
                 Ok(_) | Err(Errno::NOENT) => {}
                 Err(error) => return Err(failed(error)),
             },

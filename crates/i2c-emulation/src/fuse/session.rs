@@ -1,4 +1,4 @@
-//! The answers: from one request of the kernel to the bytes that go back, without any system call.
+//! Answers the kernel's requests, bytes in and bytes out, without any system call.
 
 use super::wire::{self, Request, opcode};
 use crate::adapter::EmulatedAdapter;
@@ -7,29 +7,31 @@ use crate::ioctl::{AdapterMode, CallerMemory, Errno, MESSAGE_BYTES_MAX, OpenFile
 use std::collections::HashMap;
 use std::sync::Mutex;
 
-/// Most files that may be open at once; one more is ENFILE.
+/// The most files open at once; one more returns ENFILE.
 pub const OPEN_FILES_MAX: usize = 1024;
 
 const IOCTL_FROM_32_BIT: u32 = 1 << 3;
 const SETATTR_MODE_OR_OWNER: u32 = 0b111;
 
-/// The bus of one device, which the caller of `run` may use meanwhile.
+/// The bus of one device, which the caller of `run` may use at the same time.
 pub(super) type SharedBus<'a> = Mutex<dyn EmulatedAdapter + Send + 'a>;
 
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Reply {
-    /// Send these bytes.
     Bytes(Vec<u8>),
     /// The kernel expects no answer.
     Nothing,
-    /// The kernel speaks a protocol that this server does not.
-    Incompatible { major: u32, minor: u32 },
+    /// The kernel speaks a protocol version that this server does not.
+    Incompatible {
+        major: u32,
+        minor: u32,
+    },
 }
 
 /// All open files of one mounted device.
 pub(super) struct Session {
     mode: AdapterMode,
-    /// User and group that the device is shown to belong to.
+    /// The user and group that appear to own the device.
     owner: (u32, u32),
     files: HashMap<u64, OpenFile>,
     handle_next: u64,
@@ -45,7 +47,7 @@ impl Session {
         }
     }
 
-    /// Answers one request; `memory_of` finds the memory of a caller by its process number.
+    /// Answers one request; `memory_of` finds a caller's memory by its process number.
     pub(super) fn answer<M: CallerMemory>(
         &mut self,
         request: &[u8],
@@ -77,9 +79,9 @@ impl Session {
         let body = request.body;
         match request.opcode {
             opcode::INIT => Ok(wire::init(body.u32(8)?)),
-            // Nothing is ever below a file.
+            // A file has no entries.
             opcode::LOOKUP => Err(Errno::NOENT),
-            // Truncation is ignored, as by a character device.
+            // Ignores truncation, like a character device.
             opcode::SETATTR if body.u32(0)? & SETATTR_MODE_OR_OWNER != 0 => Err(Errno::PERM),
             opcode::GETATTR | opcode::SETATTR => Ok(wire::attributes(self.owner.0, self.owner.1)),
             opcode::OPEN => self.open().map(wire::opened),

@@ -1,13 +1,13 @@
-//! The bytes of the FUSE protocol (`linux/fuse.h`), as far as one file needs them.
+//! The bytes of the FUSE protocol (`linux/fuse.h`), as far as a single file needs it.
 
 use crate::ioctl::Errno;
 
-/// The version that the answers are written in. Kernels since 4.20 speak it, newer ones stay compatible.
+/// The protocol version of the answers. Kernels since 4.20 speak it, and newer ones stay compatible.
 pub(super) const MAJOR: u32 = 7;
 pub(super) const MINOR: u32 = 28;
-/// Largest write that the kernel may hand over at once; i2c-dev takes 8192 bytes of it.
+/// The largest write the kernel may pass at once; i2c-dev uses 8192 bytes of it.
 const WRITE_BYTES_MAX: u32 = 64 * 1024;
-/// Room for one read of /dev/fuse: the largest write, its two headers, and some to spare.
+/// Room for one read of /dev/fuse: the largest write, its two headers, and some spare.
 pub(super) const REQUEST_BYTES_MAX: usize = 64 * 1024 + 4096;
 const REQUEST_HEADER_BYTES: usize = 40;
 /// A regular file that everyone may read and write.
@@ -17,11 +17,10 @@ const ROOT_INODE: u64 = 1;
 const ATTRIBUTES_VALID_S: u64 = 3600;
 const BLOCK_BYTES: u32 = 4096;
 const NAME_BYTES_MAX: u32 = 255;
-/// FOPEN_DIRECT_IO: no page cache. FOPEN_NONSEEKABLE and FOPEN_STREAM would make lseek() ESPIPE, as a character device
-/// does, but pread() and pwrite() with it, which i2c-dev takes.
+/// FOPEN_DIRECT_IO: no page cache. FOPEN_NONSEEKABLE and FOPEN_STREAM would make lseek() return ESPIPE, as for a
+/// character device, but also pread() and pwrite(), which i2c-dev accepts.
 const OPEN_FLAGS: u32 = 1;
 
-/// Kinds of request (`enum fuse_opcode`).
 pub(super) mod opcode {
     pub(crate) const LOOKUP: u32 = 1;
     pub(crate) const FORGET: u32 = 2;
@@ -48,7 +47,7 @@ pub(super) struct Request<'a> {
 }
 
 impl<'a> Request<'a> {
-    /// `None` if there is not even a header to answer to.
+    /// `None` without a complete header, which an answer needs.
     pub(super) fn parse(bytes: &'a [u8]) -> Option<Self> {
         let (header, body) = bytes.split_at_checked(REQUEST_HEADER_BYTES)?;
         let header = Fields(header);
@@ -61,7 +60,7 @@ impl<'a> Request<'a> {
     }
 }
 
-/// Numbers at offsets, in the machine's byte order; what is cut short is EINVAL.
+/// Numbers at offsets, in the machine's byte order; a truncated one is EINVAL.
 #[derive(Clone, Copy)]
 pub(super) struct Fields<'a>(&'a [u8]);
 
@@ -79,7 +78,7 @@ impl<'a> Fields<'a> {
         usize::try_from(self.u32(16)?).or(Err(Errno::INVAL))
     }
 
-    /// The bytes behind `struct fuse_write_in`.
+    /// The bytes after `struct fuse_write_in`.
     pub(super) fn written(self) -> Result<&'a [u8], Errno> {
         const HEADER_BYTES: usize = 40;
         let bytes = self.0.get(HEADER_BYTES..).unwrap_or_default();
@@ -103,13 +102,13 @@ pub(super) fn answer(unique: u64, outcome: Result<Vec<u8>, Errno>) -> Vec<u8> {
     [&length[..], &error, &unique.to_ne_bytes(), &body].concat()
 }
 
-/// `struct fuse_init_out`: no feature is asked for; max_background and congestion_threshold are the kernel's own.
+/// `struct fuse_init_out`: requests no feature; max_background and congestion_threshold stay the kernel's own.
 pub(super) fn init(read_ahead: u32) -> Vec<u8> {
     let front = words([MAJOR, MINOR, read_ahead, 0, 0, WRITE_BYTES_MAX, 1]);
     [&front[..], &[0; 36]].concat()
 }
 
-/// `struct fuse_attr_out` of the one file there is; size, blocks and times are zero.
+/// `struct fuse_attr_out` of the only file; size, blocks and times are zero.
 pub(super) fn attributes(owner: u32, group: u32) -> Vec<u8> {
     let inode = [ATTRIBUTES_VALID_S, 0, ROOT_INODE].map(u64::to_ne_bytes);
     let mode = words([FILE_MODE, 1, owner, group, 0, BLOCK_BYTES, 0]);
@@ -126,7 +125,7 @@ pub(super) fn written(length: usize) -> Vec<u8> {
     words([u32::try_from(length).unwrap_or(u32::MAX), 0])
 }
 
-/// `struct fuse_ioctl_out` of an ioctl whose buffers were reached another way.
+/// `struct fuse_ioctl_out` of an ioctl without buffers in the protocol.
 pub(super) fn ioctl_done(result: i32) -> Vec<u8> {
     [&result.to_ne_bytes()[..], &[0; 12]].concat()
 }

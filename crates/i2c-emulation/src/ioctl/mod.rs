@@ -1,9 +1,11 @@
-//! The strict i2c-dev layer: the kernel's `i2c-dev.c` and `i2c-core-smbus.c` errno by errno, over any
-//! [`EmulatedAdapter`](crate::adapter::EmulatedAdapter) and any [`CallerMemory`]. Three things differ, on purpose:
+//! A strict i2c-dev layer: the kernel's `i2c-dev.c` and `i2c-core-smbus.c`, errno by errno, over any
+//! [`EmulatedAdapter`](crate::adapter::EmulatedAdapter) and any [`CallerMemory`]. It differs on purpose in three ways:
 //!
-//! * Retries belong to the open file. The kernel keeps them with the adapter, for all programs. A timeout has no effect.
-//! * What I2C_FUNCS does not offer is EOPNOTSUPP. A Raspberry Pi answers an SMBus block read with rubbish instead.
-//! * Repeated arbitration losses end after [`RETRIES_DONE_MAX`] retries. The kernel ends them by its clock.
+//! * Retries belong to the open file. The kernel keeps them with the adapter, for all programs. A timeout has no
+//!   effect.
+//! * An operation that I2C_FUNCS does not offer returns EOPNOTSUPP. A Raspberry Pi answers an SMBus block read with
+//!   garbage instead.
+//! * Repeated arbitration losses end after [`RETRIES_DONE_MAX`] retries. The kernel limits them by time.
 
 mod mode;
 mod open_file;

@@ -1,4 +1,4 @@
-//! Which real adapter the emulated one behaves like.
+//! The real adapter that the emulated one imitates.
 
 use super::uapi::functionality as func;
 use crate::adapter::{Fault, Message, is_read};
@@ -7,9 +7,9 @@ use core::str::FromStr;
 use embedded_hal::i2c::Operation;
 use rustix::io::Errno;
 
-/// A kind of adapter: what it offers, what it refuses, and how it names a fault.
+/// A kind of adapter: what it offers, what it rejects, and its errno for each fault.
 ///
-/// | mode | offers | refuses | nobody answers | timeout | arbitration lost | else |
+/// | mode | offers | rejects | no answer | timeout | arbitration lost | other |
 /// |---|---|---|---|---|---|---|
 /// | `pi` | I2C, emulated SMBus | a read that is not the last message (EOPNOTSUPP 95) | EREMOTEIO 121 | ETIMEDOUT 110 | EIO 5 | EIO 5 |
 /// | `pi5` | I2C, 10-bit, SMBus with block reads | | EREMOTEIO 121 | ETIMEDOUT 110 | EAGAIN 11, after 3 retries | EIO 5 |
@@ -17,9 +17,9 @@ use rustix::io::Errno;
 /// | `smbus-only` | SMBus with block reads | I2C_RDWR, read(), write() (EOPNOTSUPP 95) | ENXIO 6 | ETIMEDOUT 110 | EAGAIN 11 | EIO 5 |
 /// | `busy` | as `pi` | I2C_SLAVE at every address (EBUSY 16) | as `pi` | | | |
 /// | `gone` | as `pi` | every transfer (ENODEV 19) | | | | |
-/// | `virtio` | I2C, emulated SMBus | | **fewer messages than asked, no errno** | the same | the same | the same |
+/// | `virtio` | I2C, emulated SMBus | | **fewer messages than requested, no errno** | the same | the same | the same |
 ///
-/// A bus that reports [`Fault::Gone`] gives ENODEV 19 in every mode. Sources: the kernel's drivers i2c-bcm2835,
+/// A bus that reports [`Fault::Gone`] returns ENODEV 19 in every mode. Sources: the kernel's drivers i2c-bcm2835,
 /// i2c-designware, i2c-tiny-usb, i2c-i801 and i2c-virtio.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum AdapterMode {
@@ -30,11 +30,11 @@ pub enum AdapterMode {
     Pi5,
     /// A USB adapter (i2c-tiny-usb).
     Usb,
-    /// The SMBus controller of a PC's chipset (i2c-i801).
+    /// A PC chipset's SMBus controller (i2c-i801).
     SmbusOnly,
     /// As [`Pi`](Self::Pi), with a kernel driver bound to every address.
     Busy,
-    /// An adapter that was pulled out while the file was open.
+    /// An adapter that was unplugged while the file was open.
     Gone,
     /// A virtual machine's adapter (i2c-virtio), which hides faults in the message count.
     Virtio,
@@ -66,7 +66,7 @@ impl AdapterMode {
         }
     }
 
-    /// The bits that I2C_FUNCS tells.
+    /// The adapter's I2C_FUNCS bits.
     #[must_use]
     pub const fn functionality(self) -> u32 {
         match self {
@@ -78,7 +78,7 @@ impl AdapterMode {
         }
     }
 
-    /// The errno of a fault, or `None` if the adapter only returns a smaller count of messages.
+    /// The errno of a fault; `None` if the adapter only returns a smaller message count.
     #[must_use]
     pub const fn errno(self, fault: Fault) -> Option<Errno> {
         Some(match (self, fault) {
@@ -105,7 +105,7 @@ impl AdapterMode {
         }
     }
 
-    /// What the adapter's driver refuses before anything reaches the bus.
+    /// Rejects what the adapter's driver rejects before anything reaches the bus.
     pub(super) fn check(self, messages: &[Message<'_>]) -> Result<(), Errno> {
         let refused = match self {
             Self::Gone => return Err(Errno::NODEV),
@@ -128,7 +128,7 @@ impl fmt::Display for AdapterMode {
     }
 }
 
-/// A name that none of a list has.
+/// A name that is not in the list.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("unknown {what} {found:?}\nhint: one of {known}")]
 pub struct UnknownName {
@@ -182,7 +182,7 @@ mod tests {
         check_names(&Via::ALL, "cuse");
     }
 
-    /// The numbers are those of reference drivers, written out so that a slip in the table shows.
+    /// The numbers of the real drivers, written out so that a slip in the table shows.
     #[test]
     fn each_mode_names_each_fault_as_its_driver_does() {
         use Fault::{ArbitrationLost, Bus, Gone, NackAddress, NackData, Timeout};
@@ -201,7 +201,8 @@ mod tests {
         }
     }
 
-    /// `0x0EFF_0009` is what `i2cdetect -F` shows on a Raspberry Pi: I2C_FUNC_I2C | I2C_FUNC_SMBUS_EMUL of linux/i2c.h.
+    /// `0x0EFF_0009` is the output of `i2cdetect -F` on a Raspberry Pi: I2C_FUNC_I2C | I2C_FUNC_SMBUS_EMUL of
+    /// linux/i2c.h.
     #[test]
     fn functionality_is_that_of_the_driver() {
         assert_eq!(AdapterMode::Pi.functionality(), 0x0EFF_0009);

@@ -1,4 +1,4 @@
-//! One open file of the device: the system calls on it, and the transfers that they are made of.
+//! One open file of the device: its system calls, and their transfers.
 
 use super::mode::AdapterMode;
 use super::segment::{Segment, fetch_segment};
@@ -10,7 +10,7 @@ use crate::adapter::{EmulatedAdapter, Message, SEVEN_BIT_ADDRESS_MAX, TransferEr
 use embedded_hal::i2c::Operation;
 use rustix::io::Errno;
 
-/// Most retries after lost arbitration, whatever I2C_RETRIES asks for.
+/// The most retries after lost arbitration, whatever I2C_RETRIES sets.
 pub const RETRIES_DONE_MAX: u32 = 1000;
 
 const TEN_BIT_ADDRESS_MAX: u16 = 0x3FF;
@@ -26,7 +26,7 @@ pub struct OpenFile {
 }
 
 impl OpenFile {
-    /// A file as it is after open(): address 0, seven bits, no checksum.
+    /// A file as after open(): address 0, seven bits, no checksum.
     #[must_use]
     pub const fn new(mode: AdapterMode) -> Self {
         Self {
@@ -38,7 +38,7 @@ impl OpenFile {
         }
     }
 
-    /// A file on which I2C_TENBIT was called, and I2C_SLAVE or, with `force`, I2C_SLAVE_FORCE.
+    /// A file after I2C_TENBIT and I2C_SLAVE or, with `force`, I2C_SLAVE_FORCE.
     pub(crate) fn selecting(
         mode: AdapterMode,
         address: u16,
@@ -51,9 +51,9 @@ impl OpenFile {
         Ok(file)
     }
 
-    /// What ioctl() does.
+    /// Acts as ioctl().
     /// # Errors
-    /// The errno that the kernel gives, and that of the bus by [`AdapterMode`].
+    /// The kernel's errno, or the bus's according to [`AdapterMode`].
     pub fn ioctl(
         &mut self,
         request: u32,
@@ -92,9 +92,9 @@ impl OpenFile {
         }
     }
 
-    /// What read() does: one message from the target. At most [`MESSAGE_BYTES_MAX`] bytes are read.
+    /// Acts as read(): one message from the target, of at most [`MESSAGE_BYTES_MAX`] bytes.
     /// # Errors
-    /// EOPNOTSUPP without plain I2C, and the errno of the bus; in mode `virtio` a missing target is `Ok(0)`.
+    /// EOPNOTSUPP without plain I2C, or the errno of the bus; in mode `virtio` a missing target is `Ok(0)`.
     pub fn read(
         &mut self,
         buffer: &mut [u8],
@@ -104,7 +104,7 @@ impl OpenFile {
         self.transfer_one(Operation::Read(&mut buffer[..length]), length, bus)
     }
 
-    /// What write() does: one message to the target. At most [`MESSAGE_BYTES_MAX`] bytes are written.
+    /// Acts as write(): one message to the target, of at most [`MESSAGE_BYTES_MAX`] bytes.
     /// # Errors
     /// As [`read`](Self::read).
     pub fn write(&mut self, bytes: &[u8], bus: &mut dyn EmulatedAdapter) -> Result<usize, Errno> {
@@ -155,7 +155,7 @@ impl OpenFile {
         let fetch = |message: &RdwrMessage| fetch_segment(message, self.mode, memory);
         let mut segments = messages.iter().map(fetch).collect::<Result<Vec<_>, _>>()?;
         let completed = self.rdwr(&mut segments, bus)?;
-        // An empty buffer may have any pointer, as with the kernel's copies.
+        // An empty buffer may have any pointer, as in the kernel.
         for segment in segments {
             if segment.read && !segment.bytes.is_empty() {
                 memory.write(segment.buffer, segment.arrived()?)?;
@@ -164,7 +164,7 @@ impl OpenFile {
         i32::try_from(completed).or(Err(Errno::INVAL))
     }
 
-    /// I2C_RDWR of messages that are here already: how many were carried out.
+    /// I2C_RDWR with messages that were already fetched: returns how many completed.
     pub(crate) fn rdwr(
         &self,
         segments: &mut [Segment],
@@ -177,7 +177,7 @@ impl OpenFile {
         let bytes = segments.iter().map(|segment| segment.bytes.clone());
         let before: Vec<Vec<u8>> = bytes.collect();
         let completed = self.transfer_segments(segments, bus)?;
-        // The kernel copies every read buffer back once the adapter reports no error, in `virtio` mode also those that
+        // If the adapter reports no error, the kernel copies back every read buffer, in `virtio` mode even those that
         // never arrived: the caller then finds its own old bytes.
         for (segment, before) in segments.iter_mut().zip(before).skip(completed) {
             segment.bytes = before;
@@ -185,7 +185,7 @@ impl OpenFile {
         Ok(completed)
     }
 
-    /// The array of messages that the caller's argument points at, nothing of them checked but their number.
+    /// Fetches the message array that the caller's argument points to; checks only its length.
     fn fetch_messages(
         &self,
         argument: u64,
@@ -217,7 +217,7 @@ impl OpenFile {
         self.transfer(&mut messages, bus)
     }
 
-    /// The kernel's `i2c_transfer`: how many messages were carried out, or an errno.
+    /// The kernel's `i2c_transfer`: returns how many messages completed, or an errno.
     fn transfer(
         &self,
         messages: &mut [Message<'_>],
@@ -244,7 +244,7 @@ impl OpenFile {
     }
 }
 
-/// Retries and timeout are an `int` in the kernel, and must not be negative.
+/// In the kernel, retries and timeout are an `int` and must not be negative.
 fn signed_argument(argument: u64) -> Result<u32, Errno> {
     i32::try_from(argument)
         .ok()

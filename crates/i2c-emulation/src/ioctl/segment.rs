@@ -1,4 +1,4 @@
-//! The messages of a transfer on their way: fetched from the caller, carried out, and handed back.
+//! The messages of a transfer: fetched from the caller, carried out, and copied back.
 
 use super::mode::AdapterMode;
 use super::uapi::{
@@ -8,16 +8,16 @@ use crate::adapter::Message;
 use embedded_hal::i2c::Operation;
 use rustix::io::Errno;
 
-/// One message on its way: the kernel's copy of the caller's buffer.
+/// One message with the kernel's copy of the caller's buffer.
 #[derive(Debug)]
 pub(crate) struct Segment {
     pub(crate) address: u16,
     pub(crate) ten_bit: bool,
     pub(crate) read: bool,
     pub(crate) bytes: Vec<u8>,
-    /// Where the bytes that arrive go; unused by SMBus transfers.
+    /// Where to copy the bytes read; unused by SMBus transfers.
     pub(crate) buffer: u64,
-    /// Bytes beside the block, if the first byte tells the block's length.
+    /// Bytes besides the block, if the first byte holds the block's length.
     pub(crate) length_first: Option<usize>,
 }
 
@@ -50,20 +50,20 @@ impl Segment {
         }
     }
 
-    /// The bytes that the target meant: all, or as many as its first byte tells.
+    /// The valid bytes: all, or as many as the first byte says.
     pub(super) fn arrived(&self) -> Result<&[u8], Errno> {
         let Some(extra) = self.length_first else {
             return Ok(&self.bytes);
         };
         match self.bytes.first().copied().map(usize::from) {
-            // The buffer has room for the longest block and not a byte more: a longer one is not there.
+            // The buffer only has room for the longest block, so a longer one is not there.
             Some(told) if told > 0 => self.bytes.get(..extra + told).ok_or(Errno::PROTO),
             _ => Err(Errno::PROTO),
         }
     }
 }
 
-/// Copies the message's buffer, as the kernel does also for one that will be read into.
+/// Copies the message's buffer; the kernel does that even for a read.
 pub(super) fn fetch_segment(
     message: &RdwrMessage,
     mode: AdapterMode,

@@ -1,4 +1,4 @@
-//! I2C_SMBUS, made out of plain messages as the kernel's `i2c_smbus_xfer_emulated` does.
+//! I2C_SMBUS made from plain messages, like the kernel's `i2c_smbus_xfer_emulated`.
 
 use super::open_file::OpenFile;
 use super::segment::Segment;
@@ -12,7 +12,7 @@ use rustix::io::Errno;
 const WRITE: u8 = 0;
 const READ: u8 = 1;
 
-/// `union i2c_smbus_data`: a byte, a word with its low byte first, or a block with its length in front.
+/// `union i2c_smbus_data`: a byte, a word with its low byte first, or a block after its length.
 type Data = [u8; SMBUS_DATA_BYTES];
 
 impl OpenFile {
@@ -42,7 +42,7 @@ impl OpenFile {
         Ok(0)
     }
 
-    /// I2C_SMBUS with a union that is here already.
+    /// I2C_SMBUS with a union that was already fetched.
     pub(crate) fn smbus_call(
         &self,
         call: &SmbusArgument,
@@ -92,7 +92,6 @@ impl OpenFile {
         Ok(())
     }
 
-    /// The messages of one call, before any checksum.
     fn smbus_messages(
         &self,
         kind: u32,
@@ -193,7 +192,7 @@ fn take_answer(kind: u32, answer: &Segment, data: &mut Data) -> Result<(), Errno
     Ok(())
 }
 
-/// Appends the checksum to a lone write, or makes room for the one that the target sends.
+/// Appends the checksum to a lone write, or makes room for the target's checksum.
 fn add_checksum(segments: &mut [Segment]) {
     let checksum = segments.iter().fold(0, checksum_of_message);
     if let Some(last) = segments.last_mut() {
@@ -206,7 +205,7 @@ fn add_checksum(segments: &mut [Segment]) {
     }
 }
 
-/// Takes the target's checksum off the last message and compares it.
+/// Removes the target's checksum from the last message and compares it.
 fn check_checksum(segments: &mut [Segment]) -> Result<(), Errno> {
     let Some((last, before)) = segments.split_last_mut() else {
         return Ok(());
@@ -242,7 +241,7 @@ fn checksum_of_byte(checksum: u8, byte: u8) -> u8 {
 mod tests {
     use super::*;
 
-    /// "123456789" gives 0xF4: the check value of CRC-8 in every catalogue of checksums.
+    /// "123456789" gives 0xF4: the standard check value of this CRC-8.
     #[test]
     fn checksum_has_the_known_check_value() {
         let step = |crc, byte: &u8| checksum_of_byte(crc, *byte);

@@ -1,4 +1,4 @@
-//! Numbers and layouts of `linux/i2c.h` and `linux/i2c-dev.h`, and the memory of the program that they come from.
+//! Numbers and layouts of `linux/i2c.h` and `linux/i2c-dev.h`, and access to the calling program's memory.
 
 use rustix::io::Errno;
 
@@ -12,7 +12,7 @@ pub mod request {
     pub const I2C_SLAVE: u32 = 0x0703;
     pub const I2C_TENBIT: u32 = 0x0704;
     pub const I2C_FUNCS: u32 = 0x0705;
-    /// As [`I2C_SLAVE`], also where a kernel driver owns the address.
+    /// As [`I2C_SLAVE`], even if a kernel driver owns the address.
     pub const I2C_SLAVE_FORCE: u32 = 0x0706;
     pub const I2C_RDWR: u32 = 0x0707;
     pub const I2C_PEC: u32 = 0x0708;
@@ -24,7 +24,7 @@ pub mod request {
 pub mod message_flag {
     pub const READ: u16 = 0x0001;
     pub const TEN_BIT: u16 = 0x0010;
-    /// The first byte that arrives tells how many follow.
+    /// The first byte read holds the number of bytes that follow.
     pub const LENGTH_FIRST: u16 = 0x0400;
 }
 
@@ -41,10 +41,10 @@ pub mod functionality {
     pub const SMBUS_PROC_CALL: u32 = 0x0080_0000;
     pub const SMBUS_READ_BLOCK: u32 = 0x0100_0000;
     pub const SMBUS_WRITE_BLOCK: u32 = 0x0200_0000;
-    /// A block of a length known to both sides, both ways.
+    /// A block with a length known to both sides, both ways.
     pub const SMBUS_I2C_BLOCK: u32 = 0x0C00_0000;
 
-    /// What the kernel makes out of plain messages.
+    /// The operations that the kernel makes from plain messages.
     pub const SMBUS_EMULATED: u32 = SMBUS_QUICK
         | SMBUS_BYTE
         | SMBUS_BYTE_DATA
@@ -53,7 +53,7 @@ pub mod functionality {
         | SMBUS_WRITE_BLOCK
         | SMBUS_I2C_BLOCK
         | SMBUS_PEC;
-    /// What a controller offers that can read a length byte by itself.
+    /// The operations of a controller that can read a length byte itself.
     pub const SMBUS_WITH_BLOCK_READ: u32 = SMBUS_QUICK
         | SMBUS_BYTE
         | SMBUS_BYTE_DATA
@@ -66,7 +66,7 @@ pub mod functionality {
 /// Kinds of I2C_SMBUS transfer (its field `size`).
 #[expect(missing_docs, reason = "the names are the kernel's")]
 pub mod smbus_size {
-    /// The address alone; the direction bit is the datum.
+    /// The address alone; the direction bit is the data.
     pub const QUICK: u32 = 0;
     pub const BYTE: u32 = 1;
     pub const BYTE_DATA: u32 = 2;
@@ -74,23 +74,23 @@ pub mod smbus_size {
     pub const WORD_DATA: u32 = 3;
     pub const PROC_CALL: u32 = 4;
     pub const BLOCK_DATA: u32 = 5;
-    /// The old form of [`I2C_BLOCK_DATA`], which always reads 32 bytes.
+    /// The old form of [`I2C_BLOCK_DATA`]; it always reads 32 bytes.
     pub const I2C_BLOCK_BROKEN: u32 = 6;
     pub const BLOCK_PROC_CALL: u32 = 7;
-    /// A block of a length known to both sides.
+    /// A block with a length known to both sides.
     pub const I2C_BLOCK_DATA: u32 = 8;
 }
 
-/// Most messages of one I2C_RDWR (I2C_RDWR_IOCTL_MAX_MSGS).
+/// The most messages of one I2C_RDWR (I2C_RDWR_IOCTL_MAX_MSGS).
 pub const RDWR_MESSAGES_MAX: usize = 42;
-/// Most bytes of one message, and of one read() or write().
+/// The most bytes of one message, and of one read() or write().
 pub const MESSAGE_BYTES_MAX: usize = 8192;
-/// Most bytes of an SMBus block (I2C_SMBUS_BLOCK_MAX).
+/// The most bytes of an SMBus block (I2C_SMBUS_BLOCK_MAX).
 pub const SMBUS_BLOCK_MAX: usize = 32;
 /// Bytes of `union i2c_smbus_data`.
 pub(crate) const SMBUS_DATA_BYTES: usize = SMBUS_BLOCK_MAX + 2;
 
-/// How wide the pointers of the calling program are: the layouts of I2C_RDWR and I2C_SMBUS depend on it.
+/// The calling program's pointer width; the layouts of I2C_RDWR and I2C_SMBUS depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the names say it")]
 pub enum PointerWidth {
@@ -111,19 +111,20 @@ impl PointerWidth {
 
 /// The calling program's memory, wherever it is.
 ///
-/// Addresses are the caller's and may be anything, unaligned too: an implementation answers EFAULT, it never trusts them.
+/// Addresses come from the caller and can be anything, even unaligned: an implementation returns EFAULT and never
+/// trusts them.
 pub trait CallerMemory {
-    /// Copies bytes out of the caller; all of them or none are used.
+    /// Copies bytes from the caller; after an error, none count.
     /// # Errors
-    /// EFAULT where the caller has no such memory; EPERM where it may not be looked into.
+    /// EFAULT if the caller has no such memory; EPERM if it may not be read.
     fn read(&mut self, address: u64, into: &mut [u8]) -> Result<(), Errno>;
 
-    /// Copies bytes into the caller. After an error some of them may have been written, as in the kernel.
+    /// Copies bytes to the caller. After an error some may have been written, as in the kernel.
     /// # Errors
-    /// EFAULT where the caller has no such memory, or may not write to it; EPERM where it may not be reached.
+    /// EFAULT if the caller has no such memory or may not write it; EPERM if it may not be accessed.
     fn write(&mut self, address: u64, bytes: &[u8]) -> Result<(), Errno>;
 
-    /// How wide the caller's pointers are.
+    /// The caller's pointer width.
     fn pointer_width(&self) -> PointerWidth {
         PointerWidth::Bits64
     }
@@ -191,7 +192,7 @@ fn u16_at(bytes: &[u8], offset: usize) -> u16 {
     u16::from_ne_bytes(array_at(bytes, offset))
 }
 
-/// The bytes at an offset; what lies beyond the end counts as zero, which the callers rule out by their buffer's size.
+/// The bytes at an offset. Bytes past the end count as zero; callers size their buffers to rule that out.
 fn array_at<const N: usize>(bytes: &[u8], offset: usize) -> [u8; N] {
     let mut array = [0; N];
     for (to, from) in array.iter_mut().zip(bytes.iter().skip(offset)) {

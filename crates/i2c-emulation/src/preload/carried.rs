@@ -1,4 +1,4 @@
-//! The library that this program carries inside itself, as a file without a name.
+//! The library embedded in this program, as an unnamed file.
 
 use crate::run::{PRELOAD_NEEDS, RunError, setup_failed};
 use rustix::fs::{MemfdFlags, SealFlags, fcntl_add_seals, memfd_create};
@@ -11,10 +11,10 @@ use std::os::fd::{AsRawFd, OwnedFd};
 const BYTES: Option<&[u8]> = Some(include_bytes!(env!("I2C_EMULATION_LIBRARY")));
 #[cfg(not(preload_library))]
 const BYTES: Option<&[u8]> = None;
-/// Why there is none, if there is none.
+/// Why this build has no library, if so.
 const REASON: &str = env!("I2C_EMULATION_NO_LIBRARY");
 
-/// Lowest number of the descriptor: should another process get this one's number later, it is unlikely to have a file
+/// The lowest descriptor number: if another process later gets this process's number, it is unlikely to have a file
 /// open there.
 const DESCRIPTOR_MIN: i32 = 700;
 
@@ -22,7 +22,7 @@ pub(super) fn bytes() -> Result<&'static [u8], RunError> {
     BYTES.ok_or(RunError::NoLibrary(REASON))
 }
 
-/// The library in memory, under a path for as long as this lives: of a process that was killed nothing is left.
+/// The library in memory, with a path for as long as this lives. A killed process leaves nothing behind.
 pub(super) struct Library(OwnedFd);
 
 impl Library {
@@ -33,19 +33,19 @@ impl Library {
         })
     }
 
-    /// What the loader of programs finds it at.
+    /// The path for the program loader.
     pub(super) fn path(&self) -> String {
         format!("/proc/{}/fd/{}", std::process::id(), self.0.as_raw_fd())
     }
 }
 
-/// A file in memory with these bytes, which nobody can change any more.
+/// A file in memory with these bytes, sealed against changes.
 fn memory_file(bytes: &[u8]) -> io::Result<OwnedFd> {
     let flags = MemfdFlags::CLOEXEC | MemfdFlags::ALLOW_SEALING;
     let mut file = File::from(memfd_create(c"i2c-emulation-preload", flags)?);
     file.write_all(bytes)?;
     let no_change = SealFlags::WRITE | SealFlags::SHRINK | SealFlags::GROW;
     fcntl_add_seals(&file, no_change | SealFlags::SEAL)?;
-    // Where so high a number is not allowed, its own will do.
+    // If such a high number is not allowed, keep the original.
     Ok(fcntl_dupfd_cloexec(&file, DESCRIPTOR_MIN).unwrap_or_else(|_| file.into()))
 }

@@ -1,4 +1,4 @@
-//! The library that is preloaded: a crate of its own, which `build.rs` compiles with neither std nor one C library in mind.
+//! The preloaded library: a crate of its own that `build.rs` compiles without std and independent of any C library.
 #![no_std]
 #![deny(unsafe_op_in_unsafe_fn)]
 
@@ -6,14 +6,14 @@
 mod protocol;
 mod shim;
 
-/// Nothing here is meant to panic; if it does all the same, the program must not go on with a broken bus.
+/// Nothing here should panic; if it does, the program must not continue with a broken bus.
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
     shim::abort()
 }
 
-// Rust's own core names this function in its tables for unwinding, which nothing here does. It is never called, and not
-// seen outside of this library.
+// Rust's core refers to this function in its unwind tables, which nothing here uses. It is never called, and hidden
+// outside this library.
 core::arch::global_asm!(
     ".globl rust_eh_personality",
     ".hidden rust_eh_personality",

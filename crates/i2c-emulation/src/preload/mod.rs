@@ -1,8 +1,8 @@
 //! Way 3 where FUSE is not allowed: a preloaded library that answers for `/dev/i2c-N`.
 //!
-//! The library is in memory, at a path below `/proc` that ends with this process. What it opens is a socket without a path,
-//! to this process, where chips and open files are: a forked or started child finds the very same ones.
-//! The crate's page lists what a program can notice.
+//! The library is in memory, at a path below `/proc` that ends with this process. It opens an abstract socket to this
+//! process, which holds the chips and open files, so a forked or started child uses the same ones. The crate's page
+//! lists what a program can notice.
 
 mod carried;
 mod program_file;
@@ -23,5 +23,5 @@ pub use run::check;
 pub(crate) use run::run_rack;
 pub use server::{CHANNELS_MAX, OPEN_FILES_MAX, STRANGERS_MAX};
 
-/// Most buses that one program can be shown by preloading.
+/// The most buses that preloading can show one program.
 pub const BUSES_MAX: usize = protocol::BUSES_MAX;

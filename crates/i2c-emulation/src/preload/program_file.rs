@@ -1,4 +1,4 @@
-//! What a program's file tells before it is started: whether a library can be preloaded into it.
+//! Checks a program's file before it starts: whether a library can be preloaded into it.
 
 use super::carried;
 use crate::run::RunError;
@@ -12,16 +12,15 @@ use std::os::unix::fs::{FileExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Most scripts that name another script as their interpreter, as in the kernel.
+/// The most scripts that name another script as their interpreter, as in the kernel.
 pub const SCRIPTS_MAX: usize = 5;
-/// Most bytes of a script's first line that the kernel looks at.
+/// The most bytes of a script's first line that the kernel reads.
 const FIRST_LINE_BYTES_MAX: u64 = 256;
-/// Most program headers that are looked at; linkers make about a dozen.
+/// The most program headers to check; linkers make about a dozen.
 const HEADERS_MAX: usize = 256;
-/// Where programs are looked for if nothing says where.
+/// The default search path for programs.
 const PATH_OF_OLD: &str = "/bin:/usr/bin";
 
-/// The file that `command` would start.
 pub(crate) fn find(command: &Command) -> Result<PathBuf, RunError> {
     let name = command.get_program();
     let folder = command.get_current_dir().unwrap_or(Path::new(""));
@@ -36,7 +35,7 @@ pub(crate) fn find(command: &Command) -> Result<PathBuf, RunError> {
     found.ok_or_else(|| RunError::ProgramNotFound(name.to_string_lossy().into_owned()))
 }
 
-/// The value that a variable will have for the program.
+/// The variable's value in the program.
 pub(super) fn environment(command: &Command, name: &str) -> Option<OsString> {
     let set = command.get_envs().find(|(key, _)| *key == OsStr::new(name));
     match set {
@@ -45,7 +44,8 @@ pub(super) fn environment(command: &Command, name: &str) -> Option<OsString> {
     }
 }
 
-/// Tells whether the loader will take the library for this program. What cannot be read is left to the start to fail.
+/// Checks whether the loader will accept the library for this program. If the file cannot be read, starting it will
+/// report why.
 pub(super) fn check(program: &Path) -> Result<(), RunError> {
     let library = Header::parse(carried::bytes()?).map(|header| header.machine);
     let Some((path, file, header)) = without_scripts(program) else {
@@ -63,7 +63,7 @@ pub(super) fn check(program: &Path) -> Result<(), RunError> {
     }
 }
 
-/// The program that is started, perhaps by scripts.
+/// The program that finally starts, after following scripts to their interpreters.
 fn without_scripts(program: &Path) -> Option<(PathBuf, File, Header)> {
     let mut path = program.to_owned();
     for _ in 0..SCRIPTS_MAX {
@@ -93,7 +93,7 @@ fn interpreter_of(front: &[u8]) -> Option<PathBuf> {
     Some(PathBuf::from(OsStr::from_bytes(word)))
 }
 
-/// Whether the kernel gives the program rights that its user does not have; its loader then ignores LD_PRELOAD.
+/// Whether the kernel gives the program rights that its user lacks; its loader then ignores LD_PRELOAD.
 fn gains_rights(path: &Path) -> bool {
     const SET_USER: u32 = 0o4000;
     const SET_GROUP: u32 = 0o2000;
@@ -109,10 +109,10 @@ fn gains_rights(path: &Path) -> bool {
     other_user || other_group || capable
 }
 
-/// What the first bytes of an ELF file tell.
+/// The first bytes of an ELF file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Header {
-    /// Width of pointers, byte order and instruction set, in which programs and libraries of one process agree.
+    /// Pointer width, byte order and instruction set, which must match between a program and its libraries.
     machine: [u8; 4],
     big_endian: bool,
     headers_at: u64,
@@ -142,7 +142,7 @@ impl Header {
         })
     }
 
-    /// Whether the program names a loader: a static one does not.
+    /// Whether the program names a loader; a static one does not.
     fn has_loader(&self, file: &File) -> bool {
         const PT_INTERP: u64 = 3;
         let count = usize::from(self.headers_count).min(HEADERS_MAX);

@@ -1,47 +1,46 @@
-//! What the preloaded library and the emulator say to each other: one source for both, so that they cannot differ.
+//! The protocol between the preloaded library and the emulator, one source for both sides so that they cannot differ.
 //!
-//! A token is what the program holds as its open file: a [`Hello`] with bus and access, answered by an errno or 0; when its
-//! last copy in the last process closes, the file is closed. A channel carries the calls of one process: a [`Hello`], then
-//! each [`Request`] with the memory that it will need, answered by Peek (what is at this address? 1 and the bytes, or 0),
-//! Poke, and Done at the end. Both are connections to one socket without a path. A token's own name is the socket's name, `/t` and 16 digits, the
-//! file's number in every request: so it is known again after fork, exec and dup. Numbers have the machine's byte order.
+//! A token is the descriptor that the program holds as its open file. Opening it sends a [`Hello`] with bus and access,
+//! and the answer is an errno or 0. When the last copy in the last process closes, the file is closed. A channel
+//! carries the calls of one process: a [`Hello`], then [`Request`]s, each with the memory that it will need. The
+//! answers to a request are Peek (read this address: reply 1 and the bytes, or 0), Poke, and finally Done. Both are
+//! connections to one abstract socket. A token's own name is the socket's name, `/t` and 16 digits, which are the
+//! file's number in every request. The name identifies it after fork, exec and dup. Numbers have the machine's byte
+//! order.
 
 use core::ffi::CStr;
 
 /// The environment variable: the socket's name, the secret and the buses, `NAME:SECRET:1,3`.
 pub(crate) const ENVIRONMENT: &CStr = c"I2C_EMULATION_PRELOAD";
-/// If this variable is `0`, no memory is sent along with a request: for measuring what that saves.
+/// If this variable is `0`, requests carry no memory, to measure what that saves.
 pub(crate) const ENVIRONMENT_PREFETCH: &CStr = c"I2C_EMULATION_PREFETCH";
-/// What the name of a token has between the socket's name and its digits.
+/// The part of a token's name between the socket's name and its digits.
 pub(crate) const TOKEN_MARK: &[u8] = b"/t";
-/// The same of a channel.
+/// The same part of a channel's name.
 pub(crate) const CHANNEL_MARK: &[u8] = b"/c";
 pub(crate) const NUMBER_DIGITS: usize = 16;
 pub(crate) const NAME_BYTES_MAX: usize = 48;
 pub(crate) const SECRET_DIGITS: usize = 32;
-/// Most buses that the library knows.
 pub(crate) const BUSES_MAX: usize = 64;
 
-/// First number of a [`Hello`]; it changes with this protocol.
+/// The first number of a [`Hello`]; it changes with this protocol.
 pub(crate) const VERSION: u32 = 0x6932_6302;
 pub(crate) const HELLO_BYTES: usize = 32;
-/// Bytes of the answer to a [`Hello`]: an errno, or 0.
+/// The size of the answer to a [`Hello`]: an errno or 0.
 pub(crate) const WELCOME_BYTES: usize = 4;
-/// Bytes of a [`Request`] without the memory that follows it.
 pub(crate) const REQUEST_BYTES: usize = 40;
-/// Bytes in front of each piece of memory: its address and its length.
+/// The size of the header of each piece of memory: its address and length.
 pub(crate) const REGION_BYTES: usize = 16;
-/// Most bytes of a request with all memory that goes with it.
+/// The largest request including its memory.
 pub(crate) const REQUEST_BYTES_MAX: usize = 4096;
-/// Bytes in front of each piece of an answer.
 pub(crate) const ANSWER_BYTES: usize = 16;
-/// Most bytes that one Peek asks for or one Poke carries.
+/// The most bytes of one Peek or Poke.
 pub(crate) const CHUNK_BYTES_MAX: usize = 2048;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
     Channel,
-    /// An open file of this bus, with these flags of open().
+    /// An open file of this bus, with these open() flags.
     Token {
         bus: u32,
         flags: u32,
@@ -66,7 +65,7 @@ impl Hello {
         pack(&[joined(VERSION, kind), low, high, joined(bus, flags)])
     }
 
-    /// `None` for another version, an unknown purpose or a pointer of another size than 4 or 8.
+    /// `None` for another version, an unknown purpose, or a pointer size other than 4 or 8.
     pub(crate) fn parse(bytes: &[u8; HELLO_BYTES]) -> Option<Self> {
         let [version, kind] = parted(u64_at(bytes, 0));
         let [bus, flags] = parted(u64_at(bytes, 24));
@@ -94,10 +93,9 @@ pub(crate) enum Call {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Request {
-    /// The digits of the token's name.
     pub(crate) file: u64,
     pub(crate) call: Call,
-    /// Bytes of memory that follow, headers included.
+    /// The bytes of memory that follow, headers included.
     pub(crate) memory_bytes: u32,
 }
 
@@ -111,7 +109,7 @@ impl Request {
         pack(&[self.file, kind, first, second, self.memory_bytes.into()])
     }
 
-    /// `None` for an unknown call or more memory than there may be.
+    /// `None` for an unknown call or too much memory.
     pub(crate) fn parse(bytes: &[u8; REQUEST_BYTES]) -> Option<Self> {
         let [kind, request] = parted(u64_at(bytes, 8));
         let (buffer, length) = (u64_at(bytes, 16), u64_at(bytes, 24));
@@ -134,11 +132,11 @@ impl Request {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Answer {
-    /// Send what is at this address.
+    /// Asks for the bytes at this address.
     Peek { address: u64, length: u32 },
-    /// Put the bytes that follow at this address.
+    /// Writes the following bytes to this address.
     Poke { address: u64, length: u32 },
-    /// The call is over: its result, or an errno as a negative number.
+    /// Ends the call with its result, or an errno as a negative number.
     Done(i64),
 }
 
@@ -151,7 +149,7 @@ impl Answer {
         })
     }
 
-    /// `None` for an unknown kind or a piece that is too long.
+    /// `None` for an unknown kind or an oversized piece.
     pub(crate) fn parse(bytes: &[u8; ANSWER_BYTES]) -> Option<Self> {
         let ([kind, length], address) = (parted(u64_at(bytes, 0)), u64_at(bytes, 8));
         let fits = usize::try_from(length).is_ok_and(|length| length <= CHUNK_BYTES_MAX);
@@ -164,18 +162,18 @@ impl Answer {
     }
 }
 
-/// In front of a piece of memory that goes with a request.
+/// The header of a piece of memory that accompanies a request.
 pub(crate) fn region_header(address: u64, length: u64) -> [u8; REGION_BYTES] {
     pack(&[address, length])
 }
 
-/// The number that the name of a token or channel ends in, if it is one of this socket's.
+/// The number at the end of a token's or channel's name, if it belongs to this socket.
 pub(crate) fn number_of(name: &[u8], socket: &[u8], mark: &[u8]) -> Option<u64> {
     let digits = name.strip_prefix(socket)?.strip_prefix(mark)?;
     u64::try_from(hexadecimal(digits, NUMBER_DIGITS)?).ok()
 }
 
-/// The value of exactly so many hexadecimal digits in lower case.
+/// The value of exactly this many lower-case hexadecimal digits.
 pub(crate) fn hexadecimal(digits: &[u8], count: usize) -> Option<u128> {
     if digits.len() != count {
         return None;
@@ -190,7 +188,6 @@ pub(crate) fn hexadecimal(digits: &[u8], count: usize) -> Option<u128> {
     })
 }
 
-/// The digits of a token's or channel's number.
 pub(crate) fn digits_of(number: u64) -> [u8; NUMBER_DIGITS] {
     let mut digits = [b'0'; NUMBER_DIGITS];
     let bytes = number.to_be_bytes().into_iter();
@@ -201,12 +198,12 @@ pub(crate) fn digits_of(number: u64) -> [u8; NUMBER_DIGITS] {
     digits
 }
 
-/// Four bytes as a number; what lies beyond the end counts as zero.
+/// Four bytes as a number; bytes past the end count as zero.
 pub(crate) fn u32_at(bytes: &[u8], offset: usize) -> u32 {
     u32::from_ne_bytes(array(bytes, offset))
 }
 
-/// Eight bytes as a number; what lies beyond the end counts as zero.
+/// Eight bytes as a number; bytes past the end count as zero.
 pub(crate) fn u64_at(bytes: &[u8], offset: usize) -> u64 {
     u64::from_ne_bytes(array(bytes, offset))
 }

@@ -1,4 +1,4 @@
-//! Runs a program with the library preloaded, and serves what it asks.
+//! Runs a program with the library preloaded, and serves its requests.
 
 use super::carried::{self, Library};
 use super::server::Server;
@@ -14,15 +14,16 @@ use std::thread;
 
 const LD_PRELOAD: &str = "LD_PRELOAD";
 
-/// Tells whether preloading can reach this program, without starting it. What the program starts later is not known.
+/// Checks whether preloading can reach this program, without starting it. Programs that it starts later are not
+/// checked.
 /// # Errors
-/// What stands in the way.
+/// What prevents preloading.
 pub fn check(command: &Command) -> Result<(), RunError> {
     carried::bytes()?;
     program_file::check(&program_file::find(command)?)
 }
 
-/// Runs `command` to its end with the buses of `rack`; `started` is told the program's process number.
+/// Runs `command` to its end with the buses of `rack`; calls `started` with the program's process number.
 pub(crate) fn run_rack(
     rack: &Rack,
     mode: AdapterMode,
@@ -48,7 +49,6 @@ pub(crate) fn run_rack(
     })
 }
 
-/// In front of what else is to be preloaded.
 fn with_library(library: &Library, before: Option<&OsString>) -> OsString {
     let mut list = OsString::from(library.path());
     if let Some(before) = before.filter(|before| !before.is_empty()) {
@@ -63,7 +63,7 @@ fn serve_while_it_runs(
     command: &mut Command,
     started: &(dyn Fn(u32) + Sync),
 ) -> Result<ExitStatus, RunError> {
-    // Closing the one end wakes whoever waits for the other.
+    // Closing one end wakes the reader of the other.
     let (wake, awake) = socket_pair(PRELOAD_NEEDS)?;
     thread::scope(|scope| {
         let wake = &wake;

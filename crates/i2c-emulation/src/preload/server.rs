@@ -1,4 +1,4 @@
-//! The emulator's end of the conversation: open files, and one thread for each channel.
+//! The emulator's side: open files, and one thread per channel.
 
 use super::protocol::{
     Answer, BUSES_MAX, CHUNK_BYTES_MAX, Call, HELLO_BYTES, Hello, Purpose, REGION_BYTES,
@@ -22,15 +22,15 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex};
 use std::thread::Scope;
 
-/// Most files that may be open at once, over all processes; one more is ENFILE.
+/// The most files open at once, over all processes; one more returns ENFILE.
 pub const OPEN_FILES_MAX: usize = 512;
-/// Most connections that carry calls, over all processes (each has one for every call that is under way, at most 8); a
-/// call that finds none is ENFILE.
+/// The most connections that carry calls, over all processes. Each process has one per call in progress, at most 8. A
+/// call without a connection returns ENFILE.
 pub const CHANNELS_MAX: usize = 256;
-/// Most connections that have not said yet what they want; one more drops the oldest.
+/// The most connections without a hello; one more drops the oldest.
 pub const STRANGERS_MAX: usize = 64;
 
-/// How long not to accept after there was no descriptor left for it.
+/// How long to stop accepting when descriptors have run out.
 const PAUSE: Timespec = Timespec {
     tv_sec: 0,
     tv_nsec: 50_000_000,
@@ -53,12 +53,12 @@ struct File {
     access: u32,
 }
 
-/// A connection that the door looks after.
+/// A connection without a thread: a token, or a stranger before its hello.
 struct Guest {
     stream: UnixStream,
-    /// What a stranger said so far.
+    /// A stranger's bytes so far.
     said: Vec<u8>,
-    /// The file of a token, of which all that ever comes is its end; `None` for a stranger.
+    /// A token's file, where only its end can still come; `None` for a stranger.
     file: Option<u64>,
 }
 
@@ -93,7 +93,7 @@ impl Server {
         })
     }
 
-    /// What the library must know, as the value of its environment variable.
+    /// The library's settings, as the value of its environment variable.
     pub(super) fn address(&self) -> String {
         let mut numbers: Vec<u32> = self.buses.keys().copied().collect();
         numbers.sort_unstable();
@@ -105,7 +105,7 @@ impl Server {
         self.opens.load(Relaxed)
     }
 
-    /// Lets connections in until `wake` is closed; then ends them all.
+    /// Admits connections until `wake` is closed, then ends them all.
     pub(super) fn serve<'scope>(
         &'scope self,
         wake: BorrowedFd<'_>,
@@ -137,7 +137,7 @@ impl Server {
         self.channels.stop(Shutdown::Both);
     }
 
-    /// Accepts who waits; tells whether there was no descriptor left for one.
+    /// Accepts waiting connections; returns whether descriptors ran out.
     fn let_in(&self, guests: &mut Vec<Guest>) -> bool {
         loop {
             match self.listener.accept() {
@@ -160,7 +160,7 @@ impl Server {
         }
     }
 
-    /// Hears what a guest has to say; `None` if it is one no longer.
+    /// Reads from a guest; `None` if it is no longer one.
     fn attend<'scope>(
         &'scope self,
         mut guest: Guest,
@@ -184,7 +184,7 @@ impl Server {
         }
     }
 
-    /// Who does not know the secret is sent away without a word.
+    /// Drops a connection that does not know the secret, without an answer.
     fn welcome<'scope>(
         &'scope self,
         hello: Hello,
@@ -200,7 +200,7 @@ impl Server {
                 let outcome = self.open(file, bus, flags);
                 tell(&stream, outcome).ok()?;
                 outcome.ok()?;
-                // Who reads the token past the library finds its end, instead of waiting forever.
+                // A reader that bypasses the library sees the token's end instead of waiting forever.
                 rustix::net::shutdown(&stream, Shutdown::Write).ok()?;
                 let (said, file) = (Vec::new(), Some(file));
                 Some(Guest { stream, said, file })
@@ -216,9 +216,9 @@ impl Server {
                     _ => PointerWidth::Bits64,
                 };
                 scope.spawn(move || {
-                    // When the thread ends, also by a panic of the bus, the program must not wait for an answer.
+                    // When the thread ends, even by a panic of the bus, the program must not wait for an answer.
                     let _admitted = admitted;
-                    // What a broken connection has to say is of no interest.
+                    // The error of a broken connection does not matter.
                     let _ = self.converse(&stream, width);
                 });
                 None
@@ -239,7 +239,6 @@ impl Server {
         Ok(())
     }
 
-    /// Answers the requests of one channel until it ends.
     fn converse(&self, stream: &UnixStream, width: PointerWidth) -> io::Result<()> {
         let mut buffer = [0; REQUEST_BYTES_MAX];
         let mut answers = Vec::with_capacity(REQUEST_BYTES_MAX);
@@ -249,7 +248,7 @@ impl Server {
                 if let Some(front) = buffer[..filled].first_chunk::<REQUEST_BYTES>() {
                     let request = Request::parse(front).ok_or(io::ErrorKind::InvalidData)?;
                     let length = usize::try_from(request.memory_bytes).map_err(io::Error::other)?;
-                    // A caller waits for its answer: nothing can come after its request.
+                    // A caller waits for its answer, so nothing can follow its request.
                     match filled.cmp(&(REQUEST_BYTES + length)) {
                         Ordering::Less => {}
                         Ordering::Equal => break request,
@@ -307,7 +306,8 @@ impl Server {
 const READ_ONLY: u32 = 0;
 const WRITE_ONLY: u32 = 1;
 
-/// The memory of the process at the other end of a channel: what came with its request, and for the rest it is asked.
+/// The memory of the process at the other end of a channel: the part sent with its request; the rest is fetched by
+/// Peek.
 struct Caller<'a> {
     stream: &'a UnixStream,
     regions: &'a [u8],
@@ -316,7 +316,7 @@ struct Caller<'a> {
 }
 
 impl Caller<'_> {
-    /// The bytes at an address, if they came along.
+    /// The bytes at an address, if the request carried them.
     fn sent_along(&self, address: u64, length: usize) -> Option<&[u8]> {
         let mut rest = self.regions;
         while rest.len() >= REGION_BYTES {
@@ -365,7 +365,7 @@ impl CallerMemory for Caller<'_> {
         Ok(())
     }
 
-    /// The library tries; if it cannot, it turns the outcome of the call into EFAULT.
+    /// The library does the write; if it fails, it turns the call's result into EFAULT.
     fn write(&mut self, address: u64, bytes: &[u8]) -> Result<(), Errno> {
         let mut address = address;
         for piece in bytes.chunks(CHUNK_BYTES_MAX) {
@@ -391,7 +391,7 @@ fn count(bytes: usize) -> Result<i64, Errno> {
     i64::try_from(bytes).or(Err(Errno::INVAL))
 }
 
-/// The number in the name that a token gave itself.
+/// The number in a token's own name.
 fn token_number(stream: &UnixStream, socket: &str) -> Option<u64> {
     let address = stream.peer_addr().ok()?;
     number_of(address.as_abstract_name()?, socket.as_bytes(), TOKEN_MARK)

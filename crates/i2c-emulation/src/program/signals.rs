@@ -1,4 +1,4 @@
-//! Who gets the signals while a program runs, and what becomes of the program when this process dies.
+//! Passes signals on while a program runs, and ends the program when this process dies.
 #![expect(
     unsafe_code,
     reason = "signal handlers and work between fork and exec have no safe wrapper"
@@ -14,12 +14,12 @@ use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 
 const SIGNALS: [libc::c_int; 4] = [libc::SIGINT, libc::SIGQUIT, libc::SIGTERM, libc::SIGHUP];
 
-/// Who gets the signals: a process number or [`NOBODY_YET`].
+/// The receiver of the signals: a process number or [`NOBODY_YET`].
 static PROGRAM: AtomicI32 = AtomicI32::new(NOBODY_YET);
-/// A signal that came before there was a program, or 0.
+/// A signal that came before the program started, or 0.
 static EARLY: AtomicI32 = AtomicI32::new(0);
 const NOBODY_YET: i32 = 0;
-/// Whether a run has the signals: one at a time.
+/// Whether a run handles the signals; only one at a time does.
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
 pub(super) struct HandedOn {
@@ -27,7 +27,7 @@ pub(super) struct HandedOn {
 }
 
 impl HandedOn {
-    /// Takes the signals, if that is wanted and no other run has them.
+    /// Takes over the signals, if `wanted` and no other run has them.
     pub(super) fn begin(wanted: bool) -> Self {
         if !wanted || TAKEN.swap(true, Ordering::SeqCst) {
             return Self { before: Vec::new() };
@@ -58,14 +58,14 @@ impl Drop for HandedOn {
             return;
         }
         for (signal, action) in &self.before {
-            // SAFETY: `action` is what the kernel handed out for this signal.
+            // SAFETY: `action` is what the kernel returned for this signal.
             unsafe { libc::sigaction(*signal, action, ptr::null_mut()) };
         }
         TAKEN.store(false, Ordering::SeqCst);
     }
 }
 
-/// Lets the kernel send SIGTERM to the program when the thread that started it ends before it, for whatever reason.
+/// Makes the kernel send SIGTERM to the program if the thread that started it ends first, for whatever reason.
 pub(super) fn end_with_this_process(command: &mut Command) {
     let parent = Some(getpid());
     let work = move || {
@@ -76,15 +76,15 @@ pub(super) fn end_with_this_process(command: &mut Command) {
             Err(Errno::CANCELED.into())
         }
     };
-    // SAFETY: `work` makes two system calls, and neither allocates nor locks.
+    // SAFETY: `work` makes two system calls, which neither allocate nor lock.
     unsafe { command.pre_exec(work) };
 }
 
-/// A signal that this process was told to ignore stays ignored, for the program as well (nohup).
+/// An ignored signal stays ignored, for the program too (nohup).
 fn take(signal: libc::c_int) -> Option<(libc::c_int, libc::sigaction)> {
     // SAFETY: all of its fields may be zero.
     let mut before: libc::sigaction = unsafe { mem::zeroed() };
-    // SAFETY: the kernel fills `before`; no new action is given.
+    // SAFETY: the kernel fills `before`; there is no new action.
     let asked = unsafe { libc::sigaction(signal, ptr::null(), &raw mut before) };
     if asked < 0 || before.sa_sigaction == libc::SIG_IGN {
         return None;
@@ -98,13 +98,13 @@ fn take(signal: libc::c_int) -> Option<(libc::c_int, libc::sigaction)> {
     let address = (handler as *const ()).expose_provenance();
     action.sa_sigaction = address;
     action.sa_flags = libc::SA_SIGINFO | libc::SA_RESTART;
-    // SAFETY: the handler has the signature that SA_SIGINFO asks for, and only makes system calls.
+    // SAFETY: the handler has the signature that SA_SIGINFO requires, and only makes system calls.
     let taken = unsafe { libc::sigaction(signal, &raw const action, ptr::null_mut()) };
     (taken == 0).then_some((signal, before))
 }
 
 extern "C" fn hand_on(signal: libc::c_int, origin: *mut libc::siginfo_t, _: *mut libc::c_void) {
-    // SAFETY: the kernel hands a valid record to a handler with SA_SIGINFO.
+    // SAFETY: with SA_SIGINFO, the kernel passes a valid record to the handler.
     let from_terminal = unsafe { (*origin).si_code } == libc::SI_KERNEL
         && matches!(signal, libc::SIGINT | libc::SIGQUIT);
     let pid = PROGRAM.load(Ordering::SeqCst);
@@ -115,11 +115,11 @@ extern "C" fn hand_on(signal: libc::c_int, origin: *mut libc::siginfo_t, _: *mut
     }
 }
 
-/// A program that has ended but was not waited for yet takes a signal without effect.
+/// A program that has ended but not been waited for takes a signal without effect.
 fn send(pid: libc::pid_t, signal: libc::c_int) {
-    // SAFETY: errno belongs to the interrupted code, and its address is valid for the thread's life.
+    // SAFETY: errno's address is valid for the thread's life.
     let errno = unsafe { libc::__errno_location() };
-    // SAFETY: as above; kill takes no pointers.
+    // SAFETY: as above; kill takes no pointers. errno is restored for the interrupted code.
     unsafe {
         let before = *errno;
         libc::kill(pid, signal);

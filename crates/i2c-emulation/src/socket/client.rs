@@ -16,9 +16,9 @@ use connection::{AdapterFacts, Connection, take_answer};
 /// How a client behaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ClientOptions {
-    /// The longest wait for the server, to connect and for each answer; at first 10 seconds.
+    /// The longest wait for the server, to connect and for each answer. Default 10 s.
     pub wait_max: Duration,
-    /// Whether to ask the adapter, which refuses what a real one refuses; at first the bare bus is asked.
+    /// Whether to go through the adapter, which rejects what a real one rejects. Default: the bare bus.
     pub as_adapter: bool,
 }
 
@@ -31,14 +31,14 @@ impl Default for ClientOptions {
     }
 }
 
-/// One bus of a server, as [`I2c`] of embedded-hal and as [`EmulatedAdapter`]. Each transaction is atomic.
+/// One bus of a server, as embedded-hal [`I2c`] and as [`EmulatedAdapter`]. Each transaction is atomic.
 #[derive(Debug)]
 pub struct Client {
     path: PathBuf,
     bus: u32,
     options: ClientOptions,
     adapter: AdapterFacts,
-    /// Gone after the first answer that did not come.
+    /// Dropped after the first missing answer.
     connection: Option<Connection>,
 }
 
@@ -76,19 +76,19 @@ impl Client {
         })
     }
 
-    /// The numbers of all buses that the server has.
+    /// The numbers of the server's buses.
     #[must_use]
     pub fn buses(&self) -> &[u32] {
         &self.adapter.buses
     }
 
-    /// The name of the adapter's mode, such as `pi`.
+    /// The name of the adapter mode, such as `pi`.
     #[must_use]
     pub fn mode(&self) -> &str {
         &self.adapter.mode
     }
 
-    /// What I2C_FUNCS tells of the adapter; see [`functionality`](crate::ioctl::functionality).
+    /// The adapter's I2C_FUNCS bits; see [`functionality`](crate::ioctl::functionality).
     #[must_use]
     pub fn functionality(&self) -> u32 {
         self.adapter.functionality
@@ -96,8 +96,9 @@ impl Client {
 
     /// Carries out the messages of one transfer.
     /// # Errors
-    /// [`ClientError::Fault`] where the bus failed, with the buffers before it filled; [`ClientError::Refused`] where
-    /// nothing reached it; [`ClientError::ServerGone`] or [`ClientError::Timeout`] now and later where no answer came.
+    /// [`ClientError::Fault`] if the bus failed, with the buffers before the fault filled. [`ClientError::Refused`] if
+    /// nothing reached the bus. [`ClientError::ServerGone`] or [`ClientError::Timeout`] if no answer came; later calls
+    /// then return `ServerGone`.
     pub fn transfer_messages(&mut self, messages: &mut [Message<'_>]) -> Result<(), ClientError> {
         check_limits(messages)?;
         let gone = || ClientError::ServerGone(self.path.clone(), None);
@@ -114,7 +115,7 @@ impl Client {
 }
 
 impl EmulatedAdapter for Client {
-    /// A server that went away is [`Fault::Gone`](crate::adapter::Fault::Gone).
+    /// Reports a lost server as [`Fault::Gone`](crate::adapter::Fault::Gone).
     fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError> {
         let outcome = self.transfer_messages(messages);
         outcome.map_err(|error| TransferError {
@@ -173,7 +174,7 @@ fn check_limits(messages: &[Message<'_>]) -> Result<(), ClientError> {
     Ok(())
 }
 
-/// Neighboring operations of one direction are one message.
+/// Merges adjacent operations of one direction into one message.
 fn join(address: u16, operations: &[Operation<'_>]) -> Vec<Segment> {
     let mut joined: Vec<Segment> = Vec::new();
     for operation in operations {

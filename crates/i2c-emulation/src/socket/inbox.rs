@@ -1,4 +1,4 @@
-//! Whole packets out of a stream, within a time.
+//! Reads whole packets from a stream, with time limits.
 
 use super::wire::{LENGTH_BYTES, PACKET_BYTES_MAX};
 use std::io::{ErrorKind, Read};
@@ -7,38 +7,37 @@ use std::time::{Duration, Instant};
 
 /// Room for a frame's packets without growing.
 const ROOM_AT_FIRST: usize = 4096;
-/// The shortest time that a socket can be told to wait.
+/// The shortest read timeout a socket accepts.
 const SHORTEST_WAIT: Duration = Duration::from_millis(1);
 
 #[derive(Debug)]
 pub(super) enum NoPacket {
-    /// The other side closed the connection between two packets.
+    /// The peer closed the connection between two packets.
     Closed,
-    /// The other side closed the connection within a packet.
+    /// The peer closed the connection within a packet.
     CutShort,
-    /// Nothing at all came for the whole wait.
+    /// Nothing came for the whole wait.
     Idle,
-    /// A packet began, and did not end in time.
+    /// A packet began but did not end in time.
     Slow,
-    /// A packet of more than [`PACKET_BYTES_MAX`] bytes is announced.
+    /// The peer announced a packet longer than [`PACKET_BYTES_MAX`].
     TooLong(usize),
     Broken,
 }
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Patience {
-    /// For the first byte of a packet.
+    /// The limit for a packet's first byte.
     pub(super) first: Duration,
-    /// From its first byte to its last.
+    /// The limit from its first byte to its last.
     pub(super) rest: Duration,
 }
 
 pub(super) struct Inbox {
     room: Vec<u8>,
     filled: usize,
-    /// The packet handed out last, to be dropped at the next call.
+    /// The length of the last packet returned; the next call drops it.
     taken: usize,
-    /// What the stream was told to wait.
     wait: Option<Duration>,
 }
 
@@ -77,7 +76,7 @@ impl Inbox {
         }
     }
 
-    /// Where the first packet ends, once it is there as a whole.
+    /// The end of the first packet, once all of it has arrived.
     fn end_of_packet(&mut self) -> Result<Option<usize>, NoPacket> {
         let arrived = self.room.get(..self.filled).unwrap_or_default();
         let Some(head) = arrived.first_chunk::<LENGTH_BYTES>() else {

@@ -1,8 +1,8 @@
-//! Way 2: another process reaches the emulated buses over a Unix socket, by the packets of [`protocol`].
+//! Way 2: other processes reach the emulated buses over a Unix socket, with the packets of [`protocol`].
 //!
-//! A client asks either the bare bus, as this crate's [`EmulatedAdapter`](crate::adapter::EmulatedAdapter) has it, or the
-//! adapter as a program finds it at `/dev/i2c-N`: the layer [`ioctl`](crate::ioctl) then refuses what a real adapter
-//! refuses, and names each fault by its errno.
+//! A client addresses either the bare bus, as this crate's [`EmulatedAdapter`](crate::adapter::EmulatedAdapter), or the
+//! adapter that a program finds at `/dev/i2c-N`: the [`ioctl`](crate::ioctl) layer then rejects what a real adapter
+//! rejects and reports each fault by its errno.
 
 mod client;
 mod error;

@@ -1,4 +1,4 @@
-//! The socket's file: made so that it is never half there, taken over from a server that was killed, removed at the end.
+//! The socket's file: never half-made, taken over from a killed server, removed at the end.
 
 use super::error::{PATH_BYTES_MAX, SocketError};
 use std::ffi::OsStr;
@@ -15,17 +15,17 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
-/// As much of a name as fits behind the folder's numbers in an abstract socket's address.
+/// How much of a name fits after the folder's numbers in an abstract socket address.
 const CLAIM_NAME_BYTES: usize = 56;
 const MODE: u32 = 0o600;
-/// How long a live server may take to accept: one with a full queue makes connect() wait.
+/// How long to wait for a live server to accept: with a full queue, connect() blocks.
 const PROBE_WAIT_MAX: Duration = Duration::from_secs(2);
 
-/// A socket's file that is removed when this is dropped, unless it has become another server's.
+/// A socket's file, removed on drop unless another server has taken it over.
 #[derive(Debug)]
 pub(super) struct Place {
     pub(super) path: PathBuf,
-    /// Its device and inode.
+    /// The file's device and inode.
     file: (u64, u64),
 }
 
@@ -33,7 +33,7 @@ impl Drop for Place {
     fn drop(&mut self) {
         let found = fs::symlink_metadata(&self.path);
         if found.is_ok_and(|found| (found.dev(), found.ino()) == self.file) {
-            // Nobody is left to tell, and the next server takes a stale file over.
+            // There is no one left to report to, and the next server takes over a stale file.
             let _ = fs::remove_file(&self.path);
         }
     }
@@ -50,7 +50,7 @@ pub(super) fn listen(path: &Path) -> Result<(UnixListener, Place), SocketError> 
     let folder = Folder::open(path)?;
     let _claim = folder.claim(name, path)?;
     clear_stale(path)?;
-    // It listens already before it is at its place.
+    // The socket listens before it gets its final name.
     let draft = Draft(folder.spare_entry());
     let fail = |source| failed(path, source);
     let listener = UnixListener::bind(&draft.0).map_err(fail)?;
@@ -64,14 +64,14 @@ pub(super) fn listen(path: &Path) -> Result<(UnixListener, Place), SocketError> 
     Ok((listener, place))
 }
 
-/// Connects, but waits no longer than `wait`: connect() itself has no time limit.
+/// Connects within `wait`: connect() itself has no time limit.
 pub(super) fn connect(path: &Path, wait: Duration) -> io::Result<UnixStream> {
     let (sender, receiver) = mpsc::sync_channel(1);
     let target = path.to_owned();
     thread::Builder::new()
         .name("i2c connect".to_owned())
         .spawn(move || {
-            // A receiver that has gone no longer wants to know.
+            // A receiver that timed out does not need the result.
             let _ = sender.send(UnixStream::connect(target));
         })?;
     receiver
@@ -79,7 +79,7 @@ pub(super) fn connect(path: &Path, wait: Duration) -> io::Result<UnixStream> {
         .unwrap_or_else(|_| Err(io::Error::from(ErrorKind::TimedOut)))
 }
 
-/// A folder by its descriptor, so that a name in it fits into a socket's address however long the folder's path is.
+/// A folder by its descriptor, so that a name in it fits a socket address however long the folder's path is.
 struct Folder(File);
 
 impl Folder {
@@ -104,8 +104,8 @@ impl Folder {
             .join(name)
     }
 
-    /// The right to change what this name stands for, as long as this process lives: else one server could take the place
-    /// of another that has just taken a stale file's.
+    /// The right to change this name while this process lives: without it, one server could replace another that has
+    /// just replaced a stale file.
     fn claim(&self, name: &OsStr, path: &Path) -> Result<UnixListener, SocketError> {
         let fail = |source: io::Error| match source.kind() {
             ErrorKind::AddrInUse => in_use(path),
@@ -120,7 +120,7 @@ impl Folder {
         UnixListener::bind_addr(&address).map_err(fail)
     }
 
-    /// A name that nobody else uses.
+    /// A unique name.
     fn spare_entry(&self) -> PathBuf {
         static NEXT: AtomicU32 = AtomicU32::new(0);
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
@@ -129,17 +129,17 @@ impl Folder {
     }
 }
 
-/// A file that is removed when this is dropped.
+/// A file that is removed on drop.
 struct Draft(PathBuf);
 
 impl Drop for Draft {
     fn drop(&mut self) {
-        // It may never have been made.
+        // It may not exist.
         let _ = fs::remove_file(&self.0);
     }
 }
 
-/// Removes a socket's file with nobody behind it; an error if there is anything else.
+/// Removes a socket file without a server; an error for anything else.
 fn clear_stale(path: &Path) -> Result<(), SocketError> {
     match fs::symlink_metadata(path) {
         Ok(found) if found.file_type().is_socket() => {}
@@ -153,9 +153,9 @@ fn clear_stale(path: &Path) -> Result<(), SocketError> {
             ErrorKind::ConnectionRefused => {
                 fs::remove_file(path).map_err(|source| failed(path, source))
             }
-            // Its queue is full: somebody listens.
+            // Its queue is full, so a server listens.
             ErrorKind::TimedOut => Err(in_use(path)),
-            // The other server has ended meanwhile.
+            // The other server has ended since.
             ErrorKind::NotFound => Ok(()),
             _ => Err(failed(path, error)),
         },
@@ -169,7 +169,7 @@ fn in_use(path: &Path) -> SocketError {
 fn failed(path: &Path, source: io::Error) -> SocketError {
     let path = path.to_owned();
     match source.kind() {
-        // A server that claims nothing, of another program, was faster.
+        // Another program's server, which makes no claim, was faster.
         ErrorKind::AlreadyExists => SocketError::InUse(path),
         ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
             SocketError::NotPermitted(path, source)

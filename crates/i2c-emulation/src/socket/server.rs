@@ -1,4 +1,4 @@
-//! The server: one thread that accepts, and one for each client.
+//! The server: one accepting thread, and one thread per client.
 
 use super::error::SocketError;
 use super::inbox::{Inbox, NoPacket, Patience};
@@ -17,33 +17,33 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Most clients at once; one more is told so and turned away.
+/// The most clients at once; the server turns one more away with a message.
 pub const CLIENTS_MAX: usize = 32;
-/// How long a client may take from the first byte of a packet to its last, for its hello, and to take an answer.
+/// The longest time for a packet from first byte to last, for a client's hello, and for a client to take an answer.
 pub const PACKET_WAIT_MAX: Duration = Duration::from_secs(5);
-/// How long a client may be silent between two packets.
+/// The longest silence between two packets of a client.
 pub const IDLE_WAIT_MAX: Duration = Duration::from_secs(24 * 60 * 60);
-/// How long a server that was stopped waits for transfers that are under way.
+/// How long a stopped server waits for transfers in progress.
 pub const STOP_WAIT_MAX: Duration = Duration::from_secs(2);
 
-/// A pause after the system could not accept a client, for want of descriptors for instance.
+/// The pause after the system could not accept a client, for example for lack of descriptors.
 const PAUSE_AFTER_FAILURE: Duration = Duration::from_millis(100);
-/// An answer of the usual size; a larger buffer is given back after use.
+/// The size of a usual answer; larger buffers are freed after use.
 const ANSWER_BYTES_KEPT: usize = 16 * 1024;
-/// Bytes written at once: a client that takes them slowly is looked at after each such part.
+/// Bytes written at once; the time limit is checked after each part.
 const WRITE_BYTES: usize = 16 * 1024;
 const STOPPING: &str = "the server is stopping";
 
 /// How the server behaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
-    /// Which adapter to be like for those who ask for the adapter and not for the bare bus.
+    /// The adapter to imitate for clients that ask for the adapter instead of the bare bus.
     pub mode: AdapterMode,
-    /// Most clients at once, at first [`CLIENTS_MAX`].
+    /// The most clients at once. Default [`CLIENTS_MAX`].
     pub clients_max: usize,
-    /// See [`PACKET_WAIT_MAX`], its value at first.
+    /// See [`PACKET_WAIT_MAX`], the default.
     pub packet_wait_max: Duration,
-    /// See [`IDLE_WAIT_MAX`], its value at first.
+    /// See [`IDLE_WAIT_MAX`], the default.
     pub idle_wait_max: Duration,
 }
 
@@ -58,10 +58,10 @@ impl Default for Options {
     }
 }
 
-/// The buses of one emulated machine on a Unix socket, whose file is there until the server is dropped or
+/// The buses of one emulated machine on a Unix socket. The socket's file exists until the server is dropped or
 /// [`serve`](Self::serve) returns. After SIGKILL it stays, and the next server takes it over.
 pub struct Server {
-    // Dropped first: a file whose server no longer listens would be another's to take.
+    // Dropped first: another server could take over the file of a server that no longer listens.
     place: Place,
     listener: Arc<UnixListener>,
     rack: Rack,
@@ -70,9 +70,9 @@ pub struct Server {
 }
 
 impl Server {
-    /// Listens at `path`. Clients can connect as soon as this has returned.
+    /// Listens at `path`. Clients can connect once this returns.
     /// # Errors
-    /// There is no bus, or the path is taken, too long, in a missing folder or not for this user.
+    /// There is no bus, or the path is in use, too long, in a missing folder or not permitted.
     pub fn bind(path: impl AsRef<Path>, rack: Rack, options: Options) -> Result<Self, SocketError> {
         let path = path.as_ref();
         if rack.iter().next().is_none() {
@@ -88,13 +88,13 @@ impl Server {
         })
     }
 
-    /// Where it listens.
+    /// The socket's path.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.place.path
     }
 
-    /// One line for scripts and people: the path, the buses, the adapter's mode.
+    /// One line for scripts and people: the path, the buses, the adapter mode.
     #[must_use]
     pub fn ready_line(&self) -> String {
         let buses = self.rack.iter();
@@ -108,13 +108,14 @@ impl Server {
         )
     }
 
-    /// Ends [`serve`](Self::serve) from another thread.
+    /// A handle that ends [`serve`](Self::serve) from another thread.
     #[must_use]
     pub fn stop_handle(&self) -> StopHandle {
         StopHandle(Arc::clone(&self.guests), Arc::clone(&self.listener))
     }
 
-    /// Serves clients until at most [`STOP_WAIT_MAX`] after it was stopped; then removes the socket's file.
+    /// Serves clients until stopped and at most [`STOP_WAIT_MAX`] longer, then returns. Removes the socket's file
+    /// first.
     pub fn serve(self) {
         loop {
             let accepted = self.listener.accept();
@@ -123,7 +124,7 @@ impl Server {
             }
             match accepted {
                 Ok((stream, _)) => self.admit(stream),
-                // The next accept() may find what this one lacked.
+                // The resource that was missing may be there for the next accept().
                 Err(_) => thread::sleep(PAUSE_AFTER_FAILURE),
             }
         }
@@ -138,7 +139,7 @@ impl Server {
             Ok(guest) => guest,
             Err(TurnedAway::Stopping) => return say_bye(&stream, ByeReason::Stopping, STOPPING),
             Err(TurnedAway::Full) => {
-                let text = format!("{most} clients are connected, and no more are taken");
+                let text = format!("{most} clients are connected, the limit");
                 return say_bye(&stream, ByeReason::TooManyClients, &text);
             }
         };
@@ -149,7 +150,7 @@ impl Server {
             guests: Arc::clone(&self.guests),
             _guest: guest,
         };
-        // Without a thread the connection is dropped: the client sees its end.
+        // If no thread starts, the connection is dropped, and the client sees its end.
         let _ = thread::Builder::new()
             .name("i2c socket client".to_owned())
             .spawn(move || connection.serve());
@@ -162,15 +163,15 @@ impl fmt::Debug for Server {
     }
 }
 
-/// Stops a [`Server`]. It takes a lock: call it from a thread, not from a signal handler.
+/// Stops a [`Server`]. Takes a lock: call it from a thread, not from a signal handler.
 #[derive(Clone, Debug)]
 pub struct StopHandle(Arc<Guests<UnixStream>>, Arc<UnixListener>);
 
 impl StopHandle {
-    /// Ends [`Server::serve`], also before it serves. Transfers under way are carried out; each client is told.
+    /// Ends [`Server::serve`], even before it starts. Transfers in progress finish; each client gets a message.
     pub fn stop(&self) {
         self.0.stop(Shutdown::Read);
-        // A listening socket that is shut down wakes the thread in accept() and takes no more clients.
+        // Shutting down a listening socket wakes the thread in accept() and accepts no more clients.
         let _ = shutdown(&self.1, Shutdown::Both);
     }
 }
@@ -190,7 +191,7 @@ impl Connection {
             return;
         }
         let mut inbox = Inbox::new();
-        // Until its hello a client is a stranger, who may not wait.
+        // Before its hello, a client is unknown and may not idle.
         let (first, rest) = (packet_wait, packet_wait);
         let mut patience = Patience { first, rest };
         let mut answer = Vec::new();
@@ -209,7 +210,7 @@ impl Connection {
         }
     }
 
-    /// Tells the client why the connection ends, if it is still there to be told.
+    /// Tells the client why the connection ends, if it is still there.
     fn part(&self, end: &NoPacket, patience: Patience) {
         let stopping = self.guests.is_stopping();
         let Patience { first, rest } = patience;
@@ -235,18 +236,19 @@ impl Connection {
 fn say_bye(mut stream: &UnixStream, reason: ByeReason, text: &str) {
     let mut packet = Vec::new();
     append_bye(&mut packet, reason, text);
-    // A client that takes no answers may not hold the server up: what does not fit at once is not sent.
+    // A client that reads no answers must not delay the server: whatever does not fit at once is not sent.
     if stream.set_nonblocking(true).is_ok() {
         let _ = stream.write(&packet);
     }
 }
 
-/// Writes all, in at most `wait` as a whole: a client that takes a byte now and then gets no longer than one that takes none.
+/// Writes everything within `wait` in total: a client that takes a byte now and then gets no more time than one that
+/// takes none.
 fn write_within(mut stream: &UnixStream, bytes: &[u8], wait: Duration) -> io::Result<()> {
     let begin = Instant::now();
     let mut rest = bytes;
     while !rest.is_empty() {
-        // The kernel's time limit starts over with each part that finds room.
+        // The kernel's time limit restarts with each part that finds room.
         let part = rest.get(..WRITE_BYTES).unwrap_or(rest);
         match stream.write(part) {
             Ok(0) => return Err(io::ErrorKind::WriteZero.into()),

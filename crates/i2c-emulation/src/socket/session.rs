@@ -1,4 +1,4 @@
-//! What one client may ask and what it is told: packets in, packets out, no socket.
+//! One client's requests and answers: packets in, packets out, no socket.
 
 use super::wire::{
     ByeReason, Judge, MAGIC, Request, VERSION, append_bye, append_packet, fault_number, kind,
@@ -29,7 +29,7 @@ impl Session {
         }
     }
 
-    /// Answers one packet, its length already taken off, by appending a packet to `out`.
+    /// Answers one packet (without its length) by appending a packet to `out`.
     pub(super) fn answer(&mut self, packet: &[u8], out: &mut Vec<u8>) -> Next {
         let request = match parse(packet) {
             Ok(request) => request,
@@ -119,13 +119,13 @@ impl Session {
         };
         match (outcome, bus.last) {
             (Ok((completed, read)), _) => append_done(out, completed, &read),
-            // The bus failed; or nothing reached it.
+            // Either the bus failed, or nothing reached it.
             (Err(errno), Some(error)) => append_fault(out, error, Some(errno), &[]),
             (Err(errno), None) => append_refusal(out, errno, &errno.to_string()),
         }
     }
 
-    /// The messages as they are, on the bus as it is.
+    /// Passes the messages to the bus unchanged.
     fn plain(&self, mut bus: Witness, messages: &mut [Segment], out: &mut Vec<u8>) {
         if messages.iter().any(Segment::is_too_long) {
             let text = format!("a message has at most {MESSAGE_BYTES_MAX} bytes");
@@ -141,7 +141,7 @@ impl Session {
         }
     }
 
-    /// As I2C_RDWR.
+    /// Acts as I2C_RDWR.
     fn rdwr(&self, messages: &mut [Segment], bus: &mut Witness) -> Result<usize, Errno> {
         if messages.is_empty() {
             return Err(Errno::INVAL);
@@ -149,7 +149,7 @@ impl Session {
         OpenFile::new(self.mode).rdwr(messages, bus)
     }
 
-    /// As I2C_SLAVE and one read() or write().
+    /// Acts as I2C_SLAVE and one read() or write().
     fn file(&self, message: &mut Segment, bus: &mut Witness) -> Result<usize, Errno> {
         let mut file = OpenFile::selecting(self.mode, message.address, message.ten_bit, false)?;
         if message.read {
@@ -158,11 +158,11 @@ impl Session {
         } else {
             file.write(&message.bytes, bus)?;
         }
-        // The mode `virtio` hides a fault in a count of zero bytes.
+        // Mode `virtio` hides a fault in a count of zero bytes.
         Ok(usize::from(bus.last.is_none()))
     }
 
-    /// As I2C_SLAVE, before I2C_SMBUS.
+    /// Acts as I2C_SLAVE, before I2C_SMBUS.
     fn open(&self, address: u16, flags: u16) -> Result<OpenFile, Errno> {
         let [ten_bit, force, pec] =
             [smbus_flag::TEN_BIT, smbus_flag::FORCE, smbus_flag::PEC].map(|flag| flags & flag != 0);
@@ -178,7 +178,7 @@ fn read_bytes(messages: &[Segment], completed: usize) -> Vec<u8> {
     read.flat_map(|message| &message.bytes).copied().collect()
 }
 
-/// How many messages were carried out, then the bytes that they read.
+/// Appends the number of completed messages, then the bytes they read.
 fn append_done(out: &mut Vec<u8>, completed: usize, read: &[u8]) {
     append_packet(out, kind::DONE, |out| {
         put_u16(out, completed);
@@ -207,7 +207,7 @@ fn put_errno(out: &mut Vec<u8>, errno: Option<Errno>) {
     put_u16(out, usize::try_from(number).unwrap_or(usize::MAX));
 }
 
-/// A bus that remembers its last fault, which the errno alone does not tell.
+/// A bus that remembers its last fault, which the errno alone does not reveal.
 struct Witness {
     adapter: SharedAdapter,
     last: Option<TransferError>,
@@ -230,7 +230,7 @@ mod tests {
     use std::sync::Arc;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    /// After the hello, with a bus that loses arbitration at some addresses, of which it counts the transfers.
+    /// A session after the hello, on a bus that loses arbitration at some addresses and counts transfers.
     fn session(mode: AdapterMode) -> (Session, Arc<AtomicUsize>) {
         let mut rack = Rack::new();
         let count = Arc::new(AtomicUsize::new(0));
@@ -248,7 +248,7 @@ mod tests {
         (session, count)
     }
 
-    /// What a defect in a client would send: the right kind, and anything behind it.
+    /// Packets of a faulty client: a valid kind followed by anything.
     fn request() -> impl Strategy<Value = Vec<u8>> {
         let anything = proptest::collection::vec(any::<u8>(), 0..64);
         let small = proptest::collection::vec(0_u8..8, 0..64);
@@ -280,7 +280,7 @@ mod tests {
         }
     }
 
-    /// An adapter that lost arbitration for good ends, as I2C_RETRIES says, and does not try forever.
+    /// An adapter that keeps losing arbitration stops after I2C_RETRIES attempts.
     #[test]
     fn a_lost_arbitration_is_retried_by_the_adapter_and_not_by_the_bare_bus() {
         for (judge, tries) in [(0, 1), (1, 4)] {

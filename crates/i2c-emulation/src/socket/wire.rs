@@ -1,23 +1,21 @@
-//! The packets of `PROTOCOL.md`: their numbers, their limits, and how they are taken apart and put together.
+//! The packets of `PROTOCOL.md`: their numbers and limits, parsing and building.
 
 use crate::adapter::Fault;
 use crate::ioctl::{
     MESSAGE_BYTES_MAX, RDWR_MESSAGES_MAX, SMBUS_DATA_BYTES, Segment, SmbusArgument, message_flag,
 };
 
-/// The version of the protocol that this library speaks.
+/// The protocol version of this library.
 pub const VERSION: u16 = 1;
-/// Most bytes of a packet after its length, both ways: 42 messages of 8192 bytes and their headers.
+/// The longest packet after its length, both ways: 42 messages of 8192 bytes and their headers.
 pub const PACKET_BYTES_MAX: usize =
     TRANSFER_HEAD_BYTES + RDWR_MESSAGES_MAX * (MESSAGE_HEAD_BYTES + MESSAGE_BYTES_MAX);
 
-/// The first bytes of both hellos.
 pub(super) const MAGIC: [u8; 4] = *b"i2ce";
 pub(super) const LENGTH_BYTES: usize = 4;
 const TRANSFER_HEAD_BYTES: usize = 8;
 const MESSAGE_HEAD_BYTES: usize = 6;
 
-/// The first byte of a packet.
 pub(super) mod kind {
     pub(crate) const HELLO: u8 = 1;
     pub(crate) const TRANSFER: u8 = 2;
@@ -29,14 +27,14 @@ pub(super) mod kind {
     pub(crate) const BYE: u8 = 0x85;
 }
 
-/// Who judges a transfer, by its number.
+/// How a transfer is checked, by number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Judge {
-    /// Nobody: the messages go to the bus as they are.
+    /// Not at all: the messages go to the bus unchanged.
     Bus = 0,
-    /// The adapter, as it does for I2C_RDWR.
+    /// By the adapter, as for I2C_RDWR.
     Rdwr = 1,
-    /// The adapter, as it does for I2C_SLAVE and one read() or write().
+    /// By the adapter, as for I2C_SLAVE and one read() or write().
     File = 2,
 }
 
@@ -56,7 +54,7 @@ pub enum ByeReason {
     TooManyClients,
     Idle,
     Stopping,
-    /// A number that this version of the protocol does not have.
+    /// A number unknown to this protocol version.
     Unknown(u8),
 }
 
@@ -83,7 +81,6 @@ impl ByeReason {
     }
 }
 
-/// The faults, in the order of their numbers.
 const FAULTS: [Fault; 6] = [
     Fault::NackAddress,
     Fault::NackData,
@@ -97,12 +94,12 @@ pub(super) fn fault_number(fault: Fault) -> u8 {
     number_in(&FAULTS, &fault)
 }
 
-/// A number that is not known is a fault without a name.
+/// An unknown number counts as an unnamed fault.
 pub(super) fn fault_from_number(number: u8) -> Fault {
     numbered(&FAULTS, number).unwrap_or(Fault::Bus)
 }
 
-/// The place in a list, counted from 1.
+/// The position in a list, counted from 1.
 fn number_in<T: PartialEq>(list: &[T], wanted: &T) -> u8 {
     let place = list.iter().position(|known| known == wanted);
     place.map_or(0, |place| u8::try_from(place + 1).unwrap_or(0))
@@ -122,7 +119,7 @@ pub(super) enum Request {
         judge: Judge,
         messages: Vec<Segment>,
     },
-    /// More messages than a transfer can have.
+    /// More messages than a transfer may have.
     TooManyMessages,
     Smbus {
         bus: u32,
@@ -151,7 +148,7 @@ pub(super) enum Malformed {
     Judge(u8),
 }
 
-/// Takes a client's packet apart, its length already taken off.
+/// Parses a client's packet (without its length).
 pub(super) fn parse(packet: &[u8]) -> Result<Request, Malformed> {
     let mut cursor = Cursor(packet);
     let request = match cursor.u8("kind").or(Err(Malformed::Empty))? {
@@ -170,7 +167,7 @@ fn parse_hello(cursor: &mut Cursor<'_>) -> Result<Request, Malformed> {
     }
     let version = cursor.u16("version")?;
     if version != VERSION {
-        // What else another version says in its hello is not ours to judge.
+        // The rest of another version's hello is not ours to check.
         cursor.0 = &[];
     }
     Ok(Request::Hello { version })
@@ -263,7 +260,7 @@ impl<'a> Cursor<'a> {
         Ok(u32::from_le_bytes(self.array(what)?))
     }
 
-    /// The rest, for people.
+    /// The rest as text for people.
     pub(super) fn text(&self) -> String {
         String::from_utf8_lossy(self.0).into_owned()
     }
@@ -277,24 +274,24 @@ impl<'a> Cursor<'a> {
 }
 
 pub(super) fn put_u16(out: &mut Vec<u8>, value: usize) {
-    // What is put has been checked against limits that are far below.
+    // Values were checked against limits far below.
     out.extend_from_slice(&u16::try_from(value).unwrap_or(u16::MAX).to_le_bytes());
 }
 
-/// Appends a packet of one kind to `out`; `fill` appends what follows the kind.
+/// Appends a packet of one kind to `out`; `fill` appends its content after the kind.
 pub(super) fn append_packet(out: &mut Vec<u8>, kind: u8, fill: impl FnOnce(&mut Vec<u8>)) {
     let start = out.len();
     out.extend_from_slice(&[0; LENGTH_BYTES]);
     out.push(kind);
     fill(out);
-    // Answers hold at most what one transfer reads, which is less than 4 GiB by far.
+    // Answers hold at most what one transfer reads, far below 4 GiB.
     let length = u32::try_from(out.len() - start - LENGTH_BYTES).unwrap_or(u32::MAX);
     if let Some(place) = out.get_mut(start..start + LENGTH_BYTES) {
         place.copy_from_slice(&length.to_le_bytes());
     }
 }
 
-/// Appends a `BYE` with a reason for programs and one for people.
+/// Appends a `BYE` with a reason for programs and a text for people.
 pub(super) fn append_bye(out: &mut Vec<u8>, reason: ByeReason, text: &str) {
     append_packet(out, kind::BYE, |out| {
         out.push(reason.number());

@@ -1,4 +1,4 @@
-//! The USB side of the adapter: what an i2c-tiny-usb answers to each control transfer.
+//! The USB side of the adapter: an i2c-tiny-usb's answers to control transfers.
 
 use super::wire::{DESCRIPTOR, Identity, Setup};
 use crate::adapter::{EmulatedAdapter, Fault, Message, TransferError};
@@ -6,7 +6,7 @@ use crate::ioctl::{
     AdapterMode, Errno, MESSAGE_BYTES_MAX, RDWR_MESSAGES_MAX, Segment, message_flag,
 };
 
-/// Most messages that are held until the transfer they belong to is complete, as many as one I2C_RDWR may have.
+/// The most messages held until their transfer is complete: as many as one I2C_RDWR may have.
 pub const HELD_MESSAGES_MAX: usize = RDWR_MESSAGES_MAX;
 
 const ENGLISH: u16 = 0x0409;
@@ -31,7 +31,7 @@ mod descriptor {
     pub(super) const INTERFACE: u8 = 4;
 }
 
-/// The adapter's own requests, as the kernel's `i2c-tiny-usb.c` sends them.
+/// The adapter's own requests, as in the kernel's `i2c-tiny-usb.c`.
 mod vendor {
     pub(super) const ECHO: u8 = 0;
     pub(super) const GET_FUNCTIONALITY: u8 = 1;
@@ -44,14 +44,14 @@ mod vendor {
     pub(super) const END: u8 = 2;
 }
 
-/// What GET_STATUS tells of the last message.
+/// GET_STATUS values about the last message.
 mod status {
     pub(super) const IDLE: u8 = 0;
     pub(super) const ADDRESS_ACKNOWLEDGED: u8 = 1;
     pub(super) const ADDRESS_NOT_ACKNOWLEDGED: u8 = 2;
 }
 
-/// The device refuses, by a stalled endpoint.
+/// The device rejects the request by a stalled endpoint.
 const STALL: Result<Vec<u8>, Errno> = Err(Errno::PIPE);
 
 pub(super) struct Device<A> {
@@ -59,7 +59,7 @@ pub(super) struct Device<A> {
     identity: Identity,
     configuration: u8,
     status: u8,
-    /// Messages that have been acknowledged to the host, but not been sent yet.
+    /// Messages acknowledged to the host but not yet sent.
     held: Vec<Segment>,
 }
 
@@ -74,7 +74,8 @@ impl<A: EmulatedAdapter> Device<A> {
         }
     }
 
-    /// Carries out one control transfer. `sent` are the host's bytes; the device's come back, at most as many as asked for.
+    /// Carries out one control transfer. `sent` has the host's bytes; returns the device's, at most as many as
+    /// requested.
     pub(super) fn control(&mut self, setup: Setup, sent: &[u8]) -> Result<Vec<u8>, Errno> {
         let mut answer = match setup.request_type & 0x60 {
             0x00 => self.standard_request(setup),
@@ -122,7 +123,7 @@ impl<A: EmulatedAdapter> Device<A> {
             (vendor::GET_FUNCTIONALITY, true) => {
                 Ok(AdapterMode::Usb.functionality().to_le_bytes().to_vec())
             }
-            // The length of a bit is the emulated bus's own affair.
+            // The emulated bus sets its own bit time.
             (vendor::SET_DELAY, false) => Ok(Vec::new()),
             (vendor::GET_STATUS, true) => Ok(vec![self.status]),
             (vendor::IO..=vendor::IO_LAST, _) => self.message(setup, sent),
@@ -130,13 +131,14 @@ impl<A: EmulatedAdapter> Device<A> {
         }
     }
 
-    /// One message of a transfer. The host asks of each at once whether it was acknowledged: a write that does not end its
-    /// transfer is acknowledged unseen and held; if nobody answers, the host learns it from the read, with the same errno.
+    /// One message of a transfer. The host asks right after each message whether it was acknowledged. A write that does
+    /// not end its transfer is therefore acknowledged blindly and held. If no target answers, the host learns it from
+    /// the read, with the same errno.
     fn message(&mut self, setup: Setup, sent: &[u8]) -> Result<Vec<u8>, Errno> {
         let is_read = setup.value & message_flag::READ != 0;
         let length = usize::from(setup.length);
         if setup.request & vendor::BEGIN != 0 {
-            // Whatever a host that broke off has left behind never reached its stop.
+            // Messages left by a host that broke off never got their stop.
             self.held.clear();
         }
         let one_too_many = !is_read && self.held.len() >= HELD_MESSAGES_MAX;
@@ -145,7 +147,7 @@ impl<A: EmulatedAdapter> Device<A> {
             return STALL;
         }
         let ten_bit = setup.value & message_flag::TEN_BIT != 0;
-        // Of a read nothing was sent.
+        // For a read, the host sends nothing.
         let mut bytes = sent.to_vec();
         bytes.resize(length, 0);
         let segment = Segment::new(setup.index, ten_bit, is_read, bytes);
@@ -162,8 +164,8 @@ impl<A: EmulatedAdapter> Device<A> {
         Ok(last.map(|last| last.bytes).unwrap_or_default())
     }
 
-    /// Keeps what the host will ask for next. The adapter's status has a value for a missing target only: every other
-    /// fault stalls, which the kernel's driver makes EIO.
+    /// Sets the status that the host asks for next. The status has a value only for a missing target: every other fault
+    /// stalls, which the kernel's driver turns into EIO.
     fn settle(&mut self, outcome: Result<(), TransferError>) -> Result<(), Errno> {
         match outcome.map_err(|error| error.fault) {
             Ok(()) => Ok(()),
@@ -177,7 +179,7 @@ impl<A: EmulatedAdapter> Device<A> {
     }
 }
 
-/// USB 2.0, tables 9-10 and 9-12: one interface without an endpoint beside the control endpoint, 100 mA from the bus.
+/// USB 2.0, tables 9-10 and 9-12: one interface with only the control endpoint, 100 mA from the bus.
 fn configuration_descriptor() -> Vec<u8> {
     let configuration = [9, descriptor::CONFIGURATION, 18, 0, 1, 1, 0, 0x80, 50];
     let interface = [9, descriptor::INTERFACE, 0, 0, 0, 0xFF, 0, 0, 0];

@@ -1,22 +1,22 @@
-//! Why the buses did not become adapters, and what to do about it.
+//! Why the buses did not become kernel adapters.
 
 use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Most buses of one rack that become adapters: a usual vhci_hcd has eight ports.
+/// The most buses of one rack that become adapters: a usual vhci_hcd has eight ports.
 pub const BUSES_MAX: usize = 8;
-/// The port that `usbip` asks unless told otherwise.
+/// The default port of `usbip`.
 pub const PORT_DEFAULT: u16 = 3240;
 
 const HINT_MODULES: &str = "load them with `modprobe -a vhci-hcd i2c-tiny-usb i2c-dev`; every full Debian kernel has them, cloud kernels (linux-image-cloud-*) and many containers do not";
 
-/// Why the buses did not become adapters of a kernel.
+/// Why the buses did not become kernel adapters.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what each is")]
 pub enum UsbipError {
-    #[error("no bus to attach\nhint: put at least one bus into the rack")]
+    #[error("no bus to attach\nhint: add at least one bus to the rack")]
     NoBus,
     #[error(
         "{0} buses, at most {BUSES_MAX} can be attached\nhint: start a second program for the rest"
@@ -39,7 +39,7 @@ pub enum UsbipError {
     #[error("the kernel refused the device at port {0}: {1}\nhint: see its log (dmesg)")]
     Refused(u32, #[source] io::Error),
     #[error(
-        "the kernel made no I2C adapter of the USB device at port {0} within {1:?}\nhint: {HINT_MODULES}; a program that still holds the /dev/i2c-N of a USB adapter that was pulled out keeps the kernel from taking another one: end it"
+        "the kernel made no I2C adapter of the USB device at port {0} within {1:?}\nhint: {HINT_MODULES}; a program that still holds the /dev/i2c-N of an unplugged USB adapter blocks new ones: end it"
     )]
     NoAdapter(u32, Duration),
     #[error(
@@ -62,7 +62,7 @@ pub enum UsbipError {
     Resources(&'static str, #[source] io::Error),
 }
 
-/// What both ways to a kernel check before anything is started.
+/// Checks the number of buses first, for both ways to a kernel.
 pub(super) fn check_number(buses: usize) -> Result<(), UsbipError> {
     match buses {
         0 => Err(UsbipError::NoBus),

@@ -1,4 +1,4 @@
-//! USB/IP over TCP: another machine or guest fetches the adapters with `usbip attach`.
+//! USB/IP over TCP: another machine or guest attaches the adapters with `usbip attach`.
 
 use super::device::Device;
 use super::error::{UsbipError, check_number};
@@ -18,19 +18,19 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-/// Most connections at a time. One more is closed at once.
+/// The most connections at once; one more is closed immediately.
 pub const CONNECTIONS_MAX: usize = 32;
-/// Longest wait for a client to say what it wants, and for it to take an answer.
+/// The longest wait for a client's request, and for it to take an answer.
 pub const FIRST_PHASE_MAX: Duration = Duration::from_secs(5);
 
-/// Pause after the kernel could not accept a connection, for want of files for example.
+/// The pause after the kernel could not accept a connection, for example for lack of descriptors.
 const ACCEPT_AGAIN: Duration = Duration::from_millis(50);
-/// A client that says nothing is asked so often whether it is still there, so many times.
+/// The interval and number of keep-alive probes to a silent client.
 const ASK_EVERY: Duration = Duration::from_secs(5);
 const ASK_MAX: u32 = 3;
 
-/// The adapters of a rack, each for one user at a time, offered over TCP until this is dropped. There is no password: keep
-/// to loopback, which QEMU's guests reach as 10.0.2.2.
+/// The adapters of a rack, each for one user at a time, offered over TCP until this is dropped. There is no password:
+/// use loopback only, which QEMU guests reach as 10.0.2.2.
 pub struct Server {
     address: SocketAddr,
     listener: Arc<TcpListener>,
@@ -45,7 +45,7 @@ impl fmt::Debug for Server {
 }
 
 impl Server {
-    /// Listens, and serves each connection by a thread.
+    /// Listens, and serves each connection in its own thread.
     /// # Errors
     /// No bus or too many, or an address that this machine cannot listen on.
     pub fn bind(address: SocketAddr, rack: &Rack) -> Result<Self, UsbipError> {
@@ -88,13 +88,13 @@ impl Server {
         })
     }
 
-    /// Where it listens, with the port that the kernel chose if 0 was asked for.
+    /// The address it listens on, with the port the kernel chose if 0 was requested.
     #[must_use]
     pub const fn address(&self) -> SocketAddr {
         self.address
     }
 
-    /// The number in the rack and the name for `usbip attach -b` of each adapter.
+    /// Each adapter's number in the rack and its name for `usbip attach -b`.
     pub fn bus_ids(&self) -> impl Iterator<Item = (u32, &str)> {
         self.shared
             .exports
@@ -102,7 +102,7 @@ impl Server {
             .map(|export| (export.bus, export.identity.bus_id.as_str()))
     }
 
-    /// Stops listening and ends all connections: the adapters of the clients are unplugged. Dropping does the same.
+    /// Stops listening and ends all connections, which unplugs the clients' adapters. Dropping does the same.
     pub fn stop(self) {
         drop(self);
     }
@@ -111,10 +111,10 @@ impl Server {
 impl Drop for Server {
     fn drop(&mut self) {
         self.shared.guests.stop(Shutdown::Both);
-        // A listening socket that is shut down wakes the thread that waits in accept().
+        // Shutting down a listening socket wakes the thread in accept().
         let _ = shutdown(&self.listener, Shutdown::Both);
         if let Some(thread) = self.thread.take() {
-            // It returns no value, and a panic has been reported.
+            // The thread returns no value, and a panic was already reported.
             let _ = thread.join();
         }
         self.shared.guests.wait(Duration::MAX);
@@ -135,7 +135,7 @@ struct Shared {
 }
 
 impl Shared {
-    /// Serves a connection in a thread of its own, unless there are too many: then it is closed by being dropped.
+    /// Serves a connection in its own thread. With too many connections, drops it instead, which closes it.
     fn take_on(self: &Arc<Self>, stream: TcpStream) -> io::Result<()> {
         let stream = Arc::new(stream);
         let Ok(guest) = self.guests.admit(&stream, CONNECTIONS_MAX) else {
@@ -144,7 +144,7 @@ impl Shared {
         let shared = Arc::clone(self);
         let serve = move || {
             let _guest = guest;
-            // What a client does wrong ends its connection, and is nobody else's business.
+            // A client's error ends only its own connection.
             let _ = shared.converse(&stream);
         };
         let thread = thread::Builder::new().name("usbip connection".to_owned());
@@ -179,7 +179,7 @@ impl Shared {
         }
     }
 
-    /// The adapter of this name; or the status of the refusal.
+    /// Takes the adapter with this name, or returns the status to reply.
     fn take(&self, bus_id: &str) -> Result<Taken<'_>, u32> {
         let mut exports = self.exports.iter();
         let export = exports
@@ -192,7 +192,7 @@ impl Shared {
     }
 }
 
-/// Lets the kernel end a connection whose other side has vanished without a word, after twenty seconds.
+/// Makes the kernel end a connection with a vanished peer after twenty seconds.
 fn keep_alive(stream: &TcpStream) -> io::Result<()> {
     set_socket_keepalive(stream, true)?;
     set_tcp_keepidle(stream, ASK_EVERY)?;
@@ -200,7 +200,7 @@ fn keep_alive(stream: &TcpStream) -> io::Result<()> {
     Ok(set_tcp_keepcnt(stream, ASK_MAX)?)
 }
 
-/// An adapter that has a user. It is free again when this is dropped.
+/// An adapter in use; free again on drop.
 struct Taken<'a>(&'a Export);
 
 impl Drop for Taken<'_> {

@@ -1,4 +1,4 @@
-//! The second phase of USB/IP: transfers, one after the other, until the client hangs up.
+//! The second phase of USB/IP: transfers one after another, until the client hangs up.
 
 use super::device::Device;
 use super::wire::{self, Command, HEADER_BYTES, Malformed, Submit};
@@ -9,7 +9,7 @@ use std::io::{self, Read, Write};
 /// Why a connection ended before the client hung up.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
-    /// The client sent what is no USB/IP.
+    /// The client sent something that is not USB/IP.
     #[error(transparent)]
     Malformed(#[from] Malformed),
     /// The connection broke.
@@ -27,7 +27,7 @@ pub(super) fn serve<A: EmulatedAdapter>(
     let mut sent = Vec::new();
     while read_or_end(&mut from, &mut header)? {
         let reply = match Command::parse(&header)? {
-            // Transfers are answered in order, so whatever is to be cancelled has been answered already.
+            // Transfers are answered in order, so a transfer to cancel was already answered.
             Command::Unlink { sequence } => wire::unlinked_too_late(sequence),
             Command::Submit(submit) => {
                 sent.clear();

@@ -1,4 +1,4 @@
-//! The kernel's virtual USB host controller, by its files in sysfs.
+//! The kernel's virtual USB host controller, through its files in sysfs.
 
 use super::device::Device;
 use super::error::{UsbipError, check_number};
@@ -20,16 +20,16 @@ const PORT_FREE: u32 = 4;
 /// The hub for devices of USB 2 and slower.
 const HIGH_SPEED_HUB: &str = "hs";
 
-/// Where the kernel's files are, and how long to wait for it.
+/// The kernel's paths and time limits.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Options {
-    /// Where sysfs is mounted, `/sys`.
+    /// The mount point of sysfs, `/sys`.
     pub sysfs: PathBuf,
-    /// Where device files are, `/dev`.
+    /// The folder of device files, `/dev`.
     pub dev: PathBuf,
-    /// Longest wait for the kernel to make an adapter out of the USB device, for each bus.
+    /// The longest wait for the kernel to turn a USB device into an adapter, per bus.
     pub driver_wait: Duration,
-    /// Longest wait for the kernel to release a device that was unplugged, for each bus.
+    /// The longest wait for the kernel to release an unplugged device, per bus.
     pub detach_wait: Duration,
 }
 
@@ -44,12 +44,12 @@ impl Default for Options {
     }
 }
 
-/// One bus that has become an adapter of this machine's kernel.
+/// One bus attached as an adapter of this machine's kernel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AttachedBus {
     /// Its number in the [`Rack`].
     pub bus: u32,
-    /// The port of vhci_hcd that it occupies.
+    /// Its vhci_hcd port.
     pub port: u32,
     /// The N of `/dev/i2c-N`, chosen by the kernel.
     pub adapter: u32,
@@ -57,16 +57,16 @@ pub struct AttachedBus {
     pub device: PathBuf,
 }
 
-/// Buses that are adapters of this machine's kernel, until this is dropped.
+/// Buses attached as adapters of this machine's kernel until this is dropped.
 #[derive(Debug)]
 pub struct Attached {
     buses: Vec<AttachedBus>,
     plugs: Vec<Plug>,
 }
 
-/// Makes every bus of the rack an adapter of this machine's kernel, served by a thread each.
+/// Attaches every bus of the rack as an adapter of this machine's kernel, each served by its own thread.
 /// # Errors
-/// No bus or too many, a missing module, no root, no free port, or a kernel that makes no adapter. Then none is attached.
+/// No bus or too many, a missing module, no root, no free port, or no adapter from the kernel. Then none is attached.
 pub fn attach(rack: &Rack, options: &Options) -> Result<Attached, UsbipError> {
     check_number(rack.iter().count())?;
     let controller = Controller::find(options)?;
@@ -79,7 +79,7 @@ pub fn attach(rack: &Rack, options: &Options) -> Result<Attached, UsbipError> {
         let port = plug.port;
         attached.plugs.push(plug);
         let (adapter, device) = controller.wait_for_adapter(port)?;
-        // The kernel has a reference of its own: from here on, the device is unplugged when this process ends.
+        // The kernel holds its own reference, so the device is now unplugged when this process ends.
         drop(kernels_end);
         attached.buses.push(AttachedBus {
             bus: number,
@@ -92,23 +92,23 @@ pub fn attach(rack: &Rack, options: &Options) -> Result<Attached, UsbipError> {
 }
 
 impl Attached {
-    /// Which bus became which adapter, in the order of the rack.
+    /// The attached buses, in the order of the rack.
     #[must_use]
     pub fn buses(&self) -> &[AttachedBus] {
         &self.buses
     }
 
-    /// Waits until all devices have been unplugged from the other side, as by `usbip detach`.
+    /// Waits until the other side has unplugged all devices, for example with `usbip detach`.
     /// # Errors
-    /// The first connection that ended otherwise.
+    /// The first connection that ended any other way.
     pub fn wait(&mut self) -> Result<(), SessionError> {
         let outcomes: Vec<_> = self.plugs.iter_mut().map(Plug::join).collect();
         outcomes.into_iter().collect()
     }
 
-    /// Unplugs all devices, and waits until the kernel has released them. Dropping does the same, and tells no error.
+    /// Unplugs all devices and waits until the kernel has released them. Dropping does the same, but reports no error.
     /// # Errors
-    /// [`UsbipError::StillAttached`] if it does not.
+    /// [`UsbipError::StillAttached`] if the kernel does not release one in time.
     pub fn stop(mut self) -> Result<(), UsbipError> {
         self.unplug()
     }
@@ -121,12 +121,12 @@ impl Attached {
 
 impl Drop for Attached {
     fn drop(&mut self) {
-        // Whoever wants to know calls `stop`; the sockets are closed in any case.
+        // `stop` reports errors; the sockets are closed either way.
         let _ = self.unplug();
     }
 }
 
-/// One device at one port, and the thread that answers for it.
+/// One device at one port, and the thread that serves it.
 #[derive(Debug)]
 struct Plug {
     controller: Controller,
@@ -139,15 +139,15 @@ impl Plug {
     fn join(&mut self) -> Result<(), SessionError> {
         match self.thread.take().map(JoinHandle::join) {
             Some(Ok(outcome)) => outcome,
-            // A panic of the bus has been reported by its own thread.
+            // A panic of the bus was reported by its own thread.
             Some(Err(_)) | None => Ok(()),
         }
     }
 
     fn pull(&mut self) -> Result<(), UsbipError> {
-        // A socket that the other side has closed already is as good as shut down.
+        // The socket may already be closed by the other side.
         let _ = self.socket.shutdown(Shutdown::Both);
-        // The connection was cut just now, so its error says nothing.
+        // The connection was just cut, so its error means nothing.
         let _ = self.join();
         self.controller.wait_for_free(self.port)
     }
@@ -160,13 +160,12 @@ struct Controller {
     options: Options,
 }
 
-/// One line of the controller's file `status`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct PortLine {
     high_speed: bool,
     port: u32,
     state: u32,
-    /// The name of the USB device at the port, if there is one.
+    /// The name of the USB device at the port, if any.
     usb_device: String,
 }
 
@@ -186,7 +185,7 @@ impl Controller {
         })
     }
 
-    /// Puts a device into the first port that takes it. The second value is the kernel's end of the connection.
+    /// Attaches a device to the first port that accepts it. The second value is the kernel's end of the connection.
     fn plug_in(
         &self,
         bus: SharedAdapter,
@@ -238,7 +237,7 @@ impl Controller {
             .map_err(|source| UsbipError::Refused(port, source))
     }
 
-    /// The lines of `status`, and of `status.1` and so on where there are several controllers.
+    /// The lines of `status`, and of `status.1` and so on with several controllers.
     fn ports(&self) -> Result<Vec<PortLine>, UsbipError> {
         let mut lines = self.ports_of("status")?;
         for further in 1.. {
@@ -266,7 +265,7 @@ impl Controller {
         Ok(self.ports()?.into_iter().find(|line| line.port == port))
     }
 
-    /// The adapter that the kernel makes of the device at this port.
+    /// Waits for the kernel's adapter for the device at this port.
     fn wait_for_adapter(&self, port: u32) -> Result<(u32, PathBuf), UsbipError> {
         let waited = self.options.driver_wait;
         look_until(waited, || {
@@ -311,7 +310,7 @@ impl PortLine {
     }
 }
 
-/// The N of the folder `i2c-N` below the device's one interface.
+/// The N of the folder `i2c-N` in the device's only interface.
 fn adapter_of(sysfs: &Path, usb_device: &str) -> Option<u32> {
     let interface = sysfs.join(format!("bus/usb/devices/{usb_device}/{usb_device}:1.0"));
     fs::read_dir(interface).ok()?.find_map(|entry| {
@@ -320,7 +319,7 @@ fn adapter_of(sysfs: &Path, usb_device: &str) -> Option<u32> {
     })
 }
 
-/// Looks again and again, at most for `longest`; `None` if there was nothing to see.
+/// Looks repeatedly for up to `longest`; `None` if nothing appeared.
 fn look_until<T>(
     longest: Duration,
     mut look: impl FnMut() -> Result<Option<T>, UsbipError>,

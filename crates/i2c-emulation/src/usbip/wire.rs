@@ -1,15 +1,15 @@
 //! The bytes of the USB/IP protocol, version 1.1.1 (Linux, `Documentation/usb/usbip_protocol.rst`).
 
-/// The version that both sides name in every request and reply of the first phase.
+/// The version in every request and reply of the first phase.
 pub(super) const VERSION: u16 = 0x0111;
-/// Bytes of every header of the second phase, in which transfers are carried.
+/// The header size of the second phase, which carries transfers.
 pub(super) const HEADER_BYTES: usize = 48;
-/// Bytes of the header of a request or reply of the first phase.
+/// The header size of a request or reply in the first phase.
 pub(super) const OP_BYTES: usize = 8;
-/// Bytes of a device's name on the wire.
+/// The size of a device's name on the wire.
 pub(super) const BUS_ID_BYTES: usize = 32;
 
-/// Most bytes of one transfer: the length field of a control transfer has 16 bits.
+/// The most bytes of one transfer: a control transfer's length field has 16 bits.
 pub const TRANSFER_BYTES_MAX: usize = 0xFFFF;
 
 const PATH_BYTES: usize = 256;
@@ -29,11 +29,11 @@ const DIRECTION_IN: u32 = 1;
 const DEVICE_TO_HOST: u8 = 0x80;
 const NO_PACKETS: [u32; 2] = [0, u32::MAX];
 
-/// USB_SPEED_LOW of `linux/usb/ch9.h`, as the original has it. vhci-hcd complains in the kernel's log about full speed.
+/// USB_SPEED_LOW of `linux/usb/ch9.h`, as in the original. vhci-hcd logs a complaint about full speed.
 pub(super) const SPEED_LOW: u32 = 1;
 pub(super) const BUS_NUMBER: u16 = 1;
-/// USB 2.0, table 9-8: USB 1.1, a class of its own, eight bytes at a time, vendor 0403, product c631 (the first that the
-/// kernel's i2c-tiny-usb knows), release 2.00, three strings, one configuration.
+/// USB 2.0, table 9-8: USB 1.1, its own class, eight bytes at a time, vendor 0403, product c631 (the first in the
+/// kernel's i2c-tiny-usb), release 2.00, three strings, one configuration.
 pub(super) const DESCRIPTOR: [u8; 18] = [
     18, 1, 0x10, 0x01, 0xFF, 0, 0, 8, 0x03, 0x04, 0x31, 0xC6, 0x00, 0x02, 1, 2, 3, 1,
 ];
@@ -54,13 +54,13 @@ impl Identity {
     }
 }
 
-/// The name under which a bus is offered, as `usbip attach -b` wants it: `1-N` for bus N of the rack.
+/// The name of a bus for `usbip attach -b`: `1-N` for bus N of the rack.
 #[must_use]
 pub fn bus_id(bus: u32) -> String {
     format!("1-{bus}")
 }
 
-/// Bytes that no USB/IP client sends. The connection is of no use afterwards: nobody knows where the next header begins.
+/// Bytes that no USB/IP client sends. The connection is then unusable, since the next header's position is unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what each is")]
 pub enum Malformed {
@@ -78,9 +78,8 @@ pub enum Malformed {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Request {
-    /// Which devices are there?
     DeviceList,
-    /// One device, please; its name follows.
+    /// Attaches one device; its name follows.
     Import,
 }
 
@@ -98,12 +97,12 @@ impl Request {
     }
 }
 
-/// Status of a reply (`usbip_network.h`, ST_*): somebody else has the device.
+/// Status of a reply (`usbip_network.h`, ST_*): the device is in use.
 pub(super) const BUSY: u32 = 2;
-/// There is no device of that name.
+/// Status of a reply: there is no device with that name.
 pub(super) const NO_SUCH_DEVICE: u32 = 4;
 
-/// What both replies of the first phase tell of a device.
+/// The description of a device in both replies of the first phase.
 fn described(device: &Identity) -> Vec<u8> {
     const CONFIGURATION_VALUE: u8 = 1;
     const INTERFACES: u8 = 1;
@@ -114,7 +113,7 @@ fn described(device: &Identity) -> Vec<u8> {
     for number in [BUS_NUMBER.into(), device.device_number.into(), SPEED_LOW] {
         bytes.extend(number.to_be_bytes());
     }
-    // Vendor, product and release lie low byte first in the descriptor and high byte first here.
+    // Vendor, product and release are little-endian in the descriptor and big-endian here.
     for at in [8, 10, 12] {
         bytes.extend([DESCRIPTOR[at + 1], DESCRIPTOR[at]]);
     }
@@ -123,7 +122,7 @@ fn described(device: &Identity) -> Vec<u8> {
     bytes
 }
 
-/// Text in a field of a fixed size, with at least one zero behind it.
+/// Text in a fixed-size field, followed by at least one zero.
 fn padded<const BYTES: usize>(text: &str) -> [u8; BYTES] {
     let mut bytes = text.bytes().take(BYTES - 1);
     [0; BYTES].map(|zero| bytes.next().unwrap_or(zero))
@@ -134,7 +133,7 @@ pub(super) fn unpadded(field: &[u8]) -> String {
     String::from_utf8_lossy(text).into_owned()
 }
 
-/// Every device with the class of its one interface.
+/// Every device with the class of its only interface.
 pub(super) fn device_list<'a>(devices: impl ExactSizeIterator<Item = &'a Identity>) -> Vec<u8> {
     let mut bytes = reply_header(OP_REP_DEVLIST, 0);
     let count = u32::try_from(devices.len()).unwrap_or(u32::MAX);
@@ -147,7 +146,6 @@ pub(super) fn device_list<'a>(devices: impl ExactSizeIterator<Item = &'a Identit
     bytes
 }
 
-/// The device that was asked for, or why not.
 pub(super) fn imported(answer: Result<&Identity, u32>) -> Vec<u8> {
     match answer {
         Ok(device) => [reply_header(OP_REP_IMPORT, 0), described(device)].concat(),
@@ -160,7 +158,7 @@ fn reply_header(code: u16, status: u32) -> Vec<u8> {
     [&version[..], &code, &status.to_be_bytes()].concat()
 }
 
-/// The eight bytes with which every control transfer begins (USB 2.0, 9.3).
+/// The eight bytes at the start of every control transfer (USB 2.0, 9.3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Setup {
     pub(super) request_type: u8,
@@ -191,10 +189,7 @@ impl Setup {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Command {
     Submit(Submit),
-    /// Never mind the transfer that was submitted earlier.
-    Unlink {
-        sequence: u32,
-    },
+    Unlink { sequence: u32 },
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -203,7 +198,7 @@ pub(super) struct Submit {
     pub(super) endpoint: u32,
     /// Whether the device sends.
     pub(super) is_in: bool,
-    /// Bytes that follow the header, or bytes that the client has room for.
+    /// The bytes after the header, or the client's room for bytes.
     pub(super) length: usize,
     pub(super) setup: Setup,
 }
@@ -235,7 +230,7 @@ impl Command {
     }
 }
 
-/// The reply to a transfer: `status` is 0 or a negative errno. `data` is sent only if the device is the one that sends.
+/// The reply to a transfer: `status` is 0 or a negative errno. `data` is empty unless the device sends.
 pub(super) fn submitted(sequence: u32, status: i32, actual_length: usize, data: &[u8]) -> Vec<u8> {
     let status = u32::from_ne_bytes(status.to_ne_bytes());
     let actual_length = u32::try_from(actual_length).unwrap_or(u32::MAX);
@@ -244,7 +239,7 @@ pub(super) fn submitted(sequence: u32, status: i32, actual_length: usize, data: 
     [words.as_flattened(), &[0; 20], data].concat()
 }
 
-/// The reply to a cancelled transfer that had been answered already.
+/// The reply to a cancelled transfer that was already answered.
 pub(super) fn unlinked_too_late(sequence: u32) -> Vec<u8> {
     let header = [RET_UNLINK, sequence, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
     header.map(u32::to_be_bytes).as_flattened().to_vec()

@@ -1,4 +1,4 @@
-//! A chip, and what the tests of both ways ask of a machine.
+//! A chip, and helpers for the tests of both ways.
 
 #[expect(
     dead_code,
@@ -26,7 +26,7 @@ use i2c_emulation::rack::{Rack, SharedAdapter};
 
 pub(crate) const TARGET: u8 = 0x69;
 
-/// 256 registers with an address pointer that moves on by itself; register n holds n times 7 plus 3 at first.
+/// 256 registers with an address pointer that advances by itself; register n starts as n times 7 plus 3.
 #[derive(Clone)]
 pub(crate) struct RegisterFile(Arc<Mutex<Registers>>);
 
@@ -98,7 +98,7 @@ impl I2c for RegisterFile {
     }
 }
 
-/// One emulated bus under a number that no other test on this machine uses.
+/// One emulated bus with a number that no other test on this machine uses.
 pub(crate) struct Bench {
     pub(crate) number: u32,
     pub(crate) options: Options,
@@ -135,7 +135,7 @@ impl Bench {
         outcome
     }
 
-    /// Runs a program to its end; its output must be read from a file, since `run` waits for the end.
+    /// Runs a program to its end. Output goes through a file, since `run` waits for the end.
     pub(crate) fn output(&self, program: &Path, arguments: &[&str]) -> String {
         let (status, output) = self.outcome(Command::new(program).args(arguments));
         assert!(
@@ -158,7 +158,7 @@ impl Bench {
         (ended.status, fs::read_to_string(file.path()).unwrap())
     }
 
-    /// Python sees the path as `DEVICE` and the open file as `f`, and can call `rdwr(messages)`.
+    /// Runs Python, which has the path as `DEVICE`, the open file as `f`, and `rdwr(messages)`.
     pub(crate) fn python(&self, script: &str) -> String {
         let script = self.script(script);
         self.output(Path::new("python3"), &["-c", &script])
@@ -179,7 +179,7 @@ impl Bench {
     }
 }
 
-/// No mount of any process and no file names the device any more.
+/// No process's mounts and no file may still name the device.
 pub(crate) fn assert_nothing_left(device: &Path) {
     assert!(!device.exists(), "{} was left behind", device.display());
     let left = processes_that_mount(device);
@@ -191,11 +191,11 @@ pub(crate) fn assert_nothing_left(device: &Path) {
     );
 }
 
-/// Gives processes the time to end.
+/// Waits for processes to end.
 pub(crate) fn wait_until(mut done: impl FnMut() -> bool) {
     let deadline = Instant::now() + Duration::from_secs(10);
     while !done() {
-        assert!(Instant::now() < deadline, "waited for 10 s");
+        assert!(Instant::now() < deadline, "not done after 10 s");
         std::thread::sleep(Duration::from_millis(2));
     }
 }
@@ -210,7 +210,7 @@ pub(crate) fn processes_that_mount(device: &Path) -> Vec<PathBuf> {
         .collect()
 }
 
-/// The folder in /proc of every process.
+/// Every process's folder in /proc.
 pub(crate) fn processes() -> impl Iterator<Item = PathBuf> {
     fs::read_dir("/proc")
         .unwrap()
@@ -222,12 +222,13 @@ pub(crate) fn excused(variable: &str) -> bool {
     std::env::var_os(variable).is_some_and(|value| value == "1")
 }
 
-/// Whether FUSE works here, without which the calling test is skipped; a lack of it is an error unless it is excused.
+/// Whether FUSE works here; if not, reports the calling test as skipped. Without the variable that excuses it, missing
+/// FUSE is an error.
 pub(crate) fn fuse_works() -> bool {
     fuse_works_or(skip::test)
 }
 
-/// As [`fuse_works`], where only a part of the calling test needs it.
+/// As [`fuse_works`], if only a part of the calling test needs it.
 pub(crate) fn fuse_works_for_a_part() -> bool {
     fuse_works_or(skip::part)
 }
@@ -261,7 +262,7 @@ pub(crate) fn i2c_tools() -> Option<PathBuf> {
     found
 }
 
-/// Whether there is a Python; a lack of it is excused together with that of i2c-tools.
+/// Whether Python is available; the variable for i2c-tools also excuses its absence.
 pub(crate) fn python_works() -> bool {
     let found = Command::new("python3").arg("--version").output().is_ok();
     if !found {

@@ -1,4 +1,4 @@
-//! A served bus to test against.
+//! A bus and server to test against.
 
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
@@ -13,7 +13,7 @@ use i2c_emulation::rack::{Rack, SharedAdapter};
 use i2c_emulation::socket::{Options, Server, StopHandle};
 
 pub(crate) const TARGET: u16 = 0x69;
-/// Targets that fail in one way each, whatever is asked of them.
+/// Targets that always fail, each in its own way.
 pub(crate) const FAILING: [(u16, Fault); 6] = [
     (0x30, Fault::NackAddress),
     (0x31, Fault::NackData),
@@ -22,21 +22,21 @@ pub(crate) const FAILING: [(u16, Fault); 6] = [
     (0x34, Fault::Timeout),
     (0x35, Fault::Gone),
 ];
-/// An address that panics.
+/// An address that makes the bus panic.
 pub(crate) const PANICKING: u16 = 0x336;
-/// A target at a ten-bit address, with the same registers.
+/// A target at a 10-bit address, with the same registers.
 pub(crate) const TEN_BIT_TARGET: u16 = 0x2A5;
 
-/// 256 registers with an address pointer that moves on by itself; register n holds n times 7 plus 3 at first.
+/// 256 registers with an address pointer that advances by itself; register n starts as n times 7 plus 3.
 ///
-/// It writes down each transfer, and carries messages out one by one, so that a fault may come after some.
+/// Records each transfer, and carries messages out one by one, so that a fault can come after some.
 pub(crate) struct RegisterFile {
     registers: [u8; 256],
     pointer: u8,
     log: Log,
 }
 
-/// What reached the bus, a line a transfer.
+/// The transfers that reached the bus, one per line.
 pub(crate) type Log = Arc<Mutex<Vec<String>>>;
 
 pub(crate) fn first_value(register: usize) -> u8 {
@@ -103,7 +103,7 @@ fn text_of(message: &Message<'_>) -> String {
     }
 }
 
-/// A server in a thread of this process, in a folder of its own.
+/// A server in a thread of this process, in its own folder.
 pub(crate) struct Bench {
     pub(crate) path: PathBuf,
     pub(crate) log: Log,
@@ -113,7 +113,7 @@ pub(crate) struct Bench {
 }
 
 impl Bench {
-    /// Buses 1 and 7, each a register file; what reaches bus 1 is logged.
+    /// Buses 1 and 7, each a register file; transfers on bus 1 are logged.
     pub(crate) fn new(options: Options) -> Self {
         let log = Log::default();
         let mut rack = Rack::new();
@@ -141,7 +141,7 @@ impl Bench {
         Raw::connect(&self.path)
     }
 
-    /// A raw client whose hello was answered. On a busy machine it may come too late for a short wait: then once more.
+    /// A raw client after its hello. Retries, because on a busy machine the hello may miss a short wait.
     pub(crate) fn greeted(&self) -> Raw {
         loop {
             let mut raw = self.raw();
@@ -172,13 +172,13 @@ impl Drop for Bench {
     }
 }
 
-/// Packets by hand, with nothing of the library.
+/// Hand-made packets, independent of the library.
 pub(crate) struct Raw(pub(crate) UnixStream);
 
 impl Raw {
     pub(crate) fn connect(path: &Path) -> Self {
         let stream = UnixStream::connect(path).unwrap();
-        // A test that waits for an answer that never comes must fail, not hang.
+        // If the answer never comes, the test must fail, not hang.
         stream
             .set_read_timeout(Some(Duration::from_secs(30)))
             .unwrap();
@@ -205,12 +205,12 @@ impl Raw {
         self.receive()
     }
 
-    /// The reason of a BYE after which nothing comes, and its text.
+    /// The reason and text of a BYE, which must be the last packet.
     pub(crate) fn farewell(&mut self) -> (u8, String) {
         let packet = self.receive();
         assert_eq!(packet[0], 0x85, "{packet:?}");
         let mut rest = Vec::new();
-        // A connection that is closed with unread bytes is reset.
+        // A connection closed with unread bytes is reset.
         let _ = self.0.read_to_end(&mut rest);
         assert!(rest.is_empty(), "{rest:?} after the farewell");
         (packet[1], String::from_utf8(packet[2..].to_vec()).unwrap())
@@ -221,7 +221,7 @@ pub(crate) fn hello(version: u16) -> Vec<u8> {
     [&[1][..], b"i2ce", &version.to_le_bytes()].concat()
 }
 
-/// A TRANSFER of one bus and judge; messages are already packed.
+/// A TRANSFER for one bus and judge, with packed messages.
 pub(crate) fn transfer(bus: u32, judge: u8, messages: &[Vec<u8>]) -> Vec<u8> {
     let count = u16::try_from(messages.len()).unwrap();
     [

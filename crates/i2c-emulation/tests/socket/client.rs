@@ -1,4 +1,4 @@
-//! The Rust client against the bus that it stands for.
+//! The Rust client against the served bus.
 
 use std::sync::mpsc;
 use std::time::Duration;
@@ -50,7 +50,7 @@ fn the_server_tells_its_buses_and_its_adapter() {
     assert_eq!(client.functionality(), AdapterMode::Pi5.functionality());
 }
 
-/// embedded-hal joins neighboring operations of one direction into one message.
+/// embedded-hal merges adjacent operations of one direction into one message.
 #[test]
 fn a_transaction_is_cut_into_messages_as_embedded_hal_has_it() {
     let bench = Bench::new(Options::default());
@@ -84,7 +84,7 @@ fn a_transaction_is_cut_into_messages_as_embedded_hal_has_it() {
 }
 
 #[test]
-fn what_was_read_before_a_fault_is_there() {
+fn bytes_read_before_a_fault_are_there() {
     let bench = Bench::new(Options::default());
     let mut bus = Client::connect(&bench.path, 1).unwrap();
     let mut before = [0; 2];
@@ -146,7 +146,7 @@ fn faults_are_kinds_of_embedded_hal() {
     );
 }
 
-/// The reference says that a Raspberry Pi's adapter refuses a read that is not the last message.
+/// The reference says that a Raspberry Pi's adapter rejects a read that is not the last message.
 #[test]
 fn the_adapter_refuses_what_the_bare_bus_carries_out() {
     let bench = Bench::new(Options::default());
@@ -257,7 +257,7 @@ fn a_server_that_went_away_is_named_now_and_later() {
 }
 
 #[test]
-fn a_bus_that_is_not_there_is_refused_with_those_that_are() {
+fn a_missing_bus_is_refused_with_a_list_of_buses() {
     let bench = Bench::new(Options::default());
     let error = Client::connect(&bench.path, 2).unwrap_err();
     let expected = format!(
@@ -268,7 +268,7 @@ fn a_bus_that_is_not_there_is_refused_with_those_that_are() {
 }
 
 #[test]
-fn one_client_more_than_the_server_takes_is_told_so() {
+fn one_client_too_many_is_told_so() {
     let bench = Bench::new(Options {
         clients_max: 1,
         ..Options::default()
@@ -281,7 +281,7 @@ fn one_client_more_than_the_server_takes_is_told_so() {
     assert_eq!(*reason, ByeReason::TooManyClients);
 }
 
-/// A bus that says when a transfer has begun, and waits until it may end.
+/// A bus that reports when a transfer begins, and waits for permission to end it.
 struct Held {
     begun: mpsc::Sender<()>,
     release: mpsc::Receiver<()>,
@@ -289,7 +289,7 @@ struct Held {
 
 impl EmulatedAdapter for Held {
     fn transfer(&mut self, _messages: &mut [Message<'_>]) -> Result<(), TransferError> {
-        // A test that has ended no longer wants to know.
+        // A test that has ended does not need the report.
         let _ = self.begun.send(());
         let _ = self.release.recv();
         Ok(())
@@ -311,7 +311,7 @@ fn an_answer_that_does_not_come_ends_the_wait_and_the_connection() {
     let error = bus.write(0x69, &[1]).unwrap_err();
     assert!(error.to_string().contains("within 20ms\nhint:"), "{error}");
     assert_eq!(error.fault(), Fault::Timeout);
-    // The late answer must not be taken for that of the next question.
+    // The late answer must not be taken for that of the next request.
     let_go.send(()).unwrap();
     let error = bus.write(0x69, &[1]).unwrap_err();
     assert!(matches!(error, ClientError::ServerGone { .. }), "{error}");
@@ -364,7 +364,7 @@ fn asked() -> impl Strategy<Value = Asked> {
     (address, payload).prop_map(|((address, ten_bit), payload)| (address, ten_bit, payload))
 }
 
-/// Carries out one transfer, and returns its outcome and what stands in all buffers afterwards.
+/// Carries out one transfer; returns its outcome and the contents of all buffers.
 fn carry_out(
     bus: &mut dyn EmulatedAdapter,
     transfer: &[Asked],
@@ -392,7 +392,7 @@ fn carry_out(
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// A bus behind the socket cannot be told from one in the same process.
+    /// A bus over the socket behaves exactly like one in the same process.
     #[test]
     fn the_socket_changes_nothing(
         transfers in proptest::collection::vec(proptest::collection::vec(asked(), 0..6), 1..12)

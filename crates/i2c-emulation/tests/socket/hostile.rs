@@ -1,4 +1,4 @@
-//! Every limit is reached, and what breaks the protocol harms nobody but its sender.
+//! Reaches every limit; a client that breaks the protocol harms only itself.
 
 use std::io::{ErrorKind, Read, Write};
 use std::time::Duration;
@@ -17,7 +17,7 @@ use crate::bench::{Bench, FAILING, PANICKING, first_value, hello, read, transfer
 const EINVAL: u8 = 22;
 const REFUSED: u8 = 0x84;
 
-/// A client that behaves is served as ever.
+/// A well-behaved client is still served.
 fn assert_served(bench: &Bench) {
     let mut value = [0];
     let mut client = Client::connect(&bench.path, 1).unwrap();
@@ -39,7 +39,7 @@ fn a_transfer_by_hand_is_as_the_document_has_it() {
         first_value(0x82),
     ];
     assert_eq!(answer, expected);
-    // Several questions may be sent before the first answer is read.
+    // Several requests may be sent before the first answer is read.
     raw.send(&transfer(1, 0, &[write(0x69, &[1])]));
     raw.send(&transfer(1, 0, &[read(0x69, 1)]));
     assert_eq!(raw.receive(), [0x82, 1, 0]);
@@ -72,7 +72,7 @@ fn the_welcome_is_as_the_document_has_it() {
 }
 
 #[test]
-fn a_transfer_has_42_messages_at_most() {
+fn a_transfer_has_at_most_42_messages() {
     let bench = Bench::new(Options::default());
     let mut raw = bench.greeted();
     let ask = |count| transfer(1, 0, &vec![write(0x69, &[0]); count]);
@@ -84,7 +84,7 @@ fn a_transfer_has_42_messages_at_most() {
 }
 
 #[test]
-fn a_message_has_8192_bytes_at_most() {
+fn a_message_has_at_most_8192_bytes() {
     let bench = Bench::new(Options::default());
     let mut raw = bench.greeted();
     let most = u16::try_from(MESSAGE_BYTES_MAX).unwrap();
@@ -107,7 +107,7 @@ fn a_message_has_8192_bytes_at_most() {
         assert_eq!(answer[..3], [REFUSED, EINVAL, 0]);
     }
     assert_eq!(bench.transfers().len(), 2);
-    // read() and write() do what is possible.
+    // read() and write() transfer what is possible.
     let answer = raw.ask(&transfer(1, 2, &[read(0x69, most + 1)]));
     assert_eq!(answer.len(), 3 + MESSAGE_BYTES_MAX);
     let answer = raw.ask(&transfer(1, 2, &[write(0x69, &[0; MESSAGE_BYTES_MAX + 1])]));
@@ -142,7 +142,7 @@ fn a_packet_beyond_the_limit_ends_the_connection_before_it_is_read() {
 }
 
 #[test]
-fn what_the_protocol_does_not_know_ends_the_connection() {
+fn an_unknown_request_ends_the_connection() {
     let good = transfer(1, 0, &[read(0x69, 1)]);
     let with = |place: usize, value: u8| {
         let mut packet = good.clone();
@@ -199,7 +199,7 @@ fn another_version_is_told_which_one_is_spoken_here() {
     let bench = Bench::new(Options::default());
     for version in [0, 2, u16::MAX] {
         let mut raw = bench.raw();
-        // What else a later version says in its hello does not matter.
+        // The rest of a later version's hello does not matter.
         raw.send(&[hello(version), b"and more".to_vec()].concat());
         let expected = format!("this server speaks version 1, not {version}");
         assert_eq!(raw.farewell(), (2, expected));
@@ -225,7 +225,8 @@ fn a_bus_that_is_not_there_is_refused_and_the_connection_goes_on() {
     assert_eq!(raw.ask(&transfer(1, 0, &[read(0x69, 1)]))[0], 0x82);
 }
 
-/// read() and write() on a file whose address a kernel driver owns: I2C_SLAVE says EBUSY, I2C_RDWR does not ask.
+/// read() and write() on a file with an address that a kernel driver owns: I2C_SLAVE returns EBUSY, I2C_RDWR does not
+/// check.
 #[test]
 fn a_file_meets_the_driver_that_owns_the_address() {
     let bench = Bench::new(Options {
@@ -258,7 +259,7 @@ fn a_file_meets_the_driver_that_owns_the_address() {
     assert_eq!(&answer[3..], b"read() and write() are one message each");
 }
 
-/// The kernel lends each message its own buffer: what one reads is not what the next writes.
+/// As in the kernel, each message has its own buffer: the bytes that one reads are not those that the next writes.
 #[test]
 fn each_message_has_its_own_bytes_also_behind_a_read() {
     let bench = Bench::new(Options {
@@ -284,7 +285,7 @@ fn each_message_has_its_own_bytes_also_behind_a_read() {
     assert_eq!(bench.transfers(), ["69R2 69W[80] 69R1 69W[10, 07]"]);
 }
 
-/// i2c-virtio tells a fault by its count alone.
+/// i2c-virtio reveals a fault only by its count.
 #[test]
 fn a_mode_that_hides_faults_hides_them_here_too() {
     let bench = Bench::new(Options {
@@ -314,19 +315,19 @@ fn a_client_too_many_is_turned_away_and_may_come_again() {
     assert_eq!(Options::default().clients_max, CLIENTS_MAX);
     let bench = Bench::new(Options::default());
     let mut guests: Vec<_> = (0..CLIENTS_MAX).map(|_| bench.greeted()).collect();
-    let expected = "32 clients are connected, and no more are taken";
+    let expected = "32 clients are connected, the limit";
     assert_eq!(bench.raw().farewell(), (3, expected.to_owned()));
     let mut leaving = guests.pop().unwrap();
     leaving.send(&[]);
     leaving.farewell();
-    // The end of the connection and of its place may be seen one after the other.
+    // The end of the connection may be visible before its slot is free.
     while bench.raw().ask(&hello(1))[0] == 0x85 {
         std::thread::yield_now();
     }
 }
 
 #[test]
-fn waits_have_ends() {
+fn every_wait_has_a_limit() {
     assert_eq!(Options::default().packet_wait_max, PACKET_WAIT_MAX);
     assert_eq!(Options::default().idle_wait_max, IDLE_WAIT_MAX);
     let short = Duration::from_millis(30);
@@ -358,7 +359,7 @@ fn waits_have_ends() {
     assert_served(&bench);
 }
 
-/// A byte now and then does not stretch the time for a packet.
+/// A byte now and then does not extend the time for a packet.
 #[test]
 fn a_trickle_is_too_slow_as_well() {
     let bench = Bench::new(Options {
@@ -378,9 +379,9 @@ fn a_trickle_is_too_slow_as_well() {
     assert_eq!(slow.farewell(), (1, expected.to_owned()));
 }
 
-/// The server gives up on a client whose socket is full, and serves the others meanwhile.
+/// The server drops a client with a full socket, and serves the others in the meantime.
 #[test]
-fn a_client_that_takes_no_answers_is_left() {
+fn a_client_that_reads_no_answers_is_dropped() {
     let bench = Bench::new(Options {
         packet_wait_max: Duration::from_millis(400),
         ..Options::default()
@@ -405,9 +406,9 @@ fn a_client_that_takes_no_answers_is_left() {
     assert!(taken.len() < 4 * 42 * 8192, "all was answered");
 }
 
-/// A client that takes a little now and then gets no more time than one that takes nothing.
+/// A client that reads a little now and then gets no more time than one that reads nothing.
 #[test]
-fn a_client_that_takes_answers_in_sips_is_left() {
+fn a_client_that_reads_answers_too_slowly_is_dropped() {
     let bench = Bench::new(Options {
         packet_wait_max: Duration::from_millis(100),
         ..Options::default()
@@ -458,7 +459,7 @@ fn a_rack_without_a_bus_is_not_served() {
     assert!(!path.exists());
 }
 
-/// The limits of the document are those of the library.
+/// The document's limits equal the library's.
 #[test]
 fn the_document_names_each_limit_with_its_value() {
     let document = include_str!("../../src/socket/PROTOCOL.md");
@@ -493,7 +494,7 @@ fn the_document_names_each_limit_with_its_value() {
     }
 }
 
-/// Bytes that nearly keep to the protocol: packets cut, stretched and with bytes replaced.
+/// Almost valid packets: cut, extended, or with bytes replaced.
 fn nearly_packets() -> impl Strategy<Value = Vec<u8>> {
     let body = prop_oneof![
         proptest::collection::vec(any::<u8>(), 0..60),
@@ -527,12 +528,12 @@ fn nearly_packets() -> impl Strategy<Value = Vec<u8>> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
-    /// Whatever arrives, what comes back are whole packets of known kinds, and others are served as before.
+    /// Whatever arrives, all answers are whole packets of known kinds, and other clients are still served.
     #[test]
     fn arbitrary_bytes_harm_nobody(greeted in any::<bool>(), bytes in nearly_packets()) {
         let bench = Bench::new(Options::default());
         let mut raw = if greeted { bench.greeted() } else { bench.raw() };
-        // The server may have left already.
+        // The server may have closed the connection already.
         let _ = raw.0.write_all(&bytes);
         let _ = raw.0.shutdown(std::net::Shutdown::Write);
         let mut answers = Vec::new();

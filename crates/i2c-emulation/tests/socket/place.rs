@@ -1,4 +1,4 @@
-//! The socket's file: who may have it, and that it is gone afterwards.
+//! The socket's file: who owns it, and that it is removed at the end.
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -15,7 +15,7 @@ use i2c_emulation::socket::{Client, ClientOptions, Options, PATH_BYTES_MAX, Serv
 
 use crate::bench::{Bench, Log, RegisterFile};
 
-/// Where [`role`] finds the socket that it is to serve.
+/// Tells [`role`] which socket to serve.
 const ROLE: &str = "I2C_EMULATION_SOCKET_TEST_ROLE";
 
 fn bind(path: &Path) -> Result<Server, SocketError> {
@@ -33,7 +33,7 @@ fn entries(folder: &Path) -> Vec<PathBuf> {
     names
 }
 
-/// A socket's file with nobody behind it, as a killed server leaves it.
+/// A socket file without a server, as a killed server leaves it.
 fn stale(path: &Path) {
     drop(UnixListener::bind(path).unwrap());
     assert!(path.exists());
@@ -100,7 +100,7 @@ fn a_stale_file_is_taken_over() {
     assert_eq!(entries(folder.path()), [path]);
 }
 
-/// One of many that start at once gets the place, and it is that one that answers there.
+/// Of many servers that start at once, one gets the path, and that one answers there.
 #[test]
 fn of_servers_that_start_at_once_one_wins() {
     const SERVERS: usize = 6;
@@ -137,7 +137,7 @@ fn of_servers_that_start_at_once_one_wins() {
 }
 
 #[test]
-fn what_is_no_socket_is_left_alone() {
+fn another_kind_of_file_is_left_alone() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("notes.txt");
     fs::write(&file, "mine").unwrap();
@@ -185,7 +185,7 @@ fn the_longest_path_works_and_one_byte_more_is_refused() {
     assert!(
         error
             .to_string()
-            .starts_with("the path is 108 bytes long, a socket's may have 107: /"),
+            .starts_with("socket path is 108 bytes long, at most 107 are possible: /"),
         "{error}"
     );
 }
@@ -201,7 +201,7 @@ fn another_file_at_the_place_is_not_removed() {
     assert_eq!(fs::read_to_string(&path).unwrap(), "somebody else's");
 }
 
-/// Serves the socket that the environment names, in a process of its own; in an ordinary run it does nothing.
+/// Serves the socket named in the environment, in its own process; does nothing in an ordinary run.
 #[test]
 fn role() {
     let Some(path) = std::env::var_os(ROLE) else {
@@ -216,7 +216,7 @@ fn role() {
     }
 }
 
-/// This test program once more, as [`role`].
+/// This test program again, as [`role`].
 fn server_process(path: &Path) -> Command {
     let mut command = Command::new(std::env::current_exe().unwrap());
     command
@@ -227,7 +227,7 @@ fn server_process(path: &Path) -> Command {
     command
 }
 
-/// A server's process, which does not outlive a test that fails.
+/// A server process that does not outlive a failed test.
 struct Process(Child);
 
 impl Process {
@@ -250,7 +250,7 @@ impl Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        // It may have ended, and be waited for, already.
+        // It may already have ended and been waited for.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
@@ -281,7 +281,7 @@ fn after_sigkill_the_next_server_takes_over() {
     assert!(entries(folder.path()).is_empty());
 }
 
-/// A server that has run out of descriptors turns clients away, and takes new ones once others have left.
+/// A server without free descriptors turns clients away, and accepts new ones once others leave.
 #[test]
 fn a_server_without_descriptors_recovers() {
     let folder = tempfile::tempdir().unwrap();
@@ -309,7 +309,7 @@ fn a_server_without_descriptors_recovers() {
     Client::connect(&path, 1).unwrap();
 }
 
-/// As another user if this one may do everything.
+/// Runs as another user if this one may do everything.
 #[test]
 fn a_folder_that_is_not_for_this_user_is_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -317,7 +317,7 @@ fn a_folder_that_is_not_for_this_user_is_named() {
     let path = folder.path().join("bus.sock");
     let mut command = server_process(&path);
     if fs::metadata("/proc/self").unwrap().uid() == 0 {
-        // The test program itself may lie where nobody else may look.
+        // Other users may be unable to read the test program where it is.
         let copy = folder.path().join("program");
         fs::copy(std::env::current_exe().unwrap(), &copy).unwrap();
         let mut as_nobody = Command::new(copy);

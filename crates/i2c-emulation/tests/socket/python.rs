@@ -13,14 +13,14 @@ use i2c_emulation::socket::Options;
 use crate::bench::{Bench, Log, RegisterFile};
 use crate::skip;
 
-/// The version that the recorded outputs were made with.
+/// The version behind the recorded outputs.
 const SMBUS2: &str = "smbus2==0.6.1";
 
 fn excused(variable: &str) -> bool {
     std::env::var_os(variable).is_some_and(|value| value == "1")
 }
 
-/// Whether there is a Python here; a lack of it is an error unless it is excused.
+/// Python, if available; a missing one is an error unless excused.
 pub(crate) fn python() -> Option<Command> {
     let found = Command::new("python3")
         .arg("--version")
@@ -61,7 +61,7 @@ fn with_mode(mode: AdapterMode) -> Bench {
     })
 }
 
-/// What the real smbus2 prints in this mode, recorded on the emulated /dev/i2c-N.
+/// The real smbus2's output in this mode, recorded on the emulated /dev/i2c-N.
 fn recorded(mode: AdapterMode) -> PathBuf {
     folder("tests/socket/smbus2").join(format!("{mode}.txt"))
 }
@@ -85,7 +85,7 @@ fn each_method_gives_what_smbus2_gives() {
     }
 }
 
-/// With GRIDEYE_RECORD=1 the outputs are recorded again.
+/// GRIDEYE_RECORD=1 records the outputs again.
 #[test]
 fn the_recorded_outputs_are_those_of_smbus2() {
     if excused("GRIDEYE_WITHOUT_PYTHON_DRIVERS") {
@@ -109,7 +109,7 @@ fn the_recorded_outputs_are_those_of_smbus2() {
     }
 }
 
-/// What `methods.py` prints with the real smbus2 and an emulated /dev/i2c-N.
+/// The output of `methods.py` with the real smbus2 and an emulated /dev/i2c-N.
 fn on_fuse(python: &Path, mode: AdapterMode) -> String {
     let number = 100_000 + std::process::id() % 100_000;
     let mut options = fuse::Options::new(format!("/dev/i2c-{number}"));
@@ -128,7 +128,7 @@ fn on_fuse(python: &Path, mode: AdapterMode) -> String {
     text
 }
 
-/// A Python with smbus2 from PyPI, in an environment of its own beside the build.
+/// A Python with smbus2 from PyPI, in its own environment beside the build.
 fn python_with_smbus2() -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("smbus2");
     let python = folder.join("bin/python3");
@@ -218,9 +218,9 @@ fn every_error_around_the_bus_has_a_number() {
     assert!(child.wait().unwrap().success());
 }
 
-/// Servers that are none, or of another release.
+/// Servers that do not speak the protocol, or are of another release.
 #[test]
-fn whoever_does_not_speak_the_protocol_is_named() {
+fn a_server_of_another_protocol_is_named() {
     let Some(mut python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("odd.sock");
@@ -278,7 +278,7 @@ fn an_answer_that_does_not_come_is_a_timeout() {
     assert_eq!(output(python.args(["-c", &script])), expected);
 }
 
-/// The oldest Python that the file promises can read it.
+/// The oldest Python version that the file promises to support.
 #[test]
 fn the_file_is_python_3_7() {
     let Some(mut python) = python() else { return };

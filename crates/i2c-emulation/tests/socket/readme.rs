@@ -1,4 +1,4 @@
-//! The examples of the README, taken out of it and run.
+//! Extracts the README's examples and runs them.
 
 use std::fs;
 use std::path::Path;
@@ -10,7 +10,7 @@ use crate::python::{output, python};
 
 include!("readme_client.rs");
 
-/// The first code block of a language behind the heading of way 2, or behind the beginning.
+/// The first code block of a language after the heading of way 2, or else after the beginning.
 pub(crate) fn block(text: &str, language: &str) -> String {
     let text = text
         .split_once("## Another process")

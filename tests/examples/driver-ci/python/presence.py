@@ -1,4 +1,4 @@
-"""Who is below a Grid-EYE: the pixels that are much warmer than the room."""
+"""Finds people below a Grid-EYE: pixels much warmer than the room."""
 
 from statistics import median
 
@@ -6,12 +6,12 @@ CONTRAST_C = 5.0
 
 
 def room_c(picture):
-    """The room's temperature in °C: that of the pixel in the middle of all."""
+    """The room's temperature in °C: the median pixel."""
     return median(pixel for row in picture for pixel in row)
 
 
 def somebody(picture):
-    """Row and column, from 0, of each pixel that shows somebody; none when nobody is there."""
+    """Row and column, from 0, of each pixel that shows a person; empty if nobody is there."""
     threshold_c = room_c(picture) + CONTRAST_C
     return {
         (row, column)

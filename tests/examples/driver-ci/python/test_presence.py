@@ -1,6 +1,6 @@
 """grideye-driver from PyPI and presence.py on the sensor at /dev/i2c-1, which shows room.toml.
 
-Nothing here knows whether that sensor is real: with one, and somebody below it, the same tests are the bench test.
+The tests do not know whether the sensor is real: with a real one and a person below it, they are the bench test.
 """
 
 import time
@@ -11,7 +11,7 @@ from presence import room_c, somebody
 from smbus2 import SMBus
 
 ROOM_C = 19.5
-# In the specification's order these are rows 2 and 3, columns 0 and 1. This driver turns its picture by 180°.
+# In the specification's order these are rows 2 and 3, columns 0 and 1. This driver rotates its image by 180°.
 PERSON = {(5, 7), (5, 6), (4, 7), (4, 6)}
 
 
@@ -41,13 +41,13 @@ def test_the_interrupt_marks_the_person(sensor):
     assert {(row, column) for row in range(8) for column in range(8) if marked[row][column]} == PERSON
 
 
-def test_pictures_go_on(sensor):
+def test_images_keep_coming(sensor):
     first = sensor.image
     time.sleep(0.25)
     assert sensor.image != first, "two frames of a real sensor differ by its noise"
 
 
-def test_no_picture_in_sleep(sensor):
+def test_no_image_in_sleep(sensor):
     sensor.sleep()
     assert sensor.asleep
     sensor.wake()

@@ -1,4 +1,4 @@
-//! Scripts from text: the example, the document, and what can be wrong.
+//! Scripts from text: the example, the document, and every error.
 
 use super::support::*;
 use amg8833_emulator::script::{
@@ -8,7 +8,7 @@ use amg8833_emulator::{Address, BusError, Chance, Clock, Fault, FaultKind};
 use core::time::Duration;
 use std::sync::{Arc, Mutex};
 
-/// The example, followed by a reader every 50 ms: twice the same, and every kind at the times that it names.
+/// Runs the example with a read every 50 ms: two runs agree, and every kind strikes at its times.
 #[test]
 fn the_example_is_followed_to_the_letter() {
     let run = |seed: Option<u64>| {
@@ -100,7 +100,7 @@ fn the_documents_first_example_is_a_script() {
     assert_eq!(script.rules().collect::<Vec<_>>(), [&expected]);
 }
 
-/// The table of the document has every kind with its unit.
+/// The document's table lists every kind with its unit.
 #[test]
 fn the_document_knows_every_kind() {
     let document = include_str!("../../../scripts/README.md");
@@ -123,19 +123,19 @@ fn error(text: &str) -> String {
 }
 
 #[test]
-fn what_is_wrong_with_a_time_is_said_with_its_place() {
+fn an_invalid_time_is_reported_with_its_place() {
     let rows = [
         (
             hang("at = \"12 s\""),
-            "f.toml:1:1: fault 1, `duration`: it is not said how long it lasts\nhint: add `duration = \"2 s\"`, `frames = 3` or `count = 1`; or write `from` instead of `at`",
+            "f.toml:1:1: fault 1, `duration`: does not say how long the fault lasts\nhint: add `duration = \"2 s\"`, `frames = 3` or `count = 1`; or write `from` instead of `at`",
         ),
         (
             hang("at = \"12\"\nduration = \"1 s\""),
-            "f.toml:3:6: fault 1, `at`: `12` is no time\nhint: a number and a unit (ns, us, ms, s, min, h), like \"12.5 s\"",
+            "f.toml:3:6: fault 1, `at`: `12` is not a time\nhint: a number and a unit (ns, us, ms, s, min, h), like \"12.5 s\"",
         ),
         (
             hang("at = 12\nduration = \"1 s\""),
-            "f.toml:3:6: invalid type: integer `12`, expected a string\nhint: times and kinds stand in quotes: at = \"12.5 s\", kind = \"hang\"",
+            "f.toml:3:6: invalid type: integer `12`, expected a string\nhint: put times and kinds in quotes: at = \"12.5 s\", kind = \"hang\"",
         ),
         (
             hang("duration = \"1 s\""),
@@ -147,15 +147,15 @@ fn what_is_wrong_with_a_time_is_said_with_its_place() {
         ),
         (
             hang("at = \"1 s\"\nframe = 3"),
-            "f.toml:4:9: fault 1, `frame`: cannot stand beside `at`\nhint: one of `at`, `frame`, `every`, or `from` and `until`, says when",
+            "f.toml:4:9: fault 1, `frame`: cannot be combined with `at`\nhint: one of `at`, `frame`, `every`, or `from` and `until`, says when",
         ),
         (
             hang("until = \"1 s\"\nframe = 3"),
-            "f.toml:3:9: fault 1, `until`: cannot stand beside `frame`\nhint: one of `at`, `frame`, `every`, or `from` and `until`, says when",
+            "f.toml:3:9: fault 1, `until`: cannot be combined with `frame`\nhint: one of `at`, `frame`, `every`, or `from` and `until`, says when",
         ),
         (
             hang("at = \"1 s\"\ncount = 3\nduration = \"1 s\""),
-            "f.toml:4:9: fault 1, `count`: cannot stand beside `duration`\nhint: one of `duration`, `frames`, `count` says how long",
+            "f.toml:4:9: fault 1, `count`: cannot be combined with `duration`\nhint: one of `duration`, `frames`, `count` says how long",
         ),
         (
             hang("from = \"5 s\"\nuntil = \"5 s\""),
@@ -180,15 +180,15 @@ fn what_is_wrong_with_a_time_is_said_with_its_place() {
 }
 
 #[test]
-fn what_is_wrong_with_a_field_is_said_with_its_place() {
+fn an_invalid_field_is_reported_with_its_place() {
     let rows = [
         (
             hang("probability = 1.5"),
-            "f.toml:3:15: fault 1, `probability`: 1.5 is no probability\nhint: 0 to 1",
+            "f.toml:3:15: fault 1, `probability`: 1.5 is not a probability\nhint: 0 to 1",
         ),
         (
             hang("address = 0x69"),
-            "f.toml:3:11: fault 1, `address`: `hang` is of the whole bus\nhint: leave it out",
+            "f.toml:3:11: fault 1, `address`: `hang` affects the whole bus\nhint: leave it out",
         ),
         (
             hang("pixel = 3"),
@@ -210,19 +210,19 @@ fn what_is_wrong_with_a_field_is_said_with_its_place() {
         ),
         (
             error("[[fault]]\nkind = \"pixel-glitch\"\nframe = 3\n"),
-            "f.toml:1:1: fault 1, `word`: `pixel-glitch` needs it, and it is not there\nhint: twelve bits as the register has them: `word = 0xFFF`, or 0x000 for 0.0 °C",
+            "f.toml:1:1: fault 1, `word`: `pixel-glitch` requires this field\nhint: the twelve bits of the register: `word = 0xFFF`, or 0x000 for 0.0 °C",
         ),
         (
             error("[[fault]]\nkind = \"freeze\"\nfrom = \"1 s\"\ncount = 3\n"),
-            "f.toml:4:9: fault 1, `count`: `freeze` is a stretch of time, of which there is nothing to count\nhint: `duration` or `frames` says how long",
+            "f.toml:4:9: fault 1, `count`: `freeze` lasts, so there is nothing to count\nhint: `duration` or `frames` says how long",
         ),
         (
             error("[[fault]]\nkind = \"brown-out\"\nat = \"1 s\"\nduration = \"1 s\"\n"),
-            "f.toml:4:12: fault 1, `duration`: `brown-out` is a moment\nhint: a supply that stays away is `unplugged`",
+            "f.toml:4:12: fault 1, `duration`: `brown-out` has no length\nhint: for a lasting loss of power, use `unplugged`",
         ),
         (
             error("[[fault]]\nkind = \"brown-out\"\nfrom = \"1 s\"\n"),
-            "f.toml:1:1: fault 1, `at`: `brown-out` is a moment, and it is not said which\nhint: add `at = \"12.5 s\"`, `frame = 17` or `every = \"10 s\"`",
+            "f.toml:1:1: fault 1, `at`: `brown-out` has no time\nhint: add `at = \"12.5 s\"`, `frame = 17` or `every = \"10 s\"`",
         ),
     ];
     for (found, expected) in rows {
@@ -231,7 +231,7 @@ fn what_is_wrong_with_a_field_is_said_with_its_place() {
 }
 
 #[test]
-fn what_is_no_script_at_all_is_said_with_its_place() {
+fn an_invalid_file_is_reported_with_its_place() {
     let starts = [
         (
             "[[fault]]\nkind = \"nack\"\n",
@@ -247,7 +247,7 @@ fn what_is_no_script_at_all_is_said_with_its_place() {
         ),
         (
             "[[fault]]\nat = \"1 s\"\n",
-            "f.toml:1:1: missing field `kind`\nhint: every [[fault]] says what breaks",
+            "f.toml:1:1: missing field `kind`\nhint: every [[fault]] needs a kind",
         ),
         (
             "seed = -1\n",
@@ -283,7 +283,7 @@ fn scripts_are_bounded() {
     assert_eq!(
         error(&format!("{long}#")),
         format!(
-            "f.toml: {} bytes are more than the {SCRIPT_BYTES_MAX} of a script\nhint: this is some other file",
+            "f.toml: {} bytes, at most {SCRIPT_BYTES_MAX} are possible\nhint: is this a fault script?",
             SCRIPT_BYTES_MAX + 1
         )
     );

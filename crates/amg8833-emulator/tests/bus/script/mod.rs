@@ -1,4 +1,4 @@
-//! Faults by script: in time, by frame, by chance, from a file; and what a file can have wrong.
+//! Fault scripts: by time, by frame, by chance, from a file, and errors in files.
 
 mod file;
 mod properties;

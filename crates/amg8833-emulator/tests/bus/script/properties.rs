@@ -1,4 +1,4 @@
-//! Any script and any text: the same twice, and nothing left behind.
+//! For any script and any text: two runs agree, and nothing stays behind.
 
 use super::support::*;
 use amg8833_emulator::script::{Lasting, Rule, Script, When};
@@ -44,7 +44,7 @@ fn any_fault() -> impl Strategy<Value = Fault> {
     ]
 }
 
-/// Times of a script, mostly within its first 20 s, and now and then anything.
+/// Script times, mostly within the first 20 s, occasionally anything.
 fn any_time() -> impl Strategy<Value = Duration> {
     prop_oneof![
         20 => (0_u64..20_000).prop_map(ms),
@@ -112,7 +112,7 @@ fn any_act() -> impl Strategy<Value = Act> {
     ]
 }
 
-/// What a reader saw: the answer and the bytes.
+/// A read's result and bytes.
 type Seen = (Result<(), BusError>, Vec<u8>);
 
 fn play(rules: &[Rule], acts: &[Act], seed: u64) -> (TestBus, Vec<Seen>, FaultCounts) {
@@ -184,7 +184,7 @@ proptest! {
         prop_assert_eq!(bus.device(Address::High).unwrap().frames() - before, 20);
     }
 
-    /// Whatever a file holds, the answer is a script or an error with its place.
+    /// Whatever a file holds, the result is a script or an error with its place.
     #[test]
     fn any_text_is_a_script_or_an_error(text in ".{0,200}") {
         if let Err(error) = Script::from_toml(&text, "f.toml") {
@@ -192,7 +192,7 @@ proptest! {
         }
     }
 
-    /// Nearly scripts: known keys with unlikely values.
+    /// Almost valid scripts: known keys with unlikely values.
     #[test]
     fn any_fields_are_a_script_or_an_error(
         fields in prop::collection::vec((field(), value()), 0..6),

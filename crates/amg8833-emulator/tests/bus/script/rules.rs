@@ -1,4 +1,4 @@
-//! Rules at work: when they strike, how often, whom, and by chance.
+//! When rules strike, how often, whom, and by what chance.
 
 use super::support::*;
 use amg8833_emulator::script::{EVERY_MIN, Lasting, RULES_MAX, Rule, Script, When};
@@ -43,12 +43,12 @@ fn times_count_from_when_the_script_was_handed_over() {
 }
 
 #[test]
-fn a_count_is_used_up_and_every_occurrence_has_it_anew() {
+fn each_occurrence_has_its_own_count() {
     let mut bus = from_toml("[[fault]]\nkind = \"timeout\"\nevery = \"10 s\"\ncount = 2\n");
     assert_eq!(probe_at(&mut bus, 9_999), Ok(()));
     for round in 1..=3 {
         bus.clock().set(ms(10_000 * round));
-        // Each attempt that times out takes its second.
+        // Each attempt that times out takes one second.
         assert_eq!(bus.write(HIGH, &[]), Err(BusError::Timeout));
         assert_eq!(bus.write(HIGH, &[]), Err(BusError::Timeout));
         assert_eq!(bus.write(HIGH, &[]), Ok(()));
@@ -57,7 +57,7 @@ fn a_count_is_used_up_and_every_occurrence_has_it_anew() {
 }
 
 #[test]
-fn no_occurrence_begins_at_the_end_or_behind_it() {
+fn no_occurrence_begins_at_the_end_or_after_it() {
     let mut bus = from_toml(
         "[[fault]]\nkind = \"brown-out\"\nevery = \"1 s\"\nfrom = \"2 s\"\nuntil = \"5 s\"\n",
     );
@@ -71,7 +71,7 @@ fn no_occurrence_begins_at_the_end_or_behind_it() {
 }
 
 #[test]
-fn frames_of_a_frozen_sensor_are_missing_whoever_looks_when() {
+fn a_frozen_sensor_misses_the_same_frames_whenever_it_is_read() {
     let rule = Rule {
         when: When::Between {
             from: ms(1_000),
@@ -132,7 +132,7 @@ fn a_fault_by_the_number_of_a_frame_is_there_with_it() {
         }
     }
     assert_eq!(stuck, [5, 6]);
-    // Frozen from 1.0 s on, with frame 10 in the registers; at 2.0 s it measures again.
+    // Frozen from 1.0 s with frame 10 in the registers; measures again from 2.0 s.
     assert_eq!(bus.device(Address::High).unwrap().frames(), 10 + 11);
 }
 
@@ -194,7 +194,7 @@ fn buses_take_their_own_rules_and_draw_apart() {
     assert_ne!(run(1).0, run(3).0);
 }
 
-/// Each fault draws from a stream of its own, at places that say what they are about.
+/// Each fault draws from its own stream, at places that depend only on its subject.
 #[test]
 fn a_fault_that_is_added_changes_nothing_about_the_others() {
     let half = Chance::new(0.5).unwrap();
@@ -259,7 +259,7 @@ fn faults_by_call_stand_beside_the_script_and_outlive_it() {
     assert_eq!(rest, [FaultKind::StuckHigh]);
 }
 
-/// All the rules that there can be are active at once, and each has its place.
+/// As many rules as allowed are active at once, each with its own slot.
 #[test]
 fn as_many_faults_at_once_as_there_can_be_rules() {
     let rules: Vec<Rule> = (0..RULES_MAX)
@@ -281,9 +281,9 @@ fn as_many_faults_at_once_as_there_can_be_rules() {
     assert_eq!(bytes, [0; 256], "each of them once");
 }
 
-/// When nobody has looked for longer than is gone through one by one, time still comes to where it is.
+/// After more steps than are handled one by one, time still arrives at the present.
 #[test]
-fn a_long_absence_is_left_out_and_the_script_goes_on_where_it_then_is() {
+fn a_long_absence_is_skipped_and_the_script_continues() {
     let every = |period, lasting, fault| Rule {
         when: When::Every {
             period,

@@ -1,4 +1,4 @@
-//! A bus that follows a script, with a sensor that counts.
+//! A bus with a script and a sensor that counts.
 
 use amg8833_emulator::script::{Rule, Script};
 use amg8833_emulator::{Address, Bus, BusError, ManualClock};
@@ -18,7 +18,7 @@ pub(crate) const fn ms(milliseconds: u64) -> Duration {
     Duration::from_millis(milliseconds)
 }
 
-/// The tick of number n shows n quarter degrees, up to 2000 and over again.
+/// Tick n shows n quarter degrees, up to 2000, then restarts.
 pub(crate) fn counting(t: Duration) -> Frame {
     let tick = t.as_millis() / 100 % 2_000;
     Frame::uniform(Celsius::new(f32::from(u16::try_from(tick).unwrap()) / 4.0))

@@ -1,4 +1,4 @@
-//! `amg88` 0.4.1 (embedded-hal 0.2): bursts, and a byte read behind every write.
+//! `amg88` 0.4.1 (embedded-hal 0.2): bursts, and one byte read after every write.
 
 use crate::sensor::*;
 use amg88::{Address, FrameRateValue, GridEye, InterruptControlMode, PowerControlValue};
@@ -7,7 +7,7 @@ fn driver(sensor: &Sensor) -> GridEye<Handle<'_>> {
     GridEye::new(Handle::new(sensor), Address::High)
 }
 
-/// All its conversions of the sensor's words are right. (word, theirs and true)
+/// All its conversions of the sensor's words are right. (word, the driver's and true value)
 const PIXELS: [(u16, f32); 9] = [
     (0x1F4, 125.0),
     (0x064, 25.0),
@@ -53,16 +53,16 @@ fn thermistor() {
     }
 }
 
-/// (set, word in the registers, what the driver reads back, what is true)
+/// (degrees set, word in the registers, degrees the driver reads back, true degrees)
 const LEVELS: [(f32, u16, f32, f32); 7] = [
     (30.0, 0x078, 30.0, 30.0),
     (511.75, 0x7FF, 511.75, 511.75),
     (-5.0, 0xFEC, -5.0, -5.0),
     (-10.0, 0xFD8, -10.0, -10.0),
     (-512.0, 0x800, -512.0, -512.0),
-    // Cut off instead of rounded.
+    // Truncated instead of rounded.
     (30.2, 0x078, 30.0, 30.25),
-    // Less than a step below zero becomes 0x1000, whose upper bits the sensor has not got.
+    // Less than a step below zero becomes 0x1000, beyond the sensor's twelve bits.
     (-0.2, 0x000, 0.0, -0.25),
 ];
 
@@ -82,7 +82,7 @@ fn levels() {
     }
 }
 
-/// A level beyond twelve bits ends the program instead of being an error.
+/// A level beyond twelve bits panics instead of returning an error.
 #[test]
 fn a_level_out_of_range_panics() {
     let caught = std::panic::catch_unwind(|| {

@@ -7,7 +7,7 @@ fn driver(sensor: &Sensor) -> GridEye<Handle<'_>> {
     GridEye::new(Handle::new(sensor), Address::Standard)
 }
 
-/// Its decoder of negative words: the bits inverted, without the one that two's complement adds.
+/// Its decoder of negative words: inverts the bits, but omits the one that two's complement adds.
 fn their_negative(word: u16, step: f32) -> f32 {
     f32::from(!word & 0x7FF) * -step
 }
@@ -20,7 +20,7 @@ fn their_pixel(word: u16) -> f32 {
     }
 }
 
-/// What it says of a pixel, and what is true. (word, theirs, true)
+/// Pixel values. (word, the driver's value, true value)
 const PIXELS: [(u16, f32, f32); 10] = [
     (0x1F4, 125.0, 125.0),
     (0x064, 25.0, 25.0),
@@ -48,7 +48,8 @@ fn pixels() {
     }
 }
 
-/// What it says of the thermistor, and what is true: it reads sign and magnitude as if it were the pixels' format.
+/// Thermistor values: the driver decodes sign and magnitude like the pixels' format. (word, the driver's value, true
+/// value)
 const THERMISTORS: [(u16, f32, f32); 7] = [
     (0x7FF, 127.9375, 127.9375),
     (0x190, 25.0, 25.0),
@@ -72,8 +73,8 @@ fn thermistor() {
     }
 }
 
-/// What a level becomes that is set in degrees: whole degrees as if they were quarters, and a sign bit.
-/// (set, word in the registers, what the sensor takes it for, what the driver reads back)
+/// Levels set in degrees: encoded as whole degrees instead of quarters, with a sign bit. (degrees set, word in the
+/// registers, the sensor's value, the driver's value)
 const LEVELS: [(f32, u16, f32, f32); 5] = [
     (30.0, 0x01E, 7.5, 7.5),
     (30.75, 0x01E, 7.5, 7.5),
@@ -98,8 +99,8 @@ fn levels() {
     }
 }
 
-/// Its getters of flags read the interrupt control register (0x03) instead of the status register (0x04), and its
-/// "enabled" is the mode's bit; difference mode cannot be set.
+/// Its flag getters read the interrupt control register (0x03) instead of the status register (0x04). Its "enabled" is
+/// the mode bit, and difference mode cannot be set.
 #[test]
 fn interrupts() {
     let sensor = sensor(|_| uniform(31.0));
@@ -168,7 +169,7 @@ fn modes_rate_and_moving_average() {
     assert_eq!(registers(&sensor, 0x00, 1), [0x21]);
 }
 
-/// A frame of it is 128 transactions.
+/// Reads a frame, in 128 transactions.
 fn frame(driver: &mut GridEye<Handle<'_>>) -> Vec<f32> {
     (0..64)
         .map(|pixel| driver.get_pixel_temperature_celsius(pixel).unwrap())

@@ -1,5 +1,5 @@
-//! Drivers of other authors, unmodified from crates.io, against the emulated sensor: what they make of the chip's
-//! bytes, and what is true. Their known faults are in the reference's sections 4.8 and 6.1.
+//! Third-party drivers, unmodified from crates.io, on the emulated sensor: their values against the true ones. The
+//! reference lists their known faults in sections 4.8 and 6.1.
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 mod amg88_0_4;

@@ -1,4 +1,4 @@
-//! The sensor that the drivers are shown, and what is true of it.
+//! The sensor under the drivers, and its true values.
 
 use amg8833_emulator::{Address, Bus, ManualClock, SharedBus};
 use grideye_frame::{Celsius, Frame};
@@ -19,7 +19,7 @@ pub(crate) fn uniform(celsius: f32) -> Frame {
     Frame::uniform(Celsius::new(celsius))
 }
 
-/// Pixels at 20 degrees; the chip itself at this.
+/// Pixels at 20 degrees, and the chip itself at this temperature.
 pub(crate) fn warm_chip(celsius: f32) -> Frame {
     Frame {
         thermistor: Celsius::new(celsius),
@@ -32,7 +32,7 @@ pub(crate) fn set(sensor: &Sensor, milliseconds: u64) {
     bus.clock().set(Duration::from_millis(milliseconds));
 }
 
-/// What the registers hold, read by nobody's driver.
+/// The registers, read without a driver.
 pub(crate) fn registers(sensor: &Sensor, first: u8, count: usize) -> Vec<u8> {
     use embedded_hal::i2c::I2c;
     let mut bytes = vec![0; count];
@@ -49,7 +49,7 @@ pub(crate) fn words(sensor: &Sensor, first: u8, count: usize) -> Vec<u16> {
         .collect()
 }
 
-/// What a pixel's or a level's word means: two's complement of twelve bits, a quarter degree each (AMG88 spec §4-11-11).
+/// The value of a pixel or level word: two's complement of twelve bits in quarter degrees (AMG88 spec §4-11-11).
 pub(crate) fn true_pixel(word: u16) -> f32 {
     let steps = if word >= 0x800 {
         i32::from(word) - 0x1000
@@ -59,7 +59,7 @@ pub(crate) fn true_pixel(word: u16) -> f32 {
     steps as f32 / 4.0
 }
 
-/// What the thermistor's word means: sign and magnitude, a sixteenth of a degree each (AMG88 spec §4-11-9).
+/// The value of the thermistor word: sign and magnitude in sixteenths of a degree (AMG88 spec §4-11-9).
 pub(crate) fn true_thermistor(word: u16) -> f32 {
     let magnitude = f32::from(word & 0x7FF) / 16.0;
     if word & 0x800 == 0 {
@@ -69,8 +69,8 @@ pub(crate) fn true_thermistor(word: u16) -> f32 {
     }
 }
 
-/// The scene of the paper's experiment 3, a person who walks through below the sensor, and how far it is from its
-/// temperatures: 0 as it is, or so much colder.
+/// The scene of the paper's experiment 3, a person walking below the sensor, with all temperatures lowered by
+/// `colder_by`.
 pub(crate) fn person(colder_by: f64) -> impl FnMut(Duration) -> Frame + 'static {
     let scenes = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../scenes/");
     let mut text = std::fs::read_to_string(format!("{scenes}experiment-3.toml")).unwrap();
@@ -89,7 +89,7 @@ pub(crate) fn person(colder_by: f64) -> impl FnMut(Duration) -> Frame + 'static 
     move |t| simulator.noisy(t, 42).to_frame(Celsius::new(chip)).unwrap()
 }
 
-/// How far the warmest pixel of the frame in the registers is above the median one: the person, or the noise.
+/// How far the frame's warmest pixel is above its median: the person, or the noise.
 pub(crate) fn contrast(sensor: &Sensor) -> f32 {
     let mut pixels: Vec<f32> = words(sensor, 0x80, 64)
         .into_iter()

@@ -1,4 +1,4 @@
-//! The service on a machine with systemd, and the first frame of it that the collector has.
+//! The systemd service, and waiting for its first frame at the collector.
 
 use crate::command::common::{self, Unanswered};
 use anyhow::{Context as _, anyhow, bail};
@@ -12,14 +12,14 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use std::{io, thread};
 
-/// How long one `systemctl` may take: a restart waits for the old run, which has 20 s to deliver what it holds.
+/// Time limit of one `systemctl`. A restart waits for the old process, which has 20 s to deliver its records.
 const SYSTEMCTL_TIME_MAX: Duration = Duration::from_secs(60);
 const ENDED_EVERY: Duration = Duration::from_millis(20);
-/// Bytes of what it says that are repeated, at most.
+/// Maximum number of bytes repeated from its output.
 const SAID_BYTES_MAX: u64 = 2048;
 pub(super) enum Found {
     Here(Service),
-    /// There is none, or it is not to be started: why, and what to do instead.
+    /// There is no service, or it should not start: why, and what to do instead.
     Not(String),
 }
 #[derive(Debug)]
@@ -28,7 +28,7 @@ pub(super) struct Service {
 }
 
 impl Service {
-    /// Looks for the unit. `by_hand` is what a person does where there is none.
+    /// Looks for the unit. `by_hand` is the alternative to print if there is none.
     pub(super) fn find(unit: &str, by_hand: &str) -> anyhow::Result<Found> {
         let running = match systemctl(&["is-system-running"]) {
             Ok(said) => said.text,
@@ -54,7 +54,7 @@ impl Service {
         }
     }
 
-    /// Starts it now and at every boot; one that runs is restarted, to read what was written.
+    /// Starts the service now and at every boot; restarts a running one so that it reads the new file.
     pub(super) fn start(&self) -> anyhow::Result<()> {
         let unit = &self.unit;
         for verb in ["enable", "restart"] {
@@ -70,13 +70,13 @@ impl Service {
         Ok(())
     }
 
-    /// Whether it has ended, and is not to be started again by itself.
+    /// Whether it ended and systemd will not restart it.
     pub(super) fn has_failed(&self) -> bool {
         systemctl(&["is-active", &self.unit]).is_ok_and(|said| said.text == "failed")
     }
 }
 
-/// What `systemctl` said, standard output first, without the white space at its ends.
+/// The output of `systemctl`, standard output first, trimmed.
 struct Said {
     is_well: bool,
     text: String,
@@ -88,7 +88,7 @@ fn systemctl(arguments: &[&str]) -> io::Result<Said> {
     ended(command.args(arguments), SYSTEMCTL_TIME_MAX)
 }
 
-/// Runs a program to its end; one that does not end in time is killed.
+/// Runs a program to its end, or kills it at the time limit.
 fn ended(command: &mut Command, time_max: Duration) -> io::Result<Said> {
     let command = command.stdin(Stdio::null()).stdout(Stdio::piped());
     let mut child = command.stderr(Stdio::piped()).spawn()?;
@@ -108,7 +108,7 @@ fn ended(command: &mut Command, time_max: Duration) -> io::Result<Said> {
     let mut bytes = Vec::new();
     let stdout = child.stdout.map(|out| out.take(SAID_BYTES_MAX));
     let stderr = child.stderr.map(|out| out.take(SAID_BYTES_MAX));
-    // What cannot be read is not repeated.
+    // Unreadable output is left out.
     let _ = stdout.map(|mut out| out.read_to_end(&mut bytes));
     let _ = stderr.map(|mut out| out.read_to_end(&mut bytes));
     Ok(Said {
@@ -117,16 +117,16 @@ fn ended(command: &mut Command, time_max: Duration) -> io::Result<Said> {
     })
 }
 
-/// How often the collector is asked; a post comes twice a second.
+/// How often to ask the collector; the agent posts twice a second.
 const ASK_EVERY: Duration = Duration::from_millis(500);
 
-/// How long a sensor may give no frame, once its agent is heard, before that is told: setting it up takes less.
+/// How long a sensor may deliver no frame after its agent's first post; set-up takes less.
 const SILENT_MAX: Duration = Duration::from_secs(10);
 
-/// Frames that the collector has, by sensor and run.
+/// Stored frames by sensor and boot.
 type Frames = BTreeMap<(String, String), u64>;
 
-/// What the collector had before the service was started.
+/// What the collector had before the service started.
 pub(super) struct FirstFrame<'a> {
     collector: &'a str,
     credentials: &'a Credentials,
@@ -136,13 +136,13 @@ pub(super) struct FirstFrame<'a> {
 #[derive(Debug, PartialEq, Eq)]
 enum Look {
     Came(String),
-    /// The agent is heard, but this sensor gives no frame, for this reason.
+    /// The agent posts, but this sensor delivers no frame, for this reason.
     Missing(String, Option<NoData>),
     Nothing,
 }
 
 impl<'a> FirstFrame<'a> {
-    /// Asks what the collector has now. Where it does not say, any frame of the device counts as a new one.
+    /// Asks the collector for its frames now. Without an answer, any frame of the device counts as new.
     pub(super) fn of(joined: &'a Joined, device: &'a str) -> Self {
         let mut first = Self {
             collector: &joined.collector,
@@ -156,7 +156,7 @@ impl<'a> FirstFrame<'a> {
         first
     }
 
-    /// Asks until a frame came, the service has failed, or the time is over.
+    /// Asks until a frame came, the service failed, or time is up.
     pub(super) fn wait(&self, service: &Service, limit: Duration) -> anyhow::Result<String> {
         let since = Instant::now();
         let mut silent_since = None;
@@ -186,7 +186,7 @@ impl<'a> FirstFrame<'a> {
         Ok(state.map_or(Look::Nothing, |state| looked(&state, &self.before)))
     }
 
-    /// What the collector knows of the device; nothing, where nothing of it came yet.
+    /// The collector's state of the device; `None` if it has not posted yet.
     fn ask(&self) -> anyhow::Result<Option<Value>> {
         let path = format!("/v1/devices/{}", self.device);
         let (status, answer) = common::get(self.collector, self.credentials, &path)?;
@@ -200,7 +200,7 @@ impl<'a> FirstFrame<'a> {
         }
     }
 
-    /// A sensor that gives no frame has failed; where nothing is known there is no answer.
+    /// The error for a first frame that never came: failure if a sensor delivers none, unanswered if nothing is known.
     fn in_vain(
         &self,
         looked: anyhow::Result<Look>,
@@ -241,7 +241,7 @@ fn looked(state: &Value, before: &Frames) -> Look {
         if !is_missing && frames > had.copied().unwrap_or(0) {
             return Look::Came(name);
         }
-        // What was missing before the start is no news of now, and a busy computer says nothing of the sensor.
+        // Frames missing before the start are not news, and a busy host says nothing about the sensor.
         let reason = reason(sensor);
         let is_of_sensor = is_missing || reason.is_some();
         if is_of_sensor && had.is_none() && reason != Some(NoData::HostStalled) {
@@ -254,8 +254,8 @@ fn sensors(state: &Value) -> impl Iterator<Item = &Value> {
     state["sensors"].as_array().into_iter().flatten()
 }
 
-/// Why a sensor gives no frame now. Before its first one nobody knows how many are missing: the faults alone are counted,
-/// and the most frequent one tells.
+/// Why a sensor delivers no frame now. Before its first frame the number of missing ones is unknown and only faults are
+/// counted, so the most frequent one is the reason.
 fn reason(sensor: &Value) -> Option<NoData> {
     let faults = sensor["errors"].as_object().into_iter().flatten();
     let known = faults.filter_map(|(kind, count)| Some((count.as_u64()?, kind.parse().ok()?)));
@@ -264,7 +264,7 @@ fn reason(sensor: &Value) -> Option<NoData> {
     now.map_or(most.map(|(_, reason)| reason), |now| now.parse().ok())
 }
 
-/// A sensor's name and its run, and how many frames of it are stored; rows without a frame do not count.
+/// A sensor's name and boot, and its stored frames, not counting missing ones.
 fn frames(sensor: &Value) -> ((String, String), u64) {
     let text = |key: &str| sensor[key].as_str().unwrap_or_default().to_owned();
     let count = |key: &str| sensor[key].as_u64().unwrap_or(0);
@@ -278,7 +278,7 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn a_program_that_does_not_end_is_killed_at_the_limit_and_said() {
+    fn a_program_that_does_not_end_is_killed_at_the_limit_and_reported() {
         let started = Instant::now();
         let limit = Duration::from_millis(100);
         let killed = ended(Command::new("sleep").arg("600"), limit);
@@ -289,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_program_said_and_how_it_ended_are_told_and_a_missing_one_is_not_found() {
+    fn output_and_exit_status_are_returned_and_a_missing_program_is_not_found() {
         let mut command = Command::new("sh");
         command.args(["-c", "echo out; echo err >&2; exit 3"]);
         let said = ended(&mut command, SYSTEMCTL_TIME_MAX).unwrap();
@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_counts_that_was_not_there_before() {
+    fn only_a_frame_that_was_not_there_before_counts() {
         let old: Frames = sensors(&state("a", 100, 10, None)).map(frames).collect();
         let look = |now: &Value| looked(now, &old);
         let came = || Look::Came("i2c-1:0x69".to_owned());

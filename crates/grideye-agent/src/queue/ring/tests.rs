@@ -1,4 +1,4 @@
-//! The ring's account holds whatever comes and goes.
+//! The ring's account is right whatever is added or removed.
 
 use super::*;
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, ThermistorWord};
@@ -52,7 +52,7 @@ fn seqs(batch: &Batch) -> [Vec<u64>; 2] {
 }
 
 #[test]
-fn a_full_ring_drops_the_oldest_of_all_sensors_and_says_so() {
+fn a_full_ring_drops_the_oldest_of_all_sensors_and_counts_them() {
     let mut ring = ring(3);
     for (stream, seq) in [(0, 0), (1, 0), (0, 1)] {
         assert_eq!(push(&mut ring, stream, record(seq, true)), 0);
@@ -81,7 +81,7 @@ fn a_batch_takes_the_oldest_of_all_sensors_and_no_more_than_asked() {
 }
 
 #[test]
-fn what_is_old_goes_in_a_lane_of_its_own() {
+fn old_records_have_their_own_lane() {
     let mut ring = ring(100);
     for seq in 0..5 {
         ring.push(0, record(seq, true), Duration::from_secs(seq));
@@ -93,7 +93,7 @@ fn what_is_old_goes_in_a_lane_of_its_own() {
 }
 
 #[test]
-fn what_was_dropped_while_its_post_was_in_doubt_is_counted_as_delivered_after_all() {
+fn a_record_dropped_while_its_post_was_in_doubt_counts_as_delivered_once_it_arrived() {
     let mut ring = ring(3);
     for seq in 0..3 {
         push(&mut ring, 0, record(seq, seq != 1));
@@ -135,7 +135,7 @@ fn place(segment: u64, from: u64) -> Place {
     }
 }
 
-/// Three records of two sensors, which came at 0, 1 and 2 s.
+/// Three records of two sensors, received at 0, 1 and 2 s.
 fn three() -> Ring {
     let mut ring = ring(9);
     for (second, stream, seq, is_frame) in [(0, 1, 7, true), (1, 0, 3, false), (2, 1, 8, true)] {
@@ -145,7 +145,8 @@ fn three() -> Ring {
     ring
 }
 
-/// Sensor and number of what is on no disk yet, at a second, once one of it is so many seconds old.
+/// Sensor and sequence number of each record not on the disk, at second `now`, once the oldest is `older_than` seconds
+/// old.
 fn unwritten(ring: &Ring, now: u64, older_than: u64, records_max: usize) -> Vec<(String, u64)> {
     let (now, older_than) = (Duration::from_secs(now), Duration::from_secs(older_than));
     let records = ring.unwritten(now, older_than, records_max).into_iter();
@@ -165,7 +166,7 @@ fn evictable(ring: &Ring, now: u64) -> Vec<(Place, bool)> {
 }
 
 #[test]
-fn what_is_on_no_disk_is_written_oldest_first_once_one_of_it_is_old_enough() {
+fn unwritten_records_are_written_oldest_first_once_one_is_old_enough() {
     let mut ring = three();
     let all = [(SENSORS[1], 7), (SENSORS[0], 3), (SENSORS[1], 8)];
     let all = all.map(|(sensor, seq)| (sensor.to_owned(), seq));
@@ -179,7 +180,7 @@ fn what_is_on_no_disk_is_written_oldest_first_once_one_of_it_is_old_enough() {
 }
 
 #[test]
-fn only_what_is_old_on_the_disk_and_in_no_doubt_leaves_the_memory() {
+fn only_old_records_on_the_disk_and_in_no_post_in_doubt_leave_memory() {
     let mut ring = three();
     let [first, second, third] = [place(1, 24), place(1, 34), place(2, 24)];
     write(&mut ring, &[first, second, third]);
@@ -193,7 +194,7 @@ fn only_what_is_old_on_the_disk_and_in_no_doubt_leaves_the_memory() {
     let old = ring.evictable(Duration::from_secs(6), Duration::from_secs(5));
     ring.evict(&old);
     assert_eq!((ring.len(), ring.places()), (1, BTreeSet::from([third])));
-    // They stay in the account, for the disk has them.
+    // They stay in the account, because the disk has them.
     assert_eq!(ring.accounts()[SENSORS[1]].spooled, 2);
     ring.unplace(&BTreeSet::from([1]));
     assert_eq!(ring.places(), BTreeSet::from([third]));
@@ -203,7 +204,7 @@ fn only_what_is_old_on_the_disk_and_in_no_doubt_leaves_the_memory() {
 }
 
 #[test]
-fn what_a_full_ring_lets_go_to_the_disk_is_dropped_when_its_segment_is_gone() {
+fn a_record_pushed_out_to_the_disk_is_dropped_when_its_segment_is_gone() {
     let mut ring = ring(2);
     push(&mut ring, 0, record(0, true));
     push(&mut ring, 0, record(1, false));
@@ -227,7 +228,7 @@ fn what_a_full_ring_lets_go_to_the_disk_is_dropped_when_its_segment_is_gone() {
 }
 
 #[test]
-fn what_the_collector_refuses_is_dropped_under_its_reason_and_the_rest_acknowledged_by_sensor() {
+fn rejected_records_are_dropped_under_their_reason_and_the_rest_acknowledged() {
     let mut ring = three();
     let posted = live(&ring, 9);
     assert_eq!(ring.settle(&posted.items[..2], Some("refused-422")), 2);
@@ -248,9 +249,9 @@ fn what_the_collector_refuses_is_dropped_under_its_reason_and_the_rest_acknowled
 
 #[derive(Debug, Clone)]
 enum Action {
-    /// A frame or a row of this stream, so many numbers on.
+    /// A frame or a missing frame of this stream, after skipping this many numbers.
     Push(usize, bool, u64),
-    /// So many records.
+    /// This many records.
     Batch(usize),
     Acknowledge(usize),
     LoseTheAnswer(usize),

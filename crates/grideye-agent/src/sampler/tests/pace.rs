@@ -1,10 +1,10 @@
-//! When the next read is set, which frame a read is taken for, how much of a gap is listed: each rule by itself, by hand.
+//! When to read next, which frame a read shows, how much of a gap is listed: each rule alone.
 
 use super::*;
 
 const PERIOD: Ns = 100 * MS;
 
-/// Follows a sensor whose update of frame 0 lay in `window`.
+/// Follows a sensor with the update of frame 0 in `window`.
 fn following(window: Window) -> Sampler {
     let mut sampler = Sampler::new(duration(PERIOD), Duration::ZERO, None);
     sampler.phase = Some(Phase::new(PERIOD, 0, window));
@@ -28,7 +28,7 @@ fn read(at: Ns, content: u64) -> Read {
     }
 }
 
-/// The first row and its number.
+/// The first record and its number.
 fn first_row(sampler: &mut Sampler) -> Option<u64> {
     std::iter::from_fn(|| sampler.next_event()).find_map(|event| match event {
         Event::Record { seq, .. } => Some(seq),
@@ -37,14 +37,14 @@ fn first_row(sampler: &mut Sampler) -> Option<u64> {
 }
 
 #[test]
-fn a_window_counts_as_narrow_up_to_2_ms_and_twice_what_a_read_takes_of_the_host() {
+fn a_window_is_narrow_up_to_2_ms_plus_twice_the_host_time_of_a_read() {
     let mut sampler = following(Window::new(0, MS));
     (sampler.quickest_read, sampler.transfer_min) = (13 * MS, 12 * MS);
     assert_eq!(sampler.narrow(), 4 * MS);
 }
 
 #[test]
-fn the_seventeenth_frame_without_a_proof_is_read_before_its_window_and_no_earlier_one() {
+fn only_the_seventeenth_frame_without_a_proof_is_read_before_its_window() {
     let mut sampler = following(Window::new(0, MS));
     for frame in 1..=17 {
         sampler.plan(Ns::MIN);
@@ -56,7 +56,7 @@ fn the_seventeenth_frame_without_a_proof_is_read_before_its_window_and_no_earlie
 }
 
 #[test]
-fn an_update_that_is_near_is_waited_for_to_its_end_and_half_a_millisecond_more() {
+fn a_near_update_is_read_half_a_millisecond_after_its_window() {
     let mut sampler = following(Window::new(0, MS));
     let read = read(50 * MS, 1);
     sampler.wait_for_update(&read, read.after + 2 * MS);
@@ -64,7 +64,7 @@ fn an_update_that_is_near_is_waited_for_to_its_end_and_half_a_millisecond_more()
 }
 
 #[test]
-fn a_still_scene_whose_bounds_are_lost_is_waited_for_up_to_half_a_period_behind_the_estimate() {
+fn a_still_scene_with_lost_bounds_is_awaited_until_half_a_period_after_the_estimate() {
     let mut sampler = following(Window::new(0, 95 * MS));
     sampler.next_seq = 1;
     sampler.repeats = STILL_FRAMES;
@@ -72,12 +72,12 @@ fn a_still_scene_whose_bounds_are_lost_is_waited_for_up_to_half_a_period_behind_
     assert!(sampler.is_lost(1), "{expected:?}");
     let read = read(expected.middle(), 1);
     sampler.unchanged(&read);
-    // Half of what is left of half a period.
+    // Half of the rest of half a period.
     assert_eq!(sampler.next_at, read.after + (50 * MS - 1) / 2);
 }
 
 #[test]
-fn after_faults_within_one_frame_the_next_try_comes_behind_the_window_of_the_frame_after() {
+fn after_faults_within_one_frame_the_next_read_follows_the_next_window() {
     let mut sampler = following(Window::new(0, MS));
     sampler.next_seq = 1;
     sampler.retries = RETRIES_PER_FRAME;
@@ -90,7 +90,7 @@ fn after_faults_within_one_frame_the_next_try_comes_behind_the_window_of_the_fra
 }
 
 #[test]
-fn a_new_start_takes_the_frame_whose_estimate_is_nearest() {
+fn a_restart_takes_the_frame_with_the_nearest_estimate() {
     for (at, seq) in [(149, 1), (151, 2)] {
         let mut sampler = following(Window::new(0, 0));
         sampler.next_seq = 1;
@@ -102,7 +102,7 @@ fn a_new_start_takes_the_frame_whose_estimate_is_nearest() {
 }
 
 #[test]
-fn only_in_a_scene_that_lives_an_equal_read_tells_which_frame_a_change_was() {
+fn an_equal_read_identifies_a_changed_frame_only_in_a_lively_scene() {
     for is_lively in [true, false] {
         let mut sampler = following(Window::new(0, MS));
         sampler.next_seq = 1;
@@ -122,7 +122,7 @@ fn only_in_a_scene_that_lives_an_equal_read_tells_which_frame_a_change_was() {
 }
 
 #[test]
-fn a_read_that_is_quicker_than_the_bus_can_be_shows_how_quick_it_is() {
+fn a_read_quicker_than_the_assumed_minimum_lowers_it() {
     let mut sampler = following(Window::new(0, MS));
     sampler.set_transfer_min(duration(12 * MS));
     let span = Span::new(duration(1000 * MS), duration(1010 * MS));
@@ -130,7 +130,7 @@ fn a_read_that_is_quicker_than_the_bus_can_be_shows_how_quick_it_is() {
     assert_eq!(sampler.transfer_min, 10 * MS);
 }
 
-/// The rows and the faults of a gap of so many frames.
+/// The number of records and the faults for a gap of this many frames.
 fn listed(frames: u64) -> (u64, Vec<&'static str>) {
     let mut sampler = Sampler::new(duration(100 * MS), Duration::ZERO, None);
     sampler.miss_until(frames, 0);

@@ -1,9 +1,9 @@
-//! A host that is kept from running at any moment, for as long as may be: before a read, within it between the two
-//! transfers, and behind it. The model knows the true number of every frame.
+//! A host that may be kept from running at any moment for any time: before a read, between its two transfers, and after
+//! it. The model knows the true number of every frame.
 
 use super::*;
 
-/// How long the host may be kept: mostly not at all, often for a part of a period, now and then for many.
+/// How long the host stalls: mostly not at all, often for part of a period, sometimes for many.
 fn pauses() -> impl Strategy<Value = Ns> {
     prop_oneof![
         6 => Just(0),
@@ -14,7 +14,7 @@ fn pauses() -> impl Strategy<Value = Ns> {
     ]
 }
 
-/// A sensor and a host that is starved for a while, by turns.
+/// A sensor, and a host that is starved from time to time.
 #[derive(Debug)]
 struct Starved {
     error_ppm: i64,
@@ -64,8 +64,9 @@ impl Starved {
     }
 }
 
-/// Every frame bears its true number but for a distance that changes only where the sampler says so (how often is
-/// returned), none comes twice or out of order, and a thermistor that is not its frame's has been counted.
+/// Checks that the offset between each frame's number and its true number changes only when the sampler reports it,
+/// that no frame is repeated or out of order, and that a thermistor of another frame is counted. Returns how often the
+/// sampler reported an estimate.
 fn assert_true_numbers(outcome: &Outcome) -> Result<usize, TestCaseError> {
     let mut distance = None;
     let mut last = None;
@@ -81,7 +82,7 @@ fn assert_true_numbers(outcome: &Outcome) -> Result<usize, TestCaseError> {
                 counted += 1;
             }
             Event::Record { seq, reading, .. } => {
-                prop_assert_eq!(*seq, expected, "neither a gap nor a repetition");
+                prop_assert_eq!(*seq, expected, "no gap and no repetition");
                 expected += 1;
                 let Reading::Frame(frame) = reading else {
                     prop_assert_eq!(*reading, Reading::NoData(NoData::HostStalled));
@@ -96,7 +97,7 @@ fn assert_true_numbers(outcome: &Outcome) -> Result<usize, TestCaseError> {
             }
         }
     }
-    // That of the last frame is counted with the next.
+    // The last frame's is counted with the next.
     prop_assert!(
         strange <= counted + 1,
         "{} of {} thermistors",
@@ -109,18 +110,18 @@ fn assert_true_numbers(outcome: &Outcome) -> Result<usize, TestCaseError> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 400, ..ProptestConfig::default() })]
 
-    /// Whatever the scheduler does, and from the first read on.
+    /// For any schedule, from the first read on.
     #[test]
-    fn no_frame_bears_a_wrong_number_however_the_host_is_starved(starved in starved()) {
+    fn no_frame_has_a_wrong_number_however_the_host_is_starved(starved in starved()) {
         let mut model = starved.model();
         let outcome = run(&mut model, &mut starved.sampler(), 120_000 * MS, |_| ());
         assert_true_numbers(&outcome)?;
         prop_assert!(!outcome.records.is_empty());
     }
 
-    /// Once the sensor's clock is known, a starvation of seconds that ends is no reason to estimate anything.
+    /// Once the sensor's clock is known, a starvation of a few seconds requires no estimate.
     #[test]
-    fn the_count_goes_on_by_proof_through_a_starvation_of_three_seconds(starved in starved()) {
+    fn the_count_stays_proven_through_three_seconds_of_starvation(starved in starved()) {
         let mut model = starved.model();
         (model.delays, model.held_up) = (vec![0], vec![[0; 3]]);
         let mut sampler = starved.sampler();

@@ -1,4 +1,4 @@
-//! How a segment is read, whatever is in it.
+//! Reads a segment, whatever it contains.
 
 use super::layout::{
     ACCOUNT, Entry, FRAME, Fault, HEADER_BYTES, MAGIC, PAYLOAD_BYTES_MAX, PREFIX_BYTES, STREAM,
@@ -10,10 +10,10 @@ use grideye_recording::{StreamId, check_name};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Checks the header of the segment that is named by this number.
+/// Checks the header of the segment with this number.
 ///
 /// # Errors
-/// [`Fault`] if it is no segment, one of another format, or another segment.
+/// [`Fault`] if it is no segment, has another format, or is another segment.
 pub fn check_header(number: u64, bytes: &[u8]) -> Result<(), Fault> {
     let mut reader = ByteReader::new(bytes);
     let no_header = |_cut| Fault::NoHeader;
@@ -23,7 +23,8 @@ pub fn check_header(number: u64, bytes: &[u8]) -> Result<(), Fault> {
     let version = u32::from_le_bytes(reader.array().map_err(no_header)?);
     let found = u64::from_le_bytes(reader.array().map_err(no_header)?);
     let crc = u32::from_le_bytes(reader.array().map_err(no_header)?);
-    // The header keeps its form and its checksum in every version: so a later version is told from a damaged one.
+    // The header has the same form and checksum in every version, which distinguishes a later version from a damaged
+    // one.
     if crc32c(&[&bytes[..HEADER_BYTES - 4]]) != crc {
         return Err(Fault::NoHeader);
     }
@@ -36,7 +37,7 @@ pub fn check_header(number: u64, bytes: &[u8]) -> Result<(), Fault> {
     Ok(())
 }
 
-/// The entries in the bytes of a segment, from a place where a record begins.
+/// The entries in a segment's bytes, from the start of any record.
 #[derive(Debug)]
 pub struct Entries<'b> {
     number: u64,
@@ -47,7 +48,7 @@ pub struct Entries<'b> {
 }
 
 impl<'b> Entries<'b> {
-    /// All entries of the segment of this number; `bytes` begin with its header.
+    /// All entries of the segment with this number; `bytes` start with its header.
     ///
     /// # Errors
     /// [`Fault`] if the header is not that of this segment.
@@ -56,7 +57,7 @@ impl<'b> Entries<'b> {
         Ok(Self::within(number, bytes, HEADER_BYTES, 0))
     }
 
-    /// The entries from byte `at` on, where `streams_declared` streams have been declared before.
+    /// The entries from byte `at`, after `streams_declared` declarations.
     #[must_use]
     pub fn within(number: u64, bytes: &'b [u8], at: usize, streams_declared: u16) -> Self {
         Self {
@@ -92,7 +93,7 @@ impl<'b> Entries<'b> {
 }
 
 impl Iterator for Entries<'_> {
-    /// Where the entry ends, and the entry.
+    /// The end of the entry, and the entry.
     type Item = Result<(usize, Entry), Fault>;
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -105,14 +106,14 @@ impl Iterator for Entries<'_> {
     }
 }
 
-/// What a payload says; `None` if it is none of ours, though its checksum is right.
+/// Decodes a payload; `None` for content that this program does not write, despite its right checksum.
 fn decode(payload: &[u8], streams_declared: u16) -> Option<Entry> {
     let mut reader = ByteReader::new(payload);
     let [kind] = reader.array().ok()?;
     let stream = u16::from_le_bytes(reader.array().ok()?);
     let is_declared = stream < streams_declared;
     let entry = match kind {
-        // Read from the middle, a segment may declare what its reader knows already.
+        // A reader that starts in the middle may meet a declaration it already knows.
         STREAM if stream <= streams_declared => {
             let id = StreamId {
                 device: name(&mut reader)?,

@@ -1,4 +1,4 @@
-//! How a segment is written.
+//! Writes a segment.
 
 use super::layout::{
     ACCOUNT, COUNTS_MAX, FRAME, FRAME_BYTES, HEADER_BYTES, MAGIC, STREAM, VERSION, crc32c,
@@ -8,7 +8,7 @@ use grideye_recording::wire::Account;
 use grideye_recording::{Record, StreamId};
 use std::sync::Arc;
 
-/// Writes the bytes of one segment.
+/// Encodes the bytes of one segment.
 #[derive(Debug, Clone)]
 pub struct Encoder {
     number: u64,
@@ -16,7 +16,7 @@ pub struct Encoder {
 }
 
 impl Encoder {
-    /// For the segment of this number; its streams are yet to be declared.
+    /// For the segment with this number, with no streams declared yet.
     #[must_use]
     pub fn new(number: u64) -> Self {
         Self {
@@ -42,8 +42,8 @@ impl Encoder {
         &self.streams
     }
 
-    /// Appends a record, behind the declaration of its stream if that is new. Returns where the record itself begins in
-    /// `bytes`, and its stream's index.
+    /// Appends a record, after the declaration of its stream if that is new. Returns the record's offset in `bytes` and
+    /// its stream's index.
     pub fn record(
         &mut self,
         bytes: &mut Vec<u8>,
@@ -60,7 +60,7 @@ impl Encoder {
         (begin, stream)
     }
 
-    /// Appends an account, behind the declaration of its stream if that is new.
+    /// Appends an account, after the declaration of its stream if that is new.
     pub fn account(&mut self, bytes: &mut Vec<u8>, id: &Arc<StreamId>, account: &Account) {
         let stream = self.declare(bytes, id);
         self.push(bytes, &account_payload(stream, account));

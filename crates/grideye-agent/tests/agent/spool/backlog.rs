@@ -1,4 +1,4 @@
-//! What on the disk waits, and what of it is sent.
+//! Which records on the disk wait, and which of them are sent.
 
 use super::*;
 
@@ -10,7 +10,7 @@ fn only_records_that_were_put_into_the_backlog_are_sent() {
     let records: Vec<_> = (0..5).map(|seq| (Arc::clone(&id), record(seq))).collect();
     let accounts = [(id, account(frames(0..5), frames(0..5)))];
     let places = spool.write(&records, &accounts).places;
-    // The collector took those between them as they were read.
+    // The collector took those between as they were read.
     let waiting = [0, 4].map(|seq: usize| {
         let is_frame = records[seq].1.reading.frame().is_some();
         (places[seq], is_frame)
@@ -20,7 +20,7 @@ fn only_records_that_were_put_into_the_backlog_are_sent() {
 }
 
 #[test]
-fn a_run_that_is_held_is_not_sent_until_it_is_tried_again_and_the_run_behind_it_is() {
+fn a_held_boot_is_not_sent_until_retried_and_the_next_boot_is() {
     let disk = ModelDisk::default();
     spool_group(&mut reopen(&disk, "b1"), "b1", 0, 0..3);
     let mut spool = reopen(&disk, "b2");
@@ -31,7 +31,7 @@ fn a_run_that_is_held_is_not_sent_until_it_is_tried_again_and_the_run_behind_it_
     assert_eq!(of(&delivered, "b2", 0), [0, 1]);
     assert!(spool.try_held());
     assert_eq!(of(&drain(&mut spool, 10), "b1", 0), [0, 1, 2]);
-    assert!(!spool.try_held(), "nothing is held any more");
+    assert!(!spool.try_held(), "nothing is held now");
 }
 
 #[test]

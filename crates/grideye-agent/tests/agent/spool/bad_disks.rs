@@ -11,7 +11,7 @@ use std::sync::Mutex;
 use std::time::Duration;
 
 #[test]
-fn a_full_spool_drops_the_oldest_and_counts_them_by_run() {
+fn a_full_spool_drops_the_oldest_and_counts_them_by_boot() {
     let disk = ModelDisk::default();
     let small = Limits {
         bytes_max: 8000,
@@ -22,7 +22,7 @@ fn a_full_spool_drops_the_oldest_and_counts_them_by_run() {
     spool_group(&mut spool, "b1", 0, 0..20);
     drop(spool);
     let mut spool = Spool::open(Box::new(disk.clone()), small, "pi", "b2", &sensors).unwrap();
-    // Not looked at yet, and counted all the same.
+    // Not read yet, but counted.
     for group in 0..6 {
         let seqs = 10 * group..10 * group + 10;
         assert_eq!(spool_group(&mut spool, "b2", 0, seqs).len(), 10);
@@ -48,7 +48,7 @@ fn a_full_spool_drops_the_oldest_and_counts_them_by_run() {
 }
 
 #[test]
-fn the_floor_of_free_space_is_kept_and_a_backlog_is_not_given_up_where_that_would_not_help() {
+fn free_space_is_kept_and_a_backlog_is_not_dropped_in_vain() {
     let disk = ModelDisk::default();
     let careful = Limits {
         free_bytes_min: 5000,
@@ -58,7 +58,7 @@ fn the_floor_of_free_space_is_kept_and_a_backlog_is_not_given_up_where_that_woul
     let mut spool = Spool::open(Box::new(disk.clone()), careful, "pi", "b1", &sensors).unwrap();
     disk.leave_free(20_000);
     assert_eq!(spool_group(&mut spool, "b1", 0, 0..20).len(), 20);
-    // Others have filled the disk: all our backlog would not make the floor.
+    // Other files filled the disk: dropping our whole backlog would not reach the minimum.
     disk.leave_free(100);
     let records = [(stream("b1", 0), record(20))];
     let written = spool.write(&records, &[]);
@@ -66,7 +66,7 @@ fn the_floor_of_free_space_is_kept_and_a_backlog_is_not_given_up_where_that_woul
     assert_eq!(error.kind(), std::io::ErrorKind::StorageFull);
     assert!(error.to_string().contains("100 bytes are free"), "{error}");
     assert!(spool.take_dropped().is_empty());
-    // A little more, and the oldest makes the room.
+    // With a little more space, dropping the oldest is enough.
     disk.leave_free(4900);
     let written = spool.write(&records, &[]);
     assert!(
@@ -94,7 +94,7 @@ fn a_disk_that_fails_costs_nothing_that_is_still_in_memory_and_works_again_when_
             "{failure:?}"
         );
         disk.fail(None);
-        // Written once more, as they are still in memory: once is enough.
+        // Write again what is still in memory: once is enough.
         spool_group(&mut spool, "b1", 0, 5..20);
         drop(spool);
         let mut spool = reopen(&disk, "b2");
@@ -165,7 +165,7 @@ fn the_dropped_part_of_a_post_in_doubt_comes_back_into_the_count() {
 }
 
 #[test]
-fn so_does_that_of_a_run_that_is_over() {
+fn the_dropped_part_of_an_ended_boots_post_in_doubt_comes_back_too() {
     let disk = ModelDisk::default();
     let small = Limits {
         bytes_max: 4000,
@@ -187,12 +187,12 @@ fn so_does_that_of_a_run_that_is_over() {
     let one = posted.items.into_iter().take(1).collect();
     assert_eq!(spool.release(one).1.len(), 1);
     assert_eq!(dropped(&spool), 4);
-    // The count that went with the post was another one, so it is told once more.
+    // The post carried another count, so the boot is reported once more.
     assert_eq!(spool.ended_run().unwrap().boot, "b1");
 }
 
 #[test]
-fn a_disk_slower_than_what_is_stated_is_counted_and_said_once_until_it_gets_worse() {
+fn a_disk_slower_than_the_limit_is_counted_and_logged_once_until_it_gets_worse() {
     let disk = ModelDisk::default();
     let ring = Ring::new(1000, "pi", "b1", SENSORS.map(String::from).to_vec());
     let shared = Arc::new(Shared::new(ring, Some(open(&disk, "b1"))));
@@ -215,7 +215,7 @@ fn a_disk_slower_than_what_is_stated_is_counted_and_said_once_until_it_gets_wors
             spooler.step(now);
         }
         let accounts = shared.with_ring(|ring| ring.accounts());
-        // It is the disk of all sensors, of those that gave nothing too.
+        // All sensors share the disk, including those without frames.
         SENSORS.map(|sensor| accounts[sensor].errors.get(SPOOL_SLOW).copied())
     };
     let slow = SYNC_MAX + Duration::from_millis(5);
@@ -231,5 +231,5 @@ fn a_disk_slower_than_what_is_stated_is_counted_and_said_once_until_it_gets_wors
         lines[0].starts_with("the spool's disk took 0.1"),
         "{lines:?}"
     );
-    assert!(lines[1].contains("where 0.125 s are stated\nhint: "));
+    assert!(lines[1].contains("(limit: 0.125 s)\nhint: "));
 }

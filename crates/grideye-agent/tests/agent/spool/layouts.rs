@@ -1,18 +1,18 @@
-//! Spools of every layout that was ever released, and of a later one.
+//! Spools of every released layout, and of a later one.
 
 use super::*;
 use grideye_agent::spool::segment::{HEADER_BYTES, crc32c};
 use grideye_agent::spool::{Disk as _, Folder};
 use std::path::{Path, PathBuf};
 
-/// Written by [`leave_a_spool`] with the program of layout 1. It stays as it is when a later layout comes.
+/// Written by [`leave_a_spool`] with the program of layout 1. It stays unchanged when a later layout comes.
 const LAYOUT_1: &str = "tests/spool-layout-1";
 
 fn golden() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(LAYOUT_1)
 }
 
-/// A run that is killed when the collector has a part of its frames, and one that has its counts written down.
+/// Leaves a killed boot of which the collector has some frames, and one with saved counts.
 fn leave_a_spool(disk: &ModelDisk) {
     let mut spool = reopen(disk, "b1");
     spool_group(&mut spool, "b1", 0, 0..9);
@@ -38,7 +38,7 @@ fn of_layout_1() -> ModelDisk {
 }
 
 #[test]
-fn a_spool_of_layout_1_is_delivered_record_by_record_and_written_on() {
+fn a_spool_of_layout_1_is_delivered_record_by_record_and_continued() {
     let disk = of_layout_1();
     let mut spool = reopen(&disk, "b3");
     assert_eq!(spool.take_messages(), Vec::<String>::new());
@@ -63,8 +63,8 @@ fn a_spool_of_layout_1_is_delivered_record_by_record_and_written_on() {
     assert_eq!(disk.names(), ["state"]);
 }
 
-/// Where this fails, the layout is another one: give it the next number, keep a spool of it beside this one, and upgrade
-/// this one after a copy.
+/// If this fails, the layout changed: give it the next number, keep a spool of it next to this one, and upgrade a copy
+/// of this one.
 #[test]
 fn what_is_written_today_is_layout_1() {
     let (today, kept) = (ModelDisk::default(), of_layout_1());
@@ -98,7 +98,7 @@ fn a_spool_of_a_later_layout_is_refused_by_name_and_left_as_it_is() {
         let error =
             Spool::open(Box::new(disk.clone()), limits(), "pi", "b3", &sensors).unwrap_err();
         let expected =
-            format!("{name} has layout 2, and this program knows layouts up to 1\nhint: ");
+            format!("{name} has layout 2, but this program knows layouts up to 1\nhint: ");
         assert!(error.to_string().starts_with(&expected), "{error}");
         assert_eq!(disk.names(), of_layout_1().names());
         let after: Vec<_> = disk.names().iter().map(|name| disk.bytes(name)).collect();

@@ -32,7 +32,7 @@ fn action() -> impl Strategy<Value = Action> {
     ]
 }
 
-/// What the model knows of one run and sensor: what must come out, and what may.
+/// The model of one boot and sensor: the numbers that must come out, and those that may.
 #[derive(Debug, Default)]
 struct Model {
     next: u64,
@@ -58,7 +58,7 @@ proptest! {
             match action {
                 Action::Write { sensor, records } => {
                     let model = models.entry((boot.clone(), sensor)).or_default();
-                    // What a failed write left in memory is written again.
+                    // Records left in memory by a failed write are written again.
                     let from = model.durable.last().map_or(0, |last| last + 1);
                     let to = from + records;
                     model.written.extend(from..to);
@@ -83,7 +83,7 @@ proptest! {
                     let _ = spool.tidy(&BTreeSet::new(), keeps_writing);
                 }
                 Action::Fail(failure) => {
-                    // Reads that fail give segments up, which is another test's subject.
+                    // Reads that fail drop segments; another test covers that.
                     let failure = failure.map(|index| FAILURES[index]).filter(|failure| *failure != Failure::Io);
                     is_failing = failure.is_some();
                     disk.fail(failure);
@@ -118,7 +118,7 @@ proptest! {
             for seq in &model.durable {
                 prop_assert!(model.delivered.contains_key(seq), "{:?}: {} is lost", stream, seq);
             }
-            // A start may send again what was delivered before it, from some point on, and then all of it in order.
+            // A start may resend from some point on, but then everything in order.
             let back = model.order.windows(2).filter(|pair| pair[1] <= pair[0]).count();
             prop_assert!(back < runs, "{:?}: {:?}", stream, model.order);
         }

@@ -1,8 +1,8 @@
-//! A disk that loses power, and what stood on it that is no spool.
+//! A disk that loses power, and files on it that are not the spool's.
 
 use super::*;
 
-/// A short life of a spool: writes, deliveries, tidying. Returns what was durable, and what was delivered, when it ended.
+/// A short life of a spool: writes, deliveries, tidying. Returns the durable and the delivered numbers at its end.
 fn live(disk: &ModelDisk) -> (Vec<u64>, Vec<u64>) {
     let (mut durable, mut delivered) = (Vec::new(), Vec::new());
     let sensors = SENSORS.map(String::from);
@@ -93,9 +93,9 @@ fn a_loss_of_power_at_any_moment_costs_nothing_that_was_durable_and_invents_noth
     assert!(losses > 500 && recovered > losses);
 }
 
-/// A segment cut at every byte of it: so also within every record and at every boundary.
+/// A segment cut at every byte: within every record and at every boundary.
 #[test]
-fn a_segment_that_is_cut_at_any_byte_gives_what_was_whole_and_the_rest_is_set_aside_by_name() {
+fn a_segment_cut_at_any_byte_delivers_complete_records_and_sets_the_rest_aside() {
     let mut encoder = Encoder::new(1);
     let mut bytes = encoder.header();
     let mut ends = Vec::new();
@@ -116,7 +116,7 @@ fn a_segment_that_is_cut_at_any_byte_gives_what_was_whole_and_the_rest_is_set_as
             .into_iter()
             .filter(|name| name.starts_with(QUARANTINE));
         let aside: Vec<String> = aside.collect();
-        // Between the stream's declaration and the first record the cut is at a boundary as well.
+        // The cut is also at a boundary between the stream's declaration and the first record.
         let declared = 24 + 8 + 3 + 3 + 2 + 2 + 10;
         assert_eq!(
             aside.is_empty(),
@@ -155,10 +155,10 @@ fn a_segment_whose_removal_did_not_reach_the_disk_is_removed_and_not_sent_again(
     assert_eq!(disk.names(), ["state"]);
 }
 
-/// A group that could not be synced is written once more, so that two segments hold it, and of the first one nothing is
-/// known to be on the disk.
+/// Records that could not be synced are written again, so two segments contain them, and the first copy may not be
+/// durable.
 #[test]
-fn what_a_run_before_could_not_sync_is_synced_before_the_other_copy_goes() {
+fn unsynced_records_of_an_earlier_boot_are_synced_before_their_other_copy_goes() {
     let disk = ModelDisk::default();
     let mut spool = reopen(&disk, "b1");
     disk.fail(Some(Failure::Sync));
@@ -221,7 +221,7 @@ fn a_damaged_header_and_a_damaged_state_are_set_aside_with_a_message_and_the_res
         assert!(messages.contains(said), "{messages}");
     }
     assert_eq!(of(&drain(&mut spool, 100), "b1", 0), [0, 1, 2, 3]);
-    // Its number is not used again while a file of that number may come back.
+    // Its number is not reused while a file of that number may return.
     spool_group(&mut spool, "b2", 0, 0..1);
     assert!(
         disk.names()

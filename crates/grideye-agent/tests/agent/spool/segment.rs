@@ -1,4 +1,4 @@
-//! What is written into a segment is read back, and what was damaged is not.
+//! A segment reads back as written, except damaged parts.
 
 use grideye_agent::spool::segment::{
     Encoder, Entries, Entry, FRAME_BYTES, Fault, HEADER_BYTES, PAYLOAD_BYTES_MAX, check_header,
@@ -83,7 +83,7 @@ fn the_checksum_is_crc32c() {
 
 proptest! {
     #[test]
-    fn what_is_written_is_read_and_a_cut_loses_only_what_is_behind_it(
+    fn a_segment_round_trips_and_a_cut_loses_only_the_rest(
         records in prop::collection::vec((0..3_usize, any_record()), 1..20),
         account in any_account(),
         cut in 0.0..1.0_f64,
@@ -122,7 +122,7 @@ proptest! {
     }
 
     #[test]
-    fn a_flipped_bit_is_found_and_nothing_behind_it_is_believed(
+    fn a_flipped_bit_is_found_and_reading_stops_there(
         records in prop::collection::vec(any_record(), 2..8),
         place in 0.0..1.0_f64,
         bit in 0..8_u32,
@@ -155,7 +155,7 @@ proptest! {
 }
 
 #[test]
-fn a_header_that_is_not_this_segments_is_told_apart() {
+fn the_header_of_another_segment_is_rejected() {
     let header = Encoder::new(5).header();
     assert_eq!(header.len(), HEADER_BYTES);
     assert_eq!(check_header(5, &header), Ok(()));
@@ -191,7 +191,7 @@ fn a_record_of_another_segment_does_not_pass() {
 fn a_record_of_a_stream_that_was_never_declared_or_a_length_beyond_the_limit_is_damage() {
     let mut encoder = Encoder::new(5);
     let header = encoder.header();
-    // An account, and a stream that is too long: their checksums are right.
+    // An account, and a stream that is too long, with right checksums.
     let account = vec![3, 0, 0];
     let stream = vec![1; PAYLOAD_BYTES_MAX + 1];
     for payload in [account, stream] {
@@ -199,11 +199,11 @@ fn a_record_of_a_stream_that_was_never_declared_or_a_length_beyond_the_limit_is_
         let fault = read_all(5, &bytes).1;
         assert_eq!(fault, Some(Fault::Damaged(HEADER_BYTES)));
     }
-    // A length that nothing can have, with nothing after it.
+    // An impossible length, with nothing after it.
     let bytes = [&header[..], &[0xFF; 8]].concat();
     let fault = read_all(5, &bytes).1;
     assert_eq!(fault, Some(Fault::Damaged(HEADER_BYTES)));
-    // A frame of a stream that was declared, cut.
+    // A frame of a declared stream, cut.
     let mut bytes = header;
     encoder.account(&mut bytes, &id("b"), &Account::default());
     let declared = bytes.len();
@@ -211,7 +211,7 @@ fn a_record_of_a_stream_that_was_never_declared_or_a_length_beyond_the_limit_is_
     assert_eq!(read_all(5, &bytes).1, Some(Fault::Damaged(declared)));
 }
 
-/// A payload of the segment of this number, behind its length and its checksum.
+/// A payload of the segment with this number, after its length and checksum.
 fn sealed(number: u64, payload: &[u8]) -> Vec<u8> {
     let length = u32::try_from(payload.len()).unwrap().to_le_bytes();
     let crc = crc32c(&[&number.to_le_bytes(), &length, payload]).to_le_bytes();

@@ -1,4 +1,4 @@
-//! A collector that does as it is told.
+//! A scripted collector.
 
 use grideye_recording::Record;
 use grideye_recording::wire::{Acknowledgement, Batch, Gap, Limits};
@@ -9,24 +9,24 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-/// What the collector does with one post.
+/// The collector's response to one post.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Conduct {
-    /// Stores and acknowledges.
+    /// Store and acknowledge.
     Store,
-    /// Stores, and closes the connection without an answer.
+    /// Store, then close the connection without an answer.
     StoreAndHangUp,
-    /// Closes the connection without storing.
+    /// Close the connection without storing.
     HangUp,
-    /// Answers with this status and stores nothing.
+    /// Answer with this status and store nothing.
     Status(u16),
-    /// Answers 503 and asks for this pause, in seconds.
+    /// Answer 503 and ask for this pause, in seconds.
     RetryAfter(u64),
-    /// Says nothing for this many milliseconds, and then hangs up.
+    /// Stay silent for this many milliseconds, then close the connection.
     Silence(u64),
-    /// Refuses any batch with this number in it (422), and stores others.
+    /// Reject any batch with this number (422), and store others.
     RefuseSeq(u64),
-    /// Answers 200 with something that is no acknowledgement.
+    /// Answer 200 with something that is no acknowledgement.
     Babble,
 }
 
@@ -35,12 +35,12 @@ pub(crate) struct Store {
     pub(crate) frames: BTreeMap<String, BTreeMap<u64, Record>>,
     pub(crate) batches: Vec<Batch>,
     pub(crate) bodies: usize,
-    /// Of each body, whether it was compact.
+    /// For each body, whether it was compact.
     pub(crate) compact: Vec<bool>,
     pub(crate) arrivals: Vec<Instant>,
 }
 
-/// A collector on a loopback port: does what the script says, the last entry for ever.
+/// A collector on a loopback port that follows its script and repeats the last entry.
 pub(crate) struct Collector {
     pub(crate) url: String,
     pub(crate) store: Arc<Mutex<Store>>,
@@ -124,7 +124,7 @@ fn serve(stream: &TcpStream, store: &Mutex<Store>, script: &Mutex<VecDeque<Condu
     }
 }
 
-/// What to answer; `None` to hang up.
+/// The answer; `None` to close the connection.
 fn act(conduct: Conduct, batch: Batch, store: &mut Store) -> Option<Vec<u8>> {
     store.bodies += 1;
     store.arrivals.push(Instant::now());
@@ -167,7 +167,7 @@ fn response(status: &str, headers: &str, body: &[u8]) -> Vec<u8> {
     [head.as_bytes(), body].concat()
 }
 
-/// Keeps every record once, and refuses to have one of them changed.
+/// Stores every record once, and panics if a stored one changes.
 fn keep(batch: Batch, store: &mut Store) -> Vec<u8> {
     let mut answer = Acknowledgement::default();
     for sensor in &batch.sensors {

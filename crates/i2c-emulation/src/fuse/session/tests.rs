@@ -1,4 +1,4 @@
-//! The answers, request by request, without a kernel.
+//! The answers to each request, without a kernel.
 
 use super::*;
 use crate::adapter::{ByFunction, Message};
@@ -9,7 +9,7 @@ const UNIQUE: u64 = 77;
 
 const BEYOND_SEVEN_BITS: u64 = 1 << 7;
 
-/// A caller without any memory, which tells its pointers' width by the errno it gives.
+/// A caller without memory; its errno reveals the pointer width.
 struct NoMemory(PointerWidth);
 
 impl CallerMemory for NoMemory {
@@ -25,7 +25,7 @@ impl CallerMemory for NoMemory {
     }
 }
 
-/// The kernel's side: requests by the numbers and layouts of `linux/fuse.h`.
+/// The kernel's side: requests with the numbers and layouts of `linux/fuse.h`.
 struct Kernel(Session);
 
 type Outcome = Result<Vec<u8>, i32>;
@@ -110,7 +110,7 @@ fn the_greeting_names_the_version_and_another_protocol_is_refused() {
 }
 
 #[test]
-fn the_file_is_regular_and_belongs_to_whom_it_should() {
+fn the_file_is_regular_and_has_the_right_owner() {
     let body = Kernel::new().ask(3, &[0; 16]).unwrap();
     let mode_links_owner_group = words(&[0o100_666, 1, 1000, 100]);
     assert_eq!(body[16 + 60..16 + 76], mode_links_owner_group);
@@ -176,7 +176,7 @@ fn everything_else_has_its_errno_or_no_answer() {
         assert_eq!(kernel.send(&request(opcode, &[0; 16])), Reply::Nothing);
     }
     let headless = kernel.send(&request(3, &[])[..39]);
-    assert_eq!(headless, Reply::Nothing, "not even a header");
+    assert_eq!(headless, Reply::Nothing, "no complete header");
     assert_eq!(kernel.ask(39, &[0; 23]), Err(22), "an ioctl cut short");
 }
 
@@ -191,7 +191,7 @@ proptest! {
         let mut kernel = Kernel::new();
         kernel.open().unwrap();
         for (opcode, mut body) in opcodes {
-            // The first handle is 1: half of the requests find their file open.
+            // The first handle is 1, so half of the requests find their file open.
             if body.len() >= 8 && body[7] & 1 == 0 {
                 body[..8].copy_from_slice(&1u64.to_ne_bytes());
             }

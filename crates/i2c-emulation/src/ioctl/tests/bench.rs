@@ -1,4 +1,4 @@
-//! A caller with one open file, its memory, and the chip that it talks to.
+//! A test caller with one open file, its memory, and a chip.
 
 use crate::adapter::{Fault, HalAdapter};
 use crate::ioctl::request::{I2C_RDWR, I2C_SLAVE_FORCE, I2C_SMBUS};
@@ -6,15 +6,15 @@ use crate::ioctl::{AdapterMode, CallerMemory, Errno, OpenFile, PointerWidth, mes
 use embedded_hal::i2c::{ErrorKind, ErrorType, I2c, Operation};
 
 pub(super) const TARGET: u16 = 0x69;
-/// Where the array of [`Memory`] begins in the caller's eyes.
+/// The caller's address of the [`Memory`] array.
 pub(super) const BASE: u64 = 0x7000_1000;
 pub(super) const READ: u16 = message_flag::READ;
 
-/// A caller that has 64 KiB of memory and nothing else.
+/// A caller with 64 KiB of memory and nothing else.
 pub(super) struct Memory {
     pub(super) bytes: Vec<u8>,
     pub(super) width: PointerWidth,
-    /// From this address on it is read-only.
+    /// Memory from this address on is read-only.
     pub(super) read_only_from: u64,
 }
 
@@ -104,7 +104,7 @@ impl CallerMemory for Memory {
     }
 }
 
-/// 256 registers behind a pointer that moves on; writes down what reaches it, and fails on demand.
+/// 256 registers behind a pointer that advances. Records every message, and fails on demand.
 pub(super) struct Chip {
     pub(super) registers: [u8; 256],
     pub(super) pointer: u8,
@@ -112,7 +112,7 @@ pub(super) struct Chip {
     pub(super) faults: Vec<Fault>,
 }
 
-/// The fault is told past [`ErrorKind`], which has no names for some.
+/// An error that carries its fault, because [`ErrorKind`] has no name for some.
 #[derive(Debug)]
 pub(super) struct ChipError(pub(super) Fault);
 

@@ -1,4 +1,4 @@
-//! What each request takes and refuses, whichever adapter it is for.
+//! What each request accepts and rejects, whatever the adapter.
 
 use super::bench::*;
 use crate::adapter::Fault;
@@ -93,7 +93,7 @@ fn a_write_and_a_read_are_one_transaction_in_both_layouts() {
     }
 }
 
-/// The kernel copies from any address; only what is not there is a fault.
+/// The kernel copies from any address; only missing memory is an error.
 #[test]
 fn unaligned_pointers_are_as_good_as_any() {
     let mut bench = Bench::new(AdapterMode::Pi);
@@ -153,7 +153,7 @@ fn a_buffer_that_may_not_be_written_is_efault_after_the_transfer() {
     assert_eq!(bench.rdwr(&[(TARGET, 0, 1, BUFFER)]), Ok(1), "sending");
 }
 
-/// Pointers that lead somewhere more often than not.
+/// Pointers that are usually valid.
 fn pointer() -> impl Strategy<Value = u64> {
     prop_oneof![8 => BASE..BASE + 0x1_0000, 1 => any::<u64>(), 1 => Just(0), 1 => BASE + 0xFF00..BASE + 0x1_0100]
 }
@@ -161,7 +161,7 @@ fn pointer() -> impl Strategy<Value = u64> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
-    /// Whatever a program asks, and whatever its memory holds: an answer of the documented kind, and no panic.
+    /// Whatever a program asks and its memory holds, the answer is of a documented kind, and nothing panics.
     #[test]
     fn no_request_can_break_the_layer(
         mode in prop::sample::select(AdapterMode::ALL.to_vec()),

@@ -1,4 +1,4 @@
-//! The layer against a chip of 256 registers and a caller's memory that is a plain array.
+//! Tests of the layer against a chip of 256 registers and a caller with an array as memory.
 
 mod bench;
 mod calls;

@@ -1,4 +1,4 @@
-//! How the adapters differ: what each refuses, and the errno of each fault.
+//! How the adapters differ: what each rejects, and its errno for each fault.
 
 use super::bench::*;
 use crate::adapter::Fault;
@@ -46,7 +46,7 @@ fn a_usb_adapter_refuses_a_read_of_no_bytes() {
     assert_eq!(pi.rdwr(&[(TARGET, READ, 0, 0)]), Ok(1));
 }
 
-/// Each fault by each of the four ways to the bus. The numbers are those of the kernel's drivers.
+/// Each fault in each of the four kinds of access. The numbers are those of the kernel's drivers.
 #[test]
 fn a_fault_has_the_errno_of_the_mode_by_every_way() {
     use Fault::{Bus, Gone, NackAddress, NackData, Timeout};
@@ -94,7 +94,7 @@ fn virtio_hides_a_fault_in_the_count() {
     let one = [(TARGET, READ, 2, BUFFER), (missing, READ, 2, BUFFER + 2)];
     assert_eq!(bench.rdwr(&one), Ok(1));
     let arrived = bench.memory.at(BUFFER, 4);
-    assert_eq!(arrived, [0xFF, 0xFE, 0xEE, 0xEE], "what did arrive");
+    assert_eq!(arrived, [0xFF, 0xFE, 0xEE, 0xEE], "the bytes that arrived");
     bench.call(I2C_SLAVE, missing.into()).unwrap();
     assert_eq!(bench.read(&mut [0; 4]), Ok(0));
     assert_eq!(bench.write(&[1, 2]), Ok(0));
@@ -157,7 +157,7 @@ fn plain_read_and_write_are_one_message_of_at_most_8192_bytes() {
     assert_eq!(seen[..2], ["W 20 01 02", "R 8192"]);
     assert_eq!(seen[2].len(), 1 + 3 * 8192);
     assert_eq!(buffer[8192..], [0xEE; 808]);
-    // A fresh file has the address 0, the general call, to which this chip does not listen.
+    // A new file has address 0, the general call, which this chip ignores.
     bench.file = OpenFile::new(AdapterMode::Pi);
     assert_eq!(bench.read(&mut [0]), Err(Errno::REMOTEIO));
 }

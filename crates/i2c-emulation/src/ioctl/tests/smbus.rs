@@ -7,7 +7,7 @@ use crate::ioctl::smbus_size::*;
 use crate::ioctl::{AdapterMode, Errno, OpenFile, PointerWidth, message_flag};
 use embedded_hal::i2c::Operation;
 
-/// Message by message, as the table of SMBus protocols in the kernel's `Documentation/i2c/smbus-protocol.rst` has them.
+/// The messages in the SMBus protocol table of the kernel's `Documentation/i2c/smbus-protocol.rst`.
 #[test]
 fn each_smbus_call_is_made_of_the_right_messages() {
     let block = [3, 0xA1, 0xA2, 0xA3];
@@ -129,13 +129,13 @@ fn smbus_values_out_of_range_are_einval() {
     assert_eq!(bench.seen().len(), 3, "only those in range");
 }
 
-/// The worked examples of the MLX90614's datasheet (SMBus communication): target 0x5A, read of 0x07 gives 0x3AD2 with
-/// the checksum 0x30; a write of 0xC807 to 0x22 carries 0x48.
+/// The examples in the MLX90614's datasheet (SMBus communication): target 0x5A, a read of 0x07 returns 0x3AD2 with the
+/// checksum 0x30; a write of 0xC807 to 0x22 has the checksum 0x48.
 #[test]
 fn checksums_are_those_of_a_printed_example() {
     let mut memory = Memory::new(PointerWidth::Bits64);
     let mut file = OpenFile::new(AdapterMode::Pi);
-    // One request of the file whose target sends this checksum; what was written to it.
+    // Sends one request to a target with this checksum; returns what was written to it.
     let mut ask = |memory: &mut Memory, request, argument, checksum| {
         let mut written = Vec::new();
         let mut device = ByFunction(|messages: &mut [Message<'_>]| {

@@ -1,4 +1,4 @@
-//! The server against connections that are not the library's, and at its limits.
+//! The server against connections from outside the library, and at its limits.
 
 use super::*;
 use crate::adapter::{ByFunction, Message};
@@ -14,7 +14,7 @@ fn with_server(test: impl FnOnce(&Server)) {
     thread::scope(|scope| {
         let (server, wake) = (&server, &wake);
         scope.spawn(move || server.serve(wake.as_fd(), scope));
-        // Dropped also when the test fails, or the server would be waited for without end.
+        // Dropped even if the test fails; otherwise the server would never end.
         let _awake = awake;
         test(server);
     });
@@ -33,7 +33,7 @@ fn hello(server: &Server) -> Hello {
     }
 }
 
-/// The errno that a greeting is answered with; `None` if it is not answered.
+/// The errno in the answer to a hello; `None` without an answer.
 fn answer_to(mut stream: &UnixStream, hello: &[u8]) -> Option<i32> {
     stream.write_all(hello).unwrap();
     let mut errno = [0; 4];
@@ -69,7 +69,7 @@ fn asked(mut stream: &UnixStream, request: &[u8]) -> Option<Answer> {
 }
 
 #[test]
-fn who_does_not_know_the_secret_is_sent_away() {
+fn a_connection_without_the_secret_is_closed() {
     with_server(|server| {
         let good = hello(server).to_bytes();
         assert_eq!(answer_to(&connect(server), &good), Some(0));
@@ -118,7 +118,11 @@ fn a_file_that_nobody_opened_is_ebadf_and_nonsense_ends_the_channel() {
         assert_eq!(asked(&stream, &too_long), None);
         let stream = channel(server).unwrap();
         let two = [request(7), request(7)].concat();
-        assert_eq!(asked(&stream, &two), None, "nobody asks before the answer");
+        assert_eq!(
+            asked(&stream, &two),
+            None,
+            "no request may precede the answer"
+        );
     });
 }
 
@@ -150,7 +154,7 @@ fn silent_connections_push_each_other_out_and_nobody_else() {
 }
 
 #[test]
-fn what_a_program_is_told_is_all_that_the_library_needs() {
+fn the_address_has_everything_that_the_library_needs() {
     with_server(|server| {
         let address = server.address();
         let fields: Vec<&str> = address.split(':').collect();
@@ -167,7 +171,7 @@ fn what_a_program_is_told_is_all_that_the_library_needs() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
-    /// Whatever comes over a channel or at the door, the next caller is served.
+    /// Whatever arrives over a channel or before a hello, the next caller is served.
     #[test]
     fn no_bytes_can_break_the_server(
         noise in prop::collection::vec(any::<u8>(), 0..200),

@@ -1,4 +1,4 @@
-//! The functions of the C library that are intercepted, but for those that read and write (`transfers`).
+//! The intercepted functions of the C library, except those that read and write (`transfers`).
 
 use super::super::protocol::Call;
 use super::intercept::{failed, result};
@@ -20,10 +20,9 @@ const F_DUPFD: c_int = 0;
 const F_DUPFD_CLOEXEC: c_int = 1030;
 /// Requests that the kernel answers for every kind of file: FIONCLEX, FIOCLEX, FIONBIO, FIOASYNC.
 const REQUESTS_OF_EVERY_FILE: [u32; 4] = [0x5450, 0x5451, 0x5421, 0x5452];
-/// The second byte of every request of i2c-dev.
 const REQUESTS_OF_I2C: u32 = 0x07;
 const X_OK: c_int = 1;
-/// The file whose attributes are shown for a device: a character device that is always there.
+/// The file that provides the attributes of a device: a character device that always exists.
 const LOOKS_LIKE: &CStr = c"/dev/null";
 
 type Path = *const c_char;
@@ -46,7 +45,7 @@ macro_rules! opens {
         }
 
         fn $stream(path: Path, _mode: Path) -> *mut c_void {
-            // A stream reads and writes inside the C library, where nothing can be intercepted: better refused than silent.
+            // A stream reads and writes inside the C library, out of reach: an error is better than silence.
             device(AT_FDCWD, path).map(|_bus| failed(EOPNOTSUPP))
         }
     })*};
@@ -133,7 +132,7 @@ macro_rules! stats_of_open {
 
 stats_of_open! { fstat by stat fstat64 by stat64 __fstat64_time64 by __stat64_time64 }
 
-// What programs call that were built with a glibc older than 2.33.
+// For programs built with a glibc older than 2.33.
 macro_rules! stats_of_old {
     ($($by_path:ident $by_link:ident $at:ident $of_open:ident)*) => {$(intercept! {
         fn $by_path(version: c_int, path: Path, attributes: *mut c_void) -> c_int {
@@ -199,24 +198,24 @@ extern "C" fn at_start() {
     descriptor::adopt_inherited();
 }
 
-/// The emulated bus that a path means.
+/// The emulated bus that a path names.
 fn device(folder: c_int, path: Path) -> Option<u32> {
     let setting = setting::get()?;
     if path.is_null() {
         return None;
     }
-    // SAFETY: the program hands this path to a function that reads it as a C string.
+    // SAFETY: the program passes this path to a function that reads it as a C string.
     let path = unsafe { CStr::from_ptr(path) }.to_bytes();
     let (front, bus) = path::split(path)?;
     let in_dev = path::is_dev(front) || path::is_here(front) && is_dev_folder(folder);
     (in_dev && setting.has(bus)).then_some(bus)
 }
 
-/// As [`device`]; an open file without a path also counts.
+/// As [`device`]; also accepts an open file without a path.
 fn device_or_open(folder: c_int, path: Path, flags: c_int) -> Option<u32> {
     let without_path = flags & AT_EMPTY_PATH != 0
         && (path.is_null()
-            // SAFETY: the program hands this path to a function that reads at least its first byte.
+            // SAFETY: the program passes this path to a function that reads at least its first byte.
             || unsafe { *path } == 0);
     if without_path {
         return descriptor::file_of(folder).map(|_file| 0);
@@ -224,7 +223,7 @@ fn device_or_open(folder: c_int, path: Path, flags: c_int) -> Option<u32> {
     device(folder, path)
 }
 
-/// Asks the system what an open folder, or the working directory, is.
+/// Whether an open folder, or the working directory, is `/dev`.
 fn is_dev_folder(folder: c_int) -> bool {
     const FRONT: &[u8] = b"/proc/self/fd/";
     let mut text = [0; FRONT.len() + 12];
@@ -276,22 +275,23 @@ fn open_device(bus: u32, flags: c_int) -> c_int {
     }
 }
 
-/// The open file, and the request as the kernel takes it, if this ioctl is for the emulator.
+/// The open file, and the request as the kernel reads it, if this ioctl is for the emulator.
 fn controlled(file: c_int, request: c_ulong) -> Option<(u64, u32)> {
-    // The kernel looks at 32 bits, whatever the C library lets through.
+    // The kernel reads 32 bits, whatever the C library passes.
     let request = u32::try_from(request & 0xFFFF_FFFF).ok()?;
     if REQUESTS_OF_EVERY_FILE.contains(&request) {
         return None;
     }
     let mut token = descriptor::file_of(file);
     if request >> 8 == REQUESTS_OF_I2C {
-        // A token may have come by a way that was not seen, from another process for example.
+        // A token may have arrived unseen, for example from another process.
         token = token.or_else(|| descriptor::adopt(file));
     }
     token.map(|token| (token, request))
 }
 
-/// Another file that takes a token's number needs no mention: it is told from a token by its name.
+/// Marks a token's duplicate. Another file that takes a token's number needs no update, since a token is known by its
+/// name.
 fn duplicated(file: c_int, duplicate: impl FnOnce() -> c_int) -> Option<c_int> {
     descriptor::file_of(file)?;
     let duplicate = duplicate();
@@ -313,14 +313,13 @@ fn look_like(bus: u32, attributes: *mut c_void, outcome: c_int) -> Option<c_int>
     Some(outcome)
 }
 
-/// The attributes of /dev/null, turned into those of a device of i2c-dev.
+/// Turns the attributes of /dev/null into those of an i2c-dev device.
 mod attributes {
     use core::ffi::c_void;
 
-    /// Major number of i2c-dev.
     const MAJOR: u32 = 89;
 
-    /// Fields of `struct stat`: where the device's number is.
+    /// The offset of the device number in `struct stat`.
     #[cfg(target_arch = "x86_64")]
     const NUMBER_AT: Option<usize> = Some(40);
     #[cfg(any(target_arch = "aarch64", target_arch = "riscv64"))]
@@ -333,7 +332,7 @@ mod attributes {
 
     pub(super) fn of_stat(attributes: *mut c_void, bus: u32) {
         let Some(at) = NUMBER_AT else { return };
-        // As glibc's makedev() does it.
+        // As in glibc's makedev().
         let (major, minor) = (u64::from(MAJOR), u64::from(bus));
         let number = major << 8 | minor & 0xFF | (minor & !0xFF) << 12;
         // SAFETY: the C library has just filled a `struct stat` there.

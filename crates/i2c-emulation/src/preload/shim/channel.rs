@@ -1,5 +1,5 @@
-//! The connections that calls go through: each call takes one that is free. A holder is a process number: a child that was
-//! forked in another thread's call finds its parent's mark, and takes over, with a connection of its own.
+//! The connections for calls; each call takes a free one. A holder is a process number: a child forked during another
+//! thread's call finds its parent's mark and takes the slot over, with its own connection.
 
 use super::super::protocol::{
     ANSWER_BYTES, Answer, CHANNEL_MARK, CHUNK_BYTES_MAX, Call, Hello, Purpose, REGION_BYTES,
@@ -11,28 +11,28 @@ use super::system::{self, EADDRINUSE, EFAULT, EINVAL, ENOTCONN, Errno, SocketNam
 use core::ffi::c_int;
 use core::sync::atomic::{AtomicI32, AtomicU32, AtomicU64, Ordering};
 
-/// Calls of one process that are under way at the same time; more wait.
+/// The most calls of one process in progress at once; more wait.
 const CHANNELS: usize = 8;
-/// Channels keep out of the low numbers, which programs count on.
+/// Channels avoid low descriptor numbers, which programs rely on.
 const DESCRIPTOR_MIN: usize = 900;
 const POINTER_BYTES: usize = size_of::<usize>();
-/// Most messages of one I2C_RDWR that are sent along; of more, only the array is.
+/// The most messages of one I2C_RDWR to send along; beyond that, only the array is sent.
 const MESSAGES_MAX: usize = 42;
 
 const I2C_RDWR: u32 = 0x0707;
 const I2C_SMBUS: u32 = 0x0720;
 /// Bytes of `union i2c_smbus_data`.
 const SMBUS_DATA_BYTES: usize = 34;
-/// Most bytes of one write that reach the bus.
+/// The most bytes of one write that reach the bus.
 const WRITE_BYTES_MAX: u64 = 8192;
 
 struct Channel {
-    /// The process that is using it, or 0.
+    /// The process that uses it, or 0.
     holder: AtomicI32,
     /// The process that connected it.
     owner: AtomicI32,
     descriptor: AtomicI32,
-    /// The number in its name, by which its descriptor is known to be the same still.
+    /// The number in its name, which shows whether its descriptor is still the same.
     number: AtomicU64,
 }
 
@@ -45,14 +45,13 @@ static CHANNELS_OF_PROCESS: [Channel; CHANNELS] = [const {
     }
 }; CHANNELS];
 
-/// Opens a bus: a new token.
 pub(super) fn open(bus: u32, flags: u32, close_on_exec: bool) -> Result<c_int, Errno> {
     let setting = setting::get().ok_or(ENOTCONN)?;
     let purpose = Purpose::Token { bus, flags };
     connect(setting, purpose, TOKEN_MARK, close_on_exec).map(|(token, _)| token)
 }
 
-/// Lets the emulator carry out a call on an open file. The result is not negative.
+/// Makes the emulator carry out a call on an open file. The result is not negative.
 pub(super) fn perform(file: u64, call: Call) -> Result<usize, Errno> {
     let setting = setting::get().ok_or(ENOTCONN)?;
     let process = system::own_pid();
@@ -61,7 +60,7 @@ pub(super) fn perform(file: u64, call: Call) -> Result<usize, Errno> {
         Ok(descriptor) => {
             let outcome = converse(descriptor, setting.prefetch, file, call);
             if outcome.is_err() {
-                // Half a conversation may be left in it.
+                // The channel may hold half a conversation.
                 channel.discard(setting);
             }
             outcome
@@ -104,7 +103,7 @@ impl Channel {
         Ok(descriptor)
     }
 
-    /// Whether the descriptor is still this channel's: a program may have closed it, and opened something else there.
+    /// Whether the descriptor is still this channel's: the program may have closed it and opened something else there.
     fn is(&self, setting: &Setting, descriptor: c_int) -> bool {
         let named = |name: &[u8]| number_of(name, setting.socket(), CHANNEL_MARK);
         descriptor >= 0
@@ -135,7 +134,7 @@ fn connect(
 
 fn name(socket: c_int, setting: &Setting, mark: &[u8]) -> Result<u64, Errno> {
     static NEXT: AtomicU32 = AtomicU32::new(0);
-    /// A token outlives the process that opened it, whose number another process may have by then.
+    /// A token outlives the process that opened it, and another process may then have the same number.
     const TRIES_MAX: u32 = 10_000;
     let process = u64::try_from(system::own_pid()).unwrap_or(0);
     for _ in 0..TRIES_MAX {
@@ -169,7 +168,7 @@ fn greet(socket: c_int, setting: &Setting, purpose: Purpose) -> Result<(), Errno
     }
 }
 
-/// An emulator that is gone is a bus that died, as with FUSE. What the emulator itself answers is passed on.
+/// Reports a lost emulator as a dead bus, as with FUSE. The emulator's own errors pass through.
 fn dead(errno: Errno) -> Errno {
     const EPIPE: Errno = 32;
     const ECONNRESET: Errno = 104;
@@ -202,8 +201,8 @@ fn converse(descriptor: c_int, prefetch: bool, file: u64, call: Call) -> Result<
     listen(descriptor, &mut buffer).map_err(dead)
 }
 
-/// The memory that the emulator will ask for, as far as it can be told and is there. Sending it along saves a round trip
-/// for each piece; what it means is the emulator's business alone.
+/// The memory that the emulator will ask for, as far as it is predictable and readable. Sending it along saves a round
+/// trip per piece; only the emulator interprets it.
 struct Memory<'a> {
     buffer: &'a mut [u8; REQUEST_BYTES_MAX],
     used: usize,
@@ -225,7 +224,7 @@ impl Memory<'_> {
         }
     }
 
-    /// The structure, and the union that its pointer points at.
+    /// The structure, and the union its pointer refers to.
     fn add_smbus(&mut self, argument: u64) {
         let at = self.add(argument, 8 + POINTER_BYTES);
         let pointer = at.map_or(0, |at| self.pointer(at + 8));
@@ -256,7 +255,7 @@ impl Memory<'_> {
         }
     }
 
-    /// Where in the buffer the bytes are now; `None` if they are not there or do not fit.
+    /// The position of the bytes in the buffer; `None` if they are not readable or do not fit.
     fn add(&mut self, address: u64, length: usize) -> Option<usize> {
         let start = self.used + REGION_BYTES;
         let end = start.checked_add(length)?;
@@ -277,7 +276,7 @@ impl Memory<'_> {
     }
 }
 
-/// Answers the emulator's questions until it is done. Memory that may not be written to makes the call EFAULT.
+/// Answers the emulator's requests until it is done. Unwritable memory turns the call's result into EFAULT.
 fn listen(descriptor: c_int, buffer: &mut [u8; REQUEST_BYTES_MAX]) -> Result<i64, Errno> {
     let mut inbox = Inbox {
         descriptor,
@@ -302,7 +301,7 @@ fn listen(descriptor: c_int, buffer: &mut [u8; REQUEST_BYTES_MAX]) -> Result<i64
     }
 }
 
-/// What has arrived and was not looked at yet.
+/// Bytes that have arrived but were not processed.
 struct Inbox<'a> {
     descriptor: c_int,
     buffer: &'a mut [u8; REQUEST_BYTES_MAX],

@@ -1,20 +1,20 @@
-//! Which descriptors are tokens.
+//! Tells which descriptors are tokens.
 
 use super::super::protocol::{TOKEN_MARK, number_of};
 use super::{setting, system};
 use core::ffi::c_int;
 use core::sync::atomic::{AtomicU64, Ordering};
 
-/// Descriptors that can be tokens: 0 to this, exclusive.
+/// Descriptors below this number can be tokens.
 const DESCRIPTORS: usize = 64 * 64;
-/// Descriptors that are looked at when a program starts, for those that it inherited.
+/// Descriptors below this number are checked when a program starts, for inherited tokens.
 const INHERITED: c_int = 256;
 
-/// One bit a descriptor: whether it may be a token. What is closed behind the library's back keeps its bit, so the bit
-/// alone proves nothing; the socket's own name does.
+/// One bit per descriptor: whether it may be a token. A descriptor closed behind the library's back keeps its bit, so
+/// only the socket's own name is proof.
 static MARKED: [AtomicU64; DESCRIPTORS / 64] = [const { AtomicU64::new(0) }; DESCRIPTORS / 64];
 
-/// The number of the open file behind a token; `None` for every other descriptor. The errno is left alone.
+/// The number of the open file of a token; `None` for every other descriptor. Preserves errno.
 pub(super) fn file_of(descriptor: c_int) -> Option<u64> {
     let (word, bit) = place(descriptor)?;
     if word.load(Ordering::Relaxed) & bit == 0 {
@@ -27,14 +27,13 @@ pub(super) fn file_of(descriptor: c_int) -> Option<u64> {
     file
 }
 
-/// As [`file_of`], also for a token that came from elsewhere; it is known from then on.
+/// As [`file_of`], also for a token from elsewhere, which is marked from then on.
 pub(super) fn adopt(descriptor: c_int) -> Option<u64> {
     let file = named(descriptor)?;
     mark(descriptor);
     Some(file)
 }
 
-/// Finds the tokens that this program was started with.
 pub(super) fn adopt_inherited() {
     if setting::get().is_some() {
         for descriptor in 0..INHERITED {
@@ -43,7 +42,7 @@ pub(super) fn adopt_inherited() {
     }
 }
 
-/// Remembers a token; `false` if its number is too high.
+/// Marks a token; `false` if its number is too high.
 pub(super) fn mark(descriptor: c_int) -> bool {
     let Some((word, bit)) = place(descriptor) else {
         return false;

@@ -1,14 +1,14 @@
-//! How a function of the C library is intercepted.
+//! How to intercept a function of the C library.
 
 use super::system::{self, Errno};
 use core::ffi::{CStr, c_int, c_void};
 use core::sync::atomic::{AtomicUsize, Ordering};
 
-/// Defines functions under their names in the C library. Each returns what its body has, or, where that is `None`, what the
-/// function returns that would have been called without this library: `pass_on`, which the body can call as well. In C's
-/// declaration `...` stands where it does here; on every machine that this is built for such arguments are passed alike.
+/// Defines functions under their C library names. Each returns its body's value. If that is `None`, it returns the
+/// result of `pass_on`, the function that the program would have called without this library; the body can call it too.
+/// `...` stands where C's declaration has it; on every supported machine such arguments are passed the same way.
 ///
-/// In the tests of this crate they are ordinary functions: there the C library's own must stay what they are.
+/// In this crate's tests they are ordinary functions, since the C library's own must stay in place there.
 macro_rules! intercept {
     ($(fn $name:ident($($argument:ident: $type:ty),* $(; $dots:tt $rest:ident: $rest_type:ty)?) -> $result:ty $body:block)*) => {$(
         #[cfg_attr(not(test), unsafe(no_mangle))]
@@ -17,9 +17,10 @@ macro_rules! intercept {
                 static ADDRESS: core::sync::atomic::AtomicUsize = core::sync::atomic::AtomicUsize::new(0);
                 type Function = unsafe extern "C" fn($($type),* $(, $dots)?) -> $result;
                 let address = super::intercept::next(&ADDRESS, concat!(stringify!($name), "\0"));
-                // SAFETY: the address is 0, which is `None`, or that of the C library's function of this name and type.
+                // SAFETY: the address is 0, which is `None`, or that of the C library's function with this name and
+                // type.
                 match unsafe { core::mem::transmute::<usize, Option<Function>>(address) } {
-                    // SAFETY: these are the program's own arguments to this very function.
+                    // SAFETY: these are the program's own arguments to this function.
                     Some(function) => unsafe { function($($argument,)* $($rest)?) },
                     None => super::intercept::failed(super::system::ENOSYS),
                 }
@@ -32,7 +33,7 @@ macro_rules! intercept {
     )*};
 }
 
-/// The address of the function that would have been called without this library, or 0.
+/// The address of the function that the program would have called without this library, or 0.
 pub(super) fn next(known: &AtomicUsize, name: &str) -> usize {
     let mut address = known.load(Ordering::Relaxed);
     if address == 0 {
@@ -42,7 +43,7 @@ pub(super) fn next(known: &AtomicUsize, name: &str) -> usize {
     address
 }
 
-/// What a function of the C library returns when it fails.
+/// The return value of a failed C library function.
 pub(super) trait Failed {
     const FAILED: Self;
 }
@@ -64,7 +65,7 @@ pub(super) fn failed<T: Failed>(errno: Errno) -> T {
     T::FAILED
 }
 
-/// What a function of the C library returns.
+/// Converts a result to a C library function's return value.
 pub(super) fn result(outcome: Result<usize, Errno>) -> isize {
     match outcome {
         Ok(value) => isize::try_from(value).unwrap_or(isize::MAX),

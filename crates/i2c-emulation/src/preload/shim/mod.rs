@@ -1,7 +1,7 @@
-//! The inside of the preloaded library: which descriptors may be tokens, and a few connections to hand their calls on.
+//! The inside of the preloaded library: which descriptors may be tokens, and a few connections for their calls.
 //!
-//! It allocates nothing, takes no lock that a fork or a signal handler could find taken forever, and works with the kernel
-//! directly, so that it never meets its own interception or a point of cancellation.
+//! It allocates nothing, takes no lock that a fork or a signal handler could find held forever, and calls the kernel
+//! directly, so that it never meets its own interception or a cancellation point.
 #![expect(
     unsafe_code,
     reason = "a library that stands between programs and the C library is handed addresses, not references"

@@ -1,4 +1,4 @@
-//! Which paths are devices.
+//! Tells which paths are devices.
 
 /// The folder and the bus number of a path that ends in `i2c-N`.
 pub(super) fn split(path: &[u8]) -> Option<(&[u8], u32)> {
@@ -8,12 +8,12 @@ pub(super) fn split(path: &[u8]) -> Option<(&[u8], u32)> {
     Some((folder, decimal(name.strip_prefix(b"i2c-")?)?))
 }
 
-/// Whether an absolute path of a folder means `/dev`, without asking the file system.
+/// Whether an absolute folder path is `/dev`, judged by its text alone.
 pub(super) fn is_dev(folder: &[u8]) -> bool {
     folder.starts_with(b"/") && parts(folder).eq([&b"dev"[..]])
 }
 
-/// Whether a relative path means the very folder that it starts from.
+/// Whether a relative path is the folder it starts from.
 pub(super) fn is_here(folder: &[u8]) -> bool {
     !folder.starts_with(b"/") && parts(folder).next().is_none()
 }

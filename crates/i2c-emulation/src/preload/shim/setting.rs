@@ -1,4 +1,4 @@
-//! What the emulator says in the environment, read once.
+//! The emulator's settings in the environment, read once.
 
 use super::super::protocol::{
     BUSES_MAX, ENVIRONMENT, ENVIRONMENT_PREFETCH, NAME_BYTES_MAX, SECRET_DIGITS, hexadecimal,
@@ -58,16 +58,17 @@ impl Setting {
 
 struct Place(UnsafeCell<Setting>);
 
-// SAFETY: it is written once, by whoever turned STATE from UNREAD to BEING_READ, and read only after READY was stored.
+// SAFETY: only the thread that turned STATE from UNREAD to BEING_READ writes it, once; it is read only after READY was
+// stored.
 unsafe impl Sync for Place {}
 
 static PLACE: Place = Place(UnsafeCell::new(Setting::EMPTY));
 static STATE: AtomicU8 = AtomicU8::new(UNREAD);
 
-/// The setting; `None` without an emulator, and for whoever comes while it is being read for the first time.
+/// The setting; `None` without an emulator, and for other callers during the first read.
 pub(super) fn get() -> Option<&'static Setting> {
     match STATE.load(Ordering::Acquire) {
-        // SAFETY: nobody writes any more.
+        // SAFETY: there are no more writes.
         READY => Some(unsafe { &*PLACE.0.get() }),
         UNREAD => read(),
         _ => None,
@@ -84,7 +85,7 @@ fn read() -> Option<&'static Setting> {
         return None;
     };
     setting.prefetch = system::environment(ENVIRONMENT_PREFETCH) != Some(b"0");
-    // SAFETY: STATE lets nobody else in.
+    // SAFETY: STATE excludes every other thread.
     unsafe { *PLACE.0.get() = setting };
     STATE.store(READY, Ordering::Release);
     get()

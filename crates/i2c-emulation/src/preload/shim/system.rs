@@ -1,4 +1,4 @@
-//! The few things that only the system can do, each a thin wrapper.
+//! Thin wrappers of system calls and C library functions.
 
 use core::ffi::{CStr, c_char, c_int, c_long, c_void};
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -25,7 +25,6 @@ const SOCK_CLOEXEC: usize = 0o2_000_000;
 const MSG_NOSIGNAL: usize = 0x4000;
 const F_DUPFD_CLOEXEC: usize = 1030;
 const AT_FDCWD: c_int = -100;
-/// Bytes of `sun_path`.
 const SOCKET_NAME_BYTES: usize = 108;
 
 #[cfg(not(any(
@@ -36,7 +35,7 @@ const SOCKET_NAME_BYTES: usize = 108;
 )))]
 compile_error!("the numbers of this machine's system calls are not known");
 
-/// Numbers of system calls: those of x86-64, of arm64 and riscv64, and of 32-bit Arm.
+/// System call numbers of x86-64, of arm64 and riscv64, and of 32-bit Arm.
 mod number {
     const fn one_of(x86_64: i32, arm64: i32, arm: i32) -> i32 {
         if cfg!(target_arch = "x86_64") {
@@ -63,7 +62,7 @@ mod number {
     pub(super) const PROCESS_VM_WRITEV: i32 = one_of(311, 271, 377);
 }
 
-// Every C library has these, under these names. (A link to the C library itself would tie the library to one of them.)
+// Every C library has these under these names. (Linking the C library itself would tie the library to one of them.)
 unsafe extern "C" {
     fn syscall(number: c_long, ...) -> c_long;
     fn __errno_location() -> *mut c_int;
@@ -76,7 +75,7 @@ unsafe extern "C" {
 
 #[cfg(not(test))]
 pub(crate) fn abort() -> ! {
-    // SAFETY: it takes nothing and does not return.
+    // SAFETY: it takes no arguments and does not return.
     unsafe { abort_process() }
 }
 
@@ -90,38 +89,38 @@ pub(super) fn set_errno(errno: Errno) {
     unsafe { *__errno_location() = errno };
 }
 
-/// The address of the next function of this name after this library's own, or 0.
+/// The address of the next function with this name after this library's own, or 0.
 pub(super) fn next(name: &CStr) -> usize {
     const RTLD_NEXT: usize = usize::MAX;
-    // SAFETY: the handle is the constant of that value, the name is a C string.
+    // SAFETY: the handle is the constant RTLD_NEXT, and the name is a C string.
     unsafe { dlsym(core::ptr::without_provenance_mut(RTLD_NEXT), name.as_ptr()) }
         .expose_provenance()
 }
 
-/// The value of an environment variable, as long as nobody changes it.
+/// The value of an environment variable, valid until the program changes it.
 pub(super) fn environment<'a>(name: &CStr) -> Option<&'a [u8]> {
     // SAFETY: the name is a C string.
     let value = unsafe { getenv(name.as_ptr()) };
     if value.is_null() {
         return None;
     }
-    // SAFETY: getenv returned a C string; it is copied before the program gets the time to change it.
+    // SAFETY: getenv returned a C string; it is copied before the program can change it.
     Some(unsafe { CStr::from_ptr(value) }.to_bytes())
 }
 
-/// A system call.
+/// Makes a system call.
 /// # Safety
-/// Every argument that the kernel takes for an address must be good for what the kernel does there.
+/// Every argument that the kernel takes as an address must be valid for the kernel's access.
 unsafe fn call(number: i32, arguments: [usize; 6]) -> Result<usize, Errno> {
     let [a, b, c, d, e, f] = arguments;
     let number = c_long::from(number);
-    // SAFETY: the caller vouches for the arguments.
+    // SAFETY: the caller guarantees the arguments.
     let result = unsafe { syscall(number, a, b, c, d, e, f) };
     usize::try_from(result).map_err(|_negative| errno())
 }
 
 fn argument(number: c_int) -> usize {
-    // The kernel looks at the lower half only.
+    // The kernel reads only the lower half.
     usize::from_ne_bytes(isize::try_from(number).unwrap_or(-1).to_ne_bytes())
 }
 
@@ -129,7 +128,7 @@ fn descriptor_of(result: usize) -> Result<c_int, Errno> {
     c_int::try_from(result).map_err(|_too_large| EBADF)
 }
 
-/// This process's number; asked again each time, so that it is right after a fork.
+/// This process's number, queried each time so that it is right after a fork.
 pub(super) fn own_pid() -> i32 {
     // SAFETY: there are no arguments.
     let pid = unsafe { call(number::GETPID, [0; 6]) };
@@ -148,13 +147,13 @@ pub(super) fn socket(close_on_exec: bool) -> Result<c_int, Errno> {
     result.and_then(descriptor_of)
 }
 
-/// Closes a descriptor; errors have no consequence.
+/// Closes a descriptor; errors do not matter.
 pub(super) fn close(descriptor: c_int) {
     // SAFETY: no argument is an address.
     let _ = unsafe { call(number::CLOSE, [argument(descriptor), 0, 0, 0, 0, 0]) };
 }
 
-/// Moves a descriptor out of the way, to a number from `lowest` on that is closed on exec; or leaves it where it is.
+/// Moves a descriptor to a number from `lowest` on, closed on exec; on failure leaves it in place.
 pub(super) fn move_up(descriptor: c_int, lowest: usize) -> c_int {
     let arguments = [argument(descriptor), F_DUPFD_CLOEXEC, lowest, 0, 0, 0];
     // SAFETY: no argument is an address.
@@ -167,7 +166,7 @@ pub(super) fn move_up(descriptor: c_int, lowest: usize) -> c_int {
     }
 }
 
-/// The name of a socket that has no path, without the zero byte in front.
+/// The name of an abstract socket, without its leading zero byte.
 #[repr(C)]
 pub(super) struct SocketName {
     family: u16,
@@ -176,7 +175,7 @@ pub(super) struct SocketName {
 }
 
 impl SocketName {
-    /// The parts, one after the other; what does not fit is left out, and then the name leads nowhere.
+    /// Joins the parts. Bytes that do not fit are dropped, and the name then leads nowhere.
     pub(super) fn new(parts: &[&[u8]]) -> Self {
         let mut name = Self {
             family: AF_UNIX,
@@ -212,7 +211,7 @@ fn with_name(number: i32, descriptor: c_int, name: &SocketName) -> Result<(), Er
     unsafe { call(number, arguments) }.map(drop)
 }
 
-/// A socket's own name, if it has one without a path; `with` sees it without the zero byte in front.
+/// Calls `with` on a socket's own abstract name, without its leading zero byte.
 pub(super) fn with_own_name<T>(
     descriptor: c_int,
     with: impl FnOnce(&[u8]) -> Option<T>,
@@ -222,7 +221,7 @@ pub(super) fn with_own_name<T>(
     let at = core::ptr::from_mut(&mut name).expose_provenance();
     let length_at = core::ptr::from_mut(&mut length).expose_provenance();
     let arguments = [argument(descriptor), at, length_at, 0, 0, 0];
-    // SAFETY: the kernel writes at most `length` bytes of address, and the length; there is room for both.
+    // SAFETY: the kernel writes at most `length` bytes of address, and the length; both have room.
     unsafe { call(number::GETSOCKNAME, arguments) }.ok()?;
     let length = usize::try_from(length).ok()?;
     let end = length.checked_sub(size_of::<u16>())?;
@@ -235,7 +234,7 @@ pub(super) fn send(descriptor: c_int, mut bytes: &[u8]) -> Result<(), Errno> {
     while !bytes.is_empty() {
         let at = bytes.as_ptr().expose_provenance();
         let arguments = [argument(descriptor), at, bytes.len(), MSG_NOSIGNAL, 0, 0];
-        // SAFETY: the kernel reads `bytes` and nothing else.
+        // SAFETY: the kernel only reads `bytes`.
         match unsafe { call(number::SENDTO, arguments) } {
             Ok(sent) => bytes = bytes.get(sent..).unwrap_or(&[]),
             Err(EINTR) => {}
@@ -245,12 +244,12 @@ pub(super) fn send(descriptor: c_int, mut bytes: &[u8]) -> Result<(), Errno> {
     Ok(())
 }
 
-/// Receives what has come, and waits for at least a byte; the end of the connection is ENOTCONN.
+/// Receives at least one byte, waiting if needed; the end of the connection is ENOTCONN.
 pub(super) fn receive(descriptor: c_int, into: &mut [u8]) -> Result<usize, Errno> {
     let at = into.as_mut_ptr().expose_provenance();
     let arguments = [argument(descriptor), at, into.len(), 0, 0, 0];
     loop {
-        // SAFETY: the kernel writes into `into` and nowhere else.
+        // SAFETY: the kernel only writes into `into`.
         match unsafe { call(number::RECVFROM, arguments) } {
             Ok(0) => return Err(ENOTCONN),
             Err(EINTR) => {}
@@ -259,7 +258,7 @@ pub(super) fn receive(descriptor: c_int, into: &mut [u8]) -> Result<usize, Errno
     }
 }
 
-/// The text of a symbolic link, as far as it fits.
+/// The target of a symbolic link, as far as it fits.
 pub(super) fn read_link<'a>(path: &CStr, into: &'a mut [u8]) -> Option<&'a [u8]> {
     let text_at = into.as_mut_ptr().expose_provenance();
     let path_at = path.as_ptr().expose_provenance();
@@ -269,7 +268,7 @@ pub(super) fn read_link<'a>(path: &CStr, into: &'a mut [u8]) -> Option<&'a [u8]>
     into.get(..length)
 }
 
-/// Copies from an address that may lead nowhere: the kernel looks first, five times cheaper than process_vm_readv.
+/// Copies from an address that may be invalid. The kernel checks it first, five times cheaper than process_vm_readv.
 pub(super) fn peek(address: u64, into: &mut [u8]) -> Result<(), Errno> {
     const PAGE_BYTES: usize = 4096;
     let start = usize::try_from(address).or(Err(EFAULT))?;
@@ -285,27 +284,27 @@ pub(super) fn peek(address: u64, into: &mut [u8]) -> Result<(), Errno> {
             .ok_or(EFAULT)?;
     }
     let there = core::ptr::with_exposed_provenance::<u8>(start);
-    // SAFETY: the kernel has just read from every page of it, and `into` has room; a program that unmaps it meanwhile
-    // would not be safe with any function of the C library either.
+    // SAFETY: the kernel has just read from every page of the source, and `into` has room. A program that unmaps the
+    // source at the same time would break any C library function too.
     unsafe { core::ptr::copy(there, into.as_mut_ptr(), into.len()) };
     Ok(())
 }
 
-/// EFAULT if the word around an address cannot be read; a word never lies in two pages.
+/// EFAULT if the word around an address is not readable; a word never spans two pages.
 fn look_at_word(address: usize) -> Result<(), Errno> {
     const SENSELESS: c_int = -1;
     const WORD_BYTES: usize = 8;
-    // At address 0 the kernel would see no word at all.
+    // At address 0 the kernel would read no word.
     let word = (address - address % WORD_BYTES).max(1);
     let arguments = [argument(SENSELESS), word, 0, WORD_BYTES, 0, 0];
-    // SAFETY: the kernel checks the word's address, and writes nothing: there is no place for the old mask.
+    // SAFETY: the kernel checks the word's address and writes nothing, since there is no place for the old mask.
     match unsafe { call(number::RT_SIGPROCMASK, arguments) } {
         Err(EFAULT) => Err(EFAULT),
         _ => Ok(()),
     }
 }
 
-/// Copies to an address that may lead nowhere.
+/// Copies to an address that may be invalid.
 pub(super) fn poke(address: u64, bytes: &[u8]) -> Result<(), Errno> {
     let here = bytes.as_ptr();
     if let Some(outcome) = copy_out(here.expose_provenance(), address, bytes.len()) {
@@ -313,7 +312,7 @@ pub(super) fn poke(address: u64, bytes: &[u8]) -> Result<(), Errno> {
     }
     let there = usize::try_from(address).or(Err(EFAULT))?;
     let there = core::ptr::with_exposed_provenance_mut::<u8>(there);
-    // SAFETY: the program says that its memory is there, as it would to any function of the C library.
+    // SAFETY: the program claims that its memory is there, as for any C library function.
     unsafe { core::ptr::copy(here, there, bytes.len()) };
     Ok(())
 }
@@ -324,8 +323,8 @@ struct Span {
     length: usize,
 }
 
-/// Lets the kernel copy from one place of this process to another, so that a bad address is an errno; `None` where the kernel
-/// may not (a sandbox, qemu-user): there a bad address ends the program, as in any function of the C library.
+/// Makes the kernel copy within this process, so that a bad address returns an errno. `None` if the kernel may not do
+/// this (a sandbox, qemu-user): there a bad address ends the program, as in any C library function.
 fn copy_out(here: usize, there: u64, length: usize) -> Option<Result<(), Errno>> {
     static FORBIDDEN: AtomicBool = AtomicBool::new(false);
     if FORBIDDEN.load(Ordering::Relaxed) {
@@ -339,7 +338,7 @@ fn copy_out(here: usize, there: u64, length: usize) -> Option<Result<(), Errno>>
         .each_ref()
         .map(|span| core::ptr::from_ref(span).expose_provenance());
     let arguments = [argument(own_pid()), here, 1, there, 1, 0];
-    // SAFETY: the kernel checks both spans; the one on this side is a slice of the caller's.
+    // SAFETY: the kernel checks both spans; this side's is a slice of the caller's.
     match unsafe { call(number::PROCESS_VM_WRITEV, arguments) } {
         Ok(copied) if copied == length => Some(Ok(())),
         Err(ENOSYS | EPERM) => {
@@ -356,9 +355,9 @@ mod tests {
 
     const PAGE_BYTES: usize = 4096;
 
-    /// Two pages, the second of which has these rights only; the address of their border.
+    /// The border of two pages; the second has only these rights.
     fn border(rights: c_int) -> usize {
-        // SAFETY: the mapping is new and private; it is never given back.
+        // SAFETY: the mapping is new, private and never freed.
         unsafe {
             let flags = libc::MAP_PRIVATE | libc::MAP_ANONYMOUS;
             let all = libc::PROT_READ | libc::PROT_WRITE;
@@ -371,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_there_is_efault_and_not_the_programs_end() {
+    fn missing_memory_is_efault_and_not_the_programs_end() {
         let border = u64::try_from(border(libc::PROT_NONE)).unwrap();
         for length in [1, 2, 8, 100] {
             let length_64 = u64::try_from(length).unwrap();
@@ -401,7 +400,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_that_is_not_without_a_path_is_nobodys() {
+    fn only_an_abstract_name_counts() {
         let socket = socket(true).unwrap();
         assert_eq!(with_own_name(socket, |_| Some(())), None, "no name at all");
         let name = SocketName::new(&[b"i2c-emulation-test", b"/t", b"1"]);

@@ -1,4 +1,4 @@
-//! The functions of the C library that read and write, intercepted.
+//! The intercepted C library functions that read and write.
 
 use super::super::protocol::Call;
 use super::intercept::{failed, result};
@@ -6,9 +6,9 @@ use super::system::{self, EFAULT, EINVAL, EOPNOTSUPP};
 use super::{channel, descriptor};
 use core::ffi::{c_int, c_long, c_void};
 
-/// Most pieces that the kernel takes in one call (UIO_MAXIOV).
+/// The most pieces that the kernel takes in one call (UIO_MAXIOV).
 const PIECES_MAX: usize = 1024;
-/// The one flag that the kernel lets a device have that knows only read() and write().
+/// The only flag that the kernel allows for a device with just read() and write().
 const RWF_HIPRI: c_int = 1;
 
 /// `off_t`: 64 bits in musl, the width of a pointer in glibc.
@@ -47,7 +47,7 @@ intercept! {
     }
 }
 
-// i2c-dev ignores the position, and so does this; what is negative the kernel refuses before it asks the device.
+// i2c-dev ignores the position, and so do these; the kernel rejects a negative one before it asks the device.
 macro_rules! positional {
     ($($offset:ty: $pread:ident $pread_checked:ident $pwrite:ident $preadv:ident $pwritev:ident $preadv2:ident $pwritev2:ident)*) => {$(intercept! {
         fn $pread(file: c_int, buffer: *mut c_void, length: usize, at: $offset) -> isize {
@@ -101,7 +101,7 @@ fn span(buffer: *mut c_void, length: usize) -> (u64, u64) {
     (address, u64::try_from(length).unwrap_or(u64::MAX))
 }
 
-/// A transfer of a token at a position, which is ignored.
+/// Transfers on a token at a position, which is ignored.
 fn positioned(file: c_int, at: Offset64, transfer: impl FnOnce(u64) -> isize) -> Option<isize> {
     let token = descriptor::file_of(file)?;
     Some(if at < 0 {
@@ -128,7 +128,7 @@ fn flagged(
     })
 }
 
-/// One transfer for each piece, as the kernel does for a device that knows only read() and write().
+/// One transfer per piece, as the kernel does for a device with just read() and write().
 fn each_piece(
     token: u64,
     pieces: *const Piece,
@@ -156,7 +156,7 @@ fn each_piece(
     total
 }
 
-/// A piece of the program's list; `None` where its memory is not there.
+/// A piece of the program's list; `None` if its memory is not readable.
 fn piece(pieces: *const Piece, index: usize) -> Option<Piece> {
     let at = pieces.wrapping_add(index);
     let mut bytes = [0; size_of::<Piece>()];

@@ -1,4 +1,4 @@
-//! A client's stream: questions put into packets, and answers taken apart.
+//! A client's stream: builds requests and parses answers.
 
 use super::error::ClientError;
 use crate::adapter::Message;
@@ -14,7 +14,6 @@ use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::time::Duration;
 
-/// What the server tells of itself in its hello.
 #[derive(Debug)]
 pub(super) struct AdapterFacts {
     pub(super) functionality: u32,
@@ -57,7 +56,7 @@ impl Connection {
         Ok((connection, facts))
     }
 
-    /// The adapter judges the messages, or nobody.
+    /// Appends a transfer; `as_adapter` lets the adapter check the messages.
     pub(super) fn put_transfer(&mut self, bus: u32, as_adapter: bool, messages: &[Message<'_>]) {
         append_packet(&mut self.question, kind::TRANSFER, |out| {
             out.extend_from_slice(&bus.to_le_bytes());
@@ -73,7 +72,7 @@ impl Connection {
         let sent = (&self.stream).write_all(&self.question);
         self.question.clear();
         let end = match sent.map_err(|error| error.kind()) {
-            // The server may have said why it closed the connection before it was asked.
+            // The server may have sent a reason before it closed the connection.
             Ok(()) | Err(ErrorKind::BrokenPipe | ErrorKind::ConnectionReset) => {
                 let (first, rest) = (wait_max, wait_max);
                 let patience = Patience { first, rest };
@@ -89,7 +88,7 @@ impl Connection {
     }
 }
 
-/// What the client makes of an answer that did not come.
+/// The client error for an answer that did not come.
 fn no_answer(end: &NoPacket, path: &Path, waited: Duration) -> ClientError {
     let path = path.to_owned();
     match *end {
@@ -137,7 +136,7 @@ fn parse_welcome(mut cursor: Cursor<'_>) -> Result<AdapterFacts, Malformed> {
     if cursor.bytes(MAGIC.len(), "magic")? != MAGIC {
         return Err(Malformed::Magic);
     }
-    // The server has accepted the client's version; its own is for people.
+    // The server accepted the client's version; its own is only for people.
     let _ = cursor.u16("version")?;
     let functionality = cursor.u32("functionality")?;
     let name_bytes = usize::from(cursor.u8("mode")?);
@@ -154,7 +153,7 @@ fn not_ours(path: &Path, malformed: Malformed) -> ClientError {
     ClientError::NotOurs(path.to_owned(), malformed.to_string())
 }
 
-/// Fills the buffers of the messages from the answer; or what it says instead.
+/// Fills the messages' buffers from the answer, or returns its error.
 pub(super) fn take_answer(
     packet: &[u8],
     messages: &mut [Message<'_>],
@@ -184,7 +183,7 @@ fn parse_answer(
             let fault = fault_from_number(cursor.u8("fault")?);
             let errno = cursor.u16("errno")?;
             let completed = usize::from(cursor.u16("completed")?);
-            // Asked as an adapter the server tells no bytes with a fault, since the kernel has none to give.
+            // As an adapter, the server returns no bytes with a fault, because the kernel has none to give.
             if !cursor.0.is_empty() {
                 fill(cursor, completed, messages)?;
             }
@@ -206,7 +205,7 @@ fn parse_answer(
     })
 }
 
-/// Puts what was read into the buffers of the first messages.
+/// Copies the bytes read into the buffers of the first messages.
 fn fill(
     mut cursor: Cursor<'_>,
     completed: usize,

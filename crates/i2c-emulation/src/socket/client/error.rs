@@ -1,4 +1,4 @@
-//! Why a client has no answer, as a person, a driver and the bus behind it see it.
+//! Client errors, for people, drivers and the bus layer.
 
 use crate::adapter::{BusFault, Fault};
 use crate::socket::wire::ByeReason;
@@ -7,7 +7,7 @@ use std::io;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Why a client has no answer, or not the one it hoped for.
+/// Why a client got no answer, or an error.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what each is")]
 pub enum ClientError {
@@ -15,12 +15,12 @@ pub enum ClientError {
     Fault {
         fault: Fault,
         completed: usize,
-        /// The errno that a program at `/dev/i2c-N` would see; `None` where the adapter hides the fault.
+        /// The errno that a program at `/dev/i2c-N` would see; `None` if the adapter hides the fault.
         errno: Option<i32>,
     },
     #[error("refused: {text}")]
     Refused { errno: i32, text: String },
-    /// The adapter carried out fewer messages than asked, and calls that no error (mode `virtio`).
+    /// The adapter carried out fewer messages than requested without an error (mode `virtio`).
     #[error("the adapter carried out {completed} of {messages} messages")]
     Short { completed: usize, messages: usize },
     #[error(
@@ -51,7 +51,7 @@ pub enum ClientError {
         bus: u32,
         buses: Vec<u32>,
     },
-    /// No answer came in this time. The connection is closed: a late answer would be taken for another's.
+    /// No answer came in this time. The connection is closed, since a late answer would be taken for the next one's.
     #[error(
         "no answer from {0} within {1:?}\nhint: is the server stopped, or the bus held by another client?"
     )]
@@ -108,8 +108,8 @@ const fn fault_text(fault: Fault) -> &'static str {
 
 const fn hint_of(reason: ByeReason) -> &'static str {
     match reason {
-        ByeReason::Version => "\nhint: take client and server of one release",
-        ByeReason::TooManyClients => "\nhint: close clients that are no longer used",
+        ByeReason::Version => "\nhint: use client and server of the same release",
+        ByeReason::TooManyClients => "\nhint: close unused clients",
         _ => "",
     }
 }

@@ -13,7 +13,7 @@ fn the_kernel_finds_an_i2c_tiny_usb() {
     assert_eq!(device[0..2], [18, 1], "USB 2.0, table 9-8");
     assert_eq!(device[8..12], [0x03, 0x04, 0x31, 0xC6], "0403:c631");
     assert_eq!(device[17], 1, "one configuration");
-    // The kernel asks for nine bytes first, and then for the length that they tell.
+    // The kernel asks for nine bytes first, then for the length they state.
     let start = client.descriptor(0x0200, 0, 9).data;
     assert_eq!(start.len(), 9);
     let total = u16::from_le_bytes([start[2], start[3]]);
@@ -84,7 +84,7 @@ fn a_single_message_is_sent_at_once() {
 }
 
 #[test]
-fn what_follows_a_read_is_a_transaction_of_its_own() {
+fn messages_after_a_read_are_their_own_transaction() {
     let (registers, mut client) = plugged_in();
     client.write_message(BEGIN, 0x69, &[4]);
     assert_eq!(client.read_message(0, 0x69, 1).data, [4]);
@@ -95,10 +95,14 @@ fn what_follows_a_read_is_a_transaction_of_its_own() {
     client.write_message(BEGIN, 0x69, &[0x20]);
     assert_eq!(client.read_message(END, 0x69, 1).data, [0x20]);
     let notes = registers.notes();
-    assert_eq!(notes, ["69 W[20] 69 R1"], "of what was broken off nothing");
+    assert_eq!(
+        notes,
+        ["69 W[20] 69 R1"],
+        "nothing of the broken-off transfer"
+    );
 }
 
-/// `usb_xfer` makes ENXIO of status 2, but only if as many bytes came back as it asked for.
+/// `usb_xfer` turns status 2 into ENXIO, but only if as many bytes came back as requested.
 #[test]
 fn a_missing_target_is_told_by_the_status() {
     let (_, mut client) = plugged_in();
@@ -142,7 +146,7 @@ fn more_messages_are_held_than_one_ioctl_can_bring_but_no_more() {
     }
     assert_eq!(client.write_message(0, 0x69, &[1]), EPIPE);
     assert_eq!(client.write_message(END, 0x69, &[2]), 0);
-    assert_eq!(registers.notes(), ["69 W[02]"], "of the long one nothing");
+    assert_eq!(registers.notes(), ["69 W[02]"], "nothing of the long one");
 }
 
 #[test]
@@ -156,7 +160,7 @@ fn a_message_is_as_long_as_i2c_dev_allows_and_no_longer() {
 }
 
 #[test]
-fn what_an_adapter_has_no_answer_to_stalls() {
+fn unknown_requests_stall() {
     let (_, mut client) = plugged_in();
     for unknown in [
         setup(0xC1, 8, 0, 0, 1),
@@ -165,7 +169,7 @@ fn what_an_adapter_has_no_answer_to_stalls() {
         setup(0x00, 9, 2, 0, 0),
         setup(0x01, 11, 1, 0, 0),
         setup(0xA1, 4, 0, 0, 1),
-        // A read in the direction of a write, and the other way round.
+        // A read in a write's direction, and vice versa.
         setup(0x41, 4 | WHOLE, 1, 0x69, 0),
         setup(0xC1, 4 | WHOLE, 0, 0x69, 1),
     ] {
@@ -182,7 +186,7 @@ fn what_an_adapter_has_no_answer_to_stalls() {
 }
 
 #[test]
-fn what_was_answered_cannot_be_cancelled() {
+fn an_answered_transfer_cannot_be_cancelled() {
     let (_, mut client) = plugged_in();
     let words = [2, 99, 0x1_0001, 0, 0, 7, 0, 0, 0, 0, 0, 0].map(u32::to_be_bytes);
     client.0.write_all(words.as_flattened()).unwrap();

@@ -1,4 +1,4 @@
-//! Both ends of these tests: a target with its bus, and a client written from the protocol's document.
+//! Both ends of these tests: a target with its bus, and a client written from the protocol's specification.
 
 use crate::adapter::{EmulatedAdapter, Fault, Message, TransferError};
 use crate::rack::{Rack, SharedAdapter};
@@ -11,7 +11,7 @@ use std::os::unix::net::UnixStream;
 use std::sync::{Arc, Mutex};
 use std::thread;
 
-/// A target at 0x69 with registers that hold their own numbers, and a bus that notes each transfer as one line.
+/// A target at 0x69 with registers that hold their own numbers, and a bus that records each transfer as one line.
 #[derive(Clone, Default)]
 pub(super) struct Registers {
     pub(super) notes: Arc<Mutex<Vec<String>>>,
@@ -60,7 +60,7 @@ impl EmulatedAdapter for Registers {
     }
 }
 
-/// What a request of the protocol begins with: its version 1.1.1 and one of the two codes (Linux, usbip_protocol.rst).
+/// The start of a request: the protocol version 1.1.1 and one of the two codes (Linux, usbip_protocol.rst).
 pub(super) const VERSION: [u8; 2] = [0x01, 0x11];
 pub(super) const OP_REQ_IMPORT: [u8; 2] = 0x8003_u16.to_be_bytes();
 pub(super) const OP_REQ_DEVLIST: [u8; 2] = 0x8005_u16.to_be_bytes();
@@ -79,7 +79,7 @@ pub(super) fn rack_of(registers: &Registers) -> Rack {
     rack
 }
 
-/// A client written from the protocol's document: offsets and numbers as printed there.
+/// A client written from the protocol's specification, with its offsets and numbers.
 pub(super) struct Client<S>(pub(super) S);
 
 pub(super) struct Reply {
@@ -95,7 +95,7 @@ pub(super) const OUT: u32 = 0;
 pub(super) const EPIPE: i32 = -32;
 pub(super) const ENODEV: i32 = -19;
 
-/// A transfer of sequence, direction, endpoint and length.
+/// A transfer with this sequence number, direction, endpoint and length.
 pub(super) fn submit_bytes(
     [seq, direction, endpoint, length]: [u32; 4],
     setup: [u8; 8],
@@ -165,7 +165,7 @@ pub(super) const BEGIN: u8 = 1;
 pub(super) const END: u8 = 2;
 pub(super) const WHOLE: u8 = BEGIN | END;
 
-/// A device served over a socketpair, as the kernel has it, and the target behind it.
+/// A device served over a socket pair, as for the kernel, and its target.
 pub(super) fn plugged_in() -> (Registers, Client<UnixStream>) {
     let (client, served) = UnixStream::pair().unwrap();
     let registers = Registers::default();

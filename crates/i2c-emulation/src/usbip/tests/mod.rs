@@ -1,4 +1,5 @@
-//! The protocol against its document, the device against the kernel's driver, sysfs against a folder that looks like it.
+//! Tests of the protocol against its specification, of the device against the kernel's driver, and of sysfs against a
+//! folder like it.
 
 mod device;
 mod host;

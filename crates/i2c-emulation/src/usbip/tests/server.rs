@@ -14,7 +14,7 @@ fn loopback() -> SocketAddr {
 
 fn connect(server: &Server) -> TcpStream {
     let stream = TcpStream::connect(server.address()).unwrap();
-    // A server that hangs fails the test instead of hanging it.
+    // A server that hangs must fail the test, not hang it.
     let longest = Some(Duration::from_secs(20));
     stream.set_read_timeout(longest).unwrap();
     stream
@@ -27,7 +27,7 @@ fn import_request(bus_id: &str) -> Vec<u8> {
     bytes
 }
 
-/// Asks for a device; the status of the answer, and the connection.
+/// Requests a device; returns the status of the answer, and the connection.
 fn import(server: &Server, bus_id: &str) -> (u32, Client<TcpStream>) {
     let mut stream = connect(server);
     stream.write_all(&import_request(bus_id)).unwrap();
@@ -58,7 +58,7 @@ fn list(stream: &mut TcpStream) -> Vec<u8> {
     reply
 }
 
-/// The table "OP_REP_DEVLIST" of the protocol's document, offset by offset.
+/// The table "OP_REP_DEVLIST" of the protocol's specification, offset by offset.
 #[test]
 fn the_list_of_devices_is_laid_out_as_documented() {
     let registers = Registers::default();
@@ -68,7 +68,7 @@ fn the_list_of_devices_is_laid_out_as_documented() {
     assert!(server.bus_ids().eq([(1, "1-1"), (3, "1-3")]));
     let reply = list(&mut connect(&server));
     assert_eq!(reply[..12], [0x01, 0x11, 0, 5, 0, 0, 0, 0, 0, 0, 0, 2]);
-    // 312 bytes of a device and four of its interface.
+    // 312 bytes per device and four for its interface.
     assert_eq!(reply.len(), 12 + 2 * 316);
     let (first, second) = reply[12..].split_at(316);
     for (device, name, number) in [(first, "1-1", 1), (second, "1-3", 2)] {
@@ -111,7 +111,7 @@ fn stopping_hangs_up_on_all() {
 }
 
 #[test]
-fn who_says_nothing_is_sent_away() {
+fn a_silent_client_is_disconnected() {
     let rack = rack_of(&Registers::default());
     let server = Server::bind_with(loopback(), &rack, Duration::from_millis(50)).unwrap();
     let mut silent = connect(&server);
@@ -121,7 +121,7 @@ fn who_says_nothing_is_sent_away() {
     assert_eq!(slow.read(&mut [0; 1]).unwrap(), 0);
     let (_, mut user) = import(&server, "1-1");
     thread::sleep(Duration::from_millis(200));
-    assert_eq!(user.status(), 0, "who has a device may be silent");
+    assert_eq!(user.status(), 0, "a client with a device may be silent");
 }
 
 #[test]
@@ -131,7 +131,7 @@ fn one_connection_too_many_is_closed_at_once() {
     let mut one_too_many = connect(&server);
     assert_eq!(one_too_many.read(&mut [0; 1]).unwrap_or(0), 0);
     let served = list(&mut waiting[0]);
-    assert!(!served.is_empty(), "those who came first are served");
+    assert!(!served.is_empty(), "the earlier clients are served");
 }
 
 #[test]
@@ -146,7 +146,7 @@ fn nonsense_on_tcp_ends_its_own_connection_only() {
         let mut stream = connect(&server);
         stream.write_all(&nonsense).unwrap();
         let mut reply = Vec::new();
-        // Bytes that nobody read make it a reset, which is an end as well.
+        // Unread bytes turn the end into a reset, which also counts.
         let _ = stream.read_to_end(&mut reply);
     }
     assert!(is_free_soon(&server));

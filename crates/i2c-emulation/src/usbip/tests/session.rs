@@ -4,7 +4,7 @@ use super::host::*;
 use crate::usbip::{SessionError, session, wire};
 use proptest::prelude::*;
 
-/// Everything that a client can get wrong about a header ends the session with its name.
+/// Each possible error in a header ends the session with its own message.
 #[test]
 fn malformed_headers_end_the_session() {
     let good = submit_bytes([1, OUT, 0, 0], [0; 8]);
@@ -30,14 +30,13 @@ fn malformed_headers_end_the_session() {
     }
 }
 
-/// How the session ends that these bytes begin, and what is answered.
 fn serve(bytes: &[u8]) -> (Result<(), SessionError>, Vec<u8>) {
     let mut answered = Vec::new();
     let mut device = device_on(Registers::default());
     (session::serve(bytes, &mut answered, &mut device), answered)
 }
 
-/// Transfers that are almost right: known commands and requests, arbitrary everything else.
+/// Almost valid transfers: known commands and requests, arbitrary everything else.
 fn almost_a_transfer() -> impl Strategy<Value = Vec<u8>> {
     let request_type =
         prop::sample::select(vec![0x00, 0x01, 0x40, 0x41, 0x80, 0x81, 0xA1, 0xC0, 0xC1]);

@@ -1,4 +1,4 @@
-//! The virtual controller against a folder that looks like sysfs, with a thread in the kernel's place.
+//! The virtual controller against a folder that looks like sysfs, with a thread that acts as the kernel.
 #![expect(unsafe_code, reason = "the kernel takes a descriptor by its number")]
 
 use super::host::*;
@@ -67,7 +67,7 @@ fn wait_for_text(path: &Path) -> String {
     String::new()
 }
 
-/// When the thread in the kernel's place gives its end of the connection up.
+/// When the thread that acts as the kernel closes its end of the connection.
 #[derive(Clone, Copy, PartialEq)]
 enum LettingGo {
     WhenUnplugged,
@@ -75,8 +75,8 @@ enum LettingGo {
     Never,
 }
 
-/// What the kernel does with one line for `attach`: takes the socket, asks the device, makes an adapter, and takes
-/// everything away when the socket closes.
+/// The kernel's reaction to one line for `attach`: takes the socket, queries the device, makes an adapter, and removes
+/// everything when the socket closes.
 fn kernel(
     machine: &Machine,
     adapter: u32,
@@ -90,7 +90,7 @@ fn kernel(
     thread::spawn(move || {
         let line = wait_for_text(&attach);
         let number = line.split(' ').nth(1).unwrap().parse().unwrap();
-        // SAFETY: the descriptor is open: whoever wrote its number keeps it open until the adapter is there.
+        // SAFETY: the descriptor is open: the writer of its number keeps it open until the adapter exists.
         let socket = unsafe { BorrowedFd::borrow_raw(number) }.try_clone_to_owned();
         let mut client = Client(UnixStream::from(socket.unwrap()));
         let vendor = client.descriptor(0x0100, 0, 18).data[8];
@@ -103,7 +103,7 @@ fn kernel(
             wait_for_text(&detach);
             client.0.shutdown(std::net::Shutdown::Both).unwrap();
         }
-        // The end of the connection is the unplugging of the device.
+        // The end of the connection unplugs the device.
         let _ = client.0.read(&mut [0; 1]);
         if letting_go == LettingGo::Never {
             return (line, vendor);
@@ -148,7 +148,7 @@ fn unplugging_from_the_other_side_ends_the_wait() {
 }
 
 #[test]
-fn what_is_missing_is_named_with_the_modules_that_bring_it() {
+fn a_missing_part_is_named_with_its_modules() {
     let machine = Machine::new(&[("hs", 0, 4)]);
     let fails = |options: &Options| machine.attach(options).unwrap_err().to_string();
     let modules = "`modprobe -a vhci-hcd i2c-tiny-usb i2c-dev`";
@@ -213,14 +213,14 @@ fn a_file_that_is_no_status_is_quoted() {
 }
 
 #[test]
-fn without_the_right_to_attach_root_is_asked_for() {
+fn without_the_right_to_attach_the_error_names_root() {
     let machine = Machine::new(&[("hs", 0, 4)]);
-    // A folder cannot be written to either, and unlike a read-only file it stops root as well.
+    // A folder is not writable either, and unlike a read-only file it stops even root.
     fs::remove_file(machine.controller("attach")).unwrap();
     fs::create_dir(machine.controller("attach")).unwrap();
     let error = machine.attach(&machine.options()).unwrap_err();
     assert!(matches!(error, UsbipError::Sysfs { .. }), "{error}");
-    // The refusal itself is seen in the guests, where the tests have a user who is not root.
+    // The guest tests cover the refusal itself, with a user who is not root.
     let error = UsbipError::NotRoot(machine.controller("attach"));
     assert!(error.to_string().contains("run as root"));
 }

@@ -1,4 +1,5 @@
-//! Prints the room's temperature and where somebody is, of the sensor at 0x69 on /dev/i2c-1.
+//! Prints the room's temperature and the position of any person, from the sensor at 0x69 on
+//! /dev/i2c-1.
 
 use grideye::{Address, GridEye};
 use linux_embedded_hal::I2cdev;

@@ -1,4 +1,4 @@
-//! The program as it is shipped, on the sensor at /dev/i2c-1, which shows `room.toml`.
+//! The shipped program with the sensor at /dev/i2c-1, which shows `room.toml`.
 
 use std::process::Command;
 

@@ -1,4 +1,5 @@
-//! grideye 0.3 from crates.io and this package on the emulated sensor in the test's own process: no device, no waiting.
+//! grideye 0.3 from crates.io and this package, with the emulated sensor in the test's own process: no device, no
+//! waiting.
 
 use std::cell::RefCell;
 use std::time::Duration;
@@ -14,7 +15,7 @@ type Sensor = RefCell<Bus<ManualClock, Source>>;
 
 const PERSON: [(usize, usize); 4] = [(2, 0), (2, 1), (3, 0), (3, 1)];
 
-/// The sensor of `room.toml`.
+/// The sensor in `room.toml`.
 fn in_the_room() -> Sensor {
     let text = include_str!("../../room.toml");
     let no_files = |name: &str| panic!("the scene asks for {name}");
