@@ -5,7 +5,8 @@
 //!                                   └─▶ editor: draft, map, save ─────▶ /editor
 //! ```
 //!
-//! Two annexes of the collector, which knows nothing of scenes: routes, and the pages' files (`assets/`).
+//! Annexes of the collector, which knows nothing of scenes: routes, and the pages' files (`assets/`). With an [`Opening`] the
+//! page opens with a scene, as in `grideye demo`.
 //!
 //! ```no_run
 //! use grideye_studio::{Disk, annexes};
