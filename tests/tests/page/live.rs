@@ -389,6 +389,10 @@ fn on_a_telephone_the_header_is_one_line_and_the_controls_fold() -> Outcome {
     })?;
     server.post(&batch("s1", 0, &[frame(&pixels(80, 10, 120), 402)]))?;
     field(&browser, "max", "30.00 °C")?;
+    // As with a folder of scenes.
+    browser.execute(
+        "document.querySelector('nav').append(Object.assign(document.createElement('a'), { textContent: 'Scenes', href: '/editor' }));",
+    )?;
     let header = "const tops = [...document.querySelectorAll('.top nav a')].map((link) => link.getBoundingClientRect().top);
         return [document.querySelector('.top').offsetHeight, new Set(tops).size, document.documentElement.scrollWidth];";
     let [height, lines, width]: [f64; 3] = serde_json::from_value(browser.execute(header)?)?;
