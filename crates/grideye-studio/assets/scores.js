@@ -20,7 +20,7 @@ export class Scores {
     this.#fields = fieldsOf(root);
   }
 
-  /** Says why there is no verdict. */
+  /** Shows why there is no verdict. */
   none(why) {
     this.#show("none", "No verdict yet", why);
     this.#list([]);
@@ -73,7 +73,7 @@ function row([, title, decimals, scale, unit], score) {
   return line;
 }
 
-/** Without the sign of a zero that is one by rounding. */
+/** A rounded zero has no sign. */
 function plain(value, decimals) {
   const text = value.toFixed(decimals);
   return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");

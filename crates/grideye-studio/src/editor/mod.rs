@@ -48,7 +48,7 @@ pub(crate) fn annex(folder: PathBuf, disk: Disk) -> Annex {
     Annex::new("editor", move |_inside| {
         let editor = Arc::new(Editor {
             shelf: Shelf::new(folder.clone(), disk),
-            catalogue: Catalogue::new(folder.clone(), disk),
+            catalogue: Catalogue::new(Some(folder.clone()), None, disk),
             drafts: Desk::new(),
             maps: Desk::with_waiting(MAPS_WAITING_MAX),
         });
