@@ -75,6 +75,6 @@ async function asked(body, signal) {
     const response = await fetch("/v1/editor/coverage", { method: "POST", headers, body: JSON.stringify(body), signal });
     return await response.json();
   } catch {
-    return { error: { message: "cannot reach the collector", hint: "check that it is running" } };
+    return { error: { message: "the collector cannot be reached", hint: "check that it runs" } };
   }
 }

@@ -280,7 +280,7 @@ export class Draft {
       const response = await fetch(path, body === undefined ? { method } : { method, headers, body: JSON.stringify(body) });
       return await response.json();
     } catch {
-      return { error: { message: "cannot reach the collector", hint: "check that it is running; your changes are still here" } };
+      return { error: { message: "the collector cannot be reached", hint: "check that it runs; your changes are still here" } };
     }
   }
 }

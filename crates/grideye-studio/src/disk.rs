@@ -38,19 +38,3 @@ pub(crate) fn open_below(folder: &Path, path: &Path) -> io::Result<File> {
         .custom_flags(no_follow)
         .open(real)
 }
-
-/// For tests: without limits, and not synced.
-#[cfg(test)]
-pub(crate) fn plain() -> Disk {
-    Disk {
-        read: |mut file| {
-            let mut text = String::new();
-            file.read_to_string(&mut text).map(|_bytes| text)
-        },
-        replace: |path, content| {
-            let partial = path.with_extension("partial");
-            io::copy(content, &mut File::create(&partial)?)?;
-            fs::rename(partial, path)
-        },
-    }
-}

@@ -33,8 +33,6 @@ mod editor;
 mod opening;
 mod recently;
 mod rounding;
-#[cfg(test)]
-mod testing;
 
 pub use disk::Disk;
 pub use opening::{Opening, Recorded};
@@ -62,48 +60,4 @@ pub fn annexes(folder: Option<&Path>, opening: Option<&Opening>, disk: Disk) -> 
     annexes.extend(folder.map(|folder| editor::annex(folder.to_owned(), disk)));
     annexes.extend(opening.map(Opening::annex));
     Ok(annexes)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use axum::http::Method;
-    use grideye_collector::SystemClock;
-    use std::sync::Arc;
-
-    /// Every file that the pages and their scripts name is served, and every served file is named.
-    #[tokio::test]
-    async fn the_pages_are_made_of_files_that_are_there() {
-        let folder = tempfile::tempdir().unwrap();
-        let annexes = annexes(Some(folder.path()), None, disk::plain()).unwrap();
-        let app = testing::app(&annexes, Arc::new(SystemClock::new())).await;
-        let text_at = async |path: &str| {
-            let (status, text) = testing::ask(&app, Method::GET, path, None).await;
-            assert_eq!(status, 200, "{path}");
-            text.as_str().unwrap().to_owned()
-        };
-        let mut named: Vec<String> = Vec::new();
-        for page in ["/", "/editor"] {
-            let html = text_at(page).await;
-            let parts = html
-                .split('"')
-                .filter_map(|text| text.strip_prefix("/assets/"));
-            named.extend(parts.map(str::to_owned));
-        }
-        let mut seen = 0;
-        while let Some(name) = named.get(seen).cloned() {
-            seen += 1;
-            let text = text_at(&format!("/assets/{name}")).await;
-            let imports = text.split("from \"./").skip(1);
-            for import in imports.filter_map(|rest| rest.split('"').next()) {
-                if !named.iter().any(|known| known == import) {
-                    named.push(import.to_owned());
-                }
-            }
-        }
-        for asset in assets::BESIDE.iter().chain(&assets::EDITOR) {
-            let name = asset.name;
-            assert!(named.iter().any(|known| known == name), "{name}");
-        }
-    }
 }

@@ -208,6 +208,3 @@ fn folder_failed(error: &anyhow::Error) -> Refusal {
     let what = format!("{error:#}");
     Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, "no_scenes", what)
 }
-
-#[cfg(test)]
-mod tests;

@@ -86,3 +86,22 @@ fn low_m(floor: &Floor) -> [f64; 2] {
 fn fault(error: &CoverageError) -> Fault {
     Fault::said(&error.to_string(), None)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::editor::GivenUp;
+    use std::sync::Arc;
+
+    #[test]
+    fn an_abandoned_map_stops() {
+        let text = "[room]\nsize_mm = [2000, 2000, 2700]\nambient_c = 20\n[[sensor]]\nname = \"s\"\npreset = \"grid-eye\"\nposition_mm = [1000, 1000, 2700]\nelevation_deg = 90\nazimuth_deg = 0\n";
+        let none = |_: &str| Err(std::io::ErrorKind::NotFound.into());
+        let scene = Scene::parse(text, "scene", &none).unwrap().scene;
+        let waiting = GivenUp::default();
+        let is_given_up = Arc::clone(&waiting.0);
+        assert!(map(&scene, &is_given_up).unwrap().is_some());
+        drop(waiting);
+        assert!(map(&scene, &is_given_up).unwrap().is_none());
+    }
+}

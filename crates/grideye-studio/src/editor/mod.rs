@@ -197,6 +197,3 @@ impl Drop for GivenUp {
         self.0.store(true, Ordering::Relaxed);
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,7 +1,6 @@
-//! Tests the routes through the collector's own router, without a socket.
+//! The editor's routes: open, draft, save, coverage.
 
-use super::annex;
-use crate::testing::{app, ask, says};
+use crate::{app, ask, says};
 use axum::http::Method;
 use grideye_collector::{Routes, SystemClock};
 use grideye_scene::{Scene, Simulator};
@@ -50,8 +49,8 @@ impl Page {
         fs::create_dir_all(folder.path().join("scenes/ways")).unwrap();
         fs::write(folder.path().join("scenes/room.toml"), ROOM).unwrap();
         fs::write(folder.path().join("scenes/ways/way.csv"), WAY).unwrap();
-        let annexes = [annex(folder.path().join("scenes"), crate::disk::plain())];
-        let app = app(&annexes, Arc::new(SystemClock::new())).await;
+        let scenes = folder.path().join("scenes");
+        let app = app(&scenes, Arc::new(SystemClock::new())).await;
         Self { folder, app }
     }
 
@@ -263,7 +262,8 @@ async fn a_link_out_of_the_folder_is_followed_neither_to_read_nor_to_write() {
         fs::write(page.folder.path().join(outside), "secret").unwrap();
         std::os::unix::fs::symlink(page.folder.path().join(outside), page.scene(link)).unwrap();
     }
-    let version = super::version_of("secret");
+    // The first half of the text's SHA-256.
+    let version = "2bb80d537b1da3e38bd30361aa855686";
     let (status, said) = page.open("linked").await;
     assert_eq!(status, 422, "{said}");
     let message = said["error"]["message"].as_str().unwrap();
@@ -347,7 +347,7 @@ async fn an_invalid_or_too_long_scene_is_not_saved() {
         .save("new", json!({ "text": "[room]\n", "version": null }))
         .await;
     assert_eq!(code(&refused), (422, "unusable_scene"));
-    let long = format!("{ROOM}#{}\n", " ".repeat(super::shelf::TEXT_BYTES_MAX));
+    let long = format!("{ROOM}#{}\n", " ".repeat(512 * 1024));
     let refused = page
         .save("new", json!({ "text": long, "version": null }))
         .await;
@@ -398,25 +398,6 @@ async fn the_map_says_where_a_person_is_seen() {
     assert_eq!(answer["fault"]["place"]["line"], 1);
 }
 
-#[test]
-fn an_abandoned_map_stops() {
-    let files = |_: &str| Ok(WAY.to_owned());
-    let scene = Scene::parse(ROOM, "scene", &files).unwrap().scene;
-    let waiting = super::GivenUp::default();
-    let is_given_up = Arc::clone(&waiting.0);
-    assert!(
-        super::coverage::map(&scene, &is_given_up)
-            .unwrap()
-            .is_some()
-    );
-    drop(waiting);
-    assert!(
-        super::coverage::map(&scene, &is_given_up)
-            .unwrap()
-            .is_none()
-    );
-}
-
 #[tokio::test]
 async fn scenes_with_shared_trajectories_are_named() {
     let page = Page::new().await;
@@ -427,18 +408,21 @@ async fn scenes_with_shared_trajectories_are_named() {
 /// Every scene of the repository can be opened, shown, and changed in one number, with all its comments.
 #[tokio::test]
 async fn every_scene_of_the_repository_is_shown_and_changed() {
-    let page = Page::new().await;
     let folder = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes"));
-    let shelf = super::shelf::Shelf::new(folder.clone(), crate::disk::plain());
-    let paths = crate::catalogue::scene_files(&folder).unwrap();
+    let app = app(&folder, Arc::new(SystemClock::new())).await;
+    let files = fs::read_dir(&folder)
+        .unwrap()
+        .map(|file| file.unwrap().path());
+    let is_scene = |path: &PathBuf| path.extension().is_some_and(|end| end == "toml");
+    let paths: Vec<PathBuf> = files.filter(is_scene).collect();
     assert!(paths.len() > 20);
     for path in paths {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
-        let text = shelf.open(&name).unwrap();
+        let text = fs::read_to_string(&path).unwrap();
         let edits = json!([{ "does": "set", "path": ["room", "ambient_c"], "to": 19.25 }]);
         let draft = json!({ "text": text, "edits": edits });
-        let sheet = super::draft::sheet(&shelf, serde_json::from_value(draft).unwrap()).unwrap();
-        let answer = sheet.to_json();
+        let (status, answer) = ask(&app, Method::POST, "/v1/editor/draft", Some(&draft)).await;
+        assert_eq!(status, 200, "{name}");
         assert_eq!(answer["fault"], Value::Null, "{name}");
         let made = answer["text"].as_str().unwrap();
         let lines = text
@@ -460,5 +444,4 @@ async fn every_scene_of_the_repository_is_shown_and_changed() {
             "{name}"
         );
     }
-    drop(page);
 }

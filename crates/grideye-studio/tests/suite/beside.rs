@@ -1,9 +1,6 @@
-//! Tests the routes through the collector's own router, without a socket.
+//! A sensor beside its scene: frames, plan and verdict.
 
-use super::annex;
-use crate::catalogue::Catalogue;
-use crate::disk::plain;
-use crate::testing::{app, ask, says};
+use crate::{app, ask, says};
 use axum::http::Method;
 use grideye_collector::{Clock, Routes};
 use grideye_scene::{Scene, Simulator};
@@ -89,13 +86,8 @@ impl Page {
     async fn new(scenes: &[(&str, &str)]) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let clock = Arc::new(HandClock::default());
-        let path = folder.path().to_owned();
-        let annexed = annex(
-            move || Catalogue::new(Some(path.clone()), None, plain()),
-            None,
-        );
         let page = Self {
-            router: app(&[annexed], clock.clone()).await,
+            router: app(folder.path(), clock.clone()).await,
             clock,
             folder,
         };
@@ -108,8 +100,7 @@ impl Page {
 
     /// Advances the clock until a comparison may be computed again.
     fn rest(&self) {
-        let rest_ms = u64::try_from(super::verdict::AGAIN_AFTER_MIN.as_millis()).unwrap();
-        self.clock.0.fetch_add(rest_ms, Ordering::SeqCst);
+        self.clock.0.fetch_add(2_000, Ordering::SeqCst);
     }
 
     fn write(&self, name: &str, text: &str) {
