@@ -403,6 +403,10 @@ fn mistaken_requests_are_named() {
             "{asked}: {refusal}"
         );
     }
+}
+
+#[test]
+fn requests_for_one_key_overlap() {
     for pair in [
         ["law=A", "law=B"],
         ["time_s=1", "time_s=2"],
