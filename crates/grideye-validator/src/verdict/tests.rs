@@ -281,7 +281,9 @@ fn what_failed_is_the_headline_and_the_reasons_and_says_what_it_takes() {
 }
 
 /// How to bring each criterion into each state that is not good.
-const NOT_MET: [(&str, State, fn(&mut Case)); 22] = [
+type Change = fn(&mut Case);
+
+const NOT_MET: [(&str, State, Change); 22] = [
     ("enough_to_tell", State::Open, |case| case.real_frames = 1),
     ("enough_to_tell", State::Open, |case| case.warm.real = 0.1),
     ("enough_to_tell", State::Open, |case| {
