@@ -1,14 +1,14 @@
-//! Load on `POST /v1/frames`: agents with connections that stay open, against any server that takes the wire format.
+//! Load test of `POST /v1/frames`: agents with persistent connections, against any server that accepts the wire format.
 //!
 //! ```text
-//! cargo bench -p grideye-collector --bench ingest                       ours alone: JSON and bytes, as fast as it takes them
-//! cargo bench -p grideye-collector --bench ingest -- ours 10 256        the same for 10 s each, with 256 agents in place of 64
-//! cargo bench -p grideye-collector --bench ingest -- fleet 2000 600     2,000 agents, a post every 0.5 s, for 600 s
-//! cargo bench -p grideye-collector --bench ingest -- url NAME URL PID   another server, with its first process
+//!   cargo bench -p grideye-collector --bench ingest                       ours alone: JSON and bytes, as fast as it takes them
+//!   cargo bench -p grideye-collector --bench ingest -- ours 10 256        the same for 10 s each, with 256 agents in place of 64
+//!   cargo bench -p grideye-collector --bench ingest -- fleet 2000 600     2,000 agents, a batch every 0.5 s, for 600 s
+//!   cargo bench -p grideye-collector --bench ingest -- url NAME URL PID   another server, with its first process
 //! ```
 //!
-//! The generator is this program; the collector under test is a process of its own (`serve FILE`), so that `/proc` tells
-//! what each costs. `tests/peers/ingest/run` puts the peers beside it.
+//! This program generates the load; the collector under test is a separate process (`serve FILE`), so that `/proc`
+//! shows the cost of each. `tests/peers/ingest/run` compares it with its peers.
 
 #![expect(
     clippy::unwrap_used,
@@ -38,12 +38,12 @@ use tokio::net::TcpStream;
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
-/// Frames in a post: half a second at 10 Hz.
+/// Frames per batch: half a second at 10 Hz.
 const FRAMES: u64 = 5;
 /// Connections that post as fast as they are answered.
 const CLOSED_LOOP_AGENTS: u64 = 64;
 const CLOSED_LOOP_TIME: Duration = Duration::from_secs(10);
-/// Parts of the time after which memory is looked at.
+/// Number of parts of the test after which memory is measured.
 const TENTHS: u32 = 10;
 const POST_EVERY: Duration = Duration::from_millis(500);
 
@@ -67,7 +67,7 @@ fn main() {
     }
 }
 
-/// How a closed loop runs.
+/// Duration and agents of a closed loop.
 #[derive(Debug, Clone, Copy)]
 struct Pace {
     time: Duration,
@@ -84,7 +84,7 @@ impl Default for Pace {
 }
 
 impl Pace {
-    /// From nothing, seconds, or seconds and agents.
+    /// Parses nothing, seconds, or seconds and agents.
     fn of(arguments: &[&str]) -> Self {
         let number = |place: usize, name: &str, otherwise: u64| match arguments.get(place) {
             None => otherwise,
@@ -200,7 +200,7 @@ fn fleet(agents: &str, seconds: &str, body: Body) {
     );
     let residents = outcome.residents_mib.iter().map(|mib| format!(" {mib:.0}"));
     println!(
-        "MiB resident at the beginning and after each tenth of the time:{}",
+        "MiB resident at the start and after each tenth of the time:{}",
         residents.collect::<String>()
     );
     assert_eq!((outcome.refused, outcome.sent), (0, outcome.frames));
@@ -234,7 +234,7 @@ impl Body {
 struct Load {
     url: String,
     agents: u64,
-    /// Pause between two posts of one agent; without it, as fast as it is answered.
+    /// Pause between two batches of an agent; without it, as fast as it is answered.
     every: Option<Duration>,
     time: Duration,
     body: Body,
@@ -249,7 +249,7 @@ struct Outcome {
     cpu: Duration,
     /// In microseconds, ascending.
     latencies: Vec<u32>,
-    /// At the beginning, and after each tenth of the time.
+    /// At the start, and after each tenth of the time.
     residents_mib: Vec<f64>,
 }
 
@@ -258,7 +258,7 @@ impl Outcome {
         let at = |part: f64| {
             let last = self.latencies.len().saturating_sub(1);
             let index = (last as f64 * part).round();
-            // Within the array, because the part is at most 1.
+            // In range, because `part` is at most 1.
             f64::from(self.latencies[format!("{index}").parse::<usize>().unwrap()]) / 1000.0
         };
         println!(
@@ -286,7 +286,7 @@ impl Load {
         }
     }
 
-    /// Loads the server whose first process this is.
+    /// Loads the server with this first process.
     fn run(&self, pid: u32) -> Outcome {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
@@ -305,7 +305,7 @@ impl Load {
                 number,
                 body: self.body,
                 every: self.every,
-                // Spread over the pause, as agents that were switched on at any time are.
+                // Spread over the pause, like agents that were started at random times.
                 offset: self.every.map_or(Duration::ZERO, |every| {
                     every.mul_f64(number as f64 / self.agents as f64)
                 }),
@@ -313,7 +313,7 @@ impl Load {
             };
             agents.push(tokio::spawn(agent.run()));
         }
-        // All connections are made, and every stream is known, before it is counted.
+        // All connections are open and all streams known before counting starts.
         tokio::time::sleep(Duration::from_secs(2)).await;
         let (cpu, begun) = (cpu_time(pid), Instant::now());
         let frames = shared.frames.load(Ordering::Relaxed);
@@ -373,7 +373,7 @@ struct Agent {
 }
 
 impl Agent {
-    /// Posts until it is told to stop; the time that each answer took, in microseconds.
+    /// Posts until told to stop; returns the time of each answer in microseconds.
     async fn run(self) -> Vec<u32> {
         tokio::time::sleep(self.offset).await;
         let mut stream = TcpStream::connect(&self.address).await.unwrap();
@@ -410,7 +410,7 @@ fn durable_through(body: &[u8]) -> Option<u64> {
     answer.durable_through.into_values().next()
 }
 
-/// Reads one answer with a `content-length`; its status. The body is left in the buffer.
+/// Reads one answer with a `content-length` and returns its status. The body stays in the buffer.
 async fn read_answer(stream: &mut TcpStream, buffer: &mut Vec<u8>) -> u16 {
     buffer.clear();
     loop {
@@ -435,7 +435,7 @@ async fn read_answer(stream: &mut TcpStream, buffer: &mut Vec<u8>) -> u16 {
     }
 }
 
-/// A request that is made anew for each post: only numbers and times change, at places of fixed width in bytes, and
+/// A request that is rebuilt for each batch: only numbers and times change, at fixed byte offsets in binary and
 /// anywhere in JSON.
 struct Template {
     batch: Batch,
@@ -447,7 +447,7 @@ struct Template {
 
 impl Template {
     fn new(number: u64, body: Body) -> Self {
-        // As a room looks: 20 to 30 degrees in quarters, with noise that differs from pixel to pixel.
+        // Like a room: 20 to 30 degrees in quarters, with noise that differs from pixel to pixel.
         let mut noise = number.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
         let frames = (0..FRAMES).map(|_| {
             let pixels = std::array::from_fn(|_| {
@@ -494,7 +494,7 @@ impl Template {
         }
     }
 
-    /// Makes the next request; its last number.
+    /// Builds the next request; returns its last number.
     fn next(&mut self) -> u64 {
         let first = self.next_seq;
         for (seq, record) in (first..).zip(&mut self.batch.sensors[0].frames) {
@@ -509,7 +509,7 @@ impl Template {
             Body::Json => self.batch.to_json(),
             Body::Binary => self.batch.to_binary(),
         };
-        let body = body.expect("the batch is sound");
+        let body = body.expect("a valid batch");
         self.request.clear();
         self.request.extend(self.head.bytes());
         self.request
@@ -519,7 +519,7 @@ impl Template {
     }
 }
 
-/// The process and all that it started, by `/proc`.
+/// The process and its descendants, from `/proc`.
 fn family(pid: u32) -> Vec<u32> {
     let mut family = vec![pid];
     let mut next = 0;
@@ -541,9 +541,9 @@ fn family(pid: u32) -> Vec<u32> {
     family
 }
 
-/// User and system time of a server, of its ended children too.
+/// User and system time of a server, including its ended children.
 fn cpu_time(pid: u32) -> Duration {
-    /// `sysconf(_SC_CLK_TCK)` on every Linux that there is.
+    /// `sysconf(_SC_CLK_TCK)` on every Linux.
     const TICKS_A_SECOND: u64 = 100;
     let ticks: u64 = family(pid)
         .into_iter()
@@ -554,7 +554,7 @@ fn cpu_time(pid: u32) -> Duration {
                 .split(' ')
                 .map(|field| field.parse().unwrap_or(0))
                 .collect();
-            // utime, stime, cutime, cstime: fields 14 to 17 of proc(5), of which two stand before the bracket.
+            // utime, stime, cutime, cstime: fields 14 to 17 of proc(5), two of which come before the bracket.
             fields.get(11..15).map_or(0, |times| times.iter().sum())
         })
         .sum();

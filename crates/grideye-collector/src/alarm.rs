@@ -1,4 +1,4 @@
-//! One alarm for a whole connection: to set a timer for every wait takes longer than to look whether this one rang.
+//! One timer per connection: setting a timer for every wait would cost more than checking whether this one has fired.
 
 use crate::lock::lock;
 use hyper::rt;
@@ -9,7 +9,7 @@ use std::task::{Context, Poll, ready};
 use std::time::Duration;
 use tokio::time::{Instant, Sleep};
 
-/// Rings no later than the next moment that is waited for; if that was for nobody, it is set on. It wakes the connection's task.
+/// Fires no later than the next awaited moment, and is set again if it was too early. It wakes the connection's task.
 #[derive(Clone, Default)]
 pub(crate) struct Alarm(Arc<Mutex<Option<Pin<Box<Sleep>>>>>);
 
@@ -87,7 +87,7 @@ mod tests {
         Duration::from_secs(seconds)
     }
 
-    /// How long that takes, in seconds of the runtime's own clock.
+    /// How long `future` takes, in seconds of the runtime's clock.
     async fn taken<T>(future: impl Future<Output = T>) -> (u64, T) {
         let began = Instant::now();
         let given = future.await;
@@ -95,11 +95,11 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn one_alarm_keeps_to_every_moment_whichever_order_they_come_in() {
+    async fn one_timer_meets_every_deadline_in_any_order() {
         let alarm = Alarm::default();
         let slow = || pending::<()>();
         assert_eq!(taken(alarm.within(s(30), slow())).await, (30, None));
-        // It stands in the past now, then 30 seconds ahead, then is set back, and then rings too early.
+        // The timer is in the past, then 30 seconds ahead, then set earlier, and then fires too early.
         let in_time = alarm.within(s(30), sleep(s(3)));
         assert_eq!(taken(in_time).await, (3, Some(())));
         assert_eq!(taken(alarm.within(s(10), slow())).await, (10, None));
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn two_who_wait_in_one_task_are_both_woken() {
+    async fn two_waits_in_one_task_are_both_woken() {
         let alarm = Alarm::default();
         let both = async { tokio::join!(taken(alarm.sleep(s(20))), taken(alarm.sleep(s(5)))) };
         assert_eq!(both.await, ((20, ()), (5, ())));

@@ -1,18 +1,18 @@
-//! Time as the collector sees it: handed in, so that tests can hold it still.
+//! Time as the collector sees it: injected, so that tests can control it.
 
 use std::sync::atomic::{AtomicI64, Ordering};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// Where the collector takes its time from.
+/// The collector's source of time.
 pub trait Clock: Send + Sync + 'static {
-    /// Wall clock in nanoseconds since 1970-01-01 UTC. Stamped on what arrives; never a key, never an order.
+    /// Wall clock in nanoseconds since 1970-01-01 UTC. Stamped on arrivals; never a key or an order.
     fn utc_ns(&self) -> i64;
 
-    /// Time since some fixed moment, never going back. Ages are told by it.
+    /// Time since a fixed moment; never goes back. Ages are measured with it.
     fn monotonic(&self) -> Duration;
 }
 
-/// The clocks of the machine.
+/// The machine's clocks.
 #[derive(Debug, Clone, Copy)]
 pub struct SystemClock {
     started: Instant,
@@ -49,7 +49,7 @@ impl Clock for SystemClock {
 
 const STEP_MIN_NS: u64 = 1_000_000_000;
 
-/// What the clocks part from each other before the new difference is stored: every post reads it, few write it.
+/// The two clocks must differ by this much before the new difference is stored: every batch reads it, few write it.
 const DRIFT_MIN_NS: u64 = 1_000_000;
 
 #[derive(Debug)]
@@ -60,7 +60,7 @@ impl WallSteps {
         Self(AtomicI64::new(lead(clock.utc_ns(), clock.monotonic())))
     }
 
-    /// By how many nanoseconds the wall clock stepped since it was last looked at; `None` if it did not.
+    /// The wall clock's step in nanoseconds since the last call; `None` if there was none.
     pub(crate) fn look(&self, utc_ns: i64, monotonic: Duration) -> Option<i64> {
         let lead = lead(utc_ns, monotonic);
         let drift = lead.saturating_sub(self.0.load(Ordering::Relaxed));

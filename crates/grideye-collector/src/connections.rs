@@ -1,13 +1,13 @@
-//! Which connections are open, and which one a new connection displaces when there is no room.
+//! Tracks open connections, and decides which one a new connection displaces when there is no room.
 //!
 //! ```text
-//!  silent ──▶ asking ◀──▶ idle     displaced in the order silent, idle, asking; the oldest first
-//!               └──▶ established    never displaced
+//!    silent ──▶ asking ◀──▶ idle     displaced in the order silent, idle, asking; the oldest first
+//!                 └──▶ established    never displaced
 //! ```
 //!
-//! A silent one has sent no complete header. An established one has shown a good token or, where none is required, had a
-//! good answer. If the newcomer's address group is at its limit, it displaces one of that group; otherwise one of the group
-//! that has the most of that kind.
+//! A silent connection has sent no complete header. An established one has shown a valid token or, if none is required,
+//! had a successful response. A newcomer from an address group at its limit displaces a connection of that group;
+//! otherwise one of the group that has the most of that kind.
 
 use crate::counters::{Counters, add};
 use crate::limits::Limits;
@@ -20,7 +20,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use tokio::task::AbortHandle;
 
-/// How far a connection has come, in the order in which connections are displaced.
+/// A connection's state, in the order of displacement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Standing {
     Silent,
@@ -55,8 +55,8 @@ impl Connections {
         }
     }
 
-    /// A connection, and whose it displaced; `None` when all places are taken and none can be displaced. The limit for one
-    /// address does not bind a trusted proxy.
+    /// A new connection, and the address group of the one it displaced; `None` if all places are taken and nothing can
+    /// be displaced. The limit per address does not apply to a trusted proxy.
     pub(crate) fn admit(
         self: &Arc<Self>,
         peer: IpAddr,
@@ -93,7 +93,7 @@ impl Connections {
     }
 }
 
-/// One open connection. Its place is freed when this is dropped, or at once when it is displaced.
+/// One open connection. Its place is freed on drop, or at once when it is displaced.
 pub(crate) struct Connection {
     all: Arc<Connections>,
     number: u64,
@@ -114,7 +114,7 @@ impl Connection {
         self.is_established.load(Ordering::Relaxed)
     }
 
-    /// A complete header came.
+    /// A complete header arrived.
     pub(crate) fn asks(&self) {
         self.comes_to(Standing::Asking);
     }
@@ -123,7 +123,7 @@ impl Connection {
         self.comes_to(Standing::Idle);
     }
 
-    /// It is never displaced from now on.
+    /// From now on it is never displaced.
     pub(crate) fn establish(&self) {
         self.comes_to(Standing::Established);
         self.is_established.store(true, Ordering::Relaxed);
@@ -148,7 +148,7 @@ impl Drop for Connection {
 struct Places {
     connections_max: usize,
     per_group_max: usize,
-    /// Number of the next connection: they are numbered as they come.
+    /// Number of the next connection, in order of arrival.
     next: u64,
     open: HashMap<u64, Place>,
     by_group: HashMap<AddressGroup, usize>,
@@ -173,7 +173,7 @@ impl Places {
         }
     }
 
-    /// The number of a new connection, and the place that it displaced.
+    /// The number of a new connection, and the place it displaced.
     fn admit(
         &mut self,
         group: AddressGroup,
@@ -232,7 +232,7 @@ impl Places {
 #[derive(Default)]
 struct Tier {
     by_group: HashMap<AddressGroup, BTreeSet<u64>>,
-    /// The last is the group that has the most; among equals, the one with the oldest connection.
+    /// The last entry is the group with the most connections; among equals, the one with the oldest.
     by_size: BTreeSet<(usize, Reverse<u64>, AddressGroup)>,
 }
 
@@ -293,7 +293,7 @@ mod tests {
             }
         }
 
-        /// Lets one in, or not; the numbers that are no longer there afterwards.
+        /// Admits a connection or not; returns the numbers that disappeared.
         fn comes(&mut self, from: IpAddr) -> Option<Vec<u64>> {
             let before = self.numbers();
             self.open.push(self.all.admit(from, false)?.0);
@@ -328,7 +328,7 @@ mod tests {
             assert_eq!(scene.comes(A), Some(vec![makes_room]));
             scene.open.last().unwrap().establish();
         }
-        // Who asks again is not idle.
+        // A connection that sends another request is not idle.
         scene.of(1).asks();
         for makes_room in [2, 0, 1] {
             assert_eq!(scene.comes(A), Some(vec![makes_room]));
@@ -348,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn who_has_as_many_as_one_address_may_displaces_an_own_one() {
+    fn an_address_at_its_limit_displaces_one_of_its_own() {
         let mut scene = Scene::new(100, 2);
         for from in [B, A, A, B] {
             assert_eq!(scene.comes(from), Some(vec![]));
@@ -363,12 +363,12 @@ mod tests {
     }
 
     #[test]
-    fn where_all_places_are_taken_the_address_with_the_most_silent_ones_makes_room() {
+    fn a_full_server_displaces_from_the_address_with_the_most_silent_connections() {
         let mut scene = Scene::new(6, 6);
         for from in [C, A, A, A, B, B] {
             assert_eq!(scene.comes(from), Some(vec![]));
         }
-        // Two of A's are no attack: the most silent ones are B's now.
+        // A's two are no attack: now B has the most silent ones.
         scene.of(1).establish();
         scene.of(2).asks();
         assert_eq!(scene.comes(A), Some(vec![4]));
@@ -380,14 +380,14 @@ mod tests {
     }
 
     #[test]
-    fn a_place_is_given_back_once_whether_it_made_room_or_ended() {
+    fn a_place_is_freed_once_whether_displaced_or_closed() {
         let mut scene = Scene::new(2, 2);
         for from in [A, A] {
             assert_eq!(scene.comes(from), Some(vec![]));
         }
         assert_eq!(scene.comes(B), Some(vec![0]));
         let of = |counter| crate::counters::load(counter);
-        // It learns of it only now, and takes nobody's place along.
+        // The displaced connection learns of it only now, and frees no other place.
         scene.of(0).asks();
         scene.of(0).establish();
         drop(scene.open.remove(0));
@@ -403,7 +403,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn what_serves_a_connection_that_makes_room_is_ended() {
+    async fn displacing_aborts_the_connections_task() {
         let mut scene = Scene::new(1, 1);
         let mut tasks = tokio::task::JoinSet::new();
         scene.comes(A);

@@ -1,4 +1,4 @@
-//! What the collector did since it was started, in numbers.
+//! Counters since the collector started.
 
 use crate::lock::lock;
 use std::collections::BTreeMap;
@@ -6,21 +6,21 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-/// Upper ends of the classes of the time that a request took, in seconds.
+/// Upper bounds of the request time histogram, in seconds.
 pub(crate) const TIME_CLASSES_S: [f64; 10] =
     [0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 1.0, 5.0];
 
 #[derive(Debug, Default)]
 pub(crate) struct Counters {
-    /// Answers by status class: 1xx to 5xx.
+    /// Responses by status class: 1xx to 5xx.
     by_class: [AtomicU64; 5],
-    /// Requests of which the time falls into a class; the last has no upper end.
+    /// Requests per time class; the last has no upper bound.
     by_time: [AtomicU64; TIME_CLASSES_S.len() + 1],
     time_ns: AtomicU64,
     refused: Mutex<BTreeMap<&'static str, u64>>,
     /// Frames that were new.
     pub(crate) frames_stored: AtomicU64,
-    /// Frames that were there already.
+    /// Frames that were already stored.
     pub(crate) frames_again: AtomicU64,
     pub(crate) connections_open: AtomicU64,
     pub(crate) connections: AtomicU64,
@@ -28,7 +28,7 @@ pub(crate) struct Counters {
     pub(crate) displaced: AtomicU64,
     /// Connections refused because the limit was reached.
     pub(crate) turned_away: AtomicU64,
-    /// Connections that ended before TLS was agreed on.
+    /// Connections that ended before the TLS handshake finished.
     pub(crate) tls_failed: AtomicU64,
 }
 
@@ -43,7 +43,7 @@ impl Counters {
         self.time_ns.fetch_add(ns, Ordering::Relaxed);
     }
 
-    /// The codes are those of this program, so there are few.
+    /// The codes come from this program, so there are few.
     pub(crate) fn refused(&self, code: &'static str) {
         *lock(&self.refused).entry(code).or_default() += 1;
     }

@@ -1,11 +1,11 @@
-//! The collector: takes frames over HTTP, keeps them durably, shows them live, and records them.
+//! The collector: receives frames over HTTP, stores them durably, shows them live, and records them.
 //!
 //! ```text
-//!  agents ── POST /v1/frames ──▶ ingest ──▶ FrameStore (SQLite: one writer, one sync for all who wait)
-//!            ◀─ durable_through ── after commit and sync            │
-//!                                  │                                ├──▶ /v1/recordings/{id}.csv
-//!                                  ▼                                └──▶ /v1/audit: read = stored + dropped + spooled
-//!  browser ◀── / and /v1/live ── present state of every sensor ──▶ /v1/sensors
+//!    agents ── POST /v1/frames ──▶ ingest ──▶ FrameStore (SQLite: one writer, one sync for all waiting batches)
+//!              ◀─ durable_through ── after commit and sync            │
+//!                                    │                                ├──▶ /v1/recordings/{id}.csv
+//!                                    ▼                                └──▶ /v1/audit: read = stored + dropped + spooled
+//!    browser ◀── / and /v1/live ── current state of every sensor ──▶ /v1/sensors
 //! ```
 //!
 //! ```no_run
@@ -20,7 +20,7 @@
 //! # }
 //! ```
 //!
-//! What is acknowledged is on disk; the same frame again changes nothing; age is told by clocks that do not jump.
+//! An acknowledged frame is on disk; storing it again changes nothing; ages come from clocks that do not jump.
 
 mod alarm;
 pub mod auth;

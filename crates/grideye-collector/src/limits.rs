@@ -1,109 +1,113 @@
-//! Every bound of the collector, by name.
+//! Every limit of the collector, by name.
 
 use grideye_recording::wire::{FRAME_BYTES_MAX, FRAMES_MAX};
 use std::time::Duration;
 
-/// What the collector takes, holds and waits for at most. Each field has a test that reaches it.
+/// The collector's limits on sizes, counts and waits. A test reaches each of them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Limits {
-    /// Connections open at once, all peers together; fewer where the process may not open as many files. One more displaces the
-    /// oldest of the least worth (`connections.rs`), or is answered 503.
+    /// Open connections in total; fewer if the process may not open enough files. One more displaces the oldest of the
+    /// lowest standing (`connections.rs`), or gets 503.
     pub connections_max: usize,
-    /// The same from one address (IPv6: one /64) that is no trusted proxy. One more displaces one of its own, or gets 503.
+    /// Open connections from one address (IPv6: one /64) that is not a trusted proxy. One more displaces one of that
+    /// address, or gets 503.
     pub connections_per_peer_max: usize,
-    /// From the first byte awaited to the end of the request's headers. Then the connection is closed.
+    /// Time from waiting for the first byte to the end of the headers; then the connection is closed.
     pub header_time_max: Duration,
-    /// Bytes of a request's first line and headers together. More is answered 431.
+    /// Bytes of a request's first line and headers. More gets 431.
     pub header_bytes_max: usize,
-    /// From the end of the headers to the end of the body. Then 408.
+    /// Time from the end of the headers to the end of the body; then 408.
     pub body_time_max: Duration,
-    /// Bytes of a body of frames. More is answered 413.
+    /// Bytes of a body of frames. More gets 413.
     pub body_bytes_max: usize,
-    /// Bytes of any other body. More is answered 413.
+    /// Bytes of any other body. More gets 413.
     pub small_body_bytes_max: usize,
-    /// Bytes of all bodies of frames that have arrived and are not on disk yet. A request that finds no room is answered 503.
+    /// Bytes of all bodies of frames that arrived and are not yet on disk. A request without room gets 503.
     pub bodies_bytes_max: usize,
-    /// The same for one token, or without tokens for one address. More is answered 429. Bodies of up to 4 KiB do not count.
+    /// Such bytes of one token, or of one address if no tokens are required. More gets 429. Bodies up to 4 KiB do not
+    /// count.
     pub bodies_bytes_per_sender_max: usize,
-    /// How much one body of frames may hold.
+    /// Limits within one body of frames.
     pub batch: grideye_recording::wire::Limits,
-    /// From the end of the headers to the first byte of the answer. Then 504.
+    /// Time from the end of the headers to the first byte of the response; then 504.
     pub handler_time_max: Duration,
-    /// A peer that takes no byte of an answer for so long is cut off.
+    /// A peer that accepts no byte of a response for this long is disconnected.
     pub write_stall_max: Duration,
-    /// After the shutdown was asked for: open requests may finish for so long, then they are cut off.
+    /// Time for open requests to finish after a shutdown request; then they are aborted.
     pub shutdown_time_max: Duration,
-    /// Requests to the store's writer that may wait, by default one of each connection. One more is answered 503.
+    /// Requests waiting for the store's writer, by default one per connection. One more gets 503.
     pub writer_queue_max: usize,
     /// Requests to the store's writer that share one commit.
     pub commit_group_max: usize,
-    /// How long the store waits for another program that holds its file.
+    /// How long the store waits for another program that locks its file.
     pub store_lock_time_max: Duration,
-    /// The longest between a commit of another collector on the same store and its showing on the live page.
+    /// Maximum delay before the live page shows another collector's commit to the same store.
     pub follow_every: Duration,
-    /// Connections of the store that read beside the writer.
+    /// The store's connections for reading.
     pub readers_max: usize,
-    /// Streams (device, sensor, boot) that the store takes. One more is answered 507.
+    /// Streams (device, sensor, boot) in the store. One more gets 507.
     pub streams_max: usize,
-    /// Gaps that an answer lists for a sensor; the newest are kept.
+    /// Gaps listed for a sensor in a response: the newest.
     pub gaps_listed_max: usize,
-    /// Recordings that the store takes. One more is answered 507.
+    /// Recordings in the store. One more gets 507.
     pub recordings_max: usize,
     /// Characters of a recording's name.
     pub recording_name_chars_max: usize,
     /// Characters of a recording's note.
     pub recording_note_chars_max: usize,
-    /// Labels of one recording. One more is answered 507.
+    /// Labels of one recording. One more gets 507.
     pub labels_max: usize,
     /// Characters of a label's name.
     pub label_name_chars_max: usize,
     /// Ranges of frames in one label.
     pub label_spans_max: usize,
-    /// Rows of a recording, 168 bytes each, that the page can play. Of one more it is told to take the file instead.
+    /// Rows of a recording, 168 bytes each, that the page can play. For longer ones it refers to the CSV file.
     pub playback_rows_max: u64,
-    /// Rows that a download takes from the store at once.
+    /// Rows that a download reads from the store at once.
     pub page_rows: usize,
-    /// Sensors of which the present state is held. Frames of one more are answered 507.
+    /// Sensors with live state. Frames of one more get 507.
     pub sensors_max: usize,
-    /// Bytes that the store's file may take; a write beyond is answered 507. `None`: as many as the disk has.
+    /// Bytes of the store's file; a write beyond gets 507. `None`: limited only by the disk.
     pub store_bytes_max: Option<u64>,
-    /// Requests a second of one token, in the long run. One more is answered 429.
+    /// Requests per second with one token, in the long run. One more gets 429.
     pub requests_per_second_max: u32,
-    /// Requests at once of one token.
+    /// Requests at once with one token.
     pub requests_burst_max: u32,
-    /// The same of one address without a good token, where tokens are asked for.
+    /// Requests per second from one address without a valid token, if tokens are required.
     pub unknown_requests_per_second_max: u32,
-    /// Requests at once of one address without a good token.
+    /// Requests at once from one address without a valid token.
     pub unknown_requests_burst_max: u32,
-    /// Addresses without a good token that are counted each on its own; the others share one count.
+    /// Addresses without a valid token that are counted individually; the others share one count.
     pub unknown_peers_max: usize,
-    /// How long somebody stays signed in to the page.
+    /// How long a person stays signed in to the page.
     pub session_time_max: Duration,
-    /// How soon a token that was made or revoked is noticed.
+    /// How soon a created or revoked token takes effect.
     pub tokens_reread_every: Duration,
-    /// How deep the JSON of a small body may nest. More is answered 400. That of frames nests as deep as its shape.
+    /// JSON nesting depth of a small body. More gets 400. A body of frames nests as deep as its shape.
     pub json_depth_max: usize,
-    /// Events of one kind are logged no oftener; those between are counted.
+    /// Minimum time between log events of one kind; those in between are counted.
     pub log_every: Duration,
-    /// Rows in a file are sealed into segments when they were stored so long ago.
+    /// Rows in a file are sealed into segments once they have been stored this long.
     pub seal_after: Duration,
-    /// Older unrecorded frames in a file are deleted: a tenth of the store in a fortieth of this time at most. `None`: never.
+    /// Older unrecorded frames in a file are deleted: at most a tenth of the store in a fortieth of this time. `None`:
+    /// never.
     pub keep_for: Option<Duration>,
-    /// When a file holds more, the oldest unrecorded frames are deleted: in an hour at most a tenth, and twice what came. `None`: never.
+    /// When a file exceeds this size in bytes, the oldest unrecorded frames are deleted: in an hour at most a tenth
+    /// plus twice what arrived. `None`: never.
     pub keep_bytes: Option<u64>,
-    /// Clients that follow the live page's events. One more is answered 503.
+    /// Clients that follow the live page's events. One more gets 503.
     pub live_clients_max: usize,
-    /// Events that a live client may lag behind. Then it is told how many it missed.
+    /// Events that a live client may lag behind; then it is told how many it missed.
     pub live_lag_max: usize,
-    /// Frames of a sensor that one event carries; of more, the newest.
+    /// Frames of a sensor in one event; of more, the newest.
     pub live_frames_max: usize,
-    /// A live client hears at least one event in so long.
+    /// A live client gets at least one event in this time.
     pub live_keep_alive: Duration,
-    /// Sensors of which the newest frames are held in memory for the program's own routes.
+    /// Sensors with recent frames in memory, for the program's own routes.
     pub recent_sensors_max: usize,
-    /// Frames held of each of these.
+    /// Recent frames per sensor.
     pub recent_frames_max: usize,
-    /// How far back the rate of frames is measured.
+    /// The time over which the frame rate is measured.
     pub rate_window: Duration,
 }
 

@@ -1,4 +1,4 @@
-//! What the collector has to say while it runs: events with fields, handed to whoever started it.
+//! The collector's log: events with fields, passed to a function of the program.
 
 use crate::lock::lock;
 use serde_json::{Map, Value};
@@ -7,14 +7,14 @@ use std::fmt;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// How much an event matters.
+/// The severity of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// The course of things.
+    /// Normal operation.
     Info,
-    /// Somebody was refused, or something is near its limit.
+    /// A request was rejected, or something is near its limit.
     Warning,
-    /// Frames cannot be kept, or the collector itself is at fault.
+    /// Frames cannot be stored, or the collector itself has an error.
     Error,
 }
 
@@ -30,21 +30,21 @@ impl Level {
     }
 }
 
-/// Something that happened. Holds no token, no cookie and nothing else that a request said without being asked for it.
+/// A log event. Holds no token, no cookie, and nothing that a client could send unasked.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LogEvent {
-    /// How much it matters.
+    /// Its severity.
     pub level: Level,
-    /// What happened, in one or two words joined by `_`; one of a fixed set.
+    /// The event, one or two words joined by `_`, from a fixed set.
     pub event: &'static str,
-    /// More of it, in a fixed order.
+    /// Details, in a fixed order.
     pub fields: Vec<(&'static str, String)>,
-    /// The same happened so often since it was last said.
+    /// How many of the same kind were suppressed since the last one logged.
     pub unsaid: u64,
 }
 
 impl LogEvent {
-    /// Without fields yet.
+    /// An event without fields.
     #[must_use]
     pub fn new(level: Level, event: &'static str) -> Self {
         Self {
@@ -55,7 +55,7 @@ impl LogEvent {
         }
     }
 
-    /// With one more field.
+    /// Adds a field.
     #[must_use]
     pub fn with(mut self, name: &'static str, value: impl fmt::Display) -> Self {
         self.fields.push((name, value.to_string()));
@@ -78,7 +78,7 @@ impl LogEvent {
     }
 }
 
-/// `warning: refused code=bad_token peer=192.168.1.7 (and 12 more)`, with values that would confuse in quotation marks.
+/// `warning: refused code=bad_token peer=192.168.1.7 (and 12 more)`, with quotation marks around unusual values.
 impl fmt::Display for LogEvent {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(formatter, "{}: {}", self.level.name(), self.event)?;
@@ -97,12 +97,12 @@ impl fmt::Display for LogEvent {
     }
 }
 
-/// Where events go. Called from every thread.
+/// The destination of events. Called from every thread.
 #[derive(Clone)]
 pub struct Log(Arc<dyn Fn(&LogEvent) + Send + Sync>);
 
 impl Log {
-    /// Hands each event to a function.
+    /// Passes each event to a function.
     pub fn new(sink: impl Fn(&LogEvent) + Send + Sync + 'static) -> Self {
         Self(Arc::new(sink))
     }
@@ -113,7 +113,7 @@ impl Log {
         Self::new(|_| ())
     }
 
-    /// Hands the event on.
+    /// Logs the event.
     pub fn say(&self, event: &LogEvent) {
         (self.0)(event);
     }
@@ -125,14 +125,14 @@ impl fmt::Debug for Log {
     }
 }
 
-/// Says one event of a kind in a while, and counts the others: a flood of refusals must not become a flood of lines.
+/// Logs one event of a kind per interval and counts the others, so that a flood of rejections does not flood the log.
 pub(crate) struct Seldom {
     log: Log,
     every: Duration,
     kinds: Mutex<HashMap<Kind, Said>>,
 }
 
-/// The event and what tells its kinds apart; both from fixed sets, so that there are few.
+/// The event and its kind, both from fixed sets, so that there are few.
 type Kind = (&'static str, &'static str);
 
 #[derive(Default)]
@@ -150,7 +150,7 @@ impl Seldom {
         }
     }
 
-    /// Says the event unless one of its kind was said a short while ago.
+    /// Logs the event unless one of its kind was logged within the interval.
     pub(crate) fn say(&self, kind: &'static str, now: Duration, mut event: LogEvent) {
         let mut kinds = lock(&self.kinds);
         let said = kinds.entry((event.event, kind)).or_default();

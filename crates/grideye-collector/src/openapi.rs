@@ -1,14 +1,14 @@
-//! What programs may ask for, as OpenAPI 3.1.
+//! The OpenAPI 3.1 document.
 
 use crate::http::Annex;
 use axum::body::Bytes;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
-/// What programs may ask for, as OpenAPI 3.1, with the paths of the annexes.
+/// The OpenAPI 3.1 document with the paths of the annexes.
 ///
 /// # Panics
-/// When an annex is described by something else.
+/// If an annex's description is not a JSON object.
 pub(crate) fn openapi(annexes: &[Annex]) -> Bytes {
     let mut document: Value = part_of_openapi(include_str!("../openapi.json"));
     for annex in annexes {

@@ -1,4 +1,4 @@
-//! Where a request comes from: addresses that count as one sender, and trusted proxies.
+//! The origin of a request: addresses that count as one sender, and trusted proxies.
 
 use axum::http::HeaderMap;
 use std::fmt;
@@ -6,12 +6,12 @@ use std::net::{IpAddr, Ipv6Addr, SocketAddr};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Peer {
-    /// Behind a trusted proxy, the address that it forwards for.
+    /// Behind a trusted proxy, the address it forwards for.
     pub(crate) address: IpAddr,
     pub(crate) is_encrypted: bool,
 }
 
-/// Addresses that count as one sender: an IPv4 address, or an IPv6 /64, because one machine may use every address in it.
+/// Addresses that count as one sender: an IPv4 address, or an IPv6 /64, because one machine may use all of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct AddressGroup(IpAddr);
 
@@ -37,7 +37,7 @@ impl fmt::Display for AddressGroup {
     }
 }
 
-/// The header in which a proxy names the address that it forwards for.
+/// The header in which a proxy names the address it forwards for.
 const FORWARDED_FOR: &str = "x-forwarded-for";
 
 #[derive(Debug, Default)]
@@ -52,7 +52,7 @@ impl TrustedProxies {
         self.0.contains(&address.to_canonical())
     }
 
-    /// The rightmost hop that is no trusted proxy: the sender itself may have written those to the left of it.
+    /// The rightmost hop that is not a trusted proxy; the sender may have forged those to its left.
     pub(crate) fn client(&self, proxy: IpAddr, headers: &HeaderMap) -> IpAddr {
         let values = headers.get_all(FORWARDED_FOR).iter().rev();
         let hops = values.flat_map(|value| value.to_str().unwrap_or_default().rsplit(','));
@@ -70,7 +70,7 @@ impl TrustedProxies {
     }
 }
 
-/// An address, which may have a port.
+/// An address, optionally with a port.
 fn address_of(hop: &str) -> Option<IpAddr> {
     let bare = hop.strip_prefix('[').and_then(|hop| hop.strip_suffix(']'));
     let address: Option<IpAddr> = bare.unwrap_or(hop).parse().ok();
@@ -110,7 +110,7 @@ mod tests {
             (&["[2001:db8::7]:4711"], "2001:db8::7"),
             (&["[2001:db8::7]"], "2001:db8::7"),
             (&["::ffff:192.0.2.7"], "192.0.2.7"),
-            // What the client itself claims stands to the left of what the proxy adds.
+            // A client's own claim is to the left of what the proxy adds.
             (&["127.0.0.1, 192.0.2.7"], "192.0.2.7"),
             (&["127.0.0.1", "192.0.2.7"], "192.0.2.7"),
             (&["127.0.0.1, 192.0.2.7,10.0.0.2"], "192.0.2.7"),

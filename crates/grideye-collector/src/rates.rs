@@ -1,4 +1,4 @@
-//! How many requests a caller may make: a bucket each that fills with time.
+//! Rate limits: one token bucket per caller.
 
 use crate::lock::lock;
 use std::collections::HashMap;
@@ -16,7 +16,7 @@ pub(crate) struct Rates<K> {
 
 struct Buckets<K> {
     of: HashMap<K, Bucket>,
-    /// Shared by all that find no bucket of their own left.
+    /// Shared by all callers beyond the limit.
     of_the_rest: Bucket,
 }
 
@@ -27,7 +27,7 @@ struct Bucket {
 }
 
 impl<K: Eq + Hash> Rates<K> {
-    /// `per_second` requests in the long run, `burst` at once; buckets of their own for `callers_max`.
+    /// `per_second` requests in the long run, `burst` at once; individual buckets for `callers_max`.
     pub(crate) fn new(per_second: u32, burst: u32, callers_max: usize) -> Self {
         let burst = f64::from(burst.max(1));
         Self {
@@ -44,11 +44,11 @@ impl<K: Eq + Hash> Rates<K> {
         }
     }
 
-    /// Takes one request from the caller's bucket; if it is empty, answers how long until it is not.
+    /// Takes one request from the caller's bucket; if it is empty, returns the time until it is not.
     pub(crate) fn take(&self, caller: K, now: Duration) -> Result<(), Duration> {
         let mut buckets = lock(&self.buckets);
         if !buckets.of.contains_key(&caller) && buckets.of.len() >= self.callers_max {
-            // Who has a full bucket again is as good as new.
+            // A caller with a full bucket can be forgotten.
             buckets
                 .of
                 .retain(|_, bucket| self.filled(*bucket, now).left < self.burst);
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn a_burst_and_then_so_many_a_second() {
+    fn a_burst_then_a_steady_rate() {
         let rates = Rates::new(10, 5, 100);
         assert_eq!(taken(&rates, "a", at(0)), 5);
         assert_eq!(rates.take("a", at(0)), Err(Duration::from_millis(100)));
@@ -105,7 +105,7 @@ mod tests {
         assert_eq!(taken(&rates, "a", at(300)), 3);
         // Never more than a burst.
         assert_eq!(taken(&rates, "a", at(100_000)), 5);
-        // Over ten seconds: the burst and 10 a second.
+        // Over ten seconds: the burst plus 10 per second.
         let rates = Rates::new(10, 5, 100);
         let all: usize = (0..=1000)
             .map(|tick| taken(&rates, "a", at(10 * tick)))
@@ -119,13 +119,13 @@ mod tests {
         assert_eq!(taken(&rates, "a", at(0)), 5);
         assert_eq!(taken(&rates, "b", at(0)), 5);
         assert_eq!(taken(&rates, "c", at(1000)), 5);
-        // A clock that stands still or goes back gives nothing.
+        // A clock that stops or goes back adds nothing.
         assert_eq!(taken(&rates, "c", at(0)), 0);
         assert_eq!(taken(&rates, "c", at(1000)), 0);
     }
 
     #[test]
-    fn beyond_the_number_of_callers_the_rest_share_a_bucket_until_others_are_idle() {
+    fn callers_beyond_the_limit_share_a_bucket_until_others_are_idle() {
         let rates = Rates::new(10, 5, 2);
         assert_eq!(taken(&rates, "a", at(0)), 5);
         assert_eq!(taken(&rates, "b", at(0)), 5);

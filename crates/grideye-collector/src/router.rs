@@ -1,4 +1,4 @@
-//! Every route, as one service that needs no socket: the server and tests ask it alike.
+//! Every route, as one service that needs no socket: server and tests use it alike.
 
 use crate::http::authorize::Need;
 use crate::http::client::Client;
@@ -28,7 +28,7 @@ pub struct Routes {
 }
 
 impl Routes {
-    /// A post of frames goes straight to its handler: the router's boxes and copies would cost it a sixth more CPU.
+    /// A batch of frames bypasses the router, whose boxes and copies would cost a sixth more CPU.
     pub(crate) async fn answer(&self, client: &Client, mut request: Request) -> Response {
         if request.method() == Method::POST && request.uri().path() == "/v1/frames" {
             return middleware::pass(
@@ -67,10 +67,10 @@ pub fn app(state: AppState) -> Routes {
     app_with(state, &[])
 }
 
-/// Every route of the collector, and those that the program brings along.
+/// Every route of the collector and of the annexes.
 ///
 /// # Panics
-/// When an annex has a path of the collector or of another annex, or is described by what is no OpenAPI.
+/// If an annex has a path of the collector or another annex, or its description is not OpenAPI.
 pub fn app_with(state: AppState, annexes: &[Annex]) -> Routes {
     let inside = state.inside();
     let brought = annexes.iter().map(|annex| annex.routes(&inside));
@@ -99,7 +99,7 @@ pub fn app_with(state: AppState, annexes: &[Annex]) -> Routes {
         .route("/v1/logout", post(login::logout))
         .route("/v1/whoami", get(login::whoami))
         .route("/v1/annexes", get(|| async move { names }))
-        // A post is answered before it comes here: this is for every other method.
+        // Posts are answered before the router: this handles the other methods.
         .route("/v1/frames", post(wrong_method))
         .route("/v1/sensors", get(audit::sensors))
         .route("/v1/recent", get(recent::recent))
@@ -145,5 +145,5 @@ async fn wrong_method() -> Refusal {
         "wrong_method",
         "this path does not take that method",
     )
-    .hint("the header `allow` names those that it takes")
+    .hint("the header `allow` lists the methods it takes")
 }

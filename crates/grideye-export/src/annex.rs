@@ -1,7 +1,8 @@
-//! `GET /v1/exports/1.npz`: a recording from the collector as a file for other programs, as `grideye convert` writes it.
+//! `GET /v1/exports/1.npz`: a recording from the collector as a file for other programs, in the formats of `grideye
+//! convert`.
 //!
-//! An annex of the collector, which knows no format but its own CSV. A file is written whole before its first byte is
-//! sent, so that what cannot be written is refused, and nobody takes a part for the whole.
+//! An annex of the collector, which itself writes only CSV. A file is written whole before its first byte is sent, so
+//! that a failed export gets an error response, and nobody takes a part for the whole.
 
 use crate::error::ExportError;
 use crate::recording::{self, Format};
@@ -23,7 +24,6 @@ use tokio::runtime::Handle;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 use tokio_stream::wrappers::ReceiverStream;
 
-/// The formats that are offered, and their types.
 const OFFERED: [(&str, &str); 5] = [
     ("npz", "application/zip"),
     ("parquet", "application/vnd.apache.parquet"),
@@ -31,19 +31,19 @@ const OFFERED: [(&str, &str); 5] = [
     ("png", "image/png"),
     ("gif", "image/gif"),
 ];
-/// Those of them that are pictures: of one run of one sensor.
+/// The formats that are images: of one boot of one sensor.
 const PICTURES: [&str; 2] = ["png", "gif"];
-/// Files that are written at once; one more is answered 503.
+/// Files written at once; one more gets 503.
 const WRITTEN_MAX: usize = 2;
-/// Rows of a recording that is written while somebody waits for it; of one more, that person is told how to write it.
+/// Maximum rows of an export over HTTP; longer recordings get a hint to `grideye convert`.
 const ROWS_MAX: u64 = 1_000_000;
-/// Rows of a run that is drawn while somebody waits for it: a picture holds its frames in memory.
+/// Maximum rows of an image over HTTP, because its frames are held in memory.
 const DRAWN_ROWS_MAX: u64 = 100_000;
-/// Sensors that a refusal names, of those that can be chosen.
+/// Maximum streams named in an error.
 const NAMED_MAX: usize = 8;
-/// Rows that are asked of the store at once.
+/// Rows read from the store at once.
 const PAGE_ROWS: usize = 4_096;
-/// Bytes that are sent at once, and how many of these are ready before the peer takes them.
+/// Bytes sent at once, and how many such pieces are buffered ahead of the receiver.
 const PIECE_BYTES: usize = 256 * 1024;
 const PIECES_READY_MAX: usize = 2;
 
@@ -55,15 +55,15 @@ struct Exports {
     scratch: Scratch,
 }
 
-/// Makes a file without a name, for what is written before it is sent.
+/// Creates an unnamed temporary file.
 pub type Scratch = fn() -> io::Result<File>;
 
-/// Of which frames: without `sensor`, or with `sensor` and without `boot`, of all that there are.
+/// The requested frames: all, unless limited by sensor or boot.
 #[derive(Debug, Default, Deserialize)]
 struct Asked {
     /// The sensor's name, or `device/sensor`.
     sensor: Option<String>,
-    /// One run of the agent.
+    /// One boot of the agent.
     boot: Option<String>,
 }
 
@@ -107,7 +107,7 @@ async fn export(
     let room = exports.room.try_acquire_owned().map_err(|_none_left| {
         let what = format!("{WRITTEN_MAX} files are being written already");
         Refusal::new(StatusCode::SERVICE_UNAVAILABLE, "too_many_exports", what)
-            .hint("ask again in a few seconds")
+            .hint("retry in a few seconds")
     })?;
     let name = attachment(&members.recording.name, extension);
     let rows = Pages {
@@ -141,7 +141,6 @@ fn unknown_recording() -> Refusal {
         .hint("GET /v1/recordings lists them")
 }
 
-/// The spans that were asked for.
 fn choose(spans: Vec<Span>, asked: &Asked) -> Result<Vec<Span>, Refusal> {
     if asked.sensor.is_none() && asked.boot.is_none() {
         return Ok(spans);
@@ -156,7 +155,7 @@ fn choose(spans: Vec<Span>, asked: &Asked) -> Result<Vec<Span>, Refusal> {
     };
     let chosen: Vec<Span> = spans.into_iter().filter(is_asked).collect();
     if chosen.is_empty() {
-        let what = "this recording has no frame of that sensor and run";
+        let what = "this recording has no frames of that sensor and boot";
         let has = if names.is_empty() {
             "none at all"
         } else {
@@ -172,12 +171,12 @@ fn check_one(spans: &[Span]) -> Result<(), Refusal> {
     if spans.len() <= 1 {
         return Ok(());
     }
-    let what = "a picture shows one run of one sensor, and here are several";
+    let what = "an image shows one boot of one sensor, but this recording has several";
     let refusal = Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "several_streams", what);
     Err(refusal.hint(format!("add one of {}", names(spans))))
 }
 
-/// How each of the first of these is asked for.
+/// The queries that select each of the first spans.
 fn names(spans: &[Span]) -> String {
     let named = spans.iter().take(NAMED_MAX).map(|Span { stream, .. }| {
         let (device, sensor, boot) = (&stream.device, &stream.sensor, &stream.boot);
@@ -197,14 +196,14 @@ fn check_length(recording: &Recording) -> Result<(), Refusal> {
         return Ok(());
     }
     let id = recording.id;
-    let what = format!("recording {id} has {rows} rows, and {ROWS_MAX} are written here at most");
+    let what = format!("recording {id} has {rows} rows; this export writes at most {ROWS_MAX}");
     let refusal = Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "too_long", what);
     Err(refusal.hint(format!(
-        "take /v1/recordings/{id}.csv, and `grideye convert` writes the others from it"
+        "download /v1/recordings/{id}.csv and convert it with `grideye convert`"
     )))
 }
 
-/// Writes the rows into a file without a name, away from the threads that serve requests.
+/// Writes the rows to an unnamed file, off the threads that serve requests.
 async fn write(
     mut rows: Pages,
     format: Format,
@@ -212,8 +211,7 @@ async fn write(
 ) -> Result<File, Refusal> {
     let work = tokio::task::spawn_blocking(move || {
         let _room = room;
-        let no_room =
-            |error| io::Error::other(format!("there is no room for a temporary file: {error}"));
+        let no_room = |error| io::Error::other(format!("cannot create a temporary file: {error}"));
         let mut file = scratch().map_err(no_room)?;
         let mut buffered = BufWriter::new(&file);
         format(&mut rows, &mut buffered)?;
@@ -229,7 +227,7 @@ async fn write(
     let written: Result<File, ExportError> =
         work.await.map_err(|error| failed(error.to_string()))?;
     written.map_err(|error| match error.is_of_the_frames() {
-        // In the words of `grideye convert`.
+        // With the messages of `grideye convert`.
         true => {
             let (status, what) = (StatusCode::UNPROCESSABLE_ENTITY, error.to_string());
             Refusal::new(status, "cannot_be_written", what)
@@ -238,12 +236,12 @@ async fn write(
     })
 }
 
-/// The rows of a recording, page by page from the store.
+/// The rows of a recording, read page by page from the store.
 struct Pages {
     store: Arc<dyn FrameStore>,
     runtime: Handle,
     members: Members,
-    /// How many there may be, and how many were taken.
+    /// The limit on rows, and how many were read.
     rows_max: Option<u64>,
     taken: u64,
     span: usize,
@@ -252,7 +250,7 @@ struct Pages {
 }
 
 impl Pages {
-    /// Takes the next page, of the next span where one has ended; nothing is ready after the last.
+    /// Reads the next page, across spans; leaves nothing ready after the last.
     fn fill(&mut self) -> Result<(), ExportError> {
         while self.ready.is_empty() {
             let Some(span) = self.members.spans.get(self.span) else {
@@ -278,7 +276,7 @@ impl Pages {
         self.taken += 1;
         match self.rows_max {
             Some(rows_max) if self.taken > rows_max => Err(ExportError::Row(format!(
-                "more than {rows_max} rows are not drawn here\nhint: take /v1/recordings/{}.csv, and `grideye convert --sensor {}/{}` draws it",
+                "this export draws at most {rows_max} rows\nhint: download /v1/recordings/{}.csv; `grideye convert --sensor {}/{}` draws it",
                 self.members.recording.id, row.stream.device, row.stream.sensor
             ))),
             _ => Ok(row),
@@ -297,7 +295,7 @@ impl Iterator for Pages {
     }
 }
 
-/// Sends a file piece by piece; the one who takes it sets the pace.
+/// Sends a file piece by piece, at the receiver's pace.
 fn send(mut file: File) -> Body {
     let (pieces, ready) = mpsc::channel(PIECES_READY_MAX);
     tokio::task::spawn_blocking(move || {
@@ -307,14 +305,14 @@ fn send(mut file: File) -> Body {
                 Ok(0) => return,
                 Ok(length) => length,
                 Err(error) => {
-                    // Cuts the transfer.
+                    // Aborts the transfer.
                     let _ = pieces.blocking_send(Err(error));
                     return;
                 }
             };
             piece.truncate(length);
             if pieces.blocking_send(Ok(Bytes::from(piece))).is_err() {
-                // The one who asked has gone.
+                // The client is gone.
                 return;
             }
         }
@@ -354,7 +352,7 @@ mod tests {
             .as_u16()
     }
 
-    /// Keeps so many frames of a sensor in a run.
+    /// Stores frames of a sensor in a boot.
     async fn keep(exports: &Exports, sensor: &str, boot: &str, frames: u64) {
         let frames: Vec<serde_json::Value> = (0..frames)
             .map(|seq| {
@@ -379,7 +377,7 @@ mod tests {
         }
     }
 
-    /// The status and code of a refusal, and its hint.
+    /// The status, code and hint of an error response.
     async fn refused(exports: &Exports, file: &str, asked: Asked) -> (u16, String, String) {
         let answer = answer(exports, file, asked).await;
         let status = answer.status().as_u16();
@@ -392,7 +390,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_picture_shows_one_run_of_one_sensor_and_no_more_rows_than_its_limit() {
+    async fn an_image_shows_one_boot_of_one_sensor_within_its_row_limit() {
         let exports = exports(1).await;
         keep(&exports, "s1", "b1", 3).await;
         assert_eq!(status(&exports, "1.png").await, 200);
@@ -414,7 +412,7 @@ mod tests {
         let (status, code, hint) = refused(&exports, "1.png", Asked::default()).await;
         assert_eq!((status, code.as_str()), (422, "several_streams"));
         assert!(hint.contains("?sensor=pi-1/s2&boot=b2"), "{hint}");
-        // Its fourth row is one more than is drawn in this test.
+        // Its fourth row exceeds this test's limit.
         let long = of("s2", Some("b1"));
         let (status, code, hint) = refused(&exports, "1.png", long).await;
         assert_eq!((status, code.as_str()), (422, "cannot_be_written"));
@@ -425,7 +423,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_recording_without_frames_is_no_picture_and_the_refusal_says_so() {
+    async fn a_recording_without_frames_gives_an_error_not_an_image() {
         let exports = exports(1).await;
         let (status, code, hint) = refused(&exports, "1.png", Asked::default()).await;
         assert_eq!((status, code.as_str()), (422, "cannot_be_written"));
@@ -442,7 +440,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn no_more_are_written_at_once_than_there_is_room_for() {
+    async fn exports_at_once_are_limited() {
         let exports = exports(1).await;
         let room = Arc::clone(&exports.room).try_acquire_owned().unwrap();
         assert_eq!(status(&exports, "1.mcap").await, 503);

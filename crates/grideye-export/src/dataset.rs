@@ -1,4 +1,4 @@
-//! Both kinds of files that a part of a dataset is written as.
+//! Writes a part of a dataset as npz or Parquet.
 
 use crate::error::ExportError;
 use crate::npz::Archive;
@@ -6,10 +6,10 @@ use crate::parquet::{self, Column, Values};
 use grideye_dataset::{AgentLabels, Part, Scalars, Table};
 use std::io::Write;
 
-/// Writes a part as that kind of file, with these words about its dataset.
+/// Writes a part as `table`, with the dataset's description `about`.
 ///
 /// # Errors
-/// If the output takes nothing, or the format has no room for so many frames.
+/// If writing fails, or the format has no room for so many frames.
 pub fn write(
     part: &Part,
     table: Table,
@@ -31,7 +31,7 @@ pub fn write(
     }
 }
 
-/// A row for each frame.
+/// One row per frame.
 fn columns(part: &Part) -> Vec<Column> {
     let per_row = part.size.0 * part.size.1;
     let singles = |values: &[f32]| Values::Singles {
@@ -70,7 +70,7 @@ fn columns(part: &Part) -> Vec<Column> {
     columns
 }
 
-/// An array for each label, over all frames.
+/// One array per label, over all frames.
 fn npz(part: &Part, about: &str, out: &mut impl Write) -> Result<(), ExportError> {
     let mut archive = Archive::new(out);
     let (columns, rows) = part.size;
@@ -102,7 +102,7 @@ fn singles<'a>(values: impl IntoIterator<Item = &'a f32>) -> impl Iterator<Item 
     values.into_iter().map(|value| value.to_le_bytes())
 }
 
-/// What is told of each agent, frame by frame: an array for each, and the names.
+/// The labels of all agents per frame: one array per label, and the names.
 fn agent_arrays(part: &Part, archive: &mut Archive<impl Write>) -> Result<(), ExportError> {
     let (columns, rows) = part.size;
     let (count, agents) = (part.frame.len(), part.agents.len());
@@ -143,7 +143,7 @@ fn agent_arrays(part: &Part, archive: &mut Archive<impl Write>) -> Result<(), Ex
     )
 }
 
-/// Numbers side by side in one array, texts in another, each with the names.
+/// Varied numbers in one array, texts in another, each with their names.
 fn varied_arrays(part: &Part, archive: &mut Archive<impl Write>) -> Result<(), ExportError> {
     let (mut names, mut numbers) = (Vec::new(), Vec::new());
     let (mut text_names, mut texts) = (Vec::new(), Vec::new());

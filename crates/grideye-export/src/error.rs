@@ -1,4 +1,4 @@
-//! Why frames cannot be written as a file.
+//! The errors of an export.
 
 use amg8833::word::OutOfRange;
 use std::error::Error;
@@ -9,7 +9,7 @@ use std::num::TryFromIntError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExportError {
-    /// A film is longer than an archive for numpy can be.
+    /// A film exceeds the size of an .npz archive.
     #[error(
         "{frames} frames of {pixels} pixels are more than an .npz archive of 4 GB holds\nhint: write at most {frames_max} with --frames"
     )]
@@ -18,71 +18,71 @@ pub enum ExportError {
         frames: u64,
         /// Pixels of each.
         pixels: u64,
-        /// Frames of that size that an archive holds.
+        /// Frames of that size that fit.
         frames_max: u64,
     },
-    /// A recording is longer than an archive for numpy can be.
+    /// A recording exceeds the size of an .npz archive.
     #[error(
         "the recording has more than the {rows_max} rows that an .npz archive of 4 GB holds\nhint: write .parquet, which has no such limit"
     )]
     LongRecording {
-        /// Rows that an archive holds.
+        /// Rows that fit.
         rows_max: usize,
     },
-    /// A picture of a recording in which no frame was read.
+    /// No frame to draw.
     #[error(
         "the recording holds no frame\nhint: all of its rows say that a frame is missing, or it has no rows"
     )]
     NoFrame,
-    /// A picture of several sensors or boots.
+    /// An image of several sensors or boots.
     #[error(
-        "the recording holds several streams, and a picture shows one\nhint: choose one with --sensor, for example --sensor {device}/{sensor}"
+        "the recording holds several streams, but an image shows only one\nhint: choose one with --sensor, for example --sensor {device}/{sensor}"
     )]
     SeveralStreams {
-        /// The device of one of them.
+        /// The device of one of the streams.
         device: String,
-        /// The sensor of the same.
+        /// The sensor of that stream.
         sensor: String,
     },
-    /// A row that cannot be read, or is one too many, in the words of whoever reads them.
+    /// A row cannot be read, or exceeds a limit; the message comes from the reader.
     #[error("{0}")]
     Row(String),
-    /// A temperature that is no number.
-    #[error("a frame that is no number")]
+    /// A temperature is not a number.
+    #[error("a frame contains a temperature that is not a number")]
     NotANumber,
-    /// A temperature that the sensor has no word for.
+    /// A temperature outside the sensor's range.
     #[error("{what}: {source}")]
     OutOfRange {
-        /// Whose temperature.
+        /// What has this temperature.
         what: &'static str,
-        /// Which.
+        /// The temperature.
         source: OutOfRange,
     },
-    /// What the rows come from failed.
+    /// The source of the rows failed.
     #[error(transparent)]
     Source(Box<dyn Error + Send + Sync>),
-    /// The file takes nothing.
+    /// Writing the file failed.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// A number that the format has no room for.
+    /// A number does not fit the format.
     #[error(transparent)]
     Number(#[from] TryFromIntError),
-    /// The writer of GIF failed.
+    /// Encoding GIF failed.
     #[error(transparent)]
     Gif(#[from] gif::EncodingError),
-    /// The writer of Parquet failed.
+    /// Encoding Parquet failed.
     #[error(transparent)]
     Parquet(#[from] parquet::errors::ParquetError),
-    /// The writer of MCAP failed.
+    /// Encoding MCAP failed.
     #[error(transparent)]
     Mcap(#[from] mcap::McapError),
-    /// The writer of recordings failed.
+    /// Writing a recording failed.
     #[error(transparent)]
     Recording(#[from] grideye_recording::RecordingError),
 }
 
 impl ExportError {
-    /// Whether these frames cannot be written in this format, wherever to.
+    /// Whether the frames themselves are the cause, so that no other destination would help.
     #[must_use]
     pub const fn is_of_the_frames(&self) -> bool {
         matches!(

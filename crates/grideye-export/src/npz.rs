@@ -1,15 +1,15 @@
-//! Arrays for numpy: a zip archive, stored and not deflated, of `.npy` files (NEP 1, version 1.0 of the format;
-//! APPNOTE 6.3.10 for the archive). Equal arrays give equal bytes: the archive's dates are all 1980-01-01.
+//! Arrays for numpy: an uncompressed zip archive of `.npy` files (NEP 1, version 1.0 of the format; APPNOTE 6.3.10 for
+//! the archive). Equal arrays give equal bytes: every date in the archive is 1980-01-01.
 
 use crate::error::ExportError;
 use std::io::Write;
 
-/// Bytes of an archive without the 64-bit extension.
+/// Maximum bytes of an archive without the 64-bit extension.
 pub(crate) const ARCHIVE_BYTES_MAX: u64 = 0xffff_0000;
 
-/// Magic, version 1.0, and a dictionary that is padded so that the numbers begin at a multiple of 64.
+/// Magic, version 1.0, and a dictionary padded so that the data begins at a multiple of 64.
 fn header(dtype: &str, axes: &[usize]) -> Vec<u8> {
-    // A tuple as Python writes it.
+    // A tuple in Python's notation.
     let shape: Vec<String> = axes.iter().map(ToString::to_string).collect();
     let comma = if axes.len() == 1 { "," } else { "" };
     let shape = format!("({}{comma})", shape.join(", "));
@@ -25,7 +25,7 @@ fn header(dtype: &str, axes: &[usize]) -> Vec<u8> {
     .concat()
 }
 
-/// As single precision.
+/// To single precision.
 #[expect(
     clippy::as_conversions,
     clippy::cast_possible_truncation,
@@ -35,7 +35,7 @@ pub(crate) const fn single(celsius: f64) -> f32 {
     celsius as f32
 }
 
-/// A zip archive of stored files whose length is known only at their end.
+/// A zip archive of stored files; lengths are written after each file.
 pub(crate) struct Archive<W> {
     out: W,
     written: u64,
@@ -46,7 +46,7 @@ struct Entry {
     name: &'static str,
     offset: u64,
     length: u64,
-    /// CRC-32 of ISO 3309, which zip and PNG share.
+    /// CRC-32 of ISO 3309, as in zip and PNG.
     crc: crc32fast::Hasher,
 }
 
@@ -57,7 +57,6 @@ impl Entry {
 }
 
 impl<W: Write> Archive<W> {
-    /// An archive without files.
     pub(crate) const fn new(out: W) -> Self {
         Self {
             out,
@@ -66,7 +65,7 @@ impl<W: Write> Archive<W> {
         }
     }
 
-    /// A whole array of that type and shape.
+    /// Adds an array with this type and shape.
     pub(crate) fn array<const N: usize>(
         &mut self,
         name: &'static str,
@@ -81,7 +80,7 @@ impl<W: Write> Archive<W> {
         self.end()
     }
 
-    /// Texts of one length, in code points, with zeros behind shorter ones.
+    /// Adds texts as fixed-length code points, zero-padded.
     pub(crate) fn texts(
         &mut self,
         name: &'static str,
@@ -98,7 +97,7 @@ impl<W: Write> Archive<W> {
         self.array(name, &format!("<U{longest}"), axes, values)
     }
 
-    /// Begins a file of that name with these bytes.
+    /// Begins a file with these bytes.
     fn begin(&mut self, name: &'static str, head: &[u8]) -> Result<(), ExportError> {
         let offset = self.written;
         let local = [
@@ -119,7 +118,7 @@ impl<W: Write> Archive<W> {
         self.add(head)
     }
 
-    /// More of the file that was begun last.
+    /// Adds bytes to the open file.
     fn add(&mut self, bytes: &[u8]) -> Result<(), ExportError> {
         if let Some(entry) = self.entries.last_mut() {
             entry.crc.update(bytes);
@@ -128,7 +127,6 @@ impl<W: Write> Archive<W> {
         self.put(bytes)
     }
 
-    /// Ends the file that was begun last.
     fn end(&mut self) -> Result<(), ExportError> {
         let Some(entry) = self.entries.last_mut() else {
             return Ok(());
@@ -143,7 +141,6 @@ impl<W: Write> Archive<W> {
         self.put(&descriptor.concat())
     }
 
-    /// Ends the archive.
     pub(crate) fn finish(mut self) -> Result<(), ExportError> {
         let directory = self.written;
         let mut records = Vec::new();
@@ -216,7 +213,7 @@ mod tests {
 
     #[test]
     fn a_header_is_the_one_that_numpy_writes() {
-        // numpy.save of numpy.zeros((3, 8, 8), numpy.float32): 128 bytes before the numbers.
+        // numpy.save of numpy.zeros((3, 8, 8), numpy.float32): 128 bytes before the data.
         let head = header("<f4", &[3, 8, 8]);
         assert_eq!(head.len(), 128);
         assert!(head.starts_with(

@@ -1,14 +1,14 @@
-//! Apache Parquet: columns of equal length, in groups of rows; written without compression, so that a file can be
-//! read with nothing but the format's core, and with equal bytes for equal columns.
+//! Apache Parquet: columns of equal length in row groups. Uncompressed, so that the format's core suffices to read a
+//! file, and equal columns give equal bytes.
 //!
 //! | values | type in the file |
 //! |---|---|
 //! | [`Values::Unsigned`] | `INT64`, unsigned |
-//! | [`Values::Signed`] | `INT64`, or nothing where there is no value |
-//! | [`Values::Double`] | `DOUBLE`, or nothing where there is no value |
+//! | [`Values::Signed`] | `INT64`, null without a value |
+//! | [`Values::Double`] | `DOUBLE`, null without a value |
 //! | [`Values::Flag`] | `BOOLEAN` |
 //! | [`Values::Text`] | `BYTE_ARRAY (STRING)` |
-//! | [`Values::MaybeText`] | `BYTE_ARRAY (STRING)`, or nothing where there is no value |
+//! | [`Values::MaybeText`] | `BYTE_ARRAY (STRING)`, null without a value |
 //! | [`Values::Singles`] | `LIST` of `FLOAT`, of one length in all rows |
 
 use crate::error::ExportError;
@@ -24,13 +24,12 @@ use parquet::schema::types::{ColumnPath, Type};
 use std::io::Write;
 use std::sync::Arc;
 
-/// A column of a group of rows.
 pub(crate) struct Column {
     name: String,
     values: Values,
 }
 
-/// What a column holds: one for each row.
+/// A column's values, one per row.
 pub(crate) enum Values {
     Unsigned(Vec<u64>),
     Signed(Vec<Option<i64>>),
@@ -38,20 +37,20 @@ pub(crate) enum Values {
     Flag(Vec<bool>),
     Text(Vec<String>),
     MaybeText(Vec<Option<String>>),
-    /// So many for each row, row by row.
+    /// `per_row` values for each row, row by row.
     Singles {
         per_row: usize,
         values: Vec<f32>,
     },
 }
 
-/// A file to which groups of rows are added.
+/// A file that receives row groups.
 pub(crate) struct Table<W: Write + Send> {
     writer: SerializedFileWriter<W>,
 }
 
 impl<W: Write + Send> Table<W> {
-    /// A table with columns of these names and types, whatever they hold, and with these words about the file.
+    /// A table with the names and types of `columns` (not their values), and `about` as metadata.
     pub(crate) fn new(
         columns: &[Column],
         about: &[(&str, String)],
@@ -76,7 +75,6 @@ impl<W: Write + Send> Table<W> {
         Ok(Self { writer })
     }
 
-    /// Adds a group of rows.
     pub(crate) fn add(&mut self, columns: &[Column]) -> Result<(), ExportError> {
         let mut group = self.writer.next_row_group()?;
         for column in columns {
@@ -90,7 +88,6 @@ impl<W: Write + Send> Table<W> {
         Ok(())
     }
 
-    /// Ends the file.
     pub(crate) fn finish(self) -> Result<(), ExportError> {
         self.writer.close()?;
         Ok(())
@@ -98,7 +95,6 @@ impl<W: Write + Send> Table<W> {
 }
 
 impl Column {
-    /// A column of that name.
     pub(crate) fn new(name: impl Into<String>, values: Values) -> Self {
         Self {
             name: name.into(),
@@ -106,7 +102,7 @@ impl Column {
         }
     }
 
-    /// Whether hardly any value is there twice, so that a dictionary would only cost. Shares of pixels are mostly 0.
+    /// Whether few values repeat, so that a dictionary would only cost space. Masks are mostly 0, so they repeat.
     fn is_ever_new(&self) -> bool {
         match &self.values {
             Values::Singles { values, .. } => {
@@ -127,7 +123,6 @@ impl Column {
     }
 }
 
-/// The column's place in the schema.
 fn field(column: &Column) -> Result<Arc<Type>, ExportError> {
     let name = column.name.as_str();
     let (required, optional) = (Repetition::REQUIRED, Repetition::OPTIONAL);
@@ -147,7 +142,7 @@ fn field(column: &Column) -> Result<Arc<Type>, ExportError> {
     Ok(Arc::new(field.build()?))
 }
 
-/// Three levels, as the format's document LogicalTypes.md has lists.
+/// Three levels, as LogicalTypes.md specifies lists.
 fn list(name: &str) -> Result<Arc<Type>, ExportError> {
     let element = Type::primitive_type_builder("element", Physical::FLOAT)
         .with_repetition(Repetition::REQUIRED)
@@ -201,7 +196,7 @@ impl Values {
     }
 }
 
-/// 1 where there is a value, 0 where there is none.
+/// 1 for a value, 0 for none.
 fn levels<T>(values: &[Option<T>]) -> Vec<i16> {
     let is_there = values.iter().map(Option::is_some);
     is_there.map(i16::from).collect()

@@ -1,4 +1,4 @@
-//! Pictures of one size side by side, on one scale of colors.
+//! Images of equal size side by side, on one color scale.
 
 use crate::error::ExportError;
 use grideye_draw::thermogram::{GAP, SCALE_WITH_NUMBERS, Scale, TEXT_HEIGHT, Thermogram};
@@ -7,7 +7,7 @@ use std::io::Write;
 /// Writes the images (°C, row by row from the top left) in one row, numbered from 1, as a PNG.
 ///
 /// # Errors
-/// If the output takes nothing, or a temperature is no number.
+/// If writing fails, or a temperature is not a number.
 pub fn write(
     images: &[&[f64]],
     (columns, rows): (usize, usize),

@@ -1,7 +1,7 @@
-//! From the collector's newest frames to the broker: looks twice a second, says what is due, and holds no queue.
+//! Publishes the collector's newest frames to the broker: polls twice a second, sends what is due, and queues nothing.
 //!
-//! A broker that is slow, away or gone costs the collector nothing: while nothing can be said nothing is looked at, and
-//! what is said next is what is newest then.
+//! A slow or absent broker costs the collector nothing: while it cannot publish, the bridge does not poll, and
+//! afterwards it publishes whatever is newest then.
 
 use crate::broker::Broker;
 use crate::connection::{CONNECT_TIME_MAX, Connection};
@@ -17,24 +17,23 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep};
 
-/// How often the newest frames are looked at: agents post twice a second.
+/// How often the newest frames are polled: agents send batches twice a second.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
-/// Sensors that are told of; of one more it is said that it is not.
+/// Maximum sensors published; a warning reports that there are more.
 pub(crate) const SENSORS_MAX: usize = 512;
-/// Sensors that an earlier collector left at the broker and that are remembered.
+/// Maximum sensors remembered from an earlier collector's messages on the broker.
 const LEFT_MAX: usize = 2 * SENSORS_MAX;
-/// How often the broker is asked whether it is there, and how long it may take to answer.
+/// How often the broker is pinged, and how long it may take to answer.
 const PING_EVERY: Duration = Duration::from_secs(10);
 const PONG_TIME_MAX: Duration = Duration::from_secs(20);
-/// Pauses between attempts to connect: doubled from the first to the last.
+/// Pauses between connection attempts: doubled from the first to the last.
 const PAUSE_FIRST: Duration = Duration::from_secs(1);
 const PAUSE_LAST: Duration = Duration::from_secs(30);
-/// After a connection that held for so long the first attempt to connect again comes soon.
+/// After a connection that lasted this long, the pause starts at the first again.
 const STEADY: Duration = Duration::from_secs(10);
-/// The same fault is said again after so long.
+/// The same fault is logged again after this time.
 const FAULT_SAID_EVERY: Duration = Duration::from_secs(600);
 
-/// The bridge's work, from one connection to the next.
 pub(crate) struct Bridge {
     broker: Broker,
     telling: Telling,
@@ -48,19 +47,18 @@ pub(crate) struct Bridge {
     is_overflow_said: bool,
 }
 
-/// What an earlier collector left at the broker.
+/// A sensor that an earlier collector left on the broker.
 struct Left {
     since: Duration,
-    /// The broker says that it is.
+    /// Whether the broker has it as available.
     is_online: bool,
 }
 
-/// The state of one connection.
 struct Link {
     connection: Connection,
     pinged_at: Instant,
     unanswered_since: Option<Instant>,
-    /// All that the broker kept has come.
+    /// All retained messages have arrived.
     is_caught_up: bool,
 }
 
@@ -86,7 +84,7 @@ impl Bridge {
         }
     }
 
-    /// Connects and tells, again and again. The end of the program is told by the last will.
+    /// Connects and publishes, again and again. When the program ends, the broker publishes the last will.
     pub(crate) async fn run(mut self) {
         let mut pause = PAUSE_FIRST;
         loop {
@@ -127,7 +125,7 @@ impl Bridge {
         }
     }
 
-    /// Listens for what the broker kept and for who removes a sensor, and says that the bridge is there.
+    /// Subscribes to retained messages and to removals of sensors, and publishes that the bridge is online.
     async fn begin(&mut self, link: &mut Link) -> Result<(), Fault> {
         self.status.connected();
         self.said = None;
@@ -171,7 +169,7 @@ impl Bridge {
         Ok(())
     }
 
-    /// Who was there under an earlier collector and has not been heard since is not available, or is removed in time.
+    /// Marks sensors of an earlier collector that have not been heard since as unavailable, and removes them in time.
     fn look_after_left(&mut self, newest: &[NewestFrame], now: Duration) -> Vec<Message> {
         let (topics, forget_after) = (&self.telling.topics, self.telling.forget_after);
         let age = |newest: &NewestFrame| {
@@ -206,7 +204,7 @@ impl Bridge {
                 let refused = LogEvent::new(Level::Warning, "mqtt_may_not_read");
                 self.log.say(&refused.with("broker", &self.broker).with(
                     "hint",
-                    "the broker's access list must let this user read what it writes, or sensors that are removed come back",
+                    "the broker's access list must let this user read its own topics, or removed sensors come back",
                 ));
             }
             Heard::Published(message) => {
@@ -218,7 +216,7 @@ impl Bridge {
         Ok(())
     }
 
-    /// What there is to say to what somebody else said.
+    /// The messages to publish in reply to another client's message.
     fn answer(&mut self, heard: &Message) -> Vec<Message> {
         let topics = &self.telling.topics;
         if heard.topic == topics.birth() {
@@ -230,7 +228,7 @@ impl Bridge {
         if let Some(id) = topics.available_of(&heard.topic) {
             let is_online = heard.payload == ONLINE.as_bytes();
             if id == BRIDGE && !is_online {
-                // The last will of a connection before this one, which the broker noticed late.
+                // The last will of an earlier connection, whose end the broker noticed late.
                 return vec![Message::retained(topics.bridge(), ONLINE)];
             }
             if heard.retain && id != BRIDGE && self.left.len() < LEFT_MAX {
@@ -246,7 +244,7 @@ impl Bridge {
         }
     }
 
-    /// Somebody removed a sensor: Home Assistant's own button, or `grideye mqtt forget`.
+    /// A sensor was removed by Home Assistant's button or `grideye mqtt forget`.
     fn remove(&mut self, id: &str) -> Vec<Message> {
         let mut sensors = self.sensors.values_mut();
         if let Some(sensor) = sensors.find(|sensor| sensor.is_announced() && sensor.named.id == id)
@@ -271,7 +269,7 @@ impl Bridge {
         Ok(())
     }
 
-    /// Says a fault once, and again when it is another or has lasted for long.
+    /// Logs a fault once, and again if it changes or lasts long.
     fn say(&mut self, fault: Fault) {
         let said = self.said.as_ref();
         if said.is_some_and(|(said, at)| *said == fault && at.elapsed() < FAULT_SAID_EVERY) {

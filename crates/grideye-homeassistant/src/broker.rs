@@ -1,4 +1,4 @@
-//! Which broker, as whom, and whose certificate is believed.
+//! Which broker to use, with which user, and which certificate to trust.
 
 use rustls::crypto::ring::default_provider;
 use rustls::pki_types::pem::PemObject as _;
@@ -7,24 +7,24 @@ use rustls::{ClientConfig, RootCertStore};
 use std::fmt;
 use std::sync::Arc;
 
-/// Bytes of a user's name or a password.
+/// Maximum bytes of a user name or a password.
 const CREDENTIAL_BYTES_MAX: usize = 1024;
 
-/// What the program calls its settings, for the hints of messages: `--url`, or the key of a file.
+/// The program's names for its settings, for hints: an option such as `--url`, or a configuration key.
 #[derive(Debug, Clone, Copy)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct SettingNames {
     pub url: &'static str,
     pub password_file: &'static str,
-    /// The environment variable that a password may stand in.
+    /// The environment variable for a password.
     pub password_variable: &'static str,
-    /// The file of the authority's certificates.
+    /// The file with the authority's certificates.
     pub authority: &'static str,
-    /// What is set as [`Topics::base`](crate::Topics::base).
+    /// The setting for [`Topics::base`](crate::Topics::base).
     pub topic: &'static str,
 }
 
-/// A broker that can be connected to.
+/// A broker to connect to.
 #[derive(Debug, Clone)]
 pub struct Broker {
     pub(crate) host: String,
@@ -35,18 +35,17 @@ pub struct Broker {
     pub(crate) names: SettingNames,
 }
 
-/// Shown to the broker and to nobody else: debugging does not show it.
+/// Sent only to the broker; `Debug` hides it.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Password(pub(crate) Vec<u8>);
 
 impl Password {
-    /// These bytes.
     #[must_use]
     pub const fn new(bytes: Vec<u8>) -> Self {
         Self(bytes)
     }
 
-    /// The first line of a file; `None` where that is empty.
+    /// The first line of a file; `None` if it is empty.
     #[must_use]
     pub fn first_line_of(text: &[u8]) -> Option<Self> {
         let line = text.split(|byte| *byte == b'\n').next()?;
@@ -61,7 +60,7 @@ impl fmt::Debug for Password {
     }
 }
 
-/// TLS, and the name that the broker's certificate must have.
+/// TLS, and the name required in the broker's certificate.
 #[derive(Debug, Clone)]
 pub(crate) struct Encryption {
     pub(crate) config: Arc<ClientConfig>,
@@ -80,12 +79,12 @@ impl fmt::Display for Broker {
     }
 }
 
-/// Why no broker can be connected to so, and what to do about it. Holds no password.
+/// Why the broker's settings are invalid, with a hint. Holds no password.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct BrokerError(String);
 
-/// A URL in its parts.
+/// The parts of a URL.
 #[derive(Debug, PartialEq, Eq)]
 struct Parts {
     is_encrypted: bool,
@@ -95,11 +94,11 @@ struct Parts {
 }
 
 impl Broker {
-    /// The broker at `mqtt://[USER@]HOST[:PORT]`. One at `mqtts://` needs the authority of its certificate: the name of a
-    /// file, for messages, and the certificates in it, in PEM.
+    /// The broker at `mqtt://[USER@]HOST[:PORT]`. One at `mqtts://` needs the authority of its certificate: the file's
+    /// name, for messages, and its PEM certificates.
     ///
     /// # Errors
-    /// When the URL, the password or the authority is none.
+    /// If the URL, the password or the authority is invalid.
     pub fn new(
         url: &str,
         password: Option<Password>,
@@ -108,7 +107,7 @@ impl Broker {
     ) -> Result<Self, BrokerError> {
         let option = names.url;
         let parts = parts(url, names).map_err(|what| {
-            // The URL is not repeated: there may be a password in it.
+            // The URL is not repeated: it may contain a password.
             BrokerError(format!("{option}: {what}\nhint: mqtt://[USER@]HOST[:PORT], and mqtts:// for a broker with TLS"))
         })?;
         check_password(password.as_ref(), parts.user.as_ref(), names)?;
@@ -116,7 +115,7 @@ impl Broker {
             (true, Some(authority)) => Some(encryption(authority, &parts.host, names)?),
             (false, None) => None,
             (true, None) => Err(BrokerError(format!(
-                "{option}: the broker is encrypted, and nobody says whose certificate to believe\nhint: {} FILE, the authority's certificate in PEM; /etc/ssl/certs/ca-certificates.crt has the public ones",
+                "{option}: the broker uses TLS, but no authority is given for its certificate\nhint: {} FILE, the authority's certificate in PEM; /etc/ssl/certs/ca-certificates.crt has the public ones",
                 names.authority
             )))?,
             (false, Some(_)) => Err(BrokerError(format!(
@@ -139,13 +138,13 @@ fn parts(url: &str, names: SettingNames) -> Result<Parts, String> {
     let (is_encrypted, rest) = match (url.strip_prefix("mqtt://"), url.strip_prefix("mqtts://")) {
         (Some(rest), _) => (false, rest),
         (_, Some(rest)) => (true, rest),
-        _ => return Err("it does not begin with mqtt:// or mqtts://".to_owned()),
+        _ => return Err("the URL must begin with mqtt:// or mqtts://".to_owned()),
     };
     let rest = rest.strip_suffix('/').unwrap_or(rest);
     let (user, place) = match rest.rsplit_once('@') {
         Some((user, _)) if user.contains(':') => {
             return Err(format!(
-                "a password on the command line is seen by everybody on this machine: put it into a file for {}, or into the environment variable {}",
+                "everyone on this machine can see a password on the command line: put it into a file for {}, or into the environment variable {}",
                 names.password_file, names.password_variable
             ));
         }
@@ -160,12 +159,12 @@ fn parts(url: &str, names: SettingNames) -> Result<Parts, String> {
     };
     let is_host = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_' | ':' | '%');
     if host.is_empty() || !host.chars().all(is_host) {
-        return Err("there is no host in it".to_owned());
+        return Err("the URL has no host".to_owned());
     }
     let usual = if is_encrypted { 8883 } else { 1883 };
     let port = port.map_or(Some(usual), |port| port.parse().ok());
     let port = port.filter(|port| *port > 0);
-    let port = port.ok_or("its port is not a number from 1 to 65535")?;
+    let port = port.ok_or("the port must be a number from 1 to 65535")?;
     let user = user.filter(|user| !user.is_empty());
     Ok(Parts {
         is_encrypted,
@@ -175,7 +174,7 @@ fn parts(url: &str, names: SettingNames) -> Result<Parts, String> {
     })
 }
 
-/// A broker takes no password without a user (mqtt-v3.1.1, §3.1.2.9).
+/// MQTT allows no password without a user (mqtt-v3.1.1, §3.1.2.9).
 fn check_password(
     password: Option<&Password>,
     user: Option<&String>,
@@ -185,12 +184,12 @@ fn check_password(
     let bytes = password.map_or(0, |password| password.0.len());
     if password.is_some() && user.is_none() {
         return Err(BrokerError(format!(
-            "{option}: there is a password and no user\nhint: {option} mqtt://USER@HOST"
+            "{option}: a password needs a user\nhint: {option} mqtt://USER@HOST"
         )));
     }
     if bytes > CREDENTIAL_BYTES_MAX || user.is_some_and(|user| user.len() > CREDENTIAL_BYTES_MAX) {
         return Err(BrokerError(format!(
-            "{option}: user and password have {CREDENTIAL_BYTES_MAX} bytes at most\nhint: does {password_file} name the right file?"
+            "{option}: user and password may have at most {CREDENTIAL_BYTES_MAX} bytes each\nhint: does {password_file} name the right file?"
         )));
     }
     Ok(())
@@ -214,7 +213,7 @@ fn encryption(
         added.map_err(|error| refuse(error.to_string()))?;
     }
     if roots.is_empty() {
-        return Err(refuse("there is no certificate in it".to_owned()));
+        return Err(refuse("the file contains no certificate".to_owned()));
     }
     let config = ClientConfig::builder_with_provider(Arc::new(default_provider()))
         .with_safe_default_protocol_versions()

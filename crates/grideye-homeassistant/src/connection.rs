@@ -1,4 +1,4 @@
-//! One connection to the broker. Nothing is queued: what cannot be written within a time ends the connection.
+//! One connection to the broker. Nothing is queued: a write that exceeds its time limit ends the connection.
 
 use crate::broker::{Broker, SettingNames};
 use crate::fault::Fault;
@@ -10,16 +10,14 @@ use tokio::net::TcpStream;
 use tokio::time::timeout;
 use tokio_rustls::TlsConnector;
 
-/// From the first packet of the network to the broker's word that the connection is taken.
+/// Time from opening the connection to the broker's acceptance.
 pub(crate) const CONNECT_TIME_MAX: Duration = Duration::from_secs(10);
-/// A broker that takes no packet for so long is given up.
+/// Maximum time for writing one packet.
 pub(crate) const WRITE_TIME_MAX: Duration = Duration::from_secs(10);
-/// The broker gives up this program, and tells its last will, after half as long again (mqtt-v3.1.1, §3.1.2.10).
+/// The broker drops this client and publishes its last will after 1.5 times this (mqtt-v3.1.1, §3.1.2.10).
 const KEEP_ALIVE_S: u16 = 30;
-/// Bytes that are read at once.
 const READ_BYTES: usize = 4096;
 
-/// Packets in both directions.
 pub(crate) struct Connection {
     stream: Box<dyn Stream>,
     inbox: Vec<u8>,
@@ -30,7 +28,8 @@ trait Stream: AsyncRead + AsyncWrite + Unpin + Send {}
 impl<S: AsyncRead + AsyncWrite + Unpin + Send> Stream for S {}
 
 impl Connection {
-    /// Connects, as nobody else at the same time under this name; the broker publishes the will when it hears no more.
+    /// Connects; any other connection with this client id ends. The broker publishes the will if the connection is
+    /// lost.
     pub(crate) async fn open(
         broker: &Broker,
         client_id: &str,
@@ -63,7 +62,7 @@ impl Connection {
         match connection.hear().await? {
             Heard::Connected(0) => Ok(connection),
             Heard::Connected(code) => Err(Fault::refused(code, password.is_some(), broker.names)),
-            _ => Err(Fault::garbled(&"something else than its answer")),
+            _ => Err(Fault::garbled(&"another packet than the answer to CONNECT")),
         }
     }
 
@@ -79,14 +78,14 @@ impl Connection {
         self.write(&packet::PING).await
     }
 
-    /// Ends it without the last will.
+    /// Closes the connection without publishing the last will.
     pub(crate) async fn close(mut self) -> Result<(), Fault> {
         self.write(&packet::DISCONNECT).await?;
         let ended = self.stream.shutdown().await;
         ended.map_err(|reason| Fault::broken(&reason, self.names))
     }
 
-    /// The next packet. What has come of one is kept when this is given up before it is whole.
+    /// The next packet. Safe to cancel: bytes of an incomplete packet are kept.
     pub(crate) async fn hear(&mut self) -> Result<Heard, Fault> {
         loop {
             let taken = packet::take(&mut self.inbox);
@@ -116,7 +115,7 @@ impl Connection {
 async fn stream(broker: &Broker) -> Result<Box<dyn Stream>, Fault> {
     let plain = TcpStream::connect((broker.host.as_str(), broker.port)).await;
     let plain = plain.map_err(|reason| Fault::unreachable(&reason))?;
-    // Small packets go out at once; that it may fail on a dead socket is found at the next read.
+    // Small packets go out at once. On a dead socket this may fail, which the next read will notice.
     let _ = plain.set_nodelay(true);
     let Some(encryption) = &broker.encryption else {
         return Ok(Box::new(plain));

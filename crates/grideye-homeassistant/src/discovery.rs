@@ -1,24 +1,22 @@
-//! What Home Assistant is told of a sensor: one retained configuration for each of its entities.
+//! Home Assistant's discovery messages: one retained configuration per entity of a sensor.
 //!
-//! One topic for each entity, and not one for the device, which Home Assistant reads since 2024.11 alone: these it has read
-//! for much longer (`origin` since 2023.8), and still does.
+//! One topic per entity instead of one per device, which needs Home Assistant 2024.11: entity topics work with much
+//! older versions too (`origin` since 2023.8).
 
 use crate::packet::Message;
 use crate::topics::{ENTITIES, Topics};
 use serde_json::{Value, json};
 use std::time::Duration;
 
-/// The sensors' manufacturer and part.
 const MANUFACTURER: &str = "Panasonic";
 const MODEL: &str = "Grid-EYE AMG8833";
-/// What an availability topic says.
+/// Payloads of an availability topic.
 pub(crate) const ONLINE: &str = "online";
 pub(crate) const OFFLINE: &str = "offline";
-/// What presence is.
 pub(crate) const PRESENT: &str = "ON";
 pub(crate) const ABSENT: &str = "OFF";
 
-/// A sensor as people and Home Assistant know it.
+/// A sensor's identifier and names.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Named {
     pub(crate) id: String,
@@ -26,7 +24,7 @@ pub(crate) struct Named {
     pub(crate) sensor: String,
 }
 
-/// The configurations; a value older than `expires` is not shown as if it were one.
+/// The configurations; Home Assistant drops a value older than `expires`.
 pub(crate) fn configurations(topics: &Topics, named: &Named, expires: Duration) -> Vec<Message> {
     let told = |place: (&str, &str)| {
         let mut config = common(topics, named, place.1);
@@ -39,7 +37,7 @@ pub(crate) fn configurations(topics: &Topics, named: &Named, expires: Duration) 
     ENTITIES.map(told).to_vec()
 }
 
-/// What takes away all that the broker keeps of a sensor.
+/// Messages that delete everything the broker retains of a sensor.
 pub(crate) fn removal(topics: &Topics, id: &str) -> Vec<Message> {
     let entities = ENTITIES.iter().map(|place| topics.config(id, *place));
     let topics = entities.chain([topics.availability(id)]);
@@ -87,7 +85,7 @@ fn own(topics: &Topics, id: &str, (platform, entity): (&str, &str), expires: Dur
     own
 }
 
-/// Behind the device's name, as Home Assistant shows it.
+/// The entity's name in Home Assistant, shown after the device's name.
 fn name(entity: &str) -> &'static str {
     match entity {
         "min" => "Minimum",

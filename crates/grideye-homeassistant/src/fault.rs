@@ -1,13 +1,13 @@
-//! Why the broker is not told, in words for who can mend it.
+//! Why the broker is not reachable, with advice for the user.
 
 use crate::broker::SettingNames;
 use std::fmt;
 use std::io;
 use std::time::Duration;
 
-const AGAIN: &str = "it is tried again; the broker's log may say why";
+const AGAIN: &str = "the bridge retries; the broker's log may say why";
 
-/// What went wrong, and what to do about it. Holds no password.
+/// An error with a hint. Holds no password.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{what}\nhint: {hint}")]
 pub struct Fault {
@@ -23,8 +23,8 @@ impl Fault {
 
     pub(crate) fn unreachable(reason: &io::Error) -> Self {
         Self::new(
-            format!("no way to the broker: {reason}"),
-            "is it running at that address? mosquitto listens on loopback alone until its configuration has a line `listener 1883`",
+            format!("cannot reach the broker: {reason}"),
+            "is it running at that address? mosquitto listens only on loopback unless its configuration has a line `listener 1883`",
         )
     }
 
@@ -38,7 +38,7 @@ impl Fault {
     pub(crate) fn encryption(reason: &io::Error, names: SettingNames) -> Self {
         let SettingNames { url, authority, .. } = names;
         Self::new(
-            format!("the broker's encryption is not to be trusted: {reason}"),
+            format!("cannot trust the broker's certificate: {reason}"),
             format!(
                 "{authority} names the authority that signed the broker's certificate, which must be for the host in {url}"
             ),
@@ -55,7 +55,7 @@ impl Fault {
 
     pub(crate) fn closed(names: SettingNames) -> Self {
         let hint = format!(
-            "if it does so again and again, another collector publishes at the same place: give one of them another {}",
+            "if it happens repeatedly, another collector uses the same topics: give one of them another {}",
             names.topic
         );
         Self::new("the broker closed the connection", hint)
@@ -63,12 +63,12 @@ impl Fault {
 
     pub(crate) fn garbled(what: &impl fmt::Display) -> Self {
         Self::new(
-            format!("what answers is no MQTT broker: it sent {what}"),
+            format!("this is not an MQTT broker: it sent {what}"),
             "1883 is the usual port, 8883 with mqtts://; its web socket's port is another",
         )
     }
 
-    /// A refusal by its code (mqtt-v3.1.1, table 3.1).
+    /// A rejection, by its code (mqtt-v3.1.1, table 3.1).
     pub(crate) fn refused(code: u8, has_password: bool, names: SettingNames) -> Self {
         let SettingNames {
             url,
@@ -85,7 +85,7 @@ impl Fault {
                 ),
             ),
             (4 | 5, false) => Self::new(
-                "the broker wants a user and a password",
+                "the broker requires a user and a password",
                 format!("{url} mqtt://USER@HOST with {file} FILE, or the password in {variable}"),
             ),
             (1, _) => Self::new(
@@ -93,10 +93,10 @@ impl Fault {
                 "mosquitto 1.4 or later does",
             ),
             (2, _) => Self::new(
-                "the broker refuses the name of this program",
-                format!("another {topic} gives it another name"),
+                "the broker refuses this program's client id",
+                format!("another {topic} gives it another one"),
             ),
-            (3, _) => Self::new("the broker says that it cannot serve now", AGAIN),
+            (3, _) => Self::new("the broker is unavailable", AGAIN),
             _ => Self::new(
                 format!("the broker refuses the connection with code {code}"),
                 "the broker's log may say why",

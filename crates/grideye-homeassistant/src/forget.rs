@@ -1,4 +1,4 @@
-//! Takes away what the broker keeps of a sensor.
+//! Deletes what the broker retains of a sensor.
 
 use crate::bridge::SENSORS_MAX;
 use crate::broker::Broker;
@@ -9,10 +9,10 @@ use crate::packet::Heard;
 use crate::topics::{self, ENTITIES, Topics};
 use tokio::time::timeout;
 
-/// Removes the sensor of a device from Home Assistant: whether there was anything to remove.
+/// Removes a sensor from Home Assistant; returns whether there was anything to remove.
 ///
 /// # Errors
-/// Where the broker is not reached, or does not answer as one.
+/// If the broker is not reachable, or is not an MQTT broker.
 pub async fn forget(
     broker: &Broker,
     topics: &Topics,
@@ -25,7 +25,7 @@ pub async fn forget(
     remove(connection, topics, &id).await
 }
 
-/// Whether there was a configuration.
+/// Returns whether there was a configuration.
 async fn remove(mut connection: Connection, topics: &Topics, id: &str) -> Result<bool, Fault> {
     let camera = topics.config(id, ENTITIES[0]);
     connection.subscribe(&[camera]).await?;
@@ -33,13 +33,13 @@ async fn remove(mut connection: Connection, topics: &Topics, id: &str) -> Result
     for message in discovery::removal(topics, id) {
         connection.publish(&message).await?;
     }
-    // The broker has taken all before it answers this.
+    // The broker has processed everything before it answers this ping.
     until_pong(&mut connection).await?;
     connection.close().await?;
     Ok(found)
 }
 
-/// Asks for a sign of life, and says whether something was published before it came.
+/// Pings, and returns whether a message arrived before the answer.
 async fn until_pong(connection: &mut Connection) -> Result<bool, Fault> {
     connection.ping().await?;
     let mut found = false;

@@ -1,13 +1,13 @@
-//! The bridge to Home Assistant: what the collector's sensors measure now, on an MQTT broker.
+//! The bridge to Home Assistant: publishes the sensors' current values on an MQTT broker.
 //!
 //! ```text
-//!  collector's newest frames ── twice a second ──▶ sensor ── what is due ──▶ broker ──▶ Home Assistant
-//!                                                                ▲              │
-//!                                                                └── removed, started again
+//!    collector's newest frames ── twice a second ──▶ sensor ── what is due ──▶ broker ──▶ Home Assistant
+//!                                                                  ▲              │
+//!                                                                  └── removed, restarted
 //! ```
 //!
-//! An annex of the collector, which knows nothing of MQTT. Retained are the configurations by which Home Assistant
-//! discovers a sensor, and whether sensor and bridge are there; values and pictures pass by and are old at once.
+//! An annex of the collector, which knows nothing of MQTT. Retained are only the discovery configurations and the
+//! availability of sensors and bridge; values and images are not, because they are outdated at once.
 //!
 //! ```
 //! use grideye_homeassistant::{Broker, SettingNames};
@@ -51,7 +51,7 @@ use grideye_collector::{Annex, Log};
 use status::Status;
 use std::sync::Arc;
 
-/// The bridge, for the collector: it begins with the collector and ends with it.
+/// The bridge as an annex: it starts and ends with the collector.
 #[must_use]
 pub fn annex(broker: Broker, telling: Telling, log: Log) -> Annex {
     let annex = Annex::new("mqtt", move |inside| {

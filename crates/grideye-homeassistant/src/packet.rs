@@ -1,11 +1,11 @@
-//! The packets of MQTT 3.1.1 that a program needs which publishes the newest and hears little (OASIS, mqtt-v3.1.1).
+//! The MQTT 3.1.1 packets that the bridge needs (OASIS, mqtt-v3.1.1).
 //!
-//! Everything is published at quality of service 0: on a connection that holds nothing is lost, and after one that broke
-//! all that is retained is published again, so that acknowledgements would add a window to keep and nothing else.
+//! Everything is published at quality of service 0: a connection that holds loses nothing, and after a broken one all
+//! retained messages are published again. Acknowledgments would only add a window to manage.
 
-/// A text's or a password's longest, in bytes: its length is written in two (§1.5.3).
+/// Maximum bytes of a text or password: its length has two bytes (§1.5.3).
 pub(crate) const TEXT_BYTES_MAX: usize = 65_535;
-/// The longest packet that is read. What is subscribed to is a word or one sensor's configuration.
+/// Maximum bytes of a packet read. Subscriptions only bring a word or one sensor's configuration.
 pub(crate) const PACKET_BYTES_MAX: usize = 64 * 1024;
 
 const CONNECT: u8 = 0x10;
@@ -13,22 +13,22 @@ const PUBLISH: u8 = 0x30;
 /// With the bits that §3.8.1 reserves.
 const SUBSCRIBE: u8 = 0x82;
 const RETAIN: u8 = 0x01;
-/// The kinds of packets that come: table 2.1.
+/// The types of incoming packets: table 2.1.
 const HEARD: [u8; 4] = [2, 3, 9, 13];
-/// The number of the one subscription of a connection; 0 is not allowed.
+/// The identifier of the connection's only subscription; 0 is not allowed.
 const SUBSCRIPTION: u16 = 1;
 
-/// Asks for a ping's answer (§3.12).
+/// A ping (§3.12).
 pub(crate) const PING: [u8; 2] = [0xC0, 0x00];
 /// Ends a connection without its last will (§3.14).
 pub(crate) const DISCONNECT: [u8; 2] = [0xE0, 0x00];
 
-/// Something to publish.
+/// A message to publish.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Message {
     pub(crate) topic: String,
     pub(crate) payload: Vec<u8>,
-    /// The broker keeps it for who subscribes later; an empty one takes away what it keeps.
+    /// The broker keeps it for later subscribers; an empty one deletes what it keeps.
     pub(crate) retain: bool,
 }
 
@@ -48,13 +48,12 @@ impl Message {
         }
     }
 
-    /// Takes away what the broker keeps.
+    /// Deletes the retained message.
     pub(crate) fn cleared(topic: String) -> Self {
         Self::retained(topic, Vec::new())
     }
 }
 
-/// Who connects, and what the broker says of it when it is gone.
 pub(crate) struct Hello<'a> {
     pub(crate) client_id: &'a str,
     pub(crate) user: Option<&'a str>,
@@ -63,19 +62,19 @@ pub(crate) struct Hello<'a> {
     pub(crate) keep_alive_s: u16,
 }
 
-/// What came from the broker.
+/// A packet from the broker.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Heard {
-    /// The connection is taken, or refused with a code (§3.2.2.3).
+    /// The connection is accepted (0), or rejected with a code (§3.2.2.3).
     Connected(u8),
-    /// One answer for each topic that was subscribed to, 0x80 for one that is refused (§3.9.3).
+    /// One code per subscribed topic, 0x80 for a rejected one (§3.9.3).
     Subscribed(Vec<u8>),
-    /// Retained: it was there before the subscription.
+    /// Its `retain` is set if it was published before the subscription.
     Published(Message),
     Pong,
 }
 
-/// What no broker sends to such a client.
+/// An invalid packet.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub(crate) struct Garbled(&'static str);
@@ -126,7 +125,7 @@ pub(crate) fn subscribe(filters: &[String]) -> Vec<u8> {
     packet(SUBSCRIBE, &body)
 }
 
-/// Takes the first packet away from what has come; `None` while it is not whole.
+/// Removes the first packet from the inbox; `None` while it is incomplete.
 pub(crate) fn take(inbox: &mut Vec<u8>) -> Result<Option<Heard>, Garbled> {
     let Some((start, length)) = extent(inbox)? else {
         return Ok(None);
@@ -139,12 +138,12 @@ pub(crate) fn take(inbox: &mut Vec<u8>) -> Result<Option<Heard>, Garbled> {
     parse(whole[0], &whole[start..]).map(Some)
 }
 
-/// Where a packet's body begins and how long it is (§2.2.3).
+/// Where a packet's body begins, and its length (§2.2.3).
 fn extent(inbox: &[u8]) -> Result<Option<(usize, usize)>, Garbled> {
-    // Another server's answer would be waited for as if it were a long packet.
+    // Otherwise another server's answer could look like a long packet to wait for.
     let mut header = inbox.iter().take(1);
     if header.any(|header| !HEARD.contains(&(header >> 4))) {
-        return Err(Garbled("a packet that nothing asked for"));
+        return Err(Garbled("an unexpected packet"));
     }
     let mut length = 0;
     for index in 0..4 {
@@ -166,7 +165,7 @@ fn parse(header: u8, body: &[u8]) -> Result<Heard, Garbled> {
         (3, _) => published(header, body),
         (9, [_, _, codes @ ..]) => Ok(Heard::Subscribed(codes.to_vec())),
         (13, []) => Ok(Heard::Pong),
-        _ => Err(Garbled("a packet that nothing asked for")),
+        _ => Err(Garbled("an unexpected packet")),
     }
 }
 
@@ -176,11 +175,11 @@ fn published(header: u8, body: &[u8]) -> Result<Heard, Garbled> {
     let length = usize::from(u16::from_be_bytes(*length));
     let (topic, payload) = rest.split_at_checked(length).ok_or(cut)?;
     if header & 0x06 != 0 {
-        return Err(Garbled("a message that wants to be acknowledged"));
+        return Err(Garbled("a message with a quality of service above 0"));
     }
     let topic = String::from_utf8(topic.to_vec());
     Ok(Heard::Published(Message {
-        topic: topic.or(Err(Garbled("a topic that is no text")))?,
+        topic: topic.or(Err(Garbled("a topic that is not UTF-8")))?,
         payload: payload.to_vec(),
         retain: header & RETAIN != 0,
     }))
@@ -201,7 +200,7 @@ fn packet(header: u8, body: &[u8]) -> Vec<u8> {
     packet
 }
 
-/// A text or bytes behind their length; what is longer was refused before ([`TEXT_BYTES_MAX`]).
+/// A text or bytes after their length; longer ones were rejected before ([`TEXT_BYTES_MAX`]).
 fn put_text(body: &mut Vec<u8>, text: &[u8]) {
     let text = &text[..text.len().min(TEXT_BYTES_MAX)];
     body.extend(u16::try_from(text.len()).unwrap_or(u16::MAX).to_be_bytes());
@@ -273,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_broker_sends_is_refused_and_nothing_is_read_without_end() {
+    fn invalid_packets_are_rejected_and_lengths_are_bounded() {
         for garbled in [
             &b"HTTP/1.1 400 Bad Request"[..],
             b"\x30\xFF\xFF\xFF\x7F",

@@ -1,25 +1,25 @@
-//! Whether somebody is in front of a sensor: a threshold, and no more than that.
+//! Detects a person in front of a sensor with a simple threshold.
 //!
-//! Somebody is there once so many pixels are so much warmer than the frame's median, and is gone once fewer were, less one
-//! step of the sensor, for some time. It knows neither who is warm nor since when: a radiator, a kettle, a patch of sun
-//! and a cat count, and whoever fills more than half of the picture becomes the background.
+//! Somebody is present once enough pixels are warm enough above the frame's median, and absent after fewer were, with
+//! one sensor step of hysteresis, for the hold time. The rule cannot tell who is warm or since when: a radiator, a
+//! kettle, a patch of sun or a cat count too, and whoever fills more than half of the frame becomes the background.
 
 use amg8833::word;
 use grideye_frame::Frame;
 use std::time::Duration;
 
-/// When somebody is there.
+/// When somebody is present.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rule {
-    /// So many pixels, at least 1.
+    /// Minimum number of warm pixels, at least 1.
     pub pixels: usize,
-    /// So many degrees above the frame's median.
+    /// Degrees above the frame's median that make a pixel warm.
     pub above_c: f64,
-    /// Nobody is there once fewer were for so long.
+    /// Somebody is absent after fewer pixels were warm for this long.
     pub hold: Duration,
 }
 
-/// What was last said, and since when it is contradicted.
+/// The current state, and when enough pixels were last warm.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Presence {
     is_there: bool,
@@ -31,7 +31,7 @@ impl Presence {
         self.is_there
     }
 
-    /// Looks at a frame; `now` never goes back.
+    /// Judges a frame; `now` never goes back.
     pub(crate) fn see(&mut self, frame: &Frame, rule: &Rule, now: Duration) -> bool {
         let step_c = f64::from(word::PIXEL_STEP.get());
         let least_c = rule.above_c - if self.is_there { step_c } else { 0.0 };
@@ -45,7 +45,7 @@ impl Presence {
     }
 }
 
-/// Pixels that are at least so much warmer than the median of all.
+/// Pixels at least `above_c` warmer than the median of all.
 fn warm_pixels(frame: &Frame, above_c: f64) -> usize {
     let mut sorted = frame.pixels.map(|pixel| f64::from(pixel.get()));
     sorted.sort_by(f64::total_cmp);
@@ -87,7 +87,7 @@ mod tests {
             (2, 21.25, false),
             (2, 21.5, true),
             (31, 24.0, true),
-            // More than half of the picture is the background.
+            // More than half of the frame is the background.
             (33, 24.0, false),
         ] {
             let mut presence = Presence::default();
@@ -100,14 +100,14 @@ mod tests {
     fn somebody_stays_for_the_hold_and_while_a_step_less_is_seen() {
         let mut presence = Presence::default();
         assert!(presence.see(&frame(2, 21.5), &RULE, at(10)));
-        // One step less is enough to stay, and is not to come.
+        // One step less suffices to stay, but not to arrive.
         assert!(presence.see(&frame(2, 21.25), &RULE, at(20)));
         assert!(presence.see(&frame(2, 21.0), &RULE, at(24)));
         assert!(!presence.see(&frame(2, 21.0), &RULE, at(25)));
         assert!(!presence.see(&frame(2, 21.25), &RULE, at(26)));
     }
 
-    /// Frames that the rule calls occupied, of those that people labeled with nobody and with somebody.
+    /// Frames that the rule calls occupied, among those people labeled as empty and as occupied.
     fn counted(name: &str) -> [(usize, usize); 2] {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../recordings/linaige");
         let file = File::open(folder.join(name)).unwrap();
@@ -125,7 +125,7 @@ mod tests {
         counted
     }
 
-    /// The figures of the README: each frame alone, without the hold.
+    /// The figures of the README: each frame alone, without the hold time.
     #[test]
     fn what_the_rule_makes_of_labeled_frames_of_a_real_sensor_is_what_is_documented() {
         let room_b = counted("Session2_2021-07-01_RoomB_v2.csv");

@@ -1,4 +1,4 @@
-//! What the broker knows of one sensor, and what it is told next.
+//! The state of one sensor on the broker, and its next messages.
 
 use crate::discovery::{self, ABSENT, Named, OFFLINE, ONLINE, PRESENT};
 use crate::packet::Message;
@@ -11,35 +11,34 @@ use grideye_recording::StreamId;
 use serde_json::json;
 use std::time::Duration;
 
-/// What is told, and how often.
+/// What to publish, and how often.
 #[derive(Debug, Clone)]
 pub struct Telling {
-    /// Where it is told.
+    /// The topics to publish to.
     pub topics: Topics,
-    /// Temperatures no oftener than this; presence as soon as it changes.
+    /// Minimum time between states; a change of presence is published at once.
     pub state_every: Duration,
-    /// `None` for no pictures.
+    /// `None` for no images.
     pub images: Option<Images>,
-    /// A sensor whose newest frame is older is not available.
+    /// A sensor with an older newest frame is unavailable.
     pub silent_after: Duration,
-    /// A sensor whose newest frame is older is removed; `None` for never.
+    /// A sensor with an older newest frame is removed; `None` for never.
     pub forget_after: Option<Duration>,
-    /// When somebody is there.
+    /// When somebody is present.
     pub presence: Rule,
 }
 
-/// Pictures of the frames.
+/// Images of the frames.
 #[derive(Debug, Clone, Copy)]
 pub struct Images {
-    /// No oftener than this.
+    /// Minimum time between images.
     pub every: Duration,
-    /// The picture of a frame's degrees Celsius and its number, as a file that a browser shows; `None` where there is none
-    /// this time.
+    /// Draws a frame's degrees Celsius and its number as an image file for browsers; `None` for no image this time.
     pub draw: fn(&[f32; PIXELS], u64) -> Option<Vec<u8>>,
 }
 
 impl Telling {
-    /// After so long without a new value Home Assistant shows none.
+    /// Home Assistant drops a value after this time without a new one.
     fn expires(&self) -> Duration {
         self.silent_after + 2 * self.state_every
     }
@@ -50,7 +49,7 @@ impl Telling {
 pub(crate) struct Sensor {
     pub(crate) named: Named,
     standing: Standing,
-    /// What was said of its availability on this connection.
+    /// The availability last published on this connection.
     is_available: Option<bool>,
     presence: Presence,
     /// The frame that presence was last judged by.
@@ -62,19 +61,19 @@ pub(crate) struct Sensor {
 /// Whether the broker has the sensor's configurations.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum Standing {
-    /// No frame has come that was new, since the program started or the sensor was forgotten.
+    /// No new frame has come since the program started or the sensor was removed.
     Unheard,
-    /// To be announced, because it sends or the broker may have lost what it kept.
+    /// To be announced, because it sends or the broker may have lost the configurations.
     Heard,
     Announced,
-    /// Somebody removed it while this run of the agent went on.
+    /// Removed by a person during this boot of the agent.
     Removed(String),
 }
 
-/// A run of the agent and a frame's number in it.
+/// A boot of the agent, and a frame's number in it.
 type FrameId = (String, u64);
 
-/// What was last told of something.
+/// The last message of a kind.
 #[derive(Debug)]
 struct Told {
     at: Duration,
@@ -102,7 +101,7 @@ impl Sensor {
         self.standing == Standing::Announced
     }
 
-    /// Another connection, a broker or a Home Assistant that has just started: everything is said once more.
+    /// After a new connection, or a restart of the broker or Home Assistant, everything is published again.
     pub(crate) fn say_again(&mut self) {
         if self.standing == Standing::Announced {
             self.standing = Standing::Heard;
@@ -112,7 +111,7 @@ impl Sensor {
         self.image = None;
     }
 
-    /// Somebody took the configuration away; what else is kept of it goes too, until the agent is started again.
+    /// A person deleted the configuration: deletes the rest too, until the agent restarts.
     pub(crate) fn remove(&mut self, telling: &Telling) -> Vec<Message> {
         let boot = self.seen.as_ref().map(|(boot, _)| boot.clone());
         self.standing = Standing::Removed(boot.unwrap_or_default());
@@ -120,7 +119,6 @@ impl Sensor {
         discovery::removal(&telling.topics, &self.named.id)
     }
 
-    /// What there is to say now.
     pub(crate) fn look(
         &mut self,
         newest: &NewestFrame,
@@ -199,7 +197,7 @@ impl Sensor {
     }
 }
 
-/// An old frame is not told again.
+/// An old frame is not published again.
 fn is_new(told: Option<&Told>, frame: &FrameId) -> bool {
     told.is_none_or(|told| told.frame != *frame)
 }
@@ -208,7 +206,7 @@ fn is_time(told: Option<&Told>, every: Duration, now: Duration) -> bool {
     told.is_none_or(|told| now.saturating_sub(told.at) + LOOK_SLACK >= every)
 }
 
-/// The state's JSON. Steps of the sensor are written exactly, the mean to a hundredth.
+/// The state's JSON. Sensor steps are exact, the mean is rounded to a hundredth.
 fn state(frame: &Frame, is_there: bool, seq: u64) -> String {
     let pixels = frame.pixels.map(|pixel| f64::from(pixel.get()));
     let mean = pixels.iter().sum::<f64>() / 64.0;
@@ -223,7 +221,7 @@ fn state(frame: &Frame, is_there: bool, seq: u64) -> String {
     .to_string()
 }
 
-/// Half a look: one that comes a little early is not put off by a whole one.
+/// Half a poll interval: a poll that is slightly early does not wait for the next.
 const LOOK_SLACK: Duration = Duration::from_millis(250);
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
-//! How the bridge does, for `GET /v1/mqtt`.
+//! The bridge's state, for `GET /v1/mqtt`.
 
 use crate::fault::Fault;
 use serde_json::{Value, json};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Shared by the bridge, which writes, and by who asks.
+/// Shared by the bridge, which writes, and the route, which reads.
 #[derive(Debug, Clone)]
 pub(crate) struct Status(Arc<Mutex<Told>>);
 

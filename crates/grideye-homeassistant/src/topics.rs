@@ -1,22 +1,22 @@
-//! Names of sensors and topics on the broker.
+//! Identifiers of sensors, and topics on the broker.
 
 use sha2::{Digest as _, Sha256};
 
-/// Characters of a device's or a sensor's own name in an identifier.
+/// Characters of a device or sensor name in an identifier.
 const NAME_CHARS_MAX: usize = 24;
-/// Of the SHA-256 that tells apart what looks alike once written in letters, digits and `_`.
+/// Bytes of the SHA-256 that distinguishes names that look alike in letters, digits and `_`.
 const DISTINCTION_BYTES: usize = 4;
 
-/// Where messages go.
+/// The bridge's topics.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Topics {
-    /// What Home Assistant listens below, `homeassistant` unless it was set otherwise there.
+    /// Home Assistant's discovery prefix, `homeassistant` by default.
     pub discovery: String,
-    /// What everything else is below.
+    /// The prefix of all other topics.
     pub base: String,
 }
 
-/// The six things that a sensor is in Home Assistant: its platform there, and its name within the sensor.
+/// A sensor's six entities in Home Assistant: platform and name.
 pub(crate) const ENTITIES: [(&str, &str); 6] = [
     ("camera", "image"),
     ("sensor", "min"),
@@ -27,17 +27,16 @@ pub(crate) const ENTITIES: [(&str, &str); 6] = [
 ];
 
 impl Topics {
-    /// Where Home Assistant finds what an entity is.
     pub(crate) fn config(&self, id: &str, (platform, entity): (&str, &str)) -> String {
         format!("{}/{platform}/{id}/{entity}/config", self.discovery)
     }
 
-    /// The configurations of all cameras; that of ours is cleared by whoever removes the sensor.
+    /// A filter for all camera configurations; whoever removes a sensor clears its one.
     pub(crate) fn all_cameras(&self) -> String {
         self.config("+", ENTITIES[0])
     }
 
-    /// Whose camera's configuration this is.
+    /// The sensor of this camera configuration topic.
     pub(crate) fn camera_of<'a>(&self, topic: &'a str) -> Option<&'a str> {
         let (platform, entity) = ENTITIES[0];
         let id = topic.strip_prefix(&format!("{}/{platform}/", self.discovery))?;
@@ -45,7 +44,7 @@ impl Topics {
         (!id.contains('/')).then_some(id)
     }
 
-    /// Where Home Assistant says that it has started.
+    /// The topic where Home Assistant reports its start.
     pub(crate) fn birth(&self) -> String {
         format!("{}/status", self.discovery)
     }
@@ -60,35 +59,34 @@ impl Topics {
         format!("{}/{id}/availability", self.base)
     }
 
-    /// Whose availability this is.
+    /// The sensor of this availability topic.
     pub(crate) fn available_of<'a>(&self, topic: &'a str) -> Option<&'a str> {
         let id = topic.strip_prefix(&format!("{}/", self.base))?;
         let id = id.strip_suffix("/availability")?;
         (!id.contains('/')).then_some(id)
     }
 
-    /// The temperatures, and whether somebody is there.
+    /// Temperatures and presence.
     pub(crate) fn state(&self, id: &str) -> String {
         format!("{}/{id}/state", self.base)
     }
 
-    /// The picture.
     pub(crate) fn image(&self, id: &str) -> String {
         format!("{}/{id}/image", self.base)
     }
 
-    /// The same for every start of a bridge to these topics, so that the broker ends the one before it, which may have
-    /// lost its network, instead of saying of the new one that it is gone. 23 letters and digits go with every broker.
+    /// The same for every bridge with these topics, so that the broker ends an earlier connection, which may have lost
+    /// its network, instead of reporting the new one as gone. Every broker accepts 23 letters and digits.
     pub(crate) fn client_id(&self) -> String {
         let distinction = distinction(&[&self.discovery, &self.base], 8);
         format!("grideye{distinction}")
     }
 }
 
-/// The bridge among the sensors; none of these begins so.
+/// The bridge's name among the sensors; no sensor identifier has it.
 pub(crate) const BRIDGE: &str = "bridge";
 
-/// A sensor's identifier: the same permanently, and another for each device and sensor.
+/// A sensor's identifier: it never changes, and differs for each device and sensor.
 pub(crate) fn id(device: &str, sensor: &str) -> String {
     let distinction = distinction(&[device, sensor], DISTINCTION_BYTES);
     let [device, sensor] = [device, sensor].map(letters);
@@ -120,7 +118,7 @@ mod tests {
 
     #[test]
     fn an_identifier_is_stable_and_of_one_sensor_alone() {
-        // Entities of Home Assistant hang on it: it must never change.
+        // Home Assistant identifies entities by it: it must never change.
         assert_eq!(id("pi-1", "i2c-1:0x69"), "grideye_pi_1_i2c_1_0x69_db5ef13c");
         let names = ["a", "A", "a:", "a/", "a_", "ä", ""];
         let of_device = |device| names.map(|sensor| id(device, sensor));

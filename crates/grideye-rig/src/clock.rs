@@ -1,11 +1,11 @@
-//! Time for the emulated buses: real time, sped up if asked for and moved on by the bits of a slow bus; or paced time.
+//! Clocks of the emulated buses: real time, optionally sped up and advanced by the bits of a slow bus; or paced time.
 
 use amg8833_emulator::Clock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Where all buses take their time from. It stands still until it is started.
+/// The time source of all buses. It stands still until started.
 #[derive(Debug)]
 pub struct Timebase {
     started: OnceLock<Instant>,
@@ -14,7 +14,7 @@ pub struct Timebase {
 }
 
 impl Timebase {
-    /// Stands at zero; once started, it runs from `ahead` at `speed` (positive) times real time.
+    /// Starts at zero; once started, runs from `ahead` at `speed` (positive) times real time.
     #[must_use]
     pub fn new(ahead: Duration, speed: f64) -> Arc<Self> {
         Arc::new(Self {
@@ -36,7 +36,7 @@ impl Timebase {
     }
 }
 
-/// The time of one bus. Its bits run ahead of real time, until [`settle`](Self::settle) waits for that.
+/// The time of one bus. Its bits run ahead of real time until [`settle`](Self::settle) waits for it.
 #[derive(Debug)]
 pub(crate) struct BusClock {
     base: Arc<Timebase>,
@@ -56,18 +56,18 @@ impl BusClock {
         })
     }
 
-    /// From here on only bits move this bus's time, so that a transfer is as long as its bits.
+    /// From now on only bits advance this bus's time, so that a transfer takes exactly as long as its bits.
     pub(crate) fn hold(&self) {
         let now_ns = nanoseconds(self.now());
         self.held_ns.store(now_ns, Ordering::SeqCst);
     }
 
-    /// The time of this bus follows the machine's again.
+    /// This bus's time follows the machine's again.
     pub(crate) fn release(&self) {
         self.held_ns.store(NOT_HELD, Ordering::SeqCst);
     }
 
-    /// Waits until the bus has had the time for its bits.
+    /// Waits until real time has caught up with the bits.
     pub(crate) fn settle(&self) {
         let busy_until = Duration::from_nanos(self.busy_until_ns.load(Ordering::SeqCst));
         if let Some(early) = busy_until.checked_sub(self.base.now()) {
@@ -93,14 +93,14 @@ impl Clock for BusClock {
     }
 }
 
-/// Emulated time, at most `speed` times real time, that moves only while somebody waits for it or the bus transfers: a
-/// host that stalls stalls the sensor with it.
+/// Emulated time, at most `speed` times real time, that advances only while someone waits for it or the bus transfers:
+/// if the host stalls, so does the sensor.
 #[derive(Debug)]
 pub struct PacedClock {
     now_ns: AtomicU64,
     speed: f64,
     started: Instant,
-    /// Real time that the emulated clock is not charged for, because nobody asked it to move.
+    /// Real time not charged to the emulated clock, because nobody asked it to advance.
     origin: Mutex<Duration>,
 }
 
@@ -116,7 +116,7 @@ impl PacedClock {
         }
     }
 
-    /// Moves emulated time on to `until`, and waits until real time has caught up with it.
+    /// Advances emulated time to `until`, and waits until real time has caught up.
     pub fn sleep_until(&self, until: Duration) {
         self.now_ns.fetch_max(nanoseconds(until), Ordering::SeqCst);
         let due = self.now().div_f64(self.speed);
@@ -130,7 +130,7 @@ impl PacedClock {
         let real = self.started.elapsed();
         let wait = (*origin + due).checked_sub(real);
         if wait.is_none() {
-            // The host was late, and emulated time does not catch up.
+            // The host was late; emulated time does not catch up.
             *origin = real.saturating_sub(due);
         }
         wait
@@ -152,7 +152,7 @@ pub(crate) fn nanoseconds(duration: Duration) -> u64 {
     u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
 }
 
-/// A duration times a positive factor; what no duration can hold is the longest one.
+/// A duration times a positive factor, saturating.
 fn scaled(duration: Duration, factor: f64) -> Duration {
     Duration::try_from_secs_f64(duration.as_secs_f64() * factor).unwrap_or(Duration::MAX)
 }
@@ -215,7 +215,7 @@ mod tests {
         assert_eq!(clock.now(), Duration::from_millis(100));
         clock.sleep_until(Duration::from_millis(50));
         assert_eq!(clock.now(), Duration::from_millis(100));
-        // Waiting takes the real time that the speed asks for.
+        // Waiting takes the real time that the speed implies.
         let clock = PacedClock::new(10.0);
         let started = Instant::now();
         clock.sleep_until(Duration::from_millis(300));

@@ -1,11 +1,11 @@
-//! Why no machine is built, and what to do about it.
+//! The errors of building a machine.
 
 use crate::place::Place;
 use amg8833_emulator::MuxAddress;
 use grideye_frame::{COLUMNS, ROWS};
 use grideye_scene::SceneError;
 
-/// What keeps a machine from being built.
+/// Why a machine cannot be built.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what each is")]
 pub enum RigError {
@@ -16,11 +16,11 @@ pub enum RigError {
     )]
     Together(String, Place, String, Place, MuxAddress),
     #[error(
-        "bus {0} has a multiplexer at {1} and one at {2}, and one a bus is emulated\nhint: use its other channels, there are eight, or another bus"
+        "bus {0} has multiplexers at {1} and {2}, but only one per bus is emulated\nhint: use the other of its eight channels, or another bus"
     )]
     SecondMux(u32, MuxAddress, MuxAddress),
     #[error(
-        "the sensor {0} has {1} x {2} pixels, and an AMG8833 has {COLUMNS} x {ROWS}\nhint: choose another sensor, or give it `resolution = [8, 8]` in the scene"
+        "the sensor {0} has {1} x {2} pixels, but an AMG8833 has {COLUMNS} x {ROWS}\nhint: choose another sensor, or give it `resolution = [8, 8]` in the scene"
     )]
     Resolution(String, usize, usize),
     #[error(
@@ -28,7 +28,7 @@ pub enum RigError {
     )]
     NoTarget(usize, String),
     #[error(
-        "holds {0} streams of {1} runs of an agent, whose times have no common beginning\nhint: keep the rows of one device and boot"
+        "holds {0} streams of {1} boots, which have no common start of time\nhint: keep the rows of one device and boot"
     )]
     SeveralBoots(usize, usize),
     #[error("holds no frame\nhint: name a recording in which the sensor was read")]

@@ -1,8 +1,9 @@
-//! The emulated machine: a scene, a recording or one temperature as AMG8833 sensors on emulated buses, with their clock.
+//! The emulated machine: a scene, a recording or one temperature as AMG8833 sensors on emulated buses, with their
+//! clock.
 //!
-//! [`Shown`] at each [`Place`] becomes [`parts()`], and these a [`Machine`] in real time, whose rack is for `/dev/i2c-N`, a
-//! socket or USB/IP. A [`Source`] is a sensor alone on its [`bus()`] in paced time, for the agent in this process. Here, and
-//! nowhere else, the simulator meets the emulator: as a function of time that yields a frame.
+//! [`Shown`] at each [`Place`] becomes [`parts()`], and these a [`Machine`] in real time; its rack serves `/dev/i2c-N`,
+//! a socket or USB/IP. A [`Source`] is a single sensor on its [`bus()`] in paced time, for the agent in this process.
+//! Only this crate connects the simulator to the emulator, as a function from time to frame.
 //!
 //! ```
 //! use grideye_rig::{AtEnd, Build, Machine, Planned, Shown, Timebase, Wiring, World, parts};

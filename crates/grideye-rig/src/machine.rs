@@ -1,4 +1,4 @@
-//! The emulated machine: its buses with their wires and sensors, in real time, and what went over them.
+//! The emulated machine: its buses with their wires and sensors, in real time, and counts of the traffic.
 
 use crate::clock::{BusClock, Timebase};
 use crate::error::RigError;
@@ -21,49 +21,49 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// How often sensors that nobody asks measure what has fallen due.
+/// How often idle sensors take their due measurements.
 const KEEP_UP_EVERY: Duration = Duration::from_secs(1);
 
-/// What a bus tells its messages to.
+/// Receives every message on a bus.
 pub type Observer = Box<dyn FnMut(&Transfer<'_>) + Send>;
 
-/// What the buses are like.
+/// Properties of the buses.
 #[derive(Default)]
 pub struct Wiring<'a> {
     /// `None`: transfers take no time.
     pub scl_hz: Option<NonZeroU32>,
-    /// Begins with the first transfer on any bus.
+    /// Starts with the first transfer on any bus.
     pub script: Option<Script>,
-    /// Gives the bus of each number somebody who is told of every message.
+    /// Creates the observer of each bus, by its number.
     pub trace: Option<&'a dyn Fn(u32) -> Observer>,
 }
 
-/// All buses, switched on, with time standing still until [`start`](Self::start).
+/// All buses, powered on, with time stopped until [`start`](Self::start).
 pub struct Machine {
     base: Arc<Timebase>,
     buses: Vec<Handle>,
     endings: Vec<Arc<AtomicBool>>,
 }
 
-/// What went over the buses.
+/// Traffic on the buses.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
-    /// Addressed by a START or a repeated one.
+    /// Counted by START and repeated START.
     pub transactions: u64,
-    /// Address bytes included.
+    /// Including address bytes.
     pub bytes: u64,
-    /// Bytes that nobody acknowledged.
+    /// Bytes that were not acknowledged.
     pub nacks: u64,
-    /// What the sensors refused, by reason.
+    /// What the sensors rejected, by reason.
     pub refused: BTreeMap<&'static str, u64>,
-    /// Faults that struck, by kind.
+    /// Faults injected, by kind.
     pub faults: BTreeMap<&'static str, u64>,
 }
 
 impl Machine {
-    /// Builds the buses and switches the sensors on, at time zero.
+    /// Builds the buses and powers the sensors on, at time zero.
     /// # Errors
-    /// Where a fault of the script names a bus or an address without a sensor.
+    /// If a fault of the script names a bus or address without a sensor.
     pub fn new(
         base: Arc<Timebase>,
         world: &Arc<World>,
@@ -103,7 +103,7 @@ impl Machine {
         })
     }
 
-    /// The buses, for a way to reach them.
+    /// The buses, for a server or adapter.
     #[must_use]
     pub fn rack(&self) -> Rack {
         let mut rack = Rack::new();
@@ -113,18 +113,18 @@ impl Machine {
         rack
     }
 
-    /// Lets time run.
+    /// Starts time.
     pub fn start(&self) {
         self.base.start();
     }
 
-    /// Whether everything that was to be shown was shown.
+    /// Whether everything has been shown to its end.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         all_set(&self.endings)
     }
 
-    /// Does this while the sensors go on measuring, so that a reader after an hour need not wait.
+    /// Runs `serve` while the sensors keep measuring, so that a read after an hour need not catch up first.
     pub fn keeping_up<T>(&self, serve: impl FnOnce() -> T) -> T {
         let (done, is_done) = mpsc::channel::<()>();
         std::thread::scope(|scope| {
@@ -141,7 +141,7 @@ impl Machine {
         })
     }
 
-    /// What went over the buses so far.
+    /// The traffic so far.
     #[must_use]
     pub fn counts(&self) -> Counts {
         let mut counts = Counts::default();
@@ -152,7 +152,7 @@ impl Machine {
     }
 }
 
-/// A fault of a sensor or bus that is not there would never strike, and nobody would be told.
+/// Rejects a fault on a missing sensor or bus: it would never be injected, silently.
 fn check_targets(script: &Script, parts: &[Part]) -> Result<(), RigError> {
     for (number, rule) in (1..).zip(script.rules()) {
         let is_met = |part: &Part| {
@@ -196,7 +196,6 @@ fn wires(number: u32, clock: &Arc<BusClock>, parts: Vec<Part>, wiring: &Wiring<'
     wires
 }
 
-/// One bus in real time.
 struct Line {
     wires: HalAdapter<Wires, fn(&BusError) -> Fault>,
     clock: Arc<BusClock>,
@@ -209,7 +208,7 @@ fn lock(line: &SharedLine) -> MutexGuard<'_, Line> {
     line.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// One bus as a way to it holds it. It knows the others, because what begins with the first transfer begins on all.
+/// A server's handle of one bus. It knows the others, because the script starts on all with the first transfer.
 #[derive(Clone)]
 struct Handle {
     place: usize,
@@ -222,7 +221,7 @@ impl EmulatedAdapter for Handle {
     fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError> {
         let (outcome, is_first) = self.transfer_here(messages);
         if is_first {
-            // The script begins on the other buses too, with none of them locked while another is.
+            // Starts the script on the other buses too, locking one at a time.
             for (number, line) in self.lines.iter() {
                 if *number != self.here().0 {
                     self.script(&mut lock(line), *number);
@@ -238,7 +237,7 @@ impl Handle {
         &self.lines[self.place]
     }
 
-    /// The transfer, and whether it was the first on any bus.
+    /// Performs the transfer; returns also whether it was the first on any bus.
     fn transfer_here(&self, messages: &mut [Message<'_>]) -> (Result<(), TransferError>, bool) {
         let (number, line) = self.here();
         let mut line = lock(line);
@@ -284,7 +283,7 @@ impl Counts {
     }
 }
 
-/// Why sensors ignored bytes; those that they did not acknowledge are counted on the bus.
+/// Why sensors ignored bytes; the bus counts those that were not acknowledged.
 fn reasons(refusals: Refusals) -> [(&'static str, u64); 5] {
     [
         ("asleep", refusals.asleep),
@@ -325,7 +324,7 @@ fn all_set(endings: &[Arc<AtomicBool>]) -> bool {
     !endings.is_empty() && endings.iter().all(|ended| ended.load(Ordering::SeqCst))
 }
 
-/// What the adapter tells the kernel's callers of each fault of the emulated bus.
+/// Maps each fault of the emulated bus to the adapter's fault.
 fn fault(error: &BusError) -> Fault {
     match error {
         BusError::Timeout => Fault::Timeout,
@@ -348,7 +347,7 @@ enum Wires {
 }
 
 impl Wires {
-    /// The bus before the multiplexer, or the whole of it.
+    /// The bus before the multiplexer, or the only bus.
     fn trunk(&mut self) -> &mut SensorBus {
         match self {
             Self::Plain(bus) => bus,
@@ -370,15 +369,15 @@ impl Wires {
         }
     }
 
-    /// Runs the script of this bus from now on. Rules for the whole bus are the trunk's; those for an address are also
-    /// for the sensors of that address behind the multiplexer, each with draws of its own.
+    /// Starts this bus's script. Rules for the whole bus apply to the trunk; those for an address also apply to the
+    /// sensors at that address behind the multiplexer, each with its own random draws.
     fn set_script(&mut self, script: &Script) {
         if let Self::Branched(mux) = self {
             let rules = script.rules().filter(|rule| rule.address.is_some());
             let rules: Vec<Rule> = rules.copied().collect();
             let seeds = script.seed().wrapping_add(1)..;
             for (seed, bus) in seeds.zip(mux.buses_mut().skip(1)) {
-                // A part of the rules of a script is a script.
+                // Any subset of a script's rules is a valid script.
                 if let Ok(of_the_channel) = Script::new(seed, rules.clone()) {
                     bus.set_script(of_the_channel);
                 }

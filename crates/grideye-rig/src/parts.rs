@@ -1,4 +1,4 @@
-//! The sensors of a machine, as they are built in.
+//! The sensors of a machine, ready to build in.
 
 use crate::error::RigError;
 use crate::place::{Branch, Place, Planned};
@@ -9,30 +9,30 @@ use grideye_scene::profile::Profile;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// How the sensors are built.
+/// How to build the sensors.
 #[derive(Debug, Clone)]
 pub struct Build {
-    /// Of the noise; two sensors are two specimens.
+    /// Seed of the noise; each sensor is another specimen.
     pub seed: u64,
-    /// How real sensors are: their noise, their pattern and their clock; `None` for the scene's own noise.
+    /// Noise, pattern and clock of real sensors; `None` for the scene's own noise.
     pub profile: Option<Profile>,
-    /// How far the sensors' clocks are off, in parts per million, instead of the profile's.
+    /// Clock error of the sensors in parts per million, overriding the profile's.
     pub clock_error_ppm: Option<i32>,
-    /// What comes after the end of a walk or a recording.
+    /// What follows the end of a walk or a recording.
     pub at_end: AtEnd,
 }
 
-/// One sensor to be built in.
+/// One sensor to build in.
 pub struct Part {
-    /// What it is called, and where it sits.
+    /// Its name and place.
     pub planned: Planned,
     pub(crate) show: Show,
     pub(crate) options: Options,
 }
 
-/// The sensors at their places, with what each is shown.
+/// The sensors at their places, each with what it is shown.
 /// # Errors
-/// Where two sensors would answer at once, or one of them cannot be shown this.
+/// If two sensors would answer at once, or one cannot be shown this.
 pub fn parts(
     shown: &Shown,
     world: &Arc<World>,
@@ -72,14 +72,14 @@ pub fn parts(
     (0..).zip(planned).map(part).collect()
 }
 
-/// How many buses these sensors are on.
+/// The number of buses these sensors are on.
 #[must_use]
 pub fn buses(parts: &[Part]) -> usize {
     let numbers = parts.iter().map(|part| part.planned.place.bus);
     numbers.collect::<BTreeSet<u32>>().len()
 }
 
-/// No two sensors may answer at once, and a bus has one multiplexer at most.
+/// Checks that no two sensors answer at once, and that a bus has at most one multiplexer.
 fn check(planned: &[Planned]) -> Result<(), RigError> {
     let mut taken: BTreeMap<Place, &String> = BTreeMap::new();
     for Planned { name, place } in planned {
@@ -115,7 +115,7 @@ mod tests {
         for (places, words) in [
             (["1:0x68", "1:0x68"], "a and b are both at 1:0x68"),
             (["1:0x70.3:0x68", "1:0x68"], "answer at once"),
-            (["1:0x70.3:0x68", "1:0x71.4:0x68"], "0x70 and one at 0x71"),
+            (["1:0x70.3:0x68", "1:0x71.4:0x68"], "0x70 and 0x71"),
         ] {
             let [one, other] = places.map(|place| place.parse().unwrap());
             let planned = [("a", one), ("b", other)].map(|(name, place)| Planned {

@@ -1,17 +1,17 @@
-//! Where a sensor sits, and how that is written: `NAME`, `NAME=BUS:ADDRESS`, `NAME=BUS:MUX.CHANNEL:ADDRESS`.
+//! A sensor's place and its notation: `NAME`, `NAME=BUS:ADDRESS`, `NAME=BUS:MUX.CHANNEL:ADDRESS`.
 
 use amg8833_emulator::{Address, CHANNELS, MuxAddress};
 use std::fmt;
 use std::str::FromStr;
 
-/// The highest number of a bus: Linux has as many minor numbers (`MINORMASK` in `drivers/i2c/i2c-dev.c`).
+/// The highest bus number: Linux has that many minor numbers (`MINORMASK` in `drivers/i2c/i2c-dev.c`).
 const BUS_NUMBER_MAX: u32 = (1 << 20) - 1;
 /// A sensor's place in the emulated machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Place {
     /// Bus 1 is `/dev/i2c-1`.
     pub bus: u32,
-    /// The multiplexer's channel that the sensor is behind.
+    /// The multiplexer channel in front of the sensor.
     pub branch: Option<Branch>,
     /// 0x68 or 0x69.
     pub address: Address,
@@ -26,7 +26,7 @@ pub struct Branch {
     pub channel: usize,
 }
 
-/// A sensor that was asked for by its name, and its place if that was said with it.
+/// A sensor requested by name, and its place if given.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Placed {
@@ -34,7 +34,7 @@ pub struct Placed {
     pub place: Option<Place>,
 }
 
-/// One sensor of the emulated machine, by its name in the scene or the recording.
+/// One sensor of the emulated machine, with its name in the scene or recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Planned {
@@ -69,7 +69,7 @@ impl FromStr for Place {
             [bus, branch, address] => (bus, Some(branch.parse()?), address),
             _ => {
                 let hint = "BUS:ADDRESS, such as 1:0x69, or BUS:MUX.CHANNEL:ADDRESS, such as 1:0x70.3:0x69";
-                return Err(format!("no place: {text}\nhint: {hint}"));
+                return Err(format!("invalid place: {text}\nhint: {hint}"));
             }
         };
         Ok(Self {
@@ -87,7 +87,7 @@ impl FromStr for Branch {
         let hint = "MUX.CHANNEL, such as 0x70.3";
         let (mux, channel) = text
             .split_once('.')
-            .ok_or_else(|| format!("no channel of a multiplexer: {text}\nhint: {hint}"))?;
+            .ok_or_else(|| format!("invalid multiplexer channel: {text}\nhint: {hint}"))?;
         let mux = number(mux)
             .and_then(MuxAddress::from_bits)
             .ok_or_else(|| format!("a multiplexer answers at 0x70 to 0x77, not at {mux}"))?;
@@ -109,21 +109,21 @@ impl fmt::Display for Place {
     }
 }
 
-/// The address of an AMG8833, in hexadecimal with 0x or in decimal.
+/// Parses the address of an AMG8833, in hexadecimal with 0x or in decimal.
 /// # Errors
-/// Where it is no address of one.
+/// If an AMG8833 cannot have it.
 pub fn address_of(text: &str) -> Result<Address, String> {
     number(text)
         .and_then(Address::from_bits)
         .ok_or_else(|| "the AMG8833 answers at 0x68 or 0x69".to_owned())
 }
 
-/// The number of a bus in the path of its device.
+/// Parses the bus number from the path of its device.
 /// # Errors
-/// Where it is no path of an I2C bus.
+/// If the path is not one of an I2C bus.
 pub fn device(text: &str) -> Result<u32, String> {
     let number = text.strip_prefix("/dev/i2c-").ok_or_else(|| {
-        format!("{text} is no path of an I2C bus\nhint: the emulated bus N is /dev/i2c-N, such as /dev/i2c-1")
+        format!("{text} is not the path of an I2C bus\nhint: the emulated bus N is /dev/i2c-N, such as /dev/i2c-1")
     })?;
     bus_number(number)
 }
@@ -134,7 +134,7 @@ fn bus_number(text: &str) -> Result<u32, String> {
         .ok()
         .filter(|number| digits && *number <= BUS_NUMBER_MAX)
         .ok_or_else(|| {
-            format!("no number of a bus: {text}\nhint: 0 to {BUS_NUMBER_MAX}; bus 1 is /dev/i2c-1")
+            format!("invalid bus number: {text}\nhint: 0 to {BUS_NUMBER_MAX}; bus 1 is /dev/i2c-1")
         })
 }
 
@@ -166,12 +166,12 @@ mod tests {
     fn what_is_wrong_with_a_place_is_named() {
         for (text, words) in [
             ("=1:0x69", "name is missing"),
-            ("a=", "no place"),
-            ("a=1", "no place"),
-            ("a=1:2:3:4", "no place"),
-            ("a=x:0x69", "no number of a bus: x"),
-            ("a=-1:0x69", "no number of a bus: -1"),
-            ("a=+1:0x69", "no number of a bus: +1"),
+            ("a=", "invalid place"),
+            ("a=1", "invalid place"),
+            ("a=1:2:3:4", "invalid place"),
+            ("a=x:0x69", "invalid bus number: x"),
+            ("a=-1:0x69", "invalid bus number: -1"),
+            ("a=+1:0x69", "invalid bus number: +1"),
             ("a=1048576:0x69", "0 to 1048575"),
             ("a=1:0x67", "0x68 or 0x69"),
             ("a=1:0x70:0x69", "MUX.CHANNEL"),

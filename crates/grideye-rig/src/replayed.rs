@@ -1,10 +1,10 @@
-//! What came out of a replay against what went in: every word of every frame.
+//! Compares a replay's output with its input: every word of every frame.
 
 use grideye_frame::{PIXELS, RawFrame};
 use grideye_recording::Row;
 use std::fmt;
 
-/// The count of both sides, and of what differs.
+/// Counts of both sides, and of the differences.
 #[derive(Debug, Clone, Copy)]
 pub struct Replayed {
     sent: usize,
@@ -34,7 +34,7 @@ impl Replayed {
         }
     }
 
-    /// Whether every word of every frame came out, and nothing else.
+    /// Whether exactly the input came out, word for word.
     #[must_use]
     pub const fn is_equal(&self) -> bool {
         self.read == self.sent && self.missing + self.pixels + self.thermistors == 0

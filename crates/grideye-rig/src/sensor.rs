@@ -1,4 +1,4 @@
-//! One emulated sensor alone on its bus: what it sees of a scene or a recording, and how the agent takes the bus.
+//! One emulated sensor alone on its bus: its view of a scene or recording, and the agent's access to the bus.
 
 use crate::clock::PacedClock;
 use crate::error::RigError;
@@ -14,18 +14,18 @@ use std::num::NonZeroU32;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// The bus's clock on a Raspberry Pi that was told `dtparam=i2c_arm_baudrate=400000`.
+/// The bus clock of a Raspberry Pi with `dtparam=i2c_arm_baudrate=400000`.
 pub const SCL_HZ: Option<NonZeroU32> = NonZeroU32::new(400_000);
 
-/// How much warmer than the room the emulated chip is: real ones sit 3.5 to 6 °C above the scene by self-heating.
+/// How much warmer the emulated chip is than the room: real ones are 3.5 to 6 °C above the scene by self-heating.
 const SELF_HEATING_C: f32 = 4.5;
 
 /// What an emulated sensor sees.
 pub type Source = Box<dyn FrameSource + Send>;
 
-/// What a sensor of the scene sees, with noise from `seed`; the walk begins with the sensor's first measurement.
+/// A scene's sensor with noise from `seed`; the walk starts with the sensor's first measurement.
 /// # Errors
-/// Where the sensor has other than 8 x 8 pixels.
+/// If the sensor does not have 8 x 8 pixels.
 pub fn scene_source(scene: &Scene, simulator: Simulator, seed: u64) -> Result<Source, RigError> {
     check_resolution(&simulator)?;
     Ok(Box::new(Show::alone(Pictures::Scene {
@@ -35,7 +35,7 @@ pub fn scene_source(scene: &Scene, simulator: Simulator, seed: u64) -> Result<So
     })))
 }
 
-/// Refuses a sensor that no AMG8833 can stand for.
+/// Rejects a sensor that an AMG8833 cannot represent.
 pub(crate) fn check_resolution(simulator: &Simulator) -> Result<(), RigError> {
     let sensor = simulator.sensor();
     if (sensor.columns, sensor.rows) == (COLUMNS, ROWS) {
@@ -50,14 +50,14 @@ pub(crate) fn self_heated(ambient: Celsius) -> Celsius {
     Celsius::new(ambient.get() + SELF_HEATING_C)
 }
 
-/// The frames of a recording, one each sensor period from the first measurement on; the last one stays.
+/// The frames of a recording, one per sensor period from the first measurement on; the last one stays.
 #[must_use]
 pub fn replay_source(frames: &[RawFrame]) -> Source {
     let frames = evenly(frames.iter().map(word::frame));
     Box::new(Show::alone(Pictures::timed(frames)))
 }
 
-/// An emulated AMG8833 alone on its bus, powered on now; with a bus clock, transfers take their time.
+/// An emulated AMG8833 alone on its bus, powered on now; with a bus clock, transfers take time.
 pub fn bus<C: Clock>(
     clock: C,
     address: Address,
@@ -67,7 +67,6 @@ pub fn bus<C: Clock>(
     with_scl_hz(Bus::with_sensor(clock, address, source), scl_hz)
 }
 
-/// The same bus, at this speed if there is one.
 pub(crate) fn with_scl_hz<C: Clock, S: FrameSource>(
     bus: Bus<C, S>,
     scl_hz: Option<NonZeroU32>,
@@ -78,7 +77,7 @@ pub(crate) fn with_scl_hz<C: Clock, S: FrameSource>(
     }
 }
 
-/// Emulated boot time; its wall clock started right when the program did, and is synchronized.
+/// Emulated boot time; its synchronized wall clock starts at the program's start time.
 #[derive(Debug)]
 pub struct AgentClock {
     paced: Arc<PacedClock>,
@@ -86,7 +85,7 @@ pub struct AgentClock {
 }
 
 impl AgentClock {
-    /// A wall clock around emulated time.
+    /// A wall clock based on emulated time.
     #[must_use]
     pub fn new(paced: Arc<PacedClock>) -> Self {
         let started_utc = SystemTime::now().duration_since(UNIX_EPOCH);
@@ -113,18 +112,17 @@ impl grideye_agent::clock::Clock for AgentClock {
     }
 }
 
-/// The emulated bus as the agent's thread takes it: opened again and again, it stays the same bus.
+/// The emulated bus for the agent's thread: opening it again gives the same bus.
 #[derive(Clone)]
 pub struct SharedBus(Arc<Mutex<Bus<Arc<PacedClock>, Source>>>);
 
 impl SharedBus {
-    /// Shares one bus.
     #[must_use]
     pub fn new(bus: Bus<Arc<PacedClock>, Source>) -> Self {
         Self(Arc::new(Mutex::new(bus)))
     }
 
-    /// Looks at the bus, for its counters.
+    /// Accesses the bus, for its counters.
     pub fn with<T>(&self, look: impl FnOnce(&mut Bus<Arc<PacedClock>, Source>) -> T) -> T {
         look(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }

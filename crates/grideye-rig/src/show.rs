@@ -1,4 +1,4 @@
-//! What an emulated sensor sees: a scene, a recording or a constant, as a function of the time of its world, which all
+//! What an emulated sensor sees: a scene, a recording or a constant, as a function of the world's time, which all
 //! sensors of a machine share.
 
 use crate::clock::nanoseconds;
@@ -13,27 +13,27 @@ use std::time::Duration;
 /// The world has not begun.
 const NOT_BEGUN: u64 = u64::MAX;
 
-/// When a recording's frames come.
+/// When a recording's frames are shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Replay {
     /// At the times at which they were recorded.
     Times,
-    /// One with each frame of the sensor: none twice, none left out.
+    /// One per sensor frame: none twice, none skipped.
     Frames,
 }
 
-/// What comes after the end of a walk or a recording.
+/// What follows the end of a walk or a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AtEnd {
-    /// The last picture stays.
+    /// The last frame stays.
     Hold,
-    /// It begins again.
+    /// It starts again.
     Loop,
-    /// The bus is gone (ENODEV), and a server ends.
+    /// The bus disappears (ENODEV), and a server ends.
     End,
 }
 
-/// The time that all sensors share: it stands at zero until somebody speaks on one of the buses.
+/// The time shared by all sensors: it stands at zero until the first transfer on any bus.
 #[derive(Debug)]
 pub struct World {
     begun_ns: AtomicU64,
@@ -48,32 +48,31 @@ impl World {
         })
     }
 
-    /// Begins now; `false` if it has begun before.
+    /// Begins now; `false` if it began before.
     pub(crate) fn begin(&self, now: Duration) -> bool {
         let (now, order) = (nanoseconds(now).min(NOT_BEGUN - 1), Ordering::SeqCst);
         let begun = &self.begun_ns;
         begun.compare_exchange(NOT_BEGUN, now, order, order).is_ok()
     }
 
-    /// The world's time; `None` before it has begun.
+    /// The world's time; `None` before it begins.
     fn since(&self, t: Duration) -> Option<Duration> {
-        // No time is as late as that of a world that has not begun.
+        // The sentinel is later than any real time.
         t.checked_sub(Duration::from_nanos(self.begun_ns.load(Ordering::SeqCst)))
     }
 }
 
-/// How long something is shown, and what comes then.
+/// How long something is shown, and what follows.
 #[derive(Debug, Clone)]
 pub(crate) struct Timeline {
     /// Zero for what never changes.
     pub(crate) length: Duration,
     pub(crate) at_end: AtEnd,
-    /// Set for good once the end was reached.
+    /// Set permanently once the end is reached.
     pub(crate) ended: Arc<AtomicBool>,
 }
 
 impl Timeline {
-    /// A timeline whose end has not been reached.
     pub(crate) fn new(length: Duration, at_end: AtEnd) -> Self {
         Self {
             length,
@@ -82,7 +81,7 @@ impl Timeline {
         }
     }
 
-    /// Which round it is, from 0, and the time within it.
+    /// The round, from 0, and the time within it.
     fn place(&self, since: Duration) -> (u64, Duration) {
         if since < self.length || self.length.is_zero() {
             return (0, since);
@@ -104,9 +103,8 @@ impl Timeline {
     }
 }
 
-/// What is shown.
 pub(crate) enum Pictures {
-    /// A scene through one of its sensors, with the scene's own noise if there is a seed for it.
+    /// A scene through one of its sensors, with the scene's own noise if a seed is given.
     Scene {
         simulator: Box<Simulator>,
         thermistor: Celsius,
@@ -115,31 +113,30 @@ pub(crate) enum Pictures {
     /// Frames, the first at time zero, each until the next.
     Frames {
         frames: Vec<(Duration, Frame)>,
-        /// How many were shown, where each new frame of the sensor is a tick of their time; `None` where time is.
+        /// With one frame per sensor frame, how many were shown; `None` with recorded times.
         shown: Option<u32>,
     },
 }
 
 impl Pictures {
-    /// Frames at their times.
     pub(crate) const fn timed(frames: Vec<(Duration, Frame)>) -> Self {
         let shown = None;
         Self::Frames { frames, shown }
     }
 }
 
-/// One specimen of the sensor, by a profile and a seed.
+/// One specimen of the sensor, from a profile and a seed.
 pub(crate) struct Specimen {
     pub(crate) profile: Arc<Profile>,
     pub(crate) seed: u64,
-    /// Ticks that it has measured.
+    /// Ticks measured so far.
     pub(crate) ticks: u64,
 }
 
-/// A frame source: pictures on a timeline in a world, seen by an ideal sensor or by a specimen.
+/// A frame source: pictures on a timeline in a world, seen by an ideal sensor or a specimen.
 pub(crate) struct Show {
     pub(crate) world: Arc<World>,
-    /// Whether the world is this sensor's own: it begins with each first measurement.
+    /// Whether the world belongs to this sensor alone and restarts with each first measurement.
     pub(crate) alone: bool,
     pub(crate) timeline: Timeline,
     pub(crate) pictures: Pictures,
@@ -168,7 +165,7 @@ impl FrameSource for Show {
 }
 
 impl Show {
-    /// Pictures that stay at their end, for a sensor without others.
+    /// Pictures that stay at their end, for a sensor alone.
     pub(crate) fn alone(pictures: Pictures) -> Self {
         Self {
             world: World::new(),
@@ -191,7 +188,7 @@ impl Show {
                     Some(seed) => simulator.noisy(at, seed.wrapping_add(round)),
                     None => simulator.image(at),
                 };
-                // Every sensor that is not 8 x 8 was refused.
+                // Sensors other than 8 x 8 were rejected before.
                 let frame = image.to_frame(*thermistor);
                 frame.unwrap_or(Frame::uniform(*thermistor))
             }
@@ -212,16 +209,16 @@ pub(crate) fn evenly(frames: impl Iterator<Item = Frame>) -> Vec<(Duration, Fram
     (0..).map(|tick| TICK * tick).zip(frames).collect()
 }
 
-/// The time from the first frame to the end of the last, which is seen for a tick at least.
+/// The time from the first frame to the end of the last, which lasts one tick.
 pub(crate) fn length(frames: &[(Duration, Frame)]) -> Duration {
     frames.last().map_or(Duration::ZERO, |(at, _)| *at + TICK)
 }
 
-/// The last frame that was recorded until half a tick after this time: so far off a recorded time may be.
+/// The last frame recorded up to half a tick after `at`: recorded times may be off by that much.
 fn nearest(frames: &[(Duration, Frame)], at: Duration) -> Frame {
     let begun = frames.partition_point(|(recorded, _)| *recorded <= at + TICK / 2);
     let frame = frames.get(begun.saturating_sub(1));
-    // A recording without frames is refused before it comes here.
+    // Recordings without frames were rejected before.
     frame.map_or(Frame::uniform(Celsius::new(0.0)), |(_, frame)| *frame)
 }
 
@@ -296,7 +293,7 @@ mod tests {
         assert!(!timeline.ended.load(Ordering::SeqCst));
     }
 
-    /// The end comes after the last frame, and not with it.
+    /// The end comes after the last frame, not with it.
     #[test]
     fn frame_by_frame_none_is_left_out_and_none_comes_twice() {
         for (at_end, expected) in [

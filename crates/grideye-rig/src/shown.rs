@@ -10,10 +10,10 @@ use grideye_scene::{Scene, SceneError, Simulator};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-/// The frames of each sensor of a recording with their times since the first of all, by the sensor's name.
+/// Each sensor's frames with their times since the first frame of all, by sensor name.
 pub type Recorded = BTreeMap<String, Vec<(Duration, Frame)>>;
 
-/// How frames of a scene's sensor are made: [`Simulator::new`] or [`Simulator::without_grid`].
+/// How to simulate a scene's sensor: [`Simulator::new`] or [`Simulator::without_grid`].
 pub type Simulate = fn(&Scene, &str) -> Result<Simulator, SceneError>;
 
 /// What all sensors are shown.
@@ -32,7 +32,7 @@ pub enum Shown {
 }
 
 impl Shown {
-    /// The sensors that there are to choose from; `None` where any name will do.
+    /// The available sensors; `None` if any name will do.
     #[must_use]
     pub fn names(&self) -> Option<Vec<String>> {
         match self {
@@ -61,7 +61,7 @@ impl Shown {
                     simulator: Box::new(simulator),
                     thermistor: match noise_seed {
                         Some(_) => sensor::self_heated(scene.ambient()),
-                        // A profile knows how warm its chip becomes.
+                        // A profile includes the chip's self-heating.
                         None => scene.ambient(),
                     },
                     noise_seed,
@@ -69,7 +69,7 @@ impl Shown {
                 Ok((scene.duration(), pictures))
             }
             Self::Recording { replay, sensors } => {
-                // The one sensor of a recording answers to any name.
+                // A recording's only sensor answers to any name.
                 let named = sensors.get(name).or_else(|| sensors.values().next());
                 let frames = named.cloned().unwrap_or_default();
                 if *replay == Replay::Frames {
@@ -78,7 +78,7 @@ impl Shown {
                     let length = show::length(&frames);
                     return Ok((length, Pictures::Frames { frames, shown }));
                 }
-                // All of them end, and begin again, together.
+                // All of them end, and restart, together.
                 let length = sensors.values().map(|frames| show::length(frames)).max();
                 Ok((length.unwrap_or_default(), Pictures::timed(frames)))
             }
@@ -95,9 +95,9 @@ impl Shown {
     }
 }
 
-/// The frames of a recording's streams with their times since the first of all; those that are missing are left out.
+/// A recording's frames by sensor, with their times since the first frame of all; missing frames are skipped.
 /// # Errors
-/// Where it holds no frame, or streams whose times have no common beginning.
+/// If it holds no frame, or streams without a common start of time.
 pub fn recorded(streams: BTreeMap<StreamId, Vec<Record>>) -> Result<Recorded, RigError> {
     let boot = |stream: &StreamId| (stream.device.clone(), stream.boot.clone());
     let boots: BTreeSet<_> = streams.keys().map(boot).collect();

@@ -1,11 +1,10 @@
-//! The files of the pages that are about scenes; those that all pages share are the collector's.
+//! The files of the pages about scenes; files that all pages share belong to the collector.
 
 use grideye_collector::Asset;
 
 const CSS: &str = "text/css; charset=utf-8";
 const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
 
-/// A file of `assets/` with its type.
 macro_rules! file {
     ($name:literal, $kind:expr) => {
         Asset {
@@ -16,7 +15,7 @@ macro_rules! file {
     };
 }
 
-/// Of the panel beside a sensor, on the live page.
+/// Files of the panel beside a sensor, on the live page.
 pub(crate) const BESIDE: [Asset; 6] = [
     file!("beside.css", CSS),
     file!("beside.js", JAVASCRIPT),
@@ -26,7 +25,7 @@ pub(crate) const BESIDE: [Asset; 6] = [
     file!("simulation.js", JAVASCRIPT),
 ];
 
-/// Of the page on which scenes are edited, and the link to it.
+/// Files of the scene editor's page, and the link to it.
 pub(crate) const EDITOR: [Asset; 15] = [
     file!("editor.css", CSS),
     file!("cover.js", JAVASCRIPT),
@@ -45,12 +44,9 @@ pub(crate) const EDITOR: [Asset; 15] = [
     file!("to-editor.js", JAVASCRIPT),
 ];
 
-/// What the live page has of the panel.
 pub(crate) const BESIDE_HEAD: &str = include_str!("../assets/beside.html");
 
-/// What the live page has of the editor.
 pub(crate) const EDITOR_HEAD: &str =
     "<script type=\"module\" src=\"/assets/to-editor.js\"></script>\n";
 
-/// The page on which scenes are edited.
 pub(crate) const EDITOR_PAGE: &str = include_str!("../assets/editor.html");

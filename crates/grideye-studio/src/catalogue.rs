@@ -1,4 +1,4 @@
-//! The scenes of a folder, read when they are asked for and again when a file of them changes.
+//! The scenes of a folder, read on request and again when one of their files changes.
 
 use crate::disk::Disk;
 use crate::recently::Recently;
@@ -13,16 +13,14 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
 
-/// Scenes of the folder that are listed; the others, by name, are not.
+/// Maximum scenes listed, by name.
 pub(crate) const SCENES_MAX: usize = 500;
-/// Bytes of a scene file; a larger one is listed as one that cannot be used.
+/// Maximum bytes of a scene file; a larger one is listed as unusable.
 const SCENE_BYTES_MAX: u64 = 4 << 20;
-/// A remark goes on no further once it has so many bytes.
+/// A title ends once it is longer than this.
 const TITLE_BYTES_MIN: usize = 200;
-/// Simulators that are kept ready.
 const SIMULATORS_MAX: usize = 16;
 
-/// The scenes of one folder.
 pub(crate) struct Catalogue {
     folder: PathBuf,
     disk: Disk,
@@ -30,17 +28,17 @@ pub(crate) struct Catalogue {
     simulators: Mutex<Recently<(String, String, u64), Arc<Simulator>>>,
 }
 
-/// One scene file, as it was when it was read.
+/// One scene file, as last read.
 pub(crate) struct Shelved {
-    /// The file's name without its end.
+    /// The file's name without extension.
     pub(crate) name: String,
-    /// The first remark of the file, or nothing.
+    /// The file's first comment, or empty.
     pub(crate) title: String,
-    /// What it holds, or why it cannot be used.
+    /// The scene, or why it is unusable.
     pub(crate) loaded: Result<LoadedScene, String>,
-    /// Counts the times that it was read, so that what was made of it before is known to be old.
+    /// Counts the readings, so that results of earlier ones can be recognized.
     pub(crate) edition: u64,
-    /// It and the files that it names, with what tells a change.
+    /// The scene file and the files it names, with marks that reveal changes.
     seen: Vec<(PathBuf, Option<Mark>)>,
 }
 
@@ -60,7 +58,7 @@ impl Catalogue {
     /// Every scene of the folder, by name; blocks on files.
     ///
     /// # Errors
-    /// When the folder cannot be read.
+    /// If the folder cannot be read.
     pub(crate) fn list(&self) -> Result<Vec<Arc<Shelved>>> {
         let mut paths = scene_files(&self.folder)?;
         paths.truncate(SCENES_MAX);
@@ -82,7 +80,7 @@ impl Catalogue {
         Ok(scenes.clone())
     }
 
-    /// The scene of that name, if the folder holds it; blocks on files.
+    /// The scene with this name, if the folder has it; blocks on files.
     ///
     /// # Errors
     /// As [`list`](Self::list).
@@ -91,10 +89,10 @@ impl Catalogue {
         Ok(scenes.into_iter().find(|scene| scene.name == name))
     }
 
-    /// What makes the frames of one of the scene's sensors; takes a while the first time.
+    /// The simulator of one of the scene's sensors; the first call is slow.
     ///
     /// # Errors
-    /// When the scene has no such sensor.
+    /// If the scene has no such sensor.
     pub(crate) fn simulator(
         &self,
         scene: &Shelved,
@@ -134,10 +132,10 @@ impl Shelved {
         }
     }
 
-    /// What it holds.
+    /// The scene.
     ///
     /// # Errors
-    /// 422 with the reason why it cannot be used.
+    /// 422 with the reason why it is unusable.
     pub(crate) fn usable(&self) -> Result<&LoadedScene, Refusal> {
         self.loaded.as_ref().map_err(|error| unusable(error))
     }
@@ -148,12 +146,12 @@ impl Shelved {
     }
 }
 
-/// Of a scene; `error` may bring its hint along, on a line of its own.
+/// A response for an unusable scene; `error` may contain a hint on its own line.
 pub(crate) fn unusable(error: &str) -> Refusal {
     Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "unusable_scene", error)
 }
 
-/// A scene, and the files that it is made of besides its own.
+/// A scene, and the files it uses besides its own.
 pub(crate) struct LoadedScene {
     pub(crate) scene: Scene,
     pub(crate) trajectories: Vec<PathBuf>,
@@ -167,7 +165,7 @@ impl LoadedScene {
             read: RefCell::default(),
         };
         let loaded = Scene::parse(text, &path.display().to_string(), &files)
-            // It names its cause itself.
+            // The error contains its cause.
             .map_err(|error| anyhow!("{error}"))?;
         Ok(Self {
             scene: loaded.scene,
@@ -176,7 +174,7 @@ impl LoadedScene {
     }
 }
 
-/// Files below the folder, as a scene names them; those that were read are remembered.
+/// Files below the folder, named by a scene; remembers those read.
 struct Below<'a> {
     folder: &'a Path,
     disk: Disk,
@@ -197,7 +195,7 @@ fn text_of(folder: &Path, disk: Disk, path: &Path) -> Result<String> {
     let bytes = fs::metadata(path).map_or(0, |about| about.len());
     if bytes > SCENE_BYTES_MAX {
         return Err(anyhow!(
-            "the scene {shown} has {bytes} bytes, and {SCENE_BYTES_MAX} are read\nhint: put meshes into files of their own"
+            "the scene {shown} has {bytes} bytes; at most {SCENE_BYTES_MAX} are read\nhint: put meshes into separate files"
         ));
     }
     disk.read_below(folder, path).map_err(|error| match error.kind() {
@@ -216,7 +214,7 @@ fn name_of(path: &Path) -> String {
     stem.to_string_lossy().into_owned()
 }
 
-/// The first sentence of the remark with which a file begins, if it begins with one.
+/// The first sentence of the comment at the start of a file, if any.
 fn title_of(text: &str) -> String {
     let remark = text.lines().map_while(|line| line.strip_prefix('#'));
     let mut title = String::new();
@@ -235,7 +233,7 @@ fn title_of(text: &str) -> String {
 /// The scene files of a folder, by name.
 ///
 /// # Errors
-/// When it cannot be read.
+/// If it cannot be read.
 pub(crate) fn scene_files(folder: &Path) -> Result<Vec<PathBuf>> {
     let listed = fs::read_dir(folder).with_context(|| {
         format!(

@@ -1,14 +1,14 @@
-//! Where what takes long is worked out: off the threads that serve, one after the other, and no more than a few waiting.
+//! Runs long computations off the threads that serve, one at a time, with a bounded queue.
 
 use axum::http::StatusCode;
 use grideye_collector::Refusal;
 use std::sync::Arc;
 use tokio::sync::Semaphore;
 
-/// Requests that may be at a desk or wait for it; one more is told to come again.
+/// Maximum requests running or waiting; one more gets an error.
 const WAITING_MAX: usize = 32;
 
-/// One place at which one piece of work is done at a time, so that pages never take more than one processor of it.
+/// Runs one piece of work at a time, so that pages never use more than one processor.
 pub(crate) struct Desk {
     place: Arc<Semaphore>,
     queue: Semaphore,
@@ -20,7 +20,7 @@ impl Desk {
         Self::with_waiting(WAITING_MAX)
     }
 
-    /// With room for so many, the one that is at it included.
+    /// With a limit on requests, including the running one.
     pub(crate) fn with_waiting(waiting_max: usize) -> Self {
         Self {
             place: Arc::new(Semaphore::new(1)),
@@ -29,19 +29,19 @@ impl Desk {
         }
     }
 
-    /// Does the work on a thread of its own, after what came before. Work that was begun is done even if nobody waits
-    /// for it any more.
+    /// Runs the work on its own thread, after earlier work. Work that has started finishes even if nobody waits for it
+    /// any more.
     ///
     /// # Errors
-    /// 503 when too many wait, 500 when the work broke off.
+    /// 503 if too many wait, 500 if the work panicked.
     pub(crate) async fn run<T: Send + 'static>(
         &self,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Refusal> {
         let Ok(_queued) = self.queue.try_acquire() else {
-            let what = format!("{} pages are being computed for already", self.waiting_max);
+            let what = format!("{} requests are already being computed", self.waiting_max);
             return Err(Refusal::new(StatusCode::SERVICE_UNAVAILABLE, "busy", what)
-                .hint("ask again in a second, or close other pages"));
+                .hint("retry in a second, or close other pages"));
         };
         let place = Arc::clone(&self.place).acquire_owned().await;
         let done = tokio::task::spawn_blocking(move || {
@@ -49,7 +49,7 @@ impl Desk {
             work()
         });
         done.await.map_err(|error| {
-            let what = format!("the computation broke off: {error}");
+            let what = format!("the computation failed: {error}");
             Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, "broke_off", what)
         })
     }
@@ -63,7 +63,7 @@ mod tests {
     use std::sync::mpsc;
 
     #[tokio::test]
-    async fn one_works_at_a_time_and_one_too_many_is_told_to_come_again() {
+    async fn one_works_at_a_time_and_one_too_many_gets_503() {
         let desk = Arc::new(Desk::new());
         let (open, opened) = mpsc::channel::<()>();
         let is_first_done = Arc::new(AtomicBool::new(false));
@@ -92,7 +92,7 @@ mod tests {
         let refused = desk.run(|| ()).await;
         let status = refused.map_err(|refusal| refusal.into_response().status());
         assert_eq!(status, Err(StatusCode::SERVICE_UNAVAILABLE));
-        // Time for another one to begin, if it could.
+        // Gives another one time to start, if it could.
         std::thread::sleep(std::time::Duration::from_millis(50));
         open.send(()).unwrap();
         for other in std::iter::once(first).chain(others) {

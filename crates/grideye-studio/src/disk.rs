@@ -1,4 +1,4 @@
-//! The folder of scenes on the disk: read there and nowhere else, and changed by whole files.
+//! The folder of scenes: never read outside of it, and only changed by replacing whole files.
 
 use rustix::fs::OFlags;
 use std::fs::{self, File, OpenOptions};
@@ -6,30 +6,30 @@ use std::io::{self, Read};
 use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::Path;
 
-/// How files are read and written, by whoever serves the scenes.
+/// How the program reads and writes files.
 #[derive(Debug, Clone, Copy)]
 pub struct Disk {
-    /// A whole text of bounded length; [`io::ErrorKind::InvalidData`] where it is not UTF-8.
+    /// Reads a whole text of bounded length; [`io::ErrorKind::InvalidData`] if it is not UTF-8.
     pub read: fn(File) -> io::Result<String>,
-    /// Puts a file with this content into the place of whatever has that name: whole, or not at all.
+    /// Replaces the file at this path atomically.
     pub replace: fn(&Path, &mut dyn Read) -> io::Result<()>,
 }
 
 impl Disk {
-    /// The text of a file that lies below a folder.
+    /// The text of a file below the folder.
     pub(crate) fn read_below(&self, folder: &Path, path: &Path) -> io::Result<String> {
         (self.read)(open_below(folder, path)?)
     }
 }
 
-/// Opens a file that lies below a folder, and none that a link leads to elsewhere.
+/// Opens a file below a folder; rejects links that lead elsewhere.
 ///
 /// # Errors
-/// [`io::ErrorKind::InvalidInput`] if it lies elsewhere, or is no file.
+/// [`io::ErrorKind::InvalidInput`] if it lies elsewhere, or is not a file.
 pub(crate) fn open_below(folder: &Path, path: &Path) -> io::Result<File> {
     let real = fs::canonicalize(path)?;
     if !real.starts_with(fs::canonicalize(folder)?) || !real.is_file() {
-        let told = "it is no file below the scenes' folder";
+        let told = "it is not a file in the scenes' folder";
         return Err(io::Error::new(io::ErrorKind::InvalidInput, told));
     }
     let no_follow = i32::try_from(OFlags::NOFOLLOW.bits()).unwrap_or_default();
@@ -39,7 +39,7 @@ pub(crate) fn open_below(folder: &Path, path: &Path) -> io::Result<File> {
         .open(real)
 }
 
-/// For tests: without bounds, and not synced.
+/// For tests: without limits, and not synced.
 #[cfg(test)]
 pub(crate) fn plain() -> Disk {
     Disk {

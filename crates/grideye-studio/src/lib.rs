@@ -1,11 +1,11 @@
 //! Scenes on the collector's page: the editor, and a real sensor beside a simulated one.
 //!
 //! ```text
-//!  folder of scenes ─▶ catalogue ─┬─▶ beside: frames, plan, verdict ─▶ the panel on the live page
-//!                                 └─▶ editor: draft, map, save ─────▶ /editor
+//!    folder of scenes ─▶ catalogue ─┬─▶ beside: frames, plan, verdict ─▶ the panel on the live page
+//!                                   └─▶ editor: draft, map, save ─────▶ /editor
 //! ```
 //!
-//! Two annexes of the collector, which knows no scene: routes, and with them the files of the pages (`assets/`).
+//! Two annexes of the collector, which knows nothing of scenes: routes, and the pages' files (`assets/`).
 //!
 //! ```no_run
 //! use grideye_studio::{Disk, annexes};
@@ -40,10 +40,10 @@ use anyhow::Result;
 use grideye_collector::Annex;
 use std::path::Path;
 
-/// What the page has of a folder of scenes: real beside simulated, and the editor.
+/// The annexes for a folder of scenes: a real sensor beside a simulated one, and the editor.
 ///
 /// # Errors
-/// When the folder cannot be read.
+/// If the folder cannot be read.
 pub fn annexes(folder: &Path, disk: Disk) -> Result<[Annex; 2]> {
     catalogue::scene_files(folder)?;
     Ok([
@@ -59,7 +59,7 @@ mod tests {
     use grideye_collector::SystemClock;
     use std::sync::Arc;
 
-    /// What the pages and their scripts name is served, and nothing is served that none of them names.
+    /// Every file that the pages and their scripts name is served, and every served file is named.
     #[tokio::test]
     async fn the_pages_are_made_of_files_that_are_there() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,6 +1,6 @@
-//! What was used last, up to a number.
+//! A cache of the entries used last.
 
-/// A map of a few entries; what was not asked for the longest makes room.
+/// A map of a few entries; the least recently used one makes room.
 pub(crate) struct Recently<K, V> {
     /// The newest last.
     entries: Vec<(K, V)>,
@@ -36,7 +36,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_not_asked_for_the_longest_makes_room() {
+    fn the_least_recently_used_entry_makes_room() {
         let mut recently = Recently::new(2);
         recently.put("a", 1);
         recently.put("b", 2);

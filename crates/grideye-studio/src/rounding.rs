@@ -1,4 +1,4 @@
-//! Numbers as the page is sent them.
+//! Rounds numbers for the page.
 
 /// Degrees, to the hundredth.
 pub(crate) fn hundredths(number: f64) -> f64 {

@@ -1,4 +1,4 @@
-//! The collector's own router with these annexes, without a socket, for tests.
+//! For tests: the collector's own router with these annexes, without a socket.
 
 use axum::body::{Body, to_bytes};
 use axum::http::{Method, Request, header};
@@ -15,7 +15,7 @@ pub(crate) async fn app(annexes: &[Annex], clock: Arc<dyn Clock>) -> Routes {
     app_with(state.unwrap(), annexes)
 }
 
-/// The status, and the JSON of the answer or else its text.
+/// The status, and the body as JSON, or else as text.
 pub(crate) async fn ask(
     app: &Routes,
     method: Method,
@@ -39,7 +39,7 @@ pub(crate) async fn ask(
     )
 }
 
-/// Holds that these words are in a text of an answer.
+/// Asserts that an answer's text contains these words.
 pub(crate) fn says(said: &Value, words: &str) {
     let said = said.as_str().unwrap();
     assert!(said.contains(words), "{words}: {said}");

@@ -1,5 +1,5 @@
-//! The file of a running collector, handled carelessly: moved, covered by another disk, on a disk that turns read-only,
-//! and backed up while frames come in.
+//! Mishandles the file of a running collector: moved, hidden by another disk, on a disk that turns read-only, and
+//! backed up while frames come in.
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
@@ -12,7 +12,7 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// Posts `count` frames from `first` on; the status and the answer.
+/// Posts `count` frames from `first` on; returns status and answer.
 fn post(url: &str, first: u64, count: u64) -> (u16, Value) {
     let frame = |seq| {
         let pixels: Vec<u64> = (0..64).map(|pixel| (seq * 7 + pixel) % 4096).collect();
@@ -45,7 +45,7 @@ fn ask(
     (status, answer.body_mut().read_json().unwrap())
 }
 
-/// The numbers of the frames that are acknowledged through this collector.
+/// Posts frames and checks that the collector acknowledges them.
 fn acknowledge(collector: &RunningCollector, first: u64, count: u64) {
     let (status, answer) = post(collector.url(), first, count);
     let last = json!({ "s": first + count - 1 });
@@ -56,7 +56,7 @@ fn acknowledge(collector: &RunningCollector, first: u64, count: u64) {
     );
 }
 
-/// Frames that the collector counts, and those that it gives out, which are the same.
+/// The number of frames that the collector counts, after checking that a recording returns as many.
 fn readable(collector: &RunningCollector, recording: u64) -> u64 {
     let stored = collector.json("/v1/audit")["streams"][0]["stored"].as_u64();
     let csv = collector.recording_csv(recording);
@@ -66,7 +66,7 @@ fn readable(collector: &RunningCollector, recording: u64) -> u64 {
 }
 
 #[test]
-fn a_collector_whose_file_was_moved_away_does_not_end_as_if_all_was_well() {
+fn a_collector_with_its_file_moved_away_exits_with_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let collector = RunningCollector::start(folder.path());
     let recording = collector.start_recording("all");
@@ -87,7 +87,7 @@ fn a_collector_whose_file_was_moved_away_does_not_end_as_if_all_was_well() {
         "{stderr}"
     );
     assert!(
-        stderr.contains("did not close well: the store's file was moved away"),
+        stderr.contains("closing the store failed: the store's file was moved away"),
         "{stderr}"
     );
     assert_eq!(stderr.matches("error: store_gone").count(), 1, "{stderr}");
@@ -104,7 +104,7 @@ fn a_collector_whose_file_was_moved_away_does_not_end_as_if_all_was_well() {
 }
 
 #[test]
-fn a_folder_that_another_disk_covers_takes_no_post_until_it_is_uncovered() {
+fn a_folder_hidden_by_another_disk_takes_no_batch_until_it_is_back() {
     if is_left_out("GRIDEYE_WITHOUT_MOUNTS", "a store below a mount") {
         return;
     }
@@ -115,7 +115,7 @@ fn a_folder_that_another_disk_covers_takes_no_post_until_it_is_uncovered() {
     let collector = RunningCollector::start(&store);
     let recording = collector.start_recording("all");
     acknowledge(&collector, 0, 10);
-    // The system makes no disk read-only that somebody writes to, and the posts go on.
+    // The system refuses to remount a disk read-only while it is being written, so this disk fails under the batches.
     let remounted = Command::new("mount")
         .args(["-o", "remount,ro"])
         .arg(disk.path())
@@ -135,7 +135,7 @@ fn a_folder_that_another_disk_covers_takes_no_post_until_it_is_uncovered() {
 }
 
 #[test]
-fn a_disk_that_turns_read_only_takes_no_post_until_it_is_repaired() {
+fn a_disk_that_turns_read_only_takes_no_batch_until_it_is_repaired() {
     if is_left_out("GRIDEYE_WITHOUT_MOUNTS", "a store on a disk that fails") {
         return;
     }
@@ -177,7 +177,7 @@ fn a_disk_that_turns_read_only_takes_no_post_until_it_is_repaired() {
     assert_eq!(collector.stop().code, 0);
 }
 
-/// `grideye backup`, of the store in this folder.
+/// `grideye backup` of the store in this folder.
 fn backup(folder: &Path, out: &Path) -> Command {
     let mut command = grideye();
     command
@@ -187,7 +187,7 @@ fn backup(folder: &Path, out: &Path) -> Command {
     command
 }
 
-/// Posts 10 frames each 50 ms, counts those that are acknowledged, and does something meanwhile.
+/// Posts 10 frames every 50 ms, counts those acknowledged, and runs `then` meanwhile.
 fn while_frames_come<T>(collector: &RunningCollector, then: impl FnOnce(&AtomicU64) -> T) -> T {
     let (acknowledged, is_over) = (AtomicU64::new(0), AtomicBool::new(false));
     std::thread::scope(|scope| {
@@ -224,7 +224,7 @@ fn a_backup_has_every_frame_that_was_acknowledged_before_it_and_is_restored_by_i
     let counts: Value = serde_json::from_str(&ended.stdout).unwrap();
     let frames = counts["frames"].as_u64().unwrap();
     println!("{before} frames acknowledged before, {frames} in the backup, {after} after");
-    // One post may be under way.
+    // One batch may be in transit.
     assert!((before..=after + 10).contains(&frames), "{counts}");
     assert_eq!(counts["streams"][0]["stored"], frames);
     let again = run(&mut backup(folder.path(), &out));
@@ -267,7 +267,7 @@ fn a_backup_that_is_killed_leaves_nothing_under_its_name_and_the_next_one_is_who
             assert!(!out.exists());
             break partial;
         }
-        assert!(out.exists(), "neither whole nor in part");
+        assert!(out.exists(), "neither the backup nor a part of it");
     };
     let out = partial.with_extension("");
     let ended = run(&mut backup(folder.path(), &out));

@@ -1,4 +1,4 @@
-//! Real collectors and their stores: several on one database, a store that is mistreated, metrics, and the interface by its document.
+//! Real collectors and their stores: several on one database, a mishandled store, metrics, and the API as documented.
 
 mod careless_store;
 mod observability;

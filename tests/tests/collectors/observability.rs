@@ -1,4 +1,5 @@
-//! What both programs tell of themselves: health, metrics that Prometheus' own tool accepts, and logs without secrets.
+//! What both programs report about themselves: health, metrics that Prometheus' own tool accepts, and logs without
+//! secrets.
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
@@ -14,14 +15,14 @@ use std::process::{Child, Command, Stdio};
 
 const WITHOUT_PROMTOOL: &str = "GRIDEYE_WITHOUT_PROMTOOL";
 
-/// A collector that asks for tokens and an agent that joined it, both with their logs in files.
+/// A collector that requires tokens and an agent that joined it, both logging to files.
 struct Site {
     at: tempfile::TempDir,
     collector: Child,
     collector_at: SocketAddr,
     agent: Child,
     agent_at: SocketAddr,
-    /// Of whoever may do everything.
+    /// A token that may do everything.
     token: String,
 }
 
@@ -62,7 +63,7 @@ impl Site {
             .args(["join", enrolled.stdout.trim(), "--out"])
             .arg(path("collector.toml")));
         assert_eq!(joined.code, 0, "{joined:?}");
-        // Free now; the agent says so if it is not by then.
+        // Free now; if another program takes it meanwhile, the agent fails with a message.
         let agent_at = TcpListener::bind("127.0.0.1:0")
             .unwrap()
             .local_addr()
@@ -96,7 +97,7 @@ impl Site {
         self.at.path().join(name)
     }
 
-    /// Status and body of what the collector answers the admin.
+    /// Status and body of the collector's response to the admin.
     fn collector(&self, path: &str) -> (u16, String) {
         get(
             self.collector_at,
@@ -110,7 +111,7 @@ impl Site {
         get(self.agent_at, path, "")
     }
 
-    /// What must stand in no log and on no page: the random part of every token.
+    /// The random part of every token, which no log or page may contain.
     fn secrets(&self) -> Vec<String> {
         ["boss.token", "collector.toml"]
             .map(|name| {
@@ -157,7 +158,7 @@ fn check_by_promtool(metrics: &str) {
     );
 }
 
-/// What the dashboard asks for is understood by Prometheus: as rules, which it checks without a server.
+/// Checks that Prometheus understands the dashboard's queries: as rules, which it checks without a server.
 fn check_expressions_by_promtool(expressions: &[&str]) {
     let what = "Prometheus' own reading of what the dashboard asks for";
     if is_left_out(WITHOUT_PROMTOOL, what) {
@@ -167,7 +168,7 @@ fn check_expressions_by_promtool(expressions: &[&str]) {
         |(number, expression)| json!({ "record": format!("panel:{number}"), "expr": expression }),
     );
     let rules: Vec<Value> = rules.collect();
-    // YAML is more than JSON.
+    // YAML is a superset of JSON.
     let rules = json!({ "groups": [{ "name": "dashboard", "rules": rules }] });
     let ended = promtool(&["rules", "/dev/stdin"], &rules.to_string());
     assert_eq!(ended.code, 0, "{ended:?}");
@@ -202,7 +203,7 @@ fn promtool(check: &[&str], input: &str) -> Ended {
     }
 }
 
-/// Every family that the dashboard draws is one that a program tells of.
+/// Checks that a program reports every metric family that the dashboard draws.
 fn assert_dashboard_is_of(metrics: &str) {
     let file = fs::read_to_string(root().join("firmware-config/grafana.json")).unwrap();
     let dashboard: Value = serde_json::from_str(&file).unwrap();
@@ -217,7 +218,7 @@ fn assert_dashboard_is_of(metrics: &str) {
     for expression in expressions {
         let words = expression.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
         for family in words.filter(|word| word.starts_with("grideye_")) {
-            // A store without a quota and an agent without a spool do not tell of them.
+            // Reported only by a store with a quota and by an agent with a spool.
             let told = metrics.contains(&format!("# TYPE {family} "))
                 || ["grideye_store_bytes_max", "grideye_agent_spool_bytes"].contains(&family);
             assert!(told, "{family} is drawn, and nothing tells it");
@@ -228,7 +229,7 @@ fn assert_dashboard_is_of(metrics: &str) {
 }
 
 #[test]
-fn both_programs_say_how_they_do_and_none_of_it_is_secret() {
+fn both_programs_report_their_health_without_secrets() {
     let mut site = Site::new();
     let device = wait_for("the agent's first post", || {
         let (status, body) = site.collector("/v1/devices");
@@ -251,7 +252,7 @@ fn both_programs_say_how_they_do_and_none_of_it_is_secret() {
         (&"pi-1".into(), &0.into())
     );
     assert_eq!(json["delivery"]["failures_in_a_row"], 0, "{json}");
-    // There is no bus: after ten seconds without a frame that is said.
+    // There is no bus: the agent reports this after ten seconds without a frame.
     let degraded = wait_for("a reason to look", || {
         let (status, body) = site.agent("/health").unwrap();
         (status == 503).then_some(body)
@@ -270,7 +271,7 @@ fn both_programs_say_how_they_do_and_none_of_it_is_secret() {
     assert_dashboard_is_of(&metrics);
     check_by_promtool(&metrics);
 
-    // A token that is turned back is what logs are most likely to name.
+    // A rejected token is the one most likely to appear in logs.
     let revoked = run(grideye()
         .args(["token", "revoke", "pi-1", "--access"])
         .arg(site.path("access")));

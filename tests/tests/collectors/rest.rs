@@ -1,5 +1,5 @@
-//! The collector's HTTP as its OpenAPI document and its page of examples describe it: schemathesis makes requests out of the
-//! document and holds every answer against it; every example is run.
+//! Tests the collector's HTTP API against its OpenAPI document and its page of examples: schemathesis generates
+//! requests from the document and checks every response; every example is run.
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
@@ -14,10 +14,10 @@ use std::process::Command;
 const WITHOUT_REST: &str = "GRIDEYE_WITHOUT_REST";
 const DOCUMENT: &str = include_str!("../../../crates/grideye-collector/openapi.json");
 const EXAMPLES: &str = include_str!("../../../crates/grideye-collector/REST.md");
-/// What the examples call; here it is another port.
+/// The URL in the examples; the tests use another port.
 const URL: &str = "http://127.0.0.1:8833";
 
-/// What the program brings along, each in a file of its own.
+/// The annexes' documents, each in its own file.
 const BROUGHT: [(&str, &str, &str); 4] = [
     (
         "exports",
@@ -64,7 +64,7 @@ fn the_document_names_every_path_that_programs_may_call() {
         .unwrap()
         .keys()
         .map(String::as_str)
-        // One route takes all three.
+        // One route serves all three.
         .filter(|path| !["/v1/recordings/{id}.csv", "/v1/recordings/{id}.frames"].contains(path))
         .collect();
     let called = |path: &&str| !for_people.contains(path);
@@ -78,7 +78,7 @@ fn the_document_names_every_path_that_programs_may_call() {
     }
 }
 
-/// The paths that a piece of source makes routes of.
+/// The paths of the routes in a source text.
 fn routes(source: &str) -> BTreeSet<&str> {
     let pieces = source.split(".route(").skip(1);
     pieces.filter_map(|rest| rest.split('"').nth(1)).collect()
@@ -106,7 +106,7 @@ fn every_answer_is_as_the_document_says() -> Outcome {
         return Ok(());
     }
     let folder = tempfile::tempdir()?;
-    // The program with all that it can bring along; the editor writes into a copy, and nobody is at the broker.
+    // The program with all annexes; the editor writes to a copy, and no broker is there.
     let scenes = folder.path().join("scenes");
     let copied = run(Command::new("cp")
         .arg("-r")
@@ -120,7 +120,7 @@ fn every_answer_is_as_the_document_says() -> Outcome {
         "mqtt://127.0.0.1:1".as_ref(),
     ];
     let server = RunningCollector::start_with(folder.path().join("frames.sqlite"), &arguments);
-    // What the document's examples name.
+    // Create what the document's examples refer to.
     assert_eq!(server.start_recording("short"), 1);
     ureq::post(format!("{}/v1/frames", server.url())).send_json(batch(
         "i2c-1:0x69",
@@ -153,7 +153,7 @@ fn every_answer_is_as_the_document_says() -> Outcome {
         ])
         // It never ends.
         .args(["--exclude-path", "/v1/live"])
-        // That numbers ascend cannot be said in a schema.
+        // A schema cannot say that numbers ascend.
         .args(["--exclude-checks", "positive_data_acceptance"])
         .args([
             "--max-examples",
@@ -168,7 +168,7 @@ fn every_answer_is_as_the_document_says() -> Outcome {
     Ok(())
 }
 
-/// The examples of one language, each as it stands but for the address.
+/// The examples in one language, with the address replaced.
 fn examples<'a>(language: &'a str, url: &'a str) -> impl Iterator<Item = String> + 'a {
     let opening = format!("```{language}\n");
     EXAMPLES
@@ -234,7 +234,7 @@ fn every_example_for_curl_does_what_it_says() -> Outcome {
     Ok(())
 }
 
-/// Recording 1 with a label, which is also on disk, as CSV and as arrays.
+/// Recording 1 with a label, also on disk as CSV and as arrays.
 fn recorded_and_labeled(server: &Server, folder: &Path) -> Outcome {
     ureq::post(server.url("/v1/recordings")).send_json(serde_json::json!({"name": "r"}))?;
     let post = |seq| server.post(&batch("i2c-1:0x69", seq, &[frame(&person(), 402)]));
@@ -272,7 +272,7 @@ fn every_example_for_a_notebook_does_what_it_says() -> Outcome {
         };
         python.current_dir(folder.path());
         let running = std::thread::spawn(move || run(&mut python));
-        // One of them waits for frames that come.
+        // One example waits for new frames.
         let mut seq = 8 + 1000 * u64::try_from(said.len())?;
         while !running.is_finished() {
             post(seq)?;

@@ -1,5 +1,5 @@
 //! Several collectors on one PostgreSQL, with the real programs: agents that move between them, one that is killed,
-//! recordings and the live page across them; and the way there from SQLite.
+//! recordings and the live page across them, and migration from SQLite.
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 const FRAMES_A_BATCH: u64 = 5;
 
-/// A frame whose words depend on device and number, so that a mix-up would show.
+/// A frame with words that depend on device and number, so that a mix-up would show.
 fn frame(device: u64, seq: u64) -> Value {
     let pixels: Vec<u64> = (0..64)
         .map(|pixel| (device * 131 + seq * 7 + pixel) % 4096)
@@ -36,7 +36,7 @@ fn body(device: u64, first: u64, count: u64) -> Value {
     })
 }
 
-/// Posts; the highest number that is durable, or `None` if no such answer came.
+/// Posts a batch; returns the highest durable number, or `None` if no valid answer came.
 fn post(http: &ureq::Agent, url: &str, body: &Value) -> Option<u64> {
     let mut answer = http.post(format!("{url}/v1/frames")).send_json(body).ok()?;
     let answer: Value = answer.body_mut().read_json().ok()?;
@@ -50,7 +50,7 @@ fn http() -> ureq::Agent {
         .new_agent()
 }
 
-/// Numbers that look random, the same in every run (splitmix64).
+/// Pseudo-random numbers, the same in every run (splitmix64).
 struct Dice(u64);
 
 impl Dice {
@@ -88,7 +88,7 @@ fn agents_that_move_between_three_collectors_lose_nothing_when_one_is_killed() {
                         sent_again.fetch_add(1, Ordering::Relaxed);
                         std::thread::sleep(Duration::from_millis(20));
                     }
-                    // Now and then the answer is taken for lost, and another collector hears the same again.
+                    // Sometimes treat the answer as lost and send the same batch to another collector.
                     if dice.below(8) == 0 {
                         post(&http, &urls[dice.below(3)], &body);
                     }
@@ -109,7 +109,7 @@ fn agents_that_move_between_three_collectors_lose_nothing_when_one_is_killed() {
     );
     assert!(
         sent_again.load(Ordering::Relaxed) > 0,
-        "the killed one was never missed"
+        "no batch was sent again, so no agent noticed the kill"
     );
     for collector in &collectors[1..] {
         let audit = collector.json("/v1/audit");
@@ -227,7 +227,8 @@ fn a_recording_holds_exactly_what_was_acknowledged_between_its_start_and_stop_wh
         RunningCollector::start_on(&database),
     ];
     for round in 0..5 {
-        // What was acknowledged before the start is out, what was sent after its answer is in; and so with the stop.
+        // Frames acknowledged before the start are out, frames sent after the answer to it are in; likewise for the
+        // stop.
         let progress: Vec<AtomicU64> = (0..AGENTS).map(|_| AtomicU64::new(0)).collect();
         let is_over = std::sync::atomic::AtomicBool::new(false);
         let base = round * 1_000_000;
@@ -256,7 +257,7 @@ fn a_recording_holds_exactly_what_was_acknowledged_between_its_start_and_stop_wh
                 let after_start = acknowledged();
                 std::thread::sleep(Duration::from_millis(150));
                 let before_stop = acknowledged();
-                // Started through one, stopped and read through the other.
+                // Started through one collector, stopped and read through the other.
                 let csv = collectors[1].recording_csv(id);
                 let after_stop = acknowledged();
                 is_over.store(true, Ordering::SeqCst);
@@ -271,7 +272,7 @@ fn a_recording_holds_exactly_what_was_acknowledged_between_its_start_and_stop_wh
         for (device, kept) in kept.iter().enumerate() {
             let (first, last) = (kept[0], kept[kept.len() - 1]);
             assert_eq!(*kept, (first..=last).collect::<Vec<_>>(), "whole, in order");
-            // One frame of each agent may be under way at either end.
+            // One frame of each agent may be in transit at either end.
             assert!(
                 (before_start[device]..=after_start[device] + 1).contains(&first),
                 "{device}"
@@ -284,7 +285,7 @@ fn a_recording_holds_exactly_what_was_acknowledged_between_its_start_and_stop_wh
     }
 }
 
-/// Kills a migration when a part of `all` frames is copied, and answers how many that is.
+/// Kills a migration after it has copied part of `all` frames; returns how many.
 fn kill_on_the_way(migration: &mut Command, database: &str, all: u64) -> u64 {
     let mut child = migration
         .stdout(Stdio::null())
@@ -372,7 +373,7 @@ fn a_migration_that_is_killed_goes_on_where_it_was_and_ends_with_the_same_books_
     };
     let all = STREAMS * BATCHES * 50;
     let part = kill_on_the_way(&mut migrate(), &database, all);
-    // No collector takes a database with a part of the frames.
+    // No collector opens a database with only part of the frames.
     let refused = run(grideye().args(["collect", "--listen", "127.0.0.1:0", "--store", &database]));
     assert_eq!(refused.code, 1, "{refused:?}");
     assert!(
@@ -394,12 +395,12 @@ fn a_migration_that_is_killed_goes_on_where_it_was_and_ends_with_the_same_books_
         let copy = long_recording(&new, *id);
         assert!(copy == *csv, "recording {id} differs");
     }
-    // The same frames once more change nothing; a second migration into it is told that it is done.
+    // The same frames again change nothing; a second migration into it reports that it is done.
     assert!(post(&http, new.url(), &body(3, 0, 50)).is_some());
     assert_eq!(new.json("/v1/audit")["streams"][3]["stored"], BATCHES * 50);
 }
 
-/// The two lines of the documents: the database of a running collector, into a new one.
+/// The two commands in the documentation: dump the database of a running collector, restore it into a new one.
 #[test]
 fn a_database_that_is_dumped_and_restored_is_the_same_store() {
     let Some(cluster) = postgres::shared("a dump of a store in PostgreSQL") else {
@@ -439,7 +440,7 @@ fn a_database_that_is_dumped_and_restored_is_the_same_store() {
         )
     };
     assert_eq!(name(&new.json("/v1/recordings")), name(&list));
-    // The same frames again change nothing, and new ones are taken.
+    // The same frames again change nothing, and new ones are stored.
     assert!(post(&http, new.url(), &body(3, 0, 50)).is_some());
     assert_eq!(post(&http, new.url(), &body(3, 50, 50)), Some(99));
     assert_eq!(new.json("/v1/audit")["streams"][3]["stored"], 100);

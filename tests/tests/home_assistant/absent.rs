@@ -1,4 +1,4 @@
-//! A broker that is not there, or takes nothing.
+//! A broker that is absent, or accepts nothing.
 
 use crate::feed::{collector, varied};
 use grideye_tests::broker::{Broker, until};
@@ -7,15 +7,15 @@ use grideye_tests::programs::RunningCollector;
 use std::io::{Read as _, Write as _};
 use std::net::TcpListener;
 
-/// Devices of a site, and the sensors of each: as many as one post may hold.
+/// Devices of a site, and sensors per device: as many as one batch may hold.
 const DEVICES: u64 = 13;
 const SENSORS: u64 = 32;
-/// Were it queued, it would be 416 pictures of 2 kB for each of the looks in half a minute: 50 MB.
+/// If the bridge queued, it would hold 416 images of 2 kB for each poll in half a minute: 50 MB.
 const GROWTH_KIB_MAX: u64 = 24 * 1024;
-/// Sensors that the bridge tells of.
+/// Sensors that the bridge publishes.
 const TOLD_MAX: u64 = 512;
 
-/// Posts a frame of each sensor of so many devices; every post is taken.
+/// Posts a frame of each sensor of `devices` devices; every batch must be stored.
 fn post(collector: &RunningCollector, devices: u64, seq: u64) {
     let url = format!("{}/v1/frames", collector.url());
     let frames = varied();
@@ -35,10 +35,10 @@ fn post(collector: &RunningCollector, devices: u64, seq: u64) {
     }
 }
 
-/// Nobody listens at a port that is set aside for a service of the eighties (tcpmux).
+/// Nobody listens on this port, which is reserved for tcpmux, an obsolete service.
 const ABSENT: &str = "mqtt://127.0.0.1:1";
 
-/// A broker that takes the connection and then nothing more: it lets itself be connected to, again and again.
+/// A broker that accepts connections and then reads nothing more.
 fn stalled_broker() -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap();
@@ -46,7 +46,7 @@ fn stalled_broker() -> String {
         let mut held = Vec::new();
         for stream in listener.incoming() {
             let mut stream = stream.unwrap();
-            // The end of the greeting is not looked for: what comes is not read further.
+            // It reads only the start of the greeting and nothing after it.
             let _ = stream.read(&mut [0; 64]);
             let _ = stream.write_all(&[0x20, 2, 0, 0]);
             held.push(stream);
@@ -59,7 +59,7 @@ fn stalled_broker() -> String {
 fn a_broker_that_takes_nothing_or_is_not_there_costs_no_frame_and_no_memory() {
     for (url, message) in [
         (stalled_broker(), "the broker did not answer within"),
-        (ABSENT.to_owned(), "no way to the broker: "),
+        (ABSENT.to_owned(), "cannot reach the broker: "),
     ] {
         let at = tempfile::tempdir().unwrap();
         let collector = collector(at.path(), &url, &[]);
@@ -90,8 +90,8 @@ fn a_broker_that_takes_nothing_or_is_not_there_costs_no_frame_and_no_memory() {
 }
 
 #[test]
-fn more_sensors_than_are_told_of_are_named_once_and_the_others_are_told() {
-    let what = "more_sensors_than_are_told_of_are_named_once_and_the_others_are_told";
+fn too_many_sensors_are_logged_once_and_the_rest_are_published() {
+    let what = "too_many_sensors_are_logged_once_and_the_rest_are_published";
     let Some(broker) = Broker::start(what) else {
         return;
     };

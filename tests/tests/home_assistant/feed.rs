@@ -1,4 +1,4 @@
-//! A collector that tells a broker, and an agent that posts to it.
+//! A collector that publishes to a broker, and an agent that posts to it.
 
 use grideye_tests::live_page::{batch, frame};
 use grideye_tests::programs::{RunningCollector, grideye, run};
@@ -11,11 +11,11 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Stable for ever: entities of Home Assistant hang on it.
+/// Must never change: Home Assistant identifies entities by it.
 pub(crate) const ID: &str = "grideye_pi_1_s1_f56786d4";
 pub(crate) const TELLING: [&str; 4] = ["--mqtt-every", "0.5", "--mqtt-image-every", "0.5"];
 
-/// A collector that tells a broker, with its store in a folder.
+/// A collector that publishes to a broker, with its store in a folder.
 pub(crate) fn collector(at: &Path, url: &str, more: &[&str]) -> RunningCollector {
     let broker = ["--mqtt", url];
     let all = broker.iter().chain(&TELLING).chain(more);
@@ -23,7 +23,7 @@ pub(crate) fn collector(at: &Path, url: &str, more: &[&str]) -> RunningCollector
     RunningCollector::start_with(at.join("store.sqlite"), &arguments)
 }
 
-/// An agent that posts twice a second: frames of one of several scenes, over and over.
+/// An agent that posts twice a second: the frames of one of several scenes, in a loop.
 pub(crate) struct Feed {
     scene: Arc<AtomicUsize>,
     posted: Arc<Mutex<BTreeMap<u64, Value>>>,
@@ -50,7 +50,7 @@ impl Feed {
                 let from = usize::try_from(seq).unwrap() % frames.len();
                 let next: Vec<Value> = frames.iter().cycle().skip(from).take(5).cloned().collect();
                 posted.lock().unwrap().extend((seq..).zip(next.clone()));
-                // The collector may have been killed by the test.
+                // The test may have killed the collector.
                 let _ = ureq::post(&url).send_json(batch("s1", seq, &next));
                 seq += 5;
                 std::thread::sleep(Duration::from_millis(400));
@@ -70,7 +70,7 @@ impl Feed {
         self.scene.store(scene, Ordering::SeqCst);
     }
 
-    /// Raw words of a frame that was posted: pixels and thermistor.
+    /// Raw words of a posted frame: pixels and thermistor.
     pub(crate) fn posted(&self, seq: u64) -> (Vec<u16>, u16) {
         let posted = self.posted.lock().unwrap();
         let frame = &posted[&seq];
@@ -80,7 +80,7 @@ impl Feed {
         )
     }
 
-    /// The number of the next frame, once it is over.
+    /// Stops, and returns the number of the next frame.
     pub(crate) fn stop(mut self) -> u64 {
         self.is_over.store(true, Ordering::SeqCst);
         self.thread.take().unwrap().join().unwrap()
@@ -107,7 +107,7 @@ pub(crate) fn varied() -> Vec<Value> {
     (0..20).map(varied).collect()
 }
 
-/// Frames of a scene's sensor with its noise, by the program that simulates.
+/// Frames of a scene's sensor with noise, made by the real simulator.
 pub(crate) fn simulated(at: &Path, scene: &str) -> Vec<Value> {
     let (file, out) = (at.join("scene.toml"), at.join("scene.csv"));
     std::fs::write(&file, scene).unwrap();

@@ -1,4 +1,4 @@
-//! What the broker keeps and what is said of availability.
+//! Checks of retained messages and availability.
 
 use crate::feed::ID;
 use grideye_tests::broker::{Broker, Heard, Subscriber, until};
@@ -32,7 +32,7 @@ pub(crate) fn config_topics() -> Vec<String> {
     topics
 }
 
-/// Waits until the broker keeps exactly the bridge and, or not, the sensor with this word.
+/// Waits until the broker retains exactly the bridge and, if given, the sensor with this word.
 pub(crate) fn wait_until_kept(broker: &Broker, sensor: Option<&str>) {
     let mut expected = vec!["grideye/bridge/availability".to_owned()];
     if sensor.is_some() {

@@ -1,4 +1,4 @@
-//! The bridge to Home Assistant, as Debian's mosquitto hears it, and as the real Home Assistant shows it.
+//! The bridge to Home Assistant, tested with Debian's mosquitto and the real Home Assistant.
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 

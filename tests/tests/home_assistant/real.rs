@@ -1,4 +1,4 @@
-//! What the real Home Assistant makes of it: its core and its MQTT integration, without its web server.
+//! Tests with the real Home Assistant: its core and its MQTT integration, without its web server.
 
 use crate::feed::{Feed, collector, varied};
 use grideye_tests::broker::{Broker, until};
@@ -8,7 +8,7 @@ use std::io::{BufRead as _, BufReader, Write as _};
 use std::process::{Child, ChildStdin, Stdio};
 use std::sync::{Arc, Mutex};
 
-/// A running Home Assistant; it ends with its input.
+/// A running Home Assistant, which ends when its input closes.
 struct Home {
     child: Child,
     input: Option<ChildStdin>,
@@ -39,7 +39,7 @@ impl Home {
         })
     }
 
-    /// What it shows of the sensor's entity.
+    /// The displayed entity of the sensor.
     fn entity(&self, platform: &str, entity: &str) -> Value {
         let shown = self.shown.lock().unwrap();
         shown["states"][format!("{platform}.grid_eye_pi_1_s1_{entity}")].clone()
@@ -72,7 +72,7 @@ impl Drop for Home {
     }
 }
 
-/// The warmest pixel of all frames of the feed.
+/// The warmest pixel in all frames of the feed.
 fn is_highest(shown: &Value) -> bool {
     shown["state"] == "29.75"
 }
@@ -93,7 +93,7 @@ fn the_real_home_assistant_shows_the_sensor_and_removes_it() {
     let at = tempfile::tempdir().unwrap();
     let mut first = collector(at.path(), &broker.url(), &[]);
     let feed = Feed::start(&first, 0, vec![varied()]);
-    // The coldest and the warmest pixel of all frames are the same.
+    // The minimum and maximum are the same in all frames.
     let lowest = home.wait_for("the minimum", "sensor", "minimum", |shown| {
         shown["state"]
             .as_str()
@@ -131,7 +131,7 @@ fn the_real_home_assistant_shows_the_sensor_and_removes_it() {
     assert!(broker.resume(), "mosquitto does not start again");
     home.wait_for("the broker's return", "sensor", "maximum", is_highest);
 
-    // By the button of Home Assistant's page; the agent goes on.
+    // Presses the delete button of Home Assistant's page; the agent keeps sending.
     let input = home.input.as_mut().unwrap();
     input.write_all(b"remove Grid-EYE pi-1 s1\n").unwrap();
     until("the removal", || (home.entities() == 0).then_some(()));

@@ -1,4 +1,4 @@
-//! What is left at the broker when something is killed, started again, silent or removed.
+//! What remains on the broker after a kill, a restart, silence or a removal.
 
 use crate::feed::{Feed, ID, collector, varied};
 use crate::kept::{
@@ -9,8 +9,8 @@ use grideye_tests::programs::{grideye, run};
 use serde_json::Value;
 
 #[test]
-fn a_killed_collector_is_told_by_its_last_will_and_the_next_one_knows_what_it_left() {
-    let what = "a_killed_collector_is_told_by_its_last_will_and_the_next_one_knows_what_it_left";
+fn a_killed_collectors_last_will_is_published_and_the_next_one_finds_its_messages() {
+    let what = "a_killed_collectors_last_will_is_published_and_the_next_one_finds_its_messages";
     let Some(broker) = Broker::start(what) else {
         return;
     };
@@ -24,7 +24,7 @@ fn a_killed_collector_is_told_by_its_last_will_and_the_next_one_knows_what_it_le
     let will = wait_for_availability(&subscriber, "bridge", "offline");
     assert!(!will.retained, "it was said now");
     let seq = feed.stop();
-    // Nobody sends to the next one: the bridge is there, the sensor is not, though the broker still said that it is.
+    // Nobody sends to the next collector: the bridge is online, the sensor is not, although the broker still said so.
     let second = collector(at.path(), &broker.url(), &["--mqtt-silent-after", "2"]);
     wait_until_kept(&broker, Some("offline"));
     let _feed = Feed::start(&second, seq, vec![varied()]);
@@ -39,8 +39,8 @@ fn a_killed_collector_is_told_by_its_last_will_and_the_next_one_knows_what_it_le
 }
 
 #[test]
-fn a_broker_that_lost_everything_is_told_everything_again() {
-    let what = "a_broker_that_lost_everything_is_told_everything_again";
+fn a_broker_that_lost_everything_gets_everything_again() {
+    let what = "a_broker_that_lost_everything_gets_everything_again";
     let Some(mut broker) = Broker::start(what) else {
         return;
     };
@@ -58,7 +58,7 @@ fn a_broker_that_lost_everything_is_told_everything_again() {
     wait_until_kept(&broker, Some("online"));
     let subscriber = broker.subscribe();
     subscriber.wait_for("a state", |heard| heard.topic == state_topic());
-    // Home Assistant that starts anew is told the configuration and the values at once.
+    // When Home Assistant restarts, it gets the configuration and the values at once.
     broker.publish("homeassistant/status", b"online", false);
     let camera = config_topics().remove(1);
     subscriber.wait_for_next("the configuration once more", |heard| {
@@ -99,7 +99,7 @@ fn a_sensor_that_is_removed_leaves_nothing_behind() {
         "{forgotten:?}"
     );
     wait_until_kept(&broker, None);
-    // The agent goes on, and the sensor stays removed.
+    // The agent keeps sending, and the sensor stays removed.
     let subscriber = broker.subscribe();
     let stored = || {
         collector.json("/v1/sensors")["sensors"][0]["stored"]

@@ -60,7 +60,10 @@ fn a_refused_password_is_told_with_what_to_do_and_stands_nowhere() {
         let status = nobody.json("/v1/mqtt");
         status["fault"].is_object().then(|| status["fault"].clone())
     });
-    assert_eq!(fault["message"], "the broker wants a user and a password");
+    assert_eq!(
+        fault["message"],
+        "the broker requires a user and a password"
+    );
     drop(nobody);
     let taken = with_password("right-horse-battery");
     until("the connection", || {
@@ -120,7 +123,7 @@ fn an_encrypted_broker_is_believed_by_its_authority_alone() {
     });
     let message = fault["message"].as_str().unwrap();
     assert!(
-        message.contains("encryption is not to be trusted"),
+        message.contains("cannot trust the broker's certificate"),
         "{fault}"
     );
     drop(collector);
@@ -131,7 +134,7 @@ fn an_encrypted_broker_is_believed_by_its_authority_alone() {
     assert_eq!(collector.json("/v1/mqtt")["broker"], url);
 }
 
-/// A certificate that may sign others, and what signs with it.
+/// A certificate authority and its issuer.
 fn authority() -> (rcgen::Certificate, rcgen::Issuer<'static, rcgen::KeyPair>) {
     let key = rcgen::KeyPair::generate().unwrap();
     let mut parameters = rcgen::CertificateParams::new(Vec::<String>::new()).unwrap();

@@ -1,4 +1,4 @@
-//! Configurations, values, pictures and presence.
+//! Configurations, values, images and presence.
 
 use crate::feed::{Feed, ID, collector, simulated, varied};
 use crate::kept::{state_topic, wait_for_availability, wait_until_kept};
@@ -30,7 +30,7 @@ fn a_sensor_is_discovered_with_its_values_and_its_picture() {
     let image = subscriber.wait_for("the picture", |heard| heard.topic == image);
     assert!(!state.retained && !image.retained);
     assert_picture(&image, &feed);
-    // The store has the same under that number.
+    // The store has the same frame under that number.
     let sensors = collector.json("/v1/sensors");
     assert_eq!(sensors["sensors"][0]["sensor"], "s1");
     let status = collector.json("/v1/mqtt");
@@ -40,7 +40,7 @@ fn a_sensor_is_discovered_with_its_values_and_its_picture() {
     );
 }
 
-/// The keys that Home Assistant's documentation asks for.
+/// Checks the keys that Home Assistant's documentation requires.
 fn assert_config(kept: &Heard) {
     let config = kept.json();
     let mut levels = kept.topic.split('/').skip(1);
@@ -90,7 +90,7 @@ fn assert_config(kept: &Heard) {
     }
 }
 
-/// What the words mean, reckoned here from the datasheet.
+/// Checks the values, computed here from the datasheet.
 fn assert_state(state: &Heard, feed: &Feed) {
     let state = state.json();
     let (pixels, thermistor) = feed.posted(state["seq"].as_u64().unwrap());
@@ -112,7 +112,7 @@ fn assert_state(state: &Heard, feed: &Feed) {
     );
 }
 
-/// The color of each cell stands on the picture's own scale where the pixel's temperature is.
+/// Checks that each cell's color matches the pixel's temperature on the image's own scale.
 fn assert_picture(heard: &Heard, feed: &Feed) {
     let mut decoder = png::Decoder::new(std::io::Cursor::new(&heard.payload));
     decoder.set_transformations(png::Transformations::EXPAND);
@@ -137,7 +137,7 @@ fn assert_picture(heard: &Heard, feed: &Feed) {
         reason = "a whole number that is not negative"
     )]
     let (pixels, _thermistor) = feed.posted(number("seq") as u64);
-    // Cells of 40 dots from 12, 12; the scale stands right of them and ends where the paper is white.
+    // Cells of 40 dots from (12, 12); the scale is to their right and ends where the image is white.
     let bar: Vec<[u8; 3]> = (12..picture.height)
         .map(|y| dot(350, usize::try_from(y).unwrap()))
         .take_while(|color| *color != [255; 3])
@@ -159,7 +159,7 @@ fn assert_picture(heard: &Heard, feed: &Feed) {
             / f64::from(u32::try_from(bar.len()).unwrap());
         let read = high - place * (high - low);
         let expected = pixel_c(*word);
-        // A dot of the scale and a color's step.
+        // One dot of the scale and one color step.
         let step = (high - low) / 100.0;
         assert!(
             (read - expected).abs() <= step,

@@ -1,4 +1,4 @@
-//! Certificates of one's own that are wrong for the agent: what joining and checking say of them.
+//! Certificates of the site that the agent must reject, and what join and check report.
 
 use crate::site::Site;
 use grideye_tests::programs::{grideye_agent, run};
@@ -6,7 +6,7 @@ use rcgen::{BasicConstraints, CertificateParams, IsCa, Issuer, KeyPair, date_tim
 use std::fs;
 use std::path::Path;
 
-/// A collector with a certificate for this name until this year, of an authority that the line pins.
+/// A collector with a certificate for this name and these years, by an authority that the line pins.
 struct Signed {
     folder: tempfile::TempDir,
     site: Site,
@@ -34,7 +34,7 @@ fn signed(name: &str, from: i32, until: i32) -> Signed {
 }
 
 impl Signed {
-    /// The line for an authority of one's own.
+    /// The line for the site's own authority.
     fn enroll(&self) -> String {
         let authority = self.folder.path().join("authority.pem");
         let authority = authority.to_str().unwrap();
@@ -46,7 +46,7 @@ impl Signed {
     }
 }
 
-/// The clock of a Raspberry Pi that has no network is years off: the certificate is refused, and the clock is the fault.
+/// The clock of a Raspberry Pi without a network is years off: the certificate is rejected because of the clock.
 #[test]
 fn a_certificate_that_is_refused_for_its_time_or_its_name_says_so_and_what_to_look_at() {
     let good = signed("127.0.0.1", 2020, 2100);
@@ -69,7 +69,7 @@ fn a_certificate_that_is_refused_for_its_time_or_its_name_says_so_and_what_to_lo
             refused.stderr.starts_with(step) && refused.stderr.contains(hint),
             "{context}"
         );
-        // An agent that had joined it before, when clock and name were right.
+        // An agent that joined before, when clock and name were right.
         let authority = fs::read_to_string(bad.folder.path().join("authority.pem")).unwrap();
         let mut joined: toml::Table = file.parse().unwrap();
         joined.insert("collector".to_owned(), bad.site.url.clone().into());

@@ -1,4 +1,4 @@
-//! What `grideye-agent check` says of the way to the collector.
+//! What `grideye-agent check` reports about the collector.
 
 use crate::site::Site;
 use grideye_tests::programs::{grideye_agent, run, wait_for};
@@ -25,7 +25,7 @@ fn check_says_whether_the_collector_takes_the_frames_and_what_to_do_if_not() {
     let said = format!("{{\"collector\":{{\"ok\":true,\"url\":\"{}\"}}}}", site.url);
     assert!(json.stdout.lines().any(|line| line == said), "{json:?}");
 
-    // A collector whose authority was made anew, at the same address.
+    // A collector with a new authority, at the same address.
     let other = Site::new();
     let text = std::fs::read_to_string(site.path("collector.toml")).unwrap();
     let moved = text.replace(&site.url, &other.url);

@@ -1,4 +1,4 @@
-//! From `grideye enroll` to the first frame: the real programs, tokens and TLS on.
+//! From `grideye enroll` to the first frame: the real programs with tokens and TLS.
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
@@ -163,7 +163,7 @@ fn the_other_commands_need_the_token_and_the_authority_and_say_so() {
         .arg(authority));
     assert_eq!(no_token.code, 1);
     assert!(
-        no_token.stderr.contains("this collector asks for a token"),
+        no_token.stderr.contains("this collector requires a token"),
         "{no_token:?}"
     );
     let recorded = site.client("record", &["evening", "--seconds", "0"]);

@@ -1,5 +1,5 @@
-//! The whole line on a whole machine: pasted into a shell, with a `systemctl` that starts the agent on the emulated bus;
-//! and each step that can fail behind the file.
+//! The whole line on a whole machine: pasted into a shell, with a `systemctl` that starts the agent on the emulated
+//! bus; and every later step that can fail.
 
 use crate::site::{Site, mode};
 use grideye_tests::programs::{Ended, folder, grideye_agent, root, run};
@@ -8,13 +8,13 @@ use std::os::unix::fs::PermissionsExt as _;
 use std::path::PathBuf;
 use std::process::Command;
 
-/// Longer than any busy machine takes to read a first frame.
+/// Longer than a busy machine takes to read a first frame.
 const PATIENCE_S: &str = "240";
 
 const CONFIG: &str = "[[bus]]\npath = \"/dev/i2c-1\"\n[[bus.sensor]]\naddress = 0x69\n";
 
-/// A machine with systemd, as far as `systemctl` goes: what it says lies in files, what it is asked is written down, and
-/// a restart runs what the file `start` holds.
+/// A machine with a fake `systemctl`: its replies come from files, its calls are logged, and a restart runs the file
+/// `start`.
 struct Machine {
     site: Site,
 }
@@ -42,7 +42,7 @@ impl Machine {
         fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
     }
 
-    /// What `systemctl` says to this verb.
+    /// Sets the reply of `systemctl` to this verb.
     fn says(&self, verb: &str, what: &str) {
         fs::write(self.path(&format!("{verb}.says")), format!("{what}\n")).unwrap();
     }
@@ -51,7 +51,7 @@ impl Machine {
         fs::write(self.path("agent.toml"), config).unwrap();
     }
 
-    /// A restart starts the agent on an emulated bus with this in view.
+    /// Makes a restart start the agent on an emulated bus that shows `shown`.
     fn starts_the_agent(&self, shown: &str) {
         let programs = folder().canonicalize().unwrap();
         let programs = programs.display();
@@ -63,7 +63,7 @@ impl Machine {
         fs::write(self.path("start"), line).unwrap();
     }
 
-    /// Pastes a line into a shell in which `grideye-agent` keeps its file in the test's folder instead of in `/etc`.
+    /// Pastes a line into a shell in which `grideye-agent` stores its file in the test's folder instead of `/etc`.
     fn pastes(&self, line: &str, options: &str) -> Ended {
         let agent = grideye_agent().get_program().to_owned();
         let agent = PathBuf::from(agent).canonicalize().unwrap();
@@ -81,14 +81,14 @@ impl Machine {
             .env("PATH", format!("{}:{path}", self.path("bin").display())))
     }
 
-    /// What `systemctl` was asked, without what was only looked at.
+    /// The calls of `systemctl`, without queries.
     fn asked(&self) -> Vec<String> {
         let text = fs::read_to_string(self.path("asked")).unwrap_or_default();
         let changes = |line: &&str| line.starts_with("enable") || line.starts_with("restart");
         text.lines().filter(changes).map(str::to_owned).collect()
     }
 
-    /// The frames that the collector has of `pi-1`, rows without one left out.
+    /// The collector's frames of `pi-1`, without missing ones.
     fn frames(&self) -> u64 {
         let audit = self.site.client("audit", &["--json"]);
         let audit: serde_json::Value = serde_json::from_str(&audit.stdout).unwrap();
@@ -102,7 +102,7 @@ impl Machine {
 
 impl Drop for Machine {
     fn drop(&mut self) {
-        // The group that `systemctl` made for the agent; it may have ended already.
+        // The process group that `systemctl` created for the agent; it may have ended already.
         if let Ok(leader) = fs::read_to_string(self.path("pid")) {
             let group = format!("-{}", leader.trim());
             let _ = Command::new("kill").args(["-KILL", "--", &group]).output();
@@ -110,7 +110,7 @@ impl Drop for Machine {
     }
 }
 
-/// It ends no process but those that it started before; one that waits for its parent to look has ended.
+/// Kills only processes that it started itself; treats a zombie as ended.
 const SYSTEMCTL: &str = r#"
 while case "$1" in --no-*) true ;; *) false ;; esac; do shift; done
 echo "$*" >> AT/asked
@@ -156,7 +156,7 @@ fn a_line_pasted_into_a_shell_ends_with_the_first_frame_at_the_collector() {
     let frames = machine.frames();
     assert!(frames > 0, "the collector has what was told");
 
-    // The same line again: the service is started anew, and the frame that is waited for is one of the new run.
+    // The same line again: the service restarts, and joining waits for a frame of the new boot.
     let before = fs::read_to_string(&file).unwrap();
     let again = machine.pastes(&line, &options);
     assert_eq!((again.code, again.stdout), (0, told), "{}", again.stderr);
@@ -165,7 +165,7 @@ fn a_line_pasted_into_a_shell_ends_with_the_first_frame_at_the_collector() {
 }
 
 #[test]
-fn where_no_service_is_to_be_started_joining_says_what_to_run_instead() {
+fn without_a_service_joining_names_the_command_to_run() {
     let machine = Machine::new();
     let line = machine.site.enroll("pi-1");
     let by_hand = format!(
@@ -266,7 +266,7 @@ fn a_service_that_cannot_be_started_is_step_5_and_the_file_stays_good() {
         }
         assert!(stopped.stdout.contains("4/6 the file: "), "{context}");
     }
-    // What was written at the first failure serves once the machine is mended.
+    // The file from the first failure works once the machine is repaired.
     machine.configured(CONFIG);
     let checked = run(grideye_agent()
         .args(["check", "--config"])
@@ -331,7 +331,7 @@ fn a_service_that_ends_at_once_is_step_6_and_the_journal_is_named() {
 }
 
 #[test]
-fn a_service_of_which_nothing_comes_is_no_answer_at_the_limit_that_was_given() {
+fn a_silent_service_gives_no_answer_at_the_time_limit() {
     let machine = Machine::new();
     machine.says("is-active", "active");
     let line = machine.site.enroll("pi-1");

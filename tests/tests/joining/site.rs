@@ -1,11 +1,11 @@
-//! A collector with TLS and tokens, and what is asked of it.
+//! A collector with TLS and tokens, and commands against it.
 
 use grideye_tests::programs::{Ended, grideye, grideye_agent, run};
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 
-/// A collector with TLS and tokens, and the folder of everything.
+/// A collector with TLS and tokens, and the folder of all files.
 pub(crate) struct Site {
     pub(crate) at: tempfile::TempDir,
     collector: Child,
@@ -71,7 +71,7 @@ impl Site {
         enrolled.stdout.trim().to_owned()
     }
 
-    /// The code in such a line, as a program gets it.
+    /// The code in such a line, as `--json` gives it.
     pub(crate) fn code(&self, device: &str) -> String {
         let enrolled = self.grideye(&["enroll", device, "--json"]);
         assert_eq!(enrolled.code, 0, "{enrolled:?}");
@@ -91,7 +91,7 @@ impl Site {
             .arg(self.path("collector.toml")))
     }
 
-    /// As the owner of the admin's token.
+    /// Runs a client command with the admin's token.
     pub(crate) fn client(&self, command: &str, more: &[&str]) -> Ended {
         run(grideye()
             .arg(command)

@@ -1,4 +1,4 @@
-//! Step 3: whether the collector takes this device's frames with the line's token, proved by a post of none.
+//! Step 3: tests the token by posting an empty batch of this device.
 
 use crate::site::Site;
 use grideye_tests::programs::{grideye_agent, run, wait_for};
@@ -6,7 +6,7 @@ use std::fs;
 
 const TAKEN: &str = "3/6 the token: its frames are taken\n";
 
-/// The code of one line with the token of another.
+/// One line's code with another's token.
 fn with_token_of(code: &str, token: &str) -> String {
     let start = code.find("token=").unwrap() + 6;
     let end = code.find(",pin=").unwrap();
@@ -47,7 +47,7 @@ fn only_a_token_with_which_this_device_s_frames_are_taken_joins_it() {
     for (line, said) in &lines {
         refused(&site, line, said);
     }
-    // What proves the token leaves no stream, no device and no run.
+    // The test batch leaves no stream, device or boot.
     let audit = site.client("audit", &[]);
     assert_eq!(audit.stdout.trim(), "no stream yet", "{audit:?}");
 

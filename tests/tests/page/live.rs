@@ -372,7 +372,7 @@ fn a_page_for_which_there_is_no_room_is_told_so_and_comes_in_when_there_is() -> 
     )?;
     browser.open(&server.url("/"))?;
     browser.wait_for_text("#link", |text| {
-        text == "no room for this page, trying again: 64 pages are following already"
+        text == "no room for this page, trying again: 64 live pages are already open"
     })?;
     drop(others);
     browser.wait_for_text("#link", |text| text == "connected")?;

@@ -88,9 +88,7 @@ fn a_person_signs_in_with_a_token_works_signs_out_and_is_sent_out_when_it_is_rev
     wait_for_page(&browser, "/login")?;
     // A token that nobody knows is refused in words, and the page stays.
     sign_in(&browser, &Token::random()?)?;
-    browser.wait_for_text("#trouble", |text| {
-        text.contains("not, or no longer, known here")
-    })?;
+    browser.wait_for_text("#trouble", |text| text.contains("unknown or was revoked"))?;
     sign_in(&browser, &ana)?;
     wait_for_page(&browser, "/")?;
     browser.wait_for_text("#link", |text| text == "connected")?;

@@ -1,4 +1,4 @@
-//! Decides for each request who is asking, by a list of tokens that is kept up to date.
+//! Identifies the caller of each request, with a list of tokens that is reread from disk.
 
 use crate::auth::book::{TokenBook, TokenRecord};
 use crate::auth::error::{AccessError, Result};
@@ -11,9 +11,9 @@ use std::time::Duration;
 
 #[derive(Debug, Clone)]
 pub(crate) enum Caller {
-    /// Anyone: no token was ever made here.
+    /// No token was ever created here, so anyone may call.
     Anyone,
-    /// The holder of a good token, shown with the request or by way of the page's cookie.
+    /// The holder of a valid token, sent with the request or through the page's cookie.
     Holder {
         record: Arc<TokenRecord>,
         by_cookie: bool,
@@ -29,11 +29,11 @@ pub(crate) enum Presented<'a> {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Unknown {
-    /// Nothing was shown, and tokens are required.
+    /// No token was sent, and tokens are required.
     NoToken,
-    /// What was shown is no token, or no good one.
+    /// The text sent is not a token, or not a valid one.
     BadToken,
-    /// The cookie is not ours, too old, or its token was revoked.
+    /// The cookie is not ours or expired, or its token was revoked.
     BadCookie,
 }
 
@@ -48,7 +48,7 @@ struct Known {
     sessions: Option<Arc<Sessions>>,
     state: Option<FileState>,
     looked_at: Duration,
-    /// Why the list could not be read when it was last looked at. The one before it stays in force.
+    /// Why the last read of the list failed. The list before it stays in force.
     fault: Option<String>,
 }
 
@@ -67,7 +67,7 @@ impl Authenticator {
         }
     }
 
-    /// Lets those in that the folder names, and anyone while it names nobody.
+    /// Admits the holders of the folder's tokens, or anyone while there are none.
     pub(crate) fn of(folder: AccessFolder, reread_every: Duration) -> Result<Self> {
         let authenticator = Self {
             folder: Some(folder),
@@ -86,7 +86,8 @@ impl Authenticator {
         lock(&self.known).fault.clone()
     }
 
-    /// Who shows this. `now` is on the monotonic clock; `t_now_s`, since 1970-01-01 UTC, is asked for a cookie alone.
+    /// Identifies the caller. `now` is on the monotonic clock; `t_now_s` (since 1970-01-01 UTC) is called only for a
+    /// cookie.
     pub(crate) fn authenticate(
         &self,
         presented: Presented<'_>,
@@ -116,7 +117,7 @@ impl Authenticator {
         }
     }
 
-    /// A cookie for the holder of this token, good until `t_end_s`.
+    /// A cookie for the holder of this token, valid until `t_end_s`.
     pub(crate) fn cookie(&self, record: &TokenRecord, t_end_s: i64) -> Result<String> {
         Ok(self
             .sessions()?
@@ -134,7 +135,7 @@ impl Authenticator {
             })
     }
 
-    /// The key is made when somebody signs in for the first time.
+    /// The key is created at the first sign-in.
     fn sessions(&self) -> Result<Option<Arc<Sessions>>> {
         let Some(folder) = &self.folder else {
             return Ok(None);
@@ -148,8 +149,8 @@ impl Authenticator {
         Ok(Some(sessions))
     }
 
-    /// The list, looked at again if it is time, and whether anyone is let in. A list that cannot be read may name somebody: it
-    /// opens nothing.
+    /// The list, reread if due, and whether anyone is admitted. An unreadable list may hold tokens, so it admits nobody
+    /// new.
     fn look(&self, now: Duration) -> (Arc<TokenBook>, bool) {
         let mut known = lock(&self.known);
         if self.folder.is_some() && now.saturating_sub(known.looked_at) >= self.reread_every {
@@ -159,7 +160,7 @@ impl Authenticator {
         (Arc::clone(&known.book), is_open)
     }
 
-    /// The list as it is at this moment: a token may have been made just now, and its holder is not to be turned away.
+    /// Rereads the list now: a token may have just been created, and its holder must not be rejected.
     fn look_again(&self, now: Duration) -> Arc<TokenBook> {
         let mut known = lock(&self.known);
         self.refresh(&mut known, now);
@@ -179,7 +180,7 @@ impl Authenticator {
         if state == known.state {
             return Ok(());
         }
-        // A list that is gone must not open what it closed.
+        // A deleted list must not admit what it excluded.
         if state.is_none() && !known.book.is_empty() {
             let path = folder.path().join("tokens.json");
             return Err(AccessError::malformed(&path, "the list of tokens is gone"));
@@ -210,7 +211,7 @@ mod tests {
         Duration::from_secs(seconds)
     }
 
-    /// A folder with tokens of these names, an authenticator of it, and what each token reveals.
+    /// A folder with tokens of these names, its authenticator, and the text of each token.
     fn site(names: &[&str]) -> (tempfile::TempDir, AccessFolder, Authenticator, Vec<String>) {
         let around = tempfile::tempdir().unwrap();
         let folder = AccessFolder::new(around.path());
@@ -259,7 +260,7 @@ mod tests {
     #[test]
     fn a_token_that_was_made_just_now_is_known_at_once() {
         let (_around, folder, authenticator, _) = site(&["first"]);
-        // Both within the second in which the list is not looked at by itself.
+        // Within the second in which the list is not reread by itself.
         for name in ["second", "third"] {
             let token = make(&folder, name);
             assert!(shown(&authenticator, &token, 10).is_ok(), "{name}");
@@ -267,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn a_list_that_is_gone_or_broken_stays_in_force_and_is_said() {
+    fn a_deleted_or_broken_list_stays_in_force_and_is_reported() {
         let (around, _folder, authenticator, tokens) = site(&["page"]);
         let file = around.path().join("tokens.json");
         let whole = std::fs::read(&file).unwrap();
@@ -298,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cookie_is_taken_by_every_collector_of_the_folder_and_ends_with_its_token() {
+    fn a_cookie_is_valid_at_every_collector_of_the_folder_until_its_token_is_revoked() {
         let (_around, folder, authenticator, _) = site(&["page"]);
         let other = Authenticator::of(folder.clone(), EVERY).unwrap();
         let record = Arc::clone(&folder.book().unwrap().records()[0]);
@@ -309,7 +310,7 @@ mod tests {
         assert!(is_holder(&by_cookie(&other, 0, 999), true));
         let late = by_cookie(&authenticator, 0, 1000);
         assert_eq!(late.unwrap_err(), Unknown::BadCookie);
-        // A cookie is no token, and the other way round.
+        // A cookie is not a token, nor a token a cookie.
         assert!(shown(&authenticator, &cookie, 0).is_err());
         revoke(&folder);
         let revoked = by_cookie(&authenticator, 1, 0);

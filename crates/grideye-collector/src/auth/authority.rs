@@ -1,4 +1,4 @@
-//! The authority of our own making, and the certificates that it signs.
+//! The site's own certificate authority, and the certificates it signs.
 
 use crate::auth::error::{AccessError, Result};
 use crate::auth::token::{hex, random_bytes, sha256};
@@ -9,7 +9,7 @@ use rcgen::{
 use rustls::pki_types::pem::PemObject as _;
 use rustls::pki_types::{CertificateDer, PrivateKeyDer, PrivatePkcs8KeyDer};
 
-/// Signs the collector's certificates. Agents know it by the SHA-256 of its own certificate, and by nothing else.
+/// Signs the collector's certificates. Agents identify it only by the SHA-256 of its own certificate.
 #[derive(Debug)]
 pub struct Authority {
     certificate: CertificateDer<'static>,
@@ -36,9 +36,9 @@ impl Authority {
     pub(super) fn from_pem(certificate_pem: &[u8], key_pem: &[u8]) -> Result<Self, String> {
         let text = |pem: &[u8]| String::from_utf8(pem.to_vec()).map_err(|error| error.to_string());
         let certificate = CertificateDer::from_pem_slice(certificate_pem)
-            .map_err(|error| format!("this is no certificate: {error}"))?;
+            .map_err(|error| format!("this is not a certificate: {error}"))?;
         let key = KeyPair::from_pem(&text(key_pem)?)
-            .map_err(|error| format!("the key beside it is none: {error}"))?;
+            .map_err(|error| format!("the key beside it is invalid: {error}"))?;
         Ok(Self {
             certificate_pem: text(certificate_pem)?,
             certificate,
@@ -46,13 +46,13 @@ impl Authority {
         })
     }
 
-    /// `sha256-` and the SHA-256 of the certificate in hexadecimal.
+    /// `sha256-` and the certificate's SHA-256 in hexadecimal.
     #[must_use]
     pub fn pin(&self) -> String {
         pin(&self.certificate)
     }
 
-    /// The certificate, for those who want to trust it: a browser, curl.
+    /// The certificate, for clients that should trust it: a browser, curl.
     #[must_use]
     pub fn certificate_pem(&self) -> &str {
         &self.certificate_pem
@@ -84,7 +84,8 @@ pub(crate) fn pin(certificate: &CertificateDer<'_>) -> String {
     format!("sha256-{}", hex(&sha256(certificate)))
 }
 
-/// What certificates have in common. They hold from 1970 on and do not run out: a Raspberry Pi has no battery clock.
+/// Common parts of all certificates. They are valid from 1970 and never expire: a Raspberry Pi has no battery-backed
+/// clock.
 fn params(names: &[String]) -> Result<CertificateParams, rcgen::Error> {
     let mut params = CertificateParams::new(names.to_vec())?;
     params.not_before = date_time_ymd(1970, 1, 1);
@@ -129,11 +130,11 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_certificate_or_no_key_is_said() {
+    fn an_invalid_certificate_or_key_is_reported() {
         let made = Authority::new().unwrap();
         let certificate = made.certificate_pem().as_bytes();
         let error = Authority::from_pem(b"nothing", made.key_pem().as_bytes()).unwrap_err();
-        assert!(error.contains("no certificate"), "{error}");
+        assert!(error.contains("not a certificate"), "{error}");
         let error = Authority::from_pem(certificate, certificate).unwrap_err();
         assert!(error.contains("the key beside it"), "{error}");
     }

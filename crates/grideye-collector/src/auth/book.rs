@@ -1,4 +1,4 @@
-//! The list of tokens, as it stands in `tokens.json`.
+//! The list of tokens, as stored in `tokens.json`.
 
 use crate::auth::error::{AccessError, Result};
 use crate::auth::limits::{DEVICES_PER_TOKEN_MAX, TOKEN_NAME_CHARS_MAX, TOKENS_MAX};
@@ -11,25 +11,25 @@ use std::sync::Arc;
 
 const LAYOUT: u32 = 1;
 
-/// Every token that was ever made, revoked ones included, in the order in which they were made.
+/// Every token ever created, including revoked ones, in order of creation.
 #[derive(Debug, Clone, Default)]
 pub struct TokenBook {
     records: Vec<Arc<TokenRecord>>,
     by_id: HashMap<TokenId, usize>,
 }
 
-/// What is kept of a token: not its secret.
+/// The stored part of a token, without its secret.
 #[derive(Debug, Clone)]
 pub struct TokenRecord {
     /// Its public number.
     pub id: TokenId,
-    /// What a person calls it: the device, unless it was named.
+    /// Its name: the device, unless named otherwise.
     pub name: String,
     /// What it allows.
     pub scope: Scope,
-    /// When it was made, in seconds since 1970-01-01 UTC.
+    /// When it was created, in seconds since 1970-01-01 UTC.
     pub t_made_s: i64,
-    /// When it was revoked; `None` while it is good.
+    /// When it was revoked; `None` while it is valid.
     pub t_revoked_s: Option<i64>,
     pub(crate) hash: SecretHash,
 }
@@ -41,19 +41,19 @@ impl TokenBook {
         &self.records
     }
 
-    /// Whether no token was ever made. One that was revoked counts: revoking the last one must not let anyone in.
+    /// Whether no token was ever created. Revoked ones count: revoking the last one must not admit anyone.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.records.is_empty()
     }
 
-    /// The good token of that number.
+    /// The valid token with this number.
     pub(crate) fn get(&self, id: &TokenId) -> Option<&Arc<TokenRecord>> {
         let record = self.records.get(*self.by_id.get(id)?)?;
         record.t_revoked_s.is_none().then_some(record)
     }
 
-    /// Adds a token, and gives it to whom it is for: nobody can be told it again.
+    /// Adds a token and returns it: only this once, because the secret is not stored.
     ///
     /// # Errors
     /// [`AccessError`]: too many tokens or devices, a bad name, or no randomness.
@@ -74,7 +74,7 @@ impl TokenBook {
         Ok(token)
     }
 
-    /// Ends the good tokens of that number or name, and answers them.
+    /// Revokes the valid tokens with this number or name, and returns them.
     ///
     /// # Errors
     /// [`AccessError::NoSuchToken`] if there is none.
@@ -102,7 +102,10 @@ impl TokenBook {
         let file: File = serde_json::from_slice(json)
             .map_err(|error| AccessError::malformed(path, error.to_string()))?;
         if file.layout != LAYOUT {
-            let what = format!("layout {} is not known, only {LAYOUT}", file.layout);
+            let what = format!(
+                "unknown layout {}; this program knows only {LAYOUT}",
+                file.layout
+            );
             return Err(AccessError::malformed(path, what));
         }
         if file.tokens.len() > TOKENS_MAX {
@@ -114,7 +117,7 @@ impl TokenBook {
                 .into_record()
                 .map_err(|what| AccessError::malformed(path, what))?;
             if book.by_id.contains_key(&record.id) {
-                let what = format!("token {} is there twice", record.id);
+                let what = format!("duplicate token {}", record.id);
                 return Err(AccessError::malformed(path, what));
             }
             book.push(record);
@@ -197,7 +200,7 @@ impl Entry {
             },
             "read" if self.devices.is_empty() => Scope::Read,
             "admin" if self.devices.is_empty() => Scope::Admin,
-            _ => return Err(format!("token {:?} has no scope that is known", self.id)),
+            _ => return Err(format!("token {:?} has an unknown scope", self.id)),
         };
         check(&self.name, &scope).map_err(|error| error.to_string())?;
         let id = self.id.parse();

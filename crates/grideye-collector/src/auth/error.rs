@@ -1,4 +1,4 @@
-//! Why the folder of tokens cannot be used, or a change of it was refused.
+//! The errors of the folder of tokens.
 
 use crate::auth::limits::{DEVICES_PER_TOKEN_MAX, TOKEN_NAME_CHARS_MAX, TOKENS_MAX};
 use std::io;
@@ -6,22 +6,22 @@ use std::path::{Path, PathBuf};
 
 pub(super) type Result<T, E = AccessError> = core::result::Result<T, E>;
 
-/// Why the folder of tokens cannot be used, or a change of it was refused.
+/// Why the folder of tokens cannot be used, or a change was rejected.
 #[derive(Debug, thiserror::Error)]
 pub enum AccessError {
-    /// The system refused.
+    /// A file operation failed.
     #[error(
         "{}: {reason}\nhint: the folder of tokens must belong to the user that runs the collector", .path.display()
     )]
     File {
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         reason: io::Error,
     },
-    /// A file holds something else than this program wrote.
+    /// A file does not hold what this program wrote.
     #[error(
-        "{}: {what}\nhint: put back a copy of the file, or move the folder away and enroll anew", .path.display()
+        "{}: {what}\nhint: restore a copy of the file, or move the folder away and enroll again", .path.display()
     )]
     Malformed {
         /// The file.
@@ -29,30 +29,30 @@ pub enum AccessError {
         /// What is wrong with it.
         what: String,
     },
-    /// The system gave no random numbers, or the key could not be made.
-    #[error("no key can be made: {0}\nhint: does the system have a source of random numbers?")]
+    /// No randomness, or the key could not be created.
+    #[error("cannot create a key: {0}\nhint: check that the system has a source of random numbers")]
     NoKey(String),
-    /// One token more than the folder takes.
+    /// The limit on tokens is reached.
     #[error(
-        "the folder holds {TOKENS_MAX} tokens and takes no more\nhint: `grideye token list` shows them; start a folder of its own for another site"
+        "the folder already holds the maximum of {TOKENS_MAX} tokens\nhint: `grideye token list` shows them; use a separate folder for another site"
     )]
     TooManyTokens,
-    /// One device more than a token takes.
+    /// Too few or too many devices for a token.
     #[error(
-        "a token speaks for 1 to {DEVICES_PER_TOKEN_MAX} devices, found {0}\nhint: enroll the others with a token of their own"
+        "a token speaks for 1 to {DEVICES_PER_TOKEN_MAX} devices, found {0}\nhint: enroll the others with another token"
     )]
     DevicesPerToken(usize),
-    /// A name that cannot be a device or a token.
+    /// An invalid name for a device or a token.
     #[error(
         "{name:?} cannot be the name of a {of}: expected 1 to {TOKEN_NAME_CHARS_MAX} letters, digits, and - _ . :, not beginning with - or .\nhint: for example pi-1"
     )]
     BadName {
-        /// What was to be named.
+        /// What was named: device or token.
         of: &'static str,
         /// The name.
         name: String,
     },
-    /// Nothing has that number or name.
+    /// No valid token has this number or name.
     #[error("no token {0:?} is in use\nhint: `grideye token list` shows them")]
     NoSuchToken(String),
 }

@@ -1,4 +1,4 @@
-//! The files of the folder: read whole, written whole, for their owner alone.
+//! The files of the folder: read whole, written whole, accessible only to their owner.
 
 use crate::auth::authority::Authority;
 use crate::auth::book::TokenBook;
@@ -18,25 +18,25 @@ const AUTHORITY_CERTIFICATE: &str = "authority.pem";
 const AUTHORITY_KEY: &str = "authority.key";
 const ADDRESS: &str = "address";
 const LOCK: &str = "lock";
-/// Length of the key of sessions, in bytes: that of the hash that signs with it.
+/// Length of the session key in bytes: that of the hash it signs with.
 pub(super) const SESSION_KEY_BYTES: usize = 32;
 
-/// The folder of tokens and keys. Nothing is made until something is written.
+/// The folder of tokens and keys. It is created at the first write.
 #[derive(Debug, Clone)]
 pub struct AccessFolder {
     path: PathBuf,
 }
 
-/// Where agents find the collector.
+/// The collector's address, for agents.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Address {
     /// `https://HOST:PORT` or `http://HOST:PORT`.
     pub url: String,
-    /// `sha256-…` of the authority behind its certificate; `None` without TLS.
+    /// `sha256-…` of the authority that signs its certificate; `None` without TLS.
     pub pin: Option<String>,
 }
 
-/// What tells one state of a file from another.
+/// Distinguishes states of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct FileState {
     inode: u64,
@@ -45,19 +45,18 @@ pub(super) struct FileState {
 }
 
 impl AccessFolder {
-    /// The folder at this path, whether it is there or not.
+    /// The folder at this path, which need not exist.
     #[must_use]
     pub fn new(path: impl Into<PathBuf>) -> Self {
         Self { path: path.into() }
     }
 
-    /// Where it is.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The tokens as they are now; none where there is no folder.
+    /// The current tokens; none if there is no folder.
     ///
     /// # Errors
     /// [`AccessError::File`], [`AccessError::Malformed`].
@@ -69,10 +68,10 @@ impl AccessFolder {
         }
     }
 
-    /// Changes the tokens: nobody else does at the same time, and a reader sees the old list or the new.
+    /// Changes the tokens under a lock; a reader sees either the old list or the new one.
     ///
     /// # Errors
-    /// Those of the change, and [`AccessError::File`], [`AccessError::Malformed`].
+    /// Those of `change`, and [`AccessError::File`], [`AccessError::Malformed`].
     pub fn change<T>(&self, change: impl FnOnce(&mut TokenBook) -> Result<T>) -> Result<T> {
         let _lock = self.lock()?;
         let mut book = self.book()?;
@@ -85,7 +84,7 @@ impl AccessFolder {
         Ok(answer)
     }
 
-    /// The authority that signs the collector's certificates, made now if there is none.
+    /// The authority that signs the collector's certificates, created if missing.
     ///
     /// # Errors
     /// [`AccessError::File`], [`AccessError::Malformed`], [`AccessError::NoKey`].
@@ -104,7 +103,7 @@ impl AccessFolder {
                 Ok(made)
             }
             (Some(_), None) => Err(AccessError::malformed(&key, "the authority's key is gone")),
-            // The key is written first: a power cut may leave it alone, and nothing was signed with it yet.
+            // The key is written first: after a power cut it may be alone, but it has signed nothing yet.
             (None, Some(_)) => {
                 fs::remove_file(&key).map_err(AccessError::file(&key))?;
                 drop(_lock);
@@ -113,7 +112,7 @@ impl AccessFolder {
         }
     }
 
-    /// Where the collector was last told to listen, as an agent would call it.
+    /// The address stored when the collector last started, as an agent would use it.
     ///
     /// # Errors
     /// [`AccessError::File`], [`AccessError::Malformed`].
@@ -127,14 +126,14 @@ impl AccessFolder {
         let mut lines = text.lines().map(str::to_owned);
         let url = lines
             .next()
-            .ok_or_else(|| AccessError::malformed(&path, "nothing in it"))?;
+            .ok_or_else(|| AccessError::malformed(&path, "the file is empty"))?;
         Ok(Some(Address {
             url,
             pin: lines.next(),
         }))
     }
 
-    /// Remembers where the collector listens.
+    /// Stores the collector's address.
     ///
     /// # Errors
     /// [`AccessError::File`].
@@ -147,7 +146,7 @@ impl AccessFolder {
         self.write(ADDRESS, text.as_bytes())
     }
 
-    /// The key that signs the page's cookies, made now if there is none.
+    /// The key that signs the page's cookies, created if missing.
     pub(super) fn session_key(&self) -> Result<[u8; SESSION_KEY_BYTES]> {
         let _lock = self.lock()?;
         let path = self.file(SESSION_KEY);
@@ -156,7 +155,7 @@ impl AccessFolder {
                 .ok()
                 .map(str::trim)
                 .and_then(unhex);
-            return key.ok_or_else(|| AccessError::malformed(&path, "this is no key"));
+            return key.ok_or_else(|| AccessError::malformed(&path, "this is not a key"));
         }
         let key = random_bytes()?;
         self.write(SESSION_KEY, hex(&key).as_bytes())?;
@@ -180,7 +179,7 @@ impl AccessFolder {
         self.path.join(name)
     }
 
-    /// Held until it is dropped; makes the folder.
+    /// Creates the folder and locks it until the file is dropped.
     fn lock(&self) -> Result<File> {
         self.make()?;
         let path = self.file(LOCK);
@@ -243,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn looking_makes_nothing_and_what_is_made_is_for_its_owner_alone() {
+    fn reading_creates_no_files_and_created_files_are_private() {
         let (_around, folder) = folder();
         assert!(folder.book().unwrap().is_empty());
         assert_eq!(folder.address().unwrap(), None);
@@ -267,7 +266,7 @@ mod tests {
             assert!(!path.display().to_string().ends_with(".partial"));
             files += 1;
         }
-        // Tokens, two of the authority, session key, address, lock.
+        // Tokens, two for the authority, session key, address, lock.
         assert_eq!(files, 6);
         assert_eq!(folder.book().unwrap().records()[0].name, "page");
         assert_eq!(folder.address().unwrap(), Some(address));
@@ -279,7 +278,7 @@ mod tests {
         assert_eq!(folder.session_key().unwrap(), folder.session_key().unwrap());
         let first = folder.authority().unwrap();
         assert_eq!(folder.authority().unwrap().pin(), first.pin());
-        // A power cut may leave the key alone: both are made anew.
+        // A power cut may leave only the key: both are created again.
         fs::remove_file(folder.file(AUTHORITY_CERTIFICATE)).unwrap();
         assert!(folder.authority().is_ok());
         fs::remove_file(folder.file(AUTHORITY_KEY)).unwrap();

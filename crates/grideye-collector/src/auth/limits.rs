@@ -1,10 +1,10 @@
-//! How much the folder of tokens takes.
+//! Limits of the folder of tokens.
 
-/// Tokens that a folder holds at most, revoked ones included.
+/// Maximum tokens in a folder, including revoked ones.
 pub const TOKENS_MAX: usize = 20_000;
-/// Devices that one token may speak for at most.
+/// Maximum devices per token.
 pub const DEVICES_PER_TOKEN_MAX: usize = 64;
-/// Characters of a token's name.
+/// Maximum characters of a token's name.
 pub const TOKEN_NAME_CHARS_MAX: usize = 64;
-/// Length of a file of the folder at most, in bytes: [`TOKENS_MAX`] tokens of one device each have 5 MB.
+/// Maximum size of a file in the folder, in bytes: [`TOKENS_MAX`] tokens of one device each take 5 MB.
 pub const FILE_BYTES_MAX: u64 = 32 * 1024 * 1024;

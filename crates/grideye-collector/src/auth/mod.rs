@@ -1,11 +1,11 @@
-//! Who may do what: tokens, sign-ins of the page, and the authority behind the certificates, kept in one folder.
+//! Who may do what: tokens, sign-ins of the page, and the certificate authority, stored in one folder.
 //!
 //! ```text
-//! grideye-access/          0700
-//!   tokens.json            each token's SHA-256, name, scope, devices, when made, when revoked
-//!   session.key            signs the page's cookies
-//!   authority.pem, .key    signs the collector's certificates; agents know it by its SHA-256
-//!   address                where the collector was last told to listen: what `grideye enroll` prints
+//!   grideye-access/          0700
+//!     tokens.json            each token's SHA-256, name, scope, devices, when created, when revoked
+//!     session.key            signs the page's cookies
+//!     authority.pem, .key    signs the collector's certificates; agents know it by its SHA-256
+//!     address                the collector's last address, which `grideye enroll` prints
 //! ```
 
 mod authenticator;

@@ -1,4 +1,5 @@
-//! The page's cookie: which token signed in, until when, and a signature. Nothing is kept, and it dies with its token.
+//! The page's cookie: the token that signed in, the expiry, and a signature. The server stores nothing; revoking the
+//! token ends the cookie.
 
 use crate::auth::book::TokenRecord;
 use crate::auth::folder::SESSION_KEY_BYTES;
@@ -16,7 +17,7 @@ impl Sessions {
         }
     }
 
-    /// `NUMBER.SECONDS.SIGNATURE`: good until `t_end_s`, in seconds since 1970-01-01 UTC.
+    /// `NUMBER.SECONDS.SIGNATURE`: valid until `t_end_s`, in seconds since 1970-01-01 UTC.
     pub(super) fn cookie(&self, record: &TokenRecord, t_end_s: i64) -> String {
         let signature = hmac::sign(&self.key, &signed(record, t_end_s));
         format!("{}.{t_end_s}.{}", record.id, hex(signature.as_ref()))
@@ -26,7 +27,7 @@ impl Sessions {
         cookie.split('.').next()?.parse().ok()
     }
 
-    /// Whether the cookie was made for this token, and is still good. In constant time.
+    /// Whether the cookie belongs to this token and has not expired; compares in constant time.
     pub(super) fn is_good(&self, cookie: &str, record: &TokenRecord, t_now_s: i64) -> bool {
         let mut parts = cookie.split('.').skip(1);
         let (Some(end), Some(signature), None) = (parts.next(), parts.next(), parts.next()) else {
@@ -40,7 +41,7 @@ impl Sessions {
     }
 }
 
-/// With the token's hash in it, a cookie is of no use for another token that may come to have the same number.
+/// Includes the token's hash, so that a cookie is useless for a later token with the same number.
 fn signed(record: &TokenRecord, t_end_s: i64) -> Vec<u8> {
     let mut text = format!("grideye session 1\n{}\n{t_end_s}\n", record.id).into_bytes();
     text.extend_from_slice(record.hash.bytes());
@@ -75,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cookie_that_was_changed_anywhere_is_none() {
+    fn a_cookie_changed_anywhere_is_invalid() {
         let records = records();
         let sessions = Sessions::new(&[7; SESSION_KEY_BYTES]);
         let cookie = sessions.cookie(&records[0], 1000);

@@ -1,4 +1,4 @@
-//! A token as its holder has it, and what it allows.
+//! A token as its holder has it, and its scope.
 
 use crate::auth::error::{AccessError, Result};
 use ring::digest;
@@ -8,38 +8,38 @@ use std::fmt;
 use std::str::FromStr;
 use subtle::ConstantTimeEq;
 
-/// Length of a secret in bytes: 256 bits, beyond any guessing.
+/// Length of a secret in bytes: 256 bits cannot be guessed.
 pub(crate) const SECRET_BYTES: usize = 32;
 const ID_BYTES: usize = 6;
 const PREFIX: &str = "grideye";
 
-/// A token: `grideye-` and its number and its secret in hexadecimal. Only its holder has it; the collector keeps a hash.
+/// A token: `grideye-`, its number and its secret in hexadecimal. The collector stores only a hash of the secret.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Token {
     id: TokenId,
     secret: [u8; SECRET_BYTES],
 }
 
-/// The part of a token that is no secret: 12 hexadecimal digits by which it is listed, logged and revoked.
+/// The public part of a token: 12 hexadecimal digits by which it is listed, logged and revoked.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TokenId(String);
 
 /// What a token allows.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Scope {
-    /// To post frames of these devices, and nothing else.
+    /// Posting frames of these devices, and nothing else.
     Ingest {
-        /// Their names, 1 to [`DEVICES_PER_TOKEN_MAX`](super::DEVICES_PER_TOKEN_MAX).
+        /// The devices' names, 1 to [`DEVICES_PER_TOKEN_MAX`](super::DEVICES_PER_TOKEN_MAX).
         devices: BTreeSet<String>,
     },
-    /// To look at everything: the page, recordings, audit, metrics.
+    /// Reading everything: the page, recordings, audit, metrics.
     Read,
-    /// To look, and to start and stop recordings.
+    /// Reading, and changing recordings.
     Admin,
 }
 
 impl Token {
-    /// A new one, by the system's random numbers.
+    /// A new token from the system's random numbers.
     ///
     /// # Errors
     /// [`AccessError::NoKey`] if the system gives none.
@@ -57,13 +57,13 @@ impl Token {
         &self.id
     }
 
-    /// The whole of it, for its holder alone.
+    /// The whole token, for its holder only.
     #[must_use]
     pub fn reveal(&self) -> String {
         format!("{PREFIX}-{}-{}", self.id.0, hex(&self.secret))
     }
 
-    /// What is kept of it. A secret of 256 random bits needs no salt and no slow hash.
+    /// The stored hash. A secret of 256 random bits needs no salt and no slow hash.
     pub(crate) fn hash(&self) -> SecretHash {
         SecretHash(sha256(&self.secret))
     }
@@ -85,16 +85,18 @@ impl FromStr for Token {
     }
 }
 
-/// Shows the number alone: a secret must not come into a log by way of an error.
+/// Shows only the number: an error must not carry a secret into a log.
 impl fmt::Debug for Token {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(formatter, "Token({})", self.id)
     }
 }
 
-/// The text is no token. It is not repeated: it may hold one.
+/// The text is not a token. The error does not repeat it: it may contain one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("this is no token: expected `grideye-`, 12 hexadecimal digits, `-`, 64 hexadecimal digits")]
+#[error(
+    "this is not a token: expected `grideye-`, 12 hexadecimal digits, `-`, 64 hexadecimal digits"
+)]
 pub struct NotAToken;
 
 impl FromStr for TokenId {
@@ -128,7 +130,7 @@ impl Scope {
 pub(crate) struct SecretHash([u8; SECRET_BYTES]);
 
 impl SecretHash {
-    /// Whether this is the hash of the token's secret, in a time that does not depend on where they differ.
+    /// Whether this is the hash of the token's secret, compared in constant time.
     pub(crate) fn is_of(&self, token: &Token) -> bool {
         self.0.ct_eq(&token.hash().0).into()
     }
@@ -169,7 +171,7 @@ pub(crate) fn hex(bytes: &[u8]) -> String {
         .collect()
 }
 
-/// The bytes of exactly `2 * N` lower-case hexadecimal digits.
+/// Decodes exactly `2 * N` lower-case hexadecimal digits.
 pub(crate) fn unhex<const N: usize>(text: &str) -> Option<[u8; N]> {
     if text.len() != 2 * N {
         return None;

@@ -1,4 +1,4 @@
-//! What the agents say of themselves with their posts: which program, and how it is set up.
+//! What agents report about themselves with their batches: program version and configuration.
 
 use crate::lock::lock;
 use axum::http::{HeaderMap, header};
@@ -9,17 +9,17 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
-/// The header in which an agent says how it is set up: one JSON object, now and then.
+/// The header with an agent's configuration: one JSON object, sent now and then.
 pub(crate) const CONFIGURATION_HEADER: &str = "grideye-configuration";
 
-/// Bytes of that header at most; a longer one is not looked at.
+/// Maximum bytes of that header; a longer one is ignored.
 pub(crate) const CONFIGURATION_BYTES_MAX: usize = 4096;
 
 const PROGRAM_CHARS_MAX: usize = 64;
 
 const SENSORS_MAX: usize = 64;
 
-/// What the agents have said of themselves since this collector started.
+/// What the agents have reported since this collector started.
 #[derive(Debug)]
 pub(crate) struct Agents {
     by_device: Mutex<HashMap<String, Said>>,
@@ -32,7 +32,7 @@ pub(crate) struct Said {
     pub(crate) configuration: Option<Configuration>,
 }
 
-/// How an agent is set up. What a later version may add is not looked at.
+/// An agent's configuration. Fields that a later version may add are ignored.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, Serialize)]
 pub(crate) struct Configuration {
     post_every_ms: u64,
@@ -49,7 +49,7 @@ pub(crate) struct SensorSetUp {
 }
 
 impl Agents {
-    /// Of so many devices at most; of others nothing is remembered.
+    /// Remembers at most this many devices, and nothing of others.
     pub(crate) fn new(devices_max: usize) -> Self {
         Self {
             by_device: Mutex::default(),
@@ -57,7 +57,7 @@ impl Agents {
         }
     }
 
-    /// Notes what came with frames that were taken. It is for show: what is not understood costs no frame.
+    /// Notes the headers of stored frames. They are only for display: an invalid one costs no frame.
     pub(crate) fn heard(&self, device: &str, headers: &HeaderMap) {
         let program = headers
             .get(header::USER_AGENT)
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn what_an_agent_says_is_kept_until_it_says_otherwise_and_what_is_not_understood_is_not() {
+    fn a_valid_agent_header_is_stored_until_the_next_and_an_invalid_one_is_ignored() {
         let agents = Agents::new(2);
         agents.heard("a", &headers("grideye-agent/1.2.3", CONFIGURATION));
         let said = agents.of("a");
@@ -146,7 +146,7 @@ mod tests {
         agents.heard("b", &headers("grideye-agent/3", CONFIGURATION));
         agents.heard("c", &headers("grideye-agent/4", CONFIGURATION));
         assert!(agents.of("b").program.is_some());
-        // One more than there is room for.
+        // One device more than the limit.
         assert!(agents.of("c").program.is_none());
     }
 }

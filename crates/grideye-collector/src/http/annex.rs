@@ -1,4 +1,4 @@
-//! Routes that the program brings along, behind the collector's own middleware.
+//! Routes that the program adds, behind the collector's own middleware.
 
 use crate::clock::Clock;
 use crate::live::{NewestFrames, RecentFrames};
@@ -7,21 +7,21 @@ use axum::Router;
 use std::fmt;
 use std::sync::Arc;
 
-/// A file for pages, served as `/assets/NAME` to whoever asks.
+/// A file for pages, served publicly as `/assets/NAME`.
 #[derive(Debug, Clone, Copy)]
 pub struct Asset {
-    /// Its name, which no file of the collector or of another annex has.
+    /// Its name, which no other file of the collector or an annex has.
     pub name: &'static str,
     /// Its `Content-Type`.
     pub kind: &'static str,
-    /// What it holds.
+    /// Its text.
     pub text: &'static str,
 }
 
-/// Routes of the program's own beside the collector's, under a name by which the page knows that they are there.
+/// The program's own routes beside the collector's, under a name that tells the page they exist.
 ///
-/// They pass the same middleware: tokens, `Host` and `Origin`, limits, headers. GET asks for a token that may read, anything
-/// else for one of scope admin. What takes long must be done off the async threads.
+/// They pass the same middleware: tokens, `Host` and `Origin`, limits, headers. GET needs a token that may read,
+/// everything else one of scope admin. Run slow work off the async threads.
 ///
 /// ```
 /// use axum::{Router, routing::get};
@@ -44,7 +44,7 @@ pub struct Annex {
 }
 
 impl Annex {
-    /// With routes that are made once the store is open.
+    /// Adds routes, which are built once the store is open.
     pub fn new(
         name: &'static str,
         routes: impl Fn(&Inside) -> Router + Send + Sync + 'static,
@@ -58,7 +58,8 @@ impl Annex {
         }
     }
 
-    /// With the object `paths` of an OpenAPI 3.1 document, which joins that of `GET /v1/openapi.json` and may refer to its components.
+    /// Adds the object `paths` of an OpenAPI 3.1 document, which joins that of `GET /v1/openapi.json` and may refer to
+    /// its components.
     #[must_use]
     pub fn described_by(self, paths: &'static str) -> Self {
         Self {
@@ -67,19 +68,20 @@ impl Annex {
         }
     }
 
-    /// With files for pages.
+    /// Adds files for pages.
     #[must_use]
     pub fn with_assets(self, assets: &'static [Asset]) -> Self {
         Self { assets, ..self }
     }
 
-    /// With HTML for the head of the live page; its scripts run before the page's own and hand it what they bring (`assets/brought.js`).
+    /// Adds HTML to the head of the live page; its scripts run before the page's own and register with it
+    /// (`assets/brought.js`).
     #[must_use]
     pub fn on_the_page(self, head: &'static str) -> Self {
         Self { head, ..self }
     }
 
-    /// As `GET /v1/annexes` lists it.
+    /// The name listed by `GET /v1/annexes`.
     #[must_use]
     pub fn name(&self) -> &'static str {
         self.name
@@ -96,15 +98,15 @@ impl fmt::Debug for Annex {
     }
 }
 
-/// What an [`Annex`] may reach.
+/// The parts of the collector that an [`Annex`] can use.
 #[derive(Clone)]
 pub struct Inside {
     /// The collector's store.
     pub store: Arc<dyn FrameStore>,
-    /// What has just come from the sensors.
+    /// The records that just arrived from the sensors.
     pub recent: RecentFrames,
     /// The newest frame of every sensor.
     pub newest: NewestFrames,
-    /// What time it is.
+    /// The collector's clock.
     pub clock: Arc<dyn Clock>,
 }

@@ -1,4 +1,4 @@
-//! What is known of the sensors now, and whether the books balance.
+//! The sensors' current state, and whether the counts balance.
 
 use crate::http::refusal::Refusal;
 use crate::http::state::AppState;
@@ -11,7 +11,7 @@ pub(crate) async fn sensors(State(state): State<AppState>) -> Json<Value> {
     Json(state.0.live.sensors_json())
 }
 
-/// Every stream's books: read = stored + dropped + spooled; and the devices that several agents send as.
+/// Every stream's counts (read = stored + dropped + spooled), and the devices whose name several agents use.
 pub(crate) async fn audit(State(state): State<AppState>) -> Result<Json<Value>, Refusal> {
     let streams = state.store().streams().await?;
     let unbalanced = streams

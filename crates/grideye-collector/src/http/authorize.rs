@@ -1,4 +1,4 @@
-//! Who may do what over HTTP: the token or the cookie of each request, its scope, and how often.
+//! Access control over HTTP: the token or cookie of each request, its scope, and its rate.
 
 use crate::auth::{Caller, Presented, Scope, Unknown};
 use crate::http::refusal::Refusal;
@@ -12,24 +12,24 @@ use std::time::Duration;
 /// What a request needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Need {
-    /// Nothing: whether the collector lives, and the page for signing in.
+    /// Nothing: for the liveness check and the sign-in page.
     Nothing,
-    /// Some good token.
+    /// Any valid token.
     Token,
-    /// A token for frames. Which devices it speaks for is looked at when the batch is read.
+    /// A token for frames. Its devices are checked when the batch is read.
     Ingest,
-    /// A token that may look.
+    /// A token that may read.
     Read,
-    /// A token that may change something.
+    /// A token that may change things.
     Admin,
 }
 
 impl Need {
-    /// By the route that was found, not by the path as it was written, which has many spellings.
+    /// Decided by the matched route, not by the path, which has many spellings.
     pub(crate) fn of(method: &Method, route: Option<&str>) -> Self {
         match (route, method) {
             (Some("/healthz" | "/login" | "/v1/login" | "/assets/{name}"), _) => Self::Nothing,
-            // Whose device it is, is looked at when its name is read.
+            // The device is checked when its name is read.
             (Some("/v1/whoami" | "/v1/logout" | "/v1/devices/{device}"), _) => Self::Token,
             (Some("/v1/frames"), _) => Self::Ingest,
             (_, &Method::GET | &Method::HEAD | &Method::OPTIONS) => Self::Read,
@@ -57,7 +57,8 @@ impl Need {
     }
 }
 
-/// Lets the request through, and says who asks if that is known, or answers why not. `now` is on the monotonic clock.
+/// Admits the request, with the caller if known, or returns the response that rejects it. `now` is on the monotonic
+/// clock.
 pub(crate) fn authorize(
     state: &AppState,
     need: Need,
@@ -68,7 +69,7 @@ pub(crate) fn authorize(
     let caller = match authenticate(state, peer, request.headers(), now) {
         Ok(caller) => caller,
         Err(unknown) => {
-            // Only who is not known is held back by address: one bad client must not stop the good ones beside it.
+            // Only unknown callers are limited by address: one bad client must not stop good ones at the same address.
             check_unknown_rate(state, peer).map_err(boxed)?;
             return match need {
                 Need::Nothing => Ok(None),
@@ -84,12 +85,12 @@ fn boxed(refusal: Refusal) -> Box<Response> {
     Box::new(refusal.into_response())
 }
 
-/// Whether frames of this device may be posted.
+/// Whether the caller may post frames of this device.
 pub(crate) fn check_device(caller: Option<&Caller>, device: &str) -> Result<(), Refusal> {
     let record = match caller {
         Some(Caller::Anyone) => return Ok(()),
         Some(Caller::Holder { record, .. }) => record,
-        // Whoever was let through has been authenticated; nobody else may post.
+        // Every admitted caller was authenticated; nobody else may post.
         None => return Err(not_authenticated()),
     };
     let speaks_for_it = match &record.scope {
@@ -102,10 +103,10 @@ pub(crate) fn check_device(caller: Option<&Caller>, device: &str) -> Result<(), 
     let what = "this token does not speak for that device";
     Err(Refusal::new(StatusCode::FORBIDDEN, "foreign_device", what)
         .field("device")
-        .hint("give the agent the device's name that it was enrolled with, or enroll it: `grideye enroll DEVICE`"))
+        .hint("set the agent's `device` to the name it was enrolled with, or enroll it: `grideye enroll DEVICE`"))
 }
 
-/// Whether the state of this device may be looked at: by those who may look at all of them, and by itself.
+/// Whether the caller may read this device's state: allowed with a token that may read, and for the device itself.
 pub(crate) fn check_own(caller: Option<&Caller>, device: &str) -> Result<(), Refusal> {
     match caller {
         Some(Caller::Holder { record, .. }) if !matches!(record.scope, Scope::Ingest { .. }) => {
@@ -120,7 +121,8 @@ fn not_authenticated() -> Refusal {
     Refusal::new(StatusCode::UNAUTHORIZED, "no_token", what)
 }
 
-/// The page's cookie. With TLS its prefix makes browsers hold to it: set by this host alone, never sent in the clear.
+/// The page's cookie. With TLS, its prefix makes browsers enforce that only this host sets it and that it is never sent
+/// in the clear.
 pub(crate) const fn cookie_name(peer: Peer) -> &'static str {
     if peer.is_encrypted {
         "__Host-grideye-session"
@@ -148,7 +150,7 @@ fn authenticate(
     authenticator.authenticate(presented, now, || now_s(state))
 }
 
-/// The token of `authorization: Bearer TOKEN`. Another scheme is a token that nobody knows, and so are two headers.
+/// The token of `authorization: Bearer TOKEN`. Another scheme counts as an unknown token, and so do two headers.
 fn bearer(headers: &HeaderMap) -> Result<Option<&str>, Unknown> {
     let mut all = headers.get_all(header::AUTHORIZATION).iter();
     let (first, second) = (all.next(), all.next());
@@ -163,7 +165,6 @@ fn bearer(headers: &HeaderMap) -> Result<Option<&str>, Unknown> {
     }))
 }
 
-/// The value of the cookie of that name.
 fn cookie<'a>(headers: &'a HeaderMap, name: &str) -> Option<&'a str> {
     let all = headers.get_all(header::COOKIE).iter();
     all.filter_map(|value| value.to_str().ok())
@@ -172,7 +173,7 @@ fn cookie<'a>(headers: &'a HeaderMap, name: &str) -> Option<&'a str> {
         .find_map(|(found, value)| (found == name).then_some(value))
 }
 
-/// A person who opens the page is led to where one signs in; a program is told.
+/// Redirects a person to the sign-in page; tells a program the error.
 fn refuse_unknown(request: &Request, unknown: Unknown) -> Response {
     let accepts = request.headers().get(header::ACCEPT);
     let is_person = accepts
@@ -182,8 +183,8 @@ fn refuse_unknown(request: &Request, unknown: Unknown) -> Response {
         return Redirect::to("/login").into_response();
     }
     let (code, what) = match unknown {
-        Unknown::NoToken => ("no_token", "this collector asks for a token"),
-        Unknown::BadToken => ("bad_token", "this token is not, or no longer, known here"),
+        Unknown::NoToken => ("no_token", "this collector requires a token"),
+        Unknown::BadToken => ("bad_token", "this token is unknown or was revoked"),
         Unknown::BadCookie => ("signed_out", "you are signed out"),
     };
     let refusal = Refusal::new(StatusCode::UNAUTHORIZED, code, what)
@@ -203,7 +204,7 @@ fn check(state: &AppState, caller: &Caller, need: Need, request: &Request) -> Re
     let now = state.0.clock.monotonic();
     if let Err(wait) = state.0.rates.take(record.id.clone(), now) {
         let limit = state.limits().requests_per_second_max;
-        let what = format!("more than {limit} requests a second with this token");
+        let what = format!("more than {limit} requests per second with this token");
         return Err(too_many(what, wait).hint(
             "send larger batches less often, or start the collector with a larger `--requests-per-second`",
         ));
@@ -216,15 +217,15 @@ fn check(state: &AppState, caller: &Caller, need: Need, request: &Request) -> Re
             .hint("`grideye token make NAME --scope read` or `--scope admin` makes one; `grideye enroll DEVICE` one for frames"));
     }
     let is_write = !matches!(*request.method(), Method::GET | Method::HEAD);
-    // A browser names the page of every write; that it is ours was checked before.
+    // A browser sends `Origin` with every write; it was checked before.
     if *by_cookie && is_write && !request.headers().contains_key(header::ORIGIN) {
-        let what = "a write with the page's cookie must say from which page it comes";
+        let what = "a write with the page's cookie needs an `origin` header";
         return Err(Refusal::new(StatusCode::FORBIDDEN, "no_origin", what).field("origin"));
     }
     Ok(())
 }
 
-/// Holds back by address who has shown no good token.
+/// Limits callers without a valid token by address.
 pub(crate) fn check_unknown_rate(state: &AppState, peer: Peer) -> Result<(), Refusal> {
     let now = state.0.clock.monotonic();
     if !state.0.authenticator.asks_for_tokens(now) {
@@ -232,8 +233,8 @@ pub(crate) fn check_unknown_rate(state: &AppState, peer: Peer) -> Result<(), Ref
     }
     let group = AddressGroup::of(peer.address);
     state.0.unknown_rates.take(group, now).map_err(|wait| {
-        too_many("too many requests without a good token", wait)
-            .hint("see that the token is right: `grideye token list` shows those that are known")
+        too_many("too many requests without a valid token", wait)
+            .hint("check the token: `grideye token list` shows the valid ones")
     })
 }
 
@@ -246,7 +247,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_request_needs_goes_by_its_route_and_anything_unknown_needs_most() {
+    fn needs_follow_the_route_and_unknown_routes_need_the_most() {
         for (method, route, need) in [
             (Method::GET, Some("/healthz"), Need::Nothing),
             (Method::GET, Some("/assets/{name}"), Need::Nothing),
@@ -269,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn each_scope_does_its_own_and_no_more() {
+    fn each_scope_allows_only_its_own() {
         let ingest = Scope::Ingest {
             devices: ["pi-1".to_owned()].into(),
         };

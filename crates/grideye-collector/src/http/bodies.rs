@@ -1,4 +1,4 @@
-//! Memory for bodies of frames: how much has arrived and is not on disk yet, in total and for each sender.
+//! Memory for incoming frames: counts bytes that arrived and are not yet on disk, in total and per sender.
 
 use crate::auth::{Caller, TokenId};
 use crate::http::refusal::Refusal;
@@ -12,13 +12,12 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-/// Bodies of up to so many bytes, which nearly all are, count in total but not for their sender, which would take a lock.
+/// Bodies up to this size, which nearly all are, count in the total but not for their sender, which would need a lock.
 const SMALL: usize = 4096;
 
-/// When a sender whose share is used up should retry.
+/// When a sender that used up its share should retry.
 const SHARE_RETRY: Duration = Duration::from_secs(1);
 
-/// Room for bodies.
 pub(crate) struct Bodies {
     bytes_max: usize,
     per_sender_max: usize,
@@ -26,7 +25,7 @@ pub(crate) struct Bodies {
     of_senders: Mutex<HashMap<Sender, usize>>,
 }
 
-/// A token, or where none is required an address.
+/// A token, or an address if no token is required.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 enum Sender {
     Token(TokenId),
@@ -43,7 +42,7 @@ impl Bodies {
         }
     }
 
-    /// Room for one body, of which nothing has arrived yet.
+    /// A reservation for one body, empty at first.
     pub(crate) fn room<'b>(&'b self, caller: Option<&'b Caller>, peer: IpAddr) -> Room<'b> {
         Room {
             bodies: self,
@@ -63,25 +62,25 @@ impl Bodies {
             .bytes
             .fetch_update(Ordering::Relaxed, Ordering::Relaxed, fits);
         taken.map(|_before| ()).map_err(|_before| {
-            let what = "as many frames are being taken as there is memory for";
+            let what = "the memory for incoming frames is used up";
             Refusal::new(StatusCode::SERVICE_UNAVAILABLE, "busy", what)
-                .hint("send again in a second; nothing of this request was stored")
+                .hint("retry in a second; nothing of this request was stored")
         })
     }
 }
 
-/// The room of one body; freed when this is dropped.
+/// The reservation of one body; freed on drop.
 pub(crate) struct Room<'b> {
     bodies: &'b Bodies,
     caller: Option<&'b Caller>,
     peer: IpAddr,
     bytes: usize,
-    /// How many of these count for the sender.
+    /// The part of `bytes` that counts for the sender.
     of_sender: usize,
 }
 
 impl Room<'_> {
-    /// Takes room for bytes that arrived.
+    /// Reserves memory for bytes that arrived.
     pub(crate) fn grow(&mut self, more: usize) -> Result<(), Refusal> {
         self.bodies.take(more)?;
         self.bytes += more;
@@ -101,11 +100,10 @@ impl Room<'_> {
                 Some(Caller::Holder { .. }) => "token",
                 _ => "address",
             };
-            let what =
-                format!("more than {most} bytes of frames of this {whose} are being taken at once");
+            let what = format!("this {whose} is sending more than {most} bytes of frames at once");
             return Err(
                 Refusal::new(StatusCode::TOO_MANY_REQUESTS, "too_much_at_once", what)
-                    .hint("send fewer or smaller batches at once, and this one again in a second; nothing of it was stored")
+                    .hint("send fewer or smaller batches at once, and retry this one in a second; nothing of it was stored")
                     .retry_after(SHARE_RETRY),
             );
         }
@@ -150,7 +148,7 @@ mod tests {
     const B: IpAddr = IpAddr::V4(Ipv4Addr::new(10, 0, 0, 2));
 
     #[test]
-    fn each_sender_has_a_share_and_all_have_what_there_is_and_both_come_back() {
+    fn shares_and_the_total_are_limited_and_freed() {
         let bodies = Bodies::new(&Limits {
             bodies_bytes_max: 25_000,
             bodies_bytes_per_sender_max: 10_000,
@@ -162,7 +160,7 @@ mod tests {
         };
         let kept = [grown(A, 6000), grown(A, 4000), grown(B, 10_000)];
         assert!(kept.iter().all(|(is_kept, _)| *is_kept));
-        // Small ones count for all, and not for a share.
+        // Small bodies count in the total, but not for a share.
         let (is_kept, mut growing) = grown(A, SMALL);
         assert!(is_kept);
         assert!(growing.grow(1).is_err(), "A's share is used up");
@@ -176,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn as_many_small_bodies_as_connections_leave_three_quarters_free() {
+    fn small_bodies_on_all_connections_use_at_most_a_quarter() {
         let limits = Limits::default();
         assert!(4 * limits.connections_max * SMALL <= limits.bodies_bytes_max);
     }

@@ -1,4 +1,4 @@
-//! Bodies of requests: read within their limits of time and size, and those that are one JSON object of known fields.
+//! Reads request bodies within limits of time and size; also JSON objects with known fields.
 
 use crate::http::refusal::Refusal;
 use crate::http::state::AppState;
@@ -13,7 +13,7 @@ use std::future::poll_fn;
 use std::pin::pin;
 use std::task::Poll;
 
-/// Reads a small body that is one JSON object and may have these fields, within its limits of time, size and depth.
+/// Reads a small body that is one JSON object with only these fields, within limits of time, size and depth.
 pub(crate) async fn read_object(
     state: &AppState,
     request: Request,
@@ -28,13 +28,13 @@ pub(crate) async fn read_object(
     object(&body, limits.json_depth_max, fields, hint)
 }
 
-/// The body, or a refusal because it comes too slowly.
+/// The body, or a rejection because it comes too slowly.
 pub(crate) async fn in_body_time(
     limits: &Limits,
     body: impl Future<Output = Result<Bytes, Refusal>>,
 ) -> Result<Bytes, Refusal> {
     let mut body = pin!(body);
-    // Nearly every body came with its head, and needs no timer.
+    // Nearly every body arrives with its header, and needs no timer.
     let read = match poll_fn(|cx| Poll::Ready(body.as_mut().poll(cx))).await {
         Poll::Ready(read) => return read,
         Poll::Pending => tokio::time::timeout(limits.body_time_max, body).await,
@@ -48,7 +48,7 @@ pub(crate) async fn in_body_time(
     })
 }
 
-/// Refuses a body that is announced as too large before it arrives.
+/// Rejects a body announced as too large before it arrives.
 pub(crate) fn check_announced(headers: &HeaderMap, bytes_max: usize) -> Result<(), Refusal> {
     let announced = headers
         .get(header::CONTENT_LENGTH)
@@ -59,7 +59,7 @@ pub(crate) fn check_announced(headers: &HeaderMap, bytes_max: usize) -> Result<(
     }
 }
 
-/// Another type may mean another format; none at all is taken as JSON.
+/// Another content type may mean another format; a missing one counts as JSON.
 pub(crate) fn check_is_json(headers: &HeaderMap) -> Result<(), Refusal> {
     match essence(headers) {
         None => return Ok(()),
@@ -74,21 +74,20 @@ pub(crate) fn check_is_json(headers: &HeaderMap) -> Result<(), Refusal> {
     )
 }
 
-/// The content type without its parameters.
 pub(crate) fn essence(headers: &HeaderMap) -> Option<&str> {
     let whole = headers.get(header::CONTENT_TYPE)?;
     let whole = whole.to_str().unwrap_or_default();
     Some(whole.split(';').next().unwrap_or_default().trim())
 }
 
-/// The whole body; each piece is counted when it arrives.
+/// The whole body; `count` is called for each piece that arrives.
 pub(crate) async fn collect(
     mut body: Body,
     bytes_max: usize,
     mut count: impl FnMut(usize) -> Result<(), Refusal>,
 ) -> Result<Bytes, Refusal> {
-    // Nearly every body is one piece, and is not copied. Several pieces are copied into one: kept as they came, pieces of a byte
-    // would take much more memory than they count.
+    // Nearly every body is one piece, which is not copied. Several pieces are copied into one buffer, because pieces of
+    // one byte would take far more memory than they count.
     let (mut first, mut whole) = (Bytes::new(), Vec::new());
     while let Some(frame) = body.frame().await {
         let frame = frame.map_err(|error| {
@@ -124,7 +123,7 @@ pub(crate) fn too_large(bytes_max: usize) -> Refusal {
         .hint("send less at once; nothing of this request was stored")
 }
 
-/// The object in the body, which may have these fields and nests at most so deep.
+/// The body as an object that has only these fields and nests at most `depth_max` deep.
 fn object(
     body: &[u8],
     depth_max: usize,
@@ -155,7 +154,7 @@ fn object(
     Err(Refusal::wrong_value(shown, what, hint))
 }
 
-/// How deep arrays and objects are nested, whether they are closed or not.
+/// The nesting depth of arrays and objects, closed or not.
 fn depth(json: &[u8]) -> usize {
     let (mut now, mut deepest) = (0_usize, 0);
     let (mut in_string, mut escaped) = (false, false);

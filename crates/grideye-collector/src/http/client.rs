@@ -1,4 +1,4 @@
-//! What the server knows of a request besides the request itself; it travels in its extensions.
+//! What the server knows about a request's sender, stored in the request's extensions.
 
 use crate::alarm::Alarm;
 use crate::connections::Connection;
@@ -7,18 +7,17 @@ use axum::extract::Request;
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::Arc;
 
-/// Who sent a request, and by which connection.
+/// The sender of a request, and its connection.
 #[derive(Clone)]
 pub(crate) struct Client {
     pub(crate) peer: Peer,
-    /// The connection's timer.
     pub(crate) alarm: Alarm,
-    /// None without a server.
+    /// `None` without a server.
     pub(crate) connection: Option<Arc<Connection>>,
 }
 
 impl Client {
-    /// As the server attached it; without a server, from nowhere.
+    /// As attached by the server; without one, an unspecified address.
     pub(crate) fn of(request: &Request) -> Self {
         request.extensions().get().cloned().unwrap_or_else(|| Self {
             peer: Peer {

@@ -1,4 +1,5 @@
-//! `GET /v1/devices` and `/v1/devices/{device}`: the figures of `GET /v1/sensors` by device, with what its agent says.
+//! `GET /v1/devices` and `/v1/devices/{device}`: the figures of `GET /v1/sensors` per device, with its agent's
+//! configuration.
 
 use crate::auth::Caller;
 use crate::http::agents::Said;
@@ -20,7 +21,8 @@ pub(crate) async fn devices(State(state): State<AppState>) -> Json<Value> {
     Json(json!({ "devices": devices, "faults_recent_s": recent }))
 }
 
-/// `GET /v1/devices/{device}`: what a device's own token may ask for too, so that an agent can say that its frames came.
+/// `GET /v1/devices/{device}`: also open to the device's own token, so that an agent can confirm that its frames
+/// arrived.
 pub(crate) async fn device(
     State(state): State<AppState>,
     caller: Option<Extension<Caller>>,
@@ -28,10 +30,10 @@ pub(crate) async fn device(
 ) -> Result<Json<Value>, Refusal> {
     check_own(caller.as_deref(), &device)?;
     let sensors = by_device(&state).remove(&device).ok_or_else(|| {
-        let what = "nothing of this device has come yet";
+        let what = "no frame of this device has arrived yet";
         Refusal::new(StatusCode::NOT_FOUND, "no_such_device", what)
             .field("device")
-            .hint("GET /v1/devices names those of which something came")
+            .hint("GET /v1/devices lists the devices that have sent frames")
     })?;
     let said = state.0.agents.of(&device);
     Ok(Json(device_json(&device, &sensors, &said)))
@@ -51,7 +53,7 @@ fn by_device(state: &AppState) -> BTreeMap<String, Vec<Value>> {
     by_device
 }
 
-/// Sums over the sensors; boot and clock are those of the sensor that was heard of last.
+/// Sums over the sensors; boot and clock come from the sensor with the newest record.
 fn device_json(device: &str, sensors: &[Value], said: &Said) -> Value {
     let age = |sensor: &&Value| sensor["age_s"].as_f64().unwrap_or(f64::INFINITY);
     let newest = sensors.iter().min_by(|a, b| age(a).total_cmp(&age(b)));
@@ -110,7 +112,7 @@ fn sensor_json(sensor: &Value, said: &Said) -> Value {
     Value::Object(json)
 }
 
-/// `unsynced`, `synced` or `stepped` at the newest record.
+/// `unsynced`, `synced` or `stepped` in the newest record.
 fn clock(sensor: &Value) -> &Value {
     match &sensor["no_frame_now"]["clock"] {
         Value::Null => &sensor["frame"]["clock"],
@@ -118,7 +120,7 @@ fn clock(sensor: &Value) -> &Value {
     }
 }
 
-/// Of any sensor, in alphabetical order.
+/// The recent faults of all sensors, in alphabetical order.
 fn recent_faults(sensors: &[Value]) -> BTreeSet<&str> {
     let of_each = sensors
         .iter()

@@ -16,14 +16,15 @@ use tokio::sync::{OwnedSemaphorePermit, broadcast, mpsc};
 use tokio_stream::Stream;
 use tokio_stream::wrappers::ReceiverStream;
 
-/// How soon a browser comes back after the connection broke.
+/// How soon a browser reconnects after the connection broke.
 const RETRY: Duration = Duration::from_secs(1);
-/// Events on their way to one client beside those that the broadcast holds.
+/// Events buffered for one client besides those in the broadcast.
 const IN_FLIGHT_MAX: usize = 4;
 
 type Feed = mpsc::Sender<Result<SseEvent, Infallible>>;
 
-/// `snapshot`, `frames` for each batch, `recordings`, `alive` in silence; `lagged` and a new `snapshot` for who was too slow.
+/// Sends `snapshot`, `frames` for each batch, `recordings`, and `alive` in silence; a client that was too slow gets
+/// `lagged` and a new `snapshot`.
 pub(crate) async fn live(
     State(state): State<AppState>,
     Extension(caller): Extension<Caller>,
@@ -31,7 +32,7 @@ pub(crate) async fn live(
     let seat = state.0.live_clients.clone().try_acquire_owned();
     let seat = seat.map_err(|_none_left| {
         let limit = state.limits().live_clients_max;
-        let what = format!("{limit} pages are following already");
+        let what = format!("{limit} live pages are already open");
         Refusal::new(
             StatusCode::SERVICE_UNAVAILABLE,
             "too_many_live_clients",
@@ -47,7 +48,7 @@ pub(crate) async fn live(
 /// Feeds one client until it leaves, its token is revoked, or the collector stops.
 async fn follow(state: AppState, caller: Caller, feed: Feed, _seat: OwnedSemaphorePermit) {
     let mut stopping = state.0.stopping.subscribe();
-    // Listening begins before the snapshot is taken, so that nothing falls between the two.
+    // Listening starts before the snapshot, so that nothing is missed in between.
     let events = state.0.live.listen();
     tokio::select! {
         _ = stopping.wait_for(|stopping| *stopping) => {}
@@ -57,7 +58,7 @@ async fn follow(state: AppState, caller: Caller, feed: Feed, _seat: OwnedSemapho
     }
 }
 
-/// Ready when the caller would not be let in any more.
+/// Ready once the caller would no longer be admitted.
 async fn revoked(state: &AppState, caller: &Caller) {
     loop {
         tokio::time::sleep(state.limits().live_keep_alive).await;
@@ -88,7 +89,7 @@ async fn relay(state: &AppState, feed: &Feed, mut events: broadcast::Receiver<Ev
     }
 }
 
-/// Says that the collector is there, and why the store takes nothing, if it does not: silence may come from either.
+/// Reports that the collector is alive, and why the store takes nothing, if so: silence alone could mean either.
 async fn alive(state: &AppState) -> SseEvent {
     let fault = state.store().ping().await.err();
     let fault = fault.map(|fault| fault.to_string());

@@ -1,10 +1,10 @@
-//! The headers of every answer.
+//! The headers of every response.
 
 use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
 use axum::response::Response;
 use std::sync::LazyLock;
 
-/// Nothing but what this server itself serves, and no script or style inside the page.
+/// Allows only what this server serves, and no inline script or style.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 const HEADERS: [(HeaderName, &str); 6] = [
@@ -22,10 +22,10 @@ const HEADERS: [(HeaderName, &str); 6] = [
     ),
 ];
 
-/// What an answer that no browser shows may do.
+/// The policy for a response that no browser shows.
 const POLICY_OF_NO_PAGE: &str = "default-src 'none'; frame-ancestors 'none'";
 
-/// All headers of such an answer, in JSON: those that bind what is no page.
+/// All headers of such a JSON response: those that matter without a page.
 pub(crate) static OF_NO_PAGE: LazyLock<HeaderMap> = LazyLock::new(|| {
     of([
         (header::CONTENT_TYPE, "application/json"),
@@ -42,7 +42,7 @@ fn of(headers: impl IntoIterator<Item = (HeaderName, &'static str)>) -> HeaderMa
         .collect()
 }
 
-/// The headers of every answer, but for one that has [`OF_NO_PAGE`]; what the answer says itself stands.
+/// Adds the headers of every response, unless it has [`OF_NO_PAGE`]; headers the response already has stay.
 pub(crate) fn protect(response: &mut Response) {
     static EVERY: LazyLock<HeaderMap> = LazyLock::new(|| {
         let every = HEADERS.into_iter();
@@ -52,7 +52,7 @@ pub(crate) fn protect(response: &mut Response) {
     if policy.is_some_and(|policy| policy == POLICY_OF_NO_PAGE) {
         return;
     }
-    // A copy of the whole is cheaper than one header after another.
+    // Copying the whole map is cheaper than adding one header after another.
     let own = std::mem::replace(response.headers_mut(), EVERY.clone());
     response.headers_mut().extend(own);
 }

@@ -1,4 +1,4 @@
-//! How the collector does: for supervisors, for programs, and for Prometheus.
+//! The collector's health: for supervisors, for programs, and for Prometheus.
 
 use crate::counters::{TIME_CLASSES_S, load};
 use crate::http::state::AppState;
@@ -10,7 +10,7 @@ use grideye_recording::prometheus::{CONTENT_TYPE, Text};
 use serde_json::{Value, json};
 use std::fmt::Display;
 
-/// Of each sensor: its key in `GET /v1/sensors`, then kind, name and help of the family.
+/// For each sensor figure: its key in `GET /v1/sensors`, then kind, name and help of the metric family.
 const OF_SENSORS: &str = "\
 age_s gauge grideye_sensor_age_seconds Age of the newest row.
 rate_hz gauge grideye_sensor_rate_hertz Frames a second.
@@ -23,7 +23,7 @@ missing counter grideye_sensor_missing_total Rows without a frame, in this boot.
 dropped counter grideye_sensor_dropped_total Frames that the agent gave up.
 errors counter grideye_sensor_errors_total Errors of the bus and the sensor.";
 
-/// `GET /healthz`: whether the store can be read and its last write went well. Needs no token and tells nothing else.
+/// `GET /healthz`: whether the store is readable and the last write succeeded. Needs no token.
 pub(crate) async fn alive(State(state): State<AppState>) -> Response {
     let version = env!("CARGO_PKG_VERSION");
     match state.store().ping().await {
@@ -35,7 +35,7 @@ pub(crate) async fn alive(State(state): State<AppState>) -> Response {
     }
 }
 
-/// `GET /v1/health`: everything that is counted, without names of devices and without secrets.
+/// `GET /v1/health`: all counters, without device names and secrets.
 pub(crate) async fn health(State(state): State<AppState>) -> Response {
     let fault = state.store().ping().await.err();
     let usage = state.store().usage().await.ok();
@@ -91,7 +91,7 @@ pub(crate) async fn metrics(State(state): State<AppState>) -> Response {
     (headers, text.into_string()).into_response()
 }
 
-/// `full` where somebody has to make room, `failing` for every other fault.
+/// `full` if someone must free space, `failing` for every other error.
 fn status_name(error: &StoreError) -> &'static str {
     match error {
         StoreError::Full | StoreError::QuotaReached { .. } => "full",
@@ -162,7 +162,7 @@ fn one(text: &mut Text, family: &'static str, value: impl Display) {
     text.sample(&[], value);
 }
 
-/// Begins the family of this kind, name and help.
+/// Begins the family with this kind, name and help.
 fn begin(text: &mut Text, family: &'static str) {
     let (kind, family) = family.split_once(' ').unwrap_or_default();
     let (name, help) = family.split_once(' ').unwrap_or_default();
@@ -189,7 +189,7 @@ fn of_the_store(text: &mut Text, is_failing: bool, usage: Option<StoreUsage>) {
     }
 }
 
-/// From what `GET /v1/sensors` answers, so that the two cannot differ.
+/// Reads the output of `GET /v1/sensors`, so that the two cannot differ.
 fn of_the_sensors(text: &mut Text, sensors: &Value) {
     let sensors = sensors["sensors"].as_array().map_or(&[][..], Vec::as_slice);
     for (key, family) in OF_SENSORS.lines().filter_map(|line| line.split_once(' ')) {

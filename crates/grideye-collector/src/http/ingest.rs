@@ -1,4 +1,4 @@
-//! `POST /v1/frames`: taken whole or not at all, and answered after it is on disk.
+//! `POST /v1/frames`: stores a batch whole or not at all, and answers once it is on disk.
 
 use crate::auth::Caller;
 use crate::counters::{Counters, add};
@@ -18,7 +18,6 @@ use axum::response::{IntoResponse as _, Response};
 use grideye_recording::wire::{self, BINARY_TYPE, Batch, WireError};
 use std::sync::Arc;
 
-/// `POST /v1/frames`.
 pub(crate) async fn frames(
     state: &AppState,
     client: &Client,
@@ -33,14 +32,14 @@ pub(crate) async fn frames(
     }
 }
 
-/// The answer to a post that was taken. No browser shows it: it is spared the page's headers, ten times as long.
+/// The response to a stored batch. No browser shows it, so it omits the page's headers, which are ten times as long.
 fn acknowledge(acknowledgement: Vec<u8>) -> Response {
     let mut response = Response::new(Body::from(acknowledgement));
     response.headers_mut().clone_from(&OF_NO_PAGE);
     response
 }
 
-/// Takes a batch, and gives what is acknowledged of it, as JSON.
+/// Stores a batch and returns the acknowledgment as JSON.
 async fn take(
     state: &AppState,
     caller: Option<&Caller>,
@@ -72,7 +71,7 @@ async fn take(
         None => store.append(kept, t_arrival_ns),
     };
     let appended = appended.await?;
-    // Held until here: a batch that waits for the disk takes memory as its body did.
+    // Kept until here: a batch that waits for the disk takes memory just as its body did.
     drop(room);
     let answer = appended.acknowledgement().map_err(|error| {
         let what = format!("the answer cannot be written: {error}");
@@ -91,7 +90,7 @@ fn count(counters: &Counters, batch: &Batch, appended: &Appended) {
     add(&counters.frames_again, all.saturating_sub(fresh));
 }
 
-/// The form of a body of frames, which its content type says; without one it is JSON.
+/// The format of a body of frames, from its content type; JSON without one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Form {
     Json,
@@ -107,7 +106,7 @@ impl Form {
         check_is_json(headers).map(|()| Self::Json)
     }
 
-    /// The batch, and the body where a store may keep it as it is.
+    /// The batch, and the body if a store may keep it as it is.
     fn read(
         self,
         body: Bytes,
@@ -121,7 +120,7 @@ impl Form {
 }
 
 fn too_many_sensors(limit: usize) -> Refusal {
-    let what = format!("{limit} sensors are known, and no more are taken");
+    let what = format!("the collector already has its maximum of {limit} sensors");
     Refusal::new(StatusCode::INSUFFICIENT_STORAGE, "too_many_sensors", what)
-        .hint("check that no agent makes up names, or raise `sensors_max`")
+        .hint("check that no agent invents names, or raise `sensors_max`")
 }

@@ -1,4 +1,4 @@
-//! What every request passes: who may ask, how long it may take, and the headers of every answer.
+//! What every request passes: admission, time limit, and the headers of every response.
 
 use crate::auth::Caller;
 use crate::http::authorize::{Need, authorize};
@@ -15,7 +15,6 @@ use axum::response::{IntoResponse, Response};
 use std::net::IpAddr;
 use std::time::Duration;
 
-/// Around every route of the router.
 pub(crate) async fn around(
     State(state): State<AppState>,
     request: Request,
@@ -33,7 +32,7 @@ pub(crate) async fn around(
     .await
 }
 
-/// Answers a request if it may be asked.
+/// Answers a request if the caller is admitted.
 pub(crate) async fn pass<A: Future<Output = Response>>(
     state: &AppState,
     client: &Client,
@@ -58,7 +57,7 @@ pub(crate) async fn pass<A: Future<Output = Response>>(
     response
 }
 
-/// Who asks, if that is known, or why nothing is answered.
+/// The caller, if known, or the response that rejects the request.
 fn admit(
     state: &AppState,
     client: &Client,
@@ -81,7 +80,7 @@ fn too_slow(time_max: Duration) -> Refusal {
         .hint("frames that were sent may or may not be stored; sending them again does no harm")
 }
 
-/// Where no tokens are required, a request without an error is all that can be known of a sender.
+/// If no tokens are required, a request without an error is the only evidence of a good sender.
 fn establish_unproven(state: &AppState, client: &Client, response: &Response, began: Duration) {
     let unproven = client.connection.as_ref();
     let unproven = unproven.filter(|connection| !connection.is_established());
@@ -92,7 +91,7 @@ fn establish_unproven(state: &AppState, client: &Client, response: &Response, be
     }
 }
 
-/// Counts the answer, and logs a refusal that may be an attack or a device that was set up wrongly.
+/// Counts the response, and logs rejections that may be an attack or a misconfigured device.
 fn count(state: &AppState, response: &Response, began: Duration, peer: IpAddr) {
     let (shared, status) = (&state.0, response.status());
     let now = shared.clock.monotonic();

@@ -1,4 +1,4 @@
-//! The handlers of the HTTP interface, and what every request passes before one of them.
+//! The HTTP handlers, and the middleware before them.
 
 pub(crate) mod agents;
 mod annex;

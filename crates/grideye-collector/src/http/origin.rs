@@ -1,4 +1,4 @@
-//! Which host and which origin a request may name: a page of another site neither reads here nor writes.
+//! Checks host and origin: a page of another site may neither read nor write here.
 
 use crate::http::refusal::Refusal;
 use crate::peer::Peer;
@@ -6,7 +6,7 @@ use axum::extract::Request;
 use axum::http::{HeaderMap, Method, StatusCode, Uri, header};
 use std::net::IpAddr;
 
-/// A page of another site must neither read here by a name that it controls (DNS rebinding), nor write.
+/// Rejects reads by a name that another site controls (DNS rebinding), and writes from another site.
 pub(crate) fn check_origin(
     hosts: &HostNames,
     peer: Peer,
@@ -43,7 +43,7 @@ pub(crate) fn check_origin(
     Err(Refusal::new(StatusCode::FORBIDDEN, "foreign_origin", what).field("origin"))
 }
 
-/// The host and port that the request is for, which must be named exactly once.
+/// The request's host and port, which must be named exactly once.
 fn host_of<'r>(uri: &'r Uri, headers: &'r HeaderMap) -> Result<&'r str, Refusal> {
     let mut named = headers.get_all(header::HOST).iter();
     let host = match (named.next(), named.next(), uri.authority()) {
@@ -68,7 +68,7 @@ pub(crate) struct HostNames {
 }
 
 impl HostNames {
-    /// Loopback names always, the address listened on, and `names`.
+    /// Accepts loopback names, the address listened on, and `names`.
     pub(crate) fn new(listen: IpAddr, names: &[String]) -> Self {
         Self {
             listen,
@@ -76,16 +76,16 @@ impl HostNames {
         }
     }
 
-    /// Whatever the port: it may be forwarded.
+    /// Any port is accepted: it may be forwarded.
     fn accepts(&self, host_and_port: &str) -> bool {
         let Some(host) = without_port(host_and_port) else {
             return false;
         };
-        // The name may be an address as well: that of this machine beyond a NAT, as QEMU's guests see it.
+        // A name may also be an address: that of this machine beyond a NAT, as QEMU guests see it.
         let mut names = self.names.iter();
         let is_named = names.any(|name| name.eq_ignore_ascii_case(host));
         let is_own = match host.parse::<IpAddr>() {
-            // Rebinding needs a name: where every address is listened on, every address may be asked for.
+            // Rebinding needs a name: a server that listens on every address may accept every address.
             Ok(address) => {
                 address.is_loopback() || address == self.listen || self.listen.is_unspecified()
             }
@@ -116,7 +116,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn loopback_and_the_own_address_are_answered_for_and_names_of_others_are_not() {
+    fn loopback_and_own_address_are_accepted_and_foreign_names_are_not() {
         let hosts = HostNames::new(IpAddr::from([192, 168, 1, 7]), &["Pi.local".to_owned()]);
         let own =
             "127.0.0.1 127.0.0.1:8080 127.9.9.9:1 localhost localhost:80 LocalHost [::1] [::1]:8080
@@ -132,12 +132,12 @@ mod tests {
     }
 
     #[test]
-    fn addresses_are_answered_for_that_were_named_or_are_listened_on() {
+    fn named_and_listening_addresses_are_accepted() {
         for (listen, named, host, expected) in [
             ([127, 0, 0, 1], "10.0.2.2", "10.0.2.2:8833", true),
             ([127, 0, 0, 1], "10.0.2.2", "10.0.2.3:8833", false),
             ([127, 0, 0, 1], "pi.local", "10.0.2.2:8833", false),
-            // Where every address is listened on, every address is answered for, and no name.
+            // A server that listens on every address accepts every address, but no foreign name.
             ([0, 0, 0, 0], "pi.local", "192.168.1.8:8080", true),
             ([0, 0, 0, 0], "pi.local", "[2001:db8::1]:8080", true),
             ([0, 0, 0, 0], "pi.local", "evil.example", false),

@@ -1,4 +1,4 @@
-//! `GET /v1/recent?device=…&sensor=…`: the last minutes of one sensor in a few figures, for who comes later.
+//! `GET /v1/recent?device=…&sensor=…`: the last minutes of one sensor as a few figures, for a page that opens later.
 
 use crate::http::refusal::Refusal;
 use crate::http::state::AppState;
@@ -19,7 +19,7 @@ pub(crate) struct Asked {
     sensor: String,
 }
 
-/// Oldest first: boot time, least, mean and greatest temperature in °C of each frame, `null` for a missing one.
+/// Oldest first: boot time, then minimum, mean and maximum temperature in °C of each frame, `null` for a missing one.
 pub(crate) async fn recent(
     State(state): State<AppState>,
     asked: Result<Query<Asked>, QueryRejection>,
@@ -56,7 +56,7 @@ fn row(record: &Record) -> Value {
     }
 }
 
-/// Least, mean and greatest temperature of a frame in °C.
+/// Minimum, mean and maximum temperature of a frame in °C.
 fn figures(raw: &RawFrame) -> [f64; 3] {
     let steps = raw.pixels.map(|pixel| i32::from(word::pixel_steps(pixel)));
     let least = steps.iter().copied().min().unwrap_or(0);

@@ -1,4 +1,4 @@
-//! What a request is told that is not done: `{"error":{"code","message","field","hint"}}`.
+//! The error response of a rejected request.
 
 use crate::auth::AccessError;
 use crate::store::StoreError;
@@ -8,14 +8,14 @@ use grideye_recording::wire::WireError;
 use serde_json::json;
 use std::time::Duration;
 
-/// Why an answer is a refusal, for the counters; carried by the response.
+/// The code of a rejection, stored in the response for the counters.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RefusedCode(pub(crate) &'static str);
 
-/// How long who was told that the store is full should wait: somebody has to make room first.
+/// Retry time while the store is full: someone must free space first.
 const FULL_RETRY: Duration = Duration::from_secs(30);
 
-/// A request that is not done, and what to do about it: `{"error":{"code","message","field","hint"}}`.
+/// A rejected request, with a hint: `{"error":{"code","message","field","hint"}}`.
 #[derive(Debug)]
 pub struct Refusal {
     status: StatusCode,
@@ -27,7 +27,7 @@ pub struct Refusal {
 }
 
 impl Refusal {
-    /// `message` may bring its hint along, on a line of its own.
+    /// `message` may contain its hint, after `\nhint: `.
     #[must_use]
     pub fn new(status: StatusCode, code: &'static str, message: impl Into<String>) -> Self {
         let whole = message.into();
@@ -46,7 +46,7 @@ impl Refusal {
         }
     }
 
-    /// A field of the body that holds what cannot be taken.
+    /// A field of the body has an invalid value.
     pub(crate) fn wrong_value(
         field: impl Into<String>,
         what: impl Into<String>,
@@ -57,21 +57,21 @@ impl Refusal {
             .hint(hint)
     }
 
-    /// What in the request is at fault.
+    /// The part of the request that is wrong.
     #[must_use]
     pub fn field(mut self, field: impl Into<String>) -> Self {
         self.field = Some(field.into());
         self
     }
 
-    /// When to come again, in whole seconds and at least one.
+    /// When to retry, in whole seconds, at least one.
     #[must_use]
     pub fn retry_after(mut self, wait: Duration) -> Self {
         self.retry_after = Some(wait);
         self
     }
 
-    /// What to do about it.
+    /// What the caller can do.
     #[must_use]
     pub fn hint(mut self, hint: impl Into<String>) -> Self {
         self.hint = Some(hint.into());
@@ -100,7 +100,7 @@ impl IntoResponse for Refusal {
 
 const PLAIN_BYTES_MAX: usize = 4096;
 
-/// A refusal in the form of all others, where a framework wrote one as plain text.
+/// Rewrites a framework's plain text error in this form.
 pub(crate) async fn in_own_form(response: Response) -> Response {
     let kind = response.headers().get(header::CONTENT_TYPE);
     let is_plain = kind.is_some_and(|kind| kind.as_bytes().starts_with(b"text/plain"));
@@ -172,7 +172,7 @@ impl From<WireError> for Refusal {
         if refusal.hint.is_some() {
             return refusal;
         }
-        refusal.hint("nothing of this batch was stored; correct the field and send it again")
+        refusal.hint("nothing of this batch was stored; correct the field and retry")
     }
 }
 

@@ -1,4 +1,4 @@
-//! What the handlers share.
+//! The state that the handlers share.
 
 use crate::auth::{AccessFolder, Authenticator, TOKENS_MAX, TokenId};
 use crate::clock::{Clock, WallSteps};
@@ -19,7 +19,7 @@ use std::sync::{Arc, Weak};
 use std::time::Duration;
 use tokio::sync::{Semaphore, mpsc, watch};
 
-/// What the handlers share.
+/// The state that the handlers share.
 #[derive(Clone)]
 pub struct AppState(pub(crate) Arc<Shared>);
 
@@ -32,9 +32,9 @@ pub(crate) struct Shared {
     pub(crate) wall_steps: WallSteps,
     pub(crate) hosts: HostNames,
     pub(crate) authenticator: Authenticator,
-    /// Of each good token.
+    /// For each valid token.
     pub(crate) rates: Rates<TokenId>,
-    /// Of each address from which somebody came without one.
+    /// For each address that sent no valid token.
     pub(crate) unknown_rates: Rates<AddressGroup>,
     pub(crate) counters: Arc<Counters>,
     pub(crate) seldom: Seldom,
@@ -45,7 +45,7 @@ pub(crate) struct Shared {
 }
 
 impl AppState {
-    /// Takes up what the store holds. Requests must name a loopback host.
+    /// Loads the store's state. Requests must name a loopback host.
     ///
     /// # Errors
     /// [`StoreError`] if the store cannot be read.
@@ -57,10 +57,10 @@ impl AppState {
         Self::with(store, limits, clock, Options::default()).await
     }
 
-    /// The same, for those alone that the folder of tokens names, once it names somebody.
+    /// Like [`Self::new`], but admits only holders of the folder's tokens, once it has any.
     ///
     /// # Errors
-    /// [`StoreError`] if the store cannot be read, or with its message the folder.
+    /// [`StoreError`] if the store cannot be read, or if the folder cannot, with its message.
     pub async fn with_tokens(
         store: Arc<dyn FrameStore>,
         limits: Limits,
@@ -143,7 +143,7 @@ impl AppState {
     }
 }
 
-/// Which hosts are answered for, who is let in, and where events go.
+/// Accepted hosts, who is admitted, and where events are logged.
 pub(crate) struct Options {
     pub(crate) hosts: HostNames,
     pub(crate) authenticator: Authenticator,
@@ -152,7 +152,7 @@ pub(crate) struct Options {
 }
 
 impl Default for Options {
-    /// Anyone on this machine, in silence.
+    /// Admits anyone on this machine, and logs nothing.
     fn default() -> Self {
         Self {
             hosts: HostNames::new(IpAddr::V4(Ipv4Addr::LOCALHOST), &[]),
@@ -163,7 +163,7 @@ impl Default for Options {
     }
 }
 
-/// Shows what other collectors keep in the same store, for as long as both are there.
+/// Shows what other collectors store in the same database, while both exist.
 async fn show_news(shared: Weak<Shared>, mut news: mpsc::Receiver<News>) {
     while let Some(news) = news.recv().await {
         let Some(shared) = shared.upgrade() else {

@@ -1,4 +1,4 @@
-//! Something of every sensor, found by the names as they stand in a batch.
+//! A map with one value per sensor, looked up by the names in a batch.
 
 use hashbrown::{Equivalent, HashMap};
 
@@ -8,10 +8,10 @@ struct Place {
     sensor: String,
 }
 
-/// The same as it stands in a batch; the map finds the one by the other.
+/// A borrowed [`Place`]; it can look up the map.
 #[derive(Hash)]
 struct Named<'n> {
-    // In the order of `Place`, so that both have one hash.
+    // In the order of `Place`, so that both hash alike.
     device: &'n str,
     sensor: &'n str,
 }
@@ -22,7 +22,7 @@ impl Equivalent<Place> for Named<'_> {
     }
 }
 
-/// One of each.
+/// One value per sensor.
 #[derive(Debug)]
 pub(super) struct BySensor<T>(HashMap<Place, T>);
 
@@ -45,7 +45,7 @@ impl<T> BySensor<T> {
         self.0.get_mut(&Named { device, sensor })
     }
 
-    /// What is there of the sensor, or what is made for it; `None` where there is nothing and `len_max` sensors are known.
+    /// The sensor's value, or a new one; `None` if it has none and `len_max` sensors are known.
     pub(super) fn get_or_make(
         &mut self,
         device: &str,
@@ -74,12 +74,12 @@ impl<T> BySensor<T> {
         self.0.remove(&Named { device, sensor });
     }
 
-    /// In the order of device and sensor.
+    /// By device and sensor.
     pub(super) fn values(&self) -> impl Iterator<Item = &T> {
         self.iter().map(|(_, _, value)| value)
     }
 
-    /// In the order of device and sensor.
+    /// By device and sensor.
     pub(super) fn iter(&self) -> impl Iterator<Item = (&str, &str, &T)> {
         let all = self.0.iter();
         let all = all.map(|(place, value)| (place.device.as_str(), place.sensor.as_str(), value));
@@ -95,7 +95,7 @@ mod tests {
     use std::collections::BTreeMap;
 
     #[test]
-    fn it_holds_what_a_plain_map_holds_and_no_more_than_it_may() {
+    fn it_equals_a_plain_map_up_to_its_limit() {
         let (mut by_sensor, mut plain) = (BySensor::default(), BTreeMap::new());
         let names = ["a", "b", "c"];
         for code in 0..2000_usize {

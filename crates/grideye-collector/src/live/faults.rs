@@ -1,10 +1,10 @@
-//! Which faults are of now: an agent counts from its start, so what tells it is when the count last grew.
+//! Which faults are recent: an agent counts from its start, so a fault is recent if its count grew lately.
 
 use grideye_recording::wire::Account;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// How long after its count grew a fault is one of now.
+/// A fault is recent for this long after its count grew.
 pub(crate) const RECENT_WITHIN: Duration = Duration::from_secs(300);
 
 #[derive(Debug, Default)]
@@ -13,12 +13,12 @@ pub(super) struct Faults(BTreeMap<String, Fault>);
 #[derive(Debug)]
 struct Fault {
     count: u64,
-    /// On the collector's monotonic clock; `None` for what was counted before this collector was started.
+    /// On the collector's monotonic clock; `None` if it was counted before this collector started.
     grew_at: Option<Duration>,
 }
 
 impl Faults {
-    /// Counts what an account says: as many kinds as it may hold, which the wire limits.
+    /// Takes the counts of an account: as many kinds as the wire allows.
     pub(super) fn count(&mut self, account: Option<&Account>, grew_at: Option<Duration>) {
         let counts = account
             .into_iter()
@@ -31,7 +31,7 @@ impl Faults {
         }
     }
 
-    /// Those of now, in alphabetical order.
+    /// The recent faults, in alphabetical order.
     pub(super) fn recent(&self, now: Duration) -> Vec<&str> {
         let is_recent = |fault: &Fault| {
             fault
@@ -64,13 +64,13 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_is_of_now_for_five_minutes_after_it_was_counted() {
+    fn a_fault_is_recent_for_five_minutes() {
         let mut faults = Faults::default();
         count(&mut faults, 1, 0, Some(10));
         assert_eq!(faults.recent(after(310)), ["nack"]);
         count(&mut faults, 1, 3, Some(311));
         assert_eq!(faults.recent(after(311)), ["ring-full"]);
-        // It happens once more, and a count that came late changes nothing.
+        // The fault occurs again, and an account that came late changes nothing.
         count(&mut faults, 2, 3, Some(400));
         count(&mut faults, 1, 1, Some(600));
         assert_eq!(faults.recent(after(600)), ["nack", "ring-full"]);
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_counted_before_the_collector_started_is_of_before() {
+    fn faults_counted_before_the_start_are_not_recent() {
         let mut faults = Faults::default();
         count(&mut faults, 7, 0, None);
         assert!(faults.recent(after(0)).is_empty());

@@ -1,4 +1,4 @@
-//! The present state of every sensor, and the feed of events that tells the live page of it.
+//! The current state of every sensor, and the events that update the live page.
 
 use crate::clock::Clock;
 use crate::limits::Limits;
@@ -26,7 +26,7 @@ pub(crate) struct Live {
 }
 
 impl Live {
-    /// Starts from what the store holds, so that a restart of the collector does not empty the page.
+    /// Starts from the store's state, so that a restart of the collector does not empty the page.
     pub(crate) fn new(
         clock: Arc<dyn Clock>,
         limits: &Limits,
@@ -76,18 +76,18 @@ impl Live {
         sensors.len() + new <= self.limits.sensors_max
     }
 
-    /// Takes in what the store has just kept, and tells those who listen.
+    /// Takes in the records just stored, and sends them to listeners.
     pub(crate) fn take(&self, batch: &Batch, appended: Appended, t_arrival_ns: i64) {
         let now = self.clock.monotonic();
         let now_ns = nanoseconds(now);
-        // A batch without a count is somebody's who posts by hand, and one of a run that has ended is the next one's.
+        // A batch without an account was posted by hand, and one of an ended boot is sent by the next boot.
         let account = batch.sensors.iter().find_map(|part| part.account.as_ref());
         let is_going_on = account.is_some_and(|account| !account.ended);
         let rivals = self.hear(&batch.device, &batch.boot, is_going_on, now);
         let mut changed = Vec::new();
         let mut sensors = lock(&self.sensors);
         for (part, kept) in batch.sensors.iter().zip(appended.sensors) {
-            // The clock of a run that has ended need not be the sender's, so its frames could pass as new.
+            // The clock of an ended boot may differ from the sender's, so its frames could look new.
             let is_backlog = part.account.as_ref().is_some_and(|account| account.ended);
             let arrived = fresh_records(part, &kept.fresh)
                 .filter(|_| !is_backlog)
@@ -100,7 +100,7 @@ impl Live {
         }
     }
 
-    /// Takes in what another collector has kept in the same store, and tells those who listen.
+    /// Takes in records that another collector stored in the same store, and sends them to listeners.
     pub(crate) fn take_elsewhere(&self, news: Elsewhere) {
         let now = self.clock.monotonic();
         let now_ns = nanoseconds(now);
@@ -119,7 +119,7 @@ impl Live {
         }
     }
 
-    /// Shows records of a stream; what the page is told of them, if anybody listens.
+    /// Shows records of a stream; returns the event for the page if anybody listens.
     fn show<'r>(
         &self,
         sensors: &mut BySensor<Sensor>,
@@ -144,7 +144,7 @@ impl Live {
         Some(with_rivals(event, rivals))
     }
 
-    /// Notes that a run has sent, if it is one that goes on. The runs that take turns as this device.
+    /// Notes that a boot has sent, unless it has ended. Returns the boots that alternate under this device name.
     fn hear(&self, device: &str, boot: &str, is_going_on: bool, now: Duration) -> Vec<String> {
         let mut senders = lock(&self.senders);
         if is_going_on {
@@ -154,7 +154,7 @@ impl Live {
         rivals.map(str::to_owned).collect()
     }
 
-    /// The devices that several agents send as, and the runs of these: `[{"device": …, "boots": […]}]`.
+    /// The device names that several agents use, with their boots: `[{"device": …, "boots": […]}]`.
     pub(crate) fn rivals_json(&self) -> Value {
         let senders = lock(&self.senders);
         let rivals = senders.all_rivals(self.clock.monotonic());
@@ -169,7 +169,7 @@ impl Live {
     }
 
     pub(crate) fn tell(&self, event: Event) {
-        // No listener is no fault.
+        // It is fine if nobody listens.
         let _ = self.events.send(event);
     }
 
@@ -177,14 +177,14 @@ impl Live {
         self.events.subscribe()
     }
 
-    /// Every sensor with its newest frame, in the shape of a `frames` event.
+    /// Every sensor with its newest frame, in the form of a `frames` event.
     pub(crate) fn snapshot(&self) -> Value {
         self.each_sensor(|sensor, now_ns| {
             sensor.event(&sensor.last_shown(), now_ns, self.limits.rate_window)
         })
     }
 
-    /// Every sensor with its newest frame, raw words included.
+    /// Every sensor with its newest frame, including raw words.
     pub(crate) fn sensors_json(&self) -> Value {
         self.each_sensor(|sensor, now_ns| sensor.state(now_ns, self.limits.rate_window))
     }
@@ -209,7 +209,7 @@ impl Live {
     }
 }
 
-/// A sensor as it is shown, with the runs that take turns as its device, `null` where there is one alone.
+/// Adds the boots that alternate under the device's name; `null` if there is only one.
 fn with_rivals<R: Clone + Into<Value>>(mut shown: Value, rivals: &[R]) -> Value {
     shown["rivals"] = if rivals.is_empty() {
         Value::Null
@@ -246,18 +246,18 @@ impl Event {
     }
 }
 
-/// The newest frame of every sensor, and how old it is; after a restart, those that the store holds.
+/// The newest frame of every sensor with its age; after a restart, from the store.
 #[derive(Clone)]
 pub struct NewestFrames(Arc<Live>);
 
 /// A sensor's newest frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewestFrame {
-    /// Whose it is.
+    /// Device, sensor and boot.
     pub stream: StreamId,
     /// The record, which has pixels.
     pub record: Record,
-    /// Since it was measured, by clocks that do not jump; at least so long where only its arrival is known.
+    /// Time since it was measured, by clocks that do not jump; a lower bound if only the arrival is known.
     pub age: Duration,
 }
 
@@ -266,7 +266,7 @@ impl NewestFrames {
         Self(live)
     }
 
-    /// One of each sensor that ever sent a frame, in the order of device and sensor.
+    /// The newest frame of each sensor that ever sent one, by device and sensor.
     #[must_use]
     pub fn look(&self) -> Vec<NewestFrame> {
         let now_ns = self.0.now_ns();

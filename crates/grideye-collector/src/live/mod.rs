@@ -1,4 +1,4 @@
-//! What comes from the sensors now, and who is told of it.
+//! The sensors' current state, and the events about it.
 
 mod by_sensor;
 mod faults;

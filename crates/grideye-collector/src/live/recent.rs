@@ -1,4 +1,4 @@
-//! The frames of the last moments of a few sensors: the first that came, and those that somebody asks for.
+//! The latest frames of a few sensors in memory: of the first ones that sent, and of those requested.
 
 use crate::limits::Limits;
 use crate::live::by_sensor::BySensor;
@@ -7,8 +7,8 @@ use grideye_recording::{Record, StreamId};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
 
-/// The newest frames of the first sensors that send, and of another from the first question on, for which the one makes
-/// room that was asked for the longest ago. Frames from an agent's spool are not among them.
+/// The newest frames of the first sensors that sent, and of others from their first request on; a new one displaces the
+/// sensor requested longest ago. Frames from an agent's spool are not included.
 #[derive(Clone)]
 pub struct RecentFrames(Arc<Shared>);
 
@@ -21,7 +21,7 @@ struct Shared {
 #[derive(Default)]
 struct Kept {
     run: Option<Run>,
-    /// When it was last asked for, as the number of the question; 0 for never.
+    /// The number of the last request for it; 0 for never.
     asked: u64,
 }
 
@@ -39,7 +39,7 @@ impl RecentFrames {
         }))
     }
 
-    /// Whose frames these are, and the frames, oldest first, missing ones included; `None` where none were kept.
+    /// The stream and its frames, oldest first, including missing ones; `None` if none are held.
     #[must_use]
     pub fn of(&self, device: &str, sensor: &str) -> Option<(StreamId, Vec<Record>)> {
         let mut sensors = lock(&self.0.sensors);
@@ -57,7 +57,7 @@ impl RecentFrames {
         Some((run.stream.clone(), run.records.iter().copied().collect()))
     }
 
-    /// Takes what was shown of a stream. Another run of the sensor begins again.
+    /// Takes the records shown of a stream. Another boot of the sensor starts over.
     pub(super) fn take<'r>(
         &self,
         stream: &StreamId,
@@ -71,7 +71,7 @@ impl RecentFrames {
         if kept.run.as_ref().is_none_or(|run| run.stream != *stream) {
             kept.run = Some(Run {
                 stream: stream.clone(),
-                // In one piece: what grows is copied each time. Until it is filled it takes no memory but addresses.
+                // Allocated at once, because growing would copy. Until filled it takes only address space.
                 records: VecDeque::with_capacity(self.0.frames_max),
             });
         }
@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn another_run_of_the_sensor_begins_anew() {
+    fn another_boot_of_the_sensor_starts_over() {
         let recent = recent(4, 8);
         recent.take(&stream("a", "b1"), &records(7..9));
         recent.take(&stream("a", "b2"), &records(0..1));

@@ -1,10 +1,12 @@
-//! Who sends as which device: an agent that starts again never goes back to an earlier run; two of one name take turns.
+//! Detects two agents with one device name: a restarted agent never returns to an earlier boot, but two agents
+//! alternate.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;
 
 pub(crate) const BOOTS_MAX: usize = 8;
-/// Returns to a run that was left, within [`RETURNS_WITHIN`], that mean two agents: a late post makes two returns.
+/// Returns to an earlier boot within [`RETURNS_WITHIN`] that mean two agents. A late batch of one agent makes two
+/// returns.
 pub(crate) const RETURNS_MIN: usize = 4;
 pub(crate) const RETURNS_WITHIN: Duration = Duration::from_secs(60);
 
@@ -13,14 +15,15 @@ pub(super) struct Senders(BTreeMap<String, Sender>);
 
 #[derive(Debug, Default)]
 struct Sender {
-    /// Those that have sent, the last one last.
+    /// The boots that have sent, the latest last.
     boots: VecDeque<String>,
-    /// When a run sent again after another, and which one.
+    /// When a boot sent again after another one, and which.
     returns: VecDeque<(Duration, String)>,
 }
 
 impl Senders {
-    /// Notes that `boot` of `device`, a run that goes on, has sent at `now`. Beyond `devices_max` devices nothing is noted.
+    /// Notes that `boot` of `device`, which has not ended, sent at `now`. Beyond `devices_max` devices nothing is
+    /// noted.
     pub(super) fn heard(&mut self, device: &str, boot: &str, now: Duration, devices_max: usize) {
         if !self.0.contains_key(device) && self.0.len() >= devices_max {
             return;
@@ -42,7 +45,7 @@ impl Senders {
         }
     }
 
-    /// The runs that take turns as `device` at `now`, in alphabetical order; none where one agent alone sends.
+    /// The boots that alternate as `device` at `now`, in alphabetical order; empty if one agent alone sends.
     pub(super) fn rivals(&self, device: &str, now: Duration) -> Vec<&str> {
         let Some(sender) = self.0.get(device) else {
             return Vec::new();
@@ -82,24 +85,24 @@ mod tests {
     }
 
     #[test]
-    fn an_agent_that_is_started_again_and_again_is_one() {
+    fn an_agent_that_restarts_repeatedly_counts_as_one() {
         let boots: Vec<String> = (0..100).map(|run| format!("b{}", run / 2)).collect();
         let boots: Vec<&str> = boots.iter().map(String::as_str).collect();
         assert!(heard(&boots).rivals("pi", after(100)).is_empty());
-        // And so is one whose last post came late, behind the next run's first.
+        // Also if its last batch came late, after the next boot's first one.
         let late = heard(&["b1", "b2", "b1", "b2", "b2", "b3"]);
         assert!(late.rivals("pi", after(6)).is_empty());
     }
 
     #[test]
-    fn two_agents_of_one_name_are_told_until_one_is_silent() {
+    fn two_agents_with_one_name_are_reported_until_one_is_silent() {
         let senders = heard(&["a", "b", "a", "b", "a", "b", "c"]);
         assert_eq!(senders.rivals("pi", after(6)), ["a", "b"]);
         assert_eq!(
             senders.all_rivals(after(6)),
             [("pi", vec!["a", "b"])].into()
         );
-        // The first of the last four came in second 2.
+        // The first of the last four returns came in second 2.
         assert_eq!(senders.rivals("pi", after(62)), ["a", "b"]);
         assert!(senders.rivals("pi", after(63)).is_empty());
         assert!(senders.all_rivals(after(63)).is_empty());
@@ -107,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_remembered_is_bounded() {
+    fn the_memory_of_senders_is_bounded() {
         let mut senders = Senders::default();
         for device in 0..20 {
             for boot in 0..100 {

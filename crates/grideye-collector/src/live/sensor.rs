@@ -1,4 +1,4 @@
-//! One sensor as it is shown: its newest records, how old they are, and how fast they come; and the same as JSON.
+//! One sensor as shown: its newest records, their ages and the frame rate; also as JSON.
 
 use crate::limits::Limits;
 use crate::live::faults::Faults;
@@ -12,37 +12,37 @@ use std::time::Duration;
 
 pub(super) struct Sensor {
     pub(super) stream: StreamSummary,
-    /// The record that is newest by the time it was measured.
+    /// The record with the latest measurement time.
     pub(super) newest: Option<Measured>,
     pub(super) newest_frame: Option<Measured>,
-    /// The device's boot clock at record 0 of the run, if that came while this collector ran.
+    /// The device's boot clock at record 0 of the boot, if that arrived while this collector ran.
     pub(super) began_boot_ns: Option<u64>,
-    /// Boot times of the frames within the rate's window, in nanoseconds.
+    /// Boot times of the frames within the rate window, in nanoseconds.
     pub(super) recent_boot_ns: VecDeque<u64>,
     pub(super) faults: Faults,
 }
 
-/// A record, held or lent, and when it was measured. A batch lends its records: the newest alone is kept.
+/// A record, owned or borrowed, with its measurement time. Batches lend their records; only the newest is stored.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Measured<R = Record> {
     pub(super) record: R,
-    /// On the collector's monotonic clock; below 0 when it was before that began.
+    /// On the collector's monotonic clock; negative if before that clock began.
     pub(super) measured_ns: i128,
     pub(super) basis: AgeBasis,
 }
 
-/// By what the age of a frame is known.
+/// How the age of a frame is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum AgeBasis {
-    /// The device's boot clock when the frame was read and when it was sent.
+    /// From the device's boot clock at reading and at sending.
     BootClock,
-    /// The wall clocks of the device, which was set, and of the collector.
+    /// From the wall clocks of the collector and of the device, whose clock was set.
     WallClock,
-    /// Only the time since it arrived: it is at least so old.
+    /// Only from the arrival: a lower bound.
     Arrival,
 }
 
-/// Frames within the window of the rate that are remembered for each sensor.
+/// Maximum frame times remembered per sensor for the rate.
 const RECENT_MAX: usize = 128;
 
 impl Sensor {
@@ -57,7 +57,7 @@ impl Sensor {
         }
     }
 
-    /// Shows what is newer than what is shown, and answers what that was. A backlog is kept, not shown.
+    /// Shows the records that are newer than the last one, and returns them. A backlog is stored, not shown.
     pub(super) fn take<'r>(
         &mut self,
         stream: StreamSummary,
@@ -86,7 +86,7 @@ impl Sensor {
         shown
     }
 
-    /// Shows records that are each newer than the one before.
+    /// Shows records in ascending order.
     pub(super) fn show(&mut self, shown: &[Measured<&Record>], limits: &Limits) {
         let Some(newest) = shown.last() else { return };
         let has_pixels = |measured: &&Measured<&Record>| measured.record.reading.frame().is_some();
@@ -112,7 +112,7 @@ impl Sensor {
         }
     }
 
-    /// The newest frame, and after it the newest record if that one has no pixels.
+    /// The newest frame, and after it the newest record if that has no pixels.
     pub(super) fn last_shown(&self) -> Vec<Measured<&Record>> {
         let newest = self.newest.as_ref();
         let missing = newest.filter(|newest| newest.record.reading.frame().is_none());
@@ -120,7 +120,7 @@ impl Sensor {
         shown.map(Measured::lent).collect()
     }
 
-    /// Frames a second by the device's own clock; `None` when the sensor has been silent for the rate's window.
+    /// Frames per second by the device's own clock; `None` if the sensor was silent for the whole window.
     pub(super) fn rate_hz(&self, now_ns: i128, window: Duration) -> Option<f64> {
         let newest = self.newest_frame.as_ref()?;
         if now_ns - newest.measured_ns > nanoseconds(window) {
@@ -144,7 +144,7 @@ impl<'r> Measured<&'r Record> {
         self.with(*self.record)
     }
 
-    /// Finds out when a record was measured that arrived at `arrived_ns` on the monotonic clock.
+    /// Finds the measurement time of a record that arrived at `arrived_ns` on the monotonic clock.
     pub(super) fn new(
         record: &'r Record,
         t_sent_boot_ns: Option<u64>,
@@ -175,7 +175,7 @@ pub(super) fn nanoseconds(duration: Duration) -> i128 {
 }
 
 impl Sensor {
-    /// For the live page: how the sensor does, and the frames to show, in degrees.
+    /// For the live page: the sensor's state and the frames to show, in degrees.
     pub(super) fn event(
         &self,
         frames: &[Measured<&Record>],
@@ -188,7 +188,7 @@ impl Sensor {
         Value::Object(event)
     }
 
-    /// For `GET /v1/sensors`: the same with the newest frame alone, in degrees and as the bus said it.
+    /// For `GET /v1/sensors`: the same with only the newest frame, in degrees and as raw words.
     pub(super) fn state(&self, now_ns: i128, rate_window: Duration) -> Value {
         let mut state = self.status(now_ns, rate_window);
         let frame = self.newest_frame.as_ref().map(|newest| {
@@ -224,7 +224,7 @@ impl Sensor {
     }
 }
 
-/// What the store knows of a stream, and how the books stand.
+/// A stream's state in the store, and whether its counts balance.
 pub(crate) fn stream_json(stream: &StreamSummary) -> Map<String, Value> {
     let gaps: Vec<Value> = stream
         .gaps
@@ -260,7 +260,7 @@ pub(crate) fn stream_json(stream: &StreamSummary) -> Map<String, Value> {
     }
 }
 
-/// A record with its age, and with its pixels in degrees or the reason why it has none.
+/// A record with its age, and its pixels in degrees or the reason why it has none.
 fn in_degrees(measured: Measured<&Record>, now_ns: i128) -> Value {
     let record = measured.record;
     let mut json = json!({
@@ -292,7 +292,7 @@ impl<R> Measured<R> {
         }
     }
 
-    /// Seconds since it was measured, never below 0.
+    /// Seconds since the measurement, never negative.
     fn age_s(&self, now_ns: i128) -> f64 {
         let age_ns = u64::try_from((now_ns - self.measured_ns).max(0)).unwrap_or(u64::MAX);
         Duration::from_nanos(age_ns).as_secs_f64()

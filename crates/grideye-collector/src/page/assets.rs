@@ -1,4 +1,4 @@
-//! The live page: files that are part of the program.
+//! The page's files, compiled into the program.
 
 use crate::http::{Annex, Asset, Refusal};
 use axum::body::Bytes;
@@ -57,10 +57,9 @@ const ASSETS: [Asset; 34] = [
     file!("words.js", JAVASCRIPT),
 ];
 
-/// What stands where the annexes' parts of the page come.
+/// The placeholder for the annexes' parts of the page.
 const ANNEXES: &str = "  <!-- annexes -->\n";
 
-/// The live page, with what the annexes bring to it.
 pub(crate) fn page(annexes: &[Annex]) -> impl IntoResponse + Clone + use<> {
     let heads: String = annexes.iter().map(|annex| annex.head).collect();
     let page = include_str!("../../assets/index.html").replace(ANNEXES, &heads);
@@ -70,7 +69,7 @@ pub(crate) fn page(annexes: &[Annex]) -> impl IntoResponse + Clone + use<> {
 /// The files of all pages.
 ///
 /// # Panics
-/// When two of them have one name.
+/// If two of them have the same name.
 pub(crate) fn parts(annexes: &[Annex]) -> Arc<[Asset]> {
     let brought = annexes.iter().flat_map(|annex| annex.assets);
     let parts: Arc<[Asset]> = ASSETS.iter().chain(brought).copied().collect();
@@ -78,7 +77,7 @@ pub(crate) fn parts(annexes: &[Annex]) -> Arc<[Asset]> {
     assert_eq!(
         names.len(),
         parts.len(),
-        "two files of the pages have one name"
+        "two files of the pages have the same name"
     );
     parts
 }
@@ -99,7 +98,7 @@ pub(crate) fn asset(parts: &[Asset], name: &str) -> Result<impl IntoResponse + u
     Ok(file(kind, *text))
 }
 
-/// The files change with the program, so the browser asks for them again each time.
+/// The files change with the program, so browsers revalidate them each time.
 fn file<T>(kind: &'static str, text: T) -> ([(HeaderName, &'static str); 2], T) {
     let headers = [
         (header::CONTENT_TYPE, kind),

@@ -1,4 +1,4 @@
-//! Signing in to the page with a token, and out of it.
+//! Signing in to the page with a token, and signing out.
 
 use crate::auth::{Caller, Presented, Scope};
 use crate::http::body::read_object;
@@ -19,7 +19,7 @@ pub(crate) async fn page() -> Response {
     assets::login()
 }
 
-/// `POST /v1/login`: takes `{"token": "…"}` and answers with the page's cookie.
+/// `POST /v1/login`: takes `{"token": "…"}` and returns the page's cookie.
 pub(crate) async fn login(
     State(state): State<AppState>,
     request: Request,
@@ -32,12 +32,12 @@ pub(crate) async fn login(
     let authenticator = &state.0.authenticator;
     let known = authenticator.authenticate(shown, now, || authorize::now_s(&state));
     let record = match known {
-        // Nothing is asked for here: the page is open, and there is nothing to sign in to.
+        // No tokens are required, so there is nothing to sign in to.
         Ok(Caller::Anyone) => return Ok(StatusCode::NO_CONTENT.into_response()),
         Ok(Caller::Holder { record, .. }) => record,
         Err(_unknown) => {
             authorize::check_unknown_rate(&state, peer)?;
-            let what = "this token is not, or no longer, known here";
+            let what = "this token is unknown or was revoked";
             return Err(Refusal::new(StatusCode::UNAUTHORIZED, "bad_token", what)
                 .field("token")
                 .hint(
@@ -60,13 +60,13 @@ pub(crate) async fn login(
     Ok((StatusCode::NO_CONTENT, headers).into_response())
 }
 
-/// `POST /v1/logout`: takes the cookie away.
+/// `POST /v1/logout`: deletes the cookie.
 pub(crate) async fn logout(request: Request) -> Response {
     let headers = set_cookie("", 0, Client::of(&request).peer);
     (StatusCode::NO_CONTENT, headers).into_response()
 }
 
-/// `GET /v1/whoami`: what the caller may do here.
+/// `GET /v1/whoami`: the caller's scope and name.
 pub(crate) async fn whoami(Extension(caller): Extension<Caller>) -> Json<Value> {
     Json(match caller {
         Caller::Anyone => json!({ "scope": "open" }),
@@ -83,14 +83,14 @@ pub(crate) async fn whoami(Extension(caller): Extension<Caller>) -> Json<Value> 
     })
 }
 
-/// Out of reach of scripts, of other sites, and with TLS of anything sent in the clear.
+/// Hidden from scripts and other sites, and with TLS never sent in the clear.
 fn set_cookie(value: &str, max_age_s: i64, peer: Peer) -> HeaderMap {
     let secure = if peer.is_encrypted { "; Secure" } else { "" };
     let name = authorize::cookie_name(peer);
     let cookie =
         format!("{name}={value}; Path=/; Max-Age={max_age_s}; HttpOnly; SameSite=Strict{secure}");
     let mut headers = HeaderMap::new();
-    // It consists of hexadecimal digits and points: it is always a header's value.
+    // Hexadecimal digits and dots are always a valid header value.
     if let Ok(cookie) = HeaderValue::try_from(cookie) {
         headers.insert(header::SET_COOKIE, cookie);
     }

@@ -1,4 +1,4 @@
-//! The live page: its files, and how one signs in to it.
+//! The live page: its files and its sign-in.
 
 pub(crate) mod assets;
 pub(crate) mod login;

@@ -1,4 +1,4 @@
-//! [`Collector`]: takes its address and its store, accepts connections, and closes both in order.
+//! [`Collector`]: binds the address, opens the store, accepts connections, and closes both in order.
 
 use crate::auth::Authenticator;
 use crate::clock::Clock;
@@ -27,7 +27,7 @@ use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 
-/// A collector that holds its socket and its store.
+/// A collector with its socket and its store.
 pub struct Collector {
     listener: TcpListener,
     local_addr: SocketAddr,
@@ -40,10 +40,10 @@ pub struct Collector {
 }
 
 impl Collector {
-    /// Takes the address and opens the store.
+    /// Binds the address and opens the store.
     ///
     /// # Errors
-    /// [`CollectorError`] when the address or the store cannot be had; neither is held then.
+    /// [`CollectorError`] if the address or the store is not available; then neither is held.
     pub async fn bind(mut config: Config) -> Result<Self, CollectorError> {
         fit_to_descriptors(&mut config);
         let address = config.listen;
@@ -98,7 +98,7 @@ impl Collector {
         })
     }
 
-    /// The address listened on, with the port that was taken.
+    /// The bound address, with the actual port.
     #[must_use]
     pub fn local_addr(&self) -> SocketAddr {
         self.local_addr
@@ -117,7 +117,7 @@ impl Collector {
     /// Serves until `shutdown` is ready; then lets open requests finish, commits, and closes the store.
     ///
     /// # Errors
-    /// [`CollectorError::Close`] if the store does not close well.
+    /// [`CollectorError::Close`] if closing the store fails.
     pub async fn serve(
         self,
         shutdown: impl Future<Output = ()> + Send,
@@ -133,7 +133,8 @@ impl Collector {
             stopping: watch::Sender::new(false),
             limits,
         };
-        // A displaced connection keeps its descriptor until its task has ended: so many may be late, then no more are accepted.
+        // A displaced connection holds its descriptor until its task ends: with [`LEAVING_MAX`] of those, accepting
+        // pauses.
         let tasks_max = server.limits.connections_max + LEAVING_MAX;
         let mut connections = JoinSet::new();
         let mut shutdown = pin!(shutdown);
@@ -150,7 +151,7 @@ impl Collector {
         self.state.stop();
         server.stopping.send_replace(true);
         let finished = async { while connections.join_next().await.is_some() {} };
-        // Who does not finish in time is cut off when the set is dropped.
+        // Requests that do not finish in time are aborted when the set is shut down.
         let _ = tokio::time::timeout(server.limits.shutdown_time_max, finished).await;
         connections.shutdown().await;
         let closed = self.state.store().close().await;
@@ -159,7 +160,7 @@ impl Collector {
     }
 }
 
-/// With a queue as long as the limit of connections: where the default of 128 overflows, clients believe they are connected.
+/// The queue is as long as the connection limit: if the default of 128 overflows, clients believe they are connected.
 fn listen(address: SocketAddr, queue: usize) -> io::Result<TcpListener> {
     let socket = match address {
         SocketAddr::V4(_) => TcpSocket::new_v4()?,
@@ -170,7 +171,7 @@ fn listen(address: SocketAddr, queue: usize) -> io::Result<TcpListener> {
     socket.listen(u32::from(u16::try_from(queue).unwrap_or(u16::MAX)))
 }
 
-/// Raises the number of files that this process may open. If that is too few, it takes fewer connections and logs it.
+/// Raises this process's limit on open files. If that is still too low, reduces the connections and logs it.
 fn fit_to_descriptors(config: &mut Config) {
     let Some(descriptors) = raise(&config.limits) else {
         return;
@@ -187,7 +188,7 @@ fn fit_to_descriptors(config: &mut Config) {
     config.limits = fitted;
 }
 
-/// Beyond loopback nobody is let in without a token and nothing is sent in the clear, unless that was asked for.
+/// Beyond loopback, requires tokens and TLS unless the user opted out.
 fn check_exposure(config: &Config, asks_for_tokens: bool) -> Result<(), CollectorError> {
     let address = config.listen;
     if address.ip().to_canonical().is_loopback() || config.network_trusted {
@@ -208,7 +209,7 @@ async fn open(config: &Config, options: Options) -> Result<AppState, crate::stor
     AppState::with(store, config.limits.clone(), clock, options).await
 }
 
-/// A pause after the system could not hand over a connection, for example for want of file descriptors.
+/// Pause after a failed accept, for example for lack of file descriptors.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 
 struct Server {
@@ -235,7 +236,7 @@ impl Server {
         let is_proxy = self.proxies.contains(peer.ip());
         let Some((connection, displaced)) = self.open.admit(peer.ip(), is_proxy) else {
             self.log("turned_away", peer.ip());
-            // Who waits for TLS does not understand this, and is told enough by the end of the connection.
+            // A client waiting for TLS would not understand this text; closing the connection tells it enough.
             if self.acceptors.is_none() {
                 turn_away(&stream);
             }
@@ -244,7 +245,7 @@ impl Server {
         if let Some(group) = displaced {
             self.log("displaced", group);
         }
-        // Small answers go out at once; that it may fail on a dead socket is found at the next read.
+        // Small responses go out at once. On a dead socket this may fail, which the next read will notice.
         let _ = stream.set_nodelay(true);
         let number = connection.number();
         let serving = Serving {
@@ -275,23 +276,24 @@ impl Server {
     }
 }
 
-/// Answers why, without waiting for anything; the connection is closed afterwards.
+/// Sends the reason without waiting; the connection is closed afterwards.
 fn turn_away(stream: &TcpStream) {
     const BODY: &str = r#"{"error":{"code":"too_many_connections","message":"too many connections are open","field":null,"hint":"close some, or come again in a second"}}"#;
     let answer = format!(
         "HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/json\r\ncontent-length: {}\r\nretry-after: 1\r\nconnection: close\r\n\r\n{BODY}",
         BODY.len()
     );
-    // A new socket has room for this; if not, the closed connection says enough.
+    // A new socket has room for this; if not, closing it says enough.
     let _ = stream.try_write(answer.as_bytes());
 }
 
-/// Kept free for everything else: the store and its readers, files of the program's own routes, the runtime.
+/// Descriptors for everything else: the store and its readers, files of the annexes, the runtime.
 const OTHERS_MAX: usize = 128;
 /// Displaced connections that are not closed yet.
 const LEAVING_MAX: usize = 128;
 
-/// Raises the soft limit to what the connections need, if the hard limit allows; the limit afterwards, `None` without one.
+/// Raises the soft limit to what the connections need, if the hard limit allows. Returns the resulting limit; `None`
+/// for unlimited.
 fn raise(limits: &Limits) -> Option<usize> {
     let needed = u64::try_from(limits.connections_max + LEAVING_MAX + OTHERS_MAX).ok()?;
     let limit = getrlimit(Resource::Nofile);
@@ -306,7 +308,7 @@ fn raise(limits: &Limits) -> Option<usize> {
     usize::try_from(now).ok()
 }
 
-/// Limits with fewer connections, where there are not enough descriptors; the limit for one address shrinks in proportion.
+/// Limits with fewer connections if descriptors are short; the limit per address shrinks in proportion.
 fn fit(limits: &Limits, descriptors: usize) -> Option<Limits> {
     let available = descriptors.saturating_sub(LEAVING_MAX + OTHERS_MAX).max(1);
     if available >= limits.connections_max {
@@ -325,7 +327,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn connections_are_as_many_as_there_are_descriptors_for_and_one_address_has_its_part_of_them() {
+    fn connections_fit_the_descriptors_and_the_limit_per_address_shrinks_with_them() {
         let limits = Limits {
             connections_max: 4096,
             connections_per_peer_max: 2560,

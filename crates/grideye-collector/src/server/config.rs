@@ -1,4 +1,4 @@
-//! What a collector is started with.
+//! The configuration of a collector, and its threads.
 
 use crate::auth::AccessFolder;
 use crate::clock::Clock;
@@ -13,10 +13,10 @@ use std::num::NonZero;
 use std::sync::Arc;
 use tokio::runtime::Runtime;
 
-/// Threads for a collector: one for each core but one, which the store's writer and its disk take.
+/// One thread per core except one, which is left to the store's writer and its disk.
 ///
 /// # Errors
-/// Where the system gives no more threads.
+/// If the system gives no more threads.
 pub fn runtime() -> io::Result<Runtime> {
     let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
     tokio::runtime::Builder::new_multi_thread()
@@ -25,35 +25,35 @@ pub fn runtime() -> io::Result<Runtime> {
         .build()
 }
 
-/// What a collector is started with.
+/// A collector's configuration.
 #[derive(Clone)]
 pub struct Config {
-    /// Where to listen; port 0 takes a free one.
+    /// Address to listen on; port 0 takes a free one.
     pub listen: SocketAddr,
-    /// Where to keep frames.
+    /// Where frames are stored.
     pub store: StoreLocation,
-    /// Every bound.
+    /// All limits.
     pub limits: Limits,
-    /// What time it is.
+    /// The collector's clock.
     pub clock: Arc<dyn Clock>,
-    /// Host names to answer for beside loopback and the address listened on, for example `pi.local`.
+    /// Accepted host names besides loopback and the listening address, for example `pi.local`.
     pub host_names: Vec<String>,
     /// Tokens and keys. `None`: anyone who reaches the address may do everything.
     pub access: Option<AccessFolder>,
-    /// How connections are encrypted. `None`: not at all.
+    /// Encryption of connections. `None`: plain HTTP.
     pub tls: Option<Tls>,
-    /// Whether to listen where other machines reach without a token or TLS. Tokens that exist are asked for all the same.
+    /// Allows listening on a network without a token or TLS. Existing tokens are still required.
     pub network_trusted: bool,
-    /// Proxies whose `x-forwarded-for` counts as the sender's address; from anyone else that header is ignored.
+    /// Proxies whose `x-forwarded-for` counts as the sender's address; from others that header is ignored.
     pub trusted_proxies: Vec<IpAddr>,
-    /// Who hears what happens.
+    /// Where events are logged.
     pub log: Log,
-    /// Routes that the program brings along, behind the same middleware.
+    /// The program's own routes, behind the same middleware.
     pub annexes: Vec<Annex>,
 }
 
 impl Config {
-    /// With the default limits, and for this machine alone. A program hands in [`SystemClock`](crate::SystemClock).
+    /// Default limits, for this machine alone. A program passes [`SystemClock`](crate::SystemClock).
     #[must_use]
     pub fn new(listen: SocketAddr, store: StoreLocation, clock: Arc<dyn Clock>) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! Why the collector does not start, or did not end well.
+//! The errors of starting and stopping a collector.
 
 use crate::auth::AccessError;
 use crate::store::StoreError;
@@ -6,47 +6,47 @@ use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-/// Why the collector does not start, or did not end well. The reason stands in the message, so it is no `source` as well.
+/// Why the collector did not start, or failed to stop cleanly. The message contains the cause, so there is no `source`.
 #[derive(Debug, thiserror::Error)]
 pub enum CollectorError {
-    /// Another program listens there.
+    /// Another program listens on this port.
     #[error("cannot listen on {0}: the port is in use\nhint: stop the other program (`ss -ltnp 'sport = :{port}'` names it), or choose another port; port 0 takes a free one", port = .0.port())]
     AddressInUse(SocketAddr),
-    /// The address cannot be listened on for another reason.
+    /// Listening failed for another reason.
     #[error(
         "cannot listen on {address}: {reason}\nhint: the address must be one of this machine's own, and a port below 1024 needs root"
     )]
     Listen {
-        /// The address asked for.
+        /// The address requested.
         address: SocketAddr,
-        /// What the system said.
+        /// The system's error.
         reason: io::Error,
     },
-    /// The address can be reached from other machines, and there is no token.
+    /// Other machines can reach the address, and no token exists.
     #[error(
-        "refusing to listen on {0}: every machine that reaches it could read frames and post some\nhint: make a token for each device (`grideye enroll DEVICE`) and start again: tokens are then asked for and TLS is on; or say that everybody on this network may do everything (`--trust-network`)"
+        "refusing to listen on {0}: every machine that reaches it could read frames and post some\nhint: create a token for each device (`grideye enroll DEVICE`) and start again, then tokens are required and TLS is on; or let everyone on this network do everything (`--trust-network`)"
     )]
     NoTokens(SocketAddr),
-    /// The address can be reached from other machines, and nothing would be encrypted.
+    /// Other machines can reach the address, and TLS is off.
     #[error(
-        "refusing to listen on {0} without TLS: tokens would travel in the clear\nhint: leave `--plain-http` out, or say that nobody listens on this network (`--trust-network`)"
+        "refusing to listen on {0} without TLS: tokens would travel in the clear\nhint: remove `--plain-http`, or declare that nobody listens on this network (`--trust-network`)"
     )]
     NoTls(SocketAddr),
-    /// TLS with an authority of our own needs a folder to keep it in.
+    /// TLS with our own authority needs a folder for its key.
     #[error(
         "TLS needs a folder for the authority's key\nhint: name one with `--access`, or bring certificates (`--tls-cert`, `--tls-key`)"
     )]
     NoAuthority,
-    /// A file of certificates or keys cannot be used.
-    #[error("{}: {what}\nhint: a PEM file is wanted: the certificate followed by its chain, and its key without a password", .path.display())]
+    /// A certificate or key file is unusable.
+    #[error("{}: {what}\nhint: expected PEM files: the certificate followed by its chain, and its key without a password", .path.display())]
     TlsFile {
         /// The file.
         path: PathBuf,
         /// What is wrong with it.
         what: String,
     },
-    /// TLS cannot be set up.
-    #[error("TLS cannot be set up: {0}")]
+    /// TLS setup failed.
+    #[error("cannot set up TLS: {0}")]
     Tls(String),
     /// The folder of tokens cannot be used.
     #[error("{0}")]
@@ -54,13 +54,13 @@ pub enum CollectorError {
     /// The store cannot be opened.
     #[error("cannot open the store {}: {reason}", .path.display())]
     Store {
-        /// The file asked for.
+        /// The file requested.
         path: PathBuf,
         /// What is wrong with it.
         reason: StoreError,
     },
     /// The store failed while it was being closed.
-    #[error("the store did not close well: {0}")]
+    #[error("closing the store failed: {0}")]
     Close(StoreError),
     /// The listening socket failed.
     #[error("the listening socket failed: {0}")]

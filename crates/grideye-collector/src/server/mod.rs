@@ -1,4 +1,4 @@
-//! The socket: an accept loop of our own, because `axum::serve` waits for slow peers without end.
+//! The server: with an accept loop of its own, because `axum::serve` waits for slow peers forever.
 
 mod collector;
 mod config;

@@ -1,4 +1,4 @@
-//! One connection: TLS, then request after request until either side ends it.
+//! Serves one connection: TLS, then requests until either side closes it.
 
 use crate::alarm::Alarm;
 use crate::connections::Connection;
@@ -24,10 +24,9 @@ use tokio::net::TcpStream;
 use tokio::sync::watch;
 use tokio_rustls::server::TlsStream;
 
-/// What it takes to serve one connection.
 pub(super) struct Serving {
     pub(super) peer: IpAddr,
-    /// All trusted proxies, where the peer is one of them.
+    /// All trusted proxies, if the peer is one of them.
     pub(super) proxies: Option<Arc<TrustedProxies>>,
     pub(super) routes: Routes,
     pub(super) limits: Limits,
@@ -36,7 +35,7 @@ pub(super) struct Serving {
 }
 
 impl Serving {
-    /// Agrees on TLS, within the time that headers may take.
+    /// Performs the TLS handshake within the time limit for headers.
     pub(super) async fn encrypt(
         &self,
         acceptors: &Acceptors,
@@ -75,10 +74,10 @@ impl Serving {
         let mut builder = http1::Builder::new();
         builder
             .timer(alarm.clone())
-            // Otherwise the socket is read while a post is handled, into room made for it, to find out whether the peer has
-            // gone. Who has is found when it is next told something; who only ended its own side is answered.
+            // Otherwise hyper reads the socket while a batch is handled, into a new buffer, to notice a peer that left.
+            // The next write notices that too, and a peer that only closed its sending side still gets its response.
             .half_close(true)
-            // Nearly every answer is short: head and body go out as one piece. A long one is copied once more.
+            // Most responses are short: head and body go out in one piece. A long one costs one more copy.
             .writev(false)
             .header_read_timeout(limits.header_time_max)
             .max_header_size(limits.header_bytes_max);
@@ -102,8 +101,8 @@ impl Serving {
             async move { answering.answer(request).await }
         });
         let mut connection = pin!(builder.serve_connection(TokioIo::new(stream), service));
-        // How a connection ended is the peer's business: it sees the same end. The connection is asked first and not by lot,
-        // because it is what wakes this task.
+        // The result is ignored, because the peer sees the same end. `biased` polls the connection first, because
+        // usually the connection woke this task.
         tokio::select! {
             biased;
             _ended = connection.as_mut() => return,
@@ -114,7 +113,6 @@ impl Serving {
     }
 }
 
-/// What answers the requests of one connection.
 struct Answering {
     client: Client,
     proxies: Option<Arc<TrustedProxies>>,

@@ -1,4 +1,4 @@
-//! A connection that is given up when its peer takes nothing for too long.
+//! Closes a connection if its peer accepts nothing for too long.
 
 use std::future::Future;
 use std::io::{self, IoSlice};
@@ -94,7 +94,7 @@ mod tests {
     use tokio::io::{AsyncReadExt, AsyncWriteExt};
 
     #[tokio::test(start_paused = true)]
-    async fn a_peer_that_takes_nothing_is_given_up() {
+    async fn a_peer_that_accepts_nothing_is_disconnected() {
         let (near, _far) = tokio::io::duplex(8);
         let mut limited = StallLimit::new(near, Duration::from_secs(20));
         let started = tokio::time::Instant::now();
@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn a_peer_that_takes_a_little_now_and_then_is_kept() {
+    async fn a_slow_peer_stays_connected() {
         let (near, mut far) = tokio::io::duplex(8);
         let mut limited = StallLimit::new(near, Duration::from_secs(20));
         let slow = tokio::spawn(async move {

@@ -1,4 +1,4 @@
-//! TLS 1.3 for the socket: certificates of our own authority for each address that is called, or those of the site.
+//! TLS 1.3: certificates of our own authority for each local address, or those of the site.
 
 use crate::auth::{AccessFolder, Authority, pin};
 use crate::lock::lock;
@@ -18,33 +18,33 @@ use std::sync::{Arc, Mutex};
 use tokio_rustls::TlsAcceptor;
 
 const PEM_BYTES_MAX: u64 = 1024 * 1024;
-/// Addresses of this machine for which certificates are kept. Beyond, they are made again.
+/// Local addresses with cached certificates. Beyond this, the cache is emptied.
 const ADDRESSES_MAX: usize = 64;
 
-/// Where the collector's certificates come from.
+/// The source of the collector's certificates.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Certificates {
-    /// From the authority in the folder of tokens, which is made if there is none. Agents that join know its pin.
+    /// The authority in the folder of tokens, created if missing. Agents that join know its pin.
     OwnAuthority,
-    /// From files that the site's authority gave, in PEM: the certificate with its chain, and its key.
+    /// PEM files from the site's authority: the certificate with its chain, and its key.
     Files {
-        /// The certificate, followed by those that it leads to.
+        /// The certificate, followed by its chain.
         chain: PathBuf,
         /// Its key.
         key: PathBuf,
     },
 }
 
-/// How the collector encrypts.
+/// The collector's TLS configuration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Tls {
-    /// What it shows of itself.
+    /// The server's certificates.
     pub certificates: Certificates,
-    /// Authorities in PEM, of which every client must show a certificate. `None`: clients show a token alone.
+    /// Authorities in PEM; every client must show a certificate of one. `None`: clients need only a token.
     pub client_authorities: Option<PathBuf>,
 }
 
-/// Gives each connection the certificate of the address that it came to.
+/// Gives each connection the certificate for the address it came to.
 pub(crate) struct Acceptors {
     source: Source,
     client_roots: Option<Arc<RootCertStore>>,
@@ -60,7 +60,7 @@ enum Source {
 }
 
 impl Acceptors {
-    /// Reads or makes what is needed. `host_names` stand in each certificate that is made here.
+    /// Loads or creates the certificates. Those created here include `host_names`.
     pub(crate) fn new(
         tls: &Tls,
         access: Option<&AccessFolder>,
@@ -96,7 +96,7 @@ impl Acceptors {
         })
     }
 
-    /// The pin of the authority of our own, for logs; `None` with the site's certificates.
+    /// The pin of our own authority, for logs; `None` with the site's certificates.
     pub(crate) fn pin(&self) -> Option<String> {
         match &self.source {
             Source::Fixed(_) => None,
@@ -104,7 +104,7 @@ impl Acceptors {
         }
     }
 
-    /// For a connection that came to this address of the machine.
+    /// For a connection that came to this local address.
     pub(crate) fn for_address(&self, address: IpAddr) -> Result<TlsAcceptor, CollectorError> {
         let (authority, names, made) = match &self.source {
             Source::Fixed(acceptor) => return Ok(acceptor.clone()),
@@ -133,7 +133,7 @@ impl Acceptors {
     }
 }
 
-/// The pin of the last certificate in a file: the one that the others lead to.
+/// The pin of the last certificate in a file, which ends the chain.
 ///
 /// # Errors
 /// [`CollectorError::TlsFile`] if there is none.

@@ -1,4 +1,4 @@
-//! An agent's count as JSON: how the store keeps it and the pages show it.
+//! An agent's account (its frame counts) as JSON, for the store and the pages.
 
 use crate::store::error::Result;
 use crate::store::row::damaged;
@@ -21,10 +21,11 @@ pub(crate) fn to_text(account: &Account) -> String {
     to_json(account).to_string()
 }
 
-/// The count of a run that has ended, once `came` frames have come of it and `stored` of its frames are kept.
+/// The account of a boot that has ended, after `came` frames of this batch arrived and `stored` frames of the boot are
+/// stored.
 ///
-/// Whatever was read, and is neither kept nor dropped nor still to come, was in the memory of a killed run. What is left to
-/// come never grows: a batch that comes again changes nothing.
+/// Every frame that was read but neither stored, dropped nor still to come was lost in the memory of a killed agent.
+/// The number still to come never grows, so a repeated batch changes nothing.
 pub(crate) fn of_ended_run(
     known: Option<&Account>,
     sent: Option<&Account>,
@@ -55,13 +56,13 @@ pub(crate) fn of_ended_run(
     merged
 }
 
-/// Frames that the agent gave up, whatever the reason.
+/// Frames that the agent dropped, over all reasons.
 pub(super) fn dropped(account: &Account) -> u64 {
     let counts = account.dropped.values().copied();
     counts.fold(0, u64::saturating_add)
 }
 
-/// Counts of one run only grow, and its accounts can overtake each other.
+/// Takes the higher count of each reason: the counts of one boot only grow, and batches can arrive out of order.
 fn raise(counts: &mut BTreeMap<String, u64>, with: &BTreeMap<String, u64>) {
     for (reason, count) in with {
         let known = counts.entry(reason.clone()).or_default();
@@ -69,9 +70,8 @@ fn raise(counts: &mut BTreeMap<String, u64>, with: &BTreeMap<String, u64>) {
     }
 }
 
-/// From what [`to_json`] wrote.
 pub(crate) fn from_json(text: &str) -> Result<Account> {
-    let none = || damaged(&format!("a count that is none: {text}"));
+    let none = || damaged(&format!("an invalid account: {text}"));
     serde_json::from_str(text).map_err(|_no_count| none())
 }
 
@@ -91,25 +91,25 @@ mod tests {
     }
 
     #[test]
-    fn what_a_killed_run_took_with_it_is_counted_and_the_sum_holds_after_every_batch() {
-        // 100 read, 60 stored, 5 dropped; the run is killed with 35 in memory and on disk, of which 20 are on disk.
+    fn frames_lost_in_a_killed_agent_are_counted_and_the_sum_holds_after_every_batch() {
+        // 100 read, 60 stored, 5 dropped; the agent is killed with 35 in memory and on disk, 20 of them on disk.
         let last = account(100, 5, 35, false);
         let first = of_ended_run(Some(&last), Some(&account(80, 5, 20, true)), 70, 10);
         assert_eq!((first.read, first.spooled), (100, 10));
         assert_eq!(first.dropped[LOST_IN_MEMORY], 15);
         let second = of_ended_run(Some(&first), Some(&account(80, 5, 10, true)), 80, 10);
         assert_eq!((second.spooled, second.dropped[LOST_IN_MEMORY]), (0, 15));
-        // The first batch once more, late: nothing changes.
+        // The first batch again, late: nothing changes.
         let again = of_ended_run(Some(&second), Some(&account(80, 5, 20, true)), 80, 10);
         assert_eq!(again, second);
-        // And so with a frame that was still under way when the run was killed: it was not lost.
+        // A frame that was in transit when the agent was killed arrives: it was not lost.
         let late = of_ended_run(Some(&second), Some(&last), 81, 1);
         assert_eq!((late.spooled, late.dropped[LOST_IN_MEMORY]), (0, 14));
         assert!(late.ended);
     }
 
     #[test]
-    fn a_run_that_is_known_only_from_the_disk_has_the_count_of_the_disk() {
+    fn a_boot_known_only_from_the_disk_has_the_disks_account() {
         let merged = of_ended_run(None, Some(&account(50, 0, 30, true)), 10, 10);
         assert_eq!((merged.read, merged.spooled), (50, 20));
         assert_eq!(merged.dropped[LOST_IN_MEMORY], 20);

@@ -1,8 +1,8 @@
-//! How an engine without columns keeps rows: chunks of consecutive numbers of one epoch, as bytes. No two overlap.
+//! How an engine without columns stores rows: as bytes, in chunks of consecutive numbers of one epoch. No two overlap.
 //!
 //! ```text
-//! plain   of each row: t_arrival_ns (8 bytes) and the record (`grideye_recording::record::layout`)
-//! sealed  a segment (`segment.rs`)
+//!   plain   for each row: t_arrival_ns (8 bytes) and the record (`grideye_recording::record::layout`)
+//!   sealed  a segment (`segment.rs`)
 //! ```
 
 use crate::store::error::Result;
@@ -11,10 +11,10 @@ use crate::store::runs::Arrived;
 use crate::store::segment::{self, SealedRow};
 use grideye_recording::record::layout::{ByteReader, Fault, Form, put};
 
-/// Rows in a plain chunk at most, so that one is read quickly.
+/// Maximum rows in a plain chunk, so that reading one is quick.
 const PLAIN_ROWS_MAX: usize = 256;
 
-/// A row of a room, with some to spare.
+/// Bytes reserved for each row, a little more than a row takes.
 const ROW_BYTES: usize = 112;
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,7 +25,7 @@ pub(super) struct Plain {
     pub(super) rows: Vec<u8>,
 }
 
-/// Cuts what is new of a stream, in ascending number, where numbers are left out.
+/// Cuts the new rows of a stream, in ascending order, at gaps in the numbers and at [`PLAIN_ROWS_MAX`].
 pub(super) fn cut<'f>(fresh: impl Iterator<Item = &'f Arrived>) -> Vec<Plain> {
     let mut chunks: Vec<Plain> = Vec::new();
     let mut rows_in_last = 0;
@@ -76,7 +76,7 @@ impl Kept<'_> {
         if is_whole {
             Ok(rows)
         } else {
-            Err(damaged("a chunk of other rows than it says"))
+            Err(damaged("a chunk with other rows than it declares"))
         }
     }
 
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn a_chunk_that_is_cut_or_says_other_numbers_is_refused() {
+    fn a_truncated_or_mislabeled_chunk_is_rejected() {
         let chunk = cut(fresh((0..6).map(|seq| (seq, 1))).values()).remove(0);
         for length in 0..chunk.rows.len() {
             let mut cut = kept(&chunk);

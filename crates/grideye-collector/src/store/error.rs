@@ -1,4 +1,4 @@
-//! Why a store did not do what it was asked; and [`RecordingId`], by which errors name a recording.
+//! The errors of a store, and [`RecordingId`], which names a recording in them.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -6,60 +6,60 @@ use std::str::FromStr;
 
 pub(crate) type Result<T, E = StoreError> = core::result::Result<T, E>;
 
-/// Why a store did not do what it was asked.
+/// Why a store could not do what it was asked.
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum StoreError {
-    /// The frame is known with another content.
+    /// A frame came before with other content.
     #[error(
-        "sensor {sensor} of {device} sent seq {seq} of boot {boot} before, with other content; nothing of this batch was stored\nhint: two agents with one device name, or a boot name used twice; give each agent its own `device`, and each run its own boot"
+        "sensor {sensor} of {device} sent seq {seq} of boot {boot} before, with other content; nothing of this batch was stored\nhint: two agents share a device name, or a boot name was used twice; give each agent its own `device`, and each start its own boot name"
     )]
     Conflict {
         /// The agent's name.
         device: String,
         /// The sensor.
         sensor: String,
-        /// The run.
+        /// The boot.
         boot: String,
         /// The number sent twice.
         seq: u64,
     },
-    /// A number does not fit into the store.
+    /// A number is larger than the store can hold.
     #[error(
         "{field} is {value}, more than the store can hold ({max})\nhint: sequence numbers count from 0 within a boot, times are in nanoseconds"
     )]
     NumberTooLarge {
         /// The field's name on the wire.
         field: &'static str,
-        /// What came.
+        /// The value sent.
         value: u64,
-        /// The highest that can be kept.
+        /// The largest value that fits.
         max: u64,
     },
-    /// One stream more than the store takes.
+    /// The limit on streams is reached.
     #[error(
-        "the store holds {0} streams (device, sensor, boot) and takes no more\nhint: remove old recordings' devices, or raise `streams_max`"
+        "the store already holds the maximum of {0} streams (device, sensor, boot)\nhint: remove old recordings' devices, or raise `streams_max`"
     )]
     TooManyStreams(usize),
-    /// One recording more than the store takes.
-    #[error("the store holds {0} recordings and takes no more\nhint: raise `recordings_max`")]
+    /// The limit on recordings is reached.
+    #[error("the store already holds the maximum of {0} recordings\nhint: raise `recordings_max`")]
     TooManyRecordings(usize),
-    /// A recording has that name.
+    /// Another recording has this name.
     #[error("a recording named {name:?} {}\nhint: choose another name{}", if *.running { "is running" } else { "exists already" }, if *.running { ", or stop that one first" } else { "" })]
     NameTaken {
         /// The name asked for.
         name: String,
-        /// Whether the one that has it is still running.
+        /// Whether the other recording is still running.
         running: bool,
     },
-    /// No recording has that number.
+    /// No recording has this number.
     #[error("there is no recording {0}\nhint: GET /v1/recordings lists them")]
     NoSuchRecording(RecordingId),
-    /// One label more than a recording takes.
+    /// The limit on labels of a recording is reached.
     #[error(
-        "the recording has {0} labels and takes no more\nhint: take some away, or make one of those that say the same"
+        "the recording already has the maximum of {0} labels\nhint: delete some, or merge those with the same name"
     )]
     TooManyLabels(usize),
-    /// The recording has no label of that number.
+    /// The recording has no label with this number.
     #[error(
         "recording {id} has no label {number}\nhint: GET /v1/recordings/{id}/labels lists them"
     )]
@@ -69,9 +69,9 @@ pub enum StoreError {
         /// The number asked for.
         number: i64,
     },
-    /// The recording was stopped before.
+    /// The recording is already stopped.
     #[error(
-        "recording {id} ({name:?}) was stopped before\nhint: GET /v1/recordings/{id}.csv has it"
+        "recording {id} ({name:?}) is already stopped\nhint: GET /v1/recordings/{id}.csv downloads it"
     )]
     NotRunning {
         /// The number asked for.
@@ -79,117 +79,117 @@ pub enum StoreError {
         /// Its name.
         name: String,
     },
-    /// More is waiting to be written than the queue takes.
+    /// The writer's queue is full.
     #[error(
-        "the store is behind: {0} requests wait to be written\nhint: send again in a second; nothing of this request was stored"
+        "the store is busy: {0} requests wait to be written\nhint: retry in a second; nothing of this request was stored"
     )]
     Busy(usize),
     /// The disk, or the quota on it, is full.
     #[error(
-        "the disk that holds the store is full\nhint: make room; agents keep their frames until then and send them again"
+        "the disk that holds the store is full\nhint: free some space; agents keep their frames and retry"
     )]
     Full,
-    /// The store takes as much room as it may.
+    /// The store has reached its quota.
     #[error(
-        "the store takes the {0} bytes that it may take\nhint: raise the quota (`--store-quota`) or move old frames away; agents keep theirs until then and send them again"
+        "the store has reached its quota of {0} bytes\nhint: raise the quota (`--store-quota`) or move old frames away; agents keep theirs and retry"
     )]
     QuotaReached(u64),
-    /// Another program holds the file, and did not let go of it in time.
+    /// Another program locked the file for longer than the time limit.
     #[error(
-        "the store's file is locked by another program\nhint: close what holds it, for example a database browser with changes that are not written; nothing of this request was stored"
+        "the store's file is locked by another program\nhint: close that program, for example a database browser with unsaved changes; nothing of this request was stored"
     )]
     Locked,
-    /// The path of the store names another file than the one that is written, or none.
+    /// The store's path names another file than the open one, or none.
     #[error(
-        "the store's {part} was {fate} while it was in use, and nothing is acknowledged until it is back\nhint: the collector's log has what to do; agents keep their frames until then and send them again"
+        "the store's {part} was {fate} while it was in use, and nothing is acknowledged until it is back\nhint: the collector's log says what to do; agents keep their frames and retry"
     )]
     Gone {
-        /// `file`, or `log`: the file beside it whose name ends in `-wal`.
+        /// `file`, or `log` for the file whose name ends in `-wal`.
         part: &'static str,
-        /// What became of it.
+        /// What happened to it.
         fate: &'static str,
     },
-    /// The database cannot be reached, or does not let this program in.
+    /// The database cannot be reached, or rejects this program's login.
     #[error(
-        "the database cannot be reached: {0}\nhint: is it running, does it exist, and are user and password right? Agents keep their frames until then and send them again"
+        "the database cannot be reached: {0}\nhint: is it running, does it exist, and are user and password right? Agents keep their frames and retry"
     )]
     Unreachable(String),
-    /// The database broke the request off for the sake of others.
+    /// The database aborted the request because of another transaction.
     #[error(
-        "the database broke off what it was asked for: {0}\nhint: send again in a second; nothing of this request was stored"
+        "the database aborted the request: {0}\nhint: retry in a second; nothing of this request was stored"
     )]
     Contended(String),
     /// A migration into the database was interrupted.
     #[error(
-        "a migration into this database is not finished\nhint: run the same `grideye migrate` again; it goes on where it was"
+        "a migration into this database is not finished\nhint: run the same `grideye migrate` again; it resumes where it stopped"
     )]
     Unfinished,
-    /// The database holds frames or recordings already.
+    /// The database already holds frames or recordings.
     #[error(
         "the database holds frames or recordings already\nhint: migrate into a new database (`createdb`)"
     )]
     NotEmpty,
-    /// The file is no SQLite database.
+    /// The file is not an SQLite database.
     #[error(
-        "the file is not a database\nhint: name another file, or move this one away; a new store is made where none is"
+        "the file is not a database\nhint: name another file, or move this one away; if the file does not exist, a new store is created"
     )]
     NotADatabase,
-    /// The file is a database of another program.
+    /// The file is another program's database.
     #[error(
-        "the file is a database of another program\nhint: name another file; a new store is made where none is"
+        "the file is a database of another program\nhint: name another file; if the file does not exist, a new store is created"
     )]
     Foreign,
-    /// A later version of this program made the file.
+    /// A later version of this program wrote the file.
     #[error(
         "the store has layout {found}, and this program knows layouts up to {known}\nhint: use the program that made it, or a newer one"
     )]
     Newer {
-        /// The layout found.
+        /// The layout of the file.
         found: i64,
-        /// The newest known.
+        /// The newest layout this program knows.
         known: i64,
     },
-    /// An earlier version of this program made the file.
+    /// A version before the first release wrote the file.
     #[error(
-        "the store has layout {found}, which was in use before the first release; this program knows layouts {oldest} to {known}\nhint: name another file; with the program that made this one, `grideye record` and the page still give its recordings as CSV"
+        "the store has layout {found}, which was in use before the first release; this program knows layouts {oldest} to {known}\nhint: name another file; with the program that made this one, `grideye record` and the page still export its recordings as CSV"
     )]
     Older {
-        /// The layout found.
+        /// The layout of the file.
         found: i64,
-        /// The oldest that is known.
+        /// The oldest layout this program knows.
         oldest: i64,
-        /// The newest that is known.
+        /// The newest layout this program knows.
         known: i64,
     },
-    /// The store has an older layout, and no copy of it can be made before it is upgraded.
+    /// The store needs an upgrade, and the disk has no room for the copy that is made first.
     #[error(
-        "the store has layout {from}, and the disk has no room for {}, the copy of its {bytes} bytes that is made before it is upgraded\nhint: make room on this disk, or move the store to a larger one; nothing was changed", .backup.display()
+        "the store has layout {from}, and the disk has no room for {}, the copy of its {bytes} bytes that is needed before the upgrade\nhint: make room on this disk, or move the store to a larger one; nothing was changed", .backup.display()
     )]
     NoRoomForBackup {
-        /// The layout found.
+        /// The layout of the file.
         from: i64,
-        /// The copy.
+        /// The path of the copy.
         backup: PathBuf,
         /// Bytes of the store.
         bytes: u64,
     },
-    /// The store has an older layout, and another copy stands where one is made before it is upgraded.
+    /// The store needs an upgrade, and another copy stands where the first copy goes.
     #[error(
-        "the store has layout {from}, and {} is a copy of another state of it, not of the present one\nhint: move that copy away; the store is then copied and upgraded; nothing was changed", .backup.display()
+        "the store has layout {from}, and {} is a copy of another state of it\nhint: move that copy away and start again: the store is then copied and upgraded; nothing was changed", .backup.display()
     )]
     BackupInTheWay {
-        /// The layout found.
+        /// The layout of the file.
         from: i64,
-        /// The copy.
+        /// The path of the copy.
         backup: PathBuf,
     },
-    /// The file cannot be made or opened.
+    /// The file cannot be created or opened.
     #[error("{0}\nhint: the folder must exist and be writable for this user, and the file too")]
     Unusable(String),
     /// The store has been closed.
     #[error("the store is closed")]
     Closed,
-    /// The database failed in another way.
+    /// The database failed for another reason.
     #[error("the store failed: {0}")]
     Failed(String),
 }

@@ -1,4 +1,4 @@
-//! [`FrameStore`], the one trait of every engine.
+//! [`FrameStore`], the trait that every engine implements.
 
 use crate::store::error::RecordingId;
 use crate::store::plan::Taken;
@@ -12,13 +12,13 @@ use grideye_recording::wire::Batch;
 use std::sync::Arc;
 use tokio::sync::mpsc;
 
-/// A store of frames and recordings. A change is answered when it is on disk; the same frame again changes nothing.
+/// A store of frames and recordings. A change is answered once it is on disk; a repeated frame changes nothing.
 pub trait FrameStore: Send + Sync + 'static {
-    /// The way to the engine's one writer.
+    /// The queue to the engine's only writer.
     #[doc(hidden)]
     fn queue(&self) -> &Queue;
 
-    /// Keeps a batch: all of it, or on an error nothing.
+    /// Stores the whole batch, or nothing if there is an error.
     fn append(&self, batch: Arc<Batch>, t_arrival_ns: i64) -> Answer<'_, Appended> {
         self.queue().append(Taken {
             batch,
@@ -27,7 +27,8 @@ pub trait FrameStore: Send + Sync + 'static {
         })
     }
 
-    /// The same, of a batch that was read from `compact` ([`Batch::from_binary`]), which a store may keep as it is.
+    /// Like `append`, for a batch that was decoded from `compact` ([`Batch::from_binary`]); a store may keep those
+    /// bytes as they are.
     fn append_compact(
         &self,
         batch: Arc<Batch>,
@@ -41,10 +42,10 @@ pub trait FrameStore: Send + Sync + 'static {
         })
     }
 
-    /// What is kept of every stream, ordered by device, sensor, boot.
+    /// A summary of every stream, ordered by device, sensor, boot.
     fn streams(&self) -> Answer<'_, Vec<StreamSummary>>;
 
-    /// For each (device, sensor), the newest record of the stream that was added to last.
+    /// For each (device, sensor), the newest record of the stream that frames were added to last.
     fn newest(&self) -> Answer<'_, Vec<StoredRecord>>;
 
     /// Starts a recording. Frames that arrive from now on belong to it.
@@ -59,21 +60,21 @@ pub trait FrameStore: Send + Sync + 'static {
         self.queue().change(stop)
     }
 
-    /// Sets a recording's note; an empty one is none.
+    /// Sets a recording's note; empty text removes it.
     fn note_recording(&self, id: RecordingId, note: String) -> Answer<'_, Recording> {
         self.queue().change(|reply| Change::Note(id, note, reply))
     }
 
-    /// The labels of a recording, in the order in which they were added.
+    /// The labels of a recording, oldest first.
     fn labels(&self, id: RecordingId) -> Answer<'_, Vec<KeptLabel>>;
 
-    /// Adds a label to a recording. Whether its frames are there is the caller's to know.
+    /// Adds a label to a recording. The caller checks that its frames exist.
     fn add_label(&self, id: RecordingId, label: Label) -> Answer<'_, KeptLabel> {
         let add = |reply| Change::AddLabel(id, label, reply);
         self.queue().change(add)
     }
 
-    /// Takes a label away.
+    /// Removes a label.
     fn remove_label(&self, id: RecordingId, number: i64) -> Answer<'_, ()> {
         let remove = |reply| Change::RemoveLabel(id, number, reply);
         self.queue().change(remove)
@@ -82,10 +83,10 @@ pub trait FrameStore: Send + Sync + 'static {
     /// Every recording, newest first.
     fn recordings(&self) -> Answer<'_, Vec<Recording>>;
 
-    /// Which frames belong to a recording: the one place that says so.
+    /// Which frames belong to a recording. Only this method decides that.
     fn members(&self, id: RecordingId) -> Answer<'_, Members>;
 
-    /// The next records of one span of a recording, in ascending seq: those after `after_seq`, at most `rows`.
+    /// The next records of one span of a recording, by ascending seq: at most `rows`, after `after_seq`.
     fn page(
         &self,
         span: Span,
@@ -93,17 +94,18 @@ pub trait FrameStore: Send + Sync + 'static {
         rows: usize,
     ) -> Answer<'_, Vec<StoredRecord>>;
 
-    /// What others keep in the same store from now on, for the live page; once, and only where there may be others.
+    /// What other collectors add to the same store from now on, for the live page. Gives the receiver once, and `None`
+    /// for a store that is not shared.
     fn news(&self) -> Option<mpsc::Receiver<News>> {
         None
     }
 
-    /// How much room the frames take, and how much they may take.
+    /// How much space the frames take, and the limit.
     fn usage(&self) -> Answer<'_, StoreUsage>;
 
-    /// Fails when the store cannot be read, or when the last write failed.
+    /// Fails if the store cannot be read, or if the last write failed.
     fn ping(&self) -> Answer<'_, ()>;
 
-    /// Commits what was asked for and lets go of the files. Later calls answer [`Closed`](crate::StoreError::Closed).
+    /// Commits all waiting requests and closes the files. Later calls return [`Closed`](crate::StoreError::Closed).
     fn close(&self) -> Answer<'_, ()>;
 }

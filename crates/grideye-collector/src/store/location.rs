@@ -5,14 +5,14 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use tokio_postgres::config::{Config, Host, SslMode};
 
-/// Which store. From text: `postgres://…` or `postgresql://…` is a database, anything else a file.
+/// Which store. Parsed from text: `postgres://…` or `postgresql://…` is a database, anything else is a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StoreLocation {
-    /// An SQLite file, made when it does not exist. Its folder must exist.
+    /// An SQLite file, created if missing. Its folder must exist.
     File(PathBuf),
-    /// In memory, gone when the collector is: for tests and trials.
+    /// In memory and lost when the collector ends: for tests and trials.
     Memory,
-    /// A PostgreSQL database, or one that speaks its protocol. It must exist; the tables are made.
+    /// A PostgreSQL database, or one that speaks its protocol. The database must exist; the tables are created.
     Postgres(PostgresUrl),
 }
 
@@ -43,13 +43,14 @@ impl FromStr for StoreLocation {
     }
 }
 
-/// `postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE`, for a socket with `%2F` in HOST. It never shows the password.
+/// `postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE`; in a HOST that is a socket folder, `/` is `%2F`. Never shows the
+/// password.
 #[derive(Clone, PartialEq, Eq)]
 pub struct PostgresUrl {
     pub(super) config: Box<Config>,
 }
 
-/// Why a store's URL is not taken. Never repeats the URL, which may hold a password.
+/// Why a store's URL is invalid. Never repeats the URL, which may hold a password.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum UrlError {
     /// Another kind of database.
@@ -57,24 +58,24 @@ pub enum UrlError {
         "a store cannot be at {0}://\nhint: name a file, or postgres://USER@HOST:PORT/DATABASE"
     )]
     Scheme(String),
-    /// Not a URL of the form above.
+    /// Not a URL of the expected form.
     #[error(
-        "the URL of the store is not understood: {0}\nhint: expected postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE; a folder with a socket as HOST has its / written as %2F"
+        "the URL of the store is not understood: {0}\nhint: expected postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE; for a socket's folder as HOST, write / as %2F"
     )]
     NotUnderstood(String),
-    /// A part that must be there is not.
+    /// A required part is missing.
     #[error(
-        "the URL of the store names no {0}\nhint: expected postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE"
+        "the URL of the store has no {0}\nhint: expected postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE"
     )]
     Lacks(&'static str),
-    /// TLS was asked for.
+    /// The URL asks for TLS.
     #[error(
         "the URL of the store asks for TLS (sslmode=require), which this program does not speak to a database\nhint: reach the database on this machine, in a private network, or through a tunnel such as `ssh -L 5432:localhost:5432 HOST`"
     )]
     Tls,
-    /// A line of the password file is no such line.
+    /// A line of the password file is invalid.
     #[error(
-        "line {0} of the password file has no 5 fields\nhint: expected HOST:PORT:DATABASE:USER:PASSWORD, `*` for any"
+        "line {0} of the password file does not have 5 fields\nhint: expected HOST:PORT:DATABASE:USER:PASSWORD, `*` for any"
     )]
     PasswordFile(usize),
 }
@@ -109,10 +110,10 @@ impl FromStr for PostgresUrl {
 }
 
 impl PostgresUrl {
-    /// Takes the password from the first line of a password file (`PGPASSFILE`) that fits, unless the URL has one.
+    /// Takes the password from the first matching line of a password file (`PGPASSFILE`), unless the URL has one.
     ///
     /// # Errors
-    /// [`UrlError::PasswordFile`] for a line before it that is none.
+    /// [`UrlError::PasswordFile`] for an invalid line before the matching one.
     pub fn with_password_file(mut self, text: &str) -> Result<Self, UrlError> {
         if self.config.get_password().is_some() {
             return Ok(self);
@@ -153,7 +154,7 @@ impl PostgresUrl {
     }
 }
 
-/// The fields of a line of a password file: `:` between them, `\:` and `\\` within.
+/// The fields of a line of a password file, separated by `:`; `\:` and `\\` escape.
 fn fields(line: &str) -> Vec<String> {
     let (mut fields, mut field) = (Vec::new(), String::new());
     let mut characters = line.chars();

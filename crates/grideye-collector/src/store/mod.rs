@@ -1,4 +1,4 @@
-//! Where frames are kept: one trait, so that a site that outgrows one machine can put another engine behind it.
+//! Stores frames: one trait, so that a site that outgrows one machine can use another engine.
 
 pub(crate) mod account;
 mod chunk;
@@ -30,10 +30,10 @@ use crate::limits::Limits;
 use crate::log::Log;
 use std::sync::Arc;
 
-/// Opens the store at a place, or makes it where none is. Must be called within a tokio runtime.
+/// Opens the store at a location, or creates it. Must be called within a tokio runtime.
 ///
 /// # Errors
-/// [`StoreError`] of the engine: the file or the database cannot be had, or holds something else.
+/// [`StoreError`] of the engine: the file or database cannot be opened, or holds something else.
 pub async fn open(
     location: &StoreLocation,
     limits: &Limits,

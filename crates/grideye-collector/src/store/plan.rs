@@ -1,4 +1,4 @@
-//! What batches change, decided in memory by every engine alike, while nobody else changes the same streams.
+//! Decides in memory what batches change, the same for every engine. Nobody else may change the same streams meanwhile.
 
 use crate::limits::Limits;
 use crate::store::account;
@@ -16,7 +16,7 @@ use std::sync::Arc;
 #[derive(Debug, Clone)]
 pub(super) struct Taken {
     pub(super) batch: Arc<Batch>,
-    /// The batch in its compact form, where it came so.
+    /// The batch in its compact form, if it came in that form.
     pub(super) compact: Option<Bytes>,
     pub(super) t_arrival_ns: i64,
 }
@@ -40,10 +40,10 @@ impl Taken {
     }
 }
 
-/// A [`StreamId`] as it stands in a batch; a map finds the one by the other.
+/// A [`StreamId`] borrowed from a batch; it can look up a map with `StreamId` keys.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct StreamName<'b> {
-    // In the order of `StreamId`'s fields, so that both have one hash.
+    // In the order of `StreamId`'s fields, so that both hash alike.
     pub(super) device: &'b str,
     pub(super) sensor: &'b str,
     pub(super) boot: &'b str,
@@ -65,10 +65,10 @@ impl Equivalent<Arc<StreamId>> for StreamName<'_> {
     }
 }
 
-/// One stream: as the store has it, and as it will be.
+/// One stream: its stored state, and the planned changes.
 #[derive(Debug, Default)]
 pub(super) struct StreamState {
-    /// The engine's own number of the stream.
+    /// The engine's own key of the stream.
     pub(super) key: i64,
     pub(super) stored: i64,
     pub(super) expired: i64,
@@ -79,10 +79,11 @@ pub(super) struct StreamState {
     pub(super) t_last_arrival_ns: i64,
     pub(super) t_sent_boot_ns: Option<i64>,
     pub(super) runs: Runs,
-    /// The frames that are new, with their time of arrival.
+    /// The new frames with their arrival times.
     pub(super) fresh: Fresh,
     pub(super) is_touched: bool,
-    /// For an engine that settles later: the last group in the tables, whether the stream waits, fresh frames noted, the last group.
+    /// For an engine that writes its tables later: the last group in the tables, whether the stream waits, the fresh
+    /// rows already counted, the last group planned.
     pub(super) kept_group: i64,
     pub(super) is_unsettled: bool,
     pub(super) rows_noted: usize,
@@ -96,7 +97,7 @@ impl StreamState {
         Ok(())
     }
 
-    /// What is planned is in the store now: the next plan begins from here.
+    /// The store now has everything planned: the next plan starts from here.
     pub(super) fn settle(&mut self) {
         if self.is_touched {
             self.fresh.clear();
@@ -108,24 +109,24 @@ impl StreamState {
         }
     }
 
-    /// Whether all of these come behind every number that ever came.
+    /// Whether all these frames come after every number received so far.
     pub(super) fn is_behind(&self, frames: &[Record]) -> bool {
         let last = self.runs.last();
         let is_behind = |first: &Record| last.is_none_or(|last| last < first.seq);
         frames.first().is_none_or(is_behind) && ascend(frames)
     }
 
-    /// Whether the store has the number, and not only the plan.
+    /// Whether the store itself has the number, not only the plan.
     pub(super) fn is_settled(&self, seq: u64) -> bool {
         self.runs.contains(seq) && self.fresh.get(seq).is_none()
     }
 
-    /// Of the new frames: the lowest and highest number, how many carry pixels, how many say why they do not.
+    /// Of the new frames: the lowest and highest number, how many have pixels, how many are missing.
     pub(super) fn share(&self) -> Option<(i64, i64, i64, i64)> {
         let (first, last) = self.fresh.ends()?;
         let stored = self.fresh.iter().filter(|(record, _)| has_pixels(record));
         let stored = count(stored.count());
-        // What is in `fresh` was checked to fit.
+        // Numbers in `fresh` were checked to fit.
         let number = |seq: u64| i64::try_from(seq).unwrap_or(i64::MAX);
         let missing = count(self.fresh.len()) - stored;
         Some((number(first), number(last), stored, missing))
@@ -159,12 +160,12 @@ fn has_pixels(record: &Record) -> bool {
     record.reading.frame().is_some()
 }
 
-/// What the store holds under numbers that came before, to be held against what comes again.
+/// The stored records under numbers that came again, to compare with the new ones.
 pub(super) type Contents = HashMap<Arc<StreamId>, BTreeMap<u64, Record>>;
 
 pub(super) type Streams = HashMap<Arc<StreamId>, StreamState>;
 
-/// The streams of a group, and what its batches have changed so far.
+/// The streams of a group, and the changes its batches have made so far.
 pub(super) struct Plan<'p> {
     pub(super) streams: &'p mut Streams,
     pub(super) contents: &'p Contents,
@@ -172,7 +173,7 @@ pub(super) struct Plan<'p> {
 }
 
 impl Plan<'_> {
-    /// Takes a batch in whole, or refuses it and changes nothing.
+    /// Takes a batch whole, or rejects it and changes nothing.
     pub(super) fn take(&mut self, taken: &Taken) -> Result<Appended> {
         let batch = &*taken.batch;
         for (name, part) in taken.parts() {
@@ -198,7 +199,7 @@ impl Plan<'_> {
             fitting("t_boot_ns", record.stamp.t_boot_ns)?;
         }
         if state.is_behind(&part.frames) {
-            // There is nothing to compare with.
+            // All numbers are new: nothing to compare.
             return Ok(());
         }
         let ascend = ascend(&part.frames);
@@ -277,7 +278,7 @@ impl Plan<'_> {
     }
 }
 
-/// Batches can overtake each other: the count with the most frames read is the latest.
+/// Batches can arrive out of order: the account with the most frames read is the latest.
 fn take_account(state: &mut StreamState, part: &SensorBatch) -> Result<()> {
     let came = frames_in(part);
     let has_ended = [state.account.as_ref(), part.account.as_ref()]
@@ -303,7 +304,7 @@ fn take_account(state: &mut StreamState, part: &SensorBatch) -> Result<()> {
     Ok(())
 }
 
-/// How many frames a part brings, each number once.
+/// How many frames with pixels a part brings, each number once.
 fn frames_in(part: &SensorBatch) -> usize {
     let with_pixels = part.frames.iter().filter(|record| has_pixels(record));
     if ascend(&part.frames) {
@@ -313,7 +314,7 @@ fn frames_in(part: &SensorBatch) -> usize {
     numbers.len()
 }
 
-/// Keeps the count of a run that is over.
+/// Updates the account of a boot that has ended.
 fn end_account(state: &mut StreamState, part: &SensorBatch, came: usize) -> Result<()> {
     let stored = unsigned("stored", state.stored)?;
     let came = u64::try_from(came).unwrap_or(u64::MAX);

@@ -1,4 +1,4 @@
-//! What a store's writer is asked for, and how the asking waits.
+//! The queue of a store's writer: its commands, and how callers wait for the answers.
 
 use crate::lock::lock;
 use crate::store::error::{RecordingId, Result, StoreError};
@@ -10,7 +10,7 @@ use tokio::sync::{mpsc, oneshot};
 
 pub(super) type Reply<T> = oneshot::Sender<Result<T>>;
 
-/// What becomes of each batch of a group, or why nothing does.
+/// The result of each batch of a group, or the error that stopped them all.
 pub(super) type Outcome = Result<Vec<Result<Appended>>>;
 
 #[derive(Debug)]
@@ -19,22 +19,22 @@ pub(super) enum Command {
     Change(Change),
 }
 
-/// A change that no batch brings, and who waits for what it makes.
+/// A change other than a batch, and where its result goes.
 #[derive(Debug)]
 pub(super) enum Change {
-    /// A name, and the wall clock.
+    /// The name, and the wall clock in nanoseconds.
     Start(String, i64, Reply<Recording>),
     Stop(RecordingId, i64, Reply<Recording>),
     Note(RecordingId, String, Reply<Recording>),
     AddLabel(RecordingId, Label, Reply<KeptLabel>),
     RemoveLabel(RecordingId, i64, Reply<()>),
-    /// An end that all who read keep to; answered with the number of what came before it.
+    /// Ends the epoch, so that readers share an end; answers with the ended epoch's number.
     EndEpoch(Reply<i64>),
-    /// Whoever reads from now on finds all that was acknowledged.
+    /// Makes every acknowledged frame visible to later reads.
     Settle(Reply<()>),
 }
 
-/// The way to the writer: so many wait, and one more is refused.
+/// The queue to the writer; when it is full, further requests are rejected.
 #[derive(Debug)]
 pub struct Queue(Mutex<Option<mpsc::Sender<Command>>>);
 
@@ -44,12 +44,12 @@ impl Queue {
         (Self(Mutex::new(Some(commands))), queue)
     }
 
-    /// Hands a batch to the writer at once, and waits until it is committed.
+    /// Queues a batch at once, and waits until it is committed.
     pub(super) fn append(&self, taken: Taken) -> Answer<'static, Appended> {
         self.ask(|reply| Command::Append(taken, reply))
     }
 
-    /// The same with a change.
+    /// The same for a change.
     pub(super) fn change<T: Send + 'static>(
         &self,
         change: impl FnOnce(Reply<T>) -> Change,
@@ -80,7 +80,7 @@ impl Queue {
     }
 }
 
-/// Batches that share a commit, and the change that came behind them.
+/// Batches that share a commit, and the change that came after them.
 #[derive(Default)]
 pub(super) struct Group {
     pub(super) taken: Vec<Taken>,
@@ -89,7 +89,7 @@ pub(super) struct Group {
 }
 
 impl Group {
-    /// `first`, and what waits behind it: at most so many batches, up to the first change.
+    /// `first`, and what waits after it: at most `batches_max`, up to the first change.
     pub(super) fn gather(
         first: Command,
         queue: &mut mpsc::Receiver<Command>,
@@ -111,9 +111,9 @@ impl Group {
         group
     }
 
-    /// Answers those who wait for a batch. Who asked may have gone; the work stays done.
+    /// Replies to the callers of the batches. A caller may be gone; the work stays done.
     pub(super) fn answer(&mut self, outcome: Outcome) {
-        // Let go of first, so that who waits finds the post its own again.
+        // Dropped before the replies, so that each caller is again the only owner of its batch.
         self.taken.clear();
         let replies = std::mem::take(&mut self.replies);
         match outcome {
@@ -131,7 +131,7 @@ impl Group {
     }
 }
 
-/// Why the last write failed; nothing after one that went well.
+/// Why the last write failed; `None` after a successful one.
 #[derive(Debug, Clone, Default)]
 pub(super) struct WriteFault(Arc<Mutex<Option<StoreError>>>);
 

@@ -1,9 +1,9 @@
-//! What the engines share of how numbers become columns, and back.
+//! Converts numbers to columns and back, for all engines.
 
 use crate::store::error::{Result, StoreError};
 use grideye_recording::COUNT_MAX;
 
-/// The wire's limit is the database's as well; this holds for those who come in another way.
+/// The wire already enforces this limit; this check covers batches that come another way.
 pub(super) fn fitting(field: &'static str, value: u64) -> Result<i64> {
     i64::try_from(value).map_err(|_too_large| StoreError::NumberTooLarge {
         field,
@@ -12,7 +12,7 @@ pub(super) fn fitting(field: &'static str, value: u64) -> Result<i64> {
     })
 }
 
-/// A column that is never negative.
+/// For a column that is never negative.
 pub(super) fn unsigned(column: &str, value: i64) -> Result<u64> {
     u64::try_from(value).map_err(|_negative| damaged(&format!("{value} as {column}")))
 }

@@ -1,26 +1,26 @@
-//! The numbers that came of one stream, as runs without a gap; and the frames that came since the store was last told.
+//! The numbers received of one stream, as runs without gaps; and the frames not yet written to the tables.
 
 use grideye_recording::Record;
 use grideye_recording::wire::Gap;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Runs of received numbers: first to last, neither overlapping nor touching.
+/// Runs of received numbers, first to last; they neither overlap nor touch.
 #[derive(Debug, Default)]
 pub(super) struct Runs {
     runs: BTreeMap<u64, u64>,
-    /// First numbers of runs that are longer or new since [`Runs::settle`].
+    /// First numbers of runs that are new or longer since [`Runs::settle`].
     changed: BTreeSet<u64>,
-    /// First numbers of runs that were joined to the one before.
+    /// First numbers of runs that were joined to the run before.
     gone: BTreeSet<u64>,
 }
 
 impl Runs {
-    /// Takes in a run that the store keeps; it is whole already.
+    /// Adds a run from the store, which needs no merging.
     pub(super) fn restore(&mut self, first: u64, last: u64) {
         self.runs.insert(first, last);
     }
 
-    /// First numbers of runs that are no more, and first and last number of those that are new or longer.
+    /// First numbers of runs that vanished; first and last numbers of runs that are new or longer.
     pub(super) fn changes(&self) -> (Vec<u64>, Vec<(u64, u64)>) {
         let changed = self.changed.iter();
         (
@@ -31,7 +31,7 @@ impl Runs {
         )
     }
 
-    /// The store keeps all of it now.
+    /// The store now has all changes.
     pub(super) fn settle(&mut self) {
         self.changed.clear();
         self.gone.clear();
@@ -44,7 +44,7 @@ impl Runs {
             .is_some_and(|(_, last)| *last >= seq)
     }
 
-    /// Adds a number behind all others.
+    /// Adds a number above all others.
     pub(super) fn append(&mut self, seq: u64) {
         match self.runs.last_entry() {
             Some(mut last) if last.get().checked_add(1) == Some(seq) => {
@@ -58,7 +58,7 @@ impl Runs {
         }
     }
 
-    /// Adds a number that is not contained: it grows a run, joins two, or begins one.
+    /// Adds a number that is not contained: extends a run, joins two, or begins one.
     pub(super) fn add(&mut self, seq: u64) {
         let after = seq.checked_add(1);
         let joined = after.and_then(|next| Some((next, self.runs.remove(&next)?)));
@@ -97,7 +97,8 @@ impl Runs {
         self.runs.last_key_value().map(|(_, last)| *last)
     }
 
-    /// The newest gaps below the highest number, at most `listed_max`, ascending; needs the newest `listed_max + 1` runs.
+    /// The newest gaps below the highest number, at most `listed_max`, ascending; needs the newest `listed_max + 1`
+    /// runs.
     pub(super) fn gaps(&self, sensor: &str, listed_max: usize) -> Vec<Gap> {
         let mut gaps = Vec::new();
         let mut newest = self.runs.iter().rev().take(listed_max.saturating_add(1));
@@ -105,7 +106,7 @@ impl Runs {
         for _ in 0..listed_max {
             let Some((first, _)) = upper else { break };
             let lower = newest.next();
-            // Below the oldest run of all there is a gap as well, down to 0.
+            // There is a gap below the oldest run too, down to 0.
             let from = lower.map_or(0, |(_, last)| last.saturating_add(1));
             if from < *first {
                 gaps.push(Gap {
@@ -123,10 +124,10 @@ impl Runs {
 
 pub(super) type Arrived = (Record, i64);
 
-/// Rows that are kept room for when all are let go: some more than ten seconds bring.
+/// Rows of capacity kept after clearing: a little more than ten seconds bring.
 const ROOM_KEPT: usize = 128;
 
-/// Each number once. They come in order as a rule; what comes late lies apart, so that no order is slow.
+/// Each number once. Numbers usually come in order; late ones are kept apart, so that no order is slow.
 #[derive(Debug, Default)]
 pub(super) struct Fresh {
     in_order: Vec<Arrived>,
@@ -134,7 +135,6 @@ pub(super) struct Fresh {
 }
 
 impl Fresh {
-    /// Takes a frame whose number is not here.
     pub(super) fn add(&mut self, record: Record, t_arrival_ns: i64) {
         let last = self.in_order.last().map(|(last, _)| last.seq);
         if last.is_none_or(|last| last < record.seq) {
@@ -181,7 +181,7 @@ impl Fresh {
 
     pub(super) fn ends(&self) -> Option<(u64, u64)> {
         let first = self.iter().next()?;
-        // What came late lies below the last that came in order.
+        // Late numbers are below the last in-order one.
         let last = self.in_order.last()?;
         Some((first.0.seq, last.0.seq))
     }
@@ -199,7 +199,7 @@ mod tests {
     use grideye_frame::{NoData, Reading};
     use grideye_recording::{ClockState, Stamp};
 
-    /// Every order of a few numbers, against a plain set.
+    /// Tries every order of a few numbers against a plain set.
     #[test]
     fn runs_are_those_of_a_plain_set_in_every_order_of_arrival() {
         let mut order = [0_u64, 1, 2, 4, 5, 7];
@@ -245,7 +245,7 @@ mod tests {
             let never_came: u64 = gaps.iter().map(|gap| gap.to - gap.from + 1).sum();
             let expected = set.last().unwrap() + 1 - u64::try_from(set.len()).unwrap();
             assert_eq!(never_came, expected, "{order:?}");
-            // What changed, applied to what a store holds, is what is held here.
+            // The changes, applied to a stored copy, give the same runs.
             let (gone, changed) = runs.changes();
             for first in gone {
                 stored.remove(&first);
@@ -278,9 +278,9 @@ mod tests {
         }
     }
 
-    /// Every order in which six frames with five numbers may come, held against a plain set.
+    /// Tries every sequence of six frames with five numbers against a plain set.
     #[test]
-    fn it_holds_what_came_in_the_order_of_the_numbers() {
+    fn it_iterates_in_the_order_of_the_numbers() {
         for code in 0..5_u64.pow(6) {
             let came = (0..6).map(|place| code / 5_u64.pow(place) % 5);
             let (mut fresh, mut set) = (Fresh::default(), BTreeSet::new());

@@ -1,12 +1,12 @@
-//! Sealed segments: many rows of one stream as one blob, read back bit for bit.
+//! Sealed segments: many rows of one stream as one blob, restored bit for bit.
 //!
 //! ```text
-//! "GES" 1 · rows (u32) · bytes of the columns (u32) · the columns, compressed by zstd with its checksum
+//!   "GES" 1 · rows (u32) · bytes of the columns (u32) · the columns, compressed by zstd with its checksum
 //! ```
 //!
-//! The columns, one after the other, each as planes of bytes (all lowest bytes first): number, boot time, wall time, time of
-//! arrival, order of arrival, each as the change of its change; clock and kind; thermistor as its change; the 64 words less
-//! the mean of the four frames before. Differences wrap around, so that every word of 16 bits comes back.
+//! The columns follow one another, each as planes of bytes (all lowest bytes first): number, boot time, wall time,
+//! arrival time and arrival order, each as the change of its change; clock and kind; thermistor as its change; the 64
+//! words minus the mean of the four frames before. Differences wrap around, so every 16-bit word is restored.
 
 use crate::store::error::{Result, StoreError};
 use crate::store::row::{damaged, unsigned};
@@ -14,18 +14,18 @@ use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord
 use grideye_recording::record::layout::{ByteReader, Fault, put_name};
 use grideye_recording::{ClockState, Record, Stamp};
 
-/// Rows in a segment at most: an hour of a sensor at 10 Hz.
+/// Maximum rows in a segment: an hour of a sensor at 10 Hz.
 pub const ROWS_MAX: usize = 36_000;
 
 const MAGIC: [u8; 4] = *b"GES\x01";
 const HEAD_BYTES: usize = 12;
-/// Twice the time of zstd's default for a twentieth less; levels above save little more.
+/// Takes twice the time of zstd's default and saves a twentieth; higher levels save little more.
 const LEVEL: i32 = 6;
 /// Bytes of a row before compression: five columns of 8, one of 1, one of 2, 64 of 2.
 const ROW_BYTES: usize = 5 * 8 + 1 + 2 + 2 * PIXELS;
-/// Frames that a frame's words are predicted from.
+/// The number of earlier frames that predict a frame's words.
 const MEAN_OF: usize = 4;
-/// The kind of a row that carries pixels; a missing one has 1 and more, by the names in the head of the columns.
+/// The kind of a row with pixels; a missing frame has 1 or more, an index into the names at the head of the columns.
 const KIND_FRAME: u8 = 0;
 
 /// One row of a segment.
@@ -35,14 +35,14 @@ pub struct SealedRow {
     pub record: Record,
     /// Wall clock of the collector when it arrived, in nanoseconds since 1970-01-01 UTC.
     pub t_arrival_ns: i64,
-    /// Where it stands in the order of arrivals.
+    /// Its position in the order of arrivals.
     pub arrival: i64,
 }
 
 /// Seals 1 to [`ROWS_MAX`] rows.
 ///
 /// # Errors
-/// [`StoreError::Failed`] for no rows or too many, and when memory is short.
+/// [`StoreError::Failed`] for no rows or too many, or if memory runs out.
 pub fn seal(rows: &[SealedRow]) -> Result<Vec<u8>> {
     if rows.is_empty() || rows.len() > ROWS_MAX {
         let what = format!("a segment of {} rows", rows.len());
@@ -66,11 +66,11 @@ pub fn seal(rows: &[SealedRow]) -> Result<Vec<u8>> {
 /// The rows of a segment.
 ///
 /// # Errors
-/// [`StoreError::Failed`] for bytes that are no whole segment.
+/// [`StoreError::Failed`] for bytes that are not a whole segment.
 pub fn open(segment: &[u8]) -> Result<Vec<SealedRow>> {
     let (head, compressed) = segment
         .split_at_checked(HEAD_BYTES)
-        .ok_or_else(|| damaged("a segment that is cut"))?;
+        .ok_or_else(|| damaged("a truncated segment"))?;
     let number = |at: usize| {
         let bytes = [head[at], head[at + 1], head[at + 2], head[at + 3]];
         usize::try_from(u32::from_le_bytes(bytes)).unwrap_or(usize::MAX)
@@ -94,7 +94,7 @@ fn failed(error: &dyn std::fmt::Display) -> StoreError {
     StoreError::Failed(format!("a segment cannot be sealed: {error}"))
 }
 
-/// The names of the reasons: a count, and each with its length before it.
+/// The names of the reasons: a count, then each name after its length.
 fn names_bytes_max() -> usize {
     1 + NoData::ALL
         .iter()
@@ -143,7 +143,7 @@ fn reasons_of(rows: &[SealedRow]) -> Vec<NoData> {
     reasons
 }
 
-/// The clock in the two upper bits; below them 0 for a frame, else the number of the reason from 1.
+/// The clock state in the upper two bits; below, 0 for a frame, otherwise the index of the reason, from 1.
 fn kind_of(record: &Record, reasons: &[NoData]) -> u8 {
     let kind = match record.reading {
         Reading::Frame(_) => KIND_FRAME,
@@ -177,7 +177,7 @@ fn residuals(frames: &[&RawFrame]) -> Vec<u16> {
     residuals
 }
 
-/// The rounded mean of a few words; 0 of none.
+/// The rounded mean of a few words; 0 for none.
 fn mean(words: impl ExactSizeIterator<Item = PixelWord>) -> u16 {
     let count = u32::try_from(words.len()).unwrap_or(u32::MAX);
     let sum: u32 = words.map(|word| u32::from(word.0)).sum();
@@ -185,7 +185,7 @@ fn mean(words: impl ExactSizeIterator<Item = PixelWord>) -> u16 {
     u16::try_from(rounded).unwrap_or(u16::MAX)
 }
 
-/// Small differences of either sign become small numbers.
+/// Maps small differences of either sign to small numbers.
 fn fold_u16(difference: u16) -> u16 {
     let sign = if difference & 0x8000 == 0 { 0 } else { 0xFFFF };
     (difference << 1) ^ sign
@@ -206,7 +206,7 @@ fn unfold_u64(folded: u64) -> u64 {
     (folded >> 1) ^ sign
 }
 
-/// The change of the change of a column, in 8 planes.
+/// Adds the change of the change of a column, in 8 planes.
 fn put_i64(columns: &mut Vec<u8>, values: impl Iterator<Item = i64>) {
     let (mut before, mut change_before) = (0_u64, 0_u64);
     let folded: Vec<[u8; 8]> = values

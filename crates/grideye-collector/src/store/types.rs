@@ -1,4 +1,4 @@
-//! What a store keeps and answers.
+//! Types that a store takes and returns.
 
 use crate::store::account;
 use crate::store::error::{RecordingId, Result, StoreError};
@@ -10,23 +10,23 @@ use std::future::Future;
 use std::pin::Pin;
 use std::sync::Arc;
 
-/// The answer of a store, when it comes.
+/// A future with a store's answer.
 pub type Answer<'a, T> = Pin<Box<dyn Future<Output = Result<T>> + Send + 'a>>;
 
-/// The room that a store takes.
+/// The space that a store takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StoreUsage {
-    /// Bytes that it takes now, without a log that is folded in again.
+    /// Bytes used now, without the log.
     pub bytes: u64,
-    /// Bytes that it may take; `None` where the disk alone is the limit.
+    /// Maximum bytes; `None` if only the disk limits it.
     pub bytes_max: Option<u64>,
-    /// Frames that this collector deleted because they were too old.
+    /// Frames that this collector deleted because of their age.
     pub deleted_by_age: u64,
     /// Frames that this collector deleted because the store was too large.
     pub deleted_by_size: u64,
 }
 
-/// What became of a batch.
+/// The result of storing a batch.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Appended {
     /// By sensor, in the batch's order.
@@ -49,56 +49,56 @@ impl Appended {
     }
 }
 
-/// What became of one sensor's part of a batch.
+/// The result for one sensor's part of a batch.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SensorAppended {
     /// The stream as it is now.
     pub stream: StreamSummary,
-    /// The sequence numbers that were new, in ascending order; the others were there already.
+    /// The new sequence numbers, ascending; the others were stored before.
     pub fresh: Vec<u64>,
 }
 
-/// What is kept of one stream.
+/// Counts and state of one stream.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StreamSummary {
-    /// Whose frames.
+    /// Device, sensor and boot.
     pub id: Arc<StreamId>,
-    /// Frames kept that carry pixels.
+    /// Stored frames with pixels.
     pub stored: u64,
-    /// Of the frames in `stored`, those that were deleted because they were old, or the room was used up.
+    /// How many of the frames in `stored` were deleted for age or space.
     pub expired: u64,
-    /// Rows kept that say why there is no frame.
+    /// Stored rows that say why a frame is missing.
     pub missing: u64,
-    /// The highest sequence number kept.
+    /// The highest stored sequence number.
     pub durable_through: Option<u64>,
-    /// Runs of numbers below it that never came, in ascending order; at most the newest `gaps_listed_max`.
+    /// Runs of lower numbers that never came, ascending; at most the newest `gaps_listed_max`.
     pub gaps: Vec<Gap>,
-    /// How many numbers below it never came, those of gaps not listed included.
+    /// How many lower numbers never came, including gaps not listed.
     pub never_came: u64,
-    /// The agent's own count, as last reported.
+    /// The agent's last reported account.
     pub account: Option<Account>,
-    /// Frames that came with or after that count: the agent still had them in its spool when it made it.
+    /// Frames that came with or after that account: the agent counted them as spooled.
     pub came_since_account: u64,
     /// Wall clock of the collector when the stream was last added to, in nanoseconds since 1970-01-01 UTC.
     pub t_last_arrival_ns: i64,
 }
 
 impl StreamSummary {
-    /// Frames that the agent holds now: its own count less what came with it and since; `None` without a count.
+    /// Frames the agent holds now: its spooled count minus those that came since; `None` without an account.
     #[must_use]
     pub fn spooled(&self) -> Option<u64> {
         let account = self.account.as_ref()?;
         Some(account.spooled.saturating_sub(self.came_since_account))
     }
 
-    /// Frames that the agent gave up, whatever the reason; `None` without a count.
+    /// Frames the agent dropped, over all reasons; `None` without an account.
     #[must_use]
     pub fn dropped(&self) -> Option<u64> {
         self.account.as_ref().map(account::dropped)
     }
 
-    /// read - stored - dropped - spooled: 0 when the books balance, `None` without a count. Above 0, frames are nowhere; below 0,
-    /// the answer that told of their arrival was lost, and the next count mends that.
+    /// read - stored - dropped - spooled: 0 when the counts balance, `None` without an account. Above 0, frames are
+    /// nowhere; below 0, the acknowledgment of their arrival was lost, and the next account corrects it.
     #[must_use]
     pub fn unaccounted(&self) -> Option<i128> {
         let account = self.account.as_ref()?;
@@ -108,10 +108,10 @@ impl StreamSummary {
     }
 }
 
-/// A record together with whose it is and when it came.
+/// A record with its stream and arrival time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredRecord {
-    /// Whose.
+    /// Device, sensor and boot.
     pub stream: Arc<StreamId>,
     /// The record.
     pub record: Record,
@@ -122,20 +122,20 @@ pub struct StoredRecord {
 /// What another collector did in the same store.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum News {
-    /// It kept frames of one stream.
+    /// It stored frames of one stream.
     Frames(Box<Elsewhere>),
     /// It started or stopped a recording.
     Recordings,
 }
 
-/// Frames that another collector kept.
+/// Frames that another collector stored.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Elsewhere {
     /// The stream as it is now.
     pub stream: StreamSummary,
     /// The agent's boot clock when it last sent.
     pub t_sent_boot_ns: Option<u64>,
-    /// The newest of the frames, in ascending seq.
+    /// The newest of these frames, ascending.
     pub records: Vec<StoredRecord>,
 }
 
@@ -144,23 +144,23 @@ pub struct Elsewhere {
 pub struct Recording {
     /// Its number.
     pub id: RecordingId,
-    /// Its name, unlike every other's.
+    /// Its unique name.
     pub name: String,
-    /// What somebody wrote about it; empty if nobody did.
+    /// A note about it; empty without one.
     pub note: String,
     /// Wall clock of the collector at the start, in nanoseconds since 1970-01-01 UTC.
     pub t_start_ns: i64,
-    /// The same at the stop; `None` while it runs.
+    /// Wall clock at the stop; `None` while it runs.
     pub t_stop_ns: Option<i64>,
-    /// Frames with pixels in it, until now.
+    /// Frames with pixels so far.
     pub frames: u64,
-    /// Rows in it that say why there is no frame, until now.
+    /// Rows so far that say why a frame is missing.
     pub missing: u64,
-    /// Sensors in it, until now.
+    /// Sensors so far.
     pub sensors: u64,
 }
 
-/// The frames of a recording, as one span a stream, ordered by device, sensor, boot.
+/// The frames of a recording: one span per stream, ordered by device, sensor, boot.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Members {
     /// The recording.
@@ -172,13 +172,13 @@ pub struct Members {
 /// The part of one stream that belongs to a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Span {
-    /// Whose frames.
+    /// Device, sensor and boot.
     pub stream: Arc<StreamId>,
-    /// The store's own number of the stream.
+    /// The store's own key of the stream.
     pub(crate) stream_key: i64,
-    /// The range of numbers in which the members are.
+    /// The range of numbers that contains the members.
     pub(crate) seq: (i64, i64),
-    /// The members' epochs are above the first of these, and not above the second.
+    /// The members' epochs are above the first value and at most the second.
     pub(crate) epochs: (i64, i64),
 }
 
@@ -190,7 +190,7 @@ impl Span {
         (number(self.seq.0), number(self.seq.1))
     }
 
-    /// The first number behind `after`, or of all; `None` where there can be none.
+    /// The first number after `after`, or of all; `None` if there can be none.
     pub(crate) fn first_after(&self, after: Option<u64>) -> Option<i64> {
         match after {
             None => Some(self.seq.0),
@@ -199,7 +199,7 @@ impl Span {
     }
 }
 
-/// How far a copy of a store is.
+/// The stage of copying a store.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
     /// Frames are copied.
@@ -219,16 +219,16 @@ impl Stage {
     }
 }
 
-/// What is to be seen in some of a recording's frames.
+/// A label on some of a recording's frames.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Label {
-    /// In a word or a few, for example `two people`. Several labels may say the same.
+    /// A few words, for example `two people`. Several labels may have the same name.
     pub name: String,
-    /// In which frames, at least one range.
+    /// The labeled frames, at least one range.
     pub spans: Vec<LabelSpan>,
 }
 
-/// Frames of one stream, by their numbers: so that a label belongs to the same frames whatever becomes of clocks.
+/// Frames of one stream by their numbers, so that clock changes never move a label.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LabelSpan {
@@ -236,20 +236,20 @@ pub struct LabelSpan {
     pub device: String,
     /// The sensor.
     pub sensor: String,
-    /// The run.
+    /// The boot.
     pub boot: String,
     /// The first frame.
     pub first_seq: u64,
-    /// The last frame, not before the first.
+    /// The last frame, no earlier than the first.
     pub last_seq: u64,
 }
 
-/// A label as the store has it.
+/// A stored label.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct KeptLabel {
-    /// Its number among those of the recording, from 1, in the order in which they were added.
+    /// Its number within the recording, from 1, in the order of addition.
     pub number: i64,
-    /// What it says.
+    /// Name and frames.
     #[serde(flatten)]
     pub label: Label,
 }

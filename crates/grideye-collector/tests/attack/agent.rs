@@ -1,4 +1,4 @@
-//! An agent that means well.
+//! A well-behaved agent.
 
 use crate::collector_process::authorization;
 use grideye_collector::auth::Token;
@@ -8,14 +8,14 @@ use std::time::{Duration, Instant};
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::net::{TcpSocket, TcpStream};
 
-/// A connection from an address of this machine.
+/// Connects from an address of this machine.
 pub(crate) async fn connect(from: [u8; 4], to: SocketAddr) -> std::io::Result<TcpStream> {
     let socket = TcpSocket::new_v4()?;
     socket.bind(SocketAddr::from((from, 0)))?;
     socket.connect(to).await
 }
 
-/// Posts one frame after the other on a connection that stays open.
+/// Posts one frame after another on a persistent connection.
 pub(crate) struct Agent {
     device: String,
     token: Option<Token>,
@@ -37,12 +37,12 @@ impl Agent {
         }
     }
 
-    /// The next post comes by a new connection.
+    /// The next batch uses a new connection.
     pub(crate) fn disconnect(&mut self) {
         self.stream = None;
     }
 
-    /// Posts the next frame; how long it took until it was acknowledged, with the connecting.
+    /// Posts the next frame; returns the time until the acknowledgment, including connecting.
     pub(crate) async fn post(&mut self) -> Duration {
         let began = Instant::now();
         if self.stream.is_none() {
@@ -79,7 +79,7 @@ impl Agent {
     }
 }
 
-/// The time within which this part of all posts was acknowledged.
+/// The time within which `percent` of all batches were acknowledged.
 pub(crate) fn quantile(took: &mut [Duration], percent: usize) -> Duration {
     took.sort_unstable();
     took[(took.len() * percent / 100).min(took.len() - 1)]

@@ -1,4 +1,4 @@
-//! The collector with its default limits, as a process of its own.
+//! The collector with default limits, as a separate process.
 
 use grideye_collector::auth::{AccessFolder, Scope, Token, TokenBook};
 use grideye_collector::{Collector, Config, Log, StoreLocation, SystemClock};
@@ -11,12 +11,12 @@ use std::sync::Arc;
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::net::TcpStream;
 
-/// Names the folder in which [`role`] keeps its store and finds its tokens.
+/// Names the folder of [`role`]'s store and tokens.
 const ROLE: &str = "GRIDEYE_ATTACKED_IN";
-/// Files that a program may have open on most systems until it asks for more.
+/// The usual soft limit on a program's open files.
 const OPEN_FILES: &str = "ulimit -S -n 1024";
 
-/// Serves in the folder that the environment names until its input ends; in an ordinary run it does nothing.
+/// Serves in the folder that the environment names until its input ends; without that it does nothing.
 #[test]
 fn role() {
     let Some(folder) = std::env::var_os(ROLE).map(PathBuf::from) else {
@@ -41,7 +41,7 @@ fn role() {
     });
 }
 
-/// A folder for a collector, before it is started.
+/// A folder for a collector, before the start.
 pub(crate) struct Folder(tempfile::TempDir);
 
 impl Folder {
@@ -53,7 +53,7 @@ impl Folder {
         AccessFolder::new(self.0.path().join("access"))
     }
 
-    /// A token for the frames of each of these devices.
+    /// A token for each of these devices.
     pub(crate) fn tokens(&self, devices: &[String]) -> Vec<Token> {
         let add = |book: &mut TokenBook| {
             let scope = |name: &String| Scope::Ingest {
@@ -65,7 +65,7 @@ impl Folder {
         self.access().change(add).unwrap()
     }
 
-    /// A token for looking.
+    /// A token that may read.
     pub(crate) fn reader(&self) -> Token {
         let add = |book: &mut TokenBook| book.add("read", Scope::Read, 1);
         self.access().change(add).unwrap()
@@ -75,7 +75,7 @@ impl Folder {
         self.start_after(OPEN_FILES)
     }
 
-    /// Starts after this command of the shell.
+    /// Starts after this shell command.
     pub(crate) fn start_after(self, command: &str) -> Attacked {
         let log = self.0.path().join("log");
         let mut child = Command::new("sh")
@@ -115,7 +115,7 @@ impl Folder {
     }
 }
 
-/// A collector that runs, and ends with this.
+/// A running collector that ends on drop.
 pub(crate) struct Attacked {
     child: Child,
     pub(crate) address: SocketAddr,
@@ -132,7 +132,7 @@ impl Attacked {
         std::fs::read_to_string(&self.log).unwrap()
     }
 
-    /// The body of what is answered to a request for this path, on a connection of its own.
+    /// The response body for this path, on a new connection.
     pub(crate) async fn get(&self, path: &str, token: Option<&Token>) -> String {
         let mut stream = TcpStream::connect(self.address).await.unwrap();
         let token = authorization(token);
@@ -146,7 +146,7 @@ impl Attacked {
         body.to_owned()
     }
 
-    /// Every figure of `/metrics` by its name and labels.
+    /// All figures of `/metrics` by name and labels.
     pub(crate) async fn metrics(&self, token: Option<&Token>) -> Metrics {
         let text = self.get("/metrics", token).await;
         let samples = text.lines().filter(|line| !line.starts_with('#'));
@@ -163,7 +163,7 @@ impl Drop for Attacked {
     }
 }
 
-/// The header with a token, or nothing.
+/// The header with a token, or empty.
 pub(crate) fn authorization(token: Option<&Token>) -> String {
     token.map_or_else(String::new, |token| {
         format!("authorization: Bearer {}\r\n", token.reveal())
@@ -174,17 +174,17 @@ pub(crate) fn authorization(token: Option<&Token>) -> String {
 pub(crate) struct Metrics(BTreeMap<String, String>);
 
 impl Metrics {
-    /// A count; what was never counted is 0.
+    /// A count; 0 if absent.
     pub(crate) fn of(&self, name: &str) -> u64 {
         self.0.get(name).map_or(0, |value| value.parse().unwrap())
     }
 
-    /// How many requests were refused with this code.
+    /// Requests refused with this code.
     pub(crate) fn refused(&self, code: &str) -> u64 {
         self.of(&format!("grideye_refused_total{{code=\"{code}\"}}"))
     }
 
-    /// The sum of a family over all its labels.
+    /// The sum of a family over all labels.
     pub(crate) fn sum(&self, family: &str) -> u64 {
         let of_family = self.0.keys().filter(|name| {
             let rest = name.strip_prefix(family);
@@ -194,7 +194,7 @@ impl Metrics {
     }
 }
 
-/// Memory that is resident now, by a process' `/proc/PID/status`, in KiB.
+/// A process' resident memory in KiB, from `/proc/PID/status`.
 pub(crate) fn resident_kib(status: &Path) -> u64 {
     let status = std::fs::read_to_string(status).unwrap();
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));

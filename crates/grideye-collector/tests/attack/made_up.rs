@@ -1,8 +1,8 @@
-//! Requests that are made up: good ones that were changed, and what attackers are known to send.
+//! Generated requests: good ones with changes, and known attacks.
 
 use serde_json::{Value, json};
 
-/// Random numbers that are the same for the same seed (splitmix64, Steele et al. 2014).
+/// Pseudo-random numbers, the same for the same seed (splitmix64, Steele et al. 2014).
 pub(crate) struct Dice(u64);
 
 impl Dice {
@@ -18,7 +18,7 @@ impl Dice {
         mixed ^ (mixed >> 31)
     }
 
-    /// 0 to `end` without it.
+    /// From 0 to `end`, exclusive.
     pub(crate) fn below(&mut self, end: usize) -> usize {
         usize::try_from(self.roll() % u64::try_from(end.max(1)).unwrap()).unwrap()
     }
@@ -117,7 +117,7 @@ const HEADERS: [(&str, &str); 28] = [
     ("if-none-match", "*"),
 ];
 
-/// A path: a known one, one of them with something behind it, or one of random bytes.
+/// A path: a known one, one with a suffix, or random bytes.
 pub(crate) fn path(dice: &mut Dice) -> String {
     let mut path = (*dice.of(&PATHS)).to_owned();
     match dice.below(12) {
@@ -151,7 +151,7 @@ pub(crate) fn headers(dice: &mut Dice) -> Vec<(&'static str, String)> {
     headers
 }
 
-/// A body: good, changed in its values, changed in its bytes, or nothing like it.
+/// A body: good, with changed values, with changed bytes, or arbitrary.
 pub(crate) fn body(dice: &mut Dice) -> Vec<u8> {
     match dice.below(10) {
         0 => good(dice).to_string().into_bytes(),
@@ -178,7 +178,7 @@ fn byte(dice: &mut Dice) -> u8 {
     u8::try_from(dice.roll() & 255).unwrap()
 }
 
-/// As a device, a page or a person would send it. Sequence numbers are few, so that a store does not grow for ever.
+/// As a device, a page or a person would send it. Sequence numbers are few, so that the store stays small.
 fn good(dice: &mut Dice) -> Value {
     match dice.below(8) {
         0 => json!({ "token": "grideye-000000000000-00" }),
@@ -202,7 +202,7 @@ fn good(dice: &mut Dice) -> Value {
 }
 
 fn frame(seq: usize, dice: &mut Dice) -> Value {
-    // One content for each number, or it would be a conflict; now and then it is meant to be one.
+    // One content per number, except for an intended conflict now and then.
     let word = if dice.below(10) == 0 { 81 } else { 80 };
     json!({
         "seq": seq, "t_boot_ns": 5, "t_utc_ns": 6, "clock": "synced",
@@ -210,7 +210,7 @@ fn frame(seq: usize, dice: &mut Dice) -> Value {
     })
 }
 
-/// Puts something else in the place of a value anywhere in the body.
+/// Replaces a value anywhere in the body.
 fn change_a_value(body: &mut Value, dice: &mut Dice) {
     let inner = match body {
         Value::Array(all) if !all.is_empty() && dice.below(5) > 0 => {

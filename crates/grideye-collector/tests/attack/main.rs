@@ -1,7 +1,7 @@
-//! Attackers and a device that goes on delivering: through the router by the hundred thousand, and on real sockets.
+//! Attackers beside a device that keeps delivering: a hundred thousand requests through the router, and real sockets.
 //!
-//! `GRIDEYE_ATTACK_REQUESTS` says how many requests are made up (20,000 unless it is set, and a million with `GRIDEYE_ALL_SEEDS=1`), `GRIDEYE_ATTACK_SEED` from which
-//! seed; the same seed makes the same requests.
+//! `GRIDEYE_ATTACK_REQUESTS` sets the number of generated requests (default 20,000, or a million with
+//! `GRIDEYE_ALL_SEEDS=1`), `GRIDEYE_ATTACK_SEED` their seed; the same seed gives the same requests.
 
 #[cfg(test)]
 mod agent;
@@ -18,7 +18,7 @@ mod slow_bodies;
 #[cfg(test)]
 mod sockets;
 
-/// Who measures is alone; the others may run beside one another.
+/// Held exclusively by tests that measure; the others share it.
 #[cfg(test)]
 static ALONE: tokio::sync::RwLock<()> = tokio::sync::RwLock::const_new(());
 

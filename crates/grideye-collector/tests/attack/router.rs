@@ -1,4 +1,4 @@
-//! Every request that is made up goes through the router; a device delivers all the while.
+//! Sends generated requests through the router while a device delivers.
 
 use crate::made_up::{self, Dice, METHODS};
 use crate::{ALONE, collector_process, from_environment};
@@ -13,20 +13,20 @@ use std::path::Path;
 use std::sync::Arc;
 use tower::ServiceExt as _;
 
-/// Everything that a request may be answered with: a failure of the collector itself is not among it.
+/// All allowed status codes; a failure of the collector itself is not among them.
 const ANSWERS: [u16; 18] = [
     200, 201, 204, 303, 400, 401, 403, 404, 405, 408, 409, 413, 415, 422, 429, 431, 503, 507,
 ];
-/// One good post among so many that are made up.
+/// One good batch per this many generated requests.
 const GOOD_EVERY: u64 = 500;
-/// Growth of memory that caches and the allocator explain.
+/// Memory growth that caches and the allocator explain.
 const GROWTH_MAX_KIB: u64 = 48 * 1024;
 
 struct Scene {
     router: Routes,
-    /// The device that is not attacking.
+    /// The good device's token.
     good: Token,
-    /// What attackers hold: a device's token, one for looking, one for recordings, and none.
+    /// The attackers' tokens: for a device, for reading, for recordings, and none.
     attackers: Vec<Option<Token>>,
     _around: tempfile::TempDir,
 }
@@ -46,7 +46,7 @@ impl Scene {
             Some(add("admin", Scope::Admin)),
             None,
         ];
-        // So that requests come as far as they can: the rates have tests of their own.
+        // So that requests get as far as possible: rates have their own tests.
         let limits = Limits {
             requests_per_second_max: u32::MAX,
             requests_burst_max: u32::MAX,
@@ -73,7 +73,7 @@ impl Scene {
         self.router.clone().oneshot(request).await.unwrap()
     }
 
-    /// Posts the next frame of the good device, and expects what it always expects.
+    /// Posts the good device's next frame and checks the usual answer.
     async fn deliver(&self, seq: u64) {
         let frame = json!({
             "seq": seq, "t_boot_ns": seq, "t_utc_ns": 0, "clock": "synced",
@@ -111,7 +111,7 @@ impl Scene {
     }
 }
 
-/// Path, the place of the right token among the attackers', and whether something is posted.
+/// Path, index of the right token among the attackers', and whether it is a POST.
 const DOORS: [(&str, usize, bool); 11] = [
     ("/v1/frames", 0, true),
     ("/v1/frames", 0, true),
@@ -126,8 +126,8 @@ const DOORS: [(&str, usize, bool); 11] = [
     ("/v1/live", 1, false),
 ];
 
-/// One in two is right but for its body, so that it comes as far as what reads bodies; the other is right in nothing.
-/// `None` where not even a request can be made of it.
+/// Every second request is right except for its body, so that it reaches the body parsers; the others are wrong
+/// everywhere. `None` if it is not even a valid request.
 fn made_up_request(
     dice: &mut Dice,
     attackers: &[Option<Token>],
@@ -218,7 +218,7 @@ async fn made_up_requests_do_no_harm_and_a_device_delivers_all_the_while() {
     let mut answers = BTreeMap::<u16, u64>::new();
     let (mut delivered, mut sent, mut before_kib) = (0, 0, 0);
     for number in 0..count {
-        // What is allocated once is allocated by then.
+        // One-time allocations are done by then.
         if number == count / 10 {
             before_kib = resident_kib();
         }
@@ -240,7 +240,7 @@ async fn made_up_requests_do_no_harm_and_a_device_delivers_all_the_while() {
         after_kib < before_kib + GROWTH_MAX_KIB,
         "{before_kib} KiB, then {after_kib}"
     );
-    // If they all ended at the first check, nothing was tried.
+    // If all ended at the first check, the test would prove nothing.
     for reached in [200, 201, 400, 401, 403, 404, 405, 409, 413, 415, 422] {
         assert!(
             answers.contains_key(&reached),

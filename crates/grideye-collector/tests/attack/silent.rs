@@ -1,4 +1,4 @@
-//! 10,000 connections that say nothing, from two addresses, and 200 agents.
+//! 10,000 silent connections from two addresses, and 200 agents.
 
 use crate::ALONE;
 use crate::agent::{Agent, connect, quantile};
@@ -15,33 +15,33 @@ use tokio::sync::Semaphore;
 use tokio::task::JoinSet;
 
 const CROWD: usize = 10_000;
-/// From which addresses it comes.
+/// The attackers' addresses.
 const ATTACKERS: [[u8; 4]; 2] = [[127, 0, 0, 2], [127, 0, 0, 3]];
-/// An address from which nobody attacks.
+/// An address without attackers.
 const APART: [u8; 4] = [127, 0, 0, 4];
 const AGENTS: usize = 200;
-/// Of these agents every fourth is at an address that attacks, as behind the same NAT.
+/// Every fourth agent shares an attacker's address, as behind the same NAT.
 const BESIDE_EVERY: usize = 4;
 const POST_EVERY: Duration = Duration::from_millis(500);
-/// Posts of each agent in a row, by one connection.
+/// Consecutive batches of each agent on one connection.
 const POSTS: usize = 6;
-/// Quiet and attacked take turns, so that both have the same share of whatever else this machine does.
+/// Quiet and attacked phases alternate, so that other load on this machine affects both alike.
 const TURNS: usize = 2;
-/// Turns after which nothing more is hoped for: a host that stalled is asked again.
+/// Maximum repetitions: a host that stalled gets another try.
 const TURNS_MAX: usize = 6;
-/// Posts of each agent while the crowd comes.
+/// Batches of each agent while the crowd connects.
 const POSTS_MEANWHILE: usize = 2;
-/// Connections of the crowd that are being opened at once.
+/// Connections of the crowd opened at once.
 const OPENING: usize = 32;
-/// The pause before the next one is opened in place of one that opened, where the crowd stays. Without it the system's queue
-/// overflows, and nobody can tell which connections there are.
+/// The pause between two openings if the crowd stays. Without it the system's queue overflows, and nobody can tell
+/// which connections exist.
 const OPENING_PAUSE: Duration = Duration::from_millis(8);
-/// Longer than any of these tests takes on a machine that does much else.
+/// Longer than any of these tests takes on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(120);
-/// How often whoever waits looks.
+/// Polling interval.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 
-/// Connections that say nothing; each is opened again when it is closed, or is not.
+/// Silent connections; each is reopened when closed, or not.
 struct Crowd {
     opened: Arc<AtomicUsize>,
     is_over: Arc<AtomicBool>,
@@ -85,7 +85,7 @@ impl Crowd {
         self.opened.load(Ordering::Relaxed)
     }
 
-    /// Closes all.
+    /// Closes all connections.
     fn end(self) -> usize {
         self.is_over.store(true, Ordering::Relaxed);
         self.thread.join().unwrap();
@@ -124,7 +124,7 @@ fn name(number: usize) -> String {
     format!("pi-{number}")
 }
 
-/// Every agent posts so often, spread over the pause as agents are; how long each post took.
+/// Every agent posts `count` times, spread over the pause like real agents; returns the time of each.
 async fn posts(agents: Vec<Agent>, count: usize) -> (Vec<Agent>, Vec<Duration>) {
     let mut posting = JoinSet::new();
     for (number, mut agent) in agents.into_iter().enumerate() {
@@ -152,7 +152,7 @@ fn count(number: usize) -> u64 {
     u64::try_from(number).unwrap()
 }
 
-/// This process has the crowd's descriptors, the collector its own.
+/// This process holds the crowd's descriptors, the collector its own.
 fn raise_open_files() {
     let maximum = getrlimit(Resource::Nofile).maximum;
     let raised = Rlimit {
@@ -177,7 +177,7 @@ fn run(test: impl Future<Output = ()>) {
     });
 }
 
-/// Waits until the crowd was let in at least so often.
+/// Waits until the crowd was admitted at least `count` times.
 async fn until_opened(crowd: &Crowd, count: usize) {
     while crowd.opened() < count {
         tokio::time::sleep(LOOK_EVERY).await;
@@ -206,7 +206,7 @@ fn a_crowd_that_says_nothing_keeps_no_agent_out_and_makes_none_wait() {
             (agents, took) = posts(agents, POSTS_MEANWHILE).await;
             meanwhile.append(&mut took);
             until_opened(&crowd, CROWD).await;
-            // Each is a newcomer now, of which one in four comes from an address that attacks.
+            // All agents are newcomers now, and one in four comes from an attacker's address.
             agents.iter_mut().for_each(Agent::disconnect);
             (agents, took) = posts(agents, POSTS).await;
             attacked.append(&mut took);
@@ -235,14 +235,14 @@ fn print(when: &str, took: &mut [Duration]) {
     println!("{when}: {count} posts, median {median:?}, p99 {p99:?}, slowest {slowest:?}");
 }
 
-/// Nobody was turned away, and every connection is accounted for.
+/// Checks that nobody was turned away, and that every connection is accounted for.
 async fn check(collector: &Attacked, reader: &Token, opened: usize, turns: usize) {
     let metrics = collector.metrics(Some(reader)).await;
     let of = |name: &str| metrics.of(name);
     assert_eq!(of("grideye_connections_turned_away_total"), 0);
     let posts = AGENTS * (2 * POSTS + POSTS_MEANWHILE) * turns;
     assert_eq!(of("grideye_frames_stored_total"), count(posts));
-    // The crowd, the agents twice a turn, and who asks for the figures.
+    // The crowd, the agents twice per turn, and the metrics request.
     let taken = opened + 2 * turns * AGENTS + 1;
     assert_eq!(of("grideye_connections_total"), count(taken));
     let displaced = of("grideye_connections_displaced_total");

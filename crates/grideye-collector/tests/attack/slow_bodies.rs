@@ -1,4 +1,4 @@
-//! Slow bodies of one token, and agents with tokens of their own; with default limits.
+//! Slow bodies of one token beside agents with their own tokens; default limits.
 
 use crate::ALONE;
 use crate::agent::{Agent, connect};
@@ -10,21 +10,21 @@ use std::time::{Duration, Instant};
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::task::JoinSet;
 
-/// Bodies of which next to nothing comes: announced they are half as much again as there is memory for.
+/// Bodies that barely arrive: together they announce one and a half times the memory limit.
 const DRIPPING: usize = 120;
-/// Bodies of which all comes but the end: together half as much as there is memory for.
+/// Bodies that arrive almost entirely: together half the memory limit.
 const NEARLY_WHOLE: usize = 40;
 const AGENTS: usize = 20;
 const ATTACKER: [u8; 4] = [127, 0, 0, 2];
 const POST_EVERY: Duration = Duration::from_millis(250);
 const DRIP_EVERY: Duration = Duration::from_millis(100);
-/// For what is late on a machine that does much else.
+/// Extra time for a busy machine.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// What the collector may take for them: the token's share, twice because a body that grows is copied, and the buffers.
+/// Memory the collector may use for them: the token's share, twice because a growing body is copied, plus buffers.
 const GROWTH_MAX_KIB: u64 = 48 * 1024;
 
-/// The largest body, of which so much is sent at once, and then a byte now and then; how long until the collector ended it, and
-/// with which status.
+/// Sends the largest body: `at_once` bytes, then a byte now and then. Returns how long it took the collector to end it,
+/// and the status.
 async fn slow_body(
     to: SocketAddr,
     token: Token,
@@ -40,7 +40,7 @@ async fn slow_body(
     );
     let (mut read, mut write) = stream.split();
     let sent = async {
-        // Where it is refused, it cannot be written to the end.
+        // A rejected body cannot be written to its end.
         let _ = write.write_all(head.as_bytes()).await;
         let _ = write.write_all(&vec![b' '; at_once]).await;
         loop {

@@ -1,4 +1,5 @@
-//! What goes wrong below the router: slow, half-open, oversize and mangled, from three addresses at once, with default limits.
+//! Faults below the router: slow, half-open, oversized and mangled connections from three addresses at once, with
+//! default limits.
 
 use crate::agent::{Agent, connect, quantile};
 use crate::collector_process::{Attacked, Folder, Metrics};
@@ -11,21 +12,21 @@ use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 
-/// From which addresses the attacks come.
+/// The attackers' addresses.
 const PEERS: [[u8; 4]; 3] = [[127, 0, 0, 2], [127, 0, 0, 3], [127, 0, 0, 4]];
-/// Attacks that are open at once.
+/// Attacks open at once.
 const AT_ONCE: u64 = 1000;
-/// For what is late on a machine that does much else.
+/// Extra time for a busy machine.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// What one attack may take while it is open: the buffers of its connection and its head.
+/// Maximum memory of one open attack: the buffers of its connection and its header.
 const OPEN_MAX_KIB: u64 = 32;
-/// What caches and the allocator keep afterwards.
+/// Memory that caches and the allocator keep afterwards.
 const LEFT_MAX_KIB: u64 = 32 * 1024;
-/// So slowly that neither a head nor a body comes to its end in its time.
+/// Slow enough that neither header nor body finishes in time.
 const DRIP_EVERY: Duration = Duration::from_millis(400);
 const POST_EVERY: Duration = Duration::from_millis(20);
 
-/// What an attack sends at once, and what after that byte by byte.
+/// What an attack sends at once, and what it then sends byte by byte.
 fn attack(dice: &mut Dice) -> (Vec<u8>, &'static [u8]) {
     let head = "POST /v1/frames HTTP/1.1\r\nhost: localhost\r\n";
     let whole = |text: String| (text.into_bytes(), &b""[..]);
@@ -77,7 +78,7 @@ fn attack(dice: &mut Dice) -> (Vec<u8>, &'static [u8]) {
     }
 }
 
-/// Sends, and waits for the end; sometimes it leaves without a word.
+/// Sends, and waits for the end; sometimes disconnects silently.
 async fn run(from: [u8; 4], to: SocketAddr, mut dice: Dice, time_max: Duration) {
     let (at_once, dripped) = attack(&mut dice);
     let leaves = dice.below(4) == 0;
@@ -103,7 +104,7 @@ async fn run(from: [u8; 4], to: SocketAddr, mut dice: Dice, time_max: Duration) 
     assert!(ended.is_ok(), "held for {time_max:?}: {told:?}");
 }
 
-/// Posts until it is told to stop; how long each answer took.
+/// Posts until told to stop; returns the time of each answer.
 async fn deliver(to: SocketAddr, stop: watch::Receiver<bool>) -> Vec<Duration> {
     let mut agent = Agent::new("good", None, [127, 0, 0, 1], to);
     let mut took = Vec::new();
@@ -114,7 +115,7 @@ async fn deliver(to: SocketAddr, stop: watch::Receiver<bool>) -> Vec<Duration> {
     took
 }
 
-/// All attacks of a round at once, to their ends; memory that the collector had meanwhile at most.
+/// Runs all attacks of a round at once; returns the collector's peak memory.
 async fn round(collector: &Attacked, dice: &mut Dice, time_max: Duration) -> u64 {
     let mut open = JoinSet::new();
     for from in PEERS
@@ -141,11 +142,11 @@ async fn round(collector: &Attacked, dice: &mut Dice, time_max: Duration) -> u64
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn slow_half_open_and_mangled_connections_are_ended_and_a_device_is_not_hindered() {
     let _beside = ALONE.read().await;
-    // Connections are dearer than requests: one for twenty of those that go through the router.
+    // Connections cost more than requests: one per twenty requests through the router.
     let rounds = (from_environment("GRIDEYE_ATTACK_REQUESTS", 20_000) / 20 / AT_ONCE).max(1);
     let seed = from_environment("GRIDEYE_ATTACK_SEED", 1);
     let limits = Limits::default();
-    // Each waits for one thing that does not come: a head, the next head, or a body.
+    // Each waits for one thing that never comes: a header, the next header, or a body.
     let time_max = limits.header_time_max.max(limits.body_time_max) + PATIENCE;
     let collector = Folder::new().start();
     let (stop, stopped) = watch::channel(false);
@@ -172,10 +173,10 @@ async fn slow_half_open_and_mangled_connections_are_ended_and_a_device_is_not_hi
     assert!(after_kib < before_kib + LEFT_MAX_KIB);
 }
 
-/// Every connection, every request and every refusal is counted once.
+/// Checks that every connection, request and refusal is counted once.
 fn check_counters(metrics: &Metrics, attacks: u64, posts: usize) {
     let of = |name: &str| metrics.of(name);
-    // The attacks, the device and who asks for the figures; of these the last alone is open.
+    // The attacks, the device and the metrics request; only the last is still open.
     assert_eq!(of("grideye_connections_total"), attacks + 2);
     assert_eq!(of("grideye_connections_open"), 1);
     for none in ["displaced", "turned_away"] {

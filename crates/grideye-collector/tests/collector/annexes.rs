@@ -1,4 +1,4 @@
-//! Routes that the program brings along, through the router and the middleware of the collector's own.
+//! The program's own routes, behind the collector's router and middleware.
 
 use crate::batches::numbered;
 use crate::server::HandClock;
@@ -18,7 +18,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use tower::ServiceExt;
 
-/// What has just come of one sensor, what the store holds, something that is refused, and something that writes.
+/// Routes for a sensor's recent frames, the store, an error, and a write.
 fn annex() -> Annex {
     Annex::new("test", |inside: &Inside| {
         let inside = inside.clone();
@@ -131,14 +131,14 @@ async fn routes_that_are_brought_along_see_the_store_and_what_has_just_come() {
     let age_ms = |newest: &Value| newest["age_ms"].as_u64().unwrap();
     assert_eq!(age_ms(&later), age_ms(&first) + 7_000);
     assert_eq!(get("/v1/test/streams").await.2, json!(1));
-    // Without an annex the page is told that there is none.
+    // Without an annex the page gets an empty list.
     let (state, ..) = open().await;
     let (_, _, none) = send(&app(state), Method::GET, "/v1/annexes", None, None).await;
     assert_eq!(none, json!({ "annexes": [] }));
 }
 
 #[tokio::test]
-async fn they_are_behind_the_same_guard() {
+async fn annex_routes_pass_the_same_middleware() {
     let around = tempfile::tempdir().unwrap();
     let folder = AccessFolder::new(around.path().join("access"));
     let limits = Limits::default();
@@ -162,7 +162,7 @@ async fn they_are_behind_the_same_guard() {
     assert_eq!(status, 200);
     assert!(headers.contains_key(header::CONTENT_SECURITY_POLICY));
     assert_eq!(headers[header::CACHE_CONTROL], "no-store");
-    // A policy of its own is no way past the other headers.
+    // Setting its own policy does not skip the other headers.
     let (_, headers, _) = ask(Method::GET, "/v1/test/policy", Some(reader.clone())).await;
     assert_eq!(headers[header::CONTENT_SECURITY_POLICY], "sandbox");
     assert_eq!(headers[header::X_CONTENT_TYPE_OPTIONS], "nosniff");

@@ -1,4 +1,4 @@
-//! Backups of a store in a file: what they hold, what they refuse, and what they leave.
+//! Backups of a store in a file: what they contain, what they reject, and what they leave behind.
 
 use crate::batches::{account, batch, counted, flat, frame, missing, numbered, part};
 use grideye_collector::store::{BackedUp, BackupError, Stage, backup};
@@ -31,7 +31,7 @@ fn partial(out: &Path) -> PathBuf {
     PathBuf::from(format!("{}.partial", out.display()))
 }
 
-/// A store with settled frames, sealed ones, missing ones, and posts that wait.
+/// A store with settled, sealed and missing frames, and waiting batches.
 async fn specimen(path: &Path) -> SqliteStore {
     let limits = Limits {
         seal_after: std::time::Duration::ZERO,
@@ -59,11 +59,11 @@ async fn specimen(path: &Path) -> SqliteStore {
 }
 
 #[tokio::test]
-async fn a_backup_of_a_store_in_use_is_the_store_with_the_posts_that_wait() {
+async fn a_backup_of_a_store_in_use_includes_waiting_batches() {
     let folder = tempfile::tempdir().unwrap();
     let (file, out) = (folder.path().join("s"), folder.path().join("a b%?#\u{e9}"));
     let store = specimen(&file).await;
-    // What was left by a run that was killed.
+    // A leftover of a killed backup.
     fs::write(partial(&out), vec![7; 1 << 20]).unwrap();
     let mut heard = Vec::new();
     let backed_up = backup(&file, &out, |stage, done, all| {
@@ -105,7 +105,7 @@ async fn a_backup_of_a_store_in_use_is_the_store_with_the_posts_that_wait() {
         assert!(!kept.is_empty());
         assert_eq!(kept, restored.page(copied, None, 1000).await.unwrap());
     }
-    // The same frames again, and new ones: the copy is a store as any other.
+    // The same frames again, and new ones: the copy is a normal store.
     let again = restored.append(Arc::new(numbered(205..215)), 9).await;
     assert_eq!(again.unwrap().sensors[0].fresh, [210, 211, 212, 213, 214]);
 }
@@ -142,7 +142,7 @@ async fn a_backup_that_is_not_the_store_is_not_kept() {
     let folder = tempfile::tempdir().unwrap();
     let (file, out) = (folder.path().join("store"), folder.path().join("out"));
     specimen(&file).await.close().await.unwrap();
-    // A frame less than the books say.
+    // One frame less than counted.
     let store = Connection::open(&file).unwrap();
     let sql = "UPDATE streams SET stored = stored + 1 WHERE device = 'pi-2' AND sensor = 's2'";
     assert_eq!(store.execute(sql, []).unwrap(), 1);

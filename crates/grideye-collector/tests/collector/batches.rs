@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 /// A tenth of a second.
 pub(crate) const PERIOD_NS: u64 = 100_000_000;
 
-/// A frame whose words all differ and depend on `seq`.
+/// A frame with words that all differ and depend on `seq`.
 pub(crate) fn frame(seq: u64) -> Record {
     let low = u16::try_from(seq % 1000).unwrap();
     Record {
@@ -90,7 +90,7 @@ pub(crate) fn account(read: u64, dropped: u64, spooled: u64) -> Account {
     }
 }
 
-/// One sensor's frames with the agent's count.
+/// One sensor's frames with the agent's account.
 pub(crate) fn counted(seqs: impl IntoIterator<Item = u64>, account: Account) -> Batch {
     let mut batch = numbered(seqs);
     batch.sensors[0].account = Some(account);

@@ -1,4 +1,4 @@
-//! Clocks that stand still until they are told, the wall clock apart from the other.
+//! Clocks under the test's control, wall clock and monotonic clock separately.
 
 use grideye_collector::Clock;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ pub(crate) struct Clocks {
 }
 
 impl Clocks {
-    /// Of a machine that has just started, at this time by its wall clock.
+    /// The clocks of a machine that just started at this wall time.
     pub(crate) fn started_at(utc_ns: i64) -> Arc<Self> {
         Arc::new(Self {
             utc_ns: AtomicI64::new(utc_ns),
@@ -23,14 +23,12 @@ impl Clocks {
         })
     }
 
-    /// Time passes.
     pub(crate) fn pass(&self, time: Duration) {
         let ns = i64::try_from(time.as_nanos()).unwrap();
         self.utc_ns.fetch_add(ns, Ordering::SeqCst);
         self.monotonic_ns.fetch_add(ns, Ordering::SeqCst);
     }
 
-    /// The wall clock is set.
     pub(crate) fn set_wall(&self, utc_ns: i64) {
         self.utc_ns.store(utc_ns, Ordering::SeqCst);
     }

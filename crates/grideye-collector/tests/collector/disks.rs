@@ -1,4 +1,4 @@
-//! Stores on a disk that is full.
+//! Stores on a full disk.
 
 use crate::batches::numbered;
 use crate::server::Server;
@@ -7,13 +7,13 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
 
-/// A small disk of its own, in memory.
+/// A small disk in memory.
 pub(crate) struct Small {
     path: PathBuf,
 }
 
 impl Small {
-    /// Of so many KiB; `None` where it is left out.
+    /// Mounts a disk of `kib` KiB; `None` if mounts are switched off.
     pub(crate) fn mount(folder: &Path, kib: u32, what: &str) -> Option<Self> {
         if std::env::var_os("GRIDEYE_WITHOUT_MOUNTS").is_some() {
             println!("left out: {what} (GRIDEYE_WITHOUT_MOUNTS is set)");
@@ -35,7 +35,7 @@ impl Small {
         &self.path
     }
 
-    /// Fills it, and leaves so many bytes.
+    /// Fills it except for `bytes`.
     pub(crate) fn fill_but(&self, bytes: usize) {
         let ballast = self.path.join("ballast");
         let mut length = 0;
@@ -70,7 +70,7 @@ async fn health(server: &Server) -> (u16, String) {
 }
 
 #[tokio::test]
-async fn a_collector_that_is_started_on_a_full_disk_is_ill_before_the_first_post() {
+async fn a_collector_started_on_a_full_disk_is_unhealthy_before_the_first_batch() {
     let folder = tempfile::tempdir().unwrap();
     let Some(disk) = Small::mount(folder.path(), 1024, "a start on a full disk") else {
         return;
@@ -79,7 +79,7 @@ async fn a_collector_that_is_started_on_a_full_disk_is_ill_before_the_first_post
     let store = open(disk.path(), &limits).unwrap();
     store.append(Arc::new(numbered(0..50)), 1).await.unwrap();
     store.close().await.unwrap();
-    // Room for SQLite's index of the log, and for no page in the log.
+    // Room for SQLite's index of the log, but for no page in the log.
     disk.fill_but(32 * 1024);
     let server = Server::on(Arc::new(open(disk.path(), &limits).unwrap()), limits).await;
     assert_eq!(health(&server).await, (503, "full".to_owned()));
@@ -91,12 +91,12 @@ async fn a_collector_that_is_started_on_a_full_disk_is_ill_before_the_first_post
 }
 
 #[tokio::test]
-async fn a_collector_that_is_started_at_its_quota_is_ill_before_the_first_post() {
+async fn a_collector_started_at_its_quota_is_unhealthy_before_the_first_batch() {
     let folder = tempfile::tempdir().unwrap();
     let store = open(folder.path(), &Limits::default()).unwrap();
     store.append(Arc::new(numbered(0..1000)), 1).await.unwrap();
     store.close().await.unwrap();
-    // No page of the file is free, and it may have no more.
+    // The file has no free page and may not grow.
     let path = folder.path().join("frames.sqlite");
     let other = rusqlite::Connection::open(&path).unwrap();
     other

@@ -1,4 +1,4 @@
-//! Which connection makes room for the next, and whom a proxy speaks for.
+//! Which connection makes room for the next, and for whom a proxy speaks.
 
 use crate::socket::{Running, anywhere, config, connect_from, get, one_answer, send, until_closed};
 use crate::tls::{Place, ask, believing, get_once};
@@ -8,7 +8,7 @@ use std::net::IpAddr;
 use std::sync::{Arc, Mutex};
 use tokio::net::TcpStream;
 
-/// Asks for something on a connection that stays open; the status.
+/// Sends a request on a persistent connection; returns the status.
 async fn asked(stream: &mut TcpStream, path: &str, more: &str) -> String {
     let request = get(path).replace("\r\n\r\n", &format!("\r\n{more}\r\n"));
     send(stream, &request).await;
@@ -39,10 +39,10 @@ async fn the_oldest_silent_connection_makes_room_and_who_asked_well_stays() {
         assert_eq!(asked(&mut newcomer, "/healthz", "").await, "200");
         assert_eq!(until_closed(makes_room).await, "");
         assert_eq!(asked(&mut good, "/healthz", "").await, "200");
-        // It stays open, for the rest of the test too.
+        // Keeps it open for the rest of the test.
         std::mem::forget(newcomer);
     }
-    // All asked well now.
+    // All have had a successful response now.
     let refused = until_closed(&mut server.connect().await).await;
     assert!(refused.starts_with("HTTP/1.1 503"), "{refused}");
     server.stop().await;
@@ -73,7 +73,7 @@ async fn where_tokens_are_asked_for_one_without_a_good_one_makes_room_whatever_i
 }
 
 #[tokio::test]
-async fn who_never_agrees_on_tls_makes_room() {
+async fn a_connection_without_a_tls_handshake_makes_room() {
     let place = Place::new();
     let limits = places(1);
     let server = Running::new(Config {
@@ -109,7 +109,7 @@ async fn a_trusted_proxy_speaks_for_others_and_nobody_else_does() {
         ..place.config(anywhere(), None)
     })
     .await;
-    // It may have more than one connection, for it has many clients.
+    // It may have several connections, for its clients.
     let _idle = connect_from([127, 0, 0, 2], &server).await;
     let mut proxy = connect_from([127, 0, 0, 2], &server).await;
     let mut liar = connect_from([127, 0, 0, 3], &server).await;

@@ -1,5 +1,5 @@
-//! A store whose file is deleted, moved or replaced while it is written: nothing is acknowledged into a file that nobody
-//! finds again, and nothing that was acknowledged is lost.
+//! A store with its file deleted, moved or replaced while it is open: nothing is acknowledged into a lost file, and no
+//! acknowledged frame is lost.
 
 use crate::batches::numbered;
 use crate::server::Server;
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Arc, Mutex};
 
-/// A store in a folder of its own, with a recording of all that comes.
+/// A store in its own folder, with a recording of everything.
 struct Site {
     folder: tempfile::TempDir,
     store: SqliteStore,
@@ -48,7 +48,7 @@ impl Site {
         path.into()
     }
 
-    /// A name beside the store's folder.
+    /// A path beside the store's folder.
     fn elsewhere(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
@@ -58,13 +58,13 @@ impl Site {
         Ok(appended.sensors[0].stream.stored)
     }
 
-    /// The first post, and all that the writer does behind its answer.
+    /// Posts the first batch and waits for all the writer's follow-up work.
     async fn begin(&self) {
         self.post(0..5).await.unwrap();
         self.store.streams().await.unwrap();
     }
 
-    /// Nothing is acknowledged, whoever asks.
+    /// Checks that nothing is acknowledged.
     #[track_caller]
     fn refused<T: std::fmt::Debug>(&self, answer: Result<T, StoreError>, expected: (&str, &str)) {
         match answer {
@@ -79,7 +79,7 @@ impl Site {
         self.refused(self.post(5..10).await, gone);
         self.refused(self.store.start_recording("b".to_owned(), 2).await, gone);
         self.refused(self.store.ping().await, gone);
-        assert_eq!(self.events(), ["store_gone"], "once, and not for each post");
+        assert_eq!(self.events(), ["store_gone"], "once, not for each batch");
     }
 
     async fn goes_on(&self) {
@@ -103,7 +103,7 @@ impl Site {
         field.unwrap().1.clone()
     }
 
-    /// Does what the log says to do, up to "then".
+    /// Does what the log's hint says, up to "then".
     fn follow_hint(&self) {
         let hint = self.field("hint");
         let (_, command) = hint.split_once("copy it now: ").unwrap();
@@ -119,7 +119,7 @@ fn path(folder: &Path) -> PathBuf {
     folder.join("store/frames.sqlite")
 }
 
-/// The numbers of the frames that a collector finds there, in the recording of all that came.
+/// The numbers of the frames that a collector reads there from the recording.
 async fn readable(path: &Path) -> Vec<u64> {
     let location = StoreLocation::File(path.to_owned());
     let store = SqliteStore::open(&location, &Limits::default()).unwrap();
@@ -202,7 +202,7 @@ async fn a_file_that_was_moved_is_whole_without_its_log_once_the_collector_has_s
     site.takes_nothing("file", "moved away").await;
     let ended = site.store.close().await;
     site.refused(ended, ("file", "moved away"));
-    // 5 to 9 were committed before it was seen, and are sent again: no difference.
+    // 5 to 9 were committed before the loss was noticed; sending them again makes no difference.
     assert_eq!(
         readable(&site.elsewhere("moved")).await,
         Vec::from_iter(0..10)
@@ -245,13 +245,14 @@ async fn a_file_that_was_written_over_is_saved_as_the_log_says_and_its_log_is_no
 }
 
 #[tokio::test]
-async fn of_a_log_that_was_deleted_the_file_has_all_at_once_and_a_restart_takes_posts_again() {
+async fn a_deleted_log_is_saved_into_the_file_and_a_restart_takes_batches_again() {
     let site = Site::new().await;
     site.begin().await;
     fs::remove_file(site.log()).unwrap();
     site.takes_nothing("log", "deleted").await;
     assert!(site.field("at_risk").starts_with("nothing"));
-    // As after `kill -9`: the file alone. By another program, because closing it here would end SQLite's locks.
+    // The file alone, as after `kill -9`. Copied by another program, because closing it here would release SQLite's
+    // locks.
     let alone = site.elsewhere("alone");
     let copied = Command::new("cp").arg(site.path()).arg(&alone).status();
     assert!(copied.unwrap().success());
@@ -274,7 +275,7 @@ async fn agents_are_told_to_keep_their_frames_while_the_file_is_gone() {
     let server = Server::on(store, limits).await;
     assert_eq!(server.frames(&numbered(0..5)).await.status, 200);
     fs::rename(&path, folder.path().join("moved")).unwrap();
-    // Without a post as well.
+    // Also without a batch.
     let health = server.get("/healthz").await;
     assert_eq!(
         (health.status.as_u16(), &health.json()["status"]),

@@ -1,9 +1,9 @@
 //! Files of every layout that a released collector wrote: each is opened, read whole, and added to.
 //!
-//! `tests/stores/layout-N.store` was written by a program of that layout: [`fill`], in the first test below with
-//! `GRIDEYE_WRITE_STORE=FILE`; for layout 2 at commit 3efd576. It holds a sealed segment, plain chunks, posts that were
-//! acknowledged and are not in the tables yet, two boots, a gap, missing frames, accounts, two recordings (one that runs),
-//! a note and labels.
+//! A program of layout N wrote `tests/stores/layout-N.store` with [`fill`], in the first test below with
+//! `GRIDEYE_WRITE_STORE=FILE`; for layout 2 at commit 3efd576. It holds a sealed segment, plain chunks, acknowledged
+//! batches not yet in the tables, two boots, a gap, missing frames, accounts, two recordings (one running), a note and
+//! labels.
 
 use crate::batches::{account, batch, counted, frame, missing, numbered, part};
 use crate::clocks::{BEGIN_NS, Clocks};
@@ -39,7 +39,7 @@ fn open(path: &Path) -> Result<SqliteStore, StoreError> {
     SqliteStore::open(&StoreLocation::File(path.to_owned()), &limits())
 }
 
-/// Fills a store over two minutes; the last posts stay outside the tables of a file.
+/// Fills a store over two minutes; the last batches stay outside a file's tables.
 async fn fill(store: &dyn FrameStore, clocks: &Clocks) {
     let append = async |batch: Batch, at_ms: i64| {
         let t_arrival_ns = BEGIN_NS + at_ms * 1_000_000;
@@ -110,7 +110,7 @@ type Seen = (
     Vec<(Recording, Vec<KeptLabel>, Vec<StoredRecord>)>,
 );
 
-/// Everything that a reader can see of the books, the recordings and their frames.
+/// Everything a reader can see of counts, recordings and frames.
 async fn seen(store: &dyn FrameStore) -> Seen {
     let mut recorded = Vec::new();
     for recording in store.recordings().await.unwrap() {
@@ -130,7 +130,7 @@ fn sql(path: &Path, query: &str) -> i64 {
     connection.query_row(query, [], |row| row.get(0)).unwrap()
 }
 
-/// The file that the present program writes, as a machine that loses its power leaves it behind; in one piece.
+/// The file as the current program leaves it after a power cut; in one piece.
 async fn write(path: &Path) {
     let live = path.with_extension("live");
     let (store, clocks) = tended(&live);
@@ -140,14 +140,14 @@ async fn write(path: &Path) {
     connection.execute("VACUUM INTO ?", [whole]).unwrap();
 }
 
-/// What a store that was filled holds.
+/// The contents of a filled store.
 async fn expected() -> Seen {
     let reference = SqliteStore::open(&StoreLocation::Memory, &limits()).unwrap();
     fill(&reference, &Clocks::started_at(BEGIN_NS)).await;
     seen(&reference).await
 }
 
-/// A copy of the file of an older layout, and where its backup comes.
+/// A copy of an older layout's file, and the path of its backup.
 fn copy_of(layout: i64, folder: &Path) -> (PathBuf, PathBuf) {
     let kept =
         Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/stores/layout-{layout}.store"));
@@ -159,7 +159,7 @@ fn copy_of(layout: i64, folder: &Path) -> (PathBuf, PathBuf) {
     )
 }
 
-/// What a file of layout 2 has besides what is seen: what is sealed, and what is not in the tables.
+/// Checks parts of a layout 2 file that readers cannot see: sealed segments, and batches outside the tables.
 fn assert_is_whole(path: &Path) {
     assert_eq!(sql(path, "PRAGMA user_version"), 2);
     assert_eq!(sql(path, "SELECT count(*) FROM chunks WHERE is_sealed"), 1);
@@ -191,7 +191,7 @@ async fn a_file_of_each_layout_is_read_whole_and_takes_more() {
         assert!(seen(&store).await == expected, "layout {layout}");
         assert_eq!(sql(&path, "PRAGMA user_version"), present);
         assert_eq!(backup.exists(), layout < present);
-        // What comes again changes nothing, and what is new is taken.
+        // Repeated frames change nothing, and new ones are stored.
         for (seqs, stored) in [(0..75, 74), (75..80, 79)] {
             let seqs = seqs.filter(|seq| *seq != 58);
             store
@@ -209,7 +209,7 @@ async fn a_file_of_each_layout_is_read_whole_and_takes_more() {
     }
 }
 
-/// The same of a store just made.
+/// The same query on a new store.
 fn sql_of_new(query: &str) -> i64 {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("new.sqlite");
@@ -222,7 +222,7 @@ async fn the_backup_beside_an_upgraded_file_is_the_file_of_before_and_only_this_
     use std::os::unix::fs::PermissionsExt as _;
     let folder = tempfile::tempdir().unwrap();
     let (path, backup) = copy_of(2, folder.path());
-    // An upgrade that was killed may have left this.
+    // A killed upgrade may leave this.
     let unfinished = backup.with_extension("backup.partial");
     std::fs::write(&unfinished, "cut").unwrap();
     drop(open(&path).unwrap());
@@ -240,7 +240,7 @@ async fn an_upgrade_that_fails_leaves_the_file_as_it_was_and_its_backup_is_taken
     use std::os::unix::fs::MetadataExt as _;
     let folder = tempfile::tempdir().unwrap();
     let (path, backup) = copy_of(2, folder.path());
-    // After the copy, the last of the steps finds what it cannot do.
+    // After the copy, the last upgrade step fails.
     let other = rusqlite::Connection::open(&path).unwrap();
     let fault =
         "CREATE TRIGGER fault BEFORE UPDATE ON counters BEGIN SELECT RAISE(ABORT, 'no'); END";
@@ -259,7 +259,7 @@ async fn an_upgrade_that_fails_leaves_the_file_as_it_was_and_its_backup_is_taken
     assert_is_whole(&backup);
 }
 
-/// The files as a program that is killed leaves them, at as many moments of an upgrade as there is time for.
+/// Copies the files at as many moments of an upgrade as time allows, as a killed program would leave them.
 #[tokio::test]
 async fn killed_at_any_moment_an_upgrade_leaves_a_file_that_opens_whole() {
     let folder = tempfile::tempdir().unwrap();
@@ -279,7 +279,7 @@ async fn killed_at_any_moment_an_upgrade_leaves_a_file_that_opens_whole() {
     while !upgrading.is_finished() {
         let copy = tempfile::tempdir().unwrap();
         for name in names {
-            // Not every file is there at every moment.
+            // Not every file exists at every moment.
             let _ = std::fs::copy(folder.path().join(name), copy.path().join(name));
         }
         left.push(copy);
@@ -324,7 +324,7 @@ async fn a_disk_without_room_for_the_backup_refuses_the_upgrade_and_changes_noth
         return;
     };
     let (path, backup) = copy_of(2, disk.path());
-    // Room for the log of the file, and not for a second file.
+    // Room for the log, but not for a second file.
     disk.fill_but(80 * 1024);
     let error = open(&path).unwrap_err();
     assert!(
@@ -357,7 +357,7 @@ async fn a_file_of_an_older_layout_is_migrated_into_a_database() {
     assert_eq!(store.streams().await.unwrap(), expected().await.0);
 }
 
-/// Clocks that had jumped stand in files of layout 2: what was stored under them is as old as the upgrade.
+/// Layout 2 files may hold times of clocks that had jumped: such frames count as old as the upgrade.
 #[tokio::test]
 async fn times_of_arrival_of_before_make_no_frame_old() {
     let folder = tempfile::tempdir().unwrap();
@@ -396,18 +396,18 @@ async fn times_of_arrival_of_before_make_no_frame_old() {
     for _ in 0..9 {
         wait(10).await;
     }
-    // What was sealed, and is in no recording; the last one waits for its share.
+    // The sealed, unrecorded frames; the last one waits for its share.
     assert_eq!(expired().await, 58);
 }
 
-/// What `psql` takes to make a database of this layout.
+/// Input for `psql` that creates a database of this layout.
 fn dump_of(layout: i32) -> String {
     let kept = format!("tests/stores/layout-{layout}.sql");
     std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(kept)).unwrap()
 }
 
-/// `layout-1.sql` was written at commit 3efd576: [`fill`] of a store in a new database, then `GRIDEYE_WRITE_STORE=FILE`
-/// has `pg_dump --inserts` write it.
+/// `layout-1.sql` was written at commit 3efd576: [`fill`] into a new database, then `pg_dump --inserts` with
+/// `GRIDEYE_WRITE_STORE=FILE`.
 #[tokio::test]
 async fn a_database_of_each_layout_is_read_whole_and_takes_more_and_a_newer_one_is_refused() {
     let Some(cluster) = postgres::shared("layouts of a database") else {
@@ -436,7 +436,7 @@ async fn a_database_of_each_layout_is_read_whole_and_takes_more_and_a_newer_one_
         assert!(dump.unwrap().success());
     }
     let url = cluster.database();
-    // The lines that begin with a backslash are for `psql` itself, which takes none of them with `-c`.
+    // Lines that begin with a backslash are commands of `psql`, which `-c` does not accept.
     let dump = dump_of(1);
     let dump: Vec<&str> = dump
         .lines()

@@ -1,4 +1,4 @@
-//! What an event looks like.
+//! The text of log events.
 
 use grideye_collector::{Level, LogEvent};
 use serde_json::Value;

@@ -1,4 +1,4 @@
-//! What the collector promises, seen from outside.
+//! The collector's promises, tested from outside.
 
 #[cfg(test)]
 mod annexes;

@@ -1,4 +1,4 @@
-//! Recordings over HTTP: their notes, and the frames as the page takes them.
+//! Recordings over HTTP: notes, and frames for the page.
 
 use crate::batches::{batch, flat, missing, numbered, part};
 use crate::server::{Reply, Server};
@@ -78,7 +78,7 @@ fn parts(body: &[u8]) -> (Value, Vec<&[u8]>) {
     (head, rows)
 }
 
-/// Stream, number, kind, thermistor and the one value that all pixels have.
+/// Stream, number, kind, thermistor and the single value of all pixels.
 fn reading_of(row: &[u8]) -> (u16, u64, u8, i16, i16) {
     let words: Vec<i16> = row[40..]
         .chunks(2)
@@ -96,14 +96,14 @@ fn reading_of(row: &[u8]) -> (u16, u64, u8, i16, i16) {
 
 #[tokio::test]
 async fn the_frames_of_a_recording_come_as_rows_of_one_length_in_steps_of_degrees() {
-    // More pages than one.
+    // More than one page.
     let limits = Limits {
         page_rows: 2,
         ..Limits::default()
     };
     let server = Server::with(limits).await;
     start(&server, "kitchen").await;
-    // 0xFFF is -0.25 °C (AMG88 spec §4-11-11) and 0xBBB -59.6875 °C (§4-11-9); upper bits mean nothing.
+    // 0xFFF is -0.25 °C (AMG88 spec §4-11-11) and 0xBBB -59.6875 °C (§4-11-9); upper bits have no meaning.
     let frames = vec![
         flat(3, 0x064, 0x190),
         missing(4, NoData::BusTimeout),
@@ -146,7 +146,7 @@ async fn the_frames_of_a_recording_come_as_rows_of_one_length_in_steps_of_degree
             (1, 0, 0, 0, 0)
         ]
     );
-    // 2021-07-01 18:07:27 UTC and 0.3 s, as the batches have it; the device's clock is set.
+    // 2021-07-01 18:07:27 UTC and 0.3 s, as in the batches; the device's clock is set.
     let stamps = |row: &[u8]| {
         let boot = u64::from_le_bytes(number(row, 8));
         let wall = i64::from_le_bytes(number(row, 16));

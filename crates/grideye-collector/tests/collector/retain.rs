@@ -1,4 +1,4 @@
-//! What is deleted from a store because it is old or takes too much room, and what no clock can delete.
+//! What a store deletes for age or size, and what no clock can make it delete.
 
 use crate::batches::{frame, numbered};
 use crate::clocks::{BEGIN_NS, Clocks};
@@ -34,7 +34,7 @@ fn keep_for(time: Duration) -> Limits {
     }
 }
 
-/// What was logged.
+/// The log.
 #[derive(Clone, Default)]
 struct Lines(Arc<Mutex<Vec<LogEvent>>>);
 
@@ -44,7 +44,7 @@ impl Lines {
         Log::new(move |event| lines.lock().unwrap().push(event.clone()))
     }
 
-    /// Those of one kind.
+    /// The events of one kind.
     fn of(&self, event: &str) -> Vec<LogEvent> {
         let lines = self.0.lock().unwrap();
         let of_kind = lines.iter().filter(|line| line.event == event);
@@ -75,7 +75,7 @@ async fn append(store: &dyn FrameStore, seqs: std::ops::Range<u64>, clocks: &Clo
     store.append(batch, clocks.utc_ns()).await.unwrap();
 }
 
-/// Time passes in which nothing comes but an agent's empty posts.
+/// Lets time pass with only an agent's empty batches.
 async fn wait(store: &dyn FrameStore, clocks: &Clocks, times: u32, each: Duration) {
     for _ in 0..times {
         clocks.pass(each);
@@ -87,7 +87,7 @@ async fn stream(store: &dyn FrameStore) -> StreamSummary {
     store.streams().await.unwrap().remove(0)
 }
 
-/// The frames before this number are stored and none was deleted.
+/// Checks that the frames before this number are stored and none was deleted.
 async fn audit(what: &str, store: &dyn FrameStore, frames: u64, readable: impl Fn() -> String) {
     let books = stream(store).await;
     assert_eq!((books.stored, books.expired), (frames, 0), "{what}");
@@ -95,7 +95,7 @@ async fn audit(what: &str, store: &dyn FrameStore, frames: u64, readable: impl F
     assert_eq!(readable(), frames.to_string(), "{what}");
 }
 
-/// The wall clock is set while the collector runs, and while it is off: the frames that were there stay, and can be read.
+/// Sets the wall clock while the collector runs, and while it does not: all frames stay and are readable.
 async fn set_the_wall_clock(location: &StoreLocation, readable: impl Fn() -> String) {
     let limits = Limits {
         seal_after: MINUTE,
@@ -130,12 +130,12 @@ async fn set_the_wall_clock(location: &StoreLocation, readable: impl Fn() -> Str
             }
             let what = format!("{what}, restarted: {is_restarted}");
             audit(&what, &*store, frames, &readable).await;
-            // All of it once more changes nothing.
+            // Storing all of them again changes nothing.
             append(&*store, 0..frames, &clocks).await;
             audit(&what, &*store, frames, &readable).await;
         }
     }
-    // Each frame can be read: what comes with its number and other content is refused.
+    // Each frame is readable: the same number with other content is rejected.
     for seq in 0..frames {
         let mut other = numbered([seq]);
         other.sensors[0].frames[0] = frame(seq + 1);
@@ -186,10 +186,10 @@ async fn frames_grow_old_while_a_collector_runs_and_not_while_none_does() {
     let store = tended(&location, &limits, &clocks, &log);
     wait(&store, &clocks, 24, 10 * MINUTE).await;
     assert_eq!(stream(&store).await.expired, 0, "a day old, and no older");
-    // Deletion waits for a hundredth of the time more, 14.4 minutes.
+    // Deletion waits for another hundredth of the time, 14.4 minutes.
     wait(&store, &clocks, 2, 10 * MINUTE).await;
     assert_eq!(stream(&store).await.expired, 200);
-    // Killed, it goes on from the last round: it may be late, never early.
+    // After a kill it continues from the last round: possibly late, never early.
     append(&store, 200..400, &clocks).await;
     wait(&store, &clocks, 1, 10 * SECOND).await;
     wait(&store, &clocks, 12, HOUR).await;
@@ -198,12 +198,12 @@ async fn frames_grow_old_while_a_collector_runs_and_not_while_none_does() {
     let store = tended(&location, &limits, &clocks, &log);
     wait(&store, &clocks, 12, HOUR - SECOND).await;
     assert_eq!(stream(&store).await.expired, 200);
-    // The time of the round that it did not store is lost: an hour at most.
+    // The time since the last stored round is lost: an hour at most.
     wait(&store, &clocks, 8, 10 * MINUTE).await;
     assert_eq!(stream(&store).await.expired, 400);
 }
 
-/// Nothing is sealed, so that a chunk is five frames.
+/// Nothing is sealed, so a chunk is five frames.
 fn unsealed() -> Limits {
     Limits {
         seal_after: 100 * DAY,
@@ -221,7 +221,7 @@ async fn ten_days(location: &StoreLocation, clocks: &Arc<Clocks>) {
     store.close().await.unwrap();
 }
 
-/// How many frames are left, at the beginning and every two minutes.
+/// The number of frames left, at the start and every two minutes.
 async fn left(store: &SqliteStore, clocks: &Clocks, times: usize) -> Vec<u64> {
     let mut left = vec![2400];
     for _ in 0..times {
@@ -248,7 +248,7 @@ async fn no_more_than_a_share_is_deleted_in_an_hour_for_want_of_room() {
     for window in left.windows(31) {
         assert!(window[0] - window[30] <= window[0] / 10 + 5, "{window:?}");
     }
-    // A twentieth in an hour: after four of them exp(-4/20) of it is left.
+    // A twentieth per hour: after four hours exp(-4/20) is left.
     assert!((1950..1980).contains(&left[120]), "{left:?}");
     let events = lines.of("frames_deleted");
     let logged: u64 = events.iter().map(|event| number(event, "frames")).sum();
@@ -270,11 +270,11 @@ async fn no_more_than_a_share_is_deleted_in_a_time_and_every_frame_of_it_is_logg
     };
     let store = tended(&location, &limits, &clocks, &lines.log());
     let left = left(&store, &clocks, 240).await;
-    // In a fortieth of the time, 36 minutes, a tenth; a chunk is deleted whole.
+    // A tenth in a fortieth of the time, 36 minutes; chunks are deleted whole.
     for window in left.windows(19) {
         assert!(window[0] - window[18] <= window[0] / 10 + 5, "{window:?}");
     }
-    // At twice the pace of growing old: after eight hours exp(-2/3) of it is left.
+    // At twice the pace of aging: after eight hours exp(-2/3) is left.
     assert!((1200..1260).contains(&left[240]), "{left:?}");
     let events = lines.of("frames_deleted");
     let mut next_seq = 0;
@@ -344,7 +344,7 @@ async fn a_step_of_the_wall_clock_is_logged_once_with_its_size() {
         match seq {
             3 => clocks.set_wall(clocks.utc_ns() + DAY_NS),
             6 => clocks.set_wall(clocks.utc_ns() - 3 * DAY_NS),
-            // As a clock that is slewed.
+            // Like a slewed clock.
             9 => clocks.set_wall(clocks.utc_ns() + 5_000_000),
             _ => {}
         }
@@ -358,7 +358,7 @@ async fn a_step_of_the_wall_clock_is_logged_once_with_its_size() {
     assert_eq!(by_s, ["86400", "-259200"]);
 }
 
-/// The README's way to delete from a database: by named days, without a clock, and not from a recording.
+/// The README's SQL for deleting from a database: by named days, without a clock, and never from a recording.
 #[tokio::test]
 async fn the_documented_sql_deletes_the_named_days_of_no_recording_and_counts_them() {
     let Some(cluster) = postgres::shared("deletion by SQL") else {
@@ -396,7 +396,7 @@ async fn the_documented_sql_deletes_the_named_days_of_no_recording_and_counts_th
     assert_eq!(postgres::sql(&url, look), days.join("\n"));
     let books = stream(&store).await;
     assert_eq!((books.stored, books.expired, books.never_came), (60, 35, 0));
-    // What was deleted stays known.
+    // Deleted frames stay known.
     append(&store, 0..60, &clocks).await;
     assert_eq!(stream(&store).await.stored, 60);
 }

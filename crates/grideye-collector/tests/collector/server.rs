@@ -1,4 +1,4 @@
-//! A collector behind its router, without a socket, and a clock that stands still until it is told.
+//! A collector behind its router, without a socket, and a clock under the test's control.
 
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, Method, Request, StatusCode, header};
@@ -12,10 +12,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 use tower::ServiceExt;
 
-/// When the tests begin: 2021-07-01 18:07:27 UTC, as the frames' wall clocks say.
+/// The start of the tests: 2021-07-01 18:07:27 UTC, by the frames' wall clocks.
 pub(crate) const START_UTC_NS: i64 = 1_625_163_247_000_000_000;
 
-/// A clock that stands still until it is told.
+/// A clock that stands still unless advanced.
 #[derive(Default)]
 pub(crate) struct HandClock(AtomicU64);
 
@@ -53,7 +53,7 @@ impl Reply {
         serde_json::from_slice(&self.body).unwrap()
     }
 
-    /// Status, code and field of an error, after making sure that it is whole.
+    /// Status, code and field of an error, after checking its form.
     #[track_caller]
     pub(crate) fn error(&self) -> (u16, String, Option<String>) {
         let json = self.json();
@@ -142,5 +142,3 @@ pub(crate) fn request(method: Method, path: &str, body: Body) -> Request<Body> {
         .body(body)
         .unwrap()
 }
-
-// Frames.

@@ -1,4 +1,4 @@
-//! What a file holds that was acknowledged and is not in its tables yet: after a crash, beside another program, on a fault.
+//! Acknowledged frames that are not yet in a file's tables: after a crash, beside another program, after an error.
 
 use crate::batches::{account, batch, counted, frame, missing, numbered, part};
 use grideye_collector::store::{StoredRecord, StreamSummary};
@@ -20,7 +20,7 @@ fn sql(folder: &Path, query: &str) -> i64 {
     connection.query_row(query, [], |row| row.get(0)).unwrap()
 }
 
-/// Some seconds of two devices: posts that come late, twice and overtaken, counts, an end, a second boot.
+/// A few seconds of two devices: late, repeated and reordered batches, accounts, an end, a second boot.
 fn posts() -> Vec<(Batch, i64)> {
     let other = |seqs: std::ops::Range<u64>| {
         let record = |seq| match seq % 4 {
@@ -57,7 +57,7 @@ fn posts() -> Vec<(Batch, i64)> {
     posts.into_iter().zip(times).collect()
 }
 
-/// Everything that a reader can see.
+/// Everything a reader can see.
 async fn seen(store: &SqliteStore) -> (Vec<StreamSummary>, Vec<StoredRecord>, Vec<StoredRecord>) {
     let streams = store.streams().await.unwrap();
     let recordings = store.recordings().await.unwrap();
@@ -70,7 +70,7 @@ async fn seen(store: &SqliteStore) -> (Vec<StreamSummary>, Vec<StoredRecord>, Ve
     (streams, store.newest().await.unwrap(), rows)
 }
 
-/// The file as a machine that loses its power leaves it behind.
+/// The file as left by a power cut.
 fn copy_as_it_is(from: &Path, to: &Path) {
     for name in ["frames.sqlite", "frames.sqlite-wal"] {
         std::fs::copy(from.join(name), to.join(name)).unwrap();
@@ -78,13 +78,13 @@ fn copy_as_it_is(from: &Path, to: &Path) {
 }
 
 #[tokio::test]
-async fn after_a_crash_at_any_post_all_that_was_acknowledged_is_there_once() {
+async fn after_a_crash_at_any_batch_every_acknowledged_frame_exists_once() {
     let posts = posts();
     let mut pending_at_most = 0;
     for crash_after in 1..=posts.len() {
         let (folder, crashed) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
         let store = open(folder.path());
-        // Settled after each post: what the tables must say in the end.
+        // Settled after each batch: the tables must end like this.
         let reference = SqliteStore::open(&StoreLocation::Memory, &Limits::default()).unwrap();
         for store in [&store, &reference] {
             store.start_recording("all".to_owned(), 1).await.unwrap();
@@ -94,7 +94,7 @@ async fn after_a_crash_at_any_post_all_that_was_acknowledged_is_there_once() {
             let kept = Arc::clone(&batch);
             let one = match number % 2 {
                 0 => store.append(kept, *t_arrival_ns),
-                // As it comes over the wire from an agent that sends bytes.
+                // As sent by an agent in binary.
                 _ => {
                     let compact = batch.to_binary().unwrap().into();
                     store.append_compact(kept, compact, *t_arrival_ns)
@@ -109,7 +109,7 @@ async fn after_a_crash_at_any_post_all_that_was_acknowledged_is_there_once() {
         let pending = sql(crashed.path(), "SELECT count(*) FROM pending");
         pending_at_most = pending_at_most.max(pending);
         let again = open(crashed.path());
-        // The next post finds the streams as they were, and what it repeats is known.
+        // The next batch finds the streams unchanged, and its repeated frames are known.
         let (repeated, t_arrival_ns) = &posts[crash_after - 1];
         for store in [&again, &reference] {
             let repeated = Arc::new(repeated.clone());
@@ -132,7 +132,7 @@ async fn two_programs_on_one_file_see_what_the_other_left_pending() {
     for seq in 0..40 {
         let store = &stores[usize::try_from(seq % 3 % 2).unwrap()];
         store.append(Arc::new(numbered([seq])), 1).await.unwrap();
-        // It was kept by the one or the other, and once.
+        // One or the other stored it, once.
         let again = Arc::new(numbered([seq / 2]));
         let appended = stores[1].append(again, 1).await.unwrap();
         assert_eq!(appended.sensors[0].stream.stored, seq + 1);
@@ -160,7 +160,7 @@ async fn tables_that_cannot_be_written_hold_nothing_up_and_are_brought_up_later(
     for seq in 5..10 {
         let appended = store.append(Arc::new(numbered([seq])), 1).await.unwrap();
         assert_eq!(appended.sensors[0].stream.durable_through, Some(seq));
-        // A reader gets what the tables have, and leaves what is pending alone.
+        // A reader gets what the tables have, and leaves pending rows alone.
         assert_eq!(store.streams().await.unwrap()[0].stored, 5);
     }
     other.execute_batch("DROP TRIGGER fault").unwrap();

@@ -1,4 +1,4 @@
-//! The collector on real sockets: start, limits of connections and of time, shutdown.
+//! The collector on real sockets: start, limits on connections and time, shutdown.
 
 use crate::batches::numbered;
 use grideye_collector::{Collector, CollectorError, Config, Limits, StoreLocation, SystemClock};
@@ -10,7 +10,7 @@ use tokio::net::{TcpSocket, TcpStream};
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
 
-/// Longer than anything here takes, so that a hang is a failure and not a wait.
+/// Longer than anything here takes, so that a hang fails the test.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(20);
 
 pub(crate) fn anywhere() -> SocketAddr {
@@ -29,7 +29,7 @@ pub(crate) fn config(limits: Limits) -> Config {
     }
 }
 
-/// A collector that runs until it is told to stop.
+/// A collector that runs until told to stop.
 pub(crate) struct Running {
     pub(crate) address: SocketAddr,
     stop: Option<oneshot::Sender<()>>,
@@ -69,7 +69,7 @@ impl Running {
     }
 }
 
-/// From another address of this machine.
+/// Connects from another address of this machine.
 pub(crate) async fn connect_from(from: [u8; 4], server: &Running) -> TcpStream {
     let socket = TcpSocket::new_v4().unwrap();
     socket.bind(SocketAddr::from((from, 0))).unwrap();
@@ -80,7 +80,7 @@ pub(crate) async fn send(stream: &mut TcpStream, text: &str) {
     stream.write_all(text.as_bytes()).await.unwrap();
 }
 
-/// All that comes until the other side closes. A reset is an end as well.
+/// Everything until the other side closes. A reset counts as the end.
 pub(crate) async fn until_closed(stream: &mut TcpStream) -> String {
     let mut answer = Vec::new();
     let read = async {
@@ -95,7 +95,7 @@ pub(crate) async fn until_closed(stream: &mut TcpStream) -> String {
     String::from_utf8(answer).unwrap()
 }
 
-/// One answer of a connection that stays open: as long as its content-length says.
+/// One response on a persistent connection, by its content-length.
 pub(crate) async fn one_answer(stream: &mut TcpStream) -> String {
     let mut text = String::new();
     let read = async {
@@ -153,7 +153,7 @@ async fn one_connection_carries_many_requests() {
     server.stop().await;
 }
 
-/// The way of a post past the router answers as the router does.
+/// A batch bypasses the router, but gets the router's headers.
 #[tokio::test]
 async fn an_acknowledgement_has_the_headers_that_bind_it() {
     let server = Running::new(config(Limits::default())).await;
@@ -184,11 +184,11 @@ async fn an_acknowledgement_has_the_headers_that_bind_it() {
 }
 
 #[tokio::test]
-async fn who_ends_its_own_side_after_a_post_is_answered() {
+async fn a_client_that_half_closes_after_a_batch_is_answered() {
     let around = tempfile::tempdir().unwrap();
     let file = around.path().join("frames.sqlite");
     let server = Running::new(at(anywhere(), StoreLocation::File(file.clone()))).await;
-    // As long as another program holds the file no post is answered, and the end of the other side is seen before.
+    // While another program locks the file no batch is answered, and the server sees the client's end first.
     let other = rusqlite::Connection::open(file).unwrap();
     other.execute_batch("BEGIN IMMEDIATE").unwrap();
     let mut stream = server.connect().await;
@@ -203,9 +203,9 @@ async fn who_ends_its_own_side_after_a_post_is_answered() {
     server.stop().await;
 }
 
-/// Nothing is read from who is being answered: that it has gone is found when it is next told something.
+/// While answering, the server reads nothing: it notices a departed client at its next write.
 #[tokio::test]
-async fn a_page_that_goes_without_a_word_leaves_its_seat() {
+async fn a_page_that_disappears_frees_its_place() {
     let limits = Limits {
         live_clients_max: 1,
         live_keep_alive: Duration::from_millis(50),
@@ -231,7 +231,7 @@ async fn a_page_that_goes_without_a_word_leaves_its_seat() {
     };
     tokio::time::timeout(PATIENCE, seated)
         .await
-        .expect("the seat stays taken");
+        .expect("the place was not freed");
     server.stop().await;
 }
 
@@ -317,7 +317,7 @@ async fn one_connection_too_many_is_turned_away_and_room_comes_back() {
     let admitted = async {
         loop {
             let mut stream = server.connect().await;
-            // A connection that is turned away may be closed while this writes.
+            // A rejected connection may close during this write.
             let _ = stream.write_all(get("/healthz").as_bytes()).await;
             let mut start = [0; 12];
             if stream.read_exact(&mut start).await.is_ok() && &start == b"HTTP/1.1 200" {
@@ -327,7 +327,7 @@ async fn one_connection_too_many_is_turned_away_and_room_comes_back() {
     };
     tokio::time::timeout(PATIENCE, admitted)
         .await
-        .expect("the place was not given back");
+        .expect("the place was not freed");
     server.stop().await;
 }
 
@@ -354,7 +354,7 @@ async fn one_peer_cannot_take_every_connection() {
 }
 
 #[tokio::test]
-async fn a_port_in_use_is_said_and_the_store_is_not_touched() {
+async fn a_port_in_use_is_reported_and_the_store_is_untouched() {
     let server = Running::new(config(Limits::default())).await;
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("frames.sqlite");
@@ -371,11 +371,11 @@ async fn a_port_in_use_is_said_and_the_store_is_not_touched() {
 }
 
 #[tokio::test]
-async fn an_unusable_store_is_said_with_its_path_and_once() {
+async fn an_unusable_store_is_reported_once_with_its_path() {
     let store = StoreLocation::File("/no/such/folder/frames.sqlite".into());
     let error = Collector::bind(at(anywhere(), store)).await.err().unwrap();
     let text = error.to_string();
-    // Who prints the chain of sources would print the reason and its hint a second time.
+    // A program that prints the chain of sources would print the reason and hint twice.
     assert!(std::error::Error::source(&error).is_none());
     assert!(
         text.contains("/no/such/folder/frames.sqlite") && text.contains("\nhint: "),
@@ -413,10 +413,10 @@ async fn open_requests_finish_before_the_end_and_what_was_stored_is_there_afterw
         .unwrap();
     assert!(
         !path.with_extension("sqlite-wal").exists(),
-        "the log was folded into the file"
+        "the log was written into the file"
     );
 
-    // The same port and the same file, at once.
+    // The same port and file, at once.
     let again = Running::new(at(address, StoreLocation::File(path))).await;
     let mut stream = again.connect().await;
     send(&mut stream, &get("/v1/sensors")).await;

@@ -1,4 +1,4 @@
-//! What becomes of rows in a file as they grow old: sealed, they read as before; deleted, they are counted.
+//! Aging rows in a file: sealed rows read as before, deleted rows are counted.
 
 use crate::batches::{account, batch, counted, frame, missing, numbered, part};
 use crate::clocks::{BEGIN_NS, Clocks, SECOND_NS};
@@ -38,7 +38,7 @@ fn open(folder: &Path, limits: &Limits) -> Tended {
     }
 }
 
-/// Appends at this time, which the clocks come to.
+/// Advances the clocks to this time, then appends.
 async fn append(store: &Tended, batch: Batch, t_arrival_ns: i64) {
     let passed = t_arrival_ns.saturating_sub(store.clocks.utc_ns());
     let passed = u64::try_from(passed).unwrap_or(0);
@@ -46,7 +46,7 @@ async fn append(store: &Tended, batch: Batch, t_arrival_ns: i64) {
     store.append(Arc::new(batch), t_arrival_ns).await.unwrap();
 }
 
-/// So many seconds pass in which nothing comes but an agent's empty posts.
+/// Lets seconds pass with only an agent's empty batches.
 async fn wait(store: &Tended, from_ns: i64, seconds: i64) {
     wait_in_steps(store, from_ns, seconds, 1).await;
 }
@@ -77,7 +77,7 @@ async fn everything(store: &SqliteStore, members: &Members, rows: usize) -> Vec<
     records
 }
 
-/// Two sensors for ten minutes: posts of five, some missing frames, a gap that is filled late and one that stays.
+/// Two sensors for ten minutes: batches of five, some missing frames, a gap that is filled late and one that stays.
 async fn ten_minutes(store: &Tended) -> Vec<(Members, Vec<StoredRecord>)> {
     let record = |seq: u64| match seq % 97 {
         13 => missing(
@@ -139,7 +139,7 @@ async fn sealed_rows_read_as_they_did_before() {
     }
     assert_eq!(one.streams().await.unwrap(), other.streams().await.unwrap());
     assert_eq!(one.newest().await.unwrap(), other.newest().await.unwrap());
-    // What comes again is known, and other content is refused.
+    // Repeated frames are known, and other content is rejected.
     let now_ns = BEGIN_NS + 2000 * SECOND_NS;
     let before = one.streams().await.unwrap();
     append(&one, numbered([0, 1, 1500, 4000, 4003]), now_ns).await;
@@ -181,7 +181,7 @@ async fn frames_that_are_too_old_are_deleted_and_counted_unless_they_are_recorde
         let now_ns = BEGIN_NS + i64::try_from(post).unwrap() * SECOND_NS / 2;
         append(&store, all, now_ns).await;
     }
-    // An hour less a little later all are there; later, as fast as may be deleted, those of the recording.
+    // Before an hour plus the delay, all are there; later, as soon as the limits allow, only those of the recording.
     wait(&store, BEGIN_NS + 3500 * SECOND_NS, 60).await;
     let rows = "SELECT sum(last_seq - first_seq + 1) FROM chunks";
     assert_eq!(sql(folder.path(), rows), 2000);
@@ -197,11 +197,11 @@ async fn frames_that_are_too_old_are_deleted_and_counted_unless_they_are_recorde
     let kept = everything(&store, &members, 512).await;
     let seqs: Vec<u64> = kept.iter().map(|stored| stored.record.seq).collect();
     assert!(seqs == (500..1000).collect::<Vec<_>>());
-    // A number that was deleted stays known.
+    // A deleted number stays known.
     append(&store, numbered(0..10), BEGIN_NS + 8000 * SECOND_NS).await;
     assert_eq!(sql(folder.path(), rows), 500);
     assert_eq!(stream(&store).await.stored, 2000);
-    // And so it is found when the file is opened again.
+    // Also after reopening the file.
     store.close().await.unwrap();
     let again = open(folder.path(), &limits);
     assert_eq!(stream(&again).await.expired, 1500);
@@ -266,7 +266,7 @@ async fn a_real_session_takes_at_most_32_bytes_a_frame_in_the_file() {
         stream_from_file_name(name),
     );
     let session: Vec<Record> = rows.unwrap().map(|row| row.unwrap().row.record).collect();
-    // Fourteen devices, so that the empty tables of the file weigh little; no segment sees a frame twice.
+    // Fourteen devices, so that the file's empty tables weigh little; no segment has a frame twice.
     let recording = store.start_recording("all".to_owned(), 1).await.unwrap();
     let mut post = 0;
     for device in 0..14 {

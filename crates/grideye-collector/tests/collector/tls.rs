@@ -1,4 +1,4 @@
-//! TLS on real sockets: who is believed, who is let in, and where nothing else is offered.
+//! TLS on real sockets: what clients trust, who is admitted, and that nothing else is offered.
 
 use crate::socket::{PATIENCE, Running, anywhere, at};
 use grideye_collector::auth::{AccessFolder, Scope, Token};
@@ -86,7 +86,7 @@ pub(crate) fn believing(authority: &str) -> ClientConfig {
         .with_no_client_auth()
 }
 
-/// One request over TLS; the whole answer, or why there is none.
+/// One request over TLS; returns the whole response, or the error.
 pub(crate) async fn ask(
     address: SocketAddr,
     config: ClientConfig,
@@ -129,7 +129,7 @@ async fn beyond_loopback_tokens_and_tls_are_there_or_nothing_is() {
     assert!(text.contains("grideye enroll DEVICE"), "{text}");
     assert!(
         !place.folder.path().exists(),
-        "a refusal makes no authority"
+        "a rejected start creates no authority"
     );
     let (error, _) = refused(at(everywhere, StoreLocation::Memory)).await;
     assert!(matches!(error, CollectorError::NoTokens { .. }));
@@ -148,7 +148,7 @@ async fn beyond_loopback_tokens_and_tls_are_there_or_nothing_is() {
 }
 
 #[tokio::test]
-async fn who_knows_the_authority_is_served_and_the_cookie_never_travels_in_the_clear() {
+async fn clients_that_trust_the_authority_are_served_and_the_cookie_is_never_sent_in_the_clear() {
     let place = Place::new();
     let token = place.token(Scope::Read);
     let server = Running::new(place.encrypted()).await;
@@ -183,13 +183,13 @@ async fn who_knows_the_authority_is_served_and_the_cookie_never_travels_in_the_c
         .unwrap();
     assert!(
         answer.starts_with("HTTP/1.1 403"),
-        "a page of the clear side is another: {answer}"
+        "a plain HTTP origin is foreign: {answer}"
     );
     server.stop().await;
 }
 
 #[tokio::test]
-async fn another_authority_another_name_and_no_tls_at_all_come_to_nothing() {
+async fn a_wrong_authority_a_wrong_name_and_plain_http_all_fail() {
     let place = Place::new();
     place.token(Scope::Read);
     let server = Running::new(place.encrypted()).await;
@@ -247,7 +247,7 @@ async fn a_handshake_that_does_not_come_to_an_end_is_cut_off_and_counted() {
     let began = Instant::now();
     let mut silent = TcpStream::connect(server.address).await.unwrap();
     let mut half = TcpStream::connect(server.address).await.unwrap();
-    // The beginning of a ClientHello that says it is longer.
+    // The start of a ClientHello that announces more.
     half.write_all(&[22, 3, 1, 2, 0, 1, 0]).await.unwrap();
     for stream in [&mut silent, &mut half] {
         let mut rest = Vec::new();
@@ -270,7 +270,7 @@ async fn a_handshake_that_does_not_come_to_an_end_is_cut_off_and_counted() {
     server.stop().await;
 }
 
-/// An authority of a site, and what it signs.
+/// A site's authority and its signatures.
 struct Site {
     pem: String,
     params: CertificateParams,
@@ -335,7 +335,7 @@ async fn a_fleets_clients_show_a_certificate_of_its_authority_beside_the_token()
     .await;
     assert!(
         no_token.unwrap().starts_with("HTTP/1.1 401"),
-        "both are asked for"
+        "both are required"
     );
     for config in [believing(&authority), showing(&stranger)] {
         let refused = ask(address, config, "127.0.0.1", &request).await;

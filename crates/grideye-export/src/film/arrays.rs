@@ -1,8 +1,8 @@
-//! Arrays for numpy of a film.
+//! A film as arrays for numpy.
 //!
 //! | array | type | shape | holds |
 //! |---|---|---|---|
-//! | `frames` | float32 | (N, rows, columns) | °C, row 0 at the top, without the sensor's steps |
+//! | `frames` | float32 | (N, rows, columns) | °C, row 0 at the top, not rounded to the sensor's steps |
 //! | `time_s` | float64 | (N) | seconds since the scene's start |
 //! | `thermistor_c` | float32 | (N) | °C, the room's temperature |
 //! | `metadata` | str | () | JSON: scene, sensor, seed, sampling_hz, program |
@@ -12,10 +12,9 @@ use crate::error::ExportError;
 use crate::npz::{ARCHIVE_BYTES_MAX, Archive, single};
 use std::io::Write;
 
-/// Headers, names and metadata, generously.
+/// A generous allowance for headers, names and metadata.
 const ARCHIVE_EXTRA: u64 = 1 << 20;
 
-/// Writes the archive frame by frame.
 pub(super) fn write(
     film: &Film<'_>,
     out: &mut dyn Write,

@@ -1,4 +1,4 @@
-//! Comma-separated values: a recording where the sensor is an 8 x 8 one, else a table of degrees.
+//! A film as CSV: a recording if the sensor has 8 x 8 pixels, otherwise a table of degrees.
 
 use super::source::Film;
 use crate::error::ExportError;
@@ -10,7 +10,7 @@ use grideye_recording::{ClockState, Record, Row, Stamp, StreamId};
 use std::io::Write;
 use std::time::Duration;
 
-/// A recording as the sensor itself would have made it, in its own steps.
+/// Writes a recording as the sensor would have made it, in its own steps.
 pub(super) fn recording(
     film: &Film<'_>,
     out: &mut dyn Write,
@@ -35,7 +35,7 @@ pub(super) fn recording(
     Ok(format!("{} frames", film.frames))
 }
 
-/// One row a frame: its number, its time, and each pixel in °C, row by row from the top left.
+/// Writes one row per frame: its number, its time, and each pixel in °C, row by row from the top left.
 pub(super) fn table(
     film: &Film<'_>,
     out: &mut dyn Write,
@@ -61,7 +61,7 @@ pub(super) fn table(
     Ok(format!("a table of {} frames", film.frames))
 }
 
-/// A simulated frame as the sensor would have reported it. Simulated frames have no wall clock.
+/// A simulated frame as the sensor would report it. Simulated frames have no wall clock.
 fn record(film: &Film<'_>, seq: u64, time: Duration, frame: &[f64]) -> Result<Record, ExportError> {
     let out_of_range = |what| move |source| ExportError::OutOfRange { what, source };
     let mut raw = RawFrame {

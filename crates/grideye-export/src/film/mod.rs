@@ -1,11 +1,11 @@
-//! Frames of one sensor as files: the format is told by the name's end.
+//! Frames of one sensor as files; the file extension selects the format.
 //!
-//! | ends with | holds |
+//! | extension | holds |
 //! |---|---|
-//! | `.csv` | a recording of 8 x 8 frames in the sensor's own steps; of any other resolution a table of degrees |
+//! | `.csv` | a recording for 8 x 8 frames, in the sensor's own steps; otherwise a table of degrees |
 //! | `.npz` | arrays for numpy: `frames`, `time_s`, `thermistor_c`, `metadata` |
-//! | `.png` | frames side by side on one scale of colors |
-//! | `.gif` | the same one after the other, as fast as they were taken |
+//! | `.png` | frames side by side on one color scale |
+//! | `.gif` | the same one after another, as fast as they were measured |
 
 mod arrays;
 mod csv;
@@ -20,13 +20,13 @@ pub use source::Film;
 use crate::error::ExportError;
 use std::io::Write;
 
-/// Writes the frames of a film, calls back after each, and returns what was written.
+/// Writes the frames of a film, calls back after each, and returns a description of the result.
 pub type FilmFormat = fn(&Film<'_>, &mut dyn Write, &dyn Fn()) -> Result<String, ExportError>;
 
-/// The ends of names that [`format()`] knows, for a hint.
+/// The extensions that [`format()`] knows, for a hint.
 pub const ENDS: &str = ".csv, .npz, .png or .gif";
 
-/// How a film is written to a file whose name ends so; nothing if that is not known.
+/// The writer for this extension; `None` if unknown.
 #[must_use]
 pub fn format(film: &Film<'_>, extension: &str) -> Option<FilmFormat> {
     Some(match extension {

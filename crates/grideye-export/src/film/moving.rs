@@ -1,4 +1,4 @@
-//! An animated GIF: the frames as fast as they were taken, on one scale of colors.
+//! An animated GIF: the frames at their original speed, on one color scale.
 
 use super::source::{Film, left_out};
 use crate::error::ExportError;
@@ -8,16 +8,16 @@ use grideye_draw::thermogram::{GAP, SCALE_WITH_NUMBERS, Scale, TEXT_HEIGHT, Ther
 use std::borrow::Cow;
 use std::io::Write;
 
-/// Frames of one film; of a longer one every second, third … is shown, each so much longer.
+/// Maximum frames of one GIF; a longer film shows every second, third … frame, for that much longer.
 const FRAMES_MAX: u32 = 3_000;
 
-/// Writes up to 3,000 frames as a film, calls back after each, and returns what was written.
+/// Writes up to 3,000 frames as a GIF, calls back after each, and returns a description of the result.
 ///
 /// # Errors
-/// If the output takes nothing, or a temperature is no number.
+/// If writing fails, or a temperature is not a number.
 pub fn write(film: &Film<'_>, out: &mut dyn Write, tick: &dyn Fn()) -> Result<String, ExportError> {
     let scale = Scale::of(film.celsius()).ok_or(ExportError::NotANumber)?;
-    // Browsers slow down what is faster than 50 frames a second.
+    // Browsers slow down animations faster than 50 frames per second.
     let fastest = whole((film.sampling_hz / FASTEST_HZ).ceil());
     let fastest = u32::try_from(fastest).unwrap_or(u32::MAX);
     let step = film.frames.div_ceil(FRAMES_MAX).max(fastest).max(1);
@@ -50,7 +50,7 @@ pub fn write(film: &Film<'_>, out: &mut dyn Write, tick: &dyn Fn()) -> Result<St
     Ok(format!("a film of {shown} frames{left_out}"))
 }
 
-/// What is the same in every picture, where the frame goes, and the side of its pixels.
+/// The constant parts of every image, where the frame goes, and the side of its pixels.
 fn stage(film: &Film<'_>, scale: Scale) -> (Thermogram, (usize, usize), usize) {
     let cell = (FRAME_WIDTH / film.columns.max(film.rows)).clamp(1, 40);
     let (frame_width, frame_height) = (film.columns * cell, film.rows * cell);
@@ -61,7 +61,7 @@ fn stage(film: &Film<'_>, scale: Scale) -> (Thermogram, (usize, usize), usize) {
     (blank, (GAP, GAP), cell)
 }
 
-/// How long picture `index` is shown, in hundredths of a second, so that rounding does not add up.
+/// How long image `index` is shown, in hundredths of a second; rounding errors do not add up.
 fn hundredths(index: u32, pictures_per_s: f64) -> u16 {
     let end = |index: u32| (f64::from(index) * 100.0 / pictures_per_s).round();
     let length = whole(end(index + 1) - end(index));
@@ -79,7 +79,7 @@ mod tests {
 
     #[test]
     fn the_film_is_as_long_as_the_walk() {
-        // The Lepton's 8.7 frames a second are 11 or 12 hundredths, and 87 of them ten seconds.
+        // The Lepton's 8.7 frames per second take 11 or 12 hundredths each, and 87 of them ten seconds.
         let delays: Vec<u16> = (0..87).map(|index| hundredths(index, 8.7)).collect();
         assert!(delays.iter().all(|delay| (11..=12).contains(delay)));
         assert_eq!(

@@ -1,4 +1,4 @@
-//! A contact sheet: frames side by side, the time below each, one scale of colors for all.
+//! A contact sheet: frames side by side, each above its time, on one color scale.
 
 use super::source::{Film, left_out};
 use crate::error::ExportError;
@@ -6,13 +6,13 @@ use grideye_draw::number::{float, whole};
 use grideye_draw::thermogram::{GAP, SCALE_WITH_NUMBERS, Scale, TEXT_HEIGHT, Thermogram};
 use std::io::Write;
 
-/// Frames on one sheet; of a longer film every second, third … is shown.
+/// Maximum frames on one sheet; a longer film shows every second, third … frame.
 const FRAMES_MAX: u32 = 120;
 
-/// Writes up to 120 frames side by side as a PNG, calls back after each, and returns what was written.
+/// Writes up to 120 frames side by side as a PNG, calls back after each, and returns a description of the result.
 ///
 /// # Errors
-/// If the output takes nothing, or a temperature is no number.
+/// If writing fails, or a temperature is not a number.
 pub fn write(film: &Film<'_>, out: &mut dyn Write, tick: &dyn Fn()) -> Result<String, ExportError> {
     let step = film.frames.div_ceil(FRAMES_MAX).max(1);
     let shown: Vec<u32> = (0..film.frames).step_by(usize::try_from(step)?).collect();
@@ -64,7 +64,7 @@ fn sheet(film: &Film<'_>, shown: &[u32], tick: &dyn Fn()) -> Result<Thermogram, 
     Ok(picture)
 }
 
-/// Dots of a pixel's side, so that a frame is easily seen.
+/// The side of a sensor pixel in image pixels, so that a frame is easy to see.
 fn cell(film: &Film<'_>) -> usize {
     (FRAME_WIDTH / film.columns.max(film.rows)).clamp(1, 20)
 }

@@ -1,44 +1,43 @@
-//! Frames of one sensor that can be made again at will, so that no format has to hold them all.
+//! A film: frames of one sensor that are computed on demand, so that no format holds them all.
 
 use grideye_frame::{COLUMNS, Celsius, ROWS};
 use std::time::Duration;
 
-/// Frames of one sensor that can be made again at will.
+/// Frames of one sensor, computed on demand.
 pub struct Film<'a> {
-    /// What they show.
+    /// What the frames show.
     pub scene: String,
     /// The sensor's name.
     pub sensor: &'a str,
-    /// Of their noise.
+    /// Seed of the noise.
     pub seed: u64,
     /// Pixels in a row.
     pub columns: usize,
     /// Pixels in a column.
     pub rows: usize,
-    /// How many frames.
+    /// Number of frames.
     pub frames: u32,
-    /// Frames a second.
+    /// Frames per second.
     pub sampling_hz: f64,
-    /// What the sensor's thermistor reads.
+    /// The thermistor's reading.
     pub ambient: Celsius,
-    /// When the frame of that number (from 0) was taken, and its pixels: °C, row by row from the top left.
+    /// Time and pixels of the frame with this number (from 0): °C, row by row from the top left.
     pub frame: &'a dyn Fn(u32) -> (Duration, Vec<f64>),
 }
 
 impl Film<'_> {
-    /// Whether a recording can hold its frames.
+    /// Whether a recording can hold the frames.
     #[must_use]
     pub fn is_recording(&self) -> bool {
         (self.columns, self.rows) == (COLUMNS, ROWS)
     }
 
-    /// The temperatures of all pixels of all frames.
     pub(crate) fn celsius(&self) -> impl Iterator<Item = f64> + '_ {
         (0..self.frames).flat_map(|index| (self.frame)(index).1)
     }
 }
 
-/// What is said behind the number of pictures where not every frame is one.
+/// The note on skipped frames, for the description of the result.
 pub(crate) fn left_out(step: u32, frames: u32) -> String {
     if step > 1 {
         format!(", every {step}. of {frames},")

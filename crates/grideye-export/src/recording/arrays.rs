@@ -1,4 +1,4 @@
-//! Arrays for numpy, one entry for each of the recording's N rows; a missing frame is NaN, and why stands in `missing`.
+//! A recording as arrays for numpy, one entry per row (N); a missing frame is NaN, and `missing` has the reason.
 //!
 //! | array | type | shape | holds |
 //! |---|---|---|---|
@@ -7,10 +7,10 @@
 //! | `seq` | uint64 | (N) | the sensor frame's number |
 //! | `t_boot_ns` | uint64 | (N) | the device's clock since it started |
 //! | `t_utc_ns` | int64 | (N) | the device's wall clock |
-//! | `stream` | uint32 | (N) | whose frame: an index into `streams` |
+//! | `stream` | uint32 | (N) | the row's stream: an index into `streams` |
 //! | `clock` | str | (N) | `unsynced`, `synced` or `stepped` |
-//! | `missing` | str | (N) | empty where there is a frame |
-//! | `streams` | str | (S) | device, sensor and boot with a slash between |
+//! | `missing` | str | (N) | empty if there is a frame |
+//! | `streams` | str | (S) | device, sensor and boot, separated by slashes |
 
 use super::rows::{Out, Rows};
 use crate::error::ExportError;
@@ -19,10 +19,10 @@ use amg8833::word;
 use grideye_frame::{PIXELS, Reading};
 use grideye_recording::{Record, StreamId};
 
-/// Rows whose arrays stay below the 4 GB of an archive without the 64-bit extension.
+/// Maximum rows: keeps the archive below the 4 GB limit without the 64-bit extension.
 const ROWS_MAX: usize = 8_000_000;
 
-/// The rows, without the names that they share.
+/// The rows, each with the index of its stream.
 #[derive(Default)]
 struct Held {
     streams: Vec<StreamId>,

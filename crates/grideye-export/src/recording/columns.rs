@@ -1,12 +1,12 @@
-//! Apache Parquet with the columns of the recording format, by the same names and in the same order:
+//! Apache Parquet with the columns of the recording format, same names and order:
 //!
 //! | column | type |
 //! |---|---|
 //! | `device`, `sensor`, `boot`, `clock` | string |
 //! | `seq`, `t_boot_ns` | unsigned 64-bit |
 //! | `t_utc_ns`, `t_arrival_ns` | signed 64-bit, nanoseconds since 1970-01-01 UTC; the latter may be null |
-//! | `missing` | string, null where there is a frame |
-//! | `thermistor`, `pixel1` to `pixel64` | double, °C, null where there is no frame |
+//! | `missing` | string, null if there is a frame |
+//! | `thermistor`, `pixel1` to `pixel64` | double, °C, null without a frame |
 
 use super::rows::{Out, Rows};
 use crate::error::ExportError;
@@ -15,7 +15,7 @@ use amg8833::word;
 use grideye_frame::{PIXELS, RawFrame, Reading};
 use grideye_recording::Row;
 
-/// Rows that are in memory together.
+/// Rows in memory at once.
 const GROUP_ROWS: usize = 20_000;
 
 pub(super) fn write(rows: Rows<'_>, out: &mut dyn Out) -> Result<String, ExportError> {

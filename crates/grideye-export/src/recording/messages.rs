@@ -1,11 +1,11 @@
-//! MCAP (mcap.dev), as Foxglove and its like read it: two topics for each device and sensor.
+//! MCAP (mcap.dev), for Foxglove and similar programs: two topics per device and sensor.
 //!
 //! | topic | schema | holds |
 //! |---|---|---|
 //! | `/DEVICE/SENSOR/image` | `foxglove.RawImage`, JSON | 8 x 8 pixels of 32 bits (`32FC1`), °C |
 //! | `/DEVICE/SENSOR/state` | `grideye.State`, JSON | thermistor, number, clock, and why a frame is missing |
 //!
-//! A message's time is the device's wall clock; where that was never set, the time since the device started.
+//! A message's time is the device's wall clock, or the time since the device started if that clock was never set.
 
 use super::rows::{Out, Rows};
 use crate::error::ExportError;
@@ -20,15 +20,14 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 
-/// Bytes of a pixel as a 32-bit number.
 const PIXEL_BYTES: usize = 4;
 
-/// Writes messages as they come, on channels that are opened when they are first needed.
+/// Writes messages as they come, and opens channels on first use.
 struct Messages<W: Write + Seek> {
     file: Writer<W>,
     image: u16,
     state: u16,
-    /// The channels of image and state, by device and sensor.
+    /// The image and state channels, by device and sensor.
     channels: BTreeMap<(String, String), (u16, u16)>,
     written: u32,
 }
@@ -104,7 +103,7 @@ impl<W: Write + Seek> Messages<W> {
     }
 }
 
-/// Wall time, or time since the device started where the wall clock was never set.
+/// The wall time, or the time since the device started if its wall clock was never set.
 fn time_ns(stamp: &Stamp) -> u64 {
     let wall_ns = u64::try_from(stamp.t_utc_ns).unwrap_or(0);
     if wall_ns == 0 {
@@ -143,7 +142,7 @@ fn state_message(row: &Row) -> Value {
     })
 }
 
-/// The fields of `foxglove.RawImage`, as docs.foxglove.dev/docs/visualization/message-schemas/raw-image names them.
+/// The fields of `foxglove.RawImage`, from docs.foxglove.dev/docs/visualization/message-schemas/raw-image.
 fn image_schema() -> Value {
     let time = json!({
         "type": "object",

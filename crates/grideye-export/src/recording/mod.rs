@@ -1,13 +1,13 @@
-//! Recordings as files for other programs: the format is told by the name's end.
+//! Recordings as files for other programs; the file extension selects the format.
 //!
-//! | ends with | holds |
+//! | extension | holds |
 //! |---|---|
 //! | `.csv` | this project's recording format, `recordings/README.md` |
 //! | `.npz` | arrays for numpy (`recording/arrays.rs`) |
 //! | `.parquet` | the columns of the recording format, typed (`recording/columns.rs`) |
-//! | `.mcap` | messages of Foxglove's `RawImage` (`recording/messages.rs`) |
-//! | `.png` | frames of one sensor side by side on one scale of colors |
-//! | `.gif` | the same one after the other, as fast as they were read |
+//! | `.mcap` | Foxglove `RawImage` messages (`recording/messages.rs`) |
+//! | `.png` | frames of one sensor side by side on one color scale |
+//! | `.gif` | the same one after another, as fast as they were read |
 
 mod arrays;
 mod columns;
@@ -21,13 +21,12 @@ use crate::error::ExportError;
 use crate::film;
 use grideye_recording::csv::Writer;
 
-/// Writes rows, and returns what was written.
+/// Writes rows, and returns a description of the result.
 pub type Format = fn(Rows<'_>, &mut dyn Out) -> Result<String, ExportError>;
 
-/// The ends of names that [`format()`] knows, for a hint.
+/// The extensions that [`format()`] knows, for a hint.
 pub const ENDS: &str = ".csv, .npz, .parquet, .mcap, .png or .gif";
 
-/// The formats that [`format()`] knows, by the end of a file's name.
 const FORMATS: [(&str, Format); 6] = [
     ("csv", text),
     ("npz", arrays::write),
@@ -41,7 +40,7 @@ const FORMATS: [(&str, Format); 6] = [
     }),
 ];
 
-/// How a file is written whose name ends so; nothing if that is not known.
+/// The writer for this extension; `None` if unknown.
 #[must_use]
 pub fn format(extension: &str) -> Option<Format> {
     let format = FORMATS.iter().find(|(name, _)| *name == extension);

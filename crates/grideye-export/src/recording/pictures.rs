@@ -1,4 +1,4 @@
-//! Pictures of a recording of one sensor; what is missing is left out, and the time below each picture shows it.
+//! Images of a recording of one sensor; missing frames are skipped, which the times below the images show.
 
 use super::rows::{Out, Rows};
 use crate::error::ExportError;
@@ -60,7 +60,7 @@ fn one_stream(rows: Rows<'_>) -> Result<(StreamId, Vec<(u64, RawFrame)>), Export
     Ok((only.unwrap_or_else(nobody), frames))
 }
 
-/// Frames a second by the interval that is most usual; 10 where there is none.
+/// Frames per second from the median interval; 10 without any.
 fn sampling_hz(frames: &[(u64, RawFrame)]) -> f64 {
     let mut intervals: Vec<u64> = frames
         .windows(2)

@@ -1,13 +1,13 @@
-//! The rows of a recording as they are read, and the file that they are written to.
+//! The rows of a recording, and the file they are written to.
 
 use crate::error::ExportError;
 use grideye_recording::Row;
 use std::io::{Seek, Write};
 
-/// The rows of a recording, as they are read.
+/// The rows of a recording, read one by one.
 pub type Rows<'a> = &'a mut dyn Iterator<Item = Result<Row, ExportError>>;
 
-/// A file that is being written.
+/// A file being written.
 pub trait Out: Write + Seek + Send {}
 
 impl<T: Write + Seek + Send> Out for T {}

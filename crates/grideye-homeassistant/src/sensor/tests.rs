@@ -1,4 +1,4 @@
-//! What is said when, with a clock that is handed in.
+//! Tests what is published when, with a controlled clock.
 
 use super::*;
 use grideye_frame::{PixelWord, RawFrame, Reading, ThermistorWord};
@@ -30,7 +30,7 @@ fn seconds(seconds: u64) -> Duration {
     Duration::from_secs(seconds)
 }
 
-/// A frame of 20 °C with so many pixels of 25 °C.
+/// A frame of 20 °C with `warm` pixels of 25 °C.
 fn frame(boot: &str, seq: u64, warm: usize, age: Duration) -> NewestFrame {
     let mut pixels = [PixelWord(80); 64];
     pixels[..warm].fill(PixelWord(100));
@@ -57,7 +57,7 @@ fn frame(boot: &str, seq: u64, warm: usize, age: Duration) -> NewestFrame {
     }
 }
 
-/// The last levels of the topics, in the order of what is said.
+/// The last level of each topic, in order of publication.
 fn said(messages: &[Message]) -> Vec<&str> {
     let topics = messages.iter().map(|message| &message.topic);
     topics
@@ -77,13 +77,12 @@ fn look(sensor: &mut Sensor, newest: &NewestFrame, now_s: u64) -> Vec<Message> {
     sensor.look(newest, &telling(), seconds(now_s))
 }
 
-/// What is said of a new one.
 fn new() -> Vec<&'static str> {
     [&["config"; 6][..], &["availability", "state", "image"]].concat()
 }
 
 #[test]
-fn a_sensor_is_announced_with_its_first_new_frame_and_then_told_of_as_often_as_was_asked() {
+fn a_sensor_is_announced_with_its_first_new_frame_then_published_at_its_intervals() {
     let mut sensor = sensor();
     let old = frame("b1", 0, 0, seconds(16));
     assert_eq!(look(&mut sensor, &old, 1), []);
@@ -93,7 +92,7 @@ fn a_sensor_is_announced_with_its_first_new_frame_and_then_told_of_as_often_as_w
     assert!(told[..7].iter().all(|message| message.retain));
     assert!(told[7..].iter().all(|message| !message.retain));
     assert!(sensor.is_announced());
-    // Looks are half a second apart.
+    // Polls are half a second apart.
     let mut images = 0;
     let mut states = 0;
     for look in 1..=40_u32 {
@@ -118,7 +117,7 @@ fn the_state_is_the_frame_in_degrees() {
 }
 
 #[test]
-fn presence_is_told_at_once_and_an_old_frame_never_again() {
+fn presence_is_published_at_once_and_an_old_frame_only_once() {
     let mut sensor = sensor();
     first(&mut sensor);
     let now = seconds(100) + seconds(1) / 2;
@@ -129,7 +128,7 @@ fn presence_is_told_at_once_and_an_old_frame_never_again() {
     for later in 1..14 {
         let same = frame("b1", 5, 3, seconds(later));
         let told = sensor.look(&same, &telling(), now + seconds(later));
-        // A picture of it was due a moment later.
+        // Its image became due a moment later.
         let expected: &[&str] = if later == 1 { &["image"] } else { &[] };
         assert_eq!(said(&told), expected, "{later} s later");
     }
@@ -152,13 +151,13 @@ fn silence_makes_it_unavailable_and_a_day_of_it_removes_it() {
     assert_eq!(told[6].topic, topic);
     assert!(!sensor.is_announced());
     assert_eq!(look(&mut sensor, &silent(86_402), 86_502), []);
-    // It comes back as a new one.
+    // It returns as a new one.
     let back = frame("b2", 0, 0, Duration::ZERO);
     assert_eq!(said(&look(&mut sensor, &back, 90_000)), new());
 }
 
 #[test]
-fn everything_is_said_again_to_a_broker_that_may_have_forgotten_it() {
+fn everything_is_published_again_after_a_reconnect() {
     let mut sensor = sensor();
     first(&mut sensor);
     sensor.say_again();
@@ -173,7 +172,7 @@ fn everything_is_said_again_to_a_broker_that_may_have_forgotten_it() {
 }
 
 #[test]
-fn one_that_was_removed_stays_so_until_its_agent_is_started_again() {
+fn a_removed_sensor_stays_removed_until_its_agent_restarts() {
     let mut sensor = sensor();
     first(&mut sensor);
     assert_eq!(sensor.remove(&telling()).len(), 7);

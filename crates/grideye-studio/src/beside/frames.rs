@@ -1,4 +1,4 @@
-//! What a sensor of a scene sees, in pieces of five seconds, with where the agents are meanwhile.
+//! What a scene's sensor sees, in pieces of five seconds, with the agents' positions.
 
 use crate::catalogue::{Catalogue, LoadedScene, Shelved};
 use crate::rounding::{flat, hundredths};
@@ -8,20 +8,19 @@ use grideye_scene::Agent;
 use serde_json::{Value, json};
 use std::time::Duration;
 
-/// Frames of one piece.
 pub(super) const PIECE_FRAMES: u64 = 50;
 
-/// Which piece holds a second of the scene; of one beyond its ends, the first or the last.
+/// The piece that contains a second of the scene; beyond its ends, the first or last.
 pub(super) fn piece_at(seconds: f64, loaded: &LoadedScene) -> u64 {
     let asked = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::ZERO);
     let within = asked.min(loaded.scene.duration());
     steps(within.saturating_add(TICK / 2)) / PIECE_FRAMES
 }
 
-/// One piece of the scene: frames without noise in °C, rounded to a hundredth; the last one is the scene's last moment.
+/// One piece of the scene: frames without noise in °C, rounded to a hundredth; the last frame is the scene's end.
 ///
 /// # Errors
-/// When the scene has no such sensor.
+/// If the scene has no such sensor.
 pub(super) fn piece(
     catalogue: &Catalogue,
     scene: &Shelved,
@@ -60,7 +59,6 @@ fn places(agent: &Agent, times: &[Duration]) -> Value {
     json!({ "name": agent.name, "at_m": flat(places) })
 }
 
-/// Whole steps in a time.
 fn steps(time: Duration) -> u64 {
     u64::try_from(time.as_nanos() / TICK.as_nanos()).unwrap_or(u64::MAX)
 }

@@ -1,13 +1,14 @@
-//! Real beside simulated on the live page: scenes, what their sensors would see, and how alike that is to what comes.
+//! A real sensor beside a simulated one on the live page: scenes, what their sensors would see, and how well that
+//! matches.
 //!
-//! | GET | is |
+//! | GET | returns |
 //! |---|---|
-//! | `/v1/scenes` | the scenes of the folder, with their sensors |
+//! | `/v1/scenes` | the folder's scenes, with their sensors |
 //! | `/v1/scenes/{scene}/plan` | the room from above |
-//! | `/v1/scenes/{scene}/sensors/{sensor}/frames?at_s=12` | five seconds of simulated frames, with the agents' places |
-//! | `/v1/scenes/{scene}/sensors/{sensor}/comparison?device=…&of=…` | scores, floors, ceilings and verdict of the last seconds |
+//! | `/v1/scenes/{scene}/sensors/{sensor}/frames?at_s=12` | five seconds of simulated frames, with the agents' positions |
+//! | `/v1/scenes/{scene}/sensors/{sensor}/comparison?device=…&of=…` | scores, floors, ceilings and verdict for the last seconds |
 //!
-//! The collector knows nothing of scenes: it is handed these routes, and asks the same tokens for them as for its own.
+//! The collector knows nothing of scenes: it is given these routes, and requires the same tokens as for its own.
 
 mod frames;
 mod plan;
@@ -32,7 +33,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use verdict::{Question, Verdicts};
 
-/// Pieces of simulated frames that are kept: 200 of 30 kB each.
+/// Maximum pieces of simulated frames in the cache: 200 of 30 kB each.
 const PIECES_MAX: usize = 200;
 
 /// The routes for a folder of scenes, and the panel on the live page.
@@ -166,7 +167,7 @@ impl Beside {
         found.ok_or_else(|| {
             let what = format!("there is no scene {name:?} in the folder");
             Refusal::new(StatusCode::NOT_FOUND, "no_such_scene", what)
-                .hint("GET /v1/scenes lists them; a scene is called as its file, without .toml")
+                .hint("GET /v1/scenes lists them; a scene's name is its file name without .toml")
         })
     }
 
@@ -184,7 +185,7 @@ fn check_sensor(loaded: &LoadedScene, name: &str) -> Result<(), Refusal> {
         return Ok(());
     }
     let what = format!(
-        "the sensor {name} has {} x {} pixels, and a frame has {COLUMNS} x {ROWS}",
+        "the sensor {name} has {} x {} pixels, but a frame has {COLUMNS} x {ROWS}",
         sensor.columns, sensor.rows
     );
     Err(unusable(&what).field("sensor"))

@@ -5,8 +5,8 @@ use grideye_plan::ground;
 use grideye_scene::{Agent, Scene, Sensor};
 use serde_json::{Value, json};
 
-/// Room, objects, sensors with what they have in view of the floor, and the agents' ways; meters, x to the right and y to
-/// the back.
+/// Room, objects, sensors with their view of the floor, and the agents' paths; in meters, x to the right and y to the
+/// back.
 pub(super) fn plan(scene: &Scene) -> Value {
     let objects = scene.objects().iter();
     let objects = objects

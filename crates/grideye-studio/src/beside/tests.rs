@@ -1,4 +1,4 @@
-//! The routes through the collector's own router, without a socket.
+//! Tests the routes through the collector's own router, without a socket.
 
 use super::annex;
 use crate::disk::plain;
@@ -35,7 +35,7 @@ elevation_deg = 90
 azimuth_deg = 0
 ";
 
-/// Somebody walks from left to right, 6 s long.
+/// A person walks from left to right for 6 s.
 const WALK: &str = "[room]
 size_mm = [4000, 4000, 2700]
 ambient_c = 20
@@ -55,7 +55,7 @@ azimuth_deg = 0
 
 const WAY: &str = "x_mm,y_mm,z_mm\n500,2000,0\n3500,2000,0\n";
 
-/// The scene of a text, with the way that stands beside it.
+/// Parses a scene that may name the trajectory.
 fn scene(text: &str) -> Scene {
     let beside = |name: &str| match name {
         "way.csv" => Ok(WAY.to_owned()),
@@ -64,7 +64,7 @@ fn scene(text: &str) -> Scene {
     Scene::parse(text, "scene", &beside).unwrap().scene
 }
 
-/// A clock that stands still until it is told.
+/// A clock that stands still unless advanced.
 #[derive(Default)]
 struct HandClock(AtomicU64);
 
@@ -100,7 +100,7 @@ impl Page {
         page
     }
 
-    /// Lets the time pass after which a comparison is made again.
+    /// Advances the clock until a comparison may be computed again.
     fn rest(&self) {
         let rest_ms = u64::try_from(super::verdict::AGAIN_AFTER_MIN.as_millis()).unwrap();
         self.clock.0.fetch_add(rest_ms, Ordering::SeqCst);
@@ -118,7 +118,7 @@ impl Page {
         ask(&self.router, Method::POST, path, Some(body)).await
     }
 
-    /// What a sensor would send that sees the scene exactly as it is simulated, from a second of it on.
+    /// Posts what a sensor would send that sees exactly the simulated scene, starting at a frame number.
     async fn post(&self, scene: &str, from_seq: u64, frames: u64) {
         let text = std::fs::read_to_string(self.folder.path().join(scene)).unwrap();
         let simulator = Simulator::new(&self::scene(&text), "ceiling").unwrap();
@@ -158,7 +158,7 @@ fn quarters(celsius: f64) -> i64 {
 const COMPARISON: &str = "sensors/ceiling/comparison?device=pi-1&of=s1";
 
 #[tokio::test]
-async fn scenes_are_listed_with_their_sensors_and_bad_ones_with_what_is_wrong() {
+async fn scenes_are_listed_with_their_sensors_or_their_error() {
     let page = Page::new(&[
         ("still.toml", STILL),
         ("walk.toml", WALK),
@@ -182,7 +182,7 @@ async fn scenes_are_listed_with_their_sensors_and_bad_ones_with_what_is_wrong() 
     assert_eq!(names, ["broken", "linked", "sly", "still", "walk"]);
     says(&scenes[0]["error"], "broken.toml:2");
     for linked in &scenes[1..3] {
-        says(&linked["error"], "it is no file below the scenes' folder");
+        says(&linked["error"], "it is not a file in the scenes' folder");
     }
     let scenes = &scenes[2..];
     assert_eq!(scenes[1]["title"], "A warm cube below the sensor.");
@@ -213,16 +213,16 @@ async fn a_scene_that_changes_is_read_again() {
 }
 
 #[tokio::test]
-async fn simulated_frames_come_in_pieces_up_to_the_end_with_the_place_of_who_walks() {
+async fn simulated_frames_come_in_pieces_with_the_agents_positions() {
     let page = Page::new(&[("walk.toml", WALK)]).await;
     let path = "/v1/scenes/walk/sensors/ceiling/frames?at_s=";
     let (_, first) = page.get(&format!("{path}0")).await;
     assert_eq!(first["first"], 0);
     assert_eq!(first["frames"].as_array().unwrap().len(), 50);
     assert_eq!(first["agents"][0]["at_m"][0], json!([0.5, 2.0]));
-    // 500 mm a second.
+    // 500 mm per second.
     assert_eq!(first["agents"][0]["at_m"][20], json!([1.5, 2.0]));
-    // 6 s are 61 frames: 50 and 11; whatever is asked beyond is the last piece.
+    // 6 s are 61 frames: 50 and 11; a request beyond the end gets the last piece.
     for second in ["5", "6", "600"] {
         let (_, last) = page.get(&format!("{path}{second}")).await;
         assert_eq!(last["first"], 50, "{second}");
@@ -239,7 +239,7 @@ async fn simulated_frames_come_in_pieces_up_to_the_end_with_the_place_of_who_wal
 }
 
 #[tokio::test]
-async fn what_is_not_there_is_said_with_a_hint() {
+async fn missing_things_get_errors_with_hints() {
     let page = Page::new(&[("still.toml", STILL), ("walk.toml", WALK)]).await;
     for (status, code, path) in [
         (404, "no_such_scene", "none/plan"),
@@ -280,7 +280,7 @@ async fn frames_of_the_scene_itself_agree_and_the_floors_stand_beside() {
     let (_, none) = page.get(&path).await;
     assert_eq!(none["comparison"], Value::Null);
     says(&none["why"], "no frame");
-    // The walk takes 6 s; what comes after its end is not compared.
+    // The walk takes 6 s; frames after its end are not compared.
     page.post("walk.toml", 0, 90).await;
     page.rest();
     let (_, answer) = page.get(&path).await;
@@ -331,7 +331,7 @@ async fn frames_of_a_recording_are_compared_up_to_the_asked_one() {
 }
 
 #[tokio::test]
-async fn who_asks_the_same_is_given_the_same_until_it_is_time_for_another() {
+async fn the_same_question_gets_the_same_answer_until_it_is_due_again() {
     let page = Page::new(&[("still.toml", STILL)]).await;
     let path = format!("/v1/scenes/still/{COMPARISON}");
     page.post("still.toml", 0, 20).await;
@@ -339,7 +339,7 @@ async fn who_asks_the_same_is_given_the_same_until_it_is_time_for_another() {
     assert_eq!(first["frames"], 20);
     page.post("still.toml", 20, 20).await;
     assert_eq!(page.get(&path).await.1, first);
-    // Another question is not answered with it.
+    // A different question gets its own answer.
     let (_, other) = page.get(&format!("{path}&seconds=3")).await;
     assert_eq!(other["frames"], 31);
     page.rest();

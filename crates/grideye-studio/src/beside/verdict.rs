@@ -1,4 +1,4 @@
-//! How alike the last seconds of a sensor and a scene are, worked out for all pages that ask at once.
+//! Compares the last seconds of a sensor with a scene, once for all pages that ask.
 
 use super::window::{Laid, Window, window};
 use crate::catalogue::{LoadedScene, Shelved};
@@ -15,43 +15,40 @@ use serde_json::{Value, json};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-/// Seconds that are compared, at least, at most, and unless asked otherwise.
+/// Seconds compared: minimum, maximum and default.
 const SECONDS: (f64, f64, f64) = (2.0, 60.0, 10.0);
-/// Of a recording: frames before the asked one that are looked at, at most.
+/// Maximum frames of a recording examined before the requested one.
 const FRAMES_MAX: u64 = 1200;
-/// A comparison of a running sensor is not made again before this, …
+/// A comparison of a running sensor is computed again no sooner than this, …
 pub(super) const AGAIN_AFTER_MIN: Duration = Duration::from_secs(2);
-/// … nor before so many times as long as it took.
+/// … nor before this many times its own computing time.
 const REST: u32 = 3;
-/// Comparisons that are kept.
+/// Comparisons in the cache.
 const KEPT_MAX: usize = 64;
-/// Of the simulation.
 const SEED: u64 = 2;
 
-/// What a page asks: which frames, and where the scene lies over them.
+/// A page's question: which frames, and where the scene lies on their time axis.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Question {
-    /// The device and its sensor.
+    /// The device, and in `of` its sensor.
     device: String,
     of: String,
-    /// Time of the device's boot clock at which the scene begins; a scene in which nothing moves needs none.
+    /// The device's boot clock at the scene's start; a static scene needs none.
     origin_ns: Option<u64>,
-    /// How much is compared.
     seconds: Option<f64>,
-    /// Frames of this recording instead of those that have just come, …
+    /// Take the frames of this recording instead of recent ones, …
     recording: Option<i64>,
-    /// … of this run, …
+    /// … of this boot, …
     boot: Option<String>,
-    /// … up to this one.
+    /// … up to this number.
     through_seq: Option<u64>,
 }
 
-/// Scene, its edition, its sensor, and what was asked of it.
+/// Scene, its edition, its sensor, and the question.
 type Key = (String, u64, String, Question);
 type Slot = Arc<tokio::sync::Mutex<Option<Made>>>;
 
-/// The comparisons that were made last.
 pub(super) struct Verdicts {
     desk: Arc<Desk>,
     slots: Mutex<Recently<Key, Slot>>,
@@ -73,7 +70,7 @@ impl Verdicts {
         }
     }
 
-    /// The comparison of what was asked for; one that was just made serves all.
+    /// Answers a question; a comparison just computed serves all pages.
     pub(super) async fn answer(
         &self,
         inside: &Inside,
@@ -91,7 +88,7 @@ impl Verdicts {
             question.clone(),
         );
         let slot = self.slot(key);
-        // Who asks the same meanwhile waits here, and finds it made.
+        // A page with the same question waits here, and finds it computed.
         let mut made = slot.lock().await;
         if let Some(made) = made.as_ref().filter(|made| made.is_new(inside)) {
             return Ok(made.answer.clone());
@@ -142,10 +139,10 @@ fn laid(loaded: &LoadedScene, question: &Question) -> Result<Laid, Refusal> {
         return Ok(Laid::Anywhere);
     }
     let origin_ns = question.origin_ns.ok_or_else(|| {
-        let what = "something moves in this scene, and nothing says when it began";
+        let what = "this scene moves, so its start time is needed";
         Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "no_origin_ns", what)
             .field("origin_ns")
-            .hint("add origin_ns, the device's boot clock at the scene's beginning in nanoseconds")
+            .hint("add origin_ns, the device's boot clock at the scene's start in nanoseconds")
     })?;
     let takes = loaded.scene.duration();
     Ok(Laid::At { origin_ns, takes })
@@ -165,7 +162,7 @@ fn wrong_value(field: &str, what: impl Into<String>) -> Refusal {
     Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "wrong_value", what).field(field)
 }
 
-/// The frames that are asked for, oldest first; none where none is known.
+/// The requested frames, oldest first; none if none are known.
 async fn records(inside: &Inside, question: &Question) -> Result<Vec<Record>, Refusal> {
     let Some(id) = question.recording else {
         let recent = inside.recent.of(&question.device, &question.of);
@@ -180,7 +177,7 @@ async fn records(inside: &Inside, question: &Question) -> Result<Vec<Record>, Re
             && boot.is_none_or(|boot| stream.boot == *boot)
     };
     let span = members.spans.into_iter().find(is_meant).ok_or_else(|| {
-        let what = format!("recording {id} holds nothing of this sensor and run");
+        let what = format!("recording {id} has no frames of this sensor and boot");
         Refusal::new(StatusCode::NOT_FOUND, "no_such_stream", what).field("of")
     })?;
     let through = question.through_seq.unwrap_or(u64::MAX);
@@ -193,7 +190,7 @@ async fn records(inside: &Inside, question: &Question) -> Result<Vec<Record>, Re
     Ok(records.filter(|record| record.seq <= through).collect())
 }
 
-/// The comparison of a stretch of frames, or why there is none.
+/// The comparison of a window of frames, or why there is none.
 fn compared(scene: &Shelved, sensor: &str, found: Option<Window>) -> Value {
     let Ok(loaded) = &scene.loaded else {
         return json!({ "why": "the scene cannot be used", "comparison": null });
@@ -205,7 +202,7 @@ fn compared(scene: &Shelved, sensor: &str, found: Option<Window>) -> Value {
     }) = found
     else {
         return json!({
-            "why": "no frame has come yet that the scene speaks of",
+            "why": "no frame from the time of the scene has arrived yet",
             "comparison": null,
         });
     };
@@ -217,7 +214,7 @@ fn compared(scene: &Shelved, sensor: &str, found: Option<Window>) -> Value {
     let how = Options {
         seed: SEED,
         start,
-        // The other processors are for who else is served.
+        // The other processors serve other requests.
         threads: 1,
         ..Options::default()
     };

@@ -1,29 +1,29 @@
-//! Which frames of a sensor are compared with a scene: the last seconds that the scene speaks of.
+//! Selects the frames of a sensor to compare with a scene: the last seconds that the scene covers.
 
 use grideye_recording::Record;
 use std::time::Duration;
 
-/// The frames of a stretch of time.
+/// The frames of a time window.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Window {
-    /// In the order in which they were measured; the first one was read.
+    /// In order of measurement; the first has pixels.
     pub(super) records: Vec<Record>,
-    /// The scene's time at the first of them.
+    /// The scene's time at the first frame.
     pub(super) start: Duration,
-    /// From the first to the last.
+    /// From the first frame to the last.
     pub(super) length: Duration,
 }
 
-/// Where a scene is laid over the sensor's clock.
+/// Where a scene lies on the sensor's time axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Laid {
-    /// Nothing moves: one time is as good as another.
+    /// Static: any time fits.
     Anywhere,
-    /// It begins at this time of the device's boot clock, in nanoseconds, and takes so long.
+    /// It starts at this boot clock time, in nanoseconds, and lasts this long.
     At { origin_ns: u64, takes: Duration },
 }
 
-/// The frames within `length` of the last one that the scene speaks of; `None` if it speaks of none.
+/// The frames within `length` before the last one that the scene covers; `None` if it covers none.
 pub(super) fn window(records: &[Record], laid: Laid, length: Duration) -> Option<Window> {
     let spoken_of = |record: &&Record| match laid {
         Laid::Anywhere => true,
@@ -60,7 +60,7 @@ mod tests {
 
     const SECOND_NS: u64 = 1_000_000_000;
 
-    /// A frame a second from the boot clock's 100 s on; those of `missing` were not read.
+    /// One frame per second from boot clock 100 s on; those in `missing` were not read.
     fn records(count: u64, missing: &[u64]) -> Vec<Record> {
         let record = |seq| Record {
             seq,

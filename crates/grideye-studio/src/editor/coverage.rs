@@ -1,4 +1,4 @@
-//! Where the sensors of a draft see a person, coarsely, for the plan.
+//! Where a draft's sensors see a person, on a coarse grid for the plan.
 
 use super::fault::Fault;
 use grideye_plan::coverage::{
@@ -8,17 +8,17 @@ use grideye_scene::Scene;
 use serde_json::{Value, json};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The smallest cell that a floor is divided into.
+/// Minimum side of a floor cell, in meters.
 const CELL_M_MIN: f64 = 0.2;
-/// Cells of the floor's rectangle times sensors: larger ones are taken where there would be more.
+/// Maximum cells of the floor times sensors: beyond it, cells get larger.
 const PAIRS_MAX: f64 = 6_000.0;
-/// Sensors that are looked from.
+/// Maximum sensors considered.
 const SENSORS_MAX: usize = 32;
 
-/// The map of a scene; `None` once nobody waits for it any more.
+/// The map of a scene; `None` once the request is abandoned.
 ///
 /// # Errors
-/// What keeps the room from being surveyed.
+/// Why the room cannot be surveyed.
 pub(super) fn map(scene: &Scene, is_given_up: &AtomicBool) -> Result<Option<Value>, Fault> {
     let sensors = scene.sensors();
     let sensors = sensors.get(..SENSORS_MAX).unwrap_or(sensors);
@@ -61,7 +61,8 @@ fn cell_m(scene: &Scene, sensors: usize) -> f64 {
     (area * sensors / PAIRS_MAX).sqrt().max(CELL_M_MIN)
 }
 
-/// What a cell is: `d`etected, `w`eak, `h`idden, `o`ut of view, `t`oo tight for a person, `f`urniture, or outside, `x`.
+/// The letter of a cell: `d`etected, `w`eak, `h`idden, `o`ut of view, `t`oo tight for a person, `f`urniture, or `x` for
+/// outside.
 fn letter(spot: &Spot, wish: &Wish) -> char {
     match (spot.kind, spot.blind) {
         (Kind::Outside, _) => 'x',

@@ -1,4 +1,4 @@
-//! A scene that is being edited: its text with some edits made, what is then where, and what every sensor would see.
+//! A scene being edited: applies edits to its text, and shows the resulting objects and what every sensor would see.
 
 use super::edit::{self, EDITS_MAX, Edit};
 use super::fault::{Fault, ORIGIN};
@@ -16,25 +16,24 @@ use std::collections::BTreeMap;
 use std::io;
 use std::time::Duration;
 
-/// Sensors whose frames are made; those of others are not shown.
+/// Maximum sensors with frames; others are not shown.
 const SENSORS_MAX: usize = 32;
-/// Pixels of a frame that is shown; a Lepton has 4,800.
+/// Maximum pixels of a shown frame; a Lepton has 4,800.
 const PIXELS_MAX: usize = 20_000;
-/// Files that come with a draft.
+/// Maximum files sent with a draft.
 const FILES_MAX: usize = 100;
 
-/// What the page has, and what is to be done to it.
+/// The page's state, and the edits to apply.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Draft {
-    /// The scene.
     pub(super) text: String,
-    /// Trajectories that are other than on the disk, or were read from it before.
+    /// Trajectories that differ from the disk, or were read from it before.
     #[serde(default)]
     pub(super) files: BTreeMap<String, String>,
     #[serde(default)]
     pub(super) edits: Vec<Change>,
-    /// The second of the scene that is shown.
+    /// The second of the scene to show.
     #[serde(default)]
     pub(super) at_s: f64,
 }
@@ -46,20 +45,20 @@ pub(super) enum Change {
     Way(WayEdit),
 }
 
-/// A draft that was read, or what is wrong with it.
+/// A draft after parsing, or its error.
 pub(super) struct Sheet {
     pub(super) text: String,
     pub(super) files: BTreeMap<String, String>,
-    /// Trajectories that were read from the disk just now.
+    /// Trajectories just read from the disk.
     read: BTreeMap<String, String>,
     pub(super) loaded: Result<Loaded, Fault>,
     at: Duration,
 }
 
-/// Makes the edits, and reads what comes of it; blocks on files.
+/// Applies the edits and parses the result; blocks on files.
 ///
 /// # Errors
-/// 422 when the draft is too large. A scene that is none is an answer like any other.
+/// 422 if the draft is too large. An invalid scene is a normal answer.
 pub(super) fn sheet(shelf: &Shelf, draft: Draft) -> Result<Sheet, Refusal> {
     check(&draft)?;
     let Draft {
@@ -115,7 +114,7 @@ fn edit_way(
 ) -> Result<(), Fault> {
     let file = edit.file();
     if !files.contains_key(file) {
-        // A name that leads elsewhere is no trajectory; the scene would refuse it as well.
+        // A name that leads elsewhere is not a trajectory; the scene would reject it too.
         let text = shelf
             .file(file)
             .map_err(|_refusal| Fault::of_file(file, 1, "this file cannot be edited here"))?;
@@ -128,7 +127,7 @@ fn edit_way(
     Ok(())
 }
 
-/// The files beside a scene: those of the page before those of the disk.
+/// The files beside a scene: the page's take precedence over the disk's.
 struct Overlay<'a> {
     shelf: &'a Shelf,
     files: &'a BTreeMap<String, String>,
@@ -151,7 +150,6 @@ impl Files for Overlay<'_> {
 }
 
 impl Sheet {
-    /// All that the page shows of it.
     pub(super) fn to_json(&self) -> Value {
         let read: BTreeMap<&String, Value> = self
             .read
@@ -183,7 +181,7 @@ fn warning(warning: &Warning) -> Value {
     Fault::said(&warning.to_string(), Some(warning.place())).to_json()
 }
 
-/// What a sensor sees, without its noise; no pixels of one that has too many.
+/// What a sensor sees, without noise; no pixels if it has too many.
 fn frame(scene: &Scene, sensor: &Sensor, at: Duration) -> Value {
     let is_fit = sensor.columns * sensor.rows <= PIXELS_MAX;
     let simulator = is_fit

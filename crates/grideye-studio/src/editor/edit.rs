@@ -1,11 +1,11 @@
-//! Edits of a scene's text: each changes one value, key or table and leaves all others, remarks and layout among them, as
-//! somebody wrote them.
+//! Edits of a scene's text: each changes one value, key or table and preserves everything else, including comments and
+//! layout.
 //!
-//! | room | holds |
+//! | module | holds |
 //! |---|---|
-//! | `change` | what an edit is |
-//! | `remarks` | which remarks between two tables are whose |
-//! | `headers` | the tables of a text in their order, and what stands above each |
+//! | `change` | the kinds of edits |
+//! | `remarks` | which table owns a comment between two tables |
+//! | `headers` | the tables of a text in order, and the text above each |
 //! | `keys`, `tables` | the edits |
 
 mod change;
@@ -19,16 +19,16 @@ pub(super) use change::{EDITS_MAX, Edit};
 use super::fault::Fault;
 use toml_edit::{Document, DocumentMut};
 
-/// The text with one edit made.
+/// The text after one edit.
 ///
 /// # Errors
-/// When there is nothing at the path, or the text is laid out so that more than that would change.
+/// If there is nothing at the path, or the layout of the text would make the edit change more.
 pub(super) fn edited(text: &str, edit: &Edit) -> Result<String, Fault> {
     let document = Document::parse(text).map_err(|error| Fault::of_toml(text, &error))?;
     let mut document = document.into_mut();
     if written(text, &document).trim_end() != text.trim_end() {
         return Err(Fault::unfit(
-            "the scene's text is laid out so that nothing can be changed in it alone",
+            "the layout of the scene's text does not allow editing a single value",
         ));
     }
     match edit {
@@ -41,7 +41,7 @@ pub(super) fn edited(text: &str, edit: &Edit) -> Result<String, Fault> {
     Ok(written(text, &document))
 }
 
-/// The document, with lines that end as those of the text.
+/// The document with the line endings of the text.
 fn written(text: &str, document: &DocumentMut) -> String {
     let made = document.to_string();
     if text.contains("\r\n") {

@@ -1,13 +1,13 @@
-//! What keeps a text from being a scene, and where.
+//! Why a text is not a valid scene, and where.
 
 use grideye_scene::{Place, SceneError};
 use serde_json::{Value, json};
 use std::fmt;
 
-/// What places in the scene's own text name as their file.
+/// The file name in places within the scene's own text.
 pub(super) const ORIGIN: &str = "scene";
 
-/// A fault with its place, if it has one, and what to do about it.
+/// An error with a hint and, if known, its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Fault {
     message: String,
@@ -25,19 +25,19 @@ impl Fault {
         }
     }
 
-    /// An edit that cannot be made; the text is as it was.
+    /// An edit that cannot be applied; the text is unchanged.
     pub(super) fn unfit(message: &str) -> Self {
         Self::new(message, "change it in the scene's text", None)
     }
 
-    /// A file that the scene names, or that an edit is for.
+    /// An error in a file that the scene or an edit names.
     pub(super) fn of_file(file: &str, line: usize, message: &str) -> Self {
         let (file, column) = (file.into(), 1);
         let hint = "a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row";
         Self::new(message, hint, Some(Place { file, line, column }))
     }
 
-    /// A text that is no TOML.
+    /// A text that is not TOML.
     pub(super) fn of_toml(text: &str, error: &toml_edit::TomlError) -> Self {
         let byte = error.span().map_or(0, |span| span.start);
         let before = text.get(..byte).unwrap_or(text);
@@ -49,7 +49,7 @@ impl Fault {
             column: column + 1,
         };
         let message = error.message().trim_end().replace('\n', ", ");
-        let hint = "the text must be TOML before anything in it can be moved";
+        let hint = "correct the TOML; until then nothing can be moved";
         Self::new(&message, hint, Some(place))
     }
 
@@ -57,7 +57,7 @@ impl Fault {
         Self::said(&error.to_string(), error.place())
     }
 
-    /// What is said with its place before it, if it has one, and its hint on a line of its own.
+    /// Splits a message that starts with its place and ends with a hint line.
     pub(super) fn said(said: &str, place: Option<&Place>) -> Self {
         let (message, hint) = parts(said, place);
         let place = place.cloned();
@@ -87,12 +87,11 @@ impl fmt::Display for Fault {
     }
 }
 
-/// Line and column of a place, and its file.
 fn place_json(place: &Place) -> Value {
     json!({ "file": place.file, "line": place.line, "column": place.column })
 }
 
-/// What is said, without the place that stands before it, and the hint behind it.
+/// Splits off the leading place, and the trailing hint.
 fn parts(said: &str, place: Option<&Place>) -> (String, Option<String>) {
     let placed = place.and_then(|place| said.strip_prefix(&format!("{place}: ")));
     let said = placed.unwrap_or(said);

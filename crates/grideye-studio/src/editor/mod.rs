@@ -1,15 +1,15 @@
-//! The scene editor's routes: scenes opened, tried and saved for the page `/editor`.
+//! The scene editor's routes: open, try and save scenes for the page `/editor`.
 //!
 //! | method | path | does |
 //! |---|---|---|
 //! | GET | `/editor` | the page |
-//! | GET | `/v1/editor/scenes/{scene}` | the text of a scene of the folder, with its version |
-//! | POST | `/v1/editor/draft` | makes edits in a text; what is then where, and what every sensor would see |
+//! | GET | `/v1/editor/scenes/{scene}` | a scene's text with its version |
+//! | POST | `/v1/editor/draft` | applies edits to a text; returns the resulting objects and what every sensor would see |
 //! | POST | `/v1/editor/coverage` | where a draft's sensors see a person |
-//! | PUT | `/v1/editor/scenes/{scene}` | saves a text, unless somebody else did meanwhile |
+//! | PUT | `/v1/editor/scenes/{scene}` | saves a text, unless another person saved it meanwhile |
 //!
-//! The page has the text and sends it along: nothing of a draft is kept here. A draft that is no scene is answered with
-//! its fault and the fault's place, like any other: to be wrong for a while is what drafts are for.
+//! The page sends the text with each request: the server keeps no drafts. An invalid draft gets a normal response with
+//! the error and its place, because a draft may be invalid for a while.
 
 mod coverage;
 mod draft;
@@ -39,9 +39,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Bytes of a request: the longest scene and its trajectories, with room for what JSON puts around each character.
+/// Maximum bytes of a request: the longest scene and its trajectories, with room for JSON escapes.
 const BODY_BYTES_MAX: usize = 4 * 1024 * 1024;
-/// Coverage maps that are computed or waited for.
 const MAPS_WAITING_MAX: usize = 4;
 
 /// The routes for a folder of scenes, and the page.
@@ -70,13 +69,13 @@ struct Editor {
     shelf: Shelf,
     catalogue: Catalogue,
     drafts: Desk,
-    /// Apart, so that no drag waits for a map.
+    /// Separate, so that no drag waits for a map.
     maps: Desk,
 }
 
 type Shared = State<Arc<Editor>>;
 
-/// The page changes with the program, so the browser asks for it each time.
+/// The page changes with the program, so browsers revalidate it each time.
 async fn page() -> impl IntoResponse {
     let headers = [
         (header::CONTENT_TYPE, "text/html; charset=utf-8"),
@@ -107,7 +106,7 @@ async fn draft(State(editor): Shared, body: Body) -> Result<Json<Value>, Refusal
 async fn coverage(State(editor): Shared, body: Body) -> Result<Json<Value>, Refusal> {
     let draft: Draft = read(body)?;
     let here = Arc::clone(&editor);
-    // Set when the page goes on to something newer, and with it this request is dropped.
+    // Set when the page sends a newer request, which drops this one.
     let waiting = GivenUp::default();
     let is_given_up = Arc::clone(&waiting.0);
     let work = move || {
@@ -139,24 +138,23 @@ async fn save(
 
 type Body = Result<Bytes, BytesRejection>;
 
-/// The JSON of a request.
 fn read<T: DeserializeOwned>(body: Body) -> Result<T, Refusal> {
     let bytes = body.map_err(|rejected| {
         let what = format!(
-            "{}; at most {BODY_BYTES_MAX} bytes are taken",
+            "{}; at most {BODY_BYTES_MAX} bytes are allowed",
             rejected.body_text()
         );
         Refusal::new(rejected.status(), "no_body", what)
     })?;
     serde_json::from_slice(&bytes).map_err(|error| {
-        let what = format!("the body is none that is understood here: {error}");
+        let what = format!("invalid body: {error}");
         Refusal::new(StatusCode::BAD_REQUEST, "not_understood", what)
             .hint("crates/grideye-studio/README.md has examples")
     })
 }
 
 impl Editor {
-    /// Nothing is saved that could not be opened again.
+    /// Saves only what can be opened again.
     fn check_is_scene(&self, save: &Save) -> Result<(), Refusal> {
         let files = save.files.iter();
         let draft = Draft {
@@ -173,7 +171,7 @@ impl Editor {
         }
     }
 
-    /// Which other scenes go the ways of this one: these change with it.
+    /// The other scenes that share trajectories with this one: saving changes them too.
     fn shared(&self, name: &str) -> Value {
         let scenes = self.catalogue.list().unwrap_or_default();
         let ways = |scene: &Shelved| {
@@ -190,7 +188,7 @@ impl Editor {
     }
 }
 
-/// Tells work that nobody waits for it any more.
+/// Tells the computation that the request was dropped.
 #[derive(Default)]
 struct GivenUp(Arc<AtomicBool>);
 

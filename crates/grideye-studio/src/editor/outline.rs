@@ -1,4 +1,4 @@
-//! Where everything of a scene is at a moment, for the page to draw and to take hold of; meters.
+//! Where everything in a scene is at a moment, for the page to draw and drag; in meters.
 
 use crate::rounding::{flat, hundredths, point};
 use grideye_plan::ground;
@@ -6,17 +6,16 @@ use grideye_scene::{Agent, Body, Scene, Sensor};
 use serde_json::{Map, Value, json};
 use std::time::Duration;
 
-/// Faces of all bodies that are drawn one by one; of those beyond, the boxes around them.
+/// Maximum faces drawn individually; further bodies become boxes.
 const FACES_MAX: usize = 4_000;
-/// Numbers of a list that is shown with its key.
+/// Maximum numbers of a list shown with its key.
 const LIST_MAX: usize = 4;
-/// Way-points that can be taken hold of.
 const WAYPOINTS_MAX: usize = 200;
 
-/// The kinds of tables, as the file has them.
+/// The kinds of tables, as spelled in the file.
 const KINDS: [&str; 4] = ["object", "mosaic", "agent", "sensor"];
 
-/// The room, and everything that the text has a table for, in its order.
+/// The room, and everything with a table in the text, in order.
 pub(super) fn outline(text: &str, scene: &Scene, at: Duration) -> Value {
     let document: toml::Table = text.parse().unwrap_or_default();
     let document = serde_json::to_value(document).unwrap_or_default();
@@ -57,7 +56,6 @@ fn room(scene: &Scene, table: &Value) -> Value {
 struct Drawing<'a> {
     scene: &'a Scene,
     at: Duration,
-    /// Drawn so far.
     faces: usize,
 }
 
@@ -146,7 +144,7 @@ const BOX_FACES: [[usize; 4]; 6] = [
     [1, 3, 7, 5],
 ];
 
-/// The corners of a box, as its faces count them.
+/// The corners of a box, in the order that its faces index.
 fn corners(low: [f64; 3], high: [f64; 3]) -> Vec<[f64; 3]> {
     let ends = [low, high];
     (0..8)
@@ -160,7 +158,7 @@ fn corners(low: [f64; 3], high: [f64; 3]) -> Vec<[f64; 3]> {
         .collect()
 }
 
-/// A mosaic as one box: its position is the middle of the whole's underside.
+/// A mosaic as one box: its position is the center of its underside.
 fn cells(table: &Value) -> Value {
     let number = |key: &str, axis: usize| table[key][axis].as_f64().unwrap_or(0.0) / 1000.0;
     let count = |list: &Value| {
@@ -192,7 +190,7 @@ fn cells(table: &Value) -> Value {
     })
 }
 
-/// Those keys of a table that are a number, a text, a truth or a short list; and those of its parts.
+/// The keys of a table with a number, text, Boolean or short list; also those of its parts.
 fn plain(table: &Value) -> Map<String, Value> {
     let entries = table.as_object().into_iter().flatten();
     let shown = entries.filter_map(|(key, value)| match value {

@@ -1,5 +1,5 @@
-//! The files of the scenes' folder, opened and saved: by plain names only, whole or not at all, and never over what
-//! somebody else wrote meanwhile.
+//! Opens and saves the files of the scenes' folder: by plain names only, whole or not at all, and never over another
+//! person's changes.
 
 use crate::catalogue::{SCENES_MAX, scene_files};
 use crate::disk::{Disk, open_below};
@@ -14,38 +14,35 @@ use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// Bytes of a scene's text, or of a trajectory's, that are edited.
+/// Maximum bytes of an editable scene or trajectory.
 pub(super) const TEXT_BYTES_MAX: usize = 512 * 1024;
-/// Trajectories that are saved with a scene.
 const FILES_MAX: usize = 100;
-/// Characters of a scene's name.
 const NAME_CHARACTERS_MAX: usize = 100;
 
-/// The folder.
 pub(super) struct Shelf {
     folder: PathBuf,
     disk: Disk,
-    /// Held from looking whether a file is as it was until it is written.
+    /// Locked from the version check until the file is written.
     writing: Mutex<()>,
 }
 
-/// A text to be saved, and the version that it was made of.
+/// A text to save, and the version it is based on.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Text {
     pub(super) text: String,
-    /// As it was opened; `None` for a file that is to be new.
+    /// The version when opened; `None` for a new file.
     pub(super) version: Option<String>,
 }
 
-/// A scene to be saved.
+/// A scene to save.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Save {
     pub(super) text: String,
-    /// As it was opened; `None` for one that is to be new.
+    /// The version when opened; `None` for a new scene.
     pub(super) version: Option<String>,
-    /// The trajectories, as the scene names them.
+    /// The trajectories, by the names in the scene.
     #[serde(default)]
     pub(super) files: BTreeMap<String, Text>,
 }
@@ -62,7 +59,7 @@ impl Shelf {
     /// The text of a scene.
     ///
     /// # Errors
-    /// 404 if there is none, 422 if it is too long or no text.
+    /// 404 if there is none, 422 if it is too long or not text.
     pub(super) fn open(&self, name: &str) -> Result<String, Refusal> {
         let path = self.scene_path(name)?;
         self.text_of(&path)?.ok_or_else(|| {
@@ -79,20 +76,20 @@ impl Shelf {
         self.text_of(&self.file_path(relative)?)
     }
 
-    /// The text of whatever file a scene names, of any length that a scene may have.
+    /// The text of any file that a scene names, up to the limit for scenes.
     ///
     /// # Errors
     /// If it cannot be read, or lies elsewhere.
     pub(super) fn read(&self, relative: &str) -> io::Result<String> {
-        let elsewhere = |_refusal| io::Error::other("it is no file below the scenes' folder");
+        let elsewhere = |_refusal| io::Error::other("it is not a file in the scenes' folder");
         let path = self.file_path(relative).map_err(elsewhere)?;
         self.disk.read_below(&self.folder, &path)
     }
 
-    /// Writes the trajectories that changed, and then the scene. What is replaced stays as `NAME.toml~`.
+    /// Writes the changed trajectories, then the scene. A replaced file is kept as `NAME.toml~`.
     ///
     /// # Errors
-    /// 409 if one of the files is not as it was opened, and then nothing is written; 500 if the disk refuses.
+    /// 409 if one of the files changed since it was opened; then nothing is written. 500 if writing fails.
     pub(super) fn save(&self, name: &str, save: &Save) -> Result<Value, Refusal> {
         let scene = self.scene_path(name)?;
         let mut writes = self.changed_files(&save.files)?;
@@ -120,7 +117,7 @@ impl Shelf {
         Ok(json!({ "name": name, "version": version_of(&save.text), "files": versions }))
     }
 
-    /// The files whose text is another one than that which was opened.
+    /// The files with a text other than the opened one.
     fn changed_files<'a>(
         &self,
         files: &'a BTreeMap<String, Text>,
@@ -136,7 +133,7 @@ impl Shelf {
             if !file.ends_with(".csv") {
                 return Err(unusable(
                     "files",
-                    format!("{file:?} is no trajectory: its name ends in .csv"),
+                    format!("{file:?} is not a trajectory: the name must end in .csv"),
                 ));
             }
             Ok((self.file_path(file)?, text))
@@ -149,7 +146,8 @@ impl Shelf {
         if scene.exists() || scenes < SCENES_MAX {
             return Ok(());
         }
-        let what = format!("the folder has {scenes} scenes, and {SCENES_MAX} are listed");
+        let what =
+            format!("the folder already has {scenes} scenes, of which {SCENES_MAX} can be listed");
         Err(
             Refusal::new(StatusCode::INSUFFICIENT_STORAGE, "too_many_scenes", what)
                 .hint("move some to another folder"),
@@ -164,16 +162,16 @@ impl Shelf {
         let file = path.strip_prefix(&self.folder).unwrap_or(path).display();
         let (what, hint) = match (version, now) {
             (None, _) => (
-                format!("there is a file {file} already"),
-                "save under another name, or open that one",
+                format!("the file {file} already exists"),
+                "save under another name, or open the existing file",
             ),
             (Some(_), None) => (
-                format!("{file} was taken away since it was opened"),
+                format!("{file} was deleted since it was opened"),
                 "save under another name to keep yours",
             ),
             (Some(_), Some(_)) => (
                 format!("{file} was changed on the disk since it was opened"),
-                "save under another name to keep both, or open it again to have that one",
+                "save under another name to keep both, or reopen it to get the version on the disk",
             ),
         };
         Err(
@@ -191,13 +189,13 @@ impl Shelf {
             return Ok(self.folder.join(format!("{name}.toml")));
         }
         Err(
-            unusable("scene", format!("{name:?} is no name of a scene")).hint(format!(
-                "1 to {NAME_CHARACTERS_MAX} letters, digits, blanks, - and _"
+            unusable("scene", format!("{name:?} is not a valid scene name")).hint(format!(
+                "1 to {NAME_CHARACTERS_MAX} letters, digits, spaces, - and _"
             )),
         )
     }
 
-    /// Below the folder, also if a link stands in the way.
+    /// The path of a file below the folder, even if a link is in the way.
     fn file_path(&self, relative: &str) -> Result<PathBuf, Refusal> {
         let below = Path::new(relative);
         let is_plain = below.components().all(|part| match part {
@@ -219,7 +217,7 @@ impl Shelf {
         }
         Err(unusable(
             "files",
-            format!("{relative:?} is no file below the scenes' folder"),
+            format!("{relative:?} is not a file in the scenes' folder"),
         ))
     }
 
@@ -236,11 +234,11 @@ impl Shelf {
         let bytes = usize::try_from(bytes).unwrap_or(usize::MAX);
         if bytes > TEXT_BYTES_MAX {
             let what = format!(
-                "{} has {bytes} bytes, and {TEXT_BYTES_MAX} are edited here",
+                "{} has {bytes} bytes; at most {TEXT_BYTES_MAX} can be edited here",
                 path.display()
             );
             return Err(unusable("scene", what)
-                .hint("use an editor for text, and put meshes into files of their own"));
+                .hint("use a text editor, and put meshes into separate files"));
         }
         match (self.disk.read)(file) {
             Ok(text) => Ok(Some(text)),
@@ -251,7 +249,7 @@ impl Shelf {
         }
     }
 
-    /// Keeps what is about to be replaced beside it.
+    /// Keeps a copy of the file that is about to be replaced.
     fn keep_old(&self, path: &Path) -> Result<(), io::Error> {
         let mut old = match open_below(&self.folder, path) {
             Ok(old) => old,
@@ -270,7 +268,7 @@ impl Shelf {
     }
 }
 
-/// What tells one text from any other.
+/// A hash that identifies a text.
 pub(super) fn version_of(text: &str) -> String {
     let digest = digest(&SHA256, text.as_bytes());
     let bytes = digest.as_ref().iter();
@@ -279,9 +277,8 @@ pub(super) fn version_of(text: &str) -> String {
 
 fn failed(path: &Path, error: &io::Error) -> Refusal {
     let what = format!("{}: {error:#}", path.display());
-    Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, "folder_failed", what).hint(
-        "see that the collector may write into the folder of scenes, and that its disk has room",
-    )
+    Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, "folder_failed", what)
+        .hint("check that the collector may write to the scenes' folder and that its disk has room")
 }
 
 fn unusable(field: &'static str, what: String) -> Refusal {

@@ -1,4 +1,4 @@
-//! The routes through the collector's own router, without a socket.
+//! Tests the routes through the collector's own router, without a socket.
 
 use super::annex;
 use crate::testing::{app, ask, says};
@@ -38,7 +38,7 @@ azimuth_deg = 0
 ";
 const WAY: &str = "# to the window\nx_mm,y_mm,z_mm\n500,1000,0\n3500,1000,0\n";
 
-/// A folder with one scene and its way, and the collector's routes on it.
+/// A folder with one scene and its trajectory, and the collector's routes on it.
 struct Page {
     folder: tempfile::TempDir,
     app: Routes,
@@ -59,7 +59,6 @@ impl Page {
         self.folder.path().join("scenes").join(file)
     }
 
-    /// What is answered to `draft` or `coverage`.
     async fn post(&self, what: &str, body: Value) -> (u16, Value) {
         let path = format!("/v1/editor/{what}");
         ask(&self.app, Method::POST, &path, Some(&body)).await
@@ -84,7 +83,7 @@ impl Page {
     }
 }
 
-/// The status and the code of a refusal.
+/// The status and code of an error response.
 fn code((status, answer): &(u16, Value)) -> (u16, &str) {
     (
         *status,
@@ -92,7 +91,7 @@ fn code((status, answer): &(u16, Value)) -> (u16, &str) {
     )
 }
 
-/// What the simulator itself says of a text.
+/// What the simulator itself gives for a text.
 fn simulated(text: &str, way: &str, second: u64) -> Vec<f64> {
     let files = |_: &str| Ok(way.to_owned());
     let scene = Scene::parse(text, "scene", &files).unwrap().scene;
@@ -136,7 +135,7 @@ async fn a_draft_shows_what_is_where_and_what_every_sensor_sees() {
 }
 
 #[tokio::test]
-async fn edits_move_what_is_seen_and_keep_every_remark() {
+async fn edits_change_the_frames_and_keep_every_comment() {
     let page = Page::new().await;
     let edits = json!([
         { "does": "set", "path": ["sensor", 0, "position_mm"], "to": [1500, 2000, 2700] },
@@ -162,7 +161,7 @@ async fn another_second_has_people_elsewhere_and_one_beyond_the_end_is_the_last(
 }
 
 #[tokio::test]
-async fn a_draft_that_is_no_scene_names_its_fault_and_the_place() {
+async fn an_invalid_draft_names_its_error_and_place() {
     let page = Page::new().await;
     let outside =
         json!([{ "does": "set", "path": ["sensor", 0, "position_mm"], "to": [9000, 2000, 2700] }]);
@@ -213,23 +212,23 @@ async fn a_scene_is_opened_changed_and_saved_with_the_old_one_kept() {
     );
     assert_eq!([disk("room.toml~"), disk("ways/way.csv~")], [ROOM, WAY]);
     assert_eq!(page.open("room").await.1["version"], saved["version"]);
-    // A second time with what was opened at first: somebody has saved meanwhile.
+    // A second save based on the first version: the file has changed meanwhile.
     let refused = page.save("room", body).await;
     assert_eq!(code(&refused), (409, "changed_meanwhile"));
     assert_eq!(disk("room.toml"), text);
 }
 
 #[tokio::test]
-async fn what_somebody_else_wrote_is_never_written_over() {
+async fn another_persons_changes_are_never_overwritten() {
     let page = Page::new().await;
     let (_, opened) = page.open("room").await;
     let new = ROOM.replace("= 20\n", "= 22\n");
-    // Under a name that is taken.
+    // With a name that is taken.
     let (status, _) = page
         .save("room", json!({ "text": new, "version": null }))
         .await;
     assert_eq!(status, 409);
-    // A way that changed on the disk keeps the scene from being saved as well.
+    // A trajectory that changed on the disk blocks saving the scene too.
     fs::write(page.scene("ways/way.csv"), WAY.replace("500", "600")).unwrap();
     let files = json!({ "ways/way.csv": { "text": WAY.replace("500", "700"), "version": "old" } });
     let body = json!({ "text": new, "version": opened["version"], "files": files });
@@ -248,7 +247,7 @@ async fn what_somebody_else_wrote_is_never_written_over() {
             && refused["error"]["message"]
                 .as_str()
                 .unwrap()
-                .contains("taken away")
+                .contains("was deleted")
     );
     assert!(!page.scene("room.toml").exists());
 }
@@ -269,7 +268,7 @@ async fn a_link_out_of_the_folder_is_followed_neither_to_read_nor_to_write() {
     assert_eq!(status, 422, "{said}");
     let message = said["error"]["message"].as_str().unwrap();
     assert!(
-        message.ends_with("linked.toml: it is no file below the scenes' folder"),
+        message.ends_with("linked.toml: it is not a file in the scenes' folder"),
         "{said}"
     );
     for version in [json!(null), json!(version)] {
@@ -285,8 +284,8 @@ async fn a_link_out_of_the_folder_is_followed_neither_to_read_nor_to_write() {
     }
     let sly = ROOM.replace("ways/way.csv", "ways/linked.csv");
     let fault = page.draft(&sly, json!([])).await["fault"].clone();
-    says(&fault["message"], "it is no file below the scenes' folder");
-    // A link to nothing is no way to make a file elsewhere, and one to another scene of the folder is fine.
+    says(&fault["message"], "it is not a file in the scenes' folder");
+    // A dangling link must not create a file elsewhere; a link to another scene of the folder is fine.
     std::os::unix::fs::symlink(
         page.folder.path().join("made.toml"),
         page.scene("made.toml"),
@@ -335,14 +334,14 @@ async fn names_that_lead_out_of_the_folder_are_refused() {
     }
     assert_eq!(fs::read_to_string(secret).unwrap(), "secret");
     assert!(!page.scene("new.toml").exists());
-    // A scene that names such a file is told that it cannot be read, and not what it holds.
+    // A scene that names such a file gets an error without the file's contents.
     let sly = ROOM.replace("ways/way.csv", "out/secret.csv");
     let fault = page.draft(&sly, json!([])).await["fault"].clone();
     says(&fault["message"], "cannot read");
 }
 
 #[tokio::test]
-async fn what_is_no_scene_or_too_long_is_not_saved() {
+async fn an_invalid_or_too_long_scene_is_not_saved() {
     let page = Page::new().await;
     let refused = page
         .save("new", json!({ "text": "[room]\n", "version": null }))
@@ -370,7 +369,7 @@ async fn what_is_no_scene_or_too_long_is_not_saved() {
 #[tokio::test]
 async fn the_map_says_where_a_person_is_seen() {
     let page = Page::new().await;
-    // A wall of a wardrobe between the sensor in one corner and the other half of the room.
+    // A wall of wardrobe between the sensor and the other half of the room.
     let text = "[room]\nsize_mm = [4000, 4000, 2500]\nambient_c = 20\n[[object]]\nname = \"wall\"\nposition_mm = [2000, 2000, 0]\nsize_mm = [200, 4000, 2500]\n[[sensor]]\nname = \"s\"\npreset = \"grid-eye\"\nposition_mm = [1000, 2000, 2500]\nelevation_deg = 90\nazimuth_deg = 0\n";
     let body = json!({ "text": text });
     let (status, answer) = page.post("coverage", body).await;
@@ -400,7 +399,7 @@ async fn the_map_says_where_a_person_is_seen() {
 }
 
 #[test]
-fn a_map_that_nobody_waits_for_is_given_up() {
+fn an_abandoned_map_stops() {
     let files = |_: &str| Ok(WAY.to_owned());
     let scene = Scene::parse(ROOM, "scene", &files).unwrap().scene;
     let waiting = super::GivenUp::default();
@@ -419,13 +418,13 @@ fn a_map_that_nobody_waits_for_is_given_up() {
 }
 
 #[tokio::test]
-async fn scenes_that_go_the_same_ways_are_named() {
+async fn scenes_with_shared_trajectories_are_named() {
     let page = Page::new().await;
     fs::write(page.scene("other.toml"), ROOM.replace("cube", "box")).unwrap();
     assert_eq!(page.open("room").await.1["shared"], json!(["other"]));
 }
 
-/// Every scene of the repository can be opened, shown, and changed by one number, with all its remarks.
+/// Every scene of the repository can be opened, shown, and changed in one number, with all its comments.
 #[tokio::test]
 async fn every_scene_of_the_repository_is_shown_and_changed() {
     let page = Page::new().await;

@@ -1,33 +1,32 @@
-//! Edits of a trajectory's text, row by row; remarks and layout stay.
+//! Edits a trajectory's text row by row; comments and layout stay.
 
 use super::fault::Fault;
 use serde::Deserialize;
 use std::ops::Range;
 
-/// Way-points of a trajectory that is made here.
 const POINTS_MAX: usize = 100;
 
-/// One edit of a trajectory. Rows are way-points, counted from 0; lengths are millimeters.
+/// One edit of a trajectory. Rows are waypoints, counted from 0; lengths are millimeters.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(tag = "does", rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) enum WayEdit {
-    /// Puts a way-point somewhere else.
+    /// Moves a waypoint.
     MoveWayPoint {
         file: String,
         row: usize,
         to_mm: [f64; 3],
     },
-    /// Puts one more behind another.
+    /// Adds a waypoint after another.
     AddWayPoint {
         file: String,
         after: usize,
         at_mm: [f64; 3],
     },
-    /// Takes one away; the last one stays.
+    /// Deletes a waypoint; the last one stays.
     RemoveWayPoint { file: String, row: usize },
-    /// Puts the whole way somewhere else.
+    /// Moves the whole trajectory.
     ShiftWay { file: String, by_mm: [f64; 3] },
-    /// Makes a trajectory that is not there yet.
+    /// Creates a trajectory.
     NewWay {
         file: String,
         points_mm: Vec<[f64; 3]>,
@@ -46,10 +45,10 @@ impl WayEdit {
     }
 }
 
-/// The trajectory's text with the edit made; `text` is what there is of it so far.
+/// The trajectory's text after the edit; `text` is the current one, if any.
 ///
 /// # Errors
-/// When there is no such row, or the text is no trajectory.
+/// If there is no such row, or the text is not a trajectory.
 pub(super) fn edited(text: Option<&str>, edit: &WayEdit) -> Result<String, Fault> {
     let file = edit.file();
     let known = || text.ok_or_else(|| Fault::of_file(file, 1, "there is no such trajectory"));
@@ -76,11 +75,11 @@ pub(super) fn edited(text: Option<&str>, edit: &WayEdit) -> Result<String, Fault
 
 fn new_way(file: &str, text: Option<&str>, points_mm: &[[f64; 3]]) -> Result<String, Fault> {
     if text.is_some() {
-        let what = "there is a trajectory of this name already";
+        let what = "a trajectory with this name already exists";
         return Err(Fault::of_file(file, 1, what));
     }
     if points_mm.is_empty() || points_mm.len() > POINTS_MAX {
-        let what = format!("{} way-points, expected 1 to {POINTS_MAX}", points_mm.len());
+        let what = format!("{} waypoints, expected 1 to {POINTS_MAX}", points_mm.len());
         return Err(Fault::of_file(file, 1, &what));
     }
     let rows = points_mm
@@ -91,12 +90,12 @@ fn new_way(file: &str, text: Option<&str>, points_mm: &[[f64; 3]]) -> Result<Str
 
 const AXES: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
 
-/// Where the header and the way-points of a trajectory stand in its text.
+/// The positions of header and waypoints in a trajectory's text.
 struct Rows<'a> {
     file: &'a str,
     text: &'a str,
     header: Vec<&'a str>,
-    /// The bytes of each row, without its line's end.
+    /// The bytes of each row, without line ending.
     lines: Vec<Range<usize>>,
 }
 
@@ -112,7 +111,13 @@ impl<'a> Rows<'a> {
                 lines.push(range);
             }
         }
-        let unusual = || Fault::of_file(file, 1, "this trajectory is written in an unusual way");
+        let unusual = || {
+            Fault::of_file(
+                file,
+                1,
+                "this trajectory has an unusual layout and cannot be edited here",
+            )
+        };
         if lines.is_empty() || text.contains('"') {
             return Err(unusual());
         }
@@ -134,7 +139,7 @@ impl<'a> Rows<'a> {
         self.header.iter().position(|known| *known == name)
     }
 
-    /// The bytes of a field, without the blanks around it.
+    /// The bytes of a field, trimmed.
     fn field(&self, row: usize, name: &str) -> Option<Range<usize>> {
         let column = self.column(name)?;
         let line = self.lines.get(row)?.clone();
@@ -164,11 +169,11 @@ impl<'a> Rows<'a> {
             .get(row)
             .and_then(|line| self.text.get(..line.start));
         let line = 1 + before.unwrap_or_default().matches('\n').count();
-        let what = format!("there is no way-point {} of three numbers", row + 1);
+        let what = format!("there is no waypoint {} with three numbers", row + 1);
         Fault::of_file(self.file, line, &what)
     }
 
-    /// What is to be replaced so that a row is at another place.
+    /// The replacements that move a row.
     fn placed(&self, row: usize, to_mm: [f64; 3]) -> Result<Vec<(Range<usize>, String)>, Fault> {
         let at_mm = self.at_mm(row)?;
         let axes = AXES.into_iter().zip(at_mm.into_iter().zip(to_mm));
@@ -178,8 +183,8 @@ impl<'a> Rows<'a> {
         fields.ok_or_else(|| self.no_row(row))
     }
 
-    /// The text with one more way-point. One with a time comes in the middle of those beside it, or a second after the
-    /// last.
+    /// The text with one more waypoint. If waypoints have times, it gets the mean of its neighbors' times, or one
+    /// second after the last.
     fn with(&self, after: usize, at_mm: [f64; 3]) -> Result<String, Fault> {
         let line = self.lines.get(after).ok_or_else(|| self.no_row(after))?;
         let field = |name: &&str| match *name {
@@ -211,7 +216,7 @@ impl<'a> Rows<'a> {
     fn without(&self, row: usize) -> Result<String, Fault> {
         let line = self.lines.get(row).ok_or_else(|| self.no_row(row))?;
         if self.lines.len() == 1 {
-            let what = "a way has one way-point at least";
+            let what = "a trajectory needs at least one waypoint";
             return Err(Fault::of_file(self.file, 1, what));
         }
         let rest = self.text.get(line.end..).unwrap_or_default();
@@ -230,10 +235,10 @@ fn spliced(text: &str, mut splices: Vec<(Range<usize>, String)>) -> String {
     made
 }
 
-/// A length or a time as files have it: to a thousandth.
+/// A length or a time with up to three decimals.
 fn length(number: f64) -> String {
     let rounded = (number * 1000.0).round() / 1000.0;
-    // Not the zero with a sign.
+    // Avoids negative zero.
     (rounded + 0.0).to_string()
 }
 
@@ -272,7 +277,7 @@ mod tests {
         assert_eq!(with, WAY.replace("1340,0\n", "1340,0\n1,2,0\n"));
         let remove = json!({ "does": "remove-way-point", "file": "w.csv", "row": 1 });
         assert_eq!(made(&with, remove).unwrap(), WAY);
-        // Between the end of the stay at the first, second 2, and second 8.
+        // Between the end of the first stay, second 2, and second 8.
         let timed = made(TIMED, add(0)).unwrap();
         assert_eq!(timed, TIMED.replace("0,2\r\n", "0,2\r\n5,1,2,0,0\r\n"));
         let last = made(TIMED, add(1)).unwrap();
@@ -294,12 +299,12 @@ mod tests {
     }
 
     #[test]
-    fn rows_and_texts_that_are_none_are_refused() {
+    fn invalid_rows_and_texts_are_rejected() {
         let shift = json!({ "does": "shift-way", "file": "w", "by_mm": [1, 1, 1] });
         let remove = |row: usize| json!({ "does": "remove-way-point", "file": "w", "row": row });
         for (text, edit, why) in [
-            (WAY, remove(2), "no way-point 3"),
-            ("x_mm,y_mm,z_mm\n1,2,3\n", remove(0), "one way-point"),
+            (WAY, remove(2), "no waypoint 3"),
+            ("x_mm,y_mm,z_mm\n1,2,3\n", remove(0), "one waypoint"),
             ("x_mm,y_mm,z_mm\n1,b,3\n", shift.clone(), "three numbers"),
             ("a,b\n1,2\n", shift.clone(), "unusual"),
             ("", shift, "unusual"),

@@ -35,7 +35,7 @@ const VALUES: &[(&[&str], &[&str])] = &[
     (&["--device", "/dev/i2c-1048576"], &["1048576", "hint:"]),
     (
         &["--sensor", "a=x:0x69"],
-        &["no number of a bus: x", "hint:"],
+        &["invalid bus number: x", "hint:"],
     ),
     (&["--sensor", "a=1:0x70.9:0x69"], &["channels 0 to 7"]),
     (&["--address", "0x70"], &["0x68 or 0x69"]),
@@ -114,7 +114,7 @@ fn sensors_and_their_places_are_checked() {
         ),
         (
             &["left=1:0x71.1:0x68", "right=1:0x70.1:0x68"],
-            &["one a bus", "hint:"],
+            &["only one per bus", "hint:"],
         ),
         (&["wide"], &["wide", "80 x 60", "8 x 8", "hint:"]),
     ] {

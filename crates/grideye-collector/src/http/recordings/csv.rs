@@ -1,4 +1,4 @@
-//! A recording as a CSV file.
+//! Writes a recording as CSV.
 
 use crate::http::recordings::download::{self, Form};
 use crate::http::recordings::fields::{csv_headers, not_written};

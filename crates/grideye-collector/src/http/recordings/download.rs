@@ -1,4 +1,4 @@
-//! How the frames of a recording are sent: page by page from the store, in one form or another.
+//! Sends the frames of a recording, page by page from the store, in a given format.
 
 use crate::http::state::AppState;
 use crate::store::{Members, Span, StoredRecord};
@@ -7,21 +7,20 @@ use std::io;
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 
-/// Pages of a download that are ready before the peer takes them.
+/// Pages buffered ahead of the receiver.
 const PAGES_READY_MAX: usize = 2;
 
-/// A form in which rows are written.
 pub(super) trait Form: Send + 'static {
     fn write(&mut self, stream: usize, row: StoredRecord) -> io::Result<()>;
 
-    /// What is to be sent before the first row was asked for, and after each page.
+    /// The bytes to send before the first row, and after each page.
     fn take(&mut self) -> Vec<u8>;
 
     /// The bytes after the last page.
     fn finish(self) -> io::Result<Vec<u8>>;
 }
 
-/// The recording in that form, as the body of an answer.
+/// The recording in this format, as a response body.
 pub(super) fn body(state: AppState, members: Members, form: impl Form) -> Body {
     let (pages, ready) = mpsc::channel(PAGES_READY_MAX);
     tokio::spawn(download(state, members, form, pages));
@@ -38,7 +37,7 @@ async fn download(state: AppState, members: Members, form: impl Form, pages: Pag
         _ = stopping.wait_for(|stopping| *stopping) => Err(io::Error::other("the collector is stopping")),
     };
     if let Err(error) = written {
-        // The one who asked may have gone.
+        // The receiver may be gone.
         let _ = pages.send(Err(error)).await;
     }
 }
@@ -65,7 +64,7 @@ async fn write_pages(
     send(pages, form.finish()?).await
 }
 
-/// The next rows of a span; none after its end.
+/// The next rows of a span; empty at its end.
 async fn page(
     state: &AppState,
     span: &Span,

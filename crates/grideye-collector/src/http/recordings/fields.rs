@@ -1,4 +1,4 @@
-//! What the requests about recordings have in common: numbers, texts, and what a file is called.
+//! Shared by the requests about recordings: numbers, texts, and file names.
 
 use crate::http::refusal::Refusal;
 use crate::percent::percent_encoded;
@@ -17,7 +17,7 @@ pub(super) fn parse_id(text: &str) -> Result<RecordingId, Refusal> {
     })
 }
 
-/// The text of a field, without white space around it.
+/// The text of a field, trimmed.
 pub(super) fn text_of(
     fields: &Map<String, Value>,
     field: &'static str,
@@ -29,7 +29,7 @@ pub(super) fn text_of(
     Ok(text.trim().to_owned())
 }
 
-/// The headers of a CSV file of that name.
+/// The headers of a CSV file with this name.
 pub(super) fn csv_headers(name: &str, extension: &str) -> [(HeaderName, HeaderValue); 2] {
     let kind = HeaderValue::from_static("text/csv; charset=utf-8; header=present");
     let name = attachment(name, extension);
@@ -39,7 +39,6 @@ pub(super) fn csv_headers(name: &str, extension: &str) -> [(HeaderName, HeaderVa
     ]
 }
 
-/// A file that could not be made.
 #[expect(
     clippy::needless_pass_by_value,
     reason = "it stands where map_err wants a function of the error"
@@ -49,7 +48,7 @@ pub(super) fn not_written(error: impl ToString) -> Refusal {
     Refusal::new(status, "not_written", error.to_string())
 }
 
-/// The header `content-disposition`: a plain name for old programs, the exact one for the others (RFC 6266).
+/// The header `content-disposition`: a plain name for old programs, the exact one for others (RFC 6266).
 #[must_use]
 pub fn attachment(name: &str, extension: &str) -> HeaderValue {
     let plain: String = name

@@ -1,10 +1,10 @@
-//! The frames of a recording for the page that plays it: one answer of rows that are all of one length, little-endian.
+//! The frames of a recording for playback in the page: one response with rows of fixed length, little-endian.
 //!
 //! | bytes | what |
 //! |---|---|
 //! | 4 | the mark `GEF1` |
-//! | 4 | length of the head in bytes, a multiple of 8 with what fills it up |
-//! | … | the head: JSON, filled up with spaces |
+//! | 4 | length of the head in bytes, a multiple of 8 including padding |
+//! | … | the head: JSON, padded with spaces |
 //! | 168 each | the rows, ordered by stream and sequence number |
 //!
 //! | at | type | of a row |
@@ -14,8 +14,8 @@
 //! | 16 | i64 | `t_utc_ns` |
 //! | 24 | i64 | `t_arrival_ns` |
 //! | 32 | u16 | index of the stream |
-//! | 34 | u8 | 0: a frame; otherwise 1 + index of the reason why there is none |
-//! | 35 | u8 | index of the clock's state |
+//! | 34 | u8 | 0: a frame; otherwise 1 + index of the reason why it is missing |
+//! | 35 | u8 | index of the clock state |
 //! | 36 | i16 | thermistor in steps; 0 without a frame |
 //! | 38 | u16 | 0 |
 //! | 40 | 64 × i16 | pixels in steps, pixel 1 first; 0 without a frame |
@@ -36,7 +36,7 @@ use std::io;
 const MAGIC: &[u8; 4] = b"GEF1";
 const ROW_BYTES: usize = 40 + 2 * PIXELS;
 
-/// All rows of the recording, if they are not too many for a browser to hold.
+/// All rows of the recording, unless they are too many for a browser.
 pub(super) fn answer(state: AppState, members: Members) -> Result<Response, Refusal> {
     let rows = members
         .recording
@@ -45,12 +45,10 @@ pub(super) fn answer(state: AppState, members: Members) -> Result<Response, Refu
     let rows_max = state.limits().playback_rows_max;
     if rows > rows_max {
         let id = members.recording.id;
-        let what =
-            format!("recording {id} has {rows} rows, and {rows_max} can be played in a browser");
+        let what = format!("recording {id} has {rows} rows; a browser can play at most {rows_max}");
         return Err(
-            Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "too_long_to_play", what).hint(format!(
-                "GET /v1/recordings/{id}.csv has all of it; shorter recordings can be played"
-            )),
+            Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "too_long_to_play", what)
+                .hint(format!("GET /v1/recordings/{id}.csv downloads all of it")),
         );
     }
     let frames = Rows {
@@ -144,7 +142,7 @@ impl Rows {
     }
 }
 
-/// Where something stands in the list of its kind.
+/// The index of a value in the list of its kind.
 fn index_in<T: PartialEq>(all: &[T], one: &T) -> Result<u8, &'static str> {
     let index = all.iter().position(|other| other == one);
     index

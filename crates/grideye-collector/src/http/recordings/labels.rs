@@ -1,4 +1,4 @@
-//! Labels on a recording: what was to be seen in which of its frames.
+//! Labels of recordings, over HTTP.
 
 use crate::http::body::read_object;
 use crate::http::recordings::fields::{csv_headers, not_written, parse_id, text_of};
@@ -81,13 +81,13 @@ fn ranges(kept: &KeptLabel) -> impl Iterator<Item = LabeledFrames<'_>> {
     })
 }
 
-/// The pages that play the recording ask for its labels again.
+/// Makes pages that play the recording reload its labels.
 fn tell(state: &AppState, id: RecordingId) {
     let changed = json!({ "recording": id.0 });
     state.0.live.tell(Event::new("labels", &changed));
 }
 
-/// The label in the body; whether its frames are there is not looked at.
+/// The label in the body; does not check that its frames exist.
 fn label_in(fields: &Map<String, Value>, limits: &Limits) -> Result<Label, Refusal> {
     let name = text_of(fields, "name", HINT)?;
     let chars_max = limits.label_name_chars_max;
@@ -97,7 +97,7 @@ fn label_in(fields: &Map<String, Value>, limits: &Limits) -> Result<Label, Refus
         spans.ok_or_else(|| Refusal::wrong_value("spans", "expected spans to be a list", HINT))?;
     if spans.is_empty() || spans.len() > limits.label_spans_max {
         let (found, most) = (spans.len(), limits.label_spans_max);
-        let what = format!("a label has 1 to {most} spans, and these are {found}");
+        let what = format!("a label has 1 to {most} spans, found {found}");
         return Err(Refusal::wrong_value("spans", what, HINT));
     }
     let spans = spans.iter().enumerate().map(|(index, span)| {
@@ -114,7 +114,7 @@ fn check_name(name: &str, chars_max: usize) -> Result<(), String> {
     let chars = name.chars().count();
     if chars == 0 || chars > chars_max {
         return Err(format!(
-            "a label has 1 to {chars_max} characters, and this has {chars}"
+            "a label has 1 to {chars_max} characters, found {chars}"
         ));
     }
     match name.chars().find(|character| character.is_control()) {
@@ -123,14 +123,12 @@ fn check_name(name: &str, chars_max: usize) -> Result<(), String> {
     }
 }
 
-/// Labels are of frames that the recording has, or says that it lacks.
+/// A label may cover only numbers that the recording spans, including missing frames.
 fn check_span(index: usize, span: &LabelSpan, members: &Members) -> Result<(), Refusal> {
     let wrong = |what: String| Refusal::wrong_value(span_at(index), what, HINT);
     let (first, last) = (span.first_seq, span.last_seq);
     if first > last {
-        return Err(wrong(format!(
-            "first_seq {first} is behind last_seq {last}"
-        )));
+        return Err(wrong(format!("first_seq {first} is after last_seq {last}")));
     }
     let id = members.recording.id;
     let found = members.spans.iter().find(|member| {
@@ -139,14 +137,14 @@ fn check_span(index: usize, span: &LabelSpan, members: &Members) -> Result<(), R
     });
     let Some(member) = found else {
         return Err(wrong(format!(
-            "recording {id} has nothing of sensor {} of {}, run {}",
+            "recording {id} has no frames of sensor {} of {}, boot {}",
             span.sensor, span.device, span.boot
         )));
     };
     let (from, to) = member.seqs();
     if first < from || last > to {
         return Err(wrong(format!(
-            "recording {id} has frames {from} to {to} of this sensor, and not all of {first} to {last}"
+            "recording {id} has frames {from} to {to} of this sensor, which do not include all of {first} to {last}"
         )));
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! Recordings: start, stop, note, list, and one with its frames.
+//! Handlers that start, stop, annotate, list and return recordings.
 
 use crate::http::body::read_object;
 use crate::http::recordings::fields::{parse_id, text_of};
@@ -58,7 +58,7 @@ pub(crate) async fn note(
     Ok(tell(&state, &recording))
 }
 
-/// The recording for who changed it; all pages are told that one changed.
+/// Returns the recording to the caller, and tells all pages that one changed.
 fn tell(state: &AppState, recording: &Recording) -> Json<Value> {
     state.0.live.tell(Event::new("recordings", &json!({})));
     Json(recording_json(recording))
@@ -96,7 +96,7 @@ fn recording_json(recording: &Recording) -> Value {
     })
 }
 
-/// The text of the one field that the body may have, without white space around it.
+/// The text of the body's only field, trimmed.
 async fn text_in(
     state: &AppState,
     request: Request,
@@ -107,7 +107,7 @@ async fn text_in(
     text_of(&fields, field, hint)
 }
 
-/// A note is one line of text, or nothing.
+/// A note is one line of text, or empty.
 fn check_note(note: &str, chars_max: usize) -> Result<(), String> {
     check_length("note", note, chars_max)?;
     match note.chars().find(|character| character.is_control()) {
@@ -116,7 +116,7 @@ fn check_note(note: &str, chars_max: usize) -> Result<(), String> {
     }
 }
 
-/// A recording's name becomes a file's name.
+/// A recording's name becomes a file name.
 fn check_name(name: &str, chars_max: usize) -> Result<(), String> {
     if name.is_empty() {
         return Err("a recording needs a name".to_owned());
@@ -128,7 +128,7 @@ fn check_name(name: &str, chars_max: usize) -> Result<(), String> {
     let is_bad = |character: &char| character.is_control() || r#"/\:*?"<>|"#.contains(*character);
     match name.chars().find(is_bad) {
         Some(character) => Err(format!(
-            "the name may not contain {character:?}, which no file name should"
+            "the name may not contain {character:?}, because it becomes a file name"
         )),
         None => Ok(()),
     }
@@ -137,7 +137,7 @@ fn check_name(name: &str, chars_max: usize) -> Result<(), String> {
 fn check_length(what: &str, text: &str, chars_max: usize) -> Result<(), String> {
     match text.chars().count() {
         chars if chars > chars_max => Err(format!(
-            "the {what} has {chars} characters, and {chars_max} are allowed"
+            "the {what} has {chars} characters; at most {chars_max} are allowed"
         )),
         _ => Ok(()),
     }

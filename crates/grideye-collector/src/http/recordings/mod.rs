@@ -1,4 +1,4 @@
-//! Recordings: start, stop, note, list, their frames, and labels on them.
+//! Recordings: start, stop, note, list, frames, and labels.
 
 mod csv;
 mod download;

@@ -1,4 +1,4 @@
-//! The file that is migrated from, and the database that is migrated to.
+//! The two ends of a migration: the file it reads and the database it writes.
 
 use crate::limits::Limits;
 use crate::store::error::{Result, StoreError};
@@ -14,7 +14,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use std::sync::Arc;
 
-/// The file, locked against writers until [`Source::unlock`].
+/// The SQLite file, locked against writers until [`Source::unlock`].
 pub(super) struct Source {
     connection: Connection,
     pub(super) streams: Vec<SourceStream>,
@@ -33,7 +33,7 @@ pub(super) struct SourceStream {
     pub(super) number: i32,
 }
 
-/// The file's number of a stream, and a row of it.
+/// The file's key of a stream, and one of its rows.
 pub(super) type SourceRow = (i64, SealedRow);
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,7 +44,7 @@ pub(super) struct Cursor {
 }
 
 impl SourceStream {
-    /// All of the stream, for a store with this key of it: the file's own, or the number in the database.
+    /// The whole stream, for the store that knows it by this key: the file's key, or the number in the database.
     pub(super) fn span(&self, stream_key: i64) -> Span {
         Span {
             stream: Arc::new(self.id.clone()),
@@ -60,7 +60,7 @@ impl Source {
         let mut connection = sqlite::open_store(file, limits)?;
         sqlite::prepare(&mut connection, file)?;
         sqlite::settle(&connection, limits)?;
-        // The lock stays with the connection: nobody adds to the file while it is copied.
+        // The connection holds the lock: nobody adds to the file while it is copied.
         connection.execute_batch("BEGIN IMMEDIATE")?;
         let streams = streams(&connection)?;
         let sql = "SELECT epoch, groups, (SELECT coalesce(max(t_last_arrival_ns), 0) FROM streams),
@@ -69,7 +69,7 @@ impl Source {
             connection.query_row(sql, [], |row| {
                 Ok((row.get(0)?, row.get(1)?, row.get(2)?, row.get(3)?))
             })?;
-        // What was deleted cannot be copied, and its numbers stay known.
+        // Deleted rows cannot be copied, but their numbers stay known.
         let sql = "SELECT coalesce(sum(last_seq - first_seq + 1), 0), coalesce(sum(frames), 0) FROM chunks";
         let (rows, frames): (i64, i64) =
             connection.query_row(sql, [], |row| Ok((row.get(0)?, row.get(1)?)))?;
@@ -89,7 +89,7 @@ impl Source {
         Ok(self.connection.execute_batch("COMMIT")?)
     }
 
-    /// Tells whether a copy that was begun was one of this file as it is now.
+    /// Identifies the state of the file, so that a later migration resumes only a copy of the same state.
     pub(super) fn fingerprint(&self) -> String {
         format!(
             "{} streams, {} rows, {} frames, {} recordings, epoch {}, group {} at {}",
@@ -103,7 +103,7 @@ impl Source {
         )
     }
 
-    /// The next rows with their streams, ordered by stream and number: whole chunks, until there are as many rows.
+    /// The next rows with their streams, ordered by stream and number: whole chunks, until there are at least `rows`.
     pub(super) fn page(&self, after: &Cursor, rows: usize) -> Result<Vec<SourceRow>> {
         let mut statement = self.connection.prepare_cached(
             "SELECT first_seq, last_seq, epoch, is_sealed, rows, stream_id FROM chunks
@@ -119,7 +119,7 @@ impl Source {
         Ok(frames)
     }
 
-    /// The one value of a query.
+    /// The single value of a query.
     fn text(&self, sql: &str, parameters: impl Params) -> Result<String> {
         let mut statement = self.connection.prepare_cached(sql)?;
         Ok(statement.query_row(parameters, |row| row.get(0))?)
@@ -144,8 +144,8 @@ fn streams(connection: &Connection) -> Result<Vec<SourceStream>> {
     Ok(streams)
 }
 
-/// What names a stream's frames, by its key and its number in the database: read as JSON with the names of the database's
-/// columns, and written from it.
+/// For each table of a stream: SQL that reads its rows as JSON with the database's column names, by the stream's key
+/// and its number in the database, and SQL that writes them.
 const OF_STREAMS: [(&str, &str); 3] = [
     (
         "SELECT json_group_array(json_object('device', device, 'stream', ?2, 'sensor', sensor, 'boot', boot,
@@ -167,7 +167,7 @@ const OF_STREAMS: [(&str, &str); 3] = [
     ),
 ];
 
-/// The same of all recordings.
+/// The same for the tables of recordings.
 const OF_RECORDINGS: [(&str, &str); 3] = [
     (
         "SELECT json_group_array(json_object('id', id, 'name', name, 't_start_ns', t_start_ns, 't_stop_ns', t_stop_ns,
@@ -185,7 +185,7 @@ const OF_RECORDINGS: [(&str, &str); 3] = [
     ),
 ];
 
-/// The database, with a table of its own that says how far the copy came.
+/// The database, with a table of its own for the progress of the copy.
 pub(super) struct Target {
     session: Session,
 }
@@ -199,7 +199,7 @@ impl Target {
         }
     }
 
-    /// Where to go on from, or `None` if all of this file is there already.
+    /// Where to resume, or `None` if the database already has all of this file.
     pub(super) async fn begin(&self, fingerprint: &str) -> Result<Option<Cursor>> {
         self.session
             .batch(
@@ -222,7 +222,7 @@ impl Target {
                         rows: unsigned("copied", row.try_get(4)?)?,
                     }));
                 }
-                // The file has changed, or is another one: what was copied of it is no use.
+                // The file changed or is another one: the rows copied so far are useless.
                 (false, false) => self.session.batch("TRUNCATE grideye.frames").await?,
                 (false, true) => return Err(StoreError::NotEmpty),
             }
@@ -252,7 +252,7 @@ impl Target {
         Ok(())
     }
 
-    /// Copies a page; `None` after the last one.
+    /// Copies a page and returns the next position; `None` after the last page.
     pub(super) async fn copy(
         &self,
         source: &Source,
@@ -296,7 +296,7 @@ impl Target {
         Ok(())
     }
 
-    /// Names what was copied, and lets collectors in.
+    /// Copies streams and recordings, and lets collectors open the database.
     pub(super) async fn finish(&self, source: &Source) -> Result<()> {
         self.session.transact(self.name_all(source)).await
     }
@@ -312,7 +312,7 @@ impl Target {
         for (read, write) in OF_RECORDINGS {
             session.execute(write, &[&source.text(read, [])?]).await?;
         }
-        // All collectors begin with it after the copy: it is later than all that were copied.
+        // Every collector starts with this epoch, which is later than all copied ones.
         let epoch = source.epoch.saturating_add(1);
         for sql in [
             "UPDATE grideye.lanes SET epoch = $1",

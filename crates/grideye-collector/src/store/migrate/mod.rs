@@ -1,7 +1,7 @@
-//! From an SQLite file to a PostgreSQL database: resumable, and held against the file at the end.
+//! Migrates an SQLite file to a PostgreSQL database: resumable, and compared with the file at the end.
 //!
-//! Frames are copied a page in each transaction, with how far it came. What names them comes in one last transaction; until
-//! then the layout is `UNFINISHED`, which no collector opens. The file is locked against writers meanwhile.
+//! Each transaction copies a page of frames and the progress. Streams and recordings come in one last transaction;
+//! until then the layout is `UNFINISHED`, which no collector opens. The file stays locked against writers meanwhile.
 
 mod ends;
 
@@ -19,27 +19,28 @@ use std::path::Path;
 /// Frames in one transaction of the copy, and in one comparison.
 const PAGE_ROWS: usize = 5_000;
 
-/// What was migrated.
+/// The result of a migration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Migrated {
     /// Frames with pixels.
     pub frames: u64,
-    /// Rows that say why there is no frame.
+    /// Rows that say why a frame is missing.
     pub missing: u64,
     /// Streams (device, sensor, boot).
     pub streams: usize,
     /// Recordings.
     pub recordings: usize,
-    /// Rows that an interrupted migration had copied before.
+    /// Rows that an interrupted migration had already copied.
     pub resumed_after: u64,
-    /// Where the database differs from the file, if it does.
+    /// The first difference between database and file, if any.
     pub difference: Option<String>,
 }
 
-/// Copies the file's store into the database, or goes on so, and compares. `progress` hears the stage, rows done, all rows.
+/// Copies the file's store into the database, or resumes that, then compares both. `progress` receives the stage, the
+/// rows done and the total rows.
 ///
 /// # Errors
-/// [`StoreError`](crate::StoreError) of either side. Nothing is lost by calling again.
+/// [`StoreError`](crate::StoreError) of either side. Call again to resume; nothing is lost.
 pub async fn migrate(
     file: &Path,
     url: &PostgresUrl,
@@ -79,7 +80,7 @@ pub async fn migrate(
     })
 }
 
-/// The first difference between the two, through the interface that a collector uses: books, recordings, frames.
+/// The first difference between the two, found through the trait that a collector uses: streams, recordings, frames.
 async fn compare(
     file: &Path,
     url: &PostgresUrl,

@@ -1,4 +1,5 @@
-//! A group of batches in one transaction: what is known is read under lock, and each table written with one statement.
+//! Writes a group of batches in one transaction: reads the known state under lock, then writes each table with one
+//! statement.
 
 use crate::limits::Limits;
 use crate::store::account;
@@ -20,7 +21,7 @@ pub(super) struct Done {
 }
 
 pub(super) enum Undone {
-    /// Somebody removed the lane: it has to be made again.
+    /// The lane was deleted and must be created again.
     NoLane,
     Error(StoreError),
 }
@@ -31,14 +32,14 @@ impl From<StoreError> for Undone {
     }
 }
 
-/// The database's numbers of streams, which never change; as many as the store takes streams.
+/// The database's numbers of streams, which never change; at most `streams_max`.
 #[derive(Debug, Default)]
 pub(super) struct Known(HashMap<StreamId, i32>);
 
 /// A stream's key: the device, and the stream's number within it.
 pub(super) type Key = (String, i32);
 
-/// Keeps a group, or nothing of it.
+/// Stores the whole group, or nothing.
 pub(super) async fn group(
     session: &Session,
     lane: i64,
@@ -55,7 +56,6 @@ pub(super) async fn group(
     Ok(done)
 }
 
-/// Streams that the store's numbers were looked up for.
 type Found = Vec<(StreamId, i32)>;
 
 async fn transact(
@@ -83,7 +83,7 @@ async fn transact(
     };
     let appended = taken.iter().map(|taken| plan.take(taken)).collect();
     save_all(session, &states, (lane, n), epoch).await?;
-    // Those that were made for batches which were then refused.
+    // Streams created for batches that were then rejected.
     let is_empty = |id: &&StreamId| states.get(*id).is_none_or(|state| !state.is_touched);
     let empty: BTreeSet<&StreamId> = made.iter().filter(is_empty).collect();
     without_empty(session, &empty).await?;
@@ -95,7 +95,7 @@ async fn transact(
     Ok((Done { n, appended }, found))
 }
 
-/// The keys of streams; those that are new are made, as long as there is room, and named.
+/// The keys of the wanted streams, and the ids just created: new streams are created while there is room.
 async fn keys(
     session: &Session,
     wanted: &BTreeSet<StreamId>,
@@ -116,13 +116,13 @@ async fn keys(
     let sql = "SELECT count(*) FROM grideye.streams";
     let rows = session.query(sql, &[]).await?;
     let mut streams: i64 = rows[0].try_get(0)?;
-    // In order, so that two collectors that make the same streams never wait for each other in a circle.
+    // In order, so that two collectors that create the same streams never deadlock.
     let missing: Vec<&StreamId> = wanted.iter().filter(|id| !keys.contains_key(id)).collect();
     for id in missing {
         if streams >= count(limits.streams_max) {
             break;
         }
-        // Another collector may make the same stream, or take the same number, at this moment: then nothing is done.
+        // Another collector may create the same stream or take the same number right now: then the insert does nothing.
         let sql = "INSERT INTO grideye.streams (device, stream, sensor, boot, stored, missing, added, t_last_arrival_ns,
                                                 came_since_account, lane, n)
                    SELECT $1, coalesce(max(stream), 0) + 1, $2, $3, 0, 0, 0, 0, 0, 0, 0
@@ -139,7 +139,7 @@ async fn keys(
     look_up(session, wanted, &mut keys).await?;
     let there = keys.len();
     if there < wanted.len() && streams < count(limits.streams_max) {
-        // The number was taken by another stream of the device: from the beginning.
+        // Another stream of the device took the number: start over.
         let message = "a stream was made at the same moment by another collector".to_owned();
         return Err(StoreError::Contended(message));
     }
@@ -171,7 +171,7 @@ async fn look_up(
     Ok(())
 }
 
-/// Locks the streams, ordered by key, and reads what is known of them.
+/// Locks the streams in the order of their keys, and reads their state.
 async fn states(
     session: &Session,
     keys: &BTreeMap<StreamId, Key>,
@@ -192,7 +192,7 @@ async fn states(
     let lows: Vec<i64> = keys.keys().map(|id| span(id).0).collect();
     let highs: Vec<i64> = keys.keys().map(|id| span(id).1).collect();
     let newest = count(limits.gaps_listed_max.saturating_add(1));
-    // The newest runs tell the gaps; those that the batch touches tell what is new.
+    // The newest runs give the gaps; the runs that the batch touches decide which numbers are new.
     let sql = "SELECT k.device, k.stream, r.first_seq, r.last_seq
                FROM unnest($1::TEXT[], $2::INT[], $3::BIGINT[], $4::BIGINT[]) AS k (device, stream, low, high),
                LATERAL (
@@ -212,7 +212,7 @@ async fn states(
     Ok(states)
 }
 
-/// For each stream, one less than the lowest number of the group and one more than the highest.
+/// For each stream, the lowest number of the group minus one and the highest plus one.
 fn reach(taken: &[Taken]) -> HashMap<StreamId, (i64, i64)> {
     let mut reach: HashMap<StreamId, (i64, i64)> = HashMap::new();
     for taken in taken {
@@ -230,7 +230,7 @@ fn reach(taken: &[Taken]) -> HashMap<StreamId, (i64, i64)> {
     reach
 }
 
-/// What the store holds under the numbers that came before, to be held against what comes again.
+/// Reads the stored records under numbers that came again, to compare with the new ones.
 async fn contents(session: &Session, states: &Streams, taken: &[Taken]) -> Result<Contents> {
     let (mut devices, mut streams, mut seqs) = (Vec::new(), Vec::new(), Vec::new());
     let mut asked: HashMap<Key, Arc<StreamId>> = HashMap::new();
@@ -268,7 +268,6 @@ async fn contents(session: &Session, states: &Streams, taken: &[Taken]) -> Resul
     Ok(contents)
 }
 
-/// What changed, ordered by key.
 type Touched<'s> = BTreeMap<&'s StreamId, &'s StreamState>;
 
 async fn save_all(session: &Session, states: &Streams, lane: (i64, i64), epoch: i64) -> Result<()> {
@@ -283,7 +282,7 @@ async fn save_all(session: &Session, states: &Streams, lane: (i64, i64), epoch: 
     save_streams(session, &touched, lane).await
 }
 
-/// Takes streams away that were made for batches which were then refused.
+/// Deletes streams that were created for batches that were then rejected.
 async fn without_empty(session: &Session, empty: &BTreeSet<&StreamId>) -> Result<()> {
     for id in empty {
         let sql = "DELETE FROM grideye.streams WHERE device = $1 AND sensor = $2 AND boot = $3";
@@ -304,7 +303,7 @@ async fn save_frames(session: &Session, touched: &Touched<'_>, epoch: i64) -> Re
     frames.insert(session).await
 }
 
-/// Rows of `frames`, column by column, for one statement.
+/// Rows of `frames` as columns, for one statement.
 #[derive(Default)]
 pub(crate) struct FrameColumns<'d> {
     devices: Vec<&'d str>,
@@ -418,7 +417,7 @@ struct RunColumns<'s> {
 
 impl<'s> RunColumns<'s> {
     fn push(&mut self, id: &'s StreamId, state: &StreamState, (first, last): (u64, u64)) {
-        // Numbers were checked to fit before they came into a run.
+        // Numbers were checked before they entered a run.
         let fitting = |seq| i64::try_from(seq).unwrap_or(i64::MAX);
         self.devices.push(&id.device);
         self.streams.push(number(state));
@@ -427,7 +426,7 @@ impl<'s> RunColumns<'s> {
     }
 }
 
-/// What this epoch brought to each stream: one row for as long as the epoch lasts.
+/// Adds what this epoch brought to each stream: one row per stream and epoch.
 async fn save_shares(session: &Session, touched: &Touched<'_>, epoch: i64) -> Result<()> {
     let (mut devices, mut streams) = (Vec::new(), Vec::new());
     let (mut firsts, mut lasts) = (Vec::new(), Vec::new());
@@ -459,7 +458,7 @@ async fn save_shares(session: &Session, touched: &Touched<'_>, epoch: i64) -> Re
     Ok(())
 }
 
-/// `added` orders the streams of one sensor by when they were added to, without a counter that all devices share.
+/// `added` orders the streams of one sensor by their last addition, without a counter that all devices share.
 async fn save_streams(
     session: &Session,
     touched: &Touched<'_>,

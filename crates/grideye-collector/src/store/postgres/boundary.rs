@@ -1,4 +1,4 @@
-//! The ends of epochs: what starts and stops recordings; and what is written about one.
+//! Ends epochs, which starts and stops recordings; writes notes and labels.
 
 use crate::limits::Limits;
 use crate::store::error::{RecordingId, Result, StoreError};
@@ -7,10 +7,10 @@ use crate::store::postgres::session::Session;
 use crate::store::row::count;
 use crate::store::types::{KeptLabel, Label, Recording};
 
-/// Adds a lane in the present epoch, under a number that no other has.
+/// Adds a lane in the current epoch, with an unused number.
 pub(super) async fn new_lane(session: &Session) -> Result<i64> {
     let work = async {
-        // Held until the commit: no epoch ends between reading it and entering it.
+        // Locked until the commit: no epoch ends between reading it and inserting it.
         let epoch = lock_epoch(session).await?;
         let sql = "INSERT INTO grideye.lanes (lane, epoch, n)
                    SELECT coalesce(max(lane), 0) + 1, $1, 0 FROM grideye.lanes RETURNING lane";
@@ -20,7 +20,7 @@ pub(super) async fn new_lane(session: &Session) -> Result<i64> {
     session.transact(work).await
 }
 
-/// Ends the present epoch for all lanes; its number.
+/// Ends the current epoch for all lanes and returns its number.
 pub(super) async fn end_epoch(session: &Session) -> Result<i64> {
     session.transact(next_epoch(session)).await
 }
@@ -73,7 +73,7 @@ pub(super) async fn stop(session: &Session, id: RecordingId, t_stop_ns: i64) -> 
     session.transact(work).await
 }
 
-/// Sets a recording's note; no epoch ends with it.
+/// Sets a recording's note; this ends no epoch.
 pub(super) async fn note(session: &Session, id: RecordingId, note: &str) -> Result<Recording> {
     read::recording(session, id).await?;
     let sql = "INSERT INTO grideye.notes (recording, note) VALUES ($1, $2)
@@ -82,10 +82,10 @@ pub(super) async fn note(session: &Session, id: RecordingId, note: &str) -> Resu
     Ok(read::recording(session, id).await?.0)
 }
 
-/// Waits for all transactions in flight, holds off the next ones until the commit, and moves all lanes on.
+/// Waits for all running transactions, blocks new ones until the commit, and moves all lanes to the next epoch.
 async fn next_epoch(session: &Session) -> Result<i64> {
     let ended = lock_epoch(session).await?;
-    // In the order of their numbers, so that two who do this never wait for each other in a circle.
+    // In the order of their numbers, so that two callers never deadlock.
     let sql = "SELECT lane FROM grideye.lanes ORDER BY lane FOR UPDATE";
     session.query(sql, &[]).await?;
     let sql = "UPDATE grideye.lanes SET epoch = $1";
@@ -102,7 +102,7 @@ async fn lock_epoch(session: &Session) -> Result<i64> {
     Ok(row.try_get(0)?)
 }
 
-/// In the order in which they were added.
+/// A recording's labels, oldest first.
 pub(super) async fn labels(session: &Session, id: RecordingId) -> Result<Vec<KeptLabel>> {
     read::recording(session, id).await?;
     let sql = "SELECT number, label FROM grideye.labels WHERE recording = $1 ORDER BY number";
@@ -143,7 +143,7 @@ pub(super) async fn remove_label(session: &Session, id: RecordingId, number: i64
     }
 }
 
-/// Two collectors that add to one recording do so one after the other: each number is given once.
+/// Makes two collectors that add to one recording take turns, so that each label number is given once.
 async fn lock(session: &Session, id: RecordingId) -> Result<()> {
     let sql = "SELECT id FROM grideye.recordings WHERE id = $1 FOR UPDATE";
     let rows = session.query(sql, &[&id.0]).await?;

@@ -1,4 +1,4 @@
-//! What other collectors keep, for this one's live page.
+//! Watches the frames that other collectors store, for this collector's live page.
 
 use crate::limits::Limits;
 use crate::store::error::Result;
@@ -16,10 +16,10 @@ use tokio::sync::{Notify, mpsc, watch};
 use tokio::task::{JoinHandle, JoinSet};
 use tokio_postgres::{AsyncMessage, NoTls};
 
-/// Between two looks, and between two notices, at least: many commits are told of by one notice.
+/// Minimum time between two polls and between two notices: one notice covers many commits.
 const PAUSE: Duration = Duration::from_millis(50);
 
-/// Begins to follow from what the database holds now. Ends with the task, or when nobody listens.
+/// Starts to follow from the database's current state. Ends with the task, or when nobody listens.
 pub(super) async fn start(
     url: &PostgresUrl,
     limits: &Limits,
@@ -36,12 +36,12 @@ pub(super) async fn start(
         committed: writer.committed(),
         news,
     };
-    // What is there already comes from the store's own queries.
+    // The store's own queries already show what exists now.
     follower.seen = follower.look().await?;
     Ok(tokio::spawn(follower.run()))
 }
 
-/// How far the lanes were when they were last looked at.
+/// The counts of the lanes at the last poll.
 #[derive(Debug, Default, Clone, PartialEq, Eq)]
 struct Seen {
     epoch: i64,
@@ -53,7 +53,7 @@ struct Follower {
     limits: Limits,
     session: Session,
     seen: Seen,
-    /// The highest number that was passed on, by device and stream; as many as the store takes streams.
+    /// The highest number passed on, by device and stream; at most `streams_max`.
     shown: HashMap<(String, i32), i64>,
     committed: watch::Receiver<(i64, i64)>,
     news: mpsc::Sender<News>,
@@ -62,7 +62,7 @@ struct Follower {
 impl Follower {
     async fn run(mut self) {
         let worth_asking = Arc::new(Notify::new());
-        // Both end with this task.
+        // Both tasks end with this one.
         let mut beside = JoinSet::new();
         beside.spawn(listen(
             self.url.clone(),
@@ -75,18 +75,18 @@ impl Follower {
             self.committed.clone(),
         ));
         while !self.news.is_closed() {
-            // A notice may be lost; then it is asked for without one.
+            // A notice may be lost; then the timeout polls.
             let _ = tokio::time::timeout(self.limits.follow_every, worth_asking.notified()).await;
             if self.session.revive().await.is_err() {
                 continue;
             }
-            // A look that failed is taken again at the next turn, from the same place.
+            // A failed poll is repeated next time from the same place.
             let _ = self.pass_on().await;
             tokio::time::sleep(PAUSE).await;
         }
     }
 
-    /// The lanes now. Another lane's count stands for all that was committed in it before.
+    /// The lanes now. A lane's count covers everything committed in it before.
     async fn look(&self) -> Result<Seen> {
         let sql = "SELECT 0 AS lane, epoch FROM grideye.layout UNION ALL SELECT lane, n FROM grideye.lanes";
         let mut seen = Seen::default();
@@ -189,16 +189,16 @@ impl Follower {
         Ok(())
     }
 
-    /// A page that does not keep up misses frames that the store has; the next ones bring it up to date.
+    /// A page that falls behind misses frames, which the store has; the next ones bring it up to date.
     fn send(&self, news: News) {
         let _ = self.news.try_send(news);
     }
 }
 
-/// Hears notices for as long as it is asked to; a broken connection is made again.
+/// Listens for notices, and reconnects if the connection breaks.
 async fn listen(url: PostgresUrl, again_after: Duration, worth_asking: Arc<Notify>) {
     loop {
-        // Whatever ends it, the follower looks without notices meanwhile.
+        // Whatever ended it, the follower polls meanwhile.
         let _ = hear(&url, &worth_asking).await;
         tokio::time::sleep(again_after).await;
     }
@@ -217,7 +217,7 @@ async fn hear(url: &PostgresUrl, worth_asking: &Notify) -> Result<(), tokio_post
     };
     let listening = async {
         client.batch_execute("LISTEN grideye").await?;
-        // Keeps the client, and with it the connection.
+        // Keeps the client alive, and with it the connection.
         std::future::pending::<Result<(), tokio_postgres::Error>>().await
     };
     tokio::select! {
@@ -226,7 +226,7 @@ async fn hear(url: &PostgresUrl, worth_asking: &Notify) -> Result<(), tokio_post
     }
 }
 
-/// Tells the other collectors that something was committed here, many commits at once.
+/// Notifies the other collectors that something was committed here, once for many commits.
 async fn tell(url: PostgresUrl, limits: Limits, mut committed: watch::Receiver<(i64, i64)>) {
     let mut session: Option<Session> = None;
     while committed.changed().await.is_ok() {
@@ -234,9 +234,9 @@ async fn tell(url: PostgresUrl, limits: Limits, mut committed: watch::Receiver<(
             Some(open) => Ok(open),
             None => Session::open(&url, &limits).await,
         };
-        // Without a notice the others look after `follow_every`.
+        // Without a notice the others poll after `follow_every`.
         if let Ok(open) = open {
-            // A notice need not outlast a power cut, so nobody waits for a disk.
+            // A notice need not survive a power cut, so don't wait for the disk.
             let told = open
                 .batch("SET synchronous_commit = off; NOTIFY grideye")
                 .await;

@@ -1,4 +1,4 @@
-//! The queries. Each is one statement, so that its rows belong to one moment, on a connection that many share.
+//! The queries. Each is one statement, so that its rows are one snapshot, on a connection that many requests share.
 
 use crate::limits::Limits;
 use crate::store::account;
@@ -41,7 +41,7 @@ pub(super) async fn streams(session: &Session, limits: &Limits) -> Result<Vec<St
     Ok(summaries)
 }
 
-/// From the columns of `streams`, by their names.
+/// From the columns of `streams`.
 pub(super) fn state_of(row: &Row) -> Result<StreamState> {
     let account: Option<&str> = row.try_get("account")?;
     Ok(StreamState {
@@ -57,7 +57,7 @@ pub(super) fn state_of(row: &Row) -> Result<StreamState> {
     })
 }
 
-/// From the columns of `streams`, and the newest runs as `firsts` and `lasts`.
+/// From the columns of `streams`, with the newest runs as `firsts` and `lasts`.
 pub(super) fn summary(row: &Row, limits: &Limits) -> Result<StreamSummary> {
     let mut state = state_of(row)?;
     let firsts: Option<Vec<i64>> = row.try_get("firsts")?;
@@ -86,7 +86,7 @@ pub(super) async fn newest(session: &Session) -> Result<Vec<StoredRecord>> {
         });
     }
     records.sort_by(|one, other| one.stream.cmp(&other.stream));
-    // Two runs of one sensor that were added to at the same moment: the later name stands for both.
+    // If two boots of one sensor were added to at the same moment, the later name wins.
     records.reverse();
     records.dedup_by(|one, other| {
         (&one.stream.device, &one.stream.sensor) == (&other.stream.device, &other.stream.sensor)
@@ -95,7 +95,7 @@ pub(super) async fn newest(session: &Session) -> Result<Vec<StoredRecord>> {
     Ok(records)
 }
 
-/// A recording with what its epochs brought, until now while it runs.
+/// A recording with the counts of its epochs, up to now while it runs.
 const RECORDING: &str = "SELECT r.id, r.name, r.t_start_ns, r.t_stop_ns, r.after_epoch, r.through_epoch,
            c.stored, c.missing, c.sensors,
            coalesce((SELECT n.note FROM grideye.notes n WHERE n.recording = r.id), '')
@@ -137,7 +137,7 @@ fn recording_of(row: &Row) -> Result<(Recording, (i64, i64))> {
     Ok((recording, (after, through.unwrap_or(i64::MAX))))
 }
 
-/// What belongs to a recording: what its epochs brought, of a running one those through the given epoch.
+/// The frames of a recording: those of its epochs; `through` bounds a running recording.
 pub(super) async fn members(session: &Session, id: RecordingId, through: i64) -> Result<Members> {
     let (mut recording, (after, _)) = self::recording(session, id).await?;
     let sql = "SELECT s.device, s.sensor, s.boot, s.stream, min(a.first_seq), max(a.last_seq),
@@ -203,7 +203,7 @@ pub(super) fn stream_id(row: &Row) -> Result<StreamId> {
     })
 }
 
-/// A record from columns in the order seq, t_boot_ns, t_utc_ns, clock, missing, thermistor, pixels.
+/// A record from the columns seq, t_boot_ns, t_utc_ns, clock, missing, thermistor, pixels, in this order.
 pub(super) fn record_of(row: &Row, first: usize) -> Result<Record> {
     let clock: i16 = row.try_get(first + 3)?;
     let state = u8::try_from(clock).ok().and_then(ClockState::from_code);

@@ -1,4 +1,4 @@
-//! A connection with its prepared statements, what the database's errors mean here, and the tables that it finds or makes.
+//! A connection with its prepared statements, the mapping of database errors to store errors, and the tables.
 
 use crate::limits::Limits;
 use crate::lock::lock;
@@ -13,17 +13,17 @@ use tokio_postgres::{Client, NoTls, Row, Statement};
 
 pub(crate) type Parameters<'a> = &'a [&'a (dyn ToSql + Sync)];
 
-/// A connection; its statements are prepared once.
+/// A connection that prepares each statement once.
 pub(crate) struct Session {
     url: PostgresUrl,
     limits: Limits,
     client: Client,
-    /// As many as there are texts of statements in this module.
+    /// At most one entry per SQL text in this module.
     prepared: Mutex<HashMap<&'static str, Statement>>,
 }
 
 impl Session {
-    /// Connects, with time limits on the database's side as well.
+    /// Connects, and sets time limits on the database's side too.
     pub(crate) async fn open(url: &PostgresUrl, limits: &Limits) -> Result<Self> {
         let mut config = url.config.clone();
         config
@@ -34,7 +34,7 @@ impl Session {
         let (client, connection) = connected.await.map_err(|_elapsed| {
             StoreError::Unreachable(format!("no answer within {:?}", limits.store_lock_time_max))
         })??;
-        // Ends when the client is dropped or the database is gone; every later request then says so.
+        // Ends when the client is dropped or the database is gone; every later request then fails.
         tokio::spawn(connection);
         let session = Self {
             url: url.clone(),
@@ -43,7 +43,7 @@ impl Session {
             prepared: Mutex::default(),
         };
         let wait_ms = limits.store_lock_time_max.as_millis();
-        // What is acknowledged must be on disk, whatever the database's own setting says.
+        // Acknowledged frames must be on disk, whatever the database's own setting.
         session
             .batch(&format!(
                 "SET synchronous_commit = on; SET lock_timeout = {wait_ms}; SET statement_timeout = {};
@@ -58,7 +58,7 @@ impl Session {
         self.client.is_closed()
     }
 
-    /// Makes the connection again if it is gone, for example after a restart of the database.
+    /// Reconnects if the connection is gone, for example after a restart of the database.
     pub(super) async fn revive(&mut self) -> Result<()> {
         if self.is_closed() {
             *self = Self::open(&self.url, &self.limits).await?;
@@ -88,7 +88,7 @@ impl Session {
         Ok(self.client.batch_execute(sql).await?)
     }
 
-    /// Does the work in a transaction: commits what went well, undoes the rest.
+    /// Runs `work` in a transaction: commits on success, otherwise rolls back.
     pub(crate) async fn transact<T, E: From<StoreError>>(
         &self,
         work: impl Future<Output = Result<T, E>>,
@@ -98,7 +98,7 @@ impl Session {
         if done.is_ok() {
             self.batch("COMMIT").await?;
         } else {
-            // The error is the one that counts; a connection that is gone undoes by itself.
+            // Return the work's error; a lost connection rolls back by itself.
             let _ = self.batch("ROLLBACK").await;
         }
         done
@@ -115,7 +115,7 @@ impl Session {
     }
 }
 
-/// A session that many use at once for single statements, and that is made again when it is gone.
+/// A session that many requests use at once for single statements; reconnects when it is gone.
 pub(super) struct Shared {
     url: PostgresUrl,
     limits: Limits,
@@ -176,17 +176,17 @@ impl From<tokio_postgres::Error> for StoreError {
     }
 }
 
-/// The layout of a database that a migration has not finished.
+/// The layout number of a database whose migration is not finished.
 pub(crate) const UNFINISHED: i32 = 0;
 
 const LAYOUT: i32 = 1;
-/// Collectors that start at the same moment all try to make the tables; one wins, the others look again.
+/// Collectors that start together all try to create the tables; one succeeds, the others check again.
 const ATTEMPTS_MAX: u32 = 20;
 const PAUSE: Duration = Duration::from_millis(100);
-/// Frames that arrive on one day by the collector's clock share a partition.
+/// Frames that arrive on one day of the collector's clock share a partition.
 const DAY_NS: i64 = 86_400_000_000_000;
 
-/// All in a schema of their own. Text is compared byte by byte, as Rust does.
+/// In a separate schema. Text compares byte by byte, as in Rust.
 const TABLES: &str = "
 CREATE TABLE grideye.layout (
     only_row INT NOT NULL PRIMARY KEY CHECK (only_row = 1), layout INT NOT NULL, epoch BIGINT NOT NULL
@@ -221,14 +221,14 @@ CREATE TABLE grideye.frames (
     CHECK ((missing IS NULL) = (pixels IS NOT NULL)), CHECK ((missing IS NULL) = (thermistor IS NOT NULL))
 )";
 
-/// Beside the layout: what an older version of this program neither needs nor touches.
+/// Not part of the layout: older versions of this program neither need nor touch this table.
 const NOTES: &str = "CREATE TABLE IF NOT EXISTS grideye.notes (recording BIGINT NOT NULL PRIMARY KEY, note TEXT NOT NULL)";
 
-/// A label is a document: its name and the frames that it is of, as JSON.
+/// A label is stored as JSON: its name and its frames.
 const LABELS: &str = "CREATE TABLE IF NOT EXISTS grideye.labels (
     recording BIGINT NOT NULL, number BIGINT NOT NULL, label TEXT NOT NULL, PRIMARY KEY (recording, number))";
 
-/// Makes the tables in a database without them, or makes sure that they are these.
+/// Creates the tables in an empty database, or checks that the existing ones are ours.
 pub(crate) async fn prepare(session: &Session) -> Result<()> {
     let mut last = None;
     for _ in 0..ATTEMPTS_MAX {
@@ -248,7 +248,7 @@ pub(crate) async fn prepare(session: &Session) -> Result<()> {
     Err(last.unwrap_or(StoreError::Foreign))
 }
 
-/// Looks without changing anything: whether the tables are there. Refuses what a later version made.
+/// Checks, without changing anything, whether the tables exist. Rejects those of a later version.
 async fn recognize(session: &Session) -> Result<bool> {
     let sql = "SELECT count(*) FROM information_schema.tables
                WHERE table_schema = 'grideye' AND table_name = 'layout'";
@@ -270,12 +270,12 @@ async fn recognize(session: &Session) -> Result<bool> {
     }
 }
 
-/// Makes the tables of notes and labels in a store of a version that had none.
+/// Adds the tables for notes and labels to a store that lacks them.
 async fn add_what_is_written(session: &Session) -> Result<()> {
     let sql = "SELECT count(*) FROM information_schema.tables
                WHERE table_schema = 'grideye' AND table_name = $1";
     for (name, table) in [("notes", NOTES), ("labels", LABELS)] {
-        // Asked first, because who may only read and write the tables may not make one.
+        // Checked first, because a user who may only read and write tables cannot create one.
         let tables: i64 = session.query(sql, &[&name]).await?[0].try_get(0)?;
         if tables == 0 {
             session.batch(table).await?;
@@ -289,7 +289,7 @@ async fn make(session: &Session) -> Result<()> {
     let made = if version.contains("CockroachDB") {
         format!("CREATE SCHEMA IF NOT EXISTS grideye;{TABLES}")
     } else {
-        // What fits no day's partition goes into the default one: no frame is refused for want of a partition.
+        // The default partition takes what fits no day: no frame is rejected for lack of a partition.
         format!(
             "CREATE SCHEMA IF NOT EXISTS grideye;{TABLES} PARTITION BY RANGE (t_arrival_ns);
              CREATE TABLE grideye.frames_other PARTITION OF grideye.frames DEFAULT"
@@ -302,7 +302,8 @@ async fn make(session: &Session) -> Result<()> {
 pub(crate) struct Days(Option<(i64, i64)>);
 
 impl Days {
-    /// Makes the partitions of a day and of the next one. Frames that came before theirs stay in the default one.
+    /// Creates the partitions of this day and the next. Frames that came before their partition stay in the default
+    /// one.
     pub(crate) async fn prepare(&mut self, session: &Session, t_arrival_ns: i64) {
         let day = t_arrival_ns.div_euclid(DAY_NS);
         if self
@@ -320,14 +321,14 @@ impl Days {
                 "CREATE TABLE IF NOT EXISTS grideye.{} PARTITION OF grideye.frames FOR VALUES FROM ({from}) TO ({to})",
                 name_of(day)
             );
-            // Where it cannot be made, the default partition or the whole table takes the day.
+            // If this fails, the default partition or the unpartitioned table takes the day.
             let _ = session.batch(&sql).await;
         }
         self.0 = Some((day, day + 1));
     }
 }
 
-/// `frames_18952`: days since 1970-01-01; `frames_m1` is the day before.
+/// `frames_18952`: days since 1970-01-01; `frames_m1` is the day before that.
 fn name_of(day: i64) -> String {
     let sign = if day < 0 { "m" } else { "" };
     format!("frames_{sign}{}", day.unsigned_abs())

@@ -1,4 +1,4 @@
-//! [`PostgresStore`]: a task that writes, one that follows the other collectors, and a connection that reads.
+//! [`PostgresStore`]: a task that writes, a task that follows the other collectors, and a connection that reads.
 
 use crate::limits::Limits;
 use crate::lock::lock;
@@ -28,10 +28,10 @@ pub struct PostgresStore {
 }
 
 impl PostgresStore {
-    /// Connects, and makes the tables where none are. Must be called within a tokio runtime.
+    /// Connects, and creates missing tables. Must be called within a tokio runtime.
     ///
     /// # Errors
-    /// [`StoreError::Unreachable`], [`StoreError::Newer`], and what the database refuses.
+    /// [`StoreError::Unreachable`], [`StoreError::Newer`], and errors of the database.
     pub async fn open(url: &PostgresUrl, limits: &Limits) -> Result<Self> {
         let session = Session::open(url, limits).await?;
         session::prepare(&session).await?;
@@ -78,7 +78,7 @@ impl FrameStore for PostgresStore {
         Box::pin(async move {
             let session = self.reader.session().await?;
             let (recording, range) = read::recording(&session, id).await?;
-            // A running recording is read up to an end that all collectors keep to.
+            // A running recording is read up to an epoch's end that all collectors share.
             let through = match recording.t_stop_ns {
                 Some(_) => range.1,
                 None => self.queue.change(Change::EndEpoch).await?,

@@ -1,4 +1,4 @@
-//! The writer: one task, one transaction at a time, as many requests in it as are waiting.
+//! The writer: one task, one transaction at a time, which takes all waiting requests.
 
 use crate::limits::Limits;
 use crate::store::error::{Result, StoreError};
@@ -8,7 +8,7 @@ use crate::store::postgres::{append, boundary};
 use crate::store::queue::{Change, Command, Group, Outcome, Reply, WriteFault};
 use tokio::sync::{mpsc, watch};
 
-/// Transactions that the database broke off for the sake of another one are tried so often.
+/// Attempts for a transaction that the database aborts because of another.
 const ATTEMPTS_MAX: u32 = 8;
 
 pub(super) struct Writer {
@@ -18,7 +18,7 @@ pub(super) struct Writer {
     streams: append::Known,
     days: Days,
     fault: WriteFault,
-    /// The lane and its count at the last commit, for the one who tells the other collectors.
+    /// The lane and its count at the last commit, for the task that notifies the other collectors.
     committed: watch::Sender<(i64, i64)>,
 }
 
@@ -111,13 +111,13 @@ impl Writer {
             Change::EndEpoch(reply) => {
                 answer(reply, revived, boundary::end_epoch(session)).await;
             }
-            // Every commit is settled here, whether the database is there or not.
+            // This writer settles with every commit, whether or not the database is reachable.
             Change::Settle(reply) => answer(reply, Ok(()), async { Ok(()) }).await,
         }
     }
 }
 
-/// Answers who waits with what the work gives, if there is a connection. Who asked may have gone; the work stays done.
+/// Replies with the result of the work if connected. The caller may be gone; the work stays done.
 async fn answer<T>(reply: Reply<T>, revived: Result<()>, work: impl Future<Output = Result<T>>) {
     let done = match revived {
         Ok(()) => work.await,

@@ -1,9 +1,10 @@
-//! A copy of a store in a file, also while a collector writes to it: SQLite's online backup of one snapshot.
+//! Copies a store to a file, even while a collector writes to it, with SQLite's online backup of one snapshot.
 //!
-//! The copy is written to `OUT.partial`, synced, checked, and only then named `OUT`. The snapshot is held by a read
-//! transaction, without which the copy would begin again at each commit; meanwhile the log (`-wal`) is not folded in.
+//! The copy is written to `OUT.partial`, synced, checked, and then renamed to `OUT`. A read transaction holds the
+//! snapshot; without it the copy would restart at each commit. Meanwhile the log (`-wal`) is not checkpointed.
 //!
-//! A file of an older layout is copied as it is, then upgraded in one transaction: killed at any moment, it stays as it was.
+//! A file of an older layout is first copied as it is, then upgraded in one transaction: if killed at any moment, it
+//! stays unchanged.
 
 use crate::limits::Limits;
 use crate::percent::percent_encoded;
@@ -28,13 +29,13 @@ use std::os::unix::ffi::OsStrExt as _;
 use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _, PermissionsExt as _};
 use std::path::{Path, PathBuf};
 
-/// Pages between two reports of the progress: 4 MiB.
+/// Pages between two progress reports: 4 MiB.
 const PAGES_A_STEP: i32 = 1024;
 
-/// What was backed up.
+/// The result of a backup.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BackedUp {
-    /// Every stream of the copy, including posts that wait to be settled.
+    /// Every stream of the copy, including batches that wait to be settled.
     pub streams: Vec<StreamSummary>,
     /// Recordings.
     pub recordings: u64,
@@ -42,11 +43,11 @@ pub struct BackedUp {
     pub bytes: u64,
 }
 
-/// Why there is no backup. Nothing is left under its name.
+/// Why a backup failed. No file is left under its name.
 #[derive(Debug, thiserror::Error)]
 pub enum BackupError {
-    /// No such file.
-    #[error("there is no store {}\nhint: name the file that `grideye collect --store` names", .0.display())]
+    /// The store does not exist.
+    #[error("there is no store {}\nhint: name the file given to `grideye collect --store`", .0.display())]
     Missing(PathBuf),
     /// The store cannot be read.
     #[error("cannot back up {}: {reason}", .file.display())]
@@ -59,14 +60,14 @@ pub enum BackupError {
     /// The store itself was named as its backup.
     #[error("{} is the store itself\nhint: name another file for the backup", .0.display())]
     Itself(PathBuf),
-    /// There is a file of that name.
-    #[error("{} exists already, and a backup replaces no file\nhint: name another file, or move this one away", .0.display())]
+    /// A file of that name exists.
+    #[error("{} exists already, and a backup never replaces a file\nhint: name another file, or move this one away", .0.display())]
     Exists(PathBuf),
-    /// Another run writes the same backup.
+    /// Another process is writing the same backup.
     #[error("another backup is being written to {}\nhint: wait for it, or name another file", .0.display())]
     Taken(PathBuf),
     /// The disk is full.
-    #[error("no room for {}: the store takes {bytes} bytes\nhint: make room, or name a file on another disk; what was written was deleted", .out.display())]
+    #[error("no room for {}: the store takes {bytes} bytes\nhint: free some space, or name a file on another disk; the partial backup was deleted", .out.display())]
     NoRoom {
         /// The file asked for.
         out: PathBuf,
@@ -78,20 +79,21 @@ pub enum BackupError {
     Write {
         /// The file asked for.
         out: PathBuf,
-        /// What the system said.
+        /// The system's error.
         reason: String,
     },
-    /// The copy is not what the store is.
+    /// The copy differs from the store.
     #[error(
         "the copy of the store is not whole: {0}\nhint: it was deleted; if a second run fails as well, the store or a disk is damaged (`sqlite3 STORE 'PRAGMA integrity_check'`)"
     )]
     Differs(String),
 }
 
-/// Copies the store in `file` to a new file `out`, and compares the two. `progress` hears the stage, what is done, and all.
+/// Copies the store in `file` to a new file `out`, and compares the two. `progress` receives the stage, the work done
+/// and the total.
 ///
 /// # Errors
-/// [`BackupError`]; nothing is named `out` then, unless it was before.
+/// [`BackupError`]; then no new file `out` exists.
 pub fn backup(
     file: &Path,
     out: &Path,
@@ -117,7 +119,7 @@ pub fn backup(
     let snapshot = source
         .unchecked_transaction()
         .map_err(|error| unreadable(error.into()))?;
-    // The first read begins the snapshot.
+    // The first read starts the snapshot.
     let books = Books::of(&snapshot, &limits).map_err(unreadable)?;
     let bytes = read::bytes(&snapshot).map_err(unreadable)?;
     copy(&snapshot, out, &mut progress, |copy, progress| {
@@ -131,8 +133,8 @@ pub fn backup(
     })
 }
 
-/// Copies all that `source` reads to a new file at `out`, which appears whole or not at all; `check` hears it read-only
-/// before. `source` is in a read transaction where another connection writes, and in no write transaction.
+/// Copies everything `source` reads to a new file `out`, which appears whole or not at all; `check` reads the copy
+/// before that. `source` must be in a read transaction if another connection writes, and never in a write transaction.
 pub(crate) fn copy<P: FnMut(Stage, u64, u64)>(
     source: &Connection,
     out: &Path,
@@ -155,10 +157,10 @@ pub(crate) fn copy<P: FnMut(Stage, u64, u64)>(
     partial.name_it()
 }
 
-/// Opens a store that is there, of whatever layout that is read. What a backup reads of an older one is as it was: its copy
-/// is upgraded when a collector opens it.
+/// Opens an existing store of any known layout. A backup leaves an older layout as it is: a collector upgrades the copy
+/// when it opens it.
 pub(crate) fn open(file: &Path, limits: &Limits) -> Result<Connection> {
-    // A reader of a log writes its index beside the file.
+    // Opened for writing, because a reader of a log writes its index file.
     let connection = Connection::open_with_flags(file, READ_WRITE)?;
     connection.busy_timeout(limits.store_lock_time_max)?;
     match recognize(&connection)? {
@@ -176,7 +178,7 @@ fn fill(
         Some(ErrorCode::DiskFull) => partial.no_room(source),
         _ => partial.unwritable(&error),
     };
-    // Nobody else knows the file, and disks on a network lock badly.
+    // Nobody else knows this file, and network disks lock badly.
     let copy = Connection::open_with_flags_and_vfs(&partial.path, READ_WRITE, c"unix-none");
     let mut copy = copy.map_err(told)?;
     for pragma in ["journal_mode", "synchronous"] {
@@ -233,7 +235,7 @@ impl Books {
     }
 }
 
-/// Compares the copy's books with the store's, then decodes every frame of the copy and counts.
+/// Compares the copy's streams and recordings with the store's, then decodes and counts every frame of the copy.
 fn compare(
     copy: &Connection,
     books: &Books,
@@ -275,12 +277,12 @@ fn compare(
     Ok(())
 }
 
-/// Frames that were stored and not deleted since.
+/// Frames stored and not deleted since.
 fn readable(stream: &StreamSummary) -> u64 {
     stream.stored.saturating_sub(stream.expired)
 }
 
-/// Decodes every chunk of a stream, and counts the frames with pixels.
+/// Decodes every chunk of a stream and counts the frames with pixels.
 fn count_frames(
     copy: &Connection,
     stream: &StreamSummary,
@@ -306,7 +308,7 @@ fn differs(what: &impl ToString) -> BackupError {
     BackupError::Differs(what.to_string())
 }
 
-/// The copy while it is written: `OUT.partial`, which nobody else can read and which is deleted unless it is named.
+/// The copy while it is written: `OUT.partial`, readable only by this user, and deleted unless it is renamed.
 struct Partial {
     path: PathBuf,
     out: PathBuf,
@@ -338,7 +340,7 @@ impl Partial {
             Err(error) => return Err(unwritable(error.into())),
             Ok(()) => {}
         }
-        // The other run may have named it meanwhile.
+        // The other process may have renamed it meanwhile.
         let is_ours = std::fs::symlink_metadata(&path).and_then(|there| {
             let held = file.metadata()?;
             Ok((there.dev(), there.ino()) == (held.dev(), held.ino()))
@@ -346,14 +348,14 @@ impl Partial {
         if !is_ours.unwrap_or(false) {
             return Err(BackupError::Taken(out));
         }
-        // Of one that was left, too.
+        // Also for a leftover file with other permissions.
         file.set_permissions(Permissions::from_mode(0o600))
             .map_err(unwritable)?;
         file.set_len(0).map_err(unwritable)?;
         Ok(Self { path, out, file })
     }
 
-    /// Opens what was written, without a lock or a log beside it.
+    /// Opens the written file, without a lock or a log file.
     fn read(&self) -> Result<Connection, BackupError> {
         let path = std::path::absolute(&self.path).map_err(|error| self.unwritable(&error))?;
         let escaped = percent_encoded(path.as_os_str().as_bytes(), b"/.-_");
@@ -364,13 +366,13 @@ impl Partial {
             .map_err(|error| self.unwritable(&error))
     }
 
-    /// Gives it its name, unless there is a file of that name, and syncs the folder.
+    /// Renames the file to its final name unless that exists, and syncs the folder.
     fn name_it(self) -> Result<(), BackupError> {
         let exists = || BackupError::Exists(self.out.clone());
         match renameat_with(CWD, &self.path, CWD, &self.out, RenameFlags::NOREPLACE) {
             Ok(()) => {}
             Err(Errno::EXIST) => return Err(exists()),
-            // Some file systems cannot: then the look and the renaming are two steps.
+            // Some file systems cannot do this atomically: check, then rename.
             Err(Errno::INVAL | Errno::NOSYS) => {
                 if self.out.symlink_metadata().is_ok() {
                     return Err(exists());
@@ -399,19 +401,19 @@ impl Partial {
 
 impl Drop for Partial {
     fn drop(&mut self) {
-        // Nothing is there once it was named.
+        // After the rename nothing is there.
         let _ = std::fs::remove_file(&self.path);
     }
 }
 
-/// What was done to a file of an older layout.
+/// The result of an upgrade from an older layout.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Upgraded {
     pub(super) from: i64,
     pub(super) backup: PathBuf,
 }
 
-/// Makes the tables in an empty file, upgrades those of an older layout, or makes sure that they are there.
+/// Creates the tables in an empty file, upgrades an older layout, or checks that the tables exist.
 pub(crate) fn prepare(connection: &mut Connection, file: &Path) -> Result<Option<Upgraded>> {
     let transaction = connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
     let mut upgraded = None;
@@ -431,7 +433,7 @@ pub(crate) fn prepare(connection: &mut Connection, file: &Path) -> Result<Option
     Ok(upgraded)
 }
 
-/// Upgrades the file between two layouts in the caller's transaction, which holds off all other writers, after a copy of it.
+/// Copies the file, then upgrades its layout in the caller's transaction, which blocks all other writers.
 fn upgrade(transaction: &Connection, file: &Path, (from, to): (i64, i64)) -> Result<Upgraded> {
     let backup = back_up(transaction, file, from)?;
     for (_, step) in STEPS.iter().filter(|(layout, _)| *layout >= from) {
@@ -441,7 +443,7 @@ fn upgrade(transaction: &Connection, file: &Path, (from, to): (i64, i64)) -> Res
     Ok(Upgraded { from, backup })
 }
 
-/// Copies the file whole and synced; a copy of the same state that an interrupted upgrade left is taken as it is.
+/// Copies the whole file and syncs it; reuses a copy of the same state that an interrupted upgrade left.
 fn back_up(transaction: &Connection, file: &Path, from: i64) -> Result<PathBuf> {
     let mut name = file.as_os_str().to_owned();
     name.push(format!(".layout-{from}.backup"));
@@ -454,7 +456,7 @@ fn back_up(transaction: &Connection, file: &Path, from: i64) -> Result<PathBuf> 
             Err(StoreError::BackupInTheWay { from, backup })
         };
     }
-    // On a connection of its own, because the other one is within its transaction.
+    // A second connection, because the first is inside its transaction.
     let source = Connection::open_with_flags(file, READ_WRITE)?;
     match copy(&source, &backup, &mut |_, _, _| (), |_, _| Ok(())) {
         Ok(()) => Ok(backup),
@@ -467,7 +469,7 @@ fn back_up(transaction: &Connection, file: &Path, from: i64) -> Result<PathBuf> 
     }
 }
 
-/// Tells states of one store apart: the epoch, which grows with recordings, and the last group of posts.
+/// Distinguishes states of one store: the epoch, which grows with recordings, and the last group of batches.
 fn state(connection: &Connection) -> Result<(i64, i64)> {
     let sql = "SELECT epoch, max(groups, (SELECT coalesce(max(id), 0) FROM pending)) FROM counters";
     Ok(connection.query_row(sql, [], |row| Ok((row.get(0)?, row.get(1)?)))?)

@@ -1,13 +1,13 @@
-//! What the writer knows of the file, and what of it the tables do not hold yet.
+//! The writer's state of the file, including what the tables lack so far.
 //!
 //! ```text
-//!  a group of posts ──▶ one row of `pending`, synced, acknowledged     (append)
-//!                  └──▶ the state of its streams in memory
-//!  seconds later, stream by stream ──▶ `chunks`, `runs`, `shares`, `streams`; rows of `pending` that are in all of
-//!                                      them are deleted               (settle)
+//!    a group of batches ──▶ one row of `pending`, synced, acknowledged     (append)
+//!                     └──▶ the state of its streams in memory
+//!    seconds later, stream by stream ──▶ `chunks`, `runs`, `shares`, `streams`; rows of `pending` that are in all of
+//!                                        them are deleted               (settle)
 //! ```
 //!
-//! So a stream's pages are written once for many posts. Whoever reads the tables asks for all to be settled first. A writer
+//! So a stream's pages are written once for many batches. Readers of the tables first have everything settled. A writer
 //! that finds rows in `pending`, after a crash or another program's write, takes them in as if they came now.
 
 use crate::limits::Limits;
@@ -23,34 +23,34 @@ use rusqlite::{Connection, params};
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::sync::Arc;
 
-/// Runs of numbers that are held in memory; a store whose streams have more begins again with those that are asked for.
+/// Runs held in memory; a store with more forgets its streams and reads them again on demand.
 const RUNS_HELD_MAX: usize = 1_000_000;
-/// Groups after which they are counted, because there may be many streams.
+/// Groups between two counts of the runs, because there may be many streams.
 const RUNS_COUNTED_EVERY: i64 = 64;
-/// A stream is settled when its oldest post came so long before the newest post of all.
+/// A stream is settled when its oldest batch came this long before the newest batch of all.
 const SETTLE_AFTER_NS: u64 = 5_000_000_000;
-/// Rows that are held in memory; beyond, the oldest are settled sooner.
+/// Rows held in memory; above this, the oldest are settled sooner.
 const ROWS_HELD_MAX: usize = 65_536;
-/// Streams that are settled beside one group at most, because its posts wait meanwhile.
+/// Maximum streams settled after one group, because its batches wait meanwhile.
 const SETTLED_MAX: usize = 64;
 
-/// Of the bytes of a group, so many may be needed to settle it before it is deleted.
+/// Settling a group may need this many times its bytes before the group is deleted.
 const ROOM_TO_SETTLE: u64 = 2;
 
 #[derive(Debug, Default)]
 pub(super) struct Known {
     streams: Streams,
-    /// As SQLite counts the changes that others make; 0 while nothing is known.
+    /// SQLite's counter of changes by others; 0 while nothing is known.
     version: i64,
     epoch: i64,
     group: i64,
-    /// Streams that the tables lag behind, longest first.
+    /// Streams that the tables lag behind, longest-waiting first.
     unsettled: VecDeque<Unsettled>,
-    /// Rows of all of them.
+    /// Rows of all these streams.
     rows: usize,
     pending: VecDeque<(i64, u64)>,
     pending_bytes: u64,
-    /// The store time at which rows come into the tables.
+    /// The store time at which rows enter the tables.
     now_ns: i64,
 }
 
@@ -68,12 +68,12 @@ impl Known {
         Ok(())
     }
 
-    /// From now on, rows come into the tables at this store time.
     pub(super) fn set_time(&mut self, now_ns: i64) {
         self.now_ns = now_ns;
     }
 
-    /// Every stream as it will be once all is settled, and how many of its frames are not: for a reader, which writes nothing.
+    /// Every stream as it will be once settled, and how many of its frames are not yet: for a reader, which writes
+    /// nothing.
     pub(super) fn books(
         connection: &Connection,
         limits: &Limits,
@@ -104,7 +104,7 @@ impl Known {
         }
     }
 
-    /// Makes sure that what is held here is what the file says.
+    /// Makes this state match the file.
     fn refresh(&mut self, connection: &Connection, limits: &Limits) -> Result<()> {
         let mut statement = connection.prepare_cached("PRAGMA data_version")?;
         let version = statement.query_row([], |row| row.get(0))?;
@@ -131,7 +131,7 @@ impl Known {
         self.streams.values().map(|state| state.runs.len()).sum()
     }
 
-    /// Takes in a group that is kept already, but for the streams whose tables have it.
+    /// Takes in a group that is already stored, except for streams whose tables already have it.
     fn take_again(
         &mut self,
         connection: &Connection,
@@ -142,7 +142,7 @@ impl Known {
         self.pending.push_back((kept.group, kept.bytes));
         self.pending_bytes += kept.bytes;
         let mut group = kept.taken;
-        // Settled meanwhile or not, a stream that was let in is in the tables.
+        // Every stream of a stored group was accepted, so its row exists or has room, whatever the limit says now.
         self.learn(
             connection,
             &group,
@@ -170,7 +170,7 @@ impl Known {
         Ok(())
     }
 
-    /// Keeps a group of batches: each in whole, or refused with the reason.
+    /// Stores a group of batches: each whole, or rejected with the reason.
     pub(super) fn append(
         &mut self,
         connection: &Connection,
@@ -198,7 +198,7 @@ impl Known {
             let Some(key) = state.map(|state| state.key) else {
                 continue;
             };
-            // It was made for a batch that was then refused.
+            // Created for a batch that was then rejected.
             connection
                 .prepare_cached("DELETE FROM streams WHERE id = ?")?
                 .execute([key])?;
@@ -210,7 +210,7 @@ impl Known {
         Ok(appended)
     }
 
-    /// Settles all before what is pending might not find room in the tables.
+    /// Settles everything before the pending rows could run out of room in the tables.
     fn make_room(&mut self, connection: &Connection, limits: &Limits) -> Result<()> {
         let Some(bytes_max) = limits.store_bytes_max else {
             return Ok(());
@@ -237,7 +237,7 @@ impl Known {
         Ok(group.iter().map(|taken| plan.take(taken)).collect())
     }
 
-    /// Reads what is not known yet of the streams of a group, and makes those that are new, as long as there is room.
+    /// Reads the state of the group's unknown streams, and creates new streams while there is room.
     fn learn(
         &mut self,
         connection: &Connection,
@@ -272,7 +272,7 @@ impl Known {
         Ok(made)
     }
 
-    /// What the tables hold under the numbers that came before, to be held against what comes again.
+    /// Reads the stored records under numbers that came again, to compare with the new ones.
     fn contents(&self, connection: &Connection, group: &[Taken]) -> Result<Contents> {
         let mut contents = Contents::new();
         for taken in group {
@@ -294,7 +294,7 @@ impl Known {
         Ok(contents)
     }
 
-    /// Takes note of what a group left for the tables to follow.
+    /// Notes what a group leaves to be settled.
     fn note<'g>(&mut self, group: impl IntoIterator<Item = &'g Taken>) {
         for taken in group {
             for name in taken.streams() {
@@ -326,7 +326,7 @@ impl Known {
             let Some(oldest) = self.unsettled.front() else {
                 break;
             };
-            // A wall clock that was set is no reason to wait.
+            // A change of the wall clock in either direction is no reason to wait.
             let is_due = newest_ns.abs_diff(oldest.since_ns) >= SETTLE_AFTER_NS;
             if !is_due && self.rows <= ROWS_HELD_MAX {
                 break;
@@ -340,7 +340,7 @@ impl Known {
         Ok(())
     }
 
-    /// Brings the tables up to the last group, also with what another program or an earlier run left in `pending`.
+    /// Brings the tables up to the last group, including what another program or an earlier process left in `pending`.
     pub(super) fn settle_all(&mut self, connection: &Connection, limits: &Limits) -> Result<()> {
         self.refresh(connection, limits)?;
         self.settle_known(connection)
@@ -351,7 +351,7 @@ impl Known {
         self.forget_settled(connection)
     }
 
-    /// Brings the tables of the stream that waits the longest up to the last group; whether there was one.
+    /// Brings the tables of the longest-waiting stream up to the last group; returns whether there was one.
     fn settle_next(&mut self, connection: &Connection) -> Result<bool> {
         let Some(oldest) = self.unsettled.pop_front() else {
             return Ok(false);
@@ -369,7 +369,7 @@ impl Known {
         Ok(true)
     }
 
-    /// Deletes the groups that the tables of all their streams have.
+    /// Deletes the groups that are in the tables of all their streams.
     fn forget_settled(&mut self, connection: &Connection) -> Result<()> {
         let oldest = self.unsettled.front();
         let through = oldest.map_or(self.group, |oldest| oldest.since_group - 1);

@@ -6,7 +6,7 @@ use crate::store::sqlite::read;
 use crate::store::types::{KeptLabel, Label};
 use rusqlite::{Connection, params};
 
-/// In the order in which they were added.
+/// A recording's labels, oldest first.
 pub(super) fn all(connection: &Connection, id: RecordingId) -> Result<Vec<KeptLabel>> {
     read::recording(connection, id)?;
     let mut statement = connection.prepare_cached(

@@ -1,5 +1,5 @@
-//! Groups of posts that are kept, and not yet in the tables that are read: a row is a group, of each batch its time of arrival
-//! (8 bytes), its length (4 bytes), both little-endian, and the batch as on the wire.
+//! Groups of batches that are stored but not yet in the tables. A row is a group: for each batch its arrival time (8
+//! bytes), its length (4 bytes), both little-endian, and the batch as on the wire.
 
 use crate::store::error::{Result, StoreError};
 use crate::store::plan::Taken;
@@ -9,7 +9,7 @@ use rusqlite::{Connection, params};
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// What was let in is not refused when limits are lower later.
+/// A batch that was accepted stays readable when limits are lowered later.
 const NO_LIMITS: wire::Limits = wire::Limits {
     sensors: usize::MAX,
     frames: usize::MAX,
@@ -17,7 +17,7 @@ const NO_LIMITS: wire::Limits = wire::Limits {
     gaps: usize::MAX,
 };
 
-/// Some more than a post takes as a rule: five frames and what names them.
+/// A little more than a usual batch takes: five frames and their names.
 const ROOM_OF_A_POST: usize = 1024;
 
 pub(super) struct Group {
@@ -26,7 +26,7 @@ pub(super) struct Group {
     pub(super) taken: Vec<Taken>,
 }
 
-/// Keeps a group; how many bytes it takes.
+/// Stores a group and returns its size in bytes.
 pub(super) fn keep(connection: &Connection, group: i64, taken: &[&Taken]) -> Result<u64> {
     let mut bytes = Vec::with_capacity(ROOM_OF_A_POST * taken.len());
     for taken in taken {
@@ -50,7 +50,7 @@ pub(super) fn keep(connection: &Connection, group: i64, taken: &[&Taken]) -> Res
     Ok(u64::try_from(bytes.len()).unwrap_or(u64::MAX))
 }
 
-/// The batch as the wire asks for it, each number once and ascending. What is kept of it is the same.
+/// The batch as the wire requires it, each number once and ascending. The stored result is the same.
 fn in_order(batch: &Batch) -> Cow<'_, Batch> {
     let is_in_order = |part: &SensorBatch| part.frames.is_sorted_by(|one, next| one.seq < next.seq);
     if batch.sensors.iter().all(is_in_order) {
@@ -72,7 +72,7 @@ pub(super) fn all(connection: &Connection) -> Result<Vec<Group>> {
         Ok(Group {
             group: row.get(0)?,
             bytes: u64::try_from(bytes.len()).unwrap_or(u64::MAX),
-            taken: open(bytes).ok_or_else(|| damaged("a group of posts that is cut"))??,
+            taken: open(bytes).ok_or_else(|| damaged("a truncated group of batches"))??,
         })
     })?;
     groups.collect()
@@ -101,7 +101,7 @@ fn open(mut bytes: &[u8]) -> Option<Result<Vec<Taken>>> {
     Some(Ok(group))
 }
 
-/// Deletes the groups up to `through`, and takes note of the number of the last.
+/// Deletes the groups up to `through`, and stores the number of the last group.
 pub(super) fn forget(connection: &Connection, through: i64, last: i64) -> Result<()> {
     connection
         .prepare_cached("DELETE FROM pending WHERE id <= ?")?

@@ -1,7 +1,7 @@
-//! Where the file is, how each connection to it is opened, and whether its path still names the file that is written.
+//! Opens the file's connections, and checks that its path still names the open file.
 //!
-//! A file can be deleted, moved or replaced while a program writes it, and every write succeeds. So the writer looks after
-//! each commit and before it answers. While the file is gone nothing more is written; every post looks again.
+//! A file can be deleted, moved or replaced while a program writes it, and every write still succeeds. So the writer
+//! checks after each commit, before it answers. While the file is gone nothing is written; every batch checks again.
 
 use crate::limits::Limits;
 use crate::log::{Level, Log, LogEvent};
@@ -19,13 +19,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Prepared statements that a connection keeps: more than there are in this crate.
+/// Prepared statements cached per connection: more than this crate has.
 const STATEMENTS_MAX: usize = 64;
 
 pub(super) struct Place {
     pub(super) name: String,
     flags: OpenFlags,
-    /// Not of a store in memory.
+    /// `None` for a store in memory.
     file: Option<File>,
 }
 
@@ -43,7 +43,9 @@ impl Place {
                     file: Some(file),
                 })
             }
-            StoreLocation::Postgres(url) => Err(StoreError::Unusable(format!("{url} is no file"))),
+            StoreLocation::Postgres(url) => {
+                Err(StoreError::Unusable(format!("{url} is not a file")))
+            }
             StoreLocation::Memory => {
                 static STORES: AtomicU64 = AtomicU64::new(0);
                 let number = STORES.fetch_add(1, Ordering::Relaxed);
@@ -56,7 +58,7 @@ impl Place {
         }
     }
 
-    /// Takes note of which file the connections have opened.
+    /// Remembers which file the connections have open.
     pub(super) fn hold(&mut self, connection: &Connection) -> Result<Option<Held>> {
         let Some(file) = self.file.take() else {
             return Ok(None);
@@ -72,7 +74,7 @@ impl Place {
         connection.busy_timeout(limits.store_lock_time_max)?;
         connection.set_prepared_statement_cache_capacity(STATEMENTS_MAX);
         if self.file.is_some() {
-            // The change to WAL is written into the file, so it must be ours.
+            // Switching to WAL writes to the file, so check first that it is ours.
             recognize(&connection)?;
             connection.pragma_update(None, "journal_mode", "WAL")?;
         }
@@ -82,7 +84,7 @@ impl Place {
     }
 }
 
-/// Makes an empty file that only this user may read, or finds that the one there may be written.
+/// Creates an empty file that only this user may read, or checks that the existing one is writable.
 fn make_file(path: &Path) -> Result<File> {
     let opened = OpenOptions::new()
         .read(true)
@@ -95,7 +97,7 @@ fn make_file(path: &Path) -> Result<File> {
     if file.metadata().map_err(|error| unusable(&error))?.is_file() {
         return Ok(file);
     }
-    Err(StoreError::Unusable("it is not a plain file".to_owned()))
+    Err(StoreError::Unusable("it is not a regular file".to_owned()))
 }
 
 fn unusable(error: &io::Error) -> StoreError {
@@ -116,7 +118,7 @@ impl From<rusqlite::Error> for StoreError {
     }
 }
 
-/// What the database is called in messages, and its log.
+/// Names of the database file and its log in messages.
 const FILE: &str = "file";
 const LOG: &str = "log";
 
@@ -127,7 +129,7 @@ pub(super) struct Held {
     log: Part,
 }
 
-/// A file, and where it was. It is held open, so that no other file can get its number.
+/// A file and its path. Kept open, so that no other file can get its inode number.
 #[derive(Debug)]
 struct Part {
     name: &'static str,
@@ -144,7 +146,7 @@ fn identity(found: &Statx) -> Identity {
 }
 
 impl Held {
-    /// Takes note of the file that was opened at `path`, and of the log of the connection to it.
+    /// Remembers the file opened at `path`, and the log of its connection.
     pub(super) fn new(path: &Path, file: File, connection: &Connection) -> io::Result<Self> {
         let log = PathBuf::from(format!("{}-wal", connection.path().unwrap_or_default()));
         let held = Self {
@@ -167,12 +169,12 @@ impl Held {
             } else {
                 "the frames of the last seconds: only the log has them".to_owned()
             };
-            let hint = "stop this program and start it again, or put the log back if it was moved";
+            let hint = "restart this program, or put the log back if it was moved";
             (at_risk, hint.to_owned())
         } else if self.file.is_linked() {
-            let at_risk = format!("the newest frames, for whoever opens the file without {log}");
+            let at_risk = format!("the newest frames, if the file is opened without {log}");
             let hint = format!(
-                "put it back to {file}: this program then goes on by itself; to leave it where it is, stop this program, which folds {log} into it"
+                "put it back to {file}: this program then continues by itself; to leave it where it is, stop this program, which merges {log} into it"
             );
             (at_risk, hint)
         } else {
@@ -207,8 +209,8 @@ impl Part {
     }
 
     fn check(&self) -> Result<()> {
-        // Not `std::fs::metadata`, which asks for the time of change as well: since Linux 6.13 a file whose time was asked for
-        // gets a new one with the next write, and the next sync writes its inode for that.
+        // Not `std::fs::metadata`, which also reads the modification time: since Linux 6.13, reading it gives the file
+        // a new time at the next write, so the next sync writes the inode too.
         let there = statx(CWD, &self.path, AtFlags::empty(), StatxFlags::INO);
         let fate = match there.as_ref().map(identity) {
             Ok(identity) if identity == self.identity => return Ok(()),
@@ -229,7 +231,7 @@ impl Part {
     }
 }
 
-/// What the writer knows of its file. A store in memory has none.
+/// Tracks whether the file is still there. A store in memory has none.
 #[derive(Debug)]
 pub(super) struct Presence {
     held: Option<Arc<Held>>,
@@ -246,7 +248,7 @@ impl Presence {
         }
     }
 
-    /// Before a commit: nothing more is written into a file that is gone.
+    /// Before a commit: rejects writes to a file that is gone.
     pub(super) fn check_before(&mut self, connection: &Connection) -> Result<()> {
         match self.gone {
             None => Ok(()),
@@ -254,7 +256,7 @@ impl Presence {
         }
     }
 
-    /// After a commit, before it is answered.
+    /// After a commit, before the answer.
     pub(super) fn check(&mut self, connection: &Connection) -> Result<()> {
         let Some(held) = &self.held else {
             return Ok(());
@@ -277,7 +279,7 @@ impl Presence {
         found
     }
 
-    /// At the end: folds the log in, and tells whether all that was acknowledged will be found.
+    /// At the end: checkpoints the log, and checks that every acknowledged frame will be found.
     pub(super) fn check_at_end(&self, connection: &Connection) -> Result<()> {
         let is_folded = fold(connection);
         match &self.held {
@@ -288,7 +290,7 @@ impl Presence {
     }
 }
 
-/// Writes all that the log holds into the file, and syncs it; whether that was done.
+/// Writes the whole log into the file and syncs it; returns whether that succeeded.
 fn fold(connection: &Connection) -> bool {
     let folded = connection.query_row("PRAGMA wal_checkpoint(TRUNCATE)", [], |row| {
         Ok(row.get::<_, i64>(0)? == 0)

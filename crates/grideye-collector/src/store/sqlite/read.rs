@@ -19,7 +19,7 @@ pub(super) fn bytes(connection: &Connection) -> Result<u64> {
     Ok(u64::try_from(bytes).unwrap_or(0))
 }
 
-/// Bytes of the file that hold something: pages that became free are used again.
+/// Bytes of the file in use; SQLite reuses free pages.
 pub(super) fn bytes_used(connection: &Connection) -> Result<u64> {
     let number = |pragma| connection.pragma_query_value(None, pragma, |row| row.get::<_, i64>(0));
     let pages = number("page_count")? - number("freelist_count")?;
@@ -38,12 +38,12 @@ const STREAM_COLUMNS: &str =
     t_last_arrival_ns, expired, kept_group";
 
 pub(super) fn streams(connection: &Connection, limits: &Limits) -> Result<Vec<StreamSummary>> {
-    // One snapshot, so that counts and gaps belong together.
+    // One snapshot, so that counts and gaps match.
     let snapshot = connection.unchecked_transaction()?;
     streams_within(&snapshot, limits)
 }
 
-/// The same, within the snapshot of a transaction.
+/// The same within the caller's transaction.
 pub(super) fn streams_within(
     connection: &Connection,
     limits: &Limits,
@@ -59,7 +59,7 @@ pub(super) fn streams_within(
     streams.collect()
 }
 
-/// All that is known of a stream, for the writer.
+/// The full state of a stream, for the writer.
 pub(super) fn state(connection: &Connection, id: &StreamId) -> Result<Option<StreamState>> {
     let mut statement = connection.prepare_cached(&format!(
         "SELECT {STREAM_COLUMNS} FROM streams WHERE device = ? AND sensor = ? AND boot = ?"
@@ -70,7 +70,7 @@ pub(super) fn state(connection: &Connection, id: &StreamId) -> Result<Option<Str
         .transpose()
 }
 
-/// From [`STREAM_COLUMNS`], with the newest runs of numbers that came.
+/// From [`STREAM_COLUMNS`], with the newest runs.
 fn state_of(connection: &Connection, row: &Row<'_>, runs_max: i64) -> Result<StreamState> {
     let account: Option<String> = row.get(6)?;
     let mut state = StreamState {
@@ -95,7 +95,6 @@ fn state_of(connection: &Connection, row: &Row<'_>, runs_max: i64) -> Result<Str
     Ok(state)
 }
 
-/// What [`rows_of`] reads.
 const CHUNK_COLUMNS: &str = "first_seq, last_seq, epoch, is_sealed, rows";
 
 /// The rows of one chunk, from [`CHUNK_COLUMNS`].
@@ -121,7 +120,7 @@ pub(super) fn chunks_of_a_stream() -> String {
     )
 }
 
-/// What is kept under these numbers; nothing where it was deleted.
+/// The stored records under these numbers, except deleted ones.
 pub(super) fn records(
     connection: &Connection,
     key: i64,
@@ -133,7 +132,7 @@ pub(super) fn records(
     let mut records = BTreeMap::new();
     let mut last = None;
     for seq in seqs {
-        // Ascending: what the chunk before holds is known already, and also that it ends below.
+        // In ascending order: numbers up to the end of the last chunk are already done.
         if last.is_some_and(|last| *seq <= last) {
             continue;
         }
@@ -197,7 +196,8 @@ pub(super) fn recording(connection: &Connection, id: RecordingId) -> Result<Reco
     Ok(recording_and_range(connection, id, i64::MAX)?.0)
 }
 
-/// What belongs to a recording: what arrived after its start and not after its stop, or not after the epoch `through`.
+/// The frames of a recording: those that arrived after its start and before its stop; for a running one, up to epoch
+/// `through`.
 pub(super) fn members(connection: &Connection, id: RecordingId, through: i64) -> Result<Members> {
     let connection = connection.unchecked_transaction()?;
     let (recording, epochs) = recording_and_range(&connection, id, through)?;
@@ -234,7 +234,7 @@ fn recording_and_range(
     }
 }
 
-/// A recording as it is, and its epochs: of one that runs, up to `through_now`.
+/// A recording, and its epochs: up to `through_now` while it runs.
 fn recording_of(
     connection: &Connection,
     row: &Row<'_>,
@@ -272,7 +272,7 @@ pub(super) fn page(
     let Some(first) = span.first_after(after_seq) else {
         return Ok(Vec::new());
     };
-    // The chunk that the first number may lie within, and those behind it.
+    // The chunk that may contain the first number, and those after it.
     let mut statement = connection.prepare_cached(&format!(
         "SELECT {CHUNK_COLUMNS} FROM chunks
          WHERE stream_id = ?1 AND first_seq <= ?3 AND first_seq >= coalesce(

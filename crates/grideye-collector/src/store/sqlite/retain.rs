@@ -1,6 +1,6 @@
-//! Deletes frames that are too old, or for which the file is too small; never those of a recording.
+//! Deletes frames that are too old or that make the store too large, but never those of a recording.
 //!
-//! However far a clock or a person was wrong, only a share of the store is deleted in a time, and each deletion is reported.
+//! Only a share of the store is deleted at a time, however wrong a clock or a setting, and every deletion is logged.
 
 use crate::limits::Limits;
 use crate::log::{Level, LogEvent};
@@ -11,17 +11,19 @@ use grideye_recording::StreamId;
 use rusqlite::{Connection, params};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Of the frames in the store, one in so many is deleted at once at most, after a time in which nothing was deleted.
+/// At most one in this many frames is deleted at once, after a time without deletions.
 const SHARE_AT_ONCE: i128 = 20;
-/// How much faster than it grows old a store may shrink: with the share above, a tenth in a fortieth of [`Limits::keep_for`].
+/// How much faster a store may shrink than it ages: with the share above, a tenth in a fortieth of
+/// [`Limits::keep_for`].
 const TIMES_AS_FAST: i128 = 2;
-/// For want of room, a twentieth of the store is deleted in so long, and besides so many times what came.
+/// To save space, a twentieth of the store may be deleted per this time, plus [`TIMES_AS_FAST`] times the frames that
+/// came.
 const SHARE_EVERY_NS: i128 = 3_600_000_000_000;
-/// Deletion waits until there is so much of it: a hundredth of the time or the room. So it is reported in few lines.
+/// Deletion waits for a hundredth of the time or space to accumulate, so that few log lines report it.
 const GRAINS: i64 = 100;
-/// Chunks that are deleted in a step at most, because posts wait meanwhile.
+/// Maximum chunks deleted in a step, because batches wait meanwhile.
 const DELETED_MAX: usize = 64;
-/// Chunks that are looked at in a step at most.
+/// Maximum chunks visited in a step.
 const VISITS_MAX: usize = 1024;
 
 /// Whether the chunk `c` belongs to a recording.
@@ -30,13 +32,13 @@ const IS_RECORDED: &str = "EXISTS (
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Reason {
-    /// They were older than [`Limits::keep_for`].
+    /// They are older than [`Limits::keep_for`].
     Age,
-    /// The file was larger than [`Limits::keep_bytes`].
+    /// The store is larger than [`Limits::keep_bytes`].
     Size,
 }
 
-/// Frames of one stream that were deleted together.
+/// Frames of one stream deleted together.
 #[derive(Debug)]
 pub(super) struct Deleted {
     reason: Reason,
@@ -64,7 +66,7 @@ impl Deleted {
     }
 }
 
-/// Frames that were deleted since the start, by reason.
+/// Frames deleted since the start, by reason.
 #[derive(Debug, Default)]
 pub(super) struct DeletedCounts {
     pub(super) by_age: AtomicU64,
@@ -81,7 +83,7 @@ impl DeletedCounts {
     }
 }
 
-/// How many frames may be deleted, in millionths; below 0 after a chunk, which is deleted whole.
+/// How many frames may be deleted, in millionths; can fall below 0, because a chunk is deleted whole.
 #[derive(Debug, Default)]
 struct Allowance(i128);
 
@@ -98,25 +100,25 @@ impl Allowance {
     }
 }
 
-/// The place of a chunk in the order of age: store time, stream, first number.
+/// A chunk's position in the order of age: store time, stream, first number.
 type Place = (i64, i64, i64);
 
 #[derive(Debug, Default)]
 pub(super) struct Retention {
-    /// All chunks up to here that are left belong to recordings, for good; `None` before the first.
+    /// All remaining chunks up to here belong to recordings, permanently; `None` before the first.
     looked_through: Option<Place>,
     by_age: Allowance,
     by_size: Allowance,
-    /// When it was last measured, and how many frames had ever been stored.
+    /// Time of the last measurement, and the total of frames stored by then.
     measured: Option<(i64, i64)>,
-    /// What was stored before this time was brought in from an older layout: it is as old as the end of this time.
+    /// Chunks from before this time came from an older layout: they count as no older than this time.
     aged_from_ns: i64,
-    /// The file is too large until it is no larger than this.
+    /// While set, the store shrinks to this size in bytes.
     shrink_to: Option<u64>,
 }
 
 impl Retention {
-    /// At the beginning of a round: how much may be deleted.
+    /// At the start of a round: measures how much may be deleted.
     pub(super) fn measure(
         &mut self,
         connection: &Connection,
@@ -152,7 +154,7 @@ impl Retention {
         Ok(())
     }
 
-    /// Deletes a little; whether that is all for this round.
+    /// Deletes a little; the flag says whether this round is finished.
     pub(super) fn delete(
         &mut self,
         connection: &Connection,
@@ -192,7 +194,7 @@ impl Retention {
         Ok((step.deleted, is_done))
     }
 
-    /// What was stored before this time is too old.
+    /// Chunks stored before this time are too old.
     fn too_old_before(&self, now_ns: i64, limits: &Limits) -> Option<i64> {
         let keep_ns = nanoseconds(limits.keep_for?);
         let grain = (keep_ns / GRAINS).max(1);
@@ -209,7 +211,7 @@ struct Step<'c> {
 }
 
 impl Step<'_> {
-    /// The oldest chunk of no recording that was stored before this time, as far as this step goes.
+    /// The oldest chunk outside all recordings that was stored before `before_ns`, within this step's limit.
     fn oldest(
         &mut self,
         looked_through: &mut Option<Place>,
@@ -237,7 +239,7 @@ impl Step<'_> {
         Ok(None)
     }
 
-    /// Deletes a chunk, and those of its stream that follow it and were stored before this time.
+    /// Deletes a chunk, and the following chunks of its stream that were stored before `before_ns`.
     fn delete(
         &mut self,
         (_, key, first_seq): Place,

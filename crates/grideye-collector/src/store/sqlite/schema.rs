@@ -7,18 +7,20 @@ use rusqlite::{Connection, OpenFlags};
 pub(super) const APPLICATION_ID: i64 = 0x4745_5945;
 pub(super) const LAYOUT: i64 = 3;
 
-/// How a file is opened that is there.
+/// Flags for an existing file.
 pub(super) const READ_WRITE: OpenFlags =
     OpenFlags::SQLITE_OPEN_READ_WRITE.union(OpenFlags::SQLITE_OPEN_NO_MUTEX);
 
-/// `pending` holds groups of posts until the other tables have them; `kept_group` of a stream is the last that they have.
-/// `chunks` holds rows of one stream, ascending, many in one (`chunk.rs`), old ones sealed; `frames` are those with pixels.
-/// It has a rowid, because a search among keys that lie beside such rows reads all the rows that it passes.
-/// `t_store_ns` of a chunk is the store time (`sqlite/time.rs`) at which its last row was stored; that of `counters` is the
-/// last that was kept, and what came before `t_aged_from_ns` is as old as that.
-/// `runs` holds the received numbers as runs, permanently. `counters` has the epoch and the number of groups kept.
+/// `pending` holds groups of batches until the other tables have them; a stream's `kept_group` is the last group its
+/// tables have.
+/// `chunks` holds ascending rows of one stream, many in one chunk (`chunk.rs`), old ones sealed; `frames` counts those
+/// with pixels.
+/// It has a rowid, because a search in keys stored beside such large rows reads every row it passes.
+/// `t_store_ns` of a chunk is the store time (`sqlite/time.rs`) of its last row. In `counters` it is the last stored
+/// time, and chunks from before `t_aged_from_ns` count as that old.
+/// `runs` holds the received numbers as runs, permanently. `counters` has the epoch and the number of groups stored.
 /// Recordings are ranges of epochs, and `shares` says what each epoch brought to each stream.
-/// Rows that were deleted are still in `stored`; how many of them carried pixels is `expired`.
+/// Deleted rows still count in `stored`; `expired` counts those of them that had pixels.
 pub(super) const TABLES: &str = "
 CREATE TABLE pending (
     id INTEGER PRIMARY KEY,
@@ -86,12 +88,12 @@ CREATE TABLE counters (
 INSERT INTO counters (epoch, groups) VALUES (1, 0);
 ";
 
-/// From each layout that is read to the next one. The first is the oldest that a released program wrote.
+/// The step from each readable layout to the next. The first is the oldest that a released program wrote.
 pub(super) const STEPS: [(i64, &str); 1] = [(2, TO_3)];
 
 const OLDEST: i64 = STEPS[0].0;
 
-/// Layout 2 had the wall clock where layout 3 has store time. The old times are left for the order of deletion, not as ages.
+/// Layout 2 had the wall clock in place of store time. The old times keep the order of deletion, but are not ages.
 const TO_3: &str = "
 ALTER TABLE chunks RENAME COLUMN t_arrival_ns TO t_store_ns;
 CREATE INDEX chunks_by_age ON chunks (t_store_ns, stream_id, first_seq);
@@ -101,8 +103,8 @@ UPDATE counters SET t_store_ns = coalesce((SELECT max(t_store_ns) FROM chunks), 
 UPDATE counters SET t_aged_from_ns = t_store_ns;
 ";
 
-/// Beside the layout: what an older version of this program neither needs nor touches. A label is a document: its name and the
-/// frames that it is of, as JSON.
+/// Not part of the layout: older versions of this program neither need nor touch these tables. A label is JSON: its
+/// name and its frames.
 pub(super) const WRITTEN: &str = "
 CREATE TABLE IF NOT EXISTS notes (
     recording_id INTEGER PRIMARY KEY REFERENCES recordings (id),
@@ -116,18 +118,18 @@ CREATE TABLE IF NOT EXISTS labels (
 ) STRICT, WITHOUT ROWID;
 ";
 
-/// What a file holds that may become, or is, a store.
+/// The contents of a file that is or may become a store.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Found {
-    /// Nothing: a file just made.
+    /// Empty: a new file.
     Nothing,
-    /// The tables above.
+    /// The current tables.
     Store,
-    /// Those of an older layout that is read.
+    /// The tables of an older, readable layout.
     Older(i64),
 }
 
-/// Looks without changing anything, and refuses what is not ours to write.
+/// Checks without changing anything, and rejects files that are not ours.
 pub(super) fn recognize(connection: &Connection) -> Result<Found> {
     let number = |pragma| connection.pragma_query_value(None, pragma, |row| row.get::<_, i64>(0));
     let tables: i64 =

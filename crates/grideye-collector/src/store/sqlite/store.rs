@@ -1,4 +1,5 @@
-//! [`SqliteStore`]: a thread that writes and shares each sync among all who wait, and connections that read beside it.
+//! [`SqliteStore`]: a thread that writes and shares each sync among all waiting requests, and connections that read in
+//! parallel.
 
 use crate::clock::Clock;
 use crate::counters::load;
@@ -23,10 +24,10 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use tokio::sync::Semaphore;
 
-/// Pages of the log after which it is folded into the file, 32 MB: a page that many posts write is then folded in once.
+/// Pages of the log between checkpoints, 32 MB: a page that many batches write is then copied into the file once.
 const CHECKPOINT_PAGES: i64 = 8192;
 
-/// What the writer holds of the file: the last page of each stream, so that a fleet's posts read nothing.
+/// The writer's page cache: it holds the last page of each stream, so that a fleet's batches read nothing.
 const CACHE_KIB: i64 = 32 * 1024;
 
 /// A store in an SQLite file, in WAL mode and synced at every commit.
@@ -39,12 +40,12 @@ pub struct SqliteStore {
     fault: WriteFault,
     deleted: Arc<DeletedCounts>,
     limits: Limits,
-    /// Closed last: to close any descriptor of a file ends SQLite's locks on it.
+    /// Closed last: closing any descriptor of a file releases SQLite's locks on it.
     held: Option<Arc<Held>>,
 }
 
 impl SqliteStore {
-    /// Opens the store, or makes it where none is. It has no clock: nothing grows old, so nothing is sealed or deleted.
+    /// Opens the store, or creates it. Without a clock nothing ages, so nothing is sealed or deleted.
     ///
     /// # Errors
     /// As [`SqliteStore::open_tended`].
@@ -52,11 +53,11 @@ impl SqliteStore {
         Self::open_with(location, limits, None, &Log::silent())
     }
 
-    /// Opens the store, or makes it where none is. Frames grow old by the clock's monotonic time; what is deleted is logged.
-    /// A file of an older layout is copied and upgraded.
+    /// Opens the store, or creates it. Frames age by the clock's monotonic time; deletions are logged. A file of an
+    /// older layout is copied, then upgraded.
     ///
     /// # Errors
-    /// [`StoreError`]: the file cannot be had, holds something else, or cannot be copied before it is upgraded.
+    /// [`StoreError`]: the file cannot be opened, holds something else, or cannot be copied before the upgrade.
     pub fn open_tended(
         location: &StoreLocation,
         limits: &Limits,
@@ -120,7 +121,7 @@ impl SqliteStore {
         })
     }
 
-    /// A query of all that was acknowledged until now. Where the file cannot be written, of what its tables have.
+    /// Queries everything acknowledged so far. If the file cannot be written, queries only what the tables have.
     fn query_settled<T: Send + 'static>(
         &self,
         query: impl FnOnce(&Connection, &Limits) -> Result<T> + Send + 'static,
@@ -134,7 +135,7 @@ impl SqliteStore {
         })
     }
 
-    /// Runs a query on a connection of its own, away from the threads that serve requests.
+    /// Runs a query on a connection of its own, off the threads that serve requests.
     fn query<T: Send + 'static>(
         &self,
         query: impl FnOnce(&Connection, &Limits) -> Result<T> + Send + 'static,
@@ -186,7 +187,7 @@ impl FrameStore for SqliteStore {
     fn members(&self, id: RecordingId) -> Answer<'_, Members> {
         Box::pin(async move {
             let stopped = self.query(move |connection, _| read::recording(connection, id));
-            // A running recording is read up to an end that what comes meanwhile lies behind.
+            // A running recording is read up to an epoch's end; later frames belong to the next epoch.
             let through = match stopped.await?.t_stop_ns {
                 Some(_) => i64::MAX,
                 None => self.queue.change(Change::EndEpoch).await?,
@@ -224,7 +225,7 @@ impl FrameStore for SqliteStore {
             readable.await?;
             self.held.as_ref().map_or(Ok(()), |held| held.check())?;
             match self.fault.get() {
-                // It is there again.
+                // The check above passed, so the file is back.
                 None | Some(StoreError::Gone { .. }) => Ok(()),
                 Some(fault) => Err(fault),
             }
@@ -247,11 +248,11 @@ impl FrameStore for SqliteStore {
     }
 }
 
-/// SQLite counts in pages. It does not shrink a file that is larger already: then nothing more is taken.
+/// SQLite's limit is in pages. It does not shrink a file that is already larger; the store then takes no more frames.
 fn set_quota(connection: &Connection, bytes_max: u64) -> Result<()> {
     let page: i64 = connection.pragma_query_value(None, "page_size", |row| row.get(0))?;
     let pages_max = i64::try_from(bytes_max).unwrap_or(i64::MAX) / page.max(1);
-    // The answer is the limit in force; the pragma takes no parameter.
+    // The pragma takes no parameter, and returns the limit in force.
     let pragma = format!("PRAGMA max_page_count = {}", pages_max.max(1));
     connection.query_row(&pragma, [], |_| Ok(()))?;
     Ok(())
@@ -262,7 +263,7 @@ mod tests {
     use super::*;
 
     #[tokio::test]
-    async fn no_more_read_at_once_than_there_are_readers_and_the_others_wait() {
+    async fn readers_beyond_the_limit_wait() {
         let limits = Limits {
             readers_max: 2,
             ..Limits::default()

@@ -1,4 +1,4 @@
-//! Seals and deletes old rows, a little at a time between two groups of posts. Ages are of store time (`time.rs`).
+//! Seals and deletes old rows, a little at a time between two groups of batches. Ages are in store time (`time.rs`).
 
 use crate::limits::Limits;
 use crate::store::error::Result;
@@ -9,24 +9,23 @@ use crate::store::sqlite::time::{self, nanoseconds};
 use rusqlite::{Connection, params};
 use std::time::Duration;
 
-/// Rows that one segment is to have: four minutes of a sensor at 10 Hz.
+/// Target rows of a segment: four minutes of a sensor at 10 Hz.
 const SEGMENT_ROWS: usize = 2400;
-/// Fewer rows than these are not worth a segment of their own.
+/// Fewer rows than this are not worth a segment.
 const SEGMENT_ROWS_MIN: usize = 32;
-/// A segment that does not fill up is sealed after so many times the usual wait.
+/// A segment that does not fill up is sealed after this many times the usual wait.
 const WAITS_MAX: u32 = 6;
-/// The pause between two steps, so that posts are answered between them.
+/// Pause between two steps, so that batches are answered between them.
 const STEP_EVERY_NS: i64 = 50_000_000;
-/// The pause between two rounds over all streams.
 const ROUND_EVERY_NS: i64 = 10_000_000_000;
-/// Streams that are looked at in a step at most.
+/// Maximum streams visited in a step.
 const VISITS_MAX: i64 = 64;
-/// Segments that are sealed in a step at most, because posts wait meanwhile.
+/// Maximum segments sealed in a step, because batches wait meanwhile.
 const SEALED_MAX: usize = 2;
 
 #[derive(Debug, Default)]
 pub(super) struct Tender {
-    /// Between the first step of a round and the last.
+    /// True between the first and the last step of a round.
     is_in_round: bool,
     at: i64,
     next_step_ns: i64,
@@ -58,7 +57,7 @@ impl Tender {
         Ok(deleted)
     }
 
-    /// Seals a little of what is older now than `seal_after`; whether that was all for this round.
+    /// Seals a little of what is older than `seal_after`; returns whether this round is finished.
     fn seal(&mut self, connection: &Connection, old: (i64, Duration)) -> Result<bool> {
         let mut sealed = 0;
         for (key, mut sealed_through) in streams_after(connection, self.at)? {
@@ -70,7 +69,7 @@ impl Tender {
                 sealed += 1;
             }
             if sealed >= SEALED_MAX {
-                // The next step goes on with this stream.
+                // The next step continues with this stream.
                 return Ok(false);
             }
             self.at = key;
@@ -79,7 +78,7 @@ impl Tender {
     }
 }
 
-/// The next streams, and up to which number each is sealed.
+/// The next streams, and the number up to which each is sealed.
 fn streams_after(connection: &Connection, at: i64) -> Result<Vec<(i64, i64)>> {
     let sql = "SELECT id, sealed_through FROM streams WHERE id > ? ORDER BY id LIMIT ?";
     let mut statement = connection.prepare_cached(sql)?;
@@ -98,11 +97,11 @@ struct Gathered {
     last_seq: i64,
     epoch: i64,
     t_store_ns: i64,
-    /// Nothing more will be added to it: it is full, or what follows cannot join it.
+    /// Nothing more can be added: it is full, or the following chunk cannot join it.
     is_closed: bool,
 }
 
-/// Seals the next segment of a stream, if one is ready; up to which number the stream is sealed then.
+/// Seals the next segment of a stream, if one is ready; returns the number up to which the stream is then sealed.
 fn seal_next(
     connection: &Connection,
     key: i64,
@@ -111,7 +110,7 @@ fn seal_next(
 ) -> Result<Option<i64>> {
     let before = |time| now_ns.saturating_sub(nanoseconds(time));
     let gathered = gather(connection, key, sealed_through, before(seal_after))?;
-    // What is so old is sealed although its segment is not full.
+    // Rows this old are sealed even if their segment is not full.
     let long_before_ns = before(seal_after.saturating_mul(WAITS_MAX));
     let is_ready = gathered.is_closed || gathered.t_store_ns < long_before_ns;
     if gathered.chunks == 0 || !is_ready {
@@ -143,7 +142,7 @@ fn seal_next(
     Ok(Some(gathered.last_seq))
 }
 
-/// Chunks behind `sealed_through` that follow each other without a gap, in one epoch, and were stored before this time.
+/// Chunks after `sealed_through`, without a gap, in one epoch, and stored before `before_ns`.
 fn gather(
     connection: &Connection,
     key: i64,
@@ -176,7 +175,7 @@ fn gather(
         gathered.t_store_ns = gathered.t_store_ns.max(t_store_ns);
         gathered.frames += chunk.get::<_, i64>(6)?;
         if is_sealed {
-            // It is one already: the stream is sealed up to its end.
+            // Already a segment: the stream is sealed up to its end.
             gathered.is_closed = true;
             break;
         }

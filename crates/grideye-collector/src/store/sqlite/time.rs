@@ -1,5 +1,5 @@
-//! The time by which frames in a file grow old: it runs with the collector's monotonic clock, stands still while none runs,
-//! and is kept in the file. So no step of the wall clock makes a frame old.
+//! Store time, by which frames age: it follows the collector's monotonic clock, stops while no collector runs, and is
+//! stored in the file. So no step of the wall clock ages a frame.
 
 use crate::clock::Clock;
 use crate::store::error::Result;
@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 pub(super) struct StoreTime {
-    /// Without one, the time stands still: nothing grows old.
+    /// Without a clock the time stands still, and nothing ages.
     clock: Option<Arc<dyn Clock>>,
     opened_at: Duration,
     opened_at_ns: i64,
@@ -42,7 +42,7 @@ pub(super) fn kept(connection: &Connection) -> Result<i64> {
     Ok(statement.query_row([], |row| row.get(0))?)
 }
 
-/// Keeps the time in the file. It always grows: so a writer finds out whether it can write.
+/// Stores the time in the file. The value always grows, so this write tests whether the store is writable.
 pub(super) fn keep(connection: &Connection, now_ns: i64) -> Result<()> {
     connection
         .prepare_cached("UPDATE counters SET t_store_ns = max(t_store_ns + (t_store_ns < 9223372036854775807), ?)")?

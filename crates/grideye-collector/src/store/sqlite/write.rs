@@ -1,7 +1,7 @@
-//! The writer: one thread, one transaction at a time, as many requests in it as are waiting.
+//! The writer: one thread, one transaction at a time, which takes all waiting requests.
 //!
-//! What is known of a stream is held in memory, so that a new frame costs no look-up. It is forgotten after a transaction
-//! that failed, and when another program has written (`PRAGMA data_version`).
+//! Memory holds the state of each stream, so a new frame needs no look-up. The state is forgotten after a failed
+//! transaction, and when another program has written (`PRAGMA data_version`).
 
 use crate::limits::Limits;
 use crate::log::Log;
@@ -21,14 +21,15 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::mpsc;
 
-/// About what a large group of batches adds to the file: with less than this left, it is the quota that is reached.
+/// Roughly what a large group of batches adds to the file: with less than this left, "full" means the quota.
 const GROUP_ROOM: u64 = 8 * 1024 * 1024;
 
-/// How long more posts are waited for before a commit, and from how many in the group before: more of them share a sync.
+/// How long to wait for more batches before a commit, if the group before had at least [`GATHER_FROM`]: more batches
+/// share a sync.
 const GATHER: Duration = Duration::from_micros(150);
 const GATHER_FROM: usize = 4;
 
-/// Takes the room of a post, and gives it back.
+/// Takes the space of a batch, and gives it back.
 const TAKE_ROOM: &str =
     "SAVEPOINT room; INSERT INTO pending (id, batches) VALUES (-1, zeroblob(65536));
                          ROLLBACK TO room; RELEASE room";
@@ -70,7 +71,8 @@ impl Writer {
         Arc::clone(&self.deleted)
     }
 
-    /// Whether a post would find room below the quota and on the disk: a store that takes none is ill before the first post.
+    /// Tests whether a batch would fit below the quota and on the disk: a full store is unhealthy even before the first
+    /// batch.
     pub(super) fn try_to_write(&self) {
         let now_ns = self.time.now_ns();
         let tried = transact(&self.connection, |transaction| {
@@ -81,7 +83,7 @@ impl Writer {
         self.fault.set(error);
     }
 
-    /// Serves until every sender is gone and the queue is empty, then folds the log into the file.
+    /// Serves until every sender is gone and the queue is empty, then checkpoints the log.
     pub(super) fn run(mut self, mut queue: mpsc::Receiver<Command>) -> Result<()> {
         let mut len_before = 0;
         while let Some(first) = queue.blocking_recv() {
@@ -99,27 +101,27 @@ impl Writer {
                 self.change(change);
             }
         }
-        // Only tidies: what was acknowledged is in the file or its log already.
+        // Only tidies up: acknowledged frames are already in the file or its log.
         let now_ns = self.time.now_ns();
         let _ = self.settled(|transaction| time::keep(transaction, now_ns));
         self.presence.check_at_end(&self.connection)
     }
 
-    /// One transaction and one sync for the whole group, which is answered after it.
+    /// One transaction and one sync for the whole group.
     fn append(&mut self, taken: &[Taken]) -> Outcome {
         let outcome = self
             .keeping_known(|transaction, known, limits| known.append(transaction, taken, limits))
             .map_err(|error| self.told_from_a_full_disk(error));
         match &outcome {
             Err(error) => self.fault.set(Some(error.clone())),
-            // Where every batch was refused for what it says, nothing was written.
+            // If every batch was rejected for its content, nothing was written.
             Ok(appended) if appended.iter().any(Result::is_ok) => self.fault.set(None),
             Ok(_) => {}
         }
         outcome
     }
 
-    /// Does the work in a transaction. What is known is forgotten if it fails, since the file was set back.
+    /// Runs `work` in a transaction. If it fails, the in-memory state is forgotten, because the file was rolled back.
     fn keeping_known<T>(
         &mut self,
         work: impl FnOnce(&Connection, &mut Known, &Limits) -> Result<T>,
@@ -134,7 +136,7 @@ impl Writer {
         Ok(done)
     }
 
-    /// Does the work in a transaction on tables that lack nothing.
+    /// Runs `work` in a transaction after settling everything.
     fn settled<T>(&mut self, work: impl FnOnce(&Connection) -> Result<T>) -> Result<T> {
         self.keeping_known(|transaction, known, limits| {
             known.settle_all(transaction, limits)?;
@@ -162,7 +164,7 @@ impl Writer {
                 }
             }
             Err(error) => {
-                // It may have been done all the same.
+                // The deletion may still have been committed.
                 self.known = Known::default();
                 self.fault.set(Some(error));
             }
@@ -205,8 +207,8 @@ impl Writer {
         }
     }
 
-    /// Answers who waits for a change, and notes whether it shows that the store can write: not where there was nothing to
-    /// settle, and not where a request was refused for what it says.
+    /// Replies to the caller of a change, and notes whether the result shows that the store is writable: not if there
+    /// was nothing to settle, and not if the request's content was rejected.
     fn answer<T>(&self, reply: Reply<T>, done: Result<T>, shows_a_write: bool) {
         let error = done.as_ref().err();
         if error.map_or(shows_a_write, is_of_the_database) {
@@ -215,7 +217,7 @@ impl Writer {
         let _ = reply.send(done);
     }
 
-    /// SQLite says "full" of the disk and of the quota alike.
+    /// SQLite reports "full" for the disk and for the quota alike.
     fn told_from_a_full_disk(&self, error: StoreError) -> StoreError {
         match (error, self.limits.store_bytes_max) {
             (StoreError::Full, Some(bytes_max)) if self.is_at(bytes_max) => {
@@ -232,7 +234,7 @@ impl Writer {
     }
 }
 
-/// Brings the tables of a file up to all that was ever acknowledged, for a reader of its own.
+/// Brings a file's tables up to everything acknowledged, for an independent reader.
 pub(crate) fn settle(connection: &Connection, limits: &Limits) -> Result<()> {
     transact(connection, |transaction| {
         let mut known = Known::default();
@@ -241,7 +243,7 @@ pub(crate) fn settle(connection: &Connection, limits: &Limits) -> Result<()> {
     })
 }
 
-/// Does the work in a transaction, in a file that is where it was, before and after.
+/// Runs `work` in a transaction; checks before and after that the file is still in place.
 fn commit<T>(
     connection: &Connection,
     presence: &mut Presence,
@@ -253,7 +255,7 @@ fn commit<T>(
     Ok(done)
 }
 
-/// Does the work in a transaction: all of it, or on an error nothing.
+/// Runs `work` in a transaction: all of it, or nothing on an error.
 fn transact<T>(connection: &Connection, work: impl FnOnce(&Connection) -> Result<T>) -> Result<T> {
     let run = |sql| connection.prepare_cached(sql)?.execute([]);
     run("BEGIN IMMEDIATE")?;
@@ -261,7 +263,7 @@ fn transact<T>(connection: &Connection, work: impl FnOnce(&Connection) -> Result
         run("COMMIT")?;
         Ok(done)
     });
-    // Some faults end the transaction by themselves.
+    // Some errors end the transaction by themselves.
     if done.is_err() && !connection.is_autocommit() {
         let _ = run("ROLLBACK");
     }
@@ -282,7 +284,7 @@ fn is_of_the_database(error: &StoreError) -> bool {
     )
 }
 
-/// Ends the epoch; its number. What is kept from now on belongs to a later one.
+/// Ends the epoch and returns its number. Frames stored from now on belong to a later one.
 fn end_epoch(connection: &Connection) -> Result<i64> {
     let sql = "UPDATE counters SET epoch = epoch + 1 RETURNING epoch - 1";
     let mut statement = connection.prepare_cached(sql)?;

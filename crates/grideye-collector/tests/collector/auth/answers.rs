@@ -1,4 +1,4 @@
-//! How often one may ask, and what the answers, logs and figures give away.
+//! Rate limits, and what responses, logs and figures reveal.
 
 use crate::auth::server::{HTML, TokenServer, bearer};
 use axum::http::{HeaderMap, header};
@@ -30,7 +30,7 @@ async fn more_requests_than_a_token_may_make_wait_as_long_as_they_are_told() {
     assert_eq!(
         server.get_as(&other, "/v1/sensors").await.status,
         200,
-        "nobody else is held back"
+        "no other token is limited"
     );
     server.clock.pass(Duration::from_millis(1000));
     let after = [(); 3].map(|()| server.get_as(&one, "/v1/sensors"));
@@ -42,7 +42,7 @@ async fn more_requests_than_a_token_may_make_wait_as_long_as_they_are_told() {
 }
 
 #[tokio::test]
-async fn who_guesses_is_held_back_and_who_knows_is_not() {
+async fn guessing_is_rate_limited_and_valid_tokens_are_not() {
     let limits = Limits {
         unknown_requests_per_second_max: 1,
         unknown_requests_burst_max: 3,
@@ -66,7 +66,7 @@ async fn who_guesses_is_held_back_and_who_knows_is_not() {
 }
 
 #[tokio::test]
-async fn nothing_that_is_said_holds_a_secret() {
+async fn no_response_or_log_contains_a_secret() {
     let server = TokenServer::new().await;
     let (pi, ana) = (server.ingest(&["pi-1"]), server.add("ana", Scope::Admin));
     let cookie = server.login(&ana.reveal()).await.cookie();

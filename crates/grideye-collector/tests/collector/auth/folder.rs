@@ -1,4 +1,4 @@
-//! The folder of tokens and the list in it, without a server.
+//! The folder of tokens and its list, without a server.
 
 use grideye_collector::auth::{
     AccessFolder, DEVICES_PER_TOKEN_MAX, FILE_BYTES_MAX, Scope, Token, TokenBook,
@@ -20,7 +20,7 @@ fn folder() -> (tempfile::TempDir, AccessFolder) {
 }
 
 #[test]
-fn what_is_no_token_is_refused_and_not_repeated() {
+fn an_invalid_token_is_rejected_and_not_repeated() {
     let good = Token::random().unwrap().reveal();
     for bad in [
         "",

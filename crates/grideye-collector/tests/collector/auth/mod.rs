@@ -1,4 +1,4 @@
-//! Who may do what, through the router: tokens, scopes, the page's cookie, and how often.
+//! Access control through the router: tokens, scopes, the page's cookie, and rates.
 
 mod answers;
 mod folder;

@@ -16,7 +16,7 @@ use tower::ServiceExt;
 pub(super) const HTML: (&str, &str) = ("accept", "text/html,application/xhtml+xml");
 pub(super) const ORIGIN: (&str, &str) = ("origin", "http://127.0.0.1:8080");
 
-/// A collector with a folder of tokens, and everything that it said.
+/// A collector with a folder of tokens, and its log.
 pub(super) struct TokenServer {
     pub(super) router: Routes,
     pub(super) clock: Arc<HandClock>,
@@ -41,7 +41,7 @@ impl Reply {
         (self.status, code.unwrap_or_default())
     }
 
-    /// The cookie that it sets, as a browser sends it back.
+    /// The cookie it sets, as a browser returns it.
     pub(super) fn cookie(&self) -> String {
         let set = self.headers[header::SET_COOKIE].to_str().unwrap();
         set.split(';').next().unwrap().to_owned()
@@ -87,7 +87,7 @@ impl TokenServer {
         self.add(devices[0], Scope::Ingest { devices: all })
     }
 
-    /// Lets the time pass after which the list of tokens is read again, and full buckets are full again.
+    /// Lets enough time pass for the token list to be reread and for all rate limits to recover.
     pub(super) fn notice(&self) {
         self.clock.pass(Duration::from_secs(60));
     }

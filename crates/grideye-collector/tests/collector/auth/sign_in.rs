@@ -1,4 +1,4 @@
-//! The page's cookie: who gets one, what it opens, when it ends.
+//! The page's cookie: who gets one, what it allows, when it ends.
 
 use crate::auth::server::{HTML, ORIGIN, TokenServer};
 use axum::http::{Method, header};
@@ -102,7 +102,7 @@ async fn a_cookie_ends_after_its_time() {
 }
 
 #[tokio::test]
-async fn who_may_not_sign_in_is_told_why_and_gets_no_cookie() {
+async fn a_rejected_sign_in_gets_the_reason_and_no_cookie() {
     let server = TokenServer::new().await;
     let pi = server.ingest(&["pi-1"]);
     let bad = format!("{}0", pi.reveal());
@@ -137,7 +137,7 @@ async fn who_may_not_sign_in_is_told_why_and_gets_no_cookie() {
 }
 
 #[tokio::test]
-async fn a_person_is_sent_to_sign_in_and_a_program_is_told() {
+async fn a_person_is_redirected_to_sign_in_and_a_program_gets_an_error() {
     let server = TokenServer::new().await;
     server.add("ana", Scope::Read);
     let person = server.get("/", &[HTML]).await;

@@ -1,4 +1,4 @@
-//! What a token opens, and for how long.
+//! What a token allows, and for how long.
 
 use crate::auth::server::{TokenServer, bearer};
 use crate::batches::numbered;
@@ -22,7 +22,7 @@ async fn without_a_token_ever_made_everything_is_open() {
 }
 
 #[tokio::test]
-async fn with_the_first_token_nothing_is_open_but_life_and_signing_in() {
+async fn with_a_token_only_liveness_and_sign_in_stay_open() {
     let server = TokenServer::new().await;
     server.add("page", Scope::Read);
     for (method, path) in [
@@ -203,7 +203,7 @@ async fn a_stream_of_events_ends_with_its_token() {
 }
 
 #[tokio::test]
-async fn what_is_nearly_a_token_is_none() {
+async fn a_nearly_valid_token_is_rejected() {
     let server = TokenServer::new().await;
     let token = server.add("ana", Scope::Read);
     let text = token.reveal();
@@ -241,7 +241,7 @@ async fn what_is_nearly_a_token_is_none() {
             200
         );
     }
-    // Not by the address, where logs and histories keep it.
+    // Not in the URL, which ends up in logs and histories.
     let path = format!("/v1/sensors?token={text}&access_token={text}");
     assert_eq!(server.get(&path, &[]).await.status, 401);
 }
@@ -251,7 +251,7 @@ async fn a_token_is_good_as_soon_as_it_is_made() {
     let server = TokenServer::new().await;
     let first = server.add("ana", Scope::Read);
     assert_eq!(server.get_as(&first, "/v1/sensors").await.status, 200);
-    // No time passes: whoever is to be refused is looked for in the list as it is at that moment.
+    // No time passes: before rejecting a caller, the collector rereads the list.
     let second = server
         .folder
         .change(|book| book.add("ben", Scope::Read, 1))
@@ -262,9 +262,9 @@ async fn a_token_is_good_as_soon_as_it_is_made() {
 }
 
 #[tokio::test]
-async fn a_folder_that_breaks_while_the_collector_runs_lets_nobody_new_in_and_is_said() {
+async fn a_folder_that_breaks_admits_nobody_new_and_is_reported() {
     let server = TokenServer::new().await;
-    // Whether the list was ever read before it broke, or not.
+    // Whether or not the list was read before it broke.
     let unread = TokenServer::new().await;
     unread.add("ana", Scope::Read);
     std::fs::write(unread.folder.path().join("tokens.json"), b"{}").unwrap();

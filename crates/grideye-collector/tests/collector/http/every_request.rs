@@ -1,4 +1,4 @@
-//! What holds for every request: hosts, origins, headers, unknown paths, and the files of the page.
+//! Rules for every request: hosts, origins, headers, unknown paths, and the page's files.
 
 use crate::batches::numbered;
 use crate::server::{Server, request};
@@ -27,7 +27,7 @@ async fn only_bodies_of_frames_may_be_large() {
 }
 
 #[tokio::test]
-async fn unknown_paths_and_wrong_methods_are_said_in_json() {
+async fn unknown_paths_and_wrong_methods_get_json_errors() {
     let server = Server::new().await;
     for path in [
         "/nothing",
@@ -73,9 +73,10 @@ async fn every_answer_has_the_security_headers() {
     }
 }
 
-/// It is for programs, and short: it allows nothing and is kept nowhere. A refusal may be looked at by a person.
+/// It is for programs, and short: it allows nothing and is never cached. A person may look at an error, which gets all
+/// headers.
 #[tokio::test]
-async fn an_acknowledgement_has_those_headers_that_bind_what_is_no_page() {
+async fn an_acknowledgment_has_the_short_headers() {
     let server = Server::new().await;
     let good = server
         .post("/v1/frames", numbered(0..5).to_json().unwrap())
@@ -171,7 +172,7 @@ async fn pages_of_other_sites_cannot_write() {
     );
 }
 
-/// Programs on the way may look at the one, and this one at the other.
+/// A proxy might check the first and this server the second.
 #[tokio::test]
 async fn a_request_that_names_two_origins_is_refused_whichever_they_are() {
     let server = Server::new().await;
@@ -244,5 +245,3 @@ async fn the_page_is_made_of_its_own_files_alone() {
     }
     assert!(parts.len() >= 9, "{parts:?}");
 }
-
-// The quota.

@@ -31,7 +31,7 @@ async fn health_is_that_of_the_store() {
 }
 
 #[tokio::test]
-async fn a_store_that_takes_nothing_is_said_to_agents_supervisors_and_pages() {
+async fn a_store_that_takes_nothing_is_reported_to_agents_supervisors_and_pages() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("frames.sqlite");
     let limits = Limits {
@@ -99,7 +99,7 @@ async fn a_store_that_may_not_grow_says_so_keeps_what_it_has_and_goes_on_when_it
     assert_eq!(
         rows,
         Some(stored),
-        "what was acknowledged is there, and nothing else"
+        "exactly the acknowledged frames are there"
     );
     server.store.close().await.unwrap();
 

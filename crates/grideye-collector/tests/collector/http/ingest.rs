@@ -1,4 +1,4 @@
-//! `POST /v1/frames`: what is taken, what is refused, and what it costs.
+//! `POST /v1/frames`: what is stored, what is rejected, and its limits.
 
 use crate::batches::{account, batch, counted, flat, frame, numbered, part};
 use crate::server::{Reply, Server, request};
@@ -220,7 +220,7 @@ async fn sensors_are_limited() {
     assert_eq!(
         server.frames(&numbered(0..3)).await.status,
         StatusCode::OK,
-        "known sensors go on"
+        "known sensors are still accepted"
     );
 }
 
@@ -229,7 +229,7 @@ fn endless() -> Body {
     Body::from_stream(tokio_stream::pending::<Result<Bytes, std::io::Error>>())
 }
 
-/// A body of which so much comes at once, and then nothing.
+/// A body with `bytes` at once, and then nothing.
 fn begun(bytes: usize) -> Body {
     let first = tokio_stream::once(Ok::<_, std::io::Error>(Bytes::from(vec![b' '; bytes])));
     Body::from_stream(first.chain(tokio_stream::pending()))
@@ -254,7 +254,7 @@ async fn the_memory_for_bodies_goes_by_what_arrived_is_shared_out_and_is_given_b
         open.spawn(server.router.clone().oneshot(begun));
         tokio::task::yield_now().await;
     };
-    // Announced ten times what there is, of which next to nothing came.
+    // Announces ten times the limit, but almost nothing arrives.
     for _ in 0..15 {
         open_more(1).await;
     }
@@ -275,7 +275,7 @@ async fn the_memory_for_bodies_goes_by_what_arrived_is_shared_out_and_is_given_b
     }
 }
 
-/// However it is cut into pieces, as when it comes through the net.
+/// In any pieces, as from a network.
 #[tokio::test]
 async fn a_body_in_pieces_is_the_same_body() {
     let server = Server::new().await;
@@ -319,7 +319,7 @@ async fn a_request_that_is_not_done_in_time_is_answered_all_the_same() {
     let reply = server.frames(&numbered(0..5)).await;
     assert_eq!(reply.error(), (504, "too_slow".to_owned(), None));
     other.execute_batch("ROLLBACK").unwrap();
-    // It was asked for and may have been stored meanwhile: sending it again is right either way.
+    // It may have been stored meanwhile: sending it again is right either way.
     let again = server.frames(&numbered(0..5)).await;
     assert_eq!(again.json()["durable_through"], json!({ "s1": 4 }));
     assert_eq!(
@@ -327,8 +327,6 @@ async fn a_request_that_is_not_done_in_time_is_answered_all_the_same() {
         5
     );
 }
-
-// The present state.
 
 #[tokio::test]
 async fn a_body_that_nests_too_deep_is_refused_wherever_it_does() {
@@ -367,7 +365,7 @@ async fn a_body_that_nests_too_deep_is_refused_wherever_it_does() {
     assert_eq!(too_deep, (400, "too_deep".to_owned()));
 }
 
-/// A post of bytes.
+/// Posts a binary body.
 async fn post_bytes(server: &Server, body: Vec<u8>) -> Reply {
     let mut request = request(Method::POST, "/v1/frames", Body::from(body));
     let kind = header::HeaderValue::from_static(BINARY_TYPE);
@@ -400,11 +398,9 @@ async fn a_batch_in_bytes_is_kept_and_refused_as_the_same_batch_in_json() {
     assert_eq!(field.as_deref(), Some("sensors[0].frames[0].pixels_raw"));
     let as_json = server.post("/v1/frames", sent.to_binary().unwrap()).await;
     assert_eq!(as_json.error().1, "not_json");
-    // Nothing but frames may come in bytes.
+    // Only frames may come in binary.
     let mut recording = request(Method::POST, "/v1/recordings", Body::from(&b"GEB"[..]));
     let kind = header::HeaderValue::from_static(BINARY_TYPE);
     recording.headers_mut().insert(header::CONTENT_TYPE, kind);
     assert_eq!(server.send(recording).await.error().0, 415);
 }
-
-// The last minutes.

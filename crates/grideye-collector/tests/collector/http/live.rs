@@ -1,4 +1,4 @@
-//! `GET /v1/live`: the events that a page gets.
+//! `GET /v1/live`: the events for a page.
 
 use crate::batches::{batch, flat, missing, numbered, part};
 use crate::http::client::Client;
@@ -34,8 +34,8 @@ async fn a_client_gets_the_state_and_then_every_batch_in_degrees() {
         (name.as_str(), &sensor["stored"], &sensor["missing"]),
         ("frames", &json!(4), &json!(1))
     );
-    // AMG88 spec §4-11-11 and -12, printed rows: 0x080 is 32 °C, 0xFDC is -9 °C; thermistor 0x190 is 25 °C,
-    // 0x8BB is -11.6875 °C (sign and magnitude).
+    // AMG88 spec §4-11-11 and -12, printed rows: 0x080 is 32 °C, 0xFDC is -9 °C; thermistor 0x190 is 25 °C, 0x8BB is
+    // -11.6875 °C (sign and magnitude).
     assert_eq!(
         (
             &frames[0]["pixels_celsius"][0],
@@ -55,14 +55,14 @@ async fn a_client_gets_the_state_and_then_every_batch_in_degrees() {
         (&json!(-9.0), &json!(-11.6875))
     );
 
-    // What was there before is not told again.
+    // Repeated frames are not sent again.
     server.frames(&numbered(0..2)).await;
     let (_, event) = client.next().await;
     assert_eq!(event["sensors"][0]["frames"], json!([]));
 }
 
 #[tokio::test]
-async fn a_client_that_lags_is_told_and_gets_the_state_again() {
+async fn a_lagging_client_gets_a_notice_and_the_state() {
     let server = Server::with(Limits {
         live_lag_max: 4,
         ..Limits::default()
@@ -124,7 +124,7 @@ async fn silence_is_filled() {
 }
 
 #[tokio::test]
-async fn live_clients_are_limited_and_leave_their_seat() {
+async fn live_clients_are_limited_and_free_their_place() {
     let server = Server::with(Limits {
         live_clients_max: 1,
         ..Limits::default()
@@ -137,11 +137,9 @@ async fn live_clients_are_limited_and_leave_their_seat() {
         (503, "too_many_live_clients".to_owned(), None)
     );
     drop(first);
-    // The seat is left when the feed notices.
+    // The place is freed once the feed notices.
     for _ in 0..100 {
         tokio::task::yield_now().await;
     }
     Client::of(&server).await.next().await;
 }
-
-// Recordings.

@@ -1,4 +1,4 @@
-//! The HTTP interface through the router, without a socket.
+//! The HTTP API through the router, without a socket.
 
 mod client;
 mod every_request;

@@ -1,4 +1,4 @@
-//! Recordings over HTTP: started, listed, stopped, read.
+//! Recordings over HTTP: start, list, stop, read.
 
 use crate::batches::{batch, frame, missing, numbered, part};
 use crate::server::{Reply, START_UTC_NS, Server};
@@ -66,7 +66,7 @@ async fn a_recording_is_started_listed_stopped_and_read() {
         .unwrap()
         .collect::<Result<_, _>>()
         .unwrap();
-    // The format keeps the twelve bits that have a meaning.
+    // The format keeps the twelve meaningful bits.
     let seqs: Vec<_> = rows.iter().map(|row| row.record.seq).collect();
     assert_eq!(seqs, Vec::from_iter(2..12));
     assert_eq!(rows[4].record, records[4]);
@@ -154,5 +154,3 @@ async fn recordings_that_are_not_there_cannot_be_stopped_or_read() {
         (409, "not_running".to_owned(), None)
     );
 }
-
-// Everything else.

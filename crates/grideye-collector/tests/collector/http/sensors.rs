@@ -1,4 +1,4 @@
-//! Sensors and devices as they are shown, and the audit.
+//! Sensors and devices as shown, and the audit.
 
 use crate::batches::{account, batch, counted, flat, frame, missing, numbered, part};
 use crate::http::client::Client;
@@ -46,7 +46,7 @@ async fn a_sensors_state_tells_age_rate_and_books() {
 }
 
 #[tokio::test]
-async fn a_device_is_told_with_what_its_agent_says_of_itself() {
+async fn a_device_is_shown_with_its_agents_configuration() {
     let server = Server::new().await;
     let sent = counted(0..21, account(24, 3, 21));
     server.frames(&sent).await;
@@ -54,7 +54,7 @@ async fn a_device_is_told_with_what_its_agent_says_of_itself() {
     assert_eq!(
         (&nobody["agent_version"], &nobody["configuration"]),
         (&Value::Null, &Value::Null),
-        "curl says nothing of itself"
+        "curl sends no configuration"
     );
     let set_up = json!({ "post_every_ms": 500, "ring_frames": 100, "spool": "ram", "sensors": {} });
     let mut again = request(Method::POST, "/v1/frames", sent.to_json().unwrap().into());
@@ -88,12 +88,12 @@ async fn a_device_is_told_with_what_its_agent_says_of_itself() {
     assert_eq!(device["clock"], sensor["frame"]["clock"]);
     let name = device["device"].as_str().unwrap();
     let alone = server.get(&format!("/v1/devices/{name}")).await.json();
-    assert_eq!(&alone, device, "one of them is as in the list");
+    assert_eq!(&alone, device, "the same as in the list");
     assert_eq!(
         server.get("/v1/devices/pi-none").await.error(),
         (404, "no_such_device".to_owned(), Some("device".to_owned()))
     );
-    // A post that was refused says nothing either.
+    // A rejected batch is ignored too.
     let mut refused = request(Method::POST, "/v1/frames", "{}".into());
     let other = "grideye-agent/1".parse().unwrap();
     refused.headers_mut().insert("user-agent", other);
@@ -103,14 +103,14 @@ async fn a_device_is_told_with_what_its_agent_says_of_itself() {
 }
 
 #[tokio::test]
-async fn the_age_is_told_by_the_best_clock_that_there_is() {
+async fn the_age_comes_from_the_best_available_clock() {
     let server = Server::new().await;
     // A wall clock that was set: the frame's time is START + seq x 0.1 s.
     server.clock.pass(Duration::from_secs(10));
     server.frames(&numbered([0])).await;
     assert_eq!(server.sensor().await["age_s"], 10.0);
     assert_eq!(server.sensor().await["frame"]["age_basis"], "wall-clock");
-    // A wall clock that was never set says nothing.
+    // A wall clock that was never set is ignored.
     let mut unset = frame(1);
     unset.stamp.clock = grideye_recording::ClockState::Unsynced;
     server
@@ -138,12 +138,12 @@ async fn a_backlog_is_kept_and_never_shown_as_new() {
         (&sensor["frame"]["seq"], &sensor["stored"]),
         (&json!(104), &json!(105))
     );
-    // The run before, which ended a while ago, is delivered late.
+    // The boot before, which ended a while ago, is delivered late.
     let mut before = numbered(0..50);
     before.boot = "b0".to_owned();
     server.frames(&sent_at(before, 107)).await;
     assert_eq!(server.sensor().await["boot"], "b1");
-    // A new run takes over.
+    // A new boot takes over.
     let mut after = numbered([0]);
     after.boot = "b2".to_owned();
     server.clock.pass(Duration::from_secs(1));
@@ -156,7 +156,7 @@ async fn a_backlog_is_kept_and_never_shown_as_new() {
 }
 
 #[tokio::test]
-async fn a_frame_that_could_not_be_read_is_said_and_the_last_one_keeps_its_age() {
+async fn a_missing_frame_is_shown_and_the_last_one_keeps_its_age() {
     let server = Server::new().await;
     server.frames(&numbered(0..5)).await;
     server.clock.pass(Duration::from_secs(1));
@@ -176,12 +176,12 @@ async fn a_frame_that_could_not_be_read_is_said_and_the_last_one_keeps_its_age()
 }
 
 #[tokio::test]
-async fn a_run_says_when_it_began_where_its_first_record_was_seen() {
+async fn a_boot_shows_its_start_if_its_first_record_was_seen() {
     let server = Server::new().await;
     server.frames(&numbered(0..2)).await;
     let sensor = server.sensor().await;
     assert_eq!(sensor["began_boot_ns"], json!(1_000_000_000_u64));
-    // Of this run the first records went elsewhere.
+    // The first records of this boot went elsewhere.
     server.clock.pass(Duration::from_secs(1));
     let late = batch("pi-1", "b2", vec![part("s1", vec![frame(3), frame(4)])]);
     server.frames(&late).await;
@@ -222,7 +222,7 @@ async fn the_audit_says_whether_the_books_balance() {
 }
 
 #[tokio::test]
-async fn two_agents_of_one_name_are_told_with_their_runs_and_lose_nothing() {
+async fn two_agents_with_one_name_are_shown_with_their_boots_and_lose_nothing() {
     let server = Server::new().await;
     let mut client = Client::of(&server).await;
     client.next().await;
@@ -233,7 +233,7 @@ async fn two_agents_of_one_name_are_told_with_their_runs_and_lose_nothing() {
         assert_eq!(server.frames(&batch).await.status, StatusCode::OK);
         server.clock.pass(Duration::from_secs(1));
     };
-    // An agent that is started again, and delivers what the run before has left.
+    // A restarted agent that delivers what the boot before left.
     for turn in 0..8 {
         post(
             turn,
@@ -272,8 +272,6 @@ async fn two_agents_of_one_name_are_told_with_their_runs_and_lose_nothing() {
     assert_eq!(server.sensor().await["rivals"], Value::Null);
     assert_eq!(server.get("/v1/audit").await.json()["rivals"], json!([]));
 }
-
-// Live events.
 
 #[tokio::test]
 async fn the_last_minutes_of_a_sensor_come_in_figures_and_missing_frames_as_nulls() {

@@ -1,4 +1,4 @@
-//! Every check, held against each store that there is.
+//! Runs every check against every store.
 
 use crate::store::books::*;
 use crate::store::frames::*;
@@ -50,7 +50,7 @@ conformance! {
     a_lost_frame_unbalances_the_books
     a_lost_answer_unbalances_the_books_only_until_the_next_count
     an_overtaken_count_does_not_replace_a_later_one
-    a_run_that_has_ended_balances_and_stays_so
+    an_ended_boot_balances_and_stays_balanced
     a_recording_holds_what_arrives_between_start_and_stop
     a_frame_sent_again_during_a_recording_is_not_in_it
     recordings_are_ordered_by_device_sensor_boot_and_number
@@ -64,6 +64,6 @@ conformance! {
     recordings_are_limited
     the_newest_record_is_that_of_the_stream_added_to_last
     many_at_once_are_all_kept
-    the_room_taken_grows_with_what_is_kept
+    the_space_used_grows_with_the_store
     a_closed_store_says_so
 }

@@ -1,4 +1,4 @@
-//! What holds for a store in a file alone: restarts, foreign files, a full queue, locks.
+//! Checks for a store in a file: restarts, foreign files, a full queue, locks.
 
 use crate::batches::{account, counted, numbered};
 use crate::store::helpers::{append, limits, open, open_in};
@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 #[tokio::test]
-async fn what_was_acknowledged_is_there_after_a_restart() {
+async fn acknowledged_frames_survive_a_restart() {
     let folder = tempfile::tempdir().unwrap();
     let store = open_in(folder.path());
     let recording = store.start_recording("before".to_owned(), 1).await.unwrap();
@@ -17,7 +17,7 @@ async fn what_was_acknowledged_is_there_after_a_restart() {
         store.streams().await.unwrap(),
         store.newest().await.unwrap(),
     );
-    // Dropped without being closed, as if killed: what was answered must be there.
+    // Dropped without closing, as if killed: everything acknowledged must be there.
     drop(store);
     let store = open_in(folder.path());
     assert_eq!(
@@ -67,7 +67,7 @@ fn refusal(path: &Path) -> String {
 }
 
 #[test]
-fn what_is_no_store_is_refused_and_left_as_it_is() {
+fn a_foreign_file_is_rejected_and_unchanged() {
     let folder = tempfile::tempdir().unwrap();
     let text = folder.path().join("notes.txt");
     std::fs::write(
@@ -122,7 +122,7 @@ fn what_is_no_store_is_refused_and_left_as_it_is() {
     );
 }
 
-/// A store whose file another connection holds, so that nothing is written.
+/// A store with its file locked by another connection, so that nothing is written.
 fn held(folder: &Path, limits: &Limits) -> (SqliteStore, rusqlite::Connection) {
     let path = folder.join("frames.sqlite");
     let store = SqliteStore::open(&StoreLocation::File(path.clone()), limits).unwrap();
@@ -185,14 +185,14 @@ async fn a_store_that_cannot_write_is_ill_until_it_writes_again() {
     other.execute_batch("ROLLBACK").unwrap();
     append(&store, numbered([0])).await;
     store.ping().await.unwrap();
-    // A batch that is refused for what it says is no fault of the store.
+    // A batch rejected for its content is not an error of the store.
     let mut other_content = numbered([0]);
     other_content.sensors[0].frames[0].stamp.t_boot_ns += 1;
     let other_content = Arc::new(other_content);
     let refused = store.append(Arc::clone(&other_content), 1).await;
     assert!(matches!(refused, Err(StoreError::Conflict { .. })));
     store.ping().await.unwrap();
-    // Nor does it show that the store writes again.
+    // Nor does it show that the store can write again.
     other.execute_batch("BEGIN IMMEDIATE").unwrap();
     store.append(Arc::new(numbered([1])), 1).await.unwrap_err();
     other.execute_batch("ROLLBACK").unwrap();
@@ -205,13 +205,13 @@ async fn a_write_that_fails_undoes_its_whole_commit_and_says_so_to_all_in_it() {
     let folder = tempfile::tempdir().unwrap();
     let store = open_in(folder.path());
     append(&store, numbered(0..5)).await;
-    // Undoes the whole transaction, as SQLite itself does when a disk is full.
+    // Rolls back the whole transaction, as SQLite does when a disk is full.
     let other = rusqlite::Connection::open(folder.path().join("frames.sqlite")).unwrap();
     let fault =
         "CREATE TRIGGER fault BEFORE INSERT ON pending WHEN instr(new.batches, x'0800000000000000')
                  BEGIN SELECT RAISE(ROLLBACK, 'full'); END; BEGIN IMMEDIATE";
     other.execute_batch(fault).unwrap();
-    // While the file is held, the first goes alone, and the others wait and share the next commit.
+    // While the file is locked, the first goes alone, and the others wait and share the next commit.
     let alone = store.append(Arc::new(numbered([20])), 1);
     let shared: Vec<_> = [5, 8, 9]
         .map(|seq| store.append(Arc::new(numbered([seq])), 1))
@@ -226,7 +226,7 @@ async fn a_write_that_fails_undoes_its_whole_commit_and_says_so_to_all_in_it() {
     assert_eq!(
         kept,
         5 + 4 - u64::try_from(failed).unwrap(),
-        "an error was answered, and only then nothing kept"
+        "nothing is stored exactly if the answer is an error"
     );
     other.execute_batch("DROP TRIGGER fault").unwrap();
     append(&store, numbered([5, 8, 9, 20])).await;
@@ -234,7 +234,7 @@ async fn a_write_that_fails_undoes_its_whole_commit_and_says_so_to_all_in_it() {
 }
 
 #[test]
-fn a_full_disk_is_told_from_other_faults() {
+fn a_full_disk_is_distinguished_from_other_errors() {
     for (code, expected) in [
         (
             rusqlite::ffi::SQLITE_FULL,

@@ -1,4 +1,4 @@
-//! Frames: kept bit for bit, once, and their gaps counted.
+//! Frames: stored bit for bit, once, with their gaps counted.
 
 use crate::batches::{batch, flat, frame, missing, numbered, part};
 use crate::store::helpers::{append, everything, gaps};
@@ -10,7 +10,7 @@ use std::sync::Arc;
 pub(super) async fn frames_come_back_bit_for_bit(store: &dyn FrameStore) {
     let recording = store.start_recording("all".to_owned(), 1).await.unwrap();
     let mut sent: Vec<_> = (0..5).map(frame).collect();
-    // The four upper bits of a word have no meaning, and are kept all the same.
+    // The four upper bits of a word have no meaning, but are stored too.
     sent.push(flat(5, 0xF7FF, 0xFFFF));
     append(store, batch("pi-1", "b1", vec![part("s1", sent.clone())])).await;
     let members = store.members(recording.id).await.unwrap();
@@ -124,7 +124,7 @@ pub(super) async fn gaps_close_from_both_sides_and_in_any_order(store: &dyn Fram
         gaps(&append(store, numbered(5..8)).await),
         (Some(9), vec![], 0)
     );
-    // Backwards, one by one: one run in the end, or the gap would be beyond those listed.
+    // Backwards, one by one: the result must be one run, or the gap would not be listed.
     for seq in (20..30).rev() {
         append(store, numbered([seq])).await;
     }
@@ -285,7 +285,7 @@ pub(super) async fn a_closed_store_says_so(store: &dyn FrameStore) {
     assert_eq!(
         queued.await.unwrap().sensors[0].stream.stored,
         3,
-        "what was asked for before is done"
+        "earlier requests are done"
     );
     assert!(matches!(
         store.append(Arc::new(numbered(3..6)), 1).await,
@@ -294,5 +294,3 @@ pub(super) async fn a_closed_store_says_so(store: &dyn FrameStore) {
     assert!(matches!(store.ping().await, Err(StoreError::Closed)));
     store.close().await.unwrap();
 }
-
-// What is true of a file alone.

@@ -1,4 +1,4 @@
-//! Stores to hold the checks against, and what is asked of them again and again.
+//! Stores for the checks, and common queries.
 
 use crate::postgres;
 use grideye_collector::store::{Appended, Members, StoredRecord};

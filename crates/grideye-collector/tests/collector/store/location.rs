@@ -1,4 +1,4 @@
-//! Where a store may be.
+//! Locations of a store.
 
 use grideye_collector::StoreLocation;
 

@@ -16,11 +16,11 @@ pub(super) async fn a_recording_holds_what_arrives_between_start_and_stop(store:
         (100, None, 0)
     );
     append(store, numbered(3..6)).await;
-    // A late frame from before the start arrives within, and belongs to it.
+    // A late frame from before the start arrives during the recording, and belongs to it.
     append(store, numbered([7])).await;
     append(store, numbered([6, 12])).await;
     let stopped = store.stop_recording(recording.id, 200).await.unwrap();
-    // What came before and after lies within the numbers of the recording, and does not belong to it.
+    // Frames from before and after have numbers within the recording, but do not belong to it.
     append(store, numbered([8, 9, 11])).await;
     assert_eq!(
         (stopped.t_stop_ns, stopped.frames, stopped.sensors),
@@ -33,7 +33,7 @@ pub(super) async fn a_recording_holds_what_arrives_between_start_and_stop(store:
         [3, 4, 5, 6, 7, 12]
     );
     assert_eq!(store.recordings().await.unwrap(), [stopped]);
-    // Nor once they are settled, as all is before the next recording.
+    // Nor once they are settled, which starting the next recording does.
     let next = store.start_recording("next".to_owned(), 300).await;
     next.unwrap();
     let members = store.members(recording.id).await.unwrap();
@@ -50,7 +50,7 @@ pub(super) async fn a_frame_sent_again_during_a_recording_is_not_in_it(store: &d
     let members = store.members(recording.id).await.unwrap();
     assert_eq!(members.recording.frames, 2);
     assert_eq!(seqs(&everything(store, &members).await), [3, 4]);
-    // Nor does an empty one hold anything.
+    // Nor does an empty one contain anything.
     store.stop_recording(recording.id, 2).await.unwrap();
     let empty = store.start_recording("empty".to_owned(), 3).await.unwrap();
     append(store, numbered(0..5)).await;
@@ -129,7 +129,7 @@ pub(super) async fn a_running_recording_can_be_read(store: &dyn FrameStore) {
     append(store, numbered(0..3)).await;
     let members = store.members(recording.id).await.unwrap();
     append(store, numbered(3..6)).await;
-    // What came after it was asked for is not in it, so that the file has one end.
+    // Frames that came after the request are excluded, so that the file has one end.
     assert_eq!(seqs(&everything(store, &members).await), [0, 1, 2]);
 }
 

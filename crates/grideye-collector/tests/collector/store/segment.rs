@@ -1,11 +1,11 @@
-//! Sealed segments: how small they are, and that every bit comes back.
+//! Sealed segments: their size, and that every bit is restored.
 
 use grideye_collector::store::segment::{ROWS_MAX, SealedRow, open, seal};
 use grideye_frame::{NoData, PixelWord, RawFrame, Reading, ThermistorWord};
 use grideye_recording::linaige::{self, Date, stream_from_file_name};
 use grideye_recording::{ClockState, Record, Stamp};
 
-/// A session of a real sensor, as if five frames had come in each post.
+/// A session of a real sensor, as if each batch had brought five frames.
 fn session(name: &str) -> Vec<SealedRow> {
     let path = format!(
         "{}/../../recordings/linaige/{name}",
@@ -18,7 +18,7 @@ fn session(name: &str) -> Vec<SealedRow> {
     rows.enumerate()
         .map(|(index, record)| SealedRow {
             record,
-            // A post every half second, on its way for some milliseconds that nobody can foretell.
+            // A batch every half second, with an unpredictable delay of some milliseconds.
             t_arrival_ns: 1_625_163_247_000_000_000
                 + i64::try_from(index / 5).unwrap() * 500_000_000
                 + i64::try_from((index / 5).wrapping_mul(0x9E37_79B9) % 8_000_000).unwrap(),
@@ -48,7 +48,7 @@ fn a_real_session_takes_at_most_32_bytes_a_frame_in_segments_of_a_minute_and_com
     }
 }
 
-/// Rows of which nothing can be foretold.
+/// Unpredictable rows.
 fn wild(rows: usize) -> Vec<SealedRow> {
     let mut noise = 0x1234_5678_9ABC_DEF1_u64;
     let mut next = move || {
@@ -114,7 +114,7 @@ fn a_segment_that_is_cut_or_changed_anywhere_is_refused() {
         for bit in 0..8 {
             let mut changed = segment.clone();
             changed[place] ^= 1 << bit;
-            // zstd's own head has bits without a meaning; whatever is read must be what was sealed.
+            // zstd's own header has meaningless bits; whatever is read must be what was sealed.
             if let Ok(read) = open(&changed) {
                 assert!(read == rows, "byte {place}, bit {bit}");
             }

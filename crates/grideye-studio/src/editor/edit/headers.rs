@@ -1,15 +1,14 @@
-//! The tables of a text in the order of their headers, and what stands above each.
+//! The tables of a text in order, and the text above each.
 
 use super::change::Step;
 use toml_edit::{DocumentMut, Item, Table};
 
-/// A table that was written with a header of its own.
+/// A table with its own header.
 pub(super) struct Header {
     pub(super) path: Vec<Step>,
     pub(super) position: isize,
 }
 
-/// All headers of a document, in their order.
 pub(super) fn headers(document: &DocumentMut) -> Vec<Header> {
     let mut found = Vec::new();
     below(document.as_table(), &mut Vec::new(), &mut found);
@@ -44,7 +43,6 @@ fn one(table: &Table, path: &mut Vec<Step>, found: &mut Vec<Header>) {
     below(table, path, found);
 }
 
-/// The table of a header.
 pub(super) fn table_at<'a>(document: &'a mut DocumentMut, path: &[Step]) -> Option<&'a mut Table> {
     path.chunk_by(|_, step| matches!(step, Step::Index(_)))
         .try_fold(document.as_table_mut(), |table, steps| match steps {
@@ -57,7 +55,7 @@ pub(super) fn table_at<'a>(document: &'a mut DocumentMut, path: &[Step]) -> Opti
         })
 }
 
-/// What stands above a header since the last value; of `None`, at the text's end.
+/// The text above a header since the last value; for `None`, at the end.
 pub(super) fn lead(document: &mut DocumentMut, header: Option<&Header>) -> String {
     let lead = match header {
         Some(header) => {
@@ -69,7 +67,7 @@ pub(super) fn lead(document: &mut DocumentMut, header: Option<&Header>) -> Strin
         .unwrap_or_default()
 }
 
-/// Lets something else stand there.
+/// Replaces that text.
 pub(super) fn set_lead(document: &mut DocumentMut, header: Option<&Header>, lead: &str) {
     match header {
         None => document.set_trailing(lead),

@@ -1,4 +1,4 @@
-//! Keys and their values.
+//! Edits of keys and their values.
 
 use super::change::{Step, check_path, nothing_at, said};
 use super::headers::{headers, lead, set_lead, table_at};
@@ -6,7 +6,7 @@ use crate::editor::fault::Fault;
 use serde_json::Value as Wanted;
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Key, Table, TableLike, Value};
 
-/// Gives the key at the path a value.
+/// Sets the key at the path to a value.
 pub(super) fn set(document: &mut DocumentMut, path: &[Step], to: &Wanted) -> Result<(), Fault> {
     check_path(path)?;
     if let Some(known) = place_at(document.as_table_mut(), path) {
@@ -27,12 +27,12 @@ pub(super) fn set(document: &mut DocumentMut, path: &[Step], to: &Wanted) -> Res
         Some(Place::Table(_)) => Err(unwritable(key)),
         Some(Place::Value(Value::InlineTable(table))) => within_braces(table, key, to),
         Some(Place::Value(_) | Place::Tables) => Err(Fault::unfit(&format!(
-            "`{key}` would stand in a value that is no table"
+            "`{key}` would be in a value that is not a table"
         ))),
     }
 }
 
-/// Takes the key at the path away. Remarks above it and behind it stay, on lines of their own.
+/// Deletes the key at the path. Comments above and after it stay, on lines of their own.
 pub(super) fn unset(document: &mut DocumentMut, path: &[Step]) -> Result<(), Fault> {
     check_path(path)?;
     let Some((Step::Key(key), parents)) = path.split_last() else {
@@ -59,7 +59,7 @@ pub(super) fn unset(document: &mut DocumentMut, path: &[Step]) -> Result<(), Fau
         put_above(table, &next, &left);
         return Ok(());
     }
-    // It was the last one: what comes is a header, or the text's end.
+    // It was the last key: a header or the end of the text follows.
     let headers = headers(document);
     let own = headers.iter().position(|header| header.path == parents);
     let next = headers.get(own.map_or(0, |own| own + 1));
@@ -68,7 +68,6 @@ pub(super) fn unset(document: &mut DocumentMut, path: &[Step]) -> Result<(), Fau
     Ok(())
 }
 
-/// What stands at a path.
 enum Place<'a> {
     Table(&'a mut Table),
     Tables,
@@ -111,7 +110,7 @@ impl Place<'_> {
     }
 }
 
-/// Replaces what differs: of a list as long as before, only its parts that differ.
+/// Replaces what differs; in a list of equal length, only the elements that differ.
 fn replace(known: &mut Value, to: &Wanted) -> Result<(), Fault> {
     match (&mut *known, to) {
         (Value::InlineTable(_), _) => return Err(whole_table()),
@@ -129,7 +128,7 @@ fn replace(known: &mut Value, to: &Wanted) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Whether a number is what somebody wants it to be, however it is written: `2700` and `2_700.0` are one.
+/// Whether a number has the wanted value, in any notation: `2700` equals `2_700.0`.
 fn is_same(known: &Value, wanted: &Wanted) -> bool {
     let whole = || known.as_integer()?.to_string().parse().ok();
     match (known.as_float().or_else(whole), wanted.as_f64()) {
@@ -138,7 +137,7 @@ fn is_same(known: &Value, wanted: &Wanted) -> bool {
     }
 }
 
-/// A key of no table: before the first header, and behind what is said above that of the file as a whole.
+/// A key outside all tables: goes before the first header, after the comment about the whole file.
 fn at_the_top(document: &mut DocumentMut, key: &str, to: &Wanted) -> Result<(), Fault> {
     let value = value_of(to)?;
     let is_first = document.get_values().is_empty();
@@ -153,7 +152,7 @@ fn at_the_top(document: &mut DocumentMut, key: &str, to: &Wanted) -> Result<(), 
     Ok(())
 }
 
-/// A key of a table in braces: behind its last one.
+/// A key of an inline table: goes last.
 fn within_braces(table: &mut InlineTable, key: &str, to: &Wanted) -> Result<(), Fault> {
     let mut value = value_of(to)?;
     let last = table.iter_mut().last();
@@ -168,7 +167,7 @@ fn within_braces(table: &mut InlineTable, key: &str, to: &Wanted) -> Result<(), 
     Ok(())
 }
 
-/// Lets remarks stand above a key, before those that do already.
+/// Puts comments above a key, before those already there.
 fn put_above(table: &mut dyn TableLike, path: &[String], remarks: &str) {
     match path {
         [] => {}
@@ -187,7 +186,7 @@ fn put_above(table: &mut dyn TableLike, path: &[String], remarks: &str) {
     }
 }
 
-/// The remarks above a key and behind its value, each on a line of its own.
+/// The comments above a key and after its value, each on its own line.
 fn remarks_of(key: &Key, value: &Value) -> String {
     let above = key.leaf_decor().prefix().and_then(|above| above.as_str());
     let behind = value.decor().suffix().and_then(|behind| behind.as_str());
@@ -198,7 +197,7 @@ fn remarks_of(key: &Key, value: &Value) -> String {
     }
 }
 
-/// A value as TOML has it; whole numbers without a point, as the files of this repository have them.
+/// A value in TOML; whole numbers without a decimal point, as in this repository's files.
 pub(super) fn value_of(wanted: &Wanted) -> Result<Value, Fault> {
     match wanted {
         Wanted::Bool(is) => Ok((*is).into()),
@@ -219,11 +218,11 @@ pub(super) fn value_of(wanted: &Wanted) -> Result<Value, Fault> {
 }
 
 fn whole_table() -> Fault {
-    Fault::unfit("a whole table is not given a value; name a key of it")
+    Fault::unfit("a whole table cannot get a value; name one of its keys")
 }
 
 fn unwritable(key: &str) -> Fault {
     Fault::unfit(&format!(
-        "`{key}` stands in a table without a header of its own, where it is changed in the text only"
+        "`{key}` is in a table without its own header and can only be changed in the text"
     ))
 }

@@ -1,7 +1,7 @@
-//! Which remarks are whose, in what stands between the last value of one table and the header of the next.
+//! Decides which comments between two tables belong to which.
 
-/// How much of the beginning belongs to the table before: the remarks directly below its last value, if an empty line or
-/// the text's end divides them from what comes.
+/// The length of the part that belongs to the table above: the comments directly below its last value, if an empty line
+/// or the end of the text follows.
 pub(super) fn below(between: &str, is_end: bool) -> usize {
     let mut end = 0;
     for line in between.split_inclusive('\n') {
@@ -13,8 +13,9 @@ pub(super) fn below(between: &str, is_end: bool) -> usize {
     if is_end { end } else { 0 }
 }
 
-/// Where the remarks begin that belong to the table behind: those directly above its header, if an empty line divides them
-/// from what is before. Those that begin the file speak of all of it, and those directly below a value may speak of that.
+/// Where the comments of the table below start: those directly above its header, if an empty line separates them from
+/// the text before. Comments at the start of the file are about the whole file, and those directly below a value may be
+/// about that value.
 pub(super) fn above(between: &str) -> usize {
     let header = between.rfind('\n').map_or(0, |end| end + 1);
     let mut start = header;
@@ -28,7 +29,7 @@ pub(super) fn above(between: &str) -> usize {
     header
 }
 
-/// The text without the empty lines that begin it.
+/// The text without its leading empty lines.
 pub(super) fn behind_empty_lines(text: &str) -> &str {
     let lines = text.split_inclusive('\n');
     let empty: usize = lines

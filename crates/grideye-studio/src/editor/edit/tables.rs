@@ -1,4 +1,4 @@
-//! Whole tables: objects, people and sensors that come, go or come again.
+//! Edits of whole tables: add, delete or copy objects, people and sensors.
 
 use super::change::{Kind, Step, check_path, nothing_at, said};
 use super::headers::{Header, headers, lead, set_lead, table_at};
@@ -9,7 +9,7 @@ use serde_json::json;
 use std::ops::Range;
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, Value};
 
-/// Writes a new table behind the others of its kind, or at the text's end.
+/// Adds a table after the others of its kind, or at the end.
 pub(super) fn add(
     document: &mut DocumentMut,
     kind: Kind,
@@ -30,7 +30,7 @@ pub(super) fn add(
 
 type Template = (&'static str, Vec<(&'static str, serde_json::Value)>);
 
-/// The table's key, and its values but for name and place.
+/// The table's key, and its values except name and position.
 fn template(kind: Kind) -> Template {
     match kind {
         Kind::Object => ("object", vec![("size_mm", json!([600, 400, 500]))]),
@@ -52,7 +52,6 @@ fn template(kind: Kind) -> Template {
     }
 }
 
-/// Writes a table once more, under another name.
 pub(super) fn copy(document: &mut DocumentMut, path: &[Step], name: &str) -> Result<(), Fault> {
     let headers = headers(document);
     let (key, _) = block(document, &headers, path)?;
@@ -67,7 +66,7 @@ pub(super) fn copy(document: &mut DocumentMut, path: &[Step], name: &str) -> Res
     insert(document, key, table)
 }
 
-/// Takes a table away, with the remarks that are its own.
+/// Deletes a table with its own comments.
 pub(super) fn remove(document: &mut DocumentMut, path: &[Step]) -> Result<(), Fault> {
     let headers = headers(document);
     let (key, block) = block(document, &headers, path)?;
@@ -80,7 +79,7 @@ pub(super) fn remove(document: &mut DocumentMut, path: &[Step]) -> Result<(), Fa
         .unwrap_or_default();
     let mut left = format!("{before}{}", behind_empty_lines(behind));
     if next.is_none() {
-        // What was the last table leaves the empty line behind that divided it from the one before.
+        // After deleting the last table, the empty line above it goes too.
         left.truncate(left.trim_end().len());
         left.push_str(if left.is_empty() { "" } else { "\n" });
     }
@@ -92,7 +91,7 @@ pub(super) fn remove(document: &mut DocumentMut, path: &[Step]) -> Result<(), Fa
     Ok(())
 }
 
-/// The key of a table of a list, and which headers are its own and those of the tables in it.
+/// The key of a list's table, and which headers belong to it and its subtables.
 fn block<'p>(
     document: &DocumentMut,
     headers: &[Header],
@@ -101,13 +100,13 @@ fn block<'p>(
     check_path(path)?;
     let [Step::Key(key), Step::Index(index)] = path else {
         return Err(Fault::unfit(&format!(
-            "{} is no table of a list",
+            "{} is not a table of a list",
             said(path)
         )));
     };
     let one_piece = || {
         Fault::unfit(&format!(
-            "{} is not written in one piece under [[{key}]]; change it in the text",
+            "{} is not in one piece under [[{key}]]; change it in the text",
             said(path)
         ))
     };
@@ -126,7 +125,7 @@ fn block<'p>(
     }
 }
 
-/// Puts a table behind the last one of its kind, divided from it by an empty line.
+/// Inserts a table after the last of its kind, separated by an empty line.
 fn insert(document: &mut DocumentMut, key: &str, mut table: Table) -> Result<(), Fault> {
     let headers = headers(document);
     let is_kind = |header: &Header| header.path.first() == Some(&Step::Key(key.to_owned()));
@@ -153,14 +152,14 @@ fn insert(document: &mut DocumentMut, key: &str, mut table: Table) -> Result<(),
         Item::ArrayOfTables(list) => list.push(table),
         Item::None | Item::Value(_) | Item::Table(_) => {
             return Err(Fault::unfit(
-                "the scene's text is laid out so that this cannot be done in it",
+                "the layout of the scene's text does not allow this edit",
             ));
         }
     }
     Ok(())
 }
 
-/// Lets a table and those in it follow the header of that position.
+/// Moves a table and its subtables after the header at that position.
 fn place(table: &mut Table, position: isize) {
     table.set_position(Some(position));
     for (_, item) in table.iter_mut() {

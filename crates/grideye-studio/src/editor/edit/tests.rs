@@ -1,4 +1,4 @@
-//! What edits change, and that they change nothing else.
+//! Tests what edits change, and that they change nothing else.
 
 use super::*;
 use proptest::prelude::*;
@@ -71,7 +71,7 @@ fn a_number_is_replaced_and_nothing_else() {
 }
 
 #[test]
-fn of_a_list_only_what_differs_is_replaced() {
+fn only_differing_list_elements_are_replaced() {
     let edit =
         json!({ "does": "set", "path": ["object", 0, "position_mm"], "to": [1000, 2050, 0] });
     assert_eq!(made(TEXT, edit), TEXT.replace("    2000,\n", "    2050,\n"));
@@ -84,7 +84,7 @@ fn of_a_list_only_what_differs_is_replaced() {
 }
 
 #[test]
-fn a_key_that_is_new_stands_behind_the_last_one_of_its_table() {
+fn a_new_key_comes_last_in_its_table() {
     let edit = json!({ "does": "set", "path": ["object", 0, "yaw_deg"], "to": 45 });
     let wanted = TEXT.replace("550]\n", "550]\nyaw_deg = 45\n");
     assert_eq!(made(TEXT, edit), wanted);
@@ -103,7 +103,7 @@ fn a_key_that_is_new_stands_behind_the_last_one_of_its_table() {
 }
 
 #[test]
-fn a_key_that_goes_leaves_its_remark() {
+fn deleting_a_key_keeps_its_comment() {
     let edit = json!({ "does": "unset", "path": ["sensor", 0, "elevation_deg"] });
     let wanted = TEXT.replace("elevation_deg = 90 # straight", "# straight");
     assert_eq!(made(TEXT, edit), wanted);
@@ -112,7 +112,7 @@ fn a_key_that_goes_leaves_its_remark() {
 }
 
 #[test]
-fn a_table_goes_with_its_own_remarks_and_leaves_those_of_others() {
+fn deleting_a_table_takes_only_its_own_comments() {
     let without_bed = made(TEXT, json!({ "does": "remove", "path": ["object", 0] }));
     assert!(!without_bed.contains("first patient") && !without_bed.contains("as warm as"));
     assert!(without_bed.contains("# What stands about.\n\n[[object]]\nname = \"lamp\""));
@@ -135,7 +135,7 @@ fn a_table_goes_with_its_own_remarks_and_leaves_those_of_others() {
 }
 
 #[test]
-fn what_is_added_stands_behind_the_others_of_its_kind() {
+fn an_added_table_comes_after_the_others_of_its_kind() {
     let edit = json!({ "does": "add", "kind": "object", "name": "chair", "at_mm": [10, 20.4, 0] });
     let chair =
         "[[object]]\nname = \"chair\"\nposition_mm = [10, 20, 0]\nsize_mm = [600, 400, 500]\n";
@@ -147,7 +147,7 @@ fn what_is_added_stands_behind_the_others_of_its_kind() {
 }
 
 #[test]
-fn a_copy_has_all_but_the_name_and_its_parts_as_well() {
+fn a_copy_has_everything_but_the_name() {
     let edit = json!({ "does": "copy", "path": ["agent", 0], "name": "bob" });
     let text = made(TEXT, edit);
     let document = parsed(&text);
@@ -163,7 +163,7 @@ fn a_copy_has_all_but_the_name_and_its_parts_as_well() {
 }
 
 #[test]
-fn lines_that_end_as_on_windows_go_on_doing_so() {
+fn windows_line_endings_are_preserved() {
     let text = TEXT.replace('\n', "\r\n");
     for edit in [
         json!({ "does": "set", "path": ["object", 0, "yaw_deg"], "to": 45 }),
@@ -178,7 +178,7 @@ fn lines_that_end_as_on_windows_go_on_doing_so() {
 }
 
 #[test]
-fn what_cannot_be_done_is_refused_and_not_guessed() {
+fn impossible_edits_are_rejected() {
     let inline = "object = [{ name = \"a\" }]\n";
     let apart = "[[agent]]\nname = \"a\"\n[[object]]\nname = \"o\"\n[[agent.part]]\nname = \"p\"\n";
     let of_text = r#"no object 7: { "does": "set", "path": ["object", 7, "yaw_deg"], "to": 1 }
@@ -186,9 +186,9 @@ whole table: { "does": "set", "path": ["room"], "to": 1 }
 a value is: { "does": "set", "path": ["room", "ambient_c"], "to": null }
 0 steps: { "does": "set", "path": [], "to": 1 }
 no object 0 yaw_deg: { "does": "unset", "path": ["object", 0, "yaw_deg"] }
-no table of a list: { "does": "remove", "path": ["room"] }"#;
+not a table of a list: { "does": "remove", "path": ["room"] }"#;
     let of_inline = r#"one piece: { "does": "remove", "path": ["object", 0] }
-laid out: { "does": "add", "kind": "object", "name": "b", "at_mm": [0, 0, 0] }"#;
+does not allow: { "does": "add", "kind": "object", "name": "b", "at_mm": [0, 0, 0] }"#;
     for (text, refusals) in [
         (TEXT, of_text),
         (inline, of_inline),
@@ -206,13 +206,13 @@ laid out: { "does": "add", "kind": "object", "name": "b", "at_mm": [0, 0, 0] }"#
     }
 }
 
-/// All remarks of a text, in their order.
+/// All comments of a text, in order.
 fn remarks(text: &str) -> Vec<String> {
     let lines = text.lines().filter_map(|line| line.split_once('#'));
     lines.map(|(_, remark)| remark.to_owned()).collect()
 }
 
-/// Where a number may stand that an edit is tried on.
+/// Paths of numbers for the edits to change.
 fn paths() -> impl Strategy<Value = Value> {
     let keys = [
         json!(["room", "ambient_c"]),
@@ -244,8 +244,8 @@ fn number_at(text: &str, path: &Value) -> f64 {
 }
 
 proptest! {
-    /// Whatever numbers are set one after the other, where they were or where none was, with things added and copied
-    /// between: every remark stays, in its order, and each number is what it was set to.
+    /// Sets random numbers, existing and new, and adds tables in between: every comment stays, in order, and each
+    /// number has its value.
     #[test]
     fn edits_keep_every_remark(
         edits in prop::collection::vec((paths(), -1e6..1e6_f64, prop::bool::ANY), 1..12),
@@ -263,7 +263,7 @@ proptest! {
         }
     }
 
-    /// A table that is added and taken away again leaves the text as it was.
+    /// Adding a table and deleting it leaves the text as it was.
     #[test]
     fn what_is_added_and_removed_leaves_no_trace(kind in prop::sample::select(vec![("object", 2), ("agent", 1), ("sensor", 1)])) {
         let (key, index) = kind;
