@@ -65,7 +65,7 @@ pub enum DatasetError {
     #[error("cannot make the folder {}: {}\nhint: name a folder of your own with --out", .0.display(), .1)]
     NoFolder(PathBuf, io::Error),
     /// A file of the folder that cannot be looked at.
-    #[error("cannot read {}: {}", .0.display(), .1)]
+    #[error("cannot read {}: {}\nhint: name another folder with --out, or see to this file", .0.display(), .1)]
     Unread(PathBuf, io::Error),
     /// A file that cannot be written.
     #[error(
@@ -79,9 +79,6 @@ impl DatasetError {
     /// Whether it is for its user to change what was asked for, rather than for a disk to have room.
     #[must_use]
     pub const fn is_bad_input(&self) -> bool {
-        !matches!(
-            self,
-            Self::NoFolder(..) | Self::Unread(..) | Self::Unwritten(..)
-        )
+        !matches!(self, Self::Unread(..) | Self::Unwritten(..))
     }
 }

@@ -1,6 +1,6 @@
 //! Reading what the user named, and writing results so that no half-written file ever carries its final name.
 
-use crate::exit::bad_input;
+use crate::exit::{bad_input, is_bad_input};
 use anyhow::{Context as _, Result, anyhow};
 pub(crate) use grideye_recording::whole::{Pending, rename};
 use grideye_scene::limits::TEXT_BYTES_MAX;
@@ -168,10 +168,10 @@ pub(crate) fn unknown_end(path: &Path, ends: &str) -> anyhow::Error {
 /// Creates the folder with all its parents, and proves that files can be written into it.
 pub(crate) fn writable_folder(folder: &Path) -> Result<()> {
     let refuse = |error: io::Error| {
-        anyhow!(
+        bad_input(anyhow!(
             "cannot write into the folder {}: {error}\nhint: name a folder of your own with --out",
             folder.display()
-        )
+        ))
     };
     fs::create_dir_all(folder).map_err(refuse)?;
     Pending::of(&folder.join(".grideye-write-test")).map_err(refuse)?;
@@ -303,12 +303,18 @@ pub(crate) fn replace(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&File>) -> Result<()>,
 ) -> Result<()> {
-    let put = || -> Result<()> {
-        let pending = Pending::of(path)?;
-        fill(pending.file(), write)?;
-        Ok(pending.put()?)
-    };
-    put().with_context(|| format!("cannot write {}", path.display()))
+    let shown = path.display();
+    let pending = Pending::of(path).map_err(|error| {
+        bad_input(anyhow!(
+            "cannot write {shown}: {error}\nhint: name a file in a folder that exists and that you may write to"
+        ))
+    })?;
+    match fill(pending.file(), write) {
+        // What was to be written could not be read, or was not to be had.
+        Err(error) if is_bad_input(&error) => return Err(error),
+        filled => filled.and_then(|()| Ok(pending.put()?)),
+    }
+    .with_context(|| format!("cannot write {shown}\nhint: is the disk full?"))
 }
 
 /// Writes through a buffer. What is left in it after an error is not written on the way out.

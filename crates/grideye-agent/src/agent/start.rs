@@ -28,7 +28,7 @@ pub enum StartError {
     Spool(#[from] FolderError),
     /// No folder is named for the spool.
     #[error(
-        "spool.folder: expected a folder, found none\nhint: name one, for example /var/lib/grideye-agent/spool; systemd gives one with StateDirectory=grideye-agent"
+        "spool.folder: expected a folder, found none\nhint: under [spool], write folder = \"/home/pi/spool\" (any folder that this user may write), or mode = \"ram\" for no spool; systemd gives a folder with StateDirectory=grideye-agent"
     )]
     NoSpoolFolder,
     /// No collector is named.
