@@ -1,6 +1,7 @@
-//! The folder of a dataset: what is whole there, what is ours, and how a part gets into it.
+//! The dataset folder: which files are complete, which are ours, and how parts are added.
 //!
-//! A part is written under another name, locked, synced, and renamed when whole; nothing else's file is overwritten.
+//! A part is written under a temporary name, locked, synced, and renamed when complete. Files of others are never
+//! overwritten.
 
 use crate::error::{Cause, DatasetError};
 use crate::manifest::Manifest;
@@ -14,21 +15,21 @@ use std::path::{Path, PathBuf};
 
 const MANIFEST: &str = "dataset.json";
 const MANIFEST_BYTES_MAX: u64 = 4 << 20;
-/// What is read of the beginning or the end of a part at most, for the fingerprint.
+/// Limit on the bytes read from one end of a part to find the fingerprint.
 const LOOK_BYTES_MAX: u64 = 32 << 20;
 
-/// How files come to be: what the program that makes a dataset brings.
+/// Writes part files; the program that makes a dataset supplies it.
 pub trait Output: Sync {
-    /// Writes a part as that kind of file, with these words about its dataset.
+    /// Writes a part as a `table` file, with `about` as its description of the dataset.
     ///
     /// # Errors
-    /// Whatever keeps it from being written.
+    /// Any reason the file cannot be written.
     fn write(&self, part: &Part, table: Table, about: &str, file: &File) -> Result<(), Cause>;
 
-    /// Gives a synced file its name, which outlasts a power cut.
+    /// Renames a synced file, so that the new name survives a power cut.
     ///
     /// # Errors
-    /// Those of the file system.
+    /// File system errors.
     fn rename(&self, partial: &Path, path: &Path) -> io::Result<()>;
 }
 
@@ -39,10 +40,10 @@ pub struct Folder<'a> {
 }
 
 impl<'a> Folder<'a> {
-    /// The folder of this dataset: a new one, or one in which the same was begun.
+    /// Creates the folder, or opens one with the same dataset in progress.
     ///
     /// # Errors
-    /// If it is of another dataset, or cannot be made.
+    /// If the folder belongs to another dataset or cannot be created.
     pub fn open(
         path: &Path,
         manifest: &Manifest,
@@ -66,10 +67,10 @@ impl<'a> Folder<'a> {
         Ok(folder)
     }
 
-    /// Whether all files of a part are there.
+    /// Whether all files of a part exist.
     ///
     /// # Errors
-    /// If one that is there is not this dataset's, or cannot be read.
+    /// If a file belongs to something else or cannot be read.
     pub fn has(&self, manifest: &Manifest, part: u64) -> Result<bool, DatasetError> {
         let mut all = true;
         for table in manifest.tables() {
@@ -120,7 +121,7 @@ impl<'a> Folder<'a> {
             return Err(DatasetError::Locked(partial));
         };
         let put = || -> Result<(), Cause> {
-            // Whoever had the lock before may have made it.
+            // The previous lock holder may have written it.
             if path.exists() {
                 return Ok(fs::remove_file(&partial)?);
             }
@@ -131,7 +132,7 @@ impl<'a> Folder<'a> {
                 .and_then(|()| Ok(file.sync_all()?))
                 .and_then(|()| Ok(self.output.rename(&partial, path)?));
             if written.is_err() {
-                // The first error is the one to report; the next run writes over what cannot be removed.
+                // Report the first error; the next run overwrites a file that cannot be removed.
                 drop(fs::remove_file(&partial));
             }
             written
@@ -144,7 +145,7 @@ impl<'a> Folder<'a> {
         let partial = partial_name(path);
         let put = || -> Result<bool, Cause> {
             let Some(mut file) = locked(&partial, FlockOperation::LockExclusive)? else {
-                return Err(format!("{} comes and goes", partial.display()).into());
+                return Err(format!("other processes keep replacing {}", partial.display()).into());
             };
             if path.exists() {
                 fs::remove_file(&partial)?;
@@ -164,14 +165,14 @@ impl<'a> Folder<'a> {
     }
 }
 
-/// The name of a file that is not whole: the same each time, so that the next run takes it up.
+/// The name of an incomplete file: always the same, so that the next run reuses it.
 fn partial_name(path: &Path) -> PathBuf {
     let mut partial = path.as_os_str().to_owned();
     partial.push(".partial");
     PathBuf::from(partial)
 }
 
-/// The file, made if it is not there, and nobody else's as long as it is open; `None` if it is somebody's.
+/// Opens or creates the file and locks it until closed; `None` if another process holds the lock.
 fn locked(path: &Path, how: FlockOperation) -> Result<Option<File>, Cause> {
     for _ in 0..LOCK_TRIES_MAX {
         let file = OpenOptions::new()
@@ -184,7 +185,7 @@ fn locked(path: &Path, how: FlockOperation) -> Result<Option<File>, Cause> {
             Err(rustix::io::Errno::WOULDBLOCK) => return Ok(None),
             Err(error) => return Err(io::Error::from(error).into()),
         }
-        // It may have been renamed between the two.
+        // Another process may have renamed it between open and lock.
         let mine = file.metadata()?;
         if fs::metadata(path)
             .is_ok_and(|named| (named.dev(), named.ino()) == (mine.dev(), mine.ino()))
@@ -210,7 +211,7 @@ fn check_manifest(file: &Path, manifest: &Manifest) -> Result<(), DatasetError> 
     Err(DatasetError::OtherDataset(file.to_path_buf(), differences))
 }
 
-/// Whether a file is whole and of this dataset, whose words stand at the beginning (npz) or at the end (Parquet).
+/// Whether a file is complete and of this dataset. Its description is at the start (npz) or at the end (Parquet).
 fn is_ours(mut file: File, manifest: &Manifest, table: Table) -> io::Result<bool> {
     let length = file.metadata()?.len();
     let begin = read_at(&mut file, 0, 4)?;
@@ -225,7 +226,7 @@ fn is_ours(mut file: File, manifest: &Manifest, table: Table) -> io::Result<bool
         }
         Table::Npz => {
             let is_whole = begin == b"PK\x03\x04" && end.starts_with(b"PK\x05\x06");
-            // In arrays for numpy, each character has four bytes.
+            // numpy arrays use four bytes per character.
             let wanted: Vec<u8> = fingerprint
                 .chars()
                 .flat_map(|character| u32::from(character).to_le_bytes())
@@ -251,14 +252,14 @@ fn read_at(file: &mut File, at: u64, bytes: u64) -> io::Result<Vec<u8>> {
     Ok(read)
 }
 
-/// The length of a Parquet file's footer, which stands before the last four bytes, with both.
+/// The length of a Parquet footer, including the four bytes of its length and the last four of the file.
 fn footer_bytes(end: &[u8]) -> u64 {
     let at = end.len().saturating_sub(8);
     let bytes = end.get(at..at + 4).unwrap_or_default().iter().rev();
     8 + bytes.fold(0, |size, byte| (size << 8) | u64::from(*byte))
 }
 
-/// What stands before the words about a dataset in an archive.
+/// Limit on the bytes before the description in an archive.
 const HEADS_BYTES: u64 = 4096;
 const END_BYTES: u64 = 22;
 

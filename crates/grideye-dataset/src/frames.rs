@@ -1,4 +1,4 @@
-//! One labeled frame after the other: the scene of the frame, what its sensor measures, and what is true of it.
+//! Makes labeled frames: the scene of a frame, what its sensor measures, and the ground truth.
 
 use crate::error::DatasetError;
 use grideye_scene::{Files, Scene, Simulator, simulator};
@@ -9,29 +9,29 @@ use std::io;
 use std::rc::Rc;
 use std::time::Duration;
 
-/// Simulators that are kept for frames of the same values: as many as a few keys of a few choices have.
+/// Limit on cached simulators: as many as a few keys with a few choices need.
 const KEPT_MAX: usize = 32;
-/// What the simulators that are kept take up in memory at most, if it is more than one.
+/// Memory limit of the cached simulators in bytes; one is always cached.
 const KEPT_BYTES: usize = 64 << 20;
 
-/// What a dataset is to show.
+/// What a dataset shows.
 #[derive(Debug)]
 pub struct Subject {
-    /// The scene's name, and its text.
+    /// The scene's name.
     pub title: String,
-    /// The text of the scene.
+    /// The scene's text.
     pub text: String,
-    /// The files that the scene, or one of its variants, names.
+    /// The files that the scene or one of its variants names.
     pub files: BTreeMap<String, String>,
-    /// What of it varies, as it was asked for …
+    /// What varies, as requested.
     pub vary: Vec<String>,
-    /// … and as it was read.
+    /// What varies, parsed.
     pub recipe: Recipe,
-    /// The sensor that looks.
+    /// The sensor's name.
     pub sensor: String,
-    /// Whether pixels are exact areas, and not points of the paper's grid.
+    /// Whether pixels are exact areas instead of points of the paper's grid.
     pub without_grid: bool,
-    /// Of all that varies, and of the noise.
+    /// The seed of everything that varies and of the noise.
     pub seed: u64,
 }
 
@@ -52,26 +52,26 @@ pub(crate) struct Labeled {
     pub(crate) celsius: Vec<f64>,
     pub(crate) truth_c: Vec<f64>,
     pub(crate) agents: Vec<Option<Label>>,
-    /// What varies, in the order of the recipe.
+    /// Values of what varies, in the recipe's order.
     pub(crate) varied: Vec<Value>,
 }
 
 #[derive(Debug)]
 pub(crate) struct Label {
     pub(crate) position_m: [f64; 3],
-    /// The share of it that is seen, 0 to 1.
+    /// Visible share of the agent, 0 to 1.
     pub(crate) visibility: f64,
-    /// How many pixels it would fill if nothing hid it.
+    /// How many pixels the agent would fill if nothing hid it.
     pub(crate) pixels: f64,
-    /// The share of each pixel that is it, 0 to 1.
+    /// The agent's share of each pixel, 0 to 1.
     pub(crate) mask: Vec<f64>,
 }
 
 impl Frames {
-    /// The frames of a subject, whose scene as it stands this is.
+    /// The frames of a subject; `scene` is its unchanged scene.
     ///
     /// # Errors
-    /// [`DatasetError::Scene`] if it has no such sensor.
+    /// [`DatasetError::Scene`] if the scene has no such sensor.
     pub fn new(subject: Subject, scene: &Scene) -> Result<Self, DatasetError> {
         let sensor = scene.sensor(&subject.sensor)?;
         Ok(Self {
@@ -118,10 +118,10 @@ impl Frames {
     }
 }
 
-/// Makes frames, and remembers what it made them with.
+/// Makes frames and caches their simulators.
 pub(crate) struct Maker<'a> {
     frames: &'a Frames,
-    /// By the scene's text, the latest first.
+    /// By the scene's text, most recently used first.
     kept: VecDeque<(String, Rc<Set>)>,
 }
 
@@ -192,7 +192,7 @@ impl Maker<'_> {
         Ok(set)
     }
 
-    /// Takes a set back in which nothing but the agents is another.
+    /// Takes a cached set that differs only in its agents.
     fn of_the_same_room(&mut self, scene: &Scene) -> Option<Set> {
         let at = self
             .kept
@@ -216,14 +216,14 @@ fn label(scene: &Scene, simulator: &Simulator, agent: usize, time: Duration) -> 
     }
 }
 
-/// Files beside the scene, each read once.
+/// A cache of the files beside the scene: each is read once.
 pub struct Remembered<'a> {
     files: &'a dyn Files,
     texts: RefCell<BTreeMap<String, String>>,
 }
 
 impl<'a> Remembered<'a> {
-    /// These files, none of them read yet.
+    /// Starts with an empty cache.
     #[must_use]
     pub fn new(files: &'a dyn Files) -> Self {
         Self {
@@ -232,7 +232,7 @@ impl<'a> Remembered<'a> {
         }
     }
 
-    /// Those that were read, by their names.
+    /// The files read so far, by name.
     #[must_use]
     pub fn into_texts(self) -> BTreeMap<String, String> {
         self.texts.into_inner()

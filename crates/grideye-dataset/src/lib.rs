@@ -1,6 +1,6 @@
-//! Labeled frames of a scene that differs from frame to frame, in a folder of parts that many processes may fill.
+//! Labeled frames of a scene that varies from frame to frame, in a folder of parts that many processes may fill.
 //!
-//! Frame k is a function of (scene, seed, k), and a part of its frames: threads, shards and interruptions do not show.
+//! Frame k is a function of (scene, seed, k), so threads, shards and interruptions do not change a part's content.
 
 mod error;
 mod folder;

@@ -1,4 +1,4 @@
-//! What a dataset is, before any of it is made: everything that its bytes depend on, and how it is cut into parts.
+//! Describes a dataset before it is made: everything its bytes depend on, and how it is split into parts.
 
 use crate::error::DatasetError;
 use crate::frames::Frames;
@@ -8,26 +8,26 @@ use sha2::{Digest as _, Sha256};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Parts of a dataset: so many names have six digits.
+/// Limit on parts: their names have six digits.
 const PARTS_MAX: u64 = 1_000_000;
-/// Frames of a part, unless they are too large or it was said otherwise.
+/// Default frames per part, if they fit `PART_BYTES`.
 const FRAMES_PER_PART: u64 = 1_000;
-/// What the frames of a part take up in memory, about, unless it was said otherwise.
+/// Approximate memory of a part's frames, unless `frames_per_part` is given.
 const PART_BYTES: u64 = 64 << 20;
 const LAYOUT: u32 = 1;
 
-/// The content of `dataset.json`: two datasets with the same one have the same bytes.
+/// The content of `dataset.json`: equal manifests mean equal bytes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
-    /// The version of the layout of the files.
+    /// The version of the file layout.
     pub(crate) layout: u32,
     pub(crate) program: String,
     pub(crate) scene: String,
     pub(crate) scene_sha256: String,
     /// SHA-256 of each file that the scene names.
     pub(crate) files_sha256: BTreeMap<String, String>,
-    /// What varies, as it was asked for.
+    /// What varies, as requested.
     pub(crate) vary: Vec<String>,
     pub(crate) sensor: String,
     pub(crate) columns: usize,
@@ -44,7 +44,8 @@ pub struct Manifest {
 }
 
 impl Manifest {
-    /// The manifest of a dataset of so many frames, made by that program; without `frames_per_part` it is chosen.
+    /// The manifest of a dataset with `frames` frames made by `program`; by default `frames_per_part` is chosen to fit
+    /// memory.
     ///
     /// # Errors
     /// [`DatasetError::Parts`].
@@ -93,20 +94,20 @@ impl Manifest {
         Ok(manifest)
     }
 
-    /// Its content on one line.
+    /// The manifest on one line.
     #[must_use]
     pub fn json(&self) -> String {
-        // Numbers, texts and lists of them always are JSON.
+        // Numbers, texts and lists of them are always valid JSON.
         serde_json::to_string(self).unwrap_or_default()
     }
 
-    /// Frames of the whole dataset.
+    /// Frames in the whole dataset.
     #[must_use]
     pub const fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// What tells it from every other dataset.
+    /// Identifies this dataset among all others.
     #[must_use]
     pub fn fingerprint(&self) -> &str {
         &self.fingerprint
@@ -118,7 +119,7 @@ impl Manifest {
         self.frames.div_ceil(self.frames_per_part)
     }
 
-    /// The parts of a shard, in their order.
+    /// The parts of a shard, in order.
     pub fn parts_of(&self, shard: Shard) -> impl Iterator<Item = u64> + use<> {
         (0..self.parts()).filter(move |part| shard.has(*part))
     }
@@ -130,21 +131,21 @@ impl Manifest {
         first..(first + self.frames_per_part).min(self.frames)
     }
 
-    /// How many frames a part has.
+    /// The number of frames in a part.
     #[must_use]
     pub fn count(&self, part: u64) -> u64 {
         let frames = self.frames_of(part);
         frames.end - frames.start
     }
 
-    /// The kinds of files of each part.
+    /// The file formats of each part.
     pub(crate) fn tables(&self) -> impl Iterator<Item = Table> + '_ {
         let all = [Table::Npz, Table::Parquet];
         all.into_iter()
             .filter(|table| self.formats.iter().any(|name| name == table.name()))
     }
 
-    /// What is different in another manifest, for whoever wonders why it is not taken up again.
+    /// How another manifest differs, for the error that rejects its folder.
     pub(crate) fn differences(&self, there: &Self) -> Vec<String> {
         let (Ok(here), Ok(there)) = (serde_json::to_value(self), serde_json::to_value(there))
         else {

@@ -1,4 +1,4 @@
-//! The frames of one part, array by array.
+//! The frames of one part as arrays.
 
 use crate::frames::{Frames, Labeled};
 use crate::manifest::Manifest;
@@ -8,15 +8,15 @@ use grideye_variation::Value;
 /// The labeled frames of a part.
 #[derive(Debug)]
 pub struct Part {
-    /// Which part.
+    /// The part's number, from 0.
     pub number: u64,
     /// Columns and rows of a frame.
     pub size: (usize, usize),
-    /// Numbers of the frames, from 0.
+    /// Frame numbers, from 0.
     pub frame: Vec<u64>,
-    /// Moments, seconds.
+    /// Frame times, seconds.
     pub time_s: Vec<f64>,
-    /// Seeds of the noise.
+    /// Noise seeds.
     pub noise_seed: Vec<u64>,
     /// What the sensor measures, frame by frame, °C.
     pub celsius: Vec<f32>,
@@ -24,37 +24,37 @@ pub struct Part {
     pub truth_c: Vec<f32>,
     /// Labels of each agent.
     pub agents: Vec<AgentLabels>,
-    /// What varies.
+    /// Values of what varies.
     pub varied: Vec<VariedColumn>,
 }
 
 /// The labels of one agent, frame by frame.
 #[derive(Debug)]
 pub struct AgentLabels {
-    /// Its name.
+    /// The agent's name.
     pub name: String,
-    /// Where it is on each axis, meters; nothing where it is absent.
+    /// Position on each axis, meters; `None` while absent.
     pub position_m: [Vec<Option<f64>>; 3],
-    /// Whether it is there.
+    /// Whether the agent is present.
     pub present: Vec<bool>,
-    /// The share of it that is seen, 0 to 1.
+    /// Visible share of the agent, 0 to 1.
     pub visibility: Vec<Option<f64>>,
-    /// How many pixels it would fill if nothing hid it.
+    /// How many pixels the agent would fill if nothing hid it.
     pub pixels: Vec<Option<f64>>,
-    /// The share of each pixel that is it, frame by frame.
+    /// The agent's share of each pixel, frame by frame.
     pub mask: Vec<f32>,
 }
 
-/// One thing that varies, frame by frame.
+/// One varying key, frame by frame.
 #[derive(Debug)]
 pub struct VariedColumn {
-    /// Its name.
+    /// The column's name.
     pub name: String,
-    /// Its values.
+    /// The column's values.
     pub values: Scalars,
 }
 
-/// Of one kind each, as the column has it.
+/// Values of one kind.
 #[derive(Debug)]
 pub enum Scalars {
     /// Numbers.

@@ -1,18 +1,18 @@
-//! Who makes which parts of a dataset, and in which kinds of files.
+//! Which process makes which parts of a dataset, and the kinds of part files.
 
 use std::str::FromStr;
 
-/// The i-th of n shares, counted from 1.
+/// Share `number` of `of`, counted from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
-    /// Which share.
+    /// Which share, from 1.
     pub number: u64,
-    /// Of how many.
+    /// The number of shares.
     pub of: u64,
 }
 
 impl Shard {
-    /// Whether the part of that number, from 0, belongs to the shard.
+    /// Whether the shard makes this part (from 0).
     #[must_use]
     pub const fn has(self, part: u64) -> bool {
         part % self.of == self.number - 1
@@ -29,26 +29,26 @@ impl FromStr for Shard {
         match pair {
             Some((number, of)) if (1..=of).contains(&number) => Ok(Self { number, of }),
             Some((number, of)) => Err(format!(
-                "there is no shard {number} of {of}\nhint: shards count from 1 to {of}; 1/4, 2/4, 3/4 and 4/4 are the whole"
+                "there is no shard {number} of {of}\nhint: shards count from 1 to {of}; for four processes use 1/4, 2/4, 3/4 and 4/4"
             )),
             None => Err(format!(
-                "no shard: {text}\nhint: I/N, as in 1/4, 2/4, 3/4 and 4/4 on four machines"
+                "not a shard: {text}\nhint: write I/N, as in 1/4, 2/4, 3/4 and 4/4 on four machines"
             )),
         }
     }
 }
 
-/// A kind of file that holds a part of a dataset.
+/// A file format for a part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Table {
-    /// Apache Parquet: a row for each frame.
+    /// Apache Parquet: one row per frame.
     Parquet,
-    /// Arrays for numpy.
+    /// numpy arrays.
     Npz,
 }
 
 impl Table {
-    /// The end of the names of such files, and the word for the kind.
+    /// The format's name, also its file extension.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -76,12 +76,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_shard_is_refused() {
+    fn malformed_shards_are_refused() {
         for (text, words) in [
             ("0/4", "no shard 0 of 4"),
             ("5/4", "count from 1 to 4"),
             ("1/0", "no shard 1 of 0"),
-            ("2", "no shard: 2"),
+            ("2", "not a shard: 2"),
             ("a/b", "I/N"),
             ("-1/4", "I/N"),
             ("1/4/2", "I/N"),

@@ -1,4 +1,4 @@
-//! The parts that are to be made, on any number of threads.
+//! Makes missing parts on any number of threads.
 
 use crate::error::DatasetError;
 use crate::folder::Folder;
@@ -9,10 +9,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 
-/// Makes these parts; `after_each` is called when a frame is made, from any thread.
+/// Makes these parts; every thread calls `after_each` after each frame.
 ///
 /// # Errors
-/// The first; the other threads then end with the part that they are at.
+/// The first error; the other threads then stop without finishing their parts.
 pub fn make(
     (frames, manifest): (&Frames, &Manifest),
     folder: &Folder<'_>,
@@ -37,13 +37,13 @@ struct Work<'a> {
     manifest: &'a Manifest,
     folder: &'a Folder<'a>,
     after_each: &'a (dyn Fn() + Sync),
-    /// The next one is the last.
+    /// The last one is next.
     missing: Mutex<Vec<u64>>,
     failed: AtomicBool,
 }
 
 impl Work<'_> {
-    /// Every part, or the first error: the other threads then end with the part that they are at.
+    /// Makes every part or returns the first error.
     fn done_by(&self, threads: usize) -> Result<(), DatasetError> {
         thread::scope(|scope| {
             let workers: Vec<_> = (0..threads).map(|_| scope.spawn(|| self.work())).collect();

@@ -1,12 +1,12 @@
-//! A canvas of dots: rectangles, polygons, lines and text, in RGB or in colors of a palette.
+//! A canvas of dots: rectangles, polygons, lines and text, in RGB or palette colors.
 
 use crate::font;
 use crate::number::{float, whole};
 
-/// A place in dots, from the top left.
+/// A place in dots from the top left.
 pub type At = (f64, f64);
 
-/// Dots row by row from the top left. What reaches beyond the canvas is cut off.
+/// Dots row by row from the top left. Anything drawn beyond the canvas is cut off.
 #[derive(Debug, Clone)]
 pub struct Canvas<C> {
     width: usize,
@@ -14,11 +14,11 @@ pub struct Canvas<C> {
     dots: Vec<C>,
 }
 
-/// Dots that a character takes across, and down, where each dot of the font is one.
+/// Width and height of a character in dots, at one dot per font dot; the width includes a gap.
 pub const CHARACTER: (usize, usize) = (font::SIZE.0 + 1, font::SIZE.1);
 
 impl<C: Copy> Canvas<C> {
-    /// A canvas all of one color.
+    /// A canvas of one color.
     #[must_use]
     pub fn new(width: usize, height: usize, paper: C) -> Self {
         Self {
@@ -28,7 +28,7 @@ impl<C: Copy> Canvas<C> {
         }
     }
 
-    /// A canvas of these dots, so many in a row.
+    /// A canvas of these dots, `width` per row.
     #[must_use]
     pub fn of(width: usize, dots: Vec<C>) -> Self {
         let height = dots.len() / width.max(1);
@@ -39,13 +39,13 @@ impl<C: Copy> Canvas<C> {
         }
     }
 
-    /// Its dots across.
+    /// The width in dots.
     #[must_use]
     pub const fn width(&self) -> usize {
         self.width
     }
 
-    /// Its dots down.
+    /// The height in dots.
     #[must_use]
     pub const fn height(&self) -> usize {
         self.height
@@ -57,7 +57,7 @@ impl<C: Copy> Canvas<C> {
         &self.dots
     }
 
-    /// Its dots alone.
+    /// Consumes the canvas and returns its dots.
     #[must_use]
     pub fn into_dots(self) -> Vec<C> {
         self.dots
@@ -71,7 +71,7 @@ impl<C: Copy> Canvas<C> {
         }
     }
 
-    /// Fills what is within by the even-odd rule: a dot whose middle is.
+    /// Fills a polygon by the even-odd rule: every dot with its center inside.
     pub fn polygon(&mut self, corners: &[At], color: C) {
         let rows = || corners.iter().map(|at| at.1);
         let low = rows().fold(f64::INFINITY, f64::min);
@@ -98,7 +98,7 @@ impl<C: Copy> Canvas<C> {
             return;
         }
         let (across_x, across_y) = (-0.5 * width * y / length, 0.5 * width * x / length);
-        // Half as wide beyond both ends, so that lines which meet have a corner.
+        // Extend both ends by half the width, so that joined lines form corners.
         let (more_x, more_y) = (across_y, -across_x);
         let (from, to) = (
             (from.0 - more_x, from.1 - more_y),
@@ -113,7 +113,7 @@ impl<C: Copy> Canvas<C> {
         self.polygon(&corners, color);
     }
 
-    /// Text from a place to the right; each dot of the font is a square of `dot` dots.
+    /// Text starting at its top left; each font dot is a square of `dot` dots.
     pub fn text(&mut self, (left, top): (usize, usize), text: &str, dot: usize, color: C) {
         for (index, character) in text.chars().enumerate() {
             for (y, row) in font::rows(character).into_iter().enumerate() {
@@ -140,19 +140,19 @@ mod tests {
     }
 
     #[test]
-    fn a_triangle_fills_half_of_its_square_and_a_line_is_as_long_and_wide_as_it_is() {
+    fn triangles_and_lines_fill_their_area() {
         let mut canvas = Canvas::new(200, 200, false);
         canvas.polygon(&[(0.0, 0.0), (200.0, 0.0), (0.0, 200.0)], true);
         let found = dark(&canvas);
         assert!(found.abs_diff(20_000) < 300, "{found}");
         let mut canvas = Canvas::new(200, 200, false);
         canvas.line(((20.0, 50.0), (120.0, 50.0)), 4.0, true);
-        // 100 long and 2 more at either end, 4 wide.
+        // 100 long plus 2 at each end, 4 wide.
         assert_eq!(dark(&canvas), 104 * 4);
     }
 
     #[test]
-    fn what_reaches_beyond_the_canvas_is_cut_off() {
+    fn shapes_beyond_the_canvas_are_cut_off() {
         let mut canvas = Canvas::new(20, 20, false);
         canvas.fill((18, 19), (10, 10), true);
         canvas.fill((29, 29), (1, 1), true);

@@ -1,24 +1,25 @@
-//! PNG files of dots.
+//! Encodes canvases as PNG.
 
 use crate::canvas::Canvas;
 use crate::palette::Rgb;
 use png::{BitDepth, ColorType, Encoder};
 use std::io::{self, Write};
 
-/// Writes dots in red, green and blue.
+/// Writes an RGB canvas.
 ///
 /// # Errors
-/// If the file takes nothing, or the canvas is larger than a PNG can be.
+/// If writing fails or the canvas is too large for a PNG.
 pub fn rgb(canvas: &Canvas<Rgb>, out: impl Write) -> io::Result<()> {
     let mut encoder = encoder(canvas, out)?;
     encoder.set_color(ColorType::Rgb);
     write(encoder, &canvas.dots().concat())
 }
 
-/// Writes dots in the colors of a palette (red, green and blue of each), with these words about the picture.
+/// Writes a canvas of palette indices; `palette` lists red, green and blue of each color, and `about` becomes text
+/// chunks.
 ///
 /// # Errors
-/// If the file takes nothing, or the canvas is larger than a PNG can be.
+/// If writing fails or the canvas is too large for a PNG.
 pub fn indexed(
     canvas: &Canvas<u8>,
     palette: Vec<u8>,

@@ -1,9 +1,9 @@
-//! The characters that pictures need, as dots: 5 wide, 7 high.
+//! The characters used in images, as dots: 5 wide, 7 high.
 
-/// Dots of a character across and down.
+/// Width and height of a character in dots.
 pub(crate) const SIZE: (usize, usize) = (5, 7);
 
-/// The rows of a character from the top, the leftmost dot in bit 4; what is not in the font is blank.
+/// The rows of a character from the top, leftmost dot in bit 4; unknown characters are blank.
 pub(crate) fn rows(character: char) -> [u8; 7] {
     let found = GLYPHS.iter().find(|(of, _)| *of == character);
     found.map_or([0; 7], |(_, rows)| *rows)
@@ -96,7 +96,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_character_that_names_are_made_of_can_be_read() {
+    fn every_character_of_names_is_drawn_and_distinct() {
         let all = ('a'..='z').chain('A'..='Z').chain('0'..='9');
         let mut seen = std::collections::BTreeMap::new();
         for character in all.chain(".,:;+-=()%/<>_'°σ".chars()) {

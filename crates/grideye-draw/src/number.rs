@@ -1,4 +1,4 @@
-//! Counts as lengths and back, and the round steps of a scale.
+//! Converts between counts and lengths, and finds round steps for a scale.
 
 /// A count as a length.
 #[must_use]
@@ -11,7 +11,7 @@ pub const fn float(count: usize) -> f64 {
     count as f64
 }
 
-/// A length as a count: rounded, and 0 where it is negative or no number.
+/// A length as a count: rounded, and 0 if negative or NaN.
 #[must_use]
 #[expect(
     clippy::as_conversions,
@@ -23,7 +23,7 @@ pub fn whole(length: f64) -> usize {
     length.round().max(0.0) as usize
 }
 
-/// The next of 1, 2, 5, 10 … thousandths of at least `length`.
+/// The smallest of 1, 2, 5, 10 … thousandths that is at least `length`; at most 10⁶.
 #[must_use]
 pub fn round_step(length: f64) -> f64 {
     let mut decade = 1e-3;
@@ -60,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_below_nothing_is_nothing() {
+    fn lengths_below_zero_become_zero() {
         assert_eq!([-3.0, f64::NAN, 0.5, 1.49].map(whole), [0, 0, 1, 1]);
     }
 }

@@ -2,10 +2,10 @@
 
 use crate::number::float;
 
-/// A color as red, green and blue of 0 to 255.
+/// A color: red, green and blue, each 0 to 255.
 pub type Rgb = [u8; 3];
 
-/// Every seventeenth color of matplotlib's inferno (Smith and van der Walt, CC0); between them it is straight to
+/// Every seventeenth color of matplotlib's inferno (Smith and van der Walt, CC0). Linear interpolation between them is
 /// within 7 of 255.
 pub const INFERNO: [Rgb; 16] = [
     [0, 0, 4],
@@ -26,10 +26,10 @@ pub const INFERNO: [Rgb; 16] = [
     [252, 255, 164],
 ];
 
-/// Too cold, equal, too warm: told apart without red-green vision, and by lightness from the middle.
+/// Too cold, equal, too warm: distinct without red-green vision, and lightest in the middle.
 pub const DIFFERENCE: [Rgb; 3] = [[33, 102, 172], [247, 247, 247], [178, 24, 43]];
 
-/// The color at a place of 0 to 1 on a row of colors; places beyond are held at the ends.
+/// The color at `place` (0 to 1, clamped) along the stops.
 #[must_use]
 pub fn color(stops: &[Rgb], place: f64) -> Rgb {
     let last = stops.len().saturating_sub(1);
@@ -43,7 +43,7 @@ pub fn color(stops: &[Rgb], place: f64) -> Rgb {
     std::array::from_fn(|channel| blend(from[channel], to[channel], share))
 }
 
-/// Black or white, whichever is read better on a color (relative luminance, WCAG 2.2), as SVG and CSS write it.
+/// Black or white as SVG and CSS write it, whichever is more readable on a color (relative luminance, WCAG 2.2).
 #[must_use]
 pub fn ink(color: Rgb) -> &'static str {
     let linear = color.map(|channel| (f64::from(channel) / 255.0).powf(2.2));
@@ -61,7 +61,7 @@ pub fn hex([red, green, blue]: Rgb) -> String {
     clippy::as_conversions,
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "rounded and held between two bytes, so the value fits"
+    reason = "rounded and between two bytes, so the value fits"
 )]
 fn blend(from: u8, to: u8, share: f64) -> u8 {
     let value = f64::from(from) + (f64::from(to) - f64::from(from)) * share.clamp(0.0, 1.0);
@@ -76,7 +76,7 @@ mod tests {
         0.2126 * f64::from(color[0]) + 0.7152 * f64::from(color[1]) + 0.0722 * f64::from(color[2])
     }
 
-    /// A gray print and an eye without color vision keep the order of temperatures.
+    /// Keeps temperatures in order on gray prints and for eyes without color vision.
     #[test]
     fn inferno_grows_lighter_all_the_way() {
         let colors: Vec<f64> = (0..=150)

@@ -1,20 +1,20 @@
-//! A plot within a page of HTML: axes, levels, curves and words, whose look the page's styles tell by their classes.
+//! A plot in an HTML page: axes, lines, curves and labels. The page's CSS styles them by class.
 
 use crate::svg::Svg;
 use std::fmt::{Display, Write as _};
 
-/// Where values lie along one side of a plot.
+/// Maps values to places along one side of a plot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axis {
-    /// What it shows at its beginning and its end; logarithms to base 10 if it is logarithmic.
+    /// The values at the start and the end; their base-10 logarithms if `is_logarithmic`.
     values: (f64, f64),
-    /// The places of these on the page.
+    /// The places of these values on the page.
     places: (f64, f64),
     is_logarithmic: bool,
 }
 
 impl Axis {
-    /// Even steps from one value to another, at places from one to another.
+    /// A linear axis from one value to another, between two places.
     #[must_use]
     pub const fn linear(values: (f64, f64), places: (f64, f64)) -> Self {
         Self {
@@ -24,7 +24,7 @@ impl Axis {
         }
     }
 
-    /// Whole and half decades around what lies between two numbers above zero; `places` are those of less and more.
+    /// A logarithmic axis in whole and half decades around two positive numbers, between two places.
     #[must_use]
     pub fn decades(least: f64, greatest: f64, places: (f64, f64)) -> Self {
         let [low, high] = [least.log10(), greatest.log10()];
@@ -36,7 +36,7 @@ impl Axis {
         }
     }
 
-    /// Where a value lies.
+    /// The place of a value.
     #[must_use]
     pub fn place(&self, value: f64) -> f64 {
         let value = if self.is_logarithmic {
@@ -48,7 +48,7 @@ impl Axis {
         begin + (end - begin) * (value - from) / (to - from)
     }
 
-    /// 1, 2 and 5 of every decade of a logarithmic axis.
+    /// The multiples 1, 2 and 5 of every decade on a logarithmic axis.
     #[must_use]
     pub fn decade_ticks(&self) -> Vec<f64> {
         let (low, high) = self.values;
@@ -70,11 +70,11 @@ impl Axis {
 /// A plot on an SVG that may hold several.
 #[derive(Debug)]
 pub struct Plot<'a> {
-    /// What it is drawn on.
+    /// The SVG to draw on.
     pub svg: &'a mut Svg,
-    /// Its horizontal axis.
+    /// The horizontal axis.
     pub x: Axis,
-    /// Its vertical axis; the places are from the top down, or from the bottom up.
+    /// The vertical axis; its places may run in either direction.
     pub y: Axis,
 }
 
@@ -83,7 +83,7 @@ impl Plot<'_> {
         self.y.places.0.max(self.y.places.1)
     }
 
-    /// A level line for each number, which stands at the left.
+    /// A horizontal grid line for each value, with its text at the left.
     pub fn rows<T: Display>(&mut self, ticks: impl IntoIterator<Item = (f64, T)>) {
         for (value, text) in ticks {
             self.level("grid", value);
@@ -92,7 +92,7 @@ impl Plot<'_> {
         }
     }
 
-    /// An upright line for each number, which stands below.
+    /// A vertical grid line for each value, with its text below.
     pub fn columns<T: Display>(&mut self, ticks: impl IntoIterator<Item = (f64, T)>) {
         for (value, text) in ticks {
             self.upright("grid", value);
@@ -100,13 +100,13 @@ impl Plot<'_> {
         }
     }
 
-    /// A number so far below the plot.
+    /// Text at a value, `down` below the plot.
     pub fn below(&mut self, value: f64, down: f64, text: impl Display) {
         let at = (self.x.place(value), self.bottom() + down);
         self.word("middle", at, text);
     }
 
-    /// What both axes show.
+    /// Labels of both axes.
     pub fn names(&mut self, x: &str, y: &str) {
         let middle = |places: (f64, f64)| f64::midpoint(places.0, places.1);
         let at = (middle(self.x.places), self.bottom() + 42.0);
@@ -117,20 +117,20 @@ impl Plot<'_> {
         name.with("transform", turned).text(y);
     }
 
-    /// A level line across.
+    /// A horizontal line across the plot.
     pub fn level(&mut self, class: &str, value: f64) {
         let ((left, right), y) = (self.x.places, self.y.place(value));
         self.svg.mark(class, format_args!("M{left} {y:.1}H{right}"));
     }
 
-    /// An upright line across.
+    /// A vertical line across the plot.
     pub fn upright(&mut self, class: &str, value: f64) {
         let (x, (one, other)) = (self.x.place(value), self.y.places);
         let (top, bottom) = (one.min(other), one.max(other));
         self.svg.mark(class, format_args!("M{x:.1} {top}V{bottom}"));
     }
 
-    /// A curve from point to point, with a gap where there is no value.
+    /// A curve from point to point, with a gap at each missing value.
     pub fn curve(&mut self, class: &str, points: impl IntoIterator<Item = (f64, Option<f64>)>) {
         let (mut path, mut letter) = (String::new(), 'M');
         for (x, value) in points {
@@ -139,14 +139,14 @@ impl Plot<'_> {
                 continue;
             };
             let (x, y) = (self.x.place(x), self.y.place(value));
-            // Writing into a string does not fail.
+            // Writing to a string cannot fail.
             let _ = write!(path, "{letter}{x:.1} {y:.1}");
             letter = 'L';
         }
         self.svg.mark(class, path);
     }
 
-    /// Words at a place of the page.
+    /// Text at a place on the page.
     pub fn word(&mut self, class: &str, at: (f64, f64), text: impl Display) {
         let word = self.svg.element("text").with("class", class);
         word.xy(at).text(text);
@@ -160,7 +160,7 @@ mod tests {
     #[test]
     fn ticks_are_round_numbers_inside_the_range() {
         let ticks = |least, greatest| Axis::decades(least, greatest, (0.0, 1.0)).decade_ticks();
-        // The next half decade above 2 ends at 3.16, above 30 at 31.6, that above 50 at 100.
+        // The next half decade above 2 is 3.16, above 30 is 31.6, and above 50 is 100.
         assert_eq!(ticks(0.1, 3.0), [0.1, 0.2, 0.5, 1.0, 2.0]);
         assert_eq!(ticks(0.1, 30.0), [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0]);
         assert_eq!(ticks(0.1, 50.0)[8..], [50.0, 100.0]);
@@ -173,9 +173,9 @@ mod tests {
         assert!((axis.place(0.01) - 320.0).abs() < 1e-9);
     }
 
-    /// Values 0 to 1 over 100 to 0, places 0 to 10 over 50 to 150; the second value is missing.
+    /// x maps 0 to 10 to places 50 to 150, y maps 0 to 1 to places 100 to 0; the second value is missing.
     #[test]
-    fn points_stand_where_they_are_and_gaps_stay_open() {
+    fn points_are_placed_by_both_axes_and_gaps_stay_open() {
         let mut svg = Svg::default();
         let mut plot = Plot {
             svg: &mut svg,

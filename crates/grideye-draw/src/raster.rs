@@ -1,4 +1,4 @@
-//! Simple shapes in dots.
+//! Draws shapes as dots.
 
 use crate::canvas::{At, CHARACTER, Canvas};
 use crate::number::{float, whole};
@@ -6,9 +6,9 @@ use crate::palette::Rgb;
 use crate::shape::{Anchor, Shape};
 use glam::DVec2;
 
-/// Dots for each unit of the drawing: as many as make its text readable.
+/// Dots per unit of the drawing, enough to keep its text readable.
 const DOTS: f64 = 2.0;
-/// The height of text for which the font's dots are two dots each.
+/// The text height at which a font dot is two dots.
 const SIZE_OF_TWO: f64 = 12.0;
 const WHITE: Rgb = [255; 3];
 

@@ -1,9 +1,9 @@
-//! What simple drawings are made of: polygons, lines and text.
+//! The shapes of simple drawings: polygons, lines and text.
 
 use crate::palette::Rgb;
 use glam::DVec2;
 
-/// One thing on the page.
+/// A shape on the page.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
     /// A filled polygon.
@@ -17,32 +17,32 @@ pub enum Shape {
     Line {
         /// The points.
         points: Vec<DVec2>,
-        /// How thick.
+        /// Line width.
         width: f64,
         /// Its color.
         color: Rgb,
     },
     /// A line of text.
     Text {
-        /// Where its base line begins, has its middle, or ends.
+        /// Where `anchor` lies on the baseline.
         at: DVec2,
-        /// Which of them.
+        /// Which part of the text lies at `at`.
         anchor: Anchor,
-        /// Its height.
+        /// Font size.
         size: f64,
         /// The text.
         text: String,
         /// Its color.
         color: Rgb,
-        /// Whether it has a white border, so that it can be read on anything.
+        /// Whether a white border keeps it readable on any background.
         halo: bool,
     },
 }
 
-/// What of a text is at its place.
+/// The part of a text that lies at its place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
-    /// Its beginning.
+    /// Its start.
     Start,
     /// Its middle.
     Middle,

@@ -1,4 +1,4 @@
-//! A drawing of simple shapes, as SVG or as PNG.
+//! A drawing of simple shapes, as SVG or PNG.
 
 use crate::encode;
 use crate::palette::Rgb;
@@ -8,30 +8,30 @@ use std::io::{self, Write};
 
 pub use crate::shape::{Anchor, Shape};
 
-/// A drawing: shapes in the order in which they are painted, on a white page whose origin is at the top left.
+/// A drawing on a white page with its origin at the top left; later shapes cover earlier ones.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sketch {
-    /// Its width.
+    /// Width of the page.
     pub width: f64,
-    /// Its height.
+    /// Height of the page.
     pub height: f64,
-    /// What is on it.
+    /// Shapes in painting order.
     pub shapes: Vec<Shape>,
 }
 
-/// Of text and of what is to stand out.
+/// Color of text and other prominent shapes.
 pub const DARK: Rgb = [34, 34, 34];
-/// Of what helps to read the rest.
+/// Color of reading aids.
 pub const GRAY: Rgb = [110, 110, 110];
-/// Of the page.
+/// Color of the page.
 pub const WHITE: Rgb = [255, 255, 255];
 
-/// Corners of a disc.
+/// Corners of the polygon drawn for a disc.
 const DISC_CORNERS: u8 = 20;
-/// Lengths of a dash and of what is between two.
+/// Length of a dash, and of the gap between two.
 const DASH: f64 = 7.0;
 const BETWEEN: f64 = 5.0;
-/// Dashes of one line at most.
+/// Limit on the dashes of one line.
 const DASHES_MAX: usize = 500;
 
 impl Sketch {
@@ -51,10 +51,10 @@ impl Sketch {
         vector::svg((self.width, self.height), &self.shapes)
     }
 
-    /// Writes the drawing as a PNG, with two dots for each unit.
+    /// Writes the drawing as a PNG, with two dots per unit.
     ///
     /// # Errors
-    /// If the file takes nothing.
+    /// If writing fails.
     pub fn png(&self, out: impl Write) -> io::Result<()> {
         encode::rgb(
             &raster::canvas((self.width, self.height), &self.shapes),
@@ -62,12 +62,12 @@ impl Sketch {
         )
     }
 
-    /// A dark text.
+    /// Dark text.
     pub fn text(&mut self, at: DVec2, anchor: Anchor, size: f64, text: &str) {
         self.write((at, anchor, size), text, false);
     }
 
-    /// A dark text that can be read on anything.
+    /// Dark text with a white border, readable on any background.
     pub fn halo(&mut self, at: DVec2, anchor: Anchor, size: f64, text: &str) {
         self.write((at, anchor, size), text, true);
     }
@@ -114,13 +114,13 @@ impl Sketch {
         });
     }
 
-    /// The same, and back to the first point.
+    /// Straight lines from point to point and back to the first.
     pub fn closed(&mut self, mut points: Vec<DVec2>, width: f64, color: Rgb) {
         points.extend(points.first().copied());
         self.line(points, width, color);
     }
 
-    /// A closed line of dashes, white below dark, so that it is seen on anything.
+    /// A closed dashed line, dark on white, visible on any background.
     pub fn dashed(&mut self, corners: &[DVec2]) {
         let next = corners.iter().cycle().skip(1);
         for (from, to) in corners.iter().zip(next) {

@@ -1,18 +1,19 @@
-//! One frame as a picture for who looks at it now: raw cells and the scale of their colors.
+//! One frame as an image of the present moment: raw pixels beside their color scale.
 
 use crate::thermogram::{GAP, SCALE_WITH_NUMBERS, Scale, TEXT_HEIGHT, Thermogram};
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
 use std::io;
 
-/// Dots of a pixel's side.
+/// Dots per side of a pixel.
 const CELL: usize = 40;
-/// As on the live page: less would show the sensor's noise as if it were heat.
+/// As on the live page; a narrower scale would show the sensor's noise as if it were heat.
 const SPAN_MIN_C: f64 = 4.0;
 
-/// A PNG of the frame with pixel 1 at the top left; its text chunks are the scale's ends in °C and the frame's number.
+/// A PNG of the frame with pixel 1 at the top left. Its text chunks hold both ends of the scale in °C and the frame's
+/// `seq`.
 ///
 /// # Errors
-/// None that is known: memory takes every byte.
+/// None known, because it writes to memory.
 pub fn png(celsius: &[f32; PIXELS], seq: u64) -> io::Result<Vec<u8>> {
     let celsius = celsius.map(f64::from);
     let scale = scale(&celsius);
@@ -34,7 +35,7 @@ pub fn png(celsius: &[f32; PIXELS], seq: u64) -> io::Result<Vec<u8>> {
     Ok(png)
 }
 
-/// Whole degrees around all pixels, so that the scale holds still while the noise does not.
+/// Whole degrees around all pixels, so that noise alone rarely moves the scale.
 fn scale(celsius: &[f64]) -> Scale {
     let each = || celsius.iter().copied();
     let mut low_c = each().fold(f64::INFINITY, f64::min).floor();

@@ -1,13 +1,13 @@
-//! The SVG writer: elements one after the other, every value escaped.
+//! Writes SVG one element at a time, escaping every value.
 
 use crate::text::escape;
 use std::fmt::{Display, Write as _};
 
-/// SVG as far as it is written.
+/// An SVG being written.
 #[derive(Debug, Clone, Default)]
 pub struct Svg(String);
 
-/// An element whose start tag is being written; it ends by [`end`](Self::end), [`text`](Self::text) or
+/// An element with its start tag still open; finish it with [`end`](Self::end), [`text`](Self::text) or
 /// [`open`](Self::open).
 #[derive(Debug)]
 #[must_use = "the element is not ended"]
@@ -17,7 +17,7 @@ pub struct Element<'a> {
 }
 
 impl Svg {
-    /// A document that needs no other file: a white page, text without serifs. `more` are attributes of all that is on it.
+    /// A self-contained document: a white page, sans-serif text. `more` are attributes of the root element.
     #[must_use]
     pub fn page(width: f64, height: f64, more: &[(&str, &str)]) -> Self {
         let mut svg = Self::default();
@@ -39,7 +39,7 @@ impl Svg {
         svg
     }
 
-    /// A picture within a page of HTML, whose styles it takes; `label` is its text for those who do not see it.
+    /// An image within an HTML page, styled by that page; `label` is its text for screen readers.
     #[must_use]
     pub fn inline(class: &str, (width, height): (impl Display, impl Display), label: &str) -> Self {
         let mut svg = Self::default();
@@ -61,29 +61,29 @@ impl Svg {
         }
     }
 
-    /// A path whose look the page's styles tell by its class.
+    /// A path, styled by its class.
     pub fn mark(&mut self, class: &str, d: impl Display) {
         self.element("path").with("class", class).with("d", d).end();
     }
 
-    /// Ends an element that was left open.
+    /// Closes an element left open.
     pub fn close(&mut self, name: &str) {
-        // Writing into a string does not fail.
+        // Writing to a string cannot fail.
         let _ = write!(self.0, "</{name}>");
     }
 
-    /// Begins the next line, so that people and version control can read it.
+    /// Begins a new line, for people and version control.
     pub fn line_end(&mut self) {
         self.0.push('\n');
     }
 
-    /// A remark for who reads the source.
+    /// A comment in the source.
     pub fn remark(&mut self, text: impl Display) {
         let text = escape(&text.to_string()).replace("--", "- -");
         let _ = write!(self.0, "<!-- {text} -->");
     }
 
-    /// The text as far as it was written.
+    /// The SVG written so far.
     #[must_use]
     pub fn finish(self) -> String {
         self.0
@@ -91,24 +91,24 @@ impl Svg {
 }
 
 impl Element<'_> {
-    /// An attribute.
+    /// Adds an attribute.
     pub fn with(self, name: &str, value: impl Display) -> Self {
         let value = safe(&value.to_string());
         let _ = write!(self.svg, " {name}=\"{value}\"");
         self
     }
 
-    /// A length, to so many decimals.
+    /// Adds a length with this many decimals.
     pub fn at(self, name: &str, length: f64, decimals: usize) -> Self {
         self.with(name, format_args!("{length:.decimals$}"))
     }
 
-    /// The place of its corner or base line, to the tenth.
+    /// Adds the corner or baseline position, with one decimal.
     pub fn xy(self, (x, y): (f64, f64)) -> Self {
         self.at("x", x, 1).at("y", y, 1)
     }
 
-    /// A white border, so that text can be read on anything.
+    /// Adds a white border that keeps text readable on any background.
     pub fn halo(self) -> Self {
         self.with("stroke", "#ffffff")
             .with("stroke-width", 3)
@@ -116,7 +116,7 @@ impl Element<'_> {
             .with("paint-order", "stroke")
     }
 
-    /// Ends the element: nothing is in it.
+    /// Ends the element, leaving it empty.
     pub fn end(self) {
         self.svg.push_str("/>");
     }
@@ -127,13 +127,13 @@ impl Element<'_> {
         let _ = write!(self.svg, ">{text}</{}>", self.name);
     }
 
-    /// Leaves it open: what is written next is in it, until [`Svg::close`].
+    /// Leaves the element open: everything up to [`Svg::close`] goes inside.
     pub fn open(self) {
         self.svg.push('>');
     }
 }
 
-/// The `d` of a path from point to point, to so many decimals.
+/// The `d` attribute of a path from point to point, with this many decimals.
 #[must_use]
 pub fn path(
     points: impl IntoIterator<Item = (f64, f64)>,
@@ -152,7 +152,7 @@ pub fn path(
     path
 }
 
-/// Text that cannot be read as markup; what XML cannot hold at all becomes a space.
+/// Escapes markup, and replaces characters that XML cannot represent with spaces.
 fn safe(text: &str) -> String {
     let can_hold =
         |character: char| !character.is_control() && !matches!(character, '\u{fffe}' | '\u{ffff}');
@@ -160,7 +160,7 @@ fn safe(text: &str) -> String {
         true => character,
         false => ' ',
     });
-    // Values stand in double quotes: an apostrophe may stay.
+    // Attribute values are in double quotes, so apostrophes may stay.
     escape(&held.collect::<String>()).replace("&#39;", "'")
 }
 
@@ -169,7 +169,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_xml_cannot_hold_becomes_a_space() {
+    fn characters_outside_xml_become_spaces() {
         assert_eq!(safe("a&b<c>d\"e'"), "a&amp;b&lt;c&gt;d&quot;e'");
         assert_eq!(
             safe("a\u{0}b\nc\u{fffe}d\u{ffff}e\u{fffd}"),
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn elements_stand_in_one_another() {
+    fn elements_nest() {
         let mut svg = Svg::inline("map", (3.0, 2.5), "a \"map\"");
         svg.element("g").with("class", "dots").open();
         svg.element("circle").at("r", 2.0, 1).end();
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn a_path_is_closed_where_it_is_to_be() {
+    fn paths_close_on_request() {
         let points = [(0.0, 1.0), (2.25, 3.0)];
         assert_eq!(path(points, 1, true), "M0.0 1.0L2.2 3.0Z");
         assert_eq!(path(points, 2, false), "M0.00 1.00L2.25 3.00");

@@ -1,8 +1,8 @@
-//! Text for people: escapes, numbers with their sign, times, counts.
+//! Text for people: escaping, signed numbers, times, counts.
 
 use std::time::Duration;
 
-/// Text made safe to stand in an element or in a quoted attribute.
+/// Escapes text for an element or a quoted attribute.
 #[must_use]
 pub fn escape(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
@@ -19,7 +19,7 @@ pub fn escape(text: &str) -> String {
     safe
 }
 
-/// A number with fixed decimals, a proper minus sign, and no minus before zero.
+/// A number with fixed decimals and a true minus sign; never "−0".
 #[must_use]
 pub fn fixed(value: f64, decimals: usize) -> String {
     let digits = format!("{value:.decimals$}");
@@ -30,7 +30,7 @@ pub fn fixed(value: f64, decimals: usize) -> String {
     }
 }
 
-/// The same with a plus sign before what is above zero.
+/// [`fixed`], with a plus sign before positive numbers.
 #[must_use]
 pub fn signed(value: f64, decimals: usize) -> String {
     let digits = fixed(value, decimals);
@@ -52,7 +52,7 @@ pub fn frames(number: usize) -> String {
     }
 }
 
-/// A time in seconds, to the tenth.
+/// A time in seconds with one decimal.
 #[must_use]
 pub fn seconds(time: Duration) -> String {
     format!("{:.1} s", time.as_secs_f64())
@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_of_markup_survives() {
+    fn markup_is_escaped() {
         assert_eq!(
             escape(r#"<b a="x">&'"#),
             "&lt;b a=&quot;x&quot;&gt;&amp;&#39;"

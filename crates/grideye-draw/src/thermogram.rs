@@ -1,4 +1,4 @@
-//! Frames in the colors of their temperatures, beside the scale of these colors.
+//! Frames colored by temperature, beside their color scale.
 
 use crate::canvas::{CHARACTER, Canvas};
 use crate::encode;
@@ -6,23 +6,23 @@ use crate::number::{float, round_step, whole};
 use crate::palette::{INFERNO, color};
 use std::io::{self, Write};
 
-/// From degrees to colors, the same for every frame of a picture.
+/// Maps degrees to colors, the same for every frame in an image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scale {
-    /// The coldest that it shows, °C.
+    /// The lowest temperature shown, °C.
     pub low_c: f64,
-    /// The warmest that it shows, °C.
+    /// The highest temperature shown, °C.
     pub high_c: f64,
 }
 
-/// A picture of frames. Its dots are colors of [`palette`].
+/// An image of frames. Its dots index the colors of [`palette`].
 #[derive(Debug, Clone)]
 pub struct Thermogram {
     canvas: Canvas<u8>,
     scale: Scale,
 }
 
-/// Of the 256 colors the first are those of temperatures, from cold to warm; the last two these.
+/// Of 256 colors, the first 254 are temperatures from cold to warm.
 const WARMEST: u8 = 253;
 const PAPER: u8 = 254;
 const INK: u8 = 255;
@@ -35,7 +35,8 @@ pub fn palette() -> Vec<u8> {
 }
 
 impl Scale {
-    /// From the coldest to the warmest, widened to round numbers; nothing where one of them is no number.
+    /// From the lowest to the highest temperature, widened to round numbers; `None` if there is none or one is
+    /// infinite.
     #[must_use]
     pub fn of(celsius: impl IntoIterator<Item = f64>) -> Option<Self> {
         let (low_c, high_c) = celsius.into_iter().fold(
@@ -53,7 +54,7 @@ impl Scale {
         })
     }
 
-    /// The round temperatures to write beside the scale.
+    /// The round temperatures labeled on the scale.
     fn ticks_c(self) -> Vec<f64> {
         let step = round_step(((self.high_c - self.low_c) / 5.0).max(STEP_MIN_C));
         let first = (self.low_c / step - 1e-9).ceil() * step;
@@ -63,14 +64,14 @@ impl Scale {
             .collect()
     }
 
-    /// The place between coldest and warmest, 0 to 1.
+    /// The place on the scale, 0 to 1.
     fn place(self, celsius: f64) -> f64 {
         ((celsius - self.low_c) / (self.high_c - self.low_c)).clamp(0.0, 1.0)
     }
 }
 
 impl Thermogram {
-    /// An empty picture of so many dots.
+    /// An empty image of this many dots.
     #[must_use]
     pub fn new(width: usize, height: usize, scale: Scale) -> Self {
         Self {
@@ -79,19 +80,19 @@ impl Thermogram {
         }
     }
 
-    /// Its dots.
+    /// The canvas.
     #[must_use]
     pub const fn canvas(&self) -> &Canvas<u8> {
         &self.canvas
     }
 
-    /// Its dots alone.
+    /// Consumes the image and returns its canvas.
     #[must_use]
     pub fn into_canvas(self) -> Canvas<u8> {
         self.canvas
     }
 
-    /// A frame, row by row from its top left, with squares of `cell` dots for its pixels.
+    /// Draws a frame, row by row from its top left; each pixel is a square of `cell` dots.
     pub fn frame(
         &mut self,
         (left, top): (usize, usize),
@@ -107,12 +108,12 @@ impl Thermogram {
         }
     }
 
-    /// Text from a place to the right, twice the size of its font.
+    /// Text starting at its top left, at twice the font's size.
     pub fn text(&mut self, at: (usize, usize), text: &str) {
         self.canvas.text(at, text, 2, INK);
     }
 
-    /// The scale of colors, warm at the top, with its numbers at the right.
+    /// The color scale, warm at the top, with numbers at the right.
     pub fn color_scale(&mut self, (left, top): (usize, usize), height: usize) {
         for y in 0..height {
             let place = 1.0 - (float(y) + 0.5) / float(height);
@@ -133,27 +134,27 @@ impl Thermogram {
         self.text((left, below), "°C");
     }
 
-    /// Writes it as a PNG with these words about it.
+    /// Writes a PNG with `about` as its text chunks.
     ///
     /// # Errors
-    /// If the file takes nothing.
+    /// If writing fails.
     pub fn png(&self, about: &[(&str, String)], out: impl Write) -> io::Result<()> {
         encode::indexed(&self.canvas, palette(), about, out)
     }
 }
 
-/// Dots that the scale and its numbers take.
+/// Width of the scale with its numbers, in dots.
 pub const SCALE_WITH_NUMBERS: usize = SCALE_WIDTH + 8 + 5 * 2 * CHARACTER.0;
-/// Dots between two things.
+/// Gap between two parts of an image, in dots.
 pub const GAP: usize = 12;
-/// Dots that a line of text takes down the page.
+/// Height of a line of text, in dots.
 pub const TEXT_HEIGHT: usize = 2 * CHARACTER.1;
 const SCALE_WIDTH: usize = 16;
 const TICKS_MAX: u8 = 20;
-/// Numbers beside the scale have one decimal at most.
+/// The scale's numbers have at most one decimal.
 const STEP_MIN_C: f64 = 0.1;
 
-/// The color at a place of 0 to 1.
+/// The palette index at a place from 0 to 1.
 fn warmth(place: f64) -> u8 {
     u8::try_from(whole(place * f64::from(WARMEST)))
         .unwrap_or(WARMEST)
@@ -165,7 +166,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn coldest_and_warmest_have_the_ends_of_inferno() {
+    fn the_scale_ends_have_the_end_colors_of_inferno() {
         let palette = palette();
         assert_eq!(palette.len(), 768);
         assert_eq!(&palette[..3], &INFERNO[0]);

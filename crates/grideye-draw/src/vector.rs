@@ -1,4 +1,4 @@
-//! Simple shapes as SVG.
+//! Writes shapes as SVG.
 
 use crate::palette::hex;
 use crate::shape::{Anchor, Shape};
@@ -21,7 +21,7 @@ fn element(svg: &mut Svg, shape: &Shape) {
     match shape {
         Shape::Polygon { points, fill } => {
             let fill = hex(*fill);
-            // The hair line in its own color closes the seams between cells.
+            // A hairline in the fill color closes the seams between cells.
             svg.element("path")
                 .with("d", way(points, true))
                 .with("fill", &fill)

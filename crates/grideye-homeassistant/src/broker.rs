@@ -40,6 +40,7 @@ pub struct Broker {
 pub struct Password(pub(crate) Vec<u8>);
 
 impl Password {
+    /// A password as the broker expects it.
     #[must_use]
     pub const fn new(bytes: Vec<u8>) -> Self {
         Self(bytes)

@@ -1,4 +1,4 @@
-//! What looking from many poses costs on this machine: pairs of a pose and a place, on one thread and on two.
+//! The cost of looking from many poses on this machine: pairs of a pose and a place, on one thread and on two.
 
 use grideye_plan::coverage::{Figure, Grain, Mounts, Survey, Wish, candidates, pick, preset};
 use grideye_scene::{Scene, Sensor};

@@ -1,11 +1,13 @@
-//! Where to put sensors: what each pose sees of the floor and of a person at each place, and which few see most.
+//! Where to put sensors: what each pose sees of the floor and of a person at each place, and which few poses see most.
 //!
-//! [`Floor`] and [`Figure`] make a [`Survey`], which takes a [`Look`] from each candidate; [`pick()`] chooses and
-//! [`Map`] adds up. A cell is seen if nothing hides its ground's middle, a place if the person fits there in some turn.
-//! Contrast is `sqrt(Σ (with - without)²) / sigma` over the pixels, the d' of [`crate::separation`], of the worst turn
-//! that fits; peak is `max abs(with - without) / sigma`. Both compare noise-free pictures of
-//! [`Simulator::without_grid`](grideye_scene::Simulator::without_grid) with the person there and without the scene's
-//! agents, at its start; `sigma` is the sensor's noise by the root of the frames averaged.
+//! [`Floor`] and [`Figure`] make a [`Survey`], which takes a [`Look`] from each candidate; [`pick()`] chooses among
+//! them, and [`Map`] combines them. A cell is seen if nothing hides the center of its ground. It is a place if the
+//! person fits there in at least one turn.
+//!
+//! Contrast is `sqrt(Σ (with - without)²) / sigma` over the pixels, the d' of [`crate::separation`], for the worst turn
+//! that fits; peak is `max abs(with - without) / sigma`. Both compare noise-free images of
+//! [`Simulator::without_grid`](grideye_scene::Simulator::without_grid) with and without the person, at the scene's
+//! start and without its agents. `sigma` is the sensor's noise over the root of the averaged frames.
 //!
 //! ```
 //! use grideye_plan::coverage::{Figure, Grain, Map, Survey, Wish};

@@ -1,7 +1,7 @@
-//! The view of the environment as one self-contained SVG (PeerJ CS 11:e3124, Figures 3, 11, 12, 14, 24).
+//! The scene as one self-contained SVG (PeerJ CS 11:e3124, Figures 3, 11, 12, 14, 24).
 //!
-//! Objects are blue and agents red, unless they have a color; yellow pyramids are views, dotted lines ways, circles
-//! frames. Left in perspective, right from above; faces are cut where they meet and painted from far to near.
+//! Objects are blue and agents red unless they have a color; yellow pyramids are views, dotted lines paths, circles
+//! frames. Perspective at the left, top view at the right. Faces are cut where they meet and painted from far to near.
 
 mod camera;
 mod labels;

@@ -1,17 +1,17 @@
-//! A scene from straight above, as outlines, for whoever draws a plan of it.
+//! Outlines of a scene from straight above, for drawing floor plans.
 
 use glam::{DVec2, DVec3};
 use grideye_scene::polygon::{clipped, hull};
 use grideye_scene::{Body, Room, Sensor};
 
-/// The outline of a body where it stands, meters: its convex hull, counter-clockwise.
+/// The outline of a body in place, meters: its convex hull, counter-clockwise.
 #[must_use]
 pub fn outline_m(body: &Body) -> Vec<DVec2> {
     let corners = body.mesh.vertices_m().iter();
     hull(corners.map(|corner| corner.truncate()).collect())
 }
 
-/// The part of the floor in a sensor's field of view, as far as the walls, meters; empty where it sees none.
+/// The part of the floor in a sensor's field of view, up to the walls, meters; empty if it sees none.
 #[must_use]
 pub fn in_view_m(room: &Room, sensor: &Sensor) -> Vec<DVec2> {
     let outline_m = room.outline_m();

@@ -1,6 +1,7 @@
-//! Questions put to scenes: where to put sensors, what several see together or tell apart, and what a room looks like.
+//! Answers questions about scenes: where to put sensors, what several see together or tell apart, and how a room looks
+//! on paper.
 //!
-//! Like [`grideye_scene`] it opens no file, reads no clock and owns no randomness.
+//! Like [`grideye_scene`], it opens no file, reads no clock and has no randomness of its own.
 
 pub mod coverage;
 pub mod drawing;

@@ -117,6 +117,7 @@ impl grideye_agent::clock::Clock for AgentClock {
 pub struct SharedBus(Arc<Mutex<Bus<Arc<PacedClock>, Source>>>);
 
 impl SharedBus {
+    /// Shares a bus between the agent and whoever counts its traffic.
     #[must_use]
     pub fn new(bus: Bus<Arc<PacedClock>, Source>) -> Self {
         Self(Arc::new(Mutex::new(bus)))

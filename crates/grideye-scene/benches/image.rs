@@ -1,4 +1,4 @@
-//! What one frame costs on this machine, scene by scene: best of several rounds, so that other work counts little.
+//! The cost of one frame on this machine, scene by scene: best of several rounds, so that other work counts little.
 
 use grideye_scene::{Scene, Simulator};
 use std::error::Error;
@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Microseconds of the fastest round, for one of its frames.
+/// Microseconds per frame of the fastest round.
 fn best(round: impl Fn()) -> f64 {
     let fastest = (0..ROUNDS).map(|_| {
         let start = Instant::now();

@@ -1,5 +1,5 @@
-//! The bytes of one sensor in the reference work. A program of its own: counting makes every allocation slower, and lets
-//! threads wait for one another.
+//! The memory of one sensor in the reference work, in bytes. A separate program, because counting slows every
+//! allocation and makes threads wait for each other.
 
 use grideye_scene::{Scene, SceneError, Simulator};
 use peak_alloc::PeakAlloc;
@@ -12,7 +12,7 @@ static MEMORY: PeakAlloc = PeakAlloc;
 const SCENE: &str = include_str!("reference.toml");
 const WAY: &str = include_str!("way.csv");
 
-/// How a simulator is made.
+/// How to make a simulator.
 type Maker = fn(&Scene, &str) -> Result<Simulator, SceneError>;
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -1,5 +1,5 @@
-//! What one frame of the physical model costs on this machine, beside the paper's model of the same scene: best of
-//! several rounds, so that other work counts little.
+//! The cost of one frame of the physical model on this machine, compared with the paper's model of the same scene: best
+//! of several rounds, so that other work counts little.
 
 use grideye_scene::{Model, Scene, Simulator};
 use std::error::Error;
@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Microseconds of the fastest round, for one of its frames.
+/// Microseconds per frame of the fastest round.
 fn best(round: impl Fn()) -> f64 {
     let fastest = (0..ROUNDS).map(|_| {
         let start = Instant::now();

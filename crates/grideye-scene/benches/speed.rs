@@ -1,7 +1,7 @@
-//! The reference work and what its cost depends on: five boxes, 60°, 300 x 300 points, law B, 8 x 8 pixels, somebody
-//! walking. Wall time, best of many rounds, so that other work counts little.
+//! The cost of the reference work and what it depends on: five boxes, 60°, 300 x 300 points, law B, 8 x 8 pixels, one
+//! walker. Wall time, best of many rounds, so that other work counts little.
 //!
-//! `cargo bench -p grideye-scene --bench speed [-- PART]...`, the parts being `reference`, `limit`, `cores`, `growth`.
+//! `cargo bench -p grideye-scene --bench speed [-- PART]...`, with parts `reference`, `limit`, `cores`, `growth`.
 
 use glam::DVec3;
 use grideye_scene::{Scene, SceneError, Simulator};
@@ -14,7 +14,7 @@ const SCENE: &str = include_str!("reference.toml");
 const WAY: &str = include_str!("way.csv");
 const ROUNDS: u32 = 400;
 
-/// How a simulator is made.
+/// How to make a simulator.
 type Maker = fn(&Scene, &str) -> Result<Simulator, SceneError>;
 const METHODS: [(&str, Maker); 2] = [("grid", Simulator::new), ("area", Simulator::without_grid)];
 
@@ -51,7 +51,7 @@ fn parse(text: &str) -> Result<Scene, Box<dyn Error>> {
     Ok(loaded.scene)
 }
 
-/// The moments of the walk's frames.
+/// The times of the walk's frames.
 fn moments(scene: &Scene) -> Vec<Duration> {
     let sensor = &scene.sensors()[0];
     let frames = u32::try_from(scene.frame_count(sensor)).unwrap_or(u32::MAX);
@@ -68,8 +68,8 @@ fn best_us<T>(rounds: u32, work: impl Fn() -> T) -> f64 {
     1e6 * fastest.min().unwrap_or_default().as_secs_f64()
 }
 
-/// Microseconds of the fastest of [`ROUNDS`] rounds for each moment. A round goes through all of them, so that a time in
-/// which the machine is slow falls on some rounds and not on some moments.
+/// Microseconds of the fastest of [`ROUNDS`] rounds for each time. A round covers all times, so that a slow phase of
+/// the machine affects some rounds rather than some times.
 fn best_of_each<T>(moments: &[Duration], frame: impl Fn(Duration) -> T) -> Vec<f64> {
     let mut fastest = vec![f64::INFINITY; moments.len()];
     for _ in 0..ROUNDS {
@@ -80,7 +80,7 @@ fn best_of_each<T>(moments: &[Duration], frame: impl Fn(Duration) -> T) -> Vec<f
     fastest
 }
 
-/// The middle one of several figures, and the largest.
+/// The median and the maximum of several figures.
 fn median_and_worst(mut figures: Vec<f64>) -> (f64, f64) {
     figures.sort_by(f64::total_cmp);
     let middle = figures.get(figures.len() / 2).copied().unwrap_or(0.0);
@@ -90,7 +90,7 @@ fn median_and_worst(mut figures: Vec<f64>) -> (f64, f64) {
 fn reference(scene: &Scene) -> Result<(), Box<dyn Error>> {
     let (moments, sensor) = (moments(scene), &scene.sensors()[0]);
     println!(
-        "the reference work, {} frames of a walk, microseconds a frame, best of {ROUNDS} rounds each",
+        "the reference work, {} frames of a walk, microseconds per frame, best of {ROUNDS} rounds each",
         moments.len()
     );
     println!(
@@ -124,11 +124,11 @@ fn reference(scene: &Scene) -> Result<(), Box<dyn Error>> {
         share / 64.0 * 90_000.0
     });
     let (median, worst) = median_and_worst(covered.collect());
-    println!("points that show the person: median {median:.0}, most {worst:.0} of 90000");
+    println!("points that show the person: median {median:.0}, at most {worst:.0} of 90000");
     Ok(())
 }
 
-/// How far the paper's grid and the exact areas are from the finest grid that there may be.
+/// The difference of the paper's grid and of exact areas from the finest possible grid.
 fn limit(scene: &Scene) -> Result<(), Box<dyn Error>> {
     let sensor = &scene.sensors()[0].name;
     let finest = parse(&format!("{SCENE}pixels_per_degree = 34.1\n"))?;
@@ -156,10 +156,10 @@ fn limit(scene: &Scene) -> Result<(), Box<dyn Error>> {
 fn cores(scene: &Scene) -> Result<(), Box<dyn Error>> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let moments = moments(scene);
-    println!("frames a second, threads that share one simulator, best of {ROUNDS} rounds");
+    println!("frames per second, threads that share one simulator, best of {ROUNDS} rounds");
     for (name, make) in METHODS {
         let simulator = make(scene, &scene.sensors()[0].name)?;
-        // Every thread makes all frames of the walk twice; rounds with one and with all take turns.
+        // Every thread makes all frames of the walk twice; rounds with one thread and with all alternate.
         let seconds = |threads: usize| {
             1e-6 * best_us(1, || {
                 std::thread::scope(|scope| {
@@ -187,7 +187,7 @@ fn cores(scene: &Scene) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// So many boxes that together stand on the same part of the floor, and somebody who walks.
+/// `boxes` boxes that together cover the same part of the floor, and a walker.
 fn room(boxes: u32, sensor: &str) -> String {
     let mut text = SCENE
         .split("[[object]]")
@@ -223,10 +223,10 @@ fn room(boxes: u32, sensor: &str) -> String {
 
 fn growth(_: &Scene) -> Result<(), Box<dyn Error>> {
     println!(
-        "boxes that share 1 m2 of floor, microseconds: all cast anew, and one frame of the walk (median)"
+        "boxes that share 1 m2 of floor, microseconds: setup, and one frame of the walk (median)"
     );
     println!("                            points x   grid:                  area:");
-    println!("sensor           boxes      objects      anew   frame           anew   frame");
+    println!("sensor           boxes      objects     setup   frame          setup   frame");
     for (name, sensor) in [
         ("8 x 8, 60", "resolution = [8, 8]\nfov_deg = [60, 60]\n"),
         ("32 x 24, 60", "resolution = [32, 24]\nfov_deg = [60, 45]\n"),

@@ -1,12 +1,13 @@
-//! Scene files in, thermal frames out: what a low-resolution infrared sensor sees in a room, at any moment.
+//! Turns scene files into thermal frames: what a low-resolution infrared sensor sees in a room at any time.
 //!
-//! [`Scene::parse`] reads a scene (`scenes/README.md`); a [`Simulator`] makes noise-free images, noisy frames and the truth
-//! of one sensor: by the paper's [`perceived`] temperature on a sampling grid, or by [`physical`] radiance. The library
-//! opens no file, reads no clock and owns no randomness: trajectories come from [`Files`], time and seed are arguments.
+//! [`Scene::parse`] reads a scene (`scenes/README.md`). A [`Simulator`] makes noise-free images, noisy frames and
+//! ground truth for one sensor: by the paper's [`perceived`] temperature on a sampling grid, or by [`physical`]
+//! radiance. The library opens no file, reads no clock and has no randomness of its own: trajectories come from
+//! [`Files`], time and seed are arguments.
 //!
-//! A frame is a pure function of (scene, time, seed): only additions, multiplications, divisions, square roots and the
-//! portable functions of `libm` touch a temperature, so bytes are the same on every machine with IEEE double precision
-//! (x86-64 and ARM; not the x87 unit of 32-bit x86). A test pins the bits of one frame.
+//! A frame is a pure function of (scene, time, seed). Temperatures depend only on additions, multiplications,
+//! divisions, square roots and the portable functions of `libm`, so bytes are the same on every machine with IEEE
+//! double precision (x86-64 and ARM; not the x87 unit of 32-bit x86). A test pins the bits of one frame.
 //!
 //! ```
 //! use grideye_scene::{Scene, Simulator};

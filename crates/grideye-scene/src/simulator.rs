@@ -1,4 +1,4 @@
-//! Frames of one sensor, and what is true of them.
+//! Simulates the frames of one sensor, and their ground truth.
 
 use crate::model::{Agent, Body, Model, Print, Scene, SceneError, Sensor};
 use crate::picture::{
@@ -10,14 +10,14 @@ use crate::sensor::{add_noise, measure, quantize};
 use glam::DVec3;
 use std::time::Duration;
 
-/// One sensor of a scene, ready to be asked for frames at any time; what stands still is cast once.
+/// One sensor of a scene, ready to make frames at any time; still bodies are projected only once.
 #[derive(Debug, Clone)]
 pub struct Simulator {
     sensor: Sensor,
     ambient_c: f64,
     air: Air,
     method: Method,
-    /// The pixels with nothing but what stands still.
+    /// The pixels with still bodies only.
     still_c: Vec<f64>,
     agents: Vec<Agent>,
     objects: Objects,
@@ -25,7 +25,7 @@ pub struct Simulator {
 
 #[derive(Debug, Clone)]
 struct Objects {
-    /// All of them, if any warms up, cools down or has a print.
+    /// All objects if any warms up, cools down or has a print; otherwise empty.
     all: Vec<Body>,
     prints: Vec<Print>,
 }
@@ -98,7 +98,7 @@ struct Grid {
 }
 
 impl Simulator {
-    /// A simulator for the sensor of that name, by the scene's model.
+    /// A simulator for the sensor with this name, using the scene's model.
     ///
     /// # Errors
     /// [`SceneError::UnknownSensor`].
@@ -106,7 +106,8 @@ impl Simulator {
         Self::of(scene, sensor_name, true)
     }
 
-    /// The same without a sampling grid: pixels are integrals, which the grid tends to. The physical model has no grid.
+    /// As [`Self::new`], but without a sampling grid: pixels are integrals, the limit of ever finer grids. The physical
+    /// model never has a grid.
     ///
     /// # Errors
     /// [`SceneError::UnknownSensor`].
@@ -163,18 +164,18 @@ impl Simulator {
         })
     }
 
-    /// Makes this the simulator of a scene that [differs only in its agents](Scene::has_the_room_of).
+    /// Switches to a scene that [differs only in its agents](Scene::has_the_room_of).
     pub fn set_agents(&mut self, scene: &Scene) {
         self.agents.clone_from(&scene.agents);
         self.objects = Objects::new(scene);
     }
 
-    /// Puts others in the place of the agents, and hands those back.
+    /// Replaces the agents and returns the old ones.
     pub fn replace_agents(&mut self, agents: Vec<Agent>) -> Vec<Agent> {
         std::mem::replace(&mut self.agents, agents)
     }
 
-    /// What its sampling grid takes up in memory, bytes, about; 0 without one.
+    /// Approximate memory of the sampling grid, bytes; 0 without one.
     #[must_use]
     pub fn grid_bytes(&self) -> usize {
         match &self.method {
@@ -183,7 +184,7 @@ impl Simulator {
         }
     }
 
-    /// The sensor that is simulated.
+    /// The simulated sensor.
     #[must_use]
     pub const fn sensor(&self) -> &Sensor {
         &self.sensor
@@ -195,7 +196,7 @@ impl Simulator {
         self.ambient_c
     }
 
-    /// What the sensor would report at `time` if it had no noise.
+    /// What the sensor would report at `time` without noise.
     #[must_use]
     pub fn image(&self, time: Duration) -> Image {
         self.detected(self.received(time))
@@ -230,11 +231,11 @@ impl Simulator {
         }
     }
 
-    /// What the sensor reports at `time`: the image with a draw of N(0, [`Sensor::noise_sigma`]) on each pixel, or what
-    /// its [`Profile`](crate::profile::Profile) makes of it; then the nearest multiple of [`Sensor::step_c`].
+    /// What the sensor reports at `time`: the image with a draw of N(0, [`Sensor::noise_sigma`]) added to each pixel,
+    /// or with its [`Profile`](crate::profile::Profile) applied, then rounded to multiples of [`Sensor::step_c`].
     ///
-    /// The noise depends on seed, sensor's name and time alone. A profile's ticks are tenths of a second from the
-    /// scene's beginning; a frame of a slower sensor is the mean of up to ten ticks from its own on.
+    /// The noise depends only on seed, sensor name and time. A profile's ticks are tenths of a second from the scene's
+    /// start; a frame of a slower sensor is the mean of up to ten ticks starting with its own.
     #[must_use]
     pub fn noisy(&self, time: Duration, seed: u64) -> Image {
         self.with_noise(self.received(time), time, seed)
@@ -247,7 +248,7 @@ impl Simulator {
         image
     }
 
-    /// [`Self::image`] and [`Self::noisy`] at once, for little more than the price of one.
+    /// [`Self::image`] and [`Self::noisy`] together, for little more than the cost of one.
     #[must_use]
     pub fn image_and_noisy(&self, time: Duration, seed: u64) -> (Image, Image) {
         let received = self.received(time);
@@ -265,25 +266,26 @@ impl Simulator {
         self.detected(image)
     }
 
-    /// How much of each pixel is an agent at `time`, whichever.
+    /// The share of each pixel that shows any agent at `time`.
     #[must_use]
     pub fn truth(&self, time: Duration) -> Mask {
         self.mask(time, false, |owner| owner != NOBODY)
     }
 
-    /// How much of each pixel is the agent with this place in [`Scene::agents`] at `time`; nothing if there is none.
+    /// The share of each pixel that shows the agent with this index in [`Scene::agents`] at `time`; zero if there is
+    /// none.
     #[must_use]
     pub fn truth_of(&self, agent: usize, time: Duration) -> Mask {
         self.mask(time, false, |owner| owner == number(agent))
     }
 
-    /// [`Self::truth_of`] as if nothing else were in the room that hides the agent.
+    /// [`Self::truth_of`] as if nothing else in the room hid the agent.
     #[must_use]
     pub fn unhidden(&self, agent: usize, time: Duration) -> Mask {
         self.mask(time, true, |owner| owner == number(agent))
     }
 
-    /// The share of an agent seen at `time`: [`Self::truth_of`] by [`Self::unhidden`], 0 to 1; 0 if out of view.
+    /// The visible share of an agent at `time`: [`Self::truth_of`] over [`Self::unhidden`], 0 to 1; 0 if out of view.
     #[must_use]
     pub fn visibility(&self, agent: usize, time: Duration) -> f64 {
         visibility(&self.truth_of(agent, time), &self.unhidden(agent, time))
@@ -321,7 +323,7 @@ impl Simulator {
                 share = bare.as_ref().unwrap_or(physical).share(&moving, counts);
             }
         }
-        // The weights of a whole pixel sum to 1 but for rounding.
+        // A whole pixel's weights sum to 1 except for rounding.
         for share in &mut share {
             *share = share.clamp(0.0, 1.0);
         }
@@ -332,7 +334,7 @@ impl Simulator {
         }
     }
 
-    /// What `build` makes of all that changes: each part of each agent, objects that change, and prints on objects.
+    /// Applies `build` to everything that changes: each part of each agent, changing objects, and prints on objects.
     fn changing_by<T>(
         &self,
         time: Duration,
@@ -374,7 +376,7 @@ impl Simulator {
     }
 }
 
-/// What `build` makes of all that stands still and never changes.
+/// Applies `build` to everything that stands still and never changes.
 fn standing<T>(
     scene: &Scene,
     sensor: &Sensor,
@@ -440,7 +442,7 @@ fn facets(plane: &ImagePlane, air: &Air, skin: &BodySurface<'_>, sight: &Sight) 
     }
 }
 
-/// The share of what would be seen if nothing hid it that is seen, 0 to 1; 0 if that is nothing.
+/// The visible share: what is seen over what would be seen if nothing hid it, 0 to 1; 0 if out of view.
 #[must_use]
 pub fn visibility(seen: &Mask, unhidden: &Mask) -> f64 {
     let whole = unhidden.pixels();
@@ -452,7 +454,7 @@ pub fn visibility(seen: &Mask, unhidden: &Mask) -> f64 {
 }
 
 impl Mask {
-    /// The sum of all shares: how many pixels the agent would fill.
+    /// The sum of all shares: how many pixels the agent fills.
     #[must_use]
     pub fn pixels(&self) -> f64 {
         self.share.iter().sum()

@@ -1,4 +1,4 @@
-//! What a calibration of 8 unknowns on 100 frames costs on this machine: `scenes/calibration.toml` on recordings of
+//! Measures the time to calibrate 8 unknowns on 100 frames: `scenes/calibration.toml` on recordings of
 //! `scenes/experiment-3.toml`, with the noise of five seeds.
 
 use grideye_frame::{Celsius, RawFrame, Reading, ThermistorWord};
@@ -11,8 +11,7 @@ use std::time::{Duration, Instant};
 
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
 const SENSOR: &str = "ceiling";
-/// Frames that are looked at; a fifth more is recorded, as the end of the walk is left out where the recording may begin
-/// later.
+/// Frames used; more are recorded, because the end of the walk is left out if the recording may begin later.
 const FRAMES: usize = 100;
 const RECORDED: u32 = 130;
 const SEEDS: u64 = 5;
@@ -54,7 +53,7 @@ fn read(name: &str) -> io::Result<String> {
     std::fs::read_to_string(format!("{SCENES}/{name}"))
 }
 
-/// The walk in so many frames, evenly.
+/// The walk in [`RECORDED`] frames, evenly spaced.
 fn record(seed: u64) -> Result<Vec<Record>, Box<dyn Error>> {
     let scene = Scene::parse(&read("experiment-3.toml")?, "experiment-3.toml", &read)?.scene;
     let simulator = Simulator::new(&scene, SENSOR)?;

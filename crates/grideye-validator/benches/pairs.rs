@@ -1,5 +1,5 @@
-//! What the scores of one pair of frames cost on this machine, and the static protocol on 1,000 x 1,000 frames. Frames are
-//! those of a real session; best of several rounds, so that other work counts little.
+//! Measures the time to score one pair of frames, and the static protocol on 1,000 x 1,000 frames, with frames of a
+//! real session. Best of several rounds, so that other work counts little.
 
 use grideye_validator::metrics::{
     Binning, IS_THRESHOLD, Scorer, correlation, entropy, evaluation_graph, image_similarity,
@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Nanoseconds a pair.
+/// Nanoseconds per pair.
 fn at_once(frames: &[[f64; 64]], binning: Binning) -> f64 {
     let mut scorer = Scorer::new();
     best(frames, |x, y| {

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::time::Duration;
 
-/// Which of the two recordings a fault was found in.
+/// The side of a comparison that an error was found on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the names say it")]
 pub enum Side {
@@ -20,17 +20,18 @@ impl fmt::Display for Side {
     }
 }
 
-/// Why nothing could be compared; a comparison that tells nothing is [`CannotTell`](crate::Verdict::CannotTell) instead.
+/// Why frames could not be compared. A comparison without a result is [`CannotTell`](crate::Verdict::CannotTell)
+/// instead.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what each is")]
 pub enum ValidatorError {
     #[error(
-        "there is no {side} frame to compare\nhint: check that the recording holds frames of this sensor and not only gaps"
+        "no {side} frame to compare\nhint: check that the recording has frames of this sensor and not only gaps"
     )]
     NoFrames { side: Side },
     #[error(
-        "{found} {side} frames are more than the {limit} that are compared at once\nhint: ask for fewer frames; they are chosen evenly over the recording"
+        "{found} {side} frames, expected at most {limit}\nhint: ask for fewer frames; they are chosen evenly over the recording"
     )]
     TooManyFrames {
         side: Side,
@@ -38,7 +39,7 @@ pub enum ValidatorError {
         found: usize,
     },
     #[error(
-        "{side} frame {index} has {found} pixels where {expected} are expected\nhint: compare frames of one resolution only"
+        "{side} frame {index} has {found} pixels, expected {expected}\nhint: compare frames of one resolution only"
     )]
     FrameSize {
         side: Side,
@@ -47,7 +48,7 @@ pub enum ValidatorError {
         found: usize,
     },
     #[error(
-        "pixel index {pixel} of {side} frame {index} is not a finite number\nhint: leave the frame out; a missing frame is recorded as missing, never as NaN"
+        "pixel index {pixel} of {side} frame {index} is not a finite number\nhint: leave the frame out; record a missing frame as missing, never as NaN"
     )]
     NotFinite {
         side: Side,
@@ -55,10 +56,10 @@ pub enum ValidatorError {
         pixel: usize,
     },
     #[error(
-        "{real} real frames cannot be compared one by one with {simulated} simulated frames\nhint: simulate one frame at the time of each real frame, or use the static protocol"
+        "{real} real frames cannot be paired with {simulated} simulated frames\nhint: simulate one frame at the time of each real frame, or use the static protocol"
     )]
     Unpaired { real: usize, simulated: usize },
-    #[error("setting `{name}` is {found} where {expected} is expected")]
+    #[error("setting `{name}` is {found}, expected {expected}")]
     Setting {
         name: &'static str,
         expected: &'static str,
@@ -73,7 +74,7 @@ pub enum ValidatorError {
         rows: usize,
     },
     #[error(
-        "time runs back by {by:?} at frame {seq} of the recording\nhint: compare the parts before and after it on their own"
+        "time goes back by {by:?} at frame {seq} of the recording\nhint: compare the parts before and after it separately"
     )]
     TimeRunsBackwards { seq: u64, by: Duration },
     #[error(

@@ -1,4 +1,4 @@
-//! Scores how alike a real and a simulated recording are, and says honestly what the scores are worth.
+//! Scores how alike a real and a simulated recording are, and shows what each score is worth.
 //!
 //! ```text
 //!            floor                     asked    value          verdict: agrees | disagrees | cannot tell
@@ -8,19 +8,19 @@
 //!                                         0 skill 0.6  1
 //! ```
 //!
-//! A blank picture scores an image similarity of 85 to 99 %, and mutual information on 64 pixels barely notices shuffling. So
-//! beside each score stand what chance scores and what the sensor scores against itself. The verdict rests on C and the gain
-//! over the blank frame, with and without the empty room; units drawn within what is known of the one that recorded say what
-//! a right scene would score. The other measures are reported, not believed.
+//! A blank image scores an image similarity of 85 to 99 %, and shuffling 64 pixels hardly changes mutual information.
+//! So each score comes with what chance scores and what the sensor scores against itself. The verdict rests on C and
+//! the gain over the blank frame, with and without the empty room. Units drawn from what is known of the recording's
+//! unit show what a right scene would score. The other measures are only reported.
 //!
 //! | verdict | when |
 //! |---|---|
 //! | agrees | every criterion that was asked is met |
-//! | disagrees | one fails; the reasons say which, with the numbers |
-//! | cannot tell | fewer than two frames, nothing warm in the recording, a ceiling that does not rise above chance, or a score that a room without the people, or without anything, would reach as well |
+//! | disagrees | a criterion fails; the reasons name it, with the numbers |
+//! | cannot tell | fewer than two frames, nothing warm in the recording, a ceiling that does not rise above chance, or a score that a room without the people (or an empty one) would reach too |
 //!
-//! [`compare()`] takes frames, [`compare_scene`] a recording and a scene; [`report`] makes the page and the JSON of either.
-//! [`align`] brings the two into step first. [`characterize`](mod@characterize) measures the sensor itself.
+//! [`compare()`] takes frames, [`compare_scene`] a recording and a scene; [`report`] writes either result as a page or
+//! JSON. [`align`] matches their time and place first. [`characterize`](mod@characterize) measures the sensor itself.
 //!
 //! ```
 //! use grideye_validator::{Protocol, RealFrame, Settings, Shape, SimulatedFrame, Verdict, compare};

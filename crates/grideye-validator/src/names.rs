@@ -1,6 +1,6 @@
-//! Enums whose variants have names: one table in place of one match for each kind of name.
+//! A macro for enums with a stable name for each variant.
 
-/// An enum with the stable name of each variant, which it is written by; where words stand behind the names, it is displayed in them.
+/// An enum with a stable name for each variant, used in files; if words follow the names, `Display` prints the words.
 macro_rules! named {
     ($(#[$meta:meta])* pub enum $enum:ident { $($(#[$doc:meta])* $variant:ident = $name:literal;)+ }) => {
         $(#[$meta])*
@@ -9,10 +9,10 @@ macro_rules! named {
         }
 
         impl $enum {
-            /// Every one, in their order.
+            /// All variants, in order.
             pub const ALL: [Self; [$($name),+].len()] = [$(Self::$variant),+];
 
-            /// The stable name for files and programs.
+            /// The stable name in files and JSON.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self { $(Self::$variant => $name),+ }

@@ -1,6 +1,6 @@
-//! Small numbers: counts as floats, means, medians, quantiles, variances, sums in a fixed order, the normal distribution.
+//! Shared arithmetic: means, medians, quantiles, variances, sums in a fixed order, the normal distribution.
 
-/// A count of pixels, frames or pairs as a number to divide by.
+/// A count of pixels, frames or pairs as a float.
 #[expect(
     clippy::as_conversions,
     clippy::cast_precision_loss,
@@ -10,7 +10,7 @@ pub(crate) const fn count(number: usize) -> f64 {
     number as f64
 }
 
-/// The same for long counts.
+/// [`count`] for `u64`.
 #[expect(
     clippy::as_conversions,
     clippy::cast_precision_loss,
@@ -27,20 +27,20 @@ pub(crate) fn mean(values: &[f64]) -> Option<f64> {
     finite(sum_of(values, values, |x, _| x) / count(values.len()))
 }
 
-/// The mean of the squares; 0 of nothing.
+/// Mean of the squares; 0 if empty.
 pub(crate) fn mean_square(values: &[f64]) -> f64 {
     let squares: f64 = values.iter().map(|value| value * value).sum();
     squares / count(values.len().max(1))
 }
 
-/// The mean, and the standard deviation of as many values as there are.
+/// Mean and standard deviation (divided by n, not n - 1).
 pub(crate) fn mean_and_deviation(values: &[f64]) -> Option<(f64, f64)> {
     let mean = mean(values)?;
     let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
     Some((mean, (squares / count(values.len())).sqrt()))
 }
 
-/// The mean of each pixel over frames; empty without any.
+/// Mean of each pixel over the frames; empty without frames.
 pub(crate) fn mean_frame<F: AsRef<[f64]>>(frames: impl IntoIterator<Item = F>) -> Vec<f64> {
     let (mut sums, mut number) = (Vec::new(), 0);
     for frame in frames {
@@ -54,7 +54,7 @@ pub(crate) fn mean_frame<F: AsRef<[f64]>>(frames: impl IntoIterator<Item = F>) -
     sums.into_iter().map(|sum| sum / count(number)).collect()
 }
 
-/// The median; the mean of the middle two of an even number. `None` of nothing.
+/// The median (mean of the middle two for an even number); `None` if empty.
 pub(crate) fn median(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_unstable_by(f64::total_cmp);
@@ -63,13 +63,13 @@ pub(crate) fn median(values: &[f64]) -> Option<f64> {
     Some(f64::midpoint(lower, upper))
 }
 
-/// The nearest rank: the first of sorted values that at least that percentage of them do not pass.
+/// Nearest-rank percentile of sorted values.
 pub(crate) fn percentile(sorted: &[f64], percent: usize) -> Option<f64> {
     let rank = (sorted.len() * percent).div_ceil(100).saturating_sub(1);
     sorted.get(rank).copied()
 }
 
-/// The mean without the `cut` smallest and largest (else the median), added in order of size; 0 of nothing.
+/// Mean without the `cut` smallest and largest (the median if fewer would remain), in order of size; 0 if empty.
 pub(crate) fn trimmed_mean(values: &mut [f64], cut: usize) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     let cut = cut.min(values.len().saturating_sub(1) / 2);
@@ -80,7 +80,8 @@ pub(crate) fn trimmed_mean(values: &mut [f64], cut: usize) -> f64 {
     middle.iter().sum::<f64>() / count(middle.len())
 }
 
-/// How much warmer one frame is all over: the mean of the middle half of the differences, which a body does not move.
+/// How much warmer a frame is than a reference as a whole: mean of the middle half of the differences, which a body
+/// hardly moves.
 pub(crate) fn common_offset(frame: &[f64], reference: &[f64]) -> f64 {
     let mut differences: Vec<f64> = differences(reference, frame).collect();
     let quarter = differences.len() / 4;
@@ -102,7 +103,7 @@ impl RunningVariance {
         self.squares += off * (value - self.mean);
     }
 
-    /// About the mean, with one degree of freedom less; 0 of fewer than two.
+    /// Sample variance (n - 1); 0 for fewer than two values.
     pub(crate) fn variance(&self) -> f64 {
         if self.count < 2 {
             return 0.0;
@@ -111,7 +112,7 @@ impl RunningVariance {
     }
 }
 
-/// The largest number of which all differences between values are multiples; 0 until two differ.
+/// Greatest common divisor of the differences to the first value; 0 until two values differ.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct CommonStep {
     first: Option<i16>,
@@ -125,7 +126,7 @@ impl CommonStep {
     }
 }
 
-/// Up to `number` of `total` indices, evenly spread, first and last included.
+/// Up to `number` of `total` indices, evenly spread, including first and last.
 pub(crate) fn evenly(total: usize, number: usize) -> Vec<usize> {
     if number >= total {
         return (0..total).collect();
@@ -138,7 +139,7 @@ pub(crate) fn evenly(total: usize, number: usize) -> Vec<usize> {
         .collect()
 }
 
-/// The line through knots in the order of their places; before the first and after the last it stays level.
+/// Linear interpolation between sorted knots, constant beyond the ends; 0 without knots.
 pub(crate) fn interpolated(knots: &[(f64, f64)], place: f64) -> f64 {
     let next = knots.partition_point(|(knot, _)| *knot <= place);
     let before = next.checked_sub(1).and_then(|before| knots.get(before));
@@ -151,7 +152,7 @@ pub(crate) fn interpolated(knots: &[(f64, f64)], place: f64) -> f64 {
     }
 }
 
-/// The mean of the values within half a window about each place.
+/// For each knot, the mean of the knots within half a window of it.
 pub(crate) fn windowed_mean(knots: &[(f64, f64)], window: f64) -> Vec<(f64, f64)> {
     let (mut from, mut until, mut sum) = (0, 0, 0.0);
     let mean = |&(place, _): &(f64, f64)| {
@@ -171,7 +172,8 @@ pub(crate) fn windowed_mean(knots: &[(f64, f64)], window: f64) -> Vec<(f64, f64)
     knots.iter().map(mean).collect()
 }
 
-/// Compass search: the best of the neighbors, and half the step where none is better, down to the last step.
+/// Compass search for the largest value: moves to the best neighbor, halves the step if none is better, stops below
+/// `last`.
 pub(crate) fn climb<T: Copy, I: IntoIterator<Item = T>>(
     start: T,
     (mut step, last): (f64, f64),
@@ -193,7 +195,7 @@ pub(crate) fn climb<T: Copy, I: IntoIterator<Item = T>>(
     best
 }
 
-/// The largest number that divides both; the other one of 0.
+/// If one is 0, the other.
 const fn greatest_common_divisor(mut left: u16, mut right: u16) -> u16 {
     while right != 0 {
         (left, right) = (right, left % right);
@@ -201,7 +203,7 @@ const fn greatest_common_divisor(mut left: u16, mut right: u16) -> u16 {
     left
 }
 
-/// How many standard deviations above its mean a normal draw is with that probability, 1e-12 to 0.5.
+/// The z that a normal draw exceeds with probability `share`, 1e-12 to 0.5.
 pub(crate) fn normal_quantile(share: f64) -> f64 {
     let (mut low, mut high) = (0.0, 8.0);
     for _ in 0..60 {
@@ -215,7 +217,7 @@ pub(crate) fn normal_quantile(share: f64) -> f64 {
     f64::midpoint(low, high)
 }
 
-/// The share of normal draws above `z` deviations, `z` from 0 (Abramowitz and Stegun, 26.2.17, to 7.5e-8).
+/// The share of normal draws above `z`, for `z` from 0 (Abramowitz and Stegun, 26.2.17, to 7.5e-8).
 pub(crate) fn normal_tail(z: f64) -> f64 {
     const B: [f64; 5] = [
         0.319_381_530,
@@ -237,7 +239,7 @@ pub(crate) fn comparable(real: &[f64], simulated: &[f64]) -> Option<()> {
     defined.then_some(())
 }
 
-/// Asked of every value, not up to the first that is not: that is what the processor does for several at once.
+// No early exit, so that the compiler can vectorize it.
 pub(crate) fn all_finite(frame: &[f64]) -> bool {
     frame
         .iter()
@@ -266,7 +268,7 @@ pub(crate) fn extremes(frame: &[f64]) -> (f64, f64) {
 
 pub(crate) const LANES: usize = 8;
 
-/// Sums of functions of both values over all pixels, in an order that is the same on every machine.
+/// Sums of functions of both values over all pixels, added in the same order on every machine.
 pub(crate) fn sums_of<const N: usize>(
     x: &[f64],
     y: &[f64],
@@ -296,7 +298,7 @@ pub(crate) fn sum_of(x: &[f64], y: &[f64], term: impl Fn(f64, f64) -> f64) -> f6
     sum
 }
 
-/// Sums of the squares, of the absolute values and of the differences y less x.
+/// Sums of the squares, absolute values and values of y - x.
 pub(crate) fn difference_sums(x: &[f64], y: &[f64]) -> [f64; 3] {
     sums_of(x, y, |x, y| {
         let difference = y - x;
@@ -323,7 +325,7 @@ pub(crate) fn differences(real: &[f64], simulated: &[f64]) -> impl Iterator<Item
     real.iter().zip(simulated).map(|(x, y)| y - x)
 }
 
-/// Fails unless a number is closer to another than that.
+/// Fails unless `found` is within `tolerance` of `expected`.
 #[cfg(test)]
 #[track_caller]
 pub(crate) fn assert_near(found: f64, expected: f64, tolerance: f64) {
@@ -331,7 +333,7 @@ pub(crate) fn assert_near(found: f64, expected: f64, tolerance: f64) {
     assert!(is_near, "{found}, not {expected}");
 }
 
-/// Draws of a normal distribution with a standard deviation of 1, the same for the same seed.
+/// Standard normal draws, the same for the same seed.
 #[cfg(test)]
 pub(crate) fn normal_draws(seed: u64) -> impl FnMut() -> f64 {
     use rand::SeedableRng as _;
@@ -388,7 +390,7 @@ mod tests {
         assert_eq!(common_offset(&[], &[]), 0.0);
     }
 
-    /// Of the standard table.
+    /// From the standard table.
     #[test]
     fn quantiles_are_the_tables() {
         assert_near(normal_quantile(0.5), 0.0, 1e-4);
@@ -398,16 +400,16 @@ mod tests {
     }
 
     #[test]
-    fn common_steps_are_euclids() {
+    fn the_common_divisor_is_euclids() {
         assert_eq!(greatest_common_divisor(0, 12), 12);
         assert_eq!(greatest_common_divisor(12, 18), 6);
         assert_eq!(greatest_common_divisor(7, 0), 7);
         assert_eq!(greatest_common_divisor(7, 4), 1);
     }
 
-    /// 1, -2, 3 … 11: squares add up to 506, absolute values to 66, the numbers to 6. Eleven are more than one round.
+    /// 1, -2, 3 … 11: squares sum to 506, absolute values to 66, values to 6. Eleven do not fill whole lanes.
     #[test]
-    fn sums_of_differences_take_in_what_is_left_of_a_round() {
+    fn sums_include_a_partial_chunk() {
         let x = [20.0; 11];
         let y: [f64; 11] = std::array::from_fn(|index| {
             let number = count(index + 1);

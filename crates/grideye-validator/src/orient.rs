@@ -1,4 +1,4 @@
-//! How a sensor is mounted, from a hand at the left and one at the top that its frames show one after the other.
+//! Finds how a sensor is mounted: someone holds a hand at the left of its view, then at the top.
 
 use crate::numbers::count;
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
@@ -10,27 +10,25 @@ use std::fmt;
 /// The temperatures of a frame, °C, pixel 1 first.
 pub type Picture = [f64; PIXELS];
 
-/// Frames of an empty view from which the background is taken.
 const EMPTY_FRAMES: usize = 20;
-/// In an empty view no pixel changes by more, K: 20 frames of 64 pixels show five times the noise of a unit.
+/// A view is empty while no pixel spans more than this over those frames, K: five times a unit's noise.
 const STILL_K: f64 = 2.5;
-/// A pixel so much warmer than the background sees somebody, K: five times the noise; never measured with a real hand.
+/// A pixel this much above the background sees the hand, K: five times the noise, not measured with a real hand.
 const WARM_K: f64 = 1.25;
-/// Frames in a row in which a hand is at one side before that is believed.
+/// Frames in a row with the hand at one side before it counts.
 const STEADY_FRAMES: usize = 10;
-/// Frames in a row without a hand before it is believed to be gone.
+/// Frames in a row without a hand before it counts as gone.
 const GONE_FRAMES: usize = 5;
-/// How far off the middle of the picture a hand has to be, in pixels.
+/// Least distance of the hand from the middle of the image, pixels.
 const OFF_THE_MIDDLE: f64 = 1.0;
-/// How much further off it has to be along one axis than along the other.
+/// The distance along one axis must be this many times that along the other.
 const ONE_AXIS: f64 = 1.5;
-/// A hand that was at other sides in half of the frames tells nothing.
+/// Below this the hand was elsewhere too often to trust the result.
 const CONFIDENCE_MIN: f64 = 0.5;
-/// What makes a hand clear.
 const CLEARER: &str =
-    "\nhint: nearer to the edge of the view, in the middle of that side, for two seconds";
+    "\nhint: hold it closer to the edge of the view, at the middle of that side, for two seconds";
 
-/// A side of the sensor's own picture, pixel 1 at the top left: quarters clockwise from the left.
+/// A side of the sensor's own image (pixel 1 at the top left), in quarter turns clockwise from the left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Side(usize);
 
@@ -46,16 +44,16 @@ impl Serialize for Side {
     }
 }
 
-/// What brings the sensor's picture upright: the mirror first, then the turn, as the page does it.
+/// What makes the sensor's image upright: mirror first, then turn, as the live page does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 struct Mounting {
-    /// Quarters clockwise, 0 to 3.
+    /// Quarter turns clockwise, 0 to 3.
     quarters: usize,
     mirrored: bool,
 }
 
 impl Mounting {
-    /// The one that takes these two to the left and to the top; none, where they lie on one line.
+    /// The mounting that moves these sides to the left and the top; `None` if they lie on one axis.
     const fn from_seen(left: Side, top: Side) -> Option<Self> {
         let (quarters, mirrored) = match (top.0 + 4 - left.0) % 4 {
             1 => (4 - left.0, false),
@@ -66,19 +64,19 @@ impl Mounting {
         Some(Self { quarters, mirrored })
     }
 
-    /// `roll_deg` of the scene file, clockwise as seen from behind the sensor; none of a mirror image.
+    /// `roll_deg` of the scene file, clockwise seen from behind the sensor; `None` for a mirror image.
     fn roll_deg(self) -> Option<usize> {
-        // What leans to the right sees the world lean to the left, and is brought upright by the same turn.
+        // A sensor leaning right sees the world lean left, so the same turn makes it upright.
         (!self.mirrored).then_some(self.quarters * 90)
     }
 
-    /// The keys that bring the page's picture upright.
+    /// The live page's keys that make the image upright.
     fn keys(self) -> String {
         let mirror = if self.mirrored { "m" } else { "" };
         format!("{mirror}{}", "t".repeat(self.quarters))
     }
 
-    /// In words, after "the sensor is mounted".
+    /// Completes "the sensor is mounted".
     fn words(self) -> &'static str {
         match self.roll_deg() {
             Some(0) => "upright",
@@ -90,7 +88,7 @@ impl Mounting {
     }
 }
 
-/// What is waited for.
+/// What [`Watch`] waits for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
     /// An empty view.
@@ -101,24 +99,24 @@ pub enum Step {
     Gone,
     /// A hand at the top.
     Top,
-    /// Nothing more.
+    /// Nothing; both hands were seen.
     Done,
 }
 
-/// A hand that was seen at a side.
+/// A hand seen at one side.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 struct Hand {
     side: Side,
-    /// Its middle in the sensor's own picture, in pixels from 1 to 8.
+    /// Centroid in the sensor's own image, pixels from 1 to 8.
     column: f64,
     row: f64,
-    /// How much warmer than the background its warmest pixel was, K.
+    /// Excess of its warmest pixel over the background, K.
     contrast_k: f64,
-    /// Of the frames in which anybody was seen, the share that had the hand at this side.
+    /// Share of the frames with a hand in which it was at this side.
     confidence: f64,
 }
 
-/// Both hands, and what they tell.
+/// Both hands and the mounting they show.
 #[derive(Debug)]
 pub struct Found {
     mounting: Mounting,
@@ -126,16 +124,16 @@ pub struct Found {
     top: Hand,
 }
 
-/// What was seen so far.
+/// The search, fed frame by frame.
 #[derive(Debug)]
 pub struct Watch {
     step: Step,
     empty: VecDeque<Picture>,
     background: Picture,
-    /// Frames with somebody since this step began.
+    /// Frames with a hand since this step began.
     seen: usize,
     at_side: [usize; 4],
-    /// At one side, frames in a row: column and row off the middle, contrast.
+    /// Frames in a row at one side: columns and rows from the middle, contrast.
     steady: Vec<(Side, [f64; 3])>,
     without: usize,
     hands: Vec<Hand>,
@@ -157,13 +155,13 @@ impl Default for Watch {
 }
 
 impl Watch {
-    /// What is waited for now.
+    /// What it waits for now.
     #[must_use]
     pub const fn step(&self) -> Step {
         self.step
     }
 
-    /// Whether somebody is seen, but at no side.
+    /// Whether a hand is in view, but at no side.
     #[must_use]
     pub fn is_unclear(&self) -> bool {
         self.seen >= 2 * STEADY_FRAMES && self.steady.is_empty()
@@ -179,23 +177,23 @@ impl Watch {
         }
     }
 
-    /// What both hands tell.
+    /// The mounting, once both hands were seen.
     ///
     /// # Errors
-    /// Why they tell nothing, with a hint.
+    /// Why the hands show no mounting, with a hint.
     pub fn found(&self) -> Result<Found, String> {
         let unclear = if self.is_unclear() { CLEARER } else { "" };
         let [left, top] = self.hands[..] else {
             return Err(match self.step {
-                Step::Empty => "the view was never still for two seconds\nhint: begin with nobody in it".to_owned(),
+                Step::Empty => "the view was never still for two seconds\nhint: start with an empty view".to_owned(),
                 Step::Left => format!("no hand was seen at one side for a second{unclear}"),
-                Step::Gone => "the first hand never left the view\nhint: take it out of the view before you show it at the top".to_owned(),
+                Step::Gone => "the first hand never left the view\nhint: take it away before you show the second at the top".to_owned(),
                 Step::Top | Step::Done => format!("no second hand was seen at one side for a second{unclear}"),
             });
         };
         let mounting = Mounting::from_seen(left.side, top.side).ok_or_else(|| {
             format!(
-                "the hand at the left was seen at the {}, the one at the top at the {}: that is one line\nhint: once more, the second a quarter clockwise of the first",
+                "the left hand was seen at the {} and the top hand at the {}, on one line\nhint: try again, with the second hand a quarter turn clockwise from the first",
                 left.side, top.side
             )
         })?;
@@ -278,7 +276,8 @@ impl Watch {
         }
     }
 
-    /// The middle of what is warmer, weighted by how much: columns and rows off the picture's middle; and the largest contrast.
+    /// Centroid of the warm pixels, weighted by excess, in columns and rows from the middle; then the largest excess,
+    /// K.
     fn seen_in(&self, picture: &Picture) -> Option<[f64; 3]> {
         let (mut sum, mut x, mut y, mut contrast_k) = (0.0, 0.0, 0.0, 0.0_f64);
         for (index, (now, before)) in picture.iter().zip(&self.background).enumerate() {
@@ -306,12 +305,12 @@ fn side_of([x, y, _]: &[f64; 3]) -> Option<Side> {
     }
 }
 
-/// The middle of so many cells, counted from 0.
+/// Middle index of a row of cells counted from 0.
 const fn middle(cells: usize) -> f64 {
     (count(cells) - 1.0) / 2.0
 }
 
-/// What was found of this sensor, or why nothing was, for people.
+/// The result for one sensor as text, or why there is none.
 #[must_use]
 pub fn text(sensor: &str, found: &Result<Found, String>) -> String {
     let Found {
@@ -331,7 +330,7 @@ pub fn text(sensor: &str, found: &Result<Found, String>) -> String {
     };
     let scene = mounting.roll_deg().map_or_else(
         || {
-            "none: a lens does not mirror. Was left shown as one sees it who looks at the sensor?"
+            "none: a lens does not mirror. Did you show left as seen when facing the sensor?"
                 .to_owned()
         },
         |roll_deg| format!("roll_deg = {roll_deg}"),
@@ -349,7 +348,7 @@ pub fn text(sensor: &str, found: &Result<Found, String>) -> String {
     )
 }
 
-/// The same for programs.
+/// The same as JSON.
 #[must_use]
 pub fn json(sensor: &str, found: &Result<Found, String>) -> Value {
     match found {

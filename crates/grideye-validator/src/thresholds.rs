@@ -1,4 +1,4 @@
-//! What the verdict is measured against, and where each number comes from: the file shipped with this crate, or another.
+//! The verdict's thresholds and the source of each, from the built-in file or from one that the user names.
 
 use crate::metrics::SENSOR_ACCURACY_C;
 use crate::numbers::count;
@@ -7,35 +7,35 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use toml::Spanned;
 
-/// The file that is taken unless another is named.
+/// The file used unless another is named.
 pub const SHIPPED: &str = include_str!("../thresholds.toml");
-/// The name of that file in reports.
+/// Its name in reports.
 pub const SHIPPED_NAME: &str = "thresholds.toml (built in)";
-/// Bytes of a file of thresholds at most.
+/// Longest thresholds file, bytes.
 pub const TEXT_BYTES_MAX: usize = 64 * 1024;
 
-/// Thresholds with their sources.
+/// All thresholds, each with its source.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ThresholdSet {
-    /// The numbers.
+    /// The values.
     pub thresholds: Thresholds,
-    /// Each with where it comes from, in the order of the shipped file.
+    /// Value and source of each, in the order of the built-in file.
     pub lines: Vec<ThresholdLine>,
 }
 
-/// One threshold and where it comes from.
+/// One threshold and its source.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct ThresholdLine {
     pub key: &'static str,
-    /// The number, in the unit that the key ends in: `_c` is °C; skills and shares run from 0 to 1.
+    /// In the unit of the key's suffix (`_c` is °C); skills and shares are 0 to 1.
     pub value: f64,
-    /// Why it is that number, as the file says.
+    /// Why this value, from the file.
     pub source: String,
     pub file: String,
 }
 
-/// Why a file of thresholds was refused.
+/// Why a thresholds file was rejected.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what each is")]
@@ -49,13 +49,13 @@ pub enum ThresholdError {
         hint: String,
     },
     #[error(
-        "{file}: {found} bytes of text, expected at most {TEXT_BYTES_MAX}\nhint: is it a file of thresholds at all?"
+        "{file}: {found} bytes of text, expected at most {TEXT_BYTES_MAX}\nhint: is this a thresholds file?"
     )]
     TooLong { file: String, found: usize },
 }
 
 impl ThresholdSet {
-    /// The shipped ones.
+    /// The built-in thresholds.
     #[must_use]
     pub fn shipped() -> Self {
         let lines = KEYS.iter().map(|key| ThresholdLine {
@@ -70,10 +70,10 @@ impl ThresholdSet {
         }
     }
 
-    /// Reads a file; `origin` is its name in messages. What it leaves out is as shipped.
+    /// Reads a file named `origin` in messages. Keys it leaves out keep their built-in value.
     ///
     /// # Errors
-    /// [`ThresholdError`], with the place and the key.
+    /// [`ThresholdError`] with line, column and key.
     pub fn parse(text: &str, origin: &str) -> Result<Self, ThresholdError> {
         if text.len() > TEXT_BYTES_MAX {
             return Err(ThresholdError::TooLong {
@@ -114,7 +114,8 @@ struct Key {
 
 macro_rules! thresholds {
     ($(#[doc = $doc:literal] $name:ident = $default:expr, $range:expr;)+) => {
-        /// What the verdict is measured against; skills are shares of the way from chance to what right scenes hardly fall below.
+        /// The verdict's limits. A skill is a share of the way from chance (0) to what nearly every right scene reaches
+        /// (1).
         #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
         pub struct Thresholds {
             $(#[doc = $doc] pub $name: f64,)+
@@ -136,35 +137,35 @@ macro_rules! thresholds {
 }
 
 thresholds! {
-    /// Least skill in C, 0 to 1.
+    /// Least skill of C, 0 to 1.
     correlation_skill_min = 0.6, (0.0, 1.0);
-    /// Least skill in the gain over the blank frame, 0 to 1.
+    /// Least skill of the gain over the blank frame, 0 to 1.
     gain_skill_min = 0.6, (0.0, 1.0);
-    /// Least skill in C with the empty room taken from both sides, 0 to 1.
+    /// Least skill of C with the empty room subtracted from both sides, 0 to 1.
     above_room_skill_min = 0.5, (0.0, 1.0);
-    /// Least skill in the gain that the scene's people bring, 0 to 1.
+    /// Least skill of the gain over the scene without its people, 0 to 1.
     nobody_skill_min = 0.5, (0.0, 1.0);
-    /// Standard deviation of what each pixel of a unit without a profile shows too much, °C.
+    /// Standard deviation of the fixed pattern of a unit without a profile, °C.
     pattern_spread_c = 0.26, (0.0, 100.0);
-    /// Less warmth than this in two by two pixels, beyond what the scene has there or nearby, is never a fault, °C.
+    /// Excess warmth of 2 x 2 pixels below this, over what the scene shows there or nearby, is never a fault, °C.
     unclaimed_min_c = 0.3, (0.0, 100.0);
-    /// Largest common offset of a unit that nothing is known of, °C.
+    /// Largest common offset of a unit without a profile, °C.
     offset_max_c = SENSOR_ACCURACY_C, (0.0, 100.0);
-    /// Largest common offset of a unit with a profile, °C, beyond three times the profile's common mode.
+    /// Largest common offset of a unit with a profile, °C, before its drift is added.
     level_margin_c = 0.125, (0.0, 100.0);
-    /// How far the ceilings of C and gain must rise above chance before anything is said.
+    /// How far the ceilings of C and gain must rise above chance for a verdict.
     headroom_min = 0.1, (0.0, 1.0);
-    /// Least number of warm pixels a frame, on average, before a recording counts as holding something warm.
+    /// Mean number of warm pixels per frame from which a recording counts as showing something warm.
     warm_pixels_min = 0.3, (0.0, 64.0);
-    /// A pixel is warm when it lies above the background by more than this many sigma of the sensor's noise.
+    /// A pixel is warm from this many sigmas of the sensor's noise above the background.
     warm_sigma = 4.0, (0.0, 100.0);
-    /// Least number of real frames.
+    /// Fewest real frames.
     frames_min = 2.0, (1.0, 1000.0);
-    /// Most false alarms of each check, a recording of a right scene by a sound unit.
+    /// Largest share of right recordings by a sound unit that may fail each criterion.
     false_alarm_max = 0.001, (1e-12, 0.5);
-    /// Most that the rate of frames may be off the scene's, as a share of it.
+    /// Largest relative error of the frame rate.
     rate_error_max = 0.1, (0.0, 10.0);
-    /// Most that pixels and thermistor may be apart, °C.
+    /// Largest difference between pixels and thermistor, °C.
     thermistor_apart_max_c = 12.0, (0.0, 1000.0);
 }
 
@@ -192,14 +193,13 @@ impl File<'_> {
         let (name, value, (least, most)) = (key.name, *entry.value.get_ref(), key.range);
         if !(least..=most).contains(&value) {
             let message = format!("`{name}.value` is {value}, expected {least} to {most}");
-            let hint =
-                "crates/grideye-validator/thresholds.toml holds every key with a sound value";
+            let hint = "crates/grideye-validator/thresholds.toml has a good value for every key";
             return Err(self.refused(entry.value.span(), message, hint));
         }
         let source = entry.source.get_ref().trim();
         if source.is_empty() {
             let message = format!("`{name}.source` is empty, expected where the number comes from");
-            let hint = "say why it is that number: the report prints it";
+            let hint = "give the reason for this value: the report prints it";
             return Err(self.refused(entry.source.span(), message, hint));
         }
         (key.set)(thresholds, value);
@@ -214,8 +214,8 @@ impl File<'_> {
 
     fn unknown(&self, name: &str, span: Range<usize>) -> ThresholdError {
         let known: Vec<&str> = KEYS.iter().map(|key| key.name).collect();
-        let hint = format!("there are {}", known.join(", "));
-        self.refused(span, format!("`{name}` is no threshold"), &hint)
+        let hint = format!("the thresholds are {}", known.join(", "));
+        self.refused(span, format!("`{name}` is not a threshold"), &hint)
     }
 
     fn malformed(&self, error: &toml::de::Error) -> ThresholdError {

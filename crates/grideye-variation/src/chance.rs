@@ -1,11 +1,11 @@
-//! Random numbers that depend on the seed, on what they are drawn for, and on the frame alone.
+//! Random numbers that depend only on the seed, their purpose, and the frame.
 
 use grideye_scene::fnv1a;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
-/// ChaCha with 12 rounds, as for the noise; its key is the seed, the FNV-1a hash of what is drawn for, the frame's
-/// number, and a tag that the noise does not have.
+/// ChaCha with 12 rounds, like the noise. Its key is the seed, the FNV-1a hash of `key`, the frame's number, and a tag
+/// that keeps it apart from the noise.
 pub(crate) fn generator(seed: u64, key: &str, index: u64) -> ChaCha12Rng {
     let mut bytes = [0; 32];
     bytes[..8].copy_from_slice(&seed.to_le_bytes());
@@ -15,18 +15,18 @@ pub(crate) fn generator(seed: u64, key: &str, index: u64) -> ChaCha12Rng {
     ChaCha12Rng::from_seed(bytes)
 }
 
-/// 0 to 1, 1 excluded, in steps of 2⁻⁵³.
+/// 0 to 1, excluding 1, in steps of 2⁻⁵³.
 pub(crate) fn share(generator: &mut ChaCha12Rng) -> f64 {
     let high = generator.next_u32() >> 5;
     let low = generator.next_u32() >> 6;
     (f64::from(high) * 67_108_864.0 + f64::from(low)) / 9_007_199_254_740_992.0
 }
 
-/// One of so many, each as likely but for 2⁻³² of them; there is one at least.
+/// A number below `count` (at least 1), uniform to within 2⁻³².
 pub(crate) fn below(generator: &mut ChaCha12Rng, count: usize) -> usize {
     let wide = u64::from(generator.next_u32()) * u64::try_from(count).unwrap_or(u64::MAX);
     usize::try_from(wide >> 32).unwrap_or(0)
 }
 
-/// What the seed of the noise is drawn for: no key of a scene has a space before its name.
+/// The purpose of the noise seed: no scene key starts with a space.
 pub(crate) const NOISE: &str = " noise";

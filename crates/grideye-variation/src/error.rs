@@ -1,50 +1,50 @@
-//! Why a scene cannot be varied as asked.
+//! Errors of varying a scene.
 
 use grideye_scene::{SceneError, key::KeyError};
 
-/// The most choices of one key.
+/// Limit on the choices of one key.
 pub(crate) const CHOICES_MAX: usize = 1_000;
 
-/// Why a scene cannot be varied as it was asked to: each names what was asked for.
+/// Why a scene cannot be varied; each error names the request.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum VariationError {
-    /// The scene itself was refused.
+    /// The unchanged scene was refused.
     #[error(transparent)]
     Scene(Box<SceneError>),
-    /// What was asked for cannot be read, or the scene has no such place.
+    /// The request cannot be parsed, or the scene has no such key.
     #[error("`{asked}`: {mistake}")]
     Asked {
-        /// What was asked for.
+        /// The request.
         asked: String,
-        /// What is wrong with it.
+        /// The mistake in it.
         mistake: Mistake,
     },
-    /// The scene cannot have one of the values.
+    /// The scene refuses one of the values.
     #[error("`{asked}`, with {key} = {value}: {source}")]
     Value {
-        /// What was asked for.
+        /// The request.
         asked: String,
         /// The key.
         key: String,
-        /// The value that the scene refused.
+        /// The refused value.
         value: String,
-        /// Why it did.
+        /// Why the scene refused it.
         source: Box<SceneError>,
     },
-    /// The values of one frame do not go together.
+    /// The values of one frame conflict.
     #[error("frame {index} ({values}): {source}")]
     Frame {
         /// The frame, from 0.
         index: u64,
-        /// What was drawn for it.
+        /// Its drawn values.
         values: String,
         /// Why the scene refused it.
         source: Box<SceneError>,
     },
-    /// Nowhere on the floor was free.
+    /// No free place on the floor was found.
     #[error(
-        "frame {index}: no free place on the floor for `{agent}` in {tries} tries\nhint: the room is full, or the agent is larger than what is free of it; take objects out, or list in `touches` what it may stand in"
+        "frame {index}: no free place on the floor for `{agent}` in {tries} tries\nhint: the room is full, or the agent is larger than the free floor; remove objects, or list in `touches` what it may stand in"
     )]
     NoPlace {
         /// The frame, from 0.
@@ -62,55 +62,55 @@ impl From<SceneError> for VariationError {
     }
 }
 
-/// What is wrong with one thing that was asked for.
+/// What is wrong with a request.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Mistake {
     /// There is no `=`.
-    #[error("no `=`\nhint: a key and what it may be, as in agent.person.temperature_c=26..34")]
+    #[error("missing `=`\nhint: write KEY=VALUES, as in agent.person.temperature_c=26..34")]
     NoEquals,
     /// A choice is empty.
-    #[error("a value is missing\nhint: as in 26..34, or 0.1,0.2, or [500..3500, 1200, 0]")]
+    #[error("a value is missing\nhint: write values as in 26..34, 0.1,0.2 or [500..3500, 1200, 0]")]
     Nothing,
-    /// A bracket or quote has no end.
+    /// A bracket or quote is never closed.
     #[error("`{0}` is never closed\nhint: quote the whole argument for the shell")]
     Unclosed(String),
-    /// A bracket has no beginning.
+    /// A bracket is never opened.
     #[error("`{0}` was never opened\nhint: quote the whole argument for the shell")]
     Unopened(String),
-    /// A range from high to low.
+    /// A range runs from high to low.
     #[error("the range {0} is empty\nhint: write the lower number first")]
     Backwards(String),
-    /// A range of what are no numbers.
-    #[error("{0} is no range of numbers\nhint: LOW..HIGH, as in 26..34")]
+    /// A range has ends that are not numbers.
+    #[error("{0} is not a range of numbers\nhint: write LOW..HIGH, as in 26..34")]
     NoRange(String),
-    /// More choices than there may be.
-    #[error(
-        "{0} choices are more than {CHOICES_MAX}\nhint: a range, as in 26..34, has any number of them"
-    )]
+    /// There are too many choices.
+    #[error("{0} choices are more than {CHOICES_MAX}\nhint: use a range, as in 26..34")]
     TooManyChoices(usize),
     /// The scene has no such key.
     #[error(transparent)]
     NoSuchKey(#[from] KeyError),
-    /// The same key twice, or a key and its table.
-    #[error("it overlaps with `{0}`\nhint: every key may be varied once")]
+    /// A key is named twice, or together with its table.
+    #[error("it overlaps with `{0}`\nhint: vary each key only once")]
     Twice(String),
-    /// A key that cannot be put into the text of the scene.
+    /// A key cannot be added to the scene's text.
     #[error(
         "`{0}` cannot be added to its table\nhint: write it into the scene file, with any value"
     )]
     NotAddable(String),
-    /// The moment of a frame is one number of seconds.
-    #[error("the moment of a frame is 0 to 31622400 seconds\nhint: as in time_s=0..12")]
-    NoTime,
-    /// Something else than an agent cannot be put on the floor.
+    /// `time_s` is not a number of seconds within the limits.
     #[error(
-        "only agents are put on the floor\nhint: as in agent.person.position=floor; give objects a range, as in object.table.position_mm=[500..3500, 1200, 0]"
+        "the time of a frame must be 0 to 31622400 seconds\nhint: write a number or a range, as in time_s=0..12"
+    )]
+    NoTime,
+    /// Only agents can be placed on the floor.
+    #[error(
+        "only agents can be placed on the floor\nhint: write agent.person.position=floor; give objects a range, as in object.table.position_mm=[500..3500, 1200, 0]"
     )]
     FloorForAgents,
-    /// The only thing that `position` may be.
+    /// `position` is not `floor`.
     #[error(
-        "`position` may only be floor\nhint: agent.NAME.position=floor, or position_mm=[x, y, z] with numbers or ranges"
+        "`position` can only be floor\nhint: write agent.NAME.position=floor, or position_mm=[x, y, z] with numbers or ranges"
     )]
     OnlyFloor,
 }

@@ -1,4 +1,4 @@
-//! Where agents are put on the floor: places are drawn until nobody is in anybody's way.
+//! Places agents on the floor: draws places until nobody is in anybody's way.
 
 use super::chance::{generator, share};
 use super::target::{Edit, Placed, edited};
@@ -6,13 +6,13 @@ use glam::DVec3;
 use grideye_scene::{Files, Scene, SceneError};
 use rand_chacha::ChaCha12Rng;
 
-/// A draw's text, and where in it the places of the agents go that are put on the floor.
+/// A draw's text and where the positions of placed agents belong in it.
 pub(crate) struct Floors<'a> {
     /// The scene file's name in messages.
     pub(crate) origin: &'a str,
     pub(crate) placed: &'a [Placed],
     pub(crate) text: String,
-    /// Of each agent, the first for its position, the others for what goes with its way.
+    /// Per agent: the first edit sets its position, the others remove the keys of its walk.
     pub(crate) edits: Vec<Vec<Edit>>,
     pub(crate) silence: Option<Edit>,
 }
@@ -59,7 +59,7 @@ impl Floors<'_> {
             }
             Err(error) => return Err(error),
         };
-        // The later of two that are in each other's way makes room.
+        // Of two agents in each other's way, the later one moves.
         let contacts = scene.contacts().into_iter();
         let mut misplaced = contacts.filter_map(|contact| {
             let names = contact.names.iter();
@@ -90,7 +90,7 @@ impl Lottery {
         lottery
     }
 
-    /// Anywhere on the underside of the box around the room; the room refuses what is not in it.
+    /// Draws a place anywhere on the bottom of the room's bounding box; the room refuses places outside it.
     pub(crate) fn next(&mut self) {
         let (x, y) = (share(&mut self.generator), share(&mut self.generator));
         self.place_m = self.low_m + self.size_m * DVec3::new(x, y, 0.0);

@@ -1,8 +1,8 @@
-//! What a key may be: `26..34`, `0.1,0.2`, `[500..3500, 1200, 0],[2000, 500..5500, 0]`, `on,off`.
+//! Parses the possible values of a key: `26..34`, `0.1,0.2`, `[500..3500, 1200, 0],[2000, 500..5500, 0]`, `on,off`.
 //!
 //! ```text
-//! choices = choice *("," choice)          one of them, each as likely
-//! choice  = a TOML value, in which every number may be LOW..HIGH, uniform, and in which text needs no quotes
+//! choices = choice *("," choice)          one of them, all equally likely
+//! choice  = a TOML value; every number may be a uniform range LOW..HIGH, and text needs no quotes
 //! ```
 
 use super::error::{CHOICES_MAX, Mistake};
@@ -14,19 +14,18 @@ pub(crate) struct Choice(pub(crate) Vec<Piece>);
 pub(crate) enum Piece {
     /// Brackets, commas, keys of inline tables.
     Mark(String),
-    /// Text, in quotes.
+    /// Text, quoted or not.
     Text(String),
-    /// True or false.
     Flag(bool),
-    /// A number as it was written, and what it is.
+    /// A number as written, and its value.
     Number(String, f64),
-    /// Any number from the first to the second.
+    /// A number between the two.
     Range(f64, f64),
 }
 
 impl Choice {
-    /// How many numbers it is: `Some(None)` for a single one, `Some(n)` for a flat list of so many; `None` if it is
-    /// anything else.
+    /// How many numbers it holds: `Some(None)` for a single one, `Some(n)` for a flat list of n, `None` for anything
+    /// else.
     pub(crate) fn numbers(&self) -> Option<Option<usize>> {
         let is_number =
             |piece: &Piece| matches!(piece, Piece::Number(..) | Piece::Range(..) | Piece::Flag(_));
@@ -47,7 +46,7 @@ impl Choice {
     }
 }
 
-/// Reads what stands behind the `=`.
+/// Parses what follows the `=`.
 pub(crate) fn choices(text: &str) -> Result<Vec<Choice>, Mistake> {
     let mut choices = vec![Choice(Vec::new())];
     let mut open = Vec::new();
@@ -128,7 +127,7 @@ fn meaning(word: &str) -> Result<Piece, Mistake> {
                 Ok(Piece::Range(low, high))
             }
             (Some(_), Some(_)) => Err(Mistake::Backwards(word.to_owned())),
-            // Paths may have dots as well.
+            // Paths may contain dots, too.
             _ if low.contains('/') || high.contains('/') => Ok(Piece::Text(word.to_owned())),
             _ => Err(Mistake::NoRange(word.to_owned())),
         };
@@ -149,7 +148,7 @@ fn number(text: &str) -> Option<f64> {
     text.parse().ok().filter(|number: &f64| number.is_finite())
 }
 
-/// Whether TOML takes it as a whole number as it stands.
+/// Whether TOML reads it as an integer unchanged.
 fn is_whole(text: &str) -> bool {
     let digits = text.trim_start_matches(['+', '-']);
     digits.bytes().all(|byte| byte.is_ascii_digit())
@@ -169,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn a_range_a_list_and_words_are_told_apart() {
+    fn ranges_lists_and_words_are_told_apart() {
         assert_eq!(
             choices("26..34").unwrap(),
             [Choice(vec![Piece::Range(26.0, 34.0)])]
@@ -234,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_value_is_named() {
+    fn malformed_values_are_named() {
         for (text, mistake) in [
             ("", Mistake::Nothing),
             ("1,", Mistake::Nothing),
@@ -259,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_written_as_toml_takes_them() {
+    fn numbers_become_valid_toml() {
         for (text, toml) in [
             (".5", "0.5"),
             ("5.", "5.0"),

@@ -1,17 +1,16 @@
-//! What of a scene is not exactly known or shall differ: which of its values vary, and what they are in one draw.
+//! Which values of a scene vary, and what they are in one draw.
 //!
-//! The grammar belongs to nobody who uses it: `grideye dataset --vary` writes it today, and what a calibration looks for
-//! or a verdict tolerates can be said in it as well.
+//! Any crate may use the grammar: `grideye dataset --vary` does today, and a calibration or a verdict could.
 //!
 //! ```text
 //!  scene file ──┐
-//!  what varies ─┴─▶ Recipe ──(seed, index)──▶ Draw: the scene's text with other values, seed of the noise, moment
+//!  what varies ─┴─▶ Recipe ──(seed, index)──▶ Draw: the scene's text with other values, noise seed, time
 //!                                              │
-//!                                              └──▶ Scene, with agents put where the floor is free
+//!                                              └──▶ Scene, with agents placed on the free floor
 //! ```
 //!
-//! A draw is a function of the recipe, the seed and the frame's number, and every key has its own random numbers: what
-//! one frame shows depends neither on the other frames nor on the other keys that vary.
+//! A draw is a function of the recipe, the seed and the frame's number, and every key has its own random numbers: a
+//! frame depends neither on other frames nor on other keys that vary.
 //!
 //! ```
 //! use grideye_variation::Recipe;

@@ -1,4 +1,4 @@
-//! A scene whose keys vary, and its draws.
+//! A scene with varying keys, and its draws.
 
 use crate::chance::{NOISE, below, generator, share};
 use crate::error::{Mistake, VariationError};
@@ -14,13 +14,13 @@ use std::fmt::Write as _;
 use std::time::Duration;
 use toml::de::DeTable;
 
-/// How often a place on the floor is looked for in one frame.
+/// Limit on placements tried per frame.
 pub const TRIES_MAX: usize = 10_000;
 
-/// The key that is the moment of the frame, and none of the scene's.
+/// The key for a frame's time; it is not part of the scene.
 const TIME: &str = "time_s";
 
-/// A scene and what of it varies.
+/// A scene and which of its values vary.
 #[derive(Debug, Clone)]
 pub struct Recipe {
     text: String,
@@ -31,31 +31,31 @@ pub struct Recipe {
     agents: Vec<String>,
 }
 
-/// A key and what it may be.
+/// A key and its possible values.
 #[derive(Debug, Clone)]
 struct Varied {
     asked: String,
     key: String,
     choices: Vec<Choice>,
-    /// Where it is in the text; the moment of the frame is nowhere.
+    /// Where it is in the text; `None` for the frame's time.
     edit: Option<Edit>,
 }
 
-/// One number, or one text, of each draw.
+/// One number or text per draw.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
-    /// The key as it was asked for, with its place in a list behind it: `sensor.ceiling.position_mm[2]`.
+    /// The requested key, with the index if it is a list: `sensor.ceiling.position_mm[2]`.
     pub name: String,
-    /// Whether it is a number; true and false are 1 and 0.
+    /// Whether it is a number; true and false count as 1 and 0.
     pub is_number: bool,
 }
 
-/// What a [`Column`] has in one draw.
+/// The value of a [`Column`] in one draw.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
     /// A number.
     Number(f64),
-    /// Text, or what else is no number, as TOML has it.
+    /// Text, or any other non-number as TOML.
     Text(String),
 }
 
@@ -63,23 +63,23 @@ pub enum Value {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Draw {
-    /// The scene with the values in their places; agents that are put on the floor are not there yet.
+    /// The scene with the drawn values, but without agents placed on the floor.
     pub text: String,
-    /// What was drawn, in the order of [`Recipe::columns`].
+    /// The drawn values, in the order of [`Recipe::columns`].
     pub values: Vec<Value>,
-    /// The seed for [`Simulator::noisy`](grideye_scene::Simulator::noisy): another one in each frame.
+    /// The seed for [`Simulator::noisy`](grideye_scene::Simulator::noisy), different in each frame.
     pub noise_seed: u64,
-    /// The moment of the frame in seconds, if it was to vary.
+    /// The frame's time in seconds, if it varies.
     pub time_s: Option<f64>,
 }
 
 impl Recipe {
-    /// A scene whose keys vary: each of `asked` is `KEY=VALUES`, as in `agent.person.temperature_c=26..34`,
+    /// Parses what varies: each of `asked` is `KEY=VALUES`, as in `agent.person.temperature_c=26..34`,
     /// `sensor.ceiling.noise_sigma_c=0.1,0.2`, `object.table.present=on,off`, `agent.person.position=floor` or
-    /// `time_s=0..12`; scenes/README.md has the whole grammar.
+    /// `time_s=0..12`. scenes/README.md has the whole grammar.
     ///
     /// # Errors
-    /// What cannot be read, or names what the scene has not; [`Self::check`] looks at the values.
+    /// If something cannot be parsed, or names what the scene lacks; [`Self::check`] checks the values.
     pub fn new(text: &str, origin: &str, asked: &[String]) -> Result<Self, VariationError> {
         let document = Scene::document(text, origin)?;
         let mut recipe = Self {
@@ -129,26 +129,26 @@ impl Recipe {
         Ok(recipe)
     }
 
-    /// What a draw has, in the order of what was asked for.
+    /// The columns of a draw, in the order requested.
     #[must_use]
     pub fn columns(&self) -> &[Column] {
         &self.columns
     }
 
-    /// The names of the agents in the file, also of those that are not present in it.
+    /// Names of all agents in the file, including absent ones.
     #[must_use]
     pub fn agents(&self) -> &[String] {
         &self.agents
     }
 
-    /// Whether [`Self::scene`] depends on more than the text of the draw.
+    /// Whether [`Self::scene`] depends on more than the draw's text.
     #[must_use]
     pub fn places_agents(&self) -> bool {
         !self.placed.is_empty()
     }
 
-    /// Tries every choice of every key, with each of its ranges at the lowest and the highest number and with everything
-    /// else as the file has it; and reads, on the way, every file that any of them names.
+    /// Tries every choice of every key, each range at its ends, while all other keys keep their values in the file.
+    /// This also reads every file that a choice names.
     ///
     /// # Errors
     /// The first value that the scene refuses.
@@ -176,7 +176,7 @@ impl Recipe {
         Ok(())
     }
 
-    /// What frame `index`, from 0, has for this seed.
+    /// Draws the values of frame `index` (from 0) for this seed.
     #[must_use]
     pub fn draw(&self, seed: u64, index: u64) -> Draw {
         let mut values = Vec::with_capacity(self.columns.len());
@@ -208,11 +208,11 @@ impl Recipe {
         }
     }
 
-    /// The scene of a draw. Agents that are put on the floor stand within the room, and run neither into things nor
-    /// into other agents, nor do those into them on their ways; places are tried at random until they do.
+    /// The scene of a draw. Agents placed on the floor are inside the room and collide neither with objects nor with
+    /// other agents, standing or walking; random places are tried until this holds.
     ///
     /// # Errors
-    /// [`VariationError::Frame`] if the values do not go together; [`VariationError::NoPlace`].
+    /// [`VariationError::Frame`] if the values conflict; [`VariationError::NoPlace`].
     pub fn scene(
         &self,
         seed: u64,
@@ -255,8 +255,7 @@ impl Recipe {
         })
     }
 
-    /// The moment of a frame: the one that was drawn, or the sensor's next one in turn, from the scene's start again
-    /// after its end.
+    /// A frame's time: as drawn, or the sensor's next sampling time, starting over at the scene's end.
     #[must_use]
     pub fn time(&self, index: u64, draw: &Draw, scene: &Scene, sensor: &Sensor) -> Duration {
         if let Some(time_s) = draw.time_s {
@@ -278,7 +277,7 @@ impl Recipe {
             let _ = write!(told, "{comma}{} = {value}", column.name);
         }
         if told.is_empty() {
-            told.push_str("nothing varies but places");
+            told.push_str("only places vary");
         }
         told
     }
@@ -320,7 +319,7 @@ impl Recipe {
         Ok(())
     }
 
-    /// A key that was added must be where it was meant to be, however its table is written.
+    /// An added key must end up in its table, however that table is written.
     fn check_additions(&self) -> Result<(), VariationError> {
         for varied in &self.varied {
             let Some(edit) = varied.edit.as_ref().filter(|edit| !edit.before.is_empty()) else {
@@ -341,10 +340,10 @@ impl Recipe {
 
     fn floors(&self, text: &str) -> Result<Floors<'_>, SceneError> {
         let document = Scene::document(text, &self.origin)?;
-        // The same keys were found in the scene itself, and values do not change which there are.
+        // The scene itself has the same keys, because values do not change which keys exist.
         let edits = |agent: &str| target::floor(text, &document, agent).unwrap_or_default();
         let placed = self.placed.iter().map(|placed| edits(&placed.agent));
-        // What is in the way is looked for here: the scene is not to be refused for it while places are tried.
+        // `misplaced` looks for collisions; the scene must not be refused for one while places are tried.
         let silence = target::edit(text, &document, "collisions").ok();
         Ok(Floors {
             origin: &self.origin,

@@ -1,4 +1,4 @@
-//! Where in the text of a scene a key stands, or would stand.
+//! Finds where a key is, or would go, in a scene's text.
 
 use super::error::Mistake;
 use grideye_scene::key::{Table, names};
@@ -6,7 +6,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A part of the text that a value takes the place of, with what goes before and behind it.
+/// A range of the text that a value replaces, and the text to insert before and after the value.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Edit {
     pub(crate) range: Range<usize>,
@@ -15,7 +15,7 @@ pub(crate) struct Edit {
 }
 
 impl Edit {
-    /// A value in the place of what stands there.
+    /// Replaces the present value.
     fn in_place(range: Range<usize>) -> Self {
         let (before, after) = (String::new(), String::new());
         Self {
@@ -26,7 +26,7 @@ impl Edit {
     }
 }
 
-/// The keys of an agent that goes somewhere.
+/// The keys of a walking agent.
 const OF_A_WAY: [&str; 5] = [
     "trajectory",
     "speed_mm_per_s",
@@ -64,7 +64,6 @@ pub(crate) fn floor(
     Ok(edits)
 }
 
-/// Whether a key has a value in a document.
 pub(crate) fn has(document: &Spanned<DeTable<'_>>, text: &str, path: &str) -> bool {
     edit(text, document, path).is_ok_and(|edit| edit.before.is_empty())
 }
@@ -74,7 +73,7 @@ pub(crate) fn agents(document: &Spanned<DeTable<'_>>) -> Vec<String> {
     agents.into_iter().flat_map(names).collect()
 }
 
-/// A key that the table does not have: behind one that it has.
+/// Where to add a key that the table lacks: after one that it has.
 fn addition(table: &Table<'_, '_>, key: &str) -> Result<Edit, Mistake> {
     if table.is_root {
         return Ok(Edit {
@@ -106,11 +105,11 @@ fn addition(table: &Table<'_, '_>, key: &str) -> Result<Edit, Mistake> {
 pub(crate) struct Placed {
     pub(crate) asked: String,
     pub(crate) agent: String,
-    /// The first is its position's.
+    /// The first is the edit of its position.
     pub(crate) edits: Vec<Edit>,
 }
 
-/// The text with values in the places of the edits, which do not overlap.
+/// The text with values inserted by edits that do not overlap.
 pub(crate) fn edited(text: &str, mut edits: Vec<(&Edit, String)>) -> String {
     edits.sort_by_key(|(edit, _)| (edit.range.start, edit.range.end));
     let mut whole = String::with_capacity(text.len() + 32 * edits.len());

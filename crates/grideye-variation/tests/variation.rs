@@ -1,4 +1,4 @@
-//! Scenes that vary: what is drawn, where it goes in the text, and what is refused.
+//! Scenes that vary: what is drawn, where it is inserted, and what is refused.
 
 #![expect(
     clippy::unwrap_used,
@@ -115,7 +115,7 @@ fn a_range_is_uniform_and_is_what_the_scene_has() {
 }
 
 #[test]
-fn choices_are_equally_likely_and_drawn_without_one_another() {
+fn choices_are_equally_likely_and_independent() {
     let draws = drawn(&["law=A,B", "object.table.present=on,off"], 4000);
     let mut counts = BTreeMap::new();
     for draw in &draws {
@@ -131,7 +131,7 @@ fn choices_are_equally_likely_and_drawn_without_one_another() {
 }
 
 #[test]
-fn a_key_draws_the_same_beside_other_keys_and_in_any_order() {
+fn a_key_draws_the_same_with_other_keys_and_in_any_order() {
     let alone = drawn(&["room.ambient_c=18..26"], 50);
     let beside = drawn(&["law=A,B", "room.ambient_c=18..26", "time_s=0..9"], 50);
     for (alone, beside) in alone.iter().zip(&beside) {
@@ -140,14 +140,14 @@ fn a_key_draws_the_same_beside_other_keys_and_in_any_order() {
         assert_eq!(beside.time_s, Some(number(beside, 2)));
     }
     let seeds: BTreeSet<u64> = alone.iter().map(|draw| draw.noise_seed).collect();
-    assert_eq!(seeds.len(), 50, "every frame has a noise of its own");
+    assert_eq!(seeds.len(), 50, "every frame has its own noise");
     let other = recipe(&["room.ambient_c=18..26"]).unwrap().draw(2, 0);
     assert_ne!(other.values, alone[0].values, "another seed, another draw");
     assert_ne!(other.noise_seed, alone[0].noise_seed);
 }
 
 #[test]
-fn a_value_is_put_where_it_belongs_and_nothing_else_changes() {
+fn only_the_value_changes_in_the_text() {
     let before = text();
     for (asked, line) in [
         (
@@ -185,7 +185,7 @@ fn a_value_is_put_where_it_belongs_and_nothing_else_changes() {
 }
 
 #[test]
-fn tables_in_braces_and_below_others_have_keys_as_well() {
+fn keys_of_inline_and_nested_tables_are_found() {
     let text = format!(
         "{ROOM}{CEILING}\n[[object]]\nname = \"box\"\nposition_mm = [2000, 1000, 0]\nsize_mm = [500, 500, 500]\nfaces_c = {{ top = 30 }}\n\
          [[agent]]\nname = \"sitter\"\nposition_mm = [2000, 3000, 0]\n\
@@ -208,7 +208,7 @@ fn tables_in_braces_and_below_others_have_keys_as_well() {
 }
 
 #[test]
-fn who_is_put_on_the_floor_is_in_the_room_and_in_nobodys_way() {
+fn agents_placed_on_the_floor_are_in_the_room_and_do_not_collide() {
     let recipe = recipe(&["agent.person.position=floor", "agent.walker.position=floor"]).unwrap();
     let mut places = Vec::new();
     for index in 0..200 {
@@ -226,7 +226,7 @@ fn who_is_put_on_the_floor_is_in_the_room_and_in_nobodys_way() {
             places.push((x, y));
         }
     }
-    // All four quarters of the room, about as often.
+    // All four quarters of the room, about equally often.
     for (right, back) in [(false, false), (false, true), (true, false), (true, true)] {
         let count = places
             .iter()
@@ -237,7 +237,7 @@ fn who_is_put_on_the_floor_is_in_the_room_and_in_nobodys_way() {
 }
 
 #[test]
-fn the_floor_of_an_l_shaped_room_is_that_of_the_l() {
+fn agents_are_placed_only_inside_an_l_shaped_room() {
     let text = "[room]\nplan_mm = [[0, 0], [4000, 0], [4000, 2000], [2000, 2000], [2000, 6000], [0, 6000]]\nheight_mm = 2700\nambient_c = 20\n\
         [[agent]]\nname = \"a\"\nsize_mm = [200, 200, 1750]\nposition_mm = [1000, 1000, 0]\ntemperature_c = 30\n";
     let asked = ["agent.a.position=floor".to_owned()];
@@ -251,12 +251,12 @@ fn the_floor_of_an_l_shaped_room_is_that_of_the_l() {
         assert!(x <= 1.9 || y <= 1.9, "beyond the corner: {x} {y}");
         arms[usize::from(x > 2.0) + 2 * usize::from(y > 2.0)] += 1;
     }
-    // By area, less the bodies' own width at the walls: 1.8 x 1.8 (about), 2 x 1.8 and 1.8 x 3.9 square meters.
+    // By area, minus the bodies' own width at the walls: 1.8 x 1.8 (about), 2 x 1.8 and 1.8 x 3.9 square meters.
     assert!(arms.iter().all(|count| *count > 40), "{arms:?}");
 }
 
 #[test]
-fn a_room_without_a_free_place_says_so() {
+fn a_full_room_is_reported() {
     let full = text().replace("size_mm = [1600, 1600, 750]", "size_mm = [3700, 5600, 750]");
     let asked = [
         "agent.person.position=floor".to_owned(),
@@ -279,7 +279,7 @@ fn a_room_without_a_free_place_says_so() {
 }
 
 #[test]
-fn what_is_not_present_is_as_if_it_were_not_written() {
+fn absent_tables_are_ignored() {
     let recipe = recipe(&["object.table.present=off", "agent.walker.present=false"]).unwrap();
     let scene = scene_of(&recipe, 0);
     assert_eq!(scene.objects().len(), 1);
@@ -303,7 +303,7 @@ fn what_is_not_present_is_as_if_it_were_not_written() {
 }
 
 #[test]
-fn frames_take_the_moments_of_the_walk_in_turn() {
+fn frames_take_the_sensors_times_in_turn() {
     let recipe = recipe(&[]).unwrap();
     let scene = scene_of(&recipe, 0);
     let sensor = scene.sensor("ceiling").unwrap();
@@ -316,8 +316,8 @@ fn frames_take_the_moments_of_the_walk_in_turn() {
 }
 
 #[test]
-fn the_seen_share_of_an_agent_is_what_hides_it_leaves() {
-    // Seen from the side at eye level: a wall of half its height before the lower half of a flat, far agent.
+fn visibility_is_the_share_that_nothing_hides() {
+    // Seen from the side at eye level: a wall of half its height in front of the lower half of a flat, far agent.
     let wall = |z_mm: u32| {
         format!(
             "{ROOM}[[object]]\nname = \"wall\"\nposition_mm = [1000, 3000, 0]\nsize_mm = [10, 3000, {z_mm}]\n\
@@ -345,21 +345,24 @@ fn the_seen_share_of_an_agent_is_what_hides_it_leaves() {
 }
 
 #[test]
-fn what_is_asked_for_wrongly_is_named() {
+fn mistaken_requests_are_named() {
     for (asked, words) in [
-        ("room.ambient_c", "no `=`"),
+        ("room.ambient_c", "missing `=`"),
         ("room.ambient_c=", "a value is missing"),
         ("room.ambient_c=26..18", "write the lower number first"),
         (
             "rom.ambient_c=18..26",
-            "the scene has no `rom`\nhint: the scene has agent, object, room, sensor; beside these, time_s",
+            "the scene has no `rom`\nhint: the scene has agent, object, room, sensor; besides these, time_s",
         ),
         (
             "agent.persn.yaw_deg=1",
             "the scene has no agent `persn`\nhint: it has person, walker",
         ),
         ("mosaic.rug.emissivity=1", "the scene has no `mosaic`"),
-        ("agent.person=1", "name a key of it, as in agent.person.KEY"),
+        (
+            "agent.person=1",
+            "name one of its keys, as in agent.person.KEY",
+        ),
         ("agent=1", "agent.NAME.KEY, with person, walker"),
         ("room=1", "room.KEY"),
         (
@@ -377,11 +380,11 @@ fn what_is_asked_for_wrongly_is_named() {
         ("agent.person.motion=constant", "room.toml:"),
         (
             "object.table.position=floor",
-            "only agents are put on the floor",
+            "only agents can be placed on the floor",
         ),
         (
             "agent.person.position=ceiling",
-            "`position` may only be floor",
+            "`position` can only be floor",
         ),
         ("agent.nobody.position=floor", "no agent `nobody`"),
         ("time_s=-1..5", "0 to 31622400 seconds"),
@@ -419,7 +422,7 @@ fn what_is_asked_for_wrongly_is_named() {
 }
 
 #[test]
-fn a_moment_is_taken_as_drawn_and_reaches_both_ends_of_its_range() {
+fn time_is_used_as_drawn_and_may_reach_both_ends_of_its_range() {
     assert_eq!(refusal("time_s=0..31622400"), "accepted");
     let recipe = recipe(&["time_s=1.25"]).unwrap();
     let scene = scene_of(&recipe, 7);
@@ -428,10 +431,10 @@ fn a_moment_is_taken_as_drawn_and_reaches_both_ends_of_its_range() {
     assert_eq!(time, Duration::from_millis(1_250));
 }
 
-/// What is drawn beside what is written: numbers as numbers, true and false as 1 and 0, lists by their places, all else as
-/// text without its quotes.
+/// Numbers stay numbers, true and false become 1 and 0, lists become one column per element, everything else becomes
+/// text without quotes.
 #[test]
-fn columns_and_values_are_those_of_the_choices() {
+fn columns_and_values_follow_the_choices() {
     let asked = [
         "object.table.present=on",
         "law=B",
@@ -470,15 +473,15 @@ fn columns_and_values_are_those_of_the_choices() {
 }
 
 #[test]
-fn two_keys_may_be_added_in_one_place() {
+fn two_keys_may_be_added_at_the_same_place() {
     let recipe = recipe(&["agent.person.yaw_deg=45", "agent.person.emissivity=0.9"]).unwrap();
     let scene = scene_of(&recipe, 0);
     assert_eq!(scene.agents()[0].parts[0].surface.emissivity, 0.9);
 }
 
-/// Beside a dotted key, another one would be the table's above.
+/// Next to a dotted key, an added key would belong to the table above.
 #[test]
-fn a_key_that_would_arrive_elsewhere_is_not_added() {
+fn a_key_that_would_end_up_in_another_table_is_refused() {
     let text = format!(
         "{ROOM}{CEILING}\n[[object]]\nname = \"box\"\nposition_mm = [2000, 1000, 0]\nsize_mm = [500, 500, 500]\nfaces_c.top = 30\n"
     );
@@ -488,9 +491,9 @@ fn a_key_that_would_arrive_elsewhere_is_not_added() {
     assert!(error.to_string().contains(words), "{error}");
 }
 
-/// A table that fills the room: whoever is tried in vain is named, not whoever else is put on the floor.
+/// A table fills the room: the error names the agent that found no place, not another placed agent.
 #[test]
-fn who_finds_no_place_is_named() {
+fn the_agent_without_a_free_place_is_named() {
     let full = text().replace("size_mm = [1600, 1600, 750]", "size_mm = [3700, 5600, 750]");
     for agents in [["person", "walker"], ["walker", "person"]] {
         let asked = agents.map(|agent| format!("agent.{agent}.position=floor"));
@@ -502,13 +505,13 @@ fn who_finds_no_place_is_named() {
         let VariationError::NoPlace { agent, tries, .. } = &error else {
             panic!("{error}");
         };
-        // The first in the scene is tried first, in whatever order they were asked for.
+        // The first agent of the scene is placed first, whatever the order of the requests.
         assert_eq!((agent.as_str(), *tries), ("person", 10_000));
     }
 }
 
 #[test]
-fn a_frame_that_is_refused_is_told_with_its_values() {
+fn a_refused_frame_is_reported_with_its_values() {
     let of = |asked: &[&str]| {
         let recipe = recipe(asked).unwrap();
         let draw = recipe.draw(1, 4);
@@ -523,14 +526,11 @@ fn a_frame_that_is_refused_is_told_with_its_values() {
         "{values}"
     );
     let places = of(&["agent.person.position=floor"]);
-    assert!(
-        places.starts_with("frame 4 (nothing varies but places)"),
-        "{places}"
-    );
+    assert!(places.starts_with("frame 4 (only places vary)"), "{places}");
 }
 
 #[test]
-fn values_that_do_not_go_together_are_told_with_their_frame() {
+fn conflicting_values_are_reported_with_their_frame() {
     // Each alone is in the room; together they are not.
     let asked = [
         "agent.person.position_mm=[3800, 2000, 0]",

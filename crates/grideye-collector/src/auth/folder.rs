@@ -51,6 +51,7 @@ impl AccessFolder {
         Self { path: path.into() }
     }
 
+    /// The folder itself.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path

@@ -8,33 +8,33 @@ use glam::{DVec2, DVec3};
 use grideye_scene::{Pose, Room, Scene, Sensor, count, physical::Optics, polygon::bounds};
 use std::f64::consts::TAU;
 
-/// Where on the room a sensor is mounted.
+/// Where a sensor is mounted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mount {
-    /// Under the ceiling.
+    /// On the ceiling.
     Ceiling,
     /// On a wall, away from its ends.
     Wall,
-    /// In a corner that is not one of the room's inward ones.
+    /// In a corner, except where walls jut into the room.
     Corner,
 }
 
-/// Which poses are tried: everywhere in the room's ceiling and on its walls, in all combinations.
+/// The poses to try: all over the ceiling and the walls, in all combinations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mounts {
-    /// Where.
+    /// Kinds of mounting.
     pub mounts: Vec<Mount>,
-    /// About how far apart, meters: so many that they divide the room, or the wall, evenly.
+    /// Approximate spacing, meters, adjusted to divide the room or the wall evenly.
     pub spacing_m: f64,
-    /// Under the ceiling: angles of the axis off straight down, degrees, 0 to 90.
+    /// On the ceiling: angles of the axis from straight down, degrees, 0 to 90.
     pub ceiling_tilts_deg: Vec<f64>,
-    /// Under the ceiling, tilted: directions, evenly over a whole turn from the right on.
+    /// On the ceiling, tilted: the number of directions, evenly over a full turn starting at the right.
     pub ceiling_headings: usize,
     /// On walls and in corners: heights above the floor, meters.
     pub wall_heights_m: Vec<f64>,
-    /// On walls and in corners: angles of the axis below the level, degrees, 0 to 90.
+    /// On walls and in corners: angles of the axis below horizontal, degrees, 0 to 90.
     pub wall_downs_deg: Vec<f64>,
-    /// On walls: directions off the one straight into the room, degrees, -90 to 90. In corners it is the bisector.
+    /// On walls: directions relative to straight into the room, degrees, -90 to 90. In corners it is the bisector.
     pub wall_headings_deg: Vec<f64>,
 }
 
@@ -60,7 +60,7 @@ pub struct Candidate {
     pub mount: Option<Mount>,
     /// The sensor there.
     pub sensor: Sensor,
-    /// Its place, whole millimeters.
+    /// Its position, whole millimeters.
     pub position_mm: DVec3,
     /// As in a scene file, tenths of degrees.
     pub elevation_deg: f64,
@@ -68,10 +68,10 @@ pub struct Candidate {
     pub azimuth_deg: f64,
 }
 
-/// How far before a wall the window of a sensor is, meters: the room's walls hide what is behind them.
+/// Distance of a sensor's window from its wall, meters, because the walls hide what is behind them.
 const STANDOFF_M: f64 = 0.02;
 
-/// The candidates of a room, each a sensor like `like`: the ceiling's, then walls' and corners'; none in furniture.
+/// The candidates of a room, each a sensor like `like`: ceiling first, then walls and corners; none inside furniture.
 ///
 /// # Errors
 /// [`CoverageError::Value`], [`CoverageError::TooManyCandidates`], [`CoverageError::NoCandidates`].
@@ -110,7 +110,7 @@ pub fn candidates(
 }
 
 impl Candidate {
-    /// A sensor of a scene as the only candidate of its place.
+    /// A sensor of the scene as a candidate.
     #[must_use]
     pub fn of_sensor(sensor: &Sensor) -> Self {
         let tenths = |angle_rad: f64| (angle_rad.to_degrees() * 10.0).round() / 10.0;
@@ -123,7 +123,7 @@ impl Candidate {
         }
     }
 
-    /// The keys of its `[[sensor]]` table in a scene file, under another name; of a profile only the noise.
+    /// The keys of its `[[sensor]]` table in a scene file, under another name; a profile is reduced to its noise.
     #[must_use]
     pub fn toml(&self, name: &str) -> String {
         let sensor = &self.sensor;
@@ -177,17 +177,17 @@ fn optional_keys(sensor: &Sensor) -> String {
         text.push_str(&format!("step_c = {}\n", sensor.step_c));
     }
     if sensor.profile.is_some() {
-        text.push_str("# its profile is a file: write profile = … in place of noise_sigma_c\n");
+        text.push_str("# its profile is a file: replace noise_sigma_c with profile = …\n");
     }
     text
 }
 
-/// A sensor as a preset of the scene format has it, by the preset's name.
+/// A sensor with the defaults of a scene preset.
 ///
 /// # Errors
 /// [`CoverageError::Scene`] for an unknown name.
 pub fn preset(name: &str) -> Result<Sensor, CoverageError> {
-    // The scene format is the one place where presets are told: it is asked.
+    // Parse a scene, because only the scene format defines the presets.
     let text = format!(
         "[room]\nsize_mm = [1000, 1000, 1000]\nambient_c = 20\n[[sensor]]\nname = \"any\"\npreset = {}\n\
          position_mm = [500, 500, 1000]\nelevation_deg = 90\nazimuth_deg = -90\n",
@@ -198,7 +198,7 @@ pub fn preset(name: &str) -> Result<Sensor, CoverageError> {
     Ok(loaded.scene.sensor("any")?.clone())
 }
 
-/// What is left of an angle's or a length's rounding would only hide the number.
+/// Rounding errors of angles and lengths would only obscure the number.
 fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }
@@ -206,7 +206,7 @@ fn rounded(value: f64) -> f64 {
 struct Place {
     mount: Mount,
     position_mm: DVec3,
-    /// Into the room, degrees; none under the ceiling.
+    /// Direction into the room, degrees; meaningless for the ceiling.
     inward_deg: f64,
 }
 
@@ -216,7 +216,7 @@ fn places(room: &Room, mounts: &Mounts) -> Result<Vec<Place>, CoverageError> {
         let inward_deg = libm::atan2(inward.y, inward.x).to_degrees();
         places.push(Place {
             mount,
-            // Rounded up, a ceiling that is not at a whole millimeter would be below the sensor.
+            // Round down, so that the sensor is never above a ceiling at a fraction of a millimeter.
             position_mm: (at_m * 1000.0)
                 .round()
                 .with_z((at_m.z * 1000.0 + 1e-6).floor()),
@@ -252,7 +252,7 @@ fn places(room: &Room, mounts: &Mounts) -> Result<Vec<Place>, CoverageError> {
             let onwards = (after - end).normalize_or_zero();
             if mounts.mounts.contains(&Mount::Corner) && along.perp_dot(onwards) > 1e-3 {
                 let inward = along.perp() + onwards.perp();
-                // As far from either wall.
+                // Equally far from both walls.
                 let at = end + STANDOFF_M * inward / (1.0 + along.dot(onwards));
                 push(Mount::Corner, at.extend(level_m + height_m), inward)?;
             }
@@ -288,7 +288,7 @@ fn directions(place: &Place, mounts: &Mounts, like: &Sensor) -> Vec<(f64, f64)> 
     let mut directions = Vec::new();
     for tilt in &mounts.ceiling_tilts_deg {
         if *tilt == 0.0 {
-            // Straight down the heading is the picture's top; the paper has the front there.
+            // Straight down, the heading decides the top of the image; the paper has the front there.
             directions.push((90.0, -90.0));
             if !is_square {
                 directions.push((90.0, 0.0));
@@ -310,13 +310,13 @@ fn azimuth(degrees: f64) -> f64 {
 fn check(mounts: &Mounts) -> Result<(), CoverageError> {
     let angles = [
         ("a tilt", &mounts.ceiling_tilts_deg, 0.0),
-        ("an angle below the level", &mounts.wall_downs_deg, 0.0),
+        ("an angle below horizontal", &mounts.wall_downs_deg, 0.0),
         ("a heading on a wall", &mounts.wall_headings_deg, -90.0),
     ];
     for (what, values, low) in angles {
         let wrong = values.iter().find(|value| !(low..=90.0).contains(*value));
         if let Some(wrong) = wrong {
-            let hint = "tilts count from straight down, angles on walls from the level and from straight into the room";
+            let hint = "tilts count from straight down, angles on walls from horizontal and from straight into the room";
             let (found, expected) = (format!("{wrong}°"), format!("{low}° to 90°"));
             return Err(CoverageError::value(what, &found, expected, hint));
         }

@@ -1,64 +1,64 @@
-//! Why there is no survey.
+//! Errors of a coverage survey.
 
 use super::limits;
 use grideye_scene::SceneError;
 
-/// Why there is no survey.
+/// Why a survey fails.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CoverageError {
-    /// Cells too fine for the room.
+    /// The cells are too fine for the room.
     #[error(
         "{} cells of the floor, expected at most {}\nhint: choose larger cells",
         .0,
         limits::CELLS_MAX
     )]
     TooManyCells(usize),
-    /// Too many poses.
+    /// There are too many poses.
     #[error(
         "{} candidate poses, expected at most {}\nhint: choose a wider spacing, or fewer tilts, headings and heights",
         .0,
         limits::CANDIDATES_MAX
     )]
     TooManyCandidates(usize),
-    /// Too many pairs of a pose and a cell.
+    /// There are too many pairs of a pose and a cell.
     #[error(
         "{poses} poses times {cells} cells are {} pairs, expected at most {}\nhint: choose a wider spacing of the poses, or larger cells",
         poses.saturating_mul(*cells),
         limits::PAIRS_MAX
     )]
     TooManyPairs {
-        /// Poses.
+        /// The number of poses.
         poses: usize,
-        /// Cells of the floor in the room.
+        /// Cells of the floor inside the room.
         cells: usize,
     },
-    /// No pose at all.
+    /// There is no pose.
     #[error(
         "no candidate pose is in the room\nhint: choose a narrower spacing, or heights below the ceiling"
     )]
     NoCandidates,
-    /// Nothing to look at: furniture everywhere.
+    /// The person fits nowhere.
     #[error(
         "there is no place for {0}: furniture or walls are everywhere\nhint: choose smaller cells or a smaller person"
     )]
     NoPlace(String),
-    /// A length, an angle or a count that makes no sense.
+    /// A length, an angle or a count is invalid.
     #[error("{what} is {found}, expected {expected}\nhint: {hint}")]
     Value {
-        /// What.
+        /// The name of the value.
         what: &'static str,
-        /// Its value.
+        /// The value.
         found: String,
-        /// The values there may be.
+        /// The allowed values.
         expected: String,
         /// What to do.
         hint: &'static str,
     },
-    /// A sensor without noise sees everything.
+    /// A sensor without noise would see everything.
     #[error("sensor `{0}` has no noise to compare with\nhint: give it a noise_sigma_c above 0")]
     NoNoise(String),
-    /// A scene, a preset or a sensor that cannot be simulated.
+    /// A scene, a preset or a sensor cannot be simulated.
     #[error(transparent)]
     Scene(#[from] SceneError),
 }
@@ -80,7 +80,6 @@ impl CoverageError {
     }
 }
 
-/// Refuses a count that is not from 1 to a limit.
 pub(crate) fn check_count(
     what: &'static str,
     found: usize,
@@ -94,7 +93,7 @@ pub(crate) fn check_count(
     Err(CoverageError::value(what, &found, expected, hint))
 }
 
-/// Refuses a length below a millimeter.
+/// Checks that a length is at least a millimeter.
 pub(crate) fn check_length(
     what: &'static str,
     length_m: f64,

@@ -3,18 +3,18 @@
 use glam::DVec3;
 use grideye_scene::{Agent, Body, Cuboid, Mesh, perceived::Surface};
 
-/// How a person is.
+/// A person's posture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Posture {
     /// Upright on the floor: the paper's body.
     Standing,
-    /// On the floor or on a seat of up to 0.6 m, legs forward.
+    /// On the floor or on a seat up to 0.6 m high, legs forward.
     Sitting,
-    /// On the floor or in a bed of up to 0.8 m.
+    /// On the floor or in a bed up to 0.8 m high.
     Lying,
 }
 
-/// Who is looked for: a body around the origin, which stands on it.
+/// The person to look for: a body standing on the origin.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     name: String,
@@ -23,14 +23,14 @@ pub struct Figure {
     climbs_m: f64,
 }
 
-/// The paper's agent (PeerJ CS 11:e3124, "Experiment setup"): depth, width across the shoulders, height, meters.
+/// The paper's agent (PeerJ CS 11:e3124, "Experiment setup"): depth, shoulder width, height, meters.
 const PAPER_SIZE_M: DVec3 = DVec3::new(0.2, 0.5, 1.75);
-/// The same, Table 1: 28 °C with clothes on; emissivity of fabrics.
+/// The same paper, Table 1: 28 °C with clothes on; emissivity of fabrics.
 const PAPER_SURFACE: Surface = Surface {
     celsius: 28.0,
     emissivity: 0.8,
 };
-/// Sitting height and length of the thigh, as parts of the stature (Drillis and Contini 1966).
+/// Sitting height and thigh length, relative to stature (Drillis and Contini 1966).
 const SITTING: f64 = 0.52;
 const THIGH: f64 = 0.245;
 
@@ -41,7 +41,7 @@ impl Figure {
         Self::new(Posture::Standing, PAPER_SIZE_M, PAPER_SURFACE)
     }
 
-    /// A person of this size when standing (depth, width, height, meters), in a posture: one or two cuboids.
+    /// A person in a posture, as one or two cuboids; `size_m` is depth, width and height when standing, meters.
     #[must_use]
     pub fn new(posture: Posture, size_m: DVec3, surface: Surface) -> Self {
         let DVec3 {
@@ -58,7 +58,7 @@ impl Figure {
             ),
             Posture::Sitting => {
                 let thigh = DVec3::new(THIGH * height, width, 0.8 * depth);
-                // Together they are as far to the front as to the back of the origin.
+                // Together they reach equally far to the front and to the back of the origin.
                 let trunk_m = DVec3::new(-0.5 * thigh.x, 0.0, 0.0);
                 let thigh_m = DVec3::new(0.5 * depth, 0.0, 0.0);
                 let trunk = DVec3::new(depth, width, SITTING * height);
@@ -76,7 +76,7 @@ impl Figure {
         Self::of_parts(name, boxes.into_iter().map(part).collect(), climbs_m)
     }
 
-    /// An agent of a scene as it is at the start, with all its parts; it stands on the floor.
+    /// An agent of a scene at its start, with all parts, standing on the floor.
     #[must_use]
     pub fn of_agent(agent: &Agent) -> Self {
         let parts = agent.parts.iter();
@@ -94,19 +94,19 @@ impl Figure {
         }
     }
 
-    /// Who it is, in words.
+    /// A description of the person.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// From the ground to its highest point, meters.
+    /// Height above the ground, meters.
     #[must_use]
     pub const fn height_m(&self) -> f64 {
         self.height_m
     }
 
-    /// Up to how high a thing's top it sits or lies on, meters; 0 for one who only stands on the floor.
+    /// The highest surface it sits or lies on, meters; 0 if it only stands on the floor.
     #[must_use]
     pub const fn climbs_m(&self) -> f64 {
         self.climbs_m

@@ -1,4 +1,4 @@
-//! The floor in cells: what is on each, and where a person has room.
+//! The floor in cells: what is on each, and where a person fits.
 
 use super::error::CoverageError;
 use super::figure::Figure;
@@ -7,14 +7,14 @@ use super::rays::Blockers;
 use glam::{DVec2, DVec3, USizeVec2};
 use grideye_scene::{Agent, FreeSpace, Room, Scene, count, polygon::bounds};
 
-/// How finely a floor is looked at.
+/// How finely to survey a floor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grain {
-    /// About how long a cell is, meters: so many cells of one size that they fill the room.
+    /// Approximate length of a cell, meters; cells of equal size fill the room.
     pub cell_m: f64,
     /// Turns of the person at each place, evenly over half a turn: 2 are 0° and 90°.
     pub turns: usize,
-    /// Frames that are averaged before anybody looks.
+    /// How many frames are averaged.
     pub frames: u32,
 }
 
@@ -29,7 +29,7 @@ impl Default for Grain {
     }
 }
 
-/// A room's floor in cells: row by row from the front, each from the left.
+/// A room's floor in cells: row by row from the front, each row from the left.
 #[derive(Debug, Clone)]
 pub struct Floor {
     /// Cells in a row.
@@ -45,7 +45,7 @@ pub struct Floor {
 /// One cell.
 #[derive(Debug, Clone)]
 pub struct Cell {
-    /// The middle of its ground, meters.
+    /// The center of its ground, meters.
     pub ground_m: DVec3,
     /// What is there.
     pub kind: Kind,
@@ -57,16 +57,16 @@ pub struct Cell {
 pub enum Kind {
     /// Beyond the walls.
     Outside,
-    /// Something stands there that the person cannot be on.
+    /// Something the person cannot be on stands there.
     Furniture,
-    /// Ground, too near to a wall or to a thing for the person.
+    /// Ground too close to a wall or an object for the person.
     Tight,
-    /// Ground on which there is room for the person.
+    /// Ground where the person fits.
     Place,
 }
 
 impl Kind {
-    /// Whether there is ground to be seen.
+    /// Whether there is visible ground.
     #[must_use]
     pub const fn is_ground(self) -> bool {
         matches!(self, Self::Tight | Self::Place)
@@ -114,7 +114,7 @@ impl Floor {
         })
     }
 
-    /// Cells in which a person has room.
+    /// The number of cells where a person fits.
     #[must_use]
     pub fn places(&self) -> usize {
         let places = self.cells.iter().filter(|cell| cell.kind == Kind::Place);
@@ -139,7 +139,7 @@ impl Builder<'_> {
             kind,
             stands,
         };
-        // A mesh may be a room of several levels: what is not above the lowest counts as outside.
+        // A mesh may be a room with several levels; anything not above the lowest counts as outside.
         if !self.room.contains(at_m.extend(self.level_m + 1e-3)) {
             return cell(self.level_m, Kind::Outside, Vec::new());
         }

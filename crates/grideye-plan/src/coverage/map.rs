@@ -4,29 +4,29 @@ use super::floor::{Floor, Kind};
 use super::pick::{Rule, Wish};
 use super::survey::{InSight, Look};
 
-/// What some poses together do at each cell.
+/// What several poses together see at each cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Map {
     /// Cell by cell, in the order of [`Floor::cells`].
     pub spots: Vec<Spot>,
-    /// Over all cells.
+    /// Totals over all cells.
     pub totals: Totals,
 }
 
-/// What some poses together do at one cell.
+/// What several poses together see at one cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spot {
     /// What the cell is.
     pub kind: Kind,
     /// Sensors that see its ground.
     pub seen_by: usize,
-    /// Why none does; `None` if one does, or if there is no ground to see.
+    /// Why no sensor does; `None` if one does, or if there is no ground to see.
     pub blind: Option<Blind>,
-    /// Sensors that detect a person there, each alone.
+    /// Sensors that each detect a person there alone.
     pub detected_by: usize,
-    /// The largest contrast that one sensor has of a person there.
+    /// The largest contrast of one sensor for a person there.
     pub best: f64,
-    /// The place of that sensor among the looks; `None` if no sensor has any contrast.
+    /// The index of that sensor's look; `None` if no sensor has any contrast.
     pub best_look: Option<usize>,
     /// The contrast of all sensors together: the root of the sum of their squares.
     pub together: f64,
@@ -37,7 +37,7 @@ pub struct Spot {
 /// Why no sensor sees a cell's ground.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Blind {
-    /// It is in the field of view of one at least, but something stands before it.
+    /// It is in at least one field of view, but hidden there.
     Hidden,
     /// It is in no field of view.
     OutOfView,
@@ -46,26 +46,26 @@ pub enum Blind {
 /// Counts of cells.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Totals {
-    /// With ground.
+    /// Cells with ground.
     pub ground: usize,
-    /// Whose ground one sensor at least sees.
+    /// Cells with ground that at least one sensor sees.
     pub seen: usize,
     /// Blind spots behind furniture or a wall.
     pub hidden: usize,
-    /// Blind spots beside every field of view.
+    /// Blind spots outside every field of view.
     pub out_of_view: usize,
-    /// With room for a person.
+    /// Cells where a person fits.
     pub places: usize,
-    /// Of these, at which the wish comes true: so many sensors detect a person, or all do together.
+    /// Places where the wish is met: enough sensors detect a person, or all do together.
     pub detected: usize,
-    /// The least contrast at a place, by the wish's rule.
+    /// The smallest contrast at a place, by the wish's rule.
     pub contrast_min: f64,
-    /// The middle one: half of the places have less or as much.
+    /// The median: half of the places have this contrast or less.
     pub contrast_median: f64,
 }
 
 impl Map {
-    /// What these looks do together.
+    /// Combines these looks.
     #[must_use]
     pub fn new(floor: &Floor, looks: &[&Look], wish: &Wish) -> Self {
         let cells = floor.cells.iter().enumerate();
@@ -80,7 +80,7 @@ impl Map {
 }
 
 impl Spot {
-    /// The contrast that the wish's rule speaks of.
+    /// The contrast by this rule.
     #[must_use]
     pub const fn contrast(&self, rule: Rule) -> f64 {
         match rule {
@@ -89,7 +89,7 @@ impl Spot {
         }
     }
 
-    /// Whether the wish comes true there.
+    /// Whether the wish is met there.
     #[must_use]
     pub fn is_detected(&self, wish: &Wish) -> bool {
         self.kind == Kind::Place

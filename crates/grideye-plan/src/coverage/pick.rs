@@ -1,4 +1,4 @@
-//! Picks the few poses that see the most together, one after the other.
+//! Picks the few poses that together see the most, one after the other.
 
 use super::error::{CoverageError, check_count};
 use super::floor::{Floor, Kind};
@@ -6,23 +6,23 @@ use super::limits;
 use super::survey::Look;
 use grideye_scene::count;
 
-/// What is wanted of the sensors together.
+/// What the sensors must achieve together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wish {
-    /// From this contrast on a person counts as detected; 3 is the usual limit of detection.
+    /// A person counts as detected from this contrast on; 3 is the usual limit of detection.
     pub sigma_min: f64,
-    /// How many sensors are to detect a person at each place.
+    /// How many sensors must detect a person at each place.
     pub sensors_min: usize,
-    /// What detects.
+    /// Which sensors count as one detector.
     pub rule: Rule,
 }
 
-/// What detects a person at a place.
+/// Which sensors count as one detector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rule {
-    /// One sensor by itself.
+    /// Each sensor by itself.
     Alone,
-    /// All together: their contrasts add by their squares, as the noise of one knows nothing of the others'.
+    /// All sensors together: the squares of their contrasts add, because their noise is independent.
     Together,
 }
 
@@ -40,24 +40,26 @@ impl Default for Wish {
 /// A greedy choice.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pick {
-    /// One more pose after the other.
+    /// The poses in the order chosen.
     pub steps: Vec<Step>,
-    /// Whether each step adds at least 1 - 1/e of the best (Nemhauser et al. 1978); not by [`Rule::Together`].
+    /// Whether each step reaches at least 1 - 1/e of the best choice (Nemhauser et al. 1978); false with
+    /// [`Rule::Together`].
     pub is_submodular: bool,
 }
 
-/// One pose more.
+/// One more pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// Its place among the looks.
+    /// The index of its look.
     pub chosen: usize,
-    /// With this and all poses before: mean over places of detecting sensors, as a share of [`Wish::sensors_min`].
+    /// Mean share of [`Wish::sensors_min`] over all places, using this pose and all earlier ones.
     pub objective: f64,
-    /// What no choice of as many poses can exceed, if the objective is submodular.
+    /// An upper bound for any choice of as many poses, if the objective is submodular.
     pub objective_max: Option<f64>,
 }
 
-/// Chooses up to `count` looks beside the `kept`, greedily by objective, then by contrast up to twice the threshold.
+/// Chooses up to `count` looks in addition to `kept`, greedily by objective, then by contrast up to twice the
+/// threshold.
 ///
 /// # Errors
 /// [`CoverageError::Value`].
@@ -80,7 +82,7 @@ pub fn pick(
         let reached = chooser.objective(&state);
         tighten(&mut bounds, reached, &gains);
         if let (Some(last), true) = (steps.last_mut(), is_submodular) {
-            // No sum of shares exceeds all places.
+            // A mean share cannot exceed 1.
             let bound = bounds.get(taken.len() - kept.len() - 1);
             last.objective_max = bound.map(|bound| bound.min(1.0));
         }
@@ -108,7 +110,7 @@ pub fn pick(
     })
 }
 
-/// No choice of j poses exceeds any set's reach with the j largest gains then left, as the objective is submodular.
+/// For a submodular objective, no choice of j poses exceeds any set's objective plus the j largest remaining gains.
 fn tighten(bounds: &mut [f64], reached: f64, gains: &[Gain]) {
     let mut largest: Vec<f64> = gains.iter().map(|gain| gain.objective).collect();
     largest.sort_by(|one, other| other.total_cmp(one));
@@ -130,7 +132,7 @@ struct Chooser<'a> {
 #[derive(Debug, Clone, Copy, Default)]
 struct Have {
     detecting: usize,
-    /// Sum of the squares of the contrasts, and the largest.
+    /// Sum of the squares of the contrasts, and the largest contrast.
     squares: f64,
     largest: f64,
 }

@@ -1,4 +1,4 @@
-//! The map as a drawing of simple shapes: better is darker, what is not detected or not seen is hatched.
+//! Draws the map as simple shapes: darker is better, undetected or unseen cells are hatched.
 
 use super::floor::{Floor, Kind};
 use super::map::{Blind, Map, Spot};
@@ -9,27 +9,27 @@ use grideye_draw::number::round_step;
 use grideye_draw::sketch::{Anchor, DARK, GRAY, Shape, Sketch, WHITE};
 use grideye_scene::{Scene, Sensor, count, polygon::bounds};
 
-/// What is drawn.
+/// The contents of the drawing.
 #[derive(Debug, Clone, Copy)]
 pub struct MapDrawing<'a> {
-    /// The head line.
+    /// The title.
     pub title: &'a str,
-    /// The line below it.
+    /// The line below the title.
     pub summary: &'a str,
     /// The room.
     pub scene: &'a Scene,
     /// Its floor.
     pub floor: &'a Floor,
-    /// What the sensors do together.
+    /// What the sensors see together.
     pub map: &'a Map,
-    /// What was wished.
+    /// What they must achieve.
     pub wish: &'a Wish,
-    /// The sensors, each with its name.
+    /// The sensors with their names.
     pub sensors: &'a [(String, &'a Sensor)],
 }
 
 impl MapDrawing<'_> {
-    /// The drawing: at the left the contrast of a person, at the right the sensors that see the ground.
+    /// The drawing: a person's contrast at the left, the sensors that see the ground at the right.
     #[must_use]
     pub fn sketch(&self) -> Sketch {
         let high = FloorToPage::new(self.scene, DVec2::ZERO).height() + TOP;
@@ -159,20 +159,21 @@ impl MapDrawing<'_> {
         at = swatch(sketch, at, (FURNITURE, Hatch::None), "furniture");
         swatch(sketch, at, (TIGHT, Hatch::None), "too tight for the person");
         at = DVec2::new(MARGIN + PANEL + GAP, top);
-        for (seen_by, name) in ["1 sensor", "2", "3", "4 and more"].into_iter().enumerate() {
+        for (seen_by, name) in ["1 sensor", "2", "3", "4 or more"].into_iter().enumerate() {
             at = swatch(sketch, at, (COUNTS[seen_by], Hatch::None), name);
         }
         at = DVec2::new(MARGIN + PANEL + GAP, top + 24.0);
         for (blind, name) in [
             (Blind::Hidden, "blind: behind furniture or a wall"),
-            (Blind::OutOfView, "blind: in no field of view"),
+            (Blind::OutOfView, "blind: outside every field of view"),
         ] {
             at = swatch(sketch, at, (WHITE, hatch_of(blind)), name);
         }
         at = DVec2::new(MARGIN, top + 48.0);
         sketch.disc(at + DVec2::new(7.0, -4.0), 6.0, DARK);
         sketch.disc(at + DVec2::new(7.0, -4.0), 2.5, WHITE);
-        let text = "sensor and the way it looks; dashed: its field of view on the floor; lengths in meters";
+        let text =
+            "sensor and its direction; dashed: its field of view on the floor; lengths in meters";
         sketch.text(at + DVec2::new(20.0, 0.0), Anchor::Start, 12.0, text);
     }
 }
@@ -265,7 +266,7 @@ fn hatch(sketch: &mut Sketch, (low, high): Cell, hatch: Hatch) {
     }
 }
 
-/// A colored box with its meaning; where the next one begins.
+/// A colored box with its meaning; returns the place of the next one.
 fn swatch(sketch: &mut Sketch, at: DVec2, (fill, how): ([u8; 3], Hatch), name: &str) -> DVec2 {
     let cell = (at - DVec2::new(0.0, 12.0), at + DVec2::new(16.0, 4.0));
     sketch.rectangle(cell, fill);
@@ -297,7 +298,7 @@ const LEGEND: f64 = 62.0;
 const BELOW: f64 = 128.0;
 
 const BAND_ENDS: [f64; 5] = [1.0 / 3.0, 1.0, 2.0, 4.0, 8.0];
-/// Lighter is worse; what is not detected is hatched besides.
+/// Lighter is worse; undetected is also hatched.
 const BANDS: [([u8; 3], Hatch); 6] = [
     ([255, 255, 255], Hatch::Crossed),
     ([250, 240, 225], Hatch::Lines),
@@ -333,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn bands_begin_at_what_is_wanted() {
+    fn bands_follow_the_wanted_contrast() {
         let found = [0.0, 0.34, 0.999, 1.0, 2.0, 100.0].map(band);
         assert_eq!(found, [0, 1, 1, 2, 3, 5]);
     }

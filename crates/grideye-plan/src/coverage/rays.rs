@@ -1,4 +1,5 @@
-//! What a straight line meets in a room: is a point seen from another, and what stands above a point of the floor.
+//! Intersects straight lines with a room: whether a point is visible from another, and what is above a point of the
+//! floor.
 
 use glam::{DVec2, DVec3};
 use grideye_scene::{Mesh, Scene};
@@ -6,7 +7,7 @@ use grideye_scene::{Mesh, Scene};
 #[derive(Debug, Clone)]
 pub(crate) struct Blockers {
     meshes: Vec<Blocker>,
-    /// The walls that jut into the room: they hide, and nobody stands on them.
+    /// The walls that jut into the room: they hide things, and nobody stands on them.
     walls: Option<Blocker>,
 }
 
@@ -32,7 +33,7 @@ impl Blockers {
         all.all(|mesh| !mesh.is_met(from_m, to_m))
     }
 
-    /// From where to where something is above a point of the floor, meters, in no order.
+    /// The intervals of height, in meters, that something occupies above a point of the floor, unordered.
     pub(crate) fn column(&self, at_m: DVec2) -> Vec<(f64, f64)> {
         let meshes = self.meshes.iter();
         meshes.flat_map(|mesh| mesh.column(at_m)).collect()
@@ -58,7 +59,7 @@ impl Blocker {
     }
 
     fn is_met(&self, from_m: DVec3, to_m: DVec3) -> bool {
-        // A line that misses the box around it misses the mesh.
+        // A line that misses the bounding box misses the mesh.
         let (low, high) = (from_m.min(to_m), from_m.max(to_m));
         if self.low.cmpgt(high).any() || self.high.cmplt(low).any() {
             return false;
@@ -92,7 +93,7 @@ fn meets(face: &[DVec3], from_m: DVec3, to_m: DVec3) -> bool {
     };
     let normal = (*second - *first).cross(*third - *first);
     let (before, behind) = (normal.dot(from_m - *first), normal.dot(to_m - *first));
-    // One that begins or ends in the face only touches it.
+    // A line that starts or ends in the face only touches it.
     if before * behind >= 0.0 {
         return false;
     }
@@ -105,7 +106,7 @@ fn meets(face: &[DVec3], from_m: DVec3, to_m: DVec3) -> bool {
     sides.all(|side| side >= 0.0)
 }
 
-/// The height at which the vertical through a point meets a face; of two that share an edge only one counts.
+/// The height where the vertical through a point meets a face; on a shared edge only one face counts.
 fn height(face: &[DVec3], at_m: DVec2) -> Option<f64> {
     let next = face.iter().cycle().skip(1);
     let mut is_within = false;

@@ -10,7 +10,7 @@ use grideye_scene::{Agent, Image, Scene, Sensor, Simulator};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-/// A room that poses are tried in.
+/// A room to try poses in.
 #[derive(Debug)]
 pub struct Survey {
     /// Without agents and sensors.
@@ -30,27 +30,28 @@ pub struct Look {
 /// What one pose sees of one cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seen {
-    /// Of the middle of its ground.
+    /// The center of its ground.
     pub ground: InSight,
-    /// `sqrt(Σ (with - without)²) / sigma` of the person there, in the worst of the turns that fit; 0 if it is no place.
+    /// `sqrt(Σ (with - without)²) / sigma` of the person there, in the worst turn that fits; 0 if the cell is not a
+    /// place.
     pub contrast: f64,
-    /// `max abs(with - without) / sigma`, likewise.
+    /// `max abs(with - without) / sigma`, in the worst turn that fits.
     pub peak: f64,
 }
 
 /// Whether a point is seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InSight {
-    /// It is.
+    /// It is seen.
     Seen,
-    /// It is in the field of view, behind something.
+    /// It is in the field of view, but hidden.
     Hidden,
-    /// It is beside the field of view.
+    /// It is outside the field of view.
     OutOfView,
 }
 
 impl Survey {
-    /// A survey of the scene's room for somebody.
+    /// A survey of the scene's room for a person.
     ///
     /// # Errors
     /// [`CoverageError::Value`], [`CoverageError::TooManyCells`], [`CoverageError::NoPlace`].
@@ -84,11 +85,11 @@ impl Survey {
         &self.empty
     }
 
-    /// What each of these sensors sees, the same on any number of threads; `after_each` is called after each look.
+    /// What each sensor sees, independent of the number of threads; `after_each` is called after each look.
     ///
     /// # Errors
-    /// [`CoverageError::NoCandidates`], [`CoverageError::TooManyCandidates`], [`CoverageError::TooManyPairs`], and of
-    /// [`Self::look`].
+    /// [`CoverageError::NoCandidates`], [`CoverageError::TooManyCandidates`], [`CoverageError::TooManyPairs`], and
+    /// those of [`Self::look`].
     pub fn look_all(
         &self,
         sensors: &[Sensor],
@@ -126,7 +127,7 @@ impl Survey {
     /// What one sensor sees.
     ///
     /// # Errors
-    /// [`CoverageError::NoNoise`], and what keeps the sensor from being simulated.
+    /// [`CoverageError::NoNoise`], or the reason why the sensor cannot be simulated.
     pub fn look(&self, sensor: &Sensor) -> Result<Look, CoverageError> {
         if sensor.noise_sigma <= 0.0 {
             return Err(CoverageError::NoNoise(sensor.name.clone()));
@@ -157,7 +158,7 @@ impl Survey {
     }
 
     fn in_sight(&self, sensor: &Sensor, ground_m: DVec3) -> InSight {
-        // A hair's breadth above the ground, so that the ground itself does not hide it.
+        // Slightly above the ground, so that the ground does not hide the point.
         let point_m = ground_m + 1e-3 * DVec3::Z;
         let in_sensor = sensor.pose.point_in_sensor(point_m);
         let slopes = sensor.view_slopes();
@@ -202,7 +203,7 @@ fn with(simulator: &mut Simulator, stand: &Agent) -> Image {
     simulator.image(Duration::ZERO)
 }
 
-/// Root of the sum of squares, and the largest, of what somebody changes, in units of the noise.
+/// Root of the sum of squares, and the largest, of a person's changes, in units of the noise.
 fn contrast(somebody: &Image, nobody: &Image, sigma_c: f64) -> (f64, f64) {
     let changes = somebody.celsius.iter().zip(&nobody.celsius);
     let (squares, largest) = changes
@@ -214,7 +215,7 @@ fn contrast(somebody: &Image, nobody: &Image, sigma_c: f64) -> (f64, f64) {
 }
 
 fn check(grain: &Grain) -> Result<(), CoverageError> {
-    let hint = "200 mm is a good one for rooms";
+    let hint = "200 mm suits most rooms";
     check_length("the length of a cell", grain.cell_m, hint)?;
     let what = "the number of turns";
     check_count(what, grain.turns, limits::TURNS_MAX, LEAVE_OUT)?;
@@ -225,4 +226,4 @@ fn check(grain: &Grain) -> Result<(), CoverageError> {
     Ok(())
 }
 
-const LEAVE_OUT: &str = "leave it out for the default";
+const LEAVE_OUT: &str = "omit it for the default";

@@ -1,4 +1,4 @@
-//! From the room to the page, in perspective or straight down.
+//! Projects the room onto the page, in perspective or from straight above.
 
 use glam::{DVec2, DVec3};
 use grideye_scene::polygon::bounds;
@@ -31,7 +31,7 @@ pub(super) struct Camera {
 }
 
 impl Camera {
-    /// From the front left, above, as the paper's figures are.
+    /// From the front left, above, like the paper's figures.
     pub(super) fn perspective(bounds_m: (DVec3, DVec3), panel: &Panel) -> Self {
         let (sin_turn, cos_turn) = libm::sincos(TURN_RAD);
         let (sin_rise, cos_rise) = libm::sincos(RISE_RAD);
@@ -51,7 +51,7 @@ impl Camera {
         .fitted(bounds_m, panel)
     }
 
-    /// As a map: right is right, back is up.
+    /// Like a map: right is right, back is up.
     pub(super) fn from_above(bounds_m: (DVec3, DVec3), panel: &Panel) -> Self {
         Self {
             eye_m: None,
@@ -76,7 +76,7 @@ impl Camera {
         self.offset + self.scale * DVec2::new(across, down)
     }
 
-    /// Above 0 if the eye is on the side of the plane that its normal points to.
+    /// Positive if the eye is on the side that the plane's normal points to.
     pub(super) fn side_of(&self, plane: &Plane) -> f64 {
         self.eye_m.map_or_else(
             || plane.normal.dot(self.towards_eye),
@@ -102,7 +102,7 @@ impl Camera {
     }
 }
 
-/// A plane: the points whose product with `normal`, of length 1, is `offset_m`.
+/// A plane: the points with product `offset_m` with the unit vector `normal`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Plane {
     pub(super) normal: DVec3,
@@ -137,9 +137,9 @@ impl Plane {
     }
 }
 
-/// The eye is turned to the left of the front by this, 33 degrees …
+/// The eye is this far to the left of the front, 33 degrees …
 const TURN_RAD: f64 = 0.58;
-/// … and above the level by this, 26 degrees.
+/// … and this far above horizontal, 26 degrees.
 const RISE_RAD: f64 = 0.45;
 const AWAY: f64 = 2.0;
 const MARGIN: f64 = 36.0;
@@ -152,7 +152,7 @@ mod tests {
     const PANEL: Panel = Panel::new(100.0, 50.0, 500.0, 400.0);
 
     #[test]
-    fn the_map_has_right_at_the_right_back_at_the_top_and_one_scale() {
+    fn the_map_has_right_at_the_right_and_back_at_the_top_at_one_scale() {
         let camera = Camera::from_above(BOUNDS_M, &PANEL);
         let origin = camera.project(DVec3::ZERO);
         let right = camera.project(DVec3::new(1.0, 0.0, 2.0)) - origin;
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn in_perspective_near_is_larger_the_whole_room_fits_and_up_is_up() {
+    fn in_perspective_near_is_larger_up_is_up_and_the_room_fits() {
         let camera = Camera::perspective(BOUNDS_M, &PANEL);
         let length = |from: DVec3, to: DVec3| camera.project(from).distance(camera.project(to));
         let up = DVec3::Z;
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn the_eye_is_above_the_floor_and_before_the_front() {
+    fn the_eye_is_above_the_floor_and_in_front_of_the_room() {
         for camera in [
             Camera::perspective(BOUNDS_M, &PANEL),
             Camera::from_above(BOUNDS_M, &PANEL),
@@ -198,7 +198,8 @@ mod tests {
         }
         let camera = Camera::perspective(BOUNDS_M, &PANEL);
         assert!(camera.side_of(&Plane::new(-DVec3::Y, 0.0)) > 0.0);
-        // The eye is to the left of the room's middle, and not endlessly far: of a plane farther left it sees the right.
+        // The eye is left of the room's center, but not infinitely far: it is on the right side of a plane farther
+        // left.
         assert!(camera.side_of(&Plane::new(-DVec3::X, 1000.0)) < 0.0);
     }
 }

@@ -1,4 +1,4 @@
-//! Names beside what they name, where there is room for them.
+//! Places names next to the things they name, where there is room.
 
 use super::camera::Camera;
 use super::limits;
@@ -20,7 +20,7 @@ pub(super) struct Label {
 }
 
 impl Labels {
-    /// Agents before sensors before objects: the first that come have the room.
+    /// Agents first, then sensors, then objects: earlier names get the room.
     pub(super) fn of(scene: &Scene, drawing: &Drawing<'_>, camera: &Camera) -> Self {
         let mut labels = Self::default();
         let time_s = drawing.time.as_secs_f64();
@@ -54,7 +54,7 @@ impl Labels {
         labels
     }
 
-    /// Above its thing, or below it if another name is there already.
+    /// Places a name above its thing, or below it if another name is in the way.
     fn place(&mut self, thing: DVec2, text: String) {
         let places = [-8.0, 16.0, -22.0].map(|down| thing + DVec2::new(0.0, down));
         let free = places
@@ -69,7 +69,7 @@ impl Labels {
     }
 }
 
-/// The name of the mosaic that a cell belongs to: without the two numbers at its end.
+/// The name of the mosaic that a cell belongs to: the cell's name without the two numbers at its end.
 fn mosaic_of(name: &str) -> Option<&str> {
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     let (front, column) = name.rsplit_once(' ')?;
@@ -81,7 +81,7 @@ fn with_temperature(name: &str, celsius: f64) -> String {
     format!("{name}, {} °C", (celsius * 10.0).round() / 10.0)
 }
 
-/// The middle of the top of the box around bodies, each by its own.
+/// The top center of the box around all bodies.
 fn top_m(bounds: impl Iterator<Item = (DVec3, DVec3)>) -> Option<DVec3> {
     bounds
         .reduce(|(low, high), (body_low, body_high)| (low.min(body_low), high.max(body_high)))
@@ -93,7 +93,7 @@ fn overlap(at: DVec2, text: &str, other: &Label) -> bool {
     apart.x < 0.5 * (width(text) + width(&other.text)) + 4.0 && apart.y < LINE_HEIGHT
 }
 
-/// About what the text takes in the sheet's type.
+/// Approximate width of the text on the sheet.
 pub(super) fn width(text: &str) -> f64 {
     text.chars().map(|_| CHARACTER_WIDTH).sum()
 }

@@ -1,16 +1,16 @@
-//! What to draw beside the scene.
+//! Options of a drawing.
 
 use grideye_scene::Sensor;
 use std::time::Duration;
 
-/// What to draw beside the scene.
+/// Options of a drawing.
 #[derive(Debug, Clone, Copy)]
 pub struct Drawing<'a> {
-    /// The head line.
+    /// The title.
     pub title: &'a str,
-    /// The sensor whose frames the circles stand for; `None` takes the scene's first.
+    /// The sensor whose frames the circles mark; by default the scene's first.
     pub sampled_by: Option<&'a Sensor>,
-    /// When agents and temperatures are drawn.
+    /// The time at which agents and temperatures are drawn.
     pub time: Duration,
 }
 

@@ -1,4 +1,4 @@
-//! Far before near: pieces are put into an order in which each may be painted over those before it.
+//! Orders pieces from far to near, so that each may be painted over those before it.
 
 use super::camera::{Camera, Plane};
 use glam::DVec3;
@@ -8,14 +8,14 @@ use grideye_scene::count;
 pub(super) struct Piece {
     /// Corners of a face, ends of a line, or one point.
     pub(super) points_m: Vec<DVec3>,
-    /// For each corner of a face whether the edge that begins there is drawn.
+    /// For each corner of a face, whether to draw the edge that starts there.
     pub(super) edges: Vec<bool>,
     pub(super) paint: Paint,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Paint {
-    /// A face: red, green, blue, and how opaque it is.
+    /// A face: red, green, blue, and its opacity.
     Face {
         fill: [u8; 3],
         opacity: f64,
@@ -41,7 +41,7 @@ impl Piece {
         }
     }
 
-    /// A line, a point, or a face that is still to get its corners.
+    /// A line, a point, or a face to which corners will be added.
     pub(super) const fn without_edges(points_m: Vec<DVec3>, paint: Paint) -> Self {
         Self {
             points_m,
@@ -61,7 +61,7 @@ pub(super) fn far_to_near(pieces: Vec<Piece>, camera: &Camera) -> Vec<Piece> {
             Task::Divide(mut pieces) => match divider(&pieces) {
                 None => ordered.extend(pieces),
                 Some((index, plane)) => {
-                    // It is in its own plane, whatever rounding says: so every task has one piece fewer.
+                    // The face is in its own plane despite rounding, so every task gets smaller by at least one piece.
                     let own = pieces.swap_remove(index);
                     let mut divided = divide(pieces, &turned_to(plane, camera));
                     divided.within.push(own);
@@ -101,7 +101,7 @@ fn turned_to(plane: Plane, camera: &Camera) -> Plane {
     }
 }
 
-/// Of a few of the faces the one whose plane cuts few others and leaves halves of like size.
+/// Among a few faces, finds one with a plane that cuts few others and leaves halves of similar size.
 fn divider(pieces: &[Piece]) -> Option<(usize, Plane)> {
     let plane = |index: usize| {
         let piece = &pieces[index];
@@ -149,7 +149,7 @@ fn divide(pieces: Vec<Piece>, plane: &Plane) -> Divided {
             }
             (true, false) => divided.behind.push(piece),
             (false, false) if is_face => divided.within.push(piece),
-            // A line on a face is drawn on it.
+            // A line on a face is drawn over it.
             _ => divided.before.push(piece),
         }
     }
@@ -173,7 +173,7 @@ fn cut(piece: &Piece, plane: &Plane) -> (Option<Piece>, Option<Piece>) {
             let (here, there) = (sign * height, sign * next_height);
             if here >= 0.0 {
                 part.points_m.push(point);
-                // Along the plane, or out of it: the edge that follows is the cut.
+                // Along the plane or out of it, the next edge is the cut.
                 part.edges
                     .push(drawn && (here > 0.0 || there > 0.0 || next_height == 0.0));
             }
@@ -246,14 +246,14 @@ mod tests {
     }
 
     #[test]
-    fn higher_is_painted_later_seen_from_above_whatever_the_order_was() {
+    fn seen_from_above_higher_faces_are_painted_later_in_any_input_order() {
         for order in [[1, 2, 3], [3, 1, 2], [2, 3, 1], [3, 2, 1]] {
             let pieces = order.map(|color| level(color, f64::from(color)));
             assert_eq!(colors(&far_to_near(pieces.to_vec(), &camera())), [1, 2, 3]);
         }
     }
 
-    /// Each lies over the next and the last over the first: no order of the whole triangles is right.
+    /// Each overlaps the next and the last overlaps the first, so no order of whole faces is right.
     #[test]
     fn faces_that_overlap_in_a_circle_are_cut() {
         let bar = |color, from: [f64; 3], to: [f64; 3], wide: [f64; 3]| {
@@ -268,7 +268,7 @@ mod tests {
         ];
         let ordered = far_to_near(pieces, &camera());
         assert!(ordered.len() > 4);
-        // Whatever is painted last at a crossing is the bar that is higher there.
+        // The piece painted last at a crossing must be the highest bar there.
         for (x, y) in [(1.0, 1.0), (3.0, 1.0), (3.0, 3.0), (1.0, 3.0)] {
             let at = DVec3::new(x, y, 0.0);
             let height = |piece: &Piece| {
@@ -294,13 +294,13 @@ mod tests {
     }
 
     #[test]
-    fn a_line_is_hidden_where_it_runs_below() {
+    fn a_line_is_hidden_below_a_face() {
         let pieces = vec![line([2.0, 2.0, 0.0], [2.0, 2.0, 4.0]), level(1, 2.0)];
         assert_eq!(colors(&far_to_near(pieces, &camera())), [9, 1, 9]);
     }
 
     #[test]
-    fn a_line_in_a_face_is_painted_on_it_and_a_face_seen_from_its_back_hides_as_well() {
+    fn a_line_in_a_face_is_painted_over_it_from_either_side() {
         let line = line([1.0, 2.0, 2.0], [3.0, 2.0, 2.0]);
         let mut downwards = level(1, 2.0);
         downwards.points_m.reverse();

@@ -1,4 +1,4 @@
-//! What is in the room, as flat pieces to paint.
+//! Converts the room's contents to flat pieces to paint.
 
 use super::camera::{Camera, Plane};
 use super::limits;
@@ -12,13 +12,13 @@ pub(super) fn bounds_m(scene: &Scene) -> (DVec3, DVec3) {
     scene.room().bounds_m()
 }
 
-/// The room's floor, walls and ceiling, each as an outline whose inside the room is.
+/// The room's floor, walls and ceiling, each as an outline facing into the room.
 pub(super) struct Walls {
-    /// Those that have the whole room before them: seen from within, none of them hides another.
+    /// Sides with the whole room in front of them: seen from within, none hides another.
     pub(super) around: Vec<Vec<DVec3>>,
-    /// Those that jut into it, cut into convex faces.
+    /// Walls that jut into the room, cut into convex faces.
     pub(super) jutting: Vec<Vec<DVec3>>,
-    /// All of them, cut into convex faces.
+    /// All sides, cut into convex faces.
     convex: Vec<Vec<DVec3>>,
 }
 
@@ -61,14 +61,14 @@ pub(super) fn of_scene(
     let root = count::float(scene.sensors().len().max(1)).sqrt();
     let opacity = PYRAMID_OPACITY / (root * root.sqrt());
     for sensor in scene.sensors() {
-        // From above the sides would dye all that is below them: their edges are enough, the two diagonals.
+        // From above, the sides would tint everything below them; their edges, the two diagonals, suffice.
         let of_sides = if is_perspective { opacity } else { 0.0 };
         add_view(&mut pieces, sensor, walls, (of_sides, opacity));
     }
     pieces
 }
 
-/// Every how many frames a circle is drawn on the agent's way.
+/// Draw a circle on the agent's path at every how many frames.
 pub(super) fn circle_step(agent: &Agent, sensor: &Sensor) -> usize {
     frames_on_trajectory(agent, sensor)
         .div_ceil(limits::CIRCLES_MAX)
@@ -120,7 +120,7 @@ fn box_around(mesh: &Mesh) -> Mesh {
     Mesh::of_cuboid(&Cuboid::new(base_m, size_m, 0.0))
 }
 
-/// The faces that the eye sees from outside, with the edges that a draughtsman would draw.
+/// The faces visible from outside, with the edges that a draftsman would draw.
 fn add_solid(pieces: &mut Vec<Piece>, mesh: &Mesh, color: [u8; 3], camera: &Camera) {
     let outlines: Vec<&[usize]> = mesh.faces().collect();
     let points_m = |outline: &[usize]| -> Vec<DVec3> {
@@ -198,7 +198,7 @@ fn add_trajectory(pieces: &mut Vec<Piece>, agent: &Agent, sensor: Option<&Sensor
     pieces.extend(points_m.into_iter().map(circle));
 }
 
-/// The walls that jut out and show their insides: what is behind them shines through.
+/// The walls that jut in and face the camera; things behind them show through.
 fn jutting_walls(walls: &Walls, camera: &Camera) -> Vec<Piece> {
     let is_seen = |side: &&Vec<DVec3>| {
         Plane::of_face(side).is_some_and(|plane| camera.side_of(&plane) > 1e-9)
@@ -240,7 +240,7 @@ fn add_view(
         let Some(seen) = within(wall, &inward, of_walls) else {
             continue;
         };
-        // Where the sides meet the wall its own outline ends too; those of floors that were cut are no edges.
+        // The view's own outline ends at the wall too; edges where a floor was cut are not drawn.
         let is_whole = walls.around.contains(wall) || walls.jutting.contains(wall);
         let seen = Piece {
             edges: vec![is_whole; seen.points_m.len()],
@@ -250,7 +250,7 @@ fn add_view(
     }
 }
 
-/// The planes around what a wall hides from a point, positive within; `None` if the wall shows the point its back.
+/// The planes around what a wall hides from a point, positive inside; `None` if the wall faces away from the point.
 fn shadow(tip_m: DVec3, wall: &[DVec3]) -> Option<Vec<Plane>> {
     let plane = Plane::of_face(wall)?;
     if plane.height_m(tip_m) <= ON_WALL_M {
@@ -260,7 +260,7 @@ fn shadow(tip_m: DVec3, wall: &[DVec3]) -> Option<Vec<Plane>> {
     let sides = wall.iter().zip(wall.iter().cycle().skip(1));
     let sides = sides.filter_map(|(from, to)| facing(&[tip_m, *from, *to], middle_m));
     let mut planes: Vec<Plane> = sides.collect();
-    // The wall itself is not hidden.
+    // The wall does not hide itself.
     planes.push(Plane::new(-plane.normal, -plane.offset_m + ON_WALL_M));
     Some(planes)
 }
@@ -291,7 +291,7 @@ fn outside(piece: Piece, shadow: &[Plane]) -> Vec<Piece> {
     parts
 }
 
-/// What is left of a face on the positive side of all planes, in the yellow of what is seen.
+/// The part of a face on the positive side of all planes, in the yellow of views.
 fn within(outline: &[DVec3], planes: &[Plane], opacity: f64) -> Option<Piece> {
     let whole = Piece::face(outline.to_vec(), SEEN, opacity, SEEN_EDGE);
     let piece = planes
@@ -300,16 +300,16 @@ fn within(outline: &[DVec3], planes: &[Plane], opacity: f64) -> Option<Piece> {
     Plane::of_face(&piece.points_m).map(|_| piece)
 }
 
-/// The plane of a face, turned so that `point_m` is on its positive side.
+/// The plane of a face, oriented so that `point_m` is on its positive side.
 fn facing(outline: &[DVec3], point_m: DVec3) -> Option<Plane> {
     let plane = Plane::of_face(outline)?;
     let is_behind = plane.height_m(point_m) < 0.0;
     Some(if is_behind { plane.opposite() } else { plane })
 }
 
-/// PeerJ CS 11:e3124, "Object placement": blue unless the scene says otherwise.
+/// PeerJ CS 11:e3124, "Object placement": blue by default.
 pub(super) const OBJECT: [u8; 3] = [0x5b, 0x8d, 0xd9];
-/// The same, "Agent configuration": red unless the scene says otherwise.
+/// The same paper, "Agent configuration": red by default.
 pub(super) const AGENT: [u8; 3] = [0xd6, 0x3b, 0x33];
 pub(super) const SEEN: [u8; 3] = [0xff, 0xd5, 0x2e];
 pub(super) const SEEN_EDGE: [u8; 3] = [0xb8, 0x86, 0x00];
@@ -317,7 +317,7 @@ pub(super) const SEEN_EDGE: [u8; 3] = [0xb8, 0x86, 0x00];
 const WALL: [u8; 3] = [0xe6; 3];
 const WALL_EDGE: [u8; 3] = [0x99; 3];
 const WALL_OPACITY: f64 = 0.6;
-/// Walls whose shadows are left out of what a sensor has in view; the shadows of further ones are not.
+/// Limit on the walls that cut shadows out of a sensor's view; further walls cast none.
 const SHADOWS_MAX: usize = 100;
 const ON_WALL_M: f64 = 1e-6;
 const PYRAMID_OPACITY: f64 = 0.22;

@@ -1,4 +1,4 @@
-//! The page: SVG without styles, fonts or pictures of other files.
+//! The page: SVG without styles, fonts or external images.
 
 use super::camera::{Camera, Panel, Plane};
 use super::labels::{Labels, width};
@@ -109,7 +109,7 @@ impl Sheet {
         }
     }
 
-    /// The sensor itself, and the edges of its pyramid from above, which cross in its place.
+    /// The sensors; in the top view the edges of their pyramids cross there.
     pub(super) fn sensors(&mut self, camera: &Camera, sensors: &[Sensor]) {
         for sensor in sensors {
             let at = camera.project(sensor.pose.position_m);
@@ -177,7 +177,7 @@ impl Sheet {
         }
         if labels.left_out > 0 {
             self.svg
-                .remark(format_args!("{} names have no room", labels.left_out));
+                .remark(format_args!("no room for {} names", labels.left_out));
             self.svg.line_end();
         }
     }
@@ -187,7 +187,7 @@ impl Sheet {
         for (color, text) in [
             (OBJECT, "object"),
             (AGENT, "agent"),
-            (SEEN, "sensor and what it has in view"),
+            (SEEN, "sensor and its field of view"),
         ] {
             self.line("rect", |element| {
                 let element = element.with("x", x).with("y", y - 11.0);
@@ -207,7 +207,7 @@ impl Sheet {
                 let element = element.with("r", 3).with("fill", "#ffffff");
                 element.with("stroke", &color).end();
             });
-            self.remark((x + 42.0, y), "way, and where a frame is taken");
+            self.remark((x + 42.0, y), "path, and where frames are taken");
         }
     }
 
@@ -220,7 +220,7 @@ impl Sheet {
         let outline = path(camera, &piece.points_m, true);
         let (fill, edge) = (hex(fill), hex(edge));
         if opacity <= 0.0 {
-            // Only its edges.
+            // Only its edges are drawn.
         } else if opacity < 1.0 {
             self.line("path", |element| {
                 let element = element.with("class", "view").with("d", outline);
@@ -228,14 +228,14 @@ impl Sheet {
                 element.at("fill-opacity", opacity, 3).end();
             });
         } else {
-            // The hair line in its own color closes the seams between faces that were cut.
+            // A hairline in the fill color closes the seams between cut faces.
             self.line("path", |element| {
                 let element = element.with("d", outline).with("fill", &fill);
                 stroke(element, &fill, "0.4").end();
             });
         }
         if is_tiny(camera, &piece.points_m) {
-            // Edges would be all that is seen of it.
+            // Edges would cover it completely.
             return;
         }
         let corners = piece.points_m.len();

@@ -1,11 +1,11 @@
-//! How the sensors of an array must stand, and the sensor that they stand for together.
+//! Checks how the sensors of an array are arranged, and builds the virtual sensor they replace.
 
 use super::axis::Axis;
 use super::error::{ArrayError, CELLS_PER_AXIS_MAX};
 use glam::{DVec2, DVec3, USizeVec2};
 use grideye_scene::{Sensor, count, physical::Optics};
 
-/// Deviation of a spacing from Eq. 7 that is let pass: 1 %, a third of a millimeter in 30.
+/// Accepted deviation of a spacing from Eq. 7: 1 %, a third of a millimeter in 30.
 const TOLERANCE: f64 = 0.01;
 const SLACK_M: f64 = 1e-4;
 
@@ -147,7 +147,7 @@ pub(super) fn virtual_sensor(first: &Sensor, middle: DVec2, across: &Axis, down:
         points(first.grid_points.y, shares.y),
     );
     sensor.pose = pose;
-    // The truth is sharp: the step of its own pixels is what it may blur.
+    // The truth is sharp: only the step of its own pixels blurs it.
     sensor.optics = Optics::Pinhole;
     sensor.pixel_width_rad = None;
     sensor.blur_rad = DVec2::ZERO;

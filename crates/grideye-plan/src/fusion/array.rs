@@ -1,4 +1,4 @@
-//! The array: sensors in a grid, and their frames as one.
+//! Sensors in a grid, and their frames combined into one.
 
 use super::arrangement;
 use super::arrangement::{check_alike, check_full, middle, place, virtual_sensor};
@@ -13,27 +13,27 @@ use grideye_scene::{Image, Scene, SceneError, Sensor, Simulator, count};
 pub struct SensorArray {
     across: Axis,
     down: Axis,
-    /// For each sensor, in the order given: its place across and down, from the top left of the picture.
+    /// Each sensor's place across and down, from the top left of the image.
     places: Vec<(usize, usize)>,
-    /// The sensor that the array stands for.
+    /// The high-resolution sensor that the array replaces.
     virtual_sensor: Sensor,
 }
 
-/// How the frames of several sensors become one.
+/// How to combine the frames of several sensors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Method {
     /// The mean of the pixels over a cell.
     Mean,
-    /// Linear between the nearest centers of pixels.
+    /// Linear between the nearest pixel centers.
     Interpolation,
     /// The warmest pixel over a cell.
     Maximum,
-    /// The cells that explain all pixels best, and are level where pixels tell nothing.
+    /// The cells that explain all pixels best, and are level where pixels give no information.
     LeastSquares,
 }
 
 impl SensorArray {
-    /// The array of these sensors in the plane at their operating distance.
+    /// The array of these sensors, in the plane at their operating distance.
     ///
     /// # Errors
     /// [`ArrayError`].
@@ -75,28 +75,28 @@ impl SensorArray {
         })
     }
 
-    /// Along the rows of the picture.
+    /// The axis along the rows of the image.
     #[must_use]
     pub const fn across(&self) -> &Axis {
         &self.across
     }
 
-    /// Along its columns.
+    /// The axis along the columns of the image.
     #[must_use]
     pub const fn down(&self) -> &Axis {
         &self.down
     }
 
-    /// The sensor of high resolution in the middle of the array that it stands for: one pixel for each cell.
+    /// The high-resolution sensor at the center of the array that the array replaces: one pixel per cell.
     #[must_use]
     pub const fn virtual_sensor(&self) -> &Sensor {
         &self.virtual_sensor
     }
 
-    /// What the virtual sensor sees of the scene: the truth that fused frames are measured against.
+    /// What the virtual sensor sees of the scene: the truth for fused frames.
     ///
     /// # Errors
-    /// None that a scene can have which the array's sensors came from.
+    /// None if the scene contains the array's sensors.
     pub fn truth(&self, scene: &Scene) -> Result<Simulator, SceneError> {
         let scene = scene.with_sensors(vec![self.virtual_sensor.clone()]);
         Simulator::without_grid(&scene, &self.virtual_sensor.name)
@@ -118,10 +118,10 @@ impl SensorArray {
         .collect()
     }
 
-    /// The frames, one of each sensor in the order of [`SensorArray::new`], as one; least squares need the noise, °C.
+    /// Combines one frame of each sensor, in the order of [`SensorArray::new`]. Least squares use the noise, °C.
     ///
     /// # Panics
-    /// If there is not one frame of each sensor, of its size.
+    /// Unless there is one frame of each sensor, with its size.
     #[must_use]
     pub fn fuse(&self, method: Method, frames: &[Image], noise_sigma_c: f64) -> Image {
         assert_eq!(frames.len(), self.places.len(), "one frame of each sensor");
@@ -174,8 +174,8 @@ impl SensorArray {
         })
     }
 
-    /// Cells `h` with least `|A h - pixels|² / (2 sigma²) + |steps of h| / b`, where `b` is [`STEP_C`]: absolute steps
-    /// keep edges. It takes [`ROUNDS`] rounds of squares whose weights follow the steps.
+    /// Minimizes `|A h - pixels|² / (2 sigma²) + |steps of h| / b` over the cells `h`, where `b` is [`STEP_C`];
+    /// absolute steps keep edges. Runs [`ROUNDS`] rounds of least squares with weights updated from the steps.
     fn least_squares(&self, frames: &[Image], noise_sigma_c: f64) -> Image {
         let mut cells = self.fuse(Method::Mean, frames, noise_sigma_c);
         let pixels = self.stacked(frames);
@@ -223,10 +223,10 @@ impl SensorArray {
     }
 }
 
-/// What a pixel may be wrong by without any noise, °C: what is not exactly in the plane.
+/// Error of a pixel even without noise, °C, from surfaces not exactly in the plane.
 const SIGMA_FLOOR_C: f64 = 0.02;
-/// By how much neighboring cells differ, °C; from 0.4 to 1 the error of scenario A's fused frame hardly changes.
+/// Typical difference of neighboring cells, °C; from 0.4 to 1 the error of scenario A's fused frame hardly changes.
 const STEP_C: f64 = 0.5;
-/// Steps below it weigh as it does, °C: rounding must not.
+/// Smaller steps have the same weight, °C, because they are rounding.
 const FLAT_C: f64 = 0.01;
 const ROUNDS: usize = 20;

@@ -1,4 +1,4 @@
-//! One axis of an array: how pixels and cells lie over one another.
+//! One axis of an array: how pixels and cells overlap.
 
 use grideye_scene::count;
 
@@ -9,24 +9,24 @@ const SAME_CELL: f64 = 1e-6;
 pub struct Axis {
     /// Pixels of one sensor, the paper's R.
     pub pixels: usize,
-    /// Cells a pixel, the paper's multiplication factor m.
+    /// Cells per pixel, the paper's multiplication factor m.
     pub factor: usize,
     /// Sensors, the paper's n.
     pub sensors: usize,
-    /// Distance between sensors as the scene has it, meters; 0 for one sensor.
+    /// Distance between sensors in the scene, meters; 0 for one sensor.
     pub spacing_m: f64,
-    /// The same by Eq. 7, meters.
+    /// The distance by Eq. 7, meters.
     pub spacing_by_eq_7_m: f64,
 }
 
 impl Axis {
-    /// Cells that at least one sensor has in view: `R m + n - 1`.
+    /// Cells in view of at least one sensor: `R m + n - 1`.
     #[must_use]
     pub const fn union_cells(&self) -> usize {
         self.pixels * self.factor + self.sensors - 1
     }
 
-    /// Cells that every sensor has in view: `R m - (n - 1)`.
+    /// Cells in view of every sensor: `R m - (n - 1)`.
     #[must_use]
     pub const fn covered_cells(&self) -> usize {
         (self.pixels * self.factor + 1).saturating_sub(self.sensors)
@@ -46,7 +46,7 @@ impl Axis {
         count::float(sensor) + count::float(self.factor) * (count::float(pixel) + 0.5)
     }
 
-    /// For each cell the pixels with their weights, which sum to 1: those whose centers are nearest on either side.
+    /// For each cell, the pixels with the nearest centers on either side, and their weights, which sum to 1.
     pub(super) fn interpolation(&self) -> Vec<Vec<(usize, f64)>> {
         let mut centers: Vec<(f64, usize)> = (0..self.sensors)
             .flat_map(|sensor| (0..self.pixels).map(move |pixel| (sensor, pixel)))
@@ -58,7 +58,8 @@ impl Axis {
             .collect()
     }
 
-    /// Each pixel's response to each cell: a triangle to the next pixels' middles, mirrored at the border of its view.
+    /// Each pixel's response to each cell: a triangle reaching to the next pixels' centers, mirrored at the border of
+    /// the view.
     ///
     /// It is a sum of triangles two cells wide, so that blurring the virtual sensor's image gives exactly the sensor's.
     pub(super) fn blur(&self) -> Vec<Vec<(usize, f64)>> {
@@ -68,7 +69,7 @@ impl Axis {
         for sensor in 0..self.sensors {
             for pixel in 0..self.pixels {
                 let center = self.center(0, pixel);
-                // From one pixel before the first cell of this one, counted from there.
+                // Positions count from one pixel before this pixel's first cell.
                 let taps = (0..3 * self.factor).map(|tap| {
                     let from_start = pixel * self.factor + tap;
                     let position = count::float(from_start) - reach + 0.5;
@@ -106,7 +107,7 @@ fn neighbors(centers: &[(f64, usize)], at: f64) -> Vec<(usize, f64)> {
     };
     let mut weights = Vec::new();
     for (center, part) in [(low, 1.0 - share), (high, share)] {
-        // Pixels of several sensors may have one center: their mean stands for it.
+        // Pixels of several sensors may share a center; their mean is used.
         let here: Vec<usize> = centers
             .iter()
             .filter(|(other, _)| (other - center).abs() < SAME_CELL)
@@ -144,7 +145,7 @@ mod tests {
             assert_eq!(*cell, expected_cell);
             assert!((weight - ninths / 9.0).abs() < 1e-15);
         }
-        // That of the second sensor is one cell further.
+        // The same pixel of the second sensor is one cell further.
         assert_eq!(blur[4][0].0, 3);
         for (sizes, rows) in [
             ((3, 3, 2), blur),

@@ -1,4 +1,4 @@
-//! How near each way of fusing comes to the truth, as a table and as JSON.
+//! Compares each fusion method with the truth, as a table and as JSON.
 
 use super::array::{Method, SensorArray};
 use super::axis::Axis;
@@ -13,7 +13,7 @@ const METHODS: [(Method, &str); 4] = [
     (Method::LeastSquares, "least squares"),
 ];
 
-/// Root of the mean square error, °C: over all cells, and over those that every sensor has in view.
+/// Root mean square error, °C: over all cells, and over those in view of every sensor.
 #[derive(Debug)]
 struct Error {
     all_c: f64,
@@ -28,21 +28,21 @@ struct Fused {
     image: Image,
 }
 
-/// The frames of an array at the scene's start, fused in each way, beside what its virtual sensor sees.
+/// An array's frames at the scene's start, fused by each method, and its virtual sensor's image.
 #[derive(Debug)]
 pub struct Comparison {
     array: SensorArray,
     fused: Vec<Fused>,
     truth: Image,
-    /// Noise of a pixel of the mean of the frames that are taken.
+    /// A pixel's noise in the mean of the frames.
     noise_c: f64,
 }
 
 impl Comparison {
-    /// Compares the sensors of a scene, in the order in which they make the array, over the mean of so many frames.
+    /// Compares the scene's sensors, in the array's order, over the mean of `frames` frames.
     ///
     /// # Errors
-    /// If one of the sensors is not the scene's.
+    /// If a sensor is not in the scene.
     pub fn new(
         scene: &Scene,
         sensors: &[&Sensor],
@@ -60,14 +60,14 @@ impl Comparison {
         })
     }
 
-    /// The table for a person.
+    /// The table for people.
     #[must_use]
     pub fn text(&self) -> String {
         let (array, fused, noise_c) = (&self.array, &self.fused, self.noise_c);
         let (across, down) = (array.across(), array.down());
         let distance_mm = array.virtual_sensor().operating_distance_m * 1000.0;
         let mut text = format!(
-            "{} x {} sensors of {} x {} pixels, in the plane {distance_mm:.0} mm before them\n\
+            "{} x {} sensors of {} x {} pixels, in the plane {distance_mm:.0} mm in front of them\n\
          spacing      across {}, down {}\n\
          cells, Eq. 8 {} x {} in view of at least one sensor, {} x {} of all\n\n\
          sensors that see each cell\n",
@@ -113,7 +113,7 @@ impl Comparison {
         text
     }
 
-    /// All that was found, for programs.
+    /// All results, for programs.
     #[must_use]
     pub fn json(&self) -> String {
         let (array, fused, noise_c) = (&self.array, &self.fused, self.noise_c);
@@ -153,7 +153,7 @@ impl Comparison {
         format!("{all:#}\n")
     }
 
-    /// The fused frames, each with the name of its method, and the truth at last.
+    /// The fused frames with their methods' names, then the truth.
     pub fn images(&self) -> impl Iterator<Item = (&str, &Image)> {
         let fused = self.fused.iter().map(|fused| (fused.name, &fused.image));
         fused.chain([("truth", &self.truth)])
@@ -231,7 +231,7 @@ fn middle_sensor(sensors: &[&Sensor], array: &SensorArray) -> usize {
         .unwrap_or(0)
 }
 
-/// What one sensor alone has to say of each cell: its pixel there, or the nearest.
+/// One sensor's value for each cell: its pixel there, or the nearest.
 fn stretched(frame: &Image, array: &SensorArray) -> Image {
     let (columns, rows) = (array.across().union_cells(), array.down().union_cells());
     let pixel = |cell: usize, axis: &Axis| {

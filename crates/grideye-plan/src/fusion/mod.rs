@@ -1,8 +1,8 @@
-//! Super-resolution: several sensors side by side as one of more pixels (PeerJ CS 11:e3124, "Scenario A").
+//! Super-resolution: several adjacent sensors act as one with more pixels (PeerJ CS 11:e3124, "Scenario A").
 //!
-//! Eq. 7: `x = 2 d tan(FOV / 2) / (R m)` puts `n` sensors of `R` pixels one cell apart at distance `d`, `m` cells a
-//! pixel; what is nearer or farther is blurred. Eq. 8 is lost in the paper's copy: of both readings, the union,
-//! `R m + n - 1` cells, is computed; all views share `R m - (n - 1)`. [`Method`] says what a cell is.
+//! Eq. 7: `x = 2 d tan(FOV / 2) / (R m)` puts `n` sensors of `R` pixels one cell apart at distance `d`, with `m` cells
+//! per pixel; anything nearer or farther is blurred. Eq. 8 is missing in our copy of the paper. Of its two readings, we
+//! compute the union, `R m + n - 1` cells; all views share `R m - (n - 1)`. [`Method`] defines a cell's value.
 
 mod arrangement;
 mod array;

@@ -1,4 +1,4 @@
-//! The cells that explain all pixels, found by conjugate gradients.
+//! Finds the cells that explain all pixels, by conjugate gradients.
 
 use super::error::STEPS_MAX;
 
@@ -6,13 +6,13 @@ pub(super) struct System {
     pub(super) across: Vec<Vec<(usize, f64)>>,
     pub(super) down: Vec<Vec<(usize, f64)>>,
     pub(super) columns: usize,
-    /// Weight of the step from each cell to the next, and to the one below.
+    /// Weights of the step from each cell to the next, and to the one below.
     pub(super) to_right: Vec<f64>,
     pub(super) to_below: Vec<f64>,
 }
 
 impl System {
-    /// Conjugate gradients from the cells that are given.
+    /// Conjugate gradients, starting from the given cells.
     pub(super) fn solve(&self, pixels: &[f64], cells: &mut [f64]) {
         let wanted = self.spread_back(pixels);
         let applied = self.apply(cells);
@@ -103,7 +103,7 @@ impl System {
     }
 }
 
-/// The difference of each cell to the one so many further on.
+/// The difference between each cell and the one `apart` further on.
 pub(super) fn steps(cells: &[f64], apart: usize) -> impl Iterator<Item = f64> {
     let further = cells.iter().skip(apart);
     cells.iter().zip(further).map(|(one, other)| one - other)

@@ -1,37 +1,37 @@
-//! The distance of situations, pair by pair and sensor by sensor.
+//! The distance between situations, for each pair and each sensor.
 
 use grideye_scene::{Image, Scene, SceneError, Simulator};
 use std::time::Duration;
 
-/// From this distance on situations count as told apart: one frame in 160 is taken for the other.
+/// Situations at least this far apart count as distinguishable: one frame in 160 is mistaken for the other.
 pub const D_PRIME_MIN: f64 = 5.0;
-/// Situations that are compared at most.
+/// Limit on the compared situations.
 pub const SITUATIONS_MAX: usize = 20;
 
-/// Situations in one room, compared two by two through each of its sensors.
+/// Situations in one room, compared in pairs through each of its sensors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Separation {
     /// Names of the sensors.
     pub sensors: Vec<String>,
-    /// Each pair of situations, by their places, the first with the second, then with the third …
+    /// Each pair of situations by index: first and second, first and third …
     pub pairs: Vec<Pair>,
 }
 
 /// Two situations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pair {
-    /// Their places in the list that was compared.
+    /// Their indices in the list of situations.
     pub situations: (usize, usize),
-    /// What each sensor sees of the difference, in the order of [`Separation::sensors`].
+    /// Each sensor's view of the difference, in the order of [`Separation::sensors`].
     pub distances: Vec<Distance>,
 }
 
-/// The difference of two pictures of one sensor.
+/// The difference between two images of one sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Distance {
-    /// d' of the pictures.
+    /// d' of the images.
     pub d_prime: f64,
-    /// The same less what all pixels have in common: a sensor's accuracy, ±2.5 °C for the Grid-EYE, leaves that open.
+    /// d' without the change that all pixels share, which a sensor's accuracy (±2.5 °C for the Grid-EYE) leaves open.
     pub d_prime_of_shape: f64,
     /// Difference of the warmest pixels alone, in units of the noise.
     pub d_prime_of_warmest: f64,
@@ -48,10 +48,10 @@ pub enum SeparationError {
         "{found} situations, expected 2 to {SITUATIONS_MAX}\nhint: name the scene files of one room, one for each situation"
     )]
     Count {
-        /// How many there are.
+        /// The number of situations.
         found: usize,
     },
-    /// A scene with other sensors than the first.
+    /// A scene's sensors differ from the first one's.
     #[error(
         "the sensors of {scene} are not those of {first}\nhint: situations are compared through the same sensors in the same places"
     )]
@@ -61,7 +61,7 @@ pub enum SeparationError {
         /// The first scene.
         first: String,
     },
-    /// A sensor without noise tells everything apart.
+    /// A sensor without noise would distinguish everything.
     #[error(
         "sensor `{sensor}` has no noise to compare with\nhint: give it a noise_sigma_c above 0"
     )]
@@ -69,15 +69,15 @@ pub enum SeparationError {
         /// The sensor.
         sensor: String,
     },
-    /// A scene without sensors.
+    /// The scenes have no sensors.
     #[error("the scenes have no sensor\nhint: add [[sensor]] tables")]
     NoSensor,
-    /// A sensor that cannot be simulated.
+    /// A sensor cannot be simulated.
     #[error(transparent)]
     Scene(#[from] SceneError),
 }
 
-/// Compares the situations, each a name and a scene, as they are at the start.
+/// Compares situations at their start, each a name and a scene.
 ///
 /// # Errors
 /// [`SeparationError`].
@@ -138,7 +138,7 @@ pub fn separation(situations: &[(&str, &Scene)]) -> Result<Separation, Separatio
 }
 
 impl Pair {
-    /// The distance that several sensors have together: the root of the sum of the squares.
+    /// The distance for several sensors together: the root of the sum of the squares.
     #[must_use]
     pub fn together(&self, sensors: &[usize], of: impl Fn(&Distance) -> f64) -> f64 {
         let squares = sensors
@@ -157,7 +157,7 @@ fn pictures(scene: &Scene) -> Result<Vec<Image>, SceneError> {
         .collect()
 }
 
-/// The distance of two pictures with the same noise on each pixel.
+/// The distance between two images with the same noise on each pixel.
 #[must_use]
 pub fn distance(one: &Image, other: &Image, noise_sigma_c: f64) -> Distance {
     let differences: Vec<f64> = one

@@ -4,14 +4,14 @@ use super::distance::{D_PRIME_MIN, Distance, Separation};
 use serde_json::json;
 
 impl Separation {
-    /// Whether all sensors together tell every situation from every other, by what not all pixels have in common.
+    /// Whether all sensors together distinguish every two situations, ignoring changes that all pixels share.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         let everything: Vec<usize> = (0..self.sensors.len()).collect();
         smallest(self, &everything, |distance| distance.d_prime_of_shape) >= D_PRIME_MIN
     }
 
-    /// The table for a person; the situations have these names.
+    /// The table for people, with these names of the situations.
     #[must_use]
     pub fn text(&self, names: &[String]) -> String {
         let mut text = String::from(
@@ -57,7 +57,7 @@ impl Separation {
         text
     }
 
-    /// All that was found, for programs.
+    /// All results, for programs.
     #[must_use]
     pub fn json(&self, names: &[String]) -> String {
         let pairs: Vec<serde_json::Value> = self

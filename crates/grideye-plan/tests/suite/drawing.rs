@@ -1,4 +1,4 @@
-//! The view of the environment, held to what the file of the scene says and to the geometry of a map.
+//! The drawing of a scene, compared with the scene file and the geometry of a map.
 
 use crate::{CEILING, ROOM, object, parse, scene};
 use grideye_plan::drawing::{Drawing, limits, svg};
@@ -29,7 +29,7 @@ fn draw(text: &str) -> String {
     svg(&scene(text), &Drawing::new("a room"))
 }
 
-/// The values of an attribute in all elements that hold `mark`, in the order of the page.
+/// The values of an attribute in all elements that contain `mark`, in page order.
 fn attributes(svg: &str, mark: &str, name: &str) -> Vec<String> {
     let key = format!(" {name}=\"");
     svg.lines()
@@ -39,7 +39,7 @@ fn attributes(svg: &str, mark: &str, name: &str) -> Vec<String> {
         .collect()
 }
 
-/// The filled faces that are not the room's and not a sensor's: their colors in the order of painting.
+/// The colors of filled faces except those of the room and sensors, in painting order.
 fn fills(svg: &str) -> Vec<String> {
     attributes(svg, "<path d=", "fill")
         .into_iter()
@@ -47,13 +47,13 @@ fn fills(svg: &str) -> Vec<String> {
         .collect()
 }
 
-/// The page as far as the second view.
+/// The page up to the second view, and the rest.
 fn views(svg: &str) -> (&str, &str) {
     svg.split_at(svg.find("From above").unwrap())
 }
 
 #[test]
-fn a_circle_stands_wherever_a_frame_is_taken() {
+fn every_frame_has_a_circle() {
     let scene = walker(1000.0);
     let svg = svg(&scene, &Drawing::new("walk"));
     // 7 m at 1 m/s and 10 Hz: 71 frames, in either view.
@@ -69,8 +69,8 @@ fn a_circle_stands_wherever_a_frame_is_taken() {
         .collect();
     assert_eq!(svg.matches("class=\"captured\"").count(), 2 * 71);
     assert_eq!(across.len(), 71);
-    // From above nothing but the standing person itself hides the way, so the order is that of the painter:
-    // each of the places by the law of the walk is there, to the page's tenth of a point.
+    // From above only the standing person hides the path, so the order is the painter's: each place by the law of
+    // motion is there, to a tenth of a point.
     for frame in 0..71 {
         let along_m = f64::from(frame) * 0.1;
         let (x, y) = on_map(0.5 + along_m.min(3.0), 1.0 + (along_m - 3.0).max(0.0));
@@ -85,7 +85,7 @@ fn a_circle_stands_wherever_a_frame_is_taken() {
 }
 
 #[test]
-fn the_circles_are_those_of_the_chosen_sensor_and_a_long_way_has_fewer() {
+fn circles_follow_the_chosen_sensor_and_are_thinned_on_a_long_path() {
     let mut text = ROOM.to_owned();
     text.push_str(CEILING);
     let slow = CEILING.replace("\"ceiling\"", "\"slow\"") + "sampling_hz = 1\n";
@@ -107,7 +107,7 @@ fn the_circles_are_those_of_the_chosen_sensor_and_a_long_way_has_fewer() {
     assert_eq!(711_usize.div_ceil(limits::CIRCLES_MAX), 2);
     assert!(
         fast.contains("a circle at every second frame of ceiling"),
-        "it says so"
+        "the thinning is stated"
     );
 }
 
@@ -171,7 +171,7 @@ fn the_pyramid_ends_at_the_floor_and_at_the_walls() {
             "{views:?}"
         );
     }
-    // Under a wall of its own the same sensor also sees that wall: its pyramid has a face there.
+    // Close to a wall the same sensor also sees that wall, so its pyramid has a face there.
     let beside = CEILING.replace("[2000, 3000, 2700]", "[500, 3000, 2700]");
     let page = draw(&format!("{ROOM}{beside}"));
     let (across, _) = on_map(0.0, 0.0);
@@ -189,7 +189,7 @@ fn the_pyramid_ends_at_the_floor_and_at_the_walls() {
 }
 
 #[test]
-fn what_is_below_is_painted_first_and_an_agent_is_drawn_where_it_is() {
+fn lower_bodies_are_painted_first_and_agents_at_their_place() {
     let mut text = format!("{ROOM}{CEILING}");
     text.push_str(&object(
         "top",
@@ -219,7 +219,7 @@ fn what_is_below_is_painted_first_and_an_agent_is_drawn_where_it_is() {
         let page = svg(&scene, &drawing);
         attributes(views(&page).1, "stroke-width=\"0.4\"", "d")[0].clone()
     };
-    // The middle of the person's outline moves with it: 200 x 500 mm about the way.
+    // The center of the person's outline moves with it: 200 x 500 mm around the path.
     for (time, x, y) in [(0, 0.5, 1.0), (2, 2.5, 1.0), (5, 3.5, 3.0)] {
         let (across, down) = on_map(x - 0.1, y - 0.25);
         let corner = format!("{across:.1} {down:.1}");
@@ -228,7 +228,7 @@ fn what_is_below_is_painted_first_and_an_agent_is_drawn_where_it_is() {
 }
 
 #[test]
-fn the_page_stands_alone_and_no_name_can_break_it() {
+fn the_page_is_self_contained_and_no_name_can_break_it() {
     let named = object("named", [1000.0, 1000.0, 0.0], [500.0; 3], 0.0, 30.0);
     let named = named.replace("\"named\"", "'<script>&\"x'");
     let text = format!("{ROOM}{CEILING}{named}");
@@ -317,7 +317,7 @@ fn a_body_of_too_many_faces_is_drawn_as_its_box() {
 }
 
 #[test]
-fn when_all_faces_are_used_up_the_rest_is_boxes() {
+fn bodies_beyond_the_face_limit_are_boxes() {
     let nets = limits::FACES_MAX / limits::FACES_OF_BODY_MAX;
     let mut text = ROOM.to_owned();
     for net in 0..nets {
@@ -352,10 +352,10 @@ fn names_without_room_are_left_out_and_counted() {
         named <= limits::LABELS_MAX && named > limits::LABELS_MAX / 2,
         "{named}"
     );
-    assert!(above.contains(&format!("<!-- {} names have no room -->", 61 - named)));
+    assert!(above.contains(&format!("<!-- no room for {} names -->", 61 - named)));
 }
 
-/// Where a name stands, and whether it does.
+/// The place of a name, if it is drawn.
 fn place_of(view: &str, name: &str) -> Option<(f64, f64)> {
     let mark = format!(">{name}</text>");
     let number = |attribute: &str| attributes(view, &mark, attribute).first()?.parse().ok();
@@ -363,7 +363,7 @@ fn place_of(view: &str, name: &str) -> Option<(f64, f64)> {
 }
 
 #[test]
-fn a_name_goes_along_with_whom_it_names() {
+fn a_name_moves_with_its_agent() {
     let scene = walker(1000.0);
     for (time, x, y) in [(0, 0.5, 1.0), (2, 2.5, 1.0), (5, 3.5, 3.0)] {
         let drawing = Drawing {
@@ -382,7 +382,7 @@ fn a_name_goes_along_with_whom_it_names() {
 }
 
 #[test]
-fn a_name_gives_way_to_one_that_is_there() {
+fn a_name_avoids_an_earlier_one() {
     let near = |name: &str, x_mm: f64| object(name, [x_mm, 3000.0, 0.0], [50.0; 3], 0.0, 21.0);
     let page = draw(&format!(
         "{ROOM}{}{}",
@@ -393,7 +393,7 @@ fn a_name_gives_way_to_one_that_is_there() {
     let (x, y) = on_map(2.0, 3.0);
     let first = place_of(above, "one, 21 °C").unwrap();
     assert!((first.0 - x).abs() < 0.11 && (first.1 - (y - 8.0)).abs() < 0.11);
-    // Above is taken, so it is below.
+    // The place above is taken, so the name is below.
     let second = place_of(above, "two, 21 °C").unwrap();
     assert!((second.1 - (y + 16.0)).abs() < 0.11, "{second:?}");
 }
@@ -431,7 +431,7 @@ fn the_rulers_steps_are_round_and_stand_outside_the_map() {
             .map(|tick| [0, 1, 2, 3].map(|end| ends[end][tick].parse().unwrap()))
             .collect()
     };
-    // 4 m by 6 m: a seventh of 6 m is less than 1 m. Out is down at the front and left at the left.
+    // 4 m by 6 m: a seventh of 6 m is less than 1 m. Outwards is down at the front and left at the left.
     let mut expected = Vec::new();
     for along_m in 0..=4 {
         let (x, y) = on_map(f64::from(along_m), 0.0);
@@ -452,7 +452,7 @@ fn the_rulers_steps_are_round_and_stand_outside_the_map() {
 }
 
 #[test]
-fn what_cannot_be_seen_from_outside_is_left_out_but_a_sheet_has_two_sides() {
+fn insides_are_not_drawn_but_sheets_have_two_sides() {
     let sheet = |corners: &str| {
         format!(
             "{ROOM}[[object]]\nname = \"screen\"\nposition_mm = [2000, 3000, 500]\nshape = \"polyhedron\"\n\
@@ -490,7 +490,7 @@ fn area(path: &str) -> f64 {
 }
 
 #[test]
-fn a_room_of_another_plan_is_drawn_as_it_is() {
+fn a_room_with_a_floor_plan_is_drawn_in_its_shape() {
     let room = "[room]\nplan_mm = [[0, 0], [5000, 0], [5000, 2500], [2500, 2500], [2500, 5000], [0, 5000]]\nheight_mm = 2500\nambient_c = 20\n";
     let looks = CEILING
         .replace("[2000, 3000, 2700]", "[1250, 3250, 2500]")
@@ -515,8 +515,8 @@ fn a_room_of_another_plan_is_drawn_as_it_is() {
         .len(),
         6
     );
-    // 90 degrees from 2.5 m: 2.5 m to each side. Of the floor, all of the arm that the sensor is in from y = 0.75 on,
-    // 2.5 * 4.25; of the other one, up to x = 3.75, what is below the line past the corner, y = 2.5 - 0.6 (x - 2.5).
+    // 90 degrees from 2.5 m: 2.5 m to each side. On the floor, all of the sensor's own arm from y = 0.75 on, 2.5 *
+    // 4.25; of the other arm, up to x = 3.75, the part below the line past the corner, y = 2.5 - 0.6 (x - 2.5).
     let expected = 2.5 * 4.25 + 1.25 * (1.75 - 0.5 * 0.75);
     let seen: f64 = attributes(above, "class=\"view\"", "d")
         .iter()
@@ -524,7 +524,7 @@ fn a_room_of_another_plan_is_drawn_as_it_is() {
         .sum();
     let seen = seen / points_per_m.powi(2);
     assert!((seen - expected).abs() < 0.03, "{seen} of {expected}");
-    // Both walls that jut out show the eye their insides and let shine through what is behind; the other six are drawn.
+    // Both walls that jut in face the eye, and things behind them show through; the other six are drawn.
     let shining = attributes(perspective, "fill-opacity=\"0.600\"", "fill");
     assert!(
         !shining.is_empty() && shining.iter().all(|fill| fill == "#e6e6e6"),
@@ -540,7 +540,7 @@ fn a_room_of_another_plan_is_drawn_as_it_is() {
 }
 
 #[test]
-fn an_agent_is_drawn_as_it_is_turned_and_as_warm_as_it_is_by_then() {
+fn agents_are_drawn_with_their_rotation_and_temperature_at_the_time() {
     let text = format!(
         "{ROOM}{CEILING}[[agent]]\nname = \"cart\"\ntrajectory = \"walk.csv\"\nspeed_mm_per_s = 1000\nfaces = \"way\"\n\
          [[agent.part]]\nname = \"body\"\nposition_mm = [0, 0, 0]\nsize_mm = [1000, 200, 500]\ntemperature_c = 60\ntime_constant_s = 4\n\
@@ -583,7 +583,7 @@ fn an_agent_is_drawn_as_it_is_turned_and_as_warm_as_it_is_by_then() {
 }
 
 #[test]
-fn one_who_cools_is_labeled_with_its_temperature_by_then() {
+fn a_cooling_agent_is_labeled_with_its_temperature_at_the_time() {
     let text = format!(
         "{ROOM}{CEILING}[[agent]]\nname = \"cup\"\nposition_mm = [1000, 1000, 0]\n\
          [[agent.part]]\nname = \"body\"\nposition_mm = [0, 0, 0]\nsize_mm = [100, 100, 100]\ntemperature_c = 90.1\ntime_constant_s = 10\n"

@@ -14,7 +14,7 @@ const ALL: [Method; 4] = [
     Method::LeastSquares,
 ];
 
-/// Sensors under the ceiling, the top of their pictures at the front; places in millimeters.
+/// Sensors under the ceiling, the top of their images at the front; places in millimeters.
 fn sensors(places: &[(f64, f64)], resolution: [usize; 2], more: &str) -> String {
     let mut text = ROOM.to_owned();
     for (index, (x, y)) in places.iter().enumerate() {
@@ -33,7 +33,7 @@ fn spacing_mm(pixels: usize, factor: usize) -> f64 {
 
 fn grid(across: usize, down: usize, step_mm: (f64, f64)) -> Vec<(f64, f64)> {
     let places = (0..down).flat_map(|row| (0..across).map(move |column| (column, row)));
-    // Right is left in these pictures, and the front is at the top.
+    // Right is left in these images, and the front is at the top.
     places
         .map(|(column, row)| {
             (
@@ -71,7 +71,7 @@ fn rmse(one: &Image, other: &Image) -> f64 {
 }
 
 #[test]
-fn the_papers_array_has_its_spacing_and_both_its_numbers_of_cells() {
+fn the_papers_array_has_its_spacing_and_cell_counts() {
     let step = spacing_mm(8, 3);
     assert!((step - 96.225).abs() < 1e-3, "the paper: 9.6 cm");
     assert!(
@@ -107,7 +107,7 @@ fn the_papers_array_has_its_spacing_and_both_its_numbers_of_cells() {
 }
 
 #[test]
-fn one_sensor_is_itself_by_every_method_but_the_sharpening_one() {
+fn all_but_the_sharpening_method_leave_one_sensor_unchanged() {
     let text = sensors(&[(2000.0, 3000.0)], [8, 8], "")
         + &object(
             "lamp",
@@ -125,7 +125,7 @@ fn one_sensor_is_itself_by_every_method_but_the_sharpening_one() {
 }
 
 #[test]
-fn equal_frames_stay_what_they_are_by_every_method() {
+fn every_method_keeps_equal_frames() {
     let step = spacing_mm(8, 3);
     let scene = scene(&sensors(&grid(3, 3, (step, step)), [8, 8], ""));
     let array = array(&scene).unwrap();
@@ -150,7 +150,7 @@ fn equal_frames_stay_what_they_are_by_every_method() {
     }
 }
 
-/// The paper's Figure 23: four sensors of 2 x 2 pixels, each one pixel beside the next, make 3 x 3 cells.
+/// The paper's Figure 23: four sensors of 2 x 2 pixels, offset by one pixel, make 3 x 3 cells.
 #[test]
 fn four_sensors_of_two_by_two_pixels_are_figure_23() {
     let step = spacing_mm(2, 1);
@@ -187,7 +187,7 @@ fn four_sensors_of_two_by_two_pixels_are_figure_23() {
             1.0, 10.0, 20.0, 100.0, 1000.0, 2000.0, 300.0, 3000.0, 4000.0
         ]
     );
-    // Pixels of several sensors have one center here: interpolation is the mean.
+    // Pixels of several sensors share a center here, so interpolation is the mean.
     let between = array.fuse(Method::Interpolation, &frames, 0.2);
     for (found, expected) in between.celsius.iter().zip(expected) {
         assert!((found - expected).abs() < 1e-9);
@@ -195,9 +195,9 @@ fn four_sensors_of_two_by_two_pixels_are_figure_23() {
     assert_eq!(array.coverage(), [1, 2, 1, 2, 4, 2, 1, 2, 1]);
 }
 
-/// One pixel of two cells, twice, one cell apart, by hand. Folded at its edges each pixel is the mean of its two
-/// cells, so with pixels p and q and weights w of the two steps the cells a, b, c solve
-/// (a + b)/4 + w(a - b) = p/2, (a + 2b + c)/4 + w(2b - a - c) = (p + q)/2, (b + c)/4 + w(c - b) = q/2.
+/// One pixel of two cells, twice, one cell apart, by hand. Folded at its edges each pixel is the mean of its two cells,
+/// so with pixels p and q and weights w of the two steps the cells a, b, c solve (a + b)/4 + w(a - b) = p/2, (a + 2b +
+/// c)/4 + w(2b - a - c) = (p + q)/2, (b + c)/4 + w(c - b) = q/2.
 #[test]
 fn a_small_system_solved_by_hand() {
     let step = spacing_mm(1, 2);
@@ -211,19 +211,19 @@ fn a_small_system_solved_by_hand() {
     let (p, q) = (20.0, 26.0);
     let fused = array.fuse(Method::LeastSquares, &[frame(p), frame(q)], 0.2);
     assert_eq!((fused.columns, fused.rows), (3, 1));
-    // By symmetry b is the mean, (p + q)/2 = 23, and a = b - e, c = b + e; the first line then reads
-    // (2b - e)/4 - w e = p/2, so e (1/2 + 2w) = b - p. The weight is 0.2² / (0.5 e), so e = 2 (b - p) - 4 * 0.2² / 0.5.
+    // By symmetry b is the mean, (p + q)/2 = 23, and a = b - e, c = b + e; the first line then reads (2b - e)/4 - w e =
+    // p/2, so e (1/2 + 2w) = b - p. The weight is 0.2² / (0.5 e), so e = 2 (b - p) - 4 * 0.2² / 0.5.
     let e = 6.0 - 4.0 * 0.04 / 0.5;
     for (found, expected) in fused.celsius.iter().zip([23.0 - e, 23.0, 23.0 + e]) {
         assert!(
             (found - expected).abs() < 1e-9,
-            "{found} instead of {expected}"
+            "{found}, expected {expected}"
         );
     }
 }
 
 #[test]
-fn what_lies_in_the_plane_is_found_again_by_least_squares_alone() {
+fn only_least_squares_recovers_objects_in_the_plane() {
     let step = spacing_mm(8, 3);
     // Thin plates, 2 m below the sensors; weak enough that the law's change with distance is small.
     let text = sensors(&grid(3, 3, (step, step)), [8, 8], "")
@@ -270,8 +270,8 @@ fn what_lies_in_the_plane_is_found_again_by_least_squares_alone() {
 }
 
 #[test]
-fn the_truth_is_the_scene_through_the_middle_and_in_its_place() {
-    // A warm plate to the room's right of the array's middle appears left in the picture.
+fn the_truth_is_centered_and_not_shifted() {
+    // A warm plate to the room's right of the array's center appears left in the image.
     let step = spacing_mm(8, 3);
     let text = sensors(&grid(3, 3, (step, step)), [8, 8], "")
         + &object(
@@ -291,9 +291,9 @@ fn the_truth_is_the_scene_through_the_middle_and_in_its_place() {
             .unwrap()
     };
     assert_eq!(warmest(&truth), warmest(&fused));
-    // 2400 mm is 496 mm from the middle at 1903.8, 5.2 cells of 96.2 mm left of column 13.
+    // 2400 mm is 496 mm from the center at 1903.8, 5.2 cells of 96.2 mm left of column 13.
     assert_eq!(warmest(&truth) % 26, 7);
-    // 3000 mm is 96 mm, one cell, before the middle at 3096: the row above the middle.
+    // 3000 mm is 96 mm, one cell, in front of the center at 3096: the row above the middle.
     assert!(
         (11..=12).contains(&(warmest(&truth) / 26)),
         "{}",
@@ -302,7 +302,7 @@ fn the_truth_is_the_scene_through_the_middle_and_in_its_place() {
 }
 
 #[test]
-fn what_is_no_array_is_refused_with_the_reason() {
+fn invalid_arrays_are_refused_with_the_reason() {
     let step = spacing_mm(8, 3);
     let refused = |text: &str| array(&scene(text)).unwrap_err();
     let wrong = refused(&sensors(&grid(3, 1, (80.0, 0.0)), [8, 8], ""));
@@ -313,7 +313,7 @@ fn what_is_no_array_is_refused_with_the_reason() {
     assert_eq!(
         wrong.to_string(),
         "sensors are 80 mm apart across, expected 72.17 mm at an operating distance of 2000 mm for a factor of 4 (Eq. 7)\n\
-         hint: move the sensors, or set operating_distance_mm to the distance for which they are meant"
+         hint: move the sensors, or set operating_distance_mm to their intended distance"
     );
     let mut uneven = grid(3, 1, (step, 0.0));
     uneven[1].0 += 20.0;
@@ -393,7 +393,7 @@ fn the_limits_of_an_array_are_reached() {
             found: SENSORS_MAX + 1
         }
     );
-    // Two sensors a hundredth of a pixel apart: 8 pixels are 800 cells; 125 times 8 are all there may be.
+    // Two sensors a hundredth of a pixel apart: 8 pixels are 800 cells; 125 times 8 is the maximum.
     let pair = |factor| {
         array(&scene(&sensors(
             &grid(2, 1, (spacing_mm(8, factor), 0.0)),

@@ -1,4 +1,4 @@
-//! The answers to questions about scenes, checked from outside: against closed forms, marches along rays, the simulator's
+//! Answers to questions about scenes, tested from outside: against closed forms, marches along rays, the simulator's
 //! own frames, and all pairs.
 
 #![expect(

@@ -58,7 +58,7 @@ fn scenario_a_is_sharper_by_least_squares_than_by_the_mean() {
         for seed in [None, Some(1), Some(2)] {
             let mean = fused_error(name, Method::Mean, seed);
             let least_squares = fused_error(name, Method::LeastSquares, seed);
-            // One noisy frame of each sensor tells little of what is narrower than a pixel.
+            // One noisy frame per sensor reveals little that is narrower than a pixel.
             let share = if seed.is_some() { 0.95 } else { 0.6 };
             assert!(
                 least_squares < share * mean,
@@ -69,7 +69,7 @@ fn scenario_a_is_sharper_by_least_squares_than_by_the_mean() {
 }
 
 #[test]
-fn scenario_bs_situations_are_one_room_and_its_fall_leads_from_one_to_the_next() {
+fn scenario_bs_situations_share_a_room_and_the_fall_connects_them() {
     let [before, after, standing, fall] = ["before", "after", "standing", "fall"]
         .map(|name| shipped(&format!("scenario-b-{name}.toml")));
     for other in [&after, &standing, &fall] {
@@ -103,7 +103,7 @@ fn scenario_bs_situations_are_one_room_and_its_fall_leads_from_one_to_the_next()
 }
 
 #[test]
-fn scenario_bs_sensors_tell_its_situations_apart_but_one_sensors_temperature_alone_does_not() {
+fn scenario_bs_sensors_distinguish_its_situations_but_one_temperature_does_not() {
     let scenes =
         ["before", "after", "standing"].map(|name| shipped(&format!("scenario-b-{name}.toml")));
     let situations: Vec<(&str, &Scene)> = ["before", "after", "standing"]
@@ -126,7 +126,7 @@ fn scenario_bs_sensors_tell_its_situations_apart_but_one_sensors_temperature_alo
 }
 
 #[test]
-fn each_sensor_counts_in_units_of_its_own_noise() {
+fn distances_are_in_units_of_each_sensors_noise() {
     let ceiling = format!("{}noise_sigma_c = 0.2\n", crate::CEILING);
     let loud = ceiling.replace("\"ceiling\"", "\"loud\"");
     let loud = loud.replace("noise_sigma_c = 0.2", "noise_sigma_c = 0.4");
@@ -142,7 +142,7 @@ fn each_sensor_counts_in_units_of_its_own_noise() {
 }
 
 #[test]
-fn what_cannot_be_compared_is_refused() {
+fn incomparable_situations_are_refused() {
     let before = shipped("scenario-b-before.toml");
     let one = [("before", &before)];
     assert!(matches!(
@@ -190,7 +190,7 @@ fn the_distance_is_the_root_of_the_sum_of_squares() {
     assert!((found.d_prime_of_shape - (25.0_f64 - 12.25).sqrt()).abs() < 1e-12);
     assert!((found.d_prime_of_warmest - 4.0).abs() < 1e-12);
     assert_eq!(found.pixels_beyond_3_sigma, 1, "more than three times");
-    // A common offset is a distance, but none of shape.
+    // A common offset is a distance, but not one of shape.
     let offset = distance(&image(&[20.0, 25.0]), &image(&[22.0, 27.0]), 1.0);
     assert!((offset.d_prime - 8.0_f64.sqrt()).abs() < 1e-12 && offset.d_prime_of_shape < 1e-12);
 }

@@ -1,4 +1,4 @@
-//! From an agent's keys and its trajectory to somebody who walks in the room.
+//! Builds an agent from its keys and its trajectory.
 
 use crate::file::body;
 use crate::file::document::AgentTable;
@@ -31,7 +31,7 @@ pub(crate) fn agent(
         touches: touches.map(|name| name.get_ref().clone()).collect(),
         trajectory,
     };
-    // The agent turns at way-points only; between them it can only leave through walls that jut into the room.
+    // The agent turns only at waypoints; between them it can leave the room only through walls that jut in.
     for (index, point) in waypoints.iter().enumerate() {
         check_inside(&agent, index, point, room)?;
     }
@@ -81,7 +81,7 @@ fn trajectory(
     let stamps: Option<Vec<f64>> = waypoints.iter().map(|point| point.time_s).collect();
     match (stamps, &keys.speed_mm_per_s) {
         (Some(_), Some(speed)) => {
-            let hint = "a trajectory with the column t_s says itself when each way-point is reached; leave the speed or the column out";
+            let hint = "the trajectory's column t_s already gives the time of each waypoint; remove the speed or the column";
             let both = ["speed_mm_per_s", "t_s"];
             Err(reader.conflict(speed.span().start, &titled(keys), both, hint))
         }
@@ -96,7 +96,7 @@ fn trajectory(
             if trajectory.end_s() <= TIME_MAX_S {
                 return Ok(Some(trajectory));
             }
-            let expected = format!("a speed at which the way takes at most {WALK_DAYS_MAX} days");
+            let expected = format!("a speed at which the path takes at most {WALK_DAYS_MAX} days");
             Err(reader
                 .refused(SPEED.key, speed.span(), &expected, SPEED.hint)
                 .into())
@@ -159,7 +159,7 @@ fn paced(
     let lengths_m = lengths_m(&points_m);
     match Schedule::new(&lengths_m, &dwells_s, motion, Clock::Speed(speed_m_per_s)) {
         Ok(schedule) => Trajectory::scheduled(points_m, lengths_m, schedule),
-        // Only what is tied to times can be too fast.
+        // Only stamped schedules can be too fast.
         Err(_) => Trajectory::new(points_m, speed_m_per_s),
     }
 }
@@ -174,7 +174,8 @@ fn stamped(
     for (point, time_s) in waypoints.iter().zip(stamps) {
         let refused = |expected: String| point.refused(&format!("`{time_s}` as t_s"), &expected);
         if *time_s <= free_s {
-            let expected = format!("more than {free_s} s, when the way-point before it is left");
+            let expected =
+                format!("more than {free_s} s, when the agent leaves the previous waypoint");
             return Err(refused(expected).into());
         }
         free_s = time_s + point.dwell_s;
@@ -190,11 +191,11 @@ fn stamped(
             let index = too_fast.0;
             let leg_m = lengths_m[index] - lengths_m[index - 1];
             let travel_s = stamps[index] - stamps[index - 1] - dwells_s[index - 1];
-            // From rest to rest, half the way up and half the way down: L = a T² / 4.
+            // From rest to rest, accelerating over half the distance and slowing down over the other: L = a T² / 4.
             let needed = (4.0 * leg_m * MM_PER_M / (travel_s * travel_s)).ceil();
             let leg_mm = (leg_m * MM_PER_M * 1000.0).round() / 1000.0;
             let expected = format!(
-                "a way that the acceleration allows; this one takes at least {needed} mm/s²"
+                "a leg that the acceleration allows; this one needs at least {needed} mm/s²"
             );
             let found = format!("{leg_mm} mm in {travel_s} s");
             Err(waypoints[index].refused(&found, &expected).into())
@@ -202,7 +203,7 @@ fn stamped(
     }
 }
 
-/// How the body is turned on its way to each way-point; `None` if it does not turn.
+/// The body's rotation on the way to each waypoint; `None` if it does not turn.
 fn turns(
     reader: &Reader<'_>,
     keys: &AgentTable,
@@ -212,7 +213,7 @@ fn turns(
         return Ok(None);
     };
     let hint =
-        "\"way\" turns the body's own x, its front, to where it goes; \"fixed\" is the default";
+        "\"way\" turns the body's front, its own +x, to where it goes; \"fixed\" is the default";
     let turns = reader.choice(
         "faces",
         &keys.faces,
@@ -223,7 +224,7 @@ fn turns(
     Ok(turns.then(|| headings(trajectory.waypoints_m())))
 }
 
-/// Turns +x to the direction of each way-point's leg; a leg without one takes the one before, else the first.
+/// Turns +x to the direction of each waypoint's leg. A leg without direction uses the previous one, or else the first.
 fn headings(waypoints_m: &[DVec3]) -> Vec<DMat3> {
     let mut headings: Vec<Option<DMat3>> = vec![None];
     for pair in waypoints_m.windows(2) {
@@ -257,7 +258,7 @@ fn check_inside(agent: &Agent, index: usize, point: &Waypoint, room: &Room) -> R
     let problem = format!(
         "agent `{name}` leaves the room of {room_mm} mm: its body reaches {reach_mm} mm there"
     );
-    let hint = "a position is the middle of the underside; move the way-point or shrink the body";
+    let hint = "a position is the center of the base; move the waypoint or shrink the body";
     let why = point.place.clone().refused(problem, hint);
     Err(SceneError::AgentLeavesRoom { name, why })
 }
@@ -277,7 +278,7 @@ fn check_walls(agent: &Agent, waypoints: &[Waypoint], walls: &Walls) -> Read<()>
         (time.as_secs_f64() * 1000.0).round() / 1000.0,
         millimeters(place_m)
     );
-    let hint = "add way-points that lead round the corner, or shrink the body";
+    let hint = "add waypoints that lead around the corner, or shrink the body";
     Err(SceneError::AgentMeetsWall(
         point.place.clone().refused(problem, hint),
     ))

@@ -1,4 +1,4 @@
-//! From an object's keys to a body in the room: its shape, its place and what it is made of.
+//! Builds a body from an object's keys: its shape, place and material.
 
 use crate::file::clothes::{self, Keys};
 use crate::file::document::{AgentTable, ObjectTable};
@@ -21,7 +21,7 @@ pub(crate) fn object(
     body(reader, table, base_m, ambient_c)
 }
 
-/// The bodies of an agent: its parts, whose positions count from its own, or the one that its own keys describe.
+/// The bodies of an agent: its parts, placed relative to the agent, or the single body of its own keys.
 pub(crate) fn parts(
     reader: &Reader<'_>,
     table: &Spanned<AgentTable>,
@@ -43,15 +43,14 @@ pub(crate) fn parts(
     ];
     if let Some((key, _)) = own_keys.into_iter().find(|(_, given)| *given) {
         let title = format!("agent `{}`", keys.name.get_ref());
-        let hint =
-            "an agent of parts has name, parts and a place or a way; the rest belongs to each part";
+        let hint = "an agent with parts has a name, parts and a position or a trajectory; all other keys go into its parts";
         return Err(reader.conflict(table.span().start, &title, [key, "part"], hint));
     }
     let build = |part: &Spanned<ObjectTable>| {
         let keys = part.get_ref();
         if keys.material.is_some() {
             let title = format!("part `{}`", keys.name.get_ref());
-            let hint = "prints stay on objects, not on those who move";
+            let hint = "prints are left on objects, not on agents";
             return Err(reader.conflict(part.span().start, &title, ["material", "part"], hint));
         }
         let offset_m = reader.position_m(&keys.position_mm)?;
@@ -117,7 +116,7 @@ fn body(
     })
 }
 
-/// How the body is rolled and pitched before it is turned; `None` if it stands upright.
+/// The body's roll and pitch, applied before its yaw; `None` if it stands upright.
 fn tilt(reader: &Reader<'_>, keys: &ObjectTable) -> Read<Option<DMat3>> {
     let pitch_deg = reader.optional(&keys.pitch_deg, &PITCH)?;
     let roll_deg = reader.optional(&keys.roll_deg, &ROLL_OF_BODY)?;
@@ -144,7 +143,7 @@ fn mesh(
             simple(reader, &keys.shape, size_m)?
         }
         (_, Some(vertices), Some(faces), _) => {
-            let hint = "leave out what no sensor can see";
+            let hint = "omit what no sensor can see";
             for (what, found, byte) in [
                 ("vertices", vertices.get_ref().len(), vertices.span().start),
                 ("faces", faces.get_ref().len(), faces.span().start),
@@ -180,7 +179,7 @@ fn unknown_shape(reader: &Reader<'_>, shape: &Option<Spanned<String>>) -> SceneE
     reader.refused("shape", span, expected, hint).into()
 }
 
-/// Each shape has its own keys: none is missing, none is there that would be passed over.
+/// Checks that the shape's keys are all present and that no other shape's keys are.
 fn check_keys(reader: &Reader<'_>, table: &Spanned<ObjectTable>) -> Read<()> {
     let keys = table.get_ref();
     let shape = word(&keys.shape);

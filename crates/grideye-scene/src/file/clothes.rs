@@ -1,7 +1,8 @@
-//! What people look like from outside, in the physical model: `T = ambient + share · (33 °C - ambient)`.
+//! How warm people appear in the physical model: `T = ambient + share · (33 °C - ambient)`.
 //!
-//! The shares are **assumptions**: in a room of 19 to 20 °C a clothed person looks 21 to 24 °C, the head warmest, and a
-//! coat takes off about 1 °C, as measured below a ceiling sensor; bare skin is 31 °C. Emissivities are textbook values.
+//! The shares are **assumptions**: in a room of 19 to 20 °C a clothed person appears 21 to 24 °C warm, the head
+//! warmest, and a coat lowers that by about 1 °C, as measured below a ceiling sensor; bare skin is 31 °C. Emissivities
+//! are textbook values.
 
 use crate::file::document::{AgentTable, ObjectTable, SceneTable};
 use crate::file::reader::{Read, Reader};
@@ -10,7 +11,7 @@ use crate::model::{Model, Warning};
 use crate::radiometry::Surface;
 use toml::Spanned;
 
-/// What is outermost on a body: its share and its emissivity.
+/// The outermost layer of a body: its share and its emissivity.
 const OUTSIDES: [(&str, [f64; 2]); 4] = [
     ("skin", [0.85, 0.98]),
     ("hair", [0.33, 0.95]),
@@ -20,10 +21,10 @@ const OUTSIDES: [(&str, [f64; 2]); 4] = [
 
 const SKIN_C: f64 = 33.0;
 
-/// With law B, the paper's model came nearest to real frames with bodies of 28 to 30 °C.
+/// With law B, the paper's model came closest to real frames with bodies of 28 to 30 °C.
 const PAPER_C: f64 = 29.0;
 
-/// From this on, a bare temperature of an agent is that of skin rather than that of clothes, °C.
+/// Above this, an agent's bare temperature is that of skin rather than clothes, °C.
 const WARM_C: f64 = 26.0;
 
 #[derive(Clone, Copy)]
@@ -51,9 +52,9 @@ impl<'a> Keys<'a> {
     }
 }
 
-/// Temperature and emissivity of a body, at `ambient_c` if none is given; the physical model takes `surface` first.
+/// A body's temperature (by default `ambient_c`) and emissivity; in the physical model, `surface` takes precedence.
 pub(crate) fn surface(reader: &Reader<'_>, keys: Keys<'_>, ambient_c: f64) -> Read<Surface> {
-    let hint = "what is outermost; for anything else give temperature_c and emissivity";
+    let hint = "the outermost layer; for anything else give temperature_c and emissivity";
     let outside = reader.choice("surface", keys.surface, &OUTSIDES, hint)?;
     let default_c = outside.map_or(ambient_c, |_| PAPER_C);
     let given = Surface {
@@ -69,7 +70,8 @@ pub(crate) fn surface(reader: &Reader<'_>, keys: Keys<'_>, ambient_c: f64) -> Re
     })
 }
 
-/// Agents as warm as skin, of whom nothing says that they are naked: in the physical model they would shine.
+/// Warns of agents as warm as skin without a stated surface or emissivity, which the physical model would show far too
+/// warm.
 pub(crate) fn warnings(reader: &Reader<'_>, tables: &SceneTable) -> Vec<Warning> {
     if reader.model == Model::Paper {
         return Vec::new();
@@ -84,11 +86,11 @@ pub(crate) fn warnings(reader: &Reader<'_>, tables: &SceneTable) -> Vec<Warning>
             warm.filter(|celsius| *celsius.get_ref() > WARM_C)
         })?;
         let problem = format!(
-            "agent `{}` shines like a surface of {} °C, and clothed people look like 21 to 24 °C in a room of 20",
+            "agent `{}` radiates like a surface of {} °C, but clothed people look like 21 to 24 °C in a room of 20",
             agent.name.get_ref(),
             celsius.get_ref()
         );
-        let hint = "write surface = \"clothed\" (or \"skin\", \"hair\", \"coat\"), or the emissivity beside the temperature if it is meant";
+        let hint = "write surface = \"clothed\" (or \"skin\", \"hair\", \"coat\"), or add the emissivity if this temperature is intended";
         let place = reader.place(celsius.span().start);
         Some(Warning::WarmAsSkin(place.refused(problem, hint)))
     });

@@ -1,4 +1,4 @@
-//! The scene file as TOML has it: keys and their places, nothing checked but types and spelling.
+//! The scene file's tables as TOML: keys and their places, with only types and spelling checked.
 
 use crate::text::Bounded;
 use serde::Deserialize;

@@ -1,15 +1,16 @@
-//! The files that a scene names: handed over by whoever reads the scene.
+//! The interface through which the caller supplies the files that a scene names.
 
 use std::collections::{BTreeMap, HashMap};
 use std::hash::BuildHasher;
 use std::io;
 
-/// Where a scene finds the files it names: a map from name to text, or a function that is called with a name.
+/// Supplies the files that a scene names: a map from name to text, or a function called with a name.
 pub trait Files {
-    /// The text of the file at `relative`: with `/`, below the scene file's folder, never absolute, never with `..`.
+    /// The text of the file at `relative`: a path with `/` below the scene file's folder, never absolute, never with
+    /// `..`.
     ///
     /// # Errors
-    /// Whatever kept the file from being read; the parser adds the place that asked for it.
+    /// The reason why the file cannot be read; the parser adds the place that names it.
     fn read(&self, relative: &str) -> io::Result<String>;
 }
 

@@ -1,4 +1,4 @@
-//! Reads the `[[fit]]` tables: the unknowns of a scene and where their numbers stand in the file.
+//! Reads the `[[fit]]` tables: the unknowns of a scene and the places of their numbers in the file.
 
 use super::document::FitTable;
 use super::key::Table;
@@ -35,15 +35,15 @@ fn fit(reader: &Reader<'_>, table: &FitTable, document: &Spanned<DeTable<'_>>) -
         Err(refusal.into())
     };
     if !(bounds[0] < bounds[1] && bounds.iter().all(|bound| bound.is_finite())) {
-        let hint = "the value is looked for between the two, both allowed";
-        return refused("[least, greatest], the first below the second", hint);
+        let hint = "the search includes both bounds";
+        return refused("[lowest, highest], the first below the second", hint);
     }
     let (value, value_span) = if key == RECORDING_START {
         (0.0_f64.clamp(bounds[0], bounds[1]), None)
     } else if let Some((value, span)) = number(reader.text, document, key) {
         (value, Some(span))
     } else {
-        let expected = "the path of a number that stands in this file, or recording.start_s";
+        let expected = "the path of a number in this file, or recording.start_s";
         let hint = "room.ambient_c, sensor.NAME.elevation_deg, sensor.NAME.position_mm.x, object.NAME.temperature_c, \
              agent.NAME.temperature_c, agent.NAME.PART.emissivity; a default must be written out first: the search starts from it";
         return Err(reader
@@ -51,7 +51,7 @@ fn fit(reader: &Reader<'_>, table: &FitTable, document: &Spanned<DeTable<'_>>) -
             .into());
     };
     if !(bounds[0]..=bounds[1]).contains(&value) {
-        let expected = format!("bounds around {value}, which is what the scene has for `{key}`");
+        let expected = format!("bounds around {value}, the scene's value of `{key}`");
         let hint = "the search starts from the number in the scene; change it or widen the bounds";
         return refused(&expected, hint);
     }
@@ -67,7 +67,7 @@ fn fit(reader: &Reader<'_>, table: &FitTable, document: &Spanned<DeTable<'_>>) -
     })
 }
 
-/// The number at a path and its place; the path may end in an axis, and leave `part` out before a part's name.
+/// The number at a path and its place; the path may end in an axis, and may omit `part` before a part's name.
 fn number(text: &str, document: &Spanned<DeTable<'_>>, path: &str) -> Option<(f64, Range<usize>)> {
     let (front, last) = path.rsplit_once('.')?;
     let axis = match last {

@@ -1,10 +1,10 @@
-//! Where in the text of a scene a key such as `agent.person.temperature_c` stands.
+//! Finds a key such as `agent.person.temperature_c` in a scene's text.
 
 use std::borrow::Cow;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// Why there is no such key.
+/// Why a key was not found.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{problem}\nhint: {hint}")]
 pub struct KeyError {
@@ -32,7 +32,7 @@ pub struct Table<'a, 'i> {
     pub entries: &'a DeTable<'i>,
     /// Whether it is the whole document.
     pub is_root: bool,
-    /// Whether it is written in braces.
+    /// Whether it is an inline table, in braces.
     pub is_inline: bool,
     title: String,
 }
@@ -56,17 +56,17 @@ impl<'a, 'i> Table<'a, 'i> {
         }
     }
 
-    /// What it has under a key.
+    /// The key's entry, if present.
     #[must_use]
     pub fn entry(&self, key: &str) -> Option<Entry<'a, 'i>> {
         let mut entries = self.entries.iter();
         entries.find(|(name, _)| name.get_ref().as_ref() == key)
     }
 
-    /// The table that a path ends in, the key there, and its value if it has one.
+    /// Follows a path to its last table, key, and value if present.
     ///
     /// # Errors
-    /// If the path names what the scene does not have, or no key.
+    /// If the path names something the scene lacks, or a table instead of a key.
     pub fn find<'p>(mut self, path: &'p str) -> Result<Found<'a, 'i, 'p>, KeyError> {
         let mut rest = path;
         loop {
@@ -96,7 +96,7 @@ impl<'a, 'i> Table<'a, 'i> {
                 listed(names(value))
             ))),
             DeValue::Table(_) if self.is_root => {
-                Err(KeyError::no_key(format!("name a key of it: {key}.KEY")))
+                Err(KeyError::no_key(format!("name one of its keys: {key}.KEY")))
             }
             _ => Ok(()),
         }
@@ -106,12 +106,12 @@ impl<'a, 'i> Table<'a, 'i> {
         let keys = self.entries.keys().map(|key| key.get_ref().to_string());
         let mut known = format!("{} has {}", self.title, listed(keys));
         if self.is_root {
-            known.push_str("; beside these, time_s is the moment of the frame");
+            known.push_str("; besides these, time_s is the time of the frame");
         }
         KeyError::unknown(&format!("`{key}`"), known)
     }
 
-    /// The table that a key leads to, and what is left of the path: behind the name, if it has one.
+    /// The table that a key leads to, and the rest of the path after the table's name, if it has one.
     pub(crate) fn below<'p>(
         &self,
         key: &str,
@@ -130,7 +130,7 @@ impl<'a, 'i> Table<'a, 'i> {
         };
         match value.get_ref() {
             DeValue::Array(tables) if NAMED.contains(&key) => {
-                // The longest name, as one may begin with another and a dot.
+                // Use the longest matching name, because one name may start with another and a dot.
                 let follows = |name: &str| {
                     let rest = behind.strip_prefix(name);
                     rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
@@ -148,7 +148,7 @@ impl<'a, 'i> Table<'a, 'i> {
                 let found = table(found, format!("{key} `{name}`"));
                 found.filter(|_| !rest.is_empty()).map(|table| (table, rest)).ok_or_else(|| {
                     KeyError::no_key(format!(
-                        "name a key of it, as in {key}.{name}.KEY; scenes/README.md describes every key"
+                        "name one of its keys, as in {key}.{name}.KEY; scenes/README.md describes every key"
                     ))
                 })
             }
@@ -162,7 +162,7 @@ impl<'a, 'i> Table<'a, 'i> {
     }
 }
 
-/// Where a path ends: the table, the key, and its value if it has one.
+/// The end of a path: table, key, and value if present.
 pub type Found<'a, 'i, 'p> = (Table<'a, 'i>, &'p str, Option<&'a Spanned<DeValue<'i>>>);
 
 fn name<'a>(table: &'a Spanned<DeValue<'_>>) -> Option<&'a str> {

@@ -1,4 +1,4 @@
-//! From a scene file to a [`Scene`](crate::Scene): the tables as TOML has them, one reader for each, and the whole.
+//! Builds a [`Scene`](crate::Scene) from a scene file: the tables as TOML, one reader for each, and the whole.
 
 mod agent;
 mod body;

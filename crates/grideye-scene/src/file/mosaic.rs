@@ -1,4 +1,4 @@
-//! Cuboids side by side, one for each number (PeerJ CS 11:e3124, "Experiment 5").
+//! Adjacent cuboids, one for each number (PeerJ CS 11:e3124, "Experiment 5").
 
 use crate::file::document::MosaicTable;
 use crate::file::reader::{Read, Reader, columns};
@@ -11,7 +11,7 @@ use crate::radiometry::Surface;
 use crate::text::Rule;
 use glam::DVec3;
 
-/// The cells, from the back to the front and from left to right, as a map has them.
+/// The cells, from back to front and from left to right, as on a map.
 pub(crate) fn cells(
     reader: &Reader<'_>,
     keys: &MosaicTable,

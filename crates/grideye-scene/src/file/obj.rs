@@ -1,4 +1,4 @@
-//! Wavefront OBJ: vertices and faces of it, which every modeling program writes.
+//! Reads vertices and faces from Wavefront OBJ, which every modeling program can write.
 
 use crate::file::document::{Faces, Triples};
 use crate::file::reader::{Read, Reader};
@@ -9,7 +9,7 @@ use crate::text::{MM_PER_M, Place, excerpt};
 use glam::DVec3;
 use toml::Spanned;
 
-/// The surface of vertices and faces in the scene file itself.
+/// The surface of the vertices and faces given in the scene file itself.
 pub(crate) fn given(
     reader: &Reader<'_>,
     vertices_mm: &Triples,
@@ -34,7 +34,7 @@ pub(crate) fn named(
     read(file.get_ref(), &text, unit_m, name)
 }
 
-/// The surface in an OBJ file whose unit is `unit_m`; lines other than `v` and `f`, textures and normals are ignored.
+/// The surface in an OBJ file with unit `unit_m`; lines other than `v` and `f`, textures and normals are ignored.
 fn read(file: &str, text: &str, unit_m: f64, name: &str) -> Read<Mesh> {
     let (mut vertices_m, mut faces) = (Vec::new(), Vec::new());
     let mut first_face = 1;
@@ -44,7 +44,7 @@ fn read(file: &str, text: &str, unit_m: f64, name: &str) -> Read<Mesh> {
         let place = || Place::of_line(file, index + 1);
         let malformed = |expected: &str| {
             let problem = format!("found `{}`, expected {expected}", excerpt(line));
-            let hint = "of OBJ files, lines `v x y z` and `f a b c` are read, everything else is passed over";
+            let hint = "only the lines `v x y z` and `f a b c` of an OBJ file are used, all others are ignored";
             place().refused(problem, hint)
         };
         let found = match fields.next() {
@@ -74,12 +74,12 @@ fn read(file: &str, text: &str, unit_m: f64, name: &str) -> Read<Mesh> {
         }
     }
     Mesh::new(vertices_m, &faces).map_err(|error| {
-        let hint = "faces count from 0 in this message and from 1 in the file; the first stands on the line named";
+        let hint = "faces count from 0 in this message and from 1 in the file; the line is that of the first face";
         SceneError::no_solid(Place::of_line(file, first_face), name, error, hint)
     })
 }
 
-/// Three coordinates in the file's unit; a fourth, the weight of a rational curve, is passed over.
+/// Three coordinates in the file's unit; a fourth, the weight of a rational curve, is ignored.
 fn vertex<'a>(mut fields: impl Iterator<Item = &'a str>) -> Option<DVec3> {
     let mut coordinate = || {
         let number: f64 = fields.next()?.parse().ok()?;
@@ -134,11 +134,11 @@ mod tests {
             ("f 0 1 2", "13:1: found `f 0 1 2`"),
             (
                 "f 1 2 9",
-                "8:1: `thing` is no solid: face 4 names vertex 8, expected 0 to 3",
+                "8:1: `thing` is not a solid: face 4 names vertex 8, expected 0 to 3",
             ),
             (
                 "f 1 2",
-                "8:1: `thing` is no solid: face 4 has 2 corners, expected at least 3",
+                "8:1: `thing` is not a solid: face 4 has 2 corners, expected at least 3",
             ),
         ] {
             let text = format!("{TETRAHEDRON}\n{line}\n");

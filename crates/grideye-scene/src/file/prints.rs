@@ -1,4 +1,4 @@
-//! Finds the warm prints of a scene: where the underside of a body rests on an object that keeps them.
+//! Finds the warm prints of a scene: places where a body's base rests on an object with a material.
 
 use super::reader::{Read, Reader};
 use crate::geometry::{Mesh, area_vector, clipped, hull, range};
@@ -9,7 +9,7 @@ use glam::{DMat3, DVec3};
 
 pub(crate) fn prints(reader: &Reader<'_>, scene: &Scene) -> Read<Vec<Print>> {
     let mut prints = Vec::new();
-    let hint = "give `material` only to what somebody really sits or lies on";
+    let hint = "give `material` only to objects that people sit or lie on";
     for (index, object) in scene.objects.iter().enumerate() {
         let Some(material) = object.thermal.material else {
             continue;
@@ -63,7 +63,7 @@ fn on_object(
             let offset_c = object.thermal.offsets_c.get(number).copied();
             let corners: Vec<i64> = (0..).take(print.len()).collect();
             let Ok(sheet) = Mesh::new(print, &[corners]) else {
-                // Nothing of the body is above this face.
+                // No part of the body is above this face.
                 continue;
             };
             prints.push(Print {
@@ -78,8 +78,8 @@ fn on_object(
     }
 }
 
-/// A body whose underside is this near to a face, or in it, is on it, meters.
+/// A body rests on a face if its base is at most this far above it, or below it, meters.
 const NEAR_M: f64 = 0.02;
 
-/// How far a print lies above its face, meters: more than the rounding of depths, less than anybody sees.
+/// Height of a print above its face, meters: more than rounding of depths, less than anyone sees.
 const ABOVE_M: f64 = 1e-5;

@@ -1,4 +1,4 @@
-//! A scene's text, the model it is read for and the files it names: checks that every table needs.
+//! A scene's text, its model and the files it names, with the checks that all tables need.
 
 use crate::file::document::{Axes, Pair, Rows, SceneTable, Triple, Triples};
 use crate::file::files::Files;
@@ -17,7 +17,7 @@ pub(crate) type Read<T> = Result<T, SceneError>;
 
 pub(crate) struct Reader<'a> {
     source: Source<'a>,
-    /// Some keys mean something in one model only.
+    /// Some keys apply to one model only.
     pub(crate) model: Model,
     files: &'a dyn Files,
 }
@@ -39,7 +39,7 @@ impl<'a> Reader<'a> {
             tables: "; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
         };
         let model = Model::default();
-        let hint = "is it a scene file, or a trajectory, at all?";
+        let hint = "check that it is a scene file or a trajectory";
         let reader = Self {
             source,
             model,
@@ -49,7 +49,6 @@ impl<'a> Reader<'a> {
         Ok(reader)
     }
 
-    /// The TOML document; places in it are those of the text.
     pub(crate) fn document(&self) -> Read<Spanned<DeTable<'a>>> {
         Ok(DeTable::parse(self.text).map_err(|error| self.malformed(&error))?)
     }
@@ -98,7 +97,7 @@ impl<'a> Reader<'a> {
     }
 
     pub(crate) fn check_counts(&self, tables: &SceneTable) -> Result<(), Refusal> {
-        let hint = "merge objects that touch and have one temperature";
+        let hint = "merge touching objects of the same temperature";
         self.check_tables("object", &tables.object, limits::OBJECTS_MAX, hint)?;
         let hint = "write people who stand still as [[object]]";
         self.check_tables("agent", &tables.agent, limits::AGENTS_MAX, hint)?;
@@ -138,7 +137,7 @@ impl<'a> Reader<'a> {
                 let first_line = self.place(first_byte).line;
                 let name = name.get_ref();
                 let problem = format!("the name `{name}` is taken by line {first_line}");
-                let hint = format!("give each {kind} a name of its own");
+                let hint = format!("give each {kind} its own name");
                 return Err(self.place(start).refused(problem, &hint));
             }
         }
@@ -158,13 +157,12 @@ impl<'a> Reader<'a> {
         Err(self.refused("name", name.span(), &expected, hint))
     }
 
-    /// A sensor is called in the scene as in its recordings.
+    /// A sensor has the same name in the scene and in its recordings.
     pub(crate) fn sensor_name(&self, name: &Spanned<String>) -> Result<String, Refusal> {
         if is_name(name.get_ref()) {
             return Ok(name.get_ref().clone());
         }
-        let hint =
-            "a sensor's name goes into its recordings; write `-` for a blank, as in right-arm";
+        let hint = "a sensor's name goes into its recordings; write `-` instead of a space, as in right-arm";
         Err(self.refused("name", name.span(), NAME_RULE, hint))
     }
 
@@ -236,7 +234,7 @@ impl<'a> Reader<'a> {
         Err(self.refused("resolution", given.span(), &expected, hint))
     }
 
-    /// The text of a file that the scene names, in or below its own folder; `what` is the key and what it stands for.
+    /// The text of a file that the scene names, in or below its own folder. `key` names the key, `what` its meaning.
     pub(crate) fn read_below(
         &self,
         (key, what): (&str, &str),
@@ -253,7 +251,7 @@ impl<'a> Reader<'a> {
         }
         let unreadable = |source| {
             let problem = format!("cannot read the {what} `{relative}`: {source}");
-            let hint = "the path is taken from the scene file's folder";
+            let hint = "the path is relative to the scene file's folder";
             let why = self.place(path.span().start).refused(problem, hint);
             SceneError::FileUnreadable { why, source }
         };
@@ -263,7 +261,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// How many numbers each row has: all as many, at least one in at least one.
+/// The common length of all rows, at least 1.
 pub(crate) fn columns(
     reader: &Reader<'_>,
     key: &str,

@@ -1,4 +1,4 @@
-//! From the room's keys to a room: a box, a floor plan with a height, or a mesh.
+//! Builds the room from its keys: a box, a floor plan with a height, or a mesh.
 
 use crate::file::document::{Pair, RoomTable};
 use crate::file::obj;
@@ -84,7 +84,7 @@ fn of_mesh<T>(
 ) -> Read<Room> {
     Room::of_mesh(mesh, ambient_c).ok_or_else(|| {
         let expected =
-            "a closed surface, every edge of which two faces share, in either direction once";
+            "a closed surface, with every edge shared by two faces that run along it in opposite directions";
         let hint = "a room has floor, ceiling and all walls, without gaps or doors";
         reader.refused(key, place.span(), expected, hint).into()
     })
@@ -92,7 +92,7 @@ fn of_mesh<T>(
 
 fn plan(reader: &Reader<'_>, plan_mm: &PlanKey) -> Read<Vec<DVec2>> {
     let corners = plan_mm.get_ref();
-    let hint = "leave out corners on straight walls";
+    let hint = "omit corners on straight walls";
     let (found, byte) = (corners.len(), plan_mm.span().start);
     reader.check_count("corners", found, limits::ROOM_CORNERS_MAX, byte, hint)?;
     let mut plan_m = Vec::with_capacity(found);
@@ -122,20 +122,17 @@ fn no_plan(reader: &Reader<'_>, plan_mm: &PlanKey, expected: &str) -> SceneError
 
 type Fault = fn(&[DVec2], usize) -> bool;
 
-/// What may be wrong with the wall that begins at a corner, and what is expected of that corner.
+/// Possible mistakes in the wall that starts at a corner, with the message about each.
 const FAULTS: [(Fault, &str); 3] = [
     (
         is_short,
-        "another place than the next corner's; the last wall leads back to the first corner by itself",
+        "a corner away from the next one; the last wall leads back to the first corner by itself",
     ),
     (
         leads_back,
-        "a wall that the next one does not lead back along",
+        "a wall that the next one does not double back on",
     ),
-    (
-        meets_another,
-        "a wall that meets no other but those before and after it",
-    ),
+    (meets_another, "a wall that meets only its neighbors"),
 ];
 
 fn is_short(plan_m: &[DVec2], index: usize) -> bool {
@@ -158,7 +155,7 @@ fn meets_another(plan_m: &[DVec2], index: usize) -> bool {
     })
 }
 
-/// The ends of the wall that begins at a corner, counted round and round.
+/// The ends of the wall that starts at a corner; the corners repeat.
 fn wall(plan_m: &[DVec2], index: usize) -> [DVec2; 2] {
     let count = plan_m.len();
     [plan_m[index % count], plan_m[(index + 1) % count]]
@@ -175,6 +172,6 @@ fn distance_m(point: DVec2, [from, to]: [DVec2; 2]) -> f64 {
     point.distance(from + share.clamp(0.0, 1.0) * along)
 }
 
-const HINT: &str = "a room has size_mm, or plan_mm and height_mm, or vertices_mm and faces, or file and perhaps unit_mm";
-/// Corners nearer than this to one another or to a wall are on it: a micrometer.
+const HINT: &str = "a room has size_mm, or plan_mm and height_mm, or vertices_mm and faces, or file and optionally unit_mm";
+/// Corners this close to each other or to a wall coincide: a micrometer.
 const SLIVER_M: f64 = 1e-6;

@@ -1,4 +1,4 @@
-//! Which numbers each key may have, and what its author is told.
+//! The numbers allowed for each key, and the messages about others.
 
 use crate::model::limits::TIME_MAX_S;
 use crate::radiometry::ABSOLUTE_ZERO_C;
@@ -13,7 +13,7 @@ pub(crate) const TEMPERATURE: Rule = Rule {
 pub(crate) const RANGE: Rule = Rule {
     key: "detectable_range_c",
     expected: "[lowest, highest] °C, rising, above absolute zero (-273.15) and up to 5000",
-    hint: "the paper says 0 to 80 of the Grid-EYE: [0, 80]",
+    hint: "the paper gives the Grid-EYE 0 to 80: [0, 80]",
     ..TEMPERATURE
 };
 pub(crate) const AMBIENT: Rule = TEMPERATURE.of("ambient_c");
@@ -21,9 +21,9 @@ pub(crate) const EMISSIVITY: Rule = Rule {
     key: "emissivity",
     holds: |share| share > 0.0 && share <= 1.0,
     expected: "a number above 0 and up to 1",
-    hint: "skin has 0.98, cloth 0.9 to 0.95, the paper takes 0.8",
+    hint: "skin has 0.98, cloth 0.9 to 0.95, the paper uses 0.8",
 };
-/// In the physical model a mirror is possible, which the paper's formula divides by.
+/// The physical model allows a perfect mirror; the paper's formula would divide by its emissivity.
 pub(crate) const EMISSIVITY_PHYSICAL: Rule = Rule {
     holds: |share| (0.0..=1.0).contains(&share),
     expected: "a number from 0 to 1",
@@ -35,7 +35,7 @@ pub(crate) const SIZE: Rule = Rule {
     key: "size_mm",
     holds: |length_mm| length_mm > 0.0 && length_mm <= LENGTH_MAX_MM,
     expected: "three lengths above 0 and up to 1000000 mm",
-    hint: "sizes are [x, y, z] in millimeters before turning",
+    hint: "sizes are [x, y, z] in millimeters before rotation",
 };
 pub(crate) const POSITION: Rule = Rule {
     key: "position_mm",
@@ -47,7 +47,7 @@ pub(crate) const PLAN: Rule = Rule {
     key: "plan_mm",
     holds: |length_mm| length_mm.abs() <= LENGTH_MAX_MM,
     expected: "two coordinates of at most 1000000 mm",
-    hint: "a floor plan is the list of its corners [x, y] in the order of the walls, each once, and no wall meets another but at its ends",
+    hint: "a floor plan lists its corners [x, y] in the order of the walls, each once; walls meet only at their ends",
 };
 pub(crate) const HEIGHT: Rule = Rule {
     key: "height_mm",
@@ -64,12 +64,12 @@ pub(crate) const YAW: Rule = Rule {
 };
 pub(crate) const PITCH: Rule = YAW.with(
     "pitch_deg",
-    "angles are degrees; a thing is rolled about x, pitched about y, then turned about the vertical",
+    "angles are degrees; an object is rolled about x, pitched about y, then turned about the vertical",
 );
 pub(crate) const ROLL_OF_BODY: Rule = PITCH.of("roll_deg");
 pub(crate) const VERTEX: Rule = POSITION.with(
     "vertices_mm",
-    "vertices are [x, y, z] in millimeters from the thing's own position, before it is turned",
+    "vertices are [x, y, z] in millimeters from the object's own position, before rotation",
 );
 pub(crate) const UNIT: Rule = Rule {
     key: "unit_mm",
@@ -98,55 +98,55 @@ pub(crate) const PIXELS_PER_DEGREE: Rule = Rule {
     key: "pixels_per_degree",
     holds: |points| points > 0.0 && points <= 10_000.0,
     expected: "a number above 0 and up to 10000",
-    hint: "the paper takes 5",
+    hint: "the paper uses 5",
 };
 pub(crate) const NOISE: Rule = Rule {
     key: "noise_sigma_c",
     holds: |sigma| (0.0..=1000.0).contains(&sigma),
     expected: "0 to 1000 °C",
-    hint: "the paper takes 0.2 for the Grid-EYE and 1.6 for the Lepton; 0 is no noise",
+    hint: "the paper uses 0.2 for the Grid-EYE and 1.6 for the Lepton; 0 for no noise",
 };
 pub(crate) const SAMPLING: Rule = Rule {
     key: "sampling_hz",
     holds: |hertz| (0.001..=10_000.0).contains(&hertz),
-    expected: "0.001 to 10000 frames a second",
+    expected: "0.001 to 10000 frames per second",
     hint: "the Grid-EYE has 1 or 10",
 };
 pub(crate) const OPERATING_DISTANCE: Rule = Rule {
     key: "operating_distance_mm",
     holds: |length_mm| (10.0..=LENGTH_MAX_MM).contains(&length_mm),
     expected: "10 to 1000000 mm",
-    hint: "the paper takes 5000",
+    hint: "the paper uses 5000",
 };
 pub(crate) const SPEED: Rule = Rule {
     key: "speed_mm_per_s",
     holds: |speed| speed > 0.0 && speed <= 100_000.0,
     expected: "a speed above 0 and up to 100000 mm/s",
-    hint: "a person walks at 500 to 1500 mm/s; leave trajectory and speed out for one who stands still",
+    hint: "a person walks at 500 to 1500 mm/s; omit trajectory and speed if the agent stands still",
 };
 pub(crate) const ACCELERATION: Rule = Rule {
     key: "acceleration_mm_per_s2",
     holds: |acceleration| acceleration > 0.0 && acceleration <= 100_000.0,
     expected: "an acceleration above 0 and up to 100000 mm/s²",
-    hint: "a person who sets off speeds up by about 1000 mm/s each second",
+    hint: "a person starting to walk accelerates at about 1000 mm/s²",
 };
 pub(crate) const GRADIENT: Rule = Rule {
     key: "gradient_c_per_m",
     holds: |celsius_per_m| celsius_per_m.abs() <= 1000.0,
-    expected: "three numbers from -1000 to 1000 °C a meter",
-    hint: "along the body's own x, y and z; temperature_c is that at its position",
+    expected: "three numbers from -1000 to 1000 °C per meter",
+    hint: "along the body's own x, y and z; temperature_c applies at its position",
 };
 pub(crate) const TIME_CONSTANT: Rule = Rule {
     key: "time_constant_s",
     holds: |seconds| (1e-3..=1e9).contains(&seconds),
     expected: "0.001 to 1000000000 seconds",
-    hint: "the time in which a thing left alone loses 63 % of its difference to ambient: a cup of tea 1800, a kettle 3600",
+    hint: "the time in which an unheated object loses 63 % of its difference from ambient: a cup of tea 1800, a kettle 3600",
 };
 pub(crate) const POWER: Rule = Rule {
     key: "power_w",
     holds: |watts| watts.abs() <= 1e9,
     expected: "-1000000000 to 1000000000 W",
-    hint: "what heats the thing while it is on; a negative power cools it",
+    hint: "heats the object while on; a negative power cools it",
 };
 pub(crate) const CAPACITY: Rule = Rule {
     key: "heat_capacity_j_per_k",
@@ -158,7 +158,7 @@ pub(crate) const PAPER_EXPERIMENT: Rule = Rule {
     key: "paper_experiment",
     holds: |number| paper_experiment(number).is_some(),
     expected: "1, 2, 3 or 4",
-    hint: "the experiment of the paper that this scene stands for; leave it out for a scene of your own",
+    hint: "the paper's experiment that this scene reproduces; omit it in your own scenes",
 };
 pub(crate) fn paper_experiment(number: f64) -> Option<u8> {
     (1..=4).find(|&experiment| f64::from(experiment) == number)
@@ -167,7 +167,7 @@ pub(crate) const DURATION: Rule = Rule {
     key: "duration_s",
     holds: |seconds| (0.0..=TIME_MAX_S).contains(&seconds),
     expected: "0 to 31622400 seconds",
-    hint: "how long the scene takes at least; the agents' ways make it longer",
+    hint: "the shortest duration of the scene; agents' paths extend it",
 };
 pub(crate) const PIXEL_WIDTH: Rule = Rule {
     key: "pixel_width_deg",
@@ -179,23 +179,23 @@ pub(crate) const BLUR: Rule = Rule {
     key: "blur_deg",
     holds: |degrees| (0.0..=90.0).contains(&degrees),
     expected: "0 to 90",
-    hint: "the full width at half height of the point spread; 0 is none",
+    hint: "the full width at half height of the point spread; 0 for none",
 };
 pub(crate) const BLUR_PIXELS: Rule = Rule {
     key: "blur_px",
     holds: |pixels| (0.0..=10.0).contains(&pixels),
     expected: "0 to 10",
-    hint: "the full width at half height of the point spread, in pixels; 0 is none",
+    hint: "the full width at half height of the point spread, in pixels; 0 for none",
 };
 pub(crate) const STEP: Rule = Rule {
     key: "step_c",
     holds: |celsius| (0.0..=100.0).contains(&celsius),
     expected: "0 to 100 °C",
-    hint: "the Grid-EYE has steps of 0.25; 0 is none",
+    hint: "the Grid-EYE has steps of 0.25; 0 for none",
 };
 pub(crate) const WAVELENGTH: Rule = Rule {
     key: "band_um",
     holds: |um| (0.1..=1000.0).contains(&um),
     expected: "[from, to], rising, each 0.1 to 1000 µm",
-    hint: "thermal sensors take in about [8, 14]; leave it out for all wavelengths",
+    hint: "thermal sensors detect about [8, 14]; omit it for all wavelengths",
 };

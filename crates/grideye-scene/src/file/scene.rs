@@ -1,4 +1,4 @@
-//! From the file's tables to a scene that can be simulated, or to the error that says why not.
+//! Builds a scene from the file's tables, or reports why it cannot.
 
 use crate::file::document::SceneTable;
 use crate::file::files::Files;
@@ -14,23 +14,23 @@ use toml::Spanned;
 use toml::de::DeTable;
 
 impl Scene {
-    /// The TOML document of a scene's text, for whoever changes the text: its places are bytes of the text.
+    /// The TOML document of a scene's text, for editing the text: its spans are bytes of the text.
     ///
     /// # Errors
-    /// As [`Scene::parse`], for a text that is too long, or no TOML.
+    /// As [`Scene::parse`], for a text that is too long or not TOML.
     pub fn document<'t>(text: &'t str, origin: &'t str) -> Read<Spanned<DeTable<'t>>> {
         Reader::new(origin, text, &no_files)?.document()
     }
 
-    /// Reads a scene; `origin` is the file's name in messages, `files` hands over the files it names.
+    /// Reads a scene; `origin` is the file's name in messages, `files` supplies the files it names.
     ///
     /// # Errors
-    /// What makes the scene unfit to be simulated, with its place and a hint.
+    /// The reason why the scene cannot be simulated, with its place and a hint.
     pub fn parse(text: &str, origin: &str, files: &dyn Files) -> Read<Loaded> {
         Self::parse_as(None, text, origin, files)
     }
 
-    /// The same, made by the given model whatever the file says; `None` leaves it to the file.
+    /// As [`parse`](Self::parse), but with the given model; `None` uses the file's.
     ///
     /// # Errors
     /// As [`parse`](Self::parse).
@@ -124,7 +124,7 @@ fn objects(
             "object `{}` was removed: it reaches {reach_mm} mm, beyond the room of {room_mm} mm",
             object.name
         );
-        let hint = "a position is the middle of the underside; move or shrink the object";
+        let hint = "a position is the center of the base; move or shrink the object";
         warnings.push(Warning::ObjectOutsideRoom {
             name: object.name,
             why: reader.place(byte).refused(problem, hint),
@@ -177,7 +177,7 @@ fn contacts(reader: &Reader<'_>, tables: &SceneTable, scene: &Scene) -> Read<Vec
     Ok(warnings)
 }
 
-/// A name in `touches` that nobody has would be a collision that stays, or one that is never looked for.
+/// An unknown name in `touches` would leave a collision reported, or hide one that is never searched.
 fn check_touches(reader: &Reader<'_>, tables: &SceneTable) -> Read<()> {
     let objects = tables.object.iter().map(|table| &table.get_ref().name);
     let agents = tables.agent.iter().map(|table| &table.get_ref().name);

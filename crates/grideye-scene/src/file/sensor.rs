@@ -1,4 +1,4 @@
-//! From a sensor's keys, and the preset that they name, to a sensor in the room.
+//! Builds a sensor from its keys and preset.
 
 use crate::file::document::SensorTable;
 use crate::file::reader::{Read, Reader};
@@ -45,7 +45,7 @@ pub(crate) fn sensor(
     let optics = optics(reader, &keys.optics, (is_grid_eye, is_amg88))?;
     let profile = profile(reader, keys, &title, is_small)?;
     let step_c = reader.number_or(&keys.step_c, &STEP, 0.0)?;
-    // What the file says, else what its profile has in the mean, else what its model and preset have.
+    // The file's noise first, then the profile's mean, then that of the model and preset.
     let noise_sigma = reader.optional(&keys.noise_sigma_c, &NOISE)?;
     let noise_sigma = noise_sigma.or(profile.as_ref().map(Profile::sigma_c));
     let of_preset = preset.map(|preset| match (reader.model, preset.netd_at_1_hz_c) {
@@ -75,7 +75,7 @@ pub(crate) fn sensor(
     })
 }
 
-/// The width of the point spread on each axis, where a pixel has so many degrees.
+/// The width of the point spread on each axis, given the size of a pixel in degrees.
 fn blur_deg(reader: &Reader<'_>, keys: &SensorTable, title: &str, pixel_deg: DVec2) -> Read<DVec2> {
     if let (Some(_), Some(blur)) = (&keys.blur_deg, &keys.blur_px) {
         let hint = "give the width of the point spread in pixels or in degrees";
@@ -94,11 +94,12 @@ fn optics(
     (is_grid_eye, is_amg88): (bool, bool),
 ) -> Read<Optics> {
     let choices = [("datasheet", Optics::Amg88), ("pinhole", Optics::Pinhole)];
-    let hint = "datasheet is where the pixels of an AMG88 look, pinhole is even steps on the picture plane";
+    let hint =
+        "datasheet uses the pixel directions of an AMG88, pinhole even steps on the image plane";
     let chosen = reader.choice("optics", given, &choices, hint)?;
     if let (Some(Optics::Amg88), Some(given), false) = (chosen, given, is_amg88) {
-        let expected = "\"pinhole\" for a sensor that has not 8 x 8 pixels and 60°";
-        let hint = "the datasheet's map is of the AMG88 with the 60° lens; leave optics out, or resolution and fov_deg";
+        let expected = "\"pinhole\" for a sensor without 8 x 8 pixels and 60°";
+        let hint = "the datasheet's map is for the AMG88 with the 60° lens; omit optics, or omit resolution and fov_deg";
         let refused = reader.refused("optics", given.span(), expected, hint);
         return Err(refused.into());
     }
@@ -120,13 +121,13 @@ fn profile(
         return Ok(None);
     };
     if let Some(noise) = &keys.noise_sigma_c {
-        let hint = "a profile brings the whole of the sensor's noise";
+        let hint = "a profile includes all of the sensor's noise";
         let both = ["noise_sigma_c", "profile"];
         return Err(reader.conflict(noise.span().start, title, both, hint));
     }
     if !is_small {
-        let expected = "no profile for a sensor that has not 8 x 8 pixels";
-        let hint = "profiles are of the Grid-EYE; give noise_sigma_c instead";
+        let expected = "no profile for a sensor without 8 x 8 pixels";
+        let hint = "profiles are for the Grid-EYE; give noise_sigma_c instead";
         let refused = reader.refused("profile", path.span(), expected, hint);
         return Err(refused.into());
     }
@@ -140,7 +141,8 @@ fn profile(
         .map_err(refused)
 }
 
-/// Noise of one pixel in one frame, °C: 0.05 °C at 1 Hz and 0.16 °C at 10 in the specification, `0.05 √hz` at any rate.
+/// Noise of one pixel in one frame, °C: `0.05 √hz`, which matches the specification's 0.05 °C at 1 Hz and 0.16 °C at 10
+/// Hz.
 fn netd_c(at_1_hz_c: f64, sampling_hz: f64) -> f64 {
     at_1_hz_c * sampling_hz.sqrt()
 }
@@ -159,9 +161,9 @@ fn pose(reader: &Reader<'_>, keys: &SensorTable, name: &str, room: &Room) -> Rea
     let elevation_deg = reader.number(&keys.elevation_deg, &ELEVATION)?;
     let azimuth_deg = reader.number(&keys.azimuth_deg, &AZIMUTH)?;
     let roll_deg = reader.number_or(&keys.roll_deg, &ROLL, 0.0)?;
-    // The specification's drawing does not say which: it may show the chip, or what the chip sees.
+    // The specification's drawing does not say whether it shows the chip or what the chip sees.
     let corners = [("top-left", 0.0), ("bottom-right", 180.0)];
-    let hint = "where pixel 1 is in the picture; a lens turns a picture and never mirrors it";
+    let hint = "where pixel 1 is in the image; a lens rotates an image but never mirrors it";
     let turned_deg = reader.choice("pixel_1", &keys.pixel_1, &corners, hint)?;
     let roll_deg = roll_deg + turned_deg.unwrap_or(0.0);
     let pose = Pose::from_degrees(position_m, elevation_deg, azimuth_deg, roll_deg);
@@ -192,7 +194,7 @@ struct Preset {
     resolution: USizeVec2,
     fov_deg: DVec2,
     noise_sigma_c: f64,
-    /// What the physical model has instead, if the specification gives it.
+    /// The physical model's noise instead, if the specification gives it.
     netd_at_1_hz_c: Option<f64>,
     sampling_hz: f64,
 }
@@ -230,7 +232,7 @@ fn preset(reader: &Reader<'_>, name: &Option<Spanned<String>>) -> Read<Option<&'
         return Ok(Some(found));
     }
     let known = PRESETS.map(|preset| format!("\"{}\"", preset.name));
-    let hint = "or leave it out and give resolution, fov_deg, noise_sigma_c and sampling_hz";
+    let hint = "or omit it and give resolution, fov_deg, noise_sigma_c and sampling_hz";
     Err(reader
         .refused("preset", name.span(), &known.join(" or "), hint)
         .into())
@@ -239,7 +241,7 @@ fn preset(reader: &Reader<'_>, name: &Option<Spanned<String>>) -> Read<Option<&'
 /// PeerJ CS 11:e3124, "Perceived temperature calculation": "default: 5 m".
 const OPERATING_MM: f64 = 5000.0;
 
-/// The same, "Sensor model implementation": 5 is the default.
+/// PeerJ CS 11:e3124, "Sensor model implementation": 5 is the default.
 const POINTS_PER_DEGREE: f64 = 5.0;
 
 #[cfg(test)]
@@ -247,7 +249,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn noise_is_what_the_specification_prints_at_both_rates() {
+    fn noise_matches_the_specification_at_both_rates() {
         assert_eq!(netd_c(0.05, 1.0), 0.05);
         assert_eq!((netd_c(0.05, 10.0) * 100.0).round(), 16.0);
         assert_eq!(netd_c(0.05, 4.0), 0.1);

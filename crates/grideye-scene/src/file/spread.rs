@@ -1,6 +1,6 @@
-//! Bodies of several temperatures (by face, gradient or grid of cells) and bodies that warm up or cool down.
+//! Bodies with several temperatures (by face, gradient or grid of cells) and bodies that warm up or cool down.
 //!
-//! Faces are cut into parts of one temperature each; a gradient into strips of [`STEP_C`], at most [`STRIPS_MAX`].
+//! Faces are cut into parts of uniform temperature; a gradient into strips of [`STEP_C`], at most [`STRIPS_MAX`].
 
 use crate::file::document::{ObjectTable, Rows};
 use crate::file::reader::{Read, Reader, columns};
@@ -12,19 +12,19 @@ use glam::{DMat3, DVec3};
 use std::collections::BTreeMap;
 use toml::Spanned;
 
-/// How a body stands in the room, and how warm it is on the whole.
+/// A body's place and rotation in the room, and its mean temperature.
 pub(crate) struct Stand {
     pub(crate) base_m: DVec3,
     pub(crate) rotation: DMat3,
     pub(crate) celsius: f64,
 }
 
-/// The most that two neighboring strips or cells of a gradient differ, °C, so long as the limits allow it.
+/// Largest difference between adjacent strips or cells of a gradient, °C, as far as the limits allow.
 const STEP_C: f64 = 0.1;
 const STRIPS_MAX: usize = 256;
 const PARTS_MAX: usize = 100;
 
-/// What the keys say of a body's warmth, and its surface, cut where temperatures meet.
+/// A body's surface, cut where temperatures change, and its warmth.
 pub(crate) fn of(
     reader: &Reader<'_>,
     table: &Spanned<ObjectTable>,
@@ -49,7 +49,7 @@ pub(crate) fn of(
         ("textile", Material::Textile),
         ("wood", Material::Wood),
     ];
-    let hint = "an object of a material keeps a warm print of who stood, sat or lay on it";
+    let hint = "an object with a material keeps a warm print of whoever stood, sat or lay on it";
     let thermal = Thermal {
         transient: heat(reader, table)?,
         material: reader.choice("material", &keys.material, &materials, hint)?,
@@ -68,8 +68,7 @@ fn check_keys(reader: &Reader<'_>, table: &Spanned<ObjectTable>) -> Read<()> {
     ];
     let mut given = spreads.iter().filter(|(_, given)| *given);
     if let (Some((key, _)), Some((other, _))) = (given.next(), given.next()) {
-        let hint =
-            "faces, gradient and texture each say how the temperature is spread; give one of them";
+        let hint = "faces, gradient and texture are alternatives; give one of them";
         return Err(reader.conflict(table.span().start, &title(), [key, other], hint));
     }
     let texture = ("texture_c", keys.texture_c.is_some());
@@ -128,7 +127,7 @@ fn by_face(
         }
         if !is_there {
             let expected = "left, right, front, back, bottom, top of a cuboid, or a face's number from 0 of another shape";
-            let hint = "as in faces_c = { top = 31.5 }; front is the side of low y before the body is turned";
+            let hint = "as in faces_c = { top = 31.5 }; front is the side of low y before rotation";
             return Err(reader
                 .refused("faces_c", faces_c.span(), expected, hint)
                 .into());
@@ -175,7 +174,7 @@ fn texture(
         let span = keys.texture_on.as_ref().map_or(table.span(), Spanned::span);
         return Err(reader.refused("texture_on", span, expected, hint).into());
     }
-    // Right and up as somebody sees the face who stands before it; from above as on a map.
+    // Right and up as seen from in front of the face; from above as on a map.
     let (right, up) = match on {
         "left" => (DVec3::NEG_Y, DVec3::Z),
         "right" => (DVec3::Y, DVec3::Z),
@@ -215,11 +214,11 @@ struct Cells {
 impl Cells {
     fn of(reader: &Reader<'_>, keys: &ObjectTable, grid: &Spanned<Rows>) -> Read<Self> {
         let expected = "rows of the same number of temperatures, at least one of at least one";
-        let hint = "the first row is at the top, or of what lies, at the back";
+        let hint = "the first row is at the top, or at the back if the face is level";
         let columns = columns(reader, "texture_c", grid, [expected, hint])?;
         let rows = grid.get_ref();
         let (found, limit) = (columns * rows.len(), limits::TEXTURE_CELLS_MAX);
-        let hint = "a sensor of 80 x 60 pixels cannot tell finer cells apart";
+        let hint = "a sensor of 80 x 60 pixels cannot resolve finer cells";
         reader.check_count("cells of a texture", found, limit, grid.span().start, hint)?;
         let cells = rows.iter().flat_map(Spanned::get_ref);
         let celsius = cells.map(|cell| reader.number(cell, &TEMPERATURE));
@@ -242,7 +241,7 @@ impl Cells {
         self.celsius[row * self.columns + column]
     }
 
-    /// As many cells as make neighbors differ by no more than [`STEP_C`], so far as the limits allow.
+    /// Divides the cells so that neighbors differ by at most [`STEP_C`], as far as the limits allow.
     fn interpolated(&self) -> Self {
         let mut largest_c: f64 = 0.0;
         for row in 0..self.rows {
@@ -271,7 +270,7 @@ impl Cells {
         }
     }
 
-    /// Bilinear between the middles of the cells, constant beyond the outermost.
+    /// Bilinear between the centers of the cells, constant beyond the outermost.
     fn between(&self, row: f64, column: f64) -> f64 {
         let split = |at: f64, count: usize| {
             let at = (at - 0.5).clamp(0.0, count::float(count - 1));
@@ -288,7 +287,7 @@ impl Cells {
         )
     }
 
-    /// The parts of a face in the cells, and the temperature of each; `place` says where on the grid a point lies.
+    /// The parts of a face in each cell, and their temperatures; `place` maps a point to the grid.
     fn over(&self, corners: &[DVec3], place: impl Fn(DVec3) -> [f64; 2]) -> Vec<(Vec<DVec3>, f64)> {
         let reach = |axis: usize, count: usize| {
             let (low, high) = range(corners.iter().map(|point| place(*point)[axis]));

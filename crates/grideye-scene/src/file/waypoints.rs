@@ -1,4 +1,4 @@
-//! Reads the way-points of a trajectory from its CSV file.
+//! Reads the waypoints of a trajectory from its CSV file.
 
 use crate::model::limits::{TIME_MAX_S, WAYPOINTS_MAX};
 use crate::text::{Place, Refusal, excerpt};
@@ -19,7 +19,7 @@ impl Waypoint {
 }
 
 fn row_refused(place: Place, found: &str, expected: &str) -> Refusal {
-    let hint = "a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row";
+    let hint = "a trajectory has the columns x_mm,y_mm,z_mm and one waypoint per row";
     place.refused(format!("found {found}, expected {expected}"), hint)
 }
 
@@ -53,8 +53,8 @@ pub(crate) fn read_waypoints(file: &str, text: &str) -> Result<Vec<Waypoint>, Re
         let way_point = table.way_point(&table.readable(row)?)?;
         if waypoints.len() == WAYPOINTS_MAX {
             let found = WAYPOINTS_MAX + 1;
-            let problem = format!("{found} way-points, expected at most {WAYPOINTS_MAX}");
-            let hint = "straight stretches need no way-points between their ends";
+            let problem = format!("{found} waypoints, expected at most {WAYPOINTS_MAX}");
+            let hint = "straight lines need no waypoints between their ends";
             return Err(way_point.place.refused(problem, hint));
         }
         waypoints.push(way_point);
@@ -68,7 +68,7 @@ pub(crate) fn read_waypoints(file: &str, text: &str) -> Result<Vec<Waypoint>, Re
 struct Table<'a> {
     file: &'a str,
     text: &'a str,
-    /// The columns that the header has to have, or has.
+    /// The required columns, then those of the header.
     columns: Vec<&'static str>,
 }
 
@@ -146,7 +146,7 @@ impl Table<'_> {
         })
     }
 
-    /// The reader's position is where it began to look for the row: skipped lines may come before it.
+    /// The reader's position is where it started to look for the row, so skip empty lines and comments from there.
     fn place(&self, position: Option<&Position>, characters_before: usize) -> Place {
         let (line, byte) = position.map_or((1, 0), |position| (position.line(), position.byte()));
         let rest = usize::try_from(byte)
@@ -165,12 +165,12 @@ impl Table<'_> {
     fn too_short(&self, found: &str) -> Refusal {
         let place = Place::of_line(self.file, self.text.lines().count().max(1));
         let header = COLUMNS.join(",");
-        let expected = format!("the header `{header}` and at least one way-point");
+        let expected = format!("the header `{header}` and at least one waypoint");
         row_refused(place, found, &expected)
     }
 }
 
-/// Characters before a field, as if nothing had been trimmed or quoted: exact for files that are written plainly.
+/// Characters before a field, assuming nothing was trimmed or quoted: exact for plain files.
 fn characters_before(row: &StringRecord, index: usize) -> usize {
     let before = row.iter().take(index);
     before.map(|field| field.chars().count() + 1).sum()
@@ -196,7 +196,7 @@ mod tests {
         assert_eq!(most, WAYPOINTS_MAX);
         text.push_str("1,2,0\n");
         let refused = read_waypoints("w.csv", &text).err().unwrap().to_string();
-        let expected = "w.csv:100002:1: 100001 way-points, expected at most 100000\nhint: ";
+        let expected = "w.csv:100002:1: 100001 waypoints, expected at most 100000\nhint: ";
         assert!(refused.starts_with(expected), "{refused}");
     }
 }

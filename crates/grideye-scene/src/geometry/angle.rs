@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-/// Sine and cosine of an angle in degrees, exact at every multiple of 90 and the same on every machine.
+/// Sine and cosine of an angle in degrees, exact at every multiple of 90 and identical on every machine.
 pub(crate) fn sin_cos_deg(angle_deg: f64) -> (f64, f64) {
     let quarter_turns = (angle_deg / 90.0).round();
     let (sin, cos) = libm::sincos((angle_deg - 90.0 * quarter_turns).to_radians());
@@ -34,7 +34,7 @@ pub(crate) fn rotation_y_deg(angle_deg: f64) -> DMat3 {
     )
 }
 
-/// Right-handed rotation about z: x turns towards y, counter-clockwise seen from above.
+/// Right-handed rotation about z: x turns towards y, counter-clockwise as seen from above.
 pub(crate) fn rotation_z_deg(angle_deg: f64) -> DMat3 {
     let (sin, cos) = sin_cos_deg(angle_deg);
     DMat3::from_cols(

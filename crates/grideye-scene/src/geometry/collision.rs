@@ -1,14 +1,14 @@
-//! When convex bodies that stand or move first meet: steps of distance / speed until the distance is nothing.
+//! Finds when convex bodies first meet, by steps of distance / speed until the distance is zero.
 //!
-//! A step never leaps over a contact, but is at least [`STEP_M`] long: a shorter contact may be missed. Bodies that are
-//! not convex are taken face by face.
+//! A step never skips a contact, but is at least [`STEP_M`] long, so a shorter contact may be missed. Non-convex bodies
+//! are tested face by face.
 
 use crate::geometry::distance::{Gap, gap};
 use crate::geometry::mesh::{Enclosure, Mesh};
 use crate::geometry::polygon::normal;
 use glam::DVec3;
 
-/// Convex bodies are smaller by this on each side, meters: what only touches, or overlaps by up to twice this, is free.
+/// Convex bodies are shrunk by this on each side, meters: touching, or an overlap of up to twice this, is no contact.
 pub(crate) const TOLERANCE_M: f64 = 5e-4;
 
 const STEP_M: f64 = 5e-4;
@@ -62,7 +62,7 @@ impl Bounds {
         }
     }
 
-    /// The box around all that this one covers while it is moved from one place to another.
+    /// The box around everything that this box covers while it moves from one place to another.
     pub(crate) fn swept(self, from_m: DVec3, to_m: DVec3) -> Self {
         Self {
             low: self.low + from_m.min(to_m),
@@ -106,7 +106,8 @@ impl Piece {
         }
     }
 
-    /// A convex face of a room, counter-clockwise from within, moved out by [`TOLERANCE_M`], off its neighbors.
+    /// A convex face of a room, counter-clockwise from within, moved outwards and shrunk by [`TOLERANCE_M`] to clear
+    /// its neighbors.
     pub(crate) fn of_wall(side: &[DVec3]) -> Self {
         let out_m = -TOLERANCE_M * normal(side);
         let moved: Vec<DVec3> = side.iter().map(|corner| *corner + out_m).collect();
@@ -124,7 +125,7 @@ fn pieces(mesh: &Mesh) -> Vec<Piece> {
     faces.map(|corners| Piece::new(face(corners))).collect()
 }
 
-/// The corners, nearer to the middle by [`TOLERANCE_M`] on each axis at most.
+/// The corners, moved towards the center by at most [`TOLERANCE_M`] on each axis.
 fn shrunk(points: &[DVec3]) -> Vec<DVec3> {
     let Bounds { low, high } = Bounds::of(points);
     let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
@@ -134,7 +135,7 @@ fn shrunk(points: &[DVec3]) -> Vec<DVec3> {
     nearer.collect()
 }
 
-/// A time in which neither of two turns or changes its direction.
+/// A time during which neither of two bodies turns or changes direction.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Span {
     pub(crate) start_s: f64,
@@ -174,7 +175,7 @@ pub(crate) fn first_meeting(one: Moving<'_>, other: Moving<'_>, span: &Span) -> 
                     ..gap
                 }
             };
-            // Nobody asks for what comes after the first that was found.
+            // Only contacts before the first one found matter.
             let span = Span {
                 end_s: first.map_or(span.end_s, |first| first.time_s),
                 ..*span
@@ -203,7 +204,7 @@ fn advance(gap_at: &dyn Fn(f64) -> Gap, span: &Span) -> Option<Meeting> {
     }
 }
 
-/// Where between a time that is free and one that is not the contact begins.
+/// Finds the start of the contact between a free time and a time of contact.
 fn refined(gap_at: &dyn Fn(f64) -> Gap, mut free_s: f64, mut met: (f64, Gap)) -> Meeting {
     for _ in 0..HALVINGS {
         let middle_s = 0.5 * (free_s + met.0);

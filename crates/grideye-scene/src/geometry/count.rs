@@ -1,4 +1,4 @@
-//! The conversions between numbers that the standard library has no lossless form of.
+//! Lossy number conversions that the standard library leaves to `as`.
 
 /// A count as a float.
 #[expect(
@@ -11,30 +11,30 @@ pub const fn float(count: usize) -> f64 {
     count as f64
 }
 
-/// The count at or below a float: zero below zero and for not-a-number, the largest count above the range.
+/// The count at or below a float: 0 for negative numbers and NaN, the largest count above the range.
 #[expect(
     clippy::as_conversions,
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "a saturating conversion is what is wanted"
+    reason = "the conversion should saturate"
 )]
 #[must_use]
 pub const fn floor(length: f64) -> usize {
     length as usize
 }
 
-/// A temperature, or a share of a pixel, in single precision, which is what the formats of frames have: 2 µK at 20 °C.
+/// A temperature or a pixel share in single precision, as frame formats store it (2 µK at 20 °C).
 #[must_use]
 #[expect(
     clippy::as_conversions,
     clippy::cast_possible_truncation,
-    reason = "fewer digits are what is wanted"
+    reason = "frame formats store fewer digits"
 )]
 pub const fn single(value: f64) -> f32 {
     value as f32
 }
 
-/// The least and the greatest of some numbers.
+/// The smallest and the largest of some numbers.
 #[must_use]
 pub fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {

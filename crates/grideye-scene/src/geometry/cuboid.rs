@@ -1,9 +1,9 @@
-//! A box that stands upright.
+//! An upright box.
 
 use crate::geometry::angle::rotation_z_deg;
 use glam::{DMat3, DVec3};
 
-/// A box that stands upright, turned about the vertical through the middle of its underside.
+/// An upright box, rotated about the vertical through the center of its base.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cuboid {
     base_m: DVec3,
@@ -12,7 +12,7 @@ pub struct Cuboid {
 }
 
 impl Cuboid {
-    /// A box of `size_m` with the middle of its underside at `base_m`, turned counter-clockwise seen from above.
+    /// A box of `size_m` with the center of its base at `base_m`, rotated counter-clockwise as seen from above.
     #[must_use]
     pub fn new(base_m: DVec3, size_m: DVec3, yaw_deg: f64) -> Self {
         Self {
@@ -22,7 +22,7 @@ impl Cuboid {
         }
     }
 
-    /// The eight corners in the room; a corner's index has bit 0 for far x, bit 1 for far y, bit 2 for far z.
+    /// The eight corners in the room. In a corner's index, bit 0 means far x, bit 1 far y, bit 2 far z.
     #[must_use]
     pub fn corners_in_world(&self) -> [DVec3; 8] {
         let half = 0.5 * self.size_m;
@@ -48,7 +48,7 @@ mod tests {
     fn a_quarter_turn_swaps_the_sides() {
         let table = Cuboid::new(DVec3::new(2.0, 3.0, 0.5), DVec3::new(2.0, 1.0, 0.75), 90.0);
         let corners = table.corners_in_world();
-        // Counter-clockwise: near left goes to near right.
+        // Counter-clockwise: near left moves to near right.
         for (corner, expected) in [
             (0, [2.5, 2.0, 0.5]),
             (1, [2.5, 4.0, 0.5]),

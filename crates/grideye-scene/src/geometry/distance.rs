@@ -1,16 +1,16 @@
-//! How far two convex bodies are from one another (Gilbert, Johnson and Keerthi 1988).
+//! The distance between two convex bodies (Gilbert, Johnson and Keerthi 1988).
 
 use glam::{DMat3, DVec3};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Gap {
-    /// 0 if they meet, meters.
+    /// Distance in meters; 0 if they meet.
     pub(crate) distance_m: f64,
-    /// The middle between their nearest points; a common point if they meet.
+    /// The midpoint of their nearest points; a common point if they meet.
     pub(crate) middle_m: DVec3,
 }
 
-/// A point of the difference of two hulls, and the points of each that it is the difference of.
+/// A point of the difference of two hulls, and the point of each hull that yields it.
 #[derive(Debug, Clone, Copy)]
 struct Corner {
     difference: DVec3,
@@ -45,7 +45,7 @@ pub(crate) fn gap(one: &[DVec3], offset_m: DVec3, other: &[DVec3]) -> Gap {
         simplex.push(next);
         let closer = Nearest::of(&simplex);
         if closer.point.length_squared() >= distance_m2 {
-            // Rounding is all that is left to gain.
+            // Only rounding remains to be gained.
             break;
         }
         simplex = closer.kept.clone();
@@ -61,7 +61,7 @@ const PRECISION: f64 = 1e-9;
 #[derive(Debug, Clone)]
 struct Nearest {
     point: DVec3,
-    /// The corners that it lies between, and the share of each.
+    /// The corners around the point, and the weight of each.
     kept: Vec<Corner>,
     shares: Vec<f64>,
 }
@@ -118,7 +118,7 @@ impl Nearest {
     }
 }
 
-/// The corners' shares in their hull's point nearest to the origin; `None` if it is not between them.
+/// The corners' weights in the point of their hull's plane nearest to the origin; `None` if it lies outside the hull.
 fn shares(part: &[Corner]) -> Option<Vec<f64>> {
     let (first, rest) = part.split_first()?;
     let anchor = first.difference;
@@ -146,7 +146,7 @@ fn shares(part: &[Corner]) -> Option<Vec<f64>> {
     };
     let mut shares = vec![1.0 - rest_shares.iter().sum::<f64>()];
     shares.extend(rest_shares);
-    // Not-a-number, of corners on one line or plane, is not between them either.
+    // NaN, from corners on one line or plane, counts as outside.
     shares.iter().all(|share| *share >= 0.0).then_some(shares)
 }
 
@@ -192,7 +192,7 @@ mod tests {
         ] {
             assert_gap(&one, &cuboid(base, [1.0, 1.0, 1.0], 0.0), expected_m);
         }
-        // The corner of a turned box against a face.
+        // The corner of a rotated box against a face.
         let turned = cuboid([3.0, 0.0, 0.0], [1.0, 1.0, 1.0], 45.0);
         assert_gap(&one, &turned, 2.0 - 0.5_f64.sqrt());
     }

@@ -12,53 +12,53 @@ pub struct Mesh {
     vertices_m: Vec<DVec3>,
     /// Indices into `vertices_m`, face after face, counter-clockwise as seen from outside.
     corners: Vec<usize>,
-    /// Where each face's corners begin in `corners`; one more at the end.
+    /// Where each face's corners start in `corners`, then the length of `corners`.
     starts: Vec<usize>,
-    /// Which of the faces that it was made of each is, or is a part of.
+    /// For each face, the index of the original face that it is or is part of.
     given: Vec<usize>,
     enclosure: Enclosure,
 }
 
-/// What kind of space the faces enclose; of a closed surface only the outsides of the faces can be seen.
+/// The kind of space that the faces enclose. A closed surface is visible only from outside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Enclosure {
-    /// None: a sheet, seen from both sides.
+    /// None: a sheet, visible from both sides.
     Open,
-    /// One that may have dents or holes.
+    /// A space that may have dents or holes.
     Closed,
-    /// One without.
+    /// A space without dents or holes.
     Convex,
 }
 
-/// Why vertices and faces make no surface.
+/// Why vertices and faces form no surface.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshError {
-    /// A face with fewer than three corners.
+    /// A face has fewer than three corners.
     #[error("face {face} has {corners} corners, expected at least 3")]
     TooFewCorners {
         /// The face, from 0.
         face: usize,
-        /// Its corners.
+        /// Its number of corners.
         corners: usize,
     },
-    /// A corner that is none of the vertices.
+    /// A corner is not a vertex.
     #[error("face {face} names vertex {corner}, expected 0 to {last}")]
     UnknownVertex {
         /// The face, from 0.
         face: usize,
         /// The vertex it names.
         corner: i64,
-        /// The last vertex there is.
+        /// The last vertex.
         last: i64,
     },
-    /// A face whose corners all lie on one line.
+    /// All corners of a face lie on one line.
     #[error("face {face} has no area")]
     NoArea {
         /// The face, from 0.
         face: usize,
     },
-    /// No face at all.
+    /// There are no faces.
     #[error("no faces")]
     Empty,
 }
@@ -66,7 +66,7 @@ pub enum MeshError {
 const SEGMENTS: usize = 32;
 const RINGS: usize = 16;
 
-/// The corners of a cuboid's faces, counter-clockwise as seen from outside, as `Cuboid::corners_in_world` counts them.
+/// The corners of a cuboid's faces, counter-clockwise as seen from outside, numbered as in `Cuboid::corners_in_world`.
 const CUBOID_FACES: [[usize; 4]; 6] = [
     [0, 4, 6, 2],
     [1, 3, 7, 5],
@@ -77,7 +77,7 @@ const CUBOID_FACES: [[usize; 4]; 6] = [
 ];
 
 impl Mesh {
-    /// The faces of a cuboid, where it stands.
+    /// The faces of a cuboid in place.
     #[must_use]
     pub fn of_cuboid(cuboid: &Cuboid) -> Self {
         Self {
@@ -89,7 +89,7 @@ impl Mesh {
         }
     }
 
-    /// A pyramid: `size_m` is the base's sides and the height; the middle of its base is the origin.
+    /// A pyramid with its base centered on the origin; `size_m` is the base's sides and the height.
     #[must_use]
     pub fn pyramid(size_m: DVec3) -> Self {
         let (x, y) = (0.5 * size_m.x, 0.5 * size_m.y);
@@ -105,20 +105,22 @@ impl Mesh {
         }
     }
 
-    /// An ellipsoid with diameters `size_m`, standing on the origin, as 512 faces of the ellipse's area from above.
+    /// An ellipsoid with diameters `size_m`, standing on the origin: 512 faces with the same area as the ellipse from
+    /// above.
     #[must_use]
     pub fn ellipsoid(size_m: DVec3) -> Self {
         Self::stack(size_m, 0.0)
     }
 
-    /// An upright cylinder with half an ellipsoid at either end, standing on the origin; `size_m` is over all.
+    /// An upright cylinder with half an ellipsoid at each end, standing on the origin; `size_m` is the overall size.
     #[must_use]
     pub fn capsule(size_m: DVec3) -> Self {
         let ends_m = size_m.x.min(size_m.y).min(size_m.z);
         Self::stack(size_m.with_z(ends_m), size_m.z - ends_m)
     }
 
-    /// A surface from vertices and faces by index; open or twisted ones are seen from both sides, dented faces are cut.
+    /// A surface from vertices and faces by index. Open or inconsistently oriented ones are visible from both sides;
+    /// dented faces are cut.
     ///
     /// # Errors
     /// [`MeshError`].
@@ -165,7 +167,7 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// The same surface, turned about the origin and then moved.
+    /// The surface rotated about the origin, then moved.
     #[must_use]
     pub fn placed(mut self, rotation: DMat3, offset_m: DVec3) -> Self {
         for vertex in &mut self.vertices_m {
@@ -174,25 +176,24 @@ impl Mesh {
         self
     }
 
-    /// Its corners, meters.
+    /// Its vertices, meters.
     #[must_use]
     pub fn vertices_m(&self) -> &[DVec3] {
         &self.vertices_m
     }
 
-    /// The faces, each as the indices of its corners, counter-clockwise as seen from outside.
+    /// The faces, each as vertex indices counter-clockwise as seen from outside.
     pub fn faces(&self) -> impl Iterator<Item = &[usize]> {
         self.starts
             .windows(2)
             .map(|pair| &self.corners[pair[0]..pair[1]])
     }
 
-    /// Which of the faces that the surface was made of each face is, or is a part of.
     pub(crate) fn given(&self) -> &[usize] {
         &self.given
     }
 
-    /// The same surface with its faces cut into `parts`; the value of each part that has an area comes back.
+    /// The surface with its faces cut into `parts`, and the value of each part with an area.
     pub(crate) fn cut(
         &self,
         parts: impl Fn(usize, &[DVec3]) -> Vec<(Vec<DVec3>, f64)>,
@@ -226,7 +227,7 @@ impl Mesh {
         (cut, values)
     }
 
-    /// The lowest and the highest corner of the upright box, along the axes, that holds it.
+    /// The lowest and the highest corner of the axis-aligned bounding box.
     #[must_use]
     pub fn bounds_m(&self) -> (DVec3, DVec3) {
         let first = self.vertices_m.first().copied().unwrap_or(DVec3::ZERO);
@@ -237,7 +238,7 @@ impl Mesh {
             })
     }
 
-    /// Whether its faces enclose a space: then only their outsides can be seen.
+    /// Whether its faces enclose a space, so that only their outsides are visible.
     #[must_use]
     pub const fn is_closed(&self) -> bool {
         !matches!(self.enclosure, Enclosure::Open)
@@ -247,11 +248,11 @@ impl Mesh {
         self.enclosure
     }
 
-    /// A stack of rings: an ellipsoid of these diameters, cut at its middle and drawn apart by `cylinder_m`.
+    /// A stack of rings: an ellipsoid of these diameters with a cylinder of height `cylinder_m` inserted at its middle.
     fn stack(size_m: DVec3, cylinder_m: f64) -> Self {
         let half = 0.5 * size_m;
         let turn = 2.0 * PI / count::float(SEGMENTS);
-        // A regular polygon of this radius has the area of the circle of radius 1.
+        // At this radius a regular polygon has the area of the unit circle.
         let outside = (turn / libm::sin(turn)).sqrt();
         let mut mesh = Self {
             vertices_m: vec![DVec3::ZERO],
@@ -285,7 +286,7 @@ impl Mesh {
         mesh
     }
 
-    /// The faces between rings of [`SEGMENTS`] vertices each, with one vertex below and one above them all.
+    /// Adds the faces between rings of [`SEGMENTS`] vertices each, with one vertex below and one above them all.
     fn join_rings(&mut self) {
         let top = self.vertices_m.len() - 1;
         let rings = (top - 1) / SEGMENTS;
@@ -309,9 +310,9 @@ impl Mesh {
         self.starts.push(self.corners.len());
     }
 
-    /// Finds out what the faces enclose, and turns them outwards if they are closed and look inwards.
+    /// Determines what the faces enclose, and turns the faces of a closed surface outwards.
     fn close(&mut self) {
-        // Every edge of a closed surface is walked once in either direction.
+        // The faces of a closed surface traverse every edge once in each direction.
         let mut walks: HashMap<(usize, usize), i32> = HashMap::new();
         for face in self.faces() {
             for (from, to) in face.iter().zip(face.iter().cycle().skip(1)) {
@@ -354,10 +355,10 @@ impl Mesh {
     }
 }
 
-/// By this part of its extent a face may depart from a plane, and a surface from a convex one.
+/// The tolerance for flat faces and convex surfaces, relative to their extent.
 const FLAT: f64 = 1e-9;
 
-/// The face as it is, if it is flat and convex, else as triangles; none for a face without area.
+/// The face unchanged if it is flat and convex, otherwise cut into triangles; nothing for a face without area.
 fn convex_pieces(vertices_m: &[DVec3], face: &[usize]) -> Vec<Vec<usize>> {
     let normal = area_vector(vertices_m, face);
     let anchor = vertices_m[face[0]];
@@ -386,7 +387,7 @@ fn turn(vertices_m: &[DVec3], face: &[usize], outward: DVec3, index: usize) -> f
     outward.dot((here - before).cross(after - here))
 }
 
-/// Cuts a face into triangles by taking one ear after the other.
+/// Cuts a face into triangles by ear clipping.
 fn ears(vertices_m: &[DVec3], face: &[usize], outward: DVec3) -> Vec<Vec<usize>> {
     let mut rest = face.to_vec();
     let mut triangles = Vec::new();
@@ -399,7 +400,7 @@ fn ears(vertices_m: &[DVec3], face: &[usize], outward: DVec3) -> Vec<Vec<usize>>
                     .filter(|corner| !corners.contains(corner))
                     .all(|corner| !is_within(vertices_m, corners, outward, *corner))
         };
-        // A simple polygon has at least two ears; one that crosses itself gets what is left cut anyhow.
+        // A simple polygon has at least two ears; a self-crossing one is cut somewhere.
         let ear = (0..rest.len()).find(is_ear).unwrap_or(0);
         let corners = [rest.len() - 1, 0, 1].map(|offset| rest[(ear + offset) % rest.len()]);
         if turn(vertices_m, &rest, outward, ear).abs() > 0.0 {
@@ -426,7 +427,7 @@ fn area_vector(vertices_m: &[DVec3], face: &[usize]) -> DVec3 {
     polygon::area_vector(face.iter().map(|corner| vertices_m[*corner]))
 }
 
-/// How often a closed surface goes around the sensor: 1 inside, 0 outside (Van Oosterom and Strackee 1983).
+/// How often a closed surface winds around the sensor: 1 inside, 0 outside (Van Oosterom and Strackee 1983).
 pub(crate) fn winding(mesh: &Mesh, in_sensor: &[DVec3]) -> f64 {
     let mut solid_angle = 0.0;
     for face in mesh.faces() {
@@ -544,7 +545,7 @@ mod tests {
     }
 
     #[test]
-    fn what_makes_no_surface_is_refused() {
+    fn malformed_surfaces_are_refused() {
         let (vertices, _) = cube();
         let refused = |faces: &[Vec<i64>]| Mesh::new(vertices.clone(), faces).unwrap_err();
         assert_eq!(refused(&[]), MeshError::Empty);

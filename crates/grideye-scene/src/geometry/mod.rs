@@ -1,4 +1,4 @@
-//! Shapes and places in the room, without temperature: each file knows only those below it.
+//! Shapes and places in the room, without temperature.
 
 mod angle;
 mod collision;

@@ -1,9 +1,9 @@
-//! Flat outlines in the room: cut, turned towards and measured.
+//! Flat outlines: clipping, hulls, areas and normals.
 
 use glam::{DVec2, DVec3};
 use std::ops::{Add, Mul};
 
-/// The part of a convex polygon where `side` is not below zero.
+/// The part of a convex polygon where `side` is not negative.
 #[must_use]
 pub fn clipped<P>(outline: &[P], side: impl Fn(P) -> f64) -> Vec<P>
 where
@@ -51,14 +51,14 @@ pub fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
     hull
 }
 
-/// The lowest and the highest corner of the rectangle around points.
+/// The lowest and the highest corner of the bounding rectangle.
 #[must_use]
 pub fn bounds(points: impl Iterator<Item = DVec2>) -> (DVec2, DVec2) {
     let nothing = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     points.fold(nothing, |(low, high), at| (low.min(at), high.max(at)))
 }
 
-/// Twice the area of a flat outline, as a vector that points to where its corners run counter-clockwise.
+/// Twice the area of a flat outline, as a vector towards the side from which its corners run counter-clockwise.
 pub(crate) fn area_vector(corners: impl Iterator<Item = DVec3> + Clone) -> DVec3 {
     let anchor = corners.clone().next().unwrap_or(DVec3::ZERO);
     let next = corners.clone().skip(1);
@@ -68,7 +68,7 @@ pub(crate) fn area_vector(corners: impl Iterator<Item = DVec3> + Clone) -> DVec3
         .sum()
 }
 
-/// The direction from which a flat outline's corners run counter-clockwise, of length 1.
+/// The unit vector towards the side from which a flat outline's corners run counter-clockwise.
 pub(crate) fn normal(side: &[DVec3]) -> DVec3 {
     area_vector(side.iter().copied()).normalize_or_zero()
 }

@@ -1,16 +1,16 @@
-//! Where a sensor is and which way it looks.
+//! A sensor's position and orientation.
 
 use crate::geometry::angle::{rotation_x_deg, rotation_y_deg, rotation_z_deg};
 use glam::{DMat3, DVec3};
 
-/// Where a sensor is and which way it looks: `world_from_sensor = Rz(azimuth) Ry(elevation) Rx(roll)`, right-handed.
+/// A sensor's position and orientation: `world_from_sensor = Rz(azimuth) Ry(elevation) Rx(roll)`, right-handed.
 ///
 /// The sensor's axes are x forward, y to its left, z to the top of its image. Elevation 90° looks straight down, with
-/// the image's top towards the azimuth: 0° is +x, 90° is +y. At the paper's -90° the room's right appears left
-/// (PeerJ CS 11:e3124, scenario B): a turn, never a mirror image.
+/// the image's top towards the azimuth: 0° is +x, 90° is +y. At the paper's -90° the room's right appears on the left
+/// (PeerJ CS 11:e3124, scenario B): a rotation, never a mirror image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
-    /// Place of the sensor in the room, meters.
+    /// Position in the room, meters.
     pub position_m: DVec3,
     /// Angle of the optical axis below the horizontal, radians, -π/2 to π/2.
     pub elevation_rad: f64,
@@ -22,7 +22,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// From degrees, as files have them. Multiples of 90° are exact.
+    /// From degrees, as in scene files. Multiples of 90° are exact.
     #[must_use]
     pub fn from_degrees(
         position_m: DVec3,
@@ -41,13 +41,13 @@ impl Pose {
         }
     }
 
-    /// The rotation that turns the sensor's directions into the room's.
+    /// The rotation from sensor to room coordinates.
     #[must_use]
     pub fn world_from_sensor(&self) -> DMat3 {
         self.sensor_from_world.transpose()
     }
 
-    /// A point of the room as the sensor has it: meters forward, left and up.
+    /// A point of the room in the sensor's coordinates: meters forward, left and up.
     #[must_use]
     pub fn point_in_sensor(&self, point_in_world_m: DVec3) -> DVec3 {
         self.sensor_from_world * (point_in_world_m - self.position_m)
@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn the_table_of_the_documentation_holds() {
+    fn orientations_match_the_documentation() {
         let (right, back, up) = (DVec3::X, DVec3::Y, DVec3::Z);
         assert_eq!(axes(0.0, 0.0, 0.0), (right, -back, up));
         assert_eq!(axes(90.0, 0.0, 0.0), (-up, -back, right));

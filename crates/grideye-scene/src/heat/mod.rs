@@ -1,4 +1,4 @@
-//! How warm a body is: over its faces, and in time.
+//! How warm a body is, over its faces and over time.
 
 mod transient;
 

@@ -1,17 +1,17 @@
-//! How an object warms up and cools down as a whole, and how the print of a body fades.
+//! How an object warms up and cools down as a whole, and how a body's print fades.
 //!
 //! | what | temperature |
 //! |---|---|
 //! | a lumped body, `dT/dt = -(T - Ta) / tau + P / C` | `Ta + r + (T0 - Ta - r) exp(-t / tau)` with `r = tau P / C` while the power is on |
-//! | the surface of a half-space held `th` warmer for `tc`, without loss (Carslaw and Jaeger 1959, 2.5) | `th (2 / π) asin(√(tc / t))`, `t` from the beginning of the contact |
-//! | its surface with loss, from a half-space that is warm throughout (the same, 2.7) | `th exp(x) erfc(√x)`, `x = t / (e / h)²` |
+//! | a half-space surface held `th` warmer for `tc`, without loss (Carslaw and Jaeger 1959, 2.5) | `th (2 / π) asin(√(tc / t))`, `t` from the start of contact |
+//! | the same surface with loss, starting from a half-space warm throughout (the same, 2.7) | `th exp(x) erfc(√x)`, `x = t / (e / h)²` |
 
 use std::f64::consts::PI;
 
-/// How the warmth of a body is spread over its faces, and how it changes in time.
+/// How a body's warmth varies over its faces and over time.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Thermal {
-    /// By how much each face is warmer than the body, °C; empty if none is.
+    /// How much warmer than the body each face is, °C; empty if none is.
     pub(crate) offsets_c: Vec<f64>,
     pub(crate) transient: Option<Transient>,
     /// What it is made of, if warm prints are left on it.
@@ -21,7 +21,7 @@ pub(crate) struct Thermal {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Transient {
     pub(crate) time_constant_s: f64,
-    /// How much warmer than ambient it gets in the end while its power is on, °C.
+    /// Final temperature above ambient while its power is on, °C.
     pub(crate) rise_c: f64,
     pub(crate) on_s: Vec<[f64; 2]>,
 }
@@ -55,7 +55,7 @@ pub(crate) enum Material {
 }
 
 impl Material {
-    /// The square of effusivity over the coefficient of surface loss, about 9 W/m²K, seconds.
+    /// (effusivity / coefficient of surface loss)² in seconds, with a loss of about 9 W/m²K.
     pub(crate) const fn fading_s(self) -> f64 {
         match self {
             Self::Foam => 37.0,
@@ -65,7 +65,7 @@ impl Material {
     }
 }
 
-/// The share of a print's warmth that is left `after_s` seconds after a contact that took `contact_s`.
+/// The share of a print's warmth left `after_s` seconds after a contact of `contact_s`.
 ///
 /// The product of the two solutions above, within 0.033 of the full one (a test compares it with finite differences).
 pub(crate) fn left(contact_s: f64, after_s: f64, fading_s: f64) -> f64 {
@@ -80,11 +80,11 @@ fn exp_erfc_root(x: f64) -> f64 {
     if x < ASYMPTOTIC {
         return libm::exp(x) * libm::erfc(x.sqrt());
     }
-    // Abramowitz and Stegun 7.1.23; the first term that is left out is 15/8 x⁻³.
+    // Abramowitz and Stegun 7.1.23; the first omitted term is 15/8 x⁻³.
     (1.0 - 0.5 / x + 0.75 / (x * x)) / (PI * x).sqrt()
 }
 
-/// From here on the asymptotic series is used: its error is below 2e-6 of the value.
+/// Use the asymptotic series from here on: its relative error is below 2e-6.
 const ASYMPTOTIC: f64 = 100.0;
 
 #[cfg(test)]
@@ -139,7 +139,7 @@ mod tests {
 
     #[test]
     fn a_print_without_loss_is_the_arc_sine() {
-        // After three times the contact's length, sqrt(1/4) = 1/2, the sine of 30°: a third is left.
+        // After three times the contact, sqrt(1/4) = 1/2, the sine of 30°: a third is left.
         assert!((left(60.0, 180.0, 1e18) - 1.0 / 3.0).abs() < 1e-6);
         assert!((left(60.0, 60.0, 1e18) - 0.5).abs() < 1e-6);
         assert_eq!(left(60.0, 0.0, 37.0), 1.0);
@@ -156,11 +156,11 @@ mod tests {
         assert!((found - 1.0).abs() < 2e-6, "{found}");
     }
 
-    /// Finite differences in a half-space: held at 1 for the contact, then losing to air at 0.
+    /// Finite differences in a half-space: held at 1 during contact, then losing to air at 0.
     #[test]
     fn the_product_is_near_the_full_solution() {
         let mut worst: f64 = 0.0;
-        // With effusivity and diffusivity 1, h is one over the root of the fading time.
+        // With effusivity and diffusivity 1, h is the inverse root of the fading time.
         let fading_s: f64 = 37.0;
         let loss = 1.0 / fading_s.sqrt();
         for contact_s in [5.0, 37.0, 300.0] {
@@ -174,7 +174,7 @@ mod tests {
                 for cell in 1..cells - 1 {
                     excess[cell] += share * (old[cell - 1] - 2.0 * old[cell] + old[cell + 1]);
                 }
-                // The first cell is half as deep, so that its middle is the surface.
+                // The first cell is half as deep, so that its center is the surface.
                 let flow = (old[1] - old[0]) / step_m - loss * old[0];
                 excess[0] = if held {
                     1.0

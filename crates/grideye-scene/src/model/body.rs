@@ -1,4 +1,4 @@
-//! What is in the room: bodies that stand, and agents that move.
+//! What is in the room: bodies that stand, and agents that may move.
 
 use crate::geometry::{Mesh, rotation_z_deg};
 use crate::heat::Thermal;
@@ -7,42 +7,42 @@ use crate::radiometry::Surface;
 use glam::{DMat3, DVec3};
 use std::time::Duration;
 
-/// A thing, standing or at the start of its way; of one temperature, if its keys say nothing else.
+/// A body, standing or at the start of an agent's path; by default its temperature is uniform and constant.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Body {
     /// Its name in the file.
     pub name: String,
-    /// Its place in the room: what the file calls its position, meters.
+    /// Its position as in the file, meters.
     pub base_m: DVec3,
-    /// Its surface, where it stands.
+    /// Its surface, in place.
     pub mesh: Mesh,
-    /// Its temperature at the start and on the whole, and its emissivity.
+    /// Its mean temperature at the start, and its emissivity.
     pub surface: Surface,
     pub(crate) thermal: Thermal,
     /// Its color in drawings of the room: red, green, blue.
     pub color: Option<[u8; 3]>,
 }
 
-/// Somebody who may move: one or several bodies that keep their places to one another.
+/// One or several bodies that move together, or stand still.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Agent {
     /// Its name in the file.
     pub name: String,
-    /// Its bodies, where they are at the start of its way; one at least.
+    /// Its bodies at the start of its path; at least one.
     pub parts: Vec<Body>,
     /// Where it starts, meters.
     pub start_m: DVec3,
-    /// Its way, or `None` if it stands still.
+    /// Its path, or `None` if it stands still.
     pub trajectory: Option<Trajectory>,
-    /// How it is turned on its way to each way-point; `None` if it does not turn.
+    /// Its rotation on the way to each waypoint; `None` if it does not turn.
     pub(crate) turns: Option<Vec<DMat3>>,
     pub(crate) touches: Vec<String>,
 }
 
 impl Body {
-    /// A body of one temperature that stays as it is.
+    /// A body of uniform, constant temperature.
     #[must_use]
     pub fn new(name: &str, base_m: DVec3, mesh: Mesh, surface: Surface) -> Self {
         Self {
@@ -55,7 +55,7 @@ impl Body {
         }
     }
 
-    /// The same turned counter-clockwise about the vertical through the origin, seen from above, and then moved.
+    /// The body rotated counter-clockwise (seen from above) about the vertical through the origin, then moved.
     #[must_use]
     pub fn placed(&self, yaw_deg: f64, offset_m: DVec3) -> Self {
         let turn = rotation_z_deg(yaw_deg);
@@ -66,7 +66,7 @@ impl Body {
         }
     }
 
-    /// Its temperature on the whole after `time_s`.
+    /// Its mean temperature after `time_s`.
     #[must_use]
     pub fn celsius(&self, ambient_c: f64, time_s: f64) -> f64 {
         match &self.thermal.transient {
@@ -77,7 +77,7 @@ impl Body {
 }
 
 impl Agent {
-    /// Somebody who stays where he is.
+    /// An agent that stands still.
     #[must_use]
     pub fn at_rest(name: &str, parts: Vec<Body>, start_m: DVec3) -> Self {
         Self {
@@ -90,14 +90,14 @@ impl Agent {
         }
     }
 
-    /// Where the agent is at `time`: the middle of its underside, meters.
+    /// The agent's position at `time`: the center of its base, meters.
     #[must_use]
     pub fn position_m(&self, time: Duration) -> DVec3 {
         let way = self.trajectory.as_ref();
         way.map_or(self.start_m, |way| way.position_m(time))
     }
 
-    /// How it is turned about the vertical at `time`, from how its parts are given: with its way, if the file says so.
+    /// Its rotation about the vertical at `time`, relative to its given parts; `None` unless the file lets it turn.
     #[must_use]
     pub fn turn(&self, time: Duration) -> Option<DMat3> {
         let turns = self.turns.as_ref()?;
@@ -105,7 +105,7 @@ impl Agent {
         turns.get(heads_for).copied()
     }
 
-    /// Its bodies where they are at `time`.
+    /// Its bodies at `time`.
     #[must_use]
     pub fn bodies_at(&self, time: Duration) -> Vec<Body> {
         let turn = self.turn(time).unwrap_or(DMat3::IDENTITY);
@@ -124,13 +124,13 @@ impl Agent {
         turned.placed(DMat3::IDENTITY, self.position_m(time) - self.start_m)
     }
 
-    /// One of its parts, turned about the vertical through its start.
+    /// One of its parts, rotated about the vertical through its start.
     pub(crate) fn turned(&self, part: &Mesh, turn: DMat3) -> Mesh {
         part.clone()
             .placed(turn, self.start_m - turn * self.start_m)
     }
 
-    /// The time it takes for its way: zero if it stands still.
+    /// The duration of its path; zero if it stands still.
     #[must_use]
     pub fn duration(&self) -> Duration {
         let way = self.trajectory.as_ref();

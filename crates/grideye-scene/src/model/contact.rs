@@ -1,4 +1,4 @@
-//! Who runs into what on the whole way, and where there is room for another body.
+//! Finds who collides with what over the whole path, and whether another body fits.
 
 use crate::geometry::{Bounds, Meeting, Mesh, Piece, Shape, Span, TOLERANCE_M, first_meeting};
 use crate::model::body::{Agent, Body};
@@ -9,22 +9,22 @@ use crate::motion::{Leg, Trajectory};
 use glam::{DMat3, DVec3};
 use std::time::Duration;
 
-/// Two things that are in one place.
+/// Two things in the same place.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Contact {
     /// The agent, and the object or the other agent.
     pub names: [String; 2],
-    /// When it begins.
+    /// When the contact starts.
     pub time: Duration,
-    /// Where it begins, meters.
+    /// Where it starts, meters.
     pub place_m: DVec3,
     pub(crate) agent: usize,
 }
 
 impl Scene {
-    /// The first contact of each agent with each object and other agent by time, up to [`limits::CONTACTS_MAX`]; without
-    /// what it `touches` and overlaps of less than a millimeter.
+    /// Each agent's first contact with each object and each other agent, sorted by time, up to
+    /// [`limits::CONTACTS_MAX`]. Overlaps below a millimeter and anything in its `touches` are ignored.
     #[must_use]
     pub fn contacts(&self) -> Vec<Contact> {
         let obstacles = self.objects.iter();
@@ -102,9 +102,9 @@ impl Contact {
 struct Mover<'a> {
     agent: &'a Agent,
     legs: Vec<Leg>,
-    /// Turned as it is at first; of one that does not turn, permanently.
+    /// In its initial orientation, which is permanent if it does not turn.
     shape: Shape,
-    /// The box around it in all its turns.
+    /// The box around it in all its orientations.
     bounds: Bounds,
 }
 
@@ -182,7 +182,7 @@ impl<'a> Mover<'a> {
         })
     }
 
-    /// The spans between all ends of the legs; one of no length if nobody moves.
+    /// The time spans between all ends of legs; one empty span if nobody moves.
     fn spans(&self, legs: &[Leg]) -> Vec<Span> {
         let mut ends_s: Vec<f64> = legs.iter().map(|leg| leg.end_s).collect();
         ends_s.sort_by(f64::total_cmp);
@@ -212,7 +212,7 @@ impl<'a> Mover<'a> {
     }
 }
 
-/// The room that objects and walls leave: for whoever asks often whether something else fits into a scene.
+/// The room left by objects and walls, for repeated tests whether something else fits into a scene.
 #[derive(Debug)]
 pub struct FreeSpace {
     room: Room,
@@ -221,10 +221,10 @@ pub struct FreeSpace {
 }
 
 impl FreeSpace {
-    /// By how much bodies may overlap with what stands there and still fit, meters: it counts as touching.
+    /// How far bodies may overlap what stands there and still fit, meters; this counts as touching.
     pub const TOLERANCE_M: f64 = TOLERANCE_M;
 
-    /// What the walls and objects of a scene leave.
+    /// The space that a scene's walls and objects leave.
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
         let objects = scene.objects.iter();
@@ -235,7 +235,7 @@ impl FreeSpace {
         }
     }
 
-    /// Whether these bodies are in the room, reach through no wall and are where nothing stands; touching is allowed.
+    /// Whether these bodies are in the room, cross no wall and overlap nothing that stands there; touching is allowed.
     #[must_use]
     pub fn holds(&self, bodies: &[Body]) -> bool {
         let meshes = || bodies.iter().map(|body| &body.mesh);

@@ -1,4 +1,4 @@
-//! Why a scene is refused, and what deserves a look.
+//! Errors and warnings about a scene.
 
 use crate::geometry::MeshError;
 use crate::profile::ProfileError;
@@ -9,10 +9,10 @@ use std::io;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
-    /// What a file has is not what it may have.
+    /// A value in a file is not allowed.
     #[error(transparent)]
     Refused(#[from] Refusal),
-    /// An agent that sticks out of the room at some point of its way.
+    /// An agent leaves the room somewhere on its path.
     #[error("{why}")]
     AgentLeavesRoom {
         /// The agent.
@@ -20,21 +20,21 @@ pub enum SceneError {
         /// The row of the trajectory, or the position in the scene file.
         why: Refusal,
     },
-    /// An agent whose way leads through a wall that juts into the room.
+    /// An agent's path crosses a wall that juts into the room.
     #[error("{0}")]
     AgentMeetsWall(Refusal),
-    /// An agent that runs into something, in a scene that does not allow it.
+    /// An agent collides with something, and the scene does not allow it.
     #[error("{0}")]
     Collision(Refusal),
-    /// A file that the scene names, and that could not be read.
+    /// A file named by the scene cannot be read.
     #[error("{why}")]
     FileUnreadable {
         /// The key that names it.
         why: Refusal,
-        /// What kept it from being read.
+        /// The reason.
         source: io::Error,
     },
-    /// Vertices and faces that make no surface.
+    /// Vertices and faces form no surface.
     #[error("{why}")]
     NoSolid {
         /// The key, or the OBJ file's line.
@@ -42,7 +42,7 @@ pub enum SceneError {
         /// What is wrong with them.
         source: MeshError,
     },
-    /// A sensor's profile that is none.
+    /// A sensor's profile is invalid.
     #[error("{place}: the sensor's profile was refused: {source}")]
     Profile {
         /// The key that names it.
@@ -50,18 +50,18 @@ pub enum SceneError {
         /// What is wrong with it, and where.
         source: Box<ProfileError>,
     },
-    /// A sensor that the scene does not have.
+    /// The scene has no such sensor.
     #[error("no sensor `{name}` in this scene\nhint: {}", known_names(known))]
     UnknownSensor {
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// The names there are.
+        /// The known names.
         known: Vec<String>,
     },
 }
 
 impl SceneError {
-    /// Where the fault is; `None` for a sensor that was asked for and is not there.
+    /// Where the mistake is; `None` for an unknown sensor.
     #[must_use]
     pub const fn place(&self) -> Option<&Place> {
         match self {
@@ -77,7 +77,7 @@ impl SceneError {
     }
 
     pub(crate) fn no_solid(place: Place, name: &str, source: MeshError, hint: &str) -> Self {
-        let why = place.refused(format!("`{name}` is no solid: {source}"), hint);
+        let why = place.refused(format!("`{name}` is not a solid: {source}"), hint);
         Self::NoSolid { why, source }
     }
 }
@@ -89,11 +89,11 @@ fn known_names(known: &[String]) -> String {
     format!("it has {}", known.join(", "))
 }
 
-/// What the reader of a scene should know of, although the scene was accepted.
+/// Something to check in an accepted scene.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Warning {
-    /// The object sticks out of the room and was removed, as the paper does ("Object placement").
+    /// The object reaches outside the room and was removed, as in the paper ("Object placement").
     #[error("{why}")]
     ObjectOutsideRoom {
         /// Its name.
@@ -101,7 +101,7 @@ pub enum Warning {
         /// How far it reaches.
         why: Refusal,
     },
-    /// An agent runs into an object or another agent; only their first contact is reported.
+    /// An agent collides with an object or another agent; only their first contact is reported.
     #[error("{why}")]
     Collision {
         /// The agent, and the object or the other agent.
@@ -109,13 +109,13 @@ pub enum Warning {
         /// When and where.
         why: Refusal,
     },
-    /// An agent as warm as skin in the physical model, without a word on what it wears.
+    /// In the physical model, an agent is as warm as skin and the file does not mention clothes.
     #[error("{0}")]
     WarmAsSkin(Refusal),
 }
 
 impl Warning {
-    /// What it speaks of.
+    /// The place it refers to.
     #[must_use]
     pub const fn place(&self) -> &Place {
         match self {

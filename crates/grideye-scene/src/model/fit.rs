@@ -1,38 +1,38 @@
-//! Unknowns of a scene: numbers of its file that a recording is to tell, each `[[fit]]` with a `key` and `bounds`.
+//! Unknowns of a scene: numbers that a calibration finds from a recording, each a `[[fit]]` with a `key` and `bounds`.
 //!
-//! A scene with unknowns can be simulated as it stands; [`with_values`] changes the numbers and no other byte.
+//! A scene with unknowns can be simulated unchanged; [`with_values`] replaces the numbers and no other byte.
 
 use crate::text::Place;
 use std::ops::Range;
 
-/// Unknowns of a scene at most: more than a recording of 64 pixels tells apart.
+/// Limit on a scene's unknowns: more than a recording of 64 pixels can distinguish.
 pub const FITS_MAX: usize = 16;
 
-/// The time of the scene at the recording's first frame, seconds: the one unknown that does not stand in the file.
+/// The scene time at the recording's first frame, seconds: the only unknown outside the file.
 pub const RECORDING_START: &str = "recording.start_s";
 
 /// One unknown.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Fit {
-    /// What is unknown, as the file spells it: `room.ambient_c`, `sensor.ceiling.position_mm.x`, [`RECORDING_START`].
+    /// The key as spelled in the file: `room.ambient_c`, `sensor.ceiling.position_mm.x`, [`RECORDING_START`].
     pub key: String,
-    /// Where the file says so.
+    /// Where the file marks it.
     pub place: Place,
-    /// The least and the greatest value, in the key's own unit.
+    /// The lowest and the highest value, in the key's own unit.
     pub bounds: [f64; 2],
-    /// The value that stands in the file; for [`RECORDING_START`] the value nearest to 0 inside the bounds.
+    /// The value in the file; for [`RECORDING_START`], the value nearest to 0 within the bounds.
     pub value: f64,
-    /// Where the value stands in the text, in bytes; `None` for [`RECORDING_START`].
+    /// The byte range of the value in the text; `None` for [`RECORDING_START`].
     pub value_span: Option<Range<usize>>,
-    /// The byte at which the line of the table's `key` begins: where a remark on it can be put.
+    /// The byte where the line of the table's `key` starts, for inserting a comment.
     pub remark_at: usize,
 }
 
-/// The file's text with these numbers in the places of its unknowns; one number for each, in their order.
+/// The file's text with its unknowns replaced by these numbers, one for each, in order.
 ///
 /// # Panics
-/// If `fits` are not those of this text.
+/// If `fits` belong to another text.
 #[must_use]
 pub fn with_values(text: &str, fits: &[Fit], values: &[f64]) -> String {
     let mut edits: Vec<(Range<usize>, String)> = fits

@@ -1,34 +1,34 @@
-//! What a scene may have at most: each bound has a test that reaches it.
+//! Limits of a scene; each has a test that reaches it.
 
-/// Bytes of a scene file, or of a trajectory.
+/// Bytes of a scene file or a trajectory.
 pub const TEXT_BYTES_MAX: usize = 16 * 1024 * 1024;
 /// Characters of a name; a sensor's has at most `grideye_frame::NAME_CHARS_MAX`.
 pub const NAME_CHARACTERS_MAX: usize = 100;
-/// Objects of a scene; the paper's largest has 1,056.
+/// Objects in a scene; the paper's largest has 1,056.
 pub const OBJECTS_MAX: usize = 10_000;
-/// Sensors of a scene.
+/// Sensors in a scene.
 pub const SENSORS_MAX: usize = 1_000;
-/// Moving agents of a scene.
+/// Agents in a scene.
 pub const AGENTS_MAX: usize = 100;
 /// Parts of an agent.
 pub const PARTS_MAX: usize = 100;
-/// Vertices, and faces, of one polyhedron.
+/// Vertices of one polyhedron; also its faces.
 pub const VERTICES_MAX: usize = 100_000;
-/// Contacts that are told of.
+/// Reported contacts.
 pub const CONTACTS_MAX: usize = 100;
-/// Cells of a texture, after cells that are interpolated were divided.
+/// Cells of a texture, after dividing interpolated cells.
 pub const TEXTURE_CELLS_MAX: usize = 10_000;
-/// Warm prints on objects: one for each part, each stop and each face.
+/// Warm prints on objects: one per part, stop and face.
 pub const PRINTS_MAX: usize = 10_000;
-/// Corners of a room's floor plan, and faces of a room given as a mesh.
+/// Corners of a room's floor plan; also faces of a room given as a mesh.
 pub const ROOM_CORNERS_MAX: usize = 1_000;
-/// Way-points of a trajectory.
+/// Waypoints of a trajectory.
 pub const WAYPOINTS_MAX: usize = 100_000;
-/// Points of a sensor's sampling grid on one axis: field of view times points a degree.
+/// Points of a sensor's sampling grid on one axis: field of view times points per degree.
 pub const GRID_POINTS_MAX: usize = 2_048;
 /// Pixels of a sensor on one axis.
 pub const PIXELS_PER_AXIS_MAX: usize = 1_024;
-/// Days that an agent may be on its way.
+/// Days that an agent's path may take.
 pub const WALK_DAYS_MAX: u64 = 366;
 /// The latest time stamp and the longest stop, seconds.
 pub const TIME_MAX_S: f64 = 86_400.0 * 366.0;

@@ -1,4 +1,5 @@
-//! A checked scene as plain values: room, bodies, agents, sensors, and what was wrong with a file. Nothing here parses.
+//! A checked scene as plain values: room, bodies, agents, sensors, and the errors of reading a file. Nothing here
+//! parses.
 
 mod body;
 mod contact;

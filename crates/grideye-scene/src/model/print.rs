@@ -1,4 +1,4 @@
-//! Warm prints on an object: a sheet just above its face, which fades after a body stood, sat or lay there.
+//! Warm prints on an object: a sheet just above its face that fades after a body has stood, sat or lain there.
 
 use crate::geometry::Mesh;
 use crate::heat::{Material, left};
@@ -9,7 +9,7 @@ use crate::radiometry::Surface;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Print {
     pub(crate) sheet: Mesh,
-    /// The object's place in the scene, and how much warmer than it on the whole its face is there.
+    /// The object's index in the scene, and how much warmer than its mean the face is there.
     pub(crate) object: usize,
     pub(crate) offset_c: f64,
     pub(crate) contact_c: f64,

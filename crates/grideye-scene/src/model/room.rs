@@ -1,4 +1,5 @@
-//! The room: a box, a floor plan drawn upwards, or a closed mesh; what is in it, and which of its walls hide something.
+//! The room: a box, an extruded floor plan, or a closed mesh; tests what is inside, and finds the walls that hide
+//! something.
 
 use crate::geometry::{Enclosure, Mesh, area_m2, normal, winding};
 use crate::model::body::Body;
@@ -10,13 +11,13 @@ use glam::{DVec2, DVec3};
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Room {
-    /// Width to the right (x), depth to the back (y), height (z) of the box that it is or that holds it, meters.
+    /// Size of its bounding box: width to the right (x), depth to the back (y), height (z), meters.
     pub size_m: DVec3,
     /// Temperature of walls and air, °C.
     pub ambient_c: f64,
-    /// The lowest corner of that box.
+    /// The lowest corner of the bounding box.
     low_m: DVec3,
-    /// What else it is than that box.
+    /// Its shape, if not that box.
     hull: Option<Hull>,
 }
 
@@ -26,7 +27,7 @@ struct Hull {
     mesh: Mesh,
     /// Counter-clockwise from above.
     outline_m: Vec<DVec2>,
-    /// Floor, ceiling and walls as they are drawn, looking into the room.
+    /// Floor, ceiling and walls as drawn, looking into the room.
     sides_m: Vec<Vec<DVec3>>,
 }
 
@@ -40,7 +41,7 @@ impl Room {
         }
     }
 
-    /// The room above a simple floor plan, whichever way round its corners run; `None` if it has no volume.
+    /// The room above a simple floor plan, with corners in either direction; `None` if it has no volume.
     pub(crate) fn of_plan(plan_m: &[DVec2], height_m: f64, ambient_c: f64) -> Option<Self> {
         let mut outline_m = plan_m.to_vec();
         if area_m2(&outline_m) < 0.0 {
@@ -101,19 +102,19 @@ impl Room {
         })
     }
 
-    /// The lowest and the highest corner of the box that it is or that holds it, meters.
+    /// The lowest and the highest corner of the bounding box, meters.
     #[must_use]
     pub fn bounds_m(&self) -> (DVec3, DVec3) {
         (self.low_m, self.low_m + self.size_m)
     }
 
-    /// Whether it is the whole box of its bounds.
+    /// Whether it fills its bounding box.
     #[must_use]
     pub const fn is_box(&self) -> bool {
         self.hull.is_none()
     }
 
-    /// The outline of its floor from above, counter-clockwise, meters; of a mesh, the faces that look up.
+    /// The outline of its floor from above, counter-clockwise, meters; for a mesh, of the faces that look up.
     #[must_use]
     pub fn outline_m(&self) -> Vec<DVec2> {
         let (low_m, high_m) = self.bounds_m();
@@ -135,7 +136,7 @@ impl Room {
         in_bounds && (hull.is_around(point_m) || hull.touches(point_m))
     }
 
-    /// Whether all corners of a surface are in the room; a body may still reach through a wall that juts out.
+    /// Whether all corners of a surface are in the room; the body may still cross a wall that juts in.
     pub(crate) fn holds_corners_of(&self, mesh: &Mesh) -> bool {
         if self.is_box() {
             let (low_m, high_m) = mesh.bounds_m();
@@ -146,7 +147,7 @@ impl Room {
             .all(|vertex| self.contains(*vertex))
     }
 
-    /// Floor, ceiling and walls, meters, each as an outline that runs counter-clockwise as seen from within.
+    /// Floor, ceiling and walls, meters, each as an outline counter-clockwise as seen from within.
     #[must_use]
     pub fn sides_m(&self) -> Vec<Vec<DVec3>> {
         if let Some(hull) = &self.hull {
@@ -167,7 +168,7 @@ impl Room {
         sides
     }
 
-    /// The same cut into convex faces.
+    /// [`Self::sides_m`] cut into convex faces.
     #[must_use]
     pub fn convex_sides_m(&self) -> Vec<Vec<DVec3>> {
         let Some(hull) = &self.hull else {
@@ -199,7 +200,7 @@ impl Room {
         sides.into_iter().filter(juts).collect()
     }
 
-    /// The walls that jut into the room, set back so that what hangs on them, and a sensor there, is before them.
+    /// The walls that jut into the room, set back so that objects and sensors on them are in front.
     pub(crate) fn screen(&self) -> Option<Body> {
         let mut vertices_m = Vec::new();
         let mut faces = Vec::new();
@@ -262,9 +263,9 @@ fn rectangle(low_m: DVec2, high_m: DVec2) -> Vec<DVec2> {
     ]
 }
 
-/// The largest loop of edges that only one of the sides that look up has, as seen from above.
+/// Seen from above, the largest loop of edges that belong to only one upward side.
 fn outline_of_floor(sides_m: &[Vec<DVec3>]) -> Option<Vec<DVec2>> {
-    // By the micrometer, so that steps that meet are one floor.
+    // Compare to the micrometer, so that adjoining steps form one floor.
     let mark = |corner: &DVec3| {
         let at = (corner.truncate() * 1e6).round() + 0.0;
         (at.x.to_bits(), at.y.to_bits())
@@ -299,11 +300,11 @@ fn outline_of_floor(sides_m: &[Vec<DVec3>]) -> Option<Vec<DVec2>> {
     largest.filter(|outline| area_m2(outline) > 0.0)
 }
 
-/// Rounding of positions that touch a wall: a nanometer.
+/// Rounding tolerance for positions that touch a wall: a nanometer.
 const SLACK_M: f64 = 1e-9;
-/// A wall with corners of the room this far behind it juts into the room.
+/// A wall juts into the room if corners of the room are at least this far behind it.
 const JUTTING_M: f64 = 1e-6;
-/// How far behind a wall that juts out what hides is: more than rounding, less than any sensor tells.
+/// How far the screen is set back behind a wall: more than rounding, less than any sensor resolves.
 const SCREEN_M: f64 = 1e-5;
-/// Sides steeper than this, nearly upright, are no floor.
+/// Steeper sides, nearly upright, are not floor.
 const UPWARD: f64 = 1e-6;

@@ -1,4 +1,4 @@
-//! A room with what is in it: the whole scene, and what the reader of its file is told.
+//! The whole scene: a room with its contents, and the warnings from reading its file.
 
 use crate::geometry::count::single;
 use crate::model::body::{Agent, Body};
@@ -11,17 +11,17 @@ use crate::radiometry::{Band, Law};
 use grideye_frame::Celsius;
 use std::time::Duration;
 
-/// How frames are made of what is seen.
+/// How frames are made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Model {
-    /// As the paper does: a perceived temperature that tends to ambient with distance, on a grid of points, resampled.
+    /// As in the paper: perceived temperatures that tend to ambient with distance, on a grid of points, resampled.
     #[default]
     Paper,
-    /// As a thermopile behind a lens does: radiance, averaged over each pixel's response.
+    /// As for a thermopile behind a lens: radiance averaged over each pixel's response.
     Physical,
 }
 
-/// A room with what is in it, checked.
+/// A room with its contents, checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     pub(crate) room: Room,
@@ -31,7 +31,7 @@ pub struct Scene {
     pub(crate) sensors: Vec<Sensor>,
     pub(crate) model: Model,
     pub(crate) law: Law,
-    /// What the physical model takes in of the light, and what temperature is reflected, °C.
+    /// The wavelengths and the reflected temperature (°C) of the physical model.
     pub(crate) band: Band,
     pub(crate) reflected_c: f64,
     pub(crate) duration_s: f64,
@@ -39,19 +39,19 @@ pub struct Scene {
     pub(crate) prints: Vec<Print>,
 }
 
-/// A scene, and what was changed or deserves a look.
+/// A scene with its warnings and unknowns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loaded {
     /// The scene.
     pub scene: Scene,
-    /// What the reader should be told, in the order of the file.
+    /// Warnings for the user, in the order of the file.
     pub warnings: Vec<Warning>,
-    /// The unknowns that the file marks, in its order; nothing but a calibration looks at them.
+    /// The unknowns that the file marks, in its order; only a calibration uses them.
     pub fits: Vec<Fit>,
 }
 
 impl Scene {
-    /// The model that its frames are made by.
+    /// The model of its frames.
     #[must_use]
     pub const fn model(&self) -> Model {
         self.model
@@ -63,7 +63,7 @@ impl Scene {
         &self.room
     }
 
-    /// The experiment of the paper, 1 to 4, that the scene says it stands for (PeerJ CS 11:e3124, Tables 1 to 4).
+    /// The paper's experiment, 1 to 4, that the scene reproduces (PeerJ CS 11:e3124, Tables 1 to 4).
     #[must_use]
     pub const fn paper_experiment(&self) -> Option<u8> {
         self.paper_experiment
@@ -75,13 +75,13 @@ impl Scene {
         Celsius::new(single(self.room.ambient_c))
     }
 
-    /// The objects that stand in the room, without those that were removed.
+    /// The objects in the room, without removed ones.
     #[must_use]
     pub fn objects(&self) -> &[Body] {
         &self.objects
     }
 
-    /// The objects, and the walls that jut into the room: all that stands still and may be before something.
+    /// Everything that stands still and may hide something: the objects, and the walls that jut into the room.
     pub(crate) fn standing(&self) -> impl Iterator<Item = &Body> {
         self.objects.iter().chain(&self.screen)
     }
@@ -104,10 +104,10 @@ impl Scene {
         &self.sensors
     }
 
-    /// The sensor of that name.
+    /// The sensor with this name.
     ///
     /// # Errors
-    /// [`SceneError::UnknownSensor`], which lists the names there are.
+    /// [`SceneError::UnknownSensor`], which lists the known names.
     pub fn sensor(&self, name: &str) -> Result<&Sensor, SceneError> {
         let sensors = || self.sensors.iter();
         let found = sensors().find(|sensor| sensor.name == name);
@@ -117,13 +117,13 @@ impl Scene {
         })
     }
 
-    /// The reading of the paper's formula that the scene asks for.
+    /// The interpretation of the paper's formula.
     #[must_use]
     pub const fn law(&self) -> Law {
         self.law
     }
 
-    /// Whether another scene differs in nothing but its agents and the time they take.
+    /// Whether another scene differs only in its agents and their durations.
     #[must_use]
     pub fn has_the_room_of(&self, other: &Self) -> bool {
         self.room == other.room
@@ -136,13 +136,13 @@ impl Scene {
             && self.objects == other.objects
     }
 
-    /// Whether nothing moves.
+    /// Whether nothing moves or changes.
     #[must_use]
     pub fn is_static(&self) -> bool {
         self.duration().is_zero()
     }
 
-    /// The time that the agents take, or the file's if that is longer; zero if nothing moves or changes.
+    /// The longest duration of an agent, or the file's if longer; zero if nothing moves or changes.
     #[must_use]
     pub fn duration(&self) -> Duration {
         let given = Duration::try_from_secs_f64(self.duration_s).unwrap_or_default();
@@ -150,7 +150,7 @@ impl Scene {
         ways.unwrap_or_default().max(given)
     }
 
-    /// The same room without its agents and the prints that they leave: what an empty stretch of a recording shows.
+    /// The scene without agents and their prints, as in an empty part of a recording.
     #[must_use]
     pub fn without_agents(&self) -> Self {
         Self {
@@ -160,7 +160,7 @@ impl Scene {
         }
     }
 
-    /// The same scene, looked at by these sensors.
+    /// The scene with these sensors instead.
     #[must_use]
     pub fn with_sensors(&self, sensors: Vec<Sensor>) -> Self {
         Self {
@@ -169,10 +169,11 @@ impl Scene {
         }
     }
 
-    /// How many frames the sensor takes while an agent is on its way, the first at its start: 1 if nothing moves.
+    /// How many frames the sensor takes within the scene's duration, counting the first at its start: 1 if nothing
+    /// moves.
     #[must_use]
     pub fn frame_count(&self, sensor: &Sensor) -> u64 {
-        // A hair's breadth keeps the last frame in, if the way ends on it but for rounding.
+        // A small margin keeps the last frame if only rounding puts it past the end.
         let last = (self.duration().as_secs_f64() * sensor.sampling_hz + 1e-6).floor();
         u64::try_from(crate::geometry::count::floor(last))
             .map_or(u64::MAX, |last| last.saturating_add(1))

@@ -1,4 +1,4 @@
-//! Where a walker is at any time.
+//! A walker's position at any time.
 
 mod schedule;
 mod trajectory;

@@ -1,4 +1,4 @@
-//! How a walker keeps time over stretches of length `L` and time `T` from stop to stop; `u` is the part of `T` gone.
+//! Timing of a walker over stretches of length `L` and time `T` between stops; `u` is the elapsed share of `T`.
 //!
 //! | motion | arc length covered | highest speed |
 //! |---|---|---|
@@ -8,11 +8,9 @@
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Motion {
-    /// The same all the way.
     Constant,
-    /// Up from rest at this acceleration, constant, and down to rest at the same.
+    /// Accelerate from rest, keep the speed, and slow down to rest at the same rate.
     Trapezoidal {
-        /// Meters a second, each second.
         acceleration_m_per_s2: f64,
     },
     /// From rest to rest with the least jerk.
@@ -21,13 +19,14 @@ pub(crate) enum Motion {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Clock<'a> {
-    /// Meters a second: constant, between the ramps of a trapezoid, or the mean over each leg of minimum jerk.
+    /// Meters per second: the constant speed, the speed between the ramps of a trapezoid, or the mean over each
+    /// minimum-jerk leg.
     Speed(f64),
-    /// Each at its own time, seconds; rising.
+    /// Arrival times at the waypoints, seconds, increasing.
     Stamps(&'a [f64]),
 }
 
-/// A part of a way from one stop to the next.
+/// The part of a path between two stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Stretch {
     pub(crate) start_s: f64,
@@ -44,14 +43,14 @@ enum SpeedCurve {
     MinimumJerk,
 }
 
-/// The stretches of a way, and the moment at which the last stop is over.
+/// The stretches of a path, and the time when the last stop ends.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Schedule {
     pub(crate) stretches: Vec<Stretch>,
     pub(crate) end_s: f64,
 }
 
-/// The way-point, from 0, that cannot be reached in time at the acceleration given.
+/// The waypoint, from 0, that cannot be reached in time at the given acceleration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct TooFast(pub(crate) usize);
 
@@ -60,7 +59,7 @@ impl Stretch {
         self.start_s + self.travel_s
     }
 
-    /// Arc length from the start of the way, meters, at a time from the start of the scene.
+    /// Arc length from the start of the path, meters, at a scene time.
     pub(crate) fn at_s(&self, time_s: f64) -> f64 {
         let passed_s = time_s - self.start_s;
         if passed_s >= self.travel_s {
@@ -69,7 +68,7 @@ impl Stretch {
         self.from_m + self.covered_m(passed_s.max(0.0))
     }
 
-    /// The time from the start of the scene at which the stretch is at this arc length of the way.
+    /// The scene time when this arc length of the path is reached.
     pub(crate) fn time_at(&self, length_m: f64) -> f64 {
         let covered_m = (length_m - self.from_m).clamp(0.0, self.length_m);
         if self.length_m <= 0.0 {
@@ -89,7 +88,7 @@ impl Stretch {
                     covered_m / self.speed_max_m_per_s() + 0.5 * ramp_s
                 }
             }
-            // Its stretches are single legs, so that only their ends are asked for.
+            // Minimum-jerk stretches are single legs, so only their ends are queried.
             SpeedCurve::MinimumJerk if covered_m < self.length_m => 0.0,
             SpeedCurve::MinimumJerk => self.travel_s,
         };
@@ -130,7 +129,7 @@ impl Stretch {
 }
 
 impl Schedule {
-    /// A way by arc length and seconds stood at each way-point; constant speed does not rest at stamps.
+    /// A path by arc length, with the seconds to stand at each waypoint. Constant motion does not rest at stamps.
     pub(crate) fn new(
         lengths_m: &[f64],
         dwells_s: &[f64],
@@ -199,7 +198,7 @@ fn by_speed(motion: Motion, length_m: f64, speed_m_per_s: f64) -> (f64, SpeedCur
             if cruise_s >= ramp_s {
                 (cruise_s + ramp_s, SpeedCurve::Ramps { ramp_s })
             } else {
-                // Too short for the whole speed: half the way up, half the way down.
+                // Too short for full speed: accelerate over half the distance, then slow down.
                 let ramp_s = (length_m / acceleration_m_per_s2).sqrt();
                 (2.0 * ramp_s, SpeedCurve::Ramps { ramp_s })
             }
@@ -333,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn what_acceleration_cannot_do_is_named() {
+    fn unreachable_waypoints_are_named() {
         // 3 m in 3 s take at least 4/3 m/s².
         for (acceleration_m_per_s2, expected) in [(1.4, None), (1.3, Some(TooFast(1)))] {
             let motion = Motion::Trapezoidal {

@@ -1,15 +1,15 @@
-//! The line that a walker follows, and where on it he is at any time.
+//! The path of a walker, and the walker's position at any time.
 
 use crate::motion::schedule::Schedule;
 use glam::DVec3;
 use std::time::Duration;
 
-/// A polyline and when the walker is where on it: by default at constant speed (PeerJ CS 11:e3124, "Sensor sampling
-/// frequency"), else by a schedule; at its end the walker stands still.
+/// A polyline and the timing along it: constant speed by default (PeerJ CS 11:e3124, "Sensor sampling frequency"),
+/// otherwise a schedule. At the end the walker stands still.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trajectory {
     waypoints_m: Vec<DVec3>,
-    /// Arc length from the start to each way-point; as many as way-points.
+    /// Arc length from the start to each waypoint.
     lengths_m: Vec<f64>,
     pace: Pace,
 }
@@ -24,32 +24,32 @@ enum Pace {
 pub(crate) struct Leg {
     pub(crate) start_s: f64,
     pub(crate) end_s: f64,
-    /// The speed that is nowhere exceeded on it; 0 at a stop.
+    /// Limit on the speed during the leg; 0 at a stop.
     pub(crate) speed_max_m_per_s: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Stay {
     pub(crate) from_s: f64,
-    /// Infinite at the end of the way.
+    /// Infinite at the end of the path.
     pub(crate) until_s: f64,
 }
 
 impl Trajectory {
-    /// The points that the polyline joins, meters.
+    /// The polyline's points, meters.
     #[must_use]
     pub fn waypoints_m(&self) -> &[DVec3] {
         &self.waypoints_m
     }
 
-    /// Time from the start of the scene to the last way-point, and to the end of the stay there if it has one.
+    /// Time from the start of the scene to the last waypoint, including any stay there.
     #[must_use]
     pub fn duration(&self) -> Duration {
-        // Parsing has refused what takes longer than the limit, so the fallback is never taken.
+        // Parsing has refused longer times, so the fallback is never used.
         Duration::try_from_secs_f64(self.end_s()).unwrap_or(Duration::MAX)
     }
 
-    /// Where the walker is after `time`, meters.
+    /// The walker's position after `time`, meters.
     #[must_use]
     pub fn position_m(&self, time: Duration) -> DVec3 {
         self.at_s(time.as_secs_f64())
@@ -63,7 +63,7 @@ impl Trajectory {
         }
     }
 
-    /// A way by its way-points' [`lengths_m`] and the schedule that was made of them.
+    /// A path from its waypoints, their [`lengths_m`], and the schedule made from these.
     pub(crate) fn scheduled(
         waypoints_m: Vec<DVec3>,
         lengths_m: Vec<f64>,
@@ -91,7 +91,7 @@ impl Trajectory {
         self.at_length_m(self.length_at_s(time_s))
     }
 
-    /// The way-point that the walker is on its way to, or has just reached, at a time in seconds.
+    /// The waypoint that the walker is approaching or has just reached, at a time in seconds.
     pub(crate) fn heads_for(&self, time_s: f64) -> usize {
         let length_m = self.length_at_s(time_s);
         let last = self.waypoints_m.len().saturating_sub(1);
@@ -100,7 +100,7 @@ impl Trajectory {
             .clamp(last.min(1), last)
     }
 
-    /// The straight parts and the stops between them, in order of time.
+    /// The straight legs and the stops between them, in order of time.
     pub(crate) fn legs(&self) -> Vec<Leg> {
         let mut legs = Vec::new();
         let mut end_s = 0.0;
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn the_walker_is_where_arc_length_says() {
+    fn positions_follow_arc_length() {
         let walk = corner();
         assert_eq!(walk.length_m(), 7.0);
         assert_eq!(walk.duration(), Duration::from_secs(14));
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn a_single_point_is_stood_on() {
+    fn a_single_waypoint_is_a_standing_walker() {
         let stand = Trajectory::new(vec![DVec3::ONE], 1.0);
         assert_eq!(stand.duration(), Duration::ZERO);
         assert_eq!(stand.position_m(Duration::from_secs(3)), DVec3::ONE);

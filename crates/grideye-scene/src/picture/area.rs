@@ -1,25 +1,28 @@
-//! Frames without a sampling grid: each pixel is the integral of what is seen, weighted by the pixel's response.
+//! Frames without a sampling grid: each pixel is the integral of the visible surfaces, weighted by the pixel's
+//! response.
 //!
-//! The weights of `imresize` on an ever finer grid tend to triangles over two pixels, linear between pixel centers: a
-//! piece cut there gives to four pixels by its moments. A Gauss rule of degree 5 integrates the law's fourth root.
+//! On an ever finer grid, the weights of `imresize` tend to triangles over two pixels, linear between pixel centers. A
+//! piece cut at these centers contributes to four pixels by its moments. A Gauss rule of degree 5 integrates the law's
+//! fourth root.
 
 use crate::geometry::{clipped, count, polygon::bounds};
 use crate::model::Sensor;
 use crate::radiometry::{Air, Glow};
 use glam::{DVec2, DVec3};
 
-/// A convex polygon in the picture plane, in pixels: x to the right, y down, from the top left corner.
+/// A convex polygon in the image plane, in pixels: x to the right, y down, from the top left corner.
 type Polygon = Vec<DVec2>;
 
 #[derive(Debug, Clone)]
 pub(crate) struct Facet {
     outline: Polygon,
-    /// Of the outline.
+    /// Bounds of the outline.
     bounds: (DVec2, DVec2),
-    /// One over the depth is `inverse_depth · (x, y, 1)`.
+    /// The inverse depth is `inverse_depth · (x, y, 1)`.
     inverse_depth: DVec3,
     glow: Glow,
-    /// How warm it seems where its plane is nearest, °C above ambient: which of two at one depth is seen.
+    /// Perceived temperature where its plane is nearest, °C above ambient: decides which of two facets at one depth is
+    /// seen.
     warmth_c: f64,
     pub(crate) owner: u32,
 }
@@ -27,7 +30,7 @@ pub(crate) struct Facet {
 #[derive(Debug, Clone)]
 struct Piece {
     outline: Polygon,
-    /// Of the outline.
+    /// Bounds of the outline.
     bounds: (DVec2, DVec2),
     facet: usize,
 }
@@ -36,7 +39,7 @@ struct Piece {
 pub(crate) struct ImagePlane {
     columns: usize,
     rows: usize,
-    /// Slope per pixel on each axis, and half the picture in pixels.
+    /// Slope per pixel on each axis, and half the image in pixels.
     pitch: DVec2,
     half: DVec2,
 }
@@ -58,7 +61,7 @@ impl ImagePlane {
         }
     }
 
-    /// The facet of a face in the sensor's axes; `inverse_depth` times ray `(1, left, up)` is one over the depth there.
+    /// The facet of a face in the sensor's axes; `inverse_depth` times ray `(1, left, up)` is the inverse depth there.
     pub(crate) fn facet(
         &self,
         corners: impl Iterator<Item = DVec3>,
@@ -93,7 +96,7 @@ impl ImagePlane {
         (area(&facet.outline) > AREA_MIN).then_some(facet)
     }
 
-    /// The facet of a body that the sensor is in: at no distance, but for rays that leave the faces it touches.
+    /// The facet of a body around the sensor: at zero distance, without rays that leave through a touched face.
     pub(crate) fn facet_all_around(
         &self,
         touching: &[DVec3],
@@ -145,7 +148,7 @@ impl StaticFacets {
         }
     }
 
-    /// Adds to each pixel by how much the moving facets before this change it.
+    /// Adds to each pixel its change due to the moving facets.
     pub(crate) fn add_change(
         &self,
         plane: &ImagePlane,
@@ -183,7 +186,7 @@ impl StaticFacets {
         }
     }
 
-    /// The parts of the moving facets that neither one another nor what stands still hides.
+    /// The parts of the moving facets hidden neither by each other nor by still facets.
     fn visible<'a>(
         &'a self,
         moving: &'a [Facet],
@@ -227,7 +230,7 @@ impl ImagePlane {
         }
     }
 
-    /// The same for a polygon that lies between the centers of four pixels, the lower right of which is given.
+    /// As [`Self::integrate`], for a polygon between four pixel centers; `row` and `column` are of the lower right one.
     fn integrate_between_centers(
         &self,
         cell: &[DVec2],
@@ -238,7 +241,7 @@ impl ImagePlane {
         let Some((anchor, rest)) = cell.split_first() else {
             return;
         };
-        // Share of the pixel after the center on either axis; before the first center and after the last it is whole.
+        // Share of the pixel after the center on an axis: 1 before the first center, 0 after the last.
         let after = |at: f64, band: usize, count: usize| {
             let share = at - (count::float(band) - 0.5);
             match band {
@@ -296,7 +299,7 @@ const AREA_MIN: f64 = 1e-12;
 
 const AT_NO_DISTANCE: DVec3 = DVec3::new(1e12, 0.0, 0.0);
 
-/// Facets whose depths differ by less than this part are at one depth.
+/// Facets with a smaller relative difference of depth are at the same depth.
 const SAME_DEPTH: f64 = 1e-9;
 
 /// The bands between pixel centers that an interval reaches: band 0 lies before the first center.
@@ -312,7 +315,7 @@ fn band(index: usize, count: usize) -> (f64, f64) {
     )
 }
 
-/// Takes away what another facet hides; at one depth the warmer is seen, of two that are equal the one that `wins`.
+/// Removes what another facet hides. At the same depth the warmer one is seen; between equals `wins` decides.
 fn hide(outlines: &mut Vec<Polygon>, facet: &Facet, other: &Facet, wins: bool) {
     if !overlap(facet.bounds, other.bounds) || outlines.is_empty() {
         return;
@@ -368,7 +371,7 @@ fn intersection(one: &[DVec2], other: &[DVec2]) -> Polygon {
     sides(other).fold(one.to_vec(), |rest, side| clipped(&rest, side))
 }
 
-/// Shorter sides, in pixels, are only rounding where a cut meets a corner, and have no direction.
+/// Shorter sides, in pixels, are rounding where a cut meets a corner, and have no direction.
 const SIDE_MIN: f64 = 1e-7;
 
 fn sides(outline: &[DVec2]) -> impl Iterator<Item = impl Fn(DVec2) -> f64> {

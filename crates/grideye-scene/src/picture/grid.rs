@@ -1,4 +1,4 @@
-//! Which surface is seen in each cell of the sampling grid, row by row: the nearest one.
+//! Finds the nearest surface in each cell of the sampling grid, row by row.
 
 mod backdrop;
 mod shaded;
@@ -18,20 +18,20 @@ use span::{
 };
 use std::ops::Range;
 
-/// Draws what moves before the backdrop, row by row: rows' weights per cell, columns' weights once per pixel row.
+/// Draws moving patches over the backdrop, row by row. Row weights apply per cell, column weights once per pixel row.
 pub(crate) struct Accumulator<'a> {
     view: &'a SamplingGrid,
     air: &'a Air,
     backdrop: &'a Backdrop,
     resampler: &'a Resampler,
     buffers: RowBuffers,
-    /// By how much the row at hand changes, column by column.
+    /// The change of the current row, column by column.
     values: Vec<f64>,
-    /// A row of sums that nobody reads.
+    /// A row of sums that is never read.
     spare: Vec<f64>,
-    /// Of each row of pixels, the weighted sums of the cells' values, column by column.
+    /// For each pixel row, the weighted sums of cell values, column by column.
     sums: Vec<f64>,
-    /// The columns that any row has changed, and the rows of pixels that this reaches.
+    /// The columns changed by any row, and the pixel rows affected.
     changed: Range<usize>,
     changed_rows: Range<usize>,
 }
@@ -87,7 +87,7 @@ impl<'a> Accumulator<'a> {
         self.add_to(pixels);
     }
 
-    /// Gives the sums to the pixels, column by column, so that no row waits for its last addition.
+    /// Adds the sums to the pixels column by column, so that no row waits for its last addition.
     fn add_to(&self, pixels: &mut [f64]) {
         let stride = self.view.columns() + LANES_MAX;
         let pixel_columns = self.resampler.output_columns();
@@ -107,7 +107,7 @@ impl<'a> Accumulator<'a> {
 struct Draw<'b, 'a> {
     accumulator: &'b mut Accumulator<'a>,
     patches: &'b [ShadedPatch],
-    /// Which of them count, if that is what is asked for.
+    /// The patches' counts, if a share is requested.
     counts: Option<&'b [f64]>,
 }
 
@@ -168,7 +168,7 @@ impl<'b> Draw<'b, '_> {
     }
 }
 
-/// How many of the spans, at the start of a row of them, lie over one another: 1 if the first is alone.
+/// How many of the spans at the start of a row overlap: 1 if the first is alone.
 #[inline(always)]
 fn overlapping(spans: &[CellSpan<'_>]) -> usize {
     let (mut count, mut end) = (0, usize::MAX);
@@ -210,7 +210,7 @@ impl Accumulator<'_> {
         }
     }
 
-    /// Draws a span and gives what it changes to the rows of pixels, run by run of what is behind it.
+    /// Draws a span and adds its changes to the pixel rows, one run of the background at a time.
     #[inline(always)]
     fn draw_one<S: Simd>(&mut self, simd: S, line: CellRow<'_>, span: &CellSpan<'_>) {
         let (mut start, end) = (span.covered.start, span.covered.end);
@@ -241,7 +241,7 @@ impl Accumulator<'_> {
         }
     }
 
-    /// Draws a part of a span and puts the sums beyond it back, which is faster than asking in each cell.
+    /// Draws part of a span and restores the sums beyond it, which is faster than a test in each cell.
     #[inline(always)]
     fn draw_part<S: Simd>(
         &mut self,

@@ -1,9 +1,9 @@
-//! A picture in degrees, and the share of each pixel that an agent fills.
+//! An image in degrees, and the share of each pixel that an agent fills.
 
 use crate::geometry::count::single;
 use grideye_frame::{COLUMNS, Celsius, Frame, ROWS};
 
-/// A picture in degrees, row by row: row 0 is the top, column 0 the left of what the sensor sees.
+/// An image in degrees, row by row: row 0 is the top, column 0 the left as the sensor sees it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Image {
     /// Pixels in a row.
@@ -14,14 +14,14 @@ pub struct Image {
     pub celsius: Vec<f64>,
 }
 
-/// How much of each pixel is an agent, laid out as the [`Image`] is.
+/// The agent's share of each pixel, in the order of [`Image`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mask {
     /// Pixels in a row.
     pub columns: usize,
     /// Pixels in a column.
     pub rows: usize,
-    /// Share of the pixel's response (weight of the resampling kernel) that falls on a visible part of it, 0 to 1.
+    /// Share of the pixel's response (weight of the resampling kernel) on visible parts of the agent, 0 to 1.
     pub share: Vec<f64>,
 }
 
@@ -29,7 +29,7 @@ impl Image {
     /// The temperature of one pixel, °C.
     ///
     /// # Panics
-    /// If the picture has no such pixel.
+    /// If the image has no such pixel.
     #[must_use]
     pub fn at(&self, row: usize, column: usize) -> f64 {
         assert!(
@@ -39,7 +39,7 @@ impl Image {
         self.celsius[row * self.columns + column]
     }
 
-    /// The picture as a frame of an 8 x 8 sensor, in the same order; `None` if it has another size.
+    /// The image as a frame of an 8 x 8 sensor, in the same order; `None` for another size.
     #[must_use]
     pub fn to_frame(&self, thermistor: Celsius) -> Option<Frame> {
         if (self.columns, self.rows) != (COLUMNS, ROWS) {
@@ -54,7 +54,7 @@ impl Image {
 }
 
 impl Mask {
-    /// The pixels of which at least `share_min` is the agent, in the picture's order.
+    /// The pixels with an agent's share of at least `share_min`, in the image's order.
     #[must_use]
     pub fn foreground(&self, share_min: f64) -> Vec<bool> {
         self.share

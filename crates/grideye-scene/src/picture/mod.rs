@@ -1,4 +1,4 @@
-//! How a sensor's picture is made of what is in its view: on the paper's sampling grid, without one, or by radiance.
+//! Renders what a sensor sees: on the paper's sampling grid, without one, or by radiance.
 
 mod area;
 mod grid;

@@ -1,10 +1,11 @@
-//! The physical model: what a thermopile behind a lens takes in, radiance averaged over each pixel's response.
+//! The physical model: a thermopile behind a lens receives radiance, averaged over each pixel's response.
 //!
 //! `L_pixel = ∫ r L / ∫ r`, `L = e L_b(T) + (1 - e) L_b(T reflected)`, `T_pixel = L_b⁻¹(L_pixel)`. The response `r` is
-//! a Gaussian over the angles to the left and upwards: half-response widths justify no more, and it takes in a blur.
+//! a Gaussian over the angles to the left and upwards, which include any blur: half-response widths justify nothing
+//! finer.
 //!
-//! Level lines cut the picture closer than a pixel is wide. Along a line the integral is exact; across, each stands for
-//! a 24th of the narrowest pixel, cut where an edge runs along it.
+//! Horizontal lines cut the image more finely than a pixel. Along a line the integral is exact; across, each line
+//! stands for a 24th of the narrowest pixel, cut where an edge runs along it.
 
 mod line;
 mod map;
@@ -27,33 +28,33 @@ pub(crate) struct Physical {
     eye: Eye,
     /// Slope of the field's left border.
     left_max: f64,
-    /// Height of a band before it is cut, radians.
+    /// Height of a band before cutting, radians.
     band_rad: f64,
-    /// Angles upwards between which the bands lie, rising, one more than there are bands.
+    /// Upward angles between the bands, increasing; one more than there are bands.
     borders: Vec<f64>,
     still: Vec<Face>,
-    /// What stands still, seen along the middle of each band, and the faces that reach it.
+    /// The still bodies seen along the middle of each band, and the faces that reach it.
     lines: Vec<Line>,
     reaching: Vec<Vec<usize>>,
-    /// Of each pixel, above the ambient's radiance.
+    /// Per pixel, above the ambient's radiance.
     still_excess: Vec<f64>,
 }
 
 #[derive(Debug, Clone)]
 pub(crate) struct Shown {
     faces: Vec<Face>,
-    /// Slopes upwards at which bands are to be cut.
+    /// Upward slopes at which to cut bands.
     levels: Vec<f64>,
 }
 
 const LINES_PER_WIDTH: f64 = 24.0;
-/// Bands before they are cut; pixels narrower than that allows have fewer lines each.
+/// Limit on bands before cutting; very narrow pixels then have fewer lines each.
 const BANDS_MAX: f64 = 4096.0;
-/// Cuts nearer than this share of a band to another are left out.
+/// Cuts closer to a border than this share of a band are ignored.
 const CUT_MIN: f64 = 1.0 / 64.0;
 
 impl Physical {
-    /// `standing` gives the bodies that stand still, once it can be told how fine the lines are.
+    /// `standing` supplies the still bodies, once the spacing of the lines is known.
     pub(crate) fn new(
         scene: &Scene,
         sensor: &Sensor,
@@ -82,7 +83,7 @@ impl Physical {
         physical
     }
 
-    /// What is to be added to the picture for a body; `glow` gives the surface of each of its faces.
+    /// Prepares a body for drawing; `glow` gives the surface of each of its faces.
     pub(crate) fn shown(
         &self,
         sight: &Sight,
@@ -101,7 +102,7 @@ impl Physical {
                 let mut last = (None, 0.0);
                 let shown = faces.iter().map(|face| {
                     let surface = glow(Some(face.face));
-                    // Most bodies are of one temperature, and Planck's law takes its time.
+                    // Planck's law is slow, and most bodies have one temperature.
                     if last.0 != Some(surface) {
                         last = (Some(surface), self.light.excess(surface));
                     }
@@ -122,7 +123,7 @@ impl Physical {
             .collect()
     }
 
-    /// The share of each pixel's response that falls on bodies whose owner counts.
+    /// The share of each pixel's response on bodies whose owner counts.
     pub(crate) fn share(&self, moving: &[Shown], counts: impl Fn(u32) -> bool) -> Vec<f64> {
         let mut share = vec![0.0; self.still_excess.len()];
         let value = |span: &Span| f64::from(u8::from(counts(span.owner)));
@@ -194,7 +195,8 @@ impl Physical {
         }
     }
 
-    /// Adds to each pixel a value of what is seen with the moving bodies; `less_still` takes off what stands still.
+    /// Adds to each pixel a value of everything visible, including moving bodies; `less_still` subtracts the still
+    /// bodies.
     fn add(
         &self,
         moving: &[Shown],
@@ -280,7 +282,7 @@ fn to_angles(steps: &mut [Step]) {
     }
 }
 
-/// Borders with the cuts between them that are not nearer than `apart` to what is there.
+/// The borders and those cuts between them that are farther than `apart` from their neighbors.
 fn merged(borders: &[f64], cuts: &[f64], apart: f64) -> Vec<f64> {
     let mut all = Vec::with_capacity(borders.len() + cuts.len());
     let mut cuts = cuts.iter().peekable();

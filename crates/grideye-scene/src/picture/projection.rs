@@ -1,24 +1,24 @@
-//! How a sensor sees the corners and faces of a mesh: a pinhole before a grid of points.
+//! Projects the corners and faces of a mesh through a pinhole onto a grid of points.
 
 use crate::geometry::{Enclosure, Mesh, Pose, area_vector, count, winding};
 use crate::model::Sensor;
 use glam::DVec3;
 use std::ops::Range;
 
-/// The most cells that any processor paints at once; rows are longer by so many.
+/// The most cells that any processor shades at once; rows are padded by this many.
 pub(crate) const LANES_MAX: usize = 8;
 
-/// A plane of points before a pinhole, `focal_points` away (PeerJ CS 11:e3124, "Sensor model implementation").
+/// A plane of points in front of a pinhole, `focal_points` away (PeerJ CS 11:e3124, "Sensor model implementation").
 ///
-/// The ray of a cell is `(1, left, up)` in the sensor's axes; a place on it is known by its depth, the meters forward.
+/// The ray of a cell is `(1, left, up)` in the sensor's axes. Depth, in meters forward, identifies a place on it.
 #[derive(Debug, Clone)]
 pub(crate) struct SamplingGrid {
     columns: usize,
-    /// Slope to the left of each column of points, meters for each meter forward; falling, and going on beyond the grid.
+    /// Slope to the left of each column of points, meters per meter forward; decreasing, and padded beyond the grid.
     slopes_left: Vec<f64>,
-    /// Square of it.
+    /// Its square.
     slopes_left2: Vec<f64>,
-    /// Slope upwards of each row of points; falling.
+    /// Slope upwards of each row of points, decreasing.
     slopes_up: Vec<f64>,
     /// Distance of the plane on each axis, in that axis's points.
     focal_points: [f64; 2],
@@ -52,7 +52,7 @@ impl SamplingGrid {
         self.slopes_up.len()
     }
 
-    /// The slopes to the left of these columns, and their squares; there are [`LANES_MAX`] more than columns.
+    /// The slopes to the left of these columns, and their squares; [`LANES_MAX`] more exist than columns.
     #[inline(always)]
     pub(crate) fn slopes_left(&self, columns: Range<usize>) -> (&[f64], &[f64]) {
         (
@@ -86,7 +86,7 @@ impl SamplingGrid {
             bounds: self.bounds(sides),
             inverse_depth: face.inverse_depth,
             face: face.face,
-            // A flat face is farthest away at a corner, and no point of it is nearer than its depth.
+            // A flat face is farthest away at a corner, and no point of it is nearer than its smallest depth.
             distances_m: (
                 corners().fold(f64::INFINITY, |depth_m, corner| depth_m.min(corner.x)),
                 corners().fold(0.0, |distance_m, corner| distance_m.max(corner.length())),
@@ -103,12 +103,12 @@ impl SamplingGrid {
             let row = 0.5 * count::float(self.rows()) - self.focal_points[1] * corner.z / corner.x;
             (low, high) = (low.min(row), high.max(row));
         }
-        // One more on either side against rounding, none beyond the grid.
+        // One more row on each side against rounding, but none beyond the grid.
         let rows = count::floor(low - 1.5)..count::floor(high + 1.5).min(self.rows());
         (!rows.is_empty()).then_some(rows)
     }
 
-    /// The columns in which no `side · (1, left, up)` is below zero, row by row.
+    /// For each row, the columns where no `side · (1, left, up)` is negative.
     fn bounds(&self, sides: impl Iterator<Item = DVec3>) -> Bounds {
         let columns_half = 0.5 * count::float(self.columns());
         let column_of = |left: f64| columns_half - self.focal_points[0] * left - 0.5;
@@ -125,7 +125,7 @@ impl SamplingGrid {
                 start: column_of(-side.x / side.y),
                 step: self.focal_points[0] * side.z / side.y,
             };
-            // The columns run to the right, against the slopes to the left.
+            // Columns run to the right, slopes to the left.
             if side.y > 0.0 {
                 bounds.last.push(line);
             } else {
@@ -135,7 +135,7 @@ impl SamplingGrid {
         bounds
     }
 
-    /// The patch of a mesh that the sensor is in, at no distance, but for rays that leave the faces it touches.
+    /// The patch of a mesh around the sensor, at zero distance, without rays that leave through a touched face.
     fn patch_all_around(&self, touching: &[DVec3]) -> Patch {
         Patch {
             rows: 0..self.rows(),
@@ -149,9 +149,10 @@ impl SamplingGrid {
 
 #[derive(Debug, Clone)]
 pub(crate) enum Sight {
-    /// In the mesh or on it, touching faces with these outward normals: it sees the mesh but for directions out of one.
+    /// Inside the mesh or on it, touching faces with these outward normals: only directions out of one of these do not
+    /// see it.
     Inside(Vec<DVec3>),
-    /// The faces that show it their outsides.
+    /// The faces seen from outside.
     Outside(Vec<SeenFace>),
 }
 
@@ -159,9 +160,9 @@ pub(crate) enum Sight {
 pub(crate) struct SeenFace {
     pub(crate) face: usize,
     pub(crate) corners: Vec<DVec3>,
-    /// Its product with a ray `(1, left, up)` is one over the depth at which the ray meets the face's plane.
+    /// Its product with a ray `(1, left, up)` is the inverse depth where the ray meets the face's plane.
     pub(crate) inverse_depth: DVec3,
-    /// 1 if the corners run counter-clockwise as the sensor looks along the ray, -1 if clockwise.
+    /// 1 if the corners run counter-clockwise as seen along the ray, -1 if clockwise.
     pub(crate) orientation: f64,
 }
 
@@ -181,7 +182,7 @@ impl Sight {
 }
 
 impl SeenFace {
-    /// `None` if the face shows its inside or is seen edge-on.
+    /// `None` if the face is seen from inside or edge-on.
     fn new(
         (index, face): (usize, &[usize]),
         in_sensor: &[DVec3],
@@ -205,7 +206,7 @@ impl SeenFace {
     }
 }
 
-/// Leaves out corners at the place of the one before: only rounding gives the side between them a direction.
+/// Drops corners that coincide with the previous one, because rounding alone would direct the side between them.
 fn drop_twins(corners: &mut Vec<DVec3>) {
     corners.dedup_by(|corner, before| corner.distance_squared(*before) <= TWINS_M * TWINS_M);
     while let [first, .., last] = corners[..] {
@@ -216,33 +217,33 @@ fn drop_twins(corners: &mut Vec<DVec3>) {
     }
 }
 
-/// Corners this near to one another are one, meters: as [`TOUCH_M`], far below what any sensor tells.
+/// Corners this close coincide, meters: as [`TOUCH_M`], far below what any sensor resolves.
 const TWINS_M: f64 = 1e-9;
 
-/// A flat, convex face as the sensor sees it: which cells it covers, and how far away it is in each.
+/// A flat, convex face as seen by the sensor: the cells it covers, and its depth in each.
 #[derive(Debug, Clone)]
 pub(crate) struct Patch {
     rows: Range<usize>,
     bounds: Bounds,
-    /// Its product with a ray is one over the depth at which the ray meets the face's plane.
+    /// Its product with a ray is the inverse depth where the ray meets the face's plane.
     inverse_depth: DVec3,
-    /// No point is nearer, and none farther away.
+    /// Bounds on the distance of its points.
     distances_m: (f64, f64),
     face: usize,
 }
 
-/// The lines across the grid that bound a patch, by the side of them that counts.
+/// The lines across the grid that bound a patch, grouped by side.
 #[derive(Debug, Clone, Default)]
 struct Bounds {
-    /// The columns from the line on.
+    /// Columns from the line on.
     first: Vec<Line>,
-    /// The columns up to the line.
+    /// Columns up to the line.
     last: Vec<Line>,
-    /// Lines along the rows: all columns where the sum is not below zero.
+    /// Lines along the rows: all columns where the sum is not negative.
     along_rows: Vec<Line>,
 }
 
-/// `start + step * up` is the column at which it crosses a row.
+/// `start + step * up` is the column where it crosses a row.
 #[derive(Debug, Clone, Copy)]
 struct Line {
     start: f64,
@@ -281,7 +282,7 @@ impl Patch {
         count::floor(first.ceil())..count::floor(last) + 1
     }
 
-    /// One over the depth in a row: the value at no slope to the left, and what each unit of slope adds.
+    /// The inverse depth in a row: its value at zero slope to the left, and its change per unit of slope.
     #[inline(always)]
     pub(crate) fn inverse_depth(&self, up: f64) -> (f64, f64) {
         (
@@ -294,7 +295,6 @@ impl Patch {
         self.face
     }
 
-    /// No point of the face is nearer, and none farther away, meters.
     pub(crate) fn distances_m(&self) -> (f64, f64) {
         self.distances_m
     }
@@ -302,12 +302,12 @@ impl Patch {
 
 const NO_FACE: usize = usize::MAX;
 
-/// One over no depth: so large that a body is seen at its own temperature, and finite, so that two can be compared.
+/// The inverse of zero depth: large enough to show a body at its own temperature, finite so that two can be compared.
 const AT_NO_DISTANCE: DVec3 = DVec3::new(1e30, 0.0, 0.0);
 
 const TOUCH_M: f64 = 1e-9;
 
-/// If the sensor is in a closed mesh, or on a convex one: the outward normals of the faces that it touches.
+/// If the sensor is inside a closed mesh or on a convex one: the outward normals of the faces it touches.
 fn enclosure(mesh: &Mesh, in_sensor: &[DVec3]) -> Option<Vec<DVec3>> {
     match mesh.enclosure() {
         Enclosure::Open => return None,

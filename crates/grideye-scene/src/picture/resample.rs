@@ -1,7 +1,7 @@
-//! The sampling grid to pixels as MATLAB's bilinear `imresize` (PeerJ CS 11:e3124, "Interpolation").
+//! Resamples the grid to pixels like MATLAB's bilinear `imresize` (PeerJ CS 11:e3124, "Interpolation").
 //!
 //! Shrinking widens the triangle kernel to the spacing of the output; growing uses the plain one. Weights are
-//! normalized before the border mirrors the taps beyond it.
+//! normalized before the taps beyond the border are mirrored.
 
 use crate::geometry::count;
 use std::ops::Range;
@@ -21,7 +21,7 @@ impl Resampler {
         }
     }
 
-    /// The pixels, row by row, of a picture that is zero but for these columns of each row.
+    /// The pixels, row by row, of a grid that is zero except in the covered columns of each row.
     pub(crate) fn apply_covered(&self, picture: &[f64], covered: &[Range<usize>]) -> Vec<f64> {
         let mut pixels = vec![0.0; self.horizontal.outputs * self.vertical.outputs];
         let mut row_sums = vec![0.0; self.horizontal.outputs];
@@ -67,12 +67,12 @@ impl Resampler {
     }
 }
 
-/// One axis: for each input point, the run of outputs that it reaches and its weight in each.
+/// One axis: for each input point, the outputs that it reaches and its weight in each.
 #[derive(Debug, Clone)]
 struct Axis {
     outputs: usize,
     first_outputs: Vec<usize>,
-    /// Where each input's weights begin in `weights`; one more at the end.
+    /// Where each input's weights start in `weights`, then the length of `weights`.
     starts: Vec<usize>,
     weights: Vec<f64>,
 }
@@ -119,7 +119,7 @@ impl Axis {
 fn taps(inputs: usize, outputs: usize, output: usize) -> Vec<(usize, f64)> {
     let scale = count::float(outputs) / count::float(inputs);
     let half_width = if scale < 1.0 { 1.0 / scale } else { 1.0 };
-    // Positions count from 1, as in MATLAB: half-integers then round the same way.
+    // Positions count from 1, as in MATLAB, so that half-integers round the same way.
     let center = count::float(output + 1) / scale + 0.5 * (1.0 - 1.0 / scale);
     let first = (center - half_width).floor();
     let tap_count = count::floor((2.0 * half_width).ceil()) + 2;
@@ -137,7 +137,7 @@ fn taps(inputs: usize, outputs: usize, output: usize) -> Vec<(usize, f64)> {
         .collect()
 }
 
-/// The index, from 0, of a position, from 1, in a picture that is mirrored at its borders, edge point repeated.
+/// The index, from 0, of a position, from 1, in a grid mirrored at its borders with the edge point repeated.
 fn mirrored(position: f64, inputs: usize) -> usize {
     let period = 2 * inputs;
     let index = count::floor((position - 1.0).rem_euclid(count::float(period)));
@@ -169,7 +169,7 @@ mod tests {
         for (found, expected) in found.iter().zip(expected) {
             assert!(
                 (found - expected).abs() < 1e-6,
-                "{found} instead of {expected}"
+                "{found}, expected {expected}"
             );
         }
     }
@@ -239,7 +239,7 @@ mod tests {
     fn growing_is_plain_bilinear_with_mirrored_borders() {
         // imresize([0 4], [1 4], 'bilinear') of GNU Octave's image package: 0 1 3 4.
         assert_eq!(pixels(((2, 1), (4, 1)), &[0.0, 4.0]), [0.0, 1.0, 3.0, 4.0]);
-        // The same size leaves a picture as it is.
+        // The same size changes nothing.
         assert_eq!(pixels(((3, 1), (3, 1)), &[1.0, 5.0, 2.0]), [1.0, 5.0, 2.0]);
     }
 }

@@ -1,8 +1,8 @@
-//! How one unit of an 8 x 8 sensor differs from a perfect one: its noise, its pattern, its drift, its clock.
+//! How one unit of an 8 x 8 sensor differs from a perfect one: its noise, pattern, drift and clock.
 //!
-//! `scenes/profiles/README.md` specifies the file. A profile brings all of the sensor's noise: it goes on
-//! top of [`Simulator::image`](crate::Simulator::image), never of
-//! [`noisy`](crate::Simulator::noisy), and is a pure function of (profile, seed, tick, time, scene).
+//! `scenes/profiles/README.md` specifies the file. A profile includes all of the sensor's noise, so apply it to
+//! [`Simulator::image`](crate::Simulator::image), never to [`noisy`](crate::Simulator::noisy). The result is a pure
+//! function of (profile, seed, tick, time, scene).
 //!
 //! ```
 //! use grideye_frame::{Celsius, Frame};

@@ -1,4 +1,4 @@
-//! A profile's text, read (every number inside its range, or the message with its place) and written.
+//! Reads a profile, checking every number's range, and writes it as text.
 
 use super::types::{
     ClockError, CommonMode, FixedPattern, NAME_CHARACTERS_MAX, OCTAVES_MAX, Profile, ProfileError,
@@ -83,7 +83,7 @@ struct ClockTable {
     drift_ppm_per_hour: Option<Spanned<f64>>,
 }
 
-/// One number for every pixel, one for each, or a name for numbers that are known.
+/// One number for all pixels, one per pixel, or the name of a known set.
 enum Map {
     Named(String),
     One(f64),
@@ -123,11 +123,11 @@ impl<'de> Visitor<'de> for MapVisitor {
     }
 }
 
-/// The noise of the central four pixels at 10 frames a second (AMG88 spec §4-4, NETD "typ. 0.16 °C").
+/// Noise of the central four pixels at 10 frames per second (AMG88 spec §4-4, NETD "typ. 0.16 °C").
 const DATASHEET_SIGMA_C: f64 = 0.16;
 const DATASHEET: &str = "datasheet";
 
-/// Noise against the unit's median in the upper left quadrant, edge first, over recordings of eight and more units.
+/// Noise relative to the unit's median in the upper left quadrant, edge first, from recordings of at least eight units.
 const NOISE_SHAPE: [[f64; 4]; 4] = [
     [1.25, 1.12, 1.07, 1.02],
     [1.14, 1.05, 0.97, 0.97],
@@ -153,7 +153,6 @@ pub(crate) fn profile(text: &str, origin: &str) -> Result<Profile, ProfileError>
     Ok(file.profile(&tables)?)
 }
 
-/// The datasheet's noise for every pixel, °C.
 fn datasheet_sigma_c() -> [f64; PIXELS] {
     let center = NOISE_SHAPE[3][3];
     std::array::from_fn(|pixel| {
@@ -226,7 +225,7 @@ impl File<'_> {
         Err(self.0.refused("name", name.span(), expected, hint))
     }
 
-    /// An amount and the time that it needs beside it.
+    /// An amount and the time constant it requires.
     fn with_time(
         &self,
         (amount, amount_rule): (&Option<Spanned<f64>>, &Rule),
@@ -236,7 +235,7 @@ impl File<'_> {
         match (amount, time) {
             (Some(amount), None) if value != 0.0 => {
                 let (key, missing) = (amount_rule.key, time_rule.key);
-                let problem = format!("`{key}` needs `{missing}` beside it");
+                let problem = format!("`{key}` also needs `{missing}`");
                 let place = self.0.place(amount.span().start);
                 Err(place.refused(problem, time_rule.hint))
             }
@@ -244,16 +243,16 @@ impl File<'_> {
         }
     }
 
-    /// A number, 0 where the file has none.
+    /// A number, by default 0.
     fn number(&self, number: &Option<Spanned<f64>>, rule: &Rule) -> Result<f64, Refusal> {
-        // Minus zero is zero, so that a profile equals what is read back from its text.
+        // Turn minus zero into zero, so that a profile equals its text read back.
         Ok(self.0.number_or(number, rule, 0.0)? + 0.0)
     }
 
     #[expect(
         clippy::as_conversions,
         clippy::cast_possible_truncation,
-        reason = "the rules admit whole numbers of at most 500,000 alone"
+        reason = "the rules allow only whole numbers up to 500,000"
     )]
     fn whole(&self, number: &Option<Spanned<f64>>, rule: &Rule) -> Result<i32, Refusal> {
         Ok(self.number(number, rule)? as i32)
@@ -307,7 +306,7 @@ const OCTAVES: Rule = Rule {
         (1.0..=f64::from(OCTAVES_MAX)).contains(&octaves) && octaves == octaves.trunc()
     },
     expected: "a whole number, 1 to 10",
-    hint: "each octave is a wander twice as quick as the one before; 1 is the slow one alone",
+    hint: "each octave wanders twice as fast as the one before; 1 means only the slowest",
 };
 const CYCLE_DEPTH: Rule = COMMON_SD.with(
     "common_mode.cycle_depth_c",
@@ -317,7 +316,7 @@ const PATTERN_OFFSET: Rule = Rule {
     key: "fixed_pattern.offset_c",
     holds: WARM_UP_START.holds,
     expected: "-100 to 100 °C, or a list of 64 such numbers",
-    hint: "what each pixel shows too much; the datasheet admits 2.5 either way",
+    hint: "the error added to each pixel; the datasheet allows 2.5 either way",
 };
 const PATTERN_SPREAD: Rule = COMMON_SD.with(
     "fixed_pattern.spread_c",
@@ -336,8 +335,8 @@ const WARM_UP_TIME: Rule = COMMON_CORRELATION.with(
 const DRIFT: Rule = Rule {
     key: "warm_up.drift_c_per_hour",
     holds: WARM_UP_START.holds,
-    expected: "-100 to 100 °C an hour",
-    hint: "a drift that never ends; leave it out for none",
+    expected: "-100 to 100 °C per hour",
+    hint: "a constant drift; omit it for none",
 };
 const THERMISTOR_OFFSET: Rule = WARM_UP_START.with(
     "thermistor.offset_c",
@@ -351,7 +350,7 @@ const THERMISTOR_LAG: Rule = Rule {
     key: "thermistor.lag_s",
     holds: |seconds| (0.0..=TIME_MAX_S).contains(&seconds),
     expected: "0 to 1000000 s",
-    hint: "the time in which self-heating has risen to 63 %; 0 is at once",
+    hint: "the time in which self-heating rises to 63 %; 0 means at once",
 };
 const PROBABILITY: Rule = Rule {
     key: "glitches.probability",
@@ -442,12 +441,12 @@ fn push_table(text: &mut String, name: &str, keys: Vec<(&str, Option<String>)>) 
     }
 }
 
-/// The shortest decimal that is this number; nothing for zero.
+/// The shortest decimal for this number; `None` for zero.
 fn decimal(number: f64) -> Option<String> {
     (number != 0.0).then(|| number.to_string())
 }
 
-/// One number where all are equal, else eight rows of eight.
+/// One number if all are equal, otherwise eight rows of eight.
 fn list(map: &[f64; PIXELS]) -> Option<String> {
     if map.iter().all(|each| *each == map[0]) {
         return decimal(map[0]);

@@ -13,24 +13,26 @@ use rand_distr::{Distribution, StandardNormal};
 use std::time::Duration;
 
 impl Profile {
-    /// Reads a profile. `origin` is the file's name as messages are to show it.
+    /// Parses a profile; messages name the file `origin`.
     ///
     /// # Errors
-    /// [`ProfileError`], with place, key, what was expected and what to do.
+    /// [`ProfileError`] with the place, the key, what was expected, and what to do.
     pub fn parse(text: &str, origin: &str) -> Result<Self, ProfileError> {
         read::profile(text, origin)
     }
 
-    /// The profile as a file that [`parse`](Self::parse) reads back to the same numbers; what has no effect is left out.
+    /// The profile as a file that [`parse`](Self::parse) reads back to the same numbers; keys without effect are
+    /// omitted.
     #[must_use]
     pub fn to_toml(&self) -> String {
         read::toml(self)
     }
 
-    /// What the unit of this `seed` measures of a perfect frame in 100 ms tick `index`, at `t` since power-on.
+    /// What this `seed`'s unit measures of a perfect frame in 100 ms tick `index`, at `t` since power-on.
     ///
     /// Draws are ChaCha with 12 rounds. Key, little-endian: seed (8), purpose (8: 1 tick, 2 wander, 3 unit), the
-    /// wander's octave or zero (8), `grideyep` (8). Stream: the tick, the wander's knot, or 0. Absolute zero cuts off.
+    /// wander's octave or zero (8), `grideyep` (8). Stream: the tick, the wander's knot, or 0. Results never go below
+    /// absolute zero.
     #[must_use]
     pub fn apply(&self, seed: u64, index: u64, t: Duration, scene: Frame) -> Frame {
         let t_s = t.as_secs_f64();
@@ -49,20 +51,20 @@ impl Profile {
         measured
     }
 
-    /// The root of the mean square of the pixels' own noise, °C: what one number says of 64.
+    /// Root mean square of the pixels' own noise, °C: one number for all 64.
     #[must_use]
     pub fn sigma_c(&self) -> f64 {
         let squares: f64 = self.noise_sigma_c.iter().map(|sigma| sigma * sigma).sum();
         (squares / float(PIXELS)).sqrt()
     }
 
-    /// How far the sensor's clock is off at time 0, parts per million.
+    /// Error of the sensor's clock at time 0, parts per million.
     #[must_use]
     pub const fn clock_error_ppm(&self) -> i32 {
         self.clock.error_ppm
     }
 
-    /// How much that changes in an hour, parts per million.
+    /// Change of that error per hour, parts per million.
     #[must_use]
     pub const fn clock_drift_ppm_per_hour(&self) -> i32 {
         self.clock.drift_ppm_per_hour
@@ -118,7 +120,7 @@ impl FixedPattern {
 
 const SECONDS_PER_HOUR: f64 = 3600.0;
 
-/// A random function of variance 1 everywhere, of so many octaves with equal shares.
+/// A random function of variance 1 everywhere: the sum of `octaves` equally strong octaves.
 fn wander(seed: u64, at: f64, octaves: u32) -> f64 {
     let mut sum = 0.0;
     let mut quicker = at;
@@ -129,7 +131,7 @@ fn wander(seed: u64, at: f64, octaves: u32) -> f64 {
     sum / f64::from(octaves).sqrt()
 }
 
-/// A smooth random function of variance 1 everywhere, with independent values at whole numbers.
+/// A smooth random function of variance 1 everywhere, with independent values at integers.
 fn smooth(seed: u64, octave: u32, at: f64) -> f64 {
     let knot = crate::geometry::count::floor(at);
     let share = at - float(knot);
@@ -137,20 +139,20 @@ fn smooth(seed: u64, octave: u32, at: f64) -> f64 {
     let before = Draws::knot(seed, octave, number).normal();
     let after = Draws::knot(seed, octave, number.saturating_add(1)).normal();
     let (left, right) = (1.0 - share, share);
-    // A weighted sum of two independent draws has the variance of the squared weights, which is put right here.
+    // Normalize: a weighted sum of independent draws has the sum of squared weights as its variance.
     (left * before + right * after) / (left * left + right * right).sqrt()
 }
 
 #[expect(
     clippy::as_conversions,
     clippy::cast_possible_truncation,
-    reason = "single precision is what a frame has, 2 µK at 20 °C"
+    reason = "frames store single precision, 2 µK at 20 °C"
 )]
 fn sum(celsius: Celsius, added_c: f64) -> Celsius {
     Celsius::new((f64::from(celsius.get()) + added_c).max(ABSOLUTE_ZERO_C) as f32)
 }
 
-/// The random numbers of one unit: each purpose has its own stream.
+/// The random numbers of one unit, with a separate stream for each purpose.
 struct Draws(ChaCha12Rng);
 
 const TICK: u64 = 1;
@@ -191,7 +193,6 @@ impl Draws {
         draw < probability
     }
 
-    /// One pixel, each as likely as any other.
     fn pixel(&mut self) -> usize {
         // 64 divides the range of a byte evenly.
         usize::from(self.0.next_u32().to_le_bytes()[0]) % PIXELS

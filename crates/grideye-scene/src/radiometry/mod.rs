@@ -1,4 +1,4 @@
-//! What a surface looks like to a sensor: the paper's formula, and radiance.
+//! How a surface appears to a sensor: the paper's formula, and radiance.
 
 pub mod perceived;
 mod radiance;

@@ -1,6 +1,7 @@
-//! What temperature a surface seems to have from a distance (PeerJ CS 11:e3124, "Perceived temperature calculation").
+//! The temperature that a surface appears to have from a distance (PeerJ CS 11:e3124, "Perceived temperature
+//! calculation").
 //!
-//! The paper's formula is lost in the copies that were to hand; both laws fit its words. With kelvin and meters, object
+//! The copies of the paper that we had lack the formula; both laws below match its text. With kelvin and meters, object
 //! `To`, ambient `Ta`, emissivity `e` and distance `d`:
 //!
 //! | law | perceived temperature |
@@ -12,17 +13,17 @@
 use crate::geometry::count;
 use pulp::{Simd, bytemuck};
 
-/// Which reading of the paper's formula is used.
+/// Which interpretation of the paper's formula to use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Law {
     /// `w = min(1, e / d²)`, `Tp⁴ = w To⁴ + (1 - w) Ta⁴`.
     A,
-    /// `Tp⁴ = (e To⁴ + d² Ta⁴) / (e + d²)`: the only one that meets the linear branch at 1 cm.
+    /// `Tp⁴ = (e To⁴ + d² Ta⁴) / (e + d²)`: the only law that meets the linear branch at 1 cm.
     #[default]
     B,
 }
 
-/// A surface as the law sees it.
+/// A surface as input to the law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Surface {
     /// Temperature in °C, above absolute zero.
@@ -34,10 +35,10 @@ pub struct Surface {
 /// Absolute zero in °C.
 pub const ABSOLUTE_ZERO_C: f64 = -273.15;
 
-/// Below this distance the paper's linear branch holds.
+/// The paper's linear branch applies below this distance.
 pub const NEAR_M: f64 = 0.01;
 
-/// The °C that a surface seems to have from `distance_m`; `operating_distance_m` only matters below [`NEAR_M`].
+/// The perceived temperature at `distance_m`, °C; `operating_distance_m` only matters below [`NEAR_M`].
 #[must_use]
 pub fn perceived_celsius(
     law: Law,
@@ -50,18 +51,18 @@ pub fn perceived_celsius(
     ambient_c + air.excess(&air.glow(surface), distance_m * distance_m)
 }
 
-/// What all points of one picture have in common.
+/// What all points of one image share.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Air {
     law: Law,
     ambient_c: f64,
-    /// Fourth root of `ambient_k4`, so that a surface at ambient differs from it by exactly nothing.
+    /// Fourth root of `ambient_k4`, so that a surface at ambient has an excess of exactly 0.
     ambient_k: f64,
     ambient_k4: f64,
     operating_distance_m: f64,
 }
 
-/// What all points of one surface have in common.
+/// What all points of one surface share.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Glow {
     excess_c: f64,
@@ -89,7 +90,7 @@ impl Air {
         }
     }
 
-    /// How much warmer than ambient the surface seems, °C, from the square of its distance.
+    /// The perceived temperature above ambient, °C, from the squared distance.
     pub(crate) fn excess(&self, glow: &Glow, distance_m2: f64) -> f64 {
         if distance_m2 < NEAR_M * NEAR_M {
             return glow.excess_c * (1.0 - distance_m2.sqrt() / self.operating_distance_m);
@@ -97,7 +98,7 @@ impl Air {
         self.seen(self.weight(glow, distance_m2), glow)
     }
 
-    /// How the fourth root is best taken on a surface whose points are between these distances, meters.
+    /// The best way to take the fourth root on a surface between these distances, meters.
     pub(crate) fn root(&self, glow: &Glow, (nearest_m, farthest_m): (f64, f64)) -> Root {
         if nearest_m <= NEAR_M {
             return Root::Exact;
@@ -107,7 +108,7 @@ impl Air {
         Series::new(self, glow, weights).map_or(Root::Exact, Root::Series)
     }
 
-    /// The object's share in the fourth powers, the air having the rest.
+    /// The object's weight in the fourth powers; the air has the rest.
     fn weight(&self, glow: &Glow, distance_m2: f64) -> f64 {
         match self.law {
             Law::A => (glow.emissivity / distance_m2).min(1.0),
@@ -124,34 +125,34 @@ impl Air {
 pub(crate) enum Root {
     /// By two square roots, which take several times as long as a multiplication.
     Exact,
-    /// By a power series, as far as its error stays below [`SERIES_ERROR_C`].
+    /// By a power series with an error below [`SERIES_ERROR_C`].
     Series(Series),
 }
 
-/// The most that a series may differ from the root, °C; each power less is a twentieth of the work in a cell.
+/// Largest error of the series, °C; each power saved is a twentieth of the work in a cell.
 const SERIES_ERROR_C: f64 = 1e-11;
 
-/// What of it is left out of Taylor's series: a few times the last bit of 300 K.
+/// The part of that error due to truncating Taylor's series: a few times the last bit of 300 K.
 const TAYLOR_ERROR_C: f64 = 3e-13;
 
-/// No loop is made for fewer terms.
+/// No shorter series has its own loop.
 const SERIES_TERMS_MIN: usize = 5;
 
-/// With more terms than this, square roots are as fast.
+/// Beyond this many terms, square roots are as fast.
 const SERIES_TERMS_MAX: usize = 16;
 
-/// Taylor's series of the excess in the law's weight, its highest powers replaced within the error by lower ones
-/// through the Chebyshev polynomial of their order (Lanczos 1938).
+/// Taylor's series of the excess in the law's weight. Chebyshev polynomials replace the highest powers with lower ones,
+/// within the error (Lanczos 1938).
 #[derive(Debug, Clone)]
 pub(crate) struct Series {
     center: f64,
-    /// From the lowest order; `terms` of them count.
+    /// From the lowest order; the first `terms` of them are used.
     coefficients: [f64; SERIES_TERMS_MAX],
     terms: usize,
 }
 
 impl Series {
-    /// For weights between these; `None` if the series converges too slowly, as for glowing metal.
+    /// For weights in this range; `None` if the series converges too slowly, as for glowing metal.
     fn new(air: &Air, glow: &Glow, (weight_min, weight_max): (f64, f64)) -> Option<Self> {
         let center = 0.5 * (weight_min + weight_max);
         let middle_k4 = air.ambient_k4 + center * glow.excess_k4;
@@ -163,7 +164,7 @@ impl Series {
             coefficients: [0.0; SERIES_TERMS_MAX],
             terms: 0,
         };
-        // The terms of (1 + x)^(1/4): each is the one before times (1/4 - n) / (n + 1) times x.
+        // Terms of (1 + x)^(1/4): each is the previous one times (1/4 - n) / (n + 1) times x.
         let (mut coefficient, mut bound_c, mut order) = (middle_k, middle_k, 0.0);
         for place in &mut series.coefficients {
             *place = coefficient;
@@ -172,7 +173,7 @@ impl Series {
             coefficient *= next * ratio;
             bound_c *= next.abs() * reach;
             order += 1.0;
-            // The terms that are left out fall at least as fast as a geometric series of `reach`.
+            // The omitted terms decrease at least as fast as a geometric series of `reach`.
             if bound_c <= TAYLOR_ERROR_C * (1.0 - reach) {
                 series.coefficients[0] -= air.ambient_k;
                 series.economize(0.5 * (weight_max - weight_min));
@@ -182,12 +183,12 @@ impl Series {
         None
     }
 
-    /// Takes away the highest powers, for weights no farther than `half` from the middle, as far as the error allows it.
+    /// Drops the highest powers as far as the error allows, for weights within `half` of the center.
     fn economize(&mut self, half: f64) {
         let mut error_c = TAYLOR_ERROR_C;
         while self.terms > SERIES_TERMS_MIN {
             let order = self.terms - 1;
-            // Over the weights that occur, a Chebyshev polynomial with leading coefficient 1 is at most this.
+            // Bounds a Chebyshev polynomial with leading coefficient 1 over these weights.
             let bound = (0..order).fold(2.0, |bound, _| 0.5 * bound * half);
             error_c += (self.coefficients[order] * bound).abs();
             if error_c > SERIES_ERROR_C {
@@ -210,7 +211,7 @@ impl Series {
 }
 
 pub(crate) trait Shade {
-    /// °C above ambient, from one over each ray's depth and the square of its distance at depth 1.
+    /// °C above ambient, from the inverse of each ray's depth and its squared distance at depth 1.
     fn excesses_c<S: Simd>(&self, simd: S, inverse_depths: S::f64s, rays2: S::f64s) -> S::f64s;
 }
 
@@ -218,7 +219,7 @@ pub(crate) trait WithShade<S: Simd> {
     fn with(self, simd: S, shade: impl Shade);
 }
 
-/// The numbers of a [`Series`], zero beyond the ones that count; copied, so that the loop keeps them in registers.
+/// The first `TERMS` numbers of a [`Series`], copied so that the loop keeps them in registers.
 struct BySeries<const IS_LAW_A: bool, const TERMS: usize> {
     emissivity: f64,
     center: f64,
@@ -239,7 +240,8 @@ impl<const IS_LAW_A: bool, const TERMS: usize> BySeries<IS_LAW_A, TERMS> {
 
     #[inline(always)]
     fn evaluate<S: Simd>(&self, simd: S, weights: S::f64s) -> S::f64s {
-        // Even and odd powers apart, so that fewer steps wait; no fused steps, whose last bits differ by processor.
+        // Separate even and odd powers, so that fewer steps wait. No fused multiply-add: its last bits differ by
+        // processor.
         let powers = simd.sub_f64s(weights, simd.splat_f64s(self.center));
         let squares = simd.mul_f64s(powers, powers);
         let mut even = simd.splat_f64s(self.coefficients[(TERMS - 1) / 2 * 2]);
@@ -291,7 +293,7 @@ impl Shade for ByRoots<'_> {
 }
 
 impl Air {
-    /// Does something with the shade of a surface, its law and the number of terms being constants in it.
+    /// Runs a task with the shade of a surface, its law and number of terms being compile-time constants.
     #[inline(always)]
     pub(crate) fn shade<S: Simd>(
         &self,
@@ -312,7 +314,7 @@ impl Air {
 }
 
 impl Series {
-    /// As many terms as count, or a few more: each number is a loop of its own.
+    /// Rounds up to a compiled number of terms, because each number is a separate loop.
     #[inline(always)]
     fn shade_b<S: Simd>(&self, simd: S, emissivity: f64, task: impl WithShade<S>) {
         match self.terms {
@@ -345,7 +347,7 @@ pub(crate) fn fourth_power(kelvin: f64) -> f64 {
     square * square
 }
 
-/// Two square roots, which IEEE 754 fixes to the last bit; `powf(0.25)` differs between C libraries.
+/// Two square roots, which IEEE 754 defines to the last bit; `powf(0.25)` differs between C libraries.
 pub(crate) fn fourth_root(kelvin4: f64) -> f64 {
     kelvin4.sqrt().sqrt()
 }
@@ -398,7 +400,7 @@ mod tests {
     }
 
     #[test]
-    fn a_surface_at_ambient_seems_to_be_exactly_that() {
+    fn a_surface_at_ambient_appears_exactly_ambient() {
         for law in [Law::A, Law::B] {
             for step in 0..1000 {
                 let distance_m = f64::from(step) * 0.007;
@@ -407,7 +409,7 @@ mod tests {
         }
     }
 
-    /// How far a shade is from the law's own words.
+    /// Finds the largest difference between a shade and the law.
     struct Differences<'a> {
         air: Air,
         glow: Glow,
@@ -470,12 +472,12 @@ mod tests {
     }
 
     #[test]
-    fn far_away_ambient_is_left_and_nearby_the_object() {
+    fn far_away_only_ambient_remains_and_nearby_only_the_object() {
         assert!((seen(Law::B, 31.0, 20.0, 1e6) - 20.0).abs() < 1e-9);
         assert!(seen(Law::B, 31.0, 20.0, 0.1) > 30.8);
         assert!(
             seen(Law::B, 10.0, 20.0, 1.0) < 20.0,
-            "a cold surface seems cold"
+            "a cold surface appears cold"
         );
     }
 }

@@ -1,14 +1,14 @@
-//! Radiance of grey surfaces, as a blackbody's fourth power of kelvin, and back to degrees.
+//! Converts temperatures of gray surfaces to radiance and back.
 
 use crate::radiometry::perceived::{ABSOLUTE_ZERO_C, Surface, fourth_power, fourth_root};
 
-/// The wavelengths that a sensor takes in.
+/// The wavelengths that a sensor detects.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Band {
-    /// All: radiance goes with the fourth power of temperature (Stefan and Boltzmann).
+    /// All wavelengths: radiance is proportional to the fourth power of temperature (Stefan and Boltzmann).
     #[default]
     All,
-    /// From one wavelength to another, both in micrometers: what Planck's law has between them.
+    /// A range of wavelengths in micrometers: Planck's law integrated over it.
     Window {
         /// The shortest, above 0.
         from_um: f64,
@@ -18,7 +18,7 @@ pub enum Band {
 }
 
 impl Band {
-    /// A blackbody's radiance, in units of `σ / π`: with all wavelengths the fourth power of its temperature in kelvin.
+    /// A blackbody's radiance in units of `σ / π`: over all wavelengths, the fourth power of its temperature in kelvin.
     #[must_use]
     pub fn radiance_k4(self, kelvin: f64) -> f64 {
         let all = fourth_power(kelvin.max(0.0));
@@ -30,7 +30,7 @@ impl Band {
         }
     }
 
-    /// The temperature in kelvin of a blackbody of that radiance; 0 for none.
+    /// The temperature in kelvin of a blackbody with this radiance; 0 for none.
     #[must_use]
     pub fn kelvin(self, radiance_k4: f64) -> f64 {
         if radiance_k4.is_nan() || radiance_k4 <= 0.0 {
@@ -42,7 +42,7 @@ impl Band {
         }
     }
 
-    /// By secants between bounds, on the logarithm of radiance over that of temperature, which is nearly a line.
+    /// Bracketed secant search on log radiance over log temperature, which is nearly linear.
     fn kelvin_by_search(self, radiance_k4: f64) -> f64 {
         let wanted = libm::log(radiance_k4);
         let error = |log_kelvin: f64| {
@@ -65,7 +65,7 @@ impl Band {
             }
             let next = at - here * (at - before) / (here - error_before);
             (before, error_before) = (at, here);
-            // Not-a-number, from two equal errors, is not inside either.
+            // NaN, from two equal errors, counts as outside.
             at = if next > low && next < high {
                 next
             } else {
@@ -79,13 +79,13 @@ impl Band {
 const ROOM_K: f64 = 293.15;
 const KELVIN_MIN: f64 = 1e-3;
 const KELVIN_MAX: f64 = 1e7;
-/// Part of the radiance that a search may leave: 1e-11 °C in a room. Below it is the rounding of the logarithm.
+/// Relative radiance error that ends a search: 1e-11 °C in a room. Rounding of the logarithm limits it.
 const SEARCH_ERROR: f64 = 2e-13;
-/// Halving alone takes as many from the bounds to the last bit.
+/// Halving alone needs as many steps from the bounds to the last bit.
 const SEARCH_STEPS_MAX: u32 = 80;
 
 const C2_UM_K: f64 = 14_387.768_775;
-/// Terms of the series; at 5000 °C and 14 µm the last is below a millionth.
+/// Limit on terms of the series; at 5000 °C and 14 µm the last is below a millionth.
 const TERMS_MAX: u32 = 100;
 
 /// Share of a blackbody's radiance below a wavelength (Chang and Rhee 1984), with `z = c2 / (λ T)`:
@@ -111,21 +111,21 @@ fn share_below(um_k: f64) -> f64 {
     sum * 15.0 / (pi2 * pi2)
 }
 
-/// What a surface that fills a pixel's view seems to have, °C, reflecting a blackbody at `reflected_c`.
+/// The apparent temperature of a surface that fills a pixel's view, °C, reflecting a blackbody at `reflected_c`.
 #[must_use]
 pub fn apparent_celsius(surface: Surface, reflected_c: f64, band: Band) -> f64 {
     let light = Light::new(band, reflected_c, reflected_c);
     light.celsius(light.excess(surface))
 }
 
-/// What all surfaces of a room have in common: radiances are told as what they are above the ambient's.
+/// What all surfaces of a room share; radiances are relative to the ambient's.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Light {
     band: Band,
     ambient_c: f64,
     ambient: f64,
     ambient_k: f64,
-    /// What is reflected, above the ambient's radiance.
+    /// Reflected radiance above the ambient's.
     reflected: f64,
 }
 
@@ -141,7 +141,7 @@ impl Light {
         }
     }
 
-    /// What a surface shines and reflects above the ambient's radiance: exactly 0 if both are at ambient temperature.
+    /// Emitted plus reflected radiance above the ambient's: exactly 0 if both are at ambient temperature.
     pub(crate) fn excess(&self, surface: Surface) -> f64 {
         let own = self.band.radiance_k4(surface.celsius - ABSOLUTE_ZERO_C) - self.ambient;
         surface.emissivity * own + (1.0 - surface.emissivity) * self.reflected
@@ -164,7 +164,7 @@ mod tests {
         to_um: 14.0,
     };
 
-    /// Planck's law summed up by Simpson's rule, in units of `σ / π`.
+    /// Planck's law integrated by Simpson's rule, in units of `σ / π`.
     fn by_simpson(from_um: f64, to_um: f64, kelvin: f64) -> f64 {
         const C1: f64 = 1.191_042_972e8; // W µm⁴ m⁻² sr⁻¹
         const SIGMA: f64 = 5.670_374_419e-8;
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_radiance_gives_its_temperature_back() {
+    fn radiance_and_temperature_round_trip() {
         for band in [Band::All, ATMOSPHERE] {
             for kelvin in [1.0, 100.0, 253.0, 293.15, 304.0, 473.0, 5000.0] {
                 let radiance = band.radiance_k4(kelvin);
@@ -220,8 +220,8 @@ mod tests {
     }
 
     #[test]
-    fn the_window_hardly_matters_for_people_and_does_for_a_kettle() {
-        // thermal-model.md §2: 0.02 to 0.04 °C for people, 0.5 to 1 °C at 80 to 200 °C, on a pixel that is half filled.
+    fn the_window_matters_for_a_kettle_but_hardly_for_people() {
+        // thermal-model.md §2: 0.02 to 0.04 °C for people, 0.5 to 1 °C at 80 to 200 °C, in a half-filled pixel.
         let seen = |band, celsius: f64| {
             let light = Light::new(band, 20.0, 20.0);
             let surface = Surface {

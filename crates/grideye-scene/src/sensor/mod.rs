@@ -1,4 +1,4 @@
-//! What a sensor makes of a picture: noise, the faults of one unit, steps.
+//! Effects of the sensor on an image: noise, the errors of one unit, quantization.
 
 mod noise;
 

@@ -1,4 +1,4 @@
-//! What a sensor adds to a picture: independent noise, or the faults of a unit with a profile, in its steps.
+//! Adds independent noise or a unit's profile to an image, and rounds to the sensor's steps.
 
 use crate::geometry::count;
 use crate::model::Sensor;
@@ -11,7 +11,7 @@ use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use std::time::Duration;
 
-/// Adds one draw of N(0, [`Sensor::noise_sigma`]) to each pixel, in row order; absolute zero cuts off.
+/// Adds one draw of N(0, [`Sensor::noise_sigma`]) to each pixel, in row order, never going below absolute zero.
 ///
 /// ChaCha with 12 rounds. Key, little-endian: the seed (8), the FNV-1a hash of the sensor's name (8), the high half of
 /// the time in nanoseconds (8), `grideye1` (8). Stream: the low half of the time, so that frames are independent.
@@ -46,21 +46,21 @@ pub fn fnv1a(text: &str) -> u64 {
     })
 }
 
-/// Ticks of the slowest frame: the sensor's own mean at 1 frame a second.
+/// Ticks of the slowest frame: the sensor's own mean at 1 frame per second.
 const TICKS_MAX: f64 = 10.0;
 
-/// Puts the unit's pattern, drift and noise on a picture of 8 x 8 pixels; others have no profile.
+/// Adds the unit's pattern, drift and noise to an 8 x 8 image; other sizes have no profile.
 pub(crate) fn measure(
     profile: &Profile,
     sensor: &Sensor,
     image: &mut Image,
     (time, seed): (Duration, u64),
 ) {
-    // The thermistor is no part of a picture.
+    // The thermistor is not part of an image.
     let Some(seen) = image.to_frame(Celsius::new(0.0)) else {
         return;
     };
-    // A nanosecond is what a frame's time may be rounded down by.
+    // A frame's time may be rounded down by up to a nanosecond.
     let first = (time + Duration::from_nanos(1)).as_nanos() / TICK.as_nanos();
     let first = u64::try_from(first).unwrap_or(u64::MAX);
     let tick_hz = 1.0 / TICK.as_secs_f64();

@@ -1,4 +1,4 @@
-//! What every reader of a file needs to answer its author: places, rules and excerpts, lengths.
+//! Tools for reporting on a file: places, rules, excerpts, and formatted lengths.
 
 pub(crate) mod place;
 pub(crate) mod source;

@@ -1,12 +1,12 @@
-//! Where something stands in a file, what is wrong with it, and lengths as messages have them.
+//! Places in a file, problems found there, and lengths formatted for messages.
 
 use glam::DVec3;
 use std::fmt;
 
-/// A place in a file: line and column count from 1, columns in characters.
+/// A place in a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
-    /// The file as the caller named it, or as the scene names it.
+    /// The file as named by the caller or by the scene.
     pub file: Box<str>,
     /// Line, from 1.
     pub line: usize,
@@ -15,7 +15,6 @@ pub struct Place {
 }
 
 impl Place {
-    /// The beginning of a line.
     pub(crate) fn of_line(file: &str, line: usize) -> Self {
         let (file, column) = (file.into(), 1);
         Self { file, line, column }
@@ -46,19 +45,19 @@ impl fmt::Display for Place {
     }
 }
 
-/// What is wrong at a place in a file.
+/// A problem at a place in a file.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{place}: {problem}\nhint: {hint}")]
 pub struct Refusal {
-    /// Where.
+    /// Where it is.
     pub place: Place,
-    /// What was found, and mostly what was expected.
+    /// What was found, and usually what was expected.
     pub problem: String,
-    /// What to do.
+    /// How to fix it.
     pub hint: String,
 }
 
-/// The beginning of what a file has in a place, on one line.
+/// The start of a text, on one line.
 pub(crate) fn excerpt(text: &str) -> String {
     let mut excerpt: String = text.chars().take(EXCERPT_CHARACTERS_MAX).collect();
     if excerpt.len() < text.len() {
@@ -76,7 +75,7 @@ pub(crate) fn reach((low, high): (DVec3, DVec3)) -> String {
 }
 
 pub(crate) fn millimeters(meters: DVec3) -> String {
-    // To a thousandth: what is left of a rotation's rounding would only hide the number.
+    // Round to a thousandth of a millimeter, because rounding errors of rotations would only obscure the number.
     let micrometers = (meters * MM_PER_M * 1000.0).round();
     let [x, y, z] = micrometers.to_array().map(|number| number / 1000.0 + 0.0);
     format!("[{x}, {y}, {z}]")

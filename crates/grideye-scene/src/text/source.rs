@@ -1,4 +1,4 @@
-//! A TOML file's name and text: what turns a value into a checked one, or into the message with its place.
+//! A TOML file's name and text: checks values and reports errors with their place.
 
 use super::place::{Place, Refusal, excerpt};
 use serde::de::{
@@ -12,13 +12,13 @@ use toml::Spanned;
 pub(crate) struct Source<'a> {
     pub(crate) origin: &'a str,
     pub(crate) text: &'a str,
-    /// Where its keys are described.
+    /// The manual that describes its keys.
     pub(crate) manual: &'static str,
-    /// What else to say of a value of the wrong type.
+    /// Added to the hint about a value of the wrong type.
     pub(crate) tables: &'static str,
 }
 
-/// The numbers that a key may have; not-a-number breaks every rule.
+/// The numbers allowed for a key; NaN breaks every rule.
 pub(crate) struct Rule {
     pub(crate) key: &'static str,
     pub(crate) holds: fn(f64) -> bool,
@@ -27,7 +27,7 @@ pub(crate) struct Rule {
 }
 
 impl Rule {
-    /// The same numbers for another key.
+    /// The same rule for another key.
     pub(crate) const fn of(self, key: &'static str) -> Self {
         Self { key, ..self }
     }
@@ -42,7 +42,7 @@ impl Source<'_> {
         Place::of_byte(self.origin, self.text, byte)
     }
 
-    /// What the TOML reader refused, with the key that it does not name itself.
+    /// The TOML reader's error, with the key added if the reader does not name it.
     pub(crate) fn malformed(&self, error: &toml::de::Error) -> Refusal {
         let byte = error.span().map_or(0, |span| span.start);
         let message = error.message().trim_end().replace('\n', ", ");
@@ -56,7 +56,7 @@ impl Source<'_> {
         } else {
             "the file must be TOML: text in quotes, every key once, lists in brackets".to_owned()
         };
-        // The types of the program mean nothing to the file's author.
+        // Replace Rust types with words that the file's author knows.
         let message = message
             .replace("expected f64", "expected a number")
             .replace("expected i64", "expected a whole number");
@@ -113,7 +113,7 @@ impl Source<'_> {
         Ok(self.optional(number, rule)?.unwrap_or(default))
     }
 
-    /// What one of several words stands for.
+    /// The meaning of one of several words.
     pub(crate) fn choice<T: Clone>(
         &self,
         key: &str,
@@ -136,14 +136,14 @@ impl Source<'_> {
         Err(self.refused(key, given.span(), &expected, hint))
     }
 
-    /// The key that stands before a byte on its line, if the byte is in a value.
+    /// The key before a byte on its line, if the byte is in a value.
     fn key_before(&self, byte: usize) -> Option<&str> {
         let line = self.text.get(..byte)?.rsplit('\n').next()?;
         line.split_once('=').map(|(key, _)| key.trim())
     }
 }
 
-/// Exactly so many values (serde's own arrays take a longer list); if `ONE`, a single one stands for all of them.
+/// Exactly `N` values (serde's arrays accept a longer list); with `ONE`, a single value stands for all of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bounded<T, const N: usize, const ONE: bool = false>(pub(crate) [T; N]);
 

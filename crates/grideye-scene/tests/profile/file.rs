@@ -1,4 +1,4 @@
-//! The file that a profile is.
+//! Reading and writing profile files.
 
 use super::*;
 
@@ -50,7 +50,7 @@ fn a_profile_is_written_as_it_is_read() {
 }
 
 #[test]
-fn every_key_is_read_into_its_own_place() {
+fn every_key_is_read_into_its_field() {
     for line in EVERYTHING.lines().filter(|line| line.contains(" = ")) {
         let changed = match line.split_once(" = ") {
             Some((key, value)) if value.starts_with('"') => format!("{key} = \"other\""),
@@ -100,7 +100,7 @@ fn lists_of_another_length_and_bad_numbers_in_them_are_named() {
 }
 
 #[test]
-fn every_mistake_is_answered_with_its_place_and_what_to_do() {
+fn every_mistake_is_reported_with_its_place_and_a_hint() {
     for (text, expected) in MISTAKES {
         assert_refused(text, expected);
     }
@@ -175,7 +175,7 @@ const MISTAKES: &[(&str, &[&str])] = &[
         "[common_mode]\nsd_c = 0.1\n",
         &[
             "sensor.toml:2:8",
-            "`common_mode.sd_c` needs `common_mode.correlation_s`",
+            "`common_mode.sd_c` also needs `common_mode.correlation_s`",
         ],
     ),
     (
@@ -188,7 +188,7 @@ const MISTAKES: &[(&str, &[&str])] = &[
     ),
     (
         "[warm_up]\nstart_c = 1\n",
-        &["`warm_up.start_c` needs `warm_up.time_constant_s`"],
+        &["`warm_up.start_c` also needs `warm_up.time_constant_s`"],
     ),
     ("[thermistor]\nlag_s = -1\n", &["`thermistor.lag_s` is -1"]),
     (
@@ -235,7 +235,7 @@ fn text_and_name_are_bounded() {
     assert!(refusal(&name(NAME_CHARACTERS_MAX + 1)).contains("up to 100 visible characters"));
 }
 
-/// The files that are shipped are read, and the specification's example is one.
+/// All shipped profiles can be read, and the specification's example is one.
 #[test]
 fn shipped_profiles_and_the_example_of_the_specification_are_profiles() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/profiles");

@@ -1,5 +1,5 @@
-//! What a sensor profile promises: its numbers come out in what is measured, it repeats to the last bit, and every
-//! mistake in a file is answered with its place.
+//! Sensor profiles: their numbers appear in the measurements, results repeat to the last bit, and every mistake in a
+//! file is reported with its place.
 
 #![expect(
     clippy::as_conversions,
@@ -35,7 +35,7 @@ fn tick_time(index: u64) -> Duration {
     Duration::from_millis(100 * index)
 }
 
-/// The excess of every pixel over the room in so many ticks from the first.
+/// The excess of every pixel over the room in the first `ticks` ticks.
 fn excess(profile: &Profile, seed: u64, ticks: u64) -> Vec<[f64; PIXELS]> {
     (0..ticks)
         .map(|index| {

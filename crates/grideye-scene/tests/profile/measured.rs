@@ -11,7 +11,7 @@ fn an_empty_profile_is_the_perfect_sensor() {
     assert_eq!(ideal.to_toml(), "");
 }
 
-/// The bits of one frame, so that no machine, compiler or version of a dependency draws another one unseen.
+/// Pins the bits of one frame, so that no machine, compiler or dependency changes them unnoticed.
 #[test]
 fn a_frame_is_the_same_to_the_last_bit_everywhere() {
     let profile = parse(EVERYTHING);
@@ -55,7 +55,7 @@ fn ticks_may_be_asked_for_in_any_order() {
 }
 
 #[test]
-fn each_pixel_has_the_noise_that_the_map_gives_it() {
+fn each_pixel_has_the_noise_of_its_map_entry() {
     let list: Vec<String> = (0..PIXELS)
         .map(|pixel| format!("{}", 0.1 + 0.01 * pixel as f64))
         .collect();
@@ -88,7 +88,7 @@ fn each_pixel_has_the_noise_that_the_map_gives_it() {
 }
 
 #[test]
-fn one_tick_in_five_is_colder_and_the_seed_says_which() {
+fn one_tick_in_five_is_colder_and_the_seed_decides_which() {
     let profile = parse("[common_mode]\ncycle_depth_c = 0.2\n");
     for seed in 0..CYCLE_TICKS {
         for (index, cold) in common(&excess(&profile, seed, 20)).into_iter().enumerate() {
@@ -101,9 +101,9 @@ fn one_tick_in_five_is_colder_and_the_seed_says_which() {
     }
 }
 
-/// The definition of the two numbers: variance 1 at every moment, and autocorrelation pi/4 - 1/2 after one time.
+/// By definition: variance 1 at every time, and autocorrelation pi/4 - 1/2 after one correlation time.
 #[test]
-fn the_wander_has_its_size_and_its_memory() {
+fn the_wander_has_its_deviation_and_correlation() {
     let profile = parse("[common_mode]\nsd_c = 0.5\ncorrelation_s = 2\n");
     let ticks = 100_000;
     let wander = common(&excess(&profile, 9, ticks));
@@ -126,9 +126,10 @@ fn the_wander_has_its_size_and_its_memory() {
     assert!(correlation(1) > 0.95, "{}", correlation(1));
 }
 
-/// Octaves of equal shares: after one time of the slowest, it alone remembers, and holds a third of the variance.
+/// Octaves have equal shares: after one correlation time of the slowest, only that one still correlates, and it holds a
+/// third of the variance.
 #[test]
-fn octaves_share_the_variance_and_forget_one_after_the_other() {
+fn octaves_share_the_variance_and_decorrelate_in_turn() {
     let profile = parse("[common_mode]\nsd_c = 0.5\ncorrelation_s = 4\noctaves = 3\n");
     let wander = common(&excess(&profile, 2, 100_000));
     assert!((sd(&wander) - 0.5).abs() < 0.02, "{}", sd(&wander));
@@ -155,7 +156,7 @@ fn octaves_share_the_variance_and_forget_one_after_the_other() {
 }
 
 #[test]
-fn the_pattern_stays_and_the_seed_is_the_specimen() {
+fn the_pattern_is_fixed_and_the_seed_selects_the_unit() {
     let profile = parse("[fixed_pattern]\noffset_c = 1.5\nspread_c = 0.2\n");
     let frames = excess(&profile, 11, 3);
     assert_eq!(frames[0], frames[2]);
@@ -236,7 +237,7 @@ fn glitches_are_single_pixels_of_exactly_zero() {
         (share - 0.1).abs() < 4.0 * (0.09 / ticks as f64).sqrt(),
         "{share}"
     );
-    // 2,000 hits on 64 pixels: 31 each, and none left out.
+    // 2,000 hits on 64 pixels: 31 each, and none missing.
     assert!(hit.iter().all(|hits| (5..80).contains(hits)), "{hit:?}");
 
     let always = parse("[glitches]\nprobability = 1\n");
@@ -258,7 +259,7 @@ fn nothing_is_colder_than_absolute_zero() {
 }
 
 #[test]
-fn the_largest_ticks_and_times_are_taken() {
+fn the_largest_ticks_and_times_are_accepted() {
     let profile = parse(EVERYTHING);
     let frame = profile.apply(u64::MAX, u64::MAX, Duration::MAX, room());
     assert!(frame.pixels.iter().all(|pixel| !pixel.get().is_nan()));
@@ -267,7 +268,7 @@ fn the_largest_ticks_and_times_are_taken() {
 #[test]
 fn the_datasheets_noise_is_least_in_the_center_and_symmetric() {
     let sigma = parse("[noise]\nsigma_c = \"datasheet\"\n").noise_sigma_c;
-    // AMG88 spec §4-4: the central four have 0.16 °C at 10 frames a second.
+    // AMG88 spec §4-4: the central four have 0.16 °C at 10 frames per second.
     for center in [27, 28, 35, 36] {
         assert_eq!(sigma[center], 0.16);
     }

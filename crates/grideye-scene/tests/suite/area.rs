@@ -4,7 +4,7 @@ use crate::{CEILING, ROOM, object, scene};
 use grideye_scene::{Scene, Simulator};
 use std::time::Duration;
 
-/// The largest difference of the frames by grid and by area, and of the shares, over a walk.
+/// The largest difference between frames by grid and by area, and between shares, over a walk.
 fn difference(scene: &Scene, moments: u32) -> (f64, f64) {
     let name = &scene.sensors()[0].name;
     let by_grid = Simulator::new(scene, name).unwrap();
@@ -26,7 +26,7 @@ fn difference(scene: &Scene, moments: u32) -> (f64, f64) {
     found
 }
 
-/// Boxes behind, before and through one another, a round body, one of them moving.
+/// Boxes behind, in front of and through each other, a round body, one of them moving.
 fn furnished(sensor: &str) -> String {
     let things = [
         object(
@@ -110,7 +110,7 @@ fn an_empty_room_and_a_sensor_in_a_body_are_exact() {
 }
 
 #[test]
-fn coinciding_faces_show_the_warmer_whatever_their_order() {
+fn coinciding_faces_show_the_warmer_in_any_order() {
     let one = object(
         "one",
         [2000.0, 3000.0, 0.0],
@@ -137,13 +137,13 @@ fn coinciding_faces_show_the_warmer_whatever_their_order() {
 }
 
 #[test]
-fn a_sensor_in_several_bodies_shows_the_warmest_whatever_their_order() {
+fn a_sensor_in_several_bodies_shows_the_warmest_in_any_order() {
     let around = |name: &str, celsius: f64, emissivity: f64| {
         let size_mm = [900.0 + 10.0 * celsius, 900.0, 1700.0];
         object(name, [2000.0, 3000.0, 900.0], size_mm, celsius, celsius)
             + &format!("emissivity = {emissivity}\n")
     };
-    // The warmest shines least, so that from afar it would not seem to be the warmest.
+    // The warmest has the lowest emissivity, so that from afar it would not appear warmest.
     let bodies = [
         around("one", 31.0, 0.2),
         around("two", 27.0, 0.9),
@@ -181,7 +181,7 @@ fn a_sensor_in_several_bodies_shows_the_warmest_whatever_their_order() {
     }
 }
 
-/// Largest difference of two pictures, degrees.
+/// Largest difference between two images, degrees.
 fn apart(one: &[f64], other: &[f64]) -> f64 {
     let pairs = one.iter().zip(other);
     pairs
@@ -190,8 +190,8 @@ fn apart(one: &[f64], other: &[f64]) -> f64 {
 }
 
 #[test]
-fn the_area_is_nearer_to_the_finest_grid_than_the_papers_grid_is() {
-    // 34.1 points a degree are 2,046 on each axis, the most that there may be; the paper has 300.
+fn the_area_is_closer_to_the_finest_grid_than_the_papers_grid() {
+    // 34.1 points per degree are 2,046 on each axis, the maximum; the paper has 300.
     let (mut papers_c, mut areas_c) = (0.0, 0.0);
     for pose in 0..12 {
         let angles = format!(

@@ -1,11 +1,11 @@
-//! Who runs into what: against closed forms of straight ways, for all that moves and all that stands.
+//! Collisions of everything that moves with everything that stands: against closed forms for straight paths.
 
 use crate::{ROOM, object, parse};
 use grideye_scene::{Loaded, Scene, SceneError, Warning, limits};
 use proptest::prelude::*;
 use std::collections::BTreeMap;
 
-/// An agent and its way-points, in the plane of the floor.
+/// An agent and its waypoints, in the plane of the floor.
 fn walker(name: &str, shape_keys: &str, way: &[[f64; 2]], keys: &str) -> (String, String) {
     let agent = format!(
         "[[agent]]\nname = \"{name}\"\n{shape_keys}temperature_c = 28\ntrajectory = \"{name}.csv\"\n{keys}"
@@ -60,7 +60,7 @@ fn post(name: &str, x_mm: f64, y_mm: f64) -> (String, String) {
 }
 
 #[test]
-fn a_walker_meets_a_box_where_and_when_their_sides_do() {
+fn a_walker_meets_a_box_when_their_sides_meet() {
     let way = [[1000.0, 3000.0], [3500.0, 3000.0]];
     let found = contacts(&[
         post("post", 3000.0, 3100.0),
@@ -70,14 +70,14 @@ fn a_walker_meets_a_box_where_and_when_their_sides_do() {
         panic!("{found:?}");
     };
     assert_eq!(names, &["a", "post"]);
-    // The front is at x + 100, the box begins at 2900: 1800 mm at 500 mm/s; 1 mm of overlap is free.
+    // The front is at x + 100, the box starts at 2900: 1800 mm at 500 mm/s; 1 mm of overlap is free.
     assert!((seconds - 3.602).abs() < 1e-4, "{seconds}");
     assert!((place_m[0] - 2.9).abs() < 0.002, "{place_m:?}");
     assert!((3.0..=3.2).contains(&place_m[1]) && (0.0..=1.0).contains(&place_m[2]));
 }
 
 #[test]
-fn a_contact_that_comes_aslant_is_found_to_the_microsecond() {
+fn an_oblique_contact_is_found_to_the_microsecond() {
     // At 45° the gap closes slower than the body moves, so that no step ends on the contact.
     let wall = still(object(
         "wall",
@@ -95,7 +95,7 @@ fn a_contact_that_comes_aslant_is_found_to_the_microsecond() {
 }
 
 #[test]
-fn contacts_are_told_in_the_order_of_their_times() {
+fn contacts_are_sorted_by_time() {
     let way = |from_mm: f64| [[1000.0, from_mm], [3500.0, from_mm]];
     let found = contacts(&[
         post("far", 3000.0, 3000.0),
@@ -109,7 +109,7 @@ fn contacts_are_told_in_the_order_of_their_times() {
 }
 
 #[test]
-fn motion_and_stops_change_the_time_and_not_the_place() {
+fn motion_and_stops_change_only_the_time_of_a_contact() {
     // s(1/4) = 0.103515625 of 2.5 m are 258.79 mm: the front is then at 1358.79 mm.
     let way = [[1000.0, 3000.0], [3500.0, 3000.0]];
     let found = contacts(&[
@@ -143,13 +143,13 @@ fn balls_meet_at_two_radii() {
     );
     let middle_m = 1.0 + expected_s + 0.1 * 2.0_f64.sqrt();
     assert!((place_m[0] - middle_m).abs() < 0.01, "{place_m:?}");
-    // Both have come as far, one along x and one along y.
+    // Both have walked equally far, one along x and one along y.
     assert!((place_m[1] - middle_m).abs() < 0.01, "{place_m:?}");
     assert!((place_m[2] - 0.2).abs() < 0.01, "{place_m:?}");
 }
 
 #[test]
-fn who_stands_is_run_into_as_well() {
+fn standing_agents_are_collided_with() {
     let standing = "[[agent]]\nname = \"b\"\nsize_mm = [200, 200, 1000]\ntemperature_c = 28\nposition_mm = [3000, 3000, 0]\n";
     let way = [[1000.0, 3000.0], [3500.0, 3000.0]];
     let walk = walker("a", BODY, &way, "speed_mm_per_s = 500\n");
@@ -162,7 +162,7 @@ fn who_stands_is_run_into_as_well() {
 }
 
 #[test]
-fn a_body_that_turns_needs_the_room_it_takes_then() {
+fn a_turning_body_needs_the_room_of_its_turn() {
     // 0.5 m across: walking along y, the shoulders reach x ± 250 only if the body turns.
     let way = [[1000.0, 1000.0], [1000.0, 3000.0]];
     let beside = || post("post", 1300.0, 2000.0);
@@ -202,7 +202,7 @@ fn a_dent_is_free_and_its_walls_are_not() {
 }
 
 #[test]
-fn what_touches_is_free() {
+fn touching_is_no_contact() {
     // Feet on the floor plate, shoulders along the wall of the box, and a stack of parts.
     let plate = still(object(
         "plate",
@@ -229,7 +229,7 @@ fn what_touches_is_free() {
 }
 
 #[test]
-fn what_may_be_touched_is_free_and_nothing_else() {
+fn only_listed_contacts_are_ignored() {
     let way = [[1000.0, 3000.0], [3500.0, 3000.0]];
     let tables = |keys: &str| {
         [
@@ -245,7 +245,7 @@ fn what_may_be_touched_is_free_and_nothing_else() {
     assert_eq!(names(""), ["chair", "post"]);
     assert_eq!(names("touches = [\"chair\"]\n"), ["post"]);
     assert_eq!(names("touches = [\"post\", \"chair\"]\n"), [] as [&str; 0]);
-    // Of two agents either may say it.
+    // Either of two agents may list the other.
     let one = walker("a", BODY, &way, "speed_mm_per_s = 500\ntouches = [\"b\"]\n");
     let other = walker("b", BODY, &way, "speed_mm_per_s = 400\n");
     assert_eq!(contacts(&[one.clone(), other.clone()]), []);
@@ -290,7 +290,7 @@ fn a_contact_is_a_warning_an_error_or_nothing() {
 }
 
 #[test]
-fn keys_without_sense_are_refused() {
+fn invalid_keys_are_refused() {
     let refusal = |text: &str| parse(text).unwrap_err().to_string();
     assert_eq!(
         refusal(&format!("collisions = \"maybe\"\n{ROOM}")),
@@ -304,7 +304,7 @@ fn keys_without_sense_are_refused() {
 }
 
 #[test]
-fn no_more_contacts_than_the_limit_are_told() {
+fn contacts_are_limited() {
     let mut tables: Vec<_> = (0..=limits::CONTACTS_MAX)
         .map(|index| post(&format!("post {index}"), 2000.0, 3000.0))
         .collect();
@@ -317,7 +317,7 @@ fn no_more_contacts_than_the_limit_are_told() {
     assert_eq!(contacts(&tables).len(), limits::CONTACTS_MAX - 1);
 }
 
-/// When two intervals, one of which moves, overlap: from when to when.
+/// The times between which two intervals, one of them moving, overlap.
 fn overlap(start: f64, speed: f64, reach: f64) -> (f64, f64) {
     if speed == 0.0 {
         return if start.abs() < reach {
@@ -331,7 +331,7 @@ fn overlap(start: f64, speed: f64, reach: f64) -> (f64, f64) {
 }
 
 proptest! {
-    /// Upright boxes on straight ways meet when they overlap on both axes of the floor: intervals of time.
+    /// Upright boxes on straight paths meet when they overlap on both axes of the floor: intervals of time.
     #[test]
     fn upright_boxes_meet_when_their_intervals_do(
         from in prop::array::uniform2(600.0..3000.0_f64),
@@ -351,7 +351,7 @@ proptest! {
             let velocity = (to[axis] - from[axis]) / length * speed;
             overlap(from[axis] - at[axis], velocity, 0.5 * size[axis] + 100.0 - slack)
         };
-        // Between an overlap of 0.9 mm, from which on nothing has to be found, and one of 2 mm, from which on all has.
+        // Contacts may be found from an overlap of 0.9 mm on, and must be found from 2 mm on.
         let interval = |slack: f64| {
             let (x, y) = (axis(0, slack), axis(1, slack));
             (x.0.max(y.0).max(0.0), x.1.min(y.1).min(length / speed))

@@ -76,13 +76,13 @@ fn numbers_are_found_by_their_paths_and_nothing_else_changes() {
 }
 
 #[test]
-fn an_unknown_changes_nothing_for_who_does_not_look_for_it() {
+fn unknowns_do_not_change_the_scene() {
     let with = parse(&[("room.ambient_c", "[15, 25]")]).1.unwrap();
     assert_eq!(with.scene, parse(&[]).1.unwrap().scene);
 }
 
 #[test]
-fn what_is_no_unknown_is_refused_with_its_place() {
+fn invalid_unknowns_are_refused_with_their_place() {
     for (fits, message) in [
         (
             vec![("room.ambiant_c", "[1, 2]")],
@@ -114,7 +114,7 @@ fn what_is_no_unknown_is_refused_with_its_place() {
         ),
         (
             vec![("room.ambient_c", "[25, 15]")],
-            "room.toml:30:10: `bounds` is [25, 15], expected [least, greatest]",
+            "room.toml:30:10: `bounds` is [25, 15], expected [lowest, highest]",
         ),
         (
             vec![("room.ambient_c", "[15, 15]")],
@@ -126,7 +126,7 @@ fn what_is_no_unknown_is_refused_with_its_place() {
         ),
         (
             vec![("room.ambient_c", "[21, 25]")],
-            "room.toml:30:10: `bounds` is [21, 25], expected bounds around 20, which",
+            "room.toml:30:10: `bounds` is [21, 25], expected bounds around 20, the",
         ),
         (
             vec![("room.ambient_c", "[15, 25]"); 2],
@@ -146,7 +146,7 @@ fn what_is_no_unknown_is_refused_with_its_place() {
 }
 
 #[test]
-fn there_is_a_limit_to_what_can_be_unknown() {
+fn unknowns_are_limited() {
     let too_many = vec![("room.ambient_c", "[15, 25]"); FITS_MAX + 1];
     let refused = parse(&too_many).1.unwrap_err().to_string();
     assert!(

@@ -1,5 +1,5 @@
-//! What the simulator promises, checked from outside: against an independent ray caster, against the reference's
-//! numbers, and against everything that a scene file can get wrong.
+//! Tests the simulator from outside: against an independent ray caster, against the reference's numbers, and with every
+//! possible mistake in a scene file.
 
 #![expect(
     clippy::as_conversions,
@@ -41,7 +41,7 @@ pub(crate) fn simulator(text: &str) -> Simulator {
     Simulator::new(&scene, &name).unwrap()
 }
 
-/// The noise-free picture of the first sensor at time 0, row by row.
+/// The noise-free image of the first sensor at time 0, row by row.
 pub(crate) fn picture(text: &str) -> Vec<f64> {
     simulator(text).image(Duration::ZERO).celsius
 }

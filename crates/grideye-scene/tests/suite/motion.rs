@@ -1,4 +1,4 @@
-//! Ways by speed, by time stamps, with stops and with turns: against closed forms.
+//! Paths by speed, by time stamps, with stops and with turns: against closed forms.
 
 use crate::{CEILING, ROOM, parse, scene};
 use grideye_scene::{Agent, Loaded, Scene, SceneError, Simulator};
@@ -17,7 +17,7 @@ fn walker(keys: &str, walk: &str) -> Agent {
     loaded.scene.agents()[0].clone()
 }
 
-/// x in millimeters at so many seconds.
+/// x in millimeters after this many seconds.
 fn x_mm(agent: &Agent, seconds: f64) -> f64 {
     agent.position_m(Duration::from_secs_f64(seconds)).x * 1000.0
 }
@@ -27,7 +27,7 @@ fn assert_x(agent: &Agent, expected: &[(f64, f64)]) {
         let found_mm = x_mm(agent, *seconds);
         assert!(
             (found_mm - expected_mm).abs() < 1e-6,
-            "at {seconds} s: {found_mm} mm instead of {expected_mm}"
+            "at {seconds} s: {found_mm} mm, expected {expected_mm}"
         );
     }
 }
@@ -40,7 +40,7 @@ const TIME_TABLE: &str =
     "t_s,x_mm,y_mm,z_mm,dwell_s\n1,500,3000,0,0\n3,2000,3000,0,1\n7,3500,3000,0,0.5\n";
 
 #[test]
-fn constant_speed_is_what_no_key_says() {
+fn constant_speed_is_the_default() {
     let plain = walker("speed_mm_per_s = 750\n", WALK);
     let named = walker("speed_mm_per_s = 750\nmotion = \"constant\"\n", WALK);
     let fixed = walker("speed_mm_per_s = 750\nfaces = \"fixed\"\n", WALK);
@@ -68,7 +68,7 @@ fn a_stop_takes_its_time() {
 }
 
 #[test]
-fn trapezoidal_speed_rests_only_where_somebody_stands() {
+fn trapezoidal_speed_rests_only_at_stops() {
     let keys = "speed_mm_per_s = 1000\nmotion = \"trapezoidal\"\nacceleration_mm_per_s2 = 500\n";
     // 3 m: 2 s and 1 m up, 1 m at full speed, 2 s and 1 m down.
     let through = walker(keys, WALK);
@@ -99,7 +99,7 @@ fn trapezoidal_speed_rests_only_where_somebody_stands() {
 }
 
 #[test]
-fn least_jerk_rests_at_every_way_point() {
+fn minimum_jerk_rests_at_every_waypoint() {
     let keys = "speed_mm_per_s = 750\nmotion = \"minimum-jerk\"\n";
     let walk = walker(keys, WALK);
     assert_eq!(walk.duration(), Duration::from_secs(4));
@@ -120,7 +120,7 @@ fn least_jerk_rests_at_every_way_point() {
 }
 
 #[test]
-fn time_stamps_say_when_a_way_point_is_reached() {
+fn waypoints_are_reached_at_their_time_stamps() {
     for keys in [
         "",
         "motion = \"minimum-jerk\"\n",
@@ -146,7 +146,7 @@ fn time_stamps_say_when_a_way_point_is_reached() {
 }
 
 #[test]
-fn who_faces_the_way_turns_with_it() {
+fn an_agent_facing_its_path_turns_with_it() {
     // 0.5 m across the shoulders: along y while walking along x, along x while walking along y.
     let corner = "x_mm,y_mm,z_mm,dwell_s\n1000,2000,0,0\n3000,2000,0,1\n3000,4000,0,0\n";
     let keys = "speed_mm_per_s = 1000\nfaces = \"way\"\n";
@@ -175,7 +175,7 @@ fn who_faces_the_way_turns_with_it() {
     }
 }
 
-/// The picture of a walker at a time is that of one who stands there, turned so.
+/// The image of a walker equals that of an agent standing there with the same rotation.
 fn assert_stands(walking: &Scene, seconds: f64, place_mm: [i32; 3], yaw_deg: i32) {
     let stands = scene(&format!(
         "{ROOM}{CEILING}[[agent]]\nname = \"a\"\nsize_mm = [200, 500, 1000]\ntemperature_c = 28\n\
@@ -190,7 +190,7 @@ fn assert_stands(walking: &Scene, seconds: f64, place_mm: [i32; 3], yaw_deg: i32
     }
 }
 
-fn who_faces_the_way(walk: &str, keys: &str) -> Scene {
+fn facing_the_path(walk: &str, keys: &str) -> Scene {
     let files = BTreeMap::from([("w.csv".to_owned(), walk.to_owned())]);
     let body = BODY.replace("1750", "1000");
     let text = format!("{ROOM}{CEILING}{body}faces = \"way\"\n{keys}");
@@ -198,18 +198,18 @@ fn who_faces_the_way(walk: &str, keys: &str) -> Scene {
 }
 
 #[test]
-fn who_climbs_faces_the_way_and_stays_upright() {
+fn a_climbing_agent_faces_its_path_and_stays_upright() {
     // 3 m along y and 1 m up: the square root of 10 in as many seconds.
     let walk = "x_mm,y_mm,z_mm\n2000,1500,0\n2000,4500,1000\n";
-    let climbs = who_faces_the_way(walk, "speed_mm_per_s = 1000\n");
+    let climbs = facing_the_path(walk, "speed_mm_per_s = 1000\n");
     assert_stands(&climbs, 0.0, [2000, 1500, 0], 90);
     assert_stands(&climbs, 10.0, [2000, 4500, 1000], 90);
 }
 
 #[test]
-fn who_waits_between_two_time_stamps_keeps_facing_as_before() {
+fn an_agent_waiting_between_time_stamps_keeps_its_direction() {
     let walk = "t_s,x_mm,y_mm,z_mm\n0,1000,2000,0\n2,2500,2000,0\n4,2500,4000,0\n8,2500,4000,0\n";
-    let waits = who_faces_the_way(walk, "");
+    let waits = facing_the_path(walk, "");
     for (seconds, place_mm, yaw_deg) in [
         (0.0, [1000, 2000, 0], 0),
         (3.0, [2500, 3000, 0], 90),
@@ -221,8 +221,8 @@ fn who_waits_between_two_time_stamps_keeps_facing_as_before() {
 }
 
 #[test]
-fn who_turns_must_have_room_to_turn() {
-    // 0.5 m across stand 0.12 m from the wall only as long as the shoulders are along it.
+fn a_turning_agent_needs_room_to_turn() {
+    // 0.5 m across stand 0.12 m from the wall only while the shoulders are along it.
     let walk = "x_mm,y_mm,z_mm\n120,2000,0\n120,2600,0\n";
     let keys = "speed_mm_per_s = 1000\n";
     assert!(load(keys, walk).is_ok());
@@ -230,12 +230,12 @@ fn who_turns_must_have_room_to_turn() {
     assert_eq!(
         refused.unwrap_err().to_string(),
         "w.csv:2:1: agent `a` leaves the room of [4000, 6000, 2700] mm: its body reaches from [-130, 1900, 0] to [370, 2100, 1750] mm there\n\
-         hint: a position is the middle of the underside; move the way-point or shrink the body"
+         hint: a position is the center of the base; move the waypoint or shrink the body"
     );
 }
 
 #[test]
-fn who_arrives_must_have_room_as_turned_on_the_way_there() {
+fn an_arriving_agent_needs_room_in_its_last_direction() {
     // Walking along x, the shoulders are along y: 0.25 m to either side, and 0.1 m ahead.
     let keys = "speed_mm_per_s = 1000\nfaces = \"way\"\n";
     let walk =
@@ -298,23 +298,23 @@ const REFUSED: &[(&str, &str, &str)] = &[
     (
         "motion = \"trapezoidal\"\nacceleration_mm_per_s2 = 600\n",
         TIME_TABLE,
-        "w.csv:3:1: found 1500 mm in 2 s, expected a way that the acceleration allows; this one takes at least 1500 mm/s²",
+        "w.csv:3:1: found 1500 mm in 2 s, expected a leg that the acceleration allows; this one needs at least 1500 mm/s²",
     ),
     // Half a meter in a second from rest to rest: 4 L / T².
     (
         "motion = \"trapezoidal\"\nacceleration_mm_per_s2 = 1999\n",
         "t_s,x_mm,y_mm,z_mm\n0,500,3000,0\n1,1000,3000,0\n",
-        "w.csv:3:1: found 500 mm in 1 s, expected a way that the acceleration allows; this one takes at least 2000 mm/s²",
+        "w.csv:3:1: found 500 mm in 1 s, expected a leg that the acceleration allows; this one needs at least 2000 mm/s²",
     ),
     (
         "",
         "t_s,x_mm,y_mm,z_mm\n1,500,3000,0\n1,600,3000,0\n",
-        "w.csv:3:1: found `1` as t_s, expected more than 1 s, when the way-point before it is left",
+        "w.csv:3:1: found `1` as t_s, expected more than 1 s, when the agent leaves the previous waypoint",
     ),
     (
         "",
         "t_s,x_mm,y_mm,z_mm,dwell_s\n1,500,3000,0,2\n3,600,3000,0,0\n",
-        "w.csv:3:1: found `3` as t_s, expected more than 3 s, when the way-point before it is left",
+        "w.csv:3:1: found `3` as t_s, expected more than 3 s, when the agent leaves the previous waypoint",
     ),
     (
         "",
@@ -334,7 +334,7 @@ const REFUSED: &[(&str, &str, &str)] = &[
     (
         "speed_mm_per_s = 800\n",
         "x_mm,y_mm,z_mm,dwell_s\n500,3000,0,31622400\n600,3000,0,1\n",
-        "room.toml:15:18: `speed_mm_per_s` is 800, expected a speed at which the way takes at most 366 days",
+        "room.toml:15:18: `speed_mm_per_s` is 800, expected a speed at which the path takes at most 366 days",
     ),
     (
         "",
@@ -344,7 +344,7 @@ const REFUSED: &[(&str, &str, &str)] = &[
 ];
 
 #[test]
-fn keys_that_contradict_one_another_are_refused() {
+fn conflicting_keys_are_refused() {
     for (keys, walk, expected) in REFUSED {
         let found = refusal(keys, walk);
         let first_line = found.lines().next().unwrap_or_default();
@@ -354,7 +354,7 @@ fn keys_that_contradict_one_another_are_refused() {
 }
 
 #[test]
-fn who_stands_has_no_way_to_move() {
+fn motion_keys_need_a_trajectory() {
     for key in [
         "motion = \"minimum-jerk\"",
         "faces = \"way\"",

@@ -76,7 +76,7 @@ fn experiment_5_is_a_face_of_1056_cuboids_1200_mm_below_a_lepton() {
 }
 
 #[test]
-fn experiment_5s_picture_has_the_face_upright_in_its_middle() {
+fn experiment_5s_image_has_the_face_upright_in_its_middle() {
     let scene = shipped("experiment-5.toml");
     let image = Simulator::new(&scene, "camera")
         .unwrap()
@@ -96,7 +96,7 @@ fn experiment_5s_picture_has_the_face_upright_in_its_middle() {
 }
 
 #[test]
-fn a_mosaic_is_the_cuboids_that_it_stands_for() {
+fn a_mosaic_equals_its_cuboids() {
     let lens = "[[sensor]]\nname = \"s\"\npreset = \"grid-eye\"\nposition_mm = [2000, 3000, 2700]\nelevation_deg = 90\nazimuth_deg = 90\n";
     let mosaic = format!(
         "{ROOM}{lens}[[mosaic]]\nname = \"plate\"\nposition_mm = [2000, 3100, 500]\nsize_mm = [300, 200, 20]\n\
@@ -148,7 +148,7 @@ fn cells_beyond_the_room_are_removed_one_by_one() {
 }
 
 #[test]
-fn a_mosaic_that_makes_no_sense_is_refused_with_its_place() {
+fn an_invalid_mosaic_is_refused_with_its_place() {
     let refused = |temperatures: &str| {
         parse(&format!(
             "{ROOM}[[mosaic]]\nname = \"rug\"\nposition_mm = [2000, 3000, 0]\nsize_mm = [9, 9, 10]\ntemperatures_c = {temperatures}\n"

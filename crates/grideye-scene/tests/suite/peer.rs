@@ -1,4 +1,4 @@
-//! A second simulator, written from the paper's text and MATLAB's definition of `imresize` alone: every point against
+//! A second simulator, written only from the paper's text and MATLAB's definition of `imresize`: every point against
 //! every face of every box in the room's own axes, no windows, no slabs, no separable weights, powers by `powf`.
 
 use crate::{ROOM, object, simulator};
@@ -77,7 +77,7 @@ impl Setup {
         ]
     }
 
-    /// The picture, and the share of each pixel that is the agent.
+    /// The image, and the share of each pixel that is the agent.
     fn picture(&self) -> (Vec<f64>, Vec<f64>) {
         let [columns, rows] = self.points();
         let [forward, left, up] = self.axes();
@@ -225,7 +225,7 @@ fn assert_same(setup: &Setup) {
     for (pixel, (found, expected)) in found.celsius.iter().zip(&celsius).enumerate() {
         assert!(
             (found - expected).abs() < 1e-9,
-            "pixel {pixel}: {found} instead of {expected}\n{}",
+            "pixel {pixel}: {found}, expected {expected}\n{}",
             setup.text()
         );
     }
@@ -238,14 +238,14 @@ fn assert_same(setup: &Setup) {
     {
         assert!(
             (found - expected).abs() < 1e-9,
-            "pixel {pixel}: {found} instead of {expected}\n{}",
+            "pixel {pixel}: {found}, expected {expected}\n{}",
             setup.text()
         );
     }
 }
 
 #[test]
-fn the_full_grid_of_a_furnished_room_is_the_same() {
+fn both_simulators_agree_on_a_furnished_room() {
     let one = |base_mm, size_mm, yaw_deg, celsius| Box {
         base_mm,
         size_mm,
@@ -270,7 +270,7 @@ fn the_full_grid_of_a_furnished_room_is_the_same() {
 }
 
 fn boxes() -> impl Strategy<Value = Vec<Box>> {
-    // The middle leaves room for every size and turn, so that none is removed for sticking out.
+    // The center leaves room for every size and turn, so that no box is removed for sticking out.
     let one = (
         (1.0..3.0, 1.0..5.0, 0.0..1.2)
             .prop_map(|(x, y, z)| [x, y, z].map(|meters: f64| meters * 1000.0)),
@@ -293,7 +293,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
     #[test]
-    fn any_room_from_anywhere_is_the_same(
+    fn both_simulators_agree_on_any_room_from_anywhere(
         law in prop::sample::select(vec![Law::A, Law::B]),
         position_mm in [0.0..4000.0, 0.0..6000.0, 0.0..2700.0],
         angles_deg in [-90.0..90.0, -360.0..360.0, -360.0..360.0],

@@ -13,7 +13,7 @@ pub(crate) const ROOM: &str =
 pub(crate) const CEILING: &str = "[[sensor]]\nname = \"ceiling\"\npreset = \"grid-eye\"\n\
     position_mm = [2000, 2000, 2700]\nelevation_deg = 90\nazimuth_deg = -90\n";
 
-/// The same with other keys in the preset's place.
+/// The same with other keys instead of the preset.
 pub(crate) fn sensor(keys: &str) -> String {
     CEILING.replace(
         "preset = \"grid-eye\"",
@@ -26,7 +26,7 @@ fn one_pixel() -> String {
     sensor("resolution = [1, 1]\nfov_deg = 7.5\npixel_width_deg = 8")
 }
 
-/// A level sheet below the ceiling sensor: its middle to the sensor's right and up, its size, meters; its depth.
+/// A level sheet below the ceiling sensor: its center to the sensor's right and up, its size, meters; its depth.
 pub(crate) fn sheet(
     middle_m: [f64; 2],
     size_m: [f64; 2],
@@ -54,7 +54,7 @@ pub(crate) fn pixels(text: &str) -> Vec<f64> {
     simulator(text).image(Duration::ZERO).celsius
 }
 
-/// Share of a bell around 0 of full width `width_deg` at half its height that lies between two angles, by Simpson.
+/// Share between two angles of a Gaussian around 0 with full width `width_deg` at half its height, by Simpson.
 pub(crate) fn share(from_rad: f64, to_rad: f64, at_deg: f64, width_deg: f64) -> f64 {
     let sigma = width_deg.to_radians() / (8.0 * 2.0_f64.ln()).sqrt();
     let (from, to) = (
@@ -73,7 +73,7 @@ pub(crate) fn share(from_rad: f64, to_rad: f64, at_deg: f64, width_deg: f64) -> 
     sum * step / 6.0
 }
 
-/// The temperature of a pixel of which a surface fills a share.
+/// The temperature of a pixel with this share filled by a surface.
 pub(crate) fn filled(share: f64, object_c: f64, emissivity: f64, ambient_c: f64) -> f64 {
     let fourth = |celsius: f64| (celsius + 273.15).powi(4);
     let shines = emissivity * fourth(object_c) + (1.0 - emissivity) * fourth(ambient_c);
@@ -81,9 +81,9 @@ pub(crate) fn filled(share: f64, object_c: f64, emissivity: f64, ambient_c: f64)
 }
 
 /// `thermal-model.md` §2: a head of 0.18 x 0.24 m at 31 °C, 0.95 m away, 20 °C room, 0.98: 29.3 °C centered on a pixel
-/// of 7.5° (60 by 8), 27.3 on an edge, 26.4 on a corner. They follow from a bell of 8°.
+/// of 7.5° (60 by 8), 27.3 on an edge, 26.4 on a corner. They follow from a Gaussian of 8°.
 #[test]
-fn a_head_on_the_middle_an_edge_and_a_corner_of_a_pixel() {
+fn a_head_on_a_pixels_center_edge_and_corner_matches_the_reference() {
     let half = 0.95 * 3.75_f64.to_radians().tan();
     for (middle, expected) in [
         ([0.0, 0.0], 29.3),
@@ -95,7 +95,7 @@ fn a_head_on_the_middle_an_edge_and_a_corner_of_a_pixel() {
         println!("head at {middle:?}: {seen:.3}");
         assert!((seen - expected).abs() <= 0.051, "{middle:?}: {seen}");
     }
-    // The same head before a Grid-EYE by its own map, whose middle pixels are 7.74° by 8.32° and 7.96° apart.
+    // The same head in front of a Grid-EYE by its own map, with middle pixels of 7.74° by 8.32°, 7.96° apart.
     let place = |degrees: f64| 0.95 * degrees.to_radians().tan();
     for middle_deg in [[-4.05, 4.08], [-0.07, 4.08], [-0.07, 0.09]] {
         let middle = middle_deg.map(place);
@@ -114,7 +114,7 @@ fn a_head_on_the_middle_an_edge_and_a_corner_of_a_pixel() {
 }
 
 #[test]
-fn a_rectangle_anywhere_is_the_product_of_two_shares() {
+fn any_rectangle_is_the_product_of_two_shares() {
     let mut worst: f64 = 0.0;
     for step in 0..40 {
         let k = f64::from(step);
@@ -147,7 +147,7 @@ fn a_rectangle_anywhere_is_the_product_of_two_shares() {
 }
 
 #[test]
-fn what_fills_a_pixel_is_seen_as_it_shines_from_any_distance() {
+fn a_surface_filling_a_pixel_looks_the_same_from_any_distance() {
     for (celsius, emissivity, reflected_c) in [
         (31.0, 1.0, 20.0),
         (80.0, 0.3, 20.0),
@@ -197,7 +197,7 @@ fn what_fills_a_pixel_is_seen_as_it_shines_from_any_distance() {
 }
 
 #[test]
-fn an_empty_room_and_things_as_warm_as_it_are_exactly_ambient() {
+fn an_empty_room_and_objects_at_ambient_are_exactly_ambient() {
     let table = object(
         "table",
         [2000.0, 2000.0, 0.0],
@@ -215,7 +215,7 @@ fn an_empty_room_and_things_as_warm_as_it_are_exactly_ambient() {
     }
 }
 
-/// A box in the room, as the independent caster has it.
+/// A box in the room, as the independent ray caster stores it.
 struct Crate {
     low: [f64; 3],
     high: [f64; 3],
@@ -246,7 +246,7 @@ impl Crate {
     }
 }
 
-/// The 64 directions and widths are read from the source, so that the caster shares nothing but the numbers.
+/// The 64 directions and widths, read from the source so that the ray caster shares only the numbers.
 fn map() -> Vec<[f64; 4]> {
     let source = include_str!("../../src/picture/physical/map.rs");
     let rows = source
@@ -296,7 +296,7 @@ fn fourth(celsius: f64) -> f64 {
     (celsius + 273.15).powi(4)
 }
 
-/// What shines back along the ray with these slopes to the left and upwards, above the ambient's.
+/// The radiance from the ray with these slopes to the left and upwards, above the ambient's.
 fn shines(left: f64, up: f64) -> f64 {
     let (se, ce) = LOOKS.0.to_radians().sin_cos();
     let (sa, ca) = LOOKS.1.to_radians().sin_cos();
@@ -316,13 +316,13 @@ fn shines(left: f64, up: f64) -> f64 {
         })
 }
 
-/// A bell of 1 in the middle and half of it at half its width.
+/// A Gaussian of 1 in the middle and one half at half its width.
 fn bell(at: f64, middle: f64, width: f64) -> f64 {
     (-4.0 * 2.0_f64.ln() * ((at - middle) / width).powi(2)).exp()
 }
 
 #[test]
-fn it_is_the_integral_over_the_map_that_rays_add_up_to() {
+fn the_model_equals_the_sum_of_rays_over_the_map() {
     let objects: String = CRATES
         .iter()
         .enumerate()
@@ -352,7 +352,7 @@ fn it_is_the_integral_over_the_map_that_rays_add_up_to() {
                 .collect()
         })
         .collect();
-    // By degree, as the model has it, and by solid angle, as it might have been: response and what it takes in.
+    // By angle, as in the model, and by solid angle, as an alternative: response and received radiance.
     let mut sums = vec![[0.0; 4]; 64];
     for (angle, b) in angles.iter().zip(&slopes) {
         let line: Vec<f64> = slopes.iter().map(|a| shines(*a, *b)).collect();

@@ -1,4 +1,4 @@
-//! What the physical model promises of any scene: energy, symmetries, order, no not-a-number.
+//! The physical model for any scene: energy, symmetries, order, no NaN.
 
 use crate::object;
 use crate::physical::{CEILING, ROOM, filled, pixels, sensor, share, sheet};
@@ -35,7 +35,7 @@ fn warmer_things_make_no_pixel_colder() {
     }
 }
 
-/// A narrow picture of many pixels, on which a blur changes where radiance falls, and not how much.
+/// A narrow image of many pixels, where a blur changes only where radiance falls, not how much.
 #[test]
 fn a_blur_keeps_the_energy_and_adds_its_width_in_squares() {
     let fine = |blur: &str| {
@@ -84,13 +84,13 @@ fn a_blur_keeps_the_energy_and_adds_its_width_in_squares() {
 }
 
 #[test]
-fn the_pinhole_looks_at_even_steps_and_each_pixel_is_as_wide_as_its_step() {
+fn a_pinhole_has_even_steps_and_pixels_as_wide_as_a_step() {
     let pinhole = CEILING.replace("\"grid-eye\"", "\"grid-eye\"\noptics = \"pinhole\"");
     let slope = 30.0_f64.to_radians().tan() / 4.0;
     for pixel in [0, 9, 27, 36, 60] {
         let (column, row) = ((pixel % 8) as f64, (pixel / 8) as f64);
         let at = [(column - 3.5) * slope, (3.5 - row) * slope];
-        // A small spot on the axis of the pixel, and the bell's height there.
+        // A small spot on the axis of the pixel, and the height of the Gaussian there.
         let spot = sheet([2.0 * at[0], 2.0 * at[1]], [0.02, 0.02], 2.0, 60.0, 1.0);
         let found = pixels(&format!("{ROOM}{spot}{pinhole}"));
         let shares = [0, 1].map(|axis| {
@@ -119,7 +119,7 @@ fn the_pinhole_looks_at_even_steps_and_each_pixel_is_as_wide_as_its_step() {
 }
 
 #[test]
-fn pictures_turn_and_mirror_with_the_room() {
+fn images_turn_and_mirror_with_the_room() {
     let pinhole = CEILING.replace("\"grid-eye\"", "\"grid-eye\"\noptics = \"pinhole\"");
     let at = |x: f64, y: f64, yaw: f64| {
         let one = object(
@@ -154,7 +154,7 @@ fn pictures_turn_and_mirror_with_the_room() {
         assert!((seen[pixel] - turned[63 - pixel]).abs() < 2e-3, "{pixel}");
         assert!((seen[pixel] - rolled[63 - pixel]).abs() < 2e-3, "{pixel}");
     }
-    // In both models the key says the same.
+    // In both models the key has the same meaning.
     let paper = |keys: &str| {
         pixels(&format!(
             "{}{}{pinhole}{keys}",
@@ -168,7 +168,7 @@ fn pictures_turn_and_mirror_with_the_room() {
 }
 
 #[test]
-fn the_order_of_things_does_not_matter_and_nothing_is_not_a_number() {
+fn the_order_of_things_does_not_matter_and_nothing_is_nan() {
     let things = [
         object(
             "a",
@@ -225,7 +225,7 @@ fn the_order_of_things_does_not_matter_and_nothing_is_not_a_number() {
     }
 }
 
-/// Two bodies that pass through one another are seen as far as each is nearer: as one with the other cut out of it.
+/// Where two bodies pass through each other, each is seen where it is nearer, as if cut out of the other.
 #[test]
 fn bodies_may_cross() {
     let upright = object(

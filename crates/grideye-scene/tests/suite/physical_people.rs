@@ -38,9 +38,9 @@ const UNIT: &str = "[noise]\nsigma_c = 0.3\n[common_mode]\ncycle_depth_c = 0.5\n
     1, 2, 3, 4, 5, 6, 7, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,\
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -9]\n";
 
-/// A frame that is drawn before what stands still is the frame in which everything moves or nothing does.
+/// A frame of moving bodies over still ones equals the frame in which everything moves or everything stands.
 #[test]
-fn who_moves_is_seen_as_one_who_stands_there() {
+fn a_moving_agent_looks_like_a_standing_one_there() {
     let scene = walking("");
     let simulator = Simulator::new(&scene, "ceiling").unwrap();
     for tenth in [0, 7, 13, 21] {
@@ -90,9 +90,9 @@ fn who_moves_is_seen_as_one_who_stands_there() {
     }
 }
 
-/// A person of one temperature before an empty room: radiance and share tell the same.
+/// A person of uniform temperature in an empty room: radiance and share agree.
 #[test]
-fn the_truth_is_the_share_that_shines() {
+fn truth_is_the_share_of_radiance() {
     let alone = "[[agent]]\nname = \"one\"\nsize_mm = [250, 500, 1750]\nposition_mm = [2200, 1800, 0]\ntemperature_c = 24\nemissivity = 0.9\n";
     let simulator = simulator(&format!("{ROOM}{alone}{CEILING}"));
     let image = simulator.image(Duration::ZERO);
@@ -140,7 +140,7 @@ fn frames_are_the_same_on_any_thread_and_with_or_without_a_grid() {
     assert_ne!(simulator.noisy(time(0), 6), expected[0]);
 }
 
-/// The bits of one picture: if they change, so does every data set that was made by the physical model.
+/// Pins the bits of one image: if they change, so does every data set made by the physical model.
 #[test]
 fn the_bits_of_one_picture_are_pinned() {
     let image = Simulator::new(&walking(""), "ceiling")
@@ -175,11 +175,15 @@ fn noise_is_the_specifications_at_each_rate() {
         assert!((sigma / expected - 1.0).abs() < 0.03, "{keys}: {sigma}");
     }
     let lepton = scene(&format!("{ROOM}{}", CEILING.replace("grid-eye", "lepton")));
-    assert_eq!(lepton.sensors()[0].noise_sigma, 1.6, "nobody gives another");
+    assert_eq!(
+        lepton.sensors()[0].noise_sigma,
+        1.6,
+        "the default of the preset"
+    );
 }
 
 #[test]
-fn a_profile_makes_the_frames_of_its_specimen() {
+fn a_profile_makes_its_units_frames() {
     let scene = walking("profile = \"unit.toml\"\n");
     let simulator = Simulator::new(&scene, "ceiling").unwrap();
     let profile = Profile::parse(UNIT, "unit.toml").unwrap();
@@ -193,7 +197,7 @@ fn a_profile_makes_the_frames_of_its_specimen() {
             assert_eq!(*found, f64::from(expected.get()));
         }
     }
-    // Its pattern is what is left in the mean.
+    // Its pattern is what remains in the mean.
     let mean = |pixel: usize| {
         let frames = (0..400).map(|frame| {
             let time = simulator.sensor().frame_time(frame);
@@ -231,7 +235,7 @@ fn a_profile_makes_the_frames_of_its_specimen() {
 }
 
 #[test]
-fn steps_are_those_of_the_key() {
+fn temperatures_are_multiples_of_the_step() {
     let scene = walking("step_c = 0.25\n");
     let fine = Simulator::new(&walking(""), "ceiling").unwrap();
     let simulator = Simulator::new(&scene, "ceiling").unwrap();
@@ -244,12 +248,12 @@ fn steps_are_those_of_the_key() {
     assert_eq!(
         simulator.image(time),
         fine.image(time),
-        "the picture itself has none"
+        "the image itself has no steps"
     );
 }
 
 #[test]
-fn people_look_as_their_clothes_do() {
+fn people_look_as_warm_as_their_clothes() {
     for ambient_c in [19.0, 20.0] {
         let room = ROOM.replace("= 20", &format!("= {ambient_c:?}"));
         let looks = |surface: &str, model: Option<Model>| {
@@ -284,13 +288,13 @@ fn people_look_as_their_clothes_do() {
         assert_eq!(
             (paper.celsius, paper.emissivity),
             (29.0, 0.8),
-            "the paper knows no clothes"
+            "the paper's model has no clothes"
         );
     }
 }
 
 #[test]
-fn a_person_as_warm_as_skin_is_asked_about() {
+fn a_person_as_warm_as_skin_is_warned_about() {
     let agent = |keys: &str| {
         format!(
             "{ROOM}[[agent]]\nname = \"she\"\nposition_mm = [2000, 2000, 0]\nsize_mm = [500, 500, 1700]\n{keys}\n{CEILING}"
@@ -305,8 +309,8 @@ fn a_person_as_warm_as_skin_is_asked_about() {
     assert_eq!(
         told.iter().map(ToString::to_string).collect::<Vec<_>>(),
         [
-            "room.toml:9:17: agent `she` shines like a surface of 28 °C, and clothed people look like 21 to 24 °C in a room of 20\n\
-          hint: write surface = \"clothed\" (or \"skin\", \"hair\", \"coat\"), or the emissivity beside the temperature if it is meant"
+            "room.toml:9:17: agent `she` radiates like a surface of 28 °C, but clothed people look like 21 to 24 °C in a room of 20\n\
+          hint: write surface = \"clothed\" (or \"skin\", \"hair\", \"coat\"), or add the emissivity if this temperature is intended"
         ]
     );
     assert_eq!(
@@ -352,17 +356,17 @@ const KEYS: &[(&str, &str, &str)] = &[
     (
         "optics = \"lens\"",
         "",
-        "room.toml:11:10: `optics` is \"lens\", expected \"datasheet\" or \"pinhole\"\nhint: datasheet is where the pixels of an AMG88 look, pinhole is even steps on the picture plane",
+        "room.toml:11:10: `optics` is \"lens\", expected \"datasheet\" or \"pinhole\"\nhint: datasheet uses the pixel directions of an AMG88, pinhole even steps on the image plane",
     ),
     (
         "optics = \"datasheet\"\nresolution = [16, 16]",
         "",
-        "room.toml:11:10: `optics` is \"datasheet\", expected \"pinhole\" for a sensor that has not 8 x 8 pixels and 60°\nhint: the datasheet's map is of the AMG88 with the 60° lens; leave optics out, or resolution and fov_deg",
+        "room.toml:11:10: `optics` is \"datasheet\", expected \"pinhole\" for a sensor without 8 x 8 pixels and 60°\nhint: the datasheet's map is for the AMG88 with the 60° lens; omit optics, or omit resolution and fov_deg",
     ),
     (
         "optics = \"datasheet\"\nfov_deg = 90",
         "",
-        "room.toml:11:10: `optics` is \"datasheet\", expected \"pinhole\" for a sensor that has not 8 x 8 pixels and 60°\nhint: the datasheet's map is of the AMG88 with the 60° lens; leave optics out, or resolution and fov_deg",
+        "room.toml:11:10: `optics` is \"datasheet\", expected \"pinhole\" for a sensor without 8 x 8 pixels and 60°\nhint: the datasheet's map is for the AMG88 with the 60° lens; omit optics, or omit resolution and fov_deg",
     ),
     (
         "blur_px = 1\nblur_deg = 8",
@@ -372,12 +376,12 @@ const KEYS: &[(&str, &str, &str)] = &[
     (
         "blur_px = -1",
         "",
-        "room.toml:11:11: `blur_px` is -1, expected 0 to 10\nhint: the full width at half height of the point spread, in pixels; 0 is none",
+        "room.toml:11:11: `blur_px` is -1, expected 0 to 10\nhint: the full width at half height of the point spread, in pixels; 0 for none",
     ),
     (
         "blur_deg = [1, 91]",
         "",
-        "room.toml:11:12: `blur_deg` is [1, 91], expected 0 to 90\nhint: the full width at half height of the point spread; 0 is none",
+        "room.toml:11:12: `blur_deg` is [1, 91], expected 0 to 90\nhint: the full width at half height of the point spread; 0 for none",
     ),
     (
         "pixel_width_deg = 0",
@@ -387,22 +391,22 @@ const KEYS: &[(&str, &str, &str)] = &[
     (
         "step_c = nan",
         "",
-        "room.toml:11:10: `step_c` is nan, expected 0 to 100 °C\nhint: the Grid-EYE has steps of 0.25; 0 is none",
+        "room.toml:11:10: `step_c` is nan, expected 0 to 100 °C\nhint: the Grid-EYE has steps of 0.25; 0 for none",
     ),
     (
         "pixel_1 = \"top-right\"",
         "",
-        "room.toml:11:11: `pixel_1` is \"top-right\", expected \"top-left\" or \"bottom-right\"\nhint: where pixel 1 is in the picture; a lens turns a picture and never mirrors it",
+        "room.toml:11:11: `pixel_1` is \"top-right\", expected \"top-left\" or \"bottom-right\"\nhint: where pixel 1 is in the image; a lens rotates an image but never mirrors it",
     ),
     (
         "profile = \"unit.toml\"\nnoise_sigma_c = 0.1",
         "",
-        "room.toml:12:17: sensor `ceiling` has both `noise_sigma_c` and `profile`\nhint: a profile brings the whole of the sensor's noise",
+        "room.toml:12:17: sensor `ceiling` has both `noise_sigma_c` and `profile`\nhint: a profile includes all of the sensor's noise",
     ),
     (
         "profile = \"unit.toml\"\nresolution = [16, 8]",
         "",
-        "room.toml:11:11: `profile` is \"unit.toml\", expected no profile for a sensor that has not 8 x 8 pixels\nhint: profiles are of the Grid-EYE; give noise_sigma_c instead",
+        "room.toml:11:11: `profile` is \"unit.toml\", expected no profile for a sensor without 8 x 8 pixels\nhint: profiles are for the Grid-EYE; give noise_sigma_c instead",
     ),
     (
         "profile = \"../unit.toml\"",
@@ -412,12 +416,12 @@ const KEYS: &[(&str, &str, &str)] = &[
     (
         "",
         "band_um = [14, 8]\n",
-        "room.toml:1:11: `band_um` is [14, 8], expected [from, to], rising, each 0.1 to 1000 µm\nhint: thermal sensors take in about [8, 14]; leave it out for all wavelengths",
+        "room.toml:1:11: `band_um` is [14, 8], expected [from, to], rising, each 0.1 to 1000 µm\nhint: thermal sensors detect about [8, 14]; omit it for all wavelengths",
     ),
     (
         "[[object]]\nname = \"x\"\nposition_mm = [2000, 2000, 0]\nsize_mm = [1, 1, 1]\nsurface = \"wool\"",
         "",
-        "room.toml:15:11: `surface` is \"wool\", expected \"skin\", \"hair\", \"clothed\" or \"coat\"\nhint: what is outermost; for anything else give temperature_c and emissivity",
+        "room.toml:15:11: `surface` is \"wool\", expected \"skin\", \"hair\", \"clothed\" or \"coat\"\nhint: the outermost layer; for anything else give temperature_c and emissivity",
     ),
     (
         "[[object]]\nname = \"x\"\nposition_mm = [2000, 2000, 0]\nsize_mm = [1, 1, 1]\nemissivity = -0.1",
@@ -427,7 +431,7 @@ const KEYS: &[(&str, &str, &str)] = &[
 ];
 
 #[test]
-fn what_the_physical_keys_cannot_be() {
+fn invalid_physical_keys_are_refused() {
     let refused = |sensor: &str, head: &str| {
         parse(&format!("{head}{ROOM}{CEILING}{sensor}\n"))
             .map_or_else(|error| error.to_string(), |_| "accepted".to_owned())

@@ -1,4 +1,4 @@
-//! The detectable range of a sensor: what is beyond it is reported as its nearest end, noise included.
+//! A sensor's detectable range: temperatures beyond it are reported as its nearest end, including noise.
 
 use crate::{CEILING, ROOM, object, parse, scene};
 use grideye_scene::Simulator;
@@ -20,7 +20,7 @@ fn oven(range: &str) -> [Simulator; 2] {
 }
 
 #[test]
-fn what_is_beyond_the_range_is_reported_as_its_end() {
+fn temperatures_beyond_the_range_are_reported_as_its_end() {
     for (limited, free) in oven("detectable_range_c = [0, 85.5]\n")
         .iter()
         .zip(oven(""))
@@ -39,7 +39,7 @@ fn what_is_beyond_the_range_is_reported_as_its_end() {
     }
 }
 
-/// Noise on a pixel far beyond the end leaves it there: it was noise before the converter's stop, not after it.
+/// Noise on a pixel far beyond the end leaves it at the end, because noise comes before the converter's limit.
 #[test]
 fn noise_comes_before_the_range() {
     let [limited, _] = oven("detectable_range_c = [0, 80]\n");
@@ -54,7 +54,7 @@ fn noise_comes_before_the_range() {
 }
 
 #[test]
-fn ranges_that_are_none_are_refused() {
+fn invalid_ranges_are_refused() {
     for range in ["[80, 0]", "[10, 10]", "[-300, 80]", "[0, nan]", "[0, 6000]"] {
         let text = format!("{ROOM}{CEILING}detectable_range_c = {range}\n");
         let refused = parse(&text).unwrap_err().to_string();

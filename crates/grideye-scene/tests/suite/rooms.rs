@@ -1,4 +1,4 @@
-//! Rooms that are no boxes: what their walls hide, what they hold, and what is refused.
+//! Rooms that are not boxes: what their walls hide, what they contain, and what is refused.
 
 use crate::{no_files, object, parse, picture, scene};
 use glam::{DVec2, DVec3};
@@ -40,7 +40,8 @@ fn both(scene: &Scene) -> [Simulator; 2] {
     ]
 }
 
-/// Where a ray in the plane meets the first wall of a plan, as a multiple of its direction: nothing of the crate's own.
+/// Where a ray in the plane meets the first wall of a plan, as a multiple of its direction; uses none of the crate's
+/// code.
 fn first_wall(plan_m: &[DVec2], from: DVec2, direction: DVec2) -> f64 {
     let mut nearest = f64::INFINITY;
     for index in 0..plan_m.len() {
@@ -80,7 +81,7 @@ fn plan_text(plan_m: &[DVec2]) -> String {
     format!("[{}]", corners.join(", "))
 }
 
-/// A star: corners in the order of their angles about the origin, so that the outline is simple; some jut in.
+/// A star: corners sorted by their angles about the origin, so that the outline is simple; some jut in.
 fn star() -> impl Strategy<Value = Vec<DVec2>> {
     prop::collection::vec((1.2_f64..4.0, -0.3_f64..0.3), 5..9).prop_map(|corners| {
         let count = corners.len() as f64;
@@ -95,8 +96,8 @@ fn star() -> impl Strategy<Value = Vec<DVec2>> {
 }
 
 #[test]
-fn an_l_shaped_room_hides_the_person_round_the_corner() {
-    // From (4.9, 1.25) the corner at (2.5, 2.5) hides what is above the line through both: y = 3.151 at x = 1.25.
+fn an_l_shaped_room_hides_the_person_around_the_corner() {
+    // From (4.9, 1.25) the corner at (2.5, 2.5) hides everything above the line through both: y = 3.151 at x = 1.25.
     let looks = sensor([4900.0, 1250.0, 1000.0], 0.0, 150.0);
     for (y_mm, is_seen) in [(1250.0, true), (2500.0, true), (3500.0, false)] {
         let stands = person([1250.0, y_mm, 0.0], [200.0, 400.0, 1700.0]);
@@ -122,7 +123,7 @@ fn an_l_shaped_room_hides_the_person_round_the_corner() {
 }
 
 #[test]
-fn a_wall_hides_just_the_part_that_is_behind_it() {
+fn a_wall_hides_only_the_part_behind_it() {
     // A thin sheet across the far arm at x = 1, y from 0.5 to 4.5, seen level from (4, 1.25): the line past the corner
     // (2.5, 2.5) meets it at y = 1.25 + 3 * 1.25 / 1.5 = 3.75, so 81.25 % of it is seen.
     let sheet = "[[agent]]\nname = \"sheet\"\nposition_mm = [1000, 2500, 0]\n[[agent.part]]\nname = \"part\"\nposition_mm = [0, 0, 0]\nshape = \"polyhedron\"\n\
@@ -135,7 +136,7 @@ fn a_wall_hides_just_the_part_that_is_behind_it() {
     let whole = share("[room]\nsize_mm = [5000, 5000, 2500]\nambient_c = 20\n");
     let rest = share(&room(L_PLAN));
     for (whole, rest) in whole.iter().zip(rest) {
-        // One pixel weighs all of its picture alike.
+        // One pixel weighs its whole image evenly.
         assert!((rest / whole - 0.8125).abs() < 2e-3, "{rest} of {whole}");
     }
 }
@@ -219,7 +220,7 @@ fn an_obj_file_may_be_the_room() {
 }
 
 #[test]
-fn what_a_mesh_with_a_step_holds() {
+fn a_mesh_with_a_step_contains_the_right_points() {
     // A podium of 0.3 m on the right half of a room of 4 x 3 x 2.5 m.
     let mesh = "[room]\nambient_c = 20\nvertices_mm = [[0, 0, 0], [2000, 0, 0], [2000, 3000, 0], [0, 3000, 0], [2000, 0, 300], [4000, 0, 300], [4000, 3000, 300], [2000, 3000, 300], [0, 0, 2500], [4000, 0, 2500], [4000, 3000, 2500], [0, 3000, 2500]]\n\
         faces = [[0, 3, 2, 1], [1, 2, 7, 4], [4, 7, 6, 5], [8, 9, 10, 11], [0, 1, 4, 5, 9, 8], [5, 6, 10, 9], [6, 7, 2, 3, 11, 10], [3, 0, 8, 11]]\n";
@@ -260,7 +261,7 @@ fn what_a_mesh_with_a_step_holds() {
 }
 
 #[test]
-fn objects_that_reach_through_a_wall_are_removed() {
+fn objects_crossing_a_wall_are_removed() {
     for (position_mm, size_mm, stays) in [
         // In the missing quarter; across its corner with all eight corners in the room; against its walls.
         ([4000.0, 4000.0, 0.0], [500.0, 500.0, 500.0], false),
@@ -300,7 +301,7 @@ fn objects_that_reach_through_a_wall_are_removed() {
 }
 
 #[test]
-fn a_way_that_cuts_the_corner_leaves_the_room() {
+fn a_path_that_cuts_the_corner_leaves_the_room() {
     let l_shaped = room(L_PLAN);
     assert!(walker(&l_shaped, "4000,1250,0\n1250,1250,0\n1250,4000,0\n").is_ok());
     // Straight from one arm to the other, the body, 0.1 m to either side, meets the wall y = 2.5 when y + 0.1 = 2.5.
@@ -312,10 +313,10 @@ fn a_way_that_cuts_the_corner_leaves_the_room() {
     let (before, after) = why.problem.split_once(" s, at ").unwrap();
     let seconds = before.strip_prefix("agent `walker` goes through a wall after ");
     let seconds: f64 = seconds.unwrap().parse().unwrap();
-    // y = 2.4 after 1 m along y: 1.414 m of way at 1 m/s; a millimeter may overlap.
+    // y = 2.4 after 1 m along y: a path of 1.414 m at 1 m/s; a millimeter may overlap.
     assert!((seconds - 2.0_f64.sqrt()).abs() < 3e-3, "{seconds}");
     assert!(after.contains("2500"), "{after}");
-    // Along the wall, leaning against it, is free; 2 mm deeper is not.
+    // Leaning against the wall is free; 2 mm deeper is not.
     assert!(walker(&l_shaped, "4000,2400,0\n1250,2400,0\n").is_ok());
     let refused = walker(&l_shaped, "4000,2402,0\n1250,2402,0\n").unwrap_err();
     assert!(
@@ -357,7 +358,7 @@ fn a_sensor_hangs_in_the_room_or_on_its_walls() {
             }
         }
     }
-    // On the wall that juts out, looking along it: half of the picture is that wall, the other half the person.
+    // On the wall that juts in, looking along it: that wall fills half of the image, the person the other half.
     let stands = person([2300.0, 4500.0, 0.0], [390.0, 100.0, 2000.0]);
     let looks = sensor([2500.0, 2600.0, 1000.0], 0.0, 90.0);
     let scene = scene(&format!("{}{stands}{looks}", room(L_PLAN)));
@@ -372,8 +373,8 @@ fn a_sensor_hangs_in_the_room_or_on_its_walls() {
 }
 
 #[test]
-fn what_hangs_on_a_wall_that_juts_out_is_before_it() {
-    // A cold window, a sheet in the wall's own plane: colder than the wall, and seen.
+fn objects_on_a_wall_that_juts_in_are_in_front_of_it() {
+    // A cold window, a sheet in the wall's own plane: colder than the wall, and visible.
     let window = "[[object]]\nname = \"window\"\nposition_mm = [2500, 3750, 1200]\nshape = \"polyhedron\"\nvertices_mm = [[0, -400, -400], [0, 400, -400], [0, 400, 400], [0, -400, 400]]\nfaces = [[0, 1, 2, 3]]\ntemperature_c = 5\n";
     let looks = sensor([500.0, 3750.0, 1200.0], 0.0, 0.0);
     let scene = scene(&format!("{}{window}{looks}", room(L_PLAN)));
@@ -384,7 +385,7 @@ fn what_hangs_on_a_wall_that_juts_out_is_before_it() {
 }
 
 #[test]
-fn plans_that_are_none_are_refused() {
+fn malformed_plans_are_refused() {
     for (plan, message) in [
         (
             "[[0, 0], [1000, 0]]",
@@ -392,23 +393,23 @@ fn plans_that_are_none_are_refused() {
         ),
         (
             "[[0, 0], [4000, 0], [4000, 4000], [0, 0]]",
-            "room.toml:2:45: `plan_mm` is [0, 0], expected another place than the next corner's",
+            "room.toml:2:45: `plan_mm` is [0, 0], expected a corner away from the next one",
         ),
         (
             "[[0, 0], [4000, 0], [4000, 0], [0, 4000]]",
-            "room.toml:2:20: `plan_mm` is [4000, 0], expected another place",
+            "room.toml:2:20: `plan_mm` is [4000, 0], expected a corner away",
         ),
         (
             "[[0, 0], [4000, 4000], [4000, 0], [0, 3000]]",
-            "room.toml:2:12: `plan_mm` is [0, 0], expected a wall that meets no other",
+            "room.toml:2:12: `plan_mm` is [0, 0], expected a wall that meets only its neighbors",
         ),
         (
             "[[0, 0], [4000, 0], [2000, 0]]",
-            "room.toml:2:12: `plan_mm` is [0, 0], expected a wall that the next one does not lead back along",
+            "room.toml:2:12: `plan_mm` is [0, 0], expected a wall that the next one does not double back on",
         ),
         (
             "[[0, 0], [4000, 0], [4000, 4000], [2000, 0], [0, 4000]]",
-            "room.toml:2:12: `plan_mm` is [0, 0], expected a wall that meets no other",
+            "room.toml:2:12: `plan_mm` is [0, 0], expected a wall that meets only its neighbors",
         ),
         (
             "[[0, 0], [4000, 0], [4000, nan]]",
@@ -426,7 +427,7 @@ fn plans_that_are_none_are_refused() {
 }
 
 #[test]
-fn a_room_is_given_in_one_way() {
+fn a_room_is_given_in_exactly_one_form() {
     let faces = "vertices_mm = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]\n";
     for (keys, message) in [
         ("", "room.toml:1:1: the room has no `size_mm`"),
@@ -462,7 +463,7 @@ fn a_room_is_given_in_one_way() {
         ),
         (
             &format!("{faces}faces = [[0, 1, 7]]\n"),
-            "room.toml:4:9: `room` is no solid: face 0 names vertex 7, expected 0 to 3",
+            "room.toml:4:9: `room` is not a solid: face 0 names vertex 7, expected 0 to 3",
         ),
     ] {
         let refused = parse(&format!("[room]\nambient_c = 20\n{keys}"))
@@ -531,9 +532,9 @@ fn places(room: &Room) -> Vec<DVec3> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
-    /// Whatever the plan and whichever way round: the room holds what the even-odd rule says.
+    /// For any plan in either direction, the room contains what the even-odd rule says.
     #[test]
-    fn a_room_holds_what_is_inside_its_plan(plan_m in star(), clockwise in any::<bool>()) {
+    fn a_room_contains_the_inside_of_its_plan(plan_m in star(), clockwise in any::<bool>()) {
         let mut given_m = plan_m.clone();
         if clockwise {
             given_m.reverse();
@@ -546,13 +547,13 @@ proptest! {
         prop_assert!((shoelace(&scene.room().outline_m()) - shoelace(&plan_m)).abs() < 1e-9);
     }
 
-    /// A thin warm pole anywhere is seen if and only if no wall of the plan is on the straight line to it.
+    /// A thin warm pole is seen if and only if no wall of the plan crosses the straight line to it.
     #[test]
-    fn what_is_seen_is_what_no_wall_hides(plan_m in star(), angle in 0.0_f64..360.0, radius in 0.2_f64..3.5) {
+    fn a_pole_is_seen_unless_a_wall_hides_it(plan_m in star(), angle in 0.0_f64..360.0, radius in 0.2_f64..3.5) {
         let angle_rad = angle.to_radians();
         let pole = radius * DVec2::new(angle_rad.cos(), angle_rad.sin());
         let from = 0.8 * DVec2::new(-angle_rad.sin(), angle_rad.cos());
-        // Poles and sensors too near to a wall, or to the line past a corner, would be half hidden.
+        // Poles and sensors too close to a wall, or to the line past a corner, would be half hidden.
         let apart = 0.03;
         prop_assume!(is_inside(&plan_m, from) && is_inside(&plan_m, pole));
         let towards = pole - from;

@@ -8,12 +8,12 @@ fn assert_close(found: &[f64], expected: &[f64], within_c: f64) {
     for (pixel, (found, expected)) in found.iter().zip(expected).enumerate() {
         assert!(
             (found - expected).abs() <= within_c,
-            "pixel {pixel}: {found} instead of {expected}"
+            "pixel {pixel}: {found}, expected {expected}"
         );
     }
 }
 
-/// The box of `object("thing", position, [600, 400, 900], 0, 31)` as a polyhedron, its faces turned inwards.
+/// The box of `object("thing", position, [600, 400, 900], 0, 31)` as a polyhedron with its faces turned inwards.
 fn box_as_polyhedron(position_mm: [f64; 3], keys: &str) -> String {
     format!(
         "[[object]]\nname = \"thing\"\nposition_mm = {position_mm:?}\ntemperature_c = 31\nshape = \"polyhedron\"\n\
@@ -24,7 +24,7 @@ fn box_as_polyhedron(position_mm: [f64; 3], keys: &str) -> String {
 }
 
 #[test]
-fn a_box_by_its_faces_is_the_box() {
+fn a_box_given_by_its_faces_is_the_box() {
     let place = [2300.0, 3300.0, 200.0];
     let expected = object("thing", place, [600.0, 400.0, 900.0], 25.0, 31.0);
     let found = box_as_polyhedron(place, "yaw_deg = 25\n");
@@ -57,7 +57,7 @@ fn a_sheet_is_seen_from_both_sides() {
 }
 
 #[test]
-fn a_lying_box_is_a_box_of_other_sides() {
+fn a_lying_box_is_a_box_with_swapped_sides() {
     // Pitched by 90 degrees, the height lies along +x from the base, and the base stands.
     let standing = object(
         "thing",
@@ -94,9 +94,9 @@ fn a_lying_box_is_a_box_of_other_sides() {
     );
 }
 
-/// A ball on the optical axis covers, on a plane before a pinhole, a disc of radius `r / sqrt(d² - r²)` at depth 1.
+/// On the optical axis a ball covers, on a plane at depth 1, a disc of radius `r / sqrt(d² - r²)`.
 #[test]
-fn a_ball_covers_the_disc_it_should() {
+fn a_ball_covers_the_right_disc() {
     let ball = |shape: &str| {
         format!(
             "{ROOM}{CEILING}[[agent]]\nname = \"ball\"\nshape = {shape:?}\nsize_mm = [800, 800, 800]\ntemperature_c = 31\nposition_mm = [2000, 3000, 900]\n"
@@ -110,7 +110,7 @@ fn a_ball_covers_the_disc_it_should() {
         let covered: f64 = share.iter().sum::<f64>() * pixel;
         assert!(
             (covered / disc - 1.0).abs() < 0.012,
-            "{shape}: {covered} instead of {disc}"
+            "{shape}: {covered}, expected {disc}"
         );
     }
 }
@@ -180,7 +180,7 @@ fn the_nearer_of_two_agents_is_seen_and_each_has_its_share() {
         format!("{ROOM}{CEILING}{high}{low}"),
         format!("{ROOM}{CEILING}{low}{high}"),
     ] {
-        // The higher plate covers the lower one whole, though that is the warmer.
+        // The higher plate covers the lower one completely, although the lower one is warmer.
         assert_close(&picture(&both), &only_high, 1e-12);
     }
     let simulator = simulator(&format!("{ROOM}{CEILING}{high}{low}"));
@@ -191,7 +191,7 @@ fn the_nearer_of_two_agents_is_seen_and_each_has_its_share() {
 }
 
 #[test]
-fn an_agent_of_parts_is_its_parts() {
+fn an_agent_with_parts_looks_like_its_parts() {
     let part = |name: &str, z: f64| {
         object(name, [0.0, 100.0, z], [300.0, 200.0, 500.0], 10.0, 30.0)
             .replace("[[object]]", "[[agent.part]]")

@@ -1,4 +1,4 @@
-//! The scenes of the repository and the example in their README.
+//! The repository's scenes and the example in their README.
 
 use grideye_scene::{Loaded, Scene, Simulator};
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ fn shipped(name: &str) -> Scene {
 }
 
 #[test]
-fn every_scene_is_clean_and_renders() {
+fn every_scene_renders_without_warnings() {
     let mut names = Vec::new();
     for entry in std::fs::read_dir(folder()).unwrap() {
         let path = entry.unwrap().path();
@@ -52,7 +52,7 @@ fn every_scene_is_clean_and_renders() {
 }
 
 #[test]
-fn the_collisions_are_told_when_and_where_a_ruler_says() {
+fn collisions_are_reported_at_their_computed_time_and_place() {
     let text = std::fs::read_to_string(folder().join("collisions.toml")).unwrap();
     let loaded = load(&text, "collisions.toml");
     let told: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
@@ -62,7 +62,7 @@ fn the_collisions_are_told_when_and_where_a_ruler_says() {
         let found = contacts.iter().find(|contact| contact.names[0] == name);
         found.unwrap_or_else(|| panic!("{name}: {contacts:?}"))
     };
-    // Half the depth of each body is 100 mm; one millimeter is what they are in one another by then.
+    // Half the depth of each body is 100 mm; by then they overlap by one millimeter.
     let (chest, pair) = (of("hurried"), of("from the left"));
     assert_eq!(chest.names[1], "chest");
     assert!((chest.time.as_secs_f64() - (3800.0 - 600.0 + 1.0) / 1000.0).abs() < 1e-4);
@@ -123,7 +123,7 @@ fn experiment_2_has_its_person_in_a_corner_of_the_view() {
         .truth(Duration::ZERO);
     let seen: Vec<usize> = (0..64).filter(|pixel| truth.share[*pixel] > 0.2).collect();
     assert!(!seen.is_empty());
-    // The room's front right: top left of the picture.
+    // The room's front right: top left of the image.
     assert!(
         seen.iter().all(|pixel| pixel / 8 < 4 && pixel % 8 < 4),
         "{seen:?}"
@@ -166,7 +166,7 @@ fn experiments_3_and_4_walk_from_end_to_end() {
         if name == "experiment-3.toml" {
             assert!(
                 start.1 > 5.0 && end.1 < 2.0,
-                "left to right in the room, right to left in the picture"
+                "left to right in the room, right to left in the image"
             );
         } else {
             assert!(start.0 > 5.0 && end.0 < 2.0, "away from the sensor is up");
@@ -216,7 +216,7 @@ fn the_readmes_example_is_a_scene() {
 }
 
 #[test]
-fn the_readme_names_every_key_that_there_is() {
+fn the_readme_names_every_key() {
     let readme = std::fs::read_to_string(folder().join("README.md")).unwrap();
     for (table, text) in [
         ("scene", "wrong = 1"),

@@ -1,9 +1,9 @@
-//! Scenes of strings, for the tests of whatever reads scenes.
+//! Parses scenes from strings for tests.
 
 use grideye_scene::{Loaded, Scene, SceneError};
 use std::io;
 
-/// A scene of strings; there are no files unless a test brings them.
+/// A scene from a string; there are no files unless a test supplies them.
 pub(crate) fn parse(text: &str) -> Result<Loaded, SceneError> {
     Scene::parse(text, "room.toml", &no_files)
 }
@@ -20,7 +20,7 @@ pub(crate) fn no_files(_: &str) -> io::Result<String> {
 
 pub(crate) const ROOM: &str = "[room]\nsize_mm = [4000, 6000, 2700]\nambient_c = 20.1\n";
 
-/// A Grid-EYE under the ceiling in the middle of [`ROOM`], front at the top of its picture.
+/// A Grid-EYE under the ceiling in the center of [`ROOM`], front at the top of its image.
 pub(crate) const CEILING: &str = "[[sensor]]\nname = \"ceiling\"\npreset = \"grid-eye\"\n\
     position_mm = [2000, 3000, 2700]\nelevation_deg = 90\nazimuth_deg = -90\n";
 

@@ -1,5 +1,5 @@
-//! What must hold of any scene, of random ones with moving agents of several parts, gradients, things that cool down and
-//! warm prints, by either method.
+//! Invariants of random scenes, by either method, with moving agents of several parts, gradients, cooling objects and
+//! warm prints.
 
 use grideye_scene::{Image, Scene, Simulator};
 use proptest::prelude::*;
@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use std::time::Duration;
 
 const AMBIENT_C: f64 = 20.1;
-/// Everything stands about this place, below the sensor.
+/// Everything stands around this place, below the sensor.
 const MIDDLE_MM: f64 = 4000.0;
 
 /// An object, or a part of an agent; lengths in millimeters from the middle, or from the agent.
@@ -36,12 +36,12 @@ struct Walker {
 struct Situation {
     objects: Vec<Thing>,
     walkers: Vec<Walker>,
-    /// Thermal that is kept below whoever stands on it.
+    /// Whether a mat that keeps warm prints lies below the walkers.
     mat: bool,
     seconds: f64,
 }
 
-/// What is done to a situation as a whole.
+/// A change to the whole situation.
 #[derive(Debug, Clone, Copy, Default)]
 struct Change {
     mirrored: bool,
@@ -79,8 +79,8 @@ impl Change {
             },
         );
         let [yaw, pitch, roll] = thing.turned;
-        // A mirror across x keeps turns about x and reverses the others; across y, for what rides along its own x, it
-        // keeps those about y.
+        // A mirror across x keeps rotations about x and reverses the others. A mirror across y, for parts carried along
+        // their own x, keeps those about y.
         let (pitch, roll) = if rides {
             (pitch, side * roll)
         } else {
@@ -184,7 +184,7 @@ impl Situation {
         loaded.scene
     }
 
-    /// The picture by the grid and without it.
+    /// The image by the grid and without it.
     fn pictures(&self, change: Change) -> [Image; 2] {
         let scene = self.scene(change);
         let time = Duration::from_secs_f64(self.seconds);
@@ -222,7 +222,7 @@ fn thing(reach_mm: f64, smallest_mm: f64, largest_mm: f64) -> impl Strategy<Valu
             )| {
                 Thing {
                     shape,
-                    // Turned bodies must not reach through the floor.
+                    // Rotated bodies must not reach through the floor.
                     at: [x, y, z + 500.0],
                     size: [a, b, c],
                     turned: [yaw, 20.0 * pitch - 10.0, 20.0 * roll - 10.0],
@@ -274,7 +274,7 @@ fn situation() -> impl Strategy<Value = Situation> {
         })
 }
 
-/// How far two pictures are apart, °C.
+/// Largest difference between two images, °C.
 fn apart(one: &[f64], other: &[f64]) -> f64 {
     assert_eq!(one.len(), other.len());
     let pairs = one.iter().zip(other);
@@ -283,14 +283,15 @@ fn apart(one: &[f64], other: &[f64]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// The grid sees the same rays: rounding. Without it faces are cut elsewhere, and the Gauss rule is not exact.
+/// With the grid, only rounding differs, because the rays are the same. Without it, faces are cut elsewhere, and the
+/// Gauss rule is not exact.
 const TOLERANCES_C: [f64; 2] = [1e-8, 1e-5];
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
     #[test]
-    fn a_mirrored_scene_gives_a_mirrored_picture(situation in situation()) {
+    fn a_mirrored_scene_gives_a_mirrored_image(situation in situation()) {
         let mirrored = Change { mirrored: true, ..Change::default() };
         let pairs = situation.pictures(Change::default()).into_iter().zip(situation.pictures(mirrored));
         for ((one, other), tolerance_c) in pairs.zip(TOLERANCES_C) {
@@ -321,7 +322,7 @@ proptest! {
     }
 
     #[test]
-    fn what_gets_warmer_makes_no_pixel_colder(situation in situation(), warmer_c in 0.1_f64..40.0) {
+    fn warming_an_object_makes_no_pixel_colder(situation in situation(), warmer_c in 0.1_f64..40.0) {
         let warmer = Change { warmer_c, ..Change::default() };
         let pairs = situation.pictures(Change::default()).into_iter().zip(situation.pictures(warmer));
         for ((cold, warm), tolerance_c) in pairs.zip(TOLERANCES_C) {
@@ -370,7 +371,7 @@ proptest! {
     }
 }
 
-/// The situations reach what they are there for: people who are seen, prints that are seen.
+/// The random situations show visible people and visible prints.
 #[test]
 fn the_situations_are_not_empty() {
     let flat = Thing {
@@ -408,8 +409,8 @@ fn the_situations_are_not_empty() {
     );
 }
 
-/// Strips that begin in a corner of a face have two corners in one place; the side between them is rounding, and used
-/// to cut whole strips off the grid's picture: 0.07 °C here.
+/// Strips that start in a corner of a face have two corners at one place. Only rounding directs the side between them,
+/// which once removed whole strips from the grid's image: 0.07 °C here.
 #[test]
 fn a_gradient_leaves_no_holes_in_the_grid() {
     let strips = Thing {

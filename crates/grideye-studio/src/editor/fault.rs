@@ -33,7 +33,7 @@ impl Fault {
     /// An error in a file that the scene or an edit names.
     pub(super) fn of_file(file: &str, line: usize, message: &str) -> Self {
         let (file, column) = (file.into(), 1);
-        let hint = "a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row";
+        let hint = "a trajectory has the columns x_mm,y_mm,z_mm and one waypoint per row";
         Self::new(message, hint, Some(Place { file, line, column }))
     }
 

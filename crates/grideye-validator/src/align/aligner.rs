@@ -1,4 +1,4 @@
-//! The alignment itself: the best clock, orientation and offset, held against what chance reaches.
+//! Finds the best clock, orientation and offset, and compares them with what chance reaches.
 
 use crate::align::clock::{BEYOND, Bounds, Clock, Line, Warp};
 use crate::align::film::{Film, Fit, Sample};
@@ -11,16 +11,17 @@ use crate::frames::types::Pixels;
 use crate::numbers::count;
 use std::time::Duration;
 
-/// Frames of a recording that alignment looks at; of more, these are chosen evenly.
+/// Frames used for alignment; a longer recording is thinned evenly.
 pub const SAMPLE_MAX: usize = 2_048;
-/// Alignment looks at this much of a recording from its first frame on.
+/// Alignment uses this much of a recording, from its first frame.
 pub const SPAN_MAX: Duration = Duration::from_secs(600);
 const OFFSET_SOUGHT_PX: f64 = 1.5;
 
-/// Aligns a recording with frames made elsewhere: ascending times, s, and as many frames, °C; `None` below two a side.
+/// Aligns a recording with other frames: ascending times in s with frames in °C. `None` if either side has fewer than
+/// two.
 ///
 /// # Errors
-/// A bound out of its range.
+/// A bound out of range.
 pub fn align_films(
     film: (&[f64], &[[f64; 64]]),
     recording: (&[f64], &[[f64; 64]]),
@@ -46,12 +47,12 @@ pub(crate) struct Aligner {
     sample: Sample,
     film: Film,
     bounds: Bounds,
-    /// The sample's mean frame less ambient.
+    /// Mean frame of the sample, less ambient.
     mean_c: Pixels,
 }
 
 impl Aligner {
-    /// Frames that no clock within the bounds brings into the scene are left out; `times_s` are unaligned.
+    /// Drops frames that no clock within the bounds moves into the scene; `times_s` are unaligned.
     pub(crate) fn new(
         simulator: &grideye_scene::Simulator,
         end_s: f64,
@@ -64,7 +65,7 @@ impl Aligner {
             times_s.last().copied().unwrap_or_default(),
         );
         let bounds = options.bounds(first_s);
-        // A path may leave the line by as much again as the line's own shift.
+        // A path may leave the line by as much as the line's own shift.
         let reach_s = 2.0 * BEYOND * bounds.shift_max_s + 1.0;
         let beyond_s = reach_s + BEYOND * bounds.rate_max * (last_s - first_s);
         let film = Film::new(simulator, first_s - reach_s, end_s.min(last_s + beyond_s));
@@ -95,7 +96,7 @@ impl Aligner {
         }
     }
 
-    /// The law of time, and what was found. Without better evidence than chance the clock is the recording's own.
+    /// The best clock and the finding; the recording's own clock if the fit does not beat chance.
     pub(crate) fn time(&self, asked: TimeAlignment) -> (Clock, TimeFound) {
         let (sample, film, bounds) = (&self.sample, &self.film, &self.bounds);
         let before = sample.fit(film, |time_s| time_s);
@@ -151,7 +152,7 @@ impl Aligner {
         (if applied { clock } else { Clock::own() }, found)
     }
 
-    /// The best line, its rate 0 if it cannot be told from 0; beyond the bounds, the nearest that is allowed.
+    /// The best line within the bounds, with rate 0 if not distinguishable from 0.
     fn line(&self) -> Best {
         let (sample, film, bounds) = (&self.sample, &self.film, &self.bounds);
         let (mut line, mut fit) = best_line(sample, film, &bounds.wider());
@@ -176,7 +177,7 @@ impl Aligner {
         }
     }
 
-    /// A path that explains frames that it was not fitted to better than the line does.
+    /// A path that explains frames it was not fitted to better than the line does.
     fn warp(&self, line: Line, fit: &Fit) -> Option<(Warp, Fit)> {
         let (film, band_s) = (&self.film, self.bounds.shift_max_s);
         let path = |sample: &Sample| best_warp(sample, film, line, fit, band_s);
@@ -196,7 +197,7 @@ impl Aligner {
         Some((warp, fit))
     }
 
-    /// An offset of the image that does without the delay what the delay does.
+    /// An image offset that explains as much as the delay does.
     fn rival(&self, line: Line, fit: &Fit) -> Option<[f64; 2]> {
         if line.shift_s.abs() < RIVAL_SHIFT_MIN_S {
             return None;
@@ -207,7 +208,7 @@ impl Aligner {
         (likeness > fit.likeness - RIVAL_LESS_MAX).then_some(offset)
     }
 
-    /// How the image lies, by what moves and, where that leaves a choice, by what stands still.
+    /// The orientation, by what moves and, with less weight, by what stands still.
     pub(crate) fn orientation(&self) -> Option<OrientationFound> {
         let sample = self.sample.thinned(DECOY_FRAMES);
         let still = self.sample.mean_claim(&self.film, |time_s| time_s);
@@ -248,7 +249,7 @@ pub(crate) fn still_orientation(real: &Pixels, claim: &Pixels) -> Option<Orienta
     )
 }
 
-/// The orientation of most likeness; any but the upright one has to be better by a margin.
+/// The orientation with most likeness; any other than upright must win by a margin.
 fn best_orientation(
     likeness: impl Fn(Orientation) -> f64,
     same: impl Fn(Orientation) -> bool,
@@ -274,24 +275,23 @@ fn best_orientation(
     })
 }
 
-/// Whatever chance reaches, less likeness than this is none.
+/// Less likeness than this counts as none, whatever chance reaches.
 const LIKENESS_MIN: f64 = 0.3;
-/// A rate is told from none when it is larger than so many of its standard errors.
+/// A rate counts if it exceeds this many standard errors.
 const ERRORS_TOLD: f64 = 3.0;
-/// What a path has to gain in likeness on frames that it was not fitted to.
+/// Least gain in likeness of a path, on frames it was not fitted to.
 const WARP_GAIN_MIN: f64 = 0.005;
-/// A delay of less than this is not asked whether it might be an offset.
+/// A shorter delay is not checked for a rival offset.
 const RIVAL_SHIFT_MIN_S: f64 = 0.1;
-/// So much less likeness than the delay's still counts as explaining as well.
+/// An offset this much less like the scene still explains as much as the delay.
 const RIVAL_LESS_MAX: f64 = 0.01;
 const OFFSET_FRAMES: usize = 256;
-/// With less likeness than this nothing is said of parts of a pixel.
 const OFFSET_LIKENESS_MIN: f64 = 0.4;
-/// What stands still weighs less than what moves: rooms hold warm things that a scene does not know.
+/// What stands still weighs less than what moves: rooms have warm objects that a scene does not know.
 const STILL_WEIGHT: f64 = 0.3;
-/// From this likeness on two films are one.
+/// From this likeness on two films count as the same.
 pub(crate) const SAME_MIN: f64 = 0.9;
-/// By so much another orientation has to fit better than the upright one.
+/// Another orientation must beat the upright one by this much.
 const ORIENTATION_MARGIN: f64 = 0.1;
 
 struct Best {
@@ -302,10 +302,10 @@ struct Best {
 }
 
 const DECOY_FRAMES: usize = 64;
-/// From this likeness to the scene on a decoy is the scene.
+/// A decoy at least this like the scene is the scene.
 const KIN_MIN: f64 = 0.7;
 
-/// The best that films reach which are not the scene but move like it, aligned alike; and how many there are.
+/// Best likeness of the decoys (the scene turned, mirrored, run backwards), aligned the same way, and their number.
 fn chance(
     sample: &Sample,
     film: &Film,
@@ -362,7 +362,7 @@ mod tests {
     }
 
     #[test]
-    fn another_orientation_has_to_be_better_by_a_margin_and_to_resemble_the_scene_at_all() {
+    fn another_orientation_must_win_by_a_margin_and_resemble_the_scene() {
         let expect = |(upright, half): (f64, f64), orientation, likeness| {
             let found = found(upright, half, 1.0).unwrap();
             assert_eq!((found.orientation, found.likeness), (orientation, likeness));
@@ -372,13 +372,13 @@ mod tests {
         expect((0.5, 0.55), Orientation::Upright, 0.5);
         expect((0.0, 0.25), Orientation::Upright, 0.0);
         expect((0.8, 0.7), Orientation::Upright, 0.8);
-        // Shares of the most that can be.
+        // Shares of the largest possible likeness.
         let shares = found(0.5, 1.0, 2.0).unwrap();
         assert_eq!((shares.upright, shares.likeness), (0.25, 0.5));
     }
 
     #[test]
-    fn what_looks_like_the_scene_itself_is_no_other_orientation() {
+    fn an_orientation_that_looks_like_the_scene_does_not_count() {
         assert_eq!(best_orientation(|_| 0.9, |_| true, 1.0), None);
         let found = best_orientation(
             |orientation| if orientation.is_mirrored() { 0.9 } else { 0.1 },

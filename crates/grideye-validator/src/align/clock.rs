@@ -1,4 +1,4 @@
-//! The scene's time at each of the recording's (a line, a law of pace, or a warp about a line), and the bounds of it.
+//! Clocks from recording time to scene time (a line, a law of pace, or a path around a line), and their bounds.
 
 use crate::numbers::{count, interpolated};
 use serde::Serialize;
@@ -24,7 +24,7 @@ impl Clock {
     }
 }
 
-/// A line of time: scene = recording + shift + rate * (recording - origin), seconds.
+/// scene = recording + shift + rate * (recording - origin), seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Line {
     pub(crate) shift_s: f64,
@@ -46,23 +46,24 @@ impl Line {
     }
 }
 
-/// A law of time: `scene = first + length * g(u)`, `g(u) = (1 - ease) u + ease (10 u^3 - 15 u^4 + 6 u^5) + lean u (1 - u)`.
+/// A law of pace: `scene = first + length * g(u)`, `g(u) = (1 - ease) u + ease (10 u^3 - 15 u^4 + 6 u^5) + lean u (1 -
+/// u)`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Law {
-    /// When the walk begins in the recording, seconds later than the scene has it.
+    /// How much later the walk begins than in the scene, seconds.
     pub begins_late_s: f64,
-    /// When it ends in the recording, seconds later than the scene has it.
+    /// How much later it ends than in the scene, seconds.
     pub ends_late_s: f64,
-    /// -1 to 1: 1 sets off and stops as smoothly as minimum jerk where the scene has constant speed.
+    /// -1 to 1: at 1, a constant scene speed starts and stops as smoothly as minimum jerk.
     pub ease: f64,
-    /// -1 to 1: above 0, faster in the first half and slower in the second than the scene.
+    /// -1 to 1: above 0, faster than the scene in the first half and slower in the second.
     pub lean: f64,
     #[serde(skip)]
     pub(crate) scene_s: (f64, f64),
 }
 
 impl Law {
-    /// The scene's time at a time of the recording; outside the walk it runs on at the recording's pace.
+    /// Scene time at a recording time; outside the walk both run at the same pace.
     pub(crate) fn scene_s(&self, time_s: f64) -> f64 {
         let (first_s, last_s) = self.scene_s;
         let (begin_s, end_s) = (first_s + self.begins_late_s, last_s + self.ends_late_s);
@@ -81,7 +82,7 @@ impl Law {
         (1.0 - self.ease) * u + self.ease * smooth + self.lean * u * (1.0 - u)
     }
 
-    /// Nobody walks backwards in time.
+    /// Whether scene time never runs back.
     pub(crate) fn rises(&self) -> bool {
         const PARTS: usize = 40;
         let at = |part: usize| self.profile(count(part) / count(PARTS));
@@ -89,16 +90,16 @@ impl Law {
     }
 }
 
-/// A path in time: how much later than the line's the scene's time is, at times of the recording.
+/// A path in time: departure of scene time from the line, at recording times.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Warp {
-    /// Time of the recording and departure from the line, both in seconds, in order of time.
+    /// Recording time and departure, both in seconds, in order of time.
     #[serde(rename = "knots_s")]
     pub knots: Vec<(f64, f64)>,
 }
 
 impl Warp {
-    /// The largest departure from the line, seconds.
+    /// Largest departure, seconds.
     #[must_use]
     pub fn departure_max_s(&self) -> f64 {
         self.knots
@@ -107,13 +108,13 @@ impl Warp {
             .fold(0.0, f64::max)
     }
 
-    /// The departure at a time of the recording, seconds; beyond the knots that of the next one.
+    /// Departure at a recording time, seconds; constant beyond the knots.
     pub(crate) fn by_s(&self, time_s: f64) -> f64 {
         interpolated(&self.knots, time_s)
     }
 }
 
-/// Bounds of shift and rate, and where the recording begins, in seconds of the scene.
+/// Bounds of shift and rate; the origin is the scene time at which the recording begins.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bounds {
     pub(crate) origin_s: f64,
@@ -138,16 +139,16 @@ impl Bounds {
         line.rate.abs() - self.rate_max
     }
 
-    /// Whether a law would have its walk begin or end further away.
+    /// Whether both ends of a law are pressed against their bound.
     pub(crate) fn holds_back(&self, law: &Law) -> bool {
         let most_s = LAW_WITHIN * self.shift_max_s;
         most_s > 0.0 && law.begins_late_s.abs().min(law.ends_late_s.abs()) > most_s
     }
 }
 
-/// The bounds are searched so much further than they reach.
+/// The search reaches this many times as far as the bounds.
 pub(crate) const BEYOND: f64 = 1.6;
-/// A law both of whose ends are at more than this share of their bound is held back by it.
+/// An end beyond this share of its bound is pressed against it.
 const LAW_WITHIN: f64 = 0.98;
 
 #[cfg(test)]
@@ -168,7 +169,7 @@ mod tests {
         assert_eq!(bounds.excess_s(&line(-0.75, 0.0)), 0.25);
         assert_eq!(bounds.excess_s(&line(0.25, 0.0)), -0.25);
         assert!((bounds.rate_excess(&line(0.0, -0.15)) - 0.05).abs() < 1e-12);
-        // Both ends at more than 98 % of the half second.
+        // Both ends beyond 98 % of the half second.
         let law = |begins_late_s, ends_late_s| Law {
             begins_late_s,
             ends_late_s,

@@ -1,4 +1,4 @@
-//! What is aligned: the scene's frames at any time, and the recording's frames with their times.
+//! The two sides of an alignment: the scene's frames at any time, and the recording's frames with their times.
 
 use crate::frames::types::Pixels;
 use crate::numbers::{count, evenly};
@@ -6,12 +6,12 @@ use grideye_frame::PIXELS;
 use grideye_scene::Simulator;
 use std::time::Duration;
 
-/// Frames of the scene are made this far apart, seconds: a person at 1 m/s moves an eighth of a pixel in it.
+/// Interval of the scene's frames, seconds: a person at 1 m/s moves an eighth of a pixel in it.
 const STEP_S: f64 = 0.05;
-/// Most frames of the scene that are made; of a longer part they stand further apart.
+/// Most frames of the scene; a longer part has a longer interval.
 const SCENE_FRAMES_MAX: usize = 12_000;
 
-/// The scene's noise-free frames at evenly spaced times, less the ambient temperature.
+/// The scene's noise-free frames at even times, less ambient.
 #[derive(Debug, Clone)]
 pub(crate) struct Film {
     pub(crate) first_s: f64,
@@ -22,13 +22,13 @@ pub(crate) struct Film {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Ends {
-    /// People wait where they set off and stay where they arrive: no delay gains by bringing frames beyond.
+    /// People wait at the start and stay at the end, so no delay gains by moving frames beyond the ends.
     Stand,
-    /// Frames from elsewhere say nothing of other times.
+    /// Frames from elsewhere claim nothing outside their times.
     Nothing,
 }
 
-/// Frames of the recording at the scene's times without alignment, each pixel less its mean over all of them.
+/// The recording's frames at unaligned scene times, each pixel less its mean over all of them.
 #[derive(Debug, Clone)]
 pub(crate) struct Sample {
     pub(crate) times_s: Vec<f64>,
@@ -38,11 +38,11 @@ pub(crate) struct Sample {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Fit {
-    /// Correlation of the moving parts over all pixels and frames, -1 to 1.
+    /// Correlation of what moves over all pixels and frames, -1 to 1.
     pub(crate) likeness: f64,
-    /// What the scene's moving part is to be multiplied by to come nearest.
+    /// Factor on the scene's moving part that fits best.
     pub(crate) amplitude: f64,
-    /// Squares that it leaves, °C².
+    /// Sum of squared residuals, °C².
     pub(crate) left_c2: f64,
 }
 
@@ -67,7 +67,7 @@ impl Film {
         Self::evenly(from_s.max(0.0), until_s, Ends::Stand, frame)
     }
 
-    /// Frames at any ascending times, made into evenly spaced ones by the lines between them.
+    /// Resamples frames at ascending times to even intervals, linearly.
     pub(crate) fn of_frames(times_s: &[f64], frames: &[Pixels]) -> Self {
         let first_s = times_s.first().copied().unwrap_or_default();
         let last_s = times_s.last().copied().unwrap_or_default();
@@ -113,7 +113,7 @@ impl Film {
         self.first_s + self.step_s * count(self.frames.len() - 1)
     }
 
-    /// The frame at a time of the scene; beyond its ends that of the end, or `None` where it claims nothing.
+    /// The frame at a scene time; beyond the ends the last frame, or `None` for [`Ends::Nothing`].
     pub(crate) fn at(&self, time_s: f64) -> Option<Pixels> {
         let place = (time_s - self.first_s) / self.step_s;
         let last = self.frames.len() - 1;
@@ -164,7 +164,7 @@ impl Sample {
         }
     }
 
-    /// What the scene itself would have as its recording, at the times of this one.
+    /// What the scene would have recorded at the same times.
     pub(crate) fn of_scene(&self, film: &Film) -> Self {
         let (times_s, frames) = self
             .times_s
@@ -197,12 +197,11 @@ impl Sample {
         }
     }
 
-    /// How well the scene's moving part explains this one; frames where the film claims nothing stay in the denominator.
+    /// How well the scene's moving part explains this sample; frames without a claim still count in the denominator.
     pub(crate) fn fit(&self, film: &Film, scene_s: impl Fn(f64) -> f64) -> Fit {
         self.sums(film, scene_s).fit(self.energy)
     }
 
-    /// What the film shows on the mean at the times of this one.
     pub(crate) fn mean_claim(&self, film: &Film, scene_s: impl Fn(f64) -> f64) -> Pixels {
         let sums = self.sums(film, scene_s);
         sums.claim.map(|sum| sum / count(sums.frames.max(1)))
@@ -259,7 +258,7 @@ impl FitSums {
             product += self.product[pixel] - self.real[pixel] * claim / number;
             square += self.square[pixel] - claim * claim / number;
         }
-        // What is left of squares that cancel is not a movement.
+        // The remainder of squares that cancel is rounding, not motion.
         if square <= 1e-9 * number || energy <= 0.0 {
             return Fit::nothing(energy);
         }
@@ -272,7 +271,7 @@ impl FitSums {
     }
 }
 
-/// The whole part of a number that is not below zero.
+/// The integer part of a number from 0.
 #[expect(
     clippy::as_conversions,
     clippy::cast_possible_truncation,
@@ -302,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn a_film_is_what_it_was_made_of_and_nothing_beyond_its_ends() {
+    fn a_film_returns_its_frames_and_none_beyond_its_ends() {
         let (times_s, frames) = film(10);
         let film = Film::of_frames(&times_s, &frames);
         for (time_s, frame) in times_s.iter().zip(&frames) {
@@ -316,9 +315,9 @@ mod tests {
         assert!((back[24] - frames[80][24]).abs() < 1e-9);
     }
 
-    /// Before and after a walk its people stand, also if the walk is run backwards.
+    /// Before and after a walk its people stand, even when it runs backwards.
     #[test]
-    fn the_people_of_a_scene_stand_where_they_set_off_and_arrived() {
+    fn people_stand_still_before_and_after_the_walk() {
         let (times_s, frames) = film(10);
         let film = Film {
             ends: Ends::Stand,
@@ -339,7 +338,7 @@ mod tests {
         assert_eq!(film.last_s(), 1e6);
     }
 
-    /// Amplitude, offsets of pixels and their noise: the likeness is that of a correlation.
+    /// Amplitude and pixel offsets do not change the likeness: it is a correlation.
     #[test]
     fn the_fit_is_the_correlation_of_what_moves() {
         let (times_s, frames) = film(20);
@@ -358,13 +357,13 @@ mod tests {
         assert_eq!(nothing, Fit::nothing(sample.energy));
     }
 
-    /// What cannot be met is not forgiven.
+    /// Frames without a claim cost their squares.
     #[test]
     fn frames_pushed_out_of_the_scene_cost_their_squares() {
         let (times_s, frames) = film(20);
         let film = Film::of_frames(&times_s, &frames);
         let sample = Sample::new(times_s, frames);
-        // Exact, but for the quarter of the frames that it is not asked about.
+        // Exact except for the quarter of the frames moved out of the film.
         let fit = sample.fit(&film, |time_s| if time_s < 15.0 { time_s } else { -1.0 });
         assert!((0.5..0.95).contains(&fit.likeness), "{fit:?}");
     }

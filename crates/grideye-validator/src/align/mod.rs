@@ -1,4 +1,4 @@
-//! Brings a recording and a scene into step: delay, clock rate, pace; and says how the image lies.
+//! Aligns a recording with a scene in time (delay, clock rate, pace) and in the image (orientation, offset).
 //!
 //! ```text
 //!  recording ─▶ each pixel less its mean ─┐
@@ -6,16 +6,19 @@
 //!  scene ─────▶ frames at any time ───────┘                                                    ─▶ or left as it was
 //! ```
 //!
-//! Alignment could make a wrong scene look right. What keeps it from that:
+//! What keeps alignment from making a wrong scene look right:
 //!
-//! - By default it finds a delay and a clock rate, each within a bound; half a second is a third of a meter of walking.
-//! - The search looks beyond the bounds, and where it is better there, nothing is applied.
-//! - It sees only what moves: each pixel loses its mean over time, so that what stands wrong stays in the scores.
-//! - No delay gains by leaving frames out: beyond the walk's ends people stand, and a film without a scene explains nothing.
-//! - Fifteen decoys (the scene turned, mirrored, run backwards) get the same freedom; no better than the best is not applied.
-//! - A path must earn itself on frames that it was not fitted to, and keeps its pace between a half and one and a half.
+//! - By default it finds a delay and a clock rate within bounds; half a second is a third of a meter of walking.
+//! - The search looks beyond the bounds. If a better fit lies there, nothing is applied.
+//! - Each pixel loses its mean over time, so only motion counts and static errors stay in the scores.
+//! - No delay gains by dropping frames: before and after a walk its people stand, and other films explain nothing
+//!   there.
+//! - Fifteen decoys (the scene turned, mirrored, run backwards) get the same freedom. A fit no better than the best
+//!   decoy is not applied.
+//! - A warp path must improve frames that it was not fitted to, and its pace stays between 0.5 and 1.5.
 //!
-//! On a straight way walked once, a delay and a tilted sensor look alike; the report says so where an offset would do as well.
+//! On a straight path walked once, a delay and a tilted sensor look alike. The report says where an offset would
+//! explain as much.
 
 pub(crate) mod aligner;
 pub(crate) mod clock;

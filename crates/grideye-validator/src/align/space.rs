@@ -1,4 +1,4 @@
-//! How the image lies: its orientation, and its offset in parts of a pixel.
+//! The orientation and subpixel offset of an image.
 
 use crate::align::film::{Film, FitSums, Sample, whole};
 use crate::frames::types::Pixels;
@@ -8,7 +8,7 @@ use crate::numbers::{climb, count};
 use grideye_frame::COLUMNS;
 
 named! {
-    /// How a recorded image lies against the scene's; the words stand behind "the image is".
+    /// Orientation of the recorded image against the scene's; the words complete "the image is".
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
     #[expect(missing_docs, reason = "the names say it")]
     pub enum Orientation {
@@ -24,7 +24,7 @@ named! {
 }
 
 impl Orientation {
-    /// Whether it is a mirror image, which no way of mounting a sensor makes.
+    /// Whether it is a mirror image, which no mounting of a sensor makes.
     #[must_use]
     pub const fn is_mirrored(self) -> bool {
         use Orientation::{Half, QuarterClockwise, QuarterCounterclockwise, Upright};
@@ -34,7 +34,7 @@ impl Orientation {
         )
     }
 
-    /// The one that undoes it.
+    /// The orientation that undoes this one.
     #[must_use]
     pub const fn inverse(self) -> Self {
         match self {
@@ -44,7 +44,7 @@ impl Orientation {
         }
     }
 
-    /// An upright image, 64 values row by row, as it is seen in this orientation.
+    /// An upright image (64 values, row by row) as seen in this orientation.
     #[must_use]
     pub fn apply(self, upright: &[f64; 64]) -> [f64; 64] {
         std::array::from_fn(|index| upright[self.source(index)])
@@ -67,7 +67,7 @@ impl Orientation {
     }
 }
 
-/// An image moved to the right and downwards by parts of a pixel; what comes in over the edge repeats it.
+/// An image moved right and down by parts of a pixel; the edge is repeated.
 pub(crate) fn moved(image: &Pixels, right_px: f64, down_px: f64) -> Pixels {
     let columns = i32::try_from(COLUMNS).unwrap_or(i32::MAX);
     let at = |row: f64, column: f64| {
@@ -102,7 +102,7 @@ impl Pairs {
         sums.fit(self.1).likeness
     }
 
-    /// The offset of the recorded image, pixels right and down, up to `most` each way; the likeness without and with it.
+    /// Best offset of the recorded image, pixels right and down, up to `most` each way; likeness without and with it.
     pub(crate) fn best_offset(&self, most: f64) -> ([f64; 2], [f64; 2]) {
         let without = self.likeness(0.0, 0.0);
         let likeness = |place: &[f64; 2]| self.likeness(place[0], place[1]);
@@ -116,7 +116,7 @@ impl Pairs {
     }
 }
 
-/// Correlation of two still images, each less its own mean; 0 if one has no contrast.
+/// Correlation of two still images; 0 if one has no contrast.
 pub(crate) fn still_likeness(real: &Pixels, claim: &Pixels) -> f64 {
     correlation(real, claim).unwrap_or(0.0)
 }

@@ -1,17 +1,18 @@
-//! The best line of time within the bounds, and the best law of pace: a grid, then downhill from the best of it.
+//! Searches for the best line and the best law of pace within the bounds: a grid, then a compass search from its best
+//! places.
 
 use crate::align::clock::{Bounds, Law, Line};
 use crate::align::film::{Film, Fit, Sample, whole};
 use crate::numbers::{climb, count};
 
-/// Shifts of the grid stand this far apart, seconds: a walker's picture of one moment still resembles that of the next.
+/// Step of the grid's shifts, seconds: a walker's image still resembles that of the next moment.
 const SHIFT_STEP_S: f64 = 0.1;
-/// Rates of the grid part the ends of the recording by this, seconds.
+/// Step of the grid's rates, as seconds between first and last frame.
 const RATE_STEP_S: f64 = 0.3;
-/// Frames that the grid is searched with, if it is small enough.
+/// Frames for the grid search, if the grid is small.
 const GRID_FRAMES: usize = 256;
 const GRID_FRAMES_MIN: usize = 48;
-/// From so many places of the grid on, fewer frames are taken.
+/// From this many places on, the grid search uses fewer frames.
 const GRID_PLACES: usize = 20_000;
 const STARTS: usize = 5;
 const SHIFT_LAST_S: f64 = 0.000_5;
@@ -29,7 +30,7 @@ pub(crate) fn best_line(sample: &Sample, film: &Film, bounds: &Bounds) -> (Line,
     (line, sample.fit(film, |time_s| line.scene_s(time_s)))
 }
 
-/// The same less finely, for films whose exact place in time is not asked for: the likeness alone.
+/// [`best_line`] less finely: only the likeness.
 pub(crate) fn rough_likeness(sample: &Sample, film: &Film, bounds: &Bounds) -> f64 {
     rough_line(sample, film, bounds).0
 }
@@ -44,7 +45,7 @@ fn rough_line(sample: &Sample, film: &Film, bounds: &Bounds) -> (f64, Line) {
 
 struct Grid {
     origin_s: f64,
-    /// Half the recording's length: shift in its middle and rate hardly depend on each other.
+    /// Half the recording's length. The shift at its middle hardly depends on the rate.
     half_s: f64,
     shift_max_s: f64,
     rate_max: f64,
@@ -108,7 +109,7 @@ impl Grid {
         climb(start, (SHIFT_STEP_S, last_s), likeness, neighbors)
     }
 
-    /// Shifted as a whole, or turned about the recording's middle.
+    /// Lines shifted as a whole or turned about the recording's middle.
     fn neighbors(&self, line: Line, step_s: f64) -> impl Iterator<Item = Line> {
         let turn = if self.rate_max > 0.0 && self.half_s > 0.0 {
             step_s / self.half_s
@@ -130,7 +131,7 @@ impl Grid {
     }
 }
 
-/// Standard errors of shift (at the origin) and rate; what is left is taken as independent between frames.
+/// Standard errors of shift (at the origin) and rate, with residuals taken as independent between frames.
 pub(crate) fn standard_errors(
     sample: &Sample,
     film: &Film,
@@ -167,7 +168,7 @@ pub(crate) fn standard_errors(
     ))
 }
 
-/// The best law: begin and end are no further from the scene's than the bounds allow a shift to be.
+/// The best law of pace, its begin and end no further from the scene's than the largest shift.
 pub(crate) fn best_law(sample: &Sample, film: &Film, bounds: &Bounds) -> (Law, Fit) {
     const STEPS: usize = 3;
     const SHAPES: [(f64, f64); 7] = [
@@ -260,7 +261,7 @@ mod tests {
         Grid::new(&sample, &bounds(shift_max_s, rate_max))
     }
 
-    /// Lines about 2 s, by their shifts and rates.
+    /// Compares shifts and rates of lines with their origin at 2 s.
     #[track_caller]
     fn is_near(found: impl Iterator<Item = Line>, expected: &[(f64, f64)]) {
         let found: Vec<Line> = found.collect();
@@ -301,7 +302,7 @@ mod tests {
         is_near(grid(10.0, 0.0, 0.0).lines(), &[(0.0, 0.0)]);
     }
 
-    /// To turn a minute's line by 0.1 s at its ends, the rate changes by 0.1 in 30, and the shift by 0.1 s the other way.
+    /// Turning a minute's line by 0.1 s at its ends changes the rate by 0.1 in 30 and the shift by 0.1 s the other way.
     #[test]
     fn neighbors_are_shifted_or_turned_about_the_middle_within_the_bounds() {
         let turn = 0.1 / 30.0;
@@ -318,7 +319,7 @@ mod tests {
         }
     }
 
-    /// Something warm that crosses the pixels, one a second.
+    /// Something warm that crosses the pixels, one per second.
     fn film(time_s: f64) -> Pixels {
         std::array::from_fn(|pixel| (-(time_s - count(pixel % 16) - 2.0).powi(2)).exp())
     }
@@ -339,7 +340,7 @@ mod tests {
 
     /// Between two places of the grid: found to half a millisecond, roughly to a quarter of a step.
     #[test]
-    fn a_delay_is_found_as_finely_as_is_stated() {
+    fn a_delay_is_found_to_the_stated_precision() {
         let (sample, film) = filmed(0.137);
         let bounds = bounds(0.5, 0.0);
         let (line, fit) = best_line(&sample, &film, &bounds);
@@ -355,7 +356,7 @@ mod tests {
         }
     }
 
-    /// By hand: 64 squares of 2 a frame, 0, 1 and 2 s after the origin: sums 768, 768 and 1,280, determinant 393,216.
+    /// By hand: 64 squares of 2 per frame, 0, 1 and 2 s after the origin: sums 768, 768 and 1,280, determinant 393,216.
     #[test]
     fn standard_errors_are_those_of_a_line_through_three_frames() {
         let film = Film::of_frames(&[0.0, 10.0], &[[0.0; PIXELS], [10.0; PIXELS]]);
@@ -386,7 +387,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ends_are_where_they_are_said_to_be_and_time_runs_on_beyond() {
+    fn a_law_meets_its_ends_and_runs_on_beyond() {
         for law in [law(0.0, 0.0), law(1.0, 0.0), law(-1.0, 0.0), law(0.2, 0.3)] {
             for (time_s, expected) in [(0.5, 0.0), (9.5, 10.0), (0.0, -0.5), (10.5, 11.0)] {
                 assert!((law.scene_s(time_s) - expected).abs() < 1e-12, "{time_s}");
@@ -395,7 +396,7 @@ mod tests {
         }
     }
 
-    /// Minimum jerk (Flash and Hogan 1985): a quarter of the time is 0.103516 of the way; speed is 15/8 half way.
+    /// Minimum jerk (Flash and Hogan 1985): 0.103516 of the way after a quarter of the time; speed 15/8 half way.
     #[test]
     fn ease_is_minimum_jerk_and_lean_goes_first() {
         assert!((law(1.0, 0.0).scene_s(0.5 + 9.0 / 4.0) - 1.035_156_25).abs() < 1e-12);
@@ -404,7 +405,7 @@ mod tests {
         assert!(!law(1.0, 0.4).rises() && !law(0.0, 1.5).rises());
     }
 
-    /// A step of 0.25 is half a second of ends that may be 2 s late.
+    /// A step of 0.25 is half a second where ends may be 2 s late.
     #[test]
     fn neighbors_are_one_step_away_and_within_the_bounds() {
         let of = |law: Law, most_s: f64| -> Vec<[f64; 4]> {

@@ -1,4 +1,4 @@
-//! What may be asked of the alignment, and what it finds.
+//! Alignment options and results.
 
 use crate::align::clock::{Bounds, Law, Warp};
 use crate::align::space::Orientation;
@@ -9,39 +9,39 @@ use serde::Serialize;
 use std::time::Duration;
 
 named! {
-    /// What may be done to the recording's time.
+    /// How the recording's time may be changed.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
     pub enum TimeAlignment {
-        /// Nothing: every frame at its own time.
+        /// Not at all.
         None = "none";
         /// One delay for the whole recording.
         Shift = "shift";
         /// A delay and a constant rate of the clock.
         Rate = "rate";
-        /// These, and a path about them (dynamic time warping in a band).
+        /// These, and a path around them (dynamic time warping in a band).
         Warp = "warp";
-        /// When the walk begins and ends, and how speed is spread over it, in four numbers.
+        /// Begin and end of the walk, and how its speed is spread, in four numbers.
         Law = "law";
     }
 }
 
-/// What may be aligned, and how far.
+/// What to align, and how far.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AlignOptions {
-    /// What may be done to time.
+    /// How time may be changed.
     pub time: TimeAlignment,
-    /// Whether an image that lies otherwise than the scene's is turned; it is reported in any case.
+    /// Whether to turn back an image in another orientation; it is reported in any case.
     pub orientation: bool,
-    /// Whether an offset of up to [`OFFSET_MAX_PX`] is taken out; it is reported in any case.
+    /// Whether to remove an offset of up to [`OFFSET_MAX_PX`]; it is reported in any case.
     pub pose: bool,
-    /// Largest delay, departure of a path or of either end of a walk, up to [`SHIFT_MAX`](super::SHIFT_MAX).
+    /// Largest delay, path departure or shift of either end of a walk, up to [`SHIFT_MAX`](super::SHIFT_MAX).
     pub shift_max: Duration,
-    /// The clock rate is off by at most this share either way, 0 to [`RATE_MAX`](super::RATE_MAX).
+    /// Largest clock rate error either way, as a share, 0 to [`RATE_MAX`](super::RATE_MAX).
     pub rate_max: f64,
 }
 
 impl Default for AlignOptions {
-    /// Delay up to half a second and rate up to 6 %; nothing is turned or moved.
+    /// A delay of up to half a second and a rate error of up to 6 %; orientation and offset are not corrected.
     fn default() -> Self {
         Self {
             time: TimeAlignment::Rate,
@@ -53,88 +53,88 @@ impl Default for AlignOptions {
     }
 }
 
-/// The largest offset of the image that is taken out, pixels each way; a larger one is another pose, not its error.
+/// Largest image offset that is corrected, pixels each way. A larger one is a different pose, not an error of it.
 pub const OFFSET_MAX_PX: f64 = 0.5;
-/// What was found out about how recording and scene lie to each other, and what of it was applied.
+/// What alignment found and what it applied.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Alignment {
-    /// What was left out, by reason.
+    /// Frames left out, by reason.
     pub left_out: Vec<LeftOutCount>,
-    /// Range of the slow drift that was taken out of all pixels alike, °C.
+    /// Range of the slow common drift removed from all pixels, °C.
     pub drift_c: f64,
-    /// Time, if something moves and it was asked for.
+    /// `None` if not requested or nothing moves.
     pub time: Option<TimeFound>,
-    /// How the image lies, if the recording can tell.
+    /// `None` if the recording cannot tell.
     pub orientation: Option<OrientationFound>,
-    /// Offset of the image, if the recording can tell.
+    /// `None` if the recording cannot tell.
     pub offset: Option<OffsetFound>,
 }
 
-/// What was found out about time.
+/// The alignment in time.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct TimeFound {
     pub asked: TimeAlignment,
-    /// The scene's time less the recording's at its first frame, seconds: above zero, the recording is late.
+    /// Scene time less recording time at the first frame, seconds; above zero the recording is late.
     pub shift_s: f64,
-    /// Its standard error, seconds, if the scene's changes tell it.
+    /// Standard error of the shift, seconds; `None` if too little changes in the scene.
     pub shift_error_s: Option<f64>,
-    /// Seconds of the scene in one of the recording, less 1. 0 where it could not be told from 0.
+    /// Scene seconds per recording second, less 1; 0 if not distinguishable from 0.
     pub rate: f64,
     pub rate_error: Option<f64>,
-    /// Likeness of what moves without alignment: correlation over all pixels and frames, -1 to 1.
+    /// Likeness before alignment: correlation of what moves over all pixels and frames, -1 to 1.
     pub likeness_before: f64,
     pub likeness: f64,
-    /// The best that decoys reach when they are aligned alike; `None` if every decoy is the scene itself.
+    /// Best likeness of the decoys, aligned the same way; `None` if every decoy equals the scene.
     pub chance: Option<f64>,
     pub decoys: usize,
-    /// Whether the alignment was applied: it is better than chance, and none beyond the bounds is better.
+    /// Whether it was applied: it beats chance, and nothing beyond the bounds is better.
     pub applied: bool,
-    /// Whether a better one lies beyond the bounds; then none is applied.
+    /// Whether a better fit lies beyond the bounds; then nothing is applied.
     pub at_bound: bool,
-    /// An offset of the image, pixels right and down, that would explain the recording as well as the delay does.
+    /// Image offset, pixels right and down, that would explain the recording as well as the delay does.
     pub rival_offset_px: Option<[f64; 2]>,
-    /// The path, if it was asked for and earned.
+    /// The path, if requested and better than a line.
     pub warp: Option<Warp>,
     pub law: Option<Law>,
 }
 
-/// How the image lies.
+/// The orientation of the image.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct OrientationFound {
     #[serde(rename = "found")]
     pub orientation: Orientation,
-    /// Its likeness, -1 to 1.
+    /// Likeness in this orientation, -1 to 1.
     pub likeness: f64,
-    /// That of the image as it is.
+    /// Likeness of the image as recorded.
     #[serde(rename = "likeness_upright")]
     pub upright: f64,
     pub applied: bool,
 }
 
-/// Where the image lies.
+/// The offset of the image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OffsetFound {
-    /// Pixels that the recorded image lies to the right and below of the scene's.
+    /// Offset of the recorded image from the scene's, pixels right and down.
     pub right_down_px: [f64; 2],
-    /// Likeness without taking it out, and with.
+    /// Likeness without and with the correction.
     pub likeness: [f64; 2],
-    /// Whether it was taken out.
+    /// Whether the offset was removed.
     pub applied: bool,
 }
 
 impl OffsetFound {
-    /// Whether it is more than [`OFFSET_MAX_PX`] either way.
+    /// Whether the offset exceeds [`OFFSET_MAX_PX`] either way.
     #[must_use]
     pub fn is_another_pose(&self) -> bool {
         self.right_down_px.iter().any(|px| px.abs() > OFFSET_MAX_PX)
     }
 }
 
-/// Largest bound of the delay.
+/// Largest `shift_max`.
 pub const SHIFT_MAX: Duration = Duration::from_secs(60);
-/// Largest bound of the clock rate, as a share.
+/// Largest `rate_max`.
 pub const RATE_MAX: f64 = 0.2;
 
 impl AlignOptions {

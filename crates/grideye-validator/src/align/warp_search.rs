@@ -1,7 +1,7 @@
 //! Uneven walking: dynamic time warping in a band (Sakoe and Chiba, IEEE Trans. ASSP 26:43, 1978).
 //!
-//! The path keeps to the band, its pace between a half and one and a half of the line's, and a change of pace costs what a
-//! random walk would: it cannot stand still, run backwards, or pick the moment whose noise suits it.
+//! The pace stays between 0.5 and 1.5 of the line's, and a change of pace costs what a random walk would. So the path
+//! cannot stand still, run backwards or pick frames that suit it.
 
 use crate::align::clock::{Line, Warp};
 use crate::align::film::{Film, Fit, Sample, whole};
@@ -9,14 +9,14 @@ use crate::frames::types::Pixels;
 use crate::numbers::{count, windowed_mean};
 use grideye_frame::PIXELS;
 
-/// Frames that a path is sought through; of more, these are chosen evenly.
+/// Frames used for the search; more are thinned evenly.
 const FRAMES: usize = 600;
-/// Frames nearer to each other than this are thinned, seconds: pace needs some time to show.
+/// Frames closer than this are thinned, seconds: a change of pace takes time to show.
 const FRAME_STEP_S: f64 = 0.1;
 const LEVELS_MAX: usize = 161;
-/// The path departs from the line by at most this many seconds a second.
+/// Largest departure from the line gained per second, seconds.
 const PACE_MAX: f64 = 0.5;
-/// Standard deviation of the departure that a second of walking builds up, seconds.
+/// Standard deviation of the departure after one second of walking, seconds.
 const WANDER_S: f64 = 0.3;
 /// The path is averaged over this, seconds.
 const SMOOTH_S: f64 = 0.6;
@@ -43,7 +43,7 @@ pub(crate) fn best_warp(sample: &Sample, film: &Film, line: Line, fit: &Fit, ban
     }
 }
 
-/// Half the squares, in units of the noise, that each frame leaves at each departure.
+/// For each frame and departure, half the squared residual in units of the noise.
 fn costs(sample: &Sample, film: &Film, line: Line, fit: &Fit, levels: &[f64]) -> Vec<Vec<f64>> {
     let mean = sample.mean_claim(film, |time_s| line.scene_s(time_s));
     let variance = (fit.left_c2 / count(sample.frames.len() * PIXELS)).max(1e-4);
@@ -71,7 +71,7 @@ fn costs(sample: &Sample, film: &Film, line: Line, fit: &Fit, levels: &[f64]) ->
         .collect()
 }
 
-/// The cheapest way through the table, a level for each row.
+/// The cheapest path through the table, one level per row.
 fn cheapest(costs: &[Vec<f64>], times_s: &[f64], levels: &[f64]) -> Vec<usize> {
     let Some(first) = costs.first() else {
         return Vec::new();
@@ -172,15 +172,15 @@ mod tests {
     }
 
     #[test]
-    fn smoothing_is_the_mean_of_what_is_near() {
+    fn smoothing_is_the_mean_of_the_near_knots() {
         let knots = (0..10_u32).map(|index| (f64::from(index) * 0.2, f64::from(index % 2)));
         let smooth = windowed_mean(&knots.collect::<Vec<_>>(), SMOOTH_S);
-        // Three knots within 0.3 s either way inside, two at the ends.
+        // Three knots lie within 0.3 s either way in the middle, two at the ends.
         assert!((smooth[4].1 - 1.0 / 3.0 * 2.0).abs() < 1e-12, "{smooth:?}");
         assert!((smooth[0].1 - 0.5).abs() < 1e-12);
     }
 
-    /// A pixel that is warm by a hump of a second and a half, and two seconds of nothing at either end.
+    /// A pixel warm for about a second and a half, with two seconds of nothing at either end.
     fn hump(time_s: f64) -> Pixels {
         let mut frame = [0.0; PIXELS];
         frame[27] = 4.0 * (-((time_s - 3.0) / 0.75).powi(2)).exp();
@@ -199,9 +199,9 @@ mod tests {
 
     const STRAIGHT: Line = Line::new(0.0, 0.0, 0.0);
 
-    /// What is recorded as the scene has it leaves nothing where it is not moved, whatever the mean of the scene.
+    /// A recording equal to the scene leaves no residual where it is not moved.
     #[test]
-    fn a_walk_that_is_the_scene_costs_nothing_at_its_own_time() {
+    fn a_walk_equal_to_the_scene_costs_nothing_at_its_own_time() {
         let (film, sample) = film_and_walk(0.0);
         let fit = sample.fit(&film, |time_s| time_s);
         for (row, costs) in costs(&sample, &film, STRAIGHT, &fit, &[-0.3, 0.0, 0.3])
@@ -212,9 +212,9 @@ mod tests {
         }
     }
 
-    /// Seen 0.2 s late, the hump is where the scene had it 0.2 s before.
+    /// Seen 0.2 s late, the hump is where the scene had it 0.2 s earlier.
     #[test]
-    fn a_walk_that_is_late_all_along_departs_by_as_much() {
+    fn a_late_walk_departs_by_its_delay() {
         let (film, sample) = film_and_walk(0.2);
         let fit = sample.fit(&film, |time_s| time_s - 0.2);
         let warp = best_warp(&sample, &film, STRAIGHT, &fit, 0.5);

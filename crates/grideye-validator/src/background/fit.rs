@@ -1,4 +1,4 @@
-//! Stretches of a recording, and how well a profile explains the empty room that they show.
+//! Stretches of a recording, and how well a profile explains the empty room in them.
 
 use crate::frames::sensor_step_c;
 use crate::numbers::{common_offset, count};
@@ -7,14 +7,14 @@ use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
 
-/// What is left of the empty stretches when the room is explained: RMS over the pixels, their common level taken out, °C.
+/// Residuals of the empty stretches: RMS over the pixels, common level removed, °C.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BackgroundFit {
-    /// Less the scene without its people, with the pattern of the profile.
+    /// Against the scene without its people plus the profile's pattern.
     pub profile_c: f64,
-    /// Each half of the frames less the mean of the other.
+    /// Each half of the frames against the mean of the other half.
     pub own_c: f64,
-    /// The stretches, in time since the recording's first frame.
+    /// The stretches, since the recording's first frame.
     pub stretches: Vec<Stretch>,
 }
 
@@ -31,7 +31,7 @@ impl BackgroundFit {
         }
     }
 
-    /// Whether the profile leaves more than the recording's own stretches do, rounding to the sensor's step aside.
+    /// Whether the profile leaves more than the recording's own stretches do, beyond rounding to the sensor's step.
     #[must_use]
     pub fn is_worse(&self) -> bool {
         self.profile_c.powi(2) > self.own_c.powi(2) + sensor_step_c().powi(2) / 12.0
@@ -40,7 +40,7 @@ impl BackgroundFit {
     pub(crate) fn warning(&self) -> Option<String> {
         let stretches: Vec<String> = self.stretches.iter().map(ToString::to_string).collect();
         self.is_worse().then(|| format!(
-            "the profile leaves {} °C rms of the background unexplained, the recording's own empty stretches ({}) leave {} °C\nhint: leave out --profile, and the background is learned from those stretches; or make the profile in this room, with `grideye characterize RECORDING --empty auto --scene SCENE --profile FILE`",
+            "the profile leaves {} °C rms of the background unexplained, the recording's own empty stretches ({}) leave {} °C\nhint: leave out --profile, so that the background is learned from those stretches; or make the profile in this room with `grideye characterize RECORDING --empty auto --scene SCENE --profile FILE`",
             fixed(self.profile_c, 2),
             stretches.join(", "),
             fixed(self.own_c, 2)
@@ -60,7 +60,7 @@ fn left_c(pairs: [(&[f64], &[f64]); 2]) -> f64 {
     (squares / count(pixels)).sqrt()
 }
 
-/// A part of a recording, in time since its first frame.
+/// A part of a recording, since its first frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Stretch {
@@ -69,7 +69,7 @@ pub struct Stretch {
 }
 
 impl Stretch {
-    /// Whether a moment lies in it.
+    /// Whether the stretch includes this time.
     #[must_use]
     pub fn holds(&self, time: Duration) -> bool {
         (self.from..=self.to).contains(&time)
@@ -90,7 +90,7 @@ impl fmt::Display for Stretch {
 impl FromStr for Stretch {
     type Err = String;
 
-    /// `12s..40s`, or without the units.
+    /// Parses `12s..40s`; the units may be left out.
     fn from_str(text: &str) -> Result<Self, String> {
         let seconds = |text: &str| -> Option<Duration> {
             let number = text.trim().trim_end_matches('s').parse().ok()?;
@@ -103,10 +103,10 @@ impl FromStr for Stretch {
     }
 }
 
-/// Where nobody is.
+/// Where the room is empty.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Empty {
-    /// To be found.
+    /// Unknown: search for it.
     Find,
     /// In this stretch.
     Named(Stretch),
@@ -116,9 +116,9 @@ pub enum Empty {
 mod tests {
     use super::*;
 
-    /// By hand: one of eight pixels is 0.4 °C off the profile, and 0.2 °C off the other half; levels count for nothing.
+    /// By hand: one of eight pixels is 0.4 °C off the profile and 0.2 °C off the other half; levels do not count.
     #[test]
-    fn what_is_left_is_the_root_of_the_mean_square() {
+    fn the_residual_is_a_root_mean_square() {
         let first = [20.4, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0];
         let second = [21.4, 21.2, 21.0, 21.0, 21.0, 21.0, 21.0, 21.0];
         let fit = BackgroundFit::new([&first, &second], &[17.0; 8], Vec::new());

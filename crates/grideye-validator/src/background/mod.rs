@@ -1,12 +1,13 @@
-//! What each pixel shows of an empty room, learned from the stretches of a recording in which nobody is there.
+//! Learns what each pixel shows of the empty room, from stretches of a recording without people.
 //!
-//! It is kept in the profile's `fixed_pattern.offset_c`, above the scene's empty room: what simulator, emulator and comparison
-//! add to a simulated empty room must give the background.
+//! The result becomes the profile's `fixed_pattern.offset_c`: simulator, emulator and comparison add it to the scene's
+//! empty room to get this background.
 //!
 //! # How empty stretches are found
-//! Means over ten frames, less their middle pixel. Each pixel's level is the coldest narrow cluster of its means, as people are
-//! warmer than the room. A mean shows somebody if any two by two pixels are warmer beyond noise. Five means in a row without
-//! anybody are a stretch, without its first and last; levels are then taken from the stretches, and the search is done again.
+//! The search uses means over ten frames, less their median pixel. A pixel's level is the coldest narrow cluster of its
+//! means, because people are warmer than the room. A mean shows a person if any 2 x 2 pixels are warmer beyond noise.
+//! Five means in a row without a person are a stretch, less its first and last. Levels are then taken from the
+//! stretches and the search repeats.
 
 pub(crate) mod fit;
 pub(crate) mod search;

@@ -1,4 +1,4 @@
-//! The search for empty stretches, and the background that they show.
+//! The search for empty stretches, and the background in them.
 
 use crate::background::fit::{Empty, Stretch};
 use crate::characterize::Characterization;
@@ -9,42 +9,42 @@ use grideye_recording::Record;
 use grideye_scene::profile::Profile;
 use std::time::Duration;
 
-/// Frames of one mean: a second at full rate.
+/// Frames per mean: a second at full rate.
 const BLOCK_FRAMES: usize = 10;
-/// A longer time between two frames ends a mean.
+/// A longer interval between two frames ends a mean.
 const GAP: Duration = Duration::from_secs(1);
-/// Means in a row that make a stretch, with the two at its ends.
+/// Means in a row that make a stretch, including its two ends.
 const STRETCH_BLOCKS: usize = 5;
-/// A level is the mean of the narrowest cluster of this share of the means.
+/// A cluster has one in this many of the means.
 const CLUSTER: usize = 8;
-/// The coldest cluster up to so many times as wide as the narrowest is taken: few means spread wider.
+/// The coldest cluster up to this many times as wide as the narrowest wins, because few means spread wider.
 const WIDTH_SLACK: f64 = 4.0;
-/// So many standard deviations of two by two pixels are somebody: by chance in one mean of 600.
+/// Sigmas of 2 x 2 pixels that count as a person: chance makes them in one mean of 600.
 const SOMEBODY: f64 = 4.0;
-/// How often levels are taken from the stretches that were found with the levels before.
+/// How often stretches are found again with levels from the stretches before.
 const ROUNDS: usize = 3;
 
-/// What the pixels show of the empty room.
+/// What each pixel shows of the empty room.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Background {
-    /// °C, the mean over all frames of the stretches.
+    /// Mean over all frames of the stretches, °C.
     pub celsius: [f64; PIXELS],
     pub stretches: Vec<Stretch>,
     pub frames: usize,
 }
 
-/// Why there is no background.
+/// Why no background was found.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what each is")]
 pub enum BackgroundError {
     #[error(
-        "no empty stretch of five seconds was found\nhint: name one, as in --empty 12s..40s; say --empty yes if nobody is there at all; or record the empty room"
+        "no empty stretch of five seconds was found\nhint: name one, as in --empty 12s..40s; pass --empty yes if the whole recording is empty; or record the empty room"
     )]
     NoneFound,
-    #[error("{frames} frames between {from:.1} s and {to:.1} s, expected at least {BLOCK_FRAMES}\nhint: seconds count from the recording's first frame; it takes {length:.1} s", from = stretch.from.as_secs_f64(), to = stretch.to.as_secs_f64(), length = length.as_secs_f64())]
+    #[error("{frames} frames between {from:.1} s and {to:.1} s, expected at least {BLOCK_FRAMES}\nhint: seconds count from the recording's first frame; the recording is {length:.1} s long", from = stretch.from.as_secs_f64(), to = stretch.to.as_secs_f64(), length = length.as_secs_f64())]
     TooFewFrames {
         stretch: Stretch,
         frames: usize,
@@ -52,7 +52,7 @@ pub enum BackgroundError {
     },
 }
 
-/// Learns the background from one stream's records.
+/// Learns the background from the records of one stream.
 ///
 /// # Errors
 /// [`BackgroundError`].
@@ -92,7 +92,7 @@ pub fn background(records: &[Record], empty: &Empty) -> Result<Background, Backg
 }
 
 impl Background {
-    /// The whole of a recording in which nobody is; `None` without a hundred frames in a row.
+    /// The background of a recording that is empty throughout; `None` without a hundred frames in a row.
     #[must_use]
     pub fn whole(found: &Characterization) -> Option<Self> {
         let whole = Stretch {
@@ -106,7 +106,8 @@ impl Background {
         })
     }
 
-    /// Puts the background into a profile's pattern, above `empty_room` (64 values, °C), else above the middle pixel; to 0.0001 °C.
+    /// Writes the background into a profile's pattern, above `empty_room` (64 values, °C) or else the median pixel, to
+    /// 0.0001 °C.
     pub fn put_into(&self, profile: &mut Profile, empty_room: Option<&[f64]>) {
         let middle = median(&self.celsius).unwrap_or_default();
         for (pixel, offset) in profile.fixed_pattern.offset_c.iter_mut().enumerate() {
@@ -137,7 +138,7 @@ struct Block {
     from: Duration,
     to: Duration,
     relative: Pixels,
-    /// Whether the one before ends where this begins.
+    /// Whether it directly follows the block before.
     follows: bool,
 }
 
@@ -203,7 +204,7 @@ fn empty_blocks(blocks: &[Block], levels: &Pixels) -> Vec<usize> {
         })
         .collect();
     let squares: Vec<Vec<f64>> = above.iter().map(two_by_two).collect();
-    // From the middle of all squares, most of which show the room: 1.4826 of the median is a Gaussian's sigma.
+    // The median over all squares, most of which show the room; 1.4826 times it is a Gaussian's sigma.
     let sizes: Vec<f64> = squares
         .iter()
         .flatten()
@@ -222,7 +223,7 @@ fn empty_blocks(blocks: &[Block], levels: &Pixels) -> Vec<usize> {
         .collect()
 }
 
-/// The mean of the coldest cluster among the narrow ones.
+/// Mean of the coldest cluster among the narrow ones.
 fn coldest_cluster(mut values: Vec<f64>) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     let size = (values.len() / CLUSTER).max(3).min(values.len());

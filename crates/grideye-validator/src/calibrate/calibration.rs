@@ -1,4 +1,4 @@
-//! From a scene with unknowns and a recording to their values, for people, for programs, and as a scene file.
+//! Calibrates a scene: values and warnings as text, as JSON, and as a scene file.
 
 use crate::calibrate::frames::Frames;
 use crate::calibrate::linear::dot;
@@ -17,11 +17,11 @@ use grideye_scene::{Files, Scene};
 use serde_json::json;
 use std::time::Duration;
 
-/// Estimates that go together more than this are named.
+/// A stronger correlation between two estimates is a warning.
 const CORRELATION_TOLD: f64 = 0.95;
-/// A uniform distribution between the bounds has this share of their distance as its standard deviation.
+/// Standard deviation of a uniform distribution, as a share of its width.
 const UNIFORM_SD: f64 = 0.288_675;
-/// Beginning of the remarks in a scene; those of an earlier calibration are replaced.
+/// Start of the comments in a scene; those of an earlier calibration are replaced.
 const REMARK: &str = "# found: ";
 
 fn gathered(
@@ -93,7 +93,7 @@ fn found(fits: &[Fit], model: &Model<'_>, fine: &FineSearch) -> Vec<Estimate> {
     found
 }
 
-/// The noise of the scene's sensor is what is left over, before the sensor rounded it.
+/// Takes the sensor's noise from the residuals, less the sensor's rounding.
 fn put_noise(found: &mut [Estimate], sensor: &str, white: f64, frames: usize) {
     let key = noise_key(sensor);
     let Some(found) = found.iter_mut().find(|found| found.key == key) else {
@@ -101,7 +101,7 @@ fn put_noise(found: &mut [Estimate], sensor: &str, white: f64, frames: usize) {
     };
     let freedom = count(PIXELS - 1) * (count(frames) - 1.0);
     let sigma = (white - STEP_VARIANCE).max(0.0).sqrt();
-    // Of a variance with so many degrees of freedom, by the derivative of its root.
+    // Uncertainty of a variance with these degrees of freedom, propagated to its root.
     let uncertainty = white * (2.0 / freedom).sqrt() / (2.0 * sigma.max(1e-3));
     found.at_bound = !(found.bounds[0]..=found.bounds[1]).contains(&sigma);
     let within = sigma.clamp(found.bounds[0], found.bounds[1]);
@@ -113,12 +113,12 @@ fn put_noise(found: &mut [Estimate], sensor: &str, white: f64, frames: usize) {
     }
 }
 
-/// To a hundredth of its uncertainty, or of a millionth of the way between the bounds.
+/// Rounds to a hundredth of the uncertainty, or else to a millionth of the range between the bounds.
 fn rounded(value: f64, uncertainty: Option<f64>, bounds: [f64; 2]) -> f64 {
     let hundredth = uncertainty.filter(|own| *own > 0.0).map(|own| own * 0.01);
     let finest = hundredth.unwrap_or((bounds[1] - bounds[0]) * 1e-6);
     let step = 10.0_f64.powf(finest.log10().floor());
-    // Dividing by a power of ten from above gives the nearest decimal; multiplying by one from below does not.
+    // Dividing by a power of ten above 1 gives the nearest decimal; multiplying by one below 1 does not.
     let per_step = (1.0 / step).round();
     let near = if per_step >= 1.0 {
         (value * per_step).round() / per_step
@@ -157,13 +157,13 @@ fn warnings(
     };
     if !known.tangled.is_empty() {
         warnings.push(format!(
-            "{} cannot be told apart: many values of them make the same pictures\nhint: measure one of them, write it into the scene and remove its [[fit]]",
+            "{} cannot be told apart: many of their values make the same frames\nhint: measure one, write it into the scene and remove its [[fit]]",
             keys(&known.tangled)
         ));
     }
     for &place in &known.idle {
         warnings.push(format!(
-            "{} changes nothing in the pictures, and keeps its value\nhint: is it in the sensor's view, and for this sensor?",
+            "{} has no effect on the frames and keeps its value\nhint: check that it is in view of this sensor",
             keys(&[place])
         ));
     }
@@ -173,7 +173,7 @@ fn warnings(
                 let (one, other) = (&found[column].key, &found[row].key);
                 let value = fixed(*value, 3);
                 warnings.push(format!(
-                    "`{one}` and `{other}` can hardly be told apart (correlation {value}): an error in one is hidden by the other\nhint: measure one of them, write it into the scene and remove its [[fit]]"
+                    "`{one}` and `{other}` can hardly be told apart (correlation {value}): an error in one hides in the other\nhint: measure one, write it into the scene and remove its [[fit]]"
                 ));
             }
         }
@@ -183,24 +183,24 @@ fn warnings(
         let widest = UNIFORM_SD * (found.bounds[1] - found.bounds[0]);
         if found.at_bound {
             warnings.push(format!(
-                "`{key}` lies at a bound, {value}: it has no uncertainty, and those of the others hold only if the bound is right\nhint: widen the bounds if they allow it; else the scene lacks something"
+                "`{key}` lies at a bound, {value}: it has no uncertainty, and the other uncertainties hold only if the bound is right\nhint: widen the bounds if you can; otherwise the scene lacks something"
             ));
         } else if found.uncertainty.is_some_and(|own| own > widest) {
             warnings.push(format!(
-                "the recording says less of `{key}` than its bounds do\nhint: leave it out, or record what shows it"
+                "the recording determines `{key}` less well than its bounds do\nhint: remove its [[fit]], or record something that shows it"
             ));
         }
     }
     if known.widened.iter().any(|widened| *widened > 1.0) {
         let most = known.widened.iter().copied().fold(1.0, f64::max).sqrt();
         warnings.push(format!(
-            "what is left over repeats itself from frame to frame: something moves otherwise than in the scene; uncertainties were widened up to {} times\nhint: look at the trajectory, the shapes, and recording.start_s",
+            "the residuals repeat from frame to frame, so something moves differently than in the scene; uncertainties were widened up to {} times\nhint: check the trajectory, the shapes and recording.start_s",
             fixed(most, 1)
         ));
     }
     if starts[1] * 4 < starts[0] {
         warnings.push(format!(
-            "only {} of {} starts came to the best end: there may be a better one\nhint: narrow the bounds or raise --starts",
+            "only {} of {} starts reached the best end: there may be a better one\nhint: narrow the bounds or raise --starts",
             starts[1], starts[0]
         ));
     }
@@ -224,7 +224,7 @@ fn scene(text: &str, fits: &[Fit], found: &[Estimate]) -> String {
     text
 }
 
-/// The line before a place if it is a remark, else nothing at that place.
+/// The line before `at` if it is a comment of an earlier calibration, else nothing.
 fn earlier_remark(text: &str, at: usize) -> std::ops::Range<usize> {
     let before = text[..at].trim_end_matches('\n');
     let start = before.rfind('\n').map_or(0, |newline| newline + 1);
@@ -237,7 +237,8 @@ impl Estimate {
     #[must_use]
     pub fn told(&self) -> String {
         let (Some(uncertainty), Some(half)) = (self.uncertainty, self.half_width_95) else {
-            let why = ["not told by the recording", "at its bound"][usize::from(self.at_bound)];
+            let why =
+                ["not determined by the recording", "at its bound"][usize::from(self.at_bound)];
             return format!("{} ({why})", self.value);
         };
         let digits = digits(uncertainty);
@@ -250,14 +251,14 @@ impl Estimate {
     }
 }
 
-/// Digits behind the point that show two of an uncertainty's.
+/// Decimals that show two digits of an uncertainty.
 fn digits(uncertainty: f64) -> usize {
     let place = 1.0 - uncertainty.max(1e-9).log10().floor();
     (0..10).find(|digits| count(*digits) >= place).unwrap_or(10)
 }
 
 impl Calibration {
-    /// The unknowns as a table, what is left over, and the warnings.
+    /// A table of the unknowns, the residuals and the warnings.
     #[must_use]
     pub fn text(&self) -> String {
         let keys = self.found.iter().map(|found| found.key.chars().count());
@@ -270,21 +271,21 @@ impl Calibration {
         let (frames, read, left_out) = (self.frames, self.frames_read, self.frames_left_out);
         let [before, after] = self.rmse_c.map(|rmse_c| fixed(rmse_c, 3));
         text.push_str(&format!(
-            "\n{frames} of {read} frames; {left_out} left out as torn or repeated\nleft over: {before} °C as the scene stood, {after} with what was found\n"
+            "\n{frames} of {read} frames; {left_out} left out as torn or repeated\nresidual: {before} °C with the scene as written, {after} with the values found\n"
         ));
         let parts = [self.noise_sigma_c, self.pattern_sd_c, self.common_sd_c];
         let [noise, pattern, common] = parts.map(|part_c| fixed(part_c, 3));
         text.push_str(&format!(
-            "of that: noise {noise} °C a pixel, pattern {pattern} °C from pixel to pixel, common mode {common} °C\n"
+            "of which noise {noise} °C per pixel, pattern {pattern} °C between pixels, common mode {common} °C\n"
         ));
-        text.push_str("not in the uncertainties: the accuracy of the whole sensor, typ. ±2.5 °C, and drift slower than the recording\n");
+        text.push_str("not in the uncertainties: the sensor's overall accuracy, typ. ±2.5 °C, and drift slower than the recording\n");
         for warning in &self.warnings {
             text.push_str(&format!("warning: {warning}\n"));
         }
         text
     }
 
-    /// The same as one JSON object, in the keys' own units; what could not be told is null.
+    /// The result as one JSON object, in the keys' own units; null where unknown.
     #[must_use]
     pub fn to_json(&self) -> String {
         let document = json!({
@@ -310,9 +311,9 @@ impl Calibration {
     }
 }
 
-/// Finds the unknowns that a scene marks, from the whole frames in its time; they count from `recording.start_s` on.
+/// Finds the unknowns that a scene marks, from the whole frames during the scene; times count from `recording.start_s`.
 ///
-/// `tell` is told after every step of the search how far it has come.
+/// `tell` receives the progress after each step of the search.
 ///
 /// # Errors
 /// [`CalibrateError`].

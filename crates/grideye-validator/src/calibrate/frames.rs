@@ -1,4 +1,4 @@
-//! The frames that a calibration looks at.
+//! The frames that a calibration uses.
 
 use crate::calibrate::types::{CalibrateError, FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Options};
 use crate::frames::faults::{FaultFinder, Standing};
@@ -12,15 +12,15 @@ use std::time::Duration;
 pub(crate) struct Frames {
     /// Since the recording's first frame.
     pub(crate) times: Vec<Duration>,
-    /// °C, frame by frame, less the pattern of the profile if there is one.
+    /// °C, frame by frame, less the profile's pattern if there is one.
     pub(crate) celsius: Vec<f64>,
-    /// Frames that were read, and that are torn or say nothing new.
+    /// Frames read, and how many were left out as torn or repeated.
     pub(crate) read: usize,
     pub(crate) left_out: usize,
 }
 
 impl Frames {
-    /// Those that were read whole and lie before `end` (none: all), as many as are asked for, evenly chosen.
+    /// Whole frames up to `end` (`None`: all), thinned evenly to the number requested.
     pub(crate) fn of(
         records: &[Record],
         end: Option<Duration>,
@@ -36,7 +36,7 @@ impl Frames {
         }
         let [all, whole] = read(records)?;
         let read = all.len();
-        // Without noise every frame looks like a part of the one before.
+        // A sensor without noise makes every frame look torn or repeated.
         let mut frames = if 2 * whole.len() > read { whole } else { all };
         let left_out = read - frames.len();
         frames.retain(|(time, _)| end.is_none_or(|end| *time <= end));
@@ -93,7 +93,7 @@ impl Frames {
 
 type Timed = (Duration, [f64; PIXELS]);
 
-/// All frames, since the first of them, their glitches mended; and those that are neither torn nor repeated.
+/// All frames since the first, with glitches mended; then only those neither torn nor repeated.
 fn read(records: &[Record]) -> Result<[Vec<Timed>; 2], CalibrateError> {
     let (mut all, mut whole) = (Vec::new(), Vec::new());
     let (mut finder, mut before) = (FaultFinder::default(), None);
@@ -132,7 +132,7 @@ mod tests {
         (0..frames).map(record).collect()
     }
 
-    /// The frames that were taken, by their times and by their pixels.
+    /// Checks that times and pixels are of the same frames, and returns their numbers.
     fn taken(frames: &Frames) -> Vec<u128> {
         let by_time = frames.times.iter().map(|time| time.as_millis() / 100);
         let by_time: Vec<u128> = by_time.collect();

@@ -1,4 +1,4 @@
-//! Small dense linear algebra: matrices as rows, all symmetric.
+//! Small dense linear algebra: symmetric matrices as rows.
 
 pub(crate) type Matrix = Vec<Vec<f64>>;
 
@@ -6,7 +6,7 @@ pub(crate) fn zeros(size: usize) -> Matrix {
     vec![vec![0.0; size]; size]
 }
 
-/// The lower triangle whose product with its own transpose is the matrix; `None` if that is not positive definite.
+/// Cholesky factor (lower triangle); `None` if the matrix is not positive definite.
 pub(crate) fn cholesky(matrix: &Matrix) -> Option<Matrix> {
     let size = matrix.len();
     let mut lower = zeros(size);
@@ -40,7 +40,7 @@ pub(crate) fn forward(lower: &Matrix, values: &mut [f64]) {
     }
 }
 
-/// Solves `matrix · x = values` from the matrix' lower triangle.
+/// Solves `matrix · x = values` from the Cholesky factor.
 pub(crate) fn solve(lower: &Matrix, values: &[f64]) -> Vec<f64> {
     let mut x = values.to_vec();
     forward(lower, &mut x);
@@ -75,7 +75,7 @@ pub(crate) fn product(left: &Matrix, right: &Matrix) -> Matrix {
     product
 }
 
-/// Eigenvalues, each with its eigenvector of length 1, by Jacobi's rotations.
+/// Eigenvalues with unit eigenvectors, by Jacobi rotations.
 pub(crate) fn eigen(matrix: &Matrix) -> Vec<(f64, Vec<f64>)> {
     let size = matrix.len();
     let mut a = matrix.clone();
@@ -107,7 +107,7 @@ pub(crate) fn eigen(matrix: &Matrix) -> Vec<(f64, Vec<f64>)> {
         .collect()
 }
 
-/// Sixteen unknowns need some six sweeps; convergence is quadratic.
+/// Sixteen unknowns need about six sweeps; convergence is quadratic.
 const SWEEPS_MAX: usize = 50;
 
 fn rotate(a: &mut Matrix, vectors: &mut Matrix, p: usize, q: usize) {
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn eigenvectors_are_what_the_matrix_only_stretches() {
+    fn the_matrix_only_scales_its_eigenvectors() {
         let pairs = eigen(&matrix());
         assert!((pairs.iter().map(|(value, _)| value).sum::<f64>() - 12.0).abs() < 1e-12);
         for (value, vector) in pairs {

@@ -1,21 +1,22 @@
-//! A scene's unknowns, found from a recording: poses, temperatures, emissivities, angles of view, the recording's start.
+//! Finds a scene's unknowns from a recording: poses, temperatures, emissivities, angles of view, the recording's start.
 //!
 //! ```text
 //!  scene with [[fit]] tables ──▶ simulator ──┐
-//!  recording ─────────────────▶ frames ──────┴─▶ what is left over ──▶ Levenberg and Marquardt, from several starts
-//!                                                  │      ▲                         │
-//!                                                  ▼      └─ weights ◀─┐            ▼
-//!                                  white noise, pattern, common mode ──┘     values, uncertainties, what cannot be told apart
+//!  recording ─────────────────▶ frames ──────┴─▶ residuals ──▶ Levenberg-Marquardt, from several starts
+//!                                                  │   ▲                         │
+//!                                                  ▼   └─ weights ◀─┐            ▼
+//!                              white noise, pattern, common mode ───┘   values, uncertainties, warnings
 //! ```
 //!
-//! # What the uncertainty holds
-//! What is left over is white noise, each pixel's fixed pattern (and what is wrong with a still scene), and what all pixels do
-//! together, correlated in time. Each part is weighted by its own variance, measured on the recording; a profile tells the
-//! common mode better. The 95 % interval is Student's t with the degrees of freedom of the parts by their shares (Satterthwaite
-//! 1946, Biometrics Bulletin 2:110), widened as far as neighboring frames repeat one another, which a warning says.
+//! # What the uncertainty includes
+//! The residuals are split into white noise, each pixel's fixed pattern (which includes the errors of a static scene)
+//! and a common mode of all pixels, correlated in time. Each part is weighted by its variance on the recording; a
+//! profile gives the common mode more exactly. The 95 % interval is Student's t with the parts' degrees of freedom,
+//! combined after Satterthwaite (1946, Biometrics Bulletin 2:110). If neighboring frames repeat each other, it is
+//! widened and a warning says so.
 //!
-//! Not in it: the accuracy of the sensor as a whole (±2.5 °C, AMG88 spec §4-4), and drift slower than the recording. What the
-//! recording does not tell apart is named in a warning; an unknown at one of its bounds has no uncertainty.
+//! Not included: the sensor's overall accuracy (±2.5 °C, AMG88 spec §4-4), and drift slower than the recording. A
+//! warning names unknowns that the recording cannot separate. An unknown at one of its bounds has no uncertainty.
 
 mod calibration;
 mod frames;

@@ -29,7 +29,7 @@ impl<'a> Model<'a> {
         sensor: &'a str,
         pace: Pace<'a>,
     ) -> Result<Self, CalibrateError> {
-        // Whether somebody runs into something is for who wrote the scene, and would be asked thousands of times.
+        // Collisions concern the scene's author, and checking would repeat thousands of times.
         let quiet = format!("collisions = \"ignore\"\n{text}");
         let (text, loaded) = match Scene::parse(&quiet, origin, files) {
             Ok(loaded) => (quiet, loaded),
@@ -55,7 +55,7 @@ impl<'a> Model<'a> {
         fits.map(share).collect()
     }
 
-    /// The values of all unknowns at a point; those that are not searched keep theirs.
+    /// The values of all unknowns at a point; those not searched keep theirs.
     pub(crate) fn values(&self, point: &[f64]) -> Vec<f64> {
         let mut values: Vec<f64> = self.fits.iter().map(|fit| fit.value).collect();
         for (&place, share) in self.searched.iter().zip(point) {
@@ -104,7 +104,6 @@ impl<'a> Model<'a> {
         Ok(pairs.map(|(real, simulated)| real - simulated).collect())
     }
 
-    /// The best fit from a start, what is left over weighted by the noise.
     pub(crate) fn solve(
         &mut self,
         (frames, noise): (&Frames, &Noise),
@@ -124,7 +123,7 @@ impl<'a> Model<'a> {
     }
 }
 
-/// Each bound must be a value that the scene may have, with the other unknowns as they stand.
+/// Checks that the scene parses with each bound, the other unknowns as written.
 pub(crate) fn check_bounds(
     (text, origin): (&str, &str),
     fits: &[Fit],
@@ -148,7 +147,7 @@ pub(crate) fn check_bounds(
     Ok(())
 }
 
-/// The noise of the sensor, which is not searched but left over.
+/// Key of the sensor's noise, which is measured on the residuals instead of searched.
 pub(crate) fn noise_key(sensor: &str) -> String {
     format!("sensor.{sensor}.noise_sigma_c")
 }

@@ -1,12 +1,12 @@
-//! What the fit leaves over, taken apart: white noise, what each pixel keeps, what all pixels do together.
+//! Splits the residuals into white noise, a fixed pattern of each pixel, and a common mode of all pixels.
 //!
 //! ```text
-//! left over (time, pixel) = pattern(pixel) + together(time) + white(time, pixel)
+//! residual (time, pixel) = pattern(pixel) + together(time) + white(time, pixel)
 //!
-//! part      is                                  numbers      variance
-//! Pattern   means over time, less their mean    63           white + frames · pattern
-//! White     what is left of each pixel          63 (T - 1)   white
-//! Together  means over the pixels of a frame    T            white + 64 · together, correlated in time
+//! part      is                                 numbers      variance
+//! Pattern   means over time, less their mean   63           white + frames · pattern
+//! White     the rest of each pixel             63 (T - 1)   white
+//! Together  means over the pixels of a frame   T            white + 64 · together, correlated in time
 //! ```
 //! The three are orthogonal, and each is weighted by its own variance.
 
@@ -18,11 +18,11 @@ use grideye_scene::profile::{CYCLE_TICKS, CommonMode};
 #[derive(Debug, Clone)]
 pub(crate) struct Noise {
     frames: usize,
-    /// Of the white part, °C².
+    /// Variance of the white part, °C².
     pub(crate) white: f64,
-    /// Of what each pixel keeps, °C².
+    /// Variance of the pattern, °C².
     pub(crate) pattern: f64,
-    /// Autocovariance of what all pixels do together, by frames between, °C².
+    /// Autocovariance of the common mode by frames apart, °C².
     pub(crate) together: Vec<f64>,
     lower: Matrix,
 }
@@ -34,11 +34,11 @@ pub(crate) struct Freedom {
     pub(crate) together: f64,
 }
 
-/// A first idea, before anything is left over: the datasheet's and usual sensors'.
+/// Variances to start with, from the datasheet and typical sensors.
 const WHITE_START: f64 = 0.3 * 0.3;
 const PATTERN_START: f64 = 0.2 * 0.2;
 const TOGETHER_START: f64 = 0.1 * 0.1;
-/// No noise is smaller than this, °C²: rounding would be taken for information.
+/// Smallest variance, °C²: with less, rounding would count as information.
 const WHITE_MIN: f64 = 1e-8;
 
 impl Noise {
@@ -47,7 +47,8 @@ impl Noise {
         Self::new(frames, WHITE_START, PATTERN_START, together)
     }
 
-    /// `used` is the share of each part that the unknowns have used up; `known` the common mode where it is not guessed.
+    /// `used`: degrees of freedom that the unknowns use up; `known`: the common mode's autocovariance if a profile
+    /// gives it.
     pub(crate) fn of(parts: &Parts, used: &Freedom, known: Option<Vec<f64>>) -> Self {
         let frames = parts.together.len();
         let freedom = Freedom::of(frames, used);
@@ -66,7 +67,7 @@ impl Noise {
             }
             values[row] += white;
         }
-        // Rounding of a matrix that is positive by construction; white alone is positive.
+        // Positive definite by construction; if rounding breaks that, the diagonal still is.
         let lower = cholesky(&covariance).unwrap_or_else(|| diagonal(&covariance));
         Self {
             frames,
@@ -77,7 +78,7 @@ impl Noise {
         }
     }
 
-    /// The parts, each divided by its standard deviation: of what is left over, or of its derivative.
+    /// Residuals, or their derivatives, split into parts and divided by each part's standard deviation.
     pub(crate) fn whiten(&self, values: &[f64]) -> Vec<f64> {
         let mut parts = Parts::of(values, self.frames);
         let white = 1.0 / self.white.sqrt();
@@ -88,7 +89,7 @@ impl Noise {
         parts.joined()
     }
 
-    /// The frames' worth of independent levels that the common part holds.
+    /// Number of independent levels in the common mode.
     pub(crate) fn independent_levels(&self) -> f64 {
         let frames = count(self.frames);
         let each = self.together[0] + self.white / count(PIXELS);
@@ -163,7 +164,7 @@ impl Parts {
     }
 }
 
-/// Of the frames' levels, white noise taken out; tapered (Bartlett), and raised by the variance of the mean.
+/// Autocovariance of the frames' levels, less white noise; tapered (Bartlett) and raised by the variance of the mean.
 fn autocovariance(together: &[f64], white: f64) -> Vec<f64> {
     let frames = together.len();
     let scale = count(PIXELS).sqrt();
@@ -190,7 +191,7 @@ fn autocovariance(together: &[f64], white: f64) -> Vec<f64> {
 /// Correlations are followed over a third of the recording.
 const REACH: usize = 3;
 
-/// The variance of the mean of as many levels as there are lags.
+/// Variance of the mean of as many levels as there are lags.
 fn mean_variance(autocovariance: &[f64]) -> f64 {
     let frames = count(autocovariance.len());
     let weighted = autocovariance.iter().enumerate().map(|(lag, value)| {
@@ -200,7 +201,7 @@ fn mean_variance(autocovariance: &[f64]) -> f64 {
     weighted.sum::<f64>() / (frames * frames)
 }
 
-/// The autocovariance that a profile says, for frames so many seconds apart.
+/// Autocovariance of a profile's common mode, for frames `interval_s` apart.
 pub(crate) fn of_profile(common: &CommonMode, frames: usize, interval_s: f64) -> Vec<f64> {
     let cold = 1.0 / count(usize::try_from(CYCLE_TICKS).unwrap_or(1));
     let depth = common.cycle_depth_c.powi(2);
@@ -224,7 +225,7 @@ pub(crate) fn of_profile(common: &CommonMode, frames: usize, interval_s: f64) ->
 
 const TICK_S: f64 = 0.1;
 
-/// The autocorrelation of a profile's wander, which blends independent draws at whole numbers, over all its phases.
+/// Autocorrelation of a profile's wander, which blends independent draws at whole numbers, averaged over its phases.
 fn wander(lag: f64) -> f64 {
     const PHASES: u32 = 64;
     let weights = |at: f64| {
@@ -258,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn the_parts_are_orthogonal_and_all_there_is() {
+    fn the_parts_are_orthogonal_and_complete() {
         let values = values(20);
         let parts = Parts::of(&values, 20);
         let squares = |part: &[f64]| dot(part, part);
@@ -267,7 +268,7 @@ mod tests {
         assert!(parts.pattern.iter().sum::<f64>().abs() < 1e-9);
     }
 
-    /// The whitened square must be the one of the whole covariance of 20 x 64 numbers, inverted by brute force.
+    /// The whitened square must equal that of the full covariance of 6 x 64 numbers, inverted by brute force.
     #[test]
     fn whitening_is_the_inverse_of_the_whole_covariance() {
         let frames = 6;
@@ -292,7 +293,7 @@ mod tests {
         assert!((ours / theirs - 1.0).abs() < 1e-9, "{ours} {theirs}");
     }
 
-    /// scenes/profiles/README.md: 0.29 at 1 and 0 from 2 on.
+    /// scenes/profiles/README.md: 0.29 at 1, and 0 from 2 on.
     #[test]
     fn the_wander_forgets_itself_as_the_profile_says() {
         assert!((wander(0.0) - 1.0).abs() < 1e-12);
@@ -305,12 +306,12 @@ mod tests {
         let found = of_profile(&cycle, 11, 0.1);
         assert!((found[0] - 0.16).abs() < 1e-12 && (found[1] + 0.04).abs() < 1e-12);
         assert_eq!(found[0], found[5]);
-        // Over whole cycles nothing of it is left.
+        // Over whole cycles it sums to nothing.
         assert!(found[..5].iter().sum::<f64>().abs() < 1e-12);
     }
 
     #[test]
-    fn a_level_that_lasts_counts_once() {
+    fn a_lasting_level_counts_once() {
         let lasting = Noise::new(50, 0.09, 0.0, vec![1.0; 50]);
         assert!(lasting.independent_levels() < 1.1);
         let white = Noise::new(50, 0.09, 0.0, vec![0.0; 50]);

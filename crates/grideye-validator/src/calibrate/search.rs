@@ -1,4 +1,4 @@
-//! The search: from several starts on few frames, then on all with weights from what is left over.
+//! The search: from several starts on few frames, then on all, weighted by the residuals.
 
 use crate::calibrate::frames::Frames;
 use crate::calibrate::model::Model;
@@ -9,13 +9,12 @@ use crate::calibrate::uncertainty::Uncertainty;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
-/// Frames that the search from several starts looks at.
 const COARSE_FRAMES: usize = 24;
 const COARSE_STEPS: usize = 12;
 const FINE_STEPS: usize = 40;
-/// How often the noise is measured again on what the best fit leaves over.
+/// How often the noise is measured again on the residuals of the best fit.
 const ROUNDS: usize = 3;
-/// Starts whose cost is within this share of the best have found the same.
+/// Starts within this share of the best cost reached the same end.
 const SAME_COST: f64 = 0.01;
 
 pub(crate) fn steps_in_frames(frames: &Frames, options: &Options) -> usize {
@@ -27,7 +26,7 @@ pub(crate) fn starts(options: &Options) -> usize {
     options.starts.clamp(1, STARTS_MAX)
 }
 
-/// The best end of the searches from several starts, on few frames; with the number of starts and of those that came there.
+/// The best end from several starts on few frames; the number of starts, and of those that reached it.
 pub(crate) fn from_several_starts(
     model: &mut Model<'_>,
     frames: &Frames,

@@ -1,4 +1,4 @@
-//! Levenberg and Marquardt's least squares between bounds (Marquardt 1963, SIAM J. Appl. Math. 11:431).
+//! Least squares within bounds, after Levenberg and Marquardt (Marquardt 1963, SIAM J. Appl. Math. 11:431).
 
 use crate::calibrate::linear::{self, Matrix, dot, zeros};
 
@@ -6,17 +6,17 @@ use crate::calibrate::linear::{self, Matrix, dot, zeros};
 pub(crate) struct Solution {
     pub(crate) point: Vec<f64>,
     pub(crate) residuals: Vec<f64>,
-    /// Half the sum of their squares.
+    /// Half the sum of squared residuals.
     pub(crate) cost: f64,
-    /// The derivative of the residuals by each coordinate.
+    /// Derivatives of the residuals, one column per coordinate.
     pub(crate) jacobian: Vec<Vec<f64>>,
 }
 
-/// Half the width of the central differences, as a share of the way between the bounds.
+/// Half the width of the central differences, as a share of the range between the bounds.
 const STEP: f64 = 1e-4;
 const DAMPING_START: f64 = 1e-3;
 const DAMPING_MAX: f64 = 1e10;
-/// A step that gains less than this share of the cost, or moves less than this, is the last.
+/// The search ends with a step that gains less than this share of the cost, or moves less than [`MOVE_MIN`].
 const GAIN_MIN: f64 = 1e-9;
 const MOVE_MIN: f64 = 1e-7;
 
@@ -87,7 +87,7 @@ fn half_square(residuals: &[f64]) -> f64 {
     0.5 * dot(residuals, residuals)
 }
 
-/// Central differences; at a bound, from one side.
+/// Central differences; one-sided at a bound.
 fn differences<E>(
     residuals_at: &mut impl FnMut(&[f64]) -> Result<Vec<f64>, E>,
     point: &[f64],
@@ -110,7 +110,7 @@ fn differences<E>(
     Ok(columns)
 }
 
-/// The next point: a damped step of the unknowns that are not pressed against a bound, cut off at the bounds.
+/// The next point: a damped step of the unknowns that are not pressed against a bound, clamped to the bounds.
 fn damped_step(normal: &Matrix, gradient: &[f64], point: &[f64], damping: f64) -> Vec<f64> {
     let free: Vec<usize> = (0..point.len())
         .filter(|&place| {
@@ -130,7 +130,7 @@ fn damped_step(normal: &Matrix, gradient: &[f64], point: &[f64], damping: f64) -
         for (column, &to) in free.iter().enumerate() {
             damped[row][column] = normal[from][to];
         }
-        // An unknown without effect keeps still instead of making the matrix singular.
+        // An unknown without effect stays put instead of making the matrix singular.
         damped[row][row] += damping * normal[from][from].max(1e-9 * largest);
     }
     let Some(lower) = linear::cholesky(&damped) else {
@@ -148,7 +148,7 @@ mod tests {
     use super::*;
     use std::convert::Infallible;
 
-    /// Rosenbrock's valley, its minimum at (1, 1) of [-2, 2] each.
+    /// Rosenbrock's valley with its minimum at (1, 1), in [-2, 2] each.
     #[test]
     fn the_bottom_of_a_bent_valley_is_found() {
         let valley = |point: &[f64]| {
@@ -160,7 +160,7 @@ mod tests {
         assert!(end.point.iter().all(|x| (x - 0.75).abs() < 1e-8), "{end:?}");
     }
 
-    /// A line's two numbers, the better of which lie beyond the bounds.
+    /// A line whose best numbers lie beyond the bounds.
     #[test]
     fn a_bound_holds_and_the_other_unknown_makes_the_best_of_it() {
         let line = |point: &[f64]| {

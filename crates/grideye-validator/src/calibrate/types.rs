@@ -1,29 +1,29 @@
-//! How to calibrate, how far the work has come, what is found, and why nothing is.
+//! Options, progress, results and errors of a calibration.
 
 use grideye_frame::PIXELS;
 use grideye_scene::SceneError;
 use grideye_scene::profile::Profile;
 use serde::Serialize;
 
-/// Frames that are looked at unless another number is asked for.
+/// Default of [`Options::frames`].
 pub const FRAMES_DEFAULT: usize = 200;
-/// The fewest frames from which anything is said.
+/// Fewest frames for a calibration.
 pub const FRAMES_MIN: usize = 10;
-/// The most frames that are looked at: the common part is weighted by a matrix of as many rows.
+/// Most frames: the common mode's weight is a matrix with one row per frame.
 pub const FRAMES_MAX: usize = 1_000;
-/// The most places to start from.
+/// Most starting points.
 pub const STARTS_MAX: usize = 100;
 
-/// How to calibrate. Every default can be left as it is.
+/// How to calibrate; the defaults suit most recordings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// Seed of the starts.
+    /// Seed of the starting points.
     pub seed: u64,
-    /// Places to start from, 1 to [`STARTS_MAX`]; the first is the scene as it stands.
+    /// Starting points, 1 to [`STARTS_MAX`]; the first is the scene as written.
     pub starts: usize,
-    /// Frames to look at, [`FRAMES_MIN`] to [`FRAMES_MAX`], chosen evenly; by default [`FRAMES_DEFAULT`].
+    /// Frames to use, [`FRAMES_MIN`] to [`FRAMES_MAX`], chosen evenly; [`FRAMES_DEFAULT`] by default.
     pub frames: Option<usize>,
-    /// What is known of the sensor: its pattern is taken off, its common mode is believed.
+    /// A profile of the sensor: its pattern is subtracted, its common mode replaces the estimate.
     pub profile: Option<Profile>,
 }
 
@@ -38,19 +38,19 @@ impl Default for Options {
     }
 }
 
-/// One unknown, found.
+/// The value found for one unknown.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Estimate {
     pub key: String,
-    /// Where the search began.
+    /// Its value in the scene.
     pub start: f64,
     pub value: f64,
-    /// Its standard uncertainty; `None` if the recording does not tell it, or it lies at a bound.
+    /// Standard uncertainty; `None` if the recording does not determine it, or at a bound.
     #[serde(rename = "standard_uncertainty")]
     pub uncertainty: Option<f64>,
-    /// Half the width of its 95 % interval; `None` likewise.
+    /// Half the width of the 95 % interval; `None` likewise.
     pub half_width_95: Option<f64>,
     #[serde(rename = "degrees_of_freedom")]
     pub freedom: f64,
@@ -58,41 +58,41 @@ pub struct Estimate {
     pub at_bound: bool,
 }
 
-/// What a recording says of a scene.
+/// The result of a calibration.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Calibration {
-    /// The unknowns, in the order of the file.
+    /// The unknowns, in file order.
     pub found: Vec<Estimate>,
-    /// Correlation of the estimates, in the order of `found`; 0 for those without uncertainty.
+    /// Correlation matrix of the estimates, in the order of `found`; 0 for those without uncertainty.
     pub correlation: Vec<Vec<f64>>,
-    /// What the reader must know.
+    /// Reasons to doubt the result, each with a hint.
     pub warnings: Vec<String>,
-    /// Frames that were looked at.
+    /// Frames used.
     pub frames: usize,
-    /// Frames of the recording that were read.
+    /// Frames read from the recording.
     pub frames_read: usize,
-    /// Of these, torn ones and duplicates, which were left out.
+    /// Frames left out as torn or duplicate.
     pub frames_left_out: usize,
-    /// Root of the mean square of what the scene left over, °C: as it stood, and with what was found.
+    /// RMS residual with the scene as written, and with the values found, °C.
     pub rmse_c: [f64; 2],
-    /// White noise of a pixel as read, °C; with the 0.072 °C of the sensor's rounding.
+    /// White noise per pixel as read, °C; includes 0.072 °C from rounding.
     pub noise_sigma_c: f64,
-    /// What each pixel keeps, °C: what it showed too much, on the mean. With a profile, beyond the profile's.
+    /// Fixed pattern: mean excess of each pixel, °C. With a profile, beyond the profile's.
     pub pattern_c: [f64; PIXELS],
-    /// Standard deviation of that over the pixels, without the noise in it, °C.
+    /// Standard deviation of the pattern over the pixels, corrected for noise, °C.
     pub pattern_sd_c: f64,
-    /// Standard deviation of what all pixels do together, °C.
+    /// Standard deviation of the common mode, °C.
     pub common_sd_c: f64,
-    /// Starts, and how many of them came to the best end.
+    /// Number of starts, and how many reached the best end.
     pub starts: [usize; 2],
-    /// Simulations of all frames that were looked at.
+    /// Number of simulations of all frames used.
     pub evaluations: u64,
-    /// The scene file with what was found, remarks at each `[[fit]]`; every other byte is as it was.
+    /// The scene file with the values found and a comment at each `[[fit]]`; all other bytes are unchanged.
     pub scene: String,
 }
 
-/// Frames simulated with all their derivatives, and at most how many will be.
+/// Frames simulated with all derivatives so far, and the most there can be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Progress {
@@ -148,7 +148,7 @@ fn long(number: usize) -> u64 {
 pub enum CalibrateError {
     #[error(transparent)]
     Scene(#[from] SceneError),
-    #[error("the {which} bound {value} of `{key}` is no value that the scene may have: {source}")]
+    #[error("the {which} bound {value} of `{key}` is not valid in the scene: {source}")]
     Bound {
         key: String,
         which: &'static str,
@@ -168,15 +168,15 @@ pub enum CalibrateError {
         rows: usize,
     },
     #[error(
-        "{found} frames of the recording lie in the time of the scene, expected at least {needed}\nhint: record longer, or let recording.start_s say when the recording begins"
+        "{found} frames of the recording lie in the time of the scene, expected at least {needed}\nhint: record longer, or set recording.start_s to when the recording begins"
     )]
     TooFewFrames { found: usize, needed: usize },
     #[error(
-        "the clock of the recording runs backwards at frame {seq}\nhint: keep the rows before or after it"
+        "the recording's clock runs backwards at frame {seq}\nhint: keep the rows before or after it"
     )]
     TimeRunsBackwards { seq: u64 },
     #[error(
-        "{found} frames were asked for, expected {least} to {most}\nhint: a few hundred hold all that there is to learn"
+        "{found} frames requested, expected {least} to {most}\nhint: a few hundred frames are enough"
     )]
     Frames {
         found: usize,

@@ -1,4 +1,4 @@
-//! How well the unknowns are known.
+//! Uncertainties of the unknowns.
 
 use crate::calibrate::linear::{self, Matrix, dot, eigen, inverse, product, zeros};
 use crate::calibrate::noise::{Freedom, Noise, Parts};
@@ -6,27 +6,27 @@ use crate::calibrate::solver::{Solution, normal_equations};
 use crate::numbers::count;
 use grideye_frame::PIXELS;
 
-/// Covariance of the estimates and what it rests on, in coordinates from 0 to 1.
+/// Covariance of the estimates, in coordinates from 0 to 1.
 #[derive(Debug, Clone)]
 pub(crate) struct Uncertainty {
-    /// Coordinates that the recording tells; the others are at a bound, without effect, or bound up with one another.
+    /// Coordinates with an uncertainty; the others are at a bound, without effect or tangled.
     pub(crate) told: Vec<usize>,
     pub(crate) covariance: Matrix,
     pub(crate) freedom: Vec<f64>,
     pub(crate) at_bound: Vec<usize>,
     pub(crate) idle: Vec<usize>,
-    /// Coordinates of which only a sum or a product is told, each group in one list.
+    /// Coordinates that only show as a sum or product with others.
     pub(crate) tangled: Vec<usize>,
-    /// By how much the variance of each told coordinate was widened because frames repeat one another; 1 is not at all.
+    /// Factor on each variance because frames repeat each other; 1 is none.
     pub(crate) widened: Vec<f64>,
     pub(crate) used: Freedom,
 }
 
-/// Below this share of the largest, an eigenvalue of the scaled normal matrix is rounding.
+/// Eigenvalues of the scaled normal matrix below this share of the largest are rounding.
 const EIGENVALUE_MIN: f64 = 1e-10;
-/// Shares of an eigenvector above this take part in what is tangled.
+/// An eigenvector's components above this are tangled.
 const PART_MIN: f64 = 0.1;
-/// How many frames later scores are looked at for repetition.
+/// Most frames between two scores that are tested for repetition.
 const LAGS: usize = 10;
 /// The 99.9 % quantile of chi-squared with [`LAGS`] degrees of freedom (Ljung and Box 1978, Biometrika 65:297).
 const LJUNG_BOX: f64 = 29.588;
@@ -88,7 +88,7 @@ impl Uncertainty {
     }
 }
 
-/// Coordinates that are told, at a bound, idle and tangled.
+/// Coordinates with an uncertainty, at a bound, without effect, and tangled.
 fn sorted(solution: &Solution) -> [Vec<usize>; 4] {
     let (normal, _) = normal_equations(&solution.jacobian, &solution.residuals);
     let sizes = (0..normal.len()).map(|place| normal[place][place]);
@@ -124,7 +124,7 @@ fn sum(parts: &[Matrix; 3]) -> Matrix {
     sum
 }
 
-/// The trace of each part's share in the projection on what the unknowns can do.
+/// Degrees of freedom that the unknowns use up in each part: the trace of its share in the projection.
 fn parts_used(parts: &[Matrix; 3], bread: &Matrix) -> Freedom {
     let trace = |part: &Matrix| {
         part.iter()
@@ -140,7 +140,7 @@ fn parts_used(parts: &[Matrix; 3], bread: &Matrix) -> Freedom {
     }
 }
 
-/// Which of these coordinates enter a direction along which nothing changes.
+/// Coordinates along a direction in which nothing changes.
 fn tangled(normal: &Matrix, active: &[usize]) -> Vec<usize> {
     let scale = |place: usize| normal[place][place].sqrt();
     let entry = |row: usize, column: usize| normal[row][column] / scale(row) / scale(column);
@@ -158,7 +158,7 @@ fn tangled(normal: &Matrix, active: &[usize]) -> Vec<usize> {
     tangled
 }
 
-/// By how much neighboring frames' pull widens each variance; 1 unless the repetition is beyond chance.
+/// Factor on each variance from scores that repeat between neighboring frames; 1 unless beyond chance.
 fn widening(columns: &[&[f64]], bread: &Matrix, residuals: &[f64]) -> Vec<f64> {
     let [_, left_over, _] = Parts::split(residuals);
     let scores = |column: &&[f64]| -> Vec<f64> {
@@ -180,7 +180,7 @@ fn widening(columns: &[&[f64]], bread: &Matrix, residuals: &[f64]) -> Vec<f64> {
     bread.iter().map(|row| repetition(&pulls(row))).collect()
 }
 
-/// The variance of the sum of numbers over that of as many independent ones; 1 if no repetition is beyond chance.
+/// Variance of a sum of these numbers over that of independent ones; 1 if no repetition is beyond chance.
 fn repetition(pulls: &[f64]) -> f64 {
     let frames = count(pulls.len());
     let square = linear::dot(pulls, pulls);
@@ -200,7 +200,7 @@ fn repetition(pulls: &[f64]) -> f64 {
     }
 }
 
-/// The 97.5 % quantile of Student's t (Abramowitz and Stegun, 26.7.5); within 2 % from three degrees of freedom on.
+/// The 97.5 % quantile of Student's t (Abramowitz and Stegun, 26.7.5), within 2 % from three degrees of freedom.
 pub(crate) fn student_97_5(freedom: f64) -> f64 {
     const Z: f64 = 1.959_963_985;
     let v = freedom.max(2.0);
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn what_repeats_is_counted_less_and_chance_is_not_repetition() {
+    fn repetition_counts_less_and_chance_does_not() {
         let slow: Vec<f64> = (0..200).map(|frame| (count(frame) / 15.0).sin()).collect();
         assert!(repetition(&slow) > 5.0);
         let turns: Vec<f64> = (0..200_u32)
@@ -235,7 +235,7 @@ mod tests {
 
     #[test]
     fn directions_without_effect_are_found() {
-        // The first two only as a sum, the third by itself.
+        // The first two only show as a sum.
         let normal = vec![
             vec![2.0, 4.0, 0.0],
             vec![4.0, 8.0, 0.0],

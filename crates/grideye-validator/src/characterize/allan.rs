@@ -8,15 +8,14 @@ use serde::Serialize;
 
 /// Averages of 1, 2, 4 and so on up to 512 frames.
 const OCTAVES: usize = 10;
-/// Pairs of averages below which nothing is said.
 const PAIRS_MIN: u64 = 8;
 
-/// How far averages over one stretch of time differ from those over the next.
+/// How much averages over consecutive stretches of one length differ.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct AllanPoint {
     /// Length of the averages, seconds.
     pub tau_s: f64,
-    /// Allan deviation of a single pixel, °C, from the quartiles over all pixels and averages.
+    /// Allan deviation of single pixels, °C, from the quartiles over all pixels and averages.
     pub pixel_c: f64,
     /// Allan deviation of the common mode, °C.
     pub common_c: f64,
@@ -29,7 +28,7 @@ pub(crate) struct Allan(Vec<Octave>);
 struct Octave {
     pixels: Histogram,
     common: RunningVariance,
-    /// The first of two averages of the next octave's, and the average before this one.
+    /// The first of two averages that make one of the next octave, and the average before this one.
     half: Option<Average>,
     before: Option<Average>,
 }
@@ -43,7 +42,7 @@ struct Average {
 impl Default for Allan {
     fn default() -> Self {
         let octave = |number: i32| Octave {
-            // Averages differ the less, the longer they are.
+            // Longer averages differ less.
             pixels: Histogram::new(DIFFERENCE_BIN_C / 2.0_f64.powi(number).sqrt()),
             common: RunningVariance::default(),
             half: None,
@@ -90,7 +89,7 @@ impl Allan {
             if pairs < PAIRS_MIN {
                 break;
             }
-            // About zero, not about the mean: an even drift is a deviation too.
+            // Around zero, not the mean: a steady drift counts too.
             let common = octave.common;
             let square = common.variance() * long_count(pairs - 1) / long_count(pairs)
                 + common.mean * common.mean;
@@ -143,7 +142,7 @@ mod tests {
         let mut allan = Allan::default();
         for place in 0..4096_u32 {
             let frame: Pixels = std::array::from_fn(|_| 20.0 + 0.3 * noise());
-            // A ramp of 0.001 a frame has an Allan deviation of 0.001 m / sqrt(2).
+            // A ramp of 0.001 per frame has an Allan deviation of 0.001 m / sqrt(2).
             allan.push(&frame, 0.001 * f64::from(place));
         }
         let points = allan.finish(0.1);
@@ -158,9 +157,10 @@ mod tests {
         }
     }
 
-    /// Steps of a quarter, and somebody of three degrees on eight pixels for half of the time, coming and going.
+    /// Steps of a quarter degree, and a person of three degrees on eight pixels who comes and goes, there half of the
+    /// time.
     #[test]
-    fn who_comes_and_goes_hardly_widens_the_quartiles() {
+    fn a_person_coming_and_going_hardly_widens_the_quartiles() {
         let mut noise = normal_draws(6);
         let mut allan = Allan::default();
         for place in 0..8192_u32 {
@@ -171,7 +171,7 @@ mod tests {
             });
             allan.push(&frame, 0.0);
         }
-        // Rounding adds a twelfth of its step's square to the variance, which is white like the rest.
+        // Rounding adds a twelfth of the step's square to the variance, white like the rest.
         let sigma = (0.3_f64.powi(2) + 0.0625 / 12.0).sqrt();
         for (number, point) in (0..).zip(allan.finish(0.1)).take(6) {
             let ratio = point.pixel_c / (sigma / 2.0_f64.powi(number).sqrt());

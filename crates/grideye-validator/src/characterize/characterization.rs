@@ -1,4 +1,4 @@
-//! Takes the records of one stream and measures the sensor; and the profile that is made of it.
+//! Measures the sensor from the records of one stream, and turns the result into a profile.
 
 use crate::characterize::allan::AllanPoint;
 use crate::characterize::common_mode::CommonMode;
@@ -15,36 +15,36 @@ use grideye_recording::Record;
 use grideye_scene::profile::{self, Profile};
 use std::collections::BTreeMap;
 
-/// What the sensor's frame rate is, when its clock is right, frames a second.
+/// The sensor's nominal frame rate, Hz.
 pub(super) const NOMINAL_HZ: f64 = 1.0 / TICK.as_secs_f64();
-/// Digits behind the point in a profile made of measurements: a tenth of a thousandth is far below what is known.
+/// One over the resolution of a profile's values: 0.0001 is far below what is known.
 const PROFILE_STEP: f64 = 1e4;
-/// The clock is given in steps of so many parts per million.
+/// Resolution of the clock error, ppm.
 const PROFILE_PPM_STEP: f64 = 100.0;
 
-/// What a recording says of the sensor that made it, and of how it was read.
+/// What a recording shows of its sensor, and of how it was read.
 #[derive(Debug, Clone, PartialEq)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Characterization {
-    /// Frames that were read.
+    /// Frames read.
     pub frames: u64,
-    /// Frames that are recorded as missing, by reason.
+    /// Frames recorded as missing, by reason.
     pub missing: BTreeMap<NoData, u64>,
-    /// Sequence numbers that are left out.
+    /// Sequence numbers that are not in the recording.
     pub skipped: u64,
-    /// Places at which they are.
+    /// Places where sequence numbers are left out.
     pub gaps: u64,
     pub timing: Timing,
     pub steps: Steps,
     pub noise: NoiseMap,
-    /// What all pixels do together; `None` without a hundred frames in a row.
+    /// The common mode of all pixels; `None` without a hundred frames in a row.
     pub common_mode: Option<CommonMode>,
-    /// What does not change; `None` without a hundred frames in a row.
+    /// The fixed pattern; `None` without a hundred frames in a row.
     pub pattern: Option<Pattern>,
     pub presence: Presence,
-    /// Allan deviations, as long as the recording reaches.
+    /// Allan deviations, as far as the recording's length allows.
     pub allan: Vec<AllanPoint>,
-    /// What went wrong between sensor and recording.
+    /// Torn frames, duplicates and glitches.
     pub faults: Faults,
     pub thermistor: Thermistor,
 }
@@ -52,18 +52,18 @@ pub struct Characterization {
 /// The noise of each pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NoiseMap {
-    /// Standard deviation from frame to frame as read, °C, without the common mode and what moves.
+    /// Standard deviation from frame to frame as read, °C, without the common mode and motion.
     pub sigma_c: [f64; PIXELS],
 }
 
 impl NoiseMap {
-    /// The noise of the middle pixel, °C.
+    /// Median over the pixels, °C.
     #[must_use]
     pub fn median_c(&self) -> f64 {
         median(&self.sigma_c).unwrap_or_default()
     }
 
-    /// The least and the most noisy pixel, °C.
+    /// The least and the largest, °C.
     #[must_use]
     pub fn range_c(&self) -> (f64, f64) {
         self.sigma_c
@@ -75,7 +75,8 @@ impl NoiseMap {
 }
 
 impl Characterization {
-    /// Frames a second by the sensor's own clock: by its five-frame cycle, or where each frame was read just once.
+    /// The sensor's true frame rate, Hz: from its five-frame cycle, or from a recording that read each frame exactly
+    /// once.
     #[must_use]
     pub fn sensor_hz(&self) -> Option<f64> {
         let cycle = self.common_mode.and_then(|common| common.cycle);
@@ -89,9 +90,9 @@ impl Characterization {
         (in_step && (rate_hz / NOMINAL_HZ - 1.0).abs() < 0.1).then_some(rate_hz)
     }
 
-    /// The sensor as a profile for simulator and emulator, to 0.0001 °C and 100 ppm; warm-up is not known.
+    /// The sensor as a profile for simulator and emulator, to 0.0001 °C and 100 ppm, without warm-up.
     ///
-    /// Rounding is taken out of the pixels' sigmas, not out of the thermistor's, whose noise is smaller than its step.
+    /// Rounding is removed from the pixels' sigmas but not from the thermistor's, whose noise is smaller than its step.
     #[must_use]
     pub fn profile(&self, name: &str) -> Profile {
         let common = self.common_mode.as_ref();
@@ -129,19 +130,19 @@ impl Characterization {
         }
     }
 
-    /// Frames with a glitch as a share of all frames, 0 to 1.
+    /// Share of frames with a glitch, 0 to 1.
     #[must_use]
     pub fn glitch_share(&self) -> f64 {
         long_count(self.faults.glitch_frames) / long_count(self.frames)
     }
 }
 
-/// The noise before the sensor rounded it, to the digits of a profile.
+/// The noise before rounding to the sensor's step, to a profile's resolution.
 fn unrounded(sigma_c: f64) -> f64 {
     rounded((sigma_c * sigma_c - STEP_VARIANCE).max(0.0).sqrt())
 }
 
-/// To the digits of a profile; never minus zero.
+/// To a profile's resolution; never minus zero.
 fn rounded(value: f64) -> f64 {
     (value * PROFILE_STEP).round() / PROFILE_STEP + 0.0
 }
@@ -162,16 +163,16 @@ fn clock_error_ppm(sensor_hz: f64) -> i32 {
 #[expect(missing_docs, reason = "the messages say what each is")]
 pub enum CharacterizeError {
     #[error(
-        "the recording has {found} frames, expected at least {needed}\nhint: five seconds tell little; record a minute or more of a room where little moves"
+        "the recording has {found} frames, expected at least {needed}\nhint: record a minute or more of a room where little moves; five seconds show little"
     )]
     TooFewFrames { found: u64, needed: u64 },
     #[error(
-        "sequence number {found} follows {previous}\nhint: hand in the records of one device, sensor and boot, in the recording's order"
+        "sequence number {found} follows {previous}\nhint: pass the records of one device, sensor and boot, in the recording's order"
     )]
     NotAscending { previous: u64, found: u64 },
 }
 
-/// Measures the sensor from the records of one stream, in their order.
+/// Measures the sensor from the records of one stream, in order.
 ///
 /// # Errors
 /// [`CharacterizeError`].
@@ -185,11 +186,11 @@ pub fn characterize(
     characterizer.finish()
 }
 
-/// The same, record by record. Needs about 2 MB, however long the recording is.
+/// [`characterize`] record by record, in about 2 MB of memory for any length.
 #[derive(Debug, Default)]
 pub struct Characterizer {
     last_seq: Option<u64>,
-    /// The frame just before, if no other was between.
+    /// The frame directly before, if there is one.
     before: Option<Pixels>,
     frames: u64,
     missing: BTreeMap<NoData, u64>,
@@ -198,14 +199,14 @@ pub struct Characterizer {
     times: Times,
     steps: StepFinder,
     faults: FaultFinder,
-    /// Of what each pixel did beside what all did together.
+    /// Of each pixel's change beyond the common mode.
     noise: PixelHistograms,
     segments: Segments,
     thermistor: ThermistorSums,
 }
 
 impl Characterizer {
-    /// One that has seen nothing.
+    /// A characterizer without records.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
@@ -250,7 +251,7 @@ impl Characterizer {
         Ok(())
     }
 
-    /// What was found.
+    /// The result.
     ///
     /// # Errors
     /// [`CharacterizeError::TooFewFrames`].
@@ -283,7 +284,7 @@ impl Characterizer {
         })
     }
 
-    /// Whether this is the frame right after the one before; counts those between.
+    /// Whether the frame directly follows the one before; counts the numbers between.
     fn follows(&mut self, seq: u64) -> Result<bool, CharacterizeError> {
         let Some(previous) = self.last_seq.replace(seq) else {
             return Ok(false);
@@ -306,7 +307,7 @@ impl Characterizer {
     }
 }
 
-/// The noise of one frame from that of differences of two, less the share that leaves with the common mode.
+/// One frame's noise from that of differences of two, corrected for the share that is removed with the common mode.
 fn noise_map(PixelHistograms(noise): &PixelHistograms) -> Pixels {
     let of_pixels = count(PIXELS);
     let scale = (of_pixels / (of_pixels - 1.0) / 2.0).sqrt();

@@ -1,4 +1,4 @@
-//! What all pixels do together: the cold frame that comes again every five frames, and the wander.
+//! The common mode of all pixels: the cold frame of a five-frame cycle, and the slow wander.
 
 use crate::characterize::allan::AllanPoint;
 use crate::characterize::histogram::SEGMENT_FRAMES;
@@ -7,47 +7,46 @@ use grideye_scene::profile::OCTAVES_MAX;
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 
-/// What all pixels do together.
+/// The common mode of all pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct CommonMode {
-    /// Standard deviation of means over ten frames, °C: the slow part. What the room does is in it.
+    /// Standard deviation of means over ten frames, °C: the slow part, including changes of the room.
     pub sd_c: f64,
-    /// The wander of a profile that flickers alike; `None` if the recording is too short, or nothing wanders.
+    /// The nearest wander of a profile; `None` if the recording is too short or nothing wanders.
     pub flicker: Option<Flicker>,
-    /// The cold frame in five, if there is one.
+    /// The cold frame in five, if found.
     pub cycle: Option<Cycle>,
 }
 
-/// Frequencies are this far apart, cycles a recorded frame.
+/// Step of the spectrum, cycles per recorded frame.
 const FREQUENCY_STEP: f64 = 0.0005;
-/// Cycles of 12.5 to 3 frames make the spectrum, by number of the frequency,
+/// The spectrum covers cycles of 12.5 to 3 frames, by number of the frequency.
 const LOWEST: usize = 160;
 const HIGHEST: usize = 666;
-/// and those of 7 to 4 frames are looked for in it.
+/// The search covers cycles of 7 to 4 frames.
 const SOUGHT: core::ops::RangeInclusive<usize> = 286..=500;
-/// A peak so many times the middle of the spectrum is no accident, however many segments there are,
+/// A peak must reach this many times the spectrum's median.
 const CONTRAST_MIN: f64 = 3.0;
-/// nor one above 1 by this over the root of the number of segments, which is how spectra of noise scatter.
+/// It must also exceed the median by this share over the root of the number of segments, as spectra of noise scatter.
 const SCATTER: f64 = 9.0;
-/// Segments below which no cycle is looked for.
 const SEGMENTS_MIN: u64 = 3;
-/// Frames of the sensor in its cycle: it was five on every unit that was measured.
+/// Sensor frames per cycle: five on every unit that we measured.
 const SENSOR_FRAMES: f64 = 5.0;
-/// Within this the reading is in step with the sensor, recorded frames.
+/// A cycle this close to [`SENSOR_FRAMES`] means that the reading is in step with the sensor, recorded frames.
 const IN_STEP: f64 = 0.02;
-/// Rates that a sensor of 10 Hz can have: the cycle tells the rate only inside.
+/// Possible rates of a 10 Hz sensor; a cycle outside tells no rate.
 const SENSOR_HZ: core::ops::RangeInclusive<f64> = 8.0..=12.0;
 
-/// A cold frame that comes again and again.
+/// A cold frame that repeats.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Cycle {
-    /// Recorded frames from one to the next; five of the sensor's, if it was read at its own rate.
+    /// Recorded frames per cycle: five if each sensor frame was read once.
     pub frames: f64,
-    /// By how much that one sensor frame is colder than the others, °C.
+    /// How much colder this frame is than the others, °C.
     pub depth_c: f64,
-    /// How far the peak stands out of the spectrum of the common mode.
+    /// Height of the peak over the spectrum's median.
     pub contrast: f64,
-    /// The sensor's own frame rate, frames a second; `None` where that would be no rate of a 10 Hz sensor.
+    /// The sensor's frame rate, Hz; `None` if impossible for a 10 Hz sensor.
     pub sensor_hz: Option<f64>,
 }
 
@@ -55,7 +54,7 @@ pub struct Cycle {
 #[derive(Debug)]
 pub(crate) struct CycleFinder {
     segments: u64,
-    /// Squared amplitudes by number of the frequency, up to twice the highest one looked for.
+    /// Squared amplitudes by number of the frequency, up to twice the highest one searched.
     power: Vec<f64>,
 }
 
@@ -72,7 +71,7 @@ impl CycleFinder {
     pub(crate) fn push(&mut self, levels_c: &[f64]) {
         self.segments += 1;
         let mean = levels_c.iter().sum::<f64>() / count(levels_c.len());
-        // A Hann window keeps a slow drift out of the frequencies of the cycle.
+        // A Hann window keeps slow drift out of the cycle's frequencies.
         let windowed: Vec<f64> = (0..levels_c.len())
             .zip(levels_c)
             .map(|(place, level)| {
@@ -114,16 +113,17 @@ impl CycleFinder {
         })
     }
 
-    /// At the cycle's frequency and at twice that, differenced by the sines, so that drifts and people weigh little.
+    /// Power at the cycle's frequency and at twice that, differenced by the sines so that drift and people weigh
+    /// little.
     fn strength(&self, number: usize) -> f64 {
         let differenced =
             |number: usize| self.power[number] * (2.0 * (PI * frequency(number)).sin()).powi(2);
         differenced(number) + differenced(2 * number)
     }
 
-    /// The depth of a pulse of one sensor frame in a cycle from the amplitude of its first harmonic.
+    /// Depth of a pulse of one sensor frame per cycle, from the amplitude of its first harmonic.
     fn depth(&self, number: usize, frames: f64) -> f64 {
-        // The noise under the peak is that on both sides of it, one to two widths of the window away.
+        // The noise under the peak is that on both sides, one to two window widths away.
         let (near, far) = (80, 160);
         let mut beside: Vec<f64> = (near..far)
             .flat_map(|off| [number - off.min(number), number + off])
@@ -146,7 +146,7 @@ fn frequency(number: usize) -> f64 {
     FREQUENCY_STEP * count(number)
 }
 
-/// The square of the amplitude at one frequency (Goertzel).
+/// Squared amplitude at one frequency (Goertzel).
 fn squared_amplitude(values: &[f64], frequency: f64) -> f64 {
     let turn = 2.0 * (TAU * frequency).cos();
     let (mut last, mut before) = (0.0, 0.0);
@@ -156,7 +156,7 @@ fn squared_amplitude(values: &[f64], frequency: f64) -> f64 {
     last * last + before * before - turn * last * before
 }
 
-/// The highest of the peaks that are sought. A slope is no peak: the spectrum of a drift is highest at its end.
+/// The highest peak in the search range. A slope is no peak: a drift's spectrum is highest at its end.
 fn highest_peak(values: &[f64]) -> Option<(usize, f64)> {
     SOUGHT
         .map(|number| number - LOWEST)
@@ -165,7 +165,7 @@ fn highest_peak(values: &[f64]) -> Option<(usize, f64)> {
         .max_by(|left, right| left.1.total_cmp(&right.1))
 }
 
-/// The place of the top of a parabola through the peak and a point a quarter of the window's width away on either side.
+/// Top of the parabola through the peak and the points a quarter of the window's width away on either side.
 fn refined(values: &[f64], place: usize) -> f64 {
     let off = 8_usize;
     let (Some(left), Some(right)) = (
@@ -186,24 +186,24 @@ const _: () = assert!(
     "the window's width above is 4 / 100 of a cycle"
 );
 
-/// Averages over fewer frames still hold the five-frame cycle.
+/// Averages over fewer frames still show the five-frame cycle.
 const AVERAGED_FRAMES_MIN: f64 = 7.5;
 const POINTS_MIN: usize = 3;
-/// The slowest wander tried is so many times as long as the longest average.
+/// The slowest wander tried, in lengths of the longest average.
 const LONGEST: f64 = 2.0;
 
-/// The wander of a sensor profile whose Allan deviations are nearest to those found.
+/// The wander of a sensor profile whose Allan deviations are nearest to the measured ones.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Flicker {
-    /// Its standard deviation, °C.
+    /// Standard deviation, °C.
     pub sd_c: f64,
-    /// The time of its slowest part, seconds. Not beyond twice the longest averages: what is slower cannot be told.
+    /// Time scale of its slowest part, seconds, at most twice the longest average: anything slower is unknown.
     pub correlation_s: f64,
-    /// The number of its parts, each twice as quick as the one before.
+    /// Number of its parts, each twice as fast as the one before.
     pub octaves: u32,
 }
 
-/// Allan variance of a wander of variance 1 and correlation time 1 over 2^-5 to 2^6.
+/// Allan variance of a wander of variance 1 and correlation time 1, at averaging times 2^-5 to 2^6.
 const ALLAN_VARIANCE: [f64; 12] = [
     0.001_248_5,
     0.004_947_2,
@@ -220,7 +220,7 @@ const ALLAN_VARIANCE: [f64; 12] = [
 ];
 const FIRST_OCTAVE: f64 = -5.0;
 
-/// The nearest wander; `frame_noise` is the variance of one frame's level that the noise of the pixels makes.
+/// The nearest wander; `frame_noise` is the variance that pixel noise adds to one frame's level.
 pub(crate) fn flicker(allan: &[AllanPoint], frame_noise: f64) -> Option<Flicker> {
     let period_s = allan.first()?.tau_s;
     let measured: Vec<(f64, f64)> = allan
@@ -243,7 +243,7 @@ pub(crate) fn flicker(allan: &[AllanPoint], frame_noise: f64) -> Option<Flicker>
     let mut correlation_s = longest_s;
     while correlation_s >= period_s {
         for octaves in 1..=OCTAVES_MAX {
-            // Parts quicker than a frame would be noise.
+            // A part faster than a frame would be noise.
             if correlation_s / 2.0_f64.powi(exponent(octaves)) < period_s {
                 break;
             }
@@ -262,7 +262,7 @@ pub(crate) fn flicker(allan: &[AllanPoint], frame_noise: f64) -> Option<Flicker>
     nearest.map(|(_, flicker)| flicker)
 }
 
-/// The mean square of the logarithms' differences, and the standard deviation at which it is least.
+/// Mean squared difference of the logarithms, and the standard deviation that minimizes it.
 fn fit(measured: &[(f64, f64)], correlation_s: f64, octaves: u32) -> (f64, f64) {
     let ratios: Vec<f64> = measured
         .iter()
@@ -278,7 +278,7 @@ fn fit(measured: &[(f64, f64)], correlation_s: f64, octaves: u32) -> (f64, f64) 
     (misfit, (mean / 2.0).exp())
 }
 
-/// Of a wander of so many octaves with variance 1 in all, over averages of so many of its slowest part's times.
+/// Allan variance of a wander of `octaves` parts with total variance 1, over averages of `times` its slowest time.
 fn allan_variance(times: f64, octaves: u32) -> f64 {
     let sum: f64 = (1..=octaves)
         .map(|octave| of_one(times * 2.0_f64.powi(exponent(octave))))
@@ -286,7 +286,7 @@ fn allan_variance(times: f64, octaves: u32) -> f64 {
     sum / f64::from(octaves)
 }
 
-/// The logarithm is blended between the table's points; beyond them it falls with the square, and with the root.
+/// Interpolates the logarithm in the table; below it falls with the square of the time, above it with the inverse.
 fn of_one(times: f64) -> f64 {
     let place = times.log2() - FIRST_OCTAVE;
     let last = count(ALLAN_VARIANCE.len() - 1);
@@ -305,7 +305,7 @@ fn of_one(times: f64) -> f64 {
     (below + share * (above - below)).exp()
 }
 
-/// Octaves count from 1, their speeds from 2^0.
+/// Octaves count from 1, and the first has speed 2^0.
 fn exponent(octave: u32) -> i32 {
     i32::try_from(octave).unwrap_or(1) - 1
 }
@@ -315,7 +315,7 @@ mod tests {
     use super::*;
     use crate::numbers::{assert_near, normal_draws};
 
-    /// The common mode of a sensor whose cycle is `frames` recorded frames, with noise of 0.05 °C.
+    /// The common mode of a sensor with a cycle of `frames` recorded frames and noise of 0.05 °C.
     fn found_cycle(frames: f64, depth_c: f64, segments: u32) -> Option<Cycle> {
         let mut noise = normal_draws(3);
         let mut finder = CycleFinder::default();
@@ -324,7 +324,7 @@ mod tests {
             let levels: Vec<f64> = (0..SEGMENT_FRAMES)
                 .map(|_| {
                     place += 1.0;
-                    // A hundredth beyond the frame, so that rounding cannot make two of five cold.
+                    // A hundredth past the frame, so that rounding cannot make two of five cold.
                     let cold = ((place + 0.01) / frames).fract() < 0.2;
                     0.05 * noise() + 0.002 * place - if cold { depth_c } else { 0.0 }
                 })
@@ -351,7 +351,7 @@ mod tests {
         assert_eq!(found_cycle(5.0, 0.2, 2), None);
     }
 
-    /// Allan deviations of a profile's own wander, found from its frames and not from the table.
+    /// Allan deviations of a profile's own wander, from its frames and not from the table.
     #[test]
     fn the_wander_of_a_profile_is_found_again() {
         use crate::characterize::allan::Allan;

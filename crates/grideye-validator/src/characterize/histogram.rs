@@ -1,21 +1,20 @@
-//! Counts of values in equal bins, with quantiles and a Gaussian's width that outliers do not move.
+//! Histograms with quantiles, and a Gaussian width that outliers do not move.
 
 use crate::frames::types::Pixels;
 use crate::numbers::long_count;
 use grideye_frame::PIXELS;
 
-/// Bins on either side of zero.
 const BINS_A_SIDE: usize = 512;
-/// Values beyond this many standard deviations are cut off: what is not noise is mostly there.
+/// Values beyond this many standard deviations are cut off, since they are mostly not noise.
 const CUT_SIGMAS: f64 = 3.0;
-/// The variance of a normal distribution cut off at three standard deviations: 1 - 2 · 3 φ(3) / (2 Φ(3) - 1).
+/// Variance of a normal distribution cut off at three standard deviations: 1 - 2 · 3 φ(3) / (2 Φ(3) - 1).
 const CUT_VARIANCE: f64 = 0.973_337;
-/// The distance of the quartiles of a normal distribution, in standard deviations.
+/// Distance between the quartiles of a normal distribution, in standard deviations.
 const QUARTILES_APART: f64 = 1.348_98;
-/// Steps of the fit: it gains a digit with each.
+/// Most steps of the fit, which gains about a digit per step.
 const FIT_STEPS_MAX: u32 = 50;
 
-/// Counts of values in equal bins about zero; what lies beyond is counted at the ends.
+/// Counts in equal bins around zero; values beyond count in the end bins.
 #[derive(Debug, Clone)]
 pub(crate) struct Histogram {
     bin: f64,
@@ -55,14 +54,13 @@ impl Histogram {
         }
     }
 
-    /// The lowest and the highest bin that hold something.
     pub(crate) fn extent(&self) -> Option<(f64, f64)> {
         let (_, low) = self.bins().next()?;
         let (_, high) = self.bins().last()?;
         Some((low, high))
     }
 
-    /// The value below which this share of the values lies, as if those of a bin were spread over it.
+    /// Quantile, with the values of a bin spread evenly over it.
     pub(crate) fn quantile(&self, share: f64) -> Option<f64> {
         let wanted = share * long_count(self.total);
         let mut below = 0.0;
@@ -75,14 +73,14 @@ impl Histogram {
         None
     }
 
-    /// The normal distribution's standard deviation that fits the values within three of it; `None` of fewer than 10.
+    /// Standard deviation of the normal distribution that fits the values within three of it; `None` below 10 values.
     pub(crate) fn gaussian_sigma(&self) -> Option<f64> {
         if self.total < 10 {
             return None;
         }
         let middle = self.quantile(0.5)?;
         let mut sigma = (self.quantile(0.75)? - self.quantile(0.25)?) / QUARTILES_APART;
-        // More than half of the values in one bin: the quartiles tell nothing.
+        // More than half of the values are in one bin, so the quartiles tell nothing.
         if sigma < self.bin {
             sigma = self.cut_variance(middle, f64::INFINITY).sqrt();
         }
@@ -96,7 +94,7 @@ impl Histogram {
         Some(sigma)
     }
 
-    /// The normal distribution's deviation by the quartiles, steps taken off (Sheppard); `None` of fewer than 10.
+    /// Standard deviation from the quartiles, corrected for the steps (Sheppard); `None` below 10 values.
     pub(crate) fn quartile_sigma(&self) -> Option<f64> {
         if self.total < 10 {
             return None;
@@ -108,7 +106,7 @@ impl Histogram {
         Some((sigma * sigma - added).max(0.0).sqrt())
     }
 
-    /// A quantile where each bin's values lie evenly up to the middles to its neighbors; with the width of that room.
+    /// Quantile with each bin's values spread up to the middles toward its neighbors, and the width of that span.
     fn spread_quantile(&self, share: f64) -> Option<(f64, f64)> {
         let wanted = share * long_count(self.total);
         let bins: Vec<(f64, f64)> = self.bins().collect();
@@ -128,7 +126,7 @@ impl Histogram {
         None
     }
 
-    /// The variance of the values within `reach` of `middle`, about their own mean.
+    /// Variance of the values within `reach` of `middle`, around their own mean.
     fn cut_variance(&self, middle: f64, reach: f64) -> f64 {
         let (mut count, mut sum, mut squares) = (0.0, 0.0, 0.0);
         for (in_bin, value) in self.bins() {
@@ -154,7 +152,6 @@ impl Histogram {
     }
 }
 
-/// A histogram of each pixel.
 #[derive(Debug)]
 pub(crate) struct PixelHistograms(pub(crate) Vec<Histogram>);
 
@@ -172,11 +169,11 @@ impl PixelHistograms {
     }
 }
 
-/// The fewest frames from which anything is said.
+/// Fewest frames for a characterization.
 pub const FRAMES_MIN: u64 = 50;
-/// Bins of the histograms of differences are this wide, °C: fine against the sensor's step of 0.25.
+/// Width of the bins for differences, °C: fine against the sensor's step of 0.25.
 pub(crate) const DIFFERENCE_BIN_C: f64 = 1.0 / 64.0;
-/// Frames of a segment: ten seconds at full rate.
+/// Frames per segment: ten seconds at full rate.
 pub(crate) const SEGMENT_FRAMES: usize = 100;
 
 #[cfg(test)]
@@ -199,14 +196,14 @@ mod tests {
 
     #[test]
     fn the_sigma_of_a_normal_distribution_is_found_with_and_without_intruders() {
-        // 20,000 draws know their standard deviation to 0.5 %.
+        // 20,000 draws determine their standard deviation to 0.5 %.
         for intruders in [0, 1000, 3000] {
             let found = filled(0.47, None, intruders).gaussian_sigma().unwrap();
             assert_near(found / 0.47, 1.0, 0.02);
         }
     }
 
-    /// Sheppard: rounding to steps adds a twelfth of the step's square to the variance.
+    /// Sheppard: rounding adds a twelfth of the step's square to the variance.
     #[test]
     fn rounding_to_the_sensors_step_adds_its_known_share() {
         for sigma in [0.2, 0.33, 0.47, 0.8] {
@@ -216,7 +213,7 @@ mod tests {
         }
     }
 
-    /// Rounding adds its share and no more, up to steps of more than the standard deviation.
+    /// Rounding adds its share and no more, up to steps of about a standard deviation.
     #[test]
     fn quartiles_of_steps_do_not_jump() {
         for step in (1..=34).map(|step| f64::from(step) / 64.0) {
@@ -227,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_moves_or_nothing_is_there() {
+    fn constant_and_empty_histograms() {
         for value in [0.0, 1.0] {
             let mut still = Histogram::new(1.0 / 64.0);
             (0..100).for_each(|_| still.push(value));

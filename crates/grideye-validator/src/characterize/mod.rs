@@ -1,15 +1,15 @@
-//! The sensor itself, measured from a recording: its rate, steps, noise, common mode, pattern, faults and thermistor.
+//! Measures the sensor from a recording: rate, steps, noise, common mode, pattern, faults, thermistor, people in view.
 //!
 //! ```text
 //!  records ──▶ Characterizer ──┬─ times     rate, jitter, stalls, bursts, gaps, jumps of the clock
-//!   of one      (memory does   ├─ words     steps, torn frames, duplicates, glitches
-//!   stream       not grow)     ├─ pairs     noise of each pixel, people walking through left out
-//!                              ├─ segments  common mode, its five-frame cycle, pattern, Allan deviation, whether somebody is there
+//!   of one      (constant      ├─ words     steps, torn frames, duplicates, glitches
+//!   stream       memory)       ├─ pairs     noise of each pixel, without people walking through
+//!                              ├─ segments  common mode, its five-frame cycle, pattern, Allan deviation, people in view
 //!                              └─▶ Characterization ──▶ text · page · JSON · a sensor profile for simulator and emulator
 //! ```
 //!
-//! Noise is a Gaussian fitted to the middle of the differences of consecutive frames, whose tails people make. What all pixels
-//! do together is the mean of the middle three quarters of them, which a person does not reach.
+//! Noise is a Gaussian fitted to the middle of the differences between consecutive frames, because people make the
+//! tails. The common mode is the mean of the middle three quarters of the pixels, which a person does not reach.
 //!
 //! ```
 //! use grideye_frame::{PixelWord, RawFrame, Reading, ThermistorWord};

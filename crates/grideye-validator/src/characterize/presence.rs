@@ -1,8 +1,8 @@
-//! Whether somebody was there: what moves beyond noise and drift, and what stands there warm.
+//! Decides whether anyone was there: what moves beyond noise and drift, and what stays warm.
 //!
-//! Looked at are means over ten frames and two by two pixels, less what all pixels do together. Somebody changes one by a degree
-//! or more, noise by six of its deviations once in a hundred days, a room's drift by less than [`Thresholds::unclaimed_min_c`].
-//! Who keeps still is no different from a heater: what stays warm beyond the pattern of units is taken for neither.
+//! It uses means over ten frames and 2 x 2 pixels, less the common mode. A person changes one by a degree or more,
+//! noise by six sigmas once in a hundred days, a room's drift by less than [`Thresholds::unclaimed_min_c`]. A person
+//! who keeps still looks like a heater, so anything that stays warm beyond the pattern of units is reported as neither.
 
 use crate::characterize::histogram::Histogram;
 use crate::frames::types::{Pixels, middle_mean, two_by_two};
@@ -12,34 +12,34 @@ use crate::numbers::count;
 use crate::thresholds::Thresholds;
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
 
-/// Means below which nobody's absence is known, half a minute (LINAIGE: somebody moves 0.65 °C or more in as long).
+/// Fewest means for an empty room, half a minute (in LINAIGE, people move 0.65 °C or more in that time).
 const MEANS_MIN: usize = 30;
-/// So many standard deviations are no noise.
+/// Sigmas from which a change is not noise.
 const MOVED_SIGMAS: f64 = 6.0;
-/// Two by two pixels over ten frames have the noise of one value over the root of so many.
+/// Values in a mean of 2 x 2 pixels over ten frames.
 const VALUES: f64 = 40.0;
 
-/// Whether somebody was there while it was recorded.
+/// Whether anyone was there during the recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Presence {
-    /// Nothing moves, and nothing warm stands there: the recording is of an empty room.
+    /// Nothing moves and nothing stays warm: an empty room.
     Nobody,
     /// Something comes, goes or moves.
     Somebody(Spot),
-    /// Nothing moves, but something warm stands there: an object, or somebody who keeps still.
+    /// Nothing moves, but something stays warm: an object, or a person who keeps still.
     Still(Spot),
-    /// Less than half a minute in stretches of a hundred frames or more, in which nothing moves.
+    /// Nothing moves, but runs of at least a hundred frames add up to less than half a minute.
     TooShort,
 }
 
-/// Two by two pixels.
+/// A place of 2 x 2 pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spot {
-    /// How far their mean changes, or stands out, °C.
+    /// How far their mean changes, or exceeds the room, °C.
     pub celsius: f64,
-    /// Row of the upper ones, counted from 0.
+    /// Upper row, from 0.
     pub row: usize,
-    /// Column of the left ones, counted from 0.
+    /// Left column, from 0.
     pub column: usize,
 }
 
@@ -87,7 +87,7 @@ impl PresenceFinder {
         let Some(mean_c) = self.mean_c().filter(|_| self.means >= MEANS_MIN) else {
             return Presence::TooShort;
         };
-        // Beside a room of one temperature, nothing is claimed to be warm.
+        // Against a room of one temperature, which claims nothing warm.
         let level = middle_mean(&mean_c);
         let warmth = WarmLimits::new(level, thresholds.unclaimed_min_c);
         RoomDifference::new(&mean_c, &[level; PIXELS], COLUMNS, warmth)
@@ -101,14 +101,14 @@ impl PresenceFinder {
             })
     }
 
-    /// The two by two pixels that changed most beyond what noise and drift do.
+    /// The place that changed most beyond noise and drift.
     fn moved(&self, sigma_c: &Pixels, drift_c: f64) -> Option<Spot> {
         let noise = two_by_two(&sigma_c.map(|sigma| sigma * sigma));
         let spots = self.squares.iter().zip(noise).enumerate();
         spots
             .filter_map(|(place, (square, variance))| {
                 let (middle, (low, high)) = (square.quantile(0.5)?, square.extent()?);
-                // Who was there for most of the time left, and that is a change downwards.
+                // A person there most of the time shows as a drop on leaving.
                 let celsius = (high - middle).max(middle - low);
                 let limit = drift_c.max(MOVED_SIGMAS * (variance / VALUES).sqrt());
                 (celsius > limit).then_some(Spot {

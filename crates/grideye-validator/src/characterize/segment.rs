@@ -1,4 +1,4 @@
-//! Runs of a hundred frames: what is slow in a recording, and what each pixel shows too much, are taken from these.
+//! Segments of a hundred frames, from which slow changes, the fixed pattern and presence are measured.
 
 use crate::characterize::allan::{Allan, AllanPoint};
 use crate::characterize::common_mode::{CommonMode, CycleFinder, flicker};
@@ -13,23 +13,23 @@ use grideye_frame::{COLUMNS, PIXELS, ROWS};
 /// What does not change from frame to frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pattern {
-    /// The mean of each pixel, °C: with whoever was there.
+    /// Mean of each pixel, °C, including anyone who was there.
     pub mean_c: [f64; PIXELS],
-    /// The smooth part, of second order in place, °C above the middle pixel: taken for the scene's.
+    /// The smooth part (second order), °C above the median pixel; attributed to the scene.
     pub surface_c: [f64; PIXELS],
-    /// What each pixel has beyond it, °C: taken for the sensor's.
+    /// What each pixel has beyond it, °C; attributed to the sensor.
     pub offset_c: [f64; PIXELS],
-    /// Standard deviation of that, °C.
+    /// Standard deviation of `offset_c`, °C.
     pub sd_c: f64,
 }
 
-/// Frames of one level of the slow wander: two cycles of five, which cancel in it.
+/// Frames per level of the slow wander: two five-frame cycles, which cancel.
 const LEVEL_FRAMES: usize = 10;
-/// Collects segments; a break in the sequence ends the one that was begun.
+/// Collects segments; a break in the sequence ends the current one.
 #[derive(Debug, Default)]
 pub(crate) struct Segments {
     frames: Vec<Pixels>,
-    /// What each pixel had in the first segment: levels are told from there.
+    /// Each pixel's level in the first segment; later levels count from it.
     reference: Option<Pixels>,
     cycle: CycleFinder,
     levels: RunningVariance,
@@ -105,7 +105,7 @@ impl Segments {
         }
     }
 
-    /// What is too short for a segment still has averages that follow on one another, and may show somebody.
+    /// Uses what is too short for a segment in the Allan deviations and for presence.
     fn take_rest(&mut self) {
         let mut frames = std::mem::take(&mut self.frames);
         if let Some(reference) = self.reference {
@@ -125,7 +125,7 @@ impl Segments {
     }
 }
 
-/// Means over ten frames; what is left at the end is in none.
+/// Means over ten frames; a shorter rest is dropped.
 fn means(frames: &[Pixels]) -> impl Iterator<Item = Pixels> {
     frames.chunks_exact(LEVEL_FRAMES).map(|tenth| {
         std::array::from_fn(|pixel| {
@@ -134,14 +134,14 @@ fn means(frames: &[Pixels]) -> impl Iterator<Item = Pixels> {
     })
 }
 
-/// How far a frame as a whole is above another.
+/// How far a frame as a whole lies above another.
 fn level(frame: &Pixels, reference: &Pixels) -> f64 {
     middle_mean(&std::array::from_fn(|pixel| {
         frame[pixel] - reference[pixel]
     }))
 }
 
-/// What each pixel mostly is beside the others, segment by segment.
+/// Finds each pixel's usual level against the others, from one value per segment.
 #[derive(Debug, Default)]
 pub(crate) struct PatternFinder(PixelHistograms);
 
@@ -151,7 +151,7 @@ impl PatternFinder {
         self.0.push(&base.map(|level| level - middle));
     }
 
-    /// The middle of all segments, in which someone who sits in some of them does not show.
+    /// Takes the median over the segments, so that a person in some of them does not show.
     pub(crate) fn finish(self, mean_c: Pixels) -> Option<Pattern> {
         let PixelHistograms(pixels) = self.0;
         if pixels.first().is_none_or(|pixel| pixel.total == 0) {
@@ -171,10 +171,10 @@ impl PatternFinder {
     }
 }
 
-/// Functions of the surface that is taken for the scene's.
+/// Terms of the surface attributed to the scene.
 const SURFACES: usize = 6;
 
-/// The nearest surface of 1, x, y, xy, x² and y², which are orthogonal on a full grid once the squares lose their mean.
+/// The nearest surface of 1, x, y, xy, x² and y², orthogonal on a full grid once the squares lose their mean.
 fn smooth(levels: &Pixels) -> Pixels {
     let axis = |place: usize, of: usize| count(place) - (count(of) - 1.0) / 2.0;
     let at = |pixel: usize| (axis(pixel % COLUMNS, COLUMNS), axis(pixel / COLUMNS, ROWS));
@@ -211,7 +211,7 @@ mod tests {
     use super::*;
     use crate::numbers::assert_near;
 
-    /// By hand: 149 differences, and 89 beyond the gap; of averages of two, 74 and 44.
+    /// By hand: 149 differences, then 89 after the gap; of averages of two, 74 and 44.
     #[test]
     fn frames_that_make_no_segment_count_for_the_allan_deviation() {
         let mut segments = Segments::default();
@@ -223,7 +223,7 @@ mod tests {
         assert_eq!(segments.allan.pairs(0), 149 + 89);
         assert_eq!(segments.allan.pairs(1), 74 + 44);
         let points = segments.allan.finish(0.1);
-        // The gap's step of 3.5 degrees is in none of them: a ramp of 0.01 a frame alone.
+        // The gap's step of 3.5 degrees is in none of them, only the ramp of 0.01 per frame.
         assert_near(points[0].common_c * 2.0_f64.sqrt(), 0.01, 1e-9);
     }
 
@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn one_odd_pixel_is_found_although_someone_sits_elsewhere_for_a_while() {
+    fn one_odd_pixel_is_found_beside_a_person() {
         let mut finder = PatternFinder::default();
         for segment in 0..11 {
             let mut base = [21.0; PIXELS];

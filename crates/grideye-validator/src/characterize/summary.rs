@@ -1,4 +1,4 @@
-//! What was found, for people and for programs.
+//! A characterization as text, table lines and JSON.
 
 use crate::characterize::characterization::{Characterization, NOMINAL_HZ};
 use crate::characterize::presence::{Presence, Spot};
@@ -7,14 +7,14 @@ use grideye_frame::COLUMNS;
 use serde_json::{Map, Value, json};
 use std::fmt::{self, Display};
 
-/// One line of the table: what, how much, and what belongs to it.
+/// One line of the table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Line {
     /// What was measured, with its unit.
     pub label: &'static str,
     /// The value.
     pub value: String,
-    /// What one has to know of it; may be empty.
+    /// A remark on the value; may be empty.
     pub note: String,
 }
 
@@ -29,7 +29,7 @@ impl Lines {
 }
 
 impl Characterization {
-    /// The table's lines, in order.
+    /// The table, in order.
     #[must_use]
     pub fn lines(&self) -> Vec<Line> {
         let mut lines = Lines::default();
@@ -43,7 +43,7 @@ impl Characterization {
         lines.0
     }
 
-    /// The table, the noise map and the Allan deviations as text for a terminal.
+    /// The table, the noise map and the Allan deviations as text.
     #[must_use]
     pub fn text(&self) -> String {
         let lines = self.lines();
@@ -75,7 +75,7 @@ impl Characterization {
         text
     }
 
-    /// The same as one JSON object: °C, seconds, shares from 0 to 1; null where unknown.
+    /// The result as one JSON object: °C, seconds, shares from 0 to 1; null where unknown.
     #[must_use]
     pub fn to_json(&self) -> String {
         let missing = self.missing.iter();
@@ -179,7 +179,7 @@ impl Characterization {
         let (least, most) = self.noise.range_c();
         let range = format!("{} to {} over the pixels", fixed(least, 2), fixed(most, 2));
         let middle = fixed(self.noise.median_c(), 3);
-        lines.add("noise of the middle pixel, °C", middle, range);
+        lines.add("noise of the median pixel, °C", middle, range);
         let pattern = self.pattern.map(|pattern| fixed(pattern.sd_c, 3));
         let pattern = pattern.unwrap_or("unknown".to_owned());
         lines.add("fixed pattern, sd, °C", pattern, "beyond a smooth surface");
@@ -212,7 +212,7 @@ impl Characterization {
             return;
         };
         let times = fixed(cycle.contrast, 0);
-        let note = format!("one frame colder, {times} times the spectrum's middle");
+        let note = format!("one frame colder, {times} times the spectrum's median");
         lines.add("cycle, frames", fixed(cycle.frames, 2), note);
         lines.add("its depth, °C", fixed(cycle.depth_c, 3), "");
     }

@@ -1,4 +1,4 @@
-//! The chip's thermometer beside its pixels, and the steps in which temperatures come.
+//! The thermistor compared with the pixels, and the temperature steps of both.
 
 use crate::characterize::histogram::Histogram;
 use crate::numbers::{CommonStep, RunningVariance, long_count, median};
@@ -6,21 +6,21 @@ use amg8833::word::{PIXEL_STEP, THERMISTOR_STEP, pixel_steps, thermistor_steps};
 use grideye_frame::{Celsius, Frame, RawFrame};
 use serde::Serialize;
 
-/// The chip's thermometer.
+/// The sensor's thermistor.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Thermistor {
     pub mean_c: f64,
-    /// The mean of the middle pixel of each frame, °C.
+    /// Mean over the frames of the median pixel, °C.
     pub scene_c: f64,
     pub offset_c: f64,
-    /// Standard deviation from frame to frame, with its own rounding, °C.
+    /// Standard deviation from frame to frame, including rounding, °C.
     pub sigma_c: f64,
-    /// Its trend; `None` below a minute, and where the clock jumped.
+    /// Its trend; `None` for less than a minute, or if the clock jumped.
     pub drift_c_per_hour: Option<f64>,
 }
 
-/// Below this no trend is given, seconds: a few steps of the thermistor are no drift.
+/// Shorter recordings have no trend, seconds: a few steps of the thermistor are no drift.
 const TREND_SPAN_MIN_S: f64 = 60.0;
 const NANOSECONDS_PER_SECOND: f64 = 1e9;
 const SECONDS_PER_HOUR: f64 = 3600.0;
@@ -35,7 +35,7 @@ pub(crate) struct ThermistorSums {
     begin_ns: Option<u64>,
     span_s: f64,
     time: RunningVariance,
-    /// Sum of products of time and temperature about their running means.
+    /// Sum of products of time and temperature around their running means.
     together: f64,
 }
 
@@ -63,7 +63,7 @@ impl ThermistorSums {
         self.above_scene.push(celsius - scene_c);
     }
 
-    /// `jumps` of the clock leave it unknown how much time there was for a trend.
+    /// With `jumps` of the clock the time is uncertain, so there is no trend.
     pub(crate) fn finish(self, jumps: u64) -> Thermistor {
         let squares = self.time.variance() * long_count(self.time.count.saturating_sub(1));
         let trend = (self.span_s >= TREND_SPAN_MIN_S && squares > 0.0 && jumps == 0)
@@ -78,12 +78,12 @@ impl ThermistorSums {
     }
 }
 
-/// The steps in which values come: what all of them are multiples of, from the first one on.
+/// Smallest steps between values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Steps {
-    /// Of the pixels, °C; `None` if every pixel always had one and the same value. A word has 0.25.
+    /// Of the pixels, °C; a word has 0.25. `None` if all pixels had one value throughout.
     pub pixel_c: Option<f64>,
-    /// Of the thermistor, °C; `None` if it never changed. A word has 0.0625.
+    /// Of the thermistor, °C; a word has 0.0625. `None` if it never changed.
     pub thermistor_c: Option<f64>,
 }
 
@@ -121,7 +121,7 @@ mod tests {
 
     const SECOND_NS: u64 = 1_000_000_000;
 
-    /// One pixel is far from the scene: the middle one does not see it.
+    /// One pixel is far from the scene, which the median ignores.
     fn frame(thermistor_c: f32, scene_c: f32) -> Frame {
         let mut pixels = [Celsius::new(scene_c); PIXELS];
         pixels[5] = Celsius::new(80.0);
@@ -140,7 +140,7 @@ mod tests {
         sums
     }
 
-    /// By hand: products about the means add up to 60, squares of time to 5,600 / 3.
+    /// By hand: products around the means sum to 60, squares of time to 5,600 / 3.
     #[test]
     fn means_offset_and_trend_are_those_of_least_squares() {
         let at_ns = [7, 27, 67].map(|at_s| at_s * SECOND_NS);
@@ -161,7 +161,7 @@ mod tests {
         }
     }
 
-    /// Steps of an eighth of a degree, the fit's cut given back; a difference has two values' noise.
+    /// Steps of an eighth of a degree, corrected for the fit's cut; a difference has the noise of two values.
     #[test]
     fn noise_is_that_of_frames_that_follow_one_another() {
         let sigma = |follows: bool| {

@@ -1,45 +1,45 @@
-//! When frames came: rate, jitter, stalls, bursts and jumps of the clock.
+//! Timing of frames: rate, jitter, stalls, bursts and clock jumps.
 
 use crate::numbers::long_count;
 use grideye_recording::{ClockState, Stamp};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Jumps of the wall clock that are listed; further ones are counted alone.
+/// Wall clock jumps listed; later ones are only counted.
 pub const JUMPS_LISTED_MAX: usize = 16;
-/// Bins of intervals differ by this ratio: 0.1 %.
+/// Ratio between bins of intervals: 0.1 %.
 const BIN_RATIO: f64 = 1.001;
-/// An interval counts as a period of the reading from one half to one and a half of the middle one.
+/// An interval within these multiples of the median counts for the rate.
 const PERIODS: (f64, f64) = (0.5, 1.5);
-/// A longer interval than so many middle ones is a stall.
+/// An interval longer than this many medians is a stall.
 const STALL_PERIODS: f64 = 2.5;
-/// A shorter one than this part is a burst, as comes after a stall.
+/// An interval shorter than this share of the median is a burst, as follows a stall.
 const BURST_PERIODS: f64 = 0.25;
-/// The wall clock jumps when it departs from the boot clock by this between two frames, nanoseconds.
+/// Smallest jump of the wall clock against the boot clock between two frames, nanoseconds.
 const JUMP_MIN_NS: i128 = 500_000_000;
 const NANOSECONDS_PER_SECOND: f64 = 1e9;
-/// So many intervals are looked at before a stall breaks the sequence.
+/// Intervals before a stall can break the sequence.
 const INTERVALS_MIN: u64 = 10;
 
-/// When frames came.
+/// Timing of a recording's frames.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Timing {
-    /// From the first frame to the last by the boot clock, seconds.
+    /// From first to last frame by the boot clock, seconds.
     pub span_s: f64,
-    /// Frames a second where nothing stalled, from intervals of half to one and a half of the middle one; 0 if there is none.
+    /// Frame rate without stalls, Hz: from intervals of 0.5 to 1.5 medians; 0 if there is none.
     pub rate_hz: f64,
     pub period_s: f64,
     /// Standard deviation of the intervals that count for the rate, seconds.
     pub jitter_s: f64,
-    /// The interval below which one in a hundred lies, seconds.
+    /// The 1 % quantile of the intervals, seconds.
     pub shortest_percent_s: f64,
-    /// The interval above which one in a hundred lies, seconds.
+    /// The 99 % quantile of the intervals, seconds.
     pub longest_percent_s: f64,
     pub longest_s: f64,
-    /// Intervals longer than two and a half middle ones, with no frame known to be missing.
+    /// Intervals longer than 2.5 medians without a frame recorded as missing.
     pub stalls: u64,
-    /// Intervals shorter than a quarter of the middle one.
+    /// Intervals shorter than a quarter of the median.
     pub bursts: u64,
     /// Jumps of the wall clock against the boot clock.
     pub jumps: u64,
@@ -50,9 +50,9 @@ pub struct Timing {
 /// A jump of the wall clock.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Jump {
-    /// The frame after it.
+    /// The frame after the jump.
     pub seq: u64,
-    /// By how much the wall clock went on, seconds, less what passed on the boot clock where that is known.
+    /// Advance of the wall clock, seconds, less that of the boot clock where known.
     pub by_s: f64,
 }
 
@@ -63,7 +63,7 @@ pub(crate) struct Times {
     bins: BTreeMap<i64, Bin>,
     intervals: u64,
     typical_s: f64,
-    /// Of the span, the longest interval and the jumps.
+    /// Holds the span, the longest interval and the jumps.
     found: Timing,
 }
 
@@ -81,7 +81,7 @@ impl Bin {
 }
 
 impl Times {
-    /// `follows`: right after the last. Gives whether a stall, or a stepped clock, breaks the sequence.
+    /// `follows`: directly after the last. Returns whether a gap, a stall or a stepped clock breaks the sequence.
     pub(crate) fn push(&mut self, seq: u64, stamp: &Stamp, follows: bool) -> bool {
         let begin_ns = *self.first_ns.get_or_insert(stamp.t_boot_ns);
         let since_ns = i128::from(stamp.t_boot_ns) - i128::from(begin_ns);
@@ -119,7 +119,7 @@ impl Times {
     fn look_for_jump(&mut self, seq: u64, last: &Stamp, stamp: &Stamp) -> bool {
         let wall_ns = i128::from(stamp.t_utc_ns) - i128::from(last.t_utc_ns);
         let boot_ns = i128::from(stamp.t_boot_ns) - i128::from(last.t_boot_ns);
-        // Where the wall clock was set, an import without a boot clock has made one up for this interval.
+        // Where the wall clock was set, an import without a boot clock made up this interval.
         let by_ns = match stamp.clock {
             ClockState::Stepped => wall_ns,
             ClockState::Unsynced | ClockState::Synced => wall_ns - boot_ns,
@@ -152,7 +152,7 @@ impl Times {
         bin.squares_s2 += interval_s * interval_s;
         self.intervals += 1;
         self.found.longest_s = self.found.longest_s.max(interval_s);
-        // The middle interval changes little; looking for it each time would cost more than all the rest.
+        // The median changes little, and searching it each time would cost more than everything else.
         if self.intervals.is_power_of_two() || self.intervals % 1024 == 0 {
             self.typical_s = self.quantile_s(0.5);
         }
@@ -215,7 +215,7 @@ mod tests {
     #[test]
     fn rate_and_jitter_leave_stalls_and_bursts_out() {
         let mut times = Times::default();
-        // 100 intervals of 99 and 101 ms by turns, a stall of 1.5 s, five frames 2 ms apart.
+        // 100 intervals of alternately 99 and 101 ms, a stall of 1.5 s, five frames 2 ms apart.
         let mut at = vec![0];
         (0..100).for_each(|i| at.push(at[at.len() - 1] + if i % 2 == 0 { 99 } else { 101 }));
         at.push(at[at.len() - 1] + 1500);
@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_not_a_number() {
+    fn an_empty_recording_gives_no_nan() {
         let timing = Times::default().finish();
         assert_eq!((timing.rate_hz, timing.period_s), (0.0, 0.0));
         assert_eq!(timing.jitter_s, 0.0);

@@ -1,4 +1,4 @@
-//! What a comparison finds: over all frames, frame by frame, and pixel by pixel.
+//! The result of a comparison: over all frames, frame by frame, and pixel by pixel.
 
 use crate::align::Alignment;
 use crate::background::fit::BackgroundFit;
@@ -13,28 +13,28 @@ use crate::verdict::{Judgment, Nobody, WarmPixels};
 use serde::Serialize;
 use std::time::Duration;
 
-/// Share of pixels below a threshold as a function of that threshold (the paper's evaluation graph), mean over pairs.
+/// The paper's evaluation graph: share of pixels that differ by less than each threshold, mean over pairs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct EvaluationGraph {
     pub thresholds_c: Vec<f64>,
-    /// Real with simulated, shares of 0 to 1.
+    /// Real against simulated frames, shares of 0 to 1.
     pub simulated: Vec<f64>,
     pub blank: Vec<f64>,
     pub repeat: Option<Vec<f64>>,
 }
 
-/// A real frame beside the simulated one, for the report.
+/// A real frame and its simulated one, for the report.
 #[derive(Debug, Clone, PartialEq)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct FilmFrame {
-    /// Time of the real frame since the first of the recording.
+    /// Time of the real frame since the recording's first.
     pub time: Duration,
     pub real: Vec<f64>,
     pub simulated: Vec<f64>,
 }
 
-/// The outcome of a comparison: scores with their floors and ceilings, and the verdict.
+/// The result of a comparison: scores with floors and ceilings, and the verdict.
 #[derive(Debug, Clone, PartialEq)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Comparison {
@@ -48,43 +48,43 @@ pub struct Comparison {
     pub simulated_frames: usize,
     /// Pairs of frames scored.
     pub pairs: usize,
-    /// Temporal noise of the sensor in degrees, measured on the repeat; `None` without repeat.
+    /// Temporal noise of the sensor measured on the repeat, °C; `None` without repeat.
     pub noise_sigma_c: Option<f64>,
-    /// A pixel of one frame counts as warm from this far above the background, in degrees.
+    /// A pixel is warm from this much above its frame's background, °C.
     pub warm_above_c: f64,
-    /// From so far above ambient a real pixel counts for the gain, °C; one of the claim from half of it.
+    /// A real pixel counts for the gain from this much above ambient, °C; a claimed one from half of it.
     pub union_above_c: f64,
-    /// How much warmer the recording is than the scene all over, °C: median over the pairs.
+    /// How much warmer the recording is than the scene overall, °C: median over the pairs.
     pub offset_c: f64,
-    /// How far that offset wanders between the pairs, in degrees: largest less smallest.
+    /// Range of that offset over the pairs, °C.
     pub drift_c: f64,
-    /// Trend of that offset, °C a minute; `None` where all frames have one time.
+    /// Trend of that offset, °C per minute; `None` if all frames have the same time.
     pub drift_c_per_min: Option<f64>,
-    /// Real frames less their noise-free claims, in units of the sensor's noise.
+    /// Chi squared of the real frames against their noise-free claims.
     pub noise_fit: ChiSquared,
-    /// Each real frame beside its simulated one, in order of time.
+    /// Each real frame with its simulated one, in order of time.
     pub timeline: Vec<FrameScores>,
-    /// The same, pixel by pixel over all frames.
+    /// Means per pixel over all frames.
     pub maps: PixelMaps,
     pub warm: WarmPixels,
     pub settings: Settings,
-    /// What the same scene scores without its people; `None` where there is no scene.
+    /// Scores of the scene without its people; `None` without a scene.
     pub nobody: Option<Nobody>,
-    /// C with the empty room taken from both sides; `None` where the scene has no people.
+    /// C with the empty room subtracted from both sides; `None` if the scene has no people.
     pub above_room: Option<ForegroundCorrelation>,
-    /// The largest common offset that was allowed, °C.
+    /// The largest common offset allowed, °C.
     pub level_max_c: f64,
-    /// Standard deviation of the pattern that units were drawn with, root of the mean square over the pixels, °C.
+    /// RMS over the pixels of the pattern that the units were drawn with, °C.
     pub pattern_c: f64,
-    /// What leaves so much of it unknown; where it is the scene, nothing is known of this unit.
+    /// Source of the known pattern; for [`RoomSource::Scene`] nothing is known of this unit.
     pub pattern_from: RoomSource,
-    /// How well the profile explains the empty room that the recording shows, where there are both.
+    /// How well the profile explains the recording's empty room, if there are both.
     pub background: Option<BackgroundFit>,
-    /// What spoils the verdict and can be mended, each a sentence and, on a line of its own, a hint.
+    /// Correctable problems that weaken the verdict: a sentence each, with a hint on its own line.
     pub warnings: Vec<String>,
-    /// What was assumed or left out on the way here, each a sentence.
+    /// Assumptions and omissions, a sentence each.
     pub notes: Vec<String>,
-    /// How recording and scene were brought into step, if they were.
+    /// How recording and scene were aligned, if they were.
     pub alignment: Option<Alignment>,
 }
 
@@ -96,27 +96,27 @@ impl Comparison {
     }
 }
 
-/// One real frame and the simulated one of equal time (dynamic) or equal number (static).
+/// Scores of a real frame and the simulated one at the same time (dynamic) or index (static).
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameScores {
     /// Time of the real frame.
     pub time: Duration,
-    /// How much warmer the real frame is all over than the claim, in degrees.
+    /// How much warmer the real frame is than the claim overall, °C.
     pub offset_c: f64,
-    /// Every measure of a pair; `None` where it is not defined.
+    /// Every measure of the pair; `None` where undefined.
     pub values: Vec<(Measure, Option<f64>)>,
-    /// Simulated less real, in degrees, row by row.
+    /// Simulated less real, °C, row by row.
     pub difference_c: Vec<f64>,
-    /// Structural similarity of each pixel's neighborhood, -1 to 1; `None` in frames of less than 3 x 3 pixels.
+    /// Structural similarity of each pixel's neighborhood, -1 to 1; `None` below 3 x 3 pixels.
     pub structure: Option<Vec<f64>>,
 }
 
-/// Means over the frames of a timeline, row by row.
+/// Means over the timeline, row by row.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct PixelMaps {
-    /// Mean of simulated less real, in degrees.
+    /// Mean of simulated less real, °C.
     pub bias_c: Vec<f64>,
-    /// Root of the mean squared difference, in degrees.
+    /// RMS difference, °C.
     pub rmse_c: Vec<f64>,
     /// Mean structural similarity, -1 to 1.
     pub structure: Option<Vec<f64>>,
@@ -204,7 +204,7 @@ mod tests {
         }
     }
 
-    /// Offsets 1, 2, 4 at 0, 30 and 60 seconds: the least-squares slope is 3 degrees a minute.
+    /// Offsets 1, 2, 4 at 0, 30 and 60 seconds: the least-squares slope is 3 degrees per minute.
     #[test]
     fn drift_is_the_slope_a_minute() {
         let frames =

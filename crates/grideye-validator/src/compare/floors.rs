@@ -1,4 +1,4 @@
-//! What chance scores on the same frames: the blank frame, shuffled pixels, images of noise.
+//! What chance scores on the same frames: blank frame, shuffled pixels, images of noise.
 
 use crate::compare::prepared::{ComparedFrames, FrameSet, thinned};
 use crate::compare::settings::{NOISE_IMAGES, SHUFFLED_PAIRS_MAX, Settings};
@@ -10,7 +10,7 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// What the blank frame scores. Its gain over itself is 0 by definition.
+/// Scores of the blank frame. Its gain over itself is 0 by definition.
 pub(crate) fn blank(view: &ComparedFrames, pairs: &[(usize, usize)]) -> Sums {
     let side = FrameSet::new(vec![view.blank.clone()]);
     let mut frames: Vec<usize> = pairs.iter().map(|&(real, _)| real).collect();
@@ -23,7 +23,7 @@ pub(crate) fn blank(view: &ComparedFrames, pairs: &[(usize, usize)]) -> Sums {
     sums
 }
 
-/// What images of the sensor's noise about ambient temperature score, without anything in them: they claim nothing.
+/// Scores of images that show only sensor noise around ambient and claim nothing.
 pub(crate) fn noise(view: &ComparedFrames, seed: u64) -> Sums {
     let mut generator = ChaCha8Rng::seed_from_u64(seed ^ NOISE_SEED);
     let mut image = || -> Vec<f64> {
@@ -38,7 +38,7 @@ pub(crate) fn noise(view: &ComparedFrames, seed: u64) -> Sums {
             .simulated(&image(), &view.blank.steady, None)
     });
     let side = FrameSet::new(images.collect());
-    // Each image meets some frames, each frame some images.
+    // Each image meets some frames, and each frame some images.
     let pairs: Vec<(usize, usize)> = evenly(view.real.len(), SHUFFLED_PAIRS_MAX)
         .into_iter()
         .flat_map(|real| {
@@ -51,12 +51,12 @@ pub(crate) fn noise(view: &ComparedFrames, seed: u64) -> Sums {
     sums(view, &pairs, &side, (SHUFFLED_PAIRS_MAX, 1))
 }
 
-/// Keeps the images of noise apart from the orders of the pixels.
+/// Separates these draws from the shuffles of the same seed.
 const NOISE_SEED: u64 = 0x006E_6F69_7365;
-/// Of how many pairs of a round places and structure are looked at, which costs as much as all the rest.
+/// Pairs per shuffle with measures of places and structure, which cost as much as all others.
 const SHUFFLED_PLACES_MAX: usize = 20;
 
-/// One order of the pixels serves all frames of a round, so that only the place of the pixels varies between rounds.
+/// Each round uses one order of the pixels for all frames, so that only their place varies between rounds.
 pub(crate) fn shuffled(
     view: &ComparedFrames,
     pairs: &[(usize, usize)],
@@ -84,7 +84,7 @@ fn summary(measure: Measure, mut values: Vec<f64>, found: Option<f64>) -> Option
     let as_good = |&value: &f64| match (measure.better(), found) {
         (Better::Higher, Some(found)) => value >= found - ROUNDING,
         (Better::Lower, Some(found)) => value <= found + ROUNDING,
-        // What is not defined is not better than any order of it.
+        // An undefined value is no better than any order.
         _ => true,
     };
     let p = (1.0 + count(values.iter().filter(|value| as_good(value)).count()))
@@ -100,10 +100,10 @@ fn summary(measure: Measure, mut values: Vec<f64>, found: Option<f64>) -> Option
     })
 }
 
-/// Another order of the same pixels may add up to the same but for rounding: that is no worse.
+/// Another order may give the same sum except for rounding, which must not make it worse.
 const ROUNDING: f64 = 1e-12;
 
-/// `number` orders in which `pixels` pixels can stand, the same for the same seed on every machine.
+/// Random pixel orders, the same for the same seed on every machine.
 pub(crate) fn orders(pixels: usize, number: usize, seed: u64) -> Vec<Vec<usize>> {
     let mut generator = ChaCha8Rng::seed_from_u64(seed);
     let shuffled = |_| {
@@ -142,7 +142,7 @@ mod tests {
         }
     }
 
-    /// Five orders of which two do as well, the true one counted with them: 3 of 6.
+    /// Two of five orders do as well; with the true one that is 3 of 6.
     #[test]
     fn a_p_value_counts_the_true_order_and_its_equals() {
         let values = || vec![1.0, 2.0, 3.0, 4.0, 5.0];

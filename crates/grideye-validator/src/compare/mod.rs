@@ -1,4 +1,4 @@
-//! Two sequences of frames side by side: scores, floors, ceilings, drawn units and the verdict.
+//! Compares two sequences of frames: scores, floors, ceilings, drawn units and the verdict.
 
 mod comparison;
 mod floors;

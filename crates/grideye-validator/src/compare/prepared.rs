@@ -1,4 +1,4 @@
-//! Frames made ready to be scored many times, and the sums over pairs of them.
+//! Frames prepared for repeated scoring, and sums over pairs of them.
 
 use crate::compare::settings::Settings;
 use crate::frames::{Protocol, RealFrame, Shape, SimulatedFrame};
@@ -10,20 +10,20 @@ use crate::metrics::score::Measure;
 use crate::metrics::{self, Binning, Blob, structural_similarity};
 use crate::numbers::{common_offset, count, difference_sums, evenly, finite, mean_frame, median};
 
-/// One frame with its bins, entropies and warm pixels worked out.
+/// A frame with its bins, entropies and warm pixels.
 #[derive(Clone)]
 pub(crate) struct Prepared {
     pub(crate) celsius: Vec<f64>,
-    /// What warm pixels are read from: the claim, the mean of the sequence (static), else the frame itself.
+    /// Where warm pixels are read from: the claim, the sequence's mean (static), or the frame itself.
     pub(crate) steady: Vec<f64>,
     centered: Centered,
     steady_centered: Centered,
     grey: Binned,
     chosen: Binned,
-    /// Of the frame itself, or of a simulated frame's claim.
+    /// Warm pixels of the frame, or of a simulated frame's claim.
     warm: Vec<bool>,
     blob: Option<Blob>,
-    /// What is warm is measured against: the median, which no order of the pixels changes.
+    /// The median, against which pixels are warm; no order of the pixels changes it.
     background: f64,
     truth: Option<Vec<bool>>,
 }
@@ -35,10 +35,10 @@ pub(crate) struct Preparation {
     pub(crate) warm_above_c: f64,
 }
 
-/// Frames that stand in one place of the pairs.
+/// Frames for the simulated side of the pairs.
 pub(crate) struct FrameSet {
     pub(crate) frames: Vec<Prepared>,
-    /// For each frame the first one of the row of frames with the same claim, which is worked out once.
+    /// For each frame the first in a row of frames with the same claim, which is evaluated once.
     claims: Vec<usize>,
 }
 
@@ -54,7 +54,7 @@ pub(crate) struct ComparedFrames {
     pub(crate) warmth: WarmLimits,
 }
 
-/// Means over pairs, of the pairs for which a measure is defined.
+/// Mean of each measure over the pairs where it is defined.
 #[derive(Clone)]
 pub(crate) struct Means(Vec<(f64, usize)>);
 
@@ -85,7 +85,7 @@ impl Preparation {
         truth: Option<&[bool]>,
     ) -> Prepared {
         let counter = Counter::new();
-        // Frames and width were checked before; were they not, one bin for all would claim no information.
+        // Already checked; if not, a single bin would at least claim no information.
         let binned = |binning| {
             let binned = counter.binned(celsius, binning);
             binned.unwrap_or_else(|| Binned::of_nothing(celsius.len()))
@@ -104,7 +104,7 @@ impl Preparation {
         }
     }
 
-    /// A simulated frame's pixels in another order; entropies do not change by it, and the truth stays where it is.
+    /// A simulated frame with its pixels reordered; entropies are unchanged, and the truth stays in place.
     fn permuted(&self, frame: &Prepared, order: &[usize]) -> Prepared {
         let steady = pick(&frame.steady, order);
         let warm: Vec<bool> = order.iter().map(|&index| frame.warm[index]).collect();
@@ -144,7 +144,7 @@ impl FrameSet {
         }
     }
 
-    /// Only the frames that pairs need, and the pairs with their new numbers.
+    /// The frames that pairs need, and the pairs with new indices.
     pub(crate) fn of_pairs(&self, pairs: &[(usize, usize)]) -> (Self, Vec<(usize, usize)>) {
         let mut wanted: Vec<usize> = pairs.iter().map(|&(_, simulated)| simulated).collect();
         wanted.sort_unstable();
@@ -158,7 +158,7 @@ impl FrameSet {
         (Self::new(frames.collect()), pairs)
     }
 
-    /// The frame that stands beside a real one; the last one beside what is longer.
+    /// The simulated frame for a real one; the last one if there are fewer.
     pub(crate) fn beside(&self, real: usize) -> Option<&Prepared> {
         self.frames.get(real).or(self.frames.last())
     }
@@ -208,7 +208,7 @@ impl Tally {
         }
     }
 
-    /// The measures that the paper has, and the plain distances; the differences go into the evaluation graph.
+    /// The paper's measures and the plain distances; adds the differences to the evaluation graph.
     pub(crate) fn plain(
         &mut self,
         real: &Prepared,
@@ -258,7 +258,7 @@ impl ComparedFrames {
         noise_sigma_c: f64,
     ) -> Self {
         let ambient = vec![settings.ambient_c; preparation.shape.pixels()];
-        // What stands still is seen better in the mean of all frames than in any one of them.
+        // What stands still is clearer in the mean of all frames.
         let (steady, averaged) = match settings.protocol {
             Protocol::Static => (
                 Some(mean_frame(real.iter().map(|frame| &frame.celsius))),
@@ -289,7 +289,7 @@ impl ComparedFrames {
         self.blank.celsius.len()
     }
 
-    /// The measures of places and noise; the truth comes from the frame beside the real one, whatever is in its place.
+    /// Measures of places and noise; the truth is that of `beside`, whatever frame is `put` in its place.
     pub(crate) fn placed(
         &self,
         real: &Prepared,
@@ -324,13 +324,13 @@ impl ComparedFrames {
         ]
     }
 
-    /// The slope of a frame over its repeat, whose noise is taken out of it.
+    /// Slope of a frame over its repeat, corrected for the repeat's noise.
     pub(crate) fn slope_over_repeat(&self, real: &Prepared, later: &Prepared) -> Option<f64> {
         real.centered
             .slope_over_noisy(&later.centered, self.sigma_c)
     }
 
-    /// Adds pairs to the union of pixels that the scene claims to be warm or that are; with the common offset of each.
+    /// Adds pairs, over the pixels that are warm in the claim or in reality, each with its common offset.
     pub(crate) fn add_to_gain(
         &self,
         gain: &mut GainSums,
@@ -353,7 +353,7 @@ impl ComparedFrames {
         }
     }
 
-    /// Adds the repeat of a real frame in the simulation's place, over the same pixels.
+    /// Adds the repeat of a real frame in place of the simulation, over the same pixels.
     pub(crate) fn add_repeat_to_gain(&self, gain: &mut GainSums, real: usize, later: &Prepared) {
         let Some(beside) = self.simulated.beside(real) else {
             return;
@@ -401,7 +401,7 @@ pub(crate) fn pairs(protocol: Protocol, real: usize, simulated: usize) -> Vec<(u
     }
 }
 
-/// Up to `number` of the pairs, evenly spread, first and last included.
+/// Up to `number` of the pairs, evenly spread, including first and last.
 pub(crate) fn thinned(pairs: &[(usize, usize)], number: usize) -> Vec<(usize, usize)> {
     evenly(pairs.len(), number)
         .into_iter()

@@ -1,4 +1,4 @@
-//! Compares the frames of a recording with simulated ones.
+//! Runs a comparison: scores, floors, ceilings, drawn units, verdict.
 
 use crate::compare::comparison::{
     Comparison, EvaluationGraph, FilmFrame, drift_c_per_min, maps, noise_fit, timeline,
@@ -26,7 +26,7 @@ use std::time::Duration;
 /// Compares the frames of a recording with simulated ones.
 ///
 /// # Errors
-/// No frame or too many, frames that differ in size or are not finite, unequal numbers (dynamic), a setting out of range.
+/// No frames or too many, frames of unequal size or not finite, unequal numbers (dynamic), a setting out of range.
 pub fn compare(
     shape: Shape,
     real: &[RealFrame],
@@ -114,7 +114,7 @@ pub(crate) fn compare_with_prior(
     })
 }
 
-/// The sensor's temporal noise: of the pixels' RMS of frame less repeat over the root of two, the median.
+/// The sensor's temporal noise: RMS of frame less repeat over √2, median over the pixels.
 fn noise_sigma(real: &[RealFrame]) -> Option<f64> {
     let repeats: Vec<(&[f64], &[f64])> = real
         .iter()
@@ -144,7 +144,8 @@ fn warm_pixels(view: &ComparedFrames, gain: &GainSums) -> WarmPixels {
     }
 }
 
-/// Warm pixels a frame above its own median: whether a recording is empty must not depend on what the scene claims.
+/// Mean number of warm pixels per frame, against the frame's own median: whether a recording is empty must not depend
+/// on the scene's claim.
 fn warm_of_themselves<'a>(
     frames: impl ExactSizeIterator<Item = &'a [f64]>,
     warm_above_c: f64,
@@ -160,7 +161,7 @@ fn warm_of_themselves<'a>(
     count(frames.map(warm).sum()) / number
 }
 
-/// What the scene scores without its people, under the noise of the simulated frames.
+/// Scores of the scene without its people, under the noise of the simulated frames.
 fn nobody(
     view: &ComparedFrames,
     pairs: &[(usize, usize)],
@@ -219,7 +220,7 @@ fn film(real: &[RealFrame], simulated: &[SimulatedFrame]) -> Vec<FilmFrame> {
         .collect()
 }
 
-/// What the verdict is read from, and what drawn units would have scored.
+/// The scores that the verdict uses, of the recording and of drawn units.
 pub(crate) struct Bootstrap {
     pub(crate) claim: Claim,
     pub(crate) found: Statistics,
@@ -227,12 +228,12 @@ pub(crate) struct Bootstrap {
     pub(crate) times: Vec<Duration>,
 }
 
-/// Frames a side that units are drawn for; more are thinned evenly.
+/// Real frames that units are drawn for; more are thinned evenly.
 const DRAWN_FRAMES_MAX: usize = 100;
-/// Under the static protocol each of them meets as many simulated ones.
+/// Simulated frames that each of them meets under the static protocol.
 const DRAWN_STATIC_MAX: usize = 10;
 
-/// Standard deviation of what is not known of a unit's pattern, row by row, °C.
+/// Standard deviation of the unknown part of a unit's pattern, row by row, °C.
 pub(crate) fn pattern_c(settings: &Settings, prior: &Prior, pixels: usize) -> Vec<f64> {
     let any = || vec![settings.thresholds.pattern_spread_c; pixels];
     prior.pattern.left_c.clone().unwrap_or_else(any)

@@ -1,4 +1,4 @@
-//! How frames are compared, the limits of a comparison, and what is refused before it.
+//! Settings and limits of a comparison, and the checks of its input.
 
 use crate::error::{Side, ValidatorError, check_setting};
 use crate::frames::{Protocol, RealFrame, Shape, SimulatedFrame};
@@ -7,17 +7,17 @@ use crate::numbers::count;
 use crate::thresholds::Thresholds;
 use serde::Serialize;
 
-/// Most frames a side that are compared at once.
+/// Most frames per side.
 pub const FRAMES_MAX: usize = 1_000;
-/// Most random orders of the pixels.
+/// Most random pixel orders.
 pub const SHUFFLES_MAX: usize = 10_000;
-/// Most pairs of frames that are scored again for each random order; more are thinned evenly.
+/// Most pairs scored for each random order; more are thinned evenly.
 pub const SHUFFLED_PAIRS_MAX: usize = 100;
-/// Most pairs of frames of which places, overlaps and structure are looked at; more are thinned evenly.
+/// Most pairs for measures of places, overlaps and structure; more are thinned evenly.
 pub const PLACED_PAIRS_MAX: usize = 10_000;
-/// Images of the sensor's noise that make up that floor.
+/// Images of sensor noise that make that floor.
 pub const NOISE_IMAGES: usize = 20;
-/// Most threads that count at once.
+/// Most threads.
 pub const THREADS_MAX: usize = 64;
 /// Most pairs of frames kept for the report.
 pub const FILM_FRAMES_MAX: usize = 6;
@@ -28,30 +28,30 @@ pub const FILM_FRAMES_MAX: usize = 6;
 pub struct Settings {
     #[serde(skip)]
     pub protocol: Protocol,
-    /// Ambient temperature of the scene in degrees: the blank frame is of this temperature.
+    /// Ambient temperature of the scene and of the blank frame, °C.
     pub ambient_c: f64,
-    /// The sensor's step in degrees, above zero.
+    /// The sensor's step, °C, above zero.
     pub step_c: f64,
-    /// The bins of the second set of entropies; the first has the paper's 256 grey levels always.
+    /// Bins of the second set of entropies; the first always has the paper's 256 gray levels.
     pub binning: Binning,
-    /// Full angles of view across and down, radians, below a half turn: they give a centroid's error in degrees.
+    /// Full horizontal and vertical field of view, radians, below π: converts a centroid's error to degrees.
     pub field_of_view_rad: Option<[f64; 2]>,
-    /// Noise of the sensor in degrees, used where the recording has no repeat to measure it with.
+    /// Noise of the sensor if the recording has no repeat, °C.
     pub noise_sigma_c: f64,
-    /// How many frames later a real frame's repeat is; only printed, the caller picks the frames.
+    /// Frames between a real frame and its repeat; only printed, since the caller picks the frames.
     pub lag_frames: usize,
     /// Random orders of the simulated pixels, up to [`SHUFFLES_MAX`].
     pub shuffles: usize,
-    /// Seed of those orders and of the images of noise.
+    /// Seed of the orders and of the images of noise.
     pub seed: u64,
-    /// Threads that count pairs of frames, 1 to [`THREADS_MAX`]; the result is the same with any number.
+    /// Threads, 1 to [`THREADS_MAX`]; any number gives the same result.
     #[serde(skip)]
     pub threads: usize,
     pub thresholds: Thresholds,
 }
 
 impl Settings {
-    /// Defaults: 0.24 °C of noise (median of AMG88xx units at 10 Hz), repeat 3 frames later, 200 orders, one thread.
+    /// Defaults: noise 0.24 °C (median of AMG88xx units at 10 Hz), repeat 3 frames later, 200 orders, one thread.
     #[must_use]
     pub fn new(protocol: Protocol, ambient_c: f64, step_c: f64) -> Self {
         Self {
@@ -69,14 +69,14 @@ impl Settings {
         }
     }
 
-    /// From how far above the background on a pixel counts as warm where the noise is `sigma_c`.
+    /// How far above the background a pixel is warm, for noise `sigma_c`.
     pub(crate) fn warm_above(&self, sigma_c: f64) -> f64 {
         (self.thresholds.warm_sigma * sigma_c).max(WARM_STEPS_MIN * self.step_c)
     }
 }
 
 const NOISE_SIGMA_C: f64 = 0.24;
-/// Steps of the sensor that a warm pixel stands out by at least, however little noise there is.
+/// Steps that a warm pixel must stand out by, however little noise there is.
 const WARM_STEPS_MIN: f64 = 2.0;
 
 pub(crate) fn check_settings(settings: &Settings) -> Result<(), ValidatorError> {

@@ -1,4 +1,4 @@
-//! Sums over pairs of frames, by one thread or several.
+//! Sums of all measures over pairs of frames, on one thread or several.
 
 use crate::compare::prepared::{ComparedFrames, FrameSet, Means, Tally, thinned};
 use crate::frames::RealFrame;
@@ -15,10 +15,10 @@ pub(crate) struct Sums {
     pub(crate) pairs: usize,
 }
 
-/// Pairs counted in one go; goes are added in their order, so that the number of threads does not matter.
+/// Pairs per chunk. Chunks are added in order, so the number of threads does not change the result.
 const PAIRS_AT_ONCE: usize = 4_096;
 
-/// Every measure over pairs of real frames and those of `side`; places are looked at in up to `placed_max` of them.
+/// All measures over pairs of a real frame and one of `side`; those of places over at most `placed_max` pairs.
 pub(crate) fn sums(
     view: &ComparedFrames,
     pairs: &[(usize, usize)],
@@ -66,7 +66,7 @@ impl Sums {
         self.pairs += part.pairs;
     }
 
-    /// The repeat of each real frame in the simulation's place, as far as there are any.
+    /// The repeat of each real frame in place of the simulation, where there is one.
     pub(crate) fn of_repeat(view: &ComparedFrames, real: &[RealFrame], sigma_c: f64) -> Self {
         let (mut means, mut gain, mut tally) =
             (Means::default(), GainSums::default(), Tally::new());
@@ -114,16 +114,16 @@ pub(crate) fn in_threads<T: Sync, R: Send>(
             .collect();
         running
             .into_iter()
-            // A thread that did not come back has its share counted here.
+            // If a thread panicked, its share is counted here.
             .flat_map(|(share, thread)| thread.join().unwrap_or_else(|_| count_all(share)))
             .collect()
     })
 }
 
-/// The repeat holds the noise twice, a prediction without noise would meet it once only.
+/// Corrects for the repeat's noise, which a noise-free prediction would not have.
 ///
-/// C: Spearman's correction for attenuation. RMSE and foreground RMSE: less the variance of the noise; MAE in proportion to the
-/// RMSE, as for Gaussian differences. Chi squared: half; a centroid's error: over the root of two.
+/// C: Spearman's correction for attenuation. RMSE and foreground RMSE: less the noise variance; MAE in proportion to
+/// RMSE, as for Gaussian differences. Chi squared: halved. Centroid error: divided by √2.
 fn count_noise_once(means: &mut Means, sigma_c: f64) {
     let correlation = means.get(Measure::Correlation).filter(|&c| c > 0.0);
     means.set(Measure::Correlation, correlation.map(f64::sqrt));

@@ -1,4 +1,4 @@
-//! What the verdict is read from, as functions of what was recorded alone: the same for the recording and for drawn ones.
+//! The scores behind the verdict as functions of recorded frames, the same for the recording and for drawn units.
 
 use crate::align::Orientation;
 use crate::align::aligner::SAME_MIN;
@@ -10,10 +10,10 @@ use crate::metrics::unclaimed::{AllowedWarmth, Unclaimed};
 use crate::numbers::{common_offset, count, mean, mean_frame, sum_of};
 use grideye_frame::PIXELS;
 
-/// The simulated side, made ready to be set against many recordings.
+/// The simulated side, prepared for many recordings.
 pub(crate) struct Claim {
     people: Vec<Shown>,
-    /// The scene without its people; empty if that is not known.
+    /// The scene without its people; empty if unknown.
     nobody: Vec<Shown>,
     pairs: Vec<(usize, usize)>,
     warmth: WarmLimits,
@@ -26,40 +26,40 @@ pub(crate) struct Claim {
 /// A frame of the simulated side.
 struct Shown {
     claim: Vec<f64>,
-    /// The same under the simulated noise.
+    /// The claim with simulated noise.
     noisy: Vec<f64>,
     centered: Centered,
-    /// The first frame of the same claim.
+    /// The first frame with the same claim.
     same_as: usize,
 }
 
-/// What the verdict is read from. `None` where a score is not defined.
+/// The scores behind the verdict; `None` where undefined.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Statistics {
     pub(crate) correlation: Option<f64>,
     pub(crate) gain: Option<f64>,
-    /// C with the empty room taken from both sides.
+    /// C with the empty room subtracted from both sides.
     pub(crate) above_room: Option<f64>,
     /// Gain beyond that of the scene without its people.
     pub(crate) over_nobody: Option<f64>,
     pub(crate) unclaimed: Unclaimed,
-    /// By how much the recording is more like the claim than like the claim in each other orientation.
+    /// How much more the recording resembles the claim than the claim in each other orientation.
     pub(crate) upright: Vec<(Orientation, f64)>,
 }
 
 pub(crate) struct Sides<'a> {
     pub(crate) simulated: Vec<&'a SimulatedFrame>,
-    /// The scene without its people for each simulated frame; empty if that is not known.
+    /// The scene without its people for each simulated frame; empty if unknown.
     pub(crate) nobody: Vec<&'a [f64]>,
     pub(crate) pairs: Vec<(usize, usize)>,
     pub(crate) warmth: WarmLimits,
     pub(crate) ambient_c: f64,
-    /// Whether what is warm is to be seen in the mean of all frames.
+    /// Whether warm pixels are read from the mean of all frames.
     pub(crate) is_static: bool,
     pub(crate) columns: usize,
-    /// What of the simulated frames is the unit's pattern and not the scene, row by row; empty if nothing is.
+    /// The unit's pattern within the simulated frames, row by row; empty if none.
     pub(crate) pattern: &'a [f64],
-    /// What the mean image is worth beside one frame's, squares of noise over squares of noise and pattern.
+    /// Weight of the mean image against one frame: noise² / (noise² + frames · pattern²).
     pub(crate) still_weight: f64,
 }
 
@@ -107,7 +107,7 @@ impl Claim {
         self.turns.as_ref().map_or(&[], |turns| &turns.alike)
     }
 
-    /// Of recorded frames, and of what the recording shows of the empty room, if that was learned.
+    /// Scores recorded frames, with the recording's own empty room if it was learned.
     pub(crate) fn of_all(&self, frames: &[Vec<f64>], room: Option<&[f64]>) -> Statistics {
         let claims: Vec<&[f64]> = (0..frames.len()).map(|index| self.claimed(index)).collect();
         let turns = self.turns.as_ref();
@@ -220,17 +220,17 @@ pub(crate) struct Turns {
     still_weight: f64,
 }
 
-/// Centered frames as their mean and what departs from it.
+/// Centered frames split into their mean and the deviation from it.
 struct Split {
     still: Vec<f64>,
     moving: Vec<Vec<f64>>,
 }
 
-/// A claim of less contrast, °C over all pixels, lies in no way.
+/// A claim with less contrast than this over all pixels, °C, has no orientation.
 const CONTRAST_MIN_C: f64 = 1e-3;
 
 impl Turns {
-    /// `None` for images that are not 8 x 8, or claim nothing.
+    /// `None` for images that are not 8 x 8 or claim nothing.
     pub(crate) fn new(claims: &[&[f64]], still_weight: f64) -> Option<Self> {
         let claims: Option<Vec<[f64; PIXELS]>> =
             claims.iter().map(|&frame| frame.try_into().ok()).collect();
@@ -322,14 +322,14 @@ mod tests {
         found.find(|found| found.0 == sought).unwrap().1
     }
 
-    /// Pixel 1 of the first row: mirrored left to right it is pixel 6, which the recording shows.
+    /// Pixel 1 of the first row, mirrored left to right, is pixel 6, which the recording shows.
     #[test]
     fn a_mirrored_recording_is_more_like_the_mirrored_claim() {
         let claim = blob(1);
         let turns = Turns::new(&[&claim, &claim], 1.0).unwrap();
         assert!(turns.alike.is_empty());
         let found = turns.of(&[blob(6), blob(6)]);
-        // Two frames of one pixel each, 64 of them: the likeness of different places is -1/63.
+        // Two frames of one pixel each out of 64: different places have a likeness of -1/63.
         let expected = -1.0 / 63.0 - 1.0;
         assert!((likeness(&found, Orientation::MirroredLeftRight) - expected).abs() < 1e-12);
         assert!(likeness(&found, Orientation::Half).abs() < 1e-12);
@@ -337,9 +337,9 @@ mod tests {
         assert!(turns.of(&nothing).is_empty());
     }
 
-    /// A blob in the middle rows that walks from left to right is its own mirror image from top to bottom.
+    /// A blob that walks along the middle rows is its own mirror image top to bottom.
     #[test]
-    fn what_a_claim_is_much_like_is_named() {
+    fn orientations_like_the_upright_one_are_named() {
         let walk: [Vec<f64>; 8] = std::array::from_fn(|column| {
             let mut frame = blob(24 + column);
             frame[32 + column] = 23.0;
@@ -352,9 +352,9 @@ mod tests {
         assert!(Turns::new(&[&[20.0, 21.0]], 1.0).is_none());
     }
 
-    /// What stands still weighs as much as it is told to: with 0 only what moves is looked at.
+    /// With weight 0 only motion counts.
     #[test]
-    fn what_stands_still_weighs_as_told() {
+    fn still_warmth_has_the_given_weight() {
         let mut claims = [blob(1), blob(9)];
         let mut real = [blob(1), blob(9)];
         for (claim, real) in claims.iter_mut().zip(&mut real) {

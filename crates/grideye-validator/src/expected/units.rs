@@ -1,4 +1,4 @@
-//! The units that are drawn, and how what they score is spread.
+//! The drawn units, and the distribution of their scores.
 
 use crate::align::Orientation;
 use crate::expected::claim::{Claim, Statistics};
@@ -8,29 +8,29 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::Serialize;
 
-/// Units that are drawn.
+/// Number of drawn units.
 pub const DRAWS: usize = 100;
 
 #[derive(Debug, Clone)]
 pub(crate) struct UnitSpecification {
-    /// Noise of a pixel from frame to frame, its rounding included, °C.
+    /// Noise of a pixel from frame to frame, including rounding, °C.
     pub(crate) noise_c: f64,
-    /// Standard deviation of what each pixel shows too much, as far as that is not known, row by row, °C.
+    /// Standard deviation of the unknown part of each pixel's fixed pattern, row by row, °C.
     pub(crate) pattern_c: Vec<f64>,
     pub(crate) step_c: f64,
     pub(crate) frames: usize,
-    /// Frames of the empty room that its map was learned from, if it was.
+    /// Empty frames that the room was learned from, if it was.
     pub(crate) learned_from: Option<usize>,
     pub(crate) seed: u64,
 }
 
 #[derive(Debug, Clone)]
 pub(crate) struct Expected {
-    /// Where the claim is right.
+    /// If the claim is right.
     pub(crate) right: Vec<Statistics>,
-    /// Where its people are not there.
+    /// If its people are not there.
     pub(crate) nobody: Vec<Statistics>,
-    /// Where nothing is there.
+    /// If nothing is there.
     pub(crate) blank: Vec<Statistics>,
 }
 
@@ -63,7 +63,7 @@ impl Expected {
         expected
     }
 
-    /// By how much recordings of the claim are more like it upright than in that orientation.
+    /// How much more recordings of the claim resemble it upright than in that orientation.
     pub(crate) fn upright(&self, orientation: Orientation) -> Option<ScoreDistribution> {
         let of = |statistics: &Statistics| {
             let mut all = statistics.upright.iter();
@@ -76,11 +76,11 @@ impl Expected {
 
 struct Drawn {
     errors: Vec<Vec<f64>>,
-    /// What it shows of the empty room.
+    /// The empty room as this unit shows it.
     learned: Option<Vec<f64>>,
 }
 
-/// Keeps the units apart from noise and orders of the same seed.
+/// Separates these draws from noise and orders of the same seed.
 const UNITS_SEED: u64 = 0x0075_6E69_7473;
 
 impl UnitSpecification {
@@ -89,14 +89,14 @@ impl UnitSpecification {
             let draw: f64 = StandardNormal.sample(random);
             sigma * draw
         };
-        // Where in a step the level lies decides how the pattern is rounded.
+        // The level's place within a step decides how the pattern is rounded.
         let level_c = normal(self.step_c);
         let pattern: Vec<f64> = self
             .pattern_c
             .iter()
             .map(|&sigma_c| level_c + normal(sigma_c))
             .collect();
-        // What was measured has the rounding in it, which is done again.
+        // The measured noise includes rounding, which is applied again below.
         let unrounded = self.noise_c * self.noise_c - self.step_c * self.step_c / 12.0;
         let noise_c = unrounded.max(0.0).sqrt();
         let learned = self.learned_from.map(|frames| {
@@ -130,12 +130,12 @@ impl Drawn {
     }
 }
 
-/// How a score is spread over drawn units.
+/// Distribution of a score over the drawn units.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ScoreDistribution {
     /// Mean.
     pub mean: f64,
-    /// Standard deviation, not below zero.
+    /// Standard deviation.
     pub sd: f64,
     #[serde(skip)]
     scale: Scale,
@@ -144,21 +144,21 @@ pub struct ScoreDistribution {
     on_scale: (f64, f64),
 }
 
-/// The scale on which a score is spread normally, near enough.
+/// A scale on which the score is nearly normal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Scale {
     Plain,
     /// Correlations, up to 1: the inverse hyperbolic tangent (Fisher, 1921).
     Correlation,
-    /// Gains, up to 1: the logarithm of the ratio of errors that they are made of.
+    /// Gains, up to 1: the logarithm of their ratio of errors.
     Gain,
 }
 
-/// Correlations and gains nearer to 1 than this are taken for this near.
+/// Smallest distance of a correlation or gain from 1 on its scale.
 const NEAREST: f64 = 1e-6;
 
 impl ScoreDistribution {
-    /// Of what the draws scored; `None` where fewer than half of them have that score at all.
+    /// From the draws' scores; `None` if fewer than half of them are defined.
     pub(crate) fn of(scale: Scale, values: impl Iterator<Item = Option<f64>>) -> Option<Self> {
         let all: Vec<Option<f64>> = values.collect();
         let known: Vec<f64> = all.iter().copied().flatten().collect();
@@ -175,21 +175,21 @@ impl ScoreDistribution {
         })
     }
 
-    /// Less than this has only that share of the units.
+    /// The score that only this share of the units falls below.
     #[must_use]
     pub fn low(&self, share: f64) -> f64 {
         let (mean, sd) = self.on_scale;
         self.scale.back(mean - normal_quantile(share) * sd)
     }
 
-    /// More than this has only that share of the units.
+    /// The score that only this share of the units exceeds.
     #[must_use]
     pub fn high(&self, share: f64) -> f64 {
         let (mean, sd) = self.on_scale;
         self.scale.back(mean + normal_quantile(share) * sd)
     }
 
-    /// More than this has only that share of the units where the score is the largest of many, which Gumbel's law is for.
+    /// [`high`](Self::high) for a score that is the largest of many (Gumbel's law).
     #[must_use]
     pub fn high_of_largest(&self, share: f64) -> f64 {
         const EULER: f64 = 0.577_215_664_9;
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn a_law_is_that_of_the_draws_that_have_a_score() {
+    fn a_distribution_uses_only_defined_scores() {
         let values = [Some(1.0), None, Some(3.0)];
         let law = ScoreDistribution::of(Scale::Plain, values.into_iter()).unwrap();
         assert_eq!((law.mean, law.sd), (2.0, 1.0));
@@ -239,9 +239,10 @@ mod tests {
         }
     }
 
-    /// By hand: atanh 0.5 and 0.8 have mean 0.8240 and deviation 0.2747; ratios 0.5 and 0.125 mean ln 0.25, deviation ln 2.
+    /// By hand: atanh 0.5 and 0.8 have mean 0.8240, deviation 0.2747; ratios 0.5 and 0.125 have mean ln 0.25, deviation
+    /// ln 2.
     #[test]
-    fn what_cannot_pass_1_is_spread_on_a_scale_that_can() {
+    fn scores_up_to_1_use_a_scale_without_that_limit() {
         let correlations = law(Scale::Correlation, &[0.5, 0.8]);
         assert!((correlations.mean - 0.65).abs() < 1e-12);
         let expected = (0.823_96_f64 + 3.090_232 * 0.274_65).tanh();

@@ -1,4 +1,4 @@
-//! Frames that say nothing of their own moment, found and left out, each with the reason; and the slow common drift.
+//! Finds frames that show nothing of their own moment and leaves them out, each with a reason.
 
 use crate::frames::faults::{FaultFinder, Standing};
 use crate::frames::types::decoded;
@@ -19,7 +19,7 @@ pub enum LeftOut {
     OutsideScene,
 }
 
-/// How many rows were left out for one reason, and the first of them.
+/// How many rows were left out for one reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct LeftOutCount {
@@ -30,7 +30,7 @@ pub struct LeftOutCount {
 }
 
 impl LeftOut {
-    /// The stable name for files and programs.
+    /// The stable name in files and JSON.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -48,13 +48,13 @@ impl fmt::Display for LeftOut {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Missing(reason) => write!(formatter, "not read: {reason}"),
-            Self::Torn => formatter.pad("torn: in part the frame before"),
+            Self::Torn => formatter.pad("torn: partly the frame before"),
             Self::Duplicate => formatter.pad("duplicates of the frame before"),
             Self::Stalled => formatter.pad("the sensor stood still: many duplicates in a row"),
             Self::Burst => {
                 formatter.pad("read in a burst after a stall: their times are not known")
             }
-            Self::OutsideScene => formatter.pad("before the scene's begin or after its end"),
+            Self::OutsideScene => formatter.pad("before the scene's start or after its end"),
         }
     }
 }
@@ -62,7 +62,7 @@ impl fmt::Display for LeftOut {
 #[derive(Debug, Clone)]
 pub(crate) struct Read {
     pub(crate) seq: u64,
-    /// On the device's clock, nanoseconds.
+    /// Boot clock of the device, nanoseconds.
     pub(crate) boot_ns: u64,
     pub(crate) celsius: [f64; PIXELS],
 }
@@ -85,11 +85,11 @@ impl Counts {
     }
 }
 
-/// As many duplicates in a row are a stall, half a second at 10 Hz.
+/// Duplicates in a row that make a stall, half a second at 10 Hz.
 const STALL_FRAMES: usize = 5;
-/// Above this share of frames that look torn by chance, the rule says nothing and is not applied.
+/// If more frames than this share look torn by chance, torn frames and duplicates are kept.
 const BY_CHANCE_MAX: f64 = 0.02;
-/// The frames of a recording, each once and whole, and what was left out of it.
+/// The frames of a recording, each once and whole, and what was left out.
 pub(crate) fn clean(records: &[Record], times_matter: bool) -> (Vec<Read>, Counts) {
     let mut counts = Counts::default();
     let frames = read(records, &mut counts);
@@ -138,8 +138,7 @@ fn standings(frames: &[Read]) -> Vec<Option<LeftOut>> {
     }
     let faults = finder.finish();
     let own = faults.own();
-    // Of a sensor without noise every frame looks like the one before; and where a few only are a sensor's own, chance
-    // cannot be known.
+    // Without noise every frame looks like the one before, and with few frames of its own chance is unknown.
     let known = own > 0 && faults.torn_by_chance <= BY_CHANCE_MAX && own * 20 > faults.compared;
     let mut reasons: Vec<Option<LeftOut>> = found
         .into_iter()
@@ -158,7 +157,7 @@ fn standings(frames: &[Read]) -> Vec<Option<LeftOut>> {
     reasons
 }
 
-/// Frames held up by a stall: after more than 2.5 middle intervals, less than a quarter of one.
+/// Frames delayed by a stall: within a quarter of the median interval, after one of more than 2.5 medians.
 fn bursts(frames: &[Read]) -> Vec<bool> {
     let interval = |pair: &[Read]| u128::from(pair[1].boot_ns.saturating_sub(pair[0].boot_ns));
     let mut intervals: Vec<u128> = frames.windows(2).map(interval).collect();
@@ -182,7 +181,7 @@ mod tests {
     use super::*;
     use crate::frames::types;
 
-    /// A frame of a sensor with noise, so that none repeats the one before.
+    /// A frame of a noisy sensor, so that none repeats the one before.
     fn record(seq: u64, seed: u64) -> Record {
         let pixels = std::array::from_fn(|pixel| {
             let pixel = u64::try_from(pixel).unwrap();
@@ -200,7 +199,7 @@ mod tests {
         records[200].reading = records[199].reading;
         let (kept, counts) = clean(&records, true);
         assert_eq!(kept.len(), 600, "{:?}", counts.list());
-        // The same without a border between is a duplicate.
+        // Without a border between, it is a duplicate.
         records[101].reading = records[100].reading;
         let (kept, counts) = clean(&records, true);
         assert_eq!(kept.len(), 599);
@@ -212,7 +211,7 @@ mod tests {
         counts.map(|count| (count.reason, count.rows)).collect()
     }
 
-    /// Four frames in a row that repeat the one before were read too often; five are a sensor that stood still.
+    /// Four duplicates in a row come from reading too often; with five the sensor stalled.
     #[test]
     fn five_duplicates_in_a_row_are_a_stall() {
         for (repeats, reason) in [(4, LeftOut::Duplicate), (5, LeftOut::Stalled)] {
@@ -226,9 +225,9 @@ mod tests {
         }
     }
 
-    /// After a stall the first frame is late and counts; those held up with it do not; one that is a little early does.
+    /// After a stall the first frame is late and counts; those delayed with it do not; one that is a little early does.
     #[test]
-    fn what_was_held_up_by_a_stall_is_told_from_jitter() {
+    fn bursts_after_a_stall_are_told_from_jitter() {
         let burst_ms = |after: &[u64]| -> Vec<bool> {
             let steady = (0..10).map(|index| index * 100);
             let frames: Vec<Read> = steady

@@ -1,21 +1,21 @@
-//! The slow drift that all pixels share, from the pixels without a person.
+//! The slow drift common to all pixels, from those without a person.
 
 use crate::frames::types::Pixels;
 use crate::numbers::{common_offset, evenly, extremes, interpolated, median, windowed_mean};
 
-/// The drift is the mean over this long, seconds: shorter than drift takes, longer than a person stays in one place.
+/// Averaging window, seconds: shorter than drift takes, longer than a person stays in one place.
 const WINDOW_S: f64 = 20.0;
-/// Frames that the resting level of each pixel is the median of.
+/// Frames used for each pixel's median level.
 const LEVEL_FRAMES: usize = 256;
 
-/// How much warmer the whole image is than usual, over time.
+/// How much warmer than usual the whole image is, over time.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Drift {
     knots: Vec<(f64, f64)>,
 }
 
 impl Drift {
-    /// From frames less the scene's claim, at ascending times in seconds; shorter than two windows, there is none.
+    /// From frames less the claim, at ascending times in seconds; no drift for less than two windows.
     pub(crate) fn new(times_s: &[f64], left: &[Pixels]) -> Self {
         let span_s = times_s.last().unwrap_or(&0.0) - times_s.first().unwrap_or(&0.0);
         if span_s < 2.0 * WINDOW_S {
@@ -34,12 +34,11 @@ impl Drift {
         Self { knots }
     }
 
-    /// Warmth to take out of a frame of that time, °C.
+    /// Drift to subtract from a frame at this time, °C.
     pub(crate) fn at(&self, time_s: f64) -> f64 {
         interpolated(&self.knots, time_s)
     }
 
-    /// Largest less smallest, °C.
     pub(crate) fn range_c(&self) -> f64 {
         let all: Vec<f64> = self.knots.iter().map(|knot| knot.1).collect();
         let (low, high) = extremes(&all);
@@ -61,7 +60,7 @@ mod tests {
     use crate::numbers::count;
     use grideye_frame::PIXELS;
 
-    /// A ramp of a degree in a hundred seconds, and a person of 3 degrees who takes a tenth of the pixels and wanders.
+    /// A ramp of one degree in a hundred seconds, and a wandering person of 3 degrees on a tenth of the pixels.
     #[test]
     fn a_ramp_is_found_beneath_a_person() {
         let times_s: Vec<f64> = (0..1000_u32).map(|index| f64::from(index) / 10.0).collect();

@@ -1,31 +1,31 @@
-//! Torn frames, duplicates and glitches, told by each frame beside the one before.
+//! Finds torn frames, duplicates and glitches by comparing each frame with the one before.
 
 use crate::frames::types::Pixels;
 use crate::numbers::{count, long_count, median};
 use grideye_frame::PIXELS;
 use serde::Serialize;
 
-/// So many consecutive pixels equal to the frame before are a torn frame; by chance in 0.03 to 0.3 % of the frames.
+/// Consecutive pixels equal to the frame before that make a frame torn; chance makes 0.03 to 0.3 % of the frames so.
 pub const TORN_RUN_MIN: usize = 8;
-/// A pixel of exactly 0.0 °C in a frame whose middle is at least so far from it is a glitch, °C.
+/// A pixel of exactly 0.0 °C is a glitch if its frame's median is at least this far from 0, °C.
 const GLITCH_OFF_MIN_C: f64 = 4.0;
-/// More such pixels in one frame are no glitch of single pixels.
+/// With more such pixels the frame has no single-pixel glitches.
 const GLITCH_PIXELS_MAX: usize = 8;
 
-/// What went wrong between the sensor and the recording.
+/// Faults between the sensor and the recording.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Faults {
-    /// Frames that were compared with the one right before them.
+    /// Frames compared with the one directly before.
     pub compared: u64,
-    /// Of these, the ones with [`TORN_RUN_MIN`] or more consecutive pixels equal to the frame before, but not all 64.
+    /// Those with [`TORN_RUN_MIN`] or more consecutive pixels equal to the frame before, but not all 64.
     pub torn: u64,
-    /// Share of frames in which so long a run comes by chance, from the share of single equal pixels.
+    /// Expected share of such frames by chance, from the share of single equal pixels.
     pub torn_by_chance: f64,
     /// Frames equal to the one before in every pixel.
     pub duplicates: u64,
     /// Longest run of duplicates.
     pub duplicates_in_a_row_max: u64,
-    /// Single pixels of exactly 0.0 °C in frames that are elsewhere far from it.
+    /// Single pixels of exactly 0.0 °C in frames otherwise far from it.
     pub glitch_pixels: u64,
     /// Frames with such a pixel.
     pub glitch_frames: u64,
@@ -38,13 +38,13 @@ impl Faults {
         self.share(self.torn)
     }
 
-    /// Duplicates as a share of the frames compared, 0 to 1.
+    /// Duplicates as a share of those compared, 0 to 1.
     #[must_use]
     pub fn duplicate_share(&self) -> f64 {
         self.share(self.duplicates)
     }
 
-    /// Frames that are neither torn nor duplicates.
+    /// Frames neither torn nor duplicate.
     pub(crate) const fn own(&self) -> u64 {
         self.compared - self.torn - self.duplicates
     }
@@ -59,13 +59,13 @@ impl Faults {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Standing {
-    /// There is none.
+    /// No frame before it.
     First,
     /// A measurement of its own.
     Own,
-    /// In part the frame before.
+    /// Partly the frame before.
     Torn,
-    /// Nothing but the frame before.
+    /// Entirely the frame before.
     Duplicate,
 }
 
@@ -73,12 +73,12 @@ pub(crate) enum Standing {
 pub(crate) struct FaultFinder {
     found: Faults,
     duplicates_in_a_row: u64,
-    /// Pixels equal to the frame before, of the frames that are neither torn nor duplicates.
+    /// Pixels equal to the frame before, in frames neither torn nor duplicate.
     equal_pixels: u64,
 }
 
 impl FaultFinder {
-    /// Looks at a frame and the one right before it. Gives the frame with its glitches mended.
+    /// Compares a frame with the one directly before; returns it with glitches mended.
     pub(crate) fn push(&mut self, frame: &Pixels, before: Option<&Pixels>) -> (Pixels, Standing) {
         let frame = self.mended(frame, before);
         let Some(before) = before else {
@@ -112,7 +112,7 @@ impl FaultFinder {
         }
     }
 
-    /// The frame with what its glitched pixels had before, or else with its middle in them.
+    /// The frame with glitched pixels replaced by those of the frame before, or else by the median.
     fn mended(&mut self, frame: &Pixels, before: Option<&Pixels>) -> Pixels {
         let zeros = frame.iter().filter(|celsius| **celsius == 0.0).count();
         let middle = median(frame).unwrap_or_default();
@@ -137,14 +137,14 @@ fn longest_equal_run(frame: &Pixels, before: &Pixels) -> usize {
     longest
 }
 
-/// The share of frames with a run of [`TORN_RUN_MIN`] if every pixel is equal by itself as often as it is.
+/// Chance of a run of [`TORN_RUN_MIN`] in a frame if pixels are equal independently at the observed rate.
 fn by_chance(equal_pixels: u64, frames: u64) -> f64 {
     if frames == 0 {
         return 0.0;
     }
     let equal = long_count(equal_pixels) / (long_count(frames) * count(PIXELS));
     let run = (0..TORN_RUN_MIN).fold(1.0, |product, _| product * equal);
-    // A run begins at the first pixel, or after one that differs.
+    // A run starts at the first pixel or after a different one.
     let starts_later = 1.0 - run * (1.0 - equal);
     let none = (0..PIXELS - TORN_RUN_MIN).fold(1.0 - run, |product, _| product * starts_later);
     1.0 - none
@@ -203,7 +203,7 @@ mod tests {
         assert_eq!((faults.glitch_frames, faults.glitch_pixels), (2, 2));
     }
 
-    /// By the recurrence of coin tosses without a run of eight heads, 64 of them.
+    /// By the recurrence for 64 coin tosses without a run of eight heads.
     #[test]
     fn chance_is_that_of_tossed_coins() {
         let mut without = vec![1.0_f64];

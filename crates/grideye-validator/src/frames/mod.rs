@@ -1,4 +1,4 @@
-//! The frames that are compared: what they are, which rows of a recording become frames, and what is wrong with them.
+//! The frames of a comparison: types, faults, cleaning, common drift, thinning.
 
 pub(crate) mod cleaning;
 pub(crate) mod drift;

@@ -1,30 +1,30 @@
-//! Long recordings in memory that does not grow with their length.
+//! Thins long recordings to a fixed number of records.
 
 use grideye_recording::Record;
 
-/// Most records of a recording that are kept to be looked at: half an hour at 10 Hz.
+/// Most records kept: half an hour at 10 Hz.
 pub const RECORDS_MAX: usize = 20_000;
-/// Records that are kept or left out together: repeats, torn frames and duplicates are seen among neighbors only.
+/// Records kept or dropped together, since repeats, torn frames and duplicates only show among neighbors.
 pub const RUN_RECORDS: usize = 1_000;
 
-/// Takes the records of a recording one by one, and keeps [`RECORDS_MAX`] at most.
+/// Collects the records of a recording one by one, keeping at most [`RECORDS_MAX`].
 ///
-/// Beyond that, every second run of [`RUN_RECORDS`] neighbors is dropped, as often as it takes. The choice depends on the number
-/// of records alone: read from a disk or from memory, the same are kept.
+/// Each time the limit is reached, every second run of [`RUN_RECORDS`] neighbors is dropped. The choice depends only on
+/// the number of records, so reading from disk or memory keeps the same ones.
 #[derive(Debug, Clone)]
 pub struct Thinning {
     records: Vec<Record>,
     rows: usize,
-    /// Of so many runs one is kept.
+    /// One run in this many is kept.
     stride: usize,
 }
 
-/// What was kept of a recording.
+/// A thinned recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Thinned {
-    /// The records kept, in their order.
+    /// The records kept, in order.
     pub records: Vec<Record>,
-    /// How many there were.
+    /// Number of records in the recording.
     pub rows: usize,
 }
 
@@ -39,7 +39,7 @@ impl Default for Thinning {
 }
 
 impl Thinning {
-    /// Takes the next record.
+    /// Adds the next record.
     pub fn push(&mut self, record: Record) {
         let run = self.rows / RUN_RECORDS;
         self.rows += 1;
@@ -55,7 +55,7 @@ impl Thinning {
         self.records.push(record);
     }
 
-    /// What was kept.
+    /// The result.
     #[must_use]
     pub fn finish(self) -> Thinned {
         Thinned {
@@ -64,7 +64,7 @@ impl Thinning {
         }
     }
 
-    /// The runs kept so far are whole when this is called: the limit is a whole number of them.
+    /// Called only when all kept runs are complete: the limit is a whole number of runs.
     fn thin(&mut self) {
         self.stride *= 2;
         let mut place = 0;
@@ -84,12 +84,12 @@ impl Extend<Record> for Thinning {
 }
 
 impl Thinned {
-    /// What the reader of a comparison has to be told, if anything was left out.
+    /// A note for the report, if records were dropped.
     #[must_use]
     pub fn note(&self) -> Option<String> {
         (self.records.len() < self.rows).then(|| {
             format!(
-                "The recording has {} rows; {} of them, in runs of {RUN_RECORDS} spread evenly over it, were looked at.",
+                "The recording has {} rows; {} of them, in runs of {RUN_RECORDS} spread evenly over it, were used.",
                 self.rows,
                 self.records.len()
             )

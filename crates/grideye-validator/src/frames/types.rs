@@ -1,4 +1,4 @@
-//! Frames of either side, the 64 pixels of one in degrees, and which frames meet.
+//! Real and simulated frames, the protocols that pair them, and the 64 pixels of a frame in °C.
 
 use crate::names::named;
 use crate::numbers::trimmed_mean;
@@ -9,14 +9,14 @@ named! {
     /// Which real frame meets which simulated one (PeerJ CS 11:e3124, "Experiments and results").
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Protocol {
-        /// Nothing moves: every real frame with every simulated one, averaged.
+        /// Nothing moves: every real frame meets every simulated one.
         Static = "static";
         /// Something moves: frame by frame, at equal times.
         Dynamic = "dynamic";
     }
 }
 
-/// Size of a frame in pixels. Frames are row by row.
+/// Size of a frame in pixels; frames are stored row by row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Shape {
@@ -35,29 +35,29 @@ impl Shape {
 /// A frame of the sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RealFrame {
-    /// Time since the first frame of the recording.
+    /// Since the recording's first frame.
     pub time: Duration,
-    /// Temperatures in degrees, row by row.
+    /// Temperatures, °C, row by row.
     pub celsius: Vec<f64>,
-    /// The sensor's frame `lag_frames` later, if the recording has it: the ceiling is made of these.
+    /// The frame `lag_frames` later, if recorded: the ceiling is made from these.
     pub later: Option<Vec<f64>>,
 }
 
 /// A frame of the simulator.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SimulatedFrame {
-    /// Time since the start of the scene.
+    /// Since the start of the scene.
     pub time: Duration,
-    /// Temperatures in degrees, row by row, with the sensor's noise.
+    /// Temperatures with the sensor's noise, °C, row by row.
     pub celsius: Vec<f64>,
-    /// The same without noise: which pixels the scene claims to be warm is read from it.
+    /// Temperatures without noise: the claim, from which warm pixels are read.
     pub noise_free: Vec<f64>,
-    /// The pixels that the scene's agents cover for the greater part, if that is known.
+    /// Pixels that the scene's agents cover by half or more, if known.
     pub truth: Option<Vec<bool>>,
 }
 
 impl SimulatedFrame {
-    /// What else is shown, such as the scene without its people, under this frame's noise.
+    /// Another image, such as the scene without its people, under this frame's noise.
     pub(crate) fn under_noise(&self, shown: &[f64]) -> Vec<f64> {
         let noise = self.celsius.iter().zip(&self.noise_free);
         let pixels = shown.iter().zip(noise);
@@ -70,10 +70,10 @@ impl SimulatedFrame {
 /// Temperatures of one frame, °C.
 pub(crate) type Pixels = [f64; PIXELS];
 
-/// The variance that rounding to the sensor's step of 0.25 °C adds: a twelfth of its square (Sheppard).
+/// Variance that rounding to the sensor's step of 0.25 °C adds: a twelfth of its square (Sheppard).
 pub(crate) const STEP_VARIANCE: f64 = 0.25 * 0.25 / 12.0;
 
-/// The step of the sensor in degrees, as the driver decodes it.
+/// The sensor's step as the driver decodes it, °C.
 #[must_use]
 pub fn sensor_step_c() -> f64 {
     let decoded = |word| f64::from(amg8833::word::pixel_celsius(PixelWord(word)).get());
@@ -86,7 +86,7 @@ pub(crate) fn decoded(raw: &RawFrame) -> Pixels {
         .map(|pixel| f64::from(pixel.get()))
 }
 
-/// The mean of the middle three quarters of the pixels, which a person hardly moves.
+/// Mean of the middle three quarters of the pixels, which a person hardly moves.
 pub(crate) fn middle_mean(pixels: &Pixels) -> f64 {
     trimmed_mean(&mut pixels.to_vec(), PIXELS / 8)
 }
@@ -101,7 +101,7 @@ pub(crate) fn two_by_two(pixels: &Pixels) -> Vec<f64> {
         .collect()
 }
 
-/// A record of a sensor whose chip has 25 °C.
+/// A record with the thermistor at 25 °C.
 #[cfg(test)]
 pub(crate) fn record(seq: u64, t_boot_ns: u64, pixels: [u16; PIXELS]) -> grideye_recording::Record {
     use grideye_frame::{Reading, ThermistorWord};

@@ -1,35 +1,35 @@
-//! Which bins entropies are counted in.
+//! The bins in which entropies are counted.
 
 use serde::{Serialize, Serializer};
 use std::fmt;
 use std::str::FromStr;
 
-/// How temperatures are sorted into the bins that entropy counts. Written `grey256`, `step:WIDTH` and `levels:N`.
+/// How temperatures are sorted into bins. Written `grey256`, `step:WIDTH` or `levels:N`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Binning {
-    /// 256 gray levels over the frame's own range, as an 8-bit picture has; fits the paper's published entropies.
+    /// 256 gray levels over the frame's own range, like an 8-bit image; fits the paper's published entropies.
     PaperGrey256,
-    /// The nearest multiple of a width in degrees; the sensor's own step is the width that says most.
+    /// Multiples of a width, to the nearest; the sensor's own step is the most informative width.
     Step {
-        /// Width of a bin in degrees, above zero.
+        /// Bin width, °C, above zero.
         width_c: f64,
     },
-    /// `n` levels over the frame's own range, the lowest and the highest level at its ends.
+    /// `n` levels over the frame's own range, the lowest and highest at its ends.
     Levels {
-        /// Number of levels; with 0 or 1 every pixel falls into the same bin.
+        /// Number of levels; 0 or 1 puts every pixel into one bin.
         n: u16,
     },
 }
 
-/// A text that names no binning.
+/// A text that is not a binning.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "`{0}` is no binning\nhint: grey256, step:WIDTH with a width in °C above zero, for example step:0.5, or levels:N with N from 2 to 65535"
+    "`{0}` is not a binning\nhint: use grey256, step:WIDTH (in °C, above zero, such as step:0.5) or levels:N (N from 2 to 65535)"
 )]
 pub struct BinningError(String);
 
 impl Binning {
-    /// In words: `256 grey levels over each frame's own range`, `steps of 0.25 °C`.
+    /// As printed: `256 grey levels over each frame's own range`, `steps of 0.25 °C`.
     #[must_use]
     pub fn in_words(&self) -> String {
         match self {
@@ -41,7 +41,7 @@ impl Binning {
 }
 
 impl fmt::Display for Binning {
-    /// As [`FromStr`] reads it.
+    /// The form that [`FromStr`] reads.
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::PaperGrey256 => formatter.pad("grey256"),

@@ -1,19 +1,19 @@
-//! The warm blob of a frame: which pixels are warm, where the largest patch of them lies, and how two frames overlap.
+//! The warm blob of a frame: warm pixels, the largest patch of them, and the overlap of two frames.
 
 use crate::numbers::{all_finite, count, finite, median};
 
-/// The largest patch of warm pixels that touch each other, by the warmth that they add up to.
+/// The patch of touching warm pixels with the most warmth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Blob {
-    /// Column of the centroid, weighted with the warmth above the median, in pixels from the middle of the first.
+    /// Column of the centroid, weighted by warmth above the median, pixels from the center of the first column.
     pub column: f64,
-    /// Row of the centroid, in pixels from the middle of the first row.
+    /// Row of the centroid, pixels from the center of the first row.
     pub row: f64,
-    /// Pixels of the patch.
+    /// Number of pixels.
     pub pixels: usize,
 }
 
-/// The pixels that lie more than `above_c` degrees above the frame's own median; none in a frame that is not finite.
+/// Pixels more than `above_c` °C above the frame's median; none if the frame is not finite.
 #[must_use]
 pub fn warm(frame: &[f64], above_c: f64) -> Vec<bool> {
     let background = median(frame).filter(|_| all_finite(frame));
@@ -22,7 +22,7 @@ pub fn warm(frame: &[f64], above_c: f64) -> Vec<bool> {
 }
 
 impl Blob {
-    /// The blob of a frame of `columns` pixels a row; `None` where nothing is `above_c` °C above the frame's median.
+    /// The blob of a frame with `columns` pixels per row; `None` if nothing is `above_c` °C above the frame's median.
     #[must_use]
     pub fn find(frame: &[f64], columns: usize, above_c: f64) -> Option<Self> {
         if columns == 0 || frame.len() % columns != 0 {
@@ -31,7 +31,7 @@ impl Blob {
         Self::of(frame, columns, median(frame)?, &warm(frame, above_c))
     }
 
-    /// The same of pixels that are known to be warm against a background.
+    /// The blob of pixels known to be warm against a background.
     pub(crate) fn of(
         frame: &[f64],
         columns: usize,
@@ -49,14 +49,14 @@ impl Blob {
         largest.map(|(_, blob)| blob)
     }
 
-    /// Distance of two centroids in pixels.
+    /// Distance between the centroids, pixels.
     #[must_use]
     pub fn distance_pixels(&self, other: &Self) -> f64 {
         (self.column - other.column).hypot(self.row - other.row)
     }
 }
 
-/// Angle between two centroids as a sensor of that shape sees them, degrees; `field_of_view_rad` are full angles.
+/// Angle between two centroids as a sensor of this shape sees them, degrees; `field_of_view_rad` are full angles.
 #[must_use]
 pub fn angle_between(
     one: &Blob,
@@ -83,11 +83,11 @@ pub fn angle_between(
     ];
     let length = cross.iter().map(|value| value * value).sum::<f64>().sqrt();
     let dot: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
-    // Not by the arc cosine, which has no digits left for small angles.
+    // The arc cosine has no precision for small angles.
     finite(length.atan2(dot).to_degrees())
 }
 
-/// Intersection over union of two masks, 0 to 1 (Jaccard's index); `None` where both mark nothing.
+/// Intersection over union of two masks, 0 to 1 (Jaccard's index); `None` if both are empty.
 #[must_use]
 pub fn overlap(one: &[bool], other: &[bool]) -> Option<f64> {
     let both = one.iter().zip(other).filter(|(a, b)| **a && **b).count();

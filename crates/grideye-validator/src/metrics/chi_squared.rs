@@ -1,25 +1,25 @@
-//! Chi squared of what is left between a frame and its claim, and how likely noise leaves as much.
+//! Chi squared of the residuals between a frame and its claim, and its probability under noise.
 
 use crate::numbers::{comparable, count, finite, sum_of};
 use std::iter::Sum;
 
-/// Squares of what is left, in units of the noise's variance.
+/// Sum of squared residuals in units of the noise variance.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ChiSquared {
     /// The sum.
     pub value: f64,
-    /// Its expected value if claim and noise are right: pixels less one a frame, as the common offset is taken out.
+    /// Expected value if claim and noise are right: pixels less one per frame, since the common offset is removed.
     pub degrees_of_freedom: usize,
 }
 
 impl ChiSquared {
-    /// The sum a degree of freedom; 1 is expected.
+    /// The sum per degree of freedom, about 1 if claim and noise are right.
     #[must_use]
     pub fn per_degree(&self) -> Option<f64> {
         finite(self.value / count(self.degrees_of_freedom))
     }
 
-    /// Probability of so much or more by noise alone.
+    /// Probability that noise alone makes at least this much.
     #[must_use]
     pub fn p_value(&self) -> Option<f64> {
         survival(self.value, self.degrees_of_freedom)
@@ -35,7 +35,7 @@ impl Sum for ChiSquared {
     }
 }
 
-/// `sum((real - claim - mean(real - claim))^2) / sigma^2`; `None` for one pixel, or a deviation not above zero.
+/// `sum((real - claim - mean(real - claim))^2) / sigma^2`; `None` for fewer than two pixels or a sigma not above zero.
 #[must_use]
 pub fn chi_squared(real: &[f64], claim: &[f64], sigma_c: f64) -> Option<ChiSquared> {
     comparable(real, claim)?;
@@ -70,7 +70,7 @@ pub fn survival(value: f64, degrees_of_freedom: usize) -> Option<f64> {
     finite(upper.clamp(0.0, 1.0))
 }
 
-/// Terms after which neither series has anything left to add; near the mean about the root of the shape is needed.
+/// Terms after which either series has converged; near the mean it needs about the root of the shape.
 fn terms_max(shape: f64) -> u32 {
     let terms = 200.0 + 20.0 * shape.sqrt();
     // A million frames of 63 degrees of freedom stay below 120,000 terms.
@@ -93,7 +93,7 @@ fn series(shape: f64, x: f64) -> f64 {
     sum
 }
 
-/// By Lentz's method.
+/// Lentz's method.
 fn continued_fraction(shape: f64, x: f64) -> f64 {
     const TINY: f64 = 1e-300;
     let above_zero = |value: f64| if value.abs() < TINY { TINY } else { value };
@@ -116,7 +116,7 @@ fn continued_fraction(shape: f64, x: f64) -> f64 {
     fraction
 }
 
-/// ln Γ for half-integers and above: the recurrence up to 16, then Stirling's series (Abramowitz and Stegun, 6.1.41).
+/// ln Γ from 1/2: recurrence up to 16, then Stirling's series (Abramowitz and Stegun, 6.1.41).
 fn ln_gamma(shape: f64) -> f64 {
     let (mut z, mut product) = (shape, 1.0);
     while z < 16.0 {

@@ -1,10 +1,10 @@
-//! Frames in bins, and their entropies by counting.
+//! Sorts frames into bins and computes entropies by counting.
 
 use crate::metrics::binning::Binning;
 use crate::numbers::{all_finite, count, extremes};
 use std::sync::LazyLock;
 
-/// The most pixels that are counted in tables: what an 8 x 8 sensor has.
+/// Most pixels counted in tables: those of an 8 x 8 sensor.
 pub(crate) const PIXELS_FAST: usize = 64;
 
 #[derive(Debug, Clone)]
@@ -15,15 +15,14 @@ pub(crate) struct Binned {
     pub(crate) entropy: f64,
 }
 
-/// The bin of each pixel, numbered from 0 without holes.
+/// The bin of each pixel, numbered from 0 without gaps.
 #[derive(Debug, Clone)]
 enum Bins {
-    /// Of up to [`PIXELS_FAST`] pixels; the rest is 0.
+    /// Up to [`PIXELS_FAST`] pixels; the rest is 0.
     Few(Places),
     Many(Vec<u32>),
 }
 
-/// A number for each pixel.
 pub(crate) type Places = [u8; PIXELS_FAST];
 
 #[derive(Debug, Clone, Copy)]
@@ -32,7 +31,7 @@ pub(crate) struct Joint {
     pub(crate) distinct: usize,
 }
 
-/// Room to count in, used again for every frame and pair.
+/// Tables for counting, reused for every frame and pair.
 pub(crate) struct Counter {
     pairs: Box<[u8; PIXELS_FAST * PIXELS_FAST]>,
     terms: &'static Terms,
@@ -46,7 +45,7 @@ impl Counter {
         }
     }
 
-    /// Sorts a frame into bins; `None` where frame or binning is not fit for it.
+    /// Sorts a frame into bins; `None` if the frame or binning is invalid.
     pub(crate) fn binned(&self, frame: &[f64], binning: Binning) -> Option<Binned> {
         if let Some(binned) = self.numbered(frame, binning) {
             return Some(binned);
@@ -61,7 +60,6 @@ impl Counter {
         })
     }
 
-    /// The joint entropy of two frames of equal size.
     pub(crate) fn joint(&mut self, real: &Binned, simulated: &Binned) -> Joint {
         match (&real.bins, &simulated.bins) {
             (Bins::Few(x), Bins::Few(y)) => self.count_pairs(x, y, real.pixels),
@@ -73,7 +71,7 @@ impl Counter {
     }
 
     fn count_pairs(&mut self, x: &Places, y: &Places, pixels: usize) -> Joint {
-        // Both numbers are below 64; the mask says so to whoever checks the bounds.
+        // Both numbers are below 64; the mask removes the bounds check.
         let cells: [u16; PIXELS_FAST] =
             std::array::from_fn(|pixel| (u16::from(x[pixel]) << 6 | u16::from(y[pixel])) & 0xFFF);
         let cells = &cells[..pixels.min(PIXELS_FAST)];
@@ -93,14 +91,14 @@ impl Counter {
         }
     }
 
-    /// `None` where the frame is too large, not finite, or spread over more than 256 levels.
+    /// `None` if the frame is too large, not finite, or spans more than 256 levels.
     pub(crate) fn numbered(&self, frame: &[f64], binning: Binning) -> Option<Binned> {
         if frame.is_empty() || frame.len() > PIXELS_FAST || !all_finite(frame) {
             return None;
         }
         let mut levels = [0; PIXELS_FAST];
         levels_of(frame, extremes(frame), binning, &mut levels)?;
-        // How often a level occurred, and the number that it was given then.
+        // How often each level occurred, and its bin number.
         let (mut counts, mut numbers) = ([0_u8; 256], [0_u8; 256]);
         let (mut sum, mut distinct) = (0, 0);
         let mut places = [0; PIXELS_FAST];
@@ -134,7 +132,6 @@ impl Binned {
         }
     }
 
-    /// The same pixels in another order.
     pub(crate) fn permuted(&self, order: &[usize]) -> Self {
         let bins = match &self.bins {
             Bins::Few(places) => {
@@ -160,12 +157,12 @@ impl Binned {
     }
 }
 
-/// Mutual information in bits; rounding must not make it negative.
+/// Mutual information, bits; rounding must not make it negative.
 pub(crate) fn mutual_of(real: &Binned, simulated: &Binned, joint: Joint) -> f64 {
     (real.entropy + simulated.entropy - joint.entropy).max(0.0)
 }
 
-/// Less the small-sample bias of Miller (1955) and Madow; below zero where there is less than chance.
+/// Mutual information less the small-sample bias (Miller 1955 and Madow); below zero where less than chance.
 pub(crate) fn mutual_corrected(real: &Binned, simulated: &Binned, joint: Joint) -> f64 {
     let missing = |distinct: usize| count(distinct.saturating_sub(1));
     let nats = (missing(real.distinct) + missing(simulated.distinct) - missing(joint.distinct))
@@ -182,7 +179,7 @@ struct Terms {
 
 static TERMS: LazyLock<Terms> = LazyLock::new(Terms::new);
 
-/// 2^50: the sum of 64 pixels is at most 384, 9 binary places in front of the point.
+/// 2^50: the sum over 64 pixels is at most 384, which takes 9 binary digits.
 const FIXED_POINT: f64 = 1_125_899_906_842_624.0;
 
 impl Terms {
@@ -224,7 +221,7 @@ fn from_fixed_point(value: u64) -> f64 {
     value as f64 / FIXED_POINT
 }
 
-/// The level of each pixel, 0 to 255; `None` where there are more, or the width of a bin makes no sense.
+/// The level of each pixel, 0 to 255; `None` if there are more, or the bin width is invalid.
 fn levels_of(
     frame: &[f64],
     extremes: (f64, f64),
@@ -241,7 +238,7 @@ fn levels_of(
     }
 }
 
-/// `None` for a range of which 255 times does not fit into a number.
+/// `None` if the range is so large that 255 times it overflows.
 fn levels_over_range(
     frame: &[f64],
     (coldest, warmest): (f64, f64),
@@ -260,7 +257,7 @@ fn levels_over_range(
     Some(())
 }
 
-/// Numbers of steps above the lowest one. What is colder has no higher number, so that the extremes have theirs.
+/// Steps above the lowest one. A colder value never has a higher number, so the extremes have the extreme numbers.
 fn steps(
     frame: &[f64],
     (coldest, warmest): (f64, f64),
@@ -275,7 +272,7 @@ fn steps(
         half_up(steps.abs()).copysign(steps)
     };
     let (lowest, highest) = (number(coldest), number(warmest));
-    // Beyond 2^51 `half_up` is not exact; such frames are no temperatures, and sorting takes them.
+    // Beyond 2^51 `half_up` is inexact; such frames are not temperatures, and sorting handles them.
     if highest - lowest > 255.0 || highest.abs().max(lowest.abs()) > 1e15 {
         return None;
     }
@@ -285,17 +282,17 @@ fn steps(
         }
         return Some(());
     }
-    // Rooms are above 0 °C: without signs it is half the work.
+    // Rooms are above 0 °C, and without signs it is half the work.
     for (&value, level) in frame.iter().zip(levels) {
         *level = low_byte(half_up(value / width_c) - lowest);
     }
     Some(())
 }
 
-/// 2^52: adding it rounds to a whole number, half to even, and leaves that number in the lowest bits.
+/// 2^52: adding it rounds to an integer, half to even, in the lowest bits.
 const ROUNDING: f64 = 4_503_599_627_370_496.0;
 
-/// `round` of 0 to 2^51, in instructions that every machine has for several numbers at once.
+/// `round` for 0 to 2^51, in instructions that vectorize on every machine.
 fn half_up(value: f64) -> f64 {
     let even = (value + ROUNDING) - ROUNDING;
     if value - even == 0.5 {
@@ -305,17 +302,17 @@ fn half_up(value: f64) -> f64 {
     }
 }
 
-/// The nearest whole number, 0 to 255, as a byte.
+/// The nearest integer, 0 to 255, as a byte.
 pub(crate) fn low_byte(number: f64) -> u8 {
     (number + ROUNDING).to_bits().to_le_bytes()[0]
 }
 
-/// The definitions, word by word: for frames of any size, and what the tables are tested against.
+/// The definitions taken literally: for frames of any size, and as the reference for testing the tables.
 mod naive {
     use crate::metrics::binning::Binning;
     use crate::numbers::{all_finite, count, extremes};
 
-    /// The bin of each pixel, numbered from 0 upwards without holes in order of temperature.
+    /// The bin of each pixel, numbered from 0 without gaps in order of temperature.
     pub(crate) fn bins(frame: &[f64], binning: Binning) -> Option<Vec<u32>> {
         if frame.is_empty() || !all_finite(frame) {
             return None;
@@ -362,7 +359,7 @@ mod naive {
         let mut numbers = vec![0; levels.len()];
         let mut number = 0;
         for neighbors in order.windows(2) {
-            // Compared by value, so that the bin of -0 is the bin of 0.
+            // By value, so that -0 and 0 share a bin.
             if levels[neighbors[1]] != levels[neighbors[0]] {
                 number += 1;
             }
@@ -379,7 +376,7 @@ mod naive {
             sum += share * share.log2();
             distinct += 1;
         }
-        // The sum is never above zero, and of one bin it is -0: `max` drops the sign.
+        // Never above zero, and -0 for one bin: `max` drops the sign.
         ((-sum).max(0.0), distinct)
     }
 }
@@ -399,7 +396,7 @@ mod tests {
         ]
     }
 
-    /// Quarter degrees, where levels fall on halves, and any number at all.
+    /// Quarter degrees, where levels fall on halves, and arbitrary numbers.
     fn pixels() -> impl Strategy<Value = Vec<(f64, f64)>> {
         let quarter = || (-60_i32..140).prop_map(|word| f64::from(word) * 0.25);
         let any = || prop_oneof![9 => quarter(), 1 => proptest::num::f64::NORMAL];
@@ -413,7 +410,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(2_000))]
 
-        /// Bins may have other numbers, but the same pixels share one, and all entropies are equal.
+        /// Bin numbers may differ, but the same pixels share a bin, and all entropies are equal.
         #[test]
         fn tables_give_what_the_definitions_give(pairs in pixels(), binning in binning()) {
             let (x, y): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
@@ -432,7 +429,7 @@ mod tests {
             for _ in 0..2 {
                 let joint = counter.joint(&fast[0], &fast[1]);
                 let (entropy, distinct) = naive::joint(&slow[0], &slow[1]);
-                prop_assert!((joint.entropy - entropy).abs() < 1e-12, "nothing is left in the tables");
+                prop_assert!((joint.entropy - entropy).abs() < 1e-12, "the tables must be empty again");
                 prop_assert_eq!(joint.distinct, distinct);
             }
         }

@@ -2,12 +2,12 @@
 
 use crate::numbers::{comparable, count, differences, finite, is_constant, mean, sum_of};
 
-/// Accuracy that the datasheet states for the AMG8833, °C (AMG88 spec, "temperature accuracy").
+/// Accuracy of the AMG8833, °C (AMG88 spec, "temperature accuracy").
 pub const SENSOR_ACCURACY_C: f64 = 2.5;
-/// Threshold of the image similarity, °C: two sigma, three of which are the accuracy (PeerJ CS 11:e3124; printed as 1.66).
+/// Threshold of the image similarity, °C: two sigma, where three are the accuracy (PeerJ CS 11:e3124; printed as 1.66).
 pub const IS_THRESHOLD: f64 = 2.0 * SENSOR_ACCURACY_C / 3.0;
 
-/// Pearson's correlation coefficient, -1 to 1 (PeerJ CS 11:e3124, Eq. 1); `None` when one frame has one value only.
+/// Pearson's correlation coefficient, -1 to 1 (PeerJ CS 11:e3124, Eq. 1); `None` if a frame is constant.
 #[must_use]
 pub fn correlation(real: &[f64], simulated: &[f64]) -> Option<f64> {
     comparable(real, simulated)?;
@@ -24,7 +24,7 @@ pub fn image_similarity(real: &[f64], simulated: &[f64], threshold: f64) -> Opti
     Some(count(below) / count(real.len()))
 }
 
-/// The image similarity at each of several thresholds in degrees: the paper's evaluation graph.
+/// The image similarity at each of several thresholds, °C: the paper's evaluation graph.
 #[must_use]
 pub fn evaluation_graph(real: &[f64], simulated: &[f64], thresholds: &[f64]) -> Option<Vec<f64>> {
     thresholds
@@ -33,14 +33,14 @@ pub fn evaluation_graph(real: &[f64], simulated: &[f64], thresholds: &[f64]) -> 
         .collect()
 }
 
-/// Root of the mean squared difference, in degrees.
+/// RMS difference, °C.
 #[must_use]
 pub fn rmse(real: &[f64], simulated: &[f64]) -> Option<f64> {
     comparable(real, simulated)?;
     finite((sum_of(real, simulated, |x, y| (y - x) * (y - x)) / count(real.len())).sqrt())
 }
 
-/// The same over the pixels of a mask, for example those that the simulated agent covers; `None` if it marks none.
+/// RMS difference over the pixels of a mask, such as those that an agent covers; `None` if it marks none.
 #[must_use]
 pub fn foreground_rmse(real: &[f64], simulated: &[f64], mask: &[bool]) -> Option<f64> {
     comparable(real, simulated)?;
@@ -56,28 +56,29 @@ pub fn foreground_rmse(real: &[f64], simulated: &[f64], mask: &[bool]) -> Option
     finite((squares / count(pixels)).sqrt()).filter(|_| pixels > 0)
 }
 
-/// Mean of the absolute difference, in degrees.
+/// Mean absolute difference, °C.
 #[must_use]
 pub fn mae(real: &[f64], simulated: &[f64]) -> Option<f64> {
     comparable(real, simulated)?;
     finite(sum_of(real, simulated, |x, y| (y - x).abs()) / count(real.len()))
 }
 
-/// Mean of simulated less real, in degrees: above zero where the simulation is too warm.
+/// Mean of simulated less real, °C: above zero if the simulation is too warm.
 #[must_use]
 pub fn bias(real: &[f64], simulated: &[f64]) -> Option<f64> {
     comparable(real, simulated)?;
     finite(sum_of(real, simulated, |x, y| y - x) / count(real.len()))
 }
 
-/// Slope of the least-squares line of real over noise-free claim: 1 if the contrast is right; `None` if flat.
+/// Slope of the least-squares line of real over noise-free claim: 1 if the contrast is right; `None` if the claim is
+/// flat.
 #[must_use]
 pub fn contrast_slope(real: &[f64], claim: &[f64]) -> Option<f64> {
     comparable(real, claim)?;
     Centered::new(real).slope_over(&Centered::new(claim))
 }
 
-/// Slope of the least-squares line through points `(x, y)`; `None` where all x are equal.
+/// Slope of the least-squares line through points `(x, y)`; `None` if all x are equal.
 #[must_use]
 pub fn slope(points: &[(f64, f64)]) -> Option<f64> {
     let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
@@ -94,7 +95,7 @@ impl Centered {
     pub(crate) fn new(frame: &[f64]) -> Self {
         let mean = mean(frame).unwrap_or(0.0);
         let deviations: Vec<f64> = frame.iter().map(|value| value - mean).collect();
-        // The mean of equal numbers need not be that number: what is left would be noise over noise.
+        // The mean of equal numbers may differ from them by rounding, which would correlate noise.
         let squares = if is_constant(frame) {
             0.0
         } else {
@@ -125,7 +126,7 @@ impl Centered {
         finite((claim.squares > 0.0).then(|| self.product(claim) / claim.squares)?)
     }
 
-    /// The slope over a side with noise `sigma_c`, its share of the squares taken out; `None` where that is half or more.
+    /// Slope over a side with noise `sigma_c`, corrected for that noise; `None` if it is half or more of the squares.
     pub(crate) fn slope_over_noisy(&self, other: &Self, sigma_c: f64) -> Option<f64> {
         let noise = count(self.deviations.len().saturating_sub(1)) * sigma_c * sigma_c;
         (other.squares > 2.0 * noise).then(|| self.product(other) / (other.squares - noise))
@@ -141,7 +142,7 @@ mod tests {
     use super::*;
     use crate::numbers::assert_near;
 
-    /// By hand: products add up to 6, squares to 2; noise of 0.25 in five pixels is 4 / 16 of them, of 0.5 it is half.
+    /// By hand: products sum to 6, squares to 2; noise of 0.25 in five pixels makes 0.25 of that 2, noise of 0.5 half.
     #[test]
     fn noise_on_the_other_side_does_not_flatten_the_slope() {
         let steep = Centered::new(&[23.0, 17.0, 20.0, 20.0, 20.0]);

@@ -1,22 +1,22 @@
-//! C with the empty room taken from both sides: what is left is the people.
+//! C with the empty room subtracted from both sides, which leaves the people.
 
 use crate::frames::{RealFrame, SimulatedFrame};
 use crate::names::named;
 use crate::numbers::{finite, mean};
 
-/// C of what stands above the empty room, over all pixels of all frames together.
+/// C of what stands out of the empty room, over all pixels of all frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForegroundCorrelation {
-    /// Its value, -1 to 1; `None` where the claim shows nobody.
+    /// -1 to 1; `None` if the claim shows nobody.
     pub value: Option<f64>,
-    /// The recording's repeat in the place of the claim, its noise counted once (the root, after Spearman).
+    /// The recording's repeat in place of the claim, its noise counted once (square root, after Spearman).
     pub ceiling: Option<f64>,
-    /// Where the real side's empty room comes from.
+    /// Source of the real side's empty room.
     pub from: RoomSource,
 }
 
 named! {
-    /// Where the map of the empty room comes from.
+    /// Source of the empty room.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
     #[expect(missing_docs, reason = "the words below say it")]
     pub enum RoomSource {
@@ -28,7 +28,7 @@ named! {
 }
 
 impl RoomSource {
-    /// In words, to stand behind "the empty room is".
+    /// Completes "the empty room is".
     #[must_use]
     pub const fn in_words(self) -> &'static str {
         match self {
@@ -42,15 +42,15 @@ impl RoomSource {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct EmptyRoom {
     pub(crate) from: RoomSource,
-    /// Row by row, °C; the simulated empty room if there is none.
+    /// Row by row, °C; the simulated empty room if `None`.
     pub(crate) celsius: Option<Vec<f64>>,
     pub(crate) frames: usize,
 }
 
-/// Squares of degrees.
+/// Sums of squares below this are rounding, °C².
 const NOTHING: f64 = 1e-9;
 
-/// Sums over pixels that are centered frame by frame.
+/// Sums over pixels centered frame by frame.
 #[derive(Default)]
 pub(crate) struct CenteredProducts {
     xx: f64,
@@ -58,7 +58,7 @@ pub(crate) struct CenteredProducts {
     xy: f64,
 }
 
-/// `nobody` holds the scene without its people for each simulated frame.
+/// `nobody` has the scene without its people for each simulated frame.
 pub(crate) fn foreground_correlation(
     real: &[RealFrame],
     simulated: &[SimulatedFrame],
@@ -88,7 +88,7 @@ fn foreground(frame: &[f64], room: &[f64]) -> Vec<f64> {
 }
 
 impl CenteredProducts {
-    /// Two frames, each less its room and its mean.
+    /// Adds two frames, each less its room and its mean.
     pub(crate) fn add(&mut self, x: &[f64], x_room: &[f64], y: &[f64], y_room: &[f64]) {
         for (x, y) in foreground(x, x_room).iter().zip(foreground(y, y_room)) {
             self.xx += x * x;
@@ -98,7 +98,7 @@ impl CenteredProducts {
     }
 
     pub(crate) fn correlation(&self) -> Option<f64> {
-        // What rounding leaves of a frame without contrast is no contrast.
+        // Rounding of a frame without contrast is no contrast.
         (self.xx > NOTHING && self.yy > NOTHING)
             .then(|| self.xy / (self.xx * self.yy).sqrt())
             .and_then(finite)
@@ -127,7 +127,8 @@ mod tests {
 
     const ROOM: [f64; 4] = [20.0; 4];
 
-    /// By hand: above the room (2, 0, 0, 0) and (0, 2, 0, 0), centered: product -1 of 3. With the room in, 0.76.
+    /// By hand: above the room (2, 0, 0, 0) and (0, 2, 0, 0), centered: product -1 of 3. With the room it would be
+    /// 0.76.
     #[test]
     fn a_radiator_does_not_stand_in_for_a_person() {
         let room = vec![20.0, 20.0, 20.0, 25.0];
@@ -151,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn who_claims_nobody_has_no_c_above_the_room() {
+    fn a_claim_without_people_has_no_c_above_the_room() {
         let ((real, claim), room) = (frames([22.0, 20.0, 20.0, 20.0], ROOM), EmptyRoom::default());
         let found = foreground_correlation(&[real], &[claim], &[ROOM.to_vec()], &room);
         assert_eq!(found.value, None);

@@ -1,4 +1,4 @@
-//! The gain over the blank frame: squares summed over the pixels that are warm in either image.
+//! The gain over the blank frame: sums of squares over the pixels that are warm in either image.
 
 use crate::metrics::score::Measure;
 use crate::numbers::count;
@@ -6,13 +6,13 @@ use crate::numbers::count;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct WarmLimits {
     pub(crate) ambient_c: f64,
-    /// Above ambient, in what the real side's warm pixels are read from.
+    /// Limit above ambient for the real side.
     pub(crate) real_above_c: f64,
-    /// Above ambient, in the noise-free claim: half of it, as a claim holds no noise to be protected from.
+    /// Limit above ambient for the noise-free claim: half, as it needs no protection from noise.
     pub(crate) claimed_above_c: f64,
 }
 
-/// What is set against a real frame, and by how much it lies above the scene's level.
+/// What is compared with a real frame, and how much it lies above the scene's level.
 #[derive(Clone, Copy)]
 pub(crate) struct Prediction<'a> {
     pub(crate) celsius: &'a [f64],
@@ -23,7 +23,7 @@ pub(crate) struct Prediction<'a> {
 pub(crate) struct GainSums {
     pub(crate) pixels: usize,
     pub(crate) both: usize,
-    /// Squares of what is left, the offset taken out and left in: of the prediction, and of the blank frame.
+    /// Sums of squared residuals with the offset removed, and left in.
     predicted: [f64; 2],
     blank: [f64; 2],
 }
@@ -45,7 +45,7 @@ pub(crate) struct WarmRegion {
 }
 
 impl WarmRegion {
-    /// Which are warm is read from `steady` less `offset_c`: a unit that reads too high sees no more person.
+    /// Marks pixels warm in `steady` less `offset_c`, or in the claim: a unit that reads high must not see more people.
     pub(crate) fn mark(
         &mut self,
         steady: &[f64],
@@ -67,7 +67,7 @@ impl WarmRegion {
 }
 
 impl GainSums {
-    /// Adds the pixels that are warm in a real frame or in the claim, as [`WarmRegion::mark`] reads them.
+    /// Adds the pixels that are warm in a real frame or in the claim, as [`WarmRegion::mark`] finds them.
     pub(crate) fn add(
         &mut self,
         (measured, steady): (&[f64], &[f64]),
@@ -81,7 +81,7 @@ impl GainSums {
         self.add_marked(measured, offset_c, &marked, prediction, warmth);
     }
 
-    /// Adds the marked pixels of a real frame, `offset_c` above the scene's level, and of what is set against it.
+    /// Adds the marked pixels of a real frame that lies `offset_c` above the scene's level.
     pub(crate) fn add_marked(
         &mut self,
         measured: &[f64],
@@ -114,14 +114,14 @@ impl GainSums {
         add(&mut self.blank, other.blank);
     }
 
-    /// The sums with one helping of noise taken out of the predicted part.
+    /// Removes one noise variance per pixel from the predicted part.
     pub(crate) fn without_noise(mut self, sigma_c: f64) -> Self {
         let noise = count(self.pixels) * sigma_c * sigma_c;
         self.predicted = self.predicted.map(|squares| (squares - noise).max(0.0));
         self
     }
 
-    /// The gains over the blank frame; not defined where nothing is warm.
+    /// The gains over the blank frame; undefined if nothing is warm.
     pub(crate) fn gains(&self) -> [(Measure, Option<f64>); 2] {
         let gain = |of: usize| {
             let (predicted, blank) = (self.predicted[of], self.blank[of]);
@@ -154,7 +154,8 @@ mod tests {
         (union, offset_c)
     }
 
-    /// By hand: pixel 0 is warm in both, 1 in the claim, 2 in reality, 3 in neither. Squares 1 + 0.5625 + 4 of 16 + 0 + 4.
+    /// By hand: pixel 0 is warm in both, 1 in the claim, 2 in reality, 3 in neither. Squares 1 + 0.5625 + 4 of 16 + 0 +
+    /// 4.
     #[test]
     fn gain_is_taken_over_the_union_of_claimed_and_really_warm() {
         let mut real = [20.0; 16];
@@ -183,7 +184,7 @@ mod tests {
         assert!((with_offset.unwrap() - (1.0 - 2.0 / 5.0)).abs() < 1e-12);
     }
 
-    /// The claim is off by 1.5 in the one warm pixel, 4 above ambient; of the square of 2.25, 1.25 is noise.
+    /// The claim is 1.5 off in the one warm pixel, 4 above ambient; 1.25 of the squared 2.25 is noise.
     #[test]
     fn noise_is_taken_out_of_the_predicted_part_alone() {
         let mut real = [20.0; 16];

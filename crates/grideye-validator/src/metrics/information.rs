@@ -4,13 +4,13 @@ use crate::metrics::binning::Binning;
 use crate::metrics::counting::{Binned, Counter, Joint, mutual_corrected, mutual_of};
 use crate::numbers::{comparable, finite};
 
-/// Shannon's entropy of one frame in bits (PeerJ CS 11:e3124, Eq. 2).
+/// Shannon entropy of one frame, bits (PeerJ CS 11:e3124, Eq. 2).
 #[must_use]
 pub fn entropy(frame: &[f64], binning: Binning) -> Option<f64> {
     Some(Counter::new().binned(frame, binning)?.entropy)
 }
 
-/// Entropy of the pairs of pixels in bits (PeerJ CS 11:e3124, Eq. 3). Each frame is binned over its own range.
+/// Joint entropy of two frames, bits (PeerJ CS 11:e3124, Eq. 3); each frame is binned over its own range.
 #[must_use]
 pub fn joint_entropy(real: &[f64], simulated: &[f64], binning: Binning) -> Option<f64> {
     let (_, _, joint) = binned(real, simulated, binning)?;
@@ -24,7 +24,8 @@ pub fn mutual_information(real: &[f64], simulated: &[f64], binning: Binning) -> 
     Some(mutual_of(&real, &simulated, joint))
 }
 
-/// Less the small-sample bias: `I + (K(X) + K(Y) - K(X, Y) - 1) / (2 N ln 2)` with K bins (G. A. Miller 1955).
+/// Mutual information less its small-sample bias: `I + (K(X) + K(Y) - K(X, Y) - 1) / (2 N ln 2)` with K bins (G. A.
+/// Miller 1955).
 #[must_use]
 pub fn mutual_information_corrected(
     real: &[f64],

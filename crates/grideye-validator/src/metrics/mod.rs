@@ -1,6 +1,7 @@
-//! The measures of likeness between two frames of equal size, °C; the README has the glossary.
+//! Measures of likeness between two frames of equal size, °C; the README has a glossary.
 //!
-//! `None` where one is not defined: frames empty, of unequal length or not finite; C of a constant frame; a bin width not above 0.
+//! A measure is `None` where undefined: frames empty, of unequal length or not finite; C of a constant frame; a bin
+//! width of 0 or less.
 
 pub(crate) mod binning;
 pub(crate) mod blob;

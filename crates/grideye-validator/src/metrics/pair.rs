@@ -1,4 +1,4 @@
-//! The paper's measures of one pair of 8 x 8 frames, all at once.
+//! All of the paper's measures of one pair of 8 x 8 frames.
 
 use crate::metrics::binning::Binning;
 use crate::metrics::counting::{Counter, PIXELS_FAST, Places, low_byte, mutual_of};
@@ -6,27 +6,27 @@ use crate::metrics::distance::{Centered, IS_THRESHOLD};
 use crate::numbers::{count, long_count};
 use std::sync::LazyLock;
 
-/// Thresholds of the evaluation graph.
+/// Number of thresholds of the evaluation graph.
 pub const THRESHOLDS: usize = 101;
 
-/// What the paper reports of one pair of frames. Entropies are in bits.
+/// The paper's measures of one pair of frames; entropies in bits.
 #[derive(Debug, Clone, PartialEq)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct PairScores {
-    /// C; `None` where one frame has one value only.
+    /// C; `None` if a frame is constant.
     pub correlation: Option<f64>,
     pub entropy_real: f64,
     pub entropy_simulated: f64,
     pub joint_entropy: f64,
-    /// Mutual information, at least 0.
+    /// At least 0.
     pub mutual_information: f64,
     /// IS at [`IS_THRESHOLD`], 0 to 1.
     pub image_similarity: f64,
-    /// The evaluation graph: share of pixels below each of [`thresholds_c`], 0 to 1.
+    /// Evaluation graph: share of pixels below each of [`thresholds_c`], 0 to 1.
     pub evaluation_graph: [f64; THRESHOLDS],
 }
 
-/// Scores pairs of 8 x 8 frames; the room to count in is made once.
+/// Scores pairs of 8 x 8 frames, reusing its tables.
 ///
 /// ```
 /// use grideye_validator::metrics::{Binning, Scorer};
@@ -42,7 +42,7 @@ pub struct Scorer {
 }
 
 impl Scorer {
-    /// A scorer.
+    /// A scorer with empty tables.
     #[must_use]
     pub fn new() -> Self {
         Self {
@@ -50,7 +50,7 @@ impl Scorer {
         }
     }
 
-    /// Scores one pair as the functions of this module do; `None` for values not finite or more than 256 bins.
+    /// Scores one pair; `None` if values are not finite or span more than 256 bins.
     pub fn score(
         &mut self,
         real: &[f64; PIXELS_FAST],
@@ -80,7 +80,7 @@ impl Default for Scorer {
     }
 }
 
-/// The thresholds of the evaluation graph: 0 to 5 degrees in steps of a twentieth.
+/// The thresholds of the evaluation graph: 0 to 5 °C in steps of 0.05.
 #[must_use]
 pub fn thresholds_c() -> [f64; THRESHOLDS] {
     std::array::from_fn(|step| count(step) / PER_DEGREE)
@@ -88,16 +88,16 @@ pub fn thresholds_c() -> [f64; THRESHOLDS] {
 
 const PER_DEGREE: f64 = 20.0;
 
-/// Counts of differences between pixels, by the first threshold that lies above them.
+/// Counts of pixel differences, by the first threshold above them.
 #[derive(Debug, Clone)]
 pub(crate) struct Graph {
     first_above: [Counts<u64>; TABLES],
 }
 
-/// One count for each threshold and for what is above all, and room for any seven bits: no place is beyond it.
+/// One count per threshold and one for larger differences; 128, so that a 7-bit index needs no bounds check.
 type Counts<T> = [T; 128];
 
-/// Neighboring pixels often share a place: counted in several tables, they do not wait for each other.
+/// Neighboring pixels often share a count; several tables keep them from waiting for each other.
 const TABLES: usize = 4;
 
 static THRESHOLDS_C: LazyLock<Counts<f64>> = LazyLock::new(|| {
@@ -115,7 +115,7 @@ impl Default for Graph {
 }
 
 impl Graph {
-    /// Adds the pixels of a pair; how many of them differ by less than [`IS_THRESHOLD`].
+    /// Adds a pair; returns how many pixels differ by less than [`IS_THRESHOLD`].
     pub(crate) fn add(&mut self, real: &[f64], simulated: &[f64]) -> usize {
         let mut similar = 0;
         let thresholds: &Counts<f64> = &THRESHOLDS_C;
@@ -136,7 +136,7 @@ impl Graph {
         }
     }
 
-    /// Share of the pixels below each threshold, 0 to 1; nothing at all counts as nothing below.
+    /// Share of the pixels below each threshold, 0 to 1; 0 without pixels.
     pub(crate) fn shares(&self) -> [f64; THRESHOLDS] {
         let first_above: [u64; 128] =
             std::array::from_fn(|index| self.first_above.iter().map(|table| table[index]).sum());
@@ -149,7 +149,7 @@ impl Graph {
     }
 }
 
-/// For each pixel the first threshold above the difference (the nearest or the next); how many are below [`IS_THRESHOLD`].
+/// For each pixel the first threshold above its difference; and how many differ by less than [`IS_THRESHOLD`].
 fn places(thresholds: &Counts<f64>, real: &[f64], simulated: &[f64]) -> (Places, usize) {
     let (mut differences, mut places) = ([0.0; PIXELS_FAST], [0; PIXELS_FAST]);
     let mut similar = 0_u64;
@@ -165,7 +165,6 @@ fn places(thresholds: &Counts<f64>, real: &[f64], simulated: &[f64]) -> (Places,
     (places, usize::try_from(similar).unwrap_or(PIXELS_FAST))
 }
 
-/// The number of the nearest threshold.
 fn nearest(difference: f64) -> u8 {
     const BEYOND: f64 = 101.0;
     let twentieths = difference * PER_DEGREE;

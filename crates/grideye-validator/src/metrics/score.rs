@@ -1,9 +1,9 @@
-//! What is measured, and each score with its floors and its ceiling.
+//! The measures, and each score with its floors and ceiling.
 
 use serde::Serialize;
 use std::fmt;
 
-/// Whether more or less of a measure means more alike.
+/// Whether higher or lower values mean more alike.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 #[expect(missing_docs, reason = "the names say it")]
@@ -17,7 +17,7 @@ macro_rules! measures {
     ($($group:literal, $class:literal {
         $($variant:ident = $name:literal, $title:literal, $unit:literal, $better:ident;)+
     })+) => {
-        /// What is measured; the README has the glossary. The names are stable: files and programs may rely on them.
+        /// A measure of likeness; the README has a glossary. The names are stable.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub enum Measure {
             $($(#[doc = $title] $variant,)+)+
@@ -27,11 +27,11 @@ macro_rules! measures {
             /// Every measure, in the order of the report.
             pub const ALL: &'static [Self] = &[$($(Self::$variant),+),+];
 
-            /// The same in the groups of the report, each with its title and its class on the page.
+            /// The measures grouped as in the report, each group with its title and its class on the page.
             pub(crate) const GROUPS: &'static [(&'static str, &'static str, &'static [Self])] =
                 &[$(($group, $class, &[$(Self::$variant),+])),+];
 
-            /// Its place in [`Measure::ALL`].
+            /// Index in [`Measure::ALL`].
             #[expect(clippy::as_conversions, reason = "an enum without fields, numbered from 0 in the order of ALL")]
             pub(crate) const fn place(self) -> usize {
                 self as usize
@@ -49,13 +49,13 @@ macro_rules! measures {
                 match self { $($(Self::$variant => $title),+),+ }
             }
 
-            /// The unit: `°C`, `bit`, `px`, `°`, `%` (the value itself is a share of 0 to 1), or empty for a plain number.
+            /// The unit: `°C`, `bit`, `px`, `°`, `%` (the value is a share of 0 to 1), or empty for a plain number.
             #[must_use]
             pub const fn unit(self) -> &'static str {
                 match self { $($(Self::$variant => $unit),+),+ }
             }
 
-            /// Which way is better.
+            /// Which direction is better.
             #[must_use]
             pub const fn better(self) -> Better {
                 match self { $($(Self::$variant => Better::$better),+),+ }
@@ -74,28 +74,28 @@ measures! {
         Rmse = "rmse", "RMSE", "°C", Lower;
         Mae = "mae", "MAE", "°C", Lower;
         Bias = "bias", "Bias, simulated less real", "°C", Neither;
-        GainWithOffset = "gain_with_offset", "Gain, offset left in", "", Higher;
+        GainWithOffset = "gain_with_offset", "Gain, offset included", "", Higher;
     }
     "Places, structure and the sensor's noise, reported", "reported" {
         ForegroundRmse = "foreground_rmse", "Foreground RMSE", "°C", Lower;
         ContrastSlope = "contrast_slope", "Contrast, real over claimed", "", Neither;
         CentroidErrorPixels = "centroid_error_pixels", "Centroid error", "px", Lower;
-        CentroidErrorDegrees = "centroid_error_degrees", "Centroid error, seen angle", "°", Lower;
+        CentroidErrorDegrees = "centroid_error_degrees", "Centroid error, angle", "°", Lower;
         WarmOverlap = "warm_overlap", "IoU of warm pixels", "", Higher;
         StructuralSimilarity = "structural_similarity", "SSIM, structural similarity", "", Higher;
-        ChiSquaredPerDegree = "chi_squared_per_degree", "χ² a degree of freedom", "", Lower;
+        ChiSquaredPerDegree = "chi_squared_per_degree", "χ² per degree of freedom", "", Lower;
     }
-    "Entropy and mutual information, reported, not believed", "reported" {
+    "Entropy and mutual information, reported only", "reported" {
         EntropyRealGrey = "entropy_real_grey", "H real, 256 levels", "bit", Neither;
         EntropySimulatedGrey = "entropy_simulated_grey", "H simulated, 256 levels", "bit", Neither;
         JointEntropyGrey = "joint_entropy_grey", "Joint H, 256 levels", "bit", Neither;
         MutualInformationGrey = "mutual_information_grey", "MI, 256 levels", "bit", Higher;
-        MutualInformationGreyCorrected = "mutual_information_grey_corrected", "MI, 256 levels, bias taken out", "bit", Higher;
+        MutualInformationGreyCorrected = "mutual_information_grey_corrected", "MI, 256 levels, bias removed", "bit", Higher;
         EntropyRealBinned = "entropy_real_binned", "H real, chosen bins", "bit", Neither;
         EntropySimulatedBinned = "entropy_simulated_binned", "H simulated, chosen bins", "bit", Neither;
         JointEntropyBinned = "joint_entropy_binned", "Joint H, chosen bins", "bit", Neither;
         MutualInformationBinned = "mutual_information_binned", "MI, chosen bins", "bit", Higher;
-        MutualInformationBinnedCorrected = "mutual_information_binned_corrected", "MI, chosen bins, bias taken out", "bit", Higher;
+        MutualInformationBinnedCorrected = "mutual_information_binned_corrected", "MI, chosen bins, bias removed", "bit", Higher;
     }
 }
 
@@ -105,30 +105,31 @@ impl fmt::Display for Measure {
     }
 }
 
-/// What the measure says when the simulated pixels are put into a random order, over many orders.
+/// The measure with the simulated pixels in random order, over many orders.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Shuffled {
     /// The mean over the orders.
     pub mean: f64,
     /// The value that 95 % of the orders do not beat.
     pub p95: f64,
-    /// Permutation p-value: the share of orders, the true one among them, that do as well; `None` where none is better.
+    /// Permutation p-value: share of orders, including the true one, that do at least as well; `None` if neither way is
+    /// better.
     pub p: Option<f64>,
 }
 
-/// One measure with what it has to be read against. `None` stands where the measure is not defined.
+/// The score of one measure with its floors and ceiling; `None` where undefined.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Score {
     pub measure: Measure,
     pub value: Option<f64>,
-    /// The floor: a blank frame at ambient temperature in the simulation's place.
+    /// Floor: a blank frame at ambient temperature in place of the simulation.
     pub blank: Option<f64>,
-    /// The floor: the simulation's own pixels in random order.
+    /// Floor: the simulation's own pixels in random order.
     pub shuffled: Option<Shuffled>,
-    /// The floor: images of the sensor's noise about ambient temperature and nothing else.
+    /// Floor: images of sensor noise around ambient temperature.
     pub noise: Option<f64>,
-    /// The ceiling: the real sequence against itself some frames later, its noise counted once where that can be done.
+    /// Ceiling: the real sequence against itself some frames later, its noise counted once where a correction exists.
     pub ceiling: Option<f64>,
 }
 
@@ -144,19 +145,19 @@ impl Score {
         }
     }
 
-    /// The best one of the blank frame, the images of noise and the mean of the shuffled pixels: where skill 0 is.
+    /// The best of blank frame, noise images and the shuffles' mean: skill 0.
     #[must_use]
     pub fn floor(&self) -> Option<f64> {
         self.best_with(self.shuffled.map(|shuffled| shuffled.mean))
     }
 
-    /// What chance reaches: the best one of the blank frame, the images of noise and the best 5 % of the shuffles.
+    /// What chance reaches: the best of blank frame, noise images and the shuffles' best 5 %.
     #[must_use]
     pub fn chance(&self) -> Option<f64> {
         self.best_with(self.shuffled.map(|shuffled| shuffled.p95))
     }
 
-    /// How far the ceiling rises above chance, above zero if it does.
+    /// How far the ceiling rises above chance; negative if it does not.
     #[must_use]
     pub fn headroom(&self) -> Option<f64> {
         let rise = self.ceiling? - self.chance()?;
@@ -167,7 +168,7 @@ impl Score {
         }
     }
 
-    /// The place between floor (0) and ceiling (1); `None` where the ceiling does not rise above chance.
+    /// The position between floor (0) and ceiling (1); `None` if the ceiling does not rise above chance.
     #[must_use]
     pub fn skill(&self) -> Option<f64> {
         if self.headroom()? <= 0.0 {

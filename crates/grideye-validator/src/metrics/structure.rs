@@ -1,15 +1,15 @@
-//! Structural similarity, pixel by pixel.
+//! Structural similarity (SSIM).
 
 use crate::numbers::{comparable, count, mean};
 
-/// SSIM's range of temperatures, °C: its second constant, 0.09 °C², is then about the sensor's noise.
+/// SSIM's temperature range, °C: makes its second constant, 0.09 °C², about the square of the sensor's noise.
 pub const SSIM_RANGE_C: f64 = 10.0;
 const SIDE: usize = 3;
 
-/// The structural similarity of each pixel's 3 x 3 neighborhood, -1 to 1, row by row (Wang et al. 2004, Eq. 13).
+/// Structural similarity of each pixel's 3 x 3 neighborhood, -1 to 1, row by row (Wang et al. 2004, Eq. 13).
 ///
-/// Taken above `ambient_c`; uniform windows, variances of a sample (n - 1), mirrored borders, K1 = 0.01, K2 = 0.03, range
-/// [`SSIM_RANGE_C`]: scikit-image's with `win_size=3`. `None` for less than 3 x 3 pixels or unequal rows.
+/// Uses temperatures above `ambient_c`, uniform windows, sample variances (n - 1), mirrored borders, K1 = 0.01, K2 =
+/// 0.03 and range [`SSIM_RANGE_C`], like scikit-image with `win_size=3`. `None` below 3 x 3 pixels or for unequal rows.
 #[must_use]
 pub fn structure_map(
     real: &[f64],
@@ -28,7 +28,7 @@ pub fn structure_map(
         |index: usize| simulated[index] - ambient_c,
     );
     let [xs, ys] = [window_sums(x, size), window_sums(y, size)];
-    // Products about a mean that the whole frame has: what is squared stays small.
+    // Products around the frame's mean keep the squares small.
     let [mx, my] = [mean(real)? - ambient_c, mean(simulated)? - ambient_c];
     let xx = window_sums(|index| (x(index) - mx) * (x(index) - mx), size);
     let yy = window_sums(|index| (y(index) - my) * (y(index) - my), size);
@@ -41,7 +41,7 @@ pub fn structure_map(
     Some((0..real.len()).map(window).collect())
 }
 
-/// The mean of that map over the pixels whose neighborhood lies within the image, as its authors take it.
+/// Mean of [`structure_map`] over the pixels with their whole neighborhood in the image, as its authors take it.
 #[must_use]
 pub fn structural_similarity(
     real: &[f64],
@@ -66,7 +66,7 @@ fn interior_mean(map: &[f64], columns: usize) -> Option<f64> {
     mean(&inside)
 }
 
-/// The sum of the values around each pixel: rows first, then columns.
+/// Sum of the values around each pixel: rows first, then columns.
 fn window_sums(values: impl Fn(usize) -> f64, (columns, rows): (usize, usize)) -> Vec<f64> {
     let mut along = vec![0.0; columns * rows];
     for row in 0..rows {
@@ -84,7 +84,7 @@ fn window_sums(values: impl Fn(usize) -> f64, (columns, rows): (usize, usize)) -
     (0..along.len()).map(sum).collect()
 }
 
-/// From the sums of a window, those of its products about `about`, and that itself.
+/// From a window's sums, the sums of its products around `about`, and `about`.
 fn similarity([x, y]: [f64; 2], [xx, yy, xy]: [f64; 3], about: [f64; 2]) -> f64 {
     let number = count(SIDE * SIDE);
     let sample = number - 1.0;

@@ -1,19 +1,19 @@
-//! What is warm in a recording where its claim is not.
+//! Finds what is warm in a recording where the claim is not.
 //!
-//! Looked for in blocks of two by two pixels, in what stays (less the slope of the room) and in what comes and goes. As much as
-//! is claimed there or a pixel away is allowed beyond the claim: how well that is met, other scores ask.
+//! It examines blocks of 2 x 2 pixels, in the mean (less the slope of the room) and in each frame's deviation from the
+//! mean. A pixel may exceed its claim by the most that is claimed there or one pixel away; other scores check how well
+//! the claim is met.
 
 use crate::metrics::gain::WarmLimits;
 use crate::numbers::{common_offset, count, mean, mean_frame, median};
 
-/// How much may be warm where.
 pub(crate) struct AllowedWarmth {
     columns: usize,
-    /// Where the mean claim is not warm, nor touches what is.
+    /// Pixels where neither they nor those that touch them are claimed warm in the mean.
     cold: Vec<bool>,
-    /// Beyond the mean claim, °C.
+    /// Allowed beyond the mean claim, °C.
     still_c: Vec<f64>,
-    /// Beyond each frame's claim, °C.
+    /// Allowed beyond each frame's claim, °C.
     moving_c: Vec<Vec<f64>>,
 }
 
@@ -26,11 +26,11 @@ pub(crate) struct Unclaimed {
 }
 
 pub(crate) struct RoomDifference {
-    /// Row by row, °C, its level taken out.
+    /// Learned less simulated room, row by row, common level removed, °C.
     pub(crate) left_c: Vec<f64>,
     /// Where the simulated room claims nothing warm.
     pub(crate) cold: Vec<bool>,
-    /// The warmest block of two by two of these pixels, above the slope of the room.
+    /// The warmest 2 x 2 block, above the slope of the room.
     warmest: Option<WarmBlock>,
 }
 
@@ -53,24 +53,25 @@ impl RoomDifference {
         }
     }
 
-    /// The warmest block, if it is warmer than the pattern of a unit makes one.
+    /// The warmest block, if it is warmer than a unit's pattern makes one.
     pub(crate) fn beyond_pattern(&self, spread_c: f64) -> Option<WarmBlock> {
         self.warmest
             .filter(|block| block.celsius > PATTERN_BLOCK_MAX * spread_c)
     }
 }
 
-/// The warmest of 49 blocks exceeds so many deviations of a pixel in less than one pattern of 1,000 (Gumbel).
+/// The warmest of 49 blocks exceeds this many standard deviations of a pixel in less than one pattern of 1,000
+/// (Gumbel).
 const PATTERN_BLOCK_MAX: f64 = 2.2;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct WarmBlock {
-    /// Mean of the four beyond what may be, °C.
+    /// Mean of the four pixels beyond what is allowed, °C.
     pub(crate) celsius: f64,
-    /// Row and column of its first pixel, counted from 0.
+    /// Row and column of its upper left pixel, from 0.
     pub(crate) row: usize,
     pub(crate) column: usize,
-    /// The frame, if it is one frame's.
+    /// The frame, unless the block is in the mean.
     pub(crate) frame: Option<usize>,
 }
 
@@ -91,7 +92,7 @@ impl AllowedWarmth {
         }
     }
 
-    /// `claims` holds the claim beside each real frame.
+    /// `claims` has the claim for each real frame.
     pub(crate) fn of(&self, real: &[Vec<f64>], claims: &[&[f64]]) -> Unclaimed {
         let left: Vec<Vec<f64>> = real
             .iter()
@@ -138,7 +139,8 @@ impl AllowedWarmth {
             .max_by(|a, b| a.celsius.total_cmp(&b.celsius))
     }
 
-    /// Less the plane that fits the cold pixels best, those that stand out of it left out: somebody is no slope.
+    /// The image less the plane that fits the cold pixels best, fitted without pixels that stand out (a person is no
+    /// slope).
     fn without_slope(&self, image: &[f64]) -> Vec<f64> {
         let mut used: Vec<usize> = (0..image.len()).filter(|&pixel| self.cold[pixel]).collect();
         let mut left = image.to_vec();
@@ -192,19 +194,19 @@ impl AllowedWarmth {
     }
 }
 
-/// How often the plane is fitted, and how many times the usual distance from it leaves a pixel out.
+/// Rounds of fitting the plane, and the multiple of the median distance from it that excludes a pixel.
 const PLANE_ROUNDS: usize = 4;
 const PLANE_KEPT: f64 = 4.0;
-/// What arithmetic leaves of a pixel that lies on the plane, °C.
+/// Rounding error of a pixel on the plane, °C.
 const ROUNDING_C: f64 = 1e-9;
-/// Squares of pixels: fewer than three that do not stand in a row have no slope.
+/// Determinant below which the pixels define no slope: fewer than three, or all in a row.
 const FLAT: f64 = 1e-9;
 
 const fn corners(first: usize, columns: usize) -> [usize; 4] {
     [first, first + 1, first + columns, first + columns + 1]
 }
 
-/// Of each pixel the most that is claimed above ambient there or in a pixel that touches it, 0 or more.
+/// For each pixel the most that is claimed above ambient there or in a touching pixel, at least 0.
 fn claimed_nearby(claim: &[f64], columns: usize, ambient_c: f64) -> Vec<f64> {
     let rows = claim.len() / columns;
     let nearby = |pixel: usize| {
@@ -250,11 +252,11 @@ mod tests {
         found(&[real.to_vec(), real.to_vec()], claim).still.unwrap()
     }
 
-    /// Four pixels of 3, 1, 2 and 2 °C above the claim: 2 °C on the mean.
+    /// Four pixels 3, 1, 2 and 2 °C above the claim: 2 °C on average.
     const FOUR: [(usize, f64); 4] = [(26, 23.0), (27, 21.0), (34, 22.0), (35, 22.0)];
 
     #[test]
-    fn what_stands_is_found_with_its_place_and_what_comes_and_goes_in_its_frame() {
+    fn still_and_moving_warmth_are_found_with_their_place() {
         let still = still(&frame(&FOUR), &[20.0; 64]);
         assert_eq!((still.row, still.column, still.frame), (3, 2, None));
         assert_near(still.celsius, 2.0, 1e-9);
@@ -267,33 +269,33 @@ mod tests {
     }
 
     #[test]
-    fn a_slope_of_the_room_and_a_level_are_nobody() {
+    fn a_slope_and_a_level_are_not_a_person() {
         let sloped: Vec<f64> = (0..64)
             .map(|pixel| 23.0 + 0.1 * count(pixel / 8) + 0.2 * count(pixel % 8))
             .collect();
         assert_near(still(&sloped, &[20.0; 64]).celsius, 0.0, 1e-9);
     }
 
-    /// A person half a pixel from where it is claimed to be is not warmth that nobody claims.
+    /// A person half a pixel from the claimed place is not unclaimed.
     #[test]
-    fn what_touches_claimed_warmth_may_be_as_warm() {
+    fn pixels_next_to_claimed_warmth_may_be_as_warm() {
         let near = still(&frame(&FOUR), &frame(&[(27, 23.0)]));
         assert!(near.celsius < 0.3, "{near:?}");
         assert_near(still(&[25.0; 64], &[25.0; 64]).celsius, -5.0, 1e-9);
     }
 
-    /// The same place, but a person where a shimmer of 0.3 °C is claimed: 2 °C less 0.3 claimed and 0.3 allowed.
+    /// A person where 0.3 °C is claimed: 2 °C, less 0.3 claimed and 0.3 allowed.
     #[test]
-    fn much_more_than_is_claimed_is_not_claimed() {
+    fn far_more_warmth_than_claimed_is_unclaimed() {
         let claim = frame(&FOUR.map(|(pixel, _)| (pixel, 20.3)));
         let found = still(&frame(&FOUR), &claim);
         assert_eq!((found.row, found.column), (3, 2));
         assert!((1.0..1.5).contains(&found.celsius), "{found:?}");
     }
 
-    /// A radiator that is warmer than the scene has it is left alone, what it does not have is named.
+    /// A radiator warmer than in the scene is ignored; an object that the scene lacks is found.
     #[test]
-    fn a_learned_room_is_what_it_has_beside_the_simulated_one() {
+    fn a_learned_room_is_compared_with_the_simulated_one() {
         let simulated = frame(&[(0, 25.0)]);
         let mut learned = frame(&[(0, 27.0), (60, 20.3)]);
         learned.iter_mut().for_each(|pixel| *pixel += 1.5);

@@ -27,10 +27,10 @@ use grideye_recording::Record;
 use grideye_scene::{Scene, Simulator};
 use std::time::Duration;
 
-/// Compares one stream with what a scene's sensor would see: cleaned, drift taken out, aligned within [`Options::align`].
+/// Compares one stream with what a scene's sensor would see: cleaned, drift removed, aligned within [`Options::align`].
 ///
 /// # Errors
-/// No such sensor, another resolution, no frame, time that runs back, no overlap; and as [`crate::compare()`].
+/// Unknown sensor, another resolution, no frames, time that goes back, no overlap; and those of [`crate::compare()`].
 pub fn compare_scene(
     records: &[Record],
     scene: &Scene,
@@ -97,7 +97,8 @@ pub fn compare_scene(
     })
 }
 
-/// Keeps this simulation's noise apart from that of a recording of the same seed (golden ratio, as in `SplitMix64`).
+/// Separates this simulation's noise from that of a recording simulated with the same seed (golden ratio, as in
+/// `SplitMix64`).
 const INDEPENDENCE: u64 = 0x9E37_79B9_7F4A_7C15;
 
 fn shape_of(simulator: &Simulator) -> Result<Shape, ValidatorError> {
@@ -148,7 +149,7 @@ fn aligned(
     protocol: Protocol,
     options: &Options,
 ) -> Result<AlignedFrames, ValidatorError> {
-    // Without a grid, a frame is quicker to make and just as near.
+    // Rendering without a grid is faster and just as accurate.
     let simulator = Simulator::without_grid(scene, sensor)?;
     let moves = protocol == Protocol::Dynamic && !scene.is_static();
     let mut aligned = if moves {
@@ -235,7 +236,7 @@ fn sample(frames: &[TimedFrame], span: Duration) -> (Vec<f64>, Vec<Pixels>) {
         .unzip()
 }
 
-/// Marks the orientation as applied if that was asked for, and gives what is to be undone.
+/// Marks the orientation as applied if requested, and returns the one to undo.
 fn turned(found: &mut Alignment, options: &AlignOptions) -> Orientation {
     match &mut found.orientation {
         Some(orientation) if options.orientation => {
@@ -246,7 +247,7 @@ fn turned(found: &mut Alignment, options: &AlignOptions) -> Orientation {
     }
 }
 
-/// The slow drift that is common to all pixels, against the scene at the times that were found.
+/// The slow common drift against the scene at the aligned times.
 fn drift(aligned: &AlignedFrames, simulator: &Simulator) -> Drift {
     let chosen = evenly(aligned.frames.len(), SAMPLE_MAX);
     let (times_s, left): (Vec<f64>, Vec<Pixels>) = chosen
@@ -263,7 +264,6 @@ fn drift(aligned: &AlignedFrames, simulator: &Simulator) -> Drift {
     Drift::new(&times_s, &left)
 }
 
-/// Leaves out the frames that the scene says nothing of.
 fn within_scene(
     aligned: &mut AlignedFrames,
     scene: &Scene,
@@ -275,7 +275,7 @@ fn within_scene(
         return Ok(());
     }
     let (end, clock) = (scene.duration(), aligned.clock.clone());
-    // The last frame of a walk may end on it but for rounding.
+    // Rounding must not cost the last frame of a walk that ends on it.
     let times_s = -1e-6..=end.as_secs_f64() + 1e-6;
     aligned.frames.retain(|frame| {
         let is_within = times_s.contains(&clock.scene_s(frame.time.as_secs_f64()));
@@ -334,7 +334,7 @@ fn settings(
     }
 }
 
-/// The repeat under the dynamic protocol is this much later: new noise, and too short to walk away.
+/// Delay of the repeat under the dynamic protocol: new noise, but too short to walk away.
 const DYNAMIC_LAG: Duration = TICK;
 const STATIC_LAG_FRAMES: usize = 3;
 
@@ -362,7 +362,7 @@ fn period(timed: &[TimedFrame]) -> Option<Duration> {
     (last.time.saturating_sub(first.time)).checked_div(frames)
 }
 
-/// The lag of 1 to 600 frames that comes nearest to [`DYNAMIC_LAG`].
+/// The lag of 1 to 600 frames nearest to [`DYNAMIC_LAG`].
 fn lag_of_period(period: Duration) -> usize {
     if period.is_zero() {
         return STATIC_LAG_FRAMES;
@@ -381,7 +381,7 @@ pub(crate) fn number(protocol: Protocol, asked: Option<usize>) -> Result<usize, 
     }))
 }
 
-/// Chooses evenly among the frames that have a repeat; among all if fewer than two have one.
+/// Chooses evenly among the frames with a repeat, or among all if fewer than two have one.
 pub(crate) fn chosen(
     timed: &[TimedFrame],
     lag_frames: usize,
@@ -398,7 +398,7 @@ pub(crate) fn chosen(
     };
     let chosen = evenly(candidates.len(), number);
     notes.push(format!(
-        "{} of the {} frames that were read are compared, chosen evenly over the recording.",
+        "{} of {} frames read are compared, chosen evenly over the recording.",
         chosen.len(),
         timed.len()
     ));
@@ -413,7 +413,7 @@ pub(crate) fn chosen(
         .collect()
 }
 
-/// The frame whose number is `lag_frames` higher. A gap, or a new start of the count, between the two leaves none.
+/// The frame with a sequence number `lag_frames` higher; `None` across a gap or a restarted count.
 fn repeat(timed: &[TimedFrame], index: usize, lag_frames: usize) -> Option<&Pixels> {
     let lag = u64::try_from(lag_frames).ok()?;
     let sought = timed[index].seq.checked_add(lag)?;

@@ -1,4 +1,4 @@
-//! A recording beside a scene: frames are cleaned, aligned, simulated and compared.
+//! Compares a recording with a scene: cleans, aligns, simulates and scores.
 
 mod compare_scene;
 mod notes;

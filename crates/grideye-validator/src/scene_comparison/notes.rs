@@ -1,4 +1,4 @@
-//! What was found about time and place, in sentences.
+//! Sentences about the alignment, for the report.
 
 use crate::align::{
     Alignment, OFFSET_MAX_PX, OffsetFound, Orientation, OrientationFound, TimeAlignment, TimeFound,
@@ -18,12 +18,12 @@ pub(crate) fn alignment(found: &Alignment, rows: usize, options: &Options) -> Ve
     if found.drift_c > 0.0 {
         let drift = fixed(found.drift_c, 2);
         notes.push(format!(
-            "A slow drift of {drift} °C that all pixels share was taken out."
+            "A slow drift of {drift} °C common to all pixels was removed."
         ));
     }
     let start = fixed(options.start.as_secs_f64(), 1);
     notes.push(format!(
-        "The recording's first frame is taken for second {start} of the scene."
+        "The recording's first frame is taken as second {start} of the scene."
     ));
     match &found.time {
         Some(time) => notes.extend(self::time(time)),
@@ -38,24 +38,24 @@ fn time(time: &TimeFound) -> Vec<String> {
     let chance = chance.unwrap_or("not known".to_owned());
     let (with, without) = (fixed(time.likeness, 2), fixed(time.likeness_before, 2));
     let likeness = format!(
-        "what moves resembles the scene by {with} with it and by {without} without; films that are not the scene reach {chance} ({} tried)",
+        "likeness of what moves is {with} with it and {without} without; decoys reach {chance} ({} tried)",
         time.decoys
     );
     if time.at_bound {
         return vec![format!(
-            "The best alignment of time lies beyond its bounds, and none was applied: {likeness}. If the recording is known to start later or earlier than the scene, or its clock to be off by more, allow it with --max-shift or --max-rate."
+            "The best alignment of time lies beyond the bounds, so none was applied: {likeness}. If you know that the recording starts earlier or later than the scene, or that its clock is off by more, allow it with --max-shift or --max-rate."
         )];
     }
     if !time.applied {
         return vec![format!(
-            "No alignment of time is better than chance, and none was applied: {likeness}."
+            "No alignment of time beats chance, so none was applied: {likeness}."
         )];
     }
     let mut notes = vec![format!("{}: {likeness}.", applied(time))];
     if let Some([right, down]) = time.rival_offset_px {
         let (right, down) = (fixed(right, 1), fixed(down, 1));
         notes.push(format!(
-            "A sensor turned so that its image lies {right} pixels to the right and {down} down would explain the recording as well as the delay does: this walk cannot tell the two apart, one that also comes back could."
+            "An image offset of {right} pixels right and {down} down (a tilted sensor) would explain the recording as well as the delay does. This walk cannot tell the two apart; one that also comes back could."
         ));
     }
     notes
@@ -68,7 +68,7 @@ fn applied(time: &TimeFound) -> String {
             let (begins, ends) = (late(law.begins_late_s), late(law.ends_late_s));
             let (ease, lean) = (fixed(law.ease, 2), fixed(law.lean, 2));
             format!(
-                "Time was aligned: the walk begins {begins} s and ends {ends} s later than the scene has it, ease {ease}, lean {lean}"
+                "Time was aligned: the walk begins {begins} s and ends {ends} s later than in the scene, ease {ease}, lean {lean}"
             )
         }
         (None, TimeAlignment::Shift) => {
@@ -82,7 +82,7 @@ fn applied(time: &TimeFound) -> String {
     if let Some(warp) = &time.warp {
         let most = late(warp.departure_max_s());
         text.push_str(&format!(
-            ", on a path that departs from that by up to {most} s"
+            ", on a path that departs from this by up to {most} s"
         ));
     }
     text
@@ -108,17 +108,17 @@ fn rate(time: &TimeFound) -> String {
     format!("{rate} % {direction} than its clock")
 }
 
-/// What to do about an image that was found, and judged, not to lie as the scene has it.
+/// Advice on an image that was judged not to lie as in the scene.
 pub(crate) fn orientation(found: &OrientationFound, is_failed: bool) -> Option<String> {
     if found.orientation == Orientation::Upright || !(is_failed || found.applied) {
         return None;
     }
     let (so, upright) = (fixed(found.likeness, 2), fixed(found.upright, 2));
-    let likeness = format!("it fits the scene by {so} so, and by {upright} as it was recorded");
+    let likeness = format!("likeness {so} in this orientation, {upright} as recorded");
     let lies = found.orientation;
     if found.applied {
         return Some(format!(
-            "The image is {lies}, and was turned back as asked: {likeness}."
+            "The image is {lies}, and was turned back as requested: {likeness}."
         ));
     }
     let check = if found.orientation.is_mirrored() {
@@ -127,7 +127,7 @@ pub(crate) fn orientation(found: &OrientationFound, is_failed: bool) -> Option<S
         "check how the sensor is mounted, or the sensor's azimuth_deg and roll_deg"
     };
     Some(format!(
-        "The image is {lies}: {likeness}; {check}. It was compared as it was recorded (--align orientation turns it)."
+        "The image is {lies}: {likeness}; {check}. It was compared as recorded (--align orientation turns it back)."
     ))
 }
 
@@ -143,12 +143,12 @@ fn offset(found: &OffsetFound) -> Option<String> {
     );
     let what = if found.applied && found.is_another_pose() {
         format!(
-            "of that, {OFFSET_MAX_PX} pixel each way was taken out as asked; the rest is another pose"
+            "{OFFSET_MAX_PX} pixel each way of this was removed as requested; the rest is a different pose"
         )
     } else if found.applied {
-        "this was taken out as asked".to_owned()
+        "this was removed as requested".to_owned()
     } else {
-        "it was compared where it is (--align pose takes out up to half a pixel)".to_owned()
+        "it was compared as recorded (--align pose removes up to half a pixel)".to_owned()
     };
     Some(format!("{place}; {what}."))
 }

@@ -1,4 +1,4 @@
-//! The frames of the simulated side, and what the real side shows of the room.
+//! Renders the simulated side, and learns the empty room from the real side.
 
 use crate::align::clock::Clock;
 use crate::align::space::moved;
@@ -23,7 +23,7 @@ use std::time::Duration;
 pub(crate) struct Renderer<'a> {
     simulator: &'a Simulator,
     empty: Simulator,
-    /// What this specimen shows beside the scene.
+    /// The unit's pattern, added to the scene.
     pattern_c: Option<[f64; PIXELS]>,
 }
 
@@ -41,7 +41,7 @@ impl<'a> Renderer<'a> {
         })
     }
 
-    /// What the scene has at the times of the real frames, with its people and (without noise) without them.
+    /// The scene at the times of the real frames, with its people and (without noise) without them.
     pub(crate) fn simulated(
         &self,
         real: &[RealFrame],
@@ -57,7 +57,8 @@ impl<'a> Renderer<'a> {
             .unzip()
     }
 
-    /// What the recording shows while neither it nor the scene shows anybody; with a profile, how well that explains it.
+    /// The empty room that the recording shows while the scene is empty too; with a profile, how well the profile
+    /// explains it.
     pub(crate) fn learned_room(
         &self,
         records: &[Record],
@@ -85,7 +86,7 @@ impl<'a> Renderer<'a> {
         )
     }
 
-    /// The frames while neither the recording nor the scene shows anybody; of a scene that stands still, none is known.
+    /// The frames in which recording and scene are both empty; none under the static protocol.
     fn empty_frames<'b>(
         &self,
         records: &[Record],
@@ -112,7 +113,7 @@ impl<'a> Renderer<'a> {
         (frames, stretches)
     }
 
-    /// Takes the learned room less the simulated one for the pattern where nothing warm is claimed, unless more is warm.
+    /// Takes learned less simulated room as the pattern where nothing warm is claimed; `None` if more is warm.
     pub(crate) fn learn(
         &mut self,
         learned: &LearnedRoom,
@@ -169,7 +170,7 @@ impl<'a> Renderer<'a> {
         (frame, nobody)
     }
 
-    /// An image moved by the offset, if that is to be taken out, under the specimen's pattern, which does not move.
+    /// An image moved by the applied offset, plus the unit's pattern, which does not move.
     fn shown(&self, clean: &[f64], aligned: &AlignedFrames) -> Vec<f64> {
         let offset = aligned.found.offset.filter(|offset| offset.applied);
         let mut shown = offset.map_or_else(
@@ -216,9 +217,9 @@ pub(crate) fn shows_people(simulated: &[SimulatedFrame], nobody: &[Vec<f64>]) ->
     frames.any(|(with, without)| !is_same(&with.noise_free, without))
 }
 
-/// Less of somebody than this is nobody, °C: a fifth of the sensor's step.
+/// A smaller effect than this counts as nobody, °C: a fifth of the sensor's step.
 const NOBODY_C: f64 = 0.05;
-/// Frames of an empty room that its map is the mean of, at least: the noise of the mean is a quarter of a frame's then.
+/// Fewest empty frames for learning the room: the noise of their mean is then a quarter of a frame's.
 const EMPTY_FRAMES_MIN: usize = 16;
-/// A pixel belongs to an agent that covers half of it or more.
+/// Share of a pixel that an agent must cover to own it.
 const TRUTH_SHARE_MIN: f64 = 0.5;

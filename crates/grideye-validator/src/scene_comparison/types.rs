@@ -1,4 +1,4 @@
-//! How to compare a recording with a scene, its frames on the way there, and what is known beside them.
+//! Options of a scene comparison, its frames, and what is known of sensor and room besides the scene.
 
 use crate::align::clock::Clock;
 use crate::align::{AlignOptions, Alignment};
@@ -15,34 +15,35 @@ use grideye_scene::Simulator;
 use grideye_scene::profile::Profile;
 use std::time::Duration;
 
-/// Frames compared under the static protocol unless asked otherwise, as in the paper.
+/// Default number of frames under the static protocol, as in the paper.
 pub const STATIC_FRAMES: usize = 10;
-/// Frames compared under the dynamic protocol unless asked otherwise.
+/// Default number of frames under the dynamic protocol.
 pub const DYNAMIC_FRAMES: usize = 100;
-/// Most frames that the repeat may be later.
+/// Largest lag of the repeat, frames.
 pub const LAG_FRAMES_MAX: usize = 600;
 
-/// How to compare a recording with a scene. Every default can be left as it is.
+/// How to compare a recording with a scene; the defaults suit most recordings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Options {
-    /// Seed of the simulated noise and of the shuffled pixels; a recording simulated with it is met by other noise.
+    /// Seed of simulated noise and shuffles; a recording simulated with the same seed still gets other noise.
     pub seed: u64,
     /// Which frame meets which; by default static if nothing moves in the scene.
     pub protocol: Option<Protocol>,
-    /// Frames a side, chosen evenly over the recording; by default [`STATIC_FRAMES`] or [`DYNAMIC_FRAMES`].
+    /// Frames per side, chosen evenly; by default [`STATIC_FRAMES`] or [`DYNAMIC_FRAMES`].
     pub frames: Option<usize>,
-    /// How many frames later a frame's repeat is, 1 to [`LAG_FRAMES_MAX`]; by default 3, or the nearest to 0.1 s (dynamic).
+    /// Frames between a frame and its repeat, 1 to [`LAG_FRAMES_MAX`]; by default 3 (static) or the nearest to 0.1 s
+    /// (dynamic).
     pub lag_frames: Option<usize>,
     pub start: Duration,
     pub shuffles: usize,
-    /// The bins of the second set of entropies; by default the sensor's own steps.
+    /// Bins of the second set of entropies; by default the sensor's steps.
     pub binning: Option<Binning>,
-    /// Threads that count pairs of frames; the result is the same with any number.
+    /// Number of threads; any number gives the same result.
     pub threads: usize,
     pub thresholds: Thresholds,
     pub align: AlignOptions,
-    /// What is known of the sensor's specimen: its pattern is added to the scene's claim.
+    /// What a profile says about the unit: its pattern is added to the scene's claim.
     pub unit: Option<KnownUnit>,
 }
 
@@ -84,25 +85,25 @@ pub(crate) fn pixels(celsius: &[f64]) -> Pixels {
     std::array::from_fn(|pixel| celsius.get(pixel).copied().unwrap_or_default())
 }
 
-/// What is known of a sensor's specimen.
+/// What is known of a unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KnownUnit {
-    /// What each pixel shows too much, °C.
+    /// Excess of each pixel, °C.
     pub pattern_c: [f64; PIXELS],
-    /// Standard deviation of what all pixels do together from one recording to another, °C.
+    /// Standard deviation of the common mode between recordings, °C.
     pub wander_c: f64,
-    /// What of the level is no chance and still not known: error at power-on, the depth of the five-frame cycle, °C.
+    /// Unknown but not random part of the level: power-on error plus depth of the five-frame cycle, °C.
     pub bias_c: f64,
-    /// Standard deviation of what is not known of the pattern, °C.
+    /// Standard deviation of the unknown part of the pattern, °C.
     pub spread_c: f64,
 }
 
 impl KnownUnit {
-    /// What a profile says.
+    /// From a profile.
     #[must_use]
     pub fn of(profile: &Profile) -> Self {
         let common = profile.common_mode;
-        // The mean of the 64 draws of a specimen that is not drawn yet.
+        // Standard deviation of the mean of 64 draws, for a pattern that is not drawn yet.
         let drawn_c = profile.fixed_pattern.spread_c / 8.0;
         Self {
             pattern_c: profile.fixed_pattern.offset_c,
@@ -120,7 +121,7 @@ impl KnownUnit {
         }
     }
 
-    /// The largest common offset that is no fault, °C.
+    /// The largest common offset that is not a fault, °C.
     pub(crate) fn level_c(&self, thresholds: &Thresholds) -> f64 {
         thresholds.level_margin_c + 3.0 * self.wander_c + self.bias_c
     }
@@ -129,11 +130,11 @@ impl KnownUnit {
 pub(crate) struct LearnedRoom {
     pub(crate) celsius: Vec<f64>,
     pub(crate) frames: usize,
-    /// Standard error of the middle pixel's mean, °C.
+    /// Standard error of the mean, median over the pixels, °C.
     pub(crate) error_c: f64,
 }
 
-/// What is known of sensor and room beside the scene; of people and pattern, nothing.
+/// What is known of sensor and room besides the scene; the caller adds people and pattern.
 pub(crate) fn prior(
     records: &[Record],
     simulator: &Simulator,

@@ -1,5 +1,4 @@
-//! A recording of which only runs are looked at says what the whole of it says, and the borders of the runs are taken for
-//! no fault.
+//! A thinned recording must score like the whole, and the borders of its runs must not count as faults.
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 use grideye_frame::{Celsius, RawFrame, Reading, ThermistorWord};
@@ -12,10 +11,10 @@ use std::io;
 use std::time::Duration;
 
 const SENSOR: &str = "ceiling";
-/// Of three times as many as are looked at, a quarter is kept.
+/// Three times the limit, so that a quarter is kept.
 const ROWS: u64 = 3 * 20_000 + 500;
 
-/// Experiment 3's room; its person walks to and fro for an hour and three quarters, faster and slower ways by turns.
+/// Experiment 3's room, where the person walks back and forth for an hour and three quarters at alternating speeds.
 fn scene() -> Scene {
     let path = concat!(
         env!("CARGO_MANIFEST_DIR"),
@@ -66,7 +65,7 @@ fn compared(records: &[Record], scene: &Scene) -> Comparison {
 }
 
 #[test]
-fn runs_of_a_recording_score_as_all_of_it() {
+fn a_thinned_recording_scores_like_the_whole() {
     let scene = scene();
     assert!(scene.duration().as_secs() > 6_500, "{:?}", scene.duration());
     let all = record(&scene, ROWS);
@@ -113,7 +112,7 @@ fn runs_of_a_recording_score_as_all_of_it() {
     }
     let sigmas = [&whole, &thinned].map(|comparison| comparison.noise_sigma_c.unwrap());
     assert!((sigmas[0] / sigmas[1] - 1.0).abs() < 0.02, "{sigmas:?}");
-    // By chance, as in any frame with so little noise; the borders add nothing.
+    // By chance, as with any sensor of so little noise; the borders add nothing.
     let shares = [(&whole, all.len()), (&thinned, kept.records.len())].map(|(comparison, rows)| {
         let left_out = &comparison.alignment.as_ref().unwrap().left_out;
         assert!(

@@ -1,4 +1,4 @@
-//! Recordings beside scenes: what is aligned, which faults are found, and what is said of a long one.
+//! Tests of recordings compared with scenes: alignment, faults, and long recordings.
 
 mod alignment;
 mod faults;

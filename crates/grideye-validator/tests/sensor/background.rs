@@ -1,4 +1,4 @@
-//! The background of an empty room: found on real recordings whose people were counted, and on planted ones.
+//! Backgrounds of empty rooms: real recordings with counted people, and planted people.
 #![expect(
     clippy::unwrap_used,
     clippy::as_conversions,
@@ -22,7 +22,7 @@ use std::time::Duration;
 const SESSION_2: &str = "Session2_2021-07-01_RoomB_v2.csv";
 const SESSION_3: &str = "Session3_2021-07-06_RoomA_v2.csv";
 
-/// The records, and how many people were counted in each.
+/// The records, and the number of people counted in each.
 fn session(name: &str) -> (Vec<Record>, Vec<u32>) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../../recordings/linaige")
@@ -43,9 +43,9 @@ fn is_in(found: &Background, records: &[Record], record: &Record) -> bool {
         .any(|stretch| stretch.holds(Duration::from_nanos(since)))
 }
 
-/// Of the frames that were taken for empty, and of those that people counted as empty.
+/// Compares the frames found empty with those counted as empty.
 #[test]
-fn what_is_found_empty_was_counted_as_empty() {
+fn empty_stretches_agree_with_the_people_count() {
     for name in [SESSION_2, SESSION_3] {
         let (records, people) = session(name);
         let found = background(&records, &Empty::Find).unwrap();
@@ -77,7 +77,7 @@ fn what_is_found_empty_was_counted_as_empty() {
     }
 }
 
-/// A room with a pattern; somebody at `stands` in the frames that `is_there`.
+/// A room with a pattern; a person on the pixels `stands` in the frames where `is_there`.
 fn room(frames: u32, is_there: impl Fn(u32) -> bool, stands: &[usize]) -> Vec<Record> {
     let mut state = 9_u64;
     let mut noise = || {
@@ -129,7 +129,7 @@ fn assert_is_the_room(found: &Background) {
 }
 
 #[test]
-fn somebody_who_stands_still_for_most_of_the_time_is_not_the_background() {
+fn a_person_standing_still_is_not_background() {
     let stands = [26, 27, 28, 34, 35, 36];
     let found = background(
         &room(600, |frame| (100..520).contains(&frame), &stands),
@@ -155,7 +155,7 @@ fn an_empty_recording_is_empty_throughout() {
 }
 
 #[test]
-fn a_named_stretch_is_believed_and_its_frames_are_counted() {
+fn a_named_stretch_is_used_as_given() {
     let records = room(600, |frame| frame < 300, &[27]);
     let named = |text: &str| background(&records, &Empty::Named(text.parse().unwrap()));
     let found = named("31s..50s").unwrap();
@@ -168,11 +168,14 @@ fn a_named_stretch_is_believed_and_its_frames_are_counted() {
         error,
         BackgroundError::TooFewFrames { frames: 0, .. }
     ));
-    assert!(error.to_string().contains("it takes 59.9 s"), "{error}");
+    assert!(
+        error.to_string().contains("the recording is 59.9 s long"),
+        "{error}"
+    );
 }
 
 #[test]
-fn where_somebody_always_is_no_background_is_made_up() {
+fn an_always_occupied_room_has_no_background() {
     let moving = |frame: u32| frame % 40 < 20;
     let found = background(&room(600, moving, &[9, 10, 17, 18]), &Empty::Find);
     assert_eq!(found, Err(BackgroundError::NoneFound));
@@ -183,7 +186,7 @@ fn where_somebody_always_is_no_background_is_made_up() {
 }
 
 #[test]
-fn a_stretch_is_read_or_refused() {
+fn a_stretch_parses_or_is_rejected() {
     let stretch: Stretch = "12s..40.5s".parse().unwrap();
     assert_eq!(
         (stretch.from, stretch.to),
@@ -198,9 +201,9 @@ fn a_stretch_is_read_or_refused() {
     }
 }
 
-/// Added to the scene's empty room, the pattern is the background.
+/// Added to the scene's empty room, the pattern gives the background.
 #[test]
-fn the_background_is_kept_as_a_pattern() {
+fn the_background_becomes_the_pattern() {
     let found = background(&room(300, |_| false, &[]), &Empty::Find).unwrap();
     let mut profile = Profile::default();
     let empty_room: Vec<f64> = (0..PIXELS)
@@ -220,10 +223,10 @@ fn the_background_is_kept_as_a_pattern() {
     );
 }
 
-/// Half of the room is two degrees warmer, so that the middle pixel lies in the gap between: somebody on four pixels of the
-/// colder half moves it by half a degree, and all levels with it. The room is empty all the same where nobody is.
+/// Half of the room is two degrees warmer, so the median pixel lies in a gap. A person on four pixels of the colder
+/// half shifts it, and all levels, by half a degree.
 #[test]
-fn a_middle_that_somebody_moves_moves_no_level() {
+fn a_person_who_shifts_the_median_shifts_no_level() {
     let mut records = room(600, |index| (100..500).contains(&index), &[9, 10, 17, 18]);
     for record in &mut records {
         if let Reading::Frame(raw) = &mut record.reading {
@@ -251,10 +254,10 @@ fn a_middle_that_somebody_moves_moves_no_level() {
     );
 }
 
-/// Of two minutes somebody stands still for all but half a minute: the many means with him lie closer together than the few
-/// without, and are warmer.
+/// A person stands still for all but half a minute of two minutes: the many means with the person are closer together
+/// than the few without, and warmer.
 #[test]
-fn who_stands_still_most_of_the_time_is_not_the_room() {
+fn a_person_still_for_most_of_the_recording_is_not_the_room() {
     let records = room(1_200, |index| index >= 300, &[9, 10, 17, 18]);
     let found = background(&records, &Empty::Find).unwrap();
     let last = found.stretches.iter().map(|stretch| stretch.to).max();
@@ -266,10 +269,10 @@ fn who_stands_still_most_of_the_time_is_not_the_room() {
     assert_is_the_room(&found);
 }
 
-/// Of both sessions people were counted in all but a few stretches. Of session 3 these are the longest in which nobody was,
-/// minutes apart, without the one in which its clock jumps.
+/// Both sessions had people in all but a few stretches. These are session 3's longest empty ones, minutes apart,
+/// without the one in which its clock jumps.
 #[test]
-fn a_real_room_is_occupied_or_empty_as_people_counted_it() {
+fn real_presence_agrees_with_the_people_count() {
     for name in [SESSION_2, SESSION_3] {
         let presence = characterize(session(name).0).unwrap().presence;
         let Presence::Somebody(spot) = presence else {
@@ -283,7 +286,7 @@ fn a_real_room_is_occupied_or_empty_as_people_counted_it() {
         .flat_map(|run| rows[run].to_vec());
     let found = characterize(empty.clone()).unwrap();
     assert_eq!(found.presence, Presence::Nobody);
-    // The whole of it is the mean of all its frames, and what is looked for is nearly the same.
+    // The mean of all frames; the search gives nearly the same.
     let whole = Background::whole(&found).unwrap();
     let mean: Vec<f64> = (0..PIXELS)
         .map(|pixel| {
@@ -299,12 +302,12 @@ fn a_real_room_is_occupied_or_empty_as_people_counted_it() {
     assert!(apart(&whole.celsius, &mean) < 0.02);
     let stretches = background(&rows, &Empty::Find).unwrap();
     assert!(apart(&whole.celsius, &stretches.celsius) < 0.08);
-    // The pattern alone, beyond a smooth surface, leaves an eighth of a degree of it.
+    // The pattern alone, beyond a smooth surface, misses an eighth of a degree.
     let smooth = found.profile("smooth").fixed_pattern.offset_c;
     assert!(apart(&smooth, &mean) > 0.1, "{}", apart(&smooth, &mean));
 }
 
-/// A room with a slope across it, all of whose pixels drift together by half a degree; and what else `warms` which pixel.
+/// A room with a slope across it, drifting by half a degree as a whole, where `warms` adds to each pixel.
 fn drifting(frames: u32, warms: impl Fn(u32, usize) -> f64) -> Vec<Record> {
     let mut records = room(frames, |_| false, &[]);
     for (index, record) in (0..).zip(&mut records) {
@@ -327,7 +330,7 @@ fn presence(frames: u32, warms: impl Fn(u32, usize) -> f64) -> Presence {
 const MIDDLE: [usize; 4] = [27, 28, 35, 36];
 
 #[test]
-fn nobody_is_told_from_who_moves_and_neither_from_who_keeps_still() {
+fn absent_moving_and_still_people_are_distinguished() {
     assert_eq!(presence(600, |_, _| 0.0), Presence::Nobody);
     let is_there = |seq: u32, pixel: usize, warm: &dyn Fn(u32) -> bool| {
         if MIDDLE.contains(&pixel) && warm(seq) {
@@ -336,7 +339,7 @@ fn nobody_is_told_from_who_moves_and_neither_from_who_keeps_still() {
             0.0
         }
     };
-    // For three seconds, all but three seconds, a second at the end, half of the time: whoever comes or goes is somebody.
+    // For three seconds, all but three seconds, a second at the end, half of the time: each counts as a person.
     let cases: [&dyn Fn(u32) -> bool; 4] = [
         &|seq| (300..330).contains(&seq),
         &|seq| !(300..330).contains(&seq),
@@ -359,9 +362,9 @@ fn nobody_is_told_from_who_moves_and_neither_from_who_keeps_still() {
     assert!((1.0..1.6).contains(&spot.celsius), "{spot:?}");
 }
 
-/// Thirty means of ten frames each are half a minute; a gap in each hundred leaves no hundred in a row.
+/// Thirty means of ten frames are half a minute; with a gap in each hundred, no hundred frames are in a row.
 #[test]
-fn half_a_minute_without_gaps_tells_and_less_does_not() {
+fn presence_needs_half_a_minute_without_gaps() {
     assert_eq!(presence(300, |_, _| 0.0), Presence::Nobody);
     assert_eq!(presence(299, |_, _| 0.0), Presence::TooShort);
     let mut gapped = drifting(900, |_, _| 0.0);
@@ -372,7 +375,7 @@ fn half_a_minute_without_gaps_tells_and_less_does_not() {
 }
 
 #[test]
-fn who_is_in_view_stands_in_the_table_and_in_the_json() {
+fn presence_is_in_the_table_and_the_json() {
     let of = |frames: u32, warms: &dyn Fn(u32, usize) -> f64| {
         let found = characterize(drifting(frames, warms)).unwrap();
         let json: serde_json::Value = serde_json::from_str(&found.to_json()).unwrap();
@@ -432,7 +435,7 @@ fn who_is_in_view_stands_in_the_table_and_in_the_json() {
     );
 }
 
-/// Of the record's frame, °C; both sessions are above zero.
+/// A record's frame, °C; both sessions are above zero.
 fn pixels(record: &Record) -> [f64; PIXELS] {
     let frame = record.reading.frame().unwrap();
     frame.pixels.map(|word| f64::from(word.0 & 0xFFF) * 0.25)

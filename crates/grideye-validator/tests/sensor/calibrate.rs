@@ -1,4 +1,4 @@
-//! Calibration against emulated recordings of which the truth is known.
+//! Calibration against emulated recordings with known truth.
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 use grideye_frame::{Celsius, PixelWord, RawFrame, Reading, ThermistorWord};
@@ -11,7 +11,7 @@ use grideye_validator::calibrate::{
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// A person who walks in a bend below a sensor that looks aslant, beside a radiator.
+/// A person walks in a bend below a tilted sensor, beside a radiator.
 const SCENE: &str = r#"[room]
 size_mm = [4000, 5000, 2700]
 ambient_c = 20
@@ -43,7 +43,7 @@ noise_sigma_c = 0.2
 
 const WALK: &str = "x_mm,y_mm,z_mm\n1000,1500,0\n2800,2600,0\n1200,3400,0\n";
 
-/// A usual unit: noise, a pattern that every seed draws again, a common mode with its cycle.
+/// A typical unit: noise, a pattern that differs between seeds, a common mode with its cycle.
 const UNIT: &str = "[noise]\nsigma_c = 0.25\n[common_mode]\nsd_c = 0.08\ncorrelation_s = 1.5\ncycle_depth_c = 0.08\n\
     [fixed_pattern]\nspread_c = 0.2\n";
 
@@ -81,7 +81,7 @@ fn unknown(fits: &[Unknown]) -> String {
     grideye_scene::fit::with_values(&text, &loaded.fits, &guesses)
 }
 
-/// What a unit sees of the true scene, rounded as the chip rounds; the recording begins at `start_s` of the scene.
+/// What a unit sees of the true scene, rounded like the chip; the recording starts at `start_s` of the scene.
 fn record(unit: &str, seed: u64, frames: u32, interval_ms: u32, start_s: f64) -> Vec<Record> {
     let scene = Scene::parse(SCENE, "truth.toml", &files()).unwrap().scene;
     let simulator = Simulator::without_grid(&scene, "ceiling").unwrap();
@@ -144,8 +144,8 @@ fn without_noise_the_truth_is_found_to_the_sensors_steps() {
     );
 }
 
-/// The 95 % interval must hold the truth about 95 times in 100: 8 unknowns of 50 units make 400, of which chance alone
-/// leaves out 20 ± 4.4 (those of one unit are not independent: twice that).
+/// The 95 % interval must hold the truth about 95 times in 100: 8 unknowns of 50 units make 400, of which chance leaves
+/// out 20 ± 4.4 (twice that, since those of one unit are not independent).
 #[test]
 fn intervals_hold_the_truth_as_often_as_they_say() {
     let text = unknown(&EIGHT);
@@ -196,7 +196,7 @@ fn intervals_hold_the_truth_as_often_as_they_say() {
 }
 
 #[test]
-fn emissivity_and_temperature_are_said_to_hide_one_another() {
+fn emissivity_and_temperature_are_reported_as_correlated() {
     let fits = [
         ("agent.person.temperature_c", 22.0, 40.0, 29.0),
         ("agent.person.emissivity", 0.5, 1.0, 0.8),
@@ -222,8 +222,8 @@ fn emissivity_and_temperature_are_said_to_hide_one_another() {
 }
 
 #[test]
-fn what_turns_the_same_way_is_not_told_at_all() {
-    // Straight down, azimuth and roll are one turn.
+fn unknowns_with_the_same_effect_have_no_uncertainty() {
+    // Straight down, azimuth and roll are the same rotation.
     let straight = |text: String| text.replace("elevation_deg = 75", "elevation_deg = 90");
     let fits = [
         ("sensor.ceiling.azimuth_deg", 70.0, 110.0, 90.0),
@@ -251,7 +251,7 @@ fn what_turns_the_same_way_is_not_told_at_all() {
 }
 
 #[test]
-fn an_unknown_outside_its_bounds_is_said_to_lie_at_one() {
+fn an_unknown_outside_its_bounds_is_reported_at_its_bound() {
     let text = SCENE.replace("temperature_c = 29", "temperature_c = 24")
         + "
 [[fit]]
@@ -308,9 +308,9 @@ fn noise_and_pattern_are_what_the_unit_has() {
     );
 }
 
-/// Handed in as a profile, the pattern is taken off: what it hid is found better.
+/// Passed as a profile, the pattern is subtracted, and what it hid is found better.
 #[test]
-fn a_known_pattern_is_taken_off() {
+fn a_known_pattern_is_subtracted() {
     let pattern: Vec<String> = (0..64)
         .map(|pixel| format!("{}", f64::from(pixel % 8) * 0.1))
         .collect();
@@ -366,7 +366,7 @@ fn the_new_scene_keeps_every_other_byte_and_can_be_calibrated_again() {
     assert_eq!(twice.scene.matches("# found: ").count(), 1);
 }
 
-/// From the wrong side of the room the way downhill ends elsewhere; of several starts one comes to the right end.
+/// From the wrong side of the room a single search ends elsewhere; one of several starts reaches the right end.
 #[test]
 fn several_starts_find_what_one_does_not() {
     let fits = [
@@ -386,7 +386,7 @@ fn several_starts_find_what_one_does_not() {
     assert!((found(1) - 90.0).abs() > 20.0, "{}", found(1));
 }
 
-/// Where the recording may begin a second later than it seems to, its last second may lie beyond the walk.
+/// If the recording may begin a second later, its last second may lie beyond the walk.
 #[test]
 fn frames_that_may_lie_beyond_the_end_are_left_out() {
     let scene = Scene::parse(SCENE, "truth.toml", &files()).unwrap().scene;
@@ -401,7 +401,7 @@ fn frames_that_may_lie_beyond_the_end_are_left_out() {
     let within = (0..140).filter(|index| Duration::from_millis(100 * index) <= until);
     let within = within.count();
     assert!(within < 130, "{:?}", scene.duration());
-    // Torn ones, by chance.
+    // Torn by chance.
     assert!(
         (within - found.frames_left_out..=within).contains(&found.frames),
         "{found:?}"
@@ -410,7 +410,7 @@ fn frames_that_may_lie_beyond_the_end_are_left_out() {
 
 /// Two starts of at most 12 steps on 24 frames each, then four searches of at most 40 steps on 60 frames.
 #[test]
-fn who_waits_is_told_how_far_it_has_come() {
+fn progress_reaches_the_total() {
     let mut told: Vec<Progress> = Vec::new();
     let options = Options {
         starts: 2,
@@ -439,7 +439,7 @@ fn who_waits_is_told_how_far_it_has_come() {
 }
 
 #[test]
-fn what_cannot_be_calibrated_is_refused() {
+fn invalid_calibrations_are_rejected() {
     let records = record(UNIT, 1, 60, 100, 0.0);
     let said = |text: &str, records: &[Record], options: &Options| {
         run(text, records, options).unwrap_err().to_string()
@@ -462,9 +462,7 @@ fn what_cannot_be_calibrated_is_refused() {
         frames: Some(FRAMES_MAX + 1),
         ..Options::default()
     };
-    assert!(
-        said(&good, &records, &many).contains("1001 frames were asked for, expected 10 to 1000")
-    );
+    assert!(said(&good, &records, &many).contains("1001 frames requested, expected 10 to 1000"));
     let lepton = good.replace("preset = \"grid-eye\"", "preset = \"lepton\"");
     assert!(said(&lepton, &records, &options).contains("80 x 60 pixels"));
 }

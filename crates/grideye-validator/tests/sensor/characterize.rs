@@ -1,5 +1,5 @@
-//! What the characterization finds on real recordings, against the figures of the reference, which other programs
-//! measured on the same files, and on recordings with planted faults.
+//! Characterization of real recordings, against figures that other programs measured on the same files, and of
+//! recordings with planted faults.
 #![expect(
     clippy::unwrap_used,
     clippy::as_conversions,
@@ -36,7 +36,7 @@ fn found(name: &str) -> Characterization {
 }
 
 fn pixels(record: &Record) -> [f64; PIXELS] {
-    // The datasheet's words, decoded by hand: both sessions are above zero.
+    // Words decoded by hand from the datasheet; both sessions are above zero.
     record
         .reading
         .frame()
@@ -45,7 +45,8 @@ fn pixels(record: &Record) -> [f64; PIXELS] {
         .map(|word| f64::from(word.0 & 0xFFF) * 0.25)
 }
 
-/// Reference, "Values" and "Time": steps, sigma about 0.33 (0.2 to 0.55), 9.98 Hz, about 4.5 % torn, the period of five.
+/// Reference, "Values" and "Time": steps, sigma about 0.33 (0.2 to 0.55), 9.98 Hz, about 4.5 % torn, the five-frame
+/// cycle.
 #[test]
 fn both_sessions_show_the_figures_of_the_reference() {
     for name in [SESSION_2, SESSION_3] {
@@ -74,7 +75,7 @@ fn both_sessions_show_the_figures_of_the_reference() {
         assert_eq!(found.faults.duplicates, 0, "{name}");
         assert_eq!(found.faults.glitch_frames, 0, "{name}");
         let cycle = found.common_mode.unwrap().cycle.unwrap();
-        // A sensor that is 2 % slow: its five frames are 5.1 of the recording's.
+        // The sensor is 2 % slow: its five frames are 5.1 of the recording's.
         assert!((cycle.frames - 5.1).abs() < 0.03, "{name}: {cycle:?}");
         assert!((0.15..0.3).contains(&cycle.depth_c), "{name}: {cycle:?}");
         let pattern = found.pattern.unwrap();
@@ -88,7 +89,7 @@ fn both_sessions_show_the_figures_of_the_reference() {
     }
 }
 
-/// The rows that the reference names as an empty room, differenced with no regard to outliers.
+/// Against plain differences over the rows that the reference names as an empty room.
 #[test]
 fn the_noise_of_each_pixel_is_that_of_the_empty_room() {
     for (name, empty) in [(SESSION_2, 1376..1476), (SESSION_3, 988..1160)] {
@@ -109,7 +110,7 @@ fn the_noise_of_each_pixel_is_that_of_the_empty_room() {
             .map(|(map, plain)| map / plain)
             .collect();
         ratios.sort_by(f64::total_cmp);
-        // A hundred rows know a standard deviation to 9 %; the plain one still has the common mode in it.
+        // A hundred rows determine a standard deviation to 9 %; the plain one includes the common mode.
         assert!((0.93..1.02).contains(&ratios[32]), "{name}: {}", ratios[32]);
         assert!(ratios[0] > 0.7 && ratios[63] < 1.3, "{name}: {ratios:?}");
     }
@@ -125,7 +126,7 @@ fn session_3_jumps_back_by_804_seconds_and_session_2_does_not() {
     assert_eq!(found(SESSION_2).timing.stalls, 1, "one interval of 448 ms");
 }
 
-/// Temperatures that wander about without a pattern, from a multiplicative generator.
+/// Temperatures without a pattern, from a multiplicative generator.
 struct Noise(u64);
 
 impl Noise {
@@ -180,7 +181,7 @@ fn a_sound_recording_has_no_faults() {
         (0, 0, 0)
     );
     assert_eq!((found.skipped, found.gaps, found.timing.stalls), (0, 0, 0));
-    // Seven equal steps of 0.25 have a standard deviation of 0.5; three of them stand apart by the cut at 3 sigma.
+    // Seven equal steps of 0.25 have a standard deviation of 0.5; the cut at 3 sigma costs three of them.
     assert!(
         (found.noise.median_c() - 0.5).abs() < 0.03,
         "{}",
@@ -203,7 +204,7 @@ fn each_planted_fault_is_counted_as_what_it_is() {
     assert_eq!(
         twice.sensor_hz(),
         None,
-        "a frame that was read twice says that the reading is not in step"
+        "a duplicate shows that the reading is out of step"
     );
 
     let glitch = planted(|records| frame(&mut records[7]).pixels[13] = PixelWord(0));
@@ -214,7 +215,7 @@ fn each_planted_fault_is_counted_as_what_it_is() {
     let [with, without] = [&glitch, &planted(|_| {})].map(|found| found.noise.sigma_c[13]);
     assert!(
         (with - without).abs() < 0.01,
-        "a glitch is no noise: {with}, {without}"
+        "a glitch must not count as noise: {with}, {without}"
     );
 
     let missing = planted(|records| {
@@ -244,9 +245,9 @@ fn each_planted_fault_is_counted_as_what_it_is() {
     assert!((stalled.timing.rate_hz - 10.0).abs() < 1e-6);
 }
 
-/// A person walks back and forth before every pixel: the noise stays what it was.
+/// A person walks back and forth in front of every pixel: the noise stays the same.
 #[test]
-fn people_who_walk_through_are_no_noise() {
+fn people_walking_through_do_not_raise_the_noise() {
     let walked = planted(|records| {
         for (step, record) in (0_usize..).zip(records) {
             let place = step / 4 % 8;
@@ -260,9 +261,9 @@ fn people_who_walk_through_are_no_noise() {
     assert!((0.95..1.1).contains(&ratio), "{ratio}");
 }
 
-/// Read twice as often as it measures, the sensor still has its cycle of five frames of its own.
+/// A sensor read at twice its rate still has its own cycle of five frames.
 #[test]
-fn a_sensor_that_is_read_twice_a_frame_is_found_at_its_own_rate() {
+fn a_sensor_read_twice_per_frame_shows_its_own_rate() {
     let mut noise = Noise(5);
     let mut frames = Vec::new();
     for number in 0..600 {
@@ -337,7 +338,7 @@ fn just_enough_frames_give_noise_but_no_common_mode() {
     assert!(found.to_json().contains("\"common_mode\": null"));
 }
 
-/// What is held grows with the intervals that differ by more than 0.1 %, and not with the frames.
+/// Memory grows with the number of intervals that differ by more than 0.1 %, not with the frames.
 #[test]
 fn memory_does_not_grow_with_the_recording() {
     let mut noise = Noise(4);
@@ -346,7 +347,7 @@ fn memory_does_not_grow_with_the_recording() {
     for seq in 0..20_000 {
         characterizer.push(&record(seq, noise.frame())).unwrap();
         if seq == 1999 || seq == 19_999 {
-            // The text of every number held; counts grow by a digit each.
+            // The text of every number stored; counts grow by a digit each.
             lengths.push(format!("{characterizer:?}").len());
         }
     }
@@ -354,14 +355,14 @@ fn memory_does_not_grow_with_the_recording() {
 }
 
 #[test]
-fn the_profile_of_a_recording_is_a_profile_that_is_read_back() {
+fn a_recordings_profile_survives_writing_and_reading() {
     for name in [SESSION_2, SESSION_3] {
         let profile = found(name).profile("linaige");
         assert_eq!(
             Profile::parse(&profile.to_toml(), "out.toml").unwrap(),
             profile
         );
-        // Sheppard: what the sensor rounds adds 0.072 °C in squares, and is not the profile's.
+        // Sheppard: the sensor's rounding adds 0.072 °C in squares, which the profile excludes.
         let (read, own) = (found(name).noise.sigma_c[0], profile.noise_sigma_c[0]);
         assert!(
             (read * read - own * own - 0.0625 / 12.0).abs() < 1e-4,
@@ -375,7 +376,7 @@ fn the_profile_of_a_recording_is_a_profile_that_is_read_back() {
     }
 }
 
-/// `scenes/profiles/linaige.toml` is what its head says: made from session 3 by the command that stands there.
+/// `scenes/profiles/linaige.toml` was made from session 3 by the command in its header.
 #[test]
 fn the_shipped_profile_is_what_session_3_gives() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/profiles/linaige.toml");
@@ -406,7 +407,7 @@ fn the_shipped_profile_is_what_session_3_gives() {
 }
 
 #[test]
-fn the_json_is_one_and_has_the_numbers() {
+fn the_json_parses_and_has_the_numbers() {
     let found = found(SESSION_3);
     let json: serde_json::Value = serde_json::from_str(&found.to_json()).unwrap();
     assert_eq!(json["format"], "grideye-characterization");
@@ -441,7 +442,7 @@ fn the_text_shows_every_line_and_the_map() {
 }
 
 #[test]
-fn the_page_needs_nothing_else_and_holds_every_number() {
+fn the_page_is_self_contained_and_shows_every_number() {
     let found = found(SESSION_3);
     let page = found.to_html(
         "session <3>",
@@ -458,7 +459,7 @@ fn the_page_needs_nothing_else_and_holds_every_number() {
             line.label
         );
     }
-    // Three maps of 64 cells, each with its number; three curves that differ by more than their color.
+    // Three maps of 64 cells, each with its number; three curves that differ by more than color.
     assert_eq!(page.matches("<rect ").count(), 3 * PIXELS);
     assert_eq!(
         page.matches("width=\"40\" height=\"40\"").count(),

@@ -1,16 +1,16 @@
-//! Whether an emulated sensor is like the real one: LINAIGE's session 3 beside the emulated AMG8833 with the profile that
-//! was measured on it, both put through the same statistics. `cargo test -p grideye-validator --test sensor lifelike -- --nocapture`
+//! Compares an emulated sensor with the real one: LINAIGE's session 3, and the emulated AMG8833 with the profile
+//! measured on it, through the same statistics. `cargo test -p grideye-validator --test sensor lifelike -- --nocapture`
 //! prints the table.
 //!
-//! The emulated sensor is read at the very times of the real recording, as many frames, in two ways:
+//! The emulated sensor is read at the times of the real frames, in two ways:
 //!
-//! - **poll**: as the real one was presumably read, freely running, pixel by pixel in 64 transactions, while the sensor
-//!   renews its registers at a rate of its own. The real reader's timing inside a frame is not known. What is torn in the
-//!   real recording lies within 21 of 50 frames of the beat between the two clocks, so one sweep takes 42 ms here; and
-//!   runs of 8 and more need a sweep that begins up to some milliseconds late: 4.8 ms, chosen so that the torn share
-//!   comes out. The torn share is therefore fitted, everything else follows.
-//! - **burst**: through the driver `amg8833`, all pixels in one transaction. No frame can be torn; instead, one in fifty
-//!   is read twice.
+//! - **poll**: as the real one was probably read, pixel by pixel in 64 transactions, unsynchronized with the sensor's
+//!   own rate. The real reader's timing within a frame is unknown. The real torn frames lie within 21 of 50 frames of
+//!   the beat between the two clocks, so one sweep takes 42 ms here. Runs of 8 and more need a sweep that starts up to
+//!   some milliseconds late: 4.8 ms, chosen to match the torn share. So the torn share is fitted; all other figures
+//!   follow.
+//! - **burst**: through the driver `amg8833`, all pixels in one transaction. No frame can be torn; instead, one in
+//!   fifty is read twice.
 #![expect(
     clippy::unwrap_used,
     clippy::as_conversions,
@@ -34,9 +34,9 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 const SESSION_3: &str = "Session3_2021-07-06_RoomA_v2.csv";
-/// Emulated recordings: their scatter is what one recording of this length leaves open.
+/// Emulated recordings; their scatter is the uncertainty of one recording of this length.
 const SEEDS: u64 = 12;
-/// Power-on is so long before the first frame.
+/// Time from power-on to the first frame.
 const LEAD: Duration = Duration::from_secs(1);
 const SWEEP: Duration = Duration::from_millis(42);
 const LATE_MAX: Duration = Duration::from_micros(4800);
@@ -59,7 +59,7 @@ fn profile() -> Profile {
     Profile::parse(&text, "linaige.toml").unwrap()
 }
 
-/// The room as the real sensor saw it on the whole: its level and its smooth part, nobody in it.
+/// The room as the real sensor saw it: its level and smooth part, without people.
 fn room(real: &Characterization) -> Frame {
     let pattern = real.pattern.unwrap();
     let level_c = real.thermistor.scene_c;
@@ -134,7 +134,7 @@ fn sweep(clock: &ManualClock, bus: &mut impl I2c, begin: Duration) -> RawFrame {
     }
 }
 
-/// Mean and standard deviation of one statistic over the seeds.
+/// Mean and standard deviation of a statistic over the seeds.
 struct Scatter {
     mean: f64,
     sd: f64,
@@ -155,10 +155,10 @@ struct Statistic {
     label: &'static str,
     of: fn(&Characterization) -> f64,
     digits: usize,
-    /// What the reference page says of the real recording, or of real sensors.
+    /// The reference page's value for this recording or for real sensors.
     reference: &'static str,
-    /// How far the emulated mean may be from the real value beside three standard deviations of the scatter: what the
-    /// profile's model, or the measurement of the profile itself, leaves open.
+    /// Largest difference of the emulated mean from the real value, beyond three standard deviations of the scatter:
+    /// what the profile's model or measurement leaves open.
     slack: f64,
 }
 
@@ -345,7 +345,7 @@ fn the_emulated_sensor_is_like_the_real_one() {
     pixel_by_pixel(&real, &poll);
 }
 
-/// The maps have the same shape, not only the same middle.
+/// The maps must agree pixel by pixel, not only in their median.
 fn pixel_by_pixel(real: &Characterization, emulated: &[Characterization]) {
     let mean = |of: fn(&Characterization) -> [f64; PIXELS]| -> Vec<f64> {
         (0..PIXELS)
@@ -375,7 +375,7 @@ fn correlation(left: &[f64], right: &[f64]) -> f64 {
     together / (of_left * of_right).sqrt()
 }
 
-/// The statistics can tell: a sensor of the datasheet, and an ideal one, are not taken for the real one.
+/// The statistics discriminate: the datasheet's sensor and an ideal one do not pass for the real one.
 #[test]
 fn a_sensor_with_another_profile_is_not_taken_for_the_real_one() {
     let records = real_records();
@@ -390,7 +390,7 @@ fn a_sensor_with_another_profile_is_not_taken_for_the_real_one() {
             "{name}: {}",
             found.noise.median_c()
         );
-        // Of an ideal sensor in a still room every frame but the first is a duplicate: there is nothing to look at.
+        // An ideal sensor in a still room gives only duplicates after the first frame, so there is nothing to measure.
         let cycle = found.common_mode.and_then(|common| common.cycle);
         assert_eq!(cycle, None, "{name}");
         let pattern_c = found.pattern.map_or(0.0, |pattern| pattern.sd_c);

@@ -1,4 +1,4 @@
-//! What recordings tell of their sensor and of the room: real ones, emulated ones, and ones with planted faults.
+//! Tests of what recordings show of sensor and room: real, emulated, and with planted faults.
 
 mod background;
 mod calibrate;

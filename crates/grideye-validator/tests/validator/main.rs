@@ -1,5 +1,5 @@
-//! The validator's public behavior, on frames made here: a warm blob in a room, seen by a sensor with noise, steps,
-//! fixed pattern and offset. The simulator has no part in it.
+//! Tests of the public behavior, on frames made here without the simulator: a warm blob in a room, seen by a sensor
+//! with noise, steps, fixed pattern and offset.
 #![expect(
     clippy::unwrap_used,
     reason = "a test that cannot set up its frames has failed"

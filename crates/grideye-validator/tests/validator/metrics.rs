@@ -1,4 +1,4 @@
-//! The metrics against reference vectors and frames counted by hand, and all at once against each on its own.
+//! The metrics against reference vectors and frames counted by hand, and the scorer against the single functions.
 
 use grideye_validator::metrics::{
     Binning, IS_THRESHOLD, Scorer, THRESHOLDS, bias, correlation, entropy, evaluation_graph,
@@ -7,7 +7,7 @@ use grideye_validator::metrics::{
 };
 use proptest::prelude::*;
 
-/// The two frames of the reference vectors: 8 x 8, B is A with an uneven error and one pixel 2.5 degrees off.
+/// The two 8 x 8 reference frames: B is A with an uneven error and one pixel 2.5 degrees off.
 fn reference_frames() -> (Vec<f64>, Vec<f64>) {
     let (mut a, mut b) = (Vec::new(), Vec::new());
     for row in 0..8_u32 {
@@ -78,7 +78,7 @@ fn a_difference_equal_to_the_threshold_does_not_count() {
     assert_eq!(image_similarity(&[20.0], &[20.0], 0.0), Some(0.0));
 }
 
-/// Two halves, and another frame that knows nothing of them.
+/// Two halves, and a frame independent of them.
 const HALVES: [f64; 4] = [1.0, 1.0, 2.0, 2.0];
 const CROSSED: [f64; 4] = [5.0, 6.0, 5.0, 6.0];
 
@@ -105,7 +105,7 @@ fn values_around_zero_share_a_bin_whatever_their_sign() {
 }
 
 #[test]
-fn what_is_not_defined_is_none() {
+fn undefined_measures_are_none() {
     let flat = [20.0; 4];
     let slope = [20.0, 21.0, 22.0, 23.0];
     assert_eq!(correlation(&flat, &slope), None);
@@ -120,16 +120,16 @@ fn what_is_not_defined_is_none() {
     }
 }
 
-/// The correlation of a constant frame whose mean is not a machine number must not be noise over noise.
+/// A constant frame with a mean that is not a machine number must not correlate rounding.
 #[test]
 fn a_constant_frame_of_an_odd_value_has_no_correlation() {
     assert_eq!(correlation(&[0.1; 64], &[20.3; 64]), None);
 }
 
-/// By hand: in step 1 bit, bias 1 / (8 ln 2); crossed 0 bits, bias -1 / (8 ln 2). With 3 to 1, H(Y) is 0.811278, H(XY) 1.5, and
-/// there is no bias.
+/// By hand: equal halves 1 bit, bias 1 / (8 ln 2); crossed 0 bits, bias -1 / (8 ln 2). With 3 to 1, H(Y) is 0.811278,
+/// H(XY) 1.5, and there is no bias.
 #[test]
-fn the_bias_of_few_pixels_is_taken_out_of_mutual_information() {
+fn the_bias_of_few_pixels_is_removed_from_mutual_information() {
     let step = Binning::Step { width_c: 1.0 };
     let plain = |other: &[f64; 4]| mutual_information(&HALVES, other, step);
     let corrected = |other: &[f64; 4]| mutual_information_corrected(&HALVES, other, step);
@@ -162,11 +162,14 @@ fn binnings_that_are_printed_are_read_again() {
 }
 
 #[test]
-fn what_is_no_binning_is_refused_with_the_way_to_write_one() {
+fn an_invalid_binning_is_rejected_with_a_hint() {
     let refused = "|grey|step|step:|step:0|step:-1|step:NaN|step:inf|levels:1|levels:0|levels:70000|levels:2.5|width:3";
     for text in refused.split('|') {
         let refused = text.parse::<Binning>().unwrap_err().to_string();
-        assert!(refused.contains("hint: grey256, step:WIDTH"), "{refused}");
+        assert!(
+            refused.contains("hint: use grey256, step:WIDTH"),
+            "{refused}"
+        );
     }
 }
 
@@ -183,12 +186,12 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(500))]
 
     #[test]
-    fn all_at_once_is_each_on_its_own((x, y) in (frame(), frame()), step in prop_oneof![Just(None), Just(Some(0.25))]) {
+    fn the_scorer_agrees_with_the_single_functions((x, y) in (frame(), frame()), step in prop_oneof![Just(None), Just(Some(0.25))]) {
         let binning = step.map_or(Binning::PaperGrey256, |width_c| Binning::Step { width_c });
         let mut scorer = Scorer::new();
         let first = scorer.score(&x, &y, binning).unwrap();
         let scores = scorer.score(&x, &y, binning).unwrap();
-        prop_assert_eq!(&scores, &first, "nothing is left in the tables");
+        prop_assert_eq!(&scores, &first, "the tables must be empty again");
         let close = |found: f64, expected: Option<f64>| (found - expected.unwrap()).abs() < 1e-12;
         prop_assert!(close(scores.correlation.unwrap(), correlation(&x, &y)));
         prop_assert!(close(scores.entropy_real, entropy(&x, binning)));
@@ -201,7 +204,7 @@ proptest! {
     }
 }
 
-/// Differences of exactly a threshold, a little more and a little less, beyond the last and none.
+/// Differences of exactly a threshold, slightly more or less, beyond the last, and none.
 #[test]
 fn differences_at_a_threshold_fall_on_its_far_side() {
     let scored = |difference| {
@@ -220,7 +223,7 @@ fn differences_at_a_threshold_fall_on_its_far_side() {
         assert_eq!(place(threshold.next_up()), index + 1);
         if index > 0 {
             assert_eq!(place(threshold.next_down()), index);
-            // Between two, and where the nearest changes.
+            // Between two thresholds, and where the nearest one changes.
             for part in [0.25, 0.5, 0.75] {
                 assert_eq!(place(threshold - part / 20.0), index);
             }
@@ -232,7 +235,7 @@ fn differences_at_a_threshold_fall_on_its_far_side() {
 }
 
 #[test]
-fn a_pair_of_which_something_is_not_defined_has_no_score_of_it() {
+fn undefined_parts_of_a_pair_have_no_score() {
     let (mut frame, flat) = ([20.0; 64], [20.0; 64]);
     frame[3] = 21.0;
     let mut scorer = Scorer::new();

@@ -1,5 +1,5 @@
-//! How a sensor is mounted: by frames of 22 °C in which a hand of 27 °C is on one pixel. A view is taken for empty after 20 of
-//! them, a hand is believed after 10 in a row, and is gone after 5.
+//! How a sensor is mounted, from frames of 22 °C with a hand of 27 °C on one pixel. A view is empty after 20 frames, a
+//! hand counts after 10 in a row, and is gone after 5 without it.
 
 use grideye_validator::orient::{Picture, Step, Watch, json};
 use serde_json::{Value, json as value};
@@ -31,7 +31,7 @@ fn told(watch: &Watch) -> Value {
     json("sensor", &watch.found())
 }
 
-/// A side of the picture, from the left clockwise, and a pixel at it.
+/// The sides of the image, clockwise from the left, and a pixel at each.
 const SIDES: [(&str, (usize, usize)); 4] = [
     ("left", (0, 4)),
     ("top", (4, 0)),
@@ -58,7 +58,7 @@ fn two_hands_are_seen_one_after_the_other() {
 }
 
 #[test]
-fn a_view_in_which_something_moves_is_not_taken_for_empty() {
+fn a_moving_view_is_not_empty() {
     let mut watch = Watch::default();
     (0..40).for_each(|at| watch.push(&with(at % 8, 3)));
     assert_eq!(watch.step(), Step::Empty);
@@ -74,7 +74,7 @@ fn a_hand_in_the_middle_or_in_a_corner_is_at_no_side() {
 }
 
 #[test]
-fn one_frame_less_than_needed_and_a_glitch_are_not_believed() {
+fn too_few_frames_and_glitches_do_not_count() {
     let short = watched(repeat_n(with(0, 4), 9));
     assert_eq!(short.step(), Step::Left);
     let glitches = (0..100).map(|at| if at % 5 == 0 { with(0, 4) } else { ROOM });
@@ -82,7 +82,7 @@ fn one_frame_less_than_needed_and_a_glitch_are_not_believed() {
 }
 
 #[test]
-fn who_passes_another_side_first_costs_confidence() {
+fn a_hand_that_passes_another_side_costs_confidence() {
     let passing = repeat_n(with(4, 0), 5).chain(repeat_n(with(0, 4), 10));
     let found = told(&hands(passing, repeat_n(with(4, 0), 10)));
     let confidence = found["left"]["confidence"].as_f64().unwrap();
@@ -110,7 +110,7 @@ fn each_pair_of_sides_has_one_mounting_and_a_line_has_none() {
     assert_eq!(mountings.len(), 8);
 }
 
-/// A sensor whose top leans to the right has the room's top at its left, and the room's left at its bottom.
+/// A sensor whose top leans right has the room's top at its left, and the room's left at its bottom.
 #[test]
 fn a_sensor_that_leans_right_has_a_roll_of_90() {
     let found = told(&at_sides(3, 0));

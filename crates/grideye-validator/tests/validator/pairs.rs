@@ -1,4 +1,4 @@
-//! The static protocol against the same sums written out pair by pair.
+//! The static protocol, against the same sums written out pair by pair.
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 use grideye_validator::metrics;
@@ -9,7 +9,7 @@ use std::time::Duration;
 
 const AMBIENT_C: f64 = 21.0;
 
-/// Three warm pixels a side from `corner` on, and a ripple that differs from frame to frame.
+/// Three warm pixels per side from `corner`, and a ripple that differs between frames.
 fn frame(corner: usize, warm_c: f64, ripple: u32) -> Vec<f64> {
     (0..64_u32)
         .map(|index| {
@@ -27,8 +27,8 @@ fn frame(corner: usize, warm_c: f64, ripple: u32) -> Vec<f64> {
         .collect()
 }
 
-/// As the glossary has it: over pixels that are warm in the mean of the real frames or in the claim, the pair's common
-/// offset taken out.
+/// The glossary's definition: over pixels warm in the mean of the real frames or in the claim, the pair's common offset
+/// removed.
 fn gain(real: &[RealFrame], simulated: &[SimulatedFrame], above_c: f64) -> f64 {
     let frames = f64::from(u32::try_from(real.len()).unwrap());
     let mean = |pixel: usize| real.iter().map(|frame| frame.celsius[pixel]).sum::<f64>() / frames;
@@ -62,7 +62,7 @@ fn every_real_frame_meets_every_simulated_one() {
             later: Some(frame(2, 3.0, index + 1)),
         })
         .collect();
-    // Claims that change and come back, and one that is shared.
+    // Claims that change and come back, and a shared one.
     let simulated: Vec<SimulatedFrame> = [(2, 4), (4, 5), (2, 6), (2, 7)]
         .map(|(corner, ripple)| SimulatedFrame {
             time: Duration::ZERO,

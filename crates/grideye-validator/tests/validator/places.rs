@@ -1,4 +1,4 @@
-//! Warm patches, structure, what noise leaves, and scores between their floors and their ceiling, by hand and by tables.
+//! Warm patches, structure, chi squared, and skills, against values by hand and from tables.
 
 use grideye_validator::align::Orientation;
 use grideye_validator::metrics::{
@@ -23,7 +23,7 @@ fn the_centroid_is_weighted_and_the_patch_goes_over_corners() {
 }
 
 #[test]
-fn of_two_patches_the_warmer_one_counts_whatever_its_size() {
+fn the_warmer_of_two_patches_counts_whatever_its_size() {
     let two = frame(&[(0, 0, 1.0), (1, 0, 1.0), (0, 1, 1.0), (7, 7, 9.0)]);
     let blob = Blob::find(&two, 8, 0.5).unwrap();
     assert_eq!((blob.column, blob.row, blob.pixels), (7.0, 7.0, 1));
@@ -31,7 +31,7 @@ fn of_two_patches_the_warmer_one_counts_whatever_its_size() {
 }
 
 #[test]
-fn rows_do_not_run_into_one_another() {
+fn patches_do_not_wrap_around_rows() {
     let blob = Blob::find(&frame(&[(7, 2, 2.0), (0, 3, 1.0)]), 8, 0.5).unwrap();
     assert_eq!((blob.column, blob.row, blob.pixels), (7.0, 2.0, 1));
 }
@@ -45,7 +45,7 @@ fn nothing_warm_has_no_blob() {
     assert_eq!(warm(&[20.0, f64::NAN, 90.0], 0.5), [false; 3]);
 }
 
-/// 60 degrees: from the middle of the view to its edge is 30 degrees, from edge to edge 60.
+/// 60 degrees: 30 from the middle of the view to its edge, 60 from edge to edge.
 #[test]
 fn angles_are_those_of_a_planar_grid() {
     let at = |column: f64, row: f64| Blob {
@@ -57,7 +57,7 @@ fn angles_are_those_of_a_planar_grid() {
     let angle = |a, b| angle_between(&a, &b, (8, 8), sixty).unwrap();
     assert!((angle(at(3.5, 3.5), at(7.5, 3.5)) - 30.0).abs() < 1e-9);
     assert!((angle(at(3.5, -0.5), at(3.5, 7.5)) - 60.0).abs() < 1e-9);
-    // The fields of the outer pixels look at 26.80 degrees (thermal-model.md, section 3: a 60 degree pinhole).
+    // The centers of the outer pixels, 7/8 of the way to the edge: atan(7/8 tan 30°).
     assert!((angle(at(3.5, 3.5), at(7.0, 3.5)) - 26.80).abs() < 0.01);
     assert_eq!(angle(at(1.0, 2.0), at(1.0, 2.0)), 0.0);
     assert_eq!(at(1.0, 2.0).distance_pixels(&at(4.0, 6.0)), 5.0);
@@ -72,9 +72,9 @@ fn overlap_is_intersection_over_union() {
     assert_eq!(overlap(&a, &b[..3]), None);
 }
 
-/// Top left 1, top right 2, bottom left 3, bottom right 4, seen by eye on paper.
+/// Top left 1, top right 2, bottom left 3, bottom right 4, checked on a sheet of paper.
 #[test]
-fn corners_go_where_a_sheet_of_paper_takes_them() {
+fn orientations_turn_like_a_sheet_of_paper() {
     let mut sheet = [0.0; 64];
     (sheet[0], sheet[7], sheet[56], sheet[63]) = (1.0, 2.0, 3.0, 4.0);
     let corners = [
@@ -109,13 +109,13 @@ fn one_warm_pixel_by_hand() {
     let map = structure_map(&one, &flat, 5, 20.0).unwrap();
     let expected = 0.01 * 0.09 / ((1.0 / 9.0 + 0.01) * (1.0 + 0.09));
     assert!((map[12] - expected).abs() < 1e-12);
-    // Nothing of it is seen from the corner.
+    // The corner sees nothing of it.
     assert!((map[0] - 1.0).abs() < 1e-12);
     let mean = structural_similarity(&one, &flat, 5, 20.0).unwrap();
     assert!((mean - expected).abs() < 1e-12);
 }
 
-/// The map of 4 x 3 pixels is the inside of that of 6 x 5 whose outer ones repeat their neighbors.
+/// The map of 4 x 3 pixels is the inside of a 6 x 5 map whose outer pixels repeat their neighbors.
 #[test]
 fn borders_are_mirrored() {
     let x: Vec<f64> = (1..=12_u32).map(f64::from).collect();
@@ -142,7 +142,7 @@ fn frames_without_a_neighborhood_have_none() {
     assert_eq!(odd, None);
 }
 
-/// Critical values as every table of the distribution prints them; two degrees of freedom are `exp(-x / 2)`.
+/// Critical values from printed tables; with two degrees of freedom it is `exp(-x / 2)`.
 #[test]
 fn survival_is_that_of_the_tables() {
     for (value, degrees, p) in [
@@ -162,7 +162,7 @@ fn survival_is_that_of_the_tables() {
     }
 }
 
-/// Beyond a few thousand degrees of freedom the distribution is all but normal (Wilson and Hilferty).
+/// Beyond a few thousand degrees of freedom the distribution is almost normal (Wilson and Hilferty).
 #[test]
 fn survival_of_many_degrees_of_freedom() {
     for degrees in [6_300_u32, 630_000, 63_000_000] {
@@ -176,7 +176,7 @@ fn survival_of_many_degrees_of_freedom() {
 
 #[test]
 fn chi_squared_by_hand() {
-    // Differences 1, -1, 2, -2 about an offset of 3, sigma 2: (1 + 1 + 4 + 4) / 4.
+    // Differences 1, -1, 2, -2 around an offset of 3, sigma 2: (1 + 1 + 4 + 4) / 4.
     let chi = chi_squared(&[24.0, 22.0, 25.0, 21.0], &[20.0; 4], 2.0).unwrap();
     assert_eq!((chi.value, chi.degrees_of_freedom), (2.5, 3));
     assert_eq!(chi.per_degree(), Some(2.5 / 3.0));

@@ -1,3 +1,5 @@
+//! Properties of the metrics and of whole comparisons, on random frames.
+
 use crate::toy::{SHAPE, settings};
 use grideye_validator::metrics::{
     Binning, bias, correlation, entropy, image_similarity, joint_entropy, mae, mutual_information,
@@ -14,7 +16,7 @@ const BINNINGS: [Binning; 3] = [
     Binning::Levels { n: 7 },
 ];
 
-/// Pixels as a sensor gives them, or anything finite at all.
+/// Sensor values, or any finite number.
 fn pixel() -> impl Strategy<Value = f64> {
     prop_oneof![
         (60_i32..140).prop_map(|word| f64::from(word) * 0.25),
@@ -37,7 +39,7 @@ fn frames() -> impl Strategy<Value = (Vec<f64>, Vec<f64>)> {
     })
 }
 
-/// Pearson by `(var(x/sx + y/sy) / 2) - 1`, which shares no step with the covariance over deviations.
+/// Pearson as `(var(x/sx + y/sy) / 2) - 1`, which shares no step with the covariance of deviations.
 fn correlation_by_variance_of_sums(x: &[f64], y: &[f64]) -> f64 {
     let n = f64::from(u32::try_from(x.len()).unwrap());
     let variance = |v: &[f64]| {
@@ -49,7 +51,7 @@ fn correlation_by_variance_of_sums(x: &[f64], y: &[f64]) -> f64 {
     variance(&sums) / 2.0 - 1.0
 }
 
-/// Mutual information by its other definition, `sum p(x, y) log2(p(x, y) / (p(x) p(y)))`, with counts in a map.
+/// Mutual information as `sum p(x, y) log2(p(x, y) / (p(x) p(y)))`, with counts in a map.
 fn information_by_divergence(x: &[f64], y: &[f64], width_c: f64) -> f64 {
     let key = |value: f64| format!("{:.0}", (value / width_c).round());
     let n = f64::from(u32::try_from(x.len()).unwrap());

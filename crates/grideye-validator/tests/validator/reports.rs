@@ -1,3 +1,5 @@
+//! The page, the JSON and the terminal table of a comparison.
+
 use crate::toy::{AMBIENT_C, Blob, PERSON, SHAPE, UNIT, recording, settings, simulation};
 use grideye_validator::report::{Context, Input, html, json, table};
 use grideye_validator::thresholds::ThresholdSet;
@@ -37,7 +39,7 @@ fn context() -> Context {
     }
 }
 
-/// The page as a person reads it: markup and pictures taken away, white space joined.
+/// The page as a person reads it: without markup and images, white space joined.
 fn readable(page: &str) -> String {
     let body = page.split_once("<body>").unwrap().1;
     let mut text = String::new();
@@ -88,7 +90,7 @@ fn the_page_says_the_verdict_first_and_what_it_rests_on() {
     holds(&text, &["warmer than the scene has it there or nearby"]);
 }
 
-/// Each state has its mark, its word and its class, and a criterion with a score has its line.
+/// Each state has its mark, word and class, and a criterion with a score has its ruler.
 #[test]
 fn every_criterion_is_a_row_with_its_state() {
     let mut comparison = comparison(&[PERSON]);
@@ -173,7 +175,7 @@ fn the_page_prints_floors_ceilings_and_the_papers_figures_as_the_papers() {
         &[
             "Measure Value Skill Floor: blank frame Floor: shuffled, mean (best 5 %) Floor: noise only Ceiling: own repeat The paper's, exp. 1",
             "The verdict rests on C, correlation",
-            "Entropy and mutual information, reported, not believed",
+            "Entropy and mutual information, reported only",
             "The paper's figures are those of its Table 1, experiment 1",
             "PeerJ Computer Science 11:e3124",
         ],
@@ -205,7 +207,7 @@ fn the_page_prints_floors_ceilings_and_the_papers_figures_as_the_papers() {
 }
 
 #[test]
-fn the_page_names_scale_assumptions_and_the_way_to_repeat_it() {
+fn the_page_shows_scale_assumptions_and_command() {
     let text = readable(&html(&comparison(&[PERSON]), &context()));
     holds(
         &text,
@@ -226,9 +228,9 @@ fn the_page_names_scale_assumptions_and_the_way_to_repeat_it() {
     );
 }
 
-/// A reader has to be able to work out every figure that the verdict rests on, or that could be taken for another.
+/// A reader must be able to work out every figure that the verdict rests on, or that could be confused with another.
 #[test]
-fn the_page_says_how_its_figures_come_about() {
+fn the_page_explains_its_figures() {
     let text = readable(&html(&comparison(&[PERSON]), &context()));
     holds(
         &text,
@@ -252,7 +254,7 @@ fn the_page_says_how_its_figures_come_about() {
     assert!(!readable(&html(&comparison(&[PERSON]), &any)).contains("its own experiment"));
 }
 
-/// "Best 5 %" stands above that column: an entropy has no better or worse.
+/// That column is headed "best 5 %", but an entropy has no better or worse.
 #[test]
 fn only_measures_with_a_better_side_have_a_best_shuffle() {
     let comparison = comparison(&[PERSON]);
@@ -267,9 +269,9 @@ fn only_measures_with_a_better_side_have_a_best_shuffle() {
     }
 }
 
-/// Printed from Chromium, the table once ended before the ceilings and the paper's figures: they were scrolled away.
+/// In print, the table must not end before its last columns, which are scrolled away on screen.
 #[test]
-fn nothing_has_to_be_scrolled_on_paper() {
+fn nothing_scrolls_in_print() {
     let page = html(&comparison(&[PERSON]), &context());
     let (screen, print) = page.split_once("@media print").unwrap();
     let scrolled: Vec<_> = screen
@@ -288,7 +290,7 @@ fn nothing_has_to_be_scrolled_on_paper() {
 }
 
 #[test]
-fn the_page_needs_nothing_but_itself() {
+fn the_page_is_self_contained() {
     let page = html(&comparison(&[PERSON]), &context());
     for foreign in [
         "<script",
@@ -323,7 +325,7 @@ fn names_cannot_become_markup() {
     );
 }
 
-/// Numbers as they come back from the text, which the parser reads to the last bit but one.
+/// Compares numbers read back from text, where the parser may lose the last bit.
 #[track_caller]
 fn same(found: &Value, expected: Option<f64>) {
     match (found.as_f64(), expected) {
@@ -435,7 +437,7 @@ fn json_holds_the_frames_one_by_one_and_the_pixels_over_time() {
     assert_eq!(document["settings"]["binning"], "step:0.25");
 }
 
-/// Columns line up, and everything that the page has in its table is there.
+/// Columns line up, and all of the page's table is there.
 #[test]
 fn the_table_for_a_terminal_lines_up() {
     let comparison = comparison(&[PERSON]);
@@ -466,7 +468,7 @@ fn the_table_for_a_terminal_lines_up() {
     assert!(!table(&comparison, None).contains("the paper's,"));
 }
 
-/// A page and a document are made of whatever was compared, be it an empty room.
+/// The page and the JSON work for any comparison, even of an empty room.
 #[test]
 fn an_undefined_score_is_a_dash_and_null() {
     let flat = vec![AMBIENT_C; 64];
@@ -497,7 +499,7 @@ fn an_undefined_score_is_a_dash_and_null() {
 }
 
 #[test]
-fn where_the_empty_room_comes_from_has_a_name_and_words() {
+fn room_sources_have_names_and_words() {
     let names = RoomSource::ALL.map(RoomSource::name);
     assert_eq!(names, ["scene", "profile", "recording"]);
     assert_eq!(

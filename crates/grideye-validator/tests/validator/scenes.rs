@@ -1,3 +1,5 @@
+//! Verdicts on recordings of the paper's scenes, and on real frames, compared with right and wrong scenes.
+
 use grideye_frame::{Celsius, NoData, PixelWord, RawFrame, Reading, ThermistorWord};
 use grideye_recording::{ClockState, Record, Stamp, linaige};
 use grideye_scene::{Scene, Simulator};
@@ -9,7 +11,7 @@ use std::time::Duration;
 
 pub(crate) const SENSOR: &str = "ceiling";
 
-/// The text of one of the paper's experiments as the repository ships it.
+/// The text of one of the paper's experiments from the repository's scenes.
 pub(crate) fn experiment(number: u32) -> String {
     std::fs::read_to_string(format!(
         "{}/../../scenes/experiment-{number}.toml",
@@ -28,7 +30,7 @@ pub(crate) fn parse(text: &str) -> Scene {
     Scene::parse(text, "scene.toml", &files).unwrap().scene
 }
 
-/// What a sensor in the scene would have had recorded: the simulator's noise of another seed, the sensor's steps.
+/// A recording of the scene by its sensor: noise of another seed, the sensor's steps.
 pub(crate) fn record(scene: &Scene, frames: u32, seed: u64) -> Vec<Record> {
     let simulator = Simulator::new(scene, SENSOR).unwrap();
     (0..frames)
@@ -79,7 +81,7 @@ fn whole_walk(scene: &Scene) -> u32 {
     u32::try_from(scene.frame_count(scene.sensor(SENSOR).unwrap())).unwrap()
 }
 
-/// The verdicts over 50 seeds of recording and comparison, under any scene that is claimed.
+/// The verdict over 50 seeds of recording and comparison.
 #[track_caller]
 fn verdict_over_seeds(expected: Verdict, seen: &Scene, frames: u32, claimed: &Scene) {
     for seed in 0..50 {
@@ -152,7 +154,7 @@ fn a_person_standing_elsewhere_disagrees() {
 }
 
 #[test]
-fn nobody_where_somebody_is_disagrees() {
+fn a_missing_person_disagrees() {
     for number in [1, 3, 4] {
         let text = experiment(number);
         let scene = parse(&text);
@@ -182,7 +184,7 @@ fn a_person_of_34_degrees_for_one_of_28_disagrees() {
     verdict_over_seeds(Verdict::Disagrees, &parse(&text), 20, &parse(&hot));
 }
 
-/// The sensor mounted the wrong way round: each row of the recording runs backwards.
+/// A mirrored sensor: each row of the recording runs backwards.
 #[test]
 fn a_mirrored_recording_disagrees() {
     for number in [2, 3] {
@@ -235,7 +237,7 @@ fn a_walk_that_starts_a_second_late_disagrees() {
                 comparison
                     .notes
                     .iter()
-                    .any(|note| note.contains("before the scene's begin or after its end"))
+                    .any(|note| note.contains("before the scene's start or after its end"))
             );
         }
     }
@@ -282,9 +284,9 @@ fn three_degrees_of_offset_are_noticed() {
     }
 }
 
-/// The recording was simulated with the seed that the comparison is asked to use: the noise must differ all the same.
+/// The recording was simulated with the comparison's seed; the noise must still differ.
 #[test]
-fn a_recording_simulated_with_the_same_seed_is_met_by_other_noise() {
+fn the_same_seed_still_gives_other_noise() {
     let scene = parse(&experiment(3));
     let comparison = compare_scene(
         &record(&scene, whole_walk(&scene), 7),
@@ -293,7 +295,7 @@ fn a_recording_simulated_with_the_same_seed_is_met_by_other_noise() {
         &options(7),
     )
     .unwrap();
-    // Noise of 0.2 degrees on either side; were it the same, the sensor's step alone would be left, 0.07 degrees.
+    // Noise of 0.2 degrees on either side; equal noise would leave only the sensor's rounding, 0.07 degrees.
     let rmse = comparison.score(Measure::Rmse).value.unwrap();
     assert!((rmse - 0.2 * 2.0_f64.sqrt()).abs() < 0.03, "{rmse}");
 }
@@ -316,7 +318,7 @@ fn frames_are_chosen_evenly_and_gaps_left_out_with_a_note() {
     );
     assert_eq!(comparison.settings.protocol, Protocol::Static);
     assert_eq!(comparison.settings.lag_frames, 3);
-    // Frame 0 has lost the frame three later, frame 97 is the last one that has it.
+    // Frame 0 has lost its repeat; frame 97 is the last one that has one.
     assert_eq!(
         comparison.film.first().unwrap().time,
         Duration::from_millis(100)
@@ -358,7 +360,7 @@ fn a_walk_is_compared_frame_by_frame_with_the_next_frame_as_repeat() {
 }
 
 #[test]
-fn what_cannot_be_compared_is_refused_with_the_reason() {
+fn invalid_input_is_rejected_with_the_reason() {
     let text = experiment(3);
     let scene = parse(&text);
     let records = record(&scene, 10, 1);
@@ -380,7 +382,7 @@ fn what_cannot_be_compared_is_refused_with_the_reason() {
     assert!(
         error
             .to_string()
-            .starts_with("time runs back by 704ms at frame 6 of the recording\nhint: "),
+            .starts_with("time goes back by 704ms at frame 6 of the recording\nhint: "),
         "{error}"
     );
 
@@ -448,7 +450,7 @@ fn linaige(rows: std::ops::Range<usize>) -> Vec<Record> {
         .collect()
 }
 
-/// Rows 1376 to 1475 show an empty room: fixed pattern and noise of a real unit must not pass for something warm.
+/// Rows 1376 to 1475 show an empty room: a real unit's fixed pattern and noise must not count as warm.
 #[test]
 fn a_real_empty_room_cannot_tell() {
     let scene = parse(&replaced(
@@ -468,7 +470,7 @@ fn a_real_empty_room_cannot_tell() {
     assert!((0.25..0.42).contains(&sigma), "{sigma}");
 }
 
-/// Rows 740 to 895 show one person somewhere else than below the sensor: a scene of a made-up place must not agree.
+/// Rows 740 to 895 show one person away from the point below the sensor: a made-up scene must not agree.
 #[test]
 fn a_real_person_is_seen_and_a_made_up_scene_disagrees() {
     let scene = parse(&replaced(

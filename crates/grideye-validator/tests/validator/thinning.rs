@@ -27,15 +27,15 @@ fn kept(rows: u64) -> Vec<u64> {
 }
 
 #[test]
-fn what_is_within_the_limit_is_kept_whole() {
+fn a_recording_within_the_limit_is_kept_whole() {
     for rows in [0, 1, 999, 1_000, 20_000] {
         assert_eq!(kept(rows), (0..rows).collect::<Vec<_>>());
     }
 }
 
-/// By hand: of runs 0 to 20 every second one, and of the last one what there is; of 100 runs every eighth.
+/// By hand: of runs 0 to 20 every second one, the last as far as it goes; of 100 runs every eighth.
 #[test]
-fn what_is_beyond_is_every_so_many_runs() {
+fn beyond_the_limit_every_nth_run_is_kept() {
     let runs = |every: u64, rows: u64| -> Vec<u64> {
         (0..rows).filter(|row| (row / 1_000) % every == 0).collect()
     };

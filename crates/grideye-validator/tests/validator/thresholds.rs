@@ -1,10 +1,10 @@
-//! Files of thresholds: what they change, and what is refused.
+//! Thresholds files: what they change, and which are rejected.
 
 use grideye_validator::Thresholds;
 use grideye_validator::thresholds::{SHIPPED, SHIPPED_NAME, TEXT_BYTES_MAX, ThresholdSet};
 
 #[test]
-fn the_shipped_file_holds_every_threshold_with_its_source_and_the_defaults_are_its_numbers() {
+fn the_built_in_file_has_every_default_with_its_source() {
     let set = ThresholdSet::parse(SHIPPED, "thresholds.toml").unwrap();
     assert_eq!(set.thresholds, Thresholds::default());
     for line in &set.lines {
@@ -37,7 +37,7 @@ fn a_file_changes_what_it_names_and_no_more() {
 }
 
 #[test]
-fn what_is_wrong_is_refused_with_its_place() {
+fn errors_name_their_place() {
     let gain = "[gain_skill_min]\nvalue";
     for (text, expected) in [
         (
@@ -54,7 +54,7 @@ fn what_is_wrong_is_refused_with_its_place() {
         ),
         (
             "\n[gain_skil_min]\nvalue = 0.5\nsource = \"a\"\n".to_owned(),
-            "2:1: `gain_skil_min` is no threshold",
+            "2:1: `gain_skil_min` is not a threshold",
         ),
         (format!("{gain} = 0.5\n"), "1:1: missing field `source`"),
         ("gain_skill_min = 3\n".to_owned(), "1:18: invalid type"),
@@ -75,7 +75,7 @@ fn what_is_wrong_is_refused_with_its_place() {
 }
 
 #[test]
-fn a_file_of_another_kind_is_refused_by_its_length() {
+fn an_oversized_file_is_rejected() {
     let text = " ".repeat(TEXT_BYTES_MAX + 1);
     let error = ThresholdSet::parse(&text, "film.mp4")
         .unwrap_err()

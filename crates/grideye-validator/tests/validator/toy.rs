@@ -1,4 +1,4 @@
-//! A sensor and a simulator of a few lines, independent of each other and of grideye-scene.
+//! A minimal sensor and simulator, independent of each other and of grideye-scene.
 
 use grideye_validator::{Protocol, RealFrame, Settings, Shape, SimulatedFrame};
 use rand::SeedableRng;
@@ -13,7 +13,7 @@ pub(crate) const SHAPE: Shape = Shape {
 pub(crate) const AMBIENT_C: f64 = 21.0;
 const STEP_C: f64 = 0.25;
 
-/// What stands in the room, in pixels from the corner of the image, and how warm it looks above ambient.
+/// An object: its place in pixels from the corner of the image, and its apparent warmth above ambient.
 #[derive(Clone, Copy)]
 pub(crate) struct Blob {
     pub(crate) column: f64,
@@ -27,7 +27,7 @@ pub(crate) const PERSON: Blob = Blob {
     contrast_c: 2.6,
 };
 
-/// What the unit does to the scene.
+/// What the unit adds to the scene.
 #[derive(Clone, Copy)]
 pub(crate) struct Unit {
     pub(crate) noise_c: f64,
@@ -91,7 +91,7 @@ pub(crate) fn recording(
         .collect()
 }
 
-/// Simulated frames with noise of 0.2 degrees, as the paper sets it.
+/// Simulated frames with noise of 0.2 degrees, as in the paper.
 pub(crate) fn simulation(
     frames: u32,
     seed: u64,

@@ -1,3 +1,5 @@
+//! Verdicts on frames of a toy sensor: right and wrong scenes, floors and ceilings, and rejected input.
+
 use crate::toy::{
     AMBIENT_C, Blob, PERSON, SHAPE, UNIT, Unit, clean, recording, settings, simulation,
 };
@@ -62,7 +64,7 @@ fn a_transposed_scene_disagrees() {
     verdict_over_seeds(Verdict::Disagrees, &[PERSON], &[transposed], UNIT);
 }
 
-/// From 2.5 m above the floor a meter is 2.8 pixels of an 8 x 8 sensor of 60 degrees.
+/// From 2.5 m above the floor, a meter is 2.8 pixels of an 8 x 8 sensor with 60 degrees.
 #[test]
 fn a_person_moved_by_a_meter_disagrees() {
     let moved = Blob {
@@ -73,12 +75,12 @@ fn a_person_moved_by_a_meter_disagrees() {
 }
 
 #[test]
-fn nobody_where_somebody_stands_disagrees() {
+fn a_missing_person_disagrees() {
     verdict_over_seeds(Verdict::Disagrees, &[PERSON], &[], UNIT);
 }
 
 #[test]
-fn a_radiator_too_many_disagrees() {
+fn an_extra_radiator_disagrees() {
     let radiator = Blob {
         column: 7.0,
         row: 1.0,
@@ -96,9 +98,10 @@ fn a_person_twice_as_warm_disagrees() {
     verdict_over_seeds(Verdict::Disagrees, &[PERSON], &[hot], UNIT);
 }
 
-/// Units of the spread that is assumed, made by other code than draws them: what they score is the law that was stated.
+/// Units of the assumed spread, drawn by other code than the validator's: their scores must follow the predicted
+/// distribution.
 #[test]
-fn recordings_of_a_right_scene_score_what_is_said_they_do() {
+fn right_recordings_score_as_predicted() {
     let unit = Unit {
         pattern_c: 0.25,
         ..UNIT
@@ -118,15 +121,15 @@ fn recordings_of_a_right_scene_score_what_is_said_they_do() {
         let law_mean = mean(&stated.iter().map(|law| law.mean).collect::<Vec<_>>());
         let law_sd = mean(&stated.iter().map(|law| law.sd).collect::<Vec<_>>());
         println!("{name}: found {found:.3} ± {sd:.3}, stated {law_mean:.3} ± {law_sd:.3}");
-        // Of 60 the mean is known to 0.13 standard deviations, their standard deviation to 9 %.
+        // 60 recordings determine the mean to 0.13 standard deviations, and the standard deviation to 9 %.
         assert!((found - law_mean).abs() < 0.5 * sd, "{name}");
         assert!((0.7..1.4).contains(&(law_sd / sd)), "{name}");
     }
 }
 
-/// The verdict is read from the scores that are printed.
+/// The verdict is read from the printed scores.
 #[test]
-fn what_is_asked_is_the_score_that_is_printed() {
+fn the_verdict_uses_the_printed_scores() {
     let comparison = compare_static(&[PERSON], &[PERSON], UNIT, 3);
     for (name, measure) in [
         ("correlation", Measure::Correlation),
@@ -163,7 +166,7 @@ fn an_empty_room_cannot_tell() {
     );
 }
 
-/// Both counts go by the threshold that the report prints. The gain's own threshold for a claim is far lower.
+/// Both counts use the threshold that the report prints. The gain's threshold for a claim is far lower.
 #[test]
 fn warm_pixels_of_both_sides_are_counted_alike() {
     let comparison = compare_static(&[PERSON], &[PERSON], UNIT, 1);
@@ -230,7 +233,7 @@ fn a_walk_agrees_with_itself_and_not_with_another() {
     }
 }
 
-/// The moving person must not be compared by all pairs: the same walk under the static protocol does not agree.
+/// A moving person must not be compared by all pairs: the same walk under the static protocol does not agree.
 #[test]
 fn a_walk_under_the_static_protocol_does_not_agree() {
     let real = recording(70, UNIT, 1, walk(0.12, -0.5));
@@ -260,7 +263,7 @@ fn one_frame_or_no_repeat_cannot_tell() {
     assert_eq!(alone.noise_sigma_c, None);
 }
 
-/// A recording whose next frames have nothing in common with it: somebody is somewhere else in each.
+/// A recording with repeats that have nothing in common with it: the person is elsewhere in each.
 #[test]
 fn a_recording_that_does_not_resemble_itself_cannot_tell() {
     let mut real = recording(10, UNIT, 1, |_| vec![PERSON]);
@@ -295,7 +298,7 @@ fn the_same_input_gives_the_same_comparison() {
     );
 }
 
-/// What `thermal-model.md` section 6 says the paper's measures hide, on a scene like the paper's.
+/// What the paper's measures hide (README, "What each score hides"), on a scene like the paper's.
 #[test]
 fn floors_and_ceilings_show_what_the_papers_measures_hide() {
     let comparison = compare_static(&[PERSON], &[PERSON], UNIT, 5);
@@ -313,7 +316,7 @@ fn floors_and_ceilings_show_what_the_papers_measures_hide() {
     assert!(correlation.chance().unwrap() > correlation.floor().unwrap());
 }
 
-/// Noise of 0.25 degrees and steps of 0.25 (their own deviation 0.072) are what the repeat must give back.
+/// The repeat must give back noise of 0.25 degrees plus rounding to steps of 0.25 (0.072).
 #[test]
 fn noise_is_found_and_counted_once_in_the_ceiling() {
     let comparison = compare_static(
@@ -329,7 +332,7 @@ fn noise_is_found_and_counted_once_in_the_ceiling() {
     assert!((comparison.noise_sigma_c.unwrap() - expected).abs() < 0.03);
     let ceiling = comparison.score(Measure::Rmse).ceiling.unwrap();
     assert!((ceiling - expected).abs() < 0.03, "{ceiling}");
-    // The simulation brings noise of its own, 0.2 degrees, on top of the sensor's.
+    // The simulation adds its own noise, 0.2 degrees, to the sensor's.
     let value = comparison.score(Measure::Rmse).value.unwrap();
     assert!((value - expected.hypot(0.2)).abs() < 0.03, "{value}");
 }
@@ -469,9 +472,9 @@ fn settings_out_of_range_are_refused_by_name() {
     );
 }
 
-/// Goes are of 4,096 pairs: 70 x 70 are two, of which each thread takes one.
+/// Chunks have 4,096 pairs: 70 x 70 pairs are two chunks, one per thread.
 #[test]
-fn any_number_of_threads_finds_the_same() {
+fn any_number_of_threads_gives_the_same_result() {
     let real = recording(70, UNIT, 3, |_| vec![PERSON]);
     let simulated = simulation(70, 4, |_| vec![PERSON]);
     let with = |threads| {
@@ -500,7 +503,7 @@ fn any_number_of_threads_finds_the_same() {
     }
 }
 
-/// What is right finds the person where it is, what is wrong does not; noise alone finds nothing.
+/// A right claim finds the person's place, a wrong one does not, and noise finds nothing.
 #[test]
 fn the_measures_of_places_tell_right_from_wrong() {
     let right = compare_static(&[PERSON], &[PERSON], UNIT, 1);
@@ -514,7 +517,7 @@ fn the_measures_of_places_tell_right_from_wrong() {
 
     let (near, far) = both(Measure::CentroidErrorPixels);
     assert!(near < 0.35 && (far - 2.0).abs() < 0.35, "{near} {far}");
-    // Two pixels of 60 degrees over 8 near the middle of the view: about 8 degrees each.
+    // Two of 8 pixels over 60 degrees, near the middle of the view: about 8 degrees each.
     let (near, far) = both(Measure::CentroidErrorDegrees);
     assert!(near < 2.9 && (13.0..18.0).contains(&far), "{near} {far}");
     let (near, far) = both(Measure::WarmOverlap);
@@ -526,7 +529,7 @@ fn the_measures_of_places_tell_right_from_wrong() {
     let (near, far) = both(Measure::StructuralSimilarity);
     assert!(near > far + 0.1, "{near} {far}");
     let (near, far) = both(Measure::ChiSquaredPerDegree);
-    // The unit's fixed pattern of 0.15 beside noise of 0.25 makes 1.36 of the right scene's 1.
+    // The unit's fixed pattern of 0.15 on top of noise of 0.25 makes 1.36 of the right scene's 1.
     assert!((1.1..1.7).contains(&near) && far > 3.0, "{near} {far}");
     let noise = right.score(Measure::Correlation).noise.unwrap();
     assert!(noise.abs() < 0.1, "{noise}");
@@ -536,7 +539,7 @@ fn the_measures_of_places_tell_right_from_wrong() {
 
 /// Half the contrast: the recording rises by half a degree where the claim rises by one.
 #[test]
-fn contrast_and_chance_are_told() {
+fn contrast_and_p_values_are_right() {
     let claimed = Blob {
         contrast_c: 2.0 * PERSON.contrast_c,
         ..PERSON
@@ -544,7 +547,7 @@ fn contrast_and_chance_are_told() {
     let comparison = compare_static(&[PERSON], &[claimed], UNIT, 5);
     let slope = comparison.score(Measure::ContrastSlope).value.unwrap();
     assert!((slope - 0.5).abs() < 0.05, "{slope}");
-    // The ceiling counts the noise of the repeat out: without that it would be 0.8.
+    // The ceiling is corrected for the repeat's noise; otherwise it would be 0.8.
     let ceiling = comparison.score(Measure::ContrastSlope).ceiling.unwrap();
     assert!((ceiling - 1.0).abs() < 0.05, "{ceiling}");
 
@@ -564,7 +567,7 @@ fn a_recording_that_warms_up_drifts() {
     }
     let simulated = simulation(30, 4, |_| vec![PERSON]);
     let comparison = compare(SHAPE, &real, &simulated, &settings(Protocol::Dynamic)).unwrap();
-    // 0.02 degrees a frame at 10 frames a second.
+    // 0.02 degrees per frame at 10 frames per second.
     let drift = comparison.drift_c_per_min.unwrap();
     assert!((drift - 12.0).abs() < 1.5, "{drift}");
 }

@@ -208,7 +208,7 @@ fn another_scene_seed_or_cut_is_refused_in_the_same_folder() {
         let told = refused(&mut dataset(&whole, &more));
         assert!(told.contains(words), "{told}");
         assert!(
-            told.contains("dataset.json is of another dataset"),
+            told.contains("dataset.json belongs to another dataset"),
             "{told}"
         );
         assert!(
@@ -318,7 +318,7 @@ fn a_folder_that_cannot_be_made_is_named() {
     let output = dataset(&file.join("below"), &[]).output().unwrap();
     assert_eq!(output.status.code(), Some(1));
     assert!(
-        said(&output).contains("cannot make the folder"),
+        said(&output).contains("cannot create the folder"),
         "{}",
         said(&output)
     );
@@ -338,11 +338,11 @@ fn what_makes_no_sense_is_refused_before_anything_is_written() {
         (vec!["--vary", "agent.persn.yaw_deg=1"], "no agent `persn`"),
         (
             vec!["--vary", "sensor.ceiling.resolution=[8,8],[4,4]"],
-            "has 4 x 4 pixels, and the scene's sensor 8 x 8",
+            "has 4 x 4 pixels, but the scene's sensor has 8 x 8",
         ),
         (
             vec!["--frames", "1000001", "--frames-per-part", "1"],
-            "are more than 1000000 parts",
+            "need more than 1000000 parts",
         ),
     ] {
         let told = refused(&mut dataset(&out, &more));

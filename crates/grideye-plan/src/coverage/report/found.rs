@@ -1,4 +1,4 @@
-//! All that was found of a room, before anybody writes it down.
+//! The results for a room, before they are written.
 
 use crate::coverage::candidates::{Candidate, Mount};
 use crate::coverage::error::CoverageError;
@@ -8,7 +8,7 @@ use crate::coverage::pick::{Pick, Wish, pick};
 use crate::coverage::survey::{Look, Survey};
 use grideye_scene::{Scene, count};
 
-/// All that a survey found, of the poses that are kept, and of those that were picked.
+/// The results for the kept and the picked poses.
 #[derive(Debug)]
 pub struct Report<'a> {
     pub(super) scene_name: String,
@@ -16,23 +16,23 @@ pub struct Report<'a> {
     pub(super) survey: &'a Survey,
     pub(super) figure: &'a Figure,
     pub(super) wish: Wish,
-    /// The poses that were looked from: first those that are kept, then the candidates.
+    /// All poses: first the kept ones, then the candidates.
     pub(super) poses: &'a [Candidate],
     pub(super) kept: usize,
     pub(super) looks: &'a [Look],
-    /// The candidates that were picked; `None` if the scene's own sensors were asked for.
+    /// The picked candidates; `None` if only the scene's own sensors were requested.
     pub(super) pick: Option<Pick>,
     pub(super) shown: Vec<usize>,
-    /// What the shown poses do together, and what they did with each pose more, the kept ones first.
+    /// The shown poses combined, and the combination after each pose, kept ones first.
     pub(super) map: Map,
     pub(super) steps: Vec<Map>,
 }
 
 impl<'a> Report<'a> {
-    /// What the poses do together: the first `kept` of them, and the `best` of the others if there are any.
+    /// Combines the first `kept` poses and, if requested, the `best` candidates among the others.
     ///
     /// # Errors
-    /// [`CoverageError::Value`] of a wish that makes no sense.
+    /// [`CoverageError::Value`] for an invalid wish.
     pub fn new(
         (scene_name, scene): (String, &'a Scene),
         (survey, figure): (&'a Survey, &'a Figure),
@@ -42,7 +42,7 @@ impl<'a> Report<'a> {
         best: Option<usize>,
     ) -> Result<Self, CoverageError> {
         let own: Vec<usize> = (0..kept).collect();
-        // Asked for or not: it is what refuses a wish that makes no sense.
+        // Always pick, because this also validates the wish.
         let pick = pick(survey.floor(), looks, &own, best.unwrap_or(1), &wish)?;
         let pick = best.map(|_| pick);
         let mut shown = own;
@@ -70,13 +70,13 @@ impl<'a> Report<'a> {
         })
     }
 
-    /// The share of the places at which the wish comes true, 0 to 1.
+    /// The share of places where the wish is met, 0 to 1.
     #[must_use]
     pub fn detected_share(&self) -> f64 {
         share(self.map.totals.detected, self.map.totals.places)
     }
 
-    /// The name of a shown pose: the scene's own for its sensors, and of a candidate where it is and which it is.
+    /// The name of a shown pose: the scene's name for its own sensors, mounting and number for a candidate.
     pub(super) fn shown_name(&self, index: usize) -> Option<String> {
         let candidate = &self.poses[*self.shown.get(index)?];
         if candidate.mount.is_none() {

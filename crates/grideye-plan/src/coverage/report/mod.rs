@@ -1,4 +1,4 @@
-//! What a survey found, written down: as text, JSON, CSV, tables of a scene file, and as a drawing.
+//! Writes a survey's results: as text, JSON, CSV, tables of a scene file, and as a drawing.
 
 mod found;
 mod table;

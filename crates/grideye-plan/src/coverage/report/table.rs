@@ -1,4 +1,4 @@
-//! What a person reads on the terminal, and what goes into a scene file.
+//! Writes the results for the terminal and for a scene file.
 
 use super::found::{Report, place, share};
 use crate::coverage::floor::Kind;
@@ -8,7 +8,7 @@ use crate::coverage::pick::Rule;
 const COLUMNS_MAX: usize = 120;
 
 impl Report<'_> {
-    /// What a person reads on the terminal.
+    /// The results for the terminal.
     #[must_use]
     pub fn text(&self) -> String {
         [head(self), poses(self), summary(self), plan(self)].concat()
@@ -18,7 +18,7 @@ impl Report<'_> {
     #[must_use]
     pub fn tables(&self) -> String {
         let mut text = format!(
-            "# {} for {}: a person detected at {} of all places, from {} sigma on.\n",
+            "# {} for {}: a person is detected at {} of all places, from {} sigma on.\n",
             counted(self.shown.len() - self.kept, "pose"),
             self.scene_name,
             percent(self.map.totals.detected, self.map.totals.places),
@@ -92,7 +92,7 @@ fn poses(found: &Report<'_>) -> String {
     text
 }
 
-/// What no other choice of as many poses can exceed.
+/// The limit for any choice of as many poses.
 fn at_most(found: &Report<'_>, index: usize) -> String {
     let steps = found.pick.as_ref().map(|pick| &pick.steps);
     let step = index
@@ -128,7 +128,7 @@ fn summary(found: &Report<'_>) -> String {
         ));
     }
     text.push_str(&format!(
-        "floor: {} seen, {} hidden behind furniture or a wall, {} in no field of view\n",
+        "floor: {} seen, {} hidden behind furniture or a wall, {} outside every field of view\n",
         percent(totals.seen, totals.ground),
         percent(totals.hidden, totals.ground),
         percent(totals.out_of_view, totals.ground),
@@ -183,9 +183,9 @@ fn note(found: &Report<'_>) -> String {
         }
     };
     let known = if pick.is_submodular {
-        "each step reaches at least 1 - 1/e = 63 % of what the best choice of as many poses adds; \"at most\" is what none of them can exceed here"
+        "each step reaches at least 1 - 1/e = 63 % of what the best choice of as many poses adds; \"at most\" is the limit for any choice"
     } else {
-        "nothing is promised of how near that is to the best choice, as two weak sensors may do together what neither adds alone"
+        "how close that is to the best choice is unknown, because two weak sensors may do together what neither adds alone"
     };
     format!("picked greedily to maximize {what}: {known}\n")
 }
@@ -196,7 +196,7 @@ fn plan(found: &Report<'_>) -> String {
         return String::new();
     }
     let mut text = String::from(
-        "\ncontrast in σ at each place, 9 for all above; # furniture, - too tight for the person; the back is at the top\n",
+        "\ncontrast in σ at each place, 9 for 9 and more; # furniture, - too tight for the person; the back is at the top\n",
     );
     let rows: Vec<&[Spot]> = found.map.spots.chunks(floor.columns).collect();
     for row in rows.iter().rev() {

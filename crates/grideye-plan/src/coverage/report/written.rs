@@ -1,4 +1,4 @@
-//! What was found, for programs and as a drawing: JSON, a row for each cell, a sketch.
+//! Writes the results for programs and as a drawing: JSON, a row for each cell, a sketch.
 
 use super::found::{Report, share};
 use super::table::summary_of_picture;
@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use std::io::{self, Write};
 
 impl Report<'_> {
-    /// All that was found, for programs.
+    /// All results, for programs.
     #[must_use]
     pub fn json(&self) -> String {
         let floor = self.survey.floor();
@@ -35,10 +35,10 @@ impl Report<'_> {
         format!("{all:#}\n")
     }
 
-    /// Writes the map as a table: front row first, each from the left; contrasts in units of the noise.
+    /// Writes the map as CSV: front row first, each row from the left; contrasts in units of the noise.
     ///
     /// # Errors
-    /// Of `out`.
+    /// Those of `out`.
     pub fn csv(&self, out: &mut dyn Write) -> io::Result<()> {
         writeln!(
             out,
@@ -52,7 +52,7 @@ impl Report<'_> {
         Ok(())
     }
 
-    /// The map as a drawing that a person reads.
+    /// The map as a drawing for people.
     #[must_use]
     pub fn sketch(&self) -> Sketch {
         let shown = self.shown.iter().enumerate();
@@ -139,7 +139,7 @@ fn cells(found: &Report<'_>) -> Vec<Value> {
 
 fn row(found: &Report<'_>, cell: &Cell, spot: &Spot) -> String {
     let [x, y, z] = (cell.ground_m * 1000.0).to_array();
-    // What is no place has no contrast: an empty field, not a zero.
+    // A cell that is not a place has no contrast: an empty field, not a zero.
     let contrast = |value: f64| match spot.kind {
         Kind::Place => format!("{value:.3}"),
         _ => String::new(),

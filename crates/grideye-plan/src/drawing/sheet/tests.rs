@@ -1,8 +1,8 @@
-//! What a sheet writes, element by element.
+//! Tests what a sheet writes, element by element.
 
 use super::*;
 
-/// A room of 4 x 6 x 2.7 m as a map of 100 pixels a meter, its front left corner at 36, 636.
+/// A room of 4 x 6 x 2.7 m as a map of 100 pixels per meter, its front left corner at 36, 636.
 fn map() -> Camera {
     Camera::from_above(BOUNDS_M, &Panel::new(0.0, 0.0, 472.0, 672.0))
 }
@@ -18,7 +18,7 @@ fn drawn(draw: impl FnOnce(&mut Sheet)) -> Vec<String> {
 }
 
 fn assert_begins(line: &str, begin: &str) {
-    assert!(line.starts_with(begin), "{line}\ninstead of {begin}");
+    assert!(line.starts_with(begin), "{line}\nexpected {begin}");
 }
 
 /// A square on the floor, from the front left corner.
@@ -66,9 +66,9 @@ fn a_panel_has_its_title_inside() {
     assert_eq!(lines[1], title);
 }
 
-/// The floor is seen from above, a ceiling is not; a wall on edge is neither.
+/// The floor is visible from above, a ceiling is not; a wall on edge counts as neither.
 #[test]
-fn walls_are_behind_or_before_by_their_side() {
+fn walls_facing_the_eye_are_behind_all_others_in_front() {
     let floor = floor(1.0);
     let ceiling: Vec<DVec3> = floor.iter().rev().copied().collect();
     let upright: Vec<DVec3> = floor.iter().map(|at| DVec3::new(at.x, 0.0, at.y)).collect();
@@ -82,9 +82,9 @@ fn walls_are_behind_or_before_by_their_side() {
     assert!(before[0].contains(r#"d="M36.0 536.0L136.0 536.0L136.0 636.0L36.0 636.0Z""#));
 }
 
-/// 5 pixels are an edge's worth, less is not.
+/// A piece of 5 pixels has edges, a smaller one has not.
 #[test]
-fn faces_are_filled_as_they_are_opaque_and_have_edges_unless_tiny() {
+fn opacity_decides_the_fill_and_tiny_faces_have_no_edges() {
     let outline = "M36.0 636.0L136.0 636.0L136.0 536.0L36.0 536.0Z";
     let edge = |d: &str| {
         format!(
@@ -116,7 +116,7 @@ fn faces_are_filled_as_they_are_opaque_and_have_edges_unless_tiny() {
 }
 
 #[test]
-fn ways_are_open_lines_and_frames_are_circles() {
+fn paths_are_open_lines_and_frames_are_circles() {
     let color = [0, 16, 255];
     let drawn = |paint| {
         let points_m = vec![DVec3::new(1.0, 1.0, 0.0), DVec3::new(2.0, 1.0, 0.0)];
@@ -130,7 +130,7 @@ fn ways_are_open_lines_and_frames_are_circles() {
     assert_eq!(circles[1], second);
 }
 
-/// From the corner at 36, 636: to the right, to the back, and towards the eye, which is nowhere.
+/// From the corner at 36, 636: to the right, to the back, and towards the eye, which has no length on the page.
 #[test]
 fn axes_are_34_pixels_long_and_named_beyond() {
     let lines = drawn(|sheet| sheet.axes(&map(), BOUNDS_M));
@@ -147,7 +147,7 @@ fn axes_are_34_pixels_long_and_named_beyond() {
     }
 }
 
-/// 6 m in steps of 1 m: ticks at 0 to 4 m below the map and 0 to 6 m left of it, 5 pixels long, named 16 away.
+/// 6 m in steps of 1 m: ticks at 0 to 4 m below the map and 0 to 6 m left of it, 5 pixels long, labeled 16 pixels away.
 #[test]
 fn rulers_have_a_tick_each_meter() {
     let lines = drawn(|sheet| sheet.ruler(&map(), BOUNDS_M));
@@ -177,7 +177,7 @@ fn rulers_have_a_tick_each_meter() {
 }
 
 #[test]
-fn the_legend_names_what_there_is() {
+fn the_legend_names_paths_only_if_there_are_any() {
     let still = drawn(|sheet| sheet.legend(100.0, false));
     assert_eq!(still.len(), 6);
     let object = r##"<rect x="24" y="89" width="14" height="14" fill="#5b8dd9" "##;
@@ -187,17 +187,17 @@ fn the_legend_names_what_there_is() {
     let agent = format!(r#"<text x="{}" y="100">agent</text>"#, next + 20.0);
     assert_eq!(still[3], agent);
     let walks = drawn(|sheet| sheet.legend(100.0, true));
-    let end = next + 88.0 + width("agent") + width("sensor and what it has in view");
+    let end = next + 88.0 + width("agent") + width("sensor and its field of view");
     assert_eq!(walks[..6], still);
     assert_begins(&walks[6], &format!(r#"<path d="M{end} 96h34" "#));
     let circle = format!(r#"<circle cx="{}" cy="96" r="3" "#, end + 17.0);
     assert!(walks[6].contains(&circle), "{}", walks[6]);
-    let text = "way, and where a frame is taken";
+    let text = "path, and where frames are taken";
     let text = format!(r#"<text x="{}" y="100">{text}</text>"#, end + 42.0);
     assert_eq!(walks[7], text);
 }
 
-/// Level, at 1, 1 m, looking to the right: a square of 9 points about its place, and a line of 0.25 m ahead.
+/// Level, at 1, 1 m, looking to the right: a square of 9 points around its place, and a line of 0.25 m ahead.
 #[test]
 fn a_sensor_is_a_square_with_a_line_ahead() {
     let text = "[room]\nsize_mm = [4000, 6000, 2700]\nambient_c = 20\n[[sensor]]\nname = \"wall\"\npreset = \"grid-eye\"\n\

@@ -1,4 +1,4 @@
-//! The poses that are tried, and those that are written down.
+//! The poses that are tried, and those that are written as scene tables.
 
 use super::pick::small;
 use super::survey;
@@ -26,7 +26,7 @@ fn a_picked_pose_is_the_same_sensor_in_a_scene_file() {
         expected.name.clone_from(&again.name);
         let (one, other) = (again.field_of_view_rad, expected.field_of_view_rad);
         assert!((one - other).abs().max_element() < 1e-12);
-        // Degrees go through a decimal number: their last bit may differ.
+        // Degrees pass through a decimal number, so their last bit may differ.
         expected.field_of_view_rad = one;
         assert_eq!(*again, expected);
         mounts.extend(pose.mount);
@@ -37,7 +37,7 @@ fn a_picked_pose_is_the_same_sensor_in_a_scene_file() {
 }
 
 #[test]
-fn candidates_are_where_and_as_they_are_said_to_be() {
+fn candidates_have_the_specified_places_and_directions() {
     let scene = scene(&format!(
         "{ROOM}{}",
         object(
@@ -63,8 +63,8 @@ fn candidates_are_where_and_as_they_are_said_to_be() {
     // 4 x 6 places, once straight down and in 8 directions at 30°; 4 corners at 2 angles.
     assert_eq!(count(Mount::Ceiling), 24 * 9);
     assert_eq!(count(Mount::Corner), 4 * 2);
-    // 20 places along the walls, 6 directions each; those at y = 2.5 and 3.5 m on the left are the cupboard's corner
-    // and its end: on its border the room begins.
+    // 20 places along the walls, 6 directions each. Those at y = 2.5 and 3.5 m on the left are the cupboard's corner
+    // and its end: the room starts on its border.
     let left: Vec<f64> = poses
         .iter()
         .filter(|pose| pose.mount == Some(Mount::Wall) && pose.position_mm.x < 100.0)
@@ -81,7 +81,7 @@ fn candidates_are_where_and_as_they_are_said_to_be() {
         match pose.mount {
             Some(Mount::Ceiling) => assert!(forward.z < -0.86),
             Some(Mount::Corner) => {
-                // Along the bisector, by 45 degrees in a room of right angles.
+                // Along the bisector, at 45 degrees in a room of right angles.
                 assert!((forward.x.abs() - forward.y.abs()).abs() < 1e-9);
                 assert!(forward.truncate().dot(middle.truncate()) > 0.0);
             }

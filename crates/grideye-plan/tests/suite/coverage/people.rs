@@ -1,4 +1,4 @@
-//! Who lies, sits and stands where, and what stands in the way.
+//! Where people lie, sit and stand, and what is in the way.
 
 use super::{PAPER, cells_of, looks, sensor, survey};
 use crate::{ROOM, object, scene};
@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 use grideye_plan::coverage::{Figure, InSight, Kind, Posture, Survey};
 
 #[test]
-fn who_lies_lies_in_bed_and_under_the_table_and_who_stands_does_neither() {
+fn a_lying_person_fits_in_bed_and_under_the_table_but_a_standing_one_does_not() {
     let text = format!(
         "{ROOM}{}{}{}",
         object(
@@ -50,7 +50,7 @@ fn who_lies_lies_in_bed_and_under_the_table_and_who_stands_does_neither() {
     assert_eq!(at(Posture::Lying, table), (Kind::Place, 0.0));
     assert_eq!(at(Posture::Standing, table).0, Kind::Furniture);
     assert_eq!(at(Posture::Standing, lamp), (Kind::Place, 0.0));
-    // 0.1 m from the wall nobody lies across, and 0.05 m from it nobody stands at all.
+    // Nobody lies crosswise 0.1 m from the wall, and nobody stands 0.05 m from it.
     assert_eq!(at(Posture::Lying, (0.15, 3.05)).0, Kind::Tight);
     assert_eq!(at(Posture::Standing, (0.05, 3.05)).0, Kind::Tight);
     assert_eq!(at(Posture::Standing, (0.15, 3.05)).0, Kind::Place);
@@ -59,7 +59,7 @@ fn who_lies_lies_in_bed_and_under_the_table_and_who_stands_does_neither() {
 }
 
 #[test]
-fn an_agent_of_the_scene_may_be_who_is_looked_for() {
+fn an_agent_of_the_scene_may_be_the_person_to_look_for() {
     let person = "[[agent]]\nname = \"p\"\nsize_mm = [200, 500, 1750]\ntemperature_c = 28\nposition_mm = [1000, 1000, 0]\n";
     let text = format!(
         "{ROOM}{person}{}",
@@ -78,8 +78,8 @@ fn an_agent_of_the_scene_may_be_who_is_looked_for() {
 }
 
 #[test]
-fn who_is_in_the_scene_already_changes_no_look() {
-    // In the middle of the view, and where the person is to be tried as well.
+fn agents_in_the_scene_do_not_change_looks() {
+    // In the middle of the view, where the person is tried as well.
     let person = "[[agent]]\nname = \"p\"\nsize_mm = [200, 500, 1750]\ntemperature_c = 28\nposition_mm = [2250, 3250, 0]\n";
     let sensor = sensor("S", [2000.0, 3000.0, 2700.0], 90.0, -90.0);
     let [empty, inhabited] = ["", person].map(|agent| scene(&format!("{ROOM}{agent}{sensor}")));
@@ -95,9 +95,9 @@ fn who_is_in_the_scene_already_changes_no_look() {
 }
 
 #[test]
-fn what_is_behind_the_sensor_hides_nothing_before_it() {
-    // A panel of 2 m along a diagonal, and a sensor before it: the lines go away from the panel, and the boxes around
-    // them and around the panel overlap. Those lines, made longer backwards, go through it.
+fn objects_behind_the_sensor_hide_nothing_in_front() {
+    // A panel of 2 m along a diagonal, and a sensor in front of it. The lines of sight lead away from the panel, but
+    // their bounding boxes overlap the panel's, and extended backwards they would cross it.
     let text = format!(
         "{ROOM}{}{}",
         object(
@@ -122,7 +122,7 @@ fn what_is_behind_the_sensor_hides_nothing_before_it() {
 }
 
 #[test]
-fn in_a_wardrobe_taller_than_the_person_is_no_ground() {
+fn there_is_no_ground_in_a_wardrobe_taller_than_the_person() {
     let (base, size) = ([3000.0, 3000.0, 0.0], [1000.0, 1600.0, 2100.0]);
     let scene = scene(&format!(
         "{ROOM}{}",

@@ -1,4 +1,4 @@
-//! The picked poses, held to all pairs.
+//! The picked poses, compared with all pairs.
 
 use super::{looks, sensor, survey};
 use crate::{ROOM, object, scene};
@@ -40,7 +40,7 @@ pub(super) fn small() -> (Scene, Vec<Candidate>, Survey, Vec<Look>) {
     (scene, poses, survey, looks)
 }
 
-/// The objective by its words: sensors that detect, up to the wanted number, as a part of it, on the mean.
+/// The objective by its definition: detecting sensors, up to the wanted number, as a share of it, averaged.
 fn objective(survey: &Survey, looks: &[&Look], wish: &Wish) -> f64 {
     let places = survey
         .floor()
@@ -60,7 +60,7 @@ fn objective(survey: &Survey, looks: &[&Look], wish: &Wish) -> f64 {
 }
 
 #[test]
-fn the_greedy_choice_is_held_to_all_pairs() {
+fn the_greedy_choice_is_compared_with_all_pairs() {
     let (_, _, survey, looks) = small();
     for (sensors_min, sigma_min) in [(1, 3.0), (1, 8.0), (2, 3.0)] {
         let wish = Wish {
@@ -89,7 +89,7 @@ fn the_greedy_choice_is_held_to_all_pairs() {
             two.objective_max.unwrap() >= best_two - 1e-12,
             "{two:?} {best_two}"
         );
-        // What is reported is what the chosen poses do, and no step falls.
+        // The reported figures are those of the chosen poses, and no step decreases.
         let mut chosen = Vec::new();
         let mut before = 0.0;
         for step in &found.steps {
@@ -102,7 +102,7 @@ fn the_greedy_choice_is_held_to_all_pairs() {
 }
 
 #[test]
-fn more_sensors_never_see_less_and_those_that_are_there_count() {
+fn more_sensors_never_see_less_and_kept_ones_count() {
     let (_, _, survey, looks) = small();
     let wish = Wish::default();
     let found = pick(survey.floor(), &looks, &[], 5, &wish).unwrap();
@@ -134,7 +134,7 @@ fn more_sensors_never_see_less_and_those_that_are_there_count() {
         }
         before = Some(map);
     }
-    // Kept poses are not picked again, and the rest begins where they end.
+    // Kept poses are not picked again, and picking continues from them.
     let kept = [found.steps[0].chosen];
     let rest = pick(survey.floor(), &looks, &kept, 4, &wish).unwrap();
     let chosen = |steps: &[grideye_plan::coverage::Step]| {
@@ -144,7 +144,7 @@ fn more_sensors_never_see_less_and_those_that_are_there_count() {
 }
 
 #[test]
-fn two_weak_sensors_detect_together_what_neither_does_alone() {
+fn two_weak_sensors_together_detect_what_neither_does_alone() {
     let text = format!(
         "{ROOM}{}{}",
         sensor("A", [1900.0, 3000.0, 2700.0], 90.0, -90.0),
@@ -177,7 +177,7 @@ fn two_weak_sensors_detect_together_what_neither_does_alone() {
 }
 
 #[test]
-fn any_number_of_threads_finds_the_same_bits() {
+fn any_number_of_threads_gives_the_same_bits() {
     let (scene, poses, survey, one) = small();
     let sensors: Vec<Sensor> = poses.iter().map(|pose| pose.sensor.clone()).collect();
     let bits = |looks: &[Look]| -> Vec<(u64, u64)> {

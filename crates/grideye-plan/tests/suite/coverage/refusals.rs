@@ -1,4 +1,4 @@
-//! What makes no sense is refused by name.
+//! Invalid values are refused by name.
 
 use super::{PAPER, cells_of, survey};
 use crate::{ROOM, scene};
@@ -8,14 +8,14 @@ use grideye_plan::coverage::{
     pick, preset,
 };
 
-/// A refusal names what is wrong and what to do.
+/// An error names the mistake and what to do.
 fn assert_said(error: &CoverageError, words: &str) {
     let found = error.to_string();
     assert!(found.contains(words) && found.contains("hint: "), "{found}");
 }
 
 #[test]
-fn a_floor_that_makes_no_sense_is_refused_by_name() {
+fn invalid_floors_are_refused_by_name() {
     let empty = scene(ROOM);
     let figure = Figure::standing();
     let turns = |turns: usize| Grain {
@@ -42,7 +42,7 @@ fn a_floor_that_makes_no_sense_is_refused_by_name() {
 }
 
 #[test]
-fn more_poses_than_there_may_be_are_refused() {
+fn too_many_poses_are_refused() {
     let survey = survey(&scene(ROOM), 100.0);
     let like = preset("grid-eye").unwrap();
     let none = survey.look_all(&[], 1, &|| ());
@@ -70,7 +70,7 @@ fn more_poses_than_there_may_be_are_refused() {
 }
 
 #[test]
-fn mounts_that_make_no_sense_are_refused_by_name() {
+fn invalid_mounts_are_refused_by_name() {
     let survey = survey(&scene(ROOM), 500.0);
     let like = preset("grid-eye").unwrap();
     let changed = |change: &dyn Fn(&mut Mounts)| {
@@ -97,7 +97,7 @@ fn mounts_that_make_no_sense_are_refused_by_name() {
         ),
         (
             changed(&|mounts| mounts.wall_downs_deg = vec![-1.0]),
-            "an angle below the level",
+            "an angle below horizontal",
         ),
         (
             changed(&|mounts| mounts.wall_headings_deg = vec![f64::NAN]),
@@ -123,7 +123,7 @@ fn mounts_that_make_no_sense_are_refused_by_name() {
 }
 
 #[test]
-fn wishes_that_make_no_sense_are_refused_by_name() {
+fn invalid_wishes_are_refused_by_name() {
     let survey = survey(&scene(ROOM), 500.0);
     let looks = vec![survey.look(&preset("grid-eye").unwrap()).unwrap()];
     let wish = |sigma_min: f64, sensors_min: usize, rule: Rule| Wish {

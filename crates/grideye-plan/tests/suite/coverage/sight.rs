@@ -34,12 +34,12 @@ fn the_footprint_of_60_degrees_from_2_7_meters_is_3_118_meters() {
         assert_eq!(found.ground, expected, "{}", cell.ground_m);
         seen += usize::from(found.ground == InSight::Seen);
     }
-    // 1.559 m to either side are the middles of 62 cells of 25 mm.
+    // 1.559 m to either side are the centers of 62 cells of 25 mm.
     assert_eq!(seen, 124 * 124);
 }
 
 #[test]
-fn the_shadow_of_a_box_is_as_long_as_similar_triangles_say() {
+fn the_shadow_of_a_box_follows_similar_triangles() {
     // 1 m high, its far side 0.9 m from below the sensor: the shadow ends at 0.9 · 2.7 / 1.7 = 1.4294 m.
     let text = format!(
         "{ROOM}{}{}",
@@ -79,7 +79,7 @@ fn the_shadow_of_a_box_is_as_long_as_similar_triangles_say() {
     assert_eq!(hidden, 2 * 21);
 }
 
-/// A generator of its own: x' = 6364136223846793005 x + 1442695040888963407 (Knuth), its upper half.
+/// An independent generator: x' = 6364136223846793005 x + 1442695040888963407 (Knuth), its upper half.
 struct Dice(u64);
 
 impl Dice {
@@ -92,10 +92,10 @@ impl Dice {
     }
 }
 
-/// An upright box: middle of the underside, size, turn.
+/// An upright box: center of the base, size, rotation.
 type Upright = (DVec3, DVec3, f64);
 
-/// Whether a point is in a box that is larger by `more` on all sides.
+/// Whether a point is in a box enlarged by `more` on all sides.
 fn is_in(point: DVec3, (base, size, yaw_deg): &Upright, more: f64) -> bool {
     let (sin, cos) = yaw_deg.to_radians().sin_cos();
     let from = point - *base;
@@ -151,18 +151,18 @@ impl Thrown {
         scene(&format!("{ROOM}{}{sensor}", things.collect::<String>()))
     }
 
-    /// Whether a point is in any box that is larger by `more`.
+    /// Whether a point is in any box enlarged by `more`.
     fn holds(&self, point: DVec3, more: f64) -> bool {
         self.boxes.iter().any(|one| is_in(point, one, more))
     }
 
-    /// The same of any point on the way from the sensor.
+    /// Whether any point on the line from the sensor is in an enlarged box.
     fn hides(&self, point: DVec3, more: f64) -> bool {
         let way = (1..2000).map(|step| self.place.lerp(point, f64::from(step) / 2000.0));
         way.into_iter().any(|at| self.holds(at, more))
     }
 
-    /// By how much the slope to a point exceeds that of 30 degrees on either axis; `None` behind the sensor.
+    /// How much the slope to a point exceeds that of 30 degrees on either axis; `None` behind the sensor.
     fn beside(&self, point: DVec3) -> Option<f64> {
         let (sin, cos) = self.elevation_deg.to_radians().sin_cos();
         let (across, along) = self.azimuth_deg.to_radians().sin_cos();
@@ -174,7 +174,7 @@ impl Thrown {
         (ray.dot(forward) > 0.0).then(|| slopes.max_element() - 30.0_f64.to_radians().tan())
     }
 
-    /// What is to be found; `None` if two millimeters decide.
+    /// The expected result; `None` if two millimeters decide.
     fn expected(&self, point: DVec3) -> Option<InSight> {
         match self.beside(point) {
             Some(beside) if beside.abs() < 1e-3 => None,
@@ -190,7 +190,7 @@ impl Thrown {
 }
 
 #[test]
-fn sight_is_what_a_march_along_the_ray_says() {
+fn sight_agrees_with_a_march_along_the_ray() {
     let mut dice = Dice(1);
     let mut compared = [0; 3];
     for _ in 0..25 {
@@ -218,7 +218,7 @@ fn sight_is_what_a_march_along_the_ray_says() {
 }
 
 #[test]
-fn the_contrast_is_that_of_the_frames_of_a_scene_with_the_person_in_it() {
+fn contrast_equals_that_of_frames_with_the_person() {
     let room = format!(
         "{ROOM}{}{}",
         object(
@@ -246,7 +246,7 @@ fn the_contrast_is_that_of_the_frames_of_a_scene_with_the_person_in_it() {
             assert_eq!((found.contrast, found.peak), (0.0, 0.0));
             continue;
         }
-        // Cells of half a meter leave room for the shoulders everywhere: both turns fit, but beside the shelf.
+        // Cells of half a meter leave room for the shoulders everywhere: both turns fit, except beside the shelf.
         let near_shelf = cell.ground_m.truncate().distance(DVec2::new(2.9, 3.1)) < 0.9;
         if near_shelf {
             continue;
@@ -281,7 +281,7 @@ fn the_contrast_is_that_of_the_frames_of_a_scene_with_the_person_in_it() {
 }
 
 #[test]
-fn round_the_corner_of_an_l_nothing_is_seen_and_behind_its_walls_nobody_stands() {
+fn nothing_is_seen_around_the_corner_of_an_l_and_nobody_stands_behind_its_walls() {
     let text = format!(
         "[room]\nplan_mm = [[0, 0], [5000, 0], [5000, 2000], [2000, 2000], [2000, 5000], [0, 5000]]\nheight_mm = 2500\nambient_c = 20\n{}",
         sensor("S", [4500.0, 1000.0, 2200.0], 20.0, 160.0)
@@ -298,11 +298,11 @@ fn round_the_corner_of_an_l_nothing_is_seen_and_behind_its_walls_nobody_stands()
             continue;
         }
         counts[found.ground as usize] += 1;
-        // The line from the sensor by the inner corner, (2, 2), goes on with a slope of -1 / 2.5.
+        // The line from the sensor past the inner corner, (2, 2), continues with a slope of -1 / 2.5.
         let beyond = at.y - (2.0 + (2.0 - at.x) / 2.5);
         if at.x < 2.0 && beyond > 0.01 {
             assert_ne!(found.ground, InSight::Seen, "{at}");
-            // All of the body is behind the corner, from its shoulders to its other side.
+            // The whole body is behind the corner, from its shoulders to its other side.
             if beyond > 0.6 {
                 assert!(found.contrast < 1e-9, "{at}: {}", found.contrast);
             }
@@ -326,7 +326,7 @@ fn round_the_corner_of_an_l_nothing_is_seen_and_behind_its_walls_nobody_stands()
 }
 
 #[test]
-fn frames_that_are_averaged_raise_the_contrast_by_their_root() {
+fn averaging_raises_the_contrast_by_the_root_of_the_frames() {
     let scene = scene(&format!(
         "{ROOM}{}",
         sensor("S", [2000.0, 3000.0, 2700.0], 90.0, -90.0)
@@ -344,7 +344,7 @@ fn frames_that_are_averaged_raise_the_contrast_by_their_root() {
 }
 
 #[test]
-fn a_square_room_with_the_sensor_in_its_middle_looks_the_same_from_all_sides() {
+fn a_centered_sensor_sees_a_square_room_symmetrically() {
     let text = format!(
         "[room]\nsize_mm = [4000, 4000, 2700]\nambient_c = 20\n{}{}",
         object(
@@ -369,7 +369,7 @@ fn a_square_room_with_the_sensor_in_its_middle_looks_the_same_from_all_sides() {
             (one.kind, one.blind, one.seen_by),
             (other.kind, other.blind, other.seen_by)
         );
-        // The simulator's rule for integrals is exact up to degree 5, and begins at one corner.
+        // The simulator's rule for integrals is exact up to degree 5, and starts at one corner.
         let near = |one: f64, other: f64| (one - other).abs() < 1e-3 * (1.0 + one);
         assert!(
             near(one.best, other.best) && near(one.peak, other.peak),

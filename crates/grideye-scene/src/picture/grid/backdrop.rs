@@ -1,4 +1,4 @@
-//! What stands still, drawn once, and where each row of it shows anything.
+//! The still bodies, drawn once, and the occupied columns of each row.
 
 use super::shaded::{ShadedPatch, dispatch, hull};
 use super::span::{CellRow, Existing, Overwrite, RowBuffers};
@@ -10,16 +10,16 @@ use std::ops::Range;
 
 #[derive(Debug, Clone)]
 pub(crate) struct Backdrop {
-    /// Cells from one row to the next: none where one row of them stands for all.
+    /// Cells from one row to the next; 0 if one row stands for all.
     stride: usize,
     pub(super) inverse_depth: Vec<f64>,
     pub(super) excess_c: Vec<f64>,
-    /// Where each row shows anything, row after row, and how many of these come before each row and in all.
+    /// The runs of all rows, and the number of runs before each row and in total.
     runs: Vec<Run>,
     runs_before: Vec<usize>,
 }
 
-/// Cells of one row that show something, but for gaps of fewer than [`LANES_MAX`].
+/// Occupied cells of one row, including gaps shorter than [`LANES_MAX`].
 #[derive(Debug, Clone)]
 pub(super) struct Run {
     pub(super) columns: Range<usize>,
@@ -29,7 +29,7 @@ pub(super) struct Run {
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Background {
     Nothing,
-    /// Something of which nothing is nearer than this one over a depth.
+    /// Something with inverse depths up to this one.
     Something(f64),
 }
 

@@ -1,4 +1,4 @@
-//! A patch with what it is made of, and what its rows and the processor's vectors need.
+//! A patch with its material, and helpers for rows and vectors.
 
 use crate::picture::projection::Patch;
 use crate::radiometry::{Glow, Root};
@@ -10,20 +10,20 @@ pub(crate) struct ShadedPatch {
     pub(crate) patch: Patch,
     pub(crate) glow: Glow,
     pub(crate) root: Root,
-    /// Whose it is, for those who ask whom a cell shows.
+    /// The owner that a cell shows.
     pub(crate) owner: u32,
 }
 
-/// Runs a task with the widest vectors that this processor has. The bits are the same with any.
+/// Runs a task with the processor's widest vectors. The results are bit-identical for all widths.
 pub(super) fn dispatch<T: WithSimd>(task: T) -> T::Output {
     match Arch::new() {
-        // Four at once in plain code, of which compilers make what every processor of the kind has.
+        // Four at once in plain code, which compilers turn into whatever every processor of this kind has.
         Arch::Scalar => task.with_simd(Scalar256b),
         arch => arch.dispatch(task),
     }
 }
 
-/// The range that holds both; an empty one holds nothing.
+/// The smallest range that contains both; empty ranges do not count.
 #[inline(always)]
 pub(super) fn hull(one: Range<usize>, other: Range<usize>) -> Range<usize> {
     if one.is_empty() {

@@ -1,4 +1,4 @@
-//! One patch in one row of cells: how deep and how warm it is there, and what of it is kept.
+//! One patch in one row of cells: its depth and temperature there, and what of it remains visible.
 
 use super::shaded::ShadedPatch;
 use crate::picture::projection::{LANES_MAX, SamplingGrid};
@@ -6,14 +6,14 @@ use crate::radiometry::{Air, Shade, WithShade};
 use pulp::Simd;
 use std::ops::Range;
 
-/// Relative difference of depths that are the same: under a nanometer in a room, and above the rounding of the two.
+/// Relative difference below which depths are equal: under a nanometer in a room, and above their rounding.
 const SAME_DEPTH: f64 = 1e-11;
 
-/// A patch in the cells of one row: slices of one length; cells beyond the patch's last mean nothing.
+/// A patch in the cells of one row. All slices have one length; cells beyond the patch's last one are meaningless.
 struct SpanShader<'a, S: Simd, O> {
-    /// One over the plane's depth on the ray without slope to the left, and what each unit of slope adds.
+    /// The plane's inverse depth at zero slope to the left, and its change per unit of slope.
     at_axis: (f64, f64),
-    /// Square of the distance to depth 1 on the ray without slope to the left.
+    /// Squared distance to depth 1 at zero slope to the left.
     ray2: f64,
     /// Slopes to the left, and their squares.
     left: &'a [S::f64s],
@@ -22,16 +22,16 @@ struct SpanShader<'a, S: Simd, O> {
 }
 
 pub(super) trait Outcome<S: Simd> {
-    /// The same with slices of this length, so that the compiler need not look at each place whether it is there.
+    /// Cuts its slices to this length, so that the compiler can omit bounds checks.
     fn fit(self, length: usize) -> Self;
 
     fn keep(&mut self, simd: S, at: usize, new: Seen<S>);
 }
 
-/// One over the depth of what is seen in several cells, and how warm it seems.
+/// Inverse depth and excess temperature in several cells.
 type Seen<S> = (<S as Simd>::f64s, <S as Simd>::f64s);
 
-/// What is there before a patch is drawn: one over the depths, 0 where nothing is, and the excess over ambient, °C.
+/// The cells before a patch is drawn: inverse depths (0 for nothing) and excesses over ambient, °C.
 pub(super) struct Existing<'a, S: Simd> {
     depth: &'a [S::f64s],
     pub(super) excess: &'a [S::f64s],
@@ -55,7 +55,7 @@ impl<'a, S: Simd> Existing<'a, S> {
     }
 }
 
-/// Two rows of pixels that a row of cells changes: their sums by column, and the row's weight in each.
+/// Two pixel rows that a row of cells changes: their sums by column, and the row's weight in each.
 pub(super) struct Sums<'a, S: Simd> {
     pub(super) rows: [&'a mut [S::f64s]; 2],
     pub(super) weights: [f64; 2],
@@ -80,28 +80,28 @@ impl<S: Simd> Sums<'_, S> {
     }
 }
 
-/// By how much a patch before nothing changes each cell, in degrees.
+/// Each cell's change by a patch with nothing behind it, in degrees.
 pub(super) struct OverNothing<'a, S: Simd> {
     pub(super) sums: Sums<'a, S>,
 }
 
-/// By how much a patch that is nearer than all that is there changes each cell, in degrees.
+/// Each cell's change by a patch nearer than everything there, in degrees.
 pub(super) struct InFront<'a, S: Simd> {
     pub(super) sums: Sums<'a, S>,
     pub(super) excess: &'a [S::f64s],
 }
 
-/// By how much the patch changes each cell, in degrees or by what it counts.
+/// Each cell's change by a patch tested for depth, in degrees or counts.
 pub(super) struct DepthTested<'a, S: Simd> {
     pub(super) sums: Sums<'a, S>,
     pub(super) existing: Existing<'a, S>,
     pub(super) counts: Option<f64>,
 }
 
-/// What cells count before a patch is drawn and after, and what the patch does.
+/// Cell counts before and after a patch is drawn, and the patch's own count.
 type Counts<'a, S> = (&'a [<S as Simd>::f64s], &'a mut [<S as Simd>::f64s], f64);
 
-/// What is seen after the patch was drawn.
+/// The cells after a patch is drawn.
 pub(super) struct Overwrite<'a, S: Simd> {
     pub(super) existing: Existing<'a, S>,
     pub(super) depth: &'a mut [S::f64s],
@@ -190,7 +190,7 @@ impl<S: Simd> Outcome<S> for Overwrite<'_, S> {
     }
 }
 
-// No closures in here: the compiler would keep them out of the code for the processor's own vectors.
+// No closures in here: the compiler would not build them for the processor's own vectors.
 impl<S: Simd, O: Outcome<S>> WithShade<S> for SpanShader<'_, S, O> {
     #[inline(always)]
     fn with(self, simd: S, shade: impl Shade) {
@@ -209,7 +209,7 @@ impl<S: Simd, O: Outcome<S>> WithShade<S> for SpanShader<'_, S, O> {
     }
 }
 
-/// Where a surface hides another; of two at one depth the warmer is seen, whatever their order.
+/// Where a surface hides another; at the same depth the warmer is seen, in either order.
 #[inline(always)]
 fn wins<S: Simd>(simd: S, new: Seen<S>, old: Seen<S>) -> S::m64s {
     let margin = simd.mul_f64s(old.0, simd.splat_f64s(SAME_DEPTH));
@@ -258,7 +258,7 @@ impl CellRow<'_> {
 }
 
 impl CellRow<'_> {
-    /// Whether a patch hides all that is not nearer than this one over a depth, in these columns.
+    /// Whether a patch hides everything up to the inverse depth `nearest` in these columns.
     #[inline(always)]
     pub(super) fn is_before(
         &self,
@@ -267,7 +267,7 @@ impl CellRow<'_> {
         nearest: f64,
     ) -> bool {
         let (start, by_slope) = shaded.patch.inverse_depth(self.view.slope_up(self.row));
-        // Along a row, one over the depth rises or falls all the way. Twice the margin is more than its rounding.
+        // Along a row the inverse depth is monotonic. Twice the margin exceeds its rounding.
         let (left, _) = self.view.slopes_left(columns.clone());
         let least = nearest + 2.0 * SAME_DEPTH * nearest;
         let is_nearer = |slope: f64| start + by_slope * slope > least;
@@ -275,7 +275,7 @@ impl CellRow<'_> {
     }
 }
 
-/// What stands beyond so many values, in copies of a fixed length, which are the fastest.
+/// The values beyond `count`, as a copy of fixed length, which is fastest.
 #[inline(always)]
 pub(super) fn tail(values: &[f64], count: usize) -> [f64; LANES_MAX] {
     let mut beyond = [0.0; LANES_MAX];
@@ -288,14 +288,14 @@ pub(super) fn put_back(values: &mut [f64], count: usize, beyond: &[f64; LANES_MA
     values[count..count + LANES_MAX].copy_from_slice(beyond);
 }
 
-/// Where several patches of one row are drawn before one another.
+/// Buffers for drawing overlapping patches of one row.
 #[derive(Debug)]
 pub(super) struct RowBuffers {
-    /// What is seen, and what it counts.
+    /// The visible depth and excess, and the counts.
     pub(super) depth: Vec<f64>,
     pub(super) excess: Vec<f64>,
     pub(super) counts: Vec<f64>,
-    /// The same where a span has just been drawn: a second place, because scattered writes are many times slower.
+    /// The same for the span just drawn, kept apart because scattered writes are many times slower.
     pub(super) new_depth: Vec<f64>,
     pub(super) new_excess: Vec<f64>,
     pub(super) new_counts: Vec<f64>,

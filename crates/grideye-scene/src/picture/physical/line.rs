@@ -1,30 +1,30 @@
-//! What is seen along one level line of the picture: which face from where to where.
+//! The visible faces along one horizontal line of the image.
 
 use crate::picture::projection::SeenFace;
 use glam::DVec3;
 
 #[derive(Debug, Clone)]
 pub(super) struct Face {
-    /// The rays that meet it are those whose products with all of these are not below zero.
+    /// A ray meets the face if its products with all of these are not negative.
     sides: Vec<DVec3>,
-    /// Its product with a ray `(1, left, up)` is one over the depth at which the ray meets the face's plane.
+    /// Its product with a ray `(1, left, up)` is the inverse depth where the ray meets the face's plane.
     inverse_depth: DVec3,
     pub(super) up: (f64, f64),
     pub(super) excess: f64,
     pub(super) owner: u32,
 }
 
-/// One over the depth of what surrounds the sensor: a picometer.
+/// The inverse depth of a body around the sensor: that of a picometer.
 const AT_NO_DISTANCE: DVec3 = DVec3::new(1e12, 0.0, 0.0);
 
-/// Surfaces whose depths along a ray differ by less than this part are at one depth.
+/// Surfaces along a ray with a smaller relative difference of depth are at the same depth.
 const SAME_DEPTH: f64 = 1e-11;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Span {
     pub(super) from: f64,
     pub(super) to: f64,
-    /// One over the depth at no slope to the left, and what each unit of slope adds.
+    /// The inverse depth at zero slope to the left, and its change per unit of slope.
     inverse_depth: (f64, f64),
     pub(super) excess: f64,
     pub(super) owner: u32,
@@ -47,7 +47,7 @@ impl Face {
         }
     }
 
-    /// A body that the sensor is in or touches, but for the rays that leave the faces it touches.
+    /// A body that contains or touches the sensor, without rays that leave through a touched face.
     pub(super) fn all_around(touching: &[DVec3], excess: f64, owner: u32) -> Self {
         Self {
             sides: touching.iter().map(|outward| -*outward).collect(),
@@ -58,7 +58,7 @@ impl Face {
         }
     }
 
-    /// Where it crosses the line of rays with this slope upwards, within so far to the left and the right.
+    /// Where the face crosses the line of rays with this upward slope, up to `left_max` to either side.
     pub(super) fn span(&self, up: f64, left_max: f64) -> Option<Span> {
         let (mut from, mut to) = (-left_max, left_max);
         for side in &self.sides {
@@ -84,7 +84,7 @@ impl Face {
     }
 }
 
-/// From where to where corners reach, as slopes upwards; without end if some are not before the sensor.
+/// The vertical extent of corners as slopes; infinite if one is not in front of the sensor.
 fn reach(corners: &[DVec3]) -> (f64, f64) {
     let mut up = (f64::INFINITY, f64::NEG_INFINITY);
     for corner in corners {
@@ -106,7 +106,7 @@ impl Span {
         Self { from, to, ..*self }
     }
 
-    /// By how much it is before another at a slope: above 0 if it is, 0 at one depth.
+    /// How far in front of another span it is at a slope: positive if in front, 0 at the same depth.
     fn before(&self, other: &Self, left: f64) -> f64 {
         let (here, there) = (self.inverse_depth_at(left), other.inverse_depth_at(left));
         let ahead = here - there;
@@ -137,7 +137,7 @@ impl Line {
         self.spans.clear();
     }
 
-    /// Puts a span before what it hides and behind what hides it.
+    /// Inserts a span in front of what it hides and behind what hides it.
     pub(super) fn insert(&mut self, new: Span, scratch: &mut Vec<Span>) {
         let start = self.spans.partition_point(|old| old.to <= new.from);
         let over = self.spans[start..].partition_point(|old| old.from < new.to);
@@ -166,7 +166,7 @@ fn push(spans: &mut Vec<Span>, span: Span) {
     }
 }
 
-/// Of two spans, the nearer one where both are; of two at one depth the one that shines more.
+/// The nearer of two spans where both exist; at the same depth the one with more radiance.
 fn nearer(spans: &mut Vec<Span>, old: &Span, new: &Span, (from, to): (f64, f64)) {
     let (at_from, at_to) = (new.before(old, from), new.before(old, to));
     let wins = |ahead: f64| ahead > 0.0;
@@ -189,10 +189,10 @@ fn nearer(spans: &mut Vec<Span>, old: &Span, new: &Span, (from, to): (f64, f64))
     }
 }
 
-/// A step of a value along a line: at which slope to the left it rises by how much.
+/// A step of a value along a line: the slope to the left, and the rise there.
 pub(super) type Step = (f64, f64);
 
-/// Where, and by how much, the value of one line less that of another changes.
+/// Where, and by how much, the difference of two lines' values changes.
 pub(super) fn steps(
     spans: &[Span],
     value: impl Fn(&Span) -> f64,
@@ -229,7 +229,7 @@ fn stretch(span: Option<&Span>, at: f64, value: impl Fn(&Span) -> f64) -> (f64, 
     }
 }
 
-/// Slopes upwards at which the picture is cut, so that edges flatter than `height` and wider than `width` are exact.
+/// Upward slopes at which to cut the image, so that edges flatter than `height` and wider than `width` are exact.
 pub(super) fn levels(faces: &[SeenFace], (height, width): (f64, f64), levels: &mut Vec<f64>) {
     if faces.len() > ROUND_FACES_MIN {
         let reaches = faces.iter().map(|face| reach(&face.corners));
@@ -253,5 +253,5 @@ pub(super) fn levels(faces: &[SeenFace], (height, width): (f64, f64), levels: &m
     }
 }
 
-/// A body that shows more faces than this is cut at its ends alone, as a round one.
+/// A body that shows more faces is round, and is cut only at its ends.
 const ROUND_FACES_MIN: usize = 24;

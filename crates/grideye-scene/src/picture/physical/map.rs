@@ -1,9 +1,9 @@
 //! Directions and widths of the AMG88's 64 pixels with the 60° lens, digitized from Panasonic's specification.
 //!
-//! Its drawing does not say how an angle off both axes is meant. Here each is taken in its own plane, as a turntable
-//! with two axes would: `x` to the right and `y` up is `(1, -tan x, tan y)` in the sensor's axes.
+//! The drawing does not define angles off both axes. Here each is measured in its own plane, as on a turntable with two
+//! axes: `x` to the right and `y` up is `(1, -tan x, tan y)` in the sensor's axes.
 
-/// Of each pixel, row by row from the top left, degrees: right, up, full widths at half response across and down.
+/// Per pixel, row by row from the top left, degrees: right, up, full widths at half response across and down.
 pub(super) const AMG88: [[f64; 4]; 64] = [
     [-32.44, 32.29, 9.98, 11.44],
     [-22.95, 30.44, 7.74, 9.27],

@@ -1,16 +1,16 @@
-//! The normal distribution's integral from a table: it is asked for some thousand times a frame.
+//! A table of the normal distribution's integral, because a frame needs some thousand values.
 
 use crate::geometry::count;
 
-/// Beyond so many standard deviations a response is nothing: 3 in 10 million of it lie outside.
+/// The response counts as zero beyond this many standard deviations: 3 in 10 million of it lie outside.
 pub(super) const REACH: f64 = 5.0;
 
-/// Where the table ends, standard deviations; what lies outside is a thousandth of a millionth.
+/// End of the table in standard deviations; 1e-9 lies outside.
 const END: f64 = 6.0;
 const STEPS_PER_UNIT: f64 = 32.0;
 const STEPS: usize = 384;
 
-/// Cubic pieces that meet the integral and its slope at their ends: nowhere off by more than 4e-9.
+/// Cubic pieces that match the integral and its slope at their ends: the error stays below 4e-9.
 #[derive(Debug, Clone)]
 pub(super) struct Normal {
     pieces: Vec<[f64; 4]>,
@@ -42,7 +42,7 @@ impl Normal {
         }
     }
 
-    /// The share of the distribution below so many standard deviations.
+    /// The share of the distribution below this many standard deviations.
     #[inline]
     pub(super) fn below(&self, deviations: f64) -> f64 {
         let at = (deviations + END) * STEPS_PER_UNIT;

@@ -1,4 +1,4 @@
-//! Which way each pixel looks and how wide: its response is a bell over the two angles from the optical axis.
+//! The direction and width of each pixel: its response is a Gaussian over the two angles from the optical axis.
 
 use super::map::AMG88;
 use super::normal::{Normal, REACH};
@@ -6,10 +6,10 @@ use crate::geometry::count;
 use crate::model::{Optics, Sensor};
 use glam::DVec2;
 
-/// Of a bell, the full width at half its height over the standard deviation: `2 √(2 ln 2)`.
+/// A Gaussian's full width at half height over its standard deviation: `2 √(2 ln 2)`.
 const WIDTH_PER_SIGMA: f64 = 2.354_820_045_030_949_4;
 
-/// The widest that is looked at, radians from the axis.
+/// The widest visible angle from the axis, radians.
 const ANGLE_MAX_RAD: f64 = 1.483_529_864_195_180_2; // 85°
 
 /// The response of one pixel: `exp(-½ ((left - at)² / σ² + (up - at)² / σ²))`, both angles in their own planes.
@@ -26,11 +26,11 @@ pub(super) struct Eye {
     pub(super) columns: usize,
     pub(super) responses: Vec<Response>,
     pub(super) normal: Normal,
-    /// One over the part of each response that lies in the field.
+    /// The inverse of the share of each response within the field.
     pub(super) scales: Vec<f64>,
-    /// How far left and up anything is seen, radians from the axis; as far to the right and down.
+    /// The field of view to the left and up, radians from the axis; the same to the right and down.
     pub(super) field: DVec2,
-    /// From where to where the pixels of each column see anything to the left, and those of each row upwards.
+    /// The angles to the left that each column's pixels see, and the angles upwards for each row.
     pub(super) columns_see: Vec<(f64, f64)>,
     pub(super) rows_see: Vec<(f64, f64)>,
 }
@@ -73,7 +73,6 @@ impl Eye {
         }
     }
 
-    /// The least width of a response upwards, radians.
     pub(super) fn narrowest_up_rad(&self) -> f64 {
         let widths = self.responses.iter().map(|response| response.sigma.y);
         widths.fold(f64::INFINITY, f64::min) * WIDTH_PER_SIGMA
@@ -109,7 +108,7 @@ impl Eye {
     }
 }
 
-/// The weight of a band for the pixels of one row, which often is the same for neighbors.
+/// The weight of a band for one row's pixels, cached because neighbors often share it.
 #[derive(Default)]
 struct Band {
     of: (f64, f64),
@@ -131,7 +130,7 @@ fn responses(sensor: &Sensor) -> Vec<Response> {
     let given = sensor.pixel_width_rad;
     let response = |at: DVec2, width: DVec2| {
         let width = given.unwrap_or(width);
-        // The point spread of a blur and the response of a pixel are both bells, whose widths add in squares.
+        // The blur's point spread and the pixel's response are both Gaussians, so their squared widths add.
         let width = (width * width + sensor.blur_rad * sensor.blur_rad).map(f64::sqrt);
         Response {
             at,
@@ -159,7 +158,7 @@ fn responses(sensor: &Sensor) -> Vec<Response> {
     }
 }
 
-/// The angles of the pixels on one axis of a pinhole, falling, and the angle from border to border of each.
+/// The angles of a pinhole's pixels on one axis, decreasing, and the angle each spans from border to border.
 fn steps(pixels: usize, field_of_view_rad: f64) -> Vec<(f64, f64)> {
     let half = 0.5 * count::float(pixels);
     let slope = libm::tan(0.5 * field_of_view_rad) / half;
@@ -178,7 +177,7 @@ mod tests {
 
     #[test]
     fn the_map_is_that_of_the_specification() {
-        // Sums of the four columns, and of all squares, taken from the digitized file by another program.
+        // Sums of the four columns and of all squares, computed from the digitized file by another program.
         let sums = AMG88.iter().fold([0.0; 4], |sums, of_pixel| {
             [0, 1, 2, 3].map(|index| sums[index] + of_pixel[index])
         });

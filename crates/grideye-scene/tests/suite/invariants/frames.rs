@@ -1,4 +1,4 @@
-//! Frames in time: who walks, the truth, the noise, and the bits of one frame.
+//! Frames over time: walkers, truth, noise, and the bits of one frame.
 
 use super::*;
 
@@ -48,7 +48,7 @@ fn the_agent_is_where_its_speed_has_brought_it() {
 }
 
 #[test]
-fn a_scene_without_a_way_is_static() {
+fn a_scene_without_a_trajectory_is_static() {
     let standing = object(
         "person",
         [2000.0, 3000.0, 0.0],
@@ -95,7 +95,7 @@ fn an_agent_and_an_object_of_the_same_shape_look_the_same() {
 }
 
 #[test]
-fn truth_is_where_the_agent_changes_the_picture() {
+fn truth_is_where_the_agent_changes_the_image() {
     let walking = walking();
     let with = Simulator::new(&walking, "ceiling").unwrap();
     for frame in 0..38 {
@@ -156,7 +156,7 @@ fn same_bytes_from_any_thread_in_any_order() {
 }
 
 #[test]
-fn noise_has_the_mean_and_the_spread_it_should() {
+fn noise_has_the_right_mean_and_spread() {
     let simulator = simulator(&format!("{ROOM}{CEILING}"));
     let draws: Vec<f64> = (0..2000)
         .flat_map(|frame| {
@@ -185,7 +185,7 @@ fn noise_has_the_mean_and_the_spread_it_should() {
         "{}",
         moment(4)
     );
-    // Neighbors in a frame, and a pixel in successive frames, know nothing of each other.
+    // Neighbors in a frame, and a pixel in successive frames, are independent.
     let lagged = |lag: usize| {
         draws
             .iter()
@@ -198,7 +198,7 @@ fn noise_has_the_mean_and_the_spread_it_should() {
 }
 
 #[test]
-fn noise_follows_seed_time_and_sensor_alone() {
+fn noise_depends_only_on_seed_time_and_sensor() {
     let two = format!(
         "{ROOM}{CEILING}{}",
         CEILING.replace("\"ceiling\"", "\"other\"")
@@ -228,7 +228,7 @@ fn noise_follows_seed_time_and_sensor_alone() {
 }
 
 #[test]
-fn a_frame_keeps_the_pictures_order() {
+fn a_frame_keeps_the_images_order() {
     let image = Image {
         columns: 8,
         rows: 8,
@@ -329,8 +329,8 @@ fn a_sensor_inside_a_body_sees_nothing_else() {
 }
 
 #[test]
-fn a_sensor_a_hair_below_a_face_is_inside_all_the_same() {
-    // Half a micrometer of the body is before the sensor: nothing of it can be projected.
+fn a_sensor_barely_below_a_face_is_inside() {
+    // Half a micrometer of the body is in front of the sensor: none of it can be projected.
     let level = CEILING
         .replace("elevation_deg = 90", "elevation_deg = 0")
         .replace("3000, 2700]", "2000.0005, 1350]");
@@ -350,7 +350,7 @@ fn a_sensor_a_hair_below_a_face_is_inside_all_the_same() {
     );
 }
 
-/// The bits of one noisy frame: if they change, every recording that was simulated before changes.
+/// Pins the bits of one noisy frame: if they change, so does every recording simulated before.
 #[test]
 fn the_bits_of_one_frame_are_pinned() {
     let scene = walking();

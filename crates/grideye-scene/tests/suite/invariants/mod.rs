@@ -1,4 +1,4 @@
-//! What holds of every scene, however it is turned, mirrored, moved and hidden.
+//! Invariants of every scene, however it is turned, mirrored, moved or hidden.
 
 mod frames;
 mod picture;
@@ -12,8 +12,8 @@ use std::time::Duration;
 
 const AMBIENT_C: f64 = 20.1;
 
-/// By how much two frames may differ that would be equal without rounding, °C: the law's fourth root is taken by power
-/// series, each within 1e-11 of it, and two pictures of one surface may have two of them.
+/// Largest difference, °C, of two frames equal except for rounding: power series take the law's fourth root, each
+/// within 1e-11, and two images of one surface may use two of them.
 const TWO_SERIES_C: f64 = 3e-11;
 
 fn assert_close(found: &[f64], expected: &[f64]) {
@@ -21,12 +21,12 @@ fn assert_close(found: &[f64], expected: &[f64]) {
     for (pixel, (found, expected)) in found.iter().zip(expected).enumerate() {
         assert!(
             (found - expected).abs() < TWO_SERIES_C,
-            "pixel {pixel}: {found} instead of {expected}"
+            "pixel {pixel}: {found}, expected {expected}"
         );
     }
 }
 
-/// Rows of an 8 x 8 picture with their columns in reverse.
+/// Rows of an 8 x 8 image with their columns reversed.
 fn left_right(picture: &[f64]) -> Vec<f64> {
     picture
         .chunks_exact(8)

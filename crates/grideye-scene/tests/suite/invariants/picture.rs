@@ -1,4 +1,4 @@
-//! What a picture shows of what stands.
+//! What an image shows of still objects.
 
 use super::*;
 
@@ -63,7 +63,7 @@ fn a_level_sensor_sees_the_floor_below_and_its_left_at_the_left() {
 }
 
 #[test]
-fn a_mirrored_room_gives_a_mirrored_picture() {
+fn a_mirrored_room_gives_a_mirrored_image() {
     let room = |side: f64| {
         let x = |offset_mm: f64| 2000.0 + side * offset_mm;
         [
@@ -112,7 +112,7 @@ fn turning_room_and_sensor_together_changes_nothing() {
         &picture(&format!("{ROOM}{CEILING}{one}")),
         &picture(&format!("{ROOM}{turned}{other}")),
     );
-    // A roll of a half turn reverses the picture.
+    // A roll of a half turn reverses the image.
     let rolled = format!("{CEILING}roll_deg = 180\n");
     let reversed: Vec<f64> = picture(&format!("{ROOM}{rolled}{one}"))
         .into_iter()
@@ -122,7 +122,7 @@ fn turning_room_and_sensor_together_changes_nothing() {
 }
 
 #[test]
-fn a_roll_turns_the_camera_clockwise_and_so_the_picture_the_other_way() {
+fn a_roll_turns_the_camera_clockwise_and_the_image_the_other_way() {
     let lamp = object("lamp", [2000.0, 2000.0, 0.0], [200.0; 3], 0.0, 90.0);
     let rolled = picture(&format!("{ROOM}{CEILING}roll_deg = 90\n{lamp}"));
     assert!(warmest(&rolled).1 < 2, "what was at the top is at the left");
@@ -151,7 +151,7 @@ fn the_order_of_objects_is_irrelevant_even_where_faces_coincide() {
 }
 
 #[test]
-fn what_stands_in_front_hides_what_is_behind() {
+fn near_objects_hide_far_ones() {
     let hot = object("hot", [2000.0, 3000.0, 0.0], [300.0; 3], 0.0, 80.0);
     let board = object(
         "board",
@@ -196,7 +196,7 @@ fn what_stands_in_front_hides_what_is_behind() {
 }
 
 #[test]
-fn an_agent_is_hidden_and_hides_too() {
+fn agents_hide_things_and_are_hidden() {
     let agent = object(
         "person",
         [2000.0, 3000.0, 0.0],
@@ -228,7 +228,7 @@ fn an_agent_is_hidden_and_hides_too() {
 }
 
 #[test]
-fn what_is_behind_the_sensor_is_not_seen() {
+fn objects_behind_the_sensor_are_not_seen() {
     let level = CEILING
         .replace("elevation_deg = 90", "elevation_deg = 0")
         .replace("2700]", "1350]");
@@ -240,7 +240,7 @@ fn what_is_behind_the_sensor_is_not_seen() {
         80.0,
     );
     assert_eq!(picture(&format!("{ROOM}{level}{behind}")), [AMBIENT_C; 64]);
-    // A wall that begins behind the sensor and ends in front of it, at its left, shows at the left only.
+    // A wall that starts behind the sensor and ends in front of it, at its left, shows only at the left.
     let beside = object(
         "hot",
         [2600.0, 2500.0, 0.0],
@@ -256,7 +256,7 @@ fn what_is_behind_the_sensor_is_not_seen() {
 }
 
 #[test]
-fn the_view_covers_what_the_paper_says() {
+fn the_view_covers_as_much_as_in_the_paper() {
     // At 2.7 m, 60° cover 3.118 m: half of that is 1.559 m.
     let flat = |x| object("plate", [x, 3000.0, 0.0], [20.0, 20.0, 0.001], 0.0, 4000.0);
     let inside = picture(&format!("{ROOM}{CEILING}{}", flat(2000.0 + 1559.0 - 15.0)));
@@ -266,8 +266,8 @@ fn the_view_covers_what_the_paper_says() {
 }
 
 #[test]
-fn a_wide_plate_seems_to_have_what_the_law_gives_at_its_distance() {
-    // 1 m below the sensor, in steep narrow view: every point is 1 m away but for a millimeter.
+fn a_wide_plate_has_the_perceived_temperature_of_its_distance() {
+    // 1 m below the sensor, in a steep narrow view: every point is 1 m away to within a millimeter.
     let narrow = format!("{CEILING}fov_deg = 2\npixels_per_degree = 50\n");
     let plate = object(
         "plate",

@@ -1,4 +1,4 @@
-//! Every bound is reached; shapes are what can be built.
+//! Tests that reach every bound, and the possible shapes.
 
 use super::*;
 
@@ -151,7 +151,7 @@ const SHAPES: &[(&str, &str)] = &[
     ),
     (
         "shape = \"polyhedron\"\nvertices_mm = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]\nfaces = [[0, 1, 3]]",
-        "room.toml:9:9: `thing` is no solid: face 0 names vertex 3, expected 0 to 2\n\
+        "room.toml:9:9: `thing` is not a solid: face 0 names vertex 3, expected 0 to 2\n\
          hint: faces are lists of vertices, counted from 0, in the order of the outline",
     ),
     (
@@ -162,7 +162,7 @@ const SHAPES: &[(&str, &str)] = &[
     (
         "shape = \"obj\"\nfile = \"chair.obj\"",
         "room.toml:8:8: cannot read the OBJ file `chair.obj`: entity not found\n\
-         hint: the path is taken from the scene file's folder",
+         hint: the path is relative to the scene file's folder",
     ),
     (
         "size_mm = [1, 1, 1]\ncolor = \"red\"",
@@ -172,12 +172,12 @@ const SHAPES: &[(&str, &str)] = &[
     (
         "size_mm = [1, 1, 1]\npitch_deg = 361",
         "room.toml:8:13: `pitch_deg` is 361, expected -360 to 360\n\
-         hint: angles are degrees; a thing is rolled about x, pitched about y, then turned about the vertical",
+         hint: angles are degrees; an object is rolled about x, pitched about y, then turned about the vertical",
     ),
 ];
 
 #[test]
-fn shapes_are_what_can_be_built() {
+fn impossible_shapes_are_refused() {
     for (keys, expected) in SHAPES {
         let text =
             format!("{ROOM}[[object]]\nname = \"thing\"\nposition_mm = [99, 99, 0]\n{keys}\n");

@@ -1,4 +1,4 @@
-//! Rows of trajectories, and what a whole file gets wrong.
+//! Mistakes in rows of trajectories and in whole files.
 
 use super::*;
 
@@ -6,68 +6,68 @@ use super::*;
 const ROWS: &[(&str, &str)] = &[
     (
         "",
-        "walks/walk.csv:1:1: found an empty file, expected the header `x_mm,y_mm,z_mm` and at least one way-point\n\
-         hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
+        "walks/walk.csv:1:1: found an empty file, expected the header `x_mm,y_mm,z_mm` and at least one waypoint\n\
+         hint: a trajectory has the columns x_mm,y_mm,z_mm and one waypoint per row",
     ),
     (
         "x_mm,y_mm,z_mm\n",
-        "walks/walk.csv:1:1: found a header and no row, expected the header `x_mm,y_mm,z_mm` and at least one way-point\n\
-         hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
+        "walks/walk.csv:1:1: found a header and no row, expected the header `x_mm,y_mm,z_mm` and at least one waypoint\n\
+         hint: a trajectory has the columns x_mm,y_mm,z_mm and one waypoint per row",
     ),
     (
         "1000,1000,0\n2000,1000,0\n",
         "walks/walk.csv:1:1: found the header `1000,1000,0`, expected the header `x_mm,y_mm,z_mm`\n\
-         hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
+         hint: a trajectory has the columns x_mm,y_mm,z_mm and one waypoint per row",
     ),
     (
         "x,y,z\n1,2,3\n",
         "walks/walk.csv:1:1: found the header `x,y,z`, expected the header `x_mm,y_mm,z_mm`\n\
-         hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
+         hint: a trajectory has the columns x_mm,y_mm,z_mm and one waypoint per row",
     ),
     (
         "x_mm,y_mm,z_mm,t_s\n1,2,3,4\n",
         "walks/walk.csv:1:16: found the header `x_mm,y_mm,z_mm,t_s`, expected the header `x_mm,y_mm,z_mm`\n\
-         hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
+         hint: a trajectory has the columns x_mm,y_mm,z_mm and one waypoint per row",
     ),
     (
         "x_mm,y_mm,z_mm\n1000,1000,0\n2000,1000\n",
         "walks/walk.csv:3:1: found 2 fields, expected 3 fields\n\
-         hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
+         hint: a trajectory has the columns x_mm,y_mm,z_mm and one waypoint per row",
     ),
     (
         "x_mm,y_mm,z_mm\n1000,1000,0\n\n# note\n2000,1o00,0\n",
         "walks/walk.csv:5:6: found `1o00` as y_mm, expected a finite number of millimeters\n\
-         hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
+         hint: a trajectory has the columns x_mm,y_mm,z_mm and one waypoint per row",
     ),
     (
         "x_mm,y_mm,z_mm\n1000,nan,0\n",
         "walks/walk.csv:2:6: found `nan` as y_mm, expected a finite number of millimeters\n\
-         hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
+         hint: a trajectory has the columns x_mm,y_mm,z_mm and one waypoint per row",
     ),
     (
         "x_mm,y_mm,z_mm\n1000,1000,inf\n",
         "walks/walk.csv:2:11: found `inf` as z_mm, expected a finite number of millimeters\n\
-         hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
+         hint: a trajectory has the columns x_mm,y_mm,z_mm and one waypoint per row",
     ),
     (
         "x_mm,y_mm,z_mm\n1000,1000,0\n2000,1000,0\n3950,1000,0\n",
         "walks/walk.csv:4:1: agent `person` leaves the room of [4000, 6000, 2700] mm: its body reaches from [3850, 750, 0] to [4050, 1250, 1750] mm there\n\
-         hint: a position is the middle of the underside; move the way-point or shrink the body",
+         hint: a position is the center of the base; move the waypoint or shrink the body",
     ),
     (
         "x_mm,y_mm,z_mm\n1000,1000,950.001\n",
         "walks/walk.csv:2:1: agent `person` leaves the room of [4000, 6000, 2700] mm: its body reaches from [900, 750, 950.001] to [1100, 1250, 2700.001] mm there\n\
-         hint: a position is the middle of the underside; move the way-point or shrink the body",
+         hint: a position is the center of the base; move the waypoint or shrink the body",
     ),
     (
         "x_mm,y_mm,z_mm\n1000,,0\n",
         "walks/walk.csv:2:6: found `` as y_mm, expected a finite number of millimeters\n\
-         hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
+         hint: a trajectory has the columns x_mm,y_mm,z_mm and one waypoint per row",
     ),
     (
         "x_mm,y_mm,z_mm\n1000,\"1000,0\n",
         "walks/walk.csv:2:1: found 2 fields, expected 3 fields\n\
-         hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
+         hint: a trajectory has the columns x_mm,y_mm,z_mm and one waypoint per row",
     ),
 ];
 
@@ -111,7 +111,7 @@ fn columns_count_characters_and_lines_may_end_as_on_windows() {
 }
 
 #[test]
-fn an_object_that_sticks_out_is_removed_and_named() {
+fn an_object_outside_the_room_is_removed_and_named() {
     let high = object(
         "antenna",
         [500.0, 500.0, 2000.0],
@@ -155,16 +155,16 @@ fn an_object_that_sticks_out_is_removed_and_named() {
         [
             "room.toml:11:8: object `antenna` was removed: it reaches from [450, 450, 2000] to [550, 550, 2700.5] mm, \
              beyond the room of [4000, 6000, 2700] mm\n\
-             hint: a position is the middle of the underside; move or shrink the object",
+             hint: a position is the center of the base; move or shrink the object",
             "room.toml:17:8: object `bench` was removed: it reaches from [-100, 2850, 0] to [900, 3150, 400] mm, \
              beyond the room of [4000, 6000, 2700] mm\n\
-             hint: a position is the middle of the underside; move or shrink the object",
+             hint: a position is the center of the base; move or shrink the object",
         ]
     );
 }
 
 #[test]
-fn a_sensor_that_is_not_there_is_answered_with_those_that_are() {
+fn an_unknown_sensor_is_answered_with_the_known_ones() {
     let two = format!("{ROOM}{CEILING}{}", CEILING.replace("ceiling", "door"));
     let scene = Scene::parse(&two, "room.toml", &no_files).unwrap().scene;
     let refused = grideye_scene::Simulator::new(&scene, "cieling").unwrap_err();
@@ -181,7 +181,7 @@ fn a_sensor_that_is_not_there_is_answered_with_those_that_are() {
 }
 
 #[test]
-fn an_empty_file_is_told_what_a_scene_needs() {
+fn an_empty_file_names_a_missing_key() {
     let refused = Scene::parse("", "room.toml", &no_files)
         .unwrap_err()
         .to_string();

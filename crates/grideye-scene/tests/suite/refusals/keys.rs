@@ -25,7 +25,7 @@ const SPELLING_AND_TYPES: &[Case] = &[
         "[room]",
         "paper_experiment = 5\n[room]",
         "room.toml:1:20: `paper_experiment` is 5, expected 1, 2, 3 or 4\n\
-         hint: the experiment of the paper that this scene stands for; leave it out for a scene of your own",
+         hint: the paper's experiment that this scene reproduces; omit it in your own scenes",
     ),
     (
         "ambient_c = 20\n",
@@ -102,7 +102,7 @@ const SPELLING_AND_TYPES: &[Case] = &[
 ];
 
 #[test]
-fn keys_are_spelt_and_typed_as_the_format_says() {
+fn misspelled_and_mistyped_keys_are_refused() {
     assert_refused(SPELLING_AND_TYPES);
 }
 
@@ -147,31 +147,31 @@ const VALUES: &[Case] = &[
         "temperature_c = 28",
         "temperature_c = 28\nemissivity = 0",
         "room.toml:15:14: `emissivity` is 0, expected a number above 0 and up to 1\n\
-         hint: skin has 0.98, cloth 0.9 to 0.95, the paper takes 0.8",
+         hint: skin has 0.98, cloth 0.9 to 0.95, the paper uses 0.8",
     ),
     (
         "temperature_c = 28",
         "temperature_c = 28\nemissivity = 1.01",
         "room.toml:15:14: `emissivity` is 1.01, expected a number above 0 and up to 1\n\
-         hint: skin has 0.98, cloth 0.9 to 0.95, the paper takes 0.8",
+         hint: skin has 0.98, cloth 0.9 to 0.95, the paper uses 0.8",
     ),
     (
         "[1600, 1600, 750]",
         "[1600, -1600, 750]",
         "room.toml:8:11: `size_mm` is [1600, -1600, 750], expected three lengths above 0 and up to 1000000 mm\n\
-         hint: sizes are [x, y, z] in millimeters before turning",
+         hint: sizes are [x, y, z] in millimeters before rotation",
     ),
     (
         "[1600, 1600, 750]",
         "[1600, 0, 750]",
         "room.toml:8:11: `size_mm` is [1600, 0, 750], expected three lengths above 0 and up to 1000000 mm\n\
-         hint: sizes are [x, y, z] in millimeters before turning",
+         hint: sizes are [x, y, z] in millimeters before rotation",
     ),
     (
         "[1600, 1600, 750]",
         "[1600, nan, 750]",
         "room.toml:8:11: `size_mm` is [1600, nan, 750], expected three lengths above 0 and up to 1000000 mm\n\
-         hint: sizes are [x, y, z] in millimeters before turning",
+         hint: sizes are [x, y, z] in millimeters before rotation",
     ),
     (
         "[2000, 3000, 0]",
@@ -182,7 +182,7 @@ const VALUES: &[Case] = &[
 ];
 
 #[test]
-fn values_are_what_a_room_can_have() {
+fn values_outside_their_range_are_refused() {
     assert_refused(VALUES);
 }
 
@@ -191,7 +191,7 @@ const NAMES_AND_COUNTS: &[Case] = &[
         "name = \"person\"",
         "name = \"table\"",
         "room.toml:12:8: the name `table` is taken by line 6\n\
-         hint: give each object and agent a name of its own",
+         hint: give each object and agent its own name",
     ),
     (
         "name = \"person\"",
@@ -209,25 +209,25 @@ const NAMES_AND_COUNTS: &[Case] = &[
         "name = \"ceiling\"",
         "name = \"right arm\"",
         "room.toml:19:8: `name` is \"right arm\", expected a name of 1 to 64 characters A-Z a-z 0-9 . _ : - that begins with a letter or a digit\n\
-         hint: a sensor's name goes into its recordings; write `-` for a blank, as in right-arm",
+         hint: a sensor's name goes into its recordings; write `-` instead of a space, as in right-arm",
     ),
     (
         "[[sensor]]\nname = \"ceiling\"\n",
         "[[sensor]]\nname = \"ceiling\"\npreset=\"grid-eye\"\nposition_mm=[1,1,1]\nelevation_deg=0\nazimuth_deg=0\n[[sensor]]\nname = \"ceiling\"\n",
         "room.toml:25:8: the name `ceiling` is taken by line 19\n\
-         hint: give each sensor a name of its own",
+         hint: give each sensor its own name",
     ),
     (
         "[[agent]]\n",
         "[[agent]]\nname = \"second\"\ntemperature_c = 1\nposition_mm = [9, 9, 0]\n[[agent.part]]\nname = \"head\"\nposition_mm = [0, 0, 0]\nsize_mm = [1, 1, 1]\n[[agent]]\n",
         "room.toml:11:1: agent `second` has both `temperature_c` and `part`\n\
-         hint: an agent of parts has name, parts and a place or a way; the rest belongs to each part",
+         hint: an agent with parts has a name, parts and a position or a trajectory; all other keys go into its parts",
     ),
     (
         "[[agent]]\n",
         "[[agent]]\nname = \"second\"\nposition_mm = [9, 9, 0]\n[[agent.part]]\nname = \"head\"\nposition_mm = [0, 0, 0]\nsize_mm = [1, 1, 1]\n[[agent.part]]\nname = \"head\"\nposition_mm = [0, 0, 0]\nsize_mm = [1, 1, 1]\n[[agent]]\n",
         "room.toml:19:8: the name `head` is taken by line 15\n\
-         hint: give each part of an agent a name of its own",
+         hint: give each part of an agent its own name",
     ),
 ];
 
@@ -253,7 +253,7 @@ const SENSORS: &[Case] = &[
         "preset = \"grid-eye\"",
         "preset = \"leopard\"",
         "room.toml:20:10: `preset` is \"leopard\", expected \"grid-eye\" or \"grid-eye-wide\" or \"lepton\"\n\
-         hint: or leave it out and give resolution, fov_deg, noise_sigma_c and sampling_hz",
+         hint: or omit it and give resolution, fov_deg, noise_sigma_c and sampling_hz",
     ),
     (
         "preset = \"grid-eye\"\n",
@@ -313,36 +313,36 @@ const SENSORS: &[Case] = &[
         "azimuth_deg = -90",
         "azimuth_deg = -90\npixels_per_degree = 0",
         "room.toml:24:21: `pixels_per_degree` is 0, expected a number above 0 and up to 10000\n\
-         hint: the paper takes 5",
+         hint: the paper uses 5",
     ),
     (
         "azimuth_deg = -90",
         "azimuth_deg = -90\npixels_per_degree = 35",
         "room.toml:24:21: `pixels_per_degree` is 35, expected a grid of at most 2048 x 2048 points, not 2100 x 2100\n\
-         hint: the paper takes 5",
+         hint: the paper uses 5",
     ),
     (
         "azimuth_deg = -90",
         "azimuth_deg = -90\nnoise_sigma_c = -0.1",
         "room.toml:24:17: `noise_sigma_c` is -0.1, expected 0 to 1000 °C\n\
-         hint: the paper takes 0.2 for the Grid-EYE and 1.6 for the Lepton; 0 is no noise",
+         hint: the paper uses 0.2 for the Grid-EYE and 1.6 for the Lepton; 0 for no noise",
     ),
     (
         "azimuth_deg = -90",
         "azimuth_deg = -90\nsampling_hz = 0",
-        "room.toml:24:15: `sampling_hz` is 0, expected 0.001 to 10000 frames a second\n\
+        "room.toml:24:15: `sampling_hz` is 0, expected 0.001 to 10000 frames per second\n\
          hint: the Grid-EYE has 1 or 10",
     ),
     (
         "azimuth_deg = -90",
         "azimuth_deg = -90\noperating_distance_mm = 1",
         "room.toml:24:25: `operating_distance_mm` is 1, expected 10 to 1000000 mm\n\
-         hint: the paper takes 5000",
+         hint: the paper uses 5000",
     ),
 ];
 
 #[test]
-fn sensors_are_what_can_be_built() {
+fn impossible_sensors_are_refused() {
     assert_refused(SENSORS);
 }
 
@@ -357,13 +357,13 @@ const WAYS: &[Case] = &[
         "speed_mm_per_s = 800",
         "speed_mm_per_s = 0",
         "room.toml:16:18: `speed_mm_per_s` is 0, expected a speed above 0 and up to 100000 mm/s\n\
-         hint: a person walks at 500 to 1500 mm/s; leave trajectory and speed out for one who stands still",
+         hint: a person walks at 500 to 1500 mm/s; omit trajectory and speed if the agent stands still",
     ),
     (
         "speed_mm_per_s = 800",
         "speed_mm_per_s = 1e-9",
-        "room.toml:16:18: `speed_mm_per_s` is 1e-9, expected a speed at which the way takes at most 366 days\n\
-         hint: a person walks at 500 to 1500 mm/s; leave trajectory and speed out for one who stands still",
+        "room.toml:16:18: `speed_mm_per_s` is 1e-9, expected a speed at which the path takes at most 366 days\n\
+         hint: a person walks at 500 to 1500 mm/s; omit trajectory and speed if the agent stands still",
     ),
     (
         "trajectory = \"walks/walk.csv\"\n",
@@ -381,7 +381,7 @@ const WAYS: &[Case] = &[
         "trajectory = \"walks/walk.csv\"\nspeed_mm_per_s = 800",
         "position_mm = [100, 200, 0]",
         "room.toml:15:15: agent `person` leaves the room of [4000, 6000, 2700] mm: its body reaches from [0, -50, 0] to [200, 450, 1750] mm there\n\
-         hint: a position is the middle of the underside; move the way-point or shrink the body",
+         hint: a position is the center of the base; move the waypoint or shrink the body",
     ),
     (
         "trajectory = \"walks/walk.csv\"",
@@ -393,7 +393,7 @@ const WAYS: &[Case] = &[
         "\"walks/walk.csv\"",
         "\"walks/other.csv\"",
         "room.toml:15:14: cannot read the trajectory `walks/other.csv`: no such file in the map\n\
-         hint: the path is taken from the scene file's folder",
+         hint: the path is relative to the scene file's folder",
     ),
     (
         "\"walks/walk.csv\"",

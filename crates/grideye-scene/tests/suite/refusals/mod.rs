@@ -1,4 +1,4 @@
-//! Everything that a scene file or a trajectory can get wrong, with the message that a person gets to read.
+//! Every possible mistake in a scene file or a trajectory, with the message that the user reads.
 
 mod bounds;
 mod files;
@@ -43,13 +43,9 @@ fn load(text: &str, walk: &str) -> Result<Loaded, SceneError> {
     )
 }
 
-/// The good scene with one line changed, and what is said of it.
+/// The message after changing one line of the valid scene.
 fn refusal(from: &str, to: &str) -> String {
-    assert_eq!(
-        GOOD.matches(from).count(),
-        1,
-        "`{from}` must name one place"
-    );
+    assert_eq!(GOOD.matches(from).count(), 1, "`{from}` must occur once");
     load(&GOOD.replace(from, to), WALK)
         .map(|_| "accepted".to_owned())
         .unwrap_or_else(|error| error.to_string())
@@ -62,13 +58,13 @@ fn walk_refusal(walk: &str) -> String {
 }
 
 #[test]
-fn the_good_scene_is_accepted() {
+fn the_valid_scene_is_accepted() {
     let loaded = load(GOOD, WALK).unwrap();
     assert_eq!(loaded.warnings, []);
     assert_eq!(loaded.scene.objects().len(), 1);
 }
 
-/// A line of the good scene, what stands there instead, and the message.
+/// A line of the valid scene, its replacement, and the message.
 type Case = (&'static str, &'static str, &'static str);
 
 fn assert_refused(cases: &[Case]) {

@@ -1,4 +1,4 @@
-//! Bodies of several temperatures: faces, gradients, textures.
+//! Bodies with several temperatures: faces, gradients, textures.
 
 use super::*;
 
@@ -6,7 +6,7 @@ use super::*;
 fn each_face_has_its_own_temperature() {
     let place = [2000.0, 3000.0, 0.0];
     let thing = |celsius: f64| object("thing", place, [600.0, 400.0, 900.0], 0.0, celsius);
-    // From straight above nothing but the top is seen.
+    // From straight above only the top is seen.
     let top = with(&format!(
         "{}faces_c = {{ top = 35, left = 90 }}\n",
         thing(22.0)
@@ -15,7 +15,7 @@ fn each_face_has_its_own_temperature() {
     let others = "left = 90, right = 91, front = 92, back = 93, bottom = 94";
     let rest = with(&format!("{}faces_c = {{ {others} }}\n", thing(35.0)));
     assert_same(&rest, 0.0, &with(&thing(35.0)), 1e-9);
-    // From the front nothing but the front is, and so on: the name of a side is where it looks.
+    // From the front only the front is seen, and so on: a side is named by where it faces.
     for (side, position, azimuth) in [
         ("front", "[2000, 500, 450]", 90),
         ("back", "[2000, 5500, 450]", -90),
@@ -44,7 +44,7 @@ fn faces_of_other_shapes_have_numbers() {
     assert_same(&found, 0.0, &with(&plates.concat()), 1e-9);
 }
 
-/// 5 °C a meter on a plate of 2 m is 10 °C; the plate is also built of 400 plates, each with its own temperature.
+/// 5 °C per meter on a plate of 2 m is 10 °C; the plate is also built of 400 plates, each with its own temperature.
 #[test]
 fn a_gradient_is_off_by_no_more_than_half_a_strip() {
     let plate = |yaw_deg: f64| {
@@ -77,7 +77,7 @@ fn a_gradient_is_off_by_no_more_than_half_a_strip() {
         };
         with(&(0..400).map(slice).collect::<String>())
     };
-    // The law weakens what is seen from 2 m away, and a pixel sees many strips: half a strip, 0.05 °C, evens out.
+    // The law weakens the temperature from 2 m away, and a pixel sees many strips: half a strip, 0.05 °C, averages out.
     assert_same(&gradient("[5, 0, 0]", 0.0), 0.0, &slices(true, 1.0), 0.004);
     assert_same(
         &gradient("[-5, 0, 0]", 0.0),
@@ -85,7 +85,7 @@ fn a_gradient_is_off_by_no_more_than_half_a_strip() {
         &slices(true, -1.0),
         0.004,
     );
-    // The gradient turns with the body.
+    // The gradient rotates with the body.
     assert_same(&gradient("[5, 0, 0]", 90.0), 0.0, &slices(false, 1.0), 0.02);
 }
 
@@ -100,7 +100,7 @@ pub(super) fn texture(keys: &str) -> String {
     format!("{plate}{keys}")
 }
 
-/// The same cells as plates of their own: 3 across, 2 down, the first row at the back.
+/// The same cells as separate plates: 3 across, 2 down, the first row at the back.
 fn cells(celsius: [[f64; 3]; 2]) -> String {
     let mut plates = String::new();
     for (row, line) in celsius.iter().enumerate() {
@@ -131,14 +131,14 @@ fn a_texture_is_its_cells() {
         "{keys}texture_on = \"top\"\ntexture_filter = \"nearest\"\n"
     )));
     assert_same(&on_top, 0.0, &with(&cells(grid)), 0.01);
-    // Turned by half a turn, the first row is at the front and the first column at the right.
+    // Rotated by half a turn, the first row is at the front and the first column at the right.
     let turned = texture(keys).replace("yaw_deg = 0.0", "yaw_deg = 180");
     let grid = [[22.0, 25.0, 30.0], [28.0, 26.0, 24.0]];
     assert_same(&with(&turned), 0.0, &with(&cells(grid)), 1e-9);
 }
 
 #[test]
-fn a_texture_on_a_side_is_seen_as_one_stands_before_it() {
+fn a_texture_on_a_side_looks_right_from_in_front_of_it() {
     for (side, place, azimuth_deg, size_mm) in [
         ("front", "2000, 1000", 90, [1600.0, 400.0, 1600.0]),
         ("back", "2000, 5000", -90, [1600.0, 400.0, 1600.0]),
@@ -169,7 +169,7 @@ fn assert_top_left_is_warm(scene: &Scene, side: &str) {
 
 #[test]
 fn between_cells_temperatures_are_interpolated() {
-    // Constant to the middle of the outer cells, straight between: 20.1, 26.1, 23.1 °C at -500, 0 and 500 mm.
+    // Constant to the middle of the outer cells, linear between: 20.1, 26.1, 23.1 °C at -500, 0 and 500 mm.
     let keys = "texture_filter = \"bilinear\"\ntexture_c = [[20.1, 26.1, 23.1]]\n";
     let slices: String = (0..300)
         .map(|index| {

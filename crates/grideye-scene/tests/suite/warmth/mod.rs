@@ -1,4 +1,4 @@
-//! Bodies of several temperatures, bodies that change, and warm prints: against bodies of one temperature each, and
+//! Bodies with several temperatures, changing bodies, and warm prints: against bodies with one temperature each, and
 //! against closed forms.
 
 mod faces;
@@ -14,7 +14,7 @@ fn seconds(seconds: f64) -> Duration {
     Duration::from_secs_f64(seconds)
 }
 
-/// What either way of making frames says of a scene.
+/// The frames of a scene by either method.
 fn pictures(scene: &Scene, at_s: f64) -> [Vec<f64>; 2] {
     let name = &scene.sensors()[0].name;
     let simulators = [
@@ -28,7 +28,7 @@ fn assert_same(found: &Scene, at_s: f64, expected: &Scene, within_c: f64) {
     let pairs = pictures(found, at_s)
         .into_iter()
         .zip(pictures(expected, 0.0));
-    // Without a grid integrals are taken piece by piece, and their rule is not exact on pieces of another shape.
+    // Without a grid the integral is taken piece by piece, and the rule is not exact on pieces of another shape.
     for ((way, (found, expected)), rule_c) in pairs.enumerate().zip([0.0, 3e-5]) {
         let ambient_c = 20.1;
         assert!(
@@ -40,7 +40,7 @@ fn assert_same(found: &Scene, at_s: f64, expected: &Scene, within_c: f64) {
         for (pixel, (found, expected)) in found.iter().zip(&expected).enumerate() {
             assert!(
                 (found - expected).abs() <= within_c + rule_c,
-                "way {way}, pixel {pixel}: {found} instead of {expected}"
+                "way {way}, pixel {pixel}: {found}, expected {expected}"
             );
         }
     }

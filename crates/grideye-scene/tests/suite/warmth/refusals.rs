@@ -1,10 +1,10 @@
-//! Keys without sense, and the limits.
+//! Invalid keys, and limits.
 
 use super::faces::texture;
 use super::time::moving;
 use super::*;
 
-/// Keys of an object, and how the message begins.
+/// Keys of an object, and the start of the message.
 const REFUSED: &[(&str, &str)] = &[
     (
         "faces_c = { top = 30, lid = 31 }\n",
@@ -109,7 +109,7 @@ const REFUSED: &[(&str, &str)] = &[
 ];
 
 #[test]
-fn keys_without_sense_are_refused() {
+fn invalid_keys_are_refused() {
     let thing = object(
         "thing",
         [2000.0, 3000.0, 0.0],
@@ -142,7 +142,7 @@ fn keys_without_sense_are_refused() {
 }
 
 #[test]
-fn no_more_cells_or_prints_than_the_limits() {
+fn cells_and_prints_are_limited() {
     let columns = limits::TEXTURE_CELLS_MAX + 1;
     let grid = format!("texture_c = [[{}]]\n", "25, ".repeat(columns));
     let refused = parse(&format!("{ROOM}{}", texture(&grid)))

@@ -1,4 +1,4 @@
-//! Bodies that change, and warm prints.
+//! Changing bodies, and warm prints.
 
 use super::*;
 
@@ -13,7 +13,7 @@ fn a_body_warms_up_and_cools_down_as_a_whole() {
             celsius,
         )
     };
-    // Before it stands a cold agent, behind it a warm object: the changing one hides and is hidden.
+    // A cold agent in front, a warm object behind: the changing body hides one and is hidden by the other.
     let others = format!(
         "{}{}",
         object(
@@ -64,12 +64,12 @@ fn a_body_warms_up_and_cools_down_as_a_whole() {
     assert_eq!(
         simulator.truth(seconds(10.0)),
         alone.truth(Duration::ZERO),
-        "what changes is nobody"
+        "a changing object is not an agent"
     );
 }
 
 #[test]
-fn a_part_that_changes_is_seen_to_change_where_it_is() {
+fn a_changing_part_changes_the_image_where_it_is() {
     let part = "[[agent]]\nname = \"a\"\nposition_mm = [2000, 3000, 0]\n[[agent.part]]\nname = \"cup\"\nposition_mm = [100, 0, 900]\nsize_mm = [300, 300, 300]\ntemperature_c = 80\ntime_constant_s = 100\n";
     let cup = object(
         "cup",
@@ -98,7 +98,7 @@ fn sofa_scene(material: &str, walk: &str, keys: &str) -> Scene {
         .scene
 }
 
-/// Away at a time at once, to a corner that is out of view.
+/// Leaves instantly at a given time, to a corner out of view.
 fn leaves_after(contact_s: f64) -> String {
     format!(
         "t_s,x_mm,y_mm,z_mm,dwell_s\n0,2000,3000,450,{contact_s}\n{},500,600,450,0\n",
@@ -139,7 +139,7 @@ const FOAM_90: f64 = 0.104031066196;
 const TEXTILE_300: f64 = 0.258930283434;
 
 #[test]
-fn a_print_is_where_the_body_was_and_only_after_it_was_there() {
+fn a_print_appears_only_where_and_after_the_body_was_there() {
     let scene = sofa_scene("textile", &leaves_after(600.0), "");
     let simulator = Simulator::new(&scene, "ceiling").unwrap();
     let bare = sofa_scene(
@@ -153,13 +153,13 @@ fn a_print_is_where_the_body_was_and_only_after_it_was_there() {
     let after = simulator.image(seconds(601.0));
     let warmer = |pixel: usize| after.celsius[pixel] - bare.celsius[pixel];
     assert!(warmer(27) > 0.5 && warmer(36) > 0.5, "{after:?}");
-    assert!(warmer(24).abs() < 1e-9, "beside it");
+    assert!(warmer(24).abs() < 1e-9, "next to it");
     let truth = simulator.truth(seconds(601.0));
     assert!(
         truth.share.iter().all(|share| *share < 1e-9),
-        "a print is nobody"
+        "a print is not an agent"
     );
-    // Somebody who comes later has left nothing before.
+    // An agent who comes later has left no print before.
     let later = "t_s,x_mm,y_mm,z_mm,dwell_s\n0,500,600,450,100\n100.001,2000,3000,450,100\n200.1,500,600,450,0\n";
     let later = sofa_scene("textile", later, "");
     let later = Simulator::new(&later, "ceiling").unwrap();
@@ -183,7 +183,7 @@ fn no_print_without_a_material_or_a_contact() {
 }
 
 #[test]
-fn no_print_on_top_of_what_stands_over_the_body() {
+fn no_print_on_top_of_objects_above_the_body() {
     // 250 mm of body below a top at 450 mm.
     let below = leaves_after(600.0).replace(",450,", ",0,");
     let scene = sofa_scene("textile", &below, "");
@@ -195,7 +195,7 @@ fn no_print_on_top_of_what_stands_over_the_body() {
 }
 
 #[test]
-fn a_print_on_what_cools_is_warmer_by_what_the_body_was_warmer_when_it_came() {
+fn a_print_keeps_the_excess_at_the_start_of_contact_on_a_cooling_object() {
     // A plate of 60 °C that cools to the room's 20.1 °C in 100 s; a body of 30.1 °C is on it from 50 s to 110 s.
     let plate_c = |at_s: f64| 20.1 + 39.9 * (-at_s / 100.0).exp();
     let plate = |keys: &str, celsius: f64| {
@@ -209,7 +209,7 @@ fn a_print_on_what_cools_is_warmer_by_what_the_body_was_warmer_when_it_came() {
     );
     let files = BTreeMap::from([("w.csv".to_owned(), walk.to_owned())]);
     let scene = Scene::parse(&text, "room.toml", &files).unwrap().scene;
-    // 180 s after a contact of 60 s: the share that the formula leaves.
+    // 180 s after a contact of 60 s: the share that the formula gives.
     let print_c = plate_c(290.0) + WOOD_180 * (30.1 - plate_c(50.0));
     let print = object(
         "print",
@@ -223,7 +223,7 @@ fn a_print_on_what_cools_is_warmer_by_what_the_body_was_warmer_when_it_came() {
 }
 
 #[test]
-fn a_scene_lasts_as_long_as_it_says() {
+fn a_scene_lasts_for_its_duration() {
     let scene = |keys: &str| scene(&format!("{keys}{ROOM}{CEILING}"));
     assert_eq!(
         scene("duration_s = 90\n").duration(),
@@ -241,7 +241,7 @@ fn a_scene_lasts_as_long_as_it_says() {
     assert_eq!(longer.duration(), Duration::from_secs(10));
 }
 
-/// Every second stop a millimeter aside, so that each is a stop of its own.
+/// Every second stop is a millimeter aside, so that each is a separate stop.
 pub(super) fn moving(walk: &str) -> String {
     let rows = walk.lines().enumerate().map(|(index, row)| {
         let aside = if index % 2 == 0 { "2001" } else { "2000" };
@@ -304,13 +304,13 @@ fn the_sofa_stays_warm_for_a_while() {
             .fold(0.0, f64::max)
     };
     let (early, late) = (warmest(610.0), warmest(1200.0));
-    // The formula's share after 600 s over that after 10 s, by Python's math module; the law is all but linear here.
+    // The formula's share after 600 s over that after 10 s, by Python's math module; the law is almost linear here.
     assert!(early > 0.4, "{early}");
     assert!((late / early - 0.221531).abs() < 0.02, "{early} {late}");
 }
 
 #[test]
-fn who_is_near_hides_who_is_far() {
+fn a_near_agent_hides_a_far_one() {
     let both = shipped("two-people.toml");
     let simulator = Simulator::new(&both, "wall").unwrap();
     let exact = Simulator::without_grid(&both, "wall").unwrap();
@@ -318,7 +318,7 @@ fn who_is_near_hides_who_is_far() {
         simulator.truth_of(agent, seconds(at_s)).share.iter().sum()
     };
     for simulator in [&simulator, &exact] {
-        // 3 m at 600 mm/s: they cross after 2.5 s. At 1 s each is seen whole: 900 mm from the middle.
+        // 3 m at 600 mm/s: they cross after 2.5 s. At 1 s each is fully visible: 900 mm from the middle.
         assert!(total(simulator, 0, 2.5) > 1.0);
         assert!(total(simulator, 1, 2.5) < 1e-9, "hidden");
         assert!(total(simulator, 1, 1.2) > 0.3 && total(simulator, 1, 3.8) > 0.3);
@@ -335,12 +335,12 @@ fn who_is_near_hides_who_is_far() {
             }
         }
     }
-    // The far one's outline before a pinhole: 0.2 m wide from 4.25 m on, and its side.
+    // The far one's outline seen by a pinhole: 0.2 m wide from 4.25 m on, and its side.
     let pixel = (2.0 * (std::f64::consts::PI / 6.0).tan() / 8.0).powi(2);
     let far_only = total(&exact, 1, 3.8) * pixel;
     let x_mm: f64 = 500.0 + 600.0 * 3.8 - 2000.0;
     let (left, right) = ((x_mm - 100.0) / 4750.0, (x_mm + 100.0) / 4250.0);
-    // From its feet, 1.2 m below the sensor, to its head, 0.55 m above: the front, and beside it the narrowing side.
+    // From its feet, 1.2 m below the sensor, to its head, 0.55 m above: the front, and next to it the narrowing side.
     let front = (200.0 / 4250.0) * (1750.0 / 4250.0);
     let side = ((x_mm - 100.0) / 4250.0 - left) * 0.5 * (1750.0 / 4250.0 + 1750.0 / 4750.0);
     assert!(right > left);

@@ -1,4 +1,4 @@
-//! Walks, what a sensor adds to them, and how a recording of them is compared.
+//! Walks, the errors that a sensor adds, and the comparison of such recordings.
 
 use grideye_frame::{PixelWord, RawFrame, Reading, ThermistorWord};
 use grideye_recording::{ClockState, Record, Stamp};
@@ -11,10 +11,10 @@ use rand_distr::{Distribution, Normal};
 use std::time::Duration;
 
 pub(crate) const SENSOR: &str = "ceiling";
-/// Seeds of every row of the tables, of which `GRIDEYE_ALL_SEEDS=1` runs all.
+/// Seeds per row of the tables; all run with `GRIDEYE_ALL_SEEDS=1`.
 const SEEDS: u64 = 20;
 const SEEDS_BY_DEFAULT: u64 = 4;
-/// Seeds of the slower ones.
+/// Seeds of the slower tests.
 const FEWER_SEEDS: u64 = 5;
 const FEWER_SEEDS_BY_DEFAULT: u64 = 2;
 
@@ -34,7 +34,7 @@ pub(crate) fn fewer_seeds() -> u64 {
     }
 }
 
-/// Says how to run what a test has left out.
+/// Prints how to run the seeds left out.
 pub(crate) fn closing_note() {
     if !all_seeds() {
         println!(
@@ -49,7 +49,7 @@ pub(crate) struct Walk {
     pub(crate) elevation_deg: f64,
     pub(crate) radiator: &'static str,
     pub(crate) speed: f64,
-    /// How long the second way-point is stood at.
+    /// Pause at the second waypoint.
     pub(crate) stop_s: u32,
 }
 
@@ -97,8 +97,8 @@ const UNIT: Unit = Unit {
     drift_c_per_s: 0.01,
 };
 
-/// A recording of `seen` at 10 Hz, as long as the walk, whose frame at time t shows the scene's second `scene_s(t)`: before
-/// the walk and after it the person stands.
+/// A recording of `seen` at 10 Hz, as long as the walk. Its frame at time t shows the scene at `scene_s(t)`; before and
+/// after the walk the person stands.
 pub(crate) fn record(seen: &Scene, seed: u64, scene_s: impl Fn(f64) -> f64) -> Vec<Record> {
     let simulator = Simulator::without_grid(seen, SENSOR).unwrap();
     let end_s = seen.duration().as_secs_f64();
@@ -170,7 +170,7 @@ pub(crate) fn skill(comparison: &Comparison, measure: Measure) -> f64 {
     comparison.score(measure).skill().unwrap_or(0.0)
 }
 
-/// C and gain, the two that the verdict rests on.
+/// C plus gain, on which the verdict rests.
 pub(crate) fn both(comparison: &Comparison) -> f64 {
     let value = |measure| comparison.score(measure).value.unwrap_or(0.0);
     value(Measure::Correlation) + value(Measure::Gain)

@@ -1,4 +1,4 @@
-//! Orientation, pace, long and late recordings, and frames that are left out.
+//! Orientation, pace, long and late recordings, and frames left out.
 
 use crate::alignment::bench::{
     SENSOR, WALK, Walk, compared, fewer_seeds, quantile, record, row, skill, with,
@@ -10,9 +10,9 @@ use grideye_validator::align::{AlignOptions, Orientation, TimeAlignment};
 use grideye_validator::{LeftOut, Measure, Options, Verdict, compare_scene};
 use std::time::Duration;
 
-/// A mirrored or turned image is found, reported and not silently aligned; asked for, it is turned back.
+/// A mirrored or turned image is reported, and turned back only on request.
 #[test]
-fn an_image_that_lies_otherwise_is_reported_and_turned_if_asked() {
+fn a_turned_image_is_reported_and_turned_back_on_request() {
     let scene = WALK.scene();
     for orientation in Orientation::ALL {
         let mut found = 0;
@@ -62,7 +62,7 @@ fn turned(record: Record, orientation: Orientation) -> Record {
     Record { reading, ..record }
 }
 
-/// Uneven walking: minimum jerk where the scene has constant speed, and a pace that swings.
+/// Uneven walking: minimum jerk where the scene has constant speed, and a swinging pace.
 #[test]
 fn pace_is_found_by_law_and_by_warp() {
     let scene = WALK.scene();
@@ -123,7 +123,7 @@ fn pace_is_found_by_law_and_by_warp() {
     assert!((warp.departure_max_s() - 0.35).abs() < 0.15, "{warp:?}");
 }
 
-/// Two hundred seconds there and back at 10 Hz, a clock that is 3 % fast: the rate is known to a tenth of a per mille.
+/// Two hundred seconds back and forth at 10 Hz with a clock 3 % fast: the rate is found to 0.0002.
 #[test]
 fn two_thousand_frames_are_aligned() {
     let way = "1200,1500,0\n3800,1700,0\n3300,3600,0\n1600,3300,0\n".repeat(16);
@@ -158,8 +158,8 @@ fn two_thousand_frames_are_aligned() {
     }
 }
 
-/// A recording that begins in the middle of the walk: the delay counts at its own first frame, whatever second of the scene
-/// that is, and without the second nothing is found.
+/// A recording that begins in mid-walk: the delay counts at its own first frame, at any second of the scene, and
+/// without that second nothing is found.
 #[test]
 fn a_recording_that_begins_later_is_aligned_from_its_first_frame() {
     let way = WALK.way.repeat(4);
@@ -194,9 +194,9 @@ fn a_recording_that_begins_later_is_aligned_from_its_first_frame() {
     assert_ne!(found(0).0, Verdict::Agrees);
 }
 
-/// Faults planted into a recording are left out, each with its reason, and nothing else.
+/// Planted faults, and nothing else, are left out, each with its reason.
 #[test]
-fn what_says_nothing_of_its_moment_is_left_out_with_the_reason() {
+fn faulty_frames_are_left_out_with_their_reason() {
     let scene = WALK.scene();
     let mut records = record(&scene, 3, |time_s| time_s);
     let pixels = |records: &[Record], index: usize| records[index].reading.frame().unwrap().pixels;
@@ -243,9 +243,9 @@ fn what_says_nothing_of_its_moment_is_left_out_with_the_reason() {
     );
 }
 
-/// A sensor without noise repeats itself in a still room: that is no fault of its recording.
+/// A sensor without noise repeats itself in a still room, which is no fault of the recording.
 #[test]
-fn a_sensor_without_noise_is_not_taken_for_one_that_repeats_frames() {
+fn a_noise_free_sensor_has_no_duplicates() {
     let scene = Walk {
         way: "2000,2000,0\n",
         speed: 600.0,
@@ -292,7 +292,7 @@ fn bounds_out_of_range_are_refused() {
         let error = compare_scene(&records, &scene, SENSOR, &options).unwrap_err();
         assert!(error.to_string().starts_with("setting `max-"), "{error}");
     }
-    // The largest that are allowed are.
+    // The largest allowed values pass.
     let most = AlignOptions {
         shift_max: grideye_validator::align::SHIFT_MAX,
         rate_max: grideye_validator::align::RATE_MAX,

@@ -1,5 +1,5 @@
-//! Alignment on walks whose delay, rate, pace and orientation are known, and on scenes that are wrong: what is found,
-//! what it regains, and that nothing wrong is made to agree.
+//! Alignment of walks with known delay, rate, pace and orientation, and of wrong scenes: what it finds, what it
+//! regains, and that nothing wrong is made to agree.
 #![expect(
     clippy::unwrap_used,
     clippy::as_conversions,

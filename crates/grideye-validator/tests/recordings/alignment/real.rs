@@ -1,11 +1,11 @@
-//! A real recording, aligned with itself.
+//! Aligns a real recording with itself.
 
 use crate::alignment::bench::with;
 use grideye_recording::linaige;
 use grideye_validator::align::{TimeAlignment, TimeFound, align_films};
 
-/// Rows 0 to 1054 of session 3 of LINAIGE (`recordings/linaige/SOURCE.md`): its even frames are the film, its odd ones
-/// the recording, delayed and resampled; both hold the noise of a real sensor, and not the same.
+/// Rows 0 to 1054 of session 3 of LINAIGE (`recordings/linaige/SOURCE.md`): the even frames are the film, the odd ones
+/// the recording, delayed and resampled. Both have a real sensor's noise, but different noise.
 #[test]
 fn a_real_recording_is_aligned_with_itself() {
     let frames = session_3();
@@ -25,7 +25,7 @@ fn a_real_recording_is_aligned_with_itself() {
     ] {
         real_delay_is_found(&film, &real, shift_s, rate);
     }
-    // A minute later in the same room, other steps of the same person: nothing to align.
+    // A minute later in the same room the person takes other steps: nothing to align.
     let (later_s, later): (Vec<f64>, Vec<[f64; 64]>) = real
         .0
         .iter()
@@ -42,7 +42,7 @@ fn a_real_recording_is_aligned_with_itself() {
     assert!(!found.applied, "{found:?}");
 }
 
-/// Times in seconds, and the frames of them.
+/// Times in seconds, and their frames.
 type Film = (Vec<f64>, Vec<[f64; 64]>);
 
 fn session_3() -> Vec<(f64, [f64; 64])> {
@@ -88,13 +88,13 @@ fn films_aligned(film: &Film, recording: &Film) -> TimeFound {
 }
 
 fn real_delay_is_found(film: &Film, (real_s, real): &Film, shift_s: f64, rate: f64) {
-    // The recording's clock is such that scene = t + shift + rate * (t - origin); the origin is its first frame.
+    // The recording's clock fulfills scene = t + shift + rate * (t - origin), with the origin at its first frame.
     let origin_s = real_s[0];
     let times_s: Vec<f64> = real_s
         .iter()
         .map(|scene_s| (scene_s - shift_s + rate * origin_s) / (1.0 + rate))
         .collect();
-    // The shift is that at the recording's first frame, which is not at the origin.
+    // The shift counts at the recording's first frame, which is not at the origin.
     let expected_s = shift_s + rate * (times_s[0] - origin_s);
     let found = films_aligned(film, &(times_s, real.clone()));
     println!(

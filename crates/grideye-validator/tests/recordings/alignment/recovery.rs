@@ -1,4 +1,4 @@
-//! Known delays and rates are found, and the scores that they cost come back.
+//! Alignment must find known delays and rates, and regain the scores that they cost.
 
 use crate::alignment::bench::{WALK, both, closing_note, compared, quantile, record, seeds, with};
 use grideye_recording::Record;
@@ -39,7 +39,7 @@ const TRUTHS: [Truth; 7] = [
     wide("-2.2 s and 4 % fast, up to 3 s", -2.2, 0.04),
 ];
 
-/// Known delays and rates: errors, and how much of what the delay cost is regained.
+/// Errors of known delays and rates, and the share of the lost scores regained.
 #[test]
 fn delay_and_rate_are_found_and_the_scores_regained() {
     let scene = WALK.scene();
@@ -70,12 +70,12 @@ fn unaligned(records: &[Record], claimed: &Scene, seed: u64) -> Comparison {
     compared(records, claimed, with(TimeAlignment::None, 0.5), seed)
 }
 
-/// What alignment made of one truth, over the seeds.
+/// Results for one truth over the seeds.
 struct Recovered {
     /// 95 % quantiles of the errors.
     shift_s: f64,
     rate: f64,
-    /// 10 % quantile of the share of the scores that came back.
+    /// 10 % quantile of the share of the scores regained.
     regained: f64,
     agrees: u64,
 }
@@ -125,7 +125,7 @@ fn recovered(scene: &Scene, truth: &Truth, ideal: &[f64]) -> Recovered {
 }
 
 impl Recovered {
-    /// Half a frame, and what half a frame is at the ends of the recording.
+    /// Half a frame, and the same at the ends of the recording.
     fn hold_to(&self, truth: &Truth) {
         let name = truth.name;
         assert!(self.shift_s < 0.05, "{name}: {} s", self.shift_s);

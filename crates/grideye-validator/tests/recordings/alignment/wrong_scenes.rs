@@ -1,4 +1,4 @@
-//! A wrong scene stays wrong, whatever may be aligned.
+//! Alignment must not make a wrong scene agree.
 
 use crate::alignment::bench::{
     RADIATOR, WALK, Walk, closing_note, compared, fewer_seeds, quantile, record, seeds, with,
@@ -16,10 +16,10 @@ const ALIGNMENTS: [(&str, TimeAlignment, f64, bool); 6] = [
     ("rate, 3 s", TimeAlignment::Rate, 3.0, false),
 ];
 
-/// How often a claimed scene agreed under each of [`ALIGNMENTS`], of so many seeds.
+/// How often a claimed scene agreed under each of [`ALIGNMENTS`], and the number of seeds.
 type Cells = Vec<(u64, u64)>;
 
-/// A wrong scene stays wrong, whatever may be aligned.
+/// A wrong scene stays wrong under every alignment.
 #[test]
 fn a_wrong_scene_is_not_aligned_into_agreement() {
     println!("\nverdict agrees, of so many seeds");
@@ -44,7 +44,7 @@ fn a_wrong_scene_is_not_aligned_into_agreement() {
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 
-/// By default not once; with more freedom asked for, one of all seeds is allowed to slip.
+/// Never with the defaults; once over all seeds with more freedom.
 fn is_bearable(cells: &[(u64, u64)]) -> bool {
     cells[..3].iter().all(|(agrees, _)| *agrees == 0)
         && cells[3..].iter().all(|(agrees, _)| *agrees <= 1)

@@ -1,4 +1,4 @@
-//! Recordings of simulated scenes, and what is said of them.
+//! Recordings of simulated scenes, and their comparison.
 
 use grideye_frame::{PixelWord, RawFrame, Reading, ThermistorWord};
 use grideye_recording::{ClockState, Record, Stamp};
@@ -9,13 +9,13 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::time::Duration;
 
-/// No seed from here on was looked at before thresholds and rules stood as they are.
+/// No seed from here on was looked at before thresholds and rules were final.
 pub(crate) const FIRST_SEED: u64 = 2_000;
 const SEEDS: u64 = 50;
 const SEEDS_BY_DEFAULT: u64 = 6;
 const FAULT_SEEDS: u64 = 10;
 const FAULT_SEEDS_BY_DEFAULT: u64 = 3;
-/// Scenes that were looked at, with seeds from 0 on, while thresholds and rules were chosen, and a sensor of each.
+/// Scenes looked at, with seeds from 0, while thresholds and rules were chosen; and a sensor of each.
 pub(crate) const CHOSEN_ON: [(&str, &str); 9] = [
     ("experiment-1", "ceiling"),
     ("experiment-2", "ceiling"),
@@ -27,14 +27,14 @@ pub(crate) const CHOSEN_ON: [(&str, &str); 9] = [
     ("scenario-b-standing", "C"),
     ("attic", "ridge"),
 ];
-/// Scenes that no threshold and no rule was chosen on.
+/// Scenes on which no threshold or rule was chosen.
 pub(crate) const HELD_OUT: [(&str, &str); 3] = [
     ("two-people", "wall"),
     ("three-motions", "ceiling"),
     ("l-shaped-room", "right-arm"),
 ];
 
-/// Whether all seeds are asked for, with `GRIDEYE_ALL_SEEDS=1`.
+/// Whether `GRIDEYE_ALL_SEEDS=1` requests all seeds.
 fn all_seeds() -> bool {
     std::env::var_os("GRIDEYE_ALL_SEEDS").is_some_and(|value| value == "1")
 }
@@ -68,14 +68,14 @@ pub(crate) fn parse(text: &str) -> Scene {
     Scene::parse(text, "scene.toml", &files).unwrap().scene
 }
 
-/// What a specimen adds to the scene, drawn from the seed: noise, fixed pattern, and a level of its own.
+/// What a unit adds to the scene, drawn from the seed: noise, fixed pattern, and a level of its own.
 #[derive(Clone, Copy)]
 pub(crate) struct Unit {
     pub(crate) sigma_c: f64,
     pub(crate) pattern_c: f64,
 }
 
-/// The middle of what was measured on public recordings (0.23 to 0.26 and 0.15 to 0.25 °C).
+/// Middle of the ranges measured on public recordings (0.23 to 0.26 and 0.15 to 0.25 °C).
 pub(crate) const UNIT: Unit = Unit {
     sigma_c: 0.24,
     pattern_c: 0.2,
@@ -85,7 +85,7 @@ pub(crate) const PERFECT: Unit = Unit {
     pattern_c: 0.0,
 };
 
-/// A recording at 10 Hz of a scene, whole or of 40 frames if nothing moves; the scene's frame at t comes at t / `pace`.
+/// A 10 Hz recording of a scene: whole, or 40 frames if nothing moves. The scene's frame at t comes at t / `pace`.
 pub(crate) fn record_at(
     scene: &Scene,
     sensor: &str,
@@ -127,7 +127,7 @@ pub(crate) fn record_at(
     (0..frames).map(&mut frame).collect()
 }
 
-/// What each pixel of that specimen shows too much.
+/// The unit's excess at each pixel.
 pub(crate) fn pattern_c(unit: Unit, seed: u64) -> [f64; 64] {
     let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x0070_6174);
     std::array::from_fn(|_| {
@@ -172,14 +172,14 @@ pub(crate) fn scenes(
     names.iter().map(scene).collect()
 }
 
-/// All of them.
+/// All scenes.
 pub(crate) fn right() -> Vec<(&'static str, Scene, &'static str)> {
     let mut all = scenes(&CHOSEN_ON);
     all.extend(scenes(&HELD_OUT));
     all
 }
 
-/// What each specimen's profile would say of its pattern.
+/// What the unit's profile would say of its pattern.
 pub(crate) fn known(unit: Unit, seed: u64) -> KnownUnit {
     KnownUnit {
         pattern_c: pattern_c(unit, seed),

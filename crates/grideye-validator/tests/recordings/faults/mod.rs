@@ -1,7 +1,7 @@
-//! Faults planted into recordings of right scenes, each over many seeds, and right scenes without a fault.
+//! Faults planted into recordings of right scenes, over many seeds, and right scenes without a fault.
 //!
-//! What was chosen by looking at results was chosen on the scenes of [`bench::CHOSEN_ON`] with seeds from 0 on. Here
-//! seeds run from [`bench::FIRST_SEED`] on, and the scenes of [`bench::HELD_OUT`] took no part in any choice.
+//! All choices that looked at results used the scenes of [`bench::CHOSEN_ON`] with seeds from 0. These tests use seeds
+//! from [`bench::FIRST_SEED`], and the scenes of [`bench::HELD_OUT`] took no part in any choice.
 #![expect(
     clippy::unwrap_used,
     clippy::as_conversions,

@@ -1,4 +1,4 @@
-//! Faults planted into what the simulator shows.
+//! Faults planted into simulated recordings.
 
 use crate::faults::bench::*;
 use grideye_frame::{PixelWord, RawFrame};
@@ -24,7 +24,7 @@ pub(crate) fn pixels(
         .collect()
 }
 
-/// Each pixel taken from another row and column, both 0 to 7.
+/// Takes each pixel from another row and column, both 0 to 7.
 fn turned(records: Vec<Record>, from: fn(usize, usize) -> (usize, usize)) -> Vec<Record> {
     pixels(records, |pixels, pixel| {
         let (row, column) = from(pixel / 8, pixel % 8);
@@ -32,7 +32,7 @@ fn turned(records: Vec<Record>, from: fn(usize, usize) -> (usize, usize)) -> Vec
     })
 }
 
-/// The seven ways in which an image can be turned.
+/// The seven ways to turn an image.
 const TURNS: [(&str, Fault); 7] = [
     ("mirrored left to right", |records| {
         turned(records, |row, column| (row, 7 - column))
@@ -57,7 +57,7 @@ const TURNS: [(&str, Fault); 7] = [
     }),
 ];
 
-/// Prints how often a fault is seen in a scene, and holds that to always.
+/// Prints how often a fault is found in a scene, and requires always.
 #[track_caller]
 fn always_seen(
     what: &str,
@@ -83,7 +83,7 @@ fn always_seen(
     assert!(missed.is_empty(), "{what}, {name}, {sensor}: {missed:?}");
 }
 
-/// Scenes of which most ways to turn them show, and the sensor of each.
+/// Scenes in which most ways to turn them show, and a sensor of each.
 const TURNED: [(&str, &str); 6] = [
     ("experiment-2", "ceiling"),
     ("experiment-3", "ceiling"),
@@ -92,7 +92,7 @@ const TURNED: [(&str, &str); 6] = [
     ("attic", "ridge"),
     ("l-shaped-room", "right-arm"),
 ];
-/// Who walks along the middle row is the own mirror image from top to bottom, if there is nothing else in view.
+/// A person on the middle row with nothing else in view is its own mirror image top to bottom.
 const SYMMETRIC: [&str; 1] = ["clothed-walk"];
 
 #[test]
@@ -106,9 +106,9 @@ fn an_image_turned_any_way_disagrees() {
     }
 }
 
-/// Where a mirror image is the same image, the verdict says that it is, and of the others does not.
+/// Where a mirror image is the same image, and only there, the verdict says so.
 #[test]
-fn a_scene_that_is_its_own_mirror_image_is_said_to_be() {
+fn a_symmetric_scene_is_reported_as_symmetric() {
     for (name, sensor) in TURNED {
         let scene = parse(&text(name));
         let records = record(&scene, sensor, UNIT, FIRST_SEED);
@@ -128,9 +128,9 @@ fn a_scene_that_is_its_own_mirror_image_is_said_to_be() {
     }
 }
 
-/// Not the best of pixels: neither at the person nor at the coldest place.
+/// The pixels are not chosen to help: neither at the person nor at the coldest place.
 #[test]
-fn one_stuck_pixel_is_seen_whatever_it_shows() {
+fn one_stuck_pixel_is_found_whatever_its_value() {
     for name in ["experiment-1", "experiment-3", "clothed-walk"] {
         for (what, pixel, word) in [
             ("stuck at what it showed", 45, None),
@@ -161,7 +161,7 @@ fn three_degrees_too_many_or_too_few_disagree() {
     }
 }
 
-/// A program takes a pixel's word for 0.0625 °C and writes the temperature down, which becomes a word of 0.25 °C again.
+/// A program takes a pixel's word for 0.0625 °C and records the temperature, which becomes a word of 0.25 °C again.
 #[test]
 fn the_thermistors_scale_on_pixels_disagrees_and_is_named() {
     for name in ["experiment-1", "experiment-3", "clothed-walk"] {
@@ -178,7 +178,7 @@ fn the_thermistors_scale_on_pixels_disagrees_and_is_named() {
     }
 }
 
-/// Pixels that were rounded to whole degrees on their way.
+/// Pixels rounded to whole degrees.
 #[test]
 fn other_steps_than_the_sensors_disagree() {
     always_seen(
@@ -193,7 +193,7 @@ fn other_steps_than_the_sensors_disagree() {
     );
 }
 
-/// Halved in three ways: every other frame was never taken, every frame was read twice, and the walk takes twice as long.
+/// Halved in three ways: every other frame was not read, every frame was read twice, the walk takes twice as long.
 #[test]
 fn a_halved_frame_rate_disagrees() {
     for name in ["experiment-1", "experiment-3", "clothed-walk"] {
@@ -237,9 +237,9 @@ fn a_halved_frame_rate_disagrees() {
     }
 }
 
-/// A step of the sensor too many is a fault only where the unit's own level is known.
+/// One step of the sensor is a fault only if the unit's own level is known.
 #[test]
-fn one_step_too_many_is_seen_with_the_units_profile() {
+fn an_offset_of_one_step_is_found_with_the_units_profile() {
     let profile = |text: &str| Profile::parse(text, "profile.toml").unwrap();
     let exact = KnownUnit::of(&profile("[noise]\nsigma_c = 0.24\n"));
     let wanders = KnownUnit::of(&profile(
@@ -281,9 +281,9 @@ fn one_step_too_many_is_seen_with_the_units_profile() {
     }
 }
 
-/// What one sensor of a room recorded, taken for another's. Sensor A sees next to nothing: its recordings show nothing warm,
-/// which proves nothing, and somebody of 0.8 °C may hide in a pattern that is not known where its scene claims nobody. So
-/// what involves it may be open, but is never agreed to.
+/// One sensor's recording compared with another's claim. Sensor A sees almost nothing: its recordings show nothing
+/// warm, which proves nothing, and where its scene claims nobody, a person of 0.8 °C could hide in the unknown pattern.
+/// So comparisons with A may be open, but never agree.
 #[test]
 fn sensors_swapped_disagree() {
     let scene = parse(&text("scenario-b-standing"));
@@ -313,7 +313,7 @@ fn sensors_swapped_disagree() {
     }
 }
 
-/// Each of the scenes beside a recording of each other.
+/// Each scene against a recording of each other scene.
 #[test]
 fn a_wrong_scene_disagrees() {
     let scenes = right();

@@ -6,8 +6,8 @@ use grideye_frame::PixelWord;
 use grideye_recording::{Record, linaige};
 use grideye_validator::{Options, State, compare_scene};
 
-/// Real frames: sound ones raise no alarm, and each fault planted into them is seen. There is no scene of those rooms, so
-/// only what is asked of the sensor itself counts here.
+/// Sound real frames raise no alarm, and each planted fault is found. Those rooms have no scene, so only criteria of
+/// the sensor itself count.
 #[test]
 fn real_sessions_are_sound_and_faults_planted_into_them_are_seen() {
     let room = "[room]\nsize_mm = [5000, 5000, 2700]\nambient_c = 25\n[[sensor]]\nname = \"ceiling\"\npreset = \"grid-eye\"\nsampling_hz = 10\nposition_mm = [2500, 2500, 2700]\nelevation_deg = 90\nazimuth_deg = 0\n";
@@ -73,8 +73,8 @@ fn real_sessions_are_sound_and_faults_planted_into_them_are_seen() {
     }
 }
 
-/// The stretches in which nobody was there, by the people who counted: no pattern, slope or noise of a real room is
-/// called something warm, and in runs with people something is, beside a scene that has nobody.
+/// Stretches counted as empty: no pattern, slope or noise of a real room counts as warm, while in runs with people,
+/// compared with a scene without, something does.
 #[test]
 fn a_real_empty_room_is_not_called_wrong_and_one_with_people_is() {
     let room = "[room]\nsize_mm = [5000, 5000, 2700]\nambient_c = 25\n[[sensor]]\nname = \"ceiling\"\npreset = \"grid-eye\"\nsampling_hz = 10\nposition_mm = [2500, 2500, 2700]\nelevation_deg = 90\nazimuth_deg = 0\n";

@@ -10,12 +10,11 @@ struct Verdicts {
     agree: u64,
     cannot_tell: u64,
     disagree: u64,
-    /// What the last one that did not agree rests on.
+    /// Reason of the last verdict other than "agrees".
     reason: String,
 }
 
-/// `first` is what is added to the seeds: with one seed all scenes have one noise, whose highest peak would then count as
-/// often as there are scenes.
+/// `first` is added to the seeds: if all scenes shared one noise, its highest peak would count once per scene.
 fn verdicts(scene: &Scene, sensor: &str, is_known: bool, first: u64) -> Verdicts {
     let mut verdicts = Verdicts::default();
     for seed in seeds().map(|seed| first + seed) {
@@ -38,14 +37,14 @@ fn verdicts(scene: &Scene, sensor: &str, is_known: bool, first: u64) -> Verdicts
     verdicts
 }
 
-/// That sensor sees 0.3 °C of the person, at the edge of its view: nothing warm.
+/// This sensor sees 0.3 °C of the person, at the edge of its view: nothing warm.
 const NEARLY_EMPTY: (&str, &str) = ("scenario-b-standing", "A");
 
-/// Each of the checks may fail one in a thousand of them (`false_alarm_max`), and there are fewer than ten.
+/// Each of fewer than ten checks may fail in one of a thousand recordings (`false_alarm_max`).
 const FALSE_ALARMS_MAX: f64 = 0.01;
 
-/// With the pattern of the specimen in a profile, and without: "disagrees" no more often than is stated, and "agrees"
-/// otherwise with the profile, but for the person of experiment 2, who is as warm as four times the noise.
+/// With and without the unit's pattern in a profile: "disagrees" at most as often as stated, and with the profile
+/// otherwise "agrees", except for the person of experiment 2, who is only four times the noise.
 #[test]
 fn right_scenes_agree_over_50_seeds() {
     println!(
@@ -79,11 +78,11 @@ fn right_scenes_agree_over_50_seeds() {
     assert!(disagree as f64 <= most, "more than {most}");
 }
 
-/// The scene without its people beside a recording that has them, and the margin by which that is seen: with the paper's
-/// noise and without a pattern, and by units of which nothing is known. In experiment 2 the person is 0.8 °C warmer than
-/// the room in a corner of the view.
+/// The scene without its people against a recording with them, and the margin of finding that: with the paper's noise
+/// and no pattern, and with unknown units. In experiment 2 the person is 0.8 °C warmer than the room, in a corner of
+/// the view.
 #[test]
-fn nobody_where_somebody_stands_is_seen_with_a_margin() {
+fn a_missing_person_is_found_with_a_margin() {
     let papers = Unit {
         sigma_c: 0.2,
         pattern_c: 0.0,
@@ -96,7 +95,7 @@ fn nobody_where_somebody_stands_is_seen_with_a_margin() {
                 let records = record(&scene, sensor, unit, seed);
                 let comparison = compared(&records, &empty, sensor, seed);
                 let verdict = comparison.judgment.verdict;
-                // Of little contrast, somebody may be a pattern that is not known, and is then not sworn to be absent.
+                // A person of little contrast may be an unknown pattern, and then the verdict does not deny it.
                 assert_ne!(verdict, Verdict::Agrees, "{name} {sensor} {seed}");
                 disagreed += usize::from(verdict == Verdict::Disagrees);
                 if verdict == Verdict::Disagrees
@@ -116,13 +115,13 @@ fn nobody_where_somebody_stands_is_seen_with_a_margin() {
     }
 }
 
-/// Scenes whose people are little warmer than a pattern may be.
+/// Scenes with people little warmer than a pattern may be.
 const WEAK: [&str; 2] = ["experiment-2", "attic"];
 
-/// With the unit's profile, even 0.45 °C in a corner are seen. Who walks through the attic is 0.6 °C warmer, for a moment in
-/// each place, which its noise may hide.
+/// With the unit's profile, even 0.45 °C in a corner is found. The person in the attic is 0.6 °C warmer for only a
+/// moment in each place, which noise may hide.
 #[test]
-fn nobody_where_somebody_stands_is_seen_by_a_unit_that_is_known() {
+fn a_missing_person_is_found_with_the_units_profile() {
     for (name, scene, sensor) in right() {
         if (name, sensor) == NEARLY_EMPTY {
             continue;
@@ -143,7 +142,7 @@ fn nobody_where_somebody_stands_is_seen_by_a_unit_that_is_known() {
     }
 }
 
-/// By how much the warmest block that nobody claims is above what is allowed; below zero if it is not.
+/// How far the warmest unclaimed block exceeds the allowance; below zero if it does not.
 fn margin_c(comparison: &Comparison) -> f64 {
     let criteria = &comparison.judgment.criteria;
     let unclaimed = criteria
@@ -158,8 +157,8 @@ fn margin_c(comparison: &Comparison) -> f64 {
     numbers[0] - numbers[1]
 }
 
-/// Somebody walks out of the view and stays away: the room is learned from then, and a pattern that is larger than units
-/// are assumed to have does not count.
+/// A person leaves the view for good: the room is learned from then on, and a pattern larger than units are assumed to
+/// have does not count.
 #[test]
 fn the_empty_room_is_learned_from_a_recording_that_shows_it() {
     let scene = leaving("");
@@ -186,7 +185,7 @@ fn the_empty_room_is_learned_from_a_recording_that_shows_it() {
     }
 }
 
-/// What stands in the room and not in the scene is in the empty stretches too, and is not learned away.
+/// An object that the scene lacks is in the empty stretches too, and must not be learned as a pattern.
 #[test]
 fn a_radiator_is_not_learned_as_a_pattern() {
     let seen = leaving(
