@@ -1,6 +1,9 @@
 //! Every error that a person can cause, produced by a real bad input: the rows are in `errors/*.txt`.
 //!
-//! A row has a title, a shell script that runs in a folder of its own, what it says from `error: ` on, and its exit code.
+//! A row has a title, a shell script that runs in a folder of its own, what it says from `error: ` on, and its exit code:
+//! 2 for bad input. `(a failure)` ends the title of a row in which another machine, program or file is in the way, and
+//! `(as a whole)` of one about a file without a line of it.
+//!
 //! `Before each` begins a script that runs before each row of its file. After a message has changed,
 //! `GRIDEYE_WRITE_ERRORS=1` writes what the programs say into the files: read the difference.
 
@@ -116,7 +119,12 @@ fn without_ports(text: &str) -> String {
     parts.fold(first, |told, part| {
         let rest = part.trim_start_matches(|c: char| c.is_ascii_digit());
         let is_free = part.len() - rest.len() == 5;
-        told + HOST + &if is_free { format!("PORT{rest}") } else { part.to_owned() }
+        told + HOST
+            + &if is_free {
+                format!("PORT{rest}")
+            } else {
+                part.to_owned()
+            }
     })
 }
 
@@ -127,36 +135,43 @@ fn faults(file: &str, row: &Row, ended: &Ended) -> Vec<&'static str> {
     let (what, hint) = said.split_once("\nhint: ").unwrap_or((&said, ""));
     let what = what.strip_prefix("error: ").unwrap_or_default();
     let first: String = what.chars().take_while(|c| c.is_alphanumeric()).collect();
-    let is_name = script(&[row]).contains(&first) || first == first.to_uppercase() && first.len() > 1;
+    let is_name =
+        script(&[row]).contains(&first) || first == first.to_uppercase() && first.len() > 1;
     let lines = |text: &str| text.lines().any(|line| line.trim_end().ends_with('.'));
     // A place in a file: `scene.toml:3:1` or `line 3`.
     let is_placed = what.split(&[':', ' ']).zip(what.split(&[':', ' ']).skip(1));
-    let is_placed = is_placed
-        .into_iter()
-        .any(|(name, line)| (name.contains('.') || name == "line") && line.trim_end_matches(',').parse::<u32>().is_ok());
+    let is_placed = is_placed.into_iter().any(|(name, line)| {
+        (name.contains('.') || name == "line") && line.trim_end_matches(',').parse::<u32>().is_ok()
+    });
     let is_whole = row.title.ends_with("(as a whole)");
     let wants_place = match file {
         "scene" | "faults" | "recording" => !is_whole,
         "agent" => row.title == "The configuration",
         _ => false,
     };
+    let is_failure = row.title.ends_with("(a failure)");
     let debugged = ["Os {", "Err(", "Some(", "Error(", "panicked", "Custom {"];
     let checks = [
         (what.is_empty(), "there is no error"),
-        (first.starts_with(char::is_uppercase) && !is_name, "it starts with a capital"),
+        (
+            first.starts_with(char::is_uppercase) && !is_name,
+            "it starts with a capital",
+        ),
         (lines(what) || lines(hint), "it ends with a period"),
         (hint.is_empty() && !ended.has_usage, "it has no hint"),
-        (debugged.iter().any(|word| said.contains(word)), "it is Rust and not English"),
+        (
+            debugged.iter().any(|word| said.contains(word)),
+            "it is Rust and not English",
+        ),
         (wants_place && !is_placed, "it names no line of a file"),
-        (code != "[2]" && !IS_FAILURE.contains(&row.title.as_str()), "its exit code is not 2"),
+        (
+            (code == "[2]") == is_failure,
+            "its exit code does not tell bad input (2) from a failure",
+        ),
     ];
     let found = checks.into_iter().filter(|(is_wrong, _)| *is_wrong);
     found.map(|(_, fault)| fault).collect()
 }
-
-/// Rows in which nothing of the command is wrong, but another machine, program or file is in the way: exit code 1, or 3
-/// where a recording is too short for an answer.
-const IS_FAILURE: [&str; 0] = [];
 
 #[test]
 fn every_error_is_the_one_written_down_and_has_its_shape() {
@@ -165,9 +180,13 @@ fn every_error_is_the_one_written_down_and_has_its_shape() {
     for path in files() {
         let file = path.file_stem().unwrap().to_string_lossy().into_owned();
         let mut rows = rows(&std::fs::read_to_string(&path).unwrap());
-        let (before, after): (Vec<&Row>, Vec<&Row>) =
-            rows.iter().partition(|row| row.title.starts_with("Before each"));
-        let after: Vec<&Row> = after.into_iter().filter(|row| !row.script.is_empty()).collect();
+        let (before, after): (Vec<&Row>, Vec<&Row>) = rows
+            .iter()
+            .partition(|row| row.title.starts_with("Before each"));
+        let after: Vec<&Row> = after
+            .into_iter()
+            .filter(|row| !row.script.is_empty())
+            .collect();
         let scripts: Vec<String> = after
             .iter()
             .map(|row| script(&[before.as_slice(), &[row]].concat()))
@@ -180,19 +199,28 @@ fn every_error_is_the_one_written_down_and_has_its_shape() {
             }
             if row.said != ended.said && !is_written {
                 let found = ended.said.join("\n  ");
-                wrong.push(format!("{shown}\n  says\n  {found}\n  and not\n  {}", row.said.join("\n  ")));
+                wrong.push(format!(
+                    "{shown}\n  says\n  {found}\n  and not\n  {}",
+                    row.said.join("\n  ")
+                ));
             }
         }
         if is_written {
             let mut ended = ended.into_iter();
-            let is_run = |row: &&mut Row| !row.title.starts_with("Before each") && !row.script.is_empty();
+            let is_run =
+                |row: &&mut Row| !row.title.starts_with("Before each") && !row.script.is_empty();
             for row in rows.iter_mut().filter(is_run) {
                 row.said = ended.next().unwrap().said;
             }
             std::fs::write(&path, text(&rows)).unwrap();
         }
     }
-    assert!(wrong.is_empty(), "{} faults\n\n{}", wrong.len(), wrong.join("\n\n"));
+    assert!(
+        wrong.is_empty(),
+        "{} faults\n\n{}",
+        wrong.len(),
+        wrong.join("\n\n")
+    );
 }
 
 /// A few at a time: most of each row's time is the start of programs.
@@ -228,7 +256,10 @@ fn every_hint_in_the_sources_is_produced_by_a_row_or_listed_with_the_reason() {
         .collect();
     let list = root().join("tests/tests/documents/errors/not-produced.txt");
     let list = std::fs::read_to_string(list).unwrap();
-    let listed: BTreeSet<&str> = list.lines().filter_map(|line| line.strip_prefix("  ")).collect();
+    let listed: BTreeSet<&str> = list
+        .lines()
+        .filter_map(|line| line.strip_prefix("  "))
+        .collect();
     let hints = sources::hints();
     assert!(hints.len() > 250, "the sources have {} hints", hints.len());
     let missing: BTreeSet<&str> = hints
@@ -238,9 +269,15 @@ fn every_hint_in_the_sources_is_produced_by_a_row_or_listed_with_the_reason() {
         .collect();
     let place = |hint: &&&str| {
         let at = hints.iter().find(|(_, known)| known == **hint);
-        format!("{}: {hint}", at.map_or("nowhere", |(path, _)| path.as_str()))
+        format!(
+            "{}: {hint}",
+            at.map_or("nowhere", |(path, _)| path.as_str())
+        )
     };
-    let unlisted: Vec<String> = missing.difference(&listed).map(|hint| place(&hint)).collect();
+    let unlisted: Vec<String> = missing
+        .difference(&listed)
+        .map(|hint| place(&hint))
+        .collect();
     let stale: Vec<&&str> = listed.difference(&missing).collect();
     assert!(
         unlisted.is_empty() && stale.is_empty(),

@@ -23,7 +23,13 @@ const CRATES: [&str; 14] = [
 ];
 
 /// What answers over HTTP is tested over HTTP.
-const HTTP: [&str; 5] = ["/src/http", "/src/page", "/src/live", "/src/router", "/src/annex"];
+const HTTP: [&str; 5] = [
+    "/src/http",
+    "/src/page",
+    "/src/live",
+    "/src/router",
+    "/src/annex",
+];
 
 /// Shorter pieces occur by chance.
 const PIECE_CHARS_MIN: usize = 6;
