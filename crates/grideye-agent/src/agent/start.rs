@@ -24,7 +24,7 @@ pub enum StartError {
     #[error("cannot start thread {0}: {1}\nhint: is the system out of memory?")]
     Thread(String, io::Error),
     /// Another agent uses the spool's folder, or a later version wrote it.
-    #[error("{0}")]
+    #[error(transparent)]
     Spool(#[from] FolderError),
     /// No folder is named for the spool.
     #[error(
