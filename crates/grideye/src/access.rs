@@ -94,7 +94,12 @@ fn make_token(options: &TokenMake) -> Result<Outcome> {
     let written = make(&folder, &options.name, scope).and_then(|token| {
         writeln!(file, "{}", token.reveal())
             .and_then(|()| file.sync_all())
-            .with_context(|| format!("cannot write {}", path.display()))?;
+            .with_context(|| {
+                format!(
+                    "cannot write {}\nhint: is there room on the disk?",
+                    path.display()
+                )
+            })?;
         Ok(token)
     });
     if written.is_err() {

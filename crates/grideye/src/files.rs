@@ -281,7 +281,7 @@ pub(crate) fn write_whole(
     let there = fs::metadata(path);
     if there.is_ok_and(|about| !about.is_file() && !about.is_dir()) {
         let stream = || fill(&OpenOptions::new().write(true).open(path)?, write);
-        return stream().with_context(|| format!("cannot write {}", path.display()));
+        return written(path, stream());
     }
     replace(&target(path), write)
 }
@@ -309,12 +309,19 @@ pub(crate) fn replace(
             "cannot write {shown}: {error}\nhint: name a file in a folder that exists and that you may write to"
         ))
     })?;
-    match fill(pending.file(), write) {
-        // What was to be written could not be read, or was not to be had.
-        Err(error) if is_bad_input(&error) => return Err(error),
-        filled => filled.and_then(|()| Ok(pending.put()?)),
+    let filled = fill(pending.file(), write);
+    written(path, filled.and_then(|()| Ok(pending.put()?)))
+}
+
+/// Blames the file for a failure, except where what was to be written is at fault.
+fn written(path: &Path, result: Result<()>) -> Result<()> {
+    match result {
+        Err(error) if is_bad_input(&error) => Err(error),
+        other => other.with_context(|| {
+            let shown = path.display();
+            format!("cannot write {shown}\nhint: is there room on the disk, and is this the name of a file?")
+        }),
     }
-    .with_context(|| format!("cannot write {shown}\nhint: is the disk full?"))
 }
 
 /// Writes through a buffer. What is left in it after an error is not written on the way out.
