@@ -143,7 +143,7 @@ fn faults(file: &str, row: &Row, ended: &Ended) -> Vec<&'static str> {
     let is_placed = is_placed.into_iter().any(|(name, line)| {
         (name.contains('.') || name == "line") && line.trim_end_matches(',').parse::<u32>().is_ok()
     });
-    let is_whole = row.title.ends_with("(as a whole)");
+    let is_whole = row.title.contains("(as a whole)");
     let wants_place = match file {
         "scene" | "faults" | "recording" => !is_whole,
         "agent" => row.title == "The configuration",

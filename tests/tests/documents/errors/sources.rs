@@ -37,10 +37,11 @@ const PIECE_CHARS_MIN: usize = 6;
 /// Each hint of the sources with its file: its longest piece between two values.
 pub(super) fn hints() -> Vec<(String, String)> {
     let mut found = Vec::new();
+    let root = root().canonicalize().unwrap();
     for name in CRATES {
-        for path in sources(&root().join("crates").join(name).join("src")) {
+        for path in sources(&root.join("crates").join(name).join("src")) {
             let text = std::fs::read_to_string(&path).unwrap();
-            let shown = path.strip_prefix(root()).unwrap().display().to_string();
+            let shown = path.strip_prefix(&root).unwrap().display().to_string();
             let of_program = text.split("#[cfg(test)]\nmod tests").next().unwrap();
             let pieces = hints_of(of_program).into_iter();
             found.extend(pieces.map(|piece| (shown.clone(), piece)));
