@@ -42,7 +42,33 @@ fn main() -> Result<(), Box<dyn Error>> {
             image / each(&|moment| drop(black_box(paper.image(moment)))),
         );
     }
+    println!("people, walking below a sensor at 2.5 m");
+    for count in [1, 3] {
+        let scene = crowd(count)?;
+        let simulator = Simulator::new(&scene, "ceiling")?;
+        let moments = (0..FRAMES).map(|frame| Duration::from_millis(2000 + 40 * u64::from(frame)));
+        let image = best(|| {
+            moments
+                .clone()
+                .for_each(|moment| drop(black_box(simulator.image(moment))));
+        });
+        println!("{count} {image:35.1}");
+    }
     Ok(())
+}
+
+fn crowd(count: u32) -> Result<Scene, Box<dyn Error>> {
+    let room = "model = \"physical\"\ncollisions = \"ignore\"\n[room]\nsize_mm = [10000, 8000, 2500]\nambient_c = 20\n";
+    let sensor = "[[sensor]]\nname = \"ceiling\"\npreset = \"grid-eye\"\nposition_mm = [5000, 3000, 2500]\nelevation_deg = 90\nazimuth_deg = 0\n";
+    let walker = |number: u32| {
+        let speed = 500 + 150 * number;
+        format!(
+            "[[agent]]\nname = \"{number}\"\nperson = {{ height_mm = 1750 }}\ntrajectory = \"way.csv\"\nspeed_mm_per_s = {speed}\n"
+        )
+    };
+    let walkers: String = (0..count).map(walker).collect();
+    let files = |_: &str| Ok("x_mm,y_mm,z_mm\n3500,3000,0\n6500,3000,0\n".to_owned());
+    Ok(Scene::parse(&format!("{room}{walkers}{sensor}"), "crowd.toml", &files)?.scene)
 }
 
 /// Microseconds per frame of the fastest round.

@@ -1,5 +1,6 @@
 //! Simulates the frames of one sensor, and their ground truth.
 
+use crate::geometry::{Ellipsoid, Mesh, Pose};
 use crate::model::{Agent, Body, Model, Print, Scene, SceneError, Sensor};
 use crate::picture::{
     Accumulator, Backdrop, Facet, Image, ImagePlane, Mask, NOBODY, Physical, Resampler,
@@ -8,6 +9,7 @@ use crate::picture::{
 use crate::radiometry::{Air, Glow, Surface};
 use crate::sensor::{add_noise, measure, quantize};
 use glam::DVec3;
+use std::borrow::Cow;
 use std::time::Duration;
 
 /// One sensor of a scene, ready to make frames at any time; still bodies are projected only once.
@@ -204,23 +206,25 @@ impl Simulator {
 
     fn received(&self, time: Duration) -> Image {
         let mut celsius = self.still_c.clone();
+        let pose = &self.sensor.pose;
         match &self.method {
             Method::Grid(grid) => {
-                let build = |skin: &BodySurface<'_>, sight: &Sight| {
-                    shaded(&grid.view, &self.air, skin, sight)
-                };
-                let patches = self.changing_by(time, build);
+                let patches = self.changing_by(time, |skin, form| {
+                    shaded(&grid.view, &self.air, skin, &form.faces(pose))
+                });
                 Accumulator::new(&grid.view, &self.air, &grid.backdrop, &grid.resampler)
                     .add_excess(&patches, &mut celsius);
             }
             Method::Area { plane, still } => {
-                let moving =
-                    self.changing_by(time, |skin, sight| facets(plane, &self.air, skin, sight));
+                let moving = self.changing_by(time, |skin, form| {
+                    facets(plane, &self.air, skin, &form.faces(pose))
+                });
                 still.add_change(plane, &self.air, &moving, &mut celsius);
             }
             Method::Physical(physical) => {
-                let moving =
-                    self.changing_by(time, |skin, sight| vec![shown(physical, skin, sight)]);
+                let moving = self.changing_by(time, |skin, form| {
+                    vec![shown_form(physical, skin, form, pose)]
+                });
                 celsius = physical.celsius(&moving);
             }
         }
@@ -293,11 +297,12 @@ impl Simulator {
 
     fn mask(&self, time: Duration, alone: bool, counts: impl Fn(u32) -> bool) -> Mask {
         let mut share = vec![0.0; self.still_c.len()];
+        let pose = &self.sensor.pose;
         let is_shown = |skin: &BodySurface<'_>| !alone || counts(skin.owner);
         match &self.method {
             Method::Grid(grid) => {
-                let patches = self.changing_by(time, |skin, sight| match is_shown(skin) {
-                    true => shaded(&grid.view, &self.air, skin, sight),
+                let patches = self.changing_by(time, |skin, form| match is_shown(skin) {
+                    true => shaded(&grid.view, &self.air, skin, &form.faces(pose)),
                     false => Vec::new(),
                 });
                 let empty = alone.then(|| Backdrop::empty(&grid.view));
@@ -306,8 +311,8 @@ impl Simulator {
                     .add_share(&patches, counts, &mut share);
             }
             Method::Area { plane, still } => {
-                let moving = self.changing_by(time, |skin, sight| match is_shown(skin) {
-                    true => facets(plane, &self.air, skin, sight),
+                let moving = self.changing_by(time, |skin, form| match is_shown(skin) {
+                    true => facets(plane, &self.air, skin, &form.faces(pose)),
                     false => Vec::new(),
                 });
                 let nothing = StaticFacets::new(Vec::new());
@@ -315,8 +320,8 @@ impl Simulator {
                 still.add_share(plane, &moving, counts, &mut share);
             }
             Method::Physical(physical) => {
-                let moving = self.changing_by(time, |skin, sight| {
-                    let shown = is_shown(skin).then(|| shown(physical, skin, sight));
+                let moving = self.changing_by(time, |skin, form| {
+                    let shown = is_shown(skin).then(|| shown_form(physical, skin, form, pose));
                     shown.into_iter().collect()
                 });
                 let bare = alone.then(|| physical.bare());
@@ -338,41 +343,61 @@ impl Simulator {
     fn changing_by<T>(
         &self,
         time: Duration,
-        build: impl Fn(&BodySurface<'_>, &Sight) -> Vec<T>,
+        build: impl Fn(&BodySurface<'_>, &Form) -> Vec<T>,
     ) -> Vec<T> {
         let (ambient_c, time_s) = (self.ambient_c, time.as_secs_f64());
         let mut built = Vec::new();
+        let flat =
+            |mesh: &Mesh, moved_m: DVec3| Form::Flat(Sight::new(&self.sensor.pose, mesh, moved_m));
         for object in self.objects.all.iter().filter(|object| is_changing(object)) {
-            let sight = Sight::new(&self.sensor.pose, &object.mesh, DVec3::ZERO);
             let skin = BodySurface::of(object, ambient_c, time_s, NOBODY);
-            built.extend(build(&skin, &sight));
+            built.extend(build(&skin, &flat(&object.mesh, DVec3::ZERO)));
         }
         for print in &self.objects.prints {
             if let Some(surface) = print.surface(&self.objects.all, ambient_c, time_s) {
-                let sight = Sight::new(&self.sensor.pose, &print.sheet, DVec3::ZERO);
                 let skin = BodySurface {
                     surface,
                     offsets_c: &[],
                     owner: NOBODY,
                 };
-                built.extend(build(&skin, &sight));
+                built.extend(build(&skin, &flat(&print.sheet, DVec3::ZERO)));
             }
         }
         for (index, agent) in self.agents.iter().enumerate() {
+            let of_part = |part| BodySurface::of(part, ambient_c, time_s, number(index));
+            if let Some(segments) = agent.segments_at(time) {
+                for (part, segment) in agent.parts.iter().zip(&segments) {
+                    built.extend(build(&of_part(part), &Form::Round(*segment)));
+                }
+                continue;
+            }
             let moved_m = agent.position_m(time) - agent.start_m;
             let turn = agent.turn(time);
             for part in &agent.parts {
-                let sight = match turn {
-                    None => Sight::new(&self.sensor.pose, &part.mesh, moved_m),
-                    Some(turn) => {
-                        Sight::new(&self.sensor.pose, &agent.turned(&part.mesh, turn), moved_m)
-                    }
+                let form = match turn {
+                    None => flat(&part.mesh, moved_m),
+                    Some(turn) => flat(&agent.turned(&part.mesh, turn), moved_m),
                 };
-                let skin = BodySurface::of(part, ambient_c, time_s, number(index));
-                built.extend(build(&skin, &sight));
+                built.extend(build(&of_part(part), &form));
             }
         }
         built
+    }
+}
+
+/// How a body that changes is given to a renderer.
+enum Form {
+    Flat(Sight),
+    Round(Ellipsoid),
+}
+
+impl Form {
+    /// Its faces, for a renderer of flat ones.
+    fn faces(&self, pose: &Pose) -> Cow<'_, Sight> {
+        match self {
+            Self::Flat(sight) => Cow::Borrowed(sight),
+            Self::Round(segment) => Cow::Owned(Sight::new(pose, &segment.mesh(), DVec3::ZERO)),
+        }
     }
 }
 
@@ -424,6 +449,15 @@ fn shown(physical: &Physical, skin: &BodySurface<'_>, sight: &Sight) -> Shown {
     physical.shown(sight, skin.owner, |face| {
         face.map_or(skin.surface, |face| skin.of_face(face))
     })
+}
+
+fn shown_form(physical: &Physical, skin: &BodySurface<'_>, form: &Form, pose: &Pose) -> Shown {
+    match form {
+        Form::Flat(sight) => shown(physical, skin, sight),
+        Form::Round(segment) => {
+            physical.shown_round(segment.contour(pose), skin.owner, skin.surface)
+        }
+    }
 }
 
 fn facets(plane: &ImagePlane, air: &Air, skin: &BodySurface<'_>, sight: &Sight) -> Vec<Facet> {

@@ -479,7 +479,7 @@ fn a_drift_curve_of_no_use_is_refused_by_its_point() {
         [(hour(2_400), -CLOCK_ERROR_PPM_MAX), (hour(4_800), 500_000)];
     assert_eq!(DRIFT_STRETCH_MAX, hour(2_400));
     let refused = [
-        (&[][..], DriftError::Empty, "without points"),
+        (&[][..], DriftError::Empty, "no points"),
         (&EQUAL, DriftError::Order(2), "point 2"),
         (&LONG, DriftError::Stretch(1), "point 1"),
         (&LATE, DriftError::Stretch(0), "more than 100 days"),

@@ -2,6 +2,7 @@
 
 use crate::file::body;
 use crate::file::document::AgentTable;
+use crate::file::person;
 use crate::file::reader::{Read, Reader};
 use crate::file::rule::{ACCELERATION, SPEED};
 use crate::file::waypoints::{Waypoint, read_waypoints};
@@ -23,9 +24,14 @@ pub(crate) fn agent(
     let start_m = first.map_or(DVec3::ZERO, |point| point.position_mm / MM_PER_M);
     let trajectory = trajectory(reader, table, &waypoints)?;
     let touches = keys.touches.iter().flat_map(Spanned::get_ref);
+    let (person, parts) = match person::person(reader, table, start_m, room.ambient_c)? {
+        Some((person, parts)) => (Some(person), parts),
+        None => (None, body::parts(reader, table, start_m, room.ambient_c)?),
+    };
     let agent = Agent {
         name: reader.name(&keys.name)?,
-        parts: body::parts(reader, table, start_m, room.ambient_c)?,
+        parts,
+        person,
         start_m,
         turns: turns(reader, keys, trajectory.as_ref())?,
         touches: touches.map(|name| name.get_ref().clone()).collect(),
@@ -220,7 +226,7 @@ fn turns(
         &[("fixed", false), ("way", true)],
         hint,
     )?;
-    let turns = turns.unwrap_or(false);
+    let turns = turns.unwrap_or(keys.person.is_some());
     Ok(turns.then(|| headings(trajectory.waypoints_m())))
 }
 

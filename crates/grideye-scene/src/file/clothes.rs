@@ -27,6 +27,12 @@ const PAPER_C: f64 = 29.0;
 /// Above this, an agent's bare temperature is that of skin rather than clothes, °C.
 const WARM_C: f64 = 26.0;
 
+/// What a person looks like to the paper's model.
+pub(crate) const PAPER: Surface = Surface {
+    celsius: PAPER_C,
+    emissivity: EMISSIVITY_DEFAULT,
+};
+
 #[derive(Clone, Copy)]
 pub(crate) struct Keys<'a> {
     temperature_c: &'a Option<Spanned<f64>>,

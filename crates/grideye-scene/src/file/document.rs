@@ -113,6 +113,7 @@ pub(crate) struct MosaicTable {
 #[serde(deny_unknown_fields)]
 pub(crate) struct AgentTable {
     pub(crate) name: Spanned<String>,
+    pub(crate) person: Option<Spanned<PersonTable>>,
     pub(crate) size_mm: Option<Spanned<Triple>>,
     pub(crate) shape: Option<Spanned<String>>,
     pub(crate) yaw_deg: Option<Spanned<f64>>,
@@ -131,6 +132,15 @@ pub(crate) struct AgentTable {
     pub(crate) touches: Option<Spanned<Vec<Spanned<String>>>>,
     #[serde(default = "here")]
     pub(crate) present: bool,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PersonTable {
+    pub(crate) height_mm: Option<Spanned<f64>>,
+    pub(crate) build: Option<Spanned<String>>,
+    pub(crate) posture: Option<Spanned<String>>,
+    pub(crate) clothing: Option<Spanned<String>>,
 }
 
 #[derive(Deserialize)]

@@ -9,6 +9,7 @@ mod fit;
 pub mod key;
 mod mosaic;
 mod obj;
+mod person;
 mod prints;
 mod reader;
 mod room;

@@ -55,6 +55,13 @@ pub(crate) const HEIGHT: Rule = Rule {
     expected: "a height above 0 and up to 1000000 mm",
     hint: "from the floor, at z = 0, to the ceiling",
 };
+/// From a small child to beyond the tallest man.
+pub(crate) const STATURE: Rule = Rule {
+    key: "height_mm",
+    holds: |height_mm| (500.0..=2800.0).contains(&height_mm),
+    expected: "500 to 2800 mm",
+    hint: "a person's height when standing",
+};
 const LENGTH_MAX_MM: f64 = 1_000_000.0;
 pub(crate) const YAW: Rule = Rule {
     key: "yaw_deg",

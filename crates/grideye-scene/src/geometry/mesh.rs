@@ -63,7 +63,7 @@ pub enum MeshError {
     Empty,
 }
 
-const SEGMENTS: usize = 32;
+/// Rings of a round body; each has twice as many faces.
 const RINGS: usize = 16;
 
 /// The corners of a cuboid's faces, counter-clockwise as seen from outside, numbered as in `Cuboid::corners_in_world`.
@@ -109,14 +109,14 @@ impl Mesh {
     /// above.
     #[must_use]
     pub fn ellipsoid(size_m: DVec3) -> Self {
-        Self::stack(size_m, 0.0)
+        Self::stack(size_m, 0.0, RINGS)
     }
 
     /// An upright cylinder with half an ellipsoid at each end, standing on the origin; `size_m` is the overall size.
     #[must_use]
     pub fn capsule(size_m: DVec3) -> Self {
         let ends_m = size_m.x.min(size_m.y).min(size_m.z);
-        Self::stack(size_m.with_z(ends_m), size_m.z - ends_m)
+        Self::stack(size_m.with_z(ends_m), size_m.z - ends_m, RINGS)
     }
 
     /// A surface from vertices and faces by index. Open or inconsistently oriented ones are visible from both sides;
@@ -249,9 +249,10 @@ impl Mesh {
     }
 
     /// A stack of rings: an ellipsoid of these diameters with a cylinder of height `cylinder_m` inserted at its middle.
-    fn stack(size_m: DVec3, cylinder_m: f64) -> Self {
+    pub(super) fn stack(size_m: DVec3, cylinder_m: f64, rings: usize) -> Self {
+        let segments = 2 * rings;
         let half = 0.5 * size_m;
-        let turn = 2.0 * PI / count::float(SEGMENTS);
+        let turn = 2.0 * PI / count::float(segments);
         // At this radius a regular polygon has the area of the unit circle.
         let outside = (turn / libm::sin(turn)).sqrt();
         let mut mesh = Self {
@@ -261,18 +262,18 @@ impl Mesh {
             given: Vec::new(),
             enclosure: Enclosure::Convex,
         };
-        for ring in 1..RINGS {
-            let (sin, cos) = libm::sincos(PI * count::float(ring) / count::float(RINGS));
-            let rises = if 2 * ring == RINGS && cylinder_m > 0.0 {
+        for ring in 1..rings {
+            let (sin, cos) = libm::sincos(PI * count::float(ring) / count::float(rings));
+            let rises = if 2 * ring == rings && cylinder_m > 0.0 {
                 vec![0.0, cylinder_m]
-            } else if 2 * ring > RINGS {
+            } else if 2 * ring > rings {
                 vec![cylinder_m]
             } else {
                 vec![0.0]
             };
             for rise in rises {
                 let height = half.z * (1.0 - cos) + rise;
-                mesh.vertices_m.extend((0..SEGMENTS).map(|segment| {
+                mesh.vertices_m.extend((0..segments).map(|segment| {
                     let (across, along) = libm::sincos(turn * count::float(segment));
                     let radius = outside * sin;
                     DVec3::new(half.x * radius * along, half.y * radius * across, height)
@@ -281,17 +282,17 @@ impl Mesh {
         }
         mesh.vertices_m
             .push(DVec3::new(0.0, 0.0, size_m.z + cylinder_m));
-        mesh.join_rings();
+        mesh.join_rings(segments);
         mesh.given = (0..mesh.starts.len() - 1).collect();
         mesh
     }
 
-    /// Adds the faces between rings of [`SEGMENTS`] vertices each, with one vertex below and one above them all.
-    fn join_rings(&mut self) {
+    /// Adds the faces between rings of `segments` vertices each, with one vertex below and one above them all.
+    fn join_rings(&mut self, segments: usize) {
         let top = self.vertices_m.len() - 1;
-        let rings = (top - 1) / SEGMENTS;
-        let at = |ring: usize, segment: usize| 1 + ring * SEGMENTS + segment % SEGMENTS;
-        for segment in 0..SEGMENTS {
+        let rings = (top - 1) / segments;
+        let at = |ring: usize, segment: usize| 1 + ring * segments + segment % segments;
+        for segment in 0..segments {
             self.push(&[0, at(0, segment + 1), at(0, segment)]);
             for ring in 1..rings {
                 self.push(&[

@@ -1,7 +1,8 @@
 //! What is in the room: bodies that stand, and agents that may move.
 
-use crate::geometry::{Mesh, rotation_z_deg};
+use crate::geometry::{Ellipsoid, Mesh, rotation_z_deg};
 use crate::heat::Thermal;
+use crate::model::person::{Person, SEGMENTS, Stride};
 use crate::motion::Trajectory;
 use crate::radiometry::Surface;
 use glam::{DMat3, DVec3};
@@ -39,6 +40,8 @@ pub struct Agent {
     /// Its rotation on the way to each waypoint; `None` if it does not turn.
     pub(crate) turns: Option<Vec<DMat3>>,
     pub(crate) touches: Vec<String>,
+    /// The person whose segments its bodies are; `None` for bodies that the file gives.
+    pub person: Option<Person>,
 }
 
 impl Body {
@@ -87,6 +90,7 @@ impl Agent {
             trajectory: None,
             turns: None,
             touches: Vec::new(),
+            person: None,
         }
     }
 
@@ -105,9 +109,50 @@ impl Agent {
         turns.get(heads_for).copied()
     }
 
+    /// A person's segments at `time`, in the order of its bodies.
+    pub(crate) fn segments_at(&self, time: Duration) -> Option<[Ellipsoid; SEGMENTS]> {
+        let person = self.person.as_ref()?;
+        let time_s = time.as_secs_f64();
+        let way = self.trajectory.as_ref();
+        let stride = way.map_or(Stride::default(), |way| {
+            let (length_m, speed_m_per_s) = way.pace_at_s(time_s);
+            person.stride(length_m, speed_m_per_s)
+        });
+        let turn = self.heading_at(time).unwrap_or(person.facing);
+        let at_m = self.position_m(time);
+        let segments = person.segments(stride);
+        Some(segments.map(|segment| segment.turned(turn, at_m)))
+    }
+
+    /// The way a walker faces: where it goes within a step's time, so that a tracker's noise does not turn it.
+    fn heading_at(&self, time: Duration) -> Option<DMat3> {
+        const AROUND_S: f64 = 0.3;
+        const FAR_M: f64 = 0.1;
+        let turn = self.turn(time)?;
+        let way = self.trajectory.as_ref()?;
+        let time_s = time.as_secs_f64();
+        let along_m = way.at_s(time_s + AROUND_S) - way.at_s((time_s - AROUND_S).max(0.0));
+        let along_m = along_m.with_z(0.0);
+        Some(match along_m.try_normalize() {
+            Some(along) if along_m.length() > FAR_M => {
+                DMat3::from_cols(along, DVec3::Z.cross(along), DVec3::Z)
+            }
+            _ => turn,
+        })
+    }
+
     /// Its bodies at `time`.
     #[must_use]
     pub fn bodies_at(&self, time: Duration) -> Vec<Body> {
+        if let Some(segments) = self.segments_at(time) {
+            let parts = self.parts.iter().zip(&segments);
+            let moved = parts.map(|(part, segment)| Body {
+                base_m: self.position_m(time),
+                mesh: segment.mesh(),
+                ..part.clone()
+            });
+            return moved.collect();
+        }
         let turn = self.turn(time).unwrap_or(DMat3::IDENTITY);
         let at_m = self.position_m(time);
         let parts = self.parts.iter().map(|part| Body {

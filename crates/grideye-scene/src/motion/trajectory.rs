@@ -158,6 +158,14 @@ impl Trajectory {
         stays
     }
 
+    /// How far the walker has come, meters, and how fast it goes, m/s.
+    pub(crate) fn pace_at_s(&self, time_s: f64) -> (f64, f64) {
+        const AROUND_S: f64 = 0.05;
+        let length_m = |time_s: f64| self.length_at_s(time_s).clamp(0.0, self.length_m());
+        let ahead_m = length_m(time_s + AROUND_S) - length_m(time_s - AROUND_S);
+        (length_m(time_s), ahead_m / (2.0 * AROUND_S))
+    }
+
     fn length_at_s(&self, time_s: f64) -> f64 {
         match &self.pace {
             Pace::Constant { speed_m_per_s } => speed_m_per_s * time_s,

@@ -15,10 +15,11 @@ mod optics;
 pub use crate::model::Optics;
 pub use crate::radiometry::{Band, apparent_celsius};
 
+use crate::geometry::Contour;
 use crate::model::{Scene, Sensor};
 use crate::picture::projection::Sight;
 use crate::radiometry::{Light, Surface};
-use line::{Face, Line, Span, Step};
+use line::{Face, Level, Line, Span, Step};
 use optics::Eye;
 use std::ops::Range;
 
@@ -114,6 +115,24 @@ impl Physical {
         Shown { faces, levels }
     }
 
+    /// Prepares a round body for drawing; without a contour the sensor is inside.
+    pub(crate) fn shown_round(
+        &self,
+        contour: Option<Contour>,
+        owner: u32,
+        surface: Surface,
+    ) -> Shown {
+        let excess = self.light.excess(surface);
+        let face = match contour {
+            None => Face::all_around(&[], excess, owner),
+            Some(contour) => Face::round(contour, excess, owner),
+        };
+        Shown {
+            levels: Vec::new(),
+            faces: vec![face],
+        }
+    }
+
     pub(crate) fn celsius(&self, moving: &[Shown]) -> Vec<f64> {
         let mut excess = self.still_excess.clone();
         self.add(moving, |span| span.excess, true, &mut excess);
@@ -160,7 +179,7 @@ impl Physical {
         for band in 0..bands {
             let ends = (self.borders[band], self.borders[band + 1]);
             let mut line = Line::default();
-            self.draw_still(band, middle_slope(ends), &mut line, &mut scratch);
+            self.draw_still(band, ends, &mut line, &mut scratch);
             line::steps(line.spans(), |span| span.excess, &[], &mut steps);
             to_angles(&mut steps);
             self.eye.add(&steps, ends, &mut self.still_excess);
@@ -186,10 +205,11 @@ impl Physical {
         first.saturating_sub(1)..end.min(last)
     }
 
-    fn draw_still(&self, band: usize, up: f64, line: &mut Line, scratch: &mut Vec<Span>) {
+    fn draw_still(&self, band: usize, ends: (f64, f64), line: &mut Line, scratch: &mut Vec<Span>) {
         line.clear();
+        let level = Level::of(ends);
         for index in &self.reaching[band] {
-            if let Some(span) = self.still[*index].span(up, self.left_max) {
+            if let Some(span) = self.still[*index].span(&level, self.left_max) {
                 line.insert(span, scratch);
             }
         }
@@ -228,15 +248,15 @@ impl Physical {
             let is_whole = parts.len() == 2;
             for ends in parts.windows(2) {
                 let ends = (ends[0], ends[1]);
-                let up = middle_slope(ends);
+                let level = Level::of(ends);
                 if is_whole {
                     buffers.behind.copy_from(&self.lines[band]);
                 } else {
-                    self.draw_still(band, up, &mut buffers.behind, &mut buffers.scratch);
+                    self.draw_still(band, ends, &mut buffers.behind, &mut buffers.scratch);
                 }
                 buffers.seen.copy_from(&buffers.behind);
                 for (_, face) in &active {
-                    if let Some(span) = face.span(up, self.left_max) {
+                    if let Some(span) = face.span(&level, self.left_max) {
                         buffers.seen.insert(span, &mut buffers.scratch);
                     }
                 }
@@ -270,10 +290,6 @@ struct LineBuffers {
     seen: Line,
     steps: Vec<Step>,
     scratch: Vec<Span>,
-}
-
-fn middle_slope((low, high): (f64, f64)) -> f64 {
-    libm::tan(0.5 * (low + high))
 }
 
 fn to_angles(steps: &mut [Step]) {

@@ -19,6 +19,7 @@ mod invariants;
 mod motion;
 mod paper_scenes;
 mod peer;
+mod people;
 mod physical;
 mod physical_invariants;
 mod physical_people;

@@ -128,7 +128,7 @@ fn an_agent_does_not_start_on_a_spool_of_a_later_layout() {
     let said = String::from_utf8(ended.stderr).unwrap();
     assert_eq!(ended.status.code(), Some(1), "{said}");
     assert!(
-        said.contains("/state has layout 2, and this program knows"),
+        said.contains("/state has layout 2, but this program knows"),
         "{said}"
     );
     assert_eq!(std::fs::read(spool.join("state")).unwrap(), state);

@@ -1,10 +1,31 @@
 //! The visible faces along one horizontal line of the image.
 
+use crate::geometry::Contour;
 use crate::picture::projection::SeenFace;
 use glam::DVec3;
 
+/// A band of the image: the upward slope of its middle line, and how far it reaches to either side.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Level {
+    up: f64,
+    half: f64,
+}
+
+impl Level {
+    /// The band between two angles.
+    pub(super) fn of((low, high): (f64, f64)) -> Self {
+        let up = libm::tan(0.5 * (low + high));
+        Self {
+            up,
+            half: 0.5 * (high - low) * (1.0 + up * up),
+        }
+    }
+}
+
 #[derive(Debug, Clone)]
 pub(super) struct Face {
+    /// The outline of a round body; `None` if flat sides bound it.
+    round: Option<Contour>,
     /// A ray meets the face if its products with all of these are not negative.
     sides: Vec<DVec3>,
     /// Its product with a ray `(1, left, up)` is the inverse depth where the ray meets the face's plane.
@@ -13,6 +34,9 @@ pub(super) struct Face {
     pub(super) excess: f64,
     pub(super) owner: u32,
 }
+
+/// The mean chord of a parabola's cap relative to the chord at half its height: 2/3 over the root of 1/2.
+const CAP_PER_CHORD: f64 = 0.942_809_041_582_063_4;
 
 /// The inverse depth of a body around the sensor: that of a picometer.
 const AT_NO_DISTANCE: DVec3 = DVec3::new(1e12, 0.0, 0.0);
@@ -39,6 +63,7 @@ impl Face {
             .map(|(from, to)| from.cross(to) * seen.orientation)
             .chain([seen.inverse_depth]);
         Self {
+            round: None,
             sides: sides.collect(),
             inverse_depth: seen.inverse_depth,
             up: reach(&seen.corners),
@@ -47,9 +72,22 @@ impl Face {
         }
     }
 
+    /// A round body: the flat patch within its outline.
+    pub(super) fn round(contour: Contour, excess: f64, owner: u32) -> Self {
+        Self {
+            round: Some(contour),
+            sides: Vec::new(),
+            inverse_depth: contour.inverse_depth,
+            up: contour.reach(),
+            excess,
+            owner,
+        }
+    }
+
     /// A body that contains or touches the sensor, without rays that leave through a touched face.
     pub(super) fn all_around(touching: &[DVec3], excess: f64, owner: u32) -> Self {
         Self {
+            round: None,
             sides: touching.iter().map(|outward| -*outward).collect(),
             inverse_depth: AT_NO_DISTANCE,
             up: (f64::NEG_INFINITY, f64::INFINITY),
@@ -58,9 +96,28 @@ impl Face {
         }
     }
 
+    /// The chord of a round body; where the body ends within the band, a chord with the area of the cap in it.
+    fn across(&self, contour: &Contour, level: &Level) -> Option<(f64, f64)> {
+        let low = self.up.0.max(level.up - level.half);
+        let high = self.up.1.min(level.up + level.half);
+        let filled = 0.5 * (high - low) / level.half;
+        if filled > 1.0 - 1e-9 {
+            return contour.across(level.up);
+        }
+        let (from, to) = contour.across(0.5 * (low + high))?;
+        let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+        let half = half * filled * CAP_PER_CHORD;
+        half.is_finite().then_some((middle - half, middle + half))
+    }
+
     /// Where the face crosses the line of rays with this upward slope, up to `left_max` to either side.
-    pub(super) fn span(&self, up: f64, left_max: f64) -> Option<Span> {
+    pub(super) fn span(&self, level: &Level, left_max: f64) -> Option<Span> {
+        let up = level.up;
         let (mut from, mut to) = (-left_max, left_max);
+        if let Some(contour) = &self.round {
+            let across = self.across(contour, level)?;
+            (from, to) = (from.max(across.0), to.min(across.1));
+        }
         for side in &self.sides {
             let at_axis = side.x + side.z * up;
             if side.y > 0.0 {

@@ -1,0 +1,95 @@
+//! Reads a person: `person = { height_mm = 1750, build = "average", posture = "stand", clothing = "indoor" }`.
+
+use crate::file::clothes;
+use crate::file::document::{AgentTable, PersonTable};
+use crate::file::reader::{Read, Reader};
+use crate::file::rule::{STATURE, YAW};
+use crate::geometry::rotation_z_deg;
+use crate::heat::Thermal;
+use crate::model::{Body, Clothing, Model, Person, Posture};
+use crate::text::MM_PER_M;
+use glam::DVec3;
+use toml::Spanned;
+
+/// The mean of adults of both sexes.
+const STATURE_MM: f64 = 1700.0;
+
+/// Girths relative to the mean adult's.
+const BUILDS: [(&str, f64); 3] = [("slight", 0.9), ("average", 1.0), ("stout", 1.15)];
+
+const POSTURES: [(&str, Posture); 4] = [
+    ("stand", Posture::Stand),
+    ("walk", Posture::Walk),
+    ("sit", Posture::Sit),
+    ("lie", Posture::Lie),
+];
+
+const CLOTHING: [(&str, Clothing); 3] = [
+    ("light", Clothing::Light),
+    ("indoor", Clothing::Indoor),
+    ("coat", Clothing::Coat),
+];
+
+/// The person, if the agent is one, and its bodies at its start.
+pub(crate) fn person(
+    reader: &Reader<'_>,
+    table: &Spanned<AgentTable>,
+    start_m: DVec3,
+    ambient_c: f64,
+) -> Read<Option<(Person, Vec<Body>)>> {
+    let keys = table.get_ref();
+    let Some(given) = &keys.person else {
+        return Ok(None);
+    };
+    let others = [
+        ("part", !keys.part.is_empty()),
+        ("size_mm", keys.size_mm.is_some()),
+        ("shape", keys.shape.is_some()),
+        ("temperature_c", keys.temperature_c.is_some()),
+        ("emissivity", keys.emissivity.is_some()),
+        ("surface", keys.surface.is_some()),
+    ];
+    if let Some((key, _)) = others.into_iter().find(|(_, given)| *given) {
+        let title = format!("agent `{}`", keys.name.get_ref());
+        let hint = "a person's body follows from height_mm, build, posture and clothing";
+        return Err(reader.conflict(table.span().start, &title, [key, "person"], hint));
+    }
+    let person = read(reader, given.get_ref(), keys)?;
+    let surfaces = match reader.model {
+        Model::Physical => person.surfaces(ambient_c),
+        Model::Paper => person.surfaces(ambient_c).map(|_| clothes::PAPER),
+    };
+    let segments = person.segments(Default::default());
+    let color = super::body::color(reader, &keys.color)?;
+    let parts = Person::names().zip(segments).zip(surfaces);
+    let parts = parts.map(|((name, segment), surface)| Body {
+        name: name.to_owned(),
+        base_m: start_m,
+        mesh: segment.turned(person.facing, start_m).mesh(),
+        surface,
+        thermal: Thermal::default(),
+        color,
+    });
+    Ok(Some((person, parts.collect())))
+}
+
+fn read(reader: &Reader<'_>, given: &PersonTable, keys: &AgentTable) -> Read<Person> {
+    let hint = "stand is the default, walk that of an agent with a trajectory";
+    let posture = reader.choice("posture", &given.posture, &POSTURES, hint)?;
+    let default = match keys.trajectory {
+        Some(_) => Posture::Walk,
+        None => Posture::Stand,
+    };
+    let hint = "average is the default; girths are 0.9, 1 or 1.15 times the mean adult's";
+    let girth = reader.choice("build", &given.build, &BUILDS, hint)?;
+    let hint = "indoor is the default; scenes/README.md says how warm each looks";
+    let clothing = reader.choice("clothing", &given.clothing, &CLOTHING, hint)?;
+    let yaw_deg = reader.number_or(&keys.yaw_deg, &YAW, 0.0)?;
+    Ok(Person {
+        height_m: reader.number_or(&given.height_mm, &STATURE, STATURE_MM)? / MM_PER_M,
+        girth: girth.unwrap_or(1.0),
+        posture: posture.unwrap_or(default),
+        clothing: clothing.unwrap_or(Clothing::Indoor),
+        facing: rotation_z_deg(yaw_deg),
+    })
+}

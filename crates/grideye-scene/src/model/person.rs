@@ -1,0 +1,375 @@
+//! A person as rounded segments: proportions, posture, gait, and how warm each segment looks.
+//!
+//! Lengths are shares of stature from Drillis and Contini (1966), as in Winter, *Biomechanics and Motor Control of
+//! Human Movement*, figure 4.1. Girths are those of the mean adult of ANSUR II (US Army, 2012) at 1.75 m. Surface
+//! temperatures follow the heat balance of ISO 7730, with the insulations of ISO 9920.
+
+use crate::geometry::{Ellipsoid, rotation_y_deg};
+use crate::radiometry::Surface;
+use glam::{DMat3, DVec3};
+use std::f64::consts::TAU;
+
+/// What a person does with its body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Posture {
+    /// Upright, arms hanging.
+    Stand,
+    /// Upright; legs and arms swing with the way.
+    Walk,
+    /// Upright trunk, thighs level, shanks upright.
+    Sit,
+    /// On the back, the head towards +x.
+    Lie,
+}
+
+/// What a person wears.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Clothing {
+    /// Trousers and a T-shirt: 0.5 clo; forearms are bare.
+    Light,
+    /// Trousers, shirt and sweater: 1 clo.
+    Indoor,
+    /// The same under a coat, and a hat or hood: 2 clo.
+    Coat,
+}
+
+/// A person's body and clothes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Person {
+    /// Stature, meters.
+    pub height_m: f64,
+    /// Girths relative to the mean adult's of that stature.
+    pub girth: f64,
+    /// What the body does.
+    pub posture: Posture,
+    /// What it wears.
+    pub clothing: Clothing,
+    /// Turns its front from +x to where it looks if it does not walk.
+    pub(crate) facing: DMat3,
+}
+
+/// The moment of a walk: where in its stride and how wide its steps are.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Stride {
+    /// Radians since the left heel touched the ground.
+    pub(crate) phase_rad: f64,
+    /// 1 at normal speed, 0 at rest.
+    pub(crate) width: f64,
+}
+
+/// What a segment is covered with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Cover {
+    Skin,
+    Hair,
+    Top,
+    /// As the top, or bare if the clothing is light.
+    Sleeve,
+    /// Where shirt or coat hangs over the trousers.
+    Middle,
+    Legs,
+    Shoe,
+}
+
+/// Segments, from the head down; [`Person::segments`] gives them in this order.
+const COVERS: [(&str, Cover, f64); SEGMENTS] = [
+    ("hair", Cover::Hair, 0.5),
+    ("face", Cover::Skin, 0.5),
+    ("neck", Cover::Skin, 0.5),
+    ("shoulders", Cover::Top, 0.5),
+    ("chest", Cover::Top, 0.5),
+    ("pelvis", Cover::Middle, 0.0),
+    ("left upper arm", Cover::Top, -0.5),
+    ("right upper arm", Cover::Top, -0.5),
+    ("left forearm", Cover::Sleeve, -1.5),
+    ("right forearm", Cover::Sleeve, -1.5),
+    ("left hand", Cover::Skin, -5.5),
+    ("right hand", Cover::Skin, -5.5),
+    ("left thigh", Cover::Legs, -1.0),
+    ("right thigh", Cover::Legs, -1.0),
+    ("left shank", Cover::Legs, -2.0),
+    ("right shank", Cover::Legs, -2.0),
+    ("left foot", Cover::Shoe, -4.0),
+    ("right foot", Cover::Shoe, -4.0),
+];
+pub(crate) const SEGMENTS: usize = 18;
+
+const SIDES: [f64; 2] = [1.0, -1.0];
+/// The stature of which the girths below are, meters.
+const GIRTHS_OF_M: f64 = 1.75;
+/// Of stature: where joints are above the floor, and how far from the middle.
+const HIP: f64 = 0.53;
+const HIP_ASIDE: f64 = 0.052;
+const KNEE: f64 = 0.285;
+const ANKLE: f64 = 0.039;
+const SHOULDER: f64 = 0.818;
+const SHOULDER_ASIDE: f64 = 0.115;
+const ELBOW: f64 = 0.632;
+/// Of stature: the underside of the thighs of somebody who sits.
+const SEAT: f64 = 0.25;
+/// Angles of a walk at normal speed, degrees (Winter, chapter 3; Murray 1967).
+const HIP_SWINGS_DEG: f64 = 22.0;
+const KNEE_BENDS_DEG: f64 = 50.0;
+const ARM_SWINGS_DEG: f64 = 18.0;
+const ELBOW_BENDS_DEG: f64 = 15.0;
+/// Of stature: one stride, two steps.
+const STRIDE: f64 = 0.8;
+/// The speed from which on steps have their full width.
+const WIDE_FROM_M_PER_S: f64 = 1.0;
+
+impl Person {
+    /// Where in its stride the person is after `length_m` of its way, at `speed_m_per_s`.
+    pub(crate) fn stride(&self, length_m: f64, speed_m_per_s: f64) -> Stride {
+        if self.posture != Posture::Walk {
+            return Stride::default();
+        }
+        let strides = length_m / (STRIDE * self.height_m);
+        Stride {
+            phase_rad: TAU * (strides - strides.floor()),
+            width: (speed_m_per_s / WIDE_FROM_M_PER_S).min(1.0),
+        }
+    }
+
+    /// The segments, in the order of [`Self::names`]: standing on the origin, the front towards +x.
+    pub(crate) fn segments(&self, stride: Stride) -> [Ellipsoid; SEGMENTS] {
+        let legs = SIDES.map(|side| self.leg(side, stride));
+        let arms = SIDES.map(|side| self.arm(side, stride));
+        let trunk = self.trunk();
+        let raised = match self.posture {
+            Posture::Sit => SEAT + self.girth_m(0.085) / self.height_m - HIP,
+            Posture::Stand | Posture::Walk | Posture::Lie => {
+                let swing_rad = (HIP_SWINGS_DEG * stride.width).to_radians();
+                let spread = swing_rad * libm::sin(stride.phase_rad);
+                (HIP - ANKLE) * (libm::cos(spread) - 1.0)
+            }
+        };
+        let up_m = DVec3::new(0.0, 0.0, raised * self.height_m);
+        let mut all = [trunk[0]; SEGMENTS];
+        for (segment, found) in all.iter_mut().zip(
+            trunk
+                .into_iter()
+                .chain((0..3).flat_map(|part| [arms[0][part], arms[1][part]]))
+                .chain((0..3).flat_map(|part| [legs[0][part], legs[1][part]])),
+        ) {
+            *segment = found.turned(DMat3::IDENTITY, up_m);
+        }
+        if self.posture == Posture::Lie {
+            let on_the_back = DMat3::from_cols(DVec3::Z, DVec3::NEG_Y, DVec3::X);
+            let below_m =
+                self.girth_m(0.14) + 0.01 * self.height_m + 1.1 * self.clothing.thickness_m();
+            let moved_m = DVec3::new(-0.5 * self.height_m, 0.0, below_m);
+            all = all.map(|segment| segment.turned(on_the_back, moved_m));
+        }
+        all
+    }
+
+    /// What the segments are called.
+    pub(crate) fn names() -> impl Iterator<Item = &'static str> {
+        COVERS.iter().map(|(name, _, _)| *name)
+    }
+
+    fn girth_m(&self, at_mean_m: f64) -> f64 {
+        at_mean_m * self.girth * self.height_m / GIRTHS_OF_M
+    }
+
+    /// An upright segment: its center and semi-axes, lengths as shares of stature, girths in meters of the mean adult.
+    fn upright(
+        &self,
+        center: [f64; 3],
+        [deep_m, wide_m]: [f64; 2],
+        tall: f64,
+        clothed: bool,
+    ) -> Ellipsoid {
+        let layer_m = if clothed {
+            self.clothing.thickness_m()
+        } else {
+            0.0
+        };
+        let half_m = DVec3::new(
+            self.girth_m(deep_m) + layer_m,
+            self.girth_m(wide_m) + layer_m,
+            tall * self.height_m,
+        );
+        Ellipsoid {
+            center_m: DVec3::from_array(center) * self.height_m,
+            axes_m: DMat3::from_diagonal(half_m),
+        }
+    }
+
+    fn trunk(&self) -> [Ellipsoid; 6] {
+        // A head is hardly thicker in a stout person.
+        let head = Self {
+            girth: 1.0,
+            ..*self
+        };
+        let hat = self.clothing == Clothing::Coat;
+        [
+            head.upright([-0.01, 0.0, 0.945], [0.092, 0.077], 0.055, hat),
+            head.upright([0.010, 0.0, 0.906], [0.055, 0.060], 0.036, false),
+            head.upright([0.0, 0.0, 0.855], [0.058, 0.058], 0.02, false),
+            self.upright([-0.01, 0.0, 0.80], [0.135, 0.26], 0.05, true),
+            self.upright([0.0, 0.0, 0.715], [0.120, 0.165], 0.12, true),
+            self.upright([0.0, 0.0, 0.545], [0.115, 0.170], 0.095, true),
+        ]
+    }
+
+    /// Upper arm, forearm and hand of a side.
+    fn arm(&self, side: f64, stride: Stride) -> [Ellipsoid; 3] {
+        let y = side * SHOULDER_ASIDE;
+        let (shoulder_deg, elbow_deg) = match self.posture {
+            Posture::Sit => (25.0, 65.0),
+            Posture::Stand | Posture::Lie => (0.0, 0.0),
+            Posture::Walk => (
+                -side * ARM_SWINGS_DEG * stride.width * libm::sin(stride.phase_rad),
+                ELBOW_BENDS_DEG,
+            ),
+        };
+        let sleeved = self.clothing != Clothing::Light;
+        self.limb(
+            [[0.0, y, SHOULDER], [0.0, y, ELBOW]],
+            [shoulder_deg, shoulder_deg + elbow_deg],
+            [
+                self.upright([0.0, y, 0.73], [0.055, 0.055], 0.105, true),
+                self.upright([0.0, y, 0.555], [0.042, 0.042], 0.083, sleeved),
+                self.upright([0.0, y, 0.445], [0.042, 0.022], 0.042, false),
+            ],
+        )
+    }
+
+    /// Thigh, shank and foot of a side.
+    fn leg(&self, side: f64, stride: Stride) -> [Ellipsoid; 3] {
+        let y = side * HIP_ASIDE;
+        let (hip_deg, knee_deg) = match self.posture {
+            Posture::Sit => (90.0, -90.0),
+            Posture::Stand | Posture::Lie => (0.0, 0.0),
+            Posture::Walk => {
+                let (sin, cos) = libm::sincos(stride.phase_rad);
+                // A knee bends while its leg swings forward.
+                let forward = (side * cos).max(0.0);
+                (
+                    side * HIP_SWINGS_DEG * stride.width * sin,
+                    -KNEE_BENDS_DEG * stride.width * forward,
+                )
+            }
+        };
+        self.limb(
+            [[0.0, y, HIP], [0.0, y, KNEE]],
+            [hip_deg, hip_deg + knee_deg],
+            [
+                self.upright([0.0, y, 0.4], [0.085, 0.080], 0.125, true),
+                self.upright([0.0, y, 0.165], [0.058, 0.055], 0.135, true),
+                self.upright([0.03, y, 0.022], [0.135, 0.048], 0.022, false),
+            ],
+        )
+    }
+
+    /// Swings a limb's three segments forward about its first joint, the last two about the second as well.
+    fn limb(
+        &self,
+        joints: [[f64; 3]; 2],
+        forward_deg: [f64; 2],
+        [first, second, third]: [Ellipsoid; 3],
+    ) -> [Ellipsoid; 3] {
+        let [upper_m, middle_m] = joints.map(|joint| DVec3::from_array(joint) * self.height_m);
+        let [upper, lower] = forward_deg.map(|degrees| rotation_y_deg(-degrees));
+        let swung = upper * (middle_m - upper_m) + upper_m;
+        let about = |segment: Ellipsoid, turn: DMat3, from_m: DVec3, to_m: DVec3| {
+            segment.turned(turn, to_m - turn * from_m)
+        };
+        [
+            about(first, upper, upper_m, upper_m),
+            about(second, lower, middle_m, swung),
+            about(third, lower, middle_m, swung),
+        ]
+    }
+
+    /// How each segment looks in a room of this temperature, by the physical model.
+    pub(crate) fn surfaces(&self, ambient_c: f64) -> [Surface; SEGMENTS] {
+        COVERS.map(|(_, cover, warmer_c)| {
+            let (clo, emissivity) = match cover {
+                Cover::Skin => (0.0, SKIN),
+                Cover::Hair if self.clothing != Clothing::Coat => (HAIR_CLO, HAIR),
+                Cover::Sleeve if self.clothing == Clothing::Light => (0.0, SKIN),
+                Cover::Hair | Cover::Top | Cover::Sleeve => (self.clothing.local_clo()[0], TEXTILE),
+                Cover::Middle => (self.clothing.local_clo()[1], TEXTILE),
+                Cover::Legs => (self.clothing.local_clo()[2], TEXTILE),
+                Cover::Shoe => (SHOE_CLO, TEXTILE),
+            };
+            Surface {
+                celsius: self.outside_c(clo, warmer_c, ambient_c),
+                emissivity,
+            }
+        })
+    }
+
+    /// The temperature of the outside of clothes, °C: the heat that passes them leaves them (ISO 7730:2005, eq. 2).
+    fn outside_c(&self, clo: f64, warmer_c: f64, ambient_c: f64) -> f64 {
+        let metabolic = match self.posture {
+            Posture::Walk => 1.7 * MET,
+            Posture::Stand => 1.2 * MET,
+            Posture::Sit => MET,
+            Posture::Lie => 0.8 * MET,
+        };
+        let skin_c = 35.7 - 0.028 * metabolic + warmer_c;
+        let insulation = 0.155 * clo;
+        let area = if insulation < 0.078 {
+            1.0 + 1.29 * insulation
+        } else {
+            1.05 + 0.645 * insulation
+        };
+        // Air past the body by its own movement (ISO 7730, annex C).
+        let air_m_per_s = AIR_M_PER_S + 0.0052 * (metabolic - 58.0).max(0.0);
+        let forced = 12.1 * air_m_per_s.sqrt();
+        let kelvin4 = |celsius: f64| {
+            let squared = (celsius + 273.0) * (celsius + 273.0);
+            squared * squared
+        };
+        let (mut low, mut high) = (ambient_c.min(skin_c), ambient_c.max(skin_c));
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            let free = 2.38 * (middle - ambient_c).abs().sqrt().sqrt();
+            let lost = 3.96e-8 * area * (kelvin4(middle) - kelvin4(ambient_c))
+                + area * forced.max(free) * (middle - ambient_c);
+            if skin_c - insulation * lost > middle {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        0.5 * (low + high)
+    }
+}
+
+impl Clothing {
+    /// Of the top, the middle and the legs. An outfit's insulation in ISO 9920 counts the bare head and hands; what is
+    /// covered is insulated better, the legs by the air in their trousers.
+    const fn local_clo(self) -> [f64; 3] {
+        match self {
+            Self::Light => [0.7, 1.2, 1.6],
+            Self::Indoor => [1.4, 1.7, 2.2],
+            Self::Coat => [2.3, 3.0, 3.0],
+        }
+    }
+
+    const fn thickness_m(self) -> f64 {
+        match self {
+            Self::Light => 0.003,
+            Self::Indoor => 0.01,
+            Self::Coat => 0.03,
+        }
+    }
+}
+
+/// Emissivities from 8 to 14 µm, textbook values.
+const SKIN: f64 = 0.98;
+const HAIR: f64 = 0.95;
+const TEXTILE: f64 = 0.95;
+/// One met, W/m² (ISO 7730).
+const MET: f64 = 58.15;
+const AIR_M_PER_S: f64 = 0.1;
+/// **Assumption**: hair insulates like a thick hat, a shoe like its sole.
+const HAIR_CLO: f64 = 1.0;
+const SHOE_CLO: f64 = 2.0;
+/// Halves what is open to less than a millionth of a degree.
+const HALVINGS: u32 = 32;
