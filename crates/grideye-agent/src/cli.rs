@@ -1,40 +1,40 @@
-//! The command line of `grideye-agent`: names, defaults and help, for the program and for what is written from them
-//! (man pages, completions).
+//! The command line of `grideye-agent`: names, defaults and help. Man pages and completions are generated from it.
 //!
-//! `--help` is one screen of 80 columns, with an example; `grideye-agent help COMMAND` and the man page say everything.
+//! `--help` fits a screen of 24 lines and 80 columns; `--help-all` and the man page have everything.
 
 use amg8833::Address;
+use clap::builder::PossibleValue;
 use clap::{Arg, ArgAction, Args, Command as ClapCommand, Parser, Subcommand};
 use clap::{CommandFactory as _, FromArgMatches as _};
 use std::path::PathBuf;
 
 /// The service's configuration.
 pub const CONFIG_FILE: &str = "/etc/grideye/agent.toml";
-/// The bus that is looked at where none is named.
+/// The bus that `check` opens by default.
 pub const BUS: &str = "/dev/i2c-1";
-/// Where joining leaves what the service reads.
+/// The file that `join` writes and the service reads.
 pub const JOINED_FILE: &str = "/etc/grideye/collector.toml";
-/// Behind every option of our own.
+/// Sorts help after every other option.
 const HELP_COMES_LAST: usize = 1000;
 
-/// Reads AMG8833 sensors over I2C and delivers every frame to a collector, once.
+/// Read AMG8833 sensors and deliver every frame to a collector exactly once.
 ///
-/// Exit codes: 0 done, 1 failed, 2 bad usage or configuration, 3 finished but data was lost.
+/// Exit codes: 0 done, 1 failed, 2 bad usage or configuration, 3 done but data lost
 ///
 /// Example: grideye-agent check --bus /dev/i2c-1 --address 0x69
 #[derive(Debug, Parser)]
 #[command(name = "grideye-agent", version, max_term_width = 100)]
 pub struct Cli {
-    /// What to do.
+    /// The command to run.
     #[command(subcommand)]
     pub command: Command,
 }
 
-/// What the program is asked to do.
+/// The commands of the program.
 #[derive(Debug, Subcommand)]
 #[expect(
     missing_docs,
-    reason = "a comment here would stand in the help instead of the longer one of the options"
+    reason = "a comment here would replace the help of the command"
 )]
 pub enum Command {
     Check(CheckArgs),
@@ -42,132 +42,140 @@ pub enum Command {
     Run(RunArgs),
 }
 
-/// Look for the sensors, show a frame of each, and say what to do about a failure.
+/// Test the sensors and show how to fix what fails.
 ///
-/// Opens the bus, sets the sensor up, shows one frame and the measured rate. With a configuration every sensor of it, the
-/// clock, the way to the collector, and what a loss of power can cost. Where nothing is named, and the service has a
-/// configuration, /etc/grideye/agent.toml, it is that one.
+/// Opens the bus, configures the sensor, and prints one frame and the measured frame rate. With a configuration, tests all
+/// of its sensors, the clock and the connection to the collector, and prints how much data a power cut can lose.
 ///
-/// Exit code 1: a sensor or the collector is not as it should be.
+/// Without options, checks /etc/grideye/agent.toml if it exists, otherwise address 0x69 on /dev/i2c-1.
+///
+/// Exit code 1: a sensor or the collector failed the test
 ///
 /// Example: grideye-agent check --config /etc/grideye/agent.toml
 #[derive(Debug, Args)]
 pub struct CheckArgs {
-    /// Check all of this configuration, and the way to the collector.
+    /// Configuration [default: /etc/grideye/agent.toml].
     ///
-    /// By default /etc/grideye/agent.toml if it is there, unless a bus or an address is named.
+    /// The default applies if that file exists and neither --bus nor --address is given.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["bus", "address"])]
     pub config: Option<PathBuf>,
-    /// The bus to look at [default: /dev/i2c-1].
+    /// I2C bus of the sensor [default: /dev/i2c-1].
     #[arg(long, value_name = "DEVICE")]
     pub bus: Option<PathBuf>,
-    /// The sensor's 7-bit address [default: 0x69].
+    /// Address of the sensor: 0x68 or 0x69 [default: 0x69].
     #[arg(long, value_parser = parse_address)]
     pub address: Option<Address>,
-    /// One JSON object a sensor and line, for programs.
+    /// Print JSON, one object per line.
     #[arg(long)]
     pub json: bool,
 }
 
 impl CheckArgs {
-    /// The address to look at.
+    /// The address given, or the default.
     #[must_use]
     pub fn address(&self) -> Address {
         self.address.unwrap_or(Address::High)
     }
 }
 
-/// Join a collector: `grideye enroll DEVICE` prints this command with its code there.
+/// Join a collector with the code that `grideye enroll` printed.
 ///
-/// In six steps, each told when it is done: reads the line; reaches the collector and believes its authority by the pin in
-/// the line; posts a batch without frames to see that this device's frames are taken; keeps address, token and authority in a file; enables and starts the service
-/// where systemd runs and has it; waits until the collector has a frame. A step that fails is named, with what to do. Until
-/// the file nothing is changed; what is done then stays, and the line may be pasted again.
+/// Joining runs six steps. Each reports success or tells you how to fix it:
 ///
-/// Exit codes: 1 a step failed, 2 the line or a file is wrong, 3 no frame in time.
+/// 1. read the code;
+/// 2. reach the collector and verify its authority by the pin in the code;
+/// 3. post an empty batch to prove that the token works for this device;
+/// 4. write address, token and authority to a file;
+/// 5. enable and start the service, if systemd runs and has it;
+/// 6. wait until the collector has a frame.
+///
+/// Nothing changes before step 4. If a later step fails, the file stays, and you may run the same command again.
+///
+/// Exit codes: 1 a step failed, 2 bad code or file, 3 no frame in time
 ///
 /// Example: echo 'CODE' | sudo grideye-agent join -
 #[derive(Debug, Args)]
 pub struct JoinArgs {
-    /// The code in that line; `-` reads standard input [default: -].
+    /// Code from `grideye enroll`; `-` reads standard input [default: -].
     ///
-    /// It begins with `grideye:`; the whole line is understood as well. A terminal is asked for it. As an argument, in
-    /// quotation marks, other users of this machine can see it and its token in the list of processes.
+    /// Starts with `grideye:`. The whole line that `grideye enroll` printed works too. On a terminal, you are asked for it.
+    /// As an argument, quoted, the code and its token are visible to other users of this machine in the process list.
     #[arg(default_value = "-", hide_default_value = true)]
     pub code: String,
-    /// Where to keep what joining leaves.
+    /// File to write.
     ///
-    /// `collector.toml` beside the agent's configuration is found by itself.
+    /// The agent reads `collector.toml` beside its configuration.
     #[arg(long, value_name = "FILE", default_value = JOINED_FILE)]
     pub out: PathBuf,
-    /// Start nothing: leave it at the file.
+    /// Stop after writing the file; start no service.
     #[arg(long, conflicts_with_all = ["service", "wait"])]
     pub no_start: bool,
-    /// Another service that reads it [default: grideye-agent].
+    /// Service to start [default: grideye-agent].
     ///
-    /// With a file of one's own nothing is started, unless this names the unit that reads it, and `agent.toml` beside it.
+    /// With another --out, no service starts unless this option names the one that reads that file and the `agent.toml`
+    /// beside it.
     #[arg(long, value_name = "UNIT")]
     pub service: Option<String>,
-    /// How long to wait for the first frame.
+    /// Wait for a frame, 1 to 3600 s.
     #[arg(long, value_name = "SECONDS", default_value_t = 30, value_parser = clap::value_parser!(u64).range(1..=3600))]
     pub wait: u64,
-    /// The agent's own certificate with its chain, in PEM.
+    /// Client certificate with its chain (PEM).
     ///
-    /// For a collector that asks for one.
+    /// Needed if the collector runs with --tls-client-ca.
     #[arg(long, value_name = "FILE", requires = "client_key")]
     pub client_cert: Option<PathBuf>,
-    /// The key of that certificate, in PEM.
+    /// Private key of --client-cert (PEM).
     #[arg(long, value_name = "FILE", requires = "client_cert")]
     pub client_key: Option<PathBuf>,
 }
 
-/// Read and deliver until SIGINT or SIGTERM, or until each sensor has given N frames.
+/// Read sensors and deliver frames until SIGINT or SIGTERM.
 ///
-/// What the collector does not have waits in memory, and then in the spool that the configuration names.
+/// Frames that the collector does not have yet wait in memory, then in the spool, if the configuration has one.
 ///
-/// Exit code 3: finished, but frames were lost.
+/// Exit code 3: done, but frames were lost
 ///
 /// Example: grideye-agent run --config /etc/grideye/agent.toml
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// The agent's configuration.
+    /// Configuration of the agent (TOML).
     #[arg(long, value_name = "FILE")]
     pub config: PathBuf,
-    /// Stop after this many frames of each sensor.
+    /// Stop after N frames of each sensor [default: never].
     #[arg(long, value_name = "N")]
     pub frames: Option<u64>,
-    /// How the log on standard error is written.
+    /// Log format.
     #[arg(long, value_name = "FORMAT", default_value = "text")]
     pub log: LogFormat,
 }
 
-/// The form of log lines.
+/// The format of log lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum LogFormat {
     /// Lines for people.
     Text,
-    /// One JSON object a line, for programs.
+    /// One JSON object per line.
     Json,
 }
 
-/// The command line that the program was started with; ends the program where it is not understood, or asks for help.
+/// Parses the program's arguments; exits if they are wrong or ask for help.
 #[must_use]
 pub fn parse() -> Cli {
     Cli::from_arg_matches(&command().get_matches()).unwrap_or_else(|error| error.exit())
 }
 
-/// The whole command line as it is parsed and documented.
+/// The whole command line, as parsed and documented.
 #[must_use]
 pub fn command() -> ClapCommand {
-    on_a_screen(Cli::command())
+    with_helps(Cli::command())
 }
 
-/// The same program with a `--help` of one screen, behind which `help COMMAND` says everything.
+/// Adds the short `--help` and the complete `--help-all` to a program.
 ///
-/// The first paragraph of a comment is what `--help` says; the paragraphs that begin with `Exit code` and `Example: ` stand
-/// at the end of either.
+/// The first paragraph of a comment is in both, the rest in `--help-all`. Paragraphs that begin with `Exit code` or
+/// `Example: ` end both.
 #[must_use]
-pub fn on_a_screen(command: ClapCommand) -> ClapCommand {
+pub fn with_helps(command: ClapCommand) -> ClapCommand {
     let program = command.get_name().to_owned();
     let help = Arg::new("help")
         .short('h')
@@ -175,37 +183,60 @@ pub fn on_a_screen(command: ClapCommand) -> ClapCommand {
         .global(true)
         .action(ArgAction::HelpShort)
         .display_order(HELP_COMES_LAST)
-        .help(format!("Print this; `{program} help …` says more"));
-    ended(command, &program).disable_help_flag(true).arg(help)
+        .help("Print help");
+    let help_all = Arg::new("help-all")
+        .long("help-all")
+        .global(true)
+        .action(ArgAction::HelpLong)
+        .display_order(HELP_COMES_LAST)
+        .hide_short_help(true)
+        .help("Print complete help");
+    ended(command, &program)
+        .disable_help_flag(true)
+        .args([help, help_all])
 }
 
-/// Exit codes and example at the end, for this command and those below.
+/// Adds exit codes and example at the end, for this command and its subcommands; lets every option take a negative number.
 fn ended(command: ClapCommand, path: &str) -> ClapCommand {
     let long = command.get_long_about().map(ToString::to_string);
-    let long = long.unwrap_or_default();
-    let mut first = Vec::new();
-    let mut end = String::new();
-    if command.get_arguments().any(Arg::is_hide_short_help_set) {
-        end = format!("More options: {}\n", path.replacen(' ', " help ", 1));
-    }
-    for paragraph in long.split("\n\n") {
+    let (mut about, mut exit, mut examples) = (Vec::new(), String::new(), String::new());
+    for paragraph in long.unwrap_or_default().split("\n\n") {
         if let Some(example) = paragraph.strip_prefix("Example: ") {
-            end += &format!("Example:\n  {example}\n");
+            examples += &format!("\n  {example}");
         } else if paragraph.starts_with("Exit code") {
-            end += &format!("{paragraph}\n");
+            exit += &format!("{paragraph}\n");
         } else {
-            first.push(paragraph);
+            about.push(paragraph.to_owned());
         }
     }
-    let command = if end.is_empty() {
-        command
-    } else {
-        command.after_help(end).long_about(first.join("\n\n"))
+    let end = format!("{exit}Example:{examples}");
+    let more = match about.len() > 1 || command.get_arguments().any(has_more) {
+        true => format!("\nMore: {path} --help-all"),
+        false => String::new(),
     };
-    command.mut_subcommands(|below| {
-        let path = format!("{path} {}", below.get_name());
-        ended(below, &path)
-    })
+    let negative = |option: Arg| match option.get_action().takes_values() {
+        true if !option.is_positional() => option.allow_negative_numbers(true),
+        _ => option,
+    };
+    command
+        .after_help(format!("{end}{more}"))
+        .after_long_help(end)
+        .long_about(about.join("\n\n"))
+        .mut_args(negative)
+        .mut_subcommands(|below| {
+            let path = format!("{path} {}", below.get_name());
+            ended(below, &path)
+        })
+}
+
+/// Whether the complete help says more of an argument than the short one.
+fn has_more(argument: &Arg) -> bool {
+    let choices = argument.get_possible_values();
+    argument.is_hide_short_help_set()
+        || argument.get_long_help().is_some()
+        || choices
+            .iter()
+            .any(|choice| PossibleValue::get_help(choice).is_some())
 }
 
 fn parse_address(text: &str) -> Result<Address, String> {

@@ -21,9 +21,8 @@
 //!   record.
 //! * [`bus`] reads the sensors of a bus on a thread of its own, with a watchdog; [`bus::LinuxBus`] is `/dev/i2c-N`.
 //! * [`batch`] is one post. [`spool`] stores on a disk what waits too long. [`queue`] stores records in memory and
-//!   keeps the
-//! account: read = acknowledged + dropped + spooled. [`deliver`] decides what to send when, posts it, and fills the
-//! spool.
+//!   keeps the account: read = acknowledged + dropped + spooled. [`deliver`] decides what to send when, posts it, and
+//!   fills the spool.
 //! * [`health`] reports the agent's state to supervisors, [`check`] is the self-test, [`agent`] puts everything
 //!   together.
 //! * [`cli`] is the program's command line, for its parser and its documentation.

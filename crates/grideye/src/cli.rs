@@ -5,11 +5,12 @@ mod align;
 mod coverage;
 mod dataset;
 mod emulate;
+mod groups;
 mod shared;
 
 use clap::builder::TypedValueParser as _;
 use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
-use grideye_agent::cli::on_a_screen;
+use grideye_agent::cli::with_helps;
 use grideye_scene::Model;
 use grideye_validator::background::Empty;
 use grideye_validator::metrics::Binning;
@@ -30,7 +31,7 @@ pub(crate) use shared::{Method, SEED};
 
 /// Record and validate Panasonic Grid-EYE AMG8833 sensors, real and emulated.
 ///
-/// Exit codes: 0 done, or agrees; 1 failed, or disagrees; 2 bad usage or input; 3 no answer, or data lost.
+/// Exit codes: 0 done, agrees; 1 failed, disagrees; 2 bad input; 3 no answer, loss
 ///
 /// Example: grideye demo --once --out out
 #[derive(Debug, Parser)]
@@ -41,14 +42,14 @@ pub(crate) struct Cli {
 }
 
 impl Cli {
-    /// The command line that the program was started with; ends the program where it is not understood, or asks for help.
+    /// The arguments of this program; exits if they are wrong or ask for help.
     pub(crate) fn of_the_program() -> Self {
         Self::from_arg_matches(&command().get_matches()).unwrap_or_else(|error| error.exit())
     }
 }
 
 pub(crate) fn command() -> clap::Command {
-    on_a_screen(Cli::command())
+    groups::listed(with_helps(Cli::command()))
 }
 
 #[derive(Debug, Subcommand)]
@@ -79,80 +80,80 @@ pub(crate) enum Command {
 
 /// Show the whole loop on this computer, without hardware.
 ///
-/// Emulated sensor, agent, collector, live page, recording, comparison, report.
+/// Runs an emulated sensor, agent, collector and live page; then records, compares and writes a report.
 ///
 /// Example: grideye demo --once --out out
 #[derive(Debug, Args)]
 pub(crate) struct Demo {
-    /// End with the verdict's exit code; do not serve on.
+    /// Exit with the verdict's code; do not keep serving.
     ///
-    /// Otherwise the page is served until Ctrl-C.
+    /// Without it, the page is served until Ctrl-C.
     #[arg(long)]
     pub(crate) once: bool,
-    /// Folder for the store, the recording and the report.
+    /// Folder for store, recording, report.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub(crate) out: PathBuf,
-    /// Scene that is seen [default: experiment 1].
-    ///
-    /// By default it is experiment 1 of the paper.
+    /// Scene to show [default: the paper's experiment 1].
     #[arg(long, value_name = "FILE", conflicts_with = "replay")]
     pub(crate) scene: Option<PathBuf>,
-    /// Sensor of the scene; needed when it has several.
+    /// Sensor of the scene [default: the only one].
     #[arg(long, value_name = "NAME", conflicts_with = "replay")]
     pub(crate) sensor: Option<String>,
-    /// Recording to play through the sensor instead.
+    /// Recording to replay instead of a scene.
     ///
-    /// It goes through the emulated sensor's registers; every frame is counted and compared.
+    /// The frames pass through the emulated sensor's registers, and the report counts and compares each one.
     #[arg(long, value_name = "RECORDING")]
     pub(crate) replay: Option<PathBuf>,
-    /// Emulated seconds in a real one.
+    /// Emulated seconds per real second.
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = positive)]
     pub(crate) speed: f64,
-    /// Address of the live page; port 0 takes a free one.
+    /// Address of the live page.
+    ///
+    /// Port 0 picks a free one.
     #[arg(long, value_name = "ADDR", default_value = "127.0.0.1:0")]
     pub(crate) listen: SocketAddr,
     /// Seed of the emulated sensor's noise.
     ///
-    /// The comparison's simulation draws from another.
+    /// The comparison simulates with another seed.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
     #[command(flatten)]
     pub(crate) scenes: Scenes,
 }
 
-/// Simulate what a sensor of a scene measures, and draw the room.
+/// Compute the frames of a scene's sensor and draw the room.
 ///
 /// Example: grideye simulate scenes/experiment-3.toml --out walk.gif --view room.svg
 #[derive(Debug, Args)]
 pub(crate) struct Simulate {
-    /// Scene file.
+    /// Scene file (TOML).
     pub(crate) scene: PathBuf,
-    /// Sensor of the scene; needed when it has several.
+    /// Sensor of the scene [default: the only one].
     #[arg(long, value_name = "NAME")]
     pub(crate) sensor: Option<String>,
-    /// Number of frames [default: the whole walk, or 10].
+    /// Frames to compute [default: the whole walk, or 10].
     ///
-    /// A scene that stands still has no end: 10 are made.
+    /// The default is 10 if nothing moves in the scene, because such a scene has no end.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) frames: Option<u32>,
     /// Seed of the noise.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// The model of the frames [default: the scene's own].
-    #[arg(long, value_parser = one_of(MODELS))]
+    /// Physics: paper or physical [default: the scene's].
+    #[arg(long, value_parser = one_of(MODELS), hide_short_help = true)]
     pub(crate) model: Option<Model>,
-    /// The paper's grid of points, or exact areas.
+    /// Grid of points or exact area per pixel.
     ///
-    /// The exact area of what is seen in each pixel takes the place of the sampling points; the physical model has no grid.
-    #[arg(long, value_enum, default_value_t = Method::Grid)]
+    /// The physical model has no grid and ignores this option.
+    #[arg(long, value_enum, default_value_t = Method::Grid, hide_short_help = true)]
     pub(crate) method: Method,
-    /// Frames to write: .csv, .npz, .png or .gif.
+    /// Frames as .csv, .npz, .png or .gif [default: print].
     ///
-    /// A table is a recording if the sensor has 8 x 8 pixels; .npz is for numpy, .png a contact sheet, .gif a film. Without
-    /// it, the first frame is printed.
+    /// .csv is a recording if the sensor has 8 x 8 pixels, otherwise a table of degrees; .npz is for numpy, .png a contact
+    /// sheet, .gif a film. Without it, the first frame is printed.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
-    /// Drawing of the room, in perspective and plan.
+    /// Drawing of the room to write, in perspective and plan.
     #[arg(long, value_name = "FILE.svg")]
     pub(crate) view: Option<PathBuf>,
 }
@@ -163,44 +164,44 @@ const MODELS: Choices<Model> = (
 physical Radiance, averaged over each pixel's response",
 );
 
-/// Make one frame of more pixels from the sensors of a scene.
+/// Merge the frames of several sensors into one of more pixels.
 ///
-/// Says how near each way of doing so comes to the truth.
+/// Prints how close each method comes to the true image.
 ///
 /// Example: grideye fuse scenes/scenario-a-3x3.toml --out fused.png
 #[derive(Debug, Args)]
 pub(crate) struct Fuse {
-    /// Scene file.
+    /// Scene with sensors in a grid (TOML).
     ///
-    /// Its sensors stand in a grid, and their operating distance is the plane that is meant.
+    /// Their operating distance sets the plane of the merged frame.
     pub(crate) scene: PathBuf,
-    /// Sensors of the array, with commas [default: all].
+    /// Sensors to merge, comma-separated [default: all].
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) sensors: Vec<String>,
-    /// Frames of each sensor that are averaged first.
+    /// Frames to average per sensor, 1 to 100000.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) frames: u32,
     /// Seed of the noise.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Pictures: one sensor, each method, the truth.
+    /// Images to write: one sensor, each method, the truth.
     #[arg(long, value_name = "FILE.png")]
     pub(crate) out: Option<PathBuf>,
-    /// The same for programs; `-` is standard output.
+    /// Results as JSON; `-` is standard output.
     #[arg(long, value_name = "FILE.json")]
     pub(crate) json: Option<PathBuf>,
 }
 
-/// Say which sensors tell situations apart above their noise.
+/// Find which sensors tell situations apart above their noise.
 ///
-/// Each situation is a scene of the same room.
+/// Each situation is one scene of the same room.
 ///
-/// Exit code 1: all sensors together do not tell all situations apart.
+/// Exit code 1: all sensors together do not tell all situations apart
 ///
 /// Example: grideye distinguish scenes/scenario-b-before.toml scenes/scenario-b-after.toml
 #[derive(Debug, Args)]
 pub(crate) struct Distinguish {
-    /// Scene files, one for each situation, with the same sensors.
+    /// Scene files, one per situation, with the same sensors.
     #[arg(required = true, num_args = 2..)]
     pub(crate) scenes: Vec<PathBuf>,
     /// Print JSON.
@@ -208,43 +209,43 @@ pub(crate) struct Distinguish {
     pub(crate) json: bool,
 }
 
-/// Record what arrives at a running collector under a name.
+/// Record the frames that arrive at a running collector.
 ///
 /// Example: grideye record empty-room --seconds 60 --out empty-room.csv
 #[derive(Debug, Args)]
 pub(crate) struct Record {
     /// Name of the recording.
     pub(crate) name: String,
-    /// Length in seconds; without it, until Ctrl-C.
+    /// Duration in seconds [default: until Ctrl-C].
     #[arg(long, value_name = "N")]
     pub(crate) seconds: Option<u64>,
-    /// Also write the recording to this file.
+    /// Copy to write besides the one in the store.
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) collector: CollectorAddress,
 }
 
-/// Find out how a sensor is mounted, by a hand at the left and one at the top.
+/// Find how a sensor is mounted from a hand at its left and top.
 ///
-/// Left and top are those of somebody behind the sensor who looks where it looks; below a ceiling they are those of a map
-/// of the room. In a recording the first to be seen after an empty view is the hand at the left, the second the one at the
-/// top. A person does as well as a hand.
+/// Left and top are as you see them from behind the sensor, looking where it looks; for a sensor on the ceiling, as on a map
+/// of the room. In a recording, the first thing seen after an empty view is the hand at the left, the second the hand at the
+/// top. A person works as well as a hand.
 ///
-/// Exit code 3: it cannot tell.
+/// Exit code 3: cannot tell
 ///
 /// Example: grideye orient --sensor pi-1/i2c-1:0x69
 #[derive(Debug, Args)]
 pub(crate) struct Orient {
-    /// The sensor, where there are several.
+    /// Sensor to watch [default: the only one].
     ///
-    /// As the page names it, with its device and a slash before it where two devices have a sensor of that name.
+    /// Named as on the live page. If two devices have a sensor of that name, write DEVICE/SENSOR.
     #[arg(long, value_name = "SENSOR")]
     pub(crate) sensor: Option<String>,
-    /// Look at a recording, not at live frames.
+    /// Recording to read instead of live frames.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["url", "token_file", "authority", "seconds"])]
     pub(crate) recording: Option<PathBuf>,
-    /// Longest wait for each hand, in seconds.
+    /// Longest wait for each hand, 1 to 3600 s.
     #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..=3600))]
     pub(crate) seconds: u64,
     /// Print JSON.
@@ -254,74 +255,74 @@ pub(crate) struct Orient {
     pub(crate) collector: CollectorAddress,
 }
 
-/// A recording and the scene that it is held against.
+/// A recording and the scene to compare it with.
 #[derive(Debug, Args)]
 pub(crate) struct Sides {
-    /// Scene file.
+    /// Scene file (TOML).
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: PathBuf,
-    /// Recording: this project's CSV, or LINAIGE's.
+    /// Recording: this project's CSV or LINAIGE.
     #[arg(long, value_name = "FILE")]
     pub(crate) recording: PathBuf,
-    /// Sensor of the scene, if it has several.
+    /// Sensor of the scene [default: the only one].
     #[arg(long, value_name = "NAME")]
     pub(crate) sensor: Option<String>,
-    /// The same for programs; `-` is standard output.
+    /// Results as JSON; `-` is standard output.
     #[arg(long, value_name = "FILE.json")]
     pub(crate) json: Option<PathBuf>,
 }
 
-/// Say whether a recording agrees with a simulation of its scene.
+/// Compare a recording with a simulation of its scene.
 ///
-/// Time is aligned within stated bounds where something moves, unless that is no better than chance; what was found
-/// is printed. An image that lies otherwise than the scene's is reported as a fault, and turned only if asked for.
+/// If something moves, time is aligned within bounds, unless that is no better than chance; the result names the alignment.
+/// A rotated or mirrored image is reported as a fault. Use `--align orientation` to correct it.
 ///
-/// Exit code 0: agrees, 1: disagrees, 3: cannot tell.
+/// Exit code 0: agrees, 1: disagrees, 3: cannot tell
 ///
-/// Example: grideye compare --scene scenes/experiment-1.toml --recording out/recording.csv --report report.html
+/// Example: grideye compare --scene scenes/experiment-1.toml --recording out/recording.csv
 #[derive(Debug, Args)]
 pub(crate) struct Compare {
     #[command(flatten)]
     pub(crate) sides: Sides,
-    /// Report to write, one file for any browser.
+    /// Report to write, one page for any browser.
     #[arg(long, value_name = "FILE.html")]
     pub(crate) report: Option<PathBuf>,
-    /// Each part of the verdict as a test case.
-    ///
-    /// For a server of continuous integration.
+    /// Verdict as JUnit test cases, for CI.
     #[arg(long, value_name = "FILE.xml")]
     pub(crate) junit: Option<PathBuf>,
-    /// What the verdict is measured against.
+    /// Thresholds of the verdict [default: built in].
     ///
-    /// Where it is not to be as shipped: crates/grideye-validator/thresholds.toml, which is also the example.
-    #[arg(long, value_name = "FILE.toml")]
+    /// crates/grideye-validator/thresholds.toml has the built-in values and is an example.
+    #[arg(long, value_name = "FILE.toml", hide_short_help = true)]
     pub(crate) thresholds: Option<PathBuf>,
-    /// Profile of the sensor (`grideye characterize`).
+    /// Sensor profile, from `grideye characterize`.
     ///
-    /// The specimen's pattern is added to the scene, and its level is no longer free by the datasheet's accuracy.
+    /// Adds this unit's pattern to the simulation. The level must then match, instead of being free within the datasheet's
+    /// accuracy. Without a profile, the verdict allows for the unit-to-unit spread we measured. If that spread could hide a
+    /// wrong scene, the verdict is "cannot tell".
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) profile: Option<PathBuf>,
-    /// Seed of the simulation.
-    #[arg(long, value_name = "N", default_value_t = SEED)]
+    /// Seed of the simulation's noise.
+    #[arg(long, value_name = "N", default_value_t = SEED, hide_short_help = true)]
     pub(crate) seed: u64,
-    /// Second of the scene at which it begins.
-    #[arg(long, allow_hyphen_values = true, value_name = "SECONDS", value_parser = seconds, default_value = "0")]
+    /// Scene time at which the recording begins, in seconds.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "0", hide_short_help = true)]
     pub(crate) start: Duration,
-    /// step:WIDTH (°C), levels:N or grey256.
+    /// Bins of a second set of entropies [default: the sensor's steps].
     ///
-    /// Bins of the second set of entropies, beside the paper's 256 grey levels; by default the sensor's own steps.
-    #[arg(long, value_name = "BINS")]
+    /// step:WIDTH (°C), levels:N or grey256. The first set always has the paper's 256 gray levels.
+    #[arg(long, value_name = "BINS", hide_short_help = true)]
     pub(crate) binning: Option<Binning>,
     #[command(flatten)]
     pub(crate) align: Align,
 }
 
-/// Convert a recording for numpy, pandas, Foxglove and people.
+/// Convert a recording for numpy, pandas, Foxglove or a viewer.
 ///
-/// Read are this project's CSV, the LINAIGE layout, rows of 64 degrees as common Adafruit scripts write them, and numpy's
+/// Reads this project's CSV, the LINAIGE layout, rows of 64 degrees as common Adafruit scripts write them, and numpy's
 /// .npy of shape (N, 8, 8).
 ///
-/// Example: grideye convert recordings/linaige/Session2_2021-07-01_RoomB_v2.csv session2.parquet
+/// Example: grideye convert frames.txt frames.csv --thermistor 25
 #[derive(Debug, Args)]
 pub(crate) struct Convert {
     /// Recording to read.
@@ -330,110 +331,115 @@ pub(crate) struct Convert {
     ///
     /// .png is a sheet of frames, .gif a film.
     pub(crate) output: PathBuf,
-    /// Keep the rows of this sensor alone.
-    #[arg(long, value_name = "[DEVICE/]SENSOR")]
-    pub(crate) sensor: Option<String>,
-    /// What the thermistor read, if the file lacks it.
+    /// Sensor to convert [default: all].
     ///
-    /// Rows of 64 degrees and .npy do not say it.
+    /// SENSOR, or DEVICE/SENSOR if several devices have a sensor of that name.
+    #[arg(long, value_name = "SENSOR")]
+    pub(crate) sensor: Option<String>,
+    /// Thermistor in °C, for files without it.
+    ///
+    /// Required for rows of 64 degrees and .npy, which have pixels only.
     #[arg(long, value_name = "CELSIUS")]
     pub(crate) thermistor: Option<f32>,
-    /// Frames a second, if the file lacks times.
+    /// Frame rate of a file without times.
     ///
-    /// Rows of 64 degrees and .npy do not say when they were read.
+    /// In frames per second. Applies to rows of 64 degrees and .npy.
     #[arg(long, value_name = "HZ", default_value_t = 10.0, value_parser = positive)]
     pub(crate) rate: f64,
 }
 
-/// Find the unknowns of a scene from a recording.
+/// Fit the unknowns of a scene to a recording.
 ///
-/// Poses, temperatures, emissivities, the time at which it begins. The scene marks them, each with bounds: `[[fit]] key = "sensor.ceiling.elevation_deg", bounds = [80, 90]`. The search
-/// starts from the numbers in it.
+/// Unknowns are poses, temperatures, emissivities and the start time. Mark each in the scene, with bounds: `[[fit]] key =
+/// "sensor.ceiling.elevation_deg", bounds = [80, 90]`. The search starts from the scene's values.
 ///
-/// Exit code 3: the recording tells none of them.
+/// Exit code 3: the recording determines none of them
 ///
-/// Example: grideye calibrate --scene scenes/calibration.toml --recording walk.csv --out scenes/calibrated.toml
+/// Example: grideye calibrate --scene scenes/calibration.toml --recording walk.csv
 #[derive(Debug, Args)]
 pub(crate) struct Calibrate {
     #[command(flatten)]
     pub(crate) sides: Sides,
-    /// Scene to write, with what was found.
+    /// Scene to write, with the fitted values.
     ///
-    /// It is the old one, with a remark of its uncertainty at each `[[fit]]`.
+    /// A copy of the scene with each `[[fit]]` value and its uncertainty in a comment.
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) out: Option<PathBuf>,
-    /// Profile of the sensor, if it is known.
+    /// Sensor profile, from `grideye characterize`.
     ///
-    /// Its pattern is taken off, its common mode is believed.
+    /// Its pattern is subtracted from the frames, and its common mode is assumed.
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) profile: Option<PathBuf>,
-    /// Profile to write: noise, and what is left over.
+    /// Profile to write: noise and residual pattern.
     ///
-    /// The recording's noise, and the pattern that the scene leaves over.
+    /// The pattern is what the fitted scene does not explain.
     #[arg(long, value_name = "FILE")]
     pub(crate) write_profile: Option<PathBuf>,
-    /// Frames to look at, 10 to 1000 [default: 200].
+    /// Frames to use, 10 to 1000 [default: 200].
     ///
-    /// They are chosen evenly.
+    /// Evenly spaced over the recording.
     #[arg(long, value_name = "N")]
     pub(crate) frames: Option<usize>,
-    /// Places to start from, 1 to 100.
+    /// Starting points, 1 to 100.
     ///
-    /// The first is the scene as it stands.
+    /// The first is the scene as written, the others are random.
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u64).range(1..=100).map(|starts| usize::try_from(starts).unwrap_or(100)))]
     pub(crate) starts: usize,
-    /// Seed of the other starts.
+    /// Seed of the random starting points.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
 }
 
-/// Measure the sensor itself from a recording of a still room.
+/// Measure a sensor's noise, pattern and drift in a still room.
 ///
-/// Noise, common mode, pattern, drift, clock, glitches.
+/// Reads a recording and prints noise, common mode, pattern, drift, clock and glitches.
 ///
-/// Exit code 3: the recording is too short, or leaves open whether somebody is in view.
+/// Exit code 3: recording too short, or unclear whether a person is in view
 ///
 /// Example: grideye characterize empty-room.csv --profile my-sensor.toml
 #[derive(Debug, Args)]
 pub(crate) struct Characterize {
-    /// Recording: this project's CSV, or LINAIGE's.
+    /// Recording: this project's CSV or LINAIGE.
     pub(crate) recording: PathBuf,
     /// Profile to write, for emulate and compare.
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) profile: Option<PathBuf>,
-    /// Where nobody is in view: yes, no, auto or FROM..TO [default: the recording decides].
+    /// Empty time: yes/no/auto/FROM..TO [default: detect].
     ///
-    /// `yes`: throughout. `auto`: in stretches that are looked for. FROM..TO: in that one, in seconds since the first frame.
-    /// The profile's pattern is then the whole background of the empty room. `no`: nowhere; the pattern is only what is not
-    /// smooth in the background, which holds in another room too. Without the option it is `yes` where nothing moves and
-    /// nothing warm stands, `no` where something moves; where neither is sure, no profile is written.
-    #[arg(long, value_name = "WHERE", value_parser = nobody)]
+    /// `yes`: all of the recording. `auto`: stretches that the program finds. FROM..TO: this stretch, in seconds since the
+    /// first frame. The profile's pattern is then the whole background of the empty room.
+    ///
+    /// `no`: never. The pattern is then only the uneven part of the background, which holds in another room too.
+    ///
+    /// Default: `yes` if nothing moves and nothing warm is in view, `no` if something moves. If neither is certain, no
+    /// profile is written.
+    #[arg(long, value_name = "WHEN", value_parser = nobody)]
     pub(crate) empty: Option<Nobody>,
-    /// Scene whose empty room is taken off.
+    /// Scene of the empty room to subtract.
     ///
-    /// What the scene's empty room shows is taken off the background.
+    /// The scene's simulated empty room is subtracted from the background.
     #[arg(long, value_name = "FILE", requires = "empty")]
     pub(crate) scene: Option<PathBuf>,
-    /// Sensor of the scene; needed when it has several.
+    /// Sensor of the scene [default: the only one].
     #[arg(long, value_name = "NAME", requires = "scene")]
     pub(crate) sensor: Option<String>,
-    /// Report to write, one file for any browser.
+    /// Report to write, one page for any browser.
     ///
-    /// Table, maps, Allan deviations.
+    /// Has a table, maps and Allan deviations.
     #[arg(long, value_name = "FILE.html")]
     pub(crate) report: Option<PathBuf>,
-    /// The same for programs; `-` is standard output.
+    /// Results as JSON; `-` is standard output.
     #[arg(long, value_name = "FILE.json")]
     pub(crate) json: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Nobody {
-    /// In all of it.
+    /// `yes`: in no frame is a person.
     Throughout,
-    /// In none of it, or in none that matters.
+    /// `no`: a person may be in any frame.
     Nowhere,
-    /// In stretches.
+    /// `auto` or FROM..TO: no person in these stretches.
     In(Empty),
 }
 
@@ -449,11 +455,11 @@ fn nobody(text: &str) -> Result<Nobody, String> {
     })
 }
 
-/// Count every frame: read = stored + dropped + spooled.
+/// Account for every frame: read = stored + dropped + spooled.
 ///
-/// At a running collector.
+/// Asks a running collector.
 ///
-/// Exit code 0: balanced and nothing lost, 3: frames were lost.
+/// Exit code 0: balanced, nothing lost; 3: frames were lost
 ///
 /// Example: grideye audit --json
 #[derive(Debug, Args)]
@@ -465,12 +471,12 @@ pub(crate) struct Audit {
     pub(crate) collector: CollectorAddress,
 }
 
-/// Move a store from an SQLite file into a PostgreSQL database.
+/// Move a store from an SQLite file to a PostgreSQL database.
 ///
-/// Each frame is held against the file afterwards. The database must exist and hold no frames. When it is interrupted, the same command goes on where it was; until it
-/// is done, no collector takes the database. The file stays as it is.
+/// The database must exist and hold no frames. After the copy, each frame is compared with the file. If interrupted, run the
+/// same command again to continue; until it finishes, no collector accepts the database. The file does not change.
 ///
-/// Exit code 1: the database does not hold what the file holds.
+/// Exit code 1: database and file differ
 ///
 /// Example: grideye migrate frames.sqlite postgres://grideye@db.local/frames
 #[derive(Debug, Args)]
@@ -479,24 +485,25 @@ pub(crate) struct Migrate {
     pub(crate) file: PathBuf,
     /// `postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE`.
     ///
-    /// The password may stand in the file that PGPASSFILE names.
+    /// The file that PGPASSFILE names may hold the password.
     pub(crate) url: String,
     /// Print the counts as JSON.
     #[arg(long)]
     pub(crate) json: bool,
 }
 
-/// Copy a store to a new file, also while a collector writes to it.
+/// Copy a store to a new file, even while a collector writes to it.
 ///
-/// The copy is checked against the store before it gets its name: every frame, the counts, the recordings. To restore it,
-/// name it: `grideye collect --store OUT`. A run that is killed leaves OUT.partial, which the next one overwrites.
+/// OUT gets its name after the copy passes a check: every frame, the counts, the recordings. To restore it, run
+/// `grideye collect --store OUT`. A killed backup leaves OUT.partial, which the next one overwrites.
 ///
-/// Do not copy the file of a running collector with `cp`: the newest frames are in its log (FILE-wal), and a copy made during a write is torn.
+/// Do not copy a running collector's file with `cp`: the newest frames are in its log (FILE-wal), and a copy made during a
+/// write is torn.
 ///
 /// Example: grideye backup --store frames.sqlite monday.sqlite
 #[derive(Debug, Args)]
 pub(crate) struct Backup {
-    /// Store to copy: the SQLite file.
+    /// Store to copy (SQLite file).
     #[arg(long, value_name = "FILE")]
     pub(crate) store: String,
     /// File to write; must not exist.
@@ -506,18 +513,18 @@ pub(crate) struct Backup {
     pub(crate) json: bool,
 }
 
-/// Print the completions of a shell for either program.
+/// Print shell completions for either program.
 ///
-/// Debian's packages bring them. Otherwise: `grideye completions bash > ~/.local/share/bash-completion/completions/grideye`.
+/// Debian packages install them. Otherwise: `grideye completions bash > ~/.local/share/bash-completion/completions/grideye`.
 ///
 /// Example: grideye completions bash
 #[derive(Debug, Args)]
 pub(crate) struct Completions {
-    /// Whose.
+    /// Shell.
     #[arg(value_enum)]
     pub(crate) shell: clap_complete::Shell,
-    /// The program that is completed.
-    #[arg(long, value_parser = one_of(PROGRAMS), default_value = "grideye")]
+    /// Program: grideye or grideye-agent.
+    #[arg(long, value_parser = one_of(PROGRAMS), default_value = "grideye", hide_possible_values = true)]
     pub(crate) program: fn() -> clap::Command,
 }
 
@@ -527,14 +534,14 @@ const PROGRAMS: Choices<fn() -> clap::Command> = (
 grideye-agent The program on the Raspberry Pi",
 );
 
-/// Write the man pages of both programs into a folder.
+/// Write the man pages of both programs.
 ///
-/// Debian's packages bring them. Otherwise: `grideye man ~/.local/share/man/man1`.
+/// Debian packages install them. Otherwise: `grideye man ~/.local/share/man/man1`.
 ///
 /// Example: grideye man man1
 #[derive(Debug, Args)]
 pub(crate) struct Man {
-    /// Folder for the pages; made if it is not there.
+    /// Folder for the pages; created if missing.
     pub(crate) folder: PathBuf,
 }
 

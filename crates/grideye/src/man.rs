@@ -41,7 +41,9 @@ fn write_pages(command: &Command, folder: &Path) -> Result<usize> {
 /// As `clap_mangen` writes a page, but with the end of the help under the headings that man pages have for it.
 fn write_page(command: &Command, name: &str, out: &mut impl Write) -> io::Result<()> {
     let version = env!("CARGO_PKG_VERSION");
-    let page = Page::new(command.clone())
+    // A man page is complete, but clap_mangen leaves out the text of options that the short help leaves out.
+    let complete = command.clone().mut_args(|arg| arg.hide_short_help(false));
+    let page = Page::new(complete)
         .title(name)
         .source(format!("grideye-hil {version}"))
         .manual("Grid-EYE AMG8833");
@@ -53,15 +55,17 @@ fn write_page(command: &Command, name: &str, out: &mut impl Write) -> io::Result
     if command.has_subcommands() {
         page.render_subcommands_section(out)?;
     }
-    let end = command.get_after_help().map(ToString::to_string);
-    for line in end.unwrap_or_default().lines() {
-        match (line.strip_prefix("  "), line.starts_with("Exit code")) {
-            (Some(example), _) => write!(out, ".SH EXAMPLE\n.nf\n{}\n.fi\n", roff(example))?,
-            (None, true) => write!(out, ".SH \"EXIT STATUS\"\n{}\n", roff(line))?,
-            // `Example:`, and where there are more options: here they are.
-            (None, false) => {}
-        }
+    let end = command.get_after_long_help().map(ToString::to_string);
+    let end = end.unwrap_or_default();
+    let (before, examples) = end.split_once("Example:\n").unwrap_or((&end, ""));
+    if let Some(line) = before.lines().find(|line| line.starts_with("Exit code")) {
+        write!(out, ".SH \"EXIT STATUS\"\n{}\n", roff(line))?;
     }
+    writeln!(out, ".SH EXAMPLE\n.nf")?;
+    for example in examples.lines() {
+        writeln!(out, "{}", roff(example.trim_start()))?;
+    }
+    writeln!(out, ".fi")?;
     Ok(())
 }
 
@@ -97,6 +101,7 @@ mod tests {
         };
         run(&options).unwrap();
         let read = |name: &str| std::fs::read_to_string(options.folder.join(name)).unwrap();
+        assert!(read("grideye-collect.1").contains("Discovery prefix of Home Assistant"));
         let compare = read("grideye-compare.1");
         for text in [
             ".SH NAME\ngrideye\\-compare \\- ",

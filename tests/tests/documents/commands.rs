@@ -275,6 +275,21 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
     ("grideye completions bash", Run("", &["_grideye()"])),
     ("grideye man man1", Run("", &["man pages to man1"])),
     (
+        "grideye coverage scenes/bedroom.toml --candidates all --write best.toml",
+        Run("", &["k=1: ", "k=2: ", "wrote the poses to best.toml"]),
+    ),
+    (
+        "grideye dataset room.toml --frames 200 --vary room.ambient_c=18..26 --out set",
+        Run(
+            "cp scenes/experiment-1.toml room.toml",
+            &["200 of 200 frames in set"],
+        ),
+    ),
+    (
+        "grideye calibrate --scene scenes/calibration.toml --recording walk.csv",
+        Run(WALK, &["sensor.ceiling.elevation_deg"]),
+    ),
+    (
         "grideye coverage scenes/bedroom.toml --candidates all --best 2 --out coverage.svg --write best.toml",
         Run("", &["k=1: ", "k=2: ", "wrote the poses to best.toml"]),
     ),
@@ -375,7 +390,7 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
         ),
     ),
     (
-        "grideye compare --scene scenes/experiment-1.toml --recording out/recording.csv --report report.html",
+        "grideye compare --scene scenes/experiment-1.toml --recording out/recording.csv",
         Run(
             "mkdir out; grideye simulate scenes/experiment-1.toml --seed 2 --out out/recording.csv",
             &["agrees"],

@@ -100,11 +100,8 @@ fn commands_of_the_helps() -> Vec<String> {
                 continue;
             }
             let text = std::fs::read_to_string(&path).unwrap();
-            let prefix = match path.extension().and_then(|extension| extension.to_str()) {
-                Some("txt") => "  grideye ",
-                _ => "/// Example: grideye ",
-            };
-            let examples = text.lines().filter_map(|line| line.strip_prefix(prefix));
+            let lines = text.lines();
+            let examples = lines.filter_map(|line| line.strip_prefix("/// Example: grideye "));
             commands.extend(examples.map(|rest| format!("grideye {rest}")));
         }
     }
@@ -367,15 +364,8 @@ fn every_option_that_a_document_names_exists() {
             }
             // A command of a command, as in `grideye token make`; what is an argument instead changes nothing.
             let deeper = parts.next_if(|part| part.bytes().all(|byte| byte.is_ascii_lowercase()));
-            // `--help` is one screen: what it leaves out stands in `help COMMAND`.
-            let help_of = |words: &[&str]| {
-                let mut command = Command::new(folder().join("grideye"));
-                run(command.arg("help").args(words))
-            };
-            let mut help = help_of(&[&[subcommand], deeper.as_slice()].concat());
-            if help.code != 0 {
-                help = help_of(&[subcommand]);
-            }
+            let mut command = Command::new(folder().join("grideye"));
+            let help = run(command.arg(subcommand).args(deeper).arg("--help-all"));
             assert_eq!(help.code, 0, "{}: {piece}: {help:?}", document.display());
             for option in parts
                 .take_while(|part| *part != "--")

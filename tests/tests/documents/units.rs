@@ -81,7 +81,7 @@ fn the_collectors_unit_starts_the_program_that_the_repository_builds() {
         (words.next(), words.next()),
         (Some("grideye"), Some("collect"))
     );
-    let help = run(grideye_tests::programs::grideye().args(["collect", "--help"]));
+    let help = run(grideye_tests::programs::grideye().args(["collect", "--help-all"]));
     for option in words.filter(|word| word.starts_with("--")) {
         assert!(help.stdout.contains(option), "{option}");
     }

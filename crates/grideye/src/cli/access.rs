@@ -1,4 +1,4 @@
-//! Options of the collector, of its bridge to an MQTT broker, and of the commands that say who may do what there.
+//! Options of the collector, of its MQTT bridge, and of the commands that manage tokens.
 
 use super::shared::{Choices, one_of, within};
 use clap::{Args, Subcommand};
@@ -7,10 +7,14 @@ use grideye_collector::auth::Scope;
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
 
-/// Serve agents and the live page, and store what arrives.
+const SECURITY: &str = "TLS and access";
+const LIMITS: &str = "Limits and logging";
+const MQTT: &str = "MQTT for Home Assistant";
+
+/// Receive frames from agents, store them and serve the live page.
 ///
-/// On loopback everybody on this machine is let in until the first token is made (`grideye enroll`, `grideye token`).
-/// Beyond loopback tokens are asked for, and TLS is on with a certificate of the collector's own authority.
+/// On loopback, everyone on this machine has access until you make the first token (`grideye enroll`, `grideye token`).
+/// Beyond loopback, tokens are required and TLS is on, with a certificate of the collector's own authority.
 ///
 /// Example: grideye collect --store frames.sqlite
 #[derive(Debug, Args)]
@@ -18,88 +22,90 @@ pub(crate) struct Collect {
     /// Address to listen on.
     #[arg(long, value_name = "ADDR", default_value = "127.0.0.1:8833")]
     pub(crate) listen: SocketAddr,
-    /// SQLite file, or postgres://….
+    /// File or postgres://….
     ///
-    /// The file is made if it is not there. `postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE` may be shared by several
-    /// collectors; the password may stand in the file that PGPASSFILE names.
+    /// An SQLite file is created if missing. Several collectors may share one `postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE`;
+    /// the file that PGPASSFILE names may hold the password.
     #[arg(long, value_name = "FILE|URL", default_value = "grideye.sqlite")]
     pub(crate) store: String,
-    /// Most that the store may take.
+    /// Size limit, suffix k, M, G, T [default: none].
     ///
-    /// With k, M, G or T, powers of 1024; by default what the disk has.
+    /// In bytes, at least 1M; suffixes are powers of 1024. A full store accepts no frames. For SQLite only.
     #[arg(long, value_name = "BYTES", value_parser = bytes)]
     pub(crate) store_quota: Option<u64>,
-    /// Delete older frames of no recording.
+    /// Delete frames after N days [default: never].
     ///
-    /// Of a store in a file. Days without a collector do not count; no clock can make frames old, and no more than a tenth
-    /// of the store is deleted in a fortieth of the time.
-    #[arg(long, value_name = "DAYS", value_parser = clap::value_parser!(u64).range(1..=36_500))]
+    /// For SQLite only. Only days with a running collector count, so a wrong clock cannot make frames old. At most a tenth of
+    /// the store is deleted per fortieth of this time. Frames of a recording stay.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=36_500))]
     pub(crate) keep_days: Option<u64>,
-    /// Delete the oldest beyond, with k, M, G, T.
+    /// Delete the oldest above this size [default: never].
     ///
-    /// Those that belong to no recording, when the file holds more; in an hour at most a tenth of the store, and twice what
-    /// came.
+    /// For SQLite only. Suffix k, M, G or T, powers of 1024; at least 1M. Per hour, deletes at most a tenth of the store plus
+    /// twice the frames that arrived. Frames of a recording stay.
     #[arg(long, value_name = "BYTES", value_parser = bytes)]
     pub(crate) keep_bytes: Option<u64>,
     #[command(flatten)]
+    pub(crate) scenes: Scenes,
+    #[command(flatten)]
     pub(crate) folder: Folder,
-    /// Name to answer for, as pc.local; repeatable.
-    ///
-    /// It stands in the certificate too, beside the address listened on.
-    #[arg(long = "host-name", value_name = "NAME")]
-    pub(crate) host_names: Vec<String>,
-    /// Encrypt on loopback too.
+    /// Turn on TLS on loopback too.
     #[arg(long, conflicts_with = "plain_http")]
     pub(crate) tls: bool,
-    /// Do not encrypt: behind something that does.
+    /// Serve plain HTTP, for use behind a TLS proxy.
     ///
-    /// Or on loopback, where it is so by itself.
+    /// The default on loopback; beyond loopback, needs --trust-network.
     #[arg(long, conflicts_with_all = ["tls_cert", "tls_client_ca"])]
     pub(crate) plain_http: bool,
-    /// A certificate of your own, with its chain.
-    ///
-    /// In PEM, followed by its chain up to the authority.
-    #[arg(long, value_name = "FILE", requires = "tls_key")]
-    pub(crate) tls_cert: Option<PathBuf>,
-    /// Its key, in PEM.
-    #[arg(long, value_name = "FILE", requires = "tls_cert")]
-    pub(crate) tls_key: Option<PathBuf>,
-    /// Ask clients for a certificate of these.
-    ///
-    /// Authorities in PEM: every client must show a certificate of one of them, beside its token.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) tls_client_ca: Option<PathBuf>,
     /// Listen beyond loopback without TLS.
     ///
-    /// And, while there is no token, let everybody in who reaches the address.
+    /// Until the first token is made, everyone who reaches the address has access.
     #[arg(long)]
     pub(crate) trust_network: bool,
-    /// Address of a proxy in front; repeatable.
+
+    /// Host name for the certificate, such as pc.local; repeatable.
     ///
-    /// The address that it names in `x-forwarded-for` counts as the sender's, for the limits of requests and sign-ins and in the
-    /// log. From anyone else the header is ignored. The proxy is exempt from the limit of connections for one address.
-    #[arg(long = "trusted-proxy", value_name = "ADDR", hide_short_help = true)]
+    /// The collector answers to these names and to the address it listens on.
+    #[arg(long = "host-name", value_name = "NAME", hide_short_help = true, help_heading = SECURITY)]
+    pub(crate) host_names: Vec<String>,
+    /// Certificate of your own, with its chain up to the authority (PEM).
+    ///
+    /// Turns on TLS.
+    #[arg(long, value_name = "FILE", requires = "tls_key", hide_short_help = true, help_heading = SECURITY)]
+    pub(crate) tls_cert: Option<PathBuf>,
+    /// Private key of --tls-cert (PEM).
+    #[arg(long, value_name = "FILE", requires = "tls_cert", hide_short_help = true, help_heading = SECURITY)]
+    pub(crate) tls_key: Option<PathBuf>,
+    /// Authorities of client certificates (PEM).
+    ///
+    /// Turns on TLS. Every client then needs a certificate of one of them besides its token.
+    #[arg(long, value_name = "FILE", hide_short_help = true, help_heading = SECURITY)]
+    pub(crate) tls_client_ca: Option<PathBuf>,
+    /// Address of a proxy in front of the collector; repeatable.
+    ///
+    /// The sender is then the address that the proxy names in `x-forwarded-for`, for request and sign-in limits and the log.
+    /// From anyone else the header is ignored. The proxy is exempt from the connection limit per address.
+    #[arg(long = "trusted-proxy", value_name = "ADDR", hide_short_help = true, help_heading = SECURITY)]
     pub(crate) trusted_proxies: Vec<IpAddr>,
-    /// Requests a second of each token.
+
+    /// Requests per second allowed for each token.
     ///
-    /// A tenth as many of an address without one.
-    #[arg(long, value_name = "N", hide_short_help = true, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
+    /// An address without a token is allowed a tenth as many.
+    #[arg(long, value_name = "N", hide_short_help = true, help_heading = LIMITS, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) requests_per_second: u32,
-    /// How standard error is written.
-    #[arg(long, value_parser = one_of(LOG_FORMATS), default_value = "text")]
+    /// Format of the log on standard error.
+    #[arg(long, value_parser = one_of(LOG_FORMATS), hide_short_help = true, help_heading = LIMITS, default_value = "text")]
     pub(crate) log: LogFormat,
-    #[command(flatten)]
-    pub(crate) scenes: Scenes,
     #[command(flatten)]
     pub(crate) mqtt: BridgeOptions,
 }
 
-/// What the live page can show beside a sensor.
+/// Scenes for the live page.
 #[derive(Debug, Args)]
 pub(crate) struct Scenes {
-    /// Scenes for the page [default: scenes].
+    /// Folder of scenes for the page [default: scenes].
     ///
-    /// Folder of scenes that the page can show beside a sensor; by default `scenes`, where there is one.
+    /// The page shows a sensor beside one of these scenes. The default applies if that folder exists.
     #[arg(long = "scenes", value_name = "DIR")]
     pub(crate) folder: Option<PathBuf>,
 }
@@ -109,42 +115,44 @@ pub(crate) type LogFormat = fn(&LogEvent) -> String;
 const LOG_FORMATS: Choices<LogFormat> = (
     &[LogEvent::to_string, LogEvent::to_json],
     "text `warning: refused code=bad_token peer=192.168.1.7`
-json One JSON object a line",
+json One JSON object per line",
 );
 
-/// Where tokens and keys are kept.
+/// The folder of tokens and keys.
 #[derive(Debug, Args)]
 pub(crate) struct Folder {
     /// Folder of tokens and keys.
     ///
-    /// It is made with the first of them.
+    /// Created with the first of them.
     #[arg(long = "access", value_name = "DIR", default_value = "grideye-access")]
     pub(crate) path: PathBuf,
 }
 
-/// Print the line to paste on the Raspberry Pi, by which a device's agent joins.
+/// Print the command that lets a device's agent join.
 ///
-/// Makes a token for its frames. The line is a whole command; the code in it holds the collector's address, the token, and the
-/// SHA-256 of the authority behind the collector's certificate. Whoever has it can post frames of that device: it is printed
-/// once, and the token is kept here only as a hash. `grideye enroll pi-1 | ssh pi sudo grideye-agent join -` pastes it.
-/// Either way the token goes through standard input, so that no list of processes shows it.
+/// Paste it on the Raspberry Pi, or run `grideye enroll pi-1 | ssh pi sudo grideye-agent join -`. Either way the token passes
+/// through standard input, so no process list shows it.
+///
+/// The code in the command holds the collector's address, a new token for the device's frames, and the SHA-256 of the
+/// authority of the collector's certificate. Whoever has the code can send frames of that device. It is printed once; the
+/// collector stores only a hash of the token.
 ///
 /// Example: grideye enroll pi-1
 #[derive(Debug, Args)]
 pub(crate) struct Enroll {
-    /// The device's name; several share one token.
+    /// Name of the device; several names share one token.
     #[arg(value_name = "DEVICE", required = true)]
     pub(crate) devices: Vec<String>,
     #[command(flatten)]
     pub(crate) folder: Folder,
-    /// The collector's address, as the agent calls it.
+    /// Collector's address for agents [default: its last].
     ///
-    /// By default where it was last started to listen.
+    /// The default is where the collector was last started to listen.
     #[arg(long, value_name = "URL")]
     pub(crate) url: Option<String>,
-    /// Authority of a certificate of your own, in PEM.
+    /// Authority of your own certificate (PEM).
     ///
-    /// Where the authority of the collector's certificate is not the collector's own.
+    /// Needed if the collector's own authority did not sign its certificate.
     #[arg(long, value_name = "FILE")]
     pub(crate) authority: Option<PathBuf>,
     /// Print code and command as JSON.
@@ -152,7 +160,7 @@ pub(crate) struct Enroll {
     pub(crate) json: bool,
 }
 
-/// Make, list and revoke tokens.
+/// Make, list and revoke access tokens.
 ///
 /// A running collector notices within a second.
 ///
@@ -170,35 +178,39 @@ pub(crate) enum TokenWhat {
     Revoke(TokenRevoke),
 }
 
-/// Make a token for the page or for programs, and print it once.
+/// Make a token for the live page or a program.
+///
+/// Prints the token once. For a device, use `grideye enroll`.
 ///
 /// Example: grideye token make ana --scope read
 #[derive(Debug, Args)]
 pub(crate) struct TokenMake {
-    /// Whose it is.
+    /// Name of the person or program.
     pub(crate) name: String,
-    /// What it allows.
-    #[arg(long, value_parser = one_of(SCOPES))]
-    pub(crate) scope: Scope,
-    /// Write it to this file instead of printing it.
+    /// Permissions: read (view) or admin (also record).
     ///
-    /// For its owner alone.
+    /// `read`: view the page, recordings, audit and metrics. `admin`: also start, stop, label and delete recordings.
+    #[arg(long, value_parser = one_of(SCOPES), hide_possible_values = true)]
+    pub(crate) scope: Scope,
+    /// File to write instead of printing the token.
+    ///
+    /// Only its owner may read it.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) folder: Folder,
 }
 
-/// What a token that is not a device's allows.
+/// The scopes that people and programs may have.
 const SCOPES: Choices<Scope> = (
     &[Scope::Read, Scope::Admin],
-    "read To look: page, recordings, audit, metrics
-admin To look, and to start and stop recordings",
+    "read View the page, recordings, audit and metrics
+admin Also start, stop, label and delete recordings",
 );
 
-/// List the tokens, but never the tokens themselves.
+/// List the tokens by number, without their secrets.
 ///
-/// Number, scope, name, devices, when made, when revoked.
+/// Columns are number, state, scope, name and devices; --json adds when each was made and revoked.
 ///
 /// Example: grideye token list
 #[derive(Debug, Args)]
@@ -210,41 +222,41 @@ pub(crate) struct TokenList {
     pub(crate) folder: Folder,
 }
 
-/// End a token permanently.
+/// Revoke a token for good.
 ///
 /// Example: grideye token revoke pi-1
 #[derive(Debug, Args)]
 pub(crate) struct TokenRevoke {
-    /// Its number, or a name: then all of that name.
+    /// Number of the token, or a name to revoke all of that name.
     #[arg(value_name = "ID|NAME")]
     pub(crate) named: String,
     #[command(flatten)]
     pub(crate) folder: Folder,
 }
 
-/// Where a running collector answers.
+/// The address of a running collector.
 #[derive(Debug, Args)]
 pub(crate) struct CollectorAddress {
-    /// Address of the collector.
+    /// Collector's address.
     #[arg(
         long = "collector",
         value_name = "URL",
         default_value = "http://127.0.0.1:8833"
     )]
     pub(crate) url: String,
-    /// File with a token, where one is asked for.
+    /// File with a token of scope read (record: admin).
     ///
-    /// `grideye token make NAME --scope admin --out FILE` writes one.
+    /// Needed if the collector asks for tokens. `grideye token make NAME --scope read --out FILE` writes one.
     #[arg(long, value_name = "FILE")]
     pub(crate) token_file: Option<PathBuf>,
-    /// Authority of its certificate, for https.
+    /// Authority of the collector's certificate (PEM).
     ///
-    /// In PEM: grideye-access/authority.pem on the collector's machine.
+    /// Needed for https: grideye-access/authority.pem on the collector's machine.
     #[arg(long, value_name = "FILE")]
     pub(crate) authority: Option<PathBuf>,
 }
 
-/// A number with k, M, G or T behind it, in powers of 1024; at least a MiB.
+/// Parses a number with an optional suffix k, M, G or T (powers of 1024); at least 1 MiB.
 fn bytes(text: &str) -> Result<u64, String> {
     const LEAST: u64 = 1 << 20;
     let suffix = text.chars().last().and_then(|last| "kMGT".find(last));
@@ -257,54 +269,52 @@ fn bytes(text: &str) -> Result<u64, String> {
         .ok_or_else(|| "expected a number of bytes, 1M or more, such as 500M or 20G".to_owned())
 }
 
-const HEADING: &str = "MQTT for Home Assistant";
-
-/// Which broker, and where on it.
+/// The broker and the topics on it.
 #[derive(Debug, Clone, Args)]
-#[command(next_help_heading = HEADING)]
+#[command(next_help_heading = MQTT)]
 pub(crate) struct BrokerOptions {
-    /// Broker, as `mqtt://[USER@]HOST[:PORT]`; `mqtts://` encrypts.
+    /// Broker: mqtt://[USER@]HOST[:PORT]; mqtts:// encrypts.
     #[arg(long = "mqtt", id = "mqtt", value_name = "URL")]
     pub(crate) url: Option<String>,
-    /// File with the user's password [default: the environment variable GRIDEYE_MQTT_PASSWORD, if it is set].
+    /// File with the user's password [default: the variable GRIDEYE_MQTT_PASSWORD].
     #[arg(long, hide_short_help = true, value_name = "FILE", requires = "mqtt")]
     pub(crate) mqtt_password_file: Option<PathBuf>,
-    /// Authorities of the broker's certificate, in PEM, for mqtts; /etc/ssl/certs/ca-certificates.crt has the public ones.
+    /// Authorities of the broker's certificate (PEM), required for mqtts; /etc/ssl/certs/ca-certificates.crt has the public ones.
     #[arg(long, hide_short_help = true, value_name = "FILE", requires = "mqtt")]
     pub(crate) mqtt_authority: Option<PathBuf>,
-    /// Home Assistant's discovery prefix.
+    /// Discovery prefix of Home Assistant.
     #[arg(long = "mqtt-prefix", hide_short_help = true, value_name = "TOPIC", default_value = "homeassistant", value_parser = topic)]
     pub(crate) prefix: String,
-    /// What everything else is published below; another one for each collector on the same broker.
+    /// Topic above all others; choose one per collector on the same broker.
     #[arg(long = "mqtt-topic", hide_short_help = true, value_name = "TOPIC", default_value = "grideye", value_parser = topic)]
     pub(crate) base: String,
 }
 
-/// What is published of the sensors, and how often.
+/// What the bridge publishes, and how often.
 #[derive(Debug, Clone, Args)]
-#[command(next_help_heading = HEADING)]
+#[command(next_help_heading = MQTT)]
 pub(crate) struct BridgeOptions {
     #[command(flatten)]
     pub(crate) broker: BrokerOptions,
-    /// Temperatures of a sensor every so often; presence at once when it changes.
+    /// Seconds between a sensor's temperatures, 0.5 to 86400; presence is sent when it changes.
     #[arg(long = "mqtt-every", hide_short_help = true, value_name = "SECONDS", default_value_t = 5.0, value_parser = seconds)]
     pub(crate) state_every_s: f64,
-    /// Pictures of a sensor every so often; 0 for none.
+    /// Seconds between a sensor's images, up to 86400; 0 sends none.
     #[arg(long = "mqtt-image-every", hide_short_help = true, value_name = "SECONDS", default_value_t = 1.0, value_parser = seconds_or_none)]
     pub(crate) image_every_s: f64,
-    /// A sensor without a new frame for so long is unavailable.
+    /// Seconds without a new frame until a sensor is unavailable, 0.5 to 86400.
     #[arg(long = "mqtt-silent-after", hide_short_help = true, value_name = "SECONDS", default_value_t = 15.0, value_parser = seconds)]
     pub(crate) silent_after_s: f64,
-    /// A sensor without a new frame for so long is removed from Home Assistant [default: never].
+    /// Days without a new frame until a sensor is removed from Home Assistant [default: never].
     #[arg(long = "mqtt-forget-after", hide_short_help = true, value_name = "DAYS", value_parser = days)]
     pub(crate) forget_after_days: Option<f64>,
-    /// Somebody is present when so many pixels are warm.
+    /// Warm pixels that mean a person is present, 1 to 32.
     #[arg(long = "mqtt-presence-pixels", hide_short_help = true, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=32))]
     pub(crate) presence_pixels: u8,
-    /// Warm is a pixel so many degrees above the median of its frame: a threshold, which a radiator passes too.
+    /// Degrees above the frame's median that make a pixel warm, 0.25 to 100 °C; a radiator passes too.
     #[arg(long = "mqtt-presence-above", hide_short_help = true, value_name = "CELSIUS", default_value_t = 1.5, value_parser = degrees)]
     pub(crate) presence_above_c: f64,
-    /// Nobody is present once too few were warm for so long.
+    /// Seconds with too few warm pixels until nobody is present, up to 86400.
     #[arg(long = "mqtt-presence-hold", hide_short_help = true, value_name = "SECONDS", default_value_t = 5.0, value_parser = seconds_or_none)]
     pub(crate) presence_hold_s: f64,
 }
@@ -325,16 +335,16 @@ pub(crate) enum MqttWhat {
 
 /// Remove a sensor from Home Assistant.
 ///
-/// What the broker keeps of it is taken away. Its entities go, with or without a collector running. A sensor that still sends comes back when its agent or the
-/// collector is started again.
+/// Deletes its retained messages at the broker, and with them its entities, whether a collector runs or not. A sensor that
+/// still sends comes back when its agent or the collector restarts.
 ///
 /// Example: grideye mqtt forget pi-1 i2c-1:0x69 --mqtt mqtt://homeassistant.local
 #[derive(Debug, Args)]
 #[command(mut_arg("mqtt", |argument| argument.required(true)))]
 pub(crate) struct Forget {
-    /// The device, as the live page names it.
+    /// Device, as the live page names it.
     pub(crate) device: String,
-    /// The device's sensor.
+    /// Sensor of the device, as the live page names it.
     pub(crate) sensor: String,
     #[command(flatten)]
     pub(crate) broker: BrokerOptions,
@@ -365,7 +375,7 @@ fn degrees(text: &str) -> Result<f64, String> {
     bounded(text, 0.25, 100.0)
 }
 
-/// A topic to publish below: without wildcards, and not one of the broker's own.
+/// Parses a topic: no wildcards, and not one of the broker's own.
 fn topic(text: &str) -> Result<String, String> {
     let is_plain = |c: char| !c.is_control() && !matches!(c, '+' | '#' | '$');
     let is_topic = text.chars().all(is_plain)

@@ -9,20 +9,23 @@ use std::time::Duration;
 /// What `grideye compare` may align.
 #[derive(Debug, Args)]
 pub(crate) struct Align {
-    /// What may be aligned, with commas.
+    /// Alignment of time and image.
     ///
-    /// One of none, shift, rate, warp and law for time; orientation and pose for the image, which are only reported
-    /// otherwise.
+    /// Comma-separated. Time, one of: none; shift, a constant delay; rate, a delay and a fast or slow clock; warp, also uneven walking (dynamic
+    /// time warping in a band); law, start, end and speed profile of the walk.
+    ///
+    /// Image: orientation, to correct a mirrored, rotated or transposed image; pose, to correct an offset of up to half a
+    /// pixel. Without them, a deviation is reported, not corrected.
     #[arg(long = "align", value_name = "WHAT", value_parser = one_of(WHAT), value_delimiter = ',',
         default_value = "rate", hide_possible_values = true)]
     what: Vec<What>,
-    /// Largest delay either way, up to 60.
+    /// Largest delay in either direction, 0 to 60 s.
     ///
-    /// Also how far a path may depart from it (warp), and each end of the walk from the scene's (law).
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.5, value_parser = seconds)]
+    /// Also limits how far a path departs from that delay (warp), and each end of the walk from the scene's (law).
+    #[arg(long, value_name = "SECONDS", hide_short_help = true, default_value_t = 0.5, value_parser = seconds)]
     max_shift: f64,
-    /// Most that its clock is off, up to 20.
-    #[arg(long, value_name = "PERCENT", default_value_t = 6.0, value_parser = percent)]
+    /// Largest error of the sensor's clock, 0 to 20 %.
+    #[arg(long, value_name = "PERCENT", hide_short_help = true, default_value_t = 6.0, value_parser = percent)]
     max_rate: f64,
 }
 
@@ -43,13 +46,13 @@ const WHAT: Choices<What> = (
         What::Orientation,
         What::Pose,
     ],
-    "none Time is left as it is
-shift One delay
-rate A delay and a clock that is fast or slow
-warp These, and uneven walking by dynamic time warping in a band
-law When the walk begins and ends, and how speed is spread over it
-orientation Turn an image that is mirrored, turned or transposed
-pose Take out an offset of the image of up to half a pixel",
+    "none No time alignment
+shift A constant delay
+rate A delay and a fast or slow clock
+warp Delay, clock and uneven walking, by dynamic time warping in a band
+law Start, end and speed profile of the walk
+orientation Correct a mirrored, rotated or transposed image
+pose Correct an image offset of up to half a pixel",
 );
 
 impl Align {

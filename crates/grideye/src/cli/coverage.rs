@@ -5,110 +5,100 @@ use clap::Args;
 use grideye_plan::coverage::{Mount, Posture};
 use std::path::PathBuf;
 
-const WHO: &str = "Who is looked for";
-const COUNTS: &str = "What counts";
-const WRITTEN: &str = "What is written";
+const PERSON: &str = "Person to detect";
+const DETECTION: &str = "Detection";
 
-/// Say where a room's sensors see a person, or find the best places.
+/// Map where a room's sensors see a person, or find the best places.
 ///
-/// Without --candidates it is the scene's own sensors; with it, poses are tried all over the room and the best few are
-/// picked, one after the other. The scene's own agents are taken out first.
+/// Without --candidates, rates the scene's own sensors. With it, tries poses all over the room and picks the best, one after
+/// another. The scene's own agents are removed first.
 ///
-/// Exit code 1: --at-least was not reached.
+/// Exit code 1: --at-least was not reached
 ///
-/// Example: grideye coverage scenes/bedroom.toml --candidates all --best 2 --out coverage.svg --write best.toml
+/// Example: grideye coverage scenes/bedroom.toml --candidates all --write best.toml
 #[derive(Debug, Args)]
 pub(crate) struct Coverage {
-    /// Scene file.
+    /// Scene file (TOML).
     pub(crate) scene: PathBuf,
-    /// Where poses are tried, with commas.
-    #[arg(long, value_name = "WHERE", value_parser = one_of(PLACES), value_delimiter = ',')]
+    /// Places to try: all, ceiling, walls, corners.
+    ///
+    /// Comma-separated. Without it, no poses are tried.
+    #[arg(long, value_name = "WHERE", value_parser = one_of(PLACES), value_delimiter = ',', hide_possible_values = true)]
     pub(crate) candidates: Vec<Option<Mount>>,
     /// Poses to pick from the candidates.
     #[arg(long, value_name = "K", default_value_t = 2, requires = "candidates")]
     pub(crate) best: usize,
-    /// Pick beside the scene's own sensors.
-    ///
-    /// The scene's own sensors stay, and the poses are picked beside them.
+    /// Keep the scene's sensors and pick more.
     #[arg(long, requires = "candidates")]
     pub(crate) keep: bool,
-    /// Sensors that count, with commas [default: all].
+    /// Sensors to rate, comma-separated [default: all].
     ///
-    /// Beside --candidates only with --keep.
+    /// With --candidates, needs --keep.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) sensors: Vec<String>,
-
-    /// How the person is.
-    #[arg(long, value_parser = one_of(POSTURES), default_value = "standing", help_heading = WHO)]
-    pub(crate) posture: Posture,
-    /// Depth, width, height when standing.
+    /// Exit with code 1 if fewer places are covered, in %.
     ///
-    /// The width is that across the shoulders.
-    #[arg(long, value_name = "D,W,H", value_delimiter = ',', default_values_t = [200.0, 500.0, 1750.0], help_heading = WHO)]
+    /// A place is covered if a person is detected there. 0 to 100.
+    #[arg(long, value_name = "PERCENT", value_parser = percent)]
+    pub(crate) at_least: Option<f64>,
+    /// Map to write: .svg, .png or .csv; repeatable.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Vec<PathBuf>,
+    /// Picked poses to write, as `[[sensor]]` tables.
+    #[arg(long, value_name = "FILE.toml", requires = "candidates")]
+    pub(crate) write: Option<PathBuf>,
+    /// Print JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Threads [default: one per core]; the result does not depend on it.
+    #[arg(long, value_name = "N", hide_short_help = true)]
+    pub(crate) threads: Option<usize>,
+
+    /// Posture of the person.
+    #[arg(long, value_parser = one_of(POSTURES), default_value = "standing", hide_short_help = true, help_heading = PERSON)]
+    pub(crate) posture: Posture,
+    /// Depth, width across the shoulders and height when standing, in mm.
+    #[arg(long, value_name = "D,W,H", value_delimiter = ',', default_values_t = [200.0, 500.0, 1750.0], hide_short_help = true, help_heading = PERSON)]
     pub(crate) person_mm: Vec<f64>,
-    /// Temperature of the clothed surface.
-    #[arg(long, value_name = "C", default_value_t = 28.0, allow_hyphen_values = true, help_heading = WHO)]
+    /// Temperature of the clothed surface, °C.
+    #[arg(long, value_name = "C", default_value_t = 28.0, hide_short_help = true, help_heading = PERSON)]
     pub(crate) person_c: f64,
-    /// This agent of the scene instead.
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["posture", "person_mm", "person_c"], help_heading = WHO)]
+    /// Agent of the scene to use as the person.
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["posture", "person_mm", "person_c"], hide_short_help = true, help_heading = PERSON)]
     pub(crate) agent: Option<String>,
-    /// Turns in which the person is tried at each place, evenly over half a turn; the worst that fits counts.
-    #[arg(long, value_name = "N", default_value_t = 2, hide_short_help = true, help_heading = WHO)]
+    /// Directions to turn the person at each place, evenly over half a turn; the worst that fits counts.
+    #[arg(long, value_name = "N", default_value_t = 2, hide_short_help = true, help_heading = PERSON)]
     pub(crate) turns: usize,
 
-    /// Least contrast, in units of noise.
-    ///
-    /// From this contrast on a person is detected.
-    #[arg(long, value_name = "X", default_value_t = 3.0, help_heading = COUNTS)]
+    /// Least contrast that detects a person, in units of noise.
+    #[arg(long, value_name = "X", default_value_t = 3.0, hide_short_help = true, help_heading = DETECTION)]
     pub(crate) sigma: f64,
-    /// Sensors that must detect a person.
-    ///
-    /// At each place.
-    #[arg(long, value_name = "N", default_value_t = 1, help_heading = COUNTS)]
+    /// Sensors that must detect a person at each place.
+    #[arg(long, value_name = "N", default_value_t = 1, hide_short_help = true, help_heading = DETECTION)]
     pub(crate) sensors_min: usize,
-    /// The sensors detect together, not each alone.
-    #[arg(long, help_heading = COUNTS)]
+    /// Combine the sensors' contrast instead of judging each alone.
+    #[arg(long, hide_short_help = true, help_heading = DETECTION)]
     pub(crate) together: bool,
-    /// Frames that are averaged first.
-    #[arg(long, value_name = "N", default_value_t = 1, help_heading = COUNTS)]
+    /// Frames to average first.
+    #[arg(long, value_name = "N", default_value_t = 1, hide_short_help = true, help_heading = DETECTION)]
     pub(crate) frames: u32,
-    /// About the length of the cells that the floor is divided into.
-    #[arg(long, value_name = "MM", default_value_t = 200.0, hide_short_help = true, help_heading = COUNTS)]
+    /// Approximate length of the floor's cells, in mm.
+    #[arg(long, value_name = "MM", default_value_t = 200.0, hide_short_help = true, help_heading = DETECTION)]
     pub(crate) cell_mm: f64,
-    /// Exit code 1 at fewer of the places.
-    ///
-    /// If a person is detected at fewer of the places than this.
-    #[arg(long, value_name = "PERCENT", value_parser = percent, help_heading = COUNTS)]
-    pub(crate) at_least: Option<f64>,
 
     #[command(flatten)]
     pub(crate) poses: Poses,
-
-    /// Map: .svg, .png or .csv; repeatable.
-    #[arg(long, value_name = "FILE", help_heading = WRITTEN)]
-    pub(crate) out: Vec<PathBuf>,
-    /// The poses picked, for a scene file.
-    ///
-    /// As `[[sensor]]` tables.
-    #[arg(long, value_name = "FILE.toml", requires = "candidates", help_heading = WRITTEN)]
-    pub(crate) write: Option<PathBuf>,
-    /// Print JSON.
-    #[arg(long, help_heading = WRITTEN)]
-    pub(crate) json: bool,
-    /// Threads [default: as many as there are cores]; the result is the same with any number.
-    #[arg(long, value_name = "N", hide_short_help = true, help_heading = WRITTEN)]
-    pub(crate) threads: Option<usize>,
 }
 
-/// The poses that are tried.
+/// The poses to try.
 #[derive(Debug, Args)]
-#[command(next_help_heading = "Which poses are tried")]
+#[command(next_help_heading = "Poses to try (with --candidates)")]
 #[group(requires = "candidates")]
 pub(crate) struct Poses {
-    /// Kind of sensor that is tried [default: as the scene's first, or grid-eye if it has none].
+    /// Kind of sensor: grid-eye, grid-eye-wide or lepton [default: as the scene's first, or grid-eye].
     #[arg(long, value_name = "NAME", hide_short_help = true)]
     pub(crate) preset: Option<String>,
-    /// Sensor of the scene that is tried elsewhere.
+    /// Sensor of the scene to try elsewhere.
     #[arg(
         long,
         value_name = "NAME",
@@ -116,7 +106,7 @@ pub(crate) struct Poses {
         hide_short_help = true
     )]
     pub(crate) like: Option<String>,
-    /// About the distance of one pose to the next.
+    /// Approximate distance between poses, in mm.
     #[arg(
         long,
         value_name = "MM",
@@ -124,24 +114,24 @@ pub(crate) struct Poses {
         hide_short_help = true
     )]
     pub(crate) spacing_mm: f64,
-    /// Under the ceiling: angles off straight down.
+    /// Ceiling: angles from straight down, 0 to 90 degrees.
     #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [0.0, 30.0], hide_short_help = true)]
     pub(crate) tilts_deg: Vec<f64>,
-    /// Under the ceiling: directions of those that are tilted.
+    /// Ceiling: directions of tilted sensors, evenly around.
     #[arg(long, value_name = "N", default_value_t = 8, hide_short_help = true)]
     pub(crate) headings: usize,
-    /// On walls and in corners: heights.
+    /// Walls and corners: heights above the floor, in mm.
     #[arg(long, value_name = "MM", value_delimiter = ',', default_values_t = [2200.0], hide_short_help = true)]
     pub(crate) heights_mm: Vec<f64>,
-    /// On walls and in corners: angles below the level.
+    /// Walls and corners: angles below level, 0 to 90 degrees.
     #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [25.0, 45.0], hide_short_help = true)]
     pub(crate) downs_deg: Vec<f64>,
-    /// On walls: directions off straight into the room.
+    /// Walls: angles from straight into the room, -90 to 90 degrees.
     #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [-30.0, 0.0, 30.0], allow_hyphen_values = true, hide_short_help = true)]
     pub(crate) wall_headings_deg: Vec<f64>,
 }
 
-/// Where poses are tried; everywhere, or at one place.
+/// The places; `None` is all of them.
 const PLACES: Choices<Option<Mount>> = (
     &[
         None,

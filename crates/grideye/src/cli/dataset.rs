@@ -8,47 +8,46 @@ use std::path::PathBuf;
 
 /// Make labeled frames of a scene that varies, for training.
 ///
-/// The scene differs from frame to frame. Run it again after an interruption, with the same options: it goes on where it was.
+/// The scene varies from frame to frame. If interrupted, run the same command again to continue.
 ///
-/// Example: grideye dataset scenes/experiment-1.toml --frames 200 --vary agent.person.position=floor --vary room.ambient_c=18..26 --out people
+/// Example: grideye dataset room.toml --frames 200 --vary room.ambient_c=18..26 --out set
 #[derive(Debug, Args)]
 pub(crate) struct Dataset {
-    /// Scene file.
+    /// Scene file (TOML).
     pub(crate) scene: PathBuf,
-    /// What varies: KEY=LOW..HIGH; repeatable.
+    /// Values to draw from: KEY=LOW..HIGH; repeatable.
     ///
-    /// KEY=LOW..HIGH, KEY=ONE,OTHER, or agent.NAME.position=floor.
+    /// KEY=LOW..HIGH, KEY=ONE,OTHER, or agent.NAME.position=floor. scenes/README.md lists the keys.
     #[arg(long = "vary", value_name = "KEY=VALUES")]
     pub(crate) varied: Vec<String>,
-    /// Number of frames of the whole dataset.
+    /// Frames in the whole dataset.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) frames: u64,
-    /// Folder for the dataset; made if it is not there.
+    /// Folder for the dataset; created if missing.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
-    /// Seed of all that varies, and of the noise.
+    /// Seed of the variation and the noise.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Every n-th part, from the i-th.
+    /// Share of the work: part I of N.
     ///
-    /// The share of the work to be done here.
+    /// Makes every N-th part, starting with the I-th.
     #[arg(long, value_name = "I/N", default_value = "1/1")]
     pub(crate) shard: Shard,
-    /// Sensor of the scene; needed when it has several.
+    /// Sensor of the scene [default: the only one].
     #[arg(long, value_name = "NAME")]
     pub(crate) sensor: Option<String>,
-    /// The paper's grid of points, or exact areas.
-    #[arg(long, value_enum, default_value_t = Method::Grid)]
+    /// Grid of points or exact area per pixel.
+    #[arg(long, value_enum, default_value_t = Method::Grid, hide_short_help = true)]
     pub(crate) method: Method,
-    /// Kinds of files, with commas between them.
-    #[arg(long = "format", value_parser = one_of(TABLES), value_delimiter = ',', value_name = "KINDS", default_values = ["parquet", "npz"])]
+    /// File formats, comma-separated.
+    #[arg(long = "format", value_parser = one_of(TABLES), value_delimiter = ',', value_name = "FORMATS",
+        default_values = ["parquet", "npz"], hide_short_help = true)]
     pub(crate) formats: Vec<Table>,
-    /// Frames of a file [default: 1000].
-    ///
-    /// By default 1000, or what 64 MiB hold.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    /// Frames per file, 1 to 1000000 [default: 1000, fewer if they exceed 64 MiB].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000), hide_short_help = true)]
     pub(crate) frames_per_part: Option<u64>,
-    /// Parts made at a time [default: cores].
+    /// Threads [default: one per core].
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Print JSON.
@@ -56,9 +55,9 @@ pub(crate) struct Dataset {
     pub(crate) json: bool,
 }
 
-/// The kinds of files that hold a part of a dataset.
+/// The file formats of a dataset.
 const TABLES: Choices<Table> = (
     &[Table::Parquet, Table::Npz],
-    "parquet Apache Parquet: a row for each frame
+    "parquet Apache Parquet, one row per frame
 npz Arrays for numpy",
 );

@@ -1,4 +1,4 @@
-//! The options of `grideye emulate`. The text of its help is laid out by hand, so that it fits on one screen.
+//! The options of `grideye emulate`.
 
 use super::shared::{Choices, Method, one_of, positive, within};
 use amg8833_emulator::{Address, CLOCK_ERROR_PPM_MAX};
@@ -16,114 +16,151 @@ const SCL_HZ: RangeInclusive<u32> = 1_000..=1_000_000;
 /// What the sensor's registers hold, °C (AMG88 spec §4-11-11: 12 bits of a quarter of a degree).
 const CONSTANT_C: RangeInclusive<f32> = -512.0..=511.75;
 
-/// Emulate sensors for another program: /dev/i2c-N, socket, USB/IP.
+const FRAMES: &str = "Frames";
+const SENSORS: &str = "Sensors";
+const BUSES: &str = "Buses";
+const SERVING: &str = "Serving";
+
+/// Emulate AMG8833 sensors for a program that reads /dev/i2c-N.
+///
+/// Choose what the sensors see: --scene, --recording or --constant. Choose how programs reach them: PROGRAM, --socket (also
+/// beside a PROGRAM) or --usbip. Exits with the PROGRAM's code. crates/grideye/EMULATE.md has more.
 ///
 /// Example: grideye emulate --scene scenes/experiment-1.toml -- i2cdetect -y 1
+///
+/// Example: grideye emulate --recording walk.csv --socket /tmp/amg.sock
 #[derive(Debug, Args)]
-#[command(override_help = include_str!("emulate.txt"), group(ArgGroup::new("shown").required(true)))]
+#[command(
+    override_usage = "grideye emulate <--scene|--recording|--constant> [OPTIONS] [-- PROGRAM]",
+    group(ArgGroup::new("shown").required(true))
+)]
 pub(crate) struct Emulate {
-    /// Scene that the sensors see.
+    /// Scene to show (TOML).
+    ///
+    /// People in it start walking at the first transfer.
     #[arg(long, value_name = "FILE", group = "shown")]
     pub(crate) scene: Option<PathBuf>,
-    /// How the frames of a scene are made.
-    #[arg(long, value_name = "grid|area", default_value = "grid", conflicts_with_all = ["recording", "constant"])]
-    pub(crate) method: Method,
-    /// Recording that the sensor replays.
+    /// Recording to replay.
+    ///
+    /// This project's CSV or LINAIGE.
     #[arg(long, value_name = "FILE", group = "shown")]
     pub(crate) recording: Option<PathBuf>,
-    /// Temperature that every pixel sees, °C.
-    #[arg(long, value_name = "C", group = "shown", value_parser = constant, allow_hyphen_values = true)]
+    /// Temperature of all pixels, -512 to 511.75 °C.
+    ///
+    /// The thermistor reads 4.5 °C more, because a real chip warms itself; with --profile, `thermistor.offset_c` more.
+    #[arg(long, value_name = "C", group = "shown", value_parser = constant)]
     pub(crate) constant: Option<f32>,
-    /// When a recording's frames come.
-    #[arg(long, value_parser = one_of(REPLAY), value_name = "times|frames")]
-    pub(crate) replay: Option<Replay>,
-    /// What comes after the end of a walk or a recording.
-    #[arg(long, value_parser = one_of(AT_END), value_name = "hold|loop|end",
-        default_value = "hold", conflicts_with = "constant")]
-    pub(crate) at_end: AtEnd,
-
-    /// Sensor of the scene, and its place.
+    /// Sensor and place [default: the only one].
+    ///
+    /// Repeatable. PLACE is BUS:ADDR (1:0x69) or BUS:MUX.CHANNEL:ADDR (1:0x70.3:0x69). One sensor alone needs none: --device and
+    /// --address place it.
     #[arg(long = "sensor", value_name = "NAME[=PLACE]")]
     pub(crate) sensors: Vec<Placed>,
-    /// Address of the one sensor.
+    /// Address, 0x68 or 0x69 [default: 0x69].
+    ///
+    /// Applies if there is one sensor.
     #[arg(long, value_name = "ADDR", value_parser = address_of)]
     pub(crate) address: Option<Address>,
-    /// Device file of the one sensor's bus.
-    #[arg(long, value_name = "PATH", value_parser = device)]
-    pub(crate) device: Option<u32>,
-    /// Sensor profile: a file, or ideal, datasheet or linaige.
+    /// Profile [default: the scene's noise, exact clock].
+    ///
+    /// A file, or built-in ideal, datasheet or linaige. Sets noise, pattern, clock error and thermistor offset. Without it,
+    /// --constant has no noise, and the thermistor reads 4.5 °C above the room. Not with --recording, which has its own noise.
     #[arg(long, value_name = "FILE|NAME")]
     pub(crate) profile: Option<PathBuf>,
-    /// Script of faults.
+    /// Script of faults to inject (TOML).
     #[arg(long, value_name = "FILE")]
     pub(crate) faults: Option<PathBuf>,
-    /// How far the sensors' clocks are off.
-    #[arg(long, value_name = "PPM", value_parser = clock_error, allow_hyphen_values = true)]
-    pub(crate) clock_error: Option<i32>,
-    /// Whether the program meets sensors that are switched on this instant.
-    #[arg(long)]
-    pub(crate) power_on: bool,
-    /// Emulated seconds in a real one.
-    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = positive, allow_negative_numbers = true)]
-    pub(crate) speed: f64,
-    /// Seed of noise and faults.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub(crate) seed: u64,
-
-    /// Kind of adapter.
-    #[arg(long, value_name = "KIND", default_value = "pi")]
-    pub(crate) adapter: AdapterMode,
-    /// Bus clock; without it transfers take no emulated time.
-    #[arg(long, value_name = "HZ", value_parser = scl)]
-    pub(crate) scl: Option<NonZeroU32>,
-    /// Log of the buses.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) trace: Option<PathBuf>,
-
-    /// How the program's device is made.
-    #[arg(
-        long,
-        value_name = "auto|fuse|preload",
-        default_value = "auto",
-        requires = "program",
-        conflicts_with = "usbip"
-    )]
-    pub(crate) via: Via,
-    /// Unix socket to serve.
+    /// Unix socket to serve until Ctrl-C.
     #[arg(long, value_name = "PATH")]
     pub(crate) socket: Option<PathBuf>,
-    /// Attach an adapter to this kernel, or serve one over TCP.
+    /// Attach a real /dev/i2c-N (root), or serve at ADDR.
+    ///
+    /// Without ADDR, attaches an adapter to this kernel. With ADDR, serves USB/IP over TCP for another.
     #[expect(
         clippy::option_option,
         reason = "clap's way of an option with an optional value"
     )]
     #[arg(long, value_name = "ADDR")]
     pub(crate) usbip: Option<Option<SocketAddr>>,
-    /// End after this many seconds.
-    #[arg(long, value_name = "N", conflicts_with = "program", value_parser = positive, allow_negative_numbers = true)]
-    pub(crate) seconds: Option<f64>,
-    /// Print JSON instead of prose.
-    #[arg(long)]
-    pub(crate) json: bool,
-    /// Say nothing but errors.
-    #[arg(long, short, conflicts_with = "json")]
-    pub(crate) quiet: bool,
-    /// The program and its arguments.
+    /// Program to run, with arguments; it alone sees /dev/i2c-N.
     #[arg(last = true, value_name = "PROGRAM")]
     pub(crate) program: Vec<String>,
+
+    /// Grid of points or exact area per pixel of a scene.
+    #[arg(long, value_enum, default_value_t = Method::Grid, conflicts_with_all = ["recording", "constant"], hide_short_help = true, help_heading = FRAMES)]
+    pub(crate) method: Method,
+    /// Timing of a recording's frames [default: times].
+    #[arg(long, value_parser = one_of(REPLAY), hide_short_help = true, help_heading = FRAMES)]
+    pub(crate) replay: Option<Replay>,
+    /// Behavior at the end of a walk or a recording.
+    #[arg(long, value_parser = one_of(AT_END), default_value = "hold", conflicts_with = "constant", hide_short_help = true, help_heading = FRAMES)]
+    pub(crate) at_end: AtEnd,
+    /// Emulated seconds per real second.
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = positive, hide_short_help = true, help_heading = FRAMES)]
+    pub(crate) speed: f64,
+    /// Seed of noise and faults.
+    #[arg(long, value_name = "N", default_value_t = 1, hide_short_help = true, help_heading = FRAMES)]
+    pub(crate) seed: u64,
+
+    /// Bus of the sensor, if there is one sensor [default: /dev/i2c-1].
+    #[arg(long, value_name = "PATH", value_parser = device, hide_short_help = true, help_heading = SENSORS)]
+    pub(crate) device: Option<u32>,
+    /// Error of the sensors' clocks in parts per million [default: the profile's, or 0].
+    ///
+    /// -43000 is 4.3 % slow.
+    #[arg(long, value_name = "PPM", value_parser = clock_error, hide_short_help = true, help_heading = SENSORS)]
+    pub(crate) clock_error: Option<i32>,
+    /// Power the sensors on as the program starts.
+    ///
+    /// By default they have been on long enough to have a frame.
+    #[arg(long, hide_short_help = true, help_heading = SENSORS)]
+    pub(crate) power_on: bool,
+
+    /// Kind of adapter: pi, pi5, usb, smbus-only, busy, gone or virtio.
+    #[arg(long, value_name = "KIND", default_value = "pi", hide_short_help = true, help_heading = BUSES)]
+    pub(crate) adapter: AdapterMode,
+    /// Bus clock, 1000 to 1000000 Hz, usually 100000 or 400000 [default: transfers take no emulated time].
+    #[arg(long, value_name = "HZ", value_parser = scl, hide_short_help = true, help_heading = BUSES)]
+    pub(crate) scl: Option<NonZeroU32>,
+    /// Log of the buses to write: .csv for a spreadsheet, .vcd for PulseView.
+    #[arg(long, value_name = "FILE", hide_short_help = true, help_heading = BUSES)]
+    pub(crate) trace: Option<PathBuf>,
+
+    /// Way to give the program its device: auto, fuse or preload.
+    ///
+    /// `auto` takes FUSE where it is allowed, otherwise a preloaded library.
+    #[arg(
+        long,
+        value_name = "WAY",
+        default_value = "auto",
+        requires = "program",
+        conflicts_with = "usbip",
+        hide_short_help = true,
+        help_heading = SERVING
+    )]
+    pub(crate) via: Via,
+    /// Time to serve, in seconds [default: until Ctrl-C].
+    #[arg(long, value_name = "N", conflicts_with = "program", value_parser = positive, hide_short_help = true, help_heading = SERVING)]
+    pub(crate) seconds: Option<f64>,
+    /// Print JSON: one line when ready, one at the end.
+    #[arg(long, hide_short_help = true, help_heading = SERVING)]
+    pub(crate) json: bool,
+    /// Print errors only.
+    #[arg(long, short, conflicts_with = "json", hide_short_help = true, help_heading = SERVING)]
+    pub(crate) quiet: bool,
 }
 
 const REPLAY: Choices<Replay> = (
     &[Replay::Times, Replay::Frames],
-    "times At the times at which they were recorded
-frames One with each frame of the sensor: none twice, none left out",
+    "times At their recorded times
+frames One per frame of the sensor: none twice, none skipped",
 );
 
 const AT_END: Choices<AtEnd> = (
     &[AtEnd::Hold, AtEnd::Loop, AtEnd::End],
-    "hold The last picture stays
-loop It begins again
-end The bus is gone (ENODEV), and a server ends",
+    "hold Keep the last frame
+loop Start again
+end Remove the bus (ENODEV) and stop serving",
 );
 
 fn constant(text: &str) -> Result<f32, String> {
@@ -148,49 +185,4 @@ fn scl(text: &str) -> Result<NonZeroU32, String> {
     let expected = format!("expected {least} to {most} Hz; usual are 100000 and 400000");
     let hz = within(text, &SCL_HZ, expected.as_str())?;
     NonZeroU32::new(hz).ok_or(expected)
-}
-
-#[cfg(test)]
-mod tests {
-    use crate::cli::Cli;
-    use clap::CommandFactory as _;
-
-    const HELP: &str = include_str!("emulate.txt");
-
-    #[test]
-    fn the_help_names_every_option_with_its_default_and_no_other() {
-        let mut cli = Cli::command();
-        cli.build();
-        let emulate = cli.find_subcommand("emulate").unwrap();
-        let mut known = vec!["--".to_owned(), "--help".to_owned(), "--version".to_owned()];
-        let words = HELP.split(|at: char| at.is_whitespace() || "[](),;".contains(at));
-        let words: Vec<&str> = words.filter(|word| word.starts_with("--")).collect();
-        for option in emulate.get_arguments() {
-            let Some(option_name) = option.get_long().map(|long| format!("--{long}")) else {
-                continue;
-            };
-            let is_everywhere = known[1..3].contains(&option_name);
-            assert!(
-                is_everywhere || words.contains(&option_name.as_str()),
-                "{option_name}"
-            );
-            let start = format!("{option_name} ");
-            let mut lines = HELP.lines().map(str::trim_start);
-            let line = lines
-                .find(|line| line.starts_with(&start))
-                .unwrap_or_default();
-            let values = option.get_default_values().iter();
-            for default in values.filter(|_| option.get_action().takes_values()) {
-                let default = format!("[{}]", default.to_string_lossy());
-                assert!(line.contains(&default), "{option_name} {default}");
-            }
-            known.push(option_name);
-        }
-        for word in words {
-            assert!(
-                known.iter().any(|option| option == word),
-                "{word} is no option"
-            );
-        }
-    }
 }

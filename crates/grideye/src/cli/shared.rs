@@ -6,13 +6,13 @@ use grideye_scene::Simulator;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
-/// The seed of a comparison's simulation, where nobody chose another.
+/// The default seed of a comparison's simulation.
 pub(crate) const SEED: u64 = 2;
 
-/// What an option takes: values, and for each a line of its word and its help.
+/// The values of an option, and for each a line of its name and help.
 pub(super) type Choices<T> = (&'static [T], &'static str);
 
-/// Parses one of those words.
+/// Parses one of these names.
 pub(super) fn one_of<T>((values, lines): Choices<T>) -> impl TypedValueParser<Value = T>
 where
     T: Clone + Send + Sync + 'static,
@@ -27,14 +27,14 @@ where
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Method {
-    /// Rays through a grid of points, resampled to the sensor's pixels.
+    /// Trace rays through the paper's grid of points and resample them to pixels.
     Grid,
-    /// The integral over each pixel's response, without a grid.
+    /// Integrate over each pixel's response, without a grid.
     Area,
 }
 
 impl Method {
-    /// What makes a simulator of it.
+    /// The constructor of the simulator.
     pub(crate) fn simulate(self) -> Simulate {
         match self {
             Self::Grid => Simulator::new,
@@ -43,7 +43,7 @@ impl Method {
     }
 }
 
-/// A number within bounds, or what was expected.
+/// Parses a number within bounds; the error is `expected`.
 pub(super) fn within<T: FromStr + PartialOrd>(
     text: &str,
     range: &RangeInclusive<T>,

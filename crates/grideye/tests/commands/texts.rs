@@ -94,3 +94,60 @@ fn a_byte_that_is_no_text_is_told_with_its_line_and_column() {
     let told = "error: room.toml:8:14: cannot read the trajectory `way.csv`: line 1, column 4: the byte 0xfc is not UTF-8\nhint: ";
     assert!(ended.stderr.starts_with(told), "{ended:?}");
 }
+
+#[test]
+fn a_bad_row_is_blamed_on_the_input_and_not_on_the_output() {
+    let desk = Desk::new();
+    let row = ["20"; 63].join(",");
+    desk.put("rows.txt", format!("{row},20\n{row},warm\n"));
+    let ended = desk.run(&["convert", "rows.txt", "x.csv", "--thermistor", "20"]);
+    assert_eq!(ended.code, Some(2), "{ended:?}");
+    let told =
+        "error: cannot read rows.txt: line 2, column pixel64: expected a number, found \"warm\"";
+    assert!(ended.stderr.starts_with(told), "{ended:?}");
+    assert!(!ended.stderr.contains("x.csv"), "{ended:?}");
+    assert!(!desk.path("x.csv").exists());
+}
+
+/// Commands with a number below 0, their exit codes, and how an error names it.
+const BELOW_ZERO: &[(&str, i32, &str)] = &[
+    ("convert rows.txt x.csv --thermistor -20", 0, ""),
+    ("coverage room.toml --person-c -5", 0, ""),
+    (
+        "coverage room.toml --candidates walls --wall-headings-deg -30,0",
+        0,
+        "",
+    ),
+    (
+        "emulate --constant -20 --clock-error -43000 --seconds 0.1 --socket s",
+        0,
+        "",
+    ),
+    (
+        "convert rows.txt x.csv --thermistor 20 --rate -1",
+        2,
+        "'-1' for '--rate",
+    ),
+    (
+        "compare --scene room.toml --recording recording.csv --start -0.5",
+        2,
+        "'-0.5' for '--start",
+    ),
+    (
+        "collect --mqtt-presence-above -1.5",
+        2,
+        "'-1.5' for '--mqtt-presence-above",
+    ),
+    ("simulate room.toml --frames -1", 2, "'-1' for '--frames"),
+];
+
+#[test]
+fn a_number_below_zero_is_a_value_and_not_an_option() {
+    let desk = Desk::new();
+    desk.put("rows.txt", ["20"; 64].join(",") + "\n");
+    for (command, code, told) in BELOW_ZERO {
+        let ended = desk.run(&command.split(' ').collect::<Vec<_>>());
+        assert_eq!(ended.code, Some(*code), "{command}: {ended:?}");
+        assert!(ended.stderr.contains(told), "{command}: {ended:?}");
+    }
+}

