@@ -22,7 +22,8 @@ pub(crate) fn run(options: &Convert) -> Result<Outcome> {
     };
     let assumed = assumed(options)?;
     let rows = recordings::open_assuming(&options.input, assumed.as_ref())?.filter(asked);
-    let mut rows = rows.map(|row| row.map_err(|error| ExportError::Row(error.to_string())));
+    let mut rows =
+        rows.map(|row| row.map_err(|error| ExportError::Row(format!("cannot read {error}"))));
     export::write_recording(&mut rows, [&options.input, &options.output])?;
     Ok(Outcome::Done)
 }
