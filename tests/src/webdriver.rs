@@ -142,6 +142,24 @@ impl Browser {
         self.mouse(&json!([start, press, end, release]))
     }
 
+    /// As [`drag`](Self::drag), but does not let go: [`release`](Self::release) does.
+    ///
+    /// # Errors
+    /// If it is not there, or a place is outside of the window.
+    pub fn hold(&self, selector: &str, from: (i32, i32), to: (i32, i32)) -> Result<(), Failure> {
+        let [start, end] = [self.move_to(selector, from)?, self.move_to(selector, to)?];
+        let press = json!({ "type": "pointerDown", "button": 0 });
+        self.mouse(&json!([start, press, end]))
+    }
+
+    /// Lets go of the mouse button.
+    ///
+    /// # Errors
+    /// If the browser refuses.
+    pub fn release(&self) -> Result<(), Failure> {
+        self.mouse(&json!([{ "type": "pointerUp", "button": 0 }]))
+    }
+
     fn move_to(&self, selector: &str, (x, y): (i32, i32)) -> Result<Value, Failure> {
         let Element(id) = self.find(selector)?;
         Ok(
@@ -203,6 +221,16 @@ impl Browser {
     /// If it throws.
     pub fn execute(&self, script: &str) -> Result<Value, Failure> {
         self.command("/execute/sync", &json!({ "script": script, "args": [] }))
+    }
+
+    /// The name of an element in the accessibility tree.
+    ///
+    /// # Errors
+    /// If the element is not there.
+    pub fn label(&self, selector: &str) -> Result<String, Failure> {
+        let Element(id) = self.find(selector)?;
+        let label = self.ask(&format!("/element/{id}/computedlabel"))?;
+        Ok(label.as_str().unwrap_or_default().to_owned())
     }
 
     /// The visible text of an element.

@@ -69,18 +69,21 @@ fn the_demonstration_ends_with_delivery_scores_and_report() {
     let out = tempfile::tempdir().unwrap();
     let ended = demo(out.path(), &["--speed", "10"]);
     assert_eq!(ended.code, 0, "{ended:?}");
-    assert_eq!(ended.stdout.lines().count(), 3, "{ended:?}");
+    assert_eq!(ended.stdout.lines().count(), 4, "{ended:?}");
     let command = "cargo run --release -- demo --once --out out";
     assert_as_in("README.md", command, &ended);
     assert!(
         line(&ended, "delivery")
             .contains("read 100 = stored 100 + dropped 0 + spooled 0, missing 0")
     );
-    let scores = line(&ended, "scores");
+    let verdict = line(&ended, "verdict");
     assert!(
-        scores.contains("agrees") && scores.contains("the paper's 0.79"),
-        "{scores}"
+        verdict.contains("Agrees: correlation 0.")
+            && verdict.ends_with("Compared 10 of 100 frames."),
+        "{verdict}"
     );
+    let scores = line(&ended, "scores");
+    assert!(scores.contains("the paper's 0.79"), "{scores}");
     assert!(
         scores.contains("blank frame") && scores.contains("shuffled"),
         "{scores}"
@@ -88,7 +91,7 @@ fn the_demonstration_ends_with_delivery_scores_and_report() {
     assert!(line(&ended, "page").contains("report.html"));
 
     let report = std::fs::read_to_string(out.path().join("report.html")).unwrap();
-    assert!(report.contains("The simulated scene agrees with the recording"));
+    assert!(report.contains("</span> Agrees</h1>"));
     assert!(
         report.contains("emulated sensor"),
         "the report must say that the sensor was emulated"
@@ -161,7 +164,7 @@ fn another_scene_is_not_taken_for_the_recorded_one() {
     assert_eq!(compare("scenes/experiment-1.toml").code, 0);
     let wrong = compare("scenes/experiment-2.toml");
     assert_eq!(wrong.code, 1, "{wrong:?}");
-    assert!(wrong.stdout.contains("disagrees"));
+    assert!(wrong.stdout.starts_with("Disagrees: "));
     let empty = out.path().join("empty.toml");
     let scene = std::fs::read_to_string(root().join("scenes/experiment-1.toml")).unwrap();
     let (before, after) = scene.split_once("[[object]]").unwrap();

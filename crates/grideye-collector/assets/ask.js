@@ -1,17 +1,17 @@
-// The collector's answers in JSON.
+// JSON requests to the collector.
 
-/** GET, or POST with a body, or another method; what went wrong is in `error`. */
+/** GET, or POST with a body, or another method. A failure is in `error`. */
 export async function ask(path, body, method = body === undefined ? "GET" : "POST") {
   const sent = body === undefined ? {} : { headers: { "content-type": "application/json" }, body: JSON.stringify(body) };
   try {
     const response = await fetch(path, { method, ...sent });
     return response.status === 204 ? {} : await response.json();
   } catch {
-    return { error: { message: "the collector cannot be reached", hint: "see that it is running, and try again" } };
+    return { error: { message: "the collector cannot be reached", hint: "check that it runs, and try again" } };
   }
 }
 
-/** Says in an element what went wrong, and takes it back when nothing did. */
+/** Shows an error in an element, or hides the element without one. */
 export function complain(element, error) {
   const hint = error?.hint ? `. Hint: ${error.hint}` : "";
   element.hidden = !error;

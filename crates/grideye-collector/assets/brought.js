@@ -1,9 +1,9 @@
-// What annexes of the program bring to the live page: their scripts run before main.js, and each adds itself here.
+// What annexes add to the live page. Their scripts run before main.js and fill this in.
 
 export const brought = {
   /**
-   * What opens beside one sensor: `{ title, key, says, Panel }`. A panel is made in a place, follows whom it is told to, and
-   * is told of each frame, of how the picture lies, and of the state; `null` where there is none.
+   * The panel beside one sensor, or `null`: `{ title, key, says, Panel }`. It gets each frame, the image's orientation and the
+   * state of the sensor that it follows.
    */
   panel: null,
   /** Other pages: `{ id, title, href, key, says }`. */

@@ -1,10 +1,10 @@
-// The devices: how each one does, and what to do about it.
+// The devices: the state of each, and how to fix it.
 
 import { adviceFor, pastOf } from "./advice.js";
 import { byKind, duration, fieldsOf, say } from "./words.js";
 
 const REFRESH_MS = 1_000;
-// A device posts every half second; a silent one is told from a slow network only after a while.
+// A device sends a batch every half second. A slow network may delay it this long.
 const SILENT_S = 5;
 
 export class Devices {
@@ -15,7 +15,7 @@ export class Devices {
   #cards = new Map();
   #timer = null;
 
-  /** Follows the devices while they are in sight. */
+  /** Refreshes the devices while they are shown. */
   show(visible) {
     this.#section.hidden = !visible;
     clearInterval(this.#timer);
@@ -26,7 +26,7 @@ export class Devices {
 
   async #refresh() {
     const answer = await devicesNow();
-    // Without an answer the state of the connection at the top says enough.
+    // The state of the connection at the top reports a missing answer.
     if (answer === null) return;
     const { devices, faults_recent_s: recent_s } = answer;
     this.#none.hidden = devices.length > 0;
@@ -44,7 +44,7 @@ export class Devices {
     const state = isSilent ? "stale" : advice.length > 0 ? "missing" : "live";
     card.dataset.state = state;
     say(fields.name, device.device);
-    say(fields.state, { live: "well", missing: "look at this", stale: "silent" }[state]);
+    say(fields.state, { live: "OK", missing: "needs attention", stale: "silent" }[state]);
     for (const [name, text] of Object.entries(factsOf(device))) say(fields[name], text);
     rows(fields.sensors, device.sensors.map(sensorCells));
     list(fields.advice, advice);
@@ -65,16 +65,16 @@ function factsOf(device) {
     dropped: byKind(device.dropped ?? {}) || "none",
     errors: byKind(device.errors ?? {}) || "none",
     clock: device.clock ?? "–",
-    version: device.agent_version ?? "not told",
+    version: device.agent_version ?? "unknown",
     boot: device.boot ?? "–",
     configuration: configured(device.configuration),
   };
 }
 
 function configured(configuration) {
-  if (!configuration) return "not told";
+  if (!configuration) return "unknown";
   const parts = [];
-  if (configuration.post_every_ms) parts.push(`posts every ${configuration.post_every_ms} ms`);
+  if (configuration.post_every_ms) parts.push(`sends every ${configuration.post_every_ms} ms`);
   if (configuration.spool) parts.push(`spool: ${configuration.spool}`);
   for (const [name, sensor] of Object.entries(configuration.sensors ?? {})) {
     parts.push(`${name}: ${sensor.part}, ${sensor.rate_hz} Hz${sensor.moving_average ? ", moving average" : ""}`);
@@ -95,7 +95,7 @@ function sensorCells(sensor) {
   ];
 }
 
-/** Fills a table's body, and touches only what differs. */
+/** Fills a table's body, changing only what differs. */
 function rows(body, wanted) {
   while (body.children.length > wanted.length) body.lastElementChild.remove();
   for (const [index, texts] of wanted.entries()) {

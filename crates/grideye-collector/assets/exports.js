@@ -1,32 +1,32 @@
-// A recording as files: CSV from every collector, the others where the program brought their writers along.
+// A recording as files: CSV from every collector, other formats where the program added their writers.
 
 import { ask } from "./ask.js";
 
 const BROUGHT = [["npz", "NPZ"], ["parquet", "Parquet"], ["mcap", "MCAP"]];
 const PICTURES = [
-  ["png", "PNG", "Frames side by side: up to 120 of them, evenly over the recording"],
-  ["gif", "GIF", "Frames as fast as they were measured: up to 3,000 of them"],
+  ["png", "PNG", "Up to 120 frames side by side, evenly spaced"],
+  ["gif", "GIF", "Up to 3,000 frames at their measured speed"],
 ];
-// A browser has the file by then, and its memory is given back.
+// The browser has the file by then, so its memory can be freed.
 const SAVED_MS = 60_000;
 
 /**
- * Fills an element with the links by which a recording is downloaded; `runs` are `{ device, sensor, boot }`, of which a
- * picture shows one, and `complain` is told what went wrong with one, or `null`.
+ * Fills an element with a recording's downloads. An image shows one of `runs`, `{ device, sensor, boot }`; `complain` gets
+ * its error or `null`.
  */
 export async function offerFiles(element, recording, runs, complain) {
   const offered = JSON.stringify([recording.id, runs]);
   if (element.dataset.offered === offered) return;
   element.dataset.offered = offered;
   const { annexes } = await ask("/v1/annexes");
-  // Another recording may have been opened meanwhile.
+  // Another recording may be open by now.
   if (element.dataset.offered !== offered) return;
   const brings = (annexes ?? []).includes("exports");
   const links = [link(recording.csv, "CSV")];
   if (brings) links.push(...BROUGHT.map(([end, title]) => link(`/v1/exports/${recording.id}.${end}`, title)));
   const which = chooser(runs);
   if (brings && runs.length > 0) links.push(...PICTURES.map((picture) => drawn(picture, recording, () => runs[which.selectedIndex], complain)));
-  const choice = brings && runs.length > 1 ? [" ", labeled("Pictures of ", which)] : [];
+  const choice = brings && runs.length > 1 ? [" ", labeled("Images of ", which)] : [];
   element.replaceChildren("Download", ...links.flatMap((file) => [" ", file]), ...choice);
 }
 
@@ -47,7 +47,7 @@ function labeled(text, control) {
   return label;
 }
 
-/** A picture is asked for before it is saved: some recordings cannot be drawn, and why is said on this page. */
+/** Fetches an image before saving it, because some recordings cannot be drawn and the page shows the error. */
 function drawn([end, title, about], recording, chosen, complain) {
   const button = link("", title);
   button.title = about;
@@ -67,7 +67,7 @@ function of({ device, sensor, boot }) {
   return { sensor: `${device}/${sensor}`, boot };
 }
 
-/** Saves what stands at an address as a file; what went wrong, if anything did. */
+/** Saves an address as a file; answers the error, or `null`. */
 async function save(address, name) {
   try {
     const response = await fetch(address);
@@ -77,6 +77,6 @@ async function save(address, name) {
     setTimeout(() => URL.revokeObjectURL(file), SAVED_MS);
     return null;
   } catch {
-    return { message: "the picture did not come", hint: "see that the collector runs, and try again" };
+    return { message: "the image did not arrive", hint: "check that the collector runs, and try again" };
   }
 }

@@ -1,10 +1,10 @@
-// The collector's events, with a connection that comes back by itself.
+// The collector's events, over a connection that reconnects itself.
 
-// The collector says "alive" every 5 s when it has nothing else to say.
+// The collector sends "alive" after 5 s without another event.
 const SILENCE_MAX_MS = 12_000;
 const RETRY_MS = 1_000;
 
-/** Follows /v1/live. `on` holds one function for each event, and `link` for the state of the connection. */
+/** Follows /v1/live. `on` has one function per event, and `link` for the state of the connection. */
 export function follow(on) {
   let source = null;
   let heardAt = 0;
@@ -31,12 +31,12 @@ export function follow(on) {
     askWhy(on.link);
   };
 
-  // A network that went away without a word leaves a connection that looks open.
+  // A network that vanished leaves a connection that looks open.
   setInterval(() => {
     if (retry === null && performance.now() - heardAt > SILENCE_MAX_MS) again();
   }, 1_000);
-  // A page that was left may be kept for the way back, and its connection with it. A browser has six to one host, so the
-  // seventh page would wait for a minute.
+  // The browser may cache a page that was left, with its connection. It has six per host, so a seventh page would wait for a
+  // minute.
   addEventListener("pagehide", () => source.close());
   addEventListener("pageshow", (event) => {
     if (event.persisted) again();
@@ -45,10 +45,7 @@ export function follow(on) {
   connect();
 }
 
-/**
- * A browser does not say why a stream of events broke: whoever was signed out is asked to sign in, and who comes when all
- * seats are taken is told so.
- */
+/** Finds out why the stream broke, which the browser does not report: signed out, or too many pages. */
 async function askWhy(tell) {
   try {
     const who = await fetch("/v1/whoami");
@@ -58,6 +55,6 @@ async function askWhy(tell) {
     if (stream.status === 503) tell("full", (await stream.json()).error.message);
     else asking.abort();
   } catch {
-    // The collector is away: the next try to follow says so.
+    // The collector is away; the next attempt reports that.
   }
 }

@@ -1,11 +1,11 @@
-// The picture: 64 cells as the sensor sent them unless asked otherwise, a cursor over them, and a region of interest.
+// The heat map: 64 pixels, a cursor, and a region of interest.
 
 import { SIDE, UPRIGHT, pixelAt, placeOf } from "./orientation.js";
 import { paintPixel, shadeOf } from "./scale.js";
 import { between } from "./smooth.js";
 
 const CELL_MAX = SIDE * SIDE - 1;
-// Below this many device pixels a cell has no room for its number.
+// A cell smaller than this many device pixels has no room for its number.
 const NUMBER_CELL_MIN = 30;
 const POINTS_MIN = 64;
 const POINTS_MAX = 256;
@@ -24,8 +24,8 @@ export class HeatMap {
   #on;
 
   /**
-   * `on.cell` is told the pixel under the cursor, 0 to 63, or null; `on.region` the pixels of the region, or null. Without
-   * `on.region` none can be marked.
+   * `on.cell` gets the pixel under the cursor, 0 to 63, or null; `on.region` the pixels of the region, or null. Without
+   * `on.region` no region can be marked.
    */
   constructor(canvas, on) {
     this.#canvas = canvas;
@@ -44,7 +44,7 @@ export class HeatMap {
     return this.#cell;
   }
 
-  /** Marks a cell that another picture's cursor is on. */
+  /** Marks the cell under another image's cursor. */
   mark(cell) {
     if (this.#cell === cell) return;
     this.#cell = cell;
@@ -63,7 +63,7 @@ export class HeatMap {
     this.#canvas.getContext("2d").clearRect(0, 0, this.#canvas.width, this.#canvas.height);
   }
 
-  /** Palette, method and numbers, as the settings have them; `text` writes a number, if not as a temperature. */
+  /** Palette, method and numbers; `text` formats numbers that are no temperatures. */
   look(look) {
     this.#look = look;
     this.#paint();
@@ -85,7 +85,7 @@ export class HeatMap {
     return this.#region;
   }
 
-  /** As many device pixels as the screen has, in whole cells, so that every edge is sharp. */
+  /** Matches the screen's device pixels in whole cells, so that edges are sharp. */
   #fit() {
     const wanted = this.#canvas.clientWidth * devicePixelRatio;
     const side = Math.max(1, Math.round(wanted / SIDE)) * SIDE;
@@ -173,7 +173,7 @@ export class HeatMap {
     this.#point(this.#cellAt(event));
   }
 
-  /** A button held down draws a region from where it was pressed. */
+  /** Dragging marks a region. */
   #drag(event) {
     const cell = this.#cellAt(event);
     this.#point(cell);

@@ -1,20 +1,26 @@
-// The last minutes of a sensor in one strip: least, mean and greatest temperature, the region's mean, and gaps as gaps.
+// The last minutes of a sensor: minimum, mean and maximum temperature, the region's mean, and missing frames.
 
-import { degrees } from "./words.js";
+import { labelTicks, rangeOf } from "./scale.js";
+import { degrees, say } from "./words.js";
 
-const SPAN_S = 300;
+// The shortest of these that holds all points is drawn; the last one is also how long points are stored.
+const SPANS = [{ span: 60, step: 15 }, { span: 120, step: 30 }, { span: 300, step: 60 }];
+const SPAN_MAX_S = SPANS.at(-1).span;
 // Frames further apart than this are not joined.
 const BRIDGED_S = 3;
 const POINTS_MAX = 20_000;
-const SPAN_MIN_CELSIUS = 4;
+const TICKS_MAX = 4;
 
 export class History {
   #canvas;
+  #degrees;
+  #times;
+  #title;
   #points = [];
   #missing = [];
 
-  constructor(canvas) {
-    this.#canvas = canvas;
+  constructor(figure) {
+    [this.#canvas, this.#degrees, this.#times, this.#title] = ["canvas", ".degree-axis", ".time-axis", "[data-span]"].map((part) => figure.querySelector(part));
   }
 
   /** A frame's temperatures, measured at `at` seconds of the page's clock. */
@@ -23,13 +29,13 @@ export class History {
     this.#forget(at);
   }
 
-  /** Puts what was measured before the page was there in front: points as `add` takes them, and moments as `miss` does. */
+  /** Inserts what was measured before the page opened: points as `add` takes them, and times as `miss` does. */
   precede(points, missing) {
     this.#points = [...points, ...this.#points].slice(-POINTS_MAX);
     this.#missing = [...missing, ...this.#missing].slice(-POINTS_MAX);
   }
 
-  /** Whether there is room to draw in. */
+  /** Whether there is room to draw. */
   get isSeen() {
     return this.#canvas.clientWidth > 0;
   }
@@ -40,18 +46,13 @@ export class History {
     this.#forget(at);
   }
 
-  clear() {
-    this.#points = [];
-    this.#missing = [];
-  }
-
   #forget(now) {
-    const old = this.#points.findIndex(({ at }) => at > now - SPAN_S);
-    if (old > SPAN_S || this.#points.length > POINTS_MAX) this.#points.splice(0, Math.max(old, 1));
-    while (this.#missing.length > 0 && (this.#missing[0] < now - SPAN_S || this.#missing.length > POINTS_MAX)) this.#missing.shift();
+    const old = this.#points.findIndex(({ at }) => at > now - SPAN_MAX_S);
+    if (old > SPAN_MAX_S || this.#points.length > POINTS_MAX) this.#points.splice(0, Math.max(old, 1));
+    while (this.#missing.length > 0 && (this.#missing[0] < now - SPAN_MAX_S || this.#missing.length > POINTS_MAX)) this.#missing.shift();
   }
 
-  /** Draws what was measured in the minutes before `now`. */
+  /** Draws the minutes before `now`. */
   draw(now) {
     const canvas = this.#canvas;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((size) => Math.round(size * devicePixelRatio));
@@ -59,12 +60,15 @@ export class History {
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
     const context = canvas.getContext("2d");
     context.clearRect(0, 0, width, height);
-    const points = this.#points.filter(({ at }) => at > now - SPAN_S);
+    const points = this.#points.filter(({ at }) => at > now - SPAN_MAX_S);
     if (points.length === 0) return;
-    const range = rangeOf(points);
-    const x = (at) => (1 - (now - at) / SPAN_S) * width;
+    const { span, step } = SPANS.find(({ span }) => points[0].at > now - span) ?? SPANS.at(-1);
+    const [least, greatest] = extremesOf(points);
+    const range = rangeOf([least, greatest]);
+    this.#label(span, step, range);
+    const x = (at) => (1 - (now - at) / span) * width;
     const y = (celsius) => ((range.high - celsius) / (range.high - range.low)) * (height - 2) + 1;
-    // Properties of colors are resolved for light and dark, as variables are not.
+    // Canvas takes no CSS variables. Computed properties follow the color scheme.
     const style = getComputedStyle(canvas);
     this.#band(context, points, x, y, style);
     for (const [key, color, dashes] of [["mean", style.color, []], ["region", style.caretColor, [4, 3]]]) {
@@ -72,9 +76,22 @@ export class History {
     }
     context.fillStyle = style.columnRuleColor;
     for (const at of this.#missing) context.fillRect(x(at), height - 4 * devicePixelRatio, Math.max(1, devicePixelRatio), 4 * devicePixelRatio);
-    const said = `${degrees(range.low)} to ${degrees(range.high)} in the last ${SPAN_S / 60} minutes`;
-    canvas.setAttribute("aria-label", `History of minimum, mean and maximum: ${said}`);
-    canvas.title = said;
+    canvas.setAttribute("aria-label", `History of the last ${inWords(span)}: ${degrees(least)} to ${degrees(greatest)}`);
+  }
+
+  #label(span, step, range) {
+    labelTicks(this.#degrees, range, String, TICKS_MAX);
+    say(this.#title, inWords(span));
+    if (this.#times.dataset.span === String(span)) return;
+    this.#times.dataset.span = span;
+    const ticks = Array.from({ length: span / step + 1 }, (_, index) => span - index * step);
+    this.#times.replaceChildren(
+      ...ticks.map((ago) => {
+        const item = Object.assign(document.createElement("li"), { textContent: ago === 0 ? "now" : `−${inWords(ago)}` });
+        item.style.left = `${(1 - ago / span) * 100}%`;
+        return item;
+      }),
+    );
   }
 
   #band(context, points, x, y, style) {
@@ -101,7 +118,12 @@ export class History {
   }
 }
 
-/** Points that belong together: a gap ends a run. */
+/** Whole minutes from 60 s on, else seconds. */
+function inWords(seconds) {
+  return seconds % 60 === 0 ? `${seconds / 60} min` : `${seconds} s`;
+}
+
+/** Points without a gap between them. */
 function runsOf(points) {
   const runs = [];
   for (const point of points) {
@@ -112,12 +134,11 @@ function runsOf(points) {
   return runs;
 }
 
-function rangeOf(points) {
-  let [low, high] = [Infinity, -Infinity];
+function extremesOf(points) {
+  let [least, greatest] = [Infinity, -Infinity];
   for (const { min, max } of points) {
-    low = Math.min(low, min);
-    high = Math.max(high, max);
+    least = Math.min(least, min);
+    greatest = Math.max(greatest, max);
   }
-  const short = Math.max(0, SPAN_MIN_CELSIUS - (high - low)) / 2;
-  return { low: low - short, high: high + short };
+  return [least, greatest];
 }

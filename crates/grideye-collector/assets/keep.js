@@ -1,4 +1,4 @@
-// What a watcher chose, kept in the browser; a browser that keeps nothing is served as well.
+// Choices stored in the browser. The page also works where nothing can be stored.
 
 const PREFIX = "grideye.";
 
@@ -15,6 +15,6 @@ export function keep(name, value) {
   try {
     localStorage.setItem(PREFIX + name, JSON.stringify(value));
   } catch {
-    // Private windows and full disks: the choice lasts as long as the page.
+    // In private windows and on full disks a choice lasts as long as the page.
   }
 }

@@ -1,30 +1,30 @@
-// Keys that do something wherever the focus is, and the list of them.
+// Keys that work wherever the focus is, and their list.
 
 const NAMES = new Map([
   ["Escape", "Esc"], [" ", "Space"], ["ArrowLeft", "←"], ["ArrowRight", "→"], ["PageUp", "Page up"], ["PageDown", "Page down"],
 ]);
 
 const ON_PICTURES = [
-  ["Arrow keys", "on a picture: read its cells"],
-  ["Shift and arrow keys", "on a picture: mark a region"],
+  ["Arrow keys", "read the pixels of the focused image"],
+  ["Shift and arrow keys", "mark a region of the focused image"],
 ];
 
 /**
- * `keys` names for each key what it says in the list, what it does, and `when` it does so if not always; one that says
- * nothing is among the `others` of the list. `?` shows the list.
+ * `keys` has for each key what it `says` in the list, what it `does`, `when` it works if not always, and whether it `writes`.
+ * A key that says nothing is part of a line in `others`. `?` shows the list.
  */
 export function commands(keys, others = ON_PICTURES) {
   const dialog = document.querySelector("#keys");
   const list = dialog.querySelector("dl");
   const said = Object.entries(keys).filter(([, { says }]) => says);
-  const all = [...said.map(([key, { says }]) => [NAMES.get(key) ?? key, says]), ...others, ["?", "this list"]];
-  list.replaceChildren(...all.map(([key, says]) => row(key, says)));
+  const all = [...said.map(([key, { says, writes }]) => [NAMES.get(key) ?? key, says, writes]), ...others, ["?", "show this list"]];
+  list.replaceChildren(...all.map((line) => row(...line)));
   const open = () => dialog.showModal();
   document.querySelector("#show-keys").addEventListener("click", open);
   addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey || document.querySelector("dialog[open]")) return;
     if (event.target.closest("input, select, textarea")) return;
-    // Space presses the button or follows the link in focus, as everywhere.
+    // Space presses the focused button or link, as everywhere.
     if (event.key === " " && event.target.closest("button, a")) return;
     const { does, when } = event.key === "?" ? { does: open } : (keys[event.key] ?? {});
     if (!does || when?.() === false) return;
@@ -33,8 +33,9 @@ export function commands(keys, others = ON_PICTURES) {
   });
 }
 
-function row(key, says) {
+function row(key, says, writes = false) {
   const line = document.createElement("div");
+  line.toggleAttribute("data-writes", writes);
   const [term, meaning] = ["dt", "dd"].map((name) => document.createElement(name));
   term.append(Object.assign(document.createElement("kbd"), { textContent: key }));
   meaning.textContent = says;

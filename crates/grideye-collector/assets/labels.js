@@ -1,9 +1,9 @@
-// Labels on a recording: what was to be seen in which frames, put there by key or by range, and listed.
+// Labels on a recording: what its frames show. Added for a frame or a range, by form or by key.
 
 import { ask, complain } from "./ask.js";
 import { count, place, say } from "./words.js";
 
-// Keys 1 to 9 put the names that are used already, in the order of the list below them.
+// Keys 1 to 9 add the names in use, in the order of the list.
 const BY_KEY_MAX = 9;
 
 export class Labels {
@@ -23,7 +23,7 @@ export class Labels {
   #from = null;
   #to = null;
 
-  /** `at` answers the seconds that are looked at, `seek` goes to others, `drawn` is told what is to be drawn in the strip. */
+  /** `at` answers the position in seconds, `seek` changes it, `drawn` gets what the timeline shows. */
   constructor({ at, seek, drawn }) {
     [this.#at, this.#seek, this.#drawn] = [at, seek, drawn];
     this.#form.addEventListener("submit", (event) => {
@@ -33,7 +33,7 @@ export class Labels {
     for (const button of this.#form.querySelectorAll("[data-end]")) button.addEventListener("click", () => this.mark(button.dataset.end));
   }
 
-  /** Takes another recording, or with `null` none. */
+  /** Takes another recording, or none with `null`. */
   async take(id, tracks) {
     [this.#id, this.#tracks, this.#labels, this.#from, this.#to] = [id, tracks, [], null, null];
     document.querySelector("#labels").hidden = tracks.length === 0;
@@ -47,7 +47,7 @@ export class Labels {
     if (id !== null) await this.refresh();
   }
 
-  /** Asks again for the labels of the recording, where it is this one that changed. */
+  /** Fetches the labels again if this recording changed. */
   async refresh(id = this.#id) {
     if (this.#id === null || String(id) !== String(this.#id)) return;
     const asked = this.#id;
@@ -59,7 +59,7 @@ export class Labels {
     this.#show();
   }
 
-  /** Puts one end of the range, "from" or "to", where is looked at now; once more, and it is taken back. */
+  /** Sets one end of the range, "from" or "to", to the position; a second time clears it. */
   mark(end) {
     const at = this.#at();
     if (end === "from") this.#from = this.#from === at ? null : at;
@@ -67,37 +67,37 @@ export class Labels {
     this.moved();
   }
 
-  /** Goes to the field for a label's name. */
+  /** Focuses the field for a label's name. */
   write() {
     this.#form.elements.name.focus();
   }
 
-  /** Labels the range, or where none is marked the frame that is looked at, with a name that is used already. */
+  /** Adds a label with a name in use. */
   again(index) {
     const name = this.#used()[index];
-    if (name === undefined) complain(this.#trouble, { message: `No label has the key ${index + 1} yet: the first is put with a.` });
+    if (name === undefined) complain(this.#trouble, { message: `Key ${index + 1} has no label yet. Press a to add one.` });
     else this.put(name);
   }
 
-  /** Labels the range, or where none is marked the frame that is looked at. */
+  /** Labels the range, or without one the frame at the position. */
   async put(name) {
     const [from, to] = this.#ends();
     const key = this.#which.value;
     const tracks = this.#tracks.filter((track) => key === "" || track.key === key);
     const spans = tracks.flatMap((track) => track.spansBetween(from, to));
-    if (spans.length === 0) return complain(this.#trouble, { message: "There is no frame here to put a label on." });
+    if (spans.length === 0) return complain(this.#trouble, { message: "There is no frame here to label." });
     const answer = await ask(`/v1/recordings/${encodeURIComponent(this.#id)}/labels`, { name, spans });
     this.#form.elements.name.setAttribute("aria-invalid", String(Boolean(answer.error)));
     complain(this.#trouble, answer.error);
     if (answer.error) return;
     [this.#from, this.#to] = [null, null];
     this.#form.elements.name.value = "";
-    // The keys are those of the recording again.
+    // Keys control the recording again.
     this.#form.elements.name.blur();
     await this.refresh();
   }
 
-  /** The place that is looked at is another one. */
+  /** The position changed. */
   moved() {
     if (this.#id === null) return;
     const [from, to] = this.#ends();
@@ -106,7 +106,7 @@ export class Labels {
     this.#drawn(this.#labels, isRange ? { from, to } : null);
   }
 
-  /** Without marks the frame itself; with one of them, from or to where is looked at. */
+  /** From mark to mark; a missing mark is the position. */
   #ends() {
     const ends = [this.#from ?? this.#at(), this.#to ?? this.#at()];
     return [Math.min(...ends), Math.max(...ends)];
@@ -116,7 +116,7 @@ export class Labels {
     return [...new Set(this.#labels.map(({ name }) => name))].slice(0, BY_KEY_MAX);
   }
 
-  /** Seconds of its first and its last frame, and how many frames it holds; those that are not shown have no place. */
+  /** Seconds of its first and last frame, and its number of frames. Sensors that are not shown have no place. */
   #placeOf({ spans }) {
     const found = spans.flatMap((span) => {
       const track = this.#tracks.find(({ device, sensor }) => device === span.device && sensor === span.sensor);
@@ -140,7 +140,8 @@ export class Labels {
     const where = label.from === label.to ? place(label.from) : `${place(label.from)} to ${place(label.to)}`;
     const name = button(label.name, `Go to ${label.name}, ${where}`, () => this.#seek(label.from));
     const facts = Object.assign(document.createElement("span"), { className: "faint", textContent: `${where} · ${count(label.frames, "frame", "frames")}` });
-    const remove = button("Remove", `Remove ${label.name}, ${where}`, () => this.#remove(label));
+    const remove = button("Delete", `Delete ${label.name}, ${where}`, () => this.#remove(label));
+    remove.dataset.writes = "";
     row.append(name, facts, remove);
     return row;
   }

@@ -1,4 +1,4 @@
-// All recordings in a table: name, note, when, how long, how much, and what to do with them.
+// The table of all recordings.
 
 import { complain } from "./ask.js";
 import { NoteField } from "./note.js";

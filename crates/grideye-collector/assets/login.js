@@ -1,4 +1,4 @@
-// Signing in: the token goes to the collector once, and comes back as a cookie that no script can read.
+// Signing in: sends the token once and gets a cookie that no script can read.
 
 import { say } from "./words.js";
 
@@ -21,7 +21,7 @@ function complain(error) {
   say(trouble, error.hint ? `${error.message}. Hint: ${error.hint}` : error.message);
 }
 
-/** What went wrong, or nothing. */
+/** The error, or `null`. */
 async function signIn(text) {
   try {
     const response = await fetch("/v1/login", {
@@ -31,6 +31,6 @@ async function signIn(text) {
     });
     return response.ok ? null : (await response.json()).error;
   } catch {
-    return { message: "the collector cannot be reached", hint: "see that it is running, and try again" };
+    return { message: "the collector cannot be reached", hint: "check that it runs, and try again" };
   }
 }

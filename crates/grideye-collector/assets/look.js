@@ -1,4 +1,4 @@
-// How pictures are drawn: palette, method, scale and numbers, for every sensor alike.
+// How all images are drawn: palette, method, scale and numbers.
 
 import { keep, kept } from "./keep.js";
 import { PALETTES } from "./palettes.js";
@@ -7,13 +7,13 @@ import { METHODS } from "./smooth.js";
 import { say } from "./words.js";
 
 const SCALES = new Map([
-  ["auto", "Automatic, each sensor"],
-  ["shared", "Automatic, one for all"],
-  ["hold", "Hold as it is"],
+  ["auto", "Automatic, per sensor"],
+  ["shared", "Automatic, shared"],
+  ["hold", "Hold current"],
   ["fixed", "Fixed"],
 ]);
 const FIRST = { palette: "inferno", method: "cells", scale: "auto", low: 18, high: 34, numbers: false };
-// What a word of 12 bits in steps of 0.25 °C can say.
+// Range of a 12-bit word in steps of 0.25 °C.
 const [LOWEST, HIGHEST] = [-512, 511.75];
 
 export class Look {
@@ -41,7 +41,7 @@ export class Look {
     this.#listeners.push(listener);
   }
 
-  /** What a picture needs to know. */
+  /** What an image needs. */
   get drawing() {
     const { palette, method, numbers } = this.#chosen;
     return { colors: PALETTES.get(palette).colors, method, numbers };
@@ -60,7 +60,7 @@ export class Look {
     for (const listener of this.#listeners) listener();
   }
 
-  /** The next palette or method, after the last the first again. */
+  /** The next palette or method, in a circle. */
   next(name) {
     const keys = [...(name === "palette" ? PALETTES : METHODS).keys()];
     this.choose({ [name]: keys[(keys.indexOf(this.#chosen[name]) + 1) % keys.length] });
@@ -74,7 +74,7 @@ export class Look {
     this.choose({ numbers: !this.#chosen.numbers });
   }
 
-  /** The scale for a sensor's frame; `among` names those that it shares a scale with. */
+  /** The scale for a sensor's frame; `among` names the group that shares a scale. */
   rangeFor(sensor, celsius, among) {
     const own = rangeOf(celsius);
     const key = `${among} ${sensor}`;
@@ -82,12 +82,12 @@ export class Look {
     const { scale, low, high } = this.#chosen;
     if (scale === "fixed") return { low, high };
     if (scale === "shared") return this.#shared(among);
-    // A sensor that comes while scales are held is held at its first frame.
+    // A sensor that appears while scales are held is held at its first frame.
     if (scale === "hold" && !this.#held.has(key)) this.#held.set(key, own);
     return scale === "hold" ? this.#held.get(key) : own;
   }
 
-  /** Lets go of those that are seen no more. */
+  /** Forgets sensors that left the page. */
   forget(among) {
     for (const [key, newest] of this.#newest) if (newest.among === among) this.#newest.delete(key);
   }
@@ -139,15 +139,15 @@ function offer(select, options) {
 }
 
 function faultOf(low, high) {
-  if (!Number.isFinite(low) || !Number.isFinite(high)) return "Both ends of the scale must be numbers, in °C.";
-  if (low < LOWEST || high > HIGHEST) return `The sensor can say ${LOWEST} to ${HIGHEST} °C.`;
-  return low < high ? "" : "The cold end must be below the hot end.";
+  if (!Number.isFinite(low) || !Number.isFinite(high)) return "Both limits must be numbers, in °C.";
+  if (low < LOWEST || high > HIGHEST) return `The sensor's range is ${LOWEST} to ${HIGHEST} °C.`;
+  return low < high ? "" : "The lower limit must be below the upper limit.";
 }
 
-/** What an older or a foreign page kept may no longer exist. */
+/** What an older page stored may no longer exist. */
 function valid(chosen) {
   const known = PALETTES.has(chosen.palette) && METHODS.has(chosen.method) && SCALES.has(chosen.scale);
   const usable = known && faultOf(chosen.low, chosen.high) === "";
-  // Held scales are not kept: the frames that they came from are gone.
+  // Held scales are not stored, because their frames are gone.
   return usable ? { ...chosen, scale: chosen.scale === "hold" ? "auto" : chosen.scale } : FIRST;
 }

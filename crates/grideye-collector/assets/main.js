@@ -7,19 +7,19 @@ import { Look } from "./look.js";
 import { Playback } from "./playback.js";
 import { Recordings } from "./recordings.js";
 import { Sensor } from "./sensor.js";
-import { offerSignOut } from "./sign-out.js";
+import { mayWrite, offerSignOut } from "./sign-out.js";
 import { say } from "./words.js";
 
 const TICK_MS = 50;
 const DIGITS = [..."123456789"];
-// More sensors than this are shown with their picture and least, mean and greatest temperature alone.
+// With more sensors than this, each shows only its image, minimum, mean and maximum.
 const DETAILED_MAX = 6;
 
 const LINK = {
-  connecting: "connecting to the collector",
+  connecting: "connecting",
   open: "connected",
-  lost: "connection lost, trying again",
-  full: "no room for this page, trying again",
+  lost: "connection lost, retrying",
+  full: "too many open pages, retrying",
 };
 
 const wall = document.querySelector("#sensors");
@@ -57,7 +57,7 @@ function take({ sensors: states }) {
   empty.hidden = sensors.size > 0;
 }
 
-/** By device and sensor, whatever the order in which they were first seen. */
+/** Shows the sensors by device and name. */
 function arrange() {
   const sorted = [...sensors].sort(([a], [b]) => (a < b ? -1 : 1));
   const shown = sorted.filter(([key]) => !sensors.has(large) || key === large);
@@ -70,12 +70,12 @@ function arrange() {
   for (const [key, { element }] of sensors) {
     const button = element.querySelector("[data-field=large]");
     button.hidden = sensors.size === 1;
-    say(button, key === large ? "Smaller" : "Larger");
+    say(button, key === large ? "Show all" : "Enlarge");
   }
   if (panel) putBeside(shown.length === 1 ? shown[0] : null);
 }
 
-/** Lets the one sensor in sight be seen beside what the panel shows. */
+/** Offers the panel to a sensor that is shown alone. */
 function putBeside(only) {
   const [key, sensor] = only ?? [null, null];
   for (const [other, { element }] of sensors) element.querySelector("[data-field=beside]").hidden = other !== key;
@@ -87,12 +87,12 @@ function putBeside(only) {
   sensor?.watch(beside);
 }
 
-/** Shows one sensor large, or with `null` all; the address says which, so that it can be kept and sent. */
+/** Shows one sensor alone, or all with `null`. The address holds the choice, so a link can share it. */
 function show(key) {
   location.hash = key === null ? "" : `sensor=${encodeURIComponent(key)}`;
 }
 
-/** What is to be seen, as the address says. */
+/** The view that the address names. */
 function viewOf(address) {
   if (address.has("recording")) return "playback";
   return ["devices", "recordings"].find((name) => address.has(name)) ?? "sensors";
@@ -105,7 +105,7 @@ function followAddress() {
   for (const link of document.querySelectorAll("nav a[data-view]")) link.setAttribute("aria-current", link.dataset.view === part ? "page" : "false");
   document.querySelector("main").dataset.view = view;
   document.querySelector("#wall").hidden = view !== "sensors";
-  document.querySelector("#look").hidden = !["sensors", "playback"].includes(view);
+  for (const control of ["#look", "#unfold"]) document.querySelector(control).hidden = !["sensors", "playback"].includes(view);
   devices.show(view === "devices");
   library.show(view === "recordings");
   playback.show(address.get("recording"));
@@ -114,19 +114,19 @@ function followAddress() {
   sensors.get(large)?.picture.focus();
 }
 
-/** Those in sight, by key. */
+/** The sensors of the view, by key. */
 function inSight() {
   return view === "playback" ? playback.sensors : sensors;
 }
 
-/** The sensor that keys are meant for: the one in focus, else the only one in sight. */
+/** The sensor that keys act on: the focused one, else the only one shown. */
 function meant() {
   const cards = document.querySelectorAll(view === "playback" ? "#played > *" : "#sensors > *");
   const key = document.activeElement?.closest(".sensor")?.dataset.key ?? (cards.length === 1 ? cards[0].dataset.key : null);
   return key === null ? null : inSight().get(key);
 }
 
-/** The one before or after, in the order of the wall. */
+/** Goes to the previous or next sensor. */
 function step(by) {
   const keys = [...inSight().keys()].sort();
   if (keys.length === 0) return;
@@ -136,20 +136,25 @@ function step(by) {
   else inSight().get(key).picture.focus();
 }
 
-/** Opens a view, or from there the pictures again. */
+/** Opens a view, or from there the sensors. */
 function toggleView(name) {
   location.hash = view === name ? "" : name;
 }
 
-/** A key that puts a label that is used already. */
+/** A key that adds a label in use. */
 function putting(digit) {
-  const says = digit === "1" ? "recording: put the first label that is used, and so on to 9" : null;
-  return { says, does: () => playback.putLabel(Number(digit) - 1), when: () => view === "playback" };
+  const says = digit === "1" ? "recording: add the first label in use, 2 the second, up to 9" : null;
+  return { says, writes: true, does: () => playback.putLabel(Number(digit) - 1), when: () => view === "playback" && mayWrite() };
 }
 
-/** A key that does something while a recording is played. */
+/** A key for playback. */
 function playing(what, says) {
   return { says: `recording: ${says}`, does: () => playback.does(what), when: () => view === "playback" };
+}
+
+/** A key for labels. */
+function labeling(what, says) {
+  return { ...playing(what, says), writes: true, when: () => view === "playback" && mayWrite() };
 }
 
 look.listen(() => {
@@ -160,40 +165,45 @@ for (const { id, title, href } of brought.links) {
   document.querySelector("nav").append(Object.assign(document.createElement("a"), { id, textContent: title, href }));
 }
 back.addEventListener("click", () => show(null));
+// On a telephone such a button shows and hides what follows it.
+document.addEventListener("click", ({ target }) => {
+  const fold = target.closest(".fold");
+  if (fold) fold.ariaExpanded = String(fold.ariaExpanded === "false");
+});
 addEventListener("hashchange", followAddress);
 followAddress();
 
 commands({
   p: { says: "next palette", does: () => look.next("palette") },
-  i: { says: "next way to draw: cells, bilinear, bicubic", does: () => look.next("method") },
-  h: { says: "hold the scale, or let it go", does: () => look.toggleHold() },
-  n: { says: "numbers in the cells", does: () => look.toggleNumbers() },
-  t: { says: "turn the sensor by a quarter", does: () => meant()?.picture.turn() },
-  m: { says: "mirror the sensor", does: () => meant()?.picture.mirror() },
+  i: { says: "next image: pixels, bilinear, bicubic", does: () => look.next("method") },
+  h: { says: "hold or release the scale", does: () => look.toggleHold() },
+  n: { says: "show or hide numbers", does: () => look.toggleNumbers() },
+  t: { says: "turn the image by 90°", does: () => meant()?.picture.turn() },
+  m: { says: "mirror the image", does: () => meant()?.picture.mirror() },
   c: { says: "clear the region", does: () => meant()?.picture.clearRegion() },
-  l: { says: "one sensor large, or all", when: () => view === "sensors", does: () => show(sensors.has(large) ? null : (meant()?.element.dataset.key ?? null)) },
-  "[": { says: "the sensor before", does: () => step(-1) },
-  "]": { says: "the sensor after", does: () => step(1) },
+  l: { says: "enlarge one sensor, or show all", when: () => view === "sensors", does: () => show(sensors.has(large) ? null : (meant()?.element.dataset.key ?? null)) },
+  "[": { says: "previous sensor", does: () => step(-1) },
+  "]": { says: "next sensor", does: () => step(1) },
   ...panel && { [panel.key]: { says: panel.says, does: () => (view === "playback" ? playback.toggleBeside(meant()?.track.key) : beside.toggle()) } },
-  d: { says: "devices, or sensors", does: () => toggleView("devices") },
-  r: { says: "recordings, or sensors", does: () => toggleView("recordings") },
+  d: { says: "show devices or sensors", does: () => toggleView("devices") },
+  r: { says: "show recordings or sensors", does: () => toggleView("recordings") },
   ...Object.fromEntries(brought.links.map(({ key, says, href }) => [key, { says, does: () => location.assign(href) }])),
-  Escape: { says: "all sensors, or all recordings", does: () => (view === "playback" ? toggleView("recordings") : show(null)) },
+  Escape: { says: "show all sensors, or all recordings", does: () => (view === "playback" ? toggleView("recordings") : show(null)) },
   " ": playing("play", "play or pause"),
-  ",": playing("back", "one frame back"),
-  ".": playing("on", "one frame on"),
-  ArrowLeft: playing("back", "one frame back"),
-  ArrowRight: playing("on", "one frame on"),
-  PageDown: playing("rewind", "10 s back"),
-  PageUp: playing("forward", "10 s on"),
-  Home: playing("first", "its beginning"),
-  End: playing("last", "its end"),
+  ",": playing("back", "step back one frame"),
+  ".": playing("on", "step forward one frame"),
+  ArrowLeft: playing("back", "step back one frame"),
+  ArrowRight: playing("on", "step forward one frame"),
+  PageDown: playing("rewind", "back 10 s"),
+  PageUp: playing("forward", "forward 10 s"),
+  Home: playing("first", "go to the start"),
+  End: playing("last", "go to the end"),
   "-": playing("slower", "slower, down to 0.25×"),
   "+": playing("faster", "faster, up to 16×"),
-  g: playing("gap", "the next gap"),
-  "<": playing("from", "a range begins here"),
-  ">": playing("to", "a range ends here"),
-  a: playing("label", "write a label for the range, or the frame"),
+  g: playing("gap", "go to the next gap"),
+  "<": labeling("from", "start a range at this frame"),
+  ">": labeling("to", "end the range at this frame"),
+  a: labeling("label", "name a label for the range or the frame"),
   ...Object.fromEntries(DIGITS.map((digit) => [digit, putting(digit)])),
 });
 
@@ -210,7 +220,7 @@ follow({
   alive({ store }) {
     if (store === null) return;
     link.dataset.state = "failing";
-    say(link, `connected, but frames cannot be stored: ${store}`);
+    say(link, `connected, but the collector cannot store frames: ${store}`);
   },
   recordings: () => recordings.refresh(),
   labels: (changed) => playback.labeled(changed),

@@ -1,18 +1,18 @@
-// How a picture is turned and mirrored for its watcher. Pixels keep the sensor's numbers wherever they are drawn.
+// How an image is turned and mirrored. Pixels keep the sensor's numbers.
 
 export const SIDE = 8;
 
 /** As the sensor sends it: pixel 1 at the top left, pixel 64 at the bottom right. */
 export const UPRIGHT = { quarters: 0, mirrored: false };
 
-/** Turned clockwise by a quarter more. */
+/** Turned clockwise by another quarter. */
 export function turned({ quarters, mirrored }) {
   return { quarters: (quarters + 1) % 4, mirrored };
 }
 
-/** Left and right exchanged, as the watcher sees it. */
+/** Left and right swapped, as drawn. */
 export function mirrored({ quarters, mirrored: before }) {
-  // The mirror comes first and the turn second, so exchanging what is seen turns the other way round.
+  // Drawing mirrors first and turns second, so a swap of what is drawn reverses the turn.
   return { quarters: (4 - quarters) % 4, mirrored: !before };
 }
 
@@ -31,7 +31,7 @@ export function pixelAt([column, row], { quarters, mirrored }) {
   return row * SIDE + column;
 }
 
-/** In words, for the note under the picture. */
+/** In words, for the note under the image. */
 export function inWords({ quarters, mirrored }) {
   const parts = [];
   if (mirrored) parts.push("mirrored");

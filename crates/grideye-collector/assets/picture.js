@@ -1,5 +1,5 @@
-// The picture of one sensor and what is read from it: least, mean and greatest temperature, the cell under the cursor,
-// and a region. The same for what is live and for what is played back.
+// The image of one sensor and its readings: minimum, mean and maximum, the pixel under the cursor, and a region. Live view
+// and playback share it.
 
 import { HeatMap } from "./heatmap.js";
 import { keep, kept } from "./keep.js";
@@ -20,14 +20,14 @@ export class Picture {
   #orientation;
   #region = null;
   #frame = null;
-  #lies;
+  #oriented;
 
   /**
-   * `key` tells sensors apart, `look` draws them alike; `among` names those that a common scale is made of; `lies` is
-   * told of how the picture is turned and mirrored.
+   * `key` identifies the sensor, `look` is how images are drawn, `among` names the group that shares a scale, and `oriented` gets
+   * the orientation.
    */
-  constructor(article, { key, look, among, lies = () => {} }) {
-    this.#lies = lies;
+  constructor(article, { key, look, among, oriented = () => {} }) {
+    this.#oriented = oriented;
     this.#key = key;
     this.#among = among;
     this.#look = look;
@@ -48,9 +48,9 @@ export class Picture {
     this.#cursor();
   }
 
-  /** How the picture is called by those who do not see it. */
+  /** The image's name for screen readers. */
   set label(label) {
-    this.#article.querySelector(".heat").setAttribute("aria-label", `Heat map of ${label}; arrow keys read its cells`);
+    this.#article.querySelector(".heat").setAttribute("aria-label", `Heat map of ${label}; arrow keys read its pixels`);
   }
 
   get orientation() {
@@ -71,12 +71,12 @@ export class Picture {
     this.#heat.region = null;
   }
 
-  /** Takes the focus, so that keys mean this one. */
+  /** Takes the focus, so that keys act on this image. */
   focus() {
     this.#article.querySelector(".heat").focus();
   }
 
-  /** Draws what is shown as it is to be drawn by now. */
+  /** Draws again after a change of display. */
   redraw() {
     this.#heat.look(this.#look.drawing);
     paintBar(this.#article.querySelector(".bar"), this.#look.drawing.colors);
@@ -84,7 +84,7 @@ export class Picture {
     if (this.#frame !== null) this.show(this.#frame);
   }
 
-  /** Shows a frame (`pixels_celsius`, `thermistor_celsius`, `seq`), and answers what it comes to. */
+  /** Shows a frame (`pixels_celsius`, `thermistor_celsius`, `seq`); answers its summary. */
   show(frame) {
     this.#frame = frame;
     const celsius = frame.pixels_celsius;
@@ -102,7 +102,7 @@ export class Picture {
     return { ...all, region: this.#readRegion() };
   }
 
-  /** Shows that there is nothing to show: no color and no number of an earlier frame stays. */
+  /** Removes every color and number of an earlier frame. */
   clear() {
     if (this.#frame === null) return;
     this.#frame = null;
@@ -117,7 +117,7 @@ export class Picture {
     const celsius = this.#frame?.pixels_celsius;
     this.#fields.cursor.dataset.reading = cell !== null && Boolean(celsius);
     if (cell === null || !celsius) {
-      say(this.#fields.cursor, "Point at a cell, or use the arrow keys, to read it; drag to mark a region.");
+      say(this.#fields.cursor, "Point at a pixel or use the arrow keys to read it. Drag to mark a region.");
       return;
     }
     const place = `row ${Math.floor(cell / 8) + 1}, column ${(cell % 8) + 1}`;
@@ -130,7 +130,7 @@ export class Picture {
     this.#readRegion();
   }
 
-  /** Says what the region measures, and answers its mean. */
+  /** Shows the region's readings; answers its mean. */
   #readRegion() {
     const celsius = this.#frame?.pixels_celsius;
     this.#fields.region.hidden = this.#region === null || !celsius;
@@ -144,7 +144,7 @@ export class Picture {
 
   #orient() {
     this.#heat.orient(this.#orientation);
-    this.#lies(this.#orientation);
+    this.#oriented(this.#orientation);
     const words = inWords(this.#orientation);
     this.#fields.orientation.hidden = words === "";
     say(this.#fields.orientation, words === "" ? "" : `Drawn ${words}.`);

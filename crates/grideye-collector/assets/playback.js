@@ -1,4 +1,4 @@
-// One recording played back: pictures as they are drawn live, a strip to move in, and keys for all of it.
+// One recording played back: images as in the live view, a timeline, and keys.
 
 import { complain } from "./ask.js";
 import { brought } from "./brought.js";
@@ -39,7 +39,7 @@ export class Playback {
   #beside;
   #watched = null;
 
-  /** `recordings` is the list that this one is found in, `look` how pictures are drawn. */
+  /** `recordings` is the list of all, `look` how images are drawn. */
   constructor(recordings, look) {
     this.#recordings = recordings;
     this.#look = look;
@@ -62,7 +62,7 @@ export class Playback {
     return new Map(this.#sensors.map((sensor) => [sensor.track.key, sensor]));
   }
 
-  /** Opens the recording of that number, or with `null` leaves it. */
+  /** Opens the recording with that number, or closes it with `null`. */
   async show(id) {
     this.#section.hidden = id === null;
     if (id === this.#id) return;
@@ -73,7 +73,7 @@ export class Playback {
     this.#load("Loading the frames …");
     try {
       const recorded = await recordedAt(`/v1/recordings/${encodeURIComponent(id)}.frames`);
-      // Another one may have been asked for meanwhile.
+      // Another recording may be open by now.
       if (this.#id === id) this.#take(recorded);
     } catch (error) {
       if (this.#id === id) this.#load(error.message);
@@ -91,7 +91,7 @@ export class Playback {
   #offerBeside() {
     if (!this.#beside) return;
     for (const sensor of this.#sensors) sensor.offerBeside(brought.panel.title);
-    // What was chosen for the only sensor before is seen again.
+    // A single sensor shows its last choice again.
     if (this.#sensors.length === 1) this.#watch(this.#sensors[0]);
   }
 
@@ -113,7 +113,7 @@ export class Playback {
     for (const sensor of this.#sensors) sensor.picture.redraw();
   }
 
-  /** What a button or a key is for. */
+  /** Runs the command of a button or a key. */
   does(what) {
     const acts = {
       play: () => this.#player.toggle(),
@@ -133,7 +133,7 @@ export class Playback {
     if (this.#sensors.length > 0) acts[what]();
   }
 
-  /** Puts the label that has this key, counted from 0. */
+  /** Adds the label of this key, counted from 0. */
   putLabel(index) {
     if (this.#sensors.length > 0) this.#labels.again(index);
   }
@@ -156,7 +156,7 @@ export class Playback {
   }
 
   #take({ tracks, began_ms, length }) {
-    this.#load(tracks.length === 0 ? "There are no frames in this recording." : "");
+    this.#load(tracks.length === 0 ? "This recording has no frames." : "");
     if (tracks.length === 0) return;
     this.#began_ms = began_ms;
     this.#length = length;
@@ -170,7 +170,7 @@ export class Playback {
     this.#transport.hidden = false;
     this.#timeline.take(tracks, length);
     this.#player.load(length);
-    // Sensors do not measure at one moment: it opens where all are to be seen that began together.
+    // Sensors measure at different moments. It opens where all that began together have a frame.
     const begun = tracks.map(({ times }) => times[0]).filter((seconds) => seconds < TOGETHER_S);
     this.#player.seek(Math.max(...begun));
     this.#labels.take(this.#id, tracks);
@@ -181,7 +181,7 @@ export class Playback {
     const recording = this.#recordings.all.find(({ id }) => String(id) === this.#id);
     if (!recording) return;
     say(element("played-name"), recording.name);
-    const running = recording.running ? " · shown is what had arrived when it was opened" : "";
+    const running = recording.running ? " · reopen it to see newer frames" : "";
     say(element("played-facts"), `${minute(recording.t_start_ns / 1e6)} · ${factsOf(recording)}${running}`);
     this.#note.take(recording);
     const runs = this.#sensors.flatMap(({ track }) => track.boots.map((boot) => ({ device: track.device, sensor: track.sensor, boot })));
@@ -202,7 +202,7 @@ export class Playback {
     element("speed").value = speed;
   }
 
-  /** The sensor whose frames are stepped through: the one in focus, else the first. */
+  /** The sensor to step through: the focused one, else the first. */
   #lead() {
     const key = document.activeElement?.closest(".sensor")?.dataset.key;
     return (this.sensors.get(key) ?? this.#sensors[0]).track;
@@ -217,7 +217,7 @@ export class Playback {
   #nextGap() {
     this.#player.pause();
     const gaps = this.#sensors.map(({ track }) => track.gapAfter(this.#player.at)).filter((seconds) => seconds !== null);
-    complain(element("jump-trouble"), gaps.length === 0 ? { message: "There is no gap behind this place." } : null);
+    complain(element("jump-trouble"), gaps.length === 0 ? { message: "There is no later gap." } : null);
     if (gaps.length > 0) this.#player.seek(Math.min(...gaps));
   }
 
@@ -235,9 +235,9 @@ export class Playback {
       const seconds = this.#lead().secondsOf(Number(text.slice(1)));
       return seconds === null ? { fault: `Frame ${text} is not in this recording.` } : { seconds };
     }
-    if (!/^(\d+:){0,2}\d+(\.\d+)?$/.test(text)) return { fault: "Write a time as 1:30 or 90, or a frame as #900." };
+    if (!/^(\d+:){0,2}\d+(\.\d+)?$/.test(text)) return { fault: "Enter a time as 1:30 or 90, or a frame as #900." };
     const seconds = text.split(":").reduce((sum, part) => sum * 60 + Number(part), 0);
-    if (seconds > this.#length) return { fault: `The recording is ${place(this.#length)} long (${count(Math.ceil(this.#length), "second", "seconds")}).` };
+    if (seconds > this.#length) return { fault: `The recording lasts ${place(this.#length)} (${count(Math.ceil(this.#length), "second", "seconds")}).` };
     return { seconds };
   }
 

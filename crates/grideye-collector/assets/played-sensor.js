@@ -1,4 +1,4 @@
-// One sensor of a recording: its picture at the place that is looked at, or why there is none.
+// One sensor of a recording: its image at the playback position, or why there is none.
 
 import { Picture } from "./picture.js";
 import { fieldsOf, say, timeOfDay } from "./words.js";
@@ -14,29 +14,29 @@ export class PlayedSensor {
   #moment = null;
   #watcher = null;
 
-  /** `beside` is called when the panel beside this one is asked for. */
+  /** `beside` opens the panel beside this sensor. */
   constructor(template, track, { look, began_ms, beside }) {
     this.#track = track;
     this.#began_ms = began_ms;
     this.#article = template.content.firstElementChild.cloneNode(true);
     for (const element of this.#article.querySelectorAll("[data-live]")) element.remove();
     this.#fields = fieldsOf(this.#article);
-    this.#picture = new Picture(this.#article, { key: track.key, look, among: "played", lies: (orientation) => this.#watcher?.lies(orientation) });
+    this.#picture = new Picture(this.#article, { key: track.key, look, among: "played", oriented: (orientation) => this.#watcher?.orient(orientation) });
     this.#picture.label = `${track.device}, ${track.sensor}, as recorded`;
     say(this.#fields.name, `${track.device} · ${track.sensor}`);
     this.#fields.beside.addEventListener("click", beside);
   }
 
-  /** Shows the button for that. */
+  /** Shows the panel's button. */
   offerBeside(title) {
     say(this.#fields.beside, title);
     this.#fields.beside.hidden = false;
   }
 
-  /** Tells `watcher` of each frame, of how the picture lies, and of gaps, from now on; `null` tells nobody. */
+  /** Sends each frame, the image's orientation and gaps to `watcher` from now on, or to nobody. */
   watch(watcher) {
     this.#watcher = watcher;
-    watcher?.lies(this.#picture.orientation);
+    watcher?.orient(this.#picture.orientation);
     this.#tell();
   }
 
@@ -52,7 +52,7 @@ export class PlayedSensor {
     return this.#track;
   }
 
-  /** Shows what was there at that many seconds, and answers it in words. */
+  /** Shows the moment at that many seconds; answers it in words. */
   show(seconds) {
     const index = this.#track.indexAt(seconds);
     if (index !== this.#index) {

@@ -1,4 +1,4 @@
-// The place in a recording, and how it moves while it is played.
+// The playback position and speed.
 
 export const SPEEDS = [0.25, 0.5, 1, 2, 4, 8, 16];
 
@@ -9,7 +9,7 @@ export class Player {
   #before = null;
   #moved;
 
-  /** `moved` is called whenever place, speed or playing changed. */
+  /** `moved` is called after each change of position, speed or state. */
   constructor(moved) {
     this.#moved = moved;
   }
@@ -26,7 +26,7 @@ export class Player {
     return this.#before !== null;
   }
 
-  /** Takes another recording of that many seconds, and stands at its beginning. */
+  /** Takes another recording of that many seconds, paused at its start. */
   load(length) {
     this.#before = null;
     this.#length = length;
@@ -59,7 +59,7 @@ export class Player {
     this.#moved();
   }
 
-  /** The next speed up or down, as far as there are any. */
+  /** The next speed up or down, within `SPEEDS`. */
   hurry(by) {
     const index = SPEEDS.indexOf(this.#speed) + by;
     if (index >= 0 && index < SPEEDS.length) this.speed = SPEEDS[index];

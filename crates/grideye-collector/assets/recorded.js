@@ -1,18 +1,18 @@
-// A recording's frames as the collector sends them (src/http/recordings/frames.rs), and the time that they share.
+// A recording's frames as the collector sends them (src/http/recordings/frames.rs), on one shared clock.
 
 import { Track } from "./track.js";
 
 const MAGIC = "GEF1";
 const NS = 1e9;
 
-/** The frames of a recording, by sensor; throws an error in a person's words. */
+/** The frames of a recording by sensor. Throws an error that a person can read. */
 export async function recordedAt(path) {
   const response = await fetch(path).catch(() => {
-    throw new Error("The collector cannot be reached: see that it is running, and open the recording again.");
+    throw new Error("The collector cannot be reached. Check that it runs, and open the recording again.");
   });
   if (!response.ok) throw new Error(await refusalOf(response));
   const bytes = await response.arrayBuffer().catch(() => {
-    throw new Error("The recording did not come whole: open it again.");
+    throw new Error("The recording arrived incomplete. Open it again.");
   });
   return recordedOf(bytes);
 }
@@ -22,7 +22,7 @@ async function refusalOf(response) {
   return error.hint ? `${error.message}. Hint: ${error.hint}` : error.message;
 }
 
-/** Tracks ordered by device and sensor, and when the first frame of all was measured. */
+/** Tracks ordered by device and sensor, and the time of the first frame. */
 function recordedOf(bytes) {
   const { head, rowsAt } = headOf(bytes);
   const rows = new Rows(bytes, rowsAt, head);
@@ -39,14 +39,14 @@ function recordedOf(bytes) {
 
 function headOf(bytes) {
   const text = (from, to) => new TextDecoder().decode(bytes.slice(from, to));
-  if (text(0, 4) !== MAGIC) throw new Error("The collector sent the recording in a form that this page does not know: load the page again.");
+  if (text(0, 4) !== MAGIC) throw new Error("The collector sent a format that this page does not know. Reload the page.");
   const rowsAt = 8 + new DataView(bytes).getUint32(4, true);
   const head = JSON.parse(text(8, rowsAt));
-  if (bytes.byteLength !== rowsAt + head.rows * head.row_bytes) throw new Error("The recording did not come whole: open it again.");
+  if (bytes.byteLength !== rowsAt + head.rows * head.row_bytes) throw new Error("The recording arrived incomplete. Open it again.");
   return { head, rowsAt };
 }
 
-/** The rows, where they lie. */
+/** The rows, read in place. */
 class Rows {
   #view;
   #words;
@@ -84,7 +84,7 @@ class Rows {
     return this.#view.getUint16(this.#place(row) + 32, true);
   }
 
-  /** Why there is no frame, or null where there is one. */
+  /** The reason for a missing frame, or null. */
   missing(row) {
     const kind = this.#view.getUint8(this.#place(row) + 34);
     return kind === 0 ? null : this.#head.reasons[kind - 1];
@@ -98,7 +98,7 @@ class Rows {
     return this.#view.getInt16(this.#place(row) + 36, true) * this.#head.thermistor_step_celsius;
   }
 
-  /** Least, mean and greatest temperature of a frame. */
+  /** Minimum, mean and maximum temperature of a frame. */
   summary(row) {
     const from = (this.#place(row) + 40) / 2;
     let [min, max, sum] = [Infinity, -Infinity, 0];
@@ -112,7 +112,7 @@ class Rows {
     return [min * step, (sum / 64) * step, max * step];
   }
 
-  /** The frame as pictures take it. */
+  /** The frame as `Picture` takes it. */
   frame(row) {
     const from = (this.#place(row) + 40) / 2;
     const step = this.#head.pixel_step_celsius;
@@ -129,7 +129,7 @@ class Rows {
   }
 }
 
-/** Each stream with its first row and the row behind its last one. */
+/** Each stream with its first row and the row after its last one. */
 function streamsOf(rows, head) {
   const streams = [];
   for (let row = 0; row < rows.count; row += 1) {
@@ -141,8 +141,8 @@ function streamsOf(rows, head) {
 }
 
 /**
- * Tells each run of a device when its clock began: by wall clock where that was set, and otherwise by the frame that was
- * the shortest on its way, because a Raspberry Pi without network does not know what time it is.
+ * Sets the start of each boot's clock: from the wall clock if it was synced, else from the frame with the shortest delay,
+ * because a Raspberry Pi without network does not know the time.
  */
 function setClocks(rows, streams) {
   for (const run of Map.groupBy(streams, ({ device, boot }) => `${device}/${boot}`).values()) {

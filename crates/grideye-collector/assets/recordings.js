@@ -1,10 +1,10 @@
-// Recordings: the form that starts one, and the newest of them beside the live pictures.
+// Recordings: the form that starts one, and the newest ones beside the live images.
 
 import { ask, complain } from "./ask.js";
 import { count, duration, fieldsOf, say } from "./words.js";
 
 const REFRESH_MS = 2_000;
-// Beside the pictures there is room for so many; the view of recordings has all.
+// The live view lists this many; the Recordings view has all.
 const LISTED_MAX = 8;
 
 export class Recordings {
@@ -29,7 +29,7 @@ export class Recordings {
     }, REFRESH_MS);
   }
 
-  /** Calls back with all recordings, newest first, whenever they were asked for. */
+  /** Calls back with all recordings, newest first, after each refresh. */
   listen(listener) {
     this.#listeners.push(listener);
   }
@@ -40,21 +40,21 @@ export class Recordings {
 
   async refresh() {
     const answer = await ask("/v1/recordings");
-    // Without an answer the state of the connection at the top says enough.
+    // The state of the connection at the top reports a missing answer.
     if (answer.error) return;
     this.#all = answer.recordings;
     this.#show(answer.recordings);
     for (const listener of this.#listeners) listener(answer.recordings);
   }
 
-  /** Stops one; what went wrong, if anything did. */
+  /** Stops one; answers the error, if any. */
   async stop(id) {
     const answer = await ask(`/v1/recordings/${id}/stop`, {});
     await this.refresh();
     return answer.error;
   }
 
-  /** Writes a note; what went wrong, if anything did. */
+  /** Writes a note; answers the error, if any. */
   async note(id, note) {
     const answer = await ask(`/v1/recordings/${id}/note`, { note });
     await this.refresh();
@@ -77,14 +77,14 @@ export class Recordings {
     this.#running = recordings.some((recording) => recording.running);
     this.#none.hidden = recordings.length > 0;
     this.#more.hidden = recordings.length <= LISTED_MAX;
-    // Those that run are among them however many came after.
+    // Running ones are listed however many came after them.
     const listed = recordings.filter((recording, index) => index < LISTED_MAX || recording.running);
     const rows = listed.map((recording) => this.#row(recording));
     const same = rows.length === this.#list.children.length && rows.every((row, index) => row === this.#list.children[index]);
     if (!same) this.#list.replaceChildren(...rows);
   }
 
-  /** Rows are kept, so that a button does not vanish from under a finger. */
+  /** Rows persist, so that a button does not vanish under a finger. */
   #row(recording) {
     if (!this.#rows.has(recording.id)) {
       const row = this.#template.content.firstElementChild.cloneNode(true);
@@ -101,7 +101,7 @@ export class Recordings {
   }
 }
 
-/** What can be done with a recording: its buttons and links. */
+/** A recording's buttons and links. */
 export function offer(fields, recording) {
   fields.stop.hidden = !recording.running;
   fields.stop.setAttribute("aria-label", `Stop recording ${recording.name}`);
@@ -112,14 +112,14 @@ export function offer(fields, recording) {
   fields.play.setAttribute("aria-label", `Play ${recording.name}`);
 }
 
-/** How long a recording is, or has been running. */
+/** The length of a recording, so far if it is running. */
 export function lengthOf(recording) {
   const until = recording.t_stop_ns ?? Date.now() * 1e6;
   const length = duration(Math.max(0, (until - recording.t_start_ns) / 1e9));
   return recording.running ? `recording for ${length}` : length;
 }
 
-/** In one line: length, frames, sensors and what is missing. */
+/** One line: length, frames, sensors, missing frames. */
 export function factsOf(recording) {
   const parts = [lengthOf(recording), recording.frames > 0 ? count(recording.frames, "frame", "frames") : "no frames"];
   if (recording.sensors > 0) parts.push(count(recording.sensors, "sensor", "sensors"));

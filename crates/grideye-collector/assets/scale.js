@@ -1,9 +1,10 @@
-// The scale of a picture: which temperatures its colors stand for.
+// The scale of an image: which temperatures its colors mean.
 
-// A room without a person spans about as much; less would show the sensor's noise as if it were heat.
+// An empty room spans about this much. A smaller span would show noise as heat.
 const SPAN_MIN_CELSIUS = 4;
+const STEPS = [0.25, 0.5, 1, 2, 5, 10, 20, 50];
 
-/** Whole degrees around some temperatures, so that the scale holds still while the noise does not. */
+/** Whole degrees around some temperatures, so that noise does not move the scale. */
 export function rangeOf(celsius) {
   let low = Math.floor(Math.min(...celsius));
   let high = Math.ceil(Math.max(...celsius));
@@ -14,17 +15,17 @@ export function rangeOf(celsius) {
   return { low, high };
 }
 
-/** A range that holds all of these. */
+/** The range that holds all of these. */
 export function around(ranges) {
   return { low: Math.min(...ranges.map(({ low }) => low)), high: Math.max(...ranges.map(({ high }) => high)) };
 }
 
-/** Which of 256 colors a temperature has; those beyond the range have the color of its end. */
+/** Which of 256 colors a temperature has; beyond the range, the color of its end. */
 export function shadeOf(celsius, { low, high }) {
   return Math.round(Math.min(1, Math.max(0, (celsius - low) / (high - low))) * 255);
 }
 
-/** Paints a whole palette into a canvas one pixel wide, the hot end at the top. */
+/** Paints a palette into a canvas one pixel wide, hot end up. */
 export function paintBar(canvas, colors) {
   const context = canvas.getContext("2d");
   const image = context.createImageData(1, 256);
@@ -38,9 +39,9 @@ export function paintPixel(data, pixel, colors, shade) {
   data[pixel * 4 + 3] = 255;
 }
 
-/** Writes the scale's ticks beside its bar, when they differ from those that stand there. */
-export function labelTicks(list, range, number = String) {
-  const ticks = ticksOf(range);
+/** Writes the ticks of a range beside its bar, at most `steps_max` steps apart; unchanged ticks stay. */
+export function labelTicks(list, range, number = String, steps_max = 6) {
+  const ticks = ticksOf(range, steps_max);
   const labels = ticks.map((tick) => `${number(tick)} °C`);
   if (list.dataset.labels === labels.join()) return;
   list.dataset.labels = labels.join();
@@ -54,10 +55,10 @@ export function labelTicks(list, range, number = String) {
   );
 }
 
-/** Ticks for the scale, hot end first: at most seven, both ends among them. */
-function ticksOf({ low, high }) {
+/** Both ends and round numbers between them, hot end first. */
+function ticksOf({ low, high }, steps_max) {
   const span = high - low;
-  const step = [0.25, 0.5, 1, 2, 5, 10, 20, 50].find((width) => span / width <= 6) ?? span;
+  const step = STEPS.find((width) => span / width <= steps_max) ?? span;
   const ticks = [high];
   for (let tick = Math.floor(high / step) * step; tick > low; tick -= step) {
     if (high - tick >= step / 2 && tick - low >= step / 2) ticks.push(tick);

@@ -1,4 +1,4 @@
-// One live sensor: its picture, its last minutes, and how it does.
+// One live sensor: its image, its history and its state.
 
 import { ask } from "./ask.js";
 import { History } from "./history.js";
@@ -6,9 +6,9 @@ import { Picture } from "./picture.js";
 import { troublesOf } from "./troubles.js";
 import { duration, fieldsOf, say } from "./words.js";
 
-// Frames of one post are shown as far apart as they were measured, unless that takes longer than this.
+// Frames of one batch are shown at their measured intervals, unless that takes longer than this.
 const PLAYED_MS_MAX = 1_500;
-// A frame older than this, or than three periods of a slow sensor, is not called live.
+// A sensor is stale after this time, or after three periods of a slow sensor.
 const STALE_S_MIN = 3;
 const DESCRIBED_MS = 200;
 const HISTORY_DRAWN_MS = 500;
@@ -24,18 +24,18 @@ export class Sensor {
   #missing = null;
   #describedAt = -Infinity;
   #drawnAt = -Infinity;
-  // The first frame that was shown: where what was before it ends.
+  // The first frame shown; earlier ones come from the collector's memory.
   #first = null;
   #asked = false;
   #watcher = null;
 
-  /** `key` tells sensors apart, `look` draws them alike, `enlarge` is called when this one is to be seen large. */
+  /** `key` identifies the sensor, `look` is how images are drawn, `enlarge` shows this sensor alone. */
   constructor(template, { key, look, enlarge }) {
     this.#article = template.content.firstElementChild.cloneNode(true);
     for (const element of this.#article.querySelectorAll("[data-played]")) element.remove();
     this.#fields = fieldsOf(this.#article);
     this.#history = new History(this.#article.querySelector(".history"));
-    this.#picture = new Picture(this.#article, { key, look, among: "live", lies: (orientation) => this.#watcher?.lies(orientation) });
+    this.#picture = new Picture(this.#article, { key, look, among: "live", oriented: (orientation) => this.#watcher?.orient(orientation) });
     this.#fields.large.addEventListener("click", () => enlarge(key));
   }
 
@@ -47,21 +47,21 @@ export class Sensor {
     return this.#picture;
   }
 
-  /** Tells `watcher` of each frame, of how the picture lies, and of the state, from now on; `null` tells nobody. */
+  /** Sends each frame, the image's orientation and the state to `watcher` from now on, or to nobody. */
   watch(watcher) {
     this.#watcher = watcher;
-    watcher?.lies(this.#picture.orientation);
+    watcher?.orient(this.#picture.orientation);
     if (this.#shown !== null) watcher?.frame(this.#shown.frame, this.#status);
     this.#describedAt = -Infinity;
   }
 
-  /** What the button beside "Larger" does. */
+  /** Names the panel's button, and what it does. */
   offerBeside(title, toggle) {
     say(this.#fields.beside, title);
     this.#fields.beside.addEventListener("click", toggle);
   }
 
-  /** Takes a sensor's part of an event: its state, and the frames that came. */
+  /** Takes a sensor's part of an event: its state and new frames. */
   take(status) {
     const again = this.#status !== null && this.#status.boot !== status.boot;
     this.#status = status;
@@ -72,7 +72,7 @@ export class Sensor {
     this.tick();
   }
 
-  /** Shows what is due, and how old it is by now. */
+  /** Shows what is due, and its age. */
   tick() {
     const now = performance.now();
     while (this.#waiting.length > 0 && this.#waiting[0].due <= now) this.#show(this.#waiting.shift());
@@ -95,7 +95,7 @@ export class Sensor {
     }
   }
 
-  /** What still waits when more comes is shown at once: the picture never falls behind. */
+  /** Shows waiting frames at once when more arrive, so that the image never lags. */
   #hurry() {
     for (const next of this.#waiting.splice(0)) this.#show(next);
   }
@@ -115,12 +115,12 @@ export class Sensor {
     this.#watcher?.frame(next.frame, this.#status);
   }
 
-  /** Puts the minutes before the page was opened into the strip, as the collector remembers them. */
+  /** Adds the minutes before the page opened, from the collector's memory. */
   async #fill() {
     this.#asked = true;
     const { device, sensor } = this.#status;
     const answer = await ask(`/v1/recent?${new URLSearchParams({ device, sensor })}`);
-    // Without them the strip begins now, as it would for a new sensor.
+    // Without them the history begins now, as for a new sensor.
     if (answer.error || answer.boot !== this.#first.boot) return;
     const before = answer.rows.filter(([t_boot_ns]) => t_boot_ns < this.#first.t_boot_ns);
     const at = (t_boot_ns) => this.#first.at - (this.#first.t_boot_ns - t_boot_ns) / 1e9;
@@ -133,7 +133,7 @@ export class Sensor {
     const age = this.#shown === null ? Infinity : ageOf(this.#shown);
     const staleAfter = Math.max(STALE_S_MIN, rate ? 3 / rate : 0);
     const stale = age > staleAfter;
-    // A reason that is old itself says nothing of now.
+    // An old reason does not explain the present.
     const missing = this.#missing !== null && ageOf(this.#missing) <= staleAfter ? this.#missing.frame.missing : null;
     say(this.#fields.name, `${device} · ${sensor}`);
     this.#picture.label = `${device}, ${sensor}`;
@@ -167,8 +167,8 @@ export class Sensor {
 }
 
 /**
- * Seconds since a frame was measured. The clock that stands still while a computer sleeps, and the one that may be
- * set: whichever says that the frame is older.
+ * Seconds since a frame was measured. One clock stops while a computer sleeps and the other can be set, so the larger age
+ * counts.
  */
 function ageOf({ frame, came }) {
   const passed = Math.max(performance.now() - came.now, Date.now() - came.today, 0);

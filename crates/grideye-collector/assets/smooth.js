@@ -1,10 +1,10 @@
-// Pictures between the pixels: what a sensor of 8 x 8 did not measure, for the eye alone.
+// Interpolation between the 8 x 8 measured pixels, for display only.
 
 import { SIDE } from "./orientation.js";
 
-/** The ways to draw; all but the first invent what is between the pixels. */
+/** The ways to draw; all but the first interpolate. */
 export const METHODS = new Map([
-  ["cells", { title: "Cells, as measured" }],
+  ["cells", { title: "Pixels, as measured" }],
   ["bilinear", { title: "Bilinear (interpolated)", taps: 2, weight: linear }],
   ["bicubic", { title: "Bicubic (interpolated)", taps: 4, weight: catmullRom }],
 ]);
@@ -22,13 +22,13 @@ function catmullRom(distance) {
 
 const weightsBefore = new Map();
 
-/** For each of `points` places along a side: which rows or columns it is made of, and how much of each. */
+/** The rows or columns, and their weights, that make each of `points` places along a side. */
 function weightsOf(method, points) {
   const key = `${method} ${points}`;
   if (!weightsBefore.has(key)) {
     const { taps, weight } = METHODS.get(method);
     const rows = Array.from({ length: points }, (_, point) => {
-      // A pixel's value stands at its middle; beyond the outermost middles the edge goes on.
+      // A value belongs to its pixel's middle; the edge extends beyond the outermost middles.
       const at = ((point + 0.5) / points) * SIDE - 0.5;
       const first = Math.floor(at) - taps / 2 + 1;
       return Array.from({ length: taps }, (_, tap) => {
@@ -41,7 +41,7 @@ function weightsOf(method, points) {
   return weightsBefore.get(key);
 }
 
-/** `points` x `points` temperatures between 64, rows after rows. */
+/** `points` x `points` interpolated temperatures, row by row. */
 export function between(celsius, method, points) {
   const weights = weightsOf(method, points);
   const wide = new Float32Array(SIDE * points);

@@ -1,10 +1,9 @@
-// The whole of a recording in one strip: a lane for each sensor with its least, mean and greatest temperature, gaps
-// hatched, and a head over it that can be moved.
+// A whole recording: a lane per sensor with minimum, mean and maximum temperature, hatched gaps, and a playhead to drag.
 
 import { place } from "./words.js";
 
 const SPAN_MIN_CELSIUS = 4;
-// Of CSS pixels: narrower gaps are drawn as wide as this, so that none is too short to be seen.
+// CSS pixels. Narrower gaps are drawn this wide, so that none is invisible.
 const GAP_WIDTH_MIN = 2;
 const LABEL_HEIGHT = 12;
 
@@ -18,7 +17,7 @@ export class Timeline {
   #range = null;
   #columns = null;
 
-  /** `seek` is called with the seconds of a place that was pointed at. */
+  /** `seek` gets the seconds that were pointed at. */
   constructor(seek) {
     const follow = (event) => {
       const box = this.#scrub.getBoundingClientRect();
@@ -32,7 +31,7 @@ export class Timeline {
       if (event.buttons > 0) follow(event);
     });
     new ResizeObserver(() => this.#draw()).observe(this.#canvas);
-    // Colors are those of the scheme at the time of drawing.
+    // The canvas holds the colors of one color scheme.
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#draw());
   }
 
@@ -45,14 +44,14 @@ export class Timeline {
     this.#draw();
   }
 
-  /** Draws labels and the range that is being marked, each from and to so many seconds. */
+  /** Draws labels and the range being marked; both have `from` and `to` in seconds. */
   label(labels, range) {
     if (labels === this.#labels && range?.from === this.#range?.from && range?.to === this.#range?.to) return;
     [this.#labels, this.#range] = [labels, range];
     this.#draw();
   }
 
-  /** Puts the head to a place, and says it. */
+  /** Moves the playhead; `said` describes the frame there. */
   point(seconds, said) {
     this.#head.style.left = `${this.#length > 0 ? (seconds / this.#length) * 100 : 0}%`;
     this.#scrub.setAttribute("aria-valuenow", seconds.toFixed(1));
@@ -66,7 +65,7 @@ export class Timeline {
     Object.assign(canvas, { width, height });
     const context = canvas.getContext("2d");
     const lane = height / Math.max(1, this.#tracks.length);
-    // A range is drawn while it is marked: what lies below is the same all the while.
+    // Marking a range redraws often, and the columns do not change meanwhile.
     if (this.#columns?.[0]?.lows.length !== width) this.#columns = this.#tracks.map((track) => columnsOf(track, this.#length, width));
     this.#columns.forEach((columns, index) => {
       drawLane(context, columns, index * lane + 1, lane - 2, getComputedStyle(canvas));
@@ -77,7 +76,7 @@ export class Timeline {
   }
 }
 
-/** A bar along the lower edge with its name, as far as there is room. */
+/** A bar along the lower edge with as much of the name as fits. */
 function drawLabel(context, name, from, to, height, style) {
   const [bar, width] = [LABEL_HEIGHT * devicePixelRatio, Math.max(to - from, GAP_WIDTH_MIN * devicePixelRatio)];
   context.save();
@@ -93,7 +92,7 @@ function drawLabel(context, name, from, to, height, style) {
   context.restore();
 }
 
-/** A frame around what is being marked. */
+/** A dashed box around the range. */
 function drawRange(context, from, to, height, style) {
   context.strokeStyle = style.color;
   context.lineWidth = 2 * devicePixelRatio;
@@ -102,7 +101,7 @@ function drawRange(context, from, to, height, style) {
   context.setLineDash([]);
 }
 
-/** For each column of the picture: least, mean and greatest temperature of what was measured in it, and whether frames lack. */
+/** For each column: minimum, sum and maximum of its frames' temperatures, their number, and whether frames are missing. */
 function columnsOf(track, length, width) {
   const lows = new Float32Array(width).fill(Infinity);
   const highs = new Float32Array(width).fill(-Infinity);
@@ -115,11 +114,11 @@ function columnsOf(track, length, width) {
   for (let index = 0; index < times.length; index += 1) {
     const [from, until] = [column(times[index]), column(times[index + 1] ?? length)];
     if (!track.isFrame(index)) {
-      // The end of a track that ends with the recording is none of its gaps.
+      // A track that ends with the recording has no gap there.
       if (!track.isEnd(index) || until > from) lacks.fill(1, from, Math.max(until, from + Math.round(GAP_WIDTH_MIN * devicePixelRatio)));
       continue;
     }
-    // A slow sensor's frame is as wide as it lasts.
+    // A frame is as wide as it lasts.
     for (let at = from; at <= Math.max(from, until - 1); at += 1) {
       lows[at] = Math.min(lows[at], track.lows[index]);
       highs[at] = Math.max(highs[at], track.highs[index]);
@@ -152,7 +151,7 @@ function drawLane(context, { lows, highs, sums, counts, lacks }, top, height, st
   }
 }
 
-/** Stripes and an edge, so that a gap is told from what was measured by form as well as by color. */
+/** Stripes and edges, so that a gap differs in form as well as in color. */
 function hatch(context, x, y, width, height, color) {
   const step = 6 * devicePixelRatio;
   context.save();

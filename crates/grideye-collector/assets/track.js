@@ -1,14 +1,14 @@
-// What one sensor did during a recording: its frames in the order of time, and between them the gaps.
+// One sensor during a recording: its frames in order of time, and the gaps between them.
 
 const FRAME = 0;
 const MISSING = 1;
 const GAP = 2;
 const END = 3;
-// Without a gap in the numbers a frame is the newest one for so long, or three periods of a slow sensor: as on the live page.
+// A longer pause is a gap even without a gap in the numbers; three periods of a slow sensor, if longer. As on the live page.
 const STALE_S_MIN = 3;
-// Of longer tracks the period is that of so many frames at the beginning.
+// The period is measured over at most this many frames, from the start.
 const PERIODS_MAX = 2_000;
-// A place so shortly before a frame is the frame's: sums of seconds are not exact.
+// A time this shortly before a frame belongs to the frame, because sums of seconds are inexact.
 const SAME_S = 1e-4;
 
 export class Track {
@@ -17,7 +17,7 @@ export class Track {
   #times;
   #runs;
 
-  /** `parts` are the sensor's runs, `began` the recording's first moment on the clock that all share. */
+  /** `parts` are the sensor's boots, `began` the recording's start on the shared clock. */
   constructor(key, rows, parts, began) {
     this.key = key;
     this.device = parts[0].device;
@@ -37,7 +37,7 @@ export class Track {
     });
   }
 
-  /** Seconds of the last frame, or of the last one that is missing. */
+  /** Seconds of the last frame, read or missing. */
   get end() {
     return this.#times.at(-2);
   }
@@ -46,7 +46,7 @@ export class Track {
     return this.#times;
   }
 
-  /** The runs of the agent that its frames are of, in the order of time. */
+  /** The boots of its frames, in order of time. */
   get boots() {
     return [...this.#runs.keys()];
   }
@@ -59,7 +59,7 @@ export class Track {
     return this.#moments[index].kind === END;
   }
 
-  /** Which moment holds at that many seconds; -1 before the first. */
+  /** The moment that holds at a time; -1 before the first. */
   indexAt(seconds) {
     let [low, high] = [0, this.#times.length];
     while (low < high) {
@@ -70,29 +70,29 @@ export class Track {
     return low - 1;
   }
 
-  /** The frame of a moment, when and by which clock it was measured, or in words why there is none. */
+  /** The frame of a moment with its time and clock, or why there is none. */
   at(index) {
-    if (index < 0) return { why: "Not begun: the first frame comes later." };
+    if (index < 0) return { why: "The first frame comes later." };
     const { kind, row, why, boot } = this.#moments[index];
     if (kind === GAP || kind === END) return { why };
     if (kind === MISSING) return { why: `Gap: #${this.#rows.seq(row)} could not be read (${this.#rows.missing(row)}).` };
     return { frame: this.#rows.frame(row), clock: this.#rows.clock(row), boot, seconds: this.#times[index] };
   }
 
-  /** Seconds of the moment before or after, by so many; null beyond the ends. */
+  /** Seconds of the moment `by` steps away; null beyond the ends. */
   step(seconds, by) {
     const index = this.indexAt(seconds) + by;
     return index < 0 || index >= this.#times.length || this.isEnd(index) ? null : this.#times[index];
   }
 
-  /** Seconds of the first gap behind; null if there is none. */
+  /** Seconds of the next gap; null if there is none. */
   gapAfter(seconds) {
     const from = this.indexAt(seconds) + 1;
     const index = this.#moments.findIndex(({ kind }, index) => index >= from && (kind === GAP || kind === MISSING));
     return index < 0 ? null : this.#times[index];
   }
 
-  /** The frames from the one that holds at `from` to the one that holds at `to`, as ranges of numbers, one for each run. */
+  /** The frames that hold from `from` to `to`, as one range of numbers per boot. */
   spansBetween(from, to) {
     const spans = new Map();
     const last = this.indexAt(to);
@@ -106,7 +106,7 @@ export class Track {
     return [...spans.values()];
   }
 
-  /** Seconds of the first and of the last frame of such a range; null if none of them is here. */
+  /** Seconds of the first and last frame of such a range; null if it has none here. */
   placesOf({ boot, first_seq, last_seq }) {
     const run = this.#runs.get(boot) ?? [];
     const after = run.findLastIndex(({ seq }) => seq <= last_seq);
@@ -114,7 +114,7 @@ export class Track {
     return from < 0 || after < from ? null : [run[from].at, run[after].at];
   }
 
-  /** Seconds of the frame of that number; null if it is not there. */
+  /** Seconds of the frame with that number; null if there is none. */
   secondsOf(seq) {
     const found = this.#moments.findIndex(({ kind, row }) => kind !== GAP && kind !== END && this.#rows.seq(row) === seq);
     return found < 0 ? null : this.#times[found];
@@ -139,19 +139,19 @@ function endOf(at, period, boot) {
   return { at: at + period, kind: END, boot, why: "No more frames of this sensor." };
 }
 
-/** Runs one after the other: only the last one's end is an end. */
+/** Only the last boot's end is an end; the others are gaps. */
 function joined(moments) {
   const last = moments.length - 1;
   const kept = moments.filter(({ kind, boot }, index) => kind !== END || index === last || moments[index - 1].boot === boot);
   return kept.map((moment, index) =>
-    moment.kind === END && index < kept.length - 1 ? { ...moment, kind: GAP, why: "Gap: between two runs of the agent." } : moment,
+    moment.kind === END && index < kept.length - 1 ? { ...moment, kind: GAP, why: "Gap: the agent restarted." } : moment,
   );
 }
 
-/** What lies between two frames that do not follow each other at once; null if they do. */
+/** The gap between two frames; null if they follow each other. */
 function gapBetween(at, until, expected, next, period) {
   const pause = until - at;
-  // A frame holds as long as frames of this sensor do, and no longer.
+  // A frame holds for one period.
   const after = at + Math.min(period, pause / 2);
   if (next > expected) {
     const numbers = next - expected === 1 ? `#${expected} is` : `#${expected} to #${next - 1} are`;
@@ -161,13 +161,13 @@ function gapBetween(at, until, expected, next, period) {
   return pause > stale ? { at: at + stale, kind: GAP, why: `Gap: no frame for ${pause.toFixed(1)} s.` } : null;
 }
 
-/** The usual seconds from one frame to the next. */
+/** The median seconds between frames. */
 function periodOf(rows, { first, end }) {
   const periods = [];
   for (let row = first + 1; row < end && periods.length < PERIODS_MAX; row += 1) {
     if (rows.seq(row) === rows.seq(row - 1) + 1) periods.push(rows.bootTime(row) - rows.bootTime(row - 1));
   }
   periods.sort((one, other) => one - other);
-  // Of a single frame nothing is known: 0.1 s, the sensor's own period.
+  // A single frame tells nothing: 0.1 s, the sensor's own period.
   return periods[Math.floor(periods.length / 2)] ?? 0.1;
 }

@@ -1,4 +1,4 @@
-// Numbers as people read them.
+// Numbers and times for people.
 
 export function degrees(celsius) {
   return Number.isFinite(celsius) ? `${celsius.toFixed(2)} °C` : "–";
@@ -18,7 +18,7 @@ export function count(number, one, many) {
   return `${number.toLocaleString("en")} ${number === 1 ? one : many}`;
 }
 
-/** "nack 3, bus-timeout 1", the most frequent first. */
+/** "nack 3, bus-timeout 1", most frequent first. */
 export function byKind(counts) {
   return Object.entries(counts)
     .filter(([, number]) => number > 0)
@@ -34,7 +34,7 @@ export function fieldsOf(root) {
   return fields;
 }
 
-/** Sets a text only when it differs, so that nothing is redrawn or read aloud without need. */
+/** Sets a text only when it differs, so that nothing is redrawn or read aloud again. */
 export function say(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
@@ -45,22 +45,22 @@ const TIME_OF_DAY = new Intl.DateTimeFormat(undefined, {
   hour: "numeric", minute: "2-digit", second: "2-digit", fractionalSecondDigits: 1,
 });
 
-/** A moment of wall clock, in milliseconds since 1970, to the second, as the watcher's part of the world writes it. */
+/** Date and time to the second, from milliseconds since 1970, in the browser's locale. */
 export function moment(milliseconds) {
   return DAY_AND_TIME.format(milliseconds);
 }
 
-/** The time of day of such a moment, to a tenth of a second. */
+/** Time of day to a tenth of a second. */
 export function timeOfDay(milliseconds) {
   return TIME_OF_DAY.format(milliseconds);
 }
 
-/** A moment of wall clock to the minute. */
+/** Date and time to the minute. */
 export function minute(milliseconds) {
   return DAY_AND_MINUTE.format(milliseconds);
 }
 
-/** A place in a recording, to a tenth of a second: 1:02:03.4. */
+/** A time in a recording, to a tenth of a second: 1:02:03.4. */
 export function place(seconds) {
   const tenths = Math.max(0, Math.floor(seconds * 10 + 1e-6));
   const [whole, tenth] = [Math.floor(tenths / 10), tenths % 10];

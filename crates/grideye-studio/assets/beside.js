@@ -1,5 +1,5 @@
-// Real beside simulated: one sensor's frames, what a scene would show it at the same moments, and how alike they are.
-// What gives the frames, live or in playback, calls `follow` and then `lies`, `frame` and `state`.
+// Real beside simulated: a sensor's frames, a scene's frames at the same moments, and their comparison. The live view or
+// playback calls `follow`, then `orient`, `frame` and `state`.
 
 import { brought } from "./brought.js";
 import { DIFFERENCES, rangeAround, signed, summed } from "./difference.js";
@@ -32,15 +32,22 @@ export class Beside {
   #values = null;
   #answeredFor = null;
   #asking = false;
+  #opening = null;
+  #staysAt = null;
   #toggled;
   #among;
 
   /**
-   * The panel opens in `place`; `look` says how pictures are drawn, `among` names those that a common scale is made of, and
-   * `toggled` is told whether it is open.
+   * The panel opens in `place`; `look` is how images are drawn, `among` names the group that shares a scale, and `toggled`
+   * gets whether the panel is open.
    */
   constructor(place, { look, among, toggled }) {
-    const root = document.querySelector("#beside-panel").content.firstElementChild.cloneNode(true);
+    const template = document.querySelector("#beside-panel");
+    const root = template.content.firstElementChild.cloneNode(true);
+    if (among === "live" && template.dataset.scene !== undefined) {
+      this.#opening = { ...template.dataset };
+      this.#staysAt = template.dataset.scene;
+    }
     this.#place = place;
     this.#root = root;
     this.#look = look;
@@ -62,24 +69,27 @@ export class Beside {
   }
 
   /**
-   * Whose frames come from now on: `{ key, device, sensor }`, of a recording `recording` as well; `null` hides all.
-   * What was chosen for that key before is chosen again.
+   * Follows a sensor: `{ key, device, sensor }`, in playback also `recording`; `null` closes the panel. The last choice for
+   * the key applies again, but the first live sensor gets the scene that the page opens with.
    */
   async follow(source) {
     if (source?.key === this.#source?.key && source?.recording === this.#source?.recording) return;
     this.#source = source;
     this.#newest = null;
-    // What was simulated for another sensor is nothing to hold this one against.
     this.#scene = null;
     this.#simulation = null;
     this.#values = null;
     this.#chosen = source === null ? NOTHING : kept(`beside.${source.key}`, NOTHING);
+    if (source !== null && this.#opening !== null) {
+      this.#change({ ...NOTHING, ...this.#opening, open: true });
+      this.#opening = null;
+    }
     this.#open();
     if (!this.#chosen.open) return;
     await this.#offer();
   }
 
-  /** Opens or closes the panel for whom it follows. */
+  /** Opens or closes the panel. */
   async toggle() {
     if (this.#source === null) return;
     this.#change({ open: !this.#chosen.open });
@@ -89,20 +99,20 @@ export class Beside {
     this.#fields.choice.focus();
   }
 
-  /** How pictures are turned. */
-  lies(orientation) {
+  /** The orientation of the images. */
+  orient(orientation) {
     for (const side of SIDES) this.#sides[side].heat.orient(orientation);
   }
 
-  /** A frame as the live page has them: `{ seq, t_boot_ns, pixels_celsius }`, of a run `{ boot, began_boot_ns }`. */
+  /** A new frame `{ seq, t_boot_ns, pixels_celsius }` of a boot `{ boot, began_boot_ns }`. */
   frame(frame, run) {
     this.#newest = { frame, boot: run.boot, began: run.began_boot_ns ?? null };
-    // A boot clock counts from its own start: what was laid over another run lies nowhere in this one.
+    // Each boot has its own clock, so a start on an earlier boot's clock means nothing now.
     if (this.#chosen.boot !== null && this.#chosen.boot !== run.boot) this.#change({ originNs: null, boot: null });
     this.#draw();
   }
 
-  /** Whether what is shown is `live`, and if not, why. */
+  /** Whether the sensor is `live`, and if not, why. */
   state(state, why) {
     const { figure, veil } = this.#sides.real;
     figure.dataset.state = state;
@@ -114,7 +124,7 @@ export class Beside {
   #side(name) {
     const figure = this.#root.querySelector(`[data-side=${name}]`);
     const canvas = figure.querySelector(".heat");
-    canvas.setAttribute("aria-label", `${figure.querySelector("figcaption").textContent}; arrow keys read its cells`);
+    canvas.setAttribute("aria-label", `${figure.querySelector("figcaption").textContent}; arrow keys read its pixels`);
     const heat = new HeatMap(canvas, { cell: (cell) => this.#point(cell) });
     return { figure, heat, veil: figure.querySelector(".veil") };
   }
@@ -136,7 +146,7 @@ export class Beside {
     this.#ask();
   }
 
-  /** Asks for the scenes, and lists them. */
+  /** Fetches and lists the scenes. */
   async #offer() {
     const answer = await fetched("/v1/scenes");
     this.#complain(answer.error);
@@ -153,7 +163,7 @@ export class Beside {
     this.#take();
   }
 
-  /** Takes up the scene that is chosen. */
+  /** Loads the chosen scene. */
   async #take() {
     const { scene: name, sensor } = this.#chosen;
     this.#scene = this.#scenes.find((scene) => scene.name === name && scene.sensors.some((one) => one.name === sensor && one.fits)) ?? null;
@@ -163,11 +173,11 @@ export class Beside {
     this.#fields.running.hidden = this.#scene?.moves !== true;
     this.#fields.again.checked = this.#chosen.again;
     this.#fields.seconds.value = this.#chosen.seconds;
-    say(this.#fields.about, this.#scene === null ? "" : `${this.#scene.title} It is simulated without the sensor's noise.`);
-    this.#scores.none(this.#scene === null ? "Choose the scene that the sensor stands in." : "The first frames are being compared.");
+    say(this.#fields.about, this.#scene === null ? "" : `${this.#scene.title} The simulation has no noise.`);
+    this.#scores.none(this.#scene === null ? "Choose the scene that the sensor is in." : "Comparing the first frames.");
     this.#root.dataset.chosen = this.#scene !== null;
     if (this.#scene === null) {
-      const lost = name !== null ? `There is no scene ${name} any more that has a sensor ${sensor} of 8 x 8 pixels.` : "";
+      const lost = name !== null ? `The scene ${name} with an 8 x 8 sensor ${sensor} no longer exists.` : "";
       this.#complain(lost ? { message: lost } : null);
       return;
     }
@@ -180,7 +190,7 @@ export class Beside {
     if (plan.error) this.#complain(plan.error);
     else if (this.#chosen.scene === name) this.#plan.draw(plan, sensor);
     this.#draw();
-    // Beyond the first sensors, the collector keeps frames for comparisons from the first question on.
+    // The collector keeps frames of further sensors only after the first request.
     this.#ask();
   }
 
@@ -188,7 +198,7 @@ export class Beside {
     if (originNs === null) return;
     this.#change({ originNs, boot: this.#newest.boot });
     this.#answeredFor = null;
-    this.#scores.none("The scene has just begun.");
+    this.#scores.none("The scene has just started.");
     this.#draw();
   }
 
@@ -196,7 +206,7 @@ export class Beside {
     if (!this.#root.isConnected || this.#newest === null) return;
     const { frame, began } = this.#newest;
     this.#fields.first.hidden = began === null;
-    // What an emulated sensor shows begins with its first frame; a person begins when somebody says so.
+    // An emulated sensor starts its scene with its first frame. For real people, somebody starts it.
     if (this.#scene?.moves && this.#chosen.originNs === null && began !== null) {
       this.#change({ originNs: began, boot: this.#newest.boot });
     }
@@ -205,6 +215,11 @@ export class Beside {
     this.#pictures(frame.pixels_celsius, simulated, moment);
     say(this.#fields.clock, moment === null ? "" : clockWords(moment, this.#scene));
     if (simulated !== null) this.#places(simulated.agents, moment);
+  }
+
+  /** Whether the simulated frame is of this moment. After its scene, the demonstration's sensor sees the last moment on. */
+  #holds({ state }) {
+    return state === "within" || (state === "ended" && this.#staysAt === this.#chosen.scene);
   }
 
   #laid() {
@@ -216,7 +231,7 @@ export class Beside {
   #pictures(real, simulated, moment) {
     const drawing = this.#look.drawing;
     const range = this.#look.rangeFor(`${this.#source.key} beside`, simulated === null ? real : [...real, ...simulated.celsius], this.#among);
-    const now = simulated !== null && moment.state === "within";
+    const now = simulated !== null && this.#holds(moment);
     const differences = now ? real.map((celsius, pixel) => celsius - simulated.celsius[pixel]) : null;
     this.#values = { real, simulated: simulated?.celsius ?? null, differences };
     for (const side of ["real", "simulated"]) this.#sides[side].heat.look(drawing);
@@ -228,11 +243,11 @@ export class Beside {
     labelTicks(this.#root.querySelector("[data-scale=temperature] ol"), range);
     labelTicks(this.#root.querySelector("[data-scale=difference] ol"), rangeAround(differences ?? [0]), (tick) => signed(tick, Number.isInteger(tick) ? 0 : 1));
     this.#veil("simulated", simulated !== null, now ? "" : veilWords(moment));
-    this.#veil("difference", differences !== null, differences === null ? "No difference: nothing is simulated for now." : "");
+    this.#veil("difference", differences !== null, differences === null ? "No simulated frame for this moment." : "");
     this.#read(this.#sides.real.heat.cell);
   }
 
-  /** Says over a picture why it is not of now; one that shows nothing yet is blank. */
+  /** Covers an image that is not of this moment with the reason; one without a frame is blank. */
   #veil(side, drawn, words) {
     const { figure, veil } = this.#sides[side];
     figure.dataset.blank = !drawn;
@@ -251,7 +266,7 @@ export class Beside {
     this.#fields.cursor.dataset.reading = cell !== null;
     if (!real) return;
     if (cell === null) {
-      say(this.#fields.cursor, differences === null ? "Point at a cell, or use the arrow keys, to read it." : summed(differences));
+      say(this.#fields.cursor, differences === null ? "Point at a pixel or use the arrow keys to read it." : summed(differences));
       return;
     }
     const parts = [`Pixel ${cell + 1}: real ${degrees(real[cell])}`];
@@ -261,20 +276,20 @@ export class Beside {
   }
 
   #places(agents, moment) {
-    const known = moment.state === "within";
+    const known = this.#holds(moment);
     this.#plan.place(agents, known);
     const words = agents.map(({ name, place: [x, y] }) => `${name} at ${x.toFixed(2)} m from the left, ${y.toFixed(2)} m from the front`);
-    const when = known ? "" : ` (${moment.state === "ended" ? "where the scene ended" : "where the scene begins"})`;
-    say(this.#fields.places, words.length === 0 ? "Nobody is in this scene." : `${words.join("; ")}${when}`);
+    const when = known ? "" : ` (at the ${moment.state === "ended" ? "end" : "start"} of the scene)`;
+    say(this.#fields.places, words.length === 0 ? "This scene has no people." : `${words.join("; ")}${when}`);
   }
 
-  /** Asks how alike both are, while somebody looks and frames come. */
+  /** Requests a comparison while the panel is shown and frames arrive. */
   async #ask() {
     if (this.#asking || !this.#root.isConnected || document.hidden || this.#scene === null || this.#newest === null) return;
     const { frame, boot } = this.#newest;
     const moment = momentOf(this.#laid(), frame.t_boot_ns);
     if (moment.state === "unset" || moment.state === "before") return;
-    // After its end one answer is all that there is to say.
+    // After the scene's end the answer no longer changes.
     const asks = moment.state === "ended" ? `ended ${moment.originNs}` : frame.seq;
     if (this.#answeredFor === asks) return;
     this.#asking = true;
@@ -285,7 +300,7 @@ export class Beside {
     if (simulation !== this.#simulation) return;
     this.#answeredFor = asks;
     if (answer.error) this.#scores.none(`${answer.error.message}.`);
-    else if (moment.state === "ended" && !answer.frames) this.#scores.none("The scene ended before the collector kept frames that it speaks of: begin it again.");
+    else if (moment.state === "ended" && !answer.frames) this.#scores.none("The collector no longer has the frames of this scene. Start the scene again.");
     else this.#scores.show(answer);
   }
 
@@ -308,9 +323,9 @@ export class Beside {
   }
 }
 
-brought.panel = { title: "Beside a scene", key: "b", says: "one sensor beside a scene, or alone", Panel: Beside };
+brought.panel = { title: "Compare with a scene", key: "b", says: "open or close the comparison with a scene", Panel: Beside };
 
-/** One entry for each sensor that has as many pixels as a frame, or one that says why there is none. */
+/** One entry per sensor of 8 x 8 pixels, or one that explains why there is none. */
 function optionsOf(scene) {
   const fitting = scene.sensors.filter(({ fits }) => fits);
   if (fitting.length === 0) {
@@ -327,21 +342,21 @@ function optionsOf(scene) {
 }
 
 function clockWords(moment, scene) {
-  if (!scene.moves) return "Nothing moves in this scene: it holds at any time.";
+  if (!scene.moves) return "Nothing moves in this scene.";
   switch (moment.state) {
-    case "unset": return `Something moves in this scene, for ${duration(scene.seconds)}: say when it begins.`;
-    case "before": return `The scene begins in ${duration(moment.until)}.`;
-    case "ended": return `The scene has ended, ${duration(moment.since)} ago.`;
-    default: return `Second ${moment.second.toFixed(1)} of ${scene.seconds.toFixed(1)}${moment.turn ? `, for the ${moment.turn}. time` : ""}.`;
+    case "unset": return `This scene moves for ${duration(scene.seconds)}. Start it when its people start.`;
+    case "before": return `The scene starts in ${duration(moment.until)}.`;
+    case "ended": return `The scene ended ${duration(moment.since)} ago.`;
+    default: return `Second ${moment.second.toFixed(1)} of ${scene.seconds.toFixed(1)}${moment.turn ? `, round ${moment.turn}` : ""}.`;
   }
 }
 
 function veilWords(moment) {
   if (moment === null) return "No scene is chosen.";
   switch (moment.state) {
-    case "unset": return "The scene has not begun: this is its first moment.";
-    case "before": return "The scene has not begun: this is its first moment.";
-    case "ended": return "The scene has ended: this is its last moment.";
-    default: return "Being simulated.";
+    case "unset":
+    case "before": return "The scene has not started. This is its first moment.";
+    case "ended": return "The scene has ended. This is its last moment.";
+    default: return "Simulating.";
   }
 }

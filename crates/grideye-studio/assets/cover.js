@@ -1,4 +1,4 @@
-// Where the sensors of a draft see a person: asked for while it is wanted, and again when the scene is another one.
+// The coverage map of the draft: requested while it is shown, and again when the scene changes.
 
 import { KINDS, swatch } from "./hatch.js";
 import { say } from "./words.js";
@@ -37,19 +37,19 @@ export class Cover {
     this.follow();
   }
 
-  /** Asks for the map of the newest text, if it is wanted and another one than that on the screen. */
+  /** Requests the map of the newest text, if the map is on and shows an older text. */
   async follow() {
     if (!this.#on || this.#draft.broken) return;
     const { body } = this.#draft;
     const of = body.text + JSON.stringify(body.files);
     if (this.#of === of) return;
     this.#of = of;
-    // The collector gives up what nobody waits for.
+    // The collector stops computing a map when its request is dropped.
     this.#asking?.abort();
     this.#asking = new AbortController();
     const { signal } = this.#asking;
     this.#legend.dataset.old = "true";
-    say(this.#words, "The map is being computed.");
+    say(this.#words, "Computing the map…");
     const answer = await asked(body, signal);
     if (signal.aborted) return;
     this.#take(answer);
@@ -65,7 +65,7 @@ export class Cover {
     }
     const { detected, places, figure, sigma_min: sigma, cell_m: cell } = map;
     const share = places === 0 ? 0 : Math.round((100 * detected) / places);
-    say(this.#words, `${figure.replace(/^./, (letter) => letter.toUpperCase())} is detected at ${detected} of ${places} places, ${share} %, from ${sigma} sigma on. Places are ${cell[0].toFixed(2)} by ${cell[1].toFixed(2)} m; where nothing is drawn there is no room for a person.`);
+    say(this.#words, `${figure.replace(/^./, (letter) => letter.toUpperCase())} is detected at ${detected} of ${places} places, ${share} %, at ${sigma} sigma or more. Places are ${cell[0].toFixed(2)} by ${cell[1].toFixed(2)} m. Blank places have no space for a person.`);
   }
 }
 
@@ -75,6 +75,6 @@ async function asked(body, signal) {
     const response = await fetch("/v1/editor/coverage", { method: "POST", headers, body: JSON.stringify(body), signal });
     return await response.json();
   } catch {
-    return { error: { message: "the collector cannot be reached", hint: "see that it is running" } };
+    return { error: { message: "cannot reach the collector", hint: "check that it is running" } };
   }
 }

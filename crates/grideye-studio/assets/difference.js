@@ -1,21 +1,20 @@
-// Real less simulated: colors that need no color vision, and a scale with 0 in its middle.
+// Real − simulated: colors that need no color vision, and a scale around 0.
 
 import { ofStops } from "./palettes.js";
 
-// The darker, the warmer the simulation; the lighter, the warmer the sensor; grey where both are alike. The lightness
-// runs one way and blue against yellow stays apart for every kind of color vision: both are what cividis is made for
-// (Nuñez, Anderton, Renslow 2018).
+// Dark where the simulation is warmer, light where the sensor is warmer, gray where both are equal. As in cividis (Nuñez,
+// Anderton, Renslow 2018), lightness runs one way, and blue and yellow differ for every kind of color vision.
 const STOPS = [
   [0.0, [0, 28, 92]], [0.25, [62, 82, 128]], [0.5, [139, 138, 134]], [0.75, [204, 184, 92]], [1.0, [255, 238, 96]],
 ];
 const COLORS = ofStops(STOPS);
-// Less would show the noise of the sensor as if it were a difference.
+// A narrower scale would show noise as a difference.
 const END_MIN_CELSIUS = 2;
 
-/** How differences are drawn: always with their numbers, which say the sign. */
+/** How differences are drawn: always with numbers, which show the sign. */
 export const DIFFERENCES = { colors: COLORS, numbers: true, text: signed };
 
-/** A whole number of degrees to either side of 0 that holds all of these. */
+/** Whole degrees to either side of 0 that hold all of these. */
 export function rangeAround(differences) {
   const greatest = Math.max(...differences.map(Math.abs));
   const end = Math.max(END_MIN_CELSIUS, Math.ceil(greatest));
@@ -29,10 +28,10 @@ export function signed(celsius, decimals) {
   return `${celsius < 0 ? "−" : "+"}${text}`;
 }
 
-/** What 64 differences come to, in a sentence. */
+/** A sentence that sums up 64 differences. */
 export function summed(differences) {
   const mean = differences.reduce((sum, value) => sum + value, 0) / differences.length;
   const rms = Math.sqrt(differences.reduce((sum, value) => sum + value * value, 0) / differences.length);
   const largest = differences.reduce((most, value, pixel) => (Math.abs(value) > Math.abs(differences[most]) ? pixel : most), 0);
-  return `Real less simulated: mean ${signed(mean, 2)} °C, root mean square ${rms.toFixed(2)} °C, largest ${signed(differences[largest], 2)} °C at pixel ${largest + 1}.`;
+  return `Real − simulated: mean ${signed(mean, 2)} °C, root mean square ${rms.toFixed(2)} °C, largest ${signed(differences[largest], 2)} °C at pixel ${largest + 1}.`;
 }

@@ -1,27 +1,27 @@
-// A scene while it is edited: its text, what the collector makes of it, and the way back. The collector makes every edit in
-// the text itself, so that remarks and layout stay; at most one request is on its way, and the newest state goes last.
+// A scene being edited: its text, the collector's answer, and the undo history. The collector edits the text itself, so that
+// comments and layout stay. At most one request is under way; the newest state is sent after it.
 
 const HISTORY_MAX = 200;
-// Texts of all steps back together; the oldest go first.
+// Characters of all undo steps together; the oldest are deleted first.
 const HISTORY_CHARACTERS_MAX = 16_000_000;
-// Typing goes on as one step while pauses are shorter.
+// Typing is one step until a pause this long.
 const TYPING_MS = 1_500;
-// No more often than screens change: a token has so many requests a second.
+// Not more often than screens refresh: a token has a request limit.
 const SEND_MS = 14;
 const MEASURES_MAX = 1_000;
 
 export class Draft {
-  /** Its name in the folder, or null for one that was never saved. */
+  /** Name in the folder; null before the first save. */
   name = null;
-  /** What is where, as the collector drew it last; null until it did. */
+  /** The outline from the last good answer; null before it. */
   scene = null;
   frames = [];
   warnings = [];
-  /** What is wrong with the newest state, with its place. */
+  /** The error of the newest state, with its place. */
   fault = null;
-  /** Whether the text itself has that fault, and not only an edit that was not made. */
+  /** Whether the text itself has that error, not just a rejected edit. */
   broken = false;
-  /** Scenes that go the same ways. */
+  /** Scenes that share trajectories with this one. */
   shared = [];
   #base = { text: "", files: {} };
   #good = null;
@@ -43,7 +43,7 @@ export class Draft {
   #waiting = [];
   #on;
 
-  /** `on.drawn` is called after every answer, `on.text` when the text is another one. */
+  /** Calls `on.drawn` after every answer, and `on.text` when the text changes. */
   constructor(on) {
     this.#on = on;
   }
@@ -64,18 +64,18 @@ export class Draft {
     return this.#undone.length > 0;
   }
 
-  /** Whether there is something that is not in the folder. */
+  /** Whether there are unsaved changes. */
   get changed() {
     const { text, files } = this.#base;
     return text !== this.#saved.text || Object.entries(files).some(([file, now]) => now !== this.#saved.files[file]);
   }
 
-  /** The text of the scene and its trajectories, as requests have it. */
+  /** The scene and its trajectories as a request body. */
   get body() {
     return { text: this.#base.text, files: this.#base.files, at_s: this.#atS };
   }
 
-  /** Opens a scene of the folder; answers what is wrong if that cannot be. */
+  /** Opens a scene of the folder; returns an error or null. */
   async open(name) {
     const answer = await this.#asked("GET", `/v1/editor/scenes/${encodeURIComponent(name)}`);
     if (answer.error) return answer.error;
@@ -100,7 +100,7 @@ export class Draft {
     this.#send();
   }
 
-  /** Goes on with a gesture: each edit takes the place of the one before for the same thing. */
+  /** Continues a gesture: each edit replaces the earlier one of the same key. */
   change(edits, handAt = performance.now()) {
     this.#open = true;
     for (const edit of edits) {
@@ -111,7 +111,7 @@ export class Draft {
     this.#send();
   }
 
-  /** Ends a gesture: it becomes one step. One that ends in a fault goes as far as it was good, or if `whole` not at all. */
+  /** Ends a gesture and makes it one undo step. If it ends in an error, the last good state stays, or with `whole` the first. */
   finish(whole = false) {
     if (!this.#open) return;
     this.#open = false;
@@ -119,7 +119,7 @@ export class Draft {
     if (!this.#busy && !this.#dirty) this.#settle();
   }
 
-  /** One step at once; answers whether it could be made. */
+  /** Makes one step of some edits; returns whether it succeeded. */
   async apply(edits) {
     await this.settled();
     this.change(edits);
@@ -128,7 +128,7 @@ export class Draft {
     return this.fault === null;
   }
 
-  /** The first of several ways to do something that makes a scene, if there is one without a new warning; or null. */
+  /** The first alternative that gives a valid scene, preferably without a new warning; or null. */
   async best(ways) {
     await this.settled();
     let possible = null;
@@ -141,12 +141,12 @@ export class Draft {
     return possible;
   }
 
-  /** What a key will be once all is done that was asked for: of an edit that is on its way, or of the scene. */
+  /** The value of a key in an edit not yet answered. */
   pending(edit) {
     return this.#edits.get(keyOf(edit))?.to;
   }
 
-  /** Takes a text that was typed. */
+  /** Takes typed text. */
   async write(text) {
     await this.settled();
     if (text === this.#base.text) return;
@@ -185,7 +185,7 @@ export class Draft {
     this.#send();
   }
 
-  /** Saves under a name; answers what is wrong if that cannot be. */
+  /** Saves under a name; returns an error or null. */
   async save(name) {
     await this.settled();
     if (this.broken) return this.fault;
@@ -202,7 +202,7 @@ export class Draft {
     return null;
   }
 
-  /** Resolves when nothing is on its way any more. */
+  /** Resolves when no request is under way. */
   settled() {
     if (!this.#busy && !this.#dirty) return Promise.resolve();
     return new Promise((resolve) => this.#waiting.push(resolve));
@@ -230,7 +230,7 @@ export class Draft {
     const edited = this.#edits.size > 0;
     const fault = answer.error ?? answer.fault ?? null;
     this.fault = fault;
-    // Nobody answered: that says nothing of the text.
+    // No answer says nothing about the text.
     if (!answer.error && !edited) this.broken = fault !== null;
     const read = Object.entries(answer.read ?? {});
     for (const [file, { text, version }] of read) {
@@ -247,13 +247,13 @@ export class Draft {
     this.#on.drawn();
   }
 
-  /** What came of a gesture is the scene; of one that ended in a fault, the last that was none. */
+  /** Takes the result of a gesture; after an error, its last good state. */
   #settle() {
     const [good, edited] = [this.#good, this.#edits.size > 0];
     this.#edits.clear();
     this.#good = null;
     if (edited && this.fault !== null && this.#whole && !this.broken) {
-      // What was good on the way is on the screen: what stays is drawn again, and the fault stays said.
+      // The screen shows a state that is dropped now: draw the scene again and keep the error on screen.
       this.#said = good === null ? null : this.fault;
       if (good !== null) this.#send();
       return;
@@ -280,12 +280,12 @@ export class Draft {
       const response = await fetch(path, body === undefined ? { method } : { method, headers, body: JSON.stringify(body) });
       return await response.json();
     } catch {
-      return { error: { message: "the collector cannot be reached", hint: "see that it is running; what you did is still here" } };
+      return { error: { message: "cannot reach the collector", hint: "check that it is running; your changes are still here" } };
     }
   }
 }
 
-/** What an edit is for: a later one for the same takes its place. */
+/** Edits with the same key replace each other. */
 function keyOf({ does, path, file, row, name }) {
   return JSON.stringify([does === "unset" ? "set" : does, path, file, row, name]);
 }
@@ -294,9 +294,9 @@ function rest(milliseconds) {
   return milliseconds <= 0 ? null : new Promise((resolve) => setTimeout(resolve, milliseconds));
 }
 
-/** Keeps how long it took from the hand to the picture, as `performance.getEntriesByName("hand to picture")`. */
+/** Records the time from input to painted answer, as `performance.getEntriesByName("hand to picture")`. */
 function measure(handAt) {
-  // What is asked for before a picture of the screen is done when the page has painted it.
+  // A timeout set before a paint runs after it.
   requestAnimationFrame(() => setTimeout(() => {
     const name = "hand to picture";
     if (performance.getEntriesByName(name).length >= MEASURES_MAX) performance.clearMeasures(name);

@@ -1,4 +1,4 @@
-// The scene editor: what is chosen, what keys and buttons do to it, opening and saving.
+// The scene editor: selection, keys and buttons, opening and saving.
 
 import { ask } from "./ask.js";
 import { Cover } from "./cover.js";
@@ -49,13 +49,13 @@ function draw() {
   cover.follow();
 }
 
-/** Says what is wrong, what deserves a look, and whether all is saved. */
+/** Shows errors, warnings and whether all is saved. */
 function tell() {
   const { fault, broken, warnings, changed, name } = draft;
   const place = fault?.place ?? null;
   at("#fault").hidden = fault === null;
   if (fault !== null) {
-    const words = `${broken ? "This is no scene" : "Not done"}: ${fault.message}${fault.hint ? `. Hint: ${fault.hint}` : ""}`;
+    const words = `${broken ? "The scene has an error" : "Not changed"}: ${fault.message}${fault.hint ? `. Hint: ${fault.hint}` : ""}`;
     say(at("#fault-words"), words);
   }
   at("#fault-place").hidden = place === null;
@@ -71,7 +71,7 @@ function tell() {
   at("#redo").disabled = !draft.canRedo;
   const { shared } = draft;
   at("#shared").hidden = shared.length === 0;
-  say(at("#shared"), `The ways of this scene are those of ${shared.join(", ")} as well: a way-point that is moved is moved there too.`);
+  say(at("#shared"), `This scene shares trajectories with ${shared.join(", ")}. A waypoint that you move here also moves there.`);
 }
 
 function placeWords({ file, line, column }) {
@@ -110,7 +110,7 @@ function moveTo({ item, row, from }, to, handAt) {
 
 let nudged = null;
 
-/** Moves what is chosen by a step; keys that come faster than answers add up. */
+/** Moves the selection by a step. Keys that come faster than answers add up. */
 function nudge(axis, by, event) {
   const item = itemOf(draft.scene, chosen);
   if (item === null || placeOf(item, chosen.row) === null) return;
@@ -134,7 +134,6 @@ function turnBy(degrees, event) {
   turnTo((draft.pending(edit) ?? turnOf(item)) + degrees, event.timeStamp);
 }
 
-/** Tilts a sensor. */
 function tiltBy(degrees, event) {
   const item = itemOf(draft.scene, chosen);
   if (item?.kind !== "sensor") return;
@@ -143,7 +142,7 @@ function tiltBy(degrees, event) {
   draft.change([{ ...edit, to: Math.min(90, Math.max(-90, to)) }], event.timeStamp);
 }
 
-/** A gesture by keys ends when the key is let go; one that is pressed again before the answer is there goes on with it. */
+/** Releasing a key ends its gesture. A key pressed again before the answer arrives continues the gesture. */
 addEventListener("keyup", async (event) => {
   if (event.target.closest?.("input, select, textarea")) return;
   draft.finish();
@@ -161,10 +160,10 @@ async function add(kind) {
   at("#plan").focus();
 }
 
-async function addWayPoint() {
+async function addWaypoint() {
   const item = itemOf(draft.scene, chosen);
   if (item?.kind !== "agent") {
-    notice({ message: "choose a person first", hint: "way-points are a person's way" });
+    notice({ message: "no person selected", hint: "select the person who gets the waypoint" });
     return;
   }
   const row = await newWay(draft, item, chosen.row);
@@ -188,7 +187,7 @@ async function remove() {
   if (await draft.apply([edit])) choose(row === undefined ? null : { kind, index, row: Math.max(0, row - 1) });
 }
 
-/** What is wrong, that is no fault of the scene. */
+/** Shows an error that is not in the scene. */
 function notice(error) {
   draft.fault = error;
   tell();
@@ -215,10 +214,10 @@ function saveAs() {
 async function offer() {
   const answer = await ask("/v1/scenes");
   if (answer.error) {
-    notice(answer.error.code === "unknown_path" ? { message: "this collector has no folder of scenes", hint: "start it with --scenes FOLDER" } : answer.error);
+    notice(answer.error.code === "unknown_path" ? { message: "this collector has no scenes folder", hint: "start it with --scenes DIR" } : answer.error);
     return [];
   }
-  const options = answer.scenes.map(({ name, error }) => new Option(error ? `${name} (has a fault)` : name, name));
+  const options = answer.scenes.map(({ name, error }) => new Option(error ? `${name} (has an error)` : name, name));
   at("#scene").replaceChildren(...options);
   at("#scene").value = draft.name ?? "";
   return answer.scenes.map(({ name }) => name);
@@ -233,12 +232,12 @@ async function open(name) {
   at("#second").value = 0;
   choose(null);
   at("#scene").value = name;
-  document.title = `${name} · scenes · grideye`;
+  document.title = `${name} · Scenes · grideye`;
   if (draft.broken) at("#text-panel").open = true;
   location.hash = `scene=${encodeURIComponent(name)}`;
 }
 
-/** Opens another scene, once what was done to this one is saved or given up. */
+/** Opens another scene; asks first if this one has unsaved changes. */
 function wish(name) {
   if (name === draft.name) return;
   if (!draft.changed) {
@@ -269,7 +268,7 @@ at("#new").addEventListener("keydown", (event) => {
   if (kind) add(kind);
 });
 for (const button of document.querySelectorAll("#new [data-kind]")) button.addEventListener("click", () => add(button.dataset.kind));
-at("#add-way-point").addEventListener("click", addWayPoint);
+at("#add-waypoint").addEventListener("click", addWaypoint);
 at("#duplicate").addEventListener("click", duplicate);
 at("#remove").addEventListener("click", remove);
 at("#fault-place").addEventListener("click", () => goTo(draft.fault.place));
@@ -285,7 +284,7 @@ addEventListener("hashchange", () => {
 addEventListener("beforeunload", (event) => {
   if (draft.changed) event.preventDefault();
 });
-// With Ctrl also where somebody types, as everywhere: the text is a part of the scene.
+// Ctrl keys work in fields too: the text is part of the scene.
 addEventListener("keydown", (event) => {
   if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
   const does = { z: () => (event.shiftKey ? draft.redo() : draft.undo()), y: () => draft.redo(), s: () => (draft.name === null ? saveAs() : save(draft.name)) }[event.key.toLowerCase()];
@@ -296,38 +295,38 @@ addEventListener("keydown", (event) => {
 
 const chooses = () => chosen !== null && draft.scene !== null;
 commands({
-  ".": { says: "choose what comes next in the list", does: () => list.next(chosen, 1) },
-  ",": { says: "choose what comes before", does: () => list.next(chosen, -1) },
+  ".": { says: "select the next item in the list", does: () => list.next(chosen, 1) },
+  ",": { says: "select the previous item", does: () => list.next(chosen, -1) },
   ArrowLeft: { when: chooses, does: (event) => nudge(0, -1, event) },
   ArrowRight: { when: chooses, does: (event) => nudge(0, 1, event) },
   ArrowUp: { when: chooses, does: (event) => nudge(1, 1, event) },
   ArrowDown: { when: chooses, does: (event) => nudge(1, -1, event) },
-  PageUp: { says: "raise it by 5 cm, with Shift by 50", when: chooses, does: (event) => nudge(2, 1, event) },
-  PageDown: { says: "lower it", when: chooses, does: (event) => nudge(2, -1, event) },
-  "[": { says: "turn it by 5° counter-clockwise", does: (event) => turnBy(TURN, event) },
-  "]": { says: "turn it by 5° clockwise", does: (event) => turnBy(-TURN, event) },
-  "{": { says: "turn it by 45° counter-clockwise", does: (event) => turnBy(TURN_COARSE, event) },
-  "}": { says: "turn it by 45° clockwise", does: (event) => turnBy(-TURN_COARSE, event) },
-  t: { says: "tilt a sensor by 5° down", does: (event) => tiltBy(TURN, event) },
-  T: { says: "tilt a sensor by 5° up", does: (event) => tiltBy(-TURN, event) },
-  Enter: { says: "go to its numbers", when: () => chooses() && !document.activeElement.closest("button, a, summary"), does: () => fields.focus() },
-  n: { says: "new object, person or sensor", does: () => at("#new").showModal() },
-  w: { says: "new way-point of a person", does: addWayPoint },
-  d: { says: "the same once more", does: duplicate },
-  Delete: { says: "take it away", does: remove },
-  c: { says: "where a person is seen, or not", does: () => cover.toggle() },
-  "+": { says: "plan: nearer", does: () => plan.zoom(true) },
-  "-": { says: "plan: farther", does: () => plan.zoom(false) },
-  "0": { says: "plan: the whole room", does: () => plan.home() },
+  PageUp: { says: "raise by 5 cm, with Shift by 50 cm", when: chooses, does: (event) => nudge(2, 1, event) },
+  PageDown: { says: "lower by 5 cm, with Shift by 50 cm", when: chooses, does: (event) => nudge(2, -1, event) },
+  "[": { says: "turn by 5° counterclockwise", does: (event) => turnBy(TURN, event) },
+  "]": { says: "turn by 5° clockwise", does: (event) => turnBy(-TURN, event) },
+  "{": { says: "turn by 45° counterclockwise", does: (event) => turnBy(TURN_COARSE, event) },
+  "}": { says: "turn by 45° clockwise", does: (event) => turnBy(-TURN_COARSE, event) },
+  t: { says: "tilt a sensor down by 5°", does: (event) => tiltBy(TURN, event) },
+  T: { says: "tilt a sensor up by 5°", does: (event) => tiltBy(-TURN, event) },
+  Enter: { says: "go to the fields of the selection", when: () => chooses() && !document.activeElement.closest("button, a, summary"), does: () => fields.focus() },
+  n: { says: "add an object, person or sensor", does: () => at("#new").showModal() },
+  w: { says: "add a waypoint to a person", does: addWaypoint },
+  d: { says: "duplicate the selection", does: duplicate },
+  Delete: { says: "delete the selection", does: remove },
+  c: { says: "show or hide the coverage map", does: () => cover.toggle() },
+  "+": { says: "plan: zoom in", does: () => plan.zoom(true) },
+  "-": { says: "plan: zoom out", does: () => plan.zoom(false) },
+  "0": { says: "plan: fit the room", does: () => plan.home() },
   p: { says: "next palette", does: () => look.next("palette") },
-  i: { says: "next way to draw: cells, bilinear, bicubic", does: () => look.next("method") },
-  v: { says: "numbers in the cells", does: () => look.toggleNumbers() },
-  x: { says: "to the text of the scene, at the line at fault", does: toText },
-  Escape: { says: "choose nothing", does: () => choose(null) },
+  i: { says: "next drawing method: cells, bilinear, bicubic", does: () => look.next("method") },
+  v: { says: "show or hide numbers in the cells", does: () => look.toggleNumbers() },
+  x: { says: "open the scene file at the error", does: toText },
+  Escape: { says: "clear the selection", does: () => choose(null) },
 }, [
-  ["Arrow keys", "move what is chosen by 5 cm, with Shift by 50; in the list, choose; on the 3-D view, turn it; on a picture, read its cells"],
+  ["Arrow keys", "move the selection by 5 cm, with Shift by 50 cm; in the list: select; in the 3-D view: turn it; on an image: read its pixels"],
   ["Ctrl Z", "undo"],
-  ["Ctrl Shift Z", "redo, as Ctrl Y"],
+  ["Ctrl Shift Z", "redo; Ctrl Y does the same"],
   ["Ctrl S", "save"],
 ]);
 

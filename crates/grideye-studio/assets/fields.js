@@ -1,35 +1,35 @@
-// The numbers of what is chosen: each field is a key of the scene's file, in the file's own units.
+// The fields of the selection. Each is a key of the scene file, in the file's units.
 
 import { itemOf, pathOf, titleOf } from "./things.js";
 
 const AXES = ["x", "y", "z"];
 const POSITION = { key: "position_mm", title: "Position", unit: "mm", parts: AXES, step: 50 };
 const SIZE = { key: "size_mm", title: "Size", unit: "mm", parts: AXES, step: 50, known: true };
-const YAW = { key: "yaw_deg", title: "Turned", unit: "°", step: 5, otherwise: 0 };
-const TEMPERATURE = { key: "temperature_c", title: "Temperature", unit: "°C", step: 0.5, otherwise: "as the room" };
+const YAW = { key: "yaw_deg", title: "Yaw", unit: "°", step: 5, otherwise: 0 };
+const TEMPERATURE = { key: "temperature_c", title: "Temperature", unit: "°C", step: 0.5, otherwise: "room" };
 const EMISSIVITY = { key: "emissivity", title: "Emissivity", unit: "", step: 0.05, otherwise: 0.8 };
 const NAME = { key: "name", title: "Name", text: true };
 
-/** The keys of each kind; of `known` ones only those that stand in the file. */
+/** The keys of each kind; `known` ones only where the file has them. */
 const FIELDS = {
   room: [
     { ...SIZE, step: 100 },
     { key: "height_mm", title: "Height", unit: "mm", step: 100, known: true },
     { key: "ambient_c", title: "Air and walls", unit: "°C", step: 0.5 },
   ],
-  object: [NAME, POSITION, SIZE, { ...YAW }, { ...YAW, key: "pitch_deg", title: "Pitched" }, { ...YAW, key: "roll_deg", title: "Rolled" }, TEMPERATURE, EMISSIVITY],
-  mosaic: [NAME, POSITION, { ...SIZE, title: "Size of a cell" }, EMISSIVITY],
+  object: [NAME, POSITION, SIZE, { ...YAW }, { ...YAW, key: "pitch_deg", title: "Pitch" }, { ...YAW, key: "roll_deg", title: "Roll" }, TEMPERATURE, EMISSIVITY],
+  mosaic: [NAME, POSITION, { ...SIZE, title: "Cell size" }, EMISSIVITY],
   agent: [NAME, { ...POSITION, known: true }, SIZE, YAW, TEMPERATURE, EMISSIVITY, { key: "speed_mm_per_s", title: "Speed", unit: "mm/s", step: 100, known: true }],
   sensor: [
     NAME, POSITION,
-    { key: "elevation_deg", title: "Elevation, 90 is down", unit: "°", step: 5 },
-    { key: "azimuth_deg", title: "Azimuth, 0 is right", unit: "°", step: 5 },
+    { key: "elevation_deg", title: "Elevation (90 down)", unit: "°", step: 5 },
+    { key: "azimuth_deg", title: "Azimuth (0 right)", unit: "°", step: 5 },
     { key: "roll_deg", title: "Roll", unit: "°", step: 5, otherwise: 0 },
-    { key: "fov_deg", title: "Field of view", unit: "°", step: 1, otherwise: "of its kind" },
-    { key: "noise_sigma_c", title: "Noise, sigma", unit: "°C", step: 0.05, otherwise: "of its kind" },
+    { key: "fov_deg", title: "Field of view", unit: "°", step: 1, otherwise: "preset" },
+    { key: "noise_sigma_c", title: "Noise (sigma)", unit: "°C", step: 0.05, otherwise: "preset" },
   ],
 };
-const OF_A_PART = [{ ...POSITION, title: "place" }, { ...SIZE, title: "size" }, { ...TEMPERATURE, title: "temperature" }];
+const OF_A_PART = [{ ...POSITION, title: "position" }, { ...SIZE, title: "size" }, { ...TEMPERATURE, title: "temperature" }];
 
 export class Fields {
   #root;
@@ -40,7 +40,7 @@ export class Fields {
   #inputs = [];
   #on;
 
-  /** `on.change(edits, at)` is told every number that is typed, `on.finish` when one is done. */
+  /** Calls `on.change(edits, at)` at every keystroke that makes a value, and `on.finish` when the field is left. */
   constructor(root, title, on) {
     this.#root = root;
     this.#title = title;
@@ -53,14 +53,14 @@ export class Fields {
     this.#chosen = chosen;
     const rows = this.#rows();
     const shown = JSON.stringify([chosen, rows.map(({ title, inputs }) => [title, inputs.map(({ path, file }) => [path, file])])]);
-    this.#title.textContent = chosen === null ? "Nothing chosen" : titleOf(scene, chosen).replace(/^./, (letter) => letter.toUpperCase());
+    this.#title.textContent = chosen === null ? "Nothing selected" : titleOf(scene, chosen).replace(/^./, (letter) => letter.toUpperCase());
     if (shown !== this.#shown) this.#build(rows);
     this.#shown = shown;
     const inputs = rows.flatMap((row) => row.inputs);
     inputs.forEach((now, index) => this.#fill(this.#inputs[index], now));
   }
 
-  /** Marks the field in which somebody types as one that cannot be so, or as good again. */
+  /** Marks the field being typed in as invalid or valid. */
   complain(is) {
     for (const input of this.#inputs) input.setAttribute("aria-invalid", String(is && input.dataset.typing === "true"));
   }
@@ -76,19 +76,19 @@ export class Fields {
     input.placeholder = otherwise ?? "";
   }
 
-  /** What there is to write in, for what is chosen: a title, and fields with their values. */
+  /** The rows for the selection: a title, and inputs with their values. */
   #rows() {
     if (this.#scene === null || this.#chosen === null) return [];
     const { kind, row } = this.#chosen;
     if (kind === "room") {
-      const takes = { title: "Takes at least", inputs: [this.#input({ key: "duration_s", unit: "s", step: 1, otherwise: 0 }, this.#scene.keys, ["duration_s"])] };
+      const takes = { title: "Minimum duration", inputs: [this.#input({ key: "duration_s", unit: "s", step: 1, otherwise: 0 }, this.#scene.keys, ["duration_s"])] };
       return [...this.#of(FIELDS.room, this.#scene.room.keys, ["room"]), takes];
     }
     const item = itemOf(this.#scene, this.#chosen);
     if (item === null) return [];
-    if (row !== undefined) return [this.#point(item, row, "Place")];
+    if (row !== undefined) return [this.#point(item, row, "Position")];
     const own = this.#of(FIELDS[kind], item.keys, pathOf(item));
-    const points = item.way?.points_m.map((_, index) => this.#point(item, index, `Way-point ${index + 1}`)) ?? [];
+    const points = item.way?.points_m.map((_, index) => this.#point(item, index, `Waypoint ${index + 1}`)) ?? [];
     const parts = (item.keys.part ?? []).flatMap((part, index) => {
       const rows = this.#of(OF_A_PART, part, pathOf(item, "part", index));
       return rows.map((one) => ({ ...one, title: `${part.name}: ${one.title}` }));
@@ -168,7 +168,7 @@ export class Fields {
     return { does: "set", path, to: text ? input.value : number };
   }
 
-  /** Arrow keys step as far as makes sense for the quantity; Escape takes back, Enter leaves. */
+  /** Arrow keys step by an amount that suits the quantity; Escape and Enter leave the field. */
   #key(input, wanted, step, event) {
     const by = { ArrowUp: 1, ArrowDown: -1 }[event.key];
     if (by !== undefined && !wanted.text) {

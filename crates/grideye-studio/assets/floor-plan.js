@@ -1,13 +1,13 @@
-// The scene from above, to take hold of: drag moves, the round handle turns, the ground pans, the wheel zooms.
+// The plan: drag moves an item, the round handle turns it, the background pans, the wheel zooms.
 
 import { CoverageHatch } from "./hatch.js";
 import { weightOf, withRoom } from "./names.js";
 import { centerOf, handleOf, isSame, onGrid, placeOf, turnOf, turnTowards, turnable } from "./things.js";
 
 const SVG = "http://www.w3.org/2000/svg";
-// Of the room's longer side, around it.
+// Margin, as a share of the longer side of the room.
 const MARGIN = 0.06;
-// In pixels of the screen.
+// Screen pixels.
 const DOT = 7;
 const POINT = 6;
 const HANDLE = 9;
@@ -29,8 +29,8 @@ export class FloorPlan {
   #on;
 
   /**
-   * `on.choose` is told what was taken hold of, `on.move(place)` and `on.turn(degrees)` where it goes, with the time of the
-   * event, and `on.drop` that it was let go.
+   * Calls `on.choose` with what was pressed, `on.move(held, place)` and `on.turn(degrees)` with the time of the event while it
+   * is dragged, and `on.drop` at the end.
    */
   constructor(svg, on) {
     this.#svg = svg;
@@ -44,7 +44,7 @@ export class FloorPlan {
     new ResizeObserver(() => this.#draw()).observe(svg);
   }
 
-  /** Draws a scene, and what of it is chosen. */
+  /** Draws a scene with the selection marked. */
   show(scene, chosen) {
     const other = this.#scene === null || scene === null || String(scene.room.outline_m) !== String(this.#scene.room.outline_m);
     this.#scene = scene;
@@ -58,12 +58,13 @@ export class FloorPlan {
     for (const layer of Object.values(this.#layers)) layer.replaceChildren();
   }
 
-  /** Lays a map of what is seen over the floor, or with `null` none. */
+  /** Draws the coverage map; null removes it. */
   cover(map) {
     this.#hatch.draw(this.#layers.cover, map);
+    this.#svg.dataset.covered = map !== null;
   }
 
-  /** The whole room. */
+  /** Fits the room. */
   home() {
     if (this.#scene === null) return;
     const [xs, ys] = [0, 1].map((axis) => this.#scene.room.outline_m.map((corner) => corner[axis]));
@@ -74,14 +75,14 @@ export class FloorPlan {
     this.#draw();
   }
 
-  /** Nearer or farther, about the middle. */
+  /** Zooms about the middle. */
   zoom(nearer) {
     if (this.#view === null) return;
     const [x, y, width, height] = this.#view;
     this.#zoomAbout([x + width / 2, y + height / 2], nearer ? 1 / ZOOM_STEP : ZOOM_STEP);
   }
 
-  /** A pixel of the screen in meters. */
+  /** Measures a screen pixel in meters. */
   #measure() {
     const box = this.#svg.getBoundingClientRect();
     const [, , width, height] = this.#view;
@@ -91,16 +92,18 @@ export class FloorPlan {
   #draw() {
     if (this.#scene === null || this.#view === null) return;
     const { items, room } = this.#scene;
-    // Once, before anything changes: to measure in between would lay out the page again each time.
+    // Measured before anything changes: later it would force another layout of the page.
     this.#measure();
     this.#svg.setAttribute("viewBox", this.#view.join(" "));
     this.#hatch.scale(this.#unit);
     this.#layers.ground.replaceChildren(polygon("room", room.outline_m));
     const bodies = items.filter(({ kind }) => kind !== "sensor").flatMap((item) => this.#bodies(item));
     const sensors = items.filter(({ kind }) => kind === "sensor");
-    const views = sensors.filter((sensor) => sensor.in_view_m).map((sensor) => this.#view_of(sensor));
+    const views = sensors.filter((sensor) => sensor.in_view_m).flatMap((sensor) => this.#viewOf(sensor));
     const ways = items.filter(({ way }) => way).flatMap((item) => this.#way(item));
-    this.#layers.things.replaceChildren(...views, ...bodies, ...ways, ...sensors.filter(({ at_m: at }) => at).map((sensor) => this.#sensor(sensor)));
+    const shade = element("g", { class: "shade" });
+    shade.append(...sensors.filter(({ reach_m: outline }) => outline?.length > 2).map((sensor) => polygon("", sensor.reach_m)));
+    this.#layers.things.replaceChildren(...bodies, shade, ...views, ...ways, ...sensors.filter(({ at_m: at }) => at).map((sensor) => this.#sensor(sensor)));
     const names = withRoom(items.flatMap((item) => this.#name(item)), LETTERS * this.#unit);
     this.#layers.names.replaceChildren(...names.map(({ kind, words, at }) => this.#text(kind, words, at, 1)));
     this.#layers.handles.replaceChildren(...this.#handles());
@@ -115,11 +118,17 @@ export class FloorPlan {
     return isSame(this.#chosen, { kind: item.kind, index: item.index }) ? " chosen" : "";
   }
 
-  #view_of(sensor) {
-    return polygon(`view${this.#is(sensor)}`, sensor.in_view_m);
+  /** The field of view as far as the walls, and what it covers of the floor. */
+  #viewOf(sensor) {
+    const shapes = [["reach", sensor.reach_m], ["view", sensor.in_view_m]];
+    return shapes.filter(([, outline]) => outline.length > 2).map(([kind, outline]) => {
+      const shape = polygon(`${kind}${this.#is(sensor)}`, outline);
+      shape.dataset.sensor = sensor.name;
+      return shape;
+    });
   }
 
-  /** A square, so that it differs from a way-point by more than color, with a line to where it heads. */
+  /** A square, so that its shape differs from a waypoint, with a line in its direction. */
   #sensor(sensor) {
     const [x, y] = sensor.at_m;
     const size = DOT * this.#unit;
@@ -137,10 +146,10 @@ export class FloorPlan {
     const points = item.way.points_m;
     const dots = points.map(([x, y], row) => {
       const chosen = isSame(this.#chosen, { kind: item.kind, index: item.index, row }) ? " chosen" : "";
-      const dot = element("circle", { class: `way-point${chosen}`, cx: x, cy: -y, r: POINT * this.#unit });
+      const dot = element("circle", { class: `waypoint${chosen}`, cx: x, cy: -y, r: POINT * this.#unit });
       dot.dataset.row = row;
       const number = this.#text("number", row + 1, [x, -y + 0.33 * LETTERS * this.#unit], 0.8);
-      return [marked(dot, item), number];
+      return [marked(dot, item, `waypoint ${row + 1} of ${item.name}`), number];
     });
     return [line("way", points), ...dots.flat()];
   }
@@ -152,7 +161,7 @@ export class FloorPlan {
     return [{ kind: `name${chosen}`, words: item.name, at: [at[0], -at[1] + underOf(item) * this.#unit], weight: weightOf(item, chosen !== "") }];
   }
 
-  /** The round handle that turns what is chosen. */
+  /** The round handle that turns the selection. */
   #handles() {
     const item = turnable(this.#scene, this.#chosen);
     if (item === null) return [];
@@ -201,7 +210,7 @@ export class FloorPlan {
     } else if (held.from !== null) {
       const [x, y] = this.#at(event);
       const [dx, dy] = [(x - held.at[0]) * 1000, (y - held.at[1]) * 1000];
-      // A click that trembles moves nothing.
+      // An unsteady click moves nothing.
       held.moved ||= Math.hypot(dx, dy) / 1000 > 3 * this.#unit;
       if (!held.moved) return;
       const [toX, toY] = onGrid([held.from[0] + dx, held.from[1] + dy], event.altKey);
@@ -225,7 +234,7 @@ export class FloorPlan {
     this.#zoomAbout([x, -y], ZOOM_STEP ** (event.deltaY > 0 ? 0.5 : -0.5));
   }
 
-  /** By a factor, about a place that stays. */
+  /** Zooms by a factor about a fixed point. */
   #zoomAbout([atX, atY], factor) {
     const [x, y, width, height] = this.#view;
     const wanted = Math.min(this.#home[2] * 2, Math.max(this.#home[2] / ZOOM_MAX, width * factor));
@@ -234,7 +243,7 @@ export class FloorPlan {
     this.#draw();
   }
 
-  /** Where in the room the pointer is, meters. */
+  /** The pointer in the room, meters. */
   #at(event) {
     const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(this.#svg.getScreenCTM().inverse());
     return [at.x, -at.y];
@@ -247,13 +256,13 @@ export function element(name, attributes) {
   return made;
 }
 
-/** Says of a shape what it is a part of. */
-function marked(shape, { kind, index, name }) {
+/** Marks a shape with its item. */
+function marked(shape, { kind, index, name }, words = name) {
   shape.dataset.kind = kind;
   shape.dataset.index = index;
   shape.dataset.name = name;
   const title = element("title", {});
-  title.textContent = name;
+  title.textContent = words;
   shape.append(title);
   return shape;
 }
@@ -263,7 +272,7 @@ const onPage = (points) => points.map(([x, y]) => `${x},${-y}`).join(" ");
 const polygon = (kind, points) => element("polygon", { class: kind, points: onPage(points) });
 const line = (kind, points) => element("polyline", { class: kind, points: onPage(points) });
 
-/** How far below a thing its name is: beside what a hand takes hold of there, and not on the side of its handle. */
+/** How far below an item its name is, so that it covers neither the item nor its handle. */
 function underOf(item) {
   if (item.way) return -1.1 * LETTERS;
   if (item.kind !== "sensor") return 0.35 * LETTERS;

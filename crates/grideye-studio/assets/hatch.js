@@ -1,14 +1,14 @@
-// Where sensors see a person, over the plan: every kind of cell has a hatch of its own, so that no color is needed.
+// The coverage map over the plan. Each kind of cell has its own hatch, so that it does not rely on color.
 
 const SVG = "http://www.w3.org/2000/svg";
-// A tile of a pattern, in pixels of the screen.
+// Side of a pattern tile, screen pixels.
 const TILE = 9;
 
-/** What a cell is, its words, and the lines of its tile of 9 by 9. */
+/** Letter of a cell in the map, class, words, and lines of the 9 by 9 tile. */
 export const KINDS = new Map([
   ["d", { id: "seen", words: "detected", lines: [] }],
-  ["w", { id: "weak", words: "seen, too faint", lines: ["M0 4.5H9"] }],
-  ["h", { id: "hidden", words: "hidden behind something", lines: ["M0 0L9 9", "M9 0L0 9"] }],
+  ["w", { id: "weak", words: "in view, too faint", lines: ["M0 4.5H9"] }],
+  ["h", { id: "hidden", words: "hidden by an object", lines: ["M0 0L9 9", "M9 0L0 9"] }],
   ["o", { id: "out", words: "out of view", lines: ["M0 9L9 0"] }],
 ]);
 
@@ -28,12 +28,12 @@ export class CoverageHatch {
     return pattern;
   }
 
-  /** Keeps tiles of one size on the screen, whatever the zoom; `unit` is a pixel in meters. */
+  /** Keeps tiles at one size on the screen; `unit` is a pixel in meters. */
   scale(unit) {
     for (const pattern of this.#patterns) pattern.setAttribute("patternTransform", `scale(${unit})`);
   }
 
-  /** Draws a map into a group, or nothing. */
+  /** Draws a map into a group; null clears it. */
   draw(group, map) {
     group.replaceChildren(...(map === null ? [] : runsOf(map).map((run) => this.#run(map, run))));
   }
@@ -48,7 +48,7 @@ export class CoverageHatch {
   }
 }
 
-/** Neighbors of one kind in a row, as one. */
+/** Merges neighbors of one kind in a row. */
 function runsOf({ columns, rows, cells }) {
   const runs = [];
   for (let row = 0; row < rows; row += 1) {
@@ -63,7 +63,7 @@ function runsOf({ columns, rows, cells }) {
   return runs;
 }
 
-/** A swatch of a kind for the legend. */
+/** A swatch for the legend. */
 export function swatch(letter) {
   const svg = make("svg", { class: "swatch", viewBox: "0 0 18 18", "aria-hidden": "true" });
   const { id, lines } = KINDS.get(letter);

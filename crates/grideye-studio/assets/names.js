@@ -1,9 +1,9 @@
-// Names beside one another: of those that would lie on one another only the most important stays.
+// Labels on a drawing: where labels overlap, only the most important stays.
 
-// How wide a letter is, of its height.
+// Width of a letter per height.
 const WIDTH = 0.58;
 
-/** Those of `{ at, words, weight }` that have room, with `size` the height of a letter; `at` is the middle of the baseline. */
+/** The labels `{ at, words, weight }` that fit; `size` is the letter height, `at` the middle of the baseline. */
 export function withRoom(labels, size) {
   const taken = [];
   const kept = [...labels].sort((one, other) => other.weight - one.weight).filter(({ at: [x, y], words }) => {
@@ -18,7 +18,7 @@ export function withRoom(labels, size) {
 
 const WEIGHTS = { sensor: 3, agent: 2, object: 1, mosaic: 1 };
 
-/** What is chosen before all, then sensors, people and things. */
+/** The selection first, then sensors, people and objects. */
 export function weightOf({ kind }, chosen) {
   return chosen ? 4 : WEIGHTS[kind];
 }

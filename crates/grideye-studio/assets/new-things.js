@@ -1,17 +1,17 @@
-// Things that come into a scene: where there is room for them, under names of their own.
+// Adds and duplicates items: finds free space and a free name.
 
 import { freeName, placeOf } from "./things.js";
 
 const STEMS = { object: "object", agent: "person", sensor: "sensor" };
-// Places that are tried, in shares of the room from left to right and front to back: the middle first.
+// Places to try, as shares of the width and depth of the room, middle first.
 const SHARES = [[0.5, 0.5], [0.25, 0.5], [0.75, 0.5], [0.5, 0.25], [0.5, 0.75], [0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
 const AHEAD_MM = 600;
 const SPEED_MM_PER_S = 800;
-// Between a thing and its copy.
+// Distance between an item and its copy.
 const [ASIDE_MM, GAP_MM] = [200, 100];
 const NAMES_MAX = 5;
 
-/** Adds an object, a person or a sensor; answers whether there was room for it. */
+/** Adds an object, person or sensor; returns whether there was space. */
 export async function newThing(draft, kind) {
   const { low_m: low, high_m: high } = draft.scene.room;
   const name = freeName(draft.scene, kind, STEMS[kind]);
@@ -23,12 +23,12 @@ export async function newThing(draft, kind) {
   return doBest(draft, ways);
 }
 
-/** Adds a way-point behind `row`, or makes a way for one who stands; answers the new way-point's row, or null. */
+/** Adds a waypoint after `row`, or gives a standing person a trajectory; returns the row of the new waypoint, or null. */
 export async function newWay(draft, item, row) {
   return item.way ? another(draft, item, row) : first(draft, item);
 }
 
-/** The same once more, beside it, on a way of its own if it goes one; answers whether there was room for it. */
+/** Duplicates an item next to it, with a trajectory of its own; returns whether there was space. */
 export async function copyOf(draft, item) {
   const { kind, index, name } = item;
   const copied = freeName(draft.scene, kind, name.replace(/[ -]\d+$/, ""));
@@ -45,7 +45,7 @@ export async function copyOf(draft, item) {
     const points = item.way.points_m.map((point) => point.map((meters, axis) => meters * 1000 + place[axis] - begins[axis]));
     return [edit, { does: "new-way", file, points_mm: points }, { does: "set", path: [...copy, "trajectory"], to: file }];
   });
-  // One that keeps to a timetable shares the way: a new one has no times.
+  // A person whose trajectory has times shares it: new trajectories have none.
   return doBest(draft, [...ways, [edit]]);
 }
 
@@ -62,7 +62,7 @@ async function another(draft, { way: { file, points_m: points } }, row) {
 async function first(draft, item) {
   const here = placeOf(item);
   const { index } = item;
-  // A file that is there already was made for something else: then the next name is tried.
+  // A file that exists belongs to something else, so the next name is tried.
   const ways = filesFor(draft, item.name).flatMap((file) => around(draft, here, AHEAD_MM).map((place) => [
     { does: "new-way", file, points_mm: [here, place] },
     { does: "set", path: ["agent", index, "trajectory"], to: file },
@@ -72,18 +72,18 @@ async function first(draft, item) {
   return (await doBest(draft, ways)) ? 1 : null;
 }
 
-/** Names for a person's trajectory, the plainest first. */
+/** File names for a person's trajectory, simplest first. */
 function filesFor(draft, name) {
   const stem = `trajectories/${slug(draft.name ?? "scene")}-${slug(name)}`;
   return Array.from({ length: NAMES_MAX }, (_, number) => (number === 0 ? `${stem}.csv` : `${stem}-${number + 1}.csv`));
 }
 
-/** Does the best of several; if none can be done, the first, so that its fault is named. */
+/** Applies the best alternative; if all fail, the first, so that its error is shown. */
 async function doBest(draft, ways) {
   return draft.apply((await draft.best(ways)) ?? ways[0]);
 }
 
-/** Places beside one, the one nearest to the room's middle first. */
+/** Places next to a position, the nearest to the middle of the room first. */
 function around(draft, [x, y, z], far) {
   const { low_m: low, high_m: high } = draft.scene.room;
   const middle = [0, 1].map((axis) => (low[axis] + high[axis]) * 500);
@@ -92,7 +92,7 @@ function around(draft, [x, y, z], far) {
   return places.sort((one, other) => away(one) - away(other));
 }
 
-/** Letters and digits that any file system takes. */
+/** Letters and digits that every file system takes. */
 function slug(name) {
-  return name.toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "") || "way";
+  return name.toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "") || "trajectory";
 }

@@ -1,7 +1,7 @@
-// A scene from above, small: walls, what stands in the room, sensors with their view, ways, and who is where now.
+// A small plan of a scene: walls, objects, sensors with their fields of view, trajectories, and where people are now.
 
 const SVG = "http://www.w3.org/2000/svg";
-// Lengths of the drawing, of the room's longer side.
+// Lengths as shares of the longer side of the room.
 const MARGIN = 0.04;
 const RING = 0.042;
 const PERSON = 0.026;
@@ -17,7 +17,7 @@ export class Plan {
     this.#svg = svg;
   }
 
-  /** Draws the room; `chosen` names the sensor that is looked through. */
+  /** Draws the room; `chosen` names the selected sensor. */
   draw(plan, chosen) {
     const [xs, ys] = [0, 1].map((axis) => plan.room_m.map((corner) => corner[axis]));
     const [left, right] = [Math.min(...xs), Math.max(...xs)];
@@ -37,7 +37,7 @@ export class Plan {
     );
   }
 
-  /** Moves the agents to where they are; `known` is false where nobody knows. */
+  /** Moves the agents; `known` is false if their positions are unknown. */
   place(agents, known) {
     this.#svg.dataset.known = known;
     for (const { name, place } of agents) {

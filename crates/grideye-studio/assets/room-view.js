@@ -1,5 +1,5 @@
-// The scene in three dimensions, to look at from all sides and to take hold of: drag moves things on their level, with Shift
-// up and down, the round handle turns what is chosen; beside them it turns the view.
+// The 3-D view: drag moves an item on its level, with Shift up and down, the round handle turns it, the background turns the
+// view.
 
 import { weightOf, withRoom } from "./names.js";
 import { centerOf, handleOf, isSame, onGrid, placeOf, turnTowards, turnable } from "./things.js";
@@ -11,15 +11,15 @@ const TURN_STEP = 10;
 const ZOOM_STEP = 1.15;
 const [NEARER_MIN, NEARER_MAX] = [0.4, 8];
 const DEGREES_A_PIXEL = 0.4;
-// How dark a face is that looks away from the light.
+// Brightness of a face turned away from the light.
 const SHADE_MIN = 0.55;
 const LIGHT = [-0.45, -0.6, 0.66];
 const DOT = 6;
-// As on the plan, in pixels of the screen; however flat a level is seen, so much of the arm is.
+// Screen pixels, as on the plan; the arm keeps a minimum length when seen at a flat angle.
 const [HANDLE, ARM, ARM_MIN] = [9, 34, 26];
-// A picture that takes longer is drawn when nothing has moved for so long.
+// A drawing that takes longer than the first waits until nothing has moved for the second.
 const [QUICK_MS, REST_MS] = [6, 120];
-// Bodies of more faces are drawn without their edges, which would be all that one sees of them.
+// Bodies with more faces are drawn without edges, which would hide the faces.
 const EDGED_MAX = 100;
 
 export class RoomView {
@@ -33,7 +33,7 @@ export class RoomView {
   #asked = null;
   #tookMs = 0;
 
-  /** `on` is as the plan has it. */
+  /** `on` is that of the plan. */
   constructor(canvas, on) {
     this.#canvas = canvas;
     this.#on = on;
@@ -53,8 +53,8 @@ export class RoomView {
   }
 
   /**
-   * Draws once, however often it is asked to: before the next picture of the screen, or if that would take long, once the
-   * hand rests, so that plan and frames never wait for it.
+   * Draws once for many requests: before the next paint, or if drawing is slow, once the pointer rests, so that plan and
+   * frames never wait for it.
    */
   #later() {
     const isSlow = this.#tookMs > QUICK_MS;
@@ -92,7 +92,7 @@ export class RoomView {
     this.#canvas.dataset.drawn = `${this.#camera.azimuth} ${this.#camera.elevation} ${this.#camera.nearer.toFixed(2)}`;
   }
 
-  /** The canvas's style carries the colors of the scheme. */
+  /** Reads the colors of the scheme from the canvas's style. */
   #look() {
     const style = getComputedStyle(this.#canvas);
     const rgb = (color) => color.match(/[\d.]+/g).slice(0, 3).map((part) => Number(part) * (color.startsWith("color(") ? 255 : 1));
@@ -120,13 +120,13 @@ export class RoomView {
     const chosen = this.#is(item);
     context.fillStyle = `rgb(${base.map((part) => Math.round(part * shade)).join(" ")})`;
     context.fill(path);
-    // A hair's breadth over the seams between faces.
+    // Covers the seams between faces.
     context.strokeStyle = !edged ? context.fillStyle : chosen ? look.accent : look.faint;
     context.lineWidth = (edged && chosen ? 2 : 0.5) * devicePixelRatio;
     context.stroke(path);
   }
 
-  /** Ways, and what sensors have in view. */
+  /** Trajectories and fields of view. */
   #lines(context, item, eye, look) {
     const chosen = this.#is(item);
     context.lineWidth = (chosen ? 2 : 1) * devicePixelRatio;
@@ -179,7 +179,7 @@ export class RoomView {
     }
   }
 
-  /** The round handle that turns what is chosen, on the level where it stands. */
+  /** The round handle that turns the selection, on its level. */
   #handle(context, eye, look) {
     delete this.#canvas.dataset.handle;
     const item = turnable(this.#scene, this.#chosen);
@@ -208,7 +208,7 @@ export class RoomView {
     if (!event.isPrimary || event.button !== 0 || this.#scene === null) return;
     const [x, y] = this.#pixel(event);
     const context = this.#canvas.getContext("2d");
-    // What was drawn last lies before the others.
+    // The shape drawn last is in front.
     const hit = this.#shapes.findLast(({ path }) => context.isPointInPath(path, x, y));
     this.#held = hit ? this.#grip(hit, [x, y]) : { pans: true, at: [event.clientX, event.clientY], camera: { ...this.#camera }, moved: false };
     this.#canvas.setPointerCapture(event.pointerId);
@@ -311,7 +311,7 @@ export class RoomView {
   }
 }
 
-/** A camera that goes around the middle of a room. */
+/** A camera that circles the middle of a room. */
 class Eye {
   constructor({ low_m: low, high_m: high }, { azimuth, elevation, nearer }, { width, height }) {
     const [across, up] = [azimuth, elevation].map((degrees) => (degrees * Math.PI) / 180);
@@ -321,11 +321,11 @@ class Eye {
     this.up = [-Math.sin(up) * Math.cos(across), -Math.sin(up) * Math.sin(across), Math.cos(up)];
     const size = Math.hypot(...high.map((side, axis) => side - low[axis]));
     this.distance = (1.7 * size) / nearer;
-    this.focal = FOCAL * Math.min(width, height * 1.25);
+    this.focal = FOCAL * Math.min(width, height * 1.1);
     this.middle = [width / 2, height / 2];
   }
 
-  /** Where a point of the room is on the canvas, and how far away. */
+  /** The canvas position of a point, and its distance. */
   see(point) {
     const from = point.map((side, axis) => side - this.target[axis]);
     const depth = Math.max(0.05, this.distance - dot(from, this.away));
@@ -333,7 +333,7 @@ class Eye {
     return [this.middle[0] + dot(from, this.right) * scale, this.middle[1] - dot(from, this.up) * scale, depth];
   }
 
-  /** The point of a level that a pixel shows; null above the horizon. */
+  /** The point of a level under a pixel; null above the horizon. */
   onLevel([x, y], level) {
     const [across, up] = [(x - this.middle[0]) / this.focal, (this.middle[1] - y) / this.focal];
     const ray = [0, 1, 2].map((axis) => this.right[axis] * across + this.up[axis] * up - this.away[axis]);
@@ -342,7 +342,7 @@ class Eye {
     return reach > 0 && reach < 20 * this.distance ? from.map((side, axis) => side + ray[axis] * reach) : null;
   }
 
-  /** How many meters up as many pixels are at a point. */
+  /** The height in meters of some pixels at a point. */
   height(point, pixels) {
     const [, , depth] = this.see(point);
     return (pixels * depth) / this.focal / Math.max(0.1, this.up[2]);
@@ -360,7 +360,7 @@ function facesOf(item, eye) {
   });
 }
 
-/** Lighter the more a face looks to the light, on whichever side it is seen. */
+/** Brightness of a face by its angle to the light, the same on both sides. */
 function shadeOf([one, other, third]) {
   const [along, up] = [other, third].map((corner) => corner.map((side, axis) => side - one[axis]));
   const normal = [along[1] * up[2] - along[2] * up[1], along[2] * up[0] - along[0] * up[2], along[0] * up[1] - along[1] * up[0]];
@@ -368,15 +368,12 @@ function shadeOf([one, other, third]) {
   return SHADE_MIN + (1 - SHADE_MIN) * (0.5 + 0.5 * (dot(normal, LIGHT) / length));
 }
 
-/** Where the corners of a sensor's view end: on the floor, or as far as the room is long. */
+/** The ends of a view's corner rays, where they leave the box around the room. */
 function raysOf({ at_m: at, axes: [forward, left, up], field_rad: field }, { low_m: low, high_m: high }) {
   const [across, down] = field.map((angle) => Math.tan(Math.min(angle, 3) / 2));
-  const far = Math.hypot(...high.map((side, axis) => side - low[axis]));
   return [[1, 1], [1, -1], [-1, -1], [-1, 1]].map(([toLeft, toUp]) => {
     const ray = forward.map((side, axis) => side + left[axis] * across * toLeft + up[axis] * down * toUp);
-    const length = Math.hypot(...ray);
-    const toFloor = ray[2] < 0 ? (low[2] - at[2]) / ray[2] : Infinity;
-    const reach = Math.min(toFloor, far / length);
+    const reach = Math.min(...ray.map((side, axis) => (side === 0 ? Infinity : ((side > 0 ? high : low)[axis] - at[axis]) / side)));
     return at.map((side, axis) => side + ray[axis] * reach);
   });
 }

@@ -1,11 +1,11 @@
-// The scene's file as text, with its lines numbered and the one at fault marked.
+// The scene file as text, with line numbers; the line with the error is marked.
 
 export class SceneText {
   #area;
   #lines;
   #fault = null;
 
-  /** `written` is told the whole text whenever somebody types. */
+  /** Calls `written` with the whole text at every keystroke. */
   constructor(area, lines, written) {
     this.#area = area;
     this.#lines = lines;
@@ -16,7 +16,7 @@ export class SceneText {
     area.addEventListener("scroll", () => { lines.scrollTop = area.scrollTop; });
   }
 
-  /** Shows a text that others changed; the place of the cursor stays. */
+  /** Shows a text changed elsewhere and keeps the cursor. */
   show(text) {
     if (this.#area.value === text) return;
     const { selectionStart, selectionEnd, scrollTop } = this.#area;
@@ -26,7 +26,7 @@ export class SceneText {
     this.#number();
   }
 
-  /** Marks the line at fault, or with `null` none. */
+  /** Marks the line with the error; null marks none. */
   mark(line) {
     if (this.#fault === line) return;
     this.#fault = line;
@@ -34,7 +34,7 @@ export class SceneText {
     this.#number();
   }
 
-  /** Puts the cursor to a place, lines and columns counted from 1. */
+  /** Moves the cursor to a place; lines and columns count from 1. */
   goTo({ line, column }) {
     const lines = this.#area.value.split("\n");
     const before = lines.slice(0, line - 1).reduce((sum, one) => sum + one.length + 1, 0);

@@ -1,12 +1,7 @@
-// The verdict in words, and the scores beside what chance and the sensor itself would have scored.
+// The verdict in one sentence, and the scores with their floors and ceiling.
 
 import { fieldsOf, say } from "./words.js";
 
-const VERDICTS = {
-  agrees: ["Agrees", "The sensor sees what this scene would show it, and a blank frame, shuffled pixels or the room without its people would not have scored so."],
-  disagrees: ["Disagrees", "The sensor does not see what this scene would show it: something is not where the scene has it, or not so warm, or the sensor lies otherwise."],
-  cannot_tell: ["Cannot tell", "These frames do not tell this scene from a wrong one. That is no sign for it and none against it."],
-};
 // Name on the wire, what is said of it, decimals, and by what it is multiplied.
 const SHOWN = [
   ["correlation", "C, correlation", 2, 1, ""],
@@ -25,7 +20,7 @@ export class Scores {
     this.#fields = fieldsOf(root);
   }
 
-  /** Says why there is no verdict. */
+  /** Shows why there is no verdict. */
   none(why) {
     this.#show("none", "No verdict yet", why);
     this.#list([]);
@@ -40,10 +35,11 @@ export class Scores {
       this.none(sentence(answer.why ?? "no frames were compared"));
       return;
     }
-    const { verdict, reasons, would_change: change, scores } = answer.comparison;
-    this.#show(verdict, ...(VERDICTS[verdict] ?? [verdict, ""]));
-    say(this.#fields.because, reasons[0] ?? "");
-    this.#list([...reasons, `What would change it: ${change}`]);
+    const { verdict, headline, next_step: next, reasons, would_change: change, scores } = answer.comparison;
+    const [title, found] = headline.split(/: (.*)/s);
+    this.#show(verdict, title, `${found[0].toUpperCase()}${found.slice(1)}`);
+    say(this.#fields.because, next);
+    this.#list([...reasons.slice(1), `What would change it: ${change}`]);
     say(this.#fields.window, windowOf(answer));
     this.#fields.scores.replaceChildren(...SHOWN.filter(([name]) => scores[name]).map((shown) => row(shown, scores[shown[0]])));
   }
@@ -63,9 +59,9 @@ export class Scores {
   }
 }
 
-function windowOf({ frames, seconds, from_s: from, to_s: to, comparison }) {
+function windowOf({ seconds, from_s: from, to_s: to, comparison }) {
   const where = comparison.protocol === "dynamic" ? `, seconds ${from.toFixed(1)} to ${to.toFixed(1)} of the scene` : "";
-  return `Compared: ${comparison.real_frames} of the ${frames} frames of ${seconds.toFixed(1)} s${where}.`;
+  return `Compared: ${seconds.toFixed(1)} s${where}.`;
 }
 
 function row([, title, decimals, scale, unit], score) {
@@ -77,7 +73,7 @@ function row([, title, decimals, scale, unit], score) {
   return line;
 }
 
-/** Without the sign of a zero that is one by rounding. */
+/** A rounded zero has no sign. */
 function plain(value, decimals) {
   const text = value.toFixed(decimals);
   return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");

@@ -1,4 +1,4 @@
-// What every sensor of a scene would see, simulated while somebody edits.
+// The simulated frame of every sensor of the edited scene.
 
 import { HeatMap } from "./heatmap.js";
 import { SIDE } from "./orientation.js";
@@ -13,7 +13,7 @@ export class Seen {
   #shown = new Map();
   #on;
 
-  /** `on.choose` is told which sensor's picture was taken hold of. */
+  /** `on.choose` gets the sensor that was clicked. */
   constructor(place, look, on) {
     this.#place = place;
     this.#look = look;
@@ -21,7 +21,7 @@ export class Seen {
     look.listen(() => this.#redraw());
   }
 
-  /** Shows the frames, each with the sensor that it is of; `stale` if they are of a state before. */
+  /** Shows one frame per sensor; `stale` if they belong to an earlier state of the scene. */
   show(frames, chosen, stale) {
     const names = frames.map(({ sensor, columns, rows }) => `${sensor} ${columns} ${rows}`);
     if (names.join("\n") !== [...this.#shown.keys()].join("\n")) this.#build(frames, names);
@@ -41,7 +41,7 @@ export class Seen {
     this.#redraw();
   }
 
-  /** Draws all anew, whether or not they are other frames. */
+  /** Draws every frame again. */
   #redraw() {
     for (const shown of this.#shown.values()) {
       shown.heat?.look(this.#look.drawing);
@@ -60,7 +60,7 @@ export class Seen {
     canvas.className = "heat";
     canvas.tabIndex = 0;
     canvas.setAttribute("role", "application");
-    canvas.setAttribute("aria-label", `What ${sensor} would see; arrow keys read its cells`);
+    canvas.setAttribute("aria-label", `Simulated frame of ${sensor}; arrow keys read its pixels`);
     reading.className = "reading";
     box.append(canvas);
     figure.append(caption, box, reading);
@@ -77,7 +77,7 @@ export class Seen {
       const { celsius, sensor } = shown.frame;
       const now = celsius?.join(" ") ?? "";
       if (celsius === null) {
-        say(shown.range, "too many pixels to be shown here");
+        say(shown.range, "too many pixels to show here");
         continue;
       }
       const range = this.#look.rangeFor(sensor, celsius, AMONG);
@@ -101,7 +101,7 @@ function read({ heat, reading, frame }) {
   say(reading, cell === null ? "" : `Pixel ${cell + 1}: ${degrees(frame.celsius[cell])}`);
 }
 
-/** A frame that has not 8 by 8 pixels, one dot each; the page makes it larger. */
+/** A frame of another size than 8 x 8, one dot per pixel, scaled up by the page. */
 function paint(canvas, { columns, rows, celsius }, range, colors) {
   if (canvas.width !== columns || canvas.height !== rows) Object.assign(canvas, { width: columns, height: rows });
   const context = canvas.getContext("2d");

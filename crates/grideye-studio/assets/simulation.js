@@ -1,7 +1,7 @@
-// What a sensor of a scene would see at each moment: fetched in pieces of some seconds, and laid over the sensor's clock.
+// The simulated frames of a scene, fetched in pieces of a few seconds and aligned with the sensor's clock.
 
 const PIECES_MAX = 24;
-// The next piece is asked for so long before it is needed.
+// The next piece is fetched this long before it is needed.
 const AHEAD_S = 3;
 const RETRY_MS = 2_000;
 
@@ -12,13 +12,13 @@ export class Simulation {
   #asked = new Set();
   #edition = null;
 
-  /** `told` is called with `null` when frames came, else with what is wrong. */
+  /** `told` is called with `null` when frames arrive, else with the error. */
   constructor(scene, sensor, told) {
     this.#path = `/v1/scenes/${encodeURIComponent(scene)}/sensors/${encodeURIComponent(sensor)}/frames`;
     this.#told = told;
   }
 
-  /** The frame nearest to a second of the scene, with where its agents are; null while it is on its way. */
+  /** The frame nearest to a second of the scene, and the agents' places; null until it arrives. */
   at(second) {
     for (const [first, piece] of this.#pieces) {
       const index = Math.round(second / piece.step_s) - first;
@@ -45,7 +45,7 @@ export class Simulation {
       return;
     }
     this.#asked.delete(key);
-    // A scene that was changed meanwhile is another scene.
+    // The scene changed, so older pieces are wrong.
     if (this.#edition !== answer.edition) this.#pieces.clear();
     this.#edition = answer.edition;
     this.#pieces.set(answer.first, answer);
@@ -54,7 +54,7 @@ export class Simulation {
   }
 }
 
-/** Where a scene is at a time of the device's boot clock: `unset`, `before`, `within` or `ended`, and the second. */
+/** The scene's state at a time of the device's boot clock: `unset`, `before`, `within` or `ended`, and its second. */
 export function momentOf(laid, tBootNs) {
   if (!laid.moves) return { state: "within", second: 0, originNs: null };
   if (laid.originNs === null) return { state: "unset", second: 0, originNs: null };
@@ -66,12 +66,12 @@ export function momentOf(laid, tBootNs) {
   return { state: "within", second: since - turns * laid.seconds, turn: turns + 1, originNs: laid.originNs + turns * laid.seconds * 1e9 };
 }
 
-/** The JSON at a path; what went wrong is in `error`. */
+/** The JSON at a path. A failure is in `error`. */
 export async function fetched(path) {
   try {
     const response = await fetch(path);
     return await response.json();
   } catch {
-    return { error: { message: "the collector cannot be reached", hint: "see that it is running" } };
+    return { error: { message: "the collector cannot be reached", hint: "check that it runs" } };
   }
 }

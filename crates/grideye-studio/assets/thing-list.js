@@ -1,4 +1,4 @@
-// Everything of a scene in a list, to choose from: one item in it has the focus, and arrow keys go to the next.
+// The list of everything in a scene. Arrow keys select the next item.
 
 import { WORDS, choices, isSame, itemOf } from "./things.js";
 import { say } from "./words.js";
@@ -25,12 +25,12 @@ export class ThingList {
     this.#choices.forEach((choice, index) => this.#label(this.#list.children[index], scene, choice, chosen));
     const place = this.#place(chosen);
     const shown = place < 0 ? null : this.#list.children[place].id;
-    if (shown !== null && shown !== this.#list.getAttribute("aria-activedescendant")) intoSight(this.#list, this.#list.children[place]);
+    if (shown !== null && shown !== this.#list.getAttribute("aria-activedescendant")) scrollInList(this.#list, this.#list.children[place]);
     if (place < 0) this.#list.removeAttribute("aria-activedescendant");
     else this.#list.setAttribute("aria-activedescendant", this.#list.children[place].id);
   }
 
-  /** The one before or after, around the ends. */
+  /** Selects the item `by` places further, in a circle. */
   next(chosen, by) {
     const place = this.#place(chosen);
     const from = place < 0 && by < 0 ? 0 : place;
@@ -46,8 +46,8 @@ export class ThingList {
     const [kind, name, about] = element.children;
     const is = chosen !== null && isSame(choice, chosen);
     element.setAttribute("aria-selected", String(is));
-    element.dataset.of = choice.row === undefined ? choice.kind : "way-point";
-    say(kind, choice.row === undefined ? WORDS[choice.kind] : "way-point");
+    element.dataset.of = choice.row === undefined ? choice.kind : "waypoint";
+    say(kind, choice.row === undefined ? WORDS[choice.kind] : "waypoint");
     say(name, choice.row === undefined ? (item?.name ?? "") : String(choice.row + 1));
     say(about, item === null || choice.row !== undefined ? "" : aboutOf(item));
   }
@@ -63,17 +63,17 @@ export class ThingList {
   }
 }
 
-/** Scrolls the list alone: the page is to stay where the hand is. */
-function intoSight(list, { offsetTop: top, offsetHeight: height }) {
+/** Scrolls only the list, so that the page does not move under the pointer. */
+function scrollInList(list, { offsetTop: top, offsetHeight: height }) {
   if (top < list.scrollTop) list.scrollTop = top;
   else if (top + height > list.scrollTop + list.clientHeight) list.scrollTop = top + height - list.clientHeight;
 }
 
-/** In words what no picture shows: that it is left out, or how warm it is. */
+/** What the drawings do not show: that an item is left out, or how warm it is. */
 function aboutOf(item) {
   if (item.keys.present === false) return "not present";
   if (item.kind === "sensor") return "";
-  if (item.kind === "object" && item.bodies.length === 0) return "left out: not in the room";
+  if (item.kind === "object" && item.bodies.length === 0) return "outside the room, left out";
   const celsius = item.keys.temperature_c ?? item.bodies?.[0]?.celsius;
   return celsius === undefined ? "" : `${celsius} °C`;
 }

@@ -1,4 +1,4 @@
-// The way from the live page to the scene editor.
+// The link from the live page to the scene editor.
 
 import { brought } from "./brought.js";
 

@@ -44,6 +44,11 @@ pub(crate) const EDITOR: [Asset; 15] = [
     file!("to-editor.js", JAVASCRIPT),
 ];
 
+pub(crate) const OPENING: [Asset; 1] = [file!("opening.js", JAVASCRIPT)];
+
+pub(crate) const OPENING_HEAD: &str =
+    "<script type=\"module\" src=\"/assets/opening.js\"></script>\n";
+
 pub(crate) const BESIDE_HEAD: &str = include_str!("../assets/beside.html");
 
 pub(crate) const EDITOR_HEAD: &str =

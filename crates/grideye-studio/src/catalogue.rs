@@ -21,8 +21,10 @@ const SCENE_BYTES_MAX: u64 = 4 << 20;
 const TITLE_BYTES_MIN: usize = 200;
 const SIMULATORS_MAX: usize = 16;
 
+/// The scenes of a folder, after the one that the page opens with.
 pub(crate) struct Catalogue {
-    folder: PathBuf,
+    folder: Option<PathBuf>,
+    opening: Option<Arc<Shelved>>,
     disk: Disk,
     scenes: Mutex<Vec<Arc<Shelved>>>,
     simulators: Mutex<Recently<(String, String, u64), Arc<Simulator>>>,
@@ -46,9 +48,10 @@ pub(crate) struct Shelved {
 type Mark = (SystemTime, u64);
 
 impl Catalogue {
-    pub(crate) fn new(folder: PathBuf, disk: Disk) -> Self {
+    pub(crate) fn new(folder: Option<PathBuf>, opening: Option<Arc<Shelved>>, disk: Disk) -> Self {
         Self {
             folder,
+            opening,
             disk,
             scenes: Mutex::default(),
             simulators: Mutex::new(Recently::new(SIMULATORS_MAX)),
@@ -60,7 +63,12 @@ impl Catalogue {
     /// # Errors
     /// If the folder cannot be read.
     pub(crate) fn list(&self) -> Result<Vec<Arc<Shelved>>> {
-        let mut paths = scene_files(&self.folder)?;
+        let opening = self.opening.as_slice();
+        let Some(folder) = &self.folder else {
+            return Ok(opening.to_vec());
+        };
+        let mut paths = scene_files(folder)?;
+        paths.retain(|path| opening.iter().all(|scene| scene.name != name_of(path)));
         paths.truncate(SCENES_MAX);
         let mut scenes = self.scenes.lock().unwrap_or_else(PoisonError::into_inner);
         *scenes = paths
@@ -72,12 +80,12 @@ impl Catalogue {
                     Some(known) if known.is_fresh() => Arc::clone(known),
                     _ => {
                         let edition = known.map_or(0, |known| known.edition + 1);
-                        Arc::new(Shelved::read(&self.folder, self.disk, path, name, edition))
+                        Arc::new(Shelved::read(folder, self.disk, path, name, edition))
                     }
                 }
             })
             .collect();
-        Ok(scenes.clone())
+        Ok(opening.iter().chain(&*scenes).cloned().collect())
     }
 
     /// The scene with this name, if the folder has it; blocks on files.
@@ -115,6 +123,21 @@ impl Catalogue {
 }
 
 impl Shelved {
+    /// A scene that lies in no folder, and does not change.
+    pub(crate) fn fixed(name: String, title: String, scene: Scene) -> Self {
+        let trajectories = Vec::new();
+        Self {
+            name,
+            title,
+            loaded: Ok(LoadedScene {
+                scene,
+                trajectories,
+            }),
+            edition: 0,
+            seen: Vec::new(),
+        }
+    }
+
     fn read(folder: &Path, disk: Disk, path: &Path, name: String, edition: u64) -> Self {
         let text = text_of(folder, disk, path);
         let title = text.as_ref().map(|text| title_of(text));
@@ -195,12 +218,12 @@ fn text_of(folder: &Path, disk: Disk, path: &Path) -> Result<String> {
     let bytes = fs::metadata(path).map_or(0, |about| about.len());
     if bytes > SCENE_BYTES_MAX {
         return Err(anyhow!(
-            "the scene {shown} has {bytes} bytes; at most {SCENE_BYTES_MAX} are read\nhint: put meshes into separate files"
+            "the scene {shown} has {bytes} bytes, expected at most {SCENE_BYTES_MAX}\nhint: move meshes into files of their own"
         ));
     }
     disk.read_below(folder, path).map_err(|error| match error.kind() {
         io::ErrorKind::InvalidData => anyhow!("{shown}: {error}\nhint: save the scene as UTF-8"),
-        _ => anyhow!("cannot read the scene {shown}: {error}\nhint: scenes/ holds some, and scenes/README.md describes the format"),
+        _ => anyhow!("cannot read the scene {shown}: {error}\nhint: scenes/ has examples, and scenes/README.md describes the format"),
     })
 }
 
@@ -237,7 +260,7 @@ fn title_of(text: &str) -> String {
 pub(crate) fn scene_files(folder: &Path) -> Result<Vec<PathBuf>> {
     let listed = fs::read_dir(folder).with_context(|| {
         format!(
-            "cannot read the folder of scenes {}\nhint: name one with --scenes",
+            "cannot read the scenes folder {}\nhint: choose one with --scenes",
             folder.display()
         )
     })?;

@@ -39,9 +39,9 @@ impl Desk {
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Refusal> {
         let Ok(_queued) = self.queue.try_acquire() else {
-            let what = format!("{} requests are already being computed", self.waiting_max);
+            let what = format!("{} requests are already waiting", self.waiting_max);
             return Err(Refusal::new(StatusCode::SERVICE_UNAVAILABLE, "busy", what)
-                .hint("retry in a second, or close other pages"));
+                .hint("try again in a second, or close other pages"));
         };
         let place = Arc::clone(&self.place).acquire_owned().await;
         let done = tokio::task::spawn_blocking(move || {

@@ -29,7 +29,7 @@ impl Disk {
 pub(crate) fn open_below(folder: &Path, path: &Path) -> io::Result<File> {
     let real = fs::canonicalize(path)?;
     if !real.starts_with(fs::canonicalize(folder)?) || !real.is_file() {
-        let told = "it is not a file in the scenes' folder";
+        let told = "it is not a file in the scenes folder";
         return Err(io::Error::new(io::ErrorKind::InvalidInput, told));
     }
     let no_follow = i32::try_from(OFlags::NOFOLLOW.bits()).unwrap_or_default();

@@ -5,7 +5,8 @@
 //!                                   └─▶ editor: draft, map, save ─────▶ /editor
 //! ```
 //!
-//! Two annexes of the collector, which knows nothing of scenes: routes, and the pages' files (`assets/`).
+//! Annexes of the collector, which knows nothing of scenes: routes, and the pages' files (`assets/`). With an [`Opening`] the
+//! page opens with a scene, as in `grideye demo`.
 //!
 //! ```no_run
 //! use grideye_studio::{Disk, annexes};
@@ -18,8 +19,8 @@
 //!     },
 //!     replace: |path, content| std::io::copy(content, &mut std::fs::File::create(path)?).map(drop),
 //! };
-//! let annexes = annexes("scenes".as_ref(), disk)?;
-//! assert_eq!(annexes.each_ref().map(|annex| annex.name()), ["scenes", "editor"]);
+//! let annexes = annexes(Some("scenes".as_ref()), None, disk)?;
+//! assert!(annexes.iter().map(|annex| annex.name()).eq(["scenes", "editor"]));
 //! # Ok::<(), anyhow::Error>(())
 //! ```
 
@@ -29,27 +30,38 @@ mod catalogue;
 mod desk;
 mod disk;
 mod editor;
+mod opening;
 mod recently;
 mod rounding;
 #[cfg(test)]
 mod testing;
 
 pub use disk::Disk;
+pub use opening::{Opening, Recorded};
 
 use anyhow::Result;
+use catalogue::{Catalogue, Shelved};
 use grideye_collector::Annex;
 use std::path::Path;
+use std::sync::Arc;
 
-/// The annexes for a folder of scenes: a real sensor beside a simulated one, and the editor.
+/// The annexes for a folder of scenes (a real sensor beside a simulated one, and the editor) and for the scene that the page
+/// opens with.
 ///
 /// # Errors
 /// If the folder cannot be read.
-pub fn annexes(folder: &Path, disk: Disk) -> Result<[Annex; 2]> {
-    catalogue::scene_files(folder)?;
-    Ok([
-        beside::annex(folder.to_owned(), disk),
-        editor::annex(folder.to_owned(), disk),
-    ])
+pub fn annexes(folder: Option<&Path>, opening: Option<&Opening>, disk: Disk) -> Result<Vec<Annex>> {
+    folder.map(catalogue::scene_files).transpose()?;
+    let mut annexes = Vec::new();
+    if folder.is_some() || opening.is_some() {
+        let fixed = opening.map(|opening| Arc::new(Shelved::from(opening)));
+        let folder = folder.map(Path::to_owned);
+        let catalogue = move || Catalogue::new(folder.clone(), fixed.clone(), disk);
+        annexes.push(beside::annex(catalogue, opening.map(Opening::names)));
+    }
+    annexes.extend(folder.map(|folder| editor::annex(folder.to_owned(), disk)));
+    annexes.extend(opening.map(Opening::annex));
+    Ok(annexes)
 }
 
 #[cfg(test)]
@@ -63,7 +75,7 @@ mod tests {
     #[tokio::test]
     async fn the_pages_are_made_of_files_that_are_there() {
         let folder = tempfile::tempdir().unwrap();
-        let annexes = annexes(folder.path(), disk::plain()).unwrap();
+        let annexes = annexes(Some(folder.path()), None, disk::plain()).unwrap();
         let app = testing::app(&annexes, Arc::new(SystemClock::new())).await;
         let text_at = async |path: &str| {
             let (status, text) = testing::ask(&app, Method::GET, path, None).await;

@@ -80,7 +80,8 @@ pub(crate) enum Command {
 
 /// Show the whole loop on this computer, without hardware.
 ///
-/// Runs an emulated sensor, agent, collector and live page; then records, compares and writes a report.
+/// Runs an emulated sensor, agent, collector and live page; then records, compares and writes a report. The page opens
+/// with the sensor beside its scene.
 ///
 /// Example: grideye demo --once --out out
 #[derive(Debug, Args)]
@@ -112,6 +113,11 @@ pub(crate) struct Demo {
     /// Port 0 picks a free one.
     #[arg(long, value_name = "ADDR", default_value = "127.0.0.1:0")]
     pub(crate) listen: SocketAddr,
+    /// Open the live page in a browser.
+    ///
+    /// Calls `xdg-open`, or `open` on macOS.
+    #[arg(long)]
+    pub(crate) open: bool,
     /// Seed of the emulated sensor's noise.
     ///
     /// The comparison simulates with another seed.

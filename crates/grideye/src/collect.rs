@@ -11,7 +11,7 @@ use grideye_collector::{
     Annex, Certificates, Collector, CollectorError, Config, Log, StoreLocation, SystemClock, Tls,
     pin_of_file,
 };
-use grideye_studio::Disk;
+use grideye_studio::{Disk, Opening};
 use std::io::{self, Write as _};
 use std::net::SocketAddr;
 use std::os::unix::fs::PermissionsExt as _;
@@ -66,7 +66,7 @@ fn config(options: &Collect) -> Result<Config> {
     config.access = Some(AccessFolder::new(&options.folder.path));
     config.tls = tls(options);
     config.log = log(options.log);
-    config.annexes = annexes(&options.scenes)?;
+    config.annexes = annexes(&options.scenes, None)?;
     let bridge = mqtt::annex(&options.mqtt, config.log.clone())?;
     config.annexes.extend(bridge);
     let limits = &mut config.limits;
@@ -178,14 +178,11 @@ fn password_file(path: &Path) -> Result<String> {
 
 const FOLDER: &str = "scenes";
 
-/// Exports, and the scenes of the folder that was named, or of `scenes` if there is one.
-pub(crate) fn annexes(options: &Scenes) -> Result<Vec<Annex>> {
+/// Exports, the scenes of the named folder or else of `scenes` if that exists, and the scene that the page opens with.
+pub(crate) fn annexes(options: &Scenes, opening: Option<&Opening>) -> Result<Vec<Annex>> {
     let export = grideye_export::annex::annex(tempfile::tempfile);
-    let folder = match &options.folder {
-        Some(folder) => folder.as_path(),
-        None if Path::new(FOLDER).is_dir() => Path::new(FOLDER),
-        None => return Ok(vec![export]),
-    };
+    let usual = Some(Path::new(FOLDER)).filter(|folder| folder.is_dir());
+    let folder = options.folder.as_deref().or(usual);
     let disk = Disk {
         read: |file| files::read_text(file),
         replace: |path, content| {
@@ -193,7 +190,7 @@ pub(crate) fn annexes(options: &Scenes) -> Result<Vec<Annex>> {
             put.map_err(io::Error::other)
         },
     };
-    let annexes = grideye_studio::annexes(folder, disk).map_err(bad_input)?;
+    let annexes = grideye_studio::annexes(folder, opening, disk).map_err(bad_input)?;
     Ok(annexes.into_iter().chain([export]).collect())
 }
 

@@ -1,4 +1,4 @@
-//! `grideye compare`: a recording beside a simulation of its scene.
+//! `grideye compare`: compares a recording with a simulation of its scene.
 
 use crate::cli::Compare;
 use crate::exit::{Outcome, bad_input};
@@ -80,7 +80,7 @@ fn write(options: &Compare, comparison: &Comparison, context: &Context) -> Resul
     Ok(())
 }
 
-/// Refuses a page under the name of a PDF: a browser prints one from the page.
+/// Rejects a report named `*.pdf`: a browser can print the page as PDF.
 pub(crate) fn check_is_page(report: Option<&Path>) -> Result<()> {
     match report {
         Some(path) if path.extension().is_some_and(|end| end == "pdf") => Err(bad_input(anyhow!(
@@ -92,7 +92,7 @@ pub(crate) fn check_is_page(report: Option<&Path>) -> Result<()> {
     }
 }
 
-/// All processors, and that seed.
+/// All processors, and this seed.
 pub(crate) fn how(seed: u64) -> Options {
     Options {
         seed,
@@ -109,7 +109,7 @@ pub(crate) fn outcome(verdict: Verdict) -> Outcome {
     }
 }
 
-/// What a report says of this program.
+/// The report's command and program.
 pub(crate) fn context() -> Context {
     Context {
         command: command_line(),
@@ -118,7 +118,7 @@ pub(crate) fn context() -> Context {
     }
 }
 
-/// The command that was given, for the report; the program's own path is of no use to others.
+/// The given command with `grideye` in place of the program's path, which helps nobody else.
 pub(crate) fn command_line() -> String {
     let arguments = std::env::args().skip(1).map(|argument| quoted(&argument));
     std::iter::once("grideye".to_owned())
@@ -166,20 +166,14 @@ fn told(path: &Path) {
 }
 
 fn words(comparison: &Comparison, experiment: Option<u8>) -> String {
-    let judgment = &comparison.judgment;
     let warnings = comparison
         .warnings
         .iter()
         .map(|warning| format!("warning: {warning}\n"));
-    let reasons = judgment
-        .reasons
-        .iter()
-        .map(|reason| format!("  {reason}\n"));
-    let lines: String = warnings.chain(reasons).collect();
+    let warnings: String = warnings.collect();
     format!(
-        "{}\n{lines}  What would change it: {}\n{}",
-        judgment.headline,
-        judgment.would_change,
+        "{}{warnings}{}",
+        comparison.judgment,
         report::table(comparison, experiment)
     )
 }

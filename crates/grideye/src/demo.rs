@@ -1,7 +1,7 @@
 //! `grideye demo`: the whole loop on one computer.
 //!
-//! Everything but the sensor and the bus is the real thing: the agent that runs on a Raspberry Pi, HTTP on a loopback
-//! address, the collector with its store and page, the comparison and its report.
+//! Only sensor and bus are emulated. Agent, HTTP on a loopback address, collector, store, page, comparison and report are the
+//! real ones.
 
 use crate::cli::Demo;
 use crate::client::{AuditRow, Client};
@@ -19,13 +19,14 @@ use grideye_recording::{Record, Row};
 use grideye_rig::{
     AgentClock, PacedClock, Replayed, SCL_HZ, SharedBus, Source, replay_source, scene_source,
 };
-use grideye_scene::Scene;
+use grideye_studio::{Opening, Recorded};
 use grideye_validator::compare_scene;
 use grideye_validator::report::{self, Context, Input};
 use grideye_validator::thresholds::ThresholdSet;
 use indicatif::ProgressBar;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::runtime::Runtime;
@@ -36,8 +37,12 @@ pub(crate) fn run(options: &Demo) -> Result<Outcome> {
     files::writable_folder(&options.out)?;
     let show = Show::prepare(options)?;
     keep_apart(options, &show)?;
-    let stage = Stage::open(options)?;
+    let stage = Stage::open(options, show.scene().map(|shown| &shown.opening))?;
     progress::say(&format!("live page  {}", stage.page()));
+    files::warned(show.scene().map_or(&[][..], |shown| &shown.warnings));
+    if options.open {
+        open_in_browser(&stage.page());
+    }
     let (delivered, agent) = stage.perform(options, show.frames(), show.source(options.seed)?)?;
     let Some(delivered) = delivered else {
         progress::say("interrupted before the recording was complete");
@@ -57,18 +62,19 @@ const RECORDING: &str = "recording.csv";
 const PAGE: &str = "report.html";
 const JSON: &str = "report.json";
 
-/// What is shown may lie in the folder, but not under a name that is written there.
+/// An input may be in the output folder, but not under a name that the demo writes.
 fn keep_apart(options: &Demo, show: &Show) -> Result<()> {
     let written = [RECORDING, PAGE, JSON, STORE].map(|name| options.out.join(name));
-    files::keep_apart(show.files().iter().chain(&options.replay), &written)
+    let files = show.scene().map_or(&[][..], |shown| &shown.files);
+    files::keep_apart(files.iter().chain(&options.replay), &written)
 }
 
 fn conclude(options: &Demo, show: &Show, stage: &Stage, delivered: &Delivered) -> Result<Outcome> {
     let path = options.out.join(RECORDING);
-    files::write_whole(&path, |out| stage.client.download_csv(delivered.0, out))?;
+    files::write_whole(&path, |out| stage.client.download_csv(delivered.id, out))?;
     let rows: Vec<Row> = recordings::open(&path)?.collect::<Result<_>>()?;
     let (line, outcome, result) = match show {
-        Show::Scene(scene) => judge_scene(options, scene, &path, &rows)?,
+        Show::Scene(scene) => judge_scene(options, scene, delivered, &path, &rows)?,
         Show::Replay(frames) => {
             let replayed = Replayed::new(frames, &rows);
             let outcome = match replayed.is_equal() {
@@ -97,18 +103,19 @@ type Judged = (String, Outcome, String);
 fn judge_scene(
     options: &Demo,
     shown: &SceneShow,
+    delivered: &Delivered,
     recording: &Path,
     rows: &[Row],
 ) -> Result<Judged> {
     let records: Vec<Record> = rows.iter().map(|row| row.record).collect();
     let seed = options.seed.wrapping_add(1);
     let how = compare::how(seed);
-    let comparison =
-        compare_scene(&records, &shown.scene, &shown.sensor, &how).map_err(bad_input)?;
+    let Opening { scene, sensor, .. } = &shown.opening;
+    let comparison = compare_scene(&records, scene, sensor, &how).map_err(bad_input)?;
     let context = Context {
-        scene: shown.name.clone(),
+        scene: shown.origin.clone(),
         recording: recording.display().to_string(),
-        sensor: shown.sensor.clone(),
+        sensor: sensor.clone(),
         seeds: vec![("emulated sensor".to_owned(), options.seed), ("simulation".to_owned(), seed)],
         inputs: [shown.inputs.clone(), vec![compare::hashed(recording)?]].concat(),
         assumptions: [shown.warnings.clone(), vec![
@@ -119,14 +126,24 @@ fn judge_scene(
         ..compare::context()
     };
     let page = options.out.join(PAGE);
-    files::write_text(&page, &report::html(&comparison, &context))?;
+    let html = report::html(&comparison, &context);
+    files::write_text(&page, &html)?;
     let json = options.out.join(JSON);
     files::write_text(&json, &report::json(&comparison, &context))?;
     let line = format!(
-        "scores    {}: {}",
-        comparison.judgment.verdict.name(),
+        "verdict   {}\nscores    {}",
+        comparison.judgment.headline,
         report::scores_line(&comparison, shown.experiment)
     );
+    let recorded = Recorded {
+        recording: delivered.id,
+        name: delivered.name.clone(),
+        frames: rows.len(),
+        verdict: comparison.judgment.verdict.name().to_owned(),
+        report: html,
+    };
+    // The only recording of this program.
+    let _first = shown.opening.recorded.set(recorded);
     Ok((
         line,
         compare::outcome(comparison.judgment.verdict),
@@ -134,7 +151,7 @@ fn judge_scene(
     ))
 }
 
-/// Frames recorded of a scene in which nothing moves: ten seconds.
+/// Frames recorded in a static scene: ten seconds.
 const STATIC_FRAMES: u64 = 100;
 const FRAMES_MAX: u64 = 6_000;
 
@@ -144,9 +161,9 @@ enum Show {
 }
 
 struct SceneShow {
-    scene: Scene,
-    sensor: String,
-    name: String,
+    opening: Opening,
+    /// The path of the scene file, also of the built-in one.
+    origin: String,
     inputs: Vec<Input>,
     files: Vec<PathBuf>,
     warnings: Vec<String>,
@@ -162,25 +179,31 @@ impl Show {
                 .filter_map(|record| record.reading.frame().copied());
             return Ok(Self::Replay(frames.collect()));
         }
-        let loaded = files::load_scene(options.scene.as_deref())?;
+        let loaded = files::load_scene_quietly(None, options.scene.as_deref())?;
         let scene = loaded.scene;
         let sensor = files::sensor_name(&scene, options.sensor.as_deref())?;
         let files = loaded.files.iter();
         let mut inputs = files
             .map(|path| compare::hashed(path))
             .collect::<Result<Vec<_>>>()?;
-        let name = match &options.scene {
+        let origin = match &options.scene {
             Some(path) => path.display().to_string(),
             None => "scenes/experiment-1.toml".to_owned(),
         };
         if options.scene.is_none() {
-            inputs.push(compare::hashed_text(&name, files::DEFAULT_SCENE));
+            inputs.push(compare::hashed_text(&origin, files::DEFAULT_SCENE));
         }
         let experiment = scene.paper_experiment();
-        Ok(Self::Scene(Box::new(SceneShow {
+        let opening = Opening {
+            name: files::stem(Path::new(&origin)),
+            title: format!("The emulated sensor sees this scene, {origin}."),
             scene,
             sensor,
-            name,
+            recorded: Arc::default(),
+        };
+        Ok(Self::Scene(Box::new(SceneShow {
+            opening,
+            origin,
             inputs,
             files: loaded.files,
             warnings: loaded.warnings,
@@ -188,18 +211,18 @@ impl Show {
         })))
     }
 
-    fn files(&self) -> &[PathBuf] {
+    fn scene(&self) -> Option<&SceneShow> {
         match self {
-            Self::Scene(shown) => &shown.files,
-            Self::Replay(_) => &[],
+            Self::Scene(shown) => Some(shown),
+            Self::Replay(_) => None,
         }
     }
 
     fn frames(&self) -> u64 {
         match self {
-            Self::Scene(shown) if shown.scene.is_static() => STATIC_FRAMES,
+            Self::Scene(shown) if shown.opening.scene.is_static() => STATIC_FRAMES,
             Self::Scene(shown) => {
-                let ticks = shown.scene.duration().as_nanos() / TICK.as_nanos();
+                let ticks = shown.opening.scene.duration().as_nanos() / TICK.as_nanos();
                 u64::try_from(ticks + 1).map_or(FRAMES_MAX, |frames| frames.min(FRAMES_MAX))
             }
             Self::Replay(frames) => u64::try_from(frames.len()).unwrap_or(u64::MAX),
@@ -209,8 +232,9 @@ impl Show {
     fn source(&self, seed: u64) -> Result<Source> {
         match self {
             Self::Scene(shown) => {
-                let simulator = files::simulator(&shown.scene, Some(&shown.sensor))?;
-                scene_source(&shown.scene, simulator, seed).map_err(bad_input)
+                let Opening { scene, sensor, .. } = &shown.opening;
+                let simulator = files::simulator(scene, Some(sensor))?;
+                scene_source(scene, simulator, seed).map_err(bad_input)
             }
             Self::Replay(frames) => Ok(replay_source(frames)),
         }
@@ -218,11 +242,11 @@ impl Show {
 }
 
 const DEVICE: &str = "demo";
-/// The bus that the emulated sensor pretends to be on.
+/// The bus name that the agent reports.
 const BUS: &str = "/dev/i2c-1";
 const STORE: &str = "store.sqlite";
 const LOOK_EVERY: Duration = Duration::from_millis(100);
-/// Longest time without a new frame before the demonstration gives up.
+/// The demo fails after this long without a new frame.
 const STALL_MAX: Duration = Duration::from_secs(30);
 /// Longest wait for the last frames to be acknowledged.
 const FLUSH_MAX: Duration = Duration::from_secs(20);
@@ -236,21 +260,26 @@ struct Stage {
     serving: Option<JoinHandle<Result<(), grideye_collector::CollectorError>>>,
 }
 
-/// The number of a recording that is complete on the collector's disk, and the boot of its frames.
-type Delivered = (i64, String);
+/// A recording that is complete on the collector's disk.
+struct Delivered {
+    id: i64,
+    name: String,
+    /// The boot of its frames.
+    boot: String,
+}
 
 impl Stage {
-    fn open(options: &Demo) -> Result<Self> {
+    fn open(options: &Demo, opening: Option<&Opening>) -> Result<Self> {
         let runtime =
             grideye_collector::runtime().context("cannot start the collector's threads")?;
         let store = StoreLocation::File(options.out.join(STORE));
         let mut config = Config::new(options.listen, store, Arc::new(SystemClock::new()));
-        config.annexes = collect::annexes(&options.scenes)?;
+        config.annexes = collect::annexes(&options.scenes, opening)?;
         let collector = runtime.block_on(Collector::bind(config))?;
         let address = collector.local_addr();
         let (shut_down, mut is_shut_down) = watch::channel(false);
         let serving = runtime.spawn(collector.serve(async move {
-            // A dropped sender is a shut-down too.
+            // A dropped sender also means shut down.
             let _asked_or_dropped = is_shut_down.wait_for(|asked| *asked).await;
         }));
         let (interrupt, interrupted) = watch::channel(false);
@@ -277,21 +306,22 @@ impl Stage {
         format!("http://{}/", self.address)
     }
 
-    /// Records the show. `None` if Ctrl-C came first. The agent goes on running unless it has nothing more to read.
+    /// Records the show; `None` after Ctrl-C. The agent keeps running unless it has nothing left to read.
     fn perform(
         &self,
         options: &Demo,
         frames: u64,
         source: Source,
     ) -> Result<(Option<Delivered>, Option<AgentHandle>)> {
-        // With an end in sight the agent stops by itself, so that the recording holds exactly the show.
+        // The agent stops at the limit, so that the recording has exactly these frames.
         let has_an_end = options.once || options.replay.is_some();
         let start = Start {
             frames_limit: has_an_end.then_some(frames),
             ..Start::new(self.agent_config()?, DEVICE)
         };
         let boot = start.boot.clone();
-        let recording = self.client.start_recording(&format!("demo-{boot}"))?.id;
+        let name = format!("demo-{boot}");
+        let id = self.client.start_recording(&name)?.id;
         let clock = Arc::new(PacedClock::new(options.speed));
         let bus = SharedBus::new(grideye_rig::bus(
             Arc::clone(&clock),
@@ -310,20 +340,21 @@ impl Stage {
         } else {
             Some(agent)
         };
-        self.client.stop_recording(recording)?;
-        Ok((is_complete.then_some((recording, boot)), agent))
+        self.client.stop_recording(id)?;
+        let delivered = Delivered { id, name, boot };
+        Ok((is_complete.then_some(delivered), agent))
     }
 
     fn audit(&self, delivered: &Delivered) -> Result<AuditRow> {
         let rows = self.client.audit()?.streams;
-        let row = rows.into_iter().find(|row| row.boot == delivered.1);
-        row.ok_or_else(|| anyhow!("the collector knows nothing of this run"))
+        let row = rows.into_iter().find(|row| row.boot == delivered.boot);
+        row.ok_or_else(|| anyhow!("the collector has no frames of this boot"))
     }
 
     fn wait_for_interrupt(&self) {
         let mut interrupted = self.interrupted.clone();
         if let Some(runtime) = &self.runtime {
-            // A closed channel means that the signal can come no more; leaving is then all that is left.
+            // A closed channel can bring no more signals.
             let _ = runtime.block_on(interrupted.wait_for(|interrupted| *interrupted));
         }
     }
@@ -337,7 +368,7 @@ impl Stage {
             .context("cannot configure the agent")
     }
 
-    /// Whether the show was delivered whole; not if Ctrl-C came first.
+    /// Whether all frames were delivered; false after Ctrl-C.
     fn watch(&self, agent: &AgentHandle, frames: u64, bar: &ProgressBar) -> Result<bool> {
         let (mut seen, mut since) = (0, Instant::now());
         loop {
@@ -393,11 +424,36 @@ fn start_agent(start: Start, bus: &SharedBus, clock: Arc<PacedClock>) -> Result<
     Ok(Agent::start(start, buses, clock, log)?)
 }
 
+const OPENER: &str = if cfg!(target_os = "macos") {
+    "open"
+} else {
+    "xdg-open"
+};
+
+/// Some openers run as long as the browser does, so a thread waits for it.
+fn open_in_browser(page: &str) {
+    let mut opener = Command::new(OPENER);
+    opener.arg(page).stdin(Stdio::null()).stdout(Stdio::null());
+    match opener.stderr(Stdio::null()).spawn() {
+        Ok(mut opener) => {
+            std::thread::spawn(move || match opener.wait() {
+                Ok(status) if !status.success() => {
+                    progress::say(&format!("warning: {OPENER} opened no browser ({status})"));
+                }
+                _opened => {}
+            });
+        }
+        Err(error) => progress::say(&format!(
+            "warning: cannot run {OPENER}: {error}\nhint: open the address above in a browser"
+        )),
+    }
+}
+
 fn say_traffic(bus: &SharedBus, frames: u64) {
     let traffic = bus.with(|bus| bus.traffic());
     if let Some(bytes) = traffic.bytes.checked_div(frames) {
         progress::say(&format!(
-            "bus        {} transactions, {bytes} bytes for each frame recorded, looks for the moment of update included",
+            "bus        {} transactions, {bytes} bytes per recorded frame (including polls for the next update)",
             traffic.transactions
         ));
     }

@@ -7,6 +7,7 @@ use grideye_scene::limits::TEXT_BYTES_MAX;
 use grideye_scene::profile::Profile;
 use grideye_scene::{Files, Model, Scene, Sensor, Simulator};
 use std::cell::RefCell;
+use std::fmt::Display;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::os::unix::fs::MetadataExt as _;
@@ -64,6 +65,13 @@ pub(crate) fn load_scene(path: Option<&Path>) -> Result<LoadedScene> {
 
 /// The same by the given model, whatever the file says.
 pub(crate) fn load_scene_as(model: Option<Model>, path: Option<&Path>) -> Result<LoadedScene> {
+    let loaded = load_scene_quietly(model, path)?;
+    warned(&loaded.warnings);
+    Ok(loaded)
+}
+
+/// The same; the caller prints the warnings.
+pub(crate) fn load_scene_quietly(model: Option<Model>, path: Option<&Path>) -> Result<LoadedScene> {
     let file = match path {
         Some(path) => read_scene(path)?,
         None => SceneText {
@@ -75,18 +83,16 @@ pub(crate) fn load_scene_as(model: Option<Model>, path: Option<&Path>) -> Result
     let loaded = Scene::parse_as(model, &file.text, &file.origin, &file.files);
     let loaded = loaded.map_err(bad_input)?;
     Ok(LoadedScene {
-        warnings: warned(&loaded.warnings),
+        warnings: loaded.warnings.iter().map(ToString::to_string).collect(),
         scene: loaded.scene,
         files: file.files.read.into_inner(),
     })
 }
 
-pub(crate) fn warned(warnings: &[impl ToString]) -> Vec<String> {
-    let warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
-    for warning in &warnings {
+pub(crate) fn warned(warnings: &[impl Display]) {
+    for warning in warnings {
         eprintln!("warning: {warning}");
     }
-    warnings
 }
 
 pub(crate) fn load_profile(path: &Path, hint: &str) -> Result<Profile> {

@@ -56,11 +56,7 @@ fn refused(ended: &Ended, words: &[&str]) {
 #[track_caller]
 fn cannot_tell(ended: &Ended, words: &[&str]) {
     assert_eq!(ended.code, 3, "{ended:?}");
-    let first = ended.stdout.lines().next().unwrap();
-    assert_eq!(
-        first,
-        "This recording cannot tell whether the simulated scene is right."
-    );
+    assert!(ended.stdout.starts_with("Cannot tell: "), "{ended:?}");
     for word in words {
         assert!(ended.stdout.contains(word), "`{word}` is not in {ended:?}");
     }
@@ -89,12 +85,7 @@ fn a_recording_with_gaps_is_compared_and_the_gaps_are_counted() {
     let recording = bench.file("gaps.csv", &rows);
     let ended = compare(STILL, &recording, &["--json", "-"]);
     assert_eq!(ended.code, 0, "{ended:?}");
-    assert!(
-        ended
-            .stdout
-            .contains("5 of 60 rows of the recording were left out"),
-        "{ended:?}"
-    );
+    assert!(ended.stdout.contains("Left out 5 of 60 rows"), "{ended:?}");
 
     for row in &mut rows[1..] {
         *row = missing(row);
@@ -190,11 +181,11 @@ fn an_empty_room_cannot_tell_and_says_why() {
     let recording = bench.file("empty.csv", &rows);
     cannot_tell(
         &compare(STILL, &recording, &[]),
-        &["nothing warm", "the scene claims"],
+        &["nothing warm", "the scene has 8.0"],
     );
     cannot_tell(
         &compare(empty.to_str().unwrap(), &recording, &[]),
-        &["nothing warm", "claims none either"],
+        &["nothing warm", "has none either"],
     );
 }
 

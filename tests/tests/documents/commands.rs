@@ -112,14 +112,14 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
         "grideye compare --scene my-room.toml --recording evening.csv --report evening.html --json evening.json",
         Run(
             "cp scenes/experiment-1.toml my-room.toml; grideye simulate my-room.toml --seed 2 --out evening.csv",
-            &["agrees"],
+            &["Agrees: "],
         ),
     ),
     (
         "grideye compare --scene my-room.toml --recording evening.csv --profile my-sensor.toml --thresholds my-thresholds.toml --junit evening.xml",
         Run(
             "cp scenes/experiment-1.toml my-room.toml; cp scenes/profiles/ideal.toml my-sensor.toml; printf '[frames_min]\\nvalue = 5\\nsource = \"half a second\"\\n' > my-thresholds.toml; grideye simulate my-room.toml --seed 2 --out evening.csv",
-            &["agrees"],
+            &["Agrees: "],
         ),
     ),
     // firmware-config/README.md
@@ -393,7 +393,7 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
         "grideye compare --scene scenes/experiment-1.toml --recording out/recording.csv",
         Run(
             "mkdir out; grideye simulate scenes/experiment-1.toml --seed 2 --out out/recording.csv",
-            &["agrees"],
+            &["Agrees: "],
         ),
     ),
     (

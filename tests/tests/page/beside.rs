@@ -105,9 +105,7 @@ impl Room {
         self.choose("left")?;
         self.wait("clock", |text| text.starts_with("Nothing moves"))?;
         self.send(5)?;
-        self.wait("cursor", |text| {
-            text.starts_with("Real less simulated: mean")
-        })?;
+        self.wait("cursor", |text| text.starts_with("Real − simulated: mean"))?;
         Ok(())
     }
 
@@ -261,8 +259,9 @@ fn a_sensor_stands_beside_its_scene_with_difference_scores_and_verdict() -> Outc
     room.choose("right")?;
     room.wait_for_verdict(|verdict| verdict == "Disagrees")?;
     room.wait("meaning", |text| {
-        text.contains("not where the scene has it")
+        text.contains(". A right scene scores at least ") && text.contains(" frames.")
     })?;
+    room.wait("because", |text| text.starts_with("Check that the people"))?;
 
     // What was chosen for the sensor is chosen when the page comes again, and the key closes it.
     room.open()?;
@@ -299,19 +298,19 @@ fn a_scene_that_moves_begins_runs_ends_and_says_who_is_where() -> Outcome {
     room.wait_for_verdict(|verdict| verdict == "Agrees")?;
 
     // Its end is said, and its last moment is no picture of now.
-    room.wait("clock", |text| text.starts_with("The scene has ended"))?;
+    room.wait("clock", |text| text.starts_with("The scene ended"))?;
     let veil = "#beside [data-side=simulated] .veil";
-    let ended = |text: &str| text == "The scene has ended: this is its last moment.";
+    let ended = |text: &str| text == "The scene has ended. This is its last moment.";
     room.browser.wait_for_text(veil, ended)?;
     let blank = "return document.querySelector('#beside [data-side=difference]').dataset.blank";
     assert_eq!(room.browser.execute(blank)?, "true");
-    room.wait("places", |text| text.ends_with("(where the scene ended)"))?;
+    room.wait("places", |text| text.ends_with("(at the end of the scene)"))?;
     keep_picture(&room.browser, "beside-ended")?;
 
     // Again, by the box; or anew, by the button.
     room.browser.click("#beside [data-field=again]")?;
     room.send(1)?;
-    room.wait("clock", |text| text.contains("for the 2. time"))?;
+    room.wait("clock", |text| text.contains("round 2"))?;
     room.browser.click("#beside [data-field=again]")?;
     room.browser.click("#beside [data-field=begin]")?;
     room.wait("clock", |text| text == "Second 0.0 of 6.0.")?;
@@ -369,7 +368,7 @@ fn a_recording_is_held_against_a_scene_at_the_frame_that_is_looked_at() -> Outco
     seen("choice", &|text| text.contains("walk"))?;
     let option = |scene: &str| format!("#played-beside [data-field=choice] option[value*={scene}]");
     room.browser.click(&option("walk"))?;
-    seen("clock", &|text| text.contains("say when it begins"))?;
+    seen("clock", &|text| text.contains("Start it when"))?;
     room.browser.click("#played-beside [data-field=begin]")?;
     seen("clock", &|text| text == "Second 0.0 of 6.0.")?;
     room.browser.type_into("#jump [name=place]", "#20")?;

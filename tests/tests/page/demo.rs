@@ -1,11 +1,14 @@
 //! The page of the real program, `grideye demo`, in a real browser.
 
-use grideye_tests::programs::{grideye, terminate, wait};
+use grideye_tests::live_page::{Outcome, assert_quiet, keep_picture};
+use grideye_tests::programs::{grideye, run, terminate, wait};
 use grideye_tests::webdriver::{Browser, Failure, left_out};
 use serde_json::Value;
+use std::ffi::OsString;
 use std::io::{BufRead as _, BufReader, Read as _};
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
-use std::process::{Child, Stdio};
+use std::process::{Child, Command, Stdio};
 
 /// A running demonstration; killed when dropped.
 struct Demo {
@@ -16,7 +19,10 @@ struct Demo {
 
 impl Demo {
     fn start(out: &Path, arguments: &[&str]) -> Result<Self, Failure> {
-        let mut command = grideye();
+        Self::start_as(grideye(), out, arguments)
+    }
+
+    fn start_as(mut command: Command, out: &Path, arguments: &[&str]) -> Result<Self, Failure> {
         command.arg("demo").args(arguments).arg("--out").arg(out);
         let mut child = command
             .stdout(Stdio::piped())
@@ -109,7 +115,7 @@ fn the_demonstration_shows_its_sensor_live_until_it_is_interrupted() -> Result<(
     let (code, said, messages) = demo.end()?;
     assert_eq!(code, 0, "{said}{messages}");
     assert!(
-        said.contains("delivery") && said.contains("scores    agrees"),
+        said.contains("delivery") && said.contains("verdict   Agrees: "),
         "{said}{messages}"
     );
     assert!(
@@ -131,5 +137,128 @@ fn an_interrupted_recording_says_so_and_gives_no_verdict() -> Result<(), Failure
         "{messages}"
     );
     assert!(!out.path().join("report.html").exists());
+    Ok(())
+}
+
+/// Whether an element begins in the window as it opened.
+fn is_in_sight(browser: &Browser, selector: &str) -> Result<bool, Failure> {
+    let script = format!(
+        "const {{ top, height }} = document.querySelector('{selector}').getBoundingClientRect();
+         return scrollY === 0 && height > 0 && top < innerHeight;"
+    );
+    Ok(browser.execute(&script)? == true)
+}
+
+#[test]
+fn the_page_opens_with_its_scene_beside_the_sensor_and_ends_with_the_report() -> Outcome {
+    if left_out("the_page_opens_with_its_scene_beside_the_sensor_and_ends_with_the_report") {
+        return Ok(());
+    }
+    let out = tempfile::tempdir()?;
+    let demo = Demo::start(out.path(), &[])?;
+    let browser = Browser::start()?;
+    browser.open(&demo.page)?;
+    let says = |name: &str, wanted: &str| {
+        let selector = format!("#beside [data-field={name}]");
+        browser
+            .wait_for_text(&selector, |text| text.starts_with(wanted))
+            .map(drop)
+    };
+    says("verdict", "Agrees")?;
+    says("cursor", "Real − simulated: mean")?;
+    says("places", "person at 1.20 m from the left")?;
+    let chosen = "return document.querySelector('#beside [data-field=choice]').value";
+    assert_eq!(browser.execute(chosen)?, r#"["experiment-1","ceiling"]"#);
+    for part in [
+        "[data-side=simulated] .heat",
+        "[data-side=difference] .heat",
+        ".plan .room",
+        "[data-field=verdict]",
+    ] {
+        assert!(
+            is_in_sight(&browser, &format!("#beside {part}"))?,
+            "{part} is out of sight"
+        );
+    }
+    browser.wait_for_text("#recorded", |text| {
+        text.starts_with("Recorded demo-")
+            && text.contains("frames")
+            && text.contains("Verdict: agrees")
+    })?;
+    keep_picture(&browser, "demo-recorded")?;
+
+    // The links lead to the recording and to the report, which may use its own styles and nothing else.
+    browser.click("#recorded a[href^='#recording']")?;
+    browser.wait_for_text("#time", |text| text.starts_with("0:00.0 / 0:09."))?;
+    browser.open(&demo.page)?;
+    browser.wait_for_text("#recorded a", |text| text == "Open the report")?;
+    browser.click("#recorded a")?;
+    browser.wait_for_text("body", |text| {
+        text.contains("The simulated scene agrees with the recording")
+    })?;
+    let width = "return parseFloat(getComputedStyle(document.querySelector('main')).maxWidth)";
+    assert!(browser.execute(width)?.as_f64() > Some(0.0));
+    assert_quiet(&browser, "")
+}
+
+#[test]
+fn a_recording_that_is_replayed_has_the_plain_page() -> Outcome {
+    if left_out("a_recording_that_is_replayed_has_the_plain_page") {
+        return Ok(());
+    }
+    let folder = tempfile::tempdir()?;
+    let recording = folder.path().join("walk.csv");
+    let arguments = ["simulate", "scenes/experiment-1.toml", "--frames", "50"];
+    let simulated = run(grideye().args(arguments).arg("--out").arg(&recording));
+    assert_eq!(simulated.code, 0, "{simulated:?}");
+    let path = recording.to_str().ok_or("a path that is no text")?;
+    let demo = Demo::start(&folder.path().join("out"), &["--replay", path])?;
+    let browser = Browser::start()?;
+    browser.open(&demo.page)?;
+    browser.wait_for_text(".sensor [data-field=state]", |text| text == "live")?;
+    let opened = "return document.querySelector('#recorded, #beside > *')";
+    assert_eq!(browser.execute(opened)?, Value::Null);
+    assert_quiet(&browser, "")
+}
+
+/// A folder to search for programs first, with one that writes down which address it should open.
+fn with_opener(folder: &Path) -> Result<OsString, Failure> {
+    let name = if cfg!(target_os = "macos") {
+        "open"
+    } else {
+        "xdg-open"
+    };
+    let opener = folder.join(name);
+    let opened = folder.join("opened");
+    let script = format!("#!/bin/sh\nprintf %s \"$1\" > \"{}\"\n", opened.display());
+    std::fs::write(&opener, script)?;
+    std::fs::set_permissions(&opener, std::fs::Permissions::from_mode(0o755))?;
+    let mut path = folder.as_os_str().to_owned();
+    path.push(":");
+    path.push(std::env::var_os("PATH").unwrap_or_default());
+    Ok(path)
+}
+
+#[test]
+fn open_hands_the_address_to_the_opener_and_goes_on_without_one() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let mut command = grideye();
+    command.env("PATH", with_opener(folder.path())?);
+    let arguments = ["--once", "--speed", "10", "--open"];
+    let mut demo = Demo::start_as(command, &folder.path().join("out"), &arguments)?;
+    assert_eq!(wait(&mut demo.child), 0);
+    let opened = std::fs::read_to_string(folder.path().join("opened"))?;
+    assert_eq!(opened, demo.page);
+
+    let mut command = grideye();
+    command.env("PATH", folder.path().join("nothing"));
+    let mut demo = Demo::start_as(command, &folder.path().join("out"), &arguments)?;
+    assert_eq!(wait(&mut demo.child), 0);
+    let mut messages = String::new();
+    demo.messages.read_to_string(&mut messages)?;
+    assert!(
+        messages.contains("warning: cannot run ") && messages.contains("hint: open the address"),
+        "{messages}"
+    );
     Ok(())
 }

@@ -98,10 +98,10 @@ fn every_kind_of_fault_is_told_with_its_remedy_on_the_page() -> Outcome {
         json!({ "read": 500, "missing": 0, "dropped": {}, "spooled": 500, "errors": {} });
     server.post(&waiting)?;
     let others = [
-        "The collector refused frames: what they hold and why",
-        "Its clock was never set: give it a network with NTP",
-        "Its clock was just set by a jump",
-        "Frames wait on the device and are being sent",
+        "The collector refused frames: the agent's spool folder lists them",
+        "The device's clock was never set: give it a network with NTP",
+        "The device's clock just jumped",
+        "The device is sending spooled frames",
     ];
     let sentences = all.iter().map(|(_, sentence)| sentence.as_str());
     for sentence in sentences.chain(others) {
@@ -130,21 +130,21 @@ fn a_fault_of_before_is_past_and_the_same_fault_again_is_to_be_looked_at() -> Ou
             .wait_for(state, look, |text| text == state)
             .map(drop)
     };
-    wait_for(&server, 7, "look at this")?;
+    wait_for(&server, 7, "needs attention")?;
     browser.wait_for_text(".device [data-field=advice]", |text| text.contains(remedy))?;
     assert_eq!(browser.text(".device [data-field=past]")?, "");
 
     // A collector that is started again knows the count, and that nothing was added to it since.
     server.end()?;
     server.begin(&folder.path().join("frames.sqlite"))?;
-    wait_for(&server, 7, "well")?;
+    wait_for(&server, 7, "OK")?;
     assert_eq!(
         browser.text(".device [data-field=past]")?,
-        "Past, and not in the last 5 min: nack 7."
+        "Earlier, but not in the last 5 min: nack 7."
     );
     assert_eq!(browser.text(".device [data-field=errors]")?, "nack 7");
     keep_picture(&browser, "devices-past")?;
-    wait_for(&server, 8, "look at this")?;
+    wait_for(&server, 8, "needs attention")?;
     browser.wait_for_text(".device [data-field=advice]", |text| text.contains(remedy))?;
     assert_eq!(browser.text(".device [data-field=past]")?, "");
     assert_quiet(&browser, "ERR_CONNECTION_REFUSED")
@@ -184,7 +184,7 @@ fn rate_age_version_and_configuration_are_those_that_the_agent_sent() -> Outcome
     says("outage", "rate", "10.00 Hz")?;
     says("outage", "version", "1.2.3")?;
     let set_up = |spool: &str| {
-        format!("posts every 500 ms · spool: {spool} · i2c-1:0x69: AMG8833, 10 Hz, moving average")
+        format!("sends every 500 ms · spool: {spool} · i2c-1:0x69: AMG8833, 10 Hz, moving average")
     };
     says("outage", "configuration", &set_up("outage"))?;
     // The last one that was sent.
@@ -207,7 +207,9 @@ fn a_device_in_trouble_is_shown_with_what_to_do() -> Outcome {
     }
     let (server, browser, _folder) = set_up()?;
     browser.click("nav [data-view=devices]")?;
-    browser.wait_for_text("#devices", |text| text.contains("No device has posted yet"))?;
+    browser.wait_for_text("#devices", |text| {
+        text.contains("No device has sent anything yet")
+    })?;
     let mut body = batch("i2c-1:0x69", 0, &vec![frame(&person(), 402); 5]);
     // The agent counts as spooled what is on its way: four are left when these five have come.
     body["sensors"][0]["account"] = json!({
@@ -217,7 +219,7 @@ fn a_device_in_trouble_is_shown_with_what_to_do() -> Outcome {
     browser.wait_for_text("#devices", |text| text.contains("pi-1"))?;
     let shown = browser.text("#devices")?;
     for said in [
-        "look at this",
+        "needs attention",
         "i2c-1:0x69",
         "ring-full 3",
         "nack 7, bus-timeout 2",
@@ -225,7 +227,7 @@ fn a_device_in_trouble_is_shown_with_what_to_do() -> Outcome {
         // The most frequent fault first, each with its remedy.
         "The sensor does not answer at its address",
         "Something holds the bus low",
-        "Frames came faster than they could be sent or kept",
+        "Frames came faster than the agent could send or store them",
     ] {
         assert!(shown.contains(said), "`{said}` is not in {shown}");
     }
@@ -247,7 +249,7 @@ fn a_device_in_trouble_is_shown_with_what_to_do() -> Outcome {
     // Silence is told as such, and nothing of it looks well.
     browser.wait_for_text(".device [data-field=state]", |text| text == "silent")?;
     browser.wait_for_text(".device [data-field=advice]", |text| {
-        text.starts_with("It is silent: see that the agent runs")
+        text.starts_with("The device is silent: check that the agent runs")
     })?;
     // The key leads back to the pictures.
     browser.press("d")?;
@@ -267,7 +269,7 @@ fn a_device_that_does_well_has_nothing_to_do() -> Outcome {
     body["sensors"][0]["account"] =
         json!({ "read": 5, "missing": 0, "dropped": {}, "spooled": 0, "errors": {} });
     server.post(&body)?;
-    browser.wait_for_text(".device [data-field=state]", |text| text == "well")?;
+    browser.wait_for_text(".device [data-field=state]", |text| text == "OK")?;
     assert_eq!(browser.text(".device [data-field=advice]")?, "");
     for none in ["dropped", "errors"] {
         assert_eq!(
@@ -296,7 +298,7 @@ fn two_machines_of_one_name_are_told_with_their_runs() -> Outcome {
         }
     }
     browser.wait_for_text(".device [data-field=advice]", |text| {
-        text.contains("Two agents send as pi-1 (runs b1, b2): give each its own")
+        text.contains("Two agents send as pi-1 (boots b1, b2): give each its own")
     })?;
     keep_picture(&browser, "rivals")?;
     assert_quiet(&browser, "")

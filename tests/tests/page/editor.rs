@@ -8,6 +8,7 @@ use serde_json::Value;
 use std::fs;
 
 mod desk;
+mod layout;
 
 use desk::*;
 
@@ -41,16 +42,16 @@ fn what_is_dragged_on_the_plan_goes_there_and_every_sensor_sees_it() -> Outcome 
     let moved = desk.pictures()?;
     assert!(moved[0] != pictures[0] && moved[1] == pictures[1]);
 
-    // People, and way-points of those who walk; a whole way with the one who goes it.
+    // People, and waypoints of those who walk; a whole way with the one who goes it.
     desk.drag("#plan .agent[data-name=bob]", 1.0, 0.0)?;
     let text = desk.wait_for_text(|new| new != text)?;
     assert!(
         near(desk.triple(&text, "bob", "position_mm")?[0], 1800.0, 30.0),
         "{text}"
     );
-    desk.drag("#plan .way-point[data-row='1']", -1.0, 0.5)?;
+    desk.drag("#plan .waypoint[data-row='1']", -1.0, 0.5)?;
     let place = || {
-        desk.browser.execute("return [...document.querySelectorAll('#plan .way-point')].map((dot) => [dot.cx.baseVal.value, -dot.cy.baseVal.value]).flat()")
+        desk.browser.execute("return [...document.querySelectorAll('#plan .waypoint')].map((dot) => [dot.cx.baseVal.value, -dot.cy.baseVal.value]).flat()")
     };
     let is_at = |places: &Value, wanted: [f64; 4]| {
         let places: Vec<f64> = serde_json::from_value(places.clone()).unwrap_or_default();
@@ -63,7 +64,7 @@ fn what_is_dragged_on_the_plan_goes_there_and_every_sensor_sees_it() -> Outcome 
     desk.browser.wait_for("the way", place, |places| {
         is_at(places, [0.5, 0.7, 2.5, 1.2])
     })?;
-    // Beside the way-point on which she stands.
+    // Beside the waypoint on which she stands.
     let right = pixels(0.3 * desk.pixels_per_meter()?)?;
     desk.drag_from("#plan .agent[data-name=ana]", (0, -22), (right, 0))?;
     desk.browser.wait_for("the way", place, |places| {
@@ -131,7 +132,7 @@ fn what_is_turned_by_its_handle_and_dragged_in_the_view_goes_with_the_hand() -> 
             .execute("return document.querySelector('#view').dataset.drawn")
     };
     let first = drawn()?;
-    desk.browser.drag("#view", (-150, -120), (-100, -120))?;
+    desk.browser.drag("#view", (-150, -90), (-100, -90))?;
     let second = desk
         .browser
         .wait_for("the view", drawn, |now| *now != first)?;
@@ -227,15 +228,15 @@ fn numbers_are_typed_undone_and_saved_with_every_remark() -> Outcome {
     desk.write("way 1 1", "900")?;
     let place = || {
         desk.browser
-            .execute("return -document.querySelectorAll('#plan .way-point')[1].cy.baseVal.value")
+            .execute("return -document.querySelectorAll('#plan .waypoint')[1].cy.baseVal.value")
     };
-    desk.browser.wait_for("the way-point", place, |y| {
+    desk.browser.wait_for("the waypoint", place, |y| {
         y.as_f64().is_some_and(|y| near(y, 0.9, 1e-6))
     })?;
 
     // Back by key and by button, and forth again; a number that is typed is one step.
     desk.browser.press_together(&[CONTROL, "z"])?;
-    desk.browser.wait_for("the way-point", place, |y| {
+    desk.browser.wait_for("the waypoint", place, |y| {
         y.as_f64().is_some_and(|y| near(y, 0.7, 1e-6))
     })?;
     desk.browser.click("#undo")?;
@@ -274,7 +275,7 @@ fn a_scene_that_changed_on_the_disk_is_not_written_over() -> Outcome {
     fs::write(desk.file("room.toml"), &others)?;
     desk.browser.click("#save")?;
     desk.browser.wait_for_text("#fault", |text| {
-        text.contains("changed on the disk") && text.contains("another name")
+        text.contains("changed on disk") && text.contains("another name")
     })?;
     assert_eq!(desk.disk("room.toml")?, others);
     // Under another name both are kept.
@@ -320,7 +321,7 @@ fn a_scene_that_is_none_names_its_fault_and_the_place() -> Outcome {
         .browser
         .wait_for_text("#fault", |text| text.contains("color"))?;
     assert!(
-        fault.contains("This is no scene") && fault.contains("Hint"),
+        fault.contains("The scene has an error") && fault.contains("Hint"),
         "{fault}"
     );
     let stale = "return document.querySelector('#frames').dataset.stale";
@@ -356,7 +357,7 @@ fn a_scene_that_is_none_names_its_fault_and_the_place() -> Outcome {
     let place = format!("line {}, column 15", lines.count() + 1);
     desk.drag("#plan .sensor[data-name=ceiling] rect", -2.2, 0.0)?;
     desk.browser.wait_for_text("#fault", |text| {
-        text.contains("Not done") && text.contains("outside the room") && text.contains(&place)
+        text.contains("Not changed") && text.contains("outside the room") && text.contains(&place)
     })?;
     assert_eq!(desk.text()?, ROOM);
     // A number likewise, in the field where it is typed.
@@ -482,7 +483,7 @@ fn everything_is_done_by_keys_alone() -> Outcome {
     browser.press("p")?;
     browser.wait_for_text("#fields-title", |title| title == "Person person 1")?;
     browser.press("w")?;
-    browser.wait_for_text("#fields-title", |title| title == "Way-point 2 of person 1")?;
+    browser.wait_for_text("#fields-title", |title| title == "Waypoint 2 of person 1")?;
     browser.press(RIGHT)?;
     let text = desk.wait_for_text(|text| text.contains("trajectories/room-person-1.csv"))?;
     browser.press("c")?;
@@ -498,7 +499,7 @@ fn everything_is_done_by_keys_alone() -> Outcome {
     // The list of keys is there.
     browser.press("?")?;
     browser.wait_for_text("#keys", |text| {
-        text.contains("Ctrl Shift Z") && text.contains("new way-point")
+        text.contains("Ctrl Shift Z") && text.contains("add a waypoint")
     })?;
     assert_quiet(browser, "")
 }

@@ -41,11 +41,7 @@ fn frames_appear_as_colors_and_numbers() -> Outcome {
         ticks.starts_with("30 °C") && ticks.ends_with("20 °C"),
         "{ticks}"
     );
-    assert!(
-        browser
-            .text(".orientation")?
-            .contains("neither turned nor mirrored")
-    );
+    assert!(browser.text(".orientation")?.contains("pixel 1 top left"));
 
     // The next batch replaces it, and the rate is that of the device's clock.
     let moved = frame(&pixels(80, 63, 120), 402);
@@ -79,7 +75,7 @@ fn the_cell_under_mouse_or_keys_is_read_out() -> Outcome {
     server.post(&batch("s1", 1, &[frame(&pixels(80, 56, 101), 402)]))?;
     field(&browser, "cursor", "Pixel 57 (row 8, column 1): 25.25 °C")?;
     browser.point_at("h1", (0, 0))?;
-    field(&browser, "cursor", "Point at a cell")?;
+    field(&browser, "cursor", "Point at a pixel")?;
     // Home, arrow right, arrow down (W3C WebDriver §17.4.2).
     browser.type_into(".heat", "\u{E011}\u{E014}\u{E015}")?;
     field(&browser, "cursor", "Pixel 10 (row 2, column 2): 20.00 °C")?;
@@ -101,7 +97,7 @@ fn faults_gaps_and_silence_are_said() -> Outcome {
     field(&browser, "state", "no frame")?;
     field(&browser, "veil", "No frame: bus-timeout")?;
     for said in [
-        "3 frames have not come. Latest gap: #1 to #3.",
+        "3 frames have not arrived. Latest gap: #1 to #3.",
         "1 frame could not be read",
         "Bus errors: bus-timeout 7.",
         "Dropped by the agent: spool-full 3.",
@@ -124,7 +120,7 @@ fn faults_gaps_and_silence_are_said() -> Outcome {
     browser.wait_for_text(".sensor [data-field=age]", |later| later != age)?;
     // A backlog is counted and does not make it live.
     server.post(&batch("s1", 1, &[frame(&pixels(120, 0, 80), 402)]))?;
-    field(&browser, "troubles", "2 frames have not come.")?;
+    field(&browser, "troubles", "2 frames have not arrived.")?;
     field(&browser, "state", "stale")?;
     assert_eq!(color(&browser, 9)?, HOTTEST);
     assert_quiet(&browser, "")
@@ -136,7 +132,7 @@ fn recordings_are_started_and_stopped_by_hand() -> Outcome {
         return Ok(());
     }
     let (server, browser, _folder) = set_up()?;
-    browser.wait_for_text("#none", |text| text.contains("Nothing recorded yet"))?;
+    browser.wait_for_text("#none", |text| text.contains("No recordings yet"))?;
     browser.click("#start button")?;
     browser.wait_for_text("#trouble", |text| {
         text.starts_with("a recording needs a name")
@@ -195,7 +191,7 @@ fn the_page_comes_back_by_itself_when_the_collector_does() -> Outcome {
     wait_for_color(&browser, 9, HOTTEST)?;
     browser.execute("window.loadedOnce = true")?;
     server.end()?;
-    browser.wait_for_text("#link", |text| text == "connection lost, trying again")?;
+    browser.wait_for_text("#link", |text| text == "connection lost, retrying")?;
     field(&browser, "state", "stale")?;
     server.begin(&folder.path().join("frames.sqlite"))?;
     browser.wait_for_text("#link", |text| text == "connected")?;
@@ -261,7 +257,7 @@ fn a_store_that_takes_nothing_is_said_until_it_does() -> Outcome {
     let refused = server.post(&batch("s1", 1, std::slice::from_ref(&good)));
     assert!(refused.is_err_and(|error| error.to_string().contains("503")));
     browser.wait_for_text("#link", |text| {
-        text == "connected, but frames cannot be stored: the store's file is locked by another program"
+        text == "connected, but the collector cannot store frames: the store's file is locked by another program"
     })?;
     drop(holder.stdin.take());
     holder.wait()?;
@@ -372,9 +368,42 @@ fn a_page_for_which_there_is_no_room_is_told_so_and_comes_in_when_there_is() -> 
     )?;
     browser.open(&server.url("/"))?;
     browser.wait_for_text("#link", |text| {
-        text == "no room for this page, trying again: 64 live pages are already open"
+        text == "too many open pages, retrying: 64 live pages are already open"
     })?;
     drop(others);
     browser.wait_for_text("#link", |text| text == "connected")?;
     assert_quiet(&browser, "503")
+}
+
+#[test]
+fn on_a_telephone_the_header_is_one_line_and_the_controls_fold() -> Outcome {
+    if left_out("on_a_telephone_the_header_is_one_line_and_the_controls_fold") {
+        return Ok(());
+    }
+    let (server, browser, _folder) = set_up()?;
+    browser.set_screen(Screen {
+        width: 390,
+        height: 844,
+        scale: 1.0,
+        mobile: true,
+    })?;
+    server.post(&batch("s1", 0, &[frame(&pixels(80, 10, 120), 402)]))?;
+    field(&browser, "max", "30.00 °C")?;
+    // As with a folder of scenes.
+    browser.execute(
+        "document.querySelector('nav').append(Object.assign(document.createElement('a'), { textContent: 'Scenes', href: '/editor' }));",
+    )?;
+    let header = "const tops = [...document.querySelectorAll('.top nav a')].map((link) => link.getBoundingClientRect().top);
+        return [document.querySelector('.top').offsetHeight, new Set(tops).size, document.documentElement.scrollWidth];";
+    let [height, lines, width]: [f64; 3] = serde_json::from_value(browser.execute(header)?)?;
+    assert!(height < 56.0 && lines == 1.0, "{height} px, {lines} lines");
+    assert!(width <= 390.0, "{width} px wide");
+    assert_eq!(browser.text("#look")?, "");
+    let top = "return document.querySelector('.heat').getBoundingClientRect().top";
+    assert!(browser.execute(top)?.as_f64() < Some(260.0));
+    browser.click("#unfold")?;
+    browser.wait_for_text("#look", |text| text.contains("Palette"))?;
+    browser.click("#unfold")?;
+    browser.wait_for_text("#look", str::is_empty)?;
+    assert_quiet(&browser, "")
 }

@@ -106,10 +106,13 @@ fn a_person_signs_in_with_a_token_works_signs_out_and_is_sent_out_when_it_is_rev
     let ben = server.token("ben", Scope::Read)?;
     sign_in(&browser, &ben)?;
     wait_for_page(&browser, "/")?;
-    browser.type_into("#name", "hall\u{E007}")?;
-    browser.wait_for_text("#trouble", |text| {
-        text.contains("needs a token of scope admin")
-    })?;
+    // What this token may not do is not offered.
+    browser.wait_for_text("#read-only", |text| text.contains("may only read"))?;
+    assert_eq!(browser.text("#start")?, "");
+    assert_eq!(browser.text("#list [data-field=stop]")?, "");
+    browser.click("nav [data-view=recordings]")?;
+    let note = "return document.querySelector('#library [data-field=note]')?.readOnly";
+    browser.wait_for("a note", || browser.execute(note), |seen| *seen == true)?;
     server.folder.change(|book| book.revoke("ben", 2))?;
     // What is followed ends, and the page notices why.
     wait_for_page(&browser, "/login")?;

@@ -92,7 +92,7 @@ fn recordings_are_started_noted_and_stopped_from_their_list() -> Outcome {
     }
     let (server, browser, _folder) = set_up()?;
     browser.click("nav [data-view=recordings]")?;
-    browser.wait_for_text("#recordings", |text| text.contains("Nothing recorded yet"))?;
+    browser.wait_for_text("#recordings", |text| text.contains("No recordings yet"))?;
     browser.type_into("#name", &format!("kitchen, evening{ENTER}"))?;
     browser.wait_for_text("#library", |text| {
         text.contains("kitchen, evening") && text.contains("recording for")
@@ -185,8 +185,8 @@ fn a_recording_is_stepped_through_by_keys_buttons_and_numbers() -> Outcome {
     }
     for (place, fault) in [
         ("#99", "Frame #99 is not in this recording."),
-        ("1:00", "The recording is 0:02.9 long"),
-        ("noon", "Write a time as 1:30 or 90, or a frame as #900."),
+        ("1:00", "The recording lasts 0:02.9"),
+        ("noon", "Enter a time as 1:30 or 90, or a frame as #900."),
     ] {
         browser.type_into("#jump input", &format!("{select_all}{place}{ENTER}"))?;
         browser.wait_for_text("#jump-trouble", |text| text.starts_with(fault))?;
@@ -296,7 +296,7 @@ fn a_gap_is_shown_as_a_gap_and_never_as_the_frame_before_it() -> Outcome {
     browser.press(".")?;
     shows(&browser, 20)?;
     browser.press("g")?;
-    browser.wait_for_text("#jump-trouble", |text| text.starts_with("There is no gap"))?;
+    browser.wait_for_text("#jump-trouble", |text| text == "There is no later gap.")?;
     shows(&browser, 20)?;
 
     // From 0.8 to 2.0 s of 2.4: pointed at in the strip, where the gap is drawn as one and frames are not.
@@ -399,7 +399,7 @@ fn sensors_and_runs_share_one_time_whatever_their_clocks_say() -> Outcome {
     field(&browser, "boot", "b1")?;
     browser.click("#played h2")?;
     browser.press("g")?;
-    shows_gap(&browser, "Gap: between two runs of the agent.")?;
+    shows_gap(&browser, "Gap: the agent restarted.")?;
     says("veil", "No more frames of this sensor.")?;
     browser.press(".")?;
     wait_for_color(&browser, 40, HOTTEST)?;
@@ -444,7 +444,7 @@ fn what_cannot_be_played_says_why() -> Outcome {
     let (server, browser, _folder) = set_up()?;
     let id = record(&server, "empty", &[])?;
     for (id, why) in [
-        (id.to_string(), "There are no frames in this recording."),
+        (id.to_string(), "This recording has no frames."),
         ("77".to_owned(), "there is no recording 77. Hint:"),
         ("x".to_owned(), "recordings are known by number. Hint:"),
     ] {
@@ -458,7 +458,7 @@ fn what_cannot_be_played_says_why() -> Outcome {
     server.post(&measured("s1", 0, 0, &marked_frames(0..5)?))?;
     open(&server, &browser, 2)?;
     browser.wait_for_text("#played-facts", |text| {
-        text.ends_with("shown is what had arrived when it was opened")
+        text.ends_with("reopen it to see newer frames")
     })?;
     browser.press(END)?;
     shows(&browser, 4)?;

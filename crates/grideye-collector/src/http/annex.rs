@@ -4,6 +4,7 @@ use crate::clock::Clock;
 use crate::live::{NewestFrames, RecentFrames};
 use crate::store::FrameStore;
 use axum::Router;
+use std::borrow::Cow;
 use std::fmt;
 use std::sync::Arc;
 
@@ -39,7 +40,7 @@ pub struct Annex {
     name: &'static str,
     pub(crate) described: &'static str,
     pub(crate) assets: &'static [Asset],
-    pub(crate) head: &'static str,
+    pub(crate) head: Cow<'static, str>,
     routes: Arc<dyn Fn(&Inside) -> Router + Send + Sync>,
 }
 
@@ -53,7 +54,7 @@ impl Annex {
             name,
             described: "{}",
             assets: &[],
-            head: "",
+            head: Cow::Borrowed(""),
             routes: Arc::new(routes),
         }
     }
@@ -77,7 +78,8 @@ impl Annex {
     /// Adds HTML to the head of the live page; its scripts run before the page's own and register with it
     /// (`assets/brought.js`).
     #[must_use]
-    pub fn on_the_page(self, head: &'static str) -> Self {
+    pub fn on_the_page(self, head: impl Into<Cow<'static, str>>) -> Self {
+        let head = head.into();
         Self { head, ..self }
     }
 

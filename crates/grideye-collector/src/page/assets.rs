@@ -61,7 +61,7 @@ const ASSETS: [Asset; 34] = [
 const ANNEXES: &str = "  <!-- annexes -->\n";
 
 pub(crate) fn page(annexes: &[Annex]) -> impl IntoResponse + Clone + use<> {
-    let heads: String = annexes.iter().map(|annex| annex.head).collect();
+    let heads: String = annexes.iter().map(|annex| &*annex.head).collect();
     let page = include_str!("../../assets/index.html").replace(ANNEXES, &heads);
     file(HTML, Bytes::from(page))
 }

@@ -18,7 +18,6 @@ mod window;
 use crate::assets;
 use crate::catalogue::{Catalogue, LoadedScene, Shelved, unusable};
 use crate::desk::Desk;
-use crate::disk::Disk;
 use crate::recently::Recently;
 use axum::Router;
 use axum::extract::{Path as PathOf, Query, State};
@@ -29,19 +28,22 @@ use grideye_collector::{Annex, Inside, Refusal};
 use grideye_frame::{COLUMNS, ROWS};
 use serde::Deserialize;
 use serde_json::{Value, json};
-use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use verdict::{Question, Verdicts};
 
 /// Maximum pieces of simulated frames in the cache: 200 of 30 kB each.
 const PIECES_MAX: usize = 200;
 
-/// The routes for a folder of scenes, and the panel on the live page.
-pub(crate) fn annex(folder: PathBuf, disk: Disk) -> Annex {
+/// The routes for the scenes of a catalogue, and the panel on the live page; `opening` names the scene and its sensor that
+/// the panel opens with.
+pub(crate) fn annex(
+    catalogue: impl Fn() -> Catalogue + Send + Sync + 'static,
+    opening: Option<[&str; 2]>,
+) -> Annex {
     Annex::new("scenes", move |inside| {
         let beside = Arc::new(Beside {
             inside: inside.clone(),
-            catalogue: Arc::new(Catalogue::new(folder.clone(), disk)),
+            catalogue: Arc::new(catalogue()),
             desk: Desk::new(),
             pieces: Mutex::new(Recently::new(PIECES_MAX)),
             verdicts: Verdicts::new(),
@@ -58,7 +60,18 @@ pub(crate) fn annex(folder: PathBuf, disk: Disk) -> Annex {
     })
     .described_by(include_str!("../../openapi/scenes.json"))
     .with_assets(&assets::BESIDE)
-    .on_the_page(assets::BESIDE_HEAD)
+    .on_the_page(head(opening))
+}
+
+const TEMPLATE: &str = "<template id=\"beside-panel\"";
+
+fn head(opening: Option<[&str; 2]>) -> String {
+    let Some(names) = opening else {
+        return assets::BESIDE_HEAD.to_owned();
+    };
+    let [scene, sensor] = names.map(|name| name.replace('&', "&amp;").replace('"', "&quot;"));
+    let named = format!("{TEMPLATE} data-scene=\"{scene}\" data-sensor=\"{sensor}\"");
+    assets::BESIDE_HEAD.replace(TEMPLATE, &named)
 }
 
 struct Beside {

@@ -1,6 +1,7 @@
 //! Tests the routes through the collector's own router, without a socket.
 
 use super::annex;
+use crate::catalogue::Catalogue;
 use crate::disk::plain;
 use crate::testing::{app, ask, says};
 use axum::http::Method;
@@ -88,8 +89,13 @@ impl Page {
     async fn new(scenes: &[(&str, &str)]) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let clock = Arc::new(HandClock::default());
+        let path = folder.path().to_owned();
+        let annexed = annex(
+            move || Catalogue::new(Some(path.clone()), None, plain()),
+            None,
+        );
         let page = Self {
-            router: app(&[annex(folder.path().to_owned(), plain())], clock.clone()).await,
+            router: app(&[annexed], clock.clone()).await,
             clock,
             folder,
         };
@@ -182,7 +188,7 @@ async fn scenes_are_listed_with_their_sensors_or_their_error() {
     assert_eq!(names, ["broken", "linked", "sly", "still", "walk"]);
     says(&scenes[0]["error"], "broken.toml:2");
     for linked in &scenes[1..3] {
-        says(&linked["error"], "it is not a file in the scenes' folder");
+        says(&linked["error"], "it is not a file in the scenes folder");
     }
     let scenes = &scenes[2..];
     assert_eq!(scenes[1]["title"], "A warm cube below the sensor.");

@@ -28,7 +28,7 @@ pub(super) fn edited(text: &str, edit: &Edit) -> Result<String, Fault> {
     let mut document = document.into_mut();
     if written(text, &document).trim_end() != text.trim_end() {
         return Err(Fault::unfit(
-            "the layout of the scene's text does not allow editing a single value",
+            "the layout of the scene file does not allow edits here",
         ));
     }
     match edit {

@@ -27,7 +27,7 @@ impl Fault {
 
     /// An edit that cannot be applied; the text is unchanged.
     pub(super) fn unfit(message: &str) -> Self {
-        Self::new(message, "change it in the scene's text", None)
+        Self::new(message, "change it in the scene file", None)
     }
 
     /// An error in a file that the scene or an edit names.
@@ -49,7 +49,7 @@ impl Fault {
             column: column + 1,
         };
         let message = error.message().trim_end().replace('\n', ", ");
-        let hint = "correct the TOML; until then nothing can be moved";
+        let hint = "fix the TOML first; until then nothing can be moved";
         Self::new(&message, hint, Some(place))
     }
 

@@ -48,7 +48,7 @@ pub(crate) fn annex(folder: PathBuf, disk: Disk) -> Annex {
     Annex::new("editor", move |_inside| {
         let editor = Arc::new(Editor {
             shelf: Shelf::new(folder.clone(), disk),
-            catalogue: Catalogue::new(folder.clone(), disk),
+            catalogue: Catalogue::new(Some(folder.clone()), None, disk),
             drafts: Desk::new(),
             maps: Desk::with_waiting(MAPS_WAITING_MAX),
         });
@@ -141,15 +141,15 @@ type Body = Result<Bytes, BytesRejection>;
 fn read<T: DeserializeOwned>(body: Body) -> Result<T, Refusal> {
     let bytes = body.map_err(|rejected| {
         let what = format!(
-            "{}; at most {BODY_BYTES_MAX} bytes are allowed",
+            "{}; expected at most {BODY_BYTES_MAX} bytes",
             rejected.body_text()
         );
         Refusal::new(rejected.status(), "no_body", what)
     })?;
     serde_json::from_slice(&bytes).map_err(|error| {
-        let what = format!("invalid body: {error}");
+        let what = format!("cannot read the request: {error}");
         Refusal::new(StatusCode::BAD_REQUEST, "not_understood", what)
-            .hint("crates/grideye-studio/README.md has examples")
+            .hint("see crates/grideye-studio/README.md for examples")
     })
 }
 

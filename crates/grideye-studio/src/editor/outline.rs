@@ -132,6 +132,7 @@ fn seeing(scene: &Scene, sensor: &Sensor, item: &mut Value) {
     item["axes"] = json!(axes);
     item["field_rad"] = json!(sensor.field_of_view_rad.to_array());
     item["in_view_m"] = json!(flat(ground::in_view_m(scene.room(), sensor)));
+    item["reach_m"] = json!(flat(ground::reach_m(scene.room(), sensor)));
     item["turned_deg"] = json!(angles.map(|angle| hundredths(angle.to_degrees())));
 }
 

@@ -63,7 +63,7 @@ impl Shelf {
     pub(super) fn open(&self, name: &str) -> Result<String, Refusal> {
         let path = self.scene_path(name)?;
         self.text_of(&path)?.ok_or_else(|| {
-            let what = format!("there is no scene {name:?} in the folder");
+            let what = format!("the folder has no scene {name:?}");
             Refusal::new(StatusCode::NOT_FOUND, "no_such_scene", what).field("scene")
         })
     }
@@ -81,7 +81,7 @@ impl Shelf {
     /// # Errors
     /// If it cannot be read, or lies elsewhere.
     pub(super) fn read(&self, relative: &str) -> io::Result<String> {
-        let elsewhere = |_refusal| io::Error::other("it is not a file in the scenes' folder");
+        let elsewhere = |_refusal| io::Error::other("it is not a file in the scenes folder");
         let path = self.file_path(relative).map_err(elsewhere)?;
         self.disk.read_below(&self.folder, &path)
     }
@@ -133,7 +133,7 @@ impl Shelf {
             if !file.ends_with(".csv") {
                 return Err(unusable(
                     "files",
-                    format!("{file:?} is not a trajectory: the name must end in .csv"),
+                    format!("{file:?} is not a trajectory: its name must end in .csv"),
                 ));
             }
             Ok((self.file_path(file)?, text))
@@ -146,8 +146,7 @@ impl Shelf {
         if scene.exists() || scenes < SCENES_MAX {
             return Ok(());
         }
-        let what =
-            format!("the folder already has {scenes} scenes, of which {SCENES_MAX} can be listed");
+        let what = format!("the folder has {scenes} scenes already, expected at most {SCENES_MAX}");
         Err(
             Refusal::new(StatusCode::INSUFFICIENT_STORAGE, "too_many_scenes", what)
                 .hint("move some to another folder"),
@@ -163,15 +162,15 @@ impl Shelf {
         let (what, hint) = match (version, now) {
             (None, _) => (
                 format!("the file {file} already exists"),
-                "save under another name, or open the existing file",
+                "save under another name, or open that file",
             ),
             (Some(_), None) => (
-                format!("{file} was deleted since it was opened"),
+                format!("{file} was deleted after you opened it"),
                 "save under another name to keep yours",
             ),
             (Some(_), Some(_)) => (
-                format!("{file} was changed on the disk since it was opened"),
-                "save under another name to keep both, or reopen it to get the version on the disk",
+                format!("{file} changed on disk after you opened it"),
+                "save under another name to keep both, or open it again to get the other version",
             ),
         };
         Err(
@@ -189,8 +188,8 @@ impl Shelf {
             return Ok(self.folder.join(format!("{name}.toml")));
         }
         Err(
-            unusable("scene", format!("{name:?} is not a valid scene name")).hint(format!(
-                "1 to {NAME_CHARACTERS_MAX} letters, digits, spaces, - and _"
+            unusable("scene", format!("{name:?} is not a scene name")).hint(format!(
+                "use 1 to {NAME_CHARACTERS_MAX} letters, digits, spaces, - and _"
             )),
         )
     }
@@ -217,7 +216,7 @@ impl Shelf {
         }
         Err(unusable(
             "files",
-            format!("{relative:?} is not a file in the scenes' folder"),
+            format!("{relative:?} is not a file in the scenes folder"),
         ))
     }
 
@@ -234,11 +233,11 @@ impl Shelf {
         let bytes = usize::try_from(bytes).unwrap_or(usize::MAX);
         if bytes > TEXT_BYTES_MAX {
             let what = format!(
-                "{} has {bytes} bytes; at most {TEXT_BYTES_MAX} can be edited here",
+                "{} has {bytes} bytes, expected at most {TEXT_BYTES_MAX}",
                 path.display()
             );
             return Err(unusable("scene", what)
-                .hint("use a text editor, and put meshes into separate files"));
+                .hint("use a text editor, or move meshes into files of their own"));
         }
         match (self.disk.read)(file) {
             Ok(text) => Ok(Some(text)),
@@ -278,7 +277,7 @@ pub(super) fn version_of(text: &str) -> String {
 fn failed(path: &Path, error: &io::Error) -> Refusal {
     let what = format!("{}: {error:#}", path.display());
     Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, "folder_failed", what)
-        .hint("check that the collector may write to the scenes' folder and that its disk has room")
+        .hint("check that the collector may write to the scenes folder and that its disk has space")
 }
 
 fn unusable(field: &'static str, what: String) -> Refusal {

@@ -51,7 +51,7 @@ impl WayEdit {
 /// If there is no such row, or the text is not a trajectory.
 pub(super) fn edited(text: Option<&str>, edit: &WayEdit) -> Result<String, Fault> {
     let file = edit.file();
-    let known = || text.ok_or_else(|| Fault::of_file(file, 1, "there is no such trajectory"));
+    let known = || text.ok_or_else(|| Fault::of_file(file, 1, "this trajectory does not exist"));
     match edit {
         WayEdit::NewWay { points_mm, .. } => new_way(file, text, points_mm),
         WayEdit::MoveWayPoint { row, to_mm, .. } => {
@@ -115,7 +115,7 @@ impl<'a> Rows<'a> {
             Fault::of_file(
                 file,
                 1,
-                "this trajectory has an unusual layout and cannot be edited here",
+                "the layout of this trajectory does not allow edits here",
             )
         };
         if lines.is_empty() || text.contains('"') {
@@ -306,8 +306,8 @@ mod tests {
             (WAY, remove(2), "no waypoint 3"),
             ("x_mm,y_mm,z_mm\n1,2,3\n", remove(0), "one waypoint"),
             ("x_mm,y_mm,z_mm\n1,b,3\n", shift.clone(), "three numbers"),
-            ("a,b\n1,2\n", shift.clone(), "unusual"),
-            ("", shift, "unusual"),
+            ("a,b\n1,2\n", shift.clone(), "does not allow"),
+            ("", shift, "does not allow"),
         ] {
             let said = made(text, edit).unwrap_err().to_json().to_string();
             assert!(said.contains(why), "{said}");

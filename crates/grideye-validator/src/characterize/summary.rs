@@ -2,6 +2,7 @@
 
 use crate::characterize::characterization::{Characterization, NOMINAL_HZ};
 use crate::characterize::presence::{Presence, Spot};
+use crate::numbers::long_count;
 use grideye_draw::text::{fixed, signed};
 use grideye_frame::COLUMNS;
 use serde_json::{Map, Value, json};
@@ -220,8 +221,12 @@ impl Characterization {
     fn add_faults(&self, lines: &mut Lines) {
         let faults = &self.faults;
         let percent = |share: f64| fixed(100.0 * share, 2);
-        let chance = percent(faults.torn_by_chance);
-        let torn = format!("{} of {}; by chance {chance}", faults.torn, faults.compared);
+        let compared = faults.compared;
+        let chance = fixed(faults.torn_by_chance * long_count(compared), 1);
+        let torn = format!(
+            "{} of {compared}; {chance} expected by chance in whole frames",
+            faults.torn
+        );
         let share = percent(faults.torn_share());
         lines.add("partly repeated (torn) frames, %", share, torn);
         let in_a_row = match faults.duplicates {

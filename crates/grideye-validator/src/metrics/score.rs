@@ -69,16 +69,16 @@ measures! {
         Correlation = "correlation", "C, correlation", "", Higher;
         Gain = "gain", "Gain over the blank frame", "", Higher;
     }
-    "Distances, reported", "reported" {
+    "Distances, reported only", "reported" {
         ImageSimilarity = "image_similarity", "IS, image similarity", "%", Higher;
         Rmse = "rmse", "RMSE", "°C", Lower;
         Mae = "mae", "MAE", "°C", Lower;
-        Bias = "bias", "Bias, simulated less real", "°C", Neither;
+        Bias = "bias", "Bias, simulated minus real", "°C", Neither;
         GainWithOffset = "gain_with_offset", "Gain, offset included", "", Higher;
     }
-    "Places, structure and the sensor's noise, reported", "reported" {
+    "Places, structure and noise, reported only", "reported" {
         ForegroundRmse = "foreground_rmse", "Foreground RMSE", "°C", Lower;
-        ContrastSlope = "contrast_slope", "Contrast, real over claimed", "", Neither;
+        ContrastSlope = "contrast_slope", "Contrast, real over simulated", "", Neither;
         CentroidErrorPixels = "centroid_error_pixels", "Centroid error", "px", Lower;
         CentroidErrorDegrees = "centroid_error_degrees", "Centroid error, angle", "°", Lower;
         WarmOverlap = "warm_overlap", "IoU of warm pixels", "", Higher;

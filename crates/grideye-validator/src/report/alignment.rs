@@ -1,4 +1,4 @@
-//! How recording and scene were brought into step, as a section of the page and as JSON.
+//! The alignment in time and place, as a section of the page and as JSON.
 
 use crate::align::{Alignment, TimeFound};
 use crate::compare::Comparison;
@@ -23,49 +23,49 @@ pub(crate) fn section(comparison: &Comparison) -> String {
     let mut rows = vec![
         ("Frames left out", left_out),
         (
-            "Slow drift taken out",
-            format!("{drift} °C from its least to its most"),
+            "Slow drift removed",
+            format!("{drift} °C, largest minus smallest"),
         ),
     ];
     rows.extend(time_rows(found.time.as_ref()));
-    let unknown = "cannot be told from this recording".to_owned();
+    let unknown = "this recording does not tell".to_owned();
     let lies = found.orientation.map_or(unknown, |found| {
-        let applied = if found.applied { ", turned back" } else { "" };
+        let applied = if found.applied { ", corrected" } else { "" };
         let (likeness, upright) = (fixed(found.likeness, 2), fixed(found.upright, 2));
         let orientation = found.orientation;
-        format!("{orientation}{applied}; likeness {likeness} so, {upright} as it was recorded")
+        format!("{orientation}{applied}; likeness {likeness}, as recorded {upright}")
     });
-    rows.push(("How the image lies", lies));
-    let unknown = "not looked for, or cannot be told".to_owned();
+    rows.push(("Orientation", lies));
+    let unknown = "not searched, or this recording does not tell".to_owned();
     let place = found.offset.map_or(unknown, |offset| {
         let [right, down] = offset.right_down_px.map(|px| signed(px, 2));
         let what = match offset.applied {
-            true => "taken out",
-            false => "left as it is",
+            true => "removed",
+            false => "not corrected",
         };
         format!("{right} pixels to the right, {down} down, {what}")
     });
-    rows.push(("Where the image lies", place));
+    rows.push(("Image offset", place));
     format!(
-        "<h2>Alignment</h2>\n<p>What was found before anything was scored. Likeness is the correlation of what moves over \
-         all pixels and frames, or of the image where nothing moves.</p>\n{}",
+        "<h2>Alignment</h2>\n<p>Found before scoring. Likeness is the correlation of everything that moves, over all pixels and frames; \
+         of the image if nothing moves.</p>\n{}",
         rows_table(rows)
     )
 }
 
 fn time_rows(time: Option<&TimeFound>) -> Vec<(&'static str, String)> {
     let Some(time) = time else {
-        let why = "not aligned: nothing moves, or it was not asked for";
+        let why = "not aligned: nothing moves, or not asked for";
         return vec![("Time", why.to_owned())];
     };
-    let unknown = "not known: every decoy is the scene itself".to_owned();
+    let unknown = "unknown: every decoy equals the scene".to_owned();
     let chance = time.chance.map_or(unknown, |chance| {
         let (chance, decoys) = (fixed(chance, 2), time.decoys);
-        format!("{chance} ({decoys} films that are not the scene, aligned alike)")
+        format!("{chance} (best of {decoys} decoys, aligned the same way)")
     });
     let state = match (time.applied, time.at_bound) {
         (true, _) => "applied",
-        (false, true) => "not applied: a better one lies beyond the bounds",
+        (false, true) => "not applied: a better one is beyond the bounds",
         (false, false) => "not applied: no better than chance",
     };
     let shift = with_error(signed(time.shift_s, 3), time.shift_error_s, 3);
@@ -82,7 +82,7 @@ fn time_rows(time: Option<&TimeFound>) -> Vec<(&'static str, String)> {
     if let Some([right, down]) = time.rival_offset_px {
         let (right, down) = (signed(right, 1), signed(down, 1));
         let image = format!("an image {right} pixels to the right and {down} down");
-        rows.push(("Would explain it as well", image));
+        rows.push(("Explains it as well", image));
     }
     rows
 }

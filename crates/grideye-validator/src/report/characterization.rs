@@ -1,4 +1,4 @@
-//! The characterization as one page that needs nothing else: table, maps, Allan deviations.
+//! The characterization as an HTML page: table, maps, Allan deviations.
 
 use crate::characterize::{AllanPoint, Characterization};
 use crate::numbers::extremes;
@@ -11,7 +11,7 @@ use grideye_frame::{COLUMNS, PIXELS};
 const STYLE: &str = include_str!("characterization.css");
 
 impl Characterization {
-    /// The whole as one self-contained HTML page, readable in gray and in print; the same input gives the same bytes.
+    /// One HTML file without scripts or network, readable in gray and in print; equal input gives equal bytes.
     #[must_use]
     pub fn to_html(&self, recording: &str, command: &str) -> String {
         let (recording, command) = (escape(recording), escape(command));
@@ -20,7 +20,7 @@ impl Characterization {
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
              <title>The sensor of {recording}</title><style>{STYLE}</style></head><body><main>\n\
              <h1>The sensor of {recording}</h1>\n<p class=\"lead\">{}</p>\n{}{}{}\
-             <h2>How to make this page again</h2>\n<pre>{command}</pre>\n</main></body></html>\n",
+             <h2>Reproduce</h2>\n<pre>{command}</pre>\n</main></body></html>\n",
             self.lead(),
             self.table(),
             self.maps(),
@@ -31,11 +31,11 @@ impl Characterization {
     fn lead(&self) -> String {
         let (least, most) = self.noise.range_c();
         let rate = self.sensor_hz().map_or_else(
-            || format!("{} frames a second", fixed(self.timing.rate_hz, 2)),
-            |rate| format!("{} frames a second by its own clock", fixed(rate, 2)),
+            || format!("{} frames per second", fixed(self.timing.rate_hz, 2)),
+            |rate| format!("{} frames per second by the sensor's clock", fixed(rate, 2)),
         );
         format!(
-            "{} frames; {rate}; noise {} °C in the middle pixel, {} to {} over all. {} % of the frames are partly repeated, {} % wholly.",
+            "{} frames; {rate}; noise {} °C in the median pixel, {} to {} over all pixels. {} % of the frames are partly repeated (torn), {} % wholly.",
             self.frames,
             fixed(self.noise.median_c(), 2),
             fixed(least, 2),
@@ -46,7 +46,7 @@ impl Characterization {
     }
 
     fn table(&self) -> String {
-        let mut html = "<h2>What was found</h2>\n<div class=\"wide\"><table>\n".to_owned();
+        let mut html = "<h2>Findings</h2>\n<div class=\"wide\"><table>\n".to_owned();
         for line in self.lines() {
             html.push_str(&format!(
                 "<tr><th>{}</th><td class=\"value\">{}</td><td>{}</td></tr>\n",
@@ -64,7 +64,7 @@ impl Characterization {
         let noise = map(
             &self.noise.sigma_c,
             "Noise of each pixel, °C",
-            "From frame to frame, as read; pixel 1 is at the top left.",
+            "From frame to frame, as read. Pixel 1 is at the upper left.",
             &|sigma| color(&INFERNO, (sigma - least) / (most - least).max(1e-9)),
             &|sigma| fixed(sigma, 2),
         );
@@ -76,7 +76,7 @@ impl Characterization {
             map(
                 &pattern.offset_c,
                 "Fixed pattern, °C",
-                "What each pixel keeps beyond a smooth surface; signs say which way.",
+                "Each pixel's constant difference from a smooth surface.",
                 &|offset| color(&DIFFERENCE, 0.5 + offset / largest / 2.0),
                 &|offset| signed(offset, 2),
             )
@@ -86,7 +86,7 @@ impl Characterization {
             map(
                 &pattern.surface_c,
                 "Smooth surface, °C",
-                "Taken for the scene's, above the middle pixel; in the profile of an empty room alone.",
+                "Relative to the median pixel. Attributed to the scene; in the profile only if the room is empty.",
                 &|level| color(&INFERNO, (level - low) / (high - low).max(1e-9)),
                 &|level| signed(level, 2),
             )
@@ -96,7 +96,8 @@ impl Characterization {
 
     fn allan_section(&self) -> String {
         if self.allan.is_empty() {
-            return "<h2>Allan deviation</h2>\n<p>The recording has no hundred frames in a row.</p>\n".to_owned();
+            return "<h2>Allan deviation</h2>\n<p>The recording has no 100 frames in a row.</p>\n"
+                .to_owned();
         }
         let rows: String = self
             .allan
@@ -111,9 +112,9 @@ impl Characterization {
             })
             .collect();
         format!(
-            "<h2>Allan deviation</h2>\n<p>How far the mean over one stretch of time differs from that over the next. White noise \
-             falls along the thin line; where a curve leaves it, longer averages gain less, and where it rises, they lose.</p>\n\
-             {}\n<div class=\"wide\"><table class=\"small\"><thead><tr><th>over, s</th><th>one pixel, °C</th><th>common mode, °C</th></tr></thead>\
+            "<h2>Allan deviation</h2>\n<p>The difference between the means of two successive stretches of time. White noise follows the thin line. \
+             Where a curve is flatter, longer averages help less; where it rises, they harm.</p>\n\
+             {}\n<div class=\"wide\"><table class=\"small\"><thead><tr><th>averaged over, s</th><th>one pixel, °C</th><th>common mode, °C</th></tr></thead>\
              <tbody>{rows}</tbody></table></div>\n",
             self.allan_plot()
         )
@@ -155,7 +156,7 @@ impl Characterization {
 const ACROSS: (f64, f64) = (80.0, 590.0);
 const DOWN: (f64, f64) = (16.0, 324.0);
 
-/// A curve with its name at its end; what is not above zero is left out.
+/// A curve with its name at its end, without values of zero or below.
 fn curve(plot: &mut Plot<'_>, class: &str, (x, y): (&[f64], &[f64]), name: &str) {
     let points = x.iter().zip(y).filter(|(_, y)| **y > 0.0);
     let points: Vec<(f64, f64)> = points

@@ -1,43 +1,51 @@
-//! What the verdict rests on, part by part, each score on a line, and the thresholds with where they come from.
+//! The criteria with a chart for each score, and the thresholds with their sources.
 
 use crate::compare::Comparison;
 use crate::expected::{DRAWS, ScoreDistribution};
 use crate::report::text::Context;
-use crate::verdict::{Asked, State};
+use crate::verdict::{Asked, Criterion, State};
 use grideye_draw::plot::Axis;
 use grideye_draw::svg::Svg;
 use grideye_draw::text::{escape, fixed};
 
 pub(crate) fn section(comparison: &Comparison) -> String {
-    let rows: String = comparison
-        .judgment
-        .criteria
-        .iter()
-        .map(|criterion| {
-            let (mark, word) = match criterion.state {
-                State::Met => ("✓", "met"),
-                State::Failed => ("✗", "failed"),
-                State::Open => ("?", "cannot tell"),
-                State::NotAsked => ("–", "not asked"),
-            };
-            format!(
-                "<tr class=\"{}\"><th scope=\"row\">{}</th><td class=\"state\"><span aria-hidden=\"true\">{mark}</span> {word}</td><td>{}{}</td></tr>\n",
-                criterion.state.name(),
-                escape(criterion.title),
-                escape(&criterion.sentence),
-                criterion.asked.as_ref().map_or_else(String::new, ruler)
-            )
-        })
-        .collect();
+    let criteria = || comparison.judgment.criteria.iter();
+    let is_shown = |criterion: &&Criterion| {
+        criterion.asked.is_some() || matches!(criterion.state, State::Failed | State::Open)
+    };
+    let rows = |rows: String| {
+        format!("<table class=\"list criteria\">\n<tbody>\n{rows}</tbody>\n</table>\n")
+    };
+    let shown = rows(criteria().filter(is_shown).map(row).collect());
+    let others = criteria().filter(|criterion| !is_shown(criterion));
+    let (count, others) = (others.clone().count(), others.map(row).collect());
     format!(
-        "<h2>What the verdict rests on</h2>\n<p>All that were asked have to be met. MI and IS are not among them: they \
-         hardly tell right scenes from wrong ones. On the lines, the diamond is what was found and the upright stroke what is \
-         asked; the full bar holds what {DRAWS} drawn units score where the scene is right, the broken outline what they score \
-         without the people, or without anything.</p>\n<table class=\"list criteria\">\n<tbody>\n{rows}</tbody>\n</table>\n"
+        "<h2>Criteria</h2>\n<p>Every criterion that was asked must be met. In the charts, the diamond is the score, the \
+         stroke the requirement, the bar the range of {DRAWS} simulated sensors that see the scene, and the dashed outline of \
+         those that see the room without its people, or an empty room.</p>\n{shown}\
+         <details><summary>{count} more, met or not asked</summary>\n{}</details>\n",
+        rows(others)
     )
 }
 
-/// Each threshold, its number and where it comes from; nothing where none were handed in.
+fn row(criterion: &Criterion) -> String {
+    let (mark, word) = match criterion.state {
+        State::Met => ("✓", "met"),
+        State::Failed => ("✗", "failed"),
+        State::Open => ("?", "cannot tell"),
+        State::NotAsked => ("–", "not asked"),
+    };
+    let text = format!("{} {}", criterion.sentence, criterion.next_step);
+    format!(
+        "<tr class=\"{}\"><th scope=\"row\">{}</th><td class=\"state\"><span aria-hidden=\"true\">{mark}</span> {word}</td><td>{}{}</td></tr>\n",
+        criterion.state.name(),
+        escape(criterion.title),
+        escape(text.trim_end()),
+        criterion.asked.as_ref().map_or_else(String::new, ruler)
+    )
+}
+
+/// Each threshold with its number and source; empty without thresholds.
 pub(crate) fn thresholds(context: &Context) -> String {
     if context.thresholds.is_empty() {
         return String::new();
@@ -56,9 +64,10 @@ pub(crate) fn thresholds(context: &Context) -> String {
         })
         .collect();
     format!(
-        "<h2>Thresholds, and where they come from</h2>\n<p>Skills are shares of the way from the floor to what right scenes hardly fall below; keys that \
-         end in <code>_c</code> are in °C. <code>--thresholds FILE</code> takes others.</p>\n\
-         <table class=\"list thresholds\">\n<tbody>\n{rows}</tbody>\n</table>\n"
+        "<h2>Thresholds</h2>\n<details><summary>Values and sources</summary>\n<p>A skill is a share of the way from chance to \
+         the lowest score of a right scene; keys ending in <code>_c</code> are in °C. Change them with \
+         <code>--thresholds FILE</code>.</p>\n\
+         <table class=\"list thresholds\">\n<tbody>\n{rows}</tbody>\n</table></details>\n"
     )
 }
 
@@ -66,14 +75,14 @@ const WIDTH: f64 = 440.0;
 const HEIGHT: f64 = 46.0;
 const EDGE: f64 = 26.0;
 const MIDDLE: f64 = 15.0;
-/// Of the units, this share lies beyond either end of a bar.
+/// The share of units beyond either end of a bar.
 const BEYOND: f64 = 0.001;
 
-/// Full bar: right scenes; broken outline: what they are told from; upright stroke: asked; diamond: found.
+/// Bar: right scenes; dashed outline: rooms without people, or empty; stroke: required; diamond: found.
 pub(crate) fn ruler(asked: &Asked) -> String {
     let axis = axis(asked);
     let label = format!(
-        "{} found, {} asked for",
+        "{} found, {} required",
         fixed(asked.value, 2),
         fixed(asked.least, 2)
     );

@@ -1,4 +1,4 @@
-//! The comparison as one page.
+//! The comparison as an HTML page.
 
 use crate::compare::{Comparison, FilmFrame};
 use crate::frames::Protocol;
@@ -9,7 +9,7 @@ use crate::report::{alignment, assumptions, criteria, paper, plots, scores};
 use crate::verdict::Verdict;
 use grideye_draw::text::{escape, fixed, seconds, signed};
 
-/// The comparison as one HTML file: no script, no network, readable in grey and in print. The verdict comes first.
+/// The comparison as one HTML file without scripts or network, readable in gray and in print.
 #[must_use]
 pub fn html(comparison: &Comparison, context: &Context) -> String {
     let title = format!(
@@ -48,32 +48,45 @@ fn verdict(comparison: &Comparison) -> String {
         Verdict::Disagrees => "✗",
         Verdict::CannotTell => "?",
     };
-    let reasons = list(judgment.reasons.iter());
+    let verdict = judgment.verdict.name();
+    let (title, found) = judgment.headline.split_once(": ").unwrap_or_default();
+    // The first reason is the headline's own.
+    let reasons = list(judgment.reasons.iter().skip(1));
+    let next = match judgment.next_step.as_str() {
+        "" => String::new(),
+        next => format!("<p><b>Next:</b> {}</p>\n", escape(next)),
+    };
     let warnings: String = comparison
         .warnings
         .iter()
         .map(|warning| format!("<p><b>Warning:</b> {}</p>\n", escape(warning)))
         .collect();
     format!(
-        "<section class=\"verdict {}\">\n<div class=\"badge\"><span aria-hidden=\"true\">{mark}</span> Verdict: {}</div>\n\
-         <h1>{}</h1>\n{warnings}{reasons}<p class=\"small\"><b>What would change it:</b> {}</p>\n</section>\n",
-        judgment.verdict.name(),
-        judgment.verdict,
-        escape(&judgment.headline),
+        "<section class=\"verdict {verdict}\">\n<h1><span aria-hidden=\"true\">{mark}</span> {title}</h1>\n\
+         <p class=\"lead\">{}</p>\n{warnings}{next}{reasons}\
+         <details><summary>What would change it</summary><p>{}</p></details>\n</section>\n",
+        escape(&upper(found)),
         escape(&judgment.would_change)
     )
+}
+
+fn upper(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
 }
 
 fn facts(comparison: &Comparison, context: &Context) -> String {
     let protocol = match comparison.settings.protocol {
         Protocol::Static => format!(
-            "static, {} × {} frames",
+            "static, {} real × {} simulated frames",
             comparison.real_frames, comparison.simulated_frames
         ),
-        Protocol::Dynamic => format!("dynamic, {} frames in step", comparison.pairs),
+        Protocol::Dynamic => format!("dynamic, {} pairs of frames", comparison.pairs),
     };
     let noise = comparison.noise_sigma_c.map_or_else(
-        || "not measurable".to_owned(),
+        || "unknown".to_owned(),
         |sigma| format!("{} °C", fixed(sigma, 2)),
     );
     let warm = &comparison.warm;
@@ -85,12 +98,12 @@ fn facts(comparison: &Comparison, context: &Context) -> String {
         ("Recording", context.recording.clone()),
         ("Sensor", context.sensor.clone()),
         ("Protocol", protocol),
-        ("Recording less scene", format!("{offset} °C all over")),
-        ("That offset wanders by", format!("{drift} °C")),
+        ("Recording minus scene", format!("{offset} °C overall")),
+        ("This offset varies by", format!("{drift} °C")),
         ("Sensor noise, 1σ", noise),
         (
-            "Warm pixels a frame",
-            format!("{real} real, {claimed} claimed"),
+            "Warm pixels per frame",
+            format!("{real} real, {claimed} simulated"),
         ),
     ];
     let items: String = facts
@@ -121,22 +134,21 @@ fn frames(comparison: &Comparison) -> String {
         format!("<figure>{svg}<figcaption><b>{name}</b> {caption}</figcaption></figure>\n")
     };
     format!(
-        "<h2>Frames</h2>\n<p>The frame at {time}, values in °C. Real and simulated share one scale; the first pixel of the \
-         recording is at the upper left. In the difference, hatched cells are off by {IS_THRESHOLD:.2} °C or more and do \
-         not count as similar.</p>\n<div class=\"frames\">\n{}{}{}</div>\n\
+        "<h2>Frames</h2>\n<p>At {time}, in °C; real and simulated share one scale. Pixel 1 is at the upper left. Hatched cells differ by \
+         {IS_THRESHOLD:.2} °C or more and do not count as similar.</p>\n<div class=\"frames\">\n{}{}{}</div>\n\
          <div class=\"scales\"><div>{}</div><div>{}</div></div>\n{}",
-        figure(&key.real, temperatures, "Real", "as the sensor measured it"),
+        figure(&key.real, temperatures, "Real", "as measured"),
         figure(
             &key.simulated,
             temperatures,
             "Simulated",
-            "with the sensor's noise"
+            "with sensor noise"
         ),
         figure(
             &difference,
             differences,
             "Difference",
-            "simulated less real"
+            "simulated minus real"
         ),
         image::scale(temperatures),
         image::scale(differences),
@@ -170,11 +182,10 @@ fn film(comparison: &Comparison, temperatures: Shows, differences: Shows) -> Str
 
 fn evaluation(comparison: &Comparison) -> String {
     format!(
-        "<h2>Evaluation graph</h2>\n<p>How many pixels differ by less than a threshold. A simulation earns what its curve \
-         gains on the dashed one: a blank frame already reaches the top when little of the view is warm. IS is read at \
-         {IS_THRESHOLD:.2} °C: the paper takes the datasheet's accuracy of ±{SENSOR_ACCURACY_C:.1} °C as 3σ and reads at 2σ. That σ is not \
-         the sensor's noise.</p>\n\
-         <figure>{}</figure>\n",
+        "<h2>Evaluation graph</h2>\n<p>Share of pixels that differ by less than a threshold. Only the gap to the dashed curve counts: with \
+         little warm in view, a blank frame is similar too.</p>\n\
+         <figure>{}</figure>\n<details><summary>Why IS is read at {IS_THRESHOLD:.2} °C</summary><p>The paper takes the datasheet's \
+         accuracy of ±{SENSOR_ACCURACY_C:.1} °C as 3σ and reads at 2σ. This σ is not the sensor's noise.</p></details>\n",
         plots::evaluation_graph(&comparison.evaluation)
     )
 }
@@ -204,16 +215,16 @@ fn reproduce(comparison: &Comparison, context: &Context) -> String {
         command => format!("<pre>{}</pre>\n", escape(command)),
     };
     format!(
-        "<h2>How to reproduce</h2>\n{command}<table class=\"list\">\n<tbody>\n{rows}</tbody>\n</table>\n"
+        "<h2>Reproduce</h2>\n{command}<table class=\"list\">\n<tbody>\n{rows}</tbody>\n</table>\n"
     )
 }
 
 fn footer(context: &Context) -> String {
     let which = context.experiment.and_then(paper::experiment).map_or_else(
-        || "The paper's figures are the ranges of its Tables 1 to 4".to_owned(),
+        || "The paper's figures are the ranges of its tables 1 to 4".to_owned(),
         |experiment| {
             format!(
-                "The paper's figures are those of its Table {0}, experiment {0}: {1}",
+                "The paper's figures are from its table {0}, experiment {0}: {1}",
                 experiment.number, experiment.title
             )
         },

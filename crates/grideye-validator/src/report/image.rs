@@ -1,4 +1,4 @@
-//! Frames and maps as pictures: a PNG of one cell a pixel inside an SVG that scales it without smoothing and writes the values.
+//! Frames and maps as images: a PNG with one dot per pixel, in an SVG that scales it and writes the values.
 
 use crate::compare::{Comparison, FilmFrame};
 use crate::frames::Shape;
@@ -12,7 +12,7 @@ use grideye_draw::palette::{DIFFERENCE, INFERNO, Rgb, color, ink};
 use grideye_draw::svg::Svg;
 use grideye_draw::text::{fixed, signed};
 
-/// From the coldest to the warmest temperature that the pictures show, in degrees.
+/// The temperatures that the images show.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Range {
     pub(crate) coldest_c: f64,
@@ -22,7 +22,7 @@ pub(crate) struct Range {
 #[derive(Clone, Copy)]
 pub(crate) enum Shows {
     Temperatures(Range),
-    /// Simulated less real, on a scale from minus to plus this many degrees.
+    /// Simulated minus real, on a scale from minus to plus this many degrees.
     Differences {
         limit_c: f64,
     },
@@ -31,7 +31,7 @@ pub(crate) enum Shows {
 const NUMBERED_COLUMNS_MAX: usize = 16;
 const CELL: usize = 40;
 
-/// The one scale of all real and simulated frames of the report, to the half degree outwards.
+/// The common scale of all real and simulated frames, rounded outwards to half degrees.
 pub(crate) fn shared_range(comparison: &Comparison) -> Range {
     let frames = comparison.film.iter();
     let values: Vec<f64> = frames
@@ -55,7 +55,7 @@ pub(crate) fn shared_range(comparison: &Comparison) -> Range {
     }
 }
 
-/// The end of the scale of differences, to the half degree outwards.
+/// The end of the scale of differences, rounded outwards to half degrees.
 pub(crate) fn difference_limit(comparison: &Comparison) -> f64 {
     let frames = comparison.film.iter();
     limit(frames.flat_map(|frame| differences(&frame.real, &frame.simulated)))
@@ -70,7 +70,7 @@ pub(crate) fn difference(real: &[f64], simulated: &[f64]) -> Vec<f64> {
     differences(real, simulated).collect()
 }
 
-/// A picture with, if `numbered`, the value in each cell; differences beyond the similarity's threshold are hatched.
+/// An image, with the value in each cell if `numbered`; differences that do not count as similar are hatched.
 pub(crate) fn svg(
     shape: Shape,
     values: &[f64],
@@ -103,7 +103,7 @@ pub(crate) fn svg(
     svg.finish()
 }
 
-/// The scale as a bar with its ends and middle written below, in degrees.
+/// The scale as a bar with its ends and middle, °C.
 pub(crate) fn scale(shows: Shows) -> String {
     let (from, to, stops): (f64, f64, &[Rgb]) = match shows {
         Shows::Temperatures(range) => (range.coldest_c, range.warmest_c, &INFERNO),
@@ -164,7 +164,7 @@ fn png_uri(shape: Shape, colors: &[Rgb]) -> String {
     format!("data:image/png;base64,{}", STANDARD.encode(bytes))
 }
 
-/// The frame of the film in which the most stands out from the background: the one to show large.
+/// The frame with the most contrast, shown large.
 pub(crate) fn key_frame(comparison: &Comparison) -> Option<&FilmFrame> {
     let contrast = |frame: &&FilmFrame| {
         let mean = frame.simulated.iter().sum::<f64>() / count(frame.simulated.len());
@@ -213,27 +213,21 @@ pub(crate) fn maps_section(comparison: &Comparison) -> String {
                 structure,
                 shows,
                 "Structure",
-                "mean structural similarity of each pixel's neighborhood, −1 (black) to 1 (light)",
+                "mean structural similarity (SSIM), −1 (black) to 1 (light)",
                 false,
             )
         });
     format!(
-        "<h2>Where it is off</h2>\n<p>Each pixel over all frames. One that stands out alone is a pixel's fault or a fixed \
-         pattern; a patch is something that the scene has elsewhere, or has not.</p>\n<div class=\"frames\">\n{}{}{structure}</div>\n",
+        "<h2>Where it is off</h2>\n<p>Each pixel over all frames. A single pixel that stands out has a fault or a fixed pattern; a patch is an \
+         object that the scene lacks or has elsewhere.</p>\n<div class=\"frames\">\n{}{}{structure}</div>\n",
         figure(
             &maps.bias_c,
             differences,
             "Mean difference",
-            "simulated less real, °C",
+            "simulated minus real, °C",
             true
         ),
-        figure(
-            &maps.rmse_c,
-            errors,
-            "Error",
-            "root mean square of the difference, °C",
-            true
-        ),
+        figure(&maps.rmse_c, errors, "Error", "root mean square, °C", true),
     )
 }
 

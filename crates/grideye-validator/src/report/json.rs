@@ -60,13 +60,14 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
     format!("{document:#}\n")
 }
 
-/// Of the same object what a page of live comparisons shows, with the notes of the comparison itself.
+/// The part of this object that the page of live comparisons shows, with the comparison's notes.
 #[must_use]
 pub fn summary(comparison: &Comparison, context: &Context) -> Value {
     let judgment = &comparison.judgment;
     json!({
         "verdict": judgment.verdict,
         "headline": judgment.headline,
+        "next_step": judgment.next_step,
         "reasons": judgment.reasons,
         "would_change": judgment.would_change,
         "criteria": judgment.criteria,

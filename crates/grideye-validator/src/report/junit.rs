@@ -1,4 +1,4 @@
-//! The verdict as JUnit XML, which servers of continuous integration read.
+//! The verdict as JUnit XML for continuous integration.
 
 use crate::compare::Comparison;
 use crate::report::text::Context;
@@ -6,7 +6,7 @@ use crate::verdict::{Criterion, State, Verdict};
 use grideye_draw::text::escape;
 use std::fmt::Write;
 
-/// One test case a criterion and one for the verdict: failure, error (cannot tell) or skipped (not asked); times are 0.
+/// One test case per criterion and one for the verdict: failure, error (cannot tell) or skipped (not asked); times are 0.
 #[must_use]
 pub fn junit(comparison: &Comparison, context: &Context) -> String {
     let class = text(&format!("grideye.compare.{}", context.sensor));
@@ -57,7 +57,9 @@ impl Case {
                 State::NotAsked => Outcome::Skipped,
             },
             message: format!("{}: {}", criterion.title, criterion.sentence),
-            details: criterion.sentence.clone(),
+            details: format!("{} {}", criterion.sentence, criterion.next_step)
+                .trim_end()
+                .to_owned(),
         }
     }
 
@@ -71,12 +73,7 @@ impl Case {
                 Verdict::CannotTell => Outcome::Error,
             },
             message: judgment.headline.clone(),
-            details: format!(
-                "{}\n{}\n{}",
-                judgment.headline,
-                judgment.reasons.join("\n"),
-                judgment.would_change
-            ),
+            details: format!("{judgment}{}", judgment.would_change),
         }
     }
 
@@ -127,7 +124,7 @@ fn properties(comparison: &Comparison, context: &Context) -> String {
     properties
 }
 
-/// Text that XML 1.0 takes: escaped, and what it has no character for replaced.
+/// Escaped text in which a character that XML 1.0 lacks becomes U+FFFD.
 fn text(text: &str) -> String {
     let is_char = |character: &char| matches!(character, '\t' | '\n' | '\r' | ' '..='\u{FFFD}' | '\u{10000}'..);
     let allowed: String = text

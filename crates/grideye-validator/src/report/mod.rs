@@ -1,4 +1,4 @@
-//! The comparison as a page for people, as a table for a terminal and as JSON for programs. All hold the same figures.
+//! The comparison as a page, a table for a terminal, JSON and JUnit, all with the same figures.
 
 mod alignment;
 mod assumptions;

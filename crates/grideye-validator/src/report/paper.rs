@@ -1,25 +1,25 @@
-//! The results that the paper published, to stand beside ours, always marked as the paper's.
+//! The paper's published results, shown beside ours and marked as the paper's.
 //!
 //! Comai et al. 2025, PeerJ Computer Science 11:e3124, Tables 1 to 4 (CC BY 4.0). Its Table 5 gives experiment 4 other figures.
 
 use crate::metrics::score::Measure;
 
-/// How to cite the source of these figures.
+/// The source of these figures.
 pub const CITATION: &str =
     "Comai et al. 2025, PeerJ Computer Science 11:e3124, https://doi.org/10.7717/peerj-cs.3124";
 
 /// The published figures of one experiment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Experiment {
-    /// 1 to 4, as the paper counts; also the number of its table.
+    /// 1 to 4 as in the paper; also the number of its table.
     pub number: u8,
-    /// The set-up in a few words.
+    /// The setup in a few words.
     pub title: &'static str,
     /// In the order of [`MEASURES`]: entropies and information in bits, IS as a share of 0 to 1.
     figures: [f64; 6],
 }
 
-/// What the paper measured: C, entropies, mutual information and IS.
+/// The paper's measures: C, entropies, mutual information and IS.
 pub const MEASURES: [Measure; 6] = [
     Measure::Correlation,
     Measure::EntropyRealGrey,
@@ -53,7 +53,7 @@ pub const EXPERIMENTS: [Experiment; 4] = [
     },
 ];
 
-/// The experiment of a number from 1 to 4.
+/// The experiment with this number, 1 to 4.
 #[must_use]
 pub fn experiment(number: u8) -> Option<&'static Experiment> {
     EXPERIMENTS
@@ -62,7 +62,7 @@ pub fn experiment(number: u8) -> Option<&'static Experiment> {
 }
 
 impl Experiment {
-    /// The paper's figure for one of our measures, where it published one.
+    /// The paper's figure for a measure, if it published one.
     #[must_use]
     pub fn figure(&self, measure: Measure) -> Option<f64> {
         let mut figures = MEASURES.iter().zip(self.figures);

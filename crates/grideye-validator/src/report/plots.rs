@@ -12,7 +12,7 @@ const WIDTH: f64 = 720.0;
 const ACROSS: (f64, f64) = (80.0, WIDTH - 16.0);
 const DOWN: (f64, f64) = (16.0, 288.0);
 
-/// Share of pixels over the threshold: the pair, the blank frame and the ceiling, told apart by their strokes.
+/// Share of pixels below each threshold: simulated, blank frame and ceiling, in different strokes.
 pub(crate) fn evaluation_graph(graph: &EvaluationGraph) -> String {
     let label = "Evaluation graph: share of pixels whose difference is below a threshold";
     let mut svg = Svg::inline("graph", (WIDTH, DOWN.1 + 52.0), label);
@@ -29,7 +29,7 @@ pub(crate) fn evaluation_graph(graph: &EvaluationGraph) -> String {
             .take_while(|&tick| tick <= largest_c)
             .map(|tick| (tick, tick)),
     );
-    plot.names("threshold in °C", "pixels that differ by less");
+    plot.names("threshold in °C", "share of pixels");
     plot.upright("mark", IS_THRESHOLD);
     let at = (plot.x.place(IS_THRESHOLD) + 6.0, DOWN.1 - 12.0);
     let read = format!("IS is read here: 2σ = {IS_THRESHOLD:.2} °C");
@@ -39,10 +39,10 @@ pub(crate) fn evaluation_graph(graph: &EvaluationGraph) -> String {
     let repeat = graph
         .repeat
         .as_ref()
-        .map(|repeat| ("repeat", "the sensor's own repeat (ceiling)", repeat));
+        .map(|repeat| ("repeat", "own repeat (ceiling)", repeat));
     let x = ACROSS.1 - 270.0;
     let curves: Vec<_> = [pair, blank].into_iter().chain(repeat).collect();
-    // What matters most is drawn last.
+    // The most important curve is drawn last.
     for (index, (class, label, shares)) in curves.into_iter().enumerate().rev() {
         let class = format!("curve {class}");
         let points = graph.thresholds_c.iter().zip(shares.iter());
@@ -56,7 +56,7 @@ pub(crate) fn evaluation_graph(graph: &EvaluationGraph) -> String {
     svg.finish()
 }
 
-/// The axis ends where every curve has reached the top, but not before 3 degrees.
+/// The axis ends where every curve has reached the top, at 3 °C or later.
 fn largest_c(graph: &EvaluationGraph) -> f64 {
     let curves = [&graph.simulated, &graph.blank].into_iter();
     let full = curves
@@ -77,21 +77,21 @@ const DOTS_MAX: usize = 60;
 struct Panel {
     title: &'static str,
     points: Vec<(f64, Option<f64>)>,
-    /// Dashed: the blank frame, or what is allowed.
+    /// Dashed: the blank frame, or the allowed range.
     floors: Vec<f64>,
     ceiling: Option<f64>,
     holds: (f64, f64),
     number: fn(f64, usize) -> String,
 }
 
-/// C, RMSE and the common offset of each real frame and the simulated one beside it; empty where there is one frame.
+/// Correlation, RMSE and common offset of each pair over time; empty for a single frame.
 pub(crate) fn section(comparison: &Comparison) -> String {
     if comparison.timeline.len() < 2 {
         return String::new();
     }
     format!(
-        "<h2>Scores over time</h2>\n<p>Each real frame and the simulated one beside it. Dashed: what a blank frame scores \
-         on average, and for the offset what is allowed; dotted: the ceiling.</p>\n<figure>{}</figure>\n",
+        "<h2>Scores over time</h2>\n<p>Each real frame with its simulated one. Dashed: the blank frame's mean, or the allowed offset. \
+         Dotted: the ceiling.</p>\n<figure>{}</figure>\n",
         over_time(&panels(comparison))
     )
 }
@@ -119,7 +119,7 @@ fn panels(comparison: &Comparison) -> [Panel; 3] {
         measure(Measure::Correlation, "C, correlation", (0.0, 1.0)),
         measure(Measure::Rmse, "RMSE in °C", (0.0, 0.5)),
         Panel {
-            title: "Recording less scene all over, °C",
+            title: "Recording minus scene, °C",
             points: over_time(&|frame| Some(frame.offset_c)),
             floors: vec![-most_c, most_c],
             ceiling: None,

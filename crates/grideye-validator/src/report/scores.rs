@@ -1,4 +1,4 @@
-//! Every score beside its floors and its ceiling, as a table of the page and as plain text; and the paper's three in one line.
+//! Every score with its floors and ceiling, as a table for the page and the terminal; and the paper's three in one line.
 
 use crate::compare::Comparison;
 use crate::metrics::score::{Better, Measure, Score};
@@ -22,20 +22,18 @@ pub(crate) fn section(comparison: &Comparison, context: &Context) -> String {
         })
         .collect();
     format!(
-        "<h2>Scores, and what they are worth</h2>\n\
-         <p>A score means something only between its floor (what a blank frame at {} °C, the simulation's own pixels in \
-         random order, or an image of nothing but the sensor's noise would have scored) and its ceiling (the recording \
-         against itself {} later; in C, gain, RMSE, MAE, contrast, centroid and χ² the sensor's noise counted once, \
-         elsewhere as it comes). Skill is the place between the two, 0 to 1. A value \
-         can pass its ceiling, for example where something has moved on before the repeat; its skill is 1 then.</p>\n\
+        "<h2>Scores</h2>\n\
+         <p>Read a score between its floors (a blank frame at {} °C, the simulation's pixels shuffled, noise alone) and \
+         its ceiling (the recording against itself {} later). Skill is the position between them, 0 to 1.</p>\n\
          <div class=\"wide\"><table>\n<thead><tr><th scope=\"col\">Measure</th><th scope=\"col\">Value</th>\
          <th scope=\"col\">Skill</th><th scope=\"col\">Floor:<br>blank frame</th>\
          <th scope=\"col\">Floor: shuffled,<br>mean (best 5 %)</th><th scope=\"col\">Floor:<br>noise only</th>\
          <th scope=\"col\">Ceiling:<br>own repeat</th>\
          <th scope=\"col\">The paper's,<br>{papers}</th></tr></thead>\n{rows}</table></div>\n\
-         <p class=\"small soft\">The paper's figures come from its own room and recordings: they are there to compare the order \
-         of magnitude, not to be reached. A skill of “{UNDEFINED}” says that the ceiling does not rise above chance: on this \
-         recording that measure cannot tell a right scene from a wrong one.</p>\n",
+         <details><summary>How to read the table</summary><p>The ceiling counts the sensor's noise once in C, gain, RMSE, MAE, \
+         contrast, centroid and χ², twice elsewhere. A value can exceed it, for example if something moved before the repeat; its \
+         skill is then 1. A skill of “{UNDEFINED}” means that the ceiling is no better than chance: here this measure tells \
+         nothing. The paper's figures are from its own room; compare only their order of magnitude.</p></details>\n",
         fixed(comparison.settings.ambient_c, 2),
         frames_in_words(comparison.settings.lag_frames),
     )
@@ -49,7 +47,7 @@ fn row(score: &Score, experiment: Option<u8>) -> String {
     };
     let [_, value, _, blank, mean, best, noise, ceiling, _] = cells(score, None);
     let shuffled = match best.as_str() {
-        // Where neither more nor less is better, no order of the pixels is the best.
+        // Without a better direction, no pixel order is the best.
         UNDEFINED => mean,
         best => format!("{mean} ({best})"),
     };
@@ -103,7 +101,7 @@ fn papers_digits(measure: Measure, figure: f64) -> String {
     }
 }
 
-/// Every score in a line with its floors, its ceiling, its skill and the paper's figure for `experiment`.
+/// One line for each score: value, skill, floors, ceiling, and the paper's figure for `experiment`.
 #[must_use]
 pub fn table(comparison: &Comparison, experiment: Option<u8>) -> String {
     let experiment = experiment.and_then(paper::experiment);
@@ -193,8 +191,8 @@ fn below(comparison: &Comparison) -> String {
         .map_or_else(|| UNDEFINED.to_owned(), |slope| fixed(slope, 2));
     format!(
         "chosen bins: {} ({}); 256 levels: the paper's\n\
-         MI against {} shuffled orders: p {} (256 levels), {} (chosen bins); bias taken out after Miller and Madow\n\
-         chi squared {} at {} degrees of freedom, p {}; offset {} °C, drift {drift} °C a minute\n",
+         MI against {} shuffled orders: p {} (256 levels), {} (chosen bins); bias removed after Miller and Madow\n\
+         chi squared {} at {} degrees of freedom, p {}; offset {} °C, drift {drift} °C per minute\n",
         comparison.settings.binning,
         comparison.settings.binning.in_words(),
         comparison.settings.shuffles,
@@ -208,14 +206,20 @@ fn below(comparison: &Comparison) -> String {
     )
 }
 
-/// The paper's three scores in one line, each with its blank frame, shuffled pixels and repeat, and the paper's own.
+/// The paper's three scores in one line, each with its floors, its ceiling and the paper's figure.
 #[must_use]
 pub fn scores_line(comparison: &Comparison, experiment: Option<u8>) -> String {
     let published = experiment.and_then(paper::experiment);
     let lines = [
-        (Measure::Correlation, ("C", 2, 1.0, "")),
-        (Measure::MutualInformationGrey, ("MI", 1, 1.0, " bit")),
-        (Measure::ImageSimilarity, ("IS", 0, 100.0, " %")),
+        (Measure::Correlation, ("correlation", 2, 1.0, "")),
+        (
+            Measure::MutualInformationGrey,
+            ("mutual information", 1, 1.0, " bit"),
+        ),
+        (
+            Measure::ImageSimilarity,
+            ("image similarity", 0, 100.0, " %"),
+        ),
     ];
     lines
         .map(|(measure, style)| {
@@ -225,7 +229,7 @@ pub fn scores_line(comparison: &Comparison, experiment: Option<u8>) -> String {
         .join("; ")
 }
 
-/// `C 0.97 (shuffled 0.01, repeat 0.98; the paper's 0.79)`, by the name, digits, scale and unit.
+/// For example `correlation 0.97 (shuffled 0.01, repeat 0.98, the paper's 0.79)`.
 fn shown(
     comparison: &Comparison,
     measure: Measure,
@@ -234,7 +238,7 @@ fn shown(
 ) -> String {
     let number = |value: f64| {
         let rounded = format!("{:.digits$}", value * scale);
-        // Without the zero, a shuffled mean of -0.001 would read "-0.00".
+        // Otherwise a shuffled mean of -0.001 would read "-0.00".
         let is_zero = !rounded.contains(|digit| ('1'..='9').contains(&digit));
         let plain = rounded.trim_start_matches(|sign| is_zero && sign == '-');
         format!("{plain}{unit}")

@@ -1,4 +1,4 @@
-//! What a report tells of its making; lists, and values with their units.
+//! The context of a report; lists, tables, and values with their units.
 
 use crate::metrics::score::Measure;
 use crate::thresholds::ThresholdLine;
@@ -14,7 +14,7 @@ pub(crate) fn list<'a>(sentences: impl Iterator<Item = &'a String>) -> String {
 
 pub(crate) const UNDEFINED: &str = "–";
 
-/// A value of a measure in the measure's unit, the unit left to the row's title except for shares.
+/// A value in its measure's unit; only shares print the unit.
 pub(crate) fn value(measure: Measure, value: Option<f64>) -> String {
     match value {
         None => UNDEFINED.to_owned(),
@@ -23,25 +23,25 @@ pub(crate) fn value(measure: Measure, value: Option<f64>) -> String {
     }
 }
 
-/// What was compared, with what, and how to do it again: all that the frames themselves do not tell.
+/// The inputs of a comparison and how to reproduce it.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Context {
     pub scene: String,
     pub recording: String,
     pub sensor: String,
-    /// The command that makes this report again.
+    /// The command that reproduces this report.
     pub command: String,
     /// Program and version, for example `grideye 0.1.0`.
     pub program: String,
-    /// When it was made, as text; left out if empty, so that equal input can give equal bytes.
+    /// Date as text; omitted if empty, so that equal input gives equal bytes.
     pub created: String,
-    /// Seeds by what they were used for.
+    /// Seeds by purpose.
     pub seeds: Vec<(String, u64)>,
     pub inputs: Vec<Input>,
-    /// What was assumed, each a sentence; those of the comparison itself are added to them.
+    /// Assumptions as sentences; the comparison's own are added.
     pub assumptions: Vec<String>,
-    /// The paper's experiment that this is, 1 to 4; without it, the range of all four is printed.
+    /// The paper's experiment, 1 to 4; without it, the range of all four is printed.
     #[serde(skip)]
     pub experiment: Option<u8>,
     #[serde(skip)]
@@ -53,7 +53,7 @@ pub struct Context {
 pub struct Input {
     /// The file's name.
     pub name: String,
-    /// A hash of its bytes with the name of the hash in front, for example `sha256:…`.
+    /// A hash of its bytes, for example `sha256:…`.
     pub hash: String,
 }
 

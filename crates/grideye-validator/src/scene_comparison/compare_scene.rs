@@ -80,11 +80,12 @@ pub fn compare_scene(
         ..prior(records, &simulator, room, &aligned.found, options)
     };
     let comparison = compare_with_prior(shape, &real, &simulated, &settings, &prior)?;
-    let is_turned = comparison
-        .judgment
-        .criteria
-        .iter()
-        .any(|criterion| (criterion.name, criterion.state) == ("orientation", State::Failed));
+    let judgment = &comparison.judgment;
+    let is_turned = judgment.criteria.iter().any(|criterion| {
+        let is_reason = |reason: &String| reason.starts_with(&criterion.sentence);
+        (criterion.name, criterion.state) == ("orientation", State::Failed)
+            && judgment.reasons.iter().any(is_reason)
+    });
     let lies = aligned.found.orientation.as_ref();
     notes.extend(lies.and_then(|found| notes::orientation(found, is_turned)));
     let warning = background.as_ref().and_then(BackgroundFit::warning);

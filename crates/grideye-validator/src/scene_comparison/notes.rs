@@ -10,9 +10,7 @@ use grideye_draw::text::fixed;
 pub(crate) fn alignment(found: &Alignment, rows: usize, options: &Options) -> Vec<String> {
     let left_out = found.left_out.iter().map(|left| {
         let (left_out, reason, first) = (left.rows, left.reason, left.first_seq);
-        format!(
-            "{left_out} of {rows} rows of the recording were left out, {reason}; the first is {first}."
-        )
+        format!("Left out {left_out} of {rows} rows ({reason}); the first is {first}.")
     });
     let mut notes: Vec<String> = left_out.collect();
     if found.drift_c > 0.0 {

@@ -154,6 +154,10 @@ pub(crate) fn prior(
         (None, None) => RoomSource::Scene,
     };
     Prior {
+        recorded_frames: records
+            .iter()
+            .filter(|record| record.reading.frame().is_some())
+            .count(),
         turned_back: found
             .orientation
             .filter(|found| found.applied)

@@ -1,10 +1,10 @@
-//! From the numbers to the verdict, if a recording holds enough to tell anything from.
+//! From the evidence to the verdict, its headline and its reasons.
 
 use crate::metrics::score::Measure;
 use crate::thresholds::{Thresholds, too_few};
 use crate::verdict::image_criteria::{level, orientation, unclaimed};
 use crate::verdict::score_criteria::scores;
-use crate::verdict::types::{Evidence, Judgment, Question, State, Verdict, Weighed};
+use crate::verdict::types::{Evidence, Judgment, Next, Question, State, Verdict, Weighed};
 use grideye_draw::text::{fixed, frames};
 
 pub(crate) fn judge(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Judgment {
@@ -22,10 +22,14 @@ pub(crate) fn judge(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Judgmen
     } else {
         Verdict::Agrees
     };
+    let reasons = reasons(verdict, &weighed);
     Judgment {
         verdict,
-        headline: headline(verdict).to_owned(),
-        reasons: reasons(verdict, &weighed),
+        headline: headline(verdict, reasons.first().copied(), evidence),
+        next_step: reasons
+            .first()
+            .map_or_else(String::new, |first| first.criterion.next_step.clone()),
+        reasons: reasons.iter().map(|reason| reason.in_words()).collect(),
         would_change: would_change(verdict, &weighed),
         criteria: weighed
             .into_iter()
@@ -34,31 +38,51 @@ pub(crate) fn judge(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Judgmen
     }
 }
 
-const fn headline(verdict: Verdict) -> &'static str {
+fn headline(verdict: Verdict, first: Option<&Weighed>, evidence: &Evidence<'_>) -> String {
+    let mut letters = verdict.to_string();
+    letters[..1].make_ascii_uppercase();
+    let found = first.map_or_else(String::new, |first| lower(&first.criterion.sentence) + " ");
+    let compared = evidence.real_frames;
+    let all = frames(evidence.prior.recorded_frames.max(compared));
+    format!("{letters}: {found}Compared {compared} of {all}.")
+}
+
+/// For the middle of a sentence: the first letter in lower case.
+pub(crate) fn lower(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_lowercase().chain(letters).collect()
+    })
+}
+
+/// The criteria that decided the verdict. A sound sensor is no reason to believe a scene, so its checks are none.
+fn reasons(verdict: Verdict, weighed: &[Weighed]) -> Vec<&Weighed> {
+    let of = |state: State| {
+        let all = weighed.iter();
+        all.filter(move |weighed| weighed.criterion.state == state && !weighed.turn.is_empty())
+    };
     match verdict {
-        Verdict::Agrees => "The simulated scene agrees with the recording.",
-        Verdict::Disagrees => "The simulated scene disagrees with the recording.",
-        Verdict::CannotTell => "This recording cannot tell whether the simulated scene is right.",
+        Verdict::CannotTell => of(State::Open).collect(),
+        Verdict::Agrees => of(State::Met).collect(),
+        Verdict::Disagrees => {
+            let is_alone = of(State::Failed).all(|weighed| weighed.is_weak);
+            let failed = of(State::Failed);
+            failed
+                .filter(|weighed| is_alone || !weighed.is_weak)
+                .collect()
+        }
     }
 }
 
-/// What failed comes first: it is what the reader has to act on. A verdict that cannot be given has what is missing.
-fn reasons(verdict: Verdict, weighed: &[Weighed]) -> Vec<String> {
-    let of = |state: State| {
-        weighed
-            .iter()
-            .filter(move |weighed| weighed.criterion.state == state)
-    };
-    let sentence = |weighed: &Weighed| weighed.criterion.sentence.clone();
-    // That a sensor has no fault is no reason to believe in a scene.
-    let is_reason = |weighed: &&Weighed| !weighed.turn.is_empty();
-    match verdict {
-        Verdict::CannotTell => of(State::Open).map(sentence).collect(),
-        Verdict::Agrees | Verdict::Disagrees => of(State::Failed)
-            .chain(of(State::Open))
-            .chain(of(State::Met).filter(is_reason))
-            .map(sentence)
-            .collect(),
+impl Weighed {
+    fn in_words(&self) -> String {
+        let Self {
+            criterion, brief, ..
+        } = self;
+        let found = brief.as_ref().unwrap_or(&criterion.sentence);
+        format!("{found} {}", criterion.next_step)
+            .trim_end()
+            .to_owned()
     }
 }
 
@@ -96,8 +120,8 @@ fn nearest(weighed: &[Weighed]) -> String {
         .min_by(|a, b| a.0.total_cmp(&b.0))
         .map_or_else(String::new, |(margin, title)| {
             format!(
-                " Nearest to its threshold is “{title}”, by {} of skill.",
-                fixed(margin, 2)
+                " Nearest to its limit is “{title}”: {} % of the way from chance to a right scene are left.",
+                fixed(100.0 * margin, 0)
             )
         })
 }
@@ -126,24 +150,40 @@ fn weighed(
     }
     all.extend(evidence.prior.sensor.iter().map(|criterion| Weighed {
         turn: match criterion.state {
-            State::Failed => format!("“{}” to hold", criterion.title),
+            State::Failed => format!("“{}” to be met", criterion.title),
             _ => String::new(),
         },
         criterion: criterion.clone(),
         margin: None,
+        brief: None,
+        is_weak: false,
     }));
     all
 }
 
 struct Insufficiency {
     reason: String,
-    remedy: &'static str,
+    /// What to do, and what it takes.
+    remedy: (&'static str, &'static str),
 }
+
+const LONGER: (&str, &str) = (
+    "Record the same scene for longer.",
+    "a longer recording of the same scene",
+);
+const WARMER: (&str, &str) = (
+    "Record again with a person, or another warm object of the scene, in view.",
+    "a recording with a person, or another warm object of the scene, in view",
+);
+const CLEARER: (&str, &str) = (
+    "Record for at least a second at 10 Hz without gaps, with something warmer in view.",
+    "a recording of at least a second at 10 Hz without gaps, with more contrast or less noise",
+);
 
 fn sufficiency(evidence: &Evidence<'_>, open: Option<&Insufficiency>) -> Weighed {
     let asked = Question {
         name: "enough_to_tell",
-        title: "The recording holds enough to tell",
+        title: "The recording shows enough to tell",
         keys: &[
             "frames_min",
             "warm_pixels_min",
@@ -155,8 +195,8 @@ fn sufficiency(evidence: &Evidence<'_>, open: Option<&Insufficiency>) -> Weighed
         return asked.weighed(State::Open, reason, *remedy);
     }
     let (frames, warm) = (frames(evidence.real_frames), fixed(evidence.warm.real, 1));
-    let enough = format!("{frames} and {warm} warm pixels in each are enough to tell.");
-    asked.weighed(State::Met, enough, "")
+    let enough = format!("{frames} with {warm} warm pixels each are enough.");
+    asked.weighed(State::Met, enough, Next::default())
 }
 
 fn insufficiency(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Option<Insufficiency> {
@@ -164,56 +204,63 @@ fn insufficiency(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Option<Ins
         let (found, least) = (frames(evidence.real_frames), thresholds.frames_min);
         return Some(Insufficiency {
             reason: format!(
-                "The recording holds {found} to compare; at least {least} are needed to know what the sensor's noise is worth."
+                "The recording holds {found} to compare; measuring the sensor's noise takes at least {least}."
             ),
-            remedy: "a longer recording of the same scene",
+            remedy: LONGER,
         });
     }
     if evidence.warm.real < thresholds.warm_pixels_min {
         return Some(Insufficiency {
             reason: nothing_warm(evidence),
-            remedy: "a recording with a person, or another warm thing of the scene, in view",
+            remedy: WARMER,
         });
     }
-    [Measure::Correlation, Measure::Gain]
-        .into_iter()
-        .find_map(|measure| no_headroom(evidence, measure, thresholds.headroom_min))
+    [
+        (Measure::Correlation, "correlation"),
+        (Measure::Gain, "gain"),
+    ]
+    .into_iter()
+    .find_map(|measure| no_headroom(evidence, measure, thresholds.headroom_min))
 }
 
 fn nothing_warm(evidence: &Evidence<'_>) -> String {
     let claim = if evidence.warm.claimed > 0.0 {
         format!(
-            "the scene claims {:.1} such pixels a frame, which an empty recording neither proves nor refutes",
+            "the scene has {:.1}, which an empty recording neither confirms nor refutes",
             evidence.warm.claimed
         )
     } else {
-        "the scene claims none either, and any two empty rooms look alike".to_owned()
+        "the scene has none either, and any two empty rooms look alike".to_owned()
     };
     format!(
-        "The recording shows nothing warm: {:.2} pixels a frame lie more than {:.2} °C above the background; {claim}.",
+        "The recording shows nothing warm: {:.2} pixels per frame are more than {:.2} °C above the background; {claim}.",
         evidence.warm.real, evidence.warm_above_c
     )
 }
 
-fn no_headroom(evidence: &Evidence<'_>, measure: Measure, least: f64) -> Option<Insufficiency> {
+fn no_headroom(
+    evidence: &Evidence<'_>,
+    (measure, name): (Measure, &str),
+    least: f64,
+) -> Option<Insufficiency> {
     let score = evidence.scores.get(measure);
-    let remedy =
-        "a recording of at least a second at 10 Hz without gaps, with more contrast or less noise";
+    let lag = frames(evidence.lag_frames);
+    let insufficiency = |reason| Insufficiency {
+        reason,
+        remedy: CLEARER,
+    };
     let Some(ceiling) = score.ceiling else {
-        let reason = format!(
-            "The recording has no frame {} after another to measure its own repeat with, so {measure} has no ceiling.",
-            frames(evidence.lag_frames)
-        );
-        return Some(Insufficiency { reason, remedy });
+        return Some(insufficiency(format!(
+            "The recording has no two frames {lag} apart, so the highest possible {name} is unknown."
+        )));
     };
     let chance = score.chance()?;
-    // Written so that a value that is not a number falls on the side of "cannot tell".
+    // Written so that NaN means "cannot tell".
     let rises = ceiling - chance >= least;
-    (!rises).then(|| Insufficiency {
-        reason: format!(
-            "The recording does not even resemble itself {} later: {measure} reaches {} where chance reaches {}.",
-            frames(evidence.lag_frames), fixed(ceiling, 2), fixed(chance, 2)
-        ),
-        remedy,
+    let (ceiling, chance) = (fixed(ceiling, 2), fixed(chance, 2));
+    (!rises).then(|| {
+        insufficiency(format!(
+            "The recording does not even resemble itself {lag} later: its {name} is {ceiling}, and chance reaches {chance}."
+        ))
     })
 }

@@ -1,4 +1,4 @@
-//! From the scores to agrees, disagrees or cannot tell: one criterion after the other, and the sentences for each.
+//! Judges the evidence criterion by criterion: agrees, disagrees or cannot tell, with a sentence for each.
 
 mod image_criteria;
 pub(crate) mod judgment;

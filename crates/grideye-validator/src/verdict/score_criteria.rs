@@ -1,25 +1,28 @@
-//! Scores held against what a right scene would reach, and what a room without its people, or without anything.
+//! Compares scores with those of a right scene, of the room without its people, and of an empty room.
 
+use crate::expected::ScoreDistribution;
 use crate::expected::claim::Statistics;
 use crate::expected::units::{Pick, Scale};
-use crate::expected::{DRAWS, ScoreDistribution};
 use crate::metrics::foreground::RoomSource;
 use crate::metrics::score::Measure;
 use crate::thresholds::Thresholds;
-use crate::verdict::types::{Asked, Evidence, PROFILE, Question, State, Weighed};
+use crate::verdict::judgment::lower;
+use crate::verdict::types::{Asked, Evidence, Next, PROFILE, Question, State, Weighed};
 use grideye_draw::text::fixed;
 
 #[derive(Clone, Copy)]
 struct ScoreCriterion {
     question: Question,
-    /// To stand at the beginning of a sentence.
+    /// Begins a sentence.
     score: &'static str,
+    /// What to do if the criterion fails.
+    next_step: &'static str,
     scale: Scale,
     pick: Pick,
-    /// Of the way from floor to what right scenes reach, so much is asked.
+    /// The share that is required of the way from the floor to the lowest score of a right scene.
     share: f64,
     floor: f64,
-    /// Whether rooms without people must not reach it, or else rooms without anything.
+    /// Whether the score must beat the room without its people; otherwise, an empty room.
     is_of_people: bool,
 }
 
@@ -28,14 +31,15 @@ pub(crate) fn scores(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Vec<We
     let correlation = ScoreCriterion {
         question: Question {
             name: "correlation",
-            title: "C is a right scene's",
+            title: "Correlation is a right scene's",
             keys: &[
                 "correlation_skill_min",
                 "false_alarm_max",
                 "pattern_spread_c",
             ],
         },
-        score: "C",
+        score: "Correlation",
+        next_step: "Check that the people, the objects and the sensor are where the scene has them; mark uncertain values with [[fit]] and run `grideye calibrate`.",
         scale: Scale::Correlation,
         pick: |statistics| statistics.correlation,
         share: thresholds.correlation_skill_min,
@@ -48,7 +52,8 @@ pub(crate) fn scores(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Vec<We
             title: "Better than a blank frame",
             keys: &["gain_skill_min", "false_alarm_max", "pattern_spread_c"],
         },
-        score: "The gain over a blank frame",
+        score: "Gain over a blank frame",
+        next_step: "Check the temperatures and positions of the people and objects in the scene.",
         scale: Scale::Gain,
         pick: |statistics| statistics.gain,
         share: thresholds.gain_skill_min,
@@ -58,14 +63,15 @@ pub(crate) fn scores(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Vec<We
     let above_room = ScoreCriterion {
         question: Question {
             name: "correlation_above_room",
-            title: "C without the empty room",
+            title: "Correlation without the empty room",
             keys: &[
                 "above_room_skill_min",
                 "false_alarm_max",
                 "pattern_spread_c",
             ],
         },
-        score: "With the empty room taken out, C",
+        score: "Correlation without the empty room",
+        next_step: "Check where the scene's people are, and in which second of the scene the recording starts (--start).",
         pick: |statistics| statistics.above_room,
         share: thresholds.above_room_skill_min,
         floor: 0.0,
@@ -78,7 +84,8 @@ pub(crate) fn scores(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Vec<We
             title: "Better than the scene without its people",
             keys: &["nobody_skill_min", "false_alarm_max", "pattern_spread_c"],
         },
-        score: "The gain that the scene's people bring",
+        score: "Gain from the scene's people",
+        next_step: "Check that the scene's people were in view, and their temperatures and positions.",
         scale: Scale::Plain,
         pick: |statistics| statistics.over_nobody,
         share: thresholds.nobody_skill_min,
@@ -93,17 +100,20 @@ pub(crate) fn scores(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Vec<We
 impl ScoreCriterion {
     fn weigh(&self, evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed {
         if self.is_of_people && !evidence.prior.shows_people {
-            let why = "None of the scene's people are in view while it was recorded.";
-            return self.question.weighed(State::NotAsked, why, "");
+            let why = "None of the scene's people were in view during the recording.";
+            return self.question.weighed(State::NotAsked, why, Next::default());
         }
         let expected = evidence.expected;
         let law =
             |draws: &[Statistics]| ScoreDistribution::of(self.scale, draws.iter().map(self.pick));
         let Some(right) = law(&expected.right) else {
             let score = self.score;
-            let why = format!("{score} is not defined for a scene in which nothing stands out.");
-            let turn = "a scene with something warm in view";
-            return self.question.weighed(State::Open, why, turn);
+            let why = format!("{score} is undefined: nothing stands out in the scene.");
+            let next = (
+                "Compare with a scene that has something warm in view.",
+                "a scene with something warm in view",
+            );
+            return self.question.weighed(State::Open, why, next);
         };
         let without = if self.is_of_people {
             law(&expected.nobody)
@@ -114,14 +124,17 @@ impl ScoreCriterion {
         let low = right.low(rate);
         let least = low.min(self.floor + self.share * (low - self.floor));
         let value = (self.pick)(evidence.found).unwrap_or(self.floor);
-        // Written so that a value that is not a number falls on the side of failure.
+        // Written so that NaN fails.
         let is_reached = value >= least;
         let needed = without.map_or(least, |without| least.max(without.high(rate)));
         let (name, limit) = (lower(self.score), fixed(needed, 2));
-        let (state, turn) = match (is_reached, value < needed) {
-            (false, _) => (State::Failed, format!("{name} of {limit}")),
-            (true, true) => (State::Open, remedy(evidence).to_owned()),
-            (true, false) => (State::Met, format!("{name} below {limit}")),
+        let (state, next): (State, Next) = match (is_reached, value < needed) {
+            (false, _) => {
+                let turn = format!("{name} of {limit}");
+                (State::Failed, (self.next_step, turn).into())
+            }
+            (true, true) => (State::Open, remedy(evidence).into()),
+            (true, false) => (State::Met, ("", format!("{name} below {limit}")).into()),
         };
         let asked = Asked {
             value,
@@ -129,65 +142,52 @@ impl ScoreCriterion {
             right,
             without,
         };
-        let sentence = self.sentence(&asked, state, rate);
-        let mut weighed = self.question.weighed(state, sentence, turn);
+        let sentence = self.sentence(&asked, needed, rate);
+        let mut weighed = self.question.weighed(state, sentence, next);
+        let (score, found) = (self.score, fixed(value, 2));
+        weighed.brief = Some(format!("{score} {found}; {limit} was required."));
         weighed.criterion.asked = Some(asked);
         weighed.margin = Some((value - needed) / (low - self.floor).abs().max(1e-9));
         weighed
     }
 
-    fn sentence(&self, asked: &Asked, state: State, rate: f64) -> String {
-        let relation = match state {
-            State::Failed => "less than",
-            _ => "at least",
-        };
+    fn sentence(&self, asked: &Asked, needed: f64, rate: f64) -> String {
+        let (score, value) = (self.score, fixed(asked.value, 2));
+        let right = fixed(asked.right.low(rate), 2);
         let mut text = format!(
-            "{} is {}, {relation} the {} asked for; right scenes have {} ({})",
-            self.score,
-            fixed(asked.value, 2),
-            fixed(asked.least, 2),
-            fixed(asked.right.mean, 2),
-            range(&asked.right, asked.right.low(rate), "at least", rate),
+            "{score} {value}. A right scene scores at least {right} with this kind of sensor"
         );
         if let Some(without) = &asked.without {
-            let what = if self.is_of_people {
-                "rooms without the people"
-            } else {
-                "rooms with nothing in them"
+            let room = match self.is_of_people {
+                true => "the room without its people",
+                false => "an empty room",
             };
-            let mean = fixed(without.mean, 2);
-            let range = range(without, without.high(rate), "at most", rate);
-            text.push_str(&format!(", {what} {mean} ({range})"));
+            let most = fixed(without.high(rate), 2);
+            text.push_str(&format!(", {room} at most {most}"));
         }
-        text.push_str(&format!(", over {DRAWS} drawn units."));
-        if state == State::Open {
-            text.push_str(" So much proves nothing here.");
-        }
-        text
+        let (limit, share) = (fixed(needed, 2), fixed(100.0 * self.share, 0));
+        let from = if self.is_of_people {
+            ""
+        } else {
+            "from chance "
+        };
+        let required = match needed > asked.least {
+            true => format!("; more than {limit} was required."),
+            false => {
+                format!("; {limit} was required, {share} % of the way {from}to a right scene.")
+            }
+        };
+        text + &required
     }
 }
 
-fn range(law: &ScoreDistribution, end: f64, relation: &str, rate: f64) -> String {
-    if law.sd == 0.0 {
-        return "always".to_owned();
-    }
-    let (share, end) = (fixed(100.0 * (1.0 - rate), 1), fixed(end, 2));
-    format!("{share} % {relation} {end}")
-}
-
-/// What would settle a score that proves nothing.
-fn remedy(evidence: &Evidence<'_>) -> &'static str {
+/// How to settle a score that an empty room reaches too.
+fn remedy(evidence: &Evidence<'_>) -> (&'static str, &'static str) {
     match evidence.prior.pattern.from {
         RoomSource::Scene => PROFILE,
-        _ => "a recording with more contrast, or a longer one",
-    }
-}
-
-/// To stand within a sentence: all scores but C begin with a word.
-fn lower(text: &str) -> String {
-    let mut letters = text.chars();
-    match (text.len(), letters.next()) {
-        (2.., Some(first)) => first.to_lowercase().chain(letters).collect(),
-        _ => text.to_owned(),
+        _ => (
+            "Record for longer, or with something warmer in view.",
+            "a recording with more contrast, or a longer one",
+        ),
     }
 }

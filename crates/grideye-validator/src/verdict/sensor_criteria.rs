@@ -1,5 +1,5 @@
-//! What a recording shows of its own sensor: pixels that do not move, steps that are not the sensor's, a thermometer that the
-//! pixels do not belong to, a rate that is not the scene's. C and the gain do not see these; false alarms have a stated rate.
+//! Sensor faults that a recording shows by itself: stuck pixels, wrong steps, pixels that do not fit the thermistor, a wrong
+//! frame rate. Correlation and gain do not see these.
 
 use crate::frames::types::decoded;
 use crate::numbers::{CommonStep, count, median, normal_tail};
@@ -12,24 +12,24 @@ use grideye_recording::Record;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Inspection {
-    /// Frames that are not the frame before read again.
+    /// Frames that differ from the frame before.
     frames: usize,
-    /// Of each pixel, the longest run of frames in which it did not change.
+    /// Each pixel's longest run of frames without a change.
     longest: [usize; PIXELS],
-    /// How likely a quiet pixel is to stay as it is in one more frame, at most; `None` without noise.
+    /// The highest probability that a quiet pixel keeps its value for one more frame; `None` without noise.
     stays: Option<f64>,
-    /// The step that all pixels are multiples of, in words; 0 if nothing ever changes.
+    /// The largest step, in raw words, of which all differences are multiples; 0 if nothing changes.
     step_words: u16,
     /// Median of the pixels and of the thermistor, °C.
     pixels_c: f64,
     thermistor_c: f64,
-    /// Frames a second by the recording's own stamps.
+    /// Frames per second by the recording's timestamps.
     rate_hz: Option<f64>,
 }
 
-/// The quietest pixels have at least this share of the median's noise: measured were 0.67, 0.78 and 0.88.
+/// The quietest pixels have at least this share of the median noise; we measured 0.67, 0.78 and 0.88.
 const QUIETEST: f64 = 0.6;
-/// Of frames one after the other, fewer tell no rate.
+/// Fewest pairs of consecutive frames that tell a rate or a noise.
 const STEPS_MIN: usize = 5;
 
 impl Inspection {
@@ -52,7 +52,7 @@ impl Inspection {
         })
     }
 
-    /// The checks as parts of a verdict; the scene has the sensor measure at `scene_hz` in air of `ambient_c`.
+    /// The criteria, given the scene's frame rate and air temperature.
     pub(crate) fn criteria(
         &self,
         thresholds: &Thresholds,
@@ -75,15 +75,14 @@ impl Inspection {
         };
         let (frames, rate) = (self.frames, thresholds.false_alarm_max);
         let Some(stays) = self.stays else {
-            let why = "The recording has no noise, so that a pixel that stands still is no fault.";
+            let why = "The recording has no noise, so an unchanging pixel is no fault.";
             return asked.answered(State::NotAsked, why);
         };
         let by_chance = |run: usize| count(PIXELS) * count(frames) * stays.powf(count(run));
         let needed = (1..=RUN_MAX).find(|&run| by_chance(run) <= rate);
         let Some(needed) = needed.filter(|&needed| needed <= frames) else {
-            let why = format!(
-                "{frames} frames are too few to tell a pixel that is stuck from one that is quiet."
-            );
+            let why =
+                format!("{frames} frames are too few to tell a stuck pixel from a quiet one.");
             return asked.answered(State::NotAsked, why);
         };
         let stuck: Vec<String> = (0..PIXELS)
@@ -93,15 +92,22 @@ impl Inspection {
         let longest = self.longest.iter().max().copied().unwrap_or_default();
         if stuck.is_empty() {
             let found = format!(
-                "No pixel stays as it is for more than {longest} frames in a row; {needed} would be needed to call it stuck, with fewer than {rate} false alarms a recording."
+                "No pixel keeps its value for more than {longest} frames; from {needed} on it would be stuck (false alarms: below {rate} per recording)."
             );
             return asked.answered(State::Met, found);
         }
-        let stuck = stuck.join(", ");
+        let others = match stuck.len().saturating_sub(NAMED_MAX) {
+            0 => String::new(),
+            others => format!(" and {others} more"),
+        };
+        let stuck = stuck[..stuck.len().min(NAMED_MAX)].join(", ") + &others;
         let found = format!(
-            "Pixel {stuck} (of 1 to 64) did not change in up to {longest} frames in a row; noise alone keeps none as it is for {needed} (fewer than {rate} false alarms a recording)."
+            "Pixel {stuck} (of 1 to 64) did not change for up to {longest} frames; noise changes every pixel within {needed} (false alarms: below {rate} per recording)."
         );
-        asked.answered(State::Failed, found)
+        asked.failed(
+            found,
+            "Switch the sensor off and on and record again; replace it if the pixel stays stuck.",
+        )
     }
 
     fn steps(&self) -> Criterion {
@@ -112,15 +118,18 @@ impl Inspection {
         };
         match self.step_words {
             0 => {
-                let why = "Nothing in the recording changes, so that its steps are not known.";
+                let why = "Nothing in the recording changes, so its steps are unknown.";
                 asked.answered(State::NotAsked, why)
             }
             1 => asked.answered(State::Met, "The pixels use every step of the sensor."),
             more => {
                 let found = format!(
-                    "The pixels differ by whole multiples of {more} steps of the sensor only: they were rounded, or decoded with another scale, on the way."
+                    "All pixels differ by multiples of {more} sensor steps: they were rounded, or decoded with a wrong scale."
                 );
-                asked.answered(State::Failed, found)
+                asked.failed(
+                    found,
+                    "Store the raw words of the sensor, or correct the scale in the program that wrote the recording.",
+                )
             }
         }
     }
@@ -137,22 +146,24 @@ impl Inspection {
         let both = format!("the pixels show {pixels} °C, the thermistor {thermistor} °C");
         if (pixels_c - thermistor_c).abs() <= most {
             let found = format!(
-                "Pixels and thermistor belong to one sensor: {both}; up to {most} °C apart is usual."
+                "Pixels and thermistor fit one sensor: {both}; up to {most} °C apart is usual."
             );
             return asked.answered(State::Met, found);
         }
         if (ambient_c - thermistor_c).abs() > most && (ambient_c - pixels_c).abs() <= most {
             let ambient = fixed(ambient_c, 1);
-            let why = format!(
-                "The scene itself is far from the thermistor: {both}, and its air has {ambient} °C."
-            );
+            let why =
+                format!("The scene's air, {ambient} °C, is far from the thermistor too: {both}.");
             return asked.answered(State::NotAsked, why);
         }
         let scale = scale(pixels_c, thermistor_c);
         let found = format!(
-            "The pixels do not belong to the thermistor: {both}, more than {most} °C apart{scale}."
+            "The pixels do not fit the thermistor: {both}, more than {most} °C apart{scale}."
         );
-        asked.answered(State::Failed, found)
+        asked.failed(
+            found,
+            "Check the scales in the program that wrote the recording: 0.25 °C per pixel step, 0.0625 °C per thermistor step.",
+        )
     }
 
     fn rate(&self, thresholds: &Thresholds, scene_hz: f64) -> Criterion {
@@ -162,7 +173,7 @@ impl Inspection {
             keys: &["rate_error_max"],
         };
         let Some(found_hz) = self.rate_hz else {
-            let why = "Too few frames follow each other to tell their rate.";
+            let why = "Too few consecutive frames to tell their rate.";
             return asked.answered(State::NotAsked, why);
         };
         let off = found_hz / scene_hz - 1.0;
@@ -173,22 +184,29 @@ impl Inspection {
         );
         let allowed = fixed(100.0 * thresholds.rate_error_max, 0);
         let sentence = format!(
-            "New frames come {found} times a second, {percent} % {relation} than the scene's {scene}; up to {allowed} % is allowed."
+            "The recording has {found} new frames per second, {percent} % {relation} than the scene's {scene}; {allowed} % is allowed."
         );
-        let is_met = off.abs() <= thresholds.rate_error_max;
-        asked.answered(if is_met { State::Met } else { State::Failed }, sentence)
+        if off.abs() <= thresholds.rate_error_max {
+            return asked.answered(State::Met, sentence);
+        }
+        asked.failed(
+            sentence,
+            "Set sampling_hz of the scene's sensor to the real rate, or check why the recording misses frames.",
+        )
     }
 }
 
 const RUN_MAX: usize = 100_000;
+/// Stuck pixels that are named.
+const NAMED_MAX: usize = 6;
 
-/// The scale of the one in the place of the other is a factor of four.
+/// Swapped scales make a factor of four.
 fn scale(pixels_c: f64, thermistor_c: f64) -> &'static str {
     let ratio = pixels_c / thermistor_c;
     if (0.17..0.33).contains(&ratio) {
-        ", as if the thermistor's step of 0.0625 °C had been taken for the pixels' 0.25 °C"
+        ", as if the pixels were decoded with the thermistor's step of 0.0625 °C"
     } else if (3.0..6.0).contains(&ratio) {
-        ", as if the pixels' step of 0.25 °C had been taken for the thermistor's 0.0625 °C"
+        ", as if the thermistor were decoded with the pixels' step of 0.25 °C"
     } else {
         ""
     }
@@ -198,7 +216,7 @@ struct Distinct {
     raw: RawFrame,
     boot_ns: u64,
     seq: u64,
-    /// The sequence number of the last row that showed the frame before.
+    /// The sequence number of the last record of the frame before.
     follows_seq: u64,
 }
 
@@ -225,7 +243,7 @@ fn distinct(records: &[Record]) -> Vec<Distinct> {
     frames
 }
 
-/// Pairs of frames that came one after the other, none missing between them.
+/// Pairs of consecutive frames without a gap.
 fn steps(frames: &[Distinct]) -> impl Iterator<Item = (&Distinct, &Distinct)> {
     frames
         .windows(2)
@@ -243,7 +261,7 @@ fn longest_runs(frames: &[Distinct]) -> [usize; PIXELS] {
     })
 }
 
-/// The median pixel's noise from one frame to the next, its rounding taken out, °C.
+/// The median pixel's noise between frames, without rounding, °C.
 fn noise(frames: &[Distinct], step_c: f64) -> Option<f64> {
     let mut squares = [0.0; PIXELS];
     let mut pairs = 0;
@@ -263,7 +281,7 @@ fn noise(frames: &[Distinct], step_c: f64) -> Option<f64> {
     (variance > 0.0).then(|| variance.sqrt())
 }
 
-/// At most how likely a pixel of the sensor's quietest is to round to the value it had: it lies in the middle of a step.
+/// The highest probability that one of the quietest pixels rounds to the same value again: it lies in the middle of a step.
 fn stays(sigma_c: f64, step_c: f64) -> f64 {
     let half_step = step_c / 2.0 / (QUIETEST * sigma_c);
     1.0 - 2.0 * normal_tail(half_step)
@@ -295,6 +313,21 @@ fn rate_hz(frames: &[Distinct]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl Inspection {
+        /// Fails every criterion.
+        pub(crate) const fn faulty() -> Self {
+            Self {
+                frames: 1000,
+                longest: [500; PIXELS],
+                stays: Some(0.2),
+                step_words: 4,
+                pixels_c: 5.0,
+                thermistor_c: 20.0,
+                rate_hz: Some(5.0),
+            }
+        }
+    }
 
     /// Half a step is 0.3 sigma of the quietest, within which 0.2358 of normal draws lie.
     #[test]

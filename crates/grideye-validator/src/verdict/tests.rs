@@ -1,4 +1,4 @@
-//! The verdict word for word, on evidence whose laws are known by hand.
+//! The verdict word for word, on evidence with distributions known by hand.
 //!
 //! Where all drawn units score the same, a right scene reaches that; where `m - d` and `m + d`, 0.001 lies beyond 3.0902 d.
 
@@ -11,11 +11,14 @@ use crate::metrics::score::{Measure, Score, Scores, Shuffled};
 use crate::metrics::unclaimed::WarmBlock;
 use crate::thresholds::Thresholds;
 use crate::verdict::judgment::judge;
+use crate::verdict::sensor_criteria::Inspection;
 use crate::verdict::types::{Evidence, Prior};
 use std::time::Duration;
 
-const PROFILE: &str = "a profile of this unit (grideye characterize, then --profile), or a recording that also shows the \
-                       room empty";
+const PROFILE: (&str, &str) = (
+    "Measure this sensor with `grideye characterize` on a recording of the empty room, and pass the result with --profile.",
+    "a profile of this unit (grideye characterize, then --profile), or a recording that also shows the room empty",
+);
 
 struct Case {
     scores: Scores,
@@ -154,70 +157,81 @@ impl Case {
     }
 
     #[track_caller]
-    fn cannot_tell(&self, reason: &str, turn: &str) {
+    fn cannot_tell(&self, reason: &str, (next, turn): (&str, &str)) {
         let judgment = self.judged();
         assert_eq!(judgment.verdict, Verdict::CannotTell);
         assert_eq!(judgment.verdict.name(), "cannot_tell");
-        assert_eq!(judgment.reasons, [reason]);
+        assert_eq!(judgment.reasons, [format!("{reason} {next}")]);
+        assert_eq!(judgment.next_step, next);
         assert_eq!(judgment.would_change, format!("To tell, it takes {turn}."));
     }
 }
 
-const LONGER: &str =
-    "a recording of at least a second at 10 Hz without gaps, with more contrast or less noise";
-const WARMER: &str = "a recording with a person, or another warm thing of the scene, in view";
+const LONGER: (&str, &str) = (
+    "Record for at least a second at 10 Hz without gaps, with something warmer in view.",
+    "a recording of at least a second at 10 Hz without gaps, with more contrast or less noise",
+);
+const WARMER: (&str, &str) = (
+    "Record again with a person, or another warm object of the scene, in view.",
+    "a recording with a person, or another warm object of the scene, in view",
+);
 
-const MET_BESIDE_C: [&str; 3] = [
-    "The gain over a blank frame is 0.42, at least the 0.30 asked for; right scenes have 0.50 (always), rooms with \
-     nothing in them 0.00 (always), over 100 drawn units.",
-    "With the empty room taken out, C is 0.60, at least the 0.40 asked for; right scenes have 0.80 (always), rooms \
-     without the people 0.10 (always), over 100 drawn units.",
-    "The gain that the scene's people bring is 0.35, at least the 0.10 asked for; right scenes have 0.50 (99.9 % at \
-     least 0.19), rooms without the people 0.00 (99.9 % at most 0.31), over 100 drawn units.",
-];
-
-/// 0.1 + 0.6 · 0.7 = 0.52 is asked of C. Margins 0.18 / 0.7, 0.12 / 0.5, 0.2 / 0.8 and (0.35 - 0.309) / 0.191 = 0.21.
+/// 0.1 + 0.6 · 0.7 = 0.52 is required of the correlation. Margins 0.18 / 0.7, 0.12 / 0.5, 0.2 / 0.8 and
+/// (0.35 - 0.309) / 0.191 = 0.21.
 #[test]
 fn a_right_scene_agrees_by_these_numbers() {
-    let judgment = Case::right().judged();
+    let mut case = Case::right();
+    case.prior.recorded_frames = 300;
+    let judgment = case.judged();
     assert_eq!(judgment.verdict, Verdict::Agrees);
     assert_eq!(judgment.verdict.name(), "agrees");
-    let c = "C is 0.70, at least the 0.52 asked for; right scenes have 0.80 (always), rooms with nothing in them 0.05 \
-             (always), over 100 drawn units.";
-    let level = "The recording is 0.40 °C warmer than the scene all over, within the 2.5 °C that are allowed.";
-    let [gain, above_room, over_nobody] = MET_BESIDE_C;
-    assert_eq!(judgment.reasons, [c, gain, above_room, over_nobody, level]);
+    assert_eq!(
+        judgment.headline,
+        "Agrees: correlation 0.70. A right scene scores at least 0.80 with this kind of sensor, an empty room at most \
+         0.05; 0.52 was required, 60 % of the way from chance to a right scene. Compared 40 of 300 frames."
+    );
+    assert_eq!(
+        judgment.reasons,
+        [
+            "Correlation 0.70; 0.52 was required.",
+            "Gain over a blank frame 0.42; 0.30 was required.",
+            "Correlation without the empty room 0.60; 0.40 was required.",
+            "Gain from the scene's people 0.35; 0.31 was required.",
+            "The recording is 0.40 °C warmer than the scene overall; the sensor's accuracy allows 2.5 °C.",
+        ]
+    );
     assert_eq!(
         judgment.would_change,
-        "Any of: C below 0.52, the gain over a blank frame below 0.30, with the empty room taken out, C below 0.40, the \
-         gain that the scene's people bring below 0.31, or a common offset beyond 2.5 °C. Nearest to its threshold is \
-         “Better than the scene without its people”, by 0.21 of skill."
+        "Any of: correlation below 0.52, gain over a blank frame below 0.30, correlation without the empty room below \
+         0.40, gain from the scene's people below 0.31, or a common offset beyond 2.5 °C. Nearest to its limit is \
+         “Better than the scene without its people”: 21 % of the way from chance to a right scene are left."
     );
-    let others: Vec<_> = judgment
+    let found: Vec<_> = judgment
         .criteria
         .iter()
-        .filter(|criterion| !judgment.reasons.contains(&criterion.sentence))
+        .skip(2)
         .map(|criterion| (criterion.state, criterion.sentence.as_str()))
         .collect();
     assert_eq!(
-        others,
+        found,
         [
-            (
-                State::Met,
-                "40 frames and 4.2 warm pixels in each are enough to tell."
-            ),
-            (
-                State::Met,
-                "Beyond what the scene has there or nearby, no four pixels of the recording are warmer by more than \
-                 0.45 °C; 0.50 °C would be needed."
-            ),
-            (State::Met, "The image lies as the scene has it."),
+            "Gain over a blank frame 0.42. A right scene scores at least 0.50 with this kind of sensor, an empty room at \
+             most 0.00; 0.30 was required, 60 % of the way from chance to a right scene.",
+            "Correlation without the empty room 0.60. A right scene scores at least 0.80 with this kind of sensor, the \
+             room without its people at most 0.10; 0.40 was required, 50 % of the way to a right scene.",
+            "Gain from the scene's people 0.35. A right scene scores at least 0.19 with this kind of sensor, the room \
+             without its people at most 0.31; more than 0.31 was required.",
+            "No four pixels are more than 0.45 °C warmer than the scene there or nearby; noise and fixed pattern explain \
+             0.50 °C.",
+            "The recording is 0.40 °C warmer than the scene overall; the sensor's accuracy allows 2.5 °C.",
+            "The image has the scene's orientation.",
         ]
+        .map(|sentence| (State::Met, sentence))
     );
 }
 
 #[test]
-fn what_failed_comes_first_and_says_what_it_takes() {
+fn what_failed_is_the_headline_and_the_reasons_and_says_what_it_takes() {
     let mut case = Case::right();
     case.found.correlation = Some(0.3);
     case.found.unclaimed.moving = block(0.9, Some(1));
@@ -226,27 +240,182 @@ fn what_failed_comes_first_and_says_what_it_takes() {
     let judgment = case.judged();
     assert_eq!(judgment.verdict, Verdict::Disagrees);
     assert_eq!(judgment.verdict.name(), "disagrees");
-    let [gain, above_room, over_nobody] = MET_BESIDE_C;
+    assert_eq!(
+        judgment.headline,
+        "Disagrees: correlation 0.30. A right scene scores at least 0.80 with this kind of sensor, an empty room at most \
+         0.05; 0.52 was required, 60 % of the way from chance to a right scene. Compared 40 of 40 frames."
+    );
+    let [correlation, unclaimed, level, orientation] = [
+        "Check that the people, the objects and the sensor are where the scene has them; mark uncertain values with \
+         [[fit]] and run `grideye calibrate`.",
+        "Add the warm person or object to the scene, or correct its position; or record again without it.",
+        "Measure the air in the room and set ambient_c in the scene. If it is right already, measure the sensor's level \
+         with `grideye characterize`.",
+        "Check how the sensor is mounted, and azimuth_deg and roll_deg in the scene; or compare with --align orientation.",
+    ];
+    assert_eq!(judgment.next_step, correlation);
     assert_eq!(
         judgment.reasons,
         [
-            "C is 0.30, less than the 0.52 asked for; right scenes have 0.80 (always), rooms with nothing in them 0.05 \
-             (always), over 100 drawn units.",
-            "0.4 s after the first frame, in rows 1 and 2, columns 6 and 7, the recording is 0.90 °C warmer than the \
-             scene has it there or nearby; noise and pattern reach 0.50 °C.",
-            "The recording is 3.00 °C warmer than the scene all over, beyond the 2.5 °C that are allowed.",
-            "The image is turned by half: so it resembles the scene more than as it was recorded, by 0.70 of likeness, \
-             and recordings of the scene as it is hardly ever do.",
-            gain,
-            above_room,
-            over_nobody,
+            format!("Correlation 0.30; 0.52 was required. {correlation}"),
+            format!(
+                "0.4 s after the first frame, in rows 1 and 2, columns 6 and 7, the recording is 0.90 °C warmer than the \
+                 scene there or nearby; noise and fixed pattern explain at most 0.50 °C. {unclaimed}"
+            ),
+            format!(
+                "The recording is 3.00 °C warmer than the scene overall; the sensor's accuracy allows 2.5 °C. {level}"
+            ),
+            format!(
+                "If the image were turned by half, it would fit the scene better by 0.70 of correlation; a sensor mounted so \
+                 gives at least 0.50. {orientation}"
+            ),
         ]
     );
     assert_eq!(
         judgment.would_change,
-        "To agree, it takes C of 0.52, a scene that has something warm there, or a recording without it, a common \
-         offset within 2.5 °C, and the image turned back."
+        "To agree, it takes correlation of 0.52, a scene that has something warm there, or a recording without it, a \
+         common offset within 2.5 °C, and the image turned back."
     );
+    let text = format!("{}\n  Next: {correlation}\n", judgment.headline);
+    assert!(judgment.to_string().starts_with(&text), "{judgment}");
+}
+
+/// How to bring each criterion into each state that is not good.
+const NOT_MET: [(&str, State, fn(&mut Case)); 22] = [
+    ("enough_to_tell", State::Open, |case| case.real_frames = 1),
+    ("enough_to_tell", State::Open, |case| case.warm.real = 0.1),
+    ("enough_to_tell", State::Open, |case| {
+        case.scores = Scores::new(vec![score(Measure::Correlation, 0.5, 0.5)]);
+    }),
+    ("correlation", State::Failed, |case| {
+        case.found.correlation = Some(0.3);
+    }),
+    ("correlation", State::Open, |case| {
+        case.expected.blank[0].correlation = Some(0.75);
+    }),
+    ("correlation", State::Open, |case| {
+        for right in &mut case.expected.right {
+            right.correlation = None;
+        }
+    }),
+    ("gain", State::Failed, |case| case.found.gain = Some(0.1)),
+    ("gain", State::Open, |case| {
+        case.expected.blank[0].gain = Some(0.45);
+    }),
+    ("correlation_above_room", State::Failed, |case| {
+        case.found.above_room = Some(0.1);
+    }),
+    ("correlation_above_room", State::Open, |case| {
+        for nobody in &mut case.expected.nobody {
+            nobody.above_room = Some(0.7);
+        }
+    }),
+    ("better_than_nobody", State::Failed, |case| {
+        case.found.over_nobody = Some(0.05);
+    }),
+    ("better_than_nobody", State::Open, |case| {
+        case.found.over_nobody = Some(0.2);
+    }),
+    ("better_than_nobody", State::Open, |case| {
+        case.found.over_nobody = Some(0.2);
+        case.prior.pattern.from = RoomSource::Profile;
+    }),
+    ("nothing_unclaimed", State::Failed, |case| {
+        case.found.unclaimed.still = block(0.8, None);
+    }),
+    ("nothing_unclaimed", State::Open, |case| {
+        case.prior.shows_people = false;
+    }),
+    ("nothing_unclaimed", State::Open, |case| {
+        case.prior.shows_people = false;
+        case.prior.pattern.from = RoomSource::Recording;
+    }),
+    ("level", State::Failed, |case| case.offset_c = 3.0),
+    ("level", State::Failed, |case| {
+        case.prior.level_c = Some(0.3);
+    }),
+    ("orientation", State::Failed, |case| {
+        case.found.upright = vec![(Orientation::Half, -0.5)];
+    }),
+    ("orientation", State::Failed, |case| {
+        for right in &mut case.expected.right {
+            right.upright = vec![(Orientation::MirroredLeftRight, 0.5)];
+        }
+        case.found.upright = vec![(Orientation::MirroredLeftRight, -0.5)];
+    }),
+    ("orientation", State::Failed, |case| {
+        case.found.upright = vec![(Orientation::Half, -0.2)];
+    }),
+    ("orientation", State::Open, |case| {
+        for (right, by) in case.expected.right.iter_mut().zip(both(0.0, 0.1)) {
+            right.upright = vec![(Orientation::Half, by)];
+        }
+        case.found.upright = vec![(Orientation::Half, 0.1)];
+    }),
+];
+
+#[test]
+fn every_criterion_that_is_not_met_says_what_to_do_next() {
+    let faulty = Inspection::faulty().criteria(&Thresholds::default(), 10.0, 20.0);
+    let mut cases: Vec<(&str, State, Case)> = Vec::new();
+    for (name, state, change) in NOT_MET {
+        let mut case = Case::right();
+        change(&mut case);
+        cases.push((name, state, case));
+    }
+    for criterion in faulty {
+        let mut case = Case::right();
+        let name = criterion.name;
+        case.prior.sensor = vec![criterion];
+        cases.push((name, State::Failed, case));
+    }
+    for (name, state, case) in &cases {
+        let judgment = case.judged();
+        let criterion = case.criterion(name);
+        assert_eq!(criterion.state, *state, "{criterion:?}");
+        for criterion in &judgment.criteria {
+            let is_needed = matches!(criterion.state, State::Failed | State::Open);
+            assert_eq!(!criterion.next_step.is_empty(), is_needed, "{criterion:?}");
+            assert!(
+                !is_needed || criterion.next_step.ends_with('.'),
+                "{criterion:?}"
+            );
+        }
+        let is_reason = |reason: &String| reason.ends_with(&criterion.next_step);
+        assert!(judgment.reasons.iter().any(is_reason), "{name}: {judgment}");
+        let words = judgment.headline.split_whitespace().count();
+        assert!(words <= 45, "{words} words: {}", judgment.headline);
+        assert!(judgment.headline.contains(". Compared "), "{judgment}");
+    }
+    // A new criterion needs a row above.
+    for criterion in Case::right().judged().criteria {
+        let is_tried = cases.iter().any(|(name, ..)| *name == criterion.name);
+        assert!(is_tried, "{}", criterion.name);
+    }
+}
+
+/// A person elsewhere than in the scene makes some orientation fit better, but not as well as a sensor mounted that way.
+#[test]
+fn an_orientation_that_explains_little_is_no_reason_beside_another() {
+    let mut case = Case::right();
+    case.found.upright = vec![(Orientation::Half, -0.2)];
+    let sentence = "If the image were turned by half, it would fit the scene better by 0.20 of correlation; a sensor \
+                    mounted so gives at least 0.50, so something else is wrong.";
+    case.says("orientation", State::Failed, sentence);
+    assert!(
+        case.judged()
+            .headline
+            .contains("if the image were turned by half")
+    );
+    case.found.correlation = Some(0.3);
+    case.says("orientation", State::Failed, sentence);
+    let judgment = case.judged();
+    assert_eq!(judgment.verdict, Verdict::Disagrees);
+    assert_eq!(judgment.reasons.len(), 1, "{:?}", judgment.reasons);
+    assert!(judgment.reasons[0].starts_with("Correlation 0.30"));
+    // 0.6 · 0.5 is enough.
+    case.found.upright = vec![(Orientation::Half, -0.31)];
+    assert_eq!(case.judged().reasons.len(), 2);
 }
 
 /// What a room without the people reaches, 0.31, is no proof of them.
@@ -254,12 +423,14 @@ fn what_failed_comes_first_and_says_what_it_takes() {
 fn a_score_that_an_empty_room_reaches_proves_nothing() {
     let mut case = Case::right();
     case.found.over_nobody = Some(0.2);
-    let reason = "The gain that the scene's people bring is 0.20, at least the 0.10 asked for; right scenes have 0.50 \
-                  (99.9 % at least 0.19), rooms without the people 0.00 (99.9 % at most 0.31), over 100 drawn units. So \
-                  much proves nothing here.";
+    let reason = "Gain from the scene's people 0.20; 0.31 was required.";
     case.cannot_tell(reason, PROFILE);
     case.prior.pattern.from = RoomSource::Profile;
-    case.cannot_tell(reason, "a recording with more contrast, or a longer one");
+    let longer = (
+        "Record for longer, or with something warmer in view.",
+        "a recording with more contrast, or a longer one",
+    );
+    case.cannot_tell(reason, longer);
     // As much as is asked is enough, of which a number that is none is not.
     case.expected.right = vec![case.expected.right[0].clone()];
     case.expected.nobody.clear();
@@ -276,14 +447,17 @@ fn a_scene_in_which_nothing_stands_out_has_no_score() {
         right.correlation = None;
     }
     case.cannot_tell(
-        "C is not defined for a scene in which nothing stands out.",
-        "a scene with something warm in view",
+        "Correlation is undefined: nothing stands out in the scene.",
+        (
+            "Compare with a scene that has something warm in view.",
+            "a scene with something warm in view",
+        ),
     );
     case.prior.shows_people = false;
     case.says(
         "correlation_above_room",
         State::NotAsked,
-        "None of the scene's people are in view while it was recorded.",
+        "None of the scene's people were in view during the recording.",
     );
 }
 
@@ -291,20 +465,25 @@ fn a_scene_in_which_nothing_stands_out_has_no_score() {
 fn a_recording_that_shows_nothing_cannot_tell() {
     let mut case = Case::right();
     case.warm.real = 0.1;
-    let shown = "The recording shows nothing warm: 0.10 pixels a frame lie more than 0.50 °C above the background";
-    let claims = "the scene claims 4.0 such pixels a frame, which an empty recording neither proves nor refutes";
+    let shown = "The recording shows nothing warm: 0.10 pixels per frame are more than 0.50 °C above the background";
+    let claims = "the scene has 4.0, which an empty recording neither confirms nor refutes";
     case.cannot_tell(&format!("{shown}; {claims}."), WARMER);
     case.warm.claimed = 0.0;
-    let none = "the scene claims none either, and any two empty rooms look alike";
+    let none = "the scene has none either, and any two empty rooms look alike";
     case.cannot_tell(&format!("{shown}; {none}."), WARMER);
     case.warm.real = Thresholds::default().warm_pixels_min;
     assert_eq!(case.judged().verdict, Verdict::Agrees);
     case.scores = Scores::new(vec![score(Measure::Correlation, 0.5, 0.5)]);
-    let reason = "The recording does not even resemble itself 1 frame later: C, correlation reaches 0.50 where chance reaches 0.50.";
+    let reason = "The recording does not even resemble itself 1 frame later: its correlation is 0.50, and chance reaches 0.50.";
     case.cannot_tell(reason, LONGER);
     case.real_frames = 1;
-    let reason = "The recording holds 1 frame to compare; at least 2 are needed to know what the sensor's noise is worth.";
-    case.cannot_tell(reason, "a longer recording of the same scene");
+    let reason =
+        "The recording holds 1 frame to compare; measuring the sensor's noise takes at least 2.";
+    let longer = (
+        "Record the same scene for longer.",
+        "a longer recording of the same scene",
+    );
+    case.cannot_tell(reason, longer);
 }
 
 /// A difference of exactly the limit is within it.
@@ -312,12 +491,12 @@ fn a_recording_that_shows_nothing_cannot_tell() {
 fn warmth_that_is_not_claimed_is_told_from_noise() {
     let mut case = Case::right();
     case.prior.shows_people = false;
-    let sentence = |than: &str| {
+    let sentence = |hides: &str| {
         format!(
-            "The scene shows nobody, and somebody who is up to 0.50 °C warmer on four pixels would not be told from {than}."
+            "The scene shows nobody, but {hides} could hide a person who makes four pixels up to 0.50 °C warmer."
         )
     };
-    let unit = "noise, nor from this unit's pattern, of which nothing is known";
+    let unit = "noise and the unknown fixed pattern of this sensor";
     case.says("nothing_unclaimed", State::Open, &sentence(unit));
     case.prior.pattern.from = RoomSource::Profile;
     case.says("nothing_unclaimed", State::Open, &sentence("noise"));
@@ -325,16 +504,16 @@ fn warmth_that_is_not_claimed_is_told_from_noise() {
         right.unclaimed.moving = block(0.3, Some(0));
     }
     case.found.unclaimed.moving = block(0.3, Some(1));
-    case.says("nothing_unclaimed", State::Met, "Beyond what the scene has there or nearby, no four pixels of the recording are warmer by more than 0.30 °C; \
-             0.30 °C would be needed.");
+    case.says("nothing_unclaimed", State::Met, "No four pixels are more than 0.30 °C warmer than the scene there or nearby; noise and fixed pattern explain \
+             0.30 °C.");
     case.found.unclaimed.still = block(0.8, None);
-    case.says("nothing_unclaimed", State::Failed, "In rows 1 and 2, columns 6 and 7, the recording is 0.80 °C warmer than the scene has it there or nearby; \
-             noise and pattern reach 0.30 °C.");
+    case.says("nothing_unclaimed", State::Failed, "In rows 1 and 2, columns 6 and 7, the recording is 0.80 °C warmer than the scene there or nearby; \
+             noise and fixed pattern explain at most 0.30 °C.");
     case.real_frames = 1;
     case.says(
         "nothing_unclaimed",
         State::NotAsked,
-        "Too few frames tell warmth from noise.",
+        "Too few frames to tell warmth from noise.",
     );
 }
 
@@ -345,23 +524,26 @@ fn how_the_image_lies_is_told_as_far_as_the_scene_tells_it() {
         right.upright = vec![(Orientation::Half, by)];
     }
     case.found.upright = vec![(Orientation::Half, 0.1)];
-    case.says("orientation", State::Open, "The image may as well be turned by half: this scene looks too much alike both ways for this recording to \
-             tell.");
+    case.says(
+        "orientation",
+        State::Open,
+        "The image may be turned by half: the scene looks too similar both ways.",
+    );
     case.alike = vec![Orientation::Half];
-    case.says("orientation", State::Met, "The image lies as the scene has it. Were it turned by half, it would look the same: the scene is \
-             symmetric that way within the noise, and this recording does not tell.");
+    case.says("orientation", State::Met, "The image has the scene's orientation. The scene is symmetric within the noise: an image turned by half \
+             would look the same.");
     case.found.upright = vec![(Orientation::MirroredLeftRight, 0.1)];
     case.prior.turned_back = Some(Orientation::QuarterClockwise);
     case.says(
         "orientation",
         State::Met,
-        "The image is turned a quarter clockwise, and was turned back as asked.",
+        "The image is turned a quarter clockwise, which was corrected as asked.",
     );
     case.found.upright.clear();
     case.says(
         "orientation",
         State::NotAsked,
-        "Nothing in the scene or in the recording tells how the image lies.",
+        "Neither scene nor recording shows an orientation.",
     );
 }
 
@@ -375,8 +557,7 @@ fn the_level_is_held_against_the_profile_where_there_is_one() {
         (level.state, level.sentence.as_str(), level.keys),
         (
             State::Failed,
-            "The recording is 0.62 °C colder than the scene all over, beyond the 0.50 °C that are allowed by this \
-             unit's profile.",
+            "The recording is 0.62 °C colder than the scene overall; this sensor's profile allows 0.50 °C.",
             ["level_margin_c"].as_slice()
         )
     );
@@ -385,7 +566,7 @@ fn the_level_is_held_against_the_profile_where_there_is_one() {
     case.offset_c = -0.004;
     assert_eq!(
         case.criterion("level").sentence,
-        "The recording is as warm as the scene all over."
+        "The recording is as warm as the scene overall."
     );
 }
 
@@ -397,7 +578,8 @@ fn a_faulty_sensor_fails_the_verdict_and_a_sound_one_is_no_reason() {
         name: "rate",
         title: "The rate is the scene's",
         state: State::Met,
-        sentence: "Ten frames a second.".to_owned(),
+        sentence: "Ten frames per second.".to_owned(),
+        next_step: "Look.".to_owned(),
         keys: &["rate_error_max"],
         asked: None,
     };
@@ -407,9 +589,9 @@ fn a_faulty_sensor_fails_the_verdict_and_a_sound_one_is_no_reason() {
     case.prior.sensor = vec![sensor];
     let judgment = case.judged();
     assert_eq!(judgment.verdict, Verdict::Disagrees);
-    assert_eq!(judgment.reasons[0], "Ten frames a second.");
+    assert_eq!(judgment.reasons[0], "Ten frames per second. Look.");
     assert_eq!(
         judgment.would_change,
-        "To agree, it takes “The rate is the scene's” to hold."
+        "To agree, it takes “The rate is the scene's” to be met."
     );
 }

@@ -1,4 +1,4 @@
-//! What goes into a verdict, and what comes out.
+//! The evidence that a verdict is judged on, and the verdict.
 
 use crate::align::Orientation;
 use crate::expected::ScoreDistribution;
@@ -8,10 +8,11 @@ use crate::metrics::foreground::{EmptyRoom, RoomSource};
 use crate::metrics::score::Scores;
 use crate::names::named;
 use serde::Serialize;
+use std::fmt::{self, Display};
 use std::time::Duration;
 
 named! {
-    /// What the comparison says.
+    /// The outcome of a comparison.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
     #[expect(missing_docs, reason = "the names say it")]
     pub enum Verdict {
@@ -21,18 +22,32 @@ named! {
     }
 }
 
-/// The verdict and what it rests on.
+/// The verdict and its reasons.
 #[derive(Debug, Clone, PartialEq)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Judgment {
     pub verdict: Verdict,
+    /// The verdict, the finding that decided it, and how many frames were compared.
     pub headline: String,
-    /// What it rests on, each a sentence with the numbers; what failed comes first.
+    /// What to do about that finding; empty if the scene agrees.
+    pub next_step: String,
+    /// Each reason is a finding and the next step. The first is the headline's.
     pub reasons: Vec<String>,
-    /// What would have changed it, in a sentence.
     pub would_change: String,
-    /// Every part of it, those that were not asked among them, in a fixed order.
+    /// All criteria in a fixed order, including those not asked.
     pub criteria: Vec<Criterion>,
+}
+
+/// The headline, the next step and the other reasons, one per line.
+impl Display for Judgment {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(formatter, "{}", self.headline)?;
+        if !self.next_step.is_empty() {
+            writeln!(formatter, "  Next: {}", self.next_step)?;
+        }
+        let mut others = self.reasons.iter().skip(1);
+        others.try_for_each(|reason| writeln!(formatter, "  {reason}"))
+    }
 }
 
 pub(crate) struct Evidence<'a> {
@@ -49,80 +64,84 @@ pub(crate) struct Evidence<'a> {
     pub(crate) times: &'a [Duration],
 }
 
-/// What the same scene scores without its people.
+/// Scores of the same scene without its people.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Nobody {
     pub correlation: Option<f64>,
     pub gain: Option<f64>,
-    /// Whether the scene has people at all. If not, this is the scene itself.
+    /// False if the scene has no people: the scores are then the scene's own.
     pub has_people: bool,
 }
 
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Prior {
-    /// The scene without its people at the times of the simulated frames, without noise.
+    /// Noise-free images of the scene without its people, one for each simulated frame.
     pub(crate) nobody: Vec<Vec<f64>>,
     pub(crate) has_people: bool,
-    /// Whether they can be seen in any of the simulated frames.
+    /// Whether any simulated frame shows them.
     pub(crate) shows_people: bool,
     pub(crate) pattern: KnownPattern,
-    /// How the image was found to lie, if it was turned back.
+    /// Frames that the recording holds, of which some were compared.
+    pub(crate) recorded_frames: usize,
+    /// The orientation that was corrected, if one was.
     pub(crate) turned_back: Option<Orientation>,
     pub(crate) room: EmptyRoom,
-    /// The largest common offset of this unit, °C, if its profile is known.
+    /// The largest common offset that this unit's profile allows, °C.
     pub(crate) level_c: Option<f64>,
     pub(crate) sensor: Vec<Criterion>,
 }
 
-/// What is known of a unit's pattern; by default nothing.
+/// The known part of a unit's fixed pattern; by default none.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct KnownPattern {
-    /// Where from; nothing is known where that is the scene.
+    /// Its source; [`RoomSource::Scene`] means that nothing is known.
     pub(crate) from: RoomSource,
-    /// What of it was added to the scene, row by row, °C; empty if nothing was.
+    /// The part added to the scene, row by row, °C; empty if none was.
     pub(crate) added_c: Vec<f64>,
-    /// Standard deviation of what is not known of it, row by row, °C, where something is.
+    /// Standard deviation of the unknown rest, row by row, °C.
     pub(crate) left_c: Option<Vec<f64>>,
 }
 
-/// Warm pixels a frame, on average: both counts by the same rule, so that they can be set side by side.
+/// Mean number of warm pixels per frame, counted alike on both sides.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct WarmPixels {
     /// In the real frames, above the median of their own pixels.
     pub real: f64,
-    /// In the noise-free simulated frames, above the median of their own pixels: what the scene claims.
+    /// In the noise-free simulated frames, above the median of their own pixels.
     pub claimed: f64,
-    /// Of the pixels that the gain is taken over, the share that is warm on both sides, 0 to 1.
+    /// Share, 0 to 1, of the gain's pixels that are warm on both sides.
     pub overlap: Option<f64>,
 }
 
-/// One thing that a verdict asks of a recording.
+/// One requirement on a recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Criterion {
     pub name: &'static str,
     pub title: &'static str,
     pub state: State,
-    /// What was found, with the numbers.
+    /// The finding, with its numbers.
     #[serde(rename = "text")]
     pub sentence: String,
-    /// The thresholds that it was held against.
+    /// What to do about it; never empty if the criterion failed or is open.
+    pub next_step: String,
+    /// The thresholds that it depends on.
     #[serde(rename = "thresholds")]
     pub keys: &'static [&'static str],
-    /// The score behind it, if there is one.
+    /// The score, if the criterion has one.
     pub asked: Option<Asked>,
 }
 
-/// A score, and what was asked of it.
+/// A score and its requirement.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Asked {
     pub value: f64,
     pub least: f64,
-    /// What drawn units score where the scene is right.
+    /// Scores of drawn units that see the scene.
     pub right: ScoreDistribution,
-    /// What they score where its people, or all things, are missing.
+    /// Scores of drawn units that see the room without its people, or an empty room.
     pub without: Option<ScoreDistribution>,
 }
 
@@ -130,13 +149,13 @@ named! {
     /// Whether a criterion is met.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum State {
-        /// It is.
+        /// It is met.
         Met = "met";
-        /// It is not: the verdict is "disagrees".
+        /// It failed: the verdict is "disagrees".
         Failed = "failed";
-        /// The recording cannot answer: "cannot tell", unless something failed that needs no more.
+        /// The recording cannot answer: the verdict is "cannot tell", unless another criterion failed.
         Open = "open";
-        /// It was not asked, and the verdict does not rest on it.
+        /// It was not asked and has no effect on the verdict.
         NotAsked = "not_asked";
     }
 }
@@ -150,11 +169,25 @@ pub(crate) struct Question {
 
 impl Question {
     pub(crate) fn answered(&self, state: State, sentence: impl Into<String>) -> Criterion {
+        self.with_next(state, sentence, "")
+    }
+
+    pub(crate) fn failed(&self, sentence: impl Into<String>, next_step: &str) -> Criterion {
+        self.with_next(State::Failed, sentence, next_step)
+    }
+
+    fn with_next(
+        &self,
+        state: State,
+        sentence: impl Into<String>,
+        next_step: impl Into<String>,
+    ) -> Criterion {
         Criterion {
             name: self.name,
             title: self.title,
             state,
             sentence: sentence.into(),
+            next_step: next_step.into(),
             keys: self.keys,
             asked: None,
         }
@@ -164,11 +197,31 @@ impl Question {
         &self,
         state: State,
         sentence: impl Into<String>,
-        turn: impl Into<String>,
+        next: impl Into<Next>,
     ) -> Weighed {
+        let Next { step, turn } = next.into();
         Weighed {
-            criterion: self.answered(state, sentence),
+            criterion: self.with_next(state, sentence, step),
             margin: None,
+            turn,
+            brief: None,
+            is_weak: false,
+        }
+    }
+}
+
+/// What to do about a finding, as an instruction and as a noun phrase.
+#[derive(Default)]
+pub(crate) struct Next {
+    pub(crate) step: String,
+    /// What would break a met criterion, mend a failed one, or settle an open one.
+    pub(crate) turn: String,
+}
+
+impl<S: Into<String>, T: Into<String>> From<(S, T)> for Next {
+    fn from((step, turn): (S, T)) -> Self {
+        Self {
+            step: step.into(),
             turn: turn.into(),
         }
     }
@@ -176,11 +229,17 @@ impl Question {
 
 pub(crate) struct Weighed {
     pub(crate) criterion: Criterion,
-    /// How far a skill is above its threshold.
+    /// Distance of a score from its limit, as a share of the way from chance to a right scene.
     pub(crate) margin: Option<f64>,
-    /// What would break it if it is met, mend it if it failed, settle it if it is open.
     pub(crate) turn: String,
+    /// A shorter sentence for the list of reasons.
+    pub(crate) brief: Option<String>,
+    /// A failure that explains little: no reason where another criterion failed too.
+    pub(crate) is_weak: bool,
 }
 
-/// What tells a pattern from what is there.
-pub(crate) const PROFILE: &str = "a profile of this unit (grideye characterize, then --profile), or a recording that also shows the room empty";
+/// How to tell a unit's fixed pattern from the scene.
+pub(crate) const PROFILE: (&str, &str) = (
+    "Measure this sensor with `grideye characterize` on a recording of the empty room, and pass the result with --profile.",
+    "a profile of this unit (grideye characterize, then --profile), or a recording that also shows the room empty",
+);

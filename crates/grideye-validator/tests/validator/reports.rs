@@ -68,26 +68,27 @@ fn holds(text: &str, sentences: &[&str]) {
 #[test]
 fn the_page_says_the_verdict_first_and_what_it_rests_on() {
     let text = readable(&html(&comparison(&[PERSON]), &context()));
-    assert!(
-        text.starts_with("✓ Verdict: agrees The simulated scene agrees with the recording."),
-        "{text}"
-    );
+    assert!(text.starts_with("✓ Agrees Correlation 0.8"), "{text}");
     holds(
         &text,
         &[
-            "C is 0.8",
-            "asked for; right scenes have 0.79 (99.9 % at least",
-            "What would change it: Any of: C below 0.",
-            ", the gain over a blank frame below 0.",
-            ", or a common offset beyond 2.5 °C. Nearest to its threshold is",
+            ". A right scene scores at least 0.7",
+            " with this kind of sensor, an empty room at most 0.2",
+            " was required, 60 % of the way from chance to a right scene. Compared 10 of 10 frames.",
+            "What would change it Any of: correlation below 0.",
+            ", gain over a blank frame below 0.",
+            ", or a common offset beyond 2.5 °C. Nearest to its limit is",
         ],
     );
     let text = readable(&html(&comparison(&[]), &context()));
-    assert!(
-        text.starts_with("✗ Verdict: disagrees The simulated scene disagrees with the recording."),
-        "{text}"
+    assert!(text.starts_with("✗ Disagrees "), "{text}");
+    holds(
+        &text,
+        &[
+            "Next: ",
+            "warmer than the scene there or nearby; noise and fixed pattern explain at most",
+        ],
     );
-    holds(&text, &["warmer than the scene has it there or nearby"]);
 }
 
 /// Each state has its mark, word and class, and a criterion with a score has its ruler.
@@ -107,17 +108,16 @@ fn every_criterion_is_a_row_with_its_state() {
             title: "One & all",
             state,
             sentence: "1 < 2.".to_owned(),
+            next_step: "Count.".to_owned(),
             keys: &[],
             asked: asked.filter(|_| state == State::Failed),
         })
         .collect();
     let page = html(&comparison, &context());
-    let (_, rest) = page
-        .split_once("<h2>What the verdict rests on</h2>")
-        .unwrap();
-    let (section, _) = rest.split_once("</table>").unwrap();
+    let (_, rest) = page.split_once("<h2>Criteria</h2>").unwrap();
+    let (section, _) = rest.split_once("</details>").unwrap();
     assert!(
-        section.contains("what 100 drawn units score where the scene is right"),
+        section.contains("the range of 100 simulated sensors that see the scene"),
         "{section}"
     );
     let rows: Vec<&str> = section
@@ -125,15 +125,19 @@ fn every_criterion_is_a_row_with_its_state() {
         .filter(|line| line.starts_with("<tr"))
         .collect();
     let expected = [
-        ("met", "✓", "met"),
         ("failed", "✗", "failed"),
         ("open", "?", "cannot tell"),
+        ("met", "✓", "met"),
         ("not_asked", "–", "not asked"),
     ];
+    let (_, details) = section
+        .split_once("<details><summary>2 more, met or not asked")
+        .unwrap();
+    assert_eq!(details.matches("<tr").count(), 2, "{section}");
     assert_eq!(rows.len(), expected.len(), "{section}");
     for (row, (class, mark, word)) in rows.iter().zip(expected) {
         let begin = format!(
-            "<tr class=\"{class}\"><th scope=\"row\">One &amp; all</th><td class=\"state\"><span aria-hidden=\"true\">{mark}</span> {word}</td><td>1 &lt; 2."
+            "<tr class=\"{class}\"><th scope=\"row\">One &amp; all</th><td class=\"state\"><span aria-hidden=\"true\">{mark}</span> {word}</td><td>1 &lt; 2. Count."
         );
         let end = row
             .strip_prefix(begin.as_str())
@@ -163,7 +167,7 @@ fn every_threshold_is_a_row_with_its_number_and_its_source() {
     assert_eq!(all, 15);
     context.thresholds.clear();
     let page = html(&comparison(&[PERSON]), &context);
-    assert!(!page.contains("where they come from</h2>") && !page.contains("list thresholds"));
+    assert!(!page.contains("<h2>Thresholds</h2>") && !page.contains("list thresholds"));
 }
 
 #[test]
@@ -176,7 +180,7 @@ fn the_page_prints_floors_ceilings_and_the_papers_figures_as_the_papers() {
             "Measure Value Skill Floor: blank frame Floor: shuffled, mean (best 5 %) Floor: noise only Ceiling: own repeat The paper's, exp. 1",
             "The verdict rests on C, correlation",
             "Entropy and mutual information, reported only",
-            "The paper's figures are those of its Table 1, experiment 1",
+            "The paper's figures are from its table 1, experiment 1",
             "PeerJ Computer Science 11:e3124",
         ],
     );
@@ -212,14 +216,14 @@ fn the_page_shows_scale_assumptions_and_command() {
     holds(
         &text,
         &[
-            "Real and simulated share one scale",
-            "hatched cells are off by 1.67 °C or more",
+            "real and simulated share one scale",
+            "Hatched cells differ by 1.67 °C or more",
             "threshold in °C",
             "blank frame (floor)",
-            "the sensor's own repeat (ceiling)",
-            "What was assumed The sensor looks straight down. The paper&#39;s figures belong to its own experiment 1. What the scene file marks as assumed is not the paper&#39;s",
+            "own repeat (ceiling)",
+            "assumptions and definitions The sensor looks straight down. The paper&#39;s figures are from its own experiment 1. Values that the scene file marks as assumed are ours",
             "A note of the comparison.",
-            "How to reproduce grideye compare --scene kitchen.toml",
+            "Reproduce grideye compare --scene kitchen.toml",
             "Program grideye 0.1.0",
             "Seed, simulation 7",
             "kitchen.toml sha256:00ff",
@@ -235,16 +239,17 @@ fn the_page_explains_its_figures() {
     holds(
         &text,
         &[
-            "in C, gain, RMSE, MAE, contrast, centroid and χ² the sensor's noise counted once, elsewhere as it comes",
-            "A value can pass its ceiling",
-            "The gain over the blank frame is 1 less the ratio of the simulation&#39;s RMSE to the blank frame&#39;s",
-            "% are warm on both sides.",
-            "Entropies are counted in 256 grey levels over each frame&#39;s own range, as an 8-bit picture has them, and in steps of 0.25 °C (the chosen bins).",
-            "after Miller and Madow",
-            "(permutation p-value)",
+            "The ceiling counts the sensor's noise once in C, gain, RMSE, MAE, contrast, centroid and χ², twice elsewhere.",
+            "A value can exceed it",
+            "The gain over the blank frame is 1 minus the simulation&#39;s RMSE divided by the blank frame&#39;s",
+            "of these pixels are warm on both sides.",
+            "Entropies use 256 gray levels over each frame&#39;s own range",
+            "and steps of 0.25 °C (the chosen bins).",
+            "(Miller and Madow)",
+            "permutation p-value",
             "at 630 degrees of freedom (p = ",
             "The common offset drifts by ",
-            "IS is read at 1.67 °C: the paper takes the datasheet's accuracy of ±2.5 °C as 3σ and reads at 2σ. That σ is not the sensor's noise.",
+            "Why IS is read at 1.67 °C The paper takes the datasheet's accuracy of ±2.5 °C as 3σ and reads at 2σ. This σ is not the sensor's noise.",
         ],
     );
     let any = Context {
@@ -489,7 +494,7 @@ fn an_undefined_score_is_a_dash_and_null() {
         .collect();
     let comparison = compare(SHAPE, &real, &simulated, &settings(Protocol::Static)).unwrap();
     let page = html(&comparison, &Context::default());
-    assert!(readable(&page).starts_with("? Verdict: cannot tell"));
+    assert!(readable(&page).starts_with("? Cannot tell "));
     assert!(page.contains("<th scope=\"row\">C, correlation</th><td class=\"value\">–</td>"));
     let text = readable(&page);
     assert!(!text.contains("NaN") && !text.contains("inf "), "{text}");

@@ -328,9 +328,10 @@ fn frames_are_chosen_evenly_and_gaps_left_out_with_a_note() {
         Duration::from_millis(9_700)
     );
     assert!(
-        comparison.notes.iter().any(
-            |note| note.starts_with("3 of 101 rows of the recording were left out, not read: ")
-        )
+        comparison
+            .notes
+            .iter()
+            .any(|note| note.starts_with("Left out 3 of 101 rows (not read: "))
     );
     let five = Options {
         frames: Some(5),

@@ -33,7 +33,7 @@ fn labels_are_put_on_ranges_and_frames_by_keys_listed_and_taken_away() -> Outcom
     shows(&browser, 0)?;
     browser.press("5")?;
     browser.wait_for_text("#label-trouble", |text| {
-        text.contains("No label has the key 5 yet")
+        text.contains("Key 5 has no label yet")
     })?;
 
     // A range by keys, its name by hand.

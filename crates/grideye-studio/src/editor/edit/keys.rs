@@ -27,7 +27,7 @@ pub(super) fn set(document: &mut DocumentMut, path: &[Step], to: &Wanted) -> Res
         Some(Place::Table(_)) => Err(unwritable(key)),
         Some(Place::Value(Value::InlineTable(table))) => within_braces(table, key, to),
         Some(Place::Value(_) | Place::Tables) => Err(Fault::unfit(&format!(
-            "`{key}` would be in a value that is not a table"
+            "`{key}` would be inside a value that is not a table"
         ))),
     }
 }
@@ -212,17 +212,17 @@ pub(super) fn value_of(wanted: &Wanted) -> Result<Value, Fault> {
             Ok(list.into())
         }
         Wanted::Null | Wanted::Object(_) => Err(Fault::unfit(
-            "a value is a number, a text, true, false, or a list of these",
+            "a value must be a number, a string, true, false, or a list of these",
         )),
     }
 }
 
 fn whole_table() -> Fault {
-    Fault::unfit("a whole table cannot get a value; name one of its keys")
+    Fault::unfit("a whole table cannot get a value; choose one of its keys")
 }
 
 fn unwritable(key: &str) -> Fault {
     Fault::unfit(&format!(
-        "`{key}` is in a table without its own header and can only be changed in the text"
+        "`{key}` is in a table without a header of its own"
     ))
 }

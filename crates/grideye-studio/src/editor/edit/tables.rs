@@ -106,7 +106,7 @@ fn block<'p>(
     };
     let one_piece = || {
         Fault::unfit(&format!(
-            "{} is not in one piece under [[{key}]]; change it in the text",
+            "{} is not in one piece under [[{key}]]",
             said(path)
         ))
     };
@@ -152,7 +152,7 @@ fn insert(document: &mut DocumentMut, key: &str, mut table: Table) -> Result<(),
         Item::ArrayOfTables(list) => list.push(table),
         Item::None | Item::Value(_) | Item::Table(_) => {
             return Err(Fault::unfit(
-                "the layout of the scene's text does not allow this edit",
+                "the layout of the scene file does not allow this edit",
             ));
         }
     }

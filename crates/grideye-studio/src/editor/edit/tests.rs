@@ -183,7 +183,7 @@ fn impossible_edits_are_rejected() {
     let apart = "[[agent]]\nname = \"a\"\n[[object]]\nname = \"o\"\n[[agent.part]]\nname = \"p\"\n";
     let of_text = r#"no object 7: { "does": "set", "path": ["object", 7, "yaw_deg"], "to": 1 }
 whole table: { "does": "set", "path": ["room"], "to": 1 }
-a value is: { "does": "set", "path": ["room", "ambient_c"], "to": null }
+a value must be: { "does": "set", "path": ["room", "ambient_c"], "to": null }
 0 steps: { "does": "set", "path": [], "to": 1 }
 no object 0 yaw_deg: { "does": "unset", "path": ["object", 0, "yaw_deg"] }
 not a table of a list: { "does": "remove", "path": ["room"] }"#;

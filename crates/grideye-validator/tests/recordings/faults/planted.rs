@@ -118,7 +118,7 @@ fn a_symmetric_scene_is_reported_as_symmetric() {
             .iter()
             .find(|criterion| criterion.name == "orientation")
             .unwrap();
-        let says = "Were it mirrored top to bottom, it would look the same";
+        let says = "an image mirrored top to bottom would look the same";
         assert_eq!(
             orientation.sentence.contains(says),
             SYMMETRIC.contains(&name),
