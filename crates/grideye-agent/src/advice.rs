@@ -5,6 +5,8 @@ use std::io;
 
 const TLS_HINT: &str = "\nhint: the collector must show a certificate of the authority that this agent joined; if that was made anew, join again";
 
+const PLAIN_HINT: &str = "\nhint: the collector speaks plain HTTP: start it with `grideye collect --tls`; or, in a network that you trust, join it with the line of `grideye enroll DEVICE --url http://HOST:PORT`";
+
 const NAME_HINT: &str = "\nhint: is the host's name right, and the network up? An address such as 192.168.1.20 needs no name";
 
 const AWAY_HINT: &str = "\nhint: is the network up, is this the collector's address, and does its firewall let the port through?";
@@ -26,6 +28,9 @@ pub fn network_hint(error: &ureq::Error) -> &'static str {
         ureq::Error::Timeout(_) | ureq::Error::ConnectionFailed => AWAY_HINT,
         ureq::Error::Rustls(error) => tls_hint(error),
         ureq::Error::Tls(_) => TLS_HINT,
+        ureq::Error::Protocol(_) => {
+            "\nhint: a collector that speaks TLS does not answer plain HTTP: join it with the line that `grideye enroll DEVICE` prints, which names https://"
+        }
         _ => "",
     }
 }
@@ -39,8 +44,16 @@ pub(crate) fn in_handshake(error: &io::Error) -> Option<&rustls::Error> {
     error.get_ref()?.downcast_ref()
 }
 
+/// Whether the other side does not speak TLS.
+pub(crate) const fn is_plain(error: &rustls::Error) -> bool {
+    matches!(error, rustls::Error::InvalidMessage(_))
+}
+
 /// Starts with a line break.
 pub(crate) fn certificate_hint(error: &rustls::Error) -> Option<&'static str> {
+    if is_plain(error) {
+        return Some(PLAIN_HINT);
+    }
     use rustls::CertificateError as Refused;
     let rustls::Error::InvalidCertificate(refused) = error else {
         return None;

@@ -65,7 +65,7 @@ pub enum DatasetError {
     #[error("cannot create the folder {}: {}\nhint: name a folder you can write to with --out", .0.display(), .1)]
     NoFolder(PathBuf, io::Error),
     /// A file in the folder cannot be read.
-    #[error("cannot read {}: {}", .0.display(), .1)]
+    #[error("cannot read {}: {}\nhint: name another folder with --out, or fix this file", .0.display(), .1)]
     Unread(PathBuf, io::Error),
     /// A file cannot be written.
     #[error(
@@ -79,9 +79,6 @@ impl DatasetError {
     /// Whether the user must change the request, as opposed to fixing the disk.
     #[must_use]
     pub const fn is_bad_input(&self) -> bool {
-        !matches!(
-            self,
-            Self::NoFolder(..) | Self::Unread(..) | Self::Unwritten(..)
-        )
+        !matches!(self, Self::Unread(..) | Self::Unwritten(..))
     }
 }

@@ -76,7 +76,7 @@ pub enum Mistake {
     #[error("`{0}` is never closed\nhint: quote the whole argument for the shell")]
     Unclosed(String),
     /// A bracket is never opened.
-    #[error("`{0}` was never opened")]
+    #[error("`{0}` was never opened\nhint: quote the whole argument for the shell")]
     Unopened(String),
     /// A range runs from high to low.
     #[error("the range {0} is empty\nhint: write the lower number first")]

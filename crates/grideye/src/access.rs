@@ -23,10 +23,10 @@ pub(crate) fn enroll(options: &Enroll) -> Result<Outcome> {
     let devices: BTreeSet<String> = options.devices.iter().cloned().collect();
     let first = options.devices.first().cloned().unwrap_or_default();
     let address = address(options, &folder)?;
-    // What the line is checked for is checked before a token is made.
+    // The address is checked before a token is made; the names are checked as it is made.
     let mut line = JoinLine {
         collector: address.url,
-        device: (devices.len() == 1).then(|| first.clone()),
+        device: None,
         token: None,
         pin: address.pin.map(|pin| pin.parse::<Pin>()).transpose()?,
     };
@@ -36,7 +36,9 @@ pub(crate) fn enroll(options: &Enroll) -> Result<Outcome> {
             line.collector
         ))
     })?;
+    let is_alone = devices.len() == 1;
     let token = make(&folder, &first, Scope::Ingest { devices })?;
+    line.device = is_alone.then_some(first);
     line.token = Some(Secret::new(&token.reveal())?);
     if is_loopback(&line.collector) {
         progress::say(
@@ -92,7 +94,12 @@ fn make_token(options: &TokenMake) -> Result<Outcome> {
     let written = make(&folder, &options.name, scope).and_then(|token| {
         writeln!(file, "{}", token.reveal())
             .and_then(|()| file.sync_all())
-            .with_context(|| format!("cannot write {}", path.display()))?;
+            .with_context(|| {
+                format!(
+                    "cannot write {}\nhint: is there room on the disk?",
+                    path.display()
+                )
+            })?;
         Ok(token)
     });
     if written.is_err() {

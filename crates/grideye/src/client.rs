@@ -74,6 +74,8 @@ impl AuditRow {
     }
 }
 
+const TOKEN_HINT: &str = "--token-file FILE; `grideye token make NAME --scope read --out FILE` makes one, and `--scope admin` one that may record";
+
 type Response = http::Response<Body>;
 
 impl Client {
@@ -83,6 +85,13 @@ impl Client {
     }
 
     pub(crate) fn of(options: &CollectorAddress) -> Result<Self> {
+        let (_, host) = options.url.split_once("://").unwrap_or_default();
+        if host.trim_end_matches('/').contains('/') || !options.url.starts_with("http") {
+            return Err(bad_input(anyhow!(
+                "--collector is {}, expected http://HOST:PORT or https://HOST:PORT\nhint: `grideye collect` prints its address as it starts",
+                options.url
+            )));
+        }
         let named = |path: &Path, error: &dyn Display, hint: &str| {
             bad_input(anyhow!("{}: {error}\nhint: {hint}", path.display()))
         };
@@ -181,18 +190,13 @@ impl Client {
     fn decoded<T: DeserializeOwned>(&self, path: &str, mut response: Response) -> Result<T> {
         response.body_mut().read_json().with_context(|| {
             let url = self.url(path);
-            format!("{url} answered something else than a collector does")
+            format!("{url} answered something else than a collector does\nhint: is this the address of `grideye collect`?")
         })
     }
 
     /// The response, if it is a success; otherwise the collector's own words.
     fn checked(&self, path: &str, result: Result<Response, ureq::Error>) -> Result<Response> {
-        let mut response = result.map_err(|error| {
-            anyhow!(
-                "no answer from the collector at {}: {error}\nhint: start one with `grideye collect`, or name it with --collector",
-                self.base
-            )
-        })?;
+        let mut response = result.map_err(|error| self.unanswered(&error))?;
         let status = response.status();
         if status.is_success() {
             return Ok(response);
@@ -200,10 +204,40 @@ impl Client {
         let body = response.body_mut().with_config().limit(BYTES_MAX);
         let answer: Value = body.read_json().unwrap_or_default();
         let error = &answer["error"];
-        let hint = error["hint"].as_str().map(|hint| format!("\nhint: {hint}"));
+        let hint = match status {
+            http::StatusCode::UNAUTHORIZED => Some(TOKEN_HINT),
+            _ => error["hint"].as_str(),
+        };
+        let hint = hint.unwrap_or("is this the address of `grideye collect`?");
         Err(match error["message"].as_str() {
-            Some(message) => anyhow!("{message}{}", hint.unwrap_or_default()),
-            None => anyhow!("{} answered {status}", self.url(path)),
+            Some(message) => anyhow!("{message}\nhint: {hint}"),
+            None => anyhow!("{} answered {status}\nhint: {hint}", self.url(path)),
         })
+    }
+
+    /// Why there is no answer, and what to do about it.
+    fn unanswered(&self, error: &ureq::Error) -> anyhow::Error {
+        let base = &self.base;
+        let tls = match error {
+            ureq::Error::Io(error) => error.get_ref().and_then(|error| error.downcast_ref()),
+            ureq::Error::Rustls(error) => Some(error),
+            _ => None,
+        };
+        match (error, tls) {
+            (_, Some(rustls::Error::InvalidMessage(_))) => anyhow!(
+                "the collector at {base} speaks plain HTTP, not TLS\nhint: --collector http://{}",
+                base.trim_start_matches("https://")
+            ),
+            (_, Some(rustls::Error::InvalidCertificate(_))) => anyhow!(
+                "cannot trust the certificate of {base}: {error}\nhint: --authority FILE is the grideye-access/authority.pem of this collector; a name that its certificate lacks is added with `grideye collect --host-name NAME`"
+            ),
+            (ureq::Error::Protocol(_), None) => anyhow!(
+                "{base} does not answer in plain HTTP: it speaks TLS, or is no collector\nhint: --collector https://{} --authority FILE, the collector's grideye-access/authority.pem",
+                base.trim_start_matches("http://")
+            ),
+            _ => anyhow!(
+                "no answer from the collector at {base}: {error}\nhint: start one with `grideye collect`, or name it with --collector"
+            ),
+        }
     }
 }

@@ -161,7 +161,9 @@ pub(crate) fn location(text: &str) -> Result<StoreLocation> {
 fn password_file(path: &Path) -> Result<String> {
     let shown = path.display();
     let about = std::fs::metadata(path);
-    let about = about.with_context(|| format!("cannot read the password file {shown}"))?;
+    let about = about.with_context(|| {
+        format!("cannot read the password file {shown}\nhint: PGPASSFILE names it; unset it if there is none")
+    })?;
     if about.permissions().mode() & 0o077 != 0 {
         return Err(anyhow!(
             "others can read the password file {shown}\nhint: chmod 600 {shown}"

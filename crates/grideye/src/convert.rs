@@ -22,20 +22,10 @@ pub(crate) fn run(options: &Convert) -> Result<Outcome> {
     };
     let assumed = assumed(options)?;
     let rows = recordings::open_assuming(&options.input, assumed.as_ref())?.filter(asked);
-    let mut unread = None;
-    let mut rows = rows.map(|row| {
-        row.map_err(|error| {
-            let shown = error.to_string();
-            unread = Some(bad_input(anyhow!("cannot read {shown}")));
-            ExportError::Row(shown)
-        })
-    });
-    let written = export::write_recording(&mut rows, &options.output);
-    // A bad row fails the writer too, but the input is to blame.
-    match unread {
-        Some(error) => Err(error),
-        None => written.map(|()| Outcome::Done),
-    }
+    let mut rows =
+        rows.map(|row| row.map_err(|error| ExportError::Row(format!("cannot read {error}"))));
+    export::write_recording(&mut rows, [&options.input, &options.output])?;
+    Ok(Outcome::Done)
 }
 
 fn assumed(options: &Convert) -> Result<Option<Assumed>> {

@@ -7,15 +7,19 @@ use crate::output::outln;
 use crate::{files, progress};
 use anyhow::Result;
 use grideye_dataset::{
-    Cause, DatasetError, Folder, Frames, Manifest, Output, Part, Remembered, Subject, Table, make,
+    AgentLabels, Cause, DatasetError, Folder, Frames, Manifest, Output, Part, Remembered, Subject,
+    Table, make,
 };
 use grideye_export::dataset as export;
+use grideye_frame::{COLUMNS, ROWS};
 use grideye_scene::Scene;
 use grideye_variation::{Recipe, VariationError};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io;
 use std::num::NonZeroUsize;
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 pub(crate) fn run(options: &Dataset) -> Result<Outcome> {
     let frames = frames(options)?;
@@ -27,7 +31,11 @@ pub(crate) fn run(options: &Dataset) -> Result<Outcome> {
         options.formats.iter().copied(),
     )
     .map_err(told)?;
-    let folder = Folder::open(&options.out, &manifest, &Disk).map_err(told)?;
+    let disk = Disk {
+        first: options.formats.first().copied(),
+        in_view: Mutex::default(),
+    };
+    let folder = Folder::open(&options.out, &manifest, &disk).map_err(told)?;
     let (mut missing, mut there, mut count) = (Vec::new(), 0_u64, 0);
     for part in manifest.parts_of(options.shard) {
         count += manifest.count(part);
@@ -49,6 +57,9 @@ pub(crate) fn run(options: &Dataset) -> Result<Outcome> {
     make((&frames, &manifest), &folder, missing, threads, &tick).map_err(told)?;
     bar.finish_and_clear();
     report(options, &manifest, [made, there, count])?;
+    if made > 0 && !options.json {
+        outln!("people in view: {}", disk.in_view())?;
+    }
     Ok(Outcome::Done)
 }
 
@@ -61,11 +72,18 @@ fn frames(options: &Dataset) -> Result<Frames> {
     let remembered = Remembered::new(&beside);
     let loaded = Scene::parse(&text, &origin, &remembered).map_err(bad_input)?;
     files::warned(&loaded.warnings);
+    let sensor = files::sensor_name(&loaded.scene, options.sensor.as_deref())?;
+    let steps = loaded.scene.sensor(&sensor).map_err(bad_input)?;
+    if steps.step_c == 0.0 && (steps.columns, steps.rows) == (COLUMNS, ROWS) {
+        progress::say(&format!(
+            "sensor `{sensor}` has no step_c, so these frames have no steps; a real sensor has steps of 0.25 °C: step_c = 0.25"
+        ));
+    }
     let recipe = Recipe::new(&text, &origin, &options.varied).map_err(asked)?;
     recipe.check(&remembered).map_err(asked)?;
     let subject = Subject {
         title: files::stem(&options.scene),
-        sensor: files::sensor_name(&loaded.scene, options.sensor.as_deref())?,
+        sensor,
         text,
         files: remembered.into_texts(),
         vary: options.varied.clone(),
@@ -76,10 +94,37 @@ fn frames(options: &Dataset) -> Result<Frames> {
     Frames::new(subject, &loaded.scene).map_err(told)
 }
 
-struct Disk;
+struct Disk {
+    /// A part is counted as its first file is written.
+    first: Option<Table>,
+    /// How many frames have how many people in view.
+    in_view: Mutex<BTreeMap<usize, u64>>,
+}
+
+impl Disk {
+    fn count(&self, part: &Part) {
+        let mut in_view = self.in_view.lock().unwrap_or_else(PoisonError::into_inner);
+        for frame in 0..part.frame.len() {
+            let share = |agent: &&AgentLabels| agent.visibility.get(frame).copied().flatten();
+            let people = part.agents.iter().filter(|agent| share(agent) > Some(0.0));
+            *in_view.entry(people.count()).or_default() += 1;
+        }
+    }
+
+    /// `0 in 31 frames, 1 in 169 frames`
+    fn in_view(&self) -> String {
+        let in_view = self.in_view.lock().unwrap_or_else(PoisonError::into_inner);
+        let counts = in_view.iter();
+        let counts = counts.map(|(people, frames)| format!("{people} in {frames} frames"));
+        counts.collect::<Vec<_>>().join(", ")
+    }
+}
 
 impl Output for Disk {
     fn write(&self, part: &Part, table: Table, about: &str, file: &File) -> Result<(), Cause> {
+        if self.first == Some(table) {
+            self.count(part);
+        }
         Ok(files::fill(file, |out| {
             Ok(export::write(part, table, about, out)?)
         })?)

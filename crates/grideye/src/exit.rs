@@ -40,19 +40,24 @@ pub(crate) fn bad_input(error: impl Into<anyhow::Error>) -> anyhow::Error {
     anyhow::Error::new(BadInput(error.into()))
 }
 
-pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
-    eprintln!("error: {}", told(error));
-    let is_bad_input = error.chain().any(<dyn std::error::Error>::is::<BadInput>);
-    ExitCode::from(if is_bad_input { 2 } else { 1 })
+/// Whether the caller can mend it.
+pub(crate) fn is_bad_input(error: &anyhow::Error) -> bool {
+    error.chain().any(<dyn std::error::Error>::is::<BadInput>)
 }
 
-/// The error and its causes. A message with a hint has its cause in front of the hint: it is not said once more behind.
+pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
+    eprintln!("error: {}", told(error));
+    ExitCode::from(if is_bad_input(error) { 2 } else { 1 })
+}
+
+/// The error and its causes, each once, and then the hint.
 fn told(error: &anyhow::Error) -> String {
     error.chain().fold(String::new(), |told, cause| {
-        match (told.as_str(), cause.to_string()) {
-            ("", text) => text,
+        match (told.split_once("\nhint: "), cause.to_string()) {
+            (_, text) if told.is_empty() => text,
             (_, text) if told.contains(&text) => told,
-            (_, text) => format!("{told}: {text}"),
+            (Some((what, hint)), text) => format!("{what}: {text}\nhint: {hint}"),
+            (None, text) => format!("{told}: {text}"),
         }
     })
 }
@@ -66,7 +71,8 @@ mod tests {
     fn a_cause_is_told_once() {
         let error = anyhow!("no rights").context("cannot start x: no rights\nhint: chmod");
         assert_eq!(told(&error), "cannot start x: no rights\nhint: chmod");
-        let told = bad_input(anyhow!("no rights").context("cannot start x")).to_string();
-        assert_eq!(told, "cannot start x: no rights");
+        let told =
+            bad_input(anyhow!("no rights").context("cannot start x\nhint: chmod")).to_string();
+        assert_eq!(told, "cannot start x: no rights\nhint: chmod");
     }
 }

@@ -31,12 +31,16 @@ pub(crate) fn write_film(film: &Film<'_>, out: &Path) -> Result<()> {
 }
 
 /// Writes the rows of a recording in the format that the name of the file asks for.
-pub(crate) fn write_recording(rows: Rows<'_>, out: &Path) -> Result<()> {
+pub(crate) fn write_recording(rows: Rows<'_>, [input, out]: [&Path; 2]) -> Result<()> {
     let format = files::end(out).and_then(recording::format);
     let format = format.ok_or_else(|| files::unknown_end(out, recording::ENDS))?;
     let mut written = String::new();
     files::write_whole(out, |file| {
-        written = format(rows, file).map_err(blamed)?;
+        written = format(rows, file).map_err(|error| match error {
+            // It names its file and its line.
+            ExportError::Row(_) => blamed(error),
+            _ => blamed(error).context(input.display().to_string()),
+        })?;
         Ok(())
     })?;
     progress::say(&format!("wrote {written} to {}", out.display()));

@@ -1,6 +1,6 @@
 //! Reading what the user named, and writing results so that no half-written file ever carries its final name.
 
-use crate::exit::bad_input;
+use crate::exit::{bad_input, is_bad_input};
 use anyhow::{Context as _, Result, anyhow};
 pub(crate) use grideye_recording::whole::{Pending, rename};
 use grideye_scene::limits::TEXT_BYTES_MAX;
@@ -174,10 +174,10 @@ pub(crate) fn unknown_end(path: &Path, ends: &str) -> anyhow::Error {
 /// Creates the folder with all its parents, and proves that files can be written into it.
 pub(crate) fn writable_folder(folder: &Path) -> Result<()> {
     let refuse = |error: io::Error| {
-        anyhow!(
+        bad_input(anyhow!(
             "cannot write into the folder {}: {error}\nhint: name a folder of your own with --out",
             folder.display()
-        )
+        ))
     };
     fs::create_dir_all(folder).map_err(refuse)?;
     Pending::of(&folder.join(".grideye-write-test")).map_err(refuse)?;
@@ -287,7 +287,7 @@ pub(crate) fn write_whole(
     let there = fs::metadata(path);
     if there.is_ok_and(|about| !about.is_file() && !about.is_dir()) {
         let stream = || fill(&OpenOptions::new().write(true).open(path)?, write);
-        return stream().with_context(|| format!("cannot write {}", path.display()));
+        return written(path, stream());
     }
     replace(&target(path), write)
 }
@@ -309,12 +309,25 @@ pub(crate) fn replace(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&File>) -> Result<()>,
 ) -> Result<()> {
-    let put = || -> Result<()> {
-        let pending = Pending::of(path)?;
-        fill(pending.file(), write)?;
-        Ok(pending.put()?)
-    };
-    put().with_context(|| format!("cannot write {}", path.display()))
+    let shown = path.display();
+    let pending = Pending::of(path).map_err(|error| {
+        bad_input(anyhow!(
+            "cannot write {shown}: {error}\nhint: name a file in a folder that exists and that you may write to"
+        ))
+    })?;
+    let filled = fill(pending.file(), write);
+    written(path, filled.and_then(|()| Ok(pending.put()?)))
+}
+
+/// Blames the file for a failure, except where what was to be written is at fault.
+fn written(path: &Path, result: Result<()>) -> Result<()> {
+    match result {
+        Err(error) if is_bad_input(&error) => Err(error),
+        other => other.with_context(|| {
+            let shown = path.display();
+            format!("cannot write {shown}\nhint: is there room on the disk, and is this the name of a file?")
+        }),
+    }
 }
 
 /// Writes through a buffer. What is left in it after an error is not written on the way out.

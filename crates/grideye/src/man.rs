@@ -1,10 +1,10 @@
 //! `grideye man`: the man pages of both programs, one for each command, from the command lines themselves.
 
 use crate::cli::{self, Man};
-use crate::exit::Outcome;
+use crate::exit::{Outcome, bad_input};
 use crate::files;
 use crate::output::outln;
-use anyhow::{Context as _, Result};
+use anyhow::{Result, anyhow};
 use clap::Command;
 use clap_mangen::Man as Page;
 use std::io::{self, Write};
@@ -13,8 +13,10 @@ use std::path::Path;
 pub(crate) fn run(options: &Man) -> Result<Outcome> {
     let folder = &options.folder;
     let shown = folder.display();
-    std::fs::create_dir_all(folder).with_context(|| {
-        format!("{shown} cannot be made\nhint: name a folder that you may write")
+    std::fs::create_dir_all(folder).map_err(|error| {
+        bad_input(anyhow!(
+            "cannot make {shown}: {error}\nhint: name a folder that you may write"
+        ))
     })?;
     let mut pages = 0;
     for program in [cli::command(), grideye_agent::cli::command()] {

@@ -2,14 +2,19 @@
 
 use crate::cli::Record;
 use crate::client::Client;
-use crate::exit::Outcome;
+use crate::exit::{Outcome, bad_input};
 use crate::output::outln;
 use crate::{files, progress};
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, anyhow};
 
 pub(crate) fn run(options: &Record) -> Result<Outcome> {
     let (token, authority) = (&options.collector.token_file, &options.collector.authority);
     files::keep_apart(token.iter().chain(authority), &options.out)?;
+    if options.name.trim().is_empty() {
+        return Err(bad_input(anyhow!(
+            "a recording needs a name\nhint: for example evening"
+        )));
+    }
     let client = Client::of(&options.collector)?;
     let recording = client.start_recording(&options.name)?;
     progress::say(&format!("recording {:?}", recording.name));

@@ -9,6 +9,7 @@ use grideye_recording::{
 };
 use grideye_validator::{Thinned, Thinning};
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Display;
 use std::fs::File;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::Path;
@@ -27,7 +28,17 @@ pub(crate) fn open_assuming(
 ) -> Result<impl Iterator<Item = Result<Row>> + use<>> {
     let shown = path.display().to_string();
     let rows = rows(path, assumed)?;
-    Ok(rows.map(move |row| row.map_err(|error| bad_input(anyhow!("{shown}: {error}")))))
+    Ok(rows.map(move |row| row.map_err(|error| refused(&shown, &error))))
+}
+
+/// Names the file, and what to do unless the error says so itself.
+fn refused(shown: impl Display, error: &RecordingError) -> anyhow::Error {
+    let told = error.to_string();
+    let hint = match told.contains("\nhint: ") {
+        true => "",
+        false => "\nhint: correct or delete this row; recordings/README.md describes the format",
+    };
+    bad_input(anyhow!("{shown}: {told}{hint}"))
 }
 
 pub(crate) fn load_streams(path: &Path) -> Result<BTreeMap<StreamId, Vec<Record>>> {
@@ -82,7 +93,7 @@ fn one_stream(path: &Path, mut take: impl FnMut(Record)) -> Result<()> {
 
 fn rows(path: &Path, assumed: Option<&Assumed>) -> Result<Rows> {
     let mut input = files::open(path)?;
-    let place = |error: RecordingError| bad_input(anyhow!("{}: {error}", path.display()));
+    let place = |error: RecordingError| refused(path.display(), &error);
     let layout = layout(path, &mut input)?;
     let bytes = input.get_ref().metadata().map_or(0, |about| about.len());
     let input = progress::reading(input, bytes);
@@ -117,7 +128,11 @@ const HEADER_BYTES_MAX: u64 = 1 << 20;
 
 fn layout(path: &Path, input: &mut BufReader<File>) -> Result<Layout> {
     let shown = path.display();
-    let unread = |error| bad_input(anyhow!("cannot read {shown}: {error}"));
+    let unread = |error| {
+        bad_input(anyhow!(
+            "cannot read {shown}: {error}\nhint: name a file that you may read"
+        ))
+    };
     let beginning = input.fill_buf().map_err(unread)?;
     // The first line, as far as a header can be long.
     let mut header = Vec::new();

@@ -6,10 +6,11 @@
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 use grideye_tests::emulated::{Way, Words, pixel_c, recording, run_emulated, thermistor_c};
-use grideye_tests::programs::{Ended, grideye, run};
+use grideye_tests::programs::{self, Ended, grideye, root, run};
 use grideye_tests::python;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// Row and column, from 0, of pixels 1 to 64 in a driver's frame.
 type Place = fn(usize) -> (usize, usize);
@@ -566,4 +567,27 @@ fn mean(columns: &[usize]) -> Option<f64> {
     let sum = u32::try_from(columns.iter().sum::<usize>()).unwrap();
     let count = u32::try_from(columns.len()).unwrap();
     (count > 0).then(|| f64::from(sum) / f64::from(count))
+}
+
+/// The example of EMULATE.md, run by a shell as it stands.
+#[test]
+fn the_documented_python_driver_reads_the_emulated_sensor() {
+    let what = "the Python driver of EMULATE.md";
+    let Some(packages) = python::programs("python", "tests/python/requirements.txt", what) else {
+        return;
+    };
+    let page = std::fs::read_to_string(root().join("crates/grideye/EMULATE.md")).unwrap();
+    let (_, example) = page.split_once("```bash smbus2\n").unwrap();
+    let (example, _) = example.split_once("```").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let example = example.replace("/tmp/", &format!("{}/", folder.path().display()));
+    let programs = programs::folder().canonicalize().unwrap();
+    let path = std::env::var("PATH").unwrap();
+    let path = format!("{}:{}:{path}", packages.display(), programs.display());
+    let ended = run(Command::new("sh")
+        .args(["-e", "-c", &example])
+        .env("PATH", path));
+    assert_eq!(ended.code, 0, "{ended:?}");
+    let expected = "[21.5, 21.5, 21.5, 21.5, 21.5, 21.5, 21.5, 21.5]\n";
+    assert_eq!(ended.stdout, expected, "{ended:?}");
 }

@@ -98,10 +98,14 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
         By(JOINING, PASTED),
     ),
     (
-        "grideye record evening --seconds 60 --out evening.csv",
+        "grideye token make me --scope admin --out me.token",
+        Run("", &["written to me.token"]),
+    ),
+    (
+        "grideye record evening --seconds 60 --out evening.csv --collector https://192.168.1.20:8833 --token-file me.token --authority grideye-access/authority.pem",
         By(
-            PIPELINE,
-            "what_arrives_is_recorded_under_a_name_and_fetched",
+            "tests/tests/joining/one_machine.rs",
+            "the_recipe_for_one_machine_runs_as_it_stands",
         ),
     ),
     (

@@ -4,6 +4,7 @@
 
 mod certificates;
 mod check;
+mod one_machine;
 mod pasted;
 mod site;
 mod tokens;

@@ -155,7 +155,7 @@ fn mistakes_with_addresses_and_folders_name_the_fix() {
     let scene = "scenes/experiment-1.toml";
     refused(
         &["demo", "--once", "--out", &below_a_file],
-        1,
+        2,
         &["blocked", "hint:"],
     );
     refused(

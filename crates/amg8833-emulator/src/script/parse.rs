@@ -171,7 +171,10 @@ impl Reader<'_> {
         let name = &self.raw.kind;
         self.kind = FaultKind::from_name(name.get_ref()).ok_or_else(|| {
             let problem = format!("there is no `{}`", name.get_ref());
-            let hint = format!("one of {}", names(FaultKind::ALL.into_iter()));
+            let hint = format!(
+                "one of {}; crates/grideye/EMULATE.md says what each does",
+                names(FaultKind::ALL.into_iter())
+            );
             self.error("kind", name.span(), problem, hint)
         })?;
         self.check_particulars()?;
@@ -463,7 +466,7 @@ fn with_hint(message: &str) -> String {
     } else if message.contains("expected a string") || message.contains("expected string") {
         "\nhint: put times and kinds in quotes: at = \"12.5 s\", kind = \"hang\""
     } else if message.contains("unknown field") {
-        "\nhint: use one of these, or remove it; scripts/README.md explains each"
+        "\nhint: use one of these, or remove it; crates/amg8833-emulator/scripts/README.md explains each"
     } else {
         "\nhint: a script is a list of [[fault]] tables, and `seed = 7` before the first"
     };

@@ -24,11 +24,11 @@ pub enum StartError {
     #[error("cannot start thread {0}: {1}\nhint: is the system out of memory?")]
     Thread(String, io::Error),
     /// Another agent uses the spool's folder, or a later version wrote it.
-    #[error("{0}")]
+    #[error(transparent)]
     Spool(#[from] FolderError),
     /// No folder is named for the spool.
     #[error(
-        "spool.folder: expected a folder, found none\nhint: name one, for example /var/lib/grideye-agent/spool; systemd gives one with StateDirectory=grideye-agent"
+        "spool.folder: expected a folder, found none\nhint: under [spool], write folder = \"/home/pi/spool\" (any folder that this user may write), or mode = \"ram\" for no spool; systemd gives a folder with StateDirectory=grideye-agent"
     )]
     NoSpoolFolder,
     /// No collector is named.

@@ -92,10 +92,15 @@ fn reach(line: &JoinLine, client: Option<&ClientCertificate>) -> anyhow::Result<
 
 /// Finds the service that reads the written file, if there is one.
 fn find_service(args: &JoinArgs) -> anyhow::Result<Found> {
-    let by_hand = format!(
-        "start the agent with: grideye-agent run --config {}",
-        args.out.with_file_name("agent.toml").display()
-    );
+    let config = args.out.with_file_name("agent.toml");
+    let shown = config.display();
+    let first = match config.exists() {
+        true => String::new(),
+        false => format!(
+            "write {shown} (firmware-config/agent.toml is an example; without systemd, [spool] needs a folder), then "
+        ),
+    };
+    let by_hand = format!("{first}start the agent with: grideye-agent run --config {shown}");
     if args.no_start {
         return Ok(Found::Not(format!("--no-start says so; {by_hand}")));
     }

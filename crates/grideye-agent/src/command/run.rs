@@ -10,6 +10,7 @@ use grideye_agent::config::{BusConfig, Config, SpoolMode};
 use grideye_agent::health::serve;
 use grideye_agent::log::{Level, Log};
 use std::net::{SocketAddr, TcpListener};
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -31,7 +32,7 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
             .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&stopping)))
             .context("no handler for signals")?;
     }
-    let config = with_spool_folder(config)?;
+    let config = with_spool_folder(config, &args.config)?;
     let mut start = Start::new(config, host_name());
     start.frames_limit = args.frames;
     let buses = start.config.buses.iter();
@@ -71,13 +72,14 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
 }
 
 /// Uses systemd's folder for the service if the configuration names none.
-fn with_spool_folder(mut config: Config) -> Result<Config, BadUsage> {
+fn with_spool_folder(mut config: Config, path: &Path) -> Result<Config, BadUsage> {
     let given = std::env::var_os("STATE_DIRECTORY");
     let first = given.and_then(|given| std::env::split_paths(&given).next());
     let given = first.map(|folder| folder.join("spool"));
     config.spool.folder = config.spool.folder.or(given);
     if config.spool.mode != SpoolMode::Ram && config.spool.folder.is_none() {
-        return Err(BadUsage(StartError::NoSpoolFolder.to_string()));
+        let (path, error) = (path.display(), StartError::NoSpoolFolder);
+        return Err(BadUsage(format!("{path}: {error}")));
     }
     Ok(config)
 }

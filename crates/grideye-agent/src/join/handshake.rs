@@ -1,7 +1,7 @@
 //! One TLS handshake with a collector known only by its pin, to fetch its authority's certificate.
 
 use super::credentials::{ClientCertificate, NotJoined, Pin};
-use crate::advice::{certificate_hint, in_handshake};
+use crate::advice::{certificate_hint, in_handshake, is_plain};
 use crate::lock::lock;
 use base64::prelude::{BASE64_STANDARD, Engine as _};
 use rustls::client::WebPkiServerVerifier;
@@ -55,7 +55,13 @@ pub fn authority_of(
     })?;
     while connection.is_handshaking() {
         let done = connection.complete_io(&mut stream);
-        done.map_err(|error| refuse(format!("no TLS: {error}"), hint(&error)))?;
+        done.map_err(|error| {
+            let what = match in_handshake(&error).is_some_and(is_plain) {
+                true => "it speaks plain HTTP, and the line asks for TLS".to_owned(),
+                false => format!("no TLS: {error}"),
+            };
+            refuse(what, hint(&error))
+        })?;
     }
     let found = lock(&verifier.found).take();
     let pem = found.map(|der| certificate_pem(&der));

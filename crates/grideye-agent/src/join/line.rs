@@ -149,6 +149,12 @@ impl Joined {
             let what = "https requires an authority, and http allows none";
             return Err(refuse(what.to_owned()));
         }
+        let is_pem = |text: &String| text.contains("-----BEGIN CERTIFICATE-----");
+        if !file.authority.as_ref().is_none_or(is_pem) {
+            return Err(refuse(
+                "the authority is not a certificate in PEM".to_owned(),
+            ));
+        }
         let token = file.token.map(|token| Secret::new(&token)).transpose();
         let client = match (file.client_certificate, file.client_key) {
             (None, None) => None,

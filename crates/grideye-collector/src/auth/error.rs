@@ -44,7 +44,7 @@ pub enum AccessError {
     DevicesPerToken(usize),
     /// An invalid name for a device or a token.
     #[error(
-        "{name:?} cannot be the name of a {of}: expected 1 to {TOKEN_NAME_CHARS_MAX} letters, digits, and - _ . :, not beginning with - or .\nhint: for example pi-1"
+        "{name:?} cannot be the name of a {of}: expected 1 to {TOKEN_NAME_CHARS_MAX} letters, digits, and - _ . :, beginning with a letter or a digit\nhint: for example pi-1"
     )]
     BadName {
         /// What was named: device or token.

@@ -86,7 +86,7 @@ fn known_names(known: &[String]) -> String {
     if known.is_empty() {
         return "it has none; add a [[sensor]] table".to_owned();
     }
-    format!("it has {}", known.join(", "))
+    format!("choose one of {}", known.join(", "))
 }
 
 /// Something to check in an accepted scene.

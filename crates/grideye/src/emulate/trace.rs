@@ -70,7 +70,9 @@ impl TraceFile {
         let summary = self
             .summary()
             .and_then(|summary| self.pending.put().map(|()| summary));
-        let summary = summary.map_err(|error| anyhow!("cannot write the trace {path}: {error}"))?;
+        let summary = summary.map_err(|error| {
+            anyhow!("cannot write the trace {path}: {error}\nhint: is there room on the disk?")
+        })?;
         Ok(format!("trace {path}: {summary}"))
     }
 

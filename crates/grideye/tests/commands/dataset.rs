@@ -316,7 +316,7 @@ fn a_folder_that_cannot_be_made_is_named() {
     let file = folder.path().join("a-file");
     fs::write(&file, "").unwrap();
     let output = dataset(&file.join("below"), &[]).output().unwrap();
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(2));
     assert!(
         said(&output).contains("cannot create the folder"),
         "{}",

@@ -170,7 +170,7 @@ fn an_unknown_sensor_is_answered_with_the_known_ones() {
     let refused = grideye_scene::Simulator::new(&scene, "cieling").unwrap_err();
     assert_eq!(
         refused.to_string(),
-        "no sensor `cieling` in this scene\nhint: it has ceiling, door"
+        "no sensor `cieling` in this scene\nhint: choose one of ceiling, door"
     );
     let bare = Scene::parse(ROOM, "room.toml", &no_files).unwrap().scene;
     let refused = bare.sensor("ceiling").unwrap_err();
