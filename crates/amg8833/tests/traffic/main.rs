@@ -9,6 +9,7 @@
 
 mod buses;
 mod failures;
+mod settings;
 mod wire;
 
 use amg8833::{

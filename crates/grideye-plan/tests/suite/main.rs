@@ -14,6 +14,7 @@
 mod coverage;
 mod drawing;
 mod fusion;
+mod ground;
 mod paper_scenarios;
 #[path = "../../../grideye-scene/tests/suite/support.rs"]
 mod support;

@@ -1,0 +1,75 @@
+//! A sensor's field of view on the floor and up to the walls.
+
+use glam::DVec2;
+use grideye_plan::ground::{in_view_m, reach_m};
+use grideye_scene::Scene;
+use grideye_scene::polygon::bounds;
+use std::io;
+
+/// A room of 4 by 3 by 2.5 m with one sensor of 60 by 60 degrees.
+fn looked_at(pose: &str) -> Scene {
+    looked_at_in("size_mm = [4000, 3000, 2500]", pose)
+}
+
+fn looked_at_in(room: &str, pose: &str) -> Scene {
+    let text = format!(
+        "[room]\n{room}\nambient_c = 20\n[[sensor]]\nname = \"s\"\npreset = \"grid-eye\"\nfov_deg = 60\n{pose}\n"
+    );
+    let no_files = |_: &str| Err::<String, _>(io::ErrorKind::NotFound.into());
+    Scene::parse(&text, "test", &no_files).unwrap().scene
+}
+
+fn box_of(outline: &[DVec2]) -> [f64; 4] {
+    let (low, high) = bounds(outline.iter().copied());
+    [low.x, low.y, high.x, high.y].map(|side| (side * 1e6).round() / 1e6)
+}
+
+#[test]
+fn straight_down_the_view_reaches_as_far_as_its_footprint() {
+    let scene =
+        looked_at("position_mm = [2000, 1500, 2500]\nelevation_deg = 90\nazimuth_deg = -90");
+    let (room, sensor) = (scene.room(), &scene.sensors()[0]);
+    let half_m = 2.5 * libm::tan(30.0_f64.to_radians());
+    let wanted = [2.0 - half_m, 1.5 - half_m, 2.0 + half_m, 1.5 + half_m];
+    let wanted = wanted.map(|side| (side * 1e6).round() / 1e6);
+    assert_eq!(box_of(&in_view_m(room, sensor)), wanted);
+    assert_eq!(box_of(&reach_m(room, sensor)), wanted);
+}
+
+#[test]
+fn at_a_wall_the_view_is_a_wedge_from_the_sensor_to_the_walls() {
+    let scene = looked_at("position_mm = [0, 1500, 1000]\nelevation_deg = 0\nazimuth_deg = 0");
+    let (room, sensor) = (scene.room(), &scene.sensors()[0]);
+    // The floor comes into view where the lowest ray meets it; sideways, the wedge is as wide as the room from 2.6 m on.
+    let nearest_m = 1.0 / libm::tan(30.0_f64.to_radians());
+    let nearest_m = (nearest_m * 1e6).round() / 1e6;
+    assert_eq!(box_of(&in_view_m(room, sensor)), [nearest_m, 0.0, 4.0, 3.0]);
+    let reach = reach_m(room, sensor);
+    assert_eq!(box_of(&reach), [0.0, 0.0, 4.0, 3.0]);
+    let is_in = |at: DVec2| {
+        let next = reach.iter().cycle().skip(1);
+        reach
+            .iter()
+            .zip(next)
+            .all(|(from, to)| (to - from).perp_dot(at - from) >= -1e-9)
+    };
+    assert!(is_in(DVec2::new(1.0, 1.5 + 0.57)) && !is_in(DVec2::new(1.0, 1.5 + 0.59)));
+}
+
+#[test]
+fn a_corner_that_juts_into_the_room_hides_what_is_behind_it() {
+    let plan = "plan_mm = [[0, 0], [4000, 0], [4000, 1000], [1000, 1000], [1000, 3000], [0, 3000]]\nheight_mm = 2500";
+    let pose = "position_mm = [0, 3000, 2500]\nelevation_deg = 45\nazimuth_deg = -90";
+    let scene = looked_at_in(plan, pose);
+    let reach = reach_m(scene.room(), &scene.sensors()[0]);
+    // The line of sight over the corner at (1, 1) falls by 2 m per meter and meets the front wall at x = 1.5 m.
+    assert_eq!(box_of(&reach), [0.0, 0.0, 1.5, 3.0]);
+    let is_near = |at: &DVec2| at.distance(DVec2::new(1.5, 0.0)) < 1e-6;
+    assert!(reach.iter().any(is_near), "{reach:?}");
+}
+
+#[test]
+fn a_sensor_that_looks_away_from_the_room_reaches_nothing() {
+    let scene = looked_at("position_mm = [0, 1500, 1000]\nelevation_deg = 0\nazimuth_deg = 180");
+    assert_eq!(reach_m(scene.room(), &scene.sensors()[0]), []);
+}
