@@ -32,7 +32,7 @@ pub enum RecordingError {
     },
     /// The file ends within a line.
     #[error(
-        "line {line}: expected a newline at its end, found the end of the file after {bytes} bytes\nhint: the file was cut here; earlier lines are complete, and this one was not used"
+        "line {line}: expected a newline at its end, found the end of the file after {bytes} bytes\nhint: the file was cut here, or its last row only lacks a newline: add one if the row is whole"
     )]
     CutLine {
         /// The cut line.

@@ -42,7 +42,7 @@ pub(crate) fn enroll(options: &Enroll) -> Result<Outcome> {
     line.token = Some(Secret::new(&token.reveal())?);
     if is_loopback(&line.collector) {
         progress::say(
-            "this address reaches the collector from this machine alone; start it with --listen ADDR first, or give --url",
+            "this address reaches the collector only from this machine; for other machines, start it with --listen ADDR and give that address with --url",
         );
     }
     if options.json {

@@ -76,7 +76,7 @@ fn frames(options: &Dataset) -> Result<Frames> {
     let steps = loaded.scene.sensor(&sensor).map_err(bad_input)?;
     if steps.step_c == 0.0 && (steps.columns, steps.rows) == (COLUMNS, ROWS) {
         progress::say(&format!(
-            "sensor `{sensor}` has no step_c, so these frames have no steps; a real sensor has steps of 0.25 °C: step_c = 0.25"
+            "sensor `{sensor}` has no step_c, so these frames have no steps; a real sensor has steps of 0.25 °C: --vary sensor.{sensor}.step_c=0.25"
         ));
     }
     let recipe = Recipe::new(&text, &origin, &options.varied).map_err(asked)?;
@@ -162,7 +162,7 @@ fn report(options: &Dataset, manifest: &Manifest, [made, there, frames]: [u64; 3
         return outln!("{answer}");
     }
     outln!(
-        "shard {} of {}: {frames} of {} frames in {}; {made} parts made, {there} were there",
+        "shard {} of {}: {frames} of {} frames in {}; parts: {made} made, {there} there before",
         shard.number,
         shard.of,
         manifest.frames(),

@@ -144,14 +144,14 @@ impl Agents {
 
     /// Frames and seconds that a kill may cost, as the agent says when it starts.
     pub(crate) fn guarantee(&self) -> (u64, f64) {
-        self.wait_for_log("costs at most the ");
+        self.wait_for_log("costs at most ");
         let log = self.log();
         let number = |before: &str| {
             let text = log.split(before).nth(1).unwrap();
             text.split(' ').next().unwrap().to_owned()
         };
-        let frames = number("costs at most the ").parse().unwrap();
-        (frames, number("were read in the last ").parse().unwrap())
+        let frames = number("costs at most ").parse().unwrap();
+        (frames, number("those read in the last ").parse().unwrap())
     }
 }
 

@@ -234,7 +234,7 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
     // crates/grideye/DATASET.md
     (
         "grideye dataset scenes/experiment-1.toml --frames 200 --vary agent.person.position=floor --vary room.ambient_c=18..26 --out people",
-        Run("", &["200 of 200 frames in people; 1 parts made"]),
+        Run("", &["200 of 200 frames in people; parts: 1 made"]),
     ),
     (
         "grideye dataset scenes/experiment-1.toml --frames 5000 --out frames --shard 2/4",

@@ -172,7 +172,7 @@ impl Reader<'_> {
         self.kind = FaultKind::from_name(name.get_ref()).ok_or_else(|| {
             let problem = format!("there is no `{}`", name.get_ref());
             let hint = format!(
-                "one of {}; crates/grideye/EMULATE.md says what each does",
+                "one of {}; crates/amg8833-emulator/scripts/README.md says what each does",
                 names(FaultKind::ALL.into_iter())
             );
             self.error("kind", name.span(), problem, hint)

@@ -116,7 +116,7 @@ fn a_file_cut_at_any_byte_is_read_up_to_the_cut_and_the_place_is_named() {
         let expected = match (whole_lines, into_line) {
             (0, 0) => Some("line 1: expected a header that begins with device,sensor,boot,seq, found nothing\nhint: the file is empty; its writer stopped before the header".to_owned()),
             (_, 0) => None,
-            _ => Some(format!("line {line}: expected a newline at its end, found the end of the file after {into_line} bytes\nhint: the file was cut here; earlier lines are complete, and this one was not used")),
+            _ => Some(format!("line {line}: expected a newline at its end, found the end of the file after {into_line} bytes\nhint: the file was cut here, or its last row only lacks a newline: add one if the row is whole")),
         };
         assert_eq!(fault, expected, "cut at {cut}");
     }

@@ -1,6 +1,7 @@
 //! Ellipsoids: the round parts of a person, and how a pinhole sees one.
 
-use super::{Mesh, Pose};
+use crate::geometry::mesh::Mesh;
+use crate::geometry::pose::Pose;
 use glam::{DMat3, DVec3};
 
 /// An ellipsoid, by its center and its semi-axes, meters.
@@ -123,7 +124,7 @@ fn roots(square: f64, half: f64, constant: f64) -> Option<Ends> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::rotation_y_deg;
+    use crate::geometry::angle::rotation_y_deg;
 
     fn inside(ellipsoid: &Ellipsoid, point_m: DVec3) -> f64 {
         (ellipsoid.axes_m.inverse() * (point_m - ellipsoid.center_m)).length_squared()

@@ -177,7 +177,7 @@ fn what_is_there_is_not_made_again() {
     let lost = fs::read(whole.join("part-000003.parquet")).unwrap();
     fs::remove_file(whole.join("part-000003.parquet")).unwrap();
     let told = done(&mut dataset(&whole, &[]));
-    assert!(told.contains("1 parts made, 12 were there"), "{told}");
+    assert!(told.contains("parts: 1 made, 12 there before"), "{told}");
     assert_eq!(modified("part-000003.npz"), before);
     assert!(fs::read(whole.join("part-000003.parquet")).unwrap() == lost);
     let told = done(&mut dataset(&whole, &["--json"]));

@@ -254,7 +254,7 @@ fn a_socket_that_cannot_be_is_refused_and_left_as_it_is() {
     let too_long = folder.path().join("x".repeat(120));
     for (path, words) in [
         (taken.as_path(), &["in use", "hint:"][..]),
-        (Path::new(&notes), &["no socket", "hint:"]),
+        (Path::new(&notes), &["is not a socket", "hint:"]),
         (Path::new("/nowhere/amg.sock"), &["/nowhere", "hint:"]),
         (too_long.as_path(), &["bytes", "hint:"]),
     ] {
