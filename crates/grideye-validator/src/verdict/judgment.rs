@@ -4,7 +4,7 @@ use crate::metrics::score::Measure;
 use crate::thresholds::{Thresholds, too_few};
 use crate::verdict::image_criteria::{level, orientation, unclaimed};
 use crate::verdict::score_criteria::scores;
-use crate::verdict::types::{Evidence, Judgment, Next, Question, State, Verdict, Weighed};
+use crate::verdict::types::{Evidence, Judgment, Next, Question, State, Verdict, Weighed, lower};
 use grideye_draw::text::{fixed, frames};
 
 pub(crate) fn judge(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Judgment {
@@ -45,14 +45,6 @@ fn headline(verdict: Verdict, first: Option<&Weighed>, evidence: &Evidence<'_>) 
     let compared = evidence.real_frames;
     let all = frames(evidence.prior.recorded_frames.max(compared));
     format!("{letters}: {found}Compared {compared} of {all}.")
-}
-
-/// For the middle of a sentence: the first letter in lower case.
-pub(crate) fn lower(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| {
-        first.to_lowercase().chain(letters).collect()
-    })
 }
 
 /// The criteria that decided the verdict. A sound sensor is no reason to believe a scene, so its checks are none.

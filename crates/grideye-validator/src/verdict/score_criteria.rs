@@ -6,8 +6,7 @@ use crate::expected::units::{Pick, Scale};
 use crate::metrics::foreground::RoomSource;
 use crate::metrics::score::Measure;
 use crate::thresholds::Thresholds;
-use crate::verdict::judgment::lower;
-use crate::verdict::types::{Asked, Evidence, Next, PROFILE, Question, State, Weighed};
+use crate::verdict::types::{Asked, Evidence, Next, PROFILE, Question, State, Weighed, lower};
 use grideye_draw::text::fixed;
 
 #[derive(Clone, Copy)]

@@ -243,3 +243,11 @@ pub(crate) const PROFILE: (&str, &str) = (
     "Measure this sensor with `grideye characterize` on a recording of the empty room, and pass the result with --profile.",
     "a profile of this unit (grideye characterize, then --profile), or a recording that also shows the room empty",
 );
+
+/// For the middle of a sentence: the first letter in lower case.
+pub(crate) fn lower(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_lowercase().chain(letters).collect()
+    })
+}
