@@ -22,6 +22,7 @@
 //!
 //! An acknowledged frame is on disk; storing it again changes nothing; ages come from clocks that do not jump.
 
+mod accounts;
 mod alarm;
 pub mod auth;
 mod clock;
@@ -41,6 +42,7 @@ mod router;
 mod server;
 pub mod store;
 
+pub use accounts::{Account, Accounts, Rivals};
 pub use clock::{Clock, SystemClock};
 pub use http::{Annex, AppState, Asset, Inside, Refusal, attachment};
 pub use limits::Limits;

@@ -96,3 +96,36 @@ pub fn sync_folder_of(path: &Path) -> io::Result<()> {
         Err(error) => Err(error),
     }
 }
+
+/// A file, whatever name it was given.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Identity {
+    /// An existing file.
+    There {
+        /// Its file system.
+        device: u64,
+        /// Its number there.
+        inode: u64,
+    },
+    /// A path without a file, with the links of its folder resolved.
+    New(PathBuf),
+}
+
+/// The file that a path names; `None` for devices, pipes and folders.
+#[must_use]
+pub fn identity(path: &Path) -> Option<Identity> {
+    let name = path.file_name()?;
+    match fs::metadata(path) {
+        Ok(about) => about.is_file().then(|| Identity::There {
+            device: about.dev(),
+            inode: about.ino(),
+        }),
+        Err(_not_there) => {
+            let folder = path
+                .parent()
+                .filter(|folder| !folder.as_os_str().is_empty());
+            let folder = fs::canonicalize(folder.unwrap_or(Path::new("."))).ok()?;
+            Some(Identity::New(folder.join(name)))
+        }
+    }
+}

@@ -103,7 +103,7 @@ fn make_token(options: &TokenMake) -> Result<Outcome> {
         Ok(token)
     });
     if written.is_err() {
-        // A file without its token is none. The first error is the one to report.
+        // A file without a token is useless, so it goes. The first error is the one to report.
         drop(std::fs::remove_file(path));
     }
     outln!("token {} written to {}", written?.id(), path.display())?;
@@ -144,7 +144,7 @@ fn make(folder: &AccessFolder, name: &str, scope: Scope) -> Result<Token> {
     made.map_err(told)
 }
 
-/// A name that cannot be one is the caller's to mend; a folder that cannot be written is a failure.
+/// An invalid name is bad input; a folder that cannot be written is a failure.
 fn told(error: AccessError) -> anyhow::Error {
     match error {
         AccessError::BadName { .. }
@@ -154,7 +154,7 @@ fn told(error: AccessError) -> anyhow::Error {
     }
 }
 
-/// Where the agent finds the collector: as it was said, as the collector was last started, or as it would be.
+/// The collector's address for the agent: the given one, else that of its last start, else this machine's.
 fn address(options: &Enroll, folder: &AccessFolder) -> Result<Address> {
     let recorded = folder.address()?.unwrap_or_else(|| {
         let here = outward_address().unwrap_or(IpAddr::from([127, 0, 0, 1]));
@@ -204,7 +204,7 @@ fn as_json(record: &TokenRecord) -> serde_json::Value {
     })
 }
 
-/// A new file for its owner alone. One that is there is left as it is: somebody may be using its token.
+/// Creates a file that only its owner can read. Never replaces one, because its token may be in use.
 fn create(path: &Path) -> Result<std::fs::File> {
     let created = OpenOptions::new()
         .write(true)

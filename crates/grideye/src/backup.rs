@@ -50,7 +50,7 @@ pub(crate) fn run(options: &Backup) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// What names the wrong file is the caller's to mend; a full disk or a damaged store is a failure.
+/// A wrong file is bad input; a full disk or a damaged store is a failure.
 fn told(error: BackupError) -> anyhow::Error {
     match error {
         BackupError::Missing { .. }

@@ -64,7 +64,7 @@ pub(crate) fn run(options: &Calibrate) -> Result<Outcome> {
     Ok(Outcome::told(is_told))
 }
 
-/// A scene names its trajectories from its own folder: in another, the new one would find other files or none.
+/// A scene's trajectories are relative to its folder: in another folder, the new scene would find other files or none.
 fn check_folder(out: &Path, scene: &Path) {
     let folder = |path: &Path| fs::canonicalize(files::folder_of(path)).ok();
     if folder(out) != folder(scene) {
@@ -76,7 +76,7 @@ fn check_folder(out: &Path, scene: &Path) {
     }
 }
 
-/// The sensor's noise and common mode from the recording, and the pattern that the scene has left over.
+/// The sensor's noise and common mode from the recording, and the pattern that the scene does not explain.
 fn write_profile(
     path: &Path,
     found: &Calibration,

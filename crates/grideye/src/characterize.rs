@@ -43,11 +43,11 @@ pub(crate) fn run(options: &Characterize) -> Result<Outcome> {
 }
 
 enum Room {
-    /// The background of the room without anybody.
+    /// The background of the empty room.
     Empty(Box<Background>),
-    /// Nothing that can be told from the people in it, and why.
+    /// Occupied, and why.
     Occupied(String),
-    /// One or the other, and what leaves it open.
+    /// Undecided, and why.
     Open(String),
 }
 
@@ -133,7 +133,7 @@ fn write_profile(
     Ok(Outcome::Done)
 }
 
-/// Row by row, however long the recording is; the inner error is that too little is there to say anything.
+/// Row by row, so that any length fits in memory; the inner error means too few frames.
 fn characterize(path: &Path) -> Result<Result<Characterization, CharacterizeError>> {
     let shown = path.display();
     let mut characterizer = Characterizer::new();
@@ -153,7 +153,7 @@ fn characterize(path: &Path) -> Result<Result<Characterization, CharacterizeErro
     Ok(characterizer.finish())
 }
 
-/// What the scene's sensor would see of the room at the start, if nobody were there and nothing had noise.
+/// The scene's empty room at the start, without noise.
 fn empty_room(options: &Characterize) -> Result<Option<Vec<f64>>> {
     let Some(path) = &options.scene else {
         return Ok(None);

@@ -5,11 +5,11 @@ use crate::exit::bad_input;
 use crate::files;
 use anyhow::{Context as _, Result, anyhow};
 use grideye_agent::join::Secret;
+use grideye_collector::Accounts;
 use rustls::crypto::ring::default_provider;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
-use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
@@ -18,9 +18,9 @@ use std::time::Duration;
 use ureq::tls::{Certificate, RootCerts, TlsConfig, TlsProvider};
 use ureq::{Body, RequestBuilder, http};
 
-/// Longest wait for an answer that is not a download.
+/// Longest wait for an answer, downloads aside.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(30);
-/// Longest error answer, token or authority that is read.
+/// Largest error answer, token or authority.
 const BYTES_MAX: u64 = 64 * 1024;
 
 #[derive(Debug, Clone)]
@@ -38,48 +38,12 @@ pub(crate) struct Recording {
     pub(crate) frames: u64,
 }
 
-#[derive(Debug, Clone, Deserialize, serde::Serialize)]
-pub(crate) struct AuditRow {
-    pub(crate) device: String,
-    pub(crate) sensor: String,
-    pub(crate) boot: String,
-    /// `None`, as are the other counts of the agent, for frames that came without a count.
-    pub(crate) read: Option<u64>,
-    pub(crate) stored: u64,
-    /// Of those, how many were let go again.
-    #[serde(default)]
-    pub(crate) expired: u64,
-    pub(crate) missing: u64,
-    pub(crate) dropped: Option<BTreeMap<String, u64>>,
-    pub(crate) spooled: Option<u64>,
-    pub(crate) balanced: Option<bool>,
-}
-
-#[derive(Debug, Clone, Deserialize)]
-pub(crate) struct AuditAnswer {
-    pub(crate) streams: Vec<AuditRow>,
-    #[serde(default)]
-    pub(crate) rivals: Vec<Rivals>,
-}
-
-#[derive(Debug, Clone, Deserialize)]
-pub(crate) struct Rivals {
-    pub(crate) device: String,
-    pub(crate) boots: Vec<String>,
-}
-
-impl AuditRow {
-    pub(crate) fn dropped_total(&self) -> u64 {
-        self.dropped.iter().flat_map(BTreeMap::values).sum()
-    }
-}
-
 const TOKEN_HINT: &str = "--token-file FILE; `grideye token make NAME --scope read --out FILE` makes one, and `--scope admin` one that may record";
 
 type Response = http::Response<Body>;
 
 impl Client {
-    /// A client of the collector at `base` that asks for no token; nothing is sent yet.
+    /// A client of a collector that requires no token. Sends nothing yet.
     pub(crate) fn new(base: &str) -> Self {
         Self::with(base, None, TlsConfig::default())
     }
@@ -127,7 +91,7 @@ impl Client {
             .http_status_as_error(false)
             .timeout_connect(Some(ANSWER_TIMEOUT))
             .timeout_recv_response(Some(ANSWER_TIMEOUT))
-            // A token goes to the collector that was named and to nobody that it points to.
+            // The token goes only to the given collector, never to a host that it redirects to.
             .max_redirects(0)
             .max_redirects_will_error(false)
             .tls_config(tls)
@@ -147,7 +111,7 @@ impl Client {
         self.post(&format!("/v1/recordings/{id}/stop"), &json!({}))
     }
 
-    pub(crate) fn audit(&self) -> Result<AuditAnswer> {
+    pub(crate) fn audit(&self) -> Result<Accounts> {
         let path = "/v1/audit";
         self.decoded(path, self.get(path)?)
     }
@@ -160,7 +124,7 @@ impl Client {
         Ok(())
     }
 
-    /// What the collector says as it happens, as server-sent events; it says something every few seconds.
+    /// The collector's server-sent events, at least one every few seconds.
     pub(crate) fn live(&self) -> Result<impl BufRead + 'static> {
         let body = self.get("/v1/live")?.into_body().into_with_config();
         Ok(BufReader::new(body.limit(u64::MAX).reader()))
@@ -194,7 +158,7 @@ impl Client {
         })
     }
 
-    /// The response, if it is a success; otherwise the collector's own words.
+    /// The response if it is a success, else the collector's error.
     fn checked(&self, path: &str, result: Result<Response, ureq::Error>) -> Result<Response> {
         let mut response = result.map_err(|error| self.unanswered(&error))?;
         let status = response.status();
@@ -215,7 +179,7 @@ impl Client {
         })
     }
 
-    /// Why there is no answer, and what to do about it.
+    /// The reason for a missing answer, with a hint.
     fn unanswered(&self, error: &ureq::Error) -> anyhow::Error {
         let base = &self.base;
         let tls = match error {

@@ -34,7 +34,7 @@ pub(crate) fn run(options: &Collect) -> Result<Outcome> {
     })
 }
 
-/// Ready on Ctrl-C, and on the SIGTERM that systemd sends. Both are caught from this call on, not only once awaited.
+/// Ready on Ctrl-C or systemd's SIGTERM. Both are caught from this call on, not only once awaited.
 pub(crate) fn stop_signal() -> io::Result<impl Future<Output = ()> + Send + 'static> {
     let mut interrupted = signal(SignalKind::interrupt())?;
     let mut terminated = signal(SignalKind::terminate())?;
@@ -80,7 +80,7 @@ fn config(options: &Collect) -> Result<Config> {
     Ok(config)
 }
 
-/// On wherever others could listen, unless somebody said that they do not.
+/// TLS is on wherever others could listen, unless an option turns it off.
 fn tls(options: &Collect) -> Option<Tls> {
     let certificates = match (&options.tls_cert, &options.tls_key) {
         (Some(chain), Some(key)) => Certificates::Files {
@@ -97,7 +97,7 @@ fn tls(options: &Collect) -> Option<Tls> {
     })
 }
 
-/// The collector's own refusals are the caller's to mend; a port in use or a full disk is a failure.
+/// What the collector refuses is bad input; a port in use or a full disk is a failure.
 fn told(error: CollectorError) -> anyhow::Error {
     match error {
         CollectorError::NoTokens { .. }
@@ -115,7 +115,7 @@ fn log(format: LogFormat) -> Log {
     })
 }
 
-/// Writes down where agents find the collector, for `grideye enroll`; only where there are tokens.
+/// Stores the collector's address for `grideye enroll`, if it requires tokens.
 fn remember(options: &Collect, collector: &Collector) -> Result<()> {
     let folder = AccessFolder::new(&options.folder.path);
     if !folder.path().exists() {
@@ -132,7 +132,7 @@ fn remember(options: &Collect, collector: &Collector) -> Result<()> {
     Ok(())
 }
 
-/// As others call it: by the first name that it answers for, or else by its address.
+/// The collector's URL, by its first host name, else by its address.
 fn url(scheme: &str, listen: SocketAddr, names: &[String]) -> String {
     let port = listen.port();
     if let Some(name) = names.first() {
@@ -178,7 +178,7 @@ fn password_file(path: &Path) -> Result<String> {
 
 const FOLDER: &str = "scenes";
 
-/// Exports, the scenes of the named folder or else of `scenes` if that exists, and the scene that the page opens with.
+/// Exports, the scenes of the given folder (or of `scenes` if it exists), and the scene that the page opens with.
 pub(crate) fn annexes(options: &Scenes, opening: Option<&Opening>) -> Result<Vec<Annex>> {
     let export = grideye_export::annex::annex(tempfile::tempfile);
     let usual = Some(Path::new(FOLDER)).filter(|folder| folder.is_dir());

@@ -43,7 +43,7 @@ fn assumed(options: &Convert) -> Result<Option<Assumed>> {
         stream: StreamId {
             device: "imported".to_owned(),
             sensor: "grid-eye".to_owned(),
-            // As far as a name of a run may have its characters.
+            // Only characters that a boot's name may have.
             boot: linaige::stream_from_file_name(&files::stem(&options.input)).boot,
         },
         thermistor,

@@ -1,5 +1,4 @@
-//! `grideye coverage`: how well the sensors of a room see a person at every place, and where the best places for some
-//! are.
+//! `grideye coverage`: how well a room's sensors see a person at every place, and the best places for sensors.
 
 use crate::cli::Coverage;
 use crate::exit::{Outcome, bad_input};
@@ -88,7 +87,7 @@ fn look(survey: &Survey, poses: &[Candidate], options: &Coverage) -> Result<Vec<
     })
 }
 
-/// The scene's sensors that count: all, those that were named, or none beside candidates.
+/// The scene's sensors that count: all, the named ones, or none besides candidates.
 fn own_poses(options: &Coverage, scene: &Scene) -> Result<Vec<Candidate>> {
     if !options.candidates.is_empty() && !options.keep {
         return Ok(Vec::new());
@@ -170,7 +169,7 @@ fn figure(options: &Coverage, scene: &Scene) -> Result<Figure> {
     Ok(Figure::new(options.posture, size_m.into(), surface))
 }
 
-/// Beside candidates the scene's own sensors count only if they stay.
+/// With candidates, the scene's own sensors count only with `--keep`.
 fn check_own(options: &Coverage) -> Result<()> {
     if options.sensors.is_empty() || options.candidates.is_empty() || options.keep {
         return Ok(());

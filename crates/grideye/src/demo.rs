@@ -4,7 +4,7 @@
 //! real ones.
 
 use crate::cli::Demo;
-use crate::client::{AuditRow, Client};
+use crate::client::Client;
 use crate::exit::{Outcome, bad_input};
 use crate::output::outln;
 use crate::{collect, compare, files, progress, recordings};
@@ -13,7 +13,7 @@ use anyhow::{Context as _, Result, anyhow};
 use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start};
 use grideye_agent::config::Config as AgentConfig;
 use grideye_agent::log::{Level, Log};
-use grideye_collector::{Collector, Config, StoreLocation, SystemClock};
+use grideye_collector::{Account, Collector, Config, StoreLocation, SystemClock};
 use grideye_frame::{RawFrame, TICK};
 use grideye_recording::{Record, Row};
 use grideye_rig::{
@@ -86,8 +86,8 @@ fn conclude(options: &Demo, show: &Show, stage: &Stage, delivered: &Delivered) -
         }
     };
     let audit = stage.audit(delivered)?;
-    let is_whole = audit.balanced == Some(true) && crate::audit::is_whole(&audit);
-    outln!("delivery  {}", crate::audit::equation(&audit))?;
+    let is_whole = audit.balanced == Some(true) && audit.is_whole();
+    outln!("delivery  {audit}")?;
     outln!("{line}")?;
     let closed = if options.once { " (closed now)" } else { "" };
     outln!("page      {}{closed}   {result}", stage.page())?;
@@ -345,7 +345,7 @@ impl Stage {
         Ok((is_complete.then_some(delivered), agent))
     }
 
-    fn audit(&self, delivered: &Delivered) -> Result<AuditRow> {
+    fn audit(&self, delivered: &Delivered) -> Result<Account> {
         let rows = self.client.audit()?.streams;
         let row = rows.into_iter().find(|row| row.boot == delivered.boot);
         row.ok_or_else(|| anyhow!("the collector has no frames of this boot"))

@@ -31,7 +31,7 @@ impl From<Outcome> for ExitCode {
     }
 }
 
-/// Marks an error as the caller's to mend: a bad argument, scene, recording or configuration. Exit code 2.
+/// Marks an error as bad input: an argument, scene, recording or configuration. Exit code 2.
 #[derive(Debug, thiserror::Error)]
 #[error("{}", told(.0))]
 struct BadInput(anyhow::Error);
@@ -40,7 +40,7 @@ pub(crate) fn bad_input(error: impl Into<anyhow::Error>) -> anyhow::Error {
     anyhow::Error::new(BadInput(error.into()))
 }
 
-/// Whether the caller can mend it.
+/// Whether it is bad input.
 pub(crate) fn is_bad_input(error: &anyhow::Error) -> bool {
     error.chain().any(<dyn std::error::Error>::is::<BadInput>)
 }

@@ -9,7 +9,7 @@ use grideye_export::{ExportError, tiles};
 use grideye_scene::Image;
 use std::path::Path;
 
-/// Writes the film in the format that the name of the file asks for.
+/// Writes the film in the format of the file's extension.
 pub(crate) fn write_film(film: &Film<'_>, out: &Path) -> Result<()> {
     let format = files::end(out).and_then(|end| film::format(film, end));
     let format = format.ok_or_else(|| files::unknown_end(out, film::ENDS))?;
@@ -30,14 +30,14 @@ pub(crate) fn write_film(film: &Film<'_>, out: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Writes the rows of a recording in the format that the name of the file asks for.
+/// Writes a recording's rows in the format of the file's extension.
 pub(crate) fn write_recording(rows: Rows<'_>, [input, out]: [&Path; 2]) -> Result<()> {
     let format = files::end(out).and_then(recording::format);
     let format = format.ok_or_else(|| files::unknown_end(out, recording::ENDS))?;
     let mut written = String::new();
     files::write_whole(out, |file| {
         written = format(rows, file).map_err(|error| match error {
-            // It names its file and its line.
+            // It names file and line.
             ExportError::Row(_) => blamed(error),
             _ => blamed(error).context(input.display().to_string()),
         })?;

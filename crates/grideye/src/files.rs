@@ -2,6 +2,7 @@
 
 use crate::exit::{bad_input, is_bad_input};
 use anyhow::{Context as _, Result, anyhow};
+use grideye_recording::whole::identity;
 pub(crate) use grideye_recording::whole::{Pending, rename};
 use grideye_scene::limits::TEXT_BYTES_MAX;
 use grideye_scene::profile::Profile;
@@ -10,13 +11,12 @@ use std::cell::RefCell;
 use std::fmt::Display;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufReader, BufWriter, Read, Write};
-use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
-/// The scene that the demonstration shows unless another is named: the paper's experiment 1.
+/// The demonstration's default scene: the paper's experiment 1.
 pub(crate) const DEFAULT_SCENE: &str = include_str!("../../../scenes/experiment-1.toml");
 
-/// Files beside the scene file, as a scene names them; those that were read are remembered.
+/// Files that a scene names, and the list of those it has read.
 #[derive(Default)]
 pub(crate) struct Beside {
     folder: PathBuf,
@@ -34,9 +34,9 @@ impl Files for Beside {
 
 pub(crate) struct LoadedScene {
     pub(crate) scene: Scene,
-    /// What was done to it while it was read: an object outside its room, for example.
+    /// What reading changed, for example an object outside the room.
     pub(crate) warnings: Vec<String>,
-    /// The files that it was read from, its own first.
+    /// The files that were read, the scene's own first.
     pub(crate) files: Vec<PathBuf>,
 }
 
@@ -63,7 +63,7 @@ pub(crate) fn load_scene(path: Option<&Path>) -> Result<LoadedScene> {
     load_scene_as(None, path)
 }
 
-/// The same by the given model, whatever the file says.
+/// The same by the given model.
 pub(crate) fn load_scene_as(model: Option<Model>, path: Option<&Path>) -> Result<LoadedScene> {
     let loaded = load_scene_quietly(model, path)?;
     warned(&loaded.warnings);
@@ -142,7 +142,7 @@ pub(crate) fn open(path: &Path) -> Result<BufReader<File>> {
     })
 }
 
-/// The bytes of a file that is short, as of a password or of a certificate.
+/// The bytes of a short file, such as a password or a certificate.
 pub(crate) fn short(path: &Path, bytes_max: u64) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let read = open(path)?.take(bytes_max).read_to_end(&mut bytes);
@@ -171,7 +171,7 @@ pub(crate) fn unknown_end(path: &Path, ends: &str) -> anyhow::Error {
     ))
 }
 
-/// Creates the folder with all its parents, and proves that files can be written into it.
+/// Creates the folder with its parents, and checks that files can be written to it.
 pub(crate) fn writable_folder(folder: &Path) -> Result<()> {
     let refuse = |error: io::Error| {
         bad_input(anyhow!(
@@ -184,20 +184,16 @@ pub(crate) fn writable_folder(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// A file, by whatever name.
-#[derive(PartialEq, Eq)]
-enum Identity {
-    There { device: u64, inode: u64 },
-    New(PathBuf),
-}
-
-/// Refuses a result that would come to lie over one of the files that are read, and two results under one name. Devices,
-/// pipes, and `-` may be named as often as anybody likes.
+/// Refuses to write over an input, or two outputs to one file. Devices, pipes and `-` may be named repeatedly.
 pub(crate) fn keep_apart<'a>(
     inputs: impl IntoIterator<Item = &'a PathBuf>,
     outputs: impl IntoIterator<Item = &'a PathBuf>,
 ) -> Result<()> {
-    let known = |path: &'a PathBuf| Some((identity(path)?, path.display()));
+    let is_stream = |path: &Path| path == Path::new("-");
+    let known = |path: &'a PathBuf| {
+        let identity = identity(path).filter(|_| !is_stream(path))?;
+        Some((identity, path.display()))
+    };
     let inputs: Vec<_> = inputs.into_iter().filter_map(known).collect();
     let mut others = Vec::new();
     for (output, shown) in outputs.into_iter().filter_map(known) {
@@ -216,24 +212,9 @@ pub(crate) fn keep_apart<'a>(
     Ok(())
 }
 
-fn identity(path: &Path) -> Option<Identity> {
-    let name = path.file_name()?;
-    match fs::metadata(path) {
-        _ if path == Path::new("-") => None,
-        Ok(about) => about.is_file().then(|| Identity::There {
-            device: about.dev(),
-            inode: about.ino(),
-        }),
-        Err(_not_there) => {
-            let folder = fs::canonicalize(folder_of(path)).ok()?;
-            Some(Identity::New(folder.join(name)))
-        }
-    }
-}
-
 const MIB: usize = 1 << 20;
 
-/// The place of the first byte that is no text, both from 1.
+/// The place of the first invalid byte, from 1.
 #[derive(Debug, thiserror::Error)]
 #[error("line {line}, column {column}: the byte {byte:#04x} is not UTF-8")]
 struct NotUtf8 {
@@ -279,7 +260,7 @@ pub(crate) fn text(path: &Path, what: &str, hint: &str) -> Result<String> {
     })
 }
 
-/// Writes a file that the user named: a link stays one, and a device or a pipe takes it as it comes.
+/// Writes a file that the user named. A link stays a link; devices and pipes are written directly.
 pub(crate) fn write_whole(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&File>) -> Result<()>,
@@ -292,7 +273,7 @@ pub(crate) fn write_whole(
     replace(&target(path), write)
 }
 
-/// What a link leads to, and any other path itself.
+/// A link's target; any other path unchanged.
 pub(crate) fn target(path: &Path) -> PathBuf {
     match fs::canonicalize(path) {
         Ok(target) if path.is_symlink() => target,
@@ -304,7 +285,7 @@ pub(crate) fn write_text(path: &Path, text: &str) -> Result<()> {
     write_whole(path, |out| Ok(out.write_all(text.as_bytes())?))
 }
 
-/// Puts a file into the place of whatever has that name, be it a link.
+/// Replaces whatever has that name, also a link.
 pub(crate) fn replace(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&File>) -> Result<()>,
@@ -319,7 +300,7 @@ pub(crate) fn replace(
     written(path, filled.and_then(|()| Ok(pending.put()?)))
 }
 
-/// Blames the file for a failure, except where what was to be written is at fault.
+/// Blames the file for a failure, unless the input was bad.
 fn written(path: &Path, result: Result<()>) -> Result<()> {
     match result {
         Err(error) if is_bad_input(&error) => Err(error),
@@ -330,7 +311,7 @@ fn written(path: &Path, result: Result<()>) -> Result<()> {
     }
 }
 
-/// Writes through a buffer. What is left in it after an error is not written on the way out.
+/// Writes through a buffer, whose rest is not written after an error.
 pub(crate) fn fill(
     file: &File,
     write: impl FnOnce(&mut BufWriter<&File>) -> Result<()>,

@@ -50,7 +50,7 @@ mod simulate;
 use cli::{Cli, Command, MqttWhat};
 use std::process::ExitCode;
 
-/// For the collector, which takes a post in many small pieces.
+/// Faster for the collector, which allocates many small pieces.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 

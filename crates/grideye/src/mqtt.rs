@@ -20,10 +20,10 @@ const NAMES: SettingNames = SettingNames {
     authority: "--mqtt-authority",
     topic: "--mqtt-topic",
 };
-/// Longest file of a password or of authorities: Debian's file of all public ones has 220 kB.
+/// Largest password or authority file: Debian's file of all public authorities has 220 kB.
 const FILE_BYTES_MAX: u64 = 4 * 1024 * 1024;
 
-/// The bridge, for the collector; `None` where no broker is named.
+/// The collector's bridge; `None` without a broker.
 pub(crate) fn annex(options: &BridgeOptions, log: Log) -> Result<Option<Annex>> {
     let broker = broker(&options.broker)?;
     Ok(broker.map(|broker| grideye_homeassistant::annex(broker, telling(options), log)))

@@ -14,7 +14,7 @@ use std::io::{BufRead, Read as _};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// The longest line of an event that is read: a batch of a sensor has some kilobytes.
+/// Longest event line: a sensor's batch has a few kilobytes.
 const LINE_BYTES_MAX: u64 = 16 << 20;
 
 pub(crate) fn run(options: &Orient) -> Result<Outcome> {
@@ -104,7 +104,7 @@ fn recorded(path: &Path, wanted: Option<&str>) -> Result<(String, Watch)> {
 struct Live<'a> {
     lines: Box<dyn BufRead>,
     wanted: Option<&'a str>,
-    /// The sensors that were asked for and deliver, as `DEVICE/SENSOR`.
+    /// The requested sensors that deliver frames, as `DEVICE/SENSOR`.
     known: BTreeSet<String>,
 }
 
@@ -128,7 +128,7 @@ impl Live<'_> {
         let event: Value = serde_json::from_str(&text)
             .context("the collector says something else than a collector does")?;
         let pictures = self.take(&event)?;
-        // The snapshot's frames may be old; it tells which sensors there are.
+        // The snapshot lists the sensors; its frames may be old.
         Ok(if name == "frames" {
             pictures
         } else {
@@ -159,7 +159,7 @@ impl Live<'_> {
                 .is_none_or(|wanted| wanted == name || wanted == sensor)
             {
                 self.known.insert(name);
-                // A frame that is missing has no pixels.
+                // A missing frame has no pixels.
                 let celsius = list(&told["frames"]).into_iter().filter_map(|mut frame| {
                     serde_json::from_value(frame["pixels_celsius"].take()).ok()
                 });

@@ -9,7 +9,7 @@ use std::fmt;
 use std::io::{self, ErrorKind, Write as _};
 use std::path::PathBuf;
 
-/// [`print!`] that fails where results cannot be written, but not where nobody reads on.
+/// [`print!`] that fails if results cannot be written, but not if the reader has gone.
 macro_rules! out {
     ($($argument:tt)*) => { $crate::output::write(format_args!($($argument)*)) };
 }
@@ -20,7 +20,7 @@ macro_rules! outln {
 
 pub(crate) use {out, outln};
 
-/// Writes all at once: a program may be waiting for it.
+/// Writes and flushes, because a program may be waiting.
 pub(crate) fn write(text: fmt::Arguments<'_>) -> Result<()> {
     let mut stdout = io::stdout().lock();
     match stdout.write_fmt(text).and_then(|()| stdout.flush()) {
@@ -31,7 +31,7 @@ pub(crate) fn write(text: fmt::Arguments<'_>) -> Result<()> {
     }
 }
 
-/// Prints an answer; with a file, writes it there for programs as well. Only JSON is printed where that file is `-`.
+/// Prints an answer and writes it as JSON to the file, if given; for `-`, prints only JSON.
 pub(crate) fn answer(
     file: Option<&PathBuf>,
     json: impl FnOnce() -> String,

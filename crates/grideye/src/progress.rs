@@ -7,7 +7,7 @@ use std::thread;
 use std::time::Duration;
 use tokio::runtime::{Builder, Runtime};
 
-/// A bar on standard error that counts to `total`; invisible unless standard error is a terminal.
+/// A progress bar to `total` on standard error, if that is a terminal.
 pub(crate) fn bar(total: u64, what: &'static str) -> ProgressBar {
     let bar = ProgressBar::new(total).with_message(what);
     styled(
@@ -37,7 +37,7 @@ impl Bars {
     }
 }
 
-/// What is read, with a bar over its bytes until it is dropped; invisible unless standard error is a terminal.
+/// A reader with a progress bar over its bytes on standard error, if that is a terminal.
 pub(crate) fn reading<R: Read>(input: R, bytes: u64) -> ProgressBarIter<R> {
     let bar = ProgressBar::new(bytes).with_finish(ProgressFinish::AndClear);
     let template = "  reading      {bar:32} {bytes}/{total_bytes}  {bytes_per_sec}, {eta} left";
@@ -59,7 +59,7 @@ pub(crate) fn runtime() -> io::Result<Runtime> {
     Builder::new_current_thread().enable_all().build()
 }
 
-/// How many threads work at a time, where nobody says.
+/// The default number of threads.
 pub(crate) fn cores() -> usize {
     thread::available_parallelism().map_or(1, NonZeroUsize::get)
 }

@@ -16,12 +16,12 @@ use std::path::Path;
 
 type Rows = Box<dyn Iterator<Item = Result<Row, RecordingError>>>;
 
-/// Opens a recording of any layout that is known; rows come as they are read.
+/// Opens a recording of any known layout; rows arrive as they are read.
 pub(crate) fn open(path: &Path) -> Result<impl Iterator<Item = Result<Row>>> {
     open_assuming(path, None)
 }
 
-/// The same, also of a file that leaves open what is stated here.
+/// The same, with the facts that a bare file lacks.
 pub(crate) fn open_assuming(
     path: &Path,
     assumed: Option<&Assumed>,
@@ -31,7 +31,7 @@ pub(crate) fn open_assuming(
     Ok(rows.map(move |row| row.map_err(|error| refused(&shown, &error))))
 }
 
-/// Names the file, and what to do unless the error says so itself.
+/// Adds the file's name, and a hint unless the error has one.
 fn refused(shown: impl Display, error: &RecordingError) -> anyhow::Error {
     let told = error.to_string();
     let hint = match told.contains("\nhint: ") {
@@ -50,15 +50,14 @@ pub(crate) fn load_streams(path: &Path) -> Result<BTreeMap<StreamId, Vec<Record>
     Ok(streams)
 }
 
-/// The records of a recording that holds one stream, with at least one frame that was read.
+/// The records of a recording with one stream and at least one frame.
 pub(crate) fn load_stream(path: &Path) -> Result<Vec<Record>> {
     let mut records = Vec::new();
     one_stream(path, |record| records.push(record))?;
     Ok(records)
 }
 
-/// What is to be looked at of a recording that holds one stream: of a long one not every row, in memory that does not grow
-/// with it. At least one frame was read.
+/// The same, thinned if it is long, so that memory does not grow with it.
 pub(crate) fn load_thinned(path: &Path) -> Result<Thinned> {
     let mut thinning = Thinning::default();
     one_stream(path, |record| thinning.push(record))?;
@@ -123,7 +122,7 @@ fn stated(path: &Path, assumed: Option<&Assumed>) -> Result<Assumed> {
     })
 }
 
-/// The names of the pixels of the largest sensors that are known fit in.
+/// Fits the pixel names of the largest known sensors.
 const HEADER_BYTES_MAX: u64 = 1 << 20;
 
 fn layout(path: &Path, input: &mut BufReader<File>) -> Result<Layout> {
@@ -134,7 +133,7 @@ fn layout(path: &Path, input: &mut BufReader<File>) -> Result<Layout> {
         ))
     };
     let beginning = input.fill_buf().map_err(unread)?;
-    // The first line, as far as a header can be long.
+    // The first line, up to the longest header.
     let mut header = Vec::new();
     let mut lines = files::open(path)?.take(HEADER_BYTES_MAX);
     lines.read_until(b'\n', &mut header).map_err(unread)?;

@@ -1,6 +1,8 @@
 //! The collector's promises, tested from outside.
 
 #[cfg(test)]
+mod accounts;
+#[cfg(test)]
 mod annexes;
 #[cfg(test)]
 mod auth;

@@ -20,6 +20,6 @@ mod types;
 mod unit;
 
 pub use types::{
-    CYCLE_TICKS, ClockError, CommonMode, FixedPattern, NAME_CHARACTERS_MAX, OCTAVES_MAX, Profile,
-    ProfileError, TEXT_BYTES_MAX, Thermistor, WarmUp,
+    BUILT_IN, CYCLE_TICKS, ClockError, CommonMode, FixedPattern, NAME_CHARACTERS_MAX, OCTAVES_MAX,
+    Profile, ProfileError, TEXT_BYTES_MAX, Thermistor, WarmUp,
 };

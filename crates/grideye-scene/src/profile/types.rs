@@ -3,6 +3,22 @@
 use crate::text::Refusal;
 use grideye_frame::PIXELS;
 
+/// The profiles in this library, by name: TOML texts of `scenes/profiles`.
+pub const BUILT_IN: [(&str, &str); 3] = [
+    (
+        "ideal",
+        include_str!("../../../../scenes/profiles/ideal.toml"),
+    ),
+    (
+        "datasheet",
+        include_str!("../../../../scenes/profiles/datasheet.toml"),
+    ),
+    (
+        "linaige",
+        include_str!("../../../../scenes/profiles/linaige.toml"),
+    ),
+];
+
 /// Ticks between two cold frames: on several measured units, every fifth frame is colder over the whole image.
 pub const CYCLE_TICKS: u64 = 5;
 

@@ -9,7 +9,7 @@ use std::fs::File;
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
-/// How traces begin, as a table and as a value change dump.
+/// The first bytes of a trace as CSV and as VCD.
 const FRONTS: [&[u8]; 2] = [b"time_s,b", b"$comment"];
 const FRONT_BYTES: u64 = 8;
 
@@ -79,7 +79,7 @@ impl TraceFile {
     /// Completes the file after an error, unless nothing could reach the bus.
     pub(super) fn keep_unless_empty(&self) {
         if self.summary().is_ok_and(|summary| summary.messages > 0) {
-            // The error before is what the caller is told.
+            // The caller gets the earlier error.
             drop(self.pending.put());
         }
     }
@@ -92,7 +92,7 @@ impl TraceFile {
     }
 }
 
-/// Whether something is there that no trace began: a recording has the same ending.
+/// Whether the path holds something other than a trace: recordings end in .csv too.
 fn holds_something_else(path: &Path) -> bool {
     let Ok(there) = path.metadata() else {
         return false;

@@ -25,11 +25,11 @@ use tokio::signal::unix::{SignalKind, signal};
 
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 
-/// Where the Python client looks for the socket, when it is not told.
+/// The Python client's default socket.
 const SOCKET_VARIABLE: &str = "GRIDEYE_I2C_SOCKET";
 
 pub(super) fn serve(options: &Emulate, machine: &Machine, voice: &Voice) -> Result<Outcome> {
-    // From here on a signal no longer ends this process on the spot, so that nothing is left behind.
+    // From here on a signal does not end the process at once, so that nothing is left behind.
     let stop = Stop::catch()?;
     let mut reached = Reached::default();
     let socket = options.socket.as_deref();
@@ -104,7 +104,7 @@ fn run_program(
     Ok(Outcome::Passed(passed_on(ended.status)))
 }
 
-/// What is found missing before the program runs is the caller's to mend; what fails later is not.
+/// What is missing before the program runs is bad input; what fails later is not.
 fn refused(error: RunError) -> anyhow::Error {
     match error {
         RunError::Serve(..) | RunError::Wait(..) => error.into(),
@@ -112,7 +112,7 @@ fn refused(error: RunError) -> anyhow::Error {
     }
 }
 
-/// A program's exit code; a signal is 128 and its number, as a shell has it.
+/// A program's exit code; for a signal 128 plus its number, as in a shell.
 fn passed_on(status: ExitStatus) -> u8 {
     use std::os::unix::process::ExitStatusExt as _;
     let code = status.code().or_else(|| Some(128 + status.signal()?));
@@ -148,13 +148,13 @@ impl Drop for SocketWay {
     fn drop(&mut self) {
         self.stop.stop();
         if let Some(thread) = self.thread.take() {
-            // A panic has been reported by its own thread.
+            // The thread has reported its panic.
             let _ = thread.join();
         }
     }
 }
 
-/// Adapters of this kernel, or of whoever fetches them over TCP.
+/// Adapters of this kernel, or of a client over TCP.
 enum UsbWay {
     Attached(usbip::Attached),
     Offered(usbip::Server),
@@ -164,7 +164,7 @@ impl UsbWay {
     fn open(address: Option<SocketAddr>, machine: &Machine, reached: &mut Reached) -> Result<Self> {
         let rack = machine.rack();
         let Some(address) = address else {
-            // The kernel asks the adapter while it is being attached; the sensors themselves wait for the first transfer.
+            // The kernel queries the adapter during attachment; the sensors wait for the first transfer.
             let attached = usbip::attach(&rack, &usbip::Options::default()).map_err(bad_input)?;
             reached.ways.push("usbip");
             for bus in attached.buses() {
@@ -185,7 +185,7 @@ impl UsbWay {
         Ok(Self::Offered(server))
     }
 
-    /// Whether this kernel was told to let go of every adapter, as by `usbip detach`.
+    /// Whether every adapter was detached, for example by `usbip detach`.
     fn is_unplugged(&self) -> bool {
         match self {
             Self::Attached(attached) => attached.buses().iter().all(|bus| !bus.device.exists()),
@@ -224,7 +224,7 @@ impl Stop {
                         _signal = interrupted.recv() => Signal::INT,
                         _signal = terminated.recv() => Signal::TERM,
                     };
-                    // Nobody listens any more once the time is up.
+                    // Once the time is up, no receiver is left.
                     if tell.send(signal).is_err() {
                         return;
                     }
@@ -252,8 +252,8 @@ impl Stop {
         }
     }
 
-    /// Runs a program that needs no device of its own to its end. Signals are handed on to it, except a Ctrl-C at the
-    /// terminal, which reaches it anyway.
+    /// Runs a program without a device of its own. Passes signals on, except a Ctrl-C at the terminal, which reaches it
+    /// anyway.
     fn run(&self, command: &mut Command) -> Result<Outcome> {
         let name = command.get_program().to_string_lossy().into_owned();
         let mut child = command.spawn().map_err(|error| {
@@ -274,14 +274,14 @@ impl Stop {
             }
             let pid = i32::try_from(child.id()).ok().and_then(Pid::from_raw);
             if let Some(pid) = pid {
-                // It fails where the program has just ended, which the next look finds out.
+                // Fails if the program has just ended; the next check notices that.
                 let _ = kill_process(pid, signal);
             }
         }
     }
 }
 
-/// Whether a Ctrl-C at the terminal reaches this process, and with it its children.
+/// Whether a Ctrl-C at the terminal reaches this process and its children.
 fn is_at_the_terminal() -> bool {
     tcgetpgrp(std::io::stdin()).is_ok_and(|foreground| foreground == getpgrp())
 }

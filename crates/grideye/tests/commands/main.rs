@@ -7,6 +7,7 @@ mod calibrate;
 mod characterize;
 mod coverage;
 mod dataset;
+mod man;
 mod palettes;
 mod simulate;
 mod texts;
