@@ -32,7 +32,7 @@ pub fn planned(
                 first.name
             ));
         }
-        several => several.iter().map(placed).collect::<Result<_>>()?,
+        several => several.iter().map(placed).collect::<Result<_, String>>()?,
     };
     let is_unknown = |sensor: &&Planned| known.is_some_and(|known| !known.contains(&sensor.name));
     if let Some(Planned { name, .. }) = planned.iter().find(is_unknown) {

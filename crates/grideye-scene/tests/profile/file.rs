@@ -36,6 +36,13 @@ drift_ppm_per_hour = 15
 "#;
 
 #[test]
+fn the_built_in_profiles_are_profiles() {
+    for (name, text) in BUILT_IN {
+        Profile::parse(text, name).unwrap();
+    }
+}
+
+#[test]
 fn a_profile_is_written_as_it_is_read() {
     let mut profile = parse(EVERYTHING);
     assert_eq!(profile.clock_error_ppm(), -42_000);

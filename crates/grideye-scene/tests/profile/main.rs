@@ -13,7 +13,7 @@ mod measured;
 
 use grideye_frame::{Celsius, Frame, PIXELS};
 use grideye_scene::profile::{
-    CYCLE_TICKS, NAME_CHARACTERS_MAX, Profile, ProfileError, TEXT_BYTES_MAX,
+    BUILT_IN, CYCLE_TICKS, NAME_CHARACTERS_MAX, Profile, ProfileError, TEXT_BYTES_MAX,
 };
 use std::time::Duration;
 
