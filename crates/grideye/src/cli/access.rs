@@ -273,7 +273,7 @@ fn bytes(text: &str) -> Result<u64, String> {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = MQTT)]
 pub(crate) struct BrokerOptions {
-    /// Broker: mqtt://[USER@]HOST[:PORT]; mqtts:// encrypts.
+    /// Broker: `mqtt://[USER@]HOST[:PORT]`; `mqtts://` encrypts.
     #[arg(long = "mqtt", id = "mqtt", value_name = "URL")]
     pub(crate) url: Option<String>,
     /// File with the user's password [default: the variable GRIDEYE_MQTT_PASSWORD].
