@@ -152,7 +152,7 @@ impl Browser {
         self.mouse(&json!([start, press, end]))
     }
 
-    /// Lets go of the mouse button.
+    /// Releases the mouse button.
     ///
     /// # Errors
     /// If the browser refuses.

@@ -3,7 +3,7 @@
 use grideye_frame::NoData;
 use std::io;
 
-const TLS_HINT: &str = "\nhint: the collector must show a certificate of the authority that this agent joined; if that was made anew, join again";
+const TLS_HINT: &str = "\nhint: the collector must show a certificate of the authority that this agent joined; if that was replaced, join again";
 
 const PLAIN_HINT: &str = "\nhint: the collector speaks plain HTTP: start it with `grideye collect --tls`; or, in a network that you trust, join it with the line of `grideye enroll DEVICE --url http://HOST:PORT`";
 

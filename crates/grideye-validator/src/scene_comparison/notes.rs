@@ -36,7 +36,7 @@ fn time(time: &TimeFound) -> Vec<String> {
     let chance = chance.unwrap_or("not known".to_owned());
     let (with, without) = (fixed(time.likeness, 2), fixed(time.likeness_before, 2));
     let likeness = format!(
-        "likeness of what moves is {with} with it and {without} without; decoys reach {chance} ({} tried)",
+        "likeness of the motion is {with} with it and {without} without; decoys reach {chance} ({} tried)",
         time.decoys
     );
     if time.at_bound {
