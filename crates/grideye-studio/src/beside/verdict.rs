@@ -226,6 +226,10 @@ fn compared(
     else {
         return none("no frame from the time of the scene has arrived yet");
     };
+    let origin_ns = match laid {
+        Laid::Anywhere => None,
+        Laid::At { timeline, .. } => timeline.origin_ns(),
+    };
     let from_s = start.as_secs_f64();
     let context = Context {
         experiment: loaded.scene.paper_experiment(),
@@ -244,6 +248,7 @@ fn compared(
         .ok()
         .map(|comparison| report::summary(&comparison, &context));
     json!({
+        "origin_ns": origin_ns,
         "from_s": from_s,
         "to_s": from_s + length.as_secs_f64(),
         "seconds": length.as_secs_f64(),

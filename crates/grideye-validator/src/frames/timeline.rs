@@ -100,9 +100,14 @@ impl Timeline {
         duration(self.scene_ns + i128::from(boot_ns) - i128::from(self.from_ns))
     }
 
-    /// The scene's time at the recording's first frame, seconds; below zero before the scene's start.
+    /// The boot clock at the scene's start; below zero if the device started later, `None` beyond 64 bits.
     #[must_use]
-    pub fn start_s(&self) -> f64 {
+    pub fn origin_ns(&self) -> Option<i64> {
+        i64::try_from(i128::from(self.from_ns) - self.scene_ns).ok()
+    }
+
+    /// The scene's time at the recording's first frame, seconds; below zero before the scene's start.
+    pub(crate) fn start_s(&self) -> f64 {
         let before = duration(-self.scene_ns).unwrap_or_default();
         self.start().as_secs_f64() - before.as_secs_f64()
     }
