@@ -301,7 +301,7 @@ export class Beside {
     if (simulation !== this.#simulation) return;
     this.#answeredFor = asks;
     const { origin_ns: originNs } = answer;
-    if (this.#scene.starts_utc && Number.isFinite(originNs) && this.#chosen.originNs === null) {
+    if (this.#scene.starts_utc && Number.isFinite(originNs) && this.#chosen.originNs !== originNs) {
       this.#change({ originNs, boot });
       this.#draw();
     }

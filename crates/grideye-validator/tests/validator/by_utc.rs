@@ -5,7 +5,8 @@ use grideye_recording::{ClockState, Record};
 use grideye_scene::Scene;
 use grideye_validator::calibrate::{self, CalibrateError, calibrate};
 use grideye_validator::{
-    Comparison, LeftOut, Measure, Options, ValidatorError, Verdict, compare_scene,
+    AlignOptions, Comparison, LeftOut, Measure, Options, TimeAlignment, ValidatorError, Verdict,
+    compare_scene,
 };
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -53,9 +54,14 @@ fn walk() -> Vec<Record> {
 }
 
 fn compared(records: &[Record], way: &str, start: Option<Duration>) -> Comparison {
+    let align = AlignOptions {
+        time: TimeAlignment::None,
+        ..AlignOptions::default()
+    };
     let options = Options {
         shuffles: 20,
         start,
+        align,
         ..Options::default()
     };
     compare_scene(records, &scene(way), SENSOR, &options).unwrap()
