@@ -347,7 +347,7 @@ pub fn calibrate(
         };
         at(begin_s.max(0.0))..=at(end_s.max(0.0))
     });
-    let frames = Frames::of(records, &timeline, within, options)?;
+    let frames = Frames::of(records, &timeline, within.as_ref(), options)?;
     let pace = Pace::new(steps_in_frames(&frames, options), tell);
     let mut model = Model::new(text, origin, files, sensor, pace)?;
     let before = model.left_over(&model.start(), &frames)?;

@@ -26,7 +26,7 @@ impl Frames {
     pub(crate) fn of(
         records: &[Record],
         timeline: &Timeline,
-        within: Option<RangeInclusive<Duration>>,
+        within: Option<&RangeInclusive<Duration>>,
         options: &Options,
     ) -> Result<Self, CalibrateError> {
         let wanted = options.frames.unwrap_or(FRAMES_DEFAULT);
@@ -42,7 +42,7 @@ impl Frames {
         // A sensor without noise makes every frame look torn or repeated.
         let mut frames = if 2 * whole.len() > read { whole } else { all };
         let left_out = read - frames.len();
-        frames.retain(|(time, _)| within.as_ref().is_none_or(|within| within.contains(time)));
+        frames.retain(|(time, _)| within.is_none_or(|within| within.contains(time)));
         if frames.len() < FRAMES_MIN {
             return Err(CalibrateError::TooFewFrames {
                 found: frames.len(),
@@ -161,8 +161,8 @@ mod tests {
         assert_eq!(taken(&all), [0, 10, 20, 30, 40, 50, 60, 70, 80, 90, 100]);
         assert!((all.interval_s() - 1.0).abs() < 1e-12);
         assert_eq!(taken(&all.fewer(3)), [0, 50, 100]);
-        let within = Some(Duration::ZERO..=Duration::from_secs(5));
-        let until = Frames::of(&warming(101), &timeline, within, &options).unwrap();
+        let within = Duration::ZERO..=Duration::from_secs(5);
+        let until = Frames::of(&warming(101), &timeline, Some(&within), &options).unwrap();
         assert_eq!(taken(&until), [0, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50]);
     }
 }
