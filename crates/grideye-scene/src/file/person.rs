@@ -1,21 +1,13 @@
 //! Reads a person: `person = { height_mm = 1750, build = "average", posture = "stand", clothing = "indoor" }`.
 
-use crate::file::clothes;
 use crate::file::document::{AgentTable, PersonTable};
 use crate::file::reader::{Read, Reader};
 use crate::file::rule::{STATURE, YAW};
 use crate::geometry::rotation_z_deg;
-use crate::heat::Thermal;
-use crate::model::{Body, Clothing, Model, Person, Posture};
+use crate::model::{Body, Clothing, Person, Posture};
 use crate::text::MM_PER_M;
 use glam::DVec3;
 use toml::Spanned;
-
-/// The mean of adults of both sexes.
-const STATURE_MM: f64 = 1700.0;
-
-/// Girths relative to the mean adult's.
-const BUILDS: [(&str, f64); 3] = [("slight", 0.9), ("average", 1.0), ("stout", 1.15)];
 
 const POSTURES: [(&str, Posture); 4] = [
     ("stand", Posture::Stand),
@@ -55,22 +47,10 @@ pub(crate) fn person(
         return Err(reader.conflict(table.span().start, &title, [key, "person"], hint));
     }
     let person = read(reader, given.get_ref(), keys)?;
-    let surfaces = match reader.model {
-        Model::Physical => person.surfaces(ambient_c),
-        Model::Paper => person.surfaces(ambient_c).map(|_| clothes::PAPER),
-    };
-    let segments = person.segments(Default::default());
+    let surfaces = reader.model.surfaces(&person, ambient_c);
     let color = super::body::color(reader, &keys.color)?;
-    let parts = Person::names().zip(segments).zip(surfaces);
-    let parts = parts.map(|((name, segment), surface)| Body {
-        name: name.to_owned(),
-        base_m: start_m,
-        mesh: segment.turned(person.facing, start_m).mesh(),
-        surface,
-        thermal: Thermal::default(),
-        color,
-    });
-    Ok(Some((person, parts.collect())))
+    let parts = Body::segments_of(&person, start_m, surfaces, color);
+    Ok(Some((person, parts)))
 }
 
 fn read(reader: &Reader<'_>, given: &PersonTable, keys: &AgentTable) -> Read<Person> {
@@ -81,15 +61,17 @@ fn read(reader: &Reader<'_>, given: &PersonTable, keys: &AgentTable) -> Read<Per
         None => Posture::Stand,
     };
     let hint = "average is the default; girths are 0.9, 1 or 1.15 times the mean adult's";
-    let girth = reader.choice("build", &given.build, &BUILDS, hint)?;
+    let girth = reader.choice("build", &given.build, &Person::BUILDS, hint)?;
     let hint = "indoor is the default; scenes/README.md says how warm each looks";
     let clothing = reader.choice("clothing", &given.clothing, &CLOTHING, hint)?;
     let yaw_deg = reader.number_or(&keys.yaw_deg, &YAW, 0.0)?;
-    Ok(Person {
-        height_m: reader.number_or(&given.height_mm, &STATURE, STATURE_MM)? / MM_PER_M,
-        girth: girth.unwrap_or(1.0),
-        posture: posture.unwrap_or(default),
-        clothing: clothing.unwrap_or(Clothing::Indoor),
-        facing: rotation_z_deg(yaw_deg),
-    })
+    let height_mm = reader.number_or(&given.height_mm, &STATURE, Person::HEIGHT_M * MM_PER_M)?;
+    let mut person = Person::new(
+        height_mm / MM_PER_M,
+        girth.unwrap_or(1.0),
+        posture.unwrap_or(default),
+        clothing.unwrap_or(Clothing::Indoor),
+    );
+    person.facing = rotation_z_deg(yaw_deg);
+    Ok(person)
 }
