@@ -49,10 +49,12 @@ pub(super) fn of_scene(
         add_body(&mut pieces, &body.mesh, color, camera, &mut faces_left);
     }
     for agent in scene.agents() {
+        // One direction for a whole person: planes of its segments that are parallel do not cut one another.
+        let ahead = camera.towards_eye_from(agent.position_m(drawing.time));
         for part in agent.bodies_at(drawing.time) {
             let color = part.color.unwrap_or(AGENT);
             match agent.person {
-                Some(_) => add_segment(&mut pieces, &part.mesh, color, camera),
+                Some(_) => add_segment(&mut pieces, &part.mesh, color, (camera, ahead)),
                 None => add_body(&mut pieces, &part.mesh, color, camera, &mut faces_left),
             }
         }
@@ -117,11 +119,15 @@ fn add_body(
     add_solid(pieces, mesh, color, camera);
 }
 
-/// A person's segment as its silhouette: an outline through its middle that faces the eye.
-fn add_segment(pieces: &mut Vec<Piece>, mesh: &Mesh, color: [u8; 3], camera: &Camera) {
+/// A person's segment as its silhouette: an outline through its middle, across the direction ahead to the eye.
+fn add_segment(
+    pieces: &mut Vec<Piece>,
+    mesh: &Mesh,
+    color: [u8; 3],
+    (camera, ahead): (&Camera, DVec3),
+) {
     let (low, high) = mesh.bounds_m();
     let middle_m = 0.5 * (low + high);
-    let ahead = camera.towards_eye_from(middle_m);
     let right = ahead.any_orthonormal_vector();
     let up = ahead.cross(right);
     let corners: Vec<DVec2> = mesh

@@ -7,6 +7,7 @@ use grideye_plan::drawing::{Drawing, svg};
 use grideye_plan::ground::body_m;
 use grideye_scene::polygon::bounds;
 use grideye_scene::{Scene, Simulator};
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Duration;
@@ -101,10 +102,16 @@ fn picture() -> String {
                 corner.1 - 8,
                 away_mm / 1000.0
             );
+            // One path for each color, in steps of 0.25 °C.
+            let mut cells: BTreeMap<u32, String> = BTreeMap::new();
             for (pixel, celsius) in celsius.iter().enumerate() {
-                let fill = hex(color(&INFERNO, (celsius - 20.0) / 5.0));
+                let step = ((celsius - 20.0) * 4.0).round() as u32;
                 let (x, y) = (corner.0 + 18 * (pixel % 8), corner.1 + 18 * (pixel / 8));
-                let _ = writeln!(picture, "<path fill=\"{fill}\" d=\"M{x} {y}h18v18h-18z\"/>");
+                let _ = write!(cells.entry(step).or_default(), "M{x} {y}h18v18h-18z");
+            }
+            for (step, cells) in cells {
+                let fill = hex(color(&INFERNO, f64::from(step) / 20.0));
+                let _ = writeln!(picture, "<path fill=\"{fill}\" d=\"{cells}\"/>");
             }
         }
     }

@@ -260,7 +260,7 @@ fn contrast_equals_that_of_frames_with_the_person() {
         };
         let nobody = frame(&empty);
         let sigma_c = empty.sensors()[0].noise_sigma;
-        let mut strong = 0;
+        let (mut strong, mut sums) = (0, (0.0, 0.0));
         for (cell, found) in survey.floor().cells.iter().zip(&look.cells) {
             if cell.kind != Kind::Place {
                 assert_eq!((found.contrast, found.peak), (0.0, 0.0));
@@ -282,19 +282,30 @@ fn contrast_equals_that_of_frames_with_the_person() {
                 (squares.sqrt() / sigma_c, peak / sigma_c)
             };
             let (one, other) = (of_turn(0.0), of_turn(90.0));
-            let near = |found: f64, expected: f64| {
-                println!("{model} {keys} {} {found:.3} {expected:.3}", cell.ground_m);
+            let expected = (one.0.min(other.0), one.1.min(other.1));
+            println!(
+                "{model}, {keys}, {}: {:.3} {:.3} {:.3} {:.3}",
+                cell.ground_m, found.contrast, expected.0, found.peak, expected.1
+            );
+            sums = (sums.0 + found.contrast, sums.1 + expected.0);
+            // At a border of the view, centimeters decide.
+            if tolerance > 1e-6 && expected.0 < 6.0 {
+                continue;
+            }
+            for (found, expected) in [(found.contrast, expected.0), (found.peak, expected.1)] {
                 assert!(
                     (found - expected).abs() <= tolerance * expected.max(3.0),
                     "{model}, {keys}, {}: {found} {expected}",
                     cell.ground_m
                 );
-            };
-            near(found.contrast, one.0.min(other.0));
-            near(found.peak, one.1.min(other.1));
+            }
             strong += usize::from(found.contrast > 3.0);
         }
         assert!(strong > 3, "{model}, {keys}: {strong}");
+        assert!(
+            (sums.0 / sums.1 - 1.0).abs() < 0.1,
+            "{model}, {keys}: {sums:?}"
+        );
     }
 }
 
