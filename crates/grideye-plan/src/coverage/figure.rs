@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 use grideye_scene::{Agent, Body, Clothing, Cuboid, Mesh, Model, Person, Posture, Scene};
-use std::f64::consts::PI;
 
 /// The person to look for.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,6 +55,8 @@ const TRUNK: &[&str] = &[
 const THIGHS: &[&str] = &["left thigh", "right thigh"];
 const SHANKS: &[&str] = &["left shank", "right shank"];
 const LEGS: &[&str] = &["left thigh", "right thigh", "left shank", "right shank"];
+/// The cube root of π / 6.
+const ROUND: f64 = 0.806;
 /// People sit on seats and lie in beds up to this height, meters.
 const SEAT_MAX_M: f64 = 0.6;
 const BED_MAX_M: f64 = 0.8;
@@ -175,8 +176,7 @@ impl Stands {
     }
 }
 
-/// A person as cuboids, none of them below the ground: from each side, each has the area of an ellipse around its
-/// segments. The last block of a person who sits is in front of the seat.
+/// A person as cuboids, none of them below the ground: each has the volume of an ellipsoid around its segments. The last block of a person who sits is in front of the seat.
 fn blocks(agent: &Agent, posture: Posture, seat_m: f64) -> Vec<Body> {
     let block = |segments: &[&str], above_m: f64| {
         let is_part = |part: &&Body| segments.contains(&part.name.as_str());
@@ -187,7 +187,7 @@ fn blocks(agent: &Agent, posture: Posture, seat_m: f64) -> Vec<Body> {
             (low.min(bounds_m.0), high.max(bounds_m.1))
         });
         let low = low.with_z(low.z.max(above_m));
-        let size_m = (0.25 * PI).sqrt() * (high - low);
+        let size_m = ROUND * (high - low);
         let base_m = 0.5 * (low + high - size_m.with_x(0.0).with_y(0.0));
         let mesh = Mesh::of_cuboid(&Cuboid::new(base_m, size_m, 0.0));
         Some(Body::new("", base_m, mesh, first.surface))
