@@ -272,7 +272,10 @@ async fn a_plan_has_room_objects_sensors_and_ways() {
     assert_eq!(plan["agents"][0]["is_person"], false);
     // 300 by 500 mm, about its own position.
     let body = plan["agents"][0]["body_m"][0].as_array().unwrap();
-    assert!(body.len() == 4 && body.contains(&json!([0.15, 0.25])), "{body:?}");
+    assert!(
+        body.len() == 4 && body.contains(&json!([0.15, 0.25])),
+        "{body:?}"
+    );
 }
 
 #[tokio::test]
