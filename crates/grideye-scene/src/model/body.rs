@@ -45,6 +45,27 @@ pub struct Agent {
 }
 
 impl Body {
+    /// A person's segments at the start of its path.
+    pub(crate) fn segments_of(
+        person: &Person,
+        start_m: DVec3,
+        surfaces: [Surface; SEGMENTS],
+        color: Option<[u8; 3]>,
+    ) -> Vec<Self> {
+        let segments = person.segments(Stride::default());
+        let parts = Person::names().zip(segments).zip(surfaces);
+        let parts = parts.map(|((name, segment), surface)| Self {
+            color,
+            ..Self::new(
+                name,
+                start_m,
+                segment.turned(person.facing, start_m).mesh(),
+                surface,
+            )
+        });
+        parts.collect()
+    }
+
     /// A body of uniform, constant temperature.
     #[must_use]
     pub fn new(name: &str, base_m: DVec3, mesh: Mesh, surface: Surface) -> Self {
@@ -139,6 +160,17 @@ impl Agent {
             }
             _ => turn,
         })
+    }
+
+    /// The direction of its front at `time`, radians counter-clockwise from +x; a body that the file gives has its front
+    /// at +x until it turns.
+    #[must_use]
+    pub fn front_rad(&self, time: Duration) -> f64 {
+        let turn = match self.person {
+            None => self.turn(time).unwrap_or(DMat3::IDENTITY),
+            Some(person) => self.heading_at(time).unwrap_or(person.facing),
+        };
+        libm::atan2(turn.x_axis.y, turn.x_axis.x)
     }
 
     /// Its bodies at `time`.

@@ -17,6 +17,7 @@ pub(crate) use contact::Walls;
 pub use contact::{Contact, FreeSpace};
 pub use error::{SceneError, Warning};
 pub(crate) use fit::{FITS_MAX, Fit, RECORDING_START};
+pub(crate) use person::PAPER;
 pub use person::{Clothing, Person, Posture};
 pub(crate) use print::Print;
 pub use room::Room;

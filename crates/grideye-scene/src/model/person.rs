@@ -22,7 +22,7 @@ pub enum Posture {
     Lie,
 }
 
-/// What a person wears, by its insulation: 0.5 clo are trousers and a T-shirt, 1 shirt and sweater, 2 a coat and a hat.
+/// What a person wears, by its insulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Clothing {
     /// Insulation of the outfit (ISO 9920), clo; 0 to [`CLO_MAX`](Self::CLO_MAX).
@@ -115,6 +115,30 @@ const STRIDE: f64 = 0.8;
 const WIDE_FROM_M_PER_S: f64 = 1.0;
 
 impl Person {
+    /// Names of builds, with girths relative to the mean adult's.
+    pub const BUILDS: [(&str, f64); 3] = [("slight", 0.9), ("average", 1.0), ("stout", 1.15)];
+
+    /// The mean stature of adults of both sexes, meters.
+    pub const HEIGHT_M: f64 = 1.7;
+
+    /// A person who faces +x.
+    #[must_use]
+    pub const fn new(height_m: f64, girth: f64, posture: Posture, clothing: Clothing) -> Self {
+        Self {
+            height_m,
+            girth,
+            posture,
+            clothing,
+            facing: DMat3::IDENTITY,
+        }
+    }
+
+    /// How high the seat is on which the person sits, meters above where it stands.
+    #[must_use]
+    pub const fn seat_m(&self) -> f64 {
+        SEAT * self.height_m
+    }
+
     /// Where in its stride the person is after `length_m` of its way, at `speed_m_per_s`.
     pub(crate) fn stride(&self, length_m: f64, speed_m_per_s: f64) -> Stride {
         if self.posture != Posture::Walk {
@@ -378,6 +402,18 @@ const LAYERS: [Layer; 4] = [
 impl Clothing {
     /// The most that [`Self::clo`] may be: arctic clothes.
     pub const CLO_MAX: f64 = 4.0;
+    /// Trousers and a T-shirt; forearms are bare.
+    pub const LIGHT: Self = Self { clo: 0.5 };
+    /// Trousers, shirt and sweater.
+    pub const INDOOR: Self = Self { clo: 1.0 };
+    /// The same under a coat, and a hat or hood.
+    pub const COAT: Self = Self { clo: 2.0 };
+    /// What a file calls them.
+    pub const NAMES: [(&str, Self); 3] = [
+        ("light", Self::LIGHT),
+        ("indoor", Self::INDOOR),
+        ("coat", Self::COAT),
+    ];
 
     /// Between the two outfits on either side, or on their line beyond the last.
     fn layer(self) -> Layer {
@@ -397,6 +433,13 @@ impl Clothing {
         }
     }
 }
+
+/// Every segment in the paper's model: with law B, that came closest to real frames with bodies of 28 to 30 °C; the
+/// emissivity is that of fabrics (PeerJ CS 11:e3124, "Perceived temperature calculation").
+pub(crate) const PAPER: Surface = Surface {
+    celsius: 29.0,
+    emissivity: 0.8,
+};
 
 /// Emissivities from 8 to 14 µm, textbook values.
 const SKIN: f64 = 0.98;

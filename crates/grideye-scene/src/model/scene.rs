@@ -1,14 +1,17 @@
 //! The whole scene: a room with its contents, and the warnings from reading its file.
 
 use crate::geometry::count::single;
+use crate::geometry::rotation_z_deg;
 use crate::model::body::{Agent, Body};
 use crate::model::error::{SceneError, Warning};
 use crate::model::fit::Fit;
+use crate::model::person::{PAPER, Person, SEGMENTS};
 use crate::model::print::Print;
 use crate::model::room::Room;
 use crate::model::sensor::Sensor;
-use crate::radiometry::{Band, Law};
+use crate::radiometry::{Band, Law, Surface};
 use crate::text::Utc;
+use glam::DVec3;
 use grideye_frame::Celsius;
 use std::time::Duration;
 
@@ -20,6 +23,16 @@ pub enum Model {
     Paper,
     /// As for a thermopile behind a lens: radiance averaged over each pixel's response.
     Physical,
+}
+
+impl Model {
+    /// How a person's segments look in a room of this temperature.
+    pub(crate) fn surfaces(self, person: &Person, ambient_c: f64) -> [Surface; SEGMENTS] {
+        match self {
+            Self::Physical => person.surfaces(ambient_c),
+            Self::Paper => [PAPER; SEGMENTS],
+        }
+    }
 }
 
 /// A room with its contents, checked.
@@ -165,6 +178,19 @@ impl Scene {
             agents: Vec::new(),
             prints: Vec::new(),
             ..self.clone()
+        }
+    }
+
+    /// A person of this room at rest on the origin, who faces `yaw_deg` from +x. Moving its
+    /// [start](Agent::start_m) moves its segments.
+    #[must_use]
+    pub fn person(&self, name: &str, mut person: Person, yaw_deg: f64) -> Agent {
+        person.facing = rotation_z_deg(yaw_deg);
+        let surfaces = self.model.surfaces(&person, self.room.ambient_c);
+        let parts = Body::segments_of(&person, DVec3::ZERO, surfaces, None);
+        Agent {
+            person: Some(person),
+            ..Agent::at_rest(name, parts, DVec3::ZERO)
         }
     }
 

@@ -225,6 +225,7 @@ async fn simulated_frames_come_in_pieces_with_the_agents_positions() {
     assert_eq!(first["agents"][0]["at_m"][0], json!([0.5, 2.0]));
     // 500 mm per second.
     assert_eq!(first["agents"][0]["at_m"][20], json!([1.5, 2.0]));
+    assert_eq!(first["agents"][0]["front_deg"][20], 0.0);
     // 6 s are 61 frames: 50 and 11; a request beyond the end gets the last piece.
     for second in ["5", "6", "600"] {
         let (_, last) = page.get(&format!("{path}{second}")).await;
@@ -274,6 +275,13 @@ async fn a_plan_has_room_objects_sensors_and_ways() {
     assert!(view.contains(&json!([0.441, 0.441])), "{view:?}");
     let (_, plan) = page.get("/v1/scenes/walk/plan").await;
     assert_eq!(plan["agents"][0]["way_m"], json!([[0.5, 2.0], [3.5, 2.0]]));
+    assert_eq!(plan["agents"][0]["is_person"], false);
+    // 300 by 500 mm, about its own position.
+    let body = plan["agents"][0]["body_m"][0].as_array().unwrap();
+    assert!(
+        body.len() == 4 && body.contains(&json!([0.15, 0.25])),
+        "{body:?}"
+    );
 }
 
 #[tokio::test]
