@@ -1,0 +1,240 @@
+//! People: added, changed field by field, turned, sent on a way and copied, by hand and by keys.
+
+use super::desk::*;
+use grideye_tests::live_page::{Outcome, assert_quiet, keep_picture};
+use grideye_tests::webdriver::{Failure, left_out};
+use serde_json::Value;
+
+const DOWN: &str = "\u{E015}";
+
+/// The person after the two of the room.
+const BODY: &str = "agent 2 person";
+
+/// Chooses the word that is `steps` below the one in a field, by keys.
+fn step_down(desk: &Desk, key: &str, steps: usize) -> Outcome {
+    desk.browser.execute(&format!(
+        "document.querySelector('#fields [data-key=\"{key}\"]').focus()"
+    ))?;
+    for _ in 0..steps {
+        desk.browser.press(DOWN)?;
+    }
+    Ok(())
+}
+
+fn value(desk: &Desk, key: &str) -> Result<Value, Failure> {
+    desk.browser.execute(&format!(
+        "return document.querySelector('#fields [data-key=\"{key}\"]')?.value ?? null"
+    ))
+}
+
+/// Where the mark before the person with that name points, degrees.
+fn faces(desk: &Desk, name: &str) -> Result<Option<f64>, Failure> {
+    let script = format!(
+        "return document.querySelector('#plan .front[data-name=\"{name}\"]')?.dataset.faces ?? null"
+    );
+    let faces = desk.browser.execute(&script)?;
+    Ok(faces.as_str().and_then(|faces| faces.parse().ok()))
+}
+
+fn wait_for_faces(desk: &Desk, name: &str, degrees: f64) -> Outcome {
+    let is_there = |now: &Option<f64>| now.is_some_and(|now| near(now, degrees, 0.01));
+    desk.browser
+        .wait_for("the front", || faces(desk, name), is_there)
+        .map(drop)
+}
+
+#[test]
+fn a_person_is_added_and_every_field_changes_text_and_frames() -> Outcome {
+    if left_out("a_person_is_added_and_every_field_changes_text_and_frames") {
+        return Ok(());
+    }
+    let desk = Desk::new()?;
+    let browser = &desk.browser;
+    desk.open("room")?;
+    browser.click("#add")?;
+    browser.click("#new [data-kind=agent]")?;
+    browser.wait_for_text("#fields-title", |title| title == "Person person 1")?;
+    let added = desk.wait_for_text(|text| text != ROOM)?;
+    let [x, y, _] = desk.triple(&added, "person 1", "position_mm")?;
+    let agent = format!(
+        "[[agent]]\nname = \"person 1\"\nposition_mm = [{x}, {y}, 0]\nperson = {{}}\n\n[[sensor]]\nname = \"ceiling\""
+    );
+    assert_eq!(
+        added,
+        ROOM.replace("[[sensor]]\nname = \"ceiling\"", &agent)
+    );
+
+    // Below the sensor at the ceiling, away from the stove and bob.
+    let place = ["position_mm 0", "position_mm 1"].map(|key| format!("agent 2 {key}"));
+    desk.write(&place[0], "1000")?;
+    desk.write(&place[1], "1500")?;
+    let mut text = desk.wait_for_text(|text| text.contains("[1000, 1500, 0]\nperson = {}\n"))?;
+    let mut body = "person = {}".to_owned();
+    let mut pictures = desk.pictures()?;
+    let (height, posture) = (format!("{BODY} height_mm"), format!("{BODY} posture"));
+    for (key, change, written) in [
+        (height.as_str(), "1500", "height_mm = 1500"),
+        ("build", "1", "build = \"stout\""),
+        ("posture", "2", "posture = \"sit\""),
+        ("clothing", "1", "clothing = \"coat\""),
+    ] {
+        if key == height {
+            desk.write(key, change)?;
+        } else {
+            step_down(&desk, &format!("{BODY} {key}"), change.parse()?)?;
+        }
+        let longer = match body.strip_suffix(" }") {
+            Some(known) => format!("{known}, {written} }}"),
+            None => format!("person = {{ {written} }}"),
+        };
+        text = text.replace(&body, &longer);
+        body = longer;
+        desk.wait_for_text(|now| now == text)?;
+        pictures = desk.wait_for_other_pictures(&pictures)?;
+    }
+    desk.write("agent 2 yaw_deg", "90")?;
+    text = text.replace(&body, &format!("{body}\nyaw_deg = 90"));
+    desk.wait_for_text(|now| now == text)?;
+    desk.wait_for_other_pictures(&pictures)?;
+    wait_for_faces(&desk, "person 1", 90.0)?;
+    let [left, front, right, back] =
+        super::layout::box_of(&desk, ".person[data-name=\"person 1\"]")?;
+    assert!(
+        back - 1.5 > 1.5 - front && near(1.0 - left, right - 1.0, 0.03),
+        "knees ahead: {left} {front} {right} {back}"
+    );
+    keep_picture(browser, "editor-person")?;
+
+    // What the limits do not allow names them, as the field does.
+    desk.browser.execute(&format!(
+        "const field = document.querySelector('#fields [data-key=\"{height}\"]'); field.focus(); field.select()"
+    ))?;
+    browser.type_into(&format!("#fields [data-key=\"{height}\"]"), "2900")?;
+    let limits = browser.execute(&format!(
+        "const field = document.querySelector('#fields [data-key=\"{height}\"]'); return `${{field.min}} to ${{field.max}} mm`"
+    ))?;
+    let limits = limits.as_str().unwrap_or_default().to_owned();
+    browser.wait_for_text("#fault", |fault| {
+        fault.contains(&limits) && fault.contains("Hint") && fault.contains("line ")
+    })?;
+    browser.press_together(&[CONTROL, "z"])?;
+    desk.wait_for_text(|now| now == text)?;
+
+    // Reloaded, it is what was saved, and what the command line simulates.
+    browser.press_together(&[CONTROL, "s"])?;
+    desk.saved()?;
+    assert_eq!(desk.disk("room.toml")?, text);
+    desk.open("room")?;
+    assert_eq!(desk.text()?, text);
+    desk.choose("person 1")?;
+    let found = ["height_mm", "build", "posture", "clothing"]
+        .map(|key| value(&desk, &format!("{BODY} {key}")));
+    for (found, wanted) in found.into_iter().zip(["1500", "stout", "sit", "coat"]) {
+        assert_eq!(found?, wanted);
+    }
+    for sensor in ["ceiling", "wall"] {
+        let (shown, made) = (
+            desk.celsius(sensor)?,
+            simulated(&desk, "room.toml", sensor)?,
+        );
+        let mut pairs = shown.iter().zip(&made);
+        assert!(
+            pairs.all(|(one, other)| near(*one, *other, 0.13)),
+            "{sensor}: {shown:?} {made:?}"
+        );
+    }
+    // The word that is the default needs no key.
+    browser.execute(&format!(
+        "const field = document.querySelector('#fields [data-key=\"{posture}\"]'); field.focus(); field.scrollIntoView()"
+    ))?;
+    browser.press("s")?;
+    desk.wait_for_text(|now| now == text.replace(", posture = \"sit\"", ""))?;
+    browser.press_together(&[CONTROL, "z"])?;
+    desk.wait_for_text(|now| now == text)?;
+    for (key, label) in [
+        ("height_mm", "Height, mm"),
+        ("build", "Build"),
+        ("posture", "Posture"),
+        ("clothing", "Clothing"),
+    ] {
+        assert_eq!(
+            browser.label(&format!("#fields [data-key=\"{BODY} {key}\"]"))?,
+            label
+        );
+    }
+    assert_quiet(browser, "")
+}
+
+#[test]
+fn a_person_is_dragged_turned_sent_on_a_way_copied_and_deleted() -> Outcome {
+    if left_out("a_person_is_dragged_turned_sent_on_a_way_copied_and_deleted") {
+        return Ok(());
+    }
+    let desk = Desk::new()?;
+    let browser = &desk.browser;
+    // A table of its own keeps its comments.
+    let person = "\n[agent.person] # Bob himself\nheight_mm = 1800 # with shoes\n";
+    let bob = "size_mm = [300, 500, 1700]\ntemperature_c = 30\nposition_mm = [800, 3000, 0]\n";
+    let first = ROOM.replace(bob, &format!("position_mm = [800, 2000, 0]\n{person}"));
+    std::fs::write(desk.file("room.toml"), &first)?;
+    desk.open("room")?;
+    desk.choose("bob")?;
+    desk.drag("#plan .person[data-name=bob]", 0.4, -0.6)?;
+    let text = desk.wait_for_text(|text| text != first)?;
+    let [x, y, _] = desk.triple(&text, "bob", "position_mm")?;
+    assert!(near(x, 1200.0, 30.0) && near(y, 1400.0, 30.0), "{x} {y}");
+    wait_for_faces(&desk, "bob", 0.0)?;
+    browser.press("}")?;
+    browser.press("[")?;
+    let text = desk.wait_for_text(|text| text.contains("yaw_deg = -40\n"))?;
+    assert!(text.contains(person), "{text}");
+    wait_for_faces(&desk, "bob", -40.0)?;
+
+    // On a way it faces where it goes, and there is nothing to turn.
+    browser.press("w")?;
+    browser.wait_for_text("#fields-title", |title| title == "Waypoint 2 of bob")?;
+    let text = desk.wait_for_text(|text| text.contains("trajectories/room-bob.csv"))?;
+    assert!(text.contains(person), "{text}");
+    desk.choose("bob")?;
+    assert_eq!(value(&desk, "agent 1 yaw_deg")?, Value::Null);
+    assert_eq!(value(&desk, "agent 1 person posture")?, "walk");
+    let handles = "return document.querySelectorAll('#plan .turn').length";
+    assert_eq!(browser.execute(handles)?, 0);
+    let way = "const [one, other] = [...document.querySelectorAll('#plan .waypoint[data-name=bob]')];
+        return Math.atan2(one.cy.baseVal.value - other.cy.baseVal.value, other.cx.baseVal.value - one.cx.baseVal.value) * 180 / Math.PI";
+    let heading =
+        || -> Result<f64, Failure> { browser.execute(way)?.as_f64().ok_or("no way".into()) };
+    wait_for_faces(&desk, "bob", heading()?)?;
+    // Another waypoint, a step to the back of the second: there it has turned.
+    desk.drag("#plan .waypoint[data-name=bob][data-row='1']", 0.3, 0.1)?;
+    desk.wait_for_text(|now| now == text)?;
+    let turned = || Ok((faces(&desk, "bob")?, heading()?));
+    browser.wait_for(
+        "the front along the way",
+        turned,
+        |(faces, heading): &(Option<f64>, f64)| {
+            heading.abs() > 1.0 && faces.is_some_and(|faces| near(faces, *heading, 0.1))
+        },
+    )?;
+    let before = faces(&desk, "bob")?.ok_or("no front")?;
+    desk.choose("bob")?;
+    desk.browser.press("w")?;
+    browser.wait_for_text("#fields-title", |title| title == "Waypoint 3 of bob")?;
+    browser.execute("const time = document.querySelector('#second'); time.value = time.max; time.dispatchEvent(new Event('input'))")?;
+    let now = || faces(&desk, "bob");
+    browser.wait_for("the front at the end", now, |now| {
+        now.is_some_and(|now| !near(now, before, 5.0))
+    })?;
+    keep_picture(browser, "editor-person-walks")?;
+
+    desk.choose("bob")?;
+    browser.press("d")?;
+    browser.wait_for_text("#fields-title", |title| title == "Person bob 1")?;
+    let copied = desk.wait_for_text(|text| text.contains("trajectories/room-bob-1.csv"))?;
+    assert_eq!(copied.matches(person.trim_start()).count(), 2, "{copied}");
+    desk.write("agent 2 name", "rob")?;
+    desk.wait_for_text(|now| now == copied.replace("\"bob 1\"", "\"rob\""))?;
+    browser.click("#remove")?;
+    desk.wait_for_text(|now| now == text)?;
+    assert_quiet(browser, "")
+}
