@@ -31,12 +31,14 @@ const FIELDS = {
     { key: "noise_sigma_c", title: "Noise (sigma)", unit: "°C", step: 0.05, otherwise: "preset" },
   ],
 };
+/** The choice that turns a word into the number it stands for. */
+const NUMBER = "number…";
 /** The keys of a person's body; a word's default depends on the item. */
 const OF_A_PERSON = [
   { key: "height_mm", title: "Height", unit: "mm", step: 50, otherwise: 1700, limits: [500, 2800] },
-  { key: "build", title: "Build", step: 0.05, words: ["slight", "average", "stout"], otherwise: () => "average" },
+  { key: "build", title: "Build", unit: "×", step: 0.05, limits: [0.5, 2], words: ["slight", "average", "stout", NUMBER], otherwise: () => "average" },
   { key: "posture", title: "Posture", words: ["stand", "walk", "sit", "lie"], otherwise: ({ way }) => (way ? "walk" : "stand") },
-  { key: "clothing", title: "Clothing", step: 0.1, words: ["light", "indoor", "coat"], otherwise: () => "indoor" },
+  { key: "clothing", title: "Clothing", unit: "clo", step: 0.1, limits: [0, 4], words: ["light", "indoor", "coat", NUMBER], otherwise: () => "indoor" },
 ];
 const OF_A_PART = [{ ...POSITION, title: "position" }, { ...SIZE, title: "size" }, { ...TEMPERATURE, title: "temperature" }];
 
@@ -64,7 +66,7 @@ export class Fields {
     this.#scene = scene;
     this.#chosen = chosen;
     const rows = this.#rows();
-    const shown = JSON.stringify([chosen, rows.map(({ title, inputs }) => [title, inputs.map(({ path, file, words }) => [path, file, words])])]);
+    const shown = JSON.stringify([chosen, rows.map(({ title, inputs }) => [title, inputs.map(({ path, file }) => [path, file])])]);
     this.#title.textContent = chosen === null ? "Nothing selected" : titleOf(scene, chosen).replace(/^./, (letter) => letter.toUpperCase());
     if (shown !== this.#shown) this.#build(rows);
     this.#shown = shown;
@@ -125,6 +127,7 @@ export class Fields {
   #of(fields, keys, path) {
     const shown = fields.filter(({ key, known }) => !known || key in keys);
     return shown.map((field) => {
+      if (field.words) return { title: field.title, inputs: this.#choice(field, keys, [...path, field.key]) };
       const value = keys[field.key];
       const parts = field.parts ?? (Array.isArray(value) ? ["across", "down"] : null);
       if (parts === null) return { title: field.title, inputs: [this.#input(field, keys, [...path, field.key])] };
@@ -133,10 +136,15 @@ export class Fields {
     });
   }
 
-  /** A number in the file stays a number where words are usual. */
-  #input({ key, unit, step, otherwise, text, words, limits }, keys, path) {
-    const value = keys[key];
-    return { path, unit, step, otherwise, text, limits, value, words: typeof value === "number" ? undefined : words };
+  #input({ key, unit, step, otherwise, text, limits }, keys, path) {
+    return { path, unit, step, otherwise, text, limits, value: keys[key] };
+  }
+
+  /** A choice of words, and beside it the number where the file has one. */
+  #choice({ words, otherwise, ...field }, keys, path) {
+    const value = keys[field.key];
+    if (typeof value !== "number") return [{ path, words, otherwise, value }];
+    return [{ path, words, otherwise, value: NUMBER }, { ...this.#input(field, keys, path), as: "number" }];
   }
 
   #point(item, row, title) {
@@ -146,8 +154,11 @@ export class Fields {
   }
 
   #build(rows) {
+    const { key } = this.#root.contains(document.activeElement) ? document.activeElement.dataset : {};
     this.#inputs = [];
     this.#root.replaceChildren(...rows.map((row) => this.#row(row)));
+    // A field that becomes another kind keeps the focus.
+    this.#inputs.find((input) => input.dataset.key === key)?.focus();
   }
 
   #row({ title, inputs }) {
@@ -155,7 +166,7 @@ export class Fields {
     const name = Object.assign(document.createElement("span"), { className: "field-name", textContent: title });
     const boxes = inputs.map((input) => this.#box(title, input));
     group.append(name, ...boxes);
-    const unit = inputs[0].unit;
+    const { unit } = inputs.at(-1);
     if (unit) group.append(Object.assign(document.createElement("span"), { className: "unit", textContent: unit }));
     return group;
   }
@@ -164,7 +175,7 @@ export class Fields {
     const { part, unit } = wanted;
     const input = wanted.words ? this.#select(wanted) : this.#entry(wanted);
     input.setAttribute("aria-label", [title, part, unit].filter(Boolean).join(", "));
-    input.dataset.key = wanted.path?.join(" ") ?? `way ${wanted.row} ${wanted.axis}`;
+    input.dataset.key = wanted.path?.concat(wanted.as ?? []).join(" ") ?? `way ${wanted.row} ${wanted.axis}`;
     input.autocomplete = "off";
     this.#inputs.push(input);
     if (!part) return input;
@@ -187,8 +198,10 @@ export class Fields {
   #select({ path, words, otherwise }) {
     const select = document.createElement("select");
     select.append(...words.map((word) => new Option(word)));
+    select.addEventListener("keydown", (event) => event.key === "Escape" && select.blur());
     select.addEventListener("change", () => {
-      const to = select.value;
+      const { person } = itemOf(this.#scene, this.#chosen);
+      const to = select.value === NUMBER ? person[path.at(-1)] : select.value;
       // The default needs no key.
       const unset = () => (select.dataset.now === "" ? null : { does: "unset", path });
       this.#on.pick(() => (to === otherwise ? unset() : { does: "set", path, to }));
@@ -203,7 +216,7 @@ export class Fields {
     if (edit !== null) this.#on.change([edit], timeStamp);
   }
 
-  #edit(input, { path, file, row, axis, text }) {
+  #edit(input, { path, file, row, axis, text, as }) {
     const number = input.valueAsNumber;
     if (file !== undefined) {
       if (!Number.isFinite(number)) return null;
@@ -211,7 +224,7 @@ export class Fields {
       const to = points[row].map((meters, index) => (index === axis ? number : Math.round(meters * 1e6) / 1000));
       return { does: "move-way-point", file, row, to_mm: to };
     }
-    if (input.value === "") return text || typeof path.at(-1) === "number" ? null : { does: "unset", path };
+    if (input.value === "") return text || as || typeof path.at(-1) === "number" ? null : { does: "unset", path };
     return { does: "set", path, to: text ? input.value : number };
   }
 

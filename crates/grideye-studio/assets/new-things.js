@@ -62,12 +62,15 @@ async function another(draft, { way: { file, points_m: points } }, row) {
 async function first(draft, item) {
   const here = placeOf(item);
   const { index } = item;
+  // Who is told to stand would glide.
+  const walks = item.keys.person?.posture === "stand" ? [{ does: "unset", path: ["agent", index, "person", "posture"] }] : [];
   // A file that exists belongs to something else, so the next name is tried.
   const ways = filesFor(draft, item.name).flatMap((file) => around(draft, here, AHEAD_MM).map((place) => [
     { does: "new-way", file, points_mm: [here, place] },
     { does: "set", path: ["agent", index, "trajectory"], to: file },
     { does: "set", path: ["agent", index, "speed_mm_per_s"], to: SPEED_MM_PER_S },
     { does: "unset", path: ["agent", index, "position_mm"] },
+    ...walks,
   ]));
   return (await doBest(draft, ways)) ? 1 : null;
 }

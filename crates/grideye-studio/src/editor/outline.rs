@@ -103,6 +103,9 @@ impl Drawing<'_> {
         };
         if let Some(facing) = agent.facing(self.at) {
             let front = facing.x_axis;
+            let person = agent.person.as_ref();
+            let numbers = person.map(|person| (person.girth, person.clothing.clo));
+            item["person"] = json!(numbers.map(|(build, clothing)| json!({ "build": build, "clothing": clothing })));
             item["faces_deg"] = json!(hundredths(front.y.atan2(front.x).to_degrees()));
         }
         if let Some(way) = &agent.trajectory {
