@@ -101,12 +101,11 @@ impl Drawing<'_> {
             }
             None => bodies.iter().map(|body| self.body(body)).collect(),
         };
-        if let Some(facing) = agent.facing(self.at) {
+        if let Some((person, facing)) = agent.person.as_ref().zip(agent.facing(self.at)) {
             let front = facing.x_axis;
-            let person = agent.person.as_ref();
-            let numbers = person.map(|person| (person.girth, person.clothing.clo));
-            item["person"] = json!(numbers.map(|(build, clothing)| json!({ "build": build, "clothing": clothing })));
             item["faces_deg"] = json!(hundredths(front.y.atan2(front.x).to_degrees()));
+            // What a word stands for.
+            item["person"] = json!({ "build": person.girth, "clothing": person.clothing.clo });
         }
         if let Some(way) = &agent.trajectory {
             let points = way.waypoints_m();

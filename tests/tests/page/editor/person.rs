@@ -151,6 +151,23 @@ fn a_person_is_added_and_every_field_changes_text_and_frames() -> Outcome {
     desk.wait_for_text(|now| now == text.replace(", posture = \"sit\"", ""))?;
     browser.press_together(&[CONTROL, "z"])?;
     desk.wait_for_text(|now| now == text)?;
+    // A number beside the word that it replaces, and back to the word.
+    let build = format!("{BODY} build");
+    step_down(&desk, &build, 1)?;
+    let stout = text.replace("\"stout\"", "1.15");
+    desk.wait_for_text(|now| now == stout)?;
+    desk.write(&format!("{build} number"), "1.3")?;
+    let stouter = text.replace("\"stout\"", "1.3");
+    desk.wait_for_text(|now| now == stouter)?;
+    assert_eq!(value(&desk, &build)?, "number…");
+    browser.press_together(&[CONTROL, "s"])?;
+    desk.saved()?;
+    desk.open("room")?;
+    desk.choose("person 1")?;
+    assert_eq!(value(&desk, &format!("{build} number"))?, "1.3");
+    step_down(&desk, &build, 0)?;
+    browser.press("a")?;
+    desk.wait_for_text(|now| now == text.replace("build = \"stout\", ", ""))?;
     for (key, label) in [
         ("height_mm", "Height, mm"),
         ("build", "Build"),
