@@ -204,6 +204,13 @@ async fn a_person_is_added_and_changed_key_by_key() {
         item["keys"]["person"],
         json!({ "height_mm": 1500, "build": "stout", "posture": "sit", "clothing": "coat" })
     );
+    // A number in place of a word, and the number that a word stands for.
+    assert_eq!(item["person"], json!({ "build": 1.15, "clothing": 2.0 }));
+    let edits = json!([{ "does": "set", "path": person("clothing"), "to": 1 }]);
+    let answer = page.draft(&text, edits).await;
+    let lighter = text.replace("\"coat\"", "1");
+    assert_eq!(answer["text"], lighter);
+    assert_near(&celsius(&answer), &simulated(&lighter, WAY, 0));
     // Beyond the rule's limits, nothing changes, and the answer names the place.
     let edits = json!([{ "does": "set", "path": person("height_mm"), "to": 2801 }]);
     let answer = page.draft(&text, edits).await;
