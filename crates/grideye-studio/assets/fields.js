@@ -32,7 +32,7 @@ const FIELDS = {
   ],
 };
 /** The choice that turns a word into the number it stands for. */
-const NUMBER = "number…";
+const NUMBER = "number";
 /** The keys of a person's body; a word's default depends on the item. */
 const OF_A_PERSON = [
   { key: "height_mm", title: "Height", unit: "mm", step: 50, otherwise: 1700, limits: [500, 2800] },
@@ -200,11 +200,13 @@ export class Fields {
     select.append(...words.map((word) => new Option(word)));
     select.addEventListener("keydown", (event) => event.key === "Escape" && select.blur());
     select.addEventListener("change", () => {
-      const { person } = itemOf(this.#scene, this.#chosen);
-      const to = select.value === NUMBER ? person[path.at(-1)] : select.value;
-      // The default needs no key.
-      const unset = () => (select.dataset.now === "" ? null : { does: "unset", path });
-      this.#on.pick(() => (to === otherwise ? unset() : { does: "set", path, to }));
+      const to = select.value;
+      this.#on.pick(() => {
+        if (to === NUMBER) return { does: "set", path, to: itemOf(this.#scene, this.#chosen).person[path.at(-1)] };
+        if (to !== otherwise) return { does: "set", path, to };
+        // The default needs no key.
+        return select.dataset.now === "" ? null : { does: "unset", path };
+      });
     });
     return select;
   }
