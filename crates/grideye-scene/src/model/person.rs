@@ -202,7 +202,7 @@ impl Person {
         let hat = self.clothing.clo > HAT_FROM_CLO;
         [
             head.upright([-0.01, 0.0, 0.945], [0.092, 0.077], 0.055, hat),
-            head.upright([0.010, 0.0, 0.906], [0.055, 0.060], 0.036, false),
+            head.upright([0.010, 0.0, 0.906], [0.050, 0.060], 0.032, false),
             head.upright([0.0, 0.0, 0.855], [0.058, 0.058], 0.02, false),
             self.upright([-0.01, 0.0, 0.80], [0.135, 0.26], 0.05, true),
             self.upright([0.0, 0.0, 0.715], [0.120, 0.165], 0.12, true),
@@ -367,10 +367,10 @@ const fn layer(clo: f64, clos: [f64; 5], thickness_m: f64) -> Layer {
 
 /// **Assumption**: chosen with two recorded walkers in view (`scenes/README.md`).
 const LAYERS: [Layer; 4] = [
-    layer(0.0, [1.0, 0.0, 0.0, 0.0, 0.0], 0.0),
-    layer(0.5, [1.0, 0.7, 0.0, 1.2, 1.6], 0.003),
-    layer(1.0, [1.0, 1.4, 1.4, 1.7, 2.2], 0.01),
-    layer(2.0, [2.3, 2.3, 2.3, 3.0, 3.0], 0.03),
+    layer(0.0, [0.95, 0.0, 0.0, 0.0, 0.0], 0.0),
+    layer(0.5, [0.95, 0.7, 0.0, 1.2, 1.6], 0.003),
+    layer(1.0, [0.95, 1.5, 1.6, 1.7, 1.9], 0.01),
+    layer(2.0, [1.8, 2.7, 2.8, 3.0, 2.8], 0.03),
 ];
 
 impl Clothing {

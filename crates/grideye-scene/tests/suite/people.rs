@@ -227,7 +227,7 @@ fn what_a_person_cannot_be_is_refused_with_the_place() {
         ),
         (
             "person = { build = \"big\" }",
-            "\"slight\", \"average\" or \"stout\"",
+            "\"slight\", \"average\", \"stout\" or 0.5 to 2",
         ),
         ("person = { size_mm = [1, 2, 3] }", "size_mm"),
         (
