@@ -202,7 +202,9 @@ export class Fields {
     select.addEventListener("change", () => {
       const to = select.value;
       this.#on.pick(() => {
-        if (to === NUMBER) return { does: "set", path, to: itemOf(this.#scene, this.#chosen).person[path.at(-1)] };
+        const [kind, index] = path;
+        const stands = itemOf(this.#scene, { kind, index })?.person;
+        if (to === NUMBER) return stands ? { does: "set", path, to: stands[path.at(-1)] } : null;
         if (to !== otherwise) return { does: "set", path, to };
         // The default needs no key.
         return select.dataset.now === "" ? null : { does: "unset", path };
