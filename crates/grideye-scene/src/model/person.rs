@@ -175,13 +175,8 @@ impl Person {
         center: [f64; 3],
         [deep_m, wide_m]: [f64; 2],
         tall: f64,
-        clothed: bool,
+        layer_m: f64,
     ) -> Ellipsoid {
-        let layer_m = if clothed {
-            self.clothing.layer().thickness_m
-        } else {
-            0.0
-        };
         let half_m = DVec3::new(
             self.girth_m(deep_m) + layer_m,
             self.girth_m(wide_m) + layer_m,
@@ -199,14 +194,15 @@ impl Person {
             girth: 1.0,
             ..*self
         };
-        let hat = self.clothing.clo > HAT_FROM_CLO;
+        let layer_m = self.clothing.layer().thickness_m;
+        let hat_m = layer_m * (self.clothing.clo - HAT_FROM_CLO).clamp(0.0, 1.0);
         [
-            head.upright([-0.01, 0.0, 0.945], [0.092, 0.077], 0.055, hat),
-            head.upright([0.010, 0.0, 0.906], [0.050, 0.060], 0.032, false),
-            head.upright([0.0, 0.0, 0.855], [0.058, 0.058], 0.02, false),
-            self.upright([-0.01, 0.0, 0.80], [0.135, 0.26], 0.05, true),
-            self.upright([0.0, 0.0, 0.715], [0.120, 0.165], 0.12, true),
-            self.upright([0.0, 0.0, 0.545], [0.115, 0.170], 0.095, true),
+            head.upright([-0.01, 0.0, 0.945], [0.092, 0.077], 0.055, hat_m),
+            head.upright([0.010, 0.0, 0.906], [0.050, 0.060], 0.032, 0.0),
+            head.upright([0.0, 0.0, 0.855], [0.058, 0.058], 0.02, 0.0),
+            self.upright([-0.01, 0.0, 0.80], [0.135, 0.26], 0.05, layer_m),
+            self.upright([0.0, 0.0, 0.715], [0.120, 0.165], 0.12, layer_m),
+            self.upright([0.0, 0.0, 0.545], [0.115, 0.170], 0.095, layer_m),
         ]
     }
 
@@ -221,14 +217,19 @@ impl Person {
                 ELBOW_BENDS_DEG,
             ),
         };
-        let sleeved = self.clothing.layer().sleeve_clo > 0.0;
+        let Layer {
+            sleeve_clo,
+            thickness_m: layer_m,
+            ..
+        } = self.clothing.layer();
+        let sleeve_m = if sleeve_clo > 0.0 { layer_m } else { 0.0 };
         self.limb(
             [[0.0, y, SHOULDER], [0.0, y, ELBOW]],
             [shoulder_deg, shoulder_deg + elbow_deg],
             [
-                self.upright([0.0, y, 0.73], [0.055, 0.055], 0.105, true),
-                self.upright([0.0, y, 0.555], [0.042, 0.042], 0.083, sleeved),
-                self.upright([0.0, y, 0.445], [0.042, 0.022], 0.042, false),
+                self.upright([0.0, y, 0.73], [0.055, 0.055], 0.105, layer_m),
+                self.upright([0.0, y, 0.555], [0.042, 0.042], 0.083, sleeve_m),
+                self.upright([0.0, y, 0.445], [0.042, 0.022], 0.042, 0.0),
             ],
         )
     }
@@ -236,6 +237,7 @@ impl Person {
     /// Thigh, shank and foot of a side.
     fn leg(&self, side: f64, stride: Stride) -> [Ellipsoid; 3] {
         let y = side * HIP_ASIDE;
+        let layer_m = self.clothing.layer().thickness_m;
         let (hip_deg, knee_deg) = match self.posture {
             Posture::Sit => (90.0, -90.0),
             Posture::Stand | Posture::Lie => (0.0, 0.0),
@@ -253,9 +255,9 @@ impl Person {
             [[0.0, y, HIP], [0.0, y, KNEE]],
             [hip_deg, hip_deg + knee_deg],
             [
-                self.upright([0.0, y, 0.4], [0.085, 0.080], 0.125, true),
-                self.upright([0.0, y, 0.165], [0.058, 0.055], 0.135, true),
-                self.upright([0.03, y, 0.022], [0.135, 0.048], 0.022, false),
+                self.upright([0.0, y, 0.4], [0.085, 0.080], 0.125, layer_m),
+                self.upright([0.0, y, 0.165], [0.058, 0.055], 0.135, layer_m),
+                self.upright([0.03, y, 0.022], [0.135, 0.048], 0.022, 0.0),
             ],
         )
     }
@@ -367,10 +369,10 @@ const fn layer(clo: f64, clos: [f64; 5], thickness_m: f64) -> Layer {
 
 /// **Assumption**: chosen with two recorded walkers in view (`scenes/README.md`).
 const LAYERS: [Layer; 4] = [
-    layer(0.0, [0.95, 0.0, 0.0, 0.0, 0.0], 0.0),
-    layer(0.5, [0.95, 0.7, 0.0, 1.2, 1.6], 0.003),
-    layer(1.0, [0.95, 1.5, 1.6, 1.7, 1.9], 0.01),
-    layer(2.0, [1.8, 2.7, 2.8, 3.0, 2.8], 0.03),
+    layer(0.0, [1.0, 0.0, 0.0, 0.0, 0.0], 0.0),
+    layer(0.5, [1.0, 0.7, 0.0, 1.2, 1.6], 0.003),
+    layer(1.0, [1.0, 1.5, 1.6, 1.7, 1.9], 0.01),
+    layer(2.0, [1.8, 2.7, 2.7, 2.7, 2.4], 0.03),
 ];
 
 impl Clothing {
@@ -404,7 +406,7 @@ const MET: f64 = 58.15;
 const AIR_M_PER_S: f64 = 0.1;
 /// **Assumption**.
 const SHOE_CLO: f64 = 2.0;
-/// More than this includes something on the head.
+/// What is more is on the head too.
 const HAT_FROM_CLO: f64 = 1.0;
 /// Halves what is open to less than a millionth of a degree.
 const HALVINGS: u32 = 32;
