@@ -130,6 +130,21 @@ impl Agent {
         turns.get(heads_for).copied()
     }
 
+    /// Turns a person's front from +x to where it faces at `time`; `None` for other agents.
+    #[must_use]
+    pub fn facing(&self, time: Duration) -> Option<DMat3> {
+        let person = self.person.as_ref()?;
+        Some(self.heading_at(time).unwrap_or(person.facing))
+    }
+
+    /// A person's segments at `time`, in the order of its bodies: the center and, as columns, the semi-axes of each,
+    /// meters; `None` for other agents.
+    #[must_use]
+    pub fn rounded_m(&self, time: Duration) -> Option<[(DVec3, DMat3); SEGMENTS]> {
+        let segments = self.segments_at(time)?;
+        Some(segments.map(|segment| (segment.center_m, segment.axes_m)))
+    }
+
     /// A person's segments at `time`, in the order of its bodies.
     pub(crate) fn segments_at(&self, time: Duration) -> Option<[Ellipsoid; SEGMENTS]> {
         let person = self.person.as_ref()?;
@@ -139,7 +154,7 @@ impl Agent {
             let (length_m, speed_m_per_s) = way.pace_at_s(time_s);
             person.stride(length_m, speed_m_per_s)
         });
-        let turn = self.heading_at(time).unwrap_or(person.facing);
+        let turn = self.facing(time)?;
         let at_m = self.position_m(time);
         let segments = person.segments(stride);
         Some(segments.map(|segment| segment.turned(turn, at_m)))
