@@ -181,10 +181,8 @@ impl Agent {
     /// at +x until it turns.
     #[must_use]
     pub fn front_rad(&self, time: Duration) -> f64 {
-        let turn = match self.person {
-            None => self.turn(time).unwrap_or(DMat3::IDENTITY),
-            Some(person) => self.heading_at(time).unwrap_or(person.facing),
-        };
+        let turn = self.facing(time).or_else(|| self.turn(time));
+        let turn = turn.unwrap_or(DMat3::IDENTITY);
         libm::atan2(turn.x_axis.y, turn.x_axis.x)
     }
 
