@@ -286,6 +286,7 @@ impl Person {
 
     /// How each segment looks in a room of this temperature, by the physical model.
     pub(crate) fn surfaces(&self, ambient_c: f64) -> [Surface; SEGMENTS] {
+        let mut last = (None, 0.0);
         COVERS.map(|(_, cover, warmer_c)| {
             let (clo, emissivity) = match cover {
                 Cover::Skin => (0.0, SKIN),
@@ -296,8 +297,13 @@ impl Person {
                 Cover::Legs => (self.clothing.local_clo()[2], TEXTILE),
                 Cover::Shoe => (SHOE_CLO, TEXTILE),
             };
+            // A search takes long, and neighbors and both sides are covered alike.
+            if last.0 != Some((clo, warmer_c)) {
+                let celsius = self.outside_c(clo, warmer_c, ambient_c);
+                last = (Some((clo, warmer_c)), celsius);
+            }
             Surface {
-                celsius: self.outside_c(clo, warmer_c, ambient_c),
+                celsius: last.1,
                 emissivity,
             }
         })
