@@ -244,12 +244,17 @@ impl Recipe {
             edited(&self.text, edits)
         };
         let anywhere = text(&mut std::iter::repeat(DVec3::ZERO));
-        let scene = Scene::parse_anywhere(&anywhere, &self.origin, files).map_err(refused)?;
-        let mut floor = Floor::new(scene, &self.placed, (seed, index));
+        let anywhere = Scene::parse_anywhere(&anywhere, &self.origin, files).map_err(refused)?;
+        let mut floor = Floor::new(anywhere.scene, &self.placed, (seed, index));
         for _ in 0..TRIES_MAX {
             let Some(misplaced) = floor.misplaced() else {
                 let text = text(&mut floor.places_m());
-                return Scene::parse(&text, &self.origin, files).map_err(refused);
+                // Those placed need no second check, only those that walk or stand where the file says.
+                let parse = match floor.has_all() {
+                    true => Scene::parse_anywhere,
+                    false => Scene::parse,
+                };
+                return parse(&text, &self.origin, files).map_err(refused);
             };
             floor.draw(misplaced);
         }

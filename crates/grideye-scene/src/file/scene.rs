@@ -35,10 +35,10 @@ impl Scene {
     ///
     /// # Errors
     /// As [`parse`](Self::parse).
-    pub fn parse_anywhere(text: &str, origin: &str, files: &dyn Files) -> Read<Self> {
+    pub fn parse_anywhere(text: &str, origin: &str, files: &dyn Files) -> Read<Loaded> {
         let mut reader = Reader::new(origin, text, files)?;
         reader.checks_places = false;
-        Ok(parse(reader, None)?.scene)
+        parse(reader, None)
     }
 
     /// As [`parse`](Self::parse), but with the given model; `None` uses the file's.

@@ -282,8 +282,12 @@ impl Physical {
         buffers: &mut LineBuffers,
         mut each: impl FnMut(&mut LineBuffers),
     ) {
-        let ends = self.ends(band);
-        let parts = merged(&[ends.0, ends.1], cuts, CUT_MIN * (ends.1 - ends.0));
+        let (low, high) = self.ends(band);
+        let (whole, cut) = (
+            [low, high],
+            (!cuts.is_empty()).then(|| merged(&[low, high], cuts, CUT_MIN * (high - low))),
+        );
+        let parts = cut.as_deref().unwrap_or(&whole);
         for part in parts.windows(2) {
             let ends = (part[0], part[1]);
             let LineBuffers {

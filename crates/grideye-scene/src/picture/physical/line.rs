@@ -279,7 +279,7 @@ pub(super) fn steps(
 
 /// Where the union of these spans begins and ends.
 pub(super) fn union(spans: &mut [Span], steps: &mut Vec<Step>) {
-    spans.sort_by(|one, other| one.from.total_cmp(&other.from));
+    spans.sort_unstable_by(|one, other| one.from.total_cmp(&other.from));
     steps.clear();
     let mut end = f64::NEG_INFINITY;
     for span in spans {
