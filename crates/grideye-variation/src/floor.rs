@@ -7,10 +7,10 @@ use grideye_scene::Scene;
 use rand_chacha::ChaCha12Rng;
 
 /// The edits that place agents: the first of each agent sets its position, the others remove the keys of its walk.
-pub(crate) fn edits<'a>(
-    placed: &'a [Placed],
+pub(crate) fn edits(
+    placed: &[Placed],
     places_m: impl Iterator<Item = DVec3>,
-) -> Vec<(&'a Edit, String)> {
+) -> Vec<(&Edit, String)> {
     let mut edits = Vec::new();
     for (placed, place_m) in placed.iter().zip(places_m) {
         let [x_mm, y_mm, z_mm] = (1000.0 * place_m).to_array();
