@@ -53,7 +53,7 @@ mod picture;
 pub mod profile;
 mod radiometry;
 mod sensor;
-pub mod simulator;
+mod simulator;
 mod text;
 
 pub use file::{Files, key};
@@ -63,7 +63,7 @@ pub use model::{
     SceneError, Sensor, Warning, fit, limits,
 };
 pub use motion::Trajectory;
-pub use picture::{Image, Mask, physical};
+pub use picture::{Filled, Image, Mask, physical};
 pub use radiometry::perceived;
 pub use sensor::fnv1a;
 pub use simulator::Simulator;

@@ -31,6 +31,17 @@ impl Scene {
         Self::parse_as(None, text, origin, files)
     }
 
+    /// As [`parse`](Self::parse), for a scene with agents that find their places later, by [`Self::stand`]: agents may
+    /// be anywhere.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse).
+    pub fn parse_anywhere(text: &str, origin: &str, files: &dyn Files) -> Read<Loaded> {
+        let mut reader = Reader::new(origin, text, files)?;
+        reader.checks_places = false;
+        parse(reader, None)
+    }
+
     /// As [`parse`](Self::parse), but with the given model; `None` uses the file's.
     ///
     /// # Errors
@@ -41,19 +52,22 @@ impl Scene {
         origin: &str,
         files: &dyn Files,
     ) -> Read<Loaded> {
-        let mut reader = Reader::new(origin, text, files)?;
-        let mut tables: SceneTable =
-            toml::from_str(text).map_err(|error| reader.malformed(&error))?;
-        reader.check_counts(&tables)?;
-        reader.check_names(&tables)?;
-        let models = [("paper", Model::Paper), ("physical", Model::Physical)];
-        let hint = "paper is the default; scenes/README.md says when to use which";
-        let of_file = reader.choice("model", &tables.model, &models, hint)?;
-        reader.model = model.or(of_file).unwrap_or_default();
-        check_touches(&reader, &tables)?;
-        tables.leave_out_absent();
-        read(&reader, &tables)
+        parse(Reader::new(origin, text, files)?, model)
     }
+}
+
+fn parse(mut reader: Reader<'_>, model: Option<Model>) -> Read<Loaded> {
+    let mut tables: SceneTable =
+        toml::from_str(reader.text).map_err(|error| reader.malformed(&error))?;
+    reader.check_counts(&tables)?;
+    reader.check_names(&tables)?;
+    let models = [("paper", Model::Paper), ("physical", Model::Physical)];
+    let hint = "paper is the default; scenes/README.md says when to use which";
+    let of_file = reader.choice("model", &tables.model, &models, hint)?;
+    reader.model = model.or(of_file).unwrap_or_default();
+    check_touches(&reader, &tables)?;
+    tables.leave_out_absent();
+    read(&reader, &tables)
 }
 
 fn no_files(_: &str) -> io::Result<String> {
@@ -168,7 +182,8 @@ fn contacts(reader: &Reader<'_>, tables: &SceneTable, scene: &Scene) -> Read<Vec
     ];
     let hint = "warning is the default";
     let wanted = reader.choice("collisions", &tables.collisions, &choices, hint)?;
-    let Some(is_error) = wanted.unwrap_or(Some(false)) else {
+    let wanted = wanted.unwrap_or(Some(false));
+    let Some(is_error) = wanted.filter(|_| reader.checks_places) else {
         return Ok(Vec::new());
     };
     let mut warnings = Vec::new();

@@ -309,6 +309,7 @@ impl Person {
     /// How each segment looks in a room of this temperature, by the physical model.
     pub(crate) fn surfaces(&self, ambient_c: f64) -> [Surface; SEGMENTS] {
         let layer = self.clothing.layer();
+        let mut last = (None, 0.0);
         COVERS.map(|(_, cover, warmer_c)| {
             let clo = match cover {
                 Cover::Skin => 0.0,
@@ -320,8 +321,13 @@ impl Person {
                 Cover::Shoe => SHOE_CLO,
             };
             let emissivity = if clo > 0.0 { TEXTILE } else { SKIN };
+            // A search takes long, and neighbors and both sides are covered alike.
+            if last.0 != Some((clo, warmer_c)) {
+                let celsius = self.outside_c(clo, warmer_c, ambient_c);
+                last = (Some((clo, warmer_c)), celsius);
+            }
             Surface {
-                celsius: self.outside_c(clo, warmer_c, ambient_c),
+                celsius: last.1,
                 emissivity,
             }
         })
@@ -345,6 +351,7 @@ impl Person {
         // Air past the body by its own movement (ISO 7730, annex C).
         let air_m_per_s = AIR_M_PER_S + 0.0052 * (metabolic - 58.0).max(0.0);
         let forced = 12.1 * air_m_per_s.sqrt();
+        let calm_k = 0.99 * (forced / 2.38).powi(4);
         let kelvin4 = |celsius: f64| {
             let squared = (celsius + 273.0) * (celsius + 273.0);
             squared * squared
@@ -352,9 +359,15 @@ impl Person {
         let (mut low, mut high) = (ambient_c.min(skin_c), ambient_c.max(skin_c));
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            let free = 2.38 * (middle - ambient_c).abs().sqrt().sqrt();
+            let apart = (middle - ambient_c).abs();
+            // Roots take most of the time, and rising air matters only around warm skin.
+            let moved = if apart < calm_k {
+                forced
+            } else {
+                forced.max(2.38 * apart.sqrt().sqrt())
+            };
             let lost = 3.96e-8 * area * (kelvin4(middle) - kelvin4(ambient_c))
-                + area * forced.max(free) * (middle - ambient_c);
+                + area * moved * (middle - ambient_c);
             if skin_c - insulation * lost > middle {
                 low = middle;
             } else {
