@@ -30,6 +30,6 @@ mod uncertainty;
 
 pub use calibration::calibrate;
 pub use types::{
-    CalibrateError, Calibration, Estimate, FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Options,
-    Progress, STARTS_MAX,
+    CalibrateError, Calibration, Determined, Estimate, FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Law,
+    Options, Progress, STARTS_MAX,
 };

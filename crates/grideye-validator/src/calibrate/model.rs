@@ -2,10 +2,10 @@
 
 use crate::calibrate::frames::Frames;
 use crate::calibrate::noise::Noise;
-use crate::calibrate::solver::{self, Solution};
+use crate::calibrate::solver::{self, Solution, State, Until, Weights};
 use crate::calibrate::types::{CalibrateError, Pace};
 use grideye_frame::PIXELS;
-use grideye_scene::fit::{self, Fit, RECORDING_START};
+use grideye_scene::fit::{self, Fit, Normal, RECORDING_START};
 use grideye_scene::{Files, Scene, Simulator};
 use std::cell::RefCell;
 use std::time::Duration;
@@ -104,22 +104,55 @@ impl<'a> Model<'a> {
         Ok(pairs.map(|(real, simulated)| real - simulated).collect())
     }
 
-    pub(crate) fn solve(
+    /// The laws of the unknowns searched, in coordinates from 0 to 1.
+    pub(crate) fn priors(&self) -> Vec<Option<Normal>> {
+        let prior = |fit: &Fit| {
+            let [low, high] = fit.bounds;
+            fit.law.map(|law| Normal {
+                mean: (law.mean - low) / (high - low),
+                sd: law.sd / (high - low),
+            })
+        };
+        let fits = self.searched.iter().map(|&place| &self.fits[place]);
+        fits.map(prior).collect()
+    }
+
+    pub(crate) fn begin(&mut self, start: &[f64], frames: &Frames) -> Result<State, CalibrateError> {
+        State::new(&mut |point| self.left_over(point, frames), start)
+    }
+
+    /// Searches on from a state, and returns the cost.
+    pub(crate) fn search(
         &mut self,
         (frames, noise): (&Frames, &Noise),
-        start: &[f64],
-        steps_max: usize,
-    ) -> Result<Solution, CalibrateError> {
+        state: &mut State,
+        (steps_max, until): (usize, Until),
+    ) -> Result<f64, CalibrateError> {
         self.pace.begin(steps_max, frames.len());
-        let model = RefCell::new(self);
-        let residuals = |point: &[f64]| {
-            let left_over = model.borrow_mut().left_over(point, frames);
-            left_over.map(|left_over| noise.whiten(&left_over))
+        let priors = self.priors();
+        let weights = Weights {
+            whiten: &|raw| noise.whiten(raw),
+            priors: &priors,
         };
+        let model = RefCell::new(self);
+        let mut raw_at = |point: &[f64]| model.borrow_mut().left_over(point, frames);
         let stepped = || model.borrow_mut().pace.step();
-        let solution = solver::solve(residuals, stepped, start, steps_max)?;
+        let cost = solver::search(&mut raw_at, stepped, &weights, state, (steps_max, until))?;
         model.borrow_mut().pace.end();
-        Ok(solution)
+        Ok(cost)
+    }
+
+    /// Takes the derivatives at a state's point more exactly.
+    pub(crate) fn refine(&mut self, state: &mut State, frames: &Frames) -> Result<(), CalibrateError> {
+        state.refine(&mut |point| self.left_over(point, frames))
+    }
+
+    pub(crate) fn solution(&self, state: &State, noise: &Noise) -> Solution {
+        let weights = Weights {
+            whiten: &|raw| noise.whiten(raw),
+            priors: &self.priors(),
+        };
+        weights.solution(state)
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::calibrate::frames::Frames;
 use crate::calibrate::model::Model;
 use crate::calibrate::noise::{self, Freedom, Noise, Parts};
-use crate::calibrate::solver::Solution;
+use crate::calibrate::solver::{Solution, Until};
 use crate::calibrate::types::{CalibrateError, Options, STARTS_MAX};
 use crate::calibrate::uncertainty::Uncertainty;
 use rand_chacha::ChaCha12Rng;
@@ -14,8 +14,19 @@ const COARSE_STEPS: usize = 12;
 const FINE_STEPS: usize = 40;
 /// How often the noise is measured again on the residuals of the best fit.
 const ROUNDS: usize = 3;
-/// Starts within this share of the best cost reached the same end.
+/// Each start ends where a step would gain less than these.
+const COARSE: Until = Until {
+    gain: 0.05,
+    share: 1e-3,
+};
+/// What a thirtieth of a standard uncertainty in one direction costs.
+const FINE: Until = Until {
+    gain: 5e-4,
+    share: 0.0,
+};
+/// Starts within this share of the best cost, and some steps' gain, reached the same end.
 const SAME_COST: f64 = 0.01;
+const SAME_GAIN: f64 = 0.2;
 
 pub(crate) fn steps_in_frames(frames: &Frames, options: &Options) -> usize {
     let few = frames.len().min(COARSE_FRAMES);
@@ -36,20 +47,22 @@ pub(crate) fn from_several_starts(
     let noise = Noise::first(few.len());
     let mut generator = ChaCha12Rng::seed_from_u64(options.seed);
     let starts = starts(options);
-    let mut ends: Vec<Solution> = Vec::with_capacity(starts);
+    let mut ends: Vec<(f64, Vec<f64>)> = Vec::with_capacity(starts);
     for number in 0..starts {
         let mut start = model.start();
         if number > 0 {
             start.fill_with(|| draw(&mut generator));
         }
-        ends.push(model.solve((&few, &noise), &start, COARSE_STEPS)?);
+        let mut state = model.begin(&start, &few)?;
+        let cost = model.search((&few, &noise), &mut state, (COARSE_STEPS, COARSE))?;
+        ends.push((cost, state.point));
     }
-    ends.sort_by(|one, other| one.cost.total_cmp(&other.cost));
-    let least = ends.first().map_or(f64::INFINITY, |best| best.cost);
-    let is_same = |end: &&Solution| end.cost <= least * (1.0 + SAME_COST);
+    ends.sort_by(|(one, _), (other, _)| one.total_cmp(other));
+    let least = ends.first().map_or(f64::INFINITY, |(cost, _)| *cost);
+    let is_same = |(cost, _): &&(f64, _)| *cost <= least * (1.0 + SAME_COST) + SAME_GAIN;
     let same = ends.iter().filter(is_same).count();
     let best = ends.into_iter().next();
-    let point = best.map_or_else(|| model.start(), |best| best.point);
+    let point = best.map_or_else(|| model.start(), |(_, point)| point);
     Ok((point, [starts, same]))
 }
 
@@ -68,31 +81,33 @@ impl FineSearch {
     pub(crate) fn search(
         model: &mut Model<'_>,
         frames: &Frames,
-        coarse: Vec<f64>,
+        coarse: &[f64],
         options: &Options,
     ) -> Result<Self, CalibrateError> {
         let known = options.profile.as_ref().map(|profile| {
             noise::of_profile(&profile.common_mode, frames.len(), frames.interval_s())
         });
         let mut noise = Noise::first(frames.len());
-        let mut point = coarse;
+        let mut state = model.begin(coarse, frames)?;
         let mut used = Freedom::default();
         let mut round = 0;
         loop {
-            let solution = model.solve((frames, &noise), &point, FINE_STEPS)?;
-            point.clone_from(&solution.point);
-            let left_over = model.left_over(&point, frames)?;
+            if round == ROUNDS {
+                model.refine(&mut state, frames)?;
+            }
+            model.search((frames, &noise), &mut state, (FINE_STEPS, FINE))?;
+            let solution = model.solution(&state, &noise);
             let uncertainty = Uncertainty::of(&solution, &noise, &used, known.is_some());
             if round == ROUNDS {
                 return Ok(Self {
                     solution,
                     noise,
-                    left_over,
+                    left_over: state.raw,
                     uncertainty,
                 });
             }
             used = uncertainty.used;
-            noise = Noise::of(&Parts::of(&left_over, frames.len()), &used, known.clone());
+            noise = Noise::of(&Parts::of(&state.raw, frames.len()), &used, known.clone());
             round += 1;
         }
     }
