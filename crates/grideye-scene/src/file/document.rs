@@ -140,9 +140,16 @@ pub(crate) struct AgentTable {
 #[serde(deny_unknown_fields)]
 pub(crate) struct PersonTable {
     pub(crate) height_mm: Option<Spanned<f64>>,
-    pub(crate) build: Option<Spanned<String>>,
+    pub(crate) build: Option<Spanned<NameOrNumber>>,
     pub(crate) posture: Option<Spanned<String>>,
-    pub(crate) clothing: Option<Spanned<String>>,
+    pub(crate) clothing: Option<Spanned<NameOrNumber>>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "expected a name or a number")]
+pub(crate) enum NameOrNumber {
+    Name(String),
+    Number(f64),
 }
 
 #[derive(Deserialize)]

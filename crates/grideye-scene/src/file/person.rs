@@ -1,13 +1,14 @@
 //! Reads a person: `person = { height_mm = 1750, build = "average", posture = "stand", clothing = "indoor" }`.
 
 use crate::file::clothes;
-use crate::file::document::{AgentTable, PersonTable};
+use crate::file::document::{AgentTable, NameOrNumber, PersonTable};
 use crate::file::reader::{Read, Reader};
-use crate::file::rule::{STATURE, YAW};
+use crate::file::rule::{BUILD, CLOTHING, STATURE, YAW};
 use crate::geometry::rotation_z_deg;
 use crate::heat::Thermal;
 use crate::model::{Body, Clothing, Model, Person, Posture};
 use crate::text::MM_PER_M;
+use crate::text::Rule;
 use glam::DVec3;
 use toml::Spanned;
 
@@ -24,11 +25,7 @@ const POSTURES: [(&str, Posture); 4] = [
     ("lie", Posture::Lie),
 ];
 
-const CLOTHING: [(&str, Clothing); 3] = [
-    ("light", Clothing::Light),
-    ("indoor", Clothing::Indoor),
-    ("coat", Clothing::Coat),
-];
+const CLO: [(&str, f64); 3] = [("light", 0.5), ("indoor", 1.0), ("coat", 2.0)];
 
 /// The person, if the agent is one, and its bodies at its start.
 pub(crate) fn person(
@@ -80,16 +77,39 @@ fn read(reader: &Reader<'_>, given: &PersonTable, keys: &AgentTable) -> Read<Per
         Some(_) => Posture::Walk,
         None => Posture::Stand,
     };
-    let hint = "average is the default; girths are 0.9, 1 or 1.15 times the mean adult's";
-    let girth = reader.choice("build", &given.build, &BUILDS, hint)?;
-    let hint = "indoor is the default; scenes/README.md says how warm each looks";
-    let clothing = reader.choice("clothing", &given.clothing, &CLOTHING, hint)?;
+    let girth = number(reader, &given.build, &BUILDS, &BUILD)?;
+    let clo = number(reader, &given.clothing, &CLO, &CLOTHING)?;
     let yaw_deg = reader.number_or(&keys.yaw_deg, &YAW, 0.0)?;
     Ok(Person {
         height_m: reader.number_or(&given.height_mm, &STATURE, STATURE_MM)? / MM_PER_M,
         girth: girth.unwrap_or(1.0),
         posture: posture.unwrap_or(default),
-        clothing: clothing.unwrap_or(Clothing::Indoor),
+        clothing: Clothing {
+            clo: clo.unwrap_or(1.0),
+        },
         facing: rotation_z_deg(yaw_deg),
     })
+}
+
+/// A number, or what a name stands for.
+fn number(
+    reader: &Reader<'_>,
+    given: &Option<Spanned<NameOrNumber>>,
+    names: &[(&str, f64)],
+    rule: &Rule,
+) -> Read<Option<f64>> {
+    let Some(given) = given else { return Ok(None) };
+    let number = match given.get_ref() {
+        NameOrNumber::Number(number) => Some(*number).filter(|number| (rule.holds)(*number)),
+        NameOrNumber::Name(name) => {
+            let named = names.iter().find(|(word, _)| word == name);
+            named.map(|(_, number)| *number)
+        }
+    };
+    match number {
+        None => Err(reader
+            .refused(rule.key, given.span(), rule.expected, rule.hint)
+            .into()),
+        number => Ok(number),
+    }
 }

@@ -1,5 +1,6 @@
 //! The numbers allowed for each key, and the messages about others.
 
+use crate::model::Clothing;
 use crate::model::limits::TIME_MAX_S;
 use crate::radiometry::ABSOLUTE_ZERO_C;
 use crate::text::Rule;
@@ -61,6 +62,18 @@ pub(crate) const STATURE: Rule = Rule {
     holds: |height_mm| (500.0..=2800.0).contains(&height_mm),
     expected: "500 to 2800 mm",
     hint: "a person's height when standing",
+};
+pub(crate) const BUILD: Rule = Rule {
+    key: "build",
+    holds: |girth| (0.5..=2.0).contains(&girth),
+    expected: "\"slight\", \"average\", \"stout\" or 0.5 to 2",
+    hint: "average is the default; girths are 0.9, 1 or 1.15 times the mean adult's, or the number",
+};
+pub(crate) const CLOTHING: Rule = Rule {
+    key: "clothing",
+    holds: |clo| (0.0..=Clothing::CLO_MAX).contains(&clo),
+    expected: "\"light\", \"indoor\", \"coat\" or 0 to 4 clo",
+    hint: "indoor is the default; light is 0.5 clo, indoor 1 and coat 2",
 };
 const LENGTH_MAX_MM: f64 = 1_000_000.0;
 pub(crate) const YAW: Rule = Rule {

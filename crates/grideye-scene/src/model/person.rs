@@ -22,15 +22,11 @@ pub enum Posture {
     Lie,
 }
 
-/// What a person wears.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Clothing {
-    /// Trousers and a T-shirt: 0.5 clo; forearms are bare.
-    Light,
-    /// Trousers, shirt and sweater: 1 clo.
-    Indoor,
-    /// The same under a coat, and a hat or hood: 2 clo.
-    Coat,
+/// What a person wears, by its insulation: 0.5 clo are trousers and a T-shirt, 1 shirt and sweater, 2 a coat and a hat.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Clothing {
+    /// Insulation of the outfit (ISO 9920), clo; 0 to [`CLO_MAX`](Self::CLO_MAX).
+    pub clo: f64,
 }
 
 /// A person's body and clothes.
@@ -64,7 +60,7 @@ enum Cover {
     Skin,
     Hair,
     Top,
-    /// As the top, or bare if the clothing is light.
+    /// Bare below 0.5 clo, as the top from 1 clo on.
     Sleeve,
     /// Where shirt or coat hangs over the trousers.
     Middle,
@@ -157,7 +153,7 @@ impl Person {
         if self.posture == Posture::Lie {
             let on_the_back = DMat3::from_cols(DVec3::Z, DVec3::NEG_Y, DVec3::X);
             let below_m =
-                self.girth_m(0.14) + 0.01 * self.height_m + 1.1 * self.clothing.thickness_m();
+                self.girth_m(0.14) + 0.01 * self.height_m + 1.1 * self.clothing.layer().thickness_m;
             let moved_m = DVec3::new(-0.5 * self.height_m, 0.0, below_m);
             all = all.map(|segment| segment.turned(on_the_back, moved_m));
         }
@@ -182,7 +178,7 @@ impl Person {
         clothed: bool,
     ) -> Ellipsoid {
         let layer_m = if clothed {
-            self.clothing.thickness_m()
+            self.clothing.layer().thickness_m
         } else {
             0.0
         };
@@ -203,7 +199,7 @@ impl Person {
             girth: 1.0,
             ..*self
         };
-        let hat = self.clothing == Clothing::Coat;
+        let hat = self.clothing.clo > HAT_FROM_CLO;
         [
             head.upright([-0.01, 0.0, 0.945], [0.092, 0.077], 0.055, hat),
             head.upright([0.010, 0.0, 0.906], [0.055, 0.060], 0.036, false),
@@ -225,7 +221,7 @@ impl Person {
                 ELBOW_BENDS_DEG,
             ),
         };
-        let sleeved = self.clothing != Clothing::Light;
+        let sleeved = self.clothing.layer().sleeve_clo > 0.0;
         self.limb(
             [[0.0, y, SHOULDER], [0.0, y, ELBOW]],
             [shoulder_deg, shoulder_deg + elbow_deg],
@@ -286,16 +282,18 @@ impl Person {
 
     /// How each segment looks in a room of this temperature, by the physical model.
     pub(crate) fn surfaces(&self, ambient_c: f64) -> [Surface; SEGMENTS] {
+        let layer = self.clothing.layer();
         COVERS.map(|(_, cover, warmer_c)| {
-            let (clo, emissivity) = match cover {
-                Cover::Skin => (0.0, SKIN),
-                Cover::Hair if self.clothing != Clothing::Coat => (HAIR_CLO, HAIR),
-                Cover::Sleeve if self.clothing == Clothing::Light => (0.0, SKIN),
-                Cover::Hair | Cover::Top | Cover::Sleeve => (self.clothing.local_clo()[0], TEXTILE),
-                Cover::Middle => (self.clothing.local_clo()[1], TEXTILE),
-                Cover::Legs => (self.clothing.local_clo()[2], TEXTILE),
-                Cover::Shoe => (SHOE_CLO, TEXTILE),
+            let clo = match cover {
+                Cover::Skin => 0.0,
+                Cover::Hair => layer.hair_clo,
+                Cover::Top => layer.top_clo,
+                Cover::Sleeve => layer.sleeve_clo,
+                Cover::Middle => layer.middle_clo,
+                Cover::Legs => layer.legs_clo,
+                Cover::Shoe => SHOE_CLO,
             };
+            let emissivity = if clo > 0.0 { TEXTILE } else { SKIN };
             Surface {
                 celsius: self.outside_c(clo, warmer_c, ambient_c),
                 emissivity,
@@ -341,35 +339,72 @@ impl Person {
     }
 }
 
-impl Clothing {
-    /// Of the top, the middle and the legs. An outfit's insulation in ISO 9920 counts the bare head and hands; what is
-    /// covered is insulated better, the legs by the air in their trousers.
-    const fn local_clo(self) -> [f64; 3] {
-        match self {
-            Self::Light => [0.7, 1.2, 1.6],
-            Self::Indoor => [1.4, 1.7, 2.2],
-            Self::Coat => [2.3, 3.0, 3.0],
-        }
-    }
+/// What covers each part, by the outfit's insulation. ISO 9920 counts the bare head and hands in an outfit's; what is
+/// covered is insulated better, the legs by the air in their trousers.
+#[derive(Debug, Clone, Copy)]
+struct Layer {
+    clo: f64,
+    hair_clo: f64,
+    top_clo: f64,
+    sleeve_clo: f64,
+    middle_clo: f64,
+    legs_clo: f64,
+    thickness_m: f64,
+}
 
-    const fn thickness_m(self) -> f64 {
-        match self {
-            Self::Light => 0.003,
-            Self::Indoor => 0.01,
-            Self::Coat => 0.03,
+const fn layer(clo: f64, clos: [f64; 5], thickness_m: f64) -> Layer {
+    let [hair_clo, top_clo, sleeve_clo, middle_clo, legs_clo] = clos;
+    Layer {
+        clo,
+        hair_clo,
+        top_clo,
+        sleeve_clo,
+        middle_clo,
+        legs_clo,
+        thickness_m,
+    }
+}
+
+/// **Assumption**: chosen with two recorded walkers in view (`scenes/README.md`).
+const LAYERS: [Layer; 4] = [
+    layer(0.0, [1.0, 0.0, 0.0, 0.0, 0.0], 0.0),
+    layer(0.5, [1.0, 0.7, 0.0, 1.2, 1.6], 0.003),
+    layer(1.0, [1.0, 1.4, 1.4, 1.7, 2.2], 0.01),
+    layer(2.0, [2.3, 2.3, 2.3, 3.0, 3.0], 0.03),
+];
+
+impl Clothing {
+    /// The most that [`Self::clo`] may be: arctic clothes.
+    pub const CLO_MAX: f64 = 4.0;
+
+    /// Between the two outfits on either side, or on their line beyond the last.
+    fn layer(self) -> Layer {
+        let after = LAYERS.iter().position(|layer| layer.clo > self.clo);
+        let after = after.unwrap_or(LAYERS.len() - 1);
+        let [less, more] = [LAYERS[after - 1], LAYERS[after]];
+        let share = (self.clo - less.clo) / (more.clo - less.clo);
+        let between = |of: fn(&Layer) -> f64| of(&less) + share * (of(&more) - of(&less));
+        Layer {
+            clo: self.clo,
+            hair_clo: between(|layer| layer.hair_clo),
+            top_clo: between(|layer| layer.top_clo),
+            sleeve_clo: between(|layer| layer.sleeve_clo),
+            middle_clo: between(|layer| layer.middle_clo),
+            legs_clo: between(|layer| layer.legs_clo),
+            thickness_m: between(|layer| layer.thickness_m),
         }
     }
 }
 
 /// Emissivities from 8 to 14 µm, textbook values.
 const SKIN: f64 = 0.98;
-const HAIR: f64 = 0.95;
 const TEXTILE: f64 = 0.95;
 /// One met, W/m² (ISO 7730).
 const MET: f64 = 58.15;
 const AIR_M_PER_S: f64 = 0.1;
-/// **Assumption**, as the outfits' local values: chosen with two recorded walkers in view (`scenes/README.md`).
-const HAIR_CLO: f64 = 1.0;
+/// **Assumption**.
 const SHOE_CLO: f64 = 2.0;
+/// More than this includes something on the head.
+const HAT_FROM_CLO: f64 = 1.0;
 /// Halves what is open to less than a millionth of a degree.
 const HALVINGS: u32 = 32;

@@ -98,6 +98,38 @@ fn a_person_is_as_warm_and_as_wide_as_measured_ones() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
+/// More clothes are never warmer outside, and a number beside a name looks nearly like it.
+#[test]
+fn clothing_and_build_are_names_or_numbers() {
+    let sum = |keys: &str| -> f64 {
+        let text = format!("{ROOM}{}{CEILING}", person(keys, [5000.0, 3000.0], 0.0));
+        let celsius = simulator(&text).image(Duration::ZERO).celsius;
+        celsius.iter().map(|celsius| celsius - 20.0).sum()
+    };
+    for (name, clo) in [("light", 0.5), ("indoor", 1.0), ("coat", 2.0)] {
+        let named = sum(&format!("clothing = \"{name}\""));
+        assert_eq!(named, sum(&format!("clothing = {clo:?}")), "{name}");
+        let beside = sum(&format!("clothing = {:?}", clo + 0.01));
+        assert!(
+            (beside / named - 1.0).abs() < 0.02,
+            "{name}: {named} {beside}"
+        );
+    }
+    let chests = [0.0, 0.25, 0.5, 0.8, 1.0, 1.5, 2.0, 3.0, 4.0].map(|clo: f64| {
+        let scene = scene(&format!(
+            "{ROOM}{}{CEILING}",
+            person(&format!("clothing = {clo:?}"), [5000.0, 3000.0], 0.0)
+        ));
+        scene.agents()[0].parts[4].surface.celsius
+    });
+    assert!(chests.is_sorted_by(|less, more| less > more), "{chests:?}");
+    for (name, girth) in [("slight", 0.9), ("average", 1.0), ("stout", 1.15)] {
+        let [named, number] = [format!("\"{name}\""), format!("{girth:?}")];
+        let [named, number] = [named, number].map(|build| sum(&format!("build = {build}")));
+        assert_eq!(named, number, "{name}");
+    }
+}
+
 /// The same bodies as flat faces, which another part of the renderer draws.
 #[test]
 fn rounded_segments_look_like_their_faces() {
@@ -183,13 +215,15 @@ fn legs_swing_with_the_way_and_rest_at_its_end() {
 fn what_a_person_cannot_be_is_refused_with_the_place() {
     for (keys, expected) in [
         ("person = { height_mm = 175 }", "height_mm"),
+        ("person = { clothing = 5 }", "`clothing` is 5, expected"),
+        ("person = { build = [1] }", "expected a name or a number"),
         (
             "person = { posture = \"run\" }",
             "\"stand\", \"walk\", \"sit\" or \"lie\"",
         ),
         (
             "person = { clothing = \"none\" }",
-            "\"light\", \"indoor\" or \"coat\"",
+            "\"light\", \"indoor\", \"coat\" or 0 to 4 clo",
         ),
         (
             "person = { build = \"big\" }",
