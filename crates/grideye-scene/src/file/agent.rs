@@ -259,9 +259,8 @@ fn bounds_however_turned_m(agent: &Agent) -> (DVec3, DVec3) {
         low_m = low_m.min(from_start_m.z);
         high_m = high_m.max(from_start_m.z);
     }
-    let corner = |side: f64, z_m: f64| {
-        agent.start_m + DVec3::new(side * radius_m, side * radius_m, z_m)
-    };
+    let corner =
+        |side: f64, z_m: f64| agent.start_m + DVec3::new(side * radius_m, side * radius_m, z_m);
     (corner(-1.0, low_m), corner(1.0, high_m))
 }
 

@@ -77,7 +77,9 @@ fn law(reader: &Reader<'_>, table: &FitTable, value: f64) -> Read<Option<Normal>
     let Some(sd) = &table.sd else {
         if let Some(mean) = &table.mean {
             let hint = "mean is the middle of a normal law; without a law every value between the bounds is alike";
-            return Err(reader.refused("mean", mean.span(), "sd beside it", hint).into());
+            return Err(reader
+                .refused("mean", mean.span(), "sd beside it", hint)
+                .into());
         }
         let key = table.key.get_ref();
         let of_people = OF_PEOPLE.iter().find(|(end, _)| key.ends_with(end));
@@ -86,7 +88,9 @@ fn law(reader: &Reader<'_>, table: &FitTable, value: f64) -> Read<Option<Normal>
     };
     if !(sd.get_ref().is_finite() && *sd.get_ref() > 0.0) {
         let hint = "how well you know the value: its standard deviation, in the key's unit";
-        return Err(reader.refused("sd", sd.span(), "a number above 0", hint).into());
+        return Err(reader
+            .refused("sd", sd.span(), "a number above 0", hint)
+            .into());
     }
     let mean = table.mean.as_ref().map_or(value, |mean| *mean.get_ref());
     if let (false, Some(given)) = (is_within(mean), &table.mean) {
@@ -94,7 +98,10 @@ fn law(reader: &Reader<'_>, table: &FitTable, value: f64) -> Read<Option<Normal>
         let hint = "the law is cut at the bounds; widen them or change the mean";
         return Err(reader.refused("mean", given.span(), &expected, hint).into());
     }
-    Ok(Some(Normal { mean, sd: *sd.get_ref() }))
+    Ok(Some(Normal {
+        mean,
+        sd: *sd.get_ref(),
+    }))
 }
 
 /// The number at a path and its place; the path may end in an axis, and may omit `part` before a part's name.

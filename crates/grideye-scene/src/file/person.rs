@@ -80,8 +80,10 @@ fn read(reader: &Reader<'_>, given: &PersonTable, keys: &AgentTable) -> Read<Per
     let girth = number(reader, &given.build, &BUILDS, &BUILD)?;
     let clo = number(reader, &given.clothing, &CLO, &CLOTHING)?;
     let yaw_deg = reader.number_or(&keys.yaw_deg, &YAW, 0.0)?;
+    let height_m = reader.number_or(&given.height_mm, &STATURE, STATURE_MM)? / MM_PER_M;
     Ok(Person {
-        height_m: reader.number_or(&given.height_mm, &STATURE, STATURE_MM)? / MM_PER_M,
+        height_m,
+        stride_m: Person::stride_m(height_m),
         girth: girth.unwrap_or(1.0),
         posture: posture.unwrap_or(default),
         clothing: Clothing {

@@ -60,8 +60,8 @@ impl Pose {
         } else {
             self.azimuth_rad
         };
-        let upright = rotation_z_deg(azimuth_rad.to_degrees())
-            * rotation_y_deg(elevation_rad.to_degrees());
+        let upright =
+            rotation_z_deg(azimuth_rad.to_degrees()) * rotation_y_deg(elevation_rad.to_degrees());
         let left = upright.transpose() * turned.y_axis;
         Self {
             elevation_rad,
@@ -127,12 +127,18 @@ mod tests {
     /// The angles of a tilted pose make the same rotation, and the tilt goes where the image says.
     #[test]
     fn a_tilt_moves_the_view_in_the_image_at_every_pose() {
-        for (elevation_deg, azimuth_deg, roll_deg) in
-            [(90.0, -90.0, 0.0), (-90.0, 20.0, 0.0), (0.0, 0.0, 0.0), (37.0, 110.0, -25.0)]
-        {
+        for (elevation_deg, azimuth_deg, roll_deg) in [
+            (90.0, -90.0, 0.0),
+            (-90.0, 20.0, 0.0),
+            (0.0, 0.0, 0.0),
+            (37.0, 110.0, -25.0),
+        ] {
             let pose = Pose::from_degrees(DVec3::ZERO, elevation_deg, azimuth_deg, roll_deg);
             let tilted = pose.tilted(3.0, -2.0);
-            let (right, bottom) = (-pose.world_from_sensor().y_axis, -pose.world_from_sensor().z_axis);
+            let (right, bottom) = (
+                -pose.world_from_sensor().y_axis,
+                -pose.world_from_sensor().z_axis,
+            );
             let forward = tilted.world_from_sensor().x_axis;
             let (three, two) = (3.0_f64.to_radians(), 2.0_f64.to_radians());
             assert!((forward.dot(right) - three.sin() * two.cos()).abs() < 1e-12);
@@ -144,7 +150,10 @@ mod tests {
                 tilted.roll_rad.to_degrees(),
             );
             let apart = again.world_from_sensor() - tilted.world_from_sensor();
-            assert!(apart.to_cols_array().iter().all(|part| part.abs() < 1e-12), "{apart}");
+            assert!(
+                apart.to_cols_array().iter().all(|part| part.abs() < 1e-12),
+                "{apart}"
+            );
             assert_eq!(pose.tilted(0.0, 0.0), pose);
         }
     }

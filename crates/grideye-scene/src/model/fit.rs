@@ -46,7 +46,13 @@ pub struct Normal {
 /// stature of adults of both sexes (ANSUR II, US Army 2012: 1756 and 1628 mm, sd 69 and 64, together 92), girth (waist and
 /// chest of the same, sd 8 to 12 %), and clothing indoors (ISO 9920: 0.5 clo in summer, 1 in winter, 2 in a coat).
 pub(crate) const OF_PEOPLE: [(&str, Normal); 3] = [
-    (".person.height_mm", Normal { mean: 1700.0, sd: 100.0 }),
+    (
+        ".person.height_mm",
+        Normal {
+            mean: 1700.0,
+            sd: 100.0,
+        },
+    ),
     (".person.build", Normal { mean: 1.0, sd: 0.1 }),
     (".person.clothing", Normal { mean: 1.0, sd: 0.5 }),
 ];

@@ -41,6 +41,8 @@ pub struct Person {
     pub posture: Posture,
     /// What it wears.
     pub clothing: Clothing,
+    /// Length of one stride, two steps.
+    pub(crate) stride_m: f64,
     /// Turns its front from +x to where it looks if it does not walk.
     pub(crate) facing: DMat3,
 }
@@ -115,12 +117,17 @@ const STRIDE: f64 = 0.8;
 const WIDE_FROM_M_PER_S: f64 = 1.0;
 
 impl Person {
+    /// The length of two steps of a person of this stature.
+    pub(crate) fn stride_m(height_m: f64) -> f64 {
+        STRIDE * height_m
+    }
+
     /// Where in its stride the person is after `length_m` of its way, at `speed_m_per_s`.
     pub(crate) fn stride(&self, length_m: f64, speed_m_per_s: f64) -> Stride {
         if self.posture != Posture::Walk {
             return Stride::default();
         }
-        let strides = length_m / (STRIDE * self.height_m);
+        let strides = length_m / self.stride_m;
         Stride {
             phase_rad: TAU * (strides - strides.floor()),
             width: (speed_m_per_s / WIDE_FROM_M_PER_S).min(1.0),
@@ -169,19 +176,16 @@ impl Person {
         at_mean_m * self.girth * self.height_m / GIRTHS_OF_M
     }
 
-    /// An upright segment: its center and semi-axes, lengths as shares of stature, girths in meters of the mean adult.
+    /// An upright segment: its center and semi-axes, lengths as shares of stature, girths in meters of the mean
+    /// adult; clothed by this share of the layer.
     fn upright(
         &self,
         center: [f64; 3],
         [deep_m, wide_m]: [f64; 2],
         tall: f64,
-        clothed: bool,
+        clothed: f64,
     ) -> Ellipsoid {
-        let layer_m = if clothed {
-            self.clothing.layer().thickness_m
-        } else {
-            0.0
-        };
+        let layer_m = clothed * self.clothing.layer().thickness_m;
         let half_m = DVec3::new(
             self.girth_m(deep_m) + layer_m,
             self.girth_m(wide_m) + layer_m,
@@ -199,14 +203,15 @@ impl Person {
             girth: 1.0,
             ..*self
         };
-        let hat = self.clothing.clo > HAT_FROM_CLO;
+        // Gradual, so that a search over clothing meets no step.
+        let hat = (self.clothing.clo - HAT_FROM_CLO).clamp(0.0, 1.0);
         [
             head.upright([-0.01, 0.0, 0.945], [0.092, 0.077], 0.055, hat),
-            head.upright([0.010, 0.0, 0.906], [0.055, 0.060], 0.036, false),
-            head.upright([0.0, 0.0, 0.855], [0.058, 0.058], 0.02, false),
-            self.upright([-0.01, 0.0, 0.80], [0.135, 0.26], 0.05, true),
-            self.upright([0.0, 0.0, 0.715], [0.120, 0.165], 0.12, true),
-            self.upright([0.0, 0.0, 0.545], [0.115, 0.170], 0.095, true),
+            head.upright([0.010, 0.0, 0.906], [0.055, 0.060], 0.036, 0.0),
+            head.upright([0.0, 0.0, 0.855], [0.058, 0.058], 0.02, 0.0),
+            self.upright([-0.01, 0.0, 0.80], [0.135, 0.26], 0.05, 1.0),
+            self.upright([0.0, 0.0, 0.715], [0.120, 0.165], 0.12, 1.0),
+            self.upright([0.0, 0.0, 0.545], [0.115, 0.170], 0.095, 1.0),
         ]
     }
 
@@ -221,14 +226,14 @@ impl Person {
                 ELBOW_BENDS_DEG,
             ),
         };
-        let sleeved = self.clothing.layer().sleeve_clo > 0.0;
+        let sleeved = (self.clothing.layer().sleeve_clo / SLEEVE_CLO).min(1.0);
         self.limb(
             [[0.0, y, SHOULDER], [0.0, y, ELBOW]],
             [shoulder_deg, shoulder_deg + elbow_deg],
             [
-                self.upright([0.0, y, 0.73], [0.055, 0.055], 0.105, true),
+                self.upright([0.0, y, 0.73], [0.055, 0.055], 0.105, 1.0),
                 self.upright([0.0, y, 0.555], [0.042, 0.042], 0.083, sleeved),
-                self.upright([0.0, y, 0.445], [0.042, 0.022], 0.042, false),
+                self.upright([0.0, y, 0.445], [0.042, 0.022], 0.042, 0.0),
             ],
         )
     }
@@ -253,9 +258,9 @@ impl Person {
             [[0.0, y, HIP], [0.0, y, KNEE]],
             [hip_deg, hip_deg + knee_deg],
             [
-                self.upright([0.0, y, 0.4], [0.085, 0.080], 0.125, true),
-                self.upright([0.0, y, 0.165], [0.058, 0.055], 0.135, true),
-                self.upright([0.03, y, 0.022], [0.135, 0.048], 0.022, false),
+                self.upright([0.0, y, 0.4], [0.085, 0.080], 0.125, 1.0),
+                self.upright([0.0, y, 0.165], [0.058, 0.055], 0.135, 1.0),
+                self.upright([0.03, y, 0.022], [0.135, 0.048], 0.022, 0.0),
             ],
         )
     }
@@ -404,6 +409,8 @@ const MET: f64 = 58.15;
 const AIR_M_PER_S: f64 = 0.1;
 /// **Assumption**.
 const SHOE_CLO: f64 = 2.0;
+/// A sleeve that covers the forearm.
+const SLEEVE_CLO: f64 = 1.4;
 /// More than this includes something on the head.
 const HAT_FROM_CLO: f64 = 1.0;
 /// Halves what is open to less than a millionth of a degree.

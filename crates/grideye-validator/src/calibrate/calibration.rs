@@ -142,11 +142,17 @@ fn determined(found: &[Estimate], model: &Model<'_>, known: &Uncertainty) -> Det
         let unit = known.scales[number] * (found.bounds[1] - found.bounds[0]);
         (found.key.clone(), known.coefficients[number], unit)
     });
-    let mut least: Vec<(String, f64, f64)> =
-        named.filter(|(_, coefficient, _)| coefficient.abs() > PART_MIN).collect();
+    let mut least: Vec<(String, f64, f64)> = named
+        .filter(|(_, coefficient, _)| coefficient.abs() > PART_MIN)
+        .collect();
     least.sort_by(|(_, one, _), (_, other, _)| other.abs().total_cmp(&one.abs()));
-    if least.first().is_some_and(|(_, coefficient, _)| *coefficient < 0.0) {
-        least.iter_mut().for_each(|(_, coefficient, _)| *coefficient = -*coefficient);
+    if least
+        .first()
+        .is_some_and(|(_, coefficient, _)| *coefficient < 0.0)
+    {
+        least
+            .iter_mut()
+            .for_each(|(_, coefficient, _)| *coefficient = -*coefficient);
     }
     Determined {
         combinations: known.number,
@@ -301,7 +307,8 @@ fn digits(uncertainty: f64) -> usize {
 impl Determined {
     fn text(&self) -> String {
         let (number, of) = (fixed(self.combinations, 1), self.of);
-        let mut text = format!("the recording determines {number} of {of} combinations of the unknowns");
+        let mut text =
+            format!("the recording determines {number} of {of} combinations of the unknowns");
         for (place, (key, coefficient, unit)) in self.least.iter().enumerate() {
             let sign = match (place, *coefficient < 0.0) {
                 (0, _) => "; the least: ",
@@ -407,8 +414,8 @@ pub fn calibrate(
     let pace = Pace::new(steps_in_frames(&frames, options), tell);
     let mut model = Model::new(text, origin, files, sensor, pace)?;
     let before = model.left_over(&model.start(), &frames)?;
-    let (coarse, starts) = from_several_starts(&mut model, &frames, options)?;
-    let fine = FineSearch::search(&mut model, &frames, &coarse, options)?;
+    let (coarse, noise, starts) = from_several_starts(&mut model, &frames, options)?;
+    let fine = FineSearch::search(&mut model, &frames, (&coarse, noise), options)?;
     let asked = (text, loaded.fits.as_slice(), sensor);
     Ok(gathered(asked, &model, &frames, &fine, &before, starts))
 }

@@ -16,6 +16,8 @@ pub(crate) struct Model<'a> {
     files: &'a dyn Files,
     sensor: &'a str,
     fits: Vec<Fit>,
+    /// As written.
+    first: Scene,
     pub(crate) searched: Vec<usize>,
     pub(crate) evaluations: u64,
     pace: Pace<'a>,
@@ -44,6 +46,7 @@ impl<'a> Model<'a> {
             files,
             sensor,
             fits: loaded.fits,
+            first: loaded.scene,
             evaluations: 0,
             pace,
         })
@@ -67,7 +70,10 @@ impl<'a> Model<'a> {
 
     pub(crate) fn scene(&self, point: &[f64]) -> Result<Scene, CalibrateError> {
         let text = fit::with_values(&self.text, &self.fits, &self.values(point));
-        Ok(Scene::parse(&text, self.origin, self.files)?.scene)
+        let mut scene = Scene::parse(&text, self.origin, self.files)?.scene;
+        // A height that shifts the strides of a long walk would have a minimum at each number of strides.
+        scene.keep_strides_of(&self.first);
+        Ok(scene)
     }
 
     fn images(&mut self, point: &[f64], times: &[Duration]) -> Result<Vec<f64>, CalibrateError> {
@@ -117,7 +123,11 @@ impl<'a> Model<'a> {
         fits.map(prior).collect()
     }
 
-    pub(crate) fn begin(&mut self, start: &[f64], frames: &Frames) -> Result<State, CalibrateError> {
+    pub(crate) fn begin(
+        &mut self,
+        start: &[f64],
+        frames: &Frames,
+    ) -> Result<State, CalibrateError> {
         State::new(&mut |point| self.left_over(point, frames), start)
     }
 
@@ -142,9 +152,19 @@ impl<'a> Model<'a> {
         Ok(cost)
     }
 
+    pub(crate) fn skip(&mut self, steps: usize, frames: &Frames) {
+        self.pace.begin(steps, frames.len());
+        self.pace.end();
+    }
+
     /// Takes the derivatives at a state's point more exactly.
-    pub(crate) fn refine(&mut self, state: &mut State, frames: &Frames) -> Result<(), CalibrateError> {
-        state.refine(&mut |point| self.left_over(point, frames))
+    pub(crate) fn refine(
+        &mut self,
+        state: &mut State,
+        frames: &Frames,
+        halves: &[f64],
+    ) -> Result<(), CalibrateError> {
+        state.refine(halves, &mut |point| self.left_over(point, frames))
     }
 
     pub(crate) fn solution(&self, state: &State, noise: &Noise) -> Solution {

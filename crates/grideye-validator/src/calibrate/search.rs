@@ -3,9 +3,10 @@
 use crate::calibrate::frames::Frames;
 use crate::calibrate::model::Model;
 use crate::calibrate::noise::{self, Freedom, Noise, Parts};
-use crate::calibrate::solver::{Solution, Until};
+use crate::calibrate::solver::{Solution, State, Until};
 use crate::calibrate::types::{CalibrateError, Options, STARTS_MAX};
 use crate::calibrate::uncertainty::Uncertainty;
+use grideye_scene::fit::Normal;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
@@ -18,11 +19,21 @@ const ROUNDS: usize = 3;
 const COARSE: Until = Until {
     gain: 0.05,
     share: 1e-3,
+    is_sure: false,
 };
-/// What a thirtieth of a standard uncertainty in one direction costs.
+/// Steps after which a start is given up if it is this many times as bad as the best end so far.
+const TRIED_STEPS: usize = 4;
+const WORSE: f64 = 3.0;
+/// What a tenth of a standard uncertainty in one direction costs.
 const FINE: Until = Until {
-    gain: 5e-4,
+    gain: 5e-3,
     share: 0.0,
+    is_sure: true,
+};
+/// While the noise is still measured again after it.
+const ROUGH: Until = Until {
+    is_sure: false,
+    ..FINE
 };
 /// Starts within this share of the best cost, and some steps' gain, reached the same end.
 const SAME_COST: f64 = 0.01;
@@ -30,44 +41,70 @@ const SAME_GAIN: f64 = 0.2;
 
 pub(crate) fn steps_in_frames(frames: &Frames, options: &Options) -> usize {
     let few = frames.len().min(COARSE_FRAMES);
-    starts(options) * COARSE_STEPS * few + (ROUNDS + 1) * FINE_STEPS * frames.len()
+    (starts(options) + ROUNDS) * COARSE_STEPS * few + (ROUNDS + 1) * FINE_STEPS * frames.len()
 }
 
 pub(crate) fn starts(options: &Options) -> usize {
     options.starts.clamp(1, STARTS_MAX)
 }
 
-/// The best end from several starts on few frames; the number of starts, and of those that reached it.
+/// The best end from several starts on few frames, and the noise there; the number of starts, and of those that reached it.
 pub(crate) fn from_several_starts(
     model: &mut Model<'_>,
     frames: &Frames,
     options: &Options,
-) -> Result<(Vec<f64>, [usize; 2]), CalibrateError> {
+) -> Result<(Vec<f64>, Noise, [usize; 2]), CalibrateError> {
     let few = frames.fewer(COARSE_FRAMES);
     let noise = Noise::first(few.len());
     let mut generator = ChaCha12Rng::seed_from_u64(options.seed);
     let starts = starts(options);
-    let mut ends: Vec<(f64, Vec<f64>)> = Vec::with_capacity(starts);
+    let priors = model.priors();
+    let mut ends: Vec<(f64, State)> = Vec::with_capacity(starts);
     for number in 0..starts {
         let mut start = model.start();
         if number > 0 {
-            start.fill_with(|| draw(&mut generator));
+            let values = start.iter_mut().zip(&priors);
+            values.for_each(|(value, law)| *value = draw(&mut generator, law));
         }
         let mut state = model.begin(&start, &few)?;
-        let cost = model.search((&few, &noise), &mut state, (COARSE_STEPS, COARSE))?;
-        ends.push((cost, state.point));
+        let mut cost = model.search((&few, &noise), &mut state, (TRIED_STEPS, COARSE))?;
+        let least = ends
+            .iter()
+            .map(|(cost, _)| *cost)
+            .fold(f64::INFINITY, f64::min);
+        if cost < WORSE * least {
+            let rest = (COARSE_STEPS - TRIED_STEPS, COARSE);
+            cost = model.search((&few, &noise), &mut state, rest)?;
+        } else {
+            model.skip(COARSE_STEPS - TRIED_STEPS, &few);
+        }
+        ends.push((cost, state));
     }
     ends.sort_by(|(one, _), (other, _)| one.total_cmp(other));
     let least = ends.first().map_or(f64::INFINITY, |(cost, _)| *cost);
-    let is_same = |(cost, _): &&(f64, _)| *cost <= least * (1.0 + SAME_COST) + SAME_GAIN;
+    let is_same = |(cost, _): &&(f64, State)| *cost <= least * (1.0 + SAME_COST) + SAME_GAIN;
     let same = ends.iter().filter(is_same).count();
-    let best = ends.into_iter().next();
-    let point = best.map_or_else(|| model.start(), |(_, point)| point);
-    Ok((point, [starts, same]))
+    let Some((_, mut best)) = ends.into_iter().next() else {
+        return Ok((model.start(), noise, [starts, same]));
+    };
+    // Few frames cost little, so the noise is known, and the end near, before all are simulated.
+    let mut noise = noise;
+    for _ in 0..ROUNDS {
+        noise = Noise::of(&Parts::of(&best.raw, few.len()), &Freedom::default(), None);
+        model.search((&few, &noise), &mut best, (COARSE_STEPS, ROUGH))?;
+    }
+    Ok((best.point, noise.of_more(frames.len()), [starts, same]))
 }
 
-fn draw(generator: &mut ChaCha12Rng) -> f64 {
-    f64::from(generator.next_u32()) / 4_294_967_296.0
+/// Between the bounds, or from the law that is known.
+fn draw(generator: &mut ChaCha12Rng, law: &Option<Normal>) -> f64 {
+    let mut uniform = || f64::from(generator.next_u32()) / 4_294_967_296.0;
+    let Some(law) = law else {
+        return uniform();
+    };
+    // The sum of twelve uniform numbers, less 6, is as good as normal for a start.
+    let normal = (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
+    (law.mean + law.sd * normal).clamp(0.0, 1.0)
 }
 
 pub(crate) struct FineSearch {
@@ -81,21 +118,18 @@ impl FineSearch {
     pub(crate) fn search(
         model: &mut Model<'_>,
         frames: &Frames,
-        coarse: &[f64],
+        (coarse, mut noise): (&[f64], Noise),
         options: &Options,
     ) -> Result<Self, CalibrateError> {
         let known = options.profile.as_ref().map(|profile| {
             noise::of_profile(&profile.common_mode, frames.len(), frames.interval_s())
         });
-        let mut noise = Noise::first(frames.len());
         let mut state = model.begin(coarse, frames)?;
         let mut used = Freedom::default();
         let mut round = 0;
         loop {
-            if round == ROUNDS {
-                model.refine(&mut state, frames)?;
-            }
-            model.search((frames, &noise), &mut state, (FINE_STEPS, FINE))?;
+            let until = if round == ROUNDS { FINE } else { ROUGH };
+            model.search((frames, &noise), &mut state, (FINE_STEPS, until))?;
             let solution = model.solution(&state, &noise);
             let uncertainty = Uncertainty::of(&solution, &noise, &used, known.is_some());
             if round == ROUNDS {
@@ -109,6 +143,14 @@ impl FineSearch {
             used = uncertainty.used;
             noise = Noise::of(&Parts::of(&state.raw, frames.len()), &used, known.clone());
             round += 1;
+            if round == ROUNDS {
+                // As wide as matters: two standard uncertainties.
+                let mut halves = vec![0.0; state.point.len()];
+                for (number, &place) in uncertainty.told.iter().enumerate() {
+                    halves[place] = 2.0 * uncertainty.covariance[number][number].sqrt();
+                }
+                model.refine(&mut state, frames, &halves)?;
+            }
         }
     }
 }

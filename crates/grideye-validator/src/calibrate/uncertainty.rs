@@ -162,12 +162,16 @@ impl Determined {
         let scales: Vec<f64> = places.iter().map(scale).collect();
         let rows = places.iter().zip(&scales).map(|(&row, of_row)| {
             let entries = places.iter().zip(&scales);
-            entries.map(|(&column, of_column)| of_row * normal[row][column] * of_column).collect()
+            entries
+                .map(|(&column, of_column)| of_row * normal[row][column] * of_column)
+                .collect()
         });
         let pairs = eigen(&rows.collect());
         let share = |value: f64| value.max(0.0) / (1.0 + value.max(0.0));
         let number = pairs.iter().map(|(value, _)| share(*value)).sum();
-        let least = pairs.into_iter().min_by(|(one, _), (other, _)| one.total_cmp(other));
+        let least = pairs
+            .into_iter()
+            .min_by(|(one, _), (other, _)| one.total_cmp(other));
         let (value, coefficients) = least.unwrap_or_default();
         Self {
             places,
