@@ -21,6 +21,8 @@ use std::time::Duration;
 
 /// A stronger correlation between two estimates is a warning.
 const CORRELATION_TOLD: f64 = 0.95;
+/// A larger factor on a variance is a warning; chance makes a little less.
+const WIDENED_TOLD: f64 = 1.5;
 /// Start of the comments in a scene; those of an earlier calibration are replaced.
 const REMARK: &str = "# found: ";
 
@@ -225,10 +227,10 @@ fn warnings(
             ));
         }
     }
-    if known.widened.iter().any(|widened| *widened > 1.0) {
+    if known.widened.iter().any(|widened| *widened > WIDENED_TOLD) {
         let most = known.widened.iter().copied().fold(1.0, f64::max).sqrt();
         warnings.push(format!(
-            "the residuals repeat from frame to frame, so something moves differently than in the scene; uncertainties were widened up to {} times\nhint: check the trajectory, the shapes and recording.start_s",
+            "the residuals repeat from frame to frame or are larger than noise, so something moves differently than in the scene; uncertainties were widened up to {} times\nhint: check the trajectory, the shapes and recording.start_s",
             fixed(most, 1)
         ));
     }

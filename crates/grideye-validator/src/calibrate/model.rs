@@ -16,7 +16,7 @@ pub(crate) struct Model<'a> {
     files: &'a dyn Files,
     sensor: &'a str,
     fits: Vec<Fit>,
-    /// As written.
+    /// Has the strides of all others: as written, then as found.
     first: Scene,
     pub(crate) searched: Vec<usize>,
     pub(crate) evaluations: u64,
@@ -68,12 +68,44 @@ impl<'a> Model<'a> {
         values
     }
 
-    pub(crate) fn scene(&self, point: &[f64]) -> Result<Scene, CalibrateError> {
-        let text = fit::with_values(&self.text, &self.fits, &self.values(point));
-        let mut scene = Scene::parse(&text, self.origin, self.files)?.scene;
+    fn scene(&self, point: &[f64]) -> Result<Scene, CalibrateError> {
+        let mut scene = self.parsed(point)?;
         // A height that shifts the strides of a long walk would have a minimum at each number of strides.
         scene.keep_strides_of(&self.first);
         Ok(scene)
+    }
+
+    fn parsed(&self, point: &[f64]) -> Result<Scene, CalibrateError> {
+        let text = fit::with_values(&self.text, &self.fits, &self.values(point));
+        Ok(Scene::parse(&text, self.origin, self.files)?.scene)
+    }
+
+    /// Lets people stride as their height at this point makes them, if that fits better.
+    pub(crate) fn stride_as_found(
+        &mut self,
+        state: &mut State,
+        (frames, noise): (&Frames, &Noise),
+    ) -> Result<(), CalibrateError> {
+        let mut keys = self.searched.iter().map(|&place| &self.fits[place].key);
+        if !keys.any(|key| key.ends_with(".person.height_mm")) {
+            return Ok(());
+        }
+        let found = self.parsed(&state.point)?;
+        let before = std::mem::replace(&mut self.first, found);
+        let raw = self.left_over(&state.point, frames)?;
+        let square = |raw: &[f64]| {
+            noise
+                .whiten(raw)
+                .iter()
+                .map(|value| value * value)
+                .sum::<f64>()
+        };
+        if square(&raw) < square(&state.raw) {
+            state.raw = raw;
+        } else {
+            self.first = before;
+        }
+        Ok(())
     }
 
     fn images(&mut self, point: &[f64], times: &[Duration]) -> Result<Vec<f64>, CalibrateError> {

@@ -141,6 +141,7 @@ impl FineSearch {
                 });
             }
             used = uncertainty.used;
+            model.stride_as_found(&mut state, (frames, &noise))?;
             noise = Noise::of(&Parts::of(&state.raw, frames.len()), &used, known.clone());
             round += 1;
             if round == ROUNDS {

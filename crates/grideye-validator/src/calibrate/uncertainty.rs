@@ -17,7 +17,7 @@ pub(crate) struct Uncertainty {
     pub(crate) idle: Vec<usize>,
     /// Coordinates that only show as a sum or product with others.
     pub(crate) tangled: Vec<usize>,
-    /// Factor on each variance because frames repeat each other; 1 is none.
+    /// Factor on each variance because frames repeat each other or the scene misses most where it counts; 1 is none.
     pub(crate) widened: Vec<f64>,
     /// How much of each comes from its prior, 0 to 1 (one less the diagonal of the averaging kernel, Rodgers 2000).
     pub(crate) from_prior: Vec<f64>,
@@ -73,10 +73,10 @@ impl Uncertainty {
         }
         let bread = inverse(&sum(&[&parts[0], &parts[1], &parts[2], &prior]));
         let bread = bread.unwrap_or_else(|| zeros(columns.len()));
-        let widened = widening(&columns, &bread, &solution.residuals);
         let share = |part| product(&product(&bread, part), &bread);
         let mut shares = parts.each_ref().map(share);
         let of_prior = share(&prior);
+        let widened = widening(&columns, (&bread, &shares[1]), &solution.residuals);
         for (row, values) in shares[1].iter_mut().enumerate() {
             for (column, value) in values.iter_mut().enumerate() {
                 *value *= (widened[row] * widened[column]).sqrt();
@@ -227,8 +227,13 @@ fn tangled(normal: &Matrix, active: &[usize]) -> Vec<usize> {
     tangled
 }
 
-/// Factor on each variance from scores that repeat between neighboring frames; 1 unless beyond chance.
-fn widening(columns: &[&[f64]], bread: &Matrix, residuals: &[f64]) -> Vec<f64> {
+/// Factor on each variance: from scores that repeat between neighboring frames, unless by chance, and from scores larger
+/// than noise makes them, as where a body moves that the scene has not quite right (White 1980, Econometrica 48:817).
+fn widening(
+    columns: &[&[f64]],
+    (bread, variances): (&Matrix, &Matrix),
+    residuals: &[f64],
+) -> Vec<f64> {
     let [_, left_over, _] = Parts::split(residuals);
     let scores = |column: &&[f64]| -> Vec<f64> {
         let [_, white, _] = Parts::split(column);
@@ -246,7 +251,12 @@ fn widening(columns: &[&[f64]], bread: &Matrix, residuals: &[f64]) -> Vec<f64> {
         };
         (0..frames).map(pull).collect()
     };
-    bread.iter().map(|row| repetition(&pulls(row))).collect()
+    let factor = |(number, row): (usize, &Vec<f64>)| {
+        let pulls = pulls(row);
+        let larger = dot(&pulls, &pulls) / variances[number][number];
+        repetition(&pulls) * if larger > 1.0 { larger } else { 1.0 }
+    };
+    bread.iter().enumerate().map(factor).collect()
 }
 
 /// Variance of a sum of these numbers over that of independent ones; 1 if no repetition is beyond chance.
