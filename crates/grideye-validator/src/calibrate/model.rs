@@ -2,13 +2,17 @@
 
 use crate::calibrate::frames::Frames;
 use crate::calibrate::noise::Noise;
-use crate::calibrate::solver::{self, Solution, State, Until, Weights};
+use crate::calibrate::solver::{self, STEP, Solution, State, Until, Weights};
 use crate::calibrate::types::{CalibrateError, Pace};
 use grideye_frame::PIXELS;
 use grideye_scene::fit::{self, Fit, Normal, RECORDING_START};
-use grideye_scene::{Files, Scene, Simulator};
+use grideye_scene::{Files, Model as Physics, Scene, Simulator};
 use std::cell::RefCell;
 use std::time::Duration;
+
+/// The physical model integrates along lines a 24th of a pixel apart: over shorter ways than this share of the bounds its
+/// derivatives are those of the lines.
+const PHYSICAL_STEP: f64 = 0.01;
 
 pub(crate) struct Model<'a> {
     text: String,
@@ -160,7 +164,11 @@ impl<'a> Model<'a> {
         start: &[f64],
         frames: &Frames,
     ) -> Result<State, CalibrateError> {
-        State::new(&mut |point| self.left_over(point, frames), start)
+        let step = match self.first.model() {
+            Physics::Physical => PHYSICAL_STEP,
+            _ => STEP,
+        };
+        State::new(&mut |point| self.left_over(point, frames), (start, step))
     }
 
     /// Searches on from a state, and returns the cost.
@@ -182,11 +190,6 @@ impl<'a> Model<'a> {
         let cost = solver::search(&mut raw_at, stepped, &weights, state, (steps_max, until))?;
         model.borrow_mut().pace.end();
         Ok(cost)
-    }
-
-    pub(crate) fn skip(&mut self, steps: usize, frames: &Frames) {
-        self.pace.begin(steps, frames.len());
-        self.pace.end();
     }
 
     /// Takes the derivatives at a state's point more exactly.

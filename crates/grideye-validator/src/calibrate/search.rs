@@ -19,11 +19,8 @@ const ROUNDS: usize = 3;
 const COARSE: Until = Until {
     gain: 0.05,
     share: 1e-3,
-    is_sure: false,
+    is_sure: true,
 };
-/// Steps after which a start is given up if it is this many times as bad as the best end so far.
-const TRIED_STEPS: usize = 4;
-const WORSE: f64 = 3.0;
 /// What a tenth of a standard uncertainty in one direction costs.
 const FINE: Until = Until {
     gain: 5e-3,
@@ -67,17 +64,7 @@ pub(crate) fn from_several_starts(
             values.for_each(|(value, law)| *value = draw(&mut generator, law));
         }
         let mut state = model.begin(&start, &few)?;
-        let mut cost = model.search((&few, &noise), &mut state, (TRIED_STEPS, COARSE))?;
-        let least = ends
-            .iter()
-            .map(|(cost, _)| *cost)
-            .fold(f64::INFINITY, f64::min);
-        if cost < WORSE * least {
-            let rest = (COARSE_STEPS - TRIED_STEPS, COARSE);
-            cost = model.search((&few, &noise), &mut state, rest)?;
-        } else {
-            model.skip(COARSE_STEPS - TRIED_STEPS, &few);
-        }
+        let cost = model.search((&few, &noise), &mut state, (COARSE_STEPS, COARSE))?;
         ends.push((cost, state));
     }
     ends.sort_by(|(one, _), (other, _)| one.total_cmp(other));

@@ -17,6 +17,8 @@ pub(crate) struct State {
     slopes: Vec<Vec<f64>>,
     /// Whether the derivatives are those of this point.
     is_fresh: bool,
+    /// The width of differences.
+    step: f64,
 }
 
 /// What a search minimizes: the squares of the weighted residuals and of the distances from the priors.
@@ -46,11 +48,8 @@ pub(crate) struct Solution {
     pub(crate) precisions: Vec<f64>,
 }
 
-/// The width of differences, as a share of the range between the bounds. The physical model integrates along lines a 24th
-/// of a pixel apart: over shorter ways its derivatives are those of the lines.
-const STEP: f64 = 0.01;
-/// The least half width of central differences.
-const STEP_MIN: f64 = 1e-4;
+/// The least width of differences, as a share of the range between the bounds.
+pub(crate) const STEP: f64 = 1e-4;
 const DAMPING_START: f64 = 1e-3;
 const DAMPING_MAX: f64 = 1e10;
 /// A step that gains less than this share of what the derivatives promised has derivatives taken again.
@@ -61,13 +60,14 @@ const PROMISE_KEPT: f64 = 0.75;
 impl State {
     pub(crate) fn new<E>(
         raw_at: &mut impl FnMut(&[f64]) -> Result<Vec<f64>, E>,
-        point: &[f64],
+        (point, step): (&[f64], f64),
     ) -> Result<Self, E> {
         let mut state = Self {
             point: point.to_vec(),
             raw: raw_at(point)?,
             slopes: Vec::new(),
             is_fresh: false,
+            step,
         };
         state.refresh(raw_at)?;
         Ok(state)
@@ -81,7 +81,11 @@ impl State {
         let mut beside = self.point.clone();
         self.slopes.clear();
         for (place, &here) in self.point.iter().enumerate() {
-            beside[place] = if here > 0.5 { here - STEP } else { here + STEP };
+            beside[place] = if here > 0.5 {
+                here - self.step
+            } else {
+                here + self.step
+            };
             let mut column = raw_at(&beside)?;
             for (value, raw) in column.iter_mut().zip(&self.raw) {
                 *value = (*value - raw) / (beside[place] - here);
@@ -93,7 +97,7 @@ impl State {
         Ok(())
     }
 
-    /// Central differences, this wide to either side but at most [`STEP`]; one-sided at a bound.
+    /// Central differences, this wide to either side, if a search's are as wide; one-sided at a bound.
     pub(crate) fn refine<E>(
         &mut self,
         halves: &[f64],
@@ -102,7 +106,7 @@ impl State {
         let mut beside = self.point.clone();
         for (place, column) in self.slopes.iter_mut().enumerate() {
             let here = self.point[place];
-            let half = halves[place].clamp(STEP_MIN, STEP);
+            let half = halves[place].clamp(STEP, self.step);
             let (low, high) = ((here - half).max(0.0), (here + half).min(1.0));
             beside[place] = high;
             *column = raw_at(&beside)?;
@@ -304,7 +308,7 @@ mod tests {
             share: 0.0,
             is_sure: true,
         };
-        let mut state = State::new(&mut raw_at, start).unwrap();
+        let mut state = State::new(&mut raw_at, (start, STEP)).unwrap();
         let cost = search(&mut raw_at, || (), &weights, &mut state, (100, until)).unwrap();
         (state.point, cost)
     }
@@ -349,7 +353,7 @@ mod tests {
             share: 0.0,
             is_sure: true,
         };
-        let mut state = State::new(&mut raw_at, &[0.9]).unwrap();
+        let mut state = State::new(&mut raw_at, (&[0.9], STEP)).unwrap();
         search(&mut raw_at, || (), &weights, &mut state, (20, until)).unwrap();
         assert!((state.point[0] - 15.8 / 29.0).abs() < 1e-9, "{state:?}");
     }

@@ -223,14 +223,16 @@ fn a_ceiling_sensor_is_fitted_in_both_directions() {
     (guess[6], guess[7]) = (0.0, 0.0);
     let text = with_fits(scene(guess), &EIGHT[6..])
         + "[[fit]]\nkey = \"sensor.ceiling.azimuth_deg\"\nbounds = [70, 110]\n";
-    let found = run(&text, &record(&scene(truth), UNIT, 1, 100), 100);
-    for (found, truth) in found.found.iter().zip([3.0, -2.0, 90.0]) {
-        let half = found.half_width_95.unwrap();
-        assert!(
-            (found.value - truth).abs() <= half && half < 1.5,
-            "{found:?}"
-        );
+    let mut held = 0;
+    for seed in 0..4 {
+        let found = run(&text, &record(&scene(truth), UNIT, seed, 100), 100);
+        for (found, truth) in found.found.iter().zip([3.0, -2.0, 90.0]) {
+            let (half, error) = (found.half_width_95.unwrap(), (found.value - truth).abs());
+            assert!(half < 1.5 && error < 2.0 * half, "{found:?}");
+            held += u32::from(error <= half);
+        }
     }
+    assert!(held >= 10, "{held} of 12");
 }
 
 /// Head and trunk of parts, 8 m in front of a wall: both in the same pixels, so the recording hardly tells which is warmer.
@@ -273,13 +275,13 @@ azimuth_deg = 0
 fn a_head_of_parts_stays_warmer_than_its_trunk() {
     let across = |_: &str| Ok("x_mm,y_mm,z_mm\n8000,800,0\n8000,4200,0\n".to_owned());
     let colder = |keys: &str| {
-        (0..8_u64)
+        (0..24_u64)
             .filter(|seed| {
                 let mut text = parts(31.0, 28.0);
                 for part in ["head", "trunk"] {
                     let _ = write!(text, "\n[[fit]]\nkey = \"agent.anna.{part}.temperature_c\"\nbounds = [20, 45]\n{keys}");
                 }
-                let records = record_of(&parts(32.0, 27.0), &across, UNIT, *seed, 40);
+                let records = record_of(&parts(30.0, 28.5), &across, UNIT, *seed, 12);
                 let scene = (text.as_str(), "guess.toml");
                 let found = calibrate(&records, scene, &across, "ceiling", &Options::default(), &mut |_| ()).unwrap();
                 found.found[0].value < found.found[1].value
@@ -288,7 +290,7 @@ fn a_head_of_parts_stays_warmer_than_its_trunk() {
     };
     let (without, with) = (colder(""), colder("sd = 1\n"));
     assert!(
-        without >= 2 && with == 0,
+        without >= 3 && with == 0,
         "{without} without sd, {with} with"
     );
 }
