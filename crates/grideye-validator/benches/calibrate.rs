@@ -10,6 +10,7 @@ use grideye_validator::calibrate::{Options, calibrate};
 use std::error::Error;
 use std::fmt::Write as _;
 use std::io;
+use std::sync::OnceLock;
 use std::time::Duration;
 
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
@@ -163,6 +164,11 @@ fn read(name: &str) -> io::Result<String> {
 
 /// Round the room and across it, at 0.5 to 1 m/s.
 fn walk() -> String {
+    static TEXT: OnceLock<String> = OnceLock::new();
+    TEXT.get_or_init(made_walk).clone()
+}
+
+fn made_walk() -> String {
     let mut text = "t_s,x_mm,y_mm,z_mm\n".to_owned();
     for row in 0..ROWS {
         let time_s = f64::from(row) * ROW_S;

@@ -18,14 +18,16 @@ const ROUNDS: usize = 3;
 /// Each start ends where a step would gain less than these.
 const COARSE: Until = Until {
     gain: 0.05,
-    share: 1e-3,
+    share: 1e-4,
     is_sure: true,
+    is_far: true,
 };
 /// What a tenth of a standard uncertainty in one direction costs.
 const FINE: Until = Until {
     gain: 5e-3,
     share: 0.0,
     is_sure: true,
+    is_far: false,
 };
 /// While the noise is still measured again after it.
 const ROUGH: Until = Until {

@@ -35,6 +35,8 @@ pub(crate) struct Until {
     pub(crate) share: f64,
     /// Whether it must be the derivatives at the very end that promise so little.
     pub(crate) is_sure: bool,
+    /// Whether the way is long, and derivatives are taken at each step.
+    pub(crate) is_far: bool,
 }
 
 #[derive(Debug, Clone)]
@@ -54,7 +56,7 @@ const DAMPING_START: f64 = 1e-3;
 const DAMPING_MAX: f64 = 1e10;
 /// A step that gains less than this share of what the derivatives promised has derivatives taken again.
 const PROMISE_MIN: f64 = 0.5;
-/// One that gains more than this needs less damping.
+/// With derivatives of an earlier point, a step that gains more than this needs less damping; with fresh ones any does.
 const PROMISE_KEPT: f64 = 0.75;
 
 impl State {
@@ -218,12 +220,13 @@ pub(crate) fn search<E>(
         if is_enough && (state.is_fresh || !until.is_sure) {
             break;
         }
-        let mut share = 0.0;
+        let (mut share, mut is_kept) = (0.0, false);
         if !is_enough {
             let raw = raw_at(&next)?;
             let tried = weights.cost(&next, &raw);
             share = (cost - tried) / promised;
             if share > 0.0 {
+                is_kept = state.is_fresh || share > PROMISE_KEPT;
                 cost = tried;
                 state.go(next, raw);
                 steps += 1;
@@ -233,9 +236,10 @@ pub(crate) fn search<E>(
                 continue;
             }
         }
-        if share > PROMISE_KEPT {
+        if is_kept {
             damping = (damping / 10.0).max(1e-12);
-        } else if share < PROMISE_MIN {
+        }
+        if until.is_far || share < PROMISE_MIN {
             state.refresh(raw_at)?;
         }
         (normal, gradient) = weights.equations(state);
@@ -307,6 +311,7 @@ mod tests {
             gain: 1e-20,
             share: 0.0,
             is_sure: true,
+            is_far: false,
         };
         let mut state = State::new(&mut raw_at, (start, STEP)).unwrap();
         let cost = search(&mut raw_at, || (), &weights, &mut state, (100, until)).unwrap();
@@ -352,6 +357,7 @@ mod tests {
             gain: 1e-20,
             share: 0.0,
             is_sure: true,
+            is_far: false,
         };
         let mut state = State::new(&mut raw_at, (&[0.9], STEP)).unwrap();
         search(&mut raw_at, || (), &weights, &mut state, (20, until)).unwrap();

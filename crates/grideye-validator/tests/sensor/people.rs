@@ -11,6 +11,7 @@ use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use std::fmt::Write as _;
 use std::io;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 /// A unit with the noise, pattern and drift of a real one.
@@ -77,6 +78,11 @@ tilt_deg = [{right}, {down}]
 
 /// Round the room and across it, at 0.5 to 1 m/s, as a tracker writes it: 2,000 rows.
 fn files(_: &str) -> io::Result<String> {
+    static TEXT: OnceLock<String> = OnceLock::new();
+    Ok(TEXT.get_or_init(walk).clone())
+}
+
+fn walk() -> String {
     let mut text = "t_s,x_mm,y_mm,z_mm\n".to_owned();
     for row in 0..2_000 {
         let time_s = f64::from(row) * 0.04;
@@ -84,7 +90,7 @@ fn files(_: &str) -> io::Result<String> {
         let y_mm = 2500.0 + 1400.0 * (0.31 * time_s + 0.5).sin();
         let _ = writeln!(text, "{time_s:.3},{x_mm:.1},{y_mm:.1},0");
     }
-    Ok(text)
+    text
 }
 
 fn with_fits(mut text: String, fits: &[Unknown]) -> String {
