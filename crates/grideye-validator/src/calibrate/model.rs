@@ -192,6 +192,11 @@ impl<'a> Model<'a> {
         Ok(cost)
     }
 
+    pub(crate) fn skip(&mut self, steps: usize, frames: &Frames) {
+        self.pace.begin(steps, frames.len());
+        self.pace.end();
+    }
+
     /// Takes the derivatives at a state's point more exactly.
     pub(crate) fn refine(
         &mut self,

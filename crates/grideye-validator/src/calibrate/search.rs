@@ -34,6 +34,8 @@ const ROUGH: Until = Until {
     is_sure: false,
     ..FINE
 };
+/// If so many starts all reach the same end, there are no more.
+const ALIKE: usize = 4;
 /// Starts within this share of the best cost, and some steps' gain, reached the same end.
 const SAME_COST: f64 = 0.01;
 const SAME_GAIN: f64 = 0.2;
@@ -68,13 +70,15 @@ pub(crate) fn from_several_starts(
         let mut state = model.begin(&start, &few)?;
         let cost = model.search((&few, &noise), &mut state, (COARSE_STEPS, COARSE))?;
         ends.push((cost, state));
+        if (ALIKE..starts).contains(&ends.len()) && same(&ends) == ends.len() {
+            model.skip((starts - ends.len()) * COARSE_STEPS, &few);
+            break;
+        }
     }
+    let reached = [ends.len(), same(&ends)];
     ends.sort_by(|(one, _), (other, _)| one.total_cmp(other));
-    let least = ends.first().map_or(f64::INFINITY, |(cost, _)| *cost);
-    let is_same = |(cost, _): &&(f64, State)| *cost <= least * (1.0 + SAME_COST) + SAME_GAIN;
-    let same = ends.iter().filter(is_same).count();
     let Some((_, mut best)) = ends.into_iter().next() else {
-        return Ok((model.start(), noise, [starts, same]));
+        return Ok((model.start(), noise, reached));
     };
     // Few frames cost little, so the noise is known, and the end near, before all are simulated.
     let mut noise = noise;
@@ -82,7 +86,16 @@ pub(crate) fn from_several_starts(
         noise = Noise::of(&Parts::of(&best.raw, few.len()), &Freedom::default(), None);
         model.search((&few, &noise), &mut best, (COARSE_STEPS, ROUGH))?;
     }
-    Ok((best.point, noise.of_more(frames.len()), [starts, same]))
+    Ok((best.point, noise.of_more(frames.len()), reached))
+}
+
+/// How many ends are as good as the best.
+fn same(ends: &[(f64, State)]) -> usize {
+    let costs = || ends.iter().map(|(cost, _)| *cost);
+    let least = costs().fold(f64::INFINITY, f64::min);
+    costs()
+        .filter(|cost| *cost <= least * (1.0 + SAME_COST) + SAME_GAIN)
+        .count()
 }
 
 /// Between the bounds, or from the law that is known.

@@ -19,7 +19,7 @@ pub const STARTS_MAX: usize = 100;
 pub struct Options {
     /// Seed of the starting points.
     pub seed: u64,
-    /// Starting points, 1 to [`STARTS_MAX`]; the first is the scene as written.
+    /// Most starting points, 1 to [`STARTS_MAX`]; the first is the scene as written. Fewer if the first four reach one end.
     pub starts: usize,
     /// Frames to use, [`FRAMES_MIN`] to [`FRAMES_MAX`], chosen evenly; [`FRAMES_DEFAULT`] by default.
     pub frames: Option<usize>,
