@@ -67,4 +67,4 @@ pub use picture::{Image, Mask, physical};
 pub use radiometry::perceived;
 pub use sensor::fnv1a;
 pub use simulator::Simulator;
-pub use text::{Place, Refusal};
+pub use text::{Place, Refusal, Utc};

@@ -65,8 +65,8 @@ pub use compare::{
 pub use error::{Side, ValidatorError};
 pub use expected::{DRAWS, ScoreDistribution};
 pub use frames::{
-    LeftOut, LeftOutCount, Protocol, RECORDS_MAX, RUN_RECORDS, RealFrame, Shape, SimulatedFrame,
-    Thinned, Thinning, sensor_step_c,
+    Apart, Joined, LeftOut, LeftOutCount, Protocol, RECORDS_MAX, RUN_RECORDS, RealFrame, Shape,
+    SimulatedFrame, Thinned, Thinning, Timeline, sensor_step_c,
 };
 pub use metrics::foreground::{ForegroundCorrelation, RoomSource};
 pub use metrics::score::{Better, Measure, Score, Scores, Shuffled};

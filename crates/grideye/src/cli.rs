@@ -311,9 +311,9 @@ pub(crate) struct Compare {
     /// Seed of the simulation's noise.
     #[arg(long, value_name = "N", default_value_t = SEED, hide_short_help = true)]
     pub(crate) seed: u64,
-    /// Scene time at which the recording begins, in seconds.
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "0", hide_short_help = true)]
-    pub(crate) start: Duration,
+    /// Scene time at which the recording begins, in seconds [default: by UTC if trajectories have it, else 0].
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, hide_short_help = true)]
+    pub(crate) start: Option<Duration>,
     /// Bins of a second set of entropies [default: the sensor's steps].
     ///
     /// step:WIDTH (°C), levels:N or grey256. The first set always has the paper's 256 gray levels.

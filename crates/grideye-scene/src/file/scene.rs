@@ -4,10 +4,11 @@ use crate::file::document::SceneTable;
 use crate::file::files::Files;
 use crate::file::reader::{Read, Reader};
 use crate::file::rule::{DURATION, PAPER_EXPERIMENT, REFLECTED, WAVELENGTH, paper_experiment};
+use crate::file::waypoints::Waypoint;
 use crate::file::{agent, body, clothes, fit, mosaic, prints, room, sensor};
-use crate::model::{Body, Loaded, Model, Room, Scene, SceneError, Walls, Warning};
+use crate::model::{Agent, Body, Loaded, Model, Room, Scene, SceneError, Walls, Warning};
 use crate::radiometry::{Band, Law};
-use crate::text::{millimeters, reach};
+use crate::text::{Utc, millimeters, reach};
 use std::collections::HashSet;
 use std::io;
 use toml::Spanned;
@@ -63,9 +64,7 @@ fn read(reader: &Reader<'_>, tables: &SceneTable) -> Read<Loaded> {
     let room = room::room(reader, &tables.room)?;
     let walls = Walls::new(&room);
     let (objects, mut warnings) = objects(reader, tables, (&room, &walls))?;
-    let agents = tables.agent.iter();
-    let agents = agents.map(|table| agent::agent(reader, table, (&room, &walls)));
-    let agents = agents.collect::<Read<Vec<_>>>()?;
+    let (agents, starts_utc) = agents(reader, tables, (&room, &walls))?;
     warnings.extend(clothes::warnings(reader, tables));
     let sensors = tables.sensor.iter();
     let sensors = sensors.map(|table| sensor::sensor(reader, table, &room));
@@ -87,6 +86,7 @@ fn read(reader: &Reader<'_>, tables: &SceneTable) -> Read<Loaded> {
         band: band(reader, tables)?,
         reflected_c,
         duration_s,
+        starts_utc,
         paper_experiment: experiment.and_then(paper_experiment),
         prints: Vec::new(),
     };
@@ -143,6 +143,21 @@ fn objects(
         }
     }
     Ok((objects, warnings))
+}
+
+/// The agents, and the earliest UTC stamp of their trajectories, which is the scene's start.
+fn agents(
+    reader: &Reader<'_>,
+    tables: &SceneTable,
+    place: (&Room, &Walls),
+) -> Read<(Vec<Agent>, Option<Utc>)> {
+    let ways = tables.agent.iter();
+    let ways = ways.map(|table| agent::waypoints(reader, table));
+    let ways = ways.collect::<Read<Vec<_>>>()?;
+    let starts_utc = ways.iter().flatten().filter_map(Waypoint::utc).min();
+    let agents = tables.agent.iter().zip(&ways);
+    let agents = agents.map(|(table, way)| agent::agent(reader, table, (way, starts_utc), place));
+    Ok((agents.collect::<Read<_>>()?, starts_utc))
 }
 
 fn contacts(reader: &Reader<'_>, tables: &SceneTable, scene: &Scene) -> Read<Vec<Warning>> {

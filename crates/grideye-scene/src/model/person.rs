@@ -176,16 +176,14 @@ impl Person {
         at_mean_m * self.girth * self.height_m / GIRTHS_OF_M
     }
 
-    /// An upright segment: its center and semi-axes, lengths as shares of stature, girths in meters of the mean
-    /// adult; clothed by this share of the layer.
+    /// An upright segment: its center and semi-axes, lengths as shares of stature, girths in meters of the mean adult.
     fn upright(
         &self,
         center: [f64; 3],
         [deep_m, wide_m]: [f64; 2],
         tall: f64,
-        clothed: f64,
+        layer_m: f64,
     ) -> Ellipsoid {
-        let layer_m = clothed * self.clothing.layer().thickness_m;
         let half_m = DVec3::new(
             self.girth_m(deep_m) + layer_m,
             self.girth_m(wide_m) + layer_m,
@@ -203,15 +201,15 @@ impl Person {
             girth: 1.0,
             ..*self
         };
-        // Gradual, so that a search over clothing meets no step.
-        let hat = (self.clothing.clo - HAT_FROM_CLO).clamp(0.0, 1.0);
+        let layer_m = self.clothing.layer().thickness_m;
+        let hat_m = layer_m * (self.clothing.clo - HAT_FROM_CLO).clamp(0.0, 1.0);
         [
-            head.upright([-0.01, 0.0, 0.945], [0.092, 0.077], 0.055, hat),
-            head.upright([0.010, 0.0, 0.906], [0.055, 0.060], 0.036, 0.0),
+            head.upright([-0.01, 0.0, 0.945], [0.092, 0.077], 0.055, hat_m),
+            head.upright([0.010, 0.0, 0.906], [0.050, 0.060], 0.032, 0.0),
             head.upright([0.0, 0.0, 0.855], [0.058, 0.058], 0.02, 0.0),
-            self.upright([-0.01, 0.0, 0.80], [0.135, 0.26], 0.05, 1.0),
-            self.upright([0.0, 0.0, 0.715], [0.120, 0.165], 0.12, 1.0),
-            self.upright([0.0, 0.0, 0.545], [0.115, 0.170], 0.095, 1.0),
+            self.upright([-0.01, 0.0, 0.80], [0.135, 0.26], 0.05, layer_m),
+            self.upright([0.0, 0.0, 0.715], [0.120, 0.165], 0.12, layer_m),
+            self.upright([0.0, 0.0, 0.545], [0.115, 0.170], 0.095, layer_m),
         ]
     }
 
@@ -226,13 +224,18 @@ impl Person {
                 ELBOW_BENDS_DEG,
             ),
         };
-        let sleeved = (self.clothing.layer().sleeve_clo / SLEEVE_CLO).min(1.0);
+        let Layer {
+            sleeve_clo,
+            thickness_m: layer_m,
+            ..
+        } = self.clothing.layer();
+        let sleeve_m = if sleeve_clo > 0.0 { layer_m } else { 0.0 };
         self.limb(
             [[0.0, y, SHOULDER], [0.0, y, ELBOW]],
             [shoulder_deg, shoulder_deg + elbow_deg],
             [
-                self.upright([0.0, y, 0.73], [0.055, 0.055], 0.105, 1.0),
-                self.upright([0.0, y, 0.555], [0.042, 0.042], 0.083, sleeved),
+                self.upright([0.0, y, 0.73], [0.055, 0.055], 0.105, layer_m),
+                self.upright([0.0, y, 0.555], [0.042, 0.042], 0.083, sleeve_m),
                 self.upright([0.0, y, 0.445], [0.042, 0.022], 0.042, 0.0),
             ],
         )
@@ -241,6 +244,7 @@ impl Person {
     /// Thigh, shank and foot of a side.
     fn leg(&self, side: f64, stride: Stride) -> [Ellipsoid; 3] {
         let y = side * HIP_ASIDE;
+        let layer_m = self.clothing.layer().thickness_m;
         let (hip_deg, knee_deg) = match self.posture {
             Posture::Sit => (90.0, -90.0),
             Posture::Stand | Posture::Lie => (0.0, 0.0),
@@ -258,8 +262,8 @@ impl Person {
             [[0.0, y, HIP], [0.0, y, KNEE]],
             [hip_deg, hip_deg + knee_deg],
             [
-                self.upright([0.0, y, 0.4], [0.085, 0.080], 0.125, 1.0),
-                self.upright([0.0, y, 0.165], [0.058, 0.055], 0.135, 1.0),
+                self.upright([0.0, y, 0.4], [0.085, 0.080], 0.125, layer_m),
+                self.upright([0.0, y, 0.165], [0.058, 0.055], 0.135, layer_m),
                 self.upright([0.03, y, 0.022], [0.135, 0.048], 0.022, 0.0),
             ],
         )
@@ -374,8 +378,8 @@ const fn layer(clo: f64, clos: [f64; 5], thickness_m: f64) -> Layer {
 const LAYERS: [Layer; 4] = [
     layer(0.0, [1.0, 0.0, 0.0, 0.0, 0.0], 0.0),
     layer(0.5, [1.0, 0.7, 0.0, 1.2, 1.6], 0.003),
-    layer(1.0, [1.0, 1.4, 1.4, 1.7, 2.2], 0.01),
-    layer(2.0, [2.3, 2.3, 2.3, 3.0, 3.0], 0.03),
+    layer(1.0, [1.0, 1.5, 1.6, 1.7, 1.9], 0.01),
+    layer(2.0, [1.8, 2.7, 2.7, 2.7, 2.4], 0.03),
 ];
 
 impl Clothing {
@@ -409,9 +413,7 @@ const MET: f64 = 58.15;
 const AIR_M_PER_S: f64 = 0.1;
 /// **Assumption**.
 const SHOE_CLO: f64 = 2.0;
-/// A sleeve that covers the forearm.
-const SLEEVE_CLO: f64 = 1.4;
-/// More than this includes something on the head.
+/// What is more is on the head too.
 const HAT_FROM_CLO: f64 = 1.0;
 /// Halves what is open to less than a millionth of a degree.
 const HALVINGS: u32 = 32;

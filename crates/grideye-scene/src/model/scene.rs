@@ -8,6 +8,7 @@ use crate::model::print::Print;
 use crate::model::room::Room;
 use crate::model::sensor::Sensor;
 use crate::radiometry::{Band, Law};
+use crate::text::Utc;
 use grideye_frame::Celsius;
 use std::time::Duration;
 
@@ -35,6 +36,7 @@ pub struct Scene {
     pub(crate) band: Band,
     pub(crate) reflected_c: f64,
     pub(crate) duration_s: f64,
+    pub(crate) starts_utc: Option<Utc>,
     pub(crate) paper_experiment: Option<u8>,
     pub(crate) prints: Vec<Print>,
 }
@@ -158,6 +160,12 @@ impl Scene {
         let given = Duration::try_from_secs_f64(self.duration_s).unwrap_or_default();
         let ways = self.agents.iter().map(Agent::duration).max();
         ways.unwrap_or_default().max(given)
+    }
+
+    /// When the scene starts: the earliest UTC stamp of its trajectories; `None` if they have none.
+    #[must_use]
+    pub const fn starts_utc(&self) -> Option<Utc> {
+        self.starts_utc
     }
 
     /// The scene without agents and their prints, as in an empty part of a recording.

@@ -9,6 +9,7 @@ use crate::calibrate::types::{
     CalibrateError, Calibration, Determined, Estimate, Law, Options, Pace, Progress,
 };
 use crate::calibrate::uncertainty::{PART_MIN, UNIFORM_SD, Uncertainty, student_97_5};
+use crate::frames::timeline::{Joined, Timeline};
 use crate::frames::types::STEP_VARIANCE;
 use crate::numbers::count;
 use grideye_draw::text::fixed;
@@ -407,12 +408,19 @@ pub fn calibrate(
     check_resolution(&loaded.scene, sensor)?;
     check_bounds((text, origin), &loaded.fits, files)?;
     let begins = loaded.fits.iter().find(|fit| fit.key == RECORDING_START);
-    let latest_s = begins.map_or(0.0, |fit| fit.bounds[1]);
-    let end = (!loaded.scene.is_static()).then(|| {
-        let end_s = (loaded.scene.duration().as_secs_f64() - latest_s).max(0.0);
-        Duration::try_from_secs_f64(end_s).unwrap_or(Duration::MAX)
+    let [earliest_s, latest_s] = begins.map_or([0.0, 0.0], |fit| fit.bounds);
+    let timeline = Timeline::new(records, &loaded.scene, None)?;
+    let within = (!loaded.scene.is_static()).then(|| {
+        let at = |seconds: f64| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
+        let end_s = loaded.scene.duration().as_secs_f64() - latest_s;
+        // Frames that may be from before the scene's start are left out, unless the first frame is that start.
+        let begin_s = match timeline.joined() {
+            Joined::Utc => -earliest_s,
+            Joined::Given | Joined::ClockNeverSet => 0.0,
+        };
+        at(begin_s.max(0.0))..=at(end_s.max(0.0))
     });
-    let frames = Frames::of(records, end, options)?;
+    let frames = Frames::of(records, &timeline, within.as_ref(), options)?;
     let pace = Pace::new(steps_in_frames(&frames, options), tell);
     let mut model = Model::new(text, origin, files, sensor, pace)?;
     let before = model.left_over(&model.start(), &frames)?;

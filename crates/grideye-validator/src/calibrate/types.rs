@@ -1,5 +1,6 @@
 //! Options, progress, results and errors of a calibration.
 
+use crate::frames::timeline::Apart;
 use grideye_frame::PIXELS;
 use grideye_scene::SceneError;
 use grideye_scene::profile::Profile;
@@ -176,6 +177,8 @@ fn long(number: usize) -> u64 {
 pub enum CalibrateError {
     #[error(transparent)]
     Scene(#[from] SceneError),
+    #[error(transparent)]
+    Apart(#[from] Apart),
     #[error("the {which} bound {value} of `{key}` is not valid in the scene: {source}")]
     Bound {
         key: String,

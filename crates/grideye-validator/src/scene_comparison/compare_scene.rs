@@ -11,6 +11,7 @@ use crate::compare::{Comparison, Settings};
 use crate::error::{Side, ValidatorError, check_setting};
 use crate::frames::cleaning::{self, Counts, Read};
 use crate::frames::drift::Drift;
+use crate::frames::timeline::Timeline;
 use crate::frames::types::Pixels;
 use crate::frames::{LeftOut, Protocol, RealFrame, Shape, sensor_step_c};
 use crate::numbers::{count, evenly, mean_frame};
@@ -46,11 +47,12 @@ pub fn compare_scene(
         Protocol::Dynamic
     });
     let (read, mut counts) = cleaning::clean(records, protocol == Protocol::Dynamic);
-    let timed = timed(read, protocol, options)?;
-    let mut aligned = aligned(timed, scene, sensor, protocol, options)?;
-    within_scene(&mut aligned, scene, protocol, options, &mut counts)?;
+    let timeline = Timeline::new(records, scene, options.start)?;
+    let timed = timed(read, protocol, &timeline, &mut counts)?;
+    let mut aligned = aligned((timed, timeline), scene, sensor, protocol, options)?;
+    within_scene(&mut aligned, scene, protocol, &mut counts)?;
     aligned.found.left_out = counts.list();
-    let mut notes = notes::alignment(&aligned.found, records.len(), options);
+    let mut notes = notes::alignment(&aligned.found, records.len(), &timeline);
     let lag_frames = lag(&aligned.frames, protocol, options.lag_frames)?;
     let real = chosen(
         &aligned.frames,
@@ -60,10 +62,13 @@ pub fn compare_scene(
     );
     let noise_seed = options.seed.wrapping_add(INDEPENDENCE);
     let mut renderer = Renderer::new(scene, &simulator, sensor, options)?;
-    let (room, background) = renderer.learned_room(records, &aligned, protocol, options);
+    let (room, background) = renderer.learned_room(records, &aligned, protocol);
     let pattern = match (options.unit, &room) {
         (Some(unit), _) => Some(unit.pattern()),
-        (None, room) => room.as_ref().and_then(|room| renderer.learn(room, options)),
+        (None, room) => {
+            let learn = |room| renderer.learn(room, &timeline, &options.thresholds);
+            room.as_ref().and_then(learn)
+        }
     };
     let (simulated, nobody) = renderer.simulated(&real, &aligned, noise_seed);
     notes.push(protocol_note(protocol, scene));
@@ -120,11 +125,9 @@ fn shape_of(simulator: &Simulator) -> Result<Shape, ValidatorError> {
 fn timed(
     read: Vec<Read>,
     protocol: Protocol,
-    options: &Options,
+    timeline: &Timeline,
+    counts: &mut Counts,
 ) -> Result<Vec<TimedFrame>, ValidatorError> {
-    let Some(first_ns) = read.first().map(|frame| frame.boot_ns) else {
-        return Err(ValidatorError::NoFrames { side: Side::Real });
-    };
     let backwards = read
         .windows(2)
         .find(|pair| pair[1].boot_ns < pair[0].boot_ns);
@@ -134,17 +137,30 @@ fn timed(
             by: Duration::from_nanos(pair[0].boot_ns - pair[1].boot_ns),
         });
     }
-    let timed = |frame: Read| TimedFrame {
-        seq: frame.seq,
-        time: Duration::from_nanos(frame.boot_ns.saturating_sub(first_ns))
-            .saturating_add(options.start),
-        celsius: frame.celsius,
-    };
-    Ok(read.into_iter().map(timed).collect())
+    let mut timed = Vec::with_capacity(read.len());
+    for Read {
+        seq,
+        boot_ns,
+        celsius,
+    } in read
+    {
+        let time = match (timeline.time(boot_ns), protocol) {
+            (None, Protocol::Dynamic) => {
+                counts.add(LeftOut::OutsideScene, seq);
+                continue;
+            }
+            (time, _) => time.unwrap_or_else(|| timeline.start()),
+        };
+        timed.push(TimedFrame { seq, time, celsius });
+    }
+    if timed.is_empty() {
+        return Err(ValidatorError::NoFrames { side: Side::Real });
+    }
+    Ok(timed)
 }
 
 fn aligned(
-    frames: Vec<TimedFrame>,
+    (frames, timeline): (Vec<TimedFrame>, Timeline),
     scene: &Scene,
     sensor: &str,
     protocol: Protocol,
@@ -154,9 +170,9 @@ fn aligned(
     let simulator = Simulator::without_grid(scene, sensor)?;
     let moves = protocol == Protocol::Dynamic && !scene.is_static();
     let mut aligned = if moves {
-        moving(frames, &simulator, scene, &options.align)
+        moving((frames, timeline), &simulator, scene, &options.align)
     } else {
-        still(frames, &simulator, &options.align)
+        still((frames, timeline), &simulator, &options.align)
     };
     let drift = drift(&aligned, &simulator);
     aligned.found.drift_c = drift.range_c();
@@ -172,7 +188,7 @@ fn aligned(
 }
 
 fn moving(
-    frames: Vec<TimedFrame>,
+    (frames, timeline): (Vec<TimedFrame>, Timeline),
     simulator: &Simulator,
     scene: &Scene,
     options: &AlignOptions,
@@ -203,12 +219,17 @@ fn moving(
     });
     AlignedFrames {
         frames,
+        timeline,
         clock,
         found,
     }
 }
 
-fn still(frames: Vec<TimedFrame>, simulator: &Simulator, options: &AlignOptions) -> AlignedFrames {
+fn still(
+    (frames, timeline): (Vec<TimedFrame>, Timeline),
+    simulator: &Simulator,
+    options: &AlignOptions,
+) -> AlignedFrames {
     let (_, sample) = sample(&frames, Duration::MAX);
     let mean = pixels(&mean_frame(&sample));
     let time = frames.first().map(|frame| frame.time).unwrap_or_default();
@@ -220,6 +241,7 @@ fn still(frames: Vec<TimedFrame>, simulator: &Simulator, options: &AlignOptions)
     turned(&mut found, options);
     AlignedFrames {
         frames,
+        timeline,
         clock: Clock::own(),
         found,
     }
@@ -269,7 +291,6 @@ fn within_scene(
     aligned: &mut AlignedFrames,
     scene: &Scene,
     protocol: Protocol,
-    options: &Options,
     counts: &mut Counts,
 ) -> Result<(), ValidatorError> {
     if protocol == Protocol::Static || scene.is_static() {
@@ -287,7 +308,7 @@ fn within_scene(
     });
     if aligned.frames.is_empty() {
         return Err(ValidatorError::NoOverlap {
-            starts: options.start,
+            starts: aligned.timeline.start(),
             ends: end,
         });
     }

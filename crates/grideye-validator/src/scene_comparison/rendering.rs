@@ -6,6 +6,7 @@ use crate::align::{OFFSET_MAX_PX, SAMPLE_MAX};
 use crate::background::fit::BackgroundFit;
 use crate::background::{Empty, Stretch, background};
 use crate::error::ValidatorError;
+use crate::frames::timeline::Timeline;
 use crate::frames::{Protocol, RealFrame, SimulatedFrame};
 use crate::metrics::foreground::RoomSource;
 use crate::metrics::gain::WarmLimits;
@@ -14,6 +15,7 @@ use crate::numbers::{count, evenly, mean_frame, median};
 use crate::scene_comparison::types::{
     AlignedFrames, LearnedRoom, Options, TimedFrame, pixels, seconds,
 };
+use crate::thresholds::Thresholds;
 use crate::verdict::types::KnownPattern;
 use grideye_frame::{COLUMNS, PIXELS};
 use grideye_recording::Record;
@@ -64,9 +66,8 @@ impl<'a> Renderer<'a> {
         records: &[Record],
         aligned: &AlignedFrames,
         protocol: Protocol,
-        options: &Options,
     ) -> (Option<LearnedRoom>, Option<BackgroundFit>) {
-        let (frames, stretches) = self.empty_frames(records, aligned, protocol, options);
+        let (frames, stretches) = self.empty_frames(records, aligned, protocol);
         if frames.len() < EMPTY_FRAMES_MIN {
             return (None, None);
         }
@@ -74,7 +75,7 @@ impl<'a> Renderer<'a> {
             return (Some(LearnedRoom::of(&frames)), None);
         }
         let (first, second) = frames.split_at(frames.len() / 2);
-        let expected = self.shown(&self.empty.image(options.start).celsius, aligned);
+        let expected = self.shown(&self.empty.image(aligned.timeline.start()).celsius, aligned);
         let [first, second] = [first, second].map(LearnedRoom::of);
         (
             None,
@@ -92,7 +93,6 @@ impl<'a> Renderer<'a> {
         records: &[Record],
         aligned: &'b AlignedFrames,
         protocol: Protocol,
-        options: &Options,
     ) -> (Vec<&'b TimedFrame>, Vec<Stretch>) {
         if protocol == Protocol::Static {
             return Default::default();
@@ -101,7 +101,7 @@ impl<'a> Renderer<'a> {
             .map(|found| found.stretches)
             .unwrap_or_default();
         let is_empty = |frame: &&TimedFrame| {
-            let since = frame.time.saturating_sub(options.start);
+            let since = aligned.timeline.since_first(frame.time);
             stretches.iter().any(|stretch| stretch.holds(since))
                 && self.is_empty(seconds(aligned.clock.scene_s(frame.time.as_secs_f64())))
         };
@@ -117,10 +117,10 @@ impl<'a> Renderer<'a> {
     pub(crate) fn learn(
         &mut self,
         learned: &LearnedRoom,
-        options: &Options,
+        timeline: &Timeline,
+        thresholds: &Thresholds,
     ) -> Option<KnownPattern> {
-        let thresholds = &options.thresholds;
-        let nobody = self.empty.image(options.start).celsius;
+        let nobody = self.empty.image(timeline.start()).celsius;
         let warmth = WarmLimits::new(self.simulator.ambient_c(), thresholds.unclaimed_min_c);
         let map = RoomDifference::new(&learned.celsius, &nobody, COLUMNS, warmth);
         if map.beyond_pattern(thresholds.pattern_spread_c).is_some() {

@@ -2,6 +2,7 @@
 
 use crate::align::clock::Clock;
 use crate::align::{AlignOptions, Alignment};
+use crate::frames::timeline::Timeline;
 use crate::frames::types::Pixels;
 use crate::frames::{Protocol, sensor_step_c};
 use crate::metrics::Binning;
@@ -35,7 +36,8 @@ pub struct Options {
     /// Frames between a frame and its repeat, 1 to [`LAG_FRAMES_MAX`]; by default 3 (static) or the nearest to 0.1 s
     /// (dynamic).
     pub lag_frames: Option<usize>,
-    pub start: Duration,
+    /// The scene's time at the recording's first frame; by default their common UTC, or the scene's start.
+    pub start: Option<Duration>,
     pub shuffles: usize,
     /// Bins of the second set of entropies; by default the sensor's steps.
     pub binning: Option<Binning>,
@@ -54,7 +56,7 @@ impl Default for Options {
             protocol: None,
             frames: None,
             lag_frames: None,
-            start: Duration::ZERO,
+            start: None,
             shuffles: 200,
             binning: None,
             threads: 1,
@@ -73,6 +75,7 @@ pub(crate) struct TimedFrame {
 
 pub(crate) struct AlignedFrames {
     pub(crate) frames: Vec<TimedFrame>,
+    pub(crate) timeline: Timeline,
     pub(crate) clock: Clock,
     pub(crate) found: Alignment,
 }
