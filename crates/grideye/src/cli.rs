@@ -356,8 +356,9 @@ pub(crate) struct Convert {
 
 /// Fit the unknowns of a scene to a recording.
 ///
-/// Unknowns are poses, temperatures, emissivities and the start time. Mark each in the scene, with bounds: `[[fit]] key =
-/// "sensor.ceiling.elevation_deg", bounds = [80, 90]`. The search starts from the scene's values.
+/// Unknowns are poses, temperatures, emissivities, people and the start time. Mark each in the scene, with bounds:
+/// `[[fit]] key = "sensor.ceiling.elevation_deg", bounds = [80, 90]`; add `sd` if you know how certain the value is. The
+/// search starts from the scene's values.
 ///
 /// Exit code 3: the recording determines none of them
 ///

@@ -41,7 +41,12 @@ pub(crate) fn agent(
         return Ok(agent);
     }
     // The agent turns only at waypoints; between them it can leave the room only through walls that jut in.
+    let (low_m, high_m) = bounds_however_turned_m(&agent);
     for (index, point) in waypoints.iter().enumerate() {
+        let moved_m = point.position_mm / MM_PER_M - agent.start_m;
+        if room.is_box() && room.contains(low_m + moved_m) && room.contains(high_m + moved_m) {
+            continue;
+        }
         check_inside(&agent, index, point, room)?;
     }
     check_walls(&agent, waypoints, walls)?;
@@ -293,6 +298,21 @@ fn headings(waypoints_m: &[DVec3]) -> Vec<DMat3> {
     let first = first.unwrap_or(DMat3::IDENTITY);
     let headings = headings.into_iter();
     headings.map(|heading| heading.unwrap_or(first)).collect()
+}
+
+/// A box around the body at its start in any direction: spares most waypoints the exact check.
+fn bounds_however_turned_m(agent: &Agent) -> (DVec3, DVec3) {
+    let vertices = agent.parts.iter().flat_map(|part| part.mesh.vertices_m());
+    let (mut radius_m, mut low_m, mut high_m) = (0.0_f64, f64::INFINITY, f64::NEG_INFINITY);
+    for vertex in vertices {
+        let from_start_m = *vertex - agent.start_m;
+        radius_m = radius_m.max(from_start_m.truncate().length());
+        low_m = low_m.min(from_start_m.z);
+        high_m = high_m.max(from_start_m.z);
+    }
+    let corner =
+        |side: f64, z_m: f64| agent.start_m + DVec3::new(side * radius_m, side * radius_m, z_m);
+    (corner(-1.0, low_m), corner(1.0, high_m))
 }
 
 fn check_inside(agent: &Agent, index: usize, point: &Waypoint, room: &Room) -> Read<()> {

@@ -32,6 +32,8 @@ pub(crate) struct SceneTable {
 pub(crate) struct FitTable {
     pub(crate) key: Spanned<String>,
     pub(crate) bounds: Spanned<Pair>,
+    pub(crate) sd: Option<Spanned<f64>>,
+    pub(crate) mean: Option<Spanned<f64>>,
 }
 
 #[derive(Deserialize)]
@@ -159,6 +161,7 @@ pub(crate) struct SensorTable {
     pub(crate) elevation_deg: Spanned<f64>,
     pub(crate) azimuth_deg: Spanned<f64>,
     pub(crate) roll_deg: Option<Spanned<f64>>,
+    pub(crate) tilt_deg: Option<Spanned<Pair>>,
     pub(crate) resolution: Option<Spanned<Bounded<i64, 2>>>,
     pub(crate) fov_deg: Option<Spanned<Axes>>,
     pub(crate) pixels_per_degree: Option<Spanned<f64>>,

@@ -108,6 +108,12 @@ pub(crate) const ELEVATION: Rule = Rule {
     expected: "-90 to 90",
     hint: "90 looks straight down, 0 is level, -90 looks straight up",
 };
+pub(crate) const TILT: Rule = Rule {
+    key: "tilt_deg",
+    holds: |degrees| degrees.abs() <= 45.0,
+    expected: "two angles of -45 to 45",
+    hint: "[toward the image's right, toward its bottom]; larger turns are azimuth_deg and elevation_deg",
+};
 pub(crate) const FIELD_OF_VIEW: Rule = Rule {
     key: "fov_deg",
     holds: |degrees| degrees > 0.0 && degrees < 180.0,

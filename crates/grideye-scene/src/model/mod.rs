@@ -16,7 +16,7 @@ pub use body::{Agent, Body};
 pub(crate) use contact::Walls;
 pub use contact::{Contact, FreeSpace};
 pub use error::{SceneError, Warning};
-pub(crate) use fit::{FITS_MAX, Fit, RECORDING_START};
+pub(crate) use fit::{FITS_MAX, Fit, Normal, OF_PEOPLE, RECORDING_START};
 pub(crate) use person::PAPER;
 pub use person::{Clothing, Person, Posture};
 pub(crate) use print::Print;

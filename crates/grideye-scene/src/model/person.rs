@@ -41,6 +41,8 @@ pub struct Person {
     pub posture: Posture,
     /// What it wears.
     pub clothing: Clothing,
+    /// Length of one stride, two steps.
+    pub(crate) stride_m: f64,
     /// Turns its front from +x to where it looks if it does not walk.
     pub(crate) facing: DMat3,
 }
@@ -129,6 +131,7 @@ impl Person {
             girth,
             posture,
             clothing,
+            stride_m: Self::stride_m(height_m),
             facing: DMat3::IDENTITY,
         }
     }
@@ -139,12 +142,17 @@ impl Person {
         SEAT * self.height_m
     }
 
+    /// The length of two steps of a person of this stature.
+    pub(crate) const fn stride_m(height_m: f64) -> f64 {
+        STRIDE * height_m
+    }
+
     /// Where in its stride the person is after `length_m` of its way, at `speed_m_per_s`.
     pub(crate) fn stride(&self, length_m: f64, speed_m_per_s: f64) -> Stride {
         if self.posture != Posture::Walk {
             return Stride::default();
         }
-        let strides = length_m / (STRIDE * self.height_m);
+        let strides = length_m / self.stride_m;
         Stride {
             phase_rad: TAU * (strides - strides.floor()),
             width: (speed_m_per_s / WIDE_FROM_M_PER_S).min(1.0),

@@ -138,6 +138,16 @@ impl Scene {
         self.law
     }
 
+    /// Gives its people the strides of another scene's, agent by agent. After some meters nobody knows where in its stride
+    /// a person is: whoever compares scenes with people of other heights can keep that from deciding.
+    pub fn keep_strides_of(&mut self, other: &Self) {
+        for (agent, other) in self.agents.iter_mut().zip(&other.agents) {
+            if let (Some(person), Some(other)) = (&mut agent.person, &other.person) {
+                person.stride_m = other.stride_m;
+            }
+        }
+    }
+
     /// Whether another scene differs only in its agents and their durations.
     #[must_use]
     pub fn has_the_room_of(&self, other: &Self) -> bool {

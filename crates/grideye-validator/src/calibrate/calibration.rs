@@ -5,8 +5,10 @@ use crate::calibrate::linear::dot;
 use crate::calibrate::model::{Model, check_bounds, noise_key};
 use crate::calibrate::noise::Parts;
 use crate::calibrate::search::{FineSearch, from_several_starts, steps_in_frames};
-use crate::calibrate::types::{CalibrateError, Calibration, Estimate, Options, Pace, Progress};
-use crate::calibrate::uncertainty::{Uncertainty, student_97_5};
+use crate::calibrate::types::{
+    CalibrateError, Calibration, Determined, Estimate, Law, Options, Pace, Progress,
+};
+use crate::calibrate::uncertainty::{PART_MIN, UNIFORM_SD, Uncertainty, student_97_5};
 use crate::frames::timeline::{Joined, Timeline};
 use crate::frames::types::STEP_VARIANCE;
 use crate::numbers::count;
@@ -20,8 +22,8 @@ use std::time::Duration;
 
 /// A stronger correlation between two estimates is a warning.
 const CORRELATION_TOLD: f64 = 0.95;
-/// Standard deviation of a uniform distribution, as a share of its width.
-const UNIFORM_SD: f64 = 0.288_675;
+/// A larger factor on a variance is a warning; chance makes a little less.
+const WIDENED_TOLD: f64 = 1.5;
 /// Start of the comments in a scene; those of an earlier calibration are replaced.
 const REMARK: &str = "# found: ";
 
@@ -45,6 +47,7 @@ fn gathered(
     Calibration {
         scene: scene(text, fits, &found),
         correlation,
+        determined: determined(&found, model, &fine.uncertainty),
         warnings,
         frames: frames.len(),
         frames_read: frames.read,
@@ -74,6 +77,11 @@ fn found(fits: &[Fit], model: &Model<'_>, fine: &FineSearch) -> Vec<Estimate> {
             freedom: 0.0,
             bounds: fit.bounds,
             at_bound: false,
+            law: fit.law.map(|law| Law {
+                mean: law.mean,
+                sd: law.sd,
+            }),
+            from_recording: None,
         })
         .collect();
     let known = &fine.uncertainty;
@@ -87,6 +95,7 @@ fn found(fits: &[Fit], model: &Model<'_>, fine: &FineSearch) -> Vec<Estimate> {
         found.freedom = known.freedom[number];
         found.uncertainty = Some(uncertainty);
         found.half_width_95 = Some(uncertainty * student_97_5(found.freedom));
+        found.from_recording = Some(1.0 - known.from_prior[number]);
     }
     for found in &mut found {
         found.value = rounded(found.value, found.uncertainty, found.bounds);
@@ -127,6 +136,33 @@ fn rounded(value: f64, uncertainty: Option<f64>, bounds: [f64; 2]) -> f64 {
         (value / step).round() * step
     };
     near.clamp(bounds[0], bounds[1])
+}
+
+fn determined(found: &[Estimate], model: &Model<'_>, known: &Uncertainty) -> Determined {
+    let known = &known.determined;
+    let named = known.places.iter().enumerate().map(|(number, &place)| {
+        let found = &found[model.searched[place]];
+        let unit = known.scales[number] * (found.bounds[1] - found.bounds[0]);
+        (found.key.clone(), known.coefficients[number], unit)
+    });
+    let mut least: Vec<(String, f64, f64)> = named
+        .filter(|(_, coefficient, _)| coefficient.abs() > PART_MIN)
+        .collect();
+    least.sort_by(|(_, one, _), (_, other, _)| other.abs().total_cmp(&one.abs()));
+    if least
+        .first()
+        .is_some_and(|(_, coefficient, _)| *coefficient < 0.0)
+    {
+        least
+            .iter_mut()
+            .for_each(|(_, coefficient, _)| *coefficient = -*coefficient);
+    }
+    Determined {
+        combinations: known.number,
+        of: known.places.len(),
+        least_from_recording: known.least,
+        least,
+    }
 }
 
 fn correlation(found: &[Estimate], model: &Model<'_>, known: &Uncertainty) -> Vec<Vec<f64>> {
@@ -192,10 +228,10 @@ fn warnings(
             ));
         }
     }
-    if known.widened.iter().any(|widened| *widened > 1.0) {
+    if known.widened.iter().any(|widened| *widened > WIDENED_TOLD) {
         let most = known.widened.iter().copied().fold(1.0, f64::max).sqrt();
         warnings.push(format!(
-            "the residuals repeat from frame to frame, so something moves differently than in the scene; uncertainties were widened up to {} times\nhint: check the trajectory, the shapes and recording.start_s",
+            "the residuals repeat from frame to frame or are larger than noise, so something moves differently than in the scene; uncertainties were widened up to {} times\nhint: check the trajectory, the shapes and recording.start_s",
             fixed(most, 1)
         ));
     }
@@ -214,7 +250,11 @@ fn scene(text: &str, fits: &[Fit], found: &[Estimate]) -> String {
         if let Some(span) = &fit.value_span {
             edits.push((span.clone(), found.value.to_string()));
         }
-        let remark = format!("{REMARK}{}\n", found.told());
+        let mut remark = format!("{REMARK}{}\n", found.told());
+        if fit.is_mean_the_value {
+            // Otherwise the value found would be taken for what was known before.
+            remark.push_str(&format!("mean = {}\n", fit.value));
+        }
         edits.push((earlier_remark(text, fit.remark_at), remark));
     }
     edits.sort_by_key(|(span, _)| std::cmp::Reverse((span.start, span.end)));
@@ -243,8 +283,17 @@ impl Estimate {
             return format!("{} ({why})", self.value);
         };
         let digits = digits(uncertainty);
+        let source = match (self.law, self.from_recording) {
+            (Some(law), Some(share)) => format!(
+                "; {} % from the recording, the rest from {} ± {}",
+                fixed(100.0 * share, 0),
+                law.mean,
+                law.sd
+            ),
+            _ => String::new(),
+        };
         format!(
-            "{:.digits$} ± {uncertainty:.digits$} (95 %: {:.digits$} to {:.digits$})",
+            "{:.digits$} ± {uncertainty:.digits$} (95 %: {:.digits$} to {:.digits$}{source})",
             self.value,
             self.value - half,
             self.value + half
@@ -256,6 +305,28 @@ impl Estimate {
 fn digits(uncertainty: f64) -> usize {
     let place = 1.0 - uncertainty.max(1e-9).log10().floor();
     (0..10).find(|digits| count(*digits) >= place).unwrap_or(10)
+}
+
+impl Determined {
+    fn text(&self) -> String {
+        let (number, of) = (fixed(self.combinations, 1), self.of);
+        let mut text =
+            format!("the recording determines {number} of {of} combinations of the unknowns");
+        for (place, (key, coefficient, unit)) in self.least.iter().enumerate() {
+            let sign = match (place, *coefficient < 0.0) {
+                (0, _) => "; the least: ",
+                (_, true) => " - ",
+                (_, false) => " + ",
+            };
+            let (size, unit) = (fixed(coefficient.abs(), 2), fixed(*unit, digits(*unit)));
+            text.push_str(&format!("{sign}{size} {key} / {unit}"));
+        }
+        if !self.least.is_empty() {
+            let share = fixed(100.0 * self.least_from_recording, 0);
+            text.push_str(&format!(", {share} % from the recording"));
+        }
+        text + "\n"
+    }
 }
 
 impl Calibration {
@@ -279,6 +350,7 @@ impl Calibration {
         text.push_str(&format!(
             "of which noise {noise} °C per pixel, pattern {pattern} °C between pixels, common mode {common} °C\n"
         ));
+        text.push_str(&self.determined.text());
         text.push_str("not in the uncertainties: the sensor's overall accuracy, typ. ±2.5 °C, and drift slower than the recording\n");
         for warning in &self.warnings {
             text.push_str(&format!("warning: {warning}\n"));
@@ -294,6 +366,7 @@ impl Calibration {
             "version": 1,
             "found": self.found,
             "correlation": self.correlation,
+            "determined": self.determined,
             "warnings": self.warnings,
             "frames": self.frames,
             "frames_read": self.frames_read,
@@ -351,8 +424,8 @@ pub fn calibrate(
     let pace = Pace::new(steps_in_frames(&frames, options), tell);
     let mut model = Model::new(text, origin, files, sensor, pace)?;
     let before = model.left_over(&model.start(), &frames)?;
-    let (coarse, starts) = from_several_starts(&mut model, &frames, options)?;
-    let fine = FineSearch::search(&mut model, &frames, coarse, options)?;
+    let (coarse, noise, starts) = from_several_starts(&mut model, &frames, options)?;
+    let fine = FineSearch::search(&mut model, &frames, (&coarse, noise), options)?;
     let asked = (text, loaded.fits.as_slice(), sensor);
     Ok(gathered(asked, &model, &frames, &fine, &before, starts))
 }

@@ -20,7 +20,7 @@ pub const STARTS_MAX: usize = 100;
 pub struct Options {
     /// Seed of the starting points.
     pub seed: u64,
-    /// Starting points, 1 to [`STARTS_MAX`]; the first is the scene as written.
+    /// Most starting points, 1 to [`STARTS_MAX`]; the first is the scene as written. Fewer if the first four reach one end.
     pub starts: usize,
     /// Frames to use, [`FRAMES_MIN`] to [`FRAMES_MAX`], chosen evenly; [`FRAMES_DEFAULT`] by default.
     pub frames: Option<usize>,
@@ -57,6 +57,32 @@ pub struct Estimate {
     pub freedom: f64,
     pub bounds: [f64; 2],
     pub at_bound: bool,
+    /// What was known of it before the recording, if more than its bounds.
+    pub law: Option<Law>,
+    /// How much of the value comes from the recording and not from `law`, 0 to 1; `None` without uncertainty.
+    pub from_recording: Option<f64>,
+}
+
+/// A normal law known before the recording.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "the names say it")]
+pub struct Law {
+    pub mean: f64,
+    pub sd: f64,
+}
+
+/// What the recording determines, beyond laws and bounds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Determined {
+    /// How many combinations of unknowns: each counts by how much of it comes from the recording.
+    pub combinations: f64,
+    /// Unknowns with an effect and not at a bound.
+    pub of: usize,
+    /// How much of the least determined combination comes from the recording, 0 to 1.
+    pub least_from_recording: f64,
+    /// That combination: keys, coefficients, and the unit of each: what was known of the key, as a standard deviation.
+    pub least: Vec<(String, f64, f64)>,
 }
 
 /// The result of a calibration.
@@ -67,6 +93,8 @@ pub struct Calibration {
     pub found: Vec<Estimate>,
     /// Correlation matrix of the estimates, in the order of `found`; 0 for those without uncertainty.
     pub correlation: Vec<Vec<f64>>,
+    /// Which combinations of the unknowns the recording determines.
+    pub determined: Determined,
     /// Reasons to doubt the result, each with a hint.
     pub warnings: Vec<String>,
     /// Frames used.

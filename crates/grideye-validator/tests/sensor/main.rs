@@ -4,3 +4,4 @@ mod background;
 mod calibrate;
 mod characterize;
 mod lifelike;
+mod people;
