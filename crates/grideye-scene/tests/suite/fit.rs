@@ -158,10 +158,6 @@ fn invalid_unknowns_are_refused_with_their_place() {
             "room.toml:29:7: `key`",
         ),
         (
-            vec![("sensor.ceiling.position_mm", "[-1, 2]")],
-            "room.toml:29:7: `key`",
-        ),
-        (
             vec![("sensor.ceiling.position_mm.w", "[-1, 2]")],
             "room.toml:29:7: `key`",
         ),
