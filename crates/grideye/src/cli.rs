@@ -389,7 +389,7 @@ pub(crate) struct Calibrate {
     pub(crate) frames: Option<usize>,
     /// Starting points, 1 to 100.
     ///
-    /// The first is the scene as written, the others are random.
+    /// The first is the scene as written, the others are random. If the first four all reach one end, there are no more.
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u64).range(1..=100).map(|starts| usize::try_from(starts).unwrap_or(100)))]
     pub(crate) starts: usize,
     /// Seed of the random starting points.

@@ -186,23 +186,36 @@ fn invalid_unknowns_are_refused_with_their_place() {
             "room.toml:33:7: `key` is \"room.ambient_c\", expected each unknown once",
         ),
         (
-            vec![("room.ambient_c", "[15, 25]\nsd = 0")],
-            "room.toml:31:6: `sd` is 0, expected a number above 0",
-        ),
-        (
-            vec![("room.ambient_c", "[15, 25]\nmean = 21")],
-            "room.toml:31:8: `mean` is 21, expected sd beside it",
-        ),
-        (
-            vec![("room.ambient_c", "[15, 25]\nsd = 1\nmean = 26")],
-            "room.toml:32:8: `mean` is 26, expected 15 to 25, the bounds",
-        ),
-        (
             vec![("room.ambient_c", "[15, 20, 25]")],
             "room.toml:30:10: `bounds`: invalid length 3",
         ),
     ] {
         let refused = parse(&fits).1.unwrap_err().to_string();
+        assert!(
+            refused.contains(message) && refused.contains("\nhint: "),
+            "{refused}"
+        );
+    }
+}
+
+#[test]
+fn invalid_laws_are_refused_with_their_place() {
+    for (keys, message) in [
+        (
+            "sd = 0",
+            "room.toml:31:6: `sd` is 0, expected a number above 0",
+        ),
+        (
+            "mean = 21",
+            "room.toml:31:8: `mean` is 21, expected sd beside it",
+        ),
+        (
+            "sd = 1\nmean = 26",
+            "room.toml:32:8: `mean` is 26, expected 15 to 25, the bounds",
+        ),
+    ] {
+        let refused = parse(&[("room.ambient_c", &format!("[15, 25]\n{keys}"))]).1;
+        let refused = refused.unwrap_err().to_string();
         assert!(
             refused.contains(message) && refused.contains("\nhint: "),
             "{refused}"
