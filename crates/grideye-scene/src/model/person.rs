@@ -399,8 +399,8 @@ struct Layer {
     thickness_m: f64,
 }
 
-const fn layer(clo: f64, clos: [f64; 5], thickness_m: f64) -> Layer {
-    let [hair_clo, top_clo, sleeve_clo, middle_clo, legs_clo] = clos;
+const fn layer(clo: f64, by_part: [f64; 5], thickness_m: f64) -> Layer {
+    let [hair_clo, top_clo, sleeve_clo, middle_clo, legs_clo] = by_part;
     Layer {
         clo,
         hair_clo,
