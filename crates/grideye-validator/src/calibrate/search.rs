@@ -9,6 +9,7 @@ use crate::calibrate::uncertainty::Uncertainty;
 use grideye_scene::fit::Normal;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
+use rand_distr::{Distribution as _, StandardNormal};
 
 const COARSE_FRAMES: usize = 24;
 const COARSE_STEPS: usize = 12;
@@ -100,12 +101,10 @@ fn same(ends: &[(f64, State)]) -> usize {
 
 /// Between the bounds, or from the law that is known.
 fn draw(generator: &mut ChaCha12Rng, law: &Option<Normal>) -> f64 {
-    let mut uniform = || f64::from(generator.next_u32()) / 4_294_967_296.0;
     let Some(law) = law else {
-        return uniform();
+        return f64::from(generator.next_u32()) / 4_294_967_296.0;
     };
-    // The sum of twelve uniform numbers, less 6, is as good as normal for a start.
-    let normal = (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
+    let normal: f64 = StandardNormal.sample(generator);
     (law.mean + law.sd * normal).clamp(0.0, 1.0)
 }
 
