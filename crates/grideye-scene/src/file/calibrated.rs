@@ -17,7 +17,9 @@ pub(crate) fn calibrated(
 
 fn one(reader: &Reader<'_>, table: &CalibratedTable) -> Read<Calibrated> {
     let marks = table.frames.get_ref().split_whitespace();
-    let marks = marks.map(|mark| (mark.len() == 8).then(|| u32::from_str_radix(mark, 16).ok())?);
+    let marks = marks.map(|mark| {
+        (mark.len() == 8 && !mark.starts_with('+')).then(|| u32::from_str_radix(mark, 16).ok())?
+    });
     let frames: Vec<u32> = marks.collect::<Option<_>>().unwrap_or_default();
     if frames.is_empty() {
         let expected = "marks of 8 hexadecimal digits, separated by spaces or new lines";
