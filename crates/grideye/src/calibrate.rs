@@ -34,6 +34,7 @@ pub(crate) fn run(options: &Calibrate) -> Result<Outcome> {
         seed: options.seed,
         starts: options.starts,
         frames: options.frames,
+        half: options.half,
         profile: profile
             .map(|path| files::load_profile(path, hint))
             .transpose()?,

@@ -13,6 +13,7 @@ use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use grideye_agent::cli::with_helps;
 use grideye_scene::Model;
 use grideye_validator::background::Empty;
+use grideye_validator::calibrate::Half;
 use grideye_validator::metrics::Binning;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -382,6 +383,12 @@ pub(crate) struct Calibrate {
     /// The pattern is what the fitted scene does not explain.
     #[arg(long, value_name = "FILE")]
     pub(crate) write_profile: Option<PathBuf>,
+    /// Fit to this half of the recording [default: all].
+    ///
+    /// `grideye compare` never judges a scene by the frames it was fitted to: fit to one half, and the same recording
+    /// can be judged by the other.
+    #[arg(long, value_parser = one_of(HALVES))]
+    pub(crate) half: Option<Half>,
     /// Frames to use, 10 to 1000 [default: 200].
     ///
     /// Evenly spaced over the recording.
@@ -396,6 +403,12 @@ pub(crate) struct Calibrate {
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
 }
+
+const HALVES: Choices<Half> = (
+    &[Half::First, Half::Second],
+    "first Leave the second half to be judged
+second Leave the first half to be judged",
+);
 
 /// Measure a sensor's noise, pattern and drift in a still room.
 ///

@@ -25,6 +25,16 @@ pub(crate) struct SceneTable {
     pub(crate) sensor: Vec<Spanned<SensorTable>>,
     #[serde(default)]
     pub(crate) fit: Vec<Spanned<FitTable>>,
+    #[serde(default)]
+    pub(crate) calibrated: Vec<Spanned<CalibratedTable>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct CalibratedTable {
+    pub(crate) keys: Spanned<Vec<String>>,
+    pub(crate) every_s: Spanned<f64>,
+    pub(crate) frames: Spanned<String>,
 }
 
 #[derive(Deserialize)]

@@ -195,6 +195,12 @@ pub(crate) const DURATION: Rule = Rule {
     expected: "0 to 31622400 seconds",
     hint: "the shortest duration of the scene; agents' paths extend it",
 };
+pub(crate) const EVERY: Rule = Rule {
+    key: "every_s",
+    holds: |seconds| (0.0..=TIME_MAX_S).contains(&seconds),
+    expected: "0 to 31622400 seconds",
+    hint: "`grideye calibrate` writes this table; fit again, or delete it together with the fitted values",
+};
 pub(crate) const PIXEL_WIDTH: Rule = Rule {
     key: "pixel_width_deg",
     holds: |degrees| (0.01..=90.0).contains(&degrees),

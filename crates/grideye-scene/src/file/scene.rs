@@ -5,7 +5,7 @@ use crate::file::files::Files;
 use crate::file::reader::{Read, Reader};
 use crate::file::rule::{DURATION, PAPER_EXPERIMENT, REFLECTED, WAVELENGTH, paper_experiment};
 use crate::file::waypoints::Waypoint;
-use crate::file::{agent, body, clothes, fit, mosaic, prints, room, sensor};
+use crate::file::{agent, body, calibrated, clothes, fit, mosaic, prints, room, sensor};
 use crate::model::{Agent, Body, Loaded, Model, Room, Scene, SceneError, Walls, Warning};
 use crate::radiometry::{Band, Law};
 use crate::text::{Utc, millimeters, reach};
@@ -103,6 +103,7 @@ fn read(reader: &Reader<'_>, tables: &SceneTable) -> Read<Loaded> {
         starts_utc,
         paper_experiment: experiment.and_then(paper_experiment),
         prints: Vec::new(),
+        calibrated: calibrated::calibrated(reader, &tables.calibrated)?,
     };
     scene.prints = prints::prints(reader, &scene)?;
     warnings.extend(contacts(reader, tables, &scene)?);

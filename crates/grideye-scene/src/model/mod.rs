@@ -2,6 +2,7 @@
 //! parses.
 
 mod body;
+mod calibrated;
 mod contact;
 mod error;
 pub mod fit;
@@ -13,6 +14,7 @@ mod scene;
 mod sensor;
 
 pub use body::{Agent, Body};
+pub use calibrated::Calibrated;
 pub(crate) use contact::Walls;
 pub use contact::{Contact, FreeSpace};
 pub use error::{SceneError, Warning};

@@ -3,6 +3,7 @@
 use crate::geometry::count::single;
 use crate::geometry::rotation_z_deg;
 use crate::model::body::{Agent, Body};
+use crate::model::calibrated::Calibrated;
 use crate::model::error::{SceneError, Warning};
 use crate::model::fit::Fit;
 use crate::model::person::{PAPER, Person, SEGMENTS};
@@ -52,6 +53,7 @@ pub struct Scene {
     pub(crate) starts_utc: Option<Utc>,
     pub(crate) paper_experiment: Option<u8>,
     pub(crate) prints: Vec<Print>,
+    pub(crate) calibrated: Vec<Calibrated>,
 }
 
 /// A scene with its warnings and unknowns.
@@ -130,6 +132,12 @@ impl Scene {
             name: name.to_owned(),
             known: sensors().map(|sensor| sensor.name.clone()).collect(),
         })
+    }
+
+    /// The calibrations that its numbers come from.
+    #[must_use]
+    pub fn calibrated(&self) -> &[Calibrated] {
+        &self.calibrated
     }
 
     /// The interpretation of the paper's formula.

@@ -224,6 +224,32 @@ fn invalid_laws_are_refused_with_their_place() {
 }
 
 #[test]
+fn a_calibration_is_read_with_its_lines() {
+    let table = "[[calibrated]]\n# why\nkeys = [\"room.ambient_c\"]\nevery_s = 0.5\nframes = \"\"\"\n00000000 0123abcd\nffffffff\"\"\"\n";
+    let read = |text: &str| Scene::parse(text, "room.toml", &BTreeMap::new());
+    let text = format!("{SCENE}\n{table}\n[[fit]]\nkey = \"room.ambient_c\"\nbounds = [15, 25]\n");
+    let scene = read(&text).unwrap().scene;
+    let [found] = scene.calibrated() else {
+        panic!("{:?}", scene.calibrated());
+    };
+    assert_eq!(found.keys, ["room.ambient_c"]);
+    assert_eq!(found.frames, [0, 0x0123_abcd, 0xffff_ffff]);
+    assert_eq!((found.every_s, &text[found.lines.clone()]), (0.5, table));
+    for wrong in ["0123abc", "0123abcdef", "walkwalk", "+123abcd", ""] {
+        let refused = read(
+            &text
+                .replace("ffffffff", wrong)
+                .replace("00000000 0123abcd", wrong),
+        );
+        let refused = refused.unwrap_err().to_string();
+        assert!(
+            refused.contains("expected marks of 8 hexadecimal digits"),
+            "{refused}"
+        );
+    }
+}
+
+#[test]
 fn unknowns_are_limited() {
     let too_many = vec![("room.ambient_c", "[15, 25]"); FITS_MAX + 1];
     let refused = parse(&too_many).1.unwrap_err().to_string();

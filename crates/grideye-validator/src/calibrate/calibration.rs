@@ -1,5 +1,6 @@
 //! Calibrates a scene: values and warnings as text, as JSON, and as a scene file.
 
+use crate::calibrate::document;
 use crate::calibrate::frames::Frames;
 use crate::calibrate::linear::dot;
 use crate::calibrate::model::{Model, check_bounds, noise_key};
@@ -9,6 +10,7 @@ use crate::calibrate::types::{
     CalibrateError, Calibration, Determined, Estimate, Law, Options, Pace, Progress,
 };
 use crate::calibrate::uncertainty::{PART_MIN, UNIFORM_SD, Uncertainty, student_97_5};
+use crate::frames::fitted::calibrated;
 use crate::frames::timeline::{Joined, Timeline};
 use crate::frames::types::STEP_VARIANCE;
 use crate::numbers::count;
@@ -16,7 +18,7 @@ use grideye_draw::text::fixed;
 use grideye_frame::PIXELS;
 use grideye_recording::Record;
 use grideye_scene::fit::{Fit, RECORDING_START};
-use grideye_scene::{Files, Scene};
+use grideye_scene::{Calibrated, Files, Loaded, Scene};
 use serde_json::json;
 use std::time::Duration;
 
@@ -24,18 +26,16 @@ use std::time::Duration;
 const CORRELATION_TOLD: f64 = 0.95;
 /// A larger factor on a variance is a warning; chance makes a little less.
 const WIDENED_TOLD: f64 = 1.5;
-/// Start of the comments in a scene; those of an earlier calibration are replaced.
-const REMARK: &str = "# found: ";
 
 fn gathered(
-    (text, fits, sensor): (&str, &[Fit], &str),
+    (text, loaded, sensor, fitted): (&str, &Loaded, &str, Calibrated),
     model: &Model<'_>,
     frames: &Frames,
     fine: &FineSearch,
     before: &[f64],
     starts: [usize; 2],
 ) -> Calibration {
-    let mut found = found(fits, model, fine);
+    let mut found = found(&loaded.fits, model, fine);
     let white = fine.noise.white;
     put_noise(&mut found, sensor, white, frames.len());
     let parts = Parts::of(&fine.left_over, frames.len());
@@ -45,11 +45,12 @@ fn gathered(
     let correlation = correlation(&found, model, &fine.uncertainty);
     let warnings = warnings(&found, &correlation, model, &fine.uncertainty, starts);
     Calibration {
-        scene: scene(text, fits, &found),
+        scene: document::scene(text, loaded, &found, &fitted),
         correlation,
         determined: determined(&found, model, &fine.uncertainty),
         warnings,
         frames: frames.len(),
+        half: frames.half,
         frames_read: frames.read,
         frames_left_out: frames.left_out,
         rmse_c: [rmse(before), rmse(&fine.left_over)],
@@ -244,35 +245,6 @@ fn warnings(
     warnings
 }
 
-fn scene(text: &str, fits: &[Fit], found: &[Estimate]) -> String {
-    let mut edits: Vec<(std::ops::Range<usize>, String)> = Vec::new();
-    for (fit, found) in fits.iter().zip(found) {
-        if let Some(span) = &fit.value_span {
-            edits.push((span.clone(), found.value.to_string()));
-        }
-        let mut remark = format!("{REMARK}{}\n", found.told());
-        if fit.is_mean_the_value {
-            // Otherwise the value found would be taken for what was known before.
-            remark.push_str(&format!("mean = {}\n", fit.value));
-        }
-        edits.push((earlier_remark(text, fit.remark_at), remark));
-    }
-    edits.sort_by_key(|(span, _)| std::cmp::Reverse((span.start, span.end)));
-    let mut text = text.to_owned();
-    for (span, new) in edits {
-        text.replace_range(span, &new);
-    }
-    text
-}
-
-/// The line before `at` if it is a comment of an earlier calibration, else nothing.
-fn earlier_remark(text: &str, at: usize) -> std::ops::Range<usize> {
-    let before = text[..at].trim_end_matches('\n');
-    let start = before.rfind('\n').map_or(0, |newline| newline + 1);
-    let is_remark = before[start..].starts_with(REMARK) && text[..at].ends_with('\n');
-    if is_remark { start..at } else { at..at }
-}
-
 impl Estimate {
     /// `84.97 ± 0.12 (95 %: 84.73 to 85.21)`, or why there is no uncertainty.
     #[must_use]
@@ -351,6 +323,13 @@ impl Calibration {
             "of which noise {noise} °C per pixel, pattern {pattern} °C between pixels, common mode {common} °C\n"
         ));
         text.push_str(&self.determined.text());
+        text.push_str(&match self.half {
+            Some(half) => format!(
+                "fitted to the {} half: `grideye compare` judges the scene by the other\n",
+                half.name()
+            ),
+            None => "fitted to all frames: `grideye compare` needs another recording to judge the scene (or --half first)\n".to_owned(),
+        });
         text.push_str("not in the uncertainties: the sensor's overall accuracy, typ. ±2.5 °C, and drift slower than the recording\n");
         for warning in &self.warnings {
             text.push_str(&format!("warning: {warning}\n"));
@@ -369,6 +348,7 @@ impl Calibration {
             "determined": self.determined,
             "warnings": self.warnings,
             "frames": self.frames,
+            "half": self.half,
             "frames_read": self.frames_read,
             "frames_left_out": self.frames_left_out,
             "rmse_before_c": self.rmse_c[0],
@@ -426,7 +406,10 @@ pub fn calibrate(
     let before = model.left_over(&model.start(), &frames)?;
     let (coarse, noise, starts) = from_several_starts(&mut model, &frames, options)?;
     let fine = FineSearch::search(&mut model, &frames, (&coarse, noise), options)?;
-    let asked = (text, loaded.fits.as_slice(), sensor);
+    let keys = loaded.fits.iter().map(|fit| fit.key.clone());
+    let keys = keys.filter(|key| key != RECORDING_START).collect();
+    let fitted = calibrated(records, &timeline, frames.span(), keys);
+    let asked = (text, &loaded, sensor, fitted);
     Ok(gathered(asked, &model, &frames, &fine, &before, starts))
 }
 

@@ -1,6 +1,8 @@
 //! The frames that a calibration uses.
 
-use crate::calibrate::types::{CalibrateError, FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Options};
+use crate::calibrate::types::{
+    CalibrateError, FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Half, Options,
+};
 use crate::frames::faults::{FaultFinder, Standing};
 use crate::frames::timeline::Timeline;
 use crate::frames::types::decoded;
@@ -19,6 +21,7 @@ pub(crate) struct Frames {
     /// Frames read, and how many were left out as torn or repeated.
     pub(crate) read: usize,
     pub(crate) left_out: usize,
+    pub(crate) half: Option<Half>,
 }
 
 impl Frames {
@@ -43,6 +46,11 @@ impl Frames {
         let mut frames = if 2 * whole.len() > read { whole } else { all };
         let left_out = read - frames.len();
         frames.retain(|(time, _)| within.is_none_or(|within| within.contains(time)));
+        if let (Some(half), Some(first), Some(last)) = (options.half, frames.first(), frames.last())
+        {
+            let middle = (first.0 + last.0) / 2;
+            frames.retain(|(time, _)| (*time <= middle) == (half == Half::First));
+        }
         if frames.len() < FRAMES_MIN {
             return Err(CalibrateError::TooFewFrames {
                 found: frames.len(),
@@ -65,6 +73,7 @@ impl Frames {
                 .collect(),
             read,
             left_out,
+            half: options.half,
         })
     }
 
@@ -86,11 +95,15 @@ impl Frames {
         }
     }
 
+    /// The first and the last time.
+    pub(crate) fn span(&self) -> (Duration, Duration) {
+        let first = self.times.first().copied().unwrap_or_default();
+        (first, self.times.last().copied().unwrap_or(first))
+    }
+
     pub(crate) fn interval_s(&self) -> f64 {
-        let (Some(first), Some(last)) = (self.times.first(), self.times.last()) else {
-            return 0.0;
-        };
-        (*last - *first).as_secs_f64() / count(self.len().max(2) - 1)
+        let (first, last) = self.span();
+        (last - first).as_secs_f64() / count(self.len().max(2) - 1)
     }
 }
 

@@ -20,6 +20,7 @@
 //! warning names unknowns that the recording cannot separate. An unknown at one of its bounds has no uncertainty.
 
 mod calibration;
+mod document;
 mod frames;
 mod linear;
 mod model;
@@ -31,6 +32,6 @@ mod uncertainty;
 
 pub use calibration::calibrate;
 pub use types::{
-    CalibrateError, Calibration, Determined, Estimate, FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Law,
-    Options, Progress, STARTS_MAX,
+    CalibrateError, Calibration, Determined, Estimate, FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN,
+    Half, Law, Options, Progress, STARTS_MAX,
 };

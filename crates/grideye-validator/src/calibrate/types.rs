@@ -1,6 +1,7 @@
 //! Options, progress, results and errors of a calibration.
 
 use crate::frames::timeline::Apart;
+use crate::names::named;
 use grideye_frame::PIXELS;
 use grideye_scene::SceneError;
 use grideye_scene::profile::Profile;
@@ -15,6 +16,16 @@ pub const FRAMES_MAX: usize = 1_000;
 /// Most starting points.
 pub const STARTS_MAX: usize = 100;
 
+named! {
+    /// A half of the frames by time.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    #[expect(missing_docs, reason = "the names say it")]
+    pub enum Half {
+        First = "first";
+        Second = "second";
+    }
+}
+
 /// How to calibrate; the defaults suit most recordings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
@@ -24,6 +35,8 @@ pub struct Options {
     pub starts: usize,
     /// Frames to use, [`FRAMES_MIN`] to [`FRAMES_MAX`], chosen evenly; [`FRAMES_DEFAULT`] by default.
     pub frames: Option<usize>,
+    /// Fit to this half of the frames, so that a comparison can judge the scene by the other; `None` fits to all.
+    pub half: Option<Half>,
     /// A profile of the sensor: its pattern is subtracted, its common mode replaces the estimate.
     pub profile: Option<Profile>,
 }
@@ -34,6 +47,7 @@ impl Default for Options {
             seed: 1,
             starts: 8,
             frames: None,
+            half: None,
             profile: None,
         }
     }
@@ -99,6 +113,8 @@ pub struct Calibration {
     pub warnings: Vec<String>,
     /// Frames used.
     pub frames: usize,
+    /// The half of the frames that they were taken from; `None`: all.
+    pub half: Option<Half>,
     /// Frames read from the recording.
     pub frames_read: usize,
     /// Frames left out as torn or duplicate.
@@ -117,7 +133,8 @@ pub struct Calibration {
     pub starts: [usize; 2],
     /// Number of simulations of all frames used.
     pub evaluations: u64,
-    /// The scene file with the values found and a comment at each `[[fit]]`; all other bytes are unchanged.
+    /// The scene file with the values found, a comment at each `[[fit]]` and a `[[calibrated]]` table at its end; all
+    /// other bytes are unchanged.
     pub scene: String,
 }
 

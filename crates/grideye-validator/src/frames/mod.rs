@@ -3,6 +3,7 @@
 pub(crate) mod cleaning;
 pub(crate) mod drift;
 pub(crate) mod faults;
+pub(crate) mod fitted;
 mod thinning;
 pub(crate) mod timeline;
 pub(crate) mod types;

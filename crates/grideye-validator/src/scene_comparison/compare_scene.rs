@@ -11,6 +11,7 @@ use crate::compare::{Comparison, Settings};
 use crate::error::{Side, ValidatorError, check_setting};
 use crate::frames::cleaning::{self, Counts, Read};
 use crate::frames::drift::Drift;
+use crate::frames::fitted::{FittedShare, fitted};
 use crate::frames::timeline::Timeline;
 use crate::frames::types::Pixels;
 use crate::frames::{LeftOut, Protocol, RealFrame, Shape, sensor_step_c};
@@ -26,6 +27,7 @@ use crate::verdict::types::Prior;
 use grideye_frame::{COLUMNS, ROWS, TICK};
 use grideye_recording::Record;
 use grideye_scene::{Scene, Simulator};
+use std::ops::RangeInclusive;
 use std::time::Duration;
 
 /// Compares one stream with what a scene's sensor would see: cleaned, drift removed, aligned within [`Options::align`].
@@ -48,21 +50,19 @@ pub fn compare_scene(
     });
     let (read, mut counts) = cleaning::clean(records, protocol == Protocol::Dynamic);
     let timeline = Timeline::new(records, scene, options.start)?;
-    let timed = timed(read, protocol, &timeline, &mut counts)?;
+    let fitted = fitted(records, scene);
+    let timed = timed(read, protocol, (&timeline, &fitted), &mut counts)?;
     let mut aligned = aligned((timed, timeline), scene, sensor, protocol, options)?;
     within_scene(&mut aligned, scene, protocol, &mut counts)?;
     aligned.found.left_out = counts.list();
     let mut notes = notes::alignment(&aligned.found, records.len(), &timeline);
     let lag_frames = lag(&aligned.frames, protocol, options.lag_frames)?;
-    let real = chosen(
-        &aligned.frames,
-        lag_frames,
-        number(protocol, options.frames)?,
-        &mut notes,
-    );
     let noise_seed = options.seed.wrapping_add(INDEPENDENCE);
     let mut renderer = Renderer::new(scene, &simulator, sensor, options)?;
     let (room, background) = renderer.learned_room(records, &aligned, protocol);
+    let fitted = leave_out_fitted(&mut aligned.frames);
+    let number = number(protocol, options.frames)?;
+    let real = chosen(&aligned.frames, lag_frames, number, &mut notes);
     let pattern = match (options.unit, &room) {
         (Some(unit), _) => Some(unit.pattern()),
         (None, room) => {
@@ -82,6 +82,7 @@ pub fn compare_scene(
         has_people: !scene.agents().is_empty(),
         nobody,
         pattern: pattern.unwrap_or_default(),
+        fitted: (!scene.calibrated().is_empty()).then_some(fitted),
         ..prior(records, &simulator, room, &aligned.found, options)
     };
     let comparison = compare_with_prior(shape, &real, &simulated, &settings, &prior)?;
@@ -125,7 +126,7 @@ fn shape_of(simulator: &Simulator) -> Result<Shape, ValidatorError> {
 fn timed(
     read: Vec<Read>,
     protocol: Protocol,
-    timeline: &Timeline,
+    (timeline, fitted): (&Timeline, &[RangeInclusive<u64>]),
     counts: &mut Counts,
 ) -> Result<Vec<TimedFrame>, ValidatorError> {
     let backwards = read
@@ -151,7 +152,12 @@ fn timed(
             }
             (time, _) => time.unwrap_or_else(|| timeline.start()),
         };
-        timed.push(TimedFrame { seq, time, celsius });
+        timed.push(TimedFrame {
+            seq,
+            time,
+            celsius,
+            is_fitted: fitted.iter().any(|range| range.contains(&boot_ns)),
+        });
     }
     if timed.is_empty() {
         return Err(ValidatorError::NoFrames { side: Side::Real });
@@ -313,6 +319,18 @@ fn within_scene(
         });
     }
     Ok(())
+}
+
+/// Keeps the frames to judge the scene by; all of them if too few are others than those it was fitted to.
+fn leave_out_fitted(frames: &mut Vec<TimedFrame>) -> FittedShare {
+    let share = FittedShare {
+        fitted: frames.iter().filter(|frame| frame.is_fitted).count(),
+        of: frames.len(),
+    };
+    if share.leaves_enough() {
+        frames.retain(|frame| !frame.is_fitted);
+    }
+    share
 }
 
 fn protocol_note(protocol: Protocol, scene: &Scene) -> String {

@@ -71,6 +71,8 @@ pub(crate) struct TimedFrame {
     pub(crate) seq: u64,
     pub(crate) time: Duration,
     pub(crate) celsius: Pixels,
+    /// Whether the scene was fitted to it.
+    pub(crate) is_fitted: bool,
 }
 
 pub(crate) struct AlignedFrames {

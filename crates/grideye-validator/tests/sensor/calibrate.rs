@@ -44,13 +44,13 @@ noise_sigma_c = 0.2
 const WALK: &str = "x_mm,y_mm,z_mm\n1000,1500,0\n2800,2600,0\n1200,3400,0\n";
 
 /// A typical unit: noise, a pattern that differs between seeds, a common mode with its cycle.
-const UNIT: &str = "[noise]\nsigma_c = 0.25\n[common_mode]\nsd_c = 0.08\ncorrelation_s = 1.5\ncycle_depth_c = 0.08\n\
+pub(crate) const UNIT: &str = "[noise]\nsigma_c = 0.25\n[common_mode]\nsd_c = 0.08\ncorrelation_s = 1.5\ncycle_depth_c = 0.08\n\
     [fixed_pattern]\nspread_c = 0.2\n";
 
-type Unknown = (&'static str, f64, f64, f64);
+pub(crate) type Unknown = (&'static str, f64, f64, f64);
 
 /// Key, lower bound, upper bound, truth.
-const EIGHT: [Unknown; 8] = [
+pub(crate) const EIGHT: [Unknown; 8] = [
     ("room.ambient_c", 15.0, 25.0, 20.0),
     ("agent.person.temperature_c", 22.0, 36.0, 29.0),
     ("object.radiator.temperature_c", 25.0, 60.0, 40.0),
@@ -61,12 +61,12 @@ const EIGHT: [Unknown; 8] = [
     ("recording.start_s", -1.0, 1.0, 0.3),
 ];
 
-fn files() -> BTreeMap<String, String> {
+pub(crate) fn files() -> BTreeMap<String, String> {
     BTreeMap::from([("walk.csv".to_owned(), WALK.to_owned())])
 }
 
 /// The scene with these unknowns, each a third of the way between its bounds.
-fn unknown(fits: &[Unknown]) -> String {
+pub(crate) fn unknown(fits: &[Unknown]) -> String {
     let mut text = SCENE.to_owned();
     for (key, low, high, _) in fits {
         text.push_str(&format!(
@@ -82,7 +82,13 @@ fn unknown(fits: &[Unknown]) -> String {
 }
 
 /// What a unit sees of the true scene, rounded like the chip; the recording starts at `start_s` of the scene.
-fn record(unit: &str, seed: u64, frames: u32, interval_ms: u32, start_s: f64) -> Vec<Record> {
+pub(crate) fn record(
+    unit: &str,
+    seed: u64,
+    frames: u32,
+    interval_ms: u32,
+    start_s: f64,
+) -> Vec<Record> {
     let scene = Scene::parse(SCENE, "truth.toml", &files()).unwrap().scene;
     let simulator = Simulator::without_grid(&scene, "ceiling").unwrap();
     let profile = Profile::parse(unit, "unit.toml").unwrap();
@@ -126,7 +132,11 @@ pub(crate) fn seeds() -> bool {
     std::env::var_os("GRIDEYE_ALL_SEEDS").is_some_and(|value| value == "1")
 }
 
-fn run(text: &str, records: &[Record], options: &Options) -> Result<Calibration, CalibrateError> {
+pub(crate) fn run(
+    text: &str,
+    records: &[Record],
+    options: &Options,
+) -> Result<Calibration, CalibrateError> {
     let scene = (text, "guess.toml");
     calibrate(records, scene, &files(), "ceiling", options, &mut |_| ())
 }
@@ -361,13 +371,20 @@ fn the_new_scene_keeps_every_other_byte_and_can_be_calibrated_again() {
         once.found[0].told()
     );
     assert!(once.scene.contains(&remark), "{}", once.scene);
-    let back = once
-        .scene
+    let (front, table) = once.scene.split_once("\n[[calibrated]]\n").unwrap();
+    assert!(table.contains("\nkeys = [\"object.radiator.temperature_c\"]\n"));
+    let back = front
         .replace(&format!("# found: {}\n", once.found[0].told()), "")
         .replace(&format!("= {value} # on"), "= 36.666666666666664 # on");
     assert_eq!(back, text);
     let twice = run(&once.scene, &records, &Options::default()).unwrap();
-    assert_eq!(twice.scene.matches("# found: ").count(), 1);
+    for once in ["# found: ", "[[calibrated]]", "\nframes = "] {
+        assert_eq!(twice.scene.matches(once).count(), 1, "{}", twice.scene);
+    }
+    assert_eq!(
+        twice.scene.split_once("\n[[calibrated]]\n").unwrap().1,
+        table
+    );
 }
 
 /// Of a value from the recording and one known before, both as certain, the middle is found, and 1/√2 of the uncertainty.
