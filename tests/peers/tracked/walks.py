@@ -44,8 +44,9 @@ class Walk:
         self.tracked_mm = SENSOR_MM + 1000 * place[kept] * (1, -1)
         # Where the person is when each row is recorded, in meters from the axis.
         self.place_m = np.stack([np.interp(self.time_s, self.tracked_s, axis) for axis in place[kept].T], axis=1)
-        since = np.abs(self.tracked_s[np.searchsorted(self.tracked_s[:-1], self.time_s)] - self.time_s)
-        self.distance_m = np.where(since < 1, np.hypot(*self.place_m.T), np.nan)
+        after = np.clip(np.searchsorted(self.tracked_s, self.time_s), 1, len(self.tracked_s) - 1)
+        self.is_tracked = np.diff(self.tracked_s)[after - 1] < 1
+        self.distance_m = np.where(self.is_tracked, np.hypot(*self.place_m.T), np.nan)
         self.near = self.distance_m < NEAR_M
         empty = np.flatnonzero(self.distance_m > EMPTY_M)
         self.empty = empty if len(empty) >= EMPTY_ROWS_MIN else empty[:0]
@@ -70,9 +71,11 @@ class Walk:
 
 
 def steady(time_s, place):
-    """The rows with a place that a person can have reached from the last kept one."""
+    """The rows with a new place, which a person can have reached from the last kept one."""
     kept = []
-    for row in np.flatnonzero(np.isfinite(place).all(axis=1)):
+    # A tracker that lost its target repeats a place to the micrometer; one that sees it jitters by far more.
+    is_new = np.isfinite(place).all(axis=1) & np.append(True, np.abs(np.diff(place, axis=0)).max(axis=1) > 1e-6)
+    for row in np.flatnonzero(is_new):
         if kept:
             step_s, step_m = time_s[row] - time_s[kept[-1]], np.hypot(*(place[row] - place[kept[-1]]))
             # A second later the place is believed again: the kept one may have been wrong.
@@ -89,9 +92,11 @@ def read(paths):
 
 
 def write_recording(path, walk, rows, celsius=None):
+    """Leaves out the rows for which the tracker does not say where the person is."""
     times, lines = walk.time_s[rows], [HEADER + "".join(f",pixel{pixel}" for pixel in range(1, 65))]
     frames = walk.celsius[rows] if celsius is None else celsius
-    for seq, (at, thermistor, frame) in enumerate(zip(times, walk.thermistor_c[rows], frames)):
+    for seq in np.flatnonzero(walk.is_tracked[rows]):
+        at, thermistor, frame = times[seq], walk.thermistor_c[rows][seq], frames[seq]
         boot_ns, utc_ns = round(1e3 * (at - times[0])) * 10**6, round(1e3 * at) * 10**6
         pixels = ",".join(f"{value:g}" for value in frame)
         lines.append(f"{walk.name},ceiling,walk,{seq},{boot_ns},{utc_ns},synced,,,{thermistor:g},{pixels}")
