@@ -106,7 +106,7 @@ fn write_profile(
             background.put_into(&mut profile, empty_room(options)?.as_deref());
             let stretches = background.stretches.iter().map(ToString::to_string);
             format!(
-                "empty room: {} frames, {}; its background is in the profile, for compare",
+                "empty room: {} frames, {}; its background is in the profile, for compare and calibrate",
                 background.frames,
                 stretches.collect::<Vec<_>>().join(", ")
             )

@@ -414,8 +414,8 @@ pub(crate) struct Characterize {
     /// Empty time: yes/no/auto/FROM..TO [default: detect].
     ///
     /// `yes`: all of the recording. `auto`: stretches that the program finds. FROM..TO: this stretch, in seconds since the
-    /// first frame. The profile then has the room's background, which only `compare` uses, and only until the recording
-    /// contradicts it.
+    /// first frame. The profile then has the room's background, which `compare` and `calibrate` use;
+    /// `compare` only if the recording does not contradict it.
     ///
     /// `no`: never. The profile then has only the unit's own pattern, which holds in any room.
     ///
