@@ -427,12 +427,13 @@ pub(crate) struct Characterize {
     /// Empty time: yes/no/auto/FROM..TO [default: detect].
     ///
     /// `yes`: all of the recording. `auto`: stretches that the program finds. FROM..TO: this stretch, in seconds since the
-    /// first frame. The profile's pattern is then the whole background of the empty room.
+    /// first frame. The profile then has the room's background, which `compare` and `calibrate` use;
+    /// `compare` only if the recording does not contradict it.
     ///
-    /// `no`: never. The pattern is then only the uneven part of the background, which holds in another room too.
+    /// `no`: never. The profile then has only the unit's own pattern, which holds in any room.
     ///
-    /// Default: `yes` if nothing moves and nothing warm is in view, `no` if something moves. If neither is certain, no
-    /// profile is written.
+    /// Default: `yes` if nothing moves and nothing warm is in view. If something moves, `auto` if ten seconds are empty and
+    /// nothing stays warm in them, otherwise `no`. If something stays warm and nothing moves, no profile is written.
     #[arg(long, value_name = "WHEN", value_parser = nobody)]
     pub(crate) empty: Option<Nobody>,
     /// Scene of the empty room to subtract.

@@ -58,10 +58,10 @@ impl Frames {
             });
         }
         let chosen = evenly(frames.len(), wanted);
-        let pattern = options
-            .profile
-            .as_ref()
-            .map_or([0.0; PIXELS], |profile| profile.fixed_pattern.offset_c);
+        let pattern = options.profile.as_ref().map_or(
+            [0.0; PIXELS],
+            grideye_scene::profile::Profile::in_its_room_c,
+        );
         let less = |celsius: &[f64; PIXELS]| {
             std::array::from_fn::<f64, PIXELS, _>(|pixel| celsius[pixel] - pattern[pixel])
         };

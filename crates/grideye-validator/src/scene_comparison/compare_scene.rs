@@ -5,7 +5,6 @@ use crate::align::clock::Clock;
 use crate::align::{
     AlignOptions, Alignment, OffsetFound, Orientation, SAMPLE_MAX, SPAN_MAX, TimeAlignment,
 };
-use crate::background::fit::BackgroundFit;
 use crate::compare::scoring::compare_with_prior;
 use crate::compare::{Comparison, Settings};
 use crate::error::{Side, ValidatorError, check_setting};
@@ -15,6 +14,7 @@ use crate::frames::fitted::{FittedShare, fitted};
 use crate::frames::timeline::Timeline;
 use crate::frames::types::Pixels;
 use crate::frames::{LeftOut, Protocol, RealFrame, Shape, sensor_step_c};
+use crate::metrics::foreground::RoomSource;
 use crate::numbers::{count, evenly, mean_frame};
 use crate::scene_comparison::notes;
 use crate::scene_comparison::rendering::{Renderer, shows_people};
@@ -63,13 +63,10 @@ pub fn compare_scene(
     let fitted = leave_out_fitted(&mut aligned.frames);
     let number = number(protocol, options.frames)?;
     let real = chosen(&aligned.frames, lag_frames, number, &mut notes);
-    let pattern = match (options.unit, &room) {
-        (Some(unit), _) => Some(unit.pattern()),
-        (None, room) => {
-            let learn = |room| renderer.learn(room, &timeline, &options.thresholds);
-            room.as_ref().and_then(learn)
-        }
-    };
+    let (pattern, room) = renderer.known(room, background.as_ref(), &timeline, options);
+    notes.push(notes::background(&pattern, room.as_ref(), options));
+    let is_replaced = pattern.from == RoomSource::Recording;
+    let warning = background.as_ref().and_then(|fit| fit.warning(is_replaced));
     let (simulated, nobody) = renderer.simulated(&real, &aligned, noise_seed);
     notes.push(protocol_note(protocol, scene));
     notes.push(format!(
@@ -81,9 +78,8 @@ pub fn compare_scene(
         shows_people: shows_people(&simulated, &nobody),
         has_people: !scene.agents().is_empty(),
         nobody,
-        pattern: pattern.unwrap_or_default(),
         fitted: (!scene.calibrated().is_empty()).then_some(fitted),
-        ..prior(records, &simulator, room, &aligned.found, options)
+        ..prior(records, &simulator, room, pattern, &aligned.found, options)
     };
     let comparison = compare_with_prior(shape, &real, &simulated, &settings, &prior)?;
     let judgment = &comparison.judgment;
@@ -94,7 +90,6 @@ pub fn compare_scene(
     });
     let lies = aligned.found.orientation.as_ref();
     notes.extend(lies.and_then(|found| notes::orientation(found, is_turned)));
-    let warning = background.as_ref().and_then(BackgroundFit::warning);
     Ok(Comparison {
         warnings: Vec::from_iter(warning),
         background,

@@ -1,10 +1,13 @@
-//! Sentences about the alignment, for the report.
+//! Sentences about alignment and background, for the report.
 
 use crate::align::{
     Alignment, OFFSET_MAX_PX, OffsetFound, Orientation, OrientationFound, TimeAlignment, TimeFound,
 };
 use crate::frames::timeline::{Joined, Timeline};
+use crate::metrics::foreground::RoomSource;
 use crate::report::text::with_error;
+use crate::scene_comparison::types::{LearnedRoom, Options};
+use crate::verdict::types::KnownPattern;
 use grideye_draw::text::fixed;
 
 pub(crate) fn alignment(found: &Alignment, rows: usize, timeline: &Timeline) -> Vec<String> {
@@ -26,6 +29,29 @@ pub(crate) fn alignment(found: &Alignment, rows: usize, timeline: &Timeline) -> 
     }
     notes.extend(found.offset.as_ref().and_then(offset));
     notes
+}
+
+/// Which background the comparison took.
+pub(crate) fn background(
+    pattern: &KnownPattern,
+    learned: Option<&LearnedRoom>,
+    options: &Options,
+) -> String {
+    let is_measured = options.unit.is_some_and(|unit| unit.has_background);
+    let unknown = fixed(options.thresholds.pattern_spread_c, 2);
+    match (pattern.from, learned) {
+        (RoomSource::Recording, Some(room)) => {
+            let frames = room.frames;
+            format!("Background: from {frames} empty frames of this recording.")
+        }
+        (RoomSource::Profile, _) if is_measured => {
+            "Background: from the profile, measured in an empty room.".to_owned()
+        }
+        (RoomSource::Profile, _) => format!(
+            "Background: unknown, σ {unknown} °C per pixel. The profile has the unit's pattern only."
+        ),
+        _ => format!("Background: unknown, σ {unknown} °C per pixel, as are unit and room."),
+    }
 }
 
 fn begins(timeline: &Timeline) -> String {

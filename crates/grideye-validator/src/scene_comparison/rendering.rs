@@ -27,6 +27,8 @@ pub(crate) struct Renderer<'a> {
     empty: Simulator,
     /// The unit's pattern, added to the scene.
     pattern_c: Option<[f64; PIXELS]>,
+    /// Whether the profile has the background of its room.
+    has_background: bool,
 }
 
 impl<'a> Renderer<'a> {
@@ -40,6 +42,7 @@ impl<'a> Renderer<'a> {
             simulator,
             empty: Simulator::new(&scene.without_agents(), sensor)?,
             pattern_c: options.unit.map(|unit| unit.pattern_c),
+            has_background: options.unit.is_some_and(|unit| unit.has_background),
         })
     }
 
@@ -59,8 +62,8 @@ impl<'a> Renderer<'a> {
             .unzip()
     }
 
-    /// The empty room that the recording shows while the scene is empty too; with a profile, how well the profile
-    /// explains it.
+    /// The empty room that the recording shows while the scene is empty too; with a profile that has a background, how
+    /// well the profile explains it.
     pub(crate) fn learned_room(
         &self,
         records: &[Record],
@@ -71,14 +74,15 @@ impl<'a> Renderer<'a> {
         if frames.len() < EMPTY_FRAMES_MIN {
             return (None, None);
         }
-        if self.pattern_c.is_none() {
-            return (Some(LearnedRoom::of(&frames)), None);
+        let room = Some(LearnedRoom::of(&frames));
+        if !self.has_background {
+            return (room, None);
         }
         let (first, second) = frames.split_at(frames.len() / 2);
         let expected = self.shown(&self.empty.image(aligned.timeline.start()).celsius, aligned);
         let [first, second] = [first, second].map(LearnedRoom::of);
         (
-            None,
+            room,
             Some(BackgroundFit::new(
                 [&first.celsius, &second.celsius],
                 &expected,
@@ -113,8 +117,29 @@ impl<'a> Renderer<'a> {
         (frames, stretches)
     }
 
+    /// The profile's background unless the recording contradicts it, else what the recording shows of the empty room,
+    /// else the unit's pattern alone. The learned room is returned if the profile's is not used.
+    pub(crate) fn known(
+        &mut self,
+        learned: Option<LearnedRoom>,
+        fit: Option<&BackgroundFit>,
+        timeline: &Timeline,
+        options: &Options,
+    ) -> (KnownPattern, Option<LearnedRoom>) {
+        let is_trusted = self.has_background && !fit.is_some_and(BackgroundFit::is_worse);
+        let learned = learned.filter(|_| !is_trusted);
+        let own = learned
+            .as_ref()
+            .and_then(|room| self.learn(room, timeline, &options.thresholds));
+        match (own, options.unit) {
+            (Some(own), _) => (own, learned),
+            (None, Some(unit)) => (unit.pattern(&options.thresholds), None),
+            (None, None) => (KnownPattern::default(), learned),
+        }
+    }
+
     /// Takes learned less simulated room as the pattern where nothing warm is claimed; `None` if more is warm.
-    pub(crate) fn learn(
+    fn learn(
         &mut self,
         learned: &LearnedRoom,
         timeline: &Timeline,

@@ -1,5 +1,7 @@
 //! A scene is not judged by the frames that it was fitted to.
 
+#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
+
 use crate::calibrate::{EIGHT, UNIT, files, record, run, unknown};
 use grideye_frame::Reading;
 use grideye_recording::Record;
