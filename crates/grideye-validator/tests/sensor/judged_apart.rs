@@ -88,7 +88,8 @@ fn the_half_that_was_left_out_is_judged() {
     for (half, fitted_to) in [(Half::First, 0..48), (Half::Second, 49..97)] {
         let text = fitted(&text, &records, Some(half));
         assert_eq!(judged(&text, &records), AGREES, "{half:?}");
-        let headline = compared(&text, &records).judgment.headline;
+        let comparison = compared(&text, &records);
+        let headline = comparison.judgment.headline;
         let of = headline.rsplit_once(" of ").unwrap().1;
         let (frames, rest) = of.split_once(' ').unwrap();
         assert_eq!(
@@ -98,6 +99,7 @@ fn the_half_that_was_left_out_is_judged() {
         // Half of them, less those that look torn by chance and the one or two next to the other half.
         let frames: usize = frames.parse().unwrap();
         assert!((42..=49).contains(&frames), "{headline}");
+        assert!(comparison.real_frames <= frames, "{headline}");
         let start = Duration::from_millis(100 * u64::try_from(fitted_to.start).unwrap());
         let cut = compared_from(&text, &records[fitted_to], start).judgment;
         assert_eq!(cut.criteria[1].state, State::Open, "{half:?}");
