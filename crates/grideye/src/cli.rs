@@ -383,11 +383,11 @@ pub(crate) struct Calibrate {
     /// The pattern is what the fitted scene does not explain.
     #[arg(long, value_name = "FILE")]
     pub(crate) write_profile: Option<PathBuf>,
-    /// Fit to this half of the recording [default: all].
+    /// Fit to the first or second half [default: all].
     ///
     /// `grideye compare` never judges a scene by the frames it was fitted to: fit to one half, and the same recording
     /// can be judged by the other.
-    #[arg(long, value_parser = one_of(HALVES))]
+    #[arg(long, value_parser = one_of(HALVES), hide_possible_values = true)]
     pub(crate) half: Option<Half>,
     /// Frames to use, 10 to 1000 [default: 200].
     ///

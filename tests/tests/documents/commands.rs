@@ -316,7 +316,7 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
         "grideye characterize empty-room.csv --profile my-sensor.toml",
         Run(
             "printf '[room]\\nsize_mm = [4000, 6000, 2700]\\nambient_c = 20\\n[[sensor]]\\nname = \"ceiling\"\\npreset = \"grid-eye\"\\nsampling_hz = 10\\nposition_mm = [2000, 3000, 2700]\\nelevation_deg = 90\\nazimuth_deg = 0\\n' > room.toml; grideye simulate room.toml --frames 600 --out empty-room.csv",
-            &["the pattern is its whole background"],
+            &["its background is in the profile"],
         ),
     ),
     (
