@@ -149,7 +149,7 @@ fn frames_from_before_the_start_are_left_out() {
         (correlation - expected).abs() < 0.02,
         "{correlation}, {expected}"
     );
-    // Joined at its first frame, the same recording shows somebody else's walk.
+    // Joined at its first frame, the same recording shows another walk.
     let at_first = compared(&records, STAMPED, Some(Duration::ZERO));
     assert!(at_first.score(Measure::Correlation).value.unwrap() < expected - 0.2);
 }
