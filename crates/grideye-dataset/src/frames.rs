@@ -1,7 +1,7 @@
 //! Makes labeled frames: the scene of a frame, what its sensor measures, and the ground truth.
 
 use crate::error::DatasetError;
-use grideye_scene::{Files, Scene, Simulator, simulator};
+use grideye_scene::{Files, Scene, Simulator};
 use grideye_variation::{Draw, Recipe, Value};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, VecDeque};
@@ -141,14 +141,18 @@ impl Maker<'_> {
         };
         let Set { scene, simulator } = set.as_ref();
         let time = recipe.time(index, &draw, scene, simulator.sensor());
+        let (image, noisy, filled) = simulator.labeled(time, draw.noise_seed);
+        let mut labels = scene.agents().iter().zip(filled).peekable();
         let labels = frames.agents().iter().map(|name| {
-            let number = scene
-                .agents()
-                .iter()
-                .position(|agent| agent.name == *name)?;
-            Some(label(scene, simulator, number, time))
+            // Absent agents are missing in the scene, which has the others in the same order.
+            let (agent, filled) = labels.next_if(|(agent, _)| agent.name == *name)?;
+            Some(Label {
+                position_m: agent.position_m(time).to_array(),
+                visibility: filled.visibility(),
+                pixels: filled.unhidden.pixels(),
+                mask: filled.seen.share,
+            })
         });
-        let (image, noisy) = simulator.image_and_noisy(time, draw.noise_seed);
         Ok(Labeled {
             index,
             time,
@@ -200,19 +204,6 @@ impl Maker<'_> {
             .position(|(_, set)| set.scene.has_the_room_of(scene))?;
         let (_, set) = self.kept.remove(at)?;
         Rc::into_inner(set)
-    }
-}
-
-fn label(scene: &Scene, simulator: &Simulator, agent: usize, time: Duration) -> Label {
-    let (seen, whole) = (
-        simulator.truth_of(agent, time),
-        simulator.unhidden(agent, time),
-    );
-    Label {
-        position_m: scene.agents()[agent].position_m(time).to_array(),
-        visibility: simulator::visibility(&seen, &whole),
-        pixels: whole.pixels(),
-        mask: seen.share,
     }
 }
 

@@ -4,10 +4,12 @@
 #[cfg(test)]
 extern crate std;
 
+mod calendar;
 mod frame;
 mod name;
 mod no_data;
 
+pub use calendar::{day_of, days_since_1970};
 pub use frame::{
     COLUMNS, Celsius, Frame, PIXELS, PixelIndex, PixelWord, ROWS, RawFrame, TICK, ThermistorWord,
 };

@@ -39,7 +39,7 @@ mod survey;
 
 pub use candidates::{Candidate, Mount, Mounts, candidates, preset};
 pub use error::CoverageError;
-pub use figure::{Figure, Posture};
+pub use figure::Figure;
 pub use floor::{Cell, Floor, Grain, Kind};
 pub use map::{Blind, Map, Spot, Totals};
 pub use pick::{Pick, Rule, Step, Wish, pick};

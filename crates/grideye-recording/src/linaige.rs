@@ -61,14 +61,8 @@ impl Date {
     /// 2199.
     #[must_use]
     pub fn new(year: i64, month: i64, day: i64) -> Option<Self> {
-        if !(1970..=2199).contains(&year) || !(1..=12).contains(&month) {
-            return None;
-        }
-        let first = days_before_month(year, month);
-        let days = days_before_month(year, month + 1) - first;
-        (1..=days).contains(&day).then(|| Self {
-            days_since_1970: first - days_before_month(1970, 1) + day - 1,
-        })
+        let days_since_1970 = grideye_frame::days_since_1970(year, month, day)?;
+        Some(Self { days_since_1970 })
     }
 
     /// The date in a file's name, as in `2021-07-01`.
@@ -273,13 +267,6 @@ fn digits(text: &[u8]) -> Option<i64> {
         byte.is_ascii_digit()
             .then(|| number * 10 + i64::from(byte - b'0'))
     })
-}
-
-/// Days before a month, counted from March of the year 0: in a year that begins in March, the leap day comes last.
-const fn days_before_month(year: i64, month: i64) -> i64 {
-    let months = 12 * year + month - 3;
-    let (year, month) = (months.div_euclid(12), months.rem_euclid(12));
-    365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5
 }
 
 #[cfg(test)]

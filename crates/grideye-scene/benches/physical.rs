@@ -42,17 +42,17 @@ fn main() -> Result<(), Box<dyn Error>> {
             image / each(&|moment| drop(black_box(paper.image(moment)))),
         );
     }
-    println!("people, walking below a sensor at 2.5 m");
+    println!(
+        "people, walking below a sensor at 2.5 m: image, labels and noise, labels and noise / image"
+    );
     for count in [1, 3] {
         let scene = crowd(count)?;
         let simulator = Simulator::new(&scene, "ceiling")?;
         let moments = (0..FRAMES).map(|frame| Duration::from_millis(2000 + 40 * u64::from(frame)));
-        let image = best(|| {
-            moments
-                .clone()
-                .for_each(|moment| drop(black_box(simulator.image(moment))));
-        });
-        println!("{count} {image:35.1}");
+        let each = |frame: &dyn Fn(Duration)| best(|| moments.clone().for_each(frame));
+        let image = each(&|moment| drop(black_box(simulator.image(moment))));
+        let labeled = each(&|moment| drop(black_box(simulator.labeled(moment, 1))));
+        println!("{count} {image:35.1} {labeled:8.1} {:8.2}", labeled / image);
     }
     Ok(())
 }

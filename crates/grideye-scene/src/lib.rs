@@ -53,18 +53,18 @@ mod picture;
 pub mod profile;
 mod radiometry;
 mod sensor;
-pub mod simulator;
+mod simulator;
 mod text;
 
 pub use file::{Files, key};
 pub use geometry::{Cuboid, Mesh, MeshError, Pose, count, polygon};
 pub use model::{
-    Agent, Body, Clothing, Contact, FreeSpace, Loaded, Model, Person, Posture, Room, Scene,
-    SceneError, Sensor, Warning, fit, limits,
+    Agent, Body, Calibrated, Clothing, Contact, FreeSpace, Loaded, Model, Person, Posture, Room,
+    Scene, SceneError, Sensor, Warning, fit, limits,
 };
 pub use motion::Trajectory;
-pub use picture::{Image, Mask, physical};
+pub use picture::{Filled, Image, Mask, physical};
 pub use radiometry::perceived;
 pub use sensor::fnv1a;
 pub use simulator::Simulator;
-pub use text::{Place, Refusal};
+pub use text::{Place, Refusal, Utc};

@@ -3,7 +3,7 @@
 use crate::geometry::{Ellipsoid, Mesh, Pose};
 use crate::model::{Agent, Body, Model, Print, Scene, SceneError, Sensor};
 use crate::picture::{
-    Accumulator, Backdrop, Facet, Image, ImagePlane, Mask, NOBODY, Physical, Resampler,
+    Accumulator, Backdrop, Facet, Filled, Image, ImagePlane, Mask, NOBODY, Physical, Resampler,
     SamplingGrid, ShadedPatch, Shown, Sight, StaticFacets,
 };
 use crate::radiometry::{Air, Glow, Surface};
@@ -127,7 +127,7 @@ impl Simulator {
                     vec![shown(physical, skin, sight)]
                 })
             });
-            let still_c = physical.celsius(&[]);
+            let still_c = physical.image(&[], 0).0;
             (Method::Physical(Box::new(physical)), still_c)
         } else if with_grid {
             let view = SamplingGrid::new(&sensor);
@@ -205,34 +205,72 @@ impl Simulator {
     }
 
     fn received(&self, time: Duration) -> Image {
+        self.drawn(time, 0).0
+    }
+
+    /// What the sensor receives, and what each of so many agents fills of it.
+    fn drawn(&self, time: Duration, agents: usize) -> (Image, Vec<Filled>) {
         let mut celsius = self.still_c.clone();
-        let pose = &self.sensor.pose;
-        match &self.method {
+        let owners = (0..).take(agents);
+        let zeros = || vec![0.0; self.still_c.len()];
+        let shares = match &self.method {
             Method::Grid(grid) => {
-                let patches = self.changing_by(time, |skin, form| {
-                    shaded(&grid.view, &self.air, skin, &form.faces(pose))
-                });
-                Accumulator::new(&grid.view, &self.air, &grid.backdrop, &grid.resampler)
+                let patches = self.patches(grid, time);
+                self.accumulator(grid, &grid.backdrop)
                     .add_excess(&patches, &mut celsius);
+                let empty = (agents > 0).then(|| Backdrop::empty(&grid.view));
+                let share = |patches: &[ShadedPatch], owner, backdrop| {
+                    let mut share = zeros();
+                    self.accumulator(grid, backdrop).add_share(
+                        patches,
+                        |of| of == owner,
+                        &mut share,
+                    );
+                    share
+                };
+                let of_owner = |owner: u32| {
+                    let own = patches.iter().filter(|patch| patch.owner == owner);
+                    let own: Vec<ShadedPatch> = own.cloned().collect();
+                    let empty = empty.as_ref().unwrap_or(&grid.backdrop);
+                    [
+                        share(&patches, owner, &grid.backdrop),
+                        share(&own, owner, empty),
+                    ]
+                };
+                owners.map(of_owner).collect()
             }
             Method::Area { plane, still } => {
-                let moving = self.changing_by(time, |skin, form| {
-                    facets(plane, &self.air, skin, &form.faces(pose))
-                });
+                let moving = self.facets(plane, time);
                 still.add_change(plane, &self.air, &moving, &mut celsius);
+                let nothing = StaticFacets::new(Vec::new());
+                let share = |facets: &[Facet], owner, still: &StaticFacets| {
+                    let mut share = zeros();
+                    still.add_share(plane, facets, |of| of == owner, &mut share);
+                    share
+                };
+                let of_owner = |owner: u32| {
+                    let own = moving.iter().filter(|facet| facet.owner == owner);
+                    let own: Vec<Facet> = own.cloned().collect();
+                    [share(&moving, owner, still), share(&own, owner, &nothing)]
+                };
+                owners.map(of_owner).collect()
             }
             Method::Physical(physical) => {
-                let moving = self.changing_by(time, |skin, form| {
-                    vec![shown_form(physical, skin, form, pose)]
-                });
-                celsius = physical.celsius(&moving);
+                let (image_c, shares) = physical.image(&self.shown(physical, time), agents);
+                celsius = image_c;
+                shares
             }
-        }
-        Image {
+        };
+        let image = Image {
             columns: self.sensor.columns,
             rows: self.sensor.rows,
             celsius,
-        }
+        };
+        let filled = shares.into_iter().map(|[seen, unhidden]| Filled {
+            seen: self.mask(seen),
+            unhidden: self.mask(unhidden),
+        });
+        (image, filled.collect())
     }
 
     /// What the sensor reports at `time`: the image with a draw of N(0, [`Sensor::noise_sigma`]) added to each pixel,
@@ -255,7 +293,19 @@ impl Simulator {
     /// [`Self::image`] and [`Self::noisy`] together, for little more than the cost of one.
     #[must_use]
     pub fn image_and_noisy(&self, time: Duration, seed: u64) -> (Image, Image) {
-        let received = self.received(time);
+        self.both(self.received(time), time, seed)
+    }
+
+    /// [`Self::image`], [`Self::noisy`], and what each agent fills, in the order of [`Scene::agents`]; in the physical
+    /// model for little more than the cost of one.
+    #[must_use]
+    pub fn labeled(&self, time: Duration, seed: u64) -> (Image, Image, Vec<Filled>) {
+        let (received, filled) = self.drawn(time, self.agents.len());
+        let (image, noisy) = self.both(received, time, seed);
+        (image, noisy, filled)
+    }
+
+    fn both(&self, received: Image, time: Duration, seed: u64) -> (Image, Image) {
         let noisy = self.with_noise(received.clone(), time, seed);
         (self.detected(received), noisy)
     }
@@ -273,61 +323,25 @@ impl Simulator {
     /// The share of each pixel that shows any agent at `time`.
     #[must_use]
     pub fn truth(&self, time: Duration) -> Mask {
-        self.mask(time, false, |owner| owner != NOBODY)
-    }
-
-    /// The share of each pixel that shows the agent with this index in [`Scene::agents`] at `time`; zero if there is
-    /// none.
-    #[must_use]
-    pub fn truth_of(&self, agent: usize, time: Duration) -> Mask {
-        self.mask(time, false, |owner| owner == number(agent))
-    }
-
-    /// [`Self::truth_of`] as if nothing else in the room hid the agent.
-    #[must_use]
-    pub fn unhidden(&self, agent: usize, time: Duration) -> Mask {
-        self.mask(time, true, |owner| owner == number(agent))
-    }
-
-    /// The visible share of an agent at `time`: [`Self::truth_of`] over [`Self::unhidden`], 0 to 1; 0 if out of view.
-    #[must_use]
-    pub fn visibility(&self, agent: usize, time: Duration) -> f64 {
-        visibility(&self.truth_of(agent, time), &self.unhidden(agent, time))
-    }
-
-    fn mask(&self, time: Duration, alone: bool, counts: impl Fn(u32) -> bool) -> Mask {
         let mut share = vec![0.0; self.still_c.len()];
-        let pose = &self.sensor.pose;
-        let is_shown = |skin: &BodySurface<'_>| !alone || counts(skin.owner);
+        let counts = |owner| owner != NOBODY;
         match &self.method {
-            Method::Grid(grid) => {
-                let patches = self.changing_by(time, |skin, form| match is_shown(skin) {
-                    true => shaded(&grid.view, &self.air, skin, &form.faces(pose)),
-                    false => Vec::new(),
-                });
-                let empty = alone.then(|| Backdrop::empty(&grid.view));
-                let backdrop = empty.as_ref().unwrap_or(&grid.backdrop);
-                Accumulator::new(&grid.view, &self.air, backdrop, &grid.resampler)
-                    .add_share(&patches, counts, &mut share);
-            }
+            Method::Grid(grid) => self.accumulator(grid, &grid.backdrop).add_share(
+                &self.patches(grid, time),
+                counts,
+                &mut share,
+            ),
             Method::Area { plane, still } => {
-                let moving = self.changing_by(time, |skin, form| match is_shown(skin) {
-                    true => facets(plane, &self.air, skin, &form.faces(pose)),
-                    false => Vec::new(),
-                });
-                let nothing = StaticFacets::new(Vec::new());
-                let still = if alone { &nothing } else { still };
-                still.add_share(plane, &moving, counts, &mut share);
+                still.add_share(plane, &self.facets(plane, time), counts, &mut share);
             }
             Method::Physical(physical) => {
-                let moving = self.changing_by(time, |skin, form| {
-                    let shown = is_shown(skin).then(|| shown_form(physical, skin, form, pose));
-                    shown.into_iter().collect()
-                });
-                let bare = alone.then(|| physical.bare());
-                share = bare.as_ref().unwrap_or(physical).share(&moving, counts);
+                share = physical.share(&self.shown(physical, time));
             }
         }
+        self.mask(share)
+    }
+
+    fn mask(&self, mut share: Vec<f64>) -> Mask {
         // A whole pixel's weights sum to 1 except for rounding.
         for share in &mut share {
             *share = share.clamp(0.0, 1.0);
@@ -339,11 +353,36 @@ impl Simulator {
         }
     }
 
+    fn accumulator<'a>(&'a self, grid: &'a Grid, backdrop: &'a Backdrop) -> Accumulator<'a> {
+        Accumulator::new(&grid.view, &self.air, backdrop, &grid.resampler)
+    }
+
+    fn patches(&self, grid: &Grid, time: Duration) -> Vec<ShadedPatch> {
+        let pose = &self.sensor.pose;
+        self.changing_by(time, |skin, form| {
+            shaded(&grid.view, &self.air, skin, &form.faces(pose))
+        })
+    }
+
+    fn facets(&self, plane: &ImagePlane, time: Duration) -> Vec<Facet> {
+        let pose = &self.sensor.pose;
+        self.changing_by(time, |skin, form| {
+            facets(plane, &self.air, skin, &form.faces(pose))
+        })
+    }
+
+    fn shown(&self, physical: &Physical, time: Duration) -> Vec<Shown> {
+        let pose = &self.sensor.pose;
+        self.changing_by(time, |skin, form| {
+            Some(shown_form(physical, skin, form, pose))
+        })
+    }
+
     /// Applies `build` to everything that changes: each part of each agent, changing objects, and prints on objects.
-    fn changing_by<T>(
+    fn changing_by<T, B: IntoIterator<Item = T>>(
         &self,
         time: Duration,
-        build: impl Fn(&BodySurface<'_>, &Form) -> Vec<T>,
+        build: impl Fn(&BodySurface<'_>, &Form) -> B,
     ) -> Vec<T> {
         let (ambient_c, time_s) = (self.ambient_c, time.as_secs_f64());
         let mut built = Vec::new();
@@ -473,24 +512,5 @@ fn facets(plane: &ImagePlane, air: &Air, skin: &BodySurface<'_>, sight: &Sight) 
                 plane.facet(face.corners.iter().copied(), face.inverse_depth, made_of)
             })
             .collect(),
-    }
-}
-
-/// The visible share: what is seen over what would be seen if nothing hid it, 0 to 1; 0 if out of view.
-#[must_use]
-pub fn visibility(seen: &Mask, unhidden: &Mask) -> f64 {
-    let whole = unhidden.pixels();
-    if whole > 0.0 {
-        (seen.pixels() / whole).min(1.0)
-    } else {
-        0.0
-    }
-}
-
-impl Mask {
-    /// The sum of all shares: how many pixels the agent fills.
-    #[must_use]
-    pub fn pixels(&self) -> f64 {
-        self.share.iter().sum()
     }
 }

@@ -207,7 +207,7 @@ export class Beside {
     const { frame, began } = this.#newest;
     this.#fields.first.hidden = began === null;
     // An emulated sensor starts its scene with its first frame. For real people, somebody starts it.
-    if (this.#scene?.moves && this.#chosen.originNs === null && began !== null) {
+    if (this.#scene?.moves && !this.#scene.starts_utc && this.#chosen.originNs === null && began !== null) {
       this.#change({ originNs: began, boot: this.#newest.boot });
     }
     const moment = this.#scene === null ? null : momentOf(this.#laid(), frame.t_boot_ns);
@@ -288,7 +288,8 @@ export class Beside {
     if (this.#asking || !this.#root.isConnected || document.hidden || this.#scene === null || this.#newest === null) return;
     const { frame, boot } = this.#newest;
     const moment = momentOf(this.#laid(), frame.t_boot_ns);
-    if (moment.state === "unset" || moment.state === "before") return;
+    // By UTC, the collector knows where the scene starts on the device's clock.
+    if (moment.state === "before" || (moment.state === "unset" && !this.#scene.starts_utc)) return;
     // After the scene's end the answer no longer changes.
     const asks = moment.state === "ended" ? `ended ${moment.originNs}` : frame.seq;
     if (this.#answeredFor === asks) return;
@@ -299,6 +300,11 @@ export class Beside {
     setTimeout(() => { this.#asking = false; }, ASK_MS);
     if (simulation !== this.#simulation) return;
     this.#answeredFor = asks;
+    const { origin_ns: originNs } = answer;
+    if (this.#scene.starts_utc && Number.isFinite(originNs) && this.#chosen.originNs !== originNs) {
+      this.#change({ originNs, boot });
+      this.#draw();
+    }
     if (answer.error) this.#scores.none(`${answer.error.message}.`);
     else if (moment.state === "ended" && !answer.frames) this.#scores.none("The collector no longer has the frames of this scene. Start the scene again.");
     else this.#scores.show(answer);
@@ -344,7 +350,7 @@ function optionsOf(scene) {
 function clockWords(moment, scene) {
   if (!scene.moves) return "Nothing moves in this scene.";
   switch (moment.state) {
-    case "unset": return `This scene moves for ${duration(scene.seconds)}. Start it when its people start.`;
+    case "unset": return `This scene moves for ${duration(scene.seconds)}. ${scene.starts_utc ? `It starts at ${scene.starts_utc}.` : "Start it when its people start."}`;
     case "before": return `The scene starts in ${duration(moment.until)}.`;
     case "ended": return `The scene ended ${duration(moment.since)} ago.`;
     default: return `Second ${moment.second.toFixed(1)} of ${scene.seconds.toFixed(1)}${moment.turn ? `, round ${moment.turn}` : ""}.`;

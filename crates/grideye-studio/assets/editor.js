@@ -28,7 +28,7 @@ const hand = { choose, move: moveTo, turn: (degrees, handAt) => turnTo(degrees, 
 const plan = new FloorPlan(at("#plan"), hand);
 const view = new RoomView(at("#view"), hand);
 const list = new ThingList(at("#things"), { choose });
-const fields = new Fields(at("#fields"), at("#fields-title"), { change: (edits, handAt) => draft.change(edits, handAt), finish: () => draft.finish(true) });
+const fields = new Fields(at("#fields"), at("#fields-title"), { change: (edits, handAt) => draft.change(edits, handAt), finish: () => draft.finish(true), pick });
 const seen = new Seen(at("#frames"), look, { choose: (name) => choose({ kind: "sensor", index: draft.scene.items.find((item) => item.kind === "sensor" && item.name === name).index }) });
 const textPane = new SceneText(at("#text"), at("#lines"), (text) => draft.write(text));
 const cover = new Cover(draft, plan);
@@ -150,6 +150,13 @@ addEventListener("keyup", async (event) => {
   await draft.settled();
   if (nudged?.times === times) nudged = null;
 });
+
+/** Makes an edit that depends on the newest state. */
+async function pick(edit) {
+  await draft.settled();
+  const made = edit();
+  if (made !== null) await draft.apply([made]);
+}
 
 async function add(kind) {
   at("#new").close();

@@ -1,6 +1,6 @@
 // The fields of the selection. Each is a key of the scene file, in the file's units.
 
-import { itemOf, pathOf, titleOf } from "./things.js";
+import { itemOf, pathOf, titleOf, turnKey } from "./things.js";
 
 const AXES = ["x", "y", "z"];
 const POSITION = { key: "position_mm", title: "Position", unit: "mm", parts: AXES, step: 50 };
@@ -8,6 +8,8 @@ const SIZE = { key: "size_mm", title: "Size", unit: "mm", parts: AXES, step: 50,
 const YAW = { key: "yaw_deg", title: "Yaw", unit: "°", step: 5, otherwise: 0 };
 const TEMPERATURE = { key: "temperature_c", title: "Temperature", unit: "°C", step: 0.5, otherwise: "room" };
 const EMISSIVITY = { key: "emissivity", title: "Emissivity", unit: "", step: 0.05, otherwise: 0.8 };
+const STANDS = { ...POSITION, known: true };
+const SPEED = { key: "speed_mm_per_s", title: "Speed", unit: "mm/s", step: 100, known: true };
 const NAME = { key: "name", title: "Name", text: true };
 
 /** The keys of each kind; `known` ones only where the file has them. */
@@ -19,7 +21,7 @@ const FIELDS = {
   ],
   object: [NAME, POSITION, SIZE, { ...YAW }, { ...YAW, key: "pitch_deg", title: "Pitch" }, { ...YAW, key: "roll_deg", title: "Roll" }, TEMPERATURE, EMISSIVITY],
   mosaic: [NAME, POSITION, { ...SIZE, title: "Cell size" }, EMISSIVITY],
-  agent: [NAME, { ...POSITION, known: true }, SIZE, YAW, TEMPERATURE, EMISSIVITY, { key: "speed_mm_per_s", title: "Speed", unit: "mm/s", step: 100, known: true }],
+  agent: [NAME, STANDS, SIZE, YAW, TEMPERATURE, EMISSIVITY, SPEED],
   sensor: [
     NAME, POSITION,
     { key: "elevation_deg", title: "Elevation (90 down)", unit: "°", step: 5 },
@@ -29,6 +31,15 @@ const FIELDS = {
     { key: "noise_sigma_c", title: "Noise (sigma)", unit: "°C", step: 0.05, otherwise: "preset" },
   ],
 };
+/** The choice that turns a word into the number it stands for. */
+const NUMBER = "number";
+/** The keys of a person's body; a word's default depends on the item. */
+const OF_A_PERSON = [
+  { key: "height_mm", title: "Height", unit: "mm", step: 50, otherwise: 1700, limits: [500, 2800] },
+  { key: "build", title: "Build", unit: "×", step: 0.05, limits: [0.5, 2], words: ["slight", "average", "stout", NUMBER], otherwise: () => "average" },
+  { key: "posture", title: "Posture", words: ["stand", "walk", "sit", "lie"], otherwise: ({ way }) => (way ? "walk" : "stand") },
+  { key: "clothing", title: "Clothing", unit: "clo", step: 0.1, limits: [0, 4], words: ["light", "indoor", "coat", NUMBER], otherwise: () => "indoor" },
+];
 const OF_A_PART = [{ ...POSITION, title: "position" }, { ...SIZE, title: "size" }, { ...TEMPERATURE, title: "temperature" }];
 
 export class Fields {
@@ -40,7 +51,10 @@ export class Fields {
   #inputs = [];
   #on;
 
-  /** Calls `on.change(edits, at)` at every keystroke that makes a value, and `on.finish` when the field is left. */
+  /**
+   * Calls `on.change(edits, at)` at every keystroke that makes a value, and `on.finish` when the field is left;
+   * `on.pick(edit)` when a word is chosen, with a function that makes its edit.
+   */
   constructor(root, title, on) {
     this.#root = root;
     this.#title = title;
@@ -69,8 +83,12 @@ export class Fields {
     this.#inputs[0]?.focus();
   }
 
-  #fill(input, { value, otherwise }) {
+  #fill(input, { value, otherwise, words }) {
     input.dataset.now = value ?? "";
+    if (words) {
+      input.value = value ?? otherwise;
+      return;
+    }
     if (input === document.activeElement && input.dataset.typing === "true") return;
     input.value = value ?? "";
     input.placeholder = otherwise ?? "";
@@ -87,7 +105,7 @@ export class Fields {
     const item = itemOf(this.#scene, this.#chosen);
     if (item === null) return [];
     if (row !== undefined) return [this.#point(item, row, "Position")];
-    const own = this.#of(FIELDS[kind], item.keys, pathOf(item));
+    const own = item.keys.person ? this.#person(item) : this.#of(FIELDS[kind], item.keys, pathOf(item));
     const points = item.way?.points_m.map((_, index) => this.#point(item, index, `Waypoint ${index + 1}`)) ?? [];
     const parts = (item.keys.part ?? []).flatMap((part, index) => {
       const rows = this.#of(OF_A_PART, part, pathOf(item, "part", index));
@@ -96,9 +114,20 @@ export class Fields {
     return [...own, ...points, ...parts];
   }
 
+  #person(item) {
+    const words = OF_A_PERSON.map((field) => (field.words ? { ...field, otherwise: field.otherwise(item) } : field));
+    const facing = turnKey(item) === null ? [] : [{ ...YAW, title: "Facing" }];
+    return [
+      ...this.#of([NAME, STANDS], item.keys, pathOf(item)),
+      ...this.#of(words, item.keys.person, pathOf(item, "person")),
+      ...this.#of([...facing, SPEED], item.keys, pathOf(item)),
+    ];
+  }
+
   #of(fields, keys, path) {
     const shown = fields.filter(({ key, known }) => !known || key in keys);
     return shown.map((field) => {
+      if (field.words) return { title: field.title, inputs: this.#choice(field, keys, [...path, field.key]) };
       const value = keys[field.key];
       const parts = field.parts ?? (Array.isArray(value) ? ["across", "down"] : null);
       if (parts === null) return { title: field.title, inputs: [this.#input(field, keys, [...path, field.key])] };
@@ -107,8 +136,15 @@ export class Fields {
     });
   }
 
-  #input({ key, unit, step, otherwise, text }, keys, path) {
-    return { path, unit, step, otherwise, text, value: keys[key] };
+  #input({ key, unit, step, otherwise, text, limits }, keys, path) {
+    return { path, unit, step, otherwise, text, limits, value: keys[key] };
+  }
+
+  /** A choice of words, and beside it the number where the file has one. */
+  #choice({ words, otherwise, ...field }, keys, path) {
+    const value = keys[field.key];
+    if (typeof value !== "number") return [{ path, words, otherwise, value }];
+    return [{ path, words, otherwise, value: NUMBER }, { ...this.#input(field, keys, path), as: "number" }];
   }
 
   #point(item, row, title) {
@@ -118,8 +154,11 @@ export class Fields {
   }
 
   #build(rows) {
+    const { key } = this.#root.contains(document.activeElement) ? document.activeElement.dataset : {};
     this.#inputs = [];
     this.#root.replaceChildren(...rows.map((row) => this.#row(row)));
+    // A field that becomes another kind keeps the focus.
+    this.#inputs.find((input) => input.dataset.key === key)?.focus();
   }
 
   #row({ title, inputs }) {
@@ -127,26 +166,51 @@ export class Fields {
     const name = Object.assign(document.createElement("span"), { className: "field-name", textContent: title });
     const boxes = inputs.map((input) => this.#box(title, input));
     group.append(name, ...boxes);
-    const unit = inputs[0].unit;
+    const { unit } = inputs.at(-1);
     if (unit) group.append(Object.assign(document.createElement("span"), { className: "unit", textContent: unit }));
     return group;
   }
 
   #box(title, wanted) {
-    const input = document.createElement("input");
-    const { part, unit, step, text } = wanted;
-    Object.assign(input, text ? { type: "text", maxLength: 100 } : { type: "number", step: "any" });
+    const { part, unit } = wanted;
+    const input = wanted.words ? this.#select(wanted) : this.#entry(wanted);
     input.setAttribute("aria-label", [title, part, unit].filter(Boolean).join(", "));
-    input.dataset.key = wanted.path?.join(" ") ?? `way ${wanted.row} ${wanted.axis}`;
+    input.dataset.key = wanted.path?.concat(wanted.as ?? []).join(" ") ?? `way ${wanted.row} ${wanted.axis}`;
     input.autocomplete = "off";
-    input.addEventListener("input", (event) => this.#typed(input, wanted, event));
-    input.addEventListener("keydown", (event) => this.#key(input, wanted, step, event));
-    for (const end of ["change", "blur"]) input.addEventListener(end, () => this.#left(input));
     this.#inputs.push(input);
     if (!part) return input;
     const label = Object.assign(document.createElement("label"), { className: "axis" });
     label.append(Object.assign(document.createElement("span"), { textContent: part }), input);
     return label;
+  }
+
+  #entry(wanted) {
+    const input = document.createElement("input");
+    const { step, text, limits } = wanted;
+    Object.assign(input, text ? { type: "text", maxLength: 100 } : { type: "number", step: "any" });
+    if (limits) [input.min, input.max] = limits;
+    input.addEventListener("input", (event) => this.#typed(input, wanted, event));
+    input.addEventListener("keydown", (event) => this.#key(input, wanted, step, event));
+    for (const end of ["change", "blur"]) input.addEventListener(end, () => this.#left(input));
+    return input;
+  }
+
+  #select({ path, words, otherwise }) {
+    const select = document.createElement("select");
+    select.append(...words.map((word) => new Option(word)));
+    select.addEventListener("keydown", (event) => event.key === "Escape" && select.blur());
+    select.addEventListener("change", () => {
+      const to = select.value;
+      this.#on.pick(() => {
+        const [kind, index] = path;
+        const stands = itemOf(this.#scene, { kind, index })?.person;
+        if (to === NUMBER) return stands ? { does: "set", path, to: stands[path.at(-1)] } : null;
+        if (to !== otherwise) return { does: "set", path, to };
+        // The default needs no key.
+        return select.dataset.now === "" ? null : { does: "unset", path };
+      });
+    });
+    return select;
   }
 
   #typed(input, wanted, { timeStamp }) {
@@ -156,7 +220,7 @@ export class Fields {
     if (edit !== null) this.#on.change([edit], timeStamp);
   }
 
-  #edit(input, { path, file, row, axis, text }) {
+  #edit(input, { path, file, row, axis, text, as }) {
     const number = input.valueAsNumber;
     if (file !== undefined) {
       if (!Number.isFinite(number)) return null;
@@ -164,7 +228,7 @@ export class Fields {
       const to = points[row].map((meters, index) => (index === axis ? number : Math.round(meters * 1e6) / 1000));
       return { does: "move-way-point", file, row, to_mm: to };
     }
-    if (input.value === "") return text || typeof path.at(-1) === "number" ? null : { does: "unset", path };
+    if (input.value === "") return text || as || typeof path.at(-1) === "number" ? null : { does: "unset", path };
     return { does: "set", path, to: text ? input.value : number };
   }
 
@@ -173,7 +237,8 @@ export class Fields {
     const by = { ArrowUp: 1, ArrowDown: -1 }[event.key];
     if (by !== undefined && !wanted.text) {
       const from = Number.isFinite(input.valueAsNumber) ? input.valueAsNumber : Number(input.placeholder) || 0;
-      input.value = Math.round((from + by * step * (event.shiftKey ? 10 : 1)) * 1000) / 1000;
+      const to = Math.round((from + by * step * (event.shiftKey ? 10 : 1)) * 1000) / 1000;
+      input.value = Math.min(Math.max(to, wanted.limits?.[0] ?? to), wanted.limits?.[1] ?? to);
       this.#typed(input, wanted, event);
       event.preventDefault();
     }

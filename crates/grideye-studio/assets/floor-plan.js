@@ -2,7 +2,7 @@
 
 import { CoverageHatch } from "./hatch.js";
 import { weightOf, withRoom } from "./names.js";
-import { centerOf, handleOf, isSame, onGrid, placeOf, turnOf, turnTowards, turnable } from "./things.js";
+import { centerOf, directionOf, handleOf, isSame, onGrid, placeOf, reachTowards, turnOf, turnTowards, turnable } from "./things.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 // Margin, as a share of the longer side of the room.
@@ -13,6 +13,8 @@ const POINT = 6;
 const HANDLE = 9;
 const LETTERS = 12;
 const ARM = 34;
+// The mark in front of a person: its distance and its size.
+const [FRONT_GAP, FRONT] = [4, 8];
 const ZOOM_STEP = 1.25;
 const ZOOM_MAX = 20;
 
@@ -111,7 +113,22 @@ export class FloorPlan {
 
   #bodies(item) {
     const chosen = this.#is(item);
+    if (item.keys.person && item.bodies) return this.#person(item, chosen);
     return (item.bodies ?? []).map(({ outline_m: outline }) => marked(polygon(`${item.kind} body${chosen}`, outline), item));
+  }
+
+  /** A person is one shape, with a mark in front of it. */
+  #person(item, chosen) {
+    const outlines = item.bodies.map(({ outline_m: outline }) => `M${onPage(outline)}Z`);
+    const body = marked(element("path", { class: `agent body person${chosen}`, d: outlines.join("") }), item);
+    const [x, y] = item.at_m;
+    const [across, along] = directionOf(item.faces_deg);
+    const at = (ahead, aside) => [x + ahead * across - aside * along, y + ahead * along + aside * across];
+    const from = reachTowards(item, item.faces_deg) + FRONT_GAP * this.#unit;
+    const size = FRONT * this.#unit;
+    const front = marked(polygon(`front${chosen}`, [at(from + size, 0), at(from, 0.8 * size), at(from, -0.8 * size)]), item);
+    front.dataset.faces = item.faces_deg;
+    return [body, front];
   }
 
   #is(item) {

@@ -1,6 +1,6 @@
 // Adds and duplicates items: finds free space and a free name.
 
-import { freeName, placeOf } from "./things.js";
+import { freeName, outlineOf, placeOf } from "./things.js";
 
 const STEMS = { object: "object", agent: "person", sensor: "sensor" };
 // Places to try, as shares of the width and depth of the room, middle first.
@@ -34,7 +34,7 @@ export async function copyOf(draft, item) {
   const copied = freeName(draft.scene, kind, name.replace(/[ -]\d+$/, ""));
   const edit = { does: "copy", path: [kind, index], name: copied };
   const copy = [kind, draft.scene.items.filter((one) => one.kind === kind).length];
-  const far = Math.max(ASIDE_MM, ...(item.keys.size_mm ?? []).slice(0, 2)) + GAP_MM;
+  const far = Math.max(ASIDE_MM, ...(item.keys.size_mm?.slice(0, 2) ?? sidesOf(item))) + GAP_MM;
   if (!item.way) {
     const places = around(draft, placeOf(item), far);
     return doBest(draft, places.map((to) => [edit, { does: "set", path: [...copy, "position_mm"], to }]));
@@ -62,12 +62,15 @@ async function another(draft, { way: { file, points_m: points } }, row) {
 async function first(draft, item) {
   const here = placeOf(item);
   const { index } = item;
+  // Who is told to stand would glide.
+  const walks = item.keys.person?.posture === "stand" ? [{ does: "unset", path: ["agent", index, "person", "posture"] }] : [];
   // A file that exists belongs to something else, so the next name is tried.
   const ways = filesFor(draft, item.name).flatMap((file) => around(draft, here, AHEAD_MM).map((place) => [
     { does: "new-way", file, points_mm: [here, place] },
     { does: "set", path: ["agent", index, "trajectory"], to: file },
     { does: "set", path: ["agent", index, "speed_mm_per_s"], to: SPEED_MM_PER_S },
     { does: "unset", path: ["agent", index, "position_mm"] },
+    ...walks,
   ]));
   return (await doBest(draft, ways)) ? 1 : null;
 }
@@ -90,6 +93,12 @@ function around(draft, [x, y, z], far) {
   const places = [[far, 0], [0, far], [-far, 0], [0, -far]].map(([dx, dy]) => [x + dx, y + dy, z]);
   const away = ([placeX, placeY]) => Math.hypot(placeX - middle[0], placeY - middle[1]);
   return places.sort((one, other) => away(one) - away(other));
+}
+
+/** Width and depth of an item's outline, millimeters. */
+function sidesOf(item) {
+  return [0, 1].map((axis) => outlineOf(item).map((corner) => corner[axis])).filter((ends) => ends.length > 0)
+    .map((ends) => Math.ceil((Math.max(...ends) - Math.min(...ends)) * 100) * 10);
 }
 
 /** Letters and digits that every file system takes. */

@@ -4,9 +4,11 @@ const SVG = "http://www.w3.org/2000/svg";
 // Lengths as shares of the longer side of the room.
 const MARGIN = 0.04;
 const RING = 0.042;
-const PERSON = 0.026;
+const DOT = 0.013;
 const LETTERS = 0.04;
 const NAME = 0.052;
+// Ahead of a person's face, in meters.
+const NOSE = [[0.2, -0.07], [0.3, 0], [0.2, 0.07]];
 
 export class Plan {
   #svg;
@@ -40,12 +42,11 @@ export class Plan {
   /** Moves the agents; `known` is false if their positions are unknown. */
   place(agents, known) {
     this.#svg.dataset.known = known;
-    for (const { name, place } of agents) {
+    for (const { name, place, front } of agents) {
       const marks = this.#agents.get(name);
       if (!marks) continue;
       const [x, y] = place;
-      marks.dot.setAttribute("cx", x);
-      marks.dot.setAttribute("cy", -y);
+      marks.body.setAttribute("transform", `translate(${x} ${-y}) rotate(${-front})`);
       marks.text.setAttribute("x", x);
       marks.text.setAttribute("y", -y - NAME * this.#unit);
     }
@@ -53,7 +54,7 @@ export class Plan {
 
   #sensor(sensor, chosen) {
     const [x, y] = sensor.at_m;
-    const dot = element("circle", { class: chosen ? "sensor-dot chosen" : "sensor-dot", cx: x, cy: -y, r: (chosen ? RING : PERSON / 2) * this.#unit });
+    const dot = element("circle", { class: chosen ? "sensor-dot chosen" : "sensor-dot", cx: x, cy: -y, r: (chosen ? RING : DOT) * this.#unit });
     const marks = [titled(dot, `sensor ${sensor.name}`)];
     if (chosen) marks.push(this.#text("sensor-name", sensor.name, [x, -y + (RING + LETTERS) * this.#unit]));
     return marks;
@@ -61,10 +62,12 @@ export class Plan {
 
   #agent(agent) {
     const [x, y] = agent.starts_m;
-    const dot = element("circle", { class: "agent", cx: x, cy: -y, r: PERSON * this.#unit });
+    const body = element("g", { class: "agent", transform: `translate(${x} ${-y})` });
+    if (agent.is_person) body.append(polygon("nose", NOSE));
+    body.append(...agent.body_m.map((outline) => polygon("part", outline)));
     const text = this.#text("agent-name", agent.name, [x, -y - NAME * this.#unit]);
-    this.#agents.set(agent.name, { dot, text });
-    return [dot, text];
+    this.#agents.set(agent.name, { body, text });
+    return [body, text];
   }
 
   #text(kind, words, [x, y]) {

@@ -84,8 +84,14 @@ export class RoomView {
     context.lineJoin = "round";
     this.#room(context, eye, look);
     const { items } = this.#scene;
-    this.#shapes = items.flatMap((item) => facesOf(item, eye)).sort((one, other) => other.depth - one.depth);
-    for (const shape of this.#shapes) this.#fill(context, shape, look);
+    this.#shapes = items.flatMap((item) => (item.faces_deg === undefined ? facesOf : segmentsOf)(item, eye)).sort((one, other) => other.depth - one.depth);
+    const outlined = new Set();
+    for (const shape of this.#shapes) {
+      if (shape.ellipse && !outlined.has(shape.item)) this.#outline(context, shape.item, look);
+      outlined.add(shape.item);
+      if (shape.ellipse) this.#round(context, shape, look);
+      else this.#fill(context, shape, look);
+    }
     for (const item of items) this.#lines(context, item, eye, look);
     this.#names(context, items, eye, look);
     this.#handle(context, eye, look);
@@ -124,6 +130,31 @@ export class RoomView {
     context.strokeStyle = !edged ? context.fillStyle : chosen ? look.accent : look.faint;
     context.lineWidth = (edged && chosen ? 2 : 0.5) * devicePixelRatio;
     context.stroke(path);
+  }
+
+  /** Outlines a person: its segments, drawn over it, leave the outline of the whole body. */
+  #outline(context, item, look) {
+    const chosen = this.#is(item);
+    context.strokeStyle = chosen ? look.accent : look.faint;
+    context.lineWidth = (chosen ? 5 : 2) * devicePixelRatio;
+    for (const shape of this.#shapes) if (shape.item === item) context.stroke(shape.path);
+  }
+
+  /** A segment of a person, brightest where it faces the light. */
+  #round(context, { ellipse: { at: [x, y], half: [long, short], turn }, light: [from, to], place: [across, down] }, look) {
+    const [bright, dark] = [from, to].map((shade) => `rgb(${look.people.map((part) => Math.round(part * shade)).join(" ")})`);
+    context.save();
+    context.translate(x, y);
+    context.rotate(turn);
+    context.scale(long, short);
+    const shades = context.createRadialGradient(across, down, 0, across, down, 1 + Math.hypot(across, down));
+    shades.addColorStop(0, bright);
+    shades.addColorStop(1, dark);
+    context.fillStyle = shades;
+    context.beginPath();
+    context.arc(0, 0, 1, 0, 2 * Math.PI);
+    context.fill();
+    context.restore();
   }
 
   /** Trajectories and fields of view. */
@@ -354,10 +385,47 @@ function facesOf(item, eye) {
     const seen = vertices.map((vertex) => eye.see(vertex));
     return faces.map((face) => {
       const corners = face.map((corner) => seen[corner]);
-      const depth = corners.reduce((sum, [, , away]) => sum + away, 0) / corners.length;
+      // The farthest corner, so that what lies on a face is in front of it.
+      const depth = Math.max(...corners.map(([, , away]) => away));
       return { item, depth, edged: faces.length <= EDGED_MAX, path: pathOf(corners), shade: shadeOf(face.slice(0, 3).map((corner) => vertices[corner])) };
     });
   });
+}
+
+/** The segments of a person as they are drawn: ellipses, each with the place of its brightest point and its shades. */
+function segmentsOf(item, eye) {
+  return item.bodies.map(({ center_m: center, axes_m: axes }) => {
+    const [x, y, depth] = eye.see(center);
+    const drawn = axes.map((axis) => {
+      const [there, back] = [1, -1].map((sign) => eye.see(center.map((side, index) => side + sign * axis[index])));
+      return [0, 1].map((index) => (there[index] - back[index]) / 2);
+    });
+    const sum = (one, other) => drawn.reduce((total, end) => total + end[one] * end[other], 0);
+    const [mean, apart] = [(sum(0, 0) + sum(1, 1)) / 2, Math.hypot((sum(0, 0) - sum(1, 1)) / 2, sum(0, 1))];
+    const half = [mean + apart, mean - apart].map((square) => Math.sqrt(Math.max(0.01, square)));
+    const turn = 0.5 * Math.atan2(2 * sum(0, 1), sum(0, 0) - sum(1, 1));
+    const path = new Path2D();
+    path.ellipse(x, y, ...half, turn, 0, 2 * Math.PI);
+    return { item, depth, path, ellipse: { at: [x, y], half, turn }, ...litOf({ axes, drawn, half, turn }, eye) };
+  });
+}
+
+/** Where the ellipsoid that is drawn as the unit circle is brightest, and its most and least brightness. */
+function litOf({ axes, drawn, half, turn }, eye) {
+  const along = axes.map((axis) => dot(axis, LIGHT));
+  const length = Math.hypot(...along);
+  const facing = axes.reduce((sum, axis, index) => sum + (along[index] / length) * dot(axis, eye.away), 0);
+  const [x, y] = [0, 1].map((side) => drawn.reduce((sum, end, index) => sum + (along[index] / length) * end[side], 0));
+  const place = [(x * Math.cos(turn) + y * Math.sin(turn)) / half[0], (y * Math.cos(turn) - x * Math.sin(turn)) / half[1]];
+  const aside = Math.min(1, Math.hypot(...place));
+  const light = [facing > 0 ? 1 : aside, -aside].map(brightness);
+  // The brightest point of a segment lit from behind is on its rim.
+  return { light, place: facing > 0 || aside === 0 ? place : place.map((side) => side / aside) };
+}
+
+/** Brightness by the cosine of the angle to the light. */
+function brightness(cosine) {
+  return SHADE_MIN + (1 - SHADE_MIN) * (0.5 + 0.5 * cosine);
 }
 
 /** Brightness of a face by its angle to the light, the same on both sides. */
@@ -365,7 +433,7 @@ function shadeOf([one, other, third]) {
   const [along, up] = [other, third].map((corner) => corner.map((side, axis) => side - one[axis]));
   const normal = [along[1] * up[2] - along[2] * up[1], along[2] * up[0] - along[0] * up[2], along[0] * up[1] - along[1] * up[0]];
   const length = Math.hypot(...normal) || 1;
-  return SHADE_MIN + (1 - SHADE_MIN) * (0.5 + 0.5 * (dot(normal, LIGHT) / length));
+  return brightness(dot(normal, LIGHT) / length);
 }
 
 /** The ends of a view's corner rays, where they leave the box around the room. */
@@ -379,10 +447,14 @@ function raysOf({ at_m: at, axes: [forward, left, up], field_rad: field }, { low
 }
 
 function topOf({ bodies }) {
-  const vertices = bodies?.flatMap((body) => body.vertices_m) ?? [];
+  const vertices = bodies?.flatMap((body) => body.vertices_m ?? [topOfSegment(body)]) ?? [];
   if (vertices.length === 0) return null;
   const middle = [0, 1].map((axis) => vertices.reduce((sum, vertex) => sum + vertex[axis], 0) / vertices.length);
   return [...middle, vertices.reduce((top, [, , z]) => Math.max(top, z), -Infinity)];
+}
+
+function topOfSegment({ center_m: [x, y, z], axes_m: axes }) {
+  return [x, y, z + Math.hypot(...axes.map((axis) => axis[2]))];
 }
 
 function pathOf(points, closed = true) {

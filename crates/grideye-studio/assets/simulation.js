@@ -26,7 +26,7 @@ export class Simulation {
       if (second + AHEAD_S < piece.seconds) this.#ask(second + AHEAD_S);
       return {
         celsius: piece.frames[index],
-        agents: piece.agents.map(({ name, at_m: places }) => ({ name, place: places[index] })),
+        agents: piece.agents.map(({ name, at_m: places, front_deg: fronts }) => ({ name, place: places[index], front: fronts[index] })),
       };
     }
     this.#ask(second);

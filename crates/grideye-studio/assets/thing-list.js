@@ -69,11 +69,14 @@ function scrollInList(list, { offsetTop: top, offsetHeight: height }) {
   else if (top + height > list.scrollTop + list.clientHeight) list.scrollTop = top + height - list.clientHeight;
 }
 
-/** What the drawings do not show: that an item is left out, or how warm it is. */
+const POSTURES = { stand: "stands", walk: "walks", sit: "sits", lie: "lies" };
+
+/** What the drawings do not show: that an item is left out, what a person does, or how warm it is. */
 function aboutOf(item) {
   if (item.keys.present === false) return "not present";
   if (item.kind === "sensor") return "";
   if (item.kind === "object" && item.bodies.length === 0) return "outside the room, left out";
+  if (item.keys.person) return POSTURES[item.keys.person.posture ?? (item.way ? "walk" : "stand")] ?? "";
   const celsius = item.keys.temperature_c ?? item.bodies?.[0]?.celsius;
   return celsius === undefined ? "" : `${celsius} °C`;
 }

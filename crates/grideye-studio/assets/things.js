@@ -52,9 +52,10 @@ export function onGrid(lengths, fine) {
   return lengths.map((length) => Math.round(length / step) * step);
 }
 
-/** The key that turns an item about the vertical, or null. */
+/** The key that turns an item about the vertical, or null; a walking person faces its way. */
 export function turnKey(item) {
-  return TURNED[item.kind] ?? null;
+  const facesWay = item.keys.person && item.way && item.keys.faces !== "fixed";
+  return facesWay ? null : (TURNED[item.kind] ?? null);
 }
 
 export function turnOf(item) {
@@ -66,14 +67,31 @@ export function centerOf(item) {
   return item.at_m ?? placeOf(item).map((length) => length / 1000);
 }
 
+/** How far an item reaches from its position towards an angle, meters. */
+export function reachTowards(item, degrees) {
+  const [x, y] = item.at_m;
+  const [across, along] = directionOf(degrees);
+  return Math.max(0, ...outlineOf(item).map(([cornerX, cornerY]) => (cornerX - x) * across + (cornerY - y) * along));
+}
+
+export function directionOf(degrees) {
+  const angle = (degrees * Math.PI) / 180;
+  return [Math.cos(angle), Math.sin(angle)];
+}
+
+/** The corners of all outlines of an item, meters. */
+export function outlineOf(item) {
+  return item.bodies?.flatMap((body) => body.outline_m) ?? [];
+}
+
 /** Where the turn handle is: in the direction the item faces, `beside` meters outside it, on its level. */
 export function handleOf(item, beside) {
   const [x, y, z] = centerOf(item);
-  const angle = (turnOf(item) * Math.PI) / 180;
-  const outline = item.bodies?.flatMap((body) => body.outline_m) ?? [];
+  const [across, along] = directionOf(turnOf(item));
+  const outline = outlineOf(item);
   const reach = Math.max(0, ...outline.map(([cornerX, cornerY]) => Math.hypot(cornerX - x, cornerY - y)));
   const arm = Math.min(reach, REACH_MAX_M) + beside;
-  return [x + Math.cos(angle) * arm, y + Math.sin(angle) * arm, z];
+  return [x + across * arm, y + along * arm, z];
 }
 
 /** The angle when the handle is dragged to a point, degrees. */

@@ -1,5 +1,6 @@
 //! Why frames could not be compared.
 
+use crate::frames::timeline::Apart;
 use std::fmt;
 use std::time::Duration;
 
@@ -81,6 +82,8 @@ pub enum ValidatorError {
         "the recording begins {starts:?} into the scene, which ends after {ends:?}\nhint: give an earlier start"
     )]
     NoOverlap { starts: Duration, ends: Duration },
+    #[error(transparent)]
+    Apart(#[from] Apart),
     #[error(transparent)]
     Scene(#[from] grideye_scene::SceneError),
 }

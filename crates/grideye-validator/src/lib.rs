@@ -17,7 +17,7 @@
 //! |---|---|
 //! | agrees | every criterion that was asked is met |
 //! | disagrees | a criterion fails; the reasons name it, with the numbers |
-//! | cannot tell | fewer than two frames, nothing warm in the recording, a ceiling that does not rise above chance, or a score that a room without the people (or an empty one) would reach too |
+//! | cannot tell | fewer than two frames, too few that the scene was not fitted to, nothing warm in the recording, a ceiling that does not rise above chance, or a score that a room without the people (or an empty one) would reach too |
 //!
 //! [`compare()`] takes frames, [`compare_scene`] a recording and a scene; [`report`] writes either result as a page or
 //! JSON. [`align`] matches their time and place first. [`characterize`](mod@characterize) measures the sensor itself.
@@ -66,8 +66,8 @@ pub use compare::{
 pub use error::{Side, ValidatorError};
 pub use expected::{DRAWS, ScoreDistribution};
 pub use frames::{
-    LeftOut, LeftOutCount, Protocol, RECORDS_MAX, RUN_RECORDS, RealFrame, Shape, SimulatedFrame,
-    Thinned, Thinning, sensor_step_c,
+    Apart, Joined, LeftOut, LeftOutCount, Protocol, RECORDS_MAX, RUN_RECORDS, RealFrame, Shape,
+    SimulatedFrame, Thinned, Thinning, Timeline, sensor_step_c,
 };
 pub use metrics::foreground::{ForegroundCorrelation, RoomSource};
 pub use metrics::score::{Better, Measure, Score, Scores, Shuffled};

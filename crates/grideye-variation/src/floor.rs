@@ -1,99 +1,117 @@
 //! Places agents on the floor: draws places until nobody is in anybody's way.
 
 use super::chance::{generator, share};
-use super::target::{Edit, Placed, edited};
+use super::target::{Edit, Placed};
 use glam::DVec3;
-use grideye_scene::{Files, Scene, SceneError};
+use grideye_scene::Scene;
 use rand_chacha::ChaCha12Rng;
 
-/// A draw's text and where the positions of placed agents belong in it.
-pub(crate) struct Floors<'a> {
-    /// The scene file's name in messages.
-    pub(crate) origin: &'a str,
-    pub(crate) placed: &'a [Placed],
-    pub(crate) text: String,
-    /// Per agent: the first edit sets its position, the others remove the keys of its walk.
-    pub(crate) edits: Vec<Vec<Edit>>,
-    pub(crate) silence: Option<Edit>,
+/// The edits that place agents: the first of each agent sets its position, the others remove the keys of its walk.
+pub(crate) fn edits(
+    placed: &[Placed],
+    places_m: impl Iterator<Item = DVec3>,
+) -> Vec<(&Edit, String)> {
+    let mut edits = Vec::new();
+    for (placed, place_m) in placed.iter().zip(places_m) {
+        let [x_mm, y_mm, z_mm] = (1000.0 * place_m).to_array();
+        let position = format!("[{x_mm:?}, {y_mm:?}, {z_mm:?}]");
+        let values = std::iter::once(position).chain(std::iter::repeat(String::new()));
+        edits.extend(placed.edits.iter().zip(values));
+    }
+    edits
 }
 
-impl Floors<'_> {
-    pub(crate) fn edits(&self, places: &[Lottery]) -> Vec<(&Edit, String)> {
-        let mut edits = Vec::new();
-        for (place, of_agent) in places.iter().zip(&self.edits) {
-            let [x_mm, y_mm, z_mm] = (1000.0 * place.place_m).to_array();
-            let position = format!("[{x_mm:?}, {y_mm:?}, {z_mm:?}]");
-            let values = std::iter::once(position).chain(std::iter::repeat(String::new()));
-            edits.extend(of_agent.iter().zip(values));
+/// Agents on their way to free places.
+pub(crate) struct Floor {
+    scene: Scene,
+    lotteries: Vec<Lottery>,
+}
+
+impl Floor {
+    /// Starts with the first places drawn, wherever these agents stand in the scene.
+    pub(crate) fn new(scene: Scene, placed: &[Placed], (seed, index): (u64, u64)) -> Self {
+        let bounds_m = scene.room().bounds_m();
+        let mut floor = Self {
+            scene,
+            lotteries: Vec::new(),
+        };
+        for placed in placed {
+            let mut agents = floor.scene.agents().iter();
+            let agent = agents.position(|agent| agent.name == placed.agent);
+            let lottery = Lottery {
+                generator: generator(seed, &format!("agent.{}.position", placed.agent), index),
+                agent,
+                low_m: bounds_m.0,
+                size_m: bounds_m.1 - bounds_m.0,
+                place_m: bounds_m.0,
+                is_in_room: true,
+                drawn: 0,
+            };
+            floor.lotteries.push(lottery);
+            floor.draw(floor.lotteries.len() - 1);
         }
-        edits
+        floor
     }
 
-    fn silent(&self) -> impl Iterator<Item = (&Edit, String)> {
-        let edits = self.silence.iter();
-        edits.map(|edit| (edit, "\"ignore\"".to_owned()))
+    /// Draws a place anywhere on the bottom of the room's bounding box.
+    pub(crate) fn draw(&mut self, number: usize) {
+        let lottery = &mut self.lotteries[number];
+        let generator = &mut lottery.generator;
+        let (x, y) = (share(generator), share(generator));
+        lottery.place_m = lottery.low_m + lottery.size_m * DVec3::new(x, y, 0.0);
+        lottery.drawn += 1;
+        if let Some(agent) = lottery.agent {
+            lottery.is_in_room = self.scene.stand(agent, lottery.place_m);
+        }
     }
 
-    pub(crate) fn room_m(&self, files: &dyn Files) -> Result<(DVec3, DVec3), SceneError> {
-        let text = edited(&self.text, self.silent().collect());
-        let loaded = Scene::parse(&text, self.origin, files)?;
-        Ok(loaded.scene.room().bounds_m())
-    }
-
-    pub(crate) fn misplaced(
-        &self,
-        places: &[Lottery],
-        files: &dyn Files,
-    ) -> Result<Option<usize>, SceneError> {
-        let mut edits = self.edits(places);
-        edits.extend(self.silent());
-        let text = edited(&self.text, edits);
-        let number_of = |name: &str| {
-            let mut placed = self.placed.iter();
-            placed.position(|placed| placed.agent == name)
+    /// An agent that must move: the first in the scene that is not in the room; of two in each other's way, the one
+    /// that is placed later.
+    pub(crate) fn misplaced(&self) -> Option<usize> {
+        let numbers = 0..self.lotteries.len();
+        let outside = numbers.filter(|number| !self.lotteries[*number].is_in_room);
+        let outside = outside.min_by_key(|number| self.lotteries[*number].agent);
+        let number_of = |name: &String| {
+            let is_it = |agent: usize| self.scene.agents()[agent].name == *name;
+            let mut lotteries = self.lotteries.iter();
+            lotteries.position(|lottery| lottery.agent.is_some_and(is_it))
         };
-        let scene = match Scene::parse(&text, self.origin, files) {
-            Ok(loaded) => loaded.scene,
-            Err(SceneError::AgentLeavesRoom { name, .. }) if number_of(&name).is_some() => {
-                return Ok(number_of(&name));
-            }
-            Err(error) => return Err(error),
-        };
-        // Of two agents in each other's way, the later one moves.
-        let contacts = scene.contacts().into_iter();
-        let mut misplaced = contacts.filter_map(|contact| {
-            let names = contact.names.iter();
-            names.filter_map(|name| number_of(name)).max()
-        });
-        Ok(misplaced.next())
+        outside.or_else(|| {
+            let contacts = self.scene.contacts().into_iter();
+            let mut misplaced =
+                contacts.filter_map(|contact| contact.names.iter().filter_map(number_of).max());
+            misplaced.next()
+        })
+    }
+
+    /// Whether all agents of the scene are placed.
+    pub(crate) fn has_all(&self) -> bool {
+        let here = self
+            .lotteries
+            .iter()
+            .filter(|lottery| lottery.agent.is_some());
+        here.count() == self.scene.agents().len()
+    }
+
+    pub(crate) fn places_m(&self) -> impl Iterator<Item = DVec3> {
+        self.lotteries.iter().map(|lottery| lottery.place_m)
+    }
+
+    /// The number of the agent with the most places drawn.
+    pub(crate) fn most_tried(&self) -> usize {
+        let lotteries = self.lotteries.iter().enumerate();
+        let most = lotteries.max_by_key(|(_, lottery)| lottery.drawn);
+        most.map_or(0, |(number, _)| number)
     }
 }
 
-pub(crate) struct Lottery {
+struct Lottery {
     generator: ChaCha12Rng,
+    /// Its index in the scene; `None` if absent.
+    agent: Option<usize>,
     low_m: DVec3,
     size_m: DVec3,
-    pub(crate) place_m: DVec3,
-    pub(crate) drawn: usize,
-}
-
-impl Lottery {
-    pub(crate) fn new(seed: u64, agent: &str, index: u64, (low_m, high_m): (DVec3, DVec3)) -> Self {
-        let mut lottery = Self {
-            generator: generator(seed, &format!("agent.{agent}.position"), index),
-            low_m,
-            size_m: high_m - low_m,
-            place_m: low_m,
-            drawn: 0,
-        };
-        lottery.next();
-        lottery
-    }
-
-    /// Draws a place anywhere on the bottom of the room's bounding box; the room refuses places outside it.
-    pub(crate) fn next(&mut self) {
-        let (x, y) = (share(&mut self.generator), share(&mut self.generator));
-        self.place_m = self.low_m + self.size_m * DVec3::new(x, y, 0.0);
-        self.drawn += 1;
-    }
+    place_m: DVec3,
+    is_in_room: bool,
+    drawn: usize,
 }

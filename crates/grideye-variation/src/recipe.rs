@@ -2,12 +2,14 @@
 
 use crate::chance::{NOISE, below, generator, share};
 use crate::error::{Mistake, VariationError};
-use crate::floor::{Floors, Lottery};
+use crate::floor;
+use crate::floor::Floor;
 use crate::grammar;
 use crate::grammar::{Choice, Piece};
 use crate::target;
 use crate::target::{Edit, Placed, edited};
-use grideye_scene::{Files, Loaded, Scene, SceneError, Sensor, limits};
+use glam::DVec3;
+use grideye_scene::{Files, Loaded, Scene, Sensor, limits};
 use rand_chacha::rand_core::Rng as _;
 use std::collections::HashSet;
 use std::fmt::Write as _;
@@ -71,6 +73,8 @@ pub struct Draw {
     pub noise_seed: u64,
     /// The frame's time in seconds, if it varies.
     pub time_s: Option<f64>,
+    /// The drawn values as written into the text, in the order of the edits.
+    written: Vec<String>,
 }
 
 impl Recipe {
@@ -157,7 +161,7 @@ impl Recipe {
         for varied in &self.varied {
             for choice in &varied.choices {
                 for share in [0.0, 1.0] {
-                    let (value, numbers) = written(choice, &mut || share);
+                    let (value, numbers) = as_toml(choice, &mut || share);
                     let refused = |source| VariationError::Value {
                         asked: varied.asked.clone(),
                         key: varied.key.clone(),
@@ -180,13 +184,13 @@ impl Recipe {
     #[must_use]
     pub fn draw(&self, seed: u64, index: u64) -> Draw {
         let mut values = Vec::with_capacity(self.columns.len());
-        let mut edits = Vec::with_capacity(self.varied.len());
+        let mut written = Vec::with_capacity(self.varied.len());
         let mut time_s = None;
         for varied in &self.varied {
             let mut generator = generator(seed, &varied.key, index);
             let chosen = below(&mut generator, varied.choices.len());
             let choice = &varied.choices[chosen];
-            let (text, numbers) = written(choice, &mut || share(&mut generator));
+            let (text, numbers) = as_toml(choice, &mut || share(&mut generator));
             if are_numbers(&varied.choices) {
                 values.extend(numbers.iter().copied().map(Value::Number));
             } else {
@@ -196,16 +200,22 @@ impl Recipe {
                 }));
             }
             match &varied.edit {
-                Some(edit) => edits.push((edit, text)),
+                Some(_) => written.push(text),
                 None => time_s = numbers.first().copied(),
             }
         }
         Draw {
-            text: edited(&self.text, edits),
+            text: edited(&self.text, self.drawn(&written)),
             values,
             noise_seed: generator(seed, NOISE, index).next_u64(),
             time_s,
+            written,
         }
+    }
+
+    fn drawn(&self, written: &[String]) -> Vec<(&Edit, String)> {
+        let edits = self.varied.iter().filter_map(|varied| varied.edit.as_ref());
+        edits.zip(written.iter().cloned()).collect()
     }
 
     /// The scene of a draw. Agents placed on the floor are inside the room and collide neither with objects nor with
@@ -228,29 +238,29 @@ impl Recipe {
         if self.placed.is_empty() {
             return Scene::parse(&draw.text, &self.origin, files).map_err(refused);
         }
-        let floors = self.floors(&draw.text).map_err(refused)?;
-        let bounds_m = floors.room_m(files).map_err(refused)?;
-        let mut places: Vec<Lottery> = self
-            .placed
-            .iter()
-            .map(|placed| Lottery::new(seed, &placed.agent, index, bounds_m))
-            .collect();
+        let text = |places_m: &mut dyn Iterator<Item = DVec3>| {
+            let mut edits = self.drawn(&draw.written);
+            edits.extend(floor::edits(&self.placed, places_m));
+            edited(&self.text, edits)
+        };
+        let anywhere = text(&mut std::iter::repeat(DVec3::ZERO));
+        let anywhere = Scene::parse_anywhere(&anywhere, &self.origin, files).map_err(refused)?;
+        let mut floor = Floor::new(anywhere.scene, &self.placed, (seed, index));
         for _ in 0..TRIES_MAX {
-            match floors.misplaced(&places, files).map_err(refused)? {
-                Some(misplaced) => places[misplaced].next(),
-                None => {
-                    let text = edited(&draw.text, floors.edits(&places));
-                    return Scene::parse(&text, &self.origin, files).map_err(refused);
-                }
-            }
+            let Some(misplaced) = floor.misplaced() else {
+                let text = text(&mut floor.places_m());
+                // Those placed need no second check, only those that walk or stand where the file says.
+                let parse = match floor.has_all() {
+                    true => Scene::parse_anywhere,
+                    false => Scene::parse,
+                };
+                return parse(&text, &self.origin, files).map_err(refused);
+            };
+            floor.draw(misplaced);
         }
-        let most_tried = places
-            .iter()
-            .enumerate()
-            .max_by_key(|(_, place)| place.drawn);
         Err(VariationError::NoPlace {
             index,
-            agent: most_tried.map_or_else(String::new, |(at, _)| self.placed[at].agent.clone()),
+            agent: self.placed[floor.most_tried()].agent.clone(),
             tries: TRIES_MAX,
         })
     }
@@ -337,22 +347,6 @@ impl Recipe {
         }
         Ok(())
     }
-
-    fn floors(&self, text: &str) -> Result<Floors<'_>, SceneError> {
-        let document = Scene::document(text, &self.origin)?;
-        // The scene itself has the same keys, because values do not change which keys exist.
-        let edits = |agent: &str| target::floor(text, &document, agent).unwrap_or_default();
-        let placed = self.placed.iter().map(|placed| edits(&placed.agent));
-        // `misplaced` looks for collisions; the scene must not be refused for one while places are tried.
-        let silence = target::edit(text, &document, "collisions").ok();
-        Ok(Floors {
-            origin: &self.origin,
-            placed: &self.placed,
-            edits: placed.collect(),
-            text: text.to_owned(),
-            silence,
-        })
-    }
 }
 
 fn on_floor(path: &str, values: &str) -> Result<String, Mistake> {
@@ -392,7 +386,7 @@ fn columns(key: &str, choices: &[Choice]) -> Vec<Column> {
 }
 
 /// A choice as TOML, with a number drawn from each range, and its numbers.
-fn written(choice: &Choice, share: &mut dyn FnMut() -> f64) -> (String, Vec<f64>) {
+fn as_toml(choice: &Choice, share: &mut dyn FnMut() -> f64) -> (String, Vec<f64>) {
     let (mut text, mut numbers) = (String::new(), Vec::new());
     for piece in &choice.0 {
         match piece {

@@ -329,7 +329,9 @@ fn visibility_is_the_share_that_nothing_hides() {
         let seen = |z_mm| {
             method(&parsed(&wall(z_mm)), "s")
                 .unwrap()
-                .visibility(0, Duration::ZERO)
+                .labeled(Duration::ZERO, 1)
+                .2[0]
+                .visibility()
         };
         assert_eq!(seen(100), 1.0, "a low wall hides nothing");
         // The line of sight over the wall's far edge at 1010 mm meets the agent's face at 2995 mm.

@@ -8,6 +8,7 @@ use crate::{files, progress, recordings};
 use anyhow::Result;
 use grideye_recording::Record;
 use grideye_scene::profile::Profile;
+use grideye_validator::background::put_shown_into;
 use grideye_validator::calibrate::{Calibration, Options, Progress, calibrate};
 use grideye_validator::characterize::characterize;
 use std::fs;
@@ -34,6 +35,7 @@ pub(crate) fn run(options: &Calibrate) -> Result<Outcome> {
         seed: options.seed,
         starts: options.starts,
         frames: options.frames,
+        half: options.half,
         profile: profile
             .map(|path| files::load_profile(path, hint))
             .transpose()?,
@@ -76,7 +78,7 @@ fn check_folder(out: &Path, scene: &Path) {
     }
 }
 
-/// The sensor's noise and common mode from the recording, and the pattern that the scene does not explain.
+/// The sensor's noise and common mode from the recording, and what the scene does not explain.
 fn write_profile(
     path: &Path,
     found: &Calibration,
@@ -85,13 +87,11 @@ fn write_profile(
 ) -> Result<()> {
     let sensor = characterize(records.iter().copied()).map_err(bad_input)?;
     let mut profile = sensor.profile("calibrated");
-    let known = known.map(|profile| profile.fixed_pattern.offset_c);
-    for (pixel, offset) in profile.fixed_pattern.offset_c.iter_mut().enumerate() {
-        let all = found.pattern_c[pixel] + known.map_or(0.0, |known| known[pixel]);
-        *offset = (all * 1e4).round() / 1e4;
-    }
+    let known = known.map(Profile::in_its_room_c);
+    let shown = |pixel: usize| found.pattern_c[pixel] + known.map_or(0.0, |known| known[pixel]);
+    put_shown_into(&mut profile, &std::array::from_fn(shown));
     let head = format!(
-        "# Measured from {} frames by\n#   {}\n# The pattern is what the calibrated scene leaves over. scenes/profiles/README.md describes every key.\n",
+        "# Measured from {} frames by\n#   {}\n# Pattern and background are what the calibrated scene leaves over. scenes/profiles/README.md describes every key.\n",
         found.frames,
         command_line()
     );

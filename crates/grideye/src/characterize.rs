@@ -8,7 +8,7 @@ use crate::{files, progress, recordings};
 use anyhow::{Result, anyhow};
 use grideye_frame::PIXELS;
 use grideye_recording::StreamId;
-use grideye_validator::background::{Background, background};
+use grideye_validator::background::{Background, Empty, background};
 use grideye_validator::characterize::{
     Characterization, CharacterizeError, Characterizer, Presence,
 };
@@ -74,10 +74,16 @@ fn room(options: &Characterize, found: &Characterization) -> Result<Room> {
                 found.map_err(|error| bad_input(anyhow!("{shown}: {error}")))?,
             ))
         }
-        (None, Presence::Somebody(spot)) => Room::Occupied(format!(
-            "somebody is in view ({spot} change by {:.2} °C)",
-            spot.celsius
-        )),
+        (None, Presence::Somebody(spot)) => {
+            let records = recordings::load_thinned(&options.recording)?.records;
+            match background(&records, &Empty::Find) {
+                Ok(found) if found.is_certain() => Room::Empty(Box::new(found)),
+                _ => Room::Occupied(format!(
+                    "somebody is in view ({spot} change by {:.2} °C)",
+                    spot.celsius
+                )),
+            }
+        }
         (None, Presence::Still(spot)) => Room::Open(format!(
             "{spot} stay {:.2} °C warmer than the room, by a warm object or by somebody who keeps still",
             spot.celsius
@@ -100,13 +106,13 @@ fn write_profile(
             background.put_into(&mut profile, empty_room(options)?.as_deref());
             let stretches = background.stretches.iter().map(ToString::to_string);
             format!(
-                "empty room: {} frames, {}; the pattern is its whole background",
+                "empty room: {} frames, {}; its background is in the profile, for compare and calibrate",
                 background.frames,
                 stretches.collect::<Vec<_>>().join(", ")
             )
         }
         Room::Occupied(why) => format!(
-            "no empty room: {why}; the pattern is only what is not smooth in the background"
+            "no empty room: {why}; the profile has no background, and its pattern is what is not smooth over the pixels"
         ),
         Room::Open(why) => {
             eprintln!(
@@ -127,7 +133,7 @@ fn write_profile(
     progress::say(&kept);
     if let (Room::Occupied(_), None) = (room, &options.empty) {
         progress::say(
-            "hint: --empty auto takes the whole background from the stretches in which nobody is; --empty yes, if nobody is in view at all",
+            "hint: record the empty room for a minute, or name an empty stretch with --empty FROM..TO; with --empty yes or auto, whatever stays warm is the room's",
         );
     }
     Ok(Outcome::Done)

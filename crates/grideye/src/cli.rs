@@ -13,6 +13,7 @@ use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use grideye_agent::cli::with_helps;
 use grideye_scene::Model;
 use grideye_validator::background::Empty;
+use grideye_validator::calibrate::Half;
 use grideye_validator::metrics::Binning;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -311,9 +312,9 @@ pub(crate) struct Compare {
     /// Seed of the simulation's noise.
     #[arg(long, value_name = "N", default_value_t = SEED, hide_short_help = true)]
     pub(crate) seed: u64,
-    /// Scene time at which the recording begins, in seconds.
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "0", hide_short_help = true)]
-    pub(crate) start: Duration,
+    /// Scene time at which the recording begins, in seconds [default: by UTC if trajectories have it, else 0].
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, hide_short_help = true)]
+    pub(crate) start: Option<Duration>,
     /// Bins of a second set of entropies [default: the sensor's steps].
     ///
     /// step:WIDTH (°C), levels:N or grey256. The first set always has the paper's 256 gray levels.
@@ -356,8 +357,9 @@ pub(crate) struct Convert {
 
 /// Fit the unknowns of a scene to a recording.
 ///
-/// Unknowns are poses, temperatures, emissivities and the start time. Mark each in the scene, with bounds: `[[fit]] key =
-/// "sensor.ceiling.elevation_deg", bounds = [80, 90]`. The search starts from the scene's values.
+/// Unknowns are poses, temperatures, emissivities, people and the start time. Mark each in the scene, with bounds:
+/// `[[fit]] key = "sensor.ceiling.elevation_deg", bounds = [80, 90]`; add `sd` if you know how certain the value is. The
+/// search starts from the scene's values.
 ///
 /// Exit code 3: the recording determines none of them
 ///
@@ -381,6 +383,12 @@ pub(crate) struct Calibrate {
     /// The pattern is what the fitted scene does not explain.
     #[arg(long, value_name = "FILE")]
     pub(crate) write_profile: Option<PathBuf>,
+    /// Fit to this half of the recording [default: all].
+    ///
+    /// `grideye compare` never judges a scene by the frames it was fitted to: fit to one half, and the same recording
+    /// can be judged by the other.
+    #[arg(long, value_parser = one_of(HALVES))]
+    pub(crate) half: Option<Half>,
     /// Frames to use, 10 to 1000 [default: 200].
     ///
     /// Evenly spaced over the recording.
@@ -388,13 +396,19 @@ pub(crate) struct Calibrate {
     pub(crate) frames: Option<usize>,
     /// Starting points, 1 to 100.
     ///
-    /// The first is the scene as written, the others are random.
+    /// The first is the scene as written, the others are random. If the first four all reach one end, there are no more.
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u64).range(1..=100).map(|starts| usize::try_from(starts).unwrap_or(100)))]
     pub(crate) starts: usize,
     /// Seed of the random starting points.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
 }
+
+const HALVES: Choices<Half> = (
+    &[Half::First, Half::Second],
+    "first Leave the second half to be judged
+second Leave the first half to be judged",
+);
 
 /// Measure a sensor's noise, pattern and drift in a still room.
 ///
@@ -413,12 +427,13 @@ pub(crate) struct Characterize {
     /// Empty time: yes/no/auto/FROM..TO [default: detect].
     ///
     /// `yes`: all of the recording. `auto`: stretches that the program finds. FROM..TO: this stretch, in seconds since the
-    /// first frame. The profile's pattern is then the whole background of the empty room.
+    /// first frame. The profile then has the room's background, which `compare` and `calibrate` use;
+    /// `compare` only if the recording does not contradict it.
     ///
-    /// `no`: never. The pattern is then only the uneven part of the background, which holds in another room too.
+    /// `no`: never. The profile then has only the unit's own pattern, which holds in any room.
     ///
-    /// Default: `yes` if nothing moves and nothing warm is in view, `no` if something moves. If neither is certain, no
-    /// profile is written.
+    /// Default: `yes` if nothing moves and nothing warm is in view. If something moves, `auto` if ten seconds are empty and
+    /// nothing stays warm in them, otherwise `no`. If something stays warm and nothing moves, no profile is written.
     #[arg(long, value_name = "WHEN", value_parser = nobody)]
     pub(crate) empty: Option<Nobody>,
     /// Scene of the empty room to subtract.

@@ -9,8 +9,8 @@ use grideye_plan::coverage::{
     Candidate, CoverageError, Figure, Grain, Look, Mount, Mounts, Report, Rule, Survey, Wish,
     candidates, preset,
 };
-use grideye_scene::perceived::{ABSOLUTE_ZERO_C, Surface};
-use grideye_scene::{Scene, Sensor};
+use grideye_scene::{Person, Scene, Sensor};
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 pub(crate) fn run(options: &Coverage) -> Result<Outcome> {
@@ -143,31 +143,23 @@ fn figure(options: &Coverage, scene: &Scene) -> Result<Figure> {
             ))
         });
     }
-    let hint = "hint: depth, width and height, as in --person-mm 200,500,1750";
-    let size_mm: [f64; 3] = options.person_mm.as_slice().try_into().map_err(|_other| {
-        let lengths = options.person_mm.len();
-        bad_input(anyhow!(
-            "--person-mm has {lengths} lengths, expected 3\n{hint}"
-        ))
-    })?;
-    if let Some(length_mm) = size_mm.iter().find(|mm| !(10.0..=10_000.0).contains(*mm)) {
+    let height_mm = options.person_height_mm;
+    if !HEIGHTS_MM.contains(&height_mm) {
         return Err(bad_input(anyhow!(
-            "a length of --person-mm is {length_mm}, expected 10 to 10000 mm\n{hint}"
+            "--person-height-mm is {height_mm}, expected 500 to 2800 mm\nhint: a person's height when standing, as height_mm in a scene"
         )));
     }
-    let celsius = options.person_c;
-    if !(celsius.is_finite() && celsius > ABSOLUTE_ZERO_C && celsius <= 1000.0) {
-        return Err(bad_input(anyhow!(
-            "--person-c is {celsius}, expected degrees Celsius up to 1000\nhint: 28 is clothed, 34 is skin"
-        )));
-    }
-    let surface = Surface {
-        celsius,
-        emissivity: 0.8,
-    };
-    let size_m = size_mm.map(|length_mm| length_mm / 1000.0);
-    Ok(Figure::new(options.posture, size_m.into(), surface))
+    let height_m = height_mm / 1000.0;
+    Ok(Figure::new(Person::new(
+        height_m,
+        options.build,
+        options.posture,
+        options.clothing,
+    )))
 }
+
+/// As a scene's `height_mm`.
+const HEIGHTS_MM: RangeInclusive<f64> = 500.0..=2800.0;
 
 /// With candidates, the scene's own sensors count only with `--keep`.
 fn check_own(options: &Coverage) -> Result<()> {

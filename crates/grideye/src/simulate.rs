@@ -61,6 +61,7 @@ fn write(options: &Simulate, scene: &Scene, simulator: &Simulator, out: &Path) -
         rows: sensor.rows,
         frames,
         sampling_hz: sensor.sampling_hz,
+        starts_utc_ns: scene.starts_utc().map(|utc| utc.ns),
         ambient: scene.ambient(),
         frame: &|index| {
             let time = sensor.frame_time(index);

@@ -291,7 +291,7 @@ fn a_scene_that_moves_begins_runs_ends_and_says_who_is_where() -> Outcome {
     room.wait("places", |text| {
         text.starts_with("ana at 1.50 m from the left, 2.00 m")
     })?;
-    let place = "return Number(document.querySelector('#beside .agent').getAttribute('cx'))";
+    let place = "return document.querySelector('#beside .agent').transform.baseVal[0].matrix.e";
     assert_eq!(room.browser.execute(place)?.as_f64(), Some(1.5));
     room.send(39)?;
     room.wait("clock", |text| text == "Second 5.9 of 6.0.")?;

@@ -40,3 +40,8 @@ fn what_convert_writes_is_the_recording_to_every_reader() {
         "exports in numpy, pandas, pyarrow, Polars, DuckDB, Pillow and mcap",
     );
 }
+
+#[test]
+fn a_tracked_walk_becomes_a_recording_and_a_scene_that_agree() {
+    script("tracked/check.py", "recordings of a tracked person");
+}

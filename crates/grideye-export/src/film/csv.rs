@@ -61,7 +61,7 @@ pub(super) fn table(
     Ok(format!("a table of {} frames", film.frames))
 }
 
-/// A simulated frame as the sensor would report it. Simulated frames have no wall clock.
+/// A simulated frame as the sensor would report it. It has a wall clock only if the scene has a start in UTC.
 fn record(film: &Film<'_>, seq: u64, time: Duration, frame: &[f64]) -> Result<Record, ExportError> {
     let out_of_range = |what| move |source| ExportError::OutOfRange { what, source };
     let mut raw = RawFrame {
@@ -73,12 +73,17 @@ fn record(film: &Film<'_>, seq: u64, time: Duration, frame: &[f64]) -> Result<Re
         *word = word::pixel_word(Celsius::new(single(*celsius)))
             .map_err(out_of_range("a simulated pixel"))?;
     }
+    let since_ns = i64::try_from(time.as_nanos()).unwrap_or(i64::MAX);
+    let (t_utc_ns, clock) = match film.starts_utc_ns {
+        Some(starts_ns) => (starts_ns.saturating_add(since_ns), ClockState::Synced),
+        None => (0, ClockState::Unsynced),
+    };
     Ok(Record {
         seq,
         stamp: Stamp {
             t_boot_ns: u64::try_from(time.as_nanos()).unwrap_or(u64::MAX),
-            t_utc_ns: 0,
-            clock: ClockState::Unsynced,
+            t_utc_ns,
+            clock,
         },
         reading: Reading::Frame(raw),
     })

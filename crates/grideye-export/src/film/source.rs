@@ -19,6 +19,8 @@ pub struct Film<'a> {
     pub frames: u32,
     /// Frames per second.
     pub sampling_hz: f64,
+    /// The scene's start on the wall clock, in nanoseconds since 1970-01-01 UTC; `None` if the scene does not know it.
+    pub starts_utc_ns: Option<i64>,
     /// The thermistor's reading.
     pub ambient: Celsius,
     /// Time and pixels of the frame with this number (from 0): °C, row by row from the top left.

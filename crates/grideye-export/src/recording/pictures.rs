@@ -31,6 +31,7 @@ pub(super) fn write(
         rows: ROWS,
         frames: u32::try_from(frames.len())?,
         sampling_hz: sampling_hz(&frames),
+        starts_utc_ns: None,
         ambient: word::thermistor_celsius(first.thermistor),
         frame: &frame,
     };

@@ -1,11 +1,11 @@
 //! The floor in cells: what is on each, and where a person fits.
 
 use super::error::CoverageError;
-use super::figure::Figure;
+use super::figure::{Stand, Stands};
 use super::limits;
 use super::rays::Blockers;
 use glam::{DVec2, DVec3, USizeVec2};
-use grideye_scene::{Agent, FreeSpace, Room, Scene, count, polygon::bounds};
+use grideye_scene::{FreeSpace, Room, Scene, count, polygon::bounds};
 
 /// How finely to survey a floor.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,6 +16,14 @@ pub struct Grain {
     pub turns: usize,
     /// How many frames are averaged.
     pub frames: u32,
+}
+
+impl Grain {
+    pub(crate) fn turns_deg(&self) -> Vec<f64> {
+        let turns = count::float(self.turns);
+        let turn = |turn: usize| 180.0 * count::float(turn) / turns;
+        (0..self.turns).map(turn).collect()
+    }
 }
 
 impl Default for Grain {
@@ -49,7 +57,7 @@ pub struct Cell {
     pub ground_m: DVec3,
     /// What is there.
     pub kind: Kind,
-    pub(crate) stands: Vec<Agent>,
+    pub(crate) stands: Vec<Stand>,
 }
 
 /// What a cell is.
@@ -77,7 +85,7 @@ impl Floor {
     pub(crate) fn new(
         scene: &Scene,
         blockers: &Blockers,
-        figure: &Figure,
+        figure: &Stands,
         grain: &Grain,
     ) -> Result<Self, CoverageError> {
         let (low, high) = bounds(scene.room().outline_m().into_iter());
@@ -128,13 +136,13 @@ struct Builder<'a> {
     level_m: f64,
     free: FreeSpace,
     blockers: &'a Blockers,
-    figure: &'a Figure,
+    figure: &'a Stands,
     grain: &'a Grain,
 }
 
 impl Builder<'_> {
     fn cell(&self, at_m: DVec2) -> Cell {
-        let cell = |height_m: f64, kind: Kind, stands: Vec<Agent>| Cell {
+        let cell = |height_m: f64, kind: Kind, stands: Vec<Stand>| Cell {
             ground_m: at_m.extend(height_m),
             kind,
             stands,
@@ -146,11 +154,12 @@ impl Builder<'_> {
         let Some(height_m) = self.ground_m(at_m) else {
             return cell(self.level_m, Kind::Furniture, Vec::new());
         };
-        let turns = count::float(self.grain.turns);
-        let stands: Vec<Agent> = (0..self.grain.turns)
-            .map(|turn| 180.0 * count::float(turn) / turns)
-            .map(|turn_deg| self.figure.at(at_m.extend(height_m), turn_deg))
-            .filter(|stand| self.free.holds(&stand.parts))
+        let turns = self.grain.turns_deg();
+        let stands: Vec<Stand> = turns
+            .into_iter()
+            .enumerate()
+            .map(|turn| self.figure.at(at_m.extend(height_m), self.level_m, turn))
+            .filter(|stand| self.free.holds(&stand.blocks.parts))
             .collect();
         match stands.is_empty() {
             true => cell(height_m, Kind::Tight, stands),
@@ -163,11 +172,11 @@ impl Builder<'_> {
         let is_free = |height_m: &f64| {
             let (low, high) = (
                 height_m + FreeSpace::TOLERANCE_M,
-                height_m + self.figure.height_m() - FreeSpace::TOLERANCE_M,
+                height_m + self.figure.height_m - FreeSpace::TOLERANCE_M,
             );
             spans.iter().all(|span| span.1 <= low || span.0 >= high)
         };
-        let highest = self.level_m + self.figure.climbs_m() + FreeSpace::TOLERANCE_M;
+        let highest = self.level_m + self.figure.climbs_m + FreeSpace::TOLERANCE_M;
         let tops = spans.iter().map(|span| span.1);
         std::iter::once(self.level_m)
             .chain(tops.filter(|top| *top <= highest))

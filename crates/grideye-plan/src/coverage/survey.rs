@@ -1,7 +1,7 @@
 //! What each pose sees of every cell, and how well it sees a person there.
 
 use super::error::{CoverageError, check_count, check_length};
-use super::figure::Figure;
+use super::figure::{Figure, Stand, Stands};
 use super::floor::{Floor, Grain, Kind};
 use super::limits;
 use super::rays::Blockers;
@@ -17,6 +17,7 @@ pub struct Survey {
     empty: Scene,
     blockers: Blockers,
     floor: Floor,
+    figure: Stands,
     frames: u32,
 }
 
@@ -59,7 +60,8 @@ impl Survey {
         check(grain)?;
         let empty = scene.without_agents().with_sensors(Vec::new());
         let blockers = Blockers::new(&empty);
-        let floor = Floor::new(&empty, &blockers, figure, grain)?;
+        let stands = figure.in_room(&empty, &grain.turns_deg());
+        let floor = Floor::new(&empty, &blockers, &stands, grain)?;
         if floor.places() == 0 {
             return Err(CoverageError::NoPlace(figure.name().to_owned()));
         }
@@ -67,6 +69,7 @@ impl Survey {
             empty,
             blockers,
             floor,
+            figure: stands,
             frames: grain.frames,
         })
     }
@@ -135,10 +138,14 @@ impl Survey {
         let scene = self.empty.with_sensors(vec![sensor.clone()]);
         let mut simulator = Simulator::without_grid(&scene, &sensor.name)?;
         let nobody = simulator.image(Duration::ZERO);
+        let mut round = self.figure.round.clone();
         let sigma_c = sensor.noise_sigma / f64::from(self.frames).sqrt();
         let cells = self.floor.cells.iter().map(|cell| {
             let of_turns = cell.stands.iter().map(|stand| {
-                let somebody = with(&mut simulator, stand);
+                if self.figure.round.is_empty() && is_out_of_view(sensor, stand.around_m) {
+                    return (0.0, 0.0);
+                }
+                let somebody = with(&mut simulator, stand, &mut round);
                 contrast(&somebody, &nobody, sigma_c)
             });
             let worst = of_turns.reduce(|one, other| (one.0.min(other.0), one.1.min(other.1)));
@@ -198,9 +205,30 @@ impl Survey {
     }
 }
 
-fn with(simulator: &mut Simulator, stand: &Agent) -> Image {
-    simulator.replace_agents(vec![stand.clone()]);
-    simulator.image(Duration::ZERO)
+/// Whether a ball is beyond a border of the field of view, outside which the paper's model sees nothing.
+fn is_out_of_view(sensor: &Sensor, (middle_m, radius_m): (DVec3, f64)) -> bool {
+    let in_sensor = sensor.pose.point_in_sensor(middle_m);
+    let slopes = sensor.view_slopes();
+    let beyond = |across_m: f64, slope: f64| {
+        across_m.abs() - slope * in_sensor.x > radius_m * (1.0 + slope * slope).sqrt()
+    };
+    beyond(in_sensor.y, slopes.x) || beyond(in_sensor.z, slopes.y)
+}
+
+/// The image with the person there; `round` has its agents, which are moved rather than copied.
+fn with(simulator: &mut Simulator, stand: &Stand, round: &mut [Vec<Agent>]) -> Image {
+    let Some(round) = round.get_mut(stand.turn) else {
+        simulator.replace_agents(vec![stand.blocks.clone()]);
+        return simulator.image(Duration::ZERO);
+    };
+    let mut agents = std::mem::take(round);
+    for agent in &mut agents {
+        agent.start_m = stand.base_m;
+    }
+    simulator.replace_agents(agents);
+    let image = simulator.image(Duration::ZERO);
+    *round = simulator.replace_agents(Vec::new());
+    image
 }
 
 /// Root of the sum of squares, and the largest, of a person's changes, in units of the noise.

@@ -84,6 +84,12 @@ impl Camera {
         )
     }
 
+    /// The direction from a point to the eye.
+    pub(super) fn towards_eye_from(&self, point_m: DVec3) -> DVec3 {
+        self.eye_m
+            .map_or(self.towards_eye, |eye_m| (eye_m - point_m).normalize())
+    }
+
     fn fitted(mut self, (low_m, high_m): (DVec3, DVec3), panel: &Panel) -> Self {
         let corners = (0..8_u8).map(|corner| {
             let pick = |bit: u8, low: f64, high: f64| if corner & bit == 0 { low } else { high };

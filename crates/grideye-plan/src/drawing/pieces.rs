@@ -4,9 +4,10 @@ use super::camera::{Camera, Plane};
 use super::limits;
 use super::options::Drawing;
 use super::painter::{Paint, Piece, clipped};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use grideye_scene::{Agent, Cuboid, Mesh, Room, Scene, Sensor, count};
 use std::collections::HashMap;
+use std::f64::consts::TAU;
 
 pub(super) fn bounds_m(scene: &Scene) -> (DVec3, DVec3) {
     scene.room().bounds_m()
@@ -48,9 +49,14 @@ pub(super) fn of_scene(
         add_body(&mut pieces, &body.mesh, color, camera, &mut faces_left);
     }
     for agent in scene.agents() {
+        // One direction for a whole person: planes of its segments that are parallel do not cut one another.
+        let ahead = camera.towards_eye_from(agent.position_m(drawing.time));
         for part in agent.bodies_at(drawing.time) {
             let color = part.color.unwrap_or(AGENT);
-            add_body(&mut pieces, &part.mesh, color, camera, &mut faces_left);
+            match agent.person {
+                Some(_) => add_segment(&mut pieces, &part.mesh, color, (camera, ahead)),
+                None => add_body(&mut pieces, &part.mesh, color, camera, &mut faces_left),
+            }
         }
         add_trajectory(
             &mut pieces,
@@ -111,6 +117,43 @@ fn add_body(
     }
     *faces_left -= faces;
     add_solid(pieces, mesh, color, camera);
+}
+
+/// A person's segment as its silhouette: an outline through its middle, across the direction ahead to the eye.
+fn add_segment(
+    pieces: &mut Vec<Piece>,
+    mesh: &Mesh,
+    color: [u8; 3],
+    (camera, ahead): (&Camera, DVec3),
+) {
+    let (low, high) = mesh.bounds_m();
+    let middle_m = 0.5 * (low + high);
+    let right = ahead.any_orthonormal_vector();
+    let up = ahead.cross(right);
+    let corners: Vec<DVec2> = mesh
+        .vertices_m()
+        .iter()
+        .map(|corner_m| {
+            let ray = camera.towards_eye_from(*corner_m);
+            let from_middle_m = *corner_m - middle_m;
+            let on_plane = from_middle_m - from_middle_m.dot(ahead) / ray.dot(ahead) * ray;
+            DVec2::new(on_plane.dot(right), on_plane.dot(up))
+        })
+        .collect();
+    let mut outline: Vec<DVec2> = (0..SILHOUETTE)
+        .filter_map(|side| {
+            let angle = TAU * count::float(side) / count::float(SILHOUETTE);
+            let outward = DVec2::new(libm::cos(angle), libm::sin(angle));
+            let reach = |corner: &DVec2| corner.dot(outward);
+            let far = |one: &DVec2, other: &DVec2| reach(one).total_cmp(&reach(other));
+            corners.iter().copied().max_by(far)
+        })
+        .collect();
+    outline.dedup();
+    let outline = outline.iter().map(|at| middle_m + at.x * right + at.y * up);
+    let fill = shaded(color, ahead);
+    let edge = color.map(|part| part / 2);
+    pieces.push(Piece::face(outline.collect(), fill, 1.0, edge));
 }
 
 fn box_around(mesh: &Mesh) -> Mesh {
@@ -323,5 +366,7 @@ const ON_WALL_M: f64 = 1e-6;
 const PYRAMID_OPACITY: f64 = 0.22;
 /// Faces that meet at less than 30 degrees are one round surface.
 const CREASE_COS: f64 = 0.866;
+/// Corners of a segment's silhouette.
+const SILHOUETTE: usize = 16;
 const CROWDED: usize = 60;
 const FRAMES_MAX: usize = 1_000_000;

@@ -229,10 +229,18 @@ impl Sheet {
             });
         } else {
             // A hairline in the fill color closes the seams between cut faces.
+            let is_whole = !is_tiny(camera, &piece.points_m) && !piece.edges.contains(&false);
+            let (color, width) = match is_whole {
+                true => (&edge, "0.8"),
+                false => (&fill, "0.4"),
+            };
             self.line("path", |element| {
                 let element = element.with("d", outline).with("fill", &fill);
-                stroke(element, &fill, "0.4").end();
+                stroke(element, color, width).end();
             });
+            if is_whole {
+                return;
+            }
         }
         if is_tiny(camera, &piece.points_m) {
             // Edges would cover it completely.

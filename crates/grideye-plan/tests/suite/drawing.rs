@@ -217,7 +217,7 @@ fn lower_bodies_are_painted_first_and_agents_at_their_place() {
             ..Drawing::new("walk")
         };
         let page = svg(&scene, &drawing);
-        attributes(views(&page).1, "stroke-width=\"0.4\"", "d")[0].clone()
+        attributes(views(&page).1, "fill=\"#c6372f\"", "d")[0].clone()
     };
     // The center of the person's outline moves with it: 200 x 500 mm around the path.
     for (time, x, y) in [(0, 0.5, 1.0), (2, 2.5, 1.0), (5, 3.5, 3.0)] {

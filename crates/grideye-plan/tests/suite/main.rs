@@ -16,6 +16,7 @@ mod drawing;
 mod fusion;
 mod ground;
 mod paper_scenarios;
+mod people;
 #[path = "../../../grideye-scene/tests/suite/support.rs"]
 mod support;
 

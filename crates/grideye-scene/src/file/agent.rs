@@ -5,24 +5,24 @@ use crate::file::document::AgentTable;
 use crate::file::person;
 use crate::file::reader::{Read, Reader};
 use crate::file::rule::{ACCELERATION, SPEED};
-use crate::file::waypoints::{Waypoint, read_waypoints};
+use crate::file::waypoints::{TIME, UTC, Waypoint, read_waypoints};
 use crate::model::limits::{TIME_MAX_S, WALK_DAYS_MAX};
 use crate::model::{Agent, Room, SceneError, Walls};
 use crate::motion::{Clock, Motion, Schedule, Trajectory, lengths_m};
-use crate::text::{MM_PER_M, millimeters, reach};
+use crate::text::{MM_PER_M, Utc, millimeters, reach};
 use glam::{DMat3, DVec3};
 use toml::Spanned;
 
 pub(crate) fn agent(
     reader: &Reader<'_>,
     table: &Spanned<AgentTable>,
+    (waypoints, starts_utc): (&[Waypoint], Option<Utc>),
     (room, walls): (&Room, &Walls),
 ) -> Read<Agent> {
     let keys = table.get_ref();
-    let waypoints = waypoints(reader, table)?;
     let first = waypoints.first();
     let start_m = first.map_or(DVec3::ZERO, |point| point.position_mm / MM_PER_M);
-    let trajectory = trajectory(reader, table, &waypoints)?;
+    let trajectory = trajectory(reader, table, (waypoints, starts_utc))?;
     let touches = keys.touches.iter().flat_map(Spanned::get_ref);
     let (person, parts) = match person::person(reader, table, start_m, room.ambient_c)? {
         Some((person, parts)) => (Some(person), parts),
@@ -37,21 +37,29 @@ pub(crate) fn agent(
         touches: touches.map(|name| name.get_ref().clone()).collect(),
         trajectory,
     };
+    if !reader.checks_places {
+        return Ok(agent);
+    }
     // The agent turns only at waypoints; between them it can leave the room only through walls that jut in.
+    let (low_m, high_m) = bounds_however_turned_m(&agent);
     for (index, point) in waypoints.iter().enumerate() {
+        let moved_m = point.position_mm / MM_PER_M - agent.start_m;
+        if room.is_box() && room.contains(low_m + moved_m) && room.contains(high_m + moved_m) {
+            continue;
+        }
         check_inside(&agent, index, point, room)?;
     }
-    check_walls(&agent, &waypoints, walls)?;
+    check_walls(&agent, waypoints, walls)?;
     Ok(agent)
 }
 
-fn waypoints(reader: &Reader<'_>, table: &Spanned<AgentTable>) -> Read<Vec<Waypoint>> {
+pub(crate) fn waypoints(reader: &Reader<'_>, table: &Spanned<AgentTable>) -> Read<Vec<Waypoint>> {
     let keys = table.get_ref();
     let start = table.span().start;
     match (&keys.position_mm, &keys.trajectory) {
         (Some(position_mm), None) => Ok(vec![Waypoint {
             position_mm: reader.position_m(position_mm)? * MM_PER_M,
-            time_s: None,
+            time: None,
             dwell_s: 0.0,
             place: reader.place(position_mm.span().start),
         }]),
@@ -75,7 +83,7 @@ fn waypoints(reader: &Reader<'_>, table: &Spanned<AgentTable>) -> Read<Vec<Waypo
 fn trajectory(
     reader: &Reader<'_>,
     table: &Spanned<AgentTable>,
-    waypoints: &[Waypoint],
+    (waypoints, starts_utc): (&[Waypoint], Option<Utc>),
 ) -> Read<Option<Trajectory>> {
     let keys = table.get_ref();
     let motion = motion(reader, table)?;
@@ -84,14 +92,22 @@ fn trajectory(
     };
     let points = waypoints.iter();
     let points_m: Vec<DVec3> = points.map(|point| point.position_mm / MM_PER_M).collect();
-    let stamps: Option<Vec<f64>> = waypoints.iter().map(|point| point.time_s).collect();
+    let stamps = waypoints.iter().map(|point| point.time_s(starts_utc));
+    let stamps: Option<Vec<f64>> = stamps.collect();
+    let column = match starts_utc.filter(|_| waypoints.iter().any(|point| point.utc().is_some())) {
+        Some(start) => TimeColumn::Utc(start),
+        None => TimeColumn::Seconds,
+    };
     match (stamps, &keys.speed_mm_per_s) {
         (Some(_), Some(speed)) => {
-            let hint = "the trajectory's column t_s already gives the time of each waypoint; remove the speed or the column";
-            let both = ["speed_mm_per_s", "t_s"];
-            Err(reader.conflict(speed.span().start, &titled(keys), both, hint))
+            let column = column.name();
+            let hint = format!(
+                "the trajectory's column {column} already gives the time of each waypoint; remove the speed or the column"
+            );
+            let both = ["speed_mm_per_s", column];
+            Err(reader.conflict(speed.span().start, &titled(keys), both, &hint))
         }
-        (Some(stamps), None) => stamped(motion, waypoints, points_m, &stamps).map(Some),
+        (Some(stamps), None) => stamped(motion, (waypoints, column), points_m, &stamps).map(Some),
         (None, None) => {
             let hint = "a person walks at 500 to 1500 mm/s; the paper's examples have 800 and 1600";
             Err(reader.missing(path.span().start, &titled(keys), "speed_mm_per_s", hint))
@@ -172,21 +188,29 @@ fn paced(
 
 fn stamped(
     motion: Motion,
-    waypoints: &[Waypoint],
+    (waypoints, column): (&[Waypoint], TimeColumn),
     points_m: Vec<DVec3>,
     stamps: &[f64],
 ) -> Read<Trajectory> {
     let mut free_s = f64::NEG_INFINITY;
     for (point, time_s) in waypoints.iter().zip(stamps) {
-        let refused = |expected: String| point.refused(&format!("`{time_s}` as t_s"), &expected);
+        let refused = |expected: String| {
+            let (found, name) = (column.told(*time_s), column.name());
+            point.refused(&format!("`{found}` as {name}"), &expected)
+        };
         if *time_s <= free_s {
-            let expected =
-                format!("more than {free_s} s, when the agent leaves the previous waypoint");
+            let expected = match column {
+                TimeColumn::Seconds => format!("more than {free_s} s"),
+                TimeColumn::Utc(_) => format!("later than {}", column.told(free_s)),
+            };
+            let expected = format!("{expected}, when the agent leaves the previous waypoint");
             return Err(refused(expected).into());
         }
         free_s = time_s + point.dwell_s;
         if free_s > TIME_MAX_S {
-            return Err(refused(format!("a stop that ends by {TIME_MAX_S} s")).into());
+            let unit = column.unit();
+            let latest = column.told(TIME_MAX_S);
+            return Err(refused(format!("a stop that ends by {latest}{unit}")).into());
         }
     }
     let dwells_s: Vec<f64> = waypoints.iter().map(|point| point.dwell_s).collect();
@@ -205,6 +229,38 @@ fn stamped(
             );
             let found = format!("{leg_mm} mm in {travel_s} s");
             Err(waypoints[index].refused(&found, &expected).into())
+        }
+    }
+}
+
+/// How a trajectory gives its times.
+#[derive(Clone, Copy)]
+enum TimeColumn {
+    Seconds,
+    /// With the scene's start.
+    Utc(Utc),
+}
+
+impl TimeColumn {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Seconds => TIME,
+            Self::Utc(_) => UTC,
+        }
+    }
+
+    const fn unit(self) -> &'static str {
+        match self {
+            Self::Seconds => " s",
+            Self::Utc(_) => "",
+        }
+    }
+
+    /// A second of the scene as the file would give it.
+    fn told(self, time_s: f64) -> String {
+        match self {
+            Self::Seconds => time_s.to_string(),
+            Self::Utc(start) => start.after_s(time_s).to_string(),
         }
     }
 }
@@ -242,6 +298,21 @@ fn headings(waypoints_m: &[DVec3]) -> Vec<DMat3> {
     let first = first.unwrap_or(DMat3::IDENTITY);
     let headings = headings.into_iter();
     headings.map(|heading| heading.unwrap_or(first)).collect()
+}
+
+/// A box around the body at its start in any direction: spares most waypoints the exact check.
+fn bounds_however_turned_m(agent: &Agent) -> (DVec3, DVec3) {
+    let vertices = agent.parts.iter().flat_map(|part| part.mesh.vertices_m());
+    let (mut radius_m, mut low_m, mut high_m) = (0.0_f64, f64::INFINITY, f64::NEG_INFINITY);
+    for vertex in vertices {
+        let from_start_m = *vertex - agent.start_m;
+        radius_m = radius_m.max(from_start_m.truncate().length());
+        low_m = low_m.min(from_start_m.z);
+        high_m = high_m.max(from_start_m.z);
+    }
+    let corner =
+        |side: f64, z_m: f64| agent.start_m + DVec3::new(side * radius_m, side * radius_m, z_m);
+    (corner(-1.0, low_m), corner(1.0, high_m))
 }
 
 fn check_inside(agent: &Agent, index: usize, point: &Waypoint, room: &Room) -> Read<()> {

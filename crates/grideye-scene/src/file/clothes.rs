@@ -7,7 +7,7 @@
 use crate::file::document::{AgentTable, ObjectTable, SceneTable};
 use crate::file::reader::{Read, Reader};
 use crate::file::rule::{EMISSIVITY, EMISSIVITY_PHYSICAL, TEMPERATURE};
-use crate::model::{Model, Warning};
+use crate::model::{Model, PAPER, Warning};
 use crate::radiometry::Surface;
 use toml::Spanned;
 
@@ -21,17 +21,8 @@ const OUTSIDES: [(&str, [f64; 2]); 4] = [
 
 const SKIN_C: f64 = 33.0;
 
-/// With law B, the paper's model came closest to real frames with bodies of 28 to 30 °C.
-const PAPER_C: f64 = 29.0;
-
 /// Above this, an agent's bare temperature is that of skin rather than clothes, °C.
 const WARM_C: f64 = 26.0;
-
-/// What a person looks like to the paper's model.
-pub(crate) const PAPER: Surface = Surface {
-    celsius: PAPER_C,
-    emissivity: EMISSIVITY_DEFAULT,
-};
 
 #[derive(Clone, Copy)]
 pub(crate) struct Keys<'a> {
@@ -62,7 +53,7 @@ impl<'a> Keys<'a> {
 pub(crate) fn surface(reader: &Reader<'_>, keys: Keys<'_>, ambient_c: f64) -> Read<Surface> {
     let hint = "the outermost layer; for anything else give temperature_c and emissivity";
     let outside = reader.choice("surface", keys.surface, &OUTSIDES, hint)?;
-    let default_c = outside.map_or(ambient_c, |_| PAPER_C);
+    let default_c = outside.map_or(ambient_c, |_| PAPER.celsius);
     let given = Surface {
         celsius: reader.number_or(keys.temperature_c, &TEMPERATURE, default_c)?,
         emissivity: emissivity(reader, keys.emissivity)?,
@@ -105,13 +96,10 @@ pub(crate) fn warnings(reader: &Reader<'_>, tables: &SceneTable) -> Vec<Warning>
 
 pub(crate) fn emissivity(reader: &Reader<'_>, given: &Option<Spanned<f64>>) -> Read<f64> {
     Ok(match reader.model {
-        Model::Paper => reader.number_or(given, &EMISSIVITY, EMISSIVITY_DEFAULT),
+        Model::Paper => reader.number_or(given, &EMISSIVITY, PAPER.emissivity),
         Model::Physical => reader.number_or(given, &EMISSIVITY_PHYSICAL, EMISSIVITY_OF_WALLS),
     }?)
 }
-
-/// PeerJ CS 11:e3124, "Perceived temperature calculation": opaque or dark surfaces such as fabrics.
-const EMISSIVITY_DEFAULT: f64 = 0.8;
 
 /// Paint, paper, wood, plaster, plastic and cloth all have 0.9 to 0.97 at these wavelengths.
 const EMISSIVITY_OF_WALLS: f64 = 0.95;

@@ -25,6 +25,16 @@ pub(crate) struct SceneTable {
     pub(crate) sensor: Vec<Spanned<SensorTable>>,
     #[serde(default)]
     pub(crate) fit: Vec<Spanned<FitTable>>,
+    #[serde(default)]
+    pub(crate) calibrated: Vec<Spanned<CalibratedTable>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct CalibratedTable {
+    pub(crate) keys: Spanned<Vec<String>>,
+    pub(crate) every_s: Spanned<f64>,
+    pub(crate) frames: Spanned<String>,
 }
 
 #[derive(Deserialize)]
@@ -32,6 +42,8 @@ pub(crate) struct SceneTable {
 pub(crate) struct FitTable {
     pub(crate) key: Spanned<String>,
     pub(crate) bounds: Spanned<Pair>,
+    pub(crate) sd: Option<Spanned<f64>>,
+    pub(crate) mean: Option<Spanned<f64>>,
 }
 
 #[derive(Deserialize)]
@@ -159,6 +171,7 @@ pub(crate) struct SensorTable {
     pub(crate) elevation_deg: Spanned<f64>,
     pub(crate) azimuth_deg: Spanned<f64>,
     pub(crate) roll_deg: Option<Spanned<f64>>,
+    pub(crate) tilt_deg: Option<Spanned<Pair>>,
     pub(crate) resolution: Option<Spanned<Bounded<i64, 2>>>,
     pub(crate) fov_deg: Option<Spanned<Axes>>,
     pub(crate) pixels_per_degree: Option<Spanned<f64>>,

@@ -3,7 +3,7 @@
 use super::document::FitTable;
 use super::key::Table;
 use super::reader::{Read, Reader};
-use crate::model::{Fit, RECORDING_START};
+use crate::model::{Fit, Normal, OF_PEOPLE, RECORDING_START};
 use std::collections::HashSet;
 use std::ops::Range;
 use toml::Spanned;
@@ -45,7 +45,7 @@ fn fit(reader: &Reader<'_>, table: &FitTable, document: &Spanned<DeTable<'_>>) -
     } else {
         let expected = "the path of a number in this file, or recording.start_s";
         let hint = "room.ambient_c, sensor.NAME.elevation_deg, sensor.NAME.position_mm.x, object.NAME.temperature_c, \
-             agent.NAME.temperature_c, agent.NAME.PART.emissivity; a default must be written out first: the search starts from it";
+             agent.NAME.temperature_c, agent.NAME.PART.emissivity, agent.NAME.person.height_mm; a default must be written out first: the search starts from it";
         return Err(reader
             .refused("key", table.key.span(), expected, hint)
             .into());
@@ -55,16 +55,53 @@ fn fit(reader: &Reader<'_>, table: &FitTable, document: &Spanned<DeTable<'_>>) -
         let hint = "the search starts from the number in the scene; change it or widen the bounds";
         return refused(&expected, hint);
     }
+    let law = law(reader, table, value)?;
     let start = table.key.span().start;
     let line = reader.text[..start].rfind('\n');
     Ok(Fit {
         key: key.clone(),
         place: reader.place(start),
         bounds,
+        law,
+        is_mean_the_value: table.sd.is_some() && table.mean.is_none(),
         value,
         value_span,
         remark_at: line.map_or(0, |line| line + 1),
     })
+}
+
+/// The normal law that the table gives around its mean or else the value, or that of people.
+fn law(reader: &Reader<'_>, table: &FitTable, value: f64) -> Read<Option<Normal>> {
+    let [low, high] = table.bounds.get_ref().0;
+    let is_within = |mean: f64| (low..=high).contains(&mean);
+    let Some(sd) = &table.sd else {
+        if let Some(mean) = &table.mean {
+            let hint = "mean is the middle of a normal law; without a law every value between the bounds is alike";
+            return Err(reader
+                .refused("mean", mean.span(), "sd beside it", hint)
+                .into());
+        }
+        let key = table.key.get_ref();
+        let of_people = OF_PEOPLE.iter().find(|(end, _)| key.ends_with(end));
+        let law = of_people.map(|(_, law)| *law);
+        return Ok(law.filter(|law| is_within(law.mean)));
+    };
+    if !(sd.get_ref().is_finite() && *sd.get_ref() > 0.0) {
+        let hint = "how well you know the value: its standard deviation, in the key's unit";
+        return Err(reader
+            .refused("sd", sd.span(), "a number above 0", hint)
+            .into());
+    }
+    let mean = table.mean.as_ref().map_or(value, |mean| *mean.get_ref());
+    if let (false, Some(given)) = (is_within(mean), &table.mean) {
+        let expected = format!("{low} to {high}, the bounds");
+        let hint = "the law is cut at the bounds; widen them or change the mean";
+        return Err(reader.refused("mean", given.span(), &expected, hint).into());
+    }
+    Ok(Some(Normal {
+        mean,
+        sd: *sd.get_ref(),
+    }))
 }
 
 /// The number at a path and its place; the path may end in an axis, and may omit `part` before a part's name.

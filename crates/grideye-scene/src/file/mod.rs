@@ -2,6 +2,7 @@
 
 mod agent;
 mod body;
+mod calibrated;
 mod clothes;
 mod document;
 mod files;

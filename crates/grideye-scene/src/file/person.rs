@@ -1,22 +1,14 @@
 //! Reads a person: `person = { height_mm = 1750, build = "average", posture = "stand", clothing = "indoor" }`.
 
-use crate::file::clothes;
 use crate::file::document::{AgentTable, NameOrNumber, PersonTable};
 use crate::file::reader::{Read, Reader};
 use crate::file::rule::{BUILD, CLOTHING, STATURE, YAW};
 use crate::geometry::rotation_z_deg;
-use crate::heat::Thermal;
-use crate::model::{Body, Clothing, Model, Person, Posture};
+use crate::model::{Body, Clothing, Person, Posture};
 use crate::text::MM_PER_M;
 use crate::text::Rule;
 use glam::DVec3;
 use toml::Spanned;
-
-/// The mean of adults of both sexes.
-const STATURE_MM: f64 = 1700.0;
-
-/// Girths relative to the mean adult's.
-const BUILDS: [(&str, f64); 3] = [("slight", 0.9), ("average", 1.0), ("stout", 1.15)];
 
 const POSTURES: [(&str, Posture); 4] = [
     ("stand", Posture::Stand),
@@ -24,8 +16,6 @@ const POSTURES: [(&str, Posture); 4] = [
     ("sit", Posture::Sit),
     ("lie", Posture::Lie),
 ];
-
-const CLO: [(&str, f64); 3] = [("light", 0.5), ("indoor", 1.0), ("coat", 2.0)];
 
 /// The person, if the agent is one, and its bodies at its start.
 pub(crate) fn person(
@@ -52,22 +42,10 @@ pub(crate) fn person(
         return Err(reader.conflict(table.span().start, &title, [key, "person"], hint));
     }
     let person = read(reader, given.get_ref(), keys)?;
-    let surfaces = match reader.model {
-        Model::Physical => person.surfaces(ambient_c),
-        Model::Paper => person.surfaces(ambient_c).map(|_| clothes::PAPER),
-    };
-    let segments = person.segments(Default::default());
+    let surfaces = reader.model.surfaces(&person, ambient_c);
     let color = super::body::color(reader, &keys.color)?;
-    let parts = Person::names().zip(segments).zip(surfaces);
-    let parts = parts.map(|((name, segment), surface)| Body {
-        name: name.to_owned(),
-        base_m: start_m,
-        mesh: segment.turned(person.facing, start_m).mesh(),
-        surface,
-        thermal: Thermal::default(),
-        color,
-    });
-    Ok(Some((person, parts.collect())))
+    let parts = Body::segments_of(&person, start_m, surfaces, color);
+    Ok(Some((person, parts)))
 }
 
 fn read(reader: &Reader<'_>, given: &PersonTable, keys: &AgentTable) -> Read<Person> {
@@ -77,18 +55,19 @@ fn read(reader: &Reader<'_>, given: &PersonTable, keys: &AgentTable) -> Read<Per
         Some(_) => Posture::Walk,
         None => Posture::Stand,
     };
-    let girth = number(reader, &given.build, &BUILDS, &BUILD)?;
-    let clo = number(reader, &given.clothing, &CLO, &CLOTHING)?;
+    let girth = number(reader, &given.build, &Person::BUILDS, &BUILD)?;
+    let names = Clothing::NAMES.map(|(name, clothing)| (name, clothing.clo));
+    let clo = number(reader, &given.clothing, &names, &CLOTHING)?;
     let yaw_deg = reader.number_or(&keys.yaw_deg, &YAW, 0.0)?;
-    Ok(Person {
-        height_m: reader.number_or(&given.height_mm, &STATURE, STATURE_MM)? / MM_PER_M,
-        girth: girth.unwrap_or(1.0),
-        posture: posture.unwrap_or(default),
-        clothing: Clothing {
-            clo: clo.unwrap_or(1.0),
-        },
-        facing: rotation_z_deg(yaw_deg),
-    })
+    let height_mm = reader.number_or(&given.height_mm, &STATURE, Person::HEIGHT_M * MM_PER_M)?;
+    let mut person = Person::new(
+        height_mm / MM_PER_M,
+        girth.unwrap_or(1.0),
+        posture.unwrap_or(default),
+        clo.map_or(Clothing::INDOOR, |clo| Clothing { clo }),
+    );
+    person.facing = rotation_z_deg(yaw_deg);
+    Ok(person)
 }
 
 /// A number, or what a name stands for.

@@ -19,6 +19,8 @@ pub(crate) struct Reader<'a> {
     source: Source<'a>,
     /// Some keys apply to one model only.
     pub(crate) model: Model,
+    /// Whether agents that leave the room or run into something are reported.
+    pub(crate) checks_places: bool,
     files: &'a dyn Files,
 }
 
@@ -43,6 +45,7 @@ impl<'a> Reader<'a> {
         let reader = Self {
             source,
             model,
+            checks_places: true,
             files,
         };
         reader.check_count("bytes of text", text.len(), limits::TEXT_BYTES_MAX, 0, hint)?;

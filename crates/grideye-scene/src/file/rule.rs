@@ -108,6 +108,12 @@ pub(crate) const ELEVATION: Rule = Rule {
     expected: "-90 to 90",
     hint: "90 looks straight down, 0 is level, -90 looks straight up",
 };
+pub(crate) const TILT: Rule = Rule {
+    key: "tilt_deg",
+    holds: |degrees| degrees.abs() <= 45.0,
+    expected: "two angles of -45 to 45",
+    hint: "[toward the image's right, toward its bottom]; larger turns are azimuth_deg and elevation_deg",
+};
 pub(crate) const FIELD_OF_VIEW: Rule = Rule {
     key: "fov_deg",
     holds: |degrees| degrees > 0.0 && degrees < 180.0,
@@ -188,6 +194,12 @@ pub(crate) const DURATION: Rule = Rule {
     holds: |seconds| (0.0..=TIME_MAX_S).contains(&seconds),
     expected: "0 to 31622400 seconds",
     hint: "the shortest duration of the scene; agents' paths extend it",
+};
+pub(crate) const EVERY: Rule = Rule {
+    key: "every_s",
+    holds: |seconds| (0.0..=TIME_MAX_S).contains(&seconds),
+    expected: "0 to 31622400 seconds",
+    hint: "`grideye calibrate` writes this table; fit again, or delete it together with the fitted values",
 };
 pub(crate) const PIXEL_WIDTH: Rule = Rule {
     key: "pixel_width_deg",

@@ -4,10 +4,11 @@ use crate::file::document::SceneTable;
 use crate::file::files::Files;
 use crate::file::reader::{Read, Reader};
 use crate::file::rule::{DURATION, PAPER_EXPERIMENT, REFLECTED, WAVELENGTH, paper_experiment};
-use crate::file::{agent, body, clothes, fit, mosaic, prints, room, sensor};
-use crate::model::{Body, Loaded, Model, Room, Scene, SceneError, Walls, Warning};
+use crate::file::waypoints::Waypoint;
+use crate::file::{agent, body, calibrated, clothes, fit, mosaic, prints, room, sensor};
+use crate::model::{Agent, Body, Loaded, Model, Room, Scene, SceneError, Walls, Warning};
 use crate::radiometry::{Band, Law};
-use crate::text::{millimeters, reach};
+use crate::text::{Utc, millimeters, reach};
 use std::collections::HashSet;
 use std::io;
 use toml::Spanned;
@@ -30,6 +31,17 @@ impl Scene {
         Self::parse_as(None, text, origin, files)
     }
 
+    /// As [`parse`](Self::parse), for a scene with agents that find their places later, by [`Self::stand`]: agents may
+    /// be anywhere.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse).
+    pub fn parse_anywhere(text: &str, origin: &str, files: &dyn Files) -> Read<Loaded> {
+        let mut reader = Reader::new(origin, text, files)?;
+        reader.checks_places = false;
+        parse(reader, None)
+    }
+
     /// As [`parse`](Self::parse), but with the given model; `None` uses the file's.
     ///
     /// # Errors
@@ -40,19 +52,22 @@ impl Scene {
         origin: &str,
         files: &dyn Files,
     ) -> Read<Loaded> {
-        let mut reader = Reader::new(origin, text, files)?;
-        let mut tables: SceneTable =
-            toml::from_str(text).map_err(|error| reader.malformed(&error))?;
-        reader.check_counts(&tables)?;
-        reader.check_names(&tables)?;
-        let models = [("paper", Model::Paper), ("physical", Model::Physical)];
-        let hint = "paper is the default; scenes/README.md says when to use which";
-        let of_file = reader.choice("model", &tables.model, &models, hint)?;
-        reader.model = model.or(of_file).unwrap_or_default();
-        check_touches(&reader, &tables)?;
-        tables.leave_out_absent();
-        read(&reader, &tables)
+        parse(Reader::new(origin, text, files)?, model)
     }
+}
+
+fn parse(mut reader: Reader<'_>, model: Option<Model>) -> Read<Loaded> {
+    let mut tables: SceneTable =
+        toml::from_str(reader.text).map_err(|error| reader.malformed(&error))?;
+    reader.check_counts(&tables)?;
+    reader.check_names(&tables)?;
+    let models = [("paper", Model::Paper), ("physical", Model::Physical)];
+    let hint = "paper is the default; scenes/README.md says when to use which";
+    let of_file = reader.choice("model", &tables.model, &models, hint)?;
+    reader.model = model.or(of_file).unwrap_or_default();
+    check_touches(&reader, &tables)?;
+    tables.leave_out_absent();
+    read(&reader, &tables)
 }
 
 fn no_files(_: &str) -> io::Result<String> {
@@ -63,9 +78,7 @@ fn read(reader: &Reader<'_>, tables: &SceneTable) -> Read<Loaded> {
     let room = room::room(reader, &tables.room)?;
     let walls = Walls::new(&room);
     let (objects, mut warnings) = objects(reader, tables, (&room, &walls))?;
-    let agents = tables.agent.iter();
-    let agents = agents.map(|table| agent::agent(reader, table, (&room, &walls)));
-    let agents = agents.collect::<Read<Vec<_>>>()?;
+    let (agents, starts_utc) = agents(reader, tables, (&room, &walls))?;
     warnings.extend(clothes::warnings(reader, tables));
     let sensors = tables.sensor.iter();
     let sensors = sensors.map(|table| sensor::sensor(reader, table, &room));
@@ -87,8 +100,10 @@ fn read(reader: &Reader<'_>, tables: &SceneTable) -> Read<Loaded> {
         band: band(reader, tables)?,
         reflected_c,
         duration_s,
+        starts_utc,
         paper_experiment: experiment.and_then(paper_experiment),
         prints: Vec::new(),
+        calibrated: calibrated::calibrated(reader, &tables.calibrated)?,
     };
     scene.prints = prints::prints(reader, &scene)?;
     warnings.extend(contacts(reader, tables, &scene)?);
@@ -145,6 +160,21 @@ fn objects(
     Ok((objects, warnings))
 }
 
+/// The agents, and the earliest UTC stamp of their trajectories, which is the scene's start.
+fn agents(
+    reader: &Reader<'_>,
+    tables: &SceneTable,
+    place: (&Room, &Walls),
+) -> Read<(Vec<Agent>, Option<Utc>)> {
+    let ways = tables.agent.iter();
+    let ways = ways.map(|table| agent::waypoints(reader, table));
+    let ways = ways.collect::<Read<Vec<_>>>()?;
+    let starts_utc = ways.iter().flatten().filter_map(Waypoint::utc).min();
+    let agents = tables.agent.iter().zip(&ways);
+    let agents = agents.map(|(table, way)| agent::agent(reader, table, (way, starts_utc), place));
+    Ok((agents.collect::<Read<_>>()?, starts_utc))
+}
+
 fn contacts(reader: &Reader<'_>, tables: &SceneTable, scene: &Scene) -> Read<Vec<Warning>> {
     let choices = [
         ("warning", Some(false)),
@@ -153,7 +183,8 @@ fn contacts(reader: &Reader<'_>, tables: &SceneTable, scene: &Scene) -> Read<Vec
     ];
     let hint = "warning is the default";
     let wanted = reader.choice("collisions", &tables.collisions, &choices, hint)?;
-    let Some(is_error) = wanted.unwrap_or(Some(false)) else {
+    let wanted = wanted.unwrap_or(Some(false));
+    let Some(is_error) = wanted.filter(|_| reader.checks_places) else {
         return Ok(Vec::new());
     };
     let mut warnings = Vec::new();

@@ -4,7 +4,7 @@ use crate::file::document::SensorTable;
 use crate::file::reader::{Read, Reader};
 use crate::file::rule::{
     AZIMUTH, BLUR, BLUR_PIXELS, ELEVATION, FIELD_OF_VIEW, NOISE, OPERATING_DISTANCE, PIXEL_WIDTH,
-    PIXELS_PER_DEGREE, RANGE, ROLL, SAMPLING, STEP,
+    PIXELS_PER_DEGREE, RANGE, ROLL, SAMPLING, STEP, TILT,
 };
 use crate::geometry::{Pose, count};
 use crate::model::{Model, Optics, Room, SceneError, Sensor, limits};
@@ -167,7 +167,11 @@ fn pose(reader: &Reader<'_>, keys: &SensorTable, name: &str, room: &Room) -> Rea
     let turned_deg = reader.choice("pixel_1", &keys.pixel_1, &corners, hint)?;
     let roll_deg = roll_deg + turned_deg.unwrap_or(0.0);
     let pose = Pose::from_degrees(position_m, elevation_deg, azimuth_deg, roll_deg);
-    Ok(pose)
+    let Some(tilt_deg) = &keys.tilt_deg else {
+        return Ok(pose);
+    };
+    let [right_deg, down_deg] = reader.numbers(tilt_deg, &TILT)?;
+    Ok(pose.tilted(right_deg, down_deg))
 }
 
 fn grid_points(

@@ -1,40 +1,66 @@
 //! Reads the waypoints of a trajectory from its CSV file.
 
 use crate::model::limits::{TIME_MAX_S, WAYPOINTS_MAX};
-use crate::text::{Place, Refusal, excerpt};
+use crate::text::{NoUtc, Place, Refusal, Utc, excerpt};
 use csv::{Position, StringRecord};
 use glam::DVec3;
 
 pub(crate) struct Waypoint {
     pub(crate) position_mm: DVec3,
-    pub(crate) time_s: Option<f64>,
+    pub(crate) time: Option<Time>,
     pub(crate) dwell_s: f64,
     pub(crate) place: Place,
 }
 
+#[derive(Clone, Copy)]
+pub(crate) enum Time {
+    /// Seconds of the scene.
+    Scene(f64),
+    Utc(Utc),
+}
+
 impl Waypoint {
+    pub(crate) fn utc(&self) -> Option<Utc> {
+        match self.time {
+            Some(Time::Utc(utc)) => Some(utc),
+            _ => None,
+        }
+    }
+
+    /// The second of the scene at which the agent arrives.
+    pub(crate) fn time_s(&self, starts_utc: Option<Utc>) -> Option<f64> {
+        match self.time? {
+            Time::Scene(time_s) => Some(time_s),
+            Time::Utc(utc) => Some(utc.since_s(starts_utc?)),
+        }
+    }
+
     pub(crate) fn refused(&self, found: &str, expected: &str) -> Refusal {
         row_refused(self.place.clone(), found, expected)
     }
 }
 
 fn row_refused(place: Place, found: &str, expected: &str) -> Refusal {
-    let hint = "a trajectory has the columns x_mm,y_mm,z_mm and one waypoint per row";
+    let hint = "a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, and dwell_s, in any order, and one waypoint per row";
     place.refused(format!("found {found}, expected {expected}"), hint)
 }
 
-const TIME: &str = "t_s";
-const COLUMNS: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
+pub(crate) const TIME: &str = "t_s";
+pub(crate) const UTC: &str = "utc";
+const AXES: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
+/// Without `z_mm`, the agent is on the floor.
+const REQUIRED: [&str; 2] = ["x_mm", "y_mm"];
 const DWELL: &str = "dwell_s";
+const COLUMNS: [&str; 6] = ["x_mm", "y_mm", "z_mm", TIME, UTC, DWELL];
 
-/// Reads `x_mm,y_mm,z_mm` with optional `t_s` before and `dwell_s` after; `#` comments and empty lines are skipped.
+/// Reads the columns that the header names, in its order; `#` comments and empty lines are skipped. A column that is not
+/// known is refused, because it may be a misspelled one.
 pub(crate) fn read_waypoints(file: &str, text: &str) -> Result<Vec<Waypoint>, Refusal> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let columns = COLUMNS.to_vec();
     let mut table = Table {
         file,
         text,
-        columns,
+        columns: Vec::new(),
     };
     let mut rows = csv::ReaderBuilder::new()
         .has_headers(false)
@@ -47,7 +73,7 @@ pub(crate) fn read_waypoints(file: &str, text: &str) -> Result<Vec<Waypoint>, Re
         .next()
         .ok_or_else(|| table.too_short("an empty file"))?;
     let header = table.readable(header)?;
-    table.check_header(&header)?;
+    table.columns = table.columns_of(&header)?;
     let mut waypoints = Vec::new();
     for row in rows {
         let way_point = table.way_point(&table.readable(row)?)?;
@@ -68,7 +94,7 @@ pub(crate) fn read_waypoints(file: &str, text: &str) -> Result<Vec<Waypoint>, Re
 struct Table<'a> {
     file: &'a str,
     text: &'a str,
-    /// The required columns, then those of the header.
+    /// Those of the header, in its order.
     columns: Vec<&'static str>,
 }
 
@@ -80,28 +106,33 @@ impl Table<'_> {
         })
     }
 
-    fn check_header(&mut self, header: &StringRecord) -> Result<(), Refusal> {
-        if header.get(0) == Some(TIME) {
-            self.columns.insert(0, TIME);
+    fn columns_of(&self, header: &StringRecord) -> Result<Vec<&'static str>, Refusal> {
+        let mut columns = Vec::new();
+        for (index, name) in header.iter().enumerate() {
+            let refused = |found: &str, expected: &str| {
+                let place = self.place(header.position(), characters_before(header, index));
+                Err(row_refused(place, found, expected))
+            };
+            let Some(column) = COLUMNS.into_iter().find(|known| *known == name) else {
+                let found = format!("the column `{}`", excerpt(name));
+                return refused(&found, &format!("only {}", COLUMNS.join(", ")));
+            };
+            if columns.contains(&column) {
+                return refused(&format!("the column `{column}` again"), "each column once");
+            }
+            columns.push(column);
+            if columns.contains(&TIME) && columns.contains(&UTC) {
+                return refused(&format!("both `{TIME}` and `{UTC}`"), "one of them");
+            }
         }
-        if header.len() > self.columns.len() && header.iter().next_back() == Some(DWELL) {
-            self.columns.push(DWELL);
+        match REQUIRED.into_iter().find(|name| !columns.contains(name)) {
+            None => Ok(columns),
+            Some(missing) => {
+                let found = format!("no column `{missing}`");
+                let place = self.place(header.position(), 0);
+                Err(row_refused(place, &found, "x_mm and y_mm"))
+            }
         }
-        let columns = &self.columns;
-        if header.iter().eq(columns.iter().copied()) {
-            return Ok(());
-        }
-        let mut indices = 0..columns.len();
-        let wrong = indices.find(|index| header.get(*index) != Some(columns[*index]));
-        let before = characters_before(header, wrong.unwrap_or(columns.len()));
-        let found = header.iter().collect::<Vec<_>>().join(",");
-        let expected = format!("the header `{}`", columns.join(","));
-        let place = self.place(header.position(), before);
-        Err(row_refused(
-            place,
-            &format!("the header `{found}`"),
-            &expected,
-        ))
     }
 
     fn way_point(&self, row: &StringRecord) -> Result<Waypoint, Refusal> {
@@ -111,24 +142,53 @@ impl Table<'_> {
             let (found, expected) = (format!("{found} fields"), format!("{expected} fields"));
             return Err(row_refused(place, &found, &expected));
         }
-        let mut coordinates = [0.0; COLUMNS.len()];
-        for (coordinate, column) in coordinates.iter_mut().zip(COLUMNS) {
+        let mut coordinates = [0.0; AXES.len()];
+        for (coordinate, column) in coordinates.iter_mut().zip(AXES) {
             *coordinate = self.number(row, column)?.unwrap_or_default();
         }
         Ok(Waypoint {
             position_mm: DVec3::from_array(coordinates),
-            time_s: self.number(row, TIME)?,
+            time: match self.utc(row)? {
+                Some(utc) => Some(Time::Utc(utc)),
+                None => self.number(row, TIME)?.map(Time::Scene),
+            },
             dwell_s: self.number(row, DWELL)?.unwrap_or_default(),
             place,
         })
     }
 
+    /// The number of a column, and its text in a row; `None` if the file does not have it.
+    fn field<'r>(&self, row: &'r StringRecord, column: &str) -> Option<(usize, &'r str)> {
+        let index = self.columns.iter().position(|known| *known == column)?;
+        Some((index, row.get(index).unwrap_or_default()))
+    }
+
+    fn utc(&self, row: &StringRecord) -> Result<Option<Utc>, Refusal> {
+        let Some((index, field)) = self.field(row, UTC) else {
+            return Ok(None);
+        };
+        Utc::parse(field).map(Some).map_err(|why| {
+            let (expected, hint) = match why {
+                NoUtc::Local => (
+                    "a time zone",
+                    "a local time is ambiguous: append Z if it is UTC, or its offset, such as +01:00",
+                ),
+                NoUtc::Malformed => (
+                    "a time stamp",
+                    "write 2026-11-25T10:00:00.123Z, or seconds since 1970 such as 1795600800.123, from 1970 to 2199 (Unix: from 2001), with at most nine decimals",
+                ),
+            };
+            let found = excerpt(field);
+            let place = self.place(row.position(), characters_before(row, index));
+            place.refused(format!("found `{found}` as {UTC}, expected {expected}"), hint)
+        })
+    }
+
     fn number(&self, row: &StringRecord, column: &str) -> Result<Option<f64>, Refusal> {
-        let Some(index) = self.columns.iter().position(|known| *known == column) else {
+        let Some((index, field)) = self.field(row, column) else {
             return Ok(None);
         };
         let is_time = column == TIME || column == DWELL;
-        let field = row.get(index).unwrap_or_default();
         let number = field.parse().ok().filter(|number: &f64| {
             number.is_finite() && (!is_time || (0.0..=TIME_MAX_S).contains(number))
         });
@@ -164,7 +224,7 @@ impl Table<'_> {
 
     fn too_short(&self, found: &str) -> Refusal {
         let place = Place::of_line(self.file, self.text.lines().count().max(1));
-        let header = COLUMNS.join(",");
+        let header = AXES.join(",");
         let expected = format!("the header `{header}` and at least one waypoint");
         row_refused(place, found, &expected)
     }

@@ -182,6 +182,9 @@ pub(crate) fn first_meeting(one: Moving<'_>, other: Moving<'_>, span: &Span) -> 
             };
             let sooner = |found: &Meeting| first.is_none_or(|first| found.time_s < first.time_s);
             first = advance(&gap_at, &span).filter(sooner).or(first);
+            if first.is_some_and(|first| first.time_s <= span.start_s) {
+                return first;
+            }
         }
     }
     first

@@ -3,6 +3,7 @@
 use crate::geometry::mesh::Mesh;
 use crate::geometry::pose::Pose;
 use glam::{DMat3, DVec3};
+use std::sync::LazyLock;
 
 /// An ellipsoid, by its center and its semi-axes, meters.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,9 +31,9 @@ impl Ellipsoid {
 
     /// The same as flat faces, fewer than an object's: a person has many of these.
     pub(crate) fn mesh(&self) -> Mesh {
-        const RINGS: usize = 8;
-        let unit = Mesh::stack(DVec3::splat(2.0), 0.0, RINGS);
-        unit.placed(self.axes_m, self.center_m - self.axes_m.z_axis)
+        static UNIT: LazyLock<Mesh> = LazyLock::new(|| Mesh::stack(DVec3::splat(2.0), 0.0, 8));
+        let offset_m = self.center_m - self.axes_m.z_axis;
+        UNIT.clone().placed(self.axes_m, offset_m)
     }
 
     /// `None` if the sensor is inside.

@@ -5,18 +5,25 @@ use super::{count, polygon};
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 /// A surface of flat, convex faces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
     vertices_m: Vec<DVec3>,
-    /// Indices into `vertices_m`, face after face, counter-clockwise as seen from outside.
+    /// Shared, because scenes have many meshes that differ only in their vertices.
+    faces: Arc<Faces>,
+    enclosure: Enclosure,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Faces {
+    /// Indices into the vertices, face after face, counter-clockwise as seen from outside.
     corners: Vec<usize>,
     /// Where each face's corners start in `corners`, then the length of `corners`.
     starts: Vec<usize>,
     /// For each face, the index of the original face that it is or is part of.
     given: Vec<usize>,
-    enclosure: Enclosure,
 }
 
 /// The kind of space that the faces enclose. A closed surface is visible only from outside.
@@ -80,11 +87,14 @@ impl Mesh {
     /// The faces of a cuboid in place.
     #[must_use]
     pub fn of_cuboid(cuboid: &Cuboid) -> Self {
-        Self {
-            vertices_m: cuboid.corners_in_world().to_vec(),
+        let faces = Faces {
             corners: CUBOID_FACES.concat(),
             starts: (0..=CUBOID_FACES.len()).map(|face| 4 * face).collect(),
             given: (0..CUBOID_FACES.len()).collect(),
+        };
+        Self {
+            vertices_m: cuboid.corners_in_world().to_vec(),
+            faces: Arc::new(faces),
             enclosure: Enclosure::Convex,
         }
     }
@@ -96,11 +106,14 @@ impl Mesh {
         let base = [(-x, -y), (x, -y), (x, y), (-x, y)];
         let mut vertices_m = base.map(|(x, y)| DVec3::new(x, y, 0.0)).to_vec();
         vertices_m.push(DVec3::new(0.0, 0.0, size_m.z));
-        Self {
-            vertices_m,
+        let faces = Faces {
             corners: vec![0, 3, 2, 1, 0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4],
             starts: vec![0, 4, 7, 10, 13, 16],
             given: (0..5).collect(),
+        };
+        Self {
+            vertices_m,
+            faces: Arc::new(faces),
             enclosure: Enclosure::Convex,
         }
     }
@@ -126,13 +139,7 @@ impl Mesh {
     /// [`MeshError`].
     pub fn new(vertices_m: Vec<DVec3>, faces: &[Vec<i64>]) -> Result<Self, MeshError> {
         let last = i64::try_from(vertices_m.len()).unwrap_or(i64::MAX) - 1;
-        let mut mesh = Self {
-            vertices_m,
-            corners: Vec::new(),
-            starts: vec![0],
-            given: Vec::new(),
-            enclosure: Enclosure::Open,
-        };
+        let mut mesh = Self::without_faces(vertices_m, Enclosure::Open);
         for (face, corners) in faces.iter().enumerate() {
             if corners.len() < 3 {
                 return Err(MeshError::TooFewCorners {
@@ -156,11 +163,10 @@ impl Mesh {
                 return Err(MeshError::NoArea { face });
             }
             for piece in pieces {
-                mesh.push(&piece);
-                mesh.given.push(face);
+                mesh.push(&piece, face);
             }
         }
-        if mesh.starts.len() == 1 {
+        if mesh.given().is_empty() {
             return Err(MeshError::Empty);
         }
         mesh.close();
@@ -176,6 +182,12 @@ impl Mesh {
         self
     }
 
+    pub(crate) fn move_by(&mut self, offset_m: DVec3) {
+        for vertex in &mut self.vertices_m {
+            *vertex += offset_m;
+        }
+    }
+
     /// Its vertices, meters.
     #[must_use]
     pub fn vertices_m(&self) -> &[DVec3] {
@@ -184,13 +196,14 @@ impl Mesh {
 
     /// The faces, each as vertex indices counter-clockwise as seen from outside.
     pub fn faces(&self) -> impl Iterator<Item = &[usize]> {
-        self.starts
-            .windows(2)
-            .map(|pair| &self.corners[pair[0]..pair[1]])
+        let Faces {
+            starts, corners, ..
+        } = &*self.faces;
+        starts.windows(2).map(|pair| &corners[pair[0]..pair[1]])
     }
 
     pub(crate) fn given(&self) -> &[usize] {
-        &self.given
+        &self.faces.given
     }
 
     /// The surface with its faces cut into `parts`, and the value of each part with an area.
@@ -198,13 +211,7 @@ impl Mesh {
         &self,
         parts: impl Fn(usize, &[DVec3]) -> Vec<(Vec<DVec3>, f64)>,
     ) -> (Self, Vec<f64>) {
-        let mut cut = Self {
-            vertices_m: Vec::new(),
-            corners: Vec::new(),
-            starts: vec![0],
-            given: Vec::new(),
-            enclosure: self.enclosure,
-        };
+        let mut cut = Self::without_faces(Vec::new(), self.enclosure);
         let mut values = Vec::new();
         for (face, corners) in self.faces().enumerate() {
             let corners: Vec<DVec3> = corners
@@ -218,9 +225,8 @@ impl Mesh {
                 }
                 let first = cut.vertices_m.len();
                 cut.vertices_m.extend(part);
-                cut.corners.extend(first..cut.vertices_m.len());
-                cut.starts.push(cut.corners.len());
-                cut.given.push(self.given[face]);
+                let corners: Vec<usize> = (first..cut.vertices_m.len()).collect();
+                cut.push(&corners, self.given()[face]);
                 values.push(value);
             }
         }
@@ -255,13 +261,7 @@ impl Mesh {
         let turn = 2.0 * PI / count::float(segments);
         // At this radius a regular polygon has the area of the unit circle.
         let outside = (turn / libm::sin(turn)).sqrt();
-        let mut mesh = Self {
-            vertices_m: vec![DVec3::ZERO],
-            corners: Vec::new(),
-            starts: vec![0],
-            given: Vec::new(),
-            enclosure: Enclosure::Convex,
-        };
+        let mut mesh = Self::without_faces(vec![DVec3::ZERO], Enclosure::Convex);
         for ring in 1..rings {
             let (sin, cos) = libm::sincos(PI * count::float(ring) / count::float(rings));
             let rises = if 2 * ring == rings && cylinder_m > 0.0 {
@@ -283,7 +283,6 @@ impl Mesh {
         mesh.vertices_m
             .push(DVec3::new(0.0, 0.0, size_m.z + cylinder_m));
         mesh.join_rings(segments);
-        mesh.given = (0..mesh.starts.len() - 1).collect();
         mesh
     }
 
@@ -293,22 +292,38 @@ impl Mesh {
         let rings = (top - 1) / segments;
         let at = |ring: usize, segment: usize| 1 + ring * segments + segment % segments;
         for segment in 0..segments {
-            self.push(&[0, at(0, segment + 1), at(0, segment)]);
+            let mut push = |corners: &[usize]| self.push(corners, self.given().len());
+            push(&[0, at(0, segment + 1), at(0, segment)]);
             for ring in 1..rings {
-                self.push(&[
+                push(&[
                     at(ring - 1, segment),
                     at(ring - 1, segment + 1),
                     at(ring, segment + 1),
                     at(ring, segment),
                 ]);
             }
-            self.push(&[top, at(rings - 1, segment), at(rings - 1, segment + 1)]);
+            push(&[top, at(rings - 1, segment), at(rings - 1, segment + 1)]);
         }
     }
 
-    fn push(&mut self, corners: &[usize]) {
-        self.corners.extend_from_slice(corners);
-        self.starts.push(self.corners.len());
+    fn without_faces(vertices_m: Vec<DVec3>, enclosure: Enclosure) -> Self {
+        let faces = Faces {
+            corners: Vec::new(),
+            starts: vec![0],
+            given: Vec::new(),
+        };
+        Self {
+            vertices_m,
+            faces: Arc::new(faces),
+            enclosure,
+        }
+    }
+
+    fn push(&mut self, corners: &[usize], given: usize) {
+        let faces = Arc::make_mut(&mut self.faces);
+        faces.corners.extend_from_slice(corners);
+        faces.starts.push(faces.corners.len());
+        faces.given.push(given);
     }
 
     /// Determines what the faces enclose, and turns the faces of a closed surface outwards.
@@ -332,8 +347,11 @@ impl Mesh {
             .map(|face| area_vector(&self.vertices_m, face).dot(self.vertices_m[face[0]] - middle))
             .sum();
         if volume < 0.0 {
-            for face in self.starts.windows(2) {
-                self.corners[face[0]..face[1]].reverse();
+            let Faces {
+                starts, corners, ..
+            } = Arc::make_mut(&mut self.faces);
+            for face in starts.windows(2) {
+                corners[face[0]..face[1]].reverse();
             }
         }
         self.enclosure = if self.is_convex() {

@@ -41,6 +41,37 @@ impl Pose {
         }
     }
 
+    /// The pose after its view turns in its own image: toward the right, then toward the bottom. At every pose these are
+    /// two directions, where elevation and azimuth have only one at the zenith and nadir. The angles are those of the
+    /// result.
+    #[must_use]
+    pub fn tilted(self, right_deg: f64, down_deg: f64) -> Self {
+        if right_deg == 0.0 && down_deg == 0.0 {
+            return self;
+        }
+        let turned =
+            self.world_from_sensor() * rotation_z_deg(-right_deg) * rotation_y_deg(down_deg);
+        let forward = turned.x_axis;
+        let level = forward.truncate();
+        let elevation_rad = libm::atan2(-forward.z, level.length());
+        // Straight up or down, azimuth and roll are the same turn: keep the azimuth.
+        let azimuth_rad = if level.length() > 1e-12 {
+            libm::atan2(forward.y, forward.x)
+        } else {
+            self.azimuth_rad
+        };
+        let upright =
+            rotation_z_deg(azimuth_rad.to_degrees()) * rotation_y_deg(elevation_rad.to_degrees());
+        let left = upright.transpose() * turned.y_axis;
+        Self {
+            elevation_rad,
+            azimuth_rad,
+            roll_rad: libm::atan2(left.z, left.y),
+            sensor_from_world: turned.transpose(),
+            ..self
+        }
+    }
+
     /// The rotation from sensor to room coordinates.
     #[must_use]
     pub fn world_from_sensor(&self) -> DMat3 {
@@ -91,5 +122,39 @@ mod tests {
         );
         let (forward, ..) = axes(45.0, -90.0, 0.0);
         assert!((forward - DVec3::new(0.0, -0.5_f64.sqrt(), -0.5_f64.sqrt())).length() < 1e-15);
+    }
+
+    /// The angles of a tilted pose make the same rotation, and the tilt goes where the image says.
+    #[test]
+    fn a_tilt_moves_the_view_in_the_image_at_every_pose() {
+        for (elevation_deg, azimuth_deg, roll_deg) in [
+            (90.0, -90.0, 0.0),
+            (-90.0, 20.0, 0.0),
+            (0.0, 0.0, 0.0),
+            (37.0, 110.0, -25.0),
+        ] {
+            let pose = Pose::from_degrees(DVec3::ZERO, elevation_deg, azimuth_deg, roll_deg);
+            let tilted = pose.tilted(3.0, -2.0);
+            let (right, bottom) = (
+                -pose.world_from_sensor().y_axis,
+                -pose.world_from_sensor().z_axis,
+            );
+            let forward = tilted.world_from_sensor().x_axis;
+            let (three, two) = (3.0_f64.to_radians(), 2.0_f64.to_radians());
+            assert!((forward.dot(right) - three.sin() * two.cos()).abs() < 1e-12);
+            assert!((forward.dot(bottom) + two.sin()).abs() < 1e-12);
+            let again = Pose::from_degrees(
+                DVec3::ZERO,
+                tilted.elevation_rad.to_degrees(),
+                tilted.azimuth_rad.to_degrees(),
+                tilted.roll_rad.to_degrees(),
+            );
+            let apart = again.world_from_sensor() - tilted.world_from_sensor();
+            assert!(
+                apart.to_cols_array().iter().all(|part| part.abs() < 1e-12),
+                "{apart}"
+            );
+            assert_eq!(pose.tilted(0.0, 0.0), pose);
+        }
     }
 }

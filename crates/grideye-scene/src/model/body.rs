@@ -45,6 +45,27 @@ pub struct Agent {
 }
 
 impl Body {
+    /// A person's segments at the start of its path.
+    pub(crate) fn segments_of(
+        person: &Person,
+        start_m: DVec3,
+        surfaces: [Surface; SEGMENTS],
+        color: Option<[u8; 3]>,
+    ) -> Vec<Self> {
+        let segments = person.segments(Stride::default());
+        let parts = Person::names().zip(segments).zip(surfaces);
+        let parts = parts.map(|((name, segment), surface)| Self {
+            color,
+            ..Self::new(
+                name,
+                start_m,
+                segment.turned(person.facing, start_m).mesh(),
+                surface,
+            )
+        });
+        parts.collect()
+    }
+
     /// A body of uniform, constant temperature.
     #[must_use]
     pub fn new(name: &str, base_m: DVec3, mesh: Mesh, surface: Surface) -> Self {
@@ -109,6 +130,21 @@ impl Agent {
         turns.get(heads_for).copied()
     }
 
+    /// Turns a person's front from +x to where it faces at `time`; `None` for other agents.
+    #[must_use]
+    pub fn facing(&self, time: Duration) -> Option<DMat3> {
+        let person = self.person.as_ref()?;
+        Some(self.heading_at(time).unwrap_or(person.facing))
+    }
+
+    /// A person's segments at `time`, in the order of its bodies: the center and, as columns, the semi-axes of each,
+    /// meters; `None` for other agents.
+    #[must_use]
+    pub fn rounded_m(&self, time: Duration) -> Option<[(DVec3, DMat3); SEGMENTS]> {
+        let segments = self.segments_at(time)?;
+        Some(segments.map(|segment| (segment.center_m, segment.axes_m)))
+    }
+
     /// A person's segments at `time`, in the order of its bodies.
     pub(crate) fn segments_at(&self, time: Duration) -> Option<[Ellipsoid; SEGMENTS]> {
         let person = self.person.as_ref()?;
@@ -118,7 +154,7 @@ impl Agent {
             let (length_m, speed_m_per_s) = way.pace_at_s(time_s);
             person.stride(length_m, speed_m_per_s)
         });
-        let turn = self.heading_at(time).unwrap_or(person.facing);
+        let turn = self.facing(time)?;
         let at_m = self.position_m(time);
         let segments = person.segments(stride);
         Some(segments.map(|segment| segment.turned(turn, at_m)))
@@ -172,6 +208,15 @@ impl Agent {
             }
             _ => turn,
         })
+    }
+
+    /// The direction of its front at `time`, radians counter-clockwise from +x; a body that the file gives has its front
+    /// at +x until it turns.
+    #[must_use]
+    pub fn front_rad(&self, time: Duration) -> f64 {
+        let turn = self.facing(time).or_else(|| self.turn(time));
+        let turn = turn.unwrap_or(DMat3::IDENTITY);
+        libm::atan2(turn.x_axis.y, turn.x_axis.x)
     }
 
     /// Its bodies at `time`.

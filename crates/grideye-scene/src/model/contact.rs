@@ -55,6 +55,22 @@ impl Scene {
         contacts.sort_by_key(|contact| contact.time);
         contacts
     }
+
+    /// Moves an agent that does not walk, by its index. Returns whether it is then in the room and crosses no wall.
+    pub fn stand(&mut self, agent: usize, at_m: DVec3) -> bool {
+        let Some(agent) = self.agents.get_mut(agent) else {
+            return true;
+        };
+        let moved_m = at_m - agent.start_m;
+        agent.start_m = at_m;
+        for part in &mut agent.parts {
+            part.base_m += moved_m;
+            part.mesh.move_by(moved_m);
+        }
+        let walls = Walls::new(&self.room);
+        let mut parts = agent.parts.iter();
+        parts.all(|part| self.room.holds_corners_of(&part.mesh) && !walls.meet(&part.mesh))
+    }
 }
 
 #[derive(Debug)]

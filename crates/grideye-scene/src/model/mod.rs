@@ -2,6 +2,7 @@
 //! parses.
 
 mod body;
+mod calibrated;
 mod contact;
 mod error;
 pub mod fit;
@@ -13,10 +14,12 @@ mod scene;
 mod sensor;
 
 pub use body::{Agent, Body};
+pub use calibrated::Calibrated;
 pub(crate) use contact::Walls;
 pub use contact::{Contact, FreeSpace};
 pub use error::{SceneError, Warning};
-pub(crate) use fit::{FITS_MAX, Fit, RECORDING_START};
+pub(crate) use fit::{FITS_MAX, Fit, Normal, OF_PEOPLE, RECORDING_START};
+pub(crate) use person::PAPER;
 pub use person::{Clothing, Person, Posture};
 pub(crate) use print::Print;
 pub use room::Room;

@@ -22,7 +22,7 @@ pub enum Posture {
     Lie,
 }
 
-/// What a person wears, by its insulation: 0.5 clo are trousers and a T-shirt, 1 shirt and sweater, 2 a coat and a hat.
+/// What a person wears, by its insulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Clothing {
     /// Insulation of the outfit (ISO 9920), clo; 0 to [`CLO_MAX`](Self::CLO_MAX).
@@ -41,6 +41,8 @@ pub struct Person {
     pub posture: Posture,
     /// What it wears.
     pub clothing: Clothing,
+    /// Length of one stride, two steps.
+    pub(crate) stride_m: f64,
     /// Turns its front from +x to where it looks if it does not walk.
     pub(crate) facing: DMat3,
 }
@@ -115,12 +117,42 @@ const STRIDE: f64 = 0.8;
 const WIDE_FROM_M_PER_S: f64 = 1.0;
 
 impl Person {
+    /// Names of builds, with girths relative to the mean adult's.
+    pub const BUILDS: [(&str, f64); 3] = [("slight", 0.9), ("average", 1.0), ("stout", 1.15)];
+
+    /// The mean stature of adults of both sexes, meters.
+    pub const HEIGHT_M: f64 = 1.7;
+
+    /// A person who faces +x.
+    #[must_use]
+    pub const fn new(height_m: f64, girth: f64, posture: Posture, clothing: Clothing) -> Self {
+        Self {
+            height_m,
+            girth,
+            posture,
+            clothing,
+            stride_m: Self::stride_m(height_m),
+            facing: DMat3::IDENTITY,
+        }
+    }
+
+    /// How high the seat is on which the person sits, meters above where it stands.
+    #[must_use]
+    pub const fn seat_m(&self) -> f64 {
+        SEAT * self.height_m
+    }
+
+    /// The length of two steps of a person of this stature.
+    pub(crate) const fn stride_m(height_m: f64) -> f64 {
+        STRIDE * height_m
+    }
+
     /// Where in its stride the person is after `length_m` of its way, at `speed_m_per_s`.
     pub(crate) fn stride(&self, length_m: f64, speed_m_per_s: f64) -> Stride {
         if self.posture != Posture::Walk {
             return Stride::default();
         }
-        let strides = length_m / (STRIDE * self.height_m);
+        let strides = length_m / self.stride_m;
         Stride {
             phase_rad: TAU * (strides - strides.floor()),
             width: (speed_m_per_s / WIDE_FROM_M_PER_S).min(1.0),
@@ -285,6 +317,7 @@ impl Person {
     /// How each segment looks in a room of this temperature, by the physical model.
     pub(crate) fn surfaces(&self, ambient_c: f64) -> [Surface; SEGMENTS] {
         let layer = self.clothing.layer();
+        let mut last = (None, 0.0);
         COVERS.map(|(_, cover, warmer_c)| {
             let clo = match cover {
                 Cover::Skin => 0.0,
@@ -296,8 +329,13 @@ impl Person {
                 Cover::Shoe => SHOE_CLO,
             };
             let emissivity = if clo > 0.0 { TEXTILE } else { SKIN };
+            // A search takes long, and neighbors and both sides are covered alike.
+            if last.0 != Some((clo, warmer_c)) {
+                let celsius = self.outside_c(clo, warmer_c, ambient_c);
+                last = (Some((clo, warmer_c)), celsius);
+            }
             Surface {
-                celsius: self.outside_c(clo, warmer_c, ambient_c),
+                celsius: last.1,
                 emissivity,
             }
         })
@@ -321,6 +359,7 @@ impl Person {
         // Air past the body by its own movement (ISO 7730, annex C).
         let air_m_per_s = AIR_M_PER_S + 0.0052 * (metabolic - 58.0).max(0.0);
         let forced = 12.1 * air_m_per_s.sqrt();
+        let calm_k = 0.99 * (forced / 2.38).powi(4);
         let kelvin4 = |celsius: f64| {
             let squared = (celsius + 273.0) * (celsius + 273.0);
             squared * squared
@@ -328,9 +367,15 @@ impl Person {
         let (mut low, mut high) = (ambient_c.min(skin_c), ambient_c.max(skin_c));
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            let free = 2.38 * (middle - ambient_c).abs().sqrt().sqrt();
+            let apart = (middle - ambient_c).abs();
+            // Roots take most of the time, and rising air matters only around warm skin.
+            let moved = if apart < calm_k {
+                forced
+            } else {
+                forced.max(2.38 * apart.sqrt().sqrt())
+            };
             let lost = 3.96e-8 * area * (kelvin4(middle) - kelvin4(ambient_c))
-                + area * forced.max(free) * (middle - ambient_c);
+                + area * moved * (middle - ambient_c);
             if skin_c - insulation * lost > middle {
                 low = middle;
             } else {
@@ -354,8 +399,8 @@ struct Layer {
     thickness_m: f64,
 }
 
-const fn layer(clo: f64, clos: [f64; 5], thickness_m: f64) -> Layer {
-    let [hair_clo, top_clo, sleeve_clo, middle_clo, legs_clo] = clos;
+const fn layer(clo: f64, by_part: [f64; 5], thickness_m: f64) -> Layer {
+    let [hair_clo, top_clo, sleeve_clo, middle_clo, legs_clo] = by_part;
     Layer {
         clo,
         hair_clo,
@@ -378,6 +423,18 @@ const LAYERS: [Layer; 4] = [
 impl Clothing {
     /// The most that [`Self::clo`] may be: arctic clothes.
     pub const CLO_MAX: f64 = 4.0;
+    /// Trousers and a T-shirt; forearms are bare.
+    pub const LIGHT: Self = Self { clo: 0.5 };
+    /// Trousers, shirt and sweater.
+    pub const INDOOR: Self = Self { clo: 1.0 };
+    /// The same under a coat, and a hat or hood.
+    pub const COAT: Self = Self { clo: 2.0 };
+    /// What a file calls them.
+    pub const NAMES: [(&str, Self); 3] = [
+        ("light", Self::LIGHT),
+        ("indoor", Self::INDOOR),
+        ("coat", Self::COAT),
+    ];
 
     /// Between the two outfits on either side, or on their line beyond the last.
     fn layer(self) -> Layer {
@@ -397,6 +454,13 @@ impl Clothing {
         }
     }
 }
+
+/// Every segment in the paper's model: with law B, that came closest to real frames with bodies of 28 to 30 °C; the
+/// emissivity is that of fabrics (PeerJ CS 11:e3124, "Perceived temperature calculation").
+pub(crate) const PAPER: Surface = Surface {
+    celsius: 29.0,
+    emissivity: 0.8,
+};
 
 /// Emissivities from 8 to 14 µm, textbook values.
 const SKIN: f64 = 0.98;

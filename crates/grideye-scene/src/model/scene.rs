@@ -1,13 +1,18 @@
 //! The whole scene: a room with its contents, and the warnings from reading its file.
 
 use crate::geometry::count::single;
+use crate::geometry::rotation_z_deg;
 use crate::model::body::{Agent, Body};
+use crate::model::calibrated::Calibrated;
 use crate::model::error::{SceneError, Warning};
 use crate::model::fit::Fit;
+use crate::model::person::{PAPER, Person, SEGMENTS};
 use crate::model::print::Print;
 use crate::model::room::Room;
 use crate::model::sensor::Sensor;
-use crate::radiometry::{Band, Law};
+use crate::radiometry::{Band, Law, Surface};
+use crate::text::Utc;
+use glam::DVec3;
 use grideye_frame::Celsius;
 use std::time::Duration;
 
@@ -19,6 +24,16 @@ pub enum Model {
     Paper,
     /// As for a thermopile behind a lens: radiance averaged over each pixel's response.
     Physical,
+}
+
+impl Model {
+    /// How a person's segments look in a room of this temperature.
+    pub(crate) fn surfaces(self, person: &Person, ambient_c: f64) -> [Surface; SEGMENTS] {
+        match self {
+            Self::Physical => person.surfaces(ambient_c),
+            Self::Paper => [PAPER; SEGMENTS],
+        }
+    }
 }
 
 /// A room with its contents, checked.
@@ -35,8 +50,10 @@ pub struct Scene {
     pub(crate) band: Band,
     pub(crate) reflected_c: f64,
     pub(crate) duration_s: f64,
+    pub(crate) starts_utc: Option<Utc>,
     pub(crate) paper_experiment: Option<u8>,
     pub(crate) prints: Vec<Print>,
+    pub(crate) calibrated: Vec<Calibrated>,
 }
 
 /// A scene with its warnings and unknowns.
@@ -117,10 +134,26 @@ impl Scene {
         })
     }
 
+    /// The calibrations that its numbers come from.
+    #[must_use]
+    pub fn calibrated(&self) -> &[Calibrated] {
+        &self.calibrated
+    }
+
     /// The interpretation of the paper's formula.
     #[must_use]
     pub const fn law(&self) -> Law {
         self.law
+    }
+
+    /// Gives its people the strides of another scene's, agent by agent. After some meters nobody knows where in its stride
+    /// a person is: whoever compares scenes with people of other heights can keep that from deciding.
+    pub fn keep_strides_of(&mut self, other: &Self) {
+        for (agent, other) in self.agents.iter_mut().zip(&other.agents) {
+            if let (Some(person), Some(other)) = (&mut agent.person, &other.person) {
+                person.stride_m = other.stride_m;
+            }
+        }
     }
 
     /// Whether another scene differs only in its agents and their durations.
@@ -150,6 +183,12 @@ impl Scene {
         ways.unwrap_or_default().max(given)
     }
 
+    /// When the scene starts: the earliest UTC stamp of its trajectories; `None` if they have none.
+    #[must_use]
+    pub const fn starts_utc(&self) -> Option<Utc> {
+        self.starts_utc
+    }
+
     /// The scene without agents and their prints, as in an empty part of a recording.
     #[must_use]
     pub fn without_agents(&self) -> Self {
@@ -157,6 +196,19 @@ impl Scene {
             agents: Vec::new(),
             prints: Vec::new(),
             ..self.clone()
+        }
+    }
+
+    /// A person of this room at rest on the origin, who faces `yaw_deg` from +x. Moving its
+    /// [start](Agent::start_m) moves its segments.
+    #[must_use]
+    pub fn person(&self, name: &str, mut person: Person, yaw_deg: f64) -> Agent {
+        person.facing = rotation_z_deg(yaw_deg);
+        let surfaces = self.model.surfaces(&person, self.room.ambient_c);
+        let parts = Body::segments_of(&person, DVec3::ZERO, surfaces, None);
+        Agent {
+            person: Some(person),
+            ..Agent::at_rest(name, parts, DVec3::ZERO)
         }
     }
 

@@ -25,6 +25,28 @@ pub struct Mask {
     pub share: Vec<f64>,
 }
 
+/// What an agent fills of an image.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Filled {
+    /// The share of each pixel that shows the agent.
+    pub seen: Mask,
+    /// The same if nothing else in the room hid the agent.
+    pub unhidden: Mask,
+}
+
+impl Filled {
+    /// The visible share of the agent, 0 to 1; 0 if out of view.
+    #[must_use]
+    pub fn visibility(&self) -> f64 {
+        let whole = self.unhidden.pixels();
+        if whole > 0.0 {
+            (self.seen.pixels() / whole).min(1.0)
+        } else {
+            0.0
+        }
+    }
+}
+
 impl Image {
     /// The temperature of one pixel, °C.
     ///
@@ -61,5 +83,11 @@ impl Mask {
             .iter()
             .map(|share| *share > 0.0 && *share >= share_min)
             .collect()
+    }
+
+    /// The sum of all shares: how many pixels the agent fills.
+    #[must_use]
+    pub fn pixels(&self) -> f64 {
+        self.share.iter().sum()
     }
 }

@@ -9,7 +9,7 @@ mod resample;
 
 pub(crate) use area::{Facet, ImagePlane, StaticFacets};
 pub(crate) use grid::{Accumulator, Backdrop, NOBODY, ShadedPatch};
-pub use image::{Image, Mask};
+pub use image::{Filled, Image, Mask};
 pub(crate) use physical::{Physical, Shown};
 pub(crate) use projection::{SamplingGrid, Sight};
 pub(crate) use resample::Resampler;

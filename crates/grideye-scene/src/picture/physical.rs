@@ -17,10 +17,11 @@ pub use crate::radiometry::{Band, apparent_celsius};
 
 use crate::geometry::Contour;
 use crate::model::{Scene, Sensor};
+use crate::picture::grid::NOBODY;
 use crate::picture::projection::Sight;
 use crate::radiometry::{Light, Surface};
 use line::{Face, Level, Line, Span, Step};
-use optics::Eye;
+use optics::{Eye, Weights};
 use std::ops::Range;
 
 #[derive(Debug, Clone)]
@@ -43,6 +44,7 @@ pub(crate) struct Physical {
 
 #[derive(Debug, Clone)]
 pub(crate) struct Shown {
+    owner: u32,
     faces: Vec<Face>,
     /// Upward slopes at which to cut bands.
     levels: Vec<f64>,
@@ -112,7 +114,11 @@ impl Physical {
                 shown.collect()
             }
         };
-        Shown { faces, levels }
+        Shown {
+            owner,
+            faces,
+            levels,
+        }
     }
 
     /// Prepares a round body for drawing; without a contour the sensor is inside.
@@ -128,44 +134,72 @@ impl Physical {
             Some(contour) => Face::round(contour, excess, owner),
         };
         Shown {
+            owner,
             levels: Vec::new(),
             faces: vec![face],
         }
     }
 
-    pub(crate) fn celsius(&self, moving: &[Shown]) -> Vec<f64> {
+    /// The image, and of each of so many agents the share of each pixel, seen and if nothing hid the agent; all from
+    /// the same lines.
+    pub(crate) fn image(&self, moving: &[Shown], agents: usize) -> (Vec<f64>, Vec<[Vec<f64>; 2]>) {
         let mut excess = self.still_excess.clone();
-        self.add(moving, |span| span.excess, true, &mut excess);
-        excess
-            .into_iter()
-            .map(|excess| self.light.celsius(excess))
-            .collect()
+        let owners = (0..).take(agents);
+        let mut agents: Vec<Own> = owners
+            .map(|owner| Own {
+                owner,
+                cuts: cuts(moving.iter().filter(|shown| shown.owner == owner)),
+                seen: vec![0.0; excess.len()],
+                unhidden: vec![0.0; excess.len()],
+            })
+            .collect();
+        let (all_cuts, mut buffers) = (cuts(moving), LineBuffers::default());
+        self.each_band(moving, |band, active| {
+            let cuts = self.within(band, &all_cuts);
+            let is_here = |own: &&mut Own| active.iter().any(|face| face.owner == own.owner);
+            self.each_line((band, cuts), active, &mut buffers, |line| {
+                line.compare(|span| span.excess, true);
+                line.add(&self.eye, |pixel, value| excess[pixel] += value);
+                for own in agents.iter_mut().filter(is_here) {
+                    let is_cut_alike = self.within(band, &own.cuts) == cuts;
+                    own.add(line, &self.eye, is_cut_alike);
+                }
+            });
+            let is_cut_apart = |own: &&mut Own| self.within(band, &own.cuts) != cuts;
+            for own in agents.iter_mut().filter(is_here).filter(is_cut_apart) {
+                let alone = active
+                    .iter()
+                    .copied()
+                    .filter(|face| face.owner == own.owner);
+                let alone: Vec<&Face> = alone.collect();
+                let cuts = self.within(band, &own.cuts);
+                self.each_line((band, cuts), &alone, &mut buffers, |line| {
+                    line.unite(own.owner);
+                    line.add(&self.eye, |pixel, value| own.unhidden[pixel] += value);
+                });
+            }
+        });
+        let celsius = excess.into_iter().map(|excess| self.light.celsius(excess));
+        let shares = agents.into_iter().map(|own| [own.seen, own.unhidden]);
+        (celsius.collect(), shares.collect())
     }
 
-    /// The share of each pixel's response on bodies whose owner counts.
-    pub(crate) fn share(&self, moving: &[Shown], counts: impl Fn(u32) -> bool) -> Vec<f64> {
+    /// The share of each pixel's response on agents.
+    pub(crate) fn share(&self, moving: &[Shown]) -> Vec<f64> {
         let mut share = vec![0.0; self.still_excess.len()];
-        let value = |span: &Span| f64::from(u8::from(counts(span.owner)));
-        self.add(moving, value, false, &mut share);
+        let (cuts, mut buffers) = (cuts(moving), LineBuffers::default());
+        self.each_band(moving, |band, active| {
+            let cuts = self.within(band, &cuts);
+            self.each_line((band, cuts), active, &mut buffers, |line| {
+                line.compare(|span| is(span.owner != NOBODY), false);
+                line.add(&self.eye, |pixel, value| share[pixel] += value);
+            });
+        });
         share
     }
 
-    pub(crate) fn bare(&self) -> Self {
-        Self {
-            light: self.light,
-            eye: self.eye.clone(),
-            left_max: self.left_max,
-            band_rad: self.band_rad,
-            borders: self.borders.clone(),
-            still: Vec::new(),
-            lines: vec![Line::default(); self.lines.len()],
-            reaching: vec![Vec::new(); self.reaching.len()],
-            still_excess: vec![0.0; self.still_excess.len()],
-        }
-    }
-
     fn build(&mut self, standing: Vec<Shown>) {
-        let cuts = self.cuts(&standing);
+        let cuts = cuts(&standing);
         self.borders = merged(&self.borders, &cuts, CUT_MIN * self.band_rad);
         self.still = standing.into_iter().flat_map(|shown| shown.faces).collect();
         let bands = self.borders.len().saturating_sub(1);
@@ -175,26 +209,24 @@ impl Physical {
                 self.reaching[band].push(index);
             }
         }
-        let (mut scratch, mut steps) = (Vec::new(), Vec::new());
+        let mut buffers = LineBuffers::default();
         for band in 0..bands {
-            let ends = (self.borders[band], self.borders[band + 1]);
-            let mut line = Line::default();
-            self.draw_still(band, ends, &mut line, &mut scratch);
-            line::steps(line.spans(), |span| span.excess, &[], &mut steps);
-            to_angles(&mut steps);
-            self.eye.add(&steps, ends, &mut self.still_excess);
-            self.lines.push(line);
+            buffers.weights.begin(self.ends(band), &self.eye);
+            self.draw_still(
+                band,
+                self.ends(band),
+                &mut buffers.seen,
+                &mut buffers.scratch,
+            );
+            buffers.compare(|span| span.excess, false);
+            let excess = &mut self.still_excess;
+            buffers.add(&self.eye, |pixel, value| excess[pixel] += value);
+            self.lines.push(buffers.seen.clone());
         }
     }
 
-    fn cuts(&self, shown: &[Shown]) -> Vec<f64> {
-        let levels = shown.iter().flat_map(|shown| &shown.levels);
-        let mut cuts: Vec<f64> = levels
-            .filter(|level| level.is_finite())
-            .map(|level| libm::atan(*level))
-            .collect();
-        cuts.sort_by(f64::total_cmp);
-        cuts
+    fn ends(&self, band: usize) -> (f64, f64) {
+        (self.borders[band], self.borders[band + 1])
     }
 
     fn bands(&self, face: &Face) -> Range<usize> {
@@ -215,16 +247,8 @@ impl Physical {
         }
     }
 
-    /// Adds to each pixel a value of everything visible, including moving bodies; `less_still` subtracts the still
-    /// bodies.
-    fn add(
-        &self,
-        moving: &[Shown],
-        value: impl Fn(&Span) -> f64,
-        less_still: bool,
-        pixels: &mut [f64],
-    ) {
-        let cuts = self.cuts(moving);
+    /// Calls `each` with every band that a moving face reaches, and these faces.
+    fn each_band(&self, moving: &[Shown], mut each: impl FnMut(usize, &[&Face])) {
         let mut faces: Vec<(Range<usize>, &Face)> = moving
             .iter()
             .flat_map(|shown| &shown.faces)
@@ -234,68 +258,154 @@ impl Physical {
         faces.sort_by_key(|(bands, _)| bands.start);
         let first = faces.first().map_or(0, |(bands, _)| bands.start);
         let end = faces.iter().map(|(bands, _)| bands.end).max().unwrap_or(0);
-        let mut buffers = LineBuffers::default();
-        let (mut waiting, mut active) = (faces.into_iter().peekable(), Vec::new());
+        let mut waiting = faces.into_iter().peekable();
+        let (mut ends, mut active) = (Vec::new(), Vec::new());
         for band in first..end {
-            active.retain(|(bands, _): &(Range<usize>, &Face)| bands.end > band);
-            while let Some(face) = waiting.next_if(|(bands, _)| bands.start <= band) {
+            let mut kept = ends.iter().map(|end| *end > band);
+            active.retain(|_| kept.next().unwrap_or(false));
+            ends.retain(|end| *end > band);
+            while let Some((bands, face)) = waiting.next_if(|(bands, _)| bands.start <= band) {
+                ends.push(bands.end);
                 active.push(face);
             }
-            if active.is_empty() {
-                continue;
-            }
-            let parts = self.parts(band, &cuts);
-            let is_whole = parts.len() == 2;
-            for ends in parts.windows(2) {
-                let ends = (ends[0], ends[1]);
-                let level = Level::of(ends);
-                if is_whole {
-                    buffers.behind.copy_from(&self.lines[band]);
-                } else {
-                    self.draw_still(band, ends, &mut buffers.behind, &mut buffers.scratch);
-                }
-                buffers.seen.copy_from(&buffers.behind);
-                for (_, face) in &active {
-                    if let Some(span) = face.span(&level, self.left_max) {
-                        buffers.seen.insert(span, &mut buffers.scratch);
-                    }
-                }
-                let behind = if less_still {
-                    buffers.behind.spans()
-                } else {
-                    &[]
-                };
-                line::steps(buffers.seen.spans(), &value, behind, &mut buffers.steps);
-                to_angles(&mut buffers.steps);
-                self.eye.add(&buffers.steps, ends, pixels);
+            if !active.is_empty() {
+                each(band, &active);
             }
         }
     }
 
-    fn parts(&self, band: usize, cuts: &[f64]) -> Vec<f64> {
-        let ends = [self.borders[band], self.borders[band + 1]];
-        let start = cuts.partition_point(|cut| *cut <= ends[0]);
-        let count = cuts[start..].partition_point(|cut| *cut < ends[1]);
-        merged(
-            &ends,
-            &cuts[start..start + count],
-            CUT_MIN * (ends[1] - ends[0]),
-        )
+    /// Calls `each` with every line of a band, drawn with these moving faces.
+    fn each_line(
+        &self,
+        (band, cuts): (usize, &[f64]),
+        active: &[&Face],
+        buffers: &mut LineBuffers,
+        mut each: impl FnMut(&mut LineBuffers),
+    ) {
+        let (low, high) = self.ends(band);
+        let (whole, cut) = (
+            [low, high],
+            (!cuts.is_empty()).then(|| merged(&[low, high], cuts, CUT_MIN * (high - low))),
+        );
+        let parts = cut.as_deref().unwrap_or(&whole);
+        for part in parts.windows(2) {
+            let ends = (part[0], part[1]);
+            let LineBuffers {
+                behind, scratch, ..
+            } = buffers;
+            if parts.len() == 2 {
+                behind.copy_from(&self.lines[band]);
+            } else {
+                self.draw_still(band, ends, behind, scratch);
+            }
+            let level = Level::of(ends);
+            let spans = active
+                .iter()
+                .filter_map(|face| face.span(&level, self.left_max));
+            buffers.draw(spans);
+            buffers.weights.begin(ends, &self.eye);
+            each(buffers);
+        }
     }
+
+    /// The cuts within a band.
+    fn within<'a>(&self, band: usize, cuts: &'a [f64]) -> &'a [f64] {
+        let (low, high) = self.ends(band);
+        let start = cuts.partition_point(|cut| *cut <= low);
+        let count = cuts[start..].partition_point(|cut| *cut < high);
+        &cuts[start..start + count]
+    }
+}
+
+/// An agent, and its shares of the pixels so far.
+struct Own {
+    owner: u32,
+    /// Where its bodies alone cut bands.
+    cuts: Vec<f64>,
+    seen: Vec<f64>,
+    unhidden: Vec<f64>,
+}
+
+impl Own {
+    /// Adds a line: what is seen of the agent, and if the line is cut as for the agent alone, what would be.
+    fn add(&mut self, line: &mut LineBuffers, eye: &Eye, is_cut_alike: bool) {
+        if is_cut_alike {
+            line.unite(self.owner);
+            std::mem::swap(&mut line.steps, &mut line.others);
+        }
+        line.compare(|span| is(span.owner == self.owner), false);
+        let is_unhidden = is_cut_alike && line.steps == line.others;
+        line.add(eye, |pixel, value| {
+            self.seen[pixel] += value;
+            if is_unhidden {
+                self.unhidden[pixel] += value;
+            }
+        });
+        if is_cut_alike && !is_unhidden {
+            std::mem::swap(&mut line.steps, &mut line.others);
+            line.add(eye, |pixel, value| self.unhidden[pixel] += value);
+        }
+    }
+}
+
+const fn is(true_or_false: bool) -> f64 {
+    if true_or_false { 1.0 } else { 0.0 }
 }
 
 #[derive(Default)]
 struct LineBuffers {
     behind: Line,
     seen: Line,
+    /// The moving spans, whatever hides them.
+    moving: Vec<Span>,
     steps: Vec<Step>,
+    others: Vec<Step>,
+    weights: Weights,
     scratch: Vec<Span>,
 }
 
-fn to_angles(steps: &mut [Step]) {
-    for (at, _) in steps {
-        *at = libm::atan(*at);
+impl LineBuffers {
+    fn draw(&mut self, moving: impl Iterator<Item = Span>) {
+        self.seen.copy_from(&self.behind);
+        self.moving.clear();
+        self.moving.extend(moving);
+        for span in &self.moving {
+            self.seen.insert(*span, &mut self.scratch);
+        }
     }
+
+    /// Finds the steps of a value of what is seen, less the radiance of the still bodies if `less_still`.
+    fn compare(&mut self, value: impl Fn(&Span) -> f64, less_still: bool) {
+        let behind = if less_still { self.behind.spans() } else { &[] };
+        line::steps(self.seen.spans(), value, behind, &mut self.steps);
+    }
+
+    /// Finds the steps into and out of an owner's bodies if nothing hid them.
+    fn unite(&mut self, owner: u32) {
+        let own = self.moving.iter().filter(|span| span.owner == owner);
+        self.scratch.clear();
+        self.scratch.extend(own);
+        line::union(&mut self.scratch, &mut self.steps);
+    }
+
+    /// Adds the steps found last to the pixels.
+    fn add(&mut self, eye: &Eye, add: impl FnMut(usize, f64)) {
+        for (at, _) in &mut self.steps {
+            *at = libm::atan(*at);
+        }
+        eye.add(&self.steps, &mut self.weights, add);
+    }
+}
+
+/// The upward angles at which bodies cut bands, increasing.
+fn cuts<'a>(shown: impl IntoIterator<Item = &'a Shown>) -> Vec<f64> {
+    let levels = shown.into_iter().flat_map(|shown| &shown.levels);
+    let mut cuts: Vec<f64> = levels
+        .filter(|level| level.is_finite())
+        .map(|level| libm::atan(*level))
+        .collect();
+    cuts.sort_by(f64::total_cmp);
+    cuts
 }
 
 /// The borders and those cuts between them that are farther than `apart` from their neighbors.

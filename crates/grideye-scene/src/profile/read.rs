@@ -23,6 +23,8 @@ struct ProfileTable {
     #[serde(default)]
     fixed_pattern: FixedPatternTable,
     #[serde(default)]
+    background: BackgroundTable,
+    #[serde(default)]
     warm_up: WarmUpTable,
     #[serde(default)]
     thermistor: ThermistorTable,
@@ -52,6 +54,12 @@ struct CommonModeTable {
 struct FixedPatternTable {
     offset_c: Option<Spanned<Map>>,
     spread_c: Option<Spanned<f64>>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct BackgroundTable {
+    offset_c: Option<Spanned<Map>>,
 }
 
 #[derive(Deserialize, Default)]
@@ -186,6 +194,11 @@ impl File<'_> {
             offset_c: self.map(&pattern.offset_c, &PATTERN_OFFSET)?,
             spread_c: number(&pattern.spread_c, &PATTERN_SPREAD)?,
         };
+        let background = &tables.background.offset_c;
+        let background_c = match background {
+            Some(_) => Some(self.map(background, &BACKGROUND_OFFSET)?),
+            None => None,
+        };
         let time = (&warm_up.time_constant_s, &WARM_UP_TIME);
         let start = (&warm_up.start_c, &WARM_UP_START);
         let (start_c, time_constant_s) = self.with_time(start, time)?;
@@ -194,6 +207,7 @@ impl File<'_> {
             noise_sigma_c,
             common_mode,
             fixed_pattern,
+            background_c,
             warm_up: WarmUp {
                 start_c,
                 time_constant_s,
@@ -318,6 +332,11 @@ const PATTERN_OFFSET: Rule = Rule {
     expected: "-100 to 100 °C, or a list of 64 such numbers",
     hint: "the error added to each pixel; the datasheet allows 2.5 either way",
 };
+const BACKGROUND_OFFSET: Rule = Rule {
+    key: "background.offset_c",
+    hint: "what the empty room added to each pixel; `grideye characterize EMPTY.csv --profile FILE` measures it",
+    ..PATTERN_OFFSET
+};
 const PATTERN_SPREAD: Rule = COMMON_SD.with(
     "fixed_pattern.spread_c",
     "real units have 0.15 to 0.25; every seed draws another pattern",
@@ -401,6 +420,10 @@ pub(crate) fn toml(profile: &Profile) -> String {
         ("spread_c", decimal(pattern.spread_c)),
     ];
     table("fixed_pattern", pattern);
+    // A background of zero differs from an unknown one.
+    let background = profile.background_c.as_ref();
+    let background = background.map(|map| list(map).unwrap_or("0".to_owned()));
+    table("background", vec![("offset_c", background)]);
     let warm_up = vec![
         ("start_c", decimal(warm_up.start_c)),
         ("time_constant_s", decimal(time_constant_s)),

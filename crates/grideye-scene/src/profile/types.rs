@@ -40,8 +40,11 @@ pub struct Profile {
     pub noise_sigma_c: [f64; PIXELS],
     /// Error shared by all pixels.
     pub common_mode: CommonMode,
-    /// Error that does not change from frame to frame.
+    /// Error that does not change from frame to frame, in any room.
     pub fixed_pattern: FixedPattern,
+    /// What the empty room of the measurement added to each pixel beside the pattern, °C, -100 to 100; `None` if
+    /// unknown. It belongs to that room and mounting: [`apply`](Self::apply) leaves it out.
+    pub background_c: Option<[f64; PIXELS]>,
     /// Error that changes over minutes and hours.
     pub warm_up: WarmUp,
     /// The chip's own thermometer.
@@ -126,6 +129,7 @@ impl Default for Profile {
                 offset_c: [0.0; PIXELS],
                 spread_c: 0.0,
             },
+            background_c: None,
             warm_up: WarmUp::default(),
             thermistor: Thermistor::default(),
             glitch_probability: 0.0,

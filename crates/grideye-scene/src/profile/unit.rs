@@ -51,6 +51,13 @@ impl Profile {
         measured
     }
 
+    /// What the unit adds to a scene of the room where it was measured: its pattern, and the background if known, °C.
+    #[must_use]
+    pub fn in_its_room_c(&self) -> [f64; PIXELS] {
+        let background_c = self.background_c.unwrap_or([0.0; PIXELS]);
+        std::array::from_fn(|pixel| self.fixed_pattern.offset_c[pixel] + background_c[pixel])
+    }
+
     /// Root mean square of the pixels' own noise, °C: one number for all 64.
     #[must_use]
     pub fn sigma_c(&self) -> f64 {

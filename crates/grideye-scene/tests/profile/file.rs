@@ -17,6 +17,9 @@ cycle_depth_c = 0.15
 offset_c = -0.5
 spread_c = 0.2
 
+[background]
+offset_c = 0.7
+
 [warm_up]
 start_c = -1
 time_constant_s = 600
@@ -54,6 +57,14 @@ fn a_profile_is_written_as_it_is_read() {
     profile.fixed_pattern.offset_c[63] = -1e-7;
     profile.name = "tab\tand \\ \u{e9} 'quote'".replace('\t', " ");
     assert_eq!(parse(&profile.to_toml()), profile, "{}", profile.to_toml());
+}
+
+#[test]
+fn a_background_of_zero_is_not_an_unknown_one() {
+    let zero = parse("[background]\noffset_c = 0\n");
+    assert_eq!(zero.background_c, Some([0.0; PIXELS]));
+    assert_eq!(parse(&zero.to_toml()), zero);
+    assert_eq!(parse("[background]\n").background_c, None);
 }
 
 #[test]
@@ -169,6 +180,10 @@ const MISTAKES: &[(&str, &[&str])] = &[
     (
         "[fixed_pattern]\noffset_c = \"datasheet\"\n",
         &["`fixed_pattern.offset_c` is \"datasheet\""],
+    ),
+    (
+        "[background]\noffset_c = 101\n",
+        &["`background.offset_c` is 101, expected -100 to 100 °C"],
     ),
     (
         "[noise]\nsigma_c = true\n",

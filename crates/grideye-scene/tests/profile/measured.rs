@@ -166,6 +166,14 @@ fn the_pattern_is_fixed_and_the_seed_selects_the_unit() {
 }
 
 #[test]
+fn a_rooms_background_is_not_added_to_another_scene() {
+    let pattern = "[fixed_pattern]\noffset_c = 1.5\n";
+    let profile = parse(&format!("{pattern}[background]\noffset_c = 2\n"));
+    assert_eq!(excess(&profile, 1, 1), excess(&parse(pattern), 1, 1));
+    assert_eq!(profile.in_its_room_c(), [3.5; PIXELS]);
+}
+
+#[test]
 fn warm_up_decays_and_drift_goes_on() {
     let profile = parse("[warm_up]\nstart_c = -2\ntime_constant_s = 600\ndrift_c_per_hour = 0.5\n");
     let at = |seconds: u64| {

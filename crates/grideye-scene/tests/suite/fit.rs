@@ -75,6 +75,63 @@ fn numbers_are_found_by_their_paths_and_nothing_else_changes() {
     }
 }
 
+/// A law is around the value in the file or the given mean; people have laws of their own where their mean is allowed.
+#[test]
+fn laws_are_given_or_those_of_people() {
+    let text = r#"[room]
+size_mm = [4000, 6000, 2700]
+ambient_c = 20
+
+[[agent]]
+name = "anna"
+position_mm = [2000, 3000, 0]
+person = { height_mm = 1650, build = 1.1, clothing = 0.9 }
+
+[[sensor]]
+name = "ceiling"
+preset = "grid-eye"
+position_mm = [2000, 3000, 2700]
+elevation_deg = 90
+azimuth_deg = -90
+tilt_deg = [1.5, -2]
+"#;
+    let laws = |fits: &[(&str, &str)]| -> Vec<(f64, Option<[f64; 2]>)> {
+        let tables = fits
+            .iter()
+            .map(|(key, keys)| format!("\n[[fit]]\nkey = \"{key}\"\n{keys}\n"));
+        let text = text.to_owned() + &tables.collect::<String>();
+        let loaded = Scene::parse(&text, "room.toml", &BTreeMap::new()).unwrap();
+        let law =
+            |fit: &grideye_scene::fit::Fit| (fit.value, fit.law.map(|law| [law.mean, law.sd]));
+        loaded.fits.iter().map(law).collect()
+    };
+    let found = laws(&[
+        ("room.ambient_c", "bounds = [15, 25]\nsd = 0.5"),
+        (
+            "sensor.ceiling.tilt_deg.y",
+            "bounds = [-5, 5]\nsd = 1\nmean = 0",
+        ),
+        ("sensor.ceiling.tilt_deg.x", "bounds = [-5, 5]"),
+        ("agent.anna.person.height_mm", "bounds = [1400, 2000]"),
+        ("agent.anna.person.build", "bounds = [0.8, 1.4]"),
+        ("agent.anna.person.clothing", "bounds = [0, 3]\nsd = 0.2"),
+    ]);
+    let expected = [
+        (20.0, Some([20.0, 0.5])),
+        (-2.0, Some([0.0, 1.0])),
+        (1.5, None),
+        (1650.0, Some([1700.0, 100.0])),
+        (1.1, Some([1.0, 0.1])),
+        (0.9, Some([0.9, 0.2])),
+    ];
+    assert_eq!(found, expected);
+    // Bounds without the mean of adults are those of somebody known better.
+    assert_eq!(
+        laws(&[("agent.anna.person.height_mm", "bounds = [1500, 1690]")])[0].1,
+        None
+    );
+}
+
 #[test]
 fn unknowns_do_not_change_the_scene() {
     let with = parse(&[("room.ambient_c", "[15, 25]")]).1.unwrap();
@@ -98,10 +155,6 @@ fn invalid_unknowns_are_refused_with_their_place() {
         ),
         (
             vec![("sensor.wall.azimuth_deg", "[-1, 2]")],
-            "room.toml:29:7: `key`",
-        ),
-        (
-            vec![("sensor.ceiling.position_mm", "[-1, 2]")],
             "room.toml:29:7: `key`",
         ),
         (
@@ -140,6 +193,57 @@ fn invalid_unknowns_are_refused_with_their_place() {
         let refused = parse(&fits).1.unwrap_err().to_string();
         assert!(
             refused.contains(message) && refused.contains("\nhint: "),
+            "{refused}"
+        );
+    }
+}
+
+#[test]
+fn invalid_laws_are_refused_with_their_place() {
+    for (keys, message) in [
+        (
+            "sd = 0",
+            "room.toml:31:6: `sd` is 0, expected a number above 0",
+        ),
+        (
+            "mean = 21",
+            "room.toml:31:8: `mean` is 21, expected sd beside it",
+        ),
+        (
+            "sd = 1\nmean = 26",
+            "room.toml:32:8: `mean` is 26, expected 15 to 25, the bounds",
+        ),
+    ] {
+        let refused = parse(&[("room.ambient_c", &format!("[15, 25]\n{keys}"))]).1;
+        let refused = refused.unwrap_err().to_string();
+        assert!(
+            refused.contains(message) && refused.contains("\nhint: "),
+            "{refused}"
+        );
+    }
+}
+
+#[test]
+fn a_calibration_is_read_with_its_lines() {
+    let table = "[[calibrated]]\n# why\nkeys = [\"room.ambient_c\"]\nevery_s = 0.5\nframes = \"\"\"\n00000000 0123abcd\nffffffff\"\"\"\n";
+    let read = |text: &str| Scene::parse(text, "room.toml", &BTreeMap::new());
+    let text = format!("{SCENE}\n{table}\n[[fit]]\nkey = \"room.ambient_c\"\nbounds = [15, 25]\n");
+    let scene = read(&text).unwrap().scene;
+    let [found] = scene.calibrated() else {
+        panic!("{:?}", scene.calibrated());
+    };
+    assert_eq!(found.keys, ["room.ambient_c"]);
+    assert_eq!(found.frames, [0, 0x0123_abcd, 0xffff_ffff]);
+    assert_eq!((found.every_s, &text[found.lines.clone()]), (0.5, table));
+    for wrong in ["0123abc", "0123abcdef", "walkwalk", "+123abcd", ""] {
+        let refused = read(
+            &text
+                .replace("ffffffff", wrong)
+                .replace("00000000 0123abcd", wrong),
+        );
+        let refused = refused.unwrap_err().to_string();
+        assert!(
+            refused.contains("expected marks of 8 hexadecimal digits"),
             "{refused}"
         );
     }

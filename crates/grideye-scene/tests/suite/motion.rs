@@ -50,6 +50,80 @@ fn constant_speed_is_the_default() {
     assert_x(&plain, &[(1.0, 1250.0), (3.0, 2750.0)]);
 }
 
+/// The columns of a time table in every order, with the floor's height left out where it is 0.
+#[test]
+fn columns_come_in_any_order() {
+    let rows: Vec<Vec<&str>> = TIME_TABLE
+        .lines()
+        .map(|row| row.split(',').collect())
+        .collect();
+    let written = walker("", TIME_TABLE);
+    for first in 0..5 {
+        for step in [1, 2, 3, 4] {
+            let order: Vec<usize> = (0..5).map(|index| (first + index * step) % 5).collect();
+            for left_out in [5, 3] {
+                let row = |row: &Vec<&str>| {
+                    let order = order.iter().filter(|column| **column != left_out);
+                    order
+                        .map(|column| row[*column])
+                        .collect::<Vec<_>>()
+                        .join(",")
+                };
+                let text: Vec<String> = rows.iter().map(row).collect();
+                assert_eq!(walker("", &text.join("\n")), written, "{text:?}");
+            }
+        }
+    }
+}
+
+/// 10:00:00.25 UTC, 2 s later in another zone, and 4 s after that in Unix seconds (`date -u -d 2026-11-25T10:00:06 +%s`).
+const UTC_TABLE: &str = "x_mm,utc,y_mm,dwell_s\n500,2026-11-25 10:00:00.25Z,3000,0\n\
+    2000,2026-11-25T11:00:02.25+01:00,3000,1\n3500,1795600806.25,3000,0.5\n";
+
+#[test]
+fn the_earliest_stamp_is_the_scenes_start() {
+    let walk = walker("", UTC_TABLE);
+    let seconds = "t_s,x_mm,y_mm,dwell_s\n0,500,3000,0\n2,2000,3000,1\n6,3500,3000,0.5\n";
+    assert_eq!(walk, walker("", seconds));
+    let starts = load("", UTC_TABLE).unwrap().scene.starts_utc().unwrap();
+    assert_eq!(starts.ns, 1_795_600_800_250_000_000);
+    assert_eq!(load("", seconds).unwrap().scene.starts_utc(), None);
+
+    // Another walker from half a second before, and one that counts from the scene's start.
+    let other = |name: &str| {
+        BODY.replace("\"a\"", &format!("\"{name}\""))
+            .replace("w.csv", &format!("{name}.csv"))
+    };
+    let files = BTreeMap::from([
+        ("w.csv".to_owned(), UTC_TABLE.to_owned()),
+        (
+            "early.csv".to_owned(),
+            "utc,x_mm,y_mm\n1795600799.75,500,1000\n1795600803.75,900,1000\n".to_owned(),
+        ),
+        (
+            "counted.csv".to_owned(),
+            "t_s,x_mm,y_mm\n1,500,5000\n5,900,5000\n".to_owned(),
+        ),
+    ]);
+    let text = format!(
+        "{ROOM}{CEILING}{BODY}{}{}",
+        other("early"),
+        other("counted")
+    );
+    let scene = Scene::parse(&text, "room.toml", &files).unwrap().scene;
+    assert_eq!(scene.starts_utc().unwrap().ns, 1_795_600_799_750_000_000);
+    let [late, early, counted] = scene.agents() else {
+        panic!("three walkers");
+    };
+    assert_x(
+        late,
+        &[(0.5, 500.0), (1.5, 1250.0), (2.5, 2000.0), (6.5, 3500.0)],
+    );
+    assert_x(early, &[(0.0, 500.0), (2.0, 700.0), (4.0, 900.0)]);
+    assert_x(counted, &[(1.0, 500.0), (3.0, 700.0)]);
+    assert_eq!(scene.duration(), Duration::from_secs(7));
+}
+
 #[test]
 fn a_stop_takes_its_time() {
     let walk = walker("speed_mm_per_s = 750\n", WALK_WITH_STOP);
@@ -338,8 +412,18 @@ const REFUSED: &[(&str, &str, &str)] = &[
     ),
     (
         "",
-        "t_s,x_mm,z_mm,y_mm\n1,2,3,4\n",
-        "w.csv:1:10: found the header `t_s,x_mm,z_mm,y_mm`, expected the header `t_s,x_mm,y_mm,z_mm`",
+        "utc,x_mm,y_mm,dwell_s\n2026-11-25T10:00:00Z,500,3000,2\n2026-11-25T11:00:01.5+01:00,600,3000,0\n",
+        "w.csv:3:1: found `2026-11-25T10:00:01.5Z` as utc, expected later than 2026-11-25T10:00:02Z, when the agent leaves the previous waypoint",
+    ),
+    (
+        "",
+        "utc,x_mm,y_mm\n2026-11-25T10:00:00Z,500,3000\n2028-11-25T10:00:00Z,600,3000\n",
+        "w.csv:3:1: found `2028-11-25T10:00:00Z` as utc, expected a stop that ends by 2027-11-26T10:00:00Z",
+    ),
+    (
+        "speed_mm_per_s = 800\n",
+        "utc,x_mm,y_mm\n1795600800,500,3000\n",
+        "room.toml:15:18: agent `a` has both `speed_mm_per_s` and `utc`",
     ),
 ];
 

@@ -138,10 +138,11 @@ fn a_person_covers_as_many_pixels_as_in_counted_rooms() {
             person(&keys, place, 360.0 * of(31, 13) - 180.0)
         );
         let simulator = simulator(&text);
-        if simulator.truth_of(0, Duration::ZERO).pixels() < 2.5 {
+        let (_, noisy, filled) = simulator.labeled(Duration::ZERO, u64::from(step));
+        if filled[0].seen.pixels() < 2.5 {
             continue;
         }
-        let celsius = simulator.noisy(Duration::ZERO, u64::from(step)).celsius;
+        let celsius = noisy.celsius;
         covered.push(celsius.iter().filter(|celsius| **celsius > 26.75).count());
         peaks.push(celsius.iter().copied().fold(0.0, f64::max) - 26.0);
     }

@@ -4,7 +4,7 @@ use crate::physical::{CEILING, ROOM, filled, pixels, sheet};
 use crate::{object, parse, scene, simulator};
 use grideye_frame::Celsius;
 use grideye_scene::profile::Profile;
-use grideye_scene::{Model, Scene, Simulator};
+use grideye_scene::{Filled, Model, Scene, Simulator};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
@@ -104,19 +104,65 @@ fn truth_is_the_share_of_radiance() {
     let scene = walking("");
     let simulator = Simulator::new(&scene, "ceiling").unwrap();
     let time = Duration::from_millis(1500);
-    let (all, one, two) = (
-        simulator.truth(time),
-        simulator.truth_of(0, time),
-        simulator.truth_of(1, time),
-    );
+    let (all, filled) = (simulator.truth(time), simulator.labeled(time, 1).2);
     for pixel in 0..64 {
-        assert!((all.share[pixel] - one.share[pixel] - two.share[pixel]).abs() < 1e-7);
+        let sum: f64 = filled.iter().map(|of| of.seen.share[pixel]).sum();
+        assert!((all.share[pixel] - sum).abs() < 1e-7);
         assert!((0.0..=1.0).contains(&all.share[pixel]));
     }
-    assert!(
-        one.share.iter().any(|share| *share > 0.1) && two.share.iter().any(|share| *share > 0.1)
+    let is_in_view = |of: &Filled| of.seen.share.iter().any(|share| *share > 0.1);
+    assert!(filled.len() == 2 && filled.iter().all(is_in_view));
+}
+
+/// Labels come from the image's own lines; the truth of the agent alone in the room comes from lines of its own.
+#[test]
+fn an_unhidden_agent_fills_what_it_fills_alone() {
+    let person = |name: &str, x_mm: u32| {
+        format!(
+            "[[agent]]\nname = \"{name}\"\nposition_mm = [{x_mm}, 2000, 0]\nyaw_deg = 40\nperson = {{ posture = \"sit\" }}\n"
+        )
+    };
+    let part = |name: &str, z_mm: u32| {
+        format!(
+            "[[agent.part]]\nname = \"{name}\"\nposition_mm = [0, 0, {z_mm}]\nsize_mm = [350, 420, 600]\ntemperature_c = 30\n"
+        )
+    };
+    let parts = format!(
+        "[[agent]]\nname = \"parts\"\nposition_mm = [1600, 2150, 0]\n{}{}",
+        part("low", 0),
+        part("high", 900)
     );
-    assert_eq!(simulator.truth_of(2, time).share, [0.0; 64]);
+    let agents = [person("one", 1850), parts, person("two", 2050)];
+    let shelf = object(
+        "shelf",
+        [1900.0, 1950.0, 1900.0],
+        [150.0, 150.0, 60.0],
+        20.0,
+        25.0,
+    );
+    let top = format!("collisions = \"ignore\"\n{ROOM}");
+    // A shelf's edges cut the lines of all agents, which moves a few shares a little.
+    for (shelf, apart) in [("", 0.0), (shelf.as_str(), 1e-3)] {
+        let all = simulator(&format!("{top}{shelf}{}{CEILING}", agents.concat()));
+        let (image, noisy, filled) = all.labeled(Duration::ZERO, 7);
+        assert_eq!(image, all.image(Duration::ZERO));
+        assert_eq!(noisy, all.noisy(Duration::ZERO, 7));
+        for (agent, of) in agents.iter().zip(&filled) {
+            let alone = simulator(&format!("{top}{agent}{CEILING}")).truth(Duration::ZERO);
+            let both = of.unhidden.share.iter().zip(&alone.share);
+            for (unhidden, alone) in both {
+                assert!(
+                    (unhidden - alone).abs() <= apart,
+                    "{agent}: {unhidden} {alone}"
+                );
+            }
+            let (seen, whole) = (of.seen.pixels(), alone.pixels());
+            assert!(
+                seen > 0.05 && seen < whole - 0.05,
+                "{agent}: {seen} {whole}"
+            );
+        }
+    }
 }
 
 #[test]

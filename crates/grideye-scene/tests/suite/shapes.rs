@@ -184,10 +184,13 @@ fn the_nearer_of_two_agents_is_seen_and_each_has_its_share() {
         assert_close(&picture(&both), &only_high, 1e-12);
     }
     let simulator = simulator(&format!("{ROOM}{CEILING}{high}{low}"));
-    let share = |agent| simulator.truth_of(agent, Duration::ZERO).share;
-    assert_eq!(share(0), simulator.truth(Duration::ZERO).share);
-    assert_eq!(share(1), [0.0; 64]);
-    assert_eq!(share(2), [0.0; 64], "there is no third");
+    let (_, _, filled) = simulator.labeled(Duration::ZERO, 1);
+    let [upper, lower] = &filled[..] else {
+        panic!("two agents, {} labels", filled.len());
+    };
+    assert_eq!(upper.seen, simulator.truth(Duration::ZERO));
+    assert_eq!(lower.seen.share, [0.0; 64]);
+    assert!(lower.unhidden.pixels() > 1.0 && lower.visibility() == 0.0);
 }
 
 #[test]

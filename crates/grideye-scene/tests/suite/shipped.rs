@@ -226,6 +226,7 @@ fn the_readme_names_every_key() {
         ("agent", "[[agent]]\nwrong = 1"),
         ("sensor", "[[sensor]]\nwrong = 1"),
         ("fit", "[[fit]]\nwrong = 1"),
+        ("calibrated", "[[calibrated]]\nwrong = 1"),
     ] {
         let refused = crate::parse(text).unwrap_err().to_string();
         let keys: Vec<&str> = refused

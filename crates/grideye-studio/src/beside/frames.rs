@@ -56,7 +56,9 @@ pub(super) fn piece(
 
 fn places(agent: &Agent, times: &[Duration]) -> Value {
     let places = times.iter().map(|time| agent.position_m(*time).truncate());
-    json!({ "name": agent.name, "at_m": flat(places) })
+    let fronts_deg = times.iter().map(|time| agent.front_rad(*time).to_degrees());
+    let fronts_deg: Vec<f64> = fronts_deg.map(f64::round).collect();
+    json!({ "name": agent.name, "at_m": flat(places), "front_deg": fronts_deg })
 }
 
 fn steps(time: Duration) -> u64 {

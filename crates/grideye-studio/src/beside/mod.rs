@@ -108,6 +108,7 @@ fn entry(scene: &Shelved) -> Value {
     json!({
         "name": scene.name,
         "title": scene.title,
+        "starts_utc": loaded.ok().and_then(|loaded| Some(loaded.scene.starts_utc()?.to_string())),
         "moves": loaded.is_ok_and(|loaded| !loaded.scene.is_static()),
         "seconds": loaded.map_or(0.0, |loaded| loaded.scene.duration().as_secs_f64()),
         "sensors": sensors,

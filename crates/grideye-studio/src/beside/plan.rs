@@ -5,7 +5,7 @@ use grideye_plan::ground;
 use grideye_scene::{Agent, Scene, Sensor};
 use serde_json::{Value, json};
 
-/// Room, objects, sensors with their view of the floor, and the agents' paths; in meters, x to the right and y to the
+/// Room, objects, sensors with their view of the floor, and the agents' bodies and paths; in meters, x to the right and y to the
 /// back.
 pub(super) fn plan(scene: &Scene) -> Value {
     let objects = scene.objects().iter();
@@ -37,5 +37,7 @@ fn walking(agent: &Agent) -> Value {
         "name": agent.name,
         "starts_m": [millimeters(agent.start_m.x), millimeters(agent.start_m.y)],
         "way_m": way_m.unwrap_or_default(),
+        "is_person": agent.person.is_some(),
+        "body_m": ground::body_m(agent).into_iter().map(flat).collect::<Vec<_>>(),
     })
 }

@@ -8,8 +8,9 @@ use axum::http::StatusCode;
 use grideye_collector::store::{RecordingId, Span};
 use grideye_collector::{Inside, Refusal};
 use grideye_recording::Record;
+use grideye_scene::Scene;
 use grideye_validator::report::{self, Context};
-use grideye_validator::{Options, compare_scene};
+use grideye_validator::{Joined, Options, Timeline, compare_scene};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -79,7 +80,7 @@ impl Verdicts {
         question: Question,
     ) -> Result<Value, Refusal> {
         let loaded = scene.usable()?;
-        let laid = laid(loaded, &question)?;
+        check_origin(loaded, &question)?;
         let length = length(question.seconds)?;
         let key = (
             scene.name.clone(),
@@ -102,8 +103,7 @@ impl Verdicts {
         let clock = Arc::clone(&inside.clock);
         let fresh = self.desk.run(move || {
             let began = clock.monotonic();
-            let found = window(&records, laid, length);
-            let answer = compared(&scene, &sensor, found);
+            let answer = compared(&scene, &sensor, &question, (&records, length));
             let at = clock.monotonic();
             Made {
                 at,
@@ -134,18 +134,31 @@ impl Made {
     }
 }
 
-fn laid(loaded: &LoadedScene, question: &Question) -> Result<Laid, Refusal> {
-    if loaded.scene.is_static() {
+fn check_origin(loaded: &LoadedScene, question: &Question) -> Result<(), Refusal> {
+    let scene = &loaded.scene;
+    if scene.is_static() || scene.starts_utc().is_some() || question.origin_ns.is_some() {
+        return Ok(());
+    }
+    let what = "this scene moves, so its start time is needed";
+    let refusal = Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "no_origin_ns", what);
+    Err(refusal
+        .field("origin_ns")
+        .hint("add origin_ns, the device's boot clock at the scene's start in nanoseconds"))
+}
+
+/// By UTC if scene and device know it, else from the question's origin.
+fn laid(scene: &Scene, question: &Question, records: &[Record]) -> Result<Laid, String> {
+    if scene.is_static() {
         return Ok(Laid::Anywhere);
     }
-    let origin_ns = question.origin_ns.ok_or_else(|| {
-        let what = "this scene moves, so its start time is needed";
-        Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "no_origin_ns", what)
-            .field("origin_ns")
-            .hint("add origin_ns, the device's boot clock at the scene's start in nanoseconds")
-    })?;
-    let takes = loaded.scene.duration();
-    Ok(Laid::At { origin_ns, takes })
+    let takes = scene.duration();
+    let timeline = Timeline::new(records, scene, None).map_err(|apart| apart.to_string())?;
+    let timeline = match (timeline.joined(), question.origin_ns) {
+        (Joined::Utc, _) => timeline,
+        (_, Some(origin_ns)) => Timeline::from_boot(origin_ns),
+        (_, None) => return Err("no frame with a set clock has arrived yet".to_owned()),
+    };
+    Ok(Laid::At { timeline, takes })
 }
 
 fn length(seconds: Option<f64>) -> Result<Duration, Refusal> {
@@ -191,20 +204,31 @@ async fn records(inside: &Inside, question: &Question) -> Result<Vec<Record>, Re
 }
 
 /// The comparison of a window of frames, or why there is none.
-fn compared(scene: &Shelved, sensor: &str, found: Option<Window>) -> Value {
+fn compared(
+    scene: &Shelved,
+    sensor: &str,
+    question: &Question,
+    (records, length): (&[Record], Duration),
+) -> Value {
+    let none = |why: &str| json!({ "why": why, "comparison": null });
     let Ok(loaded) = &scene.loaded else {
-        return json!({ "why": "the scene cannot be used", "comparison": null });
+        return none("the scene cannot be used");
+    };
+    let laid = match laid(&loaded.scene, question, records) {
+        Ok(laid) => laid,
+        Err(why) => return none(&why),
     };
     let Some(Window {
         records,
         start,
         length,
-    }) = found
+    }) = window(records, laid, length)
     else {
-        return json!({
-            "why": "no frame from the time of the scene has arrived yet",
-            "comparison": null,
-        });
+        return none("no frame from the time of the scene has arrived yet");
+    };
+    let origin_ns = match laid {
+        Laid::Anywhere => None,
+        Laid::At { timeline, .. } => timeline.origin_ns(),
     };
     let from_s = start.as_secs_f64();
     let context = Context {
@@ -213,7 +237,7 @@ fn compared(scene: &Shelved, sensor: &str, found: Option<Window>) -> Value {
     };
     let how = Options {
         seed: SEED,
-        start,
+        start: Some(start),
         // The other processors serve other requests.
         threads: 1,
         ..Options::default()
@@ -224,6 +248,7 @@ fn compared(scene: &Shelved, sensor: &str, found: Option<Window>) -> Value {
         .ok()
         .map(|comparison| report::summary(&comparison, &context));
     json!({
+        "origin_ns": origin_ns,
         "from_s": from_s,
         "to_s": from_s + length.as_secs_f64(),
         "seconds": length.as_secs_f64(),

@@ -1,6 +1,7 @@
 //! Selects the frames of a sensor to compare with a scene: the last seconds that the scene covers.
 
 use grideye_recording::Record;
+use grideye_validator::Timeline;
 use std::time::Duration;
 
 /// The frames of a time window.
@@ -19,17 +20,17 @@ pub(super) struct Window {
 pub(super) enum Laid {
     /// Static: any time fits.
     Anywhere,
-    /// It starts at this boot clock time, in nanoseconds, and lasts this long.
-    At { origin_ns: u64, takes: Duration },
+    /// It lies on this timeline, and lasts this long.
+    At { timeline: Timeline, takes: Duration },
 }
 
 /// The frames within `length` before the last one that the scene covers; `None` if it covers none.
 pub(super) fn window(records: &[Record], laid: Laid, length: Duration) -> Option<Window> {
     let spoken_of = |record: &&Record| match laid {
         Laid::Anywhere => true,
-        Laid::At { origin_ns, takes } => {
-            let since = record.stamp.t_boot_ns.checked_sub(origin_ns);
-            since.is_some_and(|since| Duration::from_nanos(since) <= takes)
+        Laid::At { timeline, takes } => {
+            let time = timeline.time(record.stamp.t_boot_ns);
+            time.is_some_and(|time| time <= takes)
         }
     };
     let within: Vec<&Record> = records.iter().filter(spoken_of).collect();
@@ -43,7 +44,7 @@ pub(super) fn window(records: &[Record], laid: Laid, length: Duration) -> Option
     let first_ns = records.first()?.stamp.t_boot_ns;
     let start = match laid {
         Laid::Anywhere => Duration::ZERO,
-        Laid::At { origin_ns, .. } => Duration::from_nanos(first_ns.saturating_sub(origin_ns)),
+        Laid::At { timeline, .. } => timeline.time(first_ns).unwrap_or_default(),
     };
     Some(Window {
         records,
@@ -89,7 +90,7 @@ mod tests {
 
     fn at(origin_s: u64, takes_s: u64) -> Laid {
         Laid::At {
-            origin_ns: origin_s * SECOND_NS,
+            timeline: Timeline::from_boot(origin_s * SECOND_NS),
             takes: Duration::from_secs(takes_s),
         }
     }

@@ -90,8 +90,23 @@ impl Drawing<'_> {
     fn standing(&mut self, agent: &Agent, table: &Value, item: &mut Value) {
         let at_m = agent.position_m(self.at);
         let bodies = agent.bodies_at(self.at);
-        item["bodies"] = bodies.iter().map(|body| self.body(body)).collect();
         item["at_m"] = json!(point(at_m));
+        item["bodies"] = match agent.rounded_m(self.at) {
+            Some(rounded) => {
+                let segments = bodies.iter().zip(rounded);
+                let segments = segments.map(|(body, (center_m, axes_m))| {
+                    segment(body, center_m.into(), axes_m.to_cols_array_2d())
+                });
+                segments.collect()
+            }
+            None => bodies.iter().map(|body| self.body(body)).collect(),
+        };
+        if let Some((person, facing)) = agent.person.as_ref().zip(agent.facing(self.at)) {
+            let front = facing.x_axis;
+            item["faces_deg"] = json!(hundredths(front.y.atan2(front.x).to_degrees()));
+            // What a word stands for.
+            item["person"] = json!({ "build": person.girth, "clothing": person.clothing.clo });
+        }
         if let Some(way) = &agent.trajectory {
             let points = way.waypoints_m();
             let points_m = points.iter().take(WAYPOINTS_MAX).map(|at| point(*at));
@@ -121,6 +136,16 @@ impl Drawing<'_> {
             "faces": faces,
         })
     }
+}
+
+/// A segment of a person: an ellipsoid with these semi-axes.
+fn segment(body: &Body, center_m: [f64; 3], axes_m: [[f64; 3]; 3]) -> Value {
+    json!({
+        "celsius": hundredths(body.surface.celsius),
+        "outline_m": flat(ground::outline_m(body)),
+        "center_m": point(center_m),
+        "axes_m": axes_m.map(point),
+    })
 }
 
 fn seeing(scene: &Scene, sensor: &Sensor, item: &mut Value) {
@@ -191,7 +216,7 @@ fn cells(table: &Value) -> Value {
     })
 }
 
-/// The keys of a table with a number, text, Boolean or short list; also those of its parts.
+/// The keys of a table with a number, text, Boolean or short list; also those of its parts and person.
 fn plain(table: &Value) -> Map<String, Value> {
     let entries = table.as_object().into_iter().flatten();
     let shown = entries.filter_map(|(key, value)| match value {
@@ -204,6 +229,7 @@ fn plain(table: &Value) -> Map<String, Value> {
                 list.len() <= LIST_MAX && !list.iter().any(|one| one.is_array() || one.is_object());
             is_short.then(|| (key.clone(), value.clone()))
         }
+        Value::Object(_) if key == "person" => Some((key.clone(), Value::Object(plain(value)))),
         Value::Object(_) => None,
         _ => Some((key.clone(), value.clone())),
     });

@@ -89,6 +89,8 @@ fn new_way(file: &str, text: Option<&str>, points_mm: &[[f64; 3]]) -> Result<Str
 }
 
 const AXES: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
+/// Without `z_mm`, every waypoint is on the floor.
+const FLOOR: [&str; 2] = ["x_mm", "y_mm"];
 
 /// The positions of header and waypoints in a trajectory's text.
 struct Rows<'a> {
@@ -124,7 +126,7 @@ impl<'a> Rows<'a> {
         let header = text.get(lines.remove(0)).unwrap_or_default();
         let header = header.trim_start_matches('\u{feff}').split(',');
         let header: Vec<&str> = header.map(str::trim).collect();
-        if !AXES.iter().all(|name| header.contains(name)) {
+        if !FLOOR.iter().all(|name| header.contains(name)) {
             return Err(unusual());
         }
         Ok(Self {
@@ -156,7 +158,10 @@ impl<'a> Rows<'a> {
     }
 
     fn at_mm(&self, row: usize) -> Result<[f64; 3], Fault> {
-        let [x, y, z] = AXES.map(|name| self.number(row, name));
+        let [x, y, z] = AXES.map(|name| match self.column(name) {
+            Some(_) => self.number(row, name),
+            None => Some(0.0),
+        });
         match (x, y, z) {
             (Some(x), Some(y), Some(z)) => Ok([x, y, z]),
             _ => Err(self.no_row(row)),
@@ -164,13 +169,8 @@ impl<'a> Rows<'a> {
     }
 
     fn no_row(&self, row: usize) -> Fault {
-        let before = self
-            .lines
-            .get(row)
-            .and_then(|line| self.text.get(..line.start));
-        let line = 1 + before.unwrap_or_default().matches('\n').count();
         let what = format!("there is no waypoint {} with three numbers", row + 1);
-        Fault::of_file(self.file, line, &what)
+        Fault::of_file(self.file, self.line(row), &what)
     }
 
     /// The replacements that move a row.
@@ -178,15 +178,37 @@ impl<'a> Rows<'a> {
         let at_mm = self.at_mm(row)?;
         let axes = AXES.into_iter().zip(at_mm.into_iter().zip(to_mm));
         let moved = axes.filter(|(_, (is, wanted))| length(*is) != length(*wanted));
+        self.check_height(row, to_mm)?;
         let fields = moved.map(|(name, (_, to))| Some((self.field(row, name)?, length(to))));
         let fields: Option<_> = fields.collect();
         fields.ok_or_else(|| self.no_row(row))
+    }
+
+    fn check_height(&self, row: usize, to_mm: [f64; 3]) -> Result<(), Fault> {
+        if self.column("z_mm").is_some() || length(to_mm[2]) == "0" {
+            return Ok(());
+        }
+        let what = "this trajectory has no column z_mm, so its waypoints stay on the floor";
+        Err(Fault::of_file(self.file, self.line(row), what))
+    }
+
+    fn line(&self, row: usize) -> usize {
+        let before = self
+            .lines
+            .get(row)
+            .and_then(|line| self.text.get(..line.start));
+        1 + before.unwrap_or_default().matches('\n').count()
     }
 
     /// The text with one more waypoint. If waypoints have times, it gets the mean of its neighbors' times, or one
     /// second after the last.
     fn with(&self, after: usize, at_mm: [f64; 3]) -> Result<String, Fault> {
         let line = self.lines.get(after).ok_or_else(|| self.no_row(after))?;
+        self.check_height(after, at_mm)?;
+        if self.column("utc").is_some() {
+            let what = "the waypoints of this trajectory have stamps in UTC, which a new one would have to invent; add it in a text editor";
+            return Err(Fault::of_file(self.file, self.line(after), what));
+        }
         let field = |name: &&str| match *name {
             "x_mm" => length(at_mm[0]),
             "y_mm" => length(at_mm[1]),
@@ -263,6 +285,19 @@ mod tests {
         assert_eq!(made(TIMED, moved(1, [1, 2, 3])).unwrap(), wanted);
     }
 
+    const STAMPED: &str =
+        "y_mm,utc,x_mm\n1340,2026-11-25T10:00:00.123Z,300\n1340,1795600808.5,2800\n";
+
+    #[test]
+    fn stamps_and_the_order_of_columns_stay() {
+        let shift = json!({ "does": "shift-way", "file": "w.csv", "by_mm": [100, 10, 0] });
+        let wanted = "y_mm,utc,x_mm\n1350,2026-11-25T10:00:00.123Z,400\n1350,1795600808.5,2900\n";
+        assert_eq!(made(STAMPED, shift).unwrap(), wanted);
+        let remove = json!({ "does": "remove-way-point", "file": "w.csv", "row": 0 });
+        let wanted = "y_mm,utc,x_mm\n1340,1795600808.5,2800\n";
+        assert_eq!(made(STAMPED, remove).unwrap(), wanted);
+    }
+
     #[test]
     fn a_way_is_shifted_as_a_whole() {
         let edit = json!({ "does": "shift-way", "file": "w.csv", "by_mm": [100, -0.5, 0] });
@@ -302,10 +337,13 @@ mod tests {
     fn invalid_rows_and_texts_are_rejected() {
         let shift = json!({ "does": "shift-way", "file": "w", "by_mm": [1, 1, 1] });
         let remove = |row: usize| json!({ "does": "remove-way-point", "file": "w", "row": row });
+        let add = json!({ "does": "add-way-point", "file": "w", "after": 0, "at_mm": [1, 2, 0] });
         for (text, edit, why) in [
             (WAY, remove(2), "no waypoint 3"),
             ("x_mm,y_mm,z_mm\n1,2,3\n", remove(0), "one waypoint"),
             ("x_mm,y_mm,z_mm\n1,b,3\n", shift.clone(), "three numbers"),
+            ("x_mm,y_mm\n1,2\n", shift.clone(), "no column z_mm"),
+            (STAMPED, add, "stamps in UTC"),
             ("a,b\n1,2\n", shift.clone(), "does not allow"),
             ("", shift, "does not allow"),
         ] {

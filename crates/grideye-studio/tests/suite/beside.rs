@@ -53,10 +53,16 @@ azimuth_deg = 0
 
 const WAY: &str = "x_mm,y_mm,z_mm\n500,2000,0\n3500,2000,0\n";
 
+/// The same walk from second 2 on, in seconds and by UTC; frame 0 is of 1970-01-01T00:00:00.
+const LATE_WAY: &str = "t_s,x_mm,y_mm\n2,500,2000\n8,3500,2000\n";
+const UTC_WAY: &str =
+    "x_mm,y_mm,utc\n500,2000,1970-01-01T00:00:02Z\n3500,2000,1970-01-01T01:00:08+01:00\n";
+
 /// Parses a scene that may name the trajectory.
 fn scene(text: &str) -> Scene {
     let beside = |name: &str| match name {
         "way.csv" => Ok(WAY.to_owned()),
+        "late.csv" => Ok(LATE_WAY.to_owned()),
         _ => Err(std::io::ErrorKind::NotFound.into()),
     };
     Scene::parse(text, "scene", &beside).unwrap().scene
@@ -126,7 +132,7 @@ impl Page {
                 // The datasheet's quarter of a degree, rounded.
                 let words: Vec<i64> = image.iter().map(|celsius| quarters(*celsius)).collect();
                 json!({
-                    "seq": seq, "t_boot_ns": ORIGIN_NS + seq * 100_000_000, "t_utc_ns": seq,
+                    "seq": seq, "t_boot_ns": ORIGIN_NS + seq * 100_000_000, "t_utc_ns": seq * 100_000_000,
                     "clock": "synced", "pixels_raw": words, "thermistor_raw": 400,
                 })
             })
@@ -219,6 +225,7 @@ async fn simulated_frames_come_in_pieces_with_the_agents_positions() {
     assert_eq!(first["agents"][0]["at_m"][0], json!([0.5, 2.0]));
     // 500 mm per second.
     assert_eq!(first["agents"][0]["at_m"][20], json!([1.5, 2.0]));
+    assert_eq!(first["agents"][0]["front_deg"][20], 0.0);
     // 6 s are 61 frames: 50 and 11; a request beyond the end gets the last piece.
     for second in ["5", "6", "600"] {
         let (_, last) = page.get(&format!("{path}{second}")).await;
@@ -268,6 +275,13 @@ async fn a_plan_has_room_objects_sensors_and_ways() {
     assert!(view.contains(&json!([0.441, 0.441])), "{view:?}");
     let (_, plan) = page.get("/v1/scenes/walk/plan").await;
     assert_eq!(plan["agents"][0]["way_m"], json!([[0.5, 2.0], [3.5, 2.0]]));
+    assert_eq!(plan["agents"][0]["is_person"], false);
+    // 300 by 500 mm, about its own position.
+    let body = plan["agents"][0]["body_m"][0].as_array().unwrap();
+    assert!(
+        body.len() == 4 && body.contains(&json!([0.15, 0.25])),
+        "{body:?}"
+    );
 }
 
 #[tokio::test]
@@ -294,6 +308,52 @@ async fn frames_of_the_scene_itself_agree_and_the_floors_stand_beside() {
     assert!(number(&score["shuffled"]["mean"]).abs() < 0.3, "{score}");
     assert!(number(&score["ceiling"]) > 0.8, "{score}");
     assert!(number(&comparison["scores"]["image_similarity"]["blank"]) > 0.5);
+}
+
+#[tokio::test]
+async fn a_scene_with_stamps_is_joined_by_time() {
+    let walk = |way: &str| {
+        WALK.replace("way.csv", way)
+            .replace("speed_mm_per_s = 500\n", "")
+    };
+    let (late, stamped) = (walk("late.csv"), walk("utc.csv"));
+    let page = Page::new(&[
+        ("late.toml", &late),
+        ("utc.toml", &stamped),
+        ("late.csv", LATE_WAY),
+        ("utc.csv", UTC_WAY),
+    ])
+    .await;
+    let (_, scenes) = page.get("/v1/scenes").await;
+    let starts: Vec<&Value> = scenes["scenes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|scene| &scene["starts_utc"])
+        .collect();
+    assert_eq!(starts, [&Value::Null, &json!("1970-01-01T00:00:02Z")]);
+
+    let path = format!("/v1/scenes/utc/{COMPARISON}&seconds=20");
+    let (_, none) = page.get(&path).await;
+    says(&none["why"], "no frame with a set clock");
+    page.post("late.toml", 0, 15).await;
+    page.rest();
+    let (_, early) = page.get(&path).await;
+    says(
+        &early["why"],
+        "from 1970-01-01T00:00:00Z to 1970-01-01T00:00:01.4Z",
+    );
+    page.post("late.toml", 15, 105).await;
+    page.rest();
+    // A wrong start given by hand is not used.
+    let (_, answer) = page.get(&format!("{path}&origin_ns=1")).await;
+    assert_eq!(answer["frames"], 61, "{answer}");
+    assert_eq!(
+        (&answer["from_s"], &answer["to_s"]),
+        (&json!(0.0), &json!(6.0))
+    );
+    assert_eq!(answer["origin_ns"], ORIGIN_NS + 2_000_000_000);
+    assert_eq!(answer["comparison"]["verdict"], "agrees", "{answer:#}");
 }
 
 #[tokio::test]

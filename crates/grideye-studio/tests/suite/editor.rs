@@ -159,6 +159,98 @@ async fn another_second_has_people_elsewhere_and_one_beyond_the_end_is_the_last(
     }
 }
 
+/// Each key of a person changes its text by that key alone, and the frames as the simulator has them.
+#[tokio::test]
+async fn a_person_is_added_and_changed_key_by_key() {
+    let page = Page::new().await;
+    let add = json!([{ "does": "add", "kind": "agent", "name": "eve", "at_mm": [2000, 3000, 0] }]);
+    let answer = page.draft(ROOM, add).await;
+    let eve = "[[agent]]\nname = \"eve\"\nposition_mm = [2000, 3000, 0]\nperson = {}\n\n[[sensor]]";
+    let mut text = ROOM.replace("[[sensor]]", eve);
+    assert_eq!(answer["text"], text);
+    let mut before = celsius(&answer);
+    assert_near(&before, &simulated(&text, WAY, 0));
+    assert_eq!(answer["scene"]["items"][2]["keys"]["person"], json!({}));
+    let person = |key: &str| json!(["agent", 1, "person", key]);
+    let (mut keys, mut old) = (Vec::new(), "person = {}".to_owned());
+    for (path, to, written) in [
+        (person("height_mm"), json!(1500), "height_mm = 1500"),
+        (person("build"), json!("stout"), "build = \"stout\""),
+        (person("posture"), json!("sit"), "posture = \"sit\""),
+        (person("clothing"), json!("coat"), "clothing = \"coat\""),
+        (json!(["agent", 1, "yaw_deg"]), json!(135), ""),
+    ] {
+        let edits = json!([{ "does": "set", "path": path, "to": to }]);
+        let answer = page.draft(&text, edits).await;
+        keys.extend(Some(written).filter(|written| !written.is_empty()));
+        let yaw = if written.is_empty() {
+            "\nyaw_deg = 135"
+        } else {
+            ""
+        };
+        let new = format!("person = {{ {} }}{yaw}", keys.join(", "));
+        text = text.replace(&old, &new);
+        old = new;
+        assert_eq!(answer["text"], text);
+        let now = celsius(&answer);
+        assert_near(&now, &simulated(&text, WAY, 0));
+        assert_ne!(now, before, "{path}");
+        before = now;
+    }
+    let answer = page.draft(&text, json!([])).await;
+    let item = &answer["scene"]["items"][2];
+    assert_eq!(item["faces_deg"], 135.0);
+    assert_eq!(
+        item["keys"]["person"],
+        json!({ "height_mm": 1500, "build": "stout", "posture": "sit", "clothing": "coat" })
+    );
+    // A number in place of a word, and the number that a word stands for.
+    assert_eq!(item["person"], json!({ "build": 1.15, "clothing": 2.0 }));
+    let edits = json!([{ "does": "set", "path": person("clothing"), "to": 1 }]);
+    let answer = page.draft(&text, edits).await;
+    let lighter = text.replace("\"coat\"", "1");
+    assert_eq!(answer["text"], lighter);
+    assert_near(&celsius(&answer), &simulated(&lighter, WAY, 0));
+    // Beyond the rule's limits, nothing changes, and the answer names the place.
+    let edits = json!([{ "does": "set", "path": person("height_mm"), "to": 2801 }]);
+    let answer = page.draft(&text, edits).await;
+    says(&answer["fault"]["message"], "500 to 2800 mm");
+    says(&answer["fault"]["hint"], "height when standing");
+    assert_eq!(answer["fault"]["place"]["line"], 22);
+}
+
+/// A walker's outline turns with its way; a box around its segments on the plan is as long ahead as aside is wide.
+#[tokio::test]
+async fn a_walking_person_faces_where_it_goes() {
+    let page = Page::new().await;
+    let text = ROOM.replace(
+        "size_mm = [300, 500, 1700]\ntemperature_c = 30\n",
+        "person = { posture = \"stand\" }\nyaw_deg = 45\n",
+    );
+    let corner = "x_mm,y_mm,z_mm\n500,500,0\n3500,500,0\n3500,3500,0\n";
+    for (at_s, faces_deg, across, along) in [(3.0, 0.0, 0, 1), (9.0, 90.0, 1, 0)] {
+        let body = json!({ "text": text, "files": { "ways/way.csv": corner }, "at_s": at_s });
+        let (_, answer) = page.post("draft", body).await;
+        let item = &answer["scene"]["items"][1];
+        assert_eq!(item["faces_deg"], faces_deg, "{answer}");
+        let bodies = item["bodies"].as_array().unwrap();
+        assert_eq!(bodies.len(), 18);
+        let side = |axis: usize| {
+            let points = bodies
+                .iter()
+                .flat_map(|body| body["outline_m"].as_array().unwrap());
+            let ends = points.map(|point| point[axis].as_f64().unwrap());
+            let (low, high) = ends.fold((f64::MAX, f64::MIN), |(low, high), end| {
+                (low.min(end), high.max(end))
+            });
+            high - low
+        };
+        // Shoulders of ANSUR II's mean adult, 0.52 m wide at 1.75 m, in clothes; feet and belly are shorter.
+        assert!(side(along) > 0.48 && side(along) < 0.56, "{}", side(along));
+        assert!(side(across) < 0.36, "{}", side(across));
+    }
+}
+
 #[tokio::test]
 async fn an_invalid_draft_names_its_error_and_place() {
     let page = Page::new().await;

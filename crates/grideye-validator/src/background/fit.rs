@@ -37,10 +37,16 @@ impl BackgroundFit {
         self.profile_c.powi(2) > self.own_c.powi(2) + sensor_step_c().powi(2) / 12.0
     }
 
-    pub(crate) fn warning(&self) -> Option<String> {
+    /// For a profile with a background; `is_replaced` by that of the stretches.
+    pub(crate) fn warning(&self, is_replaced: bool) -> Option<String> {
         let stretches: Vec<String> = self.stretches.iter().map(ToString::to_string).collect();
+        let used = if is_replaced {
+            "so the stretches' was used"
+        } else {
+            "but something warm stays in them, so the profile's was used"
+        };
         self.is_worse().then(|| format!(
-            "the profile leaves {} °C rms of the background unexplained, the recording's own empty stretches ({}) leave {} °C\nhint: leave out --profile, so that the background is learned from those stretches; or make the profile in this room with `grideye characterize RECORDING --empty auto --scene SCENE --profile FILE`",
+            "the profile leaves {} °C rms of the background unexplained, the recording's own empty stretches ({}) leave {} °C, {used}\nhint: measure the profile again in this room and mounting: `grideye characterize EMPTY.csv --profile FILE`",
             fixed(self.profile_c, 2),
             stretches.join(", "),
             fixed(self.own_c, 2)

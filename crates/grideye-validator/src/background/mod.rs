@@ -1,7 +1,7 @@
 //! Learns what each pixel shows of the empty room, from stretches of a recording without people.
 //!
-//! The result becomes the profile's `fixed_pattern.offset_c`: simulator, emulator and comparison add it to the scene's
-//! empty room to get this background.
+//! A profile takes it in two parts: the unit's pattern, which simulator and emulator add to any scene, and the room's
+//! background, which only a comparison with a recording of that room adds too.
 //!
 //! # How empty stretches are found
 //! The search uses means over ten frames, less their median pixel. A pixel's level is the coldest narrow cluster of its
@@ -11,6 +11,8 @@
 
 pub(crate) mod fit;
 pub(crate) mod search;
+mod split;
 
 pub use fit::{Empty, Stretch};
 pub use search::{Background, BackgroundError, background};
+pub use split::put_shown_into;

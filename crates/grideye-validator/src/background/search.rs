@@ -1,7 +1,9 @@
 //! The search for empty stretches, and the background in them.
 
 use crate::background::fit::{Empty, Stretch};
+use crate::background::split::put_shown_into;
 use crate::characterize::Characterization;
+use crate::characterize::presence::stays_warm;
 use crate::frames::types::{Pixels, decoded, middle_mean, two_by_two};
 use crate::numbers::{count, median, trimmed_mean};
 use grideye_frame::PIXELS;
@@ -21,6 +23,8 @@ const CLUSTER: usize = 8;
 const WIDTH_SLACK: f64 = 4.0;
 /// Sigmas of 2 x 2 pixels that count as a person: chance makes them in one mean of 600.
 const SOMEBODY: f64 = 4.0;
+/// Fewest frames of a background that nobody asked for: the noise of its mean is then a tenth of a frame's.
+const CERTAIN_FRAMES_MIN: usize = 100;
 /// How often stretches are found again with levels from the stretches before.
 const ROUNDS: usize = 3;
 
@@ -106,18 +110,18 @@ impl Background {
         })
     }
 
-    /// Writes the background into a profile's pattern, above `empty_room` (64 values, °C) or else the median pixel, to
-    /// 0.0001 °C.
+    /// Whether it can be taken unasked: long enough, and nothing stays warm in it, as a person who keeps still would.
+    #[must_use]
+    pub fn is_certain(&self) -> bool {
+        self.frames >= CERTAIN_FRAMES_MIN && stays_warm(&self.celsius).is_none()
+    }
+
+    /// Writes pattern and background into a profile, above `empty_room` (64 values, °C) or else the median pixel.
     pub fn put_into(&self, profile: &mut Profile, empty_room: Option<&[f64]>) {
         let middle = median(&self.celsius).unwrap_or_default();
-        for (pixel, offset) in profile.fixed_pattern.offset_c.iter_mut().enumerate() {
-            let room = empty_room
-                .and_then(|room| room.get(pixel))
-                .copied()
-                .unwrap_or(middle);
-            *offset = ((self.celsius[pixel] - room) * 1e4).round() / 1e4 + 0.0;
-        }
-        profile.fixed_pattern.spread_c = 0.0;
+        let room = |pixel: usize| empty_room.and_then(|room| room.get(pixel)).copied();
+        let shown = |pixel: usize| self.celsius[pixel] - room(pixel).unwrap_or(middle);
+        put_shown_into(profile, &std::array::from_fn(shown));
     }
 }
 

@@ -1,38 +1,41 @@
 //! Calibrates a scene: values and warnings as text, as JSON, and as a scene file.
 
+use crate::calibrate::document;
 use crate::calibrate::frames::Frames;
 use crate::calibrate::linear::dot;
 use crate::calibrate::model::{Model, check_bounds, noise_key};
 use crate::calibrate::noise::Parts;
 use crate::calibrate::search::{FineSearch, from_several_starts, steps_in_frames};
-use crate::calibrate::types::{CalibrateError, Calibration, Estimate, Options, Pace, Progress};
-use crate::calibrate::uncertainty::{Uncertainty, student_97_5};
+use crate::calibrate::types::{
+    CalibrateError, Calibration, Determined, Estimate, Law, Options, Pace, Progress,
+};
+use crate::calibrate::uncertainty::{PART_MIN, UNIFORM_SD, Uncertainty, student_97_5};
+use crate::frames::fitted::calibrated;
+use crate::frames::timeline::{Joined, Timeline};
 use crate::frames::types::STEP_VARIANCE;
 use crate::numbers::count;
 use grideye_draw::text::fixed;
 use grideye_frame::PIXELS;
 use grideye_recording::Record;
 use grideye_scene::fit::{Fit, RECORDING_START};
-use grideye_scene::{Files, Scene};
+use grideye_scene::{Calibrated, Files, Loaded, Scene};
 use serde_json::json;
 use std::time::Duration;
 
 /// A stronger correlation between two estimates is a warning.
 const CORRELATION_TOLD: f64 = 0.95;
-/// Standard deviation of a uniform distribution, as a share of its width.
-const UNIFORM_SD: f64 = 0.288_675;
-/// Start of the comments in a scene; those of an earlier calibration are replaced.
-const REMARK: &str = "# found: ";
+/// A larger factor on a variance is a warning; chance makes a little less.
+const WIDENED_TOLD: f64 = 1.5;
 
 fn gathered(
-    (text, fits, sensor): (&str, &[Fit], &str),
+    (text, loaded, sensor, fitted): (&str, &Loaded, &str, Calibrated),
     model: &Model<'_>,
     frames: &Frames,
     fine: &FineSearch,
     before: &[f64],
     starts: [usize; 2],
 ) -> Calibration {
-    let mut found = found(fits, model, fine);
+    let mut found = found(&loaded.fits, model, fine);
     let white = fine.noise.white;
     put_noise(&mut found, sensor, white, frames.len());
     let parts = Parts::of(&fine.left_over, frames.len());
@@ -42,10 +45,12 @@ fn gathered(
     let correlation = correlation(&found, model, &fine.uncertainty);
     let warnings = warnings(&found, &correlation, model, &fine.uncertainty, starts);
     Calibration {
-        scene: scene(text, fits, &found),
+        scene: document::scene(text, loaded, &found, &fitted),
         correlation,
+        determined: determined(&found, model, &fine.uncertainty),
         warnings,
         frames: frames.len(),
+        half: frames.half,
         frames_read: frames.read,
         frames_left_out: frames.left_out,
         rmse_c: [rmse(before), rmse(&fine.left_over)],
@@ -73,6 +78,11 @@ fn found(fits: &[Fit], model: &Model<'_>, fine: &FineSearch) -> Vec<Estimate> {
             freedom: 0.0,
             bounds: fit.bounds,
             at_bound: false,
+            law: fit.law.map(|law| Law {
+                mean: law.mean,
+                sd: law.sd,
+            }),
+            from_recording: None,
         })
         .collect();
     let known = &fine.uncertainty;
@@ -86,6 +96,7 @@ fn found(fits: &[Fit], model: &Model<'_>, fine: &FineSearch) -> Vec<Estimate> {
         found.freedom = known.freedom[number];
         found.uncertainty = Some(uncertainty);
         found.half_width_95 = Some(uncertainty * student_97_5(found.freedom));
+        found.from_recording = Some(1.0 - known.from_prior[number]);
     }
     for found in &mut found {
         found.value = rounded(found.value, found.uncertainty, found.bounds);
@@ -126,6 +137,33 @@ fn rounded(value: f64, uncertainty: Option<f64>, bounds: [f64; 2]) -> f64 {
         (value / step).round() * step
     };
     near.clamp(bounds[0], bounds[1])
+}
+
+fn determined(found: &[Estimate], model: &Model<'_>, known: &Uncertainty) -> Determined {
+    let known = &known.determined;
+    let named = known.places.iter().enumerate().map(|(number, &place)| {
+        let found = &found[model.searched[place]];
+        let unit = known.scales[number] * (found.bounds[1] - found.bounds[0]);
+        (found.key.clone(), known.coefficients[number], unit)
+    });
+    let mut least: Vec<(String, f64, f64)> = named
+        .filter(|(_, coefficient, _)| coefficient.abs() > PART_MIN)
+        .collect();
+    least.sort_by(|(_, one, _), (_, other, _)| other.abs().total_cmp(&one.abs()));
+    if least
+        .first()
+        .is_some_and(|(_, coefficient, _)| *coefficient < 0.0)
+    {
+        least
+            .iter_mut()
+            .for_each(|(_, coefficient, _)| *coefficient = -*coefficient);
+    }
+    Determined {
+        combinations: known.number,
+        of: known.places.len(),
+        least_from_recording: known.least,
+        least,
+    }
 }
 
 fn correlation(found: &[Estimate], model: &Model<'_>, known: &Uncertainty) -> Vec<Vec<f64>> {
@@ -191,10 +229,10 @@ fn warnings(
             ));
         }
     }
-    if known.widened.iter().any(|widened| *widened > 1.0) {
+    if known.widened.iter().any(|widened| *widened > WIDENED_TOLD) {
         let most = known.widened.iter().copied().fold(1.0, f64::max).sqrt();
         warnings.push(format!(
-            "the residuals repeat from frame to frame, so something moves differently than in the scene; uncertainties were widened up to {} times\nhint: check the trajectory, the shapes and recording.start_s",
+            "the residuals repeat from frame to frame or are larger than noise, so something moves differently than in the scene; uncertainties were widened up to {} times\nhint: check the trajectory, the shapes and recording.start_s",
             fixed(most, 1)
         ));
     }
@@ -207,31 +245,6 @@ fn warnings(
     warnings
 }
 
-fn scene(text: &str, fits: &[Fit], found: &[Estimate]) -> String {
-    let mut edits: Vec<(std::ops::Range<usize>, String)> = Vec::new();
-    for (fit, found) in fits.iter().zip(found) {
-        if let Some(span) = &fit.value_span {
-            edits.push((span.clone(), found.value.to_string()));
-        }
-        let remark = format!("{REMARK}{}\n", found.told());
-        edits.push((earlier_remark(text, fit.remark_at), remark));
-    }
-    edits.sort_by_key(|(span, _)| std::cmp::Reverse((span.start, span.end)));
-    let mut text = text.to_owned();
-    for (span, new) in edits {
-        text.replace_range(span, &new);
-    }
-    text
-}
-
-/// The line before `at` if it is a comment of an earlier calibration, else nothing.
-fn earlier_remark(text: &str, at: usize) -> std::ops::Range<usize> {
-    let before = text[..at].trim_end_matches('\n');
-    let start = before.rfind('\n').map_or(0, |newline| newline + 1);
-    let is_remark = before[start..].starts_with(REMARK) && text[..at].ends_with('\n');
-    if is_remark { start..at } else { at..at }
-}
-
 impl Estimate {
     /// `84.97 ± 0.12 (95 %: 84.73 to 85.21)`, or why there is no uncertainty.
     #[must_use]
@@ -242,8 +255,17 @@ impl Estimate {
             return format!("{} ({why})", self.value);
         };
         let digits = digits(uncertainty);
+        let source = match (self.law, self.from_recording) {
+            (Some(law), Some(share)) => format!(
+                "; {} % from the recording, the rest from {} ± {}",
+                fixed(100.0 * share, 0),
+                law.mean,
+                law.sd
+            ),
+            _ => String::new(),
+        };
         format!(
-            "{:.digits$} ± {uncertainty:.digits$} (95 %: {:.digits$} to {:.digits$})",
+            "{:.digits$} ± {uncertainty:.digits$} (95 %: {:.digits$} to {:.digits$}{source})",
             self.value,
             self.value - half,
             self.value + half
@@ -255,6 +277,28 @@ impl Estimate {
 fn digits(uncertainty: f64) -> usize {
     let place = 1.0 - uncertainty.max(1e-9).log10().floor();
     (0..10).find(|digits| count(*digits) >= place).unwrap_or(10)
+}
+
+impl Determined {
+    fn text(&self) -> String {
+        let (number, of) = (fixed(self.combinations, 1), self.of);
+        let mut text =
+            format!("the recording determines {number} of {of} combinations of the unknowns");
+        for (place, (key, coefficient, unit)) in self.least.iter().enumerate() {
+            let sign = match (place, *coefficient < 0.0) {
+                (0, _) => "; the least: ",
+                (_, true) => " - ",
+                (_, false) => " + ",
+            };
+            let (size, unit) = (fixed(coefficient.abs(), 2), fixed(*unit, digits(*unit)));
+            text.push_str(&format!("{sign}{size} {key} / {unit}"));
+        }
+        if !self.least.is_empty() {
+            let share = fixed(100.0 * self.least_from_recording, 0);
+            text.push_str(&format!(", {share} % from the recording"));
+        }
+        text + "\n"
+    }
 }
 
 impl Calibration {
@@ -278,6 +322,14 @@ impl Calibration {
         text.push_str(&format!(
             "of which noise {noise} °C per pixel, pattern {pattern} °C between pixels, common mode {common} °C\n"
         ));
+        text.push_str(&self.determined.text());
+        text.push_str(&match self.half {
+            Some(half) => format!(
+                "fitted to the {} half: `grideye compare` judges the scene by the other\n",
+                half.name()
+            ),
+            None => "fitted to all frames: `grideye compare` needs another recording to judge the scene (or --half first)\n".to_owned(),
+        });
         text.push_str("not in the uncertainties: the sensor's overall accuracy, typ. ±2.5 °C, and drift slower than the recording\n");
         for warning in &self.warnings {
             text.push_str(&format!("warning: {warning}\n"));
@@ -293,8 +345,10 @@ impl Calibration {
             "version": 1,
             "found": self.found,
             "correlation": self.correlation,
+            "determined": self.determined,
             "warnings": self.warnings,
             "frames": self.frames,
+            "half": self.half,
             "frames_read": self.frames_read,
             "frames_left_out": self.frames_left_out,
             "rmse_before_c": self.rmse_c[0],
@@ -334,18 +388,28 @@ pub fn calibrate(
     check_resolution(&loaded.scene, sensor)?;
     check_bounds((text, origin), &loaded.fits, files)?;
     let begins = loaded.fits.iter().find(|fit| fit.key == RECORDING_START);
-    let latest_s = begins.map_or(0.0, |fit| fit.bounds[1]);
-    let end = (!loaded.scene.is_static()).then(|| {
-        let end_s = (loaded.scene.duration().as_secs_f64() - latest_s).max(0.0);
-        Duration::try_from_secs_f64(end_s).unwrap_or(Duration::MAX)
+    let [earliest_s, latest_s] = begins.map_or([0.0, 0.0], |fit| fit.bounds);
+    let timeline = Timeline::new(records, &loaded.scene, None)?;
+    let within = (!loaded.scene.is_static()).then(|| {
+        let at = |seconds: f64| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
+        let end_s = loaded.scene.duration().as_secs_f64() - latest_s;
+        // Frames that may be from before the scene's start are left out, unless the first frame is that start.
+        let begin_s = match timeline.joined() {
+            Joined::Utc => -earliest_s,
+            Joined::Given | Joined::ClockNeverSet => 0.0,
+        };
+        at(begin_s.max(0.0))..=at(end_s.max(0.0))
     });
-    let frames = Frames::of(records, end, options)?;
+    let frames = Frames::of(records, &timeline, within.as_ref(), options)?;
     let pace = Pace::new(steps_in_frames(&frames, options), tell);
     let mut model = Model::new(text, origin, files, sensor, pace)?;
     let before = model.left_over(&model.start(), &frames)?;
-    let (coarse, starts) = from_several_starts(&mut model, &frames, options)?;
-    let fine = FineSearch::search(&mut model, &frames, coarse, options)?;
-    let asked = (text, loaded.fits.as_slice(), sensor);
+    let (coarse, noise, starts) = from_several_starts(&mut model, &frames, options)?;
+    let fine = FineSearch::search(&mut model, &frames, (&coarse, noise), options)?;
+    let keys = loaded.fits.iter().map(|fit| fit.key.clone());
+    let keys = keys.filter(|key| key != RECORDING_START).collect();
+    let fitted = calibrated(records, &timeline, frames.span(), keys);
+    let asked = (text, &loaded, sensor, fitted);
     Ok(gathered(asked, &model, &frames, &fine, &before, starts))
 }
 

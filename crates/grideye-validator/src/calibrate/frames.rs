@@ -1,29 +1,35 @@
 //! The frames that a calibration uses.
 
-use crate::calibrate::types::{CalibrateError, FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Options};
+use crate::calibrate::types::{
+    CalibrateError, FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Half, Options,
+};
 use crate::frames::faults::{FaultFinder, Standing};
+use crate::frames::timeline::Timeline;
 use crate::frames::types::decoded;
 use crate::numbers::{count, evenly};
 use grideye_frame::PIXELS;
 use grideye_recording::Record;
+use std::ops::RangeInclusive;
 use std::time::Duration;
 
 #[derive(Debug)]
 pub(crate) struct Frames {
-    /// Since the recording's first frame.
+    /// Times of the scene, before the fit of [`grideye_scene::fit::RECORDING_START`].
     pub(crate) times: Vec<Duration>,
     /// °C, frame by frame, less the profile's pattern if there is one.
     pub(crate) celsius: Vec<f64>,
     /// Frames read, and how many were left out as torn or repeated.
     pub(crate) read: usize,
     pub(crate) left_out: usize,
+    pub(crate) half: Option<Half>,
 }
 
 impl Frames {
-    /// Whole frames up to `end` (`None`: all), thinned evenly to the number requested.
+    /// Whole frames at the times of the scene `within` (`None`: all), thinned evenly to the number requested.
     pub(crate) fn of(
         records: &[Record],
-        end: Option<Duration>,
+        timeline: &Timeline,
+        within: Option<&RangeInclusive<Duration>>,
         options: &Options,
     ) -> Result<Self, CalibrateError> {
         let wanted = options.frames.unwrap_or(FRAMES_DEFAULT);
@@ -34,12 +40,17 @@ impl Frames {
                 most: FRAMES_MAX,
             });
         }
-        let [all, whole] = read(records)?;
+        let [all, whole] = read(records, timeline)?;
         let read = all.len();
         // A sensor without noise makes every frame look torn or repeated.
         let mut frames = if 2 * whole.len() > read { whole } else { all };
         let left_out = read - frames.len();
-        frames.retain(|(time, _)| end.is_none_or(|end| *time <= end));
+        frames.retain(|(time, _)| within.is_none_or(|within| within.contains(time)));
+        if let (Some(half), Some(first), Some(last)) = (options.half, frames.first(), frames.last())
+        {
+            let middle = (first.0 + last.0) / 2;
+            frames.retain(|(time, _)| (*time <= middle) == (half == Half::First));
+        }
         if frames.len() < FRAMES_MIN {
             return Err(CalibrateError::TooFewFrames {
                 found: frames.len(),
@@ -47,10 +58,10 @@ impl Frames {
             });
         }
         let chosen = evenly(frames.len(), wanted);
-        let pattern = options
-            .profile
-            .as_ref()
-            .map_or([0.0; PIXELS], |profile| profile.fixed_pattern.offset_c);
+        let pattern = options.profile.as_ref().map_or(
+            [0.0; PIXELS],
+            grideye_scene::profile::Profile::in_its_room_c,
+        );
         let less = |celsius: &[f64; PIXELS]| {
             std::array::from_fn::<f64, PIXELS, _>(|pixel| celsius[pixel] - pattern[pixel])
         };
@@ -62,6 +73,7 @@ impl Frames {
                 .collect(),
             read,
             left_out,
+            half: options.half,
         })
     }
 
@@ -83,21 +95,25 @@ impl Frames {
         }
     }
 
+    /// The first and the last time.
+    pub(crate) fn span(&self) -> (Duration, Duration) {
+        let first = self.times.first().copied().unwrap_or_default();
+        (first, self.times.last().copied().unwrap_or(first))
+    }
+
     pub(crate) fn interval_s(&self) -> f64 {
-        let (Some(first), Some(last)) = (self.times.first(), self.times.last()) else {
-            return 0.0;
-        };
-        (*last - *first).as_secs_f64() / count(self.len().max(2) - 1)
+        let (first, last) = self.span();
+        (last - first).as_secs_f64() / count(self.len().max(2) - 1)
     }
 }
 
 type Timed = (Duration, [f64; PIXELS]);
 
-/// All frames since the first, with glitches mended; then only those neither torn nor repeated.
-fn read(records: &[Record]) -> Result<[Vec<Timed>; 2], CalibrateError> {
+/// All frames since the scene's start, with glitches mended; then only those neither torn nor repeated.
+fn read(records: &[Record], timeline: &Timeline) -> Result<[Vec<Timed>; 2], CalibrateError> {
     let (mut all, mut whole) = (Vec::new(), Vec::new());
     let (mut finder, mut before) = (FaultFinder::default(), None);
-    let (mut first, mut last) = (None, 0);
+    let mut last = 0;
     for record in records {
         let Some(raw) = record.reading.frame() else {
             continue;
@@ -109,10 +125,12 @@ fn read(records: &[Record]) -> Result<[Vec<Timed>; 2], CalibrateError> {
         last = now;
         let (mended, standing) = finder.push(&decoded(raw), before.as_ref());
         before = Some(mended);
-        let since = Duration::from_nanos(now - *first.get_or_insert(now));
-        all.push((since, mended));
+        let Some(time) = timeline.time(now) else {
+            continue;
+        };
+        all.push((time, mended));
         if matches!(standing, Standing::First | Standing::Own) {
-            whole.push((since, mended));
+            whole.push((time, mended));
         }
     }
     Ok([all, whole])
@@ -151,12 +169,13 @@ mod tests {
             frames: Some(11),
             ..Options::default()
         };
-        let all = Frames::of(&warming(101), None, &options).unwrap();
+        let timeline = Timeline::from_boot(3_000_000_000);
+        let all = Frames::of(&warming(101), &timeline, None, &options).unwrap();
         assert_eq!(taken(&all), [0, 10, 20, 30, 40, 50, 60, 70, 80, 90, 100]);
         assert!((all.interval_s() - 1.0).abs() < 1e-12);
         assert_eq!(taken(&all.fewer(3)), [0, 50, 100]);
-        let end = Some(Duration::from_secs(5));
-        let until = Frames::of(&warming(101), end, &options).unwrap();
+        let within = Duration::ZERO..=Duration::from_secs(5);
+        let until = Frames::of(&warming(101), &timeline, Some(&within), &options).unwrap();
         assert_eq!(taken(&until), [0, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50]);
     }
 }

@@ -12,13 +12,15 @@
 //! The residuals are split into white noise, each pixel's fixed pattern (which includes the errors of a static scene)
 //! and a common mode of all pixels, correlated in time. Each part is weighted by its variance on the recording; a
 //! profile gives the common mode more exactly. The 95 % interval is Student's t with the parts' degrees of freedom,
-//! combined after Satterthwaite (1946, Biometrics Bulletin 2:110). If neighboring frames repeat each other, it is
-//! widened and a warning says so.
+//! combined after Satterthwaite (1946, Biometrics Bulletin 2:110). If neighboring frames repeat each other, or the scene
+//! misses more than noise where its bodies move, it is widened; a warning says so. What a `[[fit]]` says is known before
+//! the recording counts as one more measurement.
 //!
 //! Not included: the sensor's overall accuracy (±2.5 °C, AMG88 spec §4-4), and drift slower than the recording. A
 //! warning names unknowns that the recording cannot separate. An unknown at one of its bounds has no uncertainty.
 
 mod calibration;
+mod document;
 mod frames;
 mod linear;
 mod model;
@@ -30,6 +32,6 @@ mod uncertainty;
 
 pub use calibration::calibrate;
 pub use types::{
-    CalibrateError, Calibration, Estimate, FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Options,
-    Progress, STARTS_MAX,
+    CalibrateError, Calibration, Determined, Estimate, FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN,
+    Half, Law, Options, Progress, STARTS_MAX,
 };

@@ -2,13 +2,17 @@
 
 use crate::calibrate::frames::Frames;
 use crate::calibrate::noise::Noise;
-use crate::calibrate::solver::{self, Solution};
+use crate::calibrate::solver::{self, STEP, Solution, State, Until, Weights};
 use crate::calibrate::types::{CalibrateError, Pace};
 use grideye_frame::PIXELS;
-use grideye_scene::fit::{self, Fit, RECORDING_START};
-use grideye_scene::{Files, Scene, Simulator};
+use grideye_scene::fit::{self, Fit, Normal, RECORDING_START};
+use grideye_scene::{Files, Model as Physics, Scene, Simulator};
 use std::cell::RefCell;
 use std::time::Duration;
+
+/// The physical model integrates along lines a 24th of a pixel apart: over shorter ways than this share of the bounds its
+/// derivatives are those of the lines.
+const PHYSICAL_STEP: f64 = 0.01;
 
 pub(crate) struct Model<'a> {
     text: String,
@@ -16,6 +20,8 @@ pub(crate) struct Model<'a> {
     files: &'a dyn Files,
     sensor: &'a str,
     fits: Vec<Fit>,
+    /// Has the strides of all others: as written, then as found.
+    first: Scene,
     pub(crate) searched: Vec<usize>,
     pub(crate) evaluations: u64,
     pace: Pace<'a>,
@@ -44,6 +50,7 @@ impl<'a> Model<'a> {
             files,
             sensor,
             fits: loaded.fits,
+            first: loaded.scene,
             evaluations: 0,
             pace,
         })
@@ -65,9 +72,44 @@ impl<'a> Model<'a> {
         values
     }
 
-    pub(crate) fn scene(&self, point: &[f64]) -> Result<Scene, CalibrateError> {
+    fn scene(&self, point: &[f64]) -> Result<Scene, CalibrateError> {
+        let mut scene = self.parsed(point)?;
+        // A height that shifts the strides of a long walk would have a minimum at each number of strides.
+        scene.keep_strides_of(&self.first);
+        Ok(scene)
+    }
+
+    fn parsed(&self, point: &[f64]) -> Result<Scene, CalibrateError> {
         let text = fit::with_values(&self.text, &self.fits, &self.values(point));
         Ok(Scene::parse(&text, self.origin, self.files)?.scene)
+    }
+
+    /// Lets people stride as their height at this point makes them, if that fits better.
+    pub(crate) fn stride_as_found(
+        &mut self,
+        state: &mut State,
+        (frames, noise): (&Frames, &Noise),
+    ) -> Result<(), CalibrateError> {
+        let mut keys = self.searched.iter().map(|&place| &self.fits[place].key);
+        if !keys.any(|key| key.ends_with(".person.height_mm")) {
+            return Ok(());
+        }
+        let found = self.parsed(&state.point)?;
+        let before = std::mem::replace(&mut self.first, found);
+        let raw = self.left_over(&state.point, frames)?;
+        let square = |raw: &[f64]| {
+            noise
+                .whiten(raw)
+                .iter()
+                .map(|value| value * value)
+                .sum::<f64>()
+        };
+        if square(&raw) < square(&state.raw) {
+            state.raw = raw;
+        } else {
+            self.first = before;
+        }
+        Ok(())
     }
 
     fn images(&mut self, point: &[f64], times: &[Duration]) -> Result<Vec<f64>, CalibrateError> {
@@ -104,22 +146,73 @@ impl<'a> Model<'a> {
         Ok(pairs.map(|(real, simulated)| real - simulated).collect())
     }
 
-    pub(crate) fn solve(
+    /// The laws of the unknowns searched, in coordinates from 0 to 1.
+    pub(crate) fn priors(&self) -> Vec<Option<Normal>> {
+        let prior = |fit: &Fit| {
+            let [low, high] = fit.bounds;
+            fit.law.map(|law| Normal {
+                mean: (law.mean - low) / (high - low),
+                sd: law.sd / (high - low),
+            })
+        };
+        let fits = self.searched.iter().map(|&place| &self.fits[place]);
+        fits.map(prior).collect()
+    }
+
+    pub(crate) fn begin(
+        &mut self,
+        start: &[f64],
+        frames: &Frames,
+    ) -> Result<State, CalibrateError> {
+        let step = match self.first.model() {
+            Physics::Physical => PHYSICAL_STEP,
+            _ => STEP,
+        };
+        State::new(&mut |point| self.left_over(point, frames), (start, step))
+    }
+
+    /// Searches on from a state, and returns the cost.
+    pub(crate) fn search(
         &mut self,
         (frames, noise): (&Frames, &Noise),
-        start: &[f64],
-        steps_max: usize,
-    ) -> Result<Solution, CalibrateError> {
+        state: &mut State,
+        (steps_max, until): (usize, Until),
+    ) -> Result<f64, CalibrateError> {
         self.pace.begin(steps_max, frames.len());
-        let model = RefCell::new(self);
-        let residuals = |point: &[f64]| {
-            let left_over = model.borrow_mut().left_over(point, frames);
-            left_over.map(|left_over| noise.whiten(&left_over))
+        let priors = self.priors();
+        let weights = Weights {
+            whiten: &|raw| noise.whiten(raw),
+            priors: &priors,
         };
+        let model = RefCell::new(self);
+        let mut raw_at = |point: &[f64]| model.borrow_mut().left_over(point, frames);
         let stepped = || model.borrow_mut().pace.step();
-        let solution = solver::solve(residuals, stepped, start, steps_max)?;
+        let cost = solver::search(&mut raw_at, stepped, &weights, state, (steps_max, until))?;
         model.borrow_mut().pace.end();
-        Ok(solution)
+        Ok(cost)
+    }
+
+    pub(crate) fn skip(&mut self, steps: usize, frames: &Frames) {
+        self.pace.begin(steps, frames.len());
+        self.pace.end();
+    }
+
+    /// Takes the derivatives at a state's point more exactly.
+    pub(crate) fn refine(
+        &mut self,
+        state: &mut State,
+        frames: &Frames,
+        halves: &[f64],
+    ) -> Result<(), CalibrateError> {
+        state.refine(halves, &mut |point| self.left_over(point, frames))
+    }
+
+    pub(crate) fn solution(&self, state: &State, noise: &Noise) -> Solution {
+        let weights = Weights {
+            whiten: &|raw| noise.whiten(raw),
+            priors: &self.priors(),
+        };
+        weights.solution(state)
     }
 }
 

@@ -59,6 +59,18 @@ impl Noise {
         Self::new(frames, white, pattern, together)
     }
 
+    /// The same noise for another number of frames over the same time.
+    pub(crate) fn of_more(&self, frames: usize) -> Self {
+        let last = self.together.len() - 1;
+        let at = |lag: usize| self.together[(lag * (last + 1) / frames).min(last)];
+        Self::new(
+            frames,
+            self.white,
+            self.pattern,
+            (0..frames).map(at).collect(),
+        )
+    }
+
     fn new(frames: usize, white: f64, pattern: f64, together: Vec<f64>) -> Self {
         let mut covariance = zeros(frames);
         for (row, values) in covariance.iter_mut().enumerate() {

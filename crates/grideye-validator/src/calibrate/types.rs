@@ -1,5 +1,7 @@
 //! Options, progress, results and errors of a calibration.
 
+use crate::frames::timeline::Apart;
+use crate::names::named;
 use grideye_frame::PIXELS;
 use grideye_scene::SceneError;
 use grideye_scene::profile::Profile;
@@ -14,15 +16,27 @@ pub const FRAMES_MAX: usize = 1_000;
 /// Most starting points.
 pub const STARTS_MAX: usize = 100;
 
+named! {
+    /// A half of the frames by time.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    #[expect(missing_docs, reason = "the names say it")]
+    pub enum Half {
+        First = "first";
+        Second = "second";
+    }
+}
+
 /// How to calibrate; the defaults suit most recordings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// Seed of the starting points.
     pub seed: u64,
-    /// Starting points, 1 to [`STARTS_MAX`]; the first is the scene as written.
+    /// Most starting points, 1 to [`STARTS_MAX`]; the first is the scene as written. Fewer if the first four reach one end.
     pub starts: usize,
     /// Frames to use, [`FRAMES_MIN`] to [`FRAMES_MAX`], chosen evenly; [`FRAMES_DEFAULT`] by default.
     pub frames: Option<usize>,
+    /// Fit to this half of the frames, so that a comparison can judge the scene by the other; `None` fits to all.
+    pub half: Option<Half>,
     /// A profile of the sensor: its pattern is subtracted, its common mode replaces the estimate.
     pub profile: Option<Profile>,
 }
@@ -33,6 +47,7 @@ impl Default for Options {
             seed: 1,
             starts: 8,
             frames: None,
+            half: None,
             profile: None,
         }
     }
@@ -56,6 +71,32 @@ pub struct Estimate {
     pub freedom: f64,
     pub bounds: [f64; 2],
     pub at_bound: bool,
+    /// What was known of it before the recording, if more than its bounds.
+    pub law: Option<Law>,
+    /// How much of the value comes from the recording and not from `law`, 0 to 1; `None` without uncertainty.
+    pub from_recording: Option<f64>,
+}
+
+/// A normal law known before the recording.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "the names say it")]
+pub struct Law {
+    pub mean: f64,
+    pub sd: f64,
+}
+
+/// What the recording determines, beyond laws and bounds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Determined {
+    /// How many combinations of unknowns: each counts by how much of it comes from the recording.
+    pub combinations: f64,
+    /// Unknowns with an effect and not at a bound.
+    pub of: usize,
+    /// How much of the least determined combination comes from the recording, 0 to 1.
+    pub least_from_recording: f64,
+    /// That combination: keys, coefficients, and the unit of each: what was known of the key, as a standard deviation.
+    pub least: Vec<(String, f64, f64)>,
 }
 
 /// The result of a calibration.
@@ -66,10 +107,14 @@ pub struct Calibration {
     pub found: Vec<Estimate>,
     /// Correlation matrix of the estimates, in the order of `found`; 0 for those without uncertainty.
     pub correlation: Vec<Vec<f64>>,
+    /// Which combinations of the unknowns the recording determines.
+    pub determined: Determined,
     /// Reasons to doubt the result, each with a hint.
     pub warnings: Vec<String>,
     /// Frames used.
     pub frames: usize,
+    /// The half of the frames that they were taken from; `None`: all.
+    pub half: Option<Half>,
     /// Frames read from the recording.
     pub frames_read: usize,
     /// Frames left out as torn or duplicate.
@@ -88,7 +133,8 @@ pub struct Calibration {
     pub starts: [usize; 2],
     /// Number of simulations of all frames used.
     pub evaluations: u64,
-    /// The scene file with the values found and a comment at each `[[fit]]`; all other bytes are unchanged.
+    /// The scene file with the values found, a comment at each `[[fit]]` and a `[[calibrated]]` table at its end; all
+    /// other bytes are unchanged.
     pub scene: String,
 }
 
@@ -148,6 +194,8 @@ fn long(number: usize) -> u64 {
 pub enum CalibrateError {
     #[error(transparent)]
     Scene(#[from] SceneError),
+    #[error(transparent)]
+    Apart(#[from] Apart),
     #[error("the {which} bound {value} of `{key}` is not valid in the scene: {source}")]
     Bound {
         key: String,

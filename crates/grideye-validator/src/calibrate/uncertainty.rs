@@ -17,15 +17,38 @@ pub(crate) struct Uncertainty {
     pub(crate) idle: Vec<usize>,
     /// Coordinates that only show as a sum or product with others.
     pub(crate) tangled: Vec<usize>,
-    /// Factor on each variance because frames repeat each other; 1 is none.
+    /// Factor on each variance because frames repeat each other or the scene misses most where it counts; 1 is none.
     pub(crate) widened: Vec<f64>,
+    /// How much of each comes from its prior, 0 to 1 (one less the diagonal of the averaging kernel, Rodgers 2000).
+    pub(crate) from_prior: Vec<f64>,
     pub(crate) used: Freedom,
+    pub(crate) determined: Determined,
 }
+
+/// What the recording tells beyond priors and bounds, from the eigenvalues λ of the normal matrix in units of each law's
+/// standard deviation: λ / (1 + λ) of a combination comes from the recording (Rodgers 2000, *Inverse Methods for
+/// Atmospheric Sounding*, 2.4).
+#[derive(Debug, Clone)]
+pub(crate) struct Determined {
+    /// Coordinates that have an effect and lie at no bound.
+    pub(crate) places: Vec<usize>,
+    /// The sum over all combinations.
+    pub(crate) number: f64,
+    /// How much of the least determined combination comes from the recording.
+    pub(crate) least: f64,
+    /// Its coefficients, by place, in units of `scales`.
+    pub(crate) coefficients: Vec<f64>,
+    /// Standard deviation of each coordinate before the recording.
+    pub(crate) scales: Vec<f64>,
+}
+
+/// Standard deviation of a coordinate of which only the bounds are known.
+pub(crate) const UNIFORM_SD: f64 = 0.288_675;
 
 /// Eigenvalues of the scaled normal matrix below this share of the largest are rounding.
 const EIGENVALUE_MIN: f64 = 1e-10;
-/// An eigenvector's components above this are tangled.
-const PART_MIN: f64 = 0.1;
+/// An eigenvector's components above this are tangled, or named.
+pub(crate) const PART_MIN: f64 = 0.1;
 /// Most frames between two scores that are tested for repetition.
 const LAGS: usize = 10;
 /// The 99.9 % quantile of chi-squared with [`LAGS`] degrees of freedom (Ljung and Box 1978, Biometrika 65:297).
@@ -44,10 +67,16 @@ impl Uncertainty {
             .map(|&place| solution.jacobian[place].as_slice());
         let columns: Vec<&[f64]> = columns.collect();
         let parts = part_normals(&columns);
-        let bread = inverse(&sum(&parts)).unwrap_or_else(|| zeros(columns.len()));
-        let widened = widening(&columns, &bread, &solution.residuals);
+        let mut prior = zeros(columns.len());
+        for (number, &place) in told.iter().enumerate() {
+            prior[number][number] = solution.precisions[place];
+        }
+        let bread = inverse(&sum(&[&parts[0], &parts[1], &parts[2], &prior]));
+        let bread = bread.unwrap_or_else(|| zeros(columns.len()));
         let share = |part| product(&product(&bread, part), &bread);
         let mut shares = parts.each_ref().map(share);
+        let of_prior = share(&prior);
+        let widened = widening(&columns, (&bread, &shares[1]), &solution.residuals);
         for (row, values) in shares[1].iter_mut().enumerate() {
             for (column, value) in values.iter_mut().enumerate() {
                 *value *= (widened[row] * widened[column]).sqrt();
@@ -64,7 +93,7 @@ impl Uncertainty {
         let of_parts = [free.pattern, free.white, together];
         let freedom = (0..columns.len()).map(|place| {
             let variances = shares.each_ref().map(|share| share[place][place]);
-            let sum: f64 = variances.iter().sum();
+            let sum: f64 = variances.iter().sum::<f64>() + of_prior[place][place];
             let parts = variances.iter().zip(of_parts);
             let squares: f64 = parts
                 .map(|(variance, freedom)| variance * variance / freedom)
@@ -77,8 +106,12 @@ impl Uncertainty {
         });
         Self {
             freedom: freedom.collect(),
+            from_prior: (0..columns.len())
+                .map(|place| (bread[place][place] * prior[place][place]).min(1.0))
+                .collect(),
+            determined: Determined::of(solution, &at_bound, &idle),
             told,
-            covariance: sum(&shares),
+            covariance: sum(&[&shares[0], &shares[1], &shares[2], &of_prior]),
             at_bound,
             idle,
             tangled,
@@ -90,13 +123,16 @@ impl Uncertainty {
 
 /// Coordinates with an uncertainty, at a bound, without effect, and tangled.
 fn sorted(solution: &Solution) -> [Vec<usize>; 4] {
-    let (normal, _) = normal_equations(&solution.jacobian, &solution.residuals);
+    let (mut normal, _) = normal_equations(&solution.jacobian, &solution.residuals);
     let sizes = (0..normal.len()).map(|place| normal[place][place]);
     let least = EIGENVALUE_MIN * sizes.fold(f64::MIN_POSITIVE, f64::max);
     let is_at_bound = |&place: &usize| solution.point[place] <= 0.0 || solution.point[place] >= 1.0;
     let (at_bound, inside): (Vec<usize>, Vec<usize>) = (0..normal.len()).partition(is_at_bound);
     let is_idle = |&place: &usize| normal[place][place] <= least;
     let (idle, active): (Vec<usize>, Vec<usize>) = inside.into_iter().partition(is_idle);
+    for (place, precision) in solution.precisions.iter().enumerate() {
+        normal[place][place] += precision;
+    }
     let tangled = tangled(&normal, &active);
     let told = active.into_iter().filter(|place| !tangled.contains(place));
     [told.collect(), at_bound, idle, tangled]
@@ -114,7 +150,40 @@ fn part_normals(columns: &[&[f64]]) -> [Matrix; 3] {
     })
 }
 
-fn sum(parts: &[Matrix; 3]) -> Matrix {
+impl Determined {
+    fn of(solution: &Solution, at_bound: &[usize], idle: &[usize]) -> Self {
+        let (normal, _) = normal_equations(&solution.jacobian, &solution.residuals);
+        let is_active = |place: &usize| !at_bound.contains(place) && !idle.contains(place);
+        let places: Vec<usize> = (0..normal.len()).filter(is_active).collect();
+        let scale = |place: &usize| match solution.precisions[*place] {
+            0.0 => UNIFORM_SD,
+            precision => 1.0 / precision.sqrt(),
+        };
+        let scales: Vec<f64> = places.iter().map(scale).collect();
+        let rows = places.iter().zip(&scales).map(|(&row, of_row)| {
+            let entries = places.iter().zip(&scales);
+            entries
+                .map(|(&column, of_column)| of_row * normal[row][column] * of_column)
+                .collect()
+        });
+        let pairs = eigen(&rows.collect());
+        let share = |value: f64| value.max(0.0) / (1.0 + value.max(0.0));
+        let number = pairs.iter().map(|(value, _)| share(*value)).sum();
+        let least = pairs
+            .into_iter()
+            .min_by(|(one, _), (other, _)| one.total_cmp(other));
+        let (value, coefficients) = least.unwrap_or_default();
+        Self {
+            places,
+            number,
+            least: share(value),
+            coefficients,
+            scales,
+        }
+    }
+}
+
+fn sum(parts: &[&Matrix]) -> Matrix {
     let mut sum = zeros(parts[0].len());
     for (row, values) in sum.iter_mut().enumerate() {
         for (column, value) in values.iter_mut().enumerate() {
@@ -158,8 +227,13 @@ fn tangled(normal: &Matrix, active: &[usize]) -> Vec<usize> {
     tangled
 }
 
-/// Factor on each variance from scores that repeat between neighboring frames; 1 unless beyond chance.
-fn widening(columns: &[&[f64]], bread: &Matrix, residuals: &[f64]) -> Vec<f64> {
+/// Factor on each variance: from scores that repeat between neighboring frames, unless by chance, and from scores larger
+/// than noise makes them, as where a body moves that the scene has not quite right (White 1980, Econometrica 48:817).
+fn widening(
+    columns: &[&[f64]],
+    (bread, variances): (&Matrix, &Matrix),
+    residuals: &[f64],
+) -> Vec<f64> {
     let [_, left_over, _] = Parts::split(residuals);
     let scores = |column: &&[f64]| -> Vec<f64> {
         let [_, white, _] = Parts::split(column);
@@ -177,7 +251,12 @@ fn widening(columns: &[&[f64]], bread: &Matrix, residuals: &[f64]) -> Vec<f64> {
         };
         (0..frames).map(pull).collect()
     };
-    bread.iter().map(|row| repetition(&pulls(row))).collect()
+    let factor = |(number, row): (usize, &Vec<f64>)| {
+        let pulls = pulls(row);
+        let larger = dot(&pulls, &pulls) / variances[number][number];
+        repetition(&pulls) * if larger > 1.0 { larger } else { 1.0 }
+    };
+    bread.iter().enumerate().map(factor).collect()
 }
 
 /// Variance of a sum of these numbers over that of independent ones; 1 if no repetition is beyond chance.

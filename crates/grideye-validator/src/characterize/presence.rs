@@ -43,6 +43,21 @@ pub struct Spot {
     pub column: usize,
 }
 
+/// The place warmest above the room's slope, if a unit's pattern hardly makes one as warm.
+pub(crate) fn stays_warm(mean_c: &Pixels) -> Option<Spot> {
+    let thresholds = Thresholds::default();
+    // Against a room of one temperature, which claims nothing warm.
+    let level = middle_mean(mean_c);
+    let warmth = WarmLimits::new(level, thresholds.unclaimed_min_c);
+    RoomDifference::new(mean_c, &[level; PIXELS], COLUMNS, warmth)
+        .beyond_pattern(thresholds.pattern_spread_c)
+        .map(|block| Spot {
+            celsius: block.celsius,
+            row: block.row,
+            column: block.column,
+        })
+}
+
 #[derive(Debug)]
 pub(crate) struct PresenceFinder {
     squares: Vec<Histogram>,
@@ -80,25 +95,13 @@ impl PresenceFinder {
     }
 
     pub(crate) fn finish(&self, sigma_c: &Pixels) -> Presence {
-        let thresholds = Thresholds::default();
-        if let Some(spot) = self.moved(sigma_c, thresholds.unclaimed_min_c) {
+        if let Some(spot) = self.moved(sigma_c, Thresholds::default().unclaimed_min_c) {
             return Presence::Somebody(spot);
         }
         let Some(mean_c) = self.mean_c().filter(|_| self.means >= MEANS_MIN) else {
             return Presence::TooShort;
         };
-        // Against a room of one temperature, which claims nothing warm.
-        let level = middle_mean(&mean_c);
-        let warmth = WarmLimits::new(level, thresholds.unclaimed_min_c);
-        RoomDifference::new(&mean_c, &[level; PIXELS], COLUMNS, warmth)
-            .beyond_pattern(thresholds.pattern_spread_c)
-            .map_or(Presence::Nobody, |block| {
-                Presence::Still(Spot {
-                    celsius: block.celsius,
-                    row: block.row,
-                    column: block.column,
-                })
-            })
+        stays_warm(&mean_c).map_or(Presence::Nobody, Presence::Still)
     }
 
     /// The place that changed most beyond noise and drift.

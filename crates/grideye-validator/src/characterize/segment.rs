@@ -175,7 +175,7 @@ impl PatternFinder {
 const SURFACES: usize = 6;
 
 /// The nearest surface of 1, x, y, xy, x² and y², orthogonal on a full grid once the squares lose their mean.
-fn smooth(levels: &Pixels) -> Pixels {
+pub(crate) fn smooth(levels: &Pixels) -> Pixels {
     let axis = |place: usize, of: usize| count(place) - (count(of) - 1.0) / 2.0;
     let at = |pixel: usize| (axis(pixel % COLUMNS, COLUMNS), axis(pixel / COLUMNS, ROWS));
     let mean_square = |of: usize| (count(of) * count(of) - 1.0) / 12.0;

@@ -3,9 +3,12 @@
 pub(crate) mod cleaning;
 pub(crate) mod drift;
 pub(crate) mod faults;
+pub(crate) mod fitted;
 mod thinning;
+pub(crate) mod timeline;
 pub(crate) mod types;
 
 pub use cleaning::{LeftOut, LeftOutCount};
 pub use thinning::{RECORDS_MAX, RUN_RECORDS, Thinned, Thinning};
+pub use timeline::{Apart, Joined, Timeline};
 pub use types::{Protocol, RealFrame, Shape, SimulatedFrame, sensor_step_c};

@@ -62,7 +62,7 @@ impl RoomDifference {
 
 /// The warmest of 49 blocks exceeds this many standard deviations of a pixel in less than one pattern of 1,000
 /// (Gumbel).
-const PATTERN_BLOCK_MAX: f64 = 2.2;
+pub(crate) const PATTERN_BLOCK_MAX: f64 = 2.2;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct WarmBlock {

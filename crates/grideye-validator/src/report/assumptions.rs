@@ -76,7 +76,9 @@ fn units(comparison: &Comparison) -> String {
 fn background(comparison: &Comparison) -> String {
     let ambient = fixed(comparison.settings.ambient_c, 2);
     let known = match comparison.pattern_from {
-        RoomSource::Profile => "the profile's pattern was added to the scene",
+        RoomSource::Profile => {
+            "the profile's pattern, and its background if it has one, were added to the scene"
+        }
         RoomSource::Recording => {
             "the empty room from the recording was added to the scene where nothing warm is"
         }

@@ -5,14 +5,16 @@ use crate::align::clock::Clock;
 use crate::align::{
     AlignOptions, Alignment, OffsetFound, Orientation, SAMPLE_MAX, SPAN_MAX, TimeAlignment,
 };
-use crate::background::fit::BackgroundFit;
 use crate::compare::scoring::compare_with_prior;
 use crate::compare::{Comparison, Settings};
 use crate::error::{Side, ValidatorError, check_setting};
 use crate::frames::cleaning::{self, Counts, Read};
 use crate::frames::drift::Drift;
+use crate::frames::fitted::{FittedShare, fitted};
+use crate::frames::timeline::Timeline;
 use crate::frames::types::Pixels;
 use crate::frames::{LeftOut, Protocol, RealFrame, Shape, sensor_step_c};
+use crate::metrics::foreground::RoomSource;
 use crate::numbers::{count, evenly, mean_frame};
 use crate::scene_comparison::notes;
 use crate::scene_comparison::rendering::{Renderer, shows_people};
@@ -25,6 +27,7 @@ use crate::verdict::types::Prior;
 use grideye_frame::{COLUMNS, ROWS, TICK};
 use grideye_recording::Record;
 use grideye_scene::{Scene, Simulator};
+use std::ops::RangeInclusive;
 use std::time::Duration;
 
 /// Compares one stream with what a scene's sensor would see: cleaned, drift removed, aligned within [`Options::align`].
@@ -46,25 +49,24 @@ pub fn compare_scene(
         Protocol::Dynamic
     });
     let (read, mut counts) = cleaning::clean(records, protocol == Protocol::Dynamic);
-    let timed = timed(read, protocol, options)?;
-    let mut aligned = aligned(timed, scene, sensor, protocol, options)?;
-    within_scene(&mut aligned, scene, protocol, options, &mut counts)?;
+    let timeline = Timeline::new(records, scene, options.start)?;
+    let fitted = fitted(records, scene);
+    let timed = timed(read, protocol, (&timeline, &fitted), &mut counts)?;
+    let mut aligned = aligned((timed, timeline), scene, sensor, protocol, options)?;
+    within_scene(&mut aligned, scene, protocol, &mut counts)?;
     aligned.found.left_out = counts.list();
-    let mut notes = notes::alignment(&aligned.found, records.len(), options);
+    let mut notes = notes::alignment(&aligned.found, records.len(), &timeline);
     let lag_frames = lag(&aligned.frames, protocol, options.lag_frames)?;
-    let real = chosen(
-        &aligned.frames,
-        lag_frames,
-        number(protocol, options.frames)?,
-        &mut notes,
-    );
     let noise_seed = options.seed.wrapping_add(INDEPENDENCE);
     let mut renderer = Renderer::new(scene, &simulator, sensor, options)?;
-    let (room, background) = renderer.learned_room(records, &aligned, protocol, options);
-    let pattern = match (options.unit, &room) {
-        (Some(unit), _) => Some(unit.pattern()),
-        (None, room) => room.as_ref().and_then(|room| renderer.learn(room, options)),
-    };
+    let (room, background) = renderer.learned_room(records, &aligned, protocol);
+    let fitted = leave_out_fitted(&mut aligned.frames);
+    let number = number(protocol, options.frames)?;
+    let real = chosen(&aligned.frames, lag_frames, number, &mut notes);
+    let (pattern, room) = renderer.known(room, background.as_ref(), &timeline, options);
+    notes.push(notes::background(&pattern, room.as_ref(), options));
+    let is_replaced = pattern.from == RoomSource::Recording;
+    let warning = background.as_ref().and_then(|fit| fit.warning(is_replaced));
     let (simulated, nobody) = renderer.simulated(&real, &aligned, noise_seed);
     notes.push(protocol_note(protocol, scene));
     notes.push(format!(
@@ -76,8 +78,8 @@ pub fn compare_scene(
         shows_people: shows_people(&simulated, &nobody),
         has_people: !scene.agents().is_empty(),
         nobody,
-        pattern: pattern.unwrap_or_default(),
-        ..prior(records, &simulator, room, &aligned.found, options)
+        fitted: (!scene.calibrated().is_empty()).then_some(fitted),
+        ..prior(records, &simulator, room, pattern, &aligned.found, options)
     };
     let comparison = compare_with_prior(shape, &real, &simulated, &settings, &prior)?;
     if std::env::var_os("GRIDEYE_DECISION").is_some() {
@@ -104,7 +106,6 @@ pub fn compare_scene(
     });
     let lies = aligned.found.orientation.as_ref();
     notes.extend(lies.and_then(|found| notes::orientation(found, is_turned)));
-    let warning = background.as_ref().and_then(BackgroundFit::warning);
     Ok(Comparison {
         warnings: Vec::from_iter(warning),
         background,
@@ -136,11 +137,9 @@ fn shape_of(simulator: &Simulator) -> Result<Shape, ValidatorError> {
 fn timed(
     read: Vec<Read>,
     protocol: Protocol,
-    options: &Options,
+    (timeline, fitted): (&Timeline, &[RangeInclusive<u64>]),
+    counts: &mut Counts,
 ) -> Result<Vec<TimedFrame>, ValidatorError> {
-    let Some(first_ns) = read.first().map(|frame| frame.boot_ns) else {
-        return Err(ValidatorError::NoFrames { side: Side::Real });
-    };
     let backwards = read
         .windows(2)
         .find(|pair| pair[1].boot_ns < pair[0].boot_ns);
@@ -150,17 +149,35 @@ fn timed(
             by: Duration::from_nanos(pair[0].boot_ns - pair[1].boot_ns),
         });
     }
-    let timed = |frame: Read| TimedFrame {
-        seq: frame.seq,
-        time: Duration::from_nanos(frame.boot_ns.saturating_sub(first_ns))
-            .saturating_add(options.start),
-        celsius: frame.celsius,
-    };
-    Ok(read.into_iter().map(timed).collect())
+    let mut timed = Vec::with_capacity(read.len());
+    for Read {
+        seq,
+        boot_ns,
+        celsius,
+    } in read
+    {
+        let time = match (timeline.time(boot_ns), protocol) {
+            (None, Protocol::Dynamic) => {
+                counts.add(LeftOut::OutsideScene, seq);
+                continue;
+            }
+            (time, _) => time.unwrap_or_else(|| timeline.start()),
+        };
+        timed.push(TimedFrame {
+            seq,
+            time,
+            celsius,
+            is_fitted: fitted.iter().any(|range| range.contains(&boot_ns)),
+        });
+    }
+    if timed.is_empty() {
+        return Err(ValidatorError::NoFrames { side: Side::Real });
+    }
+    Ok(timed)
 }
 
 fn aligned(
-    frames: Vec<TimedFrame>,
+    (frames, timeline): (Vec<TimedFrame>, Timeline),
     scene: &Scene,
     sensor: &str,
     protocol: Protocol,
@@ -170,9 +187,9 @@ fn aligned(
     let simulator = Simulator::without_grid(scene, sensor)?;
     let moves = protocol == Protocol::Dynamic && !scene.is_static();
     let mut aligned = if moves {
-        moving(frames, &simulator, scene, &options.align)
+        moving((frames, timeline), &simulator, scene, &options.align)
     } else {
-        still(frames, &simulator, &options.align)
+        still((frames, timeline), &simulator, &options.align)
     };
     let drift = drift(&aligned, &simulator);
     aligned.found.drift_c = drift.range_c();
@@ -188,7 +205,7 @@ fn aligned(
 }
 
 fn moving(
-    frames: Vec<TimedFrame>,
+    (frames, timeline): (Vec<TimedFrame>, Timeline),
     simulator: &Simulator,
     scene: &Scene,
     options: &AlignOptions,
@@ -219,12 +236,17 @@ fn moving(
     });
     AlignedFrames {
         frames,
+        timeline,
         clock,
         found,
     }
 }
 
-fn still(frames: Vec<TimedFrame>, simulator: &Simulator, options: &AlignOptions) -> AlignedFrames {
+fn still(
+    (frames, timeline): (Vec<TimedFrame>, Timeline),
+    simulator: &Simulator,
+    options: &AlignOptions,
+) -> AlignedFrames {
     let (_, sample) = sample(&frames, Duration::MAX);
     let mean = pixels(&mean_frame(&sample));
     let time = frames.first().map(|frame| frame.time).unwrap_or_default();
@@ -236,6 +258,7 @@ fn still(frames: Vec<TimedFrame>, simulator: &Simulator, options: &AlignOptions)
     turned(&mut found, options);
     AlignedFrames {
         frames,
+        timeline,
         clock: Clock::own(),
         found,
     }
@@ -285,7 +308,6 @@ fn within_scene(
     aligned: &mut AlignedFrames,
     scene: &Scene,
     protocol: Protocol,
-    options: &Options,
     counts: &mut Counts,
 ) -> Result<(), ValidatorError> {
     if protocol == Protocol::Static || scene.is_static() {
@@ -303,11 +325,23 @@ fn within_scene(
     });
     if aligned.frames.is_empty() {
         return Err(ValidatorError::NoOverlap {
-            starts: options.start,
+            starts: aligned.timeline.start(),
             ends: end,
         });
     }
     Ok(())
+}
+
+/// Keeps the frames to judge the scene by; all of them if too few are others than those it was fitted to.
+fn leave_out_fitted(frames: &mut Vec<TimedFrame>) -> FittedShare {
+    let share = FittedShare {
+        fitted: frames.iter().filter(|frame| frame.is_fitted).count(),
+        of: frames.len(),
+    };
+    if share.leaves_enough() {
+        frames.retain(|frame| !frame.is_fitted);
+    }
+    share
 }
 
 fn protocol_note(protocol: Protocol, scene: &Scene) -> String {

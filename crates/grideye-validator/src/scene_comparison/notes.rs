@@ -1,13 +1,16 @@
-//! Sentences about the alignment, for the report.
+//! Sentences about alignment and background, for the report.
 
 use crate::align::{
     Alignment, OFFSET_MAX_PX, OffsetFound, Orientation, OrientationFound, TimeAlignment, TimeFound,
 };
+use crate::frames::timeline::{Joined, Timeline};
+use crate::metrics::foreground::RoomSource;
 use crate::report::text::with_error;
-use crate::scene_comparison::types::Options;
+use crate::scene_comparison::types::{LearnedRoom, Options};
+use crate::verdict::types::KnownPattern;
 use grideye_draw::text::fixed;
 
-pub(crate) fn alignment(found: &Alignment, rows: usize, options: &Options) -> Vec<String> {
+pub(crate) fn alignment(found: &Alignment, rows: usize, timeline: &Timeline) -> Vec<String> {
     let left_out = found.left_out.iter().map(|left| {
         let (left_out, reason, first) = (left.rows, left.reason, left.first_seq);
         format!("Left out {left_out} of {rows} rows ({reason}); the first is {first}.")
@@ -19,16 +22,55 @@ pub(crate) fn alignment(found: &Alignment, rows: usize, options: &Options) -> Ve
             "A slow drift of {drift} °C common to all pixels was removed."
         ));
     }
-    let start = fixed(options.start.as_secs_f64(), 1);
-    notes.push(format!(
-        "The recording's first frame is taken as second {start} of the scene."
-    ));
+    notes.push(begins(timeline));
     match &found.time {
         Some(time) => notes.extend(self::time(time)),
         None => notes.push("Time was not aligned.".to_owned()),
     }
     notes.extend(found.offset.as_ref().and_then(offset));
     notes
+}
+
+/// Which background the comparison took.
+pub(crate) fn background(
+    pattern: &KnownPattern,
+    learned: Option<&LearnedRoom>,
+    options: &Options,
+) -> String {
+    let is_measured = options.unit.is_some_and(|unit| unit.has_background);
+    let unknown = fixed(options.thresholds.pattern_spread_c, 2);
+    match (pattern.from, learned) {
+        (RoomSource::Recording, Some(room)) => {
+            let frames = room.frames;
+            format!("Background: from {frames} empty frames of this recording.")
+        }
+        (RoomSource::Profile, _) if is_measured => {
+            "Background: from the profile, measured in an empty room.".to_owned()
+        }
+        (RoomSource::Profile, _) => format!(
+            "Background: unknown, σ {unknown} °C per pixel. The profile has the unit's pattern only."
+        ),
+        _ => format!("Background: unknown, σ {unknown} °C per pixel, as are unit and room."),
+    }
+}
+
+fn begins(timeline: &Timeline) -> String {
+    let start_s = timeline.start_s();
+    let start = fixed(start_s, 1);
+    let taken = format!("The recording's first frame is taken as second {start} of the scene");
+    match timeline.joined() {
+        Joined::Given => format!("{taken}."),
+        Joined::ClockNeverSet => format!(
+            "{taken}, because the device's clock was never set: the trajectory's UTC was not used."
+        ),
+        Joined::Utc => {
+            let (by, side) = (
+                fixed(start_s.abs(), 3),
+                if start_s < 0.0 { "before" } else { "after" },
+            );
+            format!("By UTC, the recording begins {by} s {side} the scene's start.")
+        }
+    }
 }
 
 fn time(time: &TimeFound) -> Vec<String> {

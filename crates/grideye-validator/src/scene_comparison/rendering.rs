@@ -6,6 +6,7 @@ use crate::align::{OFFSET_MAX_PX, SAMPLE_MAX};
 use crate::background::fit::BackgroundFit;
 use crate::background::{Empty, Stretch, background};
 use crate::error::ValidatorError;
+use crate::frames::timeline::Timeline;
 use crate::frames::{Protocol, RealFrame, SimulatedFrame};
 use crate::metrics::foreground::RoomSource;
 use crate::metrics::gain::WarmLimits;
@@ -14,6 +15,7 @@ use crate::numbers::{count, evenly, mean_frame, median};
 use crate::scene_comparison::types::{
     AlignedFrames, LearnedRoom, Options, TimedFrame, pixels, seconds,
 };
+use crate::thresholds::Thresholds;
 use crate::verdict::types::KnownPattern;
 use grideye_frame::{COLUMNS, PIXELS};
 use grideye_recording::Record;
@@ -25,6 +27,8 @@ pub(crate) struct Renderer<'a> {
     empty: Simulator,
     /// The unit's pattern, added to the scene.
     pattern_c: Option<[f64; PIXELS]>,
+    /// Whether the profile has the background of its room.
+    has_background: bool,
 }
 
 impl<'a> Renderer<'a> {
@@ -38,6 +42,7 @@ impl<'a> Renderer<'a> {
             simulator,
             empty: Simulator::new(&scene.without_agents(), sensor)?,
             pattern_c: options.unit.map(|unit| unit.pattern_c),
+            has_background: options.unit.is_some_and(|unit| unit.has_background),
         })
     }
 
@@ -57,27 +62,27 @@ impl<'a> Renderer<'a> {
             .unzip()
     }
 
-    /// The empty room that the recording shows while the scene is empty too; with a profile, how well the profile
-    /// explains it.
+    /// The empty room that the recording shows while the scene is empty too; with a profile that has a background, how
+    /// well the profile explains it.
     pub(crate) fn learned_room(
         &self,
         records: &[Record],
         aligned: &AlignedFrames,
         protocol: Protocol,
-        options: &Options,
     ) -> (Option<LearnedRoom>, Option<BackgroundFit>) {
-        let (frames, stretches) = self.empty_frames(records, aligned, protocol, options);
+        let (frames, stretches) = self.empty_frames(records, aligned, protocol);
         if frames.len() < EMPTY_FRAMES_MIN {
             return (None, None);
         }
-        if self.pattern_c.is_none() {
-            return (Some(LearnedRoom::of(&frames)), None);
+        let room = Some(LearnedRoom::of(&frames));
+        if !self.has_background {
+            return (room, None);
         }
         let (first, second) = frames.split_at(frames.len() / 2);
-        let expected = self.shown(&self.empty.image(options.start).celsius, aligned);
+        let expected = self.shown(&self.empty.image(aligned.timeline.start()).celsius, aligned);
         let [first, second] = [first, second].map(LearnedRoom::of);
         (
-            None,
+            room,
             Some(BackgroundFit::new(
                 [&first.celsius, &second.celsius],
                 &expected,
@@ -92,7 +97,6 @@ impl<'a> Renderer<'a> {
         records: &[Record],
         aligned: &'b AlignedFrames,
         protocol: Protocol,
-        options: &Options,
     ) -> (Vec<&'b TimedFrame>, Vec<Stretch>) {
         if protocol == Protocol::Static {
             return Default::default();
@@ -101,7 +105,7 @@ impl<'a> Renderer<'a> {
             .map(|found| found.stretches)
             .unwrap_or_default();
         let is_empty = |frame: &&TimedFrame| {
-            let since = frame.time.saturating_sub(options.start);
+            let since = aligned.timeline.since_first(frame.time);
             stretches.iter().any(|stretch| stretch.holds(since))
                 && self.is_empty(seconds(aligned.clock.scene_s(frame.time.as_secs_f64())))
         };
@@ -113,14 +117,35 @@ impl<'a> Renderer<'a> {
         (frames, stretches)
     }
 
+    /// The profile's background unless the recording contradicts it, else what the recording shows of the empty room,
+    /// else the unit's pattern alone. The learned room is returned if the profile's is not used.
+    pub(crate) fn known(
+        &mut self,
+        learned: Option<LearnedRoom>,
+        fit: Option<&BackgroundFit>,
+        timeline: &Timeline,
+        options: &Options,
+    ) -> (KnownPattern, Option<LearnedRoom>) {
+        let is_trusted = self.has_background && !fit.is_some_and(BackgroundFit::is_worse);
+        let learned = learned.filter(|_| !is_trusted);
+        let own = learned
+            .as_ref()
+            .and_then(|room| self.learn(room, timeline, &options.thresholds));
+        match (own, options.unit) {
+            (Some(own), _) => (own, learned),
+            (None, Some(unit)) => (unit.pattern(&options.thresholds), None),
+            (None, None) => (KnownPattern::default(), learned),
+        }
+    }
+
     /// Takes learned less simulated room as the pattern where nothing warm is claimed; `None` if more is warm.
-    pub(crate) fn learn(
+    fn learn(
         &mut self,
         learned: &LearnedRoom,
-        options: &Options,
+        timeline: &Timeline,
+        thresholds: &Thresholds,
     ) -> Option<KnownPattern> {
-        let thresholds = &options.thresholds;
-        let nobody = self.empty.image(options.start).celsius;
+        let nobody = self.empty.image(timeline.start()).celsius;
         let warmth = WarmLimits::new(self.simulator.ambient_c(), thresholds.unclaimed_min_c);
         let map = RoomDifference::new(&learned.celsius, &nobody, COLUMNS, warmth);
         if map.beyond_pattern(thresholds.pattern_spread_c).is_some() {

@@ -2,6 +2,7 @@
 
 use crate::align::clock::Clock;
 use crate::align::{AlignOptions, Alignment};
+use crate::frames::timeline::Timeline;
 use crate::frames::types::Pixels;
 use crate::frames::{Protocol, sensor_step_c};
 use crate::metrics::Binning;
@@ -35,7 +36,8 @@ pub struct Options {
     /// Frames between a frame and its repeat, 1 to [`LAG_FRAMES_MAX`]; by default 3 (static) or the nearest to 0.1 s
     /// (dynamic).
     pub lag_frames: Option<usize>,
-    pub start: Duration,
+    /// The scene's time at the recording's first frame; by default their common UTC, or the scene's start.
+    pub start: Option<Duration>,
     pub shuffles: usize,
     /// Bins of the second set of entropies; by default the sensor's steps.
     pub binning: Option<Binning>,
@@ -54,7 +56,7 @@ impl Default for Options {
             protocol: None,
             frames: None,
             lag_frames: None,
-            start: Duration::ZERO,
+            start: None,
             shuffles: 200,
             binning: None,
             threads: 1,
@@ -69,10 +71,13 @@ pub(crate) struct TimedFrame {
     pub(crate) seq: u64,
     pub(crate) time: Duration,
     pub(crate) celsius: Pixels,
+    /// Whether the scene was fitted to it.
+    pub(crate) is_fitted: bool,
 }
 
 pub(crate) struct AlignedFrames {
     pub(crate) frames: Vec<TimedFrame>,
+    pub(crate) timeline: Timeline,
     pub(crate) clock: Clock,
     pub(crate) found: Alignment,
 }
@@ -88,8 +93,10 @@ pub(crate) fn pixels(celsius: &[f64]) -> Pixels {
 /// What is known of a unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KnownUnit {
-    /// Excess of each pixel, °C.
+    /// Excess of each pixel, °C: the unit's pattern, plus the background if `has_background`.
     pub pattern_c: [f64; PIXELS],
+    /// Whether the room's background is known too.
+    pub has_background: bool,
     /// Standard deviation of the common mode between recordings, °C.
     pub wander_c: f64,
     /// Unknown but not random part of the level: power-on error plus depth of the five-frame cycle, °C.
@@ -106,18 +113,24 @@ impl KnownUnit {
         // Standard deviation of the mean of 64 draws, for a pattern that is not drawn yet.
         let drawn_c = profile.fixed_pattern.spread_c / 8.0;
         Self {
-            pattern_c: profile.fixed_pattern.offset_c,
+            pattern_c: profile.in_its_room_c(),
+            has_background: profile.background_c.is_some(),
             wander_c: common.sd_c.hypot(drawn_c),
             bias_c: common.cycle_depth_c + profile.warm_up.start_c.abs(),
             spread_c: profile.fixed_pattern.spread_c,
         }
     }
 
-    pub(crate) fn pattern(&self) -> KnownPattern {
+    pub(crate) fn pattern(&self, thresholds: &Thresholds) -> KnownPattern {
+        let left_c = if self.has_background {
+            self.spread_c
+        } else {
+            self.spread_c.hypot(thresholds.pattern_spread_c)
+        };
         KnownPattern {
             from: RoomSource::Profile,
             added_c: self.pattern_c.to_vec(),
-            left_c: Some(vec![self.spread_c; PIXELS]),
+            left_c: Some(vec![left_c; PIXELS]),
         }
     }
 
@@ -139,6 +152,7 @@ pub(crate) fn prior(
     records: &[Record],
     simulator: &Simulator,
     learned: Option<LearnedRoom>,
+    pattern: KnownPattern,
     found: &Alignment,
     options: &Options,
 ) -> Prior {
@@ -148,10 +162,9 @@ pub(crate) fn prior(
         let rate_hz = simulator.sensor().sampling_hz;
         sensor.extend(inspection.criteria(thresholds, rate_hz, simulator.ambient_c()));
     }
-    let from = match (options.unit, &learned) {
-        (Some(_), _) => RoomSource::Profile,
-        (None, Some(_)) => RoomSource::Recording,
-        (None, None) => RoomSource::Scene,
+    let from = match &learned {
+        Some(_) => RoomSource::Recording,
+        None => pattern.from,
     };
     Prior {
         recorded_frames: records
@@ -167,6 +180,7 @@ pub(crate) fn prior(
             frames: learned.as_ref().map_or(0, |learned| learned.frames),
             celsius: learned.map(|learned| learned.celsius),
         },
+        pattern,
         level_c: options.unit.map(|unit| unit.level_c(thresholds)),
         sensor,
         ..Prior::default()

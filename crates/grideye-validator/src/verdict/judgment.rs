@@ -1,5 +1,6 @@
 //! From the evidence to the verdict, its headline and its reasons.
 
+use crate::frames::fitted::FittedShare;
 use crate::metrics::score::Measure;
 use crate::thresholds::{Thresholds, too_few};
 use crate::verdict::image_criteria::{level, orientation, unclaimed};
@@ -43,7 +44,11 @@ fn headline(verdict: Verdict, first: Option<&Weighed>, evidence: &Evidence<'_>) 
     letters[..1].make_ascii_uppercase();
     let found = first.map_or_else(String::new, |first| lower(&first.criterion.sentence) + " ");
     let compared = evidence.real_frames;
-    let all = frames(evidence.prior.recorded_frames.max(compared));
+    let apart = evidence.prior.fitted.filter(|share| share.is_apart());
+    let all = match apart {
+        None => frames(evidence.prior.recorded_frames.max(compared)),
+        Some(share) => format!("{} that the scene was not fitted to", frames(share.rest())),
+    };
     format!("{letters}: {found}Compared {compared} of {all}.")
 }
 
@@ -132,6 +137,7 @@ fn weighed(
     open: Option<&Insufficiency>,
 ) -> Vec<Weighed> {
     let mut all = vec![sufficiency(evidence, open)];
+    all.extend(evidence.prior.fitted.map(judged_apart));
     if open.is_none() {
         all.extend(scores(evidence, thresholds));
     }
@@ -151,6 +157,33 @@ fn weighed(
         is_weak: false,
     }));
     all
+}
+
+fn judged_apart(share: FittedShare) -> Weighed {
+    let asked = Question {
+        name: "judged_apart",
+        title: "Judged by other frames than it was fitted to",
+        keys: &[],
+    };
+    let FittedShare { fitted, of } = share;
+    if fitted == 0 {
+        let found = "The scene was calibrated on another recording.";
+        return asked.weighed(State::Met, found, Next::default());
+    }
+    let all = frames(of);
+    if share.is_apart() {
+        let rest = share.rest();
+        let found =
+            format!("The scene was fitted to {fitted} of {all} and judged by the other {rest}.");
+        return asked.weighed(State::Met, found, Next::default());
+    }
+    let found =
+        format!("The scene was fitted to {fitted} of these {all}, so they cannot confirm it.");
+    let remedy = (
+        "Compare with another recording of the scene, or fit to one half of this one (grideye calibrate --half first) and compare again: the other half is then judged.",
+        "frames that the scene was not fitted to (another recording, or grideye calibrate --half first)",
+    );
+    asked.weighed(State::Open, found, remedy)
 }
 
 struct Insufficiency {

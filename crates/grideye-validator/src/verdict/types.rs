@@ -4,6 +4,7 @@ use crate::align::Orientation;
 use crate::expected::ScoreDistribution;
 use crate::expected::claim::Statistics;
 use crate::expected::units::Expected;
+use crate::frames::fitted::FittedShare;
 use crate::metrics::foreground::{EmptyRoom, RoomSource};
 use crate::metrics::score::Scores;
 use crate::names::named;
@@ -90,6 +91,8 @@ pub(crate) struct Prior {
     /// The largest common offset that this unit's profile allows, °C.
     pub(crate) level_c: Option<f64>,
     pub(crate) sensor: Vec<Criterion>,
+    /// The share of the recording that the scene was fitted to, if it was calibrated.
+    pub(crate) fitted: Option<FittedShare>,
 }
 
 /// The known part of a unit's fixed pattern; by default none.

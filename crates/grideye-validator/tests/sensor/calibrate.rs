@@ -44,13 +44,13 @@ noise_sigma_c = 0.2
 const WALK: &str = "x_mm,y_mm,z_mm\n1000,1500,0\n2800,2600,0\n1200,3400,0\n";
 
 /// A typical unit: noise, a pattern that differs between seeds, a common mode with its cycle.
-const UNIT: &str = "[noise]\nsigma_c = 0.25\n[common_mode]\nsd_c = 0.08\ncorrelation_s = 1.5\ncycle_depth_c = 0.08\n\
+pub(crate) const UNIT: &str = "[noise]\nsigma_c = 0.25\n[common_mode]\nsd_c = 0.08\ncorrelation_s = 1.5\ncycle_depth_c = 0.08\n\
     [fixed_pattern]\nspread_c = 0.2\n";
 
-type Unknown = (&'static str, f64, f64, f64);
+pub(crate) type Unknown = (&'static str, f64, f64, f64);
 
 /// Key, lower bound, upper bound, truth.
-const EIGHT: [Unknown; 8] = [
+pub(crate) const EIGHT: [Unknown; 8] = [
     ("room.ambient_c", 15.0, 25.0, 20.0),
     ("agent.person.temperature_c", 22.0, 36.0, 29.0),
     ("object.radiator.temperature_c", 25.0, 60.0, 40.0),
@@ -61,12 +61,12 @@ const EIGHT: [Unknown; 8] = [
     ("recording.start_s", -1.0, 1.0, 0.3),
 ];
 
-fn files() -> BTreeMap<String, String> {
+pub(crate) fn files() -> BTreeMap<String, String> {
     BTreeMap::from([("walk.csv".to_owned(), WALK.to_owned())])
 }
 
 /// The scene with these unknowns, each a third of the way between its bounds.
-fn unknown(fits: &[Unknown]) -> String {
+pub(crate) fn unknown(fits: &[Unknown]) -> String {
     let mut text = SCENE.to_owned();
     for (key, low, high, _) in fits {
         text.push_str(&format!(
@@ -82,7 +82,13 @@ fn unknown(fits: &[Unknown]) -> String {
 }
 
 /// What a unit sees of the true scene, rounded like the chip; the recording starts at `start_s` of the scene.
-fn record(unit: &str, seed: u64, frames: u32, interval_ms: u32, start_s: f64) -> Vec<Record> {
+pub(crate) fn record(
+    unit: &str,
+    seed: u64,
+    frames: u32,
+    interval_ms: u32,
+    start_s: f64,
+) -> Vec<Record> {
     let scene = Scene::parse(SCENE, "truth.toml", &files()).unwrap().scene;
     let simulator = Simulator::without_grid(&scene, "ceiling").unwrap();
     let profile = Profile::parse(unit, "unit.toml").unwrap();
@@ -117,11 +123,20 @@ fn record(unit: &str, seed: u64, frames: u32, interval_ms: u32, start_s: f64) ->
     clippy::cast_sign_loss,
     reason = "temperatures of a room in quarters of a degree"
 )]
-fn quarters(celsius: f32) -> u16 {
+pub(crate) fn quarters(celsius: f32) -> u16 {
     (celsius * 4.0).round() as u16
 }
 
-fn run(text: &str, records: &[Record], options: &Options) -> Result<Calibration, CalibrateError> {
+/// Whether to run all 50 seeds.
+pub(crate) fn seeds() -> bool {
+    std::env::var_os("GRIDEYE_ALL_SEEDS").is_some_and(|value| value == "1")
+}
+
+pub(crate) fn run(
+    text: &str,
+    records: &[Record],
+    options: &Options,
+) -> Result<Calibration, CalibrateError> {
     let scene = (text, "guess.toml");
     calibrate(records, scene, &files(), "ceiling", options, &mut |_| ())
 }
@@ -149,8 +164,7 @@ fn without_noise_the_truth_is_found_to_the_sensors_steps() {
 #[test]
 fn intervals_hold_the_truth_as_often_as_they_say() {
     let text = unknown(&EIGHT);
-    let all_seeds = std::env::var_os("GRIDEYE_ALL_SEEDS").is_some_and(|value| value == "1");
-    let (seeds, shares, least) = if all_seeds {
+    let (seeds, shares, least) = if seeds() {
         (50_u32, 0.92..=0.985, 42)
     } else {
         (12, 0.86..=1.0, 9)
@@ -357,13 +371,104 @@ fn the_new_scene_keeps_every_other_byte_and_can_be_calibrated_again() {
         once.found[0].told()
     );
     assert!(once.scene.contains(&remark), "{}", once.scene);
-    let back = once
-        .scene
+    let (front, table) = once.scene.split_once("\n[[calibrated]]\n").unwrap();
+    assert!(table.contains("\nkeys = [\"object.radiator.temperature_c\"]\n"));
+    let back = front
         .replace(&format!("# found: {}\n", once.found[0].told()), "")
         .replace(&format!("= {value} # on"), "= 36.666666666666664 # on");
     assert_eq!(back, text);
     let twice = run(&once.scene, &records, &Options::default()).unwrap();
-    assert_eq!(twice.scene.matches("# found: ").count(), 1);
+    for once in ["# found: ", "[[calibrated]]", "\nframes = "] {
+        assert_eq!(twice.scene.matches(once).count(), 1, "{}", twice.scene);
+    }
+    assert_eq!(
+        twice.scene.split_once("\n[[calibrated]]\n").unwrap().1,
+        table
+    );
+}
+
+/// Of a value from the recording and one known before, both as certain, the middle is found, and 1/√2 of the uncertainty.
+#[test]
+fn what_is_known_before_counts_by_its_uncertainty() {
+    let records = record(UNIT, 1, 60, 100, 0.0);
+    let text = unknown(&[EIGHT[0]]);
+    let alone = run(&text, &records, &Options::default()).unwrap();
+    let (value, own) = (alone.found[0].value, alone.found[0].uncertainty.unwrap());
+    assert_eq!(alone.found[0].from_recording, Some(1.0));
+    let law = format!("{text}sd = {own}\nmean = {}\n", value + own);
+    let both = run(&law, &records, &Options::default()).unwrap();
+    let found = &both.found[0];
+    assert!(
+        (found.value - value - 0.5 * own).abs() < 0.1 * own,
+        "{found:?}"
+    );
+    let share = found.uncertainty.unwrap() / own;
+    assert!((share - 0.5_f64.sqrt()).abs() < 0.05, "{found:?}");
+    assert!(
+        (found.from_recording.unwrap() - 0.5).abs() < 0.05,
+        "{found:?}"
+    );
+    assert!(
+        found
+            .told()
+            .contains(" % from the recording, the rest from"),
+        "{}",
+        found.told()
+    );
+    assert!(
+        (both.determined.combinations - 0.5).abs() < 0.05,
+        "{:?}",
+        both.determined
+    );
+}
+
+/// Otherwise a second calibration would take the value found for what was known before, and count the recording twice.
+#[test]
+fn the_new_scene_keeps_what_was_known_before() {
+    let text = unknown(&[EIGHT[0]]) + "sd = 0.1\n";
+    let records = record(UNIT, 1, 60, 100, 0.0);
+    let once = run(&text, &records, &Options::default()).unwrap();
+    let start = once.found[0].start;
+    assert!(
+        once.scene
+            .contains(&format!("\nmean = {start}\nkey = \"room.ambient_c\"")),
+        "{}",
+        once.scene
+    );
+    let twice = run(&once.scene, &records, &Options::default()).unwrap();
+    let moved = (twice.found[0].value - once.found[0].value).abs();
+    assert!(moved < 0.2 * once.found[0].uncertainty.unwrap(), "{moved}");
+    assert_eq!(twice.scene.matches("mean = ").count(), 1);
+}
+
+/// Azimuth and roll of a sensor that looks straight down only show as a sum: one of two combinations.
+#[test]
+fn the_least_determined_combination_is_named() {
+    let text = unknown(&[EIGHT[5], EIGHT[6]]).replace("elevation_deg = 75", "elevation_deg = 90");
+    let found = run(&text, &record(UNIT, 1, 60, 100, 0.0), &Options::default()).unwrap();
+    let determined = &found.determined;
+    assert!(
+        (determined.combinations - 1.0).abs() < 0.05,
+        "{determined:?}"
+    );
+    assert!(determined.least_from_recording < 0.05, "{determined:?}");
+    // In units of what is known: 40° and 25° between the bounds; the same turn in degrees, of both signs or of one.
+    let degrees: Vec<f64> = determined
+        .least
+        .iter()
+        .map(|(_, share, unit)| share * unit)
+        .collect();
+    assert!(
+        (degrees[0].abs() / degrees[1].abs() - 1.0).abs() < 0.05,
+        "{determined:?}"
+    );
+    assert!(
+        found
+            .text()
+            .contains("the recording determines 1.0 of 2 combinations"),
+        "{}",
+        found.text()
+    );
 }
 
 /// From the wrong side of the room a single search ends elsewhere; one of several starts reaches the right end.
@@ -408,7 +513,8 @@ fn frames_that_may_lie_beyond_the_end_are_left_out() {
     );
 }
 
-/// Two starts of at most 12 steps on 24 frames each, then four searches of at most 40 steps on 60 frames.
+/// Two starts of at most 12 steps on 24 frames each, three more searches of as many, then four of at most 40 steps on 60
+/// frames.
 #[test]
 fn progress_reaches_the_total() {
     let mut told: Vec<Progress> = Vec::new();
@@ -425,13 +531,13 @@ fn progress_reaches_the_total() {
         &mut |progress| told.push(progress),
     )
     .unwrap();
-    let total = 2 * 12 * 24 + 4 * 40 * 60;
+    let total = 5 * 12 * 24 + 4 * 40 * 60;
     assert!(told.iter().all(|progress| progress.total == total));
     assert!(told.is_sorted_by_key(|progress| progress.done));
     assert_eq!(told[0].done, 24);
     assert_eq!(
         told.iter()
-            .filter(|progress| progress.done == 2 * 12 * 24)
+            .filter(|progress| progress.done == 5 * 12 * 24)
             .count(),
         1
     );

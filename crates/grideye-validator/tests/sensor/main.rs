@@ -3,4 +3,6 @@
 mod background;
 mod calibrate;
 mod characterize;
+mod judged_apart;
 mod lifelike;
+mod people;

@@ -5,6 +5,7 @@
     reason = "a test that cannot set up its frames has failed"
 )]
 
+mod by_utc;
 mod metrics;
 mod orient;
 mod pairs;

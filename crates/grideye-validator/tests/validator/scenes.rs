@@ -228,7 +228,7 @@ fn a_walk_that_starts_a_second_late_disagrees() {
         for seed in 0..20 {
             let records = record(&scene, whole_walk(&scene), seed);
             let late = Options {
-                start: Duration::from_secs(1),
+                start: Some(Duration::from_secs(1)),
                 ..options(seed)
             };
             let comparison = compare_scene(&records, &scene, SENSOR, &late).unwrap();
@@ -388,7 +388,7 @@ fn invalid_input_is_rejected_with_the_reason() {
     );
 
     let after = Options {
-        start: Duration::from_secs(3_600),
+        start: Some(Duration::from_secs(3_600)),
         ..options(1)
     };
     assert!(matches!(

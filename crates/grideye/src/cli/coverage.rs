@@ -2,7 +2,8 @@
 
 use super::shared::{Choices, one_of, within};
 use clap::Args;
-use grideye_plan::coverage::{Mount, Posture};
+use grideye_plan::coverage::Mount;
+use grideye_scene::{Clothing, Person, Posture};
 use std::path::PathBuf;
 
 const PERSON: &str = "Person to detect";
@@ -55,16 +56,19 @@ pub(crate) struct Coverage {
     pub(crate) threads: Option<usize>,
 
     /// Posture of the person.
-    #[arg(long, value_parser = one_of(POSTURES), default_value = "standing", hide_short_help = true, help_heading = PERSON)]
+    #[arg(long, value_parser = one_of(POSTURES), default_value = "stand", hide_short_help = true, help_heading = PERSON)]
     pub(crate) posture: Posture,
-    /// Depth, width across the shoulders and height when standing, in mm.
-    #[arg(long, value_name = "D,W,H", value_delimiter = ',', default_values_t = [200.0, 500.0, 1750.0], hide_short_help = true, help_heading = PERSON)]
-    pub(crate) person_mm: Vec<f64>,
-    /// Temperature of the clothed surface, °C.
-    #[arg(long, value_name = "C", default_value_t = 28.0, hide_short_help = true, help_heading = PERSON)]
-    pub(crate) person_c: f64,
+    /// Height when standing, 500 to 2800 mm.
+    #[arg(long, value_name = "MM", default_value_t = 1700.0, hide_short_help = true, help_heading = PERSON)]
+    pub(crate) person_height_mm: f64,
+    /// Build of the person.
+    #[arg(long, value_parser = one_of(BUILDS), default_value = "average", hide_short_help = true, help_heading = PERSON)]
+    pub(crate) build: f64,
+    /// Clothing; matters only in the physical model.
+    #[arg(long, value_parser = one_of(CLOTHING), default_value = "indoor", hide_short_help = true, help_heading = PERSON)]
+    pub(crate) clothing: Clothing,
     /// Agent of the scene to use as the person.
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["posture", "person_mm", "person_c"], hide_short_help = true, help_heading = PERSON)]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["posture", "person_height_mm", "build", "clothing"], hide_short_help = true, help_heading = PERSON)]
     pub(crate) agent: Option<String>,
     /// Directions to turn the person at each place, evenly over half a turn; the worst that fits counts.
     #[arg(long, value_name = "N", default_value_t = 2, hide_short_help = true, help_heading = PERSON)]
@@ -146,10 +150,28 @@ corners In the corners",
 );
 
 const POSTURES: Choices<Posture> = (
-    &[Posture::Standing, Posture::Sitting, Posture::Lying],
-    "standing Upright on the floor
-sitting On the floor, or on a seat of up to 600 mm
-lying On the floor, or in a bed of up to 800 mm",
+    &[Posture::Stand, Posture::Sit, Posture::Lie],
+    "stand Upright on the floor
+sit On the floor, or on a seat of up to 600 mm
+lie On the floor, or in a bed of up to 800 mm",
+);
+
+const BUILDS: Choices<f64> = (
+    &[
+        Person::BUILDS[0].1,
+        Person::BUILDS[1].1,
+        Person::BUILDS[2].1,
+    ],
+    "slight Girths 0.9 times the average
+average Girths of the mean adult
+stout Girths 1.15 times the average",
+);
+
+const CLOTHING: Choices<Clothing> = (
+    &[Clothing::LIGHT, Clothing::INDOOR, Clothing::COAT],
+    "light T-shirt, bare forearms
+indoor Shirt and sweater
+coat Coat, with hat or hood",
 );
 
 fn percent(text: &str) -> Result<f64, String> {

@@ -40,8 +40,8 @@ fn prepared() -> tempfile::TempDir {
     folder
 }
 
-/// experiment-3.toml has what calibration.toml does not know. What is found must be another scene in which the
-/// comparison agrees.
+/// experiment-3.toml has what calibration.toml does not know. What is found must be a scene that agrees with another
+/// recording; the one it was fitted to cannot tell.
 #[test]
 fn the_unknowns_of_the_shipped_scene_are_those_of_experiment_3() {
     let folder = prepared();
@@ -87,12 +87,33 @@ fn the_unknowns_of_the_shipped_scene_are_those_of_experiment_3() {
     assert_eq!(written.matches("# found: ").count(), 8, "{written}");
     grideye_scene::profile::Profile::parse(&fs::read_to_string(&profile).unwrap(), "unit.toml")
         .unwrap();
-    let compared = grideye(&["compare", "--scene", &new, "--recording", &walk]);
-    assert_eq!(
-        compared.status.code(),
-        Some(0),
-        "{}",
-        text(&compared.stdout)
+    let (truth, second) = (scenes().join("experiment-3.toml"), file("second.csv"));
+    let truth = truth.to_str().unwrap();
+    grideye(&["simulate", truth, "--seed", "9", "--out", &second]);
+    for (recording, code) in [(&walk, 3), (&second, 0)] {
+        let compared = grideye(&["compare", "--scene", &new, "--recording", recording]);
+        let said = text(&compared.stdout);
+        assert_eq!(compared.status.code(), Some(code), "{said}");
+        let cannot = "they cannot confirm it";
+        assert_eq!(said.contains(cannot), code == 3, "{said}");
+    }
+}
+
+#[test]
+fn one_half_is_fitted_and_the_other_judged() {
+    let folder = prepared();
+    let file = |name: &str| folder.path().join(name).display().to_string();
+    let (scene, walk, new) = (file("calibration.toml"), file("walk.csv"), file("new.toml"));
+    let both = ["--recording", &walk, "--scene"];
+    let fit = ["--half", "second", "--out", &new, "--json", "-"];
+    let output = grideye(&[&["calibrate"], &both[..], &[&scene], &fit[..]].concat());
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["half"], "second");
+    let compared = grideye(&[&["compare"], &both[..], &[&new]].concat());
+    let said = text(&compared.stdout);
+    assert!(
+        said.contains("frames that the scene was not fitted to."),
+        "{said}"
     );
 }
 

@@ -188,12 +188,11 @@ fn what_cannot_be_done_is_said_with_a_hint() {
             &["--candidates", "all", "--like", "grid-ear"],
             "no sensor `grid-ear`",
         ),
-        (&bedroom, &["--person-mm", "200,500"], "expected 3"),
-        (&bedroom, &["--person-mm", "200,500,5"], "10 to 10000"),
-        (&bedroom, &["--person-c=-300"], "--person-c"),
+        (&bedroom, &["--person-height-mm", "300"], "500 to 2800"),
+        (&bedroom, &["--clothing", "none"], "indoor"),
         (
             &bedroom,
-            &["--person-mm", "200,500,3000"],
+            &["--person-height-mm", "2700"],
             "no place for a person standing",
         ),
         (

@@ -112,7 +112,6 @@ fn a_bad_row_is_blamed_on_the_input_and_not_on_the_output() {
 /// Commands with a number below 0, their exit codes, and how an error names it.
 const BELOW_ZERO: &[(&str, i32, &str)] = &[
     ("convert rows.txt x.csv --thermistor -20", 0, ""),
-    ("coverage room.toml --person-c -5", 0, ""),
     (
         "coverage room.toml --candidates walls --wall-headings-deg -30,0",
         0,

@@ -12,7 +12,7 @@ const OFF_PX: f64 = 4.0;
 const SIDE_M: f64 = 4.0;
 
 /// Left, front, right and back of a shape on the plan, meters.
-fn box_of(desk: &Desk, shape: &str) -> Result<[f64; 4], Failure> {
+pub(crate) fn box_of(desk: &Desk, shape: &str) -> Result<[f64; 4], Failure> {
     let script = format!(
         "const [shape, room] = ['{shape}', '.room'].map((one) => document.querySelector(`#plan ${{one}}`).getBoundingClientRect());
          const meter = room.width / {SIDE_M};

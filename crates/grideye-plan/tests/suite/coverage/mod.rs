@@ -7,13 +7,12 @@ mod refusals;
 mod sight;
 
 use grideye_plan::coverage::{Figure, Grain, Look, Survey};
-use grideye_scene::Scene;
-use grideye_scene::perceived::Surface;
+use grideye_scene::{Clothing, Person, Posture, Scene};
 
-const PAPER: Surface = Surface {
-    celsius: 28.0,
-    emissivity: 0.8,
-};
+/// A person of 1.75 m.
+fn person(posture: Posture) -> Figure {
+    Figure::new(Person::new(1.75, 1.0, posture, Clothing::INDOOR))
+}
 
 fn sensor(name: &str, position_mm: [f64; 3], elevation_deg: f64, azimuth_deg: f64) -> String {
     format!(

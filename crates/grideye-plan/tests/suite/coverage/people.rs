@@ -1,9 +1,10 @@
 //! Where people lie, sit and stand, and what is in the way.
 
-use super::{PAPER, cells_of, looks, sensor, survey};
+use super::{cells_of, looks, person, sensor, survey};
 use crate::{ROOM, object, scene};
 use glam::{DVec2, DVec3};
-use grideye_plan::coverage::{Figure, InSight, Kind, Posture, Survey};
+use grideye_plan::coverage::{Figure, InSight, Kind, Survey};
+use grideye_scene::Posture;
 
 #[test]
 fn a_lying_person_fits_in_bed_and_under_the_table_but_a_standing_one_does_not() {
@@ -33,8 +34,7 @@ fn a_lying_person_fits_in_bed_and_under_the_table_but_a_standing_one_does_not() 
     );
     let scene = scene(&text);
     let at = |posture: Posture, place: (f64, f64)| {
-        let figure = Figure::new(posture, DVec3::new(0.2, 0.5, 1.75), PAPER);
-        let survey = Survey::new(&scene, &figure, &cells_of(100.0)).unwrap();
+        let survey = Survey::new(&scene, &person(posture), &cells_of(100.0)).unwrap();
         let cells = survey.floor().cells.iter();
         let nearest = cells.min_by(|one, other| {
             let away = |at: DVec3| at.truncate().distance(place.into());
@@ -44,23 +44,23 @@ fn a_lying_person_fits_in_bed_and_under_the_table_but_a_standing_one_does_not() 
         (cell.kind, (cell.ground_m.z * 1000.0).round())
     };
     let (bed, table, lamp) = ((2.05, 4.55), (2.05, 1.55), (2.05, 3.05));
-    assert_eq!(at(Posture::Lying, bed), (Kind::Place, 550.0));
-    assert_eq!(at(Posture::Sitting, bed), (Kind::Place, 550.0));
-    assert_eq!(at(Posture::Standing, bed).0, Kind::Furniture);
-    assert_eq!(at(Posture::Lying, table), (Kind::Place, 0.0));
-    assert_eq!(at(Posture::Standing, table).0, Kind::Furniture);
-    assert_eq!(at(Posture::Standing, lamp), (Kind::Place, 0.0));
+    assert_eq!(at(Posture::Lie, bed), (Kind::Place, 550.0));
+    assert_eq!(at(Posture::Sit, bed), (Kind::Place, 550.0));
+    assert_eq!(at(Posture::Stand, bed).0, Kind::Furniture);
+    assert_eq!(at(Posture::Lie, table), (Kind::Place, 0.0));
+    assert_eq!(at(Posture::Stand, table).0, Kind::Furniture);
+    assert_eq!(at(Posture::Stand, lamp), (Kind::Place, 0.0));
     // Nobody lies crosswise 0.1 m from the wall, and nobody stands 0.05 m from it.
-    assert_eq!(at(Posture::Lying, (0.15, 3.05)).0, Kind::Tight);
-    assert_eq!(at(Posture::Standing, (0.05, 3.05)).0, Kind::Tight);
-    assert_eq!(at(Posture::Standing, (0.15, 3.05)).0, Kind::Place);
+    assert_eq!(at(Posture::Lie, (0.15, 3.05)).0, Kind::Tight);
+    assert_eq!(at(Posture::Stand, (0.05, 3.05)).0, Kind::Tight);
+    assert_eq!(at(Posture::Stand, (0.15, 3.05)).0, Kind::Place);
     // The gap between the bed and a wall 0.1 m from it is no place either.
-    assert_eq!(at(Posture::Standing, (0.95, 4.55)).0, Kind::Tight);
+    assert_eq!(at(Posture::Stand, (0.95, 4.55)).0, Kind::Tight);
 }
 
 #[test]
 fn an_agent_of_the_scene_may_be_the_person_to_look_for() {
-    let person = "[[agent]]\nname = \"p\"\nsize_mm = [200, 500, 1750]\ntemperature_c = 28\nposition_mm = [1000, 1000, 0]\n";
+    let person = "[[agent]]\nname = \"p\"\nperson = { height_mm = 1700 }\nyaw_deg = 70\nposition_mm = [1000, 1000, 0]\n";
     let text = format!(
         "{ROOM}{person}{}",
         sensor("S", [2000.0, 3000.0, 2700.0], 90.0, -90.0)
@@ -128,9 +128,8 @@ fn there_is_no_ground_in_a_wardrobe_taller_than_the_person() {
         "{ROOM}{}",
         object("wardrobe", base, size, 0.0, 20.1)
     ));
-    for posture in [Posture::Standing, Posture::Sitting, Posture::Lying] {
-        let figure = Figure::new(posture, DVec3::new(0.2, 0.5, 1.75), PAPER);
-        let survey = Survey::new(&scene, &figure, &cells_of(100.0)).unwrap();
+    for posture in [Posture::Stand, Posture::Sit, Posture::Lie] {
+        let survey = Survey::new(&scene, &person(posture), &cells_of(100.0)).unwrap();
         for cell in &survey.floor().cells {
             let away = (cell.ground_m.truncate() - DVec2::new(3.0, 3.0)).abs();
             let is_in_it = away.x < 0.5 && away.y < 0.8;

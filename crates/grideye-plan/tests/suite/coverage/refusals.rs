@@ -1,12 +1,12 @@
 //! Invalid values are refused by name.
 
-use super::{PAPER, cells_of, survey};
+use super::{cells_of, survey};
 use crate::{ROOM, scene};
-use glam::DVec3;
 use grideye_plan::coverage::{
-    CoverageError, Figure, Grain, Mount, Mounts, Posture, Rule, Survey, Wish, candidates, limits,
-    pick, preset,
+    CoverageError, Figure, Grain, Mount, Mounts, Rule, Survey, Wish, candidates, limits, pick,
+    preset,
 };
+use grideye_scene::{Clothing, Person, Posture};
 
 /// An error names the mistake and what to do.
 fn assert_said(error: &CoverageError, words: &str) {
@@ -36,7 +36,8 @@ fn invalid_floors_are_refused_by_name() {
     ] {
         assert_said(&Survey::new(&empty, &figure, &grain).unwrap_err(), words);
     }
-    let giant = Figure::new(Posture::Standing, DVec3::new(0.2, 0.5, 3.0), PAPER);
+    let giant = Person::new(2.8, 1.0, Posture::Stand, Clothing::INDOOR);
+    let giant = Figure::new(giant);
     let error = Survey::new(&empty, &giant, &Grain::default()).unwrap_err();
     assert!(matches!(error, CoverageError::NoPlace { .. }), "{error}");
 }

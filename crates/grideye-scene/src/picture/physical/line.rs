@@ -277,6 +277,25 @@ pub(super) fn steps(
     }
 }
 
+/// Where the union of these spans begins and ends.
+pub(super) fn union(spans: &mut [Span], steps: &mut Vec<Step>) {
+    spans.sort_unstable_by(|one, other| one.from.total_cmp(&other.from));
+    steps.clear();
+    let mut end = f64::NEG_INFINITY;
+    for span in spans {
+        if span.from > end {
+            if !steps.is_empty() {
+                steps.push((end, -1.0));
+            }
+            steps.push((span.from, 1.0));
+        }
+        end = end.max(span.to);
+    }
+    if !steps.is_empty() {
+        steps.push((end, -1.0));
+    }
+}
+
 /// The value at a place, and where it may change next.
 fn stretch(span: Option<&Span>, at: f64, value: impl Fn(&Span) -> f64) -> (f64, f64) {
     match span {

@@ -1,6 +1,7 @@
 //! A table of the normal distribution's integral, because a frame needs some thousand values.
 
 use crate::geometry::count;
+use std::sync::LazyLock;
 
 /// The response counts as zero beyond this many standard deviations: 3 in 10 million of it lie outside.
 pub(super) const REACH: f64 = 5.0;
@@ -10,6 +11,9 @@ const END: f64 = 6.0;
 const STEPS_PER_UNIT: f64 = 32.0;
 const STEPS: usize = 384;
 
+/// The same for all sensors.
+pub(super) static NORMAL: LazyLock<Normal> = LazyLock::new(Normal::new);
+
 /// Cubic pieces that match the integral and its slope at their ends: the error stays below 4e-9.
 #[derive(Debug, Clone)]
 pub(super) struct Normal {
@@ -17,7 +21,7 @@ pub(super) struct Normal {
 }
 
 impl Normal {
-    pub(super) fn new() -> Self {
+    fn new() -> Self {
         let width = 1.0 / STEPS_PER_UNIT;
         let end = |index: usize| {
             let at = count::float(index) * width - END;

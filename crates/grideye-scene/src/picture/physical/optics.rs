@@ -1,7 +1,7 @@
 //! The direction and width of each pixel: its response is a Gaussian over the two angles from the optical axis.
 
 use super::map::AMG88;
-use super::normal::{Normal, REACH};
+use super::normal::{NORMAL, Normal, REACH};
 use crate::geometry::count;
 use crate::model::{Optics, Sensor};
 use glam::DVec2;
@@ -25,7 +25,7 @@ pub(super) struct Response {
 pub(super) struct Eye {
     pub(super) columns: usize,
     pub(super) responses: Vec<Response>,
-    pub(super) normal: Normal,
+    pub(super) normal: &'static Normal,
     /// The inverse of the share of each response within the field.
     pub(super) scales: Vec<f64>,
     /// The field of view to the left and up, radians from the axis; the same to the right and down.
@@ -38,7 +38,7 @@ pub(super) struct Eye {
 impl Eye {
     pub(super) fn new(sensor: &Sensor) -> Self {
         let responses = responses(sensor);
-        let normal = Normal::new();
+        let normal: &Normal = &NORMAL;
         let field = responses.iter().fold(DVec2::ZERO, |field, response| {
             field.max(response.at.abs() + REACH * response.sigma)
         });
@@ -78,51 +78,62 @@ impl Eye {
         widths.fold(f64::INFINITY, f64::min) * WIDTH_PER_SIGMA
     }
 
-    /// Adds to each pixel the integral of its response times a value that rises by `steps` along a band.
-    pub(super) fn add(&self, steps: &[(f64, f64)], (low, high): (f64, f64), pixels: &mut [f64]) {
+    /// Calls `add` with each pixel's integral of its response times a value that rises by `steps` along a band.
+    pub(super) fn add(
+        &self,
+        steps: &[(f64, f64)],
+        weights: &mut Weights,
+        mut add: impl FnMut(usize, f64),
+    ) {
         let (Some(first), Some(last)) = (steps.first(), steps.last()) else {
             return;
         };
+        let (low, high) = weights.ends;
         for (row, see) in self.rows_see.iter().enumerate() {
             if see.1 <= low || see.0 >= high {
                 continue;
             }
-            let mut band = Band::default();
             for (column, see) in self.columns_see.iter().enumerate() {
                 if see.1 <= first.0 || see.0 >= last.0 {
                     continue;
                 }
                 let pixel = row * self.columns + column;
                 let response = &self.responses[pixel];
-                let weight = band.weight(&self.normal, response, (low, high));
+                let weight = weights.of(pixel, response, self.normal);
                 if weight > 0.0 {
                     let inverse = 1.0 / response.sigma.x;
                     let mut sum = 0.0;
                     for (angle, rise) in steps {
                         sum -= rise * self.normal.below((angle - response.at.x) * inverse);
                     }
-                    pixels[pixel] += weight * self.scales[pixel] * sum;
+                    add(pixel, weight * self.scales[pixel] * sum);
                 }
             }
         }
     }
 }
 
-/// The weight of a band for one row's pixels, cached because neighbors often share it.
-#[derive(Default)]
-struct Band {
-    of: (f64, f64),
-    weight: f64,
+/// How much of each pixel's response is within a band; NaN until it is needed.
+#[derive(Debug, Default)]
+pub(super) struct Weights {
+    ends: (f64, f64),
+    of_pixels: Vec<f64>,
 }
 
-impl Band {
-    fn weight(&mut self, normal: &Normal, response: &Response, (low, high): (f64, f64)) -> f64 {
-        let of = (response.at.y, response.sigma.y);
-        if self.of != of {
-            self.of = of;
-            self.weight = normal.below((high - of.0) / of.1) - normal.below((low - of.0) / of.1);
+impl Weights {
+    pub(super) fn begin(&mut self, ends: (f64, f64), eye: &Eye) {
+        self.ends = ends;
+        self.of_pixels.clear();
+        self.of_pixels.resize(eye.responses.len(), f64::NAN);
+    }
+
+    fn of(&mut self, pixel: usize, response: &Response, normal: &Normal) -> f64 {
+        let weight = &mut self.of_pixels[pixel];
+        if weight.is_nan() {
+            let below = |end: f64| normal.below((end - response.at.y) / response.sigma.y);
+            *weight = below(self.ends.1) - below(self.ends.0);
         }
-        self.weight
+        *weight
     }
 }
 

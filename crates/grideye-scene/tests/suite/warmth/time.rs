@@ -315,7 +315,7 @@ fn a_near_agent_hides_a_far_one() {
     let simulator = Simulator::new(&both, "wall").unwrap();
     let exact = Simulator::without_grid(&both, "wall").unwrap();
     let total = |simulator: &Simulator, agent: usize, at_s: f64| -> f64 {
-        simulator.truth_of(agent, seconds(at_s)).share.iter().sum()
+        simulator.labeled(seconds(at_s), 1).2[agent].seen.pixels()
     };
     for simulator in [&simulator, &exact] {
         // 3 m at 600 mm/s: they cross after 2.5 s. At 1 s each is fully visible: 900 mm from the middle.
@@ -324,13 +324,9 @@ fn a_near_agent_hides_a_far_one() {
         assert!(total(simulator, 1, 1.2) > 0.3 && total(simulator, 1, 3.8) > 0.3);
         for step in 0..=50 {
             let at = seconds(f64::from(step) / 10.0);
-            let (near, far, any) = (
-                simulator.truth_of(0, at),
-                simulator.truth_of(1, at),
-                simulator.truth(at),
-            );
+            let (filled, any) = (simulator.labeled(at, 1).2, simulator.truth(at));
             for pixel in 0..64 {
-                let sum = near.share[pixel] + far.share[pixel];
+                let sum: f64 = filled.iter().map(|of| of.seen.share[pixel]).sum();
                 assert!((sum - any.share[pixel]).abs() < 1e-9, "each pixel once");
             }
         }

@@ -20,7 +20,7 @@ pub(super) fn set(document: &mut DocumentMut, path: &[Step], to: &Wanted) -> Res
     }
     match place_at(document.as_table_mut(), parents) {
         None => Err(nothing_at(path)),
-        Some(Place::Table(table)) if !table.is_implicit() => {
+        Some(Place::Table(table)) if !table.is_implicit() || table.is_dotted() => {
             table.insert(key, Item::Value(value_of(to)?));
             Ok(())
         }
@@ -42,6 +42,11 @@ pub(super) fn unset(document: &mut DocumentMut, path: &[Step]) -> Result<(), Fau
         None => return Err(nothing_at(path)),
         Some(place) => matches!(place, Place::Value(_)),
     };
+    if let Some(Place::Value(Value::InlineTable(table))) =
+        place_at(document.as_table_mut(), parents)
+    {
+        return unset_within_braces(table, key);
+    }
     let table = table_at(document, parents).filter(|table| is_value && !table.is_dotted());
     let table = table.ok_or_else(|| unwritable(&said(path)))?;
     let next = table
@@ -155,6 +160,9 @@ fn at_the_top(document: &mut DocumentMut, key: &str, to: &Wanted) -> Result<(), 
 /// A key of an inline table: goes last.
 fn within_braces(table: &mut InlineTable, key: &str, to: &Wanted) -> Result<(), Fault> {
     let mut value = value_of(to)?;
+    if table.is_empty() {
+        table.set_trailing("");
+    }
     let last = table.iter_mut().last();
     let behind = last.map(|(_, last)| {
         let behind = last.decor().suffix().cloned().unwrap_or_default();
@@ -164,6 +172,32 @@ fn within_braces(table: &mut InlineTable, key: &str, to: &Wanted) -> Result<(), 
     value.decor_mut().set_prefix(" ");
     value.decor_mut().set_suffix(behind.unwrap_or(" ".into()));
     table.insert(key, value);
+    Ok(())
+}
+
+/// Deletes a key of an inline table; the spaces after and before the braces stay.
+fn unset_within_braces(table: &mut InlineTable, key: &str) -> Result<(), Fault> {
+    let place = table.iter().position(|(known, _)| known == key);
+    let remarks = table.get_key_value(key).map(|(known, value)| {
+        let value = value.as_value().map(|value| remarks_of(known, value));
+        value.unwrap_or_default()
+    });
+    if remarks.is_none_or(|remarks| remarks.contains('#')) {
+        return Err(Fault::unfit(&format!(
+            "deleting `{key}` would delete its comment"
+        )));
+    }
+    let Some((key, value)) = table.remove_entry(key) else {
+        return Ok(());
+    };
+    let is_last = place == Some(table.len());
+    if let Some((mut first, _)) = table.iter_mut().next().filter(|_| place == Some(0)) {
+        *first.leaf_decor_mut() = key.leaf_decor().clone();
+    }
+    if let Some((_, last)) = table.iter_mut().last().filter(|_| is_last) {
+        let behind = value.decor().suffix().cloned().unwrap_or_default();
+        last.decor_mut().set_suffix(behind);
+    }
     Ok(())
 }
 

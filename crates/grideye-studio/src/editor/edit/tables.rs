@@ -7,7 +7,7 @@ use super::remarks::{above, behind_empty_lines, below};
 use crate::editor::fault::Fault;
 use serde_json::json;
 use std::ops::Range;
-use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, Value};
+use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value};
 
 /// Adds a table after the others of its kind, or at the end.
 pub(super) fn add(
@@ -19,34 +19,30 @@ pub(super) fn add(
     let (key, rest) = template(kind);
     let mut table = Table::new();
     let at_mm = json!(at_mm.map(f64::round));
-    for (key, value) in [("name", json!(name)), ("position_mm", at_mm)]
-        .iter()
-        .chain(&rest)
-    {
-        table.insert(key, Item::Value(value_of(value)?));
+    table.insert("name", Item::Value(name.into()));
+    table.insert("position_mm", Item::Value(value_of(&at_mm)?));
+    for (key, value) in rest {
+        table.insert(key, Item::Value(value));
     }
     insert(document, key, table)
 }
 
-type Template = (&'static str, Vec<(&'static str, serde_json::Value)>);
+type Template = (&'static str, Vec<(&'static str, Value)>);
 
 /// The table's key, and its values except name and position.
 fn template(kind: Kind) -> Template {
     match kind {
-        Kind::Object => ("object", vec![("size_mm", json!([600, 400, 500]))]),
-        Kind::Agent => (
-            "agent",
-            vec![
-                ("size_mm", json!([200, 500, 1750])),
-                ("temperature_c", json!(28)),
-            ],
-        ),
+        Kind::Object => {
+            let size_mm = [600, 400, 500].into_iter().collect::<Array>();
+            ("object", vec![("size_mm", size_mm.into())])
+        }
+        Kind::Agent => ("agent", vec![("person", InlineTable::new().into())]),
         Kind::Sensor => (
             "sensor",
             vec![
-                ("preset", json!("grid-eye")),
-                ("elevation_deg", json!(90)),
-                ("azimuth_deg", json!(-90)),
+                ("preset", "grid-eye".into()),
+                ("elevation_deg", 90.into()),
+                ("azimuth_deg", (-90).into()),
             ],
         ),
     }

@@ -102,6 +102,61 @@ fn a_new_key_comes_last_in_its_table() {
     );
 }
 
+/// A person in braces, with a table of its own, and with dotted keys.
+#[test]
+fn the_keys_of_a_person_are_changed_however_they_are_written() {
+    let agent = "[[agent]] # who\nname = \"a\"\n";
+    let braces = |keys: &str| format!("{agent}person = {keys} # tall\nyaw_deg = 90\n");
+    let table = |keys: &str| format!("{agent}yaw_deg = 90\n\n[agent.person] # tall\n{keys}");
+    let set = |key: &str, to: Value| json!({ "does": "set", "path": ["agent", 0, "person", key], "to": to });
+    let unset = |key: &str| json!({ "does": "unset", "path": ["agent", 0, "person", key] });
+    let both = "{ build = \"stout\", height_mm = 1600 }";
+    for (from, edit, to) in [
+        ("{}", set("height_mm", json!(1600)), "{ height_mm = 1600 }"),
+        ("{ }", set("height_mm", json!(1600)), "{ height_mm = 1600 }"),
+        ("{ build = \"stout\" }", set("height_mm", json!(1600)), both),
+        (
+            "{build=\"stout\",height_mm=1_600}",
+            set("build", json!("slight")),
+            "{build=\"slight\",height_mm=1_600}",
+        ),
+        (both, unset("height_mm"), "{ build = \"stout\" }"),
+        (both, unset("build"), "{ height_mm = 1600 }"),
+        ("{ height_mm = 1600 }", unset("height_mm"), "{}"),
+        (
+            "{ build = 1.1 }",
+            set("build", json!("stout")),
+            "{ build = \"stout\" }",
+        ),
+    ] {
+        assert_eq!(made(&braces(from), edit), braces(to), "{from}");
+    }
+    let tall = "height_mm = 1800 # with shoes\n";
+    for (from, edit, to) in [
+        (
+            "",
+            set("posture", json!("sit")),
+            "posture = \"sit\"\n".to_owned(),
+        ),
+        (
+            tall,
+            set("posture", json!("sit")),
+            format!("{tall}posture = \"sit\"\n"),
+        ),
+        (tall, unset("height_mm"), "# with shoes\n".to_owned()),
+    ] {
+        assert_eq!(made(&table(from), edit), table(&to), "{from}");
+    }
+    let dotted = format!("{agent}person.height_mm = 1800 # with shoes\nyaw_deg = 90\n");
+    let stout = dotted.replace("shoes\n", "shoes\nperson.build = \"stout\"\n");
+    assert_eq!(made(&dotted, set("build", json!("stout"))), stout);
+    let remarked = braces("{\n  height_mm = 1600, # barefoot\n  build = \"stout\",\n}");
+    let shorter = remarked.replace("1600", "1500");
+    assert_eq!(made(&remarked, set("height_mm", json!(1500))), shorter);
+    let said = refused(&remarked, unset("build"));
+    assert!(said.contains("would delete its comment"), "{said}");
+}
+
 #[test]
 fn deleting_a_key_keeps_its_comment() {
     let edit = json!({ "does": "unset", "path": ["sensor", 0, "elevation_deg"] });
@@ -140,6 +195,10 @@ fn an_added_table_comes_after_the_others_of_its_kind() {
     let chair =
         "[[object]]\nname = \"chair\"\nposition_mm = [10, 20, 0]\nsize_mm = [600, 400, 500]\n";
     let wanted = TEXT.replace("200]\n# Of", &format!("200]\n\n{chair}\n# Of"));
+    assert_eq!(made(TEXT, edit), wanted);
+    let edit = json!({ "does": "add", "kind": "agent", "name": "bob", "at_mm": [10, 20, 0] });
+    let bob = "[[agent]]\nname = \"bob\"\nposition_mm = [10, 20, 0]\nperson = {}\n";
+    let wanted = TEXT.replace("300, 500]\n\n", &format!("300, 500]\n\n{bob}\n"));
     assert_eq!(made(TEXT, edit), wanted);
     let first = json!({ "does": "add", "kind": "sensor", "name": "a \"b\"", "at_mm": [1, 2, 3] });
     let text = made("[room]\nambient_c = 20", first);

@@ -177,7 +177,7 @@ fn a_recording_that_begins_later_is_aligned_from_its_first_frame() {
     records.truncate(seen);
     let found = |start_s: u64| {
         let options = Options {
-            start: Duration::from_secs(start_s),
+            start: Some(Duration::from_secs(start_s)),
             shuffles: 20,
             align: with(TimeAlignment::Rate, 0.5),
             ..Options::default()

@@ -183,6 +183,7 @@ pub(crate) fn right() -> Vec<(&'static str, Scene, &'static str)> {
 pub(crate) fn known(unit: Unit, seed: u64) -> KnownUnit {
     KnownUnit {
         pattern_c: pattern_c(unit, seed),
+        has_background: true,
         wander_c: 0.0,
         bias_c: 0.0,
         spread_c: 0.0,
