@@ -184,15 +184,6 @@ impl Agent {
         }
     }
 
-    /// The rotation at `time` that [`Self::standing_at`] takes.
-    #[must_use]
-    pub fn facing(&self, time: Duration) -> DMat3 {
-        match &self.person {
-            Some(person) => self.heading_at(time).unwrap_or(person.facing),
-            None => self.turn(time).unwrap_or(DMat3::IDENTITY),
-        }
-    }
-
     /// The way a walker faces: where it goes within a step's time, so that a tracker's noise does not turn it.
     fn heading_at(&self, time: Duration) -> Option<DMat3> {
         const AROUND_S: f64 = 0.3;

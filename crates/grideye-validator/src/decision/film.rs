@@ -72,7 +72,7 @@ impl Film {
             simulator.replace_agents(Vec::new());
             let place = |time: &Duration| {
                 let at_m = one.position_m(*time);
-                (at_m.x, at_m.y, direction(one.facing(*time)))
+                (at_m.x, at_m.y, direction(one.facing(*time).or_else(|| one.turn(*time)).unwrap_or(DMat3::IDENTITY)))
             };
             people.push(Walker {
                 adds,
