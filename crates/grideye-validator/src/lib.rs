@@ -44,6 +44,7 @@ pub mod background;
 pub mod calibrate;
 pub mod characterize;
 mod compare;
+mod decision;
 mod error;
 mod expected;
 mod frames;

@@ -82,6 +82,22 @@ pub fn compare_scene(
         ..prior(records, &simulator, room, pattern, &aligned.found, options)
     };
     let comparison = compare_with_prior(shape, &real, &simulated, &settings, &prior)?;
+    if std::env::var_os("GRIDEYE_DECISION").is_some() {
+        use crate::decision::{Film, Laws, Unit, decide};
+        let started = std::time::Instant::now();
+        let frames: Vec<&TimedFrame> = evenly(aligned.frames.len(), 600).into_iter().map(|index| &aligned.frames[index]).collect();
+        let times: Vec<f64> = frames.iter().map(|frame| aligned.clock.scene_s(frame.time.as_secs_f64())).collect();
+        let mut film = Film::new(scene, sensor, &times)?;
+        let made = started.elapsed();
+        let recording: Vec<[f32; 64]> = frames.iter().map(|frame| frame.celsius.map(|celsius| celsius as f32)).collect();
+        let pattern: f64 = std::env::var("PATTERN").ok().and_then(|text| text.parse().ok()).unwrap_or(0.38);
+        let pattern_c = options.unit.map_or([pattern as f32; 64], |unit| [unit.spread_c.max(0.12) as f32; 64]);
+        let recording: Vec<[f32; 64]> = match options.unit { Some(unit) => recording.iter().map(|frame| std::array::from_fn(|pixel| frame[pixel] - unit.pattern_c[pixel] as f32)).collect(), None => recording };
+        let unit = Unit { noise_c: comparison.noise_sigma_c.unwrap_or(0.25), pattern_c, step_c: 0.25 };
+        let decision = decide(&mut film, &recording, &Laws::PEOPLE, &unit, options.align.shift_max.as_secs_f64());
+        eprintln!("film {made:?} all {:?} right {:.3} worst {:?} contrast {:.2} {:?} lag {:.1} noise {:.3}", started.elapsed(), decision.right, decision.worst, decision.contrast, decision.contrast_range, decision.lag_s, unit.noise_c);
+        for told in &decision.alternatives { if told.likeness <= told.limit || told.power < 0.8 { eprintln!("   untold {:?} likeness {:.2} limit {:.2} power {:.2} alike {}", told.what, told.likeness, told.limit, told.power, told.is_alike); } }
+    }
     let judgment = &comparison.judgment;
     let is_turned = judgment.criteria.iter().any(|criterion| {
         let is_reason = |reason: &String| reason.starts_with(&criterion.sentence);
