@@ -1,5 +1,7 @@
-//! What a scene shows at the times of a recording's frames, and what each of its people adds at any place.
+//! What a scene shows at the times of a recording, and what each of its people adds at any place.
 
+use crate::align::Orientation;
+use crate::numbers::count;
 use glam::{DMat3, DVec3};
 use grideye_frame::PIXELS;
 use grideye_scene::{Agent, Scene, SceneError, Simulator};
@@ -10,26 +12,32 @@ use std::time::Duration;
 /// One image, row by row, °C.
 pub(crate) type Image = [f32; PIXELS];
 
-/// Spacing of the places that a person is rendered at, meters: half a pixel's width at a head below a ceiling.
-const SPACING_M: f64 = 0.06;
+/// Spacing of the places that a person is rendered at, meters: a third of a pixel's width at a head below a ceiling.
+const SPACING_M: f64 = 0.08;
 /// Directions that a person is rendered in.
 const DIRECTIONS: u8 = 8;
+/// Longest time within one picture that a person counts as standing still, seconds.
+const STILL_S: f64 = 0.35;
 
-/// A scene at the times of a recording's frames, without noise.
+/// A scene at the times of a recording's pictures, without noise.
 pub(crate) struct Film {
     pub(crate) times_s: Vec<f64>,
-    /// The scene without its people.
-    pub(crate) empty: Vec<Image>,
+    /// The scene without what is to be recognized.
+    pub(crate) room: Vec<Image>,
     pub(crate) people: Vec<Walker>,
+    /// In a scene without people its objects are to be recognized.
+    pub(crate) objects: Option<Vec<Image>>,
 }
 
 /// One person of a scene.
 pub(crate) struct Walker {
-    /// What it adds to each frame where the scene has it.
+    /// What it adds to each picture where the scene has it.
     pub(crate) adds: Vec<Image>,
     /// Where it is, and in which of the rendered directions it faces.
     pub(crate) places: Vec<(f64, f64, u8)>,
     pub(crate) moves: bool,
+    /// What the atlas has at each of those places.
+    here: Vec<Option<Image>>,
     atlas: Atlas,
 }
 
@@ -37,60 +45,65 @@ pub(crate) struct Walker {
 struct Atlas {
     simulator: Simulator,
     agent: Agent,
-    empty: Vec<f64>,
+    room: Vec<f64>,
     height_m: f64,
     seen: HashMap<(i32, i32, u8), Box<Image>>,
 }
 
 impl Film {
-    /// Renders the scene at these times.
-    pub(crate) fn new(scene: &Scene, sensor: &str, times_s: &[f64]) -> Result<Self, SceneError> {
-        let room = scene.without_agents();
-        let mut simulator = Simulator::without_grid(&room, sensor)?;
-        let times: Vec<Duration> = times_s
-            .iter()
-            .map(|time_s| Duration::try_from_secs_f64(time_s.max(0.0)).unwrap_or_default())
-            .collect();
-        let empty: Vec<Vec<f64>> = times
-            .iter()
-            .map(|time| simulator.image(*time).celsius)
-            .collect();
+    /// Renders the scene at these times, each picture the mean over `within_s`.
+    pub(crate) fn new(
+        scene: &Scene,
+        sensor: &str,
+        times_s: &[f64],
+        within_s: f64,
+    ) -> Result<Self, SceneError> {
+        let mut simulator = Simulator::without_grid(&scene.without_agents(), sensor)?;
+        let moments = Moments::new(times_s, within_s);
+        let room = if scene.without_agents().is_static() {
+            vec![image(&simulator.image(Duration::ZERO).celsius); times_s.len()]
+        } else {
+            moments.images(&simulator)
+        };
         let mut people = Vec::with_capacity(scene.agents().len());
         for (number, agent) in scene.agents().iter().enumerate() {
             // With the others in the room, who may hide it.
             let mut others = scene.agents().to_vec();
-            let one = others.remove(number);
-            simulator.replace_agents(others.clone());
-            let without: Vec<Vec<f64>> = times
-                .iter()
-                .map(|time| simulator.image(*time).celsius)
-                .collect();
-            simulator.replace_agents(scene.agents().to_vec());
-            let adds = times.iter().zip(&without);
-            let adds = adds.map(|(time, without)| less(&simulator.image(*time).celsius, without));
-            let adds = adds.collect();
-            simulator.replace_agents(Vec::new());
-            let place = |time: &Duration| {
-                let at_m = one.position_m(*time);
-                (at_m.x, at_m.y, direction(one.facing(*time).or_else(|| one.turn(*time)).unwrap_or(DMat3::IDENTITY)))
+            let _ = others.remove(number);
+            let without = if others.is_empty() {
+                room.clone()
+            } else {
+                simulator.replace_agents(others);
+                moments.images(&simulator)
             };
+            simulator.replace_agents(scene.agents().to_vec());
+            let with = moments.images(&simulator);
+            simulator.replace_agents(Vec::new());
+            let adds = with.iter().zip(&without).map(|(with, without)| less(with, without));
             people.push(Walker {
-                adds,
-                places: times.iter().map(place).collect(),
-                moves: !one.duration().is_zero(),
+                adds: adds.collect(),
+                places: times_s.iter().map(|time_s| place(agent, *time_s)).collect(),
+                moves: !agent.duration().is_zero(),
+                here: vec![None; times_s.len()],
                 atlas: Atlas {
+                    room: simulator.image(Duration::ZERO).celsius,
                     simulator: simulator.clone(),
-                    empty: simulator.image(Duration::ZERO).celsius,
-                    height_m: one.start_m.z,
+                    height_m: agent.start_m.z,
                     agent: agent.clone(),
                     seen: HashMap::new(),
                 },
             });
         }
+        let (room, objects) = if people.is_empty() {
+            (vec![[0.0; PIXELS]; times_s.len()], Some(room))
+        } else {
+            (room, None)
+        };
         Ok(Self {
             times_s: times_s.to_vec(),
-            empty: empty.iter().map(|celsius| image(celsius)).collect(),
+            room,
             people,
+            objects,
         })
     }
 
@@ -98,7 +111,11 @@ impl Film {
         self.times_s.len()
     }
 
-    /// The index of the frame nearest to a time, the first or last beyond the ends.
+    pub(crate) fn has_movement(&self) -> bool {
+        self.people.iter().any(|walker| walker.moves)
+    }
+
+    /// The index of the picture nearest to a time, the first or last beyond the ends.
     pub(crate) fn near(&self, time_s: f64) -> usize {
         let after = self.times_s.partition_point(|other| *other < time_s);
         let before = after.saturating_sub(1);
@@ -111,20 +128,70 @@ impl Film {
     }
 }
 
+/// The times that each picture is the mean of.
+struct Moments<'a> {
+    times_s: &'a [f64],
+    apart_s: Vec<f64>,
+}
+
+impl<'a> Moments<'a> {
+    fn new(times_s: &'a [f64], within_s: f64) -> Self {
+        const MOST: f64 = 8.0;
+        let number = (within_s / STILL_S).ceil().clamp(1.0, MOST);
+        let mut apart_s = Vec::new();
+        let mut half = 0.5;
+        while half < number {
+            apart_s.push(within_s * (half / number - 0.5));
+            half += 1.0;
+        }
+        Self { times_s, apart_s }
+    }
+
+    fn images(&self, simulator: &Simulator) -> Vec<Image> {
+        let share = 1.0 / count(self.apart_s.len()) as f32;
+        let mean = |time_s: &f64| {
+            let mut mean = [0.0; PIXELS];
+            for apart_s in &self.apart_s {
+                let seen = simulator.image(moment(time_s + apart_s)).celsius;
+                add(&mut mean, &image(&seen), share);
+            }
+            mean
+        };
+        self.times_s.iter().map(mean).collect()
+    }
+}
+
+fn moment(time_s: f64) -> Duration {
+    Duration::try_from_secs_f64(time_s.max(0.0)).unwrap_or_default()
+}
+
+fn place(agent: &Agent, time_s: f64) -> (f64, f64, u8) {
+    let time = moment(time_s);
+    let at_m = agent.position_m(time);
+    let turn = agent.facing(time).or_else(|| agent.turn(time));
+    (at_m.x, at_m.y, direction(turn.unwrap_or(DMat3::IDENTITY)))
+}
+
+/// The rendered direction nearest to a rotation about the vertical.
+fn direction(turn: DMat3) -> u8 {
+    let angle = turn.x_axis.y.atan2(turn.x_axis.x) / TAU;
+    let number = (angle * f64::from(DIRECTIONS)).round();
+    number.rem_euclid(f64::from(DIRECTIONS)) as u8
+}
+
 impl Walker {
-    /// What the person adds to a frame if it is `aside_m` from where the scene has it then.
-    pub(crate) fn aside(&mut self, frame: usize, aside_m: [f64; 2]) -> Image {
-        let (x, y, direction) = self.places[frame];
-        let mut adds = self.adds[frame];
+    /// What the person adds to a picture if it is `aside_m` from where the scene has it then.
+    pub(crate) fn aside(&mut self, index: usize, aside_m: [f64; 2]) -> Image {
+        let mut adds = self.adds[index];
         if aside_m == [0.0; 2] {
             return adds;
         }
+        let (x, y, direction) = self.places[index];
+        let Self { here, atlas, .. } = self;
+        let here = here[index].get_or_insert_with(|| atlas.at([x, y], direction));
         // The difference of two standing images carries the moment of the stride along.
-        let there = self.atlas.at([x + aside_m[0], y + aside_m[1]], direction);
-        let here = self.atlas.at([x, y], direction);
-        for (adds, (there, here)) in adds.iter_mut().zip(there.iter().zip(here)) {
-            *adds += there - here;
-        }
+        add(&mut adds, here, -1.0);
+        atlas.add_at(&mut adds, [x + aside_m[0], y + aside_m[1]], direction);
         adds
     }
 
@@ -132,34 +199,39 @@ impl Walker {
     pub(crate) fn standing(&mut self, place_m: [f64; 2], direction: u8) -> Image {
         self.atlas.at(place_m, direction)
     }
+
+    /// Sum of what it adds, by picture, °C.
+    pub(crate) fn warmth(&self) -> Vec<f64> {
+        let sum = |image: &Image| f64::from(image.iter().sum::<f32>());
+        self.adds.iter().map(sum).collect()
+    }
 }
 
 impl Atlas {
-    /// Between the four rendered places around this one.
     fn at(&mut self, place_m: [f64; 2], direction: u8) -> Image {
+        let mut image = [0.0; PIXELS];
+        self.add_at(&mut image, place_m, direction);
+        image
+    }
+
+    /// Between the four rendered places around this one.
+    fn add_at(&mut self, all: &mut Image, place_m: [f64; 2], direction: u8) {
         let [x, y] = place_m.map(|place_m| place_m / SPACING_M);
         let (left, below) = (x.floor(), y.floor());
         let (right, above) = ((x - left) as f32, (y - below) as f32);
-        let mut all = [0.0; PIXELS];
         for (step_x, share_x) in [(0, 1.0 - right), (1, right)] {
             for (step_y, share_y) in [(0, 1.0 - above), (1, above)] {
-                let share = share_x * share_y;
-                if share > 0.0 {
-                    let image = self.rendered((left as i32 + step_x, below as i32 + step_y, direction));
-                    for (all, image) in all.iter_mut().zip(image) {
-                        *all += share * image;
-                    }
-                }
+                let key = (left as i32 + step_x, below as i32 + step_y, direction);
+                add(all, self.rendered(key), share_x * share_y);
             }
         }
-        all
     }
 
     fn rendered(&mut self, key: (i32, i32, u8)) -> &Image {
         let Self {
             simulator,
             agent,
-            empty,
+            room,
             height_m,
             seen,
         } = self;
@@ -173,23 +245,26 @@ impl Atlas {
             let angle = TAU * f64::from(direction) / f64::from(DIRECTIONS);
             let turn = DMat3::from_rotation_z(angle);
             simulator.replace_agents(vec![agent.standing_at(place_m, turn)]);
-            Box::new(less(&simulator.image(Duration::ZERO).celsius, empty))
+            let with = image(&simulator.image(Duration::ZERO).celsius);
+            Box::new(less(&with, &image(room)))
         })
     }
 }
 
-/// The rendered direction nearest to a rotation about the vertical.
-fn direction(turn: DMat3) -> u8 {
-    let angle = turn.x_axis.y.atan2(turn.x_axis.x) / TAU;
-    let number = (angle * f64::from(DIRECTIONS)).round();
-    number.rem_euclid(f64::from(DIRECTIONS)) as u8
-}
-
-pub(super) fn image(celsius: &[f64]) -> Image {
+pub(crate) fn image(celsius: &[f64]) -> Image {
     std::array::from_fn(|pixel| celsius.get(pixel).copied().unwrap_or_default() as f32)
 }
 
-fn less(with: &[f64], without: &[f64]) -> Image {
-    let difference: Vec<f64> = with.iter().zip(without).map(|(with, without)| with - without).collect();
-    image(&difference)
+pub(super) fn add(image: &mut Image, other: &Image, share: f32) {
+    for (image, other) in image.iter_mut().zip(other) {
+        *image += share * other;
+    }
+}
+
+pub(super) fn less(with: &Image, without: &Image) -> Image {
+    std::array::from_fn(|pixel| with[pixel] - without[pixel])
+}
+
+pub(super) fn turned(images: &[Image], orientation: Orientation) -> Vec<Image> {
+    images.iter().map(|image| orientation.apply(image)).collect()
 }

@@ -1,299 +1,365 @@
-//! From a recording and the worlds of its scene to what it can and cannot be.
+//! Statistics of a recording beside a scene and its alternatives.
 
+use crate::align::Orientation;
 use crate::decision::alternative::Alternative;
-use crate::decision::film::{Film, Image};
+use crate::decision::film::{Film, Image, add, less, turned};
 use crate::decision::law::Laws;
 use crate::decision::template::{Hiding, Template, centered};
-use crate::decision::world::{Drawn, Unit, add};
-use crate::numbers::{count, percentile};
+use crate::decision::unit::Unit;
+use crate::decision::world::{Drawn, later};
+use crate::numbers::count;
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
-use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use std::ops::Range;
 
-/// What a recording says about its scene.
-#[derive(Debug, Clone)]
-pub(crate) struct Decision {
-    /// Share of right worlds that are as far from the scene as the recording, or farther.
-    pub(crate) right: f64,
-    /// What is farthest off, and by how many standard deviations of right worlds.
-    pub(crate) worst: (Worst, f64),
-    /// The recording's contrast over the scene's, and the range of 99 % of right worlds.
-    pub(crate) contrast: f64,
-    pub(crate) contrast_range: [f64; 2],
-    pub(crate) lag_s: f64,
-    pub(crate) alternatives: Vec<Told>,
-}
-
-/// Whether an alternative can be told from the scene.
-#[derive(Debug, Clone)]
-pub(crate) struct Told {
-    pub(crate) what: Alternative,
-    /// 1 for the scene, 0 for the alternative.
-    pub(crate) likeness: f64,
-    /// What 99 % of the alternative's worlds stay below.
-    pub(crate) limit: f64,
-    /// Share of right worlds above that limit.
-    pub(crate) power: f64,
-    /// Whether the two differ by less than noise.
-    pub(crate) is_alike: bool,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Worst {
-    Contrast,
-    Misfit,
-    Extra,
-    Missing,
-    Alternative(Alternative),
-}
-
-/// Right worlds: half set location and scale of each statistic, half its rank.
-const RIGHT: usize = 400;
-const OF_ALTERNATIVE: usize = 100;
+/// Worlds whose mean is the picture of a scene or an alternative.
 const FOR_MEAN: usize = 24;
-const LAG_STEP_S: f64 = 0.1;
-/// `W` of a difference below which noise hides it: two standard deviations.
-const ALIKE: f64 = 4.0;
-/// Warmth that the scene lacks or claims too much is sought in stretches of this length, seconds.
+/// Delays that are tried each way, in standard deviations.
+const LAGS: i32 = 3;
+/// Warmth that the scene lacks or has too much is sought in stretches of this length, seconds.
 const STRETCH_S: f64 = 1.0;
+/// Blocks of 2 x 2 pixels.
+const BLOCKS: usize = (ROWS - 1) * (COLUMNS - 1);
 
-struct Judge {
+/// Looks at recordings.
+pub(crate) struct Judge {
     hiding: Hiding,
-    /// By lag: the scene, and for each alternative the difference, its half sum's product with it.
-    scene: Vec<Template>,
-    alternatives: Vec<(Alternative, Vec<(Template, f64)>)>,
-    lags_s: Vec<f64>,
-    stretches: Vec<std::ops::Range<usize>>,
-    scene_stretches: Vec<Vec<Image>>,
+    rooms: Vec<Template>,
+    scene: Story,
+    /// `W` of the scene's room with its subject, by delay.
+    with_room: Vec<f64>,
+    pub(crate) rivals: Vec<Rival>,
+    pub(crate) lags_s: Vec<f64>,
+    stretches: Vec<Range<usize>>,
+    room_means: Vec<Image>,
+    /// By delay.
+    scene_means: Vec<Vec<Image>>,
     own_share: [f64; PIXELS],
 }
 
-struct Statistics {
-    lag: usize,
-    contrast: f64,
-    misfit: f64,
-    extra: f64,
-    missing: f64,
-    likeness: Vec<f64>,
+/// What a recording should show: a room, and what is to be recognized in it, as warm as it turns out.
+struct Story {
+    room: usize,
+    /// What is to be recognized, by delay.
+    subject: Vec<Template>,
 }
 
-pub(crate) fn decide(
-    film: &mut Film,
-    recording: &[Image],
-    laws: &Laws,
-    unit: &Unit,
-    lag_max_s: f64,
-) -> Decision {
-    let mut random = ChaCha8Rng::seed_from_u64(0x0064_6563_6964_6500);
-    let judge = Judge::new(film, laws, unit, lag_max_s, &mut random);
-    let right: Vec<Statistics> = (0..RIGHT)
-        .map(|_| {
-            let drawn = Drawn::of(film, laws, &mut random);
-            let shown = drawn.shown(film, |_, index| index);
-            judge.of(&unit.records(&shown, &mut random))
-        })
-        .collect();
-    let (known, held) = right.split_at(RIGHT / 2);
-    let laws_of: Vec<(f64, f64)> = (0..judge.number())
-        .map(|place| {
-            let values = sorted(known.iter().map(|statistics| statistics.badness(place)));
-            let at = |percent| -> f64 { percentile(&values, percent).unwrap_or(0.0) };
-            (at(50), (0.5 * (at(84) - at(16))).max(1e-6))
-        })
-        .collect();
-    let far = |statistics: &Statistics| {
-        let sds = (0..judge.number()).map(|place| {
-            let (location, scale) = laws_of[place];
-            let off = (statistics.badness(place) - location) / scale;
-            if place == 0 { off.abs() } else { off }
-        });
-        sds.enumerate().fold((0, f64::NEG_INFINITY), |far, one| if one.1 > far.1 { one } else { far })
-    };
-    let found = judge.of(recording);
-    let (place, off) = far(&found);
-    let farther = held.iter().filter(|statistics| far(statistics).1 >= off).count();
-    let contrasts = sorted(right.iter().map(|statistics| statistics.contrast));
-    let alternatives = judge.alternatives.iter().enumerate().map(|(number, (what, by_lag))| {
-        let drawn = sorted((0..OF_ALTERNATIVE).map(|_| {
-            let drawn = Drawn::of(film, laws, &mut random);
-            let shown = what.shown(film, &drawn);
-            judge.likeness(number, &unit.records(&shown, &mut random))
-        }));
-        let limit = percentile(&drawn, 99).unwrap_or(0.0);
-        let above = held.iter().filter(|statistics| statistics.likeness[number] > limit).count();
-        Told {
-            what: what.clone(),
-            likeness: found.likeness[number],
-            limit,
-            power: count(above) / count(held.len()),
-            is_alike: by_lag.iter().all(|(difference, _)| difference.square < ALIKE),
-        }
-    });
-    let alternatives = alternatives.collect();
-    Decision {
-        right: (count(farther) + 1.0) / (count(held.len()) + 1.0),
-        worst: (judge.named(place), off),
-        contrast: found.contrast,
-        contrast_range: [1, 99].map(|percent| percentile(&contrasts, percent).unwrap_or(1.0)),
-        lag_s: judge.lags_s[found.lag],
-        alternatives,
-    }
+/// Another story beside the scene's, for a likelihood ratio that depends on the contrast `s`.
+pub(crate) struct Rival {
+    pub(crate) what: Alternative,
+    story: Story,
+    /// By delay: `W` of the middle between both with their difference, and of the difference with itself, as
+    /// polynomials of `s`.
+    middle: Vec<[f64; 3]>,
+    difference: Vec<[f64; 3]>,
+    /// How far it is from the scene without noise, in standard deviations.
+    pub(crate) apart: f64,
+}
+
+/// How well the scene explains a recording.
+#[derive(Debug, Clone, Copy)]
+struct Fit {
+    lag: usize,
+    contrast: f64,
+    /// `W` of the recording with the subject at this delay.
+    product: f64,
+    explained: f64,
+}
+
+/// What a recording says of the scene.
+#[derive(Debug, Clone)]
+pub(crate) struct Statistics {
+    pub(crate) contrast: f64,
+    pub(crate) lag_s: f64,
+    pub(crate) misfit: f64,
+    /// How much more it resembles the scene than each alternative: 1 as the scene, 0 as the alternative, less what noise
+    /// may add.
+    pub(crate) likeness: Vec<f64>,
+    /// Warmth beyond the scene of each stretch and block, °C times the root of the pictures.
+    pub(crate) beyond: Vec<f32>,
 }
 
 impl Judge {
-    fn new(film: &mut Film, laws: &Laws, unit: &Unit, lag_max_s: f64, random: &mut ChaCha8Rng) -> Self {
-        let hiding = Hiding::new(unit.noise_c, &unit.pattern_c);
-        let all = Alternative::of(film, lag_max_s);
+    pub(crate) fn new(film: &mut Film, laws: &Laws, unit: &Unit, random: &mut ChaCha8Rng) -> Self {
+        let hiding = Hiding::new(unit);
         // The same draws for all, with the scene's own contrast.
         let drawn: Vec<Drawn> = (0..FOR_MEAN)
             .map(|_| Drawn::of(film, laws, random).as_warm_as_claimed())
             .collect();
-        let mean = |shown: &mut dyn FnMut(&Drawn) -> Vec<Image>| {
-            let mut sum = vec![[0.0; PIXELS]; drawn.first().map_or(0, |first| shown(first).len())];
-            for drawn in &drawn {
-                for (sum, image) in sum.iter_mut().zip(shown(drawn)) {
-                    add(sum, &image, 1.0 / FOR_MEAN as f32);
-                }
-            }
-            sum
+        let step_s = laws.lag_sd_s;
+        let lags = if film.has_movement() && step_s > 0.0 { LAGS } else { 0 };
+        let lags_s: Vec<f64> = (-lags..=lags).map(|lag| step_s * f64::from(lag)).collect();
+        let mut painter = Painter {
+            hiding: &hiding,
+            drawn,
+            lags_s: &lags_s,
+            rooms: Vec::new(),
         };
-        let scene = mean(&mut |drawn| drawn.shown(film, |_, index| index));
-        let steps = (lag_max_s / LAG_STEP_S).floor() as i32;
-        let moves = film.people.iter().any(|walker| walker.moves);
-        let steps = if moves { steps } else { 0 };
-        let lags_s: Vec<f64> = (-steps..=steps).map(|step| LAG_STEP_S * f64::from(step)).collect();
-        let scenes: Vec<Vec<Image>> = lags_s.iter().map(|lag_s| later(&scene, &film.times_s, *lag_s)).collect();
-        let alternatives = all.into_iter().filter_map(|what| {
-            let picture = mean(&mut |drawn| what.shown(film, drawn));
-            let by_lag: Vec<(Template, f64)> = lags_s
-                .iter()
-                .zip(&scenes)
-                .map(|(lag_s, scene)| {
-                    let other = later(&picture, &film.times_s, *lag_s);
-                    let pair = || scene.iter().zip(&other);
-                    let difference: Vec<Image> =
-                        pair().map(|(a, b)| std::array::from_fn(|pixel| a[pixel] - b[pixel])).collect();
-                    let middle: Vec<Image> =
-                        pair().map(|(a, b)| std::array::from_fn(|pixel| 0.5 * (a[pixel] + b[pixel]))).collect();
-                    let template = hiding.template(&difference);
-                    let middle = template.product(&middle);
-                    (template, middle)
-                })
-                .collect();
-            let differs = by_lag.iter().any(|(template, _)| template.square > 1e-3);
-            differs.then_some((what, by_lag))
-        });
-        let alternatives = alternatives.collect();
+        let (scene, subjects) = painter.story(film, None);
+        let mut rivals = Vec::new();
+        for what in Alternative::of(film, laws) {
+            let (story, pictures) = painter.story(film, Some(&what));
+            rivals.push(painter.rival(what, story, &pictures, (&scene, &subjects)));
+        }
         let stretches = stretches(&film.times_s);
+        let means_of = |film: &[Image]| means(&centered(film), &stretches);
+        let rooms = painter.rooms.into_iter().map(|room| room.template).collect();
+        let with_room = scene.subject.iter().map(|subject| subject.product(&film.room));
         Self {
-            scene: scenes.iter().map(|scene| hiding.template(scene)).collect(),
-            scene_stretches: scenes.iter().map(|scene| means(&centered(scene), &stretches)).collect(),
+            with_room: with_room.collect(),
+            room_means: means_of(&film.room),
+            scene_means: subjects.iter().map(|subject| means_of(subject)).collect(),
             own_share: hiding.own_share(film.len()),
             hiding,
-            alternatives,
+            rooms,
+            scene,
+            rivals,
             lags_s,
             stretches,
         }
     }
 
-    fn number(&self) -> usize {
-        4 + self.alternatives.len()
-    }
-
-    fn named(&self, place: usize) -> Worst {
-        match place {
-            0 => Worst::Contrast,
-            1 => Worst::Misfit,
-            2 => Worst::Extra,
-            3 => Worst::Missing,
-            more => Worst::Alternative(self.alternatives[more - 4].0.clone()),
-        }
-    }
-
-    fn lag(&self, recording: &[Image]) -> (usize, f64) {
-        let products = self.scene.iter().map(|scene| scene.product(recording));
-        let fits = products.zip(&self.scene).map(|(product, scene)| (product, product / scene.square.max(1e-9).sqrt()));
-        let best = fits.enumerate().fold((0, 0.0, f64::NEG_INFINITY), |best, (lag, (product, fit))| {
-            if fit > best.2 { (lag, product, fit) } else { best }
-        });
-        (best.0, best.1 / self.scene[best.0].square.max(1e-9))
-    }
-
-    fn likeness(&self, alternative: usize, recording: &[Image]) -> f64 {
-        self.likeness_at(alternative, recording, self.lag(recording).0)
-    }
-
-    fn likeness_at(&self, alternative: usize, recording: &[Image], lag: usize) -> f64 {
-        let (difference, middle) = &self.alternatives[alternative].1[lag];
-        (difference.product(recording) - middle) / difference.square.max(1e-9) + 0.5
-    }
-
-    fn of(&self, recording: &[Image]) -> Statistics {
-        let (lag, contrast) = self.lag(recording);
-        let scene = &self.scene[lag];
-        let all = self.hiding.square(recording);
-        let left = all - contrast * contrast * scene.square;
-        let (extra, missing) = self.left_over(recording, lag, contrast);
-        Statistics {
-            lag,
-            contrast,
-            misfit: left.max(1e-9).ln(),
-            extra,
-            missing,
-            likeness: (0..self.alternatives.len())
-                .map(|number| self.likeness_at(number, recording, lag))
-                .collect(),
-        }
-    }
-
-    /// The warmest and the coldest 2 x 2 pixels of any stretch, beyond scene and pattern, °C times the root of frames.
-    fn left_over(&self, recording: &[Image], lag: usize, contrast: f64) -> (f64, f64) {
-        let mut left = means(&centered(recording), &self.stretches);
-        let mut mean = [0.0_f64; PIXELS];
-        let frames = count(recording.len().max(1));
-        for ((left, scene), stretch) in left.iter_mut().zip(&self.scene_stretches[lag]).zip(&self.stretches) {
-            for pixel in 0..PIXELS {
-                left[pixel] -= contrast as f32 * scene[pixel];
-                mean[pixel] += f64::from(left[pixel]) * count(stretch.len()) / frames;
+    fn fit(&self, recording: &[Image]) -> Fit {
+        let mut best = Fit {
+            lag: self.lags_s.len() / 2,
+            contrast: 0.0,
+            product: 0.0,
+            explained: f64::NEG_INFINITY,
+        };
+        for lag in 0..self.scene.subject.len() {
+            let fit = self.fit_at(recording, lag);
+            if fit.explained > best.explained {
+                best = fit;
             }
         }
-        let mut most = (0.0_f64, 0.0_f64);
+        best
+    }
+
+    fn fit_at(&self, recording: &[Image], lag: usize) -> Fit {
+        let (subject, with_room) = (&self.scene.subject[lag], self.with_room[lag]);
+        let product = subject.product(recording);
+        let square = subject.square.max(1e-9);
+        Fit {
+            lag,
+            contrast: (product - with_room) / square,
+            product,
+            explained: (product - with_room).max(0.0).powi(2) / square,
+        }
+    }
+
+    /// `W` of a recording with a room.
+    fn in_room(&self, room: usize, recording: &[Image]) -> f64 {
+        let room = &self.rooms[room];
+        match room.square > 0.0 {
+            true => room.product(recording),
+            false => 0.0,
+        }
+    }
+
+    fn likeness_at(&self, rival: &Rival, recording: &[Image], fit: Fit, in_rooms: f64) -> f64 {
+        /// Noise adds more in one of a hundred recordings.
+        const NOISE_SDS: f64 = 2.326;
+        let s = fit.contrast;
+        let polynomial = |[a, b, c]: [f64; 3]| a + s * (b + s * c);
+        let square = polynomial(rival.difference[fit.lag]);
+        if s <= 0.0 || square <= 0.0 {
+            return f64::from(f32::MIN);
+        }
+        let other = rival.story.subject[fit.lag].product(recording);
+        let product = in_rooms + s * (fit.product - other);
+        let likeness = 0.5 + (product - polynomial(rival.middle[fit.lag])) / square;
+        likeness - NOISE_SDS / square.sqrt()
+    }
+
+    /// How much more a recording resembles the scene than one alternative.
+    pub(crate) fn likeness(&self, rival: usize, recording: &[Image]) -> f64 {
+        let rival = &self.rivals[rival];
+        let in_rooms = match rival.story.room == self.scene.room {
+            true => 0.0,
+            false => {
+                self.in_room(self.scene.room, recording) - self.in_room(rival.story.room, recording)
+            }
+        };
+        self.likeness_at(rival, recording, self.fit(recording), in_rooms)
+    }
+
+    pub(crate) fn of(&self, recording: &[Image]) -> Statistics {
+        let rooms: Vec<f64> = (0..self.rooms.len())
+            .map(|room| self.in_room(room, recording))
+            .collect();
+        let fit = self.fit(recording);
+        let own = rooms[self.scene.room];
+        let room = self.rooms[self.scene.room].square - 2.0 * own;
+        let left = self.hiding.square(recording) + room - fit.explained;
+        let likeness = self.rivals.iter().map(|rival| {
+            self.likeness_at(rival, recording, fit, own - rooms[rival.story.room])
+        });
+        Statistics {
+            contrast: fit.contrast,
+            lag_s: self.lag_s(recording, fit),
+            misfit: left.max(1e-9).ln(),
+            likeness: likeness.collect(),
+            beyond: self.beyond(recording, fit.lag, fit.contrast),
+        }
+    }
+
+    /// The best delay, by a parabola through the best of those tried and its neighbors.
+    fn lag_s(&self, recording: &[Image], best: Fit) -> f64 {
+        let middle_s = self.lags_s[best.lag];
+        if best.lag == 0 || best.lag + 1 >= self.lags_s.len() {
+            return middle_s;
+        }
+        let [before, after] = [best.lag - 1, best.lag + 1].map(|lag| self.fit_at(recording, lag).explained);
+        let curve = before - 2.0 * best.explained + after;
+        let step_s = self.lags_s[best.lag + 1] - middle_s;
+        match curve < 0.0 {
+            true => middle_s + step_s * (0.5 * (before - after) / curve).clamp(-0.5, 0.5),
+            false => middle_s,
+        }
+    }
+
+    fn beyond(&self, recording: &[Image], lag: usize, contrast: f64) -> Vec<f32> {
+        let mut left = means(&centered(recording), &self.stretches);
+        let mut mean = [0.0_f64; PIXELS];
+        let number = count(recording.len().max(1));
+        let claims = self.room_means.iter().zip(&self.scene_means[lag]);
+        for ((left, (room, subject)), stretch) in left.iter_mut().zip(claims).zip(&self.stretches) {
+            for pixel in 0..PIXELS {
+                left[pixel] -= room[pixel] + contrast as f32 * subject[pixel];
+                mean[pixel] += f64::from(left[pixel]) * count(stretch.len()) / number;
+            }
+        }
+        let own: Image = std::array::from_fn(|pixel| (self.own_share[pixel] * mean[pixel]) as f32);
+        let mut all = Vec::with_capacity(BLOCKS * left.len());
         for (left, stretch) in left.iter().zip(&self.stretches) {
-            let root = count(stretch.len()).sqrt();
-            let at = |row: usize, column: usize| {
-                let pixel = row * COLUMNS + column;
-                f64::from(left[pixel]) - self.own_share[pixel] * mean[pixel]
-            };
+            let share = 0.25 * count(stretch.len()).sqrt() as f32;
+            let at = |pixel: usize| left[pixel] - own[pixel];
             for row in 0..ROWS - 1 {
                 for column in 0..COLUMNS - 1 {
-                    let sum = at(row, column) + at(row, column + 1) + at(row + 1, column) + at(row + 1, column + 1);
-                    let value = 0.25 * root * sum;
-                    most = (most.0.max(value), most.1.max(-value));
+                    let first = row * COLUMNS + column;
+                    let sum = at(first) + at(first + 1) + at(first + COLUMNS) + at(first + COLUMNS + 1);
+                    all.push(share * sum);
                 }
             }
         }
-        most
+        all
+    }
+
+    /// The stretch and the upper left pixel of a block, row and column.
+    pub(crate) fn block(&self, index: usize) -> (Range<usize>, usize, usize) {
+        let block = index % BLOCKS;
+        let (row, column) = (block / (COLUMNS - 1), block % (COLUMNS - 1));
+        (self.stretches[index / BLOCKS].clone(), row, column)
     }
 }
 
-impl Statistics {
-    /// Each statistic so that larger is farther from the scene; the first may be off either way.
-    fn badness(&self, place: usize) -> f64 {
-        match place {
-            0 => self.contrast.max(0.01).ln(),
-            1 => self.misfit,
-            2 => self.extra,
-            3 => self.missing,
-            more => -self.likeness[more - 4],
+/// Makes the stories' pictures: means over worlds.
+struct Painter<'a> {
+    hiding: &'a Hiding,
+    drawn: Vec<Drawn>,
+    lags_s: &'a [f64],
+    rooms: Vec<Room>,
+}
+
+struct Room {
+    orientation: Orientation,
+    pictures: Vec<Image>,
+    template: Template,
+}
+
+impl Painter<'_> {
+    fn room(&mut self, film: &Film, orientation: Orientation) -> usize {
+        let mut rooms = self.rooms.iter();
+        rooms.position(|room| room.orientation == orientation).unwrap_or_else(|| {
+            let pictures = turned(&film.room, orientation);
+            self.rooms.push(Room {
+                orientation,
+                template: self.hiding.template(&pictures),
+                pictures,
+            });
+            self.rooms.len() - 1
+        })
+    }
+
+    /// A story, and the pictures of what is to be recognized by delay.
+    fn story(&mut self, film: &mut Film, what: Option<&Alternative>) -> (Story, Vec<Vec<Image>>) {
+        let orientation = what.map_or(Orientation::Upright, Alternative::orientation);
+        let room = self.room(film, orientation);
+        let seen = &self.rooms[room].pictures;
+        let mut sum = vec![[0.0; PIXELS]; film.len()];
+        for drawn in &self.drawn {
+            let shown = match what {
+                None => drawn.shown(film, |_, index| index, |_, _| false),
+                Some(what) => what.shown(film, drawn),
+            };
+            for (sum, (shown, room)) in sum.iter_mut().zip(shown.iter().zip(seen)) {
+                add(sum, &less(shown, room), 1.0 / FOR_MEAN as f32);
+            }
+        }
+        let delayed = self.lags_s.iter();
+        let pictures: Vec<Vec<Image>> = delayed
+            .map(|lag_s| later(&sum, &film.times_s, *lag_s))
+            .collect();
+        let templates = pictures.iter().map(|pictures| self.hiding.template(pictures));
+        let subject = templates.collect();
+        (Story { room, subject }, pictures)
+    }
+
+    fn rival(
+        &self,
+        what: Alternative,
+        story: Story,
+        pictures: &[Vec<Image>],
+        (scene, subjects): (&Story, &[Vec<Image>]),
+    ) -> Rival {
+        let [a, b] = [scene.room, story.room].map(|room| &self.rooms[room]);
+        let (aa, bb, ab) = (
+            a.template.square,
+            b.template.square,
+            a.template.product(&b.pictures),
+        );
+        let mut middle = Vec::new();
+        let mut difference = Vec::new();
+        for (lag, (one, other)) in scene.subject.iter().zip(&story.subject).enumerate() {
+            let with = |room: &Room, subject: &Vec<Image>| room.template.product(subject);
+            let (a_one, a_other) = (with(a, &subjects[lag]), with(a, &pictures[lag]));
+            let (b_one, b_other) = (with(b, &subjects[lag]), with(b, &pictures[lag]));
+            let both = one.product(&pictures[lag]);
+            middle.push([
+                0.5 * (aa - bb),
+                a_one - b_other,
+                0.5 * (one.square - other.square),
+            ]);
+            difference.push([
+                aa - 2.0 * ab + bb,
+                2.0 * (a_one - a_other - b_one + b_other),
+                one.square - 2.0 * both + other.square,
+            ]);
+        }
+        // The best delay of the alternative may hide the difference.
+        let aligned = |other: &Template| {
+            let lag = self.lags_s.len() / 2;
+            let both = other.product(&subjects[lag]);
+            let one = scene.subject[lag].square;
+            one - both.max(0.0).powi(2) / other.square.max(1e-9)
+        };
+        let rooms: f64 = difference.first().map_or(0.0, |difference| difference[0]);
+        let subjects = story.subject.iter().map(aligned).fold(f64::INFINITY, f64::min);
+        Rival {
+            what,
+            story,
+            middle,
+            difference,
+            apart: (rooms + subjects.max(0.0)).max(0.0).sqrt(),
         }
     }
 }
 
-fn stretches(times_s: &[f64]) -> Vec<std::ops::Range<usize>> {
+fn stretches(times_s: &[f64]) -> Vec<Range<usize>> {
     let mut all = Vec::new();
     let mut first = 0;
     for index in 1..=times_s.len() {
-        if index == times_s.len() || times_s[index] - times_s[first] >= STRETCH_S {
+        if index == times_s.len() || times_s[index] - times_s[first] >= STRETCH_S - 1e-3 {
             all.push(first..index);
             first = index;
         }
@@ -301,38 +367,14 @@ fn stretches(times_s: &[f64]) -> Vec<std::ops::Range<usize>> {
     all
 }
 
-fn means(frames: &[Image], stretches: &[std::ops::Range<usize>]) -> Vec<Image> {
-    let mean = |stretch: &std::ops::Range<usize>| {
+fn means(film: &[Image], stretches: &[Range<usize>]) -> Vec<Image> {
+    let mean = |stretch: &Range<usize>| {
         let mut sum = [0.0; PIXELS];
         let share = 1.0 / stretch.len().max(1) as f32;
-        frames[stretch.clone()].iter().for_each(|frame| add(&mut sum, frame, share));
+        film[stretch.clone()]
+            .iter()
+            .for_each(|image| add(&mut sum, image, share));
         sum
     };
     stretches.iter().map(mean).collect()
-}
-
-/// A picture shown later.
-fn later(picture: &[Image], times_s: &[f64], lag_s: f64) -> Vec<Image> {
-    let last = picture.len().saturating_sub(1);
-    let at = |time_s: &f64| {
-        let time_s = time_s - lag_s;
-        let after = times_s.partition_point(|other| *other < time_s).min(last);
-        let before = after.saturating_sub(1);
-        let (low, high) = (times_s[before], times_s[after]);
-        let share = match high > low {
-            true => ((time_s - low) / (high - low)).clamp(0.0, 1.0) as f32,
-            false => 1.0,
-        };
-        let mut image = [0.0; PIXELS];
-        add(&mut image, &picture[before], 1.0 - share);
-        add(&mut image, &picture[after], share);
-        image
-    };
-    times_s.iter().map(at).collect()
-}
-
-fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values
 }

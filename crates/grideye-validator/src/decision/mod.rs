@@ -1,7 +1,7 @@
 //! Decides between a scene and its alternatives, with known error rates.
 //!
 //! ```text
-//!  scene ──▶ films: what each person adds at any place ──┐
+//!  scene ──▶ film: what each person adds at any place ───┐
 //!  laws of what the scene does not know exactly ─────────┼──▶ worlds ──▶ statistics of right worlds ──▶ p of the recording
 //!  noise, pattern and steps of the unit ─────────────────┘          └──▶ statistics of each alternative ─▶ told apart or not
 //! ```
@@ -12,13 +12,17 @@
 //! time): if the recording could come from an alternative too, it cannot tell.
 
 mod alternative;
+mod decide;
 mod film;
 mod judge;
 mod law;
+mod recording;
 mod template;
+mod unit;
 mod world;
 
+pub(crate) use alternative::Alternative;
+pub(crate) use decide::{Decision, Told, Worst, decide};
 pub(crate) use film::Film;
-pub(crate) use judge::{Decision, decide};
 pub(crate) use law::Laws;
-pub(crate) use world::Unit;
+pub(crate) use recording::Recording;

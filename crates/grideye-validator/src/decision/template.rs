@@ -1,86 +1,120 @@
 //! Likelihood ratios of recordings, as products with templates.
 //!
-//! `W(a, b) = Σ (a - ā)(b - b̄) / s² + n ā b̄ / (s² + n τ²)`, summed over pixels and frames: each frame less its mean over
-//! the pixels, `ā` the mean over the `n` frames, `s` the noise, `τ` the unknown constant error of each pixel. It is the
-//! product of two pictures in units of what noise and pattern hide.
+//! `W(a, b) = Σ (a - ā)(b - b̄) / s² + n ā b̄ / (s² + n τ²)`, summed over pixels and pictures: each picture less its mean
+//! over the pixels, `ā` the mean over the `n` pictures, `s` the noise, `τ` the unknown constant error of each pixel. It is
+//! the product of two films in units of what noise and pattern hide.
 
 use crate::decision::film::Image;
+use crate::decision::unit::Unit;
 use crate::numbers::count;
 use grideye_frame::PIXELS;
 
-/// What hides a picture.
+/// What hides a film.
 pub(crate) struct Hiding {
-    noise_c2: f64,
+    noise_c2: [f64; PIXELS],
     pattern_c2: [f64; PIXELS],
 }
 
-/// A picture, ready for products with recordings.
+/// A film, ready for products with others.
 pub(crate) struct Template {
     weights: Vec<Image>,
-    /// `W` of the picture with itself.
+    /// `W` of the film with itself.
     pub(crate) square: f64,
 }
 
 impl Hiding {
-    pub(crate) fn new(noise_c: f64, pattern_c: &Image) -> Self {
+    pub(crate) fn new(unit: &Unit) -> Self {
+        let square = |image: &Image| image.map(|sd_c| f64::from(sd_c).powi(2));
         Self {
-            noise_c2: noise_c * noise_c,
-            pattern_c2: pattern_c.map(|sd_c| f64::from(sd_c).powi(2)),
+            noise_c2: square(&unit.noise_c),
+            pattern_c2: square(&unit.pattern_c),
         }
     }
 
-    /// The share of a pixel's mean over `frames` that is its own error, if the picture explains nothing.
-    pub(crate) fn own_share(&self, frames: usize) -> [f64; PIXELS] {
-        let frames = count(frames);
-        self.pattern_c2
-            .map(|pattern_c2| frames * pattern_c2 / (self.noise_c2 + frames * pattern_c2))
+    /// The share of a pixel's mean over `pictures` that is its own error, if the film explains nothing.
+    pub(crate) fn own_share(&self, pictures: usize) -> [f64; PIXELS] {
+        let number = count(pictures);
+        std::array::from_fn(|pixel| {
+            let pattern = number * self.pattern_c2[pixel];
+            pattern / (self.noise_c2[pixel] + pattern)
+        })
     }
 
-    pub(crate) fn template(&self, picture: &[Image]) -> Template {
-        let mut weights = centered(picture);
-        let (mean, frames) = (mean(&weights), count(picture.len()));
-        let still: [f64; PIXELS] =
-            std::array::from_fn(|pixel| mean[pixel] / (self.noise_c2 + frames * self.pattern_c2[pixel]));
+    pub(crate) fn template(&self, film: &[Image]) -> Template {
+        let mut weights = centered(film);
+        let (mean, number) = (mean(&weights), count(film.len()));
+        let still: [f64; PIXELS] = std::array::from_fn(|pixel| {
+            mean[pixel] / (self.noise_c2[pixel] + number * self.pattern_c2[pixel])
+        });
         let mut square = 0.0;
         for weight in &mut weights {
             for (pixel, weight) in weight.iter_mut().enumerate() {
-                let moving = f64::from(*weight) - mean[pixel];
-                square += moving * moving / self.noise_c2 + mean[pixel] * still[pixel];
-                *weight = (moving / self.noise_c2 + still[pixel]) as f32;
+                let moving = (f64::from(*weight) - mean[pixel]) / self.noise_c2[pixel];
+                let product = moving + still[pixel];
+                square += f64::from(*weight) * product;
+                *weight = product as f32;
             }
         }
-        Template { weights, square }
+        // Recordings keep their common level, which the weights must not see.
+        Template {
+            weights: centered(&weights),
+            square,
+        }
     }
 
-    /// `W` of a recording with itself.
-    pub(crate) fn square(&self, recording: &[Image]) -> f64 {
-        self.template(recording).square
+    /// `W` of a film with itself.
+    pub(crate) fn square(&self, film: &[Image]) -> f64 {
+        let films = centered(film);
+        let (mean, number) = (mean(&films), count(film.len()));
+        let moving: f64 = films
+            .iter()
+            .map(|image| {
+                let pixels = image.iter().zip(&mean).zip(&self.noise_c2);
+                pixels
+                    .map(|((celsius, mean), noise)| (f64::from(*celsius) - mean).powi(2) / noise)
+                    .sum::<f64>()
+            })
+            .sum();
+        let still = |pixel: usize| {
+            number * mean[pixel] * mean[pixel]
+                / (self.noise_c2[pixel] + number * self.pattern_c2[pixel])
+        };
+        moving + (0..PIXELS).map(still).sum::<f64>()
     }
 }
 
 impl Template {
-    /// `W` of a recording with the picture.
-    pub(crate) fn product(&self, recording: &[Image]) -> f64 {
-        let frames = self.weights.iter().zip(recording);
-        frames
-            .map(|(weights, frame)| {
-                let pixels = weights.iter().zip(frame);
-                f64::from(pixels.map(|(weight, celsius)| weight * celsius).sum::<f32>())
-            })
-            .sum()
+    /// `W` of another film with this one.
+    pub(crate) fn product(&self, film: &[Image]) -> f64 {
+        let mut sum = 0.0;
+        for (weights, image) in self.weights.iter().zip(film) {
+            let mut lanes = [0.0_f32; 8];
+            for (weights, pixels) in weights.chunks_exact(8).zip(image.chunks_exact(8)) {
+                for lane in 0..8 {
+                    lanes[lane] += weights[lane] * pixels[lane];
+                }
+            }
+            sum += f64::from(lanes.iter().sum::<f32>());
+        }
+        sum
     }
 }
 
-/// Each frame less its mean over the pixels.
-pub(crate) fn centered(frames: &[Image]) -> Vec<Image> {
-    let center = |frame: &Image| {
-        let mean = frame.iter().sum::<f32>() / PIXELS as f32;
-        frame.map(|celsius| celsius - mean)
+/// Each picture less its mean over the pixels.
+pub(crate) fn centered(film: &[Image]) -> Vec<Image> {
+    let center = |image: &Image| {
+        let mean = image.iter().sum::<f32>() / PIXELS as f32;
+        image.map(|celsius| celsius - mean)
     };
-    frames.iter().map(center).collect()
+    film.iter().map(center).collect()
 }
 
-fn mean(frames: &[Image]) -> [f64; PIXELS] {
-    let number = count(frames.len().max(1));
-    std::array::from_fn(|pixel| frames.iter().map(|frame| f64::from(frame[pixel])).sum::<f64>() / number)
+fn mean(film: &[Image]) -> [f64; PIXELS] {
+    let mut sums = [0.0; PIXELS];
+    for image in film {
+        for (sum, celsius) in sums.iter_mut().zip(image) {
+            *sum += f64::from(*celsius);
+        }
+    }
+    sums.map(|sum| sum / count(film.len().max(1)))
 }

@@ -83,20 +83,22 @@ pub fn compare_scene(
     };
     let comparison = compare_with_prior(shape, &real, &simulated, &settings, &prior)?;
     if std::env::var_os("GRIDEYE_DECISION").is_some() {
-        use crate::decision::{Film, Laws, Unit, decide};
+        use crate::decision::{Film, Laws, Recording, decide};
         let started = std::time::Instant::now();
-        let frames: Vec<&TimedFrame> = evenly(aligned.frames.len(), 600).into_iter().map(|index| &aligned.frames[index]).collect();
-        let times: Vec<f64> = frames.iter().map(|frame| aligned.clock.scene_s(frame.time.as_secs_f64())).collect();
-        let mut film = Film::new(scene, sensor, &times)?;
+        let times: Vec<f64> = aligned.frames.iter().map(|frame| frame.time.as_secs_f64()).collect();
+        let added = options.unit.map_or([0.0; 64], |unit| unit.pattern_c);
+        let frames: Vec<[f32; 64]> = aligned.frames.iter().map(|frame| std::array::from_fn(|pixel| (frame.celsius[pixel] - added[pixel]) as f32)).collect();
+        let pattern: f32 = std::env::var("PATTERN").ok().and_then(|text| text.parse().ok()).unwrap_or(0.38);
+        let pattern_c = options.unit.map_or([pattern; 64], |unit| [if unit.has_background { unit.spread_c.max(0.12) as f32 } else { pattern }; 64]);
+        let recording = Recording::new(&times, &frames, pattern_c, 0.25);
+        let mut film = Film::new(scene, sensor, &recording.times_s, recording.within_s)?;
         let made = started.elapsed();
-        let recording: Vec<[f32; 64]> = frames.iter().map(|frame| frame.celsius.map(|celsius| celsius as f32)).collect();
-        let pattern: f64 = std::env::var("PATTERN").ok().and_then(|text| text.parse().ok()).unwrap_or(0.38);
-        let pattern_c = options.unit.map_or([pattern as f32; 64], |unit| [unit.spread_c.max(0.12) as f32; 64]);
-        let recording: Vec<[f32; 64]> = match options.unit { Some(unit) => recording.iter().map(|frame| std::array::from_fn(|pixel| frame[pixel] - unit.pattern_c[pixel] as f32)).collect(), None => recording };
-        let unit = Unit { noise_c: comparison.noise_sigma_c.unwrap_or(0.25), pattern_c, step_c: 0.25 };
-        let decision = decide(&mut film, &recording, &Laws::PEOPLE, &unit, options.align.shift_max.as_secs_f64());
-        eprintln!("film {made:?} all {:?} right {:.3} worst {:?} contrast {:.2} {:?} lag {:.1} noise {:.3}", started.elapsed(), decision.right, decision.worst, decision.contrast, decision.contrast_range, decision.lag_s, unit.noise_c);
-        for told in &decision.alternatives { if told.likeness <= told.limit || told.power < 0.8 { eprintln!("   untold {:?} likeness {:.2} limit {:.2} power {:.2} alike {}", told.what, told.likeness, told.limit, told.power, told.is_alike); } }
+        let laws = Laws::of_people(film.people.len());
+        let decision = decide(&mut film, &recording, &laws);
+        let untold: Vec<_> = decision.untold().collect();
+        let verdict = if decision.is_refused() { "D" } else if untold.is_empty() { "A" } else { "?" };
+        eprintln!("{verdict} film {made:?} all {:?} pictures {} right {:.3} worst {:?} contrast {:.2} {:.2?} lag {:.2} {:.2?} noise {:.3} kept {:.2} strays {:?}", started.elapsed(), recording.pictures.len(), decision.right, decision.worst, decision.contrast, decision.contrast_range, decision.lag_s, decision.lag_range_s, recording.unit.noise_c[27], recording.unit.kept, recording.strays);
+        for told in &decision.alternatives { if !told.is_told() || told.power < 0.9 { eprintln!("   untold {:?} likeness {:.2} limit {:.2} power {:.2} alike {}", told.what, told.likeness, told.limit, told.power, told.is_alike); } }
     }
     let judgment = &comparison.judgment;
     let is_turned = judgment.criteria.iter().any(|criterion| {
