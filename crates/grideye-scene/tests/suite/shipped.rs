@@ -225,7 +225,7 @@ fn the_readme_names_every_key() {
         ("mosaic", "[[mosaic]]\nwrong = 1"),
         ("agent", "[[agent]]\nwrong = 1"),
         ("sensor", "[[sensor]]\nwrong = 1"),
-        ("fit", "[[fit]]\nwrong = 1"),
+        ("uncertain", "[[uncertain]]\nwrong = 1"),
         ("calibrated", "[[calibrated]]\nwrong = 1"),
     ] {
         let refused = crate::parse(text).unwrap_err().to_string();

@@ -1,6 +1,6 @@
 //! Unknowns of a scene: found by their path, refused with their place, and replaced without touching anything else.
 
-use grideye_scene::fit::{FITS_MAX, with_values};
+use grideye_scene::uncertain::{FITTED_MAX, Uncertain, with_values};
 use grideye_scene::{Loaded, Scene, SceneError};
 use std::collections::BTreeMap;
 
@@ -35,7 +35,7 @@ fov_deg = [60, 58]
 fn parse(fits: &[(&str, &str)]) -> (String, Result<Loaded, SceneError>) {
     let tables = fits
         .iter()
-        .map(|(key, bounds)| format!("\n[[fit]]\nkey = \"{key}\"\nbounds = {bounds}\n"));
+        .map(|(key, bounds)| format!("\n[[uncertain]]\nkey = \"{key}\"\nbounds = {bounds}\n"));
     let text = SCENE.to_owned() + &tables.collect::<String>();
     let loaded = Scene::parse(&text, "room.toml", &BTreeMap::new());
     (text, loaded)
@@ -53,12 +53,13 @@ fn numbers_are_found_by_their_paths_and_nothing_else_changes() {
         ("sensor.ceiling.azimuth_deg", "[-100, -80]"),
         ("recording.start_s", "[-2, 2]"),
     ]);
-    let fits = loaded.unwrap().fits;
-    let found: Vec<f64> = fits.iter().map(|fit| fit.value).collect();
+    let scene = loaded.unwrap().scene;
+    let uncertain = scene.uncertain();
+    let found: Vec<f64> = uncertain.iter().map(|one| one.value).collect();
     assert_eq!(found, [20.0, 40.5, 32.0, 3000.0, 3000.0, 58.0, -90.0, 0.0]);
     let new = with_values(
         &text,
-        &fits,
+        uncertain,
         &[21.25, 41.0, 33.0, 3001.0, 2999.5, 59.0, -91.5, 1.0],
     );
     let expected = text
@@ -70,8 +71,8 @@ fn numbers_are_found_by_their_paths_and_nothing_else_changes() {
         .replace("[60, 58]", "[60, 59]")
         .replace("azimuth_deg = -90", "azimuth_deg = -91.5");
     assert_eq!(new, expected);
-    for fit in &fits {
-        assert!(text[fit.remark_at..].starts_with(&format!("key = \"{}\"", fit.key)));
+    for one in uncertain {
+        assert!(text[one.remark_at..].starts_with(&format!("key = \"{}\"", one.key)));
     }
 }
 
@@ -98,12 +99,11 @@ tilt_deg = [1.5, -2]
     let laws = |fits: &[(&str, &str)]| -> Vec<(f64, Option<[f64; 2]>)> {
         let tables = fits
             .iter()
-            .map(|(key, keys)| format!("\n[[fit]]\nkey = \"{key}\"\n{keys}\n"));
+            .map(|(key, keys)| format!("\n[[uncertain]]\nkey = \"{key}\"\n{keys}\n"));
         let text = text.to_owned() + &tables.collect::<String>();
         let loaded = Scene::parse(&text, "room.toml", &BTreeMap::new()).unwrap();
-        let law =
-            |fit: &grideye_scene::fit::Fit| (fit.value, fit.law.map(|law| [law.mean, law.sd]));
-        loaded.fits.iter().map(law).collect()
+        let law = |one: &Uncertain| (one.value, one.law.map(|law| [law.mean, law.sd]));
+        loaded.scene.uncertain().iter().map(law).collect()
     };
     let found = laws(&[
         ("room.ambient_c", "bounds = [15, 25]\nsd = 0.5"),
@@ -135,7 +135,9 @@ tilt_deg = [1.5, -2]
 #[test]
 fn unknowns_do_not_change_the_scene() {
     let with = parse(&[("room.ambient_c", "[15, 25]")]).1.unwrap();
-    assert_eq!(with.scene, parse(&[]).1.unwrap().scene);
+    let without = parse(&[]).1.unwrap();
+    assert!(with.scene.has_the_room_of(&without.scene));
+    assert_eq!(with.scene.agents(), without.scene.agents());
 }
 
 #[test]
@@ -183,7 +185,7 @@ fn invalid_unknowns_are_refused_with_their_place() {
         ),
         (
             vec![("room.ambient_c", "[15, 25]"); 2],
-            "room.toml:33:7: `key` is \"room.ambient_c\", expected each unknown once",
+            "room.toml:33:7: `key` is \"room.ambient_c\", expected each key once",
         ),
         (
             vec![("room.ambient_c", "[15, 20, 25]")],
@@ -227,7 +229,8 @@ fn invalid_laws_are_refused_with_their_place() {
 fn a_calibration_is_read_with_its_lines() {
     let table = "[[calibrated]]\n# why\nkeys = [\"room.ambient_c\"]\nevery_s = 0.5\nframes = \"\"\"\n00000000 0123abcd\nffffffff\"\"\"\n";
     let read = |text: &str| Scene::parse(text, "room.toml", &BTreeMap::new());
-    let text = format!("{SCENE}\n{table}\n[[fit]]\nkey = \"room.ambient_c\"\nbounds = [15, 25]\n");
+    let text =
+        format!("{SCENE}\n{table}\n[[uncertain]]\nkey = \"room.ambient_c\"\nbounds = [15, 25]\n");
     let scene = read(&text).unwrap().scene;
     let [found] = scene.calibrated() else {
         panic!("{:?}", scene.calibrated());
@@ -251,10 +254,10 @@ fn a_calibration_is_read_with_its_lines() {
 
 #[test]
 fn unknowns_are_limited() {
-    let too_many = vec![("room.ambient_c", "[15, 25]"); FITS_MAX + 1];
+    let too_many = vec![("room.ambient_c", "[15, 25]"); FITTED_MAX + 1];
     let refused = parse(&too_many).1.unwrap_err().to_string();
     assert!(
-        refused.contains("17 [[fit]] tables, expected at most 16"),
+        refused.contains("17 [[uncertain]] tables of numbers, expected at most 16"),
         "{refused}"
     );
 }
