@@ -98,7 +98,7 @@ pub(crate) const SD_OF_CONTRAST: Rule = Rule {
     key: "sd",
     holds: |sd| (0.0..=0.5).contains(&sd),
     expected: "0 to 0.5",
-    hint: "a comparison that allows for more agrees with any scene; 0.35 is between clothed people, set temperature_c or clothing",
+    hint: "a comparison that allows for more agrees with any scene; say what the agent wears, or set its temperature_c",
 };
 pub(crate) const OVER: Rule = Rule {
     key: "over_s",

@@ -117,7 +117,7 @@ fn difference(reader: &Reader<'_>, table: &UncertainTable, claim: Claim<'_>) -> 
     let (rule, hint) = match claim {
         Claim::Start => (
             &SD_OF_DIFFERENCE,
-            "give bounds if `grideye calibrate` shall find it, sd = 0.07 for a delay that stays unknown",
+            "give bounds for `grideye calibrate` to find it, or sd = 0.07 for a delay that stays unknown",
         ),
         Claim::Aside(_) | Claim::Wander(_) => (
             &SD_OF_PLACE,

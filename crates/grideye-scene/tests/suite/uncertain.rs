@@ -444,7 +444,7 @@ fn tables_that_contradict_themselves_are_refused_with_their_place() {
         (
             "recording.start_s",
             "",
-            "has no `sd`\nhint: give bounds if `grideye calibrate`",
+            "has no `sd`\nhint: give bounds for `grideye calibrate`",
         ),
         (
             "recording.start_s",
