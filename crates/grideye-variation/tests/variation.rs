@@ -114,6 +114,62 @@ fn a_range_is_uniform_and_is_what_the_scene_has() {
     }
 }
 
+/// Against the closed form of a normal law cut at a and b standard deviations: with φ and Φ of the standard normal law
+/// and Z = Φ(b) - Φ(a), the mean is (φ(a) - φ(b)) / Z and the variance 1 + (a φ(a) - b φ(b)) / Z - mean².
+#[test]
+fn a_key_alone_has_the_law_of_its_table() {
+    let tables = "\n[[uncertain]]\nkey = \"agent.person.temperature_c\"\nbounds = [27, 30]\nsd = 1\n\
+        [[uncertain]]\nkey = \"sensor.ceiling.position_mm.x\"\nbounds = [1900, 2100]\n\
+        [[uncertain]]\nkey = \"sensor.ceiling.elevation_deg\"\nsd = 3\n\
+        [[uncertain]]\nkey = \"agent.person.aside_m\"\nsd = 0.05\n";
+    let asked = [
+        "agent.person.temperature_c",
+        "sensor.ceiling.position_mm.across",
+        "sensor.ceiling.elevation_deg",
+        "room.ambient_c=20+-0.5",
+    ]
+    .map(String::from);
+    let text = text() + tables;
+    let recipe = Recipe::new(&text, "room.toml", &asked).unwrap();
+    recipe.check(&files()).unwrap();
+    let draws: Vec<Draw> = (0..4000).map(|index| recipe.draw(7, index)).collect();
+    let column = |at: usize| draws.iter().map(move |draw| number(draw, at));
+    let mean_and_variance = |at: usize| {
+        let mean = column(at).sum::<f64>() / 4000.0;
+        let squares = column(at).map(|number| (number - mean).powi(2));
+        (mean, squares.sum::<f64>() / 4000.0)
+    };
+    // a = -1, b = 2: φ = 0.241971, 0.053991; Z = 0.818595.
+    let (mean, variance) = mean_and_variance(0);
+    assert!(
+        (mean - 28.2296).abs() < 4.0 * (0.5198_f64 / 4000.0).sqrt(),
+        "{mean}"
+    );
+    assert!((variance - 0.5198).abs() < 0.04, "{variance}");
+    assert!(column(0).all(|number| (27.0..=30.0).contains(&number)));
+    // Without sd uniform: width² / 12.
+    let (mean, variance) = mean_and_variance(1);
+    assert!((mean - 2000.0).abs() < 4.0, "{mean}");
+    assert!(
+        (variance / (200.0 * 200.0 / 12.0) - 1.0).abs() < 0.07,
+        "{variance}"
+    );
+    // Cut at 90°, the most that the scene allows, and so half a normal law below it.
+    let (mean, variance) = mean_and_variance(2);
+    assert!((mean - (90.0 - 3.0 * 0.79767)).abs() < 0.12, "{mean}");
+    assert!((variance / (9.0 * 0.36266) - 1.0).abs() < 0.1, "{variance}");
+    let (mean, variance) = mean_and_variance(3);
+    assert!(
+        (mean - 20.0).abs() < 4.0 * 0.5 / 4000.0_f64.sqrt(),
+        "{mean}"
+    );
+    assert!((variance / 0.25 - 1.0).abs() < 0.1, "{variance}");
+    assert!(recipe.scene(7, 0, &draws[0], &files()).is_ok());
+    let claim = ["agent.person.aside_m".to_owned()];
+    let refused = Recipe::new(&text, "room.toml", &claim).unwrap_err();
+    assert!(refused.to_string().contains("missing `=`"), "{refused}");
+}
+
 #[test]
 fn choices_are_equally_likely_and_independent() {
     let draws = drawn(&["law=A,B", "object.table.present=on,off"], 4000);
@@ -169,6 +225,10 @@ fn only_the_value_changes_in_the_text() {
         ),
         ("agent.walker.motion=constant", "motion = \"constant\""),
         ("duration_s=5", "duration_s = 5\n[room]"),
+        (
+            "sensor.ceiling.position_mm.z=2650",
+            "position_mm = [2000, 3000, 2650]",
+        ),
         ("sensor.ceiling.noise_sigma_c=0.5", "noise_sigma_c = 0.5"),
     ] {
         let draw = recipe(&[asked]).unwrap().draw(1, 0);
@@ -349,7 +409,17 @@ fn visibility_is_the_share_that_nothing_hides() {
 #[test]
 fn mistaken_requests_are_named() {
     for (asked, words) in [
-        ("room.ambient_c", "missing `=`"),
+        (
+            "room.ambient_c",
+            "missing `=`, and the scene has no [[uncertain]]",
+        ),
+        ("agent.person.position", "missing `=`"),
+        ("time_s", "missing `=`"),
+        ("room.ambient_c=20+-0", "write MEAN+-SD with SD above 0"),
+        (
+            "sensor.ceiling.elevation_deg=88+-1",
+            "with sensor.ceiling.elevation_deg = 92.0: room.toml:",
+        ),
         ("room.ambient_c=", "a value is missing"),
         ("room.ambient_c=26..18", "write the lower number first"),
         (
@@ -368,8 +438,8 @@ fn mistaken_requests_are_named() {
         ("agent=1", "agent.NAME.KEY, with person, walker"),
         ("room=1", "room.KEY"),
         (
-            "room.size_mm.x=1",
-            "`size_mm` is a value; vary it as a whole",
+            "room.size_mm.w=1",
+            "`size_mm` is a value; name it as a whole, or one number",
         ),
         (
             "agent.person.temprature_c=28..30",
@@ -421,6 +491,14 @@ fn requests_for_one_key_overlap() {
             "agent.walker.motion=constant",
         ],
         ["agent.walker.position=floor", "agent.walker.position=floor"],
+        [
+            "sensor.ceiling.position_mm=[1000, 1000, 2700]",
+            "sensor.ceiling.position_mm.z=2500",
+        ],
+        [
+            "sensor.ceiling.position_mm.x=1000",
+            "sensor.ceiling.position_mm.across=1500",
+        ],
     ] {
         let error = recipe(&pair).unwrap_err().to_string();
         assert!(error.contains("overlaps"), "{pair:?}: {error}");

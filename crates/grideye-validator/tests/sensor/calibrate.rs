@@ -70,7 +70,7 @@ pub(crate) fn unknown(fits: &[Unknown]) -> String {
     let mut text = SCENE.to_owned();
     for (key, low, high, _) in fits {
         text.push_str(&format!(
-            "\n[[fit]]\nkey = \"{key}\"\nbounds = [{low}, {high}]\n"
+            "\n[[uncertain]]\nkey = \"{key}\"\nbounds = [{low}, {high}]\n"
         ));
     }
     let loaded = Scene::parse(&text, "truth.toml", &files()).unwrap();
@@ -78,7 +78,7 @@ pub(crate) fn unknown(fits: &[Unknown]) -> String {
         .iter()
         .map(|(_, low, high, _)| low + (high - low) / 3.0)
         .collect();
-    grideye_scene::fit::with_values(&text, &loaded.fits, &guesses)
+    grideye_scene::uncertain::with_values(&text, loaded.scene.uncertain(), &guesses)
 }
 
 /// What a unit sees of the true scene, rounded like the chip; the recording starts at `start_s` of the scene.
@@ -268,7 +268,7 @@ fn unknowns_with_the_same_effect_have_no_uncertainty() {
 fn an_unknown_outside_its_bounds_is_reported_at_its_bound() {
     let text = SCENE.replace("temperature_c = 29", "temperature_c = 24")
         + "
-[[fit]]
+[[uncertain]]
 key = \"agent.person.temperature_c\"
 bounds = [22, 26]
 ";
@@ -367,7 +367,7 @@ fn the_new_scene_keeps_every_other_byte_and_can_be_calibrated_again() {
         once.scene
     );
     let remark = format!(
-        "[[fit]]\n# found: {}\nkey = \"object.radiator.temperature_c\"\n",
+        "[[uncertain]]\n# found: {}\nkey = \"object.radiator.temperature_c\"\n",
         once.found[0].told()
     );
     assert!(once.scene.contains(&remark), "{}", once.scene);
