@@ -2,8 +2,9 @@
 
 use crate::align::Orientation;
 use crate::decision::film::{Film, Image, add, turned};
-use crate::decision::law::Laws;
+use grideye_scene::Laws;
 use crate::decision::world::Drawn;
+use grideye_draw::text::fixed;
 use grideye_frame::PIXELS;
 use std::ops::Range;
 
@@ -66,6 +67,38 @@ impl Alternative {
         }
         all.extend(free_places(film).into_iter().map(Self::More));
         all
+    }
+
+    /// Ends "it could be …".
+    pub(crate) fn in_words(&self, film: &Film) -> String {
+        let name = |person: &usize| format!("`{}`", film.people[*person].name);
+        let at = |index: usize| fixed(film.times_s[index], 1);
+        let later = |by_s: f64| match by_s < 0.0 {
+            true => format!("{} s earlier", fixed(-by_s, 1)),
+            false => format!("{} s later", fixed(by_s, 1)),
+        };
+        match self {
+            Self::Nobody if film.people.is_empty() => "a room with nothing warm".to_owned(),
+            Self::Nobody => "the room without its people".to_owned(),
+            Self::Missing(person) => format!("{} missing", name(person)),
+            Self::Gone(person, part) => {
+                let (from, to) = (at(part.start), at(part.end - 1));
+                format!("{} gone from second {from} to {to}", name(person))
+            }
+            Self::More([x, y]) => {
+                let (x, y) = (fixed(1e3 * x, 0), fixed(1e3 * y, 0));
+                format!("one more person who stands at [{x}, {y}] mm")
+            }
+            Self::Follower(_) => "one more person who walks the same way".to_owned(),
+            Self::Turned(orientation) => format!("the image {orientation}"),
+            Self::Aside(person, [x, y]) => {
+                let (by, axis) = if *x == 0.0 { (y, "y") } else { (x, "x") };
+                let sign = if *by < 0.0 { "-" } else { "+" };
+                format!("{} {} m further in {sign}{axis}", name(person), fixed(by.abs(), 1))
+            }
+            Self::Later(by_s) => format!("the scene {}", later(*by_s)),
+            Self::Backwards => "the scene backwards".to_owned(),
+        }
     }
 
     /// The orientation in which the room is seen.

@@ -3,52 +3,73 @@
 use crate::decision::alternative::Alternative;
 use crate::decision::film::{Film, Image, add};
 use crate::decision::judge::{Judge, Statistics};
-use crate::decision::law::Laws;
 use crate::decision::recording::Recording;
 use crate::decision::world::Drawn;
 use crate::numbers::{count, percentile};
+use grideye_draw::text::fixed;
+use grideye_scene::Laws;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use std::ops::Range;
+use serde::Serialize;
 
-/// What a recording says about its scene.
-#[derive(Debug, Clone)]
-pub(crate) struct Decision {
+/// What a recording says about its scene, by recordings that could be: worlds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Decision {
     /// Share of right worlds that are as far from the scene as the recording, or farther.
-    pub(crate) right: f64,
-    /// What is farthest off, and by how many standard deviations of right worlds.
-    pub(crate) worst: (Worst, f64),
-    /// The recording's contrast over the scene's, and the range of 99.5 % of right worlds.
-    pub(crate) contrast: f64,
-    pub(crate) contrast_range: [f64; 2],
-    pub(crate) lag_s: f64,
-    pub(crate) lag_range_s: [f64; 2],
-    pub(crate) alternatives: Vec<Told>,
+    pub right: f64,
+    /// What is farthest off, in words.
+    pub worst: String,
+    /// By how many standard deviations of right worlds.
+    pub worst_sds: f64,
+    #[serde(skip)]
+    pub(crate) cause: Cause,
+    /// The recording's contrast over the scene's, and what all but .5 % of right worlds show.
+    pub contrast: f64,
+    /// Lowest and highest.
+    pub contrast_range: [f64; 2],
+    /// How much later than the scene the recording is, seconds, and what all but .5 % of right worlds show.
+    pub delay_s: f64,
+    /// Lowest and highest.
+    pub delay_range_s: [f64; 2],
+    /// The smallest of [`OFFSETS_M`] by which the first person must be aside so that nine of ten recordings would not
+    /// agree; `None` if none of them is.
+    pub refused_aside_m: Option<f64>,
+    /// What else the recording could show.
+    pub alternatives: Vec<Alternatively>,
+    /// Frames that it was judged by.
+    pub frames: usize,
+    /// Pictures that it was judged by, each the mean of neighboring frames if there are many.
+    pub pictures: usize,
+    /// Frames that resemble neither neighbor, left out.
+    pub strays: usize,
 }
 
-/// Whether an alternative can be told from the scene.
-#[derive(Debug, Clone)]
-pub(crate) struct Told {
-    pub(crate) what: Alternative,
-    /// How much more the recording resembles the scene: 1 as the scene, 0 as the alternative, less what noise may add.
-    pub(crate) likeness: f64,
+/// Whether something else than the scene explains the recording too.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Alternatively {
+    /// In words.
+    pub what: String,
+    #[serde(skip)]
+    pub(crate) of: Alternative,
+    /// 1 for the scene, 0 for the alternative, less what noise may add.
+    pub likeness: f64,
     /// What worlds of the alternative stay below.
-    pub(crate) limit: f64,
+    pub limit: f64,
     /// Share of right worlds above that limit.
-    pub(crate) power: f64,
+    pub power: f64,
     /// Whether the two differ by less than noise.
-    pub(crate) is_alike: bool,
+    pub is_alike: bool,
 }
 
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Worst {
+/// What is farthest off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Cause {
     Contrast,
     Lag,
     Misfit,
-    /// Pictures, and row and column of the upper left of four pixels.
-    Extra(Range<usize>, usize, usize),
-    Missing(Range<usize>, usize, usize),
-    Alternative(Alternative),
+    Extra,
+    Missing,
+    Alternative,
 }
 
 /// Right worlds: half set the law of each statistic, half its rank.
@@ -58,41 +79,48 @@ const OF_ALTERNATIVE: usize = 100;
 const ALIKE: f64 = 2.0;
 /// Statistics before those of the alternatives.
 const OWN: usize = 5;
+/// Offsets that are tried for [`Decision::refused_aside_m`], meters.
+pub const OFFSETS_M: [f64; 6] = [0.1, 0.15, 0.2, 0.3, 0.4, 0.5];
 
 impl Decision {
-    /// Whether the recording is hardly one of the scene's.
-    pub(crate) fn is_refused(&self) -> bool {
-        const RIGHT_MIN: f64 = 0.015;
+    pub(crate) fn is_as_warm(&self) -> bool {
         let [low, high] = self.contrast_range;
-        self.right <= RIGHT_MIN || !(low..=high).contains(&self.contrast)
+        (low..=high).contains(&self.contrast)
     }
 
     /// Alternatives that the recording could come from too.
-    pub(crate) fn untold(&self) -> impl Iterator<Item = &Told> {
-        self.alternatives.iter().filter(|told| !told.is_told() && told.counts())
+    pub(crate) fn untold(&self) -> impl Iterator<Item = &Alternatively> {
+        self.alternatives.iter().filter(|one| !one.is_told() && one.counts())
+    }
+
+    /// Alternatives that noise makes the scene itself.
+    pub(crate) fn alike(&self) -> impl Iterator<Item = &Alternatively> {
+        self.alternatives.iter().filter(|one| !one.counts())
     }
 }
 
-impl Told {
-    pub(crate) fn is_told(&self) -> bool {
+impl Alternatively {
+    /// Whether the recording excludes it.
+    #[must_use]
+    pub fn is_told(&self) -> bool {
         self.likeness > self.limit
     }
 
-    /// Whether agreeing takes telling it apart: a symmetric scene is the scene.
-    pub(crate) fn counts(&self) -> bool {
-        !self.is_alike || self.what == Alternative::Nobody
+    /// Whether agreeing takes excluding it: a symmetric scene is the scene.
+    #[must_use]
+    pub fn counts(&self) -> bool {
+        !self.is_alike || self.of == Alternative::Nobody
     }
 }
 
-pub(crate) fn decide(film: &mut Film, recording: &Recording, laws: &Laws) -> Decision {
+pub(crate) fn decide(film: &mut Film, recording: &Recording, laws: &Laws, right_min: f64) -> Decision {
     let mut random = ChaCha8Rng::seed_from_u64(0x0064_6563_6964_6500);
     let unit = &recording.unit;
     let judge = Judge::new(film, laws, unit, &mut random);
     let mut errors: Vec<Vec<Image>> = Vec::with_capacity(OF_ALTERNATIVE);
     let right: Vec<Statistics> = (0..RIGHT)
         .map(|_| {
-            let drawn = Drawn::of(film, laws, &mut random);
-            let shown = drawn.shown(film, |_, index| index, |_, _| false);
+            let shown = Drawn::of(film, laws, &mut random).as_claimed(film);
             let error = unit.errors(film.len(), &mut random);
             let statistics = judge.of(&sum(shown, &error));
             if errors.len() < OF_ALTERNATIVE {
@@ -102,34 +130,62 @@ pub(crate) fn decide(film: &mut Film, recording: &Recording, laws: &Laws) -> Dec
         })
         .collect();
     let law = Law::new(&right[..RIGHT / 2]);
-    let held: Vec<f64> = right[RIGHT / 2..].iter().map(|one| law.farthest(one).1).collect();
+    let mut held: Vec<f64> = right[RIGHT / 2..].iter().map(|one| law.farthest(one).1).collect();
+    held.sort_by(f64::total_cmp);
     let found = judge.of(&recording.pictures);
     let (place, off) = law.farthest(&found);
     let farther = held.iter().filter(|other| **other >= off).count();
-    let alternatives = judge.rivals.iter().enumerate().map(|(number, rival)| {
+    let mut alternatives = Vec::with_capacity(judge.rivals.len());
+    for (number, rival) in judge.rivals.iter().enumerate() {
         let drawn = errors.iter().map(|error| {
             let drawn = Drawn::of(film, laws, &mut random);
             judge.likeness(number, &sum(rival.what.shown(film, &drawn), error))
         });
         let limit = drawn.fold(f64::NEG_INFINITY, f64::max);
         let above = right.iter().filter(|right| right.likeness[number] > limit).count();
-        Told {
-            what: rival.what.clone(),
+        alternatives.push(Alternatively {
+            what: rival.what.in_words(film),
+            of: rival.what.clone(),
             likeness: found.likeness[number],
             limit,
             power: count(above) / count(RIGHT),
             is_alike: rival.apart < ALIKE,
-        }
-    });
-    let alternatives = alternatives.collect();
+        });
+    }
+    let refused = held[held.len() - 1 - (right_min * count(held.len() + 1)) as usize];
+    let mut is_refused = |aside_m: f64, film: &mut Film| {
+        let number = errors.len();
+        let not_agreed = errors.iter().enumerate().filter(|(index, error)| {
+            let angle = std::f64::consts::TAU * count(*index) / count(number);
+            let by_m = [aside_m * angle.cos(), aside_m * angle.sin()];
+            let shown = Drawn::of(film, laws, &mut random).moved(0, by_m).as_claimed(film);
+            let statistics = judge.of(&sum(shown, error));
+            law.farthest(&statistics).1 > refused
+                || alternatives
+                    .iter()
+                    .zip(&statistics.likeness)
+                    .any(|(one, likeness)| one.counts() && *likeness <= one.limit)
+        });
+        count(not_agreed.count()) >= 0.9 * count(number)
+    };
+    let has_people = !film.people.is_empty();
+    let mut offsets = OFFSETS_M.into_iter();
+    let refused_aside_m = offsets.find(|aside_m| has_people && is_refused(*aside_m, film));
+    let (cause, worst) = law.worst(place, &found, &judge, film);
     Decision {
         right: (count(farther) + 1.0) / (count(held.len()) + 1.0),
-        worst: (law.named(place, &found, &judge), off),
+        worst,
+        worst_sds: off,
+        cause,
         contrast: found.contrast,
         contrast_range: law.range(0).map(f64::exp),
-        lag_s: found.lag_s,
-        lag_range_s: law.range(1),
+        delay_s: found.lag_s,
+        delay_range_s: law.range(1),
+        refused_aside_m,
         alternatives,
+        frames: recording.frames - recording.strays.len(),
+        pictures: recording.pictures.len(),
+        strays: recording.strays.len(),
     }
 }
 
@@ -207,21 +263,41 @@ impl Law {
         [location - SDS * scale, location + SDS * scale]
     }
 
-    fn named(&self, place: usize, statistics: &Statistics, judge: &Judge) -> Worst {
-        let block = |sign| judge.block(self.block(statistics, sign).0);
+    fn worst(&self, place: usize, statistics: &Statistics, judge: &Judge, film: &Film) -> (Cause, String) {
+        let warmer = |sign: f32| {
+            let index = self.block(statistics, sign).0;
+            let (stretch, row, column) = judge.block(index);
+            let root = count(stretch.len()).sqrt();
+            let by_c = f64::from(statistics.beyond[index] - self.beyond[index].0) / root;
+            let (from, size) = (fixed(film.times_s[stretch.start], 1), fixed(by_c.abs(), 1));
+            let word = if sign > 0.0 { "warmer" } else { "colder" };
+            format!(
+                "at second {from} of the scene, rows {} and {}, columns {} and {} are {size} °C {word} than the scene",
+                row + 1,
+                row + 2,
+                column + 1,
+                column + 2
+            )
+        };
         match place {
-            0 => Worst::Contrast,
-            1 => Worst::Lag,
-            2 => Worst::Misfit,
-            3 => {
-                let (stretch, row, column) = block(1.0);
-                Worst::Extra(stretch, row, column)
+            0 => {
+                let times = fixed(statistics.contrast, 2);
+                (Cause::Contrast, format!("what is warm has {times} times the scene's contrast"))
             }
-            4 => {
-                let (stretch, row, column) = block(-1.0);
-                Worst::Missing(stretch, row, column)
+            1 => {
+                let (by, word) = match statistics.lag_s < 0.0 {
+                    true => (-statistics.lag_s, "earlier"),
+                    false => (statistics.lag_s, "later"),
+                };
+                (Cause::Lag, format!("it is {} s {word} than the scene", fixed(by, 2)))
             }
-            more => Worst::Alternative(judge.rivals[more - OWN].what.clone()),
+            2 => (Cause::Misfit, "it differs from the scene all over".to_owned()),
+            3 => (Cause::Extra, warmer(1.0)),
+            4 => (Cause::Missing, warmer(-1.0)),
+            more => {
+                let what = judge.rivals[more - OWN].what.in_words(film);
+                (Cause::Alternative, format!("it looks more like {what}"))
+            }
         }
     }
 }

@@ -31,6 +31,7 @@ pub(crate) struct Film {
 
 /// One person of a scene.
 pub(crate) struct Walker {
+    pub(crate) name: String,
     /// What it adds to each picture where the scene has it.
     pub(crate) adds: Vec<Image>,
     /// Where it is, and in which of the rendered directions it faces.
@@ -81,6 +82,7 @@ impl Film {
             simulator.replace_agents(Vec::new());
             let adds = with.iter().zip(&without).map(|(with, without)| less(with, without));
             people.push(Walker {
+                name: agent.name.clone(),
                 adds: adds.collect(),
                 places: times_s.iter().map(|time_s| place(agent, *time_s)).collect(),
                 moves: !agent.duration().is_zero(),

@@ -3,7 +3,7 @@
 use crate::align::Orientation;
 use crate::decision::alternative::Alternative;
 use crate::decision::film::{Film, Image, add, less, turned};
-use crate::decision::law::Laws;
+use grideye_scene::Laws;
 use crate::decision::template::{Hiding, Template, centered};
 use crate::decision::unit::Unit;
 use crate::decision::world::{Drawn, later};
@@ -289,7 +289,7 @@ impl Painter<'_> {
         let mut sum = vec![[0.0; PIXELS]; film.len()];
         for drawn in &self.drawn {
             let shown = match what {
-                None => drawn.shown(film, |_, index| index, |_, _| false),
+                None => drawn.as_claimed(film),
                 Some(what) => what.shown(film, drawn),
             };
             for (sum, (shown, room)) in sum.iter_mut().zip(shown.iter().zip(seen)) {

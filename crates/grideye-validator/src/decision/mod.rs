@@ -15,14 +15,13 @@ mod alternative;
 mod decide;
 mod film;
 mod judge;
-mod law;
 mod recording;
 mod template;
 mod unit;
 mod world;
 
 pub(crate) use alternative::Alternative;
-pub(crate) use decide::{Decision, Told, Worst, decide};
+pub use decide::{Alternatively, Decision, OFFSETS_M};
+pub(crate) use decide::{Cause, decide};
 pub(crate) use film::Film;
-pub(crate) use law::Laws;
 pub(crate) use recording::Recording;

@@ -1,10 +1,13 @@
 //! Recordings that could be: a scene within its laws.
 
 use crate::decision::film::{Film, Image, add};
-use crate::decision::law::Laws;
+use grideye_scene::Laws;
 use grideye_frame::PIXELS;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+
+/// Standard deviation of the logarithm of the contrast of objects, in a scene without people.
+const OBJECTS_SD: f64 = 0.2;
 
 /// What one world draws of its scene.
 #[derive(Debug, Clone, Default)]
@@ -24,7 +27,7 @@ pub(crate) fn normal(random: &mut ChaCha8Rng, sd: f64) -> f64 {
 impl Drawn {
     /// Draws within the laws.
     pub(crate) fn of(film: &Film, laws: &Laws, random: &mut ChaCha8Rng) -> Self {
-        let people = film.people.iter().zip(&laws.people).map(|(walker, law)| {
+        let people = film.people.iter().zip(&laws.agents).map(|(walker, law)| {
             let contrast = normal(random, law.contrast_sd).exp() as f32;
             let aside_m = [(); 2].map(|()| normal(random, law.place_sd_m));
             let wander_m = if walker.moves { law.wander_sd_m } else { 0.0 };
@@ -43,7 +46,7 @@ impl Drawn {
         let people = people.collect();
         Self {
             people,
-            objects: normal(random, laws.objects_sd).exp() as f32,
+            objects: normal(random, OBJECTS_SD).exp() as f32,
             lag_s: normal(random, laws.lag_sd_s),
         }
     }
@@ -78,6 +81,11 @@ impl Drawn {
     /// The contrast of its first person.
     pub(crate) fn contrast(&self) -> f32 {
         self.people.first().map_or(1.0, |(contrast, _)| *contrast)
+    }
+
+    /// What is seen without noise.
+    pub(crate) fn as_claimed(&self, film: &mut Film) -> Vec<Image> {
+        self.shown(film, |_, index| index, |_, _| false)
     }
 
     /// What is seen without noise; picture `index` shows the scene's picture `order(index)`, less what is `hidden`.

@@ -44,7 +44,6 @@ pub(crate) struct EmptyRoom {
     pub(crate) from: RoomSource,
     /// Row by row, °C; the simulated empty room if `None`.
     pub(crate) celsius: Option<Vec<f64>>,
-    pub(crate) frames: usize,
 }
 
 /// Sums of squares below this are rounding, °C².

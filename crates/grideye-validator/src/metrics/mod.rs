@@ -14,7 +14,7 @@ mod information;
 pub(crate) mod pair;
 pub(crate) mod score;
 pub(crate) mod structure;
-pub(crate) mod unclaimed;
+pub(crate) mod room_difference;
 
 pub use binning::{Binning, BinningError};
 pub use blob::{Blob, angle_between, overlap, warm};

@@ -7,6 +7,7 @@ use crate::align::{
 };
 use crate::compare::scoring::compare_with_prior;
 use crate::compare::{Comparison, Settings};
+use crate::decision::{Alternative, Decision, Film, Recording, decide};
 use crate::error::{Side, ValidatorError, check_setting};
 use crate::frames::cleaning::{self, Counts, Read};
 use crate::frames::drift::Drift;
@@ -17,14 +18,13 @@ use crate::frames::{LeftOut, Protocol, RealFrame, Shape, sensor_step_c};
 use crate::metrics::foreground::RoomSource;
 use crate::numbers::{count, evenly, mean_frame};
 use crate::scene_comparison::notes;
-use crate::scene_comparison::rendering::{Renderer, shows_people};
+use crate::scene_comparison::rendering::Renderer;
 use crate::scene_comparison::types::{
     AlignedFrames, DYNAMIC_FRAMES, LAG_FRAMES_MAX, Options, STATIC_FRAMES, TimedFrame, pixels,
     prior, seconds,
 };
-use crate::verdict::State;
 use crate::verdict::types::Prior;
-use grideye_frame::{COLUMNS, ROWS, TICK};
+use grideye_frame::{COLUMNS, PIXELS, ROWS, TICK};
 use grideye_recording::Record;
 use grideye_scene::{Scene, Simulator};
 use std::ops::RangeInclusive;
@@ -62,6 +62,7 @@ pub fn compare_scene(
     let (room, background) = renderer.learned_room(records, &aligned, protocol);
     let fitted = leave_out_fitted(&mut aligned.frames);
     let number = number(protocol, options.frames)?;
+    let decision = decided(&aligned, scene, sensor, options)?;
     let real = chosen(&aligned.frames, lag_frames, number, &mut notes);
     let (pattern, room) = renderer.known(room, background.as_ref(), &timeline, options);
     notes.push(notes::background(&pattern, room.as_ref(), options));
@@ -75,38 +76,20 @@ pub fn compare_scene(
     ));
     let settings = settings(&simulator, protocol, lag_frames, options);
     let prior = Prior {
-        shows_people: shows_people(&simulated, &nobody),
         has_people: !scene.agents().is_empty(),
         nobody,
+        decision: Some(decision),
+        drift_c: drift_c(&aligned, options),
         fitted: (!scene.calibrated().is_empty()).then_some(fitted),
-        ..prior(records, &simulator, room, pattern, &aligned.found, options)
+        ..prior(records, &simulator, room, pattern, options)
     };
     let comparison = compare_with_prior(shape, &real, &simulated, &settings, &prior)?;
-    if std::env::var_os("GRIDEYE_DECISION").is_some() {
-        use crate::decision::{Film, Laws, Recording, decide};
-        let started = std::time::Instant::now();
-        let times: Vec<f64> = aligned.frames.iter().map(|frame| frame.time.as_secs_f64()).collect();
-        let added = options.unit.map_or([0.0; 64], |unit| unit.pattern_c);
-        let frames: Vec<[f32; 64]> = aligned.frames.iter().map(|frame| std::array::from_fn(|pixel| (frame.celsius[pixel] - added[pixel]) as f32)).collect();
-        let pattern: f32 = std::env::var("PATTERN").ok().and_then(|text| text.parse().ok()).unwrap_or(0.38);
-        let pattern_c = options.unit.map_or([pattern; 64], |unit| [if unit.has_background { unit.spread_c.max(0.12) as f32 } else { pattern }; 64]);
-        let recording = Recording::new(&times, &frames, pattern_c, 0.25);
-        let mut film = Film::new(scene, sensor, &recording.times_s, recording.within_s)?;
-        let made = started.elapsed();
-        let laws = Laws::of_people(film.people.len());
-        let decision = decide(&mut film, &recording, &laws);
-        let untold: Vec<_> = decision.untold().collect();
-        let verdict = if decision.is_refused() { "D" } else if untold.is_empty() { "A" } else { "?" };
-        eprintln!("{verdict} film {made:?} all {:?} pictures {} right {:.3} worst {:?} contrast {:.2} {:.2?} lag {:.2} {:.2?} noise {:.3} kept {:.2} strays {:?}", started.elapsed(), recording.pictures.len(), decision.right, decision.worst, decision.contrast, decision.contrast_range, decision.lag_s, decision.lag_range_s, recording.unit.noise_c[27], recording.unit.kept, recording.strays);
-        for told in &decision.alternatives { if !told.is_told() || told.power < 0.9 { eprintln!("   untold {:?} likeness {:.2} limit {:.2} power {:.2} alike {}", told.what, told.likeness, told.limit, told.power, told.is_alike); } }
-    }
-    let judgment = &comparison.judgment;
-    let is_turned = judgment.criteria.iter().any(|criterion| {
-        let is_reason = |reason: &String| reason.starts_with(&criterion.sentence);
-        (criterion.name, criterion.state) == ("orientation", State::Failed)
-            && judgment.reasons.iter().any(is_reason)
-    });
     let lies = aligned.found.orientation.as_ref();
+    let is_turned = prior.decision.as_ref().is_some_and(|decision| {
+        decision.alternatives.iter().any(|one| {
+            lies.is_some_and(|lies| one.of == Alternative::Turned(lies.orientation)) && one.likeness < 0.0
+        })
+    });
     notes.extend(lies.and_then(|found| notes::orientation(found, is_turned)));
     Ok(Comparison {
         warnings: Vec::from_iter(warning),
@@ -115,6 +98,47 @@ pub fn compare_scene(
         alignment: Some(aligned.found),
         ..comparison
     })
+}
+
+/// Whether the recording is the scene's, by its own clock: alignment is for the scores.
+fn decided(
+    aligned: &AlignedFrames,
+    scene: &Scene,
+    sensor: &str,
+    options: &Options,
+) -> Result<Decision, ValidatorError> {
+    let laws = scene.laws();
+    let spread_c = laws.background_sd_c.unwrap_or(options.thresholds.background_spread_c);
+    let (known_c, unknown_c) = match options.unit {
+        None => ([0.0; PIXELS], spread_c),
+        Some(unit) if unit.has_background => (unit.pattern_c, unit.spread_c),
+        Some(unit) => (unit.pattern_c, unit.spread_c.hypot(spread_c)),
+    };
+    let frames = aligned.frames.iter();
+    let times_s: Vec<f64> = frames.clone().map(|frame| frame.time.as_secs_f64()).collect();
+    let frames = frames.map(|frame| {
+        std::array::from_fn(|pixel| (frame.celsius[pixel] - known_c[pixel]) as f32)
+    });
+    let frames: Vec<_> = frames.collect();
+    let unknown_c = [unknown_c.max(PROFILE_ERROR_C) as f32; PIXELS];
+    let recording = Recording::new(&times_s, &frames, unknown_c, sensor_step_c());
+    let mut film = Film::new(scene, sensor, &recording.times_s, recording.within_s)?;
+    Ok(decide(&mut film, &recording, &laws, options.thresholds.right_min))
+}
+
+/// A measured background changes by this much from one recording to the next, °C: with the air, and what stands there.
+const PROFILE_ERROR_C: f64 = 0.12;
+
+/// The slow drift that was removed, and the largest that is no fault.
+fn drift_c(aligned: &AlignedFrames, options: &Options) -> [f64; 2] {
+    let thresholds = &options.thresholds;
+    let times = || aligned.frames.iter().map(|frame| frame.time);
+    let span = times().max().unwrap_or_default().saturating_sub(times().min().unwrap_or_default());
+    let minutes = span.as_secs_f64() / 60.0;
+    [
+        aligned.found.drift_c,
+        thresholds.drift_max_c + minutes * thresholds.drift_max_c_per_min,
+    ]
 }
 
 /// Separates this simulation's noise from that of a recording simulated with the same seed (golden ratio, as in
