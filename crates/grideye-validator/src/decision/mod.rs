@@ -21,7 +21,7 @@ mod unit;
 mod world;
 
 pub(crate) use alternative::Alternative;
-pub use decide::{Alternatively, Decision, OFFSETS_M};
+pub use decide::{Alternatively, Contrast, Decision, OFFSETS_M};
 pub(crate) use decide::{Cause, decide};
 pub(crate) use film::Film;
 pub(crate) use recording::Recording;
