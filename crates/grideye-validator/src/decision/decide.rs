@@ -84,6 +84,8 @@ pub(crate) enum Cause {
 /// Right worlds: half set the law of each statistic, half its rank.
 const RIGHT: usize = 400;
 const OF_ALTERNATIVE: usize = 100;
+/// Worlds of each offset that is tried.
+const OF_OFFSET: usize = 30;
 /// Standard deviations by which an alternative that noise hides differs from the scene.
 const ALIKE: f64 = 2.0;
 /// Statistics before the contrasts and the alternatives.
@@ -92,6 +94,10 @@ const OWN: usize = 4;
 pub const OFFSETS_M: [f64; 6] = [0.1, 0.15, 0.2, 0.3, 0.4, 0.5];
 
 impl Decision {
+    pub(crate) fn is_agreed(&self, right_min: f64) -> bool {
+        self.right > right_min && self.off_contrast().is_none() && self.untold().next().is_none()
+    }
+
     /// The contrast farthest out of its range, if any is out.
     pub(crate) fn off_contrast(&self) -> Option<&Contrast> {
         let off = |one: &&Contrast| one.found < one.range[0] || one.found > one.range[1];
@@ -165,8 +171,8 @@ pub(crate) fn decide(film: &mut Film, recording: &Recording, laws: &Laws, right_
     }
     let refused = held[held.len() - 1 - (right_min * count(held.len() + 1)) as usize];
     let mut is_refused = |aside_m: f64, film: &mut Film| {
-        let number = errors.len();
-        let not_agreed = errors.iter().enumerate().filter(|(index, error)| {
+        let number = errors.len().min(OF_OFFSET);
+        let not_agreed = errors.iter().take(number).enumerate().filter(|(index, error)| {
             let angle = std::f64::consts::TAU * count(*index) / count(number);
             let by_m = [aside_m * angle.cos(), aside_m * angle.sin()];
             let shown = Drawn::of(film, laws, &mut random).moved(0, by_m).as_claimed(film);

@@ -11,13 +11,13 @@ const NAMED_MOST: usize = 3;
 
 pub(crate) fn scene(decision: &Decision, evidence: &Evidence<'_>, thresholds: &Thresholds) -> [Weighed; 3] {
     [
-        right(decision, thresholds),
-        contrast(decision),
+        right(decision, evidence, thresholds),
+        contrast(decision, evidence),
         told_apart(decision, evidence),
     ]
 }
 
-fn right(decision: &Decision, thresholds: &Thresholds) -> Weighed {
+fn right(decision: &Decision, evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed {
     let asked = Question {
         name: "right",
         title: "A right recording may look like this",
@@ -43,13 +43,18 @@ fn right(decision: &Decision, thresholds: &Thresholds) -> Weighed {
         Cause::Misfit | Cause::Alternative => "Check that people, objects and sensor are where the scene has them; mark uncertain values with [[uncertain]] and run `grideye calibrate`.",
     };
     let sentence = format!("Only {share} % of right recordings are so far from the scene: {worst}.");
-    asked.weighed(State::Failed, sentence, (step, "a recording nearer to the scene"))
+    asked.weighed(State::Failed, sentence, (helps(evidence, step), "a recording nearer to the scene"))
+}
+
+/// What would agree, if anything does.
+fn helps(evidence: &Evidence<'_>, step: &str) -> String {
+    evidence.prior.remedy.clone().unwrap_or_else(|| step.to_owned())
 }
 
 const WARMTH: &str =
     "Check the temperatures of people and objects, and what the people wear (person.clothing).";
 
-fn contrast(decision: &Decision) -> Weighed {
+fn contrast(decision: &Decision, evidence: &Evidence<'_>) -> Weighed {
     let asked = Question {
         name: "contrast",
         title: "As warm as in the scene",
@@ -67,7 +72,7 @@ fn contrast(decision: &Decision) -> Weighed {
             "{name} has {found} times the scene's contrast; {low} to {high} is what the scene leaves open."
         );
         let turn = format!("{low} to {high} times the scene's contrast");
-        return asked.weighed(State::Failed, sentence, (WARMTH, turn));
+        return asked.weighed(State::Failed, sentence, (helps(evidence, WARMTH), turn));
     }
     let found = decision.contrasts.iter().map(|one| {
         let [low, high] = range(one);
