@@ -395,9 +395,20 @@ fn bounds_follow_the_law_and_the_scene() {
     assert_eq!(bounds, expected);
 }
 
+/// Key, the table's other keys, what the error says.
+fn assert_refused<const N: usize>(tables: [(&str, &str, &str); N]) {
+    for (key, keys, message) in tables {
+        let refused = two(&[(key, keys)]).unwrap_err().to_string();
+        assert!(
+            refused.contains(message) && refused.contains("\nhint: "),
+            "{key}: {refused}"
+        );
+    }
+}
+
 #[test]
-fn tables_that_contradict_themselves_are_refused_with_their_place() {
-    for (key, keys, message) in [
+fn invalid_differences_from_the_scene_are_refused_with_their_place() {
+    assert_refused([
         (
             "agent.anna.aside_m",
             "sd = 0.16",
@@ -437,11 +448,6 @@ fn tables_that_contradict_themselves_are_refused_with_their_place() {
             "room.toml:24:7: `key` is \"agent.otto.contrast\", but the scene has no agent `otto`\nhint: it has anna, b. b.",
         ),
         (
-            "sensor.wall.roll_deg",
-            "sd = 1",
-            "but the scene has no sensor `wall`\nhint: it has ceiling",
-        ),
-        (
             "recording.start_s",
             "",
             "has no `sd`\nhint: give bounds for `grideye calibrate`",
@@ -450,6 +456,17 @@ fn tables_that_contradict_themselves_are_refused_with_their_place() {
             "recording.start_s",
             "sd = 0.1\nmean = 1",
             "`mean` is 1, expected only sd",
+        ),
+    ]);
+}
+
+#[test]
+fn invalid_laws_of_numbers_are_refused_with_their_place() {
+    assert_refused([
+        (
+            "sensor.wall.roll_deg",
+            "sd = 1",
+            "but the scene has no sensor `wall`\nhint: it has ceiling",
         ),
         (
             "room.ambient_c",
@@ -467,13 +484,7 @@ fn tables_that_contradict_themselves_are_refused_with_their_place() {
             "unknown field `width`",
         ),
         ("duration_s", "sd = 1", "expected the path of a number"),
-    ] {
-        let refused = two(&[(key, keys)]).unwrap_err().to_string();
-        assert!(
-            refused.contains(message) && refused.contains("\nhint: "),
-            "{key}: {refused}"
-        );
-    }
+    ]);
     // One number by two of its paths.
     let twice = [
         ("sensor.ceiling.position_mm.x", "sd = 20"),
@@ -486,6 +497,10 @@ fn tables_that_contradict_themselves_are_refused_with_their_place() {
         ),
         "{refused}"
     );
+}
+
+#[test]
+fn the_old_name_of_the_table_is_refused_with_the_new_one() {
     let old = Scene::parse(
         &format!("{TWO}\n[[fit]]\nkey = \"room.ambient_c\"\n"),
         "room.toml",
