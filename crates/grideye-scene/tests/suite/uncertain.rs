@@ -359,6 +359,12 @@ fn tables_of_one_agent_come_before_those_of_all_and_both_before_the_defaults() {
         "{:?}",
         laws.source
     );
+    let height = [("agent.anna.person.height_mm", "bounds = [1500, 1900]")];
+    let source = two(&height).unwrap().laws().source;
+    assert!(
+        source[0].contains("height_mm`: sd 100, as of adults (ANSUR II"),
+        "{source:?}"
+    );
     // Only numbers, or a start between bounds, are for a calibration to find.
     let fitted = scene.uncertain().iter().filter(|one| one.is_fitted);
     let fitted: Vec<&str> = fitted.map(|one| one.key.as_str()).collect();
