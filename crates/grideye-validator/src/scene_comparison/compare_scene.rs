@@ -63,6 +63,7 @@ pub fn compare_scene(
     let fitted = leave_out_fitted(&mut aligned.frames);
     let number = number(protocol, options.frames)?;
     let (decision, remedy) = decided(&aligned, scene, sensor, options)?;
+    let drift_c = drift_c(&aligned, &decision, options);
     let real = chosen(&aligned.frames, lag_frames, number, &mut notes);
     let (pattern, room) = renderer.known(room, background.as_ref(), &timeline, options);
     notes.push(notes::background(&pattern, room.as_ref(), options));
@@ -80,7 +81,7 @@ pub fn compare_scene(
         nobody,
         decision: Some(decision),
         remedy,
-        drift_c: drift_c(&aligned, options),
+        drift_c,
         fitted: (!scene.calibrated().is_empty()).then_some(fitted),
         ..prior(records, &simulator, room, pattern, options)
     };
@@ -145,14 +146,14 @@ fn decided(
 /// A measured background changes by this much from one recording to the next, °C: with the air, and what stands there.
 const PROFILE_ERROR_C: f64 = 0.12;
 
-/// The slow drift that was removed, and the largest that is no fault.
-fn drift_c(aligned: &AlignedFrames, options: &Options) -> [f64; 2] {
+/// The drift, and the largest that is no fault.
+fn drift_c(aligned: &AlignedFrames, decision: &Decision, options: &Options) -> [f64; 2] {
     let thresholds = &options.thresholds;
     let times = || aligned.frames.iter().map(|frame| frame.time);
     let span = times().max().unwrap_or_default().saturating_sub(times().min().unwrap_or_default());
     let minutes = span.as_secs_f64() / 60.0;
     [
-        aligned.found.drift_c,
+        aligned.found.drift_c + decision.drift_c,
         thresholds.drift_max_c + minutes * thresholds.drift_max_c_per_min,
     ]
 }

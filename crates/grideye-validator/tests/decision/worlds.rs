@@ -32,7 +32,7 @@ pub(crate) enum Truth {
     Missing,
     /// One more walks, 17 s behind.
     More,
-    /// The first person is gone for a fifth of the time.
+    /// The first person is gone for the fifth of the time in which it is nearest to the middle of the view.
     Gone,
     /// The image is mirrored left to right, top to bottom, or turned by a quarter.
     MirroredX,
@@ -97,6 +97,16 @@ fn text(ways: &[Way], end_s: f64, at: impl Fn(usize, f64) -> [f64; 2]) -> (Strin
     (text, files)
 }
 
+fn nearest_fifth(way: Option<Way>, frames: usize) -> usize {
+    let Some(way) = way else { return 0 };
+    let far = |index: usize| {
+        let [x, y] = place(way, index as f64 / 10.0);
+        x.hypot(y)
+    };
+    let sum = |from: usize| (from..from + frames / 5).map(far).sum::<f64>();
+    (0..frames * 4 / 5).min_by(|a, b| sum(*a).total_cmp(&sum(*b))).unwrap_or(0)
+}
+
 fn parse((text, files): &(String, Vec<(String, String)>)) -> Scene {
     let read = |name: &str| {
         let file = files.iter().find(|file| file.0 == name);
@@ -112,16 +122,16 @@ pub(crate) fn scene(ways: &[Way], frames: usize, more: &str) -> Scene {
     parse(&(text, files))
 }
 
-/// Laws of the validator's defaults, times `wider`.
-pub(crate) fn record(ways: &[Way], frames: usize, truth: Truth, unit: Unit, wider: f64, seed: u64) -> Vec<Record> {
+/// Draws by the laws that scenes have by default.
+pub(crate) fn record(ways: &[Way], frames: usize, truth: Truth, unit: Unit, seed: u64) -> Vec<Record> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
     let span_s = frames as f64 / 10.0;
-    let lag_s = 0.07 * wider * draw() + if let Truth::Late(by_s) = truth { by_s } else { 0.0 };
+    let lag_s = 0.07 * draw() + if let Truth::Late(by_s) = truth { by_s } else { 0.0 };
     let angle = 1.7 * draw();
     let aside = if let Truth::Aside(by_m) = truth { by_m } else { 0.0 };
     let mut ways = ways.to_vec();
-    let contrasts: Vec<f64> = (0..ways.len() + 1).map(|_| (0.35 * wider * draw()).exp()).collect();
+    let contrasts: Vec<f64> = (0..ways.len() + 1).map(|_| (0.35 * draw()).exp()).collect();
     match truth {
         Truth::Nobody => ways.clear(),
         Truth::Missing => {
@@ -130,13 +140,15 @@ pub(crate) fn record(ways: &[Way], frames: usize, truth: Truth, unit: Unit, wide
         Truth::More => ways.push(Way::Walks { ahead_s: -17.0 }),
         _ => {}
     }
+    let fifth = frames / 5;
+    let gone_from = nearest_fifth(ways.first().copied(), frames);
     let mut shown = vec![[AMBIENT_C; 64]; frames];
     for (person, way) in ways.iter().enumerate() {
-        let offset = [aside * angle.cos() + 0.07 * wider * draw(), aside * angle.sin() + 0.07 * wider * draw()];
+        let offset = [aside * angle.cos() + 0.07 * draw(), aside * angle.sin() + 0.07 * draw()];
         let steps = (10.0 * span_s) as usize + 400;
         let kept = (-0.1_f64 / 0.7).exp();
         let mut wander = [[0.0; 2]; 1].to_vec();
-        let sd = if matches!(way, Way::Stands(..)) { 0.0 } else { 0.07 * wider };
+        let sd = if matches!(way, Way::Stands(..)) { 0.0 } else { 0.07 };
         let mut now = [sd * draw(), sd * draw()];
         for _ in 0..steps {
             wander.push(now);
@@ -159,7 +171,7 @@ pub(crate) fn record(ways: &[Way], frames: usize, truth: Truth, unit: Unit, wide
             {
                 time_s = (time_s + 0.4 * span_s) % span_s;
             }
-            let is_gone = truth == Truth::Gone && person == 0 && (frames * 2 / 5..frames * 3 / 5).contains(&index);
+            let is_gone = truth == Truth::Gone && person == 0 && (gone_from..gone_from + fifth).contains(&index);
             if is_gone {
                 continue;
             }
