@@ -2,10 +2,10 @@
 
 use crate::align::Orientation;
 use crate::decision::film::{Film, Image, add, turned};
-use grideye_scene::Laws;
 use crate::decision::world::Drawn;
 use grideye_draw::text::fixed;
 use grideye_frame::PIXELS;
+use grideye_scene::Laws;
 use std::ops::Range;
 
 /// Another story for the recording than the scene's.
@@ -94,7 +94,11 @@ impl Alternative {
             Self::Aside(person, [x, y]) => {
                 let (by, axis) = if *x == 0.0 { (y, "y") } else { (x, "x") };
                 let sign = if *by < 0.0 { "-" } else { "+" };
-                format!("{} {} m further in {sign}{axis}", name(person), fixed(by.abs(), 1))
+                format!(
+                    "{} {} m further in {sign}{axis}",
+                    name(person),
+                    fixed(by.abs(), 1)
+                )
             }
             Self::Later(by_s) => format!("the scene {}", later(*by_s)),
             Self::Backwards => "the scene backwards".to_owned(),
@@ -129,16 +133,20 @@ impl Alternative {
             }),
             Self::Aside(person, by_m) => drawn.clone().moved(*person, *by_m).shown(film, same, all),
             Self::Turned(orientation) => turned(&drawn.shown(film, same, all), *orientation),
-            Self::Later(by_s) => {
-                drawn.shown(film, |film, index| film.near(film.times_s[index] - by_s), all)
-            }
+            Self::Later(by_s) => drawn.shown(
+                film,
+                |film, index| film.near(film.times_s[index] - by_s),
+                all,
+            ),
             Self::Backwards => drawn.shown(film, |film, index| film.len() - 1 - index, all),
             Self::More(place_m) => {
                 let mut shown = drawn.shown(film, same, all);
                 if let Some(walker) = film.people.first_mut() {
                     let more = walker.standing(*place_m, 0);
                     let contrast = drawn.contrast();
-                    shown.iter_mut().for_each(|image| add(image, &more, contrast));
+                    shown
+                        .iter_mut()
+                        .for_each(|image| add(image, &more, contrast));
                 }
                 shown
             }
@@ -147,7 +155,11 @@ impl Alternative {
                 let half = film.times_s.first().copied().unwrap_or_default() + by_s;
                 for (index, image) in shown.iter_mut().enumerate() {
                     let time_s = film.times_s[index];
-                    let other = film.near(if time_s < half { time_s + by_s } else { time_s - by_s });
+                    let other = film.near(if time_s < half {
+                        time_s + by_s
+                    } else {
+                        time_s - by_s
+                    });
                     if let Some(walker) = film.people.first() {
                         add(image, &walker.adds[other], drawn.contrast());
                     }
@@ -198,7 +210,8 @@ fn free_places(film: &mut Film) -> Vec<[f64; 2]> {
                 middle.0 + APART_M * f64::from(step_x),
                 middle.1 + APART_M * f64::from(step_y),
             ];
-            let is_free = |[x, y]: &[f64; 2]| (place_m[0] - x).hypot(place_m[1] - y) > 0.9 * APART_M;
+            let is_free =
+                |[x, y]: &[f64; 2]| (place_m[0] - x).hypot(place_m[1] - y) > 0.9 * APART_M;
             if standing.iter().all(is_free) {
                 let seen = walker.standing(place_m, 0);
                 let sum: f32 = seen.iter().sum();

@@ -2,7 +2,7 @@
 
 use crate::decision::alternative::Alternative;
 use crate::decision::film::{Film, Image, add};
-use crate::decision::judge::{Judge, Statistics};
+use crate::decision::judge::{ACROSS, BLOCKS, Judge, Statistics};
 use crate::decision::recording::Recording;
 use crate::decision::world::Drawn;
 use crate::numbers::{count, percentile};
@@ -34,8 +34,8 @@ pub struct Decision {
     pub refused_aside_m: Option<f64>,
     /// What else the recording could show.
     pub alternatives: Vec<Alternatively>,
-    /// Sum of squares of what the recording shows beyond the room, as a share of that of noise.
-    pub excess: f64,
+    /// Whether the recording shows nothing but the room and noise.
+    pub is_empty: bool,
     /// How far the level of all pixels runs away from the scene's, beyond the slow drift that was removed, °C.
     pub drift_c: f64,
     /// Frames that it was judged by.
@@ -88,8 +88,6 @@ pub(crate) enum Cause {
 /// Right worlds: half set the law of each statistic, half its rank.
 const RIGHT: usize = 400;
 const OF_ALTERNATIVE: usize = 100;
-/// Sum of squares beyond that of noise, as its share, that shows something.
-const EMPTY: f64 = 0.2;
 /// Worlds of each offset that is tried.
 const OF_OFFSET: usize = 30;
 /// Standard deviations by which an alternative that noise hides differs from the scene.
@@ -100,11 +98,6 @@ const OWN: usize = 4;
 pub const OFFSETS_M: [f64; 6] = [0.1, 0.15, 0.2, 0.3, 0.4, 0.5];
 
 impl Decision {
-    /// Whether the recording shows nothing but the room and noise.
-    pub(crate) fn is_empty(&self) -> bool {
-        self.excess < EMPTY
-    }
-
     pub(crate) fn is_agreed(&self, right_min: f64) -> bool {
         self.right > right_min && self.off_contrast().is_none() && self.untold().next().is_none()
     }
@@ -112,13 +105,19 @@ impl Decision {
     /// The contrast farthest out of its range, if any is out.
     pub(crate) fn off_contrast(&self) -> Option<&Contrast> {
         let off = |one: &&Contrast| one.found < one.range[0] || one.found > one.range[1];
-        let by = |one: &Contrast| (one.range[0] / one.found.max(0.01)).max(one.found / one.range[1]);
-        self.contrasts.iter().filter(off).max_by(|a, b| by(a).total_cmp(&by(b)))
+        let by =
+            |one: &Contrast| (one.range[0] / one.found.max(0.01)).max(one.found / one.range[1]);
+        self.contrasts
+            .iter()
+            .filter(off)
+            .max_by(|a, b| by(a).total_cmp(&by(b)))
     }
 
     /// Alternatives that the recording could come from too.
     pub(crate) fn untold(&self) -> impl Iterator<Item = &Alternatively> {
-        self.alternatives.iter().filter(|one| !one.is_told() && one.counts())
+        self.alternatives
+            .iter()
+            .filter(|one| !one.is_told() && one.counts())
     }
 
     /// Alternatives that noise makes the scene itself.
@@ -141,7 +140,12 @@ impl Alternatively {
     }
 }
 
-pub(crate) fn decide(film: &mut Film, recording: &Recording, laws: &Laws, right_min: f64) -> Decision {
+pub(crate) fn decide(
+    film: &mut Film,
+    recording: &Recording,
+    laws: &Laws,
+    right_min: f64,
+) -> Decision {
     let mut random = ChaCha8Rng::seed_from_u64(0x0064_6563_6964_6500);
     let unit = &recording.unit;
     let judge = Judge::new(film, laws, unit, &mut random);
@@ -158,7 +162,10 @@ pub(crate) fn decide(film: &mut Film, recording: &Recording, laws: &Laws, right_
         })
         .collect();
     let law = Law::new(&right[..RIGHT / 2]);
-    let mut held: Vec<f64> = right[RIGHT / 2..].iter().map(|one| law.farthest(one).1).collect();
+    let mut held: Vec<f64> = right[RIGHT / 2..]
+        .iter()
+        .map(|one| law.farthest(one).1)
+        .collect();
     held.sort_by(f64::total_cmp);
     let found = judge.of(&recording.pictures);
     let (place, off) = law.farthest(&found);
@@ -170,7 +177,10 @@ pub(crate) fn decide(film: &mut Film, recording: &Recording, laws: &Laws, right_
             judge.likeness(number, &sum(rival.what.shown(film, &drawn), error))
         });
         let limit = drawn.fold(f64::NEG_INFINITY, f64::max);
-        let above = right.iter().filter(|right| right.likeness[number] > limit).count();
+        let above = right
+            .iter()
+            .filter(|right| right.likeness[number] > limit)
+            .count();
         alternatives.push(Alternatively {
             what: rival.what.in_words(film),
             of: rival.what.clone(),
@@ -183,17 +193,23 @@ pub(crate) fn decide(film: &mut Film, recording: &Recording, laws: &Laws, right_
     let refused = held[held.len() - 1 - (right_min * count(held.len() + 1)) as usize];
     let mut is_refused = |aside_m: f64, film: &mut Film| {
         let number = errors.len().min(OF_OFFSET);
-        let not_agreed = errors.iter().take(number).enumerate().filter(|(index, error)| {
-            let angle = std::f64::consts::TAU * count(*index) / count(number);
-            let by_m = [aside_m * angle.cos(), aside_m * angle.sin()];
-            let shown = Drawn::of(film, laws, &mut random).moved(0, by_m).as_claimed(film);
-            let statistics = judge.of(&sum(shown, error));
-            law.farthest(&statistics).1 > refused
-                || alternatives
-                    .iter()
-                    .zip(&statistics.likeness)
-                    .any(|(one, likeness)| one.counts() && *likeness <= one.limit)
-        });
+        let not_agreed = errors
+            .iter()
+            .take(number)
+            .enumerate()
+            .filter(|(index, error)| {
+                let angle = std::f64::consts::TAU * count(*index) / count(number);
+                let by_m = [aside_m * angle.cos(), aside_m * angle.sin()];
+                let shown = Drawn::of(film, laws, &mut random)
+                    .moved(0, by_m)
+                    .as_claimed(film);
+                let statistics = judge.of(&sum(shown, error));
+                law.farthest(&statistics).1 > refused
+                    || alternatives
+                        .iter()
+                        .zip(&statistics.likeness)
+                        .any(|(one, likeness)| one.counts() && *likeness <= one.limit)
+            });
         count(not_agreed.count()) >= 0.9 * count(number)
     };
     let has_people = !film.people.is_empty();
@@ -216,7 +232,7 @@ pub(crate) fn decide(film: &mut Film, recording: &Recording, laws: &Laws, right_
         delay_range_s: law.range(0),
         refused_aside_m,
         alternatives,
-        excess: judge.excess(&recording.pictures),
+        is_empty: judge.is_empty(&recording.pictures, &film.room),
         drift_c: film.drift_c(&recording.pictures),
         frames: recording.frames - recording.strays.len(),
         pictures: recording.pictures.len(),
@@ -241,6 +257,30 @@ struct Law {
     beyond: Vec<(f32, [f32; 2])>,
 }
 
+/// Takes the widest scales of neighboring blocks and stretches: who comes near in some worlds may stand there in others.
+fn widened(own: Vec<(f32, [f32; 2])>) -> Vec<(f32, [f32; 2])> {
+    let stretches = own.len() / BLOCKS;
+    let near = |place: usize, number: usize| place.saturating_sub(1)..(place + 2).min(number);
+    let widest = |(index, (mean, scales)): (usize, &(f32, [f32; 2]))| {
+        let (stretch, row, column) = (
+            index / BLOCKS,
+            index % BLOCKS / ACROSS,
+            index % BLOCKS % ACROSS,
+        );
+        let mut widest = *scales;
+        for stretch in near(stretch, stretches) {
+            for row in near(row, ACROSS) {
+                for column in near(column, ACROSS) {
+                    let other = own[stretch * BLOCKS + row * ACROSS + column].1;
+                    widest = [widest[0].max(other[0]), widest[1].max(other[1])];
+                }
+            }
+        }
+        (*mean, widest)
+    };
+    own.iter().enumerate().map(widest).collect()
+}
+
 impl Law {
     fn new(right: &[Statistics]) -> Self {
         let number = right.first().map_or(0, |one| one.beyond.len());
@@ -251,16 +291,21 @@ impl Law {
             let variance = share * values().map(|value| (value - mean).powi(2)).sum::<f32>();
             // Next to a person who may be elsewhere the law has long tails.
             let scale = |sign: f32| {
-                let most = values().map(|value| sign * (value - mean)).fold(0.0, f32::max);
+                let most = values()
+                    .map(|value| sign * (value - mean))
+                    .fold(0.0, f32::max);
                 variance.sqrt().max(most / LONGEST_SDS).max(1e-6)
             };
             (mean, [scale(1.0), scale(-1.0)])
         });
         let mut law = Self {
-            beyond: beyond.collect(),
+            beyond: widened(beyond.collect()),
             of: Vec::new(),
         };
-        let all = OWN + right.first().map_or(0, |one| one.contrasts.len() + one.likeness.len());
+        let all = OWN
+            + right
+                .first()
+                .map_or(0, |one| one.contrasts.len() + one.likeness.len());
         law.of = (0..all)
             .map(|place| {
                 let mut values: Vec<f64> = right.iter().map(|one| law.value(place, one)).collect();
@@ -277,7 +322,9 @@ impl Law {
         let all = statistics.beyond.iter().zip(&self.beyond);
         let side = usize::from(sign < 0.0);
         let far = all.map(|(value, (mean, scales))| sign * (value - mean) / scales[side]);
-        let far = far.enumerate().fold((0, f32::NEG_INFINITY), |far, one| if one.1 > far.1 { one } else { far });
+        let far = far.enumerate().fold((0, f32::NEG_INFINITY), |far, one| {
+            if one.1 > far.1 { one } else { far }
+        });
         (far.0, f64::from(far.1))
     }
 
@@ -296,12 +343,18 @@ impl Law {
 
     fn farthest(&self, statistics: &Statistics) -> (usize, f64) {
         let contrasts = OWN..OWN + statistics.contrasts.len();
-        let off = self.of.iter().enumerate().map(|(place, (location, scale))| {
-            let off = (self.value(place, statistics) - location) / scale;
-            let is_either_way = place == 0 || contrasts.contains(&place);
-            (place, if is_either_way { off.abs() } else { off })
-        });
-        off.fold((0, f64::NEG_INFINITY), |far, one| if one.1 > far.1 { one } else { far })
+        let off = self
+            .of
+            .iter()
+            .enumerate()
+            .map(|(place, (location, scale))| {
+                let off = (self.value(place, statistics) - location) / scale;
+                let is_either_way = place == 0 || contrasts.contains(&place);
+                (place, if is_either_way { off.abs() } else { off })
+            });
+        off.fold((0, f64::NEG_INFINITY), |far, one| {
+            if one.1 > far.1 { one } else { far }
+        })
     }
 
     /// The range of all but .5 % of right worlds.
@@ -311,7 +364,13 @@ impl Law {
         [location - SDS * scale, location + SDS * scale]
     }
 
-    fn worst(&self, place: usize, statistics: &Statistics, judge: &Judge, film: &Film) -> (Cause, String) {
+    fn worst(
+        &self,
+        place: usize,
+        statistics: &Statistics,
+        judge: &Judge,
+        film: &Film,
+    ) -> (Cause, String) {
         let warmer = |sign: f32| {
             let index = self.block(statistics, sign).0;
             let (stretch, row, column) = judge.block(index);
@@ -334,24 +393,39 @@ impl Law {
                     true => (-statistics.lag_s, "earlier"),
                     false => (statistics.lag_s, "later"),
                 };
-                (Cause::Lag, format!("it is {} s {word} than the scene", fixed(by, 2)))
+                (
+                    Cause::Lag,
+                    format!("it is {} s {word} than the scene", fixed(by, 2)),
+                )
             }
-            1 => (Cause::Misfit, "it differs from the scene all over".to_owned()),
+            1 => (
+                Cause::Misfit,
+                "it differs from the scene all over".to_owned(),
+            ),
             2 => (Cause::Extra, warmer(1.0)),
             3 => (Cause::Missing, warmer(-1.0)),
             more if more < OWN + contrasts => {
                 let subject = more - OWN;
                 let times = fixed(statistics.contrasts[subject], 2);
-                let name = film.people.get(subject).map(|walker| format!("`{}`", walker.name));
+                let name = film
+                    .people
+                    .get(subject)
+                    .map(|walker| format!("`{}`", walker.name));
                 let name = name.unwrap_or("what is warm".to_owned());
-                (Cause::Contrast, format!("{name} has {times} times the scene's contrast"))
+                (
+                    Cause::Contrast,
+                    format!("{name} has {times} times the scene's contrast"),
+                )
             }
             _ => {
                 // Farther below 0 than the alternative itself, it is neither.
-                let mut near: Vec<(f64, usize)> = statistics.likeness.iter().copied().zip(0..).collect();
+                let mut near: Vec<(f64, usize)> =
+                    statistics.likeness.iter().copied().zip(0..).collect();
                 near.retain(|(likeness, _)| *likeness < LIKE);
                 near.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
-                let what = near.first().map(|(_, rival)| judge.rivals[*rival].what.in_words(film));
+                let what = near
+                    .first()
+                    .map(|(_, rival)| judge.rivals[*rival].what.in_words(film));
                 let words = what.map_or_else(
                     || "it does not look like the scene".to_owned(),
                     |what| format!("it looks more like {what}"),

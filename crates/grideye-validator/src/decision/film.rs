@@ -82,7 +82,10 @@ impl Film {
             simulator.replace_agents(scene.agents().to_vec());
             let with = moments.images(&simulator);
             simulator.replace_agents(Vec::new());
-            let adds = with.iter().zip(&without).map(|(with, without)| less(with, without));
+            let adds = with
+                .iter()
+                .zip(&without)
+                .map(|(with, without)| less(with, without));
             people.push(Walker {
                 name: agent.name.clone(),
                 adds: adds.collect(),
@@ -118,7 +121,10 @@ impl Film {
 
     /// What is to be recognized, as the scene has it.
     pub(crate) fn claimed(&self) -> Vec<Image> {
-        let mut all = self.objects.clone().unwrap_or_else(|| vec![[0.0; PIXELS]; self.len()]);
+        let mut all = self
+            .objects
+            .clone()
+            .unwrap_or_else(|| vec![[0.0; PIXELS]; self.len()]);
         for walker in &self.people {
             for (all, adds) in all.iter_mut().zip(&walker.adds) {
                 add(all, adds, 1.0);
@@ -144,7 +150,8 @@ impl Film {
         let levels = pictures.iter().zip(claimed.iter().zip(&self.room));
         let levels: Vec<f64> = levels
             .map(|(seen, (claimed, room))| {
-                let left = (0..PIXELS).map(|pixel| f64::from(seen[pixel] - claimed[pixel] - room[pixel]));
+                let left =
+                    (0..PIXELS).map(|pixel| f64::from(seen[pixel] - claimed[pixel] - room[pixel]));
                 median(&left.collect::<Vec<f64>>()).unwrap_or(0.0)
             })
             .collect();
@@ -300,8 +307,8 @@ pub(crate) fn image(celsius: &[f64]) -> Image {
 }
 
 pub(super) fn add(image: &mut Image, other: &Image, share: f32) {
-    for (image, other) in image.iter_mut().zip(other) {
-        *image += share * other;
+    for pixel in 0..PIXELS {
+        image[pixel] += share * other[pixel];
     }
 }
 
@@ -310,5 +317,8 @@ pub(super) fn less(with: &Image, without: &Image) -> Image {
 }
 
 pub(super) fn turned(images: &[Image], orientation: Orientation) -> Vec<Image> {
-    images.iter().map(|image| orientation.apply(image)).collect()
+    images
+        .iter()
+        .map(|image| orientation.apply(image))
+        .collect()
 }

@@ -18,8 +18,9 @@ const FOR_MEAN: usize = 24;
 const LAGS: i32 = 3;
 /// Warmth that the scene lacks or has too much is sought in stretches of this length, seconds.
 const STRETCH_S: f64 = 1.0;
-/// Blocks of 2 x 2 pixels.
-const BLOCKS: usize = (ROWS - 1) * (COLUMNS - 1);
+/// Blocks of 2 x 2 pixels, in a row and in all.
+pub(crate) const ACROSS: usize = COLUMNS - 1;
+pub(crate) const BLOCKS: usize = (ROWS - 1) * ACROSS;
 
 /// Looks at recordings.
 pub(crate) struct Judge {
@@ -106,7 +107,11 @@ impl Judge {
             .map(|_| Drawn::of(film, laws, random).as_warm_as_claimed())
             .collect();
         let step_s = laws.lag_sd_s;
-        let lags = if film.has_movement() && step_s > 0.0 { LAGS } else { 0 };
+        let lags = if film.has_movement() && step_s > 0.0 {
+            LAGS
+        } else {
+            0
+        };
         let lags_s: Vec<f64> = (-lags..=lags).map(|lag| step_s * f64::from(lag)).collect();
         let mut painter = Painter::new(film, &hiding, &drawn, &lags_s);
         let rivals = Alternative::of(film, laws)
@@ -115,12 +120,17 @@ impl Judge {
             .collect();
         let stretches = stretches(&film.times_s);
         let means_of = |film: &[Image]| means(&centered(film), &stretches);
-        let by_subject = |pictures: &Vec<Vec<Image>>| pictures.iter().map(|one| means_of(one)).collect();
+        let by_subject =
+            |pictures: &Vec<Vec<Image>>| pictures.iter().map(|one| means_of(one)).collect();
         Self {
             subject_means: painter.pictures.iter().map(by_subject).collect(),
             room_means: means_of(&film.room),
             own_share: hiding.own_share(film.len()),
-            rooms: painter.rooms.into_iter().map(|room| room.template).collect(),
+            rooms: painter
+                .rooms
+                .into_iter()
+                .map(|room| room.template)
+                .collect(),
             subjects: painter.subjects,
             equations: painter.equations,
             hiding,
@@ -132,7 +142,13 @@ impl Judge {
 
     fn fit(&self, recording: &[Image]) -> Fit {
         let fits = (0..self.lags_s.len()).map(|lag| self.fit_at(recording, lag));
-        let best = fits.reduce(|best, fit| if fit.explained > best.explained { fit } else { best });
+        let best = fits.reduce(|best, fit| {
+            if fit.explained > best.explained {
+                fit
+            } else {
+                best
+            }
+        });
         best.unwrap_or(Fit {
             lag: 0,
             contrasts: Vec::new(),
@@ -156,7 +172,9 @@ impl Judge {
         Fit {
             lag,
             contrast: (all(&products) + PRIOR) / (square + PRIOR),
-            explained: explained.map(|(contrast, product)| contrast * product).sum(),
+            explained: explained
+                .map(|(contrast, product)| contrast * product)
+                .sum(),
             contrasts,
         }
     }
@@ -175,7 +193,9 @@ impl Judge {
         /// Noise adds more in one of a hundred recordings.
         const NOISE_SDS: f64 = 2.326;
         let (difference, products) = &rival.difference[fit.lag];
-        let s = rival.subject.map_or(fit.contrast, |subject| fit.contrasts[subject]);
+        let s = rival
+            .subject
+            .map_or(fit.contrast, |subject| fit.contrasts[subject]);
         let rooms = &rival.rooms;
         let square = rooms.square + s * (2.0 * products.rooms + s * difference.square);
         if s <= 0.0 || square <= 0.0 {
@@ -185,7 +205,8 @@ impl Judge {
             let subjects = fit.contrasts.iter().zip(with);
             subjects.map(|(contrast, product)| contrast * product).sum()
         };
-        let mut left = s * (difference.product(recording) - products.room - shown(&products.subjects));
+        let mut left =
+            s * (difference.product(recording) - products.room - shown(&products.subjects));
         if rooms.square > 0.0 {
             left += in_rooms - rooms.room - shown(&rooms.subjects[fit.lag]);
         }
@@ -210,9 +231,10 @@ impl Judge {
         let room = self.rooms[0].square - 2.0 * rooms[0];
         let left = self.hiding.square(recording) + room - fit.explained;
         let noise = self.hiding.steps(recording);
-        let likeness = self.rivals.iter().map(|rival| {
-            self.likeness_at(rival, recording, &fit, rooms[0] - rooms[rival.room])
-        });
+        let likeness = self
+            .rivals
+            .iter()
+            .map(|rival| self.likeness_at(rival, recording, &fit, rooms[0] - rooms[rival.room]));
         Statistics {
             lag_s: self.lag_s(recording, &fit),
             misfit: left.max(1e-9).ln() - noise.max(1e-9).ln(),
@@ -222,11 +244,22 @@ impl Judge {
         }
     }
 
-    /// What a recording shows beyond the room, as a share of what noise makes.
-    pub(crate) fn excess(&self, recording: &[Image]) -> f64 {
-        let own = self.in_room(0, recording);
-        let left = self.hiding.square(recording) + self.rooms[0].square - 2.0 * own;
-        left / count((recording.len() * (PIXELS - 1)).max(1)) - 1.0
+    /// Whether a recording shows nothing but the room and noise.
+    pub(crate) fn is_empty(&self, recording: &[Image], room: &[Image]) -> bool {
+        /// Of what changes, beyond that of noise: its estimate may be off by as much.
+        const MOVING: f64 = 0.1;
+        /// Of the mean picture, in standard deviations of chi squared.
+        const STILL_SDS: f64 = 5.0;
+        let left: Vec<Image> = recording
+            .iter()
+            .zip(room)
+            .map(|(seen, room)| less(seen, room))
+            .collect();
+        let [moving, still] = self.hiding.squares(&left);
+        let degrees = count(PIXELS - 1);
+        let frames = count(recording.len().saturating_sub(1).max(1));
+        moving < (1.0 + MOVING) * frames * degrees
+            && still < degrees + STILL_SDS * (2.0 * degrees).sqrt()
     }
 
     /// The best delay, by a parabola through the best of those tried and its neighbors.
@@ -235,7 +268,8 @@ impl Judge {
         if best.lag == 0 || best.lag + 1 >= self.lags_s.len() {
             return middle_s;
         }
-        let [before, after] = [best.lag - 1, best.lag + 1].map(|lag| self.fit_at(recording, lag).explained);
+        let [before, after] =
+            [best.lag - 1, best.lag + 1].map(|lag| self.fit_at(recording, lag).explained);
         let curve = before - 2.0 * best.explained + after;
         let step_s = self.lags_s[best.lag + 1] - middle_s;
         match curve < 0.0 {
@@ -266,7 +300,8 @@ impl Judge {
             for row in 0..ROWS - 1 {
                 for column in 0..COLUMNS - 1 {
                     let first = row * COLUMNS + column;
-                    let sum = at(first) + at(first + 1) + at(first + COLUMNS) + at(first + COLUMNS + 1);
+                    let sum =
+                        at(first) + at(first + 1) + at(first + COLUMNS) + at(first + COLUMNS + 1);
                     all.push(share * sum);
                 }
             }
@@ -277,7 +312,7 @@ impl Judge {
     /// The stretch and the upper left pixel of a block, row and column.
     pub(crate) fn block(&self, index: usize) -> (Range<usize>, usize, usize) {
         let block = index % BLOCKS;
-        let (row, column) = (block / (COLUMNS - 1), block % (COLUMNS - 1));
+        let (row, column) = (block / ACROSS, block % ACROSS);
         (self.stretches[index / BLOCKS].clone(), row, column)
     }
 }
@@ -356,7 +391,9 @@ impl<'a> Painter<'a> {
             for (claimed, alone) in painter.claimed.iter_mut().zip(&alone) {
                 add(claimed, alone, 1.0);
             }
-            let delayed = lags_s.iter().map(|lag_s| later(&alone, &film.times_s, *lag_s));
+            let delayed = lags_s
+                .iter()
+                .map(|lag_s| later(&alone, &film.times_s, *lag_s));
             let mut templates = Vec::with_capacity(lags_s.len());
             for (pictures, delayed) in painter.pictures.iter_mut().zip(delayed) {
                 templates.push(hiding.template(&delayed));
@@ -366,9 +403,16 @@ impl<'a> Painter<'a> {
         }
         for lag in 0..lags_s.len() {
             let with = |template: &Template| -> Vec<f64> {
-                painter.pictures[lag].iter().map(|pictures| template.product(pictures)).collect()
+                painter.pictures[lag]
+                    .iter()
+                    .map(|pictures| template.product(pictures))
+                    .collect()
             };
-            let products = painter.subjects.iter().map(|subject| with(&subject[lag])).collect();
+            let products = painter
+                .subjects
+                .iter()
+                .map(|subject| with(&subject[lag]))
+                .collect();
             painter.equations.push(Equations {
                 with_room: with(&painter.rooms[0].template),
                 products,
@@ -397,15 +441,17 @@ impl<'a> Painter<'a> {
 
     fn room(&mut self, film: &Film, orientation: Orientation) -> usize {
         let mut rooms = self.rooms.iter();
-        rooms.position(|room| room.orientation == orientation).unwrap_or_else(|| {
-            let pictures = turned(&film.room, orientation);
-            self.rooms.push(Room {
-                orientation,
-                template: self.hiding.template(&pictures),
-                pictures,
-            });
-            self.rooms.len() - 1
-        })
+        rooms
+            .position(|room| room.orientation == orientation)
+            .unwrap_or_else(|| {
+                let pictures = turned(&film.room, orientation);
+                self.rooms.push(Room {
+                    orientation,
+                    template: self.hiding.template(&pictures),
+                    pictures,
+                });
+                self.rooms.len() - 1
+            })
     }
 
     fn rival(&mut self, film: &mut Film, what: Alternative) -> Rival {
@@ -418,7 +464,10 @@ impl<'a> Painter<'a> {
         let rooms_apart: Vec<Image> = pairs.map(|(own, other)| less(own, other)).collect();
         let rooms_template = self.hiding.template(&rooms_apart);
         let products = |template: &Template, pictures: &[Vec<Image>]| -> Vec<f64> {
-            pictures.iter().map(|pictures| template.product(pictures)).collect()
+            pictures
+                .iter()
+                .map(|pictures| template.product(pictures))
+                .collect()
         };
         let difference: Vec<(Template, Products)> = self
             .lags_s
@@ -444,7 +493,11 @@ impl<'a> Painter<'a> {
             rooms: RoomProducts {
                 square: rooms_template.square,
                 room: rooms_template.product(&own.pictures),
-                subjects: self.pictures.iter().map(|pictures| products(&rooms_template, pictures)).collect(),
+                subjects: self
+                    .pictures
+                    .iter()
+                    .map(|pictures| products(&rooms_template, pictures))
+                    .collect(),
             },
             difference,
             what,

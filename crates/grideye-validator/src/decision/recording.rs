@@ -31,26 +31,36 @@ impl Recording {
     pub(crate) fn new(times_s: &[f64], frames: &[Image], pattern_c: Image, step_c: f64) -> Self {
         let unit = Unit::of(frames, pattern_c, step_c);
         let strays = strays(frames, &unit);
-        let kept: Vec<usize> = (0..frames.len()).filter(|index| !strays.contains(index)).collect();
+        let kept: Vec<usize> = (0..frames.len())
+            .filter(|index| !strays.contains(index))
+            .collect();
         let steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let period_s = median(&steps).unwrap_or(0.0);
         let mut each = 1;
         if frames.len() > FEW && period_s > 0.0 {
-            each = ((PICTURE_S / period_s).round() as usize).max(frames.len().div_ceil(PICTURES_MOST)).max(1);
+            each = ((PICTURE_S / period_s).round() as usize)
+                .max(frames.len().div_ceil(PICTURES_MOST))
+                .max(1);
         }
         let mut times = Vec::new();
         let mut pictures = Vec::new();
         for group in kept.chunks(each) {
             let share = 1.0 / count(group.len());
             let mut mean = [0.0; PIXELS];
-            group.iter().for_each(|&index| add(&mut mean, &frames[index], share as f32));
+            group
+                .iter()
+                .for_each(|&index| add(&mut mean, &frames[index], share as f32));
             pictures.push(mean);
             times.push(group.iter().map(|&index| times_s[index]).sum::<f64>() * share);
         }
         Self {
             times_s: times,
             pictures,
-            within_s: if each > 1 { count(each) * period_s } else { 0.0 },
+            within_s: if each > 1 {
+                count(each) * period_s
+            } else {
+                0.0
+            },
             unit: unit.averaged(each),
             strays,
             frames: frames.len(),
@@ -76,7 +86,8 @@ fn strays(frames: &[Image], unit: &Unit) -> Vec<usize> {
         let difference: Image = std::array::from_fn(|pixel| one[pixel] - other[pixel]);
         let mean = difference.iter().sum::<f32>() / PIXELS as f32;
         let pixels = difference.iter().zip(&unit.noise_c);
-        let squares = pixels.map(|(difference, noise_c)| f64::from((difference - mean) / noise_c).powi(2));
+        let squares =
+            pixels.map(|(difference, noise_c)| f64::from((difference - mean) / noise_c).powi(2));
         squares.sum::<f64>() / count(2 * PIXELS)
     };
     let is_stray = |&index: &usize| {

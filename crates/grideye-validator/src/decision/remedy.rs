@@ -42,10 +42,15 @@ const JUDGED: usize = 2;
 const CLEARLY: f64 = 1.15;
 
 /// The change that would agree, as a sentence with its command; `None` if none does.
-pub(crate) fn remedy(compared: &Compared<'_>, film: &mut Film, decision: &Decision) -> Result<Option<String>, SceneError> {
+pub(crate) fn remedy(
+    compared: &Compared<'_>,
+    film: &mut Film,
+    decision: &Decision,
+) -> Result<Option<String>, SceneError> {
     let hiding = Hiding::new(&compared.recording.unit);
     let pictures = &compared.recording.pictures;
-    let explained = |film: &Film, pictures: &[Image]| explained(&hiding, film, &film.claimed(), pictures);
+    let explained =
+        |film: &Film, pictures: &[Image]| explained(&hiding, film, &film.claimed(), pictures);
     let own = explained(film, pictures);
     let mut changes = Vec::new();
     if let Some(off) = decision.off_contrast() {
@@ -63,10 +68,14 @@ pub(crate) fn remedy(compared: &Compared<'_>, film: &mut Film, decision: &Decisi
         changes.push(moved(film, &hiding, pictures));
     }
     for sensor in compared.scene.sensors() {
-        let is_other = sensor.name != compared.sensor && (sensor.columns, sensor.rows) == (COLUMNS, ROWS);
+        let is_other =
+            sensor.name != compared.sensor && (sensor.columns, sensor.rows) == (COLUMNS, ROWS);
         if is_other {
             let film = compared.film(compared.scene, &sensor.name, 0.0)?;
-            changes.push((explained(&film, pictures), Change::Sensor(sensor.name.clone())));
+            changes.push((
+                explained(&film, pictures),
+                Change::Sensor(sensor.name.clone()),
+            ));
         }
     }
     changes.retain(|(explained, _)| *explained > CLEARLY * own);
@@ -81,7 +90,12 @@ pub(crate) fn remedy(compared: &Compared<'_>, film: &mut Film, decision: &Decisi
 
 impl Compared<'_> {
     fn film(&self, scene: &Scene, sensor: &str, later_s: f64) -> Result<Film, SceneError> {
-        let times_s: Vec<f64> = self.recording.times_s.iter().map(|time_s| time_s - later_s).collect();
+        let times_s: Vec<f64> = self
+            .recording
+            .times_s
+            .iter()
+            .map(|time_s| time_s - later_s)
+            .collect();
         Film::new(scene, sensor, &times_s, self.recording.within_s)
     }
 
@@ -115,7 +129,9 @@ impl Compared<'_> {
                 format!("The scene {by} s {word} would agree: --start {start}.")
             }
             Change::Turned(orientation) => {
-                format!("The image is {orientation}; turned back it would agree: --align orientation.")
+                format!(
+                    "The image is {orientation}; turned back it would agree: --align orientation."
+                )
             }
             Change::Contrast(times) => format!(
                 "{} times the scene's contrast would agree: change temperature_c, or person.clothing.",
@@ -133,7 +149,9 @@ impl Compared<'_> {
                     "The sensor {x} m further in x and {y} m in y would agree: position_mm = [{x_mm}, {y_mm}, {z_mm}]."
                 )
             }
-            Change::Sensor(name) => format!("As seen by sensor `{name}` it would agree: --sensor {name}."),
+            Change::Sensor(name) => {
+                format!("As seen by sensor `{name}` it would agree: --sensor {name}.")
+            }
         }
     }
 }
@@ -147,7 +165,12 @@ fn explained(hiding: &Hiding, film: &Film, subject: &[Image], pictures: &[Image]
 
 /// The delay that explains most.
 fn delay(compared: &Compared<'_>, hiding: &Hiding) -> Result<(f64, Change), SceneError> {
-    let Recording { times_s, pictures, within_s, .. } = compared.recording;
+    let Recording {
+        times_s,
+        pictures,
+        within_s,
+        ..
+    } = compared.recording;
     let steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let step_s = median(&steps).unwrap_or(0.1).max(0.05);
     let (Some(first_s), Some(last_s)) = (times_s.first(), times_s.last()) else {
@@ -156,7 +179,9 @@ fn delay(compared: &Compared<'_>, hiding: &Hiding) -> Result<(f64, Change), Scen
     let most = (DELAY_MAX_S / step_s) as i32;
     let from_s = first_s - f64::from(most) * step_s;
     let number = ((last_s - first_s) / step_s).round() as i32 + 2 * most + 1;
-    let all_s: Vec<f64> = (0..number).map(|index| from_s + f64::from(index) * step_s).collect();
+    let all_s: Vec<f64> = (0..number)
+        .map(|index| from_s + f64::from(index) * step_s)
+        .collect();
     let long = Film::new(compared.scene, compared.sensor, &all_s, *within_s)?;
     let claimed = long.claimed();
     let explained_at = |late: i32| {
@@ -164,8 +189,9 @@ fn delay(compared: &Compared<'_>, hiding: &Hiding) -> Result<(f64, Change), Scen
             let place = ((time_s - from_s) / step_s).round() as i32 - late;
             place.clamp(0, number - 1) as usize
         });
-        let (subject, room): (Vec<Image>, Vec<Image>) =
-            sources.map(|source| (claimed[source], long.room[source])).unzip();
+        let (subject, room): (Vec<Image>, Vec<Image>) = sources
+            .map(|source| (claimed[source], long.room[source]))
+            .unzip();
         let template = hiding.template(&subject);
         let product = template.product(pictures) - template.product(&room);
         product.max(0.0).powi(2) / template.square.max(1.0)
@@ -177,7 +203,11 @@ fn delay(compared: &Compared<'_>, hiding: &Hiding) -> Result<(f64, Change), Scen
     };
     let (before, here, after) = (all[best - 1], all[best], all[best + 1]);
     let curve = before - 2.0 * here + after;
-    let aside = if curve < 0.0 { (0.5 * (before - after) / curve).clamp(-0.5, 0.5) } else { 0.0 };
+    let aside = if curve < 0.0 {
+        (0.5 * (before - after) / curve).clamp(-0.5, 0.5)
+    } else {
+        0.0
+    };
     let late_s = step_s * (count(best) - f64::from(most) + aside);
     Ok((here, Change::Later(late_s)))
 }
@@ -198,7 +228,10 @@ fn moved(film: &mut Film, hiding: &Hiding, pictures: &[Image]) -> (f64, Change) 
         let steps = (most_m / step_m).round() as i32;
         for x in -steps..=steps {
             for y in -steps..=steps {
-                let by_m = [middle_m[0] + step_m * f64::from(x), middle_m[1] + step_m * f64::from(y)];
+                let by_m = [
+                    middle_m[0] + step_m * f64::from(x),
+                    middle_m[1] + step_m * f64::from(y),
+                ];
                 let explained = at(film, by_m);
                 if explained > best.0 {
                     best = (explained, by_m);

@@ -64,6 +64,12 @@ impl Hiding {
 
     /// `W` of a film with itself.
     pub(crate) fn square(&self, film: &[Image]) -> f64 {
+        let [moving, still] = self.squares(film);
+        moving + still
+    }
+
+    /// Its parts: of what changes, and of the mean picture.
+    pub(crate) fn squares(&self, film: &[Image]) -> [f64; 2] {
         let films = centered(film);
         let (mean, number) = (mean(&films), count(film.len()));
         let moving: f64 = films
@@ -79,7 +85,7 @@ impl Hiding {
             number * mean[pixel] * mean[pixel]
                 / (self.noise_c2[pixel] + number * self.pattern_c2[pixel])
         };
-        moving + (0..PIXELS).map(still).sum::<f64>()
+        [moving, (0..PIXELS).map(still).sum()]
     }
 
     /// Sum of squares of the steps from picture to picture, in units of the noise: what the noise is in this film.
@@ -103,10 +109,11 @@ impl Template {
     pub(crate) fn product(&self, film: &[Image]) -> f64 {
         let mut sum = 0.0;
         for (weights, image) in self.weights.iter().zip(film) {
+            // Indexed, so that the compiler makes vectors of the lanes.
             let mut lanes = [0.0_f32; 8];
-            for (weights, pixels) in weights.chunks_exact(8).zip(image.chunks_exact(8)) {
+            for row in 0..PIXELS / 8 {
                 for lane in 0..8 {
-                    lanes[lane] += weights[lane] * pixels[lane];
+                    lanes[lane] += weights[8 * row + lane] * image[8 * row + lane];
                 }
             }
             sum += f64::from(lanes.iter().sum::<f32>());

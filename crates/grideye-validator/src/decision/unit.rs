@@ -44,8 +44,7 @@ impl Unit {
         Self {
             noise_c,
             kept: kept as f32,
-            // A level between two steps is rounded the same way for as long as it stays.
-            pattern_c: pattern_c.map(|sd_c| sd_c.hypot(least.sqrt() as f32)),
+            pattern_c: pattern_c.map(|sd_c| sd_c.hypot(rounding_c(all - least, step_c) as f32)),
         }
     }
 
@@ -93,6 +92,14 @@ impl Unit {
     }
 }
 
+/// Standard deviation of the error that rounding leaves in the mean of many frames: noise of a step's size leaves none
+/// (Widrow and Kollár, Quantization Noise, 2008: the factor is the characteristic function of the noise).
+fn rounding_c(noise_c2: f64, step_c: f64) -> f64 {
+    let least = step_c / 12.0_f64.sqrt();
+    let turns = 2.0 * std::f64::consts::PI / step_c.max(1e-9);
+    least * (-0.5 * turns * turns * noise_c2.max(0.0)).exp()
+}
+
 /// Half the mean square of a pixel's steps over `lag` frames, without the largest.
 fn variance(frames: &[Image], pixel: usize, lag: usize) -> f64 {
     let pairs = frames.iter().zip(frames.iter().skip(lag));
@@ -135,7 +142,11 @@ fn correlation(frames: &[Image], one: &[f64; PIXELS], ten: &[f64; PIXELS]) -> f6
     for _ in 0..40 {
         let middle = 0.5 * (low + high);
         let reached = (1.0 - middle.powi(10)) / (1.0 - middle);
-        (low, high) = if reached < ratio { (middle, high) } else { (low, middle) };
+        (low, high) = if reached < ratio {
+            (middle, high)
+        } else {
+            (low, middle)
+        };
     }
     0.5 * (low + high)
 }

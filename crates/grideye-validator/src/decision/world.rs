@@ -1,8 +1,8 @@
 //! Recordings that could be: a scene within its laws.
 
 use crate::decision::film::{Film, Image, add};
-use grideye_scene::Laws;
 use grideye_frame::PIXELS;
+use grideye_scene::Laws;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -102,7 +102,9 @@ impl Drawn {
             if let Some(objects) = objects {
                 add(&mut image, &objects[source], self.objects);
             }
-            for (number, (walker, (contrast, places))) in people.iter_mut().zip(&self.people).enumerate() {
+            for (number, (walker, (contrast, places))) in
+                people.iter_mut().zip(&self.people).enumerate()
+            {
                 if *contrast > 0.0 && !hidden(number, source) {
                     add(&mut image, &walker.aside(source, places[index]), *contrast);
                 }

@@ -3,7 +3,9 @@
 use crate::frames::fitted::FittedShare;
 use crate::thresholds::{Thresholds, too_few};
 use crate::verdict::scene_criteria::{drift, level, scene};
-use crate::verdict::types::{Criterion, Evidence, Judgment, Next, Question, State, Verdict, Weighed, lower};
+use crate::verdict::types::{
+    Criterion, Evidence, Judgment, Next, Question, State, Verdict, Weighed, lower,
+};
 use grideye_draw::text::frames;
 
 pub(crate) fn judge(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Judgment {
@@ -89,7 +91,10 @@ fn would_change(verdict: Verdict, weighed: &[Weighed]) -> String {
         turns
     };
     match verdict {
-        Verdict::Agrees => format!("It would not agree with {}.", joined(&turns(State::Met), "or")),
+        Verdict::Agrees => format!(
+            "It would not agree with {}.",
+            joined(&turns(State::Met), "or")
+        ),
         Verdict::Disagrees => format!(
             "To agree, it takes {}.",
             joined(&turns(State::Failed), "and")
@@ -179,7 +184,11 @@ fn sufficiency(open: Option<Insufficiency>) -> Weighed {
     if let Some(Insufficiency { reason, remedy }) = open {
         return asked.weighed(State::Open, reason, remedy);
     }
-    asked.weighed(State::Met, "The recording shows more than noise.", Next::default())
+    asked.weighed(
+        State::Met,
+        "The recording shows more than noise.",
+        Next::default(),
+    )
 }
 
 fn insufficiency(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Option<Insufficiency> {
@@ -202,7 +211,7 @@ fn insufficiency(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Option<Ins
     }
     match &evidence.prior.decision {
         None => Some(insufficiency("Frames without a scene decide nothing.")),
-        Some(decision) if decision.is_empty() => Some(Insufficiency {
+        Some(decision) if decision.is_empty => Some(Insufficiency {
             reason: "The recording shows nothing but the room and noise, which neither confirms nor refutes a scene.".to_owned(),
             remedy: WARMER,
         }),

@@ -45,7 +45,10 @@ fn compared<T: Send>(number: u64, one: impl Fn(u64) -> T + Sync) -> Vec<T> {
     };
     let mut all: Vec<(u64, T)> = std::thread::scope(|scope| {
         let threads: Vec<_> = (0..2).map(|_| scope.spawn(work)).collect();
-        threads.into_iter().flat_map(|thread| thread.join().unwrap()).collect()
+        threads
+            .into_iter()
+            .flat_map(|thread| thread.join().unwrap())
+            .collect()
     });
     all.sort_by_key(|one| one.0);
     all.into_iter().map(|one| one.1).collect()
@@ -68,11 +71,17 @@ fn judged(
 
 /// How many agree, disagree, and cannot tell; printed.
 fn counts(name: &str, all: &[Comparison]) -> [usize; 3] {
-    let of = |verdict| all.iter().filter(|one| one.judgment.verdict == verdict).count();
+    let of = |verdict| {
+        all.iter()
+            .filter(|one| one.judgment.verdict == verdict)
+            .count()
+    };
     let counts = [Verdict::Agrees, Verdict::Disagrees, Verdict::CannotTell].map(of);
     println!("{name}: {counts:?}");
     if counts[0] < all.len() {
-        let reasons = all.iter().filter(|one| one.judgment.verdict != Verdict::Agrees);
+        let reasons = all
+            .iter()
+            .filter(|one| one.judgment.verdict != Verdict::Agrees);
         let reasons = reasons.take(3).flat_map(|one| one.judgment.reasons.first());
         reasons.for_each(|reason| println!("    {reason}"));
     }
@@ -88,12 +97,15 @@ fn right_recordings_agree() {
     for (name, ways) in ROOMS {
         let frames: &[usize] = if long { &[50, 300, 1000] } else { &[50] };
         for &frames in frames {
-            let number = number(16);
+            let number = number(8);
             let all = judged(ways, frames, Truth::Right, (UNIT, ""), number);
             let [agree, ..] = counts(&format!("{name}, {frames} frames, right"), &all);
             // Three standard deviations below.
             let least = 0.97 * number as f64 - 3.0 * (0.03 * 0.97 * number as f64).sqrt();
-            assert!(agree as f64 >= least, "{name}, {frames} frames: {agree} of {number}");
+            assert!(
+                agree as f64 >= least,
+                "{name}, {frames} frames: {agree} of {number}"
+            );
         }
     }
 }
@@ -122,10 +134,18 @@ fn wrong_recordings_do_not_agree() {
             if stands && matches!(truth, Truth::Late(_) | Truth::Backwards) {
                 continue;
             }
-            let number = number(2);
+            // Two people differ from one in these.
+            let is_of_one = matches!(truth, Truth::Missing | Truth::More | Truth::Gone);
+            if ways.len() > 1 && !is_of_one && number(1) == 1 {
+                continue;
+            }
+            let number = number(1);
             let all = judged(ways, 100, truth, (UNIT, ""), number);
             let [agree, ..] = counts(&format!("{name}, {truth:?}"), &all);
-            assert!(agree as f64 <= 0.01 * number as f64, "{name}, {truth:?}: {agree} of {number}");
+            assert!(
+                agree as f64 <= 0.01 * number as f64,
+                "{name}, {truth:?}: {agree} of {number}"
+            );
         }
     }
 }
@@ -139,39 +159,53 @@ fn tolerance_does_not_buy_agreement() {
         let number = number(1);
         let all = judged(WALK, 100, truth, (UNIT, wider), number);
         let [agree, ..] = counts(&format!("walk, laws twice as wide, {truth:?}"), &all);
-        assert!(agree as f64 <= 0.01 * number as f64, "{truth:?}: {agree} of {number}");
+        assert!(
+            agree as f64 <= 0.01 * number as f64,
+            "{truth:?}: {agree} of {number}"
+        );
     }
 }
 
 /// Kolmogorov and Smirnov: right recordings have any p alike. The p is one of 201.
 #[test]
 fn the_p_of_right_recordings_is_uniform() {
+    let mut are_uniform = true;
     for (frames, pattern_c) in [(10, 0.2), (50, 0.0), (50, 0.45), (300, 0.38)] {
-        let number = if frames == 300 { number(8) } else { number(24) };
+        let number = number(if frames == 300 { 4 } else { 24 });
         let unit = Unit { pattern_c, ..UNIT };
         let more = format!("[[uncertain]]\nkey = \"room.background_c\"\nsd = {pattern_c}\n");
         let all = judged(WALK, frames, Truth::Right, (unit, &more), number);
-        let mut shares: Vec<f64> = all.iter().map(|one| one.decision.as_ref().unwrap().right).collect();
+        let mut shares: Vec<f64> = all
+            .iter()
+            .map(|one| one.decision.as_ref().unwrap().right)
+            .collect();
         shares.sort_by(f64::total_cmp);
         let steps = shares.iter().enumerate();
         let farthest = steps.fold(0.0_f64, |most, (index, share)| {
-            let (below, above) = (index as f64 / number as f64, (index + 1) as f64 / number as f64);
+            let (below, above) = (
+                index as f64 / number as f64,
+                (index + 1) as f64 / number as f64,
+            );
             most.max((share - below).abs()).max((share - above).abs())
         });
         let limit = 1.63 / (number as f64).sqrt() + 1.0 / 201.0;
         println!("{frames} frames, pattern {pattern_c}: D = {farthest:.3}, 99 % below {limit:.3}");
-        assert!(farthest < limit, "{frames} frames, pattern {pattern_c}: {farthest}, {shares:?}");
+        are_uniform &= farthest < limit;
     }
+    assert!(are_uniform);
 }
 
 /// One frame of another time, wherever it stands.
 #[test]
 fn a_stray_frame_changes_no_verdict() {
     let scene = scene(WALK, 100, "");
-    let number = number(8);
+    let number = number(6);
     let verdict = |truth, seed| {
         let records = record(WALK, 100, truth, UNIT, FIRST_SEED + seed);
-        compare_scene(&records, &scene, SENSOR, &options()).unwrap().judgment.verdict
+        compare_scene(&records, &scene, SENSOR, &options())
+            .unwrap()
+            .judgment
+            .verdict
     };
     let changed = compared(number, |seed| {
         let at = seed as f64 / (number - 1) as f64;
@@ -186,7 +220,9 @@ fn seeds_change_no_verdict() {
     let records = record(WALK, 50, Truth::Aside(0.25), UNIT, FIRST_SEED);
     let decision = |seed| {
         let options = Options { seed, ..options() };
-        compare_scene(&records, &scene, SENSOR, &options).unwrap().decision
+        compare_scene(&records, &scene, SENSOR, &options)
+            .unwrap()
+            .decision
     };
     assert_eq!(decision(1), decision(2));
 }
@@ -195,14 +231,17 @@ fn seeds_change_no_verdict() {
 fn short_and_empty_recordings_cannot_tell() {
     for (frames, truth) in [(3, Truth::Right), (100, Truth::Nobody)] {
         let all = judged(STAND, frames, truth, (UNIT, ""), 2);
-        assert_eq!(counts(&format!("{frames} frames, {truth:?}"), &all), [0, 0, 2]);
+        assert_eq!(
+            counts(&format!("{frames} frames, {truth:?}"), &all),
+            [0, 0, 2]
+        );
     }
 }
 
 /// Noise that is correlated from frame to frame and differs between pixels refuses no more than two of a hundred.
 #[test]
 fn other_noise_is_no_reason_to_refuse() {
-    let number = number(8);
+    let number = number(4);
     let all = judged(WALK, 300, Truth::Correlated, (UNIT, ""), number);
     let [_, refused, _] = counts("walk, correlated noise", &all);
     let most = 0.02 * number as f64 + 3.0 * (0.02 * number as f64).sqrt();
@@ -212,7 +251,7 @@ fn other_noise_is_no_reason_to_refuse() {
 /// What is not listed: from which offset and contrast on recordings are refused.
 #[test]
 fn slightly_wrong_recordings_are_refused_more_and_more() {
-    let number = number(4);
+    let number = number(2);
     let agreed = |truth| {
         let all = judged(WALK, 100, truth, (UNIT, ""), number);
         counts(&format!("walk, {truth:?}"), &all)[0]
