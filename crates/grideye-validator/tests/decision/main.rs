@@ -140,7 +140,7 @@ fn wrong_recordings_do_not_agree() {
                 continue;
             }
             let number = number(1);
-            let all = judged(ways, 100, truth, (UNIT, ""), number);
+            let all = judged(ways, 60, truth, (UNIT, ""), number);
             let [agree, ..] = counts(&format!("{name}, {truth:?}"), &all);
             assert!(
                 agree as f64 <= 0.01 * number as f64,
@@ -157,7 +157,7 @@ fn tolerance_does_not_buy_agreement() {
          [[uncertain]]\nkey = \"agent.*.contrast\"\nsd = 0.5\n[[uncertain]]\nkey = \"recording.start_s\"\nsd = 0.14\n";
     for truth in WRONG {
         let number = number(1);
-        let all = judged(WALK, 100, truth, (UNIT, wider), number);
+        let all = judged(WALK, 60, truth, (UNIT, wider), number);
         let [agree, ..] = counts(&format!("walk, laws twice as wide, {truth:?}"), &all);
         assert!(
             agree as f64 <= 0.01 * number as f64,
@@ -171,6 +171,10 @@ fn tolerance_does_not_buy_agreement() {
 fn the_p_of_right_recordings_is_uniform() {
     let mut are_uniform = true;
     for (frames, pattern_c) in [(10, 0.2), (50, 0.0), (50, 0.45), (300, 0.38)] {
+        // Few of ten frames tell little.
+        if frames == 10 && number(1) == 1 {
+            continue;
+        }
         let number = number(if frames == 300 { 4 } else { 24 });
         let unit = Unit { pattern_c, ..UNIT };
         let more = format!("[[uncertain]]\nkey = \"room.background_c\"\nsd = {pattern_c}\n");
@@ -253,7 +257,7 @@ fn other_noise_is_no_reason_to_refuse() {
 fn slightly_wrong_recordings_are_refused_more_and_more() {
     let number = number(2);
     let agreed = |truth| {
-        let all = judged(WALK, 100, truth, (UNIT, ""), number);
+        let all = judged(WALK, 60, truth, (UNIT, ""), number);
         counts(&format!("walk, {truth:?}"), &all)[0]
     };
     let aside = [0.1, 0.2, 0.3, 0.4].map(|by_m| agreed(Truth::Aside(by_m)));
