@@ -162,7 +162,7 @@ impl Recipe {
     /// # Errors
     /// The first value that the scene refuses.
     pub fn check(&self, files: &dyn Files) -> Result<(), VariationError> {
-        Scene::parse(&self.text, &self.origin, files)?;
+        Scene::parse_without_variants(&self.text, &self.origin, files)?;
         for varied in &self.varied {
             for choice in &varied.choices {
                 for share in [0.0, 1.0] {
@@ -178,7 +178,7 @@ impl Recipe {
                         continue;
                     };
                     let text = edited(&self.text, vec![(edit, value.clone())]);
-                    Scene::parse(&text, &self.origin, files).map_err(refused)?;
+                    Scene::parse_without_variants(&text, &self.origin, files).map_err(refused)?;
                 }
             }
         }
@@ -241,7 +241,7 @@ impl Recipe {
             source: Box::new(source),
         };
         if self.placed.is_empty() {
-            return Scene::parse(&draw.text, &self.origin, files).map_err(refused);
+            return Scene::parse_without_variants(&draw.text, &self.origin, files).map_err(refused);
         }
         let text = |places_m: &mut dyn Iterator<Item = DVec3>| {
             let mut edits = self.drawn(&draw.written);
@@ -257,7 +257,7 @@ impl Recipe {
                 // Those placed need no second check, only those that walk or stand where the file says.
                 let parse = match floor.has_all() {
                     true => Scene::parse_anywhere,
-                    false => Scene::parse,
+                    false => Scene::parse_without_variants,
                 };
                 return parse(&text, &self.origin, files).map_err(refused);
             };

@@ -6,12 +6,13 @@ use crate::file::reader::{Read, Reader};
 use crate::file::rule::{DURATION, PAPER_EXPERIMENT, REFLECTED, WAVELENGTH, paper_experiment};
 use crate::file::waypoints::Waypoint;
 use crate::file::{agent, body, calibrated, clothes, mosaic, prints, room, sensor, uncertain};
-use crate::model::uncertain::Uncertain;
-use crate::model::{Agent, Body, Loaded, Model, Room, Scene, SceneError, Walls, Warning};
+use crate::model::uncertain::{Uncertain, with_values};
+use crate::model::{Agent, Body, Loaded, Model, Room, Scene, SceneError, Variant, Walls, Warning};
 use crate::radiometry::{Band, Law};
 use crate::text::{Utc, millimeters, reach};
 use std::collections::HashSet;
 use std::io;
+use std::sync::Arc;
 use toml::Spanned;
 use toml::de::DeTable;
 
@@ -37,12 +38,20 @@ impl Scene {
     /// Reads a scene; `origin` is the file's name in messages, `files` supplies the files it names.
     ///
     /// # Errors
-    /// The reason why the scene cannot be simulated, with its place and a hint.
+    /// The reason why the scene or one of its [variants](Self::variants) cannot be simulated, with its place and a hint.
     pub fn parse(text: &str, origin: &str, files: &dyn Files) -> Read<Loaded> {
         Self::parse_as(None, text, origin, files)
     }
 
-    /// As [`parse`](Self::parse), for a scene with agents that find their places later, by [`Self::stand`]: agents may
+    /// As [`parse`](Self::parse), but without [variants](Self::variants): for a text that is one of many.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse).
+    pub fn parse_without_variants(text: &str, origin: &str, files: &dyn Files) -> Read<Loaded> {
+        parse(Reader::new(origin, text, files)?, None)
+    }
+
+    /// As [`parse_without_variants`](Self::parse_without_variants), for a scene with agents that find their places later, by [`Self::stand`]: agents may
     /// be anywhere.
     ///
     /// # Errors
@@ -63,8 +72,58 @@ impl Scene {
         origin: &str,
         files: &dyn Files,
     ) -> Read<Loaded> {
-        parse(Reader::new(origin, text, files)?, model)
+        let parse = |text: &str| parse(Reader::new(origin, text, files)?, model);
+        let mut loaded = parse(text)?;
+        loaded.scene.variants = variants(&loaded, text, &parse)?;
+        Ok(loaded)
     }
+}
+
+fn variants(
+    loaded: &Loaded,
+    text: &str,
+    parse: &dyn Fn(&str) -> Read<Loaded>,
+) -> Read<Vec<Variant>> {
+    let uncertain = &loaded.scene.uncertain;
+    let scene = |one: &Uncertain, value: f64| {
+        let value = value.clamp(one.bounds[0], one.bounds[1]);
+        let text = with_values(text, std::slice::from_ref(one), &[value]);
+        let found = parse(&text).map_err(|error| error.to_string());
+        let found = found.and_then(|found| match removed(&found, loaded) {
+            Some(why) => Err(why.to_string()),
+            None => Ok(found.scene),
+        });
+        let mut scene = found.map_err(|why| {
+            let (why, _) = why.split_once('\n').unwrap_or((&why, ""));
+            let problem = format!("`{}` may be {value} by its law, but then {why}", one.key);
+            let hint = "`grideye compare` needs the scene with this number one sd off each way; give a smaller sd, or bounds";
+            one.place.clone().refused(problem, hint)
+        })?;
+        // A law around the value must not move with it, and places are those of the file.
+        scene.uncertain.clone_from(uncertain);
+        Read::Ok(Arc::new(scene))
+    };
+    let numbers = uncertain.iter().filter(|one| one.value_span.is_some());
+    let laws = numbers.filter_map(|one| Some((one, one.law?)));
+    let variants = laws.map(|(one, law)| {
+        Ok(Variant {
+            key: one.key.clone(),
+            below: scene(one, law.mean - law.sd)?,
+            above: scene(one, law.mean + law.sd)?,
+        })
+    });
+    variants.collect()
+}
+
+/// The warning of an object that only the variant removed: without it, the variant would be another room.
+fn removed<'v>(variant: &'v Loaded, loaded: &Loaded) -> Option<&'v Warning> {
+    let outside = |warning: &Warning| match warning {
+        Warning::ObjectOutsideRoom { name, .. } => Some(name.clone()),
+        _ => None,
+    };
+    let known: HashSet<String> = loaded.warnings.iter().filter_map(outside).collect();
+    let mut warnings = variant.warnings.iter();
+    warnings.find(|warning| outside(warning).is_some_and(|name| !known.contains(&name)))
 }
 
 fn parse(mut reader: Reader<'_>, model: Option<Model>) -> Read<Loaded> {
@@ -128,6 +187,7 @@ fn read(reader: &Reader<'_>, tables: &SceneTable) -> Read<Loaded> {
         prints: Vec::new(),
         calibrated: calibrated::calibrated(reader, &tables.calibrated)?,
         uncertain: Vec::new(),
+        variants: Vec::new(),
     };
     scene.prints = prints::prints(reader, &scene)?;
     warnings.extend(contacts(reader, tables, &scene)?);

@@ -25,6 +25,6 @@ pub(crate) use person::PAPER;
 pub use person::{Clothing, Person, Posture};
 pub(crate) use print::Print;
 pub use room::Room;
-pub use scene::{Loaded, Model, Scene};
+pub use scene::{Loaded, Model, Scene, Variant};
 pub use sensor::{Optics, Sensor};
 pub(crate) use uncertain::{Claim, FITTED_MAX, Normal, OF_PEOPLE, SDS_MAX, Uncertain};

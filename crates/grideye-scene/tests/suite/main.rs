@@ -31,6 +31,7 @@ mod shipped;
 mod support;
 mod symmetry;
 mod uncertain;
+mod variants;
 mod warmth;
 
 use grideye_scene::Simulator;

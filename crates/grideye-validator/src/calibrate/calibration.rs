@@ -380,7 +380,7 @@ pub fn calibrate(
     options: &Options,
     tell: &mut dyn FnMut(Progress),
 ) -> Result<Calibration, CalibrateError> {
-    let loaded = Scene::parse(text, origin, files)?;
+    let loaded = Scene::parse_without_variants(text, origin, files)?;
     let unknowns = unknowns(&loaded.scene);
     if unknowns.is_empty() {
         return Err(CalibrateError::NoUnknowns {

@@ -37,9 +37,9 @@ impl<'a> Model<'a> {
     ) -> Result<Self, CalibrateError> {
         // Collisions concern the scene's author, and checking would repeat thousands of times.
         let quiet = format!("collisions = \"ignore\"\n{text}");
-        let (text, loaded) = match Scene::parse(&quiet, origin, files) {
+        let (text, loaded) = match Scene::parse_without_variants(&quiet, origin, files) {
             Ok(loaded) => (quiet, loaded),
-            Err(_) => (text.to_owned(), Scene::parse(text, origin, files)?),
+            Err(_) => (text.to_owned(), Scene::parse_without_variants(text, origin, files)?),
         };
         let noise = noise_key(sensor);
         let unknowns = unknowns(&loaded.scene);
@@ -82,7 +82,7 @@ impl<'a> Model<'a> {
 
     fn parsed(&self, point: &[f64]) -> Result<Scene, CalibrateError> {
         let text = with_values(&self.text, &self.unknowns, &self.values(point));
-        Ok(Scene::parse(&text, self.origin, self.files)?.scene)
+        Ok(Scene::parse_without_variants(&text, self.origin, self.files)?.scene)
     }
 
     /// Lets people stride as their height at this point makes them, if that fits better.
@@ -230,7 +230,7 @@ pub(crate) fn check_bounds(
         for (value, which) in one.bounds.into_iter().zip(["lower", "upper"]) {
             let mut values: Vec<f64> = unknowns.iter().map(|one| one.value).collect();
             values[place] = value;
-            if let Err(source) = Scene::parse(&with_values(text, unknowns, &values), origin, files)
+            if let Err(source) = Scene::parse_without_variants(&with_values(text, unknowns, &values), origin, files)
             {
                 return Err(CalibrateError::Bound {
                     key: one.key.clone(),
