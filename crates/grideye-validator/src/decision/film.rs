@@ -25,8 +25,17 @@ pub(crate) struct Film {
     /// The scene without what is to be recognized.
     pub(crate) room: Vec<Image>,
     pub(crate) people: Vec<Walker>,
+    /// How it looks with each uncertain number of the scene off.
+    pub(crate) leanings: Vec<Leaning>,
     /// In a scene without people its objects are to be recognized.
     pub(crate) objects: Option<Vec<Image>>,
+}
+
+/// What one uncertain number of a scene adds, by its standard deviations `z`: `z` times `linear` and `z²` times `square`,
+/// which is exact at -1 and 1.
+pub(crate) struct Leaning {
+    pub(crate) linear: Vec<Image>,
+    pub(crate) square: Vec<Image>,
 }
 
 /// One person of a scene.
@@ -112,7 +121,43 @@ impl Film {
             room,
             people,
             objects,
-        })
+            leanings: Vec::new(),
+        }
+        .leaning(scene, sensor, &moments)?)
+    }
+
+    fn leaning(
+        mut self,
+        scene: &Scene,
+        sensor: &str,
+        moments: &Moments<'_>,
+    ) -> Result<Self, SceneError> {
+        let own: Vec<Image> = self
+            .claimed()
+            .into_iter()
+            .zip(&self.room)
+            .map(|(mut claimed, room)| {
+                add(&mut claimed, room, 1.0);
+                claimed
+            })
+            .collect();
+        for variant in scene.variants() {
+            let seen = |scene: &Scene| {
+                Ok::<_, SceneError>(moments.images(&Simulator::without_grid(scene, sensor)?))
+            };
+            let (below, above) = (seen(&variant.below)?, seen(&variant.above)?);
+            let pairs = || below.iter().zip(&above);
+            let square = pairs().zip(&own).map(|((below, above), own)| {
+                std::array::from_fn(|pixel| 0.5 * (below[pixel] + above[pixel]) - own[pixel])
+            });
+            self.leanings.push(Leaning {
+                linear: pairs()
+                    .map(|(below, above)| less(above, below).map(|celsius| 0.5 * celsius))
+                    .collect(),
+                square: square.collect(),
+            });
+        }
+        Ok(self)
     }
 
     pub(crate) fn len(&self) -> usize {

@@ -16,6 +16,8 @@ pub(crate) struct Drawn {
     people: Vec<(f32, Vec<[f64; 2]>)>,
     /// How many times the contrast of its objects, if they are to be recognized.
     objects: f32,
+    /// How many standard deviations each uncertain number of the scene is off.
+    off: Vec<f32>,
     lag_s: f64,
 }
 
@@ -47,6 +49,11 @@ impl Drawn {
         Self {
             people,
             objects: normal(random, OBJECTS_SD).exp() as f32,
+            off: film
+                .leanings
+                .iter()
+                .map(|_| normal(random, 1.0) as f32)
+                .collect(),
             lag_s: normal(random, laws.lag_sd_s),
         }
     }
@@ -69,12 +76,13 @@ impl Drawn {
         self
     }
 
-    /// The same world with the scene's own contrast.
+    /// The same world with the scene's own contrast and numbers.
     pub(crate) fn as_warm_as_claimed(mut self) -> Self {
         for (contrast, _) in &mut self.people {
             *contrast = 1.0;
         }
         self.objects = 1.0;
+        self.off.clear();
         self
     }
 
@@ -97,10 +105,15 @@ impl Drawn {
     ) -> Vec<Image> {
         let sources: Vec<usize> = (0..film.len()).map(|index| order(film, index)).collect();
         let (room, objects, people) = (&film.room, &film.objects, &mut film.people);
+        let leanings = &film.leanings;
         let picture = |(index, &source): (usize, &usize)| {
             let mut image = room[source];
             if let Some(objects) = objects {
                 add(&mut image, &objects[source], self.objects);
+            }
+            for (leaning, off) in leanings.iter().zip(&self.off) {
+                add(&mut image, &leaning.linear[source], *off);
+                add(&mut image, &leaning.square[source], off * off);
             }
             for (number, (walker, (contrast, places))) in
                 people.iter_mut().zip(&self.people).enumerate()
