@@ -552,7 +552,7 @@ fn invalid_calibrations_are_rejected() {
     };
     let options = Options::default();
     let good = unknown(&[EIGHT[0]]);
-    assert!(said(SCENE, &records, &options).contains("guess.toml marks no unknown\nhint: "));
+    assert!(said(SCENE, &records, &options).contains("guess.toml marks no number to find\nhint: "));
     assert!(said(&good, &records[..9], &options).contains("9 frames of the recording"));
     let mut back = records.clone();
     back[30].stamp.t_boot_ns -= 1_000_000_000;
