@@ -59,7 +59,7 @@ pub use compare::{
     Comparison, EvaluationGraph, FILM_FRAMES_MAX, FRAMES_MAX, FilmFrame, FrameScores, NOISE_IMAGES,
     PLACED_PAIRS_MAX, PixelMaps, SHUFFLED_PAIRS_MAX, SHUFFLES_MAX, Settings, THREADS_MAX, compare,
 };
-pub use decision::{Alternatively, Decision, OFFSETS_M};
+pub use decision::{Alternatively, Contrast, Decision, OFFSETS_M};
 pub use error::{Side, ValidatorError};
 pub use frames::{
     Apart, Joined, LeftOut, LeftOutCount, Protocol, RECORDS_MAX, RUN_RECORDS, RealFrame, Shape,

@@ -101,6 +101,14 @@ impl Alternative {
         }
     }
 
+    /// The one person that it is about.
+    pub(crate) fn person(&self) -> Option<usize> {
+        match self {
+            Self::Missing(person) | Self::Gone(person, _) | Self::Aside(person, _) => Some(*person),
+            _ => None,
+        }
+    }
+
     /// The orientation in which the room is seen.
     pub(crate) fn orientation(&self) -> Orientation {
         match self {

@@ -23,10 +23,8 @@ pub struct Decision {
     pub worst_sds: f64,
     #[serde(skip)]
     pub(crate) cause: Cause,
-    /// The recording's contrast over the scene's, and what all but .5 % of right worlds show.
-    pub contrast: f64,
-    /// Lowest and highest.
-    pub contrast_range: [f64; 2],
+    /// Of each person, or of all objects together.
+    pub contrasts: Vec<Contrast>,
     /// How much later than the scene the recording is, seconds, and what all but .5 % of right worlds show.
     pub delay_s: f64,
     /// Lowest and highest.
@@ -42,6 +40,17 @@ pub struct Decision {
     pub pictures: usize,
     /// Frames that resemble neither neighbor, left out.
     pub strays: usize,
+}
+
+/// How warm a person is over the room.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Contrast {
+    /// The person; `None` if there are only objects.
+    pub of: Option<String>,
+    /// In the recording, over the scene's.
+    pub found: f64,
+    /// Of all but .5 % of right worlds: lowest and highest.
+    pub range: [f64; 2],
 }
 
 /// Whether something else than the scene explains the recording too.
@@ -75,17 +84,25 @@ pub(crate) enum Cause {
 /// Right worlds: half set the law of each statistic, half its rank.
 const RIGHT: usize = 400;
 const OF_ALTERNATIVE: usize = 100;
+/// Worlds of each offset that is tried.
+const OF_OFFSET: usize = 30;
 /// Standard deviations by which an alternative that noise hides differs from the scene.
 const ALIKE: f64 = 2.0;
-/// Statistics before those of the alternatives.
-const OWN: usize = 5;
+/// Statistics before the contrasts and the alternatives.
+const OWN: usize = 4;
 /// Offsets that are tried for [`Decision::refused_aside_m`], meters.
 pub const OFFSETS_M: [f64; 6] = [0.1, 0.15, 0.2, 0.3, 0.4, 0.5];
 
 impl Decision {
-    pub(crate) fn is_as_warm(&self) -> bool {
-        let [low, high] = self.contrast_range;
-        (low..=high).contains(&self.contrast)
+    pub(crate) fn is_agreed(&self, right_min: f64) -> bool {
+        self.right > right_min && self.off_contrast().is_none() && self.untold().next().is_none()
+    }
+
+    /// The contrast farthest out of its range, if any is out.
+    pub(crate) fn off_contrast(&self) -> Option<&Contrast> {
+        let off = |one: &&Contrast| one.found < one.range[0] || one.found > one.range[1];
+        let by = |one: &Contrast| (one.range[0] / one.found.max(0.01)).max(one.found / one.range[1]);
+        self.contrasts.iter().filter(off).max_by(|a, b| by(a).total_cmp(&by(b)))
     }
 
     /// Alternatives that the recording could come from too.
@@ -103,7 +120,7 @@ impl Alternatively {
     /// Whether the recording excludes it.
     #[must_use]
     pub fn is_told(&self) -> bool {
-        self.likeness > self.limit
+        !self.is_alike && self.likeness > self.limit
     }
 
     /// Whether agreeing takes excluding it: a symmetric scene is the scene.
@@ -154,8 +171,8 @@ pub(crate) fn decide(film: &mut Film, recording: &Recording, laws: &Laws, right_
     }
     let refused = held[held.len() - 1 - (right_min * count(held.len() + 1)) as usize];
     let mut is_refused = |aside_m: f64, film: &mut Film| {
-        let number = errors.len();
-        let not_agreed = errors.iter().enumerate().filter(|(index, error)| {
+        let number = errors.len().min(OF_OFFSET);
+        let not_agreed = errors.iter().take(number).enumerate().filter(|(index, error)| {
             let angle = std::f64::consts::TAU * count(*index) / count(number);
             let by_m = [aside_m * angle.cos(), aside_m * angle.sin()];
             let shown = Drawn::of(film, laws, &mut random).moved(0, by_m).as_claimed(film);
@@ -177,10 +194,15 @@ pub(crate) fn decide(film: &mut Film, recording: &Recording, laws: &Laws, right_
         worst,
         worst_sds: off,
         cause,
-        contrast: found.contrast,
-        contrast_range: law.range(0).map(f64::exp),
+        contrasts: (0..found.contrasts.len())
+            .map(|subject| Contrast {
+                of: film.people.get(subject).map(|walker| walker.name.clone()),
+                found: found.contrasts[subject],
+                range: law.range(OWN + subject).map(f64::exp),
+            })
+            .collect(),
         delay_s: found.lag_s,
-        delay_range_s: law.range(1),
+        delay_range_s: law.range(0),
         refused_aside_m,
         alternatives,
         frames: recording.frames - recording.strays.len(),
@@ -216,7 +238,7 @@ impl Law {
             beyond: beyond.collect(),
             of: Vec::new(),
         };
-        let all = OWN + right.first().map_or(0, |one| one.likeness.len());
+        let all = OWN + right.first().map_or(0, |one| one.contrasts.len() + one.likeness.len());
         law.of = (0..all)
             .map(|place| {
                 let mut values: Vec<f64> = right.iter().map(|one| law.value(place, one)).collect();
@@ -236,22 +258,25 @@ impl Law {
         (far.0, f64::from(far.1))
     }
 
-    /// Each statistic so that larger is farther from the scene; the first two may be off either way.
+    /// Each statistic so that larger is farther from the scene; delay and contrasts may be off either way.
     fn value(&self, place: usize, statistics: &Statistics) -> f64 {
+        let contrasts = statistics.contrasts.len();
         match place {
-            0 => statistics.contrast.max(0.01).ln(),
-            1 => statistics.lag_s,
-            2 => statistics.misfit,
-            3 => self.block(statistics, 1.0).1,
-            4 => self.block(statistics, -1.0).1,
-            more => -statistics.likeness[more - OWN],
+            0 => statistics.lag_s,
+            1 => statistics.misfit,
+            2 => self.block(statistics, 1.0).1,
+            3 => self.block(statistics, -1.0).1,
+            more if more < OWN + contrasts => statistics.contrasts[more - OWN].max(0.01).ln(),
+            more => -statistics.likeness[more - OWN - contrasts],
         }
     }
 
     fn farthest(&self, statistics: &Statistics) -> (usize, f64) {
+        let contrasts = OWN..OWN + statistics.contrasts.len();
         let off = self.of.iter().enumerate().map(|(place, (location, scale))| {
             let off = (self.value(place, statistics) - location) / scale;
-            (place, if place < 2 { off.abs() } else { off })
+            let is_either_way = place == 0 || contrasts.contains(&place);
+            (place, if is_either_way { off.abs() } else { off })
         });
         off.fold((0, f64::NEG_INFINITY), |far, one| if one.1 > far.1 { one } else { far })
     }
@@ -279,23 +304,27 @@ impl Law {
                 column + 2
             )
         };
+        let contrasts = statistics.contrasts.len();
         match place {
             0 => {
-                let times = fixed(statistics.contrast, 2);
-                (Cause::Contrast, format!("what is warm has {times} times the scene's contrast"))
-            }
-            1 => {
                 let (by, word) = match statistics.lag_s < 0.0 {
                     true => (-statistics.lag_s, "earlier"),
                     false => (statistics.lag_s, "later"),
                 };
                 (Cause::Lag, format!("it is {} s {word} than the scene", fixed(by, 2)))
             }
-            2 => (Cause::Misfit, "it differs from the scene all over".to_owned()),
-            3 => (Cause::Extra, warmer(1.0)),
-            4 => (Cause::Missing, warmer(-1.0)),
+            1 => (Cause::Misfit, "it differs from the scene all over".to_owned()),
+            2 => (Cause::Extra, warmer(1.0)),
+            3 => (Cause::Missing, warmer(-1.0)),
+            more if more < OWN + contrasts => {
+                let subject = more - OWN;
+                let times = fixed(statistics.contrasts[subject], 2);
+                let name = film.people.get(subject).map(|walker| format!("`{}`", walker.name));
+                let name = name.unwrap_or("what is warm".to_owned());
+                (Cause::Contrast, format!("{name} has {times} times the scene's contrast"))
+            }
             more => {
-                let what = judge.rivals[more - OWN].what.in_words(film);
+                let what = judge.rivals[more - OWN - contrasts].what.in_words(film);
                 (Cause::Alternative, format!("it looks more like {what}"))
             }
         }

@@ -48,6 +48,8 @@ struct Atlas {
     agent: Agent,
     room: Vec<f64>,
     height_m: f64,
+    /// How many times its contrast.
+    times: f32,
     seen: HashMap<(i32, i32, u8), Box<Image>>,
 }
 
@@ -92,6 +94,7 @@ impl Film {
                     simulator: simulator.clone(),
                     height_m: agent.start_m.z,
                     agent: agent.clone(),
+                    times: 1.0,
                     seen: HashMap::new(),
                 },
             });
@@ -111,6 +114,28 @@ impl Film {
 
     pub(crate) fn len(&self) -> usize {
         self.times_s.len()
+    }
+
+    /// What is to be recognized, as the scene has it.
+    pub(crate) fn claimed(&self) -> Vec<Image> {
+        let mut all = self.objects.clone().unwrap_or_else(|| vec![[0.0; PIXELS]; self.len()]);
+        for walker in &self.people {
+            for (all, adds) in all.iter_mut().zip(&walker.adds) {
+                add(all, adds, 1.0);
+            }
+        }
+        all
+    }
+
+    /// The same with this many times the contrast of what is to be recognized.
+    pub(crate) fn warmer(mut self, times: f32) -> Self {
+        let scale = |image: &mut Image| image.iter_mut().for_each(|celsius| *celsius *= times);
+        for walker in &mut self.people {
+            walker.adds.iter_mut().for_each(scale);
+            walker.atlas.times = times;
+        }
+        self.objects.iter_mut().flatten().for_each(scale);
+        self
     }
 
     pub(crate) fn has_movement(&self) -> bool {
@@ -235,6 +260,7 @@ impl Atlas {
             agent,
             room,
             height_m,
+            times,
             seen,
         } = self;
         seen.entry(key).or_insert_with(|| {
@@ -248,7 +274,7 @@ impl Atlas {
             let turn = DMat3::from_rotation_z(angle);
             simulator.replace_agents(vec![agent.standing_at(place_m, turn)]);
             let with = image(&simulator.image(Duration::ZERO).celsius);
-            Box::new(less(&with, &image(room)))
+            Box::new(less(&with, &image(room)).map(|celsius| *times * celsius))
         })
     }
 }

@@ -3,12 +3,12 @@
 use crate::align::Orientation;
 use crate::decision::alternative::Alternative;
 use crate::decision::film::{Film, Image, add, less, turned};
-use grideye_scene::Laws;
 use crate::decision::template::{Hiding, Template, centered};
 use crate::decision::unit::Unit;
 use crate::decision::world::{Drawn, later};
 use crate::numbers::count;
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
+use grideye_scene::Laws;
 use rand_chacha::ChaCha8Rng;
 use std::ops::Range;
 
@@ -25,51 +25,69 @@ const BLOCKS: usize = (ROWS - 1) * (COLUMNS - 1);
 pub(crate) struct Judge {
     hiding: Hiding,
     rooms: Vec<Template>,
-    scene: Story,
-    /// `W` of the scene's room with its subject, by delay.
-    with_room: Vec<f64>,
+    /// What each person adds, or the objects, by delay.
+    subjects: Vec<Vec<Template>>,
+    /// By delay: how they lie to each other and to the room.
+    equations: Vec<Equations>,
     pub(crate) rivals: Vec<Rival>,
     pub(crate) lags_s: Vec<f64>,
     stretches: Vec<Range<usize>>,
     room_means: Vec<Image>,
-    /// By delay.
-    scene_means: Vec<Vec<Image>>,
+    /// By delay and subject.
+    subject_means: Vec<Vec<Vec<Image>>>,
     own_share: [f64; PIXELS],
 }
 
-/// What a recording should show: a room, and what is to be recognized in it, as warm as it turns out.
-struct Story {
-    room: usize,
-    /// What is to be recognized, by delay.
-    subject: Vec<Template>,
+/// Normal equations of the subjects' contrasts.
+struct Equations {
+    with_room: Vec<f64>,
+    products: Vec<Vec<f64>>,
 }
 
-/// Another story beside the scene's, for a likelihood ratio that depends on the contrast `s`.
+/// Another story beside the scene's: the scene less this difference, which is as warm as one subject or as all.
 pub(crate) struct Rival {
     pub(crate) what: Alternative,
-    story: Story,
-    /// By delay: `W` of the middle between both with their difference, and of the difference with itself, as
-    /// polynomials of `s`.
-    middle: Vec<[f64; 3]>,
-    difference: Vec<[f64; 3]>,
+    subject: Option<usize>,
+    /// The room in this story.
+    room: usize,
+    /// By delay: the difference of what is to be recognized, and its products.
+    difference: Vec<(Template, Products)>,
+    /// Products of the difference of the rooms, without and with each delay.
+    rooms: RoomProducts,
     /// How far it is from the scene without noise, in standard deviations.
     pub(crate) apart: f64,
 }
 
+/// `W` of a difference with the scene's room, with each subject, and with the difference of the rooms.
+struct Products {
+    room: f64,
+    subjects: Vec<f64>,
+    rooms: f64,
+}
+
+#[derive(Default)]
+struct RoomProducts {
+    square: f64,
+    room: f64,
+    /// By delay.
+    subjects: Vec<Vec<f64>>,
+}
+
 /// How well the scene explains a recording.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct Fit {
     lag: usize,
+    contrasts: Vec<f64>,
+    /// The one contrast of all that fits best.
     contrast: f64,
-    /// `W` of the recording with the subject at this delay.
-    product: f64,
     explained: f64,
 }
 
 /// What a recording says of the scene.
 #[derive(Debug, Clone)]
 pub(crate) struct Statistics {
-    pub(crate) contrast: f64,
+    /// For each person, or the objects.
+    pub(crate) contrasts: Vec<f64>,
     pub(crate) lag_s: f64,
     pub(crate) misfit: f64,
     /// How much more it resembles the scene than each alternative: 1 as the scene, 0 as the alternative, less what noise
@@ -89,30 +107,22 @@ impl Judge {
         let step_s = laws.lag_sd_s;
         let lags = if film.has_movement() && step_s > 0.0 { LAGS } else { 0 };
         let lags_s: Vec<f64> = (-lags..=lags).map(|lag| step_s * f64::from(lag)).collect();
-        let mut painter = Painter {
-            hiding: &hiding,
-            drawn,
-            lags_s: &lags_s,
-            rooms: Vec::new(),
-        };
-        let (scene, subjects) = painter.story(film, None);
-        let mut rivals = Vec::new();
-        for what in Alternative::of(film, laws) {
-            let (story, pictures) = painter.story(film, Some(&what));
-            rivals.push(painter.rival(what, story, &pictures, (&scene, &subjects)));
-        }
+        let mut painter = Painter::new(film, &hiding, &drawn, &lags_s);
+        let rivals = Alternative::of(film, laws)
+            .into_iter()
+            .map(|what| painter.rival(film, what))
+            .collect();
         let stretches = stretches(&film.times_s);
         let means_of = |film: &[Image]| means(&centered(film), &stretches);
-        let rooms = painter.rooms.into_iter().map(|room| room.template).collect();
-        let with_room = scene.subject.iter().map(|subject| subject.product(&film.room));
+        let by_subject = |pictures: &Vec<Vec<Image>>| pictures.iter().map(|one| means_of(one)).collect();
         Self {
-            with_room: with_room.collect(),
+            subject_means: painter.pictures.iter().map(by_subject).collect(),
             room_means: means_of(&film.room),
-            scene_means: subjects.iter().map(|subject| means_of(subject)).collect(),
             own_share: hiding.own_share(film.len()),
+            rooms: painter.rooms.into_iter().map(|room| room.template).collect(),
+            subjects: painter.subjects,
+            equations: painter.equations,
             hiding,
-            rooms,
-            scene,
             rivals,
             lags_s,
             stretches,
@@ -120,30 +130,33 @@ impl Judge {
     }
 
     fn fit(&self, recording: &[Image]) -> Fit {
-        let mut best = Fit {
-            lag: self.lags_s.len() / 2,
+        let fits = (0..self.lags_s.len()).map(|lag| self.fit_at(recording, lag));
+        let best = fits.reduce(|best, fit| if fit.explained > best.explained { fit } else { best });
+        best.unwrap_or(Fit {
+            lag: 0,
+            contrasts: Vec::new(),
             contrast: 0.0,
-            product: 0.0,
-            explained: f64::NEG_INFINITY,
-        };
-        for lag in 0..self.scene.subject.len() {
-            let fit = self.fit_at(recording, lag);
-            if fit.explained > best.explained {
-                best = fit;
-            }
-        }
-        best
+            explained: 0.0,
+        })
     }
 
     fn fit_at(&self, recording: &[Image], lag: usize) -> Fit {
-        let (subject, with_room) = (&self.scene.subject[lag], self.with_room[lag]);
-        let product = subject.product(recording);
-        let square = subject.square.max(1e-9);
+        let equations = &self.equations[lag];
+        let products: Vec<f64> = self
+            .subjects
+            .iter()
+            .zip(&equations.with_room)
+            .map(|(subject, with_room)| subject[lag].product(recording) - with_room)
+            .collect();
+        let contrasts = equations.solve(&products);
+        let all = |values: &[f64]| values.iter().sum::<f64>();
+        let square: f64 = equations.products.iter().map(|row| all(row)).sum();
+        let explained = contrasts.iter().zip(&products);
         Fit {
             lag,
-            contrast: (product - with_room) / square,
-            product,
-            explained: (product - with_room).max(0.0).powi(2) / square,
+            contrast: (all(&products) + PRIOR) / (square + PRIOR),
+            explained: explained.map(|(contrast, product)| contrast * product).sum(),
+            contrasts,
         }
     }
 
@@ -156,31 +169,36 @@ impl Judge {
         }
     }
 
-    fn likeness_at(&self, rival: &Rival, recording: &[Image], fit: Fit, in_rooms: f64) -> f64 {
+    /// 1, and the projection of what the scene leaves unexplained on the difference, in its own length.
+    fn likeness_at(&self, rival: &Rival, recording: &[Image], fit: &Fit, in_rooms: f64) -> f64 {
         /// Noise adds more in one of a hundred recordings.
         const NOISE_SDS: f64 = 2.326;
-        let s = fit.contrast;
-        let polynomial = |[a, b, c]: [f64; 3]| a + s * (b + s * c);
-        let square = polynomial(rival.difference[fit.lag]);
+        let (difference, products) = &rival.difference[fit.lag];
+        let s = rival.subject.map_or(fit.contrast, |subject| fit.contrasts[subject]);
+        let rooms = &rival.rooms;
+        let square = rooms.square + s * (2.0 * products.rooms + s * difference.square);
         if s <= 0.0 || square <= 0.0 {
             return f64::from(f32::MIN);
         }
-        let other = rival.story.subject[fit.lag].product(recording);
-        let product = in_rooms + s * (fit.product - other);
-        let likeness = 0.5 + (product - polynomial(rival.middle[fit.lag])) / square;
-        likeness - NOISE_SDS / square.sqrt()
+        let shown = |with: &[f64]| -> f64 {
+            let subjects = fit.contrasts.iter().zip(with);
+            subjects.map(|(contrast, product)| contrast * product).sum()
+        };
+        let mut left = s * (difference.product(recording) - products.room - shown(&products.subjects));
+        if rooms.square > 0.0 {
+            left += in_rooms - rooms.room - shown(&rooms.subjects[fit.lag]);
+        }
+        1.0 + left / square - NOISE_SDS / square.sqrt()
     }
 
     /// How much more a recording resembles the scene than one alternative.
     pub(crate) fn likeness(&self, rival: usize, recording: &[Image]) -> f64 {
         let rival = &self.rivals[rival];
-        let in_rooms = match rival.story.room == self.scene.room {
-            true => 0.0,
-            false => {
-                self.in_room(self.scene.room, recording) - self.in_room(rival.story.room, recording)
-            }
+        let in_rooms = match rival.room {
+            0 => 0.0,
+            room => self.in_room(0, recording) - self.in_room(room, recording),
         };
-        self.likeness_at(rival, recording, self.fit(recording), in_rooms)
+        self.likeness_at(rival, recording, &self.fit(recording), in_rooms)
     }
 
     pub(crate) fn of(&self, recording: &[Image]) -> Statistics {
@@ -188,23 +206,22 @@ impl Judge {
             .map(|room| self.in_room(room, recording))
             .collect();
         let fit = self.fit(recording);
-        let own = rooms[self.scene.room];
-        let room = self.rooms[self.scene.room].square - 2.0 * own;
+        let room = self.rooms[0].square - 2.0 * rooms[0];
         let left = self.hiding.square(recording) + room - fit.explained;
         let likeness = self.rivals.iter().map(|rival| {
-            self.likeness_at(rival, recording, fit, own - rooms[rival.story.room])
+            self.likeness_at(rival, recording, &fit, rooms[0] - rooms[rival.room])
         });
         Statistics {
-            contrast: fit.contrast,
-            lag_s: self.lag_s(recording, fit),
+            lag_s: self.lag_s(recording, &fit),
             misfit: left.max(1e-9).ln(),
             likeness: likeness.collect(),
-            beyond: self.beyond(recording, fit.lag, fit.contrast),
+            beyond: self.beyond(recording, &fit),
+            contrasts: fit.contrasts,
         }
     }
 
     /// The best delay, by a parabola through the best of those tried and its neighbors.
-    fn lag_s(&self, recording: &[Image], best: Fit) -> f64 {
+    fn lag_s(&self, recording: &[Image], best: &Fit) -> f64 {
         let middle_s = self.lags_s[best.lag];
         if best.lag == 0 || best.lag + 1 >= self.lags_s.len() {
             return middle_s;
@@ -218,15 +235,18 @@ impl Judge {
         }
     }
 
-    fn beyond(&self, recording: &[Image], lag: usize, contrast: f64) -> Vec<f32> {
+    fn beyond(&self, recording: &[Image], fit: &Fit) -> Vec<f32> {
         let mut left = means(&centered(recording), &self.stretches);
         let mut mean = [0.0_f64; PIXELS];
         let number = count(recording.len().max(1));
-        let claims = self.room_means.iter().zip(&self.scene_means[lag]);
-        for ((left, (room, subject)), stretch) in left.iter_mut().zip(claims).zip(&self.stretches) {
-            for pixel in 0..PIXELS {
-                left[pixel] -= room[pixel] + contrast as f32 * subject[pixel];
-                mean[pixel] += f64::from(left[pixel]) * count(stretch.len()) / number;
+        for (index, (left, stretch)) in left.iter_mut().zip(&self.stretches).enumerate() {
+            add(left, &self.room_means[index], -1.0);
+            for (contrast, means) in fit.contrasts.iter().zip(&self.subject_means[fit.lag]) {
+                add(left, &means[index], -*contrast as f32);
+            }
+            let share = count(stretch.len()) / number;
+            for (mean, left) in mean.iter_mut().zip(&*left) {
+                *mean += share * f64::from(*left);
             }
         }
         let own: Image = std::array::from_fn(|pixel| (self.own_share[pixel] * mean[pixel]) as f32);
@@ -253,12 +273,51 @@ impl Judge {
     }
 }
 
+/// Weight of the scene's own contrast against what the recording says: as if it were known to a standard deviation of 1. It
+/// decides only for people whom the recording does not show.
+const PRIOR: f64 = 1.0;
+
+impl Equations {
+    /// Gaussian elimination; the equations are symmetric and positive.
+    fn solve(&self, products: &[f64]) -> Vec<f64> {
+        let mut matrix = self.products.clone();
+        let mut values: Vec<f64> = products.iter().map(|product| product + PRIOR).collect();
+        for place in 0..values.len() {
+            matrix[place][place] += PRIOR;
+        }
+        for place in 0..values.len() {
+            for row in place + 1..values.len() {
+                let share = matrix[row][place] / matrix[place][place];
+                for column in place..values.len() {
+                    matrix[row][column] -= share * matrix[place][column];
+                }
+                values[row] -= share * values[place];
+            }
+        }
+        for place in (0..values.len()).rev() {
+            let known: f64 = (place + 1..values.len())
+                .map(|column| matrix[place][column] * values[column])
+                .sum();
+            values[place] = (values[place] - known) / matrix[place][place];
+        }
+        values
+    }
+}
+
 /// Makes the stories' pictures: means over worlds.
 struct Painter<'a> {
     hiding: &'a Hiding,
-    drawn: Vec<Drawn>,
+    drawn: &'a [Drawn],
     lags_s: &'a [f64],
+    /// The scene's, then those of other orientations.
     rooms: Vec<Room>,
+    /// All that is to be recognized.
+    claimed: Vec<Image>,
+    /// By delay and subject.
+    pictures: Vec<Vec<Vec<Image>>>,
+    /// By subject and delay.
+    subjects: Vec<Vec<Template>>,
+    equations: Vec<Equations>,
 }
 
 struct Room {
@@ -267,7 +326,66 @@ struct Room {
     template: Template,
 }
 
-impl Painter<'_> {
+impl<'a> Painter<'a> {
+    fn new(film: &mut Film, hiding: &'a Hiding, drawn: &'a [Drawn], lags_s: &'a [f64]) -> Self {
+        let mut painter = Self {
+            hiding,
+            drawn,
+            lags_s,
+            rooms: Vec::new(),
+            claimed: Vec::new(),
+            pictures: vec![Vec::new(); lags_s.len()],
+            subjects: Vec::new(),
+            equations: Vec::new(),
+        };
+        let _ = painter.room(film, Orientation::Upright);
+        painter.claimed = vec![[0.0; PIXELS]; film.len()];
+        for subject in 0..film.people.len().max(1) {
+            let alone = painter.mean(film, 0, |film, drawn| {
+                drawn.shown(film, |_, index| index, |person, _| person != subject)
+            });
+            for (claimed, alone) in painter.claimed.iter_mut().zip(&alone) {
+                add(claimed, alone, 1.0);
+            }
+            let delayed = lags_s.iter().map(|lag_s| later(&alone, &film.times_s, *lag_s));
+            let mut templates = Vec::with_capacity(lags_s.len());
+            for (pictures, delayed) in painter.pictures.iter_mut().zip(delayed) {
+                templates.push(hiding.template(&delayed));
+                pictures.push(delayed);
+            }
+            painter.subjects.push(templates);
+        }
+        for lag in 0..lags_s.len() {
+            let with = |template: &Template| -> Vec<f64> {
+                painter.pictures[lag].iter().map(|pictures| template.product(pictures)).collect()
+            };
+            let products = painter.subjects.iter().map(|subject| with(&subject[lag])).collect();
+            painter.equations.push(Equations {
+                with_room: with(&painter.rooms[0].template),
+                products,
+            });
+        }
+        painter
+    }
+
+    /// What worlds show beyond a room, in the mean.
+    fn mean(
+        &self,
+        film: &mut Film,
+        room: usize,
+        shown: impl Fn(&mut Film, &Drawn) -> Vec<Image>,
+    ) -> Vec<Image> {
+        let mut sum = vec![[0.0; PIXELS]; film.len()];
+        for drawn in self.drawn {
+            let shown = shown(film, drawn);
+            let beyond = shown.iter().zip(&self.rooms[room].pictures);
+            for (sum, (shown, room)) in sum.iter_mut().zip(beyond) {
+                add(sum, &less(shown, room), 1.0 / FOR_MEAN as f32);
+            }
+        }
+        sum
+    }
+
     fn room(&mut self, film: &Film, orientation: Orientation) -> usize {
         let mut rooms = self.rooms.iter();
         rooms.position(|room| room.orientation == orientation).unwrap_or_else(|| {
@@ -281,76 +399,46 @@ impl Painter<'_> {
         })
     }
 
-    /// A story, and the pictures of what is to be recognized by delay.
-    fn story(&mut self, film: &mut Film, what: Option<&Alternative>) -> (Story, Vec<Vec<Image>>) {
-        let orientation = what.map_or(Orientation::Upright, Alternative::orientation);
-        let room = self.room(film, orientation);
-        let seen = &self.rooms[room].pictures;
-        let mut sum = vec![[0.0; PIXELS]; film.len()];
-        for drawn in &self.drawn {
-            let shown = match what {
-                None => drawn.as_claimed(film),
-                Some(what) => what.shown(film, drawn),
-            };
-            for (sum, (shown, room)) in sum.iter_mut().zip(shown.iter().zip(seen)) {
-                add(sum, &less(shown, room), 1.0 / FOR_MEAN as f32);
-            }
-        }
-        let delayed = self.lags_s.iter();
-        let pictures: Vec<Vec<Image>> = delayed
-            .map(|lag_s| later(&sum, &film.times_s, *lag_s))
-            .collect();
-        let templates = pictures.iter().map(|pictures| self.hiding.template(pictures));
-        let subject = templates.collect();
-        (Story { room, subject }, pictures)
-    }
-
-    fn rival(
-        &self,
-        what: Alternative,
-        story: Story,
-        pictures: &[Vec<Image>],
-        (scene, subjects): (&Story, &[Vec<Image>]),
-    ) -> Rival {
-        let [a, b] = [scene.room, story.room].map(|room| &self.rooms[room]);
-        let (aa, bb, ab) = (
-            a.template.square,
-            b.template.square,
-            a.template.product(&b.pictures),
-        );
-        let mut middle = Vec::new();
-        let mut difference = Vec::new();
-        for (lag, (one, other)) in scene.subject.iter().zip(&story.subject).enumerate() {
-            let with = |room: &Room, subject: &Vec<Image>| room.template.product(subject);
-            let (a_one, a_other) = (with(a, &subjects[lag]), with(a, &pictures[lag]));
-            let (b_one, b_other) = (with(b, &subjects[lag]), with(b, &pictures[lag]));
-            let both = one.product(&pictures[lag]);
-            middle.push([
-                0.5 * (aa - bb),
-                a_one - b_other,
-                0.5 * (one.square - other.square),
-            ]);
-            difference.push([
-                aa - 2.0 * ab + bb,
-                2.0 * (a_one - a_other - b_one + b_other),
-                one.square - 2.0 * both + other.square,
-            ]);
-        }
-        // The best delay of the alternative may hide the difference.
-        let aligned = |other: &Template| {
-            let lag = self.lags_s.len() / 2;
-            let both = other.product(&subjects[lag]);
-            let one = scene.subject[lag].square;
-            one - both.max(0.0).powi(2) / other.square.max(1e-9)
+    fn rival(&mut self, film: &mut Film, what: Alternative) -> Rival {
+        let room = self.room(film, what.orientation());
+        let other = self.mean(film, room, |film, drawn| what.shown(film, drawn));
+        let pairs = self.claimed.iter().zip(&other);
+        let apart: Vec<Image> = pairs.map(|(claimed, other)| less(claimed, other)).collect();
+        let own = &self.rooms[0];
+        let pairs = own.pictures.iter().zip(&self.rooms[room].pictures);
+        let rooms_apart: Vec<Image> = pairs.map(|(own, other)| less(own, other)).collect();
+        let rooms_template = self.hiding.template(&rooms_apart);
+        let products = |template: &Template, pictures: &[Vec<Image>]| -> Vec<f64> {
+            pictures.iter().map(|pictures| template.product(pictures)).collect()
         };
-        let rooms: f64 = difference.first().map_or(0.0, |difference| difference[0]);
-        let subjects = story.subject.iter().map(aligned).fold(f64::INFINITY, f64::min);
+        let difference: Vec<(Template, Products)> = self
+            .lags_s
+            .iter()
+            .zip(&self.pictures)
+            .map(|(lag_s, pictures)| {
+                let delayed = later(&apart, &film.times_s, *lag_s);
+                let template = self.hiding.template(&delayed);
+                let all = Products {
+                    room: template.product(&own.pictures),
+                    subjects: products(&template, pictures),
+                    rooms: rooms_template.product(&delayed),
+                };
+                (template, all)
+            })
+            .collect();
+        let middle = &difference[self.lags_s.len() / 2];
+        let square = rooms_template.square + 2.0 * middle.1.rooms + middle.0.square;
         Rival {
-            what,
-            story,
-            middle,
+            subject: what.person(),
+            apart: square.max(0.0).sqrt(),
+            room,
+            rooms: RoomProducts {
+                square: rooms_template.square,
+                room: rooms_template.product(&own.pictures),
+                subjects: self.pictures.iter().map(|pictures| products(&rooms_template, pictures)).collect(),
+            },
             difference,
-            apart: (rooms + subjects.max(0.0)).max(0.0).sqrt(),
+            what,
         }
     }
 }

@@ -16,12 +16,14 @@ mod decide;
 mod film;
 mod judge;
 mod recording;
+mod remedy;
 mod template;
 mod unit;
 mod world;
 
 pub(crate) use alternative::Alternative;
-pub use decide::{Alternatively, Decision, OFFSETS_M};
+pub use decide::{Alternatively, Contrast, Decision, OFFSETS_M};
 pub(crate) use decide::{Cause, decide};
 pub(crate) use film::Film;
 pub(crate) use recording::Recording;
+pub(crate) use remedy::{Compared, remedy};

@@ -1,11 +1,13 @@
 //! The pictures that a scene is judged by: all frames of a recording, the means of neighbors if there are many.
 
-use crate::decision::film::{Image, add};
+use crate::align::Orientation;
+use crate::decision::film::{self, Image, add};
 use crate::decision::unit::Unit;
 use crate::numbers::{count, median};
 use grideye_frame::PIXELS;
 
 /// Frames of a recording as they are judged.
+#[derive(Clone)]
 pub(crate) struct Recording {
     /// In scene time, the middle of each picture.
     pub(crate) times_s: Vec<f64>,
@@ -52,6 +54,16 @@ impl Recording {
             unit: unit.averaged(each),
             strays,
             frames: frames.len(),
+        }
+    }
+}
+
+impl Recording {
+    /// The same with all images turned.
+    pub(crate) fn turned(&self, orientation: Orientation) -> Self {
+        Self {
+            pictures: film::turned(&self.pictures, orientation),
+            ..self.clone()
         }
     }
 }

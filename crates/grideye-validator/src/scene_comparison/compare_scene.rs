@@ -7,7 +7,7 @@ use crate::align::{
 };
 use crate::compare::scoring::compare_with_prior;
 use crate::compare::{Comparison, Settings};
-use crate::decision::{Alternative, Decision, Film, Recording, decide};
+use crate::decision::{Alternative, Compared, Decision, Film, Recording, decide, remedy};
 use crate::error::{Side, ValidatorError, check_setting};
 use crate::frames::cleaning::{self, Counts, Read};
 use crate::frames::drift::Drift;
@@ -62,7 +62,7 @@ pub fn compare_scene(
     let (room, background) = renderer.learned_room(records, &aligned, protocol);
     let fitted = leave_out_fitted(&mut aligned.frames);
     let number = number(protocol, options.frames)?;
-    let decision = decided(&aligned, scene, sensor, options)?;
+    let (decision, remedy) = decided(&aligned, scene, sensor, options)?;
     let real = chosen(&aligned.frames, lag_frames, number, &mut notes);
     let (pattern, room) = renderer.known(room, background.as_ref(), &timeline, options);
     notes.push(notes::background(&pattern, room.as_ref(), options));
@@ -79,6 +79,7 @@ pub fn compare_scene(
         has_people: !scene.agents().is_empty(),
         nobody,
         decision: Some(decision),
+        remedy,
         drift_c: drift_c(&aligned, options),
         fitted: (!scene.calibrated().is_empty()).then_some(fitted),
         ..prior(records, &simulator, room, pattern, options)
@@ -106,7 +107,7 @@ fn decided(
     scene: &Scene,
     sensor: &str,
     options: &Options,
-) -> Result<Decision, ValidatorError> {
+) -> Result<(Decision, Option<String>), ValidatorError> {
     let laws = scene.laws();
     let spread_c = laws.background_sd_c.unwrap_or(options.thresholds.background_spread_c);
     let (known_c, unknown_c) = match options.unit {
@@ -123,7 +124,22 @@ fn decided(
     let unknown_c = [unknown_c.max(PROFILE_ERROR_C) as f32; PIXELS];
     let recording = Recording::new(&times_s, &frames, unknown_c, sensor_step_c());
     let mut film = Film::new(scene, sensor, &recording.times_s, recording.within_s)?;
-    Ok(decide(&mut film, &recording, &laws, options.thresholds.right_min))
+    let right_min = options.thresholds.right_min;
+    let decision = decide(&mut film, &recording, &laws, right_min);
+    let is_refused = decision.right <= right_min || decision.off_contrast().is_some();
+    if !(options.advises && is_refused) {
+        return Ok((decision, None));
+    }
+    let compared = Compared {
+        scene,
+        sensor,
+        recording: &recording,
+        laws: &laws,
+        right_min,
+        start_s: aligned.timeline.start_s(),
+    };
+    let remedy = remedy(&compared, &mut film, &decision)?;
+    Ok((decision, remedy))
 }
 
 /// A measured background changes by this much from one recording to the next, °C: with the air, and what stands there.

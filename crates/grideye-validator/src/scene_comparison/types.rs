@@ -45,6 +45,8 @@ pub struct Options {
     pub threads: usize,
     pub thresholds: Thresholds,
     pub align: AlignOptions,
+    /// Whether to seek the single change that would make a refused scene agree: some seconds.
+    pub advises: bool,
     /// What a profile says about the unit: its pattern is added to the scene's claim.
     pub unit: Option<KnownUnit>,
 }
@@ -62,6 +64,7 @@ impl Default for Options {
             threads: 1,
             thresholds: Thresholds::default(),
             align: AlignOptions::default(),
+            advises: false,
             unit: None,
         }
     }

@@ -1,6 +1,6 @@
 //! Whether the recording is the scene's, by the decision; and whether its level is.
 
-use crate::decision::{Alternatively, Cause, Decision};
+use crate::decision::{Alternatively, Cause, Contrast, Decision};
 use crate::metrics::foreground::RoomSource;
 use crate::thresholds::Thresholds;
 use crate::verdict::types::{Evidence, Next, PROFILE, Question, State, Weighed};
@@ -11,13 +11,13 @@ const NAMED_MOST: usize = 3;
 
 pub(crate) fn scene(decision: &Decision, evidence: &Evidence<'_>, thresholds: &Thresholds) -> [Weighed; 3] {
     [
-        right(decision, thresholds),
-        contrast(decision),
+        right(decision, evidence, thresholds),
+        contrast(decision, evidence),
         told_apart(decision, evidence),
     ]
 }
 
-fn right(decision: &Decision, thresholds: &Thresholds) -> Weighed {
+fn right(decision: &Decision, evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed {
     let asked = Question {
         name: "right",
         title: "A right recording may look like this",
@@ -43,29 +43,45 @@ fn right(decision: &Decision, thresholds: &Thresholds) -> Weighed {
         Cause::Misfit | Cause::Alternative => "Check that people, objects and sensor are where the scene has them; mark uncertain values with [[uncertain]] and run `grideye calibrate`.",
     };
     let sentence = format!("Only {share} % of right recordings are so far from the scene: {worst}.");
-    asked.weighed(State::Failed, sentence, (step, "a recording nearer to the scene"))
+    asked.weighed(State::Failed, sentence, (helps(evidence, step), "a recording nearer to the scene"))
+}
+
+/// What would agree, if anything does.
+fn helps(evidence: &Evidence<'_>, step: &str) -> String {
+    evidence.prior.remedy.clone().unwrap_or_else(|| step.to_owned())
 }
 
 const WARMTH: &str =
     "Check the temperatures of people and objects, and what the people wear (person.clothing).";
 
-fn contrast(decision: &Decision) -> Weighed {
+fn contrast(decision: &Decision, evidence: &Evidence<'_>) -> Weighed {
     let asked = Question {
         name: "contrast",
         title: "As warm as in the scene",
         keys: &[],
     };
-    let found = fixed(decision.contrast, 2);
-    let [low, high] = decision.contrast_range.map(|end| fixed(end, 2));
-    let sentence = format!(
-        "What is warm has {found} times the scene's contrast; {low} to {high} is what the scene leaves open."
-    );
-    if decision.is_as_warm() {
-        let turn = format!("a contrast below {low} or above {high}");
-        return asked.weighed(State::Met, sentence, ("", turn));
+    let name = |one: &Contrast| match &one.of {
+        Some(name) => format!("`{name}`"),
+        None => "What is warm".to_owned(),
+    };
+    let range = |one: &Contrast| one.range.map(|end| fixed(end, 2));
+    if let Some(off) = decision.off_contrast() {
+        let [low, high] = range(off);
+        let (name, found) = (name(off), fixed(off.found, 2));
+        let sentence = format!(
+            "{name} has {found} times the scene's contrast; {low} to {high} is what the scene leaves open."
+        );
+        let turn = format!("{low} to {high} times the scene's contrast");
+        return asked.weighed(State::Failed, sentence, (helps(evidence, WARMTH), turn));
     }
-    let turn = format!("{low} to {high} times the scene's contrast");
-    asked.weighed(State::Failed, sentence, (WARMTH, turn))
+    let found = decision.contrasts.iter().map(|one| {
+        let [low, high] = range(one);
+        format!("{} has {} times the scene's contrast ({low} to {high})", name(one), fixed(one.found, 2))
+    });
+    let found: Vec<String> = found.collect();
+    let first = decision.contrasts.first().map(range).unwrap_or_default();
+    let turn = format!("a contrast below {} or above {}", first[0], first[1]);
+    asked.weighed(State::Met, found.join("; ") + ".", ("", turn))
 }
 
 fn told_apart(decision: &Decision, evidence: &Evidence<'_>) -> Weighed {

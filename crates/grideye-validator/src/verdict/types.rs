@@ -81,6 +81,8 @@ pub(crate) struct Prior {
     pub(crate) fitted: Option<FittedShare>,
     /// Whether it is the scene; without one, frames alone decide nothing.
     pub(crate) decision: Option<Decision>,
+    /// The single change that would make it agree.
+    pub(crate) remedy: Option<String>,
     /// Range of the slow drift against the scene, °C, and the largest that is no fault.
     pub(crate) drift_c: [f64; 2],
 }
