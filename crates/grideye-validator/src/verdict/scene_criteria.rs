@@ -106,7 +106,7 @@ fn told_apart(decision: &Decision, evidence: &Evidence<'_>) -> Weighed {
     let untold: Vec<&Alternatively> = decision.untold().collect();
     if untold.is_empty() {
         let number = decision.alternatives.len() - alike.len();
-        let sentence = format!("None of {number} other explanations fits.{same}");
+        let sentence = format!("No other explanation fits ({number} considered).{same}");
         return asked.weighed(State::Met, sentence, Next::default());
     }
     let sentence = format!("It could also be {}.{same}", listed(&untold));

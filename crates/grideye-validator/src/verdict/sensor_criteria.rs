@@ -314,6 +314,21 @@ fn rate_hz(frames: &[Distinct]) -> Option<f64> {
 mod tests {
     use super::*;
 
+    impl Inspection {
+        /// Fails every criterion.
+        pub(crate) const fn faulty() -> Self {
+            Self {
+                frames: 1000,
+                longest: [500; PIXELS],
+                stays: Some(0.2),
+                step_words: 4,
+                pixels_c: 5.0,
+                thermistor_c: 20.0,
+                rate_hz: Some(5.0),
+            }
+        }
+    }
+
     /// Half a step is 0.3 sigma of the quietest, within which 0.2358 of normal draws lie.
     #[test]
     fn a_quiet_pixel_stays_as_a_normal_draw_does() {
