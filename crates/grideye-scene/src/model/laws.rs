@@ -1,7 +1,7 @@
 //! How far a scene may be from the room and still be right: the laws of its file, or defaults.
 
 use crate::model::scene::Scene;
-use crate::model::uncertain::{Claim, Uncertain};
+use crate::model::uncertain::{Claim, OF_PEOPLE, Uncertain};
 
 /// How well a scene is known.
 #[derive(Debug, Clone, PartialEq)]
@@ -150,6 +150,10 @@ impl Scene {
 /// Where the file has a law.
 fn told(one: &Uncertain, sd: f64) -> String {
     let (key, file, line) = (&one.key, &one.place.file, one.place.line);
+    let mut of_people = OF_PEOPLE.iter();
+    if of_people.any(|(end, law)| key.ends_with(end) && one.law == Some(*law)) {
+        return format!("`{key}`: sd {sd}, as of adults (ANSUR II, ISO 9920; {file}:{line})");
+    }
     match one.over_s {
         Some(over_s) => format!("`{key}`: sd {sd} over {over_s} s ({file}:{line})"),
         None => format!("`{key}`: sd {sd} ({file}:{line})"),

@@ -359,6 +359,12 @@ fn tables_of_one_agent_come_before_those_of_all_and_both_before_the_defaults() {
         "{:?}",
         laws.source
     );
+    let height = [("agent.anna.person.height_mm", "bounds = [1500, 1900]")];
+    let source = two(&height).unwrap().laws().source;
+    assert!(
+        source[0].contains("height_mm`: sd 100, as of adults (ANSUR II"),
+        "{source:?}"
+    );
     // Only numbers, or a start between bounds, are for a calibration to find.
     let fitted = scene.uncertain().iter().filter(|one| one.is_fitted);
     let fitted: Vec<&str> = fitted.map(|one| one.key.as_str()).collect();
@@ -395,9 +401,20 @@ fn bounds_follow_the_law_and_the_scene() {
     assert_eq!(bounds, expected);
 }
 
+/// Key, the table's other keys, what the error says.
+fn assert_refused<const N: usize>(tables: [(&str, &str, &str); N]) {
+    for (key, keys, message) in tables {
+        let refused = two(&[(key, keys)]).unwrap_err().to_string();
+        assert!(
+            refused.contains(message) && refused.contains("\nhint: "),
+            "{key}: {refused}"
+        );
+    }
+}
+
 #[test]
-fn tables_that_contradict_themselves_are_refused_with_their_place() {
-    for (key, keys, message) in [
+fn invalid_differences_from_the_scene_are_refused_with_their_place() {
+    assert_refused([
         (
             "agent.anna.aside_m",
             "sd = 0.16",
@@ -437,11 +454,6 @@ fn tables_that_contradict_themselves_are_refused_with_their_place() {
             "room.toml:24:7: `key` is \"agent.otto.contrast\", but the scene has no agent `otto`\nhint: it has anna, b. b.",
         ),
         (
-            "sensor.wall.roll_deg",
-            "sd = 1",
-            "but the scene has no sensor `wall`\nhint: it has ceiling",
-        ),
-        (
             "recording.start_s",
             "",
             "has no `sd`\nhint: give bounds for `grideye calibrate`",
@@ -450,6 +462,17 @@ fn tables_that_contradict_themselves_are_refused_with_their_place() {
             "recording.start_s",
             "sd = 0.1\nmean = 1",
             "`mean` is 1, expected only sd",
+        ),
+    ]);
+}
+
+#[test]
+fn invalid_laws_of_numbers_are_refused_with_their_place() {
+    assert_refused([
+        (
+            "sensor.wall.roll_deg",
+            "sd = 1",
+            "but the scene has no sensor `wall`\nhint: it has ceiling",
         ),
         (
             "room.ambient_c",
@@ -467,13 +490,7 @@ fn tables_that_contradict_themselves_are_refused_with_their_place() {
             "unknown field `width`",
         ),
         ("duration_s", "sd = 1", "expected the path of a number"),
-    ] {
-        let refused = two(&[(key, keys)]).unwrap_err().to_string();
-        assert!(
-            refused.contains(message) && refused.contains("\nhint: "),
-            "{key}: {refused}"
-        );
-    }
+    ]);
     // One number by two of its paths.
     let twice = [
         ("sensor.ceiling.position_mm.x", "sd = 20"),
@@ -486,6 +503,10 @@ fn tables_that_contradict_themselves_are_refused_with_their_place() {
         ),
         "{refused}"
     );
+}
+
+#[test]
+fn the_old_name_of_the_table_is_refused_with_the_new_one() {
     let old = Scene::parse(
         &format!("{TWO}\n[[fit]]\nkey = \"room.ambient_c\"\n"),
         "room.toml",

@@ -387,6 +387,20 @@ fn the_new_scene_keeps_every_other_byte_and_can_be_calibrated_again() {
     );
 }
 
+/// What a table without a number in the file says is for a comparison.
+const KNOWN: &str = "\n[[uncertain]]\nkey = \"agent.*.aside_m\"\nsd = 0.1\n\
+    \n[[uncertain]]\nkey = \"recording.start_s\"\nsd = 0.5\n";
+
+#[test]
+fn what_is_no_number_of_the_file_is_ignored_and_kept() {
+    let records = record(UNIT, 1, 60, 100, 0.0);
+    let (front, back) = (unknown(&[EIGHT[0]]), unknown(&[EIGHT[0]]) + KNOWN);
+    let plain = run(&front, &records, &Options::default()).unwrap();
+    let known = run(&back, &records, &Options::default()).unwrap();
+    assert_eq!(known.found, plain.found);
+    assert!(known.scene.contains(KNOWN), "{}", known.scene);
+}
+
 /// Of a value from the recording and one known before, both as certain, the middle is found, and 1/√2 of the uncertainty.
 #[test]
 fn what_is_known_before_counts_by_its_uncertainty() {
@@ -552,7 +566,10 @@ fn invalid_calibrations_are_rejected() {
     };
     let options = Options::default();
     let good = unknown(&[EIGHT[0]]);
-    assert!(said(SCENE, &records, &options).contains("guess.toml marks no number to find\nhint: "));
+    let only_known = format!("{SCENE}{KNOWN}");
+    for none in [SCENE, &only_known] {
+        assert!(said(none, &records, &options).contains("marks no number to find\nhint: "));
+    }
     assert!(said(&good, &records[..9], &options).contains("9 frames of the recording"));
     let mut back = records.clone();
     back[30].stamp.t_boot_ns -= 1_000_000_000;
