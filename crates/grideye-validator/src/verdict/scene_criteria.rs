@@ -37,7 +37,7 @@ fn right(decision: &Decision, evidence: &Evidence<'_>, thresholds: &Thresholds) 
     }
     let step = match decision.cause {
         Cause::Contrast => WARMTH,
-        Cause::Lag => "Check in which second of the scene the recording starts (--start), and the clocks.",
+        Cause::Lag => "Check in which second of the scene the recording starts (`--start`), and the clocks.",
         Cause::Extra => "Check what is warm there: a person or an object that the scene lacks, or that is elsewhere.",
         Cause::Missing => "Check whether what the scene has there was there, and its place and temperature.",
         Cause::Misfit | Cause::Alternative => "Check that people, objects and sensor are where the scene has them; mark uncertain values with [[uncertain]] and run `grideye calibrate`.",
