@@ -88,7 +88,8 @@ pub fn compare_scene(
     let lies = aligned.found.orientation.as_ref();
     let is_turned = prior.decision.as_ref().is_some_and(|decision| {
         decision.alternatives.iter().any(|one| {
-            lies.is_some_and(|lies| one.of == Alternative::Turned(lies.orientation)) && one.likeness < 0.0
+            lies.is_some_and(|lies| one.of == Alternative::Turned(lies.orientation))
+                && one.likeness < 0.0
         })
     });
     notes.extend(lies.and_then(|found| notes::orientation(found, is_turned)));
@@ -109,17 +110,21 @@ fn decided(
     options: &Options,
 ) -> Result<(Decision, Option<String>), ValidatorError> {
     let laws = scene.laws();
-    let spread_c = laws.background_sd_c.unwrap_or(options.thresholds.background_spread_c);
+    let spread_c = laws
+        .background_sd_c
+        .unwrap_or(options.thresholds.background_spread_c);
     let (known_c, unknown_c) = match options.unit {
         None => ([0.0; PIXELS], spread_c),
         Some(unit) if unit.has_background => (unit.pattern_c, unit.spread_c),
         Some(unit) => (unit.pattern_c, unit.spread_c.hypot(spread_c)),
     };
     let frames = aligned.frames.iter();
-    let times_s: Vec<f64> = frames.clone().map(|frame| frame.time.as_secs_f64()).collect();
-    let frames = frames.map(|frame| {
-        std::array::from_fn(|pixel| (frame.celsius[pixel] - known_c[pixel]) as f32)
-    });
+    let times_s: Vec<f64> = frames
+        .clone()
+        .map(|frame| frame.time.as_secs_f64())
+        .collect();
+    let frames = frames
+        .map(|frame| std::array::from_fn(|pixel| (frame.celsius[pixel] - known_c[pixel]) as f32));
     let frames: Vec<_> = frames.collect();
     let unknown_c = [unknown_c.max(PROFILE_ERROR_C) as f32; PIXELS];
     let recording = Recording::new(&times_s, &frames, unknown_c, sensor_step_c());
@@ -149,7 +154,10 @@ const PROFILE_ERROR_C: f64 = 0.12;
 fn drift_c(aligned: &AlignedFrames, options: &Options) -> [f64; 2] {
     let thresholds = &options.thresholds;
     let times = || aligned.frames.iter().map(|frame| frame.time);
-    let span = times().max().unwrap_or_default().saturating_sub(times().min().unwrap_or_default());
+    let span = times()
+        .max()
+        .unwrap_or_default()
+        .saturating_sub(times().min().unwrap_or_default());
     let minutes = span.as_secs_f64() / 60.0;
     [
         aligned.found.drift_c,

@@ -3,7 +3,9 @@
 use crate::frames::fitted::FittedShare;
 use crate::thresholds::{Thresholds, too_few};
 use crate::verdict::scene_criteria::{drift, level, scene};
-use crate::verdict::types::{Criterion, Evidence, Judgment, Next, Question, State, Verdict, Weighed, lower};
+use crate::verdict::types::{
+    Criterion, Evidence, Judgment, Next, Question, State, Verdict, Weighed, lower,
+};
 use grideye_draw::text::{fixed, frames};
 
 pub(crate) fn judge(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Judgment {
@@ -89,7 +91,10 @@ fn would_change(verdict: Verdict, weighed: &[Weighed]) -> String {
         turns
     };
     match verdict {
-        Verdict::Agrees => format!("It would not agree with {}.", joined(&turns(State::Met), "or")),
+        Verdict::Agrees => format!(
+            "It would not agree with {}.",
+            joined(&turns(State::Met), "or")
+        ),
         Verdict::Disagrees => format!(
             "To agree, it takes {}.",
             joined(&turns(State::Failed), "and")
@@ -209,7 +214,11 @@ fn insufficiency(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Option<Ins
         return Some(insufficiency(why));
     }
     let why = "Frames without a scene decide nothing.";
-    evidence.prior.decision.is_none().then(|| insufficiency(why))
+    evidence
+        .prior
+        .decision
+        .is_none()
+        .then(|| insufficiency(why))
 }
 
 fn nothing_warm(evidence: &Evidence<'_>) -> String {

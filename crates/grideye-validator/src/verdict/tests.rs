@@ -82,6 +82,7 @@ fn a_right_recording_agrees_and_says_what_would_not() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a table")]
 fn each_criterion_decides_with_its_sentence_and_a_next_step() {
     type Change = fn(&mut Decision, &mut Evidence<'_>, &mut Prior);
     let cases: [(&str, Verdict, &str, &str, Change); 14] = [
@@ -95,22 +96,46 @@ fn each_criterion_decides_with_its_sentence_and_a_next_step() {
                 decision.worst = "it is 1.00 s later than the scene".to_owned();
             },
         ),
-        ("right", Verdict::Disagrees, "", "that the scene lacks", |decision, _, _| {
-            decision.right = 0.005;
-            decision.cause = Cause::Extra;
-        }),
-        ("right", Verdict::Disagrees, "", "was there", |decision, _, _| {
-            decision.right = 0.005;
-            decision.cause = Cause::Missing;
-        }),
-        ("right", Verdict::Disagrees, "", "[[uncertain]]", |decision, _, _| {
-            decision.right = 0.005;
-            decision.cause = Cause::Misfit;
-        }),
-        ("right", Verdict::Disagrees, "", "Take the left sensor.", |decision, _, prior| {
-            decision.right = 0.005;
-            prior.remedy = Some("Take the left sensor.".to_owned());
-        }),
+        (
+            "right",
+            Verdict::Disagrees,
+            "",
+            "that the scene lacks",
+            |decision, _, _| {
+                decision.right = 0.005;
+                decision.cause = Cause::Extra;
+            },
+        ),
+        (
+            "right",
+            Verdict::Disagrees,
+            "",
+            "was there",
+            |decision, _, _| {
+                decision.right = 0.005;
+                decision.cause = Cause::Missing;
+            },
+        ),
+        (
+            "right",
+            Verdict::Disagrees,
+            "",
+            "[[uncertain]]",
+            |decision, _, _| {
+                decision.right = 0.005;
+                decision.cause = Cause::Misfit;
+            },
+        ),
+        (
+            "right",
+            Verdict::Disagrees,
+            "",
+            "Take the left sensor.",
+            |decision, _, prior| {
+                decision.right = 0.005;
+                prior.remedy = Some("Take the left sensor.".to_owned());
+            },
+        ),
         (
             "contrast",
             Verdict::Disagrees,
@@ -190,7 +215,10 @@ fn each_criterion_decides_with_its_sentence_and_a_next_step() {
         assert_eq!(off.next(), None, "{judgment}");
         assert!(judgment.headline.contains(found), "{judgment}");
         assert!(judgment.next_step.contains(next), "{judgment}");
-        assert!(!judgment.would_change.contains("nothing that was asked"), "{judgment:?}");
+        assert!(
+            !judgment.would_change.contains("nothing that was asked"),
+            "{judgment:?}"
+        );
     }
 }
 
@@ -202,10 +230,15 @@ fn an_explanation_that_is_the_scene_itself_does_not_count() {
         decision.alternatives[1].likeness = 0.0;
     });
     assert_eq!(judgment.verdict, Verdict::Agrees);
-    let told = judgment.criteria.iter().find(|one| one.name == "told_apart");
+    let told = judgment
+        .criteria
+        .iter()
+        .find(|one| one.name == "told_apart");
     assert_eq!(
         told.map(|one| one.sentence.as_str()),
-        Some("No other explanation fits (1 considered). To this sensor the scene looks the same as the scene backwards.")
+        Some(
+            "No other explanation fits (1 considered). To this sensor the scene looks the same as the scene backwards."
+        )
     );
 }
 
@@ -228,7 +261,10 @@ fn a_failure_counts_before_what_is_open() {
 fn every_fault_of_a_sensor_has_its_next_step() {
     let criteria = Inspection::faulty().criteria(&Thresholds::default(), 10.0, 20.0);
     let names: Vec<_> = criteria.iter().map(|one| one.name).collect();
-    assert_eq!(names, ["moving_pixels", "steps", "thermistor", "frame_rate"]);
+    assert_eq!(
+        names,
+        ["moving_pixels", "steps", "thermistor", "frame_rate"]
+    );
     for one in &criteria {
         assert_eq!(one.state, State::Failed, "{one:?}");
         assert!(!one.next_step.is_empty(), "{one:?}");

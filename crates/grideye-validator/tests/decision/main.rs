@@ -44,7 +44,10 @@ fn compared<T: Send>(number: u64, one: impl Fn(u64) -> T + Sync) -> Vec<T> {
     };
     let mut all: Vec<(u64, T)> = std::thread::scope(|scope| {
         let threads: Vec<_> = (0..2).map(|_| scope.spawn(work)).collect();
-        threads.into_iter().flat_map(|thread| thread.join().unwrap()).collect()
+        threads
+            .into_iter()
+            .flat_map(|thread| thread.join().unwrap())
+            .collect()
     });
     all.sort_by_key(|one| one.0);
     all.into_iter().map(|one| one.1).collect()
@@ -59,7 +62,9 @@ fn verdicts(ways: &[Way], frames: usize, truth: Truth, unit: Unit, number: u64) 
 }
 
 fn count(all: &[Comparison], verdict: Verdict) -> usize {
-    all.iter().filter(|one| one.judgment.verdict == verdict).count()
+    all.iter()
+        .filter(|one| one.judgment.verdict == verdict)
+        .count()
 }
 
 #[test]
@@ -67,39 +72,81 @@ fn count(all: &[Comparison], verdict: Verdict) -> usize {
 fn explore() {
     let number = number(40);
     let which = std::env::var("WHICH").unwrap_or_default();
-    let frames: Vec<usize> = std::env::var("FRAMES").unwrap_or("50,300".to_owned()).split(',').map(|one| one.parse().unwrap()).collect();
+    let frames: Vec<usize> = std::env::var("FRAMES")
+        .unwrap_or("50,300".to_owned())
+        .split(',')
+        .map(|one| one.parse().unwrap())
+        .collect();
     for (name, ways) in [("stand", STAND), ("walk", WALK), ("two", TWO)] {
-        if !which.contains(name) && which.contains('@') { continue; }
+        if !which.contains(name) && which.contains('@') {
+            continue;
+        }
         for &frames in &frames {
             for truth in [
-                Truth::Right, Truth::Nobody, Truth::Missing, Truth::More, Truth::Gone, Truth::MirroredX, Truth::MirroredY, Truth::Quarter,
-                Truth::Aside(0.2), Truth::Aside(0.3), Truth::Aside(0.5), Truth::Late(1.0), Truth::Late(5.0), Truth::Backwards,
-                Truth::Contrast(0.45), Truth::Contrast(2.2), Truth::Drift(2.0), Truth::Stray(0.37), Truth::Correlated,
+                Truth::Right,
+                Truth::Nobody,
+                Truth::Missing,
+                Truth::More,
+                Truth::Gone,
+                Truth::MirroredX,
+                Truth::MirroredY,
+                Truth::Quarter,
+                Truth::Aside(0.2),
+                Truth::Aside(0.3),
+                Truth::Aside(0.5),
+                Truth::Late(1.0),
+                Truth::Late(5.0),
+                Truth::Backwards,
+                Truth::Contrast(0.45),
+                Truth::Contrast(2.2),
+                Truth::Drift(2.0),
+                Truth::Stray(0.37),
+                Truth::Correlated,
             ] {
-                if name == "stand" && matches!(truth, Truth::Late(_) | Truth::Backwards) { continue; }
+                if name == "stand" && matches!(truth, Truth::Late(_) | Truth::Backwards) {
+                    continue;
+                }
                 let kind = format!("{truth:?}");
-                if !which.is_empty() && !which.split('@').next().unwrap().split(',').any(|one| kind.starts_with(one)) { continue; }
+                if !which.is_empty()
+                    && !which
+                        .split('@')
+                        .next()
+                        .unwrap()
+                        .split(',')
+                        .any(|one| kind.starts_with(one))
+                {
+                    continue;
+                }
                 let began = std::time::Instant::now();
                 let all = verdicts(ways, frames, truth, UNIT, number);
                 let verdict = |verdict| count(&all, verdict);
                 let mut why = std::collections::BTreeMap::new();
                 for one in &all {
                     for criterion in &one.judgment.criteria {
-                        if matches!(criterion.state, grideye_validator::State::Failed | grideye_validator::State::Open) {
+                        if matches!(
+                            criterion.state,
+                            grideye_validator::State::Failed | grideye_validator::State::Open
+                        ) {
                             *why.entry(criterion.name).or_insert(0) += 1;
                         }
                     }
                     if one.judgment.verdict == Verdict::CannotTell {
                         for one in &one.decision.as_ref().unwrap().alternatives {
-                            if !one.is_told() && one.counts() { *why.entry(Box::leak(one.what.clone().into_boxed_str())).or_insert(0) += 1; }
+                            if !one.is_told() && one.counts() {
+                                *why.entry(Box::leak(one.what.clone().into_boxed_str()))
+                                    .or_insert(0) += 1;
+                            }
                         }
                     }
                 }
-                let decisions: Vec<_> = all.iter().filter_map(|one| one.decision.as_ref()).collect();
+                let decisions: Vec<_> =
+                    all.iter().filter_map(|one| one.decision.as_ref()).collect();
                 let low = decisions.iter().filter(|one| one.right <= 0.1).count();
                 println!(
                     "{name} {frames} {kind}: {}/{}/{} p<=.1 {low} aside {:?} {:.2} s each {why:?}",
-                    verdict(Verdict::Agrees), verdict(Verdict::Disagrees), verdict(Verdict::CannotTell),
+                    verdict(Verdict::Agrees),
+                    verdict(Verdict::Disagrees),
+                    verdict(Verdict::CannotTell),
                     decisions.first().map(|one| one.refused_aside_m),
                     2.0 * began.elapsed().as_secs_f64() / number as f64
                 );
