@@ -150,8 +150,6 @@ thresholds! {
     drift_max_c = 0.5, (0.0, 100.0);
     /// ... and for each minute of it, °C.
     drift_max_c_per_min = 0.15, (0.0, 100.0);
-    /// Mean number of warm pixels per frame from which a recording counts as showing something warm.
-    warm_pixels_min = 0.3, (0.0, 64.0);
     /// A pixel is warm from this many sigmas of the sensor's noise above the background.
     warm_sigma = 4.0, (0.0, 100.0);
     /// Fewest real frames.

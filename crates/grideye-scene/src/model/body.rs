@@ -168,9 +168,7 @@ impl Agent {
         let move_m = place_m - self.start_m;
         let parts = self.parts.iter().map(|part| Body {
             base_m: part.base_m + move_m,
-            mesh: self
-                .turned(&part.mesh, turn)
-                .placed(DMat3::IDENTITY, move_m),
+            mesh: self.turned(&part.mesh, turn).placed(DMat3::IDENTITY, move_m),
             ..part.clone()
         });
         Self {

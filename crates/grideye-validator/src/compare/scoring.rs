@@ -64,8 +64,6 @@ pub(crate) fn compare_with_prior(
         real_frames: real.len(),
         has_repeat: noise_sigma_c.is_some(),
         offset_c: median(&found.offsets).unwrap_or(0.0),
-        warm: warm_pixels(&view, &found.gain),
-        warm_above_c,
         prior,
     };
     Ok(Comparison {
@@ -96,7 +94,7 @@ pub(crate) fn compare_with_prior(
         noise_fit: noise_fit(&view),
         maps: maps(&timeline),
         timeline,
-        warm: evidence.warm,
+        warm: warm_pixels(&view, &found.gain),
         settings: *settings,
         background: None,
         warnings: Vec::new(),

@@ -34,6 +34,10 @@ pub struct Decision {
     pub refused_aside_m: Option<f64>,
     /// What else the recording could show.
     pub alternatives: Vec<Alternatively>,
+    /// Sum of squares of what the recording shows beyond the room, as a share of that of noise.
+    pub excess: f64,
+    /// How far the level of all pixels runs away from the scene's, beyond the slow drift that was removed, °C.
+    pub drift_c: f64,
     /// Frames that it was judged by.
     pub frames: usize,
     /// Pictures that it was judged by, each the mean of neighboring frames if there are many.
@@ -84,6 +88,8 @@ pub(crate) enum Cause {
 /// Right worlds: half set the law of each statistic, half its rank.
 const RIGHT: usize = 400;
 const OF_ALTERNATIVE: usize = 100;
+/// Sum of squares beyond that of noise, as its share, that shows something.
+const EMPTY: f64 = 0.2;
 /// Worlds of each offset that is tried.
 const OF_OFFSET: usize = 30;
 /// Standard deviations by which an alternative that noise hides differs from the scene.
@@ -94,6 +100,11 @@ const OWN: usize = 4;
 pub const OFFSETS_M: [f64; 6] = [0.1, 0.15, 0.2, 0.3, 0.4, 0.5];
 
 impl Decision {
+    /// Whether the recording shows nothing but the room and noise.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.excess < EMPTY
+    }
+
     pub(crate) fn is_agreed(&self, right_min: f64) -> bool {
         self.right > right_min && self.off_contrast().is_none() && self.untold().next().is_none()
     }
@@ -205,6 +216,8 @@ pub(crate) fn decide(film: &mut Film, recording: &Recording, laws: &Laws, right_
         delay_range_s: law.range(0),
         refused_aside_m,
         alternatives,
+        excess: judge.excess(&recording.pictures),
+        drift_c: film.drift_c(&recording.pictures),
         frames: recording.frames - recording.strays.len(),
         pictures: recording.pictures.len(),
         strays: recording.strays.len(),
@@ -218,10 +231,14 @@ fn sum(mut shown: Vec<Image>, error: &[Image]) -> Vec<Image> {
     shown
 }
 
+/// The farthest of 200 draws of a normal law, in standard deviations.
+const LONGEST_SDS: f32 = 2.75;
+
 /// Location and scale of each statistic in right worlds.
 struct Law {
     of: Vec<(f64, f64)>,
-    beyond: Vec<(f32, f32)>,
+    /// Mean and scales upward and downward of the warmth beyond the scene in each stretch and block.
+    beyond: Vec<(f32, [f32; 2])>,
 }
 
 impl Law {
@@ -232,7 +249,12 @@ impl Law {
             let values = || right.iter().map(|one| one.beyond[index]);
             let mean = share * values().sum::<f32>();
             let variance = share * values().map(|value| (value - mean).powi(2)).sum::<f32>();
-            (mean, variance.sqrt().max(1e-6))
+            // Next to a person who may be elsewhere the law has long tails.
+            let scale = |sign: f32| {
+                let most = values().map(|value| sign * (value - mean)).fold(0.0, f32::max);
+                variance.sqrt().max(most / LONGEST_SDS).max(1e-6)
+            };
+            (mean, [scale(1.0), scale(-1.0)])
         });
         let mut law = Self {
             beyond: beyond.collect(),
@@ -253,7 +275,8 @@ impl Law {
     /// The block farthest beyond the scene, in standard deviations.
     fn block(&self, statistics: &Statistics, sign: f32) -> (usize, f64) {
         let all = statistics.beyond.iter().zip(&self.beyond);
-        let far = all.map(|(value, (mean, sd))| sign * (value - mean) / sd);
+        let side = usize::from(sign < 0.0);
+        let far = all.map(|(value, (mean, scales))| sign * (value - mean) / scales[side]);
         let far = far.enumerate().fold((0, f32::NEG_INFINITY), |far, one| if one.1 > far.1 { one } else { far });
         (far.0, f64::from(far.1))
     }
@@ -323,10 +346,21 @@ impl Law {
                 let name = name.unwrap_or("what is warm".to_owned());
                 (Cause::Contrast, format!("{name} has {times} times the scene's contrast"))
             }
-            more => {
-                let what = judge.rivals[more - OWN - contrasts].what.in_words(film);
-                (Cause::Alternative, format!("it looks more like {what}"))
+            _ => {
+                // Farther below 0 than the alternative itself, it is neither.
+                let mut near: Vec<(f64, usize)> = statistics.likeness.iter().copied().zip(0..).collect();
+                near.retain(|(likeness, _)| *likeness < LIKE);
+                near.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+                let what = near.first().map(|(_, rival)| judge.rivals[*rival].what.in_words(film));
+                let words = what.map_or_else(
+                    || "it does not look like the scene".to_owned(),
+                    |what| format!("it looks more like {what}"),
+                );
+                (Cause::Alternative, words)
             }
         }
     }
 }
+
+/// Likeness below which a recording looks more like an alternative than like the scene.
+const LIKE: f64 = 0.3;

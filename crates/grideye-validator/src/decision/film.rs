@@ -1,7 +1,7 @@
 //! What a scene shows at the times of a recording, and what each of its people adds at any place.
 
 use crate::align::Orientation;
-use crate::numbers::count;
+use crate::numbers::{count, mean, median};
 use glam::{DMat3, DVec3};
 use grideye_frame::PIXELS;
 use grideye_scene::{Agent, Scene, SceneError, Simulator};
@@ -12,10 +12,10 @@ use std::time::Duration;
 /// One image, row by row, °C.
 pub(crate) type Image = [f32; PIXELS];
 
-/// Spacing of the places that a person is rendered at, meters: a third of a pixel's width at a head below a ceiling.
-const SPACING_M: f64 = 0.08;
+/// Spacing of the places that a person is rendered at, meters: less than half of a pixel's width at a head below a ceiling.
+const SPACING_M: f64 = 0.1;
 /// Directions that a person is rendered in.
-const DIRECTIONS: u8 = 8;
+const DIRECTIONS: u8 = 4;
 /// Longest time within one picture that a person counts as standing still, seconds.
 const STILL_S: f64 = 0.35;
 
@@ -136,6 +136,22 @@ impl Film {
         }
         self.objects.iter_mut().flatten().for_each(scale);
         self
+    }
+
+    /// How far the level runs away from the scene's over a recording, from its first third to its last, °C.
+    pub(crate) fn drift_c(&self, pictures: &[Image]) -> f64 {
+        let claimed = self.claimed();
+        let levels = pictures.iter().zip(claimed.iter().zip(&self.room));
+        let levels: Vec<f64> = levels
+            .map(|(seen, (claimed, room))| {
+                let left = (0..PIXELS).map(|pixel| f64::from(seen[pixel] - claimed[pixel] - room[pixel]));
+                median(&left.collect::<Vec<f64>>()).unwrap_or(0.0)
+            })
+            .collect();
+        let third = levels.len() / 3;
+        let mean = |levels: &[f64]| mean(levels).unwrap_or(0.0);
+        // A ramp rises by two thirds of its height between the middles of these.
+        1.5 * (mean(&levels[levels.len() - third..]) - mean(&levels[..third])).abs()
     }
 
     pub(crate) fn has_movement(&self) -> bool {

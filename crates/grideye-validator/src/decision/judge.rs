@@ -89,6 +89,7 @@ pub(crate) struct Statistics {
     /// For each person, or the objects.
     pub(crate) contrasts: Vec<f64>,
     pub(crate) lag_s: f64,
+    /// What the scene leaves unexplained, in units of the recording's own noise, logarithm.
     pub(crate) misfit: f64,
     /// How much more it resembles the scene than each alternative: 1 as the scene, 0 as the alternative, less what noise
     /// may add.
@@ -208,16 +209,24 @@ impl Judge {
         let fit = self.fit(recording);
         let room = self.rooms[0].square - 2.0 * rooms[0];
         let left = self.hiding.square(recording) + room - fit.explained;
+        let noise = self.hiding.steps(recording);
         let likeness = self.rivals.iter().map(|rival| {
             self.likeness_at(rival, recording, &fit, rooms[0] - rooms[rival.room])
         });
         Statistics {
             lag_s: self.lag_s(recording, &fit),
-            misfit: left.max(1e-9).ln(),
+            misfit: left.max(1e-9).ln() - noise.max(1e-9).ln(),
             likeness: likeness.collect(),
             beyond: self.beyond(recording, &fit),
             contrasts: fit.contrasts,
         }
+    }
+
+    /// What a recording shows beyond the room, as a share of what noise makes.
+    pub(crate) fn excess(&self, recording: &[Image]) -> f64 {
+        let own = self.in_room(0, recording);
+        let left = self.hiding.square(recording) + self.rooms[0].square - 2.0 * own;
+        left / count((recording.len() * (PIXELS - 1)).max(1)) - 1.0
     }
 
     /// The best delay, by a parabola through the best of those tried and its neighbors.

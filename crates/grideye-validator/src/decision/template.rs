@@ -81,6 +81,21 @@ impl Hiding {
         };
         moving + (0..PIXELS).map(still).sum::<f64>()
     }
+
+    /// Sum of squares of the steps from picture to picture, in units of the noise: what the noise is in this film.
+    pub(crate) fn steps(&self, film: &[Image]) -> f64 {
+        let weights = self.noise_c2.map(|noise| (1.0 / noise) as f32);
+        let mut sum = 0.0;
+        for (now, then) in film.iter().zip(film.iter().skip(1)) {
+            let mut squares = 0.0_f32;
+            for pixel in 0..PIXELS {
+                let step = then[pixel] - now[pixel];
+                squares += weights[pixel] * step * step;
+            }
+            sum += f64::from(squares);
+        }
+        sum
+    }
 }
 
 impl Template {

@@ -63,6 +63,7 @@ pub fn compare_scene(
     let fitted = leave_out_fitted(&mut aligned.frames);
     let number = number(protocol, options.frames)?;
     let (decision, remedy) = decided(&aligned, scene, sensor, options)?;
+    let drift_c = drift_c(&aligned, &decision, options);
     let real = chosen(&aligned.frames, lag_frames, number, &mut notes);
     let (pattern, room) = renderer.known(room, background.as_ref(), &timeline, options);
     notes.push(notes::background(&pattern, room.as_ref(), options));
@@ -80,7 +81,7 @@ pub fn compare_scene(
         nobody,
         decision: Some(decision),
         remedy,
-        drift_c: drift_c(&aligned, options),
+        drift_c,
         fitted: (!scene.calibrated().is_empty()).then_some(fitted),
         ..prior(records, &simulator, room, pattern, options)
     };
@@ -88,8 +89,7 @@ pub fn compare_scene(
     let lies = aligned.found.orientation.as_ref();
     let is_turned = prior.decision.as_ref().is_some_and(|decision| {
         decision.alternatives.iter().any(|one| {
-            lies.is_some_and(|lies| one.of == Alternative::Turned(lies.orientation))
-                && one.likeness < 0.0
+            lies.is_some_and(|lies| one.of == Alternative::Turned(lies.orientation)) && one.likeness < 0.0
         })
     });
     notes.extend(lies.and_then(|found| notes::orientation(found, is_turned)));
@@ -110,21 +110,17 @@ fn decided(
     options: &Options,
 ) -> Result<(Decision, Option<String>), ValidatorError> {
     let laws = scene.laws();
-    let spread_c = laws
-        .background_sd_c
-        .unwrap_or(options.thresholds.background_spread_c);
+    let spread_c = laws.background_sd_c.unwrap_or(options.thresholds.background_spread_c);
     let (known_c, unknown_c) = match options.unit {
         None => ([0.0; PIXELS], spread_c),
         Some(unit) if unit.has_background => (unit.pattern_c, unit.spread_c),
         Some(unit) => (unit.pattern_c, unit.spread_c.hypot(spread_c)),
     };
     let frames = aligned.frames.iter();
-    let times_s: Vec<f64> = frames
-        .clone()
-        .map(|frame| frame.time.as_secs_f64())
-        .collect();
-    let frames = frames
-        .map(|frame| std::array::from_fn(|pixel| (frame.celsius[pixel] - known_c[pixel]) as f32));
+    let times_s: Vec<f64> = frames.clone().map(|frame| frame.time.as_secs_f64()).collect();
+    let frames = frames.map(|frame| {
+        std::array::from_fn(|pixel| (frame.celsius[pixel] - known_c[pixel]) as f32)
+    });
     let frames: Vec<_> = frames.collect();
     let unknown_c = [unknown_c.max(PROFILE_ERROR_C) as f32; PIXELS];
     let recording = Recording::new(&times_s, &frames, unknown_c, sensor_step_c());
@@ -150,17 +146,14 @@ fn decided(
 /// A measured background changes by this much from one recording to the next, °C: with the air, and what stands there.
 const PROFILE_ERROR_C: f64 = 0.12;
 
-/// The slow drift that was removed, and the largest that is no fault.
-fn drift_c(aligned: &AlignedFrames, options: &Options) -> [f64; 2] {
+/// The drift, and the largest that is no fault.
+fn drift_c(aligned: &AlignedFrames, decision: &Decision, options: &Options) -> [f64; 2] {
     let thresholds = &options.thresholds;
     let times = || aligned.frames.iter().map(|frame| frame.time);
-    let span = times()
-        .max()
-        .unwrap_or_default()
-        .saturating_sub(times().min().unwrap_or_default());
+    let span = times().max().unwrap_or_default().saturating_sub(times().min().unwrap_or_default());
     let minutes = span.as_secs_f64() / 60.0;
     [
-        aligned.found.drift_c,
+        aligned.found.drift_c + decision.drift_c,
         thresholds.drift_max_c + minutes * thresholds.drift_max_c_per_min,
     ]
 }

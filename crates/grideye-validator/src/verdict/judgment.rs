@@ -3,10 +3,8 @@
 use crate::frames::fitted::FittedShare;
 use crate::thresholds::{Thresholds, too_few};
 use crate::verdict::scene_criteria::{drift, level, scene};
-use crate::verdict::types::{
-    Criterion, Evidence, Judgment, Next, Question, State, Verdict, Weighed, lower,
-};
-use grideye_draw::text::{fixed, frames};
+use crate::verdict::types::{Criterion, Evidence, Judgment, Next, Question, State, Verdict, Weighed, lower};
+use grideye_draw::text::frames;
 
 pub(crate) fn judge(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Judgment {
     let open = insufficiency(evidence, thresholds);
@@ -91,10 +89,7 @@ fn would_change(verdict: Verdict, weighed: &[Weighed]) -> String {
         turns
     };
     match verdict {
-        Verdict::Agrees => format!(
-            "It would not agree with {}.",
-            joined(&turns(State::Met), "or")
-        ),
+        Verdict::Agrees => format!("It would not agree with {}.", joined(&turns(State::Met), "or")),
         Verdict::Disagrees => format!(
             "To agree, it takes {}.",
             joined(&turns(State::Failed), "and")
@@ -117,7 +112,7 @@ fn weighed(
     open: Option<Insufficiency>,
 ) -> Vec<Weighed> {
     let is_enough = open.is_none();
-    let mut all = vec![sufficiency(evidence, open)];
+    let mut all = vec![sufficiency(open)];
     all.extend(evidence.prior.fitted.map(judged_apart));
     if let (true, Some(decision)) = (is_enough, &evidence.prior.decision) {
         all.extend(scene(decision, evidence, thresholds));
@@ -175,18 +170,16 @@ const WARMER: (&str, &str) = (
     "Record again with a person, or another warm object of the scene, in view.",
     "a recording with a person, or another warm object of the scene, in view",
 );
-fn sufficiency(evidence: &Evidence<'_>, open: Option<Insufficiency>) -> Weighed {
+fn sufficiency(open: Option<Insufficiency>) -> Weighed {
     let asked = Question {
         name: "enough_to_tell",
         title: "The recording shows enough to tell",
-        keys: &["frames_min", "warm_pixels_min", "warm_sigma"],
+        keys: &["frames_min"],
     };
     if let Some(Insufficiency { reason, remedy }) = open {
         return asked.weighed(State::Open, reason, remedy);
     }
-    let (frames, warm) = (frames(evidence.real_frames), fixed(evidence.warm.real, 1));
-    let enough = format!("{frames} with {warm} warm pixels each are enough.");
-    asked.weighed(State::Met, enough, Next::default())
+    asked.weighed(State::Met, "The recording shows more than noise.", Next::default())
 }
 
 fn insufficiency(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Option<Insufficiency> {
@@ -199,12 +192,6 @@ fn insufficiency(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Option<Ins
             remedy: LONGER,
         });
     }
-    if evidence.warm.real < thresholds.warm_pixels_min {
-        return Some(Insufficiency {
-            reason: nothing_warm(evidence),
-            remedy: WARMER,
-        });
-    }
     let insufficiency = |reason: &str| Insufficiency {
         reason: reason.to_owned(),
         remedy: LONGER,
@@ -213,25 +200,12 @@ fn insufficiency(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Option<Ins
         let why = "The recording has no two frames in a row, so the sensor's noise is unknown.";
         return Some(insufficiency(why));
     }
-    let why = "Frames without a scene decide nothing.";
-    evidence
-        .prior
-        .decision
-        .is_none()
-        .then(|| insufficiency(why))
-}
-
-fn nothing_warm(evidence: &Evidence<'_>) -> String {
-    let claim = if evidence.warm.claimed > 0.0 {
-        format!(
-            "the scene has {:.1}, which an empty recording neither confirms nor refutes",
-            evidence.warm.claimed
-        )
-    } else {
-        "the scene has none either, and any two empty rooms look alike".to_owned()
-    };
-    format!(
-        "The recording shows nothing warm: {:.2} pixels per frame are more than {:.2} °C above the background; {claim}.",
-        evidence.warm.real, evidence.warm_above_c
-    )
+    match &evidence.prior.decision {
+        None => Some(insufficiency("Frames without a scene decide nothing.")),
+        Some(decision) if decision.is_empty() => Some(Insufficiency {
+            reason: "The recording shows nothing but the room and noise, which neither confirms nor refutes a scene.".to_owned(),
+            remedy: WARMER,
+        }),
+        Some(_) => None,
+    }
 }

@@ -9,11 +9,7 @@ use grideye_draw::text::fixed;
 /// Alternatives named in one sentence.
 const NAMED_MOST: usize = 3;
 
-pub(crate) fn scene(
-    decision: &Decision,
-    evidence: &Evidence<'_>,
-    thresholds: &Thresholds,
-) -> [Weighed; 3] {
+pub(crate) fn scene(decision: &Decision, evidence: &Evidence<'_>, thresholds: &Thresholds) -> [Weighed; 3] {
     [
         right(decision, evidence, thresholds),
         contrast(decision, evidence),
@@ -41,35 +37,18 @@ fn right(decision: &Decision, evidence: &Evidence<'_>, thresholds: &Thresholds) 
     }
     let step = match decision.cause {
         Cause::Contrast => WARMTH,
-        Cause::Lag => {
-            "Check in which second of the scene the recording starts (`--start`), and the clocks."
-        }
-        Cause::Extra => {
-            "Check what is warm there: a person or an object that the scene lacks, or that is elsewhere."
-        }
-        Cause::Missing => {
-            "Check whether what the scene has there was there, and its place and temperature."
-        }
-        Cause::Misfit | Cause::Alternative => {
-            "Check that people, objects and sensor are where the scene has them; mark uncertain values with [[uncertain]] and run `grideye calibrate`."
-        }
+        Cause::Lag => "Check in which second of the scene the recording starts (`--start`), and the clocks.",
+        Cause::Extra => "Check what is warm there: a person or an object that the scene lacks, or that is elsewhere.",
+        Cause::Missing => "Check whether what the scene has there was there, and its place and temperature.",
+        Cause::Misfit | Cause::Alternative => "Check that people, objects and sensor are where the scene has them; mark uncertain values with [[uncertain]] and run `grideye calibrate`.",
     };
-    let sentence =
-        format!("Only {share} % of right recordings are so far from the scene: {worst}.");
-    asked.weighed(
-        State::Failed,
-        sentence,
-        (helps(evidence, step), "a recording nearer to the scene"),
-    )
+    let sentence = format!("Only {share} % of right recordings are so far from the scene: {worst}.");
+    asked.weighed(State::Failed, sentence, (helps(evidence, step), "a recording nearer to the scene"))
 }
 
 /// What would agree, if anything does.
 fn helps(evidence: &Evidence<'_>, step: &str) -> String {
-    evidence
-        .prior
-        .remedy
-        .clone()
-        .unwrap_or_else(|| step.to_owned())
+    evidence.prior.remedy.clone().unwrap_or_else(|| step.to_owned())
 }
 
 const WARMTH: &str =
@@ -97,11 +76,7 @@ fn contrast(decision: &Decision, evidence: &Evidence<'_>) -> Weighed {
     }
     let found = decision.contrasts.iter().map(|one| {
         let [low, high] = range(one);
-        format!(
-            "{} has {} times the scene's contrast ({low} to {high})",
-            name(one),
-            fixed(one.found, 2)
-        )
+        format!("{} has {} times the scene's contrast ({low} to {high})", name(one), fixed(one.found, 2))
     });
     let found: Vec<String> = found.collect();
     let first = decision.contrasts.first().map(range).unwrap_or_default();
@@ -116,11 +91,7 @@ fn told_apart(decision: &Decision, evidence: &Evidence<'_>) -> Weighed {
         keys: &["background_spread_c"],
     };
     let listed = |all: &[&Alternatively]| {
-        let named: Vec<&str> = all
-            .iter()
-            .take(NAMED_MOST)
-            .map(|one| one.what.as_str())
-            .collect();
+        let named: Vec<&str> = all.iter().take(NAMED_MOST).map(|one| one.what.as_str()).collect();
         let more = match all.len().saturating_sub(NAMED_MOST) {
             0 => String::new(),
             more => format!(", or {more} more"),
@@ -130,10 +101,7 @@ fn told_apart(decision: &Decision, evidence: &Evidence<'_>) -> Weighed {
     let alike: Vec<&Alternatively> = decision.alike().collect();
     let same = match alike.as_slice() {
         [] => String::new(),
-        alike => format!(
-            " To this sensor the scene looks the same as {}.",
-            listed(alike)
-        ),
+        alike => format!(" To this sensor the scene looks the same as {}.", listed(alike)),
     };
     let untold: Vec<&Alternatively> = decision.untold().collect();
     if untold.is_empty() {

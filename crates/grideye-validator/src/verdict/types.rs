@@ -50,8 +50,6 @@ pub(crate) struct Evidence<'a> {
     pub(crate) real_frames: usize,
     pub(crate) has_repeat: bool,
     pub(crate) offset_c: f64,
-    pub(crate) warm: WarmPixels,
-    pub(crate) warm_above_c: f64,
     pub(crate) prior: &'a Prior,
 }
 

@@ -32,7 +32,7 @@ pub(crate) enum Truth {
     Missing,
     /// One more walks, 17 s behind.
     More,
-    /// The first person is gone for a fifth of the time.
+    /// The first person is gone for the fifth of the time in which it is nearest to the middle of the view.
     Gone,
     /// The image is mirrored left to right, top to bottom, or turned by a quarter.
     MirroredX,
@@ -64,20 +64,13 @@ fn place(way: Way, time_s: f64) -> [f64; 2] {
         Way::Stands(x, y) => [x, y],
         Way::Walks { ahead_s } => {
             let t = time_s + ahead_s;
-            [
-                0.9 * (0.61 * t).sin() + 0.3 * (0.233 * t).cos(),
-                0.9 * (0.47 * t + 0.8).cos() + 0.3 * (0.31 * t).sin(),
-            ]
+            [0.9 * (0.61 * t).sin() + 0.3 * (0.233 * t).cos(), 0.9 * (0.47 * t + 0.8).cos() + 0.3 * (0.31 * t).sin()]
         }
     }
 }
 
 /// The scene's text, and its trajectories by file name; each person is where `at` has it.
-fn text(
-    ways: &[Way],
-    end_s: f64,
-    at: impl Fn(usize, f64) -> [f64; 2],
-) -> (String, Vec<(String, String)>) {
+fn text(ways: &[Way], end_s: f64, at: impl Fn(usize, f64) -> [f64; 2]) -> (String, Vec<(String, String)>) {
     let mut text = format!(
         "model = \"physical\"\ncollisions = \"ignore\"\n[room]\nsize_mm = [6000, 6000, 2700]\nambient_c = {AMBIENT_C}\n\
          [[sensor]]\nname = \"{SENSOR}\"\npreset = \"grid-eye\"\nposition_mm = [3000, 3000, 2700]\nelevation_deg = 90\nazimuth_deg = 0\n"
@@ -104,54 +97,41 @@ fn text(
     (text, files)
 }
 
+fn nearest_fifth(way: Option<Way>, frames: usize) -> usize {
+    let Some(way) = way else { return 0 };
+    let far = |index: usize| {
+        let [x, y] = place(way, index as f64 / 10.0);
+        x.hypot(y)
+    };
+    let sum = |from: usize| (from..from + frames / 5).map(far).sum::<f64>();
+    (0..frames * 4 / 5).min_by(|a, b| sum(*a).total_cmp(&sum(*b))).unwrap_or(0)
+}
+
 fn parse((text, files): &(String, Vec<(String, String)>)) -> Scene {
     let read = |name: &str| {
         let file = files.iter().find(|file| file.0 == name);
-        file.map(|file| file.1.clone())
-            .ok_or_else(|| io::Error::from(io::ErrorKind::NotFound))
+        file.map(|file| file.1.clone()).ok_or_else(|| io::Error::from(io::ErrorKind::NotFound))
     };
-    Scene::parse(text, "scene.toml", &read)
-        .unwrap_or_else(|error| panic!("{error}"))
-        .scene
+    Scene::parse(text, "scene.toml", &read).unwrap_or_else(|error| panic!("{error}")).scene
 }
 
 /// What the user claims.
 pub(crate) fn scene(ways: &[Way], frames: usize, more: &str) -> Scene {
-    let (mut text, files) = text(ways, frames as f64 / 10.0 + 30.0, |person, time_s| {
-        place(ways[person], time_s)
-    });
+    let (mut text, files) = text(ways, frames as f64 / 10.0 + 30.0, |person, time_s| place(ways[person], time_s));
     text.push_str(more);
     parse(&(text, files))
 }
 
-/// Laws of the validator's defaults, times `wider`.
-pub(crate) fn record(
-    ways: &[Way],
-    frames: usize,
-    truth: Truth,
-    unit: Unit,
-    wider: f64,
-    seed: u64,
-) -> Vec<Record> {
+/// Draws by the laws that scenes have by default.
+pub(crate) fn record(ways: &[Way], frames: usize, truth: Truth, unit: Unit, seed: u64) -> Vec<Record> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
     let span_s = frames as f64 / 10.0;
-    let lag_s = 0.07 * wider * draw()
-        + if let Truth::Late(by_s) = truth {
-            by_s
-        } else {
-            0.0
-        };
+    let lag_s = 0.07 * draw() + if let Truth::Late(by_s) = truth { by_s } else { 0.0 };
     let angle = 1.7 * draw();
-    let aside = if let Truth::Aside(by_m) = truth {
-        by_m
-    } else {
-        0.0
-    };
+    let aside = if let Truth::Aside(by_m) = truth { by_m } else { 0.0 };
     let mut ways = ways.to_vec();
-    let contrasts: Vec<f64> = (0..ways.len() + 1)
-        .map(|_| (0.35 * wider * draw()).exp())
-        .collect();
+    let contrasts: Vec<f64> = (0..ways.len() + 1).map(|_| (0.35 * draw()).exp()).collect();
     match truth {
         Truth::Nobody => ways.clear(),
         Truth::Missing => {
@@ -160,20 +140,15 @@ pub(crate) fn record(
         Truth::More => ways.push(Way::Walks { ahead_s: -17.0 }),
         _ => {}
     }
+    let fifth = frames / 5;
+    let gone_from = nearest_fifth(ways.first().copied(), frames);
     let mut shown = vec![[AMBIENT_C; 64]; frames];
     for (person, way) in ways.iter().enumerate() {
-        let offset = [
-            aside * angle.cos() + 0.07 * wider * draw(),
-            aside * angle.sin() + 0.07 * wider * draw(),
-        ];
+        let offset = [aside * angle.cos() + 0.07 * draw(), aside * angle.sin() + 0.07 * draw()];
         let steps = (10.0 * span_s) as usize + 400;
         let kept = (-0.1_f64 / 0.7).exp();
         let mut wander = [[0.0; 2]; 1].to_vec();
-        let sd = if matches!(way, Way::Stands(..)) {
-            0.0
-        } else {
-            0.07 * wider
-        };
+        let sd = if matches!(way, Way::Stands(..)) { 0.0 } else { 0.07 };
         let mut now = [sd * draw(), sd * draw()];
         for _ in 0..steps {
             wander.push(now);
@@ -196,15 +171,11 @@ pub(crate) fn record(
             {
                 time_s = (time_s + 0.4 * span_s) % span_s;
             }
-            let is_gone = truth == Truth::Gone
-                && person == 0
-                && (frames * 2 / 5..frames * 3 / 5).contains(&index);
+            let is_gone = truth == Truth::Gone && person == 0 && (gone_from..gone_from + fifth).contains(&index);
             if is_gone {
                 continue;
             }
-            let seen = simulator
-                .image(Duration::from_secs_f64((time_s - lag_s).max(0.0)))
-                .celsius;
+            let seen = simulator.image(Duration::from_secs_f64((time_s - lag_s).max(0.0))).celsius;
             let mut contrast = contrasts[person];
             if let Truth::Contrast(times) = truth {
                 contrast = times;
@@ -218,23 +189,13 @@ pub(crate) fn record(
     let pattern: Vec<f64> = (0..64).map(|_| unit.pattern_c * draw()).collect();
     let correlated = truth == Truth::Correlated;
     let noises: Vec<f64> = (0..64)
-        .map(|pixel| {
-            if correlated {
-                0.15 + 0.25 * f64::from(pixel % 8) / 7.0
-            } else {
-                unit.noise_c
-            }
-        })
+        .map(|pixel| if correlated { 0.15 + 0.25 * f64::from(pixel % 8) / 7.0 } else { unit.noise_c })
         .collect();
     let kept: f64 = if correlated { 0.8 } else { 0.0 };
     let mut noise: Vec<f64> = noises.iter().map(|sd| sd * draw()).collect();
     let mut records = Vec::with_capacity(frames);
     for (index, image) in shown.iter().enumerate() {
-        let drift_c = if let Truth::Drift(by_c) = truth {
-            by_c * index as f64 / frames as f64
-        } else {
-            0.0
-        };
+        let drift_c = if let Truth::Drift(by_c) = truth { by_c * index as f64 / frames as f64 } else { 0.0 };
         for (noise, sd) in noise.iter_mut().zip(&noises) {
             *noise = kept * *noise + sd * (1.0 - kept * kept).sqrt() * draw();
         }
