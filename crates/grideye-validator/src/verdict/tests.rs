@@ -4,7 +4,7 @@ use crate::decision::{Alternative, Alternatively, Cause, Contrast, Decision};
 use crate::thresholds::Thresholds;
 use crate::verdict::judgment::judge;
 use crate::verdict::sensor_criteria::Inspection;
-use crate::verdict::types::{Evidence, Judgment, Prior, State, Verdict, WarmPixels};
+use crate::verdict::types::{Evidence, Judgment, Prior, State, Verdict};
 
 /// A recording that a right scene could have made.
 fn right() -> Decision {
@@ -33,6 +33,8 @@ fn right() -> Decision {
             told("a room with nothing warm", Alternative::Nobody),
             told("the scene backwards", Alternative::Backwards),
         ],
+        excess: 3.0,
+        drift_c: 0.0,
         frames: 600,
         pictures: 300,
         strays: 0,
@@ -51,12 +53,6 @@ fn judged(change: impl FnOnce(&mut Decision, &mut Evidence<'_>, &mut Prior)) -> 
         real_frames: 100,
         has_repeat: true,
         offset_c: 0.4,
-        warm: WarmPixels {
-            real: 3.0,
-            claimed: 3.0,
-            overlap: None,
-        },
-        warm_above_c: 1.0,
         prior: &none,
     };
     change(&mut decision, &mut evidence, &mut prior);
@@ -191,9 +187,9 @@ fn each_criterion_decides_with_its_sentence_and_a_next_step() {
         (
             "enough_to_tell",
             Verdict::CannotTell,
-            "the recording shows nothing warm: 0.10 pixels per frame are more than 1.00 °C above the background; the scene has 3.0, which an empty recording neither confirms nor refutes.",
+            "the recording shows nothing but the room and noise, which neither confirms nor refutes a scene.",
             "with a person",
-            |_, evidence, _| evidence.warm.real = 0.1,
+            |decision, _, _| decision.excess = 0.1,
         ),
         (
             "enough_to_tell",
@@ -245,8 +241,8 @@ fn an_explanation_that_is_the_scene_itself_does_not_count() {
 /// What fails counts before what is open, but not on a single frame.
 #[test]
 fn a_failure_counts_before_what_is_open() {
-    let nothing_warm = |_: &mut Decision, evidence: &mut Evidence<'_>, _: &mut Prior| {
-        evidence.warm.real = 0.0;
+    let nothing_warm = |decision: &mut Decision, evidence: &mut Evidence<'_>, _: &mut Prior| {
+        decision.excess = 0.0;
         evidence.offset_c = 3.0;
     };
     assert_eq!(judged(nothing_warm).verdict, Verdict::Disagrees);

@@ -119,7 +119,7 @@ fn every_threshold_is_a_row_with_its_number_and_its_source() {
         line.file
     );
     assert!(page.contains(&row), "{row}");
-    assert_eq!(all, 13);
+    assert_eq!(all, 12);
     context.thresholds.clear();
     let page = html(&comparison(&[PERSON]), &context);
     assert!(!page.contains("<h2>Thresholds</h2>") && !page.contains("list thresholds"));

@@ -16,19 +16,10 @@ fn compare_static(real: &[Blob], claimed: &[Blob], unit: Unit, seed: u64) -> Com
 
 #[test]
 fn frames_without_a_scene_cannot_tell() {
-    for (real, claimed, why) in [
-        (
-            &[PERSON][..],
-            &[PERSON][..],
-            "Frames without a scene decide nothing.",
-        ),
-        (&[], &[PERSON], "shows nothing warm"),
-        (&[], &[], "the scene has none either"),
-    ] {
-        let judgment = compare_static(real, claimed, UNIT, 1).judgment;
-        assert_eq!(judgment.verdict, Verdict::CannotTell);
-        assert!(judgment.reasons[0].contains(why), "{:?}", judgment.reasons);
-    }
+    let judgment = compare_static(&[PERSON], &[PERSON], UNIT, 1).judgment;
+    assert_eq!(judgment.verdict, Verdict::CannotTell);
+    let why = "Frames without a scene decide nothing.";
+    assert!(judgment.reasons[0].contains(why), "{:?}", judgment.reasons);
 }
 
 /// Both counts use the threshold that the report prints. The gain's threshold for a claim is far lower.
