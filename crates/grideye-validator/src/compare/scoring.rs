@@ -1,4 +1,4 @@
-//! Runs a comparison: scores, floors, ceilings, drawn units, verdict.
+//! Runs a comparison: scores, floors, ceilings, verdict.
 
 use crate::compare::comparison::{
     Comparison, EvaluationGraph, FilmFrame, drift_c_per_min, maps, noise_fit, timeline,
@@ -220,6 +220,7 @@ pub(crate) fn pattern_c(settings: &Settings, prior: &Prior, pixels: usize) -> Ve
 mod tests {
     use super::*;
     use crate::frames::types::Protocol;
+    use std::time::Duration;
 
     #[test]
     fn protocols_pair_as_the_paper_says() {

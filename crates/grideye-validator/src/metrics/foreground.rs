@@ -142,7 +142,6 @@ mod tests {
         let known = EmptyRoom {
             from: RoomSource::Profile,
             celsius: Some(vec![21.0, 20.0, 19.0, 20.0]),
-            frames: 16,
         };
         let (real, claim) = frames([21.0, 22.0, 19.0, 20.0], [20.0, 22.0, 20.0, 20.0]);
         let found = foreground_correlation(&[real], &[claim], &[ROOM.to_vec()], &known);

@@ -2,7 +2,7 @@
 
 use crate::compare::Comparison;
 use crate::decision::{Alternatively, Decision};
-use crate::report::text::Context;
+use crate::report::text::{Context, marked};
 use crate::verdict::{Criterion, State};
 use grideye_draw::text::{escape, fixed};
 
@@ -27,6 +27,15 @@ pub(crate) fn section(comparison: &Comparison) -> String {
     )
 }
 
+/// Far below zero, the number says no more.
+fn shown(likeness: f64) -> String {
+    if likeness < -2.0 {
+        "below −2".to_owned()
+    } else {
+        fixed(likeness, 2)
+    }
+}
+
 /// What else was considered, nearest first.
 fn alternatives(decision: &Decision) -> String {
     let mut all: Vec<&Alternatively> = decision.alternatives.iter().collect();
@@ -41,9 +50,9 @@ fn alternatives(decision: &Decision) -> String {
             };
             format!(
                 "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{} %</td><td>{state}</td></tr>\n",
-                escape(&one.what),
-                fixed(one.likeness.max(-9.0), 2),
-                fixed(one.limit.max(-9.0), 2),
+                marked(&one.what),
+                shown(one.likeness),
+                shown(one.limit),
                 fixed(100.0 * one.power, 0)
             )
         })
@@ -52,7 +61,7 @@ fn alternatives(decision: &Decision) -> String {
         "<details><summary>{} other explanations</summary>\n<p>1 is as the scene, 0 as the other explanation, less what noise may \
          add. It is excluded above what simulated recordings of it reach; the power is the share of right recordings that do.</p>\n\
          <div class=\"wide\"><table>\n<thead><tr><th scope=\"col\">Explanation</th><th scope=\"col\">This recording</th>\
-         <th scope=\"col\">It reaches</th><th scope=\"col\">Power</th><th scope=\"col\"></th></tr></thead>\n<tbody>\n{rows}</tbody></table></div></details>\n",
+         <th scope=\"col\">It reaches</th><th scope=\"col\">Power</th><th scope=\"col\">State</th></tr></thead>\n<tbody>\n{rows}</tbody></table></div></details>\n",
         all.len()
     )
 }
@@ -69,7 +78,7 @@ fn row(criterion: &Criterion) -> String {
         "<tr class=\"{}\"><th scope=\"row\">{}</th><td class=\"state\"><span aria-hidden=\"true\">{mark}</span> {word}</td><td>{}</td></tr>\n",
         criterion.state.name(),
         escape(criterion.title),
-        escape(text.trim_end()),
+        marked(text.trim_end()),
     )
 }
 

@@ -155,8 +155,8 @@ fn judged_apart(share: FittedShare) -> Weighed {
     let found =
         format!("The scene was fitted to {fitted} of these {all}, so they cannot confirm it.");
     let remedy = (
-        "Compare with another recording of the scene, or fit to one half of this one (grideye calibrate --half first) and compare again: the other half is then judged.",
-        "frames that the scene was not fitted to (another recording, or grideye calibrate --half first)",
+        "Compare with another recording of the scene, or fit to one half of this one (`grideye calibrate --half first`) and compare again: the other half is then judged.",
+        "frames that the scene was not fitted to (another recording, or `grideye calibrate --half first`)",
     );
     asked.weighed(State::Open, found, remedy)
 }

@@ -3,6 +3,8 @@
 pub(crate) mod judgment;
 mod scene_criteria;
 pub(crate) mod sensor_criteria;
+#[cfg(test)]
+mod tests;
 pub(crate) mod types;
 
 pub use types::{Criterion, Judgment, Nobody, State, Verdict, WarmPixels};

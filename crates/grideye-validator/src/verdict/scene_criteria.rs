@@ -42,7 +42,7 @@ fn right(decision: &Decision, evidence: &Evidence<'_>, thresholds: &Thresholds) 
     let step = match decision.cause {
         Cause::Contrast => WARMTH,
         Cause::Lag => {
-            "Check in which second of the scene the recording starts (--start), and the clocks."
+            "Check in which second of the scene the recording starts (`--start`), and the clocks."
         }
         Cause::Extra => {
             "Check what is warm there: a person or an object that the scene lacks, or that is elsewhere."
@@ -138,7 +138,7 @@ fn told_apart(decision: &Decision, evidence: &Evidence<'_>) -> Weighed {
     let untold: Vec<&Alternatively> = decision.untold().collect();
     if untold.is_empty() {
         let number = decision.alternatives.len() - alike.len();
-        let sentence = format!("None of {number} other explanations fits.{same}");
+        let sentence = format!("No other explanation fits ({number} considered).{same}");
         return asked.weighed(State::Met, sentence, Next::default());
     }
     let sentence = format!("It could also be {}.{same}", listed(&untold));

@@ -207,8 +207,8 @@ pub(crate) struct Weighed {
 
 /// How to tell a unit's fixed pattern from the scene.
 pub(crate) const PROFILE: (&str, &str) = (
-    "Measure the empty room with `grideye characterize` on a recording of it, and pass the result with --profile.",
-    "a profile of this sensor in the empty room (grideye characterize, then --profile)",
+    "Measure the empty room with `grideye characterize` on a recording of it, and pass the result with `--profile`.",
+    "a profile of this sensor in the empty room (`grideye characterize`, then `--profile`)",
 );
 
 /// For the middle of a sentence: the first letter in lower case.
