@@ -20,6 +20,31 @@ pub(crate) const fn long_count(number: u64) -> f64 {
     number as f64
 }
 
+/// The nearest single-precision number, for images and their templates.
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_possible_truncation,
+    reason = "the nearest single-precision number is meant"
+)]
+pub(crate) const fn single(number: f64) -> f32 {
+    number as f32
+}
+
+/// The whole number toward 0; beyond the range of `i32` its end.
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_possible_truncation,
+    reason = "the conversion saturates"
+)]
+pub(crate) const fn whole(number: f64) -> i32 {
+    number as i32
+}
+
+/// [`whole`] as an index, at least 0.
+pub(crate) fn index(number: f64) -> usize {
+    usize::try_from(whole(number)).unwrap_or(0)
+}
+
 pub(crate) fn mean(values: &[f64]) -> Option<f64> {
     if values.is_empty() {
         return None;

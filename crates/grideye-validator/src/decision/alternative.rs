@@ -1,10 +1,9 @@
 //! What else a recording could show.
 
 use crate::align::Orientation;
-use crate::decision::film::{Film, Image, add, turned};
+use crate::decision::film::{Film, Image, PIXEL_COUNT, add, turned};
 use crate::decision::world::Drawn;
 use grideye_draw::text::fixed;
-use grideye_frame::PIXELS;
 use grideye_scene::Laws;
 use std::ops::Range;
 
@@ -215,7 +214,7 @@ fn free_places(film: &mut Film) -> Vec<[f64; 2]> {
             if standing.iter().all(is_free) {
                 let seen = walker.standing(place_m, 0);
                 let sum: f32 = seen.iter().sum();
-                let mean = sum / PIXELS as f32;
+                let mean = sum / PIXEL_COUNT;
                 let square: f32 = seen.iter().map(|celsius| (celsius - mean).powi(2)).sum();
                 found.push((square, place_m));
             }

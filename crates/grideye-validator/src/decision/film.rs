@@ -1,7 +1,7 @@
 //! What a scene shows at the times of a recording, and what each of its people adds at any place.
 
 use crate::align::Orientation;
-use crate::numbers::{count, mean, median};
+use crate::numbers::{count, mean, median, single, whole};
 use glam::{DMat3, DVec3};
 use grideye_frame::PIXELS;
 use grideye_scene::{Agent, Scene, SceneError, Simulator};
@@ -11,6 +11,8 @@ use std::time::Duration;
 
 /// One image, row by row, °C.
 pub(crate) type Image = [f32; PIXELS];
+/// Pixels of an image.
+pub(crate) const PIXEL_COUNT: f32 = 64.0;
 
 /// Spacing of the places that a person is rendered at, meters: less than half of a pixel's width at a head below a ceiling.
 const SPACING_M: f64 = 0.1;
@@ -116,14 +118,14 @@ impl Film {
         } else {
             (room, None)
         };
-        Ok(Self {
+        Self {
             times_s: times_s.to_vec(),
             room,
             people,
             objects,
             leanings: Vec::new(),
         }
-        .leaning(scene, sensor, &moments)?)
+        .leaning(scene, sensor, &moments)
     }
 
     fn leaning(
@@ -243,7 +245,7 @@ impl<'a> Moments<'a> {
     }
 
     fn images(&self, simulator: &Simulator) -> Vec<Image> {
-        let share = 1.0 / count(self.apart_s.len()) as f32;
+        let share = single(1.0 / count(self.apart_s.len()));
         let mean = |time_s: &f64| {
             let mut mean = [0.0; PIXELS];
             for apart_s in &self.apart_s {
@@ -271,7 +273,7 @@ fn place(agent: &Agent, time_s: f64) -> (f64, f64, u8) {
 fn direction(turn: DMat3) -> u8 {
     let angle = turn.x_axis.y.atan2(turn.x_axis.x) / TAU;
     let number = (angle * f64::from(DIRECTIONS)).round();
-    number.rem_euclid(f64::from(DIRECTIONS)) as u8
+    u8::try_from(whole(number.rem_euclid(f64::from(DIRECTIONS)))).unwrap_or(0)
 }
 
 impl Walker {
@@ -313,10 +315,10 @@ impl Atlas {
     fn add_at(&mut self, all: &mut Image, place_m: [f64; 2], direction: u8) {
         let [x, y] = place_m.map(|place_m| place_m / SPACING_M);
         let (left, below) = (x.floor(), y.floor());
-        let (right, above) = ((x - left) as f32, (y - below) as f32);
+        let (right, above) = (single(x - left), single(y - below));
         for (step_x, share_x) in [(0, 1.0 - right), (1, right)] {
             for (step_y, share_y) in [(0, 1.0 - above), (1, above)] {
-                let key = (left as i32 + step_x, below as i32 + step_y, direction);
+                let key = (whole(left) + step_x, whole(below) + step_y, direction);
                 add(all, self.rendered(key), share_x * share_y);
             }
         }
@@ -348,7 +350,7 @@ impl Atlas {
 }
 
 pub(crate) fn image(celsius: &[f64]) -> Image {
-    std::array::from_fn(|pixel| celsius.get(pixel).copied().unwrap_or_default() as f32)
+    std::array::from_fn(|pixel| single(celsius.get(pixel).copied().unwrap_or_default()))
 }
 
 pub(super) fn add(image: &mut Image, other: &Image, share: f32) {

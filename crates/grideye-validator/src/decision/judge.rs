@@ -6,7 +6,7 @@ use crate::decision::film::{Film, Image, add, less, turned};
 use crate::decision::template::{Hiding, Template, centered};
 use crate::decision::unit::Unit;
 use crate::decision::world::{Drawn, later};
-use crate::numbers::count;
+use crate::numbers::{count, single};
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
 use grideye_scene::Laws;
 use rand_chacha::ChaCha8Rng;
@@ -104,7 +104,7 @@ impl Judge {
         let hiding = Hiding::new(unit);
         // The same draws for all, with the scene's own contrast.
         let drawn: Vec<Drawn> = (0..FOR_MEAN)
-            .map(|_| Drawn::of(film, laws, random).as_warm_as_claimed())
+            .map(|_| Drawn::of(film, laws, random).with_claimed_warmth())
             .collect();
         let step_s = laws.lag_sd_s;
         let lags = if film.has_movement() && step_s > 0.0 {
@@ -285,17 +285,17 @@ impl Judge {
         for (index, (left, stretch)) in left.iter_mut().zip(&self.stretches).enumerate() {
             add(left, &self.room_means[index], -1.0);
             for (contrast, means) in fit.contrasts.iter().zip(&self.subject_means[fit.lag]) {
-                add(left, &means[index], -*contrast as f32);
+                add(left, &means[index], -single(*contrast));
             }
             let share = count(stretch.len()) / number;
             for (mean, left) in mean.iter_mut().zip(&*left) {
                 *mean += share * f64::from(*left);
             }
         }
-        let own: Image = std::array::from_fn(|pixel| (self.own_share[pixel] * mean[pixel]) as f32);
+        let own: Image = std::array::from_fn(|pixel| single(self.own_share[pixel] * mean[pixel]));
         let mut all = Vec::with_capacity(BLOCKS * left.len());
         for (left, stretch) in left.iter().zip(&self.stretches) {
-            let share = 0.25 * count(stretch.len()).sqrt() as f32;
+            let share = single(0.25 * count(stretch.len()).sqrt());
             let at = |pixel: usize| left[pixel] - own[pixel];
             for row in 0..ROWS - 1 {
                 for column in 0..COLUMNS - 1 {
@@ -324,27 +324,34 @@ const PRIOR: f64 = 1.0;
 impl Equations {
     /// Gaussian elimination; the equations are symmetric and positive.
     fn solve(&self, products: &[f64]) -> Vec<f64> {
-        let mut matrix = self.products.clone();
-        let mut values: Vec<f64> = products.iter().map(|product| product + PRIOR).collect();
-        for place in 0..values.len() {
-            matrix[place][place] += PRIOR;
-        }
-        for place in 0..values.len() {
-            for row in place + 1..values.len() {
-                let share = matrix[row][place] / matrix[place][place];
-                for column in place..values.len() {
-                    matrix[row][column] -= share * matrix[place][column];
-                }
-                values[row] -= share * values[place];
+        let rows = self.products.iter().zip(products).enumerate();
+        let mut rows: Vec<(Vec<f64>, f64)> = rows
+            .map(|(place, (row, product))| {
+                let mut row = row.clone();
+                row[place] += PRIOR;
+                (row, product + PRIOR)
+            })
+            .collect();
+        for place in 0..rows.len() {
+            let (done, below) = rows.split_at_mut(place + 1);
+            let (pivot, value) = &done[place];
+            for (row, below_value) in below {
+                let share = row[place] / pivot[place];
+                row.iter_mut()
+                    .zip(pivot)
+                    .for_each(|(own, pivot)| *own -= share * pivot);
+                *below_value -= share * value;
             }
         }
-        for place in (0..values.len()).rev() {
-            let known: f64 = (place + 1..values.len())
-                .map(|column| matrix[place][column] * values[column])
-                .sum();
-            values[place] = (values[place] - known) / matrix[place][place];
+        let mut contrasts = vec![0.0; rows.len()];
+        for (place, (row, value)) in rows.iter().enumerate().rev() {
+            let known = row
+                .iter()
+                .zip(&contrasts)
+                .map(|(own, contrast)| own * contrast);
+            contrasts[place] = (value - known.sum::<f64>()) / row[place];
         }
-        values
+        contrasts
     }
 }
 
@@ -433,7 +440,7 @@ impl<'a> Painter<'a> {
             let shown = shown(film, drawn);
             let beyond = shown.iter().zip(&self.rooms[room].pictures);
             for (sum, (shown, room)) in sum.iter_mut().zip(beyond) {
-                add(sum, &less(shown, room), 1.0 / FOR_MEAN as f32);
+                add(sum, &less(shown, room), single(1.0 / count(FOR_MEAN)));
             }
         }
         sum
@@ -520,7 +527,7 @@ fn stretches(times_s: &[f64]) -> Vec<Range<usize>> {
 fn means(film: &[Image], stretches: &[Range<usize>]) -> Vec<Image> {
     let mean = |stretch: &Range<usize>| {
         let mut sum = [0.0; PIXELS];
-        let share = 1.0 / stretch.len().max(1) as f32;
+        let share = single(1.0 / count(stretch.len().max(1)));
         film[stretch.clone()]
             .iter()
             .for_each(|image| add(&mut sum, image, share));

@@ -17,6 +17,7 @@ mod film;
 mod judge;
 mod recording;
 mod remedy;
+mod spread;
 mod template;
 mod unit;
 mod world;

@@ -1,9 +1,9 @@
 //! The pictures that a scene is judged by: all frames of a recording, the means of neighbors if there are many.
 
 use crate::align::Orientation;
-use crate::decision::film::{self, Image, add};
+use crate::decision::film::{self, Image, PIXEL_COUNT, add};
 use crate::decision::unit::Unit;
-use crate::numbers::{count, median};
+use crate::numbers::{count, index, median, single};
 use grideye_frame::PIXELS;
 
 /// Frames of a recording as they are judged.
@@ -38,7 +38,7 @@ impl Recording {
         let period_s = median(&steps).unwrap_or(0.0);
         let mut each = 1;
         if frames.len() > FEW && period_s > 0.0 {
-            each = ((PICTURE_S / period_s).round() as usize)
+            each = index((PICTURE_S / period_s).round())
                 .max(frames.len().div_ceil(PICTURES_MOST))
                 .max(1);
         }
@@ -49,7 +49,7 @@ impl Recording {
             let mut mean = [0.0; PIXELS];
             group
                 .iter()
-                .for_each(|&index| add(&mut mean, &frames[index], share as f32));
+                .for_each(|&index| add(&mut mean, &frames[index], single(share)));
             pictures.push(mean);
             times.push(group.iter().map(|&index| times_s[index]).sum::<f64>() * share);
         }
@@ -84,7 +84,7 @@ fn strays(frames: &[Image], unit: &Unit) -> Vec<usize> {
     const NEAR: f64 = 0.5;
     let apart = |one: &Image, other: &Image| -> f64 {
         let difference: Image = std::array::from_fn(|pixel| one[pixel] - other[pixel]);
-        let mean = difference.iter().sum::<f32>() / PIXELS as f32;
+        let mean = difference.iter().sum::<f32>() / PIXEL_COUNT;
         let pixels = difference.iter().zip(&unit.noise_c);
         let squares =
             pixels.map(|(difference, noise_c)| f64::from((difference - mean) / noise_c).powi(2));

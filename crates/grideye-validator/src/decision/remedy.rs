@@ -5,7 +5,7 @@ use crate::decision::decide::{Decision, decide};
 use crate::decision::film::{Film, Image, add, turned};
 use crate::decision::recording::Recording;
 use crate::decision::template::Hiding;
-use crate::numbers::{count, median};
+use crate::numbers::{count, index, median, single, whole};
 use glam::DVec3;
 use grideye_draw::text::fixed;
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
@@ -104,7 +104,7 @@ impl Compared<'_> {
         let mut film = match change {
             Change::Later(by_s) => self.film(scene, sensor, *by_s)?,
             Change::Turned(_) => self.film(scene, sensor, 0.0)?,
-            Change::Contrast(times) => self.film(scene, sensor, 0.0)?.warmer(*times as f32),
+            Change::Contrast(times) => self.film(scene, sensor, 0.0)?.warmer(single(*times)),
             Change::Moved(by_m) => self.film(&with_moved(scene, sensor, *by_m), sensor, 0.0)?,
             Change::Sensor(name) => self.film(scene, name, 0.0)?,
         };
@@ -176,9 +176,9 @@ fn delay(compared: &Compared<'_>, hiding: &Hiding) -> Result<(f64, Change), Scen
     let (Some(first_s), Some(last_s)) = (times_s.first(), times_s.last()) else {
         return Ok((0.0, Change::Later(0.0)));
     };
-    let most = (DELAY_MAX_S / step_s) as i32;
+    let most = whole(DELAY_MAX_S / step_s);
     let from_s = first_s - f64::from(most) * step_s;
-    let number = ((last_s - first_s) / step_s).round() as i32 + 2 * most + 1;
+    let number = whole(((last_s - first_s) / step_s).round()) + 2 * most + 1;
     let all_s: Vec<f64> = (0..number)
         .map(|index| from_s + f64::from(index) * step_s)
         .collect();
@@ -186,8 +186,8 @@ fn delay(compared: &Compared<'_>, hiding: &Hiding) -> Result<(f64, Change), Scen
     let claimed = long.claimed();
     let explained_at = |late: i32| {
         let sources = times_s.iter().map(|time_s| {
-            let place = ((time_s - from_s) / step_s).round() as i32 - late;
-            place.clamp(0, number - 1) as usize
+            let place = whole(((time_s - from_s) / step_s).round()) - late;
+            index(f64::from(place.clamp(0, number - 1)))
         });
         let (subject, room): (Vec<Image>, Vec<Image>) = sources
             .map(|source| (claimed[source], long.room[source]))
@@ -225,7 +225,7 @@ fn moved(film: &mut Film, hiding: &Hiding, pictures: &[Image]) -> (f64, Change) 
     };
     let mut best = (0.0, [0.0; 2]);
     let mut around = |film: &mut Film, middle_m: [f64; 2], most_m: f64, step_m: f64| {
-        let steps = (most_m / step_m).round() as i32;
+        let steps = whole((most_m / step_m).round());
         for x in -steps..=steps {
             for y in -steps..=steps {
                 let by_m = [

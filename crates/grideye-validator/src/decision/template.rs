@@ -4,9 +4,9 @@
 //! over the pixels, `ā` the mean over the `n` pictures, `s` the noise, `τ` the unknown constant error of each pixel. It is
 //! the product of two films in units of what noise and pattern hide.
 
-use crate::decision::film::Image;
+use crate::decision::film::{Image, PIXEL_COUNT};
 use crate::decision::unit::Unit;
-use crate::numbers::count;
+use crate::numbers::{count, single};
 use grideye_frame::PIXELS;
 
 /// What hides a film.
@@ -52,7 +52,7 @@ impl Hiding {
                 let moving = (f64::from(*weight) - mean[pixel]) / self.noise_c2[pixel];
                 let product = moving + still[pixel];
                 square += f64::from(*weight) * product;
-                *weight = product as f32;
+                *weight = single(product);
             }
         }
         // Recordings keep their common level, which the weights must not see.
@@ -90,7 +90,7 @@ impl Hiding {
 
     /// Sum of squares of the steps from picture to picture, in units of the noise: what the noise is in this film.
     pub(crate) fn steps(&self, film: &[Image]) -> f64 {
-        let weights = self.noise_c2.map(|noise| (1.0 / noise) as f32);
+        let weights = self.noise_c2.map(|noise| single(1.0 / noise));
         let mut sum = 0.0;
         for (now, then) in film.iter().zip(film.iter().skip(1)) {
             let mut squares = 0.0_f32;
@@ -125,7 +125,7 @@ impl Template {
 /// Each picture less its mean over the pixels.
 pub(crate) fn centered(film: &[Image]) -> Vec<Image> {
     let center = |image: &Image| {
-        let mean = image.iter().sum::<f32>() / PIXELS as f32;
+        let mean = image.iter().sum::<f32>() / PIXEL_COUNT;
         image.map(|celsius| celsius - mean)
     };
     film.iter().map(center).collect()

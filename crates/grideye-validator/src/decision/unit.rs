@@ -2,7 +2,7 @@
 
 use crate::decision::film::{Image, add};
 use crate::decision::world::normal;
-use crate::numbers::{count, mean, median, percentile};
+use crate::numbers::{count, mean, median, percentile, single};
 use grideye_frame::PIXELS;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -39,12 +39,12 @@ impl Unit {
             // Few frames tell little of a single pixel.
             let trusted = count(frames.len()) / (count(frames.len()) + 30.0);
             let own = (variance / (1.0 - kept)).clamp(0.5 * all, 4.0 * all);
-            (trusted * own + (1.0 - trusted) * all).sqrt() as f32
+            single((trusted * own + (1.0 - trusted) * all).sqrt())
         });
         Self {
             noise_c,
-            kept: kept as f32,
-            pattern_c: pattern_c.map(|sd_c| sd_c.hypot(rounding_c(all - least, step_c) as f32)),
+            kept: single(kept),
+            pattern_c: pattern_c.map(|sd_c| sd_c.hypot(single(rounding_c(all - least, step_c)))),
         }
     }
 
@@ -56,9 +56,9 @@ impl Unit {
         for apart in 1..frames {
             sum += 2.0 * (number - count(apart)) * kept.powf(count(apart));
         }
-        let share = (sum / (number * number)).sqrt() as f32;
+        let share = single((sum / (number * number)).sqrt());
         self.noise_c = self.noise_c.map(|noise_c| share * noise_c);
-        self.kept = self.kept.powf(number as f32);
+        self.kept = self.kept.powf(single(number));
         self
     }
 
@@ -66,7 +66,7 @@ impl Unit {
     pub(crate) fn errors(&self, number: usize, random: &mut ChaCha8Rng) -> Vec<Image> {
         let pattern: Image = self
             .pattern_c
-            .map(|sd_c| normal(random, f64::from(sd_c)) as f32);
+            .map(|sd_c| single(normal(random, f64::from(sd_c))));
         let fresh = (1.0 - self.kept * self.kept).sqrt();
         let mut white = |_| -> Image {
             std::array::from_fn(|pixel| {

@@ -1,6 +1,7 @@
 //! Recordings that could be: a scene within its laws.
 
 use crate::decision::film::{Film, Image, add};
+use crate::numbers::single;
 use grideye_frame::PIXELS;
 use grideye_scene::Laws;
 use rand_chacha::ChaCha8Rng;
@@ -30,7 +31,7 @@ impl Drawn {
     /// Draws within the laws.
     pub(crate) fn of(film: &Film, laws: &Laws, random: &mut ChaCha8Rng) -> Self {
         let people = film.people.iter().zip(&laws.agents).map(|(walker, law)| {
-            let contrast = normal(random, law.contrast_sd).exp() as f32;
+            let contrast = single(normal(random, law.contrast_sd).exp());
             let aside_m = [(); 2].map(|()| normal(random, law.place_sd_m));
             let wander_m = if walker.moves { law.wander_sd_m } else { 0.0 };
             let mut now_m = [(); 2].map(|()| normal(random, wander_m));
@@ -48,11 +49,11 @@ impl Drawn {
         let people = people.collect();
         Self {
             people,
-            objects: normal(random, OBJECTS_SD).exp() as f32,
+            objects: single(normal(random, OBJECTS_SD).exp()),
             off: film
                 .leanings
                 .iter()
-                .map(|_| normal(random, 1.0) as f32)
+                .map(|_| single(normal(random, 1.0)))
                 .collect(),
             lag_s: normal(random, laws.lag_sd_s),
         }
@@ -77,7 +78,7 @@ impl Drawn {
     }
 
     /// The same world with the scene's own contrast and numbers.
-    pub(crate) fn as_warm_as_claimed(mut self) -> Self {
+    pub(crate) fn with_claimed_warmth(mut self) -> Self {
         for (contrast, _) in &mut self.people {
             *contrast = 1.0;
         }
@@ -92,7 +93,7 @@ impl Drawn {
     }
 
     /// What is seen without noise.
-    pub(crate) fn as_claimed(&self, film: &mut Film) -> Vec<Image> {
+    pub(crate) fn claimed(&self, film: &mut Film) -> Vec<Image> {
         self.shown(film, |_, index| index, |_, _| false)
     }
 
@@ -141,7 +142,7 @@ pub(super) fn later(pictures: &[Image], times_s: &[f64], lag_s: f64) -> Vec<Imag
         let before = after.saturating_sub(1);
         let (low, high) = (times_s[before], times_s[after]);
         let share = match high > low {
-            true => ((time_s - low) / (high - low)).clamp(0.0, 1.0) as f32,
+            true => single(((time_s - low) / (high - low)).clamp(0.0, 1.0)),
             false => 1.0,
         };
         let mut image = [0.0; PIXELS];

@@ -16,7 +16,7 @@ use crate::frames::timeline::Timeline;
 use crate::frames::types::Pixels;
 use crate::frames::{LeftOut, Protocol, RealFrame, Shape, sensor_step_c};
 use crate::metrics::foreground::RoomSource;
-use crate::numbers::{count, evenly, mean_frame};
+use crate::numbers::{count, evenly, mean_frame, single};
 use crate::scene_comparison::notes;
 use crate::scene_comparison::rendering::Renderer;
 use crate::scene_comparison::types::{
@@ -132,9 +132,9 @@ fn decided(
         .map(|frame| frame.time.as_secs_f64())
         .collect();
     let frames = frames
-        .map(|frame| std::array::from_fn(|pixel| (frame.celsius[pixel] - known_c[pixel]) as f32));
+        .map(|frame| std::array::from_fn(|pixel| single(frame.celsius[pixel] - known_c[pixel])));
     let frames: Vec<_> = frames.collect();
-    let unknown_c = [unknown_c.max(PROFILE_ERROR_C) as f32; PIXELS];
+    let unknown_c = [single(unknown_c.max(PROFILE_ERROR_C)); PIXELS];
     let recording = Recording::new(&times_s, &frames, unknown_c, sensor_step_c());
     let mut film = Film::new(scene, sensor, &recording.times_s, recording.within_s)?;
     let right_min = options.thresholds.right_min;

@@ -33,7 +33,7 @@ fn right() -> Decision {
             told("a room with nothing warm", Alternative::Nobody),
             told("the scene backwards", Alternative::Backwards),
         ],
-        excess: 3.0,
+        is_empty: false,
         drift_c: 0.0,
         frames: 600,
         pictures: 300,
@@ -189,7 +189,7 @@ fn each_criterion_decides_with_its_sentence_and_a_next_step() {
             Verdict::CannotTell,
             "the recording shows nothing but the room and noise, which neither confirms nor refutes a scene.",
             "with a person",
-            |decision, _, _| decision.excess = 0.1,
+            |decision, _, _| decision.is_empty = true,
         ),
         (
             "enough_to_tell",
@@ -242,7 +242,7 @@ fn an_explanation_that_is_the_scene_itself_does_not_count() {
 #[test]
 fn a_failure_counts_before_what_is_open() {
     let nothing_warm = |decision: &mut Decision, evidence: &mut Evidence<'_>, _: &mut Prior| {
-        decision.excess = 0.0;
+        decision.is_empty = true;
         evidence.offset_c = 3.0;
     };
     assert_eq!(judged(nothing_warm).verdict, Verdict::Disagrees);
