@@ -1,6 +1,7 @@
 //! Error rates of the verdict, on recordings drawn by other code than the validator's.
 //!
 //! `GRIDEYE_WORLDS=N` draws N of each kind; by default a few.
+#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 mod worlds;
 
@@ -20,6 +21,14 @@ const FIRST_SEED: u64 = 77;
 fn number(usual: u64) -> u64 {
     let asked = std::env::var("GRIDEYE_WORLDS").ok();
     asked.and_then(|asked| asked.parse().ok()).unwrap_or(usual)
+}
+
+fn float(number: u64) -> f64 {
+    f64::from(u32::try_from(number).unwrap())
+}
+
+fn share(number: usize) -> f64 {
+    f64::from(u32::try_from(number).unwrap())
 }
 
 fn options() -> Options {
@@ -57,7 +66,7 @@ fn compared<T: Send>(number: u64, one: impl Fn(u64) -> T + Sync) -> Vec<T> {
 /// Comparisons of recordings of this kind with the scene, which says `more`.
 fn judged(
     ways: &[Way],
-    frames: usize,
+    frames: u32,
     truth: Truth,
     (unit, more): (Unit, &str),
     number: u64,
@@ -95,15 +104,15 @@ const ROOMS: [(&str, &[Way]); 3] = [("stand", STAND), ("walk", WALK), ("two", TW
 fn right_recordings_agree() {
     let long = std::env::var_os("GRIDEYE_WORLDS").is_some();
     for (name, ways) in ROOMS {
-        let frames: &[usize] = if long { &[50, 300, 1000] } else { &[50] };
+        let frames: &[u32] = if long { &[50, 300, 1000] } else { &[50] };
         for &frames in frames {
             let number = number(8);
             let all = judged(ways, frames, Truth::Right, (UNIT, ""), number);
             let [agree, ..] = counts(&format!("{name}, {frames} frames, right"), &all);
             // Three standard deviations below.
-            let least = 0.97 * number as f64 - 3.0 * (0.03 * 0.97 * number as f64).sqrt();
+            let least = 0.97 * float(number) - 3.0 * (0.03 * 0.97 * float(number)).sqrt();
             assert!(
-                agree as f64 >= least,
+                share(agree) >= least,
                 "{name}, {frames} frames: {agree} of {number}"
             );
         }
@@ -143,7 +152,7 @@ fn wrong_recordings_do_not_agree() {
             let all = judged(ways, 60, truth, (UNIT, ""), number);
             let [agree, ..] = counts(&format!("{name}, {truth:?}"), &all);
             assert!(
-                agree as f64 <= 0.01 * number as f64,
+                share(agree) <= 0.01 * float(number),
                 "{name}, {truth:?}: {agree} of {number}"
             );
         }
@@ -160,7 +169,7 @@ fn tolerance_does_not_buy_agreement() {
         let all = judged(WALK, 60, truth, (UNIT, wider), number);
         let [agree, ..] = counts(&format!("walk, laws twice as wide, {truth:?}"), &all);
         assert!(
-            agree as f64 <= 0.01 * number as f64,
+            share(agree) <= 0.01 * float(number),
             "{truth:?}: {agree} of {number}"
         );
     }
@@ -185,14 +194,14 @@ fn the_p_of_right_recordings_is_uniform() {
             .collect();
         shares.sort_by(f64::total_cmp);
         let steps = shares.iter().enumerate();
-        let farthest = steps.fold(0.0_f64, |most, (index, share)| {
+        let farthest = steps.fold(0.0_f64, |most, (index, p)| {
             let (below, above) = (
-                index as f64 / number as f64,
-                (index + 1) as f64 / number as f64,
+                share(index) / float(number),
+                share(index + 1) / float(number),
             );
-            most.max((share - below).abs()).max((share - above).abs())
+            most.max((p - below).abs()).max((p - above).abs())
         });
-        let limit = 1.63 / (number as f64).sqrt() + 1.0 / 201.0;
+        let limit = 1.63 / (float(number)).sqrt() + 1.0 / 201.0;
         println!("{frames} frames, pattern {pattern_c}: D = {farthest:.3}, 99 % below {limit:.3}");
         are_uniform &= farthest < limit;
     }
@@ -212,7 +221,7 @@ fn a_stray_frame_changes_no_verdict() {
             .verdict
     };
     let changed = compared(number, |seed| {
-        let at = seed as f64 / (number - 1) as f64;
+        let at = float(seed) / float(number - 1);
         verdict(Truth::Stray(at), seed) != verdict(Truth::Right, seed)
     });
     assert_eq!(changed.iter().filter(|changed| **changed).count(), 0);
@@ -248,8 +257,8 @@ fn other_noise_is_no_reason_to_refuse() {
     let number = number(4);
     let all = judged(WALK, 300, Truth::Correlated, (UNIT, ""), number);
     let [_, refused, _] = counts("walk, correlated noise", &all);
-    let most = 0.02 * number as f64 + 3.0 * (0.02 * number as f64).sqrt();
-    assert!(refused as f64 <= most, "{refused} of {number}");
+    let most = 0.02 * float(number) + 3.0 * (0.02 * float(number)).sqrt();
+    assert!(share(refused) <= most, "{refused} of {number}");
 }
 
 /// What is not listed: from which offset and contrast on recordings are refused.

@@ -1,7 +1,13 @@
 //! Recordings of rooms that differ from a scene as far as the scene leaves open, or otherwise; drawn by other code than the
 //! validator's.
+#![expect(
+    clippy::unwrap_used,
+    clippy::as_conversions,
+    clippy::cast_possible_truncation,
+    reason = "what fails in a helper fails the test; temperatures of a room fit any number"
+)]
 
-use grideye_frame::{PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{Celsius, RawFrame, Reading};
 use grideye_recording::{ClockState, Record, Stamp};
 use grideye_scene::{Scene, Simulator};
 use rand::SeedableRng;
@@ -104,13 +110,13 @@ fn text(
     (text, files)
 }
 
-fn nearest_fifth(way: Option<Way>, frames: usize) -> usize {
+fn nearest_fifth(way: Option<Way>, frames: u32) -> u32 {
     let Some(way) = way else { return 0 };
-    let far = |index: usize| {
-        let [x, y] = place(way, index as f64 / 10.0);
+    let far = |index: u32| {
+        let [x, y] = place(way, f64::from(index) / 10.0);
         x.hypot(y)
     };
-    let sum = |from: usize| (from..from + frames / 5).map(far).sum::<f64>();
+    let sum = |from: u32| (from..from + frames / 5).map(far).sum::<f64>();
     (0..frames * 4 / 5)
         .min_by(|a, b| sum(*a).total_cmp(&sum(*b)))
         .unwrap_or(0)
@@ -122,45 +128,60 @@ fn parse((text, files): &(String, Vec<(String, String)>)) -> Scene {
         file.map(|file| file.1.clone())
             .ok_or_else(|| io::Error::from(io::ErrorKind::NotFound))
     };
-    Scene::parse(text, "scene.toml", &read)
-        .unwrap_or_else(|error| panic!("{error}"))
-        .scene
+    Scene::parse(text, "scene.toml", &read).unwrap().scene
 }
 
 /// What the user claims.
-pub(crate) fn scene(ways: &[Way], frames: usize, more: &str) -> Scene {
-    let (mut text, files) = text(ways, frames as f64 / 10.0 + 30.0, |person, time_s| {
-        place(ways[person], time_s)
-    });
+pub(crate) fn scene(ways: &[Way], frames: u32, more: &str) -> Scene {
+    let claimed = |person: usize, time_s| place(ways[person], time_s);
+    let (mut text, files) = text(ways, f64::from(frames) / 10.0 + 30.0, claimed);
     text.push_str(more);
     parse(&(text, files))
 }
 
-/// Draws by the laws that scenes have by default.
+/// A recording of so many frames at 10 Hz; draws by the laws that scenes have by default.
 pub(crate) fn record(
     ways: &[Way],
-    frames: usize,
+    frames: u32,
     truth: Truth,
     unit: Unit,
     seed: u64,
 ) -> Vec<Record> {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
-    let span_s = frames as f64 / 10.0;
-    let lag_s = 0.07 * draw()
-        + if let Truth::Late(by_s) = truth {
-            by_s
-        } else {
-            0.0
-        };
-    let angle = 1.7 * draw();
-    let aside = if let Truth::Aside(by_m) = truth {
+    let mut draws = Draws(ChaCha8Rng::seed_from_u64(seed));
+    let shown = shown(ways, frames, truth, &mut draws);
+    let errors = errors(frames, truth, unit, &mut draws);
+    let records = shown.iter().zip(&errors).zip(0..);
+    records
+        .map(|((image, errors), index)| row(index, turned(truth, image), errors))
+        .collect()
+}
+
+struct Draws(ChaCha8Rng);
+
+impl Draws {
+    fn normal(&mut self, sd: f64) -> f64 {
+        let draw: f64 = StandardNormal.sample(&mut self.0);
+        sd * draw
+    }
+}
+
+/// What the sensor sees, °C.
+fn shown(ways: &[Way], frames: u32, truth: Truth, draws: &mut Draws) -> Vec<[f64; 64]> {
+    let late_s = if let Truth::Late(by_s) = truth {
+        by_s
+    } else {
+        0.0
+    };
+    let lag_s = late_s + draws.normal(0.07);
+    let angle = draws.normal(1.7);
+    let aside_m = if let Truth::Aside(by_m) = truth {
         by_m
     } else {
         0.0
     };
+    let gone_from = nearest_fifth(ways.first().copied(), frames);
+    let gone = gone_from..gone_from + frames / 5;
     let mut ways = ways.to_vec();
-    let contrasts: Vec<f64> = (0..ways.len() + 1).map(|_| (0.35 * draw()).exp()).collect();
     match truth {
         Truth::Nobody => ways.clear(),
         Truth::Missing => {
@@ -169,109 +190,117 @@ pub(crate) fn record(
         Truth::More => ways.push(Way::Walks { ahead_s: -17.0 }),
         _ => {}
     }
-    let fifth = frames / 5;
-    let gone_from = nearest_fifth(ways.first().copied(), frames);
-    let mut shown = vec![[AMBIENT_C; 64]; frames];
+    let mut shown = vec![[AMBIENT_C; 64]; frames.try_into().unwrap()];
     for (person, way) in ways.iter().enumerate() {
-        let offset = [
-            aside * angle.cos() + 0.07 * draw(),
-            aside * angle.sin() + 0.07 * draw(),
-        ];
-        let steps = (10.0 * span_s) as usize + 400;
-        let kept = (-0.1_f64 / 0.7).exp();
-        let mut wander = [[0.0; 2]; 1].to_vec();
-        let sd = if matches!(way, Way::Stands(..)) {
-            0.0
-        } else {
-            0.07
-        };
-        let mut now = [sd * draw(), sd * draw()];
-        for _ in 0..steps {
-            wander.push(now);
-            now = now.map(|now| kept * now + sd * (1.0 - kept * kept).sqrt() * draw());
+        let mut contrast = draws.normal(0.35).exp();
+        if let Truth::Contrast(times) = truth {
+            contrast = times;
         }
-        let at = |_: usize, time_s: f64| {
-            let [x, y] = place(*way, time_s);
-            let step = wander[((10.0 * time_s) as usize).min(steps)];
-            [x + offset[0] + step[0], y + offset[1] + step[1]]
-        };
-        let alone = parse(&text(&[*way], span_s + 30.0, at));
-        let simulator = Simulator::without_grid(&alone, SENSOR).unwrap();
-        for (index, image) in shown.iter_mut().enumerate() {
-            let mut time_s = index as f64 / 10.0;
-            if truth == Truth::Backwards {
-                time_s = span_s - time_s;
-            }
-            if let Truth::Stray(at) = truth
-                && index == (at * (frames - 1) as f64) as usize
-            {
-                time_s = (time_s + 0.4 * span_s) % span_s;
-            }
-            let is_gone = truth == Truth::Gone
-                && person == 0
-                && (gone_from..gone_from + fifth).contains(&index);
-            if is_gone {
+        let aside_m = [aside_m * angle.cos(), aside_m * angle.sin()];
+        let simulator = alone(*way, frames, aside_m, draws);
+        for (image, index) in shown.iter_mut().zip(0..) {
+            if truth == Truth::Gone && person == 0 && gone.contains(&index) {
                 continue;
             }
-            let seen = simulator
-                .image(Duration::from_secs_f64((time_s - lag_s).max(0.0)))
-                .celsius;
-            let mut contrast = contrasts[person];
-            if let Truth::Contrast(times) = truth {
-                contrast = times;
-            }
-            for (pixel, celsius) in image.iter_mut().zip(seen) {
+            let time_s = scene_s(truth, index, frames) - lag_s;
+            let seen = simulator.image(Duration::from_secs_f64(time_s.max(0.0)));
+            for (pixel, celsius) in image.iter_mut().zip(seen.celsius) {
                 *pixel += contrast * (celsius - AMBIENT_C);
             }
         }
     }
-    let level_c = 0.5 * draw();
-    let pattern: Vec<f64> = (0..64).map(|_| unit.pattern_c * draw()).collect();
-    let correlated = truth == Truth::Correlated;
-    let noises: Vec<f64> = (0..64)
-        .map(|pixel| {
-            if correlated {
-                0.15 + 0.25 * f64::from(pixel % 8) / 7.0
-            } else {
-                unit.noise_c
-            }
-        })
-        .collect();
-    let kept: f64 = if correlated { 0.8 } else { 0.0 };
-    let mut noise: Vec<f64> = noises.iter().map(|sd| sd * draw()).collect();
-    let mut records = Vec::with_capacity(frames);
-    for (index, image) in shown.iter().enumerate() {
-        let drift_c = if let Truth::Drift(by_c) = truth {
-            by_c * index as f64 / frames as f64
-        } else {
-            0.0
-        };
-        for (noise, sd) in noise.iter_mut().zip(&noises) {
-            *noise = kept * *noise + sd * (1.0 - kept * kept).sqrt() * draw();
-        }
-        let pixels = std::array::from_fn(|pixel| {
-            let (row, column) = (pixel / 8, pixel % 8);
-            let from = match truth {
-                Truth::MirroredX => row * 8 + 7 - column,
-                Truth::MirroredY => (7 - row) * 8 + column,
-                Truth::Quarter => column * 8 + 7 - row,
-                _ => pixel,
-            };
-            let celsius = image[from] + level_c + pattern[pixel] + noise[pixel] + drift_c;
-            PixelWord((celsius * 4.0).round() as u16)
-        });
-        records.push(Record {
-            seq: index as u64,
-            stamp: Stamp {
-                t_boot_ns: 3_000_000_000 + index as u64 * 100_000_000,
-                t_utc_ns: 0,
-                clock: ClockState::Unsynced,
-            },
-            reading: Reading::Frame(RawFrame {
-                thermistor: ThermistorWord(((AMBIENT_C + 4.5) * 16.0) as u16),
-                pixels,
-            }),
-        });
+    shown
+}
+
+/// One person in the room, somewhat aside of its way.
+fn alone(way: Way, frames: u32, aside_m: [f64; 2], draws: &mut Draws) -> Simulator {
+    let offset_m = aside_m.map(|aside_m| aside_m + draws.normal(0.07));
+    let kept = (-0.1_f64 / 0.7).exp();
+    let sd = if let Way::Stands(..) = way { 0.0 } else { 0.07 };
+    let mut now = [draws.normal(sd), draws.normal(sd)];
+    let mut wander = Vec::new();
+    for _ in 0..frames + 400 {
+        wander.push(now);
+        now = now.map(|now| kept * now + draws.normal(sd * (1.0 - kept * kept).sqrt()));
     }
-    records
+    let at = |_: usize, time_s: f64| {
+        let [x, y] = place(way, time_s);
+        let steps = wander.iter().zip(0_u32..);
+        let step = steps
+            .take_while(|(_, index)| f64::from(*index) < 10.0 * time_s + 0.5)
+            .last();
+        let step = step.map_or([0.0; 2], |(step, _)| *step);
+        [x + offset_m[0] + step[0], y + offset_m[1] + step[1]]
+    };
+    let alone = parse(&text(&[way], f64::from(frames) / 10.0 + 30.0, at));
+    Simulator::without_grid(&alone, SENSOR).unwrap()
+}
+
+/// Which second of the scene a frame shows.
+fn scene_s(truth: Truth, index: u32, frames: u32) -> f64 {
+    let (time_s, span_s) = (f64::from(index) / 10.0, f64::from(frames) / 10.0);
+    match truth {
+        Truth::Backwards => span_s - time_s,
+        Truth::Stray(at) if (at * f64::from(frames - 1) - f64::from(index)).abs() < 0.5 => {
+            (time_s + 0.4 * span_s) % span_s
+        }
+        _ => time_s,
+    }
+}
+
+/// What unit and room add, °C.
+fn errors(frames: u32, truth: Truth, unit: Unit, draws: &mut Draws) -> Vec<[f64; 64]> {
+    let level_c = draws.normal(0.5);
+    let pattern_c: [f64; 64] = std::array::from_fn(|_| level_c + draws.normal(unit.pattern_c));
+    let is_correlated = truth == Truth::Correlated;
+    let kept: f64 = if is_correlated { 0.8 } else { 0.0 };
+    let noises_c: [f64; 64] = std::array::from_fn(|pixel| {
+        let column = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0][pixel % 8];
+        if is_correlated {
+            0.15 + 0.25 * column / 7.0
+        } else {
+            unit.noise_c
+        }
+    });
+    let mut noise_c = noises_c.map(|sd_c| draws.normal(sd_c));
+    let frame = |index: u32| {
+        let mut drift_c = 0.0;
+        if let Truth::Drift(by_c) = truth {
+            drift_c = by_c * f64::from(index) / f64::from(frames);
+        }
+        for (noise_c, sd_c) in noise_c.iter_mut().zip(&noises_c) {
+            *noise_c = kept * *noise_c + draws.normal(sd_c * (1.0 - kept * kept).sqrt());
+        }
+        std::array::from_fn(|pixel| pattern_c[pixel] + noise_c[pixel] + drift_c)
+    };
+    (0..frames).map(frame).collect()
+}
+
+fn turned(truth: Truth, image: &[f64; 64]) -> [f64; 64] {
+    std::array::from_fn(|pixel| {
+        let (row, column) = (pixel / 8, pixel % 8);
+        image[match truth {
+            Truth::MirroredX => row * 8 + 7 - column,
+            Truth::MirroredY => (7 - row) * 8 + column,
+            Truth::Quarter => column * 8 + 7 - row,
+            _ => pixel,
+        }]
+    })
+}
+
+fn row(index: u32, image: [f64; 64], errors: &[f64; 64]) -> Record {
+    let pixels = std::array::from_fn(|pixel| {
+        let celsius = Celsius::new((image[pixel] + errors[pixel]) as f32);
+        amg8833::word::pixel_word(celsius).unwrap()
+    });
+    let thermistor = amg8833::word::thermistor_word(Celsius::new(AMBIENT_C as f32 + 4.5)).unwrap();
+    Record {
+        seq: index.into(),
+        stamp: Stamp {
+            t_boot_ns: 3_000_000_000 + u64::from(index) * 100_000_000,
+            t_utc_ns: 0,
+            clock: ClockState::Unsynced,
+        },
+        reading: Reading::Frame(RawFrame { thermistor, pixels }),
+    }
 }
