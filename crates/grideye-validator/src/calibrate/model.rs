@@ -39,7 +39,10 @@ impl<'a> Model<'a> {
         let quiet = format!("collisions = \"ignore\"\n{text}");
         let (text, loaded) = match Scene::parse_without_variants(&quiet, origin, files) {
             Ok(loaded) => (quiet, loaded),
-            Err(_) => (text.to_owned(), Scene::parse_without_variants(text, origin, files)?),
+            Err(_) => (
+                text.to_owned(),
+                Scene::parse_without_variants(text, origin, files)?,
+            ),
         };
         let noise = noise_key(sensor);
         let unknowns = unknowns(&loaded.scene);
@@ -230,7 +233,8 @@ pub(crate) fn check_bounds(
         for (value, which) in one.bounds.into_iter().zip(["lower", "upper"]) {
             let mut values: Vec<f64> = unknowns.iter().map(|one| one.value).collect();
             values[place] = value;
-            if let Err(source) = Scene::parse_without_variants(&with_values(text, unknowns, &values), origin, files)
+            if let Err(source) =
+                Scene::parse_without_variants(&with_values(text, unknowns, &values), origin, files)
             {
                 return Err(CalibrateError::Bound {
                     key: one.key.clone(),
