@@ -143,9 +143,13 @@ impl Film {
                 claimed
             })
             .collect();
+        let own_scene = scene;
         for variant in scene.variants() {
             let seen = |scene: &Scene| {
-                Ok::<_, SceneError>(moments.images(&Simulator::without_grid(scene, sensor)?))
+                // A stride out of step would be no difference of height.
+                let mut scene = scene.clone();
+                scene.keep_strides_of(own_scene);
+                Ok::<_, SceneError>(moments.images(&Simulator::without_grid(&scene, sensor)?))
             };
             let (below, above) = (seen(&variant.below)?, seen(&variant.above)?);
             let pairs = || below.iter().zip(&above);
