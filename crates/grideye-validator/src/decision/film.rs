@@ -16,6 +16,8 @@ pub(crate) const PIXEL_COUNT: f32 = 64.0;
 
 /// Spacing of the places that a person is rendered at, meters: less than half of a pixel's width at a head below a ceiling.
 const SPACING_M: f64 = 0.1;
+/// The same of what is no parametric person: its parts take longer to render.
+const COARSE_M: f64 = 0.25;
 /// Directions that a person is rendered in.
 const DIRECTIONS: u8 = 4;
 /// Longest time within one picture that a person counts as standing still, seconds.
@@ -59,6 +61,7 @@ struct Atlas {
     agent: Agent,
     room: Vec<f64>,
     height_m: f64,
+    spacing_m: f64,
     /// How many times its contrast.
     times: f32,
     seen: HashMap<(i32, i32, u8), Box<Image>>,
@@ -107,6 +110,11 @@ impl Film {
                     room: simulator.image(Duration::ZERO).celsius,
                     simulator: simulator.clone(),
                     height_m: agent.start_m.z,
+                    spacing_m: if agent.person.is_some() {
+                        SPACING_M
+                    } else {
+                        COARSE_M
+                    },
                     agent: agent.clone(),
                     times: 1.0,
                     seen: HashMap::new(),
@@ -317,7 +325,7 @@ impl Atlas {
 
     /// Between the four rendered places around this one.
     fn add_at(&mut self, all: &mut Image, place_m: [f64; 2], direction: u8) {
-        let [x, y] = place_m.map(|place_m| place_m / SPACING_M);
+        let [x, y] = place_m.map(|place_m| place_m / self.spacing_m);
         let (left, below) = (x.floor(), y.floor());
         let (right, above) = (single(x - left), single(y - below));
         for (step_x, share_x) in [(0, 1.0 - right), (1, right)] {
@@ -334,14 +342,15 @@ impl Atlas {
             agent,
             room,
             height_m,
+            spacing_m,
             times,
             seen,
         } = self;
         seen.entry(key).or_insert_with(|| {
             let (x, y, direction) = key;
             let place_m = DVec3::new(
-                SPACING_M * f64::from(x),
-                SPACING_M * f64::from(y),
+                *spacing_m * f64::from(x),
+                *spacing_m * f64::from(y),
                 *height_m,
             );
             let angle = TAU * f64::from(direction) / f64::from(DIRECTIONS);

@@ -257,7 +257,7 @@ impl Judge {
         /// Of what changes, beyond that of noise: its estimate may be off by as much.
         const MOVING: f64 = 0.1;
         /// Of the mean picture, in standard deviations of chi squared.
-        const STILL_SDS: f64 = 5.0;
+        const STILL_SDS: f64 = 3.0;
         let left: Vec<Image> = recording
             .iter()
             .zip(room)
@@ -303,19 +303,12 @@ impl Judge {
             }
         }
         let own: Image = std::array::from_fn(|pixel| single(self.own_share[pixel] * mean[pixel]));
-        let mut all = Vec::with_capacity(BLOCKS * left.len());
+        let mut all = Vec::with_capacity(BLOCKS * (left.len() + 1));
         for (left, stretch) in left.iter().zip(&self.stretches) {
-            let share = single(0.25 * count(stretch.len()).sqrt());
-            let at = |pixel: usize| left[pixel] - own[pixel];
-            for row in 0..ROWS - 1 {
-                for column in 0..COLUMNS - 1 {
-                    let first = row * COLUMNS + column;
-                    let sum =
-                        at(first) + at(first + 1) + at(first + COLUMNS) + at(first + COLUMNS + 1);
-                    all.push(share * sum);
-                }
-            }
+            push_blocks(&mut all, &less(left, &own), stretch.len());
         }
+        // What stays all the time is beyond the scene if unit and room alone do not make it.
+        push_blocks(&mut all, &mean.map(single), recording.len());
         all
     }
 
@@ -323,7 +316,21 @@ impl Judge {
     pub(crate) fn block(&self, index: usize) -> (Range<usize>, usize, usize) {
         let block = index % BLOCKS;
         let (row, column) = (block / ACROSS, block % ACROSS);
-        (self.stretches[index / BLOCKS].clone(), row, column)
+        let all = 0..self.stretches.last().map_or(0, |last| last.end);
+        let stretch = self.stretches.get(index / BLOCKS).cloned().unwrap_or(all);
+        (stretch, row, column)
+    }
+}
+
+/// Means of blocks of 2 x 2 pixels, °C, times the root of the pictures that they are the mean of.
+fn push_blocks(all: &mut Vec<f32>, image: &Image, pictures: usize) {
+    let share = single(0.25 * count(pictures).sqrt());
+    for row in 0..ROWS - 1 {
+        for column in 0..ACROSS {
+            let first = row * COLUMNS + column;
+            let below = first + COLUMNS;
+            all.push(share * (image[first] + image[first + 1] + image[below] + image[below + 1]));
+        }
     }
 }
 

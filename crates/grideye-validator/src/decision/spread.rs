@@ -20,7 +20,8 @@ pub(crate) struct Spread {
 
 /// Takes the widest scales of neighboring blocks and stretches: who comes near in some worlds may stand there in others.
 fn widened(own: &[(f32, [f32; 2])]) -> Vec<(f32, [f32; 2])> {
-    let stretches = own.len() / BLOCKS;
+    // The last is that of the whole recording.
+    let stretches = (own.len() / BLOCKS).saturating_sub(1);
     let near = |place: usize, number: usize| place.saturating_sub(1)..(place + 2).min(number);
     let widest = |(index, (mean, scales)): (usize, &(f32, [f32; 2]))| {
         let (stretch, row, column) = (
@@ -29,7 +30,11 @@ fn widened(own: &[(f32, [f32; 2])]) -> Vec<(f32, [f32; 2])> {
             index % BLOCKS % ACROSS,
         );
         let mut widest = *scales;
-        for stretch in near(stretch, stretches) {
+        let around = match stretch < stretches {
+            true => near(stretch, stretches),
+            false => stretch..stretch + 1,
+        };
+        for stretch in around {
             for row in near(row, ACROSS) {
                 for column in near(column, ACROSS) {
                     let other = own[stretch * BLOCKS + row * ACROSS + column].1;
@@ -138,10 +143,17 @@ impl Spread {
             let (stretch, row, column) = judge.block(index);
             let root = count(stretch.len()).sqrt();
             let by_c = f64::from(statistics.beyond[index] - self.beyond[index].0) / root;
-            let (from, size) = (fixed(film.times_s[stretch.start], 1), fixed(by_c.abs(), 1));
+            let size = fixed(by_c.abs(), 1);
+            let when = match stretch.len() == film.len() {
+                true => "all the time".to_owned(),
+                false => format!(
+                    "at second {} of the scene",
+                    fixed(film.times_s[stretch.start], 1)
+                ),
+            };
             let word = if sign > 0.0 { "warmer" } else { "colder" };
             format!(
-                "at second {from} of the scene, rows {} and {}, columns {} and {} are {size} °C {word} than the scene",
+                "{when}, rows {} and {}, columns {} and {} are {size} °C {word} than the scene",
                 row + 1,
                 row + 2,
                 column + 1,

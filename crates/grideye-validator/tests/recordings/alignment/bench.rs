@@ -13,10 +13,10 @@ use std::time::Duration;
 pub(crate) const SENSOR: &str = "ceiling";
 /// Seeds per row of the tables; all run with `GRIDEYE_ALL_SEEDS=1`.
 const SEEDS: u64 = 20;
-const SEEDS_BY_DEFAULT: u64 = 4;
+const SEEDS_BY_DEFAULT: u64 = 2;
 /// Seeds of the slower tests.
 const FEWER_SEEDS: u64 = 5;
-const FEWER_SEEDS_BY_DEFAULT: u64 = 2;
+const FEWER_SEEDS_BY_DEFAULT: u64 = 1;
 
 fn all_seeds() -> bool {
     std::env::var_os("GRIDEYE_ALL_SEEDS").is_some_and(|value| value == "1")

@@ -37,8 +37,9 @@ fn verdicts(scene: &Scene, sensor: &str, is_known: bool, first: u64) -> Verdicts
     verdicts
 }
 
-/// This sensor sees 0.3 °C of the person, at the edge of its view: nothing warm.
-const NEARLY_EMPTY: (&str, &str) = ("scenario-b-standing", "A");
+/// Of a person the sensor sees 0.3 °C at the edge of its view, or hardly anything behind another: where it stands cannot be
+/// told.
+const HARDLY_SEEN: [(&str, &str); 2] = [("scenario-b-standing", "A"), ("two-people", "wall")];
 
 /// `right_min` refuses 1.5 %, the two-sided range of each contrast .5 %.
 const REFUSED: f64 = 0.02;
@@ -66,7 +67,7 @@ fn right_scenes_agree_over_50_seeds() {
             );
             recordings += seeds().count();
             disagree += found.disagree;
-            if is_known && (name, sensor) != NEARLY_EMPTY && found.cannot_tell > 0 {
+            if is_known && !HARDLY_SEEN.contains(&(name, sensor)) && found.cannot_tell > 0 {
                 wrong.push(format!("{name}, {sensor}: {}", found.reason));
             }
         }
