@@ -4,7 +4,7 @@ use crate::decision::alternative::Alternative;
 use crate::decision::film::{Film, Image, add};
 use crate::decision::judge::{Judge, Statistics};
 use crate::decision::recording::Recording;
-use crate::decision::spread::{OWN, Spread};
+use crate::decision::spread::{Cause, OWN, Spread};
 use crate::decision::unit::Unit;
 use crate::decision::world::Drawn;
 use crate::numbers::{count, index};
@@ -73,17 +73,6 @@ pub struct Alternatively {
     pub power: f64,
     /// Whether the two differ by less than noise.
     pub is_alike: bool,
-}
-
-/// What is farthest off.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Cause {
-    Contrast,
-    Lag,
-    Misfit,
-    Extra,
-    Missing,
-    Alternative,
 }
 
 /// Right worlds: half set the law of each statistic, half its rank.
@@ -166,13 +155,16 @@ pub(crate) fn decide(
     let refused_aside_m = offsets.find(|aside_m| worlds.refuse_aside(*aside_m, &is_agreed));
     let (judge, film) = (&worlds.judge, &worlds.film);
     let (cause, worst) = spread.worst(place, &found, judge, film);
+    let right = (count(farther) + 1.0) / (count(held.len()) + 1.0);
+    // Warmth that the scene lacks is more than nothing, however little it is.
+    let has_more = cause == Cause::Extra && right <= right_min;
     let contrasts = (0..found.contrasts.len()).map(|subject| Contrast {
         of: film.people.get(subject).map(|walker| walker.name.clone()),
         found: found.contrasts[subject],
         range: spread.range(OWN + subject).map(f64::exp),
     });
     Decision {
-        right: (count(farther) + 1.0) / (count(held.len()) + 1.0),
+        right,
         worst,
         worst_sds: off,
         cause,
@@ -181,7 +173,7 @@ pub(crate) fn decide(
         delay_range_s: spread.range(0),
         refused_aside_m,
         alternatives,
-        is_empty: judge.is_empty(&recording.pictures, &film.room),
+        is_empty: !has_more && judge.is_empty(&recording.pictures, &film.room),
         drift_c: film.drift_c(&recording.pictures),
         frames: recording.frames - recording.strays.len(),
         pictures: recording.pictures.len(),

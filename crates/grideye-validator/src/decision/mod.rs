@@ -23,8 +23,9 @@ mod unit;
 mod world;
 
 pub(crate) use alternative::Alternative;
+pub(crate) use decide::decide;
 pub use decide::{Alternatively, Contrast, Decision, OFFSETS_M};
-pub(crate) use decide::{Cause, decide};
 pub(crate) use film::Film;
 pub(crate) use recording::Recording;
 pub(crate) use remedy::{Compared, remedy};
+pub(crate) use spread::Cause;

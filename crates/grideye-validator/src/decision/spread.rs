@@ -1,6 +1,5 @@
 //! How the statistics of right worlds spread, and what is farthest off.
 
-use crate::decision::decide::Cause;
 use crate::decision::film::Film;
 use crate::decision::judge::{ACROSS, BLOCKS, Judge, Statistics};
 use crate::numbers::{count, percentile, single};
@@ -8,6 +7,17 @@ use grideye_draw::text::fixed;
 
 /// Statistics before the contrasts and the alternatives.
 pub(crate) const OWN: usize = 4;
+/// What is farthest off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Cause {
+    Contrast,
+    Lag,
+    Misfit,
+    Extra,
+    Missing,
+    Alternative,
+}
+
 /// The farthest of 200 draws of a normal law, in standard deviations.
 const LONGEST_SDS: f32 = 2.75;
 
