@@ -402,7 +402,8 @@ impl Simulator {
                 built.extend(build(&skin, &flat(&print.sheet, DVec3::ZERO)));
             }
         }
-        for (index, agent) in self.agents.iter().enumerate() {
+        let agents = self.agents.iter().enumerate();
+        for (index, agent) in agents.filter(|(_, agent)| agent.is_here(time)) {
             let of_part = |part| BodySurface::of(part, ambient_c, time_s, number(index));
             if let Some(segments) = agent.segments_at(time) {
                 for (part, segment) in agent.parts.iter().zip(&segments) {

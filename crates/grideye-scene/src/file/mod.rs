@@ -11,6 +11,7 @@ pub mod key;
 mod mosaic;
 mod obj;
 mod person;
+mod postures;
 mod prints;
 mod reader;
 mod room;

@@ -4,6 +4,7 @@
 mod body;
 mod calibrated;
 mod contact;
+mod doing;
 mod error;
 pub mod fit;
 pub mod limits;
@@ -17,6 +18,8 @@ pub use body::{Agent, Body};
 pub use calibrated::Calibrated;
 pub(crate) use contact::Walls;
 pub use contact::{Contact, FreeSpace};
+pub use doing::Doing;
+pub(crate) use doing::Keep;
 pub use error::{SceneError, Warning};
 pub(crate) use fit::{FITS_MAX, Fit, Normal, OF_PEOPLE, RECORDING_START};
 pub(crate) use person::PAPER;
