@@ -8,7 +8,7 @@ use crate::file::reader::{Read, Reader};
 use crate::file::rule::{ACCELERATION, SPEED};
 use crate::file::waypoints::{TIME, UTC, Waypoint, read_waypoints};
 use crate::model::limits::{TIME_MAX_S, WALK_DAYS_MAX};
-use crate::model::{Agent, Body, Keep, Room, SceneError, Walls};
+use crate::model::{Agent, Body, Keep, Person, Room, SceneError, Walls};
 use crate::motion::{Clock, Motion, Schedule, Trajectory, lengths_m};
 use crate::text::{MM_PER_M, Utc, millimeters, reach};
 use glam::{DMat3, DVec3};
@@ -34,9 +34,9 @@ pub(crate) fn agent(
     let agent = Agent {
         name: reader.name(&keys.name)?,
         parts,
+        turns: turns(reader, keys, (trajectory.as_ref(), person.as_ref()), &keeps)?,
         person,
         start_m,
-        turns: turns(reader, keys, trajectory.as_ref(), &keeps)?,
         keeps,
         touches: touches.map(|name| name.get_ref().clone()).collect(),
         trajectory,
@@ -277,7 +277,7 @@ impl TimeColumn {
 fn turns(
     reader: &Reader<'_>,
     keys: &AgentTable,
-    trajectory: Option<&Trajectory>,
+    (trajectory, person): (Option<&Trajectory>, Option<&Person>),
     keeps: &[Keep],
 ) -> Read<Option<Vec<DMat3>>> {
     let Some(trajectory) = trajectory else {
@@ -292,13 +292,16 @@ fn turns(
         hint,
     )?;
     let turns = turns.unwrap_or(keys.person.is_some());
-    Ok(turns.then(|| headings(trajectory.waypoints_m(), keeps)))
+    // Who sits first faces as the file says until it walks.
+    let first = person.filter(|_| !keeps.is_empty());
+    let first = first.map(|person| person.facing);
+    Ok(turns.then(|| headings(trajectory.waypoints_m(), keeps, first)))
 }
 
 /// Turns +x to the direction of each waypoint's leg. A leg without direction, or on which the person is not upright, uses
 /// the previous one, or else the first.
-fn headings(waypoints_m: &[DVec3], keeps: &[Keep]) -> Vec<DMat3> {
-    let mut headings: Vec<Option<DMat3>> = vec![None];
+fn headings(waypoints_m: &[DVec3], keeps: &[Keep], first: Option<DMat3>) -> Vec<DMat3> {
+    let mut headings: Vec<Option<DMat3>> = vec![first];
     for (index, pair) in waypoints_m.windows(2).enumerate() {
         let is_upright = keeps.iter().skip(index).take(2).all(Keep::is_upright);
         let along = (pair[1] - pair[0]).with_z(0.0).try_normalize();
