@@ -253,12 +253,30 @@ fn check_manifest(file: &Path, manifest: &Manifest) -> Result<(), DatasetError> 
     Err(DatasetError::OtherDataset(file.to_path_buf(), differences))
 }
 
+/// The length of a file of records by its header, `… grideye FINGERPRINT 8192 bytes …`; `None` if it is not of this dataset.
+fn npy_bytes(head: &[u8], fingerprint: &str) -> Option<u64> {
+    let rest = head.strip_prefix(b"\x93NUMPY\x01\x00")?;
+    let (length, rest) = rest.split_first_chunk::<2>()?;
+    let length = u16::from_le_bytes(*length);
+    let words = String::from_utf8_lossy(rest.get(..length.into())?).into_owned();
+    let (_, records) = words.split_once(&format!("grideye {fingerprint} "))?;
+    let (records, _) = records.split_once(" bytes")?;
+    records
+        .parse::<u64>()
+        .ok()?
+        .checked_add(10 + u64::from(length))
+}
+
 /// Whether a file is complete and of this dataset. Its description is at the start (npz) or at the end (Parquet).
 fn is_ours(mut file: File, manifest: &Manifest, table: Table) -> io::Result<bool> {
     let length = file.metadata()?.len();
     let begin = read_at(&mut file, 0, 4)?;
     let end = read_at(&mut file, length.saturating_sub(END_BYTES), END_BYTES)?;
     let fingerprint = manifest.fingerprint();
+    if table == Table::Npy {
+        let head = read_at(&mut file, 0, NPY_HEAD_BYTES)?;
+        return Ok(npy_bytes(&head, fingerprint) == Some(length));
+    }
     let (is_whole, at, look, wanted) = match table {
         Table::Parquet => {
             let footer = footer_bytes(&end).min(length);
@@ -266,7 +284,7 @@ fn is_ours(mut file: File, manifest: &Manifest, table: Table) -> io::Result<bool
             let wanted = fingerprint.bytes().collect();
             (is_whole, length - footer, footer, wanted)
         }
-        Table::Npz => {
+        Table::Npz | Table::Npy => {
             let is_whole = begin == b"PK\x03\x04" && end.starts_with(b"PK\x05\x06");
             // numpy arrays use four bytes per character.
             let wanted: Vec<u8> = fingerprint
@@ -304,6 +322,8 @@ fn footer_bytes(end: &[u8]) -> u64 {
 /// Limit on the bytes before the description in an archive.
 const HEADS_BYTES: u64 = 4096;
 const END_BYTES: u64 = 22;
+/// The longest header of an array, version 1.0.
+const NPY_HEAD_BYTES: u64 = 10 + (1 << 16);
 
 fn unread(path: &Path, cause: io::Error) -> DatasetError {
     DatasetError::Unread(path.to_path_buf(), cause)

@@ -161,7 +161,7 @@ impl Manifest {
 
     /// The file formats of each part.
     pub(crate) fn tables(&self) -> impl Iterator<Item = Table> + '_ {
-        let all = [Table::Npz, Table::Parquet];
+        let all = [Table::Npz, Table::Npy, Table::Parquet];
         all.into_iter()
             .filter(|table| self.formats.iter().any(|name| name == table.name()))
     }

@@ -1,8 +1,9 @@
-//! Writes a part of a dataset as npz or Parquet.
+//! Writes a part of a dataset as npz, npy or Parquet.
 
 use crate::error::ExportError;
 use crate::npz::Archive;
 use crate::parquet::{self, Column, Values};
+use crate::records;
 use grideye_dataset::{AgentLabels, Part, Scalars, Table};
 use std::io::Write;
 
@@ -18,6 +19,11 @@ pub fn write(
 ) -> Result<(), ExportError> {
     match table {
         Table::Npz => npz(part, about, out),
+        Table::Npy => {
+            let about: serde_json::Value = serde_json::from_str(about).unwrap_or_default();
+            let fingerprint = about["fingerprint"].as_str().unwrap_or_default();
+            records::write(part, fingerprint, out)
+        }
         Table::Parquet => {
             let about = [
                 ("grideye.dataset", about.to_owned()),

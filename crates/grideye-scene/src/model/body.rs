@@ -218,11 +218,10 @@ impl Agent {
                 moves,
             )),
             Some(change) if change.is_away() => None,
-            Some(change) => Some(Doing::between(
-                change.from.posture,
-                change.to.posture,
-                moves,
-            )),
+            Some(change) => {
+                let [from, to] = [change.from.posture, change.to.posture];
+                Some(Doing::between(from, to, moves && change.passed > 0.0))
+            }
         }
     }
 

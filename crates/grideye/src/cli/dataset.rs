@@ -70,9 +70,10 @@ pub(crate) struct Dataset {
 
 /// The file formats of a dataset.
 const TABLES: Choices<Table> = (
-    &[Table::Parquet, Table::Npz],
+    &[Table::Parquet, Table::Npz, Table::Npy],
     "parquet Apache Parquet, one row per frame
-npz Arrays for numpy",
+npz Arrays for numpy
+npy One array of records, for mapping into memory",
 );
 
 fn at_least_zero(text: &str) -> Result<f64, String> {
