@@ -86,11 +86,15 @@ pub(crate) fn ways(
     is_placed: &dyn Fn(&str) -> bool,
     (seed, index): (u64, u64),
 ) -> Result<Vec<Option<Way>>, usize> {
-    let stage = Stage::of(scene);
     let acts = |name: &str| actors.iter().any(|(actor, _)| actor.agent == name);
     let others = scene.agents().iter();
     let others: Vec<_> = others
         .filter(|agent| !acts(&agent.name) && !is_placed(&agent.name))
+        .collect();
+    let stage = Stage::of(scene, &others);
+    let walkers: Vec<_> = others
+        .iter()
+        .filter(|agent| agent.trajectory.is_some())
         .collect();
     let mut generators: Vec<_> = actors
         .iter()
@@ -112,7 +116,7 @@ pub(crate) fn ways(
                 let way = stage.way(agent, &choice.acts, &mut generators[number])?;
                 let mut earlier = ways.iter().flatten();
                 let meets = earlier.any(|other| way.meets(other))
-                    || others.iter().any(|other| way.meets_agent(other));
+                    || walkers.iter().any(|other| way.meets_agent(other));
                 (!meets).then_some(way)
             });
             if found.is_none() {

@@ -150,10 +150,15 @@ enum Is {
 }
 
 impl Stage {
-    pub(crate) fn of(scene: &Scene) -> Self {
+    /// The room with its objects and those of these agents who stand still.
+    pub(crate) fn of(scene: &Scene, others: &[&Agent]) -> Self {
         let (low_m, high_m) = scene.room().bounds_m();
+        let mut free = FreeSpace::of(scene);
+        for agent in others.iter().filter(|agent| agent.trajectory.is_none()) {
+            free.fill(&agent.parts);
+        }
         Self {
-            free: FreeSpace::of(scene),
+            free,
             low_m: low_m.truncate(),
             high_m: high_m.truncate(),
         }

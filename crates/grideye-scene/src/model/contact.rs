@@ -260,6 +260,12 @@ impl FreeSpace {
         }
     }
 
+    /// Takes the space of these bodies, too.
+    pub fn fill(&mut self, bodies: &[Body]) {
+        self.objects
+            .push(Shape::new(bodies.iter().map(|body| &body.mesh)));
+    }
+
     /// Whether these bodies are in the room, cross no wall and overlap nothing that stands there; touching is allowed.
     #[must_use]
     pub fn holds(&self, bodies: &[Body]) -> bool {
