@@ -3,7 +3,7 @@
 use crate::error::ExportError;
 use crate::npz::Archive;
 use crate::parquet::{self, Column, Values};
-use crate::records;
+use crate::records::{self, WORDS};
 use grideye_dataset::{AgentLabels, Part, Scalars, Table};
 use std::io::Write;
 
@@ -176,13 +176,7 @@ fn agent_arrays(part: &Part, archive: &mut Archive<impl Write>) -> Result<(), Ex
         edges.map(move |edge| or_nan(edge[frame]))
     });
     archive.array("box_px.npy", "<f8", &[count, agents, 4], doubles(boxes))?;
-    for (name, of) in [
-        (
-            "posture.npy",
-            (|agent| &agent.posture) as fn(&AgentLabels) -> &Vec<Option<&str>>,
-        ),
-        ("doing.npy", |agent| &agent.doing),
-    ] {
+    for (name, (_, of)) in ["posture.npy", "doing.npy"].into_iter().zip(WORDS) {
         let names = each().map(|(agent, frame)| of(agent)[frame].unwrap_or_default());
         archive.texts(name, &[count, agents], &names.collect::<Vec<_>>())?;
     }

@@ -15,8 +15,10 @@ struct Field<'a> {
     axes: Vec<usize>,
     bytes: usize,
     /// Appends the field of a frame.
-    put: Box<dyn Fn(usize, &mut Vec<u8>) + 'a>,
+    put: Put<'a>,
 }
+
+type Put<'a> = Box<dyn Fn(usize, &mut Vec<u8>) + 'a>;
 
 /// Characters of a posture, and of what a person does.
 const WORD: usize = 8;
@@ -123,13 +125,28 @@ fn fields(part: &Part) -> Vec<Field<'_>> {
             image(&agent.mask, frame, record);
         }
     }));
-    for (name, of) in [
-        (
-            "posture",
-            (|agent| &agent.posture) as fn(&AgentLabels) -> &Vec<Option<&str>>,
-        ),
-        ("doing", |agent| &agent.doing),
-    ] {
+    fields.extend(words(part));
+    fields
+}
+
+type Words = fn(&AgentLabels) -> &Vec<Option<&'static str>>;
+/// The words that label an agent.
+pub(crate) const WORDS: [(&str, Words); 2] = [
+    ("posture", |agent| &agent.posture),
+    ("doing", |agent| &agent.doing),
+];
+
+type OfAgent<T> = fn(&AgentLabels) -> &Vec<T>;
+const FLAGS: [(&str, OfAgent<bool>); 2] = [
+    ("present", |agent| &agent.present),
+    ("counts", |agent| &agent.counts),
+];
+
+/// Texts and flags.
+fn words(part: &Part) -> Vec<Field<'_>> {
+    let agents = part.agents.len();
+    let mut fields = Vec::new();
+    for (name, of) in WORDS {
         fields.push(texts(name, (vec![agents], WORD), move |frame| {
             let words = part
                 .agents
@@ -148,13 +165,7 @@ fn fields(part: &Part) -> Vec<Field<'_>> {
             }));
         }
     }
-    for (name, of) in [
-        (
-            "present",
-            (|agent| &agent.present) as fn(&AgentLabels) -> &Vec<bool>,
-        ),
-        ("counts", |agent| &agent.counts),
-    ] {
+    for (name, of) in FLAGS {
         fields.push(Field {
             name: name.to_owned(),
             dtype: "|b1".to_owned(),

@@ -1,10 +1,6 @@
 //! What people do one after another: how fast, where, and what is refused.
 
-#![expect(
-    clippy::unwrap_used,
-    clippy::panic,
-    reason = "a test that panics has failed"
-)]
+#![expect(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 use glam::DVec3;
 use grideye_scene::{Agent, Doing, Scene};

@@ -23,9 +23,10 @@ pub(crate) struct Dataset {
     /// Frames in the whole dataset.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) frames: u64,
-    /// Consecutive frames of one situation, 1 to 100000.
+    /// Consecutive frames per clip.
     ///
-    /// A clip of N frames at the sensor's rate is never in two files; FRAMES must be a multiple.
+    /// 1 to 100000 frames of one situation at the sensor's rate. A clip is never in two files; --frames must be a
+    /// multiple.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000), default_value_t = 1)]
     pub(crate) clip: u64,
     /// Folder for the dataset; created if missing.
