@@ -7,10 +7,8 @@
 //! lasting = "stand" | "sit" | "lie" | "fall" | "away"
 //! ```
 
-use crate::error::{CHOICES_MAX, Mistake};
+use crate::error::{ACTS_MAX, CHOICES_MAX, Mistake};
 
-/// Limit on the acts of one person.
-pub(crate) const ACTS_MAX: usize = 100;
 /// Limit on the seconds of one act.
 const SECONDS_MAX: f64 = 86_400.0;
 

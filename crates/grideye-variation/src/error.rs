@@ -4,6 +4,8 @@ use grideye_scene::{SceneError, key::KeyError};
 
 /// Limit on the choices of one key.
 pub(crate) const CHOICES_MAX: usize = 1_000;
+/// Limit on the acts of one person.
+pub(crate) const ACTS_MAX: usize = 100;
 
 /// Why a scene cannot be varied; each error names the request.
 #[derive(Debug, thiserror::Error)]
@@ -143,7 +145,7 @@ pub enum Mistake {
     )]
     NoSeconds(String),
     /// More acts than the limit.
-    #[error("{0} acts are more than {max}\nhint: make several clips of fewer acts", max = crate::acts::ACTS_MAX)]
+    #[error("{0} acts are more than {max}\nhint: make several clips of fewer acts", max = ACTS_MAX)]
     TooManyActs(usize),
     /// A person comes in who is in the room.
     #[error("the person is in the room already\nhint: write enter or away first, or after leave")]
