@@ -167,14 +167,17 @@ fn nobody_runs_into_anything_or_leaves_the_room() {
                                 | Doing::Leave
                                 | Doing::Stand
                                 | Doing::SitDown
+                                | Doing::StandUp
+                                | Doing::Fall
                         )
                     );
                     let beyond = if steps { 0.3 } else { 0.01 };
                     assert!(
                         around.0.truncate().cmpge(low.truncate() - beyond).all()
                             && around.1.truncate().cmple(high.truncate() + beyond).all(),
-                        "{index} {} at {time:?}: {around:?}",
-                        agent.name
+                        "{index} {} {:?} at {time:?}: {around:?}",
+                        agent.name,
+                        agent.doing(time)
                     );
                     boxes.push((agent, bodies));
                 }
