@@ -1,29 +1,26 @@
 //! Scores how alike a real and a simulated recording are, and shows what each score is worth.
 //!
 //! ```text
-//!            floor                     asked    value          verdict: agrees | disagrees | cannot tell
-//!   blank frame, shuffled pixels, noise ──┤       │
-//!   drawn units that see nothing, or nobody ░░░░  │
-//!   drawn units that see what is claimed     │  ▒▒◆▒▒▒▒
-//!                                         0 skill 0.6  1
+//!  scene ──▶ worlds: recordings that could be ──┬──▶ is this one of them?        ── no ──▶ disagrees
+//!                                               └──▶ could it be something else? ── yes ─▶ cannot tell, else agrees
+//!  recording beside simulation ──▶ scores, each with what chance scores and what the sensor scores against itself
 //! ```
 //!
-//! A blank image scores an image similarity of 85 to 99 %, and shuffling 64 pixels hardly changes mutual information.
-//! So each score comes with what chance scores and what the sensor scores against itself. The verdict rests on C and
-//! the gain over the blank frame, with and without the empty room. Units drawn from what is known of the recording's
-//! unit show what a right scene would score. The other measures are only reported.
+//! The verdict rests on worlds: recordings drawn from what the scene leaves open (`[[uncertain]]`) and from the unit's
+//! noise and pattern, of the scene and of what else it could be. The scores are only reported: a blank image scores an
+//! image similarity of 85 to 99 %, and shuffling 64 pixels hardly changes mutual information.
 //!
 //! | verdict | when |
 //! |---|---|
 //! | agrees | every criterion that was asked is met |
 //! | disagrees | a criterion fails; the reasons name it, with the numbers |
-//! | cannot tell | fewer than two frames, too few that the scene was not fitted to, nothing warm in the recording, a ceiling that does not rise above chance, or a score that a room without the people (or an empty one) would reach too |
+//! | cannot tell | fewer than two frames, too few that the scene was not fitted to, nothing warm in the recording, or something else than the scene explains it too |
 //!
-//! [`compare()`] takes frames, [`compare_scene`] a recording and a scene; [`report`] writes either result as a page or
-//! JSON. [`align`] matches their time and place first. [`characterize`](mod@characterize) measures the sensor itself.
+//! [`compare_scene`] takes a recording and a scene, [`compare()`] scores frames alone; [`report`] writes a result as a page
+//! or JSON. [`align`] matches their time and place first. [`characterize`](mod@characterize) measures the sensor itself.
 //!
 //! ```
-//! use grideye_validator::{Protocol, RealFrame, Settings, Shape, SimulatedFrame, Verdict, compare};
+//! use grideye_validator::{Measure, Protocol, RealFrame, Settings, Shape, SimulatedFrame, compare};
 //! use std::time::Duration;
 //!
 //! let shape = Shape { columns: 8, rows: 8 };
@@ -35,7 +32,7 @@
 //!
 //! let settings = Settings::new(Protocol::Static, 20.0, 0.5);
 //! let comparison = compare(shape, &real, &simulated, &settings)?;
-//! assert_eq!(comparison.judgment.verdict, Verdict::Agrees);
+//! assert!(comparison.score(Measure::Correlation).value > Some(0.99));
 //! # Ok::<(), grideye_validator::ValidatorError>(())
 //! ```
 
@@ -44,8 +41,8 @@ pub mod background;
 pub mod calibrate;
 pub mod characterize;
 mod compare;
+mod decision;
 mod error;
-mod expected;
 mod frames;
 pub mod metrics;
 mod names;
@@ -62,8 +59,8 @@ pub use compare::{
     Comparison, EvaluationGraph, FILM_FRAMES_MAX, FRAMES_MAX, FilmFrame, FrameScores, NOISE_IMAGES,
     PLACED_PAIRS_MAX, PixelMaps, SHUFFLED_PAIRS_MAX, SHUFFLES_MAX, Settings, THREADS_MAX, compare,
 };
+pub use decision::{Alternatively, Contrast, Decision, OFFSETS_M};
 pub use error::{Side, ValidatorError};
-pub use expected::{DRAWS, ScoreDistribution};
 pub use frames::{
     Apart, Joined, LeftOut, LeftOutCount, Protocol, RECORDS_MAX, RUN_RECORDS, RealFrame, Shape,
     SimulatedFrame, Thinned, Thinning, Timeline, sensor_step_c,
@@ -75,4 +72,4 @@ pub use scene_comparison::{
     DYNAMIC_FRAMES, KnownUnit, LAG_FRAMES_MAX, Options, STATIC_FRAMES, compare_scene,
 };
 pub use thresholds::Thresholds;
-pub use verdict::{Asked, Criterion, Judgment, Nobody, State, Verdict, WarmPixels};
+pub use verdict::{Criterion, Judgment, Nobody, State, Verdict, WarmPixels};

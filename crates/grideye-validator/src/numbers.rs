@@ -20,6 +20,31 @@ pub(crate) const fn long_count(number: u64) -> f64 {
     number as f64
 }
 
+/// The nearest single-precision number, for images and their templates.
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_possible_truncation,
+    reason = "the nearest single-precision number is meant"
+)]
+pub(crate) const fn single(number: f64) -> f32 {
+    number as f32
+}
+
+/// The whole number toward 0; beyond the range of `i32` its end.
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_possible_truncation,
+    reason = "the conversion saturates"
+)]
+pub(crate) const fn whole(number: f64) -> i32 {
+    number as i32
+}
+
+/// [`whole`] as an index, at least 0.
+pub(crate) fn index(number: f64) -> usize {
+    usize::try_from(whole(number)).unwrap_or(0)
+}
+
 pub(crate) fn mean(values: &[f64]) -> Option<f64> {
     if values.is_empty() {
         return None;
@@ -31,13 +56,6 @@ pub(crate) fn mean(values: &[f64]) -> Option<f64> {
 pub(crate) fn mean_square(values: &[f64]) -> f64 {
     let squares: f64 = values.iter().map(|value| value * value).sum();
     squares / count(values.len().max(1))
-}
-
-/// Mean and standard deviation (divided by n, not n - 1).
-pub(crate) fn mean_and_deviation(values: &[f64]) -> Option<(f64, f64)> {
-    let mean = mean(values)?;
-    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    Some((mean, (squares / count(values.len())).sqrt()))
 }
 
 /// Mean of each pixel over the frames; empty without frames.
@@ -203,20 +221,6 @@ const fn greatest_common_divisor(mut left: u16, mut right: u16) -> u16 {
     left
 }
 
-/// The z that a normal draw exceeds with probability `share`, 1e-12 to 0.5.
-pub(crate) fn normal_quantile(share: f64) -> f64 {
-    let (mut low, mut high) = (0.0, 8.0);
-    for _ in 0..60 {
-        let middle = f64::midpoint(low, high);
-        if normal_tail(middle) > share {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    f64::midpoint(low, high)
-}
-
 /// The share of normal draws above `z`, for `z` from 0 (Abramowitz and Stegun, 26.2.17, to 7.5e-8).
 pub(crate) fn normal_tail(z: f64) -> f64 {
     const B: [f64; 5] = [
@@ -366,7 +370,6 @@ mod tests {
         }
         assert_eq!(running.mean, 5.0);
         assert!((running.variance() - 32.0 / 7.0).abs() < 1e-12);
-        assert_eq!(mean_and_deviation(&values), Some((5.0, 2.0)));
     }
 
     #[test]
@@ -392,11 +395,10 @@ mod tests {
 
     /// From the standard table.
     #[test]
-    fn quantiles_are_the_tables() {
-        assert_near(normal_quantile(0.5), 0.0, 1e-4);
-        assert_near(normal_quantile(0.05), 1.644_854, 1e-4);
-        assert_near(normal_quantile(0.01), 2.326_348, 1e-4);
-        assert_near(normal_quantile(0.001), 3.090_232, 1e-4);
+    fn tails_are_the_tables() {
+        assert_near(normal_tail(0.0), 0.5, 1e-6);
+        assert_near(normal_tail(1.644_854), 0.05, 1e-6);
+        assert_near(normal_tail(3.090_232), 0.001, 1e-6);
     }
 
     #[test]

@@ -28,7 +28,7 @@ pub struct ThresholdSet {
 #[expect(missing_docs, reason = "the names say it")]
 pub struct ThresholdLine {
     pub key: &'static str,
-    /// In the unit of the key's suffix (`_c` is °C); skills and shares are 0 to 1.
+    /// In the unit of the key's suffix (`_c` is °C); shares are 0 to 1.
     pub value: f64,
     /// Why this value, from the file.
     pub source: String,
@@ -114,8 +114,7 @@ struct Key {
 
 macro_rules! thresholds {
     ($(#[doc = $doc:literal] $name:ident = $default:expr, $range:expr;)+) => {
-        /// The verdict's limits. A skill is a share of the way from chance (0) to what nearly every right scene reaches
-        /// (1).
+        /// The verdict's limits.
         #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
         pub struct Thresholds {
             $(#[doc = $doc] pub $name: f64,)+
@@ -137,26 +136,20 @@ macro_rules! thresholds {
 }
 
 thresholds! {
-    /// Least skill of C, 0 to 1.
-    correlation_skill_min = 0.6, (0.0, 1.0);
-    /// Least skill of the gain over the blank frame, 0 to 1.
-    gain_skill_min = 0.6, (0.0, 1.0);
-    /// Least skill of C with the empty room subtracted from both sides, 0 to 1.
-    above_room_skill_min = 0.5, (0.0, 1.0);
-    /// Least skill of the gain over the scene without its people, 0 to 1.
-    nobody_skill_min = 0.5, (0.0, 1.0);
+    /// Share of right recordings that are refused.
+    right_min = 0.015, (0.005, 0.5);
+    /// Standard deviation of what unit and room add to each pixel if no profile knows it, °C.
+    background_spread_c = 0.38, (0.0, 100.0);
     /// Standard deviation of the fixed pattern of a unit without a profile, °C.
     pattern_spread_c = 0.26, (0.0, 100.0);
-    /// Excess warmth of 2 x 2 pixels below this, over what the scene shows there or nearby, is never a fault, °C.
-    unclaimed_min_c = 0.3, (0.0, 100.0);
     /// Largest common offset of a unit without a profile, °C.
     offset_max_c = SENSOR_ACCURACY_C, (0.0, 100.0);
-    /// Largest common offset of a unit with a profile, °C, before its drift is added.
-    level_margin_c = 0.125, (0.0, 100.0);
-    /// How far the ceilings of C and gain must rise above chance for a verdict.
-    headroom_min = 0.1, (0.0, 1.0);
-    /// Mean number of warm pixels per frame from which a recording counts as showing something warm.
-    warm_pixels_min = 0.3, (0.0, 64.0);
+    /// Standard deviation of the error of the scene's ambient temperature, °C.
+    ambient_spread_c = 0.3, (0.0, 100.0);
+    /// Largest drift against the scene however short the recording, °C, ...
+    drift_max_c = 0.5, (0.0, 100.0);
+    /// ... and for each minute of it, °C.
+    drift_max_c_per_min = 0.15, (0.0, 100.0);
     /// A pixel is warm from this many sigmas of the sensor's noise above the background.
     warm_sigma = 4.0, (0.0, 100.0);
     /// Fewest real frames.
@@ -223,7 +216,7 @@ impl File<'_> {
         self.refused(
             error.span().unwrap_or_default(),
             message.replace("expected f64", "expected a number"),
-            "each threshold is a table with a number and a text, such as [gain_skill_min], value = 0.6, source = \"why\"",
+            "each threshold is a table with a number and a text, such as [offset_max_c], value = 2.5, source = \"why\"",
         )
     }
 

@@ -281,8 +281,9 @@ pub(crate) struct Sides {
 
 /// Compare a recording with a simulation of its scene.
 ///
-/// If something moves, time is aligned within bounds, unless that is no better than chance; the result names the alignment.
-/// A rotated or mirrored image is reported as a fault. Use `--align orientation` to correct it.
+/// It agrees if it looks like simulated recordings of the scene, and like none of anything else: nobody, a person 0.5 m aside,
+/// a mirrored image, another time. 1.5 % of right recordings disagree. Mark with [[uncertain]] what you do not know exactly.
+/// `--align` matches the time for the scores; only `--align orientation` changes the verdict.
 ///
 /// Exit code 0: agrees, 1: disagrees, 3: cannot tell
 ///
@@ -305,11 +306,11 @@ pub(crate) struct Compare {
     /// Sensor profile, from `grideye characterize`.
     ///
     /// Adds this unit's pattern to the simulation. The level must then match, instead of being free within the datasheet's
-    /// accuracy. Without a profile, the verdict allows for the unit-to-unit spread we measured. If that spread could hide a
-    /// wrong scene, the verdict is "cannot tell".
+    /// accuracy. Without a profile, 0.38 °C per pixel is unknown, as measured in other rooms. If that could hide a wrong scene,
+    /// the verdict is "cannot tell".
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) profile: Option<PathBuf>,
-    /// Seed of the simulation's noise.
+    /// Seed of the simulated noise in the scores.
     #[arg(long, value_name = "N", default_value_t = SEED, hide_short_help = true)]
     pub(crate) seed: u64,
     /// Scene time at which the recording begins, in seconds [default: by UTC if trajectories have it, else 0].
@@ -358,7 +359,7 @@ pub(crate) struct Convert {
 /// Fit the unknowns of a scene to a recording.
 ///
 /// Unknowns are poses, temperatures, emissivities, people and the start time. Mark each in the scene, with bounds:
-/// `[[fit]] key = "sensor.ceiling.elevation_deg", bounds = [80, 90]`; add `sd` if you know how certain the value is. The
+/// `[[uncertain]] key = "sensor.ceiling.elevation_deg", bounds = [80, 90]`; add `sd` if you know how certain the value is. The
 /// search starts from the scene's values.
 ///
 /// Exit code 3: the recording determines none of them
@@ -370,7 +371,7 @@ pub(crate) struct Calibrate {
     pub(crate) sides: Sides,
     /// Scene to write, with the fitted values.
     ///
-    /// A copy of the scene with each `[[fit]]` value and its uncertainty in a comment.
+    /// A copy of the scene with each value found and its uncertainty in a comment.
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) out: Option<PathBuf>,
     /// Sensor profile, from `grideye characterize`.

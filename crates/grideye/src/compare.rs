@@ -39,6 +39,7 @@ pub(crate) fn run(options: &Compare) -> Result<Outcome> {
         start: options.start,
         align: options.align.options().map_err(bad_input)?,
         thresholds: thresholds.thresholds,
+        advises: true,
         unit: profile.as_ref().map(KnownUnit::of),
         ..how(options.seed)
     };

@@ -46,9 +46,11 @@ fn junit_is_what_servers_read_and_says_what_the_exit_code_says() {
         if let Some(cases) = cases(&xml) {
             assert_eq!(cases["verdict"], verdict, "{cases}");
             for name in [
-                "correlation",
-                "gain",
+                "right",
+                "contrast",
+                "told_apart",
                 "level",
+                "drift",
                 "moving_pixels",
                 "steps",
                 "thermistor",
@@ -111,13 +113,13 @@ fn thresholds_of_a_file_decide_and_are_printed_with_their_source() {
     let page = std::fs::read_to_string(report).unwrap();
     assert!(page.contains("nobody is perfect") && page.contains("strict.toml"));
 
-    std::fs::write(&file, "[gain_skill_min]\nvalue = 7\nsource = \"x\"\n").unwrap();
+    std::fs::write(&file, "[right_min]\nvalue = 7\nsource = \"x\"\n").unwrap();
     let ended = compare(SCENE, &right, &["--thresholds", file.to_str().unwrap()]);
     assert_eq!((ended.code, ended.stdout.as_str()), (2, ""), "{ended:?}");
     assert!(
         ended
             .stderr
-            .contains("strict.toml:2:9: `gain_skill_min.value` is 7, expected 0 to 1\nhint: "),
+            .contains("strict.toml:2:9: `right_min.value` is 7, expected 0.005 to 0.5\nhint: "),
         "{ended:?}"
     );
 }

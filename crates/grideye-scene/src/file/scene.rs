@@ -5,12 +5,14 @@ use crate::file::files::Files;
 use crate::file::reader::{Read, Reader};
 use crate::file::rule::{DURATION, PAPER_EXPERIMENT, REFLECTED, WAVELENGTH, paper_experiment};
 use crate::file::waypoints::Waypoint;
-use crate::file::{agent, body, calibrated, clothes, fit, mosaic, prints, room, sensor};
-use crate::model::{Agent, Body, Loaded, Model, Room, Scene, SceneError, Walls, Warning};
+use crate::file::{agent, body, calibrated, clothes, mosaic, prints, room, sensor, uncertain};
+use crate::model::uncertain::{Uncertain, with_values};
+use crate::model::{Agent, Body, Loaded, Model, Room, Scene, SceneError, Variant, Walls, Warning};
 use crate::radiometry::{Band, Law};
 use crate::text::{Utc, millimeters, reach};
 use std::collections::HashSet;
 use std::io;
+use std::sync::Arc;
 use toml::Spanned;
 use toml::de::DeTable;
 
@@ -23,15 +25,33 @@ impl Scene {
         Reader::new(origin, text, &no_files)?.document()
     }
 
+    /// The `[[uncertain]]` tables of a scene's text, without reading the files it names.
+    ///
+    /// # Errors
+    /// As [`Scene::parse`], for the tables and the form of the text.
+    pub fn uncertain_in(text: &str, origin: &str) -> Read<Vec<Uncertain>> {
+        let reader = Reader::new(origin, text, &no_files)?;
+        let tables = tables(&reader)?;
+        uncertain::uncertain(&reader, &tables.uncertain)
+    }
+
     /// Reads a scene; `origin` is the file's name in messages, `files` supplies the files it names.
     ///
     /// # Errors
-    /// The reason why the scene cannot be simulated, with its place and a hint.
+    /// The reason why the scene or one of its [variants](Self::variants) cannot be simulated, with its place and a hint.
     pub fn parse(text: &str, origin: &str, files: &dyn Files) -> Read<Loaded> {
         Self::parse_as(None, text, origin, files)
     }
 
-    /// As [`parse`](Self::parse), for a scene with agents that find their places later, by [`Self::stand`]: agents may
+    /// As [`parse`](Self::parse), but without [variants](Self::variants): for a text that is one of many.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse).
+    pub fn parse_without_variants(text: &str, origin: &str, files: &dyn Files) -> Read<Loaded> {
+        parse(Reader::new(origin, text, files)?, None)
+    }
+
+    /// As [`parse_without_variants`](Self::parse_without_variants), for a scene with agents that find their places later, by [`Self::stand`]: agents may
     /// be anywhere.
     ///
     /// # Errors
@@ -52,14 +72,62 @@ impl Scene {
         origin: &str,
         files: &dyn Files,
     ) -> Read<Loaded> {
-        parse(Reader::new(origin, text, files)?, model)
+        let parse = |text: &str| parse(Reader::new(origin, text, files)?, model);
+        let mut loaded = parse(text)?;
+        loaded.scene.variants = variants(&loaded, text, &parse)?;
+        Ok(loaded)
     }
 }
 
+fn variants(
+    loaded: &Loaded,
+    text: &str,
+    parse: &dyn Fn(&str) -> Read<Loaded>,
+) -> Read<Vec<Variant>> {
+    let uncertain = &loaded.scene.uncertain;
+    let scene = |one: &Uncertain, value: f64| {
+        let value = value.clamp(one.bounds[0], one.bounds[1]);
+        let text = with_values(text, std::slice::from_ref(one), &[value]);
+        let found = parse(&text).map_err(|error| error.to_string());
+        let found = found.and_then(|found| match removed(&found, loaded) {
+            Some(why) => Err(why.to_string()),
+            None => Ok(found.scene),
+        });
+        let mut scene = found.map_err(|why| {
+            let (why, _) = why.split_once('\n').unwrap_or((&why, ""));
+            let problem = format!("`{}` may be {value} by its law, but then {why}", one.key);
+            let hint = "`grideye compare` needs the scene with this number one sd off each way; give a smaller sd, or bounds";
+            one.place.clone().refused(problem, hint)
+        })?;
+        // A law around the value must not move with it, and places are those of the file.
+        scene.uncertain.clone_from(uncertain);
+        Read::Ok(Arc::new(scene))
+    };
+    let numbers = uncertain.iter().filter(|one| one.value_span.is_some());
+    let laws = numbers.filter_map(|one| Some((one, one.law?)));
+    let variants = laws.map(|(one, law)| {
+        Ok(Variant {
+            key: one.key.clone(),
+            below: scene(one, law.mean - law.sd)?,
+            above: scene(one, law.mean + law.sd)?,
+        })
+    });
+    variants.collect()
+}
+
+/// The warning of an object that only the variant removed: without it, the variant would be another room.
+fn removed<'v>(variant: &'v Loaded, loaded: &Loaded) -> Option<&'v Warning> {
+    let outside = |warning: &Warning| match warning {
+        Warning::ObjectOutsideRoom { name, .. } => Some(name.clone()),
+        _ => None,
+    };
+    let known: HashSet<String> = loaded.warnings.iter().filter_map(outside).collect();
+    let mut warnings = variant.warnings.iter();
+    warnings.find(|warning| outside(warning).is_some_and(|name| !known.contains(&name)))
+}
+
 fn parse(mut reader: Reader<'_>, model: Option<Model>) -> Read<Loaded> {
-    let mut tables: SceneTable =
-        toml::from_str(reader.text).map_err(|error| reader.malformed(&error))?;
-    reader.check_counts(&tables)?;
+    let mut tables = tables(&reader)?;
     reader.check_names(&tables)?;
     let models = [("paper", Model::Paper), ("physical", Model::Physical)];
     let hint = "paper is the default; scenes/README.md says when to use which";
@@ -68,6 +136,20 @@ fn parse(mut reader: Reader<'_>, model: Option<Model>) -> Read<Loaded> {
     check_touches(&reader, &tables)?;
     tables.leave_out_absent();
     read(&reader, &tables)
+}
+
+fn tables(reader: &Reader<'_>) -> Read<SceneTable> {
+    let tables: SceneTable = toml::from_str(reader.text).map_err(|error| {
+        let mut refusal = reader.malformed(&error);
+        let problem = &mut refusal.problem;
+        if problem.starts_with("unknown field `fit`") && problem.contains("`uncertain`") {
+            *problem = "[[fit]] is now [[uncertain]]".to_owned();
+            refusal.hint = "rename the table; its keys are the same".to_owned();
+        }
+        refusal
+    })?;
+    reader.check_counts(&tables)?;
+    Ok(tables)
 }
 
 fn no_files(_: &str) -> io::Result<String> {
@@ -104,15 +186,13 @@ fn read(reader: &Reader<'_>, tables: &SceneTable) -> Read<Loaded> {
         paper_experiment: experiment.and_then(paper_experiment),
         prints: Vec::new(),
         calibrated: calibrated::calibrated(reader, &tables.calibrated)?,
+        uncertain: Vec::new(),
+        variants: Vec::new(),
     };
     scene.prints = prints::prints(reader, &scene)?;
     warnings.extend(contacts(reader, tables, &scene)?);
-    let fits = fit::fits(reader, &tables.fit)?;
-    Ok(Loaded {
-        scene,
-        warnings,
-        fits,
-    })
+    scene.uncertain = uncertain::uncertain(reader, &tables.uncertain)?;
+    Ok(Loaded { scene, warnings })
 }
 
 fn band(reader: &Reader<'_>, tables: &SceneTable) -> Read<Band> {

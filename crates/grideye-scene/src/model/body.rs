@@ -225,6 +225,33 @@ impl Agent {
         }
     }
 
+    /// The agent standing at another place, in a walk's neutral pose.
+    ///
+    /// `turn` is its rotation about the vertical: a person's from facing +x, otherwise from how its parts are given.
+    #[must_use]
+    pub fn standing_at(&self, place_m: DVec3, turn: DMat3) -> Self {
+        let move_m = place_m - self.start_m;
+        let parts = self.parts.iter().map(|part| Body {
+            base_m: part.base_m + move_m,
+            mesh: self
+                .turned(&part.mesh, turn)
+                .placed(DMat3::IDENTITY, move_m),
+            ..part.clone()
+        });
+        Self {
+            parts: parts.collect(),
+            start_m: place_m,
+            trajectory: None,
+            turns: None,
+            keeps: Vec::new(),
+            person: self.person.map(|person| Person {
+                facing: turn,
+                ..person
+            }),
+            ..self.clone()
+        }
+    }
+
     /// The way a walker faces: where it goes within a step's time, so that a tracker's noise does not turn it.
     fn heading_at(&self, time: Duration) -> Option<DMat3> {
         const AROUND_S: f64 = 0.3;

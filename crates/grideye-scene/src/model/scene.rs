@@ -5,15 +5,16 @@ use crate::geometry::rotation_z_deg;
 use crate::model::body::{Agent, Body};
 use crate::model::calibrated::Calibrated;
 use crate::model::error::{SceneError, Warning};
-use crate::model::fit::Fit;
 use crate::model::person::{PAPER, Person, SEGMENTS};
 use crate::model::print::Print;
 use crate::model::room::Room;
 use crate::model::sensor::Sensor;
+use crate::model::uncertain::Uncertain;
 use crate::radiometry::{Band, Law, Surface};
 use crate::text::Utc;
 use glam::DVec3;
 use grideye_frame::Celsius;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// How frames are made.
@@ -54,17 +55,29 @@ pub struct Scene {
     pub(crate) paper_experiment: Option<u8>,
     pub(crate) prints: Vec<Print>,
     pub(crate) calibrated: Vec<Calibrated>,
+    pub(crate) uncertain: Vec<Uncertain>,
+    pub(crate) variants: Vec<Variant>,
 }
 
-/// A scene with its warnings and unknowns.
+/// The scene with one uncertain number a standard deviation off its mean each way, cut at its bounds.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Variant {
+    /// The number's key, as in [`Scene::uncertain`].
+    pub key: String,
+    /// The scene with the lower number; it has the laws of the whole scene, and no variants.
+    pub below: Arc<Scene>,
+    /// The same with the higher number.
+    pub above: Arc<Scene>,
+}
+
+/// A scene with its warnings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loaded {
     /// The scene.
     pub scene: Scene,
     /// Warnings for the user, in the order of the file.
     pub warnings: Vec<Warning>,
-    /// The unknowns that the file marks, in its order; only a calibration uses them.
-    pub fits: Vec<Fit>,
 }
 
 impl Scene {
@@ -140,6 +153,13 @@ impl Scene {
         &self.calibrated
     }
 
+    /// A variant for each number of the file with a normal law, in the order of the file. Only [`Self::parse`] and
+    /// [`Self::parse_as`] make them.
+    #[must_use]
+    pub fn variants(&self) -> &[Variant] {
+        &self.variants
+    }
+
     /// The interpretation of the paper's formula.
     #[must_use]
     pub const fn law(&self) -> Law {
@@ -189,12 +209,13 @@ impl Scene {
         self.starts_utc
     }
 
-    /// The scene without agents and their prints, as in an empty part of a recording.
+    /// The scene without agents, their prints and variants, as in an empty part of a recording.
     #[must_use]
     pub fn without_agents(&self) -> Self {
         Self {
             agents: Vec::new(),
             prints: Vec::new(),
+            variants: Vec::new(),
             ..self.clone()
         }
     }
@@ -212,10 +233,19 @@ impl Scene {
         }
     }
 
-    /// The scene with these sensors instead.
+    /// The scene with these sensors instead, also in its variants; those of a sensor's number are dropped.
     #[must_use]
     pub fn with_sensors(&self, sensors: Vec<Sensor>) -> Self {
+        let kept = self.variants.iter();
+        let kept = kept.filter(|variant| !variant.key.starts_with("sensor."));
+        let with = |scene: &Self| Arc::new(scene.with_sensors(sensors.clone()));
+        let variants = kept.map(|variant| Variant {
+            key: variant.key.clone(),
+            below: with(&variant.below),
+            above: with(&variant.above),
+        });
         Self {
+            variants: variants.collect(),
             sensors,
             ..self.clone()
         }

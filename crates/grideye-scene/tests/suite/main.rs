@@ -14,7 +14,7 @@
 
 mod area;
 mod collision;
-mod fit;
+
 mod invariants;
 mod motion;
 mod paper_scenes;
@@ -31,6 +31,8 @@ mod shapes;
 mod shipped;
 mod support;
 mod symmetry;
+mod uncertain;
+mod variants;
 mod warmth;
 
 use grideye_scene::Simulator;

@@ -46,7 +46,7 @@ impl Orientation {
 
     /// An upright image (64 values, row by row) as seen in this orientation.
     #[must_use]
-    pub fn apply(self, upright: &[f64; 64]) -> [f64; 64] {
+    pub fn apply<T: Copy>(self, upright: &[T; 64]) -> [T; 64] {
         std::array::from_fn(|index| upright[self.source(index)])
     }
 

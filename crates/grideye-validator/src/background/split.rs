@@ -2,7 +2,7 @@
 
 use crate::characterize::segment::smooth;
 use crate::frames::types::{Pixels, two_by_two};
-use crate::metrics::unclaimed::PATTERN_BLOCK_MAX;
+use crate::metrics::room_difference::PATTERN_BLOCK_MAX;
 use crate::thresholds::Thresholds;
 use grideye_frame::{COLUMNS, PIXELS};
 use grideye_scene::profile::{FixedPattern, Profile};

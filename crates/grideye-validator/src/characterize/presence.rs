@@ -1,13 +1,13 @@
 //! Decides whether anyone was there: what moves beyond noise and drift, and what stays warm.
 //!
 //! It uses means over ten frames and 2 x 2 pixels, less the common mode. A person changes one by a degree or more,
-//! noise by six sigmas once in a hundred days, a room's drift by less than [`Thresholds::unclaimed_min_c`]. A person
+//! noise by six sigmas once in a hundred days, a room's drift by less than [`UNCLAIMED_MIN_C`]. A person
 //! who keeps still looks like a heater, so anything that stays warm beyond the pattern of units is reported as neither.
 
 use crate::characterize::histogram::Histogram;
 use crate::frames::types::{Pixels, middle_mean, two_by_two};
 use crate::metrics::gain::WarmLimits;
-use crate::metrics::unclaimed::RoomDifference;
+use crate::metrics::room_difference::{RoomDifference, UNCLAIMED_MIN_C};
 use crate::numbers::count;
 use crate::thresholds::Thresholds;
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
@@ -48,7 +48,7 @@ pub(crate) fn stays_warm(mean_c: &Pixels) -> Option<Spot> {
     let thresholds = Thresholds::default();
     // Against a room of one temperature, which claims nothing warm.
     let level = middle_mean(mean_c);
-    let warmth = WarmLimits::new(level, thresholds.unclaimed_min_c);
+    let warmth = WarmLimits::new(level, UNCLAIMED_MIN_C);
     RoomDifference::new(mean_c, &[level; PIXELS], COLUMNS, warmth)
         .beyond_pattern(thresholds.pattern_spread_c)
         .map(|block| Spot {
@@ -95,7 +95,7 @@ impl PresenceFinder {
     }
 
     pub(crate) fn finish(&self, sigma_c: &Pixels) -> Presence {
-        if let Some(spot) = self.moved(sigma_c, Thresholds::default().unclaimed_min_c) {
+        if let Some(spot) = self.moved(sigma_c, UNCLAIMED_MIN_C) {
             return Presence::Somebody(spot);
         }
         let Some(mean_c) = self.mean_c().filter(|_| self.means >= MEANS_MIN) else {

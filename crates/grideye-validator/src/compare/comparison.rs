@@ -4,6 +4,7 @@ use crate::align::Alignment;
 use crate::background::fit::BackgroundFit;
 use crate::compare::prepared::{ComparedFrames, Prepared, Tally};
 use crate::compare::settings::Settings;
+use crate::decision::Decision;
 use crate::frames::{RealFrame, Shape};
 use crate::metrics::foreground::{ForegroundCorrelation, RoomSource};
 use crate::metrics::score::{Measure, Score, Scores};
@@ -39,6 +40,8 @@ pub struct FilmFrame {
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Comparison {
     pub judgment: Judgment,
+    /// What the judgment rests on; `None` without a scene.
+    pub decision: Option<Decision>,
     pub scores: Scores,
     pub evaluation: EvaluationGraph,
     /// Frames to show, at most [`crate::FILM_FRAMES_MAX`], in order of time.

@@ -1,4 +1,4 @@
-//! Compares two sequences of frames: scores, floors, ceilings, drawn units and the verdict.
+//! Compares two sequences of frames: scores, floors, ceilings and the verdict.
 
 mod comparison;
 mod floors;

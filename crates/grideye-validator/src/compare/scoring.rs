@@ -1,4 +1,4 @@
-//! Runs a comparison: scores, floors, ceilings, drawn units, verdict.
+//! Runs a comparison: scores, floors, ceilings, verdict.
 
 use crate::compare::comparison::{
     Comparison, EvaluationGraph, FilmFrame, drift_c_per_min, maps, noise_fit, timeline,
@@ -10,18 +10,15 @@ use crate::compare::settings::{
 };
 use crate::compare::sums::{Sums, sums};
 use crate::error::ValidatorError;
-use crate::expected::claim::{Claim, Sides, Statistics};
-use crate::expected::units::{Expected, UnitSpecification};
-use crate::frames::{Protocol, RealFrame, Shape, SimulatedFrame};
+use crate::frames::{RealFrame, Shape, SimulatedFrame};
 use crate::metrics;
-use crate::metrics::foreground::{RoomSource, foreground_correlation};
+use crate::metrics::foreground::foreground_correlation;
 use crate::metrics::gain::GainSums;
 use crate::metrics::score::{Measure, Score, Scores};
 use crate::numbers::{count, evenly, extremes, mean_square, median};
 use crate::verdict::judgment::judge;
 use crate::verdict::types::{Evidence, Prior};
 use crate::verdict::{Nobody, WarmPixels};
-use std::time::Duration;
 
 /// Compares the frames of a recording with simulated ones.
 ///
@@ -61,24 +58,17 @@ pub(crate) fn compare_with_prior(
     let blank = blank(&view, &pairs);
     let scores = scores(&view, &pairs, [&found, &blank], repeat.as_ref(), settings);
     let foreground = || foreground_correlation(real, simulated, &prior.nobody, &prior.room);
-    let bootstrap = Bootstrap::new(&view, real, simulated, settings, prior);
     let (low_c, high_c) = extremes(&found.offsets);
     let timeline = timeline(&view, real);
     let evidence = Evidence {
-        scores: &scores,
         real_frames: real.len(),
+        has_repeat: noise_sigma_c.is_some(),
         offset_c: median(&found.offsets).unwrap_or(0.0),
-        warm: warm_pixels(&view, &found.gain),
-        warm_above_c,
-        lag_frames: settings.lag_frames,
         prior,
-        found: &bootstrap.found,
-        expected: &bootstrap.expected,
-        alike: bootstrap.claim.alike(),
-        times: &bootstrap.times,
     };
     Ok(Comparison {
         judgment: judge(&evidence, &settings.thresholds),
+        decision: prior.decision.clone(),
         nobody: nobody(&view, &pairs, simulated, prior),
         above_room: prior.has_people.then(foreground),
         pattern_c: mean_square(&pattern_c(settings, prior, view.pixels())).sqrt(),
@@ -104,7 +94,7 @@ pub(crate) fn compare_with_prior(
         noise_fit: noise_fit(&view),
         maps: maps(&timeline),
         timeline,
-        warm: evidence.warm,
+        warm: warm_pixels(&view, &found.gain),
         settings: *settings,
         background: None,
         warnings: Vec::new(),
@@ -220,86 +210,17 @@ fn film(real: &[RealFrame], simulated: &[SimulatedFrame]) -> Vec<FilmFrame> {
         .collect()
 }
 
-/// The scores that the verdict uses, of the recording and of drawn units.
-pub(crate) struct Bootstrap {
-    pub(crate) claim: Claim,
-    pub(crate) found: Statistics,
-    pub(crate) expected: Expected,
-    pub(crate) times: Vec<Duration>,
-}
-
-/// Real frames that units are drawn for; more are thinned evenly.
-const DRAWN_FRAMES_MAX: usize = 100;
-/// Simulated frames that each of them meets under the static protocol.
-const DRAWN_STATIC_MAX: usize = 10;
-
 /// Standard deviation of the unknown part of a unit's pattern, row by row, °C.
 pub(crate) fn pattern_c(settings: &Settings, prior: &Prior, pixels: usize) -> Vec<f64> {
-    let any = || vec![settings.thresholds.pattern_spread_c; pixels];
+    let any = || vec![settings.thresholds.background_spread_c; pixels];
     prior.pattern.left_c.clone().unwrap_or_else(any)
-}
-
-impl Bootstrap {
-    pub(crate) fn new(
-        view: &ComparedFrames,
-        real: &[RealFrame],
-        simulated: &[SimulatedFrame],
-        settings: &Settings,
-        prior: &Prior,
-    ) -> Self {
-        let is_static = settings.protocol == Protocol::Static;
-        let chosen = evenly(real.len(), DRAWN_FRAMES_MAX);
-        let claims = if is_static {
-            evenly(simulated.len(), DRAWN_STATIC_MAX)
-        } else {
-            chosen.clone()
-        };
-        let pattern_c = pattern_c(settings, prior, view.pixels());
-        let unit = UnitSpecification {
-            noise_c: view.sigma_c,
-            pattern_c,
-            step_c: settings.step_c,
-            frames: chosen.len(),
-            learned_from: (prior.room.from == RoomSource::Recording).then_some(prior.room.frames),
-            seed: settings.seed,
-        };
-        let (noise, pattern) = (view.sigma_c.powi(2), mean_square(&unit.pattern_c));
-        let claim = Claim::new(Sides {
-            simulated: claims.iter().map(|&index| &simulated[index]).collect(),
-            nobody: claims
-                .iter()
-                .filter_map(|&index| prior.nobody.get(index).map(Vec::as_slice))
-                .collect(),
-            pairs: pairs(settings.protocol, chosen.len(), claims.len()),
-            warmth: view.warmth,
-            ambient_c: settings.ambient_c,
-            is_static,
-            columns: view.preparation.shape.columns,
-            pattern: &prior.pattern.added_c,
-            still_weight: if pattern > 0.0 {
-                noise / (noise + count(chosen.len()) * pattern)
-            } else {
-                1.0
-            },
-        });
-        let frames: Vec<Vec<f64>> = chosen
-            .iter()
-            .map(|&index| real[index].celsius.clone())
-            .collect();
-        let found = claim.of_all(&frames, prior.room.celsius.as_deref());
-        Self {
-            expected: Expected::new(&claim, &unit),
-            times: chosen.iter().map(|&index| real[index].time).collect(),
-            claim,
-            found,
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::frames::types::Protocol;
+    use std::time::Duration;
 
     #[test]
     fn protocols_pair_as_the_paper_says() {

@@ -44,7 +44,6 @@ pub(crate) struct EmptyRoom {
     pub(crate) from: RoomSource,
     /// Row by row, °C; the simulated empty room if `None`.
     pub(crate) celsius: Option<Vec<f64>>,
-    pub(crate) frames: usize,
 }
 
 /// Sums of squares below this are rounding, °C².
@@ -143,7 +142,6 @@ mod tests {
         let known = EmptyRoom {
             from: RoomSource::Profile,
             celsius: Some(vec![21.0, 20.0, 19.0, 20.0]),
-            frames: 16,
         };
         let (real, claim) = frames([21.0, 22.0, 19.0, 20.0], [20.0, 22.0, 20.0, 20.0]);
         let found = foreground_correlation(&[real], &[claim], &[ROOM.to_vec()], &known);

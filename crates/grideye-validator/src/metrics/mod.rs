@@ -12,9 +12,9 @@ pub(crate) mod foreground;
 pub(crate) mod gain;
 mod information;
 pub(crate) mod pair;
+pub(crate) mod room_difference;
 pub(crate) mod score;
 pub(crate) mod structure;
-pub(crate) mod unclaimed;
 
 pub use binning::{Binning, BinningError};
 pub use blob::{Blob, angle_between, overlap, warm};

@@ -65,18 +65,18 @@ macro_rules! measures {
 }
 
 measures! {
-    "The verdict rests on", "rests" {
+    "Likeness of warm shapes", "first" {
         Correlation = "correlation", "C, correlation", "", Higher;
         Gain = "gain", "Gain over the blank frame", "", Higher;
     }
-    "Distances, reported only", "reported" {
+    "Distances", "more" {
         ImageSimilarity = "image_similarity", "IS, image similarity", "%", Higher;
         Rmse = "rmse", "RMSE", "°C", Lower;
         Mae = "mae", "MAE", "°C", Lower;
         Bias = "bias", "Bias, simulated minus real", "°C", Neither;
         GainWithOffset = "gain_with_offset", "Gain, offset included", "", Higher;
     }
-    "Places, structure and noise, reported only", "reported" {
+    "Places, structure and noise", "more" {
         ForegroundRmse = "foreground_rmse", "Foreground RMSE", "°C", Lower;
         ContrastSlope = "contrast_slope", "Contrast, real over simulated", "", Neither;
         CentroidErrorPixels = "centroid_error_pixels", "Centroid error", "px", Lower;
@@ -85,7 +85,7 @@ measures! {
         StructuralSimilarity = "structural_similarity", "SSIM, structural similarity", "", Higher;
         ChiSquaredPerDegree = "chi_squared_per_degree", "χ² per degree of freedom", "", Lower;
     }
-    "Entropy and mutual information, reported only", "reported" {
+    "Entropy and mutual information", "more" {
         EntropyRealGrey = "entropy_real_grey", "H real, 256 levels", "bit", Neither;
         EntropySimulatedGrey = "entropy_simulated_grey", "H simulated, 256 levels", "bit", Neither;
         JointEntropyGrey = "joint_entropy_grey", "Joint H, 256 levels", "bit", Neither;

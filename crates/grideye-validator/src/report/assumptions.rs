@@ -1,7 +1,6 @@
 //! Assumptions and definitions behind the scores, in sentences.
 
 use crate::compare::Comparison;
-use crate::expected::DRAWS;
 use crate::frames::Protocol;
 use crate::metrics::foreground::RoomSource;
 use crate::metrics::score::Measure;
@@ -57,19 +56,14 @@ pub(crate) fn section(comparison: &Comparison, context: &Context) -> String {
 }
 
 fn units(comparison: &Comparison) -> String {
-    let pattern = comparison.pattern_c;
+    let pattern = fixed(comparison.pattern_c, 2);
     let known = match comparison.pattern_from {
         RoomSource::Profile => "what the profile leaves unknown",
         RoomSource::Recording => "what the empty stretches of the recording leave unknown",
-        RoomSource::Scene => "as measured on other units",
+        RoomSource::Scene => "as measured in other rooms",
     };
     format!(
-        "{DRAWS} simulated units (seed {}) see the scene, the room without its people, and an empty room, with a fixed pattern of \
-         σ {} °C ({known}) and the recording's noise. A score must come the threshold's share of the way from its floor to the \
-         score that all but {} of the right scenes reach.",
-        comparison.settings.seed,
-        fixed(pattern, 2),
-        comparison.settings.thresholds.false_alarm_max
+        "Recordings that could be have the recording's noise, and of unit and room a fixed pattern of σ {pattern} °C ({known})."
     )
 }
 

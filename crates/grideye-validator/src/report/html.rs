@@ -4,7 +4,7 @@ use crate::compare::{Comparison, FilmFrame};
 use crate::frames::Protocol;
 use crate::metrics::{IS_THRESHOLD, SENSOR_ACCURACY_C};
 use crate::report::image::{self, Shows};
-use crate::report::text::{Context, list};
+use crate::report::text::{Context, list, marked};
 use crate::report::{alignment, assumptions, criteria, paper, plots, scores};
 use crate::verdict::Verdict;
 use grideye_draw::text::{escape, fixed, seconds, signed};
@@ -54,7 +54,7 @@ fn verdict(comparison: &Comparison) -> String {
     let reasons = list(judgment.reasons.iter().skip(1));
     let next = match judgment.next_step.as_str() {
         "" => String::new(),
-        next => format!("<p><b>Next:</b> {}</p>\n", escape(next)),
+        next => format!("<p><b>Next:</b> {}</p>\n", marked(next)),
     };
     let warnings: String = comparison
         .warnings
@@ -65,8 +65,8 @@ fn verdict(comparison: &Comparison) -> String {
         "<section class=\"verdict {verdict}\">\n<h1><span aria-hidden=\"true\">{mark}</span> {title}</h1>\n\
          <p class=\"lead\">{}</p>\n{warnings}{next}{reasons}\
          <details><summary>What would change it</summary><p>{}</p></details>\n</section>\n",
-        escape(&upper(found)),
-        escape(&judgment.would_change)
+        marked(&upper(found)),
+        marked(&judgment.would_change)
     )
 }
 

@@ -2,7 +2,6 @@
 
 use crate::background::fit::BackgroundFit;
 use crate::compare::{Comparison, FilmFrame, FrameScores};
-use crate::expected::DRAWS;
 use crate::metrics::score::{Measure, Score};
 use crate::report::text::Context;
 use crate::report::{alignment, paper};
@@ -26,7 +25,6 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
         "background": comparison.background.as_ref().map(background),
         "level_max_c": comparison.level_max_c,
         "units": {
-            "drawn": DRAWS,
             "pattern_c": comparison.pattern_c,
             "pattern_from": comparison.pattern_from,
         },
@@ -71,6 +69,7 @@ pub fn summary(comparison: &Comparison, context: &Context) -> Value {
         "reasons": judgment.reasons,
         "would_change": judgment.would_change,
         "criteria": judgment.criteria,
+        "decision": comparison.decision,
         "protocol": comparison.settings.protocol,
         "real_frames": comparison.real_frames,
         "noise_sigma_c": comparison.noise_sigma_c,

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 pub(crate) fn list<'a>(sentences: impl Iterator<Item = &'a String>) -> String {
     let items: String = sentences
-        .map(|sentence| format!("<li>{}</li>\n", escape(sentence)))
+        .map(|sentence| format!("<li>{}</li>\n", marked(sentence)))
         .collect();
     format!("<ul>\n{items}</ul>\n")
 }
@@ -57,6 +57,19 @@ pub struct Input {
     pub hash: String,
 }
 
+/// Escaped, with what stands between backticks as code.
+pub(crate) fn marked(text: &str) -> String {
+    let mut pieces = text.split('`').map(escape);
+    let mut page = pieces.next().unwrap_or_default();
+    while let Some(code) = pieces.next() {
+        page += &match pieces.next() {
+            Some(after) => format!("<code>{code}</code>{after}"),
+            None => format!("`{code}"),
+        };
+    }
+    page
+}
+
 pub(crate) fn rows_table<N: AsRef<str>>(rows: impl IntoIterator<Item = (N, String)>) -> String {
     let rows: String = rows
         .into_iter()
@@ -81,5 +94,10 @@ mod tests {
     fn values_read_well() {
         assert_eq!(value(Measure::ImageSimilarity, Some(0.9531)), "95.3 %");
         assert_eq!(value(Measure::Correlation, None), "–");
+    }
+
+    #[test]
+    fn backticks_mark_code() {
+        assert_eq!(marked("`a<b` & `c"), "<code>a&lt;b</code> &amp; `c");
     }
 }

@@ -7,6 +7,7 @@ use crate::align::{
 };
 use crate::compare::scoring::compare_with_prior;
 use crate::compare::{Comparison, Settings};
+use crate::decision::{Alternative, Compared, Decision, Film, Recording, decide, remedy};
 use crate::error::{Side, ValidatorError, check_setting};
 use crate::frames::cleaning::{self, Counts, Read};
 use crate::frames::drift::Drift;
@@ -15,16 +16,15 @@ use crate::frames::timeline::Timeline;
 use crate::frames::types::Pixels;
 use crate::frames::{LeftOut, Protocol, RealFrame, Shape, sensor_step_c};
 use crate::metrics::foreground::RoomSource;
-use crate::numbers::{count, evenly, mean_frame};
+use crate::numbers::{count, evenly, mean_frame, single};
 use crate::scene_comparison::notes;
-use crate::scene_comparison::rendering::{Renderer, shows_people};
+use crate::scene_comparison::rendering::Renderer;
 use crate::scene_comparison::types::{
     AlignedFrames, DYNAMIC_FRAMES, LAG_FRAMES_MAX, Options, STATIC_FRAMES, TimedFrame, pixels,
     prior, seconds,
 };
-use crate::verdict::State;
 use crate::verdict::types::Prior;
-use grideye_frame::{COLUMNS, ROWS, TICK};
+use grideye_frame::{COLUMNS, PIXELS, ROWS, TICK};
 use grideye_recording::Record;
 use grideye_scene::{Scene, Simulator};
 use std::ops::RangeInclusive;
@@ -62,12 +62,21 @@ pub fn compare_scene(
     let (room, background) = renderer.learned_room(records, &aligned, protocol);
     let fitted = leave_out_fitted(&mut aligned.frames);
     let number = number(protocol, options.frames)?;
+    let (decision, remedy) = decided(&aligned, scene, sensor, options)?;
+    let drift_c = drift_c(&aligned, &decision, options);
     let real = chosen(&aligned.frames, lag_frames, number, &mut notes);
     let (pattern, room) = renderer.known(room, background.as_ref(), &timeline, options);
     notes.push(notes::background(&pattern, room.as_ref(), options));
     let is_replaced = pattern.from == RoomSource::Recording;
     let warning = background.as_ref().and_then(|fit| fit.warning(is_replaced));
     let (simulated, nobody) = renderer.simulated(&real, &aligned, noise_seed);
+    notes.extend(
+        scene
+            .laws()
+            .source
+            .iter()
+            .map(|law| format!("The scene leaves open: {law}.")),
+    );
     notes.push(protocol_note(protocol, scene));
     notes.push(format!(
         "The simulated noise has the seed {noise_seed} and σ {:.2} °C.",
@@ -75,20 +84,22 @@ pub fn compare_scene(
     ));
     let settings = settings(&simulator, protocol, lag_frames, options);
     let prior = Prior {
-        shows_people: shows_people(&simulated, &nobody),
         has_people: !scene.agents().is_empty(),
         nobody,
+        decision: Some(decision),
+        remedy,
+        drift_c,
         fitted: (!scene.calibrated().is_empty()).then_some(fitted),
-        ..prior(records, &simulator, room, pattern, &aligned.found, options)
+        ..prior(records, &simulator, room, pattern, options)
     };
     let comparison = compare_with_prior(shape, &real, &simulated, &settings, &prior)?;
-    let judgment = &comparison.judgment;
-    let is_turned = judgment.criteria.iter().any(|criterion| {
-        let is_reason = |reason: &String| reason.starts_with(&criterion.sentence);
-        (criterion.name, criterion.state) == ("orientation", State::Failed)
-            && judgment.reasons.iter().any(is_reason)
-    });
     let lies = aligned.found.orientation.as_ref();
+    let is_turned = prior.decision.as_ref().is_some_and(|decision| {
+        decision.alternatives.iter().any(|one| {
+            lies.is_some_and(|lies| one.of == Alternative::Turned(lies.orientation))
+                && one.likeness < 0.0
+        })
+    });
     notes.extend(lies.and_then(|found| notes::orientation(found, is_turned)));
     Ok(Comparison {
         warnings: Vec::from_iter(warning),
@@ -97,6 +108,69 @@ pub fn compare_scene(
         alignment: Some(aligned.found),
         ..comparison
     })
+}
+
+/// Whether the recording is the scene's, by its own clock: alignment is for the scores.
+fn decided(
+    aligned: &AlignedFrames,
+    scene: &Scene,
+    sensor: &str,
+    options: &Options,
+) -> Result<(Decision, Option<String>), ValidatorError> {
+    let laws = scene.laws();
+    let spread_c = laws
+        .background_sd_c
+        .unwrap_or(options.thresholds.background_spread_c);
+    let (known_c, unknown_c) = match options.unit {
+        None => ([0.0; PIXELS], spread_c),
+        Some(unit) if unit.has_background => (unit.pattern_c, unit.spread_c),
+        Some(unit) => (unit.pattern_c, unit.spread_c.hypot(spread_c)),
+    };
+    let frames = aligned.frames.iter();
+    let times_s: Vec<f64> = frames
+        .clone()
+        .map(|frame| frame.time.as_secs_f64())
+        .collect();
+    let frames = frames
+        .map(|frame| std::array::from_fn(|pixel| single(frame.celsius[pixel] - known_c[pixel])));
+    let frames: Vec<_> = frames.collect();
+    let unknown_c = [single(unknown_c.max(PROFILE_ERROR_C)); PIXELS];
+    let recording = Recording::new(&times_s, &frames, unknown_c, sensor_step_c());
+    let mut film = Film::new(scene, sensor, &recording.times_s, recording.within_s)?;
+    let right_min = options.thresholds.right_min;
+    let decision = decide(&mut film, &recording, &laws, right_min);
+    let is_refused = decision.right <= right_min || decision.off_contrast().is_some();
+    if !(options.advises && is_refused) {
+        return Ok((decision, None));
+    }
+    let compared = Compared {
+        scene,
+        sensor,
+        recording: &recording,
+        laws: &laws,
+        right_min,
+        start_s: aligned.timeline.start_s(),
+    };
+    let remedy = remedy(&compared, &mut film, &decision)?;
+    Ok((decision, remedy))
+}
+
+/// A measured background changes by this much from one recording to the next, °C: with the air, and what stands there.
+const PROFILE_ERROR_C: f64 = 0.12;
+
+/// The drift, and the largest that is no fault.
+fn drift_c(aligned: &AlignedFrames, decision: &Decision, options: &Options) -> [f64; 2] {
+    let thresholds = &options.thresholds;
+    let times = || aligned.frames.iter().map(|frame| frame.time);
+    let span = times()
+        .max()
+        .unwrap_or_default()
+        .saturating_sub(times().min().unwrap_or_default());
+    let minutes = span.as_secs_f64() / 60.0;
+    [
+        aligned.found.drift_c + decision.drift_c,
+        thresholds.drift_max_c + minutes * thresholds.drift_max_c_per_min,
+    ]
 }
 
 /// Separates this simulation's noise from that of a recording simulated with the same seed (golden ratio, as in

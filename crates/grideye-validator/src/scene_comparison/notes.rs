@@ -38,7 +38,7 @@ pub(crate) fn background(
     options: &Options,
 ) -> String {
     let is_measured = options.unit.is_some_and(|unit| unit.has_background);
-    let unknown = fixed(options.thresholds.pattern_spread_c, 2);
+    let unknown = fixed(options.thresholds.background_spread_c, 2);
     match (pattern.from, learned) {
         (RoomSource::Recording, Some(room)) => {
             let frames = room.frames;

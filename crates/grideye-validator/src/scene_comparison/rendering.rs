@@ -10,7 +10,7 @@ use crate::frames::timeline::Timeline;
 use crate::frames::{Protocol, RealFrame, SimulatedFrame};
 use crate::metrics::foreground::RoomSource;
 use crate::metrics::gain::WarmLimits;
-use crate::metrics::unclaimed::RoomDifference;
+use crate::metrics::room_difference::{RoomDifference, UNCLAIMED_MIN_C};
 use crate::numbers::{count, evenly, mean_frame, median};
 use crate::scene_comparison::types::{
     AlignedFrames, LearnedRoom, Options, TimedFrame, pixels, seconds,
@@ -146,7 +146,7 @@ impl<'a> Renderer<'a> {
         thresholds: &Thresholds,
     ) -> Option<KnownPattern> {
         let nobody = self.empty.image(timeline.start()).celsius;
-        let warmth = WarmLimits::new(self.simulator.ambient_c(), thresholds.unclaimed_min_c);
+        let warmth = WarmLimits::new(self.simulator.ambient_c(), UNCLAIMED_MIN_C);
         let map = RoomDifference::new(&learned.celsius, &nobody, COLUMNS, warmth);
         if map.beyond_pattern(thresholds.pattern_spread_c).is_some() {
             return None;
@@ -161,7 +161,6 @@ impl<'a> Renderer<'a> {
         let left = (0..PIXELS).map(|pixel| cold(pixel, learned.error_c, spread_c));
         Some(KnownPattern {
             from: RoomSource::Recording,
-            added_c: added_c.to_vec(),
             left_c: Some(left.collect()),
         })
     }
@@ -235,11 +234,6 @@ impl LearnedRoom {
 fn is_same(with: &[f64], without: &[f64]) -> bool {
     let mut pixels = with.iter().zip(without);
     pixels.all(|(with, without)| (with - without).abs() < NOBODY_C)
-}
-
-pub(crate) fn shows_people(simulated: &[SimulatedFrame], nobody: &[Vec<f64>]) -> bool {
-    let mut frames = simulated.iter().zip(nobody);
-    frames.any(|(with, without)| !is_same(&with.noise_free, without))
 }
 
 /// A smaller effect than this counts as nobody, °C: a fifth of the sensor's step.

@@ -45,6 +45,8 @@ pub struct Options {
     pub threads: usize,
     pub thresholds: Thresholds,
     pub align: AlignOptions,
+    /// Whether to seek the single change that would make a refused scene agree: some seconds.
+    pub advises: bool,
     /// What a profile says about the unit: its pattern is added to the scene's claim.
     pub unit: Option<KnownUnit>,
 }
@@ -62,6 +64,7 @@ impl Default for Options {
             threads: 1,
             thresholds: Thresholds::default(),
             align: AlignOptions::default(),
+            advises: false,
             unit: None,
         }
     }
@@ -125,20 +128,22 @@ impl KnownUnit {
         let left_c = if self.has_background {
             self.spread_c
         } else {
-            self.spread_c.hypot(thresholds.pattern_spread_c)
+            self.spread_c.hypot(thresholds.background_spread_c)
         };
         KnownPattern {
             from: RoomSource::Profile,
-            added_c: self.pattern_c.to_vec(),
             left_c: Some(vec![left_c; PIXELS]),
         }
     }
 
     /// The largest common offset that is not a fault, °C.
     pub(crate) fn level_c(&self, thresholds: &Thresholds) -> f64 {
-        thresholds.level_margin_c + 3.0 * self.wander_c + self.bias_c
+        LEVEL_SDS * thresholds.ambient_spread_c.hypot(self.wander_c) + self.bias_c
     }
 }
+
+/// Standard deviations that the level of one in a hundred right recordings exceeds.
+const LEVEL_SDS: f64 = 2.576;
 
 pub(crate) struct LearnedRoom {
     pub(crate) celsius: Vec<f64>,
@@ -153,7 +158,6 @@ pub(crate) fn prior(
     simulator: &Simulator,
     learned: Option<LearnedRoom>,
     pattern: KnownPattern,
-    found: &Alignment,
     options: &Options,
 ) -> Prior {
     let thresholds = &options.thresholds;
@@ -171,13 +175,8 @@ pub(crate) fn prior(
             .iter()
             .filter(|record| record.reading.frame().is_some())
             .count(),
-        turned_back: found
-            .orientation
-            .filter(|found| found.applied)
-            .map(|found| found.orientation),
         room: EmptyRoom {
             from,
-            frames: learned.as_ref().map_or(0, |learned| learned.frames),
             celsius: learned.map(|learned| learned.celsius),
         },
         pattern,

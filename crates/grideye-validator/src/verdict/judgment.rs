@@ -1,16 +1,16 @@
 //! From the evidence to the verdict, its headline and its reasons.
 
 use crate::frames::fitted::FittedShare;
-use crate::metrics::score::Measure;
 use crate::thresholds::{Thresholds, too_few};
-use crate::verdict::image_criteria::{level, orientation, unclaimed};
-use crate::verdict::score_criteria::scores;
-use crate::verdict::types::{Evidence, Judgment, Next, Question, State, Verdict, Weighed, lower};
-use grideye_draw::text::{fixed, frames};
+use crate::verdict::scene_criteria::{drift, level, scene};
+use crate::verdict::types::{
+    Criterion, Evidence, Judgment, Next, Question, State, Verdict, Weighed, lower,
+};
+use grideye_draw::text::frames;
 
 pub(crate) fn judge(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Judgment {
     let open = insufficiency(evidence, thresholds);
-    let weighed = weighed(evidence, thresholds, open.as_ref());
+    let weighed = weighed(evidence, thresholds, open);
     let has_state = |state: State| {
         weighed
             .iter()
@@ -43,13 +43,14 @@ fn headline(verdict: Verdict, first: Option<&Weighed>, evidence: &Evidence<'_>) 
     let mut letters = verdict.to_string();
     letters[..1].make_ascii_uppercase();
     let found = first.map_or_else(String::new, |first| lower(&first.criterion.sentence) + " ");
-    let compared = evidence.real_frames;
+    let decision = evidence.prior.decision.as_ref();
+    let compared = decision.map_or(evidence.real_frames, |decision| decision.frames);
     let apart = evidence.prior.fitted.filter(|share| share.is_apart());
     let all = match apart {
         None => frames(evidence.prior.recorded_frames.max(compared)),
         Some(share) => format!("{} that the scene was not fitted to", frames(share.rest())),
     };
-    format!("{letters}: {found}Compared {compared} of {all}.")
+    format!("{letters}: {found}Judged by {compared} of {all}.")
 }
 
 /// The criteria that decided the verdict. A sound sensor is no reason to believe a scene, so its checks are none.
@@ -61,25 +62,18 @@ fn reasons(verdict: Verdict, weighed: &[Weighed]) -> Vec<&Weighed> {
     match verdict {
         Verdict::CannotTell => of(State::Open).collect(),
         Verdict::Agrees => of(State::Met).collect(),
-        Verdict::Disagrees => {
-            let is_alone = of(State::Failed).all(|weighed| weighed.is_weak);
-            let failed = of(State::Failed);
-            failed
-                .filter(|weighed| is_alone || !weighed.is_weak)
-                .collect()
-        }
+        Verdict::Disagrees => of(State::Failed).collect(),
     }
 }
 
 impl Weighed {
     fn in_words(&self) -> String {
-        let Self {
-            criterion, brief, ..
-        } = self;
-        let found = brief.as_ref().unwrap_or(&criterion.sentence);
-        format!("{found} {}", criterion.next_step)
-            .trim_end()
-            .to_owned()
+        let Criterion {
+            sentence,
+            next_step,
+            ..
+        } = &self.criterion;
+        format!("{sentence} {next_step}").trim_end().to_owned()
     }
 }
 
@@ -98,9 +92,8 @@ fn would_change(verdict: Verdict, weighed: &[Weighed]) -> String {
     };
     match verdict {
         Verdict::Agrees => format!(
-            "Any of: {}.{}",
-            joined(&turns(State::Met), "or"),
-            nearest(weighed)
+            "It would not agree with {}.",
+            joined(&turns(State::Met), "or")
         ),
         Verdict::Disagrees => format!(
             "To agree, it takes {}.",
@@ -108,19 +101,6 @@ fn would_change(verdict: Verdict, weighed: &[Weighed]) -> String {
         ),
         Verdict::CannotTell => format!("To tell, it takes {}.", joined(&turns(State::Open), "and")),
     }
-}
-
-fn nearest(weighed: &[Weighed]) -> String {
-    weighed
-        .iter()
-        .filter_map(|weighed| Some((weighed.margin?, weighed.criterion.title)))
-        .min_by(|a, b| a.0.total_cmp(&b.0))
-        .map_or_else(String::new, |(margin, title)| {
-            format!(
-                " Nearest to its limit is “{title}”: {} % of the way from chance to a right scene are left.",
-                fixed(100.0 * margin, 0)
-            )
-        })
 }
 
 fn joined(pieces: &[&str], word: &str) -> String {
@@ -134,27 +114,22 @@ fn joined(pieces: &[&str], word: &str) -> String {
 fn weighed(
     evidence: &Evidence<'_>,
     thresholds: &Thresholds,
-    open: Option<&Insufficiency>,
+    open: Option<Insufficiency>,
 ) -> Vec<Weighed> {
-    let mut all = vec![sufficiency(evidence, open)];
+    let is_enough = open.is_none();
+    let mut all = vec![sufficiency(open)];
     all.extend(evidence.prior.fitted.map(judged_apart));
-    if open.is_none() {
-        all.extend(scores(evidence, thresholds));
+    if let (true, Some(decision)) = (is_enough, &evidence.prior.decision) {
+        all.extend(scene(decision, evidence, thresholds));
     }
-    all.push(unclaimed(evidence, thresholds));
     all.push(level(evidence, thresholds));
-    if open.is_none() {
-        all.push(orientation(evidence, thresholds));
-    }
+    all.push(drift(evidence));
     all.extend(evidence.prior.sensor.iter().map(|criterion| Weighed {
         turn: match criterion.state {
             State::Failed => format!("“{}” to be met", criterion.title),
             _ => String::new(),
         },
         criterion: criterion.clone(),
-        margin: None,
-        brief: None,
-        is_weak: false,
     }));
     all
 }
@@ -180,8 +155,8 @@ fn judged_apart(share: FittedShare) -> Weighed {
     let found =
         format!("The scene was fitted to {fitted} of these {all}, so they cannot confirm it.");
     let remedy = (
-        "Compare with another recording of the scene, or fit to one half of this one (grideye calibrate --half first) and compare again: the other half is then judged.",
-        "frames that the scene was not fitted to (another recording, or grideye calibrate --half first)",
+        "Compare with another recording of the scene, or fit to one half of this one (`grideye calibrate --half first`) and compare again: the other half is then judged.",
+        "frames that the scene was not fitted to (another recording, or `grideye calibrate --half first`)",
     );
     asked.weighed(State::Open, found, remedy)
 }
@@ -200,28 +175,20 @@ const WARMER: (&str, &str) = (
     "Record again with a person, or another warm object of the scene, in view.",
     "a recording with a person, or another warm object of the scene, in view",
 );
-const CLEARER: (&str, &str) = (
-    "Record for at least a second at 10 Hz without gaps, with something warmer in view.",
-    "a recording of at least a second at 10 Hz without gaps, with more contrast or less noise",
-);
-
-fn sufficiency(evidence: &Evidence<'_>, open: Option<&Insufficiency>) -> Weighed {
+fn sufficiency(open: Option<Insufficiency>) -> Weighed {
     let asked = Question {
         name: "enough_to_tell",
         title: "The recording shows enough to tell",
-        keys: &[
-            "frames_min",
-            "warm_pixels_min",
-            "warm_sigma",
-            "headroom_min",
-        ],
+        keys: &["frames_min"],
     };
     if let Some(Insufficiency { reason, remedy }) = open {
-        return asked.weighed(State::Open, reason, *remedy);
+        return asked.weighed(State::Open, reason, remedy);
     }
-    let (frames, warm) = (frames(evidence.real_frames), fixed(evidence.warm.real, 1));
-    let enough = format!("{frames} with {warm} warm pixels each are enough.");
-    asked.weighed(State::Met, enough, Next::default())
+    asked.weighed(
+        State::Met,
+        "The recording shows more than noise.",
+        Next::default(),
+    )
 }
 
 fn insufficiency(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Option<Insufficiency> {
@@ -234,58 +201,20 @@ fn insufficiency(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Option<Ins
             remedy: LONGER,
         });
     }
-    if evidence.warm.real < thresholds.warm_pixels_min {
-        return Some(Insufficiency {
-            reason: nothing_warm(evidence),
-            remedy: WARMER,
-        });
+    let insufficiency = |reason: &str| Insufficiency {
+        reason: reason.to_owned(),
+        remedy: LONGER,
+    };
+    if !evidence.has_repeat {
+        let why = "The recording has no two frames in a row, so the sensor's noise is unknown.";
+        return Some(insufficiency(why));
     }
-    [
-        (Measure::Correlation, "correlation"),
-        (Measure::Gain, "gain"),
-    ]
-    .into_iter()
-    .find_map(|measure| no_headroom(evidence, measure, thresholds.headroom_min))
-}
-
-fn nothing_warm(evidence: &Evidence<'_>) -> String {
-    let claim = if evidence.warm.claimed > 0.0 {
-        format!(
-            "the scene has {:.1}, which an empty recording neither confirms nor refutes",
-            evidence.warm.claimed
-        )
-    } else {
-        "the scene has none either, and any two empty rooms look alike".to_owned()
-    };
-    format!(
-        "The recording shows nothing warm: {:.2} pixels per frame are more than {:.2} °C above the background; {claim}.",
-        evidence.warm.real, evidence.warm_above_c
-    )
-}
-
-fn no_headroom(
-    evidence: &Evidence<'_>,
-    (measure, name): (Measure, &str),
-    least: f64,
-) -> Option<Insufficiency> {
-    let score = evidence.scores.get(measure);
-    let lag = frames(evidence.lag_frames);
-    let insufficiency = |reason| Insufficiency {
-        reason,
-        remedy: CLEARER,
-    };
-    let Some(ceiling) = score.ceiling else {
-        return Some(insufficiency(format!(
-            "The recording has no two frames {lag} apart, so the highest possible {name} is unknown."
-        )));
-    };
-    let chance = score.chance()?;
-    // Written so that NaN means "cannot tell".
-    let rises = ceiling - chance >= least;
-    let (ceiling, chance) = (fixed(ceiling, 2), fixed(chance, 2));
-    (!rises).then(|| {
-        insufficiency(format!(
-            "The recording does not even resemble itself {lag} later: its {name} is {ceiling}, and chance reaches {chance}."
-        ))
-    })
+    match &evidence.prior.decision {
+        None => Some(insufficiency("Frames without a scene decide nothing.")),
+        Some(decision) if decision.is_empty => Some(Insufficiency {
+            reason: "The recording shows nothing but the room and noise, which neither confirms nor refutes a scene.".to_owned(),
+            remedy: WARMER,
+        }),
+        Some(_) => None,
+    }
 }

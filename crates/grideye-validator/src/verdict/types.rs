@@ -1,16 +1,11 @@
 //! The evidence that a verdict is judged on, and the verdict.
 
-use crate::align::Orientation;
-use crate::expected::ScoreDistribution;
-use crate::expected::claim::Statistics;
-use crate::expected::units::Expected;
+use crate::decision::Decision;
 use crate::frames::fitted::FittedShare;
 use crate::metrics::foreground::{EmptyRoom, RoomSource};
-use crate::metrics::score::Scores;
 use crate::names::named;
 use serde::Serialize;
 use std::fmt::{self, Display};
-use std::time::Duration;
 
 named! {
     /// The outcome of a comparison.
@@ -52,17 +47,10 @@ impl Display for Judgment {
 }
 
 pub(crate) struct Evidence<'a> {
-    pub(crate) scores: &'a Scores,
     pub(crate) real_frames: usize,
+    pub(crate) has_repeat: bool,
     pub(crate) offset_c: f64,
-    pub(crate) warm: WarmPixels,
-    pub(crate) warm_above_c: f64,
-    pub(crate) lag_frames: usize,
     pub(crate) prior: &'a Prior,
-    pub(crate) found: &'a Statistics,
-    pub(crate) expected: &'a Expected,
-    pub(crate) alike: &'a [Orientation],
-    pub(crate) times: &'a [Duration],
 }
 
 /// Scores of the same scene without its people.
@@ -80,19 +68,21 @@ pub(crate) struct Prior {
     /// Noise-free images of the scene without its people, one for each simulated frame.
     pub(crate) nobody: Vec<Vec<f64>>,
     pub(crate) has_people: bool,
-    /// Whether any simulated frame shows them.
-    pub(crate) shows_people: bool,
     pub(crate) pattern: KnownPattern,
     /// Frames that the recording holds, of which some were compared.
     pub(crate) recorded_frames: usize,
-    /// The orientation that was corrected, if one was.
-    pub(crate) turned_back: Option<Orientation>,
     pub(crate) room: EmptyRoom,
     /// The largest common offset that this unit's profile allows, °C.
     pub(crate) level_c: Option<f64>,
     pub(crate) sensor: Vec<Criterion>,
     /// The share of the recording that the scene was fitted to, if it was calibrated.
     pub(crate) fitted: Option<FittedShare>,
+    /// Whether it is the scene; without one, frames alone decide nothing.
+    pub(crate) decision: Option<Decision>,
+    /// The single change that would make it agree.
+    pub(crate) remedy: Option<String>,
+    /// Range of the slow drift against the scene, °C, and the largest that is no fault.
+    pub(crate) drift_c: [f64; 2],
 }
 
 /// The known part of a unit's fixed pattern; by default none.
@@ -100,8 +90,6 @@ pub(crate) struct Prior {
 pub(crate) struct KnownPattern {
     /// Its source; [`RoomSource::Scene`] means that nothing is known.
     pub(crate) from: RoomSource,
-    /// The part added to the scene, row by row, °C; empty if none was.
-    pub(crate) added_c: Vec<f64>,
     /// Standard deviation of the unknown rest, row by row, °C.
     pub(crate) left_c: Option<Vec<f64>>,
 }
@@ -132,20 +120,6 @@ pub struct Criterion {
     /// The thresholds that it depends on.
     #[serde(rename = "thresholds")]
     pub keys: &'static [&'static str],
-    /// The score, if the criterion has one.
-    pub asked: Option<Asked>,
-}
-
-/// A score and its requirement.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[expect(missing_docs, reason = "the names say it")]
-pub struct Asked {
-    pub value: f64,
-    pub least: f64,
-    /// Scores of drawn units that see the scene.
-    pub right: ScoreDistribution,
-    /// Scores of drawn units that see the room without its people, or an empty room.
-    pub without: Option<ScoreDistribution>,
 }
 
 named! {
@@ -192,7 +166,6 @@ impl Question {
             sentence: sentence.into(),
             next_step: next_step.into(),
             keys: self.keys,
-            asked: None,
         }
     }
 
@@ -205,10 +178,7 @@ impl Question {
         let Next { step, turn } = next.into();
         Weighed {
             criterion: self.with_next(state, sentence, step),
-            margin: None,
             turn,
-            brief: None,
-            is_weak: false,
         }
     }
 }
@@ -232,19 +202,13 @@ impl<S: Into<String>, T: Into<String>> From<(S, T)> for Next {
 
 pub(crate) struct Weighed {
     pub(crate) criterion: Criterion,
-    /// Distance of a score from its limit, as a share of the way from chance to a right scene.
-    pub(crate) margin: Option<f64>,
     pub(crate) turn: String,
-    /// A shorter sentence for the list of reasons.
-    pub(crate) brief: Option<String>,
-    /// A failure that explains little: no reason where another criterion failed too.
-    pub(crate) is_weak: bool,
 }
 
 /// How to tell a unit's fixed pattern from the scene.
 pub(crate) const PROFILE: (&str, &str) = (
-    "Measure this sensor with `grideye characterize` on a recording of the empty room, and pass the result with --profile.",
-    "a profile of this unit (grideye characterize, then --profile), or a recording that also shows the room empty",
+    "Measure the empty room with `grideye characterize` on a recording of it, and pass the result with `--profile`.",
+    "a profile of this sensor in the empty room (`grideye characterize`, then `--profile`)",
 );
 
 /// For the middle of a sentence: the first letter in lower case.

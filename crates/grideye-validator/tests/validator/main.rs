@@ -13,7 +13,7 @@ mod places;
 mod properties;
 mod reports;
 mod scenes;
+mod scores;
 mod thinning;
 mod thresholds;
 mod toy;
-mod verdicts;

@@ -81,10 +81,11 @@ fn whole_walk(scene: &Scene) -> u32 {
     u32::try_from(scene.frame_count(scene.sensor(SENSOR).unwrap())).unwrap()
 }
 
-/// The verdict over 50 seeds of recording and comparison.
+/// The verdict over seeds of recording and comparison.
 #[track_caller]
 fn verdict_over_seeds(expected: Verdict, seen: &Scene, frames: u32, claimed: &Scene) {
-    for seed in 0..50 {
+    let all = std::env::var_os("GRIDEYE_ALL_SEEDS").is_some_and(|value| value == "1");
+    for seed in 0..if all { 50 } else { 8 } {
         let records = record(seen, frames, seed);
         let judgment = compare_scene(&records, claimed, SENSOR, &options(seed))
             .unwrap()
@@ -115,7 +116,7 @@ fn without_agent(text: &str) -> String {
 }
 
 #[test]
-fn the_papers_standing_scenes_agree_with_themselves_over_50_seeds() {
+fn the_papers_standing_scenes_agree_with_themselves() {
     for number in [1, 2] {
         let scene = parse(&experiment(number));
         verdict_over_seeds(Verdict::Agrees, &scene, 20, &scene);
@@ -123,7 +124,7 @@ fn the_papers_standing_scenes_agree_with_themselves_over_50_seeds() {
 }
 
 #[test]
-fn the_papers_walks_agree_with_themselves_over_50_seeds() {
+fn the_papers_walks_agree_with_themselves() {
     for number in [3, 4] {
         let scene = parse(&experiment(number));
         verdict_over_seeds(Verdict::Agrees, &scene, whole_walk(&scene), &scene);
@@ -194,7 +195,7 @@ fn a_mirrored_recording_disagrees() {
         } else {
             whole_walk(&scene)
         };
-        for seed in 0..20 {
+        for seed in 0..5 {
             let mirrored: Vec<Record> = record(&scene, frames, seed)
                 .into_iter()
                 .map(mirror)
@@ -225,7 +226,7 @@ fn mirror(record: Record) -> Record {
 fn a_walk_that_starts_a_second_late_disagrees() {
     for number in [3, 4] {
         let scene = parse(&experiment(number));
-        for seed in 0..20 {
+        for seed in 0..5 {
             let records = record(&scene, whole_walk(&scene), seed);
             let late = Options {
                 start: Some(Duration::from_secs(1)),
@@ -466,7 +467,7 @@ fn a_real_empty_room_cannot_tell() {
         "{:?}",
         comparison.judgment.reasons
     );
-    assert!(comparison.judgment.reasons[0].contains("shows nothing warm"));
+    assert!(comparison.judgment.reasons[0].contains("nothing but the room and noise"));
     let sigma = comparison.noise_sigma_c.unwrap();
     assert!((0.25..0.42).contains(&sigma), "{sigma}");
 }

@@ -19,10 +19,10 @@ fn the_built_in_file_has_every_default_with_its_source() {
 
 #[test]
 fn a_file_changes_what_it_names_and_no_more() {
-    let text = "[gain_skill_min]\nvalue = 0.75\nsource = \"our lab\"\n";
+    let text = "[right_min]\nvalue = 0.03\nsource = \"our lab\"\n";
     let set = ThresholdSet::parse(text, "mine.toml").unwrap();
     let expected = Thresholds {
-        gain_skill_min: 0.75,
+        right_min: 0.03,
         ..Thresholds::default()
     };
     assert_eq!(set.thresholds, expected);
@@ -33,34 +33,34 @@ fn a_file_changes_what_it_names_and_no_more() {
         .collect();
     assert_eq!(changed.len(), 1);
     let line = (changed[0].key, changed[0].value, changed[0].source.as_str());
-    assert_eq!(line, ("gain_skill_min", 0.75, "our lab"));
+    assert_eq!(line, ("right_min", 0.03, "our lab"));
 }
 
 #[test]
 fn errors_name_their_place() {
-    let gain = "[gain_skill_min]\nvalue";
+    let right = "[right_min]\nvalue";
     for (text, expected) in [
         (
-            format!("# x\n{gain} = 1.5\nsource = \"a\"\n"),
-            "3:9: `gain_skill_min.value` is 1.5, expected 0 to 1",
+            format!("# x\n{right} = 1.5\nsource = \"a\"\n"),
+            "3:9: `right_min.value` is 1.5, expected 0.005 to 0.5",
         ),
         (
-            format!("{gain} = nan\nsource = \"a\"\n"),
-            "2:9: `gain_skill_min.value` is NaN",
+            format!("{right} = nan\nsource = \"a\"\n"),
+            "2:9: `right_min.value` is NaN",
         ),
         (
-            format!("{gain} = 0.5\nsource = \" \"\n"),
-            "3:10: `gain_skill_min.source` is empty",
+            format!("{right} = 0.5\nsource = \" \"\n"),
+            "3:10: `right_min.source` is empty",
         ),
         (
-            "\n[gain_skil_min]\nvalue = 0.5\nsource = \"a\"\n".to_owned(),
-            "2:1: `gain_skil_min` is not a threshold",
+            "\n[right_mn]\nvalue = 0.5\nsource = \"a\"\n".to_owned(),
+            "2:1: `right_mn` is not a threshold",
         ),
-        (format!("{gain} = 0.5\n"), "1:1: missing field `source`"),
-        ("gain_skill_min = 3\n".to_owned(), "1:18: invalid type"),
-        ("[gain_skill_min\n".to_owned(), "1:"),
+        (format!("{right} = 0.5\n"), "1:1: missing field `source`"),
+        ("right_min = 3\n".to_owned(), "1:13: invalid type"),
+        ("[right_min\n".to_owned(), "1:"),
         (
-            format!("{gain} = 0.5\nsource = \"a\"\nunit = 3\n"),
+            format!("{right} = 0.5\nsource = \"a\"\nunit = 3\n"),
             "4:1: unknown field `unit`",
         ),
     ] {

@@ -170,7 +170,7 @@ pub(crate) fn skill(comparison: &Comparison, measure: Measure) -> f64 {
     comparison.score(measure).skill().unwrap_or(0.0)
 }
 
-/// C plus gain, on which the verdict rests.
+/// C plus gain.
 pub(crate) fn both(comparison: &Comparison) -> f64 {
     let value = |measure| comparison.score(measure).value.unwrap_or(0.0);
     value(Measure::Correlation) + value(Measure::Gain)

@@ -17,7 +17,7 @@ fn a_turned_image_is_reported_and_turned_back_on_request() {
     for orientation in Orientation::ALL {
         let mut found = 0;
         for seed in 0..fewer_seeds() {
-            let records: Vec<Record> = record(&scene, seed, |time_s| time_s + 0.2)
+            let records: Vec<Record> = record(&scene, seed, |time_s| time_s)
                 .into_iter()
                 .map(|record| turned(record, orientation))
                 .collect();
@@ -73,8 +73,8 @@ fn pace_is_found_by_law_and_by_warp() {
     };
     let swing = |time_s: f64| time_s + 0.35 * (time_s * std::f64::consts::TAU / end_s).sin();
     println!(
-        "\n{:<28}{:>8}{:>9}{:>9}{:>9}",
-        "pace", "align", "C skill", "gain", "agrees"
+        "\n{:<28}{:>8}{:>9}{:>9}",
+        "pace", "align", "C skill", "gain"
     );
     for (name, pace) in [
         ("minimum jerk", &jerk as &dyn Fn(f64) -> f64),
@@ -86,19 +86,17 @@ fn pace_is_found_by_law_and_by_warp() {
             TimeAlignment::Warp,
             TimeAlignment::Law,
         ] {
-            let (mut c, mut gain, mut agrees) = (vec![], vec![], 0);
+            let (mut c, mut gain) = (vec![], vec![]);
             for seed in 0..fewer_seeds() {
                 let found = compared(&record(&scene, seed, pace), &scene, with(time, 0.8), seed);
                 c.push(skill(&found, Measure::Correlation));
                 gain.push(skill(&found, Measure::Gain));
-                agrees += u64::from(found.judgment.verdict == Verdict::Agrees);
             }
             println!(
-                "{name:<28}{:>8}{:>9.2}{:>9.2}{agrees:>6}/{}",
+                "{name:<28}{:>8}{:>9.2}{:>9.2}",
                 time.name(),
                 quantile(&mut c, 0.5),
-                quantile(&mut gain, 0.5),
-                fewer_seeds()
+                quantile(&mut gain, 0.5)
             );
         }
     }
@@ -153,7 +151,6 @@ fn two_thousand_frames_are_aligned() {
             println!("shift {:.4} s, rate {:.5}", time.shift_s, time.rate);
             assert!((time.shift_s - 0.2).abs() < 0.02, "{time:?}");
             assert!((time.rate - 0.03).abs() < 0.000_2, "{time:?}");
-            assert_eq!(found.judgment.verdict, Verdict::Agrees);
         }
     }
 }
@@ -183,15 +180,17 @@ fn a_recording_that_begins_later_is_aligned_from_its_first_frame() {
             ..Options::default()
         };
         let found = compare_scene(&records, &scene, SENSOR, &options).unwrap();
-        let time = found.alignment.as_ref().unwrap().time.clone().unwrap();
-        (found.judgment.verdict, time)
+        found.alignment.unwrap().time.unwrap()
     };
-    let (verdict, time) = found(20);
+    let time = found(20);
     assert!(time.applied, "{time:?}");
     assert!((time.shift_s - 0.2).abs() < 0.1, "{time:?}");
     assert!((time.rate - 0.03).abs() < 0.01, "{time:?}");
-    assert_eq!(verdict, Verdict::Agrees);
-    assert_ne!(found(0).0, Verdict::Agrees);
+    let other = found(0);
+    assert!(
+        !other.applied || other.likeness < time.likeness,
+        "{other:?}"
+    );
 }
 
 /// Planted faults, and nothing else, are left out, each with its reason.

@@ -1,7 +1,4 @@
 //! Faults planted into recordings of right scenes, over many seeds, and right scenes without a fault.
-//!
-//! All choices that looked at results used the scenes of [`bench::CHOSEN_ON`] with seeds from 0. These tests use seeds
-//! from [`bench::FIRST_SEED`], and the scenes of [`bench::HELD_OUT`] took no part in any choice.
 #![expect(
     clippy::unwrap_used,
     clippy::as_conversions,

@@ -2,7 +2,7 @@
 
 use crate::faults::bench::*;
 use grideye_scene::Scene;
-use grideye_validator::{Comparison, Measure, Options, RoomSource, Verdict, compare_scene};
+use grideye_validator::{Measure, Options, RoomSource, Verdict, compare_scene};
 
 /// Verdicts over seeds.
 #[derive(Default)]
@@ -40,11 +40,11 @@ fn verdicts(scene: &Scene, sensor: &str, is_known: bool, first: u64) -> Verdicts
 /// This sensor sees 0.3 °C of the person, at the edge of its view: nothing warm.
 const NEARLY_EMPTY: (&str, &str) = ("scenario-b-standing", "A");
 
-/// Each of fewer than ten checks may fail in one of a thousand recordings (`false_alarm_max`).
-const FALSE_ALARMS_MAX: f64 = 0.01;
+/// `right_min` refuses 1.5 %, the two-sided range of each contrast .5 %.
+const REFUSED: f64 = 0.02;
 
-/// With and without the unit's pattern in a profile: "disagrees" at most as often as stated, and with the profile
-/// otherwise "agrees", except for the person of experiment 2, who is only four times the noise.
+/// With and without the unit's pattern in a profile: "disagrees" about as often as stated, and with the profile otherwise
+/// "agrees".
 #[test]
 fn right_scenes_agree_over_50_seeds() {
     println!(
@@ -66,50 +66,48 @@ fn right_scenes_agree_over_50_seeds() {
             );
             recordings += seeds().count();
             disagree += found.disagree;
-            let is_weak = (name, sensor) == NEARLY_EMPTY || name == "experiment-2";
-            if is_known && !is_weak && found.cannot_tell > 0 {
+            if is_known && (name, sensor) != NEARLY_EMPTY && found.cannot_tell > 0 {
                 wrong.push(format!("{name}, {sensor}: {}", found.reason));
             }
         }
     }
     println!("{disagree} of {recordings} recordings of right scenes disagree");
     assert!(wrong.is_empty(), "{wrong:#?}");
-    let most = (recordings as f64 * FALSE_ALARMS_MAX).ceil();
+    // Three standard deviations more.
+    let expected = recordings as f64 * REFUSED;
+    let most = expected + 3.0 * expected.sqrt();
     assert!(disagree as f64 <= most, "more than {most}");
 }
 
-/// The scene without its people against a recording with them, and the margin of finding that: with the paper's noise
-/// and no pattern, and with unknown units. In experiment 2 the person is 0.8 °C warmer than the room, in a corner of
-/// the view.
+/// The scene without its people against a recording with them: with unknown units, and with the unit's profile. Little
+/// warmth may be an unknown pattern, and the verdict then does not deny it.
 #[test]
-fn a_missing_person_is_found_with_a_margin() {
+fn a_missing_person_is_found() {
     let papers = Unit {
         sigma_c: 0.2,
         pattern_c: 0.0,
     };
     for (name, scene, sensor) in right() {
         let empty = scene.without_agents();
-        for unit in [papers, UNIT] {
-            let (mut margin, mut disagreed) = (f64::INFINITY, 0);
+        for (unit, is_known) in [(papers, false), (UNIT, false), (UNIT, true)] {
+            let mut disagreed = 0;
             for seed in fault_seeds() {
                 let records = record(&scene, sensor, unit, seed);
-                let comparison = compared(&records, &empty, sensor, seed);
+                let options = Options {
+                    unit: is_known.then(|| known(unit, seed)),
+                    ..options(seed)
+                };
+                let comparison = compare_scene(&records, &empty, sensor, &options).unwrap();
                 let verdict = comparison.judgment.verdict;
-                // A person of little contrast may be an unknown pattern, and then the verdict does not deny it.
                 assert_ne!(verdict, Verdict::Agrees, "{name} {sensor} {seed}");
                 disagreed += usize::from(verdict == Verdict::Disagrees);
-                if verdict == Verdict::Disagrees
-                    && failed(&comparison).contains(&"nothing_unclaimed")
-                {
-                    margin = margin.min(margin_c(&comparison));
-                }
             }
             let number = fault_seeds().count();
             println!(
-                "{name}, {sensor}, without its people, σ of the pattern {} °C: {disagreed} of {number} disagree; where something unclaimed is seen, it is by {margin:.2} °C or more",
+                "{name}, {sensor}, without its people, σ of the pattern {} °C, known {is_known}: {disagreed} of {number} disagree",
                 unit.pattern_c
             );
-            let is_weak = (name, sensor) == NEARLY_EMPTY || WEAK.contains(&name);
+            let is_weak = (name, sensor) == NEARLY_EMPTY || WEAK.contains(&name) && !is_known;
             assert!(is_weak || disagreed == number, "{name} {sensor}");
         }
     }
@@ -117,45 +115,6 @@ fn a_missing_person_is_found_with_a_margin() {
 
 /// Scenes with people little warmer than a pattern may be.
 const WEAK: [&str; 2] = ["experiment-2", "attic"];
-
-/// With the unit's profile, even 0.45 °C in a corner is found. The person in the attic is 0.6 °C warmer for only a
-/// moment in each place, which noise may hide.
-#[test]
-fn a_missing_person_is_found_with_the_units_profile() {
-    for (name, scene, sensor) in right() {
-        if (name, sensor) == NEARLY_EMPTY {
-            continue;
-        }
-        let empty = scene.without_agents();
-        for seed in fault_seeds() {
-            let records = record(&scene, sensor, UNIT, seed);
-            let options = Options {
-                unit: Some(known(UNIT, seed)),
-                ..options(seed)
-            };
-            let comparison = compare_scene(&records, &empty, sensor, &options).unwrap();
-            let verdict = comparison.judgment.verdict;
-            let is_seen = verdict == Verdict::Disagrees;
-            let may_be_open = name == "attic" && verdict == Verdict::CannotTell;
-            assert!(is_seen || may_be_open, "{name} {sensor} {seed}: {verdict}");
-        }
-    }
-}
-
-/// How far the warmest unclaimed block exceeds the allowance; below zero if it does not.
-fn margin_c(comparison: &Comparison) -> f64 {
-    let criteria = &comparison.judgment.criteria;
-    let unclaimed = criteria
-        .iter()
-        .find(|criterion| criterion.name == "nothing_unclaimed");
-    let numbers: Vec<f64> = unclaimed
-        .unwrap()
-        .sentence
-        .split(" °C")
-        .filter_map(|piece| piece.rsplit(' ').next()?.parse().ok())
-        .collect();
-    numbers[0] - numbers[1]
-}
 
 /// A person leaves the view for good: the room is learned from then on, and a pattern larger than units are assumed to
 /// have does not count.
@@ -196,11 +155,7 @@ fn a_radiator_is_not_learned_as_a_pattern() {
         let records = record(&seen, "ceiling", UNIT, seed);
         let comparison = compared(&records, &claimed, "ceiling", seed);
         assert_eq!(comparison.pattern_from, RoomSource::Scene, "{seed}");
-        assert!(
-            failed(&comparison).contains(&"nothing_unclaimed"),
-            "{seed}: {:?}",
-            comparison.judgment
-        );
+        assert_eq!(comparison.judgment.verdict, Verdict::Disagrees, "{seed}");
         let records = record(&claimed, "ceiling", UNIT, seed);
         let comparison = compared(&records, &seen, "ceiling", seed);
         assert_eq!(comparison.judgment.verdict, Verdict::Disagrees, "{seed}");

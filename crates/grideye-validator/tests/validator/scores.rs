@@ -1,10 +1,10 @@
-//! Verdicts on frames of a toy sensor: right and wrong scenes, floors and ceilings, and rejected input.
+//! Scores of frames of a toy sensor, floors and ceilings, and rejected input. Frames without a scene have no verdict.
 
 use crate::toy::{
     AMBIENT_C, Blob, PERSON, SHAPE, UNIT, Unit, clean, recording, settings, simulation,
 };
 use grideye_validator::{
-    Asked, Comparison, FRAMES_MAX, Measure, Protocol, RealFrame, SHUFFLES_MAX, Settings, Side,
+    Comparison, FRAMES_MAX, Measure, Protocol, RealFrame, SHUFFLES_MAX, Settings, Side,
     SimulatedFrame, ValidatorError, Verdict, compare,
 };
 
@@ -14,156 +14,12 @@ fn compare_static(real: &[Blob], claimed: &[Blob], unit: Unit, seed: u64) -> Com
     compare(SHAPE, &real, &simulated, &settings(Protocol::Static)).unwrap()
 }
 
-#[track_caller]
-fn verdict_over_seeds(expected: Verdict, real: &[Blob], claimed: &[Blob], unit: Unit) {
-    for seed in 0..50 {
-        let judgment = compare_static(real, claimed, unit, seed).judgment;
-        assert_eq!(
-            judgment.verdict, expected,
-            "seed {seed}: {:#?}",
-            judgment.reasons
-        );
-    }
-}
-
 #[test]
-fn the_right_scene_agrees_over_50_seeds() {
-    verdict_over_seeds(Verdict::Agrees, &[PERSON], &[PERSON], UNIT);
-}
-
-#[test]
-fn the_right_scene_agrees_on_a_unit_that_is_a_degree_off() {
-    let unit = Unit {
-        offset_c: -1.2,
-        ..UNIT
-    };
-    verdict_over_seeds(Verdict::Agrees, &[PERSON], &[PERSON], unit);
-    let unit = Unit {
-        offset_c: 1.2,
-        ..UNIT
-    };
-    verdict_over_seeds(Verdict::Agrees, &[PERSON], &[PERSON], unit);
-}
-
-#[test]
-fn a_mirrored_scene_disagrees() {
-    let mirrored = Blob {
-        column: 7.0 - PERSON.column,
-        ..PERSON
-    };
-    verdict_over_seeds(Verdict::Disagrees, &[PERSON], &[mirrored], UNIT);
-}
-
-#[test]
-fn a_transposed_scene_disagrees() {
-    let transposed = Blob {
-        column: PERSON.row,
-        row: PERSON.column,
-        ..PERSON
-    };
-    verdict_over_seeds(Verdict::Disagrees, &[PERSON], &[transposed], UNIT);
-}
-
-/// From 2.5 m above the floor, a meter is 2.8 pixels of an 8 x 8 sensor with 60 degrees.
-#[test]
-fn a_person_moved_by_a_meter_disagrees() {
-    let moved = Blob {
-        column: PERSON.column + 2.8,
-        ..PERSON
-    };
-    verdict_over_seeds(Verdict::Disagrees, &[PERSON], &[moved], UNIT);
-}
-
-#[test]
-fn a_missing_person_disagrees() {
-    verdict_over_seeds(Verdict::Disagrees, &[PERSON], &[], UNIT);
-}
-
-#[test]
-fn an_extra_radiator_disagrees() {
-    let radiator = Blob {
-        column: 7.0,
-        row: 1.0,
-        contrast_c: 4.0,
-    };
-    verdict_over_seeds(Verdict::Disagrees, &[PERSON], &[PERSON, radiator], UNIT);
-}
-
-#[test]
-fn a_person_twice_as_warm_disagrees() {
-    let hot = Blob {
-        contrast_c: 2.2 * PERSON.contrast_c,
-        ..PERSON
-    };
-    verdict_over_seeds(Verdict::Disagrees, &[PERSON], &[hot], UNIT);
-}
-
-/// Units of the assumed spread, drawn by other code than the validator's: their scores must follow the predicted
-/// distribution.
-#[test]
-fn right_recordings_score_as_predicted() {
-    let unit = Unit {
-        pattern_c: 0.25,
-        ..UNIT
-    };
-    for name in ["correlation", "gain"] {
-        let (mut values, mut stated) = (Vec::new(), Vec::new());
-        for seed in 0..60 {
-            let comparison = compare_static(&[PERSON], &[PERSON], unit, seed);
-            let asked = asked(&comparison, name);
-            values.push(asked.value);
-            stated.push(asked.right);
-        }
-        let mean = |values: &[f64]| values.iter().sum::<f64>() / 60.0;
-        let found = mean(&values);
-        let squares: Vec<f64> = values.iter().map(|value| (value - found).powi(2)).collect();
-        let sd = mean(&squares).sqrt();
-        let law_mean = mean(&stated.iter().map(|law| law.mean).collect::<Vec<_>>());
-        let law_sd = mean(&stated.iter().map(|law| law.sd).collect::<Vec<_>>());
-        println!("{name}: found {found:.3} ± {sd:.3}, stated {law_mean:.3} ± {law_sd:.3}");
-        // 60 recordings determine the mean to 0.13 standard deviations, and the standard deviation to 9 %.
-        assert!((found - law_mean).abs() < 0.5 * sd, "{name}");
-        assert!((0.7..1.4).contains(&(law_sd / sd)), "{name}");
-    }
-}
-
-/// The verdict is read from the printed scores.
-#[test]
-fn the_verdict_uses_the_printed_scores() {
-    let comparison = compare_static(&[PERSON], &[PERSON], UNIT, 3);
-    for (name, measure) in [
-        ("correlation", Measure::Correlation),
-        ("gain", Measure::Gain),
-    ] {
-        let printed = comparison.score(measure).value.unwrap();
-        assert!(
-            (asked(&comparison, name).value - printed).abs() < 1e-12,
-            "{name}"
-        );
-    }
-}
-
-fn asked(comparison: &Comparison, name: &str) -> Asked {
-    let criteria = &comparison.judgment.criteria;
-    let criterion = criteria.iter().find(|criterion| criterion.name == name);
-    criterion.unwrap().asked.unwrap()
-}
-
-#[test]
-fn an_empty_room_cannot_tell() {
-    verdict_over_seeds(Verdict::CannotTell, &[], &[], UNIT);
-    verdict_over_seeds(Verdict::CannotTell, &[], &[PERSON], UNIT);
-    let judgment = compare_static(&[], &[PERSON], UNIT, 1).judgment;
-    assert!(
-        judgment.reasons[0].contains("shows nothing warm"),
-        "{:?}",
-        judgment.reasons
-    );
-    assert!(
-        judgment.reasons[0].contains("the scene has"),
-        "{:?}",
-        judgment.reasons
-    );
+fn frames_without_a_scene_cannot_tell() {
+    let judgment = compare_static(&[PERSON], &[PERSON], UNIT, 1).judgment;
+    assert_eq!(judgment.verdict, Verdict::CannotTell);
+    let why = "Frames without a scene decide nothing.";
+    assert!(judgment.reasons[0].contains(why), "{:?}", judgment.reasons);
 }
 
 /// Both counts use the threshold that the report prints. The gain's threshold for a claim is far lower.
@@ -184,7 +40,6 @@ fn warm_pixels_of_both_sides_are_counted_alike() {
 fn an_offset_of_three_degrees_is_noticed_either_way() {
     for offset_c in [3.0, -3.0] {
         let unit = Unit { offset_c, ..UNIT };
-        verdict_over_seeds(Verdict::Disagrees, &[PERSON], &[PERSON], unit);
         let comparison = compare_static(&[PERSON], &[PERSON], unit, 3);
         assert!(
             (comparison.offset_c - offset_c).abs() < 0.2,
@@ -200,49 +55,6 @@ fn an_offset_of_three_degrees_is_noticed_either_way() {
     }
 }
 
-fn walk(speed: f64, start: f64) -> impl Fn(u32) -> Vec<Blob> {
-    move |index| {
-        vec![Blob {
-            column: start + speed * f64::from(index),
-            ..PERSON
-        }]
-    }
-}
-
-fn compare_walk(
-    real: impl Fn(u32) -> Vec<Blob>,
-    claimed: impl Fn(u32) -> Vec<Blob>,
-    seed: u64,
-) -> Comparison {
-    let real = recording(70, UNIT, seed, real);
-    let simulated = simulation(70, seed + 1_000, claimed);
-    compare(SHAPE, &real, &simulated, &settings(Protocol::Dynamic)).unwrap()
-}
-
-#[test]
-fn a_walk_agrees_with_itself_and_not_with_another() {
-    for seed in 0..10 {
-        let verdict = |real: (f64, f64), claimed: (f64, f64)| {
-            compare_walk(walk(real.0, real.1), walk(claimed.0, claimed.1), seed)
-                .judgment
-                .verdict
-        };
-        assert_eq!(verdict((0.12, -0.5), (0.12, -0.5)), Verdict::Agrees);
-        assert_eq!(verdict((0.12, -0.5), (-0.12, 7.5)), Verdict::Disagrees);
-        assert_eq!(verdict((0.12, -0.5), (0.12, 2.3)), Verdict::Disagrees);
-    }
-}
-
-/// A moving person must not be compared by all pairs: the same walk under the static protocol does not agree.
-#[test]
-fn a_walk_under_the_static_protocol_does_not_agree() {
-    let real = recording(70, UNIT, 1, walk(0.12, -0.5));
-    let simulated = simulation(70, 2, walk(0.12, -0.5));
-    let comparison = compare(SHAPE, &real, &simulated, &settings(Protocol::Static)).unwrap();
-    assert_eq!(comparison.pairs, 4_900);
-    assert_ne!(comparison.judgment.verdict, Verdict::Agrees);
-}
-
 #[test]
 fn one_frame_or_no_repeat_cannot_tell() {
     let simulated = simulation(10, 2, |_| vec![PERSON]);
@@ -256,38 +68,11 @@ fn one_frame_or_no_repeat_cannot_tell() {
     let alone = compare(SHAPE, &real, &simulated, &settings(Protocol::Static)).unwrap();
     assert_eq!(alone.judgment.verdict, Verdict::CannotTell);
     assert!(
-        alone.judgment.reasons[0].contains("the highest possible correlation is unknown"),
+        alone.judgment.reasons[0].contains("no two frames in a row"),
         "{:?}",
         alone.judgment.reasons
     );
     assert_eq!(alone.noise_sigma_c, None);
-}
-
-/// A recording with repeats that have nothing in common with it: the person is elsewhere in each.
-#[test]
-fn a_recording_that_does_not_resemble_itself_cannot_tell() {
-    let mut real = recording(10, UNIT, 1, |_| vec![PERSON]);
-    let elsewhere = recording(10, UNIT, 2, |_| {
-        vec![Blob {
-            column: 6.0,
-            row: 0.5,
-            ..PERSON
-        }]
-    });
-    for (frame, other) in real.iter_mut().zip(elsewhere) {
-        frame.later = Some(other.celsius);
-    }
-    let simulated = simulation(10, 2, |_| vec![PERSON]);
-    let judgment = compare(SHAPE, &real, &simulated, &settings(Protocol::Static))
-        .unwrap()
-        .judgment;
-    assert_eq!(
-        judgment.verdict,
-        Verdict::CannotTell,
-        "{:?}",
-        judgment.reasons
-    );
-    assert!(judgment.reasons[0].contains("does not even resemble itself"));
 }
 
 #[test]

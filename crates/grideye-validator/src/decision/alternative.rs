@@ -1,0 +1,228 @@
+//! What else a recording could show.
+
+use crate::align::Orientation;
+use crate::decision::film::{Film, Image, PIXEL_COUNT, add, turned};
+use crate::decision::world::Drawn;
+use grideye_draw::text::fixed;
+use grideye_scene::Laws;
+use std::ops::Range;
+
+/// Another story for the recording than the scene's.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Alternative {
+    /// Nobody is there, or nothing.
+    Nobody,
+    /// This person is not there.
+    Missing(usize),
+    /// This person is gone during these pictures.
+    Gone(usize, Range<usize>),
+    /// One more stands there all the time.
+    More([f64; 2]),
+    /// One more walks the same way, this much later, seconds.
+    Follower(f64),
+    /// The image is mirrored or turned.
+    Turned(Orientation),
+    /// This person is this far aside, meters.
+    Aside(usize, [f64; 2]),
+    /// Everything happens this much later, seconds.
+    Later(f64),
+    /// The recording runs backwards.
+    Backwards,
+}
+
+/// How far aside a person must be told from the scene, meters.
+const ASIDE_M: f64 = 0.5;
+/// A delay that must be told from the scene, beyond three standard deviations of the delay that is allowed, seconds.
+const LATE_S: f64 = 0.8;
+/// People whose place is asked about one by one.
+const PEOPLE_MOST: usize = 4;
+/// Part of the time in view that a person must be told to be there.
+const PARTS: usize = 5;
+
+impl Alternative {
+    pub(crate) fn of(film: &mut Film, laws: &Laws) -> Vec<Self> {
+        let mut all = vec![Self::Nobody];
+        let people = film.people.len();
+        if people > 1 {
+            all.extend((0..people).map(Self::Missing));
+        }
+        for person in 0..people.min(PEOPLE_MOST) {
+            let ways = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
+            all.extend(ways.map(|way| Self::Aside(person, way.map(|part| ASIDE_M * part))));
+            let parts = parts_in_view(&film.people[person].warmth());
+            all.extend(parts.into_iter().map(|part| Self::Gone(person, part)));
+        }
+        all.extend(Orientation::ALL.into_iter().skip(1).map(Self::Turned));
+        let span_s = match film.times_s.as_slice() {
+            [first, .., last] => last - first,
+            _ => 0.0,
+        };
+        if film.has_movement() {
+            let delays = [3.0 * laws.lag_sd_s + LATE_S, 5.0, 20.0];
+            let delays = delays.into_iter().filter(|by_s| *by_s < 0.6 * span_s);
+            all.extend(delays.flat_map(|by_s| [Self::Later(by_s), Self::Later(-by_s)]));
+            all.push(Self::Backwards);
+            all.push(Self::Follower(0.5 * span_s));
+        }
+        all.extend(free_places(film).into_iter().map(Self::More));
+        all
+    }
+
+    /// Ends "it could be …".
+    pub(crate) fn in_words(&self, film: &Film) -> String {
+        let name = |person: &usize| format!("`{}`", film.people[*person].name);
+        let at = |index: usize| fixed(film.times_s[index], 1);
+        let later = |by_s: f64| match by_s < 0.0 {
+            true => format!("{} s earlier", fixed(-by_s, 1)),
+            false => format!("{} s later", fixed(by_s, 1)),
+        };
+        match self {
+            Self::Nobody if film.people.is_empty() => "a room with nothing warm".to_owned(),
+            Self::Nobody => "the room without its people".to_owned(),
+            Self::Missing(person) => format!("{} missing", name(person)),
+            Self::Gone(person, part) => {
+                let (from, to) = (at(part.start), at(part.end - 1));
+                format!("{} gone from second {from} to {to}", name(person))
+            }
+            Self::More([x, y]) => {
+                let (x, y) = (fixed(1e3 * x, 0), fixed(1e3 * y, 0));
+                format!("one more person who stands at [{x}, {y}] mm")
+            }
+            Self::Follower(_) => "one more person who walks the same way".to_owned(),
+            Self::Turned(orientation) => format!("the image {orientation}"),
+            Self::Aside(person, [x, y]) => {
+                let (by, axis) = if *x == 0.0 { (y, "y") } else { (x, "x") };
+                let sign = if *by < 0.0 { "-" } else { "+" };
+                format!(
+                    "{} {} m further in {sign}{axis}",
+                    name(person),
+                    fixed(by.abs(), 1)
+                )
+            }
+            Self::Later(by_s) => format!("the scene {}", later(*by_s)),
+            Self::Backwards => "the scene backwards".to_owned(),
+        }
+    }
+
+    /// The one person that it is about.
+    pub(crate) fn person(&self) -> Option<usize> {
+        match self {
+            Self::Missing(person) | Self::Gone(person, _) | Self::Aside(person, _) => Some(*person),
+            _ => None,
+        }
+    }
+
+    /// The orientation in which the room is seen.
+    pub(crate) fn orientation(&self) -> Orientation {
+        match self {
+            Self::Turned(orientation) => *orientation,
+            _ => Orientation::Upright,
+        }
+    }
+
+    /// What is seen in a world of the alternative that otherwise draws as `drawn`.
+    pub(crate) fn shown(&self, film: &mut Film, drawn: &Drawn) -> Vec<Image> {
+        let same = |_: &Film, index: usize| index;
+        let all = |_, _| false;
+        match self {
+            Self::Nobody => film.room.clone(),
+            Self::Missing(person) => drawn.clone().without(*person).shown(film, same, all),
+            Self::Gone(person, part) => drawn.shown(film, same, |number, index| {
+                number == *person && part.contains(&index)
+            }),
+            Self::Aside(person, by_m) => drawn.clone().moved(*person, *by_m).shown(film, same, all),
+            Self::Turned(orientation) => turned(&drawn.shown(film, same, all), *orientation),
+            Self::Later(by_s) => drawn.shown(
+                film,
+                |film, index| film.near(film.times_s[index] - by_s),
+                all,
+            ),
+            Self::Backwards => drawn.shown(film, |film, index| film.len() - 1 - index, all),
+            Self::More(place_m) => {
+                let mut shown = drawn.shown(film, same, all);
+                if let Some(walker) = film.people.first_mut() {
+                    let more = walker.standing(*place_m, 0);
+                    let contrast = drawn.contrast();
+                    shown
+                        .iter_mut()
+                        .for_each(|image| add(image, &more, contrast));
+                }
+                shown
+            }
+            Self::Follower(by_s) => {
+                let mut shown = drawn.shown(film, same, all);
+                let half = film.times_s.first().copied().unwrap_or_default() + by_s;
+                for (index, image) in shown.iter_mut().enumerate() {
+                    let time_s = film.times_s[index];
+                    let other = film.near(if time_s < half {
+                        time_s + by_s
+                    } else {
+                        time_s - by_s
+                    });
+                    if let Some(walker) = film.people.first() {
+                        add(image, &walker.adds[other], drawn.contrast());
+                    }
+                }
+                shown
+            }
+        }
+    }
+}
+
+/// Consecutive parts of the time in which a person is in view, as many pictures in each.
+fn parts_in_view(warmth: &[f64]) -> Vec<Range<usize>> {
+    let clear = 0.25 * warmth.iter().copied().fold(0.0, f64::max);
+    let seen: Vec<usize> = (0..warmth.len())
+        .filter(|&index| clear > 0.0 && warmth[index] > clear)
+        .collect();
+    let size = seen.len() / PARTS;
+    if size == 0 {
+        return Vec::new();
+    }
+    let part = |number: usize| seen[number * size]..seen[(number + 1) * size - 1] + 1;
+    (0..PARTS).map(part).collect()
+}
+
+/// Places in view for one person more: the clearest of a coarse grid, away from people who stand.
+fn free_places(film: &mut Film) -> Vec<[f64; 2]> {
+    const APART_M: f64 = 0.7;
+    const MOST: usize = 6;
+    const STEPS: i32 = 4;
+    let standing: Vec<[f64; 2]> = film
+        .people
+        .iter()
+        .filter(|walker| !walker.moves)
+        .filter_map(|walker| walker.places.first().map(|place| [place.0, place.1]))
+        .collect();
+    let Some(walker) = film.people.first_mut() else {
+        return Vec::new();
+    };
+    let clearest = walker.warmth();
+    let warmest = (0..clearest.len()).max_by(|a, b| clearest[*a].total_cmp(&clearest[*b]));
+    let Some(middle) = warmest.map(|index| walker.places[index]) else {
+        return Vec::new();
+    };
+    let mut found: Vec<(f32, [f64; 2])> = Vec::new();
+    for step_x in -STEPS..=STEPS {
+        for step_y in -STEPS..=STEPS {
+            let place_m = [
+                middle.0 + APART_M * f64::from(step_x),
+                middle.1 + APART_M * f64::from(step_y),
+            ];
+            let is_free =
+                |[x, y]: &[f64; 2]| (place_m[0] - x).hypot(place_m[1] - y) > 0.9 * APART_M;
+            if standing.iter().all(is_free) {
+                let seen = walker.standing(place_m, 0);
+                let sum: f32 = seen.iter().sum();
+                let mean = sum / PIXEL_COUNT;
+                let square: f32 = seen.iter().map(|celsius| (celsius - mean).powi(2)).sum();
+                found.push((square, place_m));
+            }
+        }
+    }
+    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let most = found.first().map_or(0.0, |found| found.0);
+    found.retain(|found| found.0 > 0.4 * most);
+    found.truncate(MOST);
+    found.into_iter().map(|found| found.1).collect()
+}

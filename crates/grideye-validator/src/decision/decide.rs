@@ -1,0 +1,286 @@
+//! From worlds to a decision.
+
+use crate::decision::alternative::Alternative;
+use crate::decision::film::{Film, Image, add};
+use crate::decision::judge::{Judge, Statistics};
+use crate::decision::recording::Recording;
+use crate::decision::spread::{OWN, Spread};
+use crate::decision::unit::Unit;
+use crate::decision::world::Drawn;
+use crate::numbers::{count, index};
+use grideye_scene::Laws;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
+
+/// What a recording says about its scene, by recordings that could be: worlds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Decision {
+    /// Share of right worlds that are as far from the scene as the recording, or farther.
+    pub right: f64,
+    /// What is farthest off, in words.
+    pub worst: String,
+    /// By how many standard deviations of right worlds.
+    pub worst_sds: f64,
+    #[serde(skip)]
+    pub(crate) cause: Cause,
+    /// Of each person, or of all objects together.
+    pub contrasts: Vec<Contrast>,
+    /// How much later than the scene the recording is, seconds, and what all but .5 % of right worlds show.
+    pub delay_s: f64,
+    /// Lowest and highest.
+    pub delay_range_s: [f64; 2],
+    /// The smallest of [`OFFSETS_M`] by which the first person must be aside so that nine of ten recordings would not
+    /// agree; `None` if none of them is.
+    pub refused_aside_m: Option<f64>,
+    /// What else the recording could show.
+    pub alternatives: Vec<Alternatively>,
+    /// Whether the recording shows nothing but the room and noise.
+    pub is_empty: bool,
+    /// How far the level of all pixels runs away from the scene's, beyond the slow drift that was removed, °C.
+    pub drift_c: f64,
+    /// Frames that it was judged by.
+    pub frames: usize,
+    /// Pictures that it was judged by, each the mean of neighboring frames if there are many.
+    pub pictures: usize,
+    /// Frames that resemble neither neighbor, left out.
+    pub strays: usize,
+}
+
+/// How warm a person is over the room.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Contrast {
+    /// The person; `None` if there are only objects.
+    pub of: Option<String>,
+    /// In the recording, over the scene's.
+    pub found: f64,
+    /// Of all but .5 % of right worlds: lowest and highest.
+    pub range: [f64; 2],
+}
+
+/// Whether something else than the scene explains the recording too.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Alternatively {
+    /// In words.
+    pub what: String,
+    #[serde(skip)]
+    pub(crate) of: Alternative,
+    /// 1 for the scene, 0 for the alternative, less what noise may add.
+    pub likeness: f64,
+    /// What worlds of the alternative stay below.
+    pub limit: f64,
+    /// Share of right worlds above that limit.
+    pub power: f64,
+    /// Whether the two differ by less than noise.
+    pub is_alike: bool,
+}
+
+/// What is farthest off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Cause {
+    Contrast,
+    Lag,
+    Misfit,
+    Extra,
+    Missing,
+    Alternative,
+}
+
+/// Right worlds: half set the law of each statistic, half its rank.
+const RIGHT: usize = 400;
+const OF_ALTERNATIVE: usize = 100;
+/// Worlds of each offset that is tried.
+const OF_OFFSET: usize = 30;
+/// Standard deviations by which an alternative that noise hides differs from the scene.
+const ALIKE: f64 = 2.0;
+/// Offsets that are tried for [`Decision::refused_aside_m`], meters.
+pub const OFFSETS_M: [f64; 6] = [0.1, 0.15, 0.2, 0.3, 0.4, 0.5];
+
+impl Decision {
+    pub(crate) fn is_agreed(&self, right_min: f64) -> bool {
+        self.right > right_min && self.off_contrast().is_none() && self.untold().next().is_none()
+    }
+
+    /// The contrast farthest out of its range, if any is out.
+    pub(crate) fn off_contrast(&self) -> Option<&Contrast> {
+        let off = |one: &&Contrast| one.found < one.range[0] || one.found > one.range[1];
+        let by =
+            |one: &Contrast| (one.range[0] / one.found.max(0.01)).max(one.found / one.range[1]);
+        self.contrasts
+            .iter()
+            .filter(off)
+            .max_by(|a, b| by(a).total_cmp(&by(b)))
+    }
+
+    /// Alternatives that the recording could come from too.
+    pub(crate) fn untold(&self) -> impl Iterator<Item = &Alternatively> {
+        self.alternatives
+            .iter()
+            .filter(|one| !one.is_told() && one.counts())
+    }
+
+    /// Alternatives that noise makes the scene itself.
+    pub(crate) fn alike(&self) -> impl Iterator<Item = &Alternatively> {
+        self.alternatives.iter().filter(|one| !one.counts())
+    }
+}
+
+impl Alternatively {
+    /// Whether the recording excludes it.
+    #[must_use]
+    pub fn is_told(&self) -> bool {
+        !self.is_alike && self.likeness > self.limit
+    }
+
+    /// Whether agreeing takes excluding it: a symmetric scene is the scene.
+    #[must_use]
+    pub fn counts(&self) -> bool {
+        !self.is_alike || self.of == Alternative::Nobody
+    }
+}
+
+pub(crate) fn decide(
+    film: &mut Film,
+    recording: &Recording,
+    laws: &Laws,
+    right_min: f64,
+) -> Decision {
+    let mut worlds = Worlds::new(film, recording, laws);
+    let right = worlds.right();
+    let spread = Spread::new(&right[..RIGHT / 2]);
+    let held = right[RIGHT / 2..].iter();
+    let mut held: Vec<f64> = held.map(|one| spread.farthest(one).1).collect();
+    held.sort_by(f64::total_cmp);
+    let found = worlds.judge.of(&recording.pictures);
+    let (place, off) = spread.farthest(&found);
+    let farther = held.iter().filter(|other| **other >= off).count();
+    let alternatives: Vec<Alternatively> = (0..worlds.judge.rivals.len())
+        .map(|rival| worlds.alternatively(rival, &found, &right))
+        .collect();
+    let refused = held.len() - 1 - index(right_min * count(held.len() + 1));
+    let is_agreed = |one: &Statistics| {
+        let mut all = alternatives.iter().zip(&one.likeness);
+        spread.farthest(one).1 <= held[refused]
+            && all.all(|(one, likeness)| !one.counts() || *likeness > one.limit)
+    };
+    let has_people = worlds.has_people();
+    let mut offsets = OFFSETS_M.into_iter().filter(|_| has_people);
+    let refused_aside_m = offsets.find(|aside_m| worlds.refuse_aside(*aside_m, &is_agreed));
+    let (judge, film) = (&worlds.judge, &worlds.film);
+    let (cause, worst) = spread.worst(place, &found, judge, film);
+    let contrasts = (0..found.contrasts.len()).map(|subject| Contrast {
+        of: film.people.get(subject).map(|walker| walker.name.clone()),
+        found: found.contrasts[subject],
+        range: spread.range(OWN + subject).map(f64::exp),
+    });
+    Decision {
+        right: (count(farther) + 1.0) / (count(held.len()) + 1.0),
+        worst,
+        worst_sds: off,
+        cause,
+        contrasts: contrasts.collect(),
+        delay_s: found.lag_s,
+        delay_range_s: spread.range(0),
+        refused_aside_m,
+        alternatives,
+        is_empty: judge.is_empty(&recording.pictures, &film.room),
+        drift_c: film.drift_c(&recording.pictures),
+        frames: recording.frames - recording.strays.len(),
+        pictures: recording.pictures.len(),
+        strays: recording.strays.len(),
+    }
+}
+
+/// Draws recordings that could be.
+struct Worlds<'a> {
+    film: &'a mut Film,
+    laws: &'a Laws,
+    unit: &'a Unit,
+    judge: Judge,
+    random: ChaCha8Rng,
+    /// What units added to the first right worlds, for others to use again.
+    errors: Vec<Vec<Image>>,
+}
+
+impl<'a> Worlds<'a> {
+    fn new(film: &'a mut Film, recording: &'a Recording, laws: &'a Laws) -> Self {
+        // Any seed will do, but the same recording always gets the same verdict.
+        let mut random = ChaCha8Rng::seed_from_u64(0x0064_6563_6964_6500);
+        let unit = &recording.unit;
+        Self {
+            judge: Judge::new(film, laws, unit, &mut random),
+            film,
+            laws,
+            unit,
+            random,
+            errors: Vec::with_capacity(OF_ALTERNATIVE),
+        }
+    }
+
+    fn has_people(&self) -> bool {
+        !self.film.people.is_empty()
+    }
+
+    fn drawn(&mut self) -> Drawn {
+        Drawn::of(self.film, self.laws, &mut self.random)
+    }
+
+    fn right(&mut self) -> Vec<Statistics> {
+        let one = |_| {
+            let shown = self.drawn().claimed(self.film);
+            let error = self.unit.errors(self.film.len(), &mut self.random);
+            let statistics = self.judge.of(&sum(shown, &error));
+            if self.errors.len() < OF_ALTERNATIVE {
+                self.errors.push(error);
+            }
+            statistics
+        };
+        (0..RIGHT).map(one).collect()
+    }
+
+    fn alternatively(
+        &mut self,
+        number: usize,
+        found: &Statistics,
+        right: &[Statistics],
+    ) -> Alternatively {
+        let of = self.judge.rivals[number].what.clone();
+        let mut limit = f64::NEG_INFINITY;
+        for index in 0..self.errors.len() {
+            let drawn = self.drawn();
+            let shown = of.shown(self.film, &drawn);
+            limit = limit.max(
+                self.judge
+                    .likeness(number, &sum(shown, &self.errors[index])),
+            );
+        }
+        let above = right.iter().filter(|right| right.likeness[number] > limit);
+        Alternatively {
+            what: of.in_words(self.film),
+            of,
+            likeness: found.likeness[number],
+            limit,
+            power: count(above.count()) / count(right.len()),
+            is_alike: self.judge.rivals[number].apart < ALIKE,
+        }
+    }
+
+    /// Whether nine of ten recordings of the first person this far aside, in all directions, would not agree.
+    fn refuse_aside(&mut self, aside_m: f64, is_agreed: &impl Fn(&Statistics) -> bool) -> bool {
+        let number = self.errors.len().min(OF_OFFSET);
+        let not_agreed = (0..number).filter(|index| {
+            let angle = std::f64::consts::TAU * count(*index) / count(number);
+            let by_m = [aside_m * angle.cos(), aside_m * angle.sin()];
+            let shown = self.drawn().moved(0, by_m).claimed(self.film);
+            !is_agreed(&self.judge.of(&sum(shown, &self.errors[*index])))
+        });
+        count(not_agreed.count()) >= 0.9 * count(number)
+    }
+}
+
+fn sum(mut shown: Vec<Image>, error: &[Image]) -> Vec<Image> {
+    for (shown, error) in shown.iter_mut().zip(error) {
+        add(shown, error, 1.0);
+    }
+    shown
+}

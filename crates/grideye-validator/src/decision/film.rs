@@ -1,0 +1,371 @@
+//! What a scene shows at the times of a recording, and what each of its people adds at any place.
+
+use crate::align::Orientation;
+use crate::numbers::{count, mean, median, single, whole};
+use glam::{DMat3, DVec3};
+use grideye_frame::PIXELS;
+use grideye_scene::{Agent, Scene, SceneError, Simulator};
+use std::collections::HashMap;
+use std::f64::consts::TAU;
+use std::time::Duration;
+
+/// One image, row by row, °C.
+pub(crate) type Image = [f32; PIXELS];
+/// Pixels of an image.
+pub(crate) const PIXEL_COUNT: f32 = 64.0;
+
+/// Spacing of the places that a person is rendered at, meters: less than half of a pixel's width at a head below a ceiling.
+const SPACING_M: f64 = 0.1;
+/// Directions that a person is rendered in.
+const DIRECTIONS: u8 = 4;
+/// Longest time within one picture that a person counts as standing still, seconds.
+const STILL_S: f64 = 0.35;
+
+/// A scene at the times of a recording's pictures, without noise.
+pub(crate) struct Film {
+    pub(crate) times_s: Vec<f64>,
+    /// The scene without what is to be recognized.
+    pub(crate) room: Vec<Image>,
+    pub(crate) people: Vec<Walker>,
+    /// How it looks with each uncertain number of the scene off.
+    pub(crate) leanings: Vec<Leaning>,
+    /// In a scene without people its objects are to be recognized.
+    pub(crate) objects: Option<Vec<Image>>,
+}
+
+/// What one uncertain number of a scene adds, by its standard deviations `z`: `z` times `linear` and `z²` times `square`,
+/// which is exact at -1 and 1.
+pub(crate) struct Leaning {
+    pub(crate) linear: Vec<Image>,
+    pub(crate) square: Vec<Image>,
+}
+
+/// One person of a scene.
+pub(crate) struct Walker {
+    pub(crate) name: String,
+    /// What it adds to each picture where the scene has it.
+    pub(crate) adds: Vec<Image>,
+    /// Where it is, and in which of the rendered directions it faces.
+    pub(crate) places: Vec<(f64, f64, u8)>,
+    pub(crate) moves: bool,
+    /// What the atlas has at each of those places.
+    here: Vec<Option<Image>>,
+    atlas: Atlas,
+}
+
+/// What a person adds where it stands, rendered when first asked for.
+struct Atlas {
+    simulator: Simulator,
+    agent: Agent,
+    room: Vec<f64>,
+    height_m: f64,
+    /// How many times its contrast.
+    times: f32,
+    seen: HashMap<(i32, i32, u8), Box<Image>>,
+}
+
+impl Film {
+    /// Renders the scene at these times, each picture the mean over `within_s`.
+    pub(crate) fn new(
+        scene: &Scene,
+        sensor: &str,
+        times_s: &[f64],
+        within_s: f64,
+    ) -> Result<Self, SceneError> {
+        let mut simulator = Simulator::without_grid(&scene.without_agents(), sensor)?;
+        let moments = Moments::new(times_s, within_s);
+        let room = if scene.without_agents().is_static() {
+            vec![image(&simulator.image(Duration::ZERO).celsius); times_s.len()]
+        } else {
+            moments.images(&simulator)
+        };
+        let mut people = Vec::with_capacity(scene.agents().len());
+        for (number, agent) in scene.agents().iter().enumerate() {
+            // With the others in the room, who may hide it.
+            let mut others = scene.agents().to_vec();
+            let _ = others.remove(number);
+            let without = if others.is_empty() {
+                room.clone()
+            } else {
+                simulator.replace_agents(others);
+                moments.images(&simulator)
+            };
+            simulator.replace_agents(scene.agents().to_vec());
+            let with = moments.images(&simulator);
+            simulator.replace_agents(Vec::new());
+            let adds = with
+                .iter()
+                .zip(&without)
+                .map(|(with, without)| less(with, without));
+            people.push(Walker {
+                name: agent.name.clone(),
+                adds: adds.collect(),
+                places: times_s.iter().map(|time_s| place(agent, *time_s)).collect(),
+                moves: !agent.duration().is_zero(),
+                here: vec![None; times_s.len()],
+                atlas: Atlas {
+                    room: simulator.image(Duration::ZERO).celsius,
+                    simulator: simulator.clone(),
+                    height_m: agent.start_m.z,
+                    agent: agent.clone(),
+                    times: 1.0,
+                    seen: HashMap::new(),
+                },
+            });
+        }
+        let (room, objects) = if people.is_empty() {
+            (vec![[0.0; PIXELS]; times_s.len()], Some(room))
+        } else {
+            (room, None)
+        };
+        Self {
+            times_s: times_s.to_vec(),
+            room,
+            people,
+            objects,
+            leanings: Vec::new(),
+        }
+        .leaning(scene, sensor, &moments)
+    }
+
+    fn leaning(
+        mut self,
+        scene: &Scene,
+        sensor: &str,
+        moments: &Moments<'_>,
+    ) -> Result<Self, SceneError> {
+        let own: Vec<Image> = self
+            .claimed()
+            .into_iter()
+            .zip(&self.room)
+            .map(|(mut claimed, room)| {
+                add(&mut claimed, room, 1.0);
+                claimed
+            })
+            .collect();
+        for variant in scene.variants() {
+            let seen = |scene: &Scene| {
+                Ok::<_, SceneError>(moments.images(&Simulator::without_grid(scene, sensor)?))
+            };
+            let (below, above) = (seen(&variant.below)?, seen(&variant.above)?);
+            let pairs = || below.iter().zip(&above);
+            let square = pairs().zip(&own).map(|((below, above), own)| {
+                std::array::from_fn(|pixel| 0.5 * (below[pixel] + above[pixel]) - own[pixel])
+            });
+            self.leanings.push(Leaning {
+                linear: pairs()
+                    .map(|(below, above)| less(above, below).map(|celsius| 0.5 * celsius))
+                    .collect(),
+                square: square.collect(),
+            });
+        }
+        Ok(self)
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.times_s.len()
+    }
+
+    /// What is to be recognized, as the scene has it.
+    pub(crate) fn claimed(&self) -> Vec<Image> {
+        let mut all = self
+            .objects
+            .clone()
+            .unwrap_or_else(|| vec![[0.0; PIXELS]; self.len()]);
+        for walker in &self.people {
+            for (all, adds) in all.iter_mut().zip(&walker.adds) {
+                add(all, adds, 1.0);
+            }
+        }
+        all
+    }
+
+    /// The same with this many times the contrast of what is to be recognized.
+    pub(crate) fn warmer(mut self, times: f32) -> Self {
+        let scale = |image: &mut Image| image.iter_mut().for_each(|celsius| *celsius *= times);
+        for walker in &mut self.people {
+            walker.adds.iter_mut().for_each(scale);
+            walker.atlas.times = times;
+        }
+        self.objects.iter_mut().flatten().for_each(scale);
+        self
+    }
+
+    /// How far the level runs away from the scene's over a recording, from its first third to its last, °C.
+    pub(crate) fn drift_c(&self, pictures: &[Image]) -> f64 {
+        let claimed = self.claimed();
+        let levels = pictures.iter().zip(claimed.iter().zip(&self.room));
+        let levels: Vec<f64> = levels
+            .map(|(seen, (claimed, room))| {
+                let left =
+                    (0..PIXELS).map(|pixel| f64::from(seen[pixel] - claimed[pixel] - room[pixel]));
+                median(&left.collect::<Vec<f64>>()).unwrap_or(0.0)
+            })
+            .collect();
+        let third = levels.len() / 3;
+        let mean = |levels: &[f64]| mean(levels).unwrap_or(0.0);
+        // A ramp rises by two thirds of its height between the middles of these.
+        1.5 * (mean(&levels[levels.len() - third..]) - mean(&levels[..third])).abs()
+    }
+
+    pub(crate) fn has_movement(&self) -> bool {
+        self.people.iter().any(|walker| walker.moves)
+    }
+
+    /// The index of the picture nearest to a time, the first or last beyond the ends.
+    pub(crate) fn near(&self, time_s: f64) -> usize {
+        let after = self.times_s.partition_point(|other| *other < time_s);
+        let before = after.saturating_sub(1);
+        let after = after.min(self.len().saturating_sub(1));
+        if time_s - self.times_s[before] <= self.times_s[after] - time_s {
+            before
+        } else {
+            after
+        }
+    }
+}
+
+/// The times that each picture is the mean of.
+struct Moments<'a> {
+    times_s: &'a [f64],
+    apart_s: Vec<f64>,
+}
+
+impl<'a> Moments<'a> {
+    fn new(times_s: &'a [f64], within_s: f64) -> Self {
+        const MOST: f64 = 8.0;
+        let number = (within_s / STILL_S).ceil().clamp(1.0, MOST);
+        let mut apart_s = Vec::new();
+        let mut half = 0.5;
+        while half < number {
+            apart_s.push(within_s * (half / number - 0.5));
+            half += 1.0;
+        }
+        Self { times_s, apart_s }
+    }
+
+    fn images(&self, simulator: &Simulator) -> Vec<Image> {
+        let share = single(1.0 / count(self.apart_s.len()));
+        let mean = |time_s: &f64| {
+            let mut mean = [0.0; PIXELS];
+            for apart_s in &self.apart_s {
+                let seen = simulator.image(moment(time_s + apart_s)).celsius;
+                add(&mut mean, &image(&seen), share);
+            }
+            mean
+        };
+        self.times_s.iter().map(mean).collect()
+    }
+}
+
+fn moment(time_s: f64) -> Duration {
+    Duration::try_from_secs_f64(time_s.max(0.0)).unwrap_or_default()
+}
+
+fn place(agent: &Agent, time_s: f64) -> (f64, f64, u8) {
+    let time = moment(time_s);
+    let at_m = agent.position_m(time);
+    let turn = agent.facing(time).or_else(|| agent.turn(time));
+    (at_m.x, at_m.y, direction(turn.unwrap_or(DMat3::IDENTITY)))
+}
+
+/// The rendered direction nearest to a rotation about the vertical.
+fn direction(turn: DMat3) -> u8 {
+    let angle = turn.x_axis.y.atan2(turn.x_axis.x) / TAU;
+    let number = (angle * f64::from(DIRECTIONS)).round();
+    u8::try_from(whole(number.rem_euclid(f64::from(DIRECTIONS)))).unwrap_or(0)
+}
+
+impl Walker {
+    /// What the person adds to a picture if it is `aside_m` from where the scene has it then.
+    pub(crate) fn aside(&mut self, index: usize, aside_m: [f64; 2]) -> Image {
+        let mut adds = self.adds[index];
+        if aside_m == [0.0; 2] {
+            return adds;
+        }
+        let (x, y, direction) = self.places[index];
+        let Self { here, atlas, .. } = self;
+        let here = here[index].get_or_insert_with(|| atlas.at([x, y], direction));
+        // The difference of two standing images carries the moment of the stride along.
+        add(&mut adds, here, -1.0);
+        atlas.add_at(&mut adds, [x + aside_m[0], y + aside_m[1]], direction);
+        adds
+    }
+
+    /// What the person adds if it stands at a place.
+    pub(crate) fn standing(&mut self, place_m: [f64; 2], direction: u8) -> Image {
+        self.atlas.at(place_m, direction)
+    }
+
+    /// Sum of what it adds, by picture, °C.
+    pub(crate) fn warmth(&self) -> Vec<f64> {
+        let sum = |image: &Image| f64::from(image.iter().sum::<f32>());
+        self.adds.iter().map(sum).collect()
+    }
+}
+
+impl Atlas {
+    fn at(&mut self, place_m: [f64; 2], direction: u8) -> Image {
+        let mut image = [0.0; PIXELS];
+        self.add_at(&mut image, place_m, direction);
+        image
+    }
+
+    /// Between the four rendered places around this one.
+    fn add_at(&mut self, all: &mut Image, place_m: [f64; 2], direction: u8) {
+        let [x, y] = place_m.map(|place_m| place_m / SPACING_M);
+        let (left, below) = (x.floor(), y.floor());
+        let (right, above) = (single(x - left), single(y - below));
+        for (step_x, share_x) in [(0, 1.0 - right), (1, right)] {
+            for (step_y, share_y) in [(0, 1.0 - above), (1, above)] {
+                let key = (whole(left) + step_x, whole(below) + step_y, direction);
+                add(all, self.rendered(key), share_x * share_y);
+            }
+        }
+    }
+
+    fn rendered(&mut self, key: (i32, i32, u8)) -> &Image {
+        let Self {
+            simulator,
+            agent,
+            room,
+            height_m,
+            times,
+            seen,
+        } = self;
+        seen.entry(key).or_insert_with(|| {
+            let (x, y, direction) = key;
+            let place_m = DVec3::new(
+                SPACING_M * f64::from(x),
+                SPACING_M * f64::from(y),
+                *height_m,
+            );
+            let angle = TAU * f64::from(direction) / f64::from(DIRECTIONS);
+            let turn = DMat3::from_rotation_z(angle);
+            simulator.replace_agents(vec![agent.standing_at(place_m, turn)]);
+            let with = image(&simulator.image(Duration::ZERO).celsius);
+            Box::new(less(&with, &image(room)).map(|celsius| *times * celsius))
+        })
+    }
+}
+
+pub(crate) fn image(celsius: &[f64]) -> Image {
+    std::array::from_fn(|pixel| single(celsius.get(pixel).copied().unwrap_or_default()))
+}
+
+pub(super) fn add(image: &mut Image, other: &Image, share: f32) {
+    for pixel in 0..PIXELS {
+        image[pixel] += share * other[pixel];
+    }
+}
+
+pub(super) fn less(with: &Image, without: &Image) -> Image {
+    std::array::from_fn(|pixel| with[pixel] - without[pixel])
+}
+
+pub(super) fn turned(images: &[Image], orientation: Orientation) -> Vec<Image> {
+    images
+        .iter()
+        .map(|image| orientation.apply(image))
+        .collect()
+}

@@ -1,0 +1,107 @@
+//! The pictures that a scene is judged by: all frames of a recording, the means of neighbors if there are many.
+
+use crate::align::Orientation;
+use crate::decision::film::{self, Image, PIXEL_COUNT, add};
+use crate::decision::unit::Unit;
+use crate::numbers::{count, index, median, single};
+use grideye_frame::PIXELS;
+
+/// Frames of a recording as they are judged.
+#[derive(Clone)]
+pub(crate) struct Recording {
+    /// In scene time, the middle of each picture.
+    pub(crate) times_s: Vec<f64>,
+    pub(crate) pictures: Vec<Image>,
+    /// The time that each picture is the mean of; 0 for single frames.
+    pub(crate) within_s: f64,
+    pub(crate) unit: Unit,
+    /// Frames that resemble neither the frame before nor the one after, which resemble each other.
+    pub(crate) strays: Vec<usize>,
+    pub(crate) frames: usize,
+}
+
+/// Shortest time between pictures of a recording that has many, seconds: a walking person moves half a pixel.
+const PICTURE_S: f64 = 0.2;
+/// More frames than this are averaged.
+const FEW: usize = 150;
+const PICTURES_MOST: usize = 1_000;
+
+impl Recording {
+    /// `frames` less what is known of unit and room; `pattern_c` is the standard deviation of what is not.
+    pub(crate) fn new(times_s: &[f64], frames: &[Image], pattern_c: Image, step_c: f64) -> Self {
+        let unit = Unit::of(frames, pattern_c, step_c);
+        let strays = strays(frames, &unit);
+        let kept: Vec<usize> = (0..frames.len())
+            .filter(|index| !strays.contains(index))
+            .collect();
+        let steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let period_s = median(&steps).unwrap_or(0.0);
+        let mut each = 1;
+        if frames.len() > FEW && period_s > 0.0 {
+            each = index((PICTURE_S / period_s).round())
+                .max(frames.len().div_ceil(PICTURES_MOST))
+                .max(1);
+        }
+        let mut times = Vec::new();
+        let mut pictures = Vec::new();
+        for group in kept.chunks(each) {
+            let share = 1.0 / count(group.len());
+            let mut mean = [0.0; PIXELS];
+            group
+                .iter()
+                .for_each(|&index| add(&mut mean, &frames[index], single(share)));
+            pictures.push(mean);
+            times.push(group.iter().map(|&index| times_s[index]).sum::<f64>() * share);
+        }
+        Self {
+            times_s: times,
+            pictures,
+            within_s: if each > 1 {
+                count(each) * period_s
+            } else {
+                0.0
+            },
+            unit: unit.averaged(each),
+            strays,
+            frames: frames.len(),
+        }
+    }
+}
+
+impl Recording {
+    /// The same with all images turned.
+    pub(crate) fn turned(&self, orientation: Orientation) -> Self {
+        Self {
+            pictures: film::turned(&self.pictures, orientation),
+            ..self.clone()
+        }
+    }
+}
+
+/// Frames that a transfer tore or swapped: far from both neighbors, which are near each other.
+fn strays(frames: &[Image], unit: &Unit) -> Vec<usize> {
+    const FAR: f64 = 3.0;
+    const NEAR: f64 = 0.5;
+    let apart = |one: &Image, other: &Image| -> f64 {
+        let difference: Image = std::array::from_fn(|pixel| one[pixel] - other[pixel]);
+        let mean = difference.iter().sum::<f32>() / PIXEL_COUNT;
+        let pixels = difference.iter().zip(&unit.noise_c);
+        let squares =
+            pixels.map(|(difference, noise_c)| f64::from((difference - mean) / noise_c).powi(2));
+        squares.sum::<f64>() / count(2 * PIXELS)
+    };
+    let is_stray = |&index: &usize| {
+        let [before, after] = match index {
+            0 => [1, 2],
+            index if index + 1 == frames.len() => [index.saturating_sub(2), index - 1],
+            _ => [index - 1, index + 1],
+        };
+        let (frame, before, after) = (&frames[index], &frames[before], &frames[after]);
+        let own = apart(frame, before).min(apart(frame, after));
+        own > FAR && apart(before, after) < 1.0 + NEAR * (own - 1.0)
+    };
+    if frames.len() < 3 {
+        return Vec::new();
+    }
+    (0..frames.len()).filter(is_stray).collect()
+}

@@ -1,0 +1,202 @@
+//! How the statistics of right worlds spread, and what is farthest off.
+
+use crate::decision::decide::Cause;
+use crate::decision::film::Film;
+use crate::decision::judge::{ACROSS, BLOCKS, Judge, Statistics};
+use crate::numbers::{count, percentile, single};
+use grideye_draw::text::fixed;
+
+/// Statistics before the contrasts and the alternatives.
+pub(crate) const OWN: usize = 4;
+/// The farthest of 200 draws of a normal law, in standard deviations.
+const LONGEST_SDS: f32 = 2.75;
+
+/// Location and scale of each statistic in right worlds.
+pub(crate) struct Spread {
+    of: Vec<(f64, f64)>,
+    /// Mean and scales upward and downward of the warmth beyond the scene in each stretch and block.
+    beyond: Vec<(f32, [f32; 2])>,
+}
+
+/// Takes the widest scales of neighboring blocks and stretches: who comes near in some worlds may stand there in others.
+fn widened(own: &[(f32, [f32; 2])]) -> Vec<(f32, [f32; 2])> {
+    let stretches = own.len() / BLOCKS;
+    let near = |place: usize, number: usize| place.saturating_sub(1)..(place + 2).min(number);
+    let widest = |(index, (mean, scales)): (usize, &(f32, [f32; 2]))| {
+        let (stretch, row, column) = (
+            index / BLOCKS,
+            index % BLOCKS / ACROSS,
+            index % BLOCKS % ACROSS,
+        );
+        let mut widest = *scales;
+        for stretch in near(stretch, stretches) {
+            for row in near(row, ACROSS) {
+                for column in near(column, ACROSS) {
+                    let other = own[stretch * BLOCKS + row * ACROSS + column].1;
+                    widest = [widest[0].max(other[0]), widest[1].max(other[1])];
+                }
+            }
+        }
+        (*mean, widest)
+    };
+    own.iter().enumerate().map(widest).collect()
+}
+
+impl Spread {
+    pub(crate) fn new(right: &[Statistics]) -> Self {
+        let number = right.first().map_or(0, |one| one.beyond.len());
+        let share = single(1.0 / count(right.len()));
+        let beyond = (0..number).map(|index| {
+            let values = || right.iter().map(|one| one.beyond[index]);
+            let mean = share * values().sum::<f32>();
+            let variance = share * values().map(|value| (value - mean).powi(2)).sum::<f32>();
+            // Next to a person who may be elsewhere the law has long tails.
+            let scale = |sign: f32| {
+                let most = values()
+                    .map(|value| sign * (value - mean))
+                    .fold(0.0, f32::max);
+                variance.sqrt().max(most / LONGEST_SDS).max(1e-6)
+            };
+            (mean, [scale(1.0), scale(-1.0)])
+        });
+        let mut spread = Self {
+            beyond: widened(&beyond.collect::<Vec<_>>()),
+            of: Vec::new(),
+        };
+        let all = OWN
+            + right
+                .first()
+                .map_or(0, |one| one.contrasts.len() + one.likeness.len());
+        spread.of = (0..all)
+            .map(|place| {
+                let mut values: Vec<f64> =
+                    right.iter().map(|one| spread.value(place, one)).collect();
+                values.sort_by(f64::total_cmp);
+                let at = |percent| -> f64 { percentile(&values, percent).unwrap_or(0.0) };
+                (at(50), (0.5 * (at(84) - at(16))).max(1e-6))
+            })
+            .collect();
+        spread
+    }
+
+    /// The block farthest beyond the scene, in standard deviations.
+    fn block(&self, statistics: &Statistics, sign: f32) -> (usize, f64) {
+        let all = statistics.beyond.iter().zip(&self.beyond);
+        let side = usize::from(sign < 0.0);
+        let far = all.map(|(value, (mean, scales))| sign * (value - mean) / scales[side]);
+        let far = far.enumerate().fold((0, f32::NEG_INFINITY), |far, one| {
+            if one.1 > far.1 { one } else { far }
+        });
+        (far.0, f64::from(far.1))
+    }
+
+    /// Each statistic so that larger is farther from the scene; delay and contrasts may be off either way.
+    fn value(&self, place: usize, statistics: &Statistics) -> f64 {
+        let contrasts = statistics.contrasts.len();
+        match place {
+            0 => statistics.lag_s,
+            1 => statistics.misfit,
+            2 => self.block(statistics, 1.0).1,
+            3 => self.block(statistics, -1.0).1,
+            more if more < OWN + contrasts => statistics.contrasts[more - OWN].max(0.01).ln(),
+            more => -statistics.likeness[more - OWN - contrasts],
+        }
+    }
+
+    pub(crate) fn farthest(&self, statistics: &Statistics) -> (usize, f64) {
+        let contrasts = OWN..OWN + statistics.contrasts.len();
+        let off = self
+            .of
+            .iter()
+            .enumerate()
+            .map(|(place, (location, scale))| {
+                let off = (self.value(place, statistics) - location) / scale;
+                let is_either_way = place == 0 || contrasts.contains(&place);
+                (place, if is_either_way { off.abs() } else { off })
+            });
+        off.fold((0, f64::NEG_INFINITY), |far, one| {
+            if one.1 > far.1 { one } else { far }
+        })
+    }
+
+    /// The range of all but .5 % of right worlds.
+    pub(crate) fn range(&self, place: usize) -> [f64; 2] {
+        const SDS: f64 = 2.807;
+        let (location, scale) = self.of[place];
+        [location - SDS * scale, location + SDS * scale]
+    }
+
+    pub(crate) fn worst(
+        &self,
+        place: usize,
+        statistics: &Statistics,
+        judge: &Judge,
+        film: &Film,
+    ) -> (Cause, String) {
+        let warmer = |sign: f32| {
+            let index = self.block(statistics, sign).0;
+            let (stretch, row, column) = judge.block(index);
+            let root = count(stretch.len()).sqrt();
+            let by_c = f64::from(statistics.beyond[index] - self.beyond[index].0) / root;
+            let (from, size) = (fixed(film.times_s[stretch.start], 1), fixed(by_c.abs(), 1));
+            let word = if sign > 0.0 { "warmer" } else { "colder" };
+            format!(
+                "at second {from} of the scene, rows {} and {}, columns {} and {} are {size} °C {word} than the scene",
+                row + 1,
+                row + 2,
+                column + 1,
+                column + 2
+            )
+        };
+        let contrasts = statistics.contrasts.len();
+        match place {
+            0 => {
+                let (by, word) = match statistics.lag_s < 0.0 {
+                    true => (-statistics.lag_s, "earlier"),
+                    false => (statistics.lag_s, "later"),
+                };
+                (
+                    Cause::Lag,
+                    format!("it is {} s {word} than the scene", fixed(by, 2)),
+                )
+            }
+            1 => (
+                Cause::Misfit,
+                "it differs from the scene all over".to_owned(),
+            ),
+            2 => (Cause::Extra, warmer(1.0)),
+            3 => (Cause::Missing, warmer(-1.0)),
+            more if more < OWN + contrasts => {
+                let subject = more - OWN;
+                let times = fixed(statistics.contrasts[subject], 2);
+                let name = film
+                    .people
+                    .get(subject)
+                    .map(|walker| format!("`{}`", walker.name));
+                let name = name.unwrap_or("what is warm".to_owned());
+                (
+                    Cause::Contrast,
+                    format!("{name} has {times} times the scene's contrast"),
+                )
+            }
+            _ => {
+                // Farther below 0 than the alternative itself, it is neither.
+                let mut near: Vec<(f64, usize)> =
+                    statistics.likeness.iter().copied().zip(0..).collect();
+                near.retain(|(likeness, _)| *likeness < LIKE);
+                near.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+                let what = near
+                    .first()
+                    .map(|(_, rival)| judge.rivals[*rival].what.in_words(film));
+                let words = what.map_or_else(
+                    || "it does not look like the scene".to_owned(),
+                    |what| format!("it looks more like {what}"),
+                );
+                (Cause::Alternative, words)
+            }
+        }
+    }
+}
+
+/// Likeness below which a recording looks more like an alternative than like the scene.
+const LIKE: f64 = 0.3;

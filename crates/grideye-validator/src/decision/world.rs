@@ -1,0 +1,154 @@
+//! Recordings that could be: a scene within its laws.
+
+use crate::decision::film::{Film, Image, add};
+use crate::numbers::single;
+use grideye_frame::PIXELS;
+use grideye_scene::Laws;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// Standard deviation of the logarithm of the contrast of objects, in a scene without people.
+const OBJECTS_SD: f64 = 0.2;
+
+/// What one world draws of its scene.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Drawn {
+    /// For each person: how many times its contrast, and how far aside it is in each picture, meters.
+    people: Vec<(f32, Vec<[f64; 2]>)>,
+    /// How many times the contrast of its objects, if they are to be recognized.
+    objects: f32,
+    /// How many standard deviations each uncertain number of the scene is off.
+    off: Vec<f32>,
+    lag_s: f64,
+}
+
+pub(crate) fn normal(random: &mut ChaCha8Rng, sd: f64) -> f64 {
+    let draw: f64 = StandardNormal.sample(random);
+    sd * draw
+}
+
+impl Drawn {
+    /// Draws within the laws.
+    pub(crate) fn of(film: &Film, laws: &Laws, random: &mut ChaCha8Rng) -> Self {
+        let people = film.people.iter().zip(&laws.agents).map(|(walker, law)| {
+            let contrast = single(normal(random, law.contrast_sd).exp());
+            let aside_m = [(); 2].map(|()| normal(random, law.place_sd_m));
+            let wander_m = if walker.moves { law.wander_sd_m } else { 0.0 };
+            let mut now_m = [(); 2].map(|()| normal(random, wander_m));
+            let mut before_s = film.times_s.first().copied().unwrap_or_default();
+            let places = film.times_s.iter().map(|&time_s| {
+                let kept = (-(time_s - before_s).max(0.0) / law.wander_over_s).exp();
+                before_s = time_s;
+                let fresh_m = wander_m * (1.0 - kept * kept).sqrt();
+                now_m = now_m.map(|now_m| kept * now_m + normal(random, fresh_m));
+                [aside_m[0] + now_m[0], aside_m[1] + now_m[1]]
+            });
+            let places = places.collect();
+            (contrast, places)
+        });
+        let people = people.collect();
+        Self {
+            people,
+            objects: single(normal(random, OBJECTS_SD).exp()),
+            off: film
+                .leanings
+                .iter()
+                .map(|_| single(normal(random, 1.0)))
+                .collect(),
+            lag_s: normal(random, laws.lag_sd_s),
+        }
+    }
+
+    /// The same world with one of its people further aside.
+    pub(crate) fn moved(mut self, person: usize, by_m: [f64; 2]) -> Self {
+        if let Some((_, places)) = self.people.get_mut(person) {
+            for place in places {
+                *place = [place[0] + by_m[0], place[1] + by_m[1]];
+            }
+        }
+        self
+    }
+
+    /// The same world without one of its people.
+    pub(crate) fn without(mut self, person: usize) -> Self {
+        if let Some((contrast, _)) = self.people.get_mut(person) {
+            *contrast = 0.0;
+        }
+        self
+    }
+
+    /// The same world with the scene's own contrast and numbers.
+    pub(crate) fn with_claimed_warmth(mut self) -> Self {
+        for (contrast, _) in &mut self.people {
+            *contrast = 1.0;
+        }
+        self.objects = 1.0;
+        self.off.clear();
+        self
+    }
+
+    /// The contrast of its first person.
+    pub(crate) fn contrast(&self) -> f32 {
+        self.people.first().map_or(1.0, |(contrast, _)| *contrast)
+    }
+
+    /// What is seen without noise.
+    pub(crate) fn claimed(&self, film: &mut Film) -> Vec<Image> {
+        self.shown(film, |_, index| index, |_, _| false)
+    }
+
+    /// What is seen without noise; picture `index` shows the scene's picture `order(index)`, less what is `hidden`.
+    pub(crate) fn shown(
+        &self,
+        film: &mut Film,
+        order: impl Fn(&Film, usize) -> usize,
+        hidden: impl Fn(usize, usize) -> bool,
+    ) -> Vec<Image> {
+        let sources: Vec<usize> = (0..film.len()).map(|index| order(film, index)).collect();
+        let (room, objects, people) = (&film.room, &film.objects, &mut film.people);
+        let leanings = &film.leanings;
+        let picture = |(index, &source): (usize, &usize)| {
+            let mut image = room[source];
+            if let Some(objects) = objects {
+                add(&mut image, &objects[source], self.objects);
+            }
+            for (leaning, off) in leanings.iter().zip(&self.off) {
+                add(&mut image, &leaning.linear[source], *off);
+                add(&mut image, &leaning.square[source], off * off);
+            }
+            for (number, (walker, (contrast, places))) in
+                people.iter_mut().zip(&self.people).enumerate()
+            {
+                if *contrast > 0.0 && !hidden(number, source) {
+                    add(&mut image, &walker.aside(source, places[index]), *contrast);
+                }
+            }
+            image
+        };
+        let all: Vec<Image> = sources.iter().enumerate().map(picture).collect();
+        later(&all, &film.times_s, self.lag_s)
+    }
+}
+
+/// Pictures shown later.
+pub(super) fn later(pictures: &[Image], times_s: &[f64], lag_s: f64) -> Vec<Image> {
+    if lag_s == 0.0 {
+        return pictures.to_vec();
+    }
+    let last = pictures.len().saturating_sub(1);
+    let at = |time_s: &f64| {
+        let time_s = time_s - lag_s;
+        let after = times_s.partition_point(|other| *other < time_s).min(last);
+        let before = after.saturating_sub(1);
+        let (low, high) = (times_s[before], times_s[after]);
+        let share = match high > low {
+            true => single(((time_s - low) / (high - low)).clamp(0.0, 1.0)),
+            false => 1.0,
+        };
+        let mut image = [0.0; PIXELS];
+        add(&mut image, &pictures[before], 1.0 - share);
+        add(&mut image, &pictures[after], share);
+        image
+    };
+    times_s.iter().map(at).collect()
+}

@@ -1,0 +1,211 @@
+//! Whether the recording is the scene's, by the decision; and whether its level is.
+
+use crate::decision::{Alternatively, Cause, Contrast, Decision};
+use crate::metrics::foreground::RoomSource;
+use crate::thresholds::Thresholds;
+use crate::verdict::types::{Evidence, Next, PROFILE, Question, State, Weighed};
+use grideye_draw::text::fixed;
+
+/// Alternatives named in one sentence.
+const NAMED_MOST: usize = 3;
+
+pub(crate) fn scene(
+    decision: &Decision,
+    evidence: &Evidence<'_>,
+    thresholds: &Thresholds,
+) -> [Weighed; 3] {
+    [
+        right(decision, evidence, thresholds),
+        contrast(decision, evidence),
+        told_apart(decision, evidence),
+    ]
+}
+
+fn right(decision: &Decision, evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed {
+    let asked = Question {
+        name: "right",
+        title: "A right recording may look like this",
+        keys: &["right_min", "background_spread_c"],
+    };
+    let share = fixed(100.0 * decision.right, 1);
+    let worst = &decision.worst;
+    if decision.right > thresholds.right_min {
+        let sentence = format!(
+            "{share} % of right recordings are as far from the scene; farthest off here: {worst}."
+        );
+        let turn = match decision.refused_aside_m {
+            Some(aside_m) => format!("a person {} m aside", fixed(aside_m, 2)),
+            None => String::new(),
+        };
+        return asked.weighed(State::Met, sentence, ("", turn));
+    }
+    let step = match decision.cause {
+        Cause::Contrast => WARMTH,
+        Cause::Lag => {
+            "Check in which second of the scene the recording starts (`--start`), and the clocks."
+        }
+        Cause::Extra => {
+            "Check what is warm there: a person or an object that the scene lacks, or that is elsewhere."
+        }
+        Cause::Missing => {
+            "Check whether what the scene has there was there, and its place and temperature."
+        }
+        Cause::Misfit | Cause::Alternative => {
+            "Check that people, objects and sensor are where the scene has them; mark uncertain values with [[uncertain]] and run `grideye calibrate`."
+        }
+    };
+    let sentence =
+        format!("Only {share} % of right recordings are so far from the scene: {worst}.");
+    asked.weighed(
+        State::Failed,
+        sentence,
+        (helps(evidence, step), "a recording nearer to the scene"),
+    )
+}
+
+/// What would agree, if anything does.
+fn helps(evidence: &Evidence<'_>, step: &str) -> String {
+    evidence
+        .prior
+        .remedy
+        .clone()
+        .unwrap_or_else(|| step.to_owned())
+}
+
+const WARMTH: &str =
+    "Check the temperatures of people and objects, and what the people wear (person.clothing).";
+
+fn contrast(decision: &Decision, evidence: &Evidence<'_>) -> Weighed {
+    let asked = Question {
+        name: "contrast",
+        title: "As warm as in the scene",
+        keys: &[],
+    };
+    let name = |one: &Contrast| match &one.of {
+        Some(name) => format!("`{name}`"),
+        None => "What is warm".to_owned(),
+    };
+    let range = |one: &Contrast| one.range.map(|end| fixed(end, 2));
+    if let Some(off) = decision.off_contrast() {
+        let [low, high] = range(off);
+        let (name, found) = (name(off), fixed(off.found, 2));
+        let sentence = format!(
+            "{name} has {found} times the scene's contrast; {low} to {high} is what the scene leaves open."
+        );
+        let turn = format!("{low} to {high} times the scene's contrast");
+        return asked.weighed(State::Failed, sentence, (helps(evidence, WARMTH), turn));
+    }
+    let found = decision.contrasts.iter().map(|one| {
+        let [low, high] = range(one);
+        format!(
+            "{} has {} times the scene's contrast ({low} to {high})",
+            name(one),
+            fixed(one.found, 2)
+        )
+    });
+    let found: Vec<String> = found.collect();
+    let first = decision.contrasts.first().map(range).unwrap_or_default();
+    let turn = format!("a contrast below {} or above {}", first[0], first[1]);
+    asked.weighed(State::Met, found.join("; ") + ".", ("", turn))
+}
+
+fn told_apart(decision: &Decision, evidence: &Evidence<'_>) -> Weighed {
+    let asked = Question {
+        name: "told_apart",
+        title: "Nothing else explains it",
+        keys: &["background_spread_c"],
+    };
+    let listed = |all: &[&Alternatively]| {
+        let named: Vec<&str> = all
+            .iter()
+            .take(NAMED_MOST)
+            .map(|one| one.what.as_str())
+            .collect();
+        let more = match all.len().saturating_sub(NAMED_MOST) {
+            0 => String::new(),
+            more => format!(", or {more} more"),
+        };
+        named.join(", or ") + &more
+    };
+    let alike: Vec<&Alternatively> = decision.alike().collect();
+    let same = match alike.as_slice() {
+        [] => String::new(),
+        alike => format!(
+            " To this sensor the scene looks the same as {}.",
+            listed(alike)
+        ),
+    };
+    let untold: Vec<&Alternatively> = decision.untold().collect();
+    if untold.is_empty() {
+        let number = decision.alternatives.len() - alike.len();
+        let sentence = format!("No other explanation fits ({number} considered).{same}");
+        return asked.weighed(State::Met, sentence, Next::default());
+    }
+    let sentence = format!("It could also be {}.{same}", listed(&untold));
+    let next = match evidence.prior.pattern.from {
+        RoomSource::Scene => PROFILE,
+        _ => (
+            "Record for longer, with people who walk through the whole view.",
+            "a longer recording, with people who walk through the whole view",
+        ),
+    };
+    asked.weighed(State::Open, sentence, next)
+}
+
+pub(crate) fn level(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed {
+    let offset_c = evidence.offset_c;
+    let (most_c, limit, source, keys): (f64, String, &str, &[&str]) = match evidence.prior.level_c {
+        Some(own_c) => {
+            let source = "this sensor's profile";
+            (own_c, fixed(own_c, 2), source, &["ambient_spread_c"])
+        }
+        None => {
+            let most_c = thresholds.offset_max_c;
+            (
+                most_c,
+                fixed(most_c, 1),
+                "the sensor's accuracy",
+                &["offset_max_c"],
+            )
+        }
+    };
+    let asked = Question {
+        name: "level",
+        title: "The level is the scene's",
+        keys,
+    };
+    let (state, step, turn) = if offset_c.abs() <= most_c {
+        (State::Met, "", "beyond")
+    } else {
+        let step = "Measure the air in the room and set ambient_c in the scene. If it is right already, measure the sensor's level with `grideye characterize`.";
+        (State::Failed, step, "within")
+    };
+    let size = fixed(offset_c.abs(), 2);
+    let direction = if offset_c < 0.0 { "colder" } else { "warmer" };
+    let sentence = match size.as_str() {
+        "0.00" => "The recording is as warm as the scene overall.".to_owned(),
+        _ => format!(
+            "The recording is {size} °C {direction} than the scene overall; {source} allows {limit} °C."
+        ),
+    };
+    let turn = format!("a common offset {turn} {limit} °C");
+    asked.weighed(state, sentence, (step, turn))
+}
+
+pub(crate) fn drift(evidence: &Evidence<'_>) -> Weighed {
+    let asked = Question {
+        name: "drift",
+        title: "The level keeps to the scene's",
+        keys: &["drift_max_c", "drift_max_c_per_min"],
+    };
+    let [found_c, most_c] = evidence.prior.drift_c;
+    let (found, most) = (fixed(found_c, 2), fixed(most_c, 2));
+    let sentence = format!(
+        "The recording drifts by {found} °C against the scene, all pixels together; {most} °C is usual in this time."
+    );
+    if found_c <= most_c {
+        return asked.weighed(State::Met, sentence, Next::default());
+    }
+    let step = "Let the sensor warm up before recording; or add to the scene what heats or cools the room.";
+    asked.weighed(State::Failed, sentence, (step, "a steady level"))
+}

@@ -1,0 +1,276 @@
+//! Error rates of the verdict, on recordings drawn by other code than the validator's.
+//!
+//! `GRIDEYE_WORLDS=N` draws N of each kind; by default a few.
+#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
+
+mod worlds;
+
+use grideye_validator::{Comparison, Options, Verdict, compare_scene};
+use std::sync::atomic::{AtomicU64, Ordering};
+use worlds::{SENSOR, Truth, Unit, Way, record, scene};
+
+const STAND: &[Way] = &[Way::Stands(0.55, 0.22)];
+const WALK: &[Way] = &[Way::Walks { ahead_s: 0.0 }];
+const TWO: &[Way] = &[Way::Walks { ahead_s: 0.0 }, Way::Walks { ahead_s: 9.0 }];
+const UNIT: Unit = Unit {
+    pattern_c: 0.38,
+    noise_c: 0.22,
+};
+const FIRST_SEED: u64 = 77;
+
+fn number(usual: u64) -> u64 {
+    let asked = std::env::var("GRIDEYE_WORLDS").ok();
+    asked.and_then(|asked| asked.parse().ok()).unwrap_or(usual)
+}
+
+fn float(number: u64) -> f64 {
+    f64::from(u32::try_from(number).unwrap())
+}
+
+fn share(number: usize) -> f64 {
+    f64::from(u32::try_from(number).unwrap())
+}
+
+fn options() -> Options {
+    Options {
+        shuffles: 1,
+        frames: Some(10),
+        ..Options::default()
+    }
+}
+
+/// Compares this many recordings on all processors.
+fn compared<T: Send>(number: u64, one: impl Fn(u64) -> T + Sync) -> Vec<T> {
+    let next = AtomicU64::new(0);
+    let work = || {
+        let mut done = Vec::new();
+        loop {
+            let seed = next.fetch_add(1, Ordering::Relaxed);
+            if seed >= number {
+                return done;
+            }
+            done.push((seed, one(seed)));
+        }
+    };
+    let mut all: Vec<(u64, T)> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..2).map(|_| scope.spawn(work)).collect();
+        threads
+            .into_iter()
+            .flat_map(|thread| thread.join().unwrap())
+            .collect()
+    });
+    all.sort_by_key(|one| one.0);
+    all.into_iter().map(|one| one.1).collect()
+}
+
+/// Comparisons of recordings of this kind with the scene, which says `more`.
+fn judged(
+    ways: &[Way],
+    frames: u32,
+    truth: Truth,
+    (unit, more): (Unit, &str),
+    number: u64,
+) -> Vec<Comparison> {
+    let scene = scene(ways, frames, more);
+    compared(number, |seed| {
+        let records = record(ways, frames, truth, unit, FIRST_SEED + seed);
+        compare_scene(&records, &scene, SENSOR, &options()).unwrap()
+    })
+}
+
+/// How many agree, disagree, and cannot tell; printed.
+fn counts(name: &str, all: &[Comparison]) -> [usize; 3] {
+    let of = |verdict| {
+        all.iter()
+            .filter(|one| one.judgment.verdict == verdict)
+            .count()
+    };
+    let counts = [Verdict::Agrees, Verdict::Disagrees, Verdict::CannotTell].map(of);
+    println!("{name}: {counts:?}");
+    if counts[0] < all.len() {
+        let reasons = all
+            .iter()
+            .filter(|one| one.judgment.verdict != Verdict::Agrees);
+        let reasons = reasons.take(3).flat_map(|one| one.judgment.reasons.first());
+        reasons.for_each(|reason| println!("    {reason}"));
+    }
+    counts
+}
+
+const ROOMS: [(&str, &[Way]); 3] = [("stand", STAND), ("walk", WALK), ("two", TWO)];
+
+/// 97 of 100, and no fewer with more frames.
+#[test]
+fn right_recordings_agree() {
+    let long = std::env::var_os("GRIDEYE_WORLDS").is_some();
+    for (name, ways) in ROOMS {
+        let frames: &[u32] = if long { &[50, 300, 1000] } else { &[50] };
+        for &frames in frames {
+            let number = number(8);
+            let all = judged(ways, frames, Truth::Right, (UNIT, ""), number);
+            let [agree, ..] = counts(&format!("{name}, {frames} frames, right"), &all);
+            // Three standard deviations below.
+            let least = 0.97 * float(number) - 3.0 * (0.03 * 0.97 * float(number)).sqrt();
+            assert!(
+                share(agree) >= least,
+                "{name}, {frames} frames: {agree} of {number}"
+            );
+        }
+    }
+}
+
+const WRONG: [Truth; 12] = [
+    Truth::Nobody,
+    Truth::Missing,
+    Truth::More,
+    Truth::Gone,
+    Truth::MirroredX,
+    Truth::MirroredY,
+    Truth::Quarter,
+    Truth::Aside(0.5),
+    Truth::Late(1.0),
+    Truth::Late(5.0),
+    Truth::Backwards,
+    Truth::Drift(2.0),
+];
+
+/// At most one of a hundred of any kind.
+#[test]
+fn wrong_recordings_do_not_agree() {
+    for (name, ways) in ROOMS {
+        for truth in WRONG {
+            let stands = matches!(ways, [Way::Stands(..)]);
+            if stands && matches!(truth, Truth::Late(_) | Truth::Backwards) {
+                continue;
+            }
+            // Two people differ from one in these.
+            let is_of_one = matches!(truth, Truth::Missing | Truth::More | Truth::Gone);
+            if ways.len() > 1 && !is_of_one && number(1) == 1 {
+                continue;
+            }
+            let number = number(1);
+            let all = judged(ways, 60, truth, (UNIT, ""), number);
+            let [agree, ..] = counts(&format!("{name}, {truth:?}"), &all);
+            assert!(
+                share(agree) <= 0.01 * float(number),
+                "{name}, {truth:?}: {agree} of {number}"
+            );
+        }
+    }
+}
+
+/// With all laws twice as wide, none of them agrees either.
+#[test]
+fn tolerance_does_not_buy_agreement() {
+    let wider = "[[uncertain]]\nkey = \"agent.*.aside_m\"\nsd = 0.14\n[[uncertain]]\nkey = \"agent.*.wander_m\"\nsd = 0.14\n\
+         [[uncertain]]\nkey = \"agent.*.contrast\"\nsd = 0.5\n[[uncertain]]\nkey = \"recording.start_s\"\nsd = 0.14\n";
+    for truth in WRONG {
+        let number = number(1);
+        let all = judged(WALK, 60, truth, (UNIT, wider), number);
+        let [agree, ..] = counts(&format!("walk, laws twice as wide, {truth:?}"), &all);
+        assert!(
+            share(agree) <= 0.01 * float(number),
+            "{truth:?}: {agree} of {number}"
+        );
+    }
+}
+
+/// Kolmogorov and Smirnov: right recordings have any p alike. The p is one of 201.
+#[test]
+fn the_p_of_right_recordings_is_uniform() {
+    let mut are_uniform = true;
+    for (frames, pattern_c) in [(10, 0.2), (50, 0.0), (50, 0.45), (300, 0.38)] {
+        // Few of ten frames tell little.
+        if frames == 10 && number(1) == 1 {
+            continue;
+        }
+        let number = number(if frames == 300 { 4 } else { 24 });
+        let unit = Unit { pattern_c, ..UNIT };
+        let more = format!("[[uncertain]]\nkey = \"room.background_c\"\nsd = {pattern_c}\n");
+        let all = judged(WALK, frames, Truth::Right, (unit, &more), number);
+        let mut shares: Vec<f64> = all
+            .iter()
+            .map(|one| one.decision.as_ref().unwrap().right)
+            .collect();
+        shares.sort_by(f64::total_cmp);
+        let steps = shares.iter().enumerate();
+        let farthest = steps.fold(0.0_f64, |most, (index, p)| {
+            let (below, above) = (
+                share(index) / float(number),
+                share(index + 1) / float(number),
+            );
+            most.max((p - below).abs()).max((p - above).abs())
+        });
+        let limit = 1.63 / (float(number)).sqrt() + 1.0 / 201.0;
+        println!("{frames} frames, pattern {pattern_c}: D = {farthest:.3}, 99 % below {limit:.3}");
+        are_uniform &= farthest < limit;
+    }
+    assert!(are_uniform);
+}
+
+/// One frame of another time, wherever it stands.
+#[test]
+fn a_stray_frame_changes_no_verdict() {
+    let scene = scene(WALK, 100, "");
+    let number = number(6);
+    let verdict = |truth, seed| {
+        let records = record(WALK, 100, truth, UNIT, FIRST_SEED + seed);
+        compare_scene(&records, &scene, SENSOR, &options())
+            .unwrap()
+            .judgment
+            .verdict
+    };
+    let changed = compared(number, |seed| {
+        let at = float(seed) / float(number - 1);
+        verdict(Truth::Stray(at), seed) != verdict(Truth::Right, seed)
+    });
+    assert_eq!(changed.iter().filter(|changed| **changed).count(), 0);
+}
+
+#[test]
+fn seeds_change_no_verdict() {
+    let scene = scene(WALK, 50, "");
+    let records = record(WALK, 50, Truth::Aside(0.25), UNIT, FIRST_SEED);
+    let decision = |seed| {
+        let options = Options { seed, ..options() };
+        compare_scene(&records, &scene, SENSOR, &options)
+            .unwrap()
+            .decision
+    };
+    assert_eq!(decision(1), decision(2));
+}
+
+#[test]
+fn short_and_empty_recordings_cannot_tell() {
+    for (frames, truth) in [(3, Truth::Right), (100, Truth::Nobody)] {
+        let all = judged(STAND, frames, truth, (UNIT, ""), 2);
+        assert_eq!(
+            counts(&format!("{frames} frames, {truth:?}"), &all),
+            [0, 0, 2]
+        );
+    }
+}
+
+/// Noise that is correlated from frame to frame and differs between pixels refuses no more than two of a hundred.
+#[test]
+fn other_noise_is_no_reason_to_refuse() {
+    let number = number(4);
+    let all = judged(WALK, 300, Truth::Correlated, (UNIT, ""), number);
+    let [_, refused, _] = counts("walk, correlated noise", &all);
+    let most = 0.02 * float(number) + 3.0 * (0.02 * float(number)).sqrt();
+    assert!(share(refused) <= most, "{refused} of {number}");
+}
+
+/// What is not listed: from which offset and contrast on recordings are refused.
+#[test]
+fn slightly_wrong_recordings_are_refused_more_and_more() {
+    let number = number(2);
+    let agreed = |truth| {
+        let all = judged(WALK, 60, truth, (UNIT, ""), number);
+        counts(&format!("walk, {truth:?}"), &all)[0]
+    };
+    let aside = [0.1, 0.2, 0.3, 0.4].map(|by_m| agreed(Truth::Aside(by_m)));
+    let contrast = [0.25, 0.5, 1.0, 2.0, 4.0].map(|times| agreed(Truth::Contrast(times)));
+    assert!(aside[0] > aside[3], "{aside:?}");
+    assert!(contrast[2] > contrast[0].max(contrast[4]), "{contrast:?}");
+}
