@@ -147,7 +147,7 @@ fn nobody_runs_into_anything_or_leaves_the_room() {
         let scene = loaded.scene;
         assert_eq!(scene.contacts(), []);
         let (low, high) = scene.room().bounds_m();
-        let steps = (0..).map(|step| Duration::from_millis(250 * step));
+        let steps = (0..).map(|step| Duration::from_millis(100 * step));
         for time in steps.take_while(|time| *time < scene.duration()) {
             let mut boxes = Vec::new();
             for agent in scene.agents() {
@@ -158,20 +158,13 @@ fn nobody_runs_into_anything_or_leaves_the_room() {
                 });
                 fell += usize::from(agent.doing(time) == Some(Doing::Fall));
                 if !bodies.is_empty() {
-                    // A foot of who walks, or has just stopped, may be through the door already.
-                    let steps = matches!(
+                    // A foot of who walks beside a wall may be through the door already, by half a step less the
+                    // body's radius (at most 0.17 m here); nobody else moves its feet apart.
+                    let walks = matches!(
                         agent.doing(time),
-                        Some(
-                            Doing::Walk
-                                | Doing::Enter
-                                | Doing::Leave
-                                | Doing::Stand
-                                | Doing::SitDown
-                                | Doing::StandUp
-                                | Doing::Fall
-                        )
+                        Some(Doing::Walk | Doing::Enter | Doing::Leave)
                     );
-                    let beyond = if steps { 0.3 } else { 0.01 };
+                    let beyond = if walks { 0.2 } else { 0.01 };
                     assert!(
                         around.0.truncate().cmpge(low.truncate() - beyond).all()
                             && around.1.truncate().cmple(high.truncate() + beyond).all(),

@@ -153,14 +153,17 @@ impl Agent {
     pub(crate) fn segments_at(&self, time: Duration) -> Option<[Ellipsoid; SEGMENTS]> {
         let person = self.person.as_ref()?;
         let time_s = time.as_secs_f64();
-        let way = self.trajectory.as_ref();
+        let change = self.change_at(time_s);
+        // Who sits down or falls moves along the way too, but not by steps.
+        let is_upright = change.is_none_or(|change| change.is_upright());
+        let way = self.trajectory.as_ref().filter(|_| is_upright);
         let stride = way.map_or(Stride::default(), |way| {
             let (length_m, speed_m_per_s) = way.pace_at_s(time_s);
             person.stride(length_m, speed_m_per_s)
         });
         let turn = self.facing(time)?;
         let at_m = self.position_m(time);
-        let moment = match self.change_at(time_s) {
+        let moment = match change {
             None => Moment::of(person.posture, stride),
             Some(change) => {
                 let [from, to] = change.postures();
