@@ -14,9 +14,9 @@ pub struct CountsFrom {
 
 impl Default for CountsFrom {
     /// People who label frames do not see somebody who fills one pixel at the edge: on LINAIGE, networks trained on
-    /// simulated frames alone counted real people better from 2.5 pixels on than from 0.7. With real frames added, 2 pixels
-    /// did better than 0.7. The contrast is an assumption: real empty frames vary by 0.5 to 1.25 °C and real people stand out by 1 °C
-    /// and more, noise included; half of that is left without it.
+    /// simulated frames alone counted real people better from 2.5 pixels on than from 0.7; with real frames added, better
+    /// from 2 on than from 0.7. The contrast is an assumption: real empty frames vary by 0.5 to 1.25 °C and real people
+    /// stand out by 1 °C and more, noise included; half of that is left without it.
     fn default() -> Self {
         Self {
             pixels: 2.5,
