@@ -117,8 +117,8 @@ fn a_refused_variant_is_refused_at_its_table() {
     for (key, keys, message) in [
         (
             "agent.anna.position_mm.x",
-            "sd = 900",
-            "`agent.anna.position_mm.x` may be 1900 by its law, but then room.toml:7:8: `anna` runs into `table` after 0 s",
+            "sd = 400\nmean = 1400",
+            "`agent.anna.position_mm.x` may be 1800 by its law, but then room.toml:7:8: `anna` runs into `table` after 0 s",
         ),
         (
             "agent.anna.position_mm.y",

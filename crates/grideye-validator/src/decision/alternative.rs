@@ -3,6 +3,7 @@
 use crate::align::Orientation;
 use crate::decision::film::{Film, Image, PIXEL_COUNT, add, turned};
 use crate::decision::world::Drawn;
+use crate::numbers::{index, median};
 use grideye_draw::text::fixed;
 use grideye_scene::Laws;
 use std::ops::Range;
@@ -35,9 +36,11 @@ const ASIDE_M: f64 = 0.5;
 /// A delay that must be told from the scene, beyond three standard deviations of the delay that is allowed, seconds.
 const LATE_S: f64 = 0.8;
 /// People whose place is asked about one by one.
-const PEOPLE_MOST: usize = 4;
+pub(crate) const PEOPLE_MOST: usize = 4;
 /// Part of the time in view that a person must be told to be there.
 const PARTS: usize = 5;
+/// Shortest such part, seconds.
+const PART_S: f64 = 1.0;
 
 impl Alternative {
     pub(crate) fn of(film: &mut Film, laws: &Laws) -> Vec<Self> {
@@ -49,7 +52,7 @@ impl Alternative {
         for person in 0..people.min(PEOPLE_MOST) {
             let ways = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
             all.extend(ways.map(|way| Self::Aside(person, way.map(|part| ASIDE_M * part))));
-            let parts = parts_in_view(&film.people[person].warmth());
+            let parts = parts_in_view(&film.people[person].warmth(), &film.times_s);
             all.extend(parts.into_iter().map(|part| Self::Gone(person, part)));
         }
         all.extend(Orientation::ALL.into_iter().skip(1).map(Self::Turned));
@@ -102,6 +105,14 @@ impl Alternative {
             Self::Later(by_s) => format!("the scene {}", later(*by_s)),
             Self::Backwards => "the scene backwards".to_owned(),
         }
+    }
+
+    /// Whether the scene's people are all there, elsewhere or at another time.
+    pub(crate) fn keeps_people(&self) -> bool {
+        matches!(
+            self,
+            Self::Turned(_) | Self::Aside(..) | Self::Later(_) | Self::Backwards
+        )
     }
 
     /// The one person that it is about.
@@ -170,17 +181,16 @@ impl Alternative {
 }
 
 /// Consecutive parts of the time in which a person is in view, as many pictures in each.
-fn parts_in_view(warmth: &[f64]) -> Vec<Range<usize>> {
+fn parts_in_view(warmth: &[f64], times_s: &[f64]) -> Vec<Range<usize>> {
     let clear = 0.25 * warmth.iter().copied().fold(0.0, f64::max);
     let seen: Vec<usize> = (0..warmth.len())
         .filter(|&index| clear > 0.0 && warmth[index] > clear)
         .collect();
-    let size = seen.len() / PARTS;
-    if size == 0 {
-        return Vec::new();
-    }
+    let steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let second = median(&steps).map_or(1, |step_s| index(PART_S / step_s.max(1e-3)));
+    let size = (seen.len() / PARTS).max(second).max(1);
     let part = |number: usize| seen[number * size]..seen[(number + 1) * size - 1] + 1;
-    (0..PARTS).map(part).collect()
+    (0..seen.len() / size).map(part).collect()
 }
 
 /// Places in view for one person more: the clearest of a coarse grid, away from people who stand.

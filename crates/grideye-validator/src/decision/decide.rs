@@ -91,8 +91,6 @@ const RIGHT: usize = 400;
 const OF_ALTERNATIVE: usize = 100;
 /// Worlds of each offset that is tried.
 const OF_OFFSET: usize = 30;
-/// Standard deviations by which an alternative that noise hides differs from the scene.
-const ALIKE: f64 = 2.0;
 /// Offsets that are tried for [`Decision::refused_aside_m`], meters.
 pub const OFFSETS_M: [f64; 6] = [0.1, 0.15, 0.2, 0.3, 0.4, 0.5];
 
@@ -261,7 +259,7 @@ impl<'a> Worlds<'a> {
             likeness: found.likeness[number],
             limit,
             power: count(above.count()) / count(right.len()),
-            is_alike: self.judge.rivals[number].apart < ALIKE,
+            is_alike: self.judge.rivals[number].is_alike,
         }
     }
 

@@ -80,6 +80,8 @@ impl Film {
             moments.images(&simulator)
         };
         let mut people = Vec::with_capacity(scene.agents().len());
+        simulator.replace_agents(scene.agents().to_vec());
+        let with = moments.images(&simulator);
         for (number, agent) in scene.agents().iter().enumerate() {
             // With the others in the room, who may hide it.
             let mut others = scene.agents().to_vec();
@@ -90,8 +92,6 @@ impl Film {
                 simulator.replace_agents(others);
                 moments.images(&simulator)
             };
-            simulator.replace_agents(scene.agents().to_vec());
-            let with = moments.images(&simulator);
             simulator.replace_agents(Vec::new());
             let adds = with
                 .iter()
@@ -143,9 +143,13 @@ impl Film {
                 claimed
             })
             .collect();
+        let own_scene = scene;
         for variant in scene.variants() {
             let seen = |scene: &Scene| {
-                Ok::<_, SceneError>(moments.images(&Simulator::without_grid(scene, sensor)?))
+                // A stride out of step would be no difference of height.
+                let mut scene = scene.clone();
+                scene.keep_strides_of(own_scene);
+                Ok::<_, SceneError>(moments.images(&Simulator::without_grid(&scene, sensor)?))
             };
             let (below, above) = (seen(&variant.below)?, seen(&variant.above)?);
             let pairs = || below.iter().zip(&above);

@@ -1,12 +1,12 @@
 //! Statistics of a recording beside a scene and its alternatives.
 
 use crate::align::Orientation;
-use crate::decision::alternative::Alternative;
+use crate::decision::alternative::{Alternative, PEOPLE_MOST};
 use crate::decision::film::{Film, Image, add, less, turned};
 use crate::decision::template::{Hiding, Template, centered};
 use crate::decision::unit::Unit;
 use crate::decision::world::{Drawn, later};
-use crate::numbers::{count, single};
+use crate::numbers::{count, median, single};
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
 use grideye_scene::Laws;
 use rand_chacha::ChaCha8Rng;
@@ -18,6 +18,10 @@ const FOR_MEAN: usize = 24;
 const LAGS: i32 = 3;
 /// Warmth that the scene lacks or has too much is sought in stretches of this length, seconds.
 const STRETCH_S: f64 = 1.0;
+/// Standard deviations of noise by which an alternative differs from the scene at least.
+const ALIKE: f64 = 2.0;
+/// So far aside a person is still where the scene has it, meters.
+const QUARTER_M: f64 = 0.25;
 /// Blocks of 2 x 2 pixels, in a row and in all.
 pub(crate) const ACROSS: usize = COLUMNS - 1;
 pub(crate) const BLOCKS: usize = (ROWS - 1) * ACROSS;
@@ -55,8 +59,9 @@ pub(crate) struct Rival {
     difference: Vec<(Template, Products)>,
     /// Products of the difference of the rooms, without and with each delay.
     rooms: RoomProducts,
-    /// How far it is from the scene without noise, in standard deviations.
-    pub(crate) apart: f64,
+    /// Whether it differs from the scene by less than noise, or than a person [`QUARTER_M`] aside: a symmetric scene is the
+    /// scene, however well it is known.
+    pub(crate) is_alike: bool,
 }
 
 /// `W` of a difference with the scene's room, with each subject, and with the difference of the rooms.
@@ -114,6 +119,7 @@ impl Judge {
         };
         let lags_s: Vec<f64> = (-lags..=lags).map(|lag| step_s * f64::from(lag)).collect();
         let mut painter = Painter::new(film, &hiding, &drawn, &lags_s);
+        painter.alike = painter.quarter(film).max(ALIKE);
         let rivals = Alternative::of(film, laws)
             .into_iter()
             .map(|what| painter.rival(film, what))
@@ -246,6 +252,8 @@ impl Judge {
 
     /// Whether a recording shows nothing but the room and noise.
     pub(crate) fn is_empty(&self, recording: &[Image], room: &[Image]) -> bool {
+        /// In standard deviations, what the scene has to be recognized.
+        const SEEN_SDS: f64 = 3.0;
         /// Of what changes, beyond that of noise: its estimate may be off by as much.
         const MOVING: f64 = 0.1;
         /// Of the mean picture, in standard deviations of chi squared.
@@ -258,7 +266,9 @@ impl Judge {
         let [moving, still] = self.hiding.squares(&left);
         let degrees = count(PIXELS - 1);
         let frames = count(recording.len().saturating_sub(1).max(1));
-        moving < (1.0 + MOVING) * frames * degrees
+        let is_seen = self.fit(recording).explained > SEEN_SDS * SEEN_SDS;
+        !is_seen
+            && moving < (1.0 + MOVING) * frames * degrees
             && still < degrees + STILL_SDS * (2.0 * degrees).sqrt()
     }
 
@@ -369,6 +379,8 @@ struct Painter<'a> {
     /// By subject and delay.
     subjects: Vec<Vec<Template>>,
     equations: Vec<Equations>,
+    /// Standard deviations by which another place, time or orientation differs from the scene at least.
+    alike: f64,
 }
 
 struct Room {
@@ -388,6 +400,7 @@ impl<'a> Painter<'a> {
             pictures: vec![Vec::new(); lags_s.len()],
             subjects: Vec::new(),
             equations: Vec::new(),
+            alike: ALIKE,
         };
         let _ = painter.room(film, Orientation::Upright);
         painter.claimed = vec![[0.0; PIXELS]; film.len()];
@@ -461,6 +474,46 @@ impl<'a> Painter<'a> {
             })
     }
 
+    /// The part of a difference that another contrast would explain.
+    fn by_contrast(&self, subject: Option<usize>, difference: &Template) -> f64 {
+        let pictures = &self.pictures[self.lags_s.len() / 2];
+        let subjects = subject.map_or(0..pictures.len(), |subject| subject..subject + 1);
+        let products = &self.equations[self.lags_s.len() / 2].products;
+        let with: f64 = subjects
+            .clone()
+            .map(|subject| difference.product(&pictures[subject]))
+            .sum();
+        let square: f64 = subjects
+            .clone()
+            .flat_map(|one| subjects.clone().map(move |other| products[one][other]))
+            .sum();
+        with * with / square.max(1e-9)
+    }
+
+    /// How far a person a quarter of a meter aside is from the scene, whatever its contrast, in standard deviations: in the
+    /// median over the directions, of the person for whom it is least.
+    fn quarter(&self, film: &mut Film) -> f64 {
+        let mut least = f64::INFINITY;
+        for person in 0..film.people.len().min(PEOPLE_MOST) {
+            let apart = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]].map(|way| {
+                let by_m = way.map(|part| QUARTER_M * part);
+                let other = self.mean(film, 0, |film, drawn| {
+                    drawn.clone().moved(person, by_m).claimed(film)
+                });
+                let pairs = self.claimed.iter().zip(&other);
+                let apart: Vec<Image> =
+                    pairs.map(|(claimed, other)| less(claimed, other)).collect();
+                let template = self.hiding.template(&apart);
+                (template.square - self.by_contrast(Some(person), &template)).max(0.0)
+            });
+            let middle = median(&apart).unwrap_or(0.0).sqrt();
+            if middle > 0.0 {
+                least = least.min(middle);
+            }
+        }
+        if least.is_finite() { least } else { 0.0 }
+    }
+
     fn rival(&mut self, film: &mut Film, what: Alternative) -> Rival {
         let room = self.room(film, what.orientation());
         let other = self.mean(film, room, |film, drawn| what.shown(film, drawn));
@@ -493,9 +546,13 @@ impl<'a> Painter<'a> {
             .collect();
         let middle = &difference[self.lags_s.len() / 2];
         let square = rooms_template.square + 2.0 * middle.1.rooms + middle.0.square;
+        let is_alike = match what.keeps_people() {
+            true => square - self.by_contrast(what.person(), &middle.0) < self.alike * self.alike,
+            false => square < ALIKE * ALIKE,
+        };
         Rival {
             subject: what.person(),
-            apart: square.max(0.0).sqrt(),
+            is_alike,
             room,
             rooms: RoomProducts {
                 square: rooms_template.square,
