@@ -6,6 +6,7 @@ Arguments: the program, a folder to write into.
 import json
 import subprocess
 import sys
+import types
 import zipfile
 from pathlib import Path
 
@@ -71,7 +72,7 @@ def check_readers(out, agents, varied, texts):
     assert list(archives[0]["agents"]) == agents == plan["agents"]
     assert list(archives[0]["vary_names"]) == varied and list(archives[0]["vary_text_names"]) == texts
     names, readers = columns_of(parts)
-    kinds = {"frame": "u8", "time_s": "f8", "noise_seed": "u8"}
+    kinds = {"frame": "u8", "clip": "u8", "time_s": "f8", "noise_seed": "u8", "people": "u8"}
     for reader, columns in readers.items():
         for name, kind in kinds.items():
             assert same(numpy.array(columns[name], kind), arrays[name]), (reader, name)
@@ -84,6 +85,14 @@ def check_readers(out, agents, varied, texts):
                 assert same(label(name), arrays["position_m"][:, at, axis]), (reader, name)
             assert same(label("visibility"), arrays["visibility"][:, at]), reader
             assert same(label("pixels"), arrays["pixels"][:, at]), reader
+            assert same(label("contrast_c"), arrays["contrast_c"][:, at]), reader
+            assert same(numpy.array(label("counts"), bool), arrays["counts"][:, at]), reader
+            for axis, name in enumerate(["column", "row"]):
+                assert same(label(name), arrays["center_px"][:, at, axis]), (reader, name)
+            for edge, name in enumerate(["left", "top", "right", "bottom"]):
+                assert same(label(name), arrays["box_px"][:, at, edge]), (reader, name)
+            for name in ["posture", "doing"]:
+                assert [word or "" for word in label(name)] == list(arrays[name][:, at]), (reader, name)
             assert same(numpy.array(label("mask"), "f4"), arrays["mask"][:, at].reshape(FRAMES, -1)), reader
         for at, name in enumerate(varied):
             assert same(columns[f"vary.{name}"], arrays["vary"][:, at]), (reader, name)
@@ -91,8 +100,46 @@ def check_readers(out, agents, varied, texts):
             assert list(columns[f"vary.{name}"]) == list(arrays["vary_text"][:, at]), (reader, name)
     assert list(arrays["frame"]) == list(range(FRAMES)), "none lost, none twice"
     assert len(set(arrays["noise_seed"])) == FRAMES
-    assert len(names) == 5 + 7 * len(agents) + len(varied) + len(texts)
+    assert len(names) == 7 + 17 * len(agents) + len(varied) + len(texts)
     return arrays
+
+
+def check_labels(arrays):
+    """Boxes, middles and counts from the masks, by numpy."""
+    mask, (rows, columns) = arrays["mask"].astype("f8"), arrays["mask"].shape[2:]
+    sums = mask.sum(axis=(2, 3))
+    seen = sums > 0
+    assert numpy.array_equal(numpy.isnan(arrays["center_px"]).any(axis=2), ~seen) and seen.any()
+    row, column = numpy.mgrid[:rows, :columns]
+    for axis, place in enumerate([column, row]):
+        middle = (mask * place).sum(axis=(2, 3))[seen] / sums[seen]
+        assert numpy.abs(middle - arrays["center_px"][..., axis][seen]).max() < 1e-4
+    for frame, agent in zip(*numpy.nonzero(seen)):
+        share = mask[frame, agent]
+        from_share = min(0.25, share.max())
+        # The masks are in single precision: what is about as much as the limit may be either.
+        if (numpy.abs(share - from_share) < 1e-6).sum() <= (from_share < 0.25):
+            inside = share >= from_share
+            y, x = numpy.nonzero(inside)
+            assert list(arrays["box_px"][frame, agent]) == [x.min(), y.min(), x.max() + 1, y.max() + 1]
+    # 2.5 pixels and 0.5 °C are the defaults of the help.
+    counts = (sums >= 2.5) & (numpy.nan_to_num(arrays["contrast_c"]) >= 0.5)
+    sure = numpy.abs(sums - 2.5) > 1e-5
+    assert numpy.array_equal(counts[sure], arrays["counts"][sure])
+    assert numpy.array_equal(arrays["people"], arrays["counts"].sum(axis=1))
+
+
+def loaders():
+    """The loaders of the document, with the two libraries' base classes alone."""
+    text = Path("crates/grideye/DATASET.md").read_text()
+    base = type("Base", (), {"__init__": lambda self, **more: None})
+    torch = types.SimpleNamespace(utils=types.SimpleNamespace(data=types.SimpleNamespace(Dataset=base)), from_numpy=lambda array: array)
+    keras = types.SimpleNamespace(utils=types.SimpleNamespace(PyDataset=base))
+    sys.modules.update(torch=torch, keras=keras)
+    for block in text.split("```python\n")[1:]:
+        names = {}
+        exec(block.split("```")[0], names)
+        yield next(names[name] for name in ["Frames", "Batches"] if name in names)
 
 
 # Without anything that varies, each frame is what `simulate` makes of its moment with its seed.
@@ -112,6 +159,26 @@ residual = arrays["celsius"].astype("f8") - arrays["truth_c"]
 print(f"noise {residual.std():.4f} K about {residual.mean():+.5f} K in {residual.size} pixels")
 assert abs(residual.mean()) < 5 * 0.2 / residual.size**0.5 and abs(residual.std() - 0.2) < 0.2 * 5 / (2 * residual.size) ** 0.5
 
+# The records, mapped into memory, are the arrays; and so are the documented loaders'.
+records = dataset("records", "--format", "npy")
+mapped = [numpy.load(part, mmap_mode="r") for part in sorted(records.glob("part-*.npy"))]
+assert all(isinstance(part, numpy.memmap) and part.itemsize % 8 == 0 for part in mapped)
+for name in mapped[0].dtype.names:
+    found = numpy.concatenate([part[name] for part in mapped])
+    assert same(found, arrays[name]) and found.dtype.kind == arrays[name].dtype.kind, name
+assert set(arrays) - set(mapped[0].dtype.names) <= {"vary", "vary_text"}
+torch_frames, keras_batches = loaders()
+frames = torch_frames(records)
+assert len(frames) == FRAMES
+for number in range(FRAMES):
+    celsius, people = frames[number]
+    assert numpy.array_equal(celsius, arrays["celsius"][number]) and people == arrays["people"][number]
+batches = keras_batches(records, size=PER_PART)
+pairs = [batches[number] for number in range(len(batches))]
+assert numpy.array_equal(numpy.concatenate([pair[0] for pair in pairs])[..., 0], arrays["celsius"])
+assert numpy.array_equal(numpy.concatenate([pair[1] for pair in pairs]), arrays["people"])
+check_labels(arrays)
+
 # With values that vary, the labels are what is seen: outside the masks nothing is warmer than the room.
 people = dataset(
     "people",
@@ -120,6 +187,7 @@ people = dataset(
 )
 varied = ["room.ambient_c"] + [f"agent.{agent}.present" for agent in agents]
 arrays = check_readers(people, agents, varied, ["law"])
+check_labels(arrays)
 ambient = arrays["vary"][:, 0][:, None, None]
 assert numpy.array_equal(arrays["vary"][:, 1:] == 1, arrays["present"])
 assert set(arrays["vary_text"][:, 0]) == {"A", "B"}

@@ -1,6 +1,8 @@
 //! Labeled frames per second of CPU time on this machine, without writing them.
 
-use grideye_dataset::{Cause, Folder, Frames, Manifest, Output, Part, Shard, Subject, Table, make};
+use grideye_dataset::{
+    Cause, CountsFrom, Folder, Frames, Manifest, Output, Part, Shard, Subject, Table, make,
+};
 use grideye_scene::Scene;
 use grideye_variation::Recipe;
 use std::collections::BTreeMap;
@@ -71,6 +73,8 @@ fn frames(model: &str, body: &str, key: &str) -> Result<Frames, Box<dyn Error>> 
         sensor: "ceiling".to_owned(),
         without_grid: false,
         seed: 1,
+        clip: 1,
+        counts_from: CountsFrom::default(),
     };
     Ok(Frames::new(subject, &scene)?)
 }

@@ -43,6 +43,19 @@ pub enum DatasetError {
         /// The limit on parts.
         limit: u64,
     },
+    /// A clip that would be cut.
+    #[error(
+        "--{what} {number} does not hold whole clips of {clip} frames\nhint: write a multiple of {clip}, such as --{what} {}",
+        (number / clip).max(1) * clip
+    )]
+    Clips {
+        /// The option.
+        what: &'static str,
+        /// Its value.
+        number: u64,
+        /// Frames in a clip.
+        clip: u64,
+    },
     /// A file of something else.
     #[error(
         "{} exists but is not a complete file of this dataset; it is left as it is\nhint: name another folder with --out, or move the file away",

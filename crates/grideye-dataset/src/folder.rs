@@ -3,6 +3,7 @@
 //! A part is written under a temporary name, locked, synced, and renamed when complete. Files of others are never
 //! overwritten.
 
+use crate::counts::Counts;
 use crate::error::{Cause, DatasetError};
 use crate::manifest::Manifest;
 use crate::part::Part;
@@ -14,6 +15,7 @@ use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
 const MANIFEST: &str = "dataset.json";
+const CARD: &str = "DATACARD.md";
 const MANIFEST_BYTES_MAX: u64 = 4 << 20;
 /// Limit on the bytes read from one end of a part to find the fingerprint.
 const LOOK_BYTES_MAX: u64 = 32 << 20;
@@ -60,7 +62,11 @@ impl<'a> Folder<'a> {
             Ok(metadata) if metadata.len() > MANIFEST_BYTES_MAX => Err(DatasetError::Foreign(file)),
             Ok(_) => check_manifest(&file, manifest),
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                folder.put_manifest(&file, manifest)
+                let text = serde_json::to_string_pretty(manifest).unwrap_or_default();
+                match folder.put_text(&file, &format!("{text}\n"))? {
+                    true => Ok(()),
+                    false => check_manifest(&file, manifest),
+                }
             }
             Err(error) => Err(unread(&file, error)),
         }?;
@@ -76,7 +82,43 @@ impl<'a> Folder<'a> {
         for table in manifest.tables() {
             all &= self.has_file(manifest, part, table)?;
         }
-        Ok(all)
+        Ok(all && self.counts(manifest, part)?.is_some())
+    }
+
+    /// Writes the data card once all parts of the dataset are in the folder; returns whether they are.
+    ///
+    /// # Errors
+    /// If a file belongs to something else or cannot be read or written.
+    pub fn put_card(&self, manifest: &Manifest) -> Result<bool, DatasetError> {
+        let mut all = Counts::default();
+        for part in 0..manifest.parts() {
+            match self.counts(manifest, part)? {
+                Some(counts) => all.add(&counts),
+                None => return Ok(false),
+            }
+        }
+        let path = self.path.join(CARD);
+        if !path.exists() {
+            self.put_text(&path, &manifest.card(&all))?;
+        }
+        Ok(true)
+    }
+
+    /// What a part's frames show; `None` if it is not there.
+    fn counts(&self, manifest: &Manifest, part: u64) -> Result<Option<Counts>, DatasetError> {
+        let path = self.counts_file(part);
+        let text = match fs::read(&path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(unread(&path, error)),
+        };
+        let counts = serde_json::from_slice::<Counts>(&text).ok();
+        let counts = counts.filter(|counts| counts.fingerprint == manifest.fingerprint());
+        counts.map(Some).ok_or(DatasetError::Foreign(path))
+    }
+
+    fn counts_file(&self, part: u64) -> PathBuf {
+        self.path.join(format!("part-{part:06}.json"))
     }
 
     pub(crate) fn put(&self, manifest: &Manifest, part: &Part) -> Result<(), DatasetError> {
@@ -85,6 +127,10 @@ impl<'a> Folder<'a> {
                 let path = self.file(part.number, table);
                 self.put_file(manifest, part, table, &path)?;
             }
+        }
+        if self.counts(manifest, part.number)?.is_none() {
+            let counts = serde_json::to_string(&Counts::of(part, manifest)).unwrap_or_default();
+            self.put_text(&self.counts_file(part.number), &format!("{counts}\n"))?;
         }
         Ok(())
     }
@@ -140,8 +186,8 @@ impl<'a> Folder<'a> {
         put().map_err(|error| unwritten(path, error))
     }
 
-    /// Writes the manifest, unless another process of the same dataset does.
-    fn put_manifest(&self, path: &Path, manifest: &Manifest) -> Result<(), DatasetError> {
+    /// Writes a small file, unless another process does; returns whether it was written here.
+    fn put_text(&self, path: &Path, text: &str) -> Result<bool, DatasetError> {
         let partial = partial_name(path);
         let put = || -> Result<bool, Cause> {
             let Some(mut file) = locked(&partial, FlockOperation::LockExclusive)? else {
@@ -152,16 +198,12 @@ impl<'a> Folder<'a> {
                 return Ok(false);
             }
             file.set_len(0)?;
-            let text = serde_json::to_string_pretty(manifest)?;
-            file.write_all(format!("{text}\n").as_bytes())?;
+            file.write_all(text.as_bytes())?;
             file.sync_all()?;
             self.output.rename(&partial, path)?;
             Ok(true)
         };
-        if put().map_err(|error| unwritten(path, error))? {
-            return Ok(());
-        }
-        check_manifest(path, manifest)
+        put().map_err(|error| unwritten(path, error))
     }
 }
 
@@ -211,12 +253,30 @@ fn check_manifest(file: &Path, manifest: &Manifest) -> Result<(), DatasetError> 
     Err(DatasetError::OtherDataset(file.to_path_buf(), differences))
 }
 
+/// The length of a file of records by its header, `… grideye FINGERPRINT 8192 bytes …`; `None` if it is not of this dataset.
+fn npy_bytes(head: &[u8], fingerprint: &str) -> Option<u64> {
+    let rest = head.strip_prefix(b"\x93NUMPY\x01\x00")?;
+    let (length, rest) = rest.split_first_chunk::<2>()?;
+    let length = u16::from_le_bytes(*length);
+    let words = String::from_utf8_lossy(rest.get(..length.into())?).into_owned();
+    let (_, records) = words.split_once(&format!("grideye {fingerprint} "))?;
+    let (records, _) = records.split_once(" bytes")?;
+    records
+        .parse::<u64>()
+        .ok()?
+        .checked_add(10 + u64::from(length))
+}
+
 /// Whether a file is complete and of this dataset. Its description is at the start (npz) or at the end (Parquet).
 fn is_ours(mut file: File, manifest: &Manifest, table: Table) -> io::Result<bool> {
     let length = file.metadata()?.len();
     let begin = read_at(&mut file, 0, 4)?;
     let end = read_at(&mut file, length.saturating_sub(END_BYTES), END_BYTES)?;
     let fingerprint = manifest.fingerprint();
+    if table == Table::Npy {
+        let head = read_at(&mut file, 0, NPY_HEAD_BYTES)?;
+        return Ok(npy_bytes(&head, fingerprint) == Some(length));
+    }
     let (is_whole, at, look, wanted) = match table {
         Table::Parquet => {
             let footer = footer_bytes(&end).min(length);
@@ -224,7 +284,7 @@ fn is_ours(mut file: File, manifest: &Manifest, table: Table) -> io::Result<bool
             let wanted = fingerprint.bytes().collect();
             (is_whole, length - footer, footer, wanted)
         }
-        Table::Npz => {
+        Table::Npz | Table::Npy => {
             let is_whole = begin == b"PK\x03\x04" && end.starts_with(b"PK\x05\x06");
             // numpy arrays use four bytes per character.
             let wanted: Vec<u8> = fingerprint
@@ -262,6 +322,8 @@ fn footer_bytes(end: &[u8]) -> u64 {
 /// Limit on the bytes before the description in an archive.
 const HEADS_BYTES: u64 = 4096;
 const END_BYTES: u64 = 22;
+/// The longest header of an array, version 1.0.
+const NPY_HEAD_BYTES: u64 = 10 + (1 << 16);
 
 fn unread(path: &Path, cause: io::Error) -> DatasetError {
     DatasetError::Unread(path.to_path_buf(), cause)

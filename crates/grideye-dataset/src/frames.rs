@@ -1,6 +1,7 @@
 //! Makes labeled frames: the scene of a frame, what its sensor measures, and the ground truth.
 
 use crate::error::DatasetError;
+use crate::labels::{CountsFrom, Label, labels};
 use grideye_scene::{Files, Scene, Simulator};
 use grideye_variation::{Draw, Recipe, Value};
 use std::cell::RefCell;
@@ -33,6 +34,10 @@ pub struct Subject {
     pub without_grid: bool,
     /// The seed of everything that varies and of the noise.
     pub seed: u64,
+    /// Consecutive frames of one situation; at least 1.
+    pub clip: u64,
+    /// From when on an agent counts as in view.
+    pub counts_from: CountsFrom,
 }
 
 /// What all frames have in common.
@@ -46,6 +51,7 @@ pub struct Frames {
 #[derive(Debug)]
 pub(crate) struct Labeled {
     pub(crate) index: u64,
+    pub(crate) clip: u64,
     pub(crate) time: Duration,
     pub(crate) noise_seed: u64,
     /// What the sensor measures, and what it would measure without noise, °C.
@@ -56,23 +62,13 @@ pub(crate) struct Labeled {
     pub(crate) varied: Vec<Value>,
 }
 
-#[derive(Debug)]
-pub(crate) struct Label {
-    pub(crate) position_m: [f64; 3],
-    /// Visible share of the agent, 0 to 1.
-    pub(crate) visibility: f64,
-    /// How many pixels the agent would fill if nothing hid it.
-    pub(crate) pixels: f64,
-    /// The agent's share of each pixel, 0 to 1.
-    pub(crate) mask: Vec<f64>,
-}
-
 impl Frames {
     /// The frames of a subject; `scene` is its unchanged scene.
     ///
     /// # Errors
     /// [`DatasetError::Scene`] if the scene has no such sensor.
-    pub fn new(subject: Subject, scene: &Scene) -> Result<Self, DatasetError> {
+    pub fn new(mut subject: Subject, scene: &Scene) -> Result<Self, DatasetError> {
+        subject.clip = subject.clip.max(1);
         let sensor = scene.sensor(&subject.sensor)?;
         Ok(Self {
             columns: sensor.columns,
@@ -96,6 +92,7 @@ impl Frames {
     pub(crate) const fn maker(&self) -> Maker<'_> {
         Maker {
             frames: self,
+            clip: None,
             kept: VecDeque::new(),
         }
     }
@@ -121,6 +118,7 @@ impl Frames {
 /// Makes frames and caches their simulators.
 pub(crate) struct Maker<'a> {
     frames: &'a Frames,
+    clip: Option<Clip>,
     /// By the scene's text, most recently used first.
     kept: VecDeque<(String, Rc<Set>)>,
 }
@@ -130,37 +128,70 @@ struct Set {
     simulator: Simulator,
 }
 
+/// Consecutive frames of one draw.
+struct Clip {
+    number: u64,
+    draw: Draw,
+    set: Rc<Set>,
+    times: Vec<Duration>,
+}
+
 impl Maker<'_> {
     pub(crate) fn frame(&mut self, index: u64) -> Result<Labeled, DatasetError> {
         let frames = self.frames;
-        let Subject { recipe, seed, .. } = &frames.subject;
-        let draw = recipe.draw(*seed, index);
-        let set = match self.kept(&draw.text) {
-            Some(set) => set,
-            None => self.build(index, &draw)?,
+        let Subject {
+            clip, counts_from, ..
+        } = frames.subject;
+        let found = self
+            .clip
+            .take()
+            .filter(|found| found.number == index / clip);
+        let found = match found {
+            Some(found) => found,
+            None => self.clip_of(index / clip)?,
         };
-        let Set { scene, simulator } = set.as_ref();
-        let time = recipe.time(index, &draw, scene, simulator.sensor());
-        let (image, noisy, filled) = simulator.labeled(time, draw.noise_seed);
-        let mut labels = scene.agents().iter().zip(filled).peekable();
+        let Set { scene, simulator } = found.set.as_ref();
+        let within = usize::try_from(index % clip).unwrap_or(usize::MAX);
+        let time = found.times.get(within).copied().unwrap_or_default();
+        let noise_seed = found.draw.noise_seed;
+        let (image, noisy, filled) = simulator.labeled(time, noise_seed);
+        let images = (&image, &simulator.without_agents(time));
+        let labels = labels(scene.agents(), time, filled, images, counts_from);
+        let mut labels = scene.agents().iter().zip(labels).peekable();
         let labels = frames.agents().iter().map(|name| {
             // Absent agents are missing in the scene, which has the others in the same order.
-            let (agent, filled) = labels.next_if(|(agent, _)| agent.name == *name)?;
-            Some(Label {
-                position_m: agent.position_m(time).to_array(),
-                visibility: filled.visibility(),
-                pixels: filled.unhidden.pixels(),
-                mask: filled.seen.share,
-            })
+            labels.next_if(|(agent, _)| agent.name == *name)?.1
         });
-        Ok(Labeled {
+        let labeled = Labeled {
             index,
+            clip: found.number,
             time,
-            noise_seed: draw.noise_seed,
+            noise_seed,
+            agents: labels.collect(),
             truth_c: image.celsius,
             celsius: noisy.celsius,
-            agents: labels.collect(),
-            varied: draw.values,
+            varied: found.draw.values.clone(),
+        };
+        self.clip = Some(found);
+        Ok(labeled)
+    }
+
+    fn clip_of(&mut self, number: u64) -> Result<Clip, DatasetError> {
+        let Subject {
+            recipe, seed, clip, ..
+        } = &self.frames.subject;
+        let draw = recipe.draw(*seed, number);
+        let set = match self.kept(&draw.text) {
+            Some(set) => set,
+            None => self.build(number, &draw)?,
+        };
+        let sensor = set.simulator.sensor();
+        let times = recipe.times((*seed, number, *clip), &draw, &set.scene, sensor);
+        Ok(Clip {
+            number,
+            draw,
+            set,
+            times,
         })
     }
 

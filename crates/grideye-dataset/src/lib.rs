@@ -2,17 +2,22 @@
 //!
 //! Frame k is a function of (scene, seed, k), so threads, shards and interruptions do not change a part's content.
 
+mod card;
+mod counts;
 mod error;
 mod folder;
 mod frames;
+mod labels;
 mod manifest;
 mod part;
 mod shard;
 mod work;
 
+pub use counts::Counts;
 pub use error::{Cause, DatasetError};
 pub use folder::{Folder, Output};
 pub use frames::{Frames, Remembered, Subject};
+pub use labels::CountsFrom;
 pub use manifest::Manifest;
 pub use part::{AgentLabels, Part, Scalars, VariedColumn};
 pub use shard::{Shard, Table};

@@ -14,7 +14,7 @@ const PARTS_MAX: u64 = 1_000_000;
 const FRAMES_PER_PART: u64 = 1_000;
 /// Approximate memory of a part's frames, unless `frames_per_part` is given.
 const PART_BYTES: u64 = 64 << 20;
-const LAYOUT: u32 = 1;
+const LAYOUT: u32 = 2;
 
 /// The content of `dataset.json`: equal manifests mean equal bytes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -36,6 +36,13 @@ pub struct Manifest {
     pub(crate) method: String,
     pub(crate) seed: u64,
     pub(crate) frames: u64,
+    /// Frames of one clip; before layout 2, 1.
+    #[serde(default)]
+    pub(crate) clip: u64,
+    #[serde(default)]
+    pub(crate) count_pixels: f64,
+    #[serde(default)]
+    pub(crate) count_contrast_c: f64,
     pub(crate) frames_per_part: u64,
     pub(crate) formats: Vec<String>,
     /// SHA-256 of all of the above.
@@ -48,7 +55,7 @@ impl Manifest {
     /// memory.
     ///
     /// # Errors
-    /// [`DatasetError::Parts`].
+    /// [`DatasetError::Parts`], [`DatasetError::Clips`].
     pub fn new(
         subject: &Frames,
         program: &str,
@@ -57,7 +64,18 @@ impl Manifest {
         tables: impl Iterator<Item = Table>,
     ) -> Result<Self, DatasetError> {
         let bytes = subject.bytes_of_frame();
+        let clip = subject.subject.clip;
         let fitting = (PART_BYTES / bytes.max(1)).clamp(1, FRAMES_PER_PART);
+        // A clip is never in two parts.
+        let fitting = (fitting - fitting % clip).max(clip);
+        for (what, number) in [
+            ("frames", Some(frames)),
+            ("frames-per-part", frames_per_part),
+        ] {
+            if let Some(number) = number.filter(|number| number % clip != 0) {
+                return Err(DatasetError::Clips { what, number, clip });
+            }
+        }
         let mut formats: Vec<String> = tables.map(|table| table.name().to_owned()).collect();
         formats.sort();
         formats.dedup();
@@ -79,6 +97,9 @@ impl Manifest {
             method: if of.without_grid { "area" } else { "grid" }.to_owned(),
             seed: of.seed,
             frames,
+            clip,
+            count_pixels: of.counts_from.pixels,
+            count_contrast_c: of.counts_from.contrast_c,
             frames_per_part: frames_per_part.unwrap_or(fitting),
             formats,
             fingerprint: String::new(),
@@ -140,7 +161,7 @@ impl Manifest {
 
     /// The file formats of each part.
     pub(crate) fn tables(&self) -> impl Iterator<Item = Table> + '_ {
-        let all = [Table::Npz, Table::Parquet];
+        let all = [Table::Npz, Table::Npy, Table::Parquet];
         all.into_iter()
             .filter(|table| self.formats.iter().any(|name| name == table.name()))
     }

@@ -14,6 +14,8 @@ pub struct Part {
     pub size: (usize, usize),
     /// Frame numbers, from 0.
     pub frame: Vec<u64>,
+    /// Clip numbers, from 0.
+    pub clip: Vec<u64>,
     /// Frame times, seconds.
     pub time_s: Vec<f64>,
     /// Noise seeds.
@@ -22,6 +24,8 @@ pub struct Part {
     pub celsius: Vec<f32>,
     /// What it would measure without noise, °C.
     pub truth_c: Vec<f32>,
+    /// How many agents count as in view.
+    pub people: Vec<u64>,
     /// Labels of each agent.
     pub agents: Vec<AgentLabels>,
     /// Values of what varies.
@@ -41,6 +45,18 @@ pub struct AgentLabels {
     pub visibility: Vec<Option<f64>>,
     /// How many pixels the agent would fill if nothing hid it.
     pub pixels: Vec<Option<f64>>,
+    /// What the agent changes in the pixel where it changes most, °C.
+    pub contrast_c: Vec<Option<f64>>,
+    /// Whether the agent counts as in view.
+    pub counts: Vec<bool>,
+    /// Column and row of its middle, from the middle of the first pixel; `None` out of view.
+    pub center_px: [Vec<Option<f64>>; 2],
+    /// Left, top, right and bottom edge of its box, pixels; `None` out of view.
+    pub box_px: [Vec<Option<f64>>; 4],
+    /// A person's posture.
+    pub posture: Vec<Option<&'static str>>,
+    /// What a person does.
+    pub doing: Vec<Option<&'static str>>,
     /// The agent's share of each pixel, frame by frame.
     pub mask: Vec<f32>,
 }
@@ -86,10 +102,12 @@ impl Part {
             number,
             size: (manifest.columns, manifest.rows),
             frame: Vec::new(),
+            clip: Vec::new(),
             time_s: Vec::new(),
             noise_seed: Vec::new(),
             celsius: Vec::new(),
             truth_c: Vec::new(),
+            people: Vec::new(),
             agents: agents.collect(),
             varied: varied.collect(),
         }
@@ -97,6 +115,13 @@ impl Part {
 
     pub(crate) fn add(&mut self, labeled: &Labeled) {
         self.frame.push(labeled.index);
+        self.clip.push(labeled.clip);
+        let counted = labeled
+            .agents
+            .iter()
+            .flatten()
+            .map(|label| u64::from(label.counts));
+        self.people.push(counted.sum());
         self.time_s.push(labeled.time.as_secs_f64());
         self.noise_seed.push(labeled.noise_seed);
         self.celsius
@@ -112,6 +137,20 @@ impl Part {
             }
             agent.visibility.push(label.map(|label| label.visibility));
             agent.pixels.push(label.map(|label| label.pixels));
+            agent.contrast_c.push(label.map(|label| label.contrast_c));
+            agent.counts.push(label.is_some_and(|label| label.counts));
+            for (axis, values) in agent.center_px.iter_mut().enumerate() {
+                values.push(label.and_then(|label| label.center_px).map(|at| at[axis]));
+            }
+            for (edge, values) in agent.box_px.iter_mut().enumerate() {
+                values.push(
+                    label
+                        .and_then(|label| label.box_px)
+                        .map(|edges| edges[edge]),
+                );
+            }
+            agent.posture.push(label.and_then(|label| label.posture));
+            agent.doing.push(label.and_then(|label| label.doing));
             match label {
                 Some(label) => agent.mask.extend(label.mask.iter().copied().map(single)),
                 None => agent.mask.resize(agent.mask.len() + pixels, 0.0),
@@ -136,6 +175,12 @@ impl AgentLabels {
             present: Vec::new(),
             visibility: Vec::new(),
             pixels: Vec::new(),
+            contrast_c: Vec::new(),
+            counts: Vec::new(),
+            center_px: [const { Vec::new() }; 2],
+            box_px: [const { Vec::new() }; 4],
+            posture: Vec::new(),
+            doing: Vec::new(),
             mask: Vec::new(),
         }
     }

@@ -45,6 +45,8 @@ pub enum Table {
     Parquet,
     /// numpy arrays.
     Npz,
+    /// One numpy array of records, for mapping into memory.
+    Npy,
 }
 
 impl Table {
@@ -54,6 +56,7 @@ impl Table {
         match self {
             Self::Parquet => "parquet",
             Self::Npz => "npz",
+            Self::Npy => "npy",
         }
     }
 }

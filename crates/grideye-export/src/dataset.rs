@@ -1,8 +1,9 @@
-//! Writes a part of a dataset as npz or Parquet.
+//! Writes a part of a dataset as npz, npy or Parquet.
 
 use crate::error::ExportError;
 use crate::npz::Archive;
 use crate::parquet::{self, Column, Values};
+use crate::records::{self, WORDS};
 use grideye_dataset::{AgentLabels, Part, Scalars, Table};
 use std::io::Write;
 
@@ -18,6 +19,11 @@ pub fn write(
 ) -> Result<(), ExportError> {
     match table {
         Table::Npz => npz(part, about, out),
+        Table::Npy => {
+            let about: serde_json::Value = serde_json::from_str(about).unwrap_or_default();
+            let fingerprint = about["fingerprint"].as_str().unwrap_or_default();
+            records::write(part, fingerprint, out)
+        }
         Table::Parquet => {
             let about = [
                 ("grideye.dataset", about.to_owned()),
@@ -41,13 +47,21 @@ fn columns(part: &Part) -> Vec<Column> {
     let always = |values: &[f64]| Values::Double(values.iter().copied().map(Some).collect());
     let mut columns = vec![
         Column::new("frame", Values::Unsigned(part.frame.clone())),
+        Column::new("clip", Values::Unsigned(part.clip.clone())),
         Column::new("time_s", always(&part.time_s)),
         Column::new("noise_seed", Values::Unsigned(part.noise_seed.clone())),
         Column::new("celsius", singles(&part.celsius)),
         Column::new("truth_c", singles(&part.truth_c)),
+        Column::new("people", Values::Unsigned(part.people.clone())),
     ];
     for agent in &part.agents {
         let [x_m, y_m, z_m] = agent.position_m.clone().map(Values::Double);
+        let [column, row] = agent.center_px.clone().map(Values::Double);
+        let [left, top, right, bottom] = agent.box_px.clone().map(Values::Double);
+        let names = |names: &[Option<&str>]| {
+            let names = names.iter().map(|name| name.map(str::to_owned));
+            Values::MaybeText(names.collect())
+        };
         let labels = [
             ("present", Values::Flag(agent.present.clone())),
             ("x_m", x_m),
@@ -55,6 +69,16 @@ fn columns(part: &Part) -> Vec<Column> {
             ("z_m", z_m),
             ("visibility", Values::Double(agent.visibility.clone())),
             ("pixels", Values::Double(agent.pixels.clone())),
+            ("contrast_c", Values::Double(agent.contrast_c.clone())),
+            ("counts", Values::Flag(agent.counts.clone())),
+            ("column", column),
+            ("row", row),
+            ("left", left),
+            ("top", top),
+            ("right", right),
+            ("bottom", bottom),
+            ("posture", names(&agent.posture)),
+            ("doing", names(&agent.doing)),
             ("mask", singles(&agent.mask)),
         ];
         let name = |what| format!("agent.{}.{what}", agent.name);
@@ -75,20 +99,23 @@ fn npz(part: &Part, about: &str, out: &mut impl Write) -> Result<(), ExportError
     let mut archive = Archive::new(out);
     let (columns, rows) = part.size;
     let count = part.frame.len();
-    let frames = part.frame.iter().map(|value| value.to_le_bytes());
-    let seeds = part.noise_seed.iter().map(|value| value.to_le_bytes());
+    let whole = |values: &[u64]| -> Vec<[u8; 8]> {
+        values.iter().map(|value| value.to_le_bytes()).collect()
+    };
     let image = [count, rows, columns];
     archive.texts("metadata.npy", &[], &[about])?;
-    archive.array("frame.npy", "<u8", &[count], frames)?;
+    archive.array("frame.npy", "<u8", &[count], whole(&part.frame))?;
+    archive.array("clip.npy", "<u8", &[count], whole(&part.clip))?;
     archive.array(
         "time_s.npy",
         "<f8",
         &[count],
         doubles(part.time_s.iter().copied()),
     )?;
-    archive.array("noise_seed.npy", "<u8", &[count], seeds)?;
+    archive.array("noise_seed.npy", "<u8", &[count], whole(&part.noise_seed))?;
     archive.array("celsius.npy", "<f4", &image, singles(&part.celsius))?;
     archive.array("truth_c.npy", "<f4", &image, singles(&part.truth_c))?;
+    archive.array("people.npy", "<u8", &[count], whole(&part.people))?;
     agent_arrays(part, &mut archive)?;
     varied_arrays(part, &mut archive)?;
     archive.finish()
@@ -134,6 +161,25 @@ fn agent_arrays(part: &Part, archive: &mut Archive<impl Write>) -> Result<(), Ex
     archive.array("visibility.npy", "<f8", &[count, agents], visibility)?;
     let filled = of_agents(|agent| &agent.pixels);
     archive.array("pixels.npy", "<f8", &[count, agents], filled)?;
+    let contrasts = of_agents(|agent| &agent.contrast_c);
+    archive.array("contrast_c.npy", "<f8", &[count, agents], contrasts)?;
+    let counts = each().map(|(agent, frame)| [u8::from(agent.counts[frame])]);
+    archive.array("counts.npy", "|b1", &[count, agents], counts)?;
+    let centers = each().flat_map(|(agent, frame)| {
+        let axes = agent.center_px.iter();
+        axes.map(move |axis| or_nan(axis[frame]))
+    });
+    let centers = doubles(centers);
+    archive.array("center_px.npy", "<f8", &[count, agents, 2], centers)?;
+    let boxes = each().flat_map(|(agent, frame)| {
+        let edges = agent.box_px.iter();
+        edges.map(move |edge| or_nan(edge[frame]))
+    });
+    archive.array("box_px.npy", "<f8", &[count, agents, 4], doubles(boxes))?;
+    for (name, (_, of)) in ["posture.npy", "doing.npy"].into_iter().zip(WORDS) {
+        let names = each().map(|(agent, frame)| of(agent)[frame].unwrap_or_default());
+        archive.texts(name, &[count, agents], &names.collect::<Vec<_>>())?;
+    }
     let masks = each().flat_map(|(agent, frame)| &agent.mask[frame * pixels..][..pixels]);
     archive.array(
         "mask.npy",

@@ -8,6 +8,7 @@ pub mod film;
 mod npz;
 mod parquet;
 pub mod recording;
+mod records;
 pub mod tiles;
 
 pub use error::ExportError;

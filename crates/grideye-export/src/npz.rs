@@ -7,13 +7,22 @@ use std::io::Write;
 /// Maximum bytes of an archive without the 64-bit extension.
 pub(crate) const ARCHIVE_BYTES_MAX: u64 = 0xffff_0000;
 
-/// Magic, version 1.0, and a dictionary padded so that the data begins at a multiple of 64.
+/// The header of an array of one type.
 fn header(dtype: &str, axes: &[usize]) -> Vec<u8> {
-    // A tuple in Python's notation.
+    header_of(&format!("'{dtype}'"), axes)
+}
+
+/// A tuple in Python's notation.
+pub(crate) fn tuple(axes: &[usize]) -> String {
     let shape: Vec<String> = axes.iter().map(ToString::to_string).collect();
     let comma = if axes.len() == 1 { "," } else { "" };
-    let shape = format!("({}{comma})", shape.join(", "));
-    let dictionary = format!("{{'descr': '{dtype}', 'fortran_order': False, 'shape': {shape}, }}");
+    format!("({}{comma})", shape.join(", "))
+}
+
+/// Magic, version 1.0, and a dictionary padded so that the data begins at a multiple of 64; `descr` in Python's notation.
+pub(crate) fn header_of(descr: &str, axes: &[usize]) -> Vec<u8> {
+    let shape = tuple(axes);
+    let dictionary = format!("{{'descr': {descr}, 'fortran_order': False, 'shape': {shape}, }}");
     let width = (10 + dictionary.len() + 1).next_multiple_of(64) - 11;
     let dictionary = format!("{dictionary:width$}\n");
     let length = u16::try_from(dictionary.len()).unwrap_or(u16::MAX);

@@ -205,17 +205,23 @@ impl Simulator {
     }
 
     fn received(&self, time: Duration) -> Image {
-        self.drawn(time, 0).0
+        self.drawn(time, &self.agents, 0).0
     }
 
-    /// What the sensor receives, and what each of so many agents fills of it.
-    fn drawn(&self, time: Duration, agents: usize) -> (Image, Vec<Filled>) {
+    /// The image at `time` if no agent were in the room.
+    #[must_use]
+    pub fn without_agents(&self, time: Duration) -> Image {
+        self.detected(self.drawn(time, &[], 0).0)
+    }
+
+    /// What the sensor receives with these agents, and what each of the first so many fills of it.
+    fn drawn(&self, time: Duration, present: &[Agent], agents: usize) -> (Image, Vec<Filled>) {
         let mut celsius = self.still_c.clone();
         let owners = (0..).take(agents);
         let zeros = || vec![0.0; self.still_c.len()];
         let shares = match &self.method {
             Method::Grid(grid) => {
-                let patches = self.patches(grid, time);
+                let patches = self.patches(grid, time, present);
                 self.accumulator(grid, &grid.backdrop)
                     .add_excess(&patches, &mut celsius);
                 let empty = (agents > 0).then(|| Backdrop::empty(&grid.view));
@@ -240,7 +246,7 @@ impl Simulator {
                 owners.map(of_owner).collect()
             }
             Method::Area { plane, still } => {
-                let moving = self.facets(plane, time);
+                let moving = self.facets(plane, time, present);
                 still.add_change(plane, &self.air, &moving, &mut celsius);
                 let nothing = StaticFacets::new(Vec::new());
                 let share = |facets: &[Facet], owner, still: &StaticFacets| {
@@ -256,7 +262,8 @@ impl Simulator {
                 owners.map(of_owner).collect()
             }
             Method::Physical(physical) => {
-                let (image_c, shares) = physical.image(&self.shown(physical, time), agents);
+                let (image_c, shares) =
+                    physical.image(&self.shown(physical, time, present), agents);
                 celsius = image_c;
                 shares
             }
@@ -300,7 +307,7 @@ impl Simulator {
     /// model for little more than the cost of one.
     #[must_use]
     pub fn labeled(&self, time: Duration, seed: u64) -> (Image, Image, Vec<Filled>) {
-        let (received, filled) = self.drawn(time, self.agents.len());
+        let (received, filled) = self.drawn(time, &self.agents, self.agents.len());
         let (image, noisy) = self.both(received, time, seed);
         (image, noisy, filled)
     }
@@ -327,15 +334,20 @@ impl Simulator {
         let counts = |owner| owner != NOBODY;
         match &self.method {
             Method::Grid(grid) => self.accumulator(grid, &grid.backdrop).add_share(
-                &self.patches(grid, time),
+                &self.patches(grid, time, &self.agents),
                 counts,
                 &mut share,
             ),
             Method::Area { plane, still } => {
-                still.add_share(plane, &self.facets(plane, time), counts, &mut share);
+                still.add_share(
+                    plane,
+                    &self.facets(plane, time, &self.agents),
+                    counts,
+                    &mut share,
+                );
             }
             Method::Physical(physical) => {
-                share = physical.share(&self.shown(physical, time));
+                share = physical.share(&self.shown(physical, time, &self.agents));
             }
         }
         self.mask(share)
@@ -357,31 +369,31 @@ impl Simulator {
         Accumulator::new(&grid.view, &self.air, backdrop, &grid.resampler)
     }
 
-    fn patches(&self, grid: &Grid, time: Duration) -> Vec<ShadedPatch> {
+    fn patches(&self, grid: &Grid, time: Duration, agents: &[Agent]) -> Vec<ShadedPatch> {
         let pose = &self.sensor.pose;
-        self.changing_by(time, |skin, form| {
+        self.changing_by((time, agents), |skin, form| {
             shaded(&grid.view, &self.air, skin, &form.faces(pose))
         })
     }
 
-    fn facets(&self, plane: &ImagePlane, time: Duration) -> Vec<Facet> {
+    fn facets(&self, plane: &ImagePlane, time: Duration, agents: &[Agent]) -> Vec<Facet> {
         let pose = &self.sensor.pose;
-        self.changing_by(time, |skin, form| {
+        self.changing_by((time, agents), |skin, form| {
             facets(plane, &self.air, skin, &form.faces(pose))
         })
     }
 
-    fn shown(&self, physical: &Physical, time: Duration) -> Vec<Shown> {
+    fn shown(&self, physical: &Physical, time: Duration, agents: &[Agent]) -> Vec<Shown> {
         let pose = &self.sensor.pose;
-        self.changing_by(time, |skin, form| {
+        self.changing_by((time, agents), |skin, form| {
             Some(shown_form(physical, skin, form, pose))
         })
     }
 
-    /// Applies `build` to everything that changes: each part of each agent, changing objects, and prints on objects.
+    /// Applies `build` to everything that changes: each part of each of these agents, changing objects, and prints on objects.
     fn changing_by<T, B: IntoIterator<Item = T>>(
         &self,
-        time: Duration,
+        (time, agents): (Duration, &[Agent]),
         build: impl Fn(&BodySurface<'_>, &Form) -> B,
     ) -> Vec<T> {
         let (ambient_c, time_s) = (self.ambient_c, time.as_secs_f64());
@@ -402,7 +414,8 @@ impl Simulator {
                 built.extend(build(&skin, &flat(&print.sheet, DVec3::ZERO)));
             }
         }
-        for (index, agent) in self.agents.iter().enumerate() {
+        let agents = agents.iter().enumerate();
+        for (index, agent) in agents.filter(|(_, agent)| agent.is_here(time)) {
             let of_part = |part| BodySurface::of(part, ambient_c, time_s, number(index));
             if let Some(segments) = agent.segments_at(time) {
                 for (part, segment) in agent.parts.iter().zip(&segments) {

@@ -30,3 +30,6 @@ pub(crate) fn below(generator: &mut ChaCha12Rng, count: usize) -> usize {
 
 /// The purpose of the noise seed: no scene key starts with a space.
 pub(crate) const NOISE: &str = " noise";
+
+/// The purpose of the moment at which a clip starts.
+pub(crate) const START: &str = " start";

@@ -4,6 +4,8 @@ use grideye_scene::{SceneError, key::KeyError};
 
 /// Limit on the choices of one key.
 pub(crate) const CHOICES_MAX: usize = 1_000;
+/// Limit on the acts of one person.
+pub(crate) const ACTS_MAX: usize = 100;
 
 /// Why a scene cannot be varied; each error names the request.
 #[derive(Debug, thiserror::Error)]
@@ -52,6 +54,20 @@ pub enum VariationError {
         /// The agent.
         agent: String,
         /// How many places were tried.
+        tries: usize,
+    },
+    /// No free way for what a person does was found.
+    #[error(
+        "frame {index}: no free way for `{agent}` to {acts} in {tries} tries\nhint: the room is too full or too small for this; remove objects, or let fewer people do less"
+    )]
+    NoWay {
+        /// The first frame, from 0.
+        index: u64,
+        /// The agent.
+        agent: String,
+        /// What it should do.
+        acts: String,
+        /// How many ways were tried.
         tries: usize,
     },
 }
@@ -115,6 +131,35 @@ pub enum Mistake {
         "only agents can be placed on the floor\nhint: write agent.person.position=floor; give objects a range, as in object.table.position_mm=[500..3500, 1200, 0]"
     )]
     FloorForAgents,
+    /// Only persons do anything.
+    #[error(
+        "only a person can do something\nhint: write agent.NAME.acts for an agent with person = {{}}"
+    )]
+    ActsForPeople,
+    /// No such act.
+    #[error(
+        "`{0}` is no act\nhint: write enter, walk, stand, sit, lie, fall, leave or away, as in \"enter walk sit:5..20 leave\""
+    )]
+    NoAct(String),
+    /// An act that takes no seconds.
+    #[error(
+        "`{0}` takes as long as its way\nhint: write {0} without seconds; stand, sit, lie, fall and away take them, as in sit:5..20"
+    )]
+    NoLasting(String),
+    /// Seconds that are no number or range.
+    #[error(
+        "`{0}` does not say how many seconds\nhint: write seconds or LOW..HIGH up to 86400, as in sit:5..20"
+    )]
+    NoSeconds(String),
+    /// More acts than the limit.
+    #[error("{0} acts are more than {max}\nhint: make several clips of fewer acts", max = ACTS_MAX)]
+    TooManyActs(usize),
+    /// A person comes in who is in the room.
+    #[error("the person is in the room already\nhint: write enter or away first, or after leave")]
+    Inside,
+    /// A person does something in the room but is not there.
+    #[error("the person is not in the room\nhint: write enter after leave or away")]
+    Outside,
     /// `position` is not `floor`.
     #[error(
         "`position` can only be floor\nhint: write agent.NAME.position=floor, or position_mm=[x, y, z] with numbers or ranges"

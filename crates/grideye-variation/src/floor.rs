@@ -84,15 +84,6 @@ impl Floor {
         })
     }
 
-    /// Whether all agents of the scene are placed.
-    pub(crate) fn has_all(&self) -> bool {
-        let here = self
-            .lotteries
-            .iter()
-            .filter(|lottery| lottery.agent.is_some());
-        here.count() == self.scene.agents().len()
-    }
-
     pub(crate) fn places_m(&self) -> impl Iterator<Item = DVec3> {
         self.lotteries.iter().map(|lottery| lottery.place_m)
     }

@@ -40,12 +40,15 @@
 //! # Ok::<(), grideye_variation::VariationError>(())
 //! ```
 
+mod acts;
 mod chance;
 mod error;
 mod floor;
 mod grammar;
 mod recipe;
+mod stage;
 mod target;
+mod way;
 
 pub use error::{Mistake, VariationError};
 pub use recipe::{Column, Draw, Recipe, TRIES_MAX, Value};

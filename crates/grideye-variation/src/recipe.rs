@@ -1,13 +1,17 @@
 //! A scene with varying keys, and its draws.
 
-use crate::chance::{NOISE, below, generator, share};
+use crate::acts;
+use crate::chance::{NOISE, START, below, generator, share};
 use crate::error::{Mistake, VariationError};
 use crate::floor;
 use crate::floor::Floor;
 use crate::grammar;
 use crate::grammar::{Choice, Piece};
+use crate::stage;
+use crate::stage::{Actor, Drawn};
 use crate::target;
 use crate::target::{Edit, Placed, edited};
+use crate::way::Way;
 use glam::DVec3;
 use grideye_scene::uncertain::Uncertain;
 use grideye_scene::{Files, Loaded, Scene, Sensor, limits};
@@ -30,6 +34,7 @@ pub struct Recipe {
     origin: String,
     varied: Vec<Varied>,
     placed: Vec<Placed>,
+    actors: Vec<Actor>,
     columns: Vec<Column>,
     agents: Vec<String>,
 }
@@ -76,12 +81,15 @@ pub struct Draw {
     pub time_s: Option<f64>,
     /// The drawn values as written into the text, in the order of the edits.
     written: Vec<String>,
+    /// Which choice each person does.
+    acts: Vec<usize>,
 }
 
 impl Recipe {
     /// Parses what varies: each of `asked` is `KEY=VALUES`, as in `agent.person.temperature_c=26..34`,
-    /// `agent.anna.person.height_mm=1700+-100`, `sensor.ceiling.noise_sigma_c=0.1,0.2`, `object.table.present=on,off`, `agent.person.position=floor` or
-    /// `time_s=0..12`; or `KEY` alone for a number with an `[[uncertain]]` table. scenes/README.md has the whole grammar.
+    /// `agent.anna.person.height_mm=1700+-100`, `sensor.ceiling.noise_sigma_c=0.1,0.2`, `object.table.present=on,off`,
+    /// `agent.person.position=floor`, `agent.person.acts=enter sit leave` or `time_s=0..12`; or `KEY` alone for a number
+    /// with an `[[uncertain]]` table. scenes/README.md has the whole grammar.
     ///
     /// # Errors
     /// If something cannot be parsed, or names what the scene lacks; [`Self::check`] checks the values.
@@ -93,6 +101,7 @@ impl Recipe {
             origin: origin.to_owned(),
             varied: Vec::new(),
             placed: Vec::new(),
+            actors: Vec::new(),
             columns: Vec::new(),
             agents: target::agents(&document),
         };
@@ -105,6 +114,13 @@ impl Recipe {
                 Some((key, values)) => (key.trim(), Some(values.trim())),
                 None => (asked.trim(), None),
             };
+            if let (Some(agent), Some(values)) = (acting(key), values) {
+                let actor = acts::choices(values).and_then(|choices| {
+                    Actor::new((text, &document), (asked, key, agent), choices)
+                });
+                recipe.actors.push(actor.map_err(mistaken)?);
+                continue;
+            }
             match (key.strip_suffix(".position"), values) {
                 (Some(path), Some(values)) => recipe.placed.push(Placed {
                     asked: asked.clone(),
@@ -133,12 +149,17 @@ impl Recipe {
                 }
             }
         }
+        let acts = recipe.actors.iter().map(|actor| Column {
+            name: actor.key.clone(),
+            is_number: false,
+        });
+        recipe.columns.extend(acts);
         recipe.check_overlaps()?;
         recipe.check_additions()?;
         Ok(recipe)
     }
 
-    /// The columns of a draw, in the order requested.
+    /// The columns of a draw, in the order requested; what people do comes last.
     #[must_use]
     pub fn columns(&self) -> &[Column] {
         &self.columns
@@ -153,7 +174,7 @@ impl Recipe {
     /// Whether [`Self::scene`] depends on more than the draw's text.
     #[must_use]
     pub fn places_agents(&self) -> bool {
-        !self.placed.is_empty()
+        !self.placed.is_empty() || !self.actors.is_empty()
     }
 
     /// Tries every choice of every key, each law at its ends, while all other keys keep their values in the file.
@@ -209,7 +230,15 @@ impl Recipe {
                 None => time_s = numbers.first().copied(),
             }
         }
+        let acts = self.actors.iter().map(|actor| {
+            let mut generator = generator(seed, &actor.key, index);
+            below(&mut generator, actor.choices.len())
+        });
+        let acts: Vec<usize> = acts.collect();
+        let chosen = self.chosen(&acts);
+        values.extend(chosen.map(|(_, choice)| Value::Text(choice.text.clone())));
         Draw {
+            acts,
             text: edited(&self.text, self.drawn(&written)),
             values,
             noise_seed: generator(seed, NOISE, index).next_u64(),
@@ -240,22 +269,37 @@ impl Recipe {
             values: self.told(draw),
             source: Box::new(source),
         };
-        if self.placed.is_empty() {
+        if !self.places_agents() {
             return Scene::parse_without_variants(&draw.text, &self.origin, files).map_err(refused);
         }
+        let ways = self.ways((seed, index), draw, files)?;
+        let acting = self.actors.iter().zip(&ways);
+        let acting = || {
+            acting
+                .clone()
+                .filter_map(|(actor, way)| Some((actor, way.as_ref()?)))
+        };
+        let files = &Drawn::new(files, acting());
         let text = |places_m: &mut dyn Iterator<Item = DVec3>| {
             let mut edits = self.drawn(&draw.written);
             edits.extend(floor::edits(&self.placed, places_m));
+            edits.extend(acting().flat_map(|(actor, way)| actor.edited(way)));
             edited(&self.text, edits)
         };
         let anywhere = text(&mut std::iter::repeat(DVec3::ZERO));
         let anywhere = Scene::parse_anywhere(&anywhere, &self.origin, files).map_err(refused)?;
+        let has_all = anywhere.scene.agents().iter().all(|agent| {
+            self.is_placed(&agent.name) || acting().any(|(actor, _)| actor.agent == agent.name)
+        });
+        if self.placed.is_empty() && has_all {
+            return Ok(anywhere);
+        }
         let mut floor = Floor::new(anywhere.scene, &self.placed, (seed, index));
         for _ in 0..TRIES_MAX {
             let Some(misplaced) = floor.misplaced() else {
                 let text = text(&mut floor.places_m());
                 // Those placed need no second check, only those that walk or stand where the file says.
-                let parse = match floor.has_all() {
+                let parse = match has_all {
                     true => Scene::parse_anywhere,
                     false => Scene::parse_without_variants,
                 };
@@ -270,14 +314,72 @@ impl Recipe {
         })
     }
 
-    /// A frame's time: as drawn, or the sensor's next sampling time, starting over at the scene's end.
-    #[must_use]
-    pub fn time(&self, index: u64, draw: &Draw, scene: &Scene, sensor: &Sensor) -> Duration {
-        if let Some(time_s) = draw.time_s {
-            return Duration::try_from_secs_f64(time_s).unwrap_or_default();
+    /// The ways of the people who do something; `None` for those who are not in the scene.
+    fn ways(
+        &self,
+        (seed, index): (u64, u64),
+        draw: &Draw,
+        files: &dyn Files,
+    ) -> Result<Vec<Option<Way>>, VariationError> {
+        if self.actors.is_empty() {
+            return Ok(Vec::new());
         }
-        let in_turn = index % scene.frame_count(sensor);
-        sensor.frame_time(u32::try_from(in_turn).unwrap_or(u32::MAX))
+        let refused = |source| VariationError::Frame {
+            index,
+            values: self.told(draw),
+            source: Box::new(source),
+        };
+        let scene = Scene::parse_anywhere(&draw.text, &self.origin, files).map_err(refused)?;
+        let chosen: Vec<(&Actor, &acts::Choice)> = self.chosen(&draw.acts).collect();
+        let is_placed = |name: &str| self.is_placed(name);
+        let ways = stage::ways(&scene.scene, &chosen, &is_placed, (seed, index));
+        ways.map_err(|stuck| VariationError::NoWay {
+            index,
+            agent: chosen[stuck].0.agent.clone(),
+            acts: chosen[stuck].1.text.clone(),
+            tries: stage::TRIES_MAX,
+        })
+    }
+
+    fn chosen<'a>(
+        &'a self,
+        acts: &'a [usize],
+    ) -> impl Iterator<Item = (&'a Actor, &'a acts::Choice)> {
+        let chosen = self.actors.iter().zip(acts);
+        chosen.map(|(actor, choice)| (actor, &actor.choices[*choice]))
+    }
+
+    fn is_placed(&self, agent: &str) -> bool {
+        self.placed.iter().any(|placed| placed.agent == agent)
+    }
+
+    /// The times of `frames` consecutive frames of a draw, at the sensor's rate. They start at the drawn time; or, if
+    /// people do something, at a random one by which they have still to do the rest; or else at the sensor's next sampling
+    /// time, starting over at the scene's end.
+    #[must_use]
+    pub fn times(
+        &self,
+        (seed, index, frames): (u64, u64, u64),
+        draw: &Draw,
+        scene: &Scene,
+        sensor: &Sensor,
+    ) -> Vec<Duration> {
+        let frame_time = |number: u64| sensor.frame_time(u32::try_from(number).unwrap_or(u32::MAX));
+        if let Some(time_s) = draw.time_s {
+            let start = Duration::try_from_secs_f64(time_s).unwrap_or_default();
+            return (0..frames)
+                .map(|number| start + frame_time(number))
+                .collect();
+        }
+        let count = scene.frame_count(sensor);
+        let first = if self.actors.is_empty() {
+            (index * frames) % count
+        } else {
+            let starts = usize::try_from(count.saturating_sub(frames)).unwrap_or(0) + 1;
+            let first = below(&mut generator(seed, START, index), starts);
+            u64::try_from(first).unwrap_or(0)
+        };
+        (first..first + frames).map(frame_time).collect()
     }
 
     fn told(&self, draw: &Draw) -> String {
@@ -306,7 +408,11 @@ impl Recipe {
             let edits = placed.edits.iter();
             edits.map(|edit| (placed.asked.as_str(), edit))
         });
-        varied.chain(placed)
+        let actors = self.actors.iter().flat_map(|actor| {
+            let edits = actor.edits.iter();
+            edits.map(|edit| (actor.asked.as_str(), edit))
+        });
+        varied.chain(placed).chain(actors)
     }
 
     fn check_overlaps(&self) -> Result<(), VariationError> {
@@ -352,6 +458,11 @@ impl Recipe {
         }
         Ok(())
     }
+}
+
+/// The agent whose acts a key names.
+fn acting(key: &str) -> Option<&str> {
+    key.strip_prefix("agent.")?.strip_suffix(".acts")
 }
 
 /// The law that the scene has for the number at this place.

@@ -7,7 +7,7 @@ use crate::output::outln;
 use crate::{files, progress};
 use anyhow::Result;
 use grideye_dataset::{
-    AgentLabels, Cause, DatasetError, Folder, Frames, Manifest, Output, Part, Remembered, Subject,
+    Cause, CountsFrom, DatasetError, Folder, Frames, Manifest, Output, Part, Remembered, Subject,
     Table, make,
 };
 use grideye_export::dataset as export;
@@ -56,6 +56,7 @@ pub(crate) fn run(options: &Dataset) -> Result<Outcome> {
         .map_or_else(progress::cores, NonZeroUsize::get);
     make((&frames, &manifest), &folder, missing, threads, &tick).map_err(told)?;
     bar.finish_and_clear();
+    folder.put_card(&manifest).map_err(told)?;
     report(options, &manifest, [made, there, count])?;
     if made > 0 && !options.json {
         outln!("people in view: {}", disk.in_view())?;
@@ -90,6 +91,11 @@ fn frames(options: &Dataset) -> Result<Frames> {
         recipe,
         without_grid: options.method == Method::Area,
         seed: options.seed,
+        clip: options.clip,
+        counts_from: CountsFrom {
+            pixels: options.count_pixels,
+            contrast_c: options.count_contrast_c,
+        },
     };
     Frames::new(subject, &loaded.scene).map_err(told)
 }
@@ -98,16 +104,14 @@ struct Disk {
     /// A part is counted as its first file is written.
     first: Option<Table>,
     /// How many frames have how many people in view.
-    in_view: Mutex<BTreeMap<usize, u64>>,
+    in_view: Mutex<BTreeMap<u64, u64>>,
 }
 
 impl Disk {
     fn count(&self, part: &Part) {
         let mut in_view = self.in_view.lock().unwrap_or_else(PoisonError::into_inner);
-        for frame in 0..part.frame.len() {
-            let share = |agent: &&AgentLabels| agent.visibility.get(frame).copied().flatten();
-            let people = part.agents.iter().filter(|agent| share(agent) > Some(0.0));
-            *in_view.entry(people.count()).or_default() += 1;
+        for people in &part.people {
+            *in_view.entry(*people).or_default() += 1;
         }
     }
 

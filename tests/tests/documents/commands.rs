@@ -237,6 +237,10 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
         Run("", &["200 of 200 frames in people; parts: 1 made"]),
     ),
     (
+        "grideye dataset scenes/people.toml --frames 5000 --clip 50 --vary \"agent.walking.acts=enter stand:1..2 leave,walk fall,walk walk\" --out clips",
+        Run("", &["5000 of 5000 frames in clips; parts: 5 made"]),
+    ),
+    (
         "grideye dataset scenes/experiment-1.toml --frames 5000 --out frames --shard 2/4",
         Run("", &["shard 2 of 4: 1000 of 5000 frames in frames"]),
     ),

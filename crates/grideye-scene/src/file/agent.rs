@@ -3,14 +3,16 @@
 use crate::file::body;
 use crate::file::document::AgentTable;
 use crate::file::person;
+use crate::file::postures;
 use crate::file::reader::{Read, Reader};
 use crate::file::rule::{ACCELERATION, SPEED};
 use crate::file::waypoints::{TIME, UTC, Waypoint, read_waypoints};
 use crate::model::limits::{TIME_MAX_S, WALK_DAYS_MAX};
-use crate::model::{Agent, Room, SceneError, Walls};
+use crate::model::{Agent, Body, Keep, Person, Room, SceneError, Walls};
 use crate::motion::{Clock, Motion, Schedule, Trajectory, lengths_m};
 use crate::text::{MM_PER_M, Utc, millimeters, reach};
 use glam::{DMat3, DVec3};
+use std::time::Duration;
 use toml::Spanned;
 
 pub(crate) fn agent(
@@ -28,12 +30,14 @@ pub(crate) fn agent(
         Some((person, parts)) => (Some(person), parts),
         None => (None, body::parts(reader, table, start_m, room.ambient_c)?),
     };
+    let keeps = postures::keeps(reader, table, (waypoints, starts_utc))?;
     let agent = Agent {
         name: reader.name(&keys.name)?,
         parts,
+        turns: turns(reader, keys, (trajectory.as_ref(), person.as_ref()), &keeps)?,
         person,
         start_m,
-        turns: turns(reader, keys, trajectory.as_ref())?,
+        keeps,
         touches: touches.map(|name| name.get_ref().clone()).collect(),
         trajectory,
     };
@@ -49,6 +53,9 @@ pub(crate) fn agent(
         }
         check_inside(&agent, index, point, room)?;
     }
+    for (keep, point) in agent.keeps.iter().zip(waypoints) {
+        check_laid_out(&agent, keep, point, room)?;
+    }
     check_walls(&agent, waypoints, walls)?;
     Ok(agent)
 }
@@ -61,6 +68,7 @@ pub(crate) fn waypoints(reader: &Reader<'_>, table: &Spanned<AgentTable>) -> Rea
             position_mm: reader.position_m(position_mm)? * MM_PER_M,
             time: None,
             dwell_s: 0.0,
+            posture: None,
             place: reader.place(position_mm.span().start),
         }]),
         (None, Some(path)) => {
@@ -269,7 +277,8 @@ impl TimeColumn {
 fn turns(
     reader: &Reader<'_>,
     keys: &AgentTable,
-    trajectory: Option<&Trajectory>,
+    (trajectory, person): (Option<&Trajectory>, Option<&Person>),
+    keeps: &[Keep],
 ) -> Read<Option<Vec<DMat3>>> {
     let Some(trajectory) = trajectory else {
         return Ok(None);
@@ -283,14 +292,20 @@ fn turns(
         hint,
     )?;
     let turns = turns.unwrap_or(keys.person.is_some());
-    Ok(turns.then(|| headings(trajectory.waypoints_m())))
+    // Who sits first faces as the file says until it walks.
+    let first = person.filter(|_| !keeps.is_empty());
+    let first = first.map(|person| person.facing);
+    Ok(turns.then(|| headings(trajectory.waypoints_m(), keeps, first)))
 }
 
-/// Turns +x to the direction of each waypoint's leg. A leg without direction uses the previous one, or else the first.
-fn headings(waypoints_m: &[DVec3]) -> Vec<DMat3> {
-    let mut headings: Vec<Option<DMat3>> = vec![None];
-    for pair in waypoints_m.windows(2) {
+/// Turns +x to the direction of each waypoint's leg. A leg without direction, or on which the person is not upright, uses
+/// the previous one, or else the first.
+fn headings(waypoints_m: &[DVec3], keeps: &[Keep], first: Option<DMat3>) -> Vec<DMat3> {
+    let mut headings: Vec<Option<DMat3>> = vec![first];
+    for (index, pair) in waypoints_m.windows(2).enumerate() {
+        let is_upright = keeps.iter().skip(index).take(2).all(Keep::is_upright);
         let along = (pair[1] - pair[0]).with_z(0.0).try_normalize();
+        let along = along.filter(|_| is_upright);
         let heading = along.map(|along| DMat3::from_cols(along, DVec3::Z.cross(along), DVec3::Z));
         headings.push(heading.or(headings.last().copied().flatten()));
     }
@@ -328,16 +343,35 @@ fn check_inside(agent: &Agent, index: usize, point: &Waypoint, room: &Room) -> R
         None => beyond(&DMat3::IDENTITY),
         Some(turns) => turns.iter().skip(index).take(2).find_map(beyond),
     };
-    let Some(reach_mm) = reaches else {
-        return Ok(());
+    reaches.map_or(Ok(()), |reach_mm| Err(left(agent, point, room, &reach_mm)))
+}
+
+const LIFT_M: f64 = 0.1;
+
+/// A person who sits or lies reaches farther than one who stands.
+fn check_laid_out(agent: &Agent, keep: &Keep, point: &Waypoint, room: &Room) -> Read<()> {
+    let time = Duration::try_from_secs_f64(keep.from_s).unwrap_or_default();
+    let bodies = match keep.is_upright() {
+        true => Vec::new(),
+        false => agent.bodies_at(time),
     };
+    // Feet may be a little below the floor.
+    let lifted = |body: &Body| body.mesh.clone().placed(DMat3::IDENTITY, LIFT_M * DVec3::Z);
+    let outside = |body: &&Body| !room.holds_corners_of(&lifted(body));
+    match bodies.iter().find(outside) {
+        None => Ok(()),
+        Some(body) => Err(left(agent, point, room, &reach(body.mesh.bounds_m()))),
+    }
+}
+
+fn left(agent: &Agent, point: &Waypoint, room: &Room, reach_mm: &str) -> SceneError {
     let (name, room_mm) = (agent.name.clone(), room.described());
     let problem = format!(
         "agent `{name}` leaves the room of {room_mm} mm: its body reaches {reach_mm} mm there"
     );
     let hint = "a position is the center of the base; move the waypoint or shrink the body";
     let why = point.place.clone().refused(problem, hint);
-    Err(SceneError::AgentLeavesRoom { name, why })
+    SceneError::AgentLeavesRoom { name, why }
 }
 
 fn check_walls(agent: &Agent, waypoints: &[Waypoint], walls: &Walls) -> Read<()> {

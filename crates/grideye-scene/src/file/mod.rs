@@ -10,6 +10,7 @@ pub mod key;
 mod mosaic;
 mod obj;
 mod person;
+mod postures;
 mod prints;
 mod reader;
 mod room;

@@ -10,13 +10,6 @@ use crate::text::Rule;
 use glam::DVec3;
 use toml::Spanned;
 
-const POSTURES: [(&str, Posture); 4] = [
-    ("stand", Posture::Stand),
-    ("walk", Posture::Walk),
-    ("sit", Posture::Sit),
-    ("lie", Posture::Lie),
-];
-
 /// The person, if the agent is one, and its bodies at its start.
 pub(crate) fn person(
     reader: &Reader<'_>,
@@ -50,7 +43,8 @@ pub(crate) fn person(
 
 fn read(reader: &Reader<'_>, given: &PersonTable, keys: &AgentTable) -> Read<Person> {
     let hint = "stand is the default, walk that of an agent with a trajectory";
-    let posture = reader.choice("posture", &given.posture, &POSTURES, hint)?;
+    let postures = Posture::ALL.map(|posture| (posture.name(), posture));
+    let posture = reader.choice("posture", &given.posture, &postures, hint)?;
     let default = match keys.trajectory {
         Some(_) => Posture::Walk,
         None => Posture::Stand,

@@ -6,6 +6,7 @@ use crate::heat::Material;
 use crate::model::{Agent, Body, Print, Scene, limits};
 use crate::motion::Stay;
 use glam::{DMat3, DVec3};
+use std::time::Duration;
 
 pub(crate) fn prints(reader: &Reader<'_>, scene: &Scene) -> Read<Vec<Print>> {
     let mut prints = Vec::new();
@@ -26,13 +27,19 @@ pub(crate) fn prints(reader: &Reader<'_>, scene: &Scene) -> Read<Vec<Print>> {
 }
 
 fn stays(agent: &Agent) -> Vec<Stay> {
-    match &agent.trajectory {
+    let mut stays = match &agent.trajectory {
         Some(trajectory) => trajectory.stays(),
         None => vec![Stay {
             from_s: 0.0,
             until_s: f64::INFINITY,
         }],
-    }
+    };
+    let is_here = |stay: &Stay| {
+        let middle_s = 0.5 * (stay.from_s + stay.until_s.min(limits::TIME_MAX_S));
+        Duration::try_from_secs_f64(middle_s).is_ok_and(|middle| agent.is_here(middle))
+    };
+    stays.retain(is_here);
+    stays
 }
 
 fn on_object(

@@ -1,5 +1,6 @@
 //! Reads the waypoints of a trajectory from its CSV file.
 
+use crate::model::Posture;
 use crate::model::limits::{TIME_MAX_S, WAYPOINTS_MAX};
 use crate::text::{NoUtc, Place, Refusal, Utc, excerpt};
 use csv::{Position, StringRecord};
@@ -9,7 +10,24 @@ pub(crate) struct Waypoint {
     pub(crate) position_mm: DVec3,
     pub(crate) time: Option<Time>,
     pub(crate) dwell_s: f64,
+    pub(crate) posture: Option<Keeps>,
     pub(crate) place: Place,
+}
+
+/// What the column `posture` says.
+#[derive(Clone, Copy)]
+pub(crate) enum Keeps {
+    Posture(Posture),
+    Away,
+}
+
+impl Keeps {
+    pub(crate) const fn posture(self) -> Option<Posture> {
+        match self {
+            Self::Posture(posture) => Some(posture),
+            Self::Away => None,
+        }
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -41,7 +59,7 @@ impl Waypoint {
 }
 
 fn row_refused(place: Place, found: &str, expected: &str) -> Refusal {
-    let hint = "a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, and dwell_s, in any order, and one waypoint per row";
+    let hint = "a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, dwell_s and posture, in any order, and one waypoint per row";
     place.refused(format!("found {found}, expected {expected}"), hint)
 }
 
@@ -51,7 +69,8 @@ const AXES: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
 /// Without `z_mm`, the agent is on the floor.
 const REQUIRED: [&str; 2] = ["x_mm", "y_mm"];
 const DWELL: &str = "dwell_s";
-const COLUMNS: [&str; 6] = ["x_mm", "y_mm", "z_mm", TIME, UTC, DWELL];
+pub(crate) const POSTURE: &str = "posture";
+const COLUMNS: [&str; 7] = ["x_mm", "y_mm", "z_mm", TIME, UTC, DWELL, POSTURE];
 
 /// Reads the columns that the header names, in its order; `#` comments and empty lines are skipped. A column that is not
 /// known is refused, because it may be a misspelled one.
@@ -153,6 +172,7 @@ impl Table<'_> {
                 None => self.number(row, TIME)?.map(Time::Scene),
             },
             dwell_s: self.number(row, DWELL)?.unwrap_or_default(),
+            posture: self.posture(row)?,
             place,
         })
     }
@@ -182,6 +202,27 @@ impl Table<'_> {
             let place = self.place(row.position(), characters_before(row, index));
             place.refused(format!("found `{found}` as {UTC}, expected {expected}"), hint)
         })
+    }
+
+    fn posture(&self, row: &StringRecord) -> Result<Option<Keeps>, Refusal> {
+        let Some((index, field)) = self.field(row, POSTURE) else {
+            return Ok(None);
+        };
+        let mut postures = Posture::ALL.into_iter();
+        let named = postures.find(|posture| posture.name() == field);
+        match named.map(Keeps::Posture) {
+            Some(posture) => Ok(Some(posture)),
+            None if field == "away" => Ok(Some(Keeps::Away)),
+            None => {
+                let place = self.place(row.position(), characters_before(row, index));
+                let problem = format!(
+                    "found `{}` as {POSTURE}, expected walk, stand, sit, lie or away",
+                    excerpt(field)
+                );
+                let hint = "give every waypoint the posture that the person has when it arrives; away: not in the room";
+                Err(place.refused(problem, hint))
+            }
+        }
     }
 
     fn number(&self, row: &StringRecord, column: &str) -> Result<Option<f64>, Refusal> {

@@ -29,6 +29,11 @@ impl Ellipsoid {
         }
     }
 
+    /// How high its lowest point is, meters.
+    pub(crate) fn bottom_m(&self) -> f64 {
+        self.center_m.z - self.axes_m.row(2).length()
+    }
+
     /// The same as flat faces, fewer than an object's: a person has many of these.
     pub(crate) fn mesh(&self) -> Mesh {
         static UNIT: LazyLock<Mesh> = LazyLock::new(|| Mesh::stack(DVec3::splat(2.0), 0.0, 8));

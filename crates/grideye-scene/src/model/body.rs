@@ -2,7 +2,8 @@
 
 use crate::geometry::{Ellipsoid, Mesh, rotation_z_deg};
 use crate::heat::Thermal;
-use crate::model::person::{Person, SEGMENTS, Stride};
+use crate::model::doing::{Change, Doing, Keep};
+use crate::model::person::{Moment, Person, Posture, SEGMENTS, Stride};
 use crate::motion::Trajectory;
 use crate::radiometry::Surface;
 use glam::{DMat3, DVec3};
@@ -42,6 +43,8 @@ pub struct Agent {
     pub(crate) touches: Vec<String>,
     /// The person whose segments its bodies are; `None` for bodies that the file gives.
     pub person: Option<Person>,
+    /// The person's posture at each waypoint; empty if it does not change.
+    pub(crate) keeps: Vec<Keep>,
 }
 
 impl Body {
@@ -52,7 +55,7 @@ impl Body {
         surfaces: [Surface; SEGMENTS],
         color: Option<[u8; 3]>,
     ) -> Vec<Self> {
-        let segments = person.segments(Stride::default());
+        let segments = person.segments(&Moment::of(person.posture, Stride::default()));
         let parts = Person::names().zip(segments).zip(surfaces);
         let parts = parts.map(|((name, segment), surface)| Self {
             color,
@@ -112,6 +115,7 @@ impl Agent {
             turns: None,
             touches: Vec::new(),
             person: None,
+            keeps: Vec::new(),
         }
     }
 
@@ -149,15 +153,79 @@ impl Agent {
     pub(crate) fn segments_at(&self, time: Duration) -> Option<[Ellipsoid; SEGMENTS]> {
         let person = self.person.as_ref()?;
         let time_s = time.as_secs_f64();
-        let way = self.trajectory.as_ref();
+        let change = self.change_at(time_s);
+        // Who sits down or falls moves along the way too, but not by steps.
+        let is_upright = change.is_none_or(|change| change.is_upright());
+        let way = self.trajectory.as_ref().filter(|_| is_upright);
         let stride = way.map_or(Stride::default(), |way| {
             let (length_m, speed_m_per_s) = way.pace_at_s(time_s);
             person.stride(length_m, speed_m_per_s)
         });
         let turn = self.facing(time)?;
         let at_m = self.position_m(time);
-        let segments = person.segments(stride);
+        let moment = match change {
+            None => Moment::of(person.posture, stride),
+            Some(change) => {
+                let [from, to] = change.postures();
+                let share = change.share();
+                Moment {
+                    from,
+                    to,
+                    share,
+                    head_to: Some(turn.transpose() * change.head_to(turn.x_axis)),
+                    stride,
+                }
+            }
+        };
+        let segments = person.segments(&moment);
         Some(segments.map(|segment| segment.turned(turn, at_m)))
+    }
+
+    fn change_at(&self, time_s: f64) -> Option<Change> {
+        Change::at(&self.keeps, time_s)
+    }
+
+    /// Whether the agent is in the room at `time`: its trajectory may begin or end with its being away.
+    #[must_use]
+    pub fn is_here(&self, time: Duration) -> bool {
+        let change = self.change_at(time.as_secs_f64());
+        change.is_none_or(|change| !change.is_away())
+    }
+
+    /// A person's posture at `time`, of a change the nearer one; `None` for other agents and while it is away.
+    #[must_use]
+    pub fn posture(&self, time: Duration) -> Option<Posture> {
+        let nearer = match self.change_at(time.as_secs_f64()) {
+            None => self.person.as_ref()?.posture,
+            Some(change) => change.postures()[usize::from(change.passed >= 0.5)],
+        };
+        Some(match self.doing(time)? {
+            Doing::Walk | Doing::Enter | Doing::Leave => Posture::Walk,
+            _ if nearer == Posture::Walk => Posture::Stand,
+            _ => nearer,
+        })
+    }
+
+    /// What a person does at `time`; `None` for other agents and while it is away.
+    #[must_use]
+    pub fn doing(&self, time: Duration) -> Option<Doing> {
+        const MOVES_M_PER_S: f64 = 0.05;
+        let person = self.person.as_ref()?;
+        let time_s = time.as_secs_f64();
+        let way = self.trajectory.as_ref();
+        let moves = way.is_some_and(|way| way.pace_at_s(time_s).1 > MOVES_M_PER_S);
+        match self.change_at(time_s) {
+            None => Some(Doing::between(
+                Some(person.posture),
+                Some(person.posture),
+                moves,
+            )),
+            Some(change) if change.is_away() => None,
+            Some(change) => {
+                let [from, to] = [change.from.posture, change.to.posture];
+                Some(Doing::between(from, to, moves && change.passed > 0.0))
+            }
+        }
     }
 
     /// The agent standing at another place, in a walk's neutral pose.
@@ -168,7 +236,9 @@ impl Agent {
         let move_m = place_m - self.start_m;
         let parts = self.parts.iter().map(|part| Body {
             base_m: part.base_m + move_m,
-            mesh: self.turned(&part.mesh, turn).placed(DMat3::IDENTITY, move_m),
+            mesh: self
+                .turned(&part.mesh, turn)
+                .placed(DMat3::IDENTITY, move_m),
             ..part.clone()
         });
         Self {
@@ -176,6 +246,7 @@ impl Agent {
             start_m: place_m,
             trajectory: None,
             turns: None,
+            keeps: Vec::new(),
             person: self.person.map(|person| Person {
                 facing: turn,
                 ..person
@@ -191,7 +262,15 @@ impl Agent {
         let turn = self.turn(time)?;
         let way = self.trajectory.as_ref()?;
         let time_s = time.as_secs_f64();
-        let along_m = way.at_s(time_s + AROUND_S) - way.at_s((time_s - AROUND_S).max(0.0));
+        let (mut from_s, mut to_s) = ((time_s - AROUND_S).max(0.0), time_s + AROUND_S);
+        if let Some(change) = self.change_at(time_s) {
+            if !change.is_upright() {
+                return Some(turn);
+            }
+            // Not into the next leg, which may be a fall.
+            (from_s, to_s) = (from_s.max(change.from.from_s), to_s.min(change.to.until_s));
+        }
+        let along_m = way.at_s(to_s) - way.at_s(from_s);
         let along_m = along_m.with_z(0.0);
         Some(match along_m.try_normalize() {
             Some(along) if along_m.length() > FAR_M => {
@@ -210,9 +289,12 @@ impl Agent {
         libm::atan2(turn.x_axis.y, turn.x_axis.x)
     }
 
-    /// Its bodies at `time`.
+    /// Its bodies at `time`; none while it is away.
     #[must_use]
     pub fn bodies_at(&self, time: Duration) -> Vec<Body> {
+        if !self.is_here(time) {
+            return Vec::new();
+        }
         if let Some(segments) = self.segments_at(time) {
             let parts = self.parts.iter().zip(&segments);
             let moved = parts.map(|(part, segment)| Body {

@@ -141,6 +141,13 @@ impl<'a> Mover<'a> {
         mover
     }
 
+    /// Whether it is in the room in the middle of a span.
+    fn is_here(&self, span: &Span) -> bool {
+        let middle_s = 0.5 * (span.start_s + span.end_s);
+        let middle = Duration::try_from_secs_f64(middle_s);
+        middle.is_ok_and(|middle| self.agent.is_here(middle))
+    }
+
     fn may_touch(&self, name: &str) -> bool {
         self.agent.touches.iter().any(|touched| touched == name)
     }
@@ -167,7 +174,8 @@ impl<'a> Mover<'a> {
     fn meets_shape(&self, obstacle: &Shape) -> Option<Meeting> {
         self.spans(&self.legs).into_iter().find_map(|span| {
             let (from_m, to_m) = (self.moved_m(span.start_s), self.moved_m(span.end_s));
-            if !self.bounds.swept(from_m, to_m).meets(&obstacle.bounds) {
+            let is_near = self.bounds.swept(from_m, to_m).meets(&obstacle.bounds);
+            if !is_near || !self.is_here(&span) {
                 return None;
             }
             let turned = self.turned_in(&span);
@@ -185,7 +193,8 @@ impl<'a> Mover<'a> {
                 let (from_m, to_m) = (mover.moved_m(span.start_s), mover.moved_m(span.end_s));
                 mover.bounds.swept(from_m, to_m)
             };
-            if !swept(self).meets(&swept(other)) {
+            let are_near = swept(self).meets(&swept(other));
+            if !are_near || !self.is_here(&span) || !other.is_here(&span) {
                 return None;
             }
             span.speed_max_m_per_s = self.speed_in(&span) + other.speed_in(&span);
@@ -249,6 +258,12 @@ impl FreeSpace {
             walls: Walls::new(&scene.room),
             objects: objects.map(|object| Shape::new([&object.mesh])).collect(),
         }
+    }
+
+    /// Takes the space of these bodies, too.
+    pub fn fill(&mut self, bodies: &[Body]) {
+        self.objects
+            .push(Shape::new(bodies.iter().map(|body| &body.mesh)));
     }
 
     /// Whether these bodies are in the room, cross no wall and overlap nothing that stands there; touching is allowed.

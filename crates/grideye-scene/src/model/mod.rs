@@ -4,6 +4,7 @@
 mod body;
 mod calibrated;
 mod contact;
+mod doing;
 mod error;
 mod laws;
 pub mod limits;
@@ -18,6 +19,8 @@ pub use body::{Agent, Body};
 pub use calibrated::Calibrated;
 pub(crate) use contact::Walls;
 pub use contact::{Contact, FreeSpace};
+pub use doing::Doing;
+pub(crate) use doing::Keep;
 pub use error::{SceneError, Warning};
 pub(crate) use laws::WANDER_OVER_S;
 pub use laws::{AgentLaws, Laws};

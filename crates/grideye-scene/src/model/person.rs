@@ -7,7 +7,7 @@
 use crate::geometry::{Ellipsoid, rotation_y_deg};
 use crate::radiometry::Surface;
 use glam::{DMat3, DVec3};
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// What a person does with its body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,6 +54,69 @@ pub(crate) struct Stride {
     pub(crate) phase_rad: f64,
     /// 1 at normal speed, 0 at rest.
     pub(crate) width: f64,
+}
+
+/// What a body does at a moment: a posture, or the change to another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Moment {
+    pub(crate) from: Posture,
+    pub(crate) to: Posture,
+    /// How much of the change is done, 0 to 1.
+    pub(crate) share: f64,
+    /// Where the head goes as the body lies down: level, of length 1, from a front at +x; `None` for a posture that does
+    /// not change.
+    pub(crate) head_to: Option<DVec3>,
+    pub(crate) stride: Stride,
+}
+
+impl Moment {
+    pub(crate) const fn of(posture: Posture, stride: Stride) -> Self {
+        Self {
+            from: posture,
+            to: posture,
+            share: 0.0,
+            head_to: None,
+            stride,
+        }
+    }
+}
+
+/// How the joints bend, degrees forward, the left side first; how much higher the hips are than a standing person's, of
+/// stature; and how much of the way to lying the whole body is tilted.
+#[derive(Debug, Clone, Copy)]
+struct Stance {
+    shoulders_deg: [f64; 2],
+    elbows_deg: [f64; 2],
+    hips_deg: [f64; 2],
+    knees_deg: [f64; 2],
+    raised: f64,
+    tilted: f64,
+}
+
+impl Stance {
+    const UPRIGHT: Self = Self {
+        shoulders_deg: [0.0; 2],
+        elbows_deg: [0.0; 2],
+        hips_deg: [0.0; 2],
+        knees_deg: [0.0; 2],
+        raised: 0.0,
+        tilted: 0.0,
+    };
+
+    fn toward(&self, to: &Self, share: f64) -> Self {
+        let between = |from: f64, to: f64| from + share * (to - from);
+        let both = |from: [f64; 2], to: [f64; 2]| [0, 1].map(|side| between(from[side], to[side]));
+        // A thigh lowers the hips by the cosine of its angle.
+        let bent = |share: f64| 1.0 - libm::cos(FRAC_PI_2 * share);
+        Self {
+            shoulders_deg: both(self.shoulders_deg, to.shoulders_deg),
+            elbows_deg: both(self.elbows_deg, to.elbows_deg),
+            hips_deg: both(self.hips_deg, to.hips_deg),
+            knees_deg: both(self.knees_deg, to.knees_deg),
+            raised: bent(1.0 - share) * self.raised + bent(share) * to.raised,
+            tilted: between(self.tilted, to.tilted),
+        }
+    }
 }
 
 /// What a segment is covered with.
@@ -116,6 +179,22 @@ const STRIDE: f64 = 0.8;
 /// The speed from which on steps have their full width.
 const WIDE_FROM_M_PER_S: f64 = 1.0;
 
+impl Posture {
+    /// All postures.
+    pub const ALL: [Self; 4] = [Self::Stand, Self::Walk, Self::Sit, Self::Lie];
+
+    /// Its name in a file.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Stand => "stand",
+            Self::Walk => "walk",
+            Self::Sit => "sit",
+            Self::Lie => "lie",
+        }
+    }
+}
+
 impl Person {
     /// Names of builds, with girths relative to the mean adult's.
     pub const BUILDS: [(&str, f64); 3] = [("slight", 0.9), ("average", 1.0), ("stout", 1.15)];
@@ -159,20 +238,50 @@ impl Person {
         }
     }
 
-    /// The segments, in the order of [`Self::names`]: standing on the origin, the front towards +x.
-    pub(crate) fn segments(&self, stride: Stride) -> [Ellipsoid; SEGMENTS] {
-        let legs = SIDES.map(|side| self.leg(side, stride));
-        let arms = SIDES.map(|side| self.arm(side, stride));
-        let trunk = self.trunk();
-        let raised = match self.posture {
-            Posture::Sit => SEAT + self.girth_m(0.085) / self.height_m - HIP,
-            Posture::Stand | Posture::Walk | Posture::Lie => {
-                let swing_rad = (HIP_SWINGS_DEG * stride.width).to_radians();
-                let spread = swing_rad * libm::sin(stride.phase_rad);
-                (HIP - ANKLE) * (libm::cos(spread) - 1.0)
+    fn stance(&self, posture: Posture, stride: Stride) -> Stance {
+        let upright = Stance::UPRIGHT;
+        let (sin, cos) = libm::sincos(stride.phase_rad);
+        match posture {
+            Posture::Stand => upright,
+            Posture::Lie => Stance {
+                tilted: 1.0,
+                ..upright
+            },
+            Posture::Sit => Stance {
+                shoulders_deg: [25.0; 2],
+                elbows_deg: [65.0; 2],
+                hips_deg: [90.0; 2],
+                knees_deg: [-90.0; 2],
+                raised: SEAT + self.girth_m(0.085) / self.height_m - HIP,
+                tilted: 0.0,
+            },
+            Posture::Walk => {
+                let spread = (HIP_SWINGS_DEG * stride.width).to_radians() * sin;
+                Stance {
+                    shoulders_deg: SIDES.map(|side| -side * ARM_SWINGS_DEG * stride.width * sin),
+                    elbows_deg: [ELBOW_BENDS_DEG; 2],
+                    hips_deg: SIDES.map(|side| side * HIP_SWINGS_DEG * stride.width * sin),
+                    // A knee bends while its leg swings forward.
+                    knees_deg: SIDES
+                        .map(|side| -KNEE_BENDS_DEG * stride.width * (side * cos).max(0.0)),
+                    raised: (HIP - ANKLE) * (libm::cos(spread) - 1.0),
+                    tilted: 0.0,
+                }
             }
+        }
+    }
+
+    /// The segments, in the order of [`Self::names`]: standing on the origin, the front towards +x.
+    pub(crate) fn segments(&self, moment: &Moment) -> [Ellipsoid; SEGMENTS] {
+        let from = self.stance(moment.from, moment.stride);
+        let stance = match moment.from == moment.to {
+            true => from,
+            false => from.toward(&self.stance(moment.to, moment.stride), moment.share),
         };
-        let up_m = DVec3::new(0.0, 0.0, raised * self.height_m);
+        let legs = [0, 1].map(|side| self.leg(side, &stance));
+        let arms = [0, 1].map(|side| self.arm(side, &stance));
+        let trunk = self.trunk();
+        let up_m = DVec3::new(0.0, 0.0, stance.raised * self.height_m);
         let mut all = [trunk[0]; SEGMENTS];
         for (segment, found) in all.iter_mut().zip(
             trunk
@@ -182,14 +291,28 @@ impl Person {
         ) {
             *segment = found.turned(DMat3::IDENTITY, up_m);
         }
-        if self.posture == Posture::Lie {
-            let on_the_back = DMat3::from_cols(DVec3::Z, DVec3::NEG_Y, DVec3::X);
-            let below_m =
-                self.girth_m(0.14) + 0.01 * self.height_m + 1.1 * self.clothing.layer().thickness_m;
-            let moved_m = DVec3::new(-0.5 * self.height_m, 0.0, below_m);
-            all = all.map(|segment| segment.turned(on_the_back, moved_m));
+        match moment.head_to {
+            None if moment.from == Posture::Lie => {
+                let on_the_back = DMat3::from_cols(DVec3::Z, DVec3::NEG_Y, DVec3::X);
+                let below_m = self.girth_m(0.14)
+                    + 0.01 * self.height_m
+                    + 1.1 * self.clothing.layer().thickness_m;
+                let moved_m = DVec3::new(-0.5 * self.height_m, 0.0, below_m);
+                all.map(|segment| segment.turned(on_the_back, moved_m))
+            }
+            Some(head_to) if stance.tilted > 0.0 => {
+                // About the feet, over the middle of the body, its lowest point on the floor.
+                let along = DMat3::from_cols(head_to, DVec3::Z.cross(head_to), DVec3::Z);
+                let tilt = along * rotation_y_deg(90.0 * stance.tilted) * along.transpose();
+                let tilted = all.map(|segment| segment.turned(tilt, DVec3::ZERO));
+                let bottoms_m = tilted.iter().map(Ellipsoid::bottom_m);
+                let lowest_m = bottoms_m.fold(f64::INFINITY, f64::min);
+                let level = tilt.z_axis.with_z(0.0);
+                let moved_m = -lowest_m * DVec3::Z - 0.5 * self.height_m * level;
+                tilted.map(|segment| segment.turned(DMat3::IDENTITY, moved_m))
+            }
+            _ => all,
         }
-        all
     }
 
     /// What the segments are called.
@@ -239,16 +362,9 @@ impl Person {
     }
 
     /// Upper arm, forearm and hand of a side.
-    fn arm(&self, side: f64, stride: Stride) -> [Ellipsoid; 3] {
-        let y = side * SHOULDER_ASIDE;
-        let (shoulder_deg, elbow_deg) = match self.posture {
-            Posture::Sit => (25.0, 65.0),
-            Posture::Stand | Posture::Lie => (0.0, 0.0),
-            Posture::Walk => (
-                -side * ARM_SWINGS_DEG * stride.width * libm::sin(stride.phase_rad),
-                ELBOW_BENDS_DEG,
-            ),
-        };
+    fn arm(&self, side: usize, stance: &Stance) -> [Ellipsoid; 3] {
+        let y = SIDES[side] * SHOULDER_ASIDE;
+        let (shoulder_deg, elbow_deg) = (stance.shoulders_deg[side], stance.elbows_deg[side]);
         let Layer {
             sleeve_clo,
             thickness_m: layer_m,
@@ -267,22 +383,10 @@ impl Person {
     }
 
     /// Thigh, shank and foot of a side.
-    fn leg(&self, side: f64, stride: Stride) -> [Ellipsoid; 3] {
-        let y = side * HIP_ASIDE;
+    fn leg(&self, side: usize, stance: &Stance) -> [Ellipsoid; 3] {
+        let y = SIDES[side] * HIP_ASIDE;
         let layer_m = self.clothing.layer().thickness_m;
-        let (hip_deg, knee_deg) = match self.posture {
-            Posture::Sit => (90.0, -90.0),
-            Posture::Stand | Posture::Lie => (0.0, 0.0),
-            Posture::Walk => {
-                let (sin, cos) = libm::sincos(stride.phase_rad);
-                // A knee bends while its leg swings forward.
-                let forward = (side * cos).max(0.0);
-                (
-                    side * HIP_SWINGS_DEG * stride.width * sin,
-                    -KNEE_BENDS_DEG * stride.width * forward,
-                )
-            }
-        };
+        let (hip_deg, knee_deg) = (stance.hips_deg[side], stance.knees_deg[side]);
         self.limb(
             [[0.0, y, HIP], [0.0, y, KNEE]],
             [hip_deg, hip_deg + knee_deg],

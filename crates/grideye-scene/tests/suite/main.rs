@@ -23,6 +23,7 @@ mod people;
 mod physical;
 mod physical_invariants;
 mod physical_people;
+mod postures;
 mod range;
 mod refusals;
 mod rooms;

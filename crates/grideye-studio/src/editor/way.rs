@@ -214,6 +214,11 @@ impl<'a> Rows<'a> {
             "y_mm" => length(at_mm[1]),
             "z_mm" => length(at_mm[2]),
             "t_s" => length(self.time_after(after)),
+            "posture" => {
+                let posture = self.field(after, "posture");
+                let posture = posture.and_then(|range| self.text.get(range));
+                posture.unwrap_or_default().to_owned()
+            }
             _ => "0".to_owned(),
         };
         let fields: Vec<String> = self.header.iter().map(field).collect();
@@ -317,6 +322,9 @@ mod tests {
         assert_eq!(timed, TIMED.replace("0,2\r\n", "0,2\r\n5,1,2,0,0\r\n"));
         let last = made(TIMED, add(1)).unwrap();
         assert!(last.ends_with("0,10\r\n19,1,2,0,0\r\n"));
+        let sits = "x_mm,t_s,y_mm,posture\n3,0,4,walk\n5,2,6,sit\n";
+        let wanted = sits.replace("walk\n", "walk\n1,1,2,walk\n");
+        assert_eq!(made(sits, add(0)).unwrap(), wanted);
         let open = "x_mm,y_mm,z_mm\n3,4,5";
         assert_eq!(made(open, add(0)).unwrap(), format!("{open}\n1,2,0"));
     }

@@ -279,7 +279,7 @@ fn frames_take_the_sensors_times_in_turn() {
     let sensor = scene.sensor("ceiling").unwrap();
     let count = scene.frame_count(sensor);
     assert!(count > 10);
-    let time = |index| recipe.time(index, &recipe.draw(1, index), &scene, sensor);
+    let time = |index| recipe.times((1, index, 1), &recipe.draw(1, index), &scene, sensor)[0];
     assert_eq!(time(0), Duration::ZERO);
     assert_eq!(time(3), sensor.frame_time(3));
     assert_eq!(time(count + 3), sensor.frame_time(3));
@@ -421,8 +421,8 @@ fn time_is_used_as_drawn_and_may_reach_both_ends_of_its_range() {
     let recipe = recipe(&["time_s=1.25"]).unwrap();
     let scene = scene_of(&recipe, 7);
     let sensor = scene.sensor("ceiling").unwrap();
-    let time = recipe.time(7, &recipe.draw(1, 7), &scene, sensor);
-    assert_eq!(time, Duration::from_millis(1_250));
+    let times = recipe.times((1, 7, 3), &recipe.draw(1, 7), &scene, sensor);
+    assert_eq!(times, [1_250, 1_350, 1_450].map(Duration::from_millis));
 }
 
 /// Numbers stay numbers, true and false become 1 and 0, lists become one column per element, everything else becomes

@@ -1,8 +1,8 @@
 //! The options of `grideye dataset`.
 
-use super::shared::{Choices, Method, one_of};
+use super::shared::{Choices, Method, one_of, within};
 use clap::Args;
-use grideye_dataset::{Shard, Table};
+use grideye_dataset::{CountsFrom, Shard, Table};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
@@ -24,6 +24,12 @@ pub(crate) struct Dataset {
     /// Frames in the whole dataset.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) frames: u64,
+    /// Consecutive frames per clip.
+    ///
+    /// 1 to 100000 frames of one situation at the sensor's rate. A clip is never in two files; --frames must be a
+    /// multiple.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000), default_value_t = 1)]
+    pub(crate) clip: u64,
     /// Folder for the dataset; created if missing.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
@@ -48,6 +54,14 @@ pub(crate) struct Dataset {
     /// Frames per file, 1 to 1000000 [default: 1000, fewer if they exceed 64 MiB].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000), hide_short_help = true)]
     pub(crate) frames_per_part: Option<u64>,
+    /// Pixels from which on somebody counts as in view.
+    #[arg(long, value_name = "PIXELS", default_value_t = CountsFrom::default().pixels, value_parser = at_least_zero, hide_short_help = true)]
+    pub(crate) count_pixels: f64,
+    /// Contrast from which on somebody counts, °C.
+    ///
+    /// What the person changes in one pixel, without noise. Both limits must be reached.
+    #[arg(long = "count-contrast", value_name = "C", default_value_t = CountsFrom::default().contrast_c, value_parser = at_least_zero, hide_short_help = true)]
+    pub(crate) count_contrast_c: f64,
     /// Threads [default: one per core].
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<NonZeroUsize>,
@@ -58,7 +72,12 @@ pub(crate) struct Dataset {
 
 /// The file formats of a dataset.
 const TABLES: Choices<Table> = (
-    &[Table::Parquet, Table::Npz],
+    &[Table::Parquet, Table::Npz, Table::Npy],
     "parquet Apache Parquet, one row per frame
-npz Arrays for numpy",
+npz Arrays for numpy
+npy One array of records, for mapping into memory",
 );
+
+fn at_least_zero(text: &str) -> Result<f64, String> {
+    within(text, &(0.0..=f64::MAX), "expected a number from 0 on")
+}

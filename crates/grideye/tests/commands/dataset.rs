@@ -65,6 +65,139 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
         .collect()
 }
 
+/// Clips of people who do something, in parts of one clip or two.
+fn clips(out: &Path, more: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_grideye"));
+    command.arg("dataset").arg(scene("people"));
+    command.args([
+        "--frames",
+        "120",
+        "--clip",
+        "12",
+        "--seed",
+        "5",
+        "--format",
+        "npz,npy,parquet",
+    ]);
+    command.args(["--vary", "agent.walking.acts=enter stand:1 leave,walk fall"]);
+    command.args(["--vary", "agent.standing.person.clothing=light,coat"]);
+    command.args(more).arg("--out").arg(out);
+    command
+}
+
+#[test]
+fn clips_are_the_same_with_any_threads_shards_and_parts() {
+    let folder = tempfile::tempdir().unwrap();
+    let parts = ["--frames-per-part", "24"];
+    let whole = folder.path().join("whole");
+    done(clips(&whole, &parts).args(["--threads", "1"]));
+    // 5 parts of three files and their counts, the plan, and the data card.
+    assert_eq!(files(&whole).len(), 22);
+    let threads = folder.path().join("threads");
+    done(clips(&threads, &parts).args(["--threads", "4"]));
+    assert_same(&whole, &threads);
+    let shards = folder.path().join("shards");
+    for shard in ["3/3", "1/3", "2/3"] {
+        assert!(
+            !shards.join("DATACARD.md").exists(),
+            "before all parts are there"
+        );
+        done(clips(&shards, &parts).args(["--shard", shard]));
+    }
+    assert_same(&whole, &shards);
+    // A lost card comes back, and a cut file of records is not taken for a whole one.
+    fs::remove_file(whole.join("DATACARD.md")).unwrap();
+    done(&mut clips(&whole, &parts));
+    assert_same(&whole, &threads);
+    let records = fs::read(whole.join("part-000001.npy")).unwrap();
+    fs::write(whole.join("part-000001.npy"), &records[..records.len() - 8]).unwrap();
+    let told = refused(&mut clips(&whole, &parts));
+    assert!(
+        told.contains("part-000001.npy exists but is not a complete file"),
+        "{told}"
+    );
+}
+
+#[test]
+fn a_clip_is_never_cut() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let told = refused(&mut clips(&out, &["--frames-per-part", "30"]));
+    assert!(
+        told.contains("--frames-per-part 30 does not hold whole clips of 12 frames\nhint: write a multiple of 12, such as --frames-per-part 24"),
+        "{told}"
+    );
+    let told = refused(&mut dataset(&out, &["--clip", "50"]));
+    assert!(
+        told.contains("--frames 130 does not hold whole clips"),
+        "{told}"
+    );
+    // Without --frames-per-part, a part holds the whole clips that fit into 1,000 frames, or one that does not.
+    for (clip, frames) in [("7", 994), ("1500", 1500)] {
+        let out = folder.path().join(clip);
+        let frames_asked = "10500";
+        let mut command = Command::new(env!("CARGO_BIN_EXE_grideye"));
+        command.arg("dataset").arg(scene("experiment-1"));
+        command.args([
+            "--frames",
+            frames_asked,
+            "--clip",
+            clip,
+            "--shard",
+            "9999/9999",
+            "--out",
+        ]);
+        done(command.arg(&out));
+        let plan = fs::read_to_string(out.join("dataset.json")).unwrap();
+        assert!(
+            plan.contains(&format!("\"frames_per_part\": {frames},")),
+            "{plan}"
+        );
+    }
+}
+
+/// The card's numbers are those of the last line, and its command makes the same dataset.
+#[test]
+fn the_data_card_says_what_is_in_the_folder_and_how_it_was_made() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let told = done(&mut clips(&out, &[]));
+    let card = fs::read_to_string(out.join("DATACARD.md")).unwrap();
+    let line = told
+        .lines()
+        .find_map(|line| line.strip_prefix("people in view: "));
+    let mut sum = 0;
+    for count in line.unwrap().split(", ") {
+        let (people, frames) = count.split_once(" in ").unwrap();
+        let frames: u32 = frames.strip_suffix(" frames").unwrap().parse().unwrap();
+        assert!(card.contains(&format!("| {people} | {frames} |")), "{card}");
+        sum += frames;
+    }
+    assert_eq!(sum, 120);
+    for words in [
+        "| fall | ",
+        "| enter | ",
+        "agent.standing.person.clothing=light,coat",
+        "## How to cite",
+    ] {
+        assert!(card.contains(words), "{words}: {card}");
+    }
+    let command = card
+        .lines()
+        .find(|line| line.starts_with("grideye dataset "));
+    let again = folder.path().join("again");
+    let command = command
+        .unwrap()
+        .replace(
+            "grideye dataset people.toml",
+            &format!("\"$0\" dataset {}", scene("people").display()),
+        )
+        .replace("--out DIR", &format!("--out {}", again.display()));
+    let mut shell = Command::new("sh");
+    done(shell.args(["-c", &command, env!("CARGO_BIN_EXE_grideye")]));
+    assert_same(&out, &again);
+}
+
 fn assert_same(one: &Path, other: &Path) {
     let (one, other) = (files(one), files(other));
     let names = |files: &BTreeMap<String, Vec<u8>>| files.keys().cloned().collect::<Vec<_>>();
@@ -85,8 +218,8 @@ fn whole(folder: &Path) -> PathBuf {
 fn threads_and_shards_cannot_be_told_from_the_files() {
     let folder = tempfile::tempdir().unwrap();
     let whole = whole(folder.path());
-    // 13 parts of two files, and the plan.
-    assert_eq!(files(&whole).len(), 27);
+    // 13 parts of two files and their counts, the plan, and the data card.
+    assert_eq!(files(&whole).len(), 41);
     let threads = folder.path().join("threads");
     done(&mut dataset(&threads, &["--threads", "5"]));
     assert_same(&whole, &threads);
@@ -117,7 +250,9 @@ fn another_seed_is_another_dataset_and_each_part_its_own() {
     let other = folder.path().join("other");
     done(&mut dataset(&other, &["--seed", "8"]));
     let other = files(&other);
-    let parts = whole.iter().filter(|(name, _)| name.starts_with("part-"));
+    // Their counts may be the same.
+    let is_part = |name: &str| name.starts_with("part-") && !name.ends_with("json");
+    let parts = whole.iter().filter(|(name, _)| is_part(name));
     let mut seen = Vec::new();
     for (name, bytes) in parts {
         assert!(

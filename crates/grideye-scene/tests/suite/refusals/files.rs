@@ -7,42 +7,42 @@ const ROWS: &[(&str, &str)] = &[
     (
         "",
         "walks/walk.csv:1:1: found an empty file, expected the header `x_mm,y_mm,z_mm` and at least one waypoint\n\
-         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, and dwell_s, in any order, and one waypoint per row",
+         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, dwell_s and posture, in any order, and one waypoint per row",
     ),
     (
         "x_mm,y_mm,z_mm\n",
         "walks/walk.csv:1:1: found a header and no row, expected the header `x_mm,y_mm,z_mm` and at least one waypoint\n\
-         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, and dwell_s, in any order, and one waypoint per row",
+         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, dwell_s and posture, in any order, and one waypoint per row",
     ),
     (
         "1000,1000,0\n2000,1000,0\n",
-        "walks/walk.csv:1:1: found the column `1000`, expected only x_mm, y_mm, z_mm, t_s, utc, dwell_s\n\
-         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, and dwell_s, in any order, and one waypoint per row",
+        "walks/walk.csv:1:1: found the column `1000`, expected only x_mm, y_mm, z_mm, t_s, utc, dwell_s, posture\n\
+         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, dwell_s and posture, in any order, and one waypoint per row",
     ),
     (
         "x,y,z\n1,2,3\n",
-        "walks/walk.csv:1:1: found the column `x`, expected only x_mm, y_mm, z_mm, t_s, utc, dwell_s\n\
-         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, and dwell_s, in any order, and one waypoint per row",
+        "walks/walk.csv:1:1: found the column `x`, expected only x_mm, y_mm, z_mm, t_s, utc, dwell_s, posture\n\
+         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, dwell_s and posture, in any order, and one waypoint per row",
     ),
     (
         "x_mm,y_mm,confidence\n1,2,0.9\n",
-        "walks/walk.csv:1:11: found the column `confidence`, expected only x_mm, y_mm, z_mm, t_s, utc, dwell_s\n\
-         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, and dwell_s, in any order, and one waypoint per row",
+        "walks/walk.csv:1:11: found the column `confidence`, expected only x_mm, y_mm, z_mm, t_s, utc, dwell_s, posture\n\
+         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, dwell_s and posture, in any order, and one waypoint per row",
     ),
     (
         "z_mm,x_mm,t_s\n1,2,3\n",
         "walks/walk.csv:1:1: found no column `y_mm`, expected x_mm and y_mm\n\
-         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, and dwell_s, in any order, and one waypoint per row",
+         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, dwell_s and posture, in any order, and one waypoint per row",
     ),
     (
         "x_mm,y_mm,dwell_s,x_mm\n1,2,3,4\n",
         "walks/walk.csv:1:19: found the column `x_mm` again, expected each column once\n\
-         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, and dwell_s, in any order, and one waypoint per row",
+         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, dwell_s and posture, in any order, and one waypoint per row",
     ),
     (
         "t_s,x_mm,y_mm,utc\n1,2,3,1795600800\n",
         "walks/walk.csv:1:15: found both `t_s` and `utc`, expected one of them\n\
-         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, and dwell_s, in any order, and one waypoint per row",
+         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, dwell_s and posture, in any order, and one waypoint per row",
     ),
     (
         "utc,x_mm,y_mm\n2026-11-25T10:00:00,1,2\n",
@@ -57,22 +57,22 @@ const ROWS: &[(&str, &str)] = &[
     (
         "x_mm,y_mm,z_mm\n1000,1000,0\n2000,1000\n",
         "walks/walk.csv:3:1: found 2 fields, expected 3 fields\n\
-         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, and dwell_s, in any order, and one waypoint per row",
+         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, dwell_s and posture, in any order, and one waypoint per row",
     ),
     (
         "x_mm,y_mm,z_mm\n1000,1000,0\n\n# note\n2000,1o00,0\n",
         "walks/walk.csv:5:6: found `1o00` as y_mm, expected a finite number of millimeters\n\
-         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, and dwell_s, in any order, and one waypoint per row",
+         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, dwell_s and posture, in any order, and one waypoint per row",
     ),
     (
         "x_mm,y_mm,z_mm\n1000,nan,0\n",
         "walks/walk.csv:2:6: found `nan` as y_mm, expected a finite number of millimeters\n\
-         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, and dwell_s, in any order, and one waypoint per row",
+         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, dwell_s and posture, in any order, and one waypoint per row",
     ),
     (
         "x_mm,y_mm,z_mm\n1000,1000,inf\n",
         "walks/walk.csv:2:11: found `inf` as z_mm, expected a finite number of millimeters\n\
-         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, and dwell_s, in any order, and one waypoint per row",
+         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, dwell_s and posture, in any order, and one waypoint per row",
     ),
     (
         "x_mm,y_mm,z_mm\n1000,1000,0\n2000,1000,0\n3950,1000,0\n",
@@ -87,12 +87,12 @@ const ROWS: &[(&str, &str)] = &[
     (
         "x_mm,y_mm,z_mm\n1000,,0\n",
         "walks/walk.csv:2:6: found `` as y_mm, expected a finite number of millimeters\n\
-         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, and dwell_s, in any order, and one waypoint per row",
+         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, dwell_s and posture, in any order, and one waypoint per row",
     ),
     (
         "x_mm,y_mm,z_mm\n1000,\"1000,0\n",
         "walks/walk.csv:2:1: found 2 fields, expected 3 fields\n\
-         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, and dwell_s, in any order, and one waypoint per row",
+         hint: a trajectory has the columns x_mm, y_mm, and optionally z_mm, t_s or utc, dwell_s and posture, in any order, and one waypoint per row",
     ),
 ];
 

@@ -1,0 +1,107 @@
+//! The data card: what the dataset shows, how many frames of each class it has, how it was made, and how to cite it.
+
+use crate::counts::Counts;
+use crate::manifest::Manifest;
+use std::fmt::Write as _;
+
+impl Manifest {
+    /// The card as Markdown; the same for all processes that made the dataset.
+    pub(crate) fn card(&self, counts: &Counts) -> String {
+        let mut card = format!(
+            "# {}: simulated frames of an infrared sensor\n\n",
+            self.scene
+        );
+        let clips = match self.clip {
+            1 => String::new(),
+            clip => format!(" in clips of {clip}",),
+        };
+        let (frames, columns, rows) = (self.frames, self.columns, self.rows);
+        // Writing to a string cannot fail.
+        let _ = write!(
+            card,
+            "{frames} labeled frames{clips}: {columns} x {rows} pixels of the sensor `{}`. No frame was measured. `dataset.json` has the whole description; crates/grideye/DATASET.md of grideye-hil says what the columns mean.\n\n## What varies\n\n",
+            self.sensor
+        );
+        for asked in &self.vary {
+            let _ = writeln!(card, "- `{asked}`");
+        }
+        if self.vary.is_empty() {
+            card.push_str("Only the time and the noise.\n");
+        }
+        card.push_str("\n## Frames by class\n");
+        let people = counts.people.iter();
+        let people = people.map(|(people, frames)| (people.to_string(), *frames));
+        table(&mut card, "people in view", people);
+        let by_name = |by: &std::collections::BTreeMap<String, u64>| {
+            by.iter()
+                .map(|(name, frames)| (name.clone(), *frames))
+                .collect::<Vec<_>>()
+        };
+        table(
+            &mut card,
+            "posture of a person",
+            by_name(&counts.posture).into_iter(),
+        );
+        table(
+            &mut card,
+            "what a person does",
+            by_name(&counts.doing).into_iter(),
+        );
+        let _ = write!(
+            card,
+            "\nSomebody counts as in view who fills {:?} pixels or more and changes one by {:?} °C or more. With several people a frame is in several rows of the lower tables.\n\n## How it was made\n\n```sh\n{}\n```\n\nWith {}. The scene's SHA-256 is {}.\n\n## How to cite\n\n> {} frames simulated by {} (grideye-hil) from the scene {}, seed {}; dataset {}.\n\nThe frames are simulated: report results on them apart from results on real frames.\n",
+            self.count_pixels,
+            self.count_contrast_c,
+            self.command(),
+            self.program,
+            self.scene_sha256,
+            self.frames,
+            self.program,
+            self.scene,
+            self.seed,
+            self.fingerprint(),
+        );
+        card
+    }
+
+    /// A command that makes the same dataset.
+    fn command(&self) -> String {
+        let mut words = vec!["grideye".to_owned(), "dataset".to_owned()];
+        words.push(quoted(&format!("{}.toml", self.scene)));
+        let mut option = |name: &str, value: &str| words.extend([name.to_owned(), quoted(value)]);
+        option("--sensor", &self.sensor);
+        option("--frames", &self.frames.to_string());
+        option("--clip", &self.clip.to_string());
+        option("--seed", &self.seed.to_string());
+        option("--method", &self.method);
+        option("--count-pixels", &format!("{:?}", self.count_pixels));
+        option("--count-contrast", &format!("{:?}", self.count_contrast_c));
+        option("--format", &self.formats.join(","));
+        option("--frames-per-part", &self.frames_per_part.to_string());
+        for asked in &self.vary {
+            option("--vary", asked);
+        }
+        option("--out", "DIR");
+        words.join(" ")
+    }
+}
+
+fn table(card: &mut String, title: &str, rows: impl Iterator<Item = (String, u64)>) {
+    let mut rows = rows.peekable();
+    if rows.peek().is_none() {
+        return;
+    }
+    let _ = write!(card, "\n| {title} | frames |\n|---|---|\n");
+    for (name, frames) in rows {
+        let _ = writeln!(card, "| {name} | {frames} |");
+    }
+}
+
+/// For a shell.
+fn quoted(word: &str) -> String {
+    let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "_-./=,:".contains(letter);
+    match !word.is_empty() && word.chars().all(is_plain) {
+        true => word.to_owned(),
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    }
+}

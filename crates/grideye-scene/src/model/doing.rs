@@ -1,0 +1,170 @@
+//! What a person does, and when a person in motion changes its posture.
+
+use crate::model::person::Posture;
+use glam::DVec3;
+
+/// What a person does at a moment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Doing {
+    /// Comes into the room.
+    Enter,
+    /// Leaves the room.
+    Leave,
+    /// Walks.
+    Walk,
+    /// Stands.
+    Stand,
+    /// Changes from upright to sitting.
+    SitDown,
+    /// Sits.
+    Sit,
+    /// Changes from sitting to upright.
+    StandUp,
+    /// Changes from sitting to lying.
+    LieDown,
+    /// Lies.
+    Lie,
+    /// Changes from lying to sitting.
+    SitUp,
+    /// Changes from upright straight to lying.
+    Fall,
+    /// Changes from lying straight to upright.
+    GetUp,
+}
+
+impl Doing {
+    /// Everything a person may do.
+    pub const ALL: [Self; 12] = [
+        Self::Enter,
+        Self::Leave,
+        Self::Walk,
+        Self::Stand,
+        Self::SitDown,
+        Self::Sit,
+        Self::StandUp,
+        Self::LieDown,
+        Self::Lie,
+        Self::SitUp,
+        Self::Fall,
+        Self::GetUp,
+    ];
+
+    /// Its name in a file.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Enter => "enter",
+            Self::Leave => "leave",
+            Self::Walk => "walk",
+            Self::Stand => "stand",
+            Self::SitDown => "sit-down",
+            Self::Sit => "sit",
+            Self::StandUp => "stand-up",
+            Self::LieDown => "lie-down",
+            Self::Lie => "lie",
+            Self::SitUp => "sit-up",
+            Self::Fall => "fall",
+            Self::GetUp => "get-up",
+        }
+    }
+
+    /// What a person does who changes between these postures, or keeps one; `None` stands for being away.
+    pub(crate) const fn between(from: Option<Posture>, to: Option<Posture>, moves: bool) -> Self {
+        use Posture::{Lie, Sit, Stand, Walk};
+        match (from, to) {
+            (None, _) => Self::Enter,
+            (_, None) => Self::Leave,
+            (Some(Stand | Walk), Some(Stand | Walk)) if moves => Self::Walk,
+            (Some(Stand | Walk), Some(Stand | Walk)) => Self::Stand,
+            (Some(Stand | Walk), Some(Sit)) => Self::SitDown,
+            (Some(Stand | Walk), Some(Lie)) => Self::Fall,
+            (Some(Sit), Some(Sit)) => Self::Sit,
+            (Some(Sit), Some(Stand | Walk)) => Self::StandUp,
+            (Some(Sit), Some(Lie)) => Self::LieDown,
+            (Some(Lie), Some(Lie)) => Self::Lie,
+            (Some(Lie), Some(Sit)) => Self::SitUp,
+            (Some(Lie), Some(Stand | Walk)) => Self::GetUp,
+        }
+    }
+}
+
+/// The posture at a waypoint.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Keep {
+    pub(crate) from_s: f64,
+    pub(crate) until_s: f64,
+    /// `None` while the person is away.
+    pub(crate) posture: Option<Posture>,
+    /// Where the leg to this waypoint leads: level, of length 1; zero if nowhere.
+    pub(crate) along: DVec3,
+}
+
+/// Two postures that follow one another, and how much of the time between has passed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Change {
+    pub(crate) from: Keep,
+    pub(crate) to: Keep,
+    pub(crate) passed: f64,
+}
+
+impl Change {
+    /// The last posture that began, and the next one once the first ends.
+    pub(crate) fn at(keeps: &[Keep], time_s: f64) -> Option<Self> {
+        let begun = keeps.partition_point(|keep| keep.from_s <= time_s);
+        let from = *keeps.get(begun.saturating_sub(1))?;
+        let still = Self {
+            from,
+            to: from,
+            passed: 0.0,
+        };
+        let Some(to) = keeps.get(begun.max(1)).filter(|_| time_s > from.until_s) else {
+            return Some(still);
+        };
+        Some(Self {
+            to: *to,
+            passed: (time_s - from.until_s) / (to.from_s - from.until_s),
+            ..still
+        })
+    }
+
+    pub(crate) fn is_away(&self) -> bool {
+        self.from.posture.is_none() && self.to.posture.is_none()
+    }
+
+    /// Whether the person turns to where this leg leads: who sits down or falls does not.
+    pub(crate) fn is_upright(&self) -> bool {
+        let mut postures = [self.from, self.to].into_iter();
+        postures.all(|keep| keep.is_upright())
+    }
+
+    /// The postures on both sides; who comes or goes walks.
+    pub(crate) fn postures(&self) -> [Posture; 2] {
+        let [from, to] = [self.from.posture, self.to.posture];
+        let from = from.or(to).unwrap_or(Posture::Walk);
+        [from, to.unwrap_or(from)]
+    }
+
+    /// How much of the change is done: falls go evenly, which gives hips and head the speeds that Choi et al. (2015,
+    /// doi 10.1016/j.jbiomech.2015.02.025) measured; everything else has the least jerk.
+    pub(crate) fn share(&self) -> f64 {
+        let share = self.passed;
+        match Doing::between(self.from.posture, self.to.posture, false) {
+            Doing::Fall => share,
+            _ => share * share * share * (10.0 + share * (-15.0 + 6.0 * share)),
+        }
+    }
+
+    /// Where the head is of who lies down, gets up or falls: where the way to lying leads, else backward.
+    pub(crate) fn head_to(&self, front: DVec3) -> DVec3 {
+        let lies = [self.to, self.from];
+        let lies = lies.iter().find(|keep| keep.posture == Some(Posture::Lie));
+        let along = lies.map_or(DVec3::ZERO, |keep| keep.along);
+        if along == DVec3::ZERO { -front } else { along }
+    }
+}
+
+impl Keep {
+    pub(crate) fn is_upright(&self) -> bool {
+        !matches!(self.posture, Some(Posture::Sit | Posture::Lie))
+    }
+}
