@@ -6,7 +6,7 @@ use crate::numbers::{count, percentile, single};
 use grideye_draw::text::fixed;
 
 /// Statistics before the contrasts and the alternatives.
-pub(crate) const OWN: usize = 4;
+pub(crate) const OWN: usize = 6;
 /// What is farthest off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Cause {
@@ -95,11 +95,15 @@ impl Spread {
     }
 
     /// The block farthest beyond the scene, in standard deviations.
-    fn block(&self, statistics: &Statistics, sign: f32) -> (usize, f64) {
-        let all = statistics.beyond.iter().zip(&self.beyond);
+    fn block(&self, statistics: &Statistics, sign: f32, stays: bool) -> (usize, f64) {
+        // The last blocks are those of the whole recording.
+        let first = statistics.beyond.len().saturating_sub(BLOCKS);
+        let all = statistics.beyond.iter().zip(&self.beyond).enumerate();
+        let all = all.filter(|(index, _)| (*index >= first) == stays);
         let side = usize::from(sign < 0.0);
-        let far = all.map(|(value, (mean, scales))| sign * (value - mean) / scales[side]);
-        let far = far.enumerate().fold((0, f32::NEG_INFINITY), |far, one| {
+        let far = all
+            .map(|(index, (value, (mean, scales)))| (index, sign * (value - mean) / scales[side]));
+        let far = far.fold((0, f32::NEG_INFINITY), |far, one| {
             if one.1 > far.1 { one } else { far }
         });
         (far.0, f64::from(far.1))
@@ -111,8 +115,10 @@ impl Spread {
         match place {
             0 => statistics.lag_s,
             1 => statistics.misfit,
-            2 => self.block(statistics, 1.0).1,
-            3 => self.block(statistics, -1.0).1,
+            2 => self.block(statistics, 1.0, false).1,
+            3 => self.block(statistics, -1.0, false).1,
+            4 => self.block(statistics, 1.0, true).1,
+            5 => self.block(statistics, -1.0, true).1,
             more if more < OWN + contrasts => statistics.contrasts[more - OWN].max(0.01).ln(),
             more => -statistics.likeness[more - OWN - contrasts],
         }
@@ -149,7 +155,7 @@ impl Spread {
         film: &Film,
     ) -> (Cause, String) {
         let warmer = |sign: f32| {
-            let index = self.block(statistics, sign).0;
+            let index = self.block(statistics, sign, place > 3).0;
             let (stretch, row, column) = judge.block(index);
             let root = count(stretch.len()).sqrt();
             let by_c = f64::from(statistics.beyond[index] - self.beyond[index].0) / root;
@@ -186,8 +192,8 @@ impl Spread {
                 Cause::Misfit,
                 "it differs from the scene all over".to_owned(),
             ),
-            2 => (Cause::Extra, warmer(1.0)),
-            3 => (Cause::Missing, warmer(-1.0)),
+            2 | 4 => (Cause::Extra, warmer(1.0)),
+            3 | 5 => (Cause::Missing, warmer(-1.0)),
             more if more < OWN + contrasts => {
                 let subject = more - OWN;
                 let times = fixed(statistics.contrasts[subject], 2);

@@ -116,7 +116,7 @@ fn a_missing_person_is_found() {
 }
 
 /// Scenes with people little warmer than a pattern may be.
-const WEAK: [&str; 2] = ["experiment-2", "attic"];
+const WEAK: [&str; 3] = ["experiment-1", "experiment-2", "attic"];
 
 /// A person leaves the view for good: the room is learned from then on, and a pattern larger than units are assumed to
 /// have does not count.
