@@ -20,8 +20,8 @@ pub struct Decision {
     pub right: f64,
     /// What is farthest off, in words.
     pub worst: String,
-    /// By how many standard deviations of right worlds.
-    pub worst_sds: f64,
+    /// How surprising that is: the negative logarithm of the share of right worlds that are as far off in it.
+    pub surprise: f64,
     #[serde(skip)]
     pub(crate) cause: Cause,
     /// Of each person, or of all objects together.
@@ -75,8 +75,10 @@ pub struct Alternatively {
     pub is_alike: bool,
 }
 
-/// Right worlds: half set the law of each statistic, half its rank.
+/// Right worlds.
 const RIGHT: usize = 400;
+/// Of them, those that set the scale of each block, and as many for the law of each statistic. The rest set the rank.
+const FOR_LAWS: usize = 110;
 const OF_ALTERNATIVE: usize = 100;
 /// Worlds of each offset that is tried.
 const OF_OFFSET: usize = 30;
@@ -134,8 +136,10 @@ pub(crate) fn decide(
 ) -> Decision {
     let mut worlds = Worlds::new(film, recording, laws);
     let right = worlds.right();
-    let spread = Spread::new(&right[..RIGHT / 2]);
-    let held = right[RIGHT / 2..].iter();
+    let (known, held) = right.split_at(2 * FOR_LAWS);
+    let (of_blocks, of_laws) = known.split_at(FOR_LAWS);
+    let spread = Spread::new(of_blocks, of_laws);
+    let held = held.iter();
     let mut held: Vec<f64> = held.map(|one| spread.farthest(one).1).collect();
     held.sort_by(f64::total_cmp);
     let found = worlds.judge.of(&recording.pictures);
@@ -157,7 +161,7 @@ pub(crate) fn decide(
     let (cause, worst) = spread.worst(place, &found, judge, film);
     let right = (count(farther) + 1.0) / (count(held.len()) + 1.0);
     // Warmth that the scene lacks is more than nothing, however little it is.
-    let has_more = cause == Cause::Extra && right <= right_min;
+    let has_more = spread.extra(&found) > held[refused];
     let contrasts = (0..found.contrasts.len()).map(|subject| Contrast {
         of: film.people.get(subject).map(|walker| walker.name.clone()),
         found: found.contrasts[subject],
@@ -166,7 +170,7 @@ pub(crate) fn decide(
     Decision {
         right,
         worst,
-        worst_sds: off,
+        surprise: off,
         cause,
         contrasts: contrasts.collect(),
         delay_s: found.lag_s,

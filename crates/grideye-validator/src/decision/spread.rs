@@ -2,11 +2,13 @@
 
 use crate::decision::film::Film;
 use crate::decision::judge::{ACROSS, BLOCKS, Judge, Statistics};
-use crate::numbers::{count, percentile, single};
+use crate::numbers::{count, mean, percentile, single};
 use grideye_draw::text::fixed;
 
 /// Statistics before the contrasts and the alternatives.
 pub(crate) const OWN: usize = 6;
+/// Those of warmth beyond the scene: that comes and goes, and that stays.
+const EXTRA: [usize; 2] = [2, 4];
 /// What is farthest off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Cause {
@@ -18,12 +20,65 @@ pub(crate) enum Cause {
     Alternative,
 }
 
-/// The farthest of 200 draws of a normal law, in standard deviations.
-const LONGEST_SDS: f32 = 2.75;
+/// The law of one statistic in right worlds.
+#[derive(Clone, Copy)]
+struct Law {
+    middle: f64,
+    /// Half the range of the middle 68 %.
+    sd: f64,
+    /// What one in twenty exceeds upward and downward, and how far these are beyond it in the mean.
+    tails: [(f64, f64); 2],
+}
+
+impl Law {
+    fn new(mut values: Vec<f64>) -> Self {
+        values.sort_by(f64::total_cmp);
+        let at = |percent| -> f64 { percentile(&values, percent).unwrap_or(0.0) };
+        let sd = (0.5 * (at(84) - at(16))).max(1e-6);
+        let tail = |sign: f64, from: f64| {
+            let beyond = values.iter().map(|value| sign * (value - from));
+            let beyond: Vec<f64> = beyond.filter(|beyond| *beyond > 0.0).collect();
+            // Of a normal law it is 0.4 standard deviations.
+            (from, mean(&beyond).unwrap_or(0.0).max(0.2 * sd))
+        };
+        Self {
+            middle: at(50),
+            sd,
+            tails: [tail(1.0, at(95)), tail(-1.0, at(5))],
+        }
+    }
+
+    /// How surprising it is to be so high: the negative logarithm of the share that is, by an exponential tail.
+    fn above(&self, value: f64) -> f64 {
+        self.beyond(1.0, value)
+    }
+
+    fn below(&self, value: f64) -> f64 {
+        self.beyond(-1.0, value)
+    }
+
+    fn beyond(&self, sign: f64, value: f64) -> f64 {
+        /// Of what one in twenty exceeds: ln 20.
+        const ONE_IN_TWENTY: f64 = 2.996;
+        let (from, mean) = self.tails[usize::from(sign < 0.0)];
+        let beyond = sign * (value - from);
+        if beyond > 0.0 {
+            return ONE_IN_TWENTY + beyond / mean;
+        }
+        let inside = sign * (value - self.middle) / (sign * (from - self.middle)).max(1e-9);
+        ONE_IN_TWENTY * inside.clamp(0.0, 1.0)
+    }
+}
+
+/// Likeness below which nothing is said any more: the contrast is too low to divide by.
+const UNLIKE: f64 = -20.0;
+
+/// The farthest of 110 draws of a normal law, in standard deviations.
+const LONGEST_SDS: f32 = 2.5;
 
 /// Location and scale of each statistic in right worlds.
 pub(crate) struct Spread {
-    of: Vec<(f64, f64)>,
+    of: Vec<Law>,
     /// Mean and scales upward and downward of the warmth beyond the scene in each stretch and block.
     beyond: Vec<(f32, [f32; 2])>,
 }
@@ -58,11 +113,12 @@ fn widened(own: &[(f32, [f32; 2])]) -> Vec<(f32, [f32; 2])> {
 }
 
 impl Spread {
-    pub(crate) fn new(right: &[Statistics]) -> Self {
-        let number = right.first().map_or(0, |one| one.beyond.len());
-        let share = single(1.0 / count(right.len()));
+    /// The scales of blocks are of other worlds than the laws: within their own worlds nothing would be far.
+    pub(crate) fn new(of_blocks: &[Statistics], right: &[Statistics]) -> Self {
+        let number = of_blocks.first().map_or(0, |one| one.beyond.len());
+        let share = single(1.0 / count(of_blocks.len()));
         let beyond = (0..number).map(|index| {
-            let values = || right.iter().map(|one| one.beyond[index]);
+            let values = || of_blocks.iter().map(|one| one.beyond[index]);
             let mean = share * values().sum::<f32>();
             let variance = share * values().map(|value| (value - mean).powi(2)).sum::<f32>();
             // Next to a person who may be elsewhere the law has long tails.
@@ -78,18 +134,11 @@ impl Spread {
             beyond: widened(&beyond.collect::<Vec<_>>()),
             of: Vec::new(),
         };
-        let all = OWN
-            + right
-                .first()
-                .map_or(0, |one| one.contrasts.len() + one.likeness.len());
+        let all = right
+            .first()
+            .map_or(0, |one| OWN + one.contrasts.len() + one.likeness.len());
         spread.of = (0..all)
-            .map(|place| {
-                let mut values: Vec<f64> =
-                    right.iter().map(|one| spread.value(place, one)).collect();
-                values.sort_by(f64::total_cmp);
-                let at = |percent| -> f64 { percentile(&values, percent).unwrap_or(0.0) };
-                (at(50), (0.5 * (at(84) - at(16))).max(1e-6))
-            })
+            .map(|place| Law::new(right.iter().map(|one| spread.value(place, one)).collect()))
             .collect();
         spread
     }
@@ -120,21 +169,25 @@ impl Spread {
             4 => self.block(statistics, 1.0, true).1,
             5 => self.block(statistics, -1.0, true).1,
             more if more < OWN + contrasts => statistics.contrasts[more - OWN].max(0.01).ln(),
-            more => -statistics.likeness[more - OWN - contrasts],
+            more => -statistics.likeness[more - OWN - contrasts].max(UNLIKE),
         }
     }
 
+    /// How surprising warmth beyond the scene is.
+    pub(crate) fn extra(&self, statistics: &Statistics) -> f64 {
+        let surprise = EXTRA.map(|place| self.of[place].above(self.value(place, statistics)));
+        surprise[0].max(surprise[1])
+    }
+
+    /// What is most surprising, and how much.
     pub(crate) fn farthest(&self, statistics: &Statistics) -> (usize, f64) {
         let contrasts = OWN..OWN + statistics.contrasts.len();
-        let off = self
-            .of
-            .iter()
-            .enumerate()
-            .map(|(place, (location, scale))| {
-                let off = (self.value(place, statistics) - location) / scale;
-                let is_either_way = place == 0 || contrasts.contains(&place);
-                (place, if is_either_way { off.abs() } else { off })
-            });
+        let off = self.of.iter().enumerate().map(|(place, law)| {
+            let value = self.value(place, statistics);
+            let is_either_way = place == 0 || contrasts.contains(&place);
+            let below = if is_either_way { law.below(value) } else { 0.0 };
+            (place, law.above(value).max(below))
+        });
         off.fold((0, f64::NEG_INFINITY), |far, one| {
             if one.1 > far.1 { one } else { far }
         })
@@ -143,8 +196,8 @@ impl Spread {
     /// The range of all but .5 % of right worlds.
     pub(crate) fn range(&self, place: usize) -> [f64; 2] {
         const SDS: f64 = 2.807;
-        let (location, scale) = self.of[place];
-        [location - SDS * scale, location + SDS * scale]
+        let Law { middle, sd, .. } = self.of[place];
+        [middle - SDS * sd, middle + SDS * sd]
     }
 
     pub(crate) fn worst(

@@ -135,6 +135,11 @@ fn told_apart(decision: &Decision, evidence: &Evidence<'_>) -> Weighed {
             listed(alike)
         ),
     };
+    let is_unknown = evidence.prior.pattern.from == RoomSource::Scene;
+    if is_unknown && !evidence.prior.has_people {
+        let sentence = "The scene has no people, and an unknown unit and room may hide one who is little warmer.";
+        return asked.weighed(State::Open, sentence, PROFILE);
+    }
     let untold: Vec<&Alternatively> = decision.untold().collect();
     if untold.is_empty() {
         let number = decision.alternatives.len() - alike.len();

@@ -19,7 +19,7 @@ fn right() -> Decision {
     Decision {
         right: 0.4,
         worst: "it is 0.05 s later than the scene".to_owned(),
-        worst_sds: 1.2,
+        surprise: 1.2,
         cause: Cause::Lag,
         contrasts: vec![Contrast {
             of: Some("anna".to_owned()),

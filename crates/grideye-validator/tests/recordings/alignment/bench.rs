@@ -62,7 +62,7 @@ pub(crate) const WALK: Walk = Walk {
     stop_s: 0,
 };
 
-pub(crate) const RADIATOR: &str = "[[object]]\nname = \"radiator\"\nposition_mm = [1250, 3300, 0]\nsize_mm = [200, 700, 600]\ntemperature_c = 34\n";
+pub(crate) const RADIATOR: &str = "[[object]]\nname = \"radiator\"\nposition_mm = [1250, 3300, 0]\nsize_mm = [200, 700, 600]\ntemperature_c = 60\n";
 
 impl Walk {
     pub(crate) fn scene(&self) -> Scene {

@@ -150,7 +150,7 @@ fn the_empty_room_is_learned_from_a_recording_that_shows_it() {
 #[test]
 fn a_radiator_is_not_learned_as_a_pattern() {
     let seen = leaving(
-        "[[object]]\nname = \"radiator\"\nposition_mm = [1600, 3200, 0]\nsize_mm = [900, 300, 700]\ntemperature_c = 32\n",
+        "[[object]]\nname = \"radiator\"\nposition_mm = [1600, 3200, 0]\nsize_mm = [900, 300, 700]\ntemperature_c = 60\n",
     );
     let claimed = leaving("");
     for seed in fault_seeds() {
