@@ -78,8 +78,8 @@ fn the_demonstration_ends_with_delivery_scores_and_report() {
     );
     let verdict = line(&ended, "verdict");
     assert!(
-        verdict.contains("Agrees: correlation 0.")
-            && verdict.ends_with("Compared 10 of 100 frames."),
+        verdict.contains("% of right recordings are as far from the scene or farther.")
+            && verdict.ends_with("of 100 frames."),
         "{verdict}"
     );
     let scores = line(&ended, "scores");

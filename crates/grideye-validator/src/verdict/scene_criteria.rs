@@ -30,9 +30,8 @@ fn right(decision: &Decision, evidence: &Evidence<'_>, thresholds: &Thresholds) 
     let share = fixed(100.0 * decision.right, 1);
     let worst = &decision.worst;
     if decision.right > thresholds.right_min {
-        let sentence = format!(
-            "{share} % of right recordings are as far from the scene; farthest off here: {worst}."
-        );
+        let sentence =
+            format!("{share} % of right recordings are as far from the scene or farther.");
         let turn = match decision.refused_aside_m {
             Some(aside_m) => format!("a person {} m aside", fixed(aside_m, 2)),
             None => String::new(),
