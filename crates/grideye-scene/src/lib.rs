@@ -59,8 +59,8 @@ mod text;
 pub use file::{Files, key};
 pub use geometry::{Cuboid, Mesh, MeshError, Pose, count, polygon};
 pub use model::{
-    Agent, Body, Calibrated, Clothing, Contact, FreeSpace, Loaded, Model, Person, Posture, Room,
-    Scene, SceneError, Sensor, Warning, fit, limits,
+    Agent, AgentLaws, Body, Calibrated, Clothing, Contact, FreeSpace, Laws, Loaded, Model, Person,
+    Posture, Room, Scene, SceneError, Sensor, Warning, limits, uncertain,
 };
 pub use motion::Trajectory;
 pub use picture::{Filled, Image, Mask, physical};

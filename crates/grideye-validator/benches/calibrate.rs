@@ -42,7 +42,7 @@ azimuth_deg = 90
 tilt_deg = [{2}, {-1.5}]
 "#;
 
-/// Key, `[[fit]]` keys, guess.
+/// Key, `[[uncertain]]` keys, guess.
 const UNKNOWNS: [(&str, &str, f64); 8] = [
     ("room.ambient_c", "bounds = [18, 25]", 22.5),
     (
@@ -205,7 +205,7 @@ fn person(number: impl Fn(usize, &str) -> String) -> String {
 fn guess() -> String {
     let mut text = person(|place, _| UNKNOWNS[place].2.to_string());
     for (key, keys, _) in UNKNOWNS {
-        let _ = write!(text, "\n[[fit]]\nkey = \"{key}\"\n{keys}\n");
+        let _ = write!(text, "\n[[uncertain]]\nkey = \"{key}\"\n{keys}\n");
     }
     text
 }

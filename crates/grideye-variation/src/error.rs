@@ -66,11 +66,15 @@ impl From<SceneError> for VariationError {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Mistake {
-    /// There is no `=`.
-    #[error("missing `=`\nhint: write KEY=VALUES, as in agent.person.temperature_c=26..34")]
+    /// There is no `=`, and the scene does not say how the number varies.
+    #[error(
+        "missing `=`, and the scene has no [[uncertain]] table for this number\nhint: write KEY=VALUES, as in agent.person.temperature_c=26..34, or add the table"
+    )]
     NoEquals,
     /// A choice is empty.
-    #[error("a value is missing\nhint: write values as in 26..34, 0.1,0.2 or [500..3500, 1200, 0]")]
+    #[error(
+        "a value is missing\nhint: write values as in 26..34, 1700+-100, 0.1,0.2 or [500..3500, 1200, 0]"
+    )]
     Nothing,
     /// A bracket or quote is never closed.
     #[error("`{0}` is never closed\nhint: quote the whole argument for the shell")]
@@ -84,6 +88,9 @@ pub enum Mistake {
     /// A range has ends that are not numbers.
     #[error("{0} is not a range of numbers\nhint: write LOW..HIGH, as in 26..34")]
     NoRange(String),
+    /// A normal law without a standard deviation.
+    #[error("{0} is not a normal law\nhint: write MEAN+-SD with SD above 0, as in 1700+-100")]
+    NoNormal(String),
     /// There are too many choices.
     #[error("{0} choices are more than {CHOICES_MAX}\nhint: use a range, as in 26..34")]
     TooManyChoices(usize),

@@ -1,11 +1,13 @@
-//! Parses the possible values of a key: `26..34`, `0.1,0.2`, `[500..3500, 1200, 0],[2000, 500..5500, 0]`, `on,off`.
+//! Parses the possible values of a key: `26..34`, `1700+-100`, `0.1,0.2`, `[500..3500, 1200, 0],[2000, 500..5500, 0]`, `on,off`.
 //!
 //! ```text
 //! choices = choice *("," choice)          one of them, all equally likely
-//! choice  = a TOML value; every number may be a uniform range LOW..HIGH, and text needs no quotes
+//! choice  = a TOML value; every number may be a uniform range LOW..HIGH or a normal law
+//!           MEAN+-SD, cut at SDS_MAX standard deviations, and text needs no quotes
 //! ```
 
 use super::error::{CHOICES_MAX, Mistake};
+use grideye_scene::uncertain::{Normal, SDS_MAX, Uncertain};
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Choice(pub(crate) Vec<Piece>);
@@ -21,14 +23,24 @@ pub(crate) enum Piece {
     Number(String, f64),
     /// A number between the two.
     Range(f64, f64),
+    /// A number of a normal law, cut at the bounds.
+    Normal(Normal, [f64; 2]),
 }
 
 impl Choice {
+    /// A number with the law of its `[[uncertain]]` table.
+    pub(crate) fn of_law(uncertain: &Uncertain) -> Self {
+        let [low, high] = uncertain.bounds;
+        Self(vec![match uncertain.law {
+            Some(law) => Piece::Normal(law, [low, high]),
+            None => Piece::Range(low, high),
+        }])
+    }
+
     /// How many numbers it holds: `Some(None)` for a single one, `Some(n)` for a flat list of n, `None` for anything
     /// else.
     pub(crate) fn numbers(&self) -> Option<Option<usize>> {
-        let is_number =
-            |piece: &Piece| matches!(piece, Piece::Number(..) | Piece::Range(..) | Piece::Flag(_));
+        let is_number = |piece: &Piece| !matches!(piece, Piece::Mark(_) | Piece::Text(_));
         match self.0.as_slice() {
             [only] if is_number(only) => Some(None),
             [Piece::Mark(open), inner @ .., Piece::Mark(close)] if open == "[" && close == "]" => {
@@ -132,6 +144,16 @@ fn meaning(word: &str) -> Result<Piece, Mistake> {
             _ => Err(Mistake::NoRange(word.to_owned())),
         };
     }
+    if let Some((mean, sd)) = word.split_once("+-") {
+        return match (number(mean), number(sd)) {
+            (Some(mean), Some(sd)) if sd > 0.0 && (SDS_MAX * sd).is_finite() => {
+                let bounds = [mean - SDS_MAX * sd, mean + SDS_MAX * sd];
+                Ok(Piece::Normal(Normal { mean, sd }, bounds))
+            }
+            (Some(_), _) => Err(Mistake::NoNormal(word.to_owned())),
+            _ => Ok(Piece::Text(word.to_owned())),
+        };
+    }
     Ok(match number(word) {
         Some(value) if is_whole(word) => Piece::Number(word.to_owned(), value),
         Some(value) => Piece::Number(format!("{value:?}"), value),
@@ -221,6 +243,27 @@ mod tests {
         );
     }
 
+    /// Also in lists; a name with the same marks stays a name.
+    #[test]
+    fn normal_laws_are_cut_at_four_standard_deviations() {
+        let law = |mean, sd, bounds| Piece::Normal(Normal { mean, sd }, bounds);
+        let height = law(1700.0, 100.0, [1300.0, 2100.0]);
+        assert_eq!(
+            choices("1700+-100").unwrap(),
+            [Choice(vec![height.clone()])]
+        );
+        assert_eq!(choices("[1, 1700 +- 100]").unwrap()[0].0[3], height);
+        assert_eq!(
+            choices("-2.5+-.5").unwrap()[0].0,
+            [law(-2.5, 0.5, [-4.5, -0.5])]
+        );
+        assert_eq!(choices("1700+-100").unwrap()[0].numbers(), Some(None));
+        assert_eq!(
+            choices("walk+-1.csv").unwrap()[0].0,
+            [Piece::Text("walk+-1.csv".to_owned())]
+        );
+    }
+
     #[test]
     fn only_flat_lists_of_numbers_are_columns() {
         let numbers = |text: &str| choices(text).unwrap()[0].numbers();
@@ -246,6 +289,10 @@ mod tests {
             ("1..", Mistake::NoRange("1..".to_owned())),
             ("a..b", Mistake::NoRange("a..b".to_owned())),
             ("1..nan", Mistake::NoRange("1..nan".to_owned())),
+            ("1+-0", Mistake::NoNormal("1+-0".to_owned())),
+            ("1+--2", Mistake::NoNormal("1+--2".to_owned())),
+            ("1+-wide", Mistake::NoNormal("1+-wide".to_owned())),
+            ("1+-1e308", Mistake::NoNormal("1+-1e308".to_owned())),
         ] {
             assert_eq!(choices(text), Err(mistake), "{text}");
         }

@@ -1,6 +1,7 @@
 //! Which values of a scene vary, and what they are in one draw.
 //!
-//! Any crate may use the grammar: `grideye dataset --vary` does today, and a calibration or a verdict could.
+//! The laws of `[[uncertain]]` tables, and the places of their numbers, are those of `grideye-scene`; a calibration and
+//! the verdict use the same.
 //!
 //! ```text
 //!  scene file ──┐

@@ -9,6 +9,7 @@ use crate::grammar::{Choice, Piece};
 use crate::target;
 use crate::target::{Edit, Placed, edited};
 use glam::DVec3;
+use grideye_scene::uncertain::Uncertain;
 use grideye_scene::{Files, Loaded, Scene, Sensor, limits};
 use rand_chacha::rand_core::Rng as _;
 use std::collections::HashSet;
@@ -79,13 +80,14 @@ pub struct Draw {
 
 impl Recipe {
     /// Parses what varies: each of `asked` is `KEY=VALUES`, as in `agent.person.temperature_c=26..34`,
-    /// `sensor.ceiling.noise_sigma_c=0.1,0.2`, `object.table.present=on,off`, `agent.person.position=floor` or
-    /// `time_s=0..12`. scenes/README.md has the whole grammar.
+    /// `agent.anna.person.height_mm=1700+-100`, `sensor.ceiling.noise_sigma_c=0.1,0.2`, `object.table.present=on,off`, `agent.person.position=floor` or
+    /// `time_s=0..12`; or `KEY` alone for a number with an `[[uncertain]]` table. scenes/README.md has the whole grammar.
     ///
     /// # Errors
     /// If something cannot be parsed, or names what the scene lacks; [`Self::check`] checks the values.
     pub fn new(text: &str, origin: &str, asked: &[String]) -> Result<Self, VariationError> {
         let document = Scene::document(text, origin)?;
+        let uncertain = Scene::uncertain_in(text, origin)?;
         let mut recipe = Self {
             text: text.to_owned(),
             origin: origin.to_owned(),
@@ -99,25 +101,28 @@ impl Recipe {
                 asked: asked.clone(),
                 mistake,
             };
-            let (key, values) = asked
-                .split_once('=')
-                .ok_or(Mistake::NoEquals)
-                .map_err(mistaken)?;
-            let (key, values) = (key.trim(), values.trim());
-            match key.strip_suffix(".position") {
-                Some(path) => recipe.placed.push(Placed {
+            let (key, values) = match asked.split_once('=') {
+                Some((key, values)) => (key.trim(), Some(values.trim())),
+                None => (asked.trim(), None),
+            };
+            match (key.strip_suffix(".position"), values) {
+                (Some(path), Some(values)) => recipe.placed.push(Placed {
                     asked: asked.clone(),
                     agent: on_floor(path, values).map_err(mistaken)?,
                     edits: on_floor(path, values)
                         .and_then(|agent| target::floor(text, &document, &agent))
                         .map_err(mistaken)?,
                 }),
-                None => {
-                    let choices = grammar::choices(values).map_err(mistaken)?;
+                (_, values) => {
                     let edit = (key != TIME)
                         .then(|| target::edit(text, &document, key))
                         .transpose()
                         .map_err(mistaken)?;
+                    let choices = match values {
+                        Some(values) => grammar::choices(values),
+                        None => law(&uncertain, edit.as_ref()),
+                    };
+                    let choices = choices.map_err(mistaken)?;
                     recipe.columns.extend(columns(key, &choices));
                     recipe.varied.push(Varied {
                         asked: asked.clone(),
@@ -151,7 +156,7 @@ impl Recipe {
         !self.placed.is_empty()
     }
 
-    /// Tries every choice of every key, each range at its ends, while all other keys keep their values in the file.
+    /// Tries every choice of every key, each law at its ends, while all other keys keep their values in the file.
     /// This also reads every file that a choice names.
     ///
     /// # Errors
@@ -349,6 +354,15 @@ impl Recipe {
     }
 }
 
+/// The law that the scene has for the number at this place.
+fn law(uncertain: &[Uncertain], edit: Option<&Edit>) -> Result<Vec<Choice>, Mistake> {
+    let place = edit.map(|edit| &edit.range);
+    let mut uncertain = uncertain.iter();
+    let found = uncertain.find(|one| place.is_some() && one.value_span.as_ref() == place);
+    let found = found.ok_or(Mistake::NoEquals)?;
+    Ok(vec![Choice::of_law(found)])
+}
+
 fn on_floor(path: &str, values: &str) -> Result<String, Mistake> {
     if values != "floor" {
         return Err(Mistake::OnlyFloor);
@@ -385,10 +399,11 @@ fn columns(key: &str, choices: &[Choice]) -> Vec<Column> {
     }
 }
 
-/// A choice as TOML, with a number drawn from each range, and its numbers.
+/// A choice as TOML, with a number drawn from each law, and its numbers.
 fn as_toml(choice: &Choice, share: &mut dyn FnMut() -> f64) -> (String, Vec<f64>) {
     let (mut text, mut numbers) = (String::new(), Vec::new());
     for piece in &choice.0 {
+        let mut drawn = None;
         match piece {
             Piece::Mark(mark) if mark == "," => text.push_str(", "),
             Piece::Mark(mark) => text.push_str(mark),
@@ -402,10 +417,13 @@ fn as_toml(choice: &Choice, share: &mut dyn FnMut() -> f64) -> (String, Vec<f64>
                 numbers.push(*number);
             }
             Piece::Range(low, high) => {
-                let number = (low + (high - low) * share()).clamp(*low, *high);
-                text.push_str(&format!("{number:?}"));
-                numbers.push(number);
+                drawn = Some((low + (high - low) * share()).clamp(*low, *high));
             }
+            Piece::Normal(law, bounds) => drawn = Some(law.quantile(*bounds, share())),
+        }
+        if let Some(number) = drawn {
+            text.push_str(&format!("{number:?}"));
+            numbers.push(number);
         }
     }
     (text, numbers)

@@ -358,7 +358,7 @@ pub(crate) struct Convert {
 /// Fit the unknowns of a scene to a recording.
 ///
 /// Unknowns are poses, temperatures, emissivities, people and the start time. Mark each in the scene, with bounds:
-/// `[[fit]] key = "sensor.ceiling.elevation_deg", bounds = [80, 90]`; add `sd` if you know how certain the value is. The
+/// `[[uncertain]] key = "sensor.ceiling.elevation_deg", bounds = [80, 90]`; add `sd` if you know how certain the value is. The
 /// search starts from the scene's values.
 ///
 /// Exit code 3: the recording determines none of them
@@ -370,7 +370,7 @@ pub(crate) struct Calibrate {
     pub(crate) sides: Sides,
     /// Scene to write, with the fitted values.
     ///
-    /// A copy of the scene with each `[[fit]]` value and its uncertainty in a comment.
+    /// A copy of the scene with each value found and its uncertainty in a comment.
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) out: Option<PathBuf>,
     /// Sensor profile, from `grideye characterize`.

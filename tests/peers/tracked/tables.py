@@ -78,7 +78,7 @@ def calibrated(program, walk, rows, part):
     """The claim with the values that calibrate finds on these rows."""
     path, out = (program.folder / f"{walk.name}-{part}{end}" for end in (".toml", ".json"))
     first = {"height_mm": 1700, "clothing": CLO[walk.clothing], "build": 1.0}
-    fits = "".join(f'[[fit]]\nkey = "{key}"\n{law}\n' for key, law in UNKNOWNS.items())
+    fits = "".join(f'[[uncertain]]\nkey = "{key}"\n{law}\n' for key, law in UNKNOWNS.items())
     walks.write_scene(path, walk, rows, person=first, end=fits)
     recording = walks.write_recording(path.with_name(path.stem + "-frames.csv"), walk, rows)
     # Without a profile, because the level drifts farther than a profile of the empty rows allows.

@@ -24,7 +24,7 @@ pub(crate) struct SceneTable {
     #[serde(default)]
     pub(crate) sensor: Vec<Spanned<SensorTable>>,
     #[serde(default)]
-    pub(crate) fit: Vec<Spanned<FitTable>>,
+    pub(crate) uncertain: Vec<Spanned<UncertainTable>>,
     #[serde(default)]
     pub(crate) calibrated: Vec<Spanned<CalibratedTable>>,
 }
@@ -39,11 +39,12 @@ pub(crate) struct CalibratedTable {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct FitTable {
+pub(crate) struct UncertainTable {
     pub(crate) key: Spanned<String>,
-    pub(crate) bounds: Spanned<Pair>,
+    pub(crate) bounds: Option<Spanned<Pair>>,
     pub(crate) sd: Option<Spanned<f64>>,
     pub(crate) mean: Option<Spanned<f64>>,
+    pub(crate) over_s: Option<Spanned<f64>>,
 }
 
 #[derive(Deserialize)]

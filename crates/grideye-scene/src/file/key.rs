@@ -8,8 +8,8 @@ use toml::de::{DeTable, DeValue};
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{problem}\nhint: {hint}")]
 pub struct KeyError {
-    problem: String,
-    hint: String,
+    pub(super) problem: String,
+    pub(super) hint: String,
 }
 
 impl KeyError {
@@ -63,7 +63,8 @@ impl<'a, 'i> Table<'a, 'i> {
         entries.find(|(name, _)| name.get_ref().as_ref() == key)
     }
 
-    /// Follows a path to its last table, key, and value if present.
+    /// Follows a path to its last table, key, and value if present. The path may end in a number of a list, as in
+    /// `position_mm.z` or `fov_deg.down`, and may omit `part` before the name of an agent's part.
     ///
     /// # Errors
     /// If the path names something the scene lacks, or a table instead of a key.
@@ -76,7 +77,12 @@ impl<'a, 'i> Table<'a, 'i> {
             };
             let value = self.entry(key).map(|(_, value)| value);
             match (value, behind) {
-                (Some(value), Some(behind)) => (self, rest) = self.below(key, value, behind)?,
+                (Some(value), Some(behind)) => {
+                    if let Some(number) = element(key, value, behind) {
+                        return Ok((self, rest, Some(number)));
+                    }
+                    (self, rest) = self.below(key, value, behind)?;
+                }
                 (Some(value), None) => {
                     self.check_no_table(key, value)?;
                     return Ok((self, key, Some(value)));
@@ -84,7 +90,12 @@ impl<'a, 'i> Table<'a, 'i> {
                 (None, None) if !key.is_empty() && !NAMED.contains(&key) => {
                     return Ok((self, key, None));
                 }
-                (None, _) => return Err(self.unknown(key)),
+                (None, _) => match self.entry("part") {
+                    Some((_, parts)) if behind.is_some() => {
+                        (self, rest) = self.below("part", parts, rest)?;
+                    }
+                    _ => return Err(self.unknown(key)),
+                },
             }
         }
     }
@@ -155,7 +166,9 @@ impl<'a, 'i> Table<'a, 'i> {
             _ => table(value, format!("`{key}`"))
                 .map(|table| (table, behind))
                 .ok_or_else(|| {
-                    let known = format!("`{key}` is a value; vary it as a whole");
+                    let known = format!(
+                        "`{key}` is a value; name it as a whole, or one number of a list by .x, .y, .z, .across or .down"
+                    );
                     KeyError::unknown(&format!("key below `{key}`: {behind}"), known)
                 }),
         }
@@ -164,6 +177,22 @@ impl<'a, 'i> Table<'a, 'i> {
 
 /// The end of a path: table, key, and value if present.
 pub type Found<'a, 'i, 'p> = (Table<'a, 'i>, &'p str, Option<&'a Spanned<DeValue<'i>>>);
+
+/// A number of a list, by its axis.
+fn element<'a, 'i>(
+    key: &str,
+    list: &'a Spanned<DeValue<'i>>,
+    axis: &str,
+) -> Option<&'a Spanned<DeValue<'i>>> {
+    let index = match axis {
+        "x" | "across" => 0,
+        "y" | "down" => 1,
+        "z" => 2,
+        _ => return None,
+    };
+    let list = list.get_ref().as_array()?;
+    list.get(index).filter(|_| !NAMED.contains(&key))
+}
 
 fn name<'a>(table: &'a Spanned<DeValue<'_>>) -> Option<&'a str> {
     table.get_ref().get("name")?.get_ref().as_str()

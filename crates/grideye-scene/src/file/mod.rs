@@ -6,7 +6,6 @@ mod calibrated;
 mod clothes;
 mod document;
 mod files;
-mod fit;
 pub mod key;
 mod mosaic;
 mod obj;
@@ -18,6 +17,7 @@ mod rule;
 mod scene;
 mod sensor;
 mod spread;
+mod uncertain;
 mod waypoints;
 
 pub use files::Files;

@@ -1,9 +1,9 @@
 //! A scene's text, its model and the files it names, with the checks that all tables need.
 
-use crate::file::document::{Axes, Pair, Rows, SceneTable, Triple, Triples};
+use crate::file::document::{Axes, Pair, Rows, SceneTable, Triple, Triples, UncertainTable};
 use crate::file::files::Files;
 use crate::file::rule::{POSITION, SIZE, VERTEX};
-use crate::model::{FITS_MAX, Model, SceneError, limits};
+use crate::model::{Claim, FITTED_MAX, Model, SceneError, limits};
 use crate::text::{MM_PER_M, Refusal, Rule, Source};
 use glam::{DVec2, DVec3, USizeVec2};
 use grideye_frame::{NAME_RULE, is_name};
@@ -112,7 +112,15 @@ impl<'a> Reader<'a> {
         let hint = "spread the sensors over several scene files";
         self.check_tables("sensor", &tables.sensor, limits::SENSORS_MAX, hint)?;
         let hint = "find some of the unknowns first, or measure them";
-        self.check_tables("fit", &tables.fit, FITS_MAX, hint)
+        let of_numbers =
+            |table: &&Spanned<UncertainTable>| Claim::of(table.get_ref().key.get_ref()).is_none();
+        let mut numbers = tables.uncertain.iter().filter(of_numbers);
+        let found = numbers.clone().count();
+        let first_too_many = numbers
+            .nth(FITTED_MAX)
+            .map_or(0, |table| table.span().start);
+        let what = "[[uncertain]] tables of numbers";
+        self.check_count(what, found, FITTED_MAX, first_too_many, hint)
     }
 
     pub(crate) fn check_names(&self, tables: &SceneTable) -> Result<(), Refusal> {

@@ -75,6 +75,37 @@ pub(crate) const CLOTHING: Rule = Rule {
     expected: "\"light\", \"indoor\", \"coat\" or 0 to 4 clo",
     hint: "indoor is the default; light is 0.5 clo, indoor 1 and coat 2",
 };
+/// The standard deviation of a number.
+pub(crate) const SD: Rule = Rule {
+    key: "sd",
+    holds: |sd| sd.is_finite() && sd > 0.0,
+    expected: "a number above 0",
+    hint: "how well you know the value: its standard deviation, in the key's unit",
+};
+/// The standard deviation of a difference from the scene, which may be none.
+pub(crate) const SD_OF_DIFFERENCE: Rule = Rule {
+    holds: |sd| sd.is_finite() && sd >= 0.0,
+    expected: "a number from 0",
+    ..SD
+};
+pub(crate) const SD_OF_PLACE: Rule = Rule {
+    key: "sd",
+    holds: |sd_m| (0.0..=0.15).contains(&sd_m),
+    expected: "0 to 0.15 m",
+    hint: "a comparison that allows for more agrees with any scene; measure the place",
+};
+pub(crate) const SD_OF_CONTRAST: Rule = Rule {
+    key: "sd",
+    holds: |sd| (0.0..=0.5).contains(&sd),
+    expected: "0 to 0.5",
+    hint: "a comparison that allows for more agrees with any scene; say what the agent wears, or set its temperature_c",
+};
+pub(crate) const OVER: Rule = Rule {
+    key: "over_s",
+    holds: |seconds| (0.01..=1000.0).contains(&seconds),
+    expected: "0.01 to 1000 seconds",
+    hint: "how long an error of the place lasts; 0.7 is the default",
+};
 const LENGTH_MAX_MM: f64 = 1_000_000.0;
 pub(crate) const YAW: Rule = Rule {
     key: "yaw_deg",
@@ -231,3 +262,44 @@ pub(crate) const WAVELENGTH: Rule = Rule {
     expected: "[from, to], rising, each 0.1 to 1000 µm",
     hint: "thermal sensors detect about [8, 14]; omit it for all wavelengths",
 };
+
+/// The rule for a number of the file, by its key.
+pub(crate) fn of_number(key: &str) -> Option<&'static Rule> {
+    const RULES: [&Rule; 24] = [
+        &ACCELERATION,
+        &AMBIENT,
+        &AZIMUTH,
+        &BLUR,
+        &BLUR_PIXELS,
+        &BUILD,
+        &CAPACITY,
+        &CLOTHING,
+        &ELEVATION,
+        &EMISSIVITY,
+        &FIELD_OF_VIEW,
+        &NOISE,
+        &OPERATING_DISTANCE,
+        &PITCH,
+        &PIXEL_WIDTH,
+        &POSITION,
+        &POWER,
+        &REFLECTED,
+        &ROLL,
+        &SIZE,
+        &SPEED,
+        &STATURE,
+        &TEMPERATURE,
+        &TILT,
+    ];
+    if key == "room.height_mm" {
+        return Some(&HEIGHT);
+    }
+    let (front, last) = key.rsplit_once('.')?;
+    let is_axis = ["x", "y", "z", "across", "down"].contains(&last);
+    let name = if is_axis {
+        front.rsplit('.').next()?
+    } else {
+        last
+    };
+    RULES.into_iter().find(|rule| rule.key == name)
+}

@@ -5,7 +5,8 @@ use crate::file::files::Files;
 use crate::file::reader::{Read, Reader};
 use crate::file::rule::{DURATION, PAPER_EXPERIMENT, REFLECTED, WAVELENGTH, paper_experiment};
 use crate::file::waypoints::Waypoint;
-use crate::file::{agent, body, calibrated, clothes, fit, mosaic, prints, room, sensor};
+use crate::file::{agent, body, calibrated, clothes, mosaic, prints, room, sensor, uncertain};
+use crate::model::uncertain::Uncertain;
 use crate::model::{Agent, Body, Loaded, Model, Room, Scene, SceneError, Walls, Warning};
 use crate::radiometry::{Band, Law};
 use crate::text::{Utc, millimeters, reach};
@@ -21,6 +22,16 @@ impl Scene {
     /// As [`Scene::parse`], for a text that is too long or not TOML.
     pub fn document<'t>(text: &'t str, origin: &'t str) -> Read<Spanned<DeTable<'t>>> {
         Reader::new(origin, text, &no_files)?.document()
+    }
+
+    /// The `[[uncertain]]` tables of a scene's text, without reading the files it names.
+    ///
+    /// # Errors
+    /// As [`Scene::parse`], for the tables and the form of the text.
+    pub fn uncertain_in(text: &str, origin: &str) -> Read<Vec<Uncertain>> {
+        let reader = Reader::new(origin, text, &no_files)?;
+        let tables = tables(&reader)?;
+        uncertain::uncertain(&reader, &tables.uncertain)
     }
 
     /// Reads a scene; `origin` is the file's name in messages, `files` supplies the files it names.
@@ -57,9 +68,7 @@ impl Scene {
 }
 
 fn parse(mut reader: Reader<'_>, model: Option<Model>) -> Read<Loaded> {
-    let mut tables: SceneTable =
-        toml::from_str(reader.text).map_err(|error| reader.malformed(&error))?;
-    reader.check_counts(&tables)?;
+    let mut tables = tables(&reader)?;
     reader.check_names(&tables)?;
     let models = [("paper", Model::Paper), ("physical", Model::Physical)];
     let hint = "paper is the default; scenes/README.md says when to use which";
@@ -68,6 +77,20 @@ fn parse(mut reader: Reader<'_>, model: Option<Model>) -> Read<Loaded> {
     check_touches(&reader, &tables)?;
     tables.leave_out_absent();
     read(&reader, &tables)
+}
+
+fn tables(reader: &Reader<'_>) -> Read<SceneTable> {
+    let tables: SceneTable = toml::from_str(reader.text).map_err(|error| {
+        let mut refusal = reader.malformed(&error);
+        let problem = &mut refusal.problem;
+        if problem.starts_with("unknown field `fit`") && problem.contains("`uncertain`") {
+            *problem = "[[fit]] is now [[uncertain]]".to_owned();
+            refusal.hint = "rename the table; its keys are the same".to_owned();
+        }
+        refusal
+    })?;
+    reader.check_counts(&tables)?;
+    Ok(tables)
 }
 
 fn no_files(_: &str) -> io::Result<String> {
@@ -104,15 +127,12 @@ fn read(reader: &Reader<'_>, tables: &SceneTable) -> Read<Loaded> {
         paper_experiment: experiment.and_then(paper_experiment),
         prints: Vec::new(),
         calibrated: calibrated::calibrated(reader, &tables.calibrated)?,
+        uncertain: Vec::new(),
     };
     scene.prints = prints::prints(reader, &scene)?;
     warnings.extend(contacts(reader, tables, &scene)?);
-    let fits = fit::fits(reader, &tables.fit)?;
-    Ok(Loaded {
-        scene,
-        warnings,
-        fits,
-    })
+    scene.uncertain = uncertain::uncertain(reader, &tables.uncertain)?;
+    Ok(Loaded { scene, warnings })
 }
 
 fn band(reader: &Reader<'_>, tables: &SceneTable) -> Read<Band> {

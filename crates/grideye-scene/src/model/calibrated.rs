@@ -5,7 +5,7 @@ use std::ops::Range;
 /// One calibration: a `[[calibrated]]` table, which `grideye calibrate` writes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibrated {
-    /// The keys that it fitted, as in [`Fit::key`](super::Fit::key).
+    /// The keys that it fitted, as in [`Uncertain::key`](super::uncertain::Uncertain::key).
     pub keys: Vec<String>,
     /// Every frame it was fitted to is at most this far from one of `frames`, in seconds of the recording.
     pub every_s: f64,

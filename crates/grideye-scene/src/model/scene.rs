@@ -5,11 +5,11 @@ use crate::geometry::rotation_z_deg;
 use crate::model::body::{Agent, Body};
 use crate::model::calibrated::Calibrated;
 use crate::model::error::{SceneError, Warning};
-use crate::model::fit::Fit;
 use crate::model::person::{PAPER, Person, SEGMENTS};
 use crate::model::print::Print;
 use crate::model::room::Room;
 use crate::model::sensor::Sensor;
+use crate::model::uncertain::Uncertain;
 use crate::radiometry::{Band, Law, Surface};
 use crate::text::Utc;
 use glam::DVec3;
@@ -54,17 +54,16 @@ pub struct Scene {
     pub(crate) paper_experiment: Option<u8>,
     pub(crate) prints: Vec<Print>,
     pub(crate) calibrated: Vec<Calibrated>,
+    pub(crate) uncertain: Vec<Uncertain>,
 }
 
-/// A scene with its warnings and unknowns.
+/// A scene with its warnings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loaded {
     /// The scene.
     pub scene: Scene,
     /// Warnings for the user, in the order of the file.
     pub warnings: Vec<Warning>,
-    /// The unknowns that the file marks, in its order; only a calibration uses them.
-    pub fits: Vec<Fit>,
 }
 
 impl Scene {

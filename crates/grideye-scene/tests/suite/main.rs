@@ -14,7 +14,7 @@
 
 mod area;
 mod collision;
-mod fit;
+
 mod invariants;
 mod motion;
 mod paper_scenes;
@@ -30,6 +30,7 @@ mod shapes;
 mod shipped;
 mod support;
 mod symmetry;
+mod uncertain;
 mod warmth;
 
 use grideye_scene::Simulator;

@@ -3,7 +3,7 @@
 use crate::calibrate::document;
 use crate::calibrate::frames::Frames;
 use crate::calibrate::linear::dot;
-use crate::calibrate::model::{Model, check_bounds, noise_key};
+use crate::calibrate::model::{Model, check_bounds, noise_key, unknowns};
 use crate::calibrate::noise::Parts;
 use crate::calibrate::search::{FineSearch, from_several_starts, steps_in_frames};
 use crate::calibrate::types::{
@@ -17,8 +17,8 @@ use crate::numbers::count;
 use grideye_draw::text::fixed;
 use grideye_frame::PIXELS;
 use grideye_recording::Record;
-use grideye_scene::fit::{Fit, RECORDING_START};
-use grideye_scene::{Calibrated, Files, Loaded, Scene};
+use grideye_scene::uncertain::{RECORDING_START, Uncertain};
+use grideye_scene::{Calibrated, Files, Scene};
 use serde_json::json;
 use std::time::Duration;
 
@@ -28,14 +28,15 @@ const CORRELATION_TOLD: f64 = 0.95;
 const WIDENED_TOLD: f64 = 1.5;
 
 fn gathered(
-    (text, loaded, sensor, fitted): (&str, &Loaded, &str, Calibrated),
+    (text, scene, sensor, fitted): (&str, &Scene, &str, Calibrated),
+    unknowns: &[Uncertain],
     model: &Model<'_>,
     frames: &Frames,
     fine: &FineSearch,
     before: &[f64],
     starts: [usize; 2],
 ) -> Calibration {
-    let mut found = found(&loaded.fits, model, fine);
+    let mut found = found(unknowns, model, fine);
     let white = fine.noise.white;
     put_noise(&mut found, sensor, white, frames.len());
     let parts = Parts::of(&fine.left_over, frames.len());
@@ -45,7 +46,7 @@ fn gathered(
     let correlation = correlation(&found, model, &fine.uncertainty);
     let warnings = warnings(&found, &correlation, model, &fine.uncertainty, starts);
     Calibration {
-        scene: document::scene(text, loaded, &found, &fitted),
+        scene: document::scene(text, (scene, unknowns), &found, &fitted),
         correlation,
         determined: determined(&found, model, &fine.uncertainty),
         warnings,
@@ -64,21 +65,21 @@ fn gathered(
     }
 }
 
-fn found(fits: &[Fit], model: &Model<'_>, fine: &FineSearch) -> Vec<Estimate> {
+fn found(unknowns: &[Uncertain], model: &Model<'_>, fine: &FineSearch) -> Vec<Estimate> {
     let values = model.values(&fine.solution.point);
-    let mut found: Vec<Estimate> = fits
+    let mut found: Vec<Estimate> = unknowns
         .iter()
         .zip(values)
-        .map(|(fit, value)| Estimate {
-            key: fit.key.clone(),
-            start: fit.value,
+        .map(|(one, value)| Estimate {
+            key: one.key.clone(),
+            start: one.value,
             value,
             uncertainty: None,
             half_width_95: None,
             freedom: 0.0,
-            bounds: fit.bounds,
+            bounds: one.bounds,
             at_bound: false,
-            law: fit.law.map(|law| Law {
+            law: one.law.map(|law| Law {
                 mean: law.mean,
                 sd: law.sd,
             }),
@@ -195,7 +196,7 @@ fn warnings(
     };
     if !known.tangled.is_empty() {
         warnings.push(format!(
-            "{} cannot be told apart: many of their values make the same frames\nhint: measure one, write it into the scene and remove its [[fit]]",
+            "{} cannot be told apart: many of their values make the same frames\nhint: measure one, write it into the scene and remove its [[uncertain]]",
             keys(&known.tangled)
         ));
     }
@@ -211,7 +212,7 @@ fn warnings(
                 let (one, other) = (&found[column].key, &found[row].key);
                 let value = fixed(*value, 3);
                 warnings.push(format!(
-                    "`{one}` and `{other}` can hardly be told apart (correlation {value}): an error in one hides in the other\nhint: measure one, write it into the scene and remove its [[fit]]"
+                    "`{one}` and `{other}` can hardly be told apart (correlation {value}): an error in one hides in the other\nhint: measure one, write it into the scene and remove its [[uncertain]]"
                 ));
             }
         }
@@ -225,7 +226,7 @@ fn warnings(
             ));
         } else if found.uncertainty.is_some_and(|own| own > widest) {
             warnings.push(format!(
-                "the recording determines `{key}` less well than its bounds do\nhint: remove its [[fit]], or record something that shows it"
+                "the recording determines `{key}` less well than its bounds do\nhint: remove its [[uncertain]], or record something that shows it"
             ));
         }
     }
@@ -380,15 +381,16 @@ pub fn calibrate(
     tell: &mut dyn FnMut(Progress),
 ) -> Result<Calibration, CalibrateError> {
     let loaded = Scene::parse(text, origin, files)?;
-    if loaded.fits.is_empty() {
+    let unknowns = unknowns(&loaded.scene);
+    if unknowns.is_empty() {
         return Err(CalibrateError::NoUnknowns {
             origin: origin.to_owned(),
         });
     }
     check_resolution(&loaded.scene, sensor)?;
-    check_bounds((text, origin), &loaded.fits, files)?;
-    let begins = loaded.fits.iter().find(|fit| fit.key == RECORDING_START);
-    let [earliest_s, latest_s] = begins.map_or([0.0, 0.0], |fit| fit.bounds);
+    check_bounds((text, origin), &unknowns, files)?;
+    let begins = unknowns.iter().find(|one| one.key == RECORDING_START);
+    let [earliest_s, latest_s] = begins.map_or([0.0, 0.0], |one| one.bounds);
     let timeline = Timeline::new(records, &loaded.scene, None)?;
     let within = (!loaded.scene.is_static()).then(|| {
         let at = |seconds: f64| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
@@ -406,11 +408,13 @@ pub fn calibrate(
     let before = model.left_over(&model.start(), &frames)?;
     let (coarse, noise, starts) = from_several_starts(&mut model, &frames, options)?;
     let fine = FineSearch::search(&mut model, &frames, (&coarse, noise), options)?;
-    let keys = loaded.fits.iter().map(|fit| fit.key.clone());
+    let keys = unknowns.iter().map(|one| one.key.clone());
     let keys = keys.filter(|key| key != RECORDING_START).collect();
     let fitted = calibrated(records, &timeline, frames.span(), keys);
-    let asked = (text, &loaded, sensor, fitted);
-    Ok(gathered(asked, &model, &frames, &fine, &before, starts))
+    let asked = (text, &loaded.scene, sensor, fitted);
+    Ok(gathered(
+        asked, &unknowns, &model, &frames, &fine, &before, starts,
+    ))
 }
 
 fn check_resolution(scene: &Scene, sensor: &str) -> Result<(), CalibrateError> {

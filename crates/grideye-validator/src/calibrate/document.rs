@@ -1,7 +1,8 @@
 //! A calibrated scene's text: values, comments, and the `[[calibrated]]` table.
 
 use crate::calibrate::types::Estimate;
-use grideye_scene::{Calibrated, Loaded};
+use grideye_scene::uncertain::Uncertain;
+use grideye_scene::{Calibrated, Scene};
 use serde_json::json;
 use std::ops::Range;
 
@@ -12,28 +13,28 @@ const MARKS_PER_LINE: usize = 12;
 /// The text with the values found, their comments, and the table of what they were fitted to.
 pub(crate) fn scene(
     text: &str,
-    loaded: &Loaded,
+    (scene, unknowns): (&Scene, &[Uncertain]),
     found: &[Estimate],
     fitted: &Calibrated,
 ) -> String {
     let mut edits = Vec::new();
     if !fitted.keys.is_empty() {
-        let old = loaded.scene.calibrated().iter();
+        let old = scene.calibrated().iter();
         // Values of an earlier calibration that this one did not fit stay in the scene, and so does its table.
         let replaced = old.filter(|old| old.keys.iter().all(|key| fitted.keys.contains(key)));
         edits.extend(replaced.map(|old| (with_blank_line(text, &old.lines), String::new())));
         edits.push((text.len()..text.len(), table(text, fitted)));
     }
-    for (fit, found) in loaded.fits.iter().zip(found) {
-        if let Some(span) = &fit.value_span {
+    for (one, found) in unknowns.iter().zip(found) {
+        if let Some(span) = &one.value_span {
             edits.push((span.clone(), found.value.to_string()));
         }
         let mut remark = format!("{REMARK}{}\n", found.told());
-        if fit.is_mean_the_value {
+        if one.is_mean_the_value {
             // Otherwise the value found would be taken for what was known before.
-            remark.push_str(&format!("mean = {}\n", fit.value));
+            remark.push_str(&format!("mean = {}\n", one.value));
         }
-        edits.push((earlier_remark(text, fit.remark_at), remark));
+        edits.push((earlier_remark(text, one.remark_at), remark));
     }
     edits.sort_by_key(|(span, _)| std::cmp::Reverse((span.start, span.end)));
     let mut text = text.to_owned();

@@ -14,7 +14,7 @@ use std::time::Duration;
 
 #[derive(Debug)]
 pub(crate) struct Frames {
-    /// Times of the scene, before the fit of [`grideye_scene::fit::RECORDING_START`].
+    /// Times of the scene, before the fit of [`grideye_scene::uncertain::RECORDING_START`].
     pub(crate) times: Vec<Duration>,
     /// °C, frame by frame, less the profile's pattern if there is one.
     pub(crate) celsius: Vec<f64>,

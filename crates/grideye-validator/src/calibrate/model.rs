@@ -5,7 +5,7 @@ use crate::calibrate::noise::Noise;
 use crate::calibrate::solver::{self, STEP, Solution, State, Until, Weights};
 use crate::calibrate::types::{CalibrateError, Pace};
 use grideye_frame::PIXELS;
-use grideye_scene::fit::{self, Fit, Normal, RECORDING_START};
+use grideye_scene::uncertain::{Normal, RECORDING_START, Uncertain, with_values};
 use grideye_scene::{Files, Model as Physics, Scene, Simulator};
 use std::cell::RefCell;
 use std::time::Duration;
@@ -19,7 +19,7 @@ pub(crate) struct Model<'a> {
     origin: &'a str,
     files: &'a dyn Files,
     sensor: &'a str,
-    fits: Vec<Fit>,
+    unknowns: Vec<Uncertain>,
     /// Has the strides of all others: as written, then as found.
     first: Scene,
     pub(crate) searched: Vec<usize>,
@@ -42,14 +42,15 @@ impl<'a> Model<'a> {
             Err(_) => (text.to_owned(), Scene::parse(text, origin, files)?),
         };
         let noise = noise_key(sensor);
-        let searched = (0..loaded.fits.len()).filter(|&place| loaded.fits[place].key != noise);
+        let unknowns = unknowns(&loaded.scene);
+        let searched = (0..unknowns.len()).filter(|&place| unknowns[place].key != noise);
         Ok(Self {
             searched: searched.collect(),
             text,
             origin,
             files,
             sensor,
-            fits: loaded.fits,
+            unknowns,
             first: loaded.scene,
             evaluations: 0,
             pace,
@@ -57,16 +58,16 @@ impl<'a> Model<'a> {
     }
 
     pub(crate) fn start(&self) -> Vec<f64> {
-        let share = |fit: &Fit| (fit.value - fit.bounds[0]) / (fit.bounds[1] - fit.bounds[0]);
-        let fits = self.searched.iter().map(|&place| &self.fits[place]);
-        fits.map(share).collect()
+        let share = |one: &Uncertain| (one.value - one.bounds[0]) / (one.bounds[1] - one.bounds[0]);
+        let unknowns = self.searched.iter().map(|&place| &self.unknowns[place]);
+        unknowns.map(share).collect()
     }
 
     /// The values of all unknowns at a point; those not searched keep theirs.
     pub(crate) fn values(&self, point: &[f64]) -> Vec<f64> {
-        let mut values: Vec<f64> = self.fits.iter().map(|fit| fit.value).collect();
+        let mut values: Vec<f64> = self.unknowns.iter().map(|one| one.value).collect();
         for (&place, share) in self.searched.iter().zip(point) {
-            let [low, high] = self.fits[place].bounds;
+            let [low, high] = self.unknowns[place].bounds;
             values[place] = (low + share * (high - low)).clamp(low, high);
         }
         values
@@ -80,7 +81,7 @@ impl<'a> Model<'a> {
     }
 
     fn parsed(&self, point: &[f64]) -> Result<Scene, CalibrateError> {
-        let text = fit::with_values(&self.text, &self.fits, &self.values(point));
+        let text = with_values(&self.text, &self.unknowns, &self.values(point));
         Ok(Scene::parse(&text, self.origin, self.files)?.scene)
     }
 
@@ -90,7 +91,7 @@ impl<'a> Model<'a> {
         state: &mut State,
         (frames, noise): (&Frames, &Noise),
     ) -> Result<(), CalibrateError> {
-        let mut keys = self.searched.iter().map(|&place| &self.fits[place].key);
+        let mut keys = self.searched.iter().map(|&place| &self.unknowns[place].key);
         if !keys.any(|key| key.ends_with(".person.height_mm")) {
             return Ok(());
         }
@@ -132,7 +133,10 @@ impl<'a> Model<'a> {
     }
 
     fn start_s(&self, point: &[f64]) -> f64 {
-        let place = self.fits.iter().position(|fit| fit.key == RECORDING_START);
+        let place = self
+            .unknowns
+            .iter()
+            .position(|one| one.key == RECORDING_START);
         place.map_or(0.0, |place| self.values(point)[place])
     }
 
@@ -148,15 +152,15 @@ impl<'a> Model<'a> {
 
     /// The laws of the unknowns searched, in coordinates from 0 to 1.
     pub(crate) fn priors(&self) -> Vec<Option<Normal>> {
-        let prior = |fit: &Fit| {
-            let [low, high] = fit.bounds;
-            fit.law.map(|law| Normal {
+        let prior = |one: &Uncertain| {
+            let [low, high] = one.bounds;
+            one.law.map(|law| Normal {
                 mean: (law.mean - low) / (high - low),
                 sd: law.sd / (high - low),
             })
         };
-        let fits = self.searched.iter().map(|&place| &self.fits[place]);
-        fits.map(prior).collect()
+        let unknowns = self.searched.iter().map(|&place| &self.unknowns[place]);
+        unknowns.map(prior).collect()
     }
 
     pub(crate) fn begin(
@@ -219,17 +223,17 @@ impl<'a> Model<'a> {
 /// Checks that the scene parses with each bound, the other unknowns as written.
 pub(crate) fn check_bounds(
     (text, origin): (&str, &str),
-    fits: &[Fit],
+    unknowns: &[Uncertain],
     files: &dyn Files,
 ) -> Result<(), CalibrateError> {
-    for (place, fit) in fits.iter().enumerate() {
-        for (value, which) in fit.bounds.into_iter().zip(["lower", "upper"]) {
-            let mut values: Vec<f64> = fits.iter().map(|fit| fit.value).collect();
+    for (place, one) in unknowns.iter().enumerate() {
+        for (value, which) in one.bounds.into_iter().zip(["lower", "upper"]) {
+            let mut values: Vec<f64> = unknowns.iter().map(|one| one.value).collect();
             values[place] = value;
-            if let Err(source) = Scene::parse(&fit::with_values(text, fits, &values), origin, files)
+            if let Err(source) = Scene::parse(&with_values(text, unknowns, &values), origin, files)
             {
                 return Err(CalibrateError::Bound {
-                    key: fit.key.clone(),
+                    key: one.key.clone(),
                     which,
                     value,
                     source: Box::new(source),
@@ -238,6 +242,12 @@ pub(crate) fn check_bounds(
         }
     }
     Ok(())
+}
+
+/// What a calibration finds, in the order of the file.
+pub(crate) fn unknowns(scene: &Scene) -> Vec<Uncertain> {
+    let fitted = scene.uncertain().iter().filter(|one| one.is_fitted);
+    fitted.cloned().collect()
 }
 
 /// Key of the sensor's noise, which is measured on the residuals instead of searched.

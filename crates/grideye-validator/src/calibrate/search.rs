@@ -6,7 +6,7 @@ use crate::calibrate::noise::{self, Freedom, Noise, Parts};
 use crate::calibrate::solver::{Solution, State, Until};
 use crate::calibrate::types::{CalibrateError, Options, STARTS_MAX};
 use crate::calibrate::uncertainty::Uncertainty;
-use grideye_scene::fit::Normal;
+use grideye_scene::uncertain::Normal;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use rand_distr::{Distribution as _, StandardNormal};

@@ -5,7 +5,7 @@
 //! that other weights need none.
 
 use crate::calibrate::linear::{self, Matrix, dot, zeros};
-use grideye_scene::fit::Normal;
+use grideye_scene::uncertain::Normal;
 
 /// Where a search stands.
 #[derive(Debug, Clone)]

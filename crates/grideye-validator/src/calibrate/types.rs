@@ -133,7 +133,7 @@ pub struct Calibration {
     pub starts: [usize; 2],
     /// Number of simulations of all frames used.
     pub evaluations: u64,
-    /// The scene file with the values found, a comment at each `[[fit]]` and a `[[calibrated]]` table at its end; all
+    /// The scene file with the values found, a comment at each `[[uncertain]]` number and a `[[calibrated]]` table at its end; all
     /// other bytes are unchanged.
     pub scene: String,
 }
@@ -204,7 +204,7 @@ pub enum CalibrateError {
         source: Box<SceneError>,
     },
     #[error(
-        "{origin} marks no unknown\nhint: add a [[fit]] table, key = \"room.ambient_c\" and bounds = [15, 30] for example; scenes/README.md describes them"
+        "{origin} marks no number to find\nhint: add an [[uncertain]] table, key = \"room.ambient_c\" and bounds = [15, 30] for example; those of keys without a number are for `grideye compare`; scenes/README.md describes them"
     )]
     NoUnknowns { origin: String },
     #[error(

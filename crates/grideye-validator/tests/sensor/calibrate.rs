@@ -70,7 +70,7 @@ pub(crate) fn unknown(fits: &[Unknown]) -> String {
     let mut text = SCENE.to_owned();
     for (key, low, high, _) in fits {
         text.push_str(&format!(
-            "\n[[fit]]\nkey = \"{key}\"\nbounds = [{low}, {high}]\n"
+            "\n[[uncertain]]\nkey = \"{key}\"\nbounds = [{low}, {high}]\n"
         ));
     }
     let loaded = Scene::parse(&text, "truth.toml", &files()).unwrap();
@@ -78,7 +78,7 @@ pub(crate) fn unknown(fits: &[Unknown]) -> String {
         .iter()
         .map(|(_, low, high, _)| low + (high - low) / 3.0)
         .collect();
-    grideye_scene::fit::with_values(&text, &loaded.fits, &guesses)
+    grideye_scene::uncertain::with_values(&text, loaded.scene.uncertain(), &guesses)
 }
 
 /// What a unit sees of the true scene, rounded like the chip; the recording starts at `start_s` of the scene.
@@ -268,7 +268,7 @@ fn unknowns_with_the_same_effect_have_no_uncertainty() {
 fn an_unknown_outside_its_bounds_is_reported_at_its_bound() {
     let text = SCENE.replace("temperature_c = 29", "temperature_c = 24")
         + "
-[[fit]]
+[[uncertain]]
 key = \"agent.person.temperature_c\"
 bounds = [22, 26]
 ";
@@ -367,7 +367,7 @@ fn the_new_scene_keeps_every_other_byte_and_can_be_calibrated_again() {
         once.scene
     );
     let remark = format!(
-        "[[fit]]\n# found: {}\nkey = \"object.radiator.temperature_c\"\n",
+        "[[uncertain]]\n# found: {}\nkey = \"object.radiator.temperature_c\"\n",
         once.found[0].told()
     );
     assert!(once.scene.contains(&remark), "{}", once.scene);
@@ -385,6 +385,20 @@ fn the_new_scene_keeps_every_other_byte_and_can_be_calibrated_again() {
         twice.scene.split_once("\n[[calibrated]]\n").unwrap().1,
         table
     );
+}
+
+/// What a table without a number in the file says is for a comparison.
+const KNOWN: &str = "\n[[uncertain]]\nkey = \"agent.*.aside_m\"\nsd = 0.1\n\
+    \n[[uncertain]]\nkey = \"recording.start_s\"\nsd = 0.5\n";
+
+#[test]
+fn what_is_no_number_of_the_file_is_ignored_and_kept() {
+    let records = record(UNIT, 1, 60, 100, 0.0);
+    let (front, back) = (unknown(&[EIGHT[0]]), unknown(&[EIGHT[0]]) + KNOWN);
+    let plain = run(&front, &records, &Options::default()).unwrap();
+    let known = run(&back, &records, &Options::default()).unwrap();
+    assert_eq!(known.found, plain.found);
+    assert!(known.scene.contains(KNOWN), "{}", known.scene);
 }
 
 /// Of a value from the recording and one known before, both as certain, the middle is found, and 1/√2 of the uncertainty.
@@ -552,7 +566,10 @@ fn invalid_calibrations_are_rejected() {
     };
     let options = Options::default();
     let good = unknown(&[EIGHT[0]]);
-    assert!(said(SCENE, &records, &options).contains("guess.toml marks no unknown\nhint: "));
+    let only_known = format!("{SCENE}{KNOWN}");
+    for none in [SCENE, &only_known] {
+        assert!(said(none, &records, &options).contains("marks no number to find\nhint: "));
+    }
     assert!(said(&good, &records[..9], &options).contains("9 frames of the recording"));
     let mut back = records.clone();
     back[30].stamp.t_boot_ns -= 1_000_000_000;

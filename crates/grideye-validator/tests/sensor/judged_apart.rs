@@ -124,9 +124,9 @@ fn frames_of_the_fitted_half_do_not_decide() {
 fn values_of_an_earlier_calibration_keep_its_table() {
     let [one, other] = [1, 2].map(|seed| record(UNIT, seed, FRAMES, 100, 0.0));
     let both = fitted(&unknown(&EIGHT[..2]), &one, None);
-    let (front, _) = both.split_once("\n[[fit]]\n").unwrap();
+    let (front, _) = both.split_once("\n[[uncertain]]\n").unwrap();
     let table = both.split_once("\n[[calibrated]]\n").unwrap().1;
-    let ambient = "[[fit]]\nkey = \"room.ambient_c\"\nbounds = [15, 25]\n";
+    let ambient = "[[uncertain]]\nkey = \"room.ambient_c\"\nbounds = [15, 25]\n";
     let text = fitted(
         &format!("{front}\n[[calibrated]]\n{table}{ambient}"),
         &other,
@@ -135,7 +135,7 @@ fn values_of_an_earlier_calibration_keep_its_table() {
     assert_eq!(text.matches("[[calibrated]]").count(), 2, "{text}");
     assert!(text.contains(table), "{text}");
     assert_eq!([judged(&text, &one), judged(&text, &other)], [CANNOT; 2]);
-    let again = text + "[[fit]]\nkey = \"agent.person.temperature_c\"\nbounds = [22, 36]\n";
+    let again = text + "[[uncertain]]\nkey = \"agent.person.temperature_c\"\nbounds = [22, 36]\n";
     let third = fitted(&again, &record(UNIT, 3, FRAMES, 100, 0.0), None);
     assert_eq!(third.matches("[[calibrated]]").count(), 1, "{third}");
     assert_eq!([judged(&third, &one), judged(&third, &other)], [AGREES; 2]);

@@ -19,7 +19,7 @@ const UNIT: &str = "[noise]\nsigma_c = 0.2\n[common_mode]\nsd_c = 0.08\ncorrelat
 /// One frame in this many has its lower rows from the frame before.
 const TORN_EVERY: usize = 40;
 
-/// Key, other keys of its `[[fit]]`, bounds, what is known of it beforehand: mean and standard deviation.
+/// Key, other keys of its `[[uncertain]]`, bounds, what is known of it beforehand: mean and standard deviation.
 type Unknown = (&'static str, &'static str, [f64; 2], Option<[f64; 2]>);
 
 const EIGHT: [Unknown; 8] = [
@@ -97,7 +97,7 @@ fn with_fits(mut text: String, fits: &[Unknown]) -> String {
     for (key, keys, [low, high], _) in fits {
         let _ = write!(
             text,
-            "\n[[fit]]\nkey = \"{key}\"\nbounds = [{low}, {high}]\n{keys}"
+            "\n[[uncertain]]\nkey = \"{key}\"\nbounds = [{low}, {high}]\n{keys}"
         );
     }
     text
@@ -228,7 +228,7 @@ fn a_ceiling_sensor_is_fitted_in_both_directions() {
     let mut guess = truth;
     (guess[6], guess[7]) = (0.0, 0.0);
     let text = with_fits(scene(guess), &EIGHT[6..])
-        + "[[fit]]\nkey = \"sensor.ceiling.azimuth_deg\"\nbounds = [70, 110]\n";
+        + "[[uncertain]]\nkey = \"sensor.ceiling.azimuth_deg\"\nbounds = [70, 110]\n";
     let mut held = 0;
     for seed in 0..4 {
         let found = run(&text, &record(&scene(truth), UNIT, seed, 100), 100);
@@ -285,7 +285,7 @@ fn a_head_of_parts_stays_warmer_than_its_trunk() {
             .filter(|seed| {
                 let mut text = parts(31.0, 28.0);
                 for part in ["head", "trunk"] {
-                    let _ = write!(text, "\n[[fit]]\nkey = \"agent.anna.{part}.temperature_c\"\nbounds = [20, 45]\n{keys}");
+                    let _ = write!(text, "\n[[uncertain]]\nkey = \"agent.anna.{part}.temperature_c\"\nbounds = [20, 45]\n{keys}");
                 }
                 let records = record_of(&parts(30.0, 28.5), &across, UNIT, *seed, 12);
                 let scene = (text.as_str(), "guess.toml");

@@ -189,7 +189,7 @@ fn without_a_common_moment_both_spans_are_named() {
     assert!(matches!(error, ValidatorError::Apart(_)), "{error}");
     assert!(error.to_string().starts_with(expected), "{error}");
 
-    let text = format!("{SCENE}[[fit]]\nkey = \"room.ambient_c\"\nbounds = [15, 25]\n");
+    let text = format!("{SCENE}[[uncertain]]\nkey = \"room.ambient_c\"\nbounds = [15, 25]\n");
     let calibrated = |records: &[Record], way: &str| {
         let options = calibrate::Options {
             starts: 1,

@@ -129,7 +129,8 @@ fn what_cannot_be_calibrated_is_bad_input_with_a_hint() {
     assert_eq!(output.status.code(), Some(2));
     let said = text(&output.stderr);
     assert!(
-        said.contains("marks no unknown") && said.contains("hint: add a [[fit]] table"),
+        said.contains("marks no number to find")
+            && said.contains("hint: add an [[uncertain]] table"),
         "{said}"
     );
 

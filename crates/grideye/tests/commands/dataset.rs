@@ -410,3 +410,36 @@ fn a_frame_does_not_know_which_were_made_before_it() {
     }
     assert_same(&whole, &pieces);
 }
+
+/// A table of bounds alone draws the same numbers as the range.
+#[test]
+fn a_key_alone_is_drawn_by_its_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("room.toml");
+    let text = fs::read_to_string(scene("experiment-1")).unwrap();
+    let table = "\n[[uncertain]]\nkey = \"room.ambient_c\"\nbounds = [18, 26]\n";
+    fs::write(&path, text + table).unwrap();
+    let varied = |asked: &str| {
+        let out = folder.path().join(asked);
+        let mut command = Command::new(env!("CARGO_BIN_EXE_grideye"));
+        command.arg("dataset").arg(&path).arg("--out").arg(&out);
+        command.args(["--frames", "20", "--format", "npz", "--vary", asked]);
+        done(&mut command);
+        let npz = fs::read(out.join("part-000000.npz")).unwrap();
+        let after = |from: usize, mark: &[u8]| {
+            let found = npz[from..].windows(mark.len());
+            from + found.into_iter().position(|bytes| bytes == mark).unwrap()
+        };
+        // An .npy file: magic and version, the header's length in two bytes, the header, the numbers.
+        let start = after(after(0, b"vary.npy"), b"\x93NUMPY");
+        let header = u16::from_le_bytes([npz[start + 8], npz[start + 9]]);
+        let numbers = npz[start + 10 + usize::from(header)..].chunks_exact(8);
+        let numbers = numbers.map(|bytes| f64::from_le_bytes(bytes.try_into().unwrap()));
+        numbers.take(20).collect::<Vec<_>>()
+    };
+    let drawn = varied("room.ambient_c");
+    assert_eq!(drawn, varied(VARIED));
+    let is_between = |number: &f64| (18.0..26.0).contains(number);
+    assert!(drawn.iter().all(is_between), "{drawn:?}");
+    assert_ne!(drawn, varied("room.ambient_c=22+-1"));
+}

@@ -7,6 +7,8 @@
     reason = "a test that panics has failed, and its counts are small"
 )]
 
+mod laws;
+
 use grideye_scene::{Scene, Simulator};
 use grideye_variation::{Draw, Recipe, TRIES_MAX, Value, VariationError};
 use std::collections::{BTreeMap, BTreeSet};
@@ -95,42 +97,6 @@ fn number(draw: &Draw, at: usize) -> f64 {
 }
 
 #[test]
-fn a_range_is_uniform_and_is_what_the_scene_has() {
-    let recipe = recipe(&["room.ambient_c=18..26"]).unwrap();
-    let draws: Vec<Draw> = (0..4000).map(|index| recipe.draw(7, index)).collect();
-    let numbers: Vec<f64> = draws.iter().map(|draw| number(draw, 0)).collect();
-    assert!(numbers.iter().all(|number| (18.0..26.0).contains(number)));
-    let mean = numbers.iter().sum::<f64>() / 4000.0;
-    let variance = numbers.iter().map(|n| (n - mean).powi(2)).sum::<f64>() / 4000.0;
-    // Of a uniform distribution of width w: (low + high) / 2 and w² / 12, here within four standard errors.
-    assert!(
-        (mean - 22.0).abs() < 4.0 * (64.0_f64 / 12.0 / 4000.0).sqrt(),
-        "{mean}"
-    );
-    assert!((variance - 64.0 / 12.0).abs() < 0.35, "{variance}");
-    for (index, draw) in draws.iter().enumerate().take(5) {
-        let scene = recipe.scene(7, index as u64, draw, &files()).unwrap().scene;
-        assert_eq!(scene.room().ambient_c.to_bits(), numbers[index].to_bits());
-    }
-}
-
-#[test]
-fn choices_are_equally_likely_and_independent() {
-    let draws = drawn(&["law=A,B", "object.table.present=on,off"], 4000);
-    let mut counts = BTreeMap::new();
-    for draw in &draws {
-        let key = format!("{:?}", draw.values);
-        *counts.entry(key).or_insert(0_u32) += 1;
-    }
-    assert_eq!(counts.len(), 4, "{counts:?}");
-    // 1000 each, with a standard deviation of √(4000 · 1/4 · 3/4) = 27.
-    assert!(
-        counts.values().all(|count| count.abs_diff(1000) < 110),
-        "{counts:?}"
-    );
-}
-
-#[test]
 fn a_key_draws_the_same_with_other_keys_and_in_any_order() {
     let alone = drawn(&["room.ambient_c=18..26"], 50);
     let beside = drawn(&["law=A,B", "room.ambient_c=18..26", "time_s=0..9"], 50);
@@ -169,6 +135,10 @@ fn only_the_value_changes_in_the_text() {
         ),
         ("agent.walker.motion=constant", "motion = \"constant\""),
         ("duration_s=5", "duration_s = 5\n[room]"),
+        (
+            "sensor.ceiling.position_mm.z=2650",
+            "position_mm = [2000, 3000, 2650]",
+        ),
         ("sensor.ceiling.noise_sigma_c=0.5", "noise_sigma_c = 0.5"),
     ] {
         let draw = recipe(&[asked]).unwrap().draw(1, 0);
@@ -349,7 +319,17 @@ fn visibility_is_the_share_that_nothing_hides() {
 #[test]
 fn mistaken_requests_are_named() {
     for (asked, words) in [
-        ("room.ambient_c", "missing `=`"),
+        (
+            "room.ambient_c",
+            "missing `=`, and the scene has no [[uncertain]]",
+        ),
+        ("agent.person.position", "missing `=`"),
+        ("time_s", "missing `=`"),
+        ("room.ambient_c=20+-0", "write MEAN+-SD with SD above 0"),
+        (
+            "sensor.ceiling.elevation_deg=88+-1",
+            "with sensor.ceiling.elevation_deg = 92.0: room.toml:",
+        ),
         ("room.ambient_c=", "a value is missing"),
         ("room.ambient_c=26..18", "write the lower number first"),
         (
@@ -368,8 +348,8 @@ fn mistaken_requests_are_named() {
         ("agent=1", "agent.NAME.KEY, with person, walker"),
         ("room=1", "room.KEY"),
         (
-            "room.size_mm.x=1",
-            "`size_mm` is a value; vary it as a whole",
+            "room.size_mm.w=1",
+            "`size_mm` is a value; name it as a whole, or one number",
         ),
         (
             "agent.person.temprature_c=28..30",
@@ -421,6 +401,14 @@ fn requests_for_one_key_overlap() {
             "agent.walker.motion=constant",
         ],
         ["agent.walker.position=floor", "agent.walker.position=floor"],
+        [
+            "sensor.ceiling.position_mm=[1000, 1000, 2700]",
+            "sensor.ceiling.position_mm.z=2500",
+        ],
+        [
+            "sensor.ceiling.position_mm.x=1000",
+            "sensor.ceiling.position_mm.across=1500",
+        ],
     ] {
         let error = recipe(&pair).unwrap_err().to_string();
         assert!(error.contains("overlaps"), "{pair:?}: {error}");
