@@ -38,7 +38,7 @@ pub(crate) fn scores(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Vec<We
             ],
         },
         score: "Correlation",
-        next_step: "Check that the people, the objects and the sensor are where the scene has them; mark uncertain values with [[fit]] and run `grideye calibrate`.",
+        next_step: "Check that the people, the objects and the sensor are where the scene has them; mark uncertain values with [[uncertain]] and run `grideye calibrate`.",
         scale: Scale::Correlation,
         pick: |statistics| statistics.correlation,
         share: thresholds.correlation_skill_min,

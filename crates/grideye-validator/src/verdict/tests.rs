@@ -247,7 +247,7 @@ fn what_failed_is_the_headline_and_the_reasons_and_says_what_it_takes() {
     );
     let [correlation, unclaimed, level, orientation] = [
         "Check that the people, the objects and the sensor are where the scene has them; mark uncertain values with \
-         [[fit]] and run `grideye calibrate`.",
+         [[uncertain]] and run `grideye calibrate`.",
         "Add the warm person or object to the scene, or correct its position; or record again without it.",
         "Measure the air in the room and set ambient_c in the scene. If it is right already, measure the sensor's level \
          with `grideye characterize`.",
