@@ -1,7 +1,7 @@
 //! Which values of a scene vary, and what they are in one draw.
 //!
-//! The laws of `[[uncertain]]` tables, and the places of their numbers, are those of `grideye-scene`; a calibration and
-//! the verdict use the same.
+//! The laws of `[[uncertain]]` tables, and the places of their numbers, are those of `grideye-scene`; a calibration uses
+//! the same.
 //!
 //! ```text
 //!  scene file ──┐

@@ -1,4 +1,5 @@
-//! How far a scene may be from the room and still be right: the laws of its file, or defaults.
+//! How far a scene may be from the room and still be right: the laws of its file, or defaults. No command uses them yet; the
+//! verdict is to draw its rooms by them.
 
 use crate::model::scene::Scene;
 use crate::model::uncertain::{Claim, OF_PEOPLE, Uncertain};

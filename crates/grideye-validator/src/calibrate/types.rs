@@ -204,7 +204,7 @@ pub enum CalibrateError {
         source: Box<SceneError>,
     },
     #[error(
-        "{origin} marks no number to find\nhint: add an [[uncertain]] table, key = \"room.ambient_c\" and bounds = [15, 30] for example; those of keys without a number are for `grideye compare`; scenes/README.md describes them"
+        "{origin} marks no number to find\nhint: add an [[uncertain]] table, key = \"room.ambient_c\" and bounds = [15, 30] for example; no calibration finds keys without a number; scenes/README.md describes them"
     )]
     NoUnknowns { origin: String },
     #[error(

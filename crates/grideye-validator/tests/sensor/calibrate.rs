@@ -387,7 +387,7 @@ fn the_new_scene_keeps_every_other_byte_and_can_be_calibrated_again() {
     );
 }
 
-/// What a table without a number in the file says is for a comparison.
+/// A calibration ignores what a table without a number in the file says.
 const KNOWN: &str = "\n[[uncertain]]\nkey = \"agent.*.aside_m\"\nsd = 0.1\n\
     \n[[uncertain]]\nkey = \"recording.start_s\"\nsd = 0.5\n";
 
