@@ -26,12 +26,13 @@ use i2c_emulation::rack::{Rack, SharedAdapter};
 /// Tells the helper process what to do: the way, the bus number, the FUSE device, and the script.
 const ROLE: &str = "I2C_EMULATION_TEST_RUN";
 
-/// Opens the device and reports that it reads. `on_signal` is its handler for SIGTERM, SIGINT and SIGHUP.
+/// Opens the device and reports that it reads. `on_signal` is its handler for SIGTERM, SIGINT and SIGHUP; it writes its
+/// line at once, because a second signal may interrupt it.
 const READS: &str = "import os, sys, fcntl, signal, time\n\
     caught = []\n\
     def on_signal(number, frame):\n\
     \x20   caught.append(number)\n\
-    \x20   print('\\nprogram: signal', number, flush=True)\n\
+    \x20   os.write(1, b'\\nprogram: signal %d\\n' % number)\n\
     f = os.open(DEVICE, os.O_RDWR)\n\
     fcntl.ioctl(f, 0x0703, 0x69)\n\
     os.read(f, 1)\n\

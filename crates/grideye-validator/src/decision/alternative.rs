@@ -89,7 +89,7 @@ impl Alternative {
             }
             Self::More([x, y]) => {
                 let (x, y) = (fixed(1e3 * x, 0), fixed(1e3 * y, 0));
-                format!("one more person who stands at [{x}, {y}] mm")
+                format!("one more person at [{x}, {y}] mm")
             }
             Self::Follower(_) => "one more person who walks the same way".to_owned(),
             Self::Turned(orientation) => format!("the image {orientation}"),

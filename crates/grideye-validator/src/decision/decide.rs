@@ -4,7 +4,7 @@ use crate::decision::alternative::Alternative;
 use crate::decision::film::{Film, Image, add};
 use crate::decision::judge::{Judge, Statistics};
 use crate::decision::recording::Recording;
-use crate::decision::spread::{Cause, OWN, Spread};
+use crate::decision::spread::{Cause, OWN, Spread, one_in_a_hundred};
 use crate::decision::unit::Unit;
 use crate::decision::world::Drawn;
 use crate::numbers::{count, index};
@@ -239,15 +239,14 @@ impl<'a> Worlds<'a> {
         right: &[Statistics],
     ) -> Alternatively {
         let of = self.judge.rivals[number].what.clone();
-        let mut limit = f64::NEG_INFINITY;
-        for index in 0..self.errors.len() {
+        let numbers = 0..self.errors.len();
+        let likeness = |index: usize| {
             let drawn = self.drawn();
             let shown = of.shown(self.film, &drawn);
-            limit = limit.max(
-                self.judge
-                    .likeness(number, &sum(shown, &self.errors[index])),
-            );
-        }
+            self.judge
+                .likeness(number, &sum(shown, &self.errors[index]))
+        };
+        let limit = one_in_a_hundred(numbers.map(likeness).collect());
         let above = right.iter().filter(|right| right.likeness[number] > limit);
         Alternatively {
             what: of.in_words(self.film),

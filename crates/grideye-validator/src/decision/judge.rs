@@ -1,27 +1,21 @@
 //! Statistics of a recording beside a scene and its alternatives.
 
-use crate::align::Orientation;
-use crate::decision::alternative::{Alternative, PEOPLE_MOST};
-use crate::decision::film::{Film, Image, add, less, turned};
+use crate::decision::alternative::Alternative;
+use crate::decision::film::{Film, Image, add, less};
+use crate::decision::painter::{ALIKE, Equations, FOR_MEAN, PRIOR, Painter, Rival};
 use crate::decision::template::{Hiding, Template, centered};
 use crate::decision::unit::Unit;
-use crate::decision::world::{Drawn, later};
-use crate::numbers::{count, median, single};
+use crate::decision::world::Drawn;
+use crate::numbers::{count, single};
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
 use grideye_scene::Laws;
 use rand_chacha::ChaCha8Rng;
 use std::ops::Range;
 
-/// Worlds whose mean is the picture of a scene or an alternative.
-const FOR_MEAN: usize = 24;
 /// Delays that are tried each way, in standard deviations.
 const LAGS: i32 = 3;
 /// Warmth that the scene lacks or has too much is sought in stretches of this length, seconds.
 const STRETCH_S: f64 = 1.0;
-/// Standard deviations of noise by which an alternative differs from the scene at least.
-const ALIKE: f64 = 2.0;
-/// So far aside a person is still where the scene has it, meters.
-const QUARTER_M: f64 = 0.25;
 /// Blocks of 2 x 2 pixels, in a row and in all.
 pub(crate) const ACROSS: usize = COLUMNS - 1;
 pub(crate) const BLOCKS: usize = (ROWS - 1) * ACROSS;
@@ -41,42 +35,6 @@ pub(crate) struct Judge {
     /// By delay and subject.
     subject_means: Vec<Vec<Vec<Image>>>,
     own_share: [f64; PIXELS],
-}
-
-/// Normal equations of the subjects' contrasts.
-struct Equations {
-    with_room: Vec<f64>,
-    products: Vec<Vec<f64>>,
-}
-
-/// Another story beside the scene's: the scene less this difference, which is as warm as one subject or as all.
-pub(crate) struct Rival {
-    pub(crate) what: Alternative,
-    subject: Option<usize>,
-    /// The room in this story.
-    room: usize,
-    /// By delay: the difference of what is to be recognized, and its products.
-    difference: Vec<(Template, Products)>,
-    /// Products of the difference of the rooms, without and with each delay.
-    rooms: RoomProducts,
-    /// Whether it differs from the scene by less than noise, or than a person [`QUARTER_M`] aside: a symmetric scene is the
-    /// scene, however well it is known.
-    pub(crate) is_alike: bool,
-}
-
-/// `W` of a difference with the scene's room, with each subject, and with the difference of the rooms.
-struct Products {
-    room: f64,
-    subjects: Vec<f64>,
-    rooms: f64,
-}
-
-#[derive(Default)]
-struct RoomProducts {
-    square: f64,
-    room: f64,
-    /// By delay.
-    subjects: Vec<Vec<f64>>,
 }
 
 /// How well the scene explains a recording.
@@ -307,8 +265,8 @@ impl Judge {
         for (left, stretch) in left.iter().zip(&self.stretches) {
             push_blocks(&mut all, &less(left, &own), stretch.len());
         }
-        // What stays all the time is beyond the scene if unit and room alone do not make it.
-        push_blocks(&mut all, &mean.map(single), recording.len());
+        // What stays all the time is beyond the scene if unit and room alone do not make it: rooms are warmer on one side.
+        push_blocks(&mut all, &level(&mean), recording.len());
         all
     }
 
@@ -334,246 +292,22 @@ fn push_blocks(all: &mut Vec<f32>, image: &Image, pictures: usize) {
     }
 }
 
-/// Weight of the scene's own contrast against what the recording says: as if it were known to a standard deviation of 1. It
-/// decides only for people whom the recording does not show.
-const PRIOR: f64 = 1.0;
-
-impl Equations {
-    /// Gaussian elimination; the equations are symmetric and positive.
-    fn solve(&self, products: &[f64]) -> Vec<f64> {
-        let rows = self.products.iter().zip(products).enumerate();
-        let mut rows: Vec<(Vec<f64>, f64)> = rows
-            .map(|(place, (row, product))| {
-                let mut row = row.clone();
-                row[place] += PRIOR;
-                (row, product + PRIOR)
-            })
-            .collect();
-        for place in 0..rows.len() {
-            let (done, below) = rows.split_at_mut(place + 1);
-            let (pivot, value) = &done[place];
-            for (row, below_value) in below {
-                let share = row[place] / pivot[place];
-                row.iter_mut()
-                    .zip(pivot)
-                    .for_each(|(own, pivot)| *own -= share * pivot);
-                *below_value -= share * value;
-            }
-        }
-        let mut contrasts = vec![0.0; rows.len()];
-        for (place, (row, value)) in rows.iter().enumerate().rev() {
-            let known = row
-                .iter()
-                .zip(&contrasts)
-                .map(|(own, contrast)| own * contrast);
-            contrasts[place] = (value - known.sum::<f64>()) / row[place];
-        }
-        contrasts
-    }
-}
-
-/// Makes the stories' pictures: means over worlds.
-struct Painter<'a> {
-    hiding: &'a Hiding,
-    drawn: &'a [Drawn],
-    lags_s: &'a [f64],
-    /// The scene's, then those of other orientations.
-    rooms: Vec<Room>,
-    /// All that is to be recognized.
-    claimed: Vec<Image>,
-    /// By delay and subject.
-    pictures: Vec<Vec<Vec<Image>>>,
-    /// By subject and delay.
-    subjects: Vec<Vec<Template>>,
-    equations: Vec<Equations>,
-    /// Standard deviations by which another place, time or orientation differs from the scene at least.
-    alike: f64,
-}
-
-struct Room {
-    orientation: Orientation,
-    pictures: Vec<Image>,
-    template: Template,
-}
-
-impl<'a> Painter<'a> {
-    fn new(film: &mut Film, hiding: &'a Hiding, drawn: &'a [Drawn], lags_s: &'a [f64]) -> Self {
-        let mut painter = Self {
-            hiding,
-            drawn,
-            lags_s,
-            rooms: Vec::new(),
-            claimed: Vec::new(),
-            pictures: vec![Vec::new(); lags_s.len()],
-            subjects: Vec::new(),
-            equations: Vec::new(),
-            alike: ALIKE,
-        };
-        let _ = painter.room(film, Orientation::Upright);
-        painter.claimed = vec![[0.0; PIXELS]; film.len()];
-        for subject in 0..film.people.len().max(1) {
-            let alone = painter.mean(film, 0, |film, drawn| {
-                drawn.shown(film, |_, index| index, |person, _| person != subject)
-            });
-            for (claimed, alone) in painter.claimed.iter_mut().zip(&alone) {
-                add(claimed, alone, 1.0);
-            }
-            let delayed = lags_s
-                .iter()
-                .map(|lag_s| later(&alone, &film.times_s, *lag_s));
-            let mut templates = Vec::with_capacity(lags_s.len());
-            for (pictures, delayed) in painter.pictures.iter_mut().zip(delayed) {
-                templates.push(hiding.template(&delayed));
-                pictures.push(delayed);
-            }
-            painter.subjects.push(templates);
-        }
-        for lag in 0..lags_s.len() {
-            let with = |template: &Template| -> Vec<f64> {
-                painter.pictures[lag]
-                    .iter()
-                    .map(|pictures| template.product(pictures))
-                    .collect()
-            };
-            let products = painter
-                .subjects
-                .iter()
-                .map(|subject| with(&subject[lag]))
-                .collect();
-            painter.equations.push(Equations {
-                with_room: with(&painter.rooms[0].template),
-                products,
-            });
-        }
-        painter
-    }
-
-    /// What worlds show beyond a room, in the mean.
-    fn mean(
-        &self,
-        film: &mut Film,
-        room: usize,
-        shown: impl Fn(&mut Film, &Drawn) -> Vec<Image>,
-    ) -> Vec<Image> {
-        let mut sum = vec![[0.0; PIXELS]; film.len()];
-        for drawn in self.drawn {
-            let shown = shown(film, drawn);
-            let beyond = shown.iter().zip(&self.rooms[room].pictures);
-            for (sum, (shown, room)) in sum.iter_mut().zip(beyond) {
-                add(sum, &less(shown, room), single(1.0 / count(FOR_MEAN)));
-            }
-        }
-        sum
-    }
-
-    fn room(&mut self, film: &Film, orientation: Orientation) -> usize {
-        let mut rooms = self.rooms.iter();
-        rooms
-            .position(|room| room.orientation == orientation)
-            .unwrap_or_else(|| {
-                let pictures = turned(&film.room, orientation);
-                self.rooms.push(Room {
-                    orientation,
-                    template: self.hiding.template(&pictures),
-                    pictures,
-                });
-                self.rooms.len() - 1
-            })
-    }
-
-    /// The part of a difference that another contrast would explain.
-    fn by_contrast(&self, subject: Option<usize>, difference: &Template) -> f64 {
-        let pictures = &self.pictures[self.lags_s.len() / 2];
-        let subjects = subject.map_or(0..pictures.len(), |subject| subject..subject + 1);
-        let products = &self.equations[self.lags_s.len() / 2].products;
-        let with: f64 = subjects
-            .clone()
-            .map(|subject| difference.product(&pictures[subject]))
-            .sum();
-        let square: f64 = subjects
-            .clone()
-            .flat_map(|one| subjects.clone().map(move |other| products[one][other]))
-            .sum();
-        with * with / square.max(1e-9)
-    }
-
-    /// How far a person a quarter of a meter aside is from the scene, whatever its contrast, in standard deviations: in the
-    /// median over the directions, of the person for whom it is least.
-    fn quarter(&self, film: &mut Film) -> f64 {
-        let mut least = f64::INFINITY;
-        for person in 0..film.people.len().min(PEOPLE_MOST) {
-            let apart = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]].map(|way| {
-                let by_m = way.map(|part| QUARTER_M * part);
-                let other = self.mean(film, 0, |film, drawn| {
-                    drawn.clone().moved(person, by_m).claimed(film)
-                });
-                let pairs = self.claimed.iter().zip(&other);
-                let apart: Vec<Image> =
-                    pairs.map(|(claimed, other)| less(claimed, other)).collect();
-                let template = self.hiding.template(&apart);
-                (template.square - self.by_contrast(Some(person), &template)).max(0.0)
-            });
-            let middle = median(&apart).unwrap_or(0.0).sqrt();
-            if middle > 0.0 {
-                least = least.min(middle);
-            }
-        }
-        if least.is_finite() { least } else { 0.0 }
-    }
-
-    fn rival(&mut self, film: &mut Film, what: Alternative) -> Rival {
-        let room = self.room(film, what.orientation());
-        let other = self.mean(film, room, |film, drawn| what.shown(film, drawn));
-        let pairs = self.claimed.iter().zip(&other);
-        let apart: Vec<Image> = pairs.map(|(claimed, other)| less(claimed, other)).collect();
-        let own = &self.rooms[0];
-        let pairs = own.pictures.iter().zip(&self.rooms[room].pictures);
-        let rooms_apart: Vec<Image> = pairs.map(|(own, other)| less(own, other)).collect();
-        let rooms_template = self.hiding.template(&rooms_apart);
-        let products = |template: &Template, pictures: &[Vec<Image>]| -> Vec<f64> {
-            pictures
-                .iter()
-                .map(|pictures| template.product(pictures))
-                .collect()
-        };
-        let difference: Vec<(Template, Products)> = self
-            .lags_s
-            .iter()
-            .zip(&self.pictures)
-            .map(|(lag_s, pictures)| {
-                let delayed = later(&apart, &film.times_s, *lag_s);
-                let template = self.hiding.template(&delayed);
-                let all = Products {
-                    room: template.product(&own.pictures),
-                    subjects: products(&template, pictures),
-                    rooms: rooms_template.product(&delayed),
-                };
-                (template, all)
-            })
-            .collect();
-        let middle = &difference[self.lags_s.len() / 2];
-        let square = rooms_template.square + 2.0 * middle.1.rooms + middle.0.square;
-        let is_alike = match what.keeps_people() {
-            true => square - self.by_contrast(what.person(), &middle.0) < self.alike * self.alike,
-            false => square < ALIKE * ALIKE,
-        };
-        Rival {
-            subject: what.person(),
-            is_alike,
-            room,
-            rooms: RoomProducts {
-                square: rooms_template.square,
-                room: rooms_template.product(&own.pictures),
-                subjects: self
-                    .pictures
-                    .iter()
-                    .map(|pictures| products(&rooms_template, pictures))
-                    .collect(),
-            },
-            difference,
-            what,
-        }
-    }
+/// An image less its slope.
+fn level(image: &[f64; PIXELS]) -> Image {
+    let middle = |index: usize| count(index) - 0.5 * count(COLUMNS - 1);
+    let at = |pixel: usize| [middle(pixel % COLUMNS), middle(pixel / COLUMNS)];
+    let square: f64 = (0..PIXELS).map(|pixel| at(pixel)[0].powi(2)).sum();
+    let slope = [0, 1].map(|axis| {
+        let along = image.iter().enumerate();
+        along
+            .map(|(pixel, value)| at(pixel)[axis] * value)
+            .sum::<f64>()
+            / square
+    });
+    std::array::from_fn(|pixel| {
+        let [x, y] = at(pixel);
+        single(image[pixel] - slope[0] * x - slope[1] * y)
+    })
 }
 
 fn stretches(times_s: &[f64]) -> Vec<Range<usize>> {

@@ -15,6 +15,7 @@ mod alternative;
 mod decide;
 mod film;
 mod judge;
+mod painter;
 mod recording;
 mod remedy;
 mod spread;

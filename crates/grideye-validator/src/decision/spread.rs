@@ -20,6 +20,9 @@ pub(crate) enum Cause {
     Alternative,
 }
 
+/// How surprising what one in twenty exceeds is: ln 20.
+const ONE_IN_TWENTY: f64 = 2.996;
+
 /// The law of one statistic in right worlds.
 #[derive(Clone, Copy)]
 struct Law {
@@ -35,12 +38,8 @@ impl Law {
         values.sort_by(f64::total_cmp);
         let at = |percent| -> f64 { percentile(&values, percent).unwrap_or(0.0) };
         let sd = (0.5 * (at(84) - at(16))).max(1e-6);
-        let tail = |sign: f64, from: f64| {
-            let beyond = values.iter().map(|value| sign * (value - from));
-            let beyond: Vec<f64> = beyond.filter(|beyond| *beyond > 0.0).collect();
-            // Of a normal law it is 0.4 standard deviations.
-            (from, mean(&beyond).unwrap_or(0.0).max(0.2 * sd))
-        };
+        // Of a normal law it is 0.4 standard deviations.
+        let tail = |sign, from| (from, excess(&values, sign, from).max(0.2 * sd));
         Self {
             middle: at(50),
             sd,
@@ -58,8 +57,6 @@ impl Law {
     }
 
     fn beyond(&self, sign: f64, value: f64) -> f64 {
-        /// Of what one in twenty exceeds: ln 20.
-        const ONE_IN_TWENTY: f64 = 2.996;
         let (from, mean) = self.tails[usize::from(sign < 0.0)];
         let beyond = sign * (value - from);
         if beyond > 0.0 {
@@ -68,6 +65,24 @@ impl Law {
         let inside = sign * (value - self.middle) / (sign * (from - self.middle)).max(1e-9);
         ONE_IN_TWENTY * inside.clamp(0.0, 1.0)
     }
+}
+
+/// How far values are beyond a limit in the mean, of those that are.
+fn excess(values: &[f64], sign: f64, from: f64) -> f64 {
+    let beyond = values.iter().map(|value| sign * (value - from));
+    let beyond: Vec<f64> = beyond.filter(|beyond| *beyond > 0.0).collect();
+    mean(&beyond).unwrap_or(0.0)
+}
+
+/// What one in a hundred exceeds, of a hundred values: by an exponential tail beyond what one in twenty does, but no more
+/// than the highest, because some alternatives show nothing at all of the scene.
+pub(crate) fn one_in_a_hundred(mut values: Vec<f64>) -> f64 {
+    /// ln 5: one in five of those.
+    const ONE_IN_FIVE: f64 = 1.609;
+    values.sort_by(f64::total_cmp);
+    let from = percentile(&values, 95).unwrap_or(f64::NEG_INFINITY);
+    let highest = values.last().copied().unwrap_or(f64::NEG_INFINITY);
+    highest.min(from + ONE_IN_FIVE * excess(&values, 1.0, from))
 }
 
 /// Likeness below which nothing is said any more: the contrast is too low to divide by.

@@ -131,7 +131,7 @@ pub(crate) fn centered(film: &[Image]) -> Vec<Image> {
     film.iter().map(center).collect()
 }
 
-fn mean(film: &[Image]) -> [f64; PIXELS] {
+pub(crate) fn mean(film: &[Image]) -> [f64; PIXELS] {
     let mut sums = [0.0; PIXELS];
     for image in film {
         for (sum, celsius) in sums.iter_mut().zip(image) {

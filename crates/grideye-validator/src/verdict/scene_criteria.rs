@@ -129,10 +129,7 @@ fn told_apart(decision: &Decision, evidence: &Evidence<'_>) -> Weighed {
     let alike: Vec<&Alternatively> = decision.alike().collect();
     let same = match alike.as_slice() {
         [] => String::new(),
-        alike => format!(
-            " To this sensor the scene looks the same as {}.",
-            listed(alike)
-        ),
+        alike => format!(" This sensor cannot tell it from {}.", listed(alike)),
     };
     let is_unknown = evidence.prior.pattern.from == RoomSource::Scene;
     if is_unknown && !evidence.prior.has_people {

@@ -233,7 +233,7 @@ fn an_explanation_that_is_the_scene_itself_does_not_count() {
     assert_eq!(
         told.map(|one| one.sentence.as_str()),
         Some(
-            "No other explanation fits (1 considered). To this sensor the scene looks the same as the scene backwards."
+            "No other explanation fits (1 considered). This sensor cannot tell it from the scene backwards."
         )
     );
 }

@@ -17,7 +17,7 @@ pub(crate) struct Dataset {
     pub(crate) scene: PathBuf,
     /// Values to draw from: KEY=LOW..HIGH; repeatable.
     ///
-    /// KEY=LOW..HIGH, KEY=MEAN+-SD, KEY=ONE,OTHER, agent.NAME.position=floor, or KEY alone for its [[uncertain]] table.
+    /// KEY=LOW..HIGH, KEY=MEAN+-SD, KEY=ONE,OTHER, agent.NAME.position=floor, or KEY alone for its `uncertain` table.
     /// scenes/README.md lists the keys.
     #[arg(long = "vary", value_name = "KEY=VALUES")]
     pub(crate) varied: Vec<String>,
