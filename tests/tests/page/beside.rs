@@ -259,9 +259,9 @@ fn a_sensor_stands_beside_its_scene_with_difference_scores_and_verdict() -> Outc
     room.choose("right")?;
     room.wait_for_verdict(|verdict| verdict == "Disagrees")?;
     room.wait("meaning", |text| {
-        text.contains(". A right scene scores at least ") && text.contains(" frames.")
+        text.contains("% of right recordings are so far from the scene") && text.contains(" frames.")
     })?;
-    room.wait("because", |text| text.starts_with("Check that the people"))?;
+    room.wait("because", |text| text.starts_with("Check "))?;
 
     // What was chosen for the sensor is chosen when the page comes again, and the key closes it.
     room.open()?;

@@ -194,7 +194,7 @@ fn the_page_opens_with_its_scene_beside_the_sensor_and_ends_with_the_report() ->
     browser.wait_for_text("#recorded a", |text| text == "Open the report")?;
     browser.click("#recorded a")?;
     browser.wait_for_text("body", |text| {
-        text.contains("A right scene scores at least ")
+        text.contains("% of right recordings are as far from the scene or farther")
     })?;
     let width = "return parseFloat(getComputedStyle(document.querySelector('main')).maxWidth)";
     assert!(browser.execute(width)?.as_f64() > Some(0.0));
