@@ -108,9 +108,11 @@ impl Decision {
             .filter(|one| !one.is_told() && one.counts())
     }
 
-    /// Alternatives that noise makes the scene itself.
+    /// Alternatives that noise or pattern make the scene itself.
     pub(crate) fn alike(&self) -> impl Iterator<Item = &Alternatively> {
-        self.alternatives.iter().filter(|one| !one.counts())
+        self.alternatives
+            .iter()
+            .filter(|one| !one.is_told() && !one.counts())
     }
 }
 
@@ -118,7 +120,9 @@ impl Alternatively {
     /// Whether the recording excludes it.
     #[must_use]
     pub fn is_told(&self) -> bool {
-        !self.is_alike && self.likeness > self.limit
+        // Who is one more may be told although any unit could hide them.
+        let may_be = !self.is_alike || matches!(self.of, Alternative::More(_));
+        may_be && self.likeness > self.limit
     }
 
     /// Whether agreeing takes excluding it: a symmetric scene is the scene.

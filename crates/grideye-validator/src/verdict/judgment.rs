@@ -55,9 +55,10 @@ fn headline(verdict: Verdict, first: Option<&Weighed>, evidence: &Evidence<'_>) 
 
 /// The criteria that decided the verdict. A sound sensor is no reason to believe a scene, so its checks are none.
 fn reasons(verdict: Verdict, weighed: &[Weighed]) -> Vec<&Weighed> {
+    let decides = |one: &&Weighed| !one.turn.is_empty() || one.criterion.name == "told_apart";
     let of = |state: State| {
-        let all = weighed.iter();
-        all.filter(move |weighed| weighed.criterion.state == state && !weighed.turn.is_empty())
+        let all = weighed.iter().filter(decides);
+        all.filter(move |weighed| weighed.criterion.state == state)
     };
     match verdict {
         Verdict::CannotTell => of(State::Open).collect(),

@@ -32,11 +32,15 @@ fn right(decision: &Decision, evidence: &Evidence<'_>, thresholds: &Thresholds) 
     if decision.right > thresholds.right_min {
         let sentence =
             format!("{share} % of right recordings are as far from the scene or farther.");
-        let turn = match decision.refused_aside_m {
-            Some(aside_m) => format!("a person {} m aside", fixed(aside_m, 2)),
-            None => String::new(),
-        };
-        return asked.weighed(State::Met, sentence, ("", turn));
+        let aside = decision
+            .refused_aside_m
+            .map(|aside_m| format!("a person {} m aside", fixed(aside_m, 2)));
+        let [earlier, later] = decision.delay_range_s.map(|by_s| fixed(by_s.abs(), 2));
+        // A scene in which nothing moves is the same at any time.
+        let delay = (later != "0.00")
+            .then(|| format!("a recording more than {earlier} s earlier or {later} s later"));
+        let turns: Vec<String> = aside.into_iter().chain(delay).collect();
+        return asked.weighed(State::Met, sentence, ("", turns.join(", ")));
     }
     let step = match decision.cause {
         Cause::Contrast => WARMTH,

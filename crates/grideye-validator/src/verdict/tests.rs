@@ -72,7 +72,7 @@ fn a_right_recording_agrees_and_says_what_would_not() {
     assert_eq!(judgment.next_step, "");
     assert_eq!(
         judgment.would_change,
-        "It would not agree with a person 0.30 m aside, a contrast below 0.40 or above 2.50, or a common offset beyond 2.5 °C."
+        "It would not agree with a person 0.30 m aside, a recording more than 0.20 s earlier or 0.20 s later, a contrast below 0.40 or above 2.50, or a common offset beyond 2.5 °C."
     );
     assert!(judgment.criteria.iter().all(|one| one.state == State::Met));
 }

@@ -41,8 +41,9 @@ impl Display for Judgment {
         if !self.next_step.is_empty() {
             writeln!(formatter, "  Next: {}", self.next_step)?;
         }
-        let mut others = self.reasons.iter().skip(1);
-        others.try_for_each(|reason| writeln!(formatter, "  {reason}"))
+        let agreed = (self.verdict == Verdict::Agrees).then_some(&self.would_change);
+        let mut others = self.reasons.iter().skip(1).chain(agreed);
+        others.try_for_each(|line| writeln!(formatter, "  {line}"))
     }
 }
 
