@@ -1,12 +1,13 @@
 //! Measures the time to calibrate 8 unknowns: of `scenes/calibration.toml` on 100 frames of `scenes/experiment-3.toml`, and
-//! of a walking person on 200 frames in the physical model, with the noise of five units each. Prints seconds, and the
-//! ratio to one simulation of those frames.
+//! of a walking person on 200 frames in the physical model, with the noise of five units each; and to decide whether
+//! recordings of that person are the scene's. Prints seconds, and the ratio to one simulation of those frames.
 
 use grideye_frame::{Celsius, RawFrame, Reading, ThermistorWord};
 use grideye_recording::{ClockState, Record, Stamp};
 use grideye_scene::profile::Profile;
 use grideye_scene::{Scene, Simulator};
 use grideye_validator::calibrate::{Options, calibrate};
+use grideye_validator::{Options as Comparing, compare_scene};
 use std::error::Error;
 use std::fmt::Write as _;
 use std::io;
@@ -105,7 +106,46 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!(
         "                                                          CPU seconds   of one simulation of the frames"
     );
-    cases.iter().try_for_each(measure)
+    cases.iter().try_for_each(measure)?;
+    // The live page's ten seconds, and a minute.
+    [100, 600].into_iter().try_for_each(decide)
+}
+
+fn decide(recorded: u32) -> Result<(), Box<dyn Error>> {
+    let case = Case {
+        name: "a person",
+        truth: person(|_, truth| truth.to_owned()),
+        guess: String::new(),
+        unit: Profile::parse(UNIT, "unit")?,
+        frames: usize::try_from(recorded)?,
+        recorded,
+    };
+    let scene = Scene::parse(&case.truth, "truth.toml", &read)?.scene;
+    let simulator = Simulator::without_grid(&scene, SENSOR)?;
+    let interval = Duration::from_millis(100);
+    let once_s = simulated_s(&simulator, recorded, interval);
+    let records = record(&case, &simulator, interval, 0)?;
+    let start = cpu_s();
+    let found = compare_scene(&records, &scene, SENSOR, &Comparing::default())?;
+    let seconds = cpu_s() - start;
+    println!(
+        "{:16} {recorded} frames: {:36}  {seconds:6.2}   {:6.1}",
+        case.name,
+        found.judgment.verdict.to_string(),
+        seconds / once_s
+    );
+    Ok(())
+}
+
+/// Seconds of one simulation of some frames.
+fn simulated_s(simulator: &Simulator, frames: u32, interval: Duration) -> f64 {
+    let once = cpu_s();
+    for _ in 0..ROUNDS {
+        for index in 0..frames {
+            std::hint::black_box(simulator.image(index * interval));
+        }
+    }
+    (cpu_s() - once) / f64::from(ROUNDS)
 }
 
 fn measure(case: &Case) -> Result<(), Box<dyn Error>> {
@@ -117,13 +157,7 @@ fn measure(case: &Case) -> Result<(), Box<dyn Error>> {
     let simulator = Simulator::without_grid(&scene, SENSOR)?;
     let interval = scene.duration() / case.recorded;
     let frames = u32::try_from(case.frames)?;
-    let once = cpu_s();
-    for _ in 0..ROUNDS {
-        for index in 0..frames {
-            std::hint::black_box(simulator.image(index * scene.duration() / frames));
-        }
-    }
-    let once_s = (cpu_s() - once) / f64::from(ROUNDS);
+    let once_s = simulated_s(&simulator, frames, scene.duration() / frames);
     let mut most = 0.0_f64;
     for seed in 0..SEEDS {
         let records = record(case, &simulator, interval, seed)?;

@@ -14,8 +14,10 @@ use std::ops::Range;
 
 /// Delays that are tried each way, in standard deviations.
 const LAGS: i32 = 3;
-/// Warmth that the scene lacks or has too much is sought in stretches of this length, seconds.
+/// Warmth that the scene lacks or has too much is sought in stretches of this length, seconds; of a long recording in as
+/// many as these.
 const STRETCH_S: f64 = 1.0;
+const STRETCHES_MOST: f64 = 600.0;
 /// Blocks of 2 x 2 pixels, in a row and in all.
 pub(crate) const ACROSS: usize = COLUMNS - 1;
 pub(crate) const BLOCKS: usize = (ROWS - 1) * ACROSS;
@@ -311,10 +313,15 @@ fn level(image: &[f64; PIXELS]) -> Image {
 }
 
 fn stretches(times_s: &[f64]) -> Vec<Range<usize>> {
+    let span_s = match times_s {
+        [first, .., last] => last - first,
+        _ => 0.0,
+    };
+    let length_s = STRETCH_S.max(span_s / STRETCHES_MOST);
     let mut all = Vec::new();
     let mut first = 0;
     for index in 1..=times_s.len() {
-        if index == times_s.len() || times_s[index] - times_s[first] >= STRETCH_S - 1e-3 {
+        if index == times_s.len() || times_s[index] - times_s[first] >= length_s - 1e-3 {
             all.push(first..index);
             first = index;
         }

@@ -22,9 +22,15 @@ pub(crate) struct Recording {
 
 /// Shortest time between pictures of a recording that has many, seconds: a walking person moves half a pixel.
 const PICTURE_S: f64 = 0.2;
+/// Longest: longer pictures would show a walk as a smear, and nothing of its delay.
+const PICTURE_MOST_S: f64 = 1.0;
 /// More frames than this are averaged.
 const FEW: usize = 150;
-const PICTURES_MOST: usize = 1_000;
+const PICTURES_MOST: usize = 2_000;
+/// Of a recording with more pictures, runs of this many are judged.
+const RUN: usize = 100;
+/// No picture is of frames that are this many periods apart or more.
+const GAP: f64 = 3.5;
 
 impl Recording {
     /// `frames` less what is known of unit and room; `pattern_c` is the standard deviation of what is not.
@@ -40,11 +46,16 @@ impl Recording {
         if frames.len() > FEW && period_s > 0.0 {
             each = index((PICTURE_S / period_s).round())
                 .max(frames.len().div_ceil(PICTURES_MOST))
+                .min(index(PICTURE_MOST_S / period_s))
                 .max(1);
         }
         let mut times = Vec::new();
         let mut pictures = Vec::new();
-        for group in kept.chunks(each) {
+        let groups: Vec<&[usize]> = kept
+            .chunk_by(|now, then| times_s[*then] - times_s[*now] < GAP * period_s)
+            .flat_map(|run| run.chunks(each))
+            .collect();
+        for group in evenly(&groups) {
             let share = 1.0 / count(group.len());
             let mut mean = [0.0; PIXELS];
             group
@@ -76,6 +87,17 @@ impl Recording {
             ..self.clone()
         }
     }
+}
+
+/// All of them, or evenly spread runs of neighbors.
+fn evenly<'a, 'f>(groups: &'a [&'f [usize]]) -> impl Iterator<Item = &'f [usize]> + use<'a, 'f> {
+    let runs = PICTURES_MOST / RUN;
+    let apart = match groups.len() > PICTURES_MOST {
+        true => groups.len() / runs,
+        false => RUN,
+    };
+    let runs = groups.chunks(apart);
+    runs.flat_map(|run| run.iter().copied().take(RUN))
 }
 
 /// Frames that a transfer tore or swapped: far from both neighbors, which are near each other.
