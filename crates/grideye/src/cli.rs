@@ -282,7 +282,7 @@ pub(crate) struct Sides {
 /// Compare a recording with a simulation of its scene.
 ///
 /// It agrees if it looks like simulated recordings of the scene, and like none of anything else: nobody, a person 0.5 m aside,
-/// a mirrored image, another time. 1.5 % of right recordings disagree. Mark with [[uncertain]] what you do not know exactly.
+/// a mirrored image, another time. 1.5 % of right recordings disagree. Mark what you do not know exactly as `uncertain`.
 /// `--align` matches the time for the scores; only `--align orientation` changes the verdict.
 ///
 /// Exit code 0: agrees, 1: disagrees, 3: cannot tell

@@ -55,7 +55,7 @@ impl Recording {
             .chunk_by(|now, then| times_s[*then] - times_s[*now] < GAP * period_s)
             .flat_map(|run| run.chunks(each))
             .collect();
-        for group in evenly(&groups) {
+        for group in in_runs(&groups) {
             let share = 1.0 / count(group.len());
             let mut mean = [0.0; PIXELS];
             group
@@ -90,7 +90,7 @@ impl Recording {
 }
 
 /// All of them, or evenly spread runs of neighbors.
-fn evenly<'a, 'f>(groups: &'a [&'f [usize]]) -> impl Iterator<Item = &'f [usize]> + use<'a, 'f> {
+fn in_runs<'a, 'f>(groups: &'a [&'f [usize]]) -> impl Iterator<Item = &'f [usize]> + use<'a, 'f> {
     let runs = PICTURES_MOST / RUN;
     let apart = match groups.len() > PICTURES_MOST {
         true => groups.len() / runs,

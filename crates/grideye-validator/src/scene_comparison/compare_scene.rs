@@ -20,8 +20,8 @@ use crate::numbers::{count, evenly, mean_frame, single};
 use crate::scene_comparison::notes;
 use crate::scene_comparison::rendering::Renderer;
 use crate::scene_comparison::types::{
-    AlignedFrames, DYNAMIC_FRAMES, LAG_FRAMES_MAX, Options, STATIC_FRAMES, TimedFrame, pixels,
-    prior, seconds,
+    AlignedFrames, DYNAMIC_FRAMES, KnownUnit, LAG_FRAMES_MAX, Options, STATIC_FRAMES, TimedFrame,
+    pixels, prior, seconds,
 };
 use crate::verdict::types::Prior;
 use grideye_frame::{COLUMNS, PIXELS, ROWS, TICK};
@@ -62,7 +62,12 @@ pub fn compare_scene(
     let (room, background) = renderer.learned_room(records, &aligned, protocol);
     let fitted = leave_out_fitted(&mut aligned.frames);
     let number = number(protocol, options.frames)?;
-    let (decision, remedy) = decided(&aligned, scene, sensor, options)?;
+    let unit = background
+        .as_ref()
+        .is_none_or(|fit| !fit.is_worse())
+        .then_some(options.unit)
+        .flatten();
+    let (decision, remedy) = decided(&aligned, (scene, sensor), unit, options)?;
     let drift_c = drift_c(&aligned, &decision, options);
     let real = chosen(&aligned.frames, lag_frames, number, &mut notes);
     let (pattern, room) = renderer.known(room, background.as_ref(), &timeline, options);
@@ -110,18 +115,19 @@ pub fn compare_scene(
     })
 }
 
-/// Whether the recording is the scene's, by its own clock: alignment is for the scores.
+/// Whether the recording is the scene's, by its own clock: alignment is for the scores. A profile that the recording
+/// contradicts is not used.
 fn decided(
     aligned: &AlignedFrames,
-    scene: &Scene,
-    sensor: &str,
+    (scene, sensor): (&Scene, &str),
+    unit: Option<KnownUnit>,
     options: &Options,
 ) -> Result<(Decision, Option<String>), ValidatorError> {
     let laws = scene.laws();
     let spread_c = laws
         .background_sd_c
         .unwrap_or(options.thresholds.background_spread_c);
-    let (known_c, unknown_c) = match options.unit {
+    let (known_c, unknown_c) = match unit {
         None => ([0.0; PIXELS], spread_c),
         Some(unit) if unit.has_background => (unit.pattern_c, unit.spread_c),
         Some(unit) => (unit.pattern_c, unit.spread_c.hypot(spread_c)),

@@ -45,6 +45,7 @@ fn judged(change: impl FnOnce(&mut Decision, &mut Evidence<'_>, &mut Prior)) -> 
     let mut decision = right();
     let mut prior = Prior {
         recorded_frames: 603,
+        has_people: true,
         drift_c: [0.1, 0.6],
         ..Prior::default()
     };
@@ -81,7 +82,7 @@ fn a_right_recording_agrees_and_says_what_would_not() {
 #[expect(clippy::too_many_lines, reason = "a table")]
 fn each_criterion_decides_with_its_sentence_and_a_next_step() {
     type Change = fn(&mut Decision, &mut Evidence<'_>, &mut Prior);
-    let cases: [(&str, Verdict, &str, &str, Change); 14] = [
+    let cases: [(&str, Verdict, &str, &str, Change); 15] = [
         (
             "right",
             Verdict::Disagrees,
@@ -197,6 +198,13 @@ fn each_criterion_decides_with_its_sentence_and_a_next_step() {
             "the recording has no two frames in a row, so the sensor's noise is unknown.",
             "for longer",
             |_, evidence, _| evidence.has_repeat = false,
+        ),
+        (
+            "told_apart",
+            Verdict::CannotTell,
+            "the scene has no people",
+            "--profile",
+            |_, _, prior| prior.has_people = false,
         ),
     ];
     for (name, verdict, found, next, change) in cases {
