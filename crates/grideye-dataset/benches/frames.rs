@@ -69,6 +69,7 @@ fn frames(model: &str, body: &str, key: &str) -> Result<Frames, Box<dyn Error>> 
         recipe: Recipe::new(&text, "room.toml", &vary)?,
         text,
         files: BTreeMap::new(),
+        is_built_in: false,
         vary,
         sensor: "ceiling".to_owned(),
         without_grid: false,

@@ -22,10 +22,10 @@ impl Manifest {
             "{frames} labeled frames{clips}: {columns} x {rows} pixels of the sensor `{}`. No frame was measured. `dataset.json` has the whole description; crates/grideye/DATASET.md of grideye-hil says what the columns mean.\n\n## What varies\n\n",
             self.sensor
         );
-        for asked in &self.vary {
+        for asked in &self.varies {
             let _ = writeln!(card, "- `{asked}`");
         }
-        if self.vary.is_empty() {
+        if self.varies.is_empty() {
             card.push_str("Only the time and the noise.\n");
         }
         card.push_str("\n## Frames by class\n");
@@ -67,7 +67,10 @@ impl Manifest {
     /// A command that makes the same dataset.
     fn command(&self) -> String {
         let mut words = vec!["grideye".to_owned(), "dataset".to_owned()];
-        words.push(quoted(&format!("{}.toml", self.scene)));
+        words.push(match self.built_in {
+            true => format!("--preset {}", self.scene),
+            false => quoted(&format!("{}.toml", self.scene)),
+        });
         let mut option = |name: &str, value: &str| words.extend([name.to_owned(), quoted(value)]);
         option("--sensor", &self.sensor);
         option("--frames", &self.frames.to_string());

@@ -24,7 +24,9 @@ pub struct Subject {
     pub text: String,
     /// The files that the scene or one of its variants names.
     pub files: BTreeMap<String, String>,
-    /// What varies, as requested.
+    /// Whether the program holds the scene.
+    pub is_built_in: bool,
+    /// The options that say what varies besides the scene's tables.
     pub vary: Vec<String>,
     /// What varies, parsed.
     pub recipe: Recipe,
@@ -62,6 +64,14 @@ pub(crate) struct Labeled {
     pub(crate) varied: Vec<Value>,
 }
 
+impl Labeled {
+    /// How many agents count as in view.
+    pub(crate) fn people(&self) -> u64 {
+        let counted = self.agents.iter().flatten();
+        counted.map(|label| u64::from(label.counts)).sum()
+    }
+}
+
 impl Frames {
     /// The frames of a subject; `scene` is its unchanged scene.
     ///
@@ -75,6 +85,12 @@ impl Frames {
             rows: sensor.rows,
             subject,
         })
+    }
+
+    /// Columns and rows of a frame.
+    #[must_use]
+    pub fn size(&self) -> (usize, usize) {
+        (self.columns, self.rows)
     }
 
     pub(crate) fn agents(&self) -> &[String] {

@@ -10,6 +10,7 @@ mod frames;
 mod labels;
 mod manifest;
 mod part;
+mod preview;
 mod shard;
 mod work;
 
@@ -20,5 +21,6 @@ pub use frames::{Frames, Remembered, Subject};
 pub use labels::CountsFrom;
 pub use manifest::Manifest;
 pub use part::{AgentLabels, Part, Scalars, VariedColumn};
+pub use preview::{Seen, preview};
 pub use shard::{Shard, Table};
 pub use work::make;

@@ -28,7 +28,10 @@ pub struct Manifest {
     /// SHA-256 of each file that the scene names.
     pub(crate) files_sha256: BTreeMap<String, String>,
     /// What varies, as requested.
+    pub(crate) built_in: bool,
     pub(crate) vary: Vec<String>,
+    /// All that varies, by options and by the scene's tables.
+    pub(crate) varies: Vec<String>,
     pub(crate) sensor: String,
     pub(crate) columns: usize,
     pub(crate) rows: usize,
@@ -89,7 +92,9 @@ impl Manifest {
             files_sha256: files
                 .map(|(name, text)| (name.clone(), sha256(text.as_bytes())))
                 .collect(),
+            built_in: of.is_built_in,
             vary: of.vary.clone(),
+            varies: of.recipe.asked().to_vec(),
             sensor: of.sensor.clone(),
             columns: subject.columns,
             rows: subject.rows,

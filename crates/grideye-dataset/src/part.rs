@@ -116,12 +116,7 @@ impl Part {
     pub(crate) fn add(&mut self, labeled: &Labeled) {
         self.frame.push(labeled.index);
         self.clip.push(labeled.clip);
-        let counted = labeled
-            .agents
-            .iter()
-            .flatten()
-            .map(|label| u64::from(label.counts));
-        self.people.push(counted.sum());
+        self.people.push(labeled.people());
         self.time_s.push(labeled.time.as_secs_f64());
         self.noise_seed.push(labeled.noise_seed);
         self.celsius

@@ -60,7 +60,7 @@ pub use file::{Files, key};
 pub use geometry::{Cuboid, Mesh, MeshError, Pose, count, polygon};
 pub use model::{
     Agent, AgentLaws, Body, Calibrated, Clothing, Contact, Doing, FreeSpace, Laws, Loaded, Model,
-    Person, Posture, Room, Scene, SceneError, Sensor, Variant, Warning, limits, uncertain,
+    Person, Posture, Room, Scene, SceneError, Sensor, Variant, Vary, Warning, limits, uncertain,
 };
 pub use motion::Trajectory;
 pub use picture::{Filled, Image, Mask, physical};

@@ -28,6 +28,19 @@ pub(crate) fn below(generator: &mut ChaCha12Rng, count: usize) -> usize {
     usize::try_from(wide >> 32).unwrap_or(0)
 }
 
+/// One of `count` choices, by their weights; without weights all are alike.
+pub(crate) fn chosen(generator: &mut ChaCha12Rng, weights: &[f64], count: usize) -> usize {
+    if weights.is_empty() {
+        return below(generator, count);
+    }
+    let mut left = share(generator) * weights.iter().sum::<f64>();
+    let passed = weights.iter().take_while(|weight| {
+        left -= **weight;
+        left >= 0.0
+    });
+    passed.count().min(count - 1)
+}
+
 /// The purpose of the noise seed: no scene key starts with a space.
 pub(crate) const NOISE: &str = " noise";
 

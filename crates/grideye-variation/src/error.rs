@@ -110,6 +110,26 @@ pub enum Mistake {
     /// There are too many choices.
     #[error("{0} choices are more than {CHOICES_MAX}\nhint: use a range, as in 26..34")]
     TooManyChoices(usize),
+    /// There is not one weight for each choice.
+    #[error(
+        "{weights} weights for {choices} choices\nhint: give one weight for each of the values, as in values = \"0,1,2\" and weights = [3, 2, 1]"
+    )]
+    Weights {
+        /// How many values there are to choose from.
+        choices: usize,
+        /// How many weights are given.
+        weights: usize,
+    },
+    /// The number of people is no whole number up to that of the agents.
+    #[error(
+        "the number of people must be whole, and at most {0}, the agents of the scene\nhint: write 0..{0} or 0,1; so many of the file's agents are there, the first ones first"
+    )]
+    People(usize),
+    /// One of two keys that belong together has no single law.
+    #[error(
+        "only numbers that vary by one range or normal law each can go together, and `{0}` does not\nhint: write values = \"18..26\" or \"22+-2\" for both, and list the key that `with` names before this one"
+    )]
+    With(String),
     /// The scene has no such key.
     #[error(transparent)]
     NoSuchKey(#[from] KeyError),

@@ -37,6 +37,21 @@ impl Choice {
         }])
     }
 
+    /// A whole number.
+    pub(crate) fn of_count(count: usize) -> Self {
+        let number = u32::try_from(count).unwrap_or(u32::MAX);
+        Self(vec![Piece::Number(count.to_string(), f64::from(number))])
+    }
+
+    /// The lowest and the highest number of a single law.
+    pub(crate) fn bounds(&self) -> Option<[f64; 2]> {
+        match self.0.as_slice() {
+            [Piece::Range(low, high)] => Some([*low, *high]),
+            [Piece::Normal(_, bounds)] => Some(*bounds),
+            _ => None,
+        }
+    }
+
     /// How many numbers it holds: `Some(None)` for a single one, `Some(n)` for a flat list of n, `None` for anything
     /// else.
     pub(crate) fn numbers(&self) -> Option<Option<usize>> {

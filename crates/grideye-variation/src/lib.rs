@@ -41,6 +41,7 @@
 //! ```
 
 mod acts;
+mod asked;
 mod chance;
 mod error;
 mod floor;
@@ -48,6 +49,7 @@ mod grammar;
 mod recipe;
 mod stage;
 mod target;
+mod varied;
 mod way;
 
 pub use error::{Mistake, VariationError};

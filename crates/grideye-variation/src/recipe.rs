@@ -1,7 +1,8 @@
 //! A scene with varying keys, and its draws.
 
 use crate::acts;
-use crate::chance::{NOISE, START, below, generator, share};
+use crate::asked::{self, Asked};
+use crate::chance::{NOISE, START, below, chosen, generator, share};
 use crate::error::{Mistake, VariationError};
 use crate::floor;
 use crate::floor::Floor;
@@ -11,14 +12,16 @@ use crate::stage;
 use crate::stage::{Actor, Drawn};
 use crate::target;
 use crate::target::{Edit, Placed, edited};
+use crate::varied::{Place, Varied, are_numbers, as_toml, check_time, people};
 use crate::way::Way;
 use glam::DVec3;
 use grideye_scene::uncertain::Uncertain;
-use grideye_scene::{Files, Loaded, Scene, Sensor, limits};
+use grideye_scene::{Files, Loaded, Scene, Sensor};
 use rand_chacha::rand_core::Rng as _;
 use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::time::Duration;
+use toml::Spanned;
 use toml::de::DeTable;
 
 /// Limit on placements tried per frame.
@@ -26,6 +29,8 @@ pub const TRIES_MAX: usize = 10_000;
 
 /// The key for a frame's time; it is not part of the scene.
 const TIME: &str = "time_s";
+/// The key for how many of the agents are there.
+const PEOPLE: &str = "people";
 
 /// A scene and which of its values vary.
 #[derive(Debug, Clone)]
@@ -37,16 +42,7 @@ pub struct Recipe {
     actors: Vec<Actor>,
     columns: Vec<Column>,
     agents: Vec<String>,
-}
-
-/// A key and its possible values.
-#[derive(Debug, Clone)]
-struct Varied {
-    asked: String,
-    key: String,
-    choices: Vec<Choice>,
-    /// Where it is in the text; `None` for the frame's time.
-    edit: Option<Edit>,
+    asked: Vec<String>,
 }
 
 /// One number or text per draw.
@@ -89,7 +85,8 @@ impl Recipe {
     /// Parses what varies: each of `asked` is `KEY=VALUES`, as in `agent.person.temperature_c=26..34`,
     /// `agent.anna.person.height_mm=1700+-100`, `sensor.ceiling.noise_sigma_c=0.1,0.2`, `object.table.present=on,off`,
     /// `agent.person.position=floor`, `agent.person.acts=enter sit leave` or `time_s=0..12`; or `KEY` alone for a number
-    /// with an `[[uncertain]]` table. scenes/README.md has the whole grammar.
+    /// with an `[[uncertain]]` table. They add to the scene's `[[vary]]` tables, and replace those of the same key.
+    /// scenes/README.md has the whole grammar.
     ///
     /// # Errors
     /// If something cannot be parsed, or names what the scene lacks; [`Self::check`] checks the values.
@@ -104,59 +101,104 @@ impl Recipe {
             actors: Vec::new(),
             columns: Vec::new(),
             agents: target::agents(&document),
+            asked: Vec::new(),
         };
-        for asked in asked {
-            let mistaken = |mistake| VariationError::Asked {
-                asked: asked.clone(),
-                mistake,
-            };
-            let (key, values) = match asked.split_once('=') {
-                Some((key, values)) => (key.trim(), Some(values.trim())),
-                None => (asked.trim(), None),
-            };
-            if let (Some(agent), Some(values)) = (acting(key), values) {
-                let actor = acts::choices(values).and_then(|choices| {
-                    Actor::new((text, &document), (asked, key, agent), choices)
-                });
-                recipe.actors.push(actor.map_err(mistaken)?);
-                continue;
+        for asked in asked::all((text, origin), &document, asked)? {
+            if recipe.asked.last() != Some(&asked.said) {
+                recipe.asked.push(asked.said.clone());
             }
-            match (key.strip_suffix(".position"), values) {
-                (Some(path), Some(values)) => recipe.placed.push(Placed {
-                    asked: asked.clone(),
-                    agent: on_floor(path, values).map_err(mistaken)?,
-                    edits: on_floor(path, values)
-                        .and_then(|agent| target::floor(text, &document, &agent))
-                        .map_err(mistaken)?,
-                }),
-                (_, values) => {
-                    let edit = (key != TIME)
-                        .then(|| target::edit(text, &document, key))
-                        .transpose()
-                        .map_err(mistaken)?;
-                    let choices = match values {
-                        Some(values) => grammar::choices(values),
-                        None => law(&uncertain, edit.as_ref()),
-                    };
-                    let choices = choices.map_err(mistaken)?;
-                    recipe.columns.extend(columns(key, &choices));
-                    recipe.varied.push(Varied {
-                        asked: asked.clone(),
-                        key: key.to_owned(),
-                        choices,
-                        edit,
-                    });
-                }
-            }
+            let added = recipe.add(&asked, (text, &document), &uncertain);
+            added.map_err(|mistake| asked.mistaken(mistake))?;
         }
+        recipe.check_pairs()?;
         let acts = recipe.actors.iter().map(|actor| Column {
-            name: actor.key.clone(),
+            name: actor.asked.key.clone(),
             is_number: false,
         });
         recipe.columns.extend(acts);
         recipe.check_overlaps()?;
         recipe.check_additions()?;
         Ok(recipe)
+    }
+
+    fn add(
+        &mut self,
+        asked: &Asked,
+        (text, document): (&str, &Spanned<DeTable<'_>>),
+        uncertain: &[Uncertain],
+    ) -> Result<(), Mistake> {
+        let key = asked.key.as_str();
+        if let (Some(agent), Some(values)) = (acting(key), &asked.values) {
+            let choices = acts::choices(values)?;
+            asked.check_weights(choices.len())?;
+            let actor = Actor::new((text, document), (asked, agent), choices)?;
+            self.actors.push(actor);
+            return Ok(());
+        }
+        if let (Some(path), Some(values)) = (key.strip_suffix(".position"), &asked.values) {
+            let agent = on_floor(path, values)?;
+            self.placed.push(Placed {
+                asked: asked.shown.clone(),
+                edits: target::floor(text, document, &agent)?,
+                agent,
+            });
+            return Ok(());
+        }
+        let place = match key {
+            TIME => Place::Time,
+            PEOPLE => {
+                let agents = self.agents.iter();
+                let edits = agents
+                    .map(|agent| target::edit(text, document, &format!("agent.{agent}.present")));
+                Place::People(edits.collect::<Result<_, _>>()?)
+            }
+            _ => Place::Key(target::edit(text, document, key)?),
+        };
+        let choices = match &asked.values {
+            Some(values) => grammar::choices(values)?,
+            None => law(uncertain, place.edits().first())?,
+        };
+        let choices = match place {
+            Place::People(_) => people(choices, self.agents.len())?,
+            _ => choices,
+        };
+        asked.check_weights(choices.len())?;
+        self.columns.extend(columns(key, &choices));
+        self.varied.push(Varied {
+            asked: asked.clone(),
+            choices,
+            place,
+            with: None,
+        });
+        Ok(())
+    }
+
+    /// Finds the keys that others go with.
+    fn check_pairs(&mut self) -> Result<(), VariationError> {
+        let middles: Vec<(String, Option<f64>)> = self
+            .varied
+            .iter()
+            .map(|varied| (varied.asked.key.clone(), varied.middle()))
+            .collect();
+        for (place, varied) in self.varied.iter_mut().enumerate() {
+            let Some((key, _)) = &varied.asked.with else {
+                continue;
+            };
+            let refused = |key: &str| varied.asked.mistaken(Mistake::With(key.to_owned()));
+            if middles[place].1.is_none() {
+                return Err(refused(&varied.asked.key));
+            }
+            let other = middles[..place].iter().position(|(other, _)| other == key);
+            let found = other.and_then(|other| Some((other, middles[other].1?)));
+            varied.with = Some(found.ok_or_else(|| refused(key))?);
+        }
+        Ok(())
+    }
+
+    /// What varies, as options and tables say it.
+    #[must_use]
+    pub fn asked(&self) -> &[String] {
+        &self.asked
     }
 
     /// The columns of a draw, in the order requested; what people do comes last.
@@ -189,16 +231,18 @@ impl Recipe {
                 for share in [0.0, 1.0] {
                     let (value, numbers) = as_toml(choice, &mut || share);
                     let refused = |source| VariationError::Value {
-                        asked: varied.asked.clone(),
-                        key: varied.key.clone(),
+                        asked: varied.asked.shown.clone(),
+                        key: varied.asked.key.clone(),
                         value: value.clone(),
                         source: Box::new(source),
                     };
-                    let Some(edit) = &varied.edit else {
+                    if matches!(varied.place, Place::Time) {
                         check_time(&varied.asked, &numbers)?;
                         continue;
-                    };
-                    let text = edited(&self.text, vec![(edit, value.clone())]);
+                    }
+                    let written = varied.place.written(&value, &numbers);
+                    let edits = varied.place.edits().iter().zip(written);
+                    let text = edited(&self.text, edits.collect());
                     Scene::parse_without_variants(&text, &self.origin, files).map_err(refused)?;
                 }
             }
@@ -212,11 +256,19 @@ impl Recipe {
         let mut values = Vec::with_capacity(self.columns.len());
         let mut written = Vec::with_capacity(self.varied.len());
         let mut time_s = None;
+        let mut drawn: Vec<f64> = Vec::with_capacity(self.varied.len());
         for varied in &self.varied {
-            let mut generator = generator(seed, &varied.key, index);
-            let chosen = below(&mut generator, varied.choices.len());
-            let choice = &varied.choices[chosen];
-            let (text, numbers) = as_toml(choice, &mut || share(&mut generator));
+            let mut generator = generator(seed, &varied.asked.key, index);
+            let place = chosen(&mut generator, &varied.asked.weights, varied.choices.len());
+            let choice = &varied.choices[place];
+            let (mut text, mut numbers) = as_toml(choice, &mut || share(&mut generator));
+            if let (Some((other, middle)), Some((_, slope))) = (varied.with, &varied.asked.with) {
+                let number = numbers[0] + slope * (drawn[other] - middle);
+                let [low, high] = choice.bounds().unwrap_or([number; 2]);
+                numbers[0] = number.clamp(low, high);
+                text = format!("{:?}", numbers[0]);
+            }
+            drawn.push(numbers.first().copied().unwrap_or(0.0));
             if are_numbers(&varied.choices) {
                 values.extend(numbers.iter().copied().map(Value::Number));
             } else {
@@ -225,14 +277,14 @@ impl Recipe {
                     _ => text.clone(),
                 }));
             }
-            match &varied.edit {
-                Some(_) => written.push(text),
-                None => time_s = numbers.first().copied(),
+            written.extend(varied.place.written(&text, &numbers));
+            if matches!(varied.place, Place::Time) {
+                time_s = numbers.first().copied();
             }
         }
         let acts = self.actors.iter().map(|actor| {
-            let mut generator = generator(seed, &actor.key, index);
-            below(&mut generator, actor.choices.len())
+            let mut generator = generator(seed, &actor.asked.key, index);
+            chosen(&mut generator, &actor.asked.weights, actor.choices.len())
         });
         let acts: Vec<usize> = acts.collect();
         let chosen = self.chosen(&acts);
@@ -248,7 +300,7 @@ impl Recipe {
     }
 
     fn drawn(&self, written: &[String]) -> Vec<(&Edit, String)> {
-        let edits = self.varied.iter().filter_map(|varied| varied.edit.as_ref());
+        let edits = self.varied.iter().flat_map(|varied| varied.place.edits());
         edits.zip(written.iter().cloned()).collect()
     }
 
@@ -400,17 +452,17 @@ impl Recipe {
     }
 
     fn edits(&self) -> impl Iterator<Item = (&str, &Edit)> {
-        let varied = self
-            .varied
-            .iter()
-            .filter_map(|varied| Some((varied.asked.as_str(), varied.edit.as_ref()?)));
+        let varied = self.varied.iter().flat_map(|varied| {
+            let edits = varied.place.edits().iter();
+            edits.map(|edit| (varied.asked.shown.as_str(), edit))
+        });
         let placed = self.placed.iter().flat_map(|placed| {
             let edits = placed.edits.iter();
             edits.map(|edit| (placed.asked.as_str(), edit))
         });
         let actors = self.actors.iter().flat_map(|actor| {
             let edits = actor.edits.iter();
-            edits.map(|edit| (actor.asked.as_str(), edit))
+            edits.map(|edit| (actor.asked.shown.as_str(), edit))
         });
         varied.chain(placed).chain(actors)
     }
@@ -422,8 +474,8 @@ impl Recipe {
         };
         let mut keys = HashSet::new();
         for varied in &self.varied {
-            if !keys.insert(&varied.key) {
-                return Err(twice(&varied.asked, &varied.key));
+            if !keys.insert(&varied.asked.key) {
+                return Err(twice(&varied.asked.shown, &varied.asked.key));
             }
         }
         let mut edits: Vec<(&str, &Edit)> = self.edits().collect();
@@ -443,17 +495,18 @@ impl Recipe {
     /// An added key must end up in its table, however that table is written.
     fn check_additions(&self) -> Result<(), VariationError> {
         for varied in &self.varied {
-            let Some(edit) = varied.edit.as_ref().filter(|edit| !edit.before.is_empty()) else {
+            let Place::Key(edit) = &varied.place else {
                 continue;
             };
+            if edit.before.is_empty() {
+                continue;
+            }
+            let key = &varied.asked.key;
             let text = edited(&self.text, vec![(edit, "0".to_owned())]);
-            let arrived = DeTable::parse(&text)
-                .is_ok_and(|document| target::has(&document, &text, &varied.key));
+            let arrived =
+                DeTable::parse(&text).is_ok_and(|document| target::has(&document, &text, key));
             if !arrived {
-                return Err(VariationError::Asked {
-                    asked: varied.asked.clone(),
-                    mistake: Mistake::NotAddable(varied.key.clone()),
-                });
+                return Err(varied.asked.mistaken(Mistake::NotAddable(key.clone())));
             }
         }
         Ok(())
@@ -483,21 +536,6 @@ fn on_floor(path: &str, values: &str) -> Result<String, Mistake> {
         .ok_or(Mistake::FloorForAgents)
 }
 
-fn check_time(asked: &str, numbers: &[f64]) -> Result<(), VariationError> {
-    match numbers {
-        [time_s] if (0.0..=limits::TIME_MAX_S).contains(time_s) => Ok(()),
-        _ => Err(VariationError::Asked {
-            asked: asked.to_owned(),
-            mistake: Mistake::NoTime,
-        }),
-    }
-}
-
-fn are_numbers(choices: &[Choice]) -> bool {
-    let first = choices.first().and_then(Choice::numbers);
-    first.is_some() && choices.iter().all(|choice| choice.numbers() == first)
-}
-
 fn columns(key: &str, choices: &[Choice]) -> Vec<Column> {
     let is_number = are_numbers(choices);
     let column = |name| Column { name, is_number };
@@ -508,34 +546,4 @@ fn columns(key: &str, choices: &[Choice]) -> Vec<Column> {
         }
         _ => vec![column(key.to_owned())],
     }
-}
-
-/// A choice as TOML, with a number drawn from each law, and its numbers.
-fn as_toml(choice: &Choice, share: &mut dyn FnMut() -> f64) -> (String, Vec<f64>) {
-    let (mut text, mut numbers) = (String::new(), Vec::new());
-    for piece in &choice.0 {
-        let mut drawn = None;
-        match piece {
-            Piece::Mark(mark) if mark == "," => text.push_str(", "),
-            Piece::Mark(mark) => text.push_str(mark),
-            Piece::Text(content) => text.push_str(&toml::Value::from(content.as_str()).to_string()),
-            Piece::Flag(flag) => {
-                text.push_str(if *flag { "true" } else { "false" });
-                numbers.push(f64::from(u8::from(*flag)));
-            }
-            Piece::Number(written, number) => {
-                text.push_str(written);
-                numbers.push(*number);
-            }
-            Piece::Range(low, high) => {
-                drawn = Some((low + (high - low) * share()).clamp(*low, *high));
-            }
-            Piece::Normal(law, bounds) => drawn = Some(law.quantile(*bounds, share())),
-        }
-        if let Some(number) = drawn {
-            text.push_str(&format!("{number:?}"));
-            numbers.push(number);
-        }
-    }
-    (text, numbers)
 }

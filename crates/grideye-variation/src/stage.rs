@@ -1,6 +1,7 @@
 //! Gives people who do something their ways through a scene: they meet neither objects nor one another.
 
 use crate::acts::Choice;
+use crate::asked::Asked;
 use crate::chance::generator;
 use crate::error::Mistake;
 use crate::target::Edit;
@@ -19,8 +20,7 @@ const STARTS_MAX: usize = 20;
 /// A person who does something.
 #[derive(Debug, Clone)]
 pub(crate) struct Actor {
-    pub(crate) asked: String,
-    pub(crate) key: String,
+    pub(crate) asked: Asked,
     pub(crate) agent: String,
     pub(crate) choices: Vec<Choice>,
     /// The first writes the trajectory, the others remove what it replaces.
@@ -42,7 +42,7 @@ const REPLACED: [&str; 7] = [
 impl Actor {
     pub(crate) fn new(
         (text, document): (&str, &Spanned<DeTable<'_>>),
-        (asked, key, agent): (&str, &str, &str),
+        (asked, agent): (&Asked, &str),
         choices: Vec<Choice>,
     ) -> Result<Self, Mistake> {
         let path = format!("agent.{agent}.yaw_deg");
@@ -60,13 +60,12 @@ impl Actor {
             after: String::new(),
         });
         Ok(Self {
-            asked: asked.to_owned(),
-            key: key.to_owned(),
+            asked: asked.clone(),
             agent: agent.to_owned(),
             choices,
             edits: edits.collect(),
             // No file on a disk has this name, and no other agent this key.
-            file: format!("drawn: {}", key.replace(['/', '\\'], "_")),
+            file: format!("drawn: {}", asked.key.replace(['/', '\\'], "_")),
         })
     }
 
@@ -98,7 +97,7 @@ pub(crate) fn ways(
         .collect();
     let mut generators: Vec<_> = actors
         .iter()
-        .map(|(actor, _)| generator(seed, &format!("{} way", actor.key), index))
+        .map(|(actor, _)| generator(seed, &format!("{} way", actor.asked.key), index))
         .collect();
     let mut stuck = 0;
     for _ in 0..STARTS_MAX {

@@ -1,16 +1,16 @@
 //! `grideye dataset`: labeled frames of a scene that differs from frame to frame.
 
-use crate::cli::{Dataset, Method};
+use crate::cli::{Dataset, Method, Preset};
 use crate::exit::{Outcome, bad_input};
 use crate::files::SceneText;
 use crate::output::outln;
-use crate::{files, progress};
+use crate::{export, files, progress};
 use anyhow::Result;
 use grideye_dataset::{
-    Cause, CountsFrom, DatasetError, Folder, Frames, Manifest, Output, Part, Remembered, Subject,
-    Table, make,
+    Cause, CountsFrom, DatasetError, Folder, Frames, Manifest, Output, Part, Remembered, Seen,
+    Subject, Table, make, preview,
 };
-use grideye_export::dataset as export;
+use grideye_export::dataset as table;
 use grideye_frame::{COLUMNS, ROWS};
 use grideye_scene::Scene;
 use grideye_variation::{Recipe, VariationError};
@@ -23,6 +23,12 @@ use std::sync::{Mutex, PoisonError};
 
 pub(crate) fn run(options: &Dataset) -> Result<Outcome> {
     let frames = frames(options)?;
+    if let Some(file) = &options.preview {
+        show(&frames, options, file)?;
+    }
+    let Some(out) = &options.out else {
+        return Ok(Outcome::Done);
+    };
     let manifest = Manifest::new(
         &frames,
         concat!("grideye ", env!("CARGO_PKG_VERSION")),
@@ -35,7 +41,7 @@ pub(crate) fn run(options: &Dataset) -> Result<Outcome> {
         first: options.formats.first().copied(),
         in_view: Mutex::default(),
     };
-    let folder = Folder::open(&options.out, &manifest, &disk).map_err(told)?;
+    let folder = Folder::open(out, &manifest, &disk).map_err(told)?;
     let (mut missing, mut there, mut count) = (Vec::new(), 0_u64, 0);
     for part in manifest.parts_of(options.shard) {
         count += manifest.count(part);
@@ -57,7 +63,7 @@ pub(crate) fn run(options: &Dataset) -> Result<Outcome> {
     make((&frames, &manifest), &folder, missing, threads, &tick).map_err(told)?;
     bar.finish_and_clear();
     folder.put_card(&manifest).map_err(told)?;
-    report(options, &manifest, [made, there, count])?;
+    report(options, (&manifest, out), [made, there, count])?;
     if made > 0 && !options.json {
         outln!("people in view: {}", disk.in_view())?;
     }
@@ -69,7 +75,7 @@ fn frames(options: &Dataset) -> Result<Frames> {
         text,
         origin,
         files: beside,
-    } = files::read_scene(&options.scene)?;
+    } = scene(options)?;
     let remembered = Remembered::new(&beside);
     let loaded = Scene::parse(&text, &origin, &remembered).map_err(bad_input)?;
     files::warned(&loaded.warnings);
@@ -80,13 +86,15 @@ fn frames(options: &Dataset) -> Result<Frames> {
             "sensor `{sensor}` has no step_c, so these frames have no steps; a real sensor has steps of 0.25 °C: --vary sensor.{sensor}.step_c=0.25"
         ));
     }
+    let asked = |error| asked(error, &options.varied);
     let recipe = Recipe::new(&text, &origin, &options.varied).map_err(asked)?;
     recipe.check(&remembered).map_err(asked)?;
     let subject = Subject {
-        title: files::stem(&options.scene),
+        title: files::stem(Path::new(&origin)),
         sensor,
         text,
         files: remembered.into_texts(),
+        is_built_in: options.preset.is_some(),
         vary: options.varied.clone(),
         recipe,
         without_grid: options.method == Method::Area,
@@ -98,6 +106,33 @@ fn frames(options: &Dataset) -> Result<Frames> {
         },
     };
     Frames::new(subject, &loaded.scene).map_err(told)
+}
+
+fn scene(options: &Dataset) -> Result<SceneText> {
+    match (&options.scene, options.preset) {
+        (Some(path), _) => files::read_scene(path),
+        (None, Some(Preset::Falls)) => Ok(SceneText::built_in("falls", FALLS)),
+        (None, _) => Ok(SceneText::built_in("counting", COUNTING)),
+    }
+}
+
+const COUNTING: &str = include_str!("../../../scenes/counting.toml");
+const FALLS: &str = include_str!("../../../scenes/falls.toml");
+
+/// Draws some frames by class, each less its median.
+fn show(frames: &Frames, options: &Dataset, file: &Path) -> Result<()> {
+    let rows = preview(frames, options.frames).map_err(told)?;
+    let caption = |seen: &Seen| match options.clip {
+        1 => format!("{} in view", seen.people),
+        clip => format!("{} {}", seen.index / clip, seen.index % clip),
+    };
+    let tiles = rows.iter().map(|row| {
+        let tiles = row.iter().map(|seen| (&*seen.celsius, caption(seen)));
+        tiles.collect()
+    });
+    export::write_rows(&tiles.collect::<Vec<_>>(), frames.size(), file)?;
+    progress::say(&format!("wrote {}", file.display()));
+    Ok(())
 }
 
 struct Disk {
@@ -125,12 +160,12 @@ impl Disk {
 }
 
 impl Output for Disk {
-    fn write(&self, part: &Part, table: Table, about: &str, file: &File) -> Result<(), Cause> {
-        if self.first == Some(table) {
+    fn write(&self, part: &Part, kind: Table, about: &str, file: &File) -> Result<(), Cause> {
+        if self.first == Some(kind) {
             self.count(part);
         }
         Ok(files::fill(file, |out| {
-            Ok(export::write(part, table, about, out)?)
+            Ok(table::write(part, kind, about, out)?)
         })?)
     }
 
@@ -139,8 +174,20 @@ impl Output for Disk {
     }
 }
 
-fn asked(error: VariationError) -> anyhow::Error {
-    bad_input(anyhow::Error::new(error).context("--vary"))
+/// A table of the scene names its own place.
+fn asked(error: VariationError, options: &[String]) -> anyhow::Error {
+    let is_option = match &error {
+        VariationError::Asked { asked, .. } | VariationError::Value { asked, .. } => {
+            options.contains(asked)
+        }
+        _ => true,
+    };
+    let error = anyhow::Error::new(error);
+    bad_input(if is_option {
+        error.context("--vary")
+    } else {
+        error
+    })
 }
 
 fn told(error: DatasetError) -> anyhow::Error {
@@ -150,7 +197,11 @@ fn told(error: DatasetError) -> anyhow::Error {
     }
 }
 
-fn report(options: &Dataset, manifest: &Manifest, [made, there, frames]: [u64; 3]) -> Result<()> {
+fn report(
+    options: &Dataset,
+    (manifest, out): (&Manifest, &Path),
+    [made, there, frames]: [u64; 3],
+) -> Result<()> {
     let shard = options.shard;
     if options.json {
         let answer = serde_json::json!({
@@ -170,6 +221,6 @@ fn report(options: &Dataset, manifest: &Manifest, [made, there, frames]: [u64; 3
         shard.number,
         shard.of,
         manifest.frames(),
-        options.out.display()
+        out.display()
     )
 }

@@ -48,16 +48,23 @@ pub(crate) fn write_recording(rows: Rows<'_>, [input, out]: [&Path; 2]) -> Resul
 }
 
 pub(crate) fn write_tiles(images: &[&Image], out: &Path) -> Result<()> {
-    if files::end(out) != Some("png") {
-        return Err(files::unknown_end(out, ".png"));
-    }
     let size = images
         .first()
         .map_or((1, 1), |image| (image.columns, image.rows));
-    let images: Vec<&[f64]> = images.iter().map(|image| &*image.celsius).collect();
-    files::write_whole(out, |file| {
-        tiles::write(&images, size, file).map_err(blamed)
-    })
+    let images = images.iter().zip(1..);
+    let images = images.map(|(image, number)| (&*image.celsius, format!("{number}")));
+    write_rows(&[images.collect()], size, out)
+}
+
+pub(crate) fn write_rows(
+    rows: &[Vec<tiles::Tile<'_>>],
+    size: (usize, usize),
+    out: &Path,
+) -> Result<()> {
+    if files::end(out) != Some("png") {
+        return Err(files::unknown_end(out, ".png"));
+    }
+    files::write_whole(out, |file| tiles::write(rows, size, file).map_err(blamed))
 }
 
 fn blamed(error: ExportError) -> anyhow::Error {

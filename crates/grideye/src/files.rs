@@ -46,6 +46,17 @@ pub(crate) struct SceneText {
     pub(crate) files: Beside,
 }
 
+impl SceneText {
+    /// A scene that the program holds; it names no files.
+    pub(crate) fn built_in(name: &str, text: &str) -> Self {
+        Self {
+            text: text.to_owned(),
+            origin: format!("scenes/{name}.toml (built in)"),
+            files: Beside::default(),
+        }
+    }
+}
+
 pub(crate) fn read_scene(path: &Path) -> Result<SceneText> {
     let hint = "scenes/ holds some, and scenes/README.md describes the format";
     Ok(SceneText {
@@ -74,11 +85,7 @@ pub(crate) fn load_scene_as(model: Option<Model>, path: Option<&Path>) -> Result
 pub(crate) fn load_scene_quietly(model: Option<Model>, path: Option<&Path>) -> Result<LoadedScene> {
     let file = match path {
         Some(path) => read_scene(path)?,
-        None => SceneText {
-            text: DEFAULT_SCENE.to_owned(),
-            origin: "scenes/experiment-1.toml (built in)".to_owned(),
-            files: Beside::default(),
-        },
+        None => SceneText::built_in("experiment-1", DEFAULT_SCENE),
     };
     let loaded = Scene::parse_as(model, &file.text, &file.origin, &file.files);
     let loaded = loaded.map_err(bad_input)?;

@@ -27,6 +27,18 @@ pub(crate) struct SceneTable {
     pub(crate) uncertain: Vec<Spanned<UncertainTable>>,
     #[serde(default)]
     pub(crate) calibrated: Vec<Spanned<CalibratedTable>>,
+    #[serde(default)]
+    pub(crate) vary: Vec<Spanned<VaryTable>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct VaryTable {
+    pub(crate) key: Spanned<String>,
+    pub(crate) values: Option<Spanned<String>>,
+    pub(crate) weights: Option<Spanned<Vec<f64>>>,
+    pub(crate) with: Option<Spanned<String>>,
+    pub(crate) slope: Option<Spanned<f64>>,
 }
 
 #[derive(Deserialize)]

@@ -19,6 +19,7 @@ mod scene;
 mod sensor;
 mod spread;
 mod uncertain;
+mod vary;
 mod waypoints;
 
 pub use files::Files;

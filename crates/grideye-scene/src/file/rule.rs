@@ -226,6 +226,12 @@ pub(crate) const DURATION: Rule = Rule {
     expected: "0 to 31622400 seconds",
     hint: "the shortest duration of the scene; agents' paths extend it",
 };
+pub(crate) const SLOPE: Rule = Rule {
+    key: "slope",
+    holds: f64::is_finite,
+    expected: "a number",
+    hint: "`with` names another key, and slope is added for each unit that its value is off the middle of its law",
+};
 pub(crate) const EVERY: Rule = Rule {
     key: "every_s",
     holds: |seconds| (0.0..=TIME_MAX_S).contains(&seconds),

@@ -5,9 +5,13 @@ use crate::file::files::Files;
 use crate::file::reader::{Read, Reader};
 use crate::file::rule::{DURATION, PAPER_EXPERIMENT, REFLECTED, WAVELENGTH, paper_experiment};
 use crate::file::waypoints::Waypoint;
-use crate::file::{agent, body, calibrated, clothes, mosaic, prints, room, sensor, uncertain};
+use crate::file::{
+    agent, body, calibrated, clothes, mosaic, prints, room, sensor, uncertain, vary,
+};
 use crate::model::uncertain::{Uncertain, with_values};
-use crate::model::{Agent, Body, Loaded, Model, Room, Scene, SceneError, Variant, Walls, Warning};
+use crate::model::{
+    Agent, Body, Loaded, Model, Room, Scene, SceneError, Variant, Vary, Walls, Warning,
+};
 use crate::radiometry::{Band, Law};
 use crate::text::{Utc, millimeters, reach};
 use std::collections::HashSet;
@@ -33,6 +37,16 @@ impl Scene {
         let reader = Reader::new(origin, text, &no_files)?;
         let tables = tables(&reader)?;
         uncertain::uncertain(&reader, &tables.uncertain)
+    }
+
+    /// The `[[vary]]` tables of a scene's text, in its order.
+    ///
+    /// # Errors
+    /// As [`Self::uncertain_in`].
+    pub fn vary_in(text: &str, origin: &str) -> Read<Vec<Vary>> {
+        let reader = Reader::new(origin, text, &no_files)?;
+        let tables = tables(&reader)?;
+        vary::vary(&reader, &tables.vary)
     }
 
     /// Reads a scene; `origin` is the file's name in messages, `files` supplies the files it names.

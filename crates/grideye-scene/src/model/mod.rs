@@ -14,6 +14,7 @@ mod room;
 mod scene;
 mod sensor;
 pub mod uncertain;
+mod vary;
 
 pub use body::{Agent, Body};
 pub use calibrated::Calibrated;
@@ -31,3 +32,4 @@ pub use room::Room;
 pub use scene::{Loaded, Model, Scene, Variant};
 pub use sensor::{Optics, Sensor};
 pub(crate) use uncertain::{Claim, FITTED_MAX, Normal, OF_PEOPLE, SDS_MAX, Uncertain};
+pub use vary::Vary;

@@ -230,6 +230,7 @@ fn the_readme_names_every_key() {
         ("sensor", "[[sensor]]\nwrong = 1"),
         ("uncertain", "[[uncertain]]\nwrong = 1"),
         ("calibrated", "[[calibrated]]\nwrong = 1"),
+        ("vary", "[[vary]]\nwrong = 1"),
     ] {
         let refused = crate::parse(text).unwrap_err().to_string();
         let keys: Vec<&str> = refused

@@ -8,6 +8,7 @@
 )]
 
 mod laws;
+mod tables;
 
 use grideye_scene::{Scene, Simulator};
 use grideye_variation::{Draw, Recipe, TRIES_MAX, Value, VariationError};

@@ -10,15 +10,19 @@ use std::path::PathBuf;
 ///
 /// The scene varies from frame to frame. If interrupted, run the same command again to continue.
 ///
-/// Example: grideye dataset room.toml --frames 200 --vary room.ambient_c=18..26 --out set
+/// Example: grideye dataset --preset counting --frames 10000 --out people
 #[derive(Debug, Args)]
 pub(crate) struct Dataset {
     /// Scene file (TOML).
-    pub(crate) scene: PathBuf,
+    #[arg(required_unless_present = "preset")]
+    pub(crate) scene: Option<PathBuf>,
+    /// Built-in scene that varies.
+    #[arg(long, value_parser = one_of(PRESETS), value_name = "NAME", conflicts_with = "scene")]
+    pub(crate) preset: Option<Preset>,
     /// Values to draw from: KEY=LOW..HIGH; repeatable.
     ///
     /// KEY=LOW..HIGH, KEY=MEAN+-SD, KEY=ONE,OTHER, agent.NAME.position=floor, or KEY alone for its `uncertain` table.
-    /// scenes/README.md lists the keys.
+    /// Adds to the scene's `vary` tables, and replaces those of the same key. scenes/README.md lists the keys.
     #[arg(long = "vary", value_name = "KEY=VALUES")]
     pub(crate) varied: Vec<String>,
     /// Frames in the whole dataset.
@@ -31,8 +35,14 @@ pub(crate) struct Dataset {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000), default_value_t = 1)]
     pub(crate) clip: u64,
     /// Folder for the dataset; created if missing.
-    #[arg(long, value_name = "DIR")]
-    pub(crate) out: PathBuf,
+    #[arg(long, value_name = "DIR", required_unless_present = "preview")]
+    pub(crate) out: Option<PathBuf>,
+    /// Picture of some frames by class, to look at first.
+    ///
+    /// Of each class, the first 12 frames in columns; of clips, the first 8 clips with 12 frames each. Nothing else is
+    /// made without --out.
+    #[arg(long, value_name = "FILE.png")]
+    pub(crate) preview: Option<PathBuf>,
     /// Seed of the variation and the noise.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
@@ -69,6 +79,19 @@ pub(crate) struct Dataset {
     #[arg(long)]
     pub(crate) json: bool,
 }
+
+/// A scene that the program holds, with what varies in it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Preset {
+    Counting,
+    Falls,
+}
+
+const PRESETS: Choices<Preset> = (
+    &[Preset::Counting, Preset::Falls],
+    "counting 0 to 3 people below a ceiling sensor, single frames
+falls    people who walk, sit, lie and fall, for --clip",
+);
 
 /// The file formats of a dataset.
 const TABLES: Choices<Table> = (

@@ -18,7 +18,7 @@ const SPELLING_AND_TYPES: &[Case] = &[
     (
         "[[object]]",
         "[[objct]]",
-        "room.toml:5:3: unknown field `objct`, expected one of `model`, `law`, `band_um`, `collisions`, `duration_s`, `paper_experiment`, `room`, `object`, `mosaic`, `agent`, `sensor`, `uncertain`, `calibrated`\n\
+        "room.toml:5:3: unknown field `objct`, expected one of `model`, `law`, `band_um`, `collisions`, `duration_s`, `paper_experiment`, `room`, `object`, `mosaic`, `agent`, `sensor`, `uncertain`, `calibrated`, `vary`\n\
          hint: correct the spelling or remove the key; scenes/README.md describes every key",
     ),
     (

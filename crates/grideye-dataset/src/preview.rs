@@ -1,0 +1,65 @@
+//! Frames to look at before a dataset is made.
+
+use crate::error::DatasetError;
+use crate::frames::Frames;
+use std::collections::BTreeMap;
+
+/// Frames in a row of the preview.
+const COLUMNS: u64 = 12;
+/// Clips shown.
+const CLIPS: u64 = 8;
+/// Frames among which those of each class are sought.
+const SOUGHT: u64 = 1_000;
+
+/// A frame to look at.
+#[derive(Debug)]
+pub struct Seen {
+    /// Its number.
+    pub index: u64,
+    /// How many agents count as in view.
+    pub people: u64,
+    /// What the sensor measures beyond the frame's median, °C.
+    pub celsius: Vec<f64>,
+}
+
+/// The first frames of each class, a row for each number of people in view; or of each of the first clips, frames evenly
+/// spread over it. None is beyond `count`.
+///
+/// # Errors
+/// As [`make`](crate::make), for these frames.
+pub fn preview(frames: &Frames, count: u64) -> Result<Vec<Vec<Seen>>, DatasetError> {
+    let mut maker = frames.maker();
+    let mut seen = |index| {
+        let labeled = maker.frame(index)?;
+        let mut sorted = labeled.celsius.clone();
+        sorted.sort_by(f64::total_cmp);
+        let median_c = sorted[sorted.len() / 2];
+        Ok::<_, DatasetError>(Seen {
+            index,
+            people: labeled.people(),
+            celsius: labeled
+                .celsius
+                .iter()
+                .map(|celsius| celsius - median_c)
+                .collect(),
+        })
+    };
+    let clip = frames.subject.clip;
+    if clip > 1 {
+        let columns = COLUMNS.min(clip);
+        let row = |number: u64| {
+            let index = |column: u64| number * clip + column * (clip - 1) / (columns - 1).max(1);
+            (0..columns).map(|column| seen(index(column))).collect()
+        };
+        return (0..CLIPS.min(count / clip)).map(row).collect();
+    }
+    let mut rows: BTreeMap<u64, Vec<Seen>> = BTreeMap::new();
+    for index in 0..count.min(SOUGHT) {
+        let seen = seen(index)?;
+        let row = rows.entry(seen.people).or_default();
+        if u64::try_from(row.len()).unwrap_or(COLUMNS) < COLUMNS {
+            row.push(seen);
+        }
+    }
+    Ok(rows.into_values().collect())
+}
