@@ -180,6 +180,7 @@ fn asked(error: VariationError, options: &[String]) -> anyhow::Error {
         VariationError::Asked { asked, .. } | VariationError::Value { asked, .. } => {
             options.contains(asked)
         }
+        VariationError::Scene(_) => false,
         _ => true,
     };
     let error = anyhow::Error::new(error);

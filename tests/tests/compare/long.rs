@@ -64,7 +64,8 @@ fn compared(recording: &Path) -> (serde_json::Value, u64) {
         }
         std::thread::sleep(Duration::from_millis(2));
     };
-    assert_eq!(code, Some(0));
+    // Noise never repeats, so the verdict may well be that these frames are not the scene's.
+    assert!(matches!(code, Some(0 | 1 | 3)), "{code:?}");
     let json = serde_json::from_str(&std::fs::read_to_string(out).unwrap()).unwrap();
     (json, peak_kb)
 }

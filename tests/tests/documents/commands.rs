@@ -237,6 +237,14 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
         Run("", &["200 of 200 frames in people; parts: 1 made"]),
     ),
     (
+        "grideye dataset --preset counting --frames 10000 --out people",
+        Run("", &["10000 of 10000 frames in people; parts: 10 made"]),
+    ),
+    (
+        "grideye dataset --preset falls --frames 5000 --clip 50 --out falls",
+        Run("", &["5000 of 5000 frames in falls; parts: 5 made"]),
+    ),
+    (
         "grideye dataset scenes/people.toml --frames 5000 --clip 50 --vary \"agent.walking.acts=enter stand:1..2 leave,walk fall,walk walk\" --out clips",
         Run("", &["5000 of 5000 frames in clips; parts: 5 made"]),
     ),

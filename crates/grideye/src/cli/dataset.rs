@@ -16,8 +16,10 @@ pub(crate) struct Dataset {
     /// Scene file (TOML).
     #[arg(required_unless_present = "preset")]
     pub(crate) scene: Option<PathBuf>,
-    /// Built-in scene that varies.
-    #[arg(long, value_parser = one_of(PRESETS), value_name = "NAME", conflicts_with = "scene")]
+    /// Built-in scene that varies: counting or falls [default: none].
+    ///
+    /// counting: 0 to 3 people below a ceiling sensor. falls: people who walk, sit, lie and fall, for --clip.
+    #[arg(long, value_parser = one_of(PRESETS), value_name = "NAME", conflicts_with = "scene", hide_possible_values = true)]
     pub(crate) preset: Option<Preset>,
     /// Values to draw from: KEY=LOW..HIGH; repeatable.
     ///
@@ -34,7 +36,9 @@ pub(crate) struct Dataset {
     /// multiple.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000), default_value_t = 1)]
     pub(crate) clip: u64,
-    /// Folder for the dataset; created if missing.
+    /// Folder for the dataset [default: none, with --preview].
+    ///
+    /// It is created if missing.
     #[arg(long, value_name = "DIR", required_unless_present = "preview")]
     pub(crate) out: Option<PathBuf>,
     /// Picture of some frames by class, to look at first.
@@ -49,7 +53,12 @@ pub(crate) struct Dataset {
     /// Share of the work: part I of N.
     ///
     /// Makes every N-th part, starting with the I-th.
-    #[arg(long, value_name = "I/N", default_value = "1/1")]
+    #[arg(
+        long,
+        value_name = "I/N",
+        default_value = "1/1",
+        hide_short_help = true
+    )]
     pub(crate) shard: Shard,
     /// Sensor of the scene [default: the only one].
     #[arg(long, value_name = "NAME")]
@@ -89,8 +98,8 @@ pub(crate) enum Preset {
 
 const PRESETS: Choices<Preset> = (
     &[Preset::Counting, Preset::Falls],
-    "counting 0 to 3 people below a ceiling sensor, single frames
-falls    people who walk, sit, lie and fall, for --clip",
+    "counting 0 to 3 people
+falls walk, sit, lie and fall",
 );
 
 /// The file formats of a dataset.
