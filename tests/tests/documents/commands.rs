@@ -291,13 +291,6 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
         Run("", &["k=1: ", "k=2: ", "wrote the poses to best.toml"]),
     ),
     (
-        "grideye dataset room.toml --frames 200 --vary room.ambient_c=18..26 --out set",
-        Run(
-            "cp scenes/experiment-1.toml room.toml",
-            &["200 of 200 frames in set"],
-        ),
-    ),
-    (
         "grideye calibrate --scene scenes/calibration.toml --recording walk.csv",
         Run(WALK, &["sensor.ceiling.elevation_deg"]),
     ),

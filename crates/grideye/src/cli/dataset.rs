@@ -16,7 +16,7 @@ pub(crate) struct Dataset {
     /// Scene file (TOML).
     #[arg(required_unless_present = "preset")]
     pub(crate) scene: Option<PathBuf>,
-    /// Built-in scene that varies: counting or falls [default: none].
+    /// Built-in scene: counting or falls [default: none].
     ///
     /// counting: 0 to 3 people below a ceiling sensor. falls: people who walk, sit, lie and fall, for --clip.
     #[arg(long, value_parser = one_of(PRESETS), value_name = "NAME", conflicts_with = "scene", hide_possible_values = true)]
@@ -36,7 +36,7 @@ pub(crate) struct Dataset {
     /// multiple.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000), default_value_t = 1)]
     pub(crate) clip: u64,
-    /// Folder for the dataset [default: none, with --preview].
+    /// Folder for the dataset [default: only --preview].
     ///
     /// It is created if missing.
     #[arg(long, value_name = "DIR", required_unless_present = "preview")]
