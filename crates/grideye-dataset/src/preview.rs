@@ -11,14 +11,17 @@ const CLIPS: u64 = 8;
 /// Frames among which those of each class are sought.
 const SOUGHT: u64 = 1_000;
 
+/// Where colors end: a cup of coffee would make people invisible.
+const CUT_C: [f64; 2] = [-2.0, 4.0];
+
 /// A frame to look at.
 #[derive(Debug)]
 pub struct Seen {
-    /// Its number.
-    pub index: u64,
     /// How many agents count as in view.
     pub people: u64,
-    /// What the sensor measures beyond the frame's median, °C.
+    /// What the first agent who is there does.
+    pub doing: Option<&'static str>,
+    /// What the sensor measures beyond the frame's median, °C, cut at [`CUT_C`].
     pub celsius: Vec<f64>,
 }
 
@@ -35,12 +38,16 @@ pub fn preview(frames: &Frames, count: u64) -> Result<Vec<Vec<Seen>>, DatasetErr
         sorted.sort_by(f64::total_cmp);
         let median_c = sorted[sorted.len() / 2];
         Ok::<_, DatasetError>(Seen {
-            index,
             people: labeled.people(),
+            doing: labeled
+                .agents
+                .iter()
+                .flatten()
+                .find_map(|label| label.doing),
             celsius: labeled
                 .celsius
                 .iter()
-                .map(|celsius| celsius - median_c)
+                .map(|celsius| (celsius - median_c).clamp(CUT_C[0], CUT_C[1]))
                 .collect(),
         })
     };

@@ -229,7 +229,11 @@ impl Recipe {
         for varied in &self.varied {
             for choice in &varied.choices {
                 for share in [0.0, 1.0] {
-                    let (value, numbers) = as_toml(choice, &mut || share);
+                    let (mut value, numbers) = as_toml(choice, &mut || share);
+                    if let Some(by) = self.moved(varied) {
+                        // As far as the other key moves it.
+                        value = format!("{:?}", numbers[0] + if share > 0.0 { by } else { -by });
+                    }
                     let refused = |source| VariationError::Value {
                         asked: varied.asked.shown.clone(),
                         key: varied.asked.key.clone(),
@@ -250,6 +254,13 @@ impl Recipe {
         Ok(())
     }
 
+    /// How far at most another key moves this one's law.
+    fn moved(&self, varied: &Varied) -> Option<f64> {
+        let ((other, middle), (_, slope)) = (varied.with?, varied.asked.with.as_ref()?);
+        let [low, high] = self.varied[other].choices[0].bounds()?;
+        Some(slope.abs() * (middle - low).max(high - middle))
+    }
+
     /// Draws the values of frame `index` (from 0) for this seed.
     #[must_use]
     pub fn draw(&self, seed: u64, index: u64) -> Draw {
@@ -263,9 +274,7 @@ impl Recipe {
             let choice = &varied.choices[place];
             let (mut text, mut numbers) = as_toml(choice, &mut || share(&mut generator));
             if let (Some((other, middle)), Some((_, slope))) = (varied.with, &varied.asked.with) {
-                let number = numbers[0] + slope * (drawn[other] - middle);
-                let [low, high] = choice.bounds().unwrap_or([number; 2]);
-                numbers[0] = number.clamp(low, high);
+                numbers[0] += slope * (drawn[other] - middle);
                 text = format!("{:?}", numbers[0]);
             }
             drawn.push(numbers.first().copied().unwrap_or(0.0));

@@ -119,19 +119,22 @@ fn scene(options: &Dataset) -> Result<SceneText> {
 const COUNTING: &str = include_str!("../../../scenes/counting.toml");
 const FALLS: &str = include_str!("../../../scenes/falls.toml");
 
-/// Draws some frames by class, each less its median.
+/// Draws some frames by class.
 fn show(frames: &Frames, options: &Dataset, file: &Path) -> Result<()> {
     let rows = preview(frames, options.frames).map_err(told)?;
     let caption = |seen: &Seen| match options.clip {
         1 => format!("{} in view", seen.people),
-        clip => format!("{} {}", seen.index / clip, seen.index % clip),
+        _ => seen.doing.unwrap_or("away").to_owned(),
     };
     let tiles = rows.iter().map(|row| {
         let tiles = row.iter().map(|seen| (&*seen.celsius, caption(seen)));
         tiles.collect()
     });
     export::write_rows(&tiles.collect::<Vec<_>>(), frames.size(), file)?;
-    progress::say(&format!("wrote {}", file.display()));
+    progress::say(&format!(
+        "wrote {}: °C over each frame's median, from -2 to 4",
+        file.display()
+    ));
     Ok(())
 }
 

@@ -21,10 +21,18 @@ pub(crate) const DEFAULT_SCENE: &str = include_str!("../../../scenes/experiment-
 pub(crate) struct Beside {
     folder: PathBuf,
     read: RefCell<Vec<PathBuf>>,
+    /// Beside the scene are the profiles that the program holds.
+    is_built_in: bool,
 }
 
 impl Files for Beside {
     fn read(&self, relative: &str) -> io::Result<String> {
+        if self.is_built_in {
+            let is_it = |name: &str| format!("profiles/{name}.toml") == relative;
+            let mut profiles = grideye_scene::profile::BUILT_IN.iter();
+            let found = profiles.find(|(name, _)| is_it(name));
+            return Ok(found.ok_or(io::ErrorKind::NotFound)?.1.to_owned());
+        }
         let path = self.folder.join(relative);
         let text = read_text(File::open(&path)?)?;
         self.read.borrow_mut().push(path);
@@ -47,12 +55,15 @@ pub(crate) struct SceneText {
 }
 
 impl SceneText {
-    /// A scene that the program holds; it names no files.
+    /// A scene that the program holds.
     pub(crate) fn built_in(name: &str, text: &str) -> Self {
         Self {
             text: text.to_owned(),
             origin: format!("scenes/{name}.toml (built in)"),
-            files: Beside::default(),
+            files: Beside {
+                is_built_in: true,
+                ..Beside::default()
+            },
         }
     }
 }
@@ -65,6 +76,7 @@ pub(crate) fn read_scene(path: &Path) -> Result<SceneText> {
         files: Beside {
             folder: path.parent().unwrap_or(Path::new("")).to_path_buf(),
             read: RefCell::new(vec![path.to_path_buf()]),
+            is_built_in: false,
         },
     })
 }

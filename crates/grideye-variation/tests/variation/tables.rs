@@ -60,7 +60,7 @@ fn people_says_how_many_of_the_agents_are_there() {
 
 /// Correlation and slope of the drawn pairs, by least squares.
 #[test]
-fn a_key_follows_another_by_its_slope_and_stays_in_its_bounds() {
+fn a_law_moves_with_another_key_by_its_slope() {
     let tables = "\n[[vary]]\nkey = \"room.ambient_c\"\nvalues = \"18..26\"\n\
         [[vary]]\nkey = \"agent.person.temperature_c\"\nvalues = \"28+-0.5\"\nwith = \"room.ambient_c\"\nslope = 0.3\n";
     let draws = draws(&recipe(tables, &[]).unwrap());
@@ -75,7 +75,7 @@ fn a_key_follows_another_by_its_slope_and_stays_in_its_bounds() {
             .sum()
     };
     let slope = products(0, 1) / products(0, 0);
-    // Standard error: 0.5 / (8 / √12 · √4000). The bounds, 4 sd from the mean, cut next to nothing.
+    // Standard error: 0.5 / (8 / √12 · √4000).
     assert!((slope - 0.3).abs() < 4.0 * 0.0035, "{slope}");
     assert!((y - 28.0).abs() < 0.06, "{y}");
     assert!(
