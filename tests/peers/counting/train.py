@@ -214,7 +214,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("program", type=Path, help="grideye")
     parser.add_argument("--out", type=Path, help="folder for the simulated frames; default: they are not kept")
-    parser.add_argument("--frames", type=int, default=24000, help="simulated frames; default %(default)s")
+    parser.add_argument("--frames", type=int, default=36000, help="simulated frames; default %(default)s")
     parser.add_argument("--seeds", type=int, default=3, help="networks per cell of the table; default %(default)s")
     parser.add_argument("--mistakes", type=Path, metavar="FILE.png", help="draw the worst mistakes beside the nearest simulated frames")
     given = parser.parse_args()
