@@ -25,7 +25,8 @@ SCENE = "scenes/counting.toml"
 SESSIONS = {2: "Session2_2021-07-01_RoomB_v2.csv", 3: "Session3_2021-07-06_RoomA_v2.csv"}
 COUNTS = range(4)
 STEPS, BATCH = 1200, 256
-# Frames with somebody who fills this many pixels are not trained on: people disagree about them too.
+# No frame with somebody who fills this many pixels is trained on: whoever labels it may count that person or not. Of
+# real frames, none that the labels call hard.
 UNCLEAR_PIXELS = 1, 2.5
 # A class's share of real frames, where both kinds have it: a session is three minutes of one room.
 REAL_SHARE = 0.3
@@ -59,11 +60,12 @@ def simulated(program, folder, frames):
 
 
 def session(number):
-    """A real session's frames less its median of each pixel, and how many people are in view."""
+    """A real session's frames less its median of each pixel, how many people are in view, and whether that was easy to say."""
     with open(ROOT / "recordings/linaige" / SESSIONS[number], newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     celsius = np.array([[float(row[f"pixel{pixel}"]) for pixel in range(64)] for row in rows]).reshape(-1, 8, 8)
-    return level(celsius - np.median(celsius, axis=0)), np.array([int(row["people_number"]) for row in rows])
+    counts, easy = np.array([(int(row["people_number"]), row["confidence"] == "e") for row in rows]).T
+    return level(celsius - np.median(celsius, axis=0)), counts, easy.astype(bool)
 
 
 def batches(sets, random):
@@ -143,10 +145,11 @@ def spread(values):
 
 def table(real, ours, seeds):
     """Prints the table; returns the networks that were trained on simulated frames alone."""
+    easy = {number: (frames[sure], counts[sure]) for number, (frames, counts, sure) in real.items()}
     kinds = {
         "simulated frames alone": lambda other: [(*ours, 1)],
-        "the other real session": lambda other: [(*real[other], 1)],
-        "both": lambda other: [(*ours, 1 - REAL_SHARE), (*real[other], REAL_SHARE)],
+        "the other real session": lambda other: [(*easy[other], 1)],
+        "both": lambda other: [(*ours, 1 - REAL_SHARE), (*easy[other], REAL_SHARE)],
     }
     row("trained on", *(f"session {number}{end}" for number in SESSIONS for end in ("", f", majority of {VOTES}")))
     row(*["---"] * (1 + 2 * len(SESSIONS)))
@@ -159,7 +162,7 @@ def table(real, ours, seeds):
                 counters = [train(sets(other), seed) for seed in seeds]
             else:
                 counters = alone = alone or [train(sets(other), seed) for seed in seeds]
-            frames, counts = real[number]
+            frames, counts, _ = real[number]
             found = [probabilities(counter, frames).argmax(axis=1) for counter in counters]
             cells += [spread([balanced(counts, one) for one in found]), spread([balanced(counts, majority(one)) for one in found])]
             right = [recalls(counts, one) for one in found]
@@ -183,7 +186,7 @@ def draw_mistakes(path, counter, real, ours, rows=8, near=4):
     image = Image.new("L", (columns * (tile + gap) + gap, len(SESSIONS) * rows * (tile + 3 * gap)))
     draw = ImageDraw.Draw(image)
     for place, number in enumerate(SESSIONS):
-        seen, labels = real[number]
+        seen, labels, _ = real[number]
         chance = probabilities(counter, seen)
         counted = chance.argmax(axis=1)
         sure = np.where(counted != labels, chance.max(axis=1), 0)
