@@ -34,6 +34,11 @@ fn a_dataset_is_the_same_in_numpy_pandas_pyarrow_polars_and_duckdb() {
 }
 
 #[test]
+fn keras_trains_with_the_documented_loader() {
+    script("loader.py", "the documented loader in Keras on JAX");
+}
+
+#[test]
 fn what_convert_writes_is_the_recording_to_every_reader() {
     script(
         "exports.py",
