@@ -3,7 +3,7 @@
 use crate::align::Orientation;
 use crate::decision::film::{Film, Image, PIXEL_COUNT, add, turned};
 use crate::decision::world::Drawn;
-use crate::numbers::{index, median};
+use crate::numbers::{count, index, median};
 use grideye_draw::text::fixed;
 use grideye_scene::Laws;
 use std::ops::Range;
@@ -37,8 +37,10 @@ const ASIDE_M: f64 = 0.5;
 const LATE_S: f64 = 0.8;
 /// People whose place is asked about one by one.
 pub(crate) const PEOPLE_MOST: usize = 4;
-/// Part of the time in view that a person must be told to be there.
+/// Part of the time, and of the time in view, that a person must be told to be there.
 const PARTS: usize = 5;
+/// Least share of what a person shows in a part of the time that is asked about.
+const SHOWN: f64 = 0.03;
 /// Shortest such part, seconds.
 const PART_S: f64 = 1.0;
 
@@ -52,7 +54,9 @@ impl Alternative {
         for person in 0..people.min(PEOPLE_MOST) {
             let ways = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
             all.extend(ways.map(|way| Self::Aside(person, way.map(|part| ASIDE_M * part))));
-            let parts = parts_in_view(&film.people[person].warmth(), &film.times_s);
+            let warmth = film.people[person].warmth();
+            let mut parts = parts_in_view(&warmth, &film.times_s);
+            parts.extend(parts_of_time(&warmth, &film.times_s));
             all.extend(parts.into_iter().map(|part| Self::Gone(person, part)));
         }
         all.extend(Orientation::ALL.into_iter().skip(1).map(Self::Turned));
@@ -191,6 +195,27 @@ fn parts_in_view(warmth: &[f64], times_s: &[f64]) -> Vec<Range<usize>> {
     let size = (seen.len() / PARTS).max(second).max(1);
     let part = |number: usize| seen[number * size]..seen[(number + 1) * size - 1] + 1;
     (0..seen.len() / size).map(part).collect()
+}
+
+/// Parts of the time, each half over the one before, in which a person shows something.
+fn parts_of_time(warmth: &[f64], times_s: &[f64]) -> Vec<Range<usize>> {
+    let (Some(first), Some(last)) = (times_s.first(), times_s.last()) else {
+        return Vec::new();
+    };
+    let part_s = (last - first) / count(PARTS);
+    if part_s < PART_S {
+        return Vec::new();
+    }
+    let squares = |of: &[f64]| of.iter().map(|warmth| warmth * warmth).sum::<f64>();
+    let part = |number: usize| {
+        let from_s = first + 0.5 * part_s * count(number);
+        let at = |time_s: f64| times_s.partition_point(|other| *other < time_s);
+        at(from_s)..at(from_s + part_s)
+    };
+    let parts = (0..2 * PARTS - 1).map(part);
+    parts
+        .filter(|part| squares(&warmth[part.clone()]) > SHOWN * squares(warmth))
+        .collect()
 }
 
 /// Places in view for one person more: the clearest of a coarse grid, away from people who stand.

@@ -76,9 +76,10 @@ pub struct Alternatively {
 }
 
 /// Right worlds.
-const RIGHT: usize = 400;
-/// Of them, those that set the scale of each block, and as many for the law of each statistic. The rest set the rank.
-const FOR_LAWS: usize = 110;
+const RIGHT: usize = 600;
+/// Of them, those that set the scale of each block, and the law of each statistic. The rest set the rank.
+const FOR_BLOCKS: usize = 120;
+const FOR_LAWS: usize = 220;
 const OF_ALTERNATIVE: usize = 100;
 /// Worlds of each offset that is tried.
 const OF_OFFSET: usize = 30;
@@ -140,8 +141,8 @@ pub(crate) fn decide(
 ) -> Decision {
     let mut worlds = Worlds::new(film, recording, laws);
     let right = worlds.right();
-    let (known, held) = right.split_at(2 * FOR_LAWS);
-    let (of_blocks, of_laws) = known.split_at(FOR_LAWS);
+    let (known, held) = right.split_at(FOR_BLOCKS + FOR_LAWS);
+    let (of_blocks, of_laws) = known.split_at(FOR_BLOCKS);
     let spread = Spread::new(of_blocks, of_laws);
     let held = held.iter();
     let mut held: Vec<f64> = held.map(|one| spread.farthest(one).1).collect();

@@ -88,7 +88,7 @@ pub(crate) fn one_in_a_hundred(mut values: Vec<f64>) -> f64 {
 /// Likeness below which nothing is said any more: the contrast is too low to divide by.
 const UNLIKE: f64 = -20.0;
 
-/// The farthest of 110 draws of a normal law, in standard deviations.
+/// The farthest of 120 draws of a normal law, in standard deviations.
 const LONGEST_SDS: f32 = 2.5;
 
 /// Location and scale of each statistic in right worlds.
