@@ -1,17 +1,18 @@
 //! Labeled frames per second of CPU time on this machine, without writing them.
 
 use grideye_dataset::{
-    Cause, CountsFrom, Folder, Frames, Manifest, Output, Part, Shard, Subject, Table, make,
+    Cause, CountsFrom, Folder, Frames, Manifest, Output, Part, Remembered, Shard, Subject, Table,
+    make,
 };
 use grideye_scene::Scene;
 use grideye_variation::Recipe;
-use std::collections::BTreeMap;
 use std::error::Error;
 use std::fs::{self, File};
 use std::io;
 use std::path::Path;
 
 const FRAMES: u32 = 1000;
+const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
 
 const PERSON: &str = "person = { height_mm = 1700 }\n";
 const PARTS: &str = "[[agent.part]]\nname = \"trunk\"\nshape = \"capsule\"\nposition_mm = [0, 0, 700]\nsize_mm = [240, 400, 780]\ntemperature_c = 27\n\
@@ -20,7 +21,18 @@ const PARTS: &str = "[[agent.part]]\nname = \"trunk\"\nshape = \"capsule\"\nposi
 const BOX: &str = "size_mm = [300, 500, 1750]\ntemperature_c = 29\n";
 
 fn main() -> Result<(), Box<dyn Error>> {
-    println!("labeled frames a CPU second, three agents on the floor");
+    println!("labeled frames a CPU second");
+    for (name, clip, more) in [
+        ("counting", 1, None),
+        ("counting", 1, Some("people=3")),
+        ("falls", 50, None),
+    ] {
+        let frames = preset(name, clip, more)?;
+        let taken_s = taken_s(&frames)?;
+        let name = format!("preset {name} {}", more.unwrap_or_default());
+        println!("{name:30} {:8.0}", f64::from(FRAMES) / taken_s);
+    }
+    println!("three agents on the floor of a room without objects");
     for (name, model, body, key) in [
         (
             "physical, people",
@@ -62,19 +74,32 @@ fn frames(model: &str, body: &str, key: &str) -> Result<Frames, Box<dyn Error>> 
         .map(|number| format!("agent.{number}.position=floor"))
         .collect();
     vary.push(key.to_owned());
-    let none = |_: &str| Err(io::ErrorKind::NotFound.into());
-    let scene = Scene::parse(&text, "room.toml", &none)?.scene;
+    subject(text, vary, 1)
+}
+
+fn preset(name: &str, clip: u64, more: Option<&str>) -> Result<Frames, Box<dyn Error>> {
+    let text = fs::read_to_string(format!("{SCENES}/{name}.toml"))?;
+    let vary = more.map(str::to_owned).into_iter().collect();
+    subject(text, vary, clip)
+}
+
+fn subject(text: String, vary: Vec<String>, clip: u64) -> Result<Frames, Box<dyn Error>> {
+    let files = |name: &str| fs::read_to_string(format!("{SCENES}/{name}"));
+    let files = Remembered::new(&files);
+    let scene = Scene::parse(&text, "room.toml", &files)?.scene;
+    let recipe = Recipe::new(&text, "room.toml", &vary)?;
+    recipe.check(&files)?;
     let subject = Subject {
         title: "room".to_owned(),
-        recipe: Recipe::new(&text, "room.toml", &vary)?,
+        recipe,
         text,
-        files: BTreeMap::new(),
+        files: files.into_texts(),
         is_built_in: false,
         vary,
         sensor: "ceiling".to_owned(),
         without_grid: false,
         seed: 1,
-        clip: 1,
+        clip,
         counts_from: CountsFrom::default(),
     };
     Ok(Frames::new(subject, &scene)?)
