@@ -28,8 +28,8 @@ STEPS, BATCH = 1200, 256
 # No frame with somebody who fills this many pixels is trained on: whoever labels it may count that person or not. Of
 # real frames, none that the labels call hard.
 UNCLEAR_PIXELS = 1, 2.5
-# A class's share of real frames, where both kinds have it: a session is three minutes of one room.
-REAL_SHARE = 0.3
+# Of a count's frames, where both kinds have it: a session is three minutes of one room.
+REAL_SHARE = 0.1
 VOTES = 7
 
 
