@@ -28,8 +28,8 @@ STEPS, BATCH = 1200, 256
 # No frame with somebody who fills this many pixels is trained on: whoever labels it may count that person or not. Of
 # real frames, none that the labels call hard.
 UNCLEAR_PIXELS = 1, 2.5
-# A class's share of real frames, where both kinds have it: a session is three minutes of one room.
-REAL_SHARE = 0.3
+# Of a count's frames, where both kinds have it: a session is three minutes of one room.
+REAL_SHARE = 0.1
 VOTES = 7
 
 
@@ -69,7 +69,7 @@ def session(number):
 
 
 def batches(sets, random):
-    """Batches with all counts equally often, in all eight symmetries and with 18 % more or less contrast.
+    """Batches with all counts equally often, in all eight symmetries and with up to 18 % more or less contrast.
 
     `sets` are (frames, counts, share); a count's frames come from the sets that have it, by their shares.
     """
@@ -169,7 +169,7 @@ def table(real, ours, seeds):
             parts.append([kind, number, *(f"{np.mean([one[count] for one in right]):.0f}" if count in right[0] else "" for count in COUNTS)])
         row(kind, *cells)
     print()
-    row("trained on", "session", *(f"{count} people" for count in COUNTS))
+    row("trained on", "session", *("1 person" if count == 1 else f"{count} people" for count in COUNTS))
     row(*["---"] * (2 + len(COUNTS)))
     for part in parts:
         row(*part)
