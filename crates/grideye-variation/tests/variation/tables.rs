@@ -78,11 +78,10 @@ fn a_law_moves_with_another_key_by_its_slope() {
     // Standard error: 0.5 / (8 / √12 · √4000).
     assert!((slope - 0.3).abs() < 4.0 * 0.0035, "{slope}");
     assert!((y - 28.0).abs() < 0.06, "{y}");
-    assert!(
-        draws
-            .iter()
-            .all(|draw| (26.0..=30.0).contains(&number(draw, 1)))
-    );
+    // At most 4 sd and 4 °C off: 28 + 4 · 0.5 + 0.3 · 4. Some are farther than the law alone goes.
+    let all = || draws.iter().map(|draw| number(draw, 1));
+    assert!(all().all(|celsius| (24.8..=31.2).contains(&celsius)));
+    assert!(all().any(|celsius| celsius > 30.0));
 }
 
 #[test]
