@@ -182,8 +182,13 @@ fn the_readmes_example_is_a_scene() {
         .skip(1)
         .filter_map(|rest| rest.split("```").next())
         .collect();
-    assert_eq!(examples.len(), 1);
-    let loaded = load(examples[0], "README.md");
+    let [example, vary] = examples[..] else {
+        panic!("{examples:?}");
+    };
+    let text = format!("{example}\n{vary}");
+    let tables = Scene::vary_in(&text, "README.md").unwrap();
+    assert_eq!(tables.len(), vary.matches("[[vary]]").count());
+    let loaded = load(example, "README.md");
     assert_eq!(loaded.warnings, []);
     let scene = loaded.scene;
     let sensor = scene.sensor("ceiling").unwrap();
@@ -203,7 +208,7 @@ fn the_readmes_example_is_a_scene() {
         "present",
     ];
     // Without its last tables, whose places would differ.
-    let (example, _) = examples[0].split_once("[[uncertain]]").unwrap();
+    let (example, _) = example.split_once("[[uncertain]]").unwrap();
     let scene = load(example, "README.md").scene;
     let shorter: String = example
         .lines()
