@@ -21,7 +21,7 @@ pub struct Seen {
     pub people: u64,
     /// What the first agent who is there does.
     pub doing: Option<&'static str>,
-    /// What the sensor measures beyond the frame's median, °C, cut at [`CUT_C`].
+    /// What the sensor measures beyond the frame's median, °C, cut at -2 and 4.
     pub celsius: Vec<f64>,
 }
 

@@ -81,6 +81,8 @@ const RIGHT: usize = 600;
 const FOR_BLOCKS: usize = 120;
 const FOR_LAWS: usize = 220;
 const OF_ALTERNATIVE: usize = 100;
+/// Of one that right worlds come near to.
+const OF_NEAR: usize = 400;
 /// Worlds of each offset that is tried.
 const OF_OFFSET: usize = 30;
 /// Offsets that are tried for [`Decision::refused_aside_m`], meters.
@@ -244,21 +246,32 @@ impl<'a> Worlds<'a> {
         right: &[Statistics],
     ) -> Alternatively {
         let of = self.judge.rivals[number].what.clone();
-        let numbers = 0..self.errors.len();
-        let likeness = |index: usize| {
-            let drawn = self.drawn();
-            let shown = of.shown(self.film, &drawn);
-            self.judge
-                .likeness(number, &sum(shown, &self.errors[index]))
+        let mut likeness: Vec<f64> = Vec::with_capacity(OF_ALTERNATIVE);
+        let above = |limit| {
+            right
+                .iter()
+                .filter(|right| right.likeness[number] > limit)
+                .count()
         };
-        let limit = one_in_a_hundred(numbers.map(likeness).collect());
-        let above = right.iter().filter(|right| right.likeness[number] > limit);
+        let mut limit = f64::INFINITY;
+        for worlds in [OF_ALTERNATIVE, OF_NEAR] {
+            for index in likeness.len()..worlds {
+                let drawn = self.drawn();
+                let shown = of.shown(self.film, &drawn);
+                let error = &self.errors[index % self.errors.len()];
+                likeness.push(self.judge.likeness(number, &sum(shown, error)));
+            }
+            limit = one_in_a_hundred(likeness.clone());
+            if above(limit) == right.len() {
+                break;
+            }
+        }
         Alternatively {
             what: of.in_words(self.film),
             of,
             likeness: found.likeness[number],
             limit,
-            power: count(above.count()) / count(right.len()),
+            power: count(above(limit)) / count(right.len()),
             is_alike: self.judge.rivals[number].is_alike,
         }
     }

@@ -74,7 +74,7 @@ fn excess(values: &[f64], sign: f64, from: f64) -> f64 {
     mean(&beyond).unwrap_or(0.0)
 }
 
-/// What one in a hundred exceeds, of a hundred values: by an exponential tail beyond what one in twenty does, but no more
+/// What one in a hundred exceeds, of a hundred values or more: by an exponential tail beyond what one in twenty does, but no more
 /// than the highest, because some alternatives show nothing at all of the scene.
 pub(crate) fn one_in_a_hundred(mut values: Vec<f64>) -> f64 {
     /// ln 5: one in five of those.

@@ -62,11 +62,8 @@ pub fn compare_scene(
     let (room, background) = renderer.learned_room(records, &aligned, protocol);
     let fitted = leave_out_fitted(&mut aligned.frames);
     let number = number(protocol, options.frames)?;
-    let unit = background
-        .as_ref()
-        .is_none_or(|fit| !fit.is_worse())
-        .then_some(options.unit)
-        .flatten();
+    let is_known = background.as_ref().is_none_or(|fit| !fit.is_worse());
+    let unit = options.unit.filter(|_| is_known);
     let (decision, remedy) = decided(&aligned, (scene, sensor), unit, options)?;
     let drift_c = drift_c(&aligned, &decision, options);
     let real = chosen(&aligned.frames, lag_frames, number, &mut notes);
