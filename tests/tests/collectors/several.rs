@@ -256,6 +256,15 @@ fn a_recording_holds_exactly_what_was_acknowledged_between_its_start_and_stop_wh
                 let id = collectors[0].start_recording(&format!("round {round}"));
                 let after_start = acknowledged();
                 std::thread::sleep(Duration::from_millis(150));
+                // A busy machine may need longer for a frame of each that surely came after the start.
+                let has_more = |now: &[u64]| {
+                    now.iter()
+                        .zip(&after_start)
+                        .all(|(now, then)| *now > then + 1)
+                };
+                wait_for("a frame of each agent", || {
+                    has_more(&acknowledged()).then_some(())
+                });
                 let before_stop = acknowledged();
                 // Started through one collector, stopped and read through the other.
                 let csv = collectors[1].recording_csv(id);

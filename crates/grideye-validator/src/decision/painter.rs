@@ -15,8 +15,8 @@ pub(super) const ALIKE: f64 = 2.0;
 /// So far aside a person is still where the scene has it, meters.
 const QUARTER_M: f64 = 0.25;
 /// Root of the sum of squares over the pixels, °C, from which one more person who stands must be told from what any unit and
-/// room may show: 8 times 0.38 °C, what pixels of real units and rooms differ by.
-const CLEAR_C: f64 = 3.0;
+/// room may show: 10 times 0.38 °C, what pixels of real units and rooms differ by.
+const CLEAR_C: f64 = 4.0;
 
 /// Normal equations of the subjects' contrasts.
 pub(super) struct Equations {
