@@ -26,12 +26,12 @@ const STILL_S: f64 = 0.35;
 /// A scene at the times of a recording's pictures, without noise.
 pub(crate) struct Film {
     pub(crate) times_s: Vec<f64>,
-    /// The scene without what is to be recognized.
+    /// The scene without its subjects.
     pub(crate) room: Vec<Image>,
     pub(crate) people: Vec<Walker>,
     /// How it looks with each uncertain number of the scene off.
     pub(crate) leanings: Vec<Leaning>,
-    /// In a scene without people its objects are to be recognized.
+    /// The subjects of a scene without people.
     pub(crate) objects: Option<Vec<Image>>,
 }
 
@@ -178,7 +178,7 @@ impl Film {
         self.times_s.len()
     }
 
-    /// What is to be recognized, as the scene has it.
+    /// The subjects, as the scene has them.
     pub(crate) fn claimed(&self) -> Vec<Image> {
         let mut all = self
             .objects
@@ -192,7 +192,7 @@ impl Film {
         all
     }
 
-    /// The same with this many times the contrast of what is to be recognized.
+    /// The same with subjects of this many times the contrast.
     pub(crate) fn warmer(mut self, times: f32) -> Self {
         let scale = |image: &mut Image| image.iter_mut().for_each(|celsius| *celsius *= times);
         for walker in &mut self.people {

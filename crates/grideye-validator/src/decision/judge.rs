@@ -212,7 +212,7 @@ impl Judge {
 
     /// Whether a recording shows nothing but the room and noise.
     pub(crate) fn is_empty(&self, recording: &[Image], room: &[Image]) -> bool {
-        /// In standard deviations, what the scene has to be recognized.
+        /// In standard deviations, what subjects show at least.
         const SEEN_SDS: f64 = 3.0;
         /// Of what changes, beyond that of noise: its estimate may be off by as much.
         const MOVING: f64 = 0.1;

@@ -6,10 +6,11 @@
 //!  noise, pattern and steps of the unit ─────────────────┘          └──▶ statistics of each alternative ─▶ told apart or not
 //! ```
 //!
-//! A world is a recording that could be: people beside where the scene has them, warmer or colder, earlier or later,
-//! seen by a unit with its own pattern and noise. The recording's statistics are compared with those of worlds of the
-//! scene (is it one of them?) and of worlds of each alternative (nobody, mirrored, half a meter aside, at another
-//! time): if the recording could come from an alternative too, it cannot tell.
+//! A scene's subjects are its people, or its objects if it has none. A world is a recording that could be: people beside
+//! where the scene has them, warmer or colder, earlier or later, seen by a unit with its own pattern and noise. The
+//! recording's statistics are compared with those of worlds of the scene (is it one of them?) and of worlds of each
+//! alternative (nobody, mirrored, half a meter aside, at another time): if the recording could come from an alternative
+//! too, it cannot tell.
 
 mod alternative;
 mod decide;

@@ -30,7 +30,7 @@ pub(crate) struct Rival {
     pub(super) subject: Option<usize>,
     /// The room in this story.
     pub(super) room: usize,
-    /// By delay: the difference of what is to be recognized, and its products.
+    /// By delay: the difference of the subjects, and its products.
     pub(super) difference: Vec<(Template, Products)>,
     /// Products of the difference of the rooms, without and with each delay.
     pub(super) rooms: RoomProducts,
@@ -99,7 +99,7 @@ pub(super) struct Painter<'a> {
     lags_s: &'a [f64],
     /// The scene's, then those of other orientations.
     pub(super) rooms: Vec<Room>,
-    /// All that is to be recognized.
+    /// All subjects.
     claimed: Vec<Image>,
     /// By delay and subject.
     pub(super) pictures: Vec<Vec<Vec<Image>>>,

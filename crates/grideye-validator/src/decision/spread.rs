@@ -47,7 +47,7 @@ impl Law {
         }
     }
 
-    /// How surprising it is to be so high: the negative logarithm of the share that is, by an exponential tail.
+    /// How surprising so high a value is: the negative logarithm of the share that is, by an exponential tail.
     fn above(&self, value: f64) -> f64 {
         self.beyond(1.0, value)
     }

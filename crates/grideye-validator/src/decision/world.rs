@@ -15,7 +15,7 @@ const OBJECTS_SD: f64 = 0.2;
 pub(crate) struct Drawn {
     /// For each person: how many times its contrast, and how far aside it is in each picture, meters.
     people: Vec<(f32, Vec<[f64; 2]>)>,
-    /// How many times the contrast of its objects, if they are to be recognized.
+    /// How many times the contrast of the objects, if they are the subjects.
     objects: f32,
     /// How many standard deviations each uncertain number of the scene is off.
     off: Vec<f32>,

@@ -10,6 +10,7 @@ mod coverage;
 mod dataset;
 mod man;
 mod palettes;
+mod preset;
 mod simulate;
 mod texts;
 mod whole;

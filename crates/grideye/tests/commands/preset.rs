@@ -1,0 +1,62 @@
+//! `grideye dataset --preset` and `--preview`.
+
+use crate::dataset::{done, files};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+/// How many rows of images a sheet has: bands that are not white, in a column of the first image.
+fn rows(sheet: &Path) -> usize {
+    let file = std::io::BufReader::new(fs::File::open(sheet).unwrap());
+    let mut decoder = png::Decoder::new(file);
+    decoder.set_transformations(png::Transformations::normalize_to_color8());
+    let mut reader = decoder.read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut bytes).unwrap();
+    let line = info.line_size;
+    let channels = line / usize::try_from(info.width).unwrap();
+    let is_image = |line: &[u8]| {
+        line[30 * channels..31 * channels]
+            .iter()
+            .any(|byte| *byte != 255)
+    };
+    let lines: Vec<bool> = bytes.chunks(line).map(is_image).collect();
+    let bands = lines.chunk_by(|one, other| one == other);
+    bands.filter(|band| band[0] && band.len() > 50).count()
+}
+
+/// As many rows as the dataset has classes, or clips; nothing else is written.
+#[test]
+fn a_preset_is_looked_at_and_made() {
+    let folder = tempfile::tempdir().unwrap();
+    let preset = |words: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_grideye"));
+        command.args(["dataset", "--preset"]).args(words);
+        done(command.current_dir(folder.path()))
+    };
+    preset(&["counting", "--frames", "300", "--preview", "people.png"]);
+    preset(&[
+        "falls",
+        "--frames",
+        "200",
+        "--clip",
+        "50",
+        "--preview",
+        "clips.png",
+    ]);
+    let names: Vec<String> = files(folder.path()).into_keys().collect();
+    assert_eq!(names, ["clips.png", "people.png"]);
+    assert_eq!(rows(&folder.path().join("clips.png")), 4);
+
+    let said = preset(&["counting", "--frames", "300", "--out", "set"]);
+    let (_, classes) = said.split_once("people in view: ").unwrap();
+    let classes = classes.split(", ").count();
+    assert!(classes >= 3, "{said}");
+    assert_eq!(rows(&folder.path().join("people.png")), classes);
+    let card = fs::read_to_string(folder.path().join("set/DATACARD.md")).unwrap();
+    assert!(
+        card.contains("grideye dataset --preset counting "),
+        "{card}"
+    );
+    assert!(card.contains("\n- `people=0..3, weights "), "{card}");
+}
