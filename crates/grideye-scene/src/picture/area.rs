@@ -9,6 +9,8 @@ use crate::geometry::{clipped, count, polygon::bounds};
 use crate::model::Sensor;
 use crate::radiometry::{Air, Glow};
 use glam::{DVec2, DVec3};
+use std::borrow::Cow;
+use std::cmp::Ordering;
 
 /// A convex polygon in the image plane, in pixels: x to the right, y down, from the top left corner.
 type Polygon = Vec<DVec2>;
@@ -20,6 +22,8 @@ pub(crate) struct Facet {
     bounds: (DVec2, DVec2),
     /// The inverse depth is `inverse_depth · (x, y, 1)`.
     inverse_depth: DVec3,
+    /// The largest inverse depth of its corners.
+    nearest: f64,
     glow: Glow,
     /// Perceived temperature where its plane is nearest, °C above ambient: decides which of two facets at one depth is
     /// seen.
@@ -47,6 +51,8 @@ pub(crate) struct ImagePlane {
 #[derive(Debug, Clone)]
 pub(crate) struct StaticFacets {
     facets: Vec<Facet>,
+    /// Bounds of each facet.
+    bounds: Vec<(DVec2, DVec2)>,
     pieces: Vec<Piece>,
 }
 
@@ -85,8 +91,13 @@ impl ImagePlane {
             .map(|corner| self.half - DVec2::new(corner.y, corner.z) / corner.x / self.pitch)
             .collect();
         let by_pixel = -DVec2::new(inverse_depth.y, inverse_depth.z) * self.pitch;
+        let by_point = by_pixel.extend(inverse_depth.x - by_pixel.dot(self.half));
+        let depths = outline
+            .iter()
+            .map(|point| by_point.dot(point.extend(1.0)).abs());
         let facet = Facet {
-            inverse_depth: by_pixel.extend(inverse_depth.x - by_pixel.dot(self.half)),
+            inverse_depth: by_point,
+            nearest: depths.fold(0.0, f64::max),
             bounds: bounds(outline.iter().copied()),
             outline: counter_clockwise(outline),
             warmth_c: air.excess(&glow, 1.0 / inverse_depth.length_squared()),
@@ -124,11 +135,12 @@ impl ImagePlane {
 impl StaticFacets {
     pub(crate) fn new(facets: Vec<Facet>) -> Self {
         let mut pieces = Vec::new();
+        let of_facets = all_bounds(&facets);
         for (index, facet) in facets.iter().enumerate() {
             let mut outlines = vec![facet.outline.clone()];
-            for (other_index, other) in facets.iter().enumerate() {
-                if other_index != index {
-                    hide(&mut outlines, facet, other, other_index < index);
+            for other in overlapping(facet, &of_facets) {
+                if other != index {
+                    hide(&mut outlines, facet, &facets[other], other < index);
                 }
             }
             pieces.extend(outlines.into_iter().map(|outline| Piece {
@@ -137,7 +149,11 @@ impl StaticFacets {
                 facet: index,
             }));
         }
-        Self { facets, pieces }
+        Self {
+            bounds: of_facets,
+            facets,
+            pieces,
+        }
     }
 
     pub(crate) fn add(&self, plane: &ImagePlane, air: &Air, pixels: &mut [f64]) {
@@ -191,15 +207,16 @@ impl StaticFacets {
         &'a self,
         moving: &'a [Facet],
     ) -> impl Iterator<Item = (&'a Facet, Polygon)> + 'a {
+        let moving_bounds = all_bounds(moving);
         moving.iter().enumerate().flat_map(move |(index, facet)| {
             let mut outlines = vec![facet.outline.clone()];
-            for (other_index, other) in moving.iter().enumerate() {
-                if other_index != index {
-                    hide(&mut outlines, facet, other, other_index < index);
+            for other in overlapping(facet, &moving_bounds) {
+                if other != index {
+                    hide(&mut outlines, facet, &moving[other], other < index);
                 }
             }
-            for other in &self.facets {
-                hide(&mut outlines, facet, other, true);
+            for other in overlapping(facet, &self.bounds) {
+                hide(&mut outlines, facet, &self.facets[other], true);
             }
             outlines.into_iter().map(move |outline| (facet, outline))
         })
@@ -315,29 +332,39 @@ fn band(index: usize, count: usize) -> (f64, f64) {
     )
 }
 
-/// Removes what another facet hides. At the same depth the warmer one is seen; between equals `wins` decides.
+/// Bounds side by side: most of the facets of a body are nowhere near each other.
+fn all_bounds(facets: &[Facet]) -> Vec<(DVec2, DVec2)> {
+    facets.iter().map(|facet| facet.bounds).collect()
+}
+
+fn overlapping(facet: &Facet, bounds: &[(DVec2, DVec2)]) -> impl Iterator<Item = usize> {
+    let others = bounds.iter().enumerate();
+    others.filter_map(|(index, other)| overlap(facet.bounds, *other).then_some(index))
+}
+
+/// Removes what another facet hides that overlaps it. At the same depth the warmer one is seen; between equals `wins` decides.
 fn hide(outlines: &mut Vec<Polygon>, facet: &Facet, other: &Facet, wins: bool) {
-    if !overlap(facet.bounds, other.bounds) || outlines.is_empty() {
+    if outlines.is_empty() {
         return;
     }
     let nearer = other.inverse_depth - facet.inverse_depth;
-    let scale = facet
-        .outline
-        .iter()
-        .map(|point| facet.inverse_depth.dot(point.extend(1.0)).abs());
-    let scale = scale.fold(0.0, f64::max);
     let coincide = facet
         .outline
         .iter()
-        .all(|point| nearer.dot(point.extend(1.0)).abs() <= SAME_DEPTH * scale);
+        .all(|point| nearer.dot(point.extend(1.0)).abs() <= SAME_DEPTH * facet.nearest);
+    let in_front = |point: DVec2| nearer.dot(point.extend(1.0));
     let cover = if coincide {
         match other.warmth_c.total_cmp(&facet.warmth_c) {
-            std::cmp::Ordering::Greater => other.outline.clone(),
-            std::cmp::Ordering::Equal if wins => other.outline.clone(),
+            Ordering::Greater => Cow::Borrowed(&other.outline),
+            Ordering::Equal if wins => Cow::Borrowed(&other.outline),
             _ => return,
         }
+    } else if other.outline.iter().all(|point| in_front(*point) <= 0.0) {
+        return;
+    } else if other.outline.iter().all(|point| in_front(*point) >= 0.0) {
+        Cow::Borrowed(&other.outline)
     } else {
-        clipped(&other.outline, |point| nearer.dot(point.extend(1.0)))
+        Cow::Owned(clipped(&other.outline, in_front))
     };
     if area(&cover) <= AREA_MIN {
         return;
