@@ -44,6 +44,7 @@ mod compare;
 mod decision;
 mod error;
 mod frames;
+mod linear;
 pub mod metrics;
 mod names;
 mod numbers;

@@ -2,7 +2,6 @@
 
 use crate::calibrate::document;
 use crate::calibrate::frames::Frames;
-use crate::calibrate::linear::dot;
 use crate::calibrate::model::{Model, check_bounds, noise_key, unknowns};
 use crate::calibrate::noise::Parts;
 use crate::calibrate::search::{FineSearch, from_several_starts, steps_in_frames};
@@ -13,6 +12,7 @@ use crate::calibrate::uncertainty::{PART_MIN, UNIFORM_SD, Uncertainty, student_9
 use crate::frames::fitted::calibrated;
 use crate::frames::timeline::{Joined, Timeline};
 use crate::frames::types::STEP_VARIANCE;
+use crate::linear::dot;
 use crate::numbers::count;
 use grideye_draw::text::fixed;
 use grideye_frame::PIXELS;

@@ -22,7 +22,6 @@
 mod calibration;
 mod document;
 mod frames;
-mod linear;
 mod model;
 mod noise;
 mod search;

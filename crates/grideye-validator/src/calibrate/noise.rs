@@ -10,7 +10,7 @@
 //! ```
 //! The three are orthogonal, and each is weighted by its own variance.
 
-use crate::calibrate::linear::{Matrix, cholesky, dot, forward, zeros};
+use crate::linear::{Matrix, cholesky, dot, forward, zeros};
 use crate::numbers::count;
 use grideye_frame::PIXELS;
 use grideye_scene::profile::{CYCLE_TICKS, CommonMode};

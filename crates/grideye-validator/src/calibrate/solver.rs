@@ -4,7 +4,7 @@
 //! step showed (Broyden 1965, Math. Comp. 19:577); taken again only where they mislead; and kept before weighting, so
 //! that other weights need none.
 
-use crate::calibrate::linear::{self, Matrix, dot, zeros};
+use crate::linear::{self, Matrix, dot, zeros};
 use grideye_scene::uncertain::Normal;
 
 /// Where a search stands.

@@ -1,8 +1,8 @@
 //! Uncertainties of the unknowns.
 
-use crate::calibrate::linear::{self, Matrix, dot, eigen, inverse, product, zeros};
 use crate::calibrate::noise::{Freedom, Noise, Parts};
 use crate::calibrate::solver::{Solution, normal_equations};
+use crate::linear::{self, Matrix, dot, eigen, inverse, product, zeros};
 use crate::numbers::count;
 use grideye_frame::PIXELS;
 

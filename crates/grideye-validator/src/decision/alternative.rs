@@ -3,7 +3,7 @@
 use crate::align::Orientation;
 use crate::decision::film::{Film, Image, PIXEL_COUNT, add, turned};
 use crate::decision::world::Drawn;
-use crate::numbers::{count, index, median};
+use crate::numbers::count;
 use grideye_draw::text::fixed;
 use grideye_scene::Laws;
 use std::ops::Range;
@@ -119,6 +119,11 @@ impl Alternative {
         )
     }
 
+    /// Whether somebody is there for a while, or besides the scene's people, who are there.
+    pub(crate) fn comes_or_goes(&self) -> bool {
+        matches!(self, Self::Gone(..) | Self::More(_) | Self::Follower(_))
+    }
+
     /// The one person that it is about.
     pub(crate) fn person(&self) -> Option<usize> {
         match self {
@@ -184,17 +189,23 @@ impl Alternative {
     }
 }
 
-/// Consecutive parts of the time in which a person is in view, as many pictures in each.
+/// Consecutive parts of the time in which a person is in view, with as much of what it shows in each.
 fn parts_in_view(warmth: &[f64], times_s: &[f64]) -> Vec<Range<usize>> {
-    let clear = 0.25 * warmth.iter().copied().fold(0.0, f64::max);
-    let seen: Vec<usize> = (0..warmth.len())
-        .filter(|&index| clear > 0.0 && warmth[index] > clear)
-        .collect();
-    let steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let second = median(&steps).map_or(1, |step_s| index(PART_S / step_s.max(1e-3)));
-    let size = (seen.len() / PARTS).max(second).max(1);
-    let part = |number: usize| seen[number * size]..seen[(number + 1) * size - 1] + 1;
-    (0..seen.len() / size).map(part).collect()
+    let part = squares(warmth) / count(PARTS);
+    let mut all = Vec::new();
+    let (mut first, mut sum) = (0, 0.0);
+    for (index, warmth) in warmth.iter().enumerate() {
+        sum += warmth * warmth;
+        if sum > 0.999 * part && times_s[index] - times_s[first] > 0.999 * PART_S {
+            all.push(first..index + 1);
+            (first, sum) = (index + 1, 0.0);
+        }
+    }
+    all
+}
+
+fn squares(of: &[f64]) -> f64 {
+    of.iter().map(|warmth| warmth * warmth).sum()
 }
 
 /// Parts of the time, each half over the one before, in which a person shows something.
@@ -206,7 +217,6 @@ fn parts_of_time(warmth: &[f64], times_s: &[f64]) -> Vec<Range<usize>> {
     if part_s < PART_S {
         return Vec::new();
     }
-    let squares = |of: &[f64]| of.iter().map(|warmth| warmth * warmth).sum::<f64>();
     let part = |number: usize| {
         let from_s = first + 0.5 * part_s * count(number);
         let at = |time_s: f64| times_s.partition_point(|other| *other < time_s);

@@ -7,7 +7,7 @@ use crate::decision::recording::Recording;
 use crate::decision::spread::{Cause, OWN, Spread, one_in_a_hundred};
 use crate::decision::unit::Unit;
 use crate::decision::world::Drawn;
-use crate::numbers::{count, index};
+use crate::numbers::{count, index, percentile};
 use grideye_scene::Laws;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -81,7 +81,7 @@ const RIGHT: usize = 600;
 const FOR_BLOCKS: usize = 120;
 const FOR_LAWS: usize = 220;
 const OF_ALTERNATIVE: usize = 100;
-/// Of one that right worlds come near to.
+/// Of one that right worlds come near to: of those, one in a hundred may agree.
 const OF_NEAR: usize = 400;
 /// Worlds of each offset that is tried.
 const OF_OFFSET: usize = 30;
@@ -152,14 +152,14 @@ pub(crate) fn decide(
     let found = worlds.judge.of(&recording.pictures);
     let (place, off) = spread.farthest(&found);
     let farther = held.iter().filter(|other| **other >= off).count();
-    let alternatives: Vec<Alternatively> = (0..worlds.judge.rivals.len())
-        .map(|rival| worlds.alternatively(rival, &found, &right))
-        .collect();
     let refused = held.len() - 1 - index(right_min * count(held.len() + 1));
+    let is_refused = |one: &Statistics| spread.farthest(one).1 > held[refused];
+    let alternatives: Vec<Alternatively> = (0..worlds.judge.rivals.len())
+        .map(|rival| worlds.alternatively(rival, &found, &right, &is_refused))
+        .collect();
     let is_agreed = |one: &Statistics| {
         let mut all = alternatives.iter().zip(&one.likeness);
-        spread.farthest(one).1 <= held[refused]
-            && all.all(|(one, likeness)| !one.counts() || *likeness > one.limit)
+        !is_refused(one) && all.all(|(one, likeness)| !one.counts() || *likeness > one.limit)
     };
     let has_people = worlds.has_people();
     let mut offsets = OFFSETS_M.into_iter().filter(|_| has_people);
@@ -244,27 +244,31 @@ impl<'a> Worlds<'a> {
         number: usize,
         found: &Statistics,
         right: &[Statistics],
+        is_refused: &impl Fn(&Statistics) -> bool,
     ) -> Alternatively {
         let of = self.judge.rivals[number].what.clone();
-        let mut likeness: Vec<f64> = Vec::with_capacity(OF_ALTERNATIVE);
         let above = |limit| {
-            right
-                .iter()
-                .filter(|right| right.likeness[number] > limit)
-                .count()
+            let likeness = right.iter().map(|right| right.likeness[number]);
+            likeness.filter(|likeness| *likeness > limit).count()
         };
-        let mut limit = f64::INFINITY;
-        for worlds in [OF_ALTERNATIVE, OF_NEAR] {
-            for index in likeness.len()..worlds {
-                let drawn = self.drawn();
-                let shown = of.shown(self.film, &drawn);
-                let error = &self.errors[index % self.errors.len()];
-                likeness.push(self.judge.likeness(number, &sum(shown, error)));
+        let mut likeness = Vec::with_capacity(OF_ALTERNATIVE);
+        for index in 0..OF_ALTERNATIVE {
+            let world = self.world_of(&of, index);
+            likeness.push(self.judge.likeness(number, &world));
+        }
+        likeness.sort_by(f64::total_cmp);
+        let from = percentile(&likeness, 95).unwrap_or(f64::NEG_INFINITY);
+        let mut limit = one_in_a_hundred(likeness_beyond(&likeness, from), from, OF_ALTERNATIVE);
+        if above(limit) < right.len() {
+            let mut agreed = Vec::new();
+            for index in 0..OF_NEAR {
+                let world = self.world_of(&of, index);
+                let likeness = self.judge.likeness(number, &world);
+                if likeness > from && !is_refused(&self.judge.of(&world)) {
+                    agreed.push(likeness);
+                }
             }
-            limit = one_in_a_hundred(likeness.clone());
-            if above(limit) == right.len() {
-                break;
-            }
+            limit = one_in_a_hundred(&agreed, from, OF_NEAR);
         }
         Alternatively {
             what: of.in_words(self.film),
@@ -274,6 +278,12 @@ impl<'a> Worlds<'a> {
             power: count(above(limit)) / count(right.len()),
             is_alike: self.judge.rivals[number].is_alike,
         }
+    }
+
+    fn world_of(&mut self, alternative: &Alternative, index: usize) -> Vec<Image> {
+        let drawn = self.drawn();
+        let shown = alternative.shown(self.film, &drawn);
+        sum(shown, &self.errors[index % self.errors.len()])
     }
 
     /// Whether nine of ten recordings of the first person this far aside, in all directions, would not agree.
@@ -287,6 +297,11 @@ impl<'a> Worlds<'a> {
         });
         count(not_agreed.count()) >= 0.9 * count(number)
     }
+}
+
+/// The end of sorted values.
+fn likeness_beyond(sorted: &[f64], from: f64) -> &[f64] {
+    &sorted[sorted.partition_point(|likeness| *likeness <= from)..]
 }
 
 fn sum(mut shown: Vec<Image>, error: &[Image]) -> Vec<Image> {

@@ -7,6 +7,7 @@ use grideye_frame::PIXELS;
 use grideye_scene::{Agent, Scene, SceneError, Simulator};
 use std::collections::HashMap;
 use std::f64::consts::TAU;
+use std::ops::Range;
 use std::time::Duration;
 
 /// One image, row by row, °C.
@@ -222,6 +223,25 @@ impl Film {
 
     pub(crate) fn has_movement(&self) -> bool {
         self.people.iter().any(|walker| walker.moves)
+    }
+
+    /// Neighboring pictures of this many seconds each; of a long recording at most about `most` stretches.
+    pub(crate) fn stretches(&self, length_s: f64, most: f64) -> Vec<Range<usize>> {
+        let times_s = &self.times_s;
+        let span_s = match times_s.as_slice() {
+            [first, .., last] => last - first,
+            _ => 0.0,
+        };
+        let length_s = length_s.max(span_s / most);
+        let mut all = Vec::new();
+        let mut first = 0;
+        for index in 1..=times_s.len() {
+            if index == times_s.len() || times_s[index] - times_s[first] >= length_s - 1e-3 {
+                all.push(first..index);
+                first = index;
+            }
+        }
+        all
     }
 
     /// The index of the picture nearest to a time, the first or last beyond the ends.

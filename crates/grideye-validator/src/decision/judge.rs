@@ -1,8 +1,9 @@
 //! Statistics of a recording beside a scene and its alternatives.
 
 use crate::decision::alternative::Alternative;
+use crate::decision::displaced::Displaced;
 use crate::decision::film::{Film, Image, add, less};
-use crate::decision::painter::{ALIKE, Equations, FOR_MEAN, PRIOR, Painter, Rival};
+use crate::decision::painter::{Equations, FOR_MEAN, PRIOR, Painter, Rival};
 use crate::decision::template::{Hiding, Template, centered};
 use crate::decision::unit::Unit;
 use crate::decision::world::Drawn;
@@ -33,9 +34,10 @@ pub(crate) struct Judge {
     pub(crate) rivals: Vec<Rival>,
     pub(crate) lags_s: Vec<f64>,
     stretches: Vec<Range<usize>>,
-    room_means: Vec<Image>,
-    /// By delay and subject.
-    subject_means: Vec<Vec<Vec<Image>>>,
+    room: Vec<Image>,
+    /// What each subject adds, by delay and subject.
+    pictures: Vec<Vec<Vec<Image>>>,
+    displaced: Option<Displaced>,
     own_share: [f64; PIXELS],
 }
 
@@ -79,18 +81,17 @@ impl Judge {
         };
         let lags_s: Vec<f64> = (-lags..=lags).map(|lag| step_s * f64::from(lag)).collect();
         let mut painter = Painter::new(film, &hiding, &drawn, &lags_s);
-        painter.alike = painter.quarter(film).max(ALIKE);
+        painter.move_people(film, laws);
         let rivals = Alternative::of(film, laws)
             .into_iter()
             .map(|what| painter.rival(film, what))
             .collect();
-        let stretches = stretches(&film.times_s);
-        let means_of = |film: &[Image]| means(&centered(film), &stretches);
-        let by_subject =
-            |pictures: &Vec<Vec<Image>>| pictures.iter().map(|one| means_of(one)).collect();
+        let stretches = film.stretches(STRETCH_S, STRETCHES_MOST);
+        let centered_all = |all: Vec<Vec<Image>>| all.iter().map(|film| centered(film)).collect();
         Self {
-            subject_means: painter.pictures.iter().map(by_subject).collect(),
-            room_means: means_of(&film.room),
+            room: centered(&film.room),
+            pictures: painter.pictures.into_iter().map(centered_all).collect(),
+            displaced: painter.displaced,
             own_share: hiding.own_share(film.len()),
             rooms: painter
                 .rooms
@@ -249,16 +250,24 @@ impl Judge {
     }
 
     fn beyond(&self, recording: &[Image], fit: &Fit) -> Vec<f32> {
-        let mut left = means(&centered(recording), &self.stretches);
+        let mut left = centered(recording);
+        for (left, room) in left.iter_mut().zip(&self.room) {
+            add(left, room, -1.0);
+        }
+        for (contrast, pictures) in fit.contrasts.iter().zip(&self.pictures[fit.lag]) {
+            for (left, adds) in left.iter_mut().zip(pictures) {
+                add(left, adds, -single(*contrast));
+            }
+        }
+        if let Some(displaced) = &self.displaced {
+            left = displaced.unexplained(&left, &self.hiding);
+        }
+        let left = means(&left, &self.stretches);
         let mut mean = [0.0_f64; PIXELS];
         let number = count(recording.len().max(1));
-        for (index, (left, stretch)) in left.iter_mut().zip(&self.stretches).enumerate() {
-            add(left, &self.room_means[index], -1.0);
-            for (contrast, means) in fit.contrasts.iter().zip(&self.subject_means[fit.lag]) {
-                add(left, &means[index], -single(*contrast));
-            }
+        for (left, stretch) in left.iter().zip(&self.stretches) {
             let share = count(stretch.len()) / number;
-            for (mean, left) in mean.iter_mut().zip(&*left) {
+            for (mean, left) in mean.iter_mut().zip(left) {
                 *mean += share * f64::from(*left);
             }
         }
@@ -310,23 +319,6 @@ fn level(image: &[f64; PIXELS]) -> Image {
         let [x, y] = at(pixel);
         single(image[pixel] - slope[0] * x - slope[1] * y)
     })
-}
-
-fn stretches(times_s: &[f64]) -> Vec<Range<usize>> {
-    let span_s = match times_s {
-        [first, .., last] => last - first,
-        _ => 0.0,
-    };
-    let length_s = STRETCH_S.max(span_s / STRETCHES_MOST);
-    let mut all = Vec::new();
-    let mut first = 0;
-    for index in 1..=times_s.len() {
-        if index == times_s.len() || times_s[index] - times_s[first] >= length_s - 1e-3 {
-            all.push(first..index);
-            first = index;
-        }
-    }
-    all
 }
 
 fn means(film: &[Image], stretches: &[Range<usize>]) -> Vec<Image> {

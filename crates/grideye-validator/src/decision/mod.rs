@@ -14,6 +14,7 @@
 
 mod alternative;
 mod decide;
+mod displaced;
 mod film;
 mod judge;
 mod painter;

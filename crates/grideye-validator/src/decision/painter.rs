@@ -2,11 +2,14 @@
 
 use crate::align::Orientation;
 use crate::decision::alternative::{Alternative, PEOPLE_MOST};
+use crate::decision::displaced::Displaced;
 use crate::decision::film::{Film, Image, add, less, turned};
 use crate::decision::template::{Hiding, Template, centered, mean};
 use crate::decision::world::{Drawn, later};
+use crate::linear::{self, Matrix, cholesky};
 use crate::numbers::{count, median, single};
 use grideye_frame::PIXELS;
+use grideye_scene::Laws;
 
 /// Worlds whose mean is the picture of a scene or an alternative.
 pub(super) const FOR_MEAN: usize = 24;
@@ -21,7 +24,9 @@ const CLEAR_C: f64 = 4.0;
 /// Normal equations of the subjects' contrasts.
 pub(super) struct Equations {
     pub(super) with_room: Vec<f64>,
-    pub(super) products: Vec<Vec<f64>>,
+    pub(super) products: Matrix,
+    /// Cholesky factor of the products and the prior; empty if they are not positive.
+    lower: Matrix,
 }
 
 /// Another story beside the scene's: the scene less this difference, which is as warm as one subject or as all.
@@ -59,36 +64,24 @@ pub(super) struct RoomProducts {
 pub(super) const PRIOR: f64 = 1.0;
 
 impl Equations {
-    /// Gaussian elimination; the equations are symmetric and positive.
+    fn new(with_room: Vec<f64>, products: Matrix) -> Self {
+        let mut known = products.clone();
+        for (place, row) in known.iter_mut().enumerate() {
+            row[place] += PRIOR;
+        }
+        Self {
+            with_room,
+            lower: cholesky(&known).unwrap_or_default(),
+            products,
+        }
+    }
+
     pub(super) fn solve(&self, products: &[f64]) -> Vec<f64> {
-        let rows = self.products.iter().zip(products).enumerate();
-        let mut rows: Vec<(Vec<f64>, f64)> = rows
-            .map(|(place, (row, product))| {
-                let mut row = row.clone();
-                row[place] += PRIOR;
-                (row, product + PRIOR)
-            })
-            .collect();
-        for place in 0..rows.len() {
-            let (done, below) = rows.split_at_mut(place + 1);
-            let (pivot, value) = &done[place];
-            for (row, below_value) in below {
-                let share = row[place] / pivot[place];
-                row.iter_mut()
-                    .zip(pivot)
-                    .for_each(|(own, pivot)| *own -= share * pivot);
-                *below_value -= share * value;
-            }
+        if self.lower.is_empty() {
+            return vec![1.0; products.len()];
         }
-        let mut contrasts = vec![0.0; rows.len()];
-        for (place, (row, value)) in rows.iter().enumerate().rev() {
-            let known = row
-                .iter()
-                .zip(&contrasts)
-                .map(|(own, contrast)| own * contrast);
-            contrasts[place] = (value - known.sum::<f64>()) / row[place];
-        }
-        contrasts
+        let products: Vec<f64> = products.iter().map(|product| product + PRIOR).collect();
+        linear::solve(&self.lower, &products)
     }
 }
 
@@ -107,7 +100,8 @@ pub(super) struct Painter<'a> {
     pub(super) subjects: Vec<Vec<Template>>,
     pub(super) equations: Vec<Equations>,
     /// Standard deviations by which another place, time or orientation differs from the scene at least.
-    pub(super) alike: f64,
+    alike: f64,
+    pub(super) displaced: Option<Displaced>,
 }
 
 pub(super) struct Room {
@@ -133,6 +127,7 @@ impl<'a> Painter<'a> {
             subjects: Vec::new(),
             equations: Vec::new(),
             alike: ALIKE,
+            displaced: None,
         };
         let _ = painter.room(film, Orientation::Upright);
         painter.claimed = vec![[0.0; PIXELS]; film.len()];
@@ -165,10 +160,8 @@ impl<'a> Painter<'a> {
                 .iter()
                 .map(|subject| with(&subject[lag]))
                 .collect();
-            painter.equations.push(Equations {
-                with_room: with(&painter.rooms[0].template),
-                products,
-            });
+            let equations = Equations::new(with(&painter.rooms[0].template), products);
+            painter.equations.push(equations);
         }
         painter
     }
@@ -222,28 +215,45 @@ impl<'a> Painter<'a> {
         with * with / square.max(1e-9)
     }
 
-    /// How far a person a quarter of a meter aside is from the scene, whatever its contrast, in standard deviations: in the
-    /// median over the directions, of the person for whom it is least.
-    pub(super) fn quarter(&self, film: &mut Film) -> f64 {
+    /// Looks at people a quarter of a meter aside: how far from the scene they are, and what places within their laws explain.
+    pub(super) fn move_people(&mut self, film: &mut Film, laws: &Laws) {
         let mut least = f64::INFINITY;
+        let mut by_meter = Vec::new();
         for person in 0..film.people.len().min(PEOPLE_MOST) {
-            let apart = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]].map(|way| {
+            let ways = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
+            let [right, left, up, down] = ways.map(|way| {
                 let by_m = way.map(|part| QUARTER_M * part);
                 let other = self.mean(film, 0, |film, drawn| {
                     drawn.clone().moved(person, by_m).claimed(film)
                 });
                 let pairs = self.claimed.iter().zip(&other);
-                let apart: Vec<Image> =
-                    pairs.map(|(claimed, other)| less(claimed, other)).collect();
-                let template = self.hiding.template(&apart);
-                (template.square - self.by_contrast(Some(person), &template)).max(0.0)
+                pairs
+                    .map(|(claimed, other)| less(claimed, other))
+                    .collect::<Vec<Image>>()
             });
-            let middle = median(&apart).unwrap_or(0.0).sqrt();
+            let middle = median(&[&right, &left, &up, &down].map(|apart| {
+                let template = self.hiding.template(apart);
+                (template.square - self.by_contrast(Some(person), &template)).max(0.0)
+            }));
+            // In the median over the directions, of the person for whom it is least.
+            let middle = middle.unwrap_or(0.0).sqrt();
             if middle > 0.0 {
                 least = least.min(middle);
             }
+            let meter = |before: &[Image], after: &[Image]| -> Vec<Image> {
+                let pairs = before.iter().zip(after);
+                pairs
+                    .map(|(before, after)| {
+                        less(before, after).map(|celsius| celsius / single(2.0 * QUARTER_M))
+                    })
+                    .collect()
+            };
+            by_meter.push([meter(&left, &right), meter(&down, &up)]);
         }
-        if least.is_finite() { least } else { 0.0 }
+        if least.is_finite() {
+            self.alike = least.max(ALIKE);
+        }
+        self.displaced = Some(Displaced::new(film, laws, by_meter, self.hiding));
     }
 
     pub(super) fn rival(&mut self, film: &mut Film, what: Alternative) -> Rival {
@@ -251,6 +261,10 @@ impl<'a> Painter<'a> {
         let other = self.mean(film, room, |film, drawn| what.shown(film, drawn));
         let pairs = self.claimed.iter().zip(&other);
         let apart: Vec<Image> = pairs.map(|(claimed, other)| less(claimed, other)).collect();
+        let seen = match &self.displaced {
+            Some(displaced) if what.comes_or_goes() => displaced.unexplained(&apart, self.hiding),
+            _ => apart.clone(),
+        };
         let own = &self.rooms[0];
         let pairs = own.pictures.iter().zip(&self.rooms[room].pictures);
         let rooms_apart: Vec<Image> = pairs.map(|(own, other)| less(own, other)).collect();
@@ -266,18 +280,21 @@ impl<'a> Painter<'a> {
             .iter()
             .zip(&self.pictures)
             .map(|(lag_s, pictures)| {
-                let delayed = later(&apart, &film.times_s, *lag_s);
-                let template = self.hiding.template(&delayed);
+                let delayed = |film_of: &[Image]| later(film_of, &film.times_s, *lag_s);
+                let mut template = self.hiding.template(&delayed(&seen));
+                template.square = template.product(&delayed(&apart));
                 let all = Products {
                     room: template.product(&own.pictures),
                     subjects: products(&template, pictures),
-                    rooms: rooms_template.product(&delayed),
+                    rooms: rooms_template.product(&delayed(&apart)),
                 };
                 (template, all)
             })
             .collect();
         let middle = &difference[self.lags_s.len() / 2];
-        let square = rooms_template.square + 2.0 * middle.1.rooms + middle.0.square;
+        // However well places are known.
+        let own_square = self.hiding.template(&apart).square;
+        let square = rooms_template.square + 2.0 * middle.1.rooms + own_square;
         let is_alike = match &what {
             Alternative::More(_) => still_c(&apart) < CLEAR_C,
             moved if moved.keeps_people() => {

@@ -74,15 +74,12 @@ fn excess(values: &[f64], sign: f64, from: f64) -> f64 {
     mean(&beyond).unwrap_or(0.0)
 }
 
-/// What one in a hundred exceeds, of a hundred values or more: by an exponential tail beyond what one in twenty does, but no more
+/// What one in a hundred of `number` values exceeds, by an exponential tail of those beyond `from`: no less than that, and no more
 /// than the highest, because some alternatives show nothing at all of the scene.
-pub(crate) fn one_in_a_hundred(mut values: Vec<f64>) -> f64 {
-    /// ln 5: one in five of those.
-    const ONE_IN_FIVE: f64 = 1.609;
-    values.sort_by(f64::total_cmp);
-    let from = percentile(&values, 95).unwrap_or(f64::NEG_INFINITY);
-    let highest = values.last().copied().unwrap_or(f64::NEG_INFINITY);
-    highest.min(from + ONE_IN_FIVE * excess(&values, 1.0, from))
+pub(crate) fn one_in_a_hundred(beyond: &[f64], from: f64, number: usize) -> f64 {
+    let hundreds = (100.0 * count(beyond.len()) / count(number)).max(1.0);
+    let highest = beyond.iter().copied().fold(from, f64::max);
+    highest.min(from + hundreds.ln() * excess(beyond, 1.0, from))
 }
 
 /// Likeness below which nothing is said any more: the contrast is too low to divide by.

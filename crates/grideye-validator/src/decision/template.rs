@@ -8,6 +8,7 @@ use crate::decision::film::{Image, PIXEL_COUNT};
 use crate::decision::unit::Unit;
 use crate::numbers::{count, single};
 use grideye_frame::PIXELS;
+use std::ops::Range;
 
 /// What hides a film.
 pub(crate) struct Hiding {
@@ -107,8 +108,13 @@ impl Hiding {
 impl Template {
     /// `W` of another film with this one.
     pub(crate) fn product(&self, film: &[Image]) -> f64 {
+        self.product_during(0..self.weights.len().min(film.len()), film)
+    }
+
+    /// `W` of a film that shows nothing at other times.
+    pub(crate) fn product_during(&self, during: Range<usize>, film: &[Image]) -> f64 {
         let mut sum = 0.0;
-        for (weights, image) in self.weights.iter().zip(film) {
+        for (weights, image) in self.weights[during.clone()].iter().zip(&film[during]) {
             // Indexed, so that the compiler makes vectors of the lanes.
             let mut lanes = [0.0_f32; 8];
             for row in 0..PIXELS / 8 {
