@@ -83,6 +83,8 @@ const FOR_LAWS: usize = 220;
 const OF_ALTERNATIVE: usize = 100;
 /// Of one that right worlds come near to: of those, one in a hundred may agree.
 const OF_NEAR: usize = 400;
+/// Share of right worlds that exclude an alternative which is sure to be something else.
+const CLEAR_POWER: f64 = 0.99;
 /// Worlds of each offset that is tried.
 const OF_OFFSET: usize = 30;
 /// Offsets that are tried for [`Decision::refused_aside_m`], meters.
@@ -270,13 +272,16 @@ impl<'a> Worlds<'a> {
             }
             limit = one_in_a_hundred(&agreed, from, OF_NEAR);
         }
+        let power = count(above(limit)) / count(right.len());
         Alternatively {
             what: of.in_words(self.film),
-            of,
             likeness: found.likeness[number],
             limit,
-            power: count(above(limit)) / count(right.len()),
-            is_alike: self.judge.rivals[number].is_alike,
+            power,
+            // However near, what all right recordings exclude is something else.
+            is_alike: self.judge.rivals[number].is_alike
+                && !(of.keeps_people() && power > CLEAR_POWER),
+            of,
         }
     }
 
