@@ -311,7 +311,7 @@ fn a_whole_release_runs_where_it_can() {
     // The same frames on any machine, and with any C library.
     let simulated = |program: &mut Command| {
         let at = tempfile::tempdir().unwrap();
-        let arguments = ["simulate", "scenes/experiment-3.toml", "--quiet", "--out"];
+        let arguments = ["simulate", "scenes/experiment-3.toml", "--out"];
         let frames = at.path().join("frames.csv");
         let ended = run(program.args(arguments).arg(&frames).current_dir(root()));
         assert_eq!(ended.code, 0, "{ended:?}");
