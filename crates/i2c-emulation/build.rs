@@ -64,7 +64,7 @@ fn compile() -> Result<PathBuf, String> {
         .args(flags_of_cargo())
         // A shared library even where programs are static; it needs neither start files nor libraries.
         .args(["-C", "target-feature=-crt-static"])
-        .args(["-C", "link-arg=-nostartfiles"])
+        .args(["-C", "link-arg=-nostdlib"])
         .args(["-D", "warnings"]);
     if let Some(linker) = env::var_os("RUSTC_LINKER") {
         let mut flag = std::ffi::OsString::from("linker=");

@@ -77,7 +77,7 @@ pub fn folder() -> &'static Path {
                 "--release",
                 "--locked",
                 "-p",
-                "grideye",
+                "grideye-hil",
                 "-p",
                 "grideye-agent",
                 "-p",

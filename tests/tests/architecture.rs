@@ -39,9 +39,14 @@ fn manifests() -> BTreeMap<String, Uses> {
     names
         .map(|name| {
             let manifest = manifest(&name);
+            // On crates.io its name is that of another author's driver.
+            let package = match name.as_str() {
+                "grideye" => "grideye-hil",
+                name => name,
+            };
             assert_eq!(
                 manifest["package"]["name"].as_str(),
-                Some(name.as_str()),
+                Some(package),
                 "a crate in a folder of another name"
             );
             let mut uses = Uses::default();

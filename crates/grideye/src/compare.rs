@@ -114,7 +114,7 @@ pub(crate) fn outcome(verdict: Verdict) -> Outcome {
 pub(crate) fn context() -> Context {
     Context {
         command: command_line(),
-        program: concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION")).to_owned(),
+        program: concat!("grideye ", env!("CARGO_PKG_VERSION")).to_owned(),
         ..Context::default()
     }
 }

@@ -4,7 +4,9 @@ use super::super::protocol::Call;
 use super::intercept::{failed, result};
 use super::system::{self, EFAULT, EINVAL, EOPNOTSUPP};
 use super::{channel, descriptor};
-use core::ffi::{c_int, c_long, c_void};
+#[cfg(not(target_env = "musl"))]
+use core::ffi::c_long;
+use core::ffi::{c_int, c_void};
 
 /// The most pieces that the kernel takes in one call (UIO_MAXIOV).
 const PIECES_MAX: usize = 1024;

@@ -3,6 +3,8 @@
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
+mod release;
+
 use grideye_tests::programs::{
     Ended, RunningCollector, folder, grideye, is_left_out, is_part_left_out, root, run,
 };
