@@ -20,7 +20,7 @@ use crate::error::RecordingError;
 use crate::lines::{Line, Lines, rows_until_error};
 use crate::record::{ClockState, Record, Row, Stamp, StreamId, check_name};
 use crate::text::quoted;
-use grideye_frame::{PIXELS, PixelWord, RawFrame, Reading};
+use grideye_frame::{PIXELS, PixelWord, Reading, RecordedFrame};
 use std::io::Read;
 
 /// How far boot time advances when the printed time jumps back: one period of the data set, which was recorded at 10
@@ -190,7 +190,7 @@ const NS_PER_S: i64 = 1_000_000_000;
 
 struct Parsed {
     time_of_day_ns: i64,
-    frame: RawFrame,
+    frame: RecordedFrame,
     people: u32,
     confidence: Confidence,
 }
@@ -205,8 +205,8 @@ fn parse(line: &Line<'_>) -> Result<Parsed, RecordingError> {
     };
     let named = |name, text| cell(Column::Named(name), text);
     let time = named("timestamp", time);
-    let mut frame = RawFrame {
-        thermistor: named("thermistor", thermistor).thermistor()?,
+    let mut frame = RecordedFrame {
+        thermistor: Some(named("thermistor", thermistor).thermistor()?),
         pixels: [PixelWord(0); PIXELS],
     };
     for (index, (word, text)) in frame.pixels.iter_mut().zip(pixels).enumerate() {

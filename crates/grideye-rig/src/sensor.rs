@@ -7,7 +7,7 @@ use amg8833::word;
 use amg8833_emulator::{Address, Bus, BusError, Clock, FrameSource};
 use embedded_hal::i2c::{ErrorType, I2c, Operation};
 use grideye_agent::bus::{OpenBus, OpenError, by_kind};
-use grideye_frame::{COLUMNS, Celsius, NoData, ROWS, RawFrame};
+use grideye_frame::{COLUMNS, Celsius, Frame, NoData, ROWS, RecordedFrame};
 use grideye_recording::ClockState;
 use grideye_scene::{Scene, Simulator};
 use std::num::NonZeroU32;
@@ -50,10 +50,21 @@ pub(crate) fn self_heated(ambient: Celsius) -> Celsius {
     Celsius::new(ambient.get() + SELF_HEATING_C)
 }
 
+/// What a replay shows of a frame. A frame without a thermistor shows the mean of its pixels as its room, self-heated.
+pub(crate) fn shown(frame: &RecordedFrame) -> Frame {
+    let pixels = word::pixels(&frame.pixels);
+    let sum: f32 = pixels.iter().copied().map(Celsius::get).sum();
+    let thermistor = frame.thermistor.map(word::thermistor_celsius);
+    Frame {
+        thermistor: thermistor.unwrap_or_else(|| self_heated(Celsius::new(sum / 64.0))),
+        pixels,
+    }
+}
+
 /// The frames of a recording, one per sensor period from the first measurement on; the last one stays.
 #[must_use]
-pub fn replay_source(frames: &[RawFrame]) -> Source {
-    let frames = evenly(frames.iter().map(word::frame));
+pub fn replay_source(frames: &[RecordedFrame]) -> Source {
+    let frames = evenly(frames.iter().map(shown));
     Box::new(Show::alone(Pictures::timed(frames)))
 }
 

@@ -46,7 +46,7 @@ fn assumed(options: &Convert) -> Result<Option<Assumed>> {
             // Only characters that a boot's name may have.
             boot: linaige::stream_from_file_name(&files::stem(&options.input)).boot,
         },
-        thermistor,
+        thermistor: Some(thermistor),
         period: Duration::try_from_secs_f64(1.0 / options.rate)
             .map_err(|error| bad_input(anyhow!("--rate {}: {error}", options.rate)))?,
     }))

@@ -91,7 +91,7 @@ fn bare(data: &[u8]) {
 fn assumed() -> Assumed {
     Assumed {
         stream: stream_from_file_name("frames.csv"),
-        thermistor: ThermistorWord(0x190),
+        thermistor: Some(ThermistorWord(0x190)),
         period: Duration::from_millis(100),
     }
 }

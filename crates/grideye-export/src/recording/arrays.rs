@@ -3,7 +3,7 @@
 //! | array | type | shape | holds |
 //! |---|---|---|---|
 //! | `frames` | float32 | (N, 8, 8) | °C, pixel 1 first, as the sensor numbers them |
-//! | `thermistor_c` | float32 | (N) | °C |
+//! | `thermistor_c` | float32 | (N) | °C; NaN if not known |
 //! | `seq` | uint64 | (N) | the sensor frame's number |
 //! | `t_boot_ns` | uint64 | (N) | the device's clock since it started |
 //! | `t_utc_ns` | int64 | (N) | the device's wall clock |
@@ -92,9 +92,8 @@ fn pixels(record: &Record) -> [u8; PIXELS * 4] {
 }
 
 fn thermistor(record: &Record) -> f32 {
-    record.reading.frame().map_or(f32::NAN, |frame| {
-        word::thermistor_celsius(frame.thermistor).get()
-    })
+    let thermistor = record.reading.frame().and_then(|frame| frame.thermistor);
+    thermistor.map_or(f32::NAN, |word| word::thermistor_celsius(word).get())
 }
 
 fn reason(record: &Record) -> &'static str {

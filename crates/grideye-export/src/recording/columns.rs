@@ -6,13 +6,13 @@
 //! | `seq`, `t_boot_ns` | unsigned 64-bit |
 //! | `t_utc_ns`, `t_arrival_ns` | signed 64-bit, nanoseconds since 1970-01-01 UTC; the latter may be null |
 //! | `missing` | string, null if there is a frame |
-//! | `thermistor`, `pixel1` to `pixel64` | double, °C, null without a frame |
+//! | `thermistor`, `pixel1` to `pixel64` | double, °C, null without a frame or thermistor |
 
 use super::rows::{Out, Rows};
 use crate::error::ExportError;
 use crate::parquet::{Column, Table, Values};
 use amg8833::word;
-use grideye_frame::{PIXELS, RawFrame, Reading};
+use grideye_frame::{Celsius, PIXELS, Reading, RecordedFrame};
 use grideye_recording::Row;
 
 /// Rows in memory at once.
@@ -46,8 +46,11 @@ fn columns(rows: &[Row]) -> Vec<Column> {
         |of: fn(&Row) -> &str| Values::Text(rows.iter().map(|row| of(row).to_owned()).collect());
     let unsigned = |of: fn(&Row) -> u64| Values::Unsigned(rows.iter().map(of).collect());
     let signed = |of: fn(&Row) -> Option<i64>| Values::Signed(rows.iter().map(of).collect());
-    let celsius = |of: &dyn Fn(&RawFrame) -> f32| {
-        let value = |row: &Row| row.record.reading.frame().map(|frame| f64::from(of(frame)));
+    let celsius = |of: &dyn Fn(&RecordedFrame) -> Option<Celsius>| {
+        let value = |row: &Row| {
+            let celsius = row.record.reading.frame().and_then(of);
+            celsius.map(|celsius| f64::from(celsius.get()))
+        };
         Values::Double(rows.iter().map(value).collect())
     };
     let missing = |row: &Row| match &row.record.reading {
@@ -69,11 +72,11 @@ fn columns(rows: &[Row]) -> Vec<Column> {
         ),
         Column::new(
             "thermistor",
-            celsius(&|frame| word::thermistor_celsius(frame.thermistor).get()),
+            celsius(&|frame| frame.thermistor.map(word::thermistor_celsius)),
         ),
     ];
     columns.extend((0..PIXELS).map(|index| {
-        let values = celsius(&|frame| word::pixel_celsius(frame.pixels[index]).get());
+        let values = celsius(&|frame| Some(word::pixel_celsius(frame.pixels[index])));
         Column::new(format!("pixel{}", index + 1), values)
     }));
     columns

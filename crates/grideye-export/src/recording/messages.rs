@@ -12,7 +12,7 @@ use crate::error::ExportError;
 use amg8833::word;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use grideye_frame::{COLUMNS, RawFrame, Reading};
+use grideye_frame::{COLUMNS, Celsius, Reading, RecordedFrame};
 use grideye_recording::{Row, Stamp};
 use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
@@ -113,7 +113,7 @@ fn time_ns(stamp: &Stamp) -> u64 {
     }
 }
 
-fn image_message(row: &Row, frame: &RawFrame, at_ns: u64) -> Value {
+fn image_message(row: &Row, frame: &RecordedFrame, at_ns: u64) -> Value {
     let celsius = |pixel| word::pixel_celsius(pixel).get().to_le_bytes();
     let bytes: Vec<u8> = frame.pixels.iter().copied().flat_map(celsius).collect();
     json!({
@@ -129,7 +129,7 @@ fn image_message(row: &Row, frame: &RawFrame, at_ns: u64) -> Value {
 
 fn state_message(row: &Row) -> Value {
     let (thermistor, missing) = match &row.record.reading {
-        Reading::Frame(frame) => (Some(word::thermistor_celsius(frame.thermistor).get()), None),
+        Reading::Frame(frame) => (frame.thermistor.map(word::thermistor_celsius), None),
         Reading::NoData(reason) => (None, Some(reason.name())),
     };
     json!({
@@ -137,7 +137,7 @@ fn state_message(row: &Row) -> Value {
         "seq": row.record.seq,
         "t_boot_ns": row.record.stamp.t_boot_ns,
         "clock": row.record.stamp.clock.name(),
-        "thermistor_celsius": thermistor,
+        "thermistor_celsius": thermistor.map(Celsius::get),
         "missing": missing,
     })
 }

@@ -4,7 +4,7 @@ use crate::error::RecordingError;
 use crate::record::{COUNT_MAX, ClockState, Record, Row, Stamp, StreamId};
 use amg8833::word;
 use core::time::Duration;
-use grideye_frame::{Celsius, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{Celsius, PIXELS, PixelWord, Reading, RecordedFrame, ThermistorWord};
 
 /// The facts missing in a bare file.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -12,14 +12,14 @@ pub struct Assumed {
     /// The stream of its frames.
     pub stream: StreamId,
     /// The thermistor's word in every frame.
-    pub thermistor: ThermistorWord,
+    pub thermistor: Option<ThermistorWord>,
     /// Time from frame to frame, if the file has no times.
     pub period: Duration,
 }
 
 impl Assumed {
     pub(super) fn row(&self, seq: u64, stamp: Stamp, pixels: [PixelWord; PIXELS]) -> Row {
-        let frame = RawFrame {
+        let frame = RecordedFrame {
             thermistor: self.thermistor,
             pixels,
         };

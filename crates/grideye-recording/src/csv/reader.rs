@@ -6,7 +6,7 @@ use crate::error::RecordingError;
 use crate::lines::{Line, Lines, rows_until_error};
 use crate::record::{CLOCK_STATES, Record, Row, Stamp, StreamId};
 use crate::text::quoted;
-use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading};
+use grideye_frame::{NoData, PIXELS, PixelWord, Reading, RecordedFrame};
 use std::io::Read;
 
 /// Reads a recording row by row, as an iterator that ends with the first error.
@@ -132,14 +132,17 @@ fn reading(
     missing: &str,
     thermistor: &str,
     pixels: [&str; PIXELS],
-) -> Result<Reading<RawFrame>, RecordingError> {
+) -> Result<Reading<RecordedFrame>, RecordingError> {
     let cell = |column, text| Cell { line, column, text };
     let thermistor = cell(Column::Named("thermistor"), thermistor);
     let pixels = pixels.into_iter().enumerate();
     let pixels = pixels.map(|(index, text)| cell(pixel_column(index), text));
     if missing.is_empty() {
-        let mut frame = RawFrame {
-            thermistor: thermistor.thermistor()?,
+        let mut frame = RecordedFrame {
+            thermistor: match thermistor.text {
+                "" => None,
+                _ => Some(thermistor.thermistor()?),
+            },
             pixels: [PixelWord(0); PIXELS],
         };
         for (word, cell) in frame.pixels.iter_mut().zip(pixels) {

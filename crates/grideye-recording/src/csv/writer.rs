@@ -6,7 +6,7 @@ use crate::error::RecordingError;
 use crate::record::{COUNT_MAX, Record, Row, StreamId};
 use amg8833::word;
 use core::fmt::Write as _;
-use grideye_frame::{NoData, PIXELS, RawFrame, Reading};
+use grideye_frame::{NoData, PIXELS, Reading, RecordedFrame};
 use std::io::Write;
 
 /// Writes a recording row by row, each in one `write_all`, so that a killed program leaves at most one cut row. Call
@@ -152,11 +152,13 @@ fn compose(text: &mut String, row: &Row) {
     }
 }
 
-fn compose_frame(text: &mut String, raw: &RawFrame) {
-    let frame = word::frame(raw);
+fn compose_frame(text: &mut String, raw: &RecordedFrame) {
+    text.push_str(",,");
     // The shortest decimal is exact here, because every step is a power of two.
-    let _ = write!(text, ",,{}", frame.thermistor);
-    for pixel in frame.pixels {
+    if let Some(thermistor) = raw.thermistor {
+        let _ = write!(text, "{}", word::thermistor_celsius(thermistor));
+    }
+    for pixel in word::pixels(&raw.pixels) {
         let _ = write!(text, ",{pixel}");
     }
 }

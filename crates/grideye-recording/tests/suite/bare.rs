@@ -13,7 +13,7 @@ fn assumed() -> Assumed {
             sensor: "grid-eye".to_owned(),
             boot: "walk".to_owned(),
         },
-        thermistor: ThermistorWord(0x190),
+        thermistor: Some(ThermistorWord(0x190)),
         period: Duration::from_millis(100),
     }
 }
@@ -27,9 +27,12 @@ fn fault(text: &str) -> String {
 }
 
 fn celsius(row: &Row) -> Vec<f32> {
-    let frame = word::frame(row.record.reading.frame().unwrap());
-    assert_eq!(frame.thermistor.get(), 25.0);
-    frame.pixels.iter().map(|pixel| pixel.get()).collect()
+    let frame = row.record.reading.frame().unwrap();
+    assert_eq!(frame.thermistor, Some(ThermistorWord(0x190)));
+    word::pixels(&frame.pixels)
+        .iter()
+        .map(|pixel| pixel.get())
+        .collect()
 }
 
 /// 0, 0.25 … 15.75 °C.

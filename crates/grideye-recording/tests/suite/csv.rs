@@ -2,7 +2,7 @@
 
 use crate::golden;
 use crate::made_up::any_records;
-use grideye_frame::{NoData, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{NoData, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::csv::{COLUMNS, Reader, STREAMS_MAX, Writer, header};
 use grideye_recording::{COUNT_MAX, Layout, Record, RecordingError, Row, StreamId, sniff};
 use proptest::prelude::*;
@@ -139,7 +139,7 @@ fn each_fault_in_a_row_is_named_with_line_and_column() {
         (",nack,", ",sulking,", format!("line 5, column missing: expected nothing, or one of {}, found \"sulking\"", NoData::ALL.iter().map(ToString::to_string).collect::<Vec<_>>().join(" "))),
         (",nack,,", ",nack,25,", "line 5, column thermistor: expected an empty cell, since the frame is missing (nack), found \"25\"".to_owned()),
         (",,\npi-1,i2c-1:0x68,5f0c,2", ",,7\npi-1,i2c-1:0x68,5f0c,2", "line 5, column pixel64: expected an empty cell, since the frame is missing (nack), found \"7\"".to_owned()),
-        (",nack,", ",,", "line 5, column thermistor: expected degrees Celsius as a plain decimal number, found an empty cell".to_owned()),
+        (",nack,", ",,", "line 5, column pixel1: expected degrees Celsius as a plain decimal number, found an empty cell".to_owned()),
         ("25.0625", "25.06", "line 3, column thermistor: expected a multiple of 0.0625 degrees Celsius that the sensor can report, such as 25.0625, found \"25.06\"".to_owned()),
         ("25.0625", "128", "line 3, column thermistor: expected -127.9375 to 127.9375 degrees Celsius, found \"128\"".to_owned()),
         (",511.75,", ",512,", "line 2, column pixel8: expected -512 to 511.75 degrees Celsius, found \"512\"".to_owned()),
@@ -258,8 +258,8 @@ fn an_endless_line_fails_at_the_limit() {
                 t_utc_ns: i64::MIN,
                 ..golden::rows()[0].record.stamp
             },
-            reading: Reading::Frame(RawFrame {
-                thermistor: ThermistorWord(0xFFF),
+            reading: Reading::Frame(RecordedFrame {
+                thermistor: Some(ThermistorWord(0xFFF)),
                 pixels: [PixelWord(0x801); 64],
             }),
         },
@@ -473,10 +473,25 @@ fn the_first_line_identifies_the_layout() {
     assert_eq!(sniff(""), None);
 }
 
+#[test]
+fn a_frame_without_a_thermistor_has_an_empty_cell() {
+    let mut rows = golden::rows();
+    let text = write(&rows).unwrap();
+    rows[1].record.reading = rows[1].record.reading.map(|mut frame| {
+        frame.thermistor = None;
+        frame
+    });
+    let without = write(&rows).unwrap();
+    let line = |text: &str| text.lines().nth(2).unwrap().to_owned();
+    let expected = line(&text).replace(",,25.0625,", ",,,");
+    assert_eq!(line(&without), expected);
+    assert_eq!(read(&without), (rows, None));
+}
+
 /// The row as the format keeps it.
 fn kept(mut row: Row) -> Row {
-    row.record.reading = row.record.reading.map(|frame| RawFrame {
-        thermistor: ThermistorWord(frame.thermistor.0 & 0xFFF),
+    row.record.reading = row.record.reading.map(|frame| RecordedFrame {
+        thermistor: frame.thermistor.map(|word| ThermistorWord(word.0 & 0xFFF)),
         pixels: frame.pixels.map(|word| PixelWord(word.0 & 0xFFF)),
     });
     row
