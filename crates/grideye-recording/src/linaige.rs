@@ -30,6 +30,9 @@ pub const ASSUMED_INTERVAL_NS: u64 = 100_000_000;
 /// Fields of a row: time, thermistor, pixels, two labels.
 const COLUMNS: usize = PIXELS + 4;
 
+/// The columns of the labels.
+pub const LABELS: [&str; 2] = ["people_number", "confidence"];
+
 /// One row with its labels.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LinaigeRow {
@@ -39,6 +42,21 @@ pub struct LinaigeRow {
     pub people: u32,
     /// `confidence`: how sure they were.
     pub confidence: Confidence,
+}
+
+impl LinaigeRow {
+    /// The row with its labels as texts, for the columns of [`LABELS`].
+    #[must_use]
+    pub fn labeled(self) -> Row {
+        let confidence = match self.confidence {
+            Confidence::E => "e",
+            Confidence::H => "h",
+        };
+        Row {
+            labels: vec![self.people.to_string(), confidence.to_owned()],
+            ..self.row
+        }
+    }
 }
 
 /// The column `confidence`. The files do not define its letters.
@@ -121,7 +139,7 @@ pub fn stream_from_file_name(name: &str) -> StreamId {
 pub fn header() -> String {
     let mut names = vec!["timestamp".to_owned(), "thermistor".to_owned()];
     names.extend((0..PIXELS).map(|index| format!("pixel{index}")));
-    names.extend(["people_number".to_owned(), "confidence".to_owned()]);
+    names.extend(LABELS.map(str::to_owned));
     names.join(",")
 }
 
@@ -145,7 +163,7 @@ impl<R: Read> Reader<R> {
     /// [`RecordingError`] if the first line is not the header of this layout.
     pub fn new(input: R, date: Date, stream: StreamId) -> Result<Self, RecordingError> {
         let mut lines = Lines::new(input);
-        check_header(&mut lines, &header(), "timestamp,thermistor,pixel0")?;
+        let _no_labels = check_header(&mut lines, &header(), "timestamp,thermistor,pixel0")?;
         Ok(Self {
             lines,
             date,
@@ -177,6 +195,7 @@ impl<R: Read> Reader<R> {
                 stream: self.stream.clone(),
                 record,
                 t_arrival_ns: None,
+                labels: Vec::new(),
             },
             people: parsed.people,
             confidence: parsed.confidence,

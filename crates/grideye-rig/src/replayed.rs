@@ -93,6 +93,7 @@ mod tests {
             stream,
             record,
             t_arrival_ns: None,
+            labels: Vec::new(),
         }
     }
 

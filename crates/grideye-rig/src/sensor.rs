@@ -18,7 +18,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 pub const SCL_HZ: Option<NonZeroU32> = NonZeroU32::new(400_000);
 
 /// How much warmer the emulated chip is than the room: real ones are 3.5 to 6 °C above the scene by self-heating.
-const SELF_HEATING_C: f32 = 4.5;
+pub const SELF_HEATING_C: f32 = 4.5;
 
 /// What an emulated sensor sees.
 pub type Source = Box<dyn FrameSource + Send>;

@@ -174,6 +174,7 @@ impl Show {
     fn prepare(options: &Demo) -> Result<Self> {
         if let Some(path) = &options.replay {
             let records = recordings::load_stream(path)?;
+            recordings::say_what_stands_for_the_thermistor(&records);
             let frames = records
                 .iter()
                 .filter_map(|record| record.reading.frame().copied());

@@ -28,6 +28,7 @@ pub(super) fn recording(
             stream: stream.clone(),
             record: record(film, u64::from(index), time, &frame)?,
             t_arrival_ns: None,
+            labels: Vec::new(),
         })?;
         tick();
     }

@@ -148,4 +148,6 @@ pub struct Row {
     pub record: Record,
     /// The collector's wall clock when the frame arrived, in nanoseconds since 1970-01-01 UTC, if known.
     pub t_arrival_ns: Option<i64>,
+    /// What else the recording says of this frame: one text for each further column, in their order.
+    pub labels: Vec<String>,
 }

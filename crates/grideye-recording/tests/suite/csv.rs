@@ -264,6 +264,7 @@ fn an_endless_line_fails_at_the_limit() {
             }),
         },
         t_arrival_ns: Some(i64::MIN),
+        labels: Vec::new(),
     };
     let row = write(&[widest]).unwrap().len() - header().len() - 1;
     assert_eq!(row, 3 * 65 + 20 + 20 + 21 + 9 + 21 + 1 + 10 + 64 * 8);
@@ -516,6 +517,7 @@ fn any_rows() -> impl Strategy<Value = Vec<Row>> {
                 stream: stream.clone(),
                 record,
                 t_arrival_ns,
+                labels: Vec::new(),
             }));
         }
         rows

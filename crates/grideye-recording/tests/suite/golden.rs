@@ -59,6 +59,7 @@ fn row(sensor: &str, seq: u64, reading: Reading<RecordedFrame>) -> Row {
             reading,
         },
         t_arrival_ns: Some(t_utc_ns + 250_000_000),
+        labels: Vec::new(),
     }
 }
 
