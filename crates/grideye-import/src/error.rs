@@ -29,7 +29,7 @@ pub enum ImportError {
     },
     /// Frames of another size.
     #[error(
-        "expected 64 pixels a frame (8 x 8), found {found}\nhint: only recordings of 8 x 8 pixels are compared and converted; {}",
+        "{found} pixels a frame, a Grid-EYE has 64 (8 x 8)\nhint: only recordings of 8 x 8 pixels are compared and converted; {}",
         sensor_of(*.found)
     )]
     OtherSensor {

@@ -14,6 +14,16 @@ use std::collections::BTreeMap;
 /// As many columns besides the pixels may have no name.
 const UNNAMED_MAX: usize = 32;
 
+/// Columns of this project's own NPZ and Parquet that are no labels.
+const DERIVED: [&str; 6] = [
+    "t_boot_ns",
+    "t_utc_ns",
+    "t_arrival_ns",
+    "clock",
+    "missing",
+    "stream",
+];
+
 /// Which column is what.
 #[derive(Debug)]
 pub(crate) struct Plan {
@@ -80,7 +90,8 @@ impl Plan {
         let is_label = |column: &usize| {
             let facts = &guess.facts[*column];
             let is_caption = !guess.has_names && !facts.is_number && facts.is_constant;
-            matches!(guess.roles[*column], None | Some(Role::Label)) && !is_caption
+            let is_ours = DERIVED.contains(&guess.names[*column].as_str());
+            matches!(guess.roles[*column], None | Some(Role::Label)) && !is_caption && !is_ours
         };
         Ok(Self {
             width: guess.roles.len(),

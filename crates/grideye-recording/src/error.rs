@@ -117,7 +117,9 @@ pub enum RecordingError {
 fn field_count_hint(expected: usize, found: usize) -> String {
     match expected.checked_sub(found) {
         Some(missing @ 1..=63) => {
-            format!("\nhint: {missing} short: every row has all 64 pixels, empty ones included")
+            format!(
+                "\nhint: {missing} short: every row has a cell for each column of the header, empty ones included"
+            )
         }
         _ => String::new(),
     }

@@ -406,7 +406,7 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
         Run("", &[]),
     ),
     (
-        "grideye convert frames.txt frames.csv --thermistor 25",
+        "grideye convert frames.txt frames.parquet",
         Run("seq -s , 0 63 > frames.txt", &[]),
     ),
     (

@@ -84,6 +84,8 @@ impl Separator {
 
     /// One cell, or the numbers of a list.
     pub(super) fn field(self, text: &str) -> Field {
+        // As of `12: 24.5 24.75`.
+        let text = text.trim_end_matches(':');
         if self != Self::Comma {
             if let Some(decimal) = decimal_comma(text) {
                 return Field::One(Cell::Text(decimal));

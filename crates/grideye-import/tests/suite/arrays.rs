@@ -89,7 +89,7 @@ fn an_array_of_something_else_is_refused_with_what_was_expected() {
         ),
         (
             npy("<f4", "(2, 24, 32)", &singles.repeat(8)),
-            "expected 64 pixels a frame (8 x 8), found 768",
+            "768 pixels a frame, a Grid-EYE has 64",
         ),
     ] {
         let found = refusal(file, "");

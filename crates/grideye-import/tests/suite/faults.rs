@@ -114,8 +114,7 @@ fn what_cannot_be_guessed_is_asked_for_by_name() {
 fn another_sensor_and_other_files_are_refused_with_what_they_are() {
     let found = refusal("1.5,".repeat(768) + "\n", "");
     assert!(
-        found.starts_with("expected 64 pixels a frame (8 x 8), found 768")
-            && found.contains("MLX90640"),
+        found.starts_with("768 pixels a frame, a Grid-EYE has 64") && found.contains("MLX90640"),
         "{found}"
     );
     let found = refusal(("24.5,".repeat(16) + "\n").repeat(3), "");
@@ -128,7 +127,7 @@ fn another_sensor_and_other_files_are_refused_with_what_they_are() {
         let header = format!("timestamp,thermistor{names},people_number,confidence\n");
         let said = refusal(header, "");
         let is_other = said.starts_with(&format!(
-            "expected 64 pixels a frame (8 x 8), found {pixels}\n"
+            "{pixels} pixels a frame, a Grid-EYE has 64 (8 x 8)\n"
         ));
         assert_eq!(is_other, found, "{said}");
     }

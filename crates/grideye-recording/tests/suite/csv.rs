@@ -148,12 +148,12 @@ fn each_fault_in_a_row_is_named_with_line_and_column() {
         (",23.25,", ",NaN,", "line 3, column pixel1: expected degrees Celsius as a plain decimal number, found \"NaN\"".to_owned()),
         (",23.25,", ",,", "line 3, column pixel1: expected degrees Celsius as a plain decimal number, found an empty cell".to_owned()),
         (",23.25,", ",\"23.25\",", "line 3, column pixel1: expected degrees Celsius as a plain decimal number, found \"\"23.25\"\"".to_owned()),
-        (",23.25,", ",", "line 3: expected 74 fields, found 73\nhint: 1 short: every row has all 64 pixels, empty ones included".to_owned()),
+        (",23.25,", ",", "line 3: expected 74 fields, found 73\nhint: 1 short: every row has a cell for each column of the header, empty ones included".to_owned()),
         (",23.25,", ",23.25,23.25,", "line 3: expected 74 fields, found 75".to_owned()),
         ("\npi-1,i2c-1:0x69", "\n\npi-1,i2c-1:0x69", "line 3: expected 74 fields, found 1".to_owned()),
         ("0x68,5f0c,1,", "0x68,5f0c,0,", "line 4, column seq: expected more than 0 in stream pi-1 i2c-1:0x68 5f0c, found 0\nhint: each frame appears once, in order; was the file joined from two?".to_owned()),
         (",pixel64\n", "\n", "line 1, field 74: expected the column name pixel64, found the end of the line\nhint: recordings/README.md states the columns of each layout".to_owned()),
-        (",pixel64\n", ",pixel64,x\n", "line 1, field 75: expected the column name none: the line ends here, found \"x\"\nhint: recordings/README.md states the columns of each layout".to_owned()),
+        (",pixel64\n", ",pixel64,x\n", "line 2: expected 75 fields, found 74\nhint: 1 short: every row has a cell for each column of the header, empty ones included".to_owned()),
         ("boot", "start", "line 1, field 3: expected the column name boot, found \"start\"\nhint: recordings/README.md states the columns of each layout".to_owned()),
     ];
     for (from, to, message) in cases {
