@@ -1,6 +1,5 @@
 //! Why a file could not be read, or not to its end.
 
-use grideye_frame::PIXELS;
 use grideye_recording::{RecordingError, sensor_of};
 
 /// Why a file could not be read, or not to its end.
@@ -88,7 +87,7 @@ impl ImportError {
 fn sensor(found: usize) -> String {
     match found {
         0 => "this file has none".to_owned(),
-        found if found < PIXELS => sensor_of(found),
+        16 | 32 => sensor_of(found),
         _ => "this file has other rows".to_owned(),
     }
 }

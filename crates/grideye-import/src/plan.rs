@@ -326,7 +326,9 @@ impl Guess {
         for column in 0..self.roles.len() {
             let facts = &self.facts[column];
             let is_named = self.has_names && !self.names[column].starts_with("column");
-            if self.roles[column].is_some() || (is_named && facts.stamps.is_none()) {
+            if self.roles[column].is_some()
+                || (is_named && facts.stamps.is_none() && !(facts.is_large && facts.rises))
+            {
                 continue;
             }
             let has = |role: Role| self.roles.contains(&Some(role));

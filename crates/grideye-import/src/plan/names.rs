@@ -19,7 +19,7 @@ pub(super) fn role(name: &str) -> Option<Role> {
     }
     let time = ["time", "stamp", "date", "epoch", "utc", "millis"];
     if time.iter().any(|word| plain.contains(word))
-        || is_one_of(&["ts", "t", "ms", "us", "clock", "seconds", "tbootns"])
+        || is_one_of(&["when", "ts", "t", "ms", "us", "clock", "seconds", "tbootns"])
     {
         return Some(Role::Time);
     }

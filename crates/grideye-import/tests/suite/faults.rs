@@ -151,7 +151,7 @@ fn another_sensor_and_other_files_are_refused_with_what_they_are() {
     ] {
         let found = refusal(lines(3).concat(), columns);
         assert!(
-            found.starts_with("columns: expected ROLE=COLUMN, found "),
+            found.starts_with("expected ROLE=COLUMN, found "),
             "{columns}: {found}"
         );
     }
