@@ -50,15 +50,14 @@ impl Account {
             Unit::Degrees => "°C",
             Unit::Counts => "raw words of 0.25 °C",
         };
-        let ordered = if is_in_row {
-            ""
-        } else {
-            ", ordered by their names"
+        let place = match is_in_row {
+            true => format!("{} to {}", column(first), last + 1),
+            false => format!(
+                "{} to {}, by their names",
+                plan.names[first], plan.names[last]
+            ),
         };
-        let mut taken = vec![(
-            Role::Pixels.name(),
-            format!("{} to {}, {unit}{ordered}", column(first), last + 1),
-        )];
+        let mut taken = vec![(Role::Pixels.name(), format!("{place}, {unit}"))];
         let time = plan.time.as_ref().map(|time| {
             let columns: Vec<String> = time.columns.iter().map(|found| column(*found)).collect();
             let kind = match time.unit {

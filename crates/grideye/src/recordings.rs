@@ -3,7 +3,7 @@
 use crate::exit::bad_input;
 use crate::{files, progress};
 use anyhow::{Result, anyhow};
-use grideye_import::{Import, ImportError, Options};
+use grideye_import::{Import, ImportError, Options, Tally};
 use grideye_recording::{Record, Row, StreamId};
 use grideye_rig::SELF_HEATING_C;
 use grideye_validator::{Thinned, Thinning};
@@ -14,8 +14,14 @@ use std::path::Path;
 /// Opens a recording of any layout; rows arrive as they are read.
 pub(crate) fn open(path: &Path) -> Result<impl Iterator<Item = Result<Row>> + use<>> {
     let shown = path.display().to_string();
-    let rows = import(path, &Options::default())?;
-    Ok(rows.map(move |row| row.map_err(|error| refused(&shown, &error))))
+    let mut import = import(path, &Options::default())?;
+    Ok(std::iter::from_fn(move || {
+        let row = import.next();
+        if let (None, Some(tally)) = (&row, import.tally().filter(Tally::has_loss)) {
+            progress::say(&format!("{shown}: {tally}"));
+        }
+        row.map(|row| row.map_err(|error| refused(&shown, &error)))
+    }))
 }
 
 /// The same with what is said about the file. Prints what was taken for what, unless the layout says it.
