@@ -123,4 +123,17 @@ mod tests {
             assert!(!judge(readings).is_equal(), "{fault}");
         }
     }
+    #[test]
+    fn a_thermistor_that_was_not_recorded_is_not_compared() {
+        let mut source = [frame(1), frame(2)];
+        source[0].thermistor = None;
+        let rows: Vec<Row> = (0..)
+            .zip([frame(1), frame(2)].map(Reading::Frame))
+            .map(row)
+            .collect();
+        let replayed = Replayed::new(&source, &rows);
+        assert!(replayed.is_equal());
+        let told = replayed.to_string();
+        assert!(told.ends_with("0 of 1 thermistor values differ"), "{told}");
+    }
 }

@@ -169,3 +169,21 @@ impl OpenBus for SharedBus {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use grideye_frame::{PIXELS, PixelWord, ThermistorWord};
+
+    #[test]
+    fn a_frame_without_a_thermistor_shows_its_mean_self_heated() {
+        let mut frame = RecordedFrame {
+            thermistor: None,
+            pixels: [PixelWord(80); PIXELS],
+        };
+        frame.pixels[0] = PixelWord(80 + 64);
+        assert_eq!(shown(&frame).thermistor.get(), 20.25 + 4.5);
+        frame.thermistor = Some(ThermistorWord(400));
+        assert_eq!(shown(&frame).thermistor.get(), 25.0);
+    }
+}

@@ -337,6 +337,20 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_recording_without_a_thermistor_is_not_asked_about_it() {
+        let bare = Inspection {
+            thermistor_c: None,
+            ..Inspection::faulty()
+        };
+        let state = |inspection: &Inspection| {
+            let thresholds = Thresholds::default();
+            inspection.thermistor(&thresholds, 20.0).state
+        };
+        assert_eq!(state(&Inspection::faulty()), State::Failed);
+        assert_eq!(state(&bare), State::NotAsked);
+    }
+
     /// Half a step is 0.3 sigma of the quietest, within which 0.2358 of normal draws lie.
     #[test]
     fn a_quiet_pixel_stays_as_a_normal_draw_does() {
