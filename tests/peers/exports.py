@@ -275,7 +275,9 @@ table.to_csv(folder / "indexed.csv")
 timed.to_csv(folder / "timed.csv", index=False)
 timed.to_parquet(folder / "snappy.parquet")
 polars.from_pandas(timed).write_parquet(folder / "zstd.parquet")
-timed.to_json(folder / "records.json", orient="records", date_format="epoch", date_unit="ns")
+# pandas' own to_json rounds nanoseconds.
+stamped = timed.assign(when=[stamp.isoformat(timespec="nanoseconds") for stamp in timed["when"]])
+stamped.to_json(folder / "records.json", orient="records")
 WITH_TIMES = ["bare.npz", "timed.csv", "snappy.parquet", "zstd.parquet", "records.json"]
 UNTIMED = ["bare.npy", "words.npy", "bare.txt", "bare.csv", "lists.txt", "lists.jsonl", "indexed.csv"]
 for name in UNTIMED + WITH_TIMES:
