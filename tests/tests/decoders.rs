@@ -11,7 +11,7 @@
 mod decoders;
 
 use decoders::DECODERS;
-use grideye_frame::{PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::wire::{Batch, SensorBatch};
 use grideye_recording::{ClockState, Record, Stamp};
 use std::path::Path;
@@ -61,8 +61,8 @@ fn batch() -> Batch {
             t_utc_ns: -5,
             clock: ClockState::Synced,
         },
-        reading: Reading::Frame(RawFrame {
-            thermistor: ThermistorWord(402),
+        reading: Reading::Frame(RecordedFrame {
+            thermistor: Some(ThermistorWord(402)),
             pixels: std::array::from_fn(|pixel| PixelWord(80 + u16::try_from(pixel % 37).unwrap())),
         }),
     };

@@ -10,7 +10,7 @@
 
 use core::error::Error;
 use core::fmt;
-use grideye_frame::{Celsius, Frame, PixelWord, RawFrame, ThermistorWord};
+use grideye_frame::{Celsius, Frame, PIXELS, PixelWord, RawFrame, ThermistorWord};
 
 /// One step of a pixel, an interrupt level or a hysteresis (AMG88 spec §4-11-8, §4-11-11).
 pub const PIXEL_STEP: Celsius = Celsius::new(0.25);
@@ -93,8 +93,14 @@ pub fn thermistor_word(celsius: Celsius) -> Result<ThermistorWord, OutOfRange> {
 pub fn frame(raw: &RawFrame) -> Frame {
     Frame {
         thermistor: thermistor_celsius(raw.thermistor),
-        pixels: raw.pixels.map(pixel_celsius),
+        pixels: pixels(&raw.pixels),
     }
+}
+
+/// Converts the words of a frame's pixels to degrees.
+#[must_use]
+pub fn pixels(words: &[PixelWord; PIXELS]) -> [Celsius; PIXELS] {
+    words.map(pixel_celsius)
 }
 
 /// An interrupt level as read back, without the unspecified bits, so that it equals the word written.

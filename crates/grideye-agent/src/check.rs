@@ -7,7 +7,7 @@ use crate::config::SensorConfig;
 use crate::log::Log;
 use amg8833::{Address, Amg8833, FrameRate, word};
 use embedded_hal::i2c::ErrorType;
-use grideye_frame::{COLUMNS, NoData, RawFrame, Reading};
+use grideye_frame::{COLUMNS, Celsius, NoData, Reading, RecordedFrame};
 use grideye_recording::Record;
 use serde::Serialize;
 use std::cell::RefCell;
@@ -234,13 +234,14 @@ fn measured(
     config: &SensorConfig,
 ) -> Option<Measured> {
     let frames = records.iter().filter_map(|row| row.reading.frame());
-    let frames: Vec<&RawFrame> = frames.collect();
-    let frame = word::frame(frames.last()?);
+    let frames: Vec<&RecordedFrame> = frames.collect();
+    let frame = frames.last()?;
     let (period, error) = period?;
     let rate_hz = 1.0 / period.as_secs_f64();
     Some(Measured {
-        thermistor_c: frame.thermistor.get(),
-        pixels_c: frame.pixels.iter().map(|pixel| pixel.get()).collect(),
+        // The driver reads one with every frame.
+        thermistor_c: word::thermistor_celsius(frame.thermistor?).get(),
+        pixels_c: word::pixels(&frame.pixels).map(Celsius::get).to_vec(),
         frames: frames.len(),
         missing: records.len() - frames.len(),
         rate_hz,

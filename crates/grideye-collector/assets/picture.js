@@ -95,7 +95,7 @@ export class Picture {
     say(this.#fields.mean, degrees(all.mean));
     say(this.#fields.max, degrees(all.max));
     say(this.#fields.center, degrees(center.mean));
-    say(this.#fields.thermistor, degrees(frame.thermistor_celsius));
+    say(this.#fields.thermistor, frame.thermistor_celsius === null ? "–" : degrees(frame.thermistor_celsius));
     say(this.#fields.seq, `#${frame.seq.toLocaleString("en")}`);
     labelTicks(this.#fields.ticks, range);
     this.#cursor();

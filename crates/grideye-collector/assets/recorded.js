@@ -4,6 +4,8 @@ import { Track } from "./track.js";
 
 const MAGIC = "GEF1";
 const NS = 1e9;
+/** In place of a thermistor that is not known. */
+const NO_THERMISTOR = -32768;
 
 /** The frames of a recording by sensor. Throws an error that a person can read. */
 export async function recordedAt(path) {
@@ -95,7 +97,8 @@ class Rows {
   }
 
   thermistor(row) {
-    return this.#view.getInt16(this.#place(row) + 36, true) * this.#head.thermistor_step_celsius;
+    const steps = this.#view.getInt16(this.#place(row) + 36, true);
+    return steps === NO_THERMISTOR ? null : steps * this.#head.thermistor_step_celsius;
   }
 
   /** Minimum, mean and maximum temperature of a frame. */

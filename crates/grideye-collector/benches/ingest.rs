@@ -20,7 +20,7 @@
 )]
 
 use grideye_collector::{Collector, Config, StoreLocation, SystemClock};
-use grideye_frame::{PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::wire::{
     Acknowledgement, BINARY_TYPE, Batch, JSON_TYPE, Limits, SensorBatch,
 };
@@ -463,8 +463,8 @@ impl Template {
                     t_utc_ns: 0,
                     clock: ClockState::Synced,
                 },
-                reading: Reading::Frame(RawFrame {
-                    thermistor: ThermistorWord(402),
+                reading: Reading::Frame(RecordedFrame {
+                    thermistor: Some(ThermistorWord(402)),
                     pixels,
                 }),
             }

@@ -5,7 +5,7 @@
 //! that a failed export gets an error response, and nobody takes a part for the whole.
 
 use crate::error::ExportError;
-use crate::recording::{self, Format};
+use crate::recording::{self, Format, Rows};
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::{Path, Query, State};
@@ -214,7 +214,11 @@ async fn write(
         let no_room = |error| io::Error::other(format!("cannot create a temporary file: {error}"));
         let mut file = scratch().map_err(no_room)?;
         let mut buffered = BufWriter::new(&file);
-        format(&mut rows, &mut buffered)?;
+        let rows = Rows {
+            labels: &[],
+            rows: &mut rows,
+        };
+        format(rows, &mut buffered)?;
         buffered.flush()?;
         drop(buffered);
         file.rewind()?;
@@ -267,6 +271,7 @@ impl Pages {
                 stream: (*stored.stream).clone(),
                 record: stored.record,
                 t_arrival_ns: Some(stored.t_arrival_ns),
+                labels: Vec::new(),
             }));
         }
         Ok(())

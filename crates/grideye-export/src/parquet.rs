@@ -102,6 +102,10 @@ impl Column {
         }
     }
 
+    pub(crate) fn name(&self) -> &str {
+        &self.name
+    }
+
     /// Whether few values repeat, so that a dictionary would only cost space. Masks are mostly 0, so they repeat.
     fn is_ever_new(&self) -> bool {
         match &self.values {

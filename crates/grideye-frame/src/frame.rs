@@ -102,6 +102,24 @@ pub struct RawFrame {
     pub pixels: [PixelWord; PIXELS],
 }
 
+/// One frame as a record holds it: what the bus said, as far as it is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct RecordedFrame {
+    /// The thermistor's word; `None` if whoever recorded did not keep it.
+    pub thermistor: Option<ThermistorWord>,
+    /// The words of pixels 1 to 64, in register order.
+    pub pixels: [PixelWord; PIXELS],
+}
+
+impl From<RawFrame> for RecordedFrame {
+    fn from(raw: RawFrame) -> Self {
+        Self {
+            thermistor: Some(raw.thermistor),
+            pixels: raw.pixels,
+        }
+    }
+}
+
 /// One frame in degrees.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {

@@ -11,7 +11,8 @@ mod no_data;
 
 pub use calendar::{day_of, days_since_1970};
 pub use frame::{
-    COLUMNS, Celsius, Frame, PIXELS, PixelIndex, PixelWord, ROWS, RawFrame, TICK, ThermistorWord,
+    COLUMNS, Celsius, Frame, PIXELS, PixelIndex, PixelWord, ROWS, RawFrame, RecordedFrame, TICK,
+    ThermistorWord,
 };
 pub use name::{NAME_CHARS_MAX, NAME_RULE, is_name};
 pub use no_data::{NoData, Reading, UnknownNoData};

@@ -5,7 +5,7 @@
 //! kettle, a patch of sun or a cat count too, and whoever fills more than half of the frame becomes the background.
 
 use amg8833::word;
-use grideye_frame::Frame;
+use grideye_frame::{Celsius, PIXELS};
 use std::time::Duration;
 
 /// When somebody is present.
@@ -32,10 +32,10 @@ impl Presence {
     }
 
     /// Judges a frame; `now` never goes back.
-    pub(crate) fn see(&mut self, frame: &Frame, rule: &Rule, now: Duration) -> bool {
+    pub(crate) fn see(&mut self, pixels: &[Celsius; PIXELS], rule: &Rule, now: Duration) -> bool {
         let step_c = f64::from(word::PIXEL_STEP.get());
         let least_c = rule.above_c - if self.is_there { step_c } else { 0.0 };
-        if warm_pixels(frame, least_c) >= rule.pixels {
+        if warm_pixels(pixels, least_c) >= rule.pixels {
             self.is_there = true;
             self.last_warm_at = now;
         } else if now.saturating_sub(self.last_warm_at) >= rule.hold {
@@ -46,8 +46,8 @@ impl Presence {
 }
 
 /// Pixels at least `above_c` warmer than the median of all.
-fn warm_pixels(frame: &Frame, above_c: f64) -> usize {
-    let mut sorted = frame.pixels.map(|pixel| f64::from(pixel.get()));
+fn warm_pixels(pixels: &[Celsius; PIXELS], above_c: f64) -> usize {
+    let mut sorted = pixels.map(|pixel| f64::from(pixel.get()));
     sorted.sort_by(f64::total_cmp);
     let middle = sorted.len() / 2;
     let median_c = (sorted[middle - 1] + sorted[middle]) / 2.0;
@@ -58,7 +58,6 @@ fn warm_pixels(frame: &Frame, above_c: f64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use grideye_frame::Celsius;
     use grideye_recording::linaige::{Date, Reader, stream_from_file_name};
     use std::fs::File;
     use std::path::Path;
@@ -69,10 +68,10 @@ mod tests {
         hold: Duration::from_secs(5),
     };
 
-    fn frame(warm: usize, celsius: f32) -> Frame {
-        let mut frame = Frame::uniform(Celsius::new(20.0));
-        frame.pixels[..warm].fill(Celsius::new(celsius));
-        frame
+    fn frame(warm: usize, celsius: f32) -> [Celsius; PIXELS] {
+        let mut pixels = [Celsius::new(20.0); PIXELS];
+        pixels[..warm].fill(Celsius::new(celsius));
+        pixels
     }
 
     fn at(seconds: u64) -> Duration {
@@ -117,7 +116,7 @@ mod tests {
         for row in rows {
             let row = row.unwrap();
             let raw = row.row.record.reading.frame().copied().unwrap();
-            let seen = Presence::default().see(&word::frame(&raw), &RULE, at(0));
+            let seen = Presence::default().see(&word::pixels(&raw.pixels), &RULE, at(0));
             let (found, of) = &mut counted[usize::from(row.people > 0)];
             *found += usize::from(seen);
             *of += 1;

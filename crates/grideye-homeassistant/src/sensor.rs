@@ -6,7 +6,7 @@ use crate::presence::{Presence, Rule};
 use crate::topics::{self, Topics};
 use amg8833::word;
 use grideye_collector::NewestFrame;
-use grideye_frame::{Celsius, Frame, PIXELS};
+use grideye_frame::{Celsius, PIXELS, RecordedFrame};
 use grideye_recording::StreamId;
 use serde_json::json;
 use std::time::Duration;
@@ -166,12 +166,12 @@ impl Sensor {
         let Some(raw) = newest.record.reading.frame() else {
             return Vec::new();
         };
-        let frame = word::frame(raw);
+        let pixels = word::pixels(&raw.pixels);
         let seq = newest.record.seq;
         let id = (newest.stream.boot.clone(), seq);
         let was_there = self.presence.is_there();
         if self.seen.as_ref() != Some(&id) {
-            self.presence.see(&frame, &telling.presence, now);
+            self.presence.see(&pixels, &telling.presence, now);
             self.seen = Some(id.clone());
         }
         let is_there = self.presence.is_there();
@@ -181,7 +181,7 @@ impl Sensor {
             && (is_news || is_time(self.state.as_ref(), telling.state_every, now))
         {
             let topic = telling.topics.state(&self.named.id);
-            told.push(Message::passing(topic, state(&frame, is_there, seq)));
+            told.push(Message::passing(topic, state(raw, is_there, seq)));
             let frame = id.clone();
             self.state = Some(Told { at: now, frame });
         }
@@ -189,7 +189,7 @@ impl Sensor {
         let is_due = |images: &Images| is_new(last, &id) && is_time(last, images.every, now);
         if let Some(images) = telling.images.filter(is_due) {
             let topic = telling.topics.image(&self.named.id);
-            let picture = (images.draw)(&frame.pixels.map(Celsius::get), seq);
+            let picture = (images.draw)(&pixels.map(Celsius::get), seq);
             told.extend(picture.map(|picture| Message::passing(topic, picture)));
             self.image = Some(Told { at: now, frame: id });
         }
@@ -207,14 +207,15 @@ fn is_time(told: Option<&Told>, every: Duration, now: Duration) -> bool {
 }
 
 /// The state's JSON. Sensor steps are exact, the mean is rounded to a hundredth.
-fn state(frame: &Frame, is_there: bool, seq: u64) -> String {
-    let pixels = frame.pixels.map(|pixel| f64::from(pixel.get()));
+fn state(raw: &RecordedFrame, is_there: bool, seq: u64) -> String {
+    let pixels = word::pixels(&raw.pixels).map(|pixel| f64::from(pixel.get()));
+    let thermistor = raw.thermistor.map(word::thermistor_celsius);
     let mean = pixels.iter().sum::<f64>() / 64.0;
     json!({
         "min": pixels.iter().copied().fold(f64::INFINITY, f64::min),
         "max": pixels.iter().copied().fold(f64::NEG_INFINITY, f64::max),
         "mean": (mean * 100.0).round() / 100.0,
-        "thermistor": frame.thermistor.get(),
+        "thermistor": thermistor.map(Celsius::get),
         "presence": if is_there { PRESENT } else { ABSENT },
         "seq": seq,
     })

@@ -7,7 +7,7 @@ mod columns;
 mod reader;
 mod writer;
 
-pub use columns::{COLUMNS, STREAMS_MAX, header};
+pub use columns::{COLUMNS, LABELS_MAX, STREAMS_MAX, header, label};
 pub use reader::Reader;
 pub(crate) use reader::check_header;
 pub use writer::Writer;

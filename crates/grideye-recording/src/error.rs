@@ -109,26 +109,6 @@ pub enum RecordingError {
         "file name {0}: expected a date as in Session2_2021-07-01_RoomB_v2.csv, found none\nhint: rows of this layout give only the time of day; the date comes from the name"
     )]
     FileNameWithoutDate(String),
-    /// An array without frames of this sensor, or a cut one.
-    #[error(
-        "expected {expected}, found {found}\nhint: numpy.save(file, frames.astype(numpy.float32)) writes what is read here: (N, 8, 8), in °C"
-    )]
-    Array {
-        /// What belongs there.
-        expected: String,
-        /// What is there.
-        found: String,
-    },
-    /// A temperature that no sensor word represents.
-    #[error(
-        "{place}: expected a multiple of 0.25 degrees Celsius from -512 to 511.75, found {found}\nhint: rounded, averaged or interpolated frames are no longer what the sensor sent; keep them as read"
-    )]
-    BareValue {
-        /// Where in the file.
-        place: String,
-        /// What is there.
-        found: String,
-    },
     /// Writing an earlier row failed; the file ends there.
     #[error("line {0}: expected an intact file, found one with a failed last row")]
     WriterBroken(u64),
@@ -137,7 +117,9 @@ pub enum RecordingError {
 fn field_count_hint(expected: usize, found: usize) -> String {
     match expected.checked_sub(found) {
         Some(missing @ 1..=63) => {
-            format!("\nhint: {missing} short: every row has all 64 pixels, empty ones included")
+            format!(
+                "\nhint: {missing} short: every row has a cell for each column of the header, empty ones included"
+            )
         }
         _ => String::new(),
     }

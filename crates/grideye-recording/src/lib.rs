@@ -6,7 +6,6 @@
 //! | [`wire`] (bytes) | the same batch, about a quarter as long | all 16 | the same, with the place in the body |
 //! | [`mod@csv`] (`recordings/README.md`) | one row per sensor frame, missing ones with a reason | the 12 that mean degrees | [`RecordingError`]: line, column, expected, found |
 //! | [`linaige`] (read only) | frames with labels | as above | [`RecordingError`] |
-//! | [`bare`] (read only) | frames only: rows of 64 numbers, `.npy` | as above | [`RecordingError`] |
 //!
 //! The crate uses no sockets and no clocks, and files only in [`whole`]. Memory does not grow with the recording.
 //!
@@ -35,7 +34,6 @@ mod lines;
 mod sniff;
 mod text;
 
-pub mod bare;
 pub mod csv;
 pub mod labels;
 pub mod linaige;
@@ -49,4 +47,4 @@ pub use grideye_frame::NAME_CHARS_MAX;
 pub use record::{
     COUNT_MAX, ClockState, NameError, Record, Row, Stamp, StreamId, UnknownClockState, check_name,
 };
-pub use sniff::{Layout, other_resolution, sensor_of, sniff};
+pub use sniff::{Layout, sensor_of, sniff};

@@ -20,7 +20,7 @@ use crate::error::RecordingError;
 use crate::lines::{Line, Lines, rows_until_error};
 use crate::record::{ClockState, Record, Row, Stamp, StreamId, check_name};
 use crate::text::quoted;
-use grideye_frame::{PIXELS, PixelWord, RawFrame, Reading};
+use grideye_frame::{PIXELS, PixelWord, Reading, RecordedFrame};
 use std::io::Read;
 
 /// How far boot time advances when the printed time jumps back: one period of the data set, which was recorded at 10
@@ -29,6 +29,9 @@ pub const ASSUMED_INTERVAL_NS: u64 = 100_000_000;
 
 /// Fields of a row: time, thermistor, pixels, two labels.
 const COLUMNS: usize = PIXELS + 4;
+
+/// The columns of the labels.
+pub const LABELS: [&str; 2] = ["people_number", "confidence"];
 
 /// One row with its labels.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -39,6 +42,21 @@ pub struct LinaigeRow {
     pub people: u32,
     /// `confidence`: how sure they were.
     pub confidence: Confidence,
+}
+
+impl LinaigeRow {
+    /// The row with its labels as texts, for the columns of [`LABELS`].
+    #[must_use]
+    pub fn labeled(self) -> Row {
+        let confidence = match self.confidence {
+            Confidence::E => "e",
+            Confidence::H => "h",
+        };
+        Row {
+            labels: vec![self.people.to_string(), confidence.to_owned()],
+            ..self.row
+        }
+    }
 }
 
 /// The column `confidence`. The files do not define its letters.
@@ -121,7 +139,7 @@ pub fn stream_from_file_name(name: &str) -> StreamId {
 pub fn header() -> String {
     let mut names = vec!["timestamp".to_owned(), "thermistor".to_owned()];
     names.extend((0..PIXELS).map(|index| format!("pixel{index}")));
-    names.extend(["people_number".to_owned(), "confidence".to_owned()]);
+    names.extend(LABELS.map(str::to_owned));
     names.join(",")
 }
 
@@ -145,7 +163,7 @@ impl<R: Read> Reader<R> {
     /// [`RecordingError`] if the first line is not the header of this layout.
     pub fn new(input: R, date: Date, stream: StreamId) -> Result<Self, RecordingError> {
         let mut lines = Lines::new(input);
-        check_header(&mut lines, &header(), "timestamp,thermistor,pixel0")?;
+        let _no_labels = check_header(&mut lines, &header(), "timestamp,thermistor,pixel0")?;
         Ok(Self {
             lines,
             date,
@@ -177,6 +195,7 @@ impl<R: Read> Reader<R> {
                 stream: self.stream.clone(),
                 record,
                 t_arrival_ns: None,
+                labels: Vec::new(),
             },
             people: parsed.people,
             confidence: parsed.confidence,
@@ -190,7 +209,7 @@ const NS_PER_S: i64 = 1_000_000_000;
 
 struct Parsed {
     time_of_day_ns: i64,
-    frame: RawFrame,
+    frame: RecordedFrame,
     people: u32,
     confidence: Confidence,
 }
@@ -205,8 +224,8 @@ fn parse(line: &Line<'_>) -> Result<Parsed, RecordingError> {
     };
     let named = |name, text| cell(Column::Named(name), text);
     let time = named("timestamp", time);
-    let mut frame = RawFrame {
-        thermistor: named("thermistor", thermistor).thermistor()?,
+    let mut frame = RecordedFrame {
+        thermistor: Some(named("thermistor", thermistor).thermistor()?),
         pixels: [PixelWord(0); PIXELS],
     };
     for (index, (word, text)) in frame.pixels.iter_mut().zip(pixels).enumerate() {

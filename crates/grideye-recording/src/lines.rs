@@ -93,7 +93,33 @@ impl<R: Read> Lines<R> {
     }
 }
 
-impl Line<'_> {
+impl<'l> Line<'l> {
+    /// The line without its last fields, and these, if there are `after` of them behind `before` others.
+    pub(crate) fn split_after(
+        self,
+        before: usize,
+        after: usize,
+    ) -> Result<(Line<'l>, Vec<String>), RecordingError> {
+        if after == 0 {
+            return Ok((self, Vec::new()));
+        }
+        let commas = self.text.match_indices(',');
+        let Some((at, _)) = commas
+            .clone()
+            .nth(before - 1)
+            .filter(|_| commas.count() == before + after - 1)
+        else {
+            return Err(RecordingError::FieldCount {
+                line: self.number,
+                expected: before + after,
+                found: self.text.split(',').count(),
+            });
+        };
+        let labels = self.text[at + 1..].split(',').map(str::to_owned).collect();
+        let text = &self.text[..at];
+        Ok((Self { text, ..self }, labels))
+    }
+
     pub(crate) fn cut(&self) -> RecordingError {
         RecordingError::CutLine {
             line: self.number,

@@ -1,8 +1,6 @@
-//! Detects a file's layout from its beginning, and another sensor from the number of pixels in its header.
+//! Detects a file's layout from its beginning, and another sensor from its number of pixels.
 
-use crate::bare::{NPY_MAGIC, looks_like_rows};
 use crate::lines::BYTE_ORDER_MARK;
-use grideye_frame::PIXELS;
 
 /// A layout that this crate reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -11,21 +9,15 @@ pub enum Layout {
     Recording,
     /// The layout of the LINAIGE data set: [`linaige::Reader`](crate::linaige::Reader).
     Linaige,
-    /// Rows of 64 temperatures only: [`bare::RowReader`](crate::bare::RowReader).
-    Rows,
-    /// numpy's `.npy`: [`bare::NpyReader`](crate::bare::NpyReader).
-    Npy,
 }
 
-/// The layout of a file, from its first three lines or more; `None` if unknown. The first columns identify even a
-/// faulty header, so that the layout's own reader can name the fault.
+/// The layout of a file from its first line; `None` if it is another's. The first columns identify even a faulty header, so that the layout's own reader can name the fault.
 ///
 /// ```
 /// use grideye_recording::{Layout, sniff};
 /// assert_eq!(sniff("timestamp,thermistor,pixel0,pixel1"), Some(Layout::Linaige));
 /// assert_eq!(sniff(grideye_recording::csv::header()), Some(Layout::Recording));
-/// assert_eq!(sniff("23.25,".repeat(64)), Some(Layout::Rows));
-/// assert_eq!(sniff(b"\x93NUMPY\x01\x00"), Some(Layout::Npy));
+/// assert_eq!(sniff("23.25,".repeat(64)), None);
 /// assert_eq!(sniff("P5 8 8 255"), None);
 /// ```
 #[must_use]
@@ -36,28 +28,9 @@ pub fn sniff(first_line: impl AsRef<[u8]>) -> Option<Layout> {
         Some(Layout::Recording)
     } else if beginning.starts_with(b"timestamp,thermistor,pixel0,") {
         Some(Layout::Linaige)
-    } else if beginning.starts_with(NPY_MAGIC) {
-        Some(Layout::Npy)
     } else {
-        let text = String::from_utf8_lossy(beginning);
-        looks_like_rows(&text).then_some(Layout::Rows)
+        None
     }
-}
-
-/// The number of pixels in a recording's header, if it is not a Grid-EYE's.
-#[must_use]
-pub fn other_resolution(beginning: &[u8]) -> Option<usize> {
-    sniff(beginning)?;
-    let mut lines = beginning.splitn(2, |&byte| byte == b'\n');
-    let (line, is_whole) = (lines.next().unwrap_or_default(), lines.next().is_some());
-    let is_pixel = |name: &&[u8]| {
-        let digits = name.trim_ascii().strip_prefix(b"pixel").unwrap_or_default();
-        !digits.is_empty() && digits.iter().all(u8::is_ascii_digit)
-    };
-    let pixels = line.split(|&byte| byte == b',').filter(is_pixel).count();
-    // A header that lacks only a few columns is faulty, and its reader names the fault.
-    let is_other = pixels > PIXELS || (is_whole && pixels > 0 && pixels <= PIXELS / 2);
-    is_other.then_some(pixels)
 }
 
 /// A phrase for a sensor with this many pixels.

@@ -38,6 +38,8 @@ pub use parts::{Build, Part, buses, parts};
 pub use place::{Branch, Place, Placed, Planned, address_of, device};
 pub use plan::planned;
 pub use replayed::Replayed;
-pub use sensor::{AgentClock, SCL_HZ, SharedBus, Source, bus, replay_source, scene_source};
+pub use sensor::{
+    AgentClock, SCL_HZ, SELF_HEATING_C, SharedBus, Source, bus, replay_source, scene_source,
+};
 pub use show::{AtEnd, Replay, World};
 pub use shown::{Recorded, Shown, Simulate, recorded};

@@ -1,6 +1,6 @@
 //! Compares a replay's output with its input: every word of every frame.
 
-use grideye_frame::{PIXELS, RawFrame};
+use grideye_frame::{PIXELS, RecordedFrame};
 use grideye_recording::Row;
 use std::fmt;
 
@@ -11,25 +11,29 @@ pub struct Replayed {
     read: usize,
     missing: usize,
     pixels: usize,
+    /// Thermistor values that are known, and those that differ.
+    known: usize,
     thermistors: usize,
 }
 
 impl Replayed {
     /// Compares the frames one by one, in order.
     #[must_use]
-    pub fn new(source: &[RawFrame], rows: &[Row]) -> Self {
-        let read: Vec<&RawFrame> = rows
+    pub fn new(source: &[RecordedFrame], rows: &[Row]) -> Self {
+        let read: Vec<&RecordedFrame> = rows
             .iter()
             .filter_map(|row| row.record.reading.frame())
             .collect();
         let pairs = || source.iter().zip(&read);
         let words = pairs().flat_map(|(sent, got)| sent.pixels.iter().zip(&got.pixels));
-        let thermistors = pairs().filter(|(sent, got)| sent.thermistor != got.thermistor);
+        let known = || pairs().filter(|(sent, _)| sent.thermistor.is_some());
+        let thermistors = known().filter(|(sent, got)| sent.thermistor != got.thermistor);
         Self {
             sent: source.len(),
             read: read.len(),
             missing: rows.len() - read.len(),
             pixels: words.filter(|(sent, got)| sent != got).count(),
+            known: known().count(),
             thermistors: thermistors.count(),
         }
     }
@@ -45,9 +49,10 @@ impl fmt::Display for Replayed {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (sent, pixels, thermistors) = (self.sent, self.pixels, self.thermistors);
         let (read, missing, of) = (self.read, self.missing, sent * PIXELS);
+        let known = self.known;
         write!(
             formatter,
-            "{sent} frames in, {read} out, {missing} missing; compared one by one in order: {pixels} of {of} pixels and {thermistors} of {sent} thermistor values differ"
+            "{sent} frames in, {read} out, {missing} missing; compared one by one in order: {pixels} of {of} pixels and {thermistors} of {known} thermistor values differ"
         )
     }
 }
@@ -58,16 +63,16 @@ mod tests {
     use grideye_frame::{NoData, PixelWord, Reading, ThermistorWord};
     use grideye_recording::{ClockState, Record, Stamp, StreamId};
 
-    fn frame(first: u16) -> RawFrame {
+    fn frame(first: u16) -> RecordedFrame {
         let mut pixels = [PixelWord(80); PIXELS];
         pixels[0] = PixelWord(first);
-        RawFrame {
-            thermistor: ThermistorWord(400),
+        RecordedFrame {
+            thermistor: Some(ThermistorWord(400)),
             pixels,
         }
     }
 
-    fn row((seq, reading): (u64, Reading<RawFrame>)) -> Row {
+    fn row((seq, reading): (u64, Reading<RecordedFrame>)) -> Row {
         let [device, sensor, boot] = ["demo", "s", "b"].map(str::to_owned);
         let stream = StreamId {
             device,
@@ -88,13 +93,14 @@ mod tests {
             stream,
             record,
             t_arrival_ns: None,
+            labels: Vec::new(),
         }
     }
 
     #[test]
     fn a_replay_is_equal_only_if_every_word_of_every_frame_is() {
         let source = [frame(1), frame(2), frame(3)];
-        let judge = |readings: &[Reading<RawFrame>]| {
+        let judge = |readings: &[Reading<RecordedFrame>]| {
             let rows: Vec<Row> = (0..).zip(readings.iter().copied()).map(row).collect();
             Replayed::new(&source, &rows)
         };
@@ -102,8 +108,8 @@ mod tests {
         assert!(judge(&[first, second, third]).is_equal());
         let swapped = judge(&[second, first, third]).to_string();
         assert!(swapped.contains("2 of 192 pixels"), "{swapped}");
-        let warmer = Reading::Frame(RawFrame {
-            thermistor: ThermistorWord(401),
+        let warmer = Reading::Frame(RecordedFrame {
+            thermistor: Some(ThermistorWord(401)),
             ..frame(3)
         });
         let missing = Reading::NoData(NoData::Nack);
@@ -116,5 +122,18 @@ mod tests {
         ] {
             assert!(!judge(readings).is_equal(), "{fault}");
         }
+    }
+    #[test]
+    fn a_thermistor_that_was_not_recorded_is_not_compared() {
+        let mut source = [frame(1), frame(2)];
+        source[0].thermistor = None;
+        let rows: Vec<Row> = (0..)
+            .zip([frame(1), frame(2)].map(Reading::Frame))
+            .map(row)
+            .collect();
+        let replayed = Replayed::new(&source, &rows);
+        assert!(replayed.is_equal());
+        let told = replayed.to_string();
+        assert!(told.ends_with("0 of 1 thermistor values differ"), "{told}");
     }
 }

@@ -7,7 +7,7 @@ use amg8833::word;
 use amg8833_emulator::{Address, Bus, BusError, Clock, FrameSource};
 use embedded_hal::i2c::{ErrorType, I2c, Operation};
 use grideye_agent::bus::{OpenBus, OpenError, by_kind};
-use grideye_frame::{COLUMNS, Celsius, NoData, ROWS, RawFrame};
+use grideye_frame::{COLUMNS, Celsius, Frame, NoData, ROWS, RecordedFrame};
 use grideye_recording::ClockState;
 use grideye_scene::{Scene, Simulator};
 use std::num::NonZeroU32;
@@ -18,7 +18,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 pub const SCL_HZ: Option<NonZeroU32> = NonZeroU32::new(400_000);
 
 /// How much warmer the emulated chip is than the room: real ones are 3.5 to 6 °C above the scene by self-heating.
-const SELF_HEATING_C: f32 = 4.5;
+pub const SELF_HEATING_C: f32 = 4.5;
 
 /// What an emulated sensor sees.
 pub type Source = Box<dyn FrameSource + Send>;
@@ -50,10 +50,21 @@ pub(crate) fn self_heated(ambient: Celsius) -> Celsius {
     Celsius::new(ambient.get() + SELF_HEATING_C)
 }
 
+/// What a replay shows of a frame. A frame without a thermistor shows the mean of its pixels as its room, self-heated.
+pub(crate) fn shown(frame: &RecordedFrame) -> Frame {
+    let pixels = word::pixels(&frame.pixels);
+    let sum: f32 = pixels.iter().copied().map(Celsius::get).sum();
+    let thermistor = frame.thermistor.map(word::thermistor_celsius);
+    Frame {
+        thermistor: thermistor.unwrap_or_else(|| self_heated(Celsius::new(sum / 64.0))),
+        pixels,
+    }
+}
+
 /// The frames of a recording, one per sensor period from the first measurement on; the last one stays.
 #[must_use]
-pub fn replay_source(frames: &[RawFrame]) -> Source {
-    let frames = evenly(frames.iter().map(word::frame));
+pub fn replay_source(frames: &[RecordedFrame]) -> Source {
+    let frames = evenly(frames.iter().map(shown));
     Box::new(Show::alone(Pictures::timed(frames)))
 }
 
@@ -156,5 +167,23 @@ impl OpenBus for SharedBus {
             BusError::Gone => NoData::Unplugged,
             other => by_kind(embedded_hal::i2c::Error::kind(other)),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use grideye_frame::{PIXELS, PixelWord, ThermistorWord};
+
+    #[test]
+    fn a_frame_without_a_thermistor_shows_its_mean_self_heated() {
+        let mut frame = RecordedFrame {
+            thermistor: None,
+            pixels: [PixelWord(80); PIXELS],
+        };
+        frame.pixels[0] = PixelWord(80 + 64);
+        assert_eq!(shown(&frame).thermistor.get(), 20.25 + 4.5);
+        frame.thermistor = Some(ThermistorWord(400));
+        assert_eq!(shown(&frame).thermistor.get(), 25.0);
     }
 }

@@ -3,7 +3,6 @@
 use crate::error::RigError;
 use crate::sensor;
 use crate::show::{self, Pictures, Replay};
-use amg8833::word;
 use grideye_frame::{Celsius, Frame};
 use grideye_recording::{Record, StreamId};
 use grideye_scene::{Scene, SceneError, Simulator};
@@ -109,7 +108,7 @@ pub fn recorded(streams: BTreeMap<StreamId, Vec<Record>>) -> Result<Recorded, Ri
     let first_ns = first_ns.ok_or(RigError::NoFrame)?;
     let timed = |record: &Record| {
         let since_ns = record.stamp.t_boot_ns.saturating_sub(first_ns);
-        let frame = word::frame(record.reading.frame()?);
+        let frame = sensor::shown(record.reading.frame()?);
         Some((Duration::from_nanos(since_ns), frame))
     };
     let sensors = streams.into_iter().map(|(stream, records)| {

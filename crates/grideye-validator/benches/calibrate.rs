@@ -2,7 +2,7 @@
 //! of a walking person on 200 frames in the physical model, with the noise of five units each; and to decide whether
 //! recordings of that person are the scene's. Prints seconds, and the ratio to one simulation of those frames.
 
-use grideye_frame::{Celsius, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{Celsius, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::{ClockState, Record, Stamp};
 use grideye_scene::profile::Profile;
 use grideye_scene::{Scene, Simulator};
@@ -270,7 +270,10 @@ fn record(
                 t_utc_ns: 0,
                 clock: ClockState::Unsynced,
             },
-            reading: Reading::Frame(RawFrame { thermistor, pixels }),
+            reading: Reading::Frame(RecordedFrame {
+                thermistor: Some(thermistor),
+                pixels,
+            }),
         });
     }
     Ok(records)

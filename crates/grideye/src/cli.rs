@@ -325,12 +325,14 @@ pub(crate) struct Compare {
     pub(crate) align: Align,
 }
 
-/// Convert a recording for numpy, pandas, Foxglove or a viewer.
+/// Convert any recording for numpy, pandas, Foxglove or a viewer.
 ///
-/// Reads this project's CSV, the LINAIGE layout, rows of 64 degrees as common Adafruit scripts write them, and numpy's
-/// .npy of shape (N, 8, 8).
+/// Reads CSV and other text, JSON, numpy's .npy and .npz, and Parquet. Prints what it took for what; a file that breaks off
+/// is read up to there. recordings/README.md lists the layouts.
 ///
-/// Example: grideye convert frames.txt frames.csv --thermistor 25
+/// Exit code 3: the file breaks off, or has damaged rows
+///
+/// Example: grideye convert frames.txt frames.parquet
 #[derive(Debug, Args)]
 pub(crate) struct Convert {
     /// Recording to read.
@@ -344,14 +346,15 @@ pub(crate) struct Convert {
     /// SENSOR, or DEVICE/SENSOR if several devices have a sensor of that name.
     #[arg(long, value_name = "SENSOR")]
     pub(crate) sensor: Option<String>,
-    /// Thermistor in °C, for files without it.
+    /// What the columns are [default: guessed].
     ///
-    /// Required for rows of 64 degrees and .npy, which have pixels only.
-    #[arg(long, value_name = "CELSIUS")]
-    pub(crate) thermistor: Option<f32>,
+    /// ROLE=COLUMN,... where ROLE is time, pixels, thermistor, number, sensor, device, boot or label, and COLUMN a number from
+    /// 1, a name or none: time=1,pixels=2-65. unit=counts are raw words.
+    #[arg(long, value_name = "COLUMNS")]
+    pub(crate) columns: Option<String>,
     /// Frame rate of a file without times.
     ///
-    /// In frames per second. Applies to rows of 64 degrees and .npy.
+    /// In frames per second.
     #[arg(long, value_name = "HZ", default_value_t = 10.0, value_parser = positive)]
     pub(crate) rate: f64,
 }

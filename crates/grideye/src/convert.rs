@@ -2,52 +2,86 @@
 
 use crate::cli::Convert;
 use crate::exit::{Outcome, bad_input};
-use crate::{export, files, recordings};
-use amg8833::word;
+use crate::{export, files, progress, recordings};
 use anyhow::{Result, anyhow};
 use grideye_export::ExportError;
-use grideye_frame::Celsius;
-use grideye_recording::bare::Assumed;
-use grideye_recording::{Row, StreamId, linaige};
+use grideye_export::recording::Rows;
+use grideye_import::{Import, ImportError, Options};
+use grideye_recording::Row;
 use std::time::Duration;
 
 pub(crate) fn run(options: &Convert) -> Result<Outcome> {
     files::keep_apart([&options.input], [&options.output])?;
-    let asked = |row: &Result<Row>| match (&options.sensor, row) {
-        (Some(sensor), Ok(row)) => {
-            sensor == &row.stream.sensor
-                || sensor == &format!("{}/{}", row.stream.device, row.stream.sensor)
-        }
-        _ => true,
+    let mut import = recordings::import(&options.input, &stated(options)?)?;
+    let labels = import.labels().to_vec();
+    let mut broken = None;
+    let mut rows = Asked {
+        import: &mut import,
+        sensor: options.sensor.as_deref(),
+        input: &options.input,
+        broken: &mut broken,
     };
-    let assumed = assumed(options)?;
-    let rows = recordings::open_assuming(&options.input, assumed.as_ref())?.filter(asked);
-    let mut rows =
-        rows.map(|row| row.map_err(|error| ExportError::Row(format!("cannot read {error}"))));
-    export::write_recording(&mut rows, [&options.input, &options.output])?;
-    Ok(Outcome::Done)
+    let rows = Rows {
+        labels: &labels,
+        rows: &mut rows,
+    };
+    export::write_recording(rows, [&options.input, &options.output])?;
+    let tally = import.tally();
+    if let Some(tally) = tally {
+        progress::say(&tally.to_string());
+    }
+    if let Some(broken) = &broken {
+        let refused = recordings::refused(options.input.display(), broken);
+        progress::say(&format!("warning: {refused}"));
+    }
+    let is_whole = broken.is_none() && !tally.is_some_and(|tally| tally.has_loss());
+    Ok(Outcome::told(is_whole))
 }
 
-fn assumed(options: &Convert) -> Result<Option<Assumed>> {
-    let Some(celsius) = options.thermistor else {
-        return Ok(None);
+/// The rows of the sensor that was asked for, up to where the file breaks.
+struct Asked<'a> {
+    import: &'a mut Import,
+    sensor: Option<&'a str>,
+    input: &'a std::path::Path,
+    broken: &'a mut Option<ImportError>,
+}
+
+impl Iterator for Asked<'_> {
+    type Item = Result<Row, ExportError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let is_asked = |row: &Row| {
+            let stream = &row.stream;
+            self.sensor.is_none_or(|sensor| {
+                sensor == stream.sensor || sensor == format!("{}/{}", stream.device, stream.sensor)
+            })
+        };
+        loop {
+            match self.import.next()? {
+                Ok(row) if is_asked(&row) => return Some(Ok(row)),
+                Ok(_) => {}
+                Err(error) if error.is_break() => {
+                    *self.broken = Some(error);
+                    return None;
+                }
+                Err(error) => {
+                    let refused = recordings::refused(self.input.display(), &error);
+                    return Some(Err(ExportError::Row(format!("cannot read {refused}"))));
+                }
+            }
+        }
+    }
+}
+
+fn stated(options: &Convert) -> Result<Options> {
+    let columns = options.columns.as_deref().unwrap_or_default();
+    let columns = match columns {
+        "" => Ok(grideye_import::Columns::default()),
+        said => said.parse(),
     };
-    let thermistor = word::thermistor_word(Celsius::new(celsius)).map_err(|range| {
-        bad_input(anyhow!(
-            "--thermistor {celsius}: expected {} to {} °C",
-            range.lowest,
-            range.highest
-        ))
-    })?;
-    Ok(Some(Assumed {
-        stream: StreamId {
-            device: "imported".to_owned(),
-            sensor: "grid-eye".to_owned(),
-            // Only characters that a boot's name may have.
-            boot: linaige::stream_from_file_name(&files::stem(&options.input)).boot,
-        },
-        thermistor,
+    Ok(Options {
+        columns: columns.map_err(|error: ImportError| bad_input(anyhow!("--columns: {error}")))?,
         period: Duration::try_from_secs_f64(1.0 / options.rate)
             .map_err(|error| bad_input(anyhow!("--rate {}: {error}", options.rate)))?,
-    }))
+    })
 }

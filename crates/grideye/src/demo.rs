@@ -14,7 +14,7 @@ use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start};
 use grideye_agent::config::Config as AgentConfig;
 use grideye_agent::log::{Level, Log};
 use grideye_collector::{Account, Collector, Config, StoreLocation, SystemClock};
-use grideye_frame::{RawFrame, TICK};
+use grideye_frame::{RecordedFrame, TICK};
 use grideye_recording::{Record, Row};
 use grideye_rig::{
     AgentClock, PacedClock, Replayed, SCL_HZ, SharedBus, Source, replay_source, scene_source,
@@ -157,7 +157,7 @@ const FRAMES_MAX: u64 = 6_000;
 
 enum Show {
     Scene(Box<SceneShow>),
-    Replay(Vec<RawFrame>),
+    Replay(Vec<RecordedFrame>),
 }
 
 struct SceneShow {
@@ -174,6 +174,7 @@ impl Show {
     fn prepare(options: &Demo) -> Result<Self> {
         if let Some(path) = &options.replay {
             let records = recordings::load_stream(path)?;
+            recordings::say_what_stands_for_the_thermistor(&records);
             let frames = records
                 .iter()
                 .filter_map(|record| record.reading.frame().copied());

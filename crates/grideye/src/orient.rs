@@ -89,8 +89,8 @@ fn recorded(path: &Path, wanted: Option<&str>) -> Result<(String, Watch)> {
             )));
         }
         if let Some(raw) = row.record.reading.frame() {
-            let frame = amg8833::word::frame(raw);
-            watch.push(&frame.pixels.map(Celsius::get).map(f64::from));
+            let pixels = amg8833::word::pixels(&raw.pixels);
+            watch.push(&pixels.map(Celsius::get).map(f64::from));
         }
     }
     let sensor = followed.ok_or_else(|| {

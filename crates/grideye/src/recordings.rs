@@ -3,42 +3,62 @@
 use crate::exit::bad_input;
 use crate::{files, progress};
 use anyhow::{Result, anyhow};
-use grideye_recording::bare::{Assumed, NpyReader, RowReader};
-use grideye_recording::{
-    Layout, Record, RecordingError, Row, StreamId, csv, linaige, other_resolution, sensor_of, sniff,
-};
+use grideye_import::{Import, ImportError, Options, Tally};
+use grideye_recording::{Record, Row, StreamId};
+use grideye_rig::SELF_HEATING_C;
 use grideye_validator::{Thinned, Thinning};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Display;
-use std::fs::File;
-use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::Path;
 
-type Rows = Box<dyn Iterator<Item = Result<Row, RecordingError>>>;
-
-/// Opens a recording of any known layout; rows arrive as they are read.
-pub(crate) fn open(path: &Path) -> Result<impl Iterator<Item = Result<Row>>> {
-    open_assuming(path, None)
+/// Opens a recording of any layout; rows arrive as they are read.
+pub(crate) fn open(path: &Path) -> Result<impl Iterator<Item = Result<Row>> + use<>> {
+    let shown = path.display().to_string();
+    let mut import = import(path, &Options::default())?;
+    Ok(std::iter::from_fn(move || {
+        let row = import.next();
+        if let (None, Some(tally)) = (&row, import.tally().filter(Tally::has_loss)) {
+            progress::say(&format!("{shown}: {tally}"));
+        }
+        row.map(|row| row.map_err(|error| refused(&shown, &error)))
+    }))
 }
 
-/// The same, with the facts that a bare file lacks.
-pub(crate) fn open_assuming(
-    path: &Path,
-    assumed: Option<&Assumed>,
-) -> Result<impl Iterator<Item = Result<Row>> + use<>> {
-    let shown = path.display().to_string();
-    let rows = rows(path, assumed)?;
-    Ok(rows.map(move |row| row.map_err(|error| refused(&shown, &error))))
+/// The same with what is said about the file. Prints what was taken for what, unless the layout says it.
+pub(crate) fn import(path: &Path, options: &Options) -> Result<Import> {
+    let input = files::open(path)?;
+    let bytes = input.get_ref().metadata().map_or(0, |about| about.len());
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let import = grideye_import::open(progress::reading(input, bytes), &name, options);
+    let import = import.map_err(|error| refused(path.display(), &error))?;
+    if import.tally().is_some() {
+        progress::say(&format!("{}: {}", path.display(), import.account()));
+    }
+    Ok(import)
 }
 
 /// Adds the file's name, and a hint unless the error has one.
-fn refused(shown: impl Display, error: &RecordingError) -> anyhow::Error {
+pub(crate) fn refused(shown: impl Display, error: &ImportError) -> anyhow::Error {
     let told = error.to_string();
     let hint = match told.contains("\nhint: ") {
         true => "",
         false => "\nhint: correct or delete this row; recordings/README.md describes the format",
     };
     bad_input(anyhow!("{shown}: {told}{hint}"))
+}
+
+/// Says what a replay shows in the place of a thermistor that was not recorded.
+pub(crate) fn say_what_stands_for_the_thermistor<'r>(
+    records: impl IntoIterator<Item = &'r Record>,
+) {
+    let mut frames = records
+        .into_iter()
+        .filter_map(|record| record.reading.frame());
+    if frames.any(|frame| frame.thermistor.is_none()) {
+        progress::say(&format!(
+            "the recording has no thermistor: its register shows the mean of the pixels plus {SELF_HEATING_C} °C"
+        ));
+    }
 }
 
 pub(crate) fn load_streams(path: &Path) -> Result<BTreeMap<StreamId, Vec<Record>>> {
@@ -88,64 +108,4 @@ fn one_stream(path: &Path, mut take: impl FnMut(Record)) -> Result<()> {
         )));
     }
     Ok(())
-}
-
-fn rows(path: &Path, assumed: Option<&Assumed>) -> Result<Rows> {
-    let mut input = files::open(path)?;
-    let place = |error: RecordingError| refused(path.display(), &error);
-    let layout = layout(path, &mut input)?;
-    let bytes = input.get_ref().metadata().map_or(0, |about| about.len());
-    let input = progress::reading(input, bytes);
-    match layout {
-        Layout::Recording => Ok(Box::new(csv::Reader::new(input).map_err(place)?)),
-        Layout::Linaige => {
-            let name = path.file_name().unwrap_or_default().to_string_lossy();
-            let date = linaige::Date::from_file_name(&name).map_err(place)?;
-            let stream = linaige::stream_from_file_name(&name);
-            let reader = linaige::Reader::new(input, date, stream).map_err(place)?;
-            Ok(Box::new(reader.map(|row| row.map(|labeled| labeled.row))))
-        }
-        Layout::Rows => Ok(Box::new(RowReader::new(input, stated(path, assumed)?))),
-        Layout::Npy => {
-            let reader = NpyReader::new(input, stated(path, assumed)?).map_err(place)?;
-            Ok(Box::new(reader))
-        }
-    }
-}
-
-fn stated(path: &Path, assumed: Option<&Assumed>) -> Result<Assumed> {
-    assumed.cloned().ok_or_else(|| {
-        bad_input(anyhow!(
-            "{0} holds temperatures and no thermistor\nhint: say what it read, and convert the file first: grideye convert {0} recording.csv --thermistor 25",
-            path.display()
-        ))
-    })
-}
-
-/// Fits the pixel names of the largest known sensors.
-const HEADER_BYTES_MAX: u64 = 1 << 20;
-
-fn layout(path: &Path, input: &mut BufReader<File>) -> Result<Layout> {
-    let shown = path.display();
-    let unread = |error| {
-        bad_input(anyhow!(
-            "cannot read {shown}: {error}\nhint: name a file that you may read"
-        ))
-    };
-    let beginning = input.fill_buf().map_err(unread)?;
-    // The first line, up to the longest header.
-    let mut header = Vec::new();
-    let mut lines = files::open(path)?.take(HEADER_BYTES_MAX);
-    lines.read_until(b'\n', &mut header).map_err(unread)?;
-    if let Some(pixels) = other_resolution(&header) {
-        return Err(bad_input(anyhow!(
-            "{shown} has {pixels} pixels a frame, a Grid-EYE has 64 (8 x 8)\nhint: only recordings of 8 x 8 pixels are compared and converted; {}",
-            sensor_of(pixels)
-        )));
-    }
-    sniff(beginning).ok_or_else(|| {
-        bad_input(anyhow!(
-            "{shown} is no recording that is known here: its first line is none of the headers\nhint: recordings/README.md describes the formats"
-        ))
-    })
 }

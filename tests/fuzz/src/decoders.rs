@@ -7,15 +7,12 @@ use grideye_agent::config::Config;
 use grideye_agent::join::{JoinLine, Joined};
 use grideye_agent::spool::segment::{Encoder, Entries, Entry, crc32c};
 use grideye_collector::store::segment as sealed_segment;
-use grideye_frame::ThermistorWord;
-use grideye_recording::bare::{Assumed, NpyReader, RowReader};
 use grideye_recording::linaige::{self, Date, stream_from_file_name};
 use grideye_recording::wire::{Acknowledgement, Batch, Limits};
 use grideye_recording::{csv, sniff};
 use grideye_scene::Scene;
 use grideye_scene::profile::Profile;
 use std::io;
-use std::time::Duration;
 
 /// Panics where bytes are not taken as they should be.
 pub(crate) type Decoder = fn(&[u8]);
@@ -78,21 +75,12 @@ fn session(data: &[u8]) {
     }
 }
 
-/// Files of temperatures alone: text, and numpy's arrays.
+/// Files of other people.
 fn bare(data: &[u8]) {
-    let _ = sniff(data);
-    let rows = RowReader::new(data, assumed()).take_while(Result::is_ok);
-    assert!(rows.count() <= data.len());
-    if let Ok(reader) = NpyReader::new(data, assumed()) {
-        assert!(reader.take_while(Result::is_ok).count() <= data.len());
-    }
-}
-
-fn assumed() -> Assumed {
-    Assumed {
-        stream: stream_from_file_name("frames.csv"),
-        thermistor: ThermistorWord(0x190),
-        period: Duration::from_millis(100),
+    let options = grideye_import::Options::default();
+    let opened = grideye_import::open(io::Cursor::new(data.to_vec()), "frames.csv", &options);
+    if let Ok(import) = opened {
+        assert!(import.take_while(Result::is_ok).count() <= data.len());
     }
 }
 

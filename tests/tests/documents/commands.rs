@@ -406,8 +406,15 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
         Run("", &[]),
     ),
     (
-        "grideye convert frames.txt frames.csv --thermistor 25",
+        "grideye convert frames.txt frames.parquet",
         Run("seq -s , 0 63 > frames.txt", &[]),
+    ),
+    (
+        "grideye convert walk.csv walk.parquet",
+        Run(
+            "{ printf when; printf ',p%d' $(seq 0 63); echo ,people; for n in 0 1 2; do printf 1790000000.$n; printf ',24.5%.0s' $(seq 64); echo ,1; done; } > walk.csv",
+            &[],
+        ),
     ),
     (
         "grideye audit --json",

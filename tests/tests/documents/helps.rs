@@ -15,14 +15,13 @@ const UNCLEAR: [&str; 14] = [
     "What", "Where",
 ];
 /// Values that have no default: without the option nothing is read, written or done.
-const WITHOUT_DEFAULT: [&str; 9] = [
+const WITHOUT_DEFAULT: [&str; 8] = [
     "--agent",
     "--at-least",
     "--candidates",
     "--host-name",
     "--like",
     "--mqtt",
-    "--thermistor",
     "--trusted-proxy",
     "--vary",
 ];

@@ -122,7 +122,7 @@ pub(crate) fn simulated(at: &Path, scene: &str) -> Vec<Value> {
         let row = row.unwrap();
         let raw = row.record.reading.frame().copied().unwrap();
         let words: Vec<u16> = raw.pixels.iter().map(|word| word.0).collect();
-        frame(&words, raw.thermistor.0)
+        frame(&words, raw.thermistor.unwrap().0)
     })
     .collect()
 }

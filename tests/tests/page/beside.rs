@@ -155,7 +155,7 @@ fn simulated(scene: &Path, frames: u32) -> Result<Vec<Value>, Failure> {
         let row = row?;
         let raw = row.record.reading.frame().ok_or("a frame is missing")?;
         let words: Vec<u16> = raw.pixels.iter().map(|word| word.0).collect();
-        all.push(frame(&words, raw.thermistor.0));
+        all.push(frame(&words, raw.thermistor.ok_or("no thermistor")?.0));
     }
     Ok(all)
 }

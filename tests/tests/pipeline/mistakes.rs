@@ -88,11 +88,6 @@ fn mistakes_in_a_recording_are_named_with_their_place_and_leave_no_file() {
     let written = out.to_str().unwrap();
     for (name, text, words) in [
         ("notes.csv", "a,b\n1,2\n".to_owned(), &["hint:"][..]),
-        (
-            "cut_2021-07-01.csv",
-            session[..20_000].to_owned(),
-            &["line"],
-        ),
         ("short_2021-07-01.csv", pixels(",26.5,"), &["line 2"]),
         (
             "hot_2021-07-01.csv",
@@ -118,6 +113,15 @@ fn mistakes_in_a_recording_are_named_with_their_place_and_leave_no_file() {
         .map(|entry| entry.unwrap().file_name())
         .collect();
     assert_eq!(left.len(), 6, "nothing but the inputs is left: {left:?}");
+    // A session that breaks off is read up to there.
+    let whole = session[..20_000].matches('\n').count();
+    let path = file(folder.path(), "cut_2021-07-01.csv", &session[..20_000]);
+    let ended = run(grideye().args(["convert", &path, written]));
+    assert_eq!(ended.code, 3, "{ended:?}");
+    let place = format!("cut_2021-07-01.csv: line {}: ", whole + 1);
+    assert!(ended.stderr.contains(&place), "{ended:?}");
+    let text = std::fs::read_to_string(&out).unwrap();
+    assert_eq!(text.lines().count(), whole, "the header and the whole rows");
 }
 
 #[test]

@@ -9,7 +9,7 @@ use crate::sampler::{Event, OUT_OF_STEP, Sampler};
 use amg8833::{Amg8833, Error, MovingAverage, Settings};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::{ErrorType, I2c};
-use grideye_frame::{NoData, RawFrame, Reading};
+use grideye_frame::{NoData, RawFrame, Reading, RecordedFrame};
 use grideye_recording::Record;
 use std::collections::BTreeSet;
 use std::fmt;
@@ -122,7 +122,7 @@ impl Sensor {
                     let record = Record {
                         seq,
                         stamp,
-                        reading,
+                        reading: reading.map(RecordedFrame::from),
                     };
                     sink.record(index, record);
                     self.say_what_became(seq, &reading, log);

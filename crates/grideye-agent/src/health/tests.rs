@@ -3,7 +3,7 @@
 use super::status::{Look, SensorLook};
 use super::*;
 use crate::queue::{Delivery, Ring, Seen, Shared};
-use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{NoData, PIXELS, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::wire::Account;
 use grideye_recording::{ClockState, Record, Stamp};
 use serde_json::{Value, json};
@@ -28,8 +28,8 @@ fn health() -> Health {
 }
 
 fn record(seq: u64, missing: Option<NoData>) -> Record {
-    let frame = RawFrame {
-        thermistor: ThermistorWord(402),
+    let frame = RecordedFrame {
+        thermistor: Some(ThermistorWord(402)),
         pixels: [PixelWord(80); PIXELS],
     };
     Record {

@@ -11,7 +11,7 @@ use crate::model_disk::{Failure, ModelDisk, Tear};
 use grideye_agent::batch::{Batch, Item};
 use grideye_agent::spool::segment::{Encoder, FRAME_BYTES};
 use grideye_agent::spool::{Limits, QUARANTINE, READS_MAX, SPOOL_DAMAGED, SPOOL_FULL, Spool};
-use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{NoData, PIXELS, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::wire::{self, Account};
 use grideye_recording::{ClockState, Record, Stamp, StreamId};
 use proptest::prelude::*;
@@ -35,8 +35,8 @@ pub(crate) fn record(seq: u64) -> Record {
     for (index, pixel) in (0..).zip(&mut pixels) {
         *pixel = PixelWord(word(31 * seq + index));
     }
-    let frame = RawFrame {
-        thermistor: ThermistorWord(word(7 * seq)),
+    let frame = RecordedFrame {
+        thermistor: Some(ThermistorWord(word(7 * seq))),
         pixels,
     };
     Record {

@@ -11,7 +11,7 @@ use grideye_agent::bus::{OpenBus, OpenError, by_kind};
 use grideye_agent::clock::Clock;
 use grideye_agent::config::{BusConfig, Config, SensorConfig};
 use grideye_agent::log::Log;
-use grideye_frame::{Celsius, Frame, NoData, PIXELS, RawFrame, Reading};
+use grideye_frame::{Celsius, Frame, NoData, PIXELS, Reading, RecordedFrame};
 use grideye_recording::{ClockState, Record};
 use std::collections::VecDeque;
 use std::num::NonZeroU32;
@@ -134,10 +134,10 @@ pub(crate) fn picture(n: u64) -> Frame {
 }
 
 /// The number that a frame shows. Panics if it is torn.
-pub(crate) fn number(raw: &RawFrame) -> u64 {
+pub(crate) fn number(raw: &RecordedFrame) -> u64 {
     let n = number_in_pixels(raw);
     assert_eq!(
-        amg8833::word::frame(raw).thermistor,
+        amg8833::word::thermistor_celsius(raw.thermistor.unwrap()),
         picture(n).thermistor,
         "torn frame {n}"
     );
@@ -146,16 +146,16 @@ pub(crate) fn number(raw: &RawFrame) -> u64 {
 
 /// The number that the pixels show. Panics if they are torn. The thermistor has a separate transfer, and may belong to
 /// the next frame if the host was so late that an update fell between the two.
-pub(crate) fn number_in_pixels(raw: &RawFrame) -> u64 {
-    let frame = amg8833::word::frame(raw);
+pub(crate) fn number_in_pixels(raw: &RecordedFrame) -> u64 {
+    let pixels = amg8833::word::pixels(&raw.pixels);
     let steps = |pixel: Celsius| {
         let quarters = (pixel.get() - 20.0) * 4.0;
         (0..STEPS)
             .find(|steps| f32::from(u16::try_from(*steps).unwrap()) == quarters)
             .expect("a number")
     };
-    let n = steps(frame.pixels[0]) + STEPS * steps(frame.pixels[PIXELS - 1]);
-    assert_eq!(frame.pixels, picture(n).pixels, "torn frame {n}");
+    let n = steps(pixels[0]) + STEPS * steps(pixels[PIXELS - 1]);
+    assert_eq!(pixels, picture(n).pixels, "torn frame {n}");
     n
 }
 
@@ -346,7 +346,7 @@ pub(crate) fn assert_exact(records: &[Record], content: fn(u64) -> u64) {
 pub(crate) fn assert_exact_by(
     records: &[Record],
     content: fn(u64) -> u64,
-    number: fn(&RawFrame) -> u64,
+    number: fn(&RecordedFrame) -> u64,
 ) {
     for (expected, record) in (0..).zip(records) {
         assert_eq!(record.seq, expected);

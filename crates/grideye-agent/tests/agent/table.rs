@@ -10,7 +10,7 @@ use grideye_agent::bus::{Sink, read_bus};
 use grideye_agent::clock::Clock;
 use grideye_agent::config::{BusConfig, SensorConfig};
 use grideye_agent::log::Log;
-use grideye_frame::{Celsius, Frame, NoData, PIXELS, PixelWord, RawFrame, Reading};
+use grideye_frame::{Celsius, Frame, NoData, PIXELS, PixelWord, Reading, RecordedFrame};
 use grideye_recording::{ClockState, Record};
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
@@ -311,7 +311,7 @@ impl Sink for Records {
 
 impl Records {
     /// The agent's number of a frame is the sensor's, from the first to the last.
-    fn frame(&self, count: &mut Count, seq: u64, frame: &RawFrame) {
+    fn frame(&self, count: &mut Count, seq: u64, frame: &RecordedFrame) {
         let Some(number) = count.row(&frame.pixels) else {
             return;
         };
@@ -320,7 +320,7 @@ impl Records {
             number - count.first.unwrap_or(0),
             "seq is the sensor's count"
         );
-        let shown = amg8833::word::thermistor_celsius(frame.thermistor);
+        let shown = amg8833::word::thermistor_celsius(frame.thermistor.unwrap());
         count.tally.strange_thermistors += u64::from(shown != thermistor(number));
     }
 }

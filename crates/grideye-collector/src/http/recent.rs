@@ -7,7 +7,7 @@ use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
-use grideye_frame::{PIXELS, RawFrame, Reading};
+use grideye_frame::{PIXELS, Reading, RecordedFrame};
 use grideye_recording::Record;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -57,7 +57,7 @@ fn row(record: &Record) -> Value {
 }
 
 /// Minimum, mean and maximum temperature of a frame in °C.
-fn figures(raw: &RawFrame) -> [f64; 3] {
+fn figures(raw: &RecordedFrame) -> [f64; 3] {
     let steps = raw.pixels.map(|pixel| i32::from(word::pixel_steps(pixel)));
     let least = steps.iter().copied().min().unwrap_or(0);
     let greatest = steps.iter().copied().max().unwrap_or(0);

@@ -195,7 +195,7 @@ impl Sensor {
             let mut frame = in_degrees(newest.lent(), now_ns);
             if let Reading::Frame(raw) = &newest.record.reading {
                 let pixels: Vec<u16> = raw.pixels.iter().map(|word| word.0).collect();
-                frame["thermistor_raw"] = raw.thermistor.0.into();
+                frame["thermistor_raw"] = raw.thermistor.map(|word| word.0).into();
                 frame["pixels_raw"] = pixels.into();
             }
             frame
@@ -274,10 +274,10 @@ fn in_degrees(measured: Measured<&Record>, now_ns: i128) -> Value {
     match &record.reading {
         Reading::NoData(reason) => json["missing"] = reason.name().into(),
         Reading::Frame(raw) => {
-            let frame = word::frame(raw);
-            let pixels: Vec<f32> = frame.pixels.iter().copied().map(Celsius::get).collect();
-            json["thermistor_celsius"] = frame.thermistor.get().into();
-            json["pixels_celsius"] = pixels.into();
+            let pixels = word::pixels(&raw.pixels).map(Celsius::get);
+            let thermistor = raw.thermistor.map(word::thermistor_celsius);
+            json["thermistor_celsius"] = thermistor.map(Celsius::get).into();
+            json["pixels_celsius"] = pixels.as_slice().into();
         }
     }
     json

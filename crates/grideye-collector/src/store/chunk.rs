@@ -103,7 +103,7 @@ impl Kept<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use grideye_frame::{NoData, PixelWord, RawFrame, Reading, ThermistorWord};
+    use grideye_frame::{NoData, PixelWord, Reading, RecordedFrame, ThermistorWord};
     use grideye_recording::{ClockState, Record, Stamp};
     use std::collections::BTreeMap;
 
@@ -111,8 +111,8 @@ mod tests {
         let word = |pixel: usize| u16::try_from(pixel * 997 % 65_536).unwrap() ^ 0xF00F;
         let reading = match seq % 7 {
             3 => Reading::NoData(NoData::ALL[usize::try_from(seq).unwrap() % NoData::ALL.len()]),
-            _ => Reading::Frame(RawFrame {
-                thermistor: ThermistorWord(u16::MAX - 3),
+            _ => Reading::Frame(RecordedFrame {
+                thermistor: (seq % 5 > 0).then_some(ThermistorWord(u16::MAX - 3)),
                 pixels: std::array::from_fn(|pixel| PixelWord(word(pixel))),
             }),
         };

@@ -10,7 +10,7 @@
 
 use crate::store::error::{Result, StoreError};
 use crate::store::row::{damaged, unsigned};
-use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{NoData, PIXELS, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::record::layout::{ByteReader, Fault, put_name};
 use grideye_recording::{ClockState, Record, Stamp};
 
@@ -27,6 +27,8 @@ const ROW_BYTES: usize = 5 * 8 + 1 + 2 + 2 * PIXELS;
 const MEAN_OF: usize = 4;
 /// The kind of a row with pixels; a missing frame has 1 or more, an index into the names at the head of the columns.
 const KIND_FRAME: u8 = 0;
+/// The kind of a row with pixels and no thermistor, which repeats the one before in its column.
+const KIND_WITHOUT_THERMISTOR: u8 = 0x3F;
 
 /// One row of a segment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -122,7 +124,7 @@ fn columns_of(rows: &[SealedRow]) -> Result<Vec<u8>> {
     for row in rows {
         columns.push(kind_of(&row.record, &reasons));
     }
-    let frames: Vec<&RawFrame> = rows
+    let frames: Vec<&RecordedFrame> = rows
         .iter()
         .filter_map(|row| row.record.reading.frame())
         .collect();
@@ -146,6 +148,7 @@ fn reasons_of(rows: &[SealedRow]) -> Vec<NoData> {
 /// The clock state in the upper two bits; below, 0 for a frame, otherwise the index of the reason, from 1.
 fn kind_of(record: &Record, reasons: &[NoData]) -> u8 {
     let kind = match record.reading {
+        Reading::Frame(raw) if raw.thermistor.is_none() => KIND_WITHOUT_THERMISTOR,
         Reading::Frame(_) => KIND_FRAME,
         Reading::NoData(reason) => {
             let place = reasons.iter().position(|known| *known == reason);
@@ -155,17 +158,18 @@ fn kind_of(record: &Record, reasons: &[NoData]) -> u8 {
     record.stamp.clock.code() << 6 | kind
 }
 
-fn changes(frames: &[&RawFrame]) -> Vec<u16> {
+fn changes(frames: &[&RecordedFrame]) -> Vec<u16> {
     let mut before = 0;
     let changes = frames.iter().map(|frame| {
-        let change = frame.thermistor.0.wrapping_sub(before);
-        before = frame.thermistor.0;
+        let thermistor = frame.thermistor.map_or(before, |word| word.0);
+        let change = thermistor.wrapping_sub(before);
+        before = thermistor;
         fold_u16(change)
     });
     changes.collect()
 }
 
-fn residuals(frames: &[&RawFrame]) -> Vec<u16> {
+fn residuals(frames: &[&RecordedFrame]) -> Vec<u16> {
     let mut residuals = Vec::with_capacity(frames.len() * PIXELS);
     for (index, frame) in frames.iter().enumerate() {
         let before = &frames[index.saturating_sub(MEAN_OF)..index];
@@ -271,10 +275,9 @@ fn rows_of(columns: &[u8], rows: usize) -> Result<Vec<SealedRow>> {
     let t_arrivals = i64s(&mut columns, rows)?;
     let arrivals = i64s(&mut columns, rows)?;
     let kinds = columns.take(rows).map_err(cut)?;
-    let count = kinds
-        .iter()
-        .filter(|kind| *kind & 0x3F == KIND_FRAME)
-        .count();
+    let kinds_of = || kinds.iter().map(|kind| kind & 0x3F);
+    let is_frame = |kind: &u8| matches!(*kind, KIND_FRAME | KIND_WITHOUT_THERMISTOR);
+    let count = kinds_of().filter(is_frame).count();
     let thermistors = u16s(&mut columns, count)?;
     let residuals = u16s(&mut columns, count * PIXELS)?;
     if columns.left() > 0 {
@@ -284,7 +287,13 @@ fn rows_of(columns: &[u8], rows: usize) -> Result<Vec<SealedRow>> {
     let mut sealed = Vec::with_capacity(rows);
     for row in 0..rows {
         let reading = match kinds[row] & 0x3F {
-            KIND_FRAME => Reading::Frame(frames.next().ok_or_else(|| damaged("too few frames"))?),
+            kind @ (KIND_FRAME | KIND_WITHOUT_THERMISTOR) => {
+                let mut frame = frames.next().ok_or_else(|| damaged("too few frames"))?;
+                if kind == KIND_WITHOUT_THERMISTOR {
+                    frame.thermistor = None;
+                }
+                Reading::Frame(frame)
+            }
             number => Reading::NoData(
                 *reasons
                     .get(usize::from(number) - 1)
@@ -309,8 +318,8 @@ fn rows_of(columns: &[u8], rows: usize) -> Result<Vec<SealedRow>> {
     Ok(sealed)
 }
 
-fn frames_of(thermistors: &[u16], residuals: &[u16]) -> Vec<RawFrame> {
-    let mut frames: Vec<RawFrame> = Vec::with_capacity(thermistors.len());
+fn frames_of(thermistors: &[u16], residuals: &[u16]) -> Vec<RecordedFrame> {
+    let mut frames: Vec<RecordedFrame> = Vec::with_capacity(thermistors.len());
     let mut thermistor = 0_u16;
     for (change, residuals) in thermistors.iter().zip(residuals.chunks_exact(PIXELS)) {
         thermistor = thermistor.wrapping_add(*change);
@@ -320,8 +329,8 @@ fn frames_of(thermistors: &[u16], residuals: &[u16]) -> Vec<RawFrame> {
             let predicted = mean(before.iter().map(|frame| frame.pixels[pixel]));
             word.0 = predicted.wrapping_add(*residual);
         }
-        frames.push(RawFrame {
-            thermistor: ThermistorWord(thermistor),
+        frames.push(RecordedFrame {
+            thermistor: Some(ThermistorWord(thermistor)),
             pixels,
         });
     }

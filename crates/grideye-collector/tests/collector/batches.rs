@@ -1,6 +1,6 @@
 //! Frames and batches for the tests.
 
-use grideye_frame::{NoData, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{NoData, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::wire::{Account, Batch, SensorBatch};
 use grideye_recording::{ClockState, Record, Stamp};
 use std::collections::BTreeMap;
@@ -14,8 +14,8 @@ pub(crate) fn frame(seq: u64) -> Record {
     Record {
         seq,
         stamp: stamp(seq),
-        reading: Reading::Frame(RawFrame {
-            thermistor: ThermistorWord(0x0100 + low),
+        reading: Reading::Frame(RecordedFrame {
+            thermistor: Some(ThermistorWord(0x0100 + low)),
             pixels: std::array::from_fn(|index| {
                 PixelWord(low * 64 + u16::try_from(index).unwrap())
             }),
@@ -26,9 +26,18 @@ pub(crate) fn frame(seq: u64) -> Record {
 /// A frame with the same word in every pixel and in the thermistor.
 pub(crate) fn flat(seq: u64, pixel: u16, thermistor: u16) -> Record {
     let mut record = frame(seq);
-    record.reading = Reading::Frame(RawFrame {
-        thermistor: ThermistorWord(thermistor),
+    record.reading = Reading::Frame(RecordedFrame {
+        thermistor: Some(ThermistorWord(thermistor)),
         pixels: [PixelWord(pixel); 64],
+    });
+    record
+}
+
+/// The same without its thermistor.
+pub(crate) fn bare(mut record: Record) -> Record {
+    record.reading = record.reading.map(|mut frame| {
+        frame.thermistor = None;
+        frame
     });
     record
 }

@@ -1,6 +1,6 @@
 //! Recordings over HTTP: notes, and frames for the page.
 
-use crate::batches::{batch, flat, missing, numbered, part};
+use crate::batches::{bare, batch, flat, missing, numbered, part};
 use crate::server::{Reply, Server};
 use axum::http::header;
 use grideye_collector::Limits;
@@ -109,7 +109,7 @@ async fn the_frames_of_a_recording_come_as_rows_of_one_length_in_steps_of_degree
         missing(4, NoData::BusTimeout),
         flat(9, 0xFFFF, 0x0BBB),
     ];
-    let sensors = vec![part("s1", frames), part("s2", vec![flat(0, 0, 0)])];
+    let sensors = vec![part("s1", frames), part("s2", vec![bare(flat(0, 0, 0))])];
     server.frames(&batch("pi-1", "b1", sensors)).await;
     let reply = server.get("/v1/recordings/1.frames").await;
     assert_eq!(
@@ -143,7 +143,7 @@ async fn the_frames_of_a_recording_come_as_rows_of_one_length_in_steps_of_degree
             (0, 3, 0, 400, 100),
             (0, 4, timeout, 0, 0),
             (0, 9, 0, -955, -1),
-            (1, 0, 0, 0, 0)
+            (1, 0, 0, -32_768, 0)
         ]
     );
     // 2021-07-01 18:07:27 UTC and 0.3 s, as in the batches; the device's clock is set.

@@ -4,7 +4,7 @@ use super::source::Film;
 use crate::error::ExportError;
 use crate::npz::single;
 use amg8833::word;
-use grideye_frame::{Celsius, PIXELS, PixelWord, RawFrame, Reading};
+use grideye_frame::{Celsius, PIXELS, PixelWord, Reading, RecordedFrame};
 use grideye_recording::csv::Writer;
 use grideye_recording::{ClockState, Record, Row, Stamp, StreamId};
 use std::io::Write;
@@ -28,6 +28,7 @@ pub(super) fn recording(
             stream: stream.clone(),
             record: record(film, u64::from(index), time, &frame)?,
             t_arrival_ns: None,
+            labels: Vec::new(),
         })?;
         tick();
     }
@@ -64,9 +65,10 @@ pub(super) fn table(
 /// A simulated frame as the sensor would report it. It has a wall clock only if the scene has a start in UTC.
 fn record(film: &Film<'_>, seq: u64, time: Duration, frame: &[f64]) -> Result<Record, ExportError> {
     let out_of_range = |what| move |source| ExportError::OutOfRange { what, source };
-    let mut raw = RawFrame {
-        thermistor: word::thermistor_word(film.ambient)
-            .map_err(out_of_range("the room's temperature"))?,
+    let mut raw = RecordedFrame {
+        thermistor: Some(
+            word::thermistor_word(film.ambient).map_err(out_of_range("the room's temperature"))?,
+        ),
         pixels: [PixelWord::default(); PIXELS],
     };
     for (word, celsius) in raw.pixels.iter_mut().zip(frame) {

@@ -3,13 +3,15 @@
 //! | array | type | shape | holds |
 //! |---|---|---|---|
 //! | `frames` | float32 | (N, 8, 8) | °C, pixel 1 first, as the sensor numbers them |
-//! | `thermistor_c` | float32 | (N) | °C |
+//! | `thermistor_c` | float32 | (N) | °C; NaN if not known |
 //! | `seq` | uint64 | (N) | the sensor frame's number |
 //! | `t_boot_ns` | uint64 | (N) | the device's clock since it started |
 //! | `t_utc_ns` | int64 | (N) | the device's wall clock |
 //! | `stream` | uint32 | (N) | the row's stream: an index into `streams` |
 //! | `clock` | str | (N) | `unsynced`, `synced` or `stepped` |
 //! | `missing` | str | (N) | empty if there is a frame |
+//! | `labels` | str | (N, L) | what else the recording says; absent without labels |
+//! | `label_names` | str | (L) | the names of these columns |
 //! | `streams` | str | (S) | device, sensor and boot, separated by slashes |
 
 use super::rows::{Out, Rows};
@@ -27,9 +29,11 @@ const ROWS_MAX: usize = 8_000_000;
 struct Held {
     streams: Vec<StreamId>,
     rows: Vec<(u32, Record)>,
+    labels: Vec<String>,
 }
 
 pub(super) fn write(rows: Rows<'_>, out: &mut dyn Out) -> Result<String, ExportError> {
+    let label_names = rows.labels.to_vec();
     let held = Held::of(rows)?;
     let mut archive = Archive::new(out);
     let count = held.rows.len();
@@ -55,6 +59,11 @@ pub(super) fn write(rows: Rows<'_>, out: &mut dyn Out) -> Result<String, ExportE
         .map(|stream| format!("{}/{}/{}", stream.device, stream.sensor, stream.boot))
         .collect();
     archive.texts("streams.npy", &[names.len()], &names)?;
+    if !label_names.is_empty() {
+        let sides = [count, label_names.len()];
+        archive.texts("labels.npy", &sides, &held.labels)?;
+        archive.texts("label_names.npy", &sides[1..], &label_names)?;
+    }
     archive.finish()?;
     Ok(format!("{count} rows"))
 }
@@ -62,6 +71,7 @@ pub(super) fn write(rows: Rows<'_>, out: &mut dyn Out) -> Result<String, ExportE
 impl Held {
     fn of(rows: Rows<'_>) -> Result<Self, ExportError> {
         let mut held = Self::default();
+        let width = rows.labels.len();
         for row in rows {
             let row = row?;
             let mut known = held.streams.iter();
@@ -74,6 +84,9 @@ impl Held {
                 return Err(ExportError::LongRecording { rows_max: ROWS_MAX });
             }
             held.rows.push((u32::try_from(stream)?, row.record));
+            let mut labels = row.labels;
+            labels.resize(width, String::new());
+            held.labels.extend(labels);
         }
         Ok(held)
     }
@@ -92,9 +105,8 @@ fn pixels(record: &Record) -> [u8; PIXELS * 4] {
 }
 
 fn thermistor(record: &Record) -> f32 {
-    record.reading.frame().map_or(f32::NAN, |frame| {
-        word::thermistor_celsius(frame.thermistor).get()
-    })
+    let thermistor = record.reading.frame().and_then(|frame| frame.thermistor);
+    thermistor.map_or(f32::NAN, |word| word::thermistor_celsius(word).get())
 }
 
 fn reason(record: &Record) -> &'static str {

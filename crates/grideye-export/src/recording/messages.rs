@@ -12,7 +12,7 @@ use crate::error::ExportError;
 use amg8833::word;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use grideye_frame::{COLUMNS, RawFrame, Reading};
+use grideye_frame::{COLUMNS, Celsius, Reading, RecordedFrame};
 use grideye_recording::{Row, Stamp};
 use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
@@ -35,8 +35,9 @@ struct Messages<W: Write + Seek> {
 pub(super) fn write(rows: Rows<'_>, out: &mut dyn Out) -> Result<String, ExportError> {
     let mut messages = Messages::new(out)?;
     let mut count: u64 = 0;
+    let labels = rows.labels;
     for row in rows {
-        messages.row(&row?)?;
+        messages.row(&row?, labels)?;
         count += 1;
     }
     messages.file.finish()?;
@@ -63,13 +64,13 @@ impl<W: Write + Seek> Messages<W> {
         })
     }
 
-    fn row(&mut self, row: &Row) -> Result<(), ExportError> {
+    fn row(&mut self, row: &Row, labels: &[String]) -> Result<(), ExportError> {
         let (image, state) = self.channels_of(row)?;
         let at_ns = time_ns(&row.record.stamp);
         if let Reading::Frame(frame) = &row.record.reading {
             self.message(image, at_ns, &image_message(row, frame, at_ns))?;
         }
-        self.message(state, at_ns, &state_message(row))
+        self.message(state, at_ns, &state_message(row, labels))
     }
 
     fn channels_of(&mut self, row: &Row) -> Result<(u16, u16), ExportError> {
@@ -113,7 +114,7 @@ fn time_ns(stamp: &Stamp) -> u64 {
     }
 }
 
-fn image_message(row: &Row, frame: &RawFrame, at_ns: u64) -> Value {
+fn image_message(row: &Row, frame: &RecordedFrame, at_ns: u64) -> Value {
     let celsius = |pixel| word::pixel_celsius(pixel).get().to_le_bytes();
     let bytes: Vec<u8> = frame.pixels.iter().copied().flat_map(celsius).collect();
     json!({
@@ -127,19 +128,26 @@ fn image_message(row: &Row, frame: &RawFrame, at_ns: u64) -> Value {
     })
 }
 
-fn state_message(row: &Row) -> Value {
+fn state_message(row: &Row, labels: &[String]) -> Value {
     let (thermistor, missing) = match &row.record.reading {
-        Reading::Frame(frame) => (Some(word::thermistor_celsius(frame.thermistor).get()), None),
+        Reading::Frame(frame) => (frame.thermistor.map(word::thermistor_celsius), None),
         Reading::NoData(reason) => (None, Some(reason.name())),
     };
-    json!({
+    let mut message = json!({
         "boot": row.stream.boot,
         "seq": row.record.seq,
         "t_boot_ns": row.record.stamp.t_boot_ns,
         "clock": row.record.stamp.clock.name(),
-        "thermistor_celsius": thermistor,
+        "thermistor_celsius": thermistor.map(Celsius::get),
         "missing": missing,
-    })
+    });
+    if !labels.is_empty() {
+        let named = labels.iter().zip(&row.labels);
+        message["labels"] = named
+            .map(|(name, label)| (name.clone(), label.clone()))
+            .collect();
+    }
+    message
 }
 
 /// The fields of `foxglove.RawImage`, from docs.foxglove.dev/docs/visualization/message-schemas/raw-image.
@@ -175,6 +183,7 @@ fn state_schema() -> Value {
             "clock": { "enum": ["unsynced", "synced", "stepped"] },
             "thermistor_celsius": { "type": ["number", "null"] },
             "missing": { "type": ["string", "null"] },
+            "labels": { "type": "object", "additionalProperties": { "type": "string" } },
         },
     })
 }

@@ -48,7 +48,7 @@ pub fn format(extension: &str) -> Option<Format> {
 }
 
 fn text(rows: Rows<'_>, out: &mut dyn Out) -> Result<String, ExportError> {
-    let mut writer = Writer::new(out)?;
+    let mut writer = Writer::with_labels(out, rows.labels)?;
     for row in rows {
         writer.write(&row?)?;
     }

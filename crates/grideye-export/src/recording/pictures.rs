@@ -4,7 +4,7 @@ use super::rows::{Out, Rows};
 use crate::error::ExportError;
 use crate::film::{Film, FilmFormat};
 use amg8833::word;
-use grideye_frame::{COLUMNS, ROWS, RawFrame};
+use grideye_frame::{COLUMNS, Celsius, ROWS, RecordedFrame};
 use grideye_recording::StreamId;
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ pub(super) fn write(
     draw: FilmFormat,
 ) -> Result<String, ExportError> {
     let (stream, frames) = one_stream(rows)?;
-    let (first_ns, first) = frames.first().ok_or(ExportError::NoFrame)?;
+    let (first_ns, _) = frames.first().ok_or(ExportError::NoFrame)?;
     let frame = |index: u32| {
         let frame = usize::try_from(index).ok().and_then(|at| frames.get(at));
         let (at_ns, raw) = frame.unwrap_or(&frames[0]);
@@ -32,13 +32,14 @@ pub(super) fn write(
         frames: u32::try_from(frames.len())?,
         sampling_hz: sampling_hz(&frames),
         starts_utc_ns: None,
-        ambient: word::thermistor_celsius(first.thermistor),
+        // Not drawn.
+        ambient: Celsius::default(),
         frame: &frame,
     };
     draw(&film, &mut out, &|| ())
 }
 
-fn one_stream(rows: Rows<'_>) -> Result<(StreamId, Vec<(u64, RawFrame)>), ExportError> {
+fn one_stream(rows: Rows<'_>) -> Result<(StreamId, Vec<(u64, RecordedFrame)>), ExportError> {
     let mut only: Option<StreamId> = None;
     let mut frames = Vec::new();
     for row in rows {
@@ -62,7 +63,7 @@ fn one_stream(rows: Rows<'_>) -> Result<(StreamId, Vec<(u64, RawFrame)>), Export
 }
 
 /// Frames per second from the median interval; 10 without any.
-fn sampling_hz(frames: &[(u64, RawFrame)]) -> f64 {
+fn sampling_hz(frames: &[(u64, RecordedFrame)]) -> f64 {
     let mut intervals: Vec<u64> = frames
         .windows(2)
         .map(|pair| pair[1].0.saturating_sub(pair[0].0))
@@ -74,7 +75,7 @@ fn sampling_hz(frames: &[(u64, RawFrame)]) -> f64 {
     })
 }
 
-fn celsius(frame: &RawFrame) -> Vec<f64> {
+fn celsius(frame: &RecordedFrame) -> Vec<f64> {
     let celsius = |pixel| f64::from(word::pixel_celsius(pixel).get());
     frame.pixels.iter().copied().map(celsius).collect()
 }

@@ -1,7 +1,7 @@
 //! Tests what is published when, with a controlled clock.
 
 use super::*;
-use grideye_frame::{PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::{ClockState, Record, Stamp};
 use serde_json::Value;
 
@@ -48,9 +48,9 @@ fn frame(boot: &str, seq: u64, warm: usize, age: Duration) -> NewestFrame {
         record: Record {
             seq,
             stamp,
-            reading: Reading::Frame(RawFrame {
+            reading: Reading::Frame(RecordedFrame {
                 pixels,
-                thermistor: ThermistorWord(0x1A1),
+                thermistor: Some(ThermistorWord(0x1A1)),
             }),
         },
         age,

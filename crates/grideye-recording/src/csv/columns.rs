@@ -4,7 +4,7 @@ use crate::cell::Column;
 use crate::error::RecordingError;
 use crate::record::{Row, StreamId};
 use core::fmt::Write as _;
-use grideye_frame::PIXELS;
+use grideye_frame::{NAME_CHARS_MAX, PIXELS};
 use std::collections::BTreeMap;
 
 const LEADING: [&str; 10] = [
@@ -43,6 +43,28 @@ pub fn header() -> String {
         let _ = write!(header, ",{}", pixel_column(index));
     }
     header
+}
+
+/// Maximum number of further columns.
+pub const LABELS_MAX: usize = 256;
+
+/// The text of a label or of its column's name as a recording holds it, which has no quotation marks: a comma becomes a
+/// semicolon, what is not ASCII or cannot be printed a question mark, and the rest is cut after 64 characters.
+#[must_use]
+pub fn label(text: &str) -> String {
+    let kept = |character: char| match character {
+        ',' => ';',
+        ' ' | '!'..='~' => character,
+        _ => '?',
+    };
+    let text: String = text.trim().chars().take(NAME_CHARS_MAX).map(kept).collect();
+    // No label is a spreadsheet's formula.
+    match text.starts_with(['=', '+', '@'])
+        || (text.starts_with('-') && text.parse::<f64>().is_err())
+    {
+        true => format!("'{text}"),
+        false => text,
+    }
 }
 
 /// Maximum number of streams (device, sensor and boot) in one recording.

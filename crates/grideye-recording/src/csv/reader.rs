@@ -1,18 +1,20 @@
 //! Reads a CSV recording.
 
 use crate::cell::{Cell, Column};
-use crate::csv::columns::{COLUMNS, Sequences, header, pixel_column};
+use crate::csv::columns::{COLUMNS, LABELS_MAX, Sequences, header, pixel_column};
 use crate::error::RecordingError;
 use crate::lines::{Line, Lines, rows_until_error};
 use crate::record::{CLOCK_STATES, Record, Row, Stamp, StreamId};
 use crate::text::quoted;
-use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading};
+use grideye_frame::{NoData, PIXELS, PixelWord, Reading, RecordedFrame};
 use std::io::Read;
 
 /// Reads a recording row by row, as an iterator that ends with the first error.
 #[derive(Debug)]
 pub struct Reader<R> {
     lines: Lines<R>,
+    /// The names of further columns.
+    labels: Vec<String>,
     sequences: Sequences,
     ended: bool,
 }
@@ -24,12 +26,19 @@ impl<R: Read> Reader<R> {
     /// [`RecordingError`] if the first line is not the header of this format.
     pub fn new(input: R) -> Result<Self, RecordingError> {
         let mut lines = Lines::new(input);
-        check_header(&mut lines, &header(), "device,sensor,boot,seq")?;
+        let labels = check_header(&mut lines, &header(), "device,sensor,boot,seq")?;
         Ok(Self {
             lines,
+            labels,
             sequences: Sequences::default(),
             ended: false,
         })
+    }
+
+    /// The names of [`Row::labels`].
+    #[must_use]
+    pub fn labels(&self) -> &[String] {
+        &self.labels
     }
 
     fn row(&mut self) -> Result<Option<Row>, RecordingError> {
@@ -39,7 +48,11 @@ impl<R: Read> Reader<R> {
         if !line.ended {
             return Err(line.cut());
         }
-        let row = parse(&line)?;
+        let (line, labels) = line.split_after(COLUMNS, self.labels.len())?;
+        let row = Row {
+            labels,
+            ..parse(&line)?
+        };
         self.sequences.admit(line.number, &row)?;
         Ok(Some(row))
     }
@@ -51,12 +64,25 @@ pub(crate) fn check_header<R: Read>(
     lines: &mut Lines<R>,
     header: &str,
     beginning: &'static str,
-) -> Result<(), RecordingError> {
+) -> Result<Vec<String>, RecordingError> {
     let Some(line) = lines.next()? else {
         return Err(RecordingError::Empty(beginning));
     };
-    if line.text == header {
-        return if line.ended { Ok(()) } else { Err(line.cut()) };
+    let rest = line.text.strip_prefix(header).and_then(|rest| match rest {
+        "" => Some(Vec::new()),
+        rest => Some(
+            rest.strip_prefix(',')?
+                .split(',')
+                .map(str::to_owned)
+                .collect(),
+        ),
+    });
+    if let Some(names) = rest.filter(|names| names.len() <= LABELS_MAX) {
+        return if line.ended {
+            Ok(names)
+        } else {
+            Err(line.cut())
+        };
     }
     if !line.ended && header.starts_with(line.text) {
         return Err(line.cut());
@@ -124,6 +150,7 @@ fn parse(line: &Line<'_>) -> Result<Row, RecordingError> {
         stream,
         record,
         t_arrival_ns,
+        labels: Vec::new(),
     })
 }
 
@@ -132,14 +159,17 @@ fn reading(
     missing: &str,
     thermistor: &str,
     pixels: [&str; PIXELS],
-) -> Result<Reading<RawFrame>, RecordingError> {
+) -> Result<Reading<RecordedFrame>, RecordingError> {
     let cell = |column, text| Cell { line, column, text };
     let thermistor = cell(Column::Named("thermistor"), thermistor);
     let pixels = pixels.into_iter().enumerate();
     let pixels = pixels.map(|(index, text)| cell(pixel_column(index), text));
     if missing.is_empty() {
-        let mut frame = RawFrame {
-            thermistor: thermistor.thermistor()?,
+        let mut frame = RecordedFrame {
+            thermistor: match thermistor.text {
+                "" => None,
+                _ => Some(thermistor.thermistor()?),
+            },
             pixels: [PixelWord(0); PIXELS],
         };
         for (word, cell) in frame.pixels.iter_mut().zip(pixels) {

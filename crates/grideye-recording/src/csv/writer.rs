@@ -1,12 +1,12 @@
 //! Writes a CSV recording.
 
 use crate::cell::{Cell, Column};
-use crate::csv::columns::{Sequences, header};
+use crate::csv::columns::{LABELS_MAX, Sequences, header, label};
 use crate::error::RecordingError;
 use crate::record::{COUNT_MAX, Record, Row, StreamId};
 use amg8833::word;
 use core::fmt::Write as _;
-use grideye_frame::{NoData, PIXELS, RawFrame, Reading};
+use grideye_frame::{NoData, PIXELS, Reading, RecordedFrame};
 use std::io::Write;
 
 /// Writes a recording row by row, each in one `write_all`, so that a killed program leaves at most one cut row. Call
@@ -17,6 +17,8 @@ pub struct Writer<W> {
     /// The row being composed, reused for its memory.
     buffer: String,
     sequences: Sequences,
+    /// Further columns.
+    labels: usize,
     lines: u64,
     broken_at: Option<u64>,
 }
@@ -27,9 +29,20 @@ impl<W: Write> Writer<W> {
     /// # Errors
     /// [`RecordingError::Io`] if the header cannot be written.
     pub fn new(output: W) -> Result<Self, RecordingError> {
+        Self::with_labels(output, &[])
+    }
+
+    /// The same with further columns for [`Row::labels`], as many in each row.
+    ///
+    /// # Errors
+    /// The same.
+    pub fn with_labels(output: W, labels: &[String]) -> Result<Self, RecordingError> {
+        let labels = &labels[..labels.len().min(LABELS_MAX)];
+        let names = labels.iter().map(|name| format!(",{}", label(name)));
         let mut writer = Self {
             output,
-            buffer: header(),
+            buffer: header() + &names.collect::<String>(),
+            labels: labels.len(),
             sequences: Sequences::default(),
             lines: 0,
             broken_at: None,
@@ -55,6 +68,11 @@ impl<W: Write> Writer<W> {
         self.sequences.admit(line, row)?;
         self.buffer.clear();
         compose(&mut self.buffer, row);
+        for index in 0..self.labels {
+            self.buffer.push(',');
+            let text = row.labels.get(index).map_or("", String::as_str);
+            self.buffer.push_str(&label(text));
+        }
         self.send_line()
     }
 
@@ -152,11 +170,13 @@ fn compose(text: &mut String, row: &Row) {
     }
 }
 
-fn compose_frame(text: &mut String, raw: &RawFrame) {
-    let frame = word::frame(raw);
+fn compose_frame(text: &mut String, raw: &RecordedFrame) {
+    text.push_str(",,");
     // The shortest decimal is exact here, because every step is a power of two.
-    let _ = write!(text, ",,{}", frame.thermistor);
-    for pixel in frame.pixels {
+    if let Some(thermistor) = raw.thermistor {
+        let _ = write!(text, "{}", word::thermistor_celsius(thermistor));
+    }
+    for pixel in word::pixels(&raw.pixels) {
         let _ = write!(text, ",{pixel}");
     }
 }

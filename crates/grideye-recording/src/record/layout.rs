@@ -5,7 +5,7 @@
 //! | number | 8; absent in a chunk, whose rows are numbered consecutively |
 //! | `t_boot_ns`, `t_utc_ns` | 8 each, the last one signed |
 //! | clock, kind | 1: the clock in the upper 4 bits, the kind in the lower; 1 each in a spool |
-//! | a frame | thermistor, 2; its 64 words packed (`packed.rs`), or 2 each in a spool |
+//! | a frame | thermistor, 2, unless the kind is 3; its 64 words packed (`packed.rs`), or 2 each in a spool |
 //! | a missing one | the reason as a name: 1 for its length, then its text |
 //!
 //! A played recording also starts with the first two parts; old rows of a store are columns (`grideye-collector`'s
@@ -15,12 +15,16 @@ use super::packed;
 pub use super::packed::BYTES_MAX as PACKED_BYTES_MAX;
 use super::types::{ClockState, Record, Stamp};
 use crate::text::quoted;
-use grideye_frame::{NAME_CHARS_MAX, NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{
+    NAME_CHARS_MAX, NoData, PIXELS, PixelWord, Reading, RecordedFrame, ThermistorWord,
+};
 
 /// Bytes of 64 unpacked words.
 pub const WORDS_BYTES: usize = 2 * PIXELS;
 
 const MISSING: u8 = 1;
+/// A frame whose thermistor is not known.
+const WITHOUT_THERMISTOR: u8 = 3;
 
 /// The container of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,6 +53,7 @@ pub fn put(bytes: &mut Vec<u8>, record: &Record, form: Form) {
         Form::Chunk => put_times(bytes, &record.stamp),
     }
     let kind = match &record.reading {
+        Reading::Frame(raw) if raw.thermistor.is_none() => WITHOUT_THERMISTOR,
         Reading::Frame(_) => form.frame(),
         Reading::NoData(_) => MISSING,
     };
@@ -60,7 +65,9 @@ pub fn put(bytes: &mut Vec<u8>, record: &Record, form: Form) {
     match &record.reading {
         Reading::NoData(reason) => put_name(bytes, reason.name()),
         Reading::Frame(raw) => {
-            bytes.extend_from_slice(&raw.thermistor.0.to_le_bytes());
+            if let Some(thermistor) = raw.thermistor {
+                bytes.extend_from_slice(&thermistor.0.to_le_bytes());
+            }
             match form {
                 Form::Spool => bytes.extend_from_slice(&words_to_bytes(&raw.pixels)),
                 Form::Wire | Form::Chunk => packed::put(bytes, &raw.pixels),
@@ -225,12 +232,15 @@ impl<'b> ByteReader<'b> {
         };
         let clock = ClockState::from_code(clock)
             .ok_or_else(|| Fault::byte(at, "a clock of 0 to 2", byte).of("clock"))?;
-        let reading = if kind == form.frame() {
-            Reading::Frame(self.frame(form)?)
+        let reading = if kind == form.frame() || kind == WITHOUT_THERMISTOR {
+            Reading::Frame(self.frame(form, kind)?)
         } else if kind == MISSING {
             Reading::NoData(self.reason().map_err(|fault| fault.of("missing"))?)
         } else {
-            let expected = format!("a kind of {} or {MISSING}", form.frame());
+            let expected = format!(
+                "a kind of {}, {MISSING} or {WITHOUT_THERMISTOR}",
+                form.frame()
+            );
             return Err(Fault::byte(self.at - 1, expected, byte));
         };
         Ok(Record {
@@ -245,14 +255,17 @@ impl<'b> ByteReader<'b> {
     }
 
     #[inline]
-    fn frame(&mut self, form: Form) -> Result<RawFrame, Fault> {
-        let thermistor = self.array().map_err(|fault| fault.of("thermistor_raw"))?;
+    fn frame(&mut self, form: Form, kind: u8) -> Result<RecordedFrame, Fault> {
+        let thermistor = match kind {
+            WITHOUT_THERMISTOR => None,
+            _ => Some(self.array().map_err(|fault| fault.of("thermistor_raw"))?),
+        };
         let pixels = match form {
             Form::Spool => self.array().map(|bytes| words_of(&bytes)),
             Form::Wire | Form::Chunk => self.packed(),
         };
-        Ok(RawFrame {
-            thermistor: ThermistorWord(u16::from_le_bytes(thermistor)),
+        Ok(RecordedFrame {
+            thermistor: thermistor.map(|bytes| ThermistorWord(u16::from_le_bytes(bytes))),
             pixels: pixels.map_err(|fault| fault.of("pixels_raw"))?,
         })
     }

@@ -3,7 +3,7 @@
 use crate::text::quoted;
 use core::fmt;
 use core::str::FromStr;
-use grideye_frame::{NAME_CHARS_MAX, NAME_RULE, RawFrame, Reading, is_name};
+use grideye_frame::{NAME_CHARS_MAX, NAME_RULE, Reading, RecordedFrame, is_name};
 
 /// The stream of a frame. With [`Record::seq`] it identifies one sensor frame permanently.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -103,7 +103,7 @@ pub struct Record {
     /// When it was read, or found missing.
     pub stamp: Stamp,
     /// The words from the bus, or why there are none.
-    pub reading: Reading<RawFrame>,
+    pub reading: Reading<RecordedFrame>,
 }
 
 /// The largest sequence number, boot time or count on the wire and in files; SQLite, PostgreSQL and pandas share this
@@ -148,4 +148,6 @@ pub struct Row {
     pub record: Record,
     /// The collector's wall clock when the frame arrived, in nanoseconds since 1970-01-01 UTC, if known.
     pub t_arrival_ns: Option<i64>,
+    /// What else the recording says of this frame: one text for each further column, in their order.
+    pub labels: Vec<String>,
 }

@@ -9,7 +9,7 @@ use crate::wire::values::{Array, COUNT, Integer, Named, Object, Seed, TEXT, fill
 use core::cell::Cell;
 use core::fmt;
 use core::marker::PhantomData;
-use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{NoData, PIXELS, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Unexpected, Visitor};
@@ -210,7 +210,8 @@ struct FrameFields<P> {
     clock: Named<ClockState>,
     #[serde(default, deserialize_with = "some")]
     missing: Option<Named<NoData>>,
-    #[serde(default, deserialize_with = "some")]
+    /// Absent or `null` if it is not known.
+    #[serde(default)]
     thermistor_raw: Option<Integer<u16>>,
     #[serde(default = "Option::default", deserialize_with = "some")]
     pixels_raw: Option<P>,
@@ -224,12 +225,11 @@ impl<P> FrameFields<P> {
         let taken = self.pixels_raw.map(pixels);
         let pixels = taken.map(|pixels| pixels.ok_or_else(|| E::missing_field("pixels_raw")));
         let reading = match (self.missing, self.thermistor_raw, pixels.transpose()?) {
-            (None, Some(thermistor), Some(pixels)) => Reading::Frame(RawFrame {
-                thermistor: ThermistorWord(thermistor.0),
+            (None, thermistor, Some(pixels)) => Reading::Frame(RecordedFrame {
+                thermistor: thermistor.map(|Integer(word)| ThermistorWord(word)),
                 pixels,
             }),
             (Some(Named(reason)), None, None) => Reading::NoData(reason),
-            (None, None, _) => return Err(E::missing_field("thermistor_raw")),
             (None, _, None) => return Err(E::missing_field("pixels_raw")),
             (Some(_), _, _) => {
                 let both = Unexpected::Other("`missing` and words");

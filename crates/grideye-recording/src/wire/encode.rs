@@ -72,7 +72,7 @@ impl<'a> From<&'a Record> for Frame<'a> {
                 Reading::Frame(_) => None,
                 Reading::NoData(reason) => Some(reason.name()),
             },
-            thermistor_raw: frame.map(|frame| frame.thermistor.0),
+            thermistor_raw: frame.and_then(|frame| frame.thermistor).map(|word| word.0),
             pixels_raw: frame.map(|frame| frame.pixels.as_slice()),
         }
     }

@@ -115,7 +115,7 @@ fn a_fault_is_named_with_its_field_and_its_place() {
         (
             frames + 24,
             0x12,
-            "sensors[0].frames[0]: expected a kind of 0 or 1",
+            "sensors[0].frames[0]: expected a kind of 0, 1 or 3",
         ),
         (
             frames + 27 + 2,

@@ -2,7 +2,7 @@
 
 use crate::golden;
 use crate::made_up::any_records;
-use grideye_frame::{NoData, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{NoData, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::csv::{COLUMNS, Reader, STREAMS_MAX, Writer, header};
 use grideye_recording::{COUNT_MAX, Layout, Record, RecordingError, Row, StreamId, sniff};
 use proptest::prelude::*;
@@ -139,7 +139,7 @@ fn each_fault_in_a_row_is_named_with_line_and_column() {
         (",nack,", ",sulking,", format!("line 5, column missing: expected nothing, or one of {}, found \"sulking\"", NoData::ALL.iter().map(ToString::to_string).collect::<Vec<_>>().join(" "))),
         (",nack,,", ",nack,25,", "line 5, column thermistor: expected an empty cell, since the frame is missing (nack), found \"25\"".to_owned()),
         (",,\npi-1,i2c-1:0x68,5f0c,2", ",,7\npi-1,i2c-1:0x68,5f0c,2", "line 5, column pixel64: expected an empty cell, since the frame is missing (nack), found \"7\"".to_owned()),
-        (",nack,", ",,", "line 5, column thermistor: expected degrees Celsius as a plain decimal number, found an empty cell".to_owned()),
+        (",nack,", ",,", "line 5, column pixel1: expected degrees Celsius as a plain decimal number, found an empty cell".to_owned()),
         ("25.0625", "25.06", "line 3, column thermistor: expected a multiple of 0.0625 degrees Celsius that the sensor can report, such as 25.0625, found \"25.06\"".to_owned()),
         ("25.0625", "128", "line 3, column thermistor: expected -127.9375 to 127.9375 degrees Celsius, found \"128\"".to_owned()),
         (",511.75,", ",512,", "line 2, column pixel8: expected -512 to 511.75 degrees Celsius, found \"512\"".to_owned()),
@@ -148,12 +148,12 @@ fn each_fault_in_a_row_is_named_with_line_and_column() {
         (",23.25,", ",NaN,", "line 3, column pixel1: expected degrees Celsius as a plain decimal number, found \"NaN\"".to_owned()),
         (",23.25,", ",,", "line 3, column pixel1: expected degrees Celsius as a plain decimal number, found an empty cell".to_owned()),
         (",23.25,", ",\"23.25\",", "line 3, column pixel1: expected degrees Celsius as a plain decimal number, found \"\"23.25\"\"".to_owned()),
-        (",23.25,", ",", "line 3: expected 74 fields, found 73\nhint: 1 short: every row has all 64 pixels, empty ones included".to_owned()),
+        (",23.25,", ",", "line 3: expected 74 fields, found 73\nhint: 1 short: every row has a cell for each column of the header, empty ones included".to_owned()),
         (",23.25,", ",23.25,23.25,", "line 3: expected 74 fields, found 75".to_owned()),
         ("\npi-1,i2c-1:0x69", "\n\npi-1,i2c-1:0x69", "line 3: expected 74 fields, found 1".to_owned()),
         ("0x68,5f0c,1,", "0x68,5f0c,0,", "line 4, column seq: expected more than 0 in stream pi-1 i2c-1:0x68 5f0c, found 0\nhint: each frame appears once, in order; was the file joined from two?".to_owned()),
         (",pixel64\n", "\n", "line 1, field 74: expected the column name pixel64, found the end of the line\nhint: recordings/README.md states the columns of each layout".to_owned()),
-        (",pixel64\n", ",pixel64,x\n", "line 1, field 75: expected the column name none: the line ends here, found \"x\"\nhint: recordings/README.md states the columns of each layout".to_owned()),
+        (",pixel64\n", ",pixel64,x\n", "line 2: expected 75 fields, found 74\nhint: 1 short: every row has a cell for each column of the header, empty ones included".to_owned()),
         ("boot", "start", "line 1, field 3: expected the column name boot, found \"start\"\nhint: recordings/README.md states the columns of each layout".to_owned()),
     ];
     for (from, to, message) in cases {
@@ -258,12 +258,13 @@ fn an_endless_line_fails_at_the_limit() {
                 t_utc_ns: i64::MIN,
                 ..golden::rows()[0].record.stamp
             },
-            reading: Reading::Frame(RawFrame {
-                thermistor: ThermistorWord(0xFFF),
+            reading: Reading::Frame(RecordedFrame {
+                thermistor: Some(ThermistorWord(0xFFF)),
                 pixels: [PixelWord(0x801); 64],
             }),
         },
         t_arrival_ns: Some(i64::MIN),
+        labels: Vec::new(),
     };
     let row = write(&[widest]).unwrap().len() - header().len() - 1;
     assert_eq!(row, 3 * 65 + 20 + 20 + 21 + 9 + 21 + 1 + 10 + 64 * 8);
@@ -473,10 +474,25 @@ fn the_first_line_identifies_the_layout() {
     assert_eq!(sniff(""), None);
 }
 
+#[test]
+fn a_frame_without_a_thermistor_has_an_empty_cell() {
+    let mut rows = golden::rows();
+    let text = write(&rows).unwrap();
+    rows[1].record.reading = rows[1].record.reading.map(|mut frame| {
+        frame.thermistor = None;
+        frame
+    });
+    let without = write(&rows).unwrap();
+    let line = |text: &str| text.lines().nth(2).unwrap().to_owned();
+    let expected = line(&text).replace(",,25.0625,", ",,,");
+    assert_eq!(line(&without), expected);
+    assert_eq!(read(&without), (rows, None));
+}
+
 /// The row as the format keeps it.
 fn kept(mut row: Row) -> Row {
-    row.record.reading = row.record.reading.map(|frame| RawFrame {
-        thermistor: ThermistorWord(frame.thermistor.0 & 0xFFF),
+    row.record.reading = row.record.reading.map(|frame| RecordedFrame {
+        thermistor: frame.thermistor.map(|word| ThermistorWord(word.0 & 0xFFF)),
         pixels: frame.pixels.map(|word| PixelWord(word.0 & 0xFFF)),
     });
     row
@@ -501,6 +517,7 @@ fn any_rows() -> impl Strategy<Value = Vec<Row>> {
                 stream: stream.clone(),
                 record,
                 t_arrival_ns,
+                labels: Vec::new(),
             }));
         }
         rows

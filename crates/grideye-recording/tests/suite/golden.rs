@@ -1,7 +1,7 @@
 //! The rows of `recordings/golden/two-sensors.csv`, shared by the test that checks the file and the example that writes
 //! it.
 
-use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{NoData, PIXELS, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::{ClockState, Record, Row, Stamp, StreamId};
 
 /// Pixel words of the datasheet's table (AMG88 spec §4-11-11), and both extremes of the format.
@@ -12,15 +12,15 @@ pub(crate) const PIXEL_WORDS: [u16; 9] = [
 /// Two sensors on one device at 10 Hz: values of every sign, each clock state, a missing frame, a gap.
 pub(crate) fn rows() -> Vec<Row> {
     let first = |seq, thermistor, turn| {
-        let frame = RawFrame {
-            thermistor: ThermistorWord(thermistor),
+        let frame = RecordedFrame {
+            thermistor: Some(ThermistorWord(thermistor)),
             pixels: pixels(turn),
         };
         row("i2c-1:0x68", seq, Reading::Frame(frame))
     };
     let second = |seq, reading| row("i2c-1:0x69", seq, reading);
-    let warm = RawFrame {
-        thermistor: ThermistorWord(0x191),
+    let warm = RecordedFrame {
+        thermistor: Some(ThermistorWord(0x191)),
         pixels: [PixelWord(0x05D); PIXELS],
     };
     let mut rows = vec![
@@ -40,7 +40,7 @@ pub(crate) fn rows() -> Vec<Row> {
     rows
 }
 
-fn row(sensor: &str, seq: u64, reading: Reading<RawFrame>) -> Row {
+fn row(sensor: &str, seq: u64, reading: Reading<RecordedFrame>) -> Row {
     let since_first_ns = 100_000_000 * seq;
     let t_utc_ns = 1_625_163_247_000_000_000 + i64::try_from(since_first_ns).unwrap_or_default();
     Row {
@@ -59,6 +59,7 @@ fn row(sensor: &str, seq: u64, reading: Reading<RawFrame>) -> Row {
             reading,
         },
         t_arrival_ns: Some(t_utc_ns + 250_000_000),
+        labels: Vec::new(),
     }
 }
 

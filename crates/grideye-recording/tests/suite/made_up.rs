@@ -1,6 +1,6 @@
 //! Arbitrary records and batches for property tests.
 
-use grideye_frame::{NoData, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{NoData, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::wire::{Account, Acknowledgement, Batch, Gap, SensorBatch};
 use grideye_recording::{COUNT_MAX, ClockState, Record, Stamp};
 use proptest::prelude::*;
@@ -13,15 +13,18 @@ pub(crate) fn any_counts() -> impl Strategy<Value = std::collections::BTreeMap<S
     prop::collection::btree_map(any_name(), 0..=COUNT_MAX, 0..4)
 }
 
-pub(crate) fn any_reading() -> impl Strategy<Value = Reading<RawFrame>> {
-    let frame =
-        (any::<u16>(), prop::collection::vec(any::<u16>(), 64)).prop_map(|(thermistor, words)| {
+pub(crate) fn any_reading() -> impl Strategy<Value = Reading<RecordedFrame>> {
+    let frame = (
+        any::<Option<u16>>(),
+        prop::collection::vec(any::<u16>(), 64),
+    )
+        .prop_map(|(thermistor, words)| {
             let mut pixels = [PixelWord(0); 64];
             for (pixel, word) in pixels.iter_mut().zip(words) {
                 pixel.0 = word;
             }
-            Reading::Frame(RawFrame {
-                thermistor: ThermistorWord(thermistor),
+            Reading::Frame(RecordedFrame {
+                thermistor: thermistor.map(ThermistorWord),
                 pixels,
             })
         });

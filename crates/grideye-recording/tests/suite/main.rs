@@ -2,8 +2,6 @@
 //! metrics.
 
 #[cfg(test)]
-mod bare;
-#[cfg(test)]
 mod binary;
 #[cfg(test)]
 mod csv;
@@ -17,7 +15,5 @@ mod made_up;
 mod prometheus;
 #[cfg(test)]
 mod record;
-#[cfg(test)]
-mod sniff;
 #[cfg(test)]
 mod wire;

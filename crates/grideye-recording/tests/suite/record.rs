@@ -1,6 +1,6 @@
 //! Records: their names, their clocks, and the one binary layout.
 
-use grideye_frame::{NAME_RULE, NoData, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{NAME_RULE, NoData, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::record::layout::{ByteReader, Form, put};
 use grideye_recording::{ClockState, NAME_CHARS_MAX, Record, Stamp, UnknownClockState, check_name};
 
@@ -33,7 +33,7 @@ fn the_rule_in_the_message_states_the_limit() {
     assert!(found.starts_with("70 characters: \"xxx"), "{found}");
 }
 
-fn record(reading: Reading<RawFrame>) -> Record {
+fn record(reading: Reading<RecordedFrame>) -> Record {
     let stamp = Stamp {
         t_boot_ns: 0x0102,
         t_utc_ns: -2,
@@ -50,8 +50,12 @@ fn record(reading: Reading<RawFrame>) -> Record {
 #[test]
 fn each_form_is_laid_down_byte_for_byte() {
     let words = std::array::from_fn(|pixel| PixelWord(if pixel == 63 { 0x0301 } else { 0x0300 }));
-    let frame = record(Reading::Frame(RawFrame {
-        thermistor: ThermistorWord(0x0190),
+    let frame = record(Reading::Frame(RecordedFrame {
+        thermistor: Some(ThermistorWord(0x0190)),
+        pixels: words,
+    }));
+    let bare = record(Reading::Frame(RecordedFrame {
+        thermistor: None,
         pixels: words,
     }));
     let missing = record(Reading::NoData(NoData::Nack));
@@ -61,9 +65,13 @@ fn each_form_is_laid_down_byte_for_byte() {
     ];
     let packed = [&[0x90, 1, 0, 3, 1][..], &[0, 0, 0, 0, 0, 0, 0, 0x80]].concat();
     let plain = [&[0x90, 1][..], &[0, 3].repeat(63), &[1, 3]].concat();
+    let (only_packed, only_plain) = (packed[2..].to_vec(), plain[2..].to_vec());
     let reason = b"\x04nack".to_vec();
     for (form, record, number, kind, end) in [
         (Form::Wire, frame, &seq[..], &[0x20][..], &packed),
+        (Form::Wire, bare, &seq, &[0x23], &only_packed),
+        (Form::Spool, bare, &seq, &[2, 3], &only_plain),
+        (Form::Chunk, bare, &[], &[0x23], &only_packed),
         (Form::Wire, missing, &seq, &[0x21], &reason),
         (Form::Spool, frame, &seq, &[2, 0], &plain),
         (Form::Spool, missing, &seq, &[2, 1], &reason),

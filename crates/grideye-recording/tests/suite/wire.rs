@@ -1,7 +1,7 @@
 //! The wire format, tested with hand-written bodies, arbitrary batches and arbitrary bytes.
 
 use crate::made_up::{any_answer, any_batch};
-use grideye_frame::{NoData, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{NoData, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::wire::{
     Account, Acknowledgement, Batch, FRAME_BYTES_MAX, Gap, Limits, SensorBatch, WireError,
 };
@@ -55,8 +55,8 @@ pub(crate) fn specimen_value() -> Batch {
                         1_625_163_247_274_925_000,
                         ClockState::Synced,
                     ),
-                    reading: Reading::Frame(RawFrame {
-                        thermistor: ThermistorWord(402),
+                    reading: Reading::Frame(RecordedFrame {
+                        thermistor: Some(ThermistorWord(402)),
                         pixels,
                     }),
                 },
@@ -90,6 +90,21 @@ fn refusal_of_answer(body: &str) -> String {
 #[test]
 fn the_hand_written_body_means_what_it_says() {
     assert_eq!(read(&specimen()), Ok(specimen_value()));
+}
+
+#[test]
+fn a_frame_may_lack_its_thermistor_or_have_null() {
+    let mut batch = specimen_value();
+    let reading = &mut batch.sensors[0].frames[0].reading;
+    *reading = reading.map(|mut frame| {
+        frame.thermistor = None;
+        frame
+    });
+    let absent = specimen().replace(r#""thermistor_raw":402,"#, "");
+    let null = specimen().replace("402", "null");
+    assert_eq!(read(&absent), Ok(batch.clone()));
+    assert_eq!(read(&null), Ok(batch.clone()));
+    assert_eq!(String::from_utf8(batch.to_json().unwrap()).unwrap(), absent);
 }
 
 #[test]
@@ -155,8 +170,6 @@ fn a_fault_in_a_field_is_named_with_its_path() {
         ("1625163247274925000", "9223372036854775808", format!("{frame}.t_utc_ns: expected a signed 64-bit integer, found integer `9223372036854775808`")),
         (r#""synced""#, r#""Synced""#, format!("{frame}.clock: expected one of unsynced synced stepped, found string \"Synced\"")),
         ("402", "65536", format!("{frame}.thermistor_raw: expected an integer from 0 to 65535, found integer `65536`")),
-        ("402", "null", format!("{frame}.thermistor_raw: expected an integer from 0 to 65535, found null")),
-        (r#""thermistor_raw":402,"#, "", format!("{frame}.thermistor_raw: expected a value, found none")),
         (",159]", ",-1]", format!("{frame}.pixels_raw[63]: expected an integer from 0 to 65535, found integer `-1`")),
         (",159]", ",65536]", format!("{frame}.pixels_raw[63]: expected an integer from 0 to 65535, found integer `65536`")),
         (",159]", ",9999999999]", format!("{frame}.pixels_raw[63]: expected an integer from 0 to 65535, found integer `9999999999`")),
@@ -171,7 +184,7 @@ fn a_fault_in_a_field_is_named_with_its_path() {
         (r#""missing":"nack""#, r#""missing":"nack","pixels_raw":0"#, "sensors[0].frames[1].pixels_raw: expected an array of exactly 64 integers, found integer `0`".to_owned()),
         (r#""frames":["#, r#""frames":[{"seq":16,"t_boot_ns":1,"t_utc_ns":1,"clock":"synced","thermistor_raw":402,"pixels_raw":0},"#, format!("{frame}.pixels_raw: expected an array of exactly 64 integers, found integer `0`")),
         (r#""missing":"nack""#, r#""missing":"sulking""#, "sensors[0].frames[1].missing: expected the name of a reason why there is no frame, found string \"sulking\"".to_owned()),
-        (r#","missing":"nack""#, "", "sensors[0].frames[1].thermistor_raw: expected a value, found none".to_owned()),
+        (r#","missing":"nack""#, "", "sensors[0].frames[1].pixels_raw: expected a value, found none".to_owned()),
         (r#""missing":"nack""#, r#""missing":"nack","thermistor_raw":4"#, "sensors[0].frames[1]: expected words, or `missing` with a reason, found `missing` and words".to_owned()),
         (r#""seq":18"#, r#""seq":17"#, "sensors[0].frames[1].seq: expected more than 17, the seq before it, found 17".to_owned()),
         (r#""seq":18"#, r#""seq":18,"seq":18"#, "sensors[0].frames[1].seq: expected at most once, found twice".to_owned()),
@@ -447,8 +460,8 @@ fn the_widest_frame_fits_the_named_number_of_bytes() {
             t_utc_ns: i64::MIN,
             clock: ClockState::Unsynced,
         },
-        reading: Reading::Frame(RawFrame {
-            thermistor: ThermistorWord(u16::MAX),
+        reading: Reading::Frame(RecordedFrame {
+            thermistor: Some(ThermistorWord(u16::MAX)),
             pixels: [PixelWord(u16::MAX); 64],
         }),
     };

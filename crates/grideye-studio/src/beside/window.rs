@@ -56,7 +56,7 @@ pub(super) fn window(records: &[Record], laid: Laid, length: Duration) -> Option
 #[cfg(test)]
 mod tests {
     use super::*;
-    use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
+    use grideye_frame::{NoData, PIXELS, PixelWord, Reading, RecordedFrame, ThermistorWord};
     use grideye_recording::{ClockState, Stamp};
 
     const SECOND_NS: u64 = 1_000_000_000;
@@ -73,8 +73,8 @@ mod tests {
             reading: if missing.contains(&seq) {
                 Reading::NoData(NoData::Nack)
             } else {
-                Reading::Frame(RawFrame {
-                    thermistor: ThermistorWord(400),
+                Reading::Frame(RecordedFrame {
+                    thermistor: Some(ThermistorWord(400)),
                     pixels: [PixelWord(80); PIXELS],
                 })
             },

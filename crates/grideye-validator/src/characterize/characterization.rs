@@ -8,7 +8,7 @@ use crate::characterize::segment::{Pattern, Segments};
 use crate::characterize::thermistor::{StepFinder, Steps, Thermistor, ThermistorSums};
 use crate::characterize::timing::{Times, Timing};
 use crate::frames::faults::{FaultFinder, Faults, Standing};
-use crate::frames::types::{Pixels, STEP_VARIANCE, middle_mean};
+use crate::frames::types::{Pixels, STEP_VARIANCE, decoded, middle_mean};
 use crate::numbers::{count, long_count, median};
 use grideye_frame::{NoData, PIXELS, Reading, TICK};
 use grideye_recording::Record;
@@ -46,7 +46,8 @@ pub struct Characterization {
     pub allan: Vec<AllanPoint>,
     /// Torn frames, duplicates and glitches.
     pub faults: Faults,
-    pub thermistor: Thermistor,
+    /// `None` if the recording has no thermistor.
+    pub thermistor: Option<Thermistor>,
 }
 
 /// The noise of each pixel.
@@ -116,11 +117,13 @@ impl Characterization {
                 offset_c,
                 spread_c: 0.0,
             },
-            thermistor: profile::Thermistor {
-                offset_c: rounded(self.thermistor.offset_c),
-                sigma_c: rounded(self.thermistor.sigma_c),
-                lag_s: 0.0,
-            },
+            thermistor: self
+                .thermistor
+                .map_or_else(profile::Thermistor::default, |found| profile::Thermistor {
+                    offset_c: rounded(found.offset_c),
+                    sigma_c: rounded(found.sigma_c),
+                    lag_s: 0.0,
+                }),
             glitch_probability: rounded(self.glitch_share()),
             clock: profile::ClockError {
                 error_ppm: self.sensor_hz().map_or(0, clock_error_ppm),
@@ -233,11 +236,12 @@ impl Characterizer {
             self.segments.break_off();
         }
         self.frames += 1;
-        let frame = amg8833::word::frame(raw);
+        let pixels = decoded(raw);
         self.steps.push(raw);
+        let thermistor = raw.thermistor.map(amg8833::word::thermistor_celsius);
+        let (t_boot_ns, follows) = (record.stamp.t_boot_ns, self.before.is_some());
         self.thermistor
-            .push(&frame, record.stamp.t_boot_ns, self.before.is_some());
-        let pixels = frame.pixels.map(|pixel| f64::from(pixel.get()));
+            .push(thermistor, &pixels, t_boot_ns, follows);
         let (pixels, standing) = self.faults.push(&pixels, self.before.as_ref());
         if let (Some(before), Standing::Own) = (&self.before, standing) {
             let difference: Pixels = std::array::from_fn(|pixel| pixels[pixel] - before[pixel]);

@@ -12,15 +12,15 @@
 //! tails. The common mode is the mean of the middle three quarters of the pixels, which a person does not reach.
 //!
 //! ```
-//! use grideye_frame::{PixelWord, RawFrame, Reading, ThermistorWord};
+//! use grideye_frame::{PixelWord, RecordedFrame, Reading, ThermistorWord};
 //! use grideye_recording::{ClockState, Record, Stamp};
 //! use grideye_validator::characterize::characterize;
 //!
 //! let record = |seq: u64| Record {
 //!     seq,
 //!     stamp: Stamp { t_boot_ns: seq * 100_000_000, t_utc_ns: 0, clock: ClockState::Unsynced },
-//!     reading: Reading::Frame(RawFrame {
-//!         thermistor: ThermistorWord(400),
+//!     reading: Reading::Frame(RecordedFrame {
+//!         thermistor: Some(ThermistorWord(400)),
 //!         pixels: std::array::from_fn(|pixel| PixelWord(if (seq as usize + pixel) % 3 == 0 { 80 } else { 82 })),
 //!     }),
 //! };

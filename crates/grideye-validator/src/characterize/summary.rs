@@ -243,7 +243,10 @@ impl Characterization {
     }
 
     fn add_thermistor(&self, lines: &mut Lines) {
-        let thermistor = &self.thermistor;
+        let Some(thermistor) = &self.thermistor else {
+            lines.add("thermistor over the scene, °C", "not recorded", "");
+            return;
+        };
         let (mean, scene) = (fixed(thermistor.mean_c, 2), fixed(thermistor.scene_c, 2));
         let (above, both) = (
             fixed(thermistor.offset_c, 2),

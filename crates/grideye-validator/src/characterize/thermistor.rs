@@ -3,7 +3,7 @@
 use crate::characterize::histogram::Histogram;
 use crate::numbers::{CommonStep, RunningVariance, long_count, median};
 use amg8833::word::{PIXEL_STEP, THERMISTOR_STEP, pixel_steps, thermistor_steps};
-use grideye_frame::{Celsius, Frame, RawFrame};
+use grideye_frame::{Celsius, PIXELS, RecordedFrame};
 use serde::Serialize;
 
 /// The sensor's thermistor.
@@ -31,7 +31,8 @@ pub(crate) struct ThermistorSums {
     above_scene: RunningVariance,
     scene: RunningVariance,
     differences: Histogram,
-    last_c: f64,
+    /// Of the frame directly before.
+    last_c: Option<f64>,
     begin_ns: Option<u64>,
     span_s: f64,
     time: RunningVariance,
@@ -40,18 +41,22 @@ pub(crate) struct ThermistorSums {
 }
 
 impl ThermistorSums {
-    pub(crate) fn push(&mut self, frame: &Frame, t_boot_ns: u64, follows: bool) {
-        let celsius = f64::from(frame.thermistor.get());
-        let pixels: Vec<f64> = frame
-            .pixels
-            .iter()
-            .map(|pixel| f64::from(pixel.get()))
-            .collect();
-        let scene_c = median(&pixels).unwrap_or_default();
-        if follows {
-            self.differences.push(celsius - self.last_c);
+    pub(crate) fn push(
+        &mut self,
+        thermistor: Option<Celsius>,
+        pixels: &[f64; PIXELS],
+        t_boot_ns: u64,
+        follows: bool,
+    ) {
+        let celsius = thermistor.map(|celsius| f64::from(celsius.get()));
+        let last_c = core::mem::replace(&mut self.last_c, celsius).filter(|_| follows);
+        let Some(celsius) = celsius else {
+            return;
+        };
+        let scene_c = median(pixels).unwrap_or_default();
+        if let Some(last_c) = last_c {
+            self.differences.push(celsius - last_c);
         }
-        self.last_c = celsius;
         let begin_ns = *self.begin_ns.get_or_insert(t_boot_ns);
         let t_s = long_count(t_boot_ns.saturating_sub(begin_ns)) / NANOSECONDS_PER_SECOND;
         self.span_s = self.span_s.max(t_s);
@@ -64,17 +69,20 @@ impl ThermistorSums {
     }
 
     /// With `jumps` of the clock the time is uncertain, so there is no trend.
-    pub(crate) fn finish(self, jumps: u64) -> Thermistor {
+    pub(crate) fn finish(self, jumps: u64) -> Option<Thermistor> {
+        if self.celsius.count == 0 {
+            return None;
+        }
         let squares = self.time.variance() * long_count(self.time.count.saturating_sub(1));
         let trend = (self.span_s >= TREND_SPAN_MIN_S && squares > 0.0 && jumps == 0)
             .then(|| self.together / squares * SECONDS_PER_HOUR);
-        Thermistor {
+        Some(Thermistor {
             mean_c: self.celsius.mean,
             scene_c: self.scene.mean,
             offset_c: self.above_scene.mean,
             sigma_c: self.differences.gaussian_sigma().unwrap_or(0.0) / 2.0_f64.sqrt(),
             drift_c_per_hour: trend,
-        }
+        })
     }
 }
 
@@ -95,11 +103,13 @@ pub(crate) struct StepFinder {
 }
 
 impl StepFinder {
-    pub(crate) fn push(&mut self, raw: &RawFrame) {
+    pub(crate) fn push(&mut self, raw: &RecordedFrame) {
         for word in raw.pixels {
             self.pixel.push(pixel_steps(word));
         }
-        self.thermistor.push(thermistor_steps(raw.thermistor));
+        if let Some(thermistor) = raw.thermistor {
+            self.thermistor.push(thermistor_steps(thermistor));
+        }
     }
 
     pub(crate) fn finish(self) -> Steps {
@@ -117,25 +127,23 @@ impl StepFinder {
 mod tests {
     use super::*;
     use crate::numbers::assert_near;
-    use grideye_frame::{PIXELS, PixelWord, ThermistorWord};
+    use grideye_frame::{PixelWord, ThermistorWord};
 
     const SECOND_NS: u64 = 1_000_000_000;
 
     /// One pixel is far from the scene, which the median ignores.
-    fn frame(thermistor_c: f32, scene_c: f32) -> Frame {
-        let mut pixels = [Celsius::new(scene_c); PIXELS];
-        pixels[5] = Celsius::new(80.0);
-        Frame {
-            thermistor: Celsius::new(thermistor_c),
-            pixels,
-        }
+    fn scene(scene_c: f64) -> [f64; PIXELS] {
+        let mut pixels = [scene_c; PIXELS];
+        pixels[5] = 80.0;
+        pixels
     }
 
     fn pushed(at_ns: [u64; 3]) -> ThermistorSums {
         let mut sums = ThermistorSums::default();
         let values = [(25.0, 20.0), (26.0, 21.0), (27.0, 20.0)];
         for (at_ns, (thermistor_c, scene_c)) in at_ns.into_iter().zip(values) {
-            sums.push(&frame(thermistor_c, scene_c), at_ns, true);
+            let thermistor = Some(Celsius::new(thermistor_c));
+            sums.push(thermistor, &scene(scene_c), at_ns, true);
         }
         sums
     }
@@ -144,19 +152,20 @@ mod tests {
     #[test]
     fn means_offset_and_trend_are_those_of_least_squares() {
         let at_ns = [7, 27, 67].map(|at_s| at_s * SECOND_NS);
-        let found = pushed(at_ns).finish(0);
+        let found = pushed(at_ns).finish(0).unwrap();
         assert_near(found.mean_c, 26.0, 1e-12);
         assert_near(found.scene_c, 61.0 / 3.0, 1e-12);
         assert_near(found.offset_c, 17.0 / 3.0, 1e-12);
         let trend = found.drift_c_per_hour.unwrap();
         assert_near(trend, 60.0 * 3.0 / 5_600.0 * 3_600.0, 1e-9);
-        assert_eq!(pushed(at_ns).finish(1).drift_c_per_hour, None, "a jump");
+        let jumped = pushed(at_ns).finish(1).unwrap();
+        assert_eq!(jumped.drift_c_per_hour, None, "a jump");
     }
 
     #[test]
     fn a_minute_has_a_trend_and_less_has_none() {
         for (last_ns, has_trend) in [(60 * SECOND_NS, true), (60 * SECOND_NS - 1, false)] {
-            let found = pushed([0, 20 * SECOND_NS, last_ns]).finish(0);
+            let found = pushed([0, 20 * SECOND_NS, last_ns]).finish(0).unwrap();
             assert_eq!(found.drift_c_per_hour.is_some(), has_trend, "{last_ns}");
         }
     }
@@ -167,10 +176,11 @@ mod tests {
         let sigma = |follows: bool| {
             let mut sums = ThermistorSums::default();
             for index in 0..21_u8 {
-                let frame = frame(25.0 + 0.125 * f32::from(index % 2), 20.0);
-                sums.push(&frame, u64::from(index), follows && index > 0);
+                let thermistor = Some(Celsius::new(25.0 + 0.125 * f32::from(index % 2)));
+                let follows = follows && index > 0;
+                sums.push(thermistor, &scene(20.0), u64::from(index), follows);
             }
-            sums.finish(0).sigma_c
+            sums.finish(0).unwrap().sigma_c
         };
         let expected = 0.125 / 0.973_337_f64.sqrt() / 2.0_f64.sqrt();
         assert_near(sigma(true), expected, 1e-9);
@@ -178,12 +188,24 @@ mod tests {
     }
 
     #[test]
+    fn frames_without_a_thermistor_do_not_count() {
+        let mut sums = ThermistorSums::default();
+        for (at_ns, celsius) in [(0, None), (1, Some(25.0)), (2, None), (3, Some(27.0))] {
+            sums.push(celsius.map(Celsius::new), &scene(20.0), at_ns, true);
+        }
+        let found = sums.finish(0).unwrap();
+        assert_eq!((found.mean_c, found.offset_c), (26.0, 6.0));
+        assert_eq!(found.sigma_c, 0.0, "no two of them follow one another");
+        assert_eq!(ThermistorSums::default().finish(0), None);
+    }
+
+    #[test]
     fn steps_are_what_all_values_have_in_common() {
         let mut finder = StepFinder::default();
         // 20.25, 21 and 19.5 °C.
         for word in [81, 84, 78] {
-            finder.push(&RawFrame {
-                thermistor: ThermistorWord(400),
+            finder.push(&RecordedFrame {
+                thermistor: Some(ThermistorWord(400)),
                 pixels: [PixelWord(word); PIXELS],
             });
         }

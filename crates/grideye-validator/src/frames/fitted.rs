@@ -2,7 +2,7 @@
 
 use crate::frames::timeline::Timeline;
 use amg8833::word::pixel_steps;
-use grideye_frame::RawFrame;
+use grideye_frame::RecordedFrame;
 use grideye_recording::Record;
 use grideye_scene::{Calibrated, Scene, fnv1a};
 use std::collections::HashMap;
@@ -77,7 +77,7 @@ pub(crate) fn fitted(records: &[Record], scene: &Scene) -> Vec<RangeInclusive<u6
 }
 
 /// The pixels' steps, which every format of a recording keeps.
-fn mark(raw: &RawFrame) -> u32 {
+fn mark(raw: &RecordedFrame) -> u32 {
     let mut text = String::with_capacity(4 * raw.pixels.len());
     for word in raw.pixels {
         let _ = write!(text, "{} ", pixel_steps(word));

@@ -2,7 +2,7 @@
 
 use crate::names::named;
 use crate::numbers::trimmed_mean;
-use grideye_frame::{COLUMNS, PIXELS, PixelWord, ROWS, RawFrame};
+use grideye_frame::{COLUMNS, PIXELS, PixelWord, ROWS, RecordedFrame};
 use std::time::Duration;
 
 named! {
@@ -80,10 +80,8 @@ pub fn sensor_step_c() -> f64 {
     decoded(1) - decoded(0)
 }
 
-pub(crate) fn decoded(raw: &RawFrame) -> Pixels {
-    amg8833::word::frame(raw)
-        .pixels
-        .map(|pixel| f64::from(pixel.get()))
+pub(crate) fn decoded(raw: &RecordedFrame) -> Pixels {
+    amg8833::word::pixels(&raw.pixels).map(|pixel| f64::from(pixel.get()))
 }
 
 /// Mean of the middle three quarters of the pixels, which a person hardly moves.
@@ -112,8 +110,8 @@ pub(crate) fn record(seq: u64, t_boot_ns: u64, pixels: [u16; PIXELS]) -> grideye
             t_utc_ns: 0,
             clock: grideye_recording::ClockState::Synced,
         },
-        reading: Reading::Frame(RawFrame {
-            thermistor: ThermistorWord(400),
+        reading: Reading::Frame(RecordedFrame {
+            thermistor: Some(ThermistorWord(400)),
             pixels: pixels.map(PixelWord),
         }),
     }

@@ -7,7 +7,7 @@ use crate::thresholds::Thresholds;
 use crate::verdict::types::{Criterion, Question, State};
 use amg8833::word::{pixel_celsius, pixel_steps};
 use grideye_draw::text::fixed;
-use grideye_frame::{PIXELS, RawFrame};
+use grideye_frame::{PIXELS, RecordedFrame};
 use grideye_recording::Record;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -20,9 +20,9 @@ pub(crate) struct Inspection {
     stays: Option<f64>,
     /// The largest step, in raw words, of which all differences are multiples; 0 if nothing changes.
     step_words: u16,
-    /// Median of the pixels and of the thermistor, °C.
+    /// Median of the pixels, and the thermistor, °C; `None` if it was not recorded.
     pixels_c: f64,
-    thermistor_c: f64,
+    thermistor_c: Option<f64>,
     /// Frames per second by the recording's timestamps.
     rate_hz: Option<f64>,
 }
@@ -36,7 +36,10 @@ impl Inspection {
     pub(crate) fn new(records: &[Record], step_c: f64) -> Option<Self> {
         let frames = distinct(records);
         let (first, last) = (frames.first()?, frames.last()?);
-        let thermistor = |frame: &RawFrame| f64::from(amg8833::word::frame(frame).thermistor.get());
+        let thermistor = |frame: &RecordedFrame| {
+            let word = frame.thermistor?;
+            Some(f64::from(amg8833::word::thermistor_celsius(word).get()))
+        };
         let all: Vec<f64> = [first, last]
             .into_iter()
             .flat_map(|frame| decoded(&frame.raw))
@@ -47,7 +50,9 @@ impl Inspection {
             stays: noise(&frames, step_c).map(|sigma_c| stays(sigma_c, step_c)),
             step_words: common_step(&frames),
             pixels_c: median(&all).unwrap_or_default(),
-            thermistor_c: f64::midpoint(thermistor(&first.raw), thermistor(&last.raw)),
+            thermistor_c: thermistor(&first.raw)
+                .zip(thermistor(&last.raw))
+                .map(|(first, last)| f64::midpoint(first, last)),
             rate_hz: rate_hz(&frames),
         })
     }
@@ -141,7 +146,10 @@ impl Inspection {
             keys: &["thermistor_apart_max_c"],
         };
         let most = thresholds.thermistor_apart_max_c;
-        let (pixels_c, thermistor_c) = (self.pixels_c, self.thermistor_c);
+        let Some(thermistor_c) = self.thermistor_c else {
+            return asked.answered(State::NotAsked, "The recording has no thermistor.");
+        };
+        let pixels_c = self.pixels_c;
         let (pixels, thermistor) = (fixed(pixels_c, 1), fixed(thermistor_c, 1));
         let both = format!("the pixels show {pixels} °C, the thermistor {thermistor} °C");
         if (pixels_c - thermistor_c).abs() <= most {
@@ -213,7 +221,7 @@ fn scale(pixels_c: f64, thermistor_c: f64) -> &'static str {
 }
 
 struct Distinct {
-    raw: RawFrame,
+    raw: RecordedFrame,
     boot_ns: u64,
     seq: u64,
     /// The sequence number of the last record of the frame before.
@@ -323,10 +331,24 @@ mod tests {
                 stays: Some(0.2),
                 step_words: 4,
                 pixels_c: 5.0,
-                thermistor_c: 20.0,
+                thermistor_c: Some(20.0),
                 rate_hz: Some(5.0),
             }
         }
+    }
+
+    #[test]
+    fn a_recording_without_a_thermistor_is_not_asked_about_it() {
+        let bare = Inspection {
+            thermistor_c: None,
+            ..Inspection::faulty()
+        };
+        let state = |inspection: &Inspection| {
+            let thresholds = Thresholds::default();
+            inspection.thermistor(&thresholds, 20.0).state
+        };
+        assert_eq!(state(&Inspection::faulty()), State::Failed);
+        assert_eq!(state(&bare), State::NotAsked);
     }
 
     /// Half a step is 0.3 sigma of the quietest, within which 0.2358 of normal draws lie.

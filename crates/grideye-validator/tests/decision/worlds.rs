@@ -7,7 +7,7 @@
     reason = "what fails in a helper fails the test; temperatures of a room fit any number"
 )]
 
-use grideye_frame::{Celsius, RawFrame, Reading};
+use grideye_frame::{Celsius, Reading, RecordedFrame};
 use grideye_recording::{ClockState, Record, Stamp};
 use grideye_scene::{Scene, Simulator};
 use rand::SeedableRng;
@@ -301,6 +301,9 @@ fn row(index: u32, image: [f64; 64], errors: &[f64; 64]) -> Record {
             t_utc_ns: 0,
             clock: ClockState::Unsynced,
         },
-        reading: Reading::Frame(RawFrame { thermistor, pixels }),
+        reading: Reading::Frame(RecordedFrame {
+            thermistor: Some(thermistor),
+            pixels,
+        }),
     }
 }

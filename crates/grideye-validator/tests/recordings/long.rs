@@ -1,7 +1,7 @@
 //! A thinned recording must score like the whole, and the borders of its runs must not count as faults.
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
-use grideye_frame::{Celsius, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{Celsius, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::{ClockState, Record, Stamp};
 use grideye_scene::{Scene, Simulator};
 use grideye_validator::{
@@ -48,7 +48,10 @@ fn record(scene: &Scene, rows: u64) -> Vec<Record> {
         Record {
             seq,
             stamp,
-            reading: Reading::Frame(RawFrame { thermistor, pixels }),
+            reading: Reading::Frame(RecordedFrame {
+                thermistor: Some(thermistor),
+                pixels,
+            }),
         }
     };
     (0..rows).map(row).collect()

@@ -8,7 +8,7 @@
     reason = "what fails in a helper fails the test, and its numbers are small"
 )]
 
-use grideye_frame::{PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{PIXELS, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::linaige::{Date, Reader, stream_from_file_name};
 use grideye_recording::{ClockState, Record, Stamp};
 use grideye_scene::profile::Profile;
@@ -106,8 +106,8 @@ fn room(frames: u32, is_there: impl Fn(u32) -> bool, stands: &[usize]) -> Vec<Re
                     t_utc_ns: 0,
                     clock: ClockState::Unsynced,
                 },
-                reading: Reading::Frame(RawFrame {
-                    thermistor: ThermistorWord(400),
+                reading: Reading::Frame(RecordedFrame {
+                    thermistor: Some(ThermistorWord(400)),
                     pixels,
                 }),
             }

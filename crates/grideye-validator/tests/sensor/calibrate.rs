@@ -1,7 +1,7 @@
 //! Calibration against emulated recordings with known truth.
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
-use grideye_frame::{Celsius, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{Celsius, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::{ClockState, Record, Stamp};
 use grideye_scene::profile::Profile;
 use grideye_scene::{Scene, Simulator};
@@ -106,8 +106,8 @@ pub(crate) fn record(
                     t_utc_ns: 0,
                     clock: ClockState::Unsynced,
                 },
-                reading: Reading::Frame(RawFrame {
-                    thermistor: ThermistorWord(400),
+                reading: Reading::Frame(RecordedFrame {
+                    thermistor: Some(ThermistorWord(400)),
                     pixels: measured
                         .pixels
                         .map(|pixel| PixelWord(quarters(pixel.get()))),

@@ -7,7 +7,7 @@
     reason = "what fails in a helper fails the test, and its counts are small"
 )]
 
-use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{NoData, PIXELS, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::linaige::{Date, Reader, stream_from_file_name};
 use grideye_recording::{ClockState, Record, Stamp};
 use grideye_scene::profile::Profile;
@@ -84,7 +84,7 @@ fn both_sessions_show_the_figures_of_the_reference() {
             "{name}: {}",
             pattern.sd_c
         );
-        let above = found.thermistor.offset_c;
+        let above = found.thermistor.unwrap().offset_c;
         assert!((3.5..6.0).contains(&above), "{name}: {above}");
     }
 }
@@ -138,15 +138,15 @@ impl Noise {
         (self.0 >> 33) % below
     }
 
-    fn frame(&mut self) -> RawFrame {
-        RawFrame {
-            thermistor: ThermistorWord(400),
+    fn frame(&mut self) -> RecordedFrame {
+        RecordedFrame {
+            thermistor: Some(ThermistorWord(400)),
             pixels: std::array::from_fn(|_| PixelWord(80 + u16::try_from(self.next(7)).unwrap())),
         }
     }
 }
 
-fn record(seq: u64, frame: RawFrame) -> Record {
+fn record(seq: u64, frame: RecordedFrame) -> Record {
     Record {
         seq,
         stamp: Stamp {
@@ -165,7 +165,7 @@ fn planted(change: impl FnOnce(&mut Vec<Record>)) -> Characterization {
     characterize(records).unwrap()
 }
 
-fn frame(record: &mut Record) -> &mut RawFrame {
+fn frame(record: &mut Record) -> &mut RecordedFrame {
     match &mut record.reading {
         Reading::Frame(frame) => frame,
         Reading::NoData(_) => unreachable!("the helper makes frames alone"),

@@ -2,7 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 use crate::calibrate::{quarters, seeds};
-use grideye_frame::{Celsius, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{Celsius, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::{ClockState, Record, Stamp};
 use grideye_scene::profile::Profile;
 use grideye_scene::{Files, Scene, Simulator};
@@ -135,8 +135,8 @@ fn record_of(scene: &str, files: &dyn Files, unit: &str, seed: u64, frames: u32)
                 t_utc_ns: 0,
                 clock: ClockState::Unsynced,
             },
-            reading: Reading::Frame(RawFrame {
-                thermistor: ThermistorWord(400),
+            reading: Reading::Frame(RecordedFrame {
+                thermistor: Some(ThermistorWord(400)),
                 pixels,
             }),
         });

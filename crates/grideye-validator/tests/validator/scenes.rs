@@ -1,6 +1,6 @@
 //! Verdicts on recordings of the paper's scenes, and on real frames, compared with right and wrong scenes.
 
-use grideye_frame::{Celsius, NoData, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{Celsius, NoData, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::{ClockState, Record, Stamp, linaige};
 use grideye_scene::{Scene, Simulator};
 use grideye_validator::{
@@ -46,8 +46,8 @@ pub(crate) fn record(scene: &Scene, frames: u32, seed: u64) -> Vec<Record> {
             row(
                 index,
                 time,
-                Reading::Frame(RawFrame {
-                    thermistor: ThermistorWord(400),
+                Reading::Frame(RecordedFrame {
+                    thermistor: Some(ThermistorWord(400)),
                     pixels,
                 }),
             )
@@ -55,7 +55,7 @@ pub(crate) fn record(scene: &Scene, frames: u32, seed: u64) -> Vec<Record> {
         .collect()
 }
 
-fn row(index: u32, time: Duration, reading: Reading<RawFrame>) -> Record {
+fn row(index: u32, time: Duration, reading: Reading<RecordedFrame>) -> Record {
     let t_boot_ns = 5_000_000_000 + u64::try_from(time.as_nanos()).unwrap();
     let stamp = Stamp {
         t_boot_ns,

@@ -1,15 +1,15 @@
 //! The ring's account is right whatever is added or removed.
 
 use super::*;
-use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, ThermistorWord};
+use grideye_frame::{NoData, PIXELS, PixelWord, RecordedFrame, ThermistorWord};
 use grideye_recording::{ClockState, Stamp};
 use proptest::prelude::*;
 
 const SENSORS: [&str; 2] = ["i2c-1:0x68", "i2c-1:0x69"];
 
 fn record(seq: u64, is_frame: bool) -> Record {
-    let frame = RawFrame {
-        thermistor: ThermistorWord(400),
+    let frame = RecordedFrame {
+        thermistor: Some(ThermistorWord(400)),
         pixels: [PixelWord(80); PIXELS],
     };
     Record {

@@ -4,7 +4,7 @@ use grideye_agent::spool::segment::{
     Encoder, Entries, Entry, FRAME_BYTES, Fault, HEADER_BYTES, PAYLOAD_BYTES_MAX, check_header,
     crc32c,
 };
-use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{NoData, PIXELS, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::wire::Account;
 use grideye_recording::{ClockState, Record, Stamp, StreamId};
 use proptest::prelude::*;
@@ -28,8 +28,8 @@ fn any_record() -> impl Strategy<Value = Record> {
             .iter_mut()
             .zip(pixels)
             .for_each(|(word, pixel)| *word = PixelWord(pixel));
-        Reading::Frame(RawFrame {
-            thermistor: ThermistorWord(thermistor),
+        Reading::Frame(RecordedFrame {
+            thermistor: Some(ThermistorWord(thermistor)),
             pixels: words,
         })
     });

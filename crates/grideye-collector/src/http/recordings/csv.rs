@@ -31,6 +31,7 @@ impl Form for Writer<Vec<u8>> {
             stream: (*row.stream).clone(),
             record: row.record,
             t_arrival_ns: Some(row.t_arrival_ns),
+            labels: Vec::new(),
         };
         Self::write(self, &row).map_err(io::Error::other)
     }

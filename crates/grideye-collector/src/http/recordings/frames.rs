@@ -16,7 +16,7 @@
 //! | 32 | u16 | index of the stream |
 //! | 34 | u8 | 0: a frame; otherwise 1 + index of the reason why it is missing |
 //! | 35 | u8 | index of the clock state |
-//! | 36 | i16 | thermistor in steps; 0 without a frame |
+//! | 36 | i16 | thermistor in steps; 0 without a frame, -32768 if not known |
 //! | 38 | u16 | 0 |
 //! | 40 | 64 × i16 | pixels in steps, pixel 1 first; 0 without a frame |
 
@@ -27,7 +27,7 @@ use crate::store::{Members, StoredRecord};
 use amg8833::word;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use grideye_frame::{NoData, PIXELS, RawFrame, Reading};
+use grideye_frame::{NoData, PIXELS, Reading, RecordedFrame};
 use grideye_recording::ClockState;
 use grideye_recording::record::layout::put_number_and_times;
 use serde_json::{Value, json};
@@ -128,12 +128,12 @@ impl Form for Rows {
 }
 
 impl Rows {
-    fn put_frame(&mut self, frame: Option<&RawFrame>) {
+    fn put_frame(&mut self, frame: Option<&RecordedFrame>) {
         let Some(raw) = frame else {
             self.bytes.extend([0; 4 + 2 * PIXELS]);
             return;
         };
-        let thermistor = word::thermistor_steps(raw.thermistor);
+        let thermistor = raw.thermistor.map_or(i16::MIN, word::thermistor_steps);
         self.bytes.extend(thermistor.to_le_bytes());
         self.bytes.extend([0; 2]);
         for pixel in raw.pixels {

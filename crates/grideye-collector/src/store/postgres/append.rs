@@ -6,7 +6,7 @@ use crate::store::account;
 use crate::store::error::{Result, StoreError};
 use crate::store::plan::{Contents, Plan, StreamName, StreamState, Streams, Taken};
 use crate::store::postgres::read::{record_of, state_of, stream_id};
-use crate::store::postgres::session::{Parameters, Session};
+use crate::store::postgres::session::{NO_THERMISTOR, Parameters, Session};
 use crate::store::row::{count, fitting};
 use crate::store::types::Appended;
 use grideye_frame::Reading;
@@ -343,7 +343,7 @@ impl<'d> FrameColumns<'d> {
         self.epochs.push(epoch);
         self.missing.push(missing);
         self.thermistors
-            .push(raw.map(|raw| raw.thermistor.0.into()));
+            .push(raw.map(|raw| raw.thermistor.map_or(NO_THERMISTOR, |word| word.0.into())));
         let pixels = raw.map(|raw| words_to_bytes(&raw.pixels));
         self.pixels.push(pixels.map(Vec::from));
         Ok(())

@@ -4,10 +4,10 @@ use crate::limits::Limits;
 use crate::store::account;
 use crate::store::error::{RecordingId, Result, StoreError};
 use crate::store::plan::StreamState;
-use crate::store::postgres::session::{Parameters, Session};
+use crate::store::postgres::session::{NO_THERMISTOR, Parameters, Session};
 use crate::store::row::{count, damaged, unsigned};
 use crate::store::types::{Members, Recording, Span, StoredRecord, StreamSummary};
-use grideye_frame::{NoData, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{NoData, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::record::layout::words_of;
 use grideye_recording::{ClockState, Record, Stamp, StreamId};
 use std::num::TryFromIntError;
@@ -215,12 +215,14 @@ pub(super) fn record_of(row: &Row, first: usize) -> Result<Record> {
             name.parse::<NoData>()
                 .map_err(|unknown| damaged(&format!("{name:?}: {unknown}")))?,
         ),
-        (None, Some(thermistor), Some(pixels)) => Reading::Frame(RawFrame {
-            thermistor: ThermistorWord(
-                thermistor
-                    .try_into()
-                    .map_err(|error: TryFromIntError| damaged(&error.to_string()))?,
-            ),
+        (None, Some(thermistor), Some(pixels)) => Reading::Frame(RecordedFrame {
+            thermistor: match thermistor {
+                NO_THERMISTOR => None,
+                word => Some(ThermistorWord(
+                    word.try_into()
+                        .map_err(|error: TryFromIntError| damaged(&error.to_string()))?,
+                )),
+            },
             pixels: pixels
                 .try_into()
                 .map(words_of)

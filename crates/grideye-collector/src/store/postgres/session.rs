@@ -186,6 +186,9 @@ const PAUSE: Duration = Duration::from_millis(100);
 /// Frames that arrive on one day of the collector's clock share a partition.
 const DAY_NS: i64 = 86_400_000_000_000;
 
+/// The thermistor of a frame whose thermistor is not known: the layout's tables ask for a number beside pixels.
+pub(crate) const NO_THERMISTOR: i32 = -1;
+
 /// In a separate schema. Text compares byte by byte, as in Rust.
 const TABLES: &str = "
 CREATE TABLE grideye.layout (

@@ -1,6 +1,6 @@
 //! `GET /v1/live`: the events for a page.
 
-use crate::batches::{batch, flat, missing, numbered, part};
+use crate::batches::{bare, batch, flat, missing, numbered, part};
 use crate::http::client::Client;
 use crate::server::Server;
 use axum::http::StatusCode;
@@ -23,6 +23,7 @@ async fn a_client_gets_the_state_and_then_every_batch_in_degrees() {
         flat(2, 0x80, 0x190),
         missing(3, NoData::Nack),
         flat(4, 0xFDC, 0x8BB),
+        bare(flat(5, 0x80, 0)),
     ];
     server
         .frames(&batch("pi-1", "b1", vec![part("s1", records)]))
@@ -32,7 +33,7 @@ async fn a_client_gets_the_state_and_then_every_batch_in_degrees() {
     let frames = &sensor["frames"];
     assert_eq!(
         (name.as_str(), &sensor["stored"], &sensor["missing"]),
-        ("frames", &json!(4), &json!(1))
+        ("frames", &json!(5), &json!(1))
     );
     // AMG88 spec §4-11-11 and -12, printed rows: 0x080 is 32 °C, 0xFDC is -9 °C; thermistor 0x190 is 25 °C, 0x8BB is
     // -11.6875 °C (sign and magnitude).
@@ -54,6 +55,7 @@ async fn a_client_gets_the_state_and_then_every_batch_in_degrees() {
         ),
         (&json!(-9.0), &json!(-11.6875))
     );
+    assert_eq!(frames[3]["thermistor_celsius"], json!(null));
 
     // Repeated frames are not sent again.
     server.frames(&numbered(0..2)).await;

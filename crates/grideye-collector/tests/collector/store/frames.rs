@@ -1,6 +1,6 @@
 //! Frames: stored bit for bit, once, with their gaps counted.
 
-use crate::batches::{batch, flat, frame, missing, numbered, part};
+use crate::batches::{bare, batch, flat, frame, missing, numbered, part};
 use crate::store::helpers::{append, everything, gaps};
 use grideye_collector::{FrameStore, StoreError};
 use grideye_frame::NoData;
@@ -12,6 +12,8 @@ pub(super) async fn frames_come_back_bit_for_bit(store: &dyn FrameStore) {
     let mut sent: Vec<_> = (0..5).map(frame).collect();
     // The four upper bits of a word have no meaning, but are stored too.
     sent.push(flat(5, 0xF7FF, 0xFFFF));
+    sent.push(bare(frame(6)));
+    sent.push(frame(7));
     append(store, batch("pi-1", "b1", vec![part("s1", sent.clone())])).await;
     let members = store.members(recording.id).await.unwrap();
     let kept = everything(store, &members).await;
@@ -73,10 +75,7 @@ pub(super) async fn every_field_of_a_frame_counts_as_content(store: &dyn FrameSt
     changed[1].stamp.t_utc_ns += 1;
     changed[2].stamp.clock = grideye_recording::ClockState::Stepped;
     changed[3].reading = missing(0, NoData::Nack).reading;
-    changed[4].reading = original.reading.map(|mut raw| {
-        raw.thermistor.0 ^= 1;
-        raw
-    });
+    changed[4] = bare(original);
     for (index, record) in changed.into_iter().enumerate() {
         let forged = batch("pi-1", "b1", vec![part("s1", vec![record])]);
         let error = store.append(Arc::new(forged), 8).await.unwrap_err();

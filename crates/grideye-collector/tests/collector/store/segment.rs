@@ -1,7 +1,7 @@
 //! Sealed segments: their size, and that every bit is restored.
 
 use grideye_collector::store::segment::{ROWS_MAX, SealedRow, open, seal};
-use grideye_frame::{NoData, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{NoData, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::linaige::{self, Date, stream_from_file_name};
 use grideye_recording::{ClockState, Record, Stamp};
 
@@ -70,8 +70,8 @@ fn wild(rows: usize) -> Vec<SealedRow> {
                 },
                 reading: match row % 5 {
                     0 => Reading::NoData(NoData::ALL[row % NoData::ALL.len()]),
-                    _ => Reading::Frame(RawFrame {
-                        thermistor: ThermistorWord(words(next())),
+                    _ => Reading::Frame(RecordedFrame {
+                        thermistor: (row % 7 > 0).then(|| ThermistorWord(words(next()))),
                         pixels: std::array::from_fn(|_| PixelWord(words(next()))),
                     }),
                 },

@@ -1,6 +1,6 @@
 //! Walks, the errors that a sensor adds, and the comparison of such recordings.
 
-use grideye_frame::{PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::{ClockState, Record, Stamp};
 use grideye_scene::{Scene, Simulator};
 use grideye_validator::align::{AlignOptions, TimeAlignment};
@@ -131,8 +131,8 @@ pub(crate) fn row(index: u32, time_s: f64, pixels: [PixelWord; 64]) -> Record {
             t_utc_ns: 0,
             clock: ClockState::Unsynced,
         },
-        reading: Reading::Frame(RawFrame {
-            thermistor: ThermistorWord(400),
+        reading: Reading::Frame(RecordedFrame {
+            thermistor: Some(ThermistorWord(400)),
             pixels,
         }),
     }

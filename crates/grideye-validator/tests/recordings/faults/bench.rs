@@ -1,6 +1,6 @@
 //! Recordings of simulated scenes, and their comparison.
 
-use grideye_frame::{PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_frame::{PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::{ClockState, Record, Stamp};
 use grideye_scene::{Scene, Simulator};
 use grideye_validator::{Comparison, KnownUnit, Options, State, compare_scene};
@@ -114,8 +114,8 @@ pub(crate) fn record_at(
         row(
             u64::from(index),
             time_s,
-            RawFrame {
-                thermistor: ThermistorWord(thermistor),
+            RecordedFrame {
+                thermistor: Some(ThermistorWord(thermistor)),
                 pixels,
             },
         )
@@ -136,7 +136,7 @@ pub(crate) fn record(scene: &Scene, sensor: &str, unit: Unit, seed: u64) -> Vec<
     record_at(scene, sensor, unit, seed, 1.0)
 }
 
-pub(crate) fn row(seq: u64, time_s: f64, frame: RawFrame) -> Record {
+pub(crate) fn row(seq: u64, time_s: f64, frame: RecordedFrame) -> Record {
     Record {
         seq,
         stamp: Stamp {

@@ -1,7 +1,7 @@
 //! Faults planted into simulated recordings.
 
 use crate::faults::bench::*;
-use grideye_frame::{PixelWord, RawFrame};
+use grideye_frame::{PixelWord, RecordedFrame};
 use grideye_recording::Record;
 use grideye_scene::profile::Profile;
 use grideye_validator::{KnownUnit, Options, State, Verdict, compare_scene};
@@ -15,7 +15,7 @@ pub(crate) fn pixels(
     records
         .into_iter()
         .map(|record| Record {
-            reading: record.reading.map(|raw| RawFrame {
+            reading: record.reading.map(|raw| RecordedFrame {
                 pixels: std::array::from_fn(|pixel| change(&raw.pixels, pixel)),
                 ..raw
             }),

@@ -1,0 +1,93 @@
+//! Why a file could not be read, or not to its end.
+
+use grideye_recording::{RecordingError, sensor_of};
+
+/// Why a file could not be read, or not to its end.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImportError {
+    /// A recording of this project or a LINAIGE session with a fault.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// The file breaks here; what came before is good.
+    #[error("{place}: {found}\nhint: the file breaks off here; the frames before are whole")]
+    Broken {
+        /// Where.
+        place: String,
+        /// What is there.
+        found: String,
+    },
+    /// No row has the numbers of a frame.
+    #[error(
+        "expected rows of 64 numbers, found {found} at most\nhint: a frame is 64 numbers in a row, a list or eight lines of eight; {}",
+        sensor(*.found)
+    )]
+    NoFrame {
+        /// The most numbers in a row.
+        found: usize,
+    },
+    /// Frames of another size.
+    #[error(
+        "{found} pixels a frame, a Grid-EYE has 64 (8 x 8)\nhint: only recordings of 8 x 8 pixels are compared and converted; {}",
+        sensor_of(*.found)
+    )]
+    OtherSensor {
+        /// The pixels of a frame.
+        found: usize,
+    },
+    /// What the columns are cannot be told.
+    #[error("{what}\nhint: {hint}")]
+    Unclear {
+        /// What is not clear.
+        what: String,
+        /// What to say.
+        hint: String,
+    },
+    /// A file of a kind that is not read.
+    #[error("expected {expected}, found {found}\nhint: {hint}")]
+    Container {
+        /// What is read.
+        expected: String,
+        /// What is there.
+        found: String,
+        /// What to do.
+        hint: &'static str,
+    },
+}
+
+impl ImportError {
+    pub(crate) fn broken(place: impl Into<String>, found: impl Into<String>) -> Self {
+        Self::Broken {
+            place: place.into(),
+            found: found.into(),
+        }
+    }
+
+    pub(crate) const fn no_frame(found: usize) -> Self {
+        Self::NoFrame { found }
+    }
+
+    pub(crate) fn unclear(what: impl Into<String>, hint: impl Into<String>) -> Self {
+        Self::Unclear {
+            what: what.into(),
+            hint: hint.into(),
+        }
+    }
+
+    /// Whether frames before it were read, and are whole.
+    #[must_use]
+    pub const fn is_break(&self) -> bool {
+        matches!(
+            self,
+            Self::Broken { .. } | Self::Recording(RecordingError::CutLine { .. })
+        )
+    }
+}
+
+fn sensor(found: usize) -> String {
+    match found {
+        0 => "this file has none".to_owned(),
+        16 | 32 => sensor_of(found),
+        _ => "this file has other rows".to_owned(),
+    }
+}

@@ -1,0 +1,20 @@
+#![doc = include_str!("../README.md")]
+
+mod account;
+mod arrays;
+mod cell;
+mod columns;
+mod error;
+mod frames;
+mod import;
+mod json;
+mod moment;
+mod plan;
+mod source;
+mod tables;
+mod text;
+
+pub use account::{Account, Tally};
+pub use columns::{Columns, Unit};
+pub use error::ImportError;
+pub use import::{Import, Options, open};

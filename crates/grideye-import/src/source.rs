@@ -1,0 +1,49 @@
+//! What every container gives: rows of cells, and the names of their columns if it has any.
+
+use crate::cell::RawRow;
+use crate::error::ImportError;
+
+pub(crate) trait Rows {
+    /// One name for each field of a row.
+    fn names(&self) -> Option<&[String]>;
+
+    /// The next row; after an error there are none.
+    fn next(&mut self) -> Result<Option<RawRow>, ImportError>;
+
+    /// Lines that were neither frames nor facts about one.
+    fn skipped(&self) -> u64 {
+        0
+    }
+
+    /// What the container is, for people.
+    fn container(&self) -> String;
+}
+
+/// Rows that are in memory.
+pub(crate) struct Held {
+    pub(crate) container: String,
+    pub(crate) names: Vec<String>,
+    pub(crate) rows: std::vec::IntoIter<RawRow>,
+    /// Told after the last row: where the file breaks off.
+    pub(crate) broken: Option<ImportError>,
+}
+
+impl Rows for Held {
+    fn names(&self) -> Option<&[String]> {
+        (!self.names.is_empty()).then_some(&self.names)
+    }
+
+    fn next(&mut self) -> Result<Option<RawRow>, ImportError> {
+        match (self.rows.next(), self.broken.take()) {
+            (None, Some(broken)) => Err(broken),
+            (row, broken) => {
+                self.broken = broken;
+                Ok(row)
+            }
+        }
+    }
+
+    fn container(&self) -> String {
+        self.container.clone()
+    }
+}

@@ -1,0 +1,10 @@
+//! Files as other people write them; `tests/peers` reads what numpy, pandas and polars write.
+
+#[cfg(test)]
+mod arrays;
+#[cfg(test)]
+mod faults;
+#[cfg(test)]
+mod layouts;
+#[cfg(test)]
+mod support;
