@@ -1,5 +1,6 @@
 """Long calls let other threads run, and stop on Ctrl-C."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -21,14 +22,17 @@ CALLS = {
 def test_ctrl_c_ends_a_long_call(call):
     code = f"import grideye_hil as ge\nscene = {str(SCENES / 'experiment-3.toml')!r}\nprint('go', flush=True)\n{call}\n"
     program = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    assert program.stdout.readline() == "go\n"
-    time.sleep(0.5)
-    assert program.poll() is None
-    program.send_signal(signal.SIGINT)
-    started = time.monotonic()
-    _, told = program.communicate(timeout=20)
-    assert told.endswith("KeyboardInterrupt\n")
-    assert time.monotonic() - started < 5
+    try:
+        assert program.stdout.readline() == "go\n"
+        time.sleep(0.5)
+        assert program.poll() is None
+        program.send_signal(signal.SIGINT)
+        started = time.monotonic()
+        _, told = program.communicate(timeout=20)
+        assert told.endswith("KeyboardInterrupt\n")
+        assert time.monotonic() - started < 5
+    finally:
+        program.kill()
 
 
 def test_other_threads_run_meanwhile():
@@ -55,7 +59,5 @@ def test_ctrl_c_reaches_the_program_that_pip_installed():
     command = [PROGRAM, "emulate", "--constant", "20", "--", sys.executable, "-c", "import time; print(1, flush=True); time.sleep(60)"]
     program = subprocess.Popen(command, stdout=subprocess.PIPE, start_new_session=True)
     assert program.stdout.readline() == b"1\n"
-    import os
-
     os.killpg(program.pid, signal.SIGINT)
     assert program.wait(timeout=20) != 0

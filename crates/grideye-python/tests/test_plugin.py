@@ -65,6 +65,8 @@ def test_a_recording_is_shown_too(amg8833, walk):
     rec = ge.Recording.read(walk)
     with ge.emulate(rec, replay="frames") as bus:
         assert bus.read_word_data(0x69, 0x80) == rec.raw[0, 0, 0]
+    with pytest.raises(ge.InputError, match="unknown replay"):
+        ge.emulate(rec, replay="backwards")
 
 
 def test_after_a_test_smbus2_is_what_it_was(pytester):

@@ -40,6 +40,7 @@ def test_a_recording_is_what_convert_makes_of_it(tmp_path, walk):
     grideye("convert", walk, out)
     theirs, ours = np.load(out), ge.Recording.read(walk)
     assert ours.celsius.dtype == np.float32 and ours.raw.dtype == np.uint16
+    assert ours.time.dtype == "datetime64[ns]" and ours.boot_time.dtype == "timedelta64[ns]"
     np.testing.assert_array_equal(ours.celsius, theirs["frames"])
     np.testing.assert_array_equal(ours.thermistor, theirs["thermistor_c"])
     np.testing.assert_array_equal(ours.time.astype(np.int64), theirs["t_utc_ns"])
