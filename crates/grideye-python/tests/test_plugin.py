@@ -34,8 +34,8 @@ def test_meloperos_driver(amg8833):
 
 @pytest.mark.amg8833(constant=-2.25)
 def test_grideye_driver(amg8833):
+    # It wakes the sensor and waits by the `sleep` that it imported.
     with SMBus(1) as bus, GridEye(bus) as sensor:
-        amg8833.advance(0.25)
         assert sensor.image == [[-2.25] * 8] * 8
 
 
