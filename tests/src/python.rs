@@ -104,7 +104,7 @@ pub const BESIDE_THE_WHEEL: &str = "crates/grideye-python/tests/requirements.txt
 #[must_use]
 pub fn wheel(at: &Path, what: &str) -> Option<(PathBuf, PathBuf)> {
     let packages = programs("wheel-python", BESIDE_THE_WHEEL, what)?.join("python");
-    let script = root().join("firmware-config/wheel");
+    let script = root().join("crates/grideye-python/wheel");
     let out = at.join("wheels");
     let packed = succeeded(Command::new(script).arg("--from").args([folder(), &out]));
     let wheel = PathBuf::from(packed.trim());
