@@ -32,7 +32,7 @@ impl Timebase {
         Arc::new(Self { ahead, pace })
     }
 
-    /// Starts at zero; once started, stands at `ahead`, and only [`advance`](Self::advance) and the bits of a slow bus
+    /// Starts at zero; once started, stands at `ahead`, and only [`Machine::advance`](crate::Machine::advance) and the bits of a slow bus
     /// move it.
     #[must_use]
     pub fn by_hand(ahead: Duration) -> Arc<Self> {
