@@ -82,6 +82,8 @@ pub fn folder() -> &'static Path {
                 "grideye-agent",
                 "-p",
                 "grideye-hardware",
+                "-p",
+                "grideye-python",
             ])
             .current_dir(root())
             .output()

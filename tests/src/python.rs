@@ -1,7 +1,9 @@
 //! Python programs from PyPI, drivers and peers, each kind in an environment of its own.
 
-use crate::programs::{is_left_out, root, run, target};
-use std::path::PathBuf;
+use crate::programs::{folder, is_left_out, root, run, target};
+use std::fs::Permissions;
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
@@ -88,6 +90,53 @@ pub fn programs(name: &str, requirements: &str, what: &str) -> Option<PathBuf> {
         return None;
     }
     Some(environment(name, requirements, WITHOUT_PYTHON_DRIVERS).join("bin"))
+}
+
+/// The packages of PyPI beside which the wheel is installed.
+pub const BESIDE_THE_WHEEL: &str = "crates/grideye-python/tests/requirements.txt";
+
+/// Packs this build's wheel and installs it into a new environment below `at`, in which nothing else is but a path to the
+/// packages that it meets in tests. Returns the wheel and the folder of the environment's programs, or `None` if Python's
+/// packages are left out.
+///
+/// # Panics
+/// When it cannot be packed or installed.
+#[must_use]
+pub fn wheel(at: &Path, what: &str) -> Option<(PathBuf, PathBuf)> {
+    let packages = programs("wheel-python", BESIDE_THE_WHEEL, what)?.join("python");
+    let script = root().join("crates/grideye-python/wheel");
+    let out = at.join("wheels");
+    let packed = succeeded(Command::new(script).arg("--from").args([folder(), &out]));
+    let wheel = PathBuf::from(packed.trim());
+    let new = at.join("environment");
+    let venv = ["-m", "venv", "--without-pip"];
+    succeeded(Command::new(&packages).args(venv).arg(&new));
+    let bin = new.join("bin");
+    let mut install = Command::new(&packages);
+    install
+        .args(["-m", "pip", "--python"])
+        .arg(bin.join("python"));
+    install.args(["install", "--quiet", "--no-deps", "--no-index"]);
+    succeeded(install.arg(&wheel));
+    let site = |python: &Path| {
+        let code = "import sysconfig; print(sysconfig.get_path('purelib'))";
+        succeeded(Command::new(python).args(["-c", code]))
+    };
+    let own = PathBuf::from(site(&bin.join("python")).trim());
+    std::fs::write(own.join("beside.pth"), site(&packages)).unwrap();
+    // Its programs would start in the environment of the packages.
+    let pytest = bin.join("pytest");
+    let shebang = format!("#!{}", bin.join("python").display());
+    let code = format!("{shebang}\nimport pytest, sys\nsys.exit(pytest.main())\n");
+    std::fs::write(&pytest, code).unwrap();
+    std::fs::set_permissions(&pytest, Permissions::from_mode(0o755)).unwrap();
+    Some((wheel, bin))
+}
+
+fn succeeded(command: &mut Command) -> String {
+    let ended = run(command);
+    assert_eq!(ended.code, 0, "{command:?}: {ended:?}");
+    ended.stdout
 }
 
 fn environment(folder: &str, requirements: &str, switch: &str) -> PathBuf {

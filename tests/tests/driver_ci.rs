@@ -7,7 +7,7 @@
     reason = "what fails in a helper fails the test"
 )]
 
-use grideye_tests::programs::{Ended, folder, is_left_out, root, run, target};
+use grideye_tests::programs::{Ended, folder, root, run, target};
 use grideye_tests::python;
 use serde_json::Value;
 use std::ffi::OsString;
@@ -17,18 +17,19 @@ use std::sync::OnceLock;
 
 const EXAMPLE: &str = "tests/examples/driver-ci";
 const WORKFLOW: &str = "tests/examples/driver-ci/.github/workflows/driver.yml";
+const ACTION: &str = "tests/examples/driver-ci/.github/actions/emulated-sensor/action.yml";
 
 /// Lines that begin like this are not run: this build has the programs, and a local environment the same package
 /// versions.
 const FETCHES: [&str; 3] = [
     "rustup toolchain install ",
-    "cargo install --locked --path grideye-hil/crates/grideye",
-    "pip install -r python/requirements.txt",
+    "pip install grideye-hil -r python/requirements.txt",
+    "pip install grideye-hil",
 ];
 
-/// The `run:` lines of the workflow, in order.
-fn run_lines() -> Vec<String> {
-    let text = std::fs::read_to_string(root().join(WORKFLOW)).unwrap();
+/// The `run:` lines of a workflow or an action, in order.
+fn run_lines(file: &str) -> Vec<String> {
+    let text = read(file);
     let lines = text.lines().map(|line| line.trim_start_matches([' ', '-']));
     lines
         .filter_map(|line| line.strip_prefix("run: "))
@@ -38,7 +39,7 @@ fn run_lines() -> Vec<String> {
 
 /// The lines that run a suite: Python's, Rust's in-process tests, and Rust's program.
 fn suites() -> [String; 3] {
-    let mut lines = run_lines();
+    let mut lines = run_lines(WORKFLOW);
     lines.retain(|line| !FETCHES.iter().any(|fetch| line.starts_with(fetch)));
     lines.try_into().unwrap()
 }
@@ -66,7 +67,7 @@ impl Checkout {
 
     /// As [`new`](Self::new), with the Python packages of the workflow, if they are not left out here.
     fn with_python(name: &str) -> Option<Self> {
-        let programs = python_programs()?;
+        let programs = installed()?;
         let mut checkout = Self::new(name);
         let mut path = with_path(programs);
         path.push(":");
@@ -101,7 +102,7 @@ impl Checkout {
     /// Makes the Python driver read pixel 2 as pixel 1, in a copy that Python finds before the installed one.
     fn break_the_python_driver(&self) {
         let look = "import grideye, os; print(os.path.dirname(grideye.__file__))";
-        let found = run(Command::new(python_programs().unwrap().join("python"))
+        let found = run(Command::new(installed().unwrap().join("python"))
             .args(["-c", look])
             .current_dir("/"));
         copy(
@@ -138,16 +139,28 @@ impl Checkout {
     }
 }
 
-/// The programs of the packages that the workflow installs.
-fn python_programs() -> Option<&'static Path> {
-    static PROGRAMS: OnceLock<PathBuf> = OnceLock::new();
-    let requirements = format!("{EXAMPLE}/python/requirements.txt");
-    let what = "the Python suite of the example for CI";
-    if is_left_out(python::WITHOUT_PYTHON_DRIVERS, what) {
-        return None;
-    }
-    let install = || python::programs("driver-ci-python", &requirements, what).unwrap();
-    Some(PROGRAMS.get_or_init(install))
+/// The programs of an environment with what the workflow installs: the wheel of this build, and the packages that the
+/// tests of the Python package have in the same versions.
+fn installed() -> Option<&'static Path> {
+    static PROGRAMS: OnceLock<Option<PathBuf>> = OnceLock::new();
+    let install = || {
+        let at = target().join("driver-ci/python-package");
+        // The folder does not exist the first time.
+        let _ = std::fs::remove_dir_all(&at);
+        let (_, bin) = python::wheel(&at, "the Python suite of the example for CI")?;
+        let asked = read(&format!("{EXAMPLE}/python/requirements.txt"));
+        let there = read(python::BESIDE_THE_WHEEL);
+        let pins = asked.lines().filter(|line| line.contains("=="));
+        for pin in pins {
+            assert!(there.lines().any(|line| line == pin), "{pin}");
+        }
+        Some(bin)
+    };
+    PROGRAMS.get_or_init(install).as_deref()
+}
+
+fn read(file: &str) -> String {
+    std::fs::read_to_string(root().join(file)).unwrap()
 }
 
 /// `PATH` with this folder first.
@@ -209,6 +222,10 @@ fn a_public_ci_takes_the_workflow() {
         .args(["--builtin-schema", "vendor.github-workflows"])
         .arg(root().join(WORKFLOW)));
     assert_eq!(checked.code, 0, "{checked:?}");
+    let checked = run(Command::new(programs.join("check-jsonschema"))
+        .args(["--builtin-schema", "vendor.github-actions"])
+        .arg(root().join(ACTION)));
+    assert_eq!(checked.code, 0, "{checked:?}");
 
     let read = "import json, sys; from ruamel.yaml import YAML; \
                 workflow = YAML(typ='safe').load(open(sys.argv[1])); \
@@ -217,7 +234,7 @@ fn a_public_ci_takes_the_workflow() {
         .args(["-c", read])
         .arg(root().join(WORKFLOW)));
     let lines: Vec<String> = serde_json::from_str(&read.stdout).unwrap();
-    assert_eq!(lines, run_lines());
+    assert_eq!(lines, run_lines(WORKFLOW));
     assert_eq!(lines.len(), FETCHES.len() + suites().len());
 }
 
@@ -230,8 +247,38 @@ fn the_python_suite_passes_on_the_emulated_sensor() {
     let ended = checkout.run(&line);
     assert_eq!(ended.code, 0, "{ended:?}");
     assert!(ended.stdout.contains("6 passed"), "{ended:?}");
-    // Six tests wake the sensor and read eight rows of the image, some more than once.
-    assert!(transactions(&ended) >= 60, "{ended:?}");
+}
+
+/// The action's second step, with its inputs as GitHub sets them; the first one fetches.
+#[test]
+fn the_action_runs_the_suite_and_any_program_on_the_emulated_device() {
+    let Some(checkout) = Checkout::with_python("action") else {
+        return;
+    };
+    let lines = run_lines(ACTION);
+    let [fetch, line] = lines.as_slice() else {
+        panic!("{lines:?}");
+    };
+    assert!(fetch.starts_with("pip install "), "{fetch}");
+    let ran = |scene: &str, command: &str| {
+        let given = format!("export SCENE='{scene}' COMMAND='{command}'; {line}");
+        checkout.run(&given)
+    };
+    let ended = ran("", "pytest -v python");
+    assert_eq!(ended.code, 0, "{ended:?}");
+    assert!(ended.stdout.contains("6 passed"), "{ended:?}");
+    let program = r#"python -c "import smbus2; print(smbus2.SMBus(1).read_byte_data(0x69, 0))""#;
+    let ended = ran("room.toml", program);
+    assert_eq!(
+        (ended.code, ended.stdout.as_str()),
+        (
+            0, "0
+"
+        ),
+        "{ended:?}"
+    );
+    assert_eq!(transactions(&ended), 1, "{ended:?}");
+    assert_eq!(ran("room.toml", "exit 7").code, 7);
 }
 
 #[test]

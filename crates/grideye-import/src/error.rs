@@ -74,6 +74,15 @@ impl ImportError {
         }
     }
 
+    /// The line of the file, from 1, where the error knows it.
+    #[must_use]
+    pub const fn line(&self) -> Option<u64> {
+        match self {
+            Self::Recording(error) => error.line(),
+            _ => None,
+        }
+    }
+
     /// Whether frames before it were read, and are whole.
     #[must_use]
     pub const fn is_break(&self) -> bool {

@@ -114,6 +114,26 @@ pub enum RecordingError {
     WriterBroken(u64),
 }
 
+impl RecordingError {
+    /// The line of the file, from 1; `None` where the whole file is meant.
+    #[must_use]
+    pub const fn line(&self) -> Option<u64> {
+        match self {
+            Self::Io { line, .. }
+            | Self::CutLine { line, .. }
+            | Self::LineTooLong { line, .. }
+            | Self::NotText { line, .. }
+            | Self::FieldCount { line, .. }
+            | Self::Cell { line, .. }
+            | Self::NotAscending { line, .. }
+            | Self::TooManyStreams { line, .. }
+            | Self::WriterBroken(line) => Some(*line),
+            Self::Empty(_) | Self::UnknownHeader { .. } => Some(1),
+            _ => None,
+        }
+    }
+}
+
 fn field_count_hint(expected: usize, found: usize) -> String {
     match expected.checked_sub(found) {
         Some(missing @ 1..=63) => {

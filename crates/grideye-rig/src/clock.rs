@@ -1,4 +1,5 @@
-//! Clocks of the emulated buses: real time, optionally sped up and advanced by the bits of a slow bus; or paced time.
+//! Clocks of the emulated buses: real time, optionally sped up and advanced by the bits of a slow bus; time that is moved
+//! by hand; or paced time.
 
 use amg8833_emulator::Clock;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -8,31 +9,75 @@ use std::time::{Duration, Instant};
 /// The time source of all buses. It stands still until started.
 #[derive(Debug)]
 pub struct Timebase {
-    started: OnceLock<Instant>,
     ahead: Duration,
-    speed: f64,
+    pace: Pace,
+}
+
+#[derive(Debug)]
+enum Pace {
+    Real {
+        started: OnceLock<Instant>,
+        speed: f64,
+    },
+    /// The time now, in nanoseconds.
+    Hand(AtomicU64),
 }
 
 impl Timebase {
     /// Starts at zero; once started, runs from `ahead` at `speed` (positive) times real time.
     #[must_use]
     pub fn new(ahead: Duration, speed: f64) -> Arc<Self> {
-        Arc::new(Self {
-            started: OnceLock::new(),
-            ahead,
-            speed,
-        })
+        let started = OnceLock::new();
+        let pace = Pace::Real { started, speed };
+        Arc::new(Self { ahead, pace })
+    }
+
+    /// Starts at zero; once started, stands at `ahead`, and only [`Machine::advance`](crate::Machine::advance) and the bits of a slow bus
+    /// move it.
+    #[must_use]
+    pub fn by_hand(ahead: Duration) -> Arc<Self> {
+        let pace = Pace::Hand(AtomicU64::new(0));
+        Arc::new(Self { ahead, pace })
     }
 
     pub(crate) fn start(&self) {
-        self.started.get_or_init(Instant::now);
+        match &self.pace {
+            Pace::Real { started, .. } => {
+                started.get_or_init(Instant::now);
+            }
+            Pace::Hand(_) => self.reach(self.ahead),
+        }
     }
 
-    fn now(&self) -> Duration {
-        self.started.get().map_or(Duration::ZERO, |started| {
-            let run = scaled(started.elapsed(), self.speed);
-            self.ahead.saturating_add(run)
-        })
+    /// Moves time that is moved by hand; real time goes by itself.
+    pub(crate) fn advance(&self, by: Duration) {
+        self.reach(self.now().saturating_add(by));
+    }
+
+    fn reach(&self, until: Duration) {
+        if let Pace::Hand(now_ns) = &self.pace {
+            now_ns.fetch_max(nanoseconds(until), Ordering::SeqCst);
+        }
+    }
+
+    pub(crate) fn now(&self) -> Duration {
+        match &self.pace {
+            Pace::Real { started, speed } => started.get().map_or(Duration::ZERO, |started| {
+                let run = scaled(started.elapsed(), *speed);
+                self.ahead.saturating_add(run)
+            }),
+            Pace::Hand(now_ns) => Duration::from_nanos(now_ns.load(Ordering::SeqCst)),
+        }
+    }
+
+    /// Waits until this time; time that is moved by hand comes to it at once.
+    fn wait(&self, until: Duration) {
+        match (&self.pace, until.checked_sub(self.now())) {
+            (Pace::Real { speed, .. }, Some(early)) => {
+                std::thread::sleep(scaled(early, speed.recip()));
+            }
+            _ => self.reach(until),
+        }
     }
 }
 
@@ -70,9 +115,7 @@ impl BusClock {
     /// Waits until real time has caught up with the bits.
     pub(crate) fn settle(&self) {
         let busy_until = Duration::from_nanos(self.busy_until_ns.load(Ordering::SeqCst));
-        if let Some(early) = busy_until.checked_sub(self.base.now()) {
-            std::thread::sleep(scaled(early, self.base.speed.recip()));
-        }
+        self.base.wait(busy_until);
     }
 }
 
@@ -173,6 +216,24 @@ mod tests {
         assert_eq!(scaled(Duration::MAX, 2.0), Duration::MAX, "it saturates");
         let half = scaled(Duration::from_secs(3), 0.5);
         assert_eq!(half, Duration::from_millis(1500));
+    }
+
+    #[test]
+    fn time_moved_by_hand_stands_until_it_is_moved_or_bits_pass() {
+        let base = Timebase::by_hand(Duration::from_millis(250));
+        let clock = BusClock::new(&base);
+        base.advance(Duration::ZERO);
+        assert_eq!(clock.now(), Duration::ZERO);
+        base.start();
+        std::thread::sleep(Duration::from_millis(2));
+        assert_eq!(clock.now(), Duration::from_millis(250));
+        base.advance(Duration::from_secs(3600));
+        assert_eq!(clock.now(), Duration::from_millis(3_600_250));
+        let started = Instant::now();
+        clock.pass(Duration::from_secs(30));
+        clock.settle();
+        assert_eq!(base.now(), Duration::from_millis(3_630_250));
+        assert!(started.elapsed() < Duration::from_secs(10), "nobody waits");
     }
 
     #[test]

@@ -33,7 +33,7 @@ mod shown;
 
 pub use clock::{PacedClock, Timebase};
 pub use error::RigError;
-pub use machine::{Counts, Machine, Observer, Wiring};
+pub use machine::{Counts, Machine, ON_BEFORE, Observer, Wiring};
 pub use parts::{Build, Part, buses, parts};
 pub use place::{Branch, Place, Placed, Planned, address_of, device};
 pub use plan::planned;

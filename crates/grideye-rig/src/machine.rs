@@ -3,7 +3,7 @@
 use crate::clock::{BusClock, Timebase};
 use crate::error::RigError;
 use crate::parts::Part;
-use crate::place::Branch;
+use crate::place::{Branch, Place};
 use crate::sensor::with_scl_hz;
 use crate::show::{Show, World};
 use amg8833_emulator::script::{Rule, Script};
@@ -20,6 +20,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
+
+/// A program meets a sensor that has been on for two frames: one that was switched on this instant reads zero.
+pub const ON_BEFORE: Duration = Duration::from_millis(250);
 
 /// How often idle sensors take their due measurements.
 const KEEP_UP_EVERY: Duration = Duration::from_secs(1);
@@ -42,6 +45,7 @@ pub struct Wiring<'a> {
 pub struct Machine {
     base: Arc<Timebase>,
     buses: Vec<Handle>,
+    places: Vec<Place>,
     endings: Vec<Arc<AtomicBool>>,
 }
 
@@ -70,8 +74,9 @@ impl Machine {
         parts: Vec<Part>,
         wiring: &Wiring<'_>,
     ) -> Result<Self, RigError> {
+        let places: Vec<Place> = parts.iter().map(|part| part.planned.place).collect();
         if let Some(script) = &wiring.script {
-            check_targets(script, &parts)?;
+            check_targets(script, &places)?;
         }
         let ended = |part: &Part| Arc::clone(&part.show.timeline.ended);
         let endings: Vec<_> = parts.iter().map(ended).collect();
@@ -89,16 +94,18 @@ impl Machine {
             (number, Arc::new(Mutex::new(line)))
         };
         let lines: Arc<[(u32, SharedLine)]> = by_bus.into_iter().map(line).collect();
+        let script = Arc::new(Mutex::new(wiring.script.clone()));
         let handle = |place| Handle {
             place,
             lines: Arc::clone(&lines),
             world: Arc::clone(world),
-            script: wiring.script.clone(),
+            script: Arc::clone(&script),
         };
         let buses = (0..lines.len()).map(handle).collect();
         Ok(Self {
             base,
             buses,
+            places,
             endings,
         })
     }
@@ -118,6 +125,32 @@ impl Machine {
         self.base.start();
     }
 
+    /// The time now, since power-on.
+    #[must_use]
+    pub fn now(&self) -> Duration {
+        self.base.now()
+    }
+
+    /// Moves time that is moved by hand, and lets the sensors take what measurements are due.
+    pub fn advance(&self, by: Duration) {
+        self.base.advance(by);
+        self.keep_up();
+    }
+
+    /// Puts another script in place of the faults so far. It starts now, or with the first transfer if there was none.
+    /// # Errors
+    /// If a fault of the script names a bus or address without a sensor.
+    pub fn inject(&self, script: &Script) -> Result<(), RigError> {
+        check_targets(script, &self.places)?;
+        for handle in &self.buses {
+            *locked(&handle.script) = Some(script.clone());
+            if handle.world.has_begun() {
+                handle.script(&mut locked(&handle.here().1), handle.here().0);
+            }
+        }
+        Ok(())
+    }
+
     /// Whether everything has been shown to its end.
     #[must_use]
     pub fn has_ended(&self) -> bool {
@@ -130,9 +163,7 @@ impl Machine {
         std::thread::scope(|scope| {
             scope.spawn(move || {
                 while is_done.recv_timeout(KEEP_UP_EVERY) == Err(RecvTimeoutError::Timeout) {
-                    for handle in &self.buses {
-                        lock(&handle.here().1).wires.bus().advance();
-                    }
+                    self.keep_up();
                 }
             });
             let outcome = serve();
@@ -141,28 +172,33 @@ impl Machine {
         })
     }
 
+    fn keep_up(&self) {
+        for handle in &self.buses {
+            locked(&handle.here().1).wires.bus().advance();
+        }
+    }
+
     /// The traffic so far.
     #[must_use]
     pub fn counts(&self) -> Counts {
         let mut counts = Counts::default();
         for handle in &self.buses {
-            counts.add(lock(&handle.here().1).wires.bus());
+            counts.add(locked(&handle.here().1).wires.bus());
         }
         counts
     }
 }
 
 /// Rejects a fault on a missing sensor or bus: it would never be injected, silently.
-fn check_targets(script: &Script, parts: &[Part]) -> Result<(), RigError> {
+fn check_targets(script: &Script, places: &[Place]) -> Result<(), RigError> {
     for (number, rule) in (1..).zip(script.rules()) {
-        let is_met = |part: &Part| {
-            let place = &part.planned.place;
+        let is_met = |place: &Place| {
             rule.bus.is_none_or(|bus| bus == place.bus)
                 && rule.address.is_none_or(|address| address == place.address)
         };
-        if !parts.iter().any(is_met) {
-            let places = parts.iter().map(|part| part.planned.place.to_string());
-            let places = places.collect::<Vec<_>>().join(", ");
+        if !places.iter().any(is_met) {
+            let places: Vec<String> = places.iter().map(ToString::to_string).collect();
+            let places = places.join(", ");
             return Err(RigError::NoTarget(number, places));
         }
     }
@@ -204,8 +240,8 @@ struct Line {
 
 type SharedLine = Arc<Mutex<Line>>;
 
-fn lock(line: &SharedLine) -> MutexGuard<'_, Line> {
-    line.lock().unwrap_or_else(PoisonError::into_inner)
+fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A server's handle of one bus. It knows the others, because the script starts on all with the first transfer.
@@ -214,7 +250,7 @@ struct Handle {
     place: usize,
     lines: Arc<[(u32, SharedLine)]>,
     world: Arc<World>,
-    script: Option<Script>,
+    script: Arc<Mutex<Option<Script>>>,
 }
 
 impl EmulatedAdapter for Handle {
@@ -224,7 +260,7 @@ impl EmulatedAdapter for Handle {
             // Starts the script on the other buses too, locking one at a time.
             for (number, line) in self.lines.iter() {
                 if *number != self.here().0 {
-                    self.script(&mut lock(line), *number);
+                    self.script(&mut locked(line), *number);
                 }
             }
         }
@@ -240,7 +276,7 @@ impl Handle {
     /// Performs the transfer; returns also whether it was the first on any bus.
     fn transfer_here(&self, messages: &mut [Message<'_>]) -> (Result<(), TransferError>, bool) {
         let (number, line) = self.here();
-        let mut line = lock(line);
+        let mut line = locked(line);
         line.clock.hold();
         let is_first = self.world.begin(line.clock.now());
         if is_first {
@@ -258,7 +294,7 @@ impl Handle {
     }
 
     fn script(&self, line: &mut Line, number: u32) {
-        if let Some(script) = &self.script {
+        if let Some(script) = &*locked(&self.script) {
             line.wires.bus().set_script(&script.for_bus(number));
         }
     }

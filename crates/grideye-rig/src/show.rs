@@ -55,6 +55,10 @@ impl World {
         begun.compare_exchange(NOT_BEGUN, now, order, order).is_ok()
     }
 
+    pub(crate) fn has_begun(&self) -> bool {
+        self.begun_ns.load(Ordering::SeqCst) != NOT_BEGUN
+    }
+
     /// The world's time; `None` before it begins.
     fn since(&self, t: Duration) -> Option<Duration> {
         // The sentinel is later than any real time.

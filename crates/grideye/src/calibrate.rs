@@ -6,6 +6,7 @@ use crate::exit::{Outcome, bad_input};
 use crate::output::answer;
 use crate::{files, progress, recordings};
 use anyhow::Result;
+use grideye_inputs::SceneText;
 use grideye_recording::Record;
 use grideye_scene::profile::Profile;
 use grideye_validator::background::put_shown_into;
@@ -16,7 +17,7 @@ use std::path::Path;
 
 pub(crate) fn run(options: &Calibrate) -> Result<Outcome> {
     let sides = &options.sides;
-    let scene = files::read_scene(&sides.scene)?;
+    let scene = SceneText::read(&sides.scene).map_err(bad_input)?;
     let loaded = files::load_scene(Some(&sides.scene))?;
     let outputs = options.out.iter().chain(&options.write_profile);
     files::keep_apart(

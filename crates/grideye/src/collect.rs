@@ -11,6 +11,7 @@ use grideye_collector::{
     Annex, Certificates, Collector, CollectorError, Config, Log, StoreLocation, SystemClock, Tls,
     pin_of_file,
 };
+use grideye_inputs::read_text;
 use grideye_studio::{Disk, Opening};
 use std::io::{self, Write as _};
 use std::net::SocketAddr;
@@ -184,7 +185,7 @@ pub(crate) fn annexes(options: &Scenes, opening: Option<&Opening>) -> Result<Vec
     let usual = Some(Path::new(FOLDER)).filter(|folder| folder.is_dir());
     let folder = options.folder.as_deref().or(usual);
     let disk = Disk {
-        read: |file| files::read_text(file),
+        read: |file| read_text(file),
         replace: |path, content| {
             let put = files::replace(path, |out| Ok(io::copy(content, out).map(drop)?));
             put.map_err(io::Error::other)

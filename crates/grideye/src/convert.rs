@@ -7,6 +7,7 @@ use anyhow::{Result, anyhow};
 use grideye_export::ExportError;
 use grideye_export::recording::Rows;
 use grideye_import::{Import, ImportError, Options};
+use grideye_inputs::InputError;
 use grideye_recording::Row;
 use std::time::Duration;
 
@@ -31,7 +32,7 @@ pub(crate) fn run(options: &Convert) -> Result<Outcome> {
         progress::say(&tally.to_string());
     }
     if let Some(broken) = &broken {
-        let refused = recordings::refused(options.input.display(), broken);
+        let refused = InputError::of_recording(&options.input, broken);
         progress::say(&format!("warning: {refused}"));
     }
     let is_whole = broken.is_none() && !tally.is_some_and(|tally| tally.has_loss());
@@ -65,7 +66,7 @@ impl Iterator for Asked<'_> {
                     return None;
                 }
                 Err(error) => {
-                    let refused = recordings::refused(self.input.display(), &error);
+                    let refused = InputError::of_recording(self.input, &error);
                     return Some(Err(ExportError::Row(format!("cannot read {refused}"))));
                 }
             }

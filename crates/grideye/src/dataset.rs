@@ -2,7 +2,6 @@
 
 use crate::cli::{Dataset, Method, Preset};
 use crate::exit::{Outcome, bad_input};
-use crate::files::SceneText;
 use crate::output::outln;
 use crate::{export, files, progress};
 use anyhow::Result;
@@ -12,6 +11,7 @@ use grideye_dataset::{
 };
 use grideye_export::dataset as table;
 use grideye_frame::{COLUMNS, ROWS};
+use grideye_inputs::SceneText;
 use grideye_scene::Scene;
 use grideye_variation::{Recipe, VariationError};
 use std::collections::BTreeMap;
@@ -110,7 +110,7 @@ fn frames(options: &Dataset) -> Result<Frames> {
 
 fn scene(options: &Dataset) -> Result<SceneText> {
     match (&options.scene, options.preset) {
-        (Some(path), _) => files::read_scene(path),
+        (Some(path), _) => SceneText::read(path).map_err(bad_input),
         (None, Some(Preset::Falls)) => Ok(SceneText::built_in("falls", FALLS)),
         (None, _) => Ok(SceneText::built_in("counting", COUNTING)),
     }

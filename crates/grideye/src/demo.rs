@@ -15,6 +15,7 @@ use grideye_agent::config::Config as AgentConfig;
 use grideye_agent::log::{Level, Log};
 use grideye_collector::{Account, Collector, Config, StoreLocation, SystemClock};
 use grideye_frame::{RecordedFrame, TICK};
+use grideye_inputs::{hashed, hashed_text};
 use grideye_recording::{Record, Row};
 use grideye_rig::{
     AgentClock, PacedClock, Replayed, SCL_HZ, SharedBus, Source, replay_source, scene_source,
@@ -117,7 +118,7 @@ fn judge_scene(
         recording: recording.display().to_string(),
         sensor: sensor.clone(),
         seeds: vec![("emulated sensor".to_owned(), options.seed), ("simulation".to_owned(), seed)],
-        inputs: [shown.inputs.clone(), vec![compare::hashed(recording)?]].concat(),
+        inputs: [shown.inputs.clone(), vec![hashed(recording).map_err(bad_input)?]].concat(),
         assumptions: [shown.warnings.clone(), vec![
             "The recording comes from an emulated sensor in the same scene, not from a real one: the scores show that the loop is whole, not that the simulator is right.".to_owned(),
         ]].concat(),
@@ -184,15 +185,16 @@ impl Show {
         let scene = loaded.scene;
         let sensor = files::sensor_name(&scene, options.sensor.as_deref())?;
         let files = loaded.files.iter();
-        let mut inputs = files
-            .map(|path| compare::hashed(path))
-            .collect::<Result<Vec<_>>>()?;
+        let inputs = files
+            .map(|path| hashed(path))
+            .collect::<Result<Vec<_>, _>>();
+        let mut inputs = inputs.map_err(bad_input)?;
         let origin = match &options.scene {
             Some(path) => path.display().to_string(),
             None => "scenes/experiment-1.toml".to_owned(),
         };
         if options.scene.is_none() {
-            inputs.push(compare::hashed_text(&origin, files::DEFAULT_SCENE));
+            inputs.push(hashed_text(&origin, files::DEFAULT_SCENE));
         }
         let experiment = scene.paper_experiment();
         let opening = Opening {

@@ -2,12 +2,11 @@
 
 use crate::exit::{bad_input, is_bad_input};
 use anyhow::{Context as _, Result, anyhow};
+use grideye_inputs::{LoadedScene, SceneText};
 use grideye_recording::whole::identity;
 pub(crate) use grideye_recording::whole::{Pending, rename};
-use grideye_scene::limits::TEXT_BYTES_MAX;
 use grideye_scene::profile::Profile;
-use grideye_scene::{Files, Model, Scene, Sensor, Simulator};
-use std::cell::RefCell;
+use grideye_scene::{Model, Scene, Sensor, Simulator};
 use std::fmt::Display;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufReader, BufWriter, Read, Write};
@@ -15,71 +14,6 @@ use std::path::{Path, PathBuf};
 
 /// The demonstration's default scene: the paper's experiment 1.
 pub(crate) const DEFAULT_SCENE: &str = include_str!("../../../scenes/experiment-1.toml");
-
-/// Files that a scene names, and the list of those it has read.
-#[derive(Default)]
-pub(crate) struct Beside {
-    folder: PathBuf,
-    read: RefCell<Vec<PathBuf>>,
-    /// Beside the scene are the profiles that the program holds.
-    is_built_in: bool,
-}
-
-impl Files for Beside {
-    fn read(&self, relative: &str) -> io::Result<String> {
-        if self.is_built_in {
-            let is_it = |name: &str| format!("profiles/{name}.toml") == relative;
-            let mut profiles = grideye_scene::profile::BUILT_IN.iter();
-            let found = profiles.find(|(name, _)| is_it(name));
-            return Ok(found.ok_or(io::ErrorKind::NotFound)?.1.to_owned());
-        }
-        let path = self.folder.join(relative);
-        let text = read_text(File::open(&path)?)?;
-        self.read.borrow_mut().push(path);
-        Ok(text)
-    }
-}
-
-pub(crate) struct LoadedScene {
-    pub(crate) scene: Scene,
-    /// What reading changed, for example an object outside the room.
-    pub(crate) warnings: Vec<String>,
-    /// The files that were read, the scene's own first.
-    pub(crate) files: Vec<PathBuf>,
-}
-
-pub(crate) struct SceneText {
-    pub(crate) text: String,
-    pub(crate) origin: String,
-    pub(crate) files: Beside,
-}
-
-impl SceneText {
-    /// A scene that the program holds.
-    pub(crate) fn built_in(name: &str, text: &str) -> Self {
-        Self {
-            text: text.to_owned(),
-            origin: format!("scenes/{name}.toml (built in)"),
-            files: Beside {
-                is_built_in: true,
-                ..Beside::default()
-            },
-        }
-    }
-}
-
-pub(crate) fn read_scene(path: &Path) -> Result<SceneText> {
-    let hint = "scenes/ holds some, and scenes/README.md describes the format";
-    Ok(SceneText {
-        text: text(path, "the scene", hint)?,
-        origin: path.display().to_string(),
-        files: Beside {
-            folder: path.parent().unwrap_or(Path::new("")).to_path_buf(),
-            read: RefCell::new(vec![path.to_path_buf()]),
-            is_built_in: false,
-        },
-    })
-}
 
 /// The scene in `path`, or the built-in one; its warnings go to standard error.
 pub(crate) fn load_scene(path: Option<&Path>) -> Result<LoadedScene> {
@@ -95,17 +29,11 @@ pub(crate) fn load_scene_as(model: Option<Model>, path: Option<&Path>) -> Result
 
 /// The same; the caller prints the warnings.
 pub(crate) fn load_scene_quietly(model: Option<Model>, path: Option<&Path>) -> Result<LoadedScene> {
-    let file = match path {
-        Some(path) => read_scene(path)?,
-        None => SceneText::built_in("experiment-1", DEFAULT_SCENE),
+    let loaded = match path {
+        Some(path) => grideye_inputs::scene(model, path),
+        None => SceneText::built_in("experiment-1", DEFAULT_SCENE).parse(model),
     };
-    let loaded = Scene::parse_as(model, &file.text, &file.origin, &file.files);
-    let loaded = loaded.map_err(bad_input)?;
-    Ok(LoadedScene {
-        warnings: loaded.warnings.iter().map(ToString::to_string).collect(),
-        scene: loaded.scene,
-        files: file.files.read.into_inner(),
-    })
+    loaded.map_err(bad_input)
 }
 
 pub(crate) fn warned(warnings: &[impl Display]) {
@@ -115,8 +43,7 @@ pub(crate) fn warned(warnings: &[impl Display]) {
 }
 
 pub(crate) fn load_profile(path: &Path, hint: &str) -> Result<Profile> {
-    let text = text(path, "the profile", hint)?;
-    Profile::parse(&text, &path.display().to_string()).map_err(bad_input)
+    grideye_inputs::profile(path, hint).map_err(bad_input)
 }
 
 pub(crate) fn simulator(scene: &Scene, sensor: Option<&str>) -> Result<Simulator> {
@@ -124,19 +51,7 @@ pub(crate) fn simulator(scene: &Scene, sensor: Option<&str>) -> Result<Simulator
 }
 
 pub(crate) fn sensor_name(scene: &Scene, sensor: Option<&str>) -> Result<String> {
-    if let Some(name) = sensor {
-        return Ok(name.to_owned());
-    }
-    match scene.sensors() {
-        [only] => Ok(only.name.clone()),
-        sensors => {
-            let names: Vec<&str> = sensors.iter().map(|sensor| sensor.name.as_str()).collect();
-            let (count, names) = (names.len(), names.join(", "));
-            Err(bad_input(anyhow!(
-                "the scene has {count} sensors\nhint: choose one with --sensor: {names}"
-            )))
-        }
-    }
+    grideye_inputs::sensor_name(scene, sensor).map_err(bad_input)
 }
 
 pub(crate) fn sensors<'a>(scene: &'a Scene, names: &[String]) -> Result<Vec<&'a Sensor>> {
@@ -148,17 +63,7 @@ pub(crate) fn sensors<'a>(scene: &'a Scene, names: &[String]) -> Result<Vec<&'a 
 }
 
 pub(crate) fn open(path: &Path) -> Result<BufReader<File>> {
-    let opened = if path.is_dir() {
-        Err(io::ErrorKind::IsADirectory.into())
-    } else {
-        File::open(path)
-    };
-    opened.map(BufReader::new).map_err(|error| {
-        bad_input(anyhow!(
-            "cannot open {}: {error}\nhint: name an existing file that you may read",
-            path.display()
-        ))
-    })
+    grideye_inputs::open(path).map_err(bad_input)
 }
 
 /// The bytes of a short file, such as a password or a certificate.
@@ -231,52 +136,8 @@ pub(crate) fn keep_apart<'a>(
     Ok(())
 }
 
-const MIB: usize = 1 << 20;
-
-/// The place of the first invalid byte, from 1.
-#[derive(Debug, thiserror::Error)]
-#[error("line {line}, column {column}: the byte {byte:#04x} is not UTF-8")]
-struct NotUtf8 {
-    line: usize,
-    column: usize,
-    byte: u8,
-}
-
-pub(crate) fn read_text(input: impl Read) -> io::Result<String> {
-    let mut bytes = Vec::new();
-    let limit = u64::try_from(TEXT_BYTES_MAX).unwrap_or(u64::MAX);
-    input
-        .take(limit.saturating_add(1))
-        .read_to_end(&mut bytes)?;
-    if bytes.len() > TEXT_BYTES_MAX {
-        let told = format!("it has more than {} MiB", TEXT_BYTES_MAX / MIB);
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, told));
-    }
-    String::from_utf8(bytes).map_err(|error| {
-        let at = error.utf8_error().valid_up_to();
-        let (before, after) = error.as_bytes().split_at(at);
-        let before = String::from_utf8_lossy(before);
-        let line = before.rsplit('\n').next().unwrap_or_default();
-        let place = NotUtf8 {
-            line: before.matches('\n').count() + 1,
-            column: line.chars().count() + 1,
-            byte: after.first().copied().unwrap_or_default(),
-        };
-        io::Error::new(io::ErrorKind::InvalidData, place)
-    })
-}
-
 pub(crate) fn text(path: &Path, what: &str, hint: &str) -> Result<String> {
-    let shown = path.display();
-    File::open(path).and_then(read_text).map_err(|error| {
-        let place = error.get_ref().and_then(|error| error.downcast_ref());
-        bad_input(match place {
-            Some(NotUtf8 { line, column, byte }) => anyhow!(
-                "{shown}:{line}:{column}: the byte {byte:#04x} is not UTF-8\nhint: save {what} as UTF-8"
-            ),
-            None => anyhow!("cannot read {what} {shown}: {error}\nhint: {hint}"),
-        })
-    })
+    grideye_inputs::text(path, what, hint).map_err(bad_input)
 }
 
 /// Writes a file that the user named. A link stays a link; devices and pipes are written directly.
@@ -351,14 +212,6 @@ pub(crate) fn folder_of(path: &Path) -> &Path {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_text_is_read_to_its_limit_and_no_further() {
-        let longest = vec![b'a'; TEXT_BYTES_MAX];
-        assert_eq!(read_text(longest.as_slice()).unwrap().len(), TEXT_BYTES_MAX);
-        let error = read_text(io::repeat(0)).unwrap_err().to_string();
-        assert_eq!(error, "it has more than 16 MiB");
-    }
 
     #[test]
     fn a_link_stays_one_unless_it_is_replaced_and_a_device_stays_a_device() {

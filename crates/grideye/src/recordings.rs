@@ -4,23 +4,23 @@ use crate::exit::bad_input;
 use crate::{files, progress};
 use anyhow::{Result, anyhow};
 use grideye_import::{Import, ImportError, Options, Tally};
+use grideye_inputs::InputError;
 use grideye_recording::{Record, Row, StreamId};
 use grideye_rig::SELF_HEATING_C;
 use grideye_validator::{Thinned, Thinning};
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Display;
 use std::path::Path;
 
 /// Opens a recording of any layout; rows arrive as they are read.
 pub(crate) fn open(path: &Path) -> Result<impl Iterator<Item = Result<Row>> + use<>> {
-    let shown = path.display().to_string();
-    let mut import = import(path, &Options::default())?;
+    let path = path.to_owned();
+    let mut import = import(&path, &Options::default())?;
     Ok(std::iter::from_fn(move || {
         let row = import.next();
         if let (None, Some(tally)) = (&row, import.tally().filter(Tally::has_loss)) {
-            progress::say(&format!("{shown}: {tally}"));
+            progress::say(&format!("{}: {tally}", path.display()));
         }
-        row.map(|row| row.map_err(|error| refused(&shown, &error)))
+        row.map(|row| row.map_err(|error| refused(&path, &error)))
     }))
 }
 
@@ -30,21 +30,15 @@ pub(crate) fn import(path: &Path, options: &Options) -> Result<Import> {
     let bytes = input.get_ref().metadata().map_or(0, |about| about.len());
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let import = grideye_import::open(progress::reading(input, bytes), &name, options);
-    let import = import.map_err(|error| refused(path.display(), &error))?;
+    let import = import.map_err(|error| refused(path, &error))?;
     if import.tally().is_some() {
         progress::say(&format!("{}: {}", path.display(), import.account()));
     }
     Ok(import)
 }
 
-/// Adds the file's name, and a hint unless the error has one.
-pub(crate) fn refused(shown: impl Display, error: &ImportError) -> anyhow::Error {
-    let told = error.to_string();
-    let hint = match told.contains("\nhint: ") {
-        true => "",
-        false => "\nhint: correct or delete this row; recordings/README.md describes the format",
-    };
-    bad_input(anyhow!("{shown}: {told}{hint}"))
+fn refused(path: &Path, error: &ImportError) -> anyhow::Error {
+    bad_input(InputError::of_recording(path, error))
 }
 
 /// Says what a replay shows in the place of a thermistor that was not recorded.

@@ -13,13 +13,10 @@ use crate::cli::Emulate;
 use crate::exit::{Outcome, bad_input};
 use crate::files;
 use anyhow::{Result, anyhow};
-use grideye_rig::{Machine, Timebase, Wiring, World, buses};
+use grideye_rig::{Machine, ON_BEFORE, Timebase, Wiring, World, buses};
 use std::time::Duration;
 use trace::TraceFile;
 use ways::Voice;
-
-/// The program meets a sensor that has been on for two frames: one that was switched on this instant reads zero.
-const ON_BEFORE: Duration = Duration::from_millis(250);
 
 pub(crate) fn run(options: &Emulate) -> Result<Outcome> {
     if options.program.is_empty() && options.socket.is_none() && options.usbip.is_none() {

@@ -5,9 +5,9 @@ use crate::exit::bad_input;
 use crate::{files, recordings};
 use amg8833_emulator::script::Script;
 use anyhow::{Result, anyhow};
+use grideye_inputs::profile_or_built_in;
 use grideye_rig::{AtEnd, Build, Part, Replay, Shown, World, planned, recorded};
-use grideye_scene::profile::{BUILT_IN, Profile};
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 pub(super) struct Prepared {
@@ -16,21 +16,15 @@ pub(super) struct Prepared {
 }
 
 pub(super) fn faults(options: &Emulate) -> Result<Option<Script>> {
-    let Some(path) = &options.faults else {
-        return Ok(None);
-    };
-    let hint =
-        "name a file that you may read; crates/amg8833-emulator/scripts/README.md describes it";
-    let text = files::text(path, "the script of faults", hint)?;
-    let script = Script::from_toml(&text, &path.display().to_string()).map_err(bad_input)?;
-    // The default seed leaves the script its own.
-    let seed = script.seed().wrapping_add(options.seed).wrapping_sub(1);
-    Ok(Some(script.with_seed(seed)))
+    let read = |path: &PathBuf| grideye_inputs::faults(path, options.seed);
+    let script = options.faults.as_ref().map(read).transpose();
+    script.map_err(bad_input)
 }
 
 pub(super) fn prepare(options: &Emulate, world: &Arc<World>) -> Result<Prepared> {
     let shown = shown(options)?;
-    let profile = options.profile.as_deref().map(profile).transpose()?;
+    let profile = options.profile.as_deref().map(profile_or_built_in);
+    let profile = profile.transpose().map_err(bad_input)?;
     check(options, &shown, profile.is_some())?;
     let alone = (options.device, options.address);
     let planned = planned(&options.sensors, alone, shown.names().as_deref());
@@ -98,13 +92,4 @@ fn check(options: &Emulate, shown: &Shown, has_profile: bool) -> Result<()> {
         }
         _ => Ok(()),
     }
-}
-
-fn profile(named: &Path) -> Result<Profile> {
-    if let Some((name, text)) = BUILT_IN.iter().find(|(name, _)| named == Path::new(name)) {
-        return Profile::parse(text, name).map_err(bad_input);
-    }
-    let names = BUILT_IN.map(|(name, _)| name).join(", ");
-    let hint = format!("name a file, or one of the built-in profiles: {names}");
-    files::load_profile(named, &hint)
 }

@@ -18,4 +18,5 @@ pub use error::{PATH_BYTES_MAX, SocketError};
 pub use server::{
     CLIENTS_MAX, IDLE_WAIT_MAX, Options, PACKET_WAIT_MAX, STOP_WAIT_MAX, Server, StopHandle,
 };
+pub use session::Session;
 pub use wire::{ByeReason, PACKET_BYTES_MAX, VERSION};

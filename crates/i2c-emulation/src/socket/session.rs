@@ -14,19 +14,31 @@ pub(super) enum Next {
     Close,
 }
 
-pub(super) struct Session {
+/// A client's conversation with the buses of a rack, without a socket: for a client in the same process.
+pub struct Session {
     rack: Rack,
     mode: AdapterMode,
     greeted: bool,
 }
 
 impl Session {
-    pub(super) fn new(rack: Rack, mode: AdapterMode) -> Self {
+    /// A conversation that begins with the client's hello.
+    #[must_use]
+    pub fn new(rack: Rack, mode: AdapterMode) -> Self {
         Self {
             rack,
             mode,
             greeted: false,
         }
+    }
+
+    /// Answers one packet (without its length) with a packet (with its length).
+    #[must_use]
+    pub fn exchange(&mut self, packet: &[u8]) -> Vec<u8> {
+        let mut out = Vec::new();
+        // Who breaks the protocol is told so, and may begin again.
+        self.answer(packet, &mut out);
+        out
     }
 
     /// Answers one packet (without its length) by appending a packet to `out`.

@@ -5,7 +5,7 @@ use grideye_tests::programs::root;
 use std::path::{Path, PathBuf};
 
 /// Crates that meet a person's files, options, folders and addresses.
-const CRATES: [&str; 14] = [
+const CRATES: [&str; 15] = [
     "amg8833-emulator",
     "grideye",
     "grideye-agent",
@@ -13,6 +13,7 @@ const CRATES: [&str; 14] = [
     "grideye-dataset",
     "grideye-export",
     "grideye-homeassistant",
+    "grideye-inputs",
     "grideye-plan",
     "grideye-recording",
     "grideye-rig",

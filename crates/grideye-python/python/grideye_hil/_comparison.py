@@ -1,0 +1,141 @@
+"""The verdict on a recording and a scene."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+import tempfile
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Optional, Union
+
+from . import _native
+from ._recording import Recording
+from ._scene import Scene
+
+if TYPE_CHECKING:
+    import pandas
+
+
+class Comparison:
+    """What a recording says about its scene. Jupyter shows the verdict, its reasons and the scores."""
+
+    def __init__(self, native: _native.Comparison) -> None:
+        self._native = native
+        self._result: dict[str, Any] = json.loads(native.json())
+
+    @property
+    def verdict(self) -> str:
+        """ "agrees", "disagrees" or "cannot tell"."""
+        return str(self._result["verdict"]).replace("-", " ").replace("_", " ")
+
+    @property
+    def headline(self) -> str:
+        """The verdict and its main reason, a sentence."""
+        return str(self._result["headline"])
+
+    @property
+    def reasons(self) -> list[str]:
+        """Why, a sentence each, with the numbers."""
+        return [str(reason) for reason in self._result["reasons"]]
+
+    @property
+    def next_step(self) -> Optional[str]:
+        """What to do first about a scene that does not agree."""
+        step: Optional[str] = self._result["next_step"]
+        return step
+
+    @property
+    def scores(self) -> pandas.DataFrame:
+        """A pandas DataFrame of the scores, by name.
+
+        Columns: title, unit and better ("higher" or "lower"); value; what a blank frame, shuffled pixels (their mean)
+        and noise alone would score; ceiling, the sensor against itself; skill, 0 for the best of these and 1 for the ceiling.
+        """
+        import pandas
+
+        scores = {name: _numbers(score) for name, score in self._result["scores"].items()}
+        return pandas.DataFrame.from_dict(scores, orient="index").rename_axis("score")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything, as `grideye compare --json` writes it."""
+        return json.loads(self._native.json())  # type: ignore[no-any-return]
+
+    def report(self, path: Union[str, os.PathLike[str]]) -> None:
+        """Writes the report, one page for any browser, as `grideye compare --report`. The file appears whole."""
+        path = os.path.abspath(path)
+        with tempfile.NamedTemporaryFile(
+            "w", encoding="utf-8", dir=os.path.dirname(path), delete=False
+        ) as page:
+            page.write(self._native.html())
+        os.chmod(page.name, 0o644)
+        os.replace(page.name, path)
+
+    def __str__(self) -> str:
+        return self._native.text()
+
+    def __repr__(self) -> str:
+        return f"Comparison({self.headline!r})"
+
+    def _repr_html_(self) -> str:
+        def cells(kind: str, texts: Sequence[str]) -> str:
+            return "".join(f"<{kind}>{html.escape(text)}</{kind}>" for text in texts)
+
+        def number(value: Optional[float]) -> str:
+            return "" if value is None else f"{value:.3f}"
+
+        names = ["value", "blank", "shuffled", "noise", "ceiling", "skill"]
+        rows = [
+            cells("th", [score["title"]]) + cells("td", [number(score[name]) for name in names])
+            for score in map(_numbers, self._result["scores"].values())
+        ]
+        head = cells("th", ["", *names])
+        table = "".join(f"<tr>{row}</tr>" for row in [head, *rows])
+        reasons = cells("li", self.reasons)
+        headline = html.escape(self.headline)
+        return f"<p><strong>{headline}</strong></p><ul>{reasons}</ul><table>{table}</table>"
+
+
+def _numbers(score: dict[str, Any]) -> dict[str, Any]:
+    shuffled = score["shuffled"]
+    columns = ("title", "unit", "better", "value", "blank", "noise", "ceiling", "skill")
+    chosen = {name: score[name] for name in columns}
+    return {**chosen, "shuffled": None if shuffled is None else shuffled["mean"]}
+
+
+def compare(
+    scene: Scene,
+    recording: Recording,
+    *,
+    profile: Union[str, os.PathLike[str], None] = None,
+    sensor: Optional[str] = None,
+    start: Optional[float] = None,
+    align: str = "rate",
+    thresholds: Union[str, os.PathLike[str], None] = None,
+    seed: int = 2,
+) -> Comparison:
+    """Compares a recording with what a scene's sensor would see, as `grideye compare`.
+
+    Args:
+        scene: what should have been seen.
+        recording: what was seen.
+        profile: a file that describes this one sensor, from `grideye characterize`.
+        sensor: the scene's; may be left out if there is one.
+        start: the scene's time at which the recording begins, seconds; by default by UTC if trajectories have it, else 0.
+        align: what may be aligned, separated by commas: time by none, shift, rate, warp or law; orientation; pose.
+        thresholds: a file with other thresholds of the verdict.
+        seed: of the simulated noise in the scores.
+
+    Raises:
+        InputError: what cannot be compared, with file, line and hint.
+    """
+    asked = {
+        "sensor": sensor,
+        "profile": profile,
+        "thresholds": thresholds,
+        "start_s": start,
+        "seed": seed,
+        "align": [name.strip() for name in align.split(",")],
+        "command": f"grideye_hil.compare({scene!r}, {recording!r})",
+    }
+    return Comparison(_native.Comparison.of(scene._native, recording._native, asked))

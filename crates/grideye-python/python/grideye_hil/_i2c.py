@@ -1,0 +1,1 @@
+../../../i2c-emulation/python/grideye_i2c.py

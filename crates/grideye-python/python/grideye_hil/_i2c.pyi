@@ -1,0 +1,106 @@
+from collections.abc import Iterator, Sequence
+from types import TracebackType
+from typing import Any, Callable, Optional, Union
+
+_Server = Union[str, Callable[[bytes], bytes], None]
+_Written = Union[bytes, bytearray, memoryview, Sequence[int], str]
+
+_installed_socket: _Server
+
+class i2c_msg:
+    addr: int
+    flags: int
+    len: int
+    buf: Any
+    @staticmethod
+    def read(address: int, length: int) -> i2c_msg: ...
+    @staticmethod
+    def write(address: int, buf: _Written) -> i2c_msg: ...
+    def __bytes__(self) -> bytes: ...
+    def __iter__(self) -> Iterator[int]: ...
+    def __len__(self) -> int: ...
+
+class SMBus:
+    fd: Optional[int]
+    funcs: int
+    pec: int
+    def __init__(
+        self, bus: Union[int, str, None] = None, force: bool = False, socket: _Server = None
+    ) -> None: ...
+    def __exit__(
+        self,
+        exc_type: Optional[type[BaseException]],
+        exc_val: Optional[BaseException],
+        exc_tb: Optional[TracebackType],
+    ) -> None: ...
+    def open(self, bus: Union[int, str]) -> None: ...
+    def close(self) -> None: ...
+    def enable_pec(self, enable: bool = True) -> None: ...
+    def write_quick(self, i2c_addr: int, force: Optional[bool] = None) -> None: ...
+    def read_byte(self, i2c_addr: int, force: Optional[bool] = None) -> int: ...
+    def write_byte(self, i2c_addr: int, value: int, force: Optional[bool] = None) -> None: ...
+    def read_byte_data(self, i2c_addr: int, register: int, force: Optional[bool] = None) -> int: ...
+    def write_byte_data(
+        self, i2c_addr: int, register: int, value: int, force: Optional[bool] = None
+    ) -> None: ...
+    def read_word_data(self, i2c_addr: int, register: int, force: Optional[bool] = None) -> int: ...
+    def write_word_data(
+        self, i2c_addr: int, register: int, value: int, force: Optional[bool] = None
+    ) -> None: ...
+    def process_call(
+        self, i2c_addr: int, register: int, value: int, force: Optional[bool] = None
+    ) -> int: ...
+    def read_block_data(
+        self, i2c_addr: int, register: int, force: Optional[bool] = None
+    ) -> list[int]: ...
+    def write_block_data(
+        self, i2c_addr: int, register: int, data: Sequence[int], force: Optional[bool] = None
+    ) -> None: ...
+    def block_process_call(
+        self, i2c_addr: int, register: int, data: Sequence[int], force: Optional[bool] = None
+    ) -> list[int]: ...
+    def read_i2c_block_data(
+        self, i2c_addr: int, register: int, length: int, force: Optional[bool] = None
+    ) -> list[int]: ...
+    def write_i2c_block_data(
+        self, i2c_addr: int, register: int, data: Sequence[int], force: Optional[bool] = None
+    ) -> None: ...
+    def i2c_rdwr(self, *i2c_msgs: Any) -> None: ...
+
+class I2C:
+    def deinit(self) -> None: ...
+    def try_lock(self) -> bool: ...
+    def unlock(self) -> None: ...
+    def scan(self) -> list[int]: ...
+    def writeto(
+        self,
+        address: int,
+        buffer: _Written,
+        *,
+        start: int = 0,
+        end: Optional[int] = None,
+        stop: bool = True,
+    ) -> None: ...
+    def readfrom_into(
+        self,
+        address: int,
+        buffer: Union[bytearray, memoryview],
+        *,
+        start: int = 0,
+        end: Optional[int] = None,
+        stop: bool = True,
+    ) -> None: ...
+    def writeto_then_readfrom(
+        self,
+        address: int,
+        out_buffer: _Written,
+        in_buffer: Union[bytearray, memoryview],
+        *,
+        out_start: int = 0,
+        out_end: Optional[int] = None,
+        in_start: int = 0,
+        in_end: Optional[int] = None,
+        stop: bool = False,
+    ) -> None: ...
+
+def install(socket: _Server = None, circuitpython: bool = False) -> None: ...

@@ -1,0 +1,63 @@
+"""Long calls let other threads run, and stop on Ctrl-C."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+from conftest import PROGRAM, SCENES
+
+import grideye_hil as ge
+
+CALLS = {
+    "simulate": "ge.Scene.load(scene).simulate(frames=100_000_000)",
+    "advance": "ge.emulate(ge.Scene.load(scene)).advance(1e9)",
+}
+
+
+@pytest.mark.parametrize("call", CALLS.values(), ids=CALLS.keys())
+def test_ctrl_c_ends_a_long_call(call):
+    code = f"import grideye_hil as ge\nscene = {str(SCENES / 'experiment-3.toml')!r}\nprint('go', flush=True)\n{call}\n"
+    program = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        assert program.stdout.readline() == "go\n"
+        time.sleep(0.5)
+        assert program.poll() is None
+        program.send_signal(signal.SIGINT)
+        started = time.monotonic()
+        _, told = program.communicate(timeout=20)
+        assert told.endswith("KeyboardInterrupt\n")
+        assert time.monotonic() - started < 5
+    finally:
+        program.kill()
+
+
+def test_other_threads_run_meanwhile():
+    turns = 0
+
+    def count():
+        nonlocal turns
+        while not done.wait(0.001):
+            turns += 1
+
+    done = threading.Event()
+    other = threading.Thread(target=count)
+    other.start()
+    scene = ge.Scene.load(SCENES / "experiment-1.toml")
+    started = time.monotonic()
+    while time.monotonic() - started < 0.5:
+        scene.simulate(frames=2000)
+    done.set()
+    other.join()
+    assert turns > 20
+
+
+def test_ctrl_c_reaches_the_program_that_pip_installed():
+    command = [PROGRAM, "emulate", "--constant", "20", "--", sys.executable, "-c", "import time; print(1, flush=True); time.sleep(60)"]
+    program = subprocess.Popen(command, stdout=subprocess.PIPE, start_new_session=True)
+    assert program.stdout.readline() == b"1\n"
+    os.killpg(program.pid, signal.SIGINT)
+    assert program.wait(timeout=20) != 0
