@@ -346,7 +346,7 @@ pub(crate) struct Convert {
     /// SENSOR, or DEVICE/SENSOR if several devices have a sensor of that name.
     #[arg(long, value_name = "SENSOR")]
     pub(crate) sensor: Option<String>,
-    /// What the columns are [default: guessed].
+    /// Roles of the columns [default: guessed].
     ///
     /// ROLE=COLUMN,... where ROLE is time, pixels, thermistor, number, sensor, device, boot or label, and COLUMN a number from
     /// 1, a name or none: time=1,pixels=2-65. unit=counts are raw words.
