@@ -407,7 +407,10 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
     ),
     (
         "grideye convert frames.txt frames.parquet",
-        Run("for n in 1 2; do seq -s , 20 .1 26.3; done > frames.txt", &[]),
+        Run(
+            "for n in 1 2; do seq -s , 20 .1 26.3; done > frames.txt",
+            &[],
+        ),
     ),
     (
         "grideye convert walk.csv walk.parquet",
