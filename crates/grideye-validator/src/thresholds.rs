@@ -137,7 +137,7 @@ macro_rules! thresholds {
 
 thresholds! {
     /// Share of right recordings that are refused.
-    right_min = 0.01, (0.005, 0.5);
+    right_min = 0.015, (0.005, 0.5);
     /// Standard deviation of what unit and room add to each pixel if no profile knows it, °C.
     background_spread_c = 0.38, (0.0, 100.0);
     /// Standard deviation of the fixed pattern of a unit without a profile, °C.

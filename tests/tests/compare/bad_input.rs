@@ -223,10 +223,7 @@ fn a_file_of_another_kind_is_refused() {
     ] {
         let path = bench.path(name);
         std::fs::write(&path, bytes).unwrap();
-        refused(
-            &compare(STILL, &path, &[]),
-            &[name, "no recording", "hint:"],
-        );
+        refused(&compare(STILL, &path, &[]), &[name, "expected", "hint:"]);
     }
     refused(&compare(STILL, bench.folder.path(), &[]), &["hint:"]);
     refused(

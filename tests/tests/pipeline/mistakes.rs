@@ -112,7 +112,7 @@ fn mistakes_in_a_recording_are_named_with_their_place_and_leave_no_file() {
         .unwrap()
         .map(|entry| entry.unwrap().file_name())
         .collect();
-    assert_eq!(left.len(), 6, "nothing but the inputs is left: {left:?}");
+    assert_eq!(left.len(), 5, "nothing but the inputs is left: {left:?}");
     // A session that breaks off is read up to there.
     let whole = session[..20_000].matches('\n').count();
     let path = file(folder.path(), "cut_2021-07-01.csv", &session[..20_000]);

@@ -229,7 +229,7 @@ fn each_fault_in_a_row_is_named_with_line_and_column() {
         (
             ",26.5,",
             ",",
-            "line 2: expected 68 fields, found 67\nhint: 1 short: every row has all 64 pixels, empty ones included",
+            "line 2: expected 68 fields, found 67\nhint: 1 short: every row has a cell for each column of the header, empty ones included",
         ),
         (
             ",0,e",
