@@ -27,7 +27,7 @@ pub(crate) struct Machine {
     seed: u64,
 }
 
-/// How the machine is to be built.
+/// Options for building the machine.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 struct Asked {

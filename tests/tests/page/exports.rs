@@ -14,10 +14,8 @@ fn downloaded(
 ) -> Result<Vec<u8>, grideye_tests::webdriver::Failure> {
     let what = file.display().to_string();
     let look = || Ok(std::fs::read(file)?);
-    let wait = || browser.wait_for(&what, look, |bytes: &Vec<u8>| !bytes.is_empty());
     browser.click(link)?;
-    // On a busy machine a film of three thousand frames takes longer than one wait. Another click would begin it anew.
-    wait().or_else(|_| wait()).or_else(|_| wait())
+    browser.wait_for(&what, look, |bytes: &Vec<u8>| !bytes.is_empty())
 }
 
 #[test]

@@ -42,13 +42,14 @@ pub(crate) async fn pass<A: Future<Output = Response>>(
 ) -> Response {
     // On the monotonic clock.
     let began = state.0.clock.monotonic();
+    let is_read = need == Need::Read;
     let mut response = match admit(state, client, need, &request, began) {
         Err(refusal) => *refusal,
         Ok(caller) => {
             let time_max = state.limits().handler_time_max;
             let answered = client.alarm.within(time_max, answer(caller, request));
             let answered = answered.await;
-            answered.unwrap_or_else(|| too_slow(time_max).into_response())
+            answered.unwrap_or_else(|| too_slow(time_max, is_read).into_response())
         }
     };
     establish_unproven(state, client, &response, began);
@@ -74,10 +75,12 @@ fn admit(
     Ok(caller)
 }
 
-fn too_slow(time_max: Duration) -> Refusal {
+fn too_slow(time_max: Duration, is_read: bool) -> Refusal {
     let what = format!("the request was not done within {time_max:?}");
-    Refusal::new(StatusCode::GATEWAY_TIMEOUT, "too_slow", what)
-        .hint("frames that were sent may or may not be stored; sending them again does no harm")
+    Refusal::new(StatusCode::GATEWAY_TIMEOUT, "too_slow", what).hint(match is_read {
+        true => "ask again when the collector has less to do; long films: download the CSV and run `grideye convert`",
+        false => "frames that were sent may or may not be stored; sending them again does no harm",
+    })
 }
 
 /// If no tokens are required, a request without an error is the only evidence of a good sender.
