@@ -2,11 +2,11 @@
 
 pub(crate) mod line;
 mod sensors;
-mod wire;
+pub(crate) mod wire;
 
 use crate::bus::line::{Control, Line, Wires};
 use crate::bus::sensors::Sensors;
-use crate::bus::wire::{Wire, is_read};
+use crate::bus::wire::{Talk, Wire};
 use crate::clock::Clock;
 use crate::device::Device;
 use crate::device::options::Options;
@@ -18,6 +18,7 @@ use core::num::NonZeroU32;
 use embedded_hal::i2c::{ErrorType, I2c, Operation};
 
 pub use sensors::STEPS_MAX;
+pub use wire::Carry;
 
 /// A bus with up to two sensors behind `embedded_hal::i2c::I2c`.
 ///
@@ -107,17 +108,25 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         Some(device.interrupt_pin())
     }
 
-    /// Reports to the controller the error that blocks the whole transaction.
-    fn refuse(
+    /// Runs one transaction whose operations `talk` decides while it is open, as a microcontroller's hardware does byte by
+    /// byte; `reads` is the direction of the first. It stops when `talk` returns.
+    /// # Errors
+    /// What [`I2c::transaction`] returns: the first byte that was not acknowledged, which `talk` has been told too, or a fault of the
+    /// bus, without a call of `talk`.
+    pub fn converse(
         &mut self,
         address: u8,
-        operations: &[Operation<'_>],
-        kind: FaultKind,
-        error: BusError,
-    ) -> Outcome {
+        reads: bool,
+        talk: &mut dyn FnMut(Carry<'_>),
+    ) -> Result<(), BusError> {
+        let talk = Talk::Step { reads, talk };
+        self.transact::<1>(&mut [], &mut Control::default(), address, talk)
+    }
+
+    /// Reports to the controller the error that blocks the whole transaction.
+    fn refuse(&mut self, address: u8, reads: bool, kind: FaultKind, error: BusError) -> Outcome {
         let mut faults = core::mem::take(&mut self.sensors.faults.happened);
         faults.insert(kind);
-        let reads = operations.first().is_some_and(is_read);
         self.wire.fail(address, reads, error, faults);
         Err(error)
     }
@@ -137,7 +146,7 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         channels: &mut [Self],
         control: &mut Control,
         address: u8,
-        operations: &mut [Operation<'_>],
+        talk: Talk<'_, '_>,
     ) -> Outcome {
         let selected = control.selected;
         let mut numbers = [0; N];
@@ -149,7 +158,7 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         let blocking =
             buses.filter_map(|(number, bus)| bus.sensors.faults.blocking(place, *number));
         let blocked = blocking.min().map(|place| CONTROLLER[place]);
-        if operations.is_empty() {
+        if talk.is_empty() {
             let gone = blocked.filter(|(_, error)| *error == BusError::Gone);
             return gone.map_or(Ok(()), |(_, error)| Err(error));
         }
@@ -167,9 +176,9 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
                 for (number, bus) in numbers.iter().zip(connected(self, channels, selected)) {
                     bus.sensors.faults.settle(place, *number, struck);
                 }
-                self.refuse(address, operations, kind, error)
+                self.refuse(address, talk.reads(), kind, error)
             }
-            None => self.carry(channels, control, address, &numbers, operations),
+            None => self.carry(channels, control, address, &numbers, talk),
         };
         let passed = self.wire.traffic.since(before);
         #[cfg(feature = "alloc")]
@@ -188,7 +197,7 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         control: &mut Control,
         address: u8,
         numbers: &[u64; N],
-        operations: &mut [Operation<'_>],
+        talk: Talk<'_, '_>,
     ) -> Outcome {
         let place = Address::from_bits(address);
         let selected = control.selected;
@@ -201,7 +210,7 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
             happened.join(core::mem::take(&mut sensors.faults.happened));
             *line = place.and_then(|place| sensors.line(place, *number));
         }
-        let result = self.wire.carry(address, &mut wires, operations, happened);
+        let result = self.wire.carry(address, &mut wires, talk, happened);
         let struck = wires.lines.map(|line| line.as_ref().map(Line::struck));
         let buses = connected(self, channels, selected);
         for ((number, struck), bus) in numbers.iter().zip(struck).zip(buses) {
@@ -299,6 +308,7 @@ impl<C, S> ErrorType for Bus<C, S> {
 impl<C: Clock, S: FrameSource> I2c for Bus<C, S> {
     /// No operations cause no traffic. An empty read or write sends only the address.
     fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Outcome {
-        self.transact::<1>(&mut [], &mut Control::default(), address, operations)
+        let talk = Talk::Known(operations);
+        self.transact::<1>(&mut [], &mut Control::default(), address, talk)
     }
 }

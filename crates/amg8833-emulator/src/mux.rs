@@ -1,7 +1,8 @@
 //! A TCA9548A multiplexer: one bus in, eight out.
 
-use crate::bus::Bus;
 use crate::bus::line::Control;
+use crate::bus::wire::Talk;
+use crate::bus::{Bus, Carry};
 use crate::clock::Clock;
 use crate::signal::{BusError, Outcome};
 use crate::source::FrameSource;
@@ -138,6 +139,32 @@ impl<C: Clock, S: FrameSource> Mux<C, S> {
     pub fn advance(&mut self) {
         self.buses_mut().for_each(Bus::advance);
     }
+
+    /// As [`Bus::converse`].
+    /// # Errors
+    /// As [`Bus::converse`].
+    pub fn converse(
+        &mut self,
+        address: u8,
+        reads: bool,
+        talk: &mut dyn FnMut(Carry<'_>),
+    ) -> Result<(), BusError> {
+        self.transact(address, Talk::Step { reads, talk })
+    }
+
+    fn transact(&mut self, address: u8, talk: Talk<'_, '_>) -> Outcome {
+        let mut control = Control {
+            selected: self.control,
+            answers: address == self.address.bits() && !self.held_in_reset,
+            written: None,
+        };
+        let Self {
+            trunk, channels, ..
+        } = self;
+        let result = trunk.transact::<BUSES>(channels, &mut control, address, talk);
+        self.control = control.written.unwrap_or(self.control);
+        result
+    }
 }
 
 impl<C, S> ErrorType for Mux<C, S> {
@@ -147,17 +174,7 @@ impl<C, S> ErrorType for Mux<C, S> {
 impl<C: Clock, S: FrameSource> I2c for Mux<C, S> {
     /// As on a single bus; bytes written to the multiplexer's own address take effect at the STOP.
     fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Outcome {
-        let mut control = Control {
-            selected: self.control,
-            answers: address == self.address.bits() && !self.held_in_reset,
-            written: None,
-        };
-        let Self {
-            trunk, channels, ..
-        } = self;
-        let result = trunk.transact::<BUSES>(channels, &mut control, address, operations);
-        self.control = control.written.unwrap_or(self.control);
-        result
+        self.transact(address, Talk::Known(operations))
     }
 }
 

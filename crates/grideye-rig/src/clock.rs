@@ -71,7 +71,7 @@ impl Timebase {
     }
 
     /// Waits until this time; time that is moved by hand comes to it at once.
-    fn wait(&self, until: Duration) {
+    pub(crate) fn wait(&self, until: Duration) {
         match (&self.pace, until.checked_sub(self.now())) {
             (Pace::Real { speed, .. }, Some(early)) => {
                 std::thread::sleep(scaled(early, speed.recip()));

@@ -8,10 +8,10 @@ use crate::sensor::with_scl_hz;
 use crate::show::{Show, World};
 use amg8833_emulator::script::{Rule, Script};
 use amg8833_emulator::trace::Transfer;
-use amg8833_emulator::{Address, Bus, BusError, CHANNELS, Clock as _, Mux, Refusals};
+use amg8833_emulator::{Address, Bus, BusError, CHANNELS, Clock as _, InterruptPin, Mux, Refusals};
 use embedded_hal::i2c::{ErrorType, I2c, NoAcknowledgeSource, Operation};
-use i2c_emulation::adapter::{EmulatedAdapter, Fault, HalAdapter, Message, TransferError};
-use i2c_emulation::rack::{Rack, SharedAdapter};
+use i2c_emulation::adapter::{Carry, EmulatedAdapter, Fault, HalAdapter, Message, TransferError};
+use i2c_emulation::rack::{Awaited, Rack, SharedAdapter, Surroundings};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -23,6 +23,9 @@ use std::time::Duration;
 
 /// A program meets a sensor that has been on for two frames: one that was switched on this instant reads zero.
 pub const ON_BEFORE: Duration = Duration::from_millis(250);
+
+/// How often a wait for an INT pin looks at it.
+const LOOK_EVERY: Duration = Duration::from_millis(1);
 
 /// How often idle sensors take their due measurements.
 const KEEP_UP_EVERY: Duration = Duration::from_secs(1);
@@ -117,7 +120,15 @@ impl Machine {
         for handle in &self.buses {
             rack.insert(handle.here().0, SharedAdapter::new(handle.clone()));
         }
-        rack
+        let places = self.places.iter();
+        let of = |place: &Place| {
+            let on = |handle: &&Handle| handle.here().0 == place.bus;
+            Some((self.buses.iter().find(on)?.clone(), *place))
+        };
+        rack.within(Arc::new(Outside {
+            base: Arc::clone(&self.base),
+            pins: places.filter_map(of).collect(),
+        }))
     }
 
     /// Starts time.
@@ -217,12 +228,7 @@ fn wires(number: u32, clock: &Arc<BusClock>, parts: Vec<Part>, wiring: &Wiring<'
     };
     for part in parts {
         let place = part.planned.place;
-        let channel = place.branch.map(|branch| branch.channel);
-        let bus = match (&mut wires, channel) {
-            (Wires::Branched(mux), Some(channel)) => mux.channel_mut(channel),
-            (wires, _) => Some(wires.trunk()),
-        };
-        if let Some(bus) = bus {
+        if let Some(bus) = wires.segment(place.branch) {
             bus.plug(place.address, part.show, part.options);
         }
     }
@@ -253,17 +259,70 @@ struct Handle {
     script: Arc<Mutex<Option<Script>>>,
 }
 
+/// The machine's time and its sensors' INT pins, for a client of its socket.
+struct Outside {
+    base: Arc<Timebase>,
+    pins: Vec<(Handle, Place)>,
+}
+
+impl Outside {
+    /// Whether the INT pin of this sensor is high, as with the pull-up that it needs.
+    fn is_high(handle: &Handle, place: Place) -> bool {
+        let mut line = locked(&handle.here().1);
+        let bus = line.wires.bus().segment(place.branch);
+        bus.and_then(|bus| bus.interrupt_pin(place.address)) != Some(InterruptPin::Low)
+    }
+}
+
+impl Surroundings for Outside {
+    fn pass(&self, most: Duration, awaited: Option<Awaited>) -> Duration {
+        let until = self.base.now().saturating_add(most);
+        let pin = awaited.and_then(|awaited| Some((self.pins.get(awaited.pin)?, awaited.high)));
+        let is_there =
+            || pin.is_some_and(|((handle, place), high)| Self::is_high(handle, *place) == high);
+        loop {
+            let now = self.base.now();
+            if now >= until || is_there() {
+                return now;
+            }
+            let step = if pin.is_some() { LOOK_EVERY } else { most };
+            self.base.wait(until.min(now.saturating_add(step)));
+        }
+    }
+
+    fn pins(&self) -> Vec<bool> {
+        let pins = self.pins.iter();
+        pins.map(|(handle, place)| Self::is_high(handle, *place))
+            .collect()
+    }
+}
+
 impl EmulatedAdapter for Handle {
     fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError> {
         let (outcome, is_first) = self.transfer_here(messages);
-        if is_first {
-            // Starts the script on the other buses too, locking one at a time.
-            for (number, line) in self.lines.iter() {
-                if *number != self.here().0 {
-                    self.script(&mut locked(line), *number);
-                }
-            }
-        }
+        self.begin_elsewhere(is_first);
+        outcome
+    }
+
+    /// Time goes on between the bytes: they come when the controller sends them.
+    fn converse(
+        &mut self,
+        address: u16,
+        reads: bool,
+        talk: &mut dyn FnMut(Carry<'_>),
+    ) -> Result<(), Fault> {
+        let Ok(address) = u8::try_from(address) else {
+            return Err(Fault::NackAddress);
+        };
+        let mut line = locked(&self.here().1);
+        let is_first = self.begin(&mut line);
+        let outcome = match all_set(&line.endings) {
+            true => Err(Fault::Gone),
+            false => line.wires.bus().converse(address, reads, talk),
+        };
+        line.clock.settle();
+        drop(line);
+        self.begin_elsewhere(is_first);
         outcome
     }
 }
@@ -275,13 +334,9 @@ impl Handle {
 
     /// Performs the transfer; returns also whether it was the first on any bus.
     fn transfer_here(&self, messages: &mut [Message<'_>]) -> (Result<(), TransferError>, bool) {
-        let (number, line) = self.here();
-        let mut line = locked(line);
+        let mut line = locked(&self.here().1);
         line.clock.hold();
-        let is_first = self.world.begin(line.clock.now());
-        if is_first {
-            self.script(&mut line, *number);
-        }
+        let is_first = self.begin(&mut line);
         let outcome = if all_set(&line.endings) {
             let (completed, fault) = (0, Fault::Gone);
             Err(TransferError { completed, fault })
@@ -291,6 +346,24 @@ impl Handle {
         line.clock.release();
         line.clock.settle();
         (outcome, is_first)
+    }
+
+    /// Whether this is the first transfer on any bus: it starts the world, and the script here.
+    fn begin(&self, line: &mut Line) -> bool {
+        let is_first = self.world.begin(line.clock.now());
+        if is_first {
+            self.script(line, self.here().0);
+        }
+        is_first
+    }
+
+    /// Starts the script on the other buses too, locking one at a time.
+    fn begin_elsewhere(&self, is_first: bool) {
+        for (number, line) in self.lines.iter().filter(|_| is_first) {
+            if *number != self.here().0 {
+                self.script(&mut locked(line), *number);
+            }
+        }
     }
 
     fn script(&self, line: &mut Line, number: u32) {
@@ -396,6 +469,27 @@ impl Wires {
             Self::Plain(bus) => Box::new(std::iter::once(&**bus)),
             Self::Branched(mux) => Box::new(mux.buses()),
         }
+    }
+
+    /// The bus before the multiplexer, or one behind it.
+    fn segment(&mut self, branch: Option<Branch>) -> Option<&mut SensorBus> {
+        match (self, branch) {
+            (Self::Branched(mux), Some(branch)) => mux.channel_mut(branch.channel),
+            (wires, _) => Some(wires.trunk()),
+        }
+    }
+
+    fn converse(
+        &mut self,
+        address: u8,
+        reads: bool,
+        talk: &mut dyn FnMut(Carry<'_>),
+    ) -> Result<(), Fault> {
+        let outcome = match self {
+            Self::Plain(bus) => bus.converse(address, reads, talk),
+            Self::Branched(mux) => mux.converse(address, reads, talk),
+        };
+        outcome.map_err(|error| fault(&error))
     }
 
     fn advance(&mut self) {

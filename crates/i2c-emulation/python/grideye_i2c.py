@@ -12,6 +12,8 @@ import smbus2 unchanged:
 
     python3 grideye_i2c.py /tmp/grideye.sock program.py ARGUMENTS    # an unmodified program, smbus2 or CircuitPython
 
+    time_s, pins = grideye_i2c.pass_time(0.1)                        # also grideye_i2c.wait_for_interrupt()
+
 Without `socket=` and `install`, the environment variable GRIDEYE_I2C_SOCKET names the socket. Failures raise OSError
 with the errno of a Raspberry Pi, or of the adapter that the server imitates.
 """
@@ -28,15 +30,15 @@ import threading
 from enum import IntFlag
 
 __version__ = "1"
-__all__ = ["SMBus", "i2c_msg", "I2cFunc", "I2C", "install", "TIMEOUT_SECONDS"]
+__all__ = ["SMBus", "i2c_msg", "I2cFunc", "I2C", "install", "pass_time", "wait_for_interrupt", "TIMEOUT_SECONDS"]
 
 TIMEOUT_SECONDS = 10.0
 """The longest wait for the server, to connect and for each answer."""
 
 _VERSION = 1
 _MAGIC = b"i2ce"
-_HELLO, _TRANSFER, _SMBUS = 1, 2, 3
-_WELCOME, _DONE, _FAULT, _REFUSED, _BYE = 0x81, 0x82, 0x83, 0x84, 0x85
+_HELLO, _TRANSFER, _SMBUS, _PASS = 1, 2, 3, 6
+_WELCOME, _DONE, _FAULT, _REFUSED, _BYE, _PASSED = 0x81, 0x82, 0x83, 0x84, 0x85, 0x86
 _RDWR, _FILE = 1, 2
 _READ_FLAG = 0x0001
 _FORCE_FLAG, _PEC_FLAG = 0x0001, 0x0004
@@ -53,6 +55,9 @@ _TRANSFER_HEAD = struct.Struct("<IBH")
 _MESSAGE_HEAD = struct.Struct("<HHH")
 _SMBUS_CALL = struct.Struct("<IHHBBB34s")
 _U16 = struct.Struct("<H")
+_PASS_CALL = struct.Struct("<QHB")
+_PASS_MAX_SECONDS = 1.0
+_NO_PIN = 0xFFFF
 
 _installed_socket = None
 
@@ -361,10 +366,43 @@ def install(socket=None, circuitpython=False):
         sys.modules[name] = sys.modules[__name__]
 
 
+def pass_time(seconds, socket=None):
+    """Lets this much time pass; returns the time since power-on in seconds, and the level of each sensor's INT pin.
+
+    With `--speed 0` the emulator's time moves by this much at once; otherwise it is waited for. Pins are in the order of
+    `--sensor`; False is low, an interrupt.
+    """
+    return _pass(seconds, _NO_PIN, False, socket)
+
+
+def wait_for_interrupt(seconds, sensor=0, level=False, socket=None):
+    """Lets time pass until a sensor's INT pin has this level; returns whether it has, after at most `seconds`.
+
+    `sensor` counts from 0 in the order of `--sensor`; False is low, an interrupt.
+    """
+    return _pass(seconds, sensor, level, socket)[1][sensor] == level
+
+
+def _pass(seconds, pin, level, socket):
+    link = _Link(socket)
+    try:
+        while True:
+            part = min(seconds, _PASS_MAX_SECONDS)
+            body = link.answer(_PASS, _PASS_CALL.pack(round(part * 1e9), pin, level))
+            pins = [high != 0 for high in body[10:]]
+            if pin != _NO_PIN and pin >= len(pins):
+                raise ValueError("no sensor %d; the server has %d" % (pin, len(pins)))
+            seconds -= part
+            if seconds <= 0 or (pin != _NO_PIN and pins[pin] == level):
+                return int.from_bytes(body[:8], "little") / 1e9, pins
+    finally:
+        link.close()
+
+
 class _Link:
     """A connection with alternating requests and answers; threads take turns."""
 
-    def __init__(self, path, bus):
+    def __init__(self, path, bus=None):
         self._path = path or _installed_socket or os.environ.get("GRIDEYE_I2C_SOCKET")
         if not self._path:
             raise ValueError(
@@ -372,7 +410,7 @@ class _Link:
             )
         self._turn = threading.Lock()
         self._connect()
-        if bus not in self.buses:
+        if bus is not None and bus not in self.buses:
             there = ", ".join(map(str, self.buses))
             self.close()
             raise OSError(errno.ENOENT, "no bus %d; the server has %s" % (bus, there), self._path)
@@ -398,7 +436,7 @@ class _Link:
         return self.answer(_TRANSFER, b"".join(parts))
 
     def answer(self, kind, body):
-        """Asks; returns messages completed and bytes read."""
+        """Asks; returns messages completed and bytes read, or what PASSED has."""
         if 1 + len(body) > _PACKET_BYTES_MAX:
             raise OSError(errno.EINVAL, os.strerror(errno.EINVAL))
         with self._turn:
@@ -408,6 +446,8 @@ class _Link:
             kind, answer = self._ask(kind, body)
         if kind == _DONE:
             return _U16.unpack_from(answer)[0], answer[2:]
+        if kind == _PASSED:
+            return answer
         if kind == _FAULT:
             number = _U16.unpack_from(answer, 1)[0] or errno.EIO
             raise OSError(number, os.strerror(number))

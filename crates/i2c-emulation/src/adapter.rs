@@ -66,17 +66,44 @@ pub struct TransferError {
     pub fault: Fault,
 }
 
+/// Carries out the next operation of a transaction that is still open; an error says which byte was not acknowledged.
+pub type Carry<'a> = &'a mut dyn FnMut(&mut Operation<'_>) -> Result<(), NoAcknowledgeSource>;
+
 /// A bus that carries out each transfer as a whole; every transport uses it.
 pub trait EmulatedAdapter {
     /// Carries out all messages in order.
     /// # Errors
     /// [`TransferError`] with the fault and the number of messages completed before it.
     fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError>;
+
+    /// Runs one transaction whose operations `talk` decides while it is open, as a microcontroller's hardware does; `reads`
+    /// is the direction of the first. It stops when `talk` returns. A bus that knows only whole transfers fails with
+    /// [`Fault::Bus`].
+    /// # Errors
+    /// The first byte that was not acknowledged, which `talk` has been told too, or a fault without a call of `talk`.
+    fn converse(
+        &mut self,
+        address: u16,
+        reads: bool,
+        talk: &mut dyn FnMut(Carry<'_>),
+    ) -> Result<(), Fault> {
+        let _ = (address, reads, talk);
+        Err(Fault::Bus)
+    }
 }
 
 impl<A: EmulatedAdapter + ?Sized> EmulatedAdapter for &mut A {
     fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError> {
         (**self).transfer(messages)
+    }
+
+    fn converse(
+        &mut self,
+        address: u16,
+        reads: bool,
+        talk: &mut dyn FnMut(Carry<'_>),
+    ) -> Result<(), Fault> {
+        (**self).converse(address, reads, talk)
     }
 }
 

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 pub mod adapter;
+pub mod avr;
 pub mod fuse;
 mod guests;
 pub mod ioctl;

@@ -1,9 +1,10 @@
 //! The buses of one emulated machine, by number.
 
-use crate::adapter::{EmulatedAdapter, Message, TransferError};
+use crate::adapter::{Carry, EmulatedAdapter, Fault, Message, TransferError};
 use crate::guests::lock;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 /// One bus with several users; each transfer is carried out as a whole.
 #[derive(Clone)]
@@ -21,11 +22,42 @@ impl EmulatedAdapter for SharedAdapter {
         // A transfer that panicked leaves the bus between two messages, like a real bus after a reset.
         lock(&self.0).transfer(messages)
     }
+
+    fn converse(
+        &mut self,
+        address: u16,
+        reads: bool,
+        talk: &mut dyn FnMut(Carry<'_>),
+    ) -> Result<(), Fault> {
+        lock(&self.0).converse(address, reads, talk)
+    }
+}
+
+/// What there is of an emulated machine beside its buses: its time, and the interrupt pins of its targets.
+pub trait Surroundings: Send + Sync {
+    /// Lets time pass: this long, or until the pin of `awaited` has its level. Time that is moved by hand moves; other time
+    /// is waited for. Returns the time since power-on.
+    fn pass(&self, most: Duration, awaited: Option<Awaited>) -> Duration;
+
+    /// The level of each target's interrupt pin, in the machine's order; `true` is high. Waits for buses that are held.
+    fn pins(&self) -> Vec<bool>;
+}
+
+/// An interrupt pin, by its place in [`Surroundings::pins`], and the level it shall have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Awaited {
+    /// The place, from 0 on.
+    pub pin: usize,
+    /// Whether it shall be high.
+    pub high: bool,
 }
 
 /// The buses of one emulated machine: bus 1 is a program's `/dev/i2c-1`.
 #[derive(Clone, Default)]
-pub struct Rack(BTreeMap<u32, SharedAdapter>);
+pub struct Rack {
+    buses: BTreeMap<u32, SharedAdapter>,
+    pub(crate) surroundings: Option<Arc<dyn Surroundings>>,
+}
 
 impl Rack {
     /// A machine without buses.
@@ -36,18 +68,27 @@ impl Rack {
 
     /// Inserts a bus at this number; returns the one it replaces.
     pub fn insert(&mut self, number: u32, adapter: SharedAdapter) -> Option<SharedAdapter> {
-        self.0.insert(number, adapter)
+        self.buses.insert(number, adapter)
+    }
+
+    /// Gives the clients of a socket the machine's time and pins.
+    #[must_use]
+    pub fn within(mut self, surroundings: Arc<dyn Surroundings>) -> Self {
+        self.surroundings = Some(surroundings);
+        self
     }
 
     /// The bus with this number.
     #[must_use]
     pub fn get(&self, number: u32) -> Option<SharedAdapter> {
-        self.0.get(&number).cloned()
+        self.buses.get(&number).cloned()
     }
 
     /// The buses in order of their numbers.
     pub fn iter(&self) -> impl Iterator<Item = (u32, SharedAdapter)> + '_ {
-        self.0.iter().map(|(number, bus)| (*number, bus.clone()))
+        self.buses
+            .iter()
+            .map(|(number, bus)| (*number, bus.clone()))
     }
 }
 

@@ -16,6 +16,32 @@ const NANOSECONDS_PER_SECOND: u128 = 1_000_000_000;
 
 type Acknowledged = Result<(), NoAcknowledgeSource>;
 
+/// Carries out the next operation of a transaction that is still open; an error says which byte was not acknowledged.
+pub type Carry<'a> = &'a mut dyn FnMut(&mut Operation<'_>) -> Result<(), NoAcknowledgeSource>;
+
+/// The operations of one transaction.
+pub(crate) enum Talk<'t, 'o> {
+    Known(&'t mut [Operation<'o>]),
+    /// Decided while the transaction is open; `reads` is the direction of the first.
+    Step {
+        reads: bool,
+        talk: &'t mut dyn FnMut(Carry<'_>),
+    },
+}
+
+impl Talk<'_, '_> {
+    pub(crate) fn is_empty(&self) -> bool {
+        matches!(self, Self::Known(operations) if operations.is_empty())
+    }
+
+    pub(crate) fn reads(&self) -> bool {
+        match self {
+            Self::Known(operations) => operations.first().is_some_and(is_read),
+            Self::Step { reads, .. } => *reads,
+        }
+    }
+}
+
 #[derive(Debug)]
 pub(crate) struct Wire<C> {
     pub(crate) clock: C,
@@ -51,12 +77,12 @@ impl<C: Clock> Wire<C> {
         &mut self,
         address: u8,
         wires: &mut Wires<'_, S, N>,
-        operations: &mut [Operation<'_>],
+        talk: Talk<'_, '_>,
         happened: FaultSet,
     ) -> Outcome {
         self.traffic.transactions += 1;
         self.log.happened(happened);
-        let result = self.exchange(address, wires, operations);
+        let result = self.exchange(address, wires, talk);
         self.bits(1);
         let error = result.err();
         let acknowledge = match error {
@@ -97,29 +123,54 @@ impl<C: Clock> Wire<C> {
         &mut self,
         address: u8,
         wires: &mut Wires<'_, S, N>,
-        operations: &mut [Operation<'_>],
+        talk: Talk<'_, '_>,
     ) -> Acknowledged {
         let mut reading = None;
-        for operation in operations {
-            let reads = is_read(operation);
-            if reading.replace(reads) != Some(reads) {
-                self.address(address, wires, reads)?;
-            }
-            match operation {
-                Operation::Read(bytes) => {
-                    for byte in bytes.iter_mut() {
-                        *byte = wires.read(self.clock.now());
-                        self.log.byte(*byte);
-                        self.byte();
-                    }
+        match talk {
+            Talk::Known(operations) => {
+                for operation in operations {
+                    self.operation(address, wires, &mut reading, operation)?;
                 }
-                Operation::Write(bytes) => {
-                    for byte in *bytes {
-                        self.byte();
-                        self.log.byte(*byte);
-                        let ack = wires.write(*byte, self.clock.now());
-                        self.acknowledged(ack, NoAcknowledgeSource::Data)?;
-                    }
+                Ok(())
+            }
+            Talk::Step { talk, .. } => {
+                let mut first = Ok(());
+                talk(&mut |operation| {
+                    let outcome = self.operation(address, wires, &mut reading, operation);
+                    first = first.and(outcome);
+                    outcome
+                });
+                first
+            }
+        }
+    }
+
+    /// One operation, after the START that a change of direction needs.
+    fn operation<S: FrameSource, const N: usize>(
+        &mut self,
+        address: u8,
+        wires: &mut Wires<'_, S, N>,
+        reading: &mut Option<bool>,
+        operation: &mut Operation<'_>,
+    ) -> Acknowledged {
+        let reads = is_read(operation);
+        if reading.replace(reads) != Some(reads) {
+            self.address(address, wires, reads)?;
+        }
+        match operation {
+            Operation::Read(bytes) => {
+                for byte in bytes.iter_mut() {
+                    *byte = wires.read(self.clock.now());
+                    self.log.byte(*byte);
+                    self.byte();
+                }
+            }
+            Operation::Write(bytes) => {
+                for byte in *bytes {
+                    self.byte();
+                    self.log.byte(*byte);
+                    let ack = wires.write(*byte, self.clock.now());
+                    self.acknowledged(ack, NoAcknowledgeSource::Data)?;
                 }
             }
         }
@@ -190,6 +241,6 @@ impl<C: Clock> Wire<C> {
     }
 }
 
-pub(crate) fn is_read(operation: &Operation<'_>) -> bool {
+fn is_read(operation: &Operation<'_>) -> bool {
     matches!(operation, Operation::Read(_))
 }

@@ -4,6 +4,7 @@
 #[path = "../common/any_options.rs"]
 mod any_options;
 mod conformance_table;
+mod converse;
 mod driver;
 mod fuzz;
 mod hal;

@@ -13,6 +13,8 @@ use std::path::PathBuf;
 
 /// The sensor's highest bus clock is 400,000 Hz (AMG88 spec §4-6-2); adapters go to 1 MHz.
 const SCL_HZ: RangeInclusive<u32> = 1_000..=1_000_000;
+/// From the slowest oscillator to beyond the fastest AVR (ATmega328P datasheet, speed grades).
+const MCU_HZ: RangeInclusive<u32> = 32_000..=32_000_000;
 /// What the sensor's registers hold, °C (AMG88 spec §4-11-11: 12 bits of a quarter of a degree).
 const CONSTANT_C: RangeInclusive<f32> = -512.0..=511.75;
 
@@ -20,6 +22,14 @@ const FRAMES: &str = "Frames";
 const SENSORS: &str = "Sensors";
 const BUSES: &str = "Buses";
 const SERVING: &str = "Serving";
+const FIRMWARE: &str = "Firmware";
+
+/// A microcontroller.
+#[derive(Debug, Clone)]
+pub(crate) struct Mcu {
+    pub(crate) name: String,
+    pub(crate) hz: Option<u32>,
+}
 
 /// Emulate AMG8833 sensors for a program that reads /dev/i2c-N.
 ///
@@ -83,6 +93,8 @@ pub(crate) struct Emulate {
     #[arg(long, value_name = "ADDR")]
     pub(crate) usbip: Option<Option<SocketAddr>>,
     /// Program to run, with arguments; it alone sees /dev/i2c-N.
+    ///
+    /// An ELF or Intel HEX file of an AVR runs in simavr, with the sensors at its TWI.
     #[arg(last = true, value_name = "PROGRAM")]
     pub(crate) program: Vec<String>,
 
@@ -95,9 +107,11 @@ pub(crate) struct Emulate {
     /// Behavior at the end of a walk or a recording.
     #[arg(long, value_parser = one_of(AT_END), default_value = "hold", conflicts_with = "constant", hide_short_help = true, help_heading = FRAMES)]
     pub(crate) at_end: AtEnd,
-    /// Emulated seconds per real second.
-    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = positive, hide_short_help = true, help_heading = FRAMES)]
-    pub(crate) speed: f64,
+    /// Emulated seconds per real second [default: 1; firmware: as many as it can].
+    ///
+    /// 0: time stands, and only the socket's clients move it.
+    #[arg(long, value_name = "X", value_parser = not_negative, hide_short_help = true, help_heading = FRAMES)]
+    pub(crate) speed: Option<f64>,
     /// Seed of noise and faults.
     #[arg(long, value_name = "N", default_value_t = 1, hide_short_help = true, help_heading = FRAMES)]
     pub(crate) seed: u64,
@@ -139,9 +153,20 @@ pub(crate) struct Emulate {
         help_heading = SERVING
     )]
     pub(crate) via: Via,
-    /// Time to serve, in seconds [default: until Ctrl-C].
-    #[arg(long, value_name = "N", conflicts_with = "program", value_parser = positive, hide_short_help = true, help_heading = SERVING)]
+    /// Time to serve, or firmware's own time, in seconds [default: until Ctrl-C].
+    #[arg(long, value_name = "N", value_parser = positive, hide_short_help = true, help_heading = SERVING)]
     pub(crate) seconds: Option<f64>,
+    /// Output that ends firmware; without it in time, the exit code is 124.
+    #[arg(long, value_name = "TEXT", hide_short_help = true, help_heading = FIRMWARE)]
+    pub(crate) until: Option<String>,
+    /// Microcontroller, and its clock [default: the ELF file's, 16000000 Hz].
+    ///
+    /// A name of simavr, such as atmega328p or atmega2560@8000000.
+    #[arg(long, value_name = "NAME[@HZ]", value_parser = mcu, hide_short_help = true, help_heading = FIRMWARE)]
+    pub(crate) mcu: Option<Mcu>,
+    /// Port pin at the INT pin of each sensor in turn, such as PD2; - for none.
+    #[arg(long = "int", value_name = "PIN", value_delimiter = ',', allow_hyphen_values = true, hide_short_help = true, help_heading = FIRMWARE)]
+    pub(crate) interrupts: Vec<String>,
     /// Print JSON: one line when ready, one at the end.
     #[arg(long, hide_short_help = true, help_heading = SERVING)]
     pub(crate) json: bool,
@@ -178,6 +203,27 @@ fn clock_error(text: &str) -> Result<i32, String> {
         &(-CLOCK_ERROR_PPM_MAX..=CLOCK_ERROR_PPM_MAX),
         expected,
     )
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    within(text, &(0.0..=f64::MAX), "expected a number, 0 or above")
+}
+
+fn mcu(text: &str) -> Result<Mcu, String> {
+    let Some((name, hz)) = text.split_once('@') else {
+        let (name, hz) = (text.to_owned(), None);
+        return Ok(Mcu { name, hz });
+    };
+    let (least, most) = (MCU_HZ.start(), MCU_HZ.end());
+    let hz = within(
+        hz,
+        &MCU_HZ,
+        format!("expected {least} to {most} Hz after the @"),
+    )?;
+    Ok(Mcu {
+        name: name.to_owned(),
+        hz: Some(hz),
+    })
 }
 
 fn scl(text: &str) -> Result<NonZeroU32, String> {

@@ -1,10 +1,12 @@
-//! `grideye emulate`: another program with emulated AMG8833 sensors on its `/dev/i2c-N`, on a socket, or over USB/IP.
+//! `grideye emulate`: another program with emulated AMG8833 sensors on its `/dev/i2c-N`, on a socket, or over USB/IP;
+//! or the firmware of a microcontroller.
 //!
 //! ```text
-//!  parts: scene, recording, profile ─▶ grideye-rig: the machine ─▶ ways: fuse, preload, socket, usbip
+//!  parts: scene, recording, profile ─▶ grideye-rig: the machine ─▶ ways: fuse, preload, socket, usbip, firmware
 //!  and which sensor where ───────────┘   trace
 //! ```
 
+mod firmware;
 mod parts;
 mod trace;
 mod ways;
@@ -29,6 +31,7 @@ pub(crate) fn run(options: &Emulate) -> Result<Outcome> {
         inputs.chain(&options.profile).chain(&options.faults),
         &options.trace,
     )?;
+    let firmware = firmware::named(options)?;
     let world = World::new();
     let prepared = parts::prepare(options, &world)?;
     let ahead = match options.power_on {
@@ -50,9 +53,13 @@ pub(crate) fn run(options: &Emulate) -> Result<Outcome> {
         },
     };
     let voice = Voice::new(options, &prepared);
-    let base = Timebase::new(ahead, options.speed);
+    let base = match options.speed.unwrap_or(1.0) {
+        _ if firmware.is_some() => Timebase::by_hand(ahead),
+        0.0 => Timebase::by_hand(ahead),
+        speed => Timebase::new(ahead, speed),
+    };
     let machine = Machine::new(base, &world, prepared.parts, &wiring).map_err(bad_input)?;
-    let outcome = machine.keeping_up(|| ways::serve(options, &machine, &voice));
+    let outcome = machine.keeping_up(|| ways::serve(options, firmware.as_ref(), &machine, &voice));
     if let (Err(_), Some(trace)) = (&outcome, &trace) {
         trace.keep_unless_empty();
     }

@@ -1,6 +1,7 @@
 //! The ways to the emulated buses: opened before anybody is told of them, closed before the program ends; and what is
 //! said of them: one line when they can be used, one of what went over the buses.
 
+use super::firmware;
 use super::parts::Prepared;
 use crate::cli::Emulate;
 use crate::exit::{Outcome, bad_input};
@@ -8,6 +9,7 @@ use crate::output::outln;
 use crate::progress;
 use anyhow::{Context as _, Result, anyhow};
 use grideye_rig::{Counts, Machine, Planned};
+use i2c_emulation::avr::Firmware;
 use i2c_emulation::ioctl::AdapterMode;
 use i2c_emulation::program::{self, RunError};
 use i2c_emulation::rack::Rack;
@@ -28,9 +30,17 @@ const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// The Python client's default socket.
 const SOCKET_VARIABLE: &str = "GRIDEYE_I2C_SOCKET";
 
-pub(super) fn serve(options: &Emulate, machine: &Machine, voice: &Voice) -> Result<Outcome> {
+pub(super) fn serve(
+    options: &Emulate,
+    firmware: Option<&Firmware>,
+    machine: &Machine,
+    voice: &Voice,
+) -> Result<Outcome> {
     // From here on a signal does not end the process at once, so that nothing is left behind.
     let stop = Stop::catch()?;
+    if let Some(firmware) = firmware {
+        return firmware::run(firmware, options, machine, voice, &stop);
+    }
     let mut reached = Reached::default();
     let socket = options.socket.as_deref();
     let socket =
@@ -123,13 +133,18 @@ fn ended_by(signal: Signal) -> Outcome {
     Outcome::Passed(u8::try_from(128 + signal.as_raw()).unwrap_or(1))
 }
 
-struct SocketWay {
+pub(super) struct SocketWay {
     stop: socket::StopHandle,
     thread: Option<JoinHandle<()>>,
 }
 
 impl SocketWay {
-    fn open(path: &Path, mode: AdapterMode, rack: Rack, reached: &mut Reached) -> Result<Self> {
+    pub(super) fn open(
+        path: &Path,
+        mode: AdapterMode,
+        rack: Rack,
+        reached: &mut Reached,
+    ) -> Result<Self> {
         let how = socket::Options {
             mode,
             ..socket::Options::default()
@@ -202,7 +217,7 @@ impl UsbWay {
     }
 }
 
-struct Stop(Receiver<Signal>);
+pub(super) struct Stop(Receiver<Signal>);
 
 impl Stop {
     fn catch() -> Result<Self> {
@@ -254,7 +269,7 @@ impl Stop {
 
     /// Runs a program without a device of its own. Passes signals on, except a Ctrl-C at the terminal, which reaches it
     /// anyway.
-    fn run(&self, command: &mut Command) -> Result<Outcome> {
+    pub(super) fn run(&self, command: &mut Command) -> Result<Outcome> {
         let name = command.get_program().to_string_lossy().into_owned();
         let mut child = command.spawn().map_err(|error| {
             bad_input(anyhow!(

@@ -5,6 +5,7 @@
 //! rejects and reports each fault by its errno.
 
 mod client;
+mod conversation;
 mod error;
 mod inbox;
 mod place;
@@ -14,9 +15,10 @@ mod session;
 mod wire;
 
 pub use client::{Client, ClientError, ClientOptions};
+pub use conversation::STEP_WAIT_MAX;
 pub use error::{PATH_BYTES_MAX, SocketError};
 pub use server::{
     CLIENTS_MAX, IDLE_WAIT_MAX, Options, PACKET_WAIT_MAX, STOP_WAIT_MAX, Server, StopHandle,
 };
-pub use session::Session;
+pub use session::{PASS_MAX, Session};
 pub use wire::{ByeReason, PACKET_BYTES_MAX, VERSION};

@@ -1,12 +1,17 @@
 //! One client's requests and answers: packets in, packets out, no socket.
 
+use super::conversation::{Conversation, Step};
 use super::wire::{
     ByeReason, Judge, MAGIC, Request, VERSION, append_bye, append_packet, fault_number, kind,
     parse, put_u16, smbus_flag,
 };
-use crate::adapter::{EmulatedAdapter, Message, TransferError};
+use crate::adapter::{EmulatedAdapter, Fault, Message, TransferError};
 use crate::ioctl::{AdapterMode, Errno, MESSAGE_BYTES_MAX, OpenFile, RDWR_MESSAGES_MAX, Segment};
-use crate::rack::{Rack, SharedAdapter};
+use crate::rack::{Awaited, Rack, SharedAdapter};
+use std::time::Duration;
+
+/// The longest time that one request lets pass.
+pub const PASS_MAX: Duration = Duration::from_secs(1);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Next {
@@ -19,6 +24,8 @@ pub struct Session {
     rack: Rack,
     mode: AdapterMode,
     greeted: bool,
+    /// The client's transaction that has not stopped yet.
+    open: Option<Conversation>,
 }
 
 impl Session {
@@ -29,6 +36,7 @@ impl Session {
             rack,
             mode,
             greeted: false,
+            open: None,
         }
     }
 
@@ -59,11 +67,19 @@ impl Session {
         }
         match request {
             Request::Transfer { bus, .. } | Request::Smbus { bus, .. } => {
+                // It would wait for itself.
+                self.stop();
                 match self.rack.get(bus) {
                     Some(adapter) => self.carry_out(request, adapter, out),
-                    None => append_refusal(out, Errno::NODEV, &format!("there is no bus {bus}")),
+                    None => append_no_bus(out, bus),
                 }
             }
+            Request::Step { bus, address, step } => self.step(bus, address, step, out),
+            Request::Stop => {
+                self.stop();
+                append_done(out, 0, &[]);
+            }
+            Request::Pass { most, awaited } => self.pass(most, awaited, out),
             Request::TooManyMessages | Request::Hello { .. } => {
                 let text = format!("a transfer has at most {RDWR_MESSAGES_MAX} messages");
                 append_refusal(out, Errno::INVAL, &text);
@@ -93,6 +109,59 @@ impl Session {
             }
         });
         Next::Serve
+    }
+
+    /// Carries out one step of the open transaction, or of a new one if that is with another target.
+    fn step(&mut self, bus: u32, address: u16, step: Step, out: &mut Vec<u8>) {
+        let goes_on = |open: &Conversation| (open.bus, open.address) == (bus, address);
+        if !self.open.as_ref().is_some_and(goes_on) {
+            self.stop();
+            let Some(adapter) = self.rack.get(bus) else {
+                return append_no_bus(out, bus);
+            };
+            self.open = Conversation::begin(adapter, bus, address, step.reads());
+        }
+        let gone = || Err(Fault::Gone);
+        let outcome = self.open.as_ref().map_or_else(gone, |open| open.step(step));
+        match outcome {
+            Ok(read) => append_done(out, 1, &read),
+            Err(fault) => {
+                if !matches!(fault, Fault::NackAddress | Fault::NackData) {
+                    self.stop();
+                }
+                let error = TransferError {
+                    completed: 0,
+                    fault,
+                };
+                append_fault(out, error, self.mode.errno(fault), &[]);
+            }
+        }
+    }
+
+    fn stop(&mut self) {
+        if let Some(open) = self.open.take() {
+            open.stop();
+        }
+    }
+
+    fn pass(&self, most: Duration, awaited: Option<Awaited>, out: &mut Vec<u8>) {
+        let Some(surroundings) = &self.rack.surroundings else {
+            return append_refusal(out, Errno::OPNOTSUPP, "this server has buses alone");
+        };
+        if most > PASS_MAX {
+            let text = format!("one request lets pass at most {PASS_MAX:?}");
+            return append_refusal(out, Errno::INVAL, &text);
+        }
+        // A transaction that is open holds its bus, so nobody can look at the pins.
+        let is_free = self.open.is_none();
+        let now = surroundings.pass(most, awaited.filter(|_| is_free));
+        let pins = is_free.then(|| surroundings.pins()).unwrap_or_default();
+        append_packet(out, kind::PASSED, |out| {
+            let now_ns = u64::try_from(now.as_nanos()).unwrap_or(u64::MAX);
+            out.extend_from_slice(&now_ns.to_le_bytes());
+            put_u16(out, pins.len());
+            out.extend(pins.iter().map(|high| u8::from(*high)));
+        });
     }
 
     fn carry_out(&self, request: Request, adapter: SharedAdapter, out: &mut Vec<u8>) {
@@ -127,7 +196,7 @@ impl Session {
                 .open(address, flags)
                 .and_then(|file| file.smbus_call(&call, &mut data, &mut bus))
                 .map(|()| (1, data.to_vec())),
-            Request::Hello { .. } | Request::TooManyMessages => return,
+            _ => return,
         };
         match (outcome, bus.last) {
             (Ok((completed, read)), _) => append_done(out, completed, &read),
@@ -207,6 +276,10 @@ fn append_fault(out: &mut Vec<u8>, error: TransferError, errno: Option<Errno>, r
     });
 }
 
+fn append_no_bus(out: &mut Vec<u8>, bus: u32) {
+    append_refusal(out, Errno::NODEV, &format!("there is no bus {bus}"));
+}
+
 fn append_refusal(out: &mut Vec<u8>, errno: Errno, text: &str) {
     append_packet(out, kind::REFUSED, |out| {
         put_errno(out, Some(errno));
@@ -237,7 +310,7 @@ impl EmulatedAdapter for Witness {
 mod tests {
     use super::super::wire::LENGTH_BYTES;
     use super::*;
-    use crate::adapter::{ByFunction, Fault};
+    use crate::adapter::ByFunction;
     use proptest::prelude::*;
     use std::sync::Arc;
     use std::sync::atomic::{AtomicUsize, Ordering};

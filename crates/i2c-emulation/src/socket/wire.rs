@@ -4,6 +4,9 @@ use crate::adapter::Fault;
 use crate::ioctl::{
     MESSAGE_BYTES_MAX, RDWR_MESSAGES_MAX, SMBUS_DATA_BYTES, Segment, SmbusArgument, message_flag,
 };
+use crate::rack::Awaited;
+use crate::socket::conversation::Step;
+use std::time::Duration;
 
 /// The protocol version of this library.
 pub const VERSION: u16 = 1;
@@ -13,6 +16,8 @@ pub const PACKET_BYTES_MAX: usize =
 
 pub(super) const MAGIC: [u8; 4] = *b"i2ce";
 pub(super) const LENGTH_BYTES: usize = 4;
+/// In place of a pin: the time alone.
+const NO_PIN: u16 = u16::MAX;
 const TRANSFER_HEAD_BYTES: usize = 8;
 const MESSAGE_HEAD_BYTES: usize = 6;
 
@@ -20,11 +25,15 @@ pub(super) mod kind {
     pub(crate) const HELLO: u8 = 1;
     pub(crate) const TRANSFER: u8 = 2;
     pub(crate) const SMBUS: u8 = 3;
+    pub(crate) const STEP: u8 = 4;
+    pub(crate) const STOP: u8 = 5;
+    pub(crate) const PASS: u8 = 6;
     pub(crate) const WELCOME: u8 = 0x81;
     pub(crate) const DONE: u8 = 0x82;
     pub(crate) const FAULT: u8 = 0x83;
     pub(crate) const REFUSED: u8 = 0x84;
     pub(crate) const BYE: u8 = 0x85;
+    pub(crate) const PASSED: u8 = 0x86;
 }
 
 /// How a transfer is checked, by number.
@@ -128,6 +137,16 @@ pub(super) enum Request {
         call: SmbusArgument,
         data: [u8; SMBUS_DATA_BYTES],
     },
+    Step {
+        bus: u32,
+        address: u16,
+        step: Step,
+    },
+    Stop,
+    Pass {
+        most: Duration,
+        awaited: Option<Awaited>,
+    },
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -146,6 +165,8 @@ pub(super) enum Malformed {
     Flags(u16),
     #[error("no such judge: {0}")]
     Judge(u8),
+    #[error("no such level: {0}")]
+    Level(u8),
 }
 
 /// Parses a client's packet (without its length).
@@ -155,6 +176,9 @@ pub(super) fn parse(packet: &[u8]) -> Result<Request, Malformed> {
         kind::HELLO => parse_hello(&mut cursor)?,
         kind::TRANSFER => return parse_transfer(cursor),
         kind::SMBUS => parse_smbus(&mut cursor)?,
+        kind::STEP => parse_step(&mut cursor)?,
+        kind::STOP => Request::Stop,
+        kind::PASS => parse_pass(&mut cursor)?,
         other => return Err(Malformed::Kind(other)),
     };
     cursor.end()?;
@@ -221,6 +245,29 @@ fn parse_smbus(cursor: &mut Cursor<'_>) -> Result<Request, Malformed> {
         },
         data: cursor.array("data")?,
     })
+}
+
+fn parse_step(cursor: &mut Cursor<'_>) -> Result<Request, Malformed> {
+    let (bus, address) = (cursor.u32("bus")?, cursor.u16("address")?);
+    let flags = cursor.flags(message_flag::READ)?;
+    let length = usize::from(cursor.u16("length")?);
+    let step = match flags & message_flag::READ {
+        0 => Step::Write(cursor.bytes(length, "bytes to write")?.to_vec()),
+        _ => Step::Read(length),
+    };
+    Ok(Request::Step { bus, address, step })
+}
+
+fn parse_pass(cursor: &mut Cursor<'_>) -> Result<Request, Malformed> {
+    let most = Duration::from_nanos(u64::from_le_bytes(cursor.array("time")?));
+    let (pin, level) = (cursor.u16("pin")?, cursor.u8("level")?);
+    let high = match level {
+        0 | 1 => level == 1,
+        other => return Err(Malformed::Level(other)),
+    };
+    let pin = (pin != NO_PIN).then_some(usize::from(pin));
+    let awaited = pin.map(|pin| Awaited { pin, high });
+    Ok(Request::Pass { most, awaited })
 }
 
 type What = &'static str;

@@ -3,13 +3,14 @@
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use embedded_hal::i2c::Operation;
-use i2c_emulation::adapter::{EmulatedAdapter, Fault, Message, TransferError};
-use i2c_emulation::rack::{Rack, SharedAdapter};
+use embedded_hal::i2c::{NoAcknowledgeSource, Operation};
+use i2c_emulation::adapter::{Carry, EmulatedAdapter, Fault, Message, TransferError};
+use i2c_emulation::rack::{Awaited, Rack, SharedAdapter, Surroundings};
 use i2c_emulation::socket::{Options, Server, StopHandle};
 
 pub(crate) const TARGET: u16 = 0x69;
@@ -93,6 +94,76 @@ impl EmulatedAdapter for RegisterFile {
                 .map_err(|fault| TransferError { completed, fault })?;
         }
         Ok(())
+    }
+
+    fn converse(
+        &mut self,
+        address: u16,
+        reads: bool,
+        talk: &mut dyn FnMut(Carry<'_>),
+    ) -> Result<(), Fault> {
+        self.log
+            .lock()
+            .unwrap()
+            .push(format!("{address:02x} opens, reads: {reads}"));
+        let failing = FAILING.iter().find(|(failing, _)| *failing == address);
+        let nack = match failing {
+            Some((_, Fault::NackAddress)) => Some(NoAcknowledgeSource::Address),
+            Some((_, Fault::NackData)) => Some(NoAcknowledgeSource::Data),
+            Some((_, fault)) => return Err(*fault),
+            None => None,
+        };
+        let mut has_pointer = false;
+        talk(&mut |operation| {
+            match operation {
+                _ if nack.is_some() => return nack.map_or(Ok(()), Err),
+                Operation::Write([byte]) if has_pointer => {
+                    self.registers[usize::from(self.pointer)] = *byte;
+                    self.pointer = self.pointer.wrapping_add(1);
+                }
+                Operation::Write(bytes) => {
+                    has_pointer |= !bytes.is_empty();
+                    self.pointer = bytes.first().copied().unwrap_or(self.pointer);
+                }
+                Operation::Read(buffer) => {
+                    for byte in buffer.iter_mut() {
+                        *byte = self.registers[usize::from(self.pointer)];
+                        self.pointer = self.pointer.wrapping_add(1);
+                    }
+                }
+            }
+            Ok(())
+        });
+        self.log
+            .lock()
+            .unwrap()
+            .push(format!("{address:02x} stops"));
+        Ok(())
+    }
+}
+
+/// A machine whose time is moved by hand; its second pin is low from 250 ms on.
+#[derive(Default)]
+pub(crate) struct ByHand(AtomicU64);
+
+impl Surroundings for ByHand {
+    fn pass(&self, most: Duration, awaited: Option<Awaited>) -> Duration {
+        let low_at = Duration::from_millis(250);
+        let now = Duration::from_nanos(self.0.load(Ordering::SeqCst));
+        let until = match awaited {
+            Some(Awaited {
+                pin: 1,
+                high: false,
+            }) => low_at.clamp(now, now + most),
+            _ => now + most,
+        };
+        let until_ns = u64::try_from(until.as_nanos()).unwrap();
+        self.0.store(until_ns, Ordering::SeqCst);
+        until
+    }
+
+    fn pins(&self) -> Vec<bool> {
+        vec![true, self.0.load(Ordering::SeqCst) < 250_000_000]
     }
 }
 
@@ -241,6 +312,11 @@ pub(crate) fn write(address: u16, bytes: &[u8]) -> Vec<u8> {
 
 pub(crate) fn read(address: u16, length: u16) -> Vec<u8> {
     words([address, 1, length])
+}
+
+/// A STEP with a packed message.
+pub(crate) fn step(bus: u32, message: &[u8]) -> Vec<u8> {
+    [&[4][..], &bus.to_le_bytes(), message].concat()
 }
 
 fn words(words: [u16; 3]) -> Vec<u8> {

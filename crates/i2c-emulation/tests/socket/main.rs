@@ -21,3 +21,4 @@ mod readme;
 )]
 #[path = "../../../../tests/src/skip.rs"]
 mod skip;
+mod steps;
