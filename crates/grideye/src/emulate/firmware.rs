@@ -23,19 +23,17 @@ pub(super) fn named(options: &Emulate) -> Result<Option<Firmware>> {
             ("--int", !options.interrupts.is_empty()),
             ("--seconds", options.seconds.is_some() && program.is_some()),
         ];
-        return match only.iter().find(|(_, given)| *given) {
-            Some((option, _)) if program.is_some() => other(
-                &format!(
-                    "{option} is for firmware, and the program is not an AVR's ELF or Intel HEX file"
-                ),
-                "end with -- sketch.elf, or leave the option out",
-            ),
-            Some((option, _)) => other(
-                &format!("{option} is for firmware, and there is no program"),
-                "end with -- sketch.elf",
-            ),
-            None => Ok(None),
+        let Some((option, _)) = only.iter().find(|(_, given)| *given) else {
+            return Ok(None);
         };
+        let named = program.map_or_else(
+            || "there is no program".to_owned(),
+            |path| format!("{} is no ELF or Intel HEX file of an AVR", path.display()),
+        );
+        return other(
+            &format!("{option} is for firmware, and {named}"),
+            "check the path and end with -- sketch.elf, or leave the option out",
+        );
     }
     if options.program.len() > 1 {
         return other("firmware takes no arguments", "end with the file");
@@ -88,6 +86,9 @@ pub(super) fn run(
     let mut command = firmware
         .command(&how, &socket, folder.path())
         .map_err(bad_input)?;
+    if options.quiet || options.json {
+        command.env("GRIDEYE_QUIET", "1");
+    }
     let mut reached = Reached::default();
     let _served = SocketWay::open(&socket, options.adapter, rack, &mut reached)?;
     if options.socket.is_none() {

@@ -35,6 +35,7 @@ fn is_to_be_left_out(needs: &str) -> bool {
         "fuse" => is_part_left_out("GRIDEYE_WITHOUT_FUSE", "an example of EMULATE.md on FUSE"),
         "i2c-tools" => is_part_left_out("GRIDEYE_WITHOUT_I2C_TOOLS", "an example of EMULATE.md with i2c-tools"),
         "python" => is_part_left_out("GRIDEYE_WITHOUT_I2C_TOOLS", "an example of EMULATE.md with Python"),
+        "avr" => is_part_left_out("GRIDEYE_WITHOUT_AVR", "the example of EMULATE.md with firmware of an AVR"),
         "usbip" => {
             let is_missing = !Path::new("/sys/devices/platform/vhci_hcd.0").exists();
             if is_missing {
@@ -48,12 +49,14 @@ fn is_to_be_left_out(needs: &str) -> bool {
 
 #[test]
 fn every_example_of_the_page_runs_as_it_stands() {
-    let expected: [&[&str]; 5] = [
+    let expected: [&[&str]; 6] = [
         // Eight bytes of four pixels, near the room's 23.5 °C.
         &["0x5", " 0x00"],
         // The session's first row: 30.625 °C.
         &["30.625 °C"],
         &["i2c-tiny-usb"],
+        // -5.25 °C is 21 quarters below zero.
+        &["0feb 0feb", "read all"],
         // 21.5 °C is 86 quarters.
         &["0x56 0x00\n0x0056"],
         &["no frame", "0x00"],
@@ -73,7 +76,7 @@ fn every_example_of_the_page_runs_as_it_stands() {
             );
         }
     }
-    for written in ["/tmp/loose-wire.toml", "/tmp/bus.csv"] {
+    for written in ["/tmp/loose-wire.toml", "/tmp/bus.csv", "/tmp/probe.elf"] {
         // The example that writes it may have been left out.
         let _ = std::fs::remove_file(written);
     }

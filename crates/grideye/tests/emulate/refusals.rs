@@ -41,7 +41,9 @@ const VALUES: &[(&[&str], &[&str])] = &[
     (&["--address", "0x70"], &["0x68 or 0x69"]),
     (&["--clock-error", "-600000"], &["parts per million"]),
     (&["--scl", "0"], &["1000 to 1000000"]),
-    (&["--speed", "0"], &["above 0"]),
+    (&["--speed", "-0.1"], &["0 or above"]),
+    (&["--mcu", "atmega328p@9"], &["32000 to 32000000 Hz"]),
+    (&["--int", "PD2"], &["--int is for firmware", "hint:"]),
     (&["--adapter", "pi9"], &["pi9", "virtio"]),
     (&["--via", "cuse"], &["cuse", "auto, fuse, preload"]),
     (
@@ -50,7 +52,7 @@ const VALUES: &[(&[&str], &[&str])] = &[
     ),
     (&["--at-end", "loop"], &["--at-end", "cannot be used"]),
     (&["--method", "area"], &["--method", "cannot be used"]),
-    (&["--seconds", "1"], &["--seconds", "cannot be used"]),
+    (&["--seconds", "1"], &["--seconds is for firmware", "hint:"]),
     (&["--usbip", "here"], &["here", "--usbip"]),
 ];
 
@@ -79,8 +81,8 @@ fn what_is_missing_or_excludes_each_other_is_named() {
         &["--via", "cannot be used", "--usbip"],
     );
     refused(
-        &["--constant", "3", "--speed", "-1", "--", "true"],
-        &["--speed", "above 0"],
+        &["--constant", "3", "--until", "x", "--socket", "/tmp/x"],
+        &["--until is for firmware", "there is no program", "hint:"],
     );
     refused(
         &["--scene", SCENE, "--constant", "3", "--", "true"],

@@ -1,7 +1,9 @@
 //! What is shown when: sources, their ends, speed, the sensor's own clock. Bounds hold however slow this machine is.
 
-use crate::support::{Server, file, pixels, recording, root};
+use crate::skip::is_left_out;
+use crate::support::{Server, file, pixels, recording, root, run};
 use embedded_hal::i2c::I2c as _;
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 /// Frames 100 ms apart, each a quarter of a degree warmer than the one before.
@@ -39,6 +41,45 @@ fn a_real_session_is_shown_as_it_was_recorded() {
         .map(|quarters| f64::from(quarters) / 4.0)
         .collect();
     assert_eq!(seen, first);
+}
+
+/// With `--speed 0` a client moves time; a wait for INT ends at the frame that raises it. Otherwise it takes as long as it takes.
+#[test]
+fn a_client_moves_time_and_waits_for_the_interrupt() {
+    if is_left_out(
+        "GRIDEYE_WITHOUT_I2C_TOOLS",
+        "the Python client's wait for INT",
+    ) {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = recording(folder.path(), &staircase(30));
+    let script = "if True:
+        import grideye_i2c as i2c
+        bus = i2c.SMBus(1)
+        # Above 2.5 or below -16 degrees Celsius, absolute, INT on (AMG88 spec 4-11-6, 4-11-3).
+        for register, value in ((0x08, 10), (0x0A, 0xC0), (0x0B, 0x0F), (0x03, 0x03)):
+            bus.write_byte_data(0x69, register, value)
+        began, before = i2c.pass_time(0)
+        early, came = i2c.wait_for_interrupt(0.5), i2c.wait_for_interrupt(5)
+        now, after = i2c.pass_time(0)
+        print(before, early, came, after, now - began)";
+    for (speed, most) in [("0", 1.3), ("20", f64::INFINITY)] {
+        let server = Server::start(&["--recording", &path, "--speed", speed]);
+        let mut python = Command::new("python3");
+        python.env("PYTHONPATH", root().join("crates/i2c-emulation/python"));
+        python
+            .env("PYTHONDONTWRITEBYTECODE", "1")
+            .env("GRIDEYE_I2C_SOCKET", server.socket());
+        let ended = run(python.args(["-c", script]));
+        assert_eq!(ended.code, 0, "{ended:?}");
+        let (levels, seconds) = ended.stdout.trim().rsplit_once(' ').unwrap();
+        let seconds: f64 = seconds.parse().unwrap();
+        assert!((0.9..most).contains(&seconds), "{ended:?}");
+        if speed == "0" {
+            assert_eq!(levels, "[True] False True [False]");
+        }
+    }
 }
 
 #[test]
