@@ -1,6 +1,8 @@
 //! Packages of npm, as published, with the emulated sensor: `i2c-bus`, whose plain reads and writes use pread() and pwrite(),
 //! and `rp2040js`, in which firmware of an RP2040 runs.
 
+#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
+
 use grideye_tests::emulated::{Way, Words, recording, run_emulated};
 use grideye_tests::programs::{grideye, is_left_out, root, run, target};
 use grideye_tests::skip;

@@ -15,7 +15,8 @@ fn rising(t: Duration) -> Frame {
 }
 
 fn sensor(clock: &ManualClock) -> Bus<&ManualClock, Source> {
-    let bus = Bus::with_sensor(clock, Address::High, rising as Source);
+    let source: Source = rising;
+    let bus = Bus::with_sensor(clock, Address::High, source);
     bus.with_scl_hz(400_000.try_into().unwrap())
 }
 

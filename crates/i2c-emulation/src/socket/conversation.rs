@@ -1,6 +1,6 @@
 //! A transaction that a client carries out byte by byte: it holds the bus on a thread of its own between two packets.
 
-use crate::adapter::{EmulatedAdapter as _, Fault};
+use crate::adapter::{Carry, EmulatedAdapter as _, Fault};
 use crate::rack::SharedAdapter;
 use embedded_hal::i2c::{NoAcknowledgeSource, Operation};
 use std::sync::mpsc::{self, Receiver, Sender};
@@ -49,7 +49,7 @@ impl Conversation {
                 is_open = true;
                 // Ends with the STOP, with the client, or when the client is silent for too long.
                 while let Ok(step) = to_do.recv_timeout(STEP_WAIT_MAX) {
-                    if answer.send(carried(step, &mut *carry)).is_err() {
+                    if answer.send(carried(&step, &mut *carry)).is_err() {
                         return;
                     }
                 }
@@ -84,12 +84,9 @@ impl Conversation {
     }
 }
 
-fn carried(
-    step: Step,
-    carry: &mut dyn FnMut(&mut Operation<'_>) -> Result<(), NoAcknowledgeSource>,
-) -> Result<Vec<u8>, Fault> {
+fn carried(step: &Step, carry: Carry<'_>) -> Result<Vec<u8>, Fault> {
     let mut arrived = Vec::new();
-    let mut operation = match &step {
+    let mut operation = match step {
         Step::Write(bytes) => Operation::Write(bytes),
         Step::Read(count) => {
             arrived.resize(*count, 0);

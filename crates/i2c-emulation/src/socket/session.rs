@@ -155,7 +155,10 @@ impl Session {
         // A transaction that is open holds its bus, so nobody can look at the pins.
         let is_free = self.open.is_none();
         let now = surroundings.pass(most, awaited.filter(|_| is_free));
-        let pins = is_free.then(|| surroundings.pins()).unwrap_or_default();
+        let pins = match is_free {
+            true => surroundings.pins(),
+            false => Vec::new(),
+        };
         append_packet(out, kind::PASSED, |out| {
             let now_ns = u64::try_from(now.as_nanos()).unwrap_or(u64::MAX);
             out.extend_from_slice(&now_ns.to_le_bytes());
