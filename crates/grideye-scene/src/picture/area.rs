@@ -51,8 +51,7 @@ pub(crate) struct ImagePlane {
 #[derive(Debug, Clone)]
 pub(crate) struct StaticFacets {
     facets: Vec<Facet>,
-    /// Bounds of each facet.
-    bounds: Vec<(DVec2, DVec2)>,
+    places: Places,
     pieces: Vec<Piece>,
 }
 
@@ -135,10 +134,10 @@ impl ImagePlane {
 impl StaticFacets {
     pub(crate) fn new(facets: Vec<Facet>) -> Self {
         let mut pieces = Vec::new();
-        let of_facets = all_bounds(&facets);
+        let places = Places::new(&facets);
         for (index, facet) in facets.iter().enumerate() {
             let mut outlines = vec![facet.outline.clone()];
-            for other in overlapping(facet, &of_facets) {
+            for other in places.near(facet) {
                 if other != index {
                     hide(&mut outlines, facet, &facets[other], other < index);
                 }
@@ -150,7 +149,7 @@ impl StaticFacets {
             }));
         }
         Self {
-            bounds: of_facets,
+            places,
             facets,
             pieces,
         }
@@ -207,15 +206,15 @@ impl StaticFacets {
         &'a self,
         moving: &'a [Facet],
     ) -> impl Iterator<Item = (&'a Facet, Polygon)> + 'a {
-        let moving_bounds = all_bounds(moving);
+        let places = Places::new(moving);
         moving.iter().enumerate().flat_map(move |(index, facet)| {
             let mut outlines = vec![facet.outline.clone()];
-            for other in overlapping(facet, &moving_bounds) {
+            for other in places.near(facet) {
                 if other != index {
                     hide(&mut outlines, facet, &moving[other], other < index);
                 }
             }
-            for other in overlapping(facet, &self.bounds) {
+            for other in self.places.near(facet) {
                 hide(&mut outlines, facet, &self.facets[other], true);
             }
             outlines.into_iter().map(move |outline| (facet, outline))
@@ -332,14 +331,72 @@ fn band(index: usize, count: usize) -> (f64, f64) {
     )
 }
 
-/// Bounds side by side: most of the facets of a body are nowhere near each other.
-fn all_bounds(facets: &[Facet]) -> Vec<(DVec2, DVec2)> {
-    facets.iter().map(|facet| facet.bounds).collect()
+/// Where facets are, by cells of a grid over all of them: most of those of a body are nowhere near each other.
+#[derive(Debug, Clone)]
+struct Places {
+    bounds: Vec<(DVec2, DVec2)>,
+    low: DVec2,
+    cells_per_pixel: DVec2,
+    /// For each cell, row by row, a bit for each facet that reaches it.
+    in_cells: Vec<u64>,
+    words: usize,
 }
 
-fn overlapping(facet: &Facet, bounds: &[(DVec2, DVec2)]) -> impl Iterator<Item = usize> {
-    let others = bounds.iter().enumerate();
-    others.filter_map(|(index, other)| overlap(facet.bounds, *other).then_some(index))
+impl Places {
+    const CELLS: usize = 8;
+
+    fn new(facets: &[Facet]) -> Self {
+        let all: Vec<_> = facets.iter().map(|facet| facet.bounds).collect();
+        let (low, high) = bounds(all.iter().flat_map(|(low, high)| [*low, *high]));
+        let words = all.len().div_ceil(64);
+        let mut places = Self {
+            bounds: all,
+            low,
+            cells_per_pixel: count::float(Self::CELLS) / (high - low),
+            in_cells: vec![0; Self::CELLS * Self::CELLS * words],
+            words,
+        };
+        for index in 0..facets.len() {
+            for cell in places.cells(places.bounds[index]) {
+                places.in_cells[cell * words + index / 64] |= 1 << (index % 64);
+            }
+        }
+        places
+    }
+
+    fn cells(&self, (low, high): (DVec2, DVec2)) -> impl Iterator<Item = usize> + use<> {
+        let cell = |at: f64| count::floor(at).min(Self::CELLS - 1);
+        let first = (low - self.low) * self.cells_per_pixel;
+        let last = (high - self.low) * self.cells_per_pixel;
+        let columns = cell(first.x)..=cell(last.x);
+        let rows = cell(first.y)..=cell(last.y);
+        rows.flat_map(move |row| {
+            columns
+                .clone()
+                .map(move |column| row * Self::CELLS + column)
+        })
+    }
+
+    /// The facets whose bounds overlap those of this one, in order.
+    fn near(&self, facet: &Facet) -> impl Iterator<Item = usize> {
+        let bounds = facet.bounds;
+        let mut here = vec![0; self.words];
+        for cell in self.cells(bounds) {
+            let facets = &self.in_cells[cell * self.words..][..self.words];
+            here.iter_mut()
+                .zip(facets)
+                .for_each(|(here, there)| *here |= there);
+        }
+        let indices = here.into_iter().enumerate().flat_map(|(word, mut bits)| {
+            let next = move || {
+                let bit = (bits != 0).then_some(bits.trailing_zeros())?;
+                bits &= bits - 1;
+                usize::try_from(bit).ok()
+            };
+            std::iter::from_fn(next).map(move |bit| 64 * word + bit)
+        });
+        indices.filter(move |index| overlap(bounds, self.bounds[*index]))
+    }
 }
 
 /// Removes what another facet hides that overlaps it. At the same depth the warmer one is seen; between equals `wins` decides.

@@ -171,10 +171,11 @@ pub(crate) fn decide(
     let right = (count(farther) + 1.0) / (count(held.len()) + 1.0);
     // Warmth that the scene lacks is more than nothing, however little it is.
     let has_more = spread.extra(&found) > held[refused];
-    let contrasts = (0..found.contrasts.len()).map(|subject| Contrast {
+    let people = found.contrasts.len();
+    let contrasts = (0..people).map(|subject| Contrast {
         of: film.people.get(subject).map(|walker| walker.name.clone()),
         found: found.contrasts[subject],
-        range: spread.range(OWN + subject).map(f64::exp),
+        range: spread.range(OWN + subject, people).map(f64::exp),
     });
     Decision {
         right,
@@ -183,7 +184,7 @@ pub(crate) fn decide(
         cause,
         contrasts: contrasts.collect(),
         delay_s: found.lag_s,
-        delay_range_s: spread.range(0),
+        delay_range_s: spread.range(0, 1),
         refused_aside_m,
         alternatives,
         is_empty: !has_more && judge.is_empty(&recording.pictures, &film.room),

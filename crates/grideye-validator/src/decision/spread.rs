@@ -205,11 +205,13 @@ impl Spread {
         })
     }
 
-    /// The range of all but .5 % of right worlds.
-    pub(crate) fn range(&self, place: usize) -> [f64; 2] {
-        const SDS: f64 = 2.807;
+    /// The range of a statistic that `of` share alike: all of them are in theirs in all but .5 % of right worlds.
+    pub(crate) fn range(&self, place: usize, of: usize) -> [f64; 2] {
+        // Of a normal law at .5 % over 1, 2, 3 and 4 (Bonferroni).
+        const SDS: [f64; 4] = [2.807, 3.023, 3.144, 3.227];
+        let sds = SDS[of.clamp(1, SDS.len()) - 1];
         let Law { middle, sd, .. } = self.of[place];
-        [middle - SDS * sd, middle + SDS * sd]
+        [middle - sds * sd, middle + sds * sd]
     }
 
     pub(crate) fn worst(
