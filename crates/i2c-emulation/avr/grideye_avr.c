@@ -196,12 +196,13 @@ static void on_twi(struct avr_irq_t *irq, uint32_t value, void *param)
         stop();
     if (what & TWI_COND_START) {
         int address = message.u.twi.addr;
-        /* Within a transaction only the direction changes. */
-        if (open_address >= 0 && ((open_address ^ address) != 1))
+        /* Within a transaction the direction changes, or a read goes on with the one before. */
+        int goes_on = open_address == address && address & 1;
+        if (open_address >= 0 && !goes_on && (open_address ^ address) != 1)
             stop();
         transactions += open_address < 0;
         open_address = address;
-        int answers = step(address & 1, NULL, 0, NULL);
+        int answers = goes_on || step(address & 1, NULL, 0, NULL);
         refused += !answers;
         /* simavr 1.6 takes the latch that holds the address for one with data: no time, and the status of data. */
         twi->state &= (uint8_t)~TWI_COND_WRITE;

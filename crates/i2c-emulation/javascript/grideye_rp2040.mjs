@@ -217,6 +217,7 @@ chip.i2c.forEach((i2c, place) => {
   const bus = firstBus + place;
   let address;
   let isOpen = false;
+  let isReading = false;
   // A byte and its acknowledge take nine clocks; the answer counts from their start and is seen at their end.
   const after = (answer, tell) => {
     pending = answer.then((value) => {
@@ -229,9 +230,11 @@ chip.i2c.forEach((i2c, place) => {
     return machine.step(bus, address, reads, byte);
   };
   i2c.onConnect = (target, mode) => {
+    // Within a transaction the direction changes, or a read goes on with the one before.
+    const goesOn = isOpen && isReading && mode === 1 && target === address;
     transactions += isOpen ? 0 : 1;
-    [address, isOpen] = [target, true];
-    after(step(mode === 1), (answers) => i2c.completeConnect(answers));
+    [address, isOpen, isReading] = [target, true, mode === 1];
+    after(goesOn ? Promise.resolve(true) : step(isReading), (answers) => i2c.completeConnect(answers));
   };
   i2c.onWriteByte = (byte) => after(step(false, byte), (answers) => i2c.completeWrite(answers));
   i2c.onReadByte = () => after(step(true, 0), (byte) => i2c.completeRead(byte === false ? 0xff : byte));
