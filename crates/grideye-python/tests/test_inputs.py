@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+from conftest import SCENES
 
 import grideye_hil as ge
 
@@ -67,3 +68,17 @@ def test_several_sensors_are_one_at_a_time(tmp_path, walk):
 def test_pandas_and_xarray_are_imported_only_when_they_are_asked_for():
     code = "import sys, grideye_hil; print([name for name in ('pandas', 'xarray', 'pytest') if name in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"
+
+
+@pytest.mark.parametrize(
+    "asked, told",
+    [
+        ({"max_shift": 61}, "max_shift is 61, expected 0 to 60 seconds"),
+        ({"max_rate": float("nan")}, "max_rate is NaN, expected 0 to 20 %"),
+        ({"binning": "levels:1"}, "binning: `levels:1` is not a binning"),
+    ],
+)
+def test_what_a_comparison_cannot_take_is_named(walk, asked, told):
+    with pytest.raises(ge.InputError) as error:
+        ge.compare(ge.Scene.load(SCENES / "experiment-3.toml"), ge.Recording.read(walk), **asked)
+    assert str(error.value).startswith(told)
