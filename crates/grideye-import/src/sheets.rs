@@ -11,6 +11,8 @@ use std::io::Cursor;
 
 /// Columns of a sheet; those of the largest sensor here are 1,024.
 const COLUMNS_MAX: u32 = 2_048;
+/// As many as Excel has.
+const ROWS_MAX: u32 = 1_048_576;
 /// Bytes of one sheet's text: half a million frames.
 const TEXT_BYTES_MAX: usize = 1 << 28;
 /// Sheets named in an error.
@@ -83,16 +85,18 @@ fn text_of(book: &mut Book, name: &str) -> Result<String, ImportError> {
     let mut cells = cells.map_err(|error| wrong(&error))?;
     let (mut rows, mut bytes) = (Vec::<Vec<String>>::new(), 0);
     while let Some(cell) = cells.next_cell().map_err(|error| wrong(&error))? {
-        let (row, column) = cell.get_position();
+        let (row_number, column) = cell.get_position();
         let text = text(cell.get_value(), is_1904);
         bytes += text.len() + 1;
         let (Ok(row), Ok(place), true) = (
-            usize::try_from(row),
+            usize::try_from(row_number),
             usize::try_from(column),
-            column < COLUMNS_MAX && bytes <= TEXT_BYTES_MAX,
+            column < COLUMNS_MAX && row_number < ROWS_MAX && bytes <= TEXT_BYTES_MAX,
         ) else {
             return Err(ImportError::Container {
-                expected: format!("a sheet of {COLUMNS_MAX} columns and 256 MB of text at most"),
+                expected: format!(
+                    "at most {COLUMNS_MAX} columns, {ROWS_MAX} rows and 256 MB of text"
+                ),
                 found: format!("a larger one, {name}"),
                 hint: HINT,
             });

@@ -8,6 +8,7 @@ const EVENING: &[u8] = include_bytes!("../workbooks/evening.xlsx");
 const TWO: &[u8] = include_bytes!("../workbooks/two.xlsx");
 const DAMAGED: &[u8] = include_bytes!("../workbooks/damaged.xlsx");
 const OTHER: &[u8] = include_bytes!("../workbooks/other.xlsx");
+const TALL: &[u8] = include_bytes!("../workbooks/tall.xlsx");
 const WIDE: &[u8] = include_bytes!("../workbooks/wide.xlsx");
 /// `date -u -d 2021-07-01T18:14:07 +%s`, and the fraction.
 const START_NS: i64 = 1_625_163_247_274_925_000;
@@ -92,7 +93,11 @@ fn failed_formulas_and_cleared_rows_are_no_frames() {
 #[test]
 fn what_is_no_recording_is_refused_with_what_it_is() {
     assert!(refusal(OTHER, "").starts_with("768 pixels a frame, a Grid-EYE has 64 (8 x 8)\n"));
-    assert!(refusal(WIDE, "").starts_with("expected a sheet of 2048 columns and 256 MB"));
+    for large in [WIDE, TALL] {
+        let found = refusal(large, "");
+        let limits = "expected at most 2048 columns, 1048576 rows and 256 MB of text, found a larger one, Sheet\n";
+        assert!(found.starts_with(limits), "{found}");
+    }
     for length in [EVENING.len() - 1, EVENING.len() / 2] {
         let found = refusal(&EVENING[..length], "");
         let hints = found.contains("\nhint: save it in Excel or LibreOffice as .xlsx");
