@@ -31,6 +31,9 @@ pub struct Limits {
     pub batch: grideye_recording::wire::Limits,
     /// Time from the end of the headers to the first byte of the response; then 504.
     pub handler_time_max: Duration,
+    /// The same for the routes of an annex that declares them slow: they draw or convert a whole recording, on a small
+    /// computer for a minute.
+    pub slow_handler_time_max: Duration,
     /// A peer that accepts no byte of a response for this long is disconnected.
     pub write_stall_max: Duration,
     /// Time for open requests to finish after a shutdown request; then they are aborted.
@@ -125,6 +128,7 @@ impl Default for Limits {
             bodies_bytes_per_sender_max: 8 * 1024 * 1024,
             batch: grideye_recording::wire::Limits::default(),
             handler_time_max: Duration::from_secs(20),
+            slow_handler_time_max: Duration::from_secs(300),
             write_stall_max: Duration::from_secs(20),
             shutdown_time_max: Duration::from_secs(5),
             writer_queue_max: 4096,

@@ -34,7 +34,7 @@ impl Routes {
             return middleware::pass(
                 &self.state,
                 client,
-                Need::Ingest,
+                (Need::Ingest, self.state.limits().handler_time_max),
                 request,
                 |caller, request| ingest::frames(&self.state, client, caller, request),
             )
@@ -72,13 +72,13 @@ pub fn app(state: AppState) -> Routes {
 /// # Panics
 /// If an annex has a path of the collector or another annex, or its description is not OpenAPI.
 pub fn app_with(state: AppState, annexes: &[Annex]) -> Routes {
-    let inside = state.inside();
-    let brought = annexes.iter().map(|annex| annex.routes(&inside));
-    let brought = brought.fold(Router::new(), Router::merge);
-    let small_body_bytes_max = state.limits().small_body_bytes_max;
-    let brought = brought
-        .layer(DefaultBodyLimit::max(small_body_bytes_max))
-        .layer(map_response(in_own_form));
+    let limits = state.limits();
+    let around = |time_max| from_fn_with_state((state.clone(), time_max), middleware::around);
+    let slow = brought(&state, annexes.iter().filter(|annex| annex.is_slow));
+    let slow = slow
+        .method_not_allowed_fallback(wrong_method)
+        .layer(around(limits.slow_handler_time_max));
+    let quick = brought(&state, annexes.iter().filter(|annex| !annex.is_slow));
     let document = openapi::openapi(annexes);
     let document = ([(header::CONTENT_TYPE, "application/json")], document);
     let (page, parts) = (assets::page(annexes), assets::parts(annexes));
@@ -126,12 +126,25 @@ pub fn app_with(state: AppState, annexes: &[Annex]) -> Routes {
             "/v1/recordings/{id}/labels/{number}",
             delete(recordings::labels::remove),
         )
-        .merge(brought.with_state(()))
+        .merge(quick)
         .fallback(unknown_path)
         .method_not_allowed_fallback(wrong_method)
-        .layer(from_fn_with_state(state.clone(), middleware::around))
+        .layer(around(limits.handler_time_max))
+        .merge(slow)
         .with_state(state.clone());
     Routes { state, router }
+}
+
+/// The routes of annexes.
+fn brought<'a>(state: &AppState, annexes: impl Iterator<Item = &'a Annex>) -> Router<AppState> {
+    let inside = state.inside();
+    let routes = annexes.map(|annex| annex.routes(&inside));
+    let small_body_bytes_max = state.limits().small_body_bytes_max;
+    routes
+        .fold(Router::new(), Router::merge)
+        .layer(DefaultBodyLimit::max(small_body_bytes_max))
+        .layer(map_response(in_own_form))
+        .with_state(())
 }
 
 async fn unknown_path() -> Refusal {

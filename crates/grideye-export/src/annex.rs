@@ -2,7 +2,8 @@
 //! convert`.
 //!
 //! An annex of the collector, which itself writes only CSV. A file is written whole before its first byte is sent, so
-//! that a failed export gets an error response, and nobody takes a part for the whole.
+//! that a failed export gets an error response, and nobody takes a part for the whole. Writing stops when the request
+//! is dropped: by a client that is gone, or because it took too long.
 
 use crate::error::ExportError;
 use crate::recording::{self, Format, Rows};
@@ -19,7 +20,7 @@ use serde::Deserialize;
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{self, BufWriter, Read as _, Seek as _, Write as _};
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 use tokio::runtime::Handle;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 use tokio_stream::wrappers::ReceiverStream;
@@ -81,6 +82,7 @@ pub fn annex(scratch: Scratch) -> Annex {
             .route("/v1/exports/{file}", get(export))
             .with_state(exports)
     })
+    .slow()
     .described_by(include_str!("../openapi.json"))
 }
 
@@ -110,16 +112,7 @@ async fn export(
             .hint("retry in a few seconds")
     })?;
     let name = attachment(&members.recording.name, extension);
-    let rows = Pages {
-        store: exports.store,
-        runtime: Handle::current(),
-        members,
-        rows_max,
-        taken: 0,
-        span: 0,
-        after_seq: None,
-        ready: VecDeque::new(),
-    };
+    let rows = Pages::new(exports.store, members, rows_max);
     let file = write(rows, format, (room, exports.scratch)).await?;
     let headers = [(header::CONTENT_DISPOSITION, name)];
     let kind = [(header::CONTENT_TYPE, *content_type)];
@@ -203,24 +196,34 @@ fn check_length(recording: &Recording) -> Result<(), Refusal> {
     )))
 }
 
-/// Writes the rows to an unnamed file, off the threads that serve requests.
+/// Writes the rows to an unnamed file, off the threads that serve requests, until the request is dropped.
 async fn write(
-    mut rows: Pages,
+    rows: Pages,
     format: Format,
     (room, scratch): (OwnedSemaphorePermit, Scratch),
 ) -> Result<File, Refusal> {
+    // Dropped with the request.
+    let asking = Arc::new(());
+    let request = Arc::downgrade(&asking);
     let work = tokio::task::spawn_blocking(move || {
         let _room = room;
         let no_room = |error| io::Error::other(format!("cannot create a temporary file: {error}"));
         let mut file = scratch().map_err(no_room)?;
-        let mut buffered = BufWriter::new(&file);
+        let mut out = WhileAsked {
+            out: BufWriter::new(&file),
+            request: request.clone(),
+        };
+        let mut rows = rows.map(|row| {
+            check_asked(&request)?;
+            row
+        });
         let rows = Rows {
             labels: &[],
             rows: &mut rows,
         };
-        format(rows, &mut buffered)?;
-        buffered.flush()?;
-        drop(buffered);
+        format(rows, &mut out)?;
+        out.flush()?;
+        drop(out);
         file.rewind()?;
         Ok(file)
     });
@@ -240,6 +243,36 @@ async fn write(
     })
 }
 
+/// A file that takes bytes as long as its request is not dropped.
+struct WhileAsked<W> {
+    out: W,
+    request: Weak<()>,
+}
+
+fn check_asked(request: &Weak<()>) -> io::Result<()> {
+    match request.strong_count() {
+        0 => Err(io::Error::other("the request was dropped")),
+        _ => Ok(()),
+    }
+}
+
+impl<W: io::Write> io::Write for WhileAsked<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        check_asked(&self.request)?;
+        self.out.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
+
+impl<W: io::Seek> io::Seek for WhileAsked<W> {
+    fn seek(&mut self, to: io::SeekFrom) -> io::Result<u64> {
+        self.out.seek(to)
+    }
+}
+
 /// The rows of a recording, read page by page from the store.
 struct Pages {
     store: Arc<dyn FrameStore>,
@@ -254,6 +287,19 @@ struct Pages {
 }
 
 impl Pages {
+    fn new(store: Arc<dyn FrameStore>, members: Members, rows_max: Option<u64>) -> Self {
+        Self {
+            store,
+            runtime: Handle::current(),
+            members,
+            rows_max,
+            taken: 0,
+            span: 0,
+            after_seq: None,
+            ready: VecDeque::new(),
+        }
+    }
+
     /// Reads the next page, across spans; leaves nothing ready after the last.
     fn fill(&mut self) -> Result<(), ExportError> {
         while self.ready.is_empty() {
@@ -331,6 +377,7 @@ mod tests {
     use grideye_collector::store::{RecordingId, StoreLocation};
     use grideye_collector::{Limits, SqliteStore};
     use grideye_recording::wire::{Batch, Limits as WireLimits};
+    use std::time::{Duration, Instant};
 
     async fn exports(written_max: usize) -> Exports {
         let store = SqliteStore::open(&StoreLocation::Memory, &Limits::default()).unwrap();
@@ -451,6 +498,39 @@ mod tests {
         assert_eq!(status(&exports, "1.mcap").await, 503);
         drop(room);
         assert_eq!(status(&exports, "1.mcap").await, 200);
+    }
+
+    /// Works for 20 s, unless it may not write or read on.
+    fn endless(rows: Rows<'_>, out: &mut dyn recording::Out) -> Result<String, ExportError> {
+        let until = Instant::now() + Duration::from_secs(20);
+        for row in rows {
+            row?;
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        while Instant::now() < until {
+            out.write_all(b"x")?;
+            out.rewind()?;
+        }
+        Ok(String::new())
+    }
+
+    #[tokio::test]
+    async fn a_file_that_nobody_waits_for_is_not_written_on() {
+        let exports = exports(1).await;
+        keep(&exports, "s1", "b1", 1).await;
+        keep(&exports, "s2", "b1", 1_000).await;
+        for spans in [0..1, 1..2] {
+            let id = RecordingId(1);
+            let mut members = exports.store.members(id).await.unwrap();
+            members.spans = members.spans[spans].to_vec();
+            let rows = Pages::new(Arc::clone(&exports.store), members, None);
+            let room = Arc::clone(&exports.room).acquire_owned().await.unwrap();
+            let written = write(rows, endless, (room, exports.scratch));
+            let dropped = tokio::time::timeout(Duration::from_millis(100), written).await;
+            assert!(dropped.is_err());
+            let free = tokio::time::timeout(Duration::from_secs(5), exports.room.acquire()).await;
+            assert!(free.is_ok());
+        }
     }
 
     #[test]

@@ -55,6 +55,8 @@ pub enum Unit {
 pub struct Columns {
     pub(crate) said: Vec<(Role, Place)>,
     pub(crate) unit: Option<Unit>,
+    /// A sheet's name, or its number from 1.
+    pub(crate) sheet: Option<String>,
 }
 
 /// Where a column is.
@@ -66,7 +68,7 @@ pub(crate) enum Place {
     Named(String),
 }
 
-const GRAMMAR: &str = "time, pixels, thermistor, number, sensor, device, boot or label = a column's number or name, or none; pixels=2-65 is a range; unit=degrees or unit=counts";
+const GRAMMAR: &str = "time, pixels, thermistor, number, sensor, device, boot or label = a column's number or name, or none; pixels=2-65 is a range; unit=degrees or unit=counts; sheet=a sheet's name or number";
 
 impl FromStr for Columns {
     type Err = ImportError;
@@ -85,6 +87,10 @@ impl FromStr for Columns {
                     "counts" => Unit::Counts,
                     _ => return Err(refused(part)),
                 });
+                continue;
+            }
+            if role == "sheet" && !place.is_empty() {
+                columns.sheet = Some(place.to_owned());
                 continue;
             }
             let known = ROLES.iter().find(|(name, _)| *name == role);

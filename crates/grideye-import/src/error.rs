@@ -10,12 +10,14 @@ pub enum ImportError {
     #[error(transparent)]
     Recording(#[from] RecordingError),
     /// The file breaks here; what came before is good.
-    #[error("{place}: {found}\nhint: the file breaks off here; the frames before are whole")]
+    #[error("{place}: {found}\nhint: {hint}")]
     Broken {
         /// Where.
         place: String,
         /// What is there.
         found: String,
+        /// What is still good.
+        hint: &'static str,
     },
     /// No row has the numbers of a frame.
     #[error(
@@ -60,6 +62,15 @@ impl ImportError {
         Self::Broken {
             place: place.into(),
             found: found.into(),
+            hint: "the file breaks off here; the frames before are whole",
+        }
+    }
+
+    pub(crate) fn cut_line(place: impl Into<String>) -> Self {
+        Self::Broken {
+            place: place.into(),
+            found: "the last line has no newline, and may be cut within a number".to_owned(),
+            hint: "the frames before are whole; if this line is whole too, end it with a newline",
         }
     }
 

@@ -92,6 +92,14 @@ pub fn open(
     } else {
         |bytes: &[u8]| tables::rows(bytes.to_vec())
     };
+    let sheet = options.columns.sheet.as_deref();
+    let is_workbook = head.starts_with(ZIP_MAGIC) && contains(&head, WORKBOOK);
+    if let (Some(sheet), false) = (sheet, is_workbook) {
+        return Err(ImportError::unclear(
+            format!("there is no sheet {sheet}"),
+            "only a workbook (.xlsx) has sheets: leave sheet= out",
+        ));
+    }
     let is_binary = [NPY_MAGIC, ZIP_MAGIC, tables::MAGIC]
         .iter()
         .any(|magic| head.starts_with(magic));
@@ -99,6 +107,7 @@ pub fn open(
     let rows: Box<dyn Rows + Send> = match layout {
         Some(Layout::Recording) => return recording(input),
         Some(Layout::Linaige) => return session(input, name),
+        None if is_workbook => workbook(held(input)?, sheet)?,
         None if is_binary => Box::new(container(&held(input)?)?),
         None if json::is_json(&text) => {
             let bytes = held(input)?;
@@ -125,6 +134,27 @@ fn other_resolution(head: &[u8]) -> Option<usize> {
     // A header that lacks only a few columns is faulty, and its reader names the fault.
     let is_other = pixels > PIXELS || (is_whole && pixels > 0 && pixels <= PIXELS / 2);
     is_other.then_some(pixels)
+}
+
+/// In the head of a zip archive that is a workbook, and of no other: where its parts are.
+const WORKBOOK: &[u8] = b"xl/";
+
+fn contains(head: &[u8], part: &[u8]) -> bool {
+    head.windows(part.len()).any(|window| window == part)
+}
+
+#[cfg(feature = "xlsx")]
+fn workbook(bytes: Vec<u8>, sheet: Option<&str>) -> Result<Box<dyn Rows + Send>, ImportError> {
+    Ok(Box::new(crate::sheets::rows(bytes, sheet)?))
+}
+
+#[cfg(not(feature = "xlsx"))]
+fn workbook(_bytes: Vec<u8>, _sheet: Option<&str>) -> Result<Box<dyn Rows + Send>, ImportError> {
+    Err(ImportError::Container {
+        expected: "a file that this build reads".to_owned(),
+        found: "a workbook".to_owned(),
+        hint: "save the sheet as CSV",
+    })
 }
 
 fn held(input: impl Read) -> Result<Vec<u8>, ImportError> {
@@ -261,10 +291,7 @@ impl Told {
                     0 => "at its end".to_owned(),
                     number => format!("line {number}"),
                 };
-                return Err(ImportError::broken(
-                    place,
-                    "the last line has no newline, and may be cut within a number",
-                ));
+                return Err(ImportError::cut_line(place));
             }
             if let Some(row) = self.frames.row(&raw) {
                 return Ok(Some(row));

@@ -10,6 +10,8 @@ mod import;
 mod json;
 mod moment;
 mod plan;
+#[cfg(feature = "xlsx")]
+mod sheets;
 mod source;
 mod tables;
 mod text;

@@ -350,7 +350,7 @@ impl Guess {
         }
     }
 
-    /// Raw words of rooms are integers of 60 and more; no room has as many degrees.
+    /// Rooms above 13.75 °C have raw words of 55 and more; no room has 45 °C.
     fn unit(&self, pixels: &[usize]) -> Result<Unit, ImportError> {
         if !pixels.iter().all(|column| self.facts[*column].is_integer) {
             return Ok(Unit::Degrees);
@@ -368,7 +368,8 @@ impl Guess {
             Some(median) if *median >= 55.0 => Ok(Unit::Counts),
             Some(median) if *median >= 45.0 => Err(ImportError::unclear(
                 format!(
-                    "whether pixels of {median} are degrees or raw words of 0.25 °C is not clear"
+                    "whether pixels of {median} are {median} °C or raw words of {} °C is not clear",
+                    median / 4.0
                 ),
                 "say which: --columns unit=degrees or --columns unit=counts",
             )),

@@ -42,13 +42,17 @@ pub(crate) struct TextRows<R> {
     between: usize,
     pending: Vec<Field>,
     block: Vec<Cell>,
-    /// Decimals of each line's last number, if all have as many.
-    decimals: Option<usize>,
+    ends: Ends,
     skipped: u64,
 }
 
 impl<R: Read> TextRows<R> {
     pub(crate) fn new(input: R) -> Result<Self, ImportError> {
+        Self::separated(input, None)
+    }
+
+    /// With a known separator.
+    pub(crate) fn separated(input: R, separator: Option<Separator>) -> Result<Self, ImportError> {
         let mut lines = Lines::new(input);
         let mut head = VecDeque::new();
         while head.len() < HEAD_LINES {
@@ -62,7 +66,7 @@ impl<R: Read> TextRows<R> {
             .filter(|line| !is_comment(&line.text))
             .map(|line| line.text.as_str())
             .collect();
-        let separator = Separator::of(&texts);
+        let separator = separator.unwrap_or_else(|| Separator::of(&texts));
         let mut rows = Self {
             lines,
             separator,
@@ -72,7 +76,7 @@ impl<R: Read> TextRows<R> {
             between: 0,
             pending: Vec::new(),
             block: Vec::new(),
-            decimals: None,
+            ends: Ends::default(),
             skipped: 0,
             head: VecDeque::new(),
         };
@@ -97,8 +101,6 @@ impl<R: Read> TextRows<R> {
         };
         let columns = wide.first().map_or(0, Vec::len);
         let (names, header) = self.header_of(head, columns);
-        self.decimals =
-            decimals_of(data().filter(|line| line.ended && Some(line.number) != header));
         self.between = self.between_of(data().filter(|line| Some(line.number) != header));
         if let Some(names) = names {
             // Those of facts between frames have no name.
@@ -193,20 +195,13 @@ impl<R: Read> TextRows<R> {
         let mut fields = std::mem::take(&mut self.pending);
         fields.resize(self.between, Field::One(Cell::Empty));
         fields.extend(frame);
+        let is_whole = line.ended || self.ends.are_whole(&line.text);
+        self.ends.take(&line.text);
         RawRow {
             number: line.number,
             fields,
-            is_whole: line.ended || self.ends_whole(&line.text),
+            is_whole,
         }
-    }
-
-    /// Whether a line without a newline cannot have been cut within its last number.
-    fn ends_whole(&self, text: &str) -> bool {
-        let ends_in_number = text.ends_with(|last: char| last.is_ascii_digit() || last == '.');
-        !ends_in_number
-            || self
-                .decimals
-                .is_some_and(|decimals| decimals == decimals_at_end(text))
     }
 
     /// A line between frames. A block that it cuts short is a torn frame.
@@ -333,6 +328,46 @@ fn stated(text: &str) -> &str {
     }
 }
 
+/// What the last numbers of all frames so far have in common.
+#[derive(Debug, Default)]
+struct Ends {
+    count: u64,
+    /// Of the first of them, and whether the others have as many.
+    decimals: usize,
+    is_fixed: bool,
+    is_quarters: bool,
+}
+
+impl Ends {
+    fn take(&mut self, text: &str) {
+        let decimals = decimals_at_end(text);
+        let is_first = self.count == 0;
+        if is_first {
+            (self.decimals, self.is_fixed, self.is_quarters) = (decimals, true, true);
+        }
+        self.is_fixed &= decimals == self.decimals;
+        self.is_quarters &= ends_in_number(text) && is_quarter(text);
+        self.count += 1;
+    }
+
+    /// Whether a line without a newline cannot have been cut within its last number: it has as many decimals as the others,
+    /// or a fraction that no quarter but itself begins with.
+    fn are_whole(&self, text: &str) -> bool {
+        if !ends_in_number(text) {
+            return true;
+        }
+        let decimals = decimals_at_end(text);
+        let is_fixed = self.is_fixed && decimals == self.decimals;
+        let has_fractions = !self.is_fixed || self.decimals > 0;
+        let is_quarter = self.is_quarters && has_fractions && is_quarter(text);
+        self.count > 0 && decimals > 0 && (is_fixed || is_quarter)
+    }
+}
+
+fn ends_in_number(text: &str) -> bool {
+    text.ends_with(|last: char| last.is_ascii_digit() || last == '.')
+}
+
 fn decimals_at_end(text: &str) -> usize {
     let digits = text.bytes().rev().take_while(u8::is_ascii_digit).count();
     match text[..text.len() - digits].ends_with('.') {
@@ -341,10 +376,9 @@ fn decimals_at_end(text: &str) -> usize {
     }
 }
 
-fn decimals_of<'l>(mut lines: impl Iterator<Item = &'l Line>) -> Option<usize> {
-    let first = decimals_at_end(&lines.next()?.text);
-    let others = lines.all(|line| decimals_at_end(&line.text) == first);
-    (others && first > 0).then_some(first)
+fn is_quarter(text: &str) -> bool {
+    let decimals = &text[text.len() - decimals_at_end(text)..];
+    ["", "25", "5", "75"].contains(&decimals.trim_end_matches('0'))
 }
 
 /// Whether 64 of the names are numbers that count up from 0 or 1.

@@ -5,6 +5,7 @@ use crate::recording::Recording;
 use crate::scene::Scene;
 use crate::work::work;
 use grideye_inputs::{Compared, InputError, Sides, compare};
+use grideye_validator::metrics::Binning;
 use grideye_validator::report::{self, Context};
 use grideye_validator::{AlignOptions, Options, THREADS_MAX, TimeAlignment};
 use pyo3::prelude::*;
@@ -27,6 +28,9 @@ struct Asked {
     start_s: Option<f64>,
     seed: u64,
     align: Vec<String>,
+    binning: Option<String>,
+    max_shift_s: f64,
+    max_rate_percent: f64,
     command: String,
 }
 
@@ -66,6 +70,11 @@ impl Comparison {
         report::html(&self.0.comparison, &self.0.context)
     }
 
+    /// As `grideye compare --junit` writes it.
+    fn junit(&self) -> String {
+        report::junit(&self.0.comparison, &self.0.context)
+    }
+
     /// As `grideye compare` prints it.
     fn text(&self) -> String {
         let table = report::table(&self.0.comparison, self.0.context.experiment);
@@ -76,7 +85,15 @@ impl Comparison {
 fn how(asked: &Asked) -> Result<Options, InputError> {
     let start = asked.start_s.map(Duration::try_from_secs_f64).transpose();
     let start = start.map_err(|error| InputError::new(format!("start: {error}")))?;
-    let mut align = AlignOptions::default();
+    let binning = asked.binning.as_deref().map(str::parse::<Binning>);
+    let binning = binning.transpose();
+    let binning = binning.map_err(|error| InputError::new(format!("binning: {error}")))?;
+    let shift_max_s = within("max_shift", asked.max_shift_s, 60.0, "seconds")?;
+    let mut align = AlignOptions {
+        shift_max: Duration::from_secs_f64(shift_max_s),
+        rate_max: within("max_rate", asked.max_rate_percent, 20.0, "%")? / 100.0,
+        ..AlignOptions::default()
+    };
     for name in &asked.align {
         match name.as_str() {
             "orientation" => align.orientation = true,
@@ -88,11 +105,21 @@ fn how(asked: &Asked) -> Result<Options, InputError> {
     Ok(Options {
         seed: asked.seed,
         start,
+        binning,
         align,
         threads: cores.min(THREADS_MAX),
         advises: true,
         ..Options::default()
     })
+}
+
+fn within(name: &str, value: f64, most: f64, unit: &str) -> Result<f64, InputError> {
+    match (0.0..=most).contains(&value) {
+        true => Ok(value),
+        false => Err(InputError::new(format!(
+            "{name} is {value}, expected 0 to {most} {unit}"
+        ))),
+    }
 }
 
 fn time_alignment(name: &str) -> Result<TimeAlignment, InputError> {

@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+from conftest import ROOT, SCENES
 
 import grideye_hil as ge
 
@@ -64,6 +65,33 @@ def test_several_sensors_are_one_at_a_time(tmp_path, walk):
     assert len(rec) == len(rows) and rec.sensor == "other"
 
 
+def test_a_workbook_is_a_recording():
+    books = ROOT / "crates/grideye-import/tests/workbooks"
+    recording = ge.Recording.read(books / "evening.xlsx")
+    assert recording.celsius.shape == (6, 8, 8) and recording.account.startswith("read as the sheet Evening of a workbook")
+    # As its script wrote it: the pixels of frame 5, and the count of people beside it.
+    assert recording.celsius[5].ravel().tolist() == [20 + (13 * pixel + 29 * 5 + 7 * 25) % 41 / 4 for pixel in range(64)]
+    assert list(recording.labels["people"]) == ["", "1", "2", "3", "4", "5"]
+    assert abs(recording.time[0] - np.datetime64("2021-07-01T18:14:07.274925")) <= np.timedelta64(1, "us")
+    with pytest.raises(ge.InputError, match="2 sheets"):
+        ge.Recording.read(books / "two.xlsx")
+    assert len(ge.Recording.read(books / "two.xlsx", columns="sheet=2").celsius) == 4
+
+
 def test_pandas_and_xarray_are_imported_only_when_they_are_asked_for():
     code = "import sys, grideye_hil; print([name for name in ('pandas', 'xarray', 'pytest') if name in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"
+
+
+@pytest.mark.parametrize(
+    "asked, told",
+    [
+        ({"max_shift": 61}, "max_shift is 61, expected 0 to 60 seconds"),
+        ({"max_rate": float("nan")}, "max_rate is NaN, expected 0 to 20 %"),
+        ({"binning": "levels:1"}, "binning: `levels:1` is not a binning"),
+    ],
+)
+def test_what_a_comparison_cannot_take_is_named(walk, asked, told):
+    with pytest.raises(ge.InputError) as error:
+        ge.compare(ge.Scene.load(SCENES / "experiment-3.toml"), ge.Recording.read(walk), **asked)
+    assert str(error.value).startswith(told)

@@ -55,13 +55,19 @@ def test_a_recording_is_what_convert_makes_of_it(tmp_path, walk):
     [
         ("experiment-3", [], {}, 0),
         ("experiment-1", ["--seed", 4, "--align", "shift,orientation"], {"seed": 4, "align": "shift,orientation"}, 1),
+        (
+            "experiment-3",
+            ["--binning", "levels:32", "--max-shift", 0.2, "--max-rate", 1],
+            {"binning": "levels:32", "max_shift": 0.2, "max_rate": 1},
+            0,
+        ),
         ("experiment-3", ["--profile", SCENES / "profiles/linaige.toml"], {"profile": SCENES / "profiles/linaige.toml"}, None),
     ],
 )
 def test_verdict_and_report(tmp_path, walk, name, more, asked, code):
     scene = SCENES / f"{name}.toml"
-    page = tmp_path / "theirs.html"
-    command = [PROGRAM, "compare", "--scene", scene, "--recording", walk, "--json", "-", "--report", page, *map(str, more)]
+    page, cases = tmp_path / "theirs.html", tmp_path / "theirs.xml"
+    command = [PROGRAM, "compare", "--scene", scene, "--recording", walk, "--json", "-", "--report", page, "--junit", cases, *map(str, more)]
     ended = subprocess.run(command, capture_output=True, text=True)
     assert code is None or ended.returncode == code, ended
     theirs, result = json.loads(ended.stdout), ge.compare(ge.Scene.load(scene), ge.Recording.read(walk), **asked)
@@ -75,8 +81,10 @@ def test_verdict_and_report(tmp_path, walk, name, more, asked, code):
     assert result.scores.loc["correlation", "value"] == theirs["scores"]["correlation"]["value"]
     assert result.scores.loc["correlation", "shuffled"] == theirs["scores"]["correlation"]["shuffled"]["mean"]
     result.report(tmp_path / "ours.html")
-    texts = [page.read_text(), (tmp_path / "ours.html").read_text()]
-    assert len({re.sub(r"(grideye compare|grideye_hil\.compare).*", "COMMAND", text) for text in texts}) == 1
+    result.junit(tmp_path / "ours.xml")
+    for file in (page, cases):
+        texts = [file.read_text(), (tmp_path / f"ours{file.suffix}").read_text()]
+        assert len({re.sub(r"(grideye compare|grideye_hil\.compare).*", "COMMAND", text) for text in texts}) == 1
     assert result.headline.split(":")[0] in result._repr_html_()
 
 

@@ -327,8 +327,8 @@ pub(crate) struct Compare {
 
 /// Convert any recording for numpy, pandas, Foxglove or a viewer.
 ///
-/// Reads CSV and other text, JSON, numpy's .npy and .npz, and Parquet. Prints what it took for what; a file that breaks off
-/// is read up to there. recordings/README.md lists the layouts.
+/// Reads CSV and other text, JSON, numpy's .npy and .npz, Parquet and .xlsx. Prints what it took for what; a file that breaks
+/// off is read up to there. recordings/README.md lists the layouts.
 ///
 /// Exit code 3: the file breaks off, or has damaged rows
 ///
@@ -349,7 +349,7 @@ pub(crate) struct Convert {
     /// Roles of the columns [default: guessed].
     ///
     /// ROLE=COLUMN,... where ROLE is time, pixels, thermistor, number, sensor, device, boot or label, and COLUMN a number from
-    /// 1, a name or none: time=1,pixels=2-65. unit=counts are raw words.
+    /// 1, a name or none: time=1,pixels=2-65. unit=counts are raw words. sheet=2 is the second of a workbook.
     #[arg(long, value_name = "COLUMNS")]
     pub(crate) columns: Option<String>,
     /// Frame rate of a file without times.

@@ -41,6 +41,7 @@ pub struct Annex {
     pub(crate) described: &'static str,
     pub(crate) assets: &'static [Asset],
     pub(crate) head: Cow<'static, str>,
+    pub(crate) is_slow: bool,
     routes: Arc<dyn Fn(&Inside) -> Router + Send + Sync>,
 }
 
@@ -55,6 +56,7 @@ impl Annex {
             described: "{}",
             assets: &[],
             head: Cow::Borrowed(""),
+            is_slow: false,
             routes: Arc::new(routes),
         }
     }
@@ -81,6 +83,16 @@ impl Annex {
     pub fn on_the_page(self, head: impl Into<Cow<'static, str>>) -> Self {
         let head = head.into();
         Self { head, ..self }
+    }
+
+    /// Gives its routes more time ([`Limits::slow_handler_time_max`](crate::Limits::slow_handler_time_max)): limit how
+    /// many answer at once, and stop work whose request was dropped.
+    #[must_use]
+    pub fn slow(self) -> Self {
+        Self {
+            is_slow: true,
+            ..self
+        }
     }
 
     /// The name listed by `GET /v1/annexes`.

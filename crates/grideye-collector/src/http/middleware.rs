@@ -16,27 +16,27 @@ use std::net::IpAddr;
 use std::time::Duration;
 
 pub(crate) async fn around(
-    State(state): State<AppState>,
+    State((state, time_max)): State<(AppState, Duration)>,
     request: Request,
     next: Next,
 ) -> Response {
     let client = Client::of(&request);
     let route = request.extensions().get::<MatchedPath>();
     let need = Need::of(request.method(), route.map(MatchedPath::as_str));
-    pass(&state, &client, need, request, |caller, mut request| {
+    let answer = |caller, mut request: Request| {
         if let Some(caller) = caller {
-            request.extensions_mut().insert(caller);
+            request.extensions_mut().insert::<Caller>(caller);
         }
         next.run(request)
-    })
-    .await
+    };
+    pass(&state, &client, (need, time_max), request, answer).await
 }
 
-/// Answers a request if the caller is admitted.
+/// Answers a request if the caller is admitted, within a time.
 pub(crate) async fn pass<A: Future<Output = Response>>(
     state: &AppState,
     client: &Client,
-    need: Need,
+    (need, time_max): (Need, Duration),
     request: Request,
     answer: impl FnOnce(Option<Caller>, Request) -> A,
 ) -> Response {
@@ -46,7 +46,6 @@ pub(crate) async fn pass<A: Future<Output = Response>>(
     let mut response = match admit(state, client, need, &request, began) {
         Err(refusal) => *refusal,
         Ok(caller) => {
-            let time_max = state.limits().handler_time_max;
             let answered = client.alarm.within(time_max, answer(caller, request));
             let answered = answered.await;
             answered.unwrap_or_else(|| too_slow(time_max, is_read).into_response())
@@ -78,7 +77,7 @@ fn admit(
 fn too_slow(time_max: Duration, is_read: bool) -> Refusal {
     let what = format!("the request was not done within {time_max:?}");
     Refusal::new(StatusCode::GATEWAY_TIMEOUT, "too_slow", what).hint(match is_read {
-        true => "ask again when the collector has less to do; long films: download the CSV and run `grideye convert`",
+        true => "ask again when the collector has less to do; long recordings: download the CSV and run `grideye convert`",
         false => "frames that were sent may or may not be stored; sending them again does no harm",
     })
 }

@@ -176,3 +176,40 @@ async fn annex_routes_pass_the_same_middleware() {
         (409, &json!("test_refused"))
     );
 }
+
+/// Answers after so many seconds.
+fn after(name: &'static str, path: &'static str, seconds: u64) -> Annex {
+    let wait = move || async move {
+        tokio::time::sleep(Duration::from_secs(seconds)).await;
+        "done"
+    };
+    Annex::new(name, move |_inside| Router::new().route(path, get(wait)))
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_slow_annex_has_more_time_but_not_for_ever() {
+    let (state, ..) = open().await;
+    let annexes = [
+        after("usual", "/v1/usual", 25),
+        after("slow", "/v1/slow", 290),
+        after("stuck", "/v1/stuck", 310),
+    ];
+    let [usual, slow, stuck] = annexes;
+    let router = app_with(state, &[usual, slow.slow(), stuck.slow()]);
+    let ask = async |method, path| {
+        let began = tokio::time::Instant::now();
+        let (status, headers, json) = send(&router, method, path, None, None).await;
+        assert_eq!(headers[header::X_CONTENT_TYPE_OPTIONS], "nosniff");
+        let code = json["error"]["code"].as_str().unwrap_or_default();
+        let hint = json["error"]["hint"].as_str().unwrap_or_default();
+        let hints = hint.contains("download the CSV and run `grideye convert`");
+        (began.elapsed().as_secs(), status, code.to_owned(), hints)
+    };
+    let too_slow = |seconds| (seconds, 504, "too_slow".to_owned(), true);
+    assert_eq!(ask(Method::GET, "/v1/usual").await, too_slow(20));
+    let done = (290, 200, String::new(), false);
+    assert_eq!(ask(Method::GET, "/v1/slow").await, done);
+    assert_eq!(ask(Method::GET, "/v1/stuck").await, too_slow(300));
+    let wrong = (0, 405, "wrong_method".to_owned(), false);
+    assert_eq!(ask(Method::POST, "/v1/slow").await, wrong);
+}

@@ -8,3 +8,5 @@ mod faults;
 mod layouts;
 #[cfg(test)]
 mod support;
+#[cfg(all(test, feature = "xlsx"))]
+mod workbooks;

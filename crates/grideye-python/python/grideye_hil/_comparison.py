@@ -63,13 +63,11 @@ class Comparison:
 
     def report(self, path: Union[str, os.PathLike[str]]) -> None:
         """Writes the report, one page for any browser, as `grideye compare --report`. The file appears whole."""
-        path = os.path.abspath(path)
-        with tempfile.NamedTemporaryFile(
-            "w", encoding="utf-8", dir=os.path.dirname(path), delete=False
-        ) as page:
-            page.write(self._native.html())
-        os.chmod(page.name, 0o644)
-        os.replace(page.name, path)
+        _write(path, self._native.html())
+
+    def junit(self, path: Union[str, os.PathLike[str]]) -> None:
+        """Writes each criterion as a test case in JUnit's XML, as `grideye compare --junit`. The file appears whole."""
+        _write(path, self._native.junit())
 
     def __str__(self) -> str:
         return self._native.text()
@@ -96,6 +94,16 @@ class Comparison:
         return f"<p><strong>{headline}</strong></p><ul>{reasons}</ul><table>{table}</table>"
 
 
+def _write(path: Union[str, os.PathLike[str]], text: str) -> None:
+    path = os.path.abspath(path)
+    with tempfile.NamedTemporaryFile(
+        "w", encoding="utf-8", dir=os.path.dirname(path), delete=False
+    ) as file:
+        file.write(text)
+    os.chmod(file.name, 0o644)
+    os.replace(file.name, path)
+
+
 def _numbers(score: dict[str, Any]) -> dict[str, Any]:
     shuffled = score["shuffled"]
     columns = ("title", "unit", "better", "value", "blank", "noise", "ceiling", "skill")
@@ -111,6 +119,9 @@ def compare(
     sensor: Optional[str] = None,
     start: Optional[float] = None,
     align: str = "rate",
+    max_shift: float = 0.5,
+    max_rate: float = 6.0,
+    binning: Optional[str] = None,
     thresholds: Union[str, os.PathLike[str], None] = None,
     seed: int = 2,
 ) -> Comparison:
@@ -123,6 +134,9 @@ def compare(
         sensor: the scene's; may be left out if there is one.
         start: the scene's time at which the recording begins, seconds; by default by UTC if trajectories have it, else 0.
         align: what may be aligned, separated by commas: time by none, shift, rate, warp or law; orientation; pose.
+        max_shift: largest delay in either direction, 0 to 60 seconds.
+        max_rate: largest error of the sensor's clock, 0 to 20 %.
+        binning: bins of the second set of entropies: "step:WIDTH" (°C), "levels:N" or "grey256"; by default the sensor's steps.
         thresholds: a file with other thresholds of the verdict.
         seed: of the simulated noise in the scores.
 
@@ -136,6 +150,9 @@ def compare(
         "start_s": start,
         "seed": seed,
         "align": [name.strip() for name in align.split(",")],
+        "max_shift_s": max_shift,
+        "max_rate_percent": max_rate,
+        "binning": binning,
         "command": f"grideye_hil.compare({scene!r}, {recording!r})",
     }
     return Comparison(_native.Comparison.of(scene._native, recording._native, asked))

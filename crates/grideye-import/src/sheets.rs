@@ -1,0 +1,207 @@
+//! Workbooks (`.xlsx`): a sheet is a text of cells separated by tabs, so that all layouts of texts are read.
+
+use crate::cell::RawRow;
+use crate::error::ImportError;
+use crate::source::Rows;
+use crate::text::{Separator, TextRows};
+use calamine::{DataRef, ExcelDateTime, ExcelDateTimeType, Reader, SheetType, Xlsx, XlsxError};
+use core::time::Duration;
+use grideye_frame::PIXELS;
+use std::io::Cursor;
+
+/// Columns of a sheet; those of the largest sensor here are 1,024.
+const COLUMNS_MAX: u32 = 2_048;
+/// As many as Excel has.
+const ROWS_MAX: u32 = 1_048_576;
+/// Bytes of one sheet's text: half a million frames.
+const TEXT_BYTES_MAX: usize = 1 << 28;
+/// Sheets named in an error.
+const NAMED_MAX: usize = 8;
+const HINT: &str =
+    "save it in Excel or LibreOffice as .xlsx without a password, or the sheet as CSV";
+/// Days between the two epochs of Excel.
+const DAYS_TO_1904: f64 = 1_462.0;
+const SECONDS_PER_DAY: u64 = 86_400;
+
+/// The rows of one sheet.
+pub(crate) struct SheetRows {
+    name: String,
+    rows: TextRows<Cursor<String>>,
+}
+
+/// The rows of the sheet with frames, or of the one that is asked for.
+pub(crate) fn rows(bytes: Vec<u8>, asked: Option<&str>) -> Result<SheetRows, ImportError> {
+    let mut book = Xlsx::new(Cursor::new(bytes)).map_err(|error| wrong(&error))?;
+    let sheets = book.sheets_metadata().iter();
+    let sheets = sheets.filter(|sheet| sheet.typ == SheetType::WorkSheet);
+    let names: Vec<String> = sheets.map(|sheet| sheet.name.clone()).collect();
+    let asked = asked.map(|asked| place_of(&names, asked)).transpose()?;
+    let (mut found, mut without) = (Vec::new(), ImportError::no_frame(0));
+    for (place, name) in names.iter().enumerate() {
+        if asked.is_some_and(|asked| asked != place) {
+            continue;
+        }
+        let text = text_of(&mut book, name)?;
+        match TextRows::separated(Cursor::new(text), Some(Separator::Tab)) {
+            Ok(rows) => found.push((place, rows)),
+            Err(error) => without = error,
+        }
+    }
+    if found.len() > 1 {
+        return Err(several(found.iter().map(|(place, _)| *place), &names));
+    }
+    let (place, rows) = found.pop().ok_or(without)?;
+    let name = names[place].clone();
+    Ok(SheetRows { name, rows })
+}
+
+fn several(places: impl ExactSizeIterator<Item = usize>, names: &[String]) -> ImportError {
+    let what = format!("{} sheets of the workbook have frames", places.len());
+    let choices: Vec<String> = places
+        .take(NAMED_MAX)
+        .map(|place| format!("--columns sheet={} ({})", place + 1, names[place]))
+        .collect();
+    ImportError::unclear(what, format!("choose one: {}", choices.join(", ")))
+}
+
+/// By its name, or by its number from 1.
+fn place_of(names: &[String], asked: &str) -> Result<usize, ImportError> {
+    let named = names.iter().position(|name| name == asked);
+    let numbered = || asked.parse::<usize>().ok()?.checked_sub(1);
+    let found = named.or_else(numbered).filter(|place| *place < names.len());
+    found.ok_or_else(|| {
+        let known = names[..names.len().min(NAMED_MAX)].join(", ");
+        let what = format!("there is no sheet {asked}");
+        ImportError::unclear(what, format!("the workbook has {known}"))
+    })
+}
+
+type Book = Xlsx<Cursor<Vec<u8>>>;
+
+/// Each row of the sheet in its own line.
+fn text_of(book: &mut Book, name: &str) -> Result<String, ImportError> {
+    let is_1904 = book.has_1904_epoch();
+    let cells = book.worksheet_cells_reader(name);
+    let mut cells = cells.map_err(|error| wrong(&error))?;
+    let (mut rows, mut bytes) = (Vec::<Vec<String>>::new(), 0);
+    while let Some(cell) = cells.next_cell().map_err(|error| wrong(&error))? {
+        let (row_number, column) = cell.get_position();
+        let text = text(cell.get_value(), is_1904);
+        bytes += text.len() + 1;
+        let (Ok(row), Ok(place), true) = (
+            usize::try_from(row_number),
+            usize::try_from(column),
+            column < COLUMNS_MAX && row_number < ROWS_MAX && bytes <= TEXT_BYTES_MAX,
+        ) else {
+            return Err(ImportError::Container {
+                expected: format!(
+                    "at most {COLUMNS_MAX} columns, {ROWS_MAX} rows and 256 MB of text"
+                ),
+                found: format!("a larger one, {name}"),
+                hint: HINT,
+            });
+        };
+        if text.is_empty() {
+            continue;
+        }
+        rows.resize_with(rows.len().max(row + 1), Vec::new);
+        let fields = &mut rows[row];
+        fields.resize(fields.len().max(place + 1), String::new());
+        fields[place] = text;
+    }
+    Ok(joined(rows))
+}
+
+/// Empty cells at the end of a row are not in the file.
+fn joined(rows: Vec<Vec<String>>) -> String {
+    let is_frame = |row: &Vec<String>| row.iter().filter(|text| !text.is_empty()).count() >= PIXELS;
+    let width = rows.iter().filter(|row| is_frame(row)).map(Vec::len).max();
+    let mut text = String::new();
+    for mut row in rows {
+        if row.len() > PIXELS / 2 {
+            row.resize(row.len().max(width.unwrap_or(0)), String::new());
+        }
+        text += &row.join("\t");
+        // A last field that is empty is ended by its separator.
+        text += if row.last().is_some_and(String::is_empty) {
+            "\t\n"
+        } else {
+            "\n"
+        };
+    }
+    text
+}
+
+fn text(value: &DataRef<'_>, is_1904: bool) -> String {
+    match value {
+        DataRef::Int(value) => value.to_string(),
+        DataRef::Float(value) => value.to_string(),
+        DataRef::Bool(value) => u8::from(*value).to_string(),
+        DataRef::String(text) | DataRef::DateTimeIso(text) | DataRef::DurationIso(text) => {
+            in_one_line(text)
+        }
+        DataRef::SharedString(text) => in_one_line(text),
+        DataRef::DateTime(time) => moment(time, is_1904).unwrap_or_default(),
+        // As of a formula that failed.
+        DataRef::Error(_) | DataRef::Empty => String::new(),
+    }
+}
+
+fn in_one_line(text: &str) -> String {
+    text.replace(['\t', '\n', '\r'], " ").replace('"', "'")
+}
+
+/// Days become a stamp, a day or a time of day, to the microsecond, which is what they hold; a length of time, seconds.
+fn moment(time: &ExcelDateTime, is_1904: bool) -> Option<String> {
+    let days = time.as_f64();
+    let since = Duration::try_from_secs_f64(days * 86_400.0).ok()?;
+    let since = since.checked_add(Duration::from_nanos(500))?;
+    let (seconds, micros) = (since.as_secs(), since.subsec_micros());
+    if time.is_duration() {
+        return Some(format!("{seconds}.{micros:06}"));
+    }
+    let (day, second) = (seconds / SECONDS_PER_DAY, seconds % SECONDS_PER_DAY);
+    let clock = format!(
+        "{:02}:{:02}:{:02}.{micros:06}",
+        second / 3600,
+        second / 60 % 60,
+        second % 60
+    );
+    if days < 1.0 && day == 0 {
+        return Some(clock);
+    }
+    let day = f64::from(u32::try_from(day).ok()?) + if is_1904 { DAYS_TO_1904 } else { 0.0 };
+    let day = ExcelDateTime::new(day, ExcelDateTimeType::DateTime, false);
+    let (year, month, day, ..) = day.to_ymd_hms_milli();
+    let day = format!("{year:04}-{month:02}-{day:02}");
+    Some(match (second, micros) {
+        (0, 0) => day,
+        _ => format!("{day} {clock}"),
+    })
+}
+
+fn wrong(error: &XlsxError) -> ImportError {
+    ImportError::Container {
+        expected: "a whole workbook".to_owned(),
+        found: error.to_string(),
+        hint: HINT,
+    }
+}
+
+impl Rows for SheetRows {
+    fn names(&self) -> Option<&[String]> {
+        self.rows.names()
+    }
+
+    fn next(&mut self) -> Result<Option<RawRow>, ImportError> {
+        self.rows.next()
+    }
+
+    fn skipped(&self) -> u64 {
+        self.rows.skipped()
+    }
+
+    fn container(&self) -> String {
+        format!("the sheet {} of a workbook", self.name)
+    }
+}
