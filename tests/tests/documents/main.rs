@@ -32,6 +32,7 @@ fn documents() -> Vec<PathBuf> {
         "recordings",
         "tests",
         "tests/examples/driver-ci",
+        "tests/examples/firmware-ci",
         "tests/hardware",
     ];
     let mut documents: Vec<PathBuf> = folders
