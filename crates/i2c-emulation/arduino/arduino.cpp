@@ -14,9 +14,11 @@
 #include <time.h>
 #include <unistd.h>
 
-HardwareSerial Serial;
-TwoWire Wire(0);
-TwoWire Wire1(1);
+// Before a sketch's own objects, whose constructors may use them.
+#define FIRST __attribute__((init_priority(101)))
+HardwareSerial Serial FIRST;
+TwoWire Wire FIRST(0);
+TwoWire Wire1 FIRST(1);
 
 // The program has no answer: neither right (0) nor wrong (1).
 static const int NO_ANSWER = 3;
@@ -49,11 +51,13 @@ static uint64_t now_us() {
   return uint64_t(now.tv_sec) * 1000000 + uint64_t(now.tv_nsec) / 1000;
 }
 
-static const uint64_t STARTED_US = now_us();
+static const struct Start {
+  uint64_t us = now_us();
+} START FIRST;
 
 // 32 bits, so that they wrap as on a microcontroller.
-unsigned long millis() { return uint32_t((now_us() - STARTED_US) / 1000); }
-unsigned long micros() { return uint32_t(now_us() - STARTED_US); }
+unsigned long millis() { return uint32_t((now_us() - START.us) / 1000); }
+unsigned long micros() { return uint32_t(now_us() - START.us); }
 
 static void wait_us(uint64_t us) {
   timespec rest = {time_t(us / 1000000), long(us % 1000000 * 1000)};

@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 mod commands;
+mod drivers;
 mod errors;
 mod helps;
 mod units;
