@@ -1,4 +1,4 @@
-// What Wire answers, line by line: tests/tests/arduino.rs has the expected text. Argument: which part.
+// What Wire answers, line by line: tests/tests/arduino/wire.rs has the expected text. Argument: which part.
 #include <Arduino.h>
 #include <Wire.h>
 

@@ -1,8 +1,8 @@
 // Arduino's core on the computer that compiles it: an unmodified sketch or library becomes a program of this host, whose
 // `Wire` is an emulated or real I2C bus. C++11, three files, nothing to install:
 //
-//   g++ -std=c++11 -fpermissive -DARDUINO=10819 -I CORE -I LIBRARY -include Arduino.h \
-//     -x c++ SKETCH.ino -x none LIBRARY/*.cpp CORE/arduino.cpp -o sketch
+//   g++ -std=c++11 -fpermissive -DARDUINO=10819 -I CORE -I LIBRARY -include Arduino.h -x c++ SKETCH.ino
+//     -x none LIBRARY/*.cpp CORE/arduino.cpp -o sketch
 //   grideye emulate --constant -5 -- ./sketch
 //
 // A unit test has its own main() in place of setup() and loop(), and exits with its result. A sketch runs until it is

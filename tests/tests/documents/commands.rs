@@ -27,7 +27,7 @@ pub(crate) const PASTED: &str =
     "a_line_pasted_into_a_shell_ends_with_the_first_frame_at_the_collector";
 pub(crate) const DRIVER_CI: &str = "tests/tests/driver_ci.rs";
 pub(crate) const DRIVER_CI_PYTHON: &str = "the_python_suite_passes_on_the_emulated_sensor";
-pub(crate) const ARDUINO: &str = "tests/tests/arduino.rs";
+pub(crate) const ARDUINO: &str = "tests/tests/arduino/example.rs";
 pub(crate) const ARDUINO_RED: &str = "the_examples_driver_is_green_and_one_without_a_sign_is_red";
 pub(crate) const PACKAGES: &str = "tests/tests/packages/main.rs";
 pub(crate) const INSTALLED: &str = "the_packages_are_installed_started_upgraded_removed_and_purged";
