@@ -1,8 +1,6 @@
 //! The project to copy, `tests/examples/firmware-ci`: its firmware, and the lines of its page and its workflow.
 
-use crate::kit::{
-    Checkout, EXAMPLE, WITHOUT_AVR_GCC, WITHOUT_CXX, compiled, on_the_bus, path, read,
-};
+use crate::kit::{Checkout, EXAMPLE, WITHOUT_AVR, WITHOUT_CXX, compiled, on_the_bus, path, read};
 use grideye_tests::emulated::{Way, Words, recording, run_emulated};
 use grideye_tests::programs::{is_left_out, root, run};
 use grideye_tests::python;
@@ -119,7 +117,7 @@ fn the_examples_driver_is_green_and_one_without_a_sign_is_red() {
 /// Linked by Debian's compiler and core, for both boards: ELF files for AVR with the TWI's interrupt in use.
 #[test]
 fn the_firmware_is_built_for_the_boards() {
-    if is_left_out(WITHOUT_AVR_GCC, "firmware for AVR") {
+    if is_left_out(WITHOUT_AVR, "firmware for AVR") {
         return;
     }
     let checkout = Checkout::new();

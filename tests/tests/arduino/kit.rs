@@ -6,7 +6,7 @@ use std::process::Command;
 use std::sync::OnceLock;
 
 pub(crate) const WITHOUT_CXX: &str = "GRIDEYE_WITHOUT_CXX";
-pub(crate) const WITHOUT_AVR_GCC: &str = "GRIDEYE_WITHOUT_AVR_GCC";
+pub(crate) const WITHOUT_AVR: &str = "GRIDEYE_WITHOUT_AVR";
 const CORE: &str = "crates/i2c-emulation/arduino";
 pub(crate) const EXAMPLE: &str = "tests/examples/firmware-ci";
 

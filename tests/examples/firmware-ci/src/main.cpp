@@ -25,10 +25,12 @@ void setup() {
 void loop() {
   float pixels_c[64];
   float thermistor_c;
+  const bool answers = sensor.read_pixels(pixels_c) && sensor.read_thermistor(&thermistor_c);
+  // After the reading, which may be of a sensor that just restarted.
   if (!sensor.is_set_up()) {
     Serial.println(F("the sensor restarted"));
     set_up();
-  } else if (sensor.read_pixels(pixels_c) && sensor.read_thermistor(&thermistor_c)) {
+  } else if (answers) {
     bool is_warm = false;
     Serial.print(F("thermistor "));
     Serial.print(thermistor_c, 4);
