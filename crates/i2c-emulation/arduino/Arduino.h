@@ -28,6 +28,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <string>
+#include <type_traits>
 
 typedef bool boolean;
 typedef uint8_t byte;
@@ -57,8 +58,8 @@ void loop();
 #define word(high, low) ((uint16_t)((uint8_t)(high) << 8 | (uint8_t)(low)))
 
 // Functions, not macros, so that the headers of C++ may follow this one.
-template <class A, class B> auto min(A a, B b) -> decltype(a < b ? a : b) { return a < b ? a : b; }
-template <class A, class B> auto max(A a, B b) -> decltype(a > b ? a : b) { return a > b ? a : b; }
+template <class A, class B> typename std::common_type<A, B>::type min(A a, B b) { return a < b ? a : b; }
+template <class A, class B> typename std::common_type<A, B>::type max(A a, B b) { return a > b ? a : b; }
 inline long map(long x, long from_low, long from_high, long to_low, long to_high) {
   return (x - from_low) * (to_high - to_low) / (from_high - from_low) + to_low;
 }

@@ -354,7 +354,7 @@ uint8_t TwoWire::transfer_by_socket() {
   const std::vector<uint8_t> answer = ask(packet);
   switch (answer[0]) {
     case DONE_PACKET:
-      if (held_.back().is_read) received_.assign(answer.begin() + 3, answer.end());
+      if (held_.back().is_read) received_.assign(answer.begin() + min(size_t(3), answer.size()), answer.end());
       return DONE;
     case FAULT:
       switch (number_at(answer, 1, 1)) {

@@ -40,7 +40,8 @@ fn core() -> PathBuf {
     let made = CORE_OBJECT.get_or_init(|| {
         let folder = tempfile::tempdir().unwrap();
         let source = root().join(CORE).join("arduino.cpp");
-        compile(&["-c"], &folder.path().join("core.o"), &[&source]);
+        // Optimized, since g++ then sees more that is wrong.
+        compile(&["-c", "-O2"], &folder.path().join("core.o"), &[&source]);
         folder
     });
     made.path().join("core.o")
