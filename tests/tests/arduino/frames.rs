@@ -105,10 +105,10 @@ fn each_way_of_reading_tears_the_frames_that_the_bus_time_says() {
             "{way}: {torn} of {reads} torn, {predicted} predicted, by time {expected:.1}"
         )
         .unwrap();
-        assert!(reads > 30 && differ == 0, "{differ} {table}");
+        assert!(reads > 15 && differ == 0, "{differ} {table}");
     }
     print!("{table}");
-    assert!(count(&printed, &trace, "by pixel").torn > 5, "{table}");
+    assert!(count(&printed, &trace, "by pixel").torn > 2, "{table}");
     let bursts = printed.lines().filter(|line| line.starts_with("one burst"));
     for burst in bursts {
         assert_eq!(burst, "one burst: 32 bytes, torn at pixel 17: -0.25");
