@@ -53,7 +53,10 @@ static void codes() {
   Wire.write(0);
   Wire.write(0);
   printf("%d", Wire.endTransmission());
-  printf(" %d", request(0x0E, 2));
+  Wire.beginTransmission(SENSOR);
+  Wire.write(0x0E);
+  printf(" %d", Wire.endTransmission(false));
+  printf(" %d", Wire.requestFrom(SENSOR, uint8_t(2)));
   printf(" %d\n", Wire.getWireTimeoutFlag());
 }
 

@@ -10,12 +10,11 @@
 // As on the AVR: a transmission longer than the buffer is cut and sent, a request for more than the buffer reads what
 // fits, and neither is an error. Compile every file with -DBUFFER_LENGTH=128 for the buffer of an ESP32, or up to 255.
 //
-// Different from the AVR, because a transfer reaches the bus as a whole:
-//   - A write that endTransmission(false) holds is sent with what follows, in one transaction. Until then nobody knows
-//     whether it is acknowledged, and the result is 0, as on an ESP32.
-//   - A read that requestFrom(…, false) holds ends with a STOP all the same. Where a library reads a frame in parts
-//     without a STOP (Adafruit_BusIO), an update may come between two of them; on an AVR it may not.
+// Different from the AVR:
 //   - A line that is held low is code 5 after a second, with setWireTimeout() and without.
+//   - A second write after a held one begins with a STOP, and a second read goes on with the first.
+//   - At /dev/i2c-N, where a transfer is a whole: a held write is sent with what follows, and its result is 0, as on an
+//     ESP32; a held read ends with a STOP all the same, so that an update may come between two parts of a frame.
 #ifndef TwoWire_h
 #define TwoWire_h
 
@@ -76,9 +75,9 @@ class TwoWire : public Stream {
     std::vector<uint8_t> bytes;  // to write, or as many as to read
   };
 
-  uint8_t transfer();
-  uint8_t transfer_by_socket();
-  uint8_t transfer_by_device();
+  uint8_t carry_out(const Message &message, bool stop);
+  uint8_t carry_out_by_device(const Message &message, bool stop);
+  uint8_t carry_out_by_socket(const Message &message, bool stop);
   void open_bus();
   void connect_to(const char *path);
   std::vector<uint8_t> ask(const std::vector<uint8_t> &packet);
@@ -91,7 +90,8 @@ class TwoWire : public Stream {
   bool transmitting_ = false;
   bool timed_out_ = false;
   Message transmission_;
-  std::vector<Message> held_;  // since the last STOP
+  std::vector<Message> held_;             // by a device, since the last STOP
+  enum { NONE, WRITE, READ } open_ = NONE;  // by a socket, the last since the last STOP
   std::vector<uint8_t> received_;
   size_t taken_ = 0;
 };

@@ -203,6 +203,7 @@ void TwoWire::end() {
   if (file_ != -1) close(file_);
   file_ = -1;
   held_.clear();
+  open_ = NONE;
 }
 
 void TwoWire::beginTransmission(uint8_t address) {
@@ -226,9 +227,7 @@ size_t TwoWire::write(const uint8_t *bytes, size_t length) {
 
 uint8_t TwoWire::endTransmission(uint8_t stop) {
   transmitting_ = false;
-  held_.push_back(transmission_);
-  transmission_.bytes.clear();
-  return stop ? transfer() : uint8_t(DONE);
+  return carry_out(transmission_, stop);
 }
 
 uint8_t TwoWire::requestFrom(uint8_t address, uint8_t quantity, uint32_t reg, uint8_t reg_bytes, uint8_t stop) {
@@ -240,21 +239,18 @@ uint8_t TwoWire::requestFrom(uint8_t address, uint8_t quantity, uint32_t reg, ui
   return requestFrom(address, quantity, stop);
 }
 
-uint8_t TwoWire::requestFrom(uint8_t address, uint8_t quantity, uint8_t /*stop*/) {
+uint8_t TwoWire::requestFrom(uint8_t address, uint8_t quantity, uint8_t stop) {
   received_.clear();
   taken_ = 0;
   if (quantity == 0) return 0;
-  held_.push_back({address, true, std::vector<uint8_t>(min(quantity, BUFFER_LENGTH))});
-  transfer();
+  carry_out({address, true, std::vector<uint8_t>(min(quantity, BUFFER_LENGTH))}, stop);
   return uint8_t(received_.size());
 }
 
-// Sends what is held as one transaction. What its read brings is in `received_`.
-uint8_t TwoWire::transfer() {
+uint8_t TwoWire::carry_out(const Message &message, bool stop) {
   begin();
-  const uint8_t result = is_socket_ ? transfer_by_socket() : transfer_by_device();
+  const uint8_t result = is_socket_ ? carry_out_by_socket(message, stop) : carry_out_by_device(message, stop);
   timed_out_ |= result == TIMEOUT;
-  held_.clear();
   return result;
 }
 
@@ -271,17 +267,18 @@ void TwoWire::open_bus() {
   }
 }
 
-uint8_t TwoWire::transfer_by_device() {
+uint8_t TwoWire::carry_out_by_device(const Message &message, bool stop) {
+  held_.push_back(message);
+  if (!message.is_read && !stop) return DONE;
   std::vector<i2c_msg> messages;
   for (Message &m : held_) {
     messages.push_back({m.address, uint16_t(m.is_read ? I2C_M_RD : 0), uint16_t(m.bytes.size()), m.bytes.data()});
   }
   i2c_rdwr_ioctl_data transfer = {messages.data(), uint32_t(messages.size())};
   const int completed = ioctl(file_, I2C_RDWR, &transfer);
-  if (completed == int(messages.size())) {
-    if (held_.back().is_read) received_ = held_.back().bytes;
-    return DONE;
-  }
+  if (completed == int(messages.size()) && message.is_read) received_ = held_.back().bytes;
+  held_.clear();
+  if (completed == int(messages.size())) return DONE;
   switch (completed == -1 ? errno : EIO) {
     case ENXIO:
     case EREMOTEIO:  // a Raspberry Pi does not tell an address from a byte
@@ -297,7 +294,7 @@ uint8_t TwoWire::transfer_by_device() {
 
 // --- the socket's packets: length, kind and body, little-endian ----------------------------------------------------
 
-enum : uint8_t { HELLO = 0x01, TRANSFER = 0x02, WELCOME = 0x81, DONE_PACKET = 0x82, FAULT = 0x83, REFUSED = 0x84, BYE = 0x85 };
+enum : uint8_t { HELLO = 0x01, TRANSFER = 0x02, STEP = 0x04, STOP = 0x05, WELCOME = 0x81, DONE_PACKET = 0x82, FAULT = 0x83, BYE = 0x85 };
 static const uint32_t PACKET_BYTES_MAX = 344324;
 static const int WAIT_MAX_S = 10;
 static const uint8_t BUS_ALONE = 0;  // who judges a transfer
@@ -339,22 +336,31 @@ void TwoWire::connect_to(const char *path) {
   die("there is no bus " + std::to_string(number_) + "; the server has" + served, "GRIDEYE_I2C_BUS=N makes bus N the first: Wire");
 }
 
-uint8_t TwoWire::transfer_by_socket() {
-  std::vector<uint8_t> packet = {TRANSFER};
+// A message alone is a transfer. Others are steps of a transaction that stays open.
+uint8_t TwoWire::carry_out_by_socket(const Message &message, bool stop) {
+  const bool is_alone = stop && open_ == NONE;
+  if (open_ == WRITE && !message.is_read) ask({STOP});
+  std::vector<uint8_t> packet = {is_alone ? TRANSFER : STEP};
   put16(packet, number_);
   put16(packet, number_ >> 16);
-  packet.push_back(BUS_ALONE);
-  put16(packet, held_.size());
-  for (const Message &m : held_) {
-    put16(packet, m.address);
-    put16(packet, m.is_read);
-    put16(packet, m.bytes.size());
-    if (!m.is_read) packet.insert(packet.end(), m.bytes.begin(), m.bytes.end());
+  if (is_alone) {
+    packet.push_back(BUS_ALONE);
+    put16(packet, 1);
   }
+  put16(packet, message.address);
+  put16(packet, message.is_read);
+  put16(packet, message.bytes.size());
+  if (!message.is_read) packet.insert(packet.end(), message.bytes.begin(), message.bytes.end());
   const std::vector<uint8_t> answer = ask(packet);
+  if (!is_alone) {
+    // A fault ends with a STOP, as the AVR's hardware does it.
+    const bool ends = stop || answer[0] != DONE_PACKET;
+    if (ends) ask({STOP});
+    open_ = ends ? NONE : message.is_read ? READ : WRITE;
+  }
   switch (answer[0]) {
     case DONE_PACKET:
-      if (held_.back().is_read) received_.assign(answer.begin() + min(size_t(3), answer.size()), answer.end());
+      if (message.is_read) received_.assign(answer.begin() + min(size_t(3), answer.size()), answer.end());
       return DONE;
     case FAULT:
       switch (number_at(answer, 1, 1)) {

@@ -137,6 +137,24 @@ fn the_firmware_is_built_for_the_boards() {
     }
 }
 
+/// The ELF files themselves, in simavr: green, and red without the sign.
+#[test]
+fn the_firmware_runs_on_both_boards() {
+    if is_left_out(WITHOUT_AVR, "firmware on emulated boards") {
+        return;
+    }
+    let checkout = Checkout::new();
+    let ended = checkout.run_page("make -C /tmp/firmware test-avr");
+    assert_eq!(ended.code, 0, "{ended:?}");
+    for board in ["atmega328p", "atmega2560"] {
+        assert!(ended.stderr.contains(board), "{ended:?}");
+    }
+    let line = "make -B uno mega CXXFLAGS=-DWRONG_BELOW_ZERO && make test-avr";
+    let ended = checkout.run(line, &checkout.folder());
+    assert_eq!(ended.code, 2, "{ended:?}");
+    assert!(ended.stdout.contains("pixels 1019.00 "), "{ended:?}");
+}
+
 /// Against GitHub's own schema; and its lines are those of the tests above, besides installations.
 #[test]
 fn a_public_ci_takes_the_workflow_of_the_firmware() {
@@ -156,12 +174,19 @@ fn a_public_ci_takes_the_workflow_of_the_firmware() {
     let run_lines: Vec<&str> = lines
         .filter_map(|line| line.strip_prefix("run: "))
         .collect();
-    let [pip, test, apt, boards] = run_lines[..] else {
+    let [pip, test, apt, boards, again, avr] = run_lines[..] else {
         panic!("{run_lines:?}");
     };
     assert_eq!(
-        (pip, test, boards),
-        ("pip install grideye-hil", "make test", "make uno mega")
+        (pip, again, test, boards, avr),
+        (
+            "pip install grideye-hil",
+            pip,
+            "make test",
+            "make uno mega",
+            "make test-avr"
+        )
     );
-    assert!(apt.ends_with(" gcc-avr avr-libc arduino-core-avr"), "{apt}");
+    let packages = " gcc-avr avr-libc arduino-core-avr libsimavr-dev";
+    assert!(apt.ends_with(packages), "{apt}");
 }

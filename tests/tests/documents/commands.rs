@@ -299,6 +299,10 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
         "make -C /tmp/firmware uno mega",
         By(ARDUINO, "the_firmware_is_built_for_the_boards"),
     ),
+    (
+        "make -C /tmp/firmware test-avr",
+        By(ARDUINO, "the_firmware_runs_on_both_boards"),
+    ),
     // the helps
     ("grideye completions bash", Run("", &["_grideye()"])),
     ("grideye man man1", Run("", &["man pages to man1"])),

@@ -1,4 +1,4 @@
-// Reads frames in three ways, in turn, and prints for each whether all pixels are equal. On a sensor whose frames are each
+// Reads frames in four ways, in turn, and prints for each whether all pixels are equal. On a sensor whose frames are each
 // of one temperature, a frame with two is torn: mixed of two frames.
 #include <Wire.h>
 
@@ -6,21 +6,25 @@ static const uint8_t SENSOR = 0x69;
 static const uint8_t PIXELS = 0x80;
 static const int FRAME_BYTES = 128;
 
-// Asks for so many bytes from a register on, and takes as many, whether they came or not, as careless code does.
-int read_part(uint8_t reg, uint8_t *bytes, int length) {
-  Wire.beginTransmission(SENSOR);
-  Wire.write(reg);
-  Wire.endTransmission(false);
-  const int arrived = Wire.requestFrom(SENSOR, (uint8_t)length);
+// Takes as many bytes as it asks for, whether they came or not, as careless code does.
+int read_part(uint8_t *bytes, int length, bool stop) {
+  const int arrived = Wire.requestFrom(SENSOR, (uint8_t)length, (uint8_t)stop);
   for (int at = 0; at < length; at++) bytes[at] = Wire.read();
   return arrived;
 }
 
-// Reads a frame in parts of so many bytes, each a transaction of its own.
-void read_frame(const __FlashStringHelper *way, int part) {
+// Reads a frame in parts of so many bytes: each a transaction of its own with its register, or all held in one.
+void read_frame(const __FlashStringHelper *way, int part, bool holds) {
   uint8_t bytes[FRAME_BYTES];
   int arrived = 0;
-  for (int at = 0; at < FRAME_BYTES; at += part) arrived += read_part(PIXELS + at, bytes + at, part);
+  for (int at = 0; at < FRAME_BYTES; at += part) {
+    if (at == 0 || !holds) {
+      Wire.beginTransmission(SENSOR);
+      Wire.write(PIXELS + at);
+      Wire.endTransmission(false);
+    }
+    arrived += read_part(bytes + at, part, !holds || at + part == FRAME_BYTES);
+  }
   Serial.print(way);
   Serial.print(F(": "));
   Serial.print(arrived);
@@ -44,8 +48,9 @@ void setup() {
 
 void loop() {
   static uint8_t round_number = 0;
-  read_frame(F("one burst"), 128);
-  read_frame(F("32-byte parts"), 32);
-  read_frame(F("by pixel"), 2);
+  read_frame(F("one burst"), 128, false);
+  read_frame(F("32-byte parts"), 32, false);
+  read_frame(F("32-byte parts, held"), 32, true);
+  read_frame(F("by pixel"), 2, false);
   delay(7 * (round_number++ % 11));  // so that all moments between two frames are met
 }
