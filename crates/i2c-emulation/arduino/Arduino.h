@@ -11,8 +11,10 @@
 // What differs from an AVR:
 //   - `int` has 32 bits, as on ESP32 and RP2040, and `long` and `double` have 64. Code that relies on 16 bits, such as
 //     `value |= 0xF000` for a sign, is right on one side alone: run the firmware itself, too.
-//   - Time is real. `grideye emulate --speed 10` makes the sensor faster, not millis() and delay().
-//   - Pins have no wires: an input reads HIGH with a pull-up and LOW without, and no interrupt comes.
+//   - With `grideye emulate --socket PATH`, time is the emulated sensor's from begin() on: delay() lets it pass, and with
+//     `--speed 0` at once, so that a test of an hour takes no hour. Otherwise time is real.
+//   - Only the sensor's INT has a wire, and only with `--socket`: to pin 2, or to the pins that GRIDEYE_INT_PINS names, one a
+//     sensor ("2,3"). An interrupt's handler is called in delay() and after loop(). Other inputs read HIGH with a pull-up.
 //   - Only what is declared here exists. A sketch that needs more does not compile.
 #ifndef Arduino_h
 #define Arduino_h
@@ -80,7 +82,7 @@ inline long map(long x, long from_low, long from_high, long to_low, long to_high
 class __FlashStringHelper;
 #define F(text) (reinterpret_cast<const __FlashStringHelper *>(text))
 
-// --- time, real, from the start of the program ---------------------------------------------------------------------
+// --- time, from the start of the program ---------------------------------------------------------------------------
 
 unsigned long millis();  // wraps after 49.7 days
 unsigned long micros();  // wraps after 71.6 minutes
@@ -88,7 +90,7 @@ void delay(unsigned long ms);
 void delayMicroseconds(unsigned int us);
 inline void yield() {}
 
-// --- pins, without wires -------------------------------------------------------------------------------------------
+// --- pins ----------------------------------------------------------------------------------------------------------
 
 #define LOW 0
 #define HIGH 1
@@ -104,12 +106,13 @@ void pinMode(uint8_t pin, uint8_t mode);
 void digitalWrite(uint8_t pin, uint8_t level);
 int digitalRead(uint8_t pin);
 
-// The sensor's INT pin does not reach a program of this host: says so on standard error, once.
+// Numbers as on an Uno: interrupt 0 is pin 2 and 1 is pin 3; others are their pin. Without a socket no interrupt comes,
+// which is said on standard error.
 void attachInterrupt(uint8_t interrupt, void (*handler)(), int mode);
-inline void detachInterrupt(uint8_t) {}
+void detachInterrupt(uint8_t interrupt);
 inline void interrupts() {}
 inline void noInterrupts() {}
-#define digitalPinToInterrupt(pin) (pin)
+#define digitalPinToInterrupt(pin) ((pin) == 2 ? 0 : (pin) == 3 ? 1 : (pin))
 
 // --- text ----------------------------------------------------------------------------------------------------------
 

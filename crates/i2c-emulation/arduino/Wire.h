@@ -68,6 +68,14 @@ class TwoWire : public Stream {
   int read() override { return available() ? received_[taken_++] : -1; }
   int peek() override { return available() ? received_[taken_] : -1; }
 
+  // Lets the emulated machine's time pass, at most so long, or until a sensor's INT has this level. Tells its time and the
+  // levels; false without a socket.
+  struct Machine {
+    uint64_t now_us;
+    std::vector<uint8_t> levels;
+  };
+  bool pass(uint64_t most_us, uint16_t sensor, bool level, Machine *machine);
+
  private:
   struct Message {
     uint16_t address;

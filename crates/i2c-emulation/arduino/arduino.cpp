@@ -35,35 +35,90 @@ __attribute__((noreturn)) static void die(const std::string &error, const std::s
 void setup() __attribute__((weak));
 void loop() __attribute__((weak));
 
+static void look_at_pins();
+
 __attribute__((weak)) int main() {
   if (!setup || !loop) die("there is neither main() nor setup() and loop()", "compile the sketch or the test, too");
   // A reader of the output sees each line at once.
   setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
   setup();
-  for (;;) loop();
+  for (;;) {
+    loop();
+    look_at_pins();
+  }
 }
 
-// --- time ----------------------------------------------------------------------------------------------------------
+// --- time and interrupts -------------------------------------------------------------------------------------------
 
-static uint64_t now_us() {
+static const uint16_t NO_SENSOR = 0xFFFF;
+// An AVR's own resolution. A look at the time takes as long, so that who polls a clock that stands sees it go on.
+static const uint64_t LOOK_US = 4;
+
+static struct {
+  uint8_t level;
+  bool is_int;  // wired to the INT of a sensor
+  void (*handler)();
+  int mode;
+} pins[256];
+
+// The pin at the INT of a sensor, counted from 0; -1 for none.
+static int int_pin(size_t sensor) {
+  const char *names = getenv("GRIDEYE_INT_PINS");
+  if (!names) names = "2";
+  for (; sensor > 0 && names; sensor--) names = strchr(names, ',') ? strchr(names, ',') + 1 : nullptr;
+  return names ? uint8_t(atoi(names)) : -1;
+}
+
+static uint64_t real_us() {
   timespec now;
   clock_gettime(CLOCK_MONOTONIC, &now);
   return uint64_t(now.tv_sec) * 1000000 + uint64_t(now.tv_nsec) / 1000;
 }
 
 static const struct Start {
-  uint64_t us = now_us();
+  uint64_t us = real_us();
 } START FIRST;
 
-// 32 bits, so that they wrap as on a microcontroller.
-unsigned long millis() { return uint32_t((now_us() - START.us) / 1000); }
-unsigned long micros() { return uint32_t(now_us() - START.us); }
+// Lets time pass, at most so long, or until a sensor's INT has this level: the emulated machine's, which continues real time
+// from begin() on, or else real time. Calls the handlers for what INT has done. Returns the time since the start.
+static uint64_t pass_us(uint64_t most_us, uint16_t sensor = NO_SENSOR, bool level = LOW) {
+  static bool is_known = false;
+  static uint64_t ahead_us;
+  TwoWire::Machine machine;
+  if (!Wire.pass(most_us, sensor, level, &machine)) {
+    timespec rest = {time_t(most_us / 1000000), long(most_us % 1000000 * 1000)};
+    while (most_us > LOOK_US && nanosleep(&rest, &rest) == -1 && errno == EINTR) {
+    }
+    return real_us() - START.us;
+  }
+  if (!is_known) ahead_us = real_us() - START.us - machine.now_us;
+  is_known = true;
+  for (size_t at = 0; at < machine.levels.size() && int_pin(at) >= 0; at++) {
+    auto &pin = pins[int_pin(at)];
+    const bool has_changed = pin.level != machine.levels[at];
+    pin.level = machine.levels[at];
+    pin.is_int = true;
+    if (has_changed && pin.handler && (pin.mode == CHANGE || pin.mode == (pin.level ? RISING : FALLING))) pin.handler();
+  }
+  return machine.now_us + ahead_us;
+}
+
+static void look_at_pins() { pass_us(LOOK_US); }
 
 static void wait_us(uint64_t us) {
-  timespec rest = {time_t(us / 1000000), long(us % 1000000 * 1000)};
-  while (nanosleep(&rest, &rest) == -1 && errno == EINTR) {
+  static const uint64_t PASS_MAX_US = 1000000;
+  uint64_t now_us = pass_us(0);
+  const uint64_t end_us = now_us + us;
+  while (now_us < end_us) {
+    // An interrupt comes at its moment: of the first sensor, since a request waits for one.
+    const auto &pin = pins[uint8_t(int_pin(0))];
+    now_us = pass_us(min(end_us - now_us, PASS_MAX_US), pin.is_int && pin.handler ? 0 : NO_SENSOR, !pin.level);
   }
 }
+
+// 32 bits, so that they wrap as on a microcontroller.
+unsigned long millis() { return uint32_t(pass_us(LOOK_US) / 1000); }
+unsigned long micros() { return uint32_t(pass_us(LOOK_US)); }
 
 void delay(unsigned long ms) {
   fflush(stdout);
@@ -72,22 +127,29 @@ void delay(unsigned long ms) {
 
 void delayMicroseconds(unsigned int us) { wait_us(us); }
 
-// --- pins ----------------------------------------------------------------------------------------------------------
-
-static uint8_t levels[256];
-
 void pinMode(uint8_t pin, uint8_t mode) {
-  if (mode != OUTPUT) levels[pin] = mode == INPUT_PULLUP ? HIGH : LOW;
+  if (mode != OUTPUT && !pins[pin].is_int) pins[pin].level = mode == INPUT_PULLUP ? HIGH : LOW;
 }
 
-void digitalWrite(uint8_t pin, uint8_t level) { levels[pin] = level != LOW; }
-int digitalRead(uint8_t pin) { return levels[pin]; }
-
-void attachInterrupt(uint8_t, void (*)(), int) {
-  static bool said = false;
-  if (!said) fprintf(stderr, "note: no interrupt comes: the sensor's INT pin does not reach a program of this host\n");
-  said = true;
+void digitalWrite(uint8_t pin, uint8_t level) {
+  if (!pins[pin].is_int) pins[pin].level = level != LOW;
 }
+
+int digitalRead(uint8_t pin) {
+  look_at_pins();
+  return pins[pin].level;
+}
+
+void attachInterrupt(uint8_t interrupt, void (*handler)(), int mode) {
+  auto &pin = pins[uint8_t(interrupt < 2 ? interrupt + 2 : interrupt)];
+  look_at_pins();
+  pin.handler = handler;
+  pin.mode = mode;
+  if (pin.is_int) return;
+  fprintf(stderr, "note: no interrupt comes: INT has a wire only after Wire.begin(), and with grideye emulate --socket PATH\n");
+}
+
+void detachInterrupt(uint8_t interrupt) { pins[uint8_t(interrupt < 2 ? interrupt + 2 : interrupt)].handler = nullptr; }
 
 // --- text ----------------------------------------------------------------------------------------------------------
 
@@ -151,9 +213,9 @@ size_t Print::print(double n, int digits) {
 }
 
 int Stream::timed_read() {
-  const uint64_t end_us = now_us() + uint64_t(timeout_ms_) * 1000;
+  const uint64_t end_us = pass_us(0) + uint64_t(timeout_ms_) * 1000;
   int next = read();
-  while (next < 0 && now_us() < end_us) {
+  while (next < 0 && pass_us(LOOK_US) < end_us) {
     wait_us(1000);
     next = read();
   }
@@ -294,7 +356,8 @@ uint8_t TwoWire::carry_out_by_device(const Message &message, bool stop) {
 
 // --- the socket's packets: length, kind and body, little-endian ----------------------------------------------------
 
-enum : uint8_t { HELLO = 0x01, TRANSFER = 0x02, STEP = 0x04, STOP = 0x05, WELCOME = 0x81, DONE_PACKET = 0x82, FAULT = 0x83, BYE = 0x85 };
+enum : uint8_t { HELLO = 0x01, TRANSFER = 0x02, STEP = 0x04, STOP = 0x05, PASS = 0x06 };
+enum : uint8_t { WELCOME = 0x81, DONE_PACKET = 0x82, FAULT = 0x83, BYE = 0x85, PASSED = 0x86 };
 static const uint32_t PACKET_BYTES_MAX = 344324;
 static const int WAIT_MAX_S = 10;
 static const uint8_t BUS_ALONE = 0;  // who judges a transfer
@@ -304,9 +367,9 @@ static void put16(std::vector<uint8_t> &packet, size_t value) {
   packet.push_back(highByte(value));
 }
 
-static uint32_t number_at(const std::vector<uint8_t> &packet, size_t at, int bytes) {
-  uint32_t value = 0;
-  for (int byte = 0; byte < bytes && at + byte < packet.size(); byte++) value |= uint32_t(packet[at + byte]) << (8 * byte);
+static uint64_t number_at(const std::vector<uint8_t> &packet, size_t at, int bytes) {
+  uint64_t value = 0;
+  for (int byte = 0; byte < bytes && at + byte < packet.size(); byte++) value |= uint64_t(packet[at + byte]) << (8 * byte);
   return value;
 }
 
@@ -372,6 +435,19 @@ uint8_t TwoWire::carry_out_by_socket(const Message &message, bool stop) {
     default:
       return OTHER;
   }
+}
+
+bool TwoWire::pass(uint64_t most_us, uint16_t sensor, bool level, Machine *machine) {
+  if (file_ == -1 || !is_socket_) return false;
+  std::vector<uint8_t> packet = {PASS};
+  for (int shift = 0; shift < 64; shift += 16) put16(packet, most_us * 1000 >> shift);
+  put16(packet, sensor);
+  packet.push_back(level);
+  const std::vector<uint8_t> answer = ask(packet);
+  if (answer[0] != PASSED) return false;
+  machine->now_us = number_at(answer, 1, 8) / 1000;
+  machine->levels.assign(answer.begin() + min(size_t(11), answer.size()), answer.end());
+  return true;
 }
 
 // Sends a packet, and returns the answer from its kind on.

@@ -6,6 +6,7 @@ use grideye_tests::programs::{is_left_out, root, run};
 use grideye_tests::python;
 use std::path::Path;
 use std::process::Command;
+use std::time::Instant;
 
 const WORKFLOW: &str = "tests/examples/firmware-ci/.github/workflows/firmware.yml";
 
@@ -69,8 +70,11 @@ fn the_firmware_notices_a_brown_out() {
         path(&faults),
         "--trace",
         path(&trace),
+        "--speed",
+        "0",
     ];
-    let ended = on_the_bus(&source, Path::new("timeout"), &["3", path(&firmware)]);
+    let command = format!("{} | head -n 25", firmware.display());
+    let ended = on_the_bus(&source, Path::new("sh"), &["-c", &command]);
     let lines: Vec<&str> = ended.stdout.lines().collect();
     let restarted: Vec<usize> = (0..lines.len())
         .filter(|at| lines[*at] == "the sensor restarted")
@@ -89,6 +93,46 @@ fn the_firmware_notices_a_brown_out() {
     let trace = std::fs::read_to_string(trace).unwrap();
     let level = |byte: &str| trace.matches(&format!(",write,{byte},ack")).count();
     assert_eq!((level("0x08 0xd8"), level("0x09 0x0f")), (2, 2), "{trace}");
+}
+
+/// Two pixels become warm in frame 31, 3 s after the first transfer; the sketch waits from 0.25 s on. The same whatever the
+/// pace of time, and as fast as it can be where time stands.
+#[test]
+fn the_interrupt_comes_when_the_sensor_has_it() {
+    if is_left_out(WITHOUT_CXX, "interrupts of an Arduino sketch") {
+        return;
+    }
+    let checkout = Checkout::new();
+    let made = checkout.run("make build/interrupt", &checkout.folder());
+    assert_eq!(made.code, 0, "{made:?}");
+    let frames = (0..40).map(|frame| Words {
+        pixels: std::array::from_fn(|pixel| {
+            let is_warm = frame >= 30 && [0, 9].contains(&pixel);
+            if is_warm { 0x0A0 } else { 0x050 }
+        }),
+        thermistor: 0x190,
+    });
+    let file = recording(&checkout.folder(), "warm.csv", frames);
+    for speed in ["0", "10"] {
+        let began = Instant::now();
+        let source = [
+            "--recording",
+            path(&file),
+            "--replay",
+            "frames",
+            "--speed",
+            speed,
+        ];
+        let sketch = checkout.folder().join("build/interrupt");
+        let ended = on_the_bus(&source, Path::new("timeout"), &["20", path(&sketch)]);
+        let expected =
+            "pin 1\r\ninterrupt after 28 tenths of a second, pin 0, pixels 1 2 0 0 0 0 0 0\r\n";
+        assert_eq!(ended.stdout, expected, "--speed {speed}: {ended:?}");
+        assert!(
+            speed != "0" || began.elapsed().as_secs_f64() < 2.0,
+            "{ended:?}"
+        );
+    }
 }
 
 #[test]

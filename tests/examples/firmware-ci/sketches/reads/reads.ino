@@ -5,6 +5,7 @@
 static const uint8_t SENSOR = 0x69;
 static const uint8_t PIXELS = 0x80;
 static const int FRAME_BYTES = 128;
+static const int ROUNDS = 200;
 
 // Takes as many bytes as it asks for, whether they came or not, as careless code does.
 int read_part(uint8_t *bytes, int length, bool stop) {
@@ -47,10 +48,14 @@ void setup() {
 }
 
 void loop() {
-  static uint8_t round_number = 0;
+  static int rounds = 0;
+  if (rounds == ROUNDS) {
+    Serial.flush();
+    exit(0);
+  }
   read_frame(F("one burst"), 128, false);
   read_frame(F("32-byte parts"), 32, false);
   read_frame(F("32-byte parts, held"), 32, true);
   read_frame(F("by pixel"), 2, false);
-  delay(7 * (round_number++ % 11));  // so that all moments between two frames are met
+  delay(7 * (rounds++ % 11));  // so that all moments between two frames are met
 }
