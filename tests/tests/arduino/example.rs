@@ -95,8 +95,8 @@ fn the_firmware_notices_a_brown_out() {
     assert_eq!((level("0x08 0xd8"), level("0x09 0x0f")), (2, 2), "{trace}");
 }
 
-/// Two pixels become warm in frame 31, 3 s after the first transfer; the sketch waits from 0.25 s on. The same whatever the
-/// pace of time, and as fast as it can be where time stands.
+/// Two pixels become warm in frame 31, 3 s after the first transfer; the sketch waits from 0.25 s on. Where time stands, it
+/// is the same on every computer, and done at once.
 #[test]
 fn the_interrupt_comes_when_the_sensor_has_it() {
     if is_left_out(WITHOUT_CXX, "interrupts of an Arduino sketch") {
@@ -125,13 +125,13 @@ fn the_interrupt_comes_when_the_sensor_has_it() {
         ];
         let sketch = checkout.folder().join("build/interrupt");
         let ended = on_the_bus(&source, Path::new("timeout"), &["20", path(&sketch)]);
-        let expected =
-            "pin 1\r\ninterrupt after 28 tenths of a second, pin 0, pixels 1 2 0 0 0 0 0 0\r\n";
-        assert_eq!(ended.stdout, expected, "--speed {speed}: {ended:?}");
-        assert!(
-            speed != "0" || began.elapsed().as_secs_f64() < 2.0,
-            "{ended:?}"
-        );
+        let (before, after) = ended.stdout.split_once(" tenths of a second, ").unwrap();
+        assert_eq!(after, "pin 0, pixels 1 2 0 0 0 0 0 0\r\n", "{ended:?}");
+        assert!(before.starts_with("pin 1\r\ninterrupt after "), "{ended:?}");
+        if speed == "0" {
+            assert!(before.ends_with("after 28"), "{ended:?}");
+            assert!(began.elapsed().as_secs_f64() < 2.5, "{ended:?}");
+        }
     }
 }
 
