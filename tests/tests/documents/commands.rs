@@ -27,6 +27,8 @@ pub(crate) const PASTED: &str =
     "a_line_pasted_into_a_shell_ends_with_the_first_frame_at_the_collector";
 pub(crate) const DRIVER_CI: &str = "tests/tests/driver_ci.rs";
 pub(crate) const DRIVER_CI_PYTHON: &str = "the_python_suite_passes_on_the_emulated_sensor";
+pub(crate) const ARDUINO: &str = "tests/tests/arduino/example.rs";
+pub(crate) const ARDUINO_RED: &str = "the_examples_driver_is_green_and_one_without_a_sign_is_red";
 pub(crate) const PACKAGES: &str = "tests/tests/packages/main.rs";
 pub(crate) const INSTALLED: &str = "the_packages_are_installed_started_upgraded_removed_and_purged";
 pub(crate) const WALK: &str = "grideye simulate scenes/experiment-3.toml --out walk.csv";
@@ -282,6 +284,24 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
     (
         "cd /tmp/driver && python3 -m venv venv && . venv/bin/activate && pip install -r python/requirements.txt",
         By(DRIVER_CI, DRIVER_CI_PYTHON),
+    ),
+    // tests/examples/firmware-ci/README.md
+    (
+        "cp -r tests/examples/firmware-ci /tmp/firmware && ln -s \"$PWD\" /tmp/firmware/grideye-hil",
+        By(ARDUINO, ARDUINO_RED),
+    ),
+    ("make -C /tmp/firmware test", By(ARDUINO, ARDUINO_RED)),
+    (
+        "make -C /tmp/firmware -B test-driver CXXFLAGS=-DWRONG_BELOW_ZERO",
+        By(ARDUINO, ARDUINO_RED),
+    ),
+    (
+        "make -C /tmp/firmware uno mega",
+        By(ARDUINO, "the_firmware_is_built_for_the_boards"),
+    ),
+    (
+        "make -C /tmp/firmware test-avr",
+        By(ARDUINO, "the_firmware_runs_on_both_boards"),
     ),
     // the helps
     ("grideye completions bash", Run("", &["_grideye()"])),

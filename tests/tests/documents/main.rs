@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 mod commands;
+mod drivers;
 mod errors;
 mod helps;
 mod units;
@@ -32,6 +33,7 @@ fn documents() -> Vec<PathBuf> {
         "recordings",
         "tests",
         "tests/examples/driver-ci",
+        "tests/examples/firmware-ci",
         "tests/hardware",
     ];
     let mut documents: Vec<PathBuf> = folders

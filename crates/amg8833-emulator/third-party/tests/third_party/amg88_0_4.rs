@@ -8,13 +8,14 @@ fn driver(sensor: &Sensor) -> GridEye<Handle<'_>> {
 }
 
 /// All its conversions of the sensor's words are right. (word, the driver's and true value)
-const PIXELS: [(u16, f32); 9] = [
+const PIXELS: [(u16, f32); 10] = [
     (0x1F4, 125.0),
     (0x064, 25.0),
     (0x001, 0.25),
     (0x000, 0.0),
     (0x7FF, 511.75),
     (0xFFF, -0.25),
+    (0xFEC, -5.0),
     (0xF9C, -25.0),
     (0xF24, -55.0),
     (0x800, -512.0),
@@ -32,12 +33,13 @@ fn pixels() {
     }
 }
 
-const THERMISTORS: [(u16, f32); 7] = [
+const THERMISTORS: [(u16, f32); 8] = [
     (0x7FF, 127.9375),
     (0x190, 25.0),
     (0x004, 0.25),
     (0x000, 0.0),
     (0x804, -0.25),
+    (0x808, -0.5),
     (0x940, -20.0),
     (0xBBB, -59.6875),
 ];

@@ -21,7 +21,7 @@ fn their_pixel(word: u16) -> f32 {
 }
 
 /// Pixel values. (word, the driver's value, true value)
-const PIXELS: [(u16, f32, f32); 10] = [
+const PIXELS: [(u16, f32, f32); 11] = [
     (0x1F4, 125.0, 125.0),
     (0x064, 25.0, 25.0),
     (0x001, 0.25, 0.25),
@@ -29,6 +29,7 @@ const PIXELS: [(u16, f32, f32); 10] = [
     (0x7FF, 511.75, 511.75),
     // One step too warm below zero: one's complement instead of two's.
     (0xFFF, -0.0, -0.25),
+    (0xFEC, -4.75, -5.0),
     (0xFD8, -9.75, -10.0),
     (0xF9C, -24.75, -25.0),
     (0xF24, -54.75, -55.0),
@@ -50,12 +51,13 @@ fn pixels() {
 
 /// Thermistor values: the driver decodes sign and magnitude like the pixels' format. (word, the driver's value, true
 /// value)
-const THERMISTORS: [(u16, f32, f32); 7] = [
+const THERMISTORS: [(u16, f32, f32); 8] = [
     (0x7FF, 127.9375, 127.9375),
     (0x190, 25.0, 25.0),
     (0x004, 0.25, 0.25),
     (0x000, 0.0, 0.0),
     (0x804, -127.6875, -0.25),
+    (0x808, -127.4375, -0.5),
     (0x940, -107.9375, -20.0),
     (0xBBB, -68.25, -59.6875),
 ];

@@ -1,0 +1,110 @@
+// The AVR's `Wire` on an emulated or real bus of this host, as controller. Which bus it is:
+//
+//   grideye emulate SOURCE -- PROGRAM                  /dev/i2c-1, judged by the adapter that is emulated (`--adapter`)
+//   grideye emulate SOURCE --socket PATH -- PROGRAM    the bare bus, as a microcontroller's: GRIDEYE_I2C_SOCKET names it
+//   ./PROGRAM                                          a real /dev/i2c-1
+//
+// `Wire` is bus 1 and `Wire1` bus 2. GRIDEYE_I2C_BUS names another first number. Where there is no bus, begin() and the
+// first transfer end the program with code 3 and a hint.
+//
+// As on the AVR: a transmission longer than the buffer is cut and sent, a request for more than the buffer reads what
+// fits, and neither is an error. Compile every file with -DBUFFER_LENGTH=128 for the buffer of an ESP32, or up to 255.
+//
+// Different from the AVR:
+//   - A line that is held low is code 5 after a second, with setWireTimeout() and without.
+//   - A second write after a held one begins with a STOP, and a second read goes on with the first.
+//   - At /dev/i2c-N, where a transfer is a whole: a held write is sent with what follows, and its result is 0, as on an
+//     ESP32; a held read ends with a STOP all the same, so that an update may come between two parts of a frame.
+#ifndef TwoWire_h
+#define TwoWire_h
+
+#include "Arduino.h"
+
+#include <vector>
+
+#ifndef BUFFER_LENGTH
+#define BUFFER_LENGTH 32
+#endif
+#define WIRE_HAS_END 1
+#define WIRE_HAS_TIMEOUT 1
+
+class TwoWire : public Stream {
+ public:
+  explicit TwoWire(unsigned after_the_first) : offset_(after_the_first) {}
+
+  void begin();
+  void begin(int /*sda*/, int /*scl*/, uint32_t /*hz*/ = 0) { begin(); }
+  void end();
+  void setClock(uint32_t /*hz*/) {}  // `grideye emulate --scl` sets the emulated bus's
+  void setWireTimeout(uint32_t /*us*/ = 25000, bool /*reset*/ = false) {}
+  bool getWireTimeoutFlag() const { return timed_out_; }
+  void clearWireTimeoutFlag() { timed_out_ = false; }
+
+  void beginTransmission(uint8_t address);
+  void beginTransmission(int address) { beginTransmission(uint8_t(address)); }
+
+  // 0 done, 2 address not acknowledged, 3 byte not acknowledged, 4 another error, 5 timeout
+  uint8_t endTransmission(uint8_t stop);
+  uint8_t endTransmission() { return endTransmission(true); }
+
+  // The number of bytes read: all that fit, or none.
+  uint8_t requestFrom(uint8_t address, uint8_t quantity, uint32_t reg, uint8_t reg_bytes, uint8_t stop);
+  uint8_t requestFrom(uint8_t address, uint8_t quantity, uint8_t stop);
+  uint8_t requestFrom(uint8_t address, uint8_t quantity) { return requestFrom(address, quantity, uint8_t(true)); }
+  uint8_t requestFrom(int address, int quantity) { return requestFrom(uint8_t(address), uint8_t(quantity)); }
+  uint8_t requestFrom(int address, int quantity, int stop) {
+    return requestFrom(uint8_t(address), uint8_t(quantity), uint8_t(stop));
+  }
+
+  size_t write(uint8_t byte) override;
+  size_t write(const uint8_t *bytes, size_t length) override;  // always `length`, even if it did not fit
+  size_t write(int n) { return write(uint8_t(n)); }
+  size_t write(unsigned n) { return write(uint8_t(n)); }
+  size_t write(long n) { return write(uint8_t(n)); }
+  size_t write(unsigned long n) { return write(uint8_t(n)); }
+  using Print::write;
+
+  int available() override { return int(received_.size() - taken_); }
+  int read() override { return available() ? received_[taken_++] : -1; }
+  int peek() override { return available() ? received_[taken_] : -1; }
+
+  // Lets the emulated machine's time pass, at most so long, or until a sensor's INT has this level. Tells its time and the
+  // levels; false without a socket.
+  struct Machine {
+    uint64_t now_us;
+    std::vector<uint8_t> levels;
+  };
+  bool pass(uint64_t most_us, uint16_t sensor, bool level, Machine *machine);
+
+ private:
+  struct Message {
+    uint16_t address;
+    bool is_read;
+    std::vector<uint8_t> bytes;  // to write, or as many as to read
+  };
+
+  uint8_t carry_out(const Message &message, bool stop);
+  uint8_t carry_out_by_device(const Message &message, bool stop);
+  uint8_t carry_out_by_socket(const Message &message, bool stop);
+  void open_bus();
+  void connect_to(const char *path);
+  std::vector<uint8_t> ask(const std::vector<uint8_t> &packet);
+  void take(uint8_t *bytes, size_t length);
+
+  unsigned offset_;
+  unsigned number_ = 0;
+  int file_ = -1;
+  bool is_socket_ = false;
+  bool transmitting_ = false;
+  bool timed_out_ = false;
+  Message transmission_;
+  std::vector<Message> held_;             // by a device, since the last STOP
+  enum { NONE, WRITE, READ } open_ = NONE;  // by a socket, the last since the last STOP
+  std::vector<uint8_t> received_;
+  size_t taken_ = 0;
+};
+
+extern TwoWire Wire;
+extern TwoWire Wire1;
+
+#endif

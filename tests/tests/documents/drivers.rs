@@ -1,0 +1,75 @@
+//! `crates/grideye/DRIVERS.md`, which prints what drivers of other authors return below zero: its tests exist, its versions
+//! are those of the tests, and the Python drivers return what it prints.
+
+use grideye_tests::emulated::{Way, run_emulated};
+use grideye_tests::programs::root;
+use grideye_tests::python;
+use serde_json::Value;
+
+/// The cells of the rows whose last one names a path of this repository.
+fn rows() -> Vec<Vec<String>> {
+    let page = std::fs::read_to_string(root().join("crates/grideye/DRIVERS.md")).unwrap();
+    let rows = page.lines().filter(|line| line.ends_with("` |"));
+    let rows: Vec<Vec<String>> = rows
+        .map(|row| {
+            row.split(" | ")
+                .map(|cell| cell.trim_matches(['|', ' ']).to_owned())
+        })
+        .map(Iterator::collect)
+        .collect();
+    assert_eq!(rows.len(), 6, "{rows:?}");
+    rows
+}
+
+/// The number at the beginning of a cell, which is bold where it is wrong.
+fn number(cell: &str) -> f64 {
+    let plain = cell.replace("**", "");
+    plain.split([':', ' ']).next().unwrap().parse().unwrap()
+}
+
+#[test]
+fn the_drivers_of_the_table_are_those_of_the_tests() {
+    let pins = [
+        "tests/python/requirements.txt",
+        "crates/amg8833-emulator/third-party/Cargo.lock",
+    ];
+    let pins = pins
+        .map(|file| std::fs::read_to_string(root().join(file)).unwrap())
+        .concat();
+    for row in rows() {
+        let place = row.last().unwrap().trim_matches('`');
+        assert!(root().join(place).exists(), "{place}");
+        let (name, version) = row[0].rsplit_once(' ').unwrap();
+        let pinned = [
+            format!("{name}=={version}\n"),
+            format!("name = \"{name}\"\nversion = \"{version}\"\n"),
+        ];
+        let is_pinned = pinned.iter().any(|pin| pins.contains(pin.as_str()));
+        assert!(is_pinned || name == "Linux 6.1", "{name} {version}");
+    }
+}
+
+#[test]
+fn the_python_drivers_return_what_the_table_prints() {
+    let scripts: [&[&str]; 3] = [
+        &["circuitpython.py", "extended", "frame"],
+        &["melopero.py", "frame"],
+        &["grideye_driver.py", "frame"],
+    ];
+    for (row, script) in rows().iter().zip(scripts) {
+        let what = "what Python drivers of other authors return below zero";
+        let Some(command) = python::script(script[0], &script[1..], what) else {
+            return;
+        };
+        let ended = run_emulated(Way::Preload, &["--constant", "-5"], &command);
+        assert_eq!(ended.code, 0, "{ended:?}");
+        let answer: Value = serde_json::from_str(&ended.stdout).unwrap();
+        let found = [&answer["frame"][7][7], &answer["thermistor"]];
+        let found = found.map(|value| value.as_f64().unwrap());
+        let printed = [number(&row[2]), number(&row[3])];
+        assert!(
+            (found[0] - printed[0]).abs() < 1e-9 && (found[1] - printed[1]).abs() < 1e-9,
+            "{row:?}: {found:?}"
+        );
+    }
+}
