@@ -156,7 +156,9 @@ pub(crate) struct Emulate {
     /// Time to serve, or firmware's own time, in seconds [default: until Ctrl-C].
     #[arg(long, value_name = "N", value_parser = positive, hide_short_help = true, help_heading = SERVING)]
     pub(crate) seconds: Option<f64>,
-    /// Output that ends firmware; without it in time, the exit code is 124.
+    /// Output that ends firmware [default: none].
+    ///
+    /// If it does not come in time, the exit code is 124.
     #[arg(long, value_name = "TEXT", hide_short_help = true, help_heading = FIRMWARE)]
     pub(crate) until: Option<String>,
     /// Microcontroller, and its clock [default: the ELF file's, 16000000 Hz].
@@ -164,7 +166,7 @@ pub(crate) struct Emulate {
     /// A name of simavr, such as atmega328p or atmega2560@8000000.
     #[arg(long, value_name = "NAME[@HZ]", value_parser = mcu, hide_short_help = true, help_heading = FIRMWARE)]
     pub(crate) mcu: Option<Mcu>,
-    /// Port pin at the INT pin of each sensor in turn, such as PD2; - for none.
+    /// Port pins at the INT pins of the sensors in turn, such as PD2,- [default: none].
     #[arg(long = "int", value_name = "PIN", value_delimiter = ',', allow_hyphen_values = true, hide_short_help = true, help_heading = FIRMWARE)]
     pub(crate) interrupts: Vec<String>,
     /// Print JSON: one line when ready, one at the end.

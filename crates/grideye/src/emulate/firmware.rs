@@ -62,8 +62,8 @@ pub(super) fn run(
     options: &Emulate,
     machine: &Machine,
     voice: &Voice,
-    stop: &Stop,
 ) -> Result<Outcome> {
+    let stop = Stop::catch()?;
     let folder = tempfile::tempdir().context("cannot make a folder for the simulator")?;
     let socket = options.socket.clone();
     let socket = socket.unwrap_or_else(|| folder.path().join("bus"));

@@ -59,7 +59,10 @@ pub(crate) fn run(options: &Emulate) -> Result<Outcome> {
         speed => Timebase::new(ahead, speed),
     };
     let machine = Machine::new(base, &world, prepared.parts, &wiring).map_err(bad_input)?;
-    let outcome = machine.keeping_up(|| ways::serve(options, firmware.as_ref(), &machine, &voice));
+    let outcome = machine.keeping_up(|| match &firmware {
+        Some(firmware) => firmware::run(firmware, options, &machine, &voice),
+        None => ways::serve(options, &machine, &voice),
+    });
     if let (Err(_), Some(trace)) = (&outcome, &trace) {
         trace.keep_unless_empty();
     }

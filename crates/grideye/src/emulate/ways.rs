@@ -1,7 +1,6 @@
 //! The ways to the emulated buses: opened before anybody is told of them, closed before the program ends; and what is
 //! said of them: one line when they can be used, one of what went over the buses.
 
-use super::firmware;
 use super::parts::Prepared;
 use crate::cli::Emulate;
 use crate::exit::{Outcome, bad_input};
@@ -9,7 +8,6 @@ use crate::output::outln;
 use crate::progress;
 use anyhow::{Context as _, Result, anyhow};
 use grideye_rig::{Counts, Machine, Planned};
-use i2c_emulation::avr::Firmware;
 use i2c_emulation::ioctl::AdapterMode;
 use i2c_emulation::program::{self, RunError};
 use i2c_emulation::rack::Rack;
@@ -30,17 +28,8 @@ const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// The Python client's default socket.
 const SOCKET_VARIABLE: &str = "GRIDEYE_I2C_SOCKET";
 
-pub(super) fn serve(
-    options: &Emulate,
-    firmware: Option<&Firmware>,
-    machine: &Machine,
-    voice: &Voice,
-) -> Result<Outcome> {
-    // From here on a signal does not end the process at once, so that nothing is left behind.
+pub(super) fn serve(options: &Emulate, machine: &Machine, voice: &Voice) -> Result<Outcome> {
     let stop = Stop::catch()?;
-    if let Some(firmware) = firmware {
-        return firmware::run(firmware, options, machine, voice, &stop);
-    }
     let mut reached = Reached::default();
     let socket = options.socket.as_deref();
     let socket =
@@ -220,7 +209,8 @@ impl UsbWay {
 pub(super) struct Stop(Receiver<Signal>);
 
 impl Stop {
-    fn catch() -> Result<Self> {
+    /// From here on a signal does not end the process at once, so that nothing is left behind.
+    pub(super) fn catch() -> Result<Self> {
         let runtime = progress::runtime();
         let runtime = runtime.context("cannot start the thread that waits for Ctrl-C")?;
         let (mut interrupted, mut terminated) = {
