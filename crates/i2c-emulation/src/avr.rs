@@ -14,10 +14,17 @@ pub const CLIENT: &str = include_str!("../avr/grideye_avr.c");
 /// The clock of the usual boards, in hertz.
 pub const HZ: u32 = 16_000_000;
 
-/// The ELF header up to its flags.
-const HEADER_BYTES: usize = 40;
+/// The ELF header and its table of segments.
+const HEAD_BYTES: u64 = 4096;
 const EM_AVR: u16 = 83;
 const EF_AVR_MACH: u8 = 0x7F;
+const ELFCLASS32: u8 = 1;
+/// Other processors with firmware of 32 bits: their number in ELF, their name in Rust, and microcontrollers.
+const OTHERS: [(u16, &str, &str); 3] = [
+    (40, "arm", "ARM (RP2040, STM32, SAMD)"),
+    (94, "xtensa", "Xtensa (ESP8266, ESP32)"),
+    (243, "riscv32", "RISC-V (ESP32-C3)"),
+];
 
 /// A file with the firmware of an AVR.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -65,6 +72,10 @@ impl Default for Options {
 #[expect(missing_docs, reason = "the messages say what each is")]
 pub enum AvrError {
     #[error(
+        "{0} is firmware for {1}, and the simulator here is of AVR (ATmega328P, ATmega2560)\nhint: an RP2040's runs in rp2040js (crates/i2c-emulation/README.md); a library can be compiled for this computer (tests/examples/firmware-ci/README.md)"
+    )]
+    OtherChip(PathBuf, &'static str),
+    #[error(
         "cannot tell for which microcontroller {0} was built\nhint: name it with --mcu; `simavr --list-cores` prints those it knows"
     )]
     UnknownMcu(PathBuf),
@@ -83,28 +94,41 @@ pub enum AvrError {
 }
 
 impl Firmware {
-    /// This file, if it is an ELF file for AVR or Intel HEX.
-    #[must_use]
-    pub fn recognize(path: &Path) -> Option<Self> {
+    /// This file, if it is an ELF file for AVR or Intel HEX; `None` for a program of this computer.
+    /// # Errors
+    /// It is an ELF file for another microcontroller.
+    pub fn recognize(path: &Path) -> Result<Option<Self>, AvrError> {
         let mut head = Vec::new();
-        let file = File::open(path).ok()?;
-        let bytes = u64::try_from(HEADER_BYTES).unwrap_or(u64::MAX);
-        file.take(bytes).read_to_end(&mut head).ok()?;
-        let path = path.to_owned();
-        if head.starts_with(b"\x7fELF") {
-            let machine = head.get(18..20)?;
-            let family = head.get(36)? & EF_AVR_MACH;
-            return (machine == EM_AVR.to_le_bytes()).then_some(Self {
-                path,
-                family: Some(family),
-            });
+        // What cannot be read is left to who starts programs.
+        let read = File::open(path).map(|file| file.take(HEAD_BYTES).read_to_end(&mut head));
+        if !matches!(read, Ok(Ok(_))) {
+            return Ok(None);
         }
-        let is_record = |bytes: &[u8]| {
-            let (colon, digits) = bytes.split_first()?;
-            (*colon == b':' && digits.iter().take(8).all(u8::is_ascii_hexdigit)).then_some(())
+        let path = path.to_owned();
+        let Some(ident) = head.strip_prefix(b"\x7fELF") else {
+            let is_hex = head.first() == Some(&b':')
+                && head.iter().skip(1).take(8).all(u8::is_ascii_hexdigit);
+            return Ok(is_hex.then_some(Self { path, family: None }));
         };
-        is_record(&head)?;
-        Some(Self { path, family: None })
+        let word = |at: usize| {
+            let bytes = head.get(at..at + 2)?.try_into().ok()?;
+            Some(u16::from_le_bytes(bytes))
+        };
+        match (word(18), head.get(36)) {
+            (Some(EM_AVR), Some(flags)) => Ok(Some(Self {
+                path,
+                family: Some(flags & EF_AVR_MACH),
+            })),
+            (Some(machine), _) if ident.first() == Some(&ELFCLASS32) && !has_loader(&head) => {
+                let other = OTHERS.iter().find(|(number, arch, _)| {
+                    *number == machine && *arch != std::env::consts::ARCH
+                });
+                other.map_or(Ok(None), |(_, _, chips)| {
+                    Err(AvrError::OtherChip(path, chips))
+                })
+            }
+            _ => Ok(None),
+        }
     }
 
     /// The command that runs it with the buses behind `socket`, after its simulator was compiled into `folder`.
@@ -138,6 +162,25 @@ impl Firmware {
             Some(_) => None,
         }
     }
+}
+
+/// Whether a 32-bit ELF file asks for a program loader (PT_INTERP), as programs of an operating system do.
+fn has_loader(head: &[u8]) -> bool {
+    const PT_INTERP: [u8; 4] = [3, 0, 0, 0];
+    let number = |at: usize, bytes: usize| {
+        let bytes = head.get(at..at + bytes)?;
+        let value = bytes
+            .iter()
+            .rev()
+            .fold(0, |sum, byte| sum << 8 | u64::from(*byte));
+        usize::try_from(value).ok()
+    };
+    let (Some(table), Some(size), Some(count)) = (number(28, 4), number(42, 2), number(44, 2))
+    else {
+        return false;
+    };
+    let mut starts = (0..count).map(|index| table.saturating_add(index * size));
+    starts.any(|at| head.get(at..at.saturating_add(4)) == Some(&PT_INTERP))
 }
 
 /// Compiles the simulator's program; returns its path.

@@ -232,6 +232,17 @@ fn firmware_that_cannot_run_is_named_with_the_fix() {
     refused(&elf, &["--int", "PZ9"], &["no such pin", "PD2"]);
     refused(&elf, &["--scl", "400000"], &["--scl", "firmware"]);
     refused(&elf, &["--adapter", "usb"], &["--adapter"]);
+    // An ELF header of 32 bits for Xtensa, without segments (ELF specification, figure 1-3).
+    let other = folder.path().join("esp32.elf");
+    let mut header = b"\x7fELF\x01\x01\x01".to_vec();
+    header.resize(52, 0);
+    header[18] = 94;
+    std::fs::write(&other, header).unwrap();
+    refused(
+        &other,
+        &[],
+        &["esp32.elf is firmware for Xtensa", "rp2040js"],
+    );
     let broken = folder.path().join("broken.hex");
     std::fs::write(&broken, ":10000000\n").unwrap();
     refused(&broken, &[], &["Intel HEX"]);

@@ -14,7 +14,8 @@ use std::path::Path;
 /// The firmware that the command line names as its program, if that is what it names.
 pub(super) fn named(options: &Emulate) -> Result<Option<Firmware>> {
     let program = options.program.first().map(Path::new);
-    let firmware = program.and_then(Firmware::recognize);
+    let firmware = program.map_or(Ok(None), Firmware::recognize);
+    let firmware = firmware.map_err(bad_input)?;
     let other = |what: &str, hint: &str| Err(bad_input(anyhow!("{what}\nhint: {hint}")));
     if firmware.is_none() {
         let only = [
