@@ -230,17 +230,16 @@ impl ImagePlane {
         }
         let (low, high) = bounds(outline.iter().copied());
         for row in bands(low.y, high.y, self.rows) {
-            let (top, bottom) = band(row, self.rows);
-            let strip = clipped(outline, |point| point.y - top);
-            let strip = clipped(&strip, |point| bottom - point.y);
+            let strip = within(outline, (low.y, high.y), band(row, self.rows), |point| {
+                point.y
+            });
             if area(&strip) <= AREA_MIN {
                 continue;
             }
             let (low, high) = bounds(strip.iter().copied());
             for column in bands(low.x, high.x, self.columns) {
                 let (left, right) = band(column, self.columns);
-                let cell = clipped(&strip, |point| point.x - left);
-                let cell = clipped(&cell, |point| right - point.x);
+                let cell = within(&strip, (low.x, high.x), (left, right), |point| point.x);
                 self.integrate_between_centers(&cell, (row, column), value, pixels);
             }
         }
@@ -329,6 +328,20 @@ fn band(index: usize, count: usize) -> (f64, f64) {
         if index == 0 { 0.0 } else { center - 0.5 },
         if index == count { center } else { center + 0.5 },
     )
+}
+
+/// The part of a polygon in a band of one coordinate; most polygons are in one band already.
+fn within(
+    outline: &[DVec2],
+    (low, high): (f64, f64),
+    (first, last): (f64, f64),
+    at: impl Fn(DVec2) -> f64,
+) -> Cow<'_, [DVec2]> {
+    if first <= low && high <= last {
+        return Cow::Borrowed(outline);
+    }
+    let after = clipped(outline, |point| at(point) - first);
+    Cow::Owned(clipped(&after, |point| last - at(point)))
 }
 
 /// Where facets are, by cells of a grid over all of them: most of those of a body are nowhere near each other.
@@ -433,8 +446,9 @@ fn hide(outlines: &mut Vec<Polygon>, facet: &Facet, other: &Facet, wins: bool) {
 }
 
 fn difference(outline: &[DVec2], cover: &[DVec2]) -> Vec<Polygon> {
-    if !may_meet(outline, cover) || area(&intersection(outline, cover)) <= AREA_MIN {
-        return vec![outline.to_vec()];
+    let whole = || vec![outline.to_vec()];
+    if !may_meet(outline, cover) {
+        return whole();
     }
     let mut parts = Vec::new();
     let mut rest = outline.to_vec();
@@ -444,6 +458,13 @@ fn difference(outline: &[DVec2], cover: &[DVec2]) -> Vec<Polygon> {
             parts.push(outside);
         }
         rest = clipped(&rest, &side);
+        if rest.is_empty() {
+            break;
+        }
+    }
+    // What they share is nothing but rounding.
+    if area(&rest) <= AREA_MIN {
+        return whole();
     }
     parts
 }
@@ -467,8 +488,14 @@ fn sides(outline: &[DVec2]) -> impl Iterator<Item = impl Fn(DVec2) -> f64> {
         .map(|(from, to)| move |point: DVec2| (*to - *from).perp_dot(point - *from))
 }
 
+/// Whether the polygons can have more than an edge in common: a side of neither lies between them (separating axes).
 fn may_meet(one: &[DVec2], other: &[DVec2]) -> bool {
+    let is_beyond = |outline: &[DVec2], of: &[DVec2]| {
+        sides(of).any(|side| outline.iter().all(|point| side(*point) <= 0.0))
+    };
     overlap(bounds(one.iter().copied()), bounds(other.iter().copied()))
+        && !is_beyond(one, other)
+        && !is_beyond(other, one)
 }
 
 fn overlap((low, high): (DVec2, DVec2), (other_low, other_high): (DVec2, DVec2)) -> bool {
