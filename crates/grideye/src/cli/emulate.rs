@@ -92,7 +92,7 @@ pub(crate) struct Emulate {
     )]
     #[arg(long, value_name = "ADDR")]
     pub(crate) usbip: Option<Option<SocketAddr>>,
-    /// Program to run (it alone sees /dev/i2c-N), or firmware: .elf, .hex.
+    /// Program, which alone sees /dev/i2c-N, or firmware (.elf, .hex).
     ///
     /// An ELF or Intel HEX file of an AVR runs in simavr, with the sensors at its TWI.
     #[arg(last = true, value_name = "PROGRAM")]
