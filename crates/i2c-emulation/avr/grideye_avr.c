@@ -423,7 +423,7 @@ int main(int count, char **given)
     avr_global_logger_set(say);
     avr = avr_make_mcu_by_name(given[3]);
     if (!avr)
-        fail("simavr knows no such microcontroller", "name one that `simavr --list-cores` prints, such as atmega328p");
+        fail("simavr knows no such microcontroller", "name one that `simavr --list-cores` (package simavr) prints, such as atmega328p");
     avr_init(avr);
     load(given[2], hz);
     avr->sleep = no_sleep;

@@ -76,7 +76,7 @@ pub enum AvrError {
     )]
     OtherChip(PathBuf, &'static str),
     #[error(
-        "cannot tell for which microcontroller {0} was built\nhint: name it with --mcu; `simavr --list-cores` prints those it knows"
+        "cannot tell for which microcontroller {0} was built\nhint: name it with --mcu; `simavr --list-cores` (package simavr) prints those it knows"
     )]
     UnknownMcu(PathBuf),
     #[error(

@@ -178,7 +178,7 @@ fn the_interrupt_reaches_a_port_pin_at_the_frame_that_raises_it() {
         .parse()
         .unwrap();
     assert!((0.9..1.3).contains(&seconds), "{}", ended.stderr);
-    // Without the wire it sleeps for ever.
+    // Without the wire it sleeps forever.
     let ended = emulate(&elf, &[&known[..], &["--seconds", "5"]].concat());
     assert_eq!((ended.stdout.as_str(), ended.code), ("", 0), "{ended:?}");
 }
