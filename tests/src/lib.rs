@@ -44,3 +44,9 @@ pub mod python;
 pub mod skip;
 
 pub mod webdriver;
+
+#[expect(
+    clippy::unwrap_used,
+    reason = "what fails here fails the test that asked for it"
+)]
+pub mod workflow;

@@ -9,6 +9,7 @@
 
 use grideye_tests::programs::{Ended, folder, root, run, target};
 use grideye_tests::python;
+use grideye_tests::workflow::{self, run_lines};
 use serde_json::Value;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -26,16 +27,6 @@ const FETCHES: [&str; 3] = [
     "pip install grideye-hil -r python/requirements.txt",
     "pip install grideye-hil",
 ];
-
-/// The `run:` lines of a workflow or an action, in order.
-fn run_lines(file: &str) -> Vec<String> {
-    let text = read(file);
-    let lines = text.lines().map(|line| line.trim_start_matches([' ', '-']));
-    lines
-        .filter_map(|line| line.strip_prefix("run: "))
-        .map(str::to_owned)
-        .collect()
-}
 
 /// The lines that run a suite: Python's, Rust's in-process tests, and Rust's program.
 fn suites() -> [String; 3] {
@@ -209,8 +200,7 @@ fn passed(ended: &Ended, test: &str) -> bool {
     line.contains("PASSED") || line.ends_with("... ok")
 }
 
-/// Checks the workflow against GitHub's own schema (from SchemaStore, via check-jsonschema), and its lines with a YAML
-/// parser.
+/// By GitHub's own schema, and its lines by a YAML parser.
 #[test]
 fn a_public_ci_takes_the_workflow() {
     let requirements = "tests/examples/requirements.txt";
@@ -218,14 +208,8 @@ fn a_public_ci_takes_the_workflow() {
     let Some(programs) = python::programs("examples", requirements, what) else {
         return;
     };
-    let checked = run(Command::new(programs.join("check-jsonschema"))
-        .args(["--builtin-schema", "vendor.github-workflows"])
-        .arg(root().join(WORKFLOW)));
-    assert_eq!(checked.code, 0, "{checked:?}");
-    let checked = run(Command::new(programs.join("check-jsonschema"))
-        .args(["--builtin-schema", "vendor.github-actions"])
-        .arg(root().join(ACTION)));
-    assert_eq!(checked.code, 0, "{checked:?}");
+    workflow::check(&programs, "vendor.github-workflows", WORKFLOW);
+    workflow::check(&programs, "vendor.github-actions", ACTION);
 
     let read = "import json, sys; from ruamel.yaml import YAML; \
                 workflow = YAML(typ='safe').load(open(sys.argv[1])); \

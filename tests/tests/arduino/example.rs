@@ -2,8 +2,8 @@
 
 use crate::kit::{Checkout, EXAMPLE, WITHOUT_AVR, WITHOUT_CXX, compiled, on_the_bus, path, read};
 use grideye_tests::emulated::{Way, Words, recording, run_emulated};
-use grideye_tests::programs::{is_left_out, root, run};
-use grideye_tests::python;
+use grideye_tests::programs::{is_left_out, run};
+use grideye_tests::{python, workflow};
 use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
@@ -207,19 +207,11 @@ fn a_public_ci_takes_the_workflow_of_the_firmware() {
     let Some(programs) = python::programs("examples", requirements, what) else {
         return;
     };
-    let checked = run(Command::new(programs.join("check-jsonschema"))
-        .args(["--builtin-schema", "vendor.github-workflows"])
-        .arg(root().join(WORKFLOW)));
-    assert_eq!(checked.code, 0, "{checked:?}");
-    let workflow = read(WORKFLOW);
-    let lines = workflow
-        .lines()
-        .map(|line| line.trim_start_matches([' ', '-']));
-    let run_lines: Vec<&str> = lines
-        .filter_map(|line| line.strip_prefix("run: "))
-        .collect();
-    let [pip, test, apt, boards, again, avr] = run_lines[..] else {
-        panic!("{run_lines:?}");
+    workflow::check(&programs, "vendor.github-workflows", WORKFLOW);
+    let lines = workflow::run_lines(WORKFLOW);
+    let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
+    let [pip, test, apt, boards, again, avr] = lines[..] else {
+        panic!("{lines:?}");
     };
     assert_eq!(
         (pip, again, test, boards, avr),
