@@ -6,7 +6,7 @@ use core::num::NonZeroU32;
 use core::time::Duration;
 
 #[derive(Debug, Default)]
-pub(crate) struct Log;
+pub(crate) struct Log {}
 
 impl Log {
     pub(crate) const fn is_on(&self) -> bool {

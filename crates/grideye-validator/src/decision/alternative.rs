@@ -31,6 +31,20 @@ pub(crate) enum Alternative {
     Backwards,
 }
 
+/// Ways aside: along the axes and between them.
+const WAYS: [[f64; 2]; 8] = {
+    const HALF: f64 = std::f64::consts::FRAC_1_SQRT_2;
+    [
+        [1.0, 0.0],
+        [HALF, HALF],
+        [0.0, 1.0],
+        [-HALF, HALF],
+        [-1.0, 0.0],
+        [-HALF, -HALF],
+        [0.0, -1.0],
+        [HALF, -HALF],
+    ]
+};
 /// How far aside a person must be told from the scene, meters.
 const ASIDE_M: f64 = 0.5;
 /// A delay that must be told from the scene, beyond three standard deviations of the delay that is allowed, seconds.
@@ -52,18 +66,14 @@ impl Alternative {
             all.extend((0..people).map(Self::Missing));
         }
         for person in 0..people.min(PEOPLE_MOST) {
-            let ways = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
-            all.extend(ways.map(|way| Self::Aside(person, way.map(|part| ASIDE_M * part))));
+            all.extend(WAYS.map(|way| Self::Aside(person, way.map(|part| ASIDE_M * part))));
             let warmth = film.people[person].warmth();
             let mut parts = parts_in_view(&warmth, &film.times_s);
             parts.extend(parts_of_time(&warmth, &film.times_s));
             all.extend(parts.into_iter().map(|part| Self::Gone(person, part)));
         }
         all.extend(Orientation::ALL.into_iter().skip(1).map(Self::Turned));
-        let span_s = match film.times_s.as_slice() {
-            [first, .., last] => last - first,
-            _ => 0.0,
-        };
+        let span_s = film.span_s();
         if film.has_movement() {
             let delays = [3.0 * laws.lag_sd_s + LATE_S, 5.0, 20.0];
             let delays = delays.into_iter().filter(|by_s| *by_s < 0.6 * span_s);
@@ -97,13 +107,17 @@ impl Alternative {
             }
             Self::Follower(_) => "one more person who walks the same way".to_owned(),
             Self::Turned(orientation) => format!("the image {orientation}"),
-            Self::Aside(person, [x, y]) => {
-                let (by, axis) = if *x == 0.0 { (y, "y") } else { (x, "x") };
-                let sign = if *by < 0.0 { "-" } else { "+" };
+            Self::Aside(person, by_m) => {
+                let toward = |(by_m, axis): (&f64, &str)| {
+                    let sign = if *by_m < 0.0 { "-" } else { "+" };
+                    (*by_m != 0.0).then(|| format!("{sign}{axis}"))
+                };
+                let axes: Vec<String> = by_m.iter().zip(["x", "y"]).filter_map(toward).collect();
                 format!(
-                    "{} {} m further in {sign}{axis}",
+                    "{} {} m further in {}",
                     name(person),
-                    fixed(by.abs(), 1)
+                    fixed(ASIDE_M, 1),
+                    axes.join(" and ")
                 )
             }
             Self::Later(by_s) => format!("the scene {}", later(*by_s)),

@@ -4,10 +4,10 @@ use crate::decision::alternative::Alternative;
 use crate::decision::film::{Film, Image, add};
 use crate::decision::judge::{Judge, Statistics};
 use crate::decision::recording::Recording;
-use crate::decision::spread::{Cause, OWN, Spread, one_in_a_hundred};
+use crate::decision::spread::{Cause, Spread, one_in_a_hundred};
 use crate::decision::unit::Unit;
 use crate::decision::world::Drawn;
-use crate::numbers::{count, index, percentile};
+use crate::numbers::{count, index};
 use grideye_scene::Laws;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -83,6 +83,8 @@ const FOR_LAWS: usize = 220;
 const OF_ALTERNATIVE: usize = 100;
 /// Of one that right worlds come near to: of those, one in a hundred may agree.
 const OF_NEAR: usize = 400;
+/// Of those, as many are looked at: the most like the scene.
+const LOOKED_AT: usize = 60;
 /// Share of right worlds that exclude an alternative which is sure to be something else.
 const CLEAR_POWER: f64 = 0.99;
 /// Worlds of each offset that is tried.
@@ -155,7 +157,8 @@ pub(crate) fn decide(
     let (place, off) = spread.farthest(&found);
     let farther = held.iter().filter(|other| **other >= off).count();
     let refused = held.len() - 1 - index(right_min * count(held.len() + 1));
-    let is_refused = |one: &Statistics| spread.farthest(one).1 > held[refused];
+    let is_refused =
+        |one: &Statistics| spread.farthest(one).1 > held[refused] || spread.has_off_contrast(one);
     let alternatives: Vec<Alternatively> = (0..worlds.judge.rivals.len())
         .map(|rival| worlds.alternatively(rival, &found, &right, &is_refused))
         .collect();
@@ -171,12 +174,14 @@ pub(crate) fn decide(
     let right = (count(farther) + 1.0) / (count(held.len()) + 1.0);
     // Warmth that the scene lacks is more than nothing, however little it is.
     let has_more = spread.extra(&found) > held[refused];
-    let people = found.contrasts.len();
-    let contrasts = (0..people).map(|subject| Contrast {
-        of: film.people.get(subject).map(|walker| walker.name.clone()),
-        found: found.contrasts[subject],
-        range: spread.range(OWN + subject, people).map(f64::exp),
-    });
+    let contrasts = found.contrasts.iter().zip(spread.contrasts(&found));
+    let contrasts = contrasts
+        .zip(0..)
+        .map(|((found, range), subject)| Contrast {
+            of: film.people.get(subject).map(|walker| walker.name.clone()),
+            found: *found,
+            range,
+        });
     Decision {
         right,
         worst,
@@ -184,7 +189,7 @@ pub(crate) fn decide(
         cause,
         contrasts: contrasts.collect(),
         delay_s: found.lag_s,
-        delay_range_s: spread.range(0, 1),
+        delay_range_s: spread.delay_s(),
         refused_aside_m,
         alternatives,
         is_empty: !has_more && judge.is_empty(&recording.pictures, &film.room),
@@ -250,30 +255,38 @@ impl<'a> Worlds<'a> {
         is_refused: &impl Fn(&Statistics) -> bool,
     ) -> Alternatively {
         let of = self.judge.rivals[number].what.clone();
-        let above = |limit| {
-            let likeness = right.iter().map(|right| right.likeness[number]);
-            likeness.filter(|likeness| *likeness > limit).count()
-        };
-        let mut likeness = Vec::with_capacity(OF_ALTERNATIVE);
-        for index in 0..OF_ALTERNATIVE {
+        let right = right.iter().map(|right| right.likeness[number]);
+        let right = sorted(right.collect());
+        let above = |limit| right.len() - right.partition_point(|likeness| *likeness <= limit);
+        let worlds = (0..OF_ALTERNATIVE).map(|index| {
             let world = self.world_of(&of, index);
-            likeness.push(self.judge.likeness(number, &world));
-        }
-        likeness.sort_by(f64::total_cmp);
-        let from = percentile(&likeness, 95).unwrap_or(f64::NEG_INFINITY);
-        let mut limit = one_in_a_hundred(likeness_beyond(&likeness, from), from, OF_ALTERNATIVE);
+            self.judge.likeness(number, &world)
+        });
+        let worlds = sorted(worlds.collect());
+        let mut limit = one_in_a_hundred(&worlds, f64::NEG_INFINITY, OF_ALTERNATIVE);
         if above(limit) < right.len() {
-            let mut agreed = Vec::new();
+            let mut near = Vec::new();
             for index in 0..OF_NEAR {
                 let world = self.world_of(&of, index);
                 let likeness = self.judge.likeness(number, &world);
-                if likeness > from && !is_refused(&self.judge.of(&world)) {
-                    agreed.push(likeness);
+                if likeness > right[0] {
+                    near.push((likeness, world));
+                }
+                if near.len() == 2 * LOOKED_AT {
+                    nearest(&mut near);
                 }
             }
-            limit = one_in_a_hundred(&agreed, from, OF_NEAR);
+            nearest(&mut near);
+            let lowest = if near.len() < LOOKED_AT {
+                right[0]
+            } else {
+                near[LOOKED_AT - 1].0
+            };
+            near.retain(|(_, world)| !is_refused(&self.judge.of(world)));
+            let agreed = near.iter().map(|near| near.0).collect();
+            limit = one_in_a_hundred(&sorted(agreed), lowest, OF_NEAR);
         }
-        let power = count(above(limit)) / count(right.len());
+        let power = count(above(limit)) / count(RIGHT);
         Alternatively {
             what: of.in_words(self.film),
             likeness: found.likeness[number],
@@ -305,9 +318,14 @@ impl<'a> Worlds<'a> {
     }
 }
 
-/// The end of sorted values.
-fn likeness_beyond(sorted: &[f64], from: f64) -> &[f64] {
-    &sorted[sorted.partition_point(|likeness| *likeness <= from)..]
+fn nearest(worlds: &mut Vec<(f64, Vec<Image>)>) {
+    worlds.sort_by(|a, b| b.0.total_cmp(&a.0));
+    worlds.truncate(LOOKED_AT);
+}
+
+fn sorted(mut values: Vec<f64>) -> Vec<f64> {
+    values.sort_by(f64::total_cmp);
+    values
 }
 
 fn sum(mut shown: Vec<Image>, error: &[Image]) -> Vec<Image> {

@@ -2,6 +2,7 @@
 
 use crate::align::Orientation;
 use crate::numbers::{count, mean, median, single, whole};
+use foldhash::fast::FixedState;
 use glam::{DMat3, DVec3};
 use grideye_frame::PIXELS;
 use grideye_scene::{Agent, Scene, SceneError, Simulator};
@@ -65,7 +66,8 @@ struct Atlas {
     spacing_m: f64,
     /// How many times its contrast.
     times: f32,
-    seen: HashMap<(i32, i32, u8), Box<Image>>,
+    // Asked for every picture of every world.
+    seen: HashMap<(i32, i32, u8), Box<Image>, FixedState>,
 }
 
 impl Film {
@@ -118,7 +120,7 @@ impl Film {
                     },
                     agent: agent.clone(),
                     times: 1.0,
-                    seen: HashMap::new(),
+                    seen: HashMap::default(),
                 },
             });
         }
@@ -225,14 +227,18 @@ impl Film {
         self.people.iter().any(|walker| walker.moves)
     }
 
+    /// From the first picture to the last, seconds.
+    pub(crate) fn span_s(&self) -> f64 {
+        match self.times_s.as_slice() {
+            [first, .., last] => last - first,
+            _ => 0.0,
+        }
+    }
+
     /// Neighboring pictures of this many seconds each; of a long recording at most about `most` stretches.
     pub(crate) fn stretches(&self, length_s: f64, most: f64) -> Vec<Range<usize>> {
         let times_s = &self.times_s;
-        let span_s = match times_s.as_slice() {
-            [first, .., last] => last - first,
-            _ => 0.0,
-        };
-        let length_s = length_s.max(span_s / most);
+        let length_s = length_s.max(self.span_s() / most);
         let mut all = Vec::new();
         let mut first = 0;
         for index in 1..=times_s.len() {

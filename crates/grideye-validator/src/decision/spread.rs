@@ -6,7 +6,7 @@ use crate::numbers::{count, mean, percentile, single};
 use grideye_draw::text::fixed;
 
 /// Statistics before the contrasts and the alternatives.
-pub(crate) const OWN: usize = 6;
+const OWN: usize = 6;
 /// Those of warmth beyond the scene: that comes and goes, and that stays.
 const EXTRA: [usize; 2] = [2, 4];
 /// What is farthest off.
@@ -27,8 +27,6 @@ const ONE_IN_TWENTY: f64 = 2.996;
 #[derive(Clone, Copy)]
 struct Law {
     middle: f64,
-    /// Half the range of the middle 68 %.
-    sd: f64,
     /// What one in twenty exceeds upward and downward, and how far these are beyond it in the mean.
     tails: [(f64, f64); 2],
 }
@@ -42,7 +40,6 @@ impl Law {
         let tail = |sign, from| (from, excess(&values, sign, from).max(0.2 * sd));
         Self {
             middle: at(50),
-            sd,
             tails: [tail(1.0, at(95)), tail(-1.0, at(5))],
         }
     }
@@ -74,12 +71,20 @@ fn excess(values: &[f64], sign: f64, from: f64) -> f64 {
     mean(&beyond).unwrap_or(0.0)
 }
 
-/// What one in a hundred of `number` values exceeds, by an exponential tail of those beyond `from`: no less than that, and no more
-/// than the highest, because some alternatives show nothing at all of the scene.
-pub(crate) fn one_in_a_hundred(beyond: &[f64], from: f64, number: usize) -> f64 {
+/// What one in a hundred of `number` values exceeds, of which those above `lowest` are given, sorted: by an exponential tail of
+/// those beyond the highest twentieth, but no more than the highest, because some alternatives show nothing at all of the
+/// scene.
+pub(crate) fn one_in_a_hundred(above: &[f64], lowest: f64, number: usize) -> f64 {
+    let twentieth = above.len().saturating_sub(number / 20);
+    let from = match twentieth {
+        0 => lowest,
+        _ => above[twentieth - 1],
+    };
+    let beyond = &above[twentieth..];
     let hundreds = (100.0 * count(beyond.len()) / count(number)).max(1.0);
-    let highest = beyond.iter().copied().fold(from, f64::max);
-    highest.min(from + hundreds.ln() * excess(beyond, 1.0, from))
+    let highest = above.last().copied().unwrap_or(lowest);
+    let limit = from + hundreds.ln() * excess(beyond, 1.0, from);
+    limit.min(highest).max(lowest)
 }
 
 /// Likeness below which nothing is said any more: the contrast is too low to divide by.
@@ -205,13 +210,30 @@ impl Spread {
         })
     }
 
+    /// The delay that all but .5 % of right worlds show, seconds.
+    pub(crate) fn delay_s(&self) -> [f64; 2] {
+        self.range(0, 1)
+    }
+
+    /// The contrasts that all but .5 % of right worlds show.
+    pub(crate) fn contrasts(&self, of: &Statistics) -> impl Iterator<Item = [f64; 2]> {
+        let number = of.contrasts.len();
+        (0..number).map(move |subject| self.range(OWN + subject, number).map(f64::exp))
+    }
+
+    pub(crate) fn has_off_contrast(&self, of: &Statistics) -> bool {
+        let mut all = of.contrasts.iter().zip(self.contrasts(of));
+        all.any(|(found, [low, high])| *found < low || *found > high)
+    }
+
     /// The range of a statistic that `of` share alike: all of them are in theirs in all but .5 % of right worlds.
-    pub(crate) fn range(&self, place: usize, of: usize) -> [f64; 2] {
-        // Of a normal law at .5 % over 1, 2, 3 and 4 (Bonferroni).
-        const SDS: [f64; 4] = [2.807, 3.023, 3.144, 3.227];
-        let sds = SDS[of.clamp(1, SDS.len()) - 1];
-        let Law { middle, sd, .. } = self.of[place];
-        [middle - sds * sd, middle + sds * sd]
+    fn range(&self, place: usize, of: usize) -> [f64; 2] {
+        // Of a normal law at .5 % over 1, 2, 3 and 4 (Bonferroni), over where its tail begins: noise makes one longer.
+        const TAILS: [f64; 4] = [1.706, 1.838, 1.911, 1.962];
+        let times = TAILS[of.clamp(1, TAILS.len()) - 1];
+        let Law { middle, tails, .. } = self.of[place];
+        let [(high, _), (low, _)] = tails;
+        [low, high].map(|from| middle + times * (from - middle))
     }
 
     pub(crate) fn worst(
