@@ -4,7 +4,7 @@ use crate::decision::alternative::Alternative;
 use crate::decision::film::{Film, Image, add};
 use crate::decision::judge::{Judge, Statistics};
 use crate::decision::recording::Recording;
-use crate::decision::spread::{Cause, Spread, one_in_a_hundred};
+use crate::decision::spread::{Cause, Spread, is_outside, one_in_a_hundred};
 use crate::decision::unit::Unit;
 use crate::decision::world::Drawn;
 use crate::numbers::{count, index};
@@ -99,7 +99,7 @@ impl Decision {
 
     /// The contrast farthest out of its range, if any is out.
     pub(crate) fn off_contrast(&self) -> Option<&Contrast> {
-        let off = |one: &&Contrast| one.found < one.range[0] || one.found > one.range[1];
+        let off = |one: &&Contrast| is_outside(one.found, one.range);
         let by =
             |one: &Contrast| (one.range[0] / one.found.max(0.01)).max(one.found / one.range[1]);
         self.contrasts
@@ -277,11 +277,8 @@ impl<'a> Worlds<'a> {
                 }
             }
             nearest(&mut near);
-            let lowest = if near.len() < LOOKED_AT {
-                right[0]
-            } else {
-                near[LOOKED_AT - 1].0
-            };
+            // Below the last that is looked at nothing is known.
+            let lowest = near.get(LOOKED_AT - 1).map_or(right[0], |last| last.0);
             near.retain(|(_, world)| !is_refused(&self.judge.of(world)));
             let agreed = near.iter().map(|near| near.0).collect();
             limit = one_in_a_hundred(&sorted(agreed), lowest, OF_NEAR);
@@ -318,6 +315,7 @@ impl<'a> Worlds<'a> {
     }
 }
 
+/// Keeps the worlds that are most like the scene, those first.
 fn nearest(worlds: &mut Vec<(f64, Vec<Image>)>) {
     worlds.sort_by(|a, b| b.0.total_cmp(&a.0));
     worlds.truncate(LOOKED_AT);

@@ -66,7 +66,7 @@ struct Atlas {
     spacing_m: f64,
     /// How many times its contrast.
     times: f32,
-    // Asked for every picture of every world.
+    /// Asked for every picture of every world: the standard library's hash was a tenth of the time.
     seen: HashMap<(i32, i32, u8), Box<Image>, FixedState>,
 }
 

@@ -223,7 +223,7 @@ impl Spread {
 
     pub(crate) fn has_off_contrast(&self, of: &Statistics) -> bool {
         let mut all = of.contrasts.iter().zip(self.contrasts(of));
-        all.any(|(found, [low, high])| *found < low || *found > high)
+        all.any(|(found, range)| is_outside(*found, range))
     }
 
     /// The range of a statistic that `of` share alike: all of them are in theirs in all but .5 % of right worlds.
@@ -313,6 +313,10 @@ impl Spread {
             }
         }
     }
+}
+
+pub(crate) fn is_outside(found: f64, [low, high]: [f64; 2]) -> bool {
+    found < low || found > high
 }
 
 /// Likeness below which a recording looks more like an alternative than like the scene.
