@@ -3,7 +3,7 @@
 use crate::errors::raised;
 use crate::recording::Recording;
 use crate::scene::Scene;
-use crate::work::work;
+use crate::work::{is_stopped, work};
 use grideye_inputs::{Compared, InputError, Sides, compare};
 use grideye_validator::metrics::Binning;
 use grideye_validator::report::{self, Context};
@@ -41,7 +41,7 @@ impl Comparison {
         let how = how(&asked).map_err(|error| raised(py, &error))?;
         let (loaded, name) = (Arc::clone(&scene.loaded), scene.name.clone());
         let (path, records) = (recording.path.clone(), Arc::clone(&recording.records));
-        let compared = work(py, move |_| {
+        let compared = work(py, move || {
             let sides = Sides {
                 loaded: &loaded,
                 scene: &name,
@@ -109,6 +109,7 @@ fn how(asked: &Asked) -> Result<Options, InputError> {
         align,
         threads: cores.min(THREADS_MAX),
         advises: true,
+        is_stopped,
         ..Options::default()
     })
 }

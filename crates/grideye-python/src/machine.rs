@@ -3,7 +3,7 @@
 use crate::errors::{of_rig, raised};
 use crate::recording::Recording;
 use crate::scene::{Scene, method_of};
-use crate::work::work;
+use crate::work::{is_stopped, work};
 use amg8833_emulator::script::Script;
 use grideye_inputs::{InputError, faults_of, profile_or_built_in};
 use grideye_rig::{
@@ -101,9 +101,9 @@ impl Machine {
             return Ok(());
         }
         let rig = Arc::clone(&self.rig);
-        work(py, move |stop| {
+        work(py, move || {
             let mut left = by;
-            while !left.is_zero() && !stop.is_set() {
+            while !left.is_zero() && !is_stopped() {
                 let step = left.min(STEP);
                 rig.advance(step);
                 left -= step;

@@ -1,7 +1,7 @@
 //! Recordings as arrays.
 
 use crate::errors::raised;
-use crate::work::{Stop, work};
+use crate::work::{is_stopped, work};
 use amg8833::word;
 use grideye_frame::{Celsius, PIXELS, Reading, RecordedFrame};
 use grideye_import::{ImportError, Options};
@@ -42,9 +42,7 @@ impl Recording {
             let refused = |error| raised(py, &InputError::new(error));
             options.columns = columns.parse().map_err(refused)?;
         }
-        let read = work(py, move |stop| {
-            read(path, sensor.as_deref(), &options, stop)
-        })?;
+        let read = work(py, move || read(path, sensor.as_deref(), &options))?;
         read.map_err(|error| raised(py, &error))
     }
 
@@ -144,19 +142,14 @@ fn bytes(py: Python<'_>, bytes: impl Iterator<Item = u8>) -> Bound<'_, PyByteArr
     PyByteArray::new(py, &bytes.collect::<Vec<u8>>())
 }
 
-fn read(
-    path: PathBuf,
-    sensor: Option<&str>,
-    options: &Options,
-    stop: &Stop,
-) -> Result<Recording, InputError> {
+fn read(path: PathBuf, sensor: Option<&str>, options: &Options) -> Result<Recording, InputError> {
     let refused = |error: &ImportError| InputError::of_recording(&path, error);
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let mut import =
         grideye_import::open(open(&path)?, &name, options).map_err(|error| refused(&error))?;
     let mut streams: BTreeMap<StreamId, (Vec<Record>, Vec<Vec<String>>)> = BTreeMap::new();
     let mut broken = None;
-    while let Some(row) = import.next().filter(|_| !stop.is_set()) {
+    while let Some(row) = import.next().filter(|_| !is_stopped()) {
         match row {
             Err(error) if error.is_break() && !streams.is_empty() => {
                 broken = Some(refused(&error).to_string());

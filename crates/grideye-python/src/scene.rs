@@ -1,7 +1,7 @@
 //! Scenes, and frames simulated of them.
 
 use crate::errors::raised;
-use crate::work::{Stop, work};
+use crate::work::{is_stopped, work};
 use grideye_inputs::{Beside, InputError, LoadedScene, SceneText, sensor_name};
 use grideye_rig::Simulate;
 use grideye_scene::{SceneError, Simulator};
@@ -68,8 +68,8 @@ impl Scene {
     ) -> PyResult<(Bound<'py, PyByteArray>, [usize; 3])> {
         let loaded = Arc::clone(&self.loaded);
         let simulate = method_of(method).map_err(|error| raised(py, &error))?;
-        let frames = work(py, move |stop| {
-            simulated(&loaded, sensor.as_deref(), simulate, (frames, seed), stop)
+        let frames = work(py, move || {
+            simulated(&loaded, sensor.as_deref(), simulate, (frames, seed))
         })?;
         let (celsius, shape) = frames.map_err(|error| raised(py, &error))?;
         let bytes: Vec<u8> = celsius.iter().flat_map(|c| c.to_ne_bytes()).collect();
@@ -103,7 +103,6 @@ fn simulated(
     sensor: Option<&str>,
     simulate: fn(&grideye_scene::Scene, &str) -> Result<Simulator, SceneError>,
     (frames, seed): (Option<u32>, u64),
-    stop: &Stop,
 ) -> Result<Frames, InputError> {
     let scene = &loaded.scene;
     let simulator = simulate(scene, &sensor_name(scene, sensor)?)?;
@@ -116,7 +115,7 @@ fn simulated(
         number.unwrap_or(u32::MAX)
     });
     let mut celsius = Vec::new();
-    for index in (0..frames).take_while(|_| !stop.is_set()) {
+    for index in (0..frames).take_while(|_| !is_stopped()) {
         celsius.extend(simulator.noisy(sensor.frame_time(index), seed).celsius);
     }
     let number = celsius.len() / (sensor.rows * sensor.columns);

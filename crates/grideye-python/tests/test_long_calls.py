@@ -35,6 +35,32 @@ def test_ctrl_c_ends_a_long_call(call):
         program.kill()
 
 
+def test_the_work_ends_with_the_call(walk):
+    code = f"""
+import time
+import grideye_hil as ge
+scene, recording = ge.Scene.load({str(SCENES / "experiment-3.toml")!r}), ge.Recording.read({str(walk)!r})
+print("go", flush=True)
+try:
+    while True:
+        ge.compare(scene, recording)
+except KeyboardInterrupt:
+    time.sleep(1)
+    before_s = time.process_time()
+    time.sleep(1)
+    print(time.process_time() - before_s)
+"""
+    program = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    try:
+        assert program.stdout.readline() == "go\n"
+        time.sleep(0.5)
+        program.send_signal(signal.SIGINT)
+        told, _ = program.communicate(timeout=20)
+        assert float(told) < 0.1
+    finally:
+        program.kill()
+
+
 def test_other_threads_run_meanwhile():
     turns = 0
 

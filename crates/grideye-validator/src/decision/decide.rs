@@ -139,14 +139,15 @@ impl Alternatively {
     }
 }
 
+/// `None` once it is stopped.
 pub(crate) fn decide(
     film: &mut Film,
     recording: &Recording,
     laws: &Laws,
-    right_min: f64,
-) -> Decision {
-    let mut worlds = Worlds::new(film, recording, laws);
-    let right = worlds.right();
+    (right_min, is_stopped): (f64, fn() -> bool),
+) -> Option<Decision> {
+    let mut worlds = Worlds::new(film, recording, laws, is_stopped);
+    let right = worlds.right()?;
     let (known, held) = right.split_at(FOR_BLOCKS + FOR_LAWS);
     let (of_blocks, of_laws) = known.split_at(FOR_BLOCKS);
     let spread = Spread::new(of_blocks, of_laws);
@@ -161,7 +162,7 @@ pub(crate) fn decide(
         |one: &Statistics| spread.farthest(one).1 > held[refused] || spread.has_off_contrast(one);
     let alternatives: Vec<Alternatively> = (0..worlds.judge.rivals.len())
         .map(|rival| worlds.alternatively(rival, &found, &right, &is_refused))
-        .collect();
+        .collect::<Option<_>>()?;
     let is_agreed = |one: &Statistics| {
         let mut all = alternatives.iter().zip(&one.likeness);
         !is_refused(one) && all.all(|(one, likeness)| !one.counts() || *likeness > one.limit)
@@ -182,7 +183,7 @@ pub(crate) fn decide(
             found: *found,
             range,
         });
-    Decision {
+    Some(Decision {
         right,
         worst,
         surprise: off,
@@ -197,7 +198,7 @@ pub(crate) fn decide(
         frames: recording.frames - recording.strays.len(),
         pictures: recording.pictures.len(),
         strays: recording.strays.len(),
-    }
+    })
 }
 
 /// Draws recordings that could be.
@@ -209,10 +210,16 @@ struct Worlds<'a> {
     random: ChaCha8Rng,
     /// What units added to the first right worlds, for others to use again.
     errors: Vec<Vec<Image>>,
+    is_stopped: fn() -> bool,
 }
 
 impl<'a> Worlds<'a> {
-    fn new(film: &'a mut Film, recording: &'a Recording, laws: &'a Laws) -> Self {
+    fn new(
+        film: &'a mut Film,
+        recording: &'a Recording,
+        laws: &'a Laws,
+        is_stopped: fn() -> bool,
+    ) -> Self {
         // Any seed will do, but the same recording always gets the same verdict.
         let mut random = ChaCha8Rng::seed_from_u64(0x0064_6563_6964_6500);
         let unit = &recording.unit;
@@ -223,6 +230,7 @@ impl<'a> Worlds<'a> {
             unit,
             random,
             errors: Vec::with_capacity(OF_ALTERNATIVE),
+            is_stopped,
         }
     }
 
@@ -234,15 +242,18 @@ impl<'a> Worlds<'a> {
         Drawn::of(self.film, self.laws, &mut self.random)
     }
 
-    fn right(&mut self) -> Vec<Statistics> {
+    fn right(&mut self) -> Option<Vec<Statistics>> {
         let one = |_| {
+            if (self.is_stopped)() {
+                return None;
+            }
             let shown = self.drawn().claimed(self.film);
             let error = self.unit.errors(self.film.len(), &mut self.random);
             let statistics = self.judge.of(&sum(shown, &error));
             if self.errors.len() < OF_ALTERNATIVE {
                 self.errors.push(error);
             }
-            statistics
+            Some(statistics)
         };
         (0..RIGHT).map(one).collect()
     }
@@ -253,7 +264,10 @@ impl<'a> Worlds<'a> {
         found: &Statistics,
         right: &[Statistics],
         is_refused: &impl Fn(&Statistics) -> bool,
-    ) -> Alternatively {
+    ) -> Option<Alternatively> {
+        if (self.is_stopped)() {
+            return None;
+        }
         let of = self.judge.rivals[number].what.clone();
         let right = right.iter().map(|right| right.likeness[number]);
         let right = sorted(right.collect());
@@ -284,7 +298,7 @@ impl<'a> Worlds<'a> {
             limit = one_in_a_hundred(&sorted(agreed), lowest, OF_NEAR);
         }
         let power = count(above(limit)) / count(RIGHT);
-        Alternatively {
+        Some(Alternatively {
             what: of.in_words(self.film),
             likeness: found.likeness[number],
             limit,
@@ -293,7 +307,7 @@ impl<'a> Worlds<'a> {
             is_alike: self.judge.rivals[number].is_alike
                 && !(of.keeps_people() && power > CLEAR_POWER),
             of,
-        }
+        })
     }
 
     fn world_of(&mut self, alternative: &Alternative, index: usize) -> Vec<Image> {

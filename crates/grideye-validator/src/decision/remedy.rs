@@ -20,6 +20,7 @@ pub(crate) struct Compared<'a> {
     pub(crate) right_min: f64,
     /// The scene's time at the recording's first frame, seconds.
     pub(crate) start_s: f64,
+    pub(crate) is_stopped: fn() -> bool,
 }
 
 enum Change {
@@ -116,8 +117,10 @@ impl Compared<'_> {
             }
             _ => self.recording,
         };
-        let decision = decide(&mut film, recording, self.laws, self.right_min);
-        Ok(decision.is_agreed(self.right_min))
+        let how = (self.right_min, self.is_stopped);
+        let decision = decide(&mut film, recording, self.laws, how);
+        // Stopped, nobody asks.
+        Ok(decision.is_some_and(|decision| decision.is_agreed(self.right_min)))
     }
 
     fn in_words(&self, change: &Change) -> String {

@@ -33,7 +33,7 @@ use std::time::Duration;
 /// Compares one stream with what a scene's sensor would see: cleaned, drift removed, aligned within [`Options::align`].
 ///
 /// # Errors
-/// Unknown sensor, another resolution, no frames, time that goes back, no overlap; and those of [`crate::compare()`].
+/// Unknown sensor, another resolution, no frames, time that goes back, no overlap, [`Options::is_stopped`]; and those of [`crate::compare()`].
 pub fn compare_scene(
     records: &[Record],
     scene: &Scene,
@@ -141,7 +141,8 @@ fn decided(
     let recording = Recording::new(&times_s, &frames, unknown_c, sensor_step_c());
     let mut film = Film::new(scene, sensor, &recording.times_s, recording.within_s)?;
     let right_min = options.thresholds.right_min;
-    let decision = decide(&mut film, &recording, &laws, right_min);
+    let how = (right_min, options.is_stopped);
+    let decision = decide(&mut film, &recording, &laws, how).ok_or(ValidatorError::Stopped)?;
     let is_refused = decision.right <= right_min || decision.off_contrast().is_some();
     if !(options.advises && is_refused) {
         return Ok((decision, None));
@@ -153,6 +154,7 @@ fn decided(
         laws: &laws,
         right_min,
         start_s: aligned.timeline.start_s(),
+        is_stopped: options.is_stopped,
     };
     let remedy = remedy(&compared, &mut film, &decision)?;
     Ok((decision, remedy))

@@ -24,7 +24,7 @@ pub const DYNAMIC_FRAMES: usize = 100;
 pub const LAG_FRAMES_MAX: usize = 600;
 
 /// How to compare a recording with a scene; the defaults suit most recordings.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct Options {
     /// Seed of simulated noise and shuffles; a recording simulated with the same seed still gets other noise.
@@ -49,6 +49,8 @@ pub struct Options {
     pub advises: bool,
     /// What a profile says about the unit: its pattern is added to the scene's claim.
     pub unit: Option<KnownUnit>,
+    /// Asked now and then: whether nobody waits for the result any more.
+    pub is_stopped: fn() -> bool,
 }
 
 impl Default for Options {
@@ -66,6 +68,7 @@ impl Default for Options {
             align: AlignOptions::default(),
             advises: false,
             unit: None,
+            is_stopped: || false,
         }
     }
 }
