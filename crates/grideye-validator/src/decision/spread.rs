@@ -9,6 +9,8 @@ use grideye_draw::text::fixed;
 const OWN: usize = 6;
 /// Those of warmth beyond the scene: that comes and goes, and that stays.
 const EXTRA: [usize; 2] = [2, 4];
+/// Delay, misfit and contrasts; warmth beyond the scene; alternatives.
+const KINDS: usize = 3;
 /// What is farthest off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Cause {
@@ -44,7 +46,8 @@ impl Law {
         }
     }
 
-    /// How surprising so high a value is: the negative logarithm of the share that is, by an exponential tail.
+    /// How surprising so high a value is: the negative logarithm of the share that is, by an exponential tail; below the
+    /// middle it falls on, so that no two are alike.
     fn above(&self, value: f64) -> f64 {
         self.beyond(1.0, value)
     }
@@ -60,7 +63,7 @@ impl Law {
             return ONE_IN_TWENTY + beyond / mean;
         }
         let inside = sign * (value - self.middle) / (sign * (from - self.middle)).max(1e-9);
-        ONE_IN_TWENTY * inside.clamp(0.0, 1.0)
+        ONE_IN_TWENTY * inside.min(1.0)
     }
 }
 
@@ -90,12 +93,14 @@ pub(crate) fn one_in_a_hundred(above: &[f64], lowest: f64, number: usize) -> f64
 /// Likeness below which nothing is said any more: the contrast is too low to divide by.
 const UNLIKE: f64 = -20.0;
 
-/// The farthest of 120 draws of a normal law, in standard deviations.
-const LONGEST_SDS: f32 = 2.5;
+/// The farthest of 260 draws of a normal law, in standard deviations.
+const LONGEST_SDS: f32 = 2.75;
 
 /// Location and scale of each statistic in right worlds.
 pub(crate) struct Spread {
     of: Vec<Law>,
+    /// Of the most surprising statistic of each kind.
+    kinds: [Law; KINDS],
     /// Mean and scales upward and downward of the warmth beyond the scene in each stretch and block.
     beyond: Vec<(f32, [f32; 2])>,
 }
@@ -150,6 +155,7 @@ impl Spread {
         let mut spread = Self {
             beyond: widened(&beyond.collect::<Vec<_>>()),
             of: Vec::new(),
+            kinds: [Law::new(Vec::new()); KINDS],
         };
         let all = right
             .first()
@@ -157,6 +163,13 @@ impl Spread {
         spread.of = (0..all)
             .map(|place| Law::new(right.iter().map(|one| spread.value(place, one)).collect()))
             .collect();
+        let all: Vec<_> = right
+            .iter()
+            .map(|one| spread.farthest_by_kind(one))
+            .collect();
+        spread.kinds = std::array::from_fn(|kind| {
+            Law::new(all.iter().map(|farthest| farthest[kind].1).collect())
+        });
         spread
     }
 
@@ -193,21 +206,37 @@ impl Spread {
     /// How surprising warmth beyond the scene is.
     pub(crate) fn extra(&self, statistics: &Statistics) -> f64 {
         let surprise = EXTRA.map(|place| self.of[place].above(self.value(place, statistics)));
-        surprise[0].max(surprise[1])
+        self.kinds[1].above(surprise[0].max(surprise[1]))
     }
 
-    /// What is most surprising, and how much.
+    /// What is most surprising, and how much beside the most surprising of its kind in right worlds.
     pub(crate) fn farthest(&self, statistics: &Statistics) -> (usize, f64) {
+        let far = self.farthest_by_kind(statistics);
+        let far = far.iter().zip(&self.kinds);
+        far.map(|((place, off), law)| (*place, law.above(*off)))
+            .fold((0, f64::NEG_INFINITY), farther)
+    }
+
+    fn farthest_by_kind(&self, statistics: &Statistics) -> [(usize, f64); KINDS] {
         let contrasts = OWN..OWN + statistics.contrasts.len();
-        let off = self.of.iter().enumerate().map(|(place, law)| {
+        let mut far = [(0, f64::NEG_INFINITY); KINDS];
+        for (place, law) in self.of.iter().enumerate() {
             let value = self.value(place, statistics);
             let is_either_way = place == 0 || contrasts.contains(&place);
-            let below = if is_either_way { law.below(value) } else { 0.0 };
-            (place, law.above(value).max(below))
-        });
-        off.fold((0, f64::NEG_INFINITY), |far, one| {
-            if one.1 > far.1 { one } else { far }
-        })
+            let below = if is_either_way {
+                law.below(value)
+            } else {
+                f64::NEG_INFINITY
+            };
+            let kind = match place {
+                0 | 1 => 0,
+                2..OWN => 1,
+                more if contrasts.contains(&more) => 0,
+                _ => 2,
+            };
+            far[kind] = farther(far[kind], (place, law.above(value).max(below)));
+        }
+        far
     }
 
     /// The delay that all but .5 % of right worlds show, seconds.
@@ -313,6 +342,10 @@ impl Spread {
             }
         }
     }
+}
+
+fn farther(far: (usize, f64), one: (usize, f64)) -> (usize, f64) {
+    if one.1 > far.1 { one } else { far }
 }
 
 pub(crate) fn is_outside(found: f64, [low, high]: [f64; 2]) -> bool {

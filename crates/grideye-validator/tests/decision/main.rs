@@ -175,7 +175,7 @@ fn tolerance_does_not_buy_agreement() {
     }
 }
 
-/// Kolmogorov and Smirnov: right recordings have any p alike. The p is one of 181.
+/// Kolmogorov and Smirnov: right recordings have any p alike. The p is one of 267.
 #[test]
 fn the_p_of_right_recordings_is_uniform() {
     let mut are_uniform = true;
@@ -201,7 +201,7 @@ fn the_p_of_right_recordings_is_uniform() {
             );
             most.max((p - below).abs()).max((p - above).abs())
         });
-        let limit = 1.63 / (float(number)).sqrt() + 1.0 / 181.0;
+        let limit = 1.63 / (float(number)).sqrt() + 1.0 / 267.0;
         println!("{frames} frames, pattern {pattern_c}: D = {farthest:.3}, 99 % below {limit:.3}");
         are_uniform &= farthest < limit;
     }
