@@ -250,7 +250,9 @@ impl<'a> Worlds<'a> {
             if (self.is_stopped)() {
                 return None;
             }
-            let shown = self.drawn().claimed(self.film);
+            let drawn = self.drawn();
+            let drawn = drawn.with_own_looks(self.film, self.laws, &mut self.random);
+            let shown = drawn.claimed(self.film);
             let error = self.unit.errors(self.film.len(), &mut self.random);
             let statistics = self.judge.of(&sum(shown, &error));
             if self.errors.len() < OF_ALTERNATIVE {

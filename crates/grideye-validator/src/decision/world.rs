@@ -20,11 +20,31 @@ pub(crate) struct Drawn {
     /// How many standard deviations each uncertain number of the scene is off.
     off: Vec<f32>,
     lag_s: f64,
+    /// For each person and picture, how many times each pixel of what it adds; once if empty.
+    looks: Vec<Vec<Image>>,
 }
 
 pub(crate) fn normal(random: &mut ChaCha8Rng, sd: f64) -> f64 {
     let draw: f64 = StandardNormal.sample(random);
     sd * draw
+}
+
+/// Noise at these times that is forgotten exponentially.
+fn wander<'a, const N: usize>(
+    sd: f64,
+    over_s: f64,
+    times_s: &'a [f64],
+    random: &'a mut ChaCha8Rng,
+) -> impl Iterator<Item = [f64; N]> + 'a {
+    let mut now = [(); N].map(|()| normal(random, sd));
+    let mut before_s = times_s.first().copied().unwrap_or_default();
+    times_s.iter().map(move |&time_s| {
+        let kept = (-(time_s - before_s).max(0.0) / over_s).exp();
+        before_s = time_s;
+        let fresh = sd * (1.0 - kept * kept).sqrt();
+        now = now.map(|now| kept * now + normal(random, fresh));
+        now
+    })
 }
 
 impl Drawn {
@@ -34,15 +54,8 @@ impl Drawn {
             let contrast = single(normal(random, law.contrast_sd).exp());
             let aside_m = [(); 2].map(|()| normal(random, law.place_sd_m));
             let wander_m = if walker.moves { law.wander_sd_m } else { 0.0 };
-            let mut now_m = [(); 2].map(|()| normal(random, wander_m));
-            let mut before_s = film.times_s.first().copied().unwrap_or_default();
-            let places = film.times_s.iter().map(|&time_s| {
-                let kept = (-(time_s - before_s).max(0.0) / law.wander_over_s).exp();
-                before_s = time_s;
-                let fresh_m = wander_m * (1.0 - kept * kept).sqrt();
-                now_m = now_m.map(|now_m| kept * now_m + normal(random, fresh_m));
-                [aside_m[0] + now_m[0], aside_m[1] + now_m[1]]
-            });
+            let wander_m = wander(wander_m, law.wander_over_s, &film.times_s, random);
+            let places = wander_m.map(|[x, y]| [aside_m[0] + x, aside_m[1] + y]);
             let places = places.collect();
             (contrast, places)
         });
@@ -56,7 +69,25 @@ impl Drawn {
                 .map(|_| single(normal(random, 1.0)))
                 .collect(),
             lag_s: normal(random, laws.lag_sd_s),
+            looks: Vec::new(),
         }
+    }
+
+    /// The same world with people who look otherwise than their models, pixel by pixel. Right worlds are: worlds of an
+    /// alternative are asked for likeness alone, a sum over many pixels and pictures.
+    pub(crate) fn with_own_looks(
+        mut self,
+        film: &Film,
+        laws: &Laws,
+        random: &mut ChaCha8Rng,
+    ) -> Self {
+        let looks = laws.agents.iter().map(|law| {
+            let more = wander(law.looks_sd, law.wander_over_s, &film.times_s, random);
+            more.map(|pixels| pixels.map(|more| single(1.0 + more)))
+                .collect()
+        });
+        self.looks = looks.collect();
+        self
     }
 
     /// The same world with one of its people further aside.
@@ -120,7 +151,13 @@ impl Drawn {
                 people.iter_mut().zip(&self.people).enumerate()
             {
                 if *contrast > 0.0 && !hidden(number, source) {
-                    add(&mut image, &walker.aside(source, places[index]), *contrast);
+                    let mut adds = walker.aside(source, places[index]);
+                    if let Some(looks) = self.looks.get(number) {
+                        for (adds, times) in adds.iter_mut().zip(&looks[index]) {
+                            *adds *= times;
+                        }
+                    }
+                    add(&mut image, &adds, *contrast);
                 }
             }
             image
