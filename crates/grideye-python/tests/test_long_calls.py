@@ -45,7 +45,7 @@ try:
     while True:
         ge.compare(scene, recording)
 except KeyboardInterrupt:
-    time.sleep(1)
+    time.sleep(0.5)
     before_s = time.process_time()
     time.sleep(1)
     print(time.process_time() - before_s)
