@@ -74,6 +74,29 @@ def people(program, recordings):
             row(walk.name, f"{low:.1f} to {low + 0.3:.1f}", rows.sum(), f"{cells[0]} ({least:.2f} to {most:.2f})", *cells[1:])
 
 
+def shares(program, recordings):
+    """How people differ from their models, beyond noise, as a share of what the pixels show that show 0.5 °C of them."""
+    head("Difference from the simulated frames beyond noise, as a share of what they show", "recording",
+         "one contrast for all", "contrast and place of each frame")
+    for walk in recordings:
+        film, real = program.simulated(walk), walk.celsius - walk.background_c
+        far = film < 0.1
+        noise_c = np.std(np.diff(real, axis=0)[far[1:] & far[:-1]]) / np.sqrt(2)
+        rows = np.flatnonzero((film.max(axis=1) > 1) & (far.sum(axis=1) > 20))
+        real = np.stack([real[row] - np.median(real[row][far[row]]) for row in rows])
+        film = film[rows]
+        near, times = film > 0.5, (real * film).sum() / (film**2).sum()
+        # To first order, a place is off by the image's slopes.
+        slopes = [np.gradient(film.reshape(-1, 8, 8), axis=axis).reshape(film.shape) for axis in (1, 2)]
+        fitted = []
+        for frame, *parts in zip(real, film, *slopes):
+            parts = np.stack(parts, axis=1)
+            fitted.append(parts @ np.linalg.lstsq(parts, frame, rcond=None)[0])
+        shown = (times * film[near]) ** 2
+        left = [(real - explained)[near] ** 2 for explained in (times * film, np.stack(fitted))]
+        row(walk.name, *(f"{np.sqrt((squares.mean() - noise_c**2) / shown.mean()):.2f}" for squares in left))
+
+
 def calibrated(program, walk, rows, part):
     """The claim with the values that calibrate finds on these rows."""
     path, out = (program.folder / f"{walk.name}-{part}{end}" for end in (".toml", ".json"))
@@ -159,7 +182,7 @@ def curves(program, recordings):
 
 
 def main():
-    tables = {table.__name__: table for table in (people, scores, verdicts, curves)}
+    tables = {table.__name__: table for table in (people, shares, scores, verdicts, curves)}
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("program", help="grideye")
     parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="files of the data set, or folders with them")

@@ -46,8 +46,8 @@ impl Law {
         }
     }
 
-    /// How surprising so high a value is: the negative logarithm of the share that is, by an exponential tail; below the
-    /// middle it falls on, so that no two are alike.
+    /// How surprising so high a value is: the negative logarithm of the share that is, by an exponential tail. It goes
+    /// on falling below the middle, so that no two recordings tie.
     fn above(&self, value: f64) -> f64 {
         self.beyond(1.0, value)
     }
@@ -325,22 +325,19 @@ impl Spread {
                     format!("{name} has {times} times the scene's contrast"),
                 )
             }
-            _ => {
-                // Farther below 0 than the alternative itself, it is neither.
-                let mut near: Vec<(f64, usize)> =
-                    statistics.likeness.iter().copied().zip(0..).collect();
-                near.retain(|(likeness, _)| *likeness < LIKE);
-                near.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
-                let what = near
-                    .first()
-                    .map(|(_, rival)| judge.rivals[*rival].what.in_words(film));
-                let words = what.map_or_else(
-                    || "it does not look like the scene".to_owned(),
-                    |what| format!("it looks more like {what}"),
-                );
-                (Cause::Alternative, words)
-            }
+            _ => (Cause::Alternative, likest(statistics, judge, film)),
         }
+    }
+}
+
+/// The alternative that a recording looks like most.
+fn likest(statistics: &Statistics, judge: &Judge, film: &Film) -> String {
+    // Farther below 0 than the alternative itself, it is neither.
+    let near = statistics.likeness.iter().zip(&judge.rivals);
+    let near = near.filter(|(likeness, _)| **likeness < LIKE);
+    match near.min_by(|a, b| a.0.abs().total_cmp(&b.0.abs())) {
+        None => "it does not look like the scene".to_owned(),
+        Some((_, rival)) => format!("it looks more like {}", rival.what.in_words(film)),
     }
 }
 

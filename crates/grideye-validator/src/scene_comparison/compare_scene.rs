@@ -33,7 +33,8 @@ use std::time::Duration;
 /// Compares one stream with what a scene's sensor would see: cleaned, drift removed, aligned within [`Options::align`].
 ///
 /// # Errors
-/// Unknown sensor, another resolution, no frames, time that goes back, no overlap, [`Options::is_stopped`]; and those of [`crate::compare()`].
+/// Unknown sensor, another resolution, no frames, time that goes back, no overlap; stopped by [`Options::is_stopped`]; and
+/// those of [`crate::compare()`].
 pub fn compare_scene(
     records: &[Record],
     scene: &Scene,
@@ -72,17 +73,12 @@ pub fn compare_scene(
     let is_replaced = pattern.from == RoomSource::Recording;
     let warning = background.as_ref().and_then(|fit| fit.warning(is_replaced));
     let (simulated, nobody) = renderer.simulated(&real, &aligned, noise_seed);
-    notes.extend(
-        scene
-            .laws()
-            .source
-            .iter()
-            .map(|law| format!("The scene leaves open: {law}.")),
-    );
+    let laws = scene.laws().source.into_iter();
+    notes.extend(laws.map(|law| format!("The scene leaves open: {law}.")));
     notes.push(protocol_note(protocol, scene));
+    let noise_c = simulator.sensor().noise_sigma;
     notes.push(format!(
-        "The simulated noise has the seed {noise_seed} and σ {:.2} °C.",
-        simulator.sensor().noise_sigma
+        "The simulated noise has the seed {noise_seed} and σ {noise_c:.2} °C."
     ));
     let settings = settings(&simulator, protocol, lag_frames, options);
     let prior = Prior {
