@@ -12,30 +12,32 @@ const FRAMES: u32 = 50;
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
     println!(
-        "                    set-up    image    noisy    truth   set-up    image   (microseconds a frame)"
+        "                    set-up    image    noisy    truth   set-up    image    image   (microseconds a frame)"
     );
-    println!("scene             by grid                              by area");
-    for number in 1..=4 {
-        let name = format!("experiment-{number}.toml");
+    println!("scene             by grid                              by area         of outlines");
+    let papers = (1..=4).map(|number| format!("experiment-{number}.toml"));
+    for name in papers.chain(["attic.toml".to_owned()]) {
         let files = |relative: &str| std::fs::read_to_string(folder.join(relative));
         let scene = Scene::parse(&files(&name)?, &name, &files)?.scene;
-        let simulator = Simulator::new(&scene, "ceiling")?;
+        let sensor = &scene.sensors()[0].name;
+        let simulator = Simulator::new(&scene, sensor)?;
         let moments: Vec<Duration> = (0..FRAMES)
             .map(|frame| scene.duration() * frame / FRAMES)
             .collect();
-        let set_up =
-            best(|| drop(black_box(Simulator::new(&scene, "ceiling")))) * f64::from(FRAMES);
+        let set_up = best(|| drop(black_box(Simulator::new(&scene, sensor)))) * f64::from(FRAMES);
         let each =
             |frame: &dyn Fn(Duration)| best(|| moments.iter().for_each(|moment| frame(*moment)));
-        let by_area = Simulator::without_grid(&scene, "ceiling")?;
-        let area_set_up = best(|| drop(black_box(Simulator::without_grid(&scene, "ceiling"))))
-            * f64::from(FRAMES);
+        let by_area = Simulator::without_grid(&scene, sensor)?;
+        let area_set_up =
+            best(|| drop(black_box(Simulator::without_grid(&scene, sensor)))) * f64::from(FRAMES);
+        let of_outlines = Simulator::of_outlines(&scene, sensor)?;
         println!(
-            "{name:18} {set_up:7.1} {:8.1} {:8.1} {:8.1} {area_set_up:8.1} {:8.1}",
+            "{name:18} {set_up:7.1} {:8.1} {:8.1} {:8.1} {area_set_up:8.1} {:8.1} {:8.1}",
             each(&|moment| drop(black_box(simulator.image(moment)))),
             each(&|moment| drop(black_box(simulator.noisy(moment, 1)))),
             each(&|moment| drop(black_box(simulator.truth(moment)))),
             each(&|moment| drop(black_box(by_area.image(moment)))),
+            each(&|moment| drop(black_box(of_outlines.image(moment)))),
         );
     }
     Ok(())

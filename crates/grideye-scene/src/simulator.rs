@@ -10,6 +10,7 @@ use crate::radiometry::{Air, Glow, Surface};
 use crate::sensor::{add_noise, measure, quantize};
 use glam::DVec3;
 use std::borrow::Cow;
+use std::cell::Cell;
 use std::time::Duration;
 
 /// One sensor of a scene, ready to make frames at any time; still bodies are projected only once.
@@ -88,8 +89,16 @@ enum Method {
     Area {
         plane: ImagePlane,
         still: StaticFacets,
+        relief: Relief,
     },
     Physical(Box<Physical>),
+}
+
+/// How round parts of people are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Relief {
+    Faces,
+    Outline,
 }
 
 #[derive(Debug, Clone)]
@@ -105,7 +114,7 @@ impl Simulator {
     /// # Errors
     /// [`SceneError::UnknownSensor`].
     pub fn new(scene: &Scene, sensor_name: &str) -> Result<Self, SceneError> {
-        Self::of(scene, sensor_name, true)
+        Self::of(scene, sensor_name, None)
     }
 
     /// As [`Self::new`], but without a sampling grid: pixels are integrals, the limit of ever finer grids. The physical
@@ -114,10 +123,19 @@ impl Simulator {
     /// # Errors
     /// [`SceneError::UnknownSensor`].
     pub fn without_grid(scene: &Scene, sensor_name: &str) -> Result<Self, SceneError> {
-        Self::of(scene, sensor_name, false)
+        Self::of(scene, sensor_name, Some(Relief::Faces))
     }
 
-    fn of(scene: &Scene, sensor_name: &str, with_grid: bool) -> Result<Self, SceneError> {
+    /// As [`Self::without_grid`], for thousands of images of people: each segment of a body is drawn as its outline, without
+    /// its relief.
+    ///
+    /// # Errors
+    /// [`SceneError::UnknownSensor`].
+    pub fn of_outlines(scene: &Scene, sensor_name: &str) -> Result<Self, SceneError> {
+        Self::of(scene, sensor_name, Some(Relief::Outline))
+    }
+
+    fn of(scene: &Scene, sensor_name: &str, gridless: Option<Relief>) -> Result<Self, SceneError> {
         let sensor = scene.sensor(sensor_name)?.clone();
         let ambient_c = scene.room.ambient_c;
         let air = Air::new(scene.law, ambient_c, sensor.operating_distance_m);
@@ -129,7 +147,21 @@ impl Simulator {
             });
             let still_c = physical.image(&[], 0).0;
             (Method::Physical(Box::new(physical)), still_c)
-        } else if with_grid {
+        } else if let Some(relief) = gridless {
+            let plane = ImagePlane::new(&sensor);
+            let still = standing(scene, &sensor, |skin, sight| {
+                facets(&plane, &air, skin, sight)
+            });
+            let still = StaticFacets::new(still);
+            let mut still_c = vec![ambient_c; sensor.columns * sensor.rows];
+            still.add(&plane, &air, &mut still_c);
+            let method = Method::Area {
+                plane,
+                still,
+                relief,
+            };
+            (method, still_c)
+        } else {
             let view = SamplingGrid::new(&sensor);
             let points = (view.columns(), view.rows());
             let resampler = Resampler::new(points, (sensor.columns, sensor.rows));
@@ -145,15 +177,6 @@ impl Simulator {
                 backdrop,
             };
             (Method::Grid(Box::new(grid)), still_c)
-        } else {
-            let plane = ImagePlane::new(&sensor);
-            let still = standing(scene, &sensor, |skin, sight| {
-                facets(&plane, &air, skin, sight)
-            });
-            let still = StaticFacets::new(still);
-            let mut still_c = vec![ambient_c; sensor.columns * sensor.rows];
-            still.add(&plane, &air, &mut still_c);
-            (Method::Area { plane, still }, still_c)
         };
         Ok(Self {
             sensor,
@@ -245,8 +268,12 @@ impl Simulator {
                 };
                 owners.map(of_owner).collect()
             }
-            Method::Area { plane, still } => {
-                let moving = self.facets(plane, time, present);
+            Method::Area {
+                plane,
+                still,
+                relief,
+            } => {
+                let moving = self.facets((plane, *relief), time, present);
                 still.add_change(plane, &self.air, &moving, &mut celsius);
                 let nothing = StaticFacets::new(Vec::new());
                 let share = |facets: &[Facet], owner, still: &StaticFacets| {
@@ -338,10 +365,14 @@ impl Simulator {
                 counts,
                 &mut share,
             ),
-            Method::Area { plane, still } => {
+            Method::Area {
+                plane,
+                still,
+                relief,
+            } => {
                 still.add_share(
                     plane,
-                    &self.facets(plane, time, &self.agents),
+                    &self.facets((plane, *relief), time, &self.agents),
                     counts,
                     &mut share,
                 );
@@ -376,10 +407,32 @@ impl Simulator {
         })
     }
 
-    fn facets(&self, plane: &ImagePlane, time: Duration, agents: &[Agent]) -> Vec<Facet> {
-        let pose = &self.sensor.pose;
+    fn facets(
+        &self,
+        (plane, relief): (&ImagePlane, Relief),
+        time: Duration,
+        agents: &[Agent],
+    ) -> Vec<Facet> {
+        let (pose, air) = (&self.sensor.pose, &self.air);
+        let bodies = Cell::new(0);
         self.changing_by((time, agents), |skin, form| {
-            facets(plane, &self.air, skin, &form.faces(pose))
+            let outline = match (form, relief) {
+                (Form::Round(segment), Relief::Outline) => segment.contour(pose),
+                _ => None,
+            };
+            if let Some((outline, depth)) =
+                outline.and_then(|of| Some((of.outline()?, of.of_surface)))
+            {
+                let made_of = (air, air.glow(skin.surface), skin.owner);
+                let facet = plane.facet(outline.into_iter(), depth, made_of);
+                return facet.into_iter().collect();
+            }
+            let mut faces = facets(plane, air, skin, &form.faces(pose));
+            if matches!(form, Form::Round(_)) {
+                let body = Some(bodies.replace(bodies.get() + 1));
+                faces.iter_mut().for_each(|face| face.convex = body);
+            }
+            faces
         })
     }
 

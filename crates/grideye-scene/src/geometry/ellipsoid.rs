@@ -3,6 +3,7 @@
 use crate::geometry::mesh::Mesh;
 use crate::geometry::pose::Pose;
 use glam::{DMat3, DVec3};
+use std::f64::consts::PI;
 use std::sync::LazyLock;
 
 /// An ellipsoid, by its center and its semi-axes, meters.
@@ -19,6 +20,8 @@ pub(crate) struct Contour {
     cone: DMat3,
     /// Its product with a ray is one over the depth of the plane through the contour.
     pub(crate) inverse_depth: DVec3,
+    /// The same of a plane as near as the surface is in the mean.
+    pub(crate) of_surface: DVec3,
 }
 
 impl Ellipsoid {
@@ -60,14 +63,46 @@ impl Ellipsoid {
         }
         let pole = to_unit.transpose() * center;
         let outer = DMat3::from_cols(pole * pole.x, pole * pole.y, pole * pole.z);
+        // From the contour's plane to the top of the cap, a sphere's surface is two thirds of the way in the mean.
+        let away = (power + 1.0).sqrt();
+        let surface = away - 2.0 / 3.0 - 1.0 / (3.0 * away);
         Some(Contour {
             cone: outer - power * (to_unit.transpose() * to_unit),
             inverse_depth: pole / power,
+            of_surface: pole / (away * surface),
         })
     }
 }
 
 impl Contour {
+    /// Corners of a polygon as large as it is, as rays `(1, left, up)`; `None` if part of it is not in front of the sensor.
+    pub(crate) fn outline(&self) -> Option<Vec<DVec3>> {
+        const PAIRS: i32 = 6;
+        let (low, high) = self.reach();
+        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        if !half.is_finite() {
+            return None;
+        }
+        // Its points at equal angles: those of a regular polygon, stretched.
+        let angle = PI / f64::from(PAIRS);
+        let ends: Vec<(f64, f64, f64)> = (0..PAIRS)
+            .filter_map(|pair| {
+                let up = middle - half * libm::cos(angle * (f64::from(pair) + 0.5));
+                let (left, right) = self.across(up)?;
+                Some((left, right, up))
+            })
+            .collect();
+        let lefts = ends.iter().map(|(left, _, up)| DVec3::new(1.0, *left, *up));
+        let rights = ends.iter().rev();
+        let rights = rights.map(|(_, right, up)| DVec3::new(1.0, *right, *up));
+        let corners: Vec<DVec3> = lefts.chain(rights).collect();
+        let sum: DVec3 = corners.iter().sum();
+        let center = sum / sum.x;
+        let outside = (angle / libm::sin(angle)).sqrt();
+        let outward = |corner: DVec3| center + outside * (corner - center);
+        Some(corners.into_iter().map(outward).collect())
+    }
+
     /// From where to where it reaches along the rays `(1, left, up)`.
     pub(crate) fn across(&self, up: f64) -> Option<(f64, f64)> {
         let cone = &self.cone;

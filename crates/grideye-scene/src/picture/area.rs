@@ -29,6 +29,8 @@ pub(crate) struct Facet {
     /// seen.
     warmth_c: f64,
     pub(crate) owner: u32,
+    /// The convex body that it is a face of: these do not hide each other.
+    pub(crate) convex: Option<u32>,
 }
 
 #[derive(Debug, Clone)]
@@ -102,6 +104,7 @@ impl ImagePlane {
             warmth_c: air.excess(&glow, 1.0 / inverse_depth.length_squared()),
             glow,
             owner,
+            convex: None,
         };
         (area(&facet.outline) > AREA_MIN).then_some(facet)
     }
@@ -210,7 +213,8 @@ impl StaticFacets {
         moving.iter().enumerate().flat_map(move |(index, facet)| {
             let mut outlines = vec![facet.outline.clone()];
             for other in places.near(facet) {
-                if other != index {
+                let of_one = facet.convex.is_some() && facet.convex == moving[other].convex;
+                if other != index && !of_one {
                     hide(&mut outlines, facet, &moving[other], other < index);
                 }
             }

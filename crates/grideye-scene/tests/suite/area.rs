@@ -220,3 +220,41 @@ fn the_area_is_closer_to_the_finest_grid_than_the_papers_grid() {
     }
     assert!(areas_c < 0.1 * papers_c, "{areas_c} {papers_c}");
 }
+
+/// A person's outlines are as warm as its faces, from above, from the side, behind furniture and half out of view.
+#[test]
+fn outlines_are_a_persons_faces_without_relief() {
+    for (elevation_deg, clothing) in [(90, "indoor"), (60, "coat"), (35, "indoor")] {
+        let sensor = CEILING.replace("90", &elevation_deg.to_string());
+        let text = furnished(&sensor);
+        let (furniture, _) = text.split_once("[[agent]]").unwrap();
+        let with = |[x, y]: [u32; 2]| {
+            let posture = ["stand", "sit"][(x % 2) as usize];
+            scene(&format!(
+                "collisions = \"ignore\"\n{furniture}[[agent]]\nname = \"one\"\nposition_mm = [{x}, {y}, 0]\n\
+                 person = {{ clothing = \"{clothing}\", posture = \"{posture}\" }}\n"
+            ))
+        };
+        let seen = |scene: &Scene, make: fn(&Scene, &str) -> _| -> Vec<f64> {
+            let simulator: Result<Simulator, _> = make(scene, "ceiling");
+            simulator.unwrap().image(Duration::ZERO).celsius
+        };
+        let empty = seen(&scene(furniture), Simulator::without_grid);
+        let (mut apart, mut shown) = (0.0, 0.0);
+        for place in (0..16).map(|step| [1101 + 115 * step, 1400 + 300 * (step * 7 % 11)]) {
+            let one = with(place);
+            let faces = seen(&one, Simulator::without_grid);
+            let outlines = seen(&one, Simulator::of_outlines);
+            for ((outline, face), bare) in outlines.iter().zip(&faces).zip(&empty) {
+                apart += (outline - face).powi(2);
+                shown += (face - bare).powi(2);
+            }
+        }
+        let ratio = f64::sqrt(apart / shown);
+        println!(
+            "elevation {elevation_deg}: {ratio:.4} of {:.3}",
+            f64::sqrt(shown)
+        );
+        assert!(ratio < 0.03, "elevation {elevation_deg}: {ratio}");
+    }
+}

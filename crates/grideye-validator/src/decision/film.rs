@@ -85,6 +85,8 @@ impl Film {
         } else {
             moments.images(&simulator)
         };
+        // A step aside is the difference of two of its images.
+        let quick = Simulator::of_outlines(&scene.without_agents(), sensor)?;
         let mut people = Vec::with_capacity(scene.agents().len());
         simulator.replace_agents(scene.agents().to_vec());
         let with = moments.images(&simulator);
@@ -98,7 +100,6 @@ impl Film {
                 simulator.replace_agents(others);
                 moments.images(&simulator)
             };
-            simulator.replace_agents(Vec::new());
             let adds = with
                 .iter()
                 .zip(&without)
@@ -110,8 +111,8 @@ impl Film {
                 moves: !agent.duration().is_zero(),
                 here: vec![None; times_s.len()],
                 atlas: Atlas {
-                    room: simulator.image(Duration::ZERO).celsius,
-                    simulator: simulator.clone(),
+                    room: quick.image(Duration::ZERO).celsius,
+                    simulator: quick.clone(),
                     height_m: agent.start_m.z,
                     spacing_m: if agent.person.is_some() {
                         SPACING_M

@@ -242,8 +242,7 @@ fn aligned(
     protocol: Protocol,
     options: &Options,
 ) -> Result<AlignedFrames, ValidatorError> {
-    // Rendering without a grid is faster and just as accurate.
-    let simulator = Simulator::without_grid(scene, sensor)?;
+    let simulator = Simulator::of_outlines(scene, sensor)?;
     let moves = protocol == Protocol::Dynamic && !scene.is_static();
     let mut aligned = if moves {
         moving((frames, timeline), &simulator, scene, &options.align)
