@@ -107,14 +107,19 @@ fn main() -> Result<(), Box<dyn Error>> {
         "                                                          CPU seconds   of one simulation of the frames"
     );
     cases.iter().try_for_each(measure)?;
-    // The live page's ten seconds, and a minute.
-    [100, 600].into_iter().try_for_each(decide)
+    for model in ["physical", "paper"] {
+        // The live page's ten seconds, and a minute.
+        for recorded in [100, 600] {
+            decide(model, recorded)?;
+        }
+    }
+    Ok(())
 }
 
-fn decide(recorded: u32) -> Result<(), Box<dyn Error>> {
+fn decide(model: &'static str, recorded: u32) -> Result<(), Box<dyn Error>> {
     let case = Case {
-        name: "a person",
-        truth: person(|_, truth| truth.to_owned()),
+        name: model,
+        truth: person(|_, truth| truth.to_owned()).replace("physical", model),
         guess: String::new(),
         unit: Profile::parse(UNIT, "unit")?,
         frames: usize::try_from(recorded)?,

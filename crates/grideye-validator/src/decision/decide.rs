@@ -76,13 +76,14 @@ pub struct Alternatively {
     pub is_alike: bool,
 }
 
-/// Right worlds that set the scale of each block: fewer would make some scales too small, and these blocks stand out.
-const FOR_BLOCKS: usize = 260;
-/// Those that set the law of each statistic.
-const FOR_LAWS: usize = 220;
+/// Right worlds that set the scale of each block, and the law of each other statistic: with fewer some scales would be too
+/// small, and these blocks stand out.
+const FOR_STATISTICS: usize = 260;
+/// Those that set the law of each kind.
+const FOR_KINDS: usize = 220;
 /// Those that set the rank: the recording and three of them are the .015 that are refused.
 const FOR_RANK: usize = 266;
-const RIGHT: usize = FOR_BLOCKS + FOR_LAWS + FOR_RANK;
+const RIGHT: usize = FOR_STATISTICS + FOR_KINDS + FOR_RANK;
 const OF_ALTERNATIVE: usize = 100;
 /// Of one that right worlds come near to: of those, one in a hundred may agree.
 const OF_NEAR: usize = 400;
@@ -151,9 +152,9 @@ pub(crate) fn decide(
 ) -> Option<Decision> {
     let mut worlds = Worlds::new(film, recording, laws, is_stopped);
     let right = worlds.right()?;
-    let (known, held) = right.split_at(FOR_BLOCKS + FOR_LAWS);
-    let (of_blocks, of_laws) = known.split_at(FOR_BLOCKS);
-    let spread = Spread::new(of_blocks, of_laws);
+    let (known, held) = right.split_at(FOR_STATISTICS + FOR_KINDS);
+    let (of_statistics, of_kinds) = known.split_at(FOR_STATISTICS);
+    let spread = Spread::new(of_statistics, of_kinds);
     let held = held.iter();
     let mut held: Vec<f64> = held.map(|one| spread.farthest(one).1).collect();
     held.sort_by(f64::total_cmp);

@@ -4,10 +4,13 @@ use crate::decision::film::Film;
 use crate::decision::judge::{ACROSS, BLOCKS, Judge, Statistics};
 use crate::numbers::{count, mean, percentile, single};
 use grideye_draw::text::fixed;
+use std::ops::Range;
 
 /// Statistics before the contrasts and the alternatives.
 const OWN: usize = 6;
-/// Those of warmth beyond the scene: that comes and goes, and that stays.
+/// Those of warmth beyond the scene, and of warmth that it lacks.
+const BEYOND: Range<usize> = 2..OWN;
+/// Of these that which comes and goes, and that which stays.
 const EXTRA: [usize; 2] = [2, 4];
 /// Delay, misfit and contrasts; warmth beyond the scene; alternatives.
 const KINDS: usize = 3;
@@ -135,12 +138,13 @@ fn widened(own: &[(f32, [f32; 2])]) -> Vec<(f32, [f32; 2])> {
 }
 
 impl Spread {
-    /// The scales of blocks are of other worlds than the laws: within their own worlds nothing would be far.
-    pub(crate) fn new(of_blocks: &[Statistics], right: &[Statistics]) -> Self {
-        let number = of_blocks.first().map_or(0, |one| one.beyond.len());
-        let share = single(1.0 / count(of_blocks.len()));
+    /// The law of a kind is of other worlds than those of its statistics, and theirs than the scales of blocks: within their
+    /// own worlds nothing would be far.
+    pub(crate) fn new(of_statistics: &[Statistics], of_kinds: &[Statistics]) -> Self {
+        let number = of_statistics.first().map_or(0, |one| one.beyond.len());
+        let share = single(1.0 / count(of_statistics.len()));
         let beyond = (0..number).map(|index| {
-            let values = || of_blocks.iter().map(|one| one.beyond[index]);
+            let values = || of_statistics.iter().map(|one| one.beyond[index]);
             let mean = share * values().sum::<f32>();
             let variance = share * values().map(|value| (value - mean).powi(2)).sum::<f32>();
             // Next to a person who may be elsewhere the law has long tails.
@@ -157,13 +161,20 @@ impl Spread {
             of: Vec::new(),
             kinds: [Law::new(Vec::new()); KINDS],
         };
-        let all = right
+        let all = of_statistics
             .first()
             .map_or(0, |one| OWN + one.contrasts.len() + one.likeness.len());
-        spread.of = (0..all)
-            .map(|place| Law::new(right.iter().map(|one| spread.value(place, one)).collect()))
-            .collect();
-        let all: Vec<_> = right
+        let law = |place| {
+            // The four of blocks are too few to be far in their own worlds.
+            let worlds = if BEYOND.contains(&place) {
+                of_kinds
+            } else {
+                of_statistics
+            };
+            Law::new(worlds.iter().map(|one| spread.value(place, one)).collect())
+        };
+        spread.of = (0..all).map(law).collect();
+        let all: Vec<_> = of_kinds
             .iter()
             .map(|one| spread.farthest_by_kind(one))
             .collect();
@@ -230,7 +241,7 @@ impl Spread {
             };
             let kind = match place {
                 0 | 1 => 0,
-                2..OWN => 1,
+                beyond if BEYOND.contains(&beyond) => 1,
                 more if contrasts.contains(&more) => 0,
                 _ => 2,
             };
