@@ -89,8 +89,9 @@ const OF_ALTERNATIVE: usize = 100;
 const OF_NEAR: usize = 400;
 /// Of those, as many are looked at: the most like the scene.
 const LOOKED_AT: usize = 60;
-/// Share of right worlds that exclude an alternative which is sure to be something else.
-const CLEAR_POWER: f64 = 0.99;
+/// Share of right worlds that exclude an alternative which is sure to be something else: for the others it is better to say
+/// that they cannot be told than to agree to it.
+const CLEAR_POWER: f64 = 0.95;
 /// Worlds of each offset that is tried.
 const OF_OFFSET: usize = 30;
 /// Offsets that are tried for [`Decision::refused_aside_m`], meters.
@@ -309,7 +310,7 @@ impl<'a> Worlds<'a> {
             likeness: found.likeness[number],
             limit,
             power,
-            // However near, what all right recordings exclude is something else.
+            // However near, what nearly all right recordings exclude is something else.
             is_alike: self.judge.rivals[number].is_alike
                 && !(of.keeps_people() && power > CLEAR_POWER),
             of,
