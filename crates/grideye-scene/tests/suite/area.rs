@@ -225,7 +225,7 @@ fn the_area_is_closer_to_the_finest_grid_than_the_papers_grid() {
 #[test]
 fn outlines_are_a_persons_faces_without_relief() {
     for (elevation_deg, clothing) in [(90, "indoor"), (60, "coat"), (35, "indoor")] {
-        let sensor = CEILING.replace("90", &elevation_deg.to_string());
+        let sensor = CEILING.replace("= 90", &format!("= {elevation_deg}"));
         let text = furnished(&sensor);
         let (furniture, _) = text.split_once("[[agent]]").unwrap();
         let with = |[x, y]: [u32; 2]| {
