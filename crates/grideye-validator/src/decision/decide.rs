@@ -89,8 +89,8 @@ const OF_ALTERNATIVE: usize = 100;
 const OF_NEAR: usize = 400;
 /// Of those, as many are looked at: the most like the scene.
 const LOOKED_AT: usize = 60;
-/// Share of right worlds that exclude an alternative which is sure to be something else: for the others it is better to say
-/// that they cannot be told than to agree to it.
+/// An alternative that more right worlds than this share exclude is something else, however near it is. A few right
+/// recordings then end in "cannot tell", which is better than to agree to it.
 const CLEAR_POWER: f64 = 0.95;
 /// Worlds of each offset that is tried.
 const OF_OFFSET: usize = 30;
@@ -310,7 +310,6 @@ impl<'a> Worlds<'a> {
             likeness: found.likeness[number],
             limit,
             power,
-            // However near, what nearly all right recordings exclude is something else.
             is_alike: self.judge.rivals[number].is_alike
                 && !(of.keeps_people() && power > CLEAR_POWER),
             of,

@@ -91,14 +91,11 @@ pub fn compare_scene(
         ..prior(records, &simulator, room, pattern, options)
     };
     let comparison = compare_with_prior(shape, &real, &simulated, &settings, &prior)?;
-    let lies = aligned.found.orientation.as_ref();
-    let is_turned = prior.decision.as_ref().is_some_and(|decision| {
-        decision.alternatives.iter().any(|one| {
-            lies.is_some_and(|lies| one.of == Alternative::Turned(lies.orientation))
-                && one.likeness < 0.0
-        })
-    });
-    notes.extend(lies.and_then(|found| notes::orientation(found, is_turned)));
+    notes.extend(aligned.found.orientation.as_ref().and_then(|lies| {
+        let turned = Alternative::Turned(lies.orientation);
+        let mut all = prior.decision.iter().flat_map(|one| &one.alternatives);
+        notes::orientation(lies, all.any(|one| one.of == turned && one.likeness < 0.0))
+    }));
     Ok(Comparison {
         warnings: Vec::from_iter(warning),
         background,
