@@ -241,17 +241,19 @@ impl Agent {
                 .placed(DMat3::IDENTITY, move_m),
             ..part.clone()
         });
+        // Not the rest of a copy: a trajectory is long.
         Self {
+            name: self.name.clone(),
             parts: parts.collect(),
             start_m: place_m,
             trajectory: None,
             turns: None,
+            touches: self.touches.clone(),
             keeps: Vec::new(),
             person: self.person.map(|person| Person {
                 facing: turn,
                 ..person
             }),
-            ..self.clone()
         }
     }
 

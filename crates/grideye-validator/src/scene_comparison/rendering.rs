@@ -176,10 +176,10 @@ impl<'a> Renderer<'a> {
         aligned: &AlignedFrames,
         seed: u64,
     ) -> (SimulatedFrame, Vec<f64>) {
-        let clean = self.simulator.image(time).celsius;
-        let noisy = self.simulator.noisy(time, seed).celsius;
-        let noise_free = self.shown(&clean, aligned);
-        let noise = noisy.iter().zip(&clean).map(|(noisy, clean)| noisy - clean);
+        let (clean, noisy) = self.simulator.image_and_noisy(time, seed);
+        let noise_free = self.shown(&clean.celsius, aligned);
+        let noise = noisy.celsius.iter().zip(&clean.celsius);
+        let noise = noise.map(|(noisy, clean)| noisy - clean);
         let frame = SimulatedFrame {
             time,
             celsius: noise_free
