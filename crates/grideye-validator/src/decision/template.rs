@@ -113,13 +113,19 @@ impl Template {
 
     /// `W` of a film that shows nothing at other times.
     pub(crate) fn product_during(&self, during: Range<usize>, film: &[Image]) -> f64 {
+        const LANES: usize = 16;
+        /// Pictures whose products are summed as `f32`.
+        const TOGETHER: usize = 16;
+        let weights = self.weights[during.clone()].chunks(TOGETHER);
         let mut sum = 0.0;
-        for (weights, image) in self.weights[during.clone()].iter().zip(&film[during]) {
+        for (weights, images) in weights.zip(film[during].chunks(TOGETHER)) {
             // Indexed, so that the compiler makes vectors of the lanes.
-            let mut lanes = [0.0_f32; 8];
-            for row in 0..PIXELS / 8 {
-                for lane in 0..8 {
-                    lanes[lane] += weights[8 * row + lane] * image[8 * row + lane];
+            let mut lanes = [0.0_f32; LANES];
+            for (weights, image) in weights.iter().zip(images) {
+                for row in 0..PIXELS / LANES {
+                    for lane in 0..LANES {
+                        lanes[lane] += weights[LANES * row + lane] * image[LANES * row + lane];
+                    }
                 }
             }
             sum += f64::from(lanes.iter().sum::<f32>());
