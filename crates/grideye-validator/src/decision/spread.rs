@@ -1,7 +1,7 @@
 //! How the statistics of right worlds spread, and what is farthest off.
 
 use crate::decision::film::Film;
-use crate::decision::judge::{BLOCKS, Judge, Statistics};
+use crate::decision::judge::{ACROSS, BLOCKS, Judge, Statistics};
 use crate::numbers::{count, mean, percentile, single};
 use grideye_draw::text::fixed;
 use std::ops::Range;
@@ -108,6 +108,35 @@ pub(crate) struct Spread {
     beyond: Vec<(f32, [f32; 2])>,
 }
 
+/// Takes the widest scales of neighboring blocks and stretches: who comes near in some worlds may stand there in others.
+fn widened(own: &[(f32, [f32; 2])]) -> Vec<(f32, [f32; 2])> {
+    // The last is that of the whole recording.
+    let stretches = (own.len() / BLOCKS).saturating_sub(1);
+    let near = |place: usize, number: usize| place.saturating_sub(1)..(place + 2).min(number);
+    let widest = |(index, (mean, scales)): (usize, &(f32, [f32; 2]))| {
+        let (stretch, row, column) = (
+            index / BLOCKS,
+            index % BLOCKS / ACROSS,
+            index % BLOCKS % ACROSS,
+        );
+        let mut widest = *scales;
+        let around = match stretch < stretches {
+            true => near(stretch, stretches),
+            false => stretch..stretch + 1,
+        };
+        for stretch in around {
+            for row in near(row, ACROSS) {
+                for column in near(column, ACROSS) {
+                    let other = own[stretch * BLOCKS + row * ACROSS + column].1;
+                    widest = [widest[0].max(other[0]), widest[1].max(other[1])];
+                }
+            }
+        }
+        (*mean, widest)
+    };
+    own.iter().enumerate().map(widest).collect()
+}
+
 impl Spread {
     /// The law of a kind is of other worlds than those of its statistics, and theirs than the scales of blocks: within their
     /// own worlds nothing would be far.
@@ -128,7 +157,7 @@ impl Spread {
             (mean, [scale(1.0), scale(-1.0)])
         });
         let mut spread = Self {
-            beyond: beyond.collect(),
+            beyond: widened(&beyond.collect::<Vec<_>>()),
             of: Vec::new(),
             kinds: [Law::new(Vec::new()); KINDS],
         };
