@@ -57,10 +57,10 @@ fn a_client_moves_time_and_waits_for_the_interrupt() {
     let script = "if True:
         import grideye_i2c as i2c
         bus = i2c.SMBus(1)
+        began, before = i2c.pass_time(0)
         # Above 2.5 or below -16 degrees Celsius, absolute, INT on (AMG88 spec 4-11-6, 4-11-3).
         for register, value in ((0x08, 10), (0x0A, 0xC0), (0x0B, 0x0F), (0x03, 0x03)):
             bus.write_byte_data(0x69, register, value)
-        began, before = i2c.pass_time(0)
         early, came = i2c.wait_for_interrupt(0.5), i2c.wait_for_interrupt(5)
         now, after = i2c.pass_time(0)
         print(before, early, came, after, now - began)";
