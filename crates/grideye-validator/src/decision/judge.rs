@@ -20,7 +20,7 @@ const LAGS: i32 = 3;
 const STRETCH_S: f64 = 1.0;
 const STRETCHES_MOST: f64 = 300.0;
 /// Blocks of 2 x 2 pixels, in a row and in all.
-pub(crate) const ACROSS: usize = COLUMNS - 1;
+const ACROSS: usize = COLUMNS - 1;
 pub(crate) const BLOCKS: usize = (ROWS - 1) * ACROSS;
 
 /// Looks at recordings.

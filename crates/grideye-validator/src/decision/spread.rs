@@ -1,7 +1,7 @@
 //! How the statistics of right worlds spread, and what is farthest off.
 
 use crate::decision::film::Film;
-use crate::decision::judge::{ACROSS, BLOCKS, Judge, Statistics};
+use crate::decision::judge::{BLOCKS, Judge, Statistics};
 use crate::numbers::{count, mean, percentile, single};
 use grideye_draw::text::fixed;
 use std::ops::Range;
@@ -96,8 +96,11 @@ pub(crate) fn one_in_a_hundred(above: &[f64], lowest: f64, number: usize) -> f64
 /// Likeness below which nothing is said any more: the contrast is too low to divide by.
 const UNLIKE: f64 = -20.0;
 
-/// The farthest of 260 draws of a normal law, in standard deviations.
-const LONGEST_SDS: f32 = 2.75;
+/// Right worlds whose mean sets the scale of a block. The farthest alone is a matter of luck: by a seventh, and of some of so
+/// many blocks by half.
+const FARTHEST: usize = 8;
+/// How far these are in the mean, of 260 draws of a normal law, in standard deviations.
+const FARTHEST_SDS: f32 = 2.23;
 
 /// Location and scale of each statistic in right worlds.
 pub(crate) struct Spread {
@@ -106,35 +109,6 @@ pub(crate) struct Spread {
     kinds: [Law; KINDS],
     /// Mean and scales upward and downward of the warmth beyond the scene in each stretch and block.
     beyond: Vec<(f32, [f32; 2])>,
-}
-
-/// Takes the widest scales of neighboring blocks and stretches: who comes near in some worlds may stand there in others.
-fn widened(own: &[(f32, [f32; 2])]) -> Vec<(f32, [f32; 2])> {
-    // The last is that of the whole recording.
-    let stretches = (own.len() / BLOCKS).saturating_sub(1);
-    let near = |place: usize, number: usize| place.saturating_sub(1)..(place + 2).min(number);
-    let widest = |(index, (mean, scales)): (usize, &(f32, [f32; 2]))| {
-        let (stretch, row, column) = (
-            index / BLOCKS,
-            index % BLOCKS / ACROSS,
-            index % BLOCKS % ACROSS,
-        );
-        let mut widest = *scales;
-        let around = match stretch < stretches {
-            true => near(stretch, stretches),
-            false => stretch..stretch + 1,
-        };
-        for stretch in around {
-            for row in near(row, ACROSS) {
-                for column in near(column, ACROSS) {
-                    let other = own[stretch * BLOCKS + row * ACROSS + column].1;
-                    widest = [widest[0].max(other[0]), widest[1].max(other[1])];
-                }
-            }
-        }
-        (*mean, widest)
-    };
-    own.iter().enumerate().map(widest).collect()
 }
 
 impl Spread {
@@ -149,15 +123,15 @@ impl Spread {
             let variance = share * values().map(|value| (value - mean).powi(2)).sum::<f32>();
             // Next to a person who may be elsewhere the law has long tails.
             let scale = |sign: f32| {
-                let most = values()
-                    .map(|value| sign * (value - mean))
-                    .fold(0.0, f32::max);
-                variance.sqrt().max(most / LONGEST_SDS).max(1e-6)
+                let mut away: Vec<f32> = values().map(|value| sign * (value - mean)).collect();
+                let (farthest, ..) = away.select_nth_unstable_by(FARTHEST, |a, b| b.total_cmp(a));
+                let farthest = farthest.iter().sum::<f32>() / single(count(FARTHEST));
+                variance.sqrt().max(farthest / FARTHEST_SDS).max(1e-6)
             };
             (mean, [scale(1.0), scale(-1.0)])
         });
         let mut spread = Self {
-            beyond: widened(&beyond.collect::<Vec<_>>()),
+            beyond: beyond.collect(),
             of: Vec::new(),
             kinds: [Law::new(Vec::new()); KINDS],
         };
