@@ -70,7 +70,7 @@ pub use metrics::foreground::{ForegroundCorrelation, RoomSource};
 pub use metrics::score::{Better, Measure, Score, Scores, Shuffled};
 pub use report::paper;
 pub use scene_comparison::{
-    DYNAMIC_FRAMES, KnownUnit, LAG_FRAMES_MAX, Options, STATIC_FRAMES, compare_scene,
+    DYNAMIC_FRAMES, KnownScene, KnownUnit, LAG_FRAMES_MAX, Options, STATIC_FRAMES, compare_scene,
 };
 pub use thresholds::Thresholds;
 pub use verdict::{Criterion, Judgment, Nobody, State, Verdict, WarmPixels};

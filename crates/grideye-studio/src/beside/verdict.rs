@@ -10,7 +10,7 @@ use grideye_collector::{Inside, Refusal};
 use grideye_recording::Record;
 use grideye_scene::Scene;
 use grideye_validator::report::{self, Context};
-use grideye_validator::{Joined, Options, Timeline, compare_scene};
+use grideye_validator::{Joined, KnownScene, Options, Timeline};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -26,6 +26,8 @@ pub(super) const AGAIN_AFTER_MIN: Duration = Duration::from_secs(2);
 const REST: u32 = 3;
 /// Comparisons in the cache.
 const KEPT_MAX: usize = 64;
+/// Scenes whose people stay rendered: some megabytes each.
+const KNOWN_MAX: usize = 4;
 const SEED: u64 = 2;
 
 /// A page's question: which frames, and where the scene lies on their time axis.
@@ -49,10 +51,13 @@ pub(super) struct Question {
 /// Scene, its edition, its sensor, and the question.
 type Key = (String, u64, String, Question);
 type Slot = Arc<tokio::sync::Mutex<Option<Made>>>;
+/// By scene, its edition, and its sensor.
+type Known = Recently<(String, u64, String), Arc<Mutex<KnownScene>>>;
 
 pub(super) struct Verdicts {
     desk: Arc<Desk>,
     slots: Mutex<Recently<Key, Slot>>,
+    known: Mutex<Known>,
 }
 
 #[derive(Clone)]
@@ -68,6 +73,7 @@ impl Verdicts {
         Self {
             desk: Arc::new(Desk::new()),
             slots: Mutex::new(Recently::new(KEPT_MAX)),
+            known: Mutex::new(Recently::new(KNOWN_MAX)),
         }
     }
 
@@ -101,9 +107,10 @@ impl Verdicts {
             return Ok(made.answer.clone());
         }
         let clock = Arc::clone(&inside.clock);
+        let known = self.known(&scene, loaded, sensor);
         let fresh = self.desk.run(move || {
             let began = clock.monotonic();
-            let answer = compared(&scene, &sensor, &question, (&records, length));
+            let answer = compared(&scene, &known, &question, (&records, length));
             let at = clock.monotonic();
             Made {
                 at,
@@ -115,6 +122,17 @@ impl Verdicts {
         let fresh = fresh.await?;
         *made = Some(fresh.clone());
         Ok(fresh.answer)
+    }
+
+    fn known(&self, of: &Shelved, loaded: &LoadedScene, sensor: String) -> Arc<Mutex<KnownScene>> {
+        let mut all = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let key = (of.name.clone(), of.edition, sensor);
+        all.get(&key).unwrap_or_else(|| {
+            let known = KnownScene::new(loaded.scene.clone(), &key.2);
+            let known = Arc::new(Mutex::new(known));
+            all.put(key, Arc::clone(&known));
+            known
+        })
     }
 
     fn slot(&self, key: Key) -> Slot {
@@ -206,7 +224,7 @@ async fn records(inside: &Inside, question: &Question) -> Result<Vec<Record>, Re
 /// The comparison of a window of frames, or why there is none.
 fn compared(
     scene: &Shelved,
-    sensor: &str,
+    known: &Mutex<KnownScene>,
     question: &Question,
     (records, length): (&[Record], Duration),
 ) -> Value {
@@ -242,7 +260,8 @@ fn compared(
         threads: 1,
         ..Options::default()
     };
-    let result = compare_scene(&records, &loaded.scene, sensor, &how);
+    let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
+    let result = known.compare(&records, &how);
     let why = result.as_ref().err().map(ToString::to_string);
     let comparison = result
         .ok()

@@ -35,7 +35,29 @@ pub(crate) struct Film {
     pub(crate) leanings: Vec<Leaning>,
     /// The subjects of a scene without people.
     pub(crate) objects: Option<Vec<Image>>,
+    shots: Shots,
 }
+
+/// What was rendered of a scene at one of its sensors: the same for each recording of it.
+#[derive(Default)]
+pub(crate) struct Rendered {
+    /// Of the times of the last recording.
+    shots: Shots,
+    /// By person.
+    places: Vec<Places>,
+}
+
+/// Films of the same times, in the order in which they are asked for.
+#[derive(Default)]
+struct Shots {
+    times_s: Vec<f64>,
+    /// The moments that each picture is the mean of, from its time.
+    apart_s: Vec<f64>,
+    films: Vec<Vec<Image>>,
+}
+
+/// What a person adds at each place and in each direction.
+type Places = HashMap<(i32, i32, u8), Box<Image>, FixedState>;
 
 /// What one uncertain number of a scene adds, by its standard deviations `z`: `z` times `linear` and `z²` times `square`,
 /// which is exact at -1 and 1.
@@ -67,7 +89,7 @@ struct Atlas {
     /// How many times its contrast.
     times: f32,
     /// Asked for every picture of every world: the standard library's hash was a tenth of the time.
-    seen: HashMap<(i32, i32, u8), Box<Image>, FixedState>,
+    seen: Places,
 }
 
 impl Film {
@@ -78,18 +100,30 @@ impl Film {
         times_s: &[f64],
         within_s: f64,
     ) -> Result<Self, SceneError> {
+        Self::after(Rendered::default(), (scene, sensor), times_s, within_s)
+    }
+
+    /// The same, after another of the same scene and sensor.
+    pub(crate) fn after(
+        before: Rendered,
+        (scene, sensor): (&Scene, &str),
+        times_s: &[f64],
+        within_s: f64,
+    ) -> Result<Self, SceneError> {
         let mut simulator = Simulator::without_grid(&scene.without_agents(), sensor)?;
-        let moments = Moments::new(times_s, within_s);
+        let mut shots = Shots::new(times_s, within_s);
+        let mut places = before.places.into_iter();
+        let before = before.shots;
         let room = if scene.without_agents().is_static() {
             vec![image(&simulator.image(Duration::ZERO).celsius); times_s.len()]
         } else {
-            moments.images(&simulator)
+            shots.images(&simulator, &before)
         };
         // A step aside is the difference of two of its images.
         let quick = Simulator::of_outlines(&scene.without_agents(), sensor)?;
         let mut people = Vec::with_capacity(scene.agents().len());
         simulator.replace_agents(scene.agents().to_vec());
-        let with = moments.images(&simulator);
+        let with = shots.images(&simulator, &before);
         for (number, agent) in scene.agents().iter().enumerate() {
             // With the others in the room, who may hide it.
             let mut others = scene.agents().to_vec();
@@ -98,7 +132,7 @@ impl Film {
                 room.clone()
             } else {
                 simulator.replace_agents(others);
-                moments.images(&simulator)
+                shots.images(&simulator, &before)
             };
             let adds = with
                 .iter()
@@ -121,7 +155,7 @@ impl Film {
                     },
                     agent: agent.clone(),
                     times: 1.0,
-                    seen: HashMap::default(),
+                    seen: places.next().unwrap_or_default(),
                 },
             });
         }
@@ -136,16 +170,21 @@ impl Film {
             people,
             objects,
             leanings: Vec::new(),
+            shots,
         }
-        .leaning(scene, sensor, &moments)
+        .leaning(scene, sensor, &before)
     }
 
-    fn leaning(
-        mut self,
-        scene: &Scene,
-        sensor: &str,
-        moments: &Moments<'_>,
-    ) -> Result<Self, SceneError> {
+    /// What was rendered, for the next.
+    pub(crate) fn into_rendered(self) -> Rendered {
+        let people = self.people.into_iter();
+        Rendered {
+            shots: self.shots,
+            places: people.map(|walker| walker.atlas.seen).collect(),
+        }
+    }
+
+    fn leaning(mut self, scene: &Scene, sensor: &str, before: &Shots) -> Result<Self, SceneError> {
         let own: Vec<Image> = self
             .claimed()
             .into_iter()
@@ -157,11 +196,12 @@ impl Film {
             .collect();
         let own_scene = scene;
         for variant in scene.variants() {
-            let seen = |scene: &Scene| {
+            let mut seen = |scene: &Scene| {
                 // A stride out of step would be no difference of height.
                 let mut scene = scene.clone();
                 scene.keep_strides_of(own_scene);
-                Ok::<_, SceneError>(moments.images(&Simulator::without_grid(&scene, sensor)?))
+                let simulator = Simulator::without_grid(&scene, sensor)?;
+                Ok::<_, SceneError>(self.shots.images(&simulator, before))
             };
             let (below, above) = (seen(&variant.below)?, seen(&variant.above)?);
             let pairs = || below.iter().zip(&above);
@@ -264,14 +304,8 @@ impl Film {
     }
 }
 
-/// The times that each picture is the mean of.
-struct Moments<'a> {
-    times_s: &'a [f64],
-    apart_s: Vec<f64>,
-}
-
-impl<'a> Moments<'a> {
-    fn new(times_s: &'a [f64], within_s: f64) -> Self {
+impl Shots {
+    fn new(times_s: &[f64], within_s: f64) -> Self {
         const MOST: f64 = 8.0;
         let number = (within_s / STILL_S).ceil().clamp(1.0, MOST);
         let mut apart_s = Vec::new();
@@ -280,20 +314,33 @@ impl<'a> Moments<'a> {
             apart_s.push(within_s * (half / number - 0.5));
             half += 1.0;
         }
-        Self { times_s, apart_s }
+        Self {
+            times_s: times_s.to_vec(),
+            apart_s,
+            films: Vec::new(),
+        }
     }
 
-    fn images(&self, simulator: &Simulator) -> Vec<Image> {
+    /// The next film, with the pictures that it shares with the same one `before`.
+    fn images(&mut self, simulator: &Simulator, before: &Self) -> Vec<Image> {
+        let before_it = before.films.get(self.films.len());
+        let before_it = before_it.filter(|_| before.apart_s == self.apart_s);
         let share = single(1.0 / count(self.apart_s.len()));
-        let mean = |time_s: &f64| {
-            let mut mean = [0.0; PIXELS];
-            for apart_s in &self.apart_s {
-                let seen = simulator.image(moment(time_s + apart_s)).celsius;
-                add(&mut mean, &image(&seen), share);
-            }
-            mean
+        let picture = |time_s: &f64| {
+            let place = before.times_s.binary_search_by(|at| at.total_cmp(time_s));
+            let known = place.ok().and_then(|place| before_it?.get(place));
+            known.copied().unwrap_or_else(|| {
+                let mut mean = [0.0; PIXELS];
+                for apart_s in &self.apart_s {
+                    let seen = simulator.image(moment(time_s + apart_s)).celsius;
+                    add(&mut mean, &image(&seen), share);
+                }
+                mean
+            })
         };
-        self.times_s.iter().map(mean).collect()
+        let images: Vec<Image> = self.times_s.iter().map(picture).collect();
+        self.films.push(images.clone());
+        images
     }
 }
 

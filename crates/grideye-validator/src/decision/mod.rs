@@ -28,7 +28,7 @@ mod world;
 pub(crate) use alternative::Alternative;
 pub(crate) use decide::decide;
 pub use decide::{Alternatively, Contrast, Decision, OFFSETS_M};
-pub(crate) use film::Film;
+pub(crate) use film::{Film, Rendered};
 pub(crate) use recording::Recording;
 pub(crate) use remedy::{Compared, remedy};
 pub(crate) use spread::Cause;

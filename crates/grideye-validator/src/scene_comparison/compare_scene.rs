@@ -7,7 +7,7 @@ use crate::align::{
 };
 use crate::compare::scoring::compare_with_prior;
 use crate::compare::{Comparison, Settings};
-use crate::decision::{Alternative, Compared, Decision, Film, Recording, decide, remedy};
+use crate::decision::{Alternative, Compared, Decision, Film, Recording, Rendered, decide, remedy};
 use crate::error::{Side, ValidatorError, check_setting};
 use crate::frames::cleaning::{self, Counts, Read};
 use crate::frames::drift::Drift;
@@ -41,6 +41,15 @@ pub fn compare_scene(
     sensor: &str,
     options: &Options,
 ) -> Result<Comparison, ValidatorError> {
+    compared(records, (scene, sensor), options, &mut Rendered::default())
+}
+
+pub(super) fn compared(
+    records: &[Record],
+    (scene, sensor): (&Scene, &str),
+    options: &Options,
+    rendered: &mut Rendered,
+) -> Result<Comparison, ValidatorError> {
     options.align.check()?;
     let simulator = Simulator::new(scene, sensor)?;
     let shape = shape_of(&simulator)?;
@@ -65,7 +74,7 @@ pub fn compare_scene(
     let number = number(protocol, options.frames)?;
     let is_known = background.as_ref().is_none_or(|fit| !fit.is_worse());
     let unit = options.unit.filter(|_| is_known);
-    let (decision, remedy) = decided(&aligned, (scene, sensor), unit, options)?;
+    let (decision, remedy) = decided(&aligned, (scene, sensor), (unit, options), rendered)?;
     let drift_c = drift_c(&aligned, &decision, options);
     let real = chosen(&aligned.frames, lag_frames, number, &mut notes);
     let (pattern, room) = renderer.known(room, background.as_ref(), &timeline, options);
@@ -110,8 +119,8 @@ pub fn compare_scene(
 fn decided(
     aligned: &AlignedFrames,
     (scene, sensor): (&Scene, &str),
-    unit: Option<KnownUnit>,
-    options: &Options,
+    (unit, options): (Option<KnownUnit>, &Options),
+    rendered: &mut Rendered,
 ) -> Result<(Decision, Option<String>), ValidatorError> {
     let laws = scene.laws();
     let spread_c = laws
@@ -132,12 +141,15 @@ fn decided(
     let frames: Vec<_> = frames.collect();
     let unknown_c = [single(unknown_c.max(PROFILE_ERROR_C)); PIXELS];
     let recording = Recording::new(&times_s, &frames, unknown_c, sensor_step_c());
-    let mut film = Film::new(scene, sensor, &recording.times_s, recording.within_s)?;
+    let before = std::mem::take(rendered);
+    let of = (scene, sensor);
+    let mut film = Film::after(before, of, &recording.times_s, recording.within_s)?;
     let right_min = options.thresholds.right_min;
     let how = (right_min, options.is_stopped);
     let decision = decide(&mut film, &recording, &laws, how).ok_or(ValidatorError::Stopped)?;
     let is_refused = decision.right <= right_min || decision.off_contrast().is_some();
     if !(options.advises && is_refused) {
+        *rendered = film.into_rendered();
         return Ok((decision, None));
     }
     let compared = Compared {
@@ -150,6 +162,7 @@ fn decided(
         is_stopped: options.is_stopped,
     };
     let remedy = remedy(&compared, &mut film, &decision)?;
+    *rendered = film.into_rendered();
     Ok((decision, remedy))
 }
 

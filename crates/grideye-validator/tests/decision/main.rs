@@ -6,8 +6,9 @@
 
 mod worlds;
 
-use grideye_validator::{Comparison, Options, Verdict, compare_scene};
+use grideye_validator::{Comparison, KnownScene, Options, Verdict, compare_scene};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 use worlds::{SENSOR, Truth, Unit, Way, record, scene};
 
 const STAND: &[Way] = &[Way::Stands(0.55, 0.22)];
@@ -245,6 +246,24 @@ fn seeds_change_no_verdict() {
             .decision
     };
     assert_eq!(decision(1), decision(2));
+}
+
+/// What an earlier comparison rendered changes nothing.
+#[test]
+fn a_known_scene_decides_as_a_new_one() {
+    let scene = scene(WALK, 50, "");
+    let records = record(WALK, 50, Truth::Right, UNIT, FIRST_SEED);
+    let mut known = KnownScene::new(scene.clone(), SENSOR);
+    for from in [0, 10] {
+        let options = Options {
+            start: Some(Duration::from_millis(100) * from),
+            ..options()
+        };
+        let records = &records[from.try_into().unwrap()..];
+        let again = known.compare(records, &options).unwrap();
+        let fresh = compare_scene(records, &scene, SENSOR, &options).unwrap();
+        assert_eq!(again.decision, fresh.decision, "from {from}");
+    }
 }
 
 #[test]
