@@ -22,6 +22,8 @@ const SPACING_M: f64 = 0.1;
 const COARSE_M: f64 = 0.25;
 /// Directions that a person is rendered in.
 const DIRECTIONS: u8 = 4;
+/// Places of one person that are kept for the next recording: 15 megabytes, a path of some 250 meters.
+const PLACES_MAX: usize = 50_000;
 /// Longest time within one picture that a person counts as standing still, seconds.
 const STILL_S: f64 = 0.35;
 
@@ -177,10 +179,16 @@ impl Film {
 
     /// What was rendered, for the next.
     pub(crate) fn into_rendered(self) -> Rendered {
-        let people = self.people.into_iter();
+        let places = self.people.into_iter().map(|walker| {
+            let mut places = walker.atlas.seen;
+            if places.len() > PLACES_MAX {
+                places.clear();
+            }
+            places
+        });
         Rendered {
             shots: self.shots,
-            places: people.map(|walker| walker.atlas.seen).collect(),
+            places: places.collect(),
         }
     }
 
