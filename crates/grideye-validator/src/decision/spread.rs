@@ -96,8 +96,8 @@ pub(crate) fn one_in_a_hundred(above: &[f64], lowest: f64, number: usize) -> f64
 /// Likeness below which nothing is said any more: the contrast is too low to divide by.
 const UNLIKE: f64 = -20.0;
 
-/// Right worlds whose mean sets the scale of a block. The farthest alone is a matter of luck: by a seventh, and of some of so
-/// many blocks by half.
+/// Of right worlds, the farthest that set the scale of a block by their mean. The very farthest varies by a seventh, and in a
+/// few of so many blocks it is half too far.
 const FARTHEST: usize = 8;
 /// How far these are in the mean, of 260 draws of a normal law, in standard deviations.
 const FARTHEST_SDS: f32 = 2.23;
