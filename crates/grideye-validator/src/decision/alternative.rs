@@ -2,7 +2,7 @@
 
 use crate::align::Orientation;
 use crate::decision::film::{Film, Image, PIXEL_COUNT, add, turned};
-use crate::decision::world::Drawn;
+use crate::decision::world::World;
 use crate::numbers::count;
 use grideye_draw::text::fixed;
 use grideye_scene::Laws;
@@ -154,26 +154,26 @@ impl Alternative {
         }
     }
 
-    /// What is seen in a world of the alternative that otherwise draws as `drawn`.
-    pub(crate) fn shown(&self, film: &mut Film, drawn: &Drawn) -> Vec<Image> {
-        let same = |_: &Film, index: usize| index;
-        let all = |_, _| false;
+    /// What is seen without noise in a world of the alternative that otherwise draws as one of the scene.
+    pub(crate) fn shown(&self, film: &mut Film, world: &World) -> Vec<Image> {
+        let World { drawn, shows } = world;
         match self {
             Self::Nobody => film.room.clone(),
-            Self::Missing(person) => drawn.clone().without(*person).shown(film, same, all),
-            Self::Gone(person, part) => drawn.shown(film, same, |number, index| {
+            Self::Missing(person) => drawn.without_hidden(film, |number, _| number == *person),
+            Self::Gone(person, part) => drawn.without_hidden(film, |number, index| {
                 number == *person && part.contains(&index)
             }),
-            Self::Aside(person, by_m) => drawn.clone().moved(*person, *by_m).shown(film, same, all),
-            Self::Turned(orientation) => turned(&drawn.shown(film, same, all), *orientation),
-            Self::Later(by_s) => drawn.shown(
-                film,
-                |film, index| film.near(film.times_s[index] - by_s),
-                all,
-            ),
-            Self::Backwards => drawn.shown(film, |film, index| film.len() - 1 - index, all),
+            Self::Aside(person, by_m) => drawn.clone().moved(*person, *by_m).claimed(film),
+            Self::Turned(orientation) => turned(shows, *orientation),
+            Self::Later(by_s) => {
+                let times = film.times_s.iter();
+                times
+                    .map(|time_s| shows[film.near(time_s - by_s)])
+                    .collect()
+            }
+            Self::Backwards => shows.iter().rev().copied().collect(),
             Self::More(place_m) => {
-                let mut shown = drawn.shown(film, same, all);
+                let mut shown = shows.clone();
                 if let Some(walker) = film.people.first_mut() {
                     let more = walker.standing(*place_m, 0);
                     let contrast = drawn.contrast();
@@ -184,7 +184,7 @@ impl Alternative {
                 shown
             }
             Self::Follower(by_s) => {
-                let mut shown = drawn.shown(film, same, all);
+                let mut shown = shows.clone();
                 let half = film.times_s.first().copied().unwrap_or_default() + by_s;
                 for (index, image) in shown.iter_mut().enumerate() {
                     let time_s = film.times_s[index];

@@ -3,10 +3,9 @@
 use crate::decision::alternative::Alternative;
 use crate::decision::film::{Film, Image, add};
 use crate::decision::judge::{Judge, Statistics};
-use crate::decision::recording::Recording;
+use crate::decision::recording::{Recording, fill};
 use crate::decision::spread::{Cause, Spread, is_outside, one_in_a_hundred};
-use crate::decision::unit::Unit;
-use crate::decision::world::Drawn;
+use crate::decision::world::{Drawn, World};
 use crate::numbers::{count, index};
 use grideye_scene::Laws;
 use rand::SeedableRng;
@@ -89,6 +88,8 @@ const OF_ALTERNATIVE: usize = 100;
 const OF_NEAR: usize = 400;
 /// Of those, as many are looked at: the most like the scene.
 const LOOKED_AT: usize = 60;
+/// Pictures of worlds that are kept for all alternatives: 51 megabytes.
+const PICTURES_KEPT: usize = 200_000;
 /// An alternative that more right worlds than this share exclude is something else, however near it is. A few right
 /// recordings then end in "cannot tell", which is better than to agree to it.
 const CLEAR_POWER: f64 = 0.95;
@@ -153,6 +154,7 @@ pub(crate) fn decide(
 ) -> Option<Decision> {
     let mut worlds = Worlds::new(film, recording, laws, is_stopped);
     let right = worlds.right()?;
+    worlds.draw_others();
     let (known, held) = right.split_at(FOR_STATISTICS + FOR_KINDS);
     let (of_statistics, of_kinds) = known.split_at(FOR_STATISTICS);
     let spread = Spread::new(of_statistics, of_kinds);
@@ -200,9 +202,9 @@ pub(crate) fn decide(
         alternatives,
         is_empty: !has_more && judge.is_empty(&recording.pictures, &film.room),
         drift_c: film.drift_c(&recording.pictures),
-        frames: recording.frames - recording.strays.len(),
-        pictures: recording.pictures.len(),
-        strays: recording.strays.len(),
+        frames: recording.frames - recording.strays,
+        pictures: recording.pictures.len() - recording.missing.len(),
+        strays: recording.strays,
     })
 }
 
@@ -210,11 +212,13 @@ pub(crate) fn decide(
 struct Worlds<'a> {
     film: &'a mut Film,
     laws: &'a Laws,
-    unit: &'a Unit,
+    recording: &'a Recording,
     judge: Judge,
     random: ChaCha8Rng,
     /// What units added to the first right worlds, for others to use again.
     errors: Vec<Vec<Image>>,
+    /// The first of those that alternatives change.
+    others: Vec<World>,
     is_stopped: fn() -> bool,
 }
 
@@ -227,14 +231,14 @@ impl<'a> Worlds<'a> {
     ) -> Self {
         // Any seed will do, but the same recording always gets the same verdict.
         let mut random = ChaCha8Rng::seed_from_u64(0x0064_6563_6964_6500);
-        let unit = &recording.unit;
         Self {
-            judge: Judge::new(film, laws, unit, &mut random),
+            judge: Judge::new(film, laws, &recording.unit, &mut random),
             film,
             laws,
-            unit,
+            recording,
             random,
             errors: Vec::with_capacity(OF_ALTERNATIVE),
+            others: Vec::new(),
             is_stopped,
         }
     }
@@ -243,20 +247,17 @@ impl<'a> Worlds<'a> {
         !self.film.people.is_empty()
     }
 
-    fn drawn(&mut self) -> Drawn {
-        Drawn::of(self.film, self.laws, &mut self.random)
-    }
-
     fn right(&mut self) -> Option<Vec<Statistics>> {
         let one = |_| {
             if (self.is_stopped)() {
                 return None;
             }
-            let drawn = self.drawn();
+            let drawn = Drawn::of(self.film, self.laws, &mut self.random);
             let drawn = drawn.with_own_looks(self.film, self.laws, &mut self.random);
             let shown = drawn.claimed(self.film);
-            let error = self.unit.errors(self.film.len(), &mut self.random);
-            let statistics = self.judge.of(&sum(shown, &error));
+            let unit = &self.recording.unit;
+            let error = unit.errors(self.film.len(), &mut self.random);
+            let statistics = self.judge.of(&self.recorded(shown, &error));
             if self.errors.len() < OF_ALTERNATIVE {
                 self.errors.push(error);
             }
@@ -279,15 +280,18 @@ impl<'a> Worlds<'a> {
         let right = right.iter().map(|right| right.likeness[number]);
         let right = sorted(right.collect());
         let above = |limit| right.len() - right.partition_point(|likeness| *likeness <= limit);
-        let worlds = (0..OF_ALTERNATIVE).map(|index| {
+        let first = (0..OF_ALTERNATIVE).map(|index| {
             let world = self.world_of(&of, index);
             self.judge.likeness(number, &world)
         });
-        let worlds = sorted(worlds.collect());
-        let mut limit = one_in_a_hundred(&worlds, f64::NEG_INFINITY, OF_ALTERNATIVE);
+        let first: Vec<f64> = first.collect();
+        let mut limit = one_in_a_hundred(&sorted(first.clone()), f64::NEG_INFINITY, OF_ALTERNATIVE);
         if above(limit) < right.len() {
             let mut near = Vec::new();
             for index in 0..OF_NEAR {
+                if first.get(index).is_some_and(|first| *first <= right[0]) {
+                    continue;
+                }
                 let world = self.world_of(&of, index);
                 let likeness = self.judge.likeness(number, &world);
                 if likeness > right[0] {
@@ -316,10 +320,40 @@ impl<'a> Worlds<'a> {
         })
     }
 
+    fn draw_others(&mut self) {
+        let kept = PICTURES_KEPT / self.film.len().max(1);
+        for index in 0..kept.min(OF_NEAR) {
+            let other = self.other(index);
+            self.others.push(other);
+        }
+    }
+
+    /// Each has numbers of its own: how many an alternative needs changes nothing for the next.
+    fn other(&mut self, index: usize) -> World {
+        let mut random = self.random.clone();
+        random.set_stream(1 + u64::try_from(index).unwrap_or(0));
+        World::new(Drawn::of(self.film, self.laws, &mut random), self.film)
+    }
+
     fn world_of(&mut self, alternative: &Alternative, index: usize) -> Vec<Image> {
-        let drawn = self.drawn();
-        let shown = alternative.shown(self.film, &drawn);
-        sum(shown, &self.errors[index % self.errors.len()])
+        let fresh;
+        let other = if index < self.others.len() {
+            &self.others[index]
+        } else {
+            fresh = self.other(index);
+            &fresh
+        };
+        let shown = alternative.shown(self.film, other);
+        self.recorded(shown, &self.errors[index % self.errors.len()])
+    }
+
+    /// What is recorded of what is shown.
+    fn recorded(&self, mut shown: Vec<Image>, error: &[Image]) -> Vec<Image> {
+        for (shown, error) in shown.iter_mut().zip(error) {
+            add(shown, error, 1.0);
+        }
+        fill(&mut shown, &self.recording.missing);
+        shown
     }
 
     /// Whether nine of ten recordings of the first person this far aside, in all directions, would not agree.
@@ -328,8 +362,10 @@ impl<'a> Worlds<'a> {
         let not_agreed = (0..number).filter(|index| {
             let angle = std::f64::consts::TAU * count(*index) / count(number);
             let by_m = [aside_m * angle.cos(), aside_m * angle.sin()];
-            let shown = self.drawn().moved(0, by_m).claimed(self.film);
-            !is_agreed(&self.judge.of(&sum(shown, &self.errors[*index])))
+            let drawn = self.others[*index].drawn.clone();
+            let shown = drawn.moved(0, by_m).claimed(self.film);
+            let recorded = self.recorded(shown, &self.errors[*index]);
+            !is_agreed(&self.judge.of(&recorded))
         });
         count(not_agreed.count()) >= 0.9 * count(number)
     }
@@ -344,11 +380,4 @@ fn nearest(worlds: &mut Vec<(f64, Vec<Image>)>) {
 fn sorted(mut values: Vec<f64>) -> Vec<f64> {
     values.sort_by(f64::total_cmp);
     values
-}
-
-fn sum(mut shown: Vec<Image>, error: &[Image]) -> Vec<Image> {
-    for (shown, error) in shown.iter_mut().zip(error) {
-        add(shown, error, 1.0);
-    }
-    shown
 }

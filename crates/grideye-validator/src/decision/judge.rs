@@ -6,7 +6,7 @@ use crate::decision::film::{Film, Image, add, less};
 use crate::decision::painter::{Equations, FOR_MEAN, PRIOR, Painter, Rival};
 use crate::decision::template::{Hiding, Template, centered};
 use crate::decision::unit::Unit;
-use crate::decision::world::Drawn;
+use crate::decision::world::{Drawn, World};
 use crate::numbers::{count, single};
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
 use grideye_scene::Laws;
@@ -70,8 +70,8 @@ impl Judge {
     pub(crate) fn new(film: &mut Film, laws: &Laws, unit: &Unit, random: &mut ChaCha8Rng) -> Self {
         let hiding = Hiding::new(unit);
         // The same draws for all, with the scene's own contrast.
-        let drawn: Vec<Drawn> = (0..FOR_MEAN)
-            .map(|_| Drawn::of(film, laws, random).with_claimed_warmth())
+        let worlds: Vec<World> = (0..FOR_MEAN)
+            .map(|_| World::new(Drawn::of(film, laws, random).with_claimed_warmth(), film))
             .collect();
         let step_s = laws.lag_sd_s;
         let lags = if film.has_movement() && step_s > 0.0 {
@@ -80,7 +80,7 @@ impl Judge {
             0
         };
         let lags_s: Vec<f64> = (-lags..=lags).map(|lag| step_s * f64::from(lag)).collect();
-        let mut painter = Painter::new(film, &hiding, &drawn, &lags_s);
+        let mut painter = Painter::new(film, &hiding, &worlds, &lags_s);
         painter.move_people(film, laws);
         let rivals = Alternative::of(film, laws)
             .into_iter()

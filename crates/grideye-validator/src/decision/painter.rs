@@ -5,7 +5,7 @@ use crate::decision::alternative::{Alternative, PEOPLE_MOST};
 use crate::decision::displaced::Displaced;
 use crate::decision::film::{Film, Image, add, less, turned};
 use crate::decision::template::{Hiding, Template, centered, mean};
-use crate::decision::world::{Drawn, later};
+use crate::decision::world::{World, later};
 use crate::linear::{self, Matrix, cholesky};
 use crate::numbers::{count, median, single};
 use grideye_frame::PIXELS;
@@ -88,7 +88,7 @@ impl Equations {
 /// Makes the stories' pictures: means over worlds.
 pub(super) struct Painter<'a> {
     hiding: &'a Hiding,
-    drawn: &'a [Drawn],
+    worlds: &'a [World],
     lags_s: &'a [f64],
     /// The scene's, then those of other orientations.
     pub(super) rooms: Vec<Room>,
@@ -114,12 +114,12 @@ impl<'a> Painter<'a> {
     pub(super) fn new(
         film: &mut Film,
         hiding: &'a Hiding,
-        drawn: &'a [Drawn],
+        worlds: &'a [World],
         lags_s: &'a [f64],
     ) -> Self {
         let mut painter = Self {
             hiding,
-            drawn,
+            worlds,
             lags_s,
             rooms: Vec::new(),
             claimed: Vec::new(),
@@ -132,8 +132,9 @@ impl<'a> Painter<'a> {
         let _ = painter.room(film, Orientation::Upright);
         painter.claimed = vec![[0.0; PIXELS]; film.len()];
         for subject in 0..film.people.len().max(1) {
-            let alone = painter.mean(film, 0, |film, drawn| {
-                drawn.shown(film, |_, index| index, |person, _| person != subject)
+            let alone = painter.mean(film, 0, |film, world| {
+                let is_other = |person, _| person != subject;
+                world.drawn.without_hidden(film, is_other)
             });
             for (claimed, alone) in painter.claimed.iter_mut().zip(&alone) {
                 add(claimed, alone, 1.0);
@@ -171,11 +172,11 @@ impl<'a> Painter<'a> {
         &self,
         film: &mut Film,
         room: usize,
-        shown: impl Fn(&mut Film, &Drawn) -> Vec<Image>,
+        shown: impl Fn(&mut Film, &World) -> Vec<Image>,
     ) -> Vec<Image> {
         let mut sum = vec![[0.0; PIXELS]; film.len()];
-        for drawn in self.drawn {
-            let shown = shown(film, drawn);
+        for world in self.worlds {
+            let shown = shown(film, world);
             let beyond = shown.iter().zip(&self.rooms[room].pictures);
             for (sum, (shown, room)) in sum.iter_mut().zip(beyond) {
                 add(sum, &less(shown, room), single(1.0 / count(FOR_MEAN)));
@@ -223,8 +224,8 @@ impl<'a> Painter<'a> {
             let ways = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
             let [right, left, up, down] = ways.map(|way| {
                 let by_m = way.map(|part| QUARTER_M * part);
-                let other = self.mean(film, 0, |film, drawn| {
-                    drawn.clone().moved(person, by_m).claimed(film)
+                let other = self.mean(film, 0, |film, world| {
+                    world.drawn.clone().moved(person, by_m).claimed(film)
                 });
                 let pairs = self.claimed.iter().zip(&other);
                 pairs
@@ -258,7 +259,7 @@ impl<'a> Painter<'a> {
 
     pub(super) fn rival(&mut self, film: &mut Film, what: Alternative) -> Rival {
         let room = self.room(film, what.orientation());
-        let other = self.mean(film, room, |film, drawn| what.shown(film, drawn));
+        let other = self.mean(film, room, |film, world| what.shown(film, world));
         let pairs = self.claimed.iter().zip(&other);
         let apart: Vec<Image> = pairs.map(|(claimed, other)| less(claimed, other)).collect();
         let seen = match &self.displaced {

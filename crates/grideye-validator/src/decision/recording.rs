@@ -15,8 +15,10 @@ pub(crate) struct Recording {
     /// The time that each picture is the mean of; 0 for single frames.
     pub(crate) within_s: f64,
     pub(crate) unit: Unit,
-    /// Frames that resemble neither the frame before nor the one after, which resemble each other.
-    pub(crate) strays: Vec<usize>,
+    /// How many frames resemble neither the frame before nor the one after, which resemble each other: left out.
+    pub(crate) strays: usize,
+    /// Pictures that have no other frames.
+    pub(crate) missing: Vec<usize>,
     pub(crate) frames: usize,
 }
 
@@ -35,11 +37,13 @@ const GAP: f64 = 3.5;
 impl Recording {
     /// `frames` less what is known of unit and room; `pattern_c` is the standard deviation of what is not.
     pub(crate) fn new(times_s: &[f64], frames: &[Image], pattern_c: Image, step_c: f64) -> Self {
-        let unit = Unit::of(frames, pattern_c, step_c);
-        let strays = strays(frames, &unit);
-        let kept: Vec<usize> = (0..frames.len())
-            .filter(|index| !strays.contains(index))
+        let strays = strays(frames, &Unit::of(frames, pattern_c, step_c));
+        let is_kept = |index: &usize| !strays.contains(index);
+        let kept: Vec<Image> = (0..frames.len())
+            .filter(is_kept)
+            .map(|index| frames[index])
             .collect();
+        let unit = Unit::of(&kept, pattern_c, step_c);
         let steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let period_s = median(&steps).unwrap_or(0.0);
         let mut each = 1;
@@ -49,33 +53,56 @@ impl Recording {
                 .min(index(PICTURE_MOST_S / period_s))
                 .max(1);
         }
-        let mut times = Vec::new();
-        let mut pictures = Vec::new();
-        let groups: Vec<&[usize]> = kept
-            .chunk_by(|now, then| times_s[*then] - times_s[*now] < GAP * period_s)
-            .flat_map(|run| run.chunks(each))
-            .collect();
-        for group in in_runs(&groups) {
-            let share = 1.0 / count(group.len());
-            let mut mean = [0.0; PIXELS];
-            group
-                .iter()
-                .for_each(|&index| add(&mut mean, &frames[index], single(share)));
-            pictures.push(mean);
-            times.push(group.iter().map(|&index| times_s[index]).sum::<f64>() * share);
-        }
-        Self {
-            times_s: times,
-            pictures,
+        let mut recording = Self {
+            times_s: Vec::new(),
+            pictures: Vec::new(),
             within_s: if each > 1 {
                 count(each) * period_s
             } else {
                 0.0
             },
             unit: unit.averaged(each),
-            strays,
+            strays: strays.len(),
+            missing: Vec::new(),
             frames: frames.len(),
+        };
+        let all: Vec<usize> = (0..frames.len()).collect();
+        let groups: Vec<&[usize]> = all
+            .chunk_by(|now, then| times_s[*then] - times_s[*now] < GAP * period_s)
+            .flat_map(|run| run.chunks(each))
+            .collect();
+        for group in in_runs(&groups) {
+            let mut kept: Vec<usize> = group.iter().copied().filter(is_kept).collect();
+            if kept.is_empty() {
+                recording.missing.push(recording.pictures.len());
+                kept = group.to_vec();
+            }
+            let share = 1.0 / count(kept.len());
+            let mut mean = [0.0; PIXELS];
+            kept.iter()
+                .for_each(|&index| add(&mut mean, &frames[index], single(share)));
+            recording.pictures.push(mean);
+            let time_s = kept.iter().map(|&index| times_s[index]).sum::<f64>() * share;
+            recording.times_s.push(time_s);
         }
+        fill(&mut recording.pictures, &recording.missing);
+        recording
+    }
+}
+
+/// Fills missing pictures with the mean of their neighbors. Worlds are filled alike: a picture fewer would draw all of them
+/// anew, and a recording near a limit would get another verdict.
+pub(crate) fn fill(pictures: &mut [Image], missing: &[usize]) {
+    let is_there = |index: &usize| !missing.contains(index);
+    for &index in missing {
+        let before = (0..index).rev().find(is_there);
+        let after = (index + 1..pictures.len()).find(is_there);
+        let neighbors = [before.or(after), after.or(before)];
+        let mut mean = [0.0; PIXELS];
+        for neighbor in neighbors.into_iter().flatten() {
+            add(&mut mean, &pictures[neighbor], 0.5);
+        }
+        pictures[index] = mean;
     }
 }
 

@@ -24,6 +24,21 @@ pub(crate) struct Drawn {
     looks: Vec<Vec<Image>>,
 }
 
+/// A world, and what is seen of it without noise.
+pub(crate) struct World {
+    pub(crate) drawn: Drawn,
+    pub(crate) shows: Vec<Image>,
+}
+
+impl World {
+    pub(crate) fn new(drawn: Drawn, film: &mut Film) -> Self {
+        Self {
+            shows: drawn.claimed(film),
+            drawn,
+        }
+    }
+}
+
 pub(crate) fn normal(random: &mut ChaCha8Rng, sd: f64) -> f64 {
     let draw: f64 = StandardNormal.sample(random);
     sd * draw
@@ -100,14 +115,6 @@ impl Drawn {
         self
     }
 
-    /// The same world without one of its people.
-    pub(crate) fn without(mut self, person: usize) -> Self {
-        if let Some((contrast, _)) = self.people.get_mut(person) {
-            *contrast = 0.0;
-        }
-        self
-    }
-
     /// The same world with the scene's own contrast and numbers.
     pub(crate) fn with_claimed_warmth(mut self) -> Self {
         for (contrast, _) in &mut self.people {
@@ -125,33 +132,31 @@ impl Drawn {
 
     /// What is seen without noise.
     pub(crate) fn claimed(&self, film: &mut Film) -> Vec<Image> {
-        self.shown(film, |_, index| index, |_, _| false)
+        self.without_hidden(film, |_, _| false)
     }
 
-    /// What is seen without noise; picture `index` shows the scene's picture `order(index)`, less what is `hidden`.
-    pub(crate) fn shown(
+    /// What is seen without noise, and without the people who are hidden in a picture.
+    pub(crate) fn without_hidden(
         &self,
         film: &mut Film,
-        order: impl Fn(&Film, usize) -> usize,
-        hidden: impl Fn(usize, usize) -> bool,
+        is_hidden: impl Fn(usize, usize) -> bool,
     ) -> Vec<Image> {
-        let sources: Vec<usize> = (0..film.len()).map(|index| order(film, index)).collect();
         let (room, objects, people) = (&film.room, &film.objects, &mut film.people);
         let leanings = &film.leanings;
-        let picture = |(index, &source): (usize, &usize)| {
-            let mut image = room[source];
+        let picture = |index: usize| {
+            let mut image = room[index];
             if let Some(objects) = objects {
-                add(&mut image, &objects[source], self.objects);
+                add(&mut image, &objects[index], self.objects);
             }
             for (leaning, off) in leanings.iter().zip(&self.off) {
-                add(&mut image, &leaning.linear[source], *off);
-                add(&mut image, &leaning.square[source], off * off);
+                add(&mut image, &leaning.linear[index], *off);
+                add(&mut image, &leaning.square[index], off * off);
             }
             for (number, (walker, (contrast, places))) in
                 people.iter_mut().zip(&self.people).enumerate()
             {
-                if *contrast > 0.0 && !hidden(number, source) {
-                    let mut adds = walker.aside(source, places[index]);
+                if *contrast > 0.0 && !is_hidden(number, index) {
+                    let mut adds = walker.aside(index, places[index]);
                     if let Some(looks) = self.looks.get(number) {
                         for (adds, times) in adds.iter_mut().zip(&looks[index]) {
                             *adds *= times;
@@ -162,7 +167,7 @@ impl Drawn {
             }
             image
         };
-        let all: Vec<Image> = sources.iter().enumerate().map(picture).collect();
+        let all: Vec<Image> = (0..film.times_s.len()).map(picture).collect();
         later(&all, &film.times_s, self.lag_s)
     }
 }
