@@ -3,7 +3,7 @@
 use crate::align::Orientation;
 use crate::decision::film::{self, Image, PIXEL_COUNT, add};
 use crate::decision::unit::Unit;
-use crate::numbers::{count, index, median, single};
+use crate::numbers::{count, index, median, single, whole};
 use grideye_frame::PIXELS;
 
 /// Frames of a recording as they are judged.
@@ -17,7 +17,7 @@ pub(crate) struct Recording {
     pub(crate) unit: Unit,
     /// How many frames resemble neither the frame before nor the one after, which resemble each other: left out.
     pub(crate) strays: usize,
-    /// Pictures that have no other frames.
+    /// Pictures that have no frames: those are strays, or were not read.
     pub(crate) missing: Vec<usize>,
     pub(crate) frames: usize,
 }
@@ -38,9 +38,8 @@ impl Recording {
     /// `frames` less what is known of unit and room; `pattern_c` is the standard deviation of what is not.
     pub(crate) fn new(times_s: &[f64], frames: &[Image], pattern_c: Image, step_c: f64) -> Self {
         let strays = strays(frames, &Unit::of(frames, pattern_c, step_c));
-        let is_kept = |index: &usize| !strays.contains(index);
         let kept: Vec<Image> = (0..frames.len())
-            .filter(is_kept)
+            .filter(|index| !strays.contains(index))
             .map(|index| frames[index])
             .collect();
         let unit = Unit::of(&kept, pattern_c, step_c);
@@ -66,28 +65,66 @@ impl Recording {
             missing: Vec::new(),
             frames: frames.len(),
         };
-        let all: Vec<usize> = (0..frames.len()).collect();
-        let groups: Vec<&[usize]> = all
-            .chunk_by(|now, then| times_s[*then] - times_s[*now] < GAP * period_s)
+        let moments = moments(times_s, period_s, &strays);
+        let groups: Vec<&[Moment]> = moments
+            .chunk_by(|now, then| then.time_s - now.time_s < GAP * period_s)
             .flat_map(|run| run.chunks(each))
             .collect();
         for group in in_runs(&groups) {
-            let mut kept: Vec<usize> = group.iter().copied().filter(is_kept).collect();
-            if kept.is_empty() {
+            let kept: Vec<Moment> = group
+                .iter()
+                .copied()
+                .filter(|moment| moment.frame.is_some())
+                .collect();
+            let timed = if kept.is_empty() {
                 recording.missing.push(recording.pictures.len());
-                kept = group.to_vec();
-            }
-            let share = 1.0 / count(kept.len());
+                group
+            } else {
+                &kept
+            };
+            let share = 1.0 / count(timed.len());
             let mut mean = [0.0; PIXELS];
             kept.iter()
-                .for_each(|&index| add(&mut mean, &frames[index], single(share)));
+                .filter_map(|moment| moment.frame)
+                .for_each(|frame| add(&mut mean, &frames[frame], single(share)));
             recording.pictures.push(mean);
-            let time_s = kept.iter().map(|&index| times_s[index]).sum::<f64>() * share;
-            recording.times_s.push(time_s);
+            let sum_s: f64 = timed.iter().map(|moment| moment.time_s).sum();
+            recording.times_s.push(sum_s * share);
         }
         fill(&mut recording.pictures, &recording.missing);
         recording
     }
+}
+
+/// When a unit made a frame, and which it is if it is kept.
+#[derive(Clone, Copy)]
+struct Moment {
+    time_s: f64,
+    frame: Option<usize>,
+}
+
+/// Those of the frames, and of frames that were not read between them.
+fn moments(times_s: &[f64], period_s: f64, strays: &[usize]) -> Vec<Moment> {
+    /// Periods by which a frame may be late.
+    const LATE: f64 = 0.25;
+    let mut all: Vec<Moment> = Vec::with_capacity(times_s.len());
+    for (index, &time_s) in times_s.iter().enumerate() {
+        if let Some(&Moment { time_s: last_s, .. }) = all.last() {
+            let gap_s = time_s - last_s;
+            let periods = whole((gap_s / period_s.max(1e-9) - LATE).round());
+            if gap_s < GAP * period_s {
+                all.extend((1..periods).map(|period| Moment {
+                    time_s: last_s + gap_s * f64::from(period) / f64::from(periods),
+                    frame: None,
+                }));
+            }
+        }
+        all.push(Moment {
+            time_s,
+            frame: (!strays.contains(&index)).then_some(index),
+        });
+    }
+    all
 }
 
 /// Fills missing pictures with the mean of their neighbors. Worlds are filled alike: a picture fewer would draw all of them
@@ -117,7 +154,7 @@ impl Recording {
 }
 
 /// All of them, or evenly spread runs of neighbors.
-fn in_runs<'a, 'f>(groups: &'a [&'f [usize]]) -> impl Iterator<Item = &'f [usize]> + use<'a, 'f> {
+fn in_runs<'a, 'f>(groups: &'a [&'f [Moment]]) -> impl Iterator<Item = &'f [Moment]> + use<'a, 'f> {
     let runs = PICTURES_MOST / RUN;
     let apart = match groups.len() > PICTURES_MOST {
         true => groups.len() / runs,

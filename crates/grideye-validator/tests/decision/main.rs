@@ -217,13 +217,14 @@ fn the_p_of_right_recordings_is_uniform() {
     assert!(are_uniform);
 }
 
-/// One frame of another time, wherever it stands.
+/// One frame of another time, or that was not read, wherever it stands.
 #[test]
-fn a_stray_frame_changes_no_verdict() {
+fn a_bad_frame_changes_no_verdict() {
     let scene = scene(WALK, 100, "");
     let number = number(6);
-    let verdict = |truth, seed| {
-        let records = record(WALK, 100, truth, UNIT, FIRST_SEED + seed);
+    let verdict = |truth, lost: Option<u64>, seed| {
+        let mut records = record(WALK, 100, truth, UNIT, FIRST_SEED + seed);
+        records.retain(|record| Some(record.seq) != lost);
         compare_scene(&records, &scene, SENSOR, &options())
             .unwrap()
             .judgment
@@ -231,7 +232,12 @@ fn a_stray_frame_changes_no_verdict() {
     };
     let changed = compared(number, |seed| {
         let at = float(seed) / float(number - 1);
-        verdict(Truth::Stray(at), seed) != verdict(Truth::Right, seed)
+        let whole = verdict(Truth::Right, None, seed);
+        // Neither the first nor the last, which say where the recording begins and ends.
+        let lost = 1 + 97 * seed / (number - 1);
+        [(Truth::Stray(at), None), (Truth::Right, Some(lost))]
+            .into_iter()
+            .any(|(truth, lost)| verdict(truth, lost, seed) != whole)
     });
     assert_eq!(changed.iter().filter(|changed| **changed).count(), 0);
 }
