@@ -127,8 +127,8 @@ fn moments(times_s: &[f64], period_s: f64, strays: &[usize]) -> Vec<Moment> {
     all
 }
 
-/// Fills missing pictures with the mean of their neighbors. Worlds are filled alike: a picture fewer would draw all of them
-/// anew, and a recording near a limit would get another verdict.
+/// Fills missing pictures with the mean of their neighbors. Worlds are filled alike: with a picture fewer each would be
+/// another world, and a recording near a limit would get another verdict.
 pub(crate) fn fill(pictures: &mut [Image], missing: &[usize]) {
     let is_there = |index: &usize| !missing.contains(index);
     for &index in missing {
