@@ -6,6 +6,7 @@
 
 mod worlds;
 
+use grideye_recording::Record;
 use grideye_validator::{Comparison, KnownScene, Options, Verdict, compare_scene};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -217,28 +218,30 @@ fn the_p_of_right_recordings_is_uniform() {
     assert!(are_uniform);
 }
 
-/// One frame of another time, or that was not read, wherever it stands.
+/// One frame of another time, or that was not read, wherever it stands. Two of 160 frames are a picture.
 #[test]
 fn a_bad_frame_changes_no_verdict() {
-    let scene = scene(WALK, 100, "");
+    let rooms = [100, 160].map(|frames| (frames, scene(WALK, frames, "")));
     let number = number(6);
-    let verdict = |truth, lost: Option<u64>, seed| {
-        let mut records = record(WALK, 100, truth, UNIT, FIRST_SEED + seed);
-        records.retain(|record| Some(record.seq) != lost);
-        compare_scene(&records, &scene, SENSOR, &options())
-            .unwrap()
-            .judgment
-            .verdict
-    };
-    let changed = compared(number, |seed| {
-        let at = float(seed) / float(number - 1);
-        let whole = verdict(Truth::Right, None, seed);
+    let is_changed = |seed: u64| {
+        let (frames, scene) = &rooms[usize::from(seed % 2 == 1)];
+        let whole = record(WALK, *frames, Truth::Right, UNIT, FIRST_SEED + seed);
+        let last = whole.len() - 1;
+        let at = last * usize::try_from(seed).unwrap() / usize::try_from(number - 1).unwrap();
+        let mut stray = whole.clone();
+        stray[at].reading = whole[(at + 40) % whole.len()].reading.clone();
+        let mut lost = whole.clone();
         // Neither the first nor the last, which say where the recording begins and ends.
-        let lost = 1 + 97 * seed / (number - 1);
-        [(Truth::Stray(at), None), (Truth::Right, Some(lost))]
+        let _ = lost.remove(at.clamp(1, last - 1));
+        let verdict = |records: &Vec<Record>| {
+            let found = compare_scene(records, scene, SENSOR, &options()).unwrap();
+            found.judgment.verdict
+        };
+        [&stray, &lost]
             .into_iter()
-            .any(|(truth, lost)| verdict(truth, lost, seed) != whole)
-    });
+            .any(|bad| verdict(bad) != verdict(&whole))
+    };
+    let changed = compared(number, is_changed);
     assert_eq!(changed.iter().filter(|changed| **changed).count(), 0);
 }
 

@@ -53,8 +53,6 @@ pub(crate) enum Truth {
     Contrast(f64),
     /// All pixels drift by so much over the recording, °C.
     Drift(f64),
-    /// One frame, at this share of the recording, is of another time.
-    Stray(f64),
     /// Noise that is correlated by .8 from frame to frame, and from .15 to .4 °C over the pixels.
     Correlated,
 }
@@ -202,7 +200,11 @@ fn shown(ways: &[Way], frames: u32, truth: Truth, draws: &mut Draws) -> Vec<[f64
             if truth == Truth::Gone && person == 0 && gone.contains(&index) {
                 continue;
             }
-            let time_s = scene_s(truth, index, frames) - lag_s;
+            let index = match truth {
+                Truth::Backwards => frames - index,
+                _ => index,
+            };
+            let time_s = f64::from(index) / 10.0 - lag_s;
             let seen = simulator.image(Duration::from_secs_f64(time_s.max(0.0)));
             for (pixel, celsius) in image.iter_mut().zip(seen.celsius) {
                 *pixel += contrast * (celsius - AMBIENT_C);
@@ -234,18 +236,6 @@ fn alone(way: Way, frames: u32, aside_m: [f64; 2], draws: &mut Draws) -> Simulat
     };
     let alone = parse(&text(&[way], f64::from(frames) / 10.0 + 30.0, at));
     Simulator::without_grid(&alone, SENSOR).unwrap()
-}
-
-/// Which second of the scene a frame shows.
-fn scene_s(truth: Truth, index: u32, frames: u32) -> f64 {
-    let (time_s, span_s) = (f64::from(index) / 10.0, f64::from(frames) / 10.0);
-    match truth {
-        Truth::Backwards => span_s - time_s,
-        Truth::Stray(at) if (at * f64::from(frames - 1) - f64::from(index)).abs() < 0.5 => {
-            (time_s + 0.4 * span_s) % span_s
-        }
-        _ => time_s,
-    }
 }
 
 /// What unit and room add, °C.
