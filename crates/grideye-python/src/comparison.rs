@@ -83,8 +83,9 @@ impl Comparison {
 }
 
 fn how(asked: &Asked) -> Result<Options, InputError> {
-    let start = asked.start_s.map(Duration::try_from_secs_f64).transpose();
-    let start = start.map_err(|error| InputError::new(format!("start: {error}")))?;
+    if asked.start_s.is_some_and(|start_s| !start_s.is_finite()) {
+        return Err(InputError::new("start is no number of seconds".to_owned()));
+    }
     let binning = asked.binning.as_deref().map(str::parse::<Binning>);
     let binning = binning.transpose();
     let binning = binning.map_err(|error| InputError::new(format!("binning: {error}")))?;
@@ -104,7 +105,7 @@ fn how(asked: &Asked) -> Result<Options, InputError> {
     let cores = thread::available_parallelism().map_or(1, NonZeroUsize::get);
     Ok(Options {
         seed: asked.seed,
-        start,
+        start_s: asked.start_s,
         binning,
         align,
         threads: cores.min(THREADS_MAX),

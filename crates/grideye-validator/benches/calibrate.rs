@@ -134,7 +134,7 @@ fn decide(model: &'static str, number: u32, again: Option<u32>) -> Result<(), Bo
     let mut known = KnownScene::new(scene, SENSOR);
     for from in iter::once(0).chain(again) {
         let how = Comparing {
-            start: Some(from * interval),
+            start_s: Some((from * interval).as_secs_f64()),
             ..Comparing::default()
         };
         let from = usize::try_from(from)?;

@@ -314,8 +314,10 @@ pub(crate) struct Compare {
     #[arg(long, value_name = "N", default_value_t = SEED, hide_short_help = true)]
     pub(crate) seed: u64,
     /// Scene time at which the recording begins, in seconds [default: by UTC if trajectories have it, else 0].
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, hide_short_help = true)]
-    pub(crate) start: Option<Duration>,
+    ///
+    /// Below 0 if it begins before the scene: those frames are left out.
+    #[arg(long, value_name = "SECONDS", value_parser = scene_seconds, allow_negative_numbers = true, hide_short_help = true)]
+    pub(crate) start: Option<f64>,
     /// Bins of a second set of entropies [default: the sensor's steps].
     ///
     /// step:WIDTH (°C), levels:N or grey256. The first set always has the paper's 256 gray levels.
@@ -570,8 +572,8 @@ pub(crate) struct Man {
     pub(crate) folder: PathBuf,
 }
 
-fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds = text.parse().ok();
-    let time = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
-    time.ok_or_else(|| "expected seconds, 0 or more".to_owned())
+fn scene_seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse::<f64>().ok();
+    let seconds = seconds.filter(|seconds| Duration::try_from_secs_f64(seconds.abs()).is_ok());
+    seconds.ok_or_else(|| "expected seconds, like 12.5 or -0.4".to_owned())
 }

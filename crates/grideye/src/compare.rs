@@ -30,7 +30,7 @@ pub(crate) fn run(options: &Compare) -> Result<Outcome> {
     };
     let how = Options {
         binning: options.binning,
-        start: options.start,
+        start_s: options.start,
         align: options.align.options().map_err(bad_input)?,
         advises: true,
         ..how(options.seed)

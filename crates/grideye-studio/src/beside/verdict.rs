@@ -255,7 +255,7 @@ fn compared(
     };
     let how = Options {
         seed: SEED,
-        start: Some(start),
+        start_s: Some(from_s),
         // The other processors serve other requests.
         threads: 1,
         ..Options::default()

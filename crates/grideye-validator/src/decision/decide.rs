@@ -145,16 +145,26 @@ impl Alternatively {
     }
 }
 
-/// `None` once it is stopped.
+/// How a decision is made.
+#[derive(Clone, Copy)]
+pub(crate) struct How {
+    /// Recordings of which no more right worlds than this share are as far off are refused.
+    pub(crate) right_min: f64,
+    /// Whether all that is asked is whether it agrees.
+    pub(crate) is_brief: bool,
+    pub(crate) is_stopped: fn() -> bool,
+}
+
+/// `None` once it is stopped, and of a recording that is refused if it is brief.
 pub(crate) fn decide(
     film: &mut Film,
     recording: &Recording,
     laws: &Laws,
-    (right_min, is_stopped): (f64, fn() -> bool),
+    how: How,
 ) -> Option<Decision> {
-    let mut worlds = Worlds::new(film, recording, laws, is_stopped);
+    let right_min = how.right_min;
+    let mut worlds = Worlds::new(film, recording, laws, how.is_stopped);
     let right = worlds.right()?;
-    worlds.draw_others();
     let (known, held) = right.split_at(FOR_STATISTICS + FOR_KINDS);
     let (of_statistics, of_kinds) = known.split_at(FOR_STATISTICS);
     let spread = Spread::new(of_statistics, of_kinds);
@@ -164,9 +174,14 @@ pub(crate) fn decide(
     let found = worlds.judge.of(&recording.pictures);
     let (place, off) = spread.farthest(&found);
     let farther = held.iter().filter(|other| **other >= off).count();
+    let rank = (count(farther) + 1.0) / (count(held.len()) + 1.0);
+    if how.is_brief && (rank <= right_min || spread.has_off_contrast(&found)) {
+        return None;
+    }
     let refused = held.len() - 1 - index(right_min * count(held.len() + 1));
     let is_refused =
         |one: &Statistics| spread.farthest(one).1 > held[refused] || spread.has_off_contrast(one);
+    worlds.draw_others();
     let alternatives: Vec<Alternatively> = (0..worlds.judge.rivals.len())
         .map(|rival| worlds.alternatively(rival, &found, &right, &is_refused))
         .collect::<Option<_>>()?;
@@ -174,12 +189,11 @@ pub(crate) fn decide(
         let mut all = alternatives.iter().zip(&one.likeness);
         !is_refused(one) && all.all(|(one, likeness)| !one.counts() || *likeness > one.limit)
     };
-    let has_people = worlds.has_people();
-    let mut offsets = OFFSETS_M.into_iter().filter(|_| has_people);
+    let are_asked = worlds.has_people() && !how.is_brief;
+    let mut offsets = OFFSETS_M.into_iter().filter(|_| are_asked);
     let refused_aside_m = offsets.find(|aside_m| worlds.refuse_aside(*aside_m, &is_agreed));
     let (judge, film) = (&worlds.judge, &worlds.film);
     let (cause, worst) = spread.worst(place, &found, judge, film);
-    let right = (count(farther) + 1.0) / (count(held.len()) + 1.0);
     // Warmth that the scene lacks is more than nothing, however little it is.
     let has_more = spread.extra(&found) > held[refused];
     let contrasts = found.contrasts.iter().zip(spread.contrasts(&found));
@@ -191,7 +205,7 @@ pub(crate) fn decide(
             range,
         });
     Some(Decision {
-        right,
+        right: rank,
         worst,
         surprise: off,
         cause,

@@ -26,8 +26,8 @@ mod unit;
 mod world;
 
 pub(crate) use alternative::Alternative;
-pub(crate) use decide::decide;
 pub use decide::{Alternatively, Contrast, Decision, OFFSETS_M};
+pub(crate) use decide::{How, decide};
 pub(crate) use film::{Film, Rendered};
 pub(crate) use recording::Recording;
 pub(crate) use remedy::{Compared, remedy};

@@ -1,8 +1,8 @@
 //! The single change that would make a refused scene agree.
 
 use crate::align::Orientation;
-use crate::decision::decide::{Decision, decide};
-use crate::decision::film::{Film, Image, add, turned};
+use crate::decision::decide::{Decision, How, decide};
+use crate::decision::film::{Film, Image, Rendered, add, turned};
 use crate::decision::recording::Recording;
 use crate::decision::template::Hiding;
 use crate::numbers::{count, index, median, single, whole};
@@ -17,10 +17,9 @@ pub(crate) struct Compared<'a> {
     pub(crate) sensor: &'a str,
     pub(crate) recording: &'a Recording,
     pub(crate) laws: &'a Laws,
-    pub(crate) right_min: f64,
+    pub(crate) how: How,
     /// The scene's time at the recording's first frame, seconds.
     pub(crate) start_s: f64,
-    pub(crate) is_stopped: fn() -> bool,
 }
 
 enum Change {
@@ -42,37 +41,34 @@ const JUDGED: usize = 2;
 /// How much more of the recording than the scene a change must explain to be judged.
 const CLEARLY: f64 = 1.15;
 
-/// The change that would agree, as a sentence with its command; `None` if none does.
+/// The change that would agree, as a sentence with its command; `None` if none does. What was rendered is left for the next.
 pub(crate) fn remedy(
     compared: &Compared<'_>,
-    film: &mut Film,
+    mut film: Film,
+    rendered: &mut Rendered,
     decision: &Decision,
 ) -> Result<Option<String>, SceneError> {
     let hiding = Hiding::new(&compared.recording.unit);
     let pictures = &compared.recording.pictures;
     let explained =
         |film: &Film, pictures: &[Image]| explained(&hiding, film, &film.claimed(), pictures);
-    let own = explained(film, pictures);
+    let own = explained(&film, pictures);
     let mut changes = Vec::new();
-    if let Some(off) = decision.off_contrast() {
-        // It changes nothing that the scene explains, so it is first.
-        changes.push((f64::INFINITY, Change::Contrast(off.found)));
-    }
     for orientation in Orientation::ALL.into_iter().skip(1) {
         let back = turned(pictures, orientation.inverse());
-        changes.push((explained(film, &back), Change::Turned(orientation)));
+        changes.push((explained(&film, &back), Change::Turned(orientation)));
     }
     if film.has_movement() {
         changes.push(delay(compared, &hiding)?);
     }
     if !film.people.is_empty() {
-        changes.push(moved(film, &hiding, pictures));
+        changes.push(moved(&mut film, &hiding, pictures));
     }
     for sensor in compared.scene.sensors() {
         let is_other =
             sensor.name != compared.sensor && (sensor.columns, sensor.rows) == (COLUMNS, ROWS);
         if is_other {
-            let film = compared.film(compared.scene, &sensor.name, 0.0)?;
+            let film = compared.film(Rendered::default(), compared.scene, &sensor.name, 0.0)?;
             changes.push((
                 explained(&film, pictures),
                 Change::Sensor(sensor.name.clone()),
@@ -81,8 +77,12 @@ pub(crate) fn remedy(
     }
     changes.retain(|(explained, _)| *explained > CLEARLY * own);
     changes.sort_by(|a, b| b.0.total_cmp(&a.0));
+    // What explains clearly more than the scene at any contrast comes before another contrast.
+    let off = decision.off_contrast().filter(|off| off.found > 0.0);
+    changes.extend(off.map(|off| (own, Change::Contrast(off.found))));
+    *rendered = film.into_rendered();
     for (_, change) in changes.iter().take(JUDGED) {
-        if compared.agrees_with(change)? {
+        if compared.agrees_with(change, rendered)? {
             return Ok(Some(compared.in_words(change)));
         }
     }
@@ -90,24 +90,32 @@ pub(crate) fn remedy(
 }
 
 impl Compared<'_> {
-    fn film(&self, scene: &Scene, sensor: &str, later_s: f64) -> Result<Film, SceneError> {
-        let times_s: Vec<f64> = self
-            .recording
-            .times_s
-            .iter()
-            .map(|time_s| time_s - later_s)
-            .collect();
-        Film::new(scene, sensor, &times_s, self.recording.within_s)
+    fn film(
+        &self,
+        before: Rendered,
+        scene: &Scene,
+        sensor: &str,
+        later_s: f64,
+    ) -> Result<Film, SceneError> {
+        let times_s = self.recording.times_s.iter();
+        let times_s: Vec<f64> = times_s.map(|time_s| time_s - later_s).collect();
+        Film::after(before, (scene, sensor), &times_s, self.recording.within_s)
     }
 
-    fn agrees_with(&self, change: &Change) -> Result<bool, SceneError> {
+    /// With what was rendered of this scene and sensor.
+    fn agrees_with(&self, change: &Change, rendered: &mut Rendered) -> Result<bool, SceneError> {
         let (scene, sensor) = (self.scene, self.sensor);
+        let own = |rendered: &mut Rendered, later_s| {
+            self.film(std::mem::take(rendered), scene, sensor, later_s)
+        };
+        let other =
+            |scene: &Scene, sensor: &str| self.film(Rendered::default(), scene, sensor, 0.0);
         let mut film = match change {
-            Change::Later(by_s) => self.film(scene, sensor, *by_s)?,
-            Change::Turned(_) => self.film(scene, sensor, 0.0)?,
-            Change::Contrast(times) => self.film(scene, sensor, 0.0)?.warmer(single(*times)),
-            Change::Moved(by_m) => self.film(&with_moved(scene, sensor, *by_m), sensor, 0.0)?,
-            Change::Sensor(name) => self.film(scene, name, 0.0)?,
+            Change::Later(by_s) => own(rendered, *by_s)?,
+            Change::Turned(_) => own(rendered, 0.0)?,
+            Change::Contrast(times) => other(scene, sensor)?.warmer(single(*times)),
+            Change::Moved(by_m) => other(&with_moved(scene, sensor, *by_m), sensor)?,
+            Change::Sensor(name) => other(scene, name)?,
         };
         let back;
         let recording = match change {
@@ -117,19 +125,21 @@ impl Compared<'_> {
             }
             _ => self.recording,
         };
-        let how = (self.right_min, self.is_stopped);
-        let decision = decide(&mut film, recording, self.laws, how);
+        let decision = decide(&mut film, recording, self.laws, self.how);
+        if matches!(change, Change::Later(_) | Change::Turned(_)) {
+            *rendered = film.into_rendered();
+        }
         // Stopped, nobody asks.
-        Ok(decision.is_some_and(|decision| decision.is_agreed(self.right_min)))
+        Ok(decision.is_some_and(|decision| decision.is_agreed(self.how.right_min)))
     }
 
     fn in_words(&self, change: &Change) -> String {
         match change {
             Change::Later(by_s) => {
                 let start_s = self.start_s - by_s;
-                let (by, start) = (fixed(by_s.abs(), 2), fixed(start_s, 2));
+                let by = fixed(by_s.abs(), 2);
                 let word = if *by_s < 0.0 { "earlier" } else { "later" };
-                format!("The scene {by} s {word} would agree: --start {start}.")
+                format!("The scene {by} s {word} would agree: --start {start_s:.2}.")
             }
             Change::Turned(orientation) => {
                 format!(
@@ -147,9 +157,9 @@ impl Compared<'_> {
                 let [x_mm, y_mm, z_mm] = sensor
                     .map(|sensor| sensor.pose.position_m.to_array())
                     .unwrap_or_default()
-                    .map(|m| fixed(1e3 * m, 0));
+                    .map(|m| 1e3 * m);
                 format!(
-                    "The sensor {x} m further in x and {y} m in y would agree: position_mm = [{x_mm}, {y_mm}, {z_mm}]."
+                    "The sensor {x} m further in x and {y} m in y would agree: position_mm = [{x_mm:.0}, {y_mm:.0}, {z_mm:.0}]."
                 )
             }
             Change::Sensor(name) => {

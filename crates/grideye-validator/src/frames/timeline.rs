@@ -37,21 +37,22 @@ pub struct Apart {
 }
 
 impl Timeline {
-    /// With `start` at the first frame; without it by UTC where both sides know it, else from the first frame.
+    /// With `start_s` at the first frame, which is below zero before the scene's start; without it by UTC where both sides
+    /// know it, else from the first frame.
     ///
     /// # Errors
     /// [`Apart`] if joined by UTC without a common moment.
-    pub fn new(records: &[Record], scene: &Scene, start: Option<Duration>) -> Result<Self, Apart> {
+    pub fn new(records: &[Record], scene: &Scene, start_s: Option<f64>) -> Result<Self, Apart> {
         let is_read = |record: &&Record| record.reading.frame().is_some();
         let mut read = records.iter().filter(is_read);
         let from_ns = read.next().map_or(0, |record| record.stamp.t_boot_ns);
         let given = Self {
             from_ns,
-            scene_ns: nanoseconds(start.unwrap_or_default()),
+            scene_ns: start_s.map_or(0, signed_nanoseconds),
             joined: Joined::Given,
         };
         let starts_utc = scene.starts_utc().filter(|_| !scene.is_static());
-        let (None, Some(starts)) = (start, starts_utc) else {
+        let (None, Some(starts)) = (start_s, starts_utc) else {
             return Ok(given);
         };
         let Some(wall_ns) = wall_less_boot_ns(records) else {
@@ -136,6 +137,12 @@ fn wall_less_boot_ns(records: &[Record]) -> Option<i128> {
 
 fn nanoseconds(time: Duration) -> i128 {
     i128::try_from(time.as_nanos()).unwrap_or(i128::MAX)
+}
+
+/// 0 for what is no time.
+fn signed_nanoseconds(seconds: f64) -> i128 {
+    let ns = Duration::try_from_secs_f64(seconds.abs()).map_or(0, nanoseconds);
+    if seconds < 0.0 { -ns } else { ns }
 }
 
 fn duration(ns: i128) -> Option<Duration> {

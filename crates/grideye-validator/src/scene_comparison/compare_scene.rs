@@ -7,7 +7,9 @@ use crate::align::{
 };
 use crate::compare::scoring::compare_with_prior;
 use crate::compare::{Comparison, Settings};
-use crate::decision::{Alternative, Compared, Decision, Film, Recording, Rendered, decide, remedy};
+use crate::decision::{
+    Alternative, Compared, Decision, Film, How, Recording, Rendered, decide, remedy,
+};
 use crate::error::{Side, ValidatorError, check_setting};
 use crate::frames::cleaning::{self, Counts, Read};
 use crate::frames::drift::Drift;
@@ -59,7 +61,7 @@ pub(super) fn compared(
         Protocol::Dynamic
     });
     let (read, mut counts) = cleaning::clean(records, protocol == Protocol::Dynamic);
-    let timeline = Timeline::new(records, scene, options.start)?;
+    let timeline = Timeline::new(records, scene, options.start_s)?;
     let fitted = fitted(records, scene);
     let timed = timed(read, protocol, (&timeline, &fitted), &mut counts)?;
     let mut aligned = aligned((timed, timeline), scene, sensor, protocol, options)?;
@@ -145,7 +147,11 @@ fn decided(
     let of = (scene, sensor);
     let mut film = Film::after(before, of, &recording.times_s, recording.within_s)?;
     let right_min = options.thresholds.right_min;
-    let how = (right_min, options.is_stopped);
+    let how = How {
+        right_min,
+        is_brief: false,
+        is_stopped: options.is_stopped,
+    };
     let decision = decide(&mut film, &recording, &laws, how).ok_or(ValidatorError::Stopped)?;
     let is_refused = decision.right <= right_min || decision.off_contrast().is_some();
     if !(options.advises && is_refused) {
@@ -157,12 +163,13 @@ fn decided(
         sensor,
         recording: &recording,
         laws: &laws,
-        right_min,
+        how: How {
+            is_brief: true,
+            ..how
+        },
         start_s: aligned.timeline.start_s(),
-        is_stopped: options.is_stopped,
     };
-    let remedy = remedy(&compared, &mut film, &decision)?;
-    *rendered = film.into_rendered();
+    let remedy = remedy(&compared, film, rendered, &decision)?;
     Ok((decision, remedy))
 }
 

@@ -36,8 +36,9 @@ pub struct Options {
     /// Frames between a frame and its repeat, 1 to [`LAG_FRAMES_MAX`]; by default 3 (static) or the nearest to 0.1 s
     /// (dynamic).
     pub lag_frames: Option<usize>,
-    /// The scene's time at the recording's first frame; by default their common UTC, or the scene's start.
-    pub start: Option<Duration>,
+    /// The scene's time at the recording's first frame, seconds; below zero before the scene's start. By default their common
+    /// UTC, or the scene's start.
+    pub start_s: Option<f64>,
     pub shuffles: usize,
     /// Bins of the second set of entropies; by default the sensor's steps.
     pub binning: Option<Binning>,
@@ -60,7 +61,7 @@ impl Default for Options {
             protocol: None,
             frames: None,
             lag_frames: None,
-            start: None,
+            start_s: None,
             shuffles: 200,
             binning: None,
             threads: 1,

@@ -9,7 +9,6 @@ mod worlds;
 use grideye_recording::Record;
 use grideye_validator::{Comparison, KnownScene, Options, Verdict, compare_scene};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Duration;
 use worlds::{SENSOR, Truth, Unit, Way, record, scene};
 
 const STAND: &[Way] = &[Way::Stands(0.55, 0.22)];
@@ -229,7 +228,7 @@ fn a_bad_frame_changes_no_verdict() {
         let last = whole.len() - 1;
         let at = last * usize::try_from(seed).unwrap() / usize::try_from(number - 1).unwrap();
         let mut stray = whole.clone();
-        stray[at].reading = whole[(at + 40) % whole.len()].reading.clone();
+        stray[at].reading = whole[(at + 40) % whole.len()].reading;
         let mut lost = whole.clone();
         // Neither the first nor the last, which say where the recording begins and ends.
         let _ = lost.remove(at.clamp(1, last - 1));
@@ -258,18 +257,57 @@ fn seeds_change_no_verdict() {
     assert_eq!(decision(1), decision(2));
 }
 
+/// The change that was made to the recording, and no other.
+#[test]
+fn the_change_that_would_agree_is_named() {
+    let scene = scene(WALK, 100, "");
+    let wrong = [
+        (Truth::Late(1.5), "s later would agree: --start -1."),
+        (Truth::Aside(0.6), "would agree: position_mm = ["),
+        (
+            Truth::MirroredX,
+            "turned back it would agree: --align orientation",
+        ),
+        (
+            Truth::Contrast(6.0),
+            "times the scene's contrast would agree",
+        ),
+    ];
+    let told = compared(4, |kind| {
+        let (truth, _) = wrong[usize::try_from(kind).unwrap()];
+        let records = record(WALK, 100, truth, UNIT, FIRST_SEED);
+        let options = |start_s| Options {
+            advises: true,
+            start_s,
+            ..options()
+        };
+        let compared = |start_s| compare_scene(&records, &scene, SENSOR, &options(start_s));
+        let next_step = compared(None).unwrap().judgment.next_step;
+        // The advice itself.
+        let start_s = next_step.split_once("--start ");
+        let start_s = start_s.and_then(|(_, start)| start.trim_end_matches('.').parse().ok());
+        let then = start_s.map(|start_s| compared(Some(start_s)).unwrap().judgment.verdict);
+        (next_step, then)
+    });
+    for ((truth, sentence), (next_step, then)) in wrong.iter().zip(told) {
+        assert!(next_step.contains(sentence), "{truth:?}: {next_step}");
+        let is_delay = matches!(truth, Truth::Late(_));
+        assert_eq!(then, is_delay.then_some(Verdict::Agrees), "{truth:?}");
+    }
+}
+
 /// What an earlier comparison rendered changes nothing.
 #[test]
 fn a_known_scene_decides_as_a_new_one() {
     let scene = scene(WALK, 50, "");
     let records = record(WALK, 50, Truth::Right, UNIT, FIRST_SEED);
     let mut known = KnownScene::new(scene.clone(), SENSOR);
-    for from in [0, 10] {
+    for from in [0_u8, 10] {
         let options = Options {
-            start: Some(Duration::from_millis(100) * from),
+            start_s: Some(0.1 * f64::from(from)),
             ..options()
         };
-        let records = &records[from.try_into().unwrap()..];
+        let records = &records[from.into()..];
         let again = known.compare(records, &options).unwrap();
         let fresh = compare_scene(records, &scene, SENSOR, &options).unwrap();
         assert_eq!(again.decision, fresh.decision, "from {from}");

@@ -8,7 +8,6 @@ use grideye_recording::Record;
 use grideye_scene::Scene;
 use grideye_validator::calibrate::{Half, Options};
 use grideye_validator::{Comparison, State, Verdict, compare_scene};
-use std::time::Duration;
 
 /// The whole walk.
 const FRAMES: u32 = 97;
@@ -25,13 +24,13 @@ fn fitted(text: &str, records: &[Record], half: Option<Half>) -> String {
 }
 
 fn compared(text: &str, records: &[Record]) -> Comparison {
-    compared_from(text, records, Duration::ZERO)
+    compared_from(text, records, 0.0)
 }
 
-fn compared_from(text: &str, records: &[Record], start: Duration) -> Comparison {
+fn compared_from(text: &str, records: &[Record], start_s: f64) -> Comparison {
     let scene = Scene::parse(text, "fitted.toml", &files()).unwrap().scene;
     let options = grideye_validator::Options {
-        start: Some(start),
+        start_s: Some(start_s),
         ..Default::default()
     };
     compare_scene(records, &scene, "ceiling", &options).unwrap()
@@ -60,7 +59,7 @@ fn a_recording_cannot_confirm_the_scene_that_was_fitted_to_it() {
     assert_eq!(judged(&text, &record(UNIT, 2, FRAMES, 100, 0.0)), AGREES);
     // Cut, or with other numbers and times, it is the same recording.
     assert_eq!(judged(&text, &records[..60]), CANNOT);
-    let late = compared_from(&text, &records[60..90], Duration::from_secs(6)).judgment;
+    let late = compared_from(&text, &records[60..90], 6.0).judgment;
     assert_eq!(late.criteria[1].name, "judged_apart");
     assert_eq!(late.criteria[1].state, State::Open);
     let mut renumbered = records.clone();
@@ -100,8 +99,8 @@ fn the_half_that_was_left_out_is_judged() {
         let frames: usize = frames.parse().unwrap();
         assert!((42..=49).contains(&frames), "{headline}");
         assert!(comparison.real_frames <= frames, "{headline}");
-        let start = Duration::from_millis(100 * u64::try_from(fitted_to.start).unwrap());
-        let cut = compared_from(&text, &records[fitted_to], start).judgment;
+        let start_s = 0.1 * f64::from(u32::try_from(fitted_to.start).unwrap());
+        let cut = compared_from(&text, &records[fitted_to], start_s).judgment;
         assert_eq!(cut.criteria[1].state, State::Open, "{half:?}");
         assert_ne!(cut.verdict, Verdict::Agrees);
     }

@@ -9,7 +9,6 @@ use grideye_validator::{
     compare_scene,
 };
 use std::collections::BTreeMap;
-use std::time::Duration;
 
 const SCENE: &str = "[room]
 size_mm = [4000, 4000, 2700]
@@ -53,14 +52,14 @@ fn walk() -> Vec<Record> {
     records
 }
 
-fn compared(records: &[Record], way: &str, start: Option<Duration>) -> Comparison {
+fn compared(records: &[Record], way: &str, start_s: Option<f64>) -> Comparison {
     let align = AlignOptions {
         time: TimeAlignment::None,
         ..AlignOptions::default()
     };
     let options = Options {
         shuffles: 20,
-        start,
+        start_s,
         align,
         ..Options::default()
     };
@@ -75,7 +74,7 @@ fn has_note(comparison: &Comparison, part: &str) -> bool {
 fn a_recording_that_began_late_is_joined_by_its_stamps() {
     let mut records = walk();
     let cut = records.split_off(21);
-    let by_hand = compared(&cut, COUNTED, Some(Duration::from_millis(2100)));
+    let by_hand = compared(&cut, COUNTED, Some(2.1));
     assert_eq!(
         by_hand.judgment.verdict,
         Verdict::Agrees,
@@ -150,7 +149,7 @@ fn frames_from_before_the_start_are_left_out() {
         "{correlation}, {expected}"
     );
     // Joined at its first frame, the same recording shows another walk.
-    let at_first = compared(&records, STAMPED, Some(Duration::ZERO));
+    let at_first = compared(&records, STAMPED, Some(0.0));
     assert!(at_first.score(Measure::Correlation).value.unwrap() < expected - 0.2);
 }
 

@@ -243,7 +243,7 @@ fn a_walk_that_starts_a_second_late_disagrees() {
         for seed in 0..5 {
             let records = record(&scene, whole_walk(&scene), seed);
             let late = Options {
-                start: Some(Duration::from_secs(1)),
+                start_s: Some(1.0),
                 ..options(seed)
             };
             let comparison = compare_scene(&records, &scene, SENSOR, &late).unwrap();
@@ -403,7 +403,7 @@ fn invalid_input_is_rejected_with_the_reason() {
     );
 
     let after = Options {
-        start: Some(Duration::from_secs(3_600)),
+        start_s: Some(3_600.0),
         ..options(1)
     };
     assert!(matches!(

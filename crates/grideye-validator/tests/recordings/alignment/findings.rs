@@ -172,9 +172,9 @@ fn a_recording_that_begins_later_is_aligned_from_its_first_frame() {
         .filter(|&index| scene_s(index as f64 / 10.0) < end_s)
         .count();
     records.truncate(seen);
-    let found = |start_s: u64| {
+    let found = |start_s: f64| {
         let options = Options {
-            start: Some(Duration::from_secs(start_s)),
+            start_s: Some(start_s),
             shuffles: 20,
             align: with(TimeAlignment::Rate, 0.5),
             ..Options::default()
@@ -182,11 +182,11 @@ fn a_recording_that_begins_later_is_aligned_from_its_first_frame() {
         let found = compare_scene(&records, &scene, SENSOR, &options).unwrap();
         found.alignment.unwrap().time.unwrap()
     };
-    let time = found(20);
+    let time = found(20.0);
     assert!(time.applied, "{time:?}");
     assert!((time.shift_s - 0.2).abs() < 0.1, "{time:?}");
     assert!((time.rate - 0.03).abs() < 0.01, "{time:?}");
-    let other = found(0);
+    let other = found(0.0);
     assert!(
         !other.applied || other.likeness < time.likeness,
         "{other:?}"
