@@ -161,6 +161,7 @@ impl Film {
                 },
             });
         }
+        share_hidden(&mut people, &room, &with);
         let (room, objects) = if people.is_empty() {
             (vec![[0.0; PIXELS]; times_s.len()], Some(room))
         } else {
@@ -349,6 +350,24 @@ impl Shots {
         let images: Vec<Image> = self.times_s.iter().map(picture).collect();
         self.films.push(images.clone());
         images
+    }
+}
+
+/// Who stands behind another adds nothing, and who hides somebody as warm adds as little: together they would show nobody.
+/// What all show beyond what each adds is shared.
+fn share_hidden(people: &mut [Walker], room: &[Image], with: &[Image]) {
+    if people.len() < 2 {
+        return;
+    }
+    let share = single(1.0 / count(people.len()));
+    for (index, (with, room)) in with.iter().zip(room).enumerate() {
+        let mut hidden = less(with, room);
+        for walker in people.iter() {
+            add(&mut hidden, &walker.adds[index], -1.0);
+        }
+        for walker in people.iter_mut() {
+            add(&mut walker.adds[index], &hidden, share);
+        }
     }
 }
 

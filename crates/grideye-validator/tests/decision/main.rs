@@ -126,6 +126,15 @@ fn right_recordings_agree() {
     }
 }
 
+/// Each alone adds little to what the other shows; together they are no empty room. Whether there are two, it cannot tell.
+#[test]
+fn people_who_hide_each_other_are_seen() {
+    let close = &[Way::Stands(0.55, 0.22), Way::Stands(0.6, 0.25)];
+    let all = judged(close, 50, Truth::Right, (UNIT, ""), number(4));
+    let [_, refused, _] = counts("two who stand close", &all);
+    assert_eq!(refused, 0);
+}
+
 const WRONG: [Truth; 12] = [
     Truth::Nobody,
     Truth::Missing,

@@ -188,54 +188,115 @@ fn shown(ways: &[Way], frames: u32, truth: Truth, draws: &mut Draws) -> Vec<[f64
         Truth::More => ways.push(Way::Walks { ahead_s: -17.0 }),
         _ => {}
     }
-    let mut shown = vec![[AMBIENT_C; 64]; frames.try_into().unwrap()];
-    for (person, way) in ways.iter().enumerate() {
-        let mut contrast = draws.normal(0.35).exp();
-        if let Truth::Contrast(times) = truth {
-            contrast = times;
-        }
-        let aside_m = [aside_m * angle.cos(), aside_m * angle.sin()];
-        let simulator = alone(*way, frames, aside_m, draws);
-        for (image, index) in shown.iter_mut().zip(0..) {
-            if truth == Truth::Gone && person == 0 && gone.contains(&index) {
-                continue;
+    let aside_m = [aside_m * angle.cos(), aside_m * angle.sin()];
+    let people: Vec<Person> = ways
+        .iter()
+        .map(|way| {
+            let mut contrast = draws.normal(0.35).exp();
+            if let Truth::Contrast(times) = truth {
+                contrast = times;
             }
-            let index = match truth {
-                Truth::Backwards => frames - index,
-                _ => index,
-            };
-            let time_s = f64::from(index) / 10.0 - lag_s;
-            let seen = simulator.image(Duration::from_secs_f64(time_s.max(0.0)));
-            for (pixel, celsius) in image.iter_mut().zip(seen.celsius) {
-                *pixel += contrast * (celsius - AMBIENT_C);
-            }
+            Person::new((*way, contrast), frames, aside_m, draws)
+        })
+        .collect();
+    let room = Room::new(&people, frames);
+    let image = |index: u32| {
+        let is_gone = truth == Truth::Gone && gone.contains(&index);
+        let index = match truth {
+            Truth::Backwards => frames - index,
+            _ => index,
+        };
+        let time_s = (f64::from(index) / 10.0 - lag_s).max(0.0);
+        room.image(Duration::from_secs_f64(time_s), usize::from(is_gone))
+    };
+    (0..frames).map(image).collect()
+}
+
+/// A room with its people, each warmer or colder than the scene has it.
+struct Room {
+    contrasts: Vec<f64>,
+    each: Vec<Simulator>,
+    together: Simulator,
+}
+
+impl Room {
+    fn new(people: &[Person], frames: u32) -> Self {
+        let simulator = |people: &[Person]| {
+            let ways: Vec<Way> = people.iter().map(|person| person.way).collect();
+            let at = |person: usize, time_s| people[person].at(time_s);
+            let scene = parse(&text(&ways, f64::from(frames) / 10.0 + 30.0, at));
+            Simulator::without_grid(&scene, SENSOR).unwrap()
+        };
+        Self {
+            contrasts: people.iter().map(|person| person.contrast).collect(),
+            each: people.chunks(1).map(simulator).collect(),
+            together: simulator(people),
         }
     }
-    shown
+
+    /// Without the first `gone`.
+    fn image(&self, time: Duration, gone: usize) -> [f64; 64] {
+        let mut image = [AMBIENT_C; 64];
+        let mut show = |simulator: &Simulator, times: f64| {
+            for (pixel, celsius) in image.iter_mut().zip(simulator.image(time).celsius) {
+                *pixel += times * (celsius - AMBIENT_C);
+            }
+        };
+        let mut hidden = 0.0;
+        if self.each.len() > 1 && gone == 0 {
+            // Less what they hide of each other, with their mean contrast.
+            hidden = self.contrasts.iter().sum::<f64>();
+            hidden /= f64::from(u32::try_from(self.each.len()).unwrap());
+            show(&self.together, hidden);
+        }
+        for (simulator, contrast) in self.each.iter().zip(&self.contrasts).skip(gone) {
+            show(simulator, contrast - hidden);
+        }
+        image
+    }
 }
 
 /// One person in the room, somewhat aside of its way.
-fn alone(way: Way, frames: u32, aside_m: [f64; 2], draws: &mut Draws) -> Simulator {
-    let offset_m = aside_m.map(|aside_m| aside_m + draws.normal(0.07));
-    let kept = (-0.1_f64 / 0.7).exp();
-    let sd = if let Way::Stands(..) = way { 0.0 } else { 0.07 };
-    let mut now = [draws.normal(sd), draws.normal(sd)];
-    let mut wander = Vec::new();
-    for _ in 0..frames + 400 {
-        wander.push(now);
-        now = now.map(|now| kept * now + draws.normal(sd * (1.0 - kept * kept).sqrt()));
+struct Person {
+    way: Way,
+    /// How many times the scene's.
+    contrast: f64,
+    offset_m: [f64; 2],
+    /// Ten in a second.
+    wander_m: Vec<[f64; 2]>,
+}
+
+impl Person {
+    fn new((way, contrast): (Way, f64), frames: u32, aside_m: [f64; 2], draws: &mut Draws) -> Self {
+        let offset_m = aside_m.map(|aside_m| aside_m + draws.normal(0.07));
+        let kept = (-0.1_f64 / 0.7).exp();
+        let sd = if let Way::Stands(..) = way { 0.0 } else { 0.07 };
+        let mut now = [draws.normal(sd), draws.normal(sd)];
+        let mut wander_m = Vec::new();
+        for _ in 0..frames + 400 {
+            wander_m.push(now);
+            now = now.map(|now| kept * now + draws.normal(sd * (1.0 - kept * kept).sqrt()));
+        }
+        Self {
+            way,
+            contrast,
+            offset_m,
+            wander_m,
+        }
     }
-    let at = |_: usize, time_s: f64| {
-        let [x, y] = place(way, time_s);
-        let steps = wander.iter().zip(0_u32..);
+
+    fn at(&self, time_s: f64) -> [f64; 2] {
+        let [x, y] = place(self.way, time_s);
+        let steps = self.wander_m.iter().zip(0_u32..);
         let step = steps
             .take_while(|(_, index)| f64::from(*index) < 10.0 * time_s + 0.5)
             .last();
         let step = step.map_or([0.0; 2], |(step, _)| *step);
-        [x + offset_m[0] + step[0], y + offset_m[1] + step[1]]
-    };
-    let alone = parse(&text(&[way], f64::from(frames) / 10.0 + 30.0, at));
-    Simulator::without_grid(&alone, SENSOR).unwrap()
+        [
+            x + self.offset_m[0] + step[0],
+            y + self.offset_m[1] + step[1],
+        ]
+    }
 }
 
 /// What unit and room add, °C.
