@@ -82,6 +82,8 @@ pub enum ValidatorError {
         "the recording begins {starts:?} into the scene, which ends after {ends:?}\nhint: give an earlier start"
     )]
     NoOverlap { starts: Duration, ends: Duration },
+    #[error("the recording ends before the scene begins\nhint: give a later start")]
+    EndsBefore,
     #[error("stopped before there was a result")]
     Stopped,
     #[error(transparent)]

@@ -316,7 +316,7 @@ pub(crate) struct Compare {
     /// Scene time at which the recording begins, in seconds [default: by UTC if trajectories have it, else 0].
     ///
     /// Below 0 if it begins before the scene: those frames are left out.
-    #[arg(long, value_name = "SECONDS", value_parser = scene_seconds, allow_negative_numbers = true, hide_short_help = true)]
+    #[arg(long, value_name = "SECONDS", value_parser = scene_seconds, hide_short_help = true)]
     pub(crate) start: Option<f64>,
     /// Bins of a second set of entropies [default: the sensor's steps].
     ///

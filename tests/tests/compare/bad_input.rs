@@ -146,7 +146,7 @@ fn a_recording_of_another_resolution_is_refused_with_both() {
 }
 
 #[test]
-fn a_recording_that_begins_after_the_scene_has_ended_is_refused() {
+fn a_start_that_leaves_nothing_of_the_scene_is_refused() {
     let bench = Bench::new();
     let rows = bench.simulated(WALK, 40);
     let recording = bench.file("walk.csv", &rows);
@@ -155,8 +155,18 @@ fn a_recording_that_begins_after_the_scene_has_ended_is_refused() {
         &["3600", "ends after", "hint:"],
     );
     refused(
-        &compare(WALK, &recording, &["--start", "-1"]),
+        &compare(WALK, &recording, &["--start", "-3600"]),
+        &["ends before", "hint:"],
+    );
+    refused(
+        &compare(WALK, &recording, &["--start", "noon"]),
         &["--start", "seconds"],
+    );
+    let early = compare(WALK, &recording, &["--start", "-1"]);
+    assert_eq!(early.code, 1, "{early:?}");
+    assert!(
+        early.stdout.contains("would agree: --start 0.0"),
+        "{early:?}"
     );
 }
 

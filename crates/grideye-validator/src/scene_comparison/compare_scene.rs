@@ -225,6 +225,10 @@ fn timed(
             by: Duration::from_nanos(pair[0].boot_ns - pair[1].boot_ns),
         });
     }
+    let nothing = match read.is_empty() {
+        true => ValidatorError::NoFrames { side: Side::Real },
+        false => ValidatorError::EndsBefore,
+    };
     let mut timed = Vec::with_capacity(read.len());
     for Read {
         seq,
@@ -247,7 +251,7 @@ fn timed(
         });
     }
     if timed.is_empty() {
-        return Err(ValidatorError::NoFrames { side: Side::Real });
+        return Err(nothing);
     }
     Ok(timed)
 }

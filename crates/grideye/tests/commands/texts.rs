@@ -127,8 +127,8 @@ const BELOW_ZERO: &[(&str, i32, &str)] = &[
     ("convert rows.txt x.csv --rate -1", 2, "'-1' for '--rate"),
     (
         "compare --scene room.toml --recording recording.csv --start -0.5",
-        2,
-        "'-0.5' for '--start",
+        3,
+        "",
     ),
     (
         "collect --mqtt-presence-above -1.5",
