@@ -83,8 +83,11 @@ impl Comparison {
 }
 
 fn how(asked: &Asked) -> Result<Options, InputError> {
-    if asked.start_s.is_some_and(|start_s| !start_s.is_finite()) {
-        return Err(InputError::new("start is no number of seconds".to_owned()));
+    let is_no_time = |start_s: &f64| Duration::try_from_secs_f64(start_s.abs()).is_err();
+    if let Some(start_s) = asked.start_s.filter(is_no_time) {
+        return Err(InputError::new(format!(
+            "start is {start_s}, expected seconds, like 12.5 or -0.4"
+        )));
     }
     let binning = asked.binning.as_deref().map(str::parse::<Binning>);
     let binning = binning.transpose();
