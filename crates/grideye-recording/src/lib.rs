@@ -47,4 +47,4 @@ pub use grideye_frame::NAME_CHARS_MAX;
 pub use record::{
     COUNT_MAX, ClockState, NameError, Record, Row, Stamp, StreamId, UnknownClockState, check_name,
 };
-pub use sniff::{Layout, sensor_of, sniff};
+pub use sniff::{Layout, is_known_size, sensor_of, sniff};

@@ -33,20 +33,29 @@ pub fn sniff(first_line: impl AsRef<[u8]>) -> Option<Layout> {
     }
 }
 
+/// Sizes of images of other sensors, and of those that people interpolate to.
+const SIZES: [(usize, &str); 9] = [
+    (16, "4 x 4 pixels, as an Omron D6T-44L"),
+    (32, "16 x 2 or 32 x 1 pixels"),
+    (192, "16 x 12 pixels, as an MLX90641"),
+    (256, "16 x 16 pixels, as an HTPA16x16"),
+    (768, "32 x 24 pixels, as an MLX90640"),
+    (1_024, "32 x 32 pixels, as an HTPA32x32 or a D6T-32L"),
+    (4_900, "70 x 70 pixels, interpolated"),
+    (4_800, "80 x 60 pixels, as a Lepton 2"),
+    (19_200, "160 x 120 pixels, as a Lepton 3"),
+];
+
+/// Whether another sensor has this many pixels.
+#[must_use]
+pub fn is_known_size(pixels: usize) -> bool {
+    SIZES.iter().any(|(known, _)| *known == pixels)
+}
+
 /// A phrase for a sensor with this many pixels.
 #[must_use]
 pub fn sensor_of(pixels: usize) -> String {
-    let known = [
-        (16, "4 x 4 pixels, as an Omron D6T-44L"),
-        (32, "16 x 2 or 32 x 1 pixels"),
-        (192, "16 x 12 pixels, as an MLX90641"),
-        (256, "16 x 16 pixels, as an HTPA16x16"),
-        (768, "32 x 24 pixels, as an MLX90640"),
-        (1_024, "32 x 32 pixels, as an HTPA32x32 or a D6T-32L"),
-        (4_800, "80 x 60 pixels, as a Lepton 2"),
-        (19_200, "160 x 120 pixels, as a Lepton 3"),
-    ];
-    match known.iter().find(|(number, _)| *number == pixels) {
+    match SIZES.iter().find(|(number, _)| *number == pixels) {
         Some((_, words)) => format!("this one has {words}"),
         None => "this one is of another sensor".to_owned(),
     }

@@ -49,12 +49,14 @@ pub fn header() -> String {
 pub const LABELS_MAX: usize = 256;
 
 /// The text of a label or of its column's name as a recording holds it, which has no quotation marks: a comma becomes a
-/// semicolon, what is not ASCII or cannot be printed a question mark, and the rest is cut after 64 characters.
+/// semicolon, what is neither ASCII nor a letter or digit of any script a question mark, and the rest is cut after 64 characters.
 #[must_use]
 pub fn label(text: &str) -> String {
     let kept = |character: char| match character {
         ',' => ';',
         ' ' | '!'..='~' => character,
+        // In any script.
+        _ if character.is_alphanumeric() => character,
         _ => '?',
     };
     let text: String = text.trim().chars().take(NAME_CHARS_MAX).map(kept).collect();
