@@ -1,7 +1,7 @@
 //! What was taken for what, and what could not be read, for people.
 
 use crate::columns::{Role, Unit};
-use crate::plan::Plan;
+use crate::plan::{Plan, Scale};
 use core::fmt;
 
 /// What was taken for what. Its [`Display`](fmt::Display) is one line for each of them.
@@ -28,6 +28,8 @@ pub struct Tally {
     pub skipped: u64,
     /// Frames whose time could not be read; they follow the one before.
     pub untimed: u64,
+    /// Frames that the beginning of the file cuts: left out.
+    pub cut: u64,
     /// Pixels between two steps of the sensor, taken for the nearest one.
     pub between: u64,
     /// The farthest of them from its step, °C.
@@ -36,7 +38,9 @@ pub struct Tally {
 
 impl Account {
     pub(crate) fn of(plan: &Plan, container: String, zone: Option<String>) -> Self {
-        let column = |column: usize| match plan.has_names {
+        let is_named =
+            |column: usize| plan.has_names && plan.names[column] != format!("column{}", column + 1);
+        let column = |column: usize| match is_named(column) {
             true => format!("column {} ({})", column + 1, plan.names[column]),
             false => format!("column {}", column + 1),
         };
@@ -47,8 +51,13 @@ impl Account {
             plan.pixels.last().copied().unwrap_or(0),
         );
         let unit = match plan.unit {
-            Unit::Degrees => "°C",
-            Unit::Counts => "raw words of 0.25 °C",
+            Unit::Celsius => "°C",
+            Unit::Fahrenheit => "°F",
+            Unit::Kelvin => "kelvin",
+            Unit::Tenths => "tenths of °C",
+            Unit::Hundredths => "hundredths of °C",
+            Unit::Words => "raw words of 0.25 °C",
+            Unit::SignMagnitude => "raw words of 0.25 °C, sign and magnitude",
         };
         let place = match is_in_row {
             true => format!("{} to {}", column(first), last + 1),
@@ -60,9 +69,11 @@ impl Account {
         let mut taken = vec![(Role::Pixels.name(), format!("{place}, {unit}"))];
         let time = plan.time.as_ref().map(|time| {
             let columns: Vec<String> = time.columns.iter().map(|found| column(*found)).collect();
-            let kind = match time.unit {
-                Some((unit, true)) => format!("Unix time in {}", named(unit)),
-                Some((unit, false)) => format!("{} since some start", named(unit)),
+            let kind = match time.scale {
+                Some(Scale::Unix(unit)) => format!("Unix time in {}", named(unit)),
+                Some(Scale::Since(unit)) => format!("{} since some start", named(unit)),
+                Some(Scale::Ticks) => "ticks of .NET, in UTC".to_owned(),
+                Some(Scale::Days) => "days as spreadsheets count them, in UTC".to_owned(),
                 None => zone.unwrap_or_default(),
             };
             format!("{}: {kind}", columns.join(" and "))
@@ -82,6 +93,7 @@ impl Account {
             let labels: Vec<String> = plan.labels.iter().map(|found| column(*found)).collect();
             taken.push(("labels", labels.join(", ")));
         }
+        taken.extend(plan.notes.iter().map(|note| ("note", note.clone())));
         Self { container, taken }
     }
 }
@@ -126,6 +138,10 @@ impl fmt::Display for Tally {
         for (count, what) in [
             (self.empty, "rows without pixels were left out"),
             (self.skipped, "other lines were skipped"),
+            (
+                self.cut,
+                "frames that the beginning of the file cuts were left out",
+            ),
             (
                 self.untimed,
                 "frames without a readable time follow the one before",

@@ -1,15 +1,13 @@
 //! numpy's arrays: `.npy` (NEP 1: a text heading, then numbers) and `.npz`, a zip archive of them.
 
 use crate::cell::{Cell, Field, RawRow};
+use crate::columns::{Columns, Place, Role};
 use crate::error::ImportError;
 use crate::source::Held;
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
-use std::io::Read;
+use grideye_recording::is_known_size;
 
 pub(crate) const NPY_MAGIC: &[u8] = b"\x93NUMPY";
-pub(crate) const ZIP_MAGIC: &[u8] = b"PK\x03\x04";
-/// Bytes of one array after decompression.
-const ARRAY_BYTES_MAX: u64 = 1 << 31;
 const HINT: &str = "numpy.save(file, frames) writes what is read here: numbers of shape (N, 8, 8) or (N, 64), in C order";
 
 struct Array<'b> {
@@ -18,6 +16,9 @@ struct Array<'b> {
     /// The kind's letter, and bytes per value.
     kind: (char, usize),
     is_big: bool,
+    is_fortran: bool,
+    /// Whether the frames lie along the last axis, which `shape` has first.
+    has_frames_last: bool,
     data: &'b [u8],
 }
 
@@ -25,7 +26,11 @@ struct Array<'b> {
 pub(crate) fn npy(bytes: &[u8]) -> Result<Held, ImportError> {
     let array = Array::of(bytes)?;
     let (rows, cells) = array.rows();
-    if cells < PIXELS {
+    let is_image = matches!(array.shape[..], [_, _] | [_, 4..=9_999, 4..=9_999]);
+    if is_image && is_known_size(cells) {
+        return Err(ImportError::OtherSensor { found: cells });
+    }
+    if cells < PIXELS || array.shape.len() > 3 && cells > PIXELS {
         return Err(wrong(
             "the shape (N, 8, 8) or (N, 64)",
             format!("{:?}", array.shape),
@@ -34,38 +39,53 @@ pub(crate) fn npy(bytes: &[u8]) -> Result<Held, ImportError> {
     held(&[("frames".to_owned(), array)], rows, "numpy's .npy")
 }
 
-/// The rows of a `.npz`: its arrays with one entry for each frame.
-pub(crate) fn npz(bytes: &[u8]) -> Result<Held, ImportError> {
-    let entries =
-        entries(bytes).ok_or_else(|| wrong("a whole .npz", "a zip archive without its end"))?;
-    let mut files = Vec::new();
-    for entry in &entries {
-        let array = entry.content(bytes);
-        files.push((
-            entry.name.clone(),
-            array.ok_or_else(|| {
-                wrong(
-                    "a whole .npz",
-                    format!("{} cut or compressed in another way", entry.name),
-                )
-            })?,
-        ));
-    }
+/// The rows of a `.npz`: of the array with frames, with all that have one entry for each of them.
+pub(crate) fn npz(files: &[(String, Vec<u8>)], said: &Columns) -> Result<Held, ImportError> {
     let mut arrays = Vec::new();
-    for (name, bytes) in &files {
+    for (name, bytes) in files {
+        let name = name.trim_end_matches(".npy").to_owned();
         // What is no array of numbers or texts is not needed.
         if let Ok(array) = Array::of(bytes) {
-            arrays.push((name.trim_end_matches(".npy").to_owned(), array));
+            arrays.push((name, array));
         }
     }
-    let frames = arrays.iter().map(|(_, array)| array.rows());
-    let Some((rows, _)) = frames.filter(|(_, cells)| *cells >= PIXELS).max() else {
-        return Err(wrong(
-            "an array of shape (N, 8, 8) or (N, 64)",
-            "none in the archive",
-        ));
+    let asked = said.said.iter().find_map(|(role, place)| match place {
+        Place::Named(name) if *role == Role::Pixels => Some(name.as_str()),
+        _ => None,
+    });
+    let has_frames = |array: &Array<'_>| array.rows().1 >= PIXELS;
+    let is_asked = |name: &str| asked.is_none_or(|asked| asked == name);
+    let with_frames: Vec<&(String, Array<'_>)> = arrays
+        .iter()
+        .filter(|(name, array)| has_frames(array) && is_asked(name))
+        .collect();
+    let rows = match with_frames[..] {
+        [] => {
+            return Err(wrong(
+                "an array of shape (N, 8, 8) or (N, 64)",
+                "none in the archive",
+            ));
+        }
+        [(_, array)] => array.rows().0,
+        _ => {
+            let told: Vec<String> = with_frames
+                .iter()
+                .map(|(name, array)| format!("{name} {:?}", array.shape))
+                .collect();
+            let choices: Vec<String> = with_frames
+                .iter()
+                .map(|(name, _)| format!("--columns pixels={name}"))
+                .collect();
+            return Err(ImportError::unclear(
+                format!("several arrays may have frames: {}", told.join(", ")),
+                format!("convert one after the other: {}", choices.join(", ")),
+            ));
+        }
     };
-    arrays.retain(|(_, array)| array.shape.first() == Some(&rows));
+    let taken = with_frames[0].0.clone();
+    arrays.retain(|(name, array)| {
+        array.shape.first() == Some(&rows) && (!has_frames(array) || *name == taken)
+    });
     held(&arrays, rows, "numpy's .npz")
 }
 
@@ -79,6 +99,7 @@ fn held(arrays: &[(String, Array<'_>)], rows: usize, container: &str) -> Result<
         number: u64::try_from(row).unwrap_or(u64::MAX) + 1,
         fields: arrays.iter().map(|(_, array)| array.field(row)).collect(),
         is_whole: true,
+        is_torn: false,
     };
     let broken = (whole < rows).then(|| {
         let found = format!("the file ends, where its heading says {rows} frames");
@@ -97,6 +118,7 @@ fn held(arrays: &[(String, Array<'_>)], rows: usize, container: &str) -> Result<
             .collect::<Vec<_>>()
             .into_iter(),
         broken,
+        skipped: 0,
     })
 }
 
@@ -120,9 +142,7 @@ impl<'b> Array<'b> {
             .and_then(|rest| rest.split_at_checked(length))
             .ok_or_else(cut)?;
         let heading = String::from_utf8_lossy(heading);
-        if entry(&heading, "fortran_order") != Some("False") {
-            return Err(wrong("the order of C (fortran_order False)", "Fortran's"));
-        }
+        let is_fortran = entry(&heading, "fortran_order") != Some("False");
         let kind = entry(&heading, "descr")
             .unwrap_or_default()
             .trim_matches('\'')
@@ -138,30 +158,23 @@ impl<'b> Array<'b> {
             axis += 1;
             axis == 1 || *side != 1
         });
-        let mut letters = kind.chars();
-        let order = letters.next().unwrap_or(' ');
-        let letter = letters.next().unwrap_or(' ');
-        let size: usize = letters
-            .as_str()
-            .split('[')
-            .next()
-            .and_then(|size| size.parse().ok())
-            .unwrap_or(0);
-        let size = if letter == 'U' { 4 * size } else { size };
-        let is_known = matches!(
-            (letter, size),
-            ('f', 4 | 8) | ('i' | 'u', 1 | 2 | 4 | 8) | ('b', 1) | ('M', 8)
-        ) || (letter == 'U' && size > 0);
-        if !is_known {
-            return Err(wrong(
-                "an array of numbers",
-                format!("numbers of kind {kind:?}"),
-            ));
+        if matches!(shape[..], [1, _, ROWS, COLUMNS]) {
+            shape.remove(0);
         }
+        // Frames along the last axis; of eight the first one is taken.
+        let has_frames_last = matches!(shape[..], [ROWS, COLUMNS, last] if last != COLUMNS)
+            || matches!(shape[..], [PIXELS, last] if last != PIXELS && last > 1);
+        if has_frames_last {
+            let frames = shape.pop().unwrap_or(0);
+            shape.insert(0, frames);
+        }
+        let (kind, is_big) = kind_of(&kind)?;
         Ok(Self {
             shape,
-            kind: (letter, size),
-            is_big: order == '>',
+            kind,
+            is_big,
+            is_fortran,
+            has_frames_last,
             data,
         })
     }
@@ -177,25 +190,39 @@ impl<'b> Array<'b> {
         (rows, cells.unwrap_or(0))
     }
 
-    fn row_bytes(&self) -> usize {
-        self.rows().1.saturating_mul(self.kind.1).max(1)
+    /// The place of a row's cell among the numbers, which lie with the last axis or the first one closest together.
+    fn place(&self, row: usize, cell: usize) -> usize {
+        let (rows, cells) = self.rows();
+        let in_c_order = match (self.is_fortran, self.shape.len()) {
+            (true, 3) => COLUMNS * (cell % COLUMNS) + cell / COLUMNS,
+            _ => cell,
+        };
+        match self.is_fortran != self.has_frames_last {
+            true => in_c_order.saturating_mul(rows).saturating_add(row),
+            false => row.saturating_mul(cells).saturating_add(in_c_order),
+        }
     }
 
+    /// Rows of which all cells are there.
     fn whole_rows(&self) -> usize {
-        self.data.len() / self.row_bytes()
+        let (rows, cells) = self.rows();
+        let there = self.data.len() / self.kind.1;
+        match self.is_fortran != self.has_frames_last {
+            true if there < rows.saturating_mul(cells) => 0,
+            true => rows,
+            false => there / cells.max(1),
+        }
     }
 
     fn field(&self, row: usize) -> Field {
-        let from = row.saturating_mul(self.row_bytes());
-        let bytes = self
-            .data
-            .get(from..from.saturating_add(self.row_bytes()))
-            .unwrap_or_default();
-        let cells: Vec<Cell> = bytes
-            .chunks_exact(self.kind.1)
-            .map(|bytes| self.cell(bytes))
-            .collect();
-        match <[Cell; 1]>::try_from(cells) {
+        let size = self.kind.1;
+        let cells = (0..self.rows().1).map(|cell| {
+            let from = self.place(row, cell).saturating_mul(size);
+            self.data
+                .get(from..from.saturating_add(size))
+                .map_or(Cell::Empty, |bytes| self.cell(bytes))
+        });
+        match <[Cell; 1]>::try_from(cells.collect::<Vec<_>>()) {
             Ok([one]) => Field::One(one),
             Err(many) => Field::Many(many),
         }
@@ -212,6 +239,10 @@ impl<'b> Array<'b> {
             padded
         };
         match self.kind {
+            ('f', 2) => {
+                let [low, high, ..] = padded(0);
+                Cell::Number(half(u16::from_le_bytes([low, high])))
+            }
             ('f', 4) => {
                 let [a, b, c, d, ..] = padded(0);
                 Cell::Number(f64::from(f32::from_le_bytes([a, b, c, d])))
@@ -242,6 +273,45 @@ impl<'b> Array<'b> {
     }
 }
 
+/// The letter and the bytes of a number, and whether the high byte comes first.
+fn kind_of(kind: &str) -> Result<((char, usize), bool), ImportError> {
+    let mut letters = kind.chars();
+    let order = letters.next().unwrap_or(' ');
+    let letter = letters.next().unwrap_or(' ');
+    let size: usize = letters
+        .as_str()
+        .split('[')
+        .next()
+        .and_then(|size| size.parse().ok())
+        .unwrap_or(0);
+    let size = if letter == 'U' { 4 * size } else { size };
+    let is_known = matches!(
+        (letter, size),
+        ('f', 2 | 4 | 8) | ('i' | 'u', 1 | 2 | 4 | 8) | ('b', 1) | ('M', 8)
+    ) || (letter == 'U' && size > 0);
+    if !is_known {
+        return Err(wrong(
+            "an array of numbers",
+            match letter {
+                'O' => "one of Python's objects, which is a pickle".to_owned(),
+                _ => format!("numbers of kind {kind:?}"),
+            },
+        ));
+    }
+    Ok(((letter, size), order == '>'))
+}
+
+/// A number of 16 bits by IEEE 754: 1 of sign, 5 of exponent, 10 of fraction.
+fn half(bits: u16) -> f64 {
+    let (exponent, fraction) = (i32::from(bits >> 10 & 0x1f), f64::from(bits & 0x3ff));
+    let size = match exponent {
+        0 => fraction * 2_f64.powi(-24),
+        31 => f64::NAN,
+        _ => (1_024.0 + fraction) * 2_f64.powi(exponent - 25),
+    };
+    if bits >> 15 == 1 { -size } else { size }
+}
+
 /// The value of a key in the heading's dictionary, which numpy always writes the same way.
 fn entry<'h>(heading: &'h str, key: &str) -> Option<&'h str> {
     let (_, rest) = heading.split_once(&format!("'{key}':"))?;
@@ -251,64 +321,6 @@ fn entry<'h>(heading: &'h str, key: &str) -> Option<&'h str> {
         false => rest.find([',', '}'])?,
     };
     Some(rest[..end].trim_end())
-}
-
-/// A file in a zip archive, by its central directory (APPNOTE 4.3.12).
-struct Entry {
-    name: String,
-    method: u16,
-    compressed: usize,
-    offset: usize,
-}
-
-fn u16_at(bytes: &[u8], at: usize) -> Option<u16> {
-    Some(u16::from_le_bytes(*bytes.get(at..)?.first_chunk()?))
-}
-
-fn usize_at(bytes: &[u8], at: usize) -> Option<usize> {
-    usize::try_from(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?)).ok()
-}
-
-/// The archive's directory; `None` if it has none, or files beyond 4 GB.
-fn entries(bytes: &[u8]) -> Option<Vec<Entry>> {
-    let end = bytes.windows(4).rposition(|four| four == b"PK\x05\x06")?;
-    let (count, mut at) = (u16_at(bytes, end + 10)?, usize_at(bytes, end + 16)?);
-    let mut entries = Vec::new();
-    for _ in 0..count {
-        let name_length = usize::from(u16_at(bytes, at + 28)?);
-        let others = usize::from(u16_at(bytes, at + 30)?) + usize::from(u16_at(bytes, at + 32)?);
-        let name = bytes.get(at + 46..at + 46 + name_length)?;
-        entries.push(Entry {
-            name: String::from_utf8_lossy(name).into_owned(),
-            method: u16_at(bytes, at + 10)?,
-            compressed: usize_at(bytes, at + 20)?,
-            offset: usize_at(bytes, at + 42)?,
-        });
-        at += 46 + name_length + others;
-    }
-    Some(entries)
-}
-
-impl Entry {
-    fn content(&self, bytes: &[u8]) -> Option<Vec<u8>> {
-        let lengths = usize::from(u16_at(bytes, self.offset + 26)?)
-            + usize::from(u16_at(bytes, self.offset + 28)?);
-        let from = self.offset + 30 + lengths;
-        let stored = bytes.get(from..from.checked_add(self.compressed)?)?;
-        match self.method {
-            0 => Some(stored.to_vec()),
-            8 => {
-                let mut content = Vec::new();
-                let inflated = flate2::read::DeflateDecoder::new(stored);
-                inflated
-                    .take(ARRAY_BYTES_MAX)
-                    .read_to_end(&mut content)
-                    .ok()?;
-                Some(content)
-            }
-            _ => None,
-        }
-    }
 }
 
 fn wrong(expected: &str, found: impl Into<String>) -> ImportError {

@@ -26,6 +26,8 @@ pub(crate) struct RawRow {
     pub(crate) fields: Vec<Field>,
     /// Whether its end is certain; a text may be cut within its last number.
     pub(crate) is_whole: bool,
+    /// Whether it has no pixels but was meant to have: the frame is missing.
+    pub(crate) is_torn: bool,
 }
 
 /// What stands for nothing in other people's files, in lower case.

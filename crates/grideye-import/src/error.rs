@@ -22,11 +22,29 @@ pub enum ImportError {
     /// No row has the numbers of a frame.
     #[error(
         "expected rows of 64 numbers, found {found} at most\nhint: a frame is 64 numbers in a row, a list or eight lines of eight; {}",
-        sensor(*.found)
+        sensor(*.found, *.lines)
     )]
     NoFrame {
         /// The most numbers in a row.
         found: usize,
+        /// How many rows have as many.
+        lines: usize,
+    },
+    /// Rows of more numbers than a frame has, all of one kind.
+    #[error(
+        "{found} numbers in a row, all of one kind, where a Grid-EYE has 64: as of an image that was interpolated\nhint: these are rows of an image that was interpolated, of which the 8 x 8 pixels cannot be had: record what the sensor gave"
+    )]
+    Interpolated {
+        /// The numbers in a row.
+        found: usize,
+    },
+    /// A file that is no recording.
+    #[error("this is {found}\nhint: {hint}")]
+    Foreign {
+        /// What it is.
+        found: &'static str,
+        /// How to make a recording of it.
+        hint: &'static str,
     },
     /// Frames of another size.
     #[error(
@@ -74,8 +92,8 @@ impl ImportError {
         }
     }
 
-    pub(crate) const fn no_frame(found: usize) -> Self {
-        Self::NoFrame { found }
+    pub(crate) const fn no_frame(found: usize, lines: usize) -> Self {
+        Self::NoFrame { found, lines }
     }
 
     pub(crate) fn unclear(what: impl Into<String>, hint: impl Into<String>) -> Self {
@@ -104,10 +122,14 @@ impl ImportError {
     }
 }
 
-fn sensor(found: usize) -> String {
+fn sensor(found: usize, lines: usize) -> String {
     match found {
-        0 => "this file has none".to_owned(),
-        16 | 32 => sensor_of(found),
+        0 => "this file has no frame".to_owned(),
+        1..=7 if lines >= 64 => "if it has one pixel a line (a long table), put the 64 of a frame into one line".to_owned(),
+        4 => "rows of 4 are those of 4 x 4 pixels, as a D6T has".to_owned(),
+        16 | 32 if lines < 8 => sensor_of(found),
+        16 | 17 => "16 are the 4 x 4 pixels of a D6T, or a row of 16 x 16, or of 12 x 16, as an MLX90641 has".to_owned(),
+        32 => "rows of 32 are those of 24 x 32 pixels, as an MLX90640 has, or of 32 x 32".to_owned(),
         _ => "this file has other rows".to_owned(),
     }
 }

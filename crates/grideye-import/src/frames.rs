@@ -3,8 +3,8 @@
 use crate::account::Tally;
 use crate::cell::{Cell, RawRow};
 use crate::columns::Unit;
-use crate::moment::{Moment, NS_PER_DAY, parse};
-use crate::plan::Plan;
+use crate::moment::{Decimal, Moment, NS_PER_DAY, parse};
+use crate::plan::{Plan, Scale};
 use amg8833::word;
 use grideye_frame::{Celsius, NoData, PIXELS, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::{COUNT_MAX, ClockState, Record, Row, Stamp, StreamId, check_name};
@@ -12,8 +12,14 @@ use std::collections::BTreeMap;
 
 /// Printed values this close to a step are one.
 const PRINTED_CELSIUS: f64 = 1e-5;
+/// A chip is never as hot, in °C.
+const PRINTED_MAX_C: f64 = 128.0;
 /// Twelve bits of two's complement, and more of a driver that does not cut them.
+/// The bit of a raw word that is its sign.
+const SIGN: i32 = 1 << 11;
 const COUNTS: core::ops::RangeInclusive<f64> = -2048.0..=4095.0;
+/// Negative words of a driver that keeps sixteen bits.
+const SIXTEEN_BITS: core::ops::RangeInclusive<f64> = 63_488.0..=65_535.0;
 
 /// What is assumed of a file that does not say it.
 #[derive(Debug, Clone)]
@@ -38,10 +44,15 @@ struct State {
     next_seq: u64,
     /// The number in the file that is `seq` 0.
     first_number: Option<i64>,
+    last_number: Option<i64>,
     last: Option<When>,
     t_boot_ns: u64,
-    /// Midnights passed, for times of day.
-    days_ns: i64,
+    /// Midnights passed, for times of day; for counters, what they began anew.
+    passed_ns: i64,
+    /// The last number of a counter.
+    counter: Option<i64>,
+    /// The stamp of the last row, and how many rows had it, where several frames share one.
+    shared: Option<(i64, i64)>,
 }
 
 /// A time of a row, on a scale of its own or since 1970.
@@ -64,7 +75,11 @@ impl Frames {
 
     /// The row's record; `None` if it has no pixels at all.
     pub(crate) fn row(&mut self, raw: &RawRow) -> Option<Row> {
-        let cells = raw.flat();
+        let mut cells = raw.flat();
+        if raw.is_torn {
+            // What stands before a frame is there.
+            cells.resize(self.plan.width, Cell::Empty);
+        }
         let is_whole = cells.len() == self.plan.width;
         let cells = if is_whole { cells } else { Vec::new() };
         let pixels = || {
@@ -73,17 +88,22 @@ impl Frames {
                 .iter()
                 .filter_map(|column| cells.get(*column))
         };
-        let is_empty = is_whole && pixels().all(Cell::is_empty);
+        let is_empty = is_whole && !raw.is_torn && pixels().all(Cell::is_empty);
         let frame = if is_empty { None } else { self.frame(&cells) };
         let stream = self.stream(&cells);
-        let when = self.when(&cells);
         let number = self
             .plan
             .number
             .and_then(|column| integer(cells.get(column)?));
         let mut state = self.streams.get(&stream).copied().unwrap_or_default();
+        let when = self.when(&cells, &mut state);
         let seq = state.seq(number);
-        let stamp = state.stamp(when, self.assumed.period_ns);
+        let turn_ns = self
+            .plan
+            .time
+            .as_ref()
+            .map_or(NS_PER_DAY, |time| time.turn_ns);
+        let stamp = state.stamp(when, self.assumed.period_ns, turn_ns);
         self.streams.insert(stream.clone(), state);
         if is_empty {
             self.tally.empty += 1;
@@ -125,12 +145,15 @@ impl Frames {
         let (mut between, mut farthest_c) = (0, self.tally.farthest_c);
         for (word, column) in pixels.iter_mut().zip(&self.plan.pixels) {
             let value = cells.get(*column)?.number()?;
-            *word = match self.plan.unit {
-                Unit::Counts => counted(value)?,
-                Unit::Degrees => word::pixel_word(celsius(value)).ok()?,
-            };
-            let away_c = (f64::from(word::pixel_celsius(*word).get()) - value).abs();
-            if self.plan.unit == Unit::Degrees && away_c > PRINTED_CELSIUS {
+            let unit = self.plan.unit;
+            if unit.is_words() {
+                *word = counted(value, unit)?;
+                continue;
+            }
+            let value_c = unit.celsius(value);
+            *word = word::pixel_word(celsius(value_c)).ok()?;
+            let away_c = (f64::from(word::pixel_celsius(*word).get()) - value_c).abs();
+            if away_c > PRINTED_CELSIUS {
                 between += 1;
                 farthest_c = away_c.max(farthest_c);
             }
@@ -148,11 +171,18 @@ impl Frames {
     }
 
     fn thermistor(&self, value: f64) -> Option<ThermistorWord> {
+        let unit = self.plan.unit;
         // No chip has 130 °C, and raw words of 8 °C are above it.
-        if self.plan.unit == Unit::Counts && value.abs() > 127.9375 {
-            return counted(value).map(|PixelWord(word)| ThermistorWord(word));
+        if unit.is_words() && value.abs() > 127.9375 {
+            return counted(value, Unit::Words).map(|PixelWord(word)| ThermistorWord(word));
         }
-        word::thermistor_word(celsius(value)).ok()
+        // Beside pixels of another unit it may be in °C all the same.
+        let value_c = if value > PRINTED_MAX_C || unit == Unit::Fahrenheit {
+            unit.celsius(value)
+        } else {
+            value
+        };
+        word::thermistor_word(celsius(value_c)).ok()
     }
 
     fn stream(&self, cells: &[Cell]) -> StreamId {
@@ -178,7 +208,7 @@ impl Frames {
         }
     }
 
-    fn when(&self, cells: &[Cell]) -> Option<When> {
+    fn when(&self, cells: &[Cell], state: &mut State) -> Option<When> {
         let time = self.plan.time.as_ref()?;
         let texts: Option<Vec<_>> = time
             .columns
@@ -186,15 +216,41 @@ impl Frames {
             .map(|column| Some(cells.get(*column)?.text()))
             .collect();
         let midnight_ns = self.assumed.midnight_ns;
-        let (ns, is_utc, is_clock) = match (parse(&texts?.join(" "), Some(time.order))?, time.unit)
-        {
-            (Moment::Number(number), Some((unit, is_utc))) => (number.scaled(unit)?, is_utc, false),
+        let moment = parse(&texts?.join(" "), Some(time.order))?;
+        let (ns, is_utc, is_clock) = match (moment, time.scale) {
+            (Moment::Number(number), Some(scale)) => {
+                let wrapped_ns = match scale {
+                    Scale::Since(_) if number.is_integer() => {
+                        state.wrapped_ns(number.scaled(0)?, scale.ns(Decimal::ONE)?)
+                    }
+                    _ => 0,
+                };
+                (
+                    scale.ns(number)?.checked_add(wrapped_ns)?,
+                    scale.is_utc(),
+                    false,
+                )
+            }
             (Moment::Utc(ns), None) => (ns, true, false),
+            (Moment::Local(ns), None) => (ns.checked_sub(time.zone_ns)?, true, false),
             (Moment::Day(day), None) => (day.checked_mul(NS_PER_DAY)?, true, false),
             (Moment::Clock(ns), None) => {
-                (midnight_ns.unwrap_or(0) + ns, midnight_ns.is_some(), true)
+                let ns = ns.checked_sub(if midnight_ns.is_some() {
+                    time.zone_ns
+                } else {
+                    0
+                })?;
+                (
+                    midnight_ns.unwrap_or(0).checked_add(ns)?,
+                    midnight_ns.is_some(),
+                    true,
+                )
             }
             _ => return None,
+        };
+        let ns = match time.spread {
+            Some((period_ns, step_ns)) => ns.checked_add(state.within(ns, period_ns, step_ns)?)?,
+            None => ns,
         };
         Some(When {
             ns,
@@ -205,9 +261,38 @@ impl Frames {
 }
 
 impl State {
+    /// What a counter of 16 or 32 bits that began anew lacks, in nanoseconds.
+    fn wrapped_ns(&mut self, count: i64, unit_ns: i64) -> i64 {
+        if let Some(last) = self.counter.replace(count) {
+            self.passed_ns = self
+                .passed_ns
+                .saturating_add(begun_anew(last, count).unwrap_or(0).saturating_mul(unit_ns));
+        }
+        self.passed_ns
+    }
+
+    /// How far behind its stamp a frame is that shares it.
+    fn within(&mut self, stamp_ns: i64, period_ns: u64, step_ns: u64) -> Option<i64> {
+        let index = match self.shared {
+            Some((last, count)) if last == stamp_ns => count + 1,
+            _ => 0,
+        };
+        self.shared = Some((stamp_ns, index));
+        let within = i64::try_from(period_ns).ok()?.checked_mul(index)?;
+        // More frames than expected stay before the next stamp.
+        Some(within.min(i64::try_from(step_ns).ok()? - 1))
+    }
+
     /// The file's own number if it goes on from the one before, else the next.
     fn seq(&mut self, number: Option<i64>) -> u64 {
         let since = number.and_then(|number| {
+            if let Some(more) = self
+                .last_number
+                .replace(number)
+                .and_then(|last| begun_anew(last, number))
+            {
+                self.first_number = self.first_number.map(|first| first - more);
+            }
             let first = *self.first_number.get_or_insert(number);
             u64::try_from(number.checked_sub(first)?).ok()
         });
@@ -219,16 +304,18 @@ impl State {
         seq
     }
 
-    fn stamp(&mut self, when: Option<When>, period_ns: u64) -> Stamp {
+    fn stamp(&mut self, when: Option<When>, period_ns: u64, turn_ns: i64) -> Stamp {
         let mut clock = ClockState::Unsynced;
         let mut passed_ns = if self.begun { period_ns } else { 0 };
         let mut when = when;
         if let (Some(when), Some(last)) = (&mut when, self.last) {
-            when.ns = when.ns.saturating_add(self.days_ns);
+            when.ns = when
+                .ns
+                .saturating_add(if when.is_clock { self.passed_ns } else { 0 });
             // Past midnight a time of day begins again.
-            if when.is_clock && last.ns.saturating_sub(when.ns) > NS_PER_DAY / 2 {
-                self.days_ns += NS_PER_DAY;
-                when.ns = when.ns.saturating_add(NS_PER_DAY);
+            if when.is_clock && last.ns.saturating_sub(when.ns) > turn_ns / 2 {
+                self.passed_ns += turn_ns;
+                when.ns = when.ns.saturating_add(turn_ns);
             }
             match u64::try_from(when.ns.saturating_sub(last.ns)) {
                 Ok(passed) => passed_ns = passed,
@@ -278,10 +365,29 @@ fn celsius(value: f64) -> Celsius {
     clippy::cast_possible_truncation,
     reason = "an integer in the range"
 )]
-fn counted(value: f64) -> Option<PixelWord> {
-    if value.fract() != 0.0 || !COUNTS.contains(&value) {
+fn counted(value: f64, unit: Unit) -> Option<PixelWord> {
+    if value.fract() != 0.0 || !COUNTS.contains(&value) && !SIXTEEN_BITS.contains(&value) {
         return None;
     }
-    let count = (value as i32).rem_euclid(4096);
-    u16::try_from(count).ok().map(PixelWord)
+    let count = match value as i32 {
+        count if unit == Unit::SignMagnitude && count >= SIGN => SIGN - count,
+        count => count,
+    };
+    u16::try_from(count.rem_euclid(2 * SIGN))
+        .ok()
+        .map(PixelWord)
+}
+
+/// What a counter of 16 or 32 bits lacks that was near its end and is near its beginning.
+fn begun_anew(last: i64, count: i64) -> Option<i64> {
+    let near_end = |size: &i64| (size / 8 * 7..*size).contains(&last);
+    let sizes = [1_i64 << 16, 1 << 32];
+    let unsigned = sizes
+        .into_iter()
+        .find(|size| near_end(size) && (0..size / 8).contains(&count));
+    // The greatest of 32 bits with a sign is followed by the least.
+    let signed = sizes
+        .into_iter()
+        .find(|size| near_end(&(size / 2)) && (-size / 2..-size / 8 * 3).contains(&count));
+    unsigned.or(signed)
 }

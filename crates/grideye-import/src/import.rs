@@ -1,8 +1,9 @@
 //! Opens a file of any layout.
 
 use crate::account::{Account, Tally};
-use crate::arrays::{NPY_MAGIC, ZIP_MAGIC, npy, npz};
+use crate::arrays::{NPY_MAGIC, npy, npz};
 use crate::columns::Columns;
+use crate::container::{self, Unpacked, held};
 use crate::error::ImportError;
 use crate::frames::{Assumed, Frames};
 use crate::plan::Plan;
@@ -17,10 +18,6 @@ use std::io::{Cursor, Read};
 
 /// Rows by which the columns are told.
 const SAMPLE_ROWS: usize = 256;
-/// Bytes by which the container is told.
-const HEAD_BYTES: u64 = 1 << 16;
-/// Bytes of a file that is read at once: arrays, Parquet and JSON.
-const HELD_BYTES_MAX: u64 = 1 << 32;
 
 /// What is said about a file, instead of guessing.
 #[derive(Debug, Clone)]
@@ -70,56 +67,50 @@ struct Told {
 /// # Errors
 /// [`ImportError`], with what to say in [`Options::columns`] where the columns are not clear.
 pub fn open(
-    mut input: impl Read + Send + 'static,
+    input: impl Read + Send + 'static,
     name: &str,
     options: &Options,
 ) -> Result<Import, ImportError> {
-    let unread = |error: std::io::Error| ImportError::broken("at its beginning", error.to_string());
-    let mut head = Vec::new();
-    (&mut input)
-        .take(HEAD_BYTES)
-        .read_to_end(&mut head)
-        .map_err(unread)?;
+    let Unpacked {
+        head,
+        rest,
+        name,
+        arrays,
+        is_workbook,
+    } = container::unpack(Box::new(input), name)?;
     let layout = sniff(&head);
     if let Some(found) = layout.and_then(|_| other_resolution(&head)) {
         return Err(ImportError::OtherSensor { found });
     }
-    let text = String::from_utf8_lossy(&head).into_owned();
-    let container = if head.starts_with(NPY_MAGIC) {
-        npy
-    } else if head.starts_with(ZIP_MAGIC) {
-        npz
-    } else {
-        |bytes: &[u8]| tables::rows(bytes.to_vec())
-    };
-    let sheet = options.columns.sheet.as_deref();
-    let is_workbook = head.starts_with(ZIP_MAGIC) && contains(&head, WORKBOOK);
+    let said = &options.columns;
+    let sheet = said.sheet.as_deref();
     if let (Some(sheet), false) = (sheet, is_workbook) {
         return Err(ImportError::unclear(
             format!("there is no sheet {sheet}"),
             "only a workbook (.xlsx) has sheets: leave sheet= out",
         ));
     }
-    let is_binary = [NPY_MAGIC, ZIP_MAGIC, tables::MAGIC]
-        .iter()
-        .any(|magic| head.starts_with(magic));
-    let input = Cursor::new(head).chain(input);
-    let rows: Box<dyn Rows + Send> = match layout {
-        Some(Layout::Recording) => return recording(input),
-        Some(Layout::Linaige) => return session(input, name),
-        None if is_workbook => workbook(held(input)?, sheet)?,
-        None if is_binary => Box::new(container(&held(input)?)?),
-        None if json::is_json(&text) => {
+    let is_array = head.starts_with(NPY_MAGIC);
+    let is_parquet = head.starts_with(tables::MAGIC);
+    let text = String::from_utf8_lossy(&head).into_owned();
+    let input = Cursor::new(head).chain(rest);
+    let rows: Box<dyn Rows + Send> = match (layout, arrays) {
+        (Some(Layout::Recording), _) => return recording(input),
+        (Some(Layout::Linaige), _) => return session(input, &name),
+        (None, Some(arrays)) => Box::new(npz(&arrays, said)?),
+        _ if is_workbook => workbook(held(input)?, said)?,
+        _ if is_array => Box::new(npy(&held(input)?)?),
+        _ if is_parquet => Box::new(tables::rows(held(input)?)?),
+        _ if json::is_json(&text) => {
             let bytes = held(input)?;
-            let text = String::from_utf8_lossy(&bytes).into_owned();
-            match json::rows(&text) {
+            match json::rows(&String::from_utf8_lossy(&bytes)) {
                 Some(rows) => Box::new(rows),
-                None => Box::new(TextRows::new(Cursor::new(bytes))?),
+                None => Box::new(TextRows::new(Cursor::new(bytes), said)?),
             }
         }
-        None => Box::new(TextRows::new(input)?),
+        _ => Box::new(TextRows::new(input, said)?),
     };
-    told(rows, name, options)
+    told(rows, &name, options)
 }
 
 /// The number of pixels in a known layout's header, if it is not a Grid-EYE's.
@@ -136,32 +127,18 @@ fn other_resolution(head: &[u8]) -> Option<usize> {
     is_other.then_some(pixels)
 }
 
-/// In the head of a zip archive that is a workbook, and of no other: where its parts are.
-const WORKBOOK: &[u8] = b"xl/";
-
-fn contains(head: &[u8], part: &[u8]) -> bool {
-    head.windows(part.len()).any(|window| window == part)
-}
-
 #[cfg(feature = "xlsx")]
-fn workbook(bytes: Vec<u8>, sheet: Option<&str>) -> Result<Box<dyn Rows + Send>, ImportError> {
-    Ok(Box::new(crate::sheets::rows(bytes, sheet)?))
+fn workbook(bytes: Vec<u8>, said: &Columns) -> Result<Box<dyn Rows + Send>, ImportError> {
+    Ok(Box::new(crate::sheets::rows(bytes, said)?))
 }
 
 #[cfg(not(feature = "xlsx"))]
-fn workbook(_bytes: Vec<u8>, _sheet: Option<&str>) -> Result<Box<dyn Rows + Send>, ImportError> {
+fn workbook(_bytes: Vec<u8>, _said: &Columns) -> Result<Box<dyn Rows + Send>, ImportError> {
     Err(ImportError::Container {
         expected: "a file that this build reads".to_owned(),
         found: "a workbook".to_owned(),
         hint: "save the sheet as CSV",
     })
-}
-
-fn held(input: impl Read) -> Result<Vec<u8>, ImportError> {
-    let mut bytes = Vec::new();
-    let read = input.take(HELD_BYTES_MAX).read_to_end(&mut bytes);
-    read.map_err(|error| ImportError::broken("at its beginning", error.to_string()))?;
-    Ok(bytes)
 }
 
 fn recording(input: impl Read + Send + 'static) -> Result<Import, ImportError> {
@@ -208,7 +185,7 @@ fn told(
             Err(error) => broken = Some(error),
         }
     }
-    let plan = Plan::of(rows.names(), &sample, &options.columns)?;
+    let plan = Plan::of(rows.names(), &sample, &options.columns, rows.unit())?;
     let midnight_ns = linaige::Date::from_file_name(name)
         .ok()
         .map(linaige::Date::midnight_utc_ns);
@@ -266,6 +243,7 @@ impl Import {
             Source::Known(_) => None,
             Source::Told(told) => Some(Tally {
                 skipped: told.rows.skipped(),
+                cut: told.rows.cut(),
                 ..told.frames.tally
             }),
         }

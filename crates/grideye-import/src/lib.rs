@@ -4,6 +4,7 @@ mod account;
 mod arrays;
 mod cell;
 mod columns;
+mod container;
 mod error;
 mod frames;
 mod import;

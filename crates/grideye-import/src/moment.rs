@@ -10,6 +10,8 @@ pub(crate) const NS_PER_DAY: i64 = 86_400 * NS_PER_S;
 pub(crate) enum Moment {
     /// Nanoseconds since 1970-01-01 UTC.
     Utc(i64),
+    /// The same where no zone is said, or only letters, which many zones share.
+    Local(i64),
     /// A day: days since 1970-01-01.
     Day(i64),
     /// A time of day in nanoseconds.
@@ -29,6 +31,11 @@ pub(crate) struct Decimal {
 const DIGITS_MAX: usize = 34;
 
 impl Decimal {
+    pub(crate) const ONE: Self = Self {
+        digits: 1,
+        scale: 0,
+    };
+
     /// Of a plain or scientific notation.
     pub(crate) fn parse(text: &str) -> Option<Self> {
         let (mantissa, exponent) = match text.split_once(['e', 'E']) {
@@ -78,14 +85,20 @@ pub(crate) enum Order {
 
 /// The moment in a cell's text.
 pub(crate) fn parse(text: &str, order: Option<Order>) -> Option<Moment> {
-    let text = text.trim().trim_end_matches([':', ',', ';']);
+    let text = text
+        .trim()
+        .trim_end_matches([':', ',', ';'])
+        .trim_matches(['[', ']', '(', ')', '<', '>']);
+    if let Some(moment) = in_digits(text) {
+        return Some(moment);
+    }
     if let Some(number) = Decimal::parse(text) {
         return Some(Moment::Number(number));
     }
     if let Some((ns, None)) = clock(text) {
         return Some(Moment::Clock(ns));
     }
-    if let Some(moment) = unix_date(text) {
+    if let Some(moment) = with_named_month(text) {
         return Some(moment);
     }
     let (day, rest) = day(text, order)?;
@@ -96,33 +109,113 @@ pub(crate) fn parse(text: &str, order: Option<Order>) -> Option<Moment> {
         rest.strip_prefix(['T', 't', ' ', '_', '-', ','])?
             .trim_start(),
     )?;
-    utc(day, ns, offset_ns.unwrap_or(0))
+    moment(day, ns, offset_ns)
 }
 
-fn utc(day: i64, ns: i64, offset_ns: i64) -> Option<Moment> {
-    let midnight = day.checked_mul(NS_PER_DAY)?;
-    midnight.checked_add(ns - offset_ns).map(Moment::Utc)
+/// `20210701181407`, with a fraction or without, and with a sign between day and time.
+fn in_digits(text: &str) -> Option<Moment> {
+    let (first, rest) = digits(text);
+    let time = match first.len() {
+        14 => format!("{}{rest}", &first[8..]),
+        8 => rest
+            .strip_prefix(['_', '-', 'T', ' '])
+            .filter(|rest| digits(rest).0.len() == 6)?
+            .to_owned(),
+        _ => return None,
+    };
+    let part = |from: usize, to: usize| first[from..to].parse().ok();
+    let day = days_since_1970(
+        part(0, 4).filter(|year| (1_970..2_100).contains(year))?,
+        part(4, 6)?,
+        part(6, 8)?,
+    )?;
+    let (ns, offset_ns) = clock(&format!("{}:{}:{}", &time[..2], &time[2..4], &time[4..]))?;
+    moment(day, ns, offset_ns)
+}
+
+fn moment(day: i64, ns: i64, offset_ns: Option<i64>) -> Option<Moment> {
+    let local = day.checked_mul(NS_PER_DAY)?.checked_add(ns)?;
+    Some(match offset_ns {
+        Some(offset) => Moment::Utc(local.checked_sub(offset)?),
+        None => Moment::Local(local),
+    })
+}
+
+/// The letters of a zone that is not UTC, in a stamp.
+pub(crate) fn zone_letters(text: &str) -> Option<&str> {
+    let mut words = text
+        .split_whitespace()
+        .map(|word| word.trim_matches(['(', ')', '[', ']']));
+    words.find(|word| is_zone(word) && !["UTC", "GMT"].contains(word))
+}
+
+/// Halves of a day, and what loggers write behind a time.
+const NO_ZONES: [&str; 9] = [
+    "AM", "PM", "INFO", "DEBUG", "WARN", "ERROR", "TRACE", "FATAL", "LOG",
+];
+
+/// Whether a word may name a zone: `CET`, `Europe/Berlin`.
+fn is_zone(word: &str) -> bool {
+    let is_short =
+        (2..=5).contains(&word.len()) && word.bytes().all(|byte| byte.is_ascii_uppercase());
+    let is_place = word.contains('/') && word.starts_with(|first: char| first.is_ascii_uppercase());
+    (is_short || is_place) && !NO_ZONES.contains(&word)
+}
+
+/// Whether a time of day has two parts and no fraction: hours and minutes, or minutes and seconds.
+pub(crate) fn has_two_parts(text: &str) -> bool {
+    text.matches(':').count() == 1 && !text.contains(['.', ','])
+}
+
+/// Whether a time of day has only minutes and seconds.
+pub(crate) fn is_past_the_hour(text: &str) -> bool {
+    text.matches(':').count() == 1 && !has_two_parts(text)
 }
 
 const MONTHS: [&str; 12] = [
     "Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec",
 ];
 
-/// `Tue Nov 21 04:09:25 2017`, as C's `ctime` and the command `date` print it; the latter adds a zone, only UTC of which
-/// is unambiguous.
-fn unix_date(text: &str) -> Option<Moment> {
-    let mut words: Vec<&str> = text.split_whitespace().collect();
-    if words.len() == 6 {
-        ["UTC", "GMT"].contains(&words[4]).then_some(())?;
-        words.remove(4);
-    }
-    let [_, month, day, time, year] = words[..] else {
-        return None;
+/// A day with its month's name, as C's `ctime`, mail, the command `date` and system logs have it: `Tue Nov 21 04:09:25 2017`,
+/// `21 Nov 2017 04:09:25 +0100`, `Nov 21 04:09:25`; the last has no year, and is a time of day.
+fn with_named_month(text: &str) -> Option<Moment> {
+    let (mut month, mut day, mut year, mut time) = (None, None, None, String::new());
+    let is_date = |word: &&str| {
+        !word.contains(':') && word.contains('-') && word.contains(char::is_alphabetic)
     };
-    let month = MONTHS.iter().position(|name| *name == month)?;
-    let month = i64::try_from(month).ok()? + 1;
-    let day = days_since_1970(year.parse().ok()?, month, day.parse().ok()?)?;
-    utc(day, clock(time)?.0, 0)
+    let words = text
+        .split([' ', ',', '\t'])
+        .flat_map(|word| match is_date(&word) {
+            true => word.split('-').collect::<Vec<_>>(),
+            false => vec![word],
+        });
+    for word in words.filter(|word| !word.is_empty()) {
+        let number = word.trim_end_matches('.').parse::<i64>().ok();
+        let named = MONTHS
+            .iter()
+            .zip(1_i64..)
+            .find(|(name, _)| word.starts_with(**name));
+        match (named, number) {
+            (Some((_, number)), None) if month.is_none() => month = Some(number),
+            (None, Some(number)) if word.len() == 4 && year.is_none() => year = Some(number),
+            (None, Some(number)) if word.len() <= 3 && day.is_none() => day = Some(number),
+            _ if word.contains(':') && time.is_empty() => word.clone_into(&mut time),
+            _ if ["AM", "PM", "am", "pm"].contains(&word)
+                || word.starts_with(['+', '-'])
+                || is_zone(word) =>
+            {
+                time = time + " " + word;
+            }
+            // The day of the week.
+            _ if month.is_none() && word.chars().all(char::is_alphabetic) => {}
+            _ => return None,
+        }
+    }
+    let (ns, offset_ns) = clock(time.trim())?;
+    match year {
+        Some(year) => moment(days_since_1970(year, month?, day?)?, ns, offset_ns),
+        None => (month.is_some() && day.is_some()).then_some(Moment::Clock(ns)),
+    }
 }
 
 /// The day that the text begins with, and the text after it.
@@ -198,14 +291,23 @@ fn clock(text: &str) -> Option<(i64, Option<i64>)> {
         return None;
     }
     let (seconds, rest) = match rest.strip_prefix(separator) {
-        Some(rest) => digits(rest),
-        None => ("0", rest),
+        Some(rest) => {
+            let (seconds, rest) = digits(rest);
+            (Some(seconds), rest)
+        }
+        None => (None, rest),
     };
-    let (fraction, rest) = match rest.strip_prefix(['.', ',', ':']) {
+    let (fraction, rest) = match rest.strip_prefix(['.', ',', ':', separator]) {
         Some(rest) => digits(rest),
         None => ("", rest),
     };
     let fraction_ns = Decimal::parse(&format!("0.{fraction}0"))?.scaled(9)?;
+    // A fraction is one of seconds: `16:00.5` are minutes and seconds.
+    let (hours, minutes, seconds) = match seconds {
+        Some(seconds) => (hours, minutes, seconds),
+        None if fraction.is_empty() => (hours, minutes, "0"),
+        None => ("0", hours, minutes),
+    };
     let [hours, minutes, seconds] = [hours, minutes, seconds].map(|text| text.parse::<i64>().ok());
     let (mut hours, minutes, seconds) = (hours?, minutes?, seconds?);
     let rest = rest.trim_start();
@@ -224,20 +326,26 @@ fn clock(text: &str) -> Option<(i64, Option<i64>)> {
     Some((ns, offset_ns(rest.trim())?))
 }
 
-/// `Some(None)` for none, `None` for something else.
-fn offset_ns(text: &str) -> Option<Option<i64>> {
+/// `Some(None)` for none, or for letters that many zones share; `None` for something else.
+pub(crate) fn offset_ns(text: &str) -> Option<Option<i64>> {
+    // `UTC+1` is one hour east, and `+01:00[Europe/Berlin]` says it twice.
+    let named = text
+        .strip_prefix("UTC")
+        .or_else(|| text.strip_prefix("GMT"))
+        .filter(|rest| !rest.is_empty());
+    let text = named.unwrap_or(text).split('[').next().unwrap_or_default();
     let sign = match text.chars().next() {
         None => return Some(None),
         Some('+') => 1,
         Some('-') => -1,
         Some(_) if ["Z", "z", "UTC", "GMT"].contains(&text) => return Some(Some(0)),
-        Some(_) => return None,
+        Some(_) => return is_zone(text.trim_matches(['(', ')', '[', ']'])).then_some(None),
     };
     let plain: String = text[1..].split(':').collect();
-    if !plain.bytes().all(|byte| byte.is_ascii_digit()) || ![2, 4].contains(&plain.len()) {
+    if !plain.bytes().all(|byte| byte.is_ascii_digit()) || ![1, 2, 4].contains(&plain.len()) {
         return None;
     }
-    let hours: i64 = plain[..2].parse().ok()?;
+    let hours: i64 = plain[..plain.len().min(2)].parse().ok()?;
     let minutes: i64 = plain.get(2..4).map_or(Ok(0), str::parse).ok()?;
     Some(Some(sign * (hours * 60 + minutes) * 60 * NS_PER_S))
 }
@@ -270,13 +378,36 @@ mod tests {
             ("1.7.2021 18:14:07:", whole),
             ("Thu Jul  1 18:14:07 2021", whole),
             ("Thu Jul  1 18:14:07 UTC 2021", whole),
+            ("Thu Jul  1 18:14:07 CEST 2021", whole),
+            ("Thu, 1 Jul 2021 20:14:07 +0200", whole),
+            ("01-Jul-2021 18:14:07", whole),
+            ("Jul 1, 2021 6:14:07 PM", whole),
+            ("[2021-07-01 18:14:07]", whole),
             ("2021-07-01T18:14:07.123456789Z", whole + 123_456_789),
         ] {
-            assert_eq!(at(text), Some(Moment::Utc(ns)), "{text}");
+            let found = match at(text) {
+                Some(Moment::Utc(found) | Moment::Local(found)) => Some(found),
+                _ => None,
+            };
+            assert_eq!(found, Some(ns), "{text}");
         }
+        assert_eq!(at("2021-07-01 18:14:07Z"), Some(Moment::Utc(whole)));
+        assert_eq!(at("2021-07-01 18:14:07 CEST"), Some(Moment::Local(whole)));
+        assert_eq!(zone_letters("Thu Jul  1 18:14:07 CEST 2021"), Some("CEST"));
+        assert_eq!(zone_letters("Thu Jul  1 06:14:07 PM UTC 2021"), None);
         assert_eq!(at("2021-07-01"), Some(Moment::Day(18_809)));
         let clock = ((18 * 60 + 14) * 60 + 7) * NS_PER_S;
-        for text in ["18:14:07", "18_14_07", "18:14:07:", "6:14:07 pm"] {
+        assert_eq!(
+            at("14:07.5"),
+            Some(Moment::Clock((14 * 60 + 7) * NS_PER_S + NS_PER_S / 2))
+        );
+        for text in [
+            "18:14:07",
+            "18_14_07",
+            "18:14:07:",
+            "6:14:07 pm",
+            "Jul  1 18:14:07",
+        ] {
             assert_eq!(at(text), Some(Moment::Clock(clock)), "{text}");
         }
         for text in [

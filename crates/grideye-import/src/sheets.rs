@@ -1,6 +1,7 @@
 //! Workbooks (`.xlsx`): a sheet is a text of cells separated by tabs, so that all layouts of texts are read.
 
 use crate::cell::RawRow;
+use crate::columns::Columns;
 use crate::error::ImportError;
 use crate::source::Rows;
 use crate::text::{Separator, TextRows};
@@ -30,19 +31,23 @@ pub(crate) struct SheetRows {
 }
 
 /// The rows of the sheet with frames, or of the one that is asked for.
-pub(crate) fn rows(bytes: Vec<u8>, asked: Option<&str>) -> Result<SheetRows, ImportError> {
+pub(crate) fn rows(bytes: Vec<u8>, said: &Columns) -> Result<SheetRows, ImportError> {
     let mut book = Xlsx::new(Cursor::new(bytes)).map_err(|error| wrong(&error))?;
     let sheets = book.sheets_metadata().iter();
     let sheets = sheets.filter(|sheet| sheet.typ == SheetType::WorkSheet);
     let names: Vec<String> = sheets.map(|sheet| sheet.name.clone()).collect();
-    let asked = asked.map(|asked| place_of(&names, asked)).transpose()?;
-    let (mut found, mut without) = (Vec::new(), ImportError::no_frame(0));
+    let asked = said
+        .sheet
+        .as_deref()
+        .map(|asked| place_of(&names, asked))
+        .transpose()?;
+    let (mut found, mut without) = (Vec::new(), ImportError::no_frame(0, 0));
     for (place, name) in names.iter().enumerate() {
         if asked.is_some_and(|asked| asked != place) {
             continue;
         }
         let text = text_of(&mut book, name)?;
-        match TextRows::separated(Cursor::new(text), Some(Separator::Tab)) {
+        match TextRows::separated(Cursor::new(text), Some(Separator::Tab), said) {
             Ok(rows) => found.push((place, rows)),
             Err(error) => without = error,
         }

@@ -1,6 +1,7 @@
 //! What every container gives: rows of cells, and the names of their columns if it has any.
 
 use crate::cell::RawRow;
+use crate::columns::Unit;
 use crate::error::ImportError;
 
 pub(crate) trait Rows {
@@ -15,6 +16,16 @@ pub(crate) trait Rows {
         0
     }
 
+    /// Frames that the beginning of the file cuts.
+    fn cut(&self) -> u64 {
+        0
+    }
+
+    /// The unit that stands behind the numbers.
+    fn unit(&self) -> Option<Unit> {
+        None
+    }
+
     /// What the container is, for people.
     fn container(&self) -> String;
 }
@@ -26,6 +37,8 @@ pub(crate) struct Held {
     pub(crate) rows: std::vec::IntoIter<RawRow>,
     /// Told after the last row: where the file breaks off.
     pub(crate) broken: Option<ImportError>,
+    /// Lines that are no rows.
+    pub(crate) skipped: u64,
 }
 
 impl Rows for Held {
@@ -41,6 +54,10 @@ impl Rows for Held {
                 Ok(row)
             }
         }
+    }
+
+    fn skipped(&self) -> u64 {
+        self.skipped
     }
 
     fn container(&self) -> String {

@@ -40,6 +40,7 @@ pub(crate) fn rows(bytes: Vec<u8>) -> Result<Held, ImportError> {
             number,
             fields: fields.collect(),
             is_whole: true,
+            is_torn: false,
         });
     }
     Ok(Held {
@@ -47,6 +48,7 @@ pub(crate) fn rows(bytes: Vec<u8>) -> Result<Held, ImportError> {
         names,
         rows: rows.into_iter(),
         broken,
+        skipped: 0,
     })
 }
 

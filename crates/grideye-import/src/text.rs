@@ -1,58 +1,57 @@
 //! Text: lines of fields, with one frame in a line or over eight, and lines of other facts between.
 
+mod beside;
+mod blocks;
+mod facts;
+mod hex;
+mod layout;
+mod lead;
 mod lines;
 mod split;
 
-pub(crate) use split::Separator;
+pub(crate) use facts::stated;
+pub(crate) use split::{Separator, list};
 
-use crate::cell::{Cell, Field, RawRow};
+use crate::cell::{Field, RawRow};
+use crate::columns::{Columns, Unit};
 use crate::error::ImportError;
 use crate::source::Rows;
+use beside::Beside;
+use blocks::{Block, BlockRow, Gap};
 use grideye_frame::{COLUMNS, PIXELS};
+use layout::{Kind, Layout};
 use lines::{Line, Lines};
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 use std::io::Read;
 
 /// Lines by which the layout is told.
-const HEAD_LINES: usize = 256;
-/// A line with as many cells was meant to be a frame.
-const TORN_MIN: usize = PIXELS / 2;
-/// Facts between two frames; more are none.
-const BETWEEN_MAX: usize = 16;
-
-/// How frames lie in the lines.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Frames {
-    /// One in a line, or in a list over several.
-    Lines,
-    /// One in eight lines of eight numbers.
-    Blocks,
-}
+const HEAD_LINES: usize = 512;
 
 pub(crate) struct TextRows<R> {
     lines: Lines<R>,
     /// Lines that were read to tell the layout.
     head: VecDeque<Line>,
-    separator: Separator,
-    frames: Frames,
-    names: Option<Vec<String>>,
-    /// The line of the header, which is no row.
-    header: Option<u64>,
-    /// The number of fields in lines between frames.
-    between: usize,
-    pending: Vec<Field>,
-    block: Vec<Cell>,
+    layout: Layout,
+    beside: Beside,
+    /// Since the last row of a block.
+    gap: Gap,
+    ready: VecDeque<RawRow>,
+    ended: bool,
     ends: Ends,
     skipped: u64,
 }
 
 impl<R: Read> TextRows<R> {
-    pub(crate) fn new(input: R) -> Result<Self, ImportError> {
-        Self::separated(input, None)
+    pub(crate) fn new(input: R, said: &Columns) -> Result<Self, ImportError> {
+        Self::separated(input, None, said)
     }
 
     /// With a known separator.
-    pub(crate) fn separated(input: R, separator: Option<Separator>) -> Result<Self, ImportError> {
+    pub(crate) fn separated(
+        input: R,
+        separator: Option<Separator>,
+        said: &Columns,
+    ) -> Result<Self, ImportError> {
         let mut lines = Lines::new(input);
         let mut head = VecDeque::new();
         while head.len() < HEAD_LINES {
@@ -61,126 +60,20 @@ impl<R: Read> TextRows<R> {
             };
             head.push_back(line);
         }
-        let texts: Vec<&str> = head
-            .iter()
-            .filter(|line| !is_comment(&line.text))
-            .map(|line| line.text.as_str())
-            .collect();
-        let separator = separator.unwrap_or_else(|| Separator::of(&texts));
-        let mut rows = Self {
+        let is_all = head.len() < HEAD_LINES;
+        let layout = Layout::of(head.make_contiguous(), separator, said.first_row, is_all)?;
+        let beside = Beside::of(&layout, head.make_contiguous(), said.between)?;
+        Ok(Self {
             lines,
-            separator,
-            frames: Frames::Lines,
-            names: None,
-            header: None,
-            between: 0,
-            pending: Vec::new(),
-            block: Vec::new(),
+            head,
+            layout,
+            beside,
+            gap: Gap::default(),
+            ready: VecDeque::new(),
+            ended: false,
             ends: Ends::default(),
             skipped: 0,
-            head: VecDeque::new(),
-        };
-        rows.tell(&head)?;
-        rows.head = head;
-        Ok(rows)
-    }
-
-    /// Tells from the first lines how the frames lie, and what the columns are called.
-    fn tell(&mut self, head: &VecDeque<Line>) -> Result<(), ImportError> {
-        let fields = |line: &Line| self.fields(&line.text);
-        let data = || head.iter().filter(|line| !is_comment(&line.text));
-        let wide: Vec<Vec<Field>> = data().map(fields).filter(|row| is_wide(row)).collect();
-        let blocks = data().map(fields).filter(|row| is_block_line(row)).count();
-        if wide.is_empty() && blocks < COLUMNS {
-            let widest = data().map(fields).map(|row| numbers(&row)).max();
-            return Err(ImportError::no_frame(widest.unwrap_or(0)));
-        }
-        self.frames = match wide.is_empty() {
-            true => Frames::Blocks,
-            false => Frames::Lines,
-        };
-        let columns = wide.first().map_or(0, Vec::len);
-        let (names, header) = self.header_of(head, columns);
-        self.between = self.between_of(data().filter(|line| Some(line.number) != header));
-        if let Some(names) = names {
-            // Those of facts between frames have no name.
-            let unnamed = vec![String::new(); self.between];
-            self.names = Some([unnamed, names].concat());
-        }
-        self.header = header;
-        Ok(())
-    }
-
-    /// The names of the columns, and the line in which they are.
-    fn header_of(
-        &self,
-        head: &VecDeque<Line>,
-        columns: usize,
-    ) -> (Option<Vec<String>>, Option<u64>) {
-        for line in head {
-            let text = line.text.trim_start_matches(['#', '%', ' ']);
-            let names: Vec<String> = self
-                .separator
-                .split(text)
-                .iter()
-                .map(|name| unquoted(name))
-                .collect();
-            let is_data = is_wide(&self.fields(&line.text));
-            // A row of numbers names columns if they count up, as pandas writes them.
-            let is_header = !is_data && names.iter().all(|name| name.parse::<f64>().is_err());
-            if is_header || (is_data && counts_up(&names)) {
-                match names.len() + 1 == columns {
-                    // R writes no name above those of the rows.
-                    true => {
-                        return (
-                            Some([vec![String::new()], names].concat()),
-                            Some(line.number),
-                        );
-                    }
-                    false if names.len() == columns => return (Some(names), Some(line.number)),
-                    false => {}
-                }
-            }
-            if is_data {
-                break;
-            }
-        }
-        (None, None)
-    }
-
-    /// The number of fields that most frames have in the lines before them.
-    fn between_of<'l>(&self, data: impl Iterator<Item = &'l Line>) -> usize {
-        let (mut counts, mut before, mut in_block) = (BTreeMap::<usize, usize>::new(), 0, 0);
-        for line in data {
-            let fields = self.fields(&line.text);
-            let is_frame = match self.frames {
-                Frames::Lines => is_wide(&fields),
-                Frames::Blocks if is_block_line(&fields) => {
-                    in_block = (in_block + 1) % COLUMNS;
-                    if in_block != 0 {
-                        continue;
-                    }
-                    true
-                }
-                Frames::Blocks => false,
-            };
-            if is_frame {
-                *counts.entry(before).or_default() += 1;
-                before = 0;
-            } else if is_fact(&line.text, &fields) {
-                before += self.fields(stated(&line.text)).len();
-            }
-        }
-        let most = counts.into_iter().max_by_key(|(_, count)| *count);
-        most.map_or(0, |(between, _)| between).min(BETWEEN_MAX)
-    }
-
-    fn fields(&self, text: &str) -> Vec<Field> {
-        let texts = self.separator.split(text);
-        texts
-            .into_iter()
-            .map(|text| self.separator.field(text))
-            .collect()
+        })
     }
 
     fn line(&mut self) -> Result<Option<Line>, ImportError> {
@@ -190,141 +83,122 @@ impl<R: Read> TextRows<R> {
         }
     }
 
-    /// The row of this frame, with the facts before it.
-    fn row(&mut self, line: &Line, frame: Vec<Field>) -> RawRow {
-        let mut fields = std::mem::take(&mut self.pending);
-        fields.resize(self.between, Field::One(Cell::Empty));
-        fields.extend(frame);
-        let is_whole = line.ended || self.ends.are_whole(&line.text);
-        self.ends.take(&line.text);
-        RawRow {
-            number: line.number,
-            fields,
-            is_whole,
+    fn take(&mut self, line: &Line) {
+        let read = self.layout.read(line);
+        self.gap.blanks += line.blanks;
+        match read.kind {
+            Kind::Blank => self.gap.blanks += 1,
+            Kind::Comment | Kind::Header => self.gap.others += 1,
+            Kind::Frame => {
+                let is_whole = line.ended || self.ends.are_whole(&line.text);
+                self.ends.take(&line.text);
+                let row = self
+                    .beside
+                    .row(line.number, read.facts, Some(read.fields), is_whole);
+                self.ready.extend(row);
+            }
+            Kind::Torn => {
+                let row = self.beside.row(line.number, read.facts, None, true);
+                self.ready.extend(row);
+            }
+            Kind::BlockRow => {
+                let gap = std::mem::take(&mut self.gap);
+                let cells = read.fields.iter().flat_map(Field::cells).cloned().collect();
+                let row = BlockRow {
+                    line: line.number,
+                    width: COLUMNS,
+                    cells,
+                    facts: read.facts,
+                    gap,
+                };
+                let ended = self
+                    .layout
+                    .blocks
+                    .as_mut()
+                    .and_then(|blocks| blocks.push(row));
+                self.give(ended, true);
+                let is_whole = line.ended || self.ends.are_whole(&line.text);
+                self.ends.take(&line.text);
+                if !is_whole {
+                    self.ends.is_cut = true;
+                }
+            }
+            Kind::Other => {
+                self.gap.others += 1;
+                if !self.beside.knows(&read.facts) {
+                    self.skipped += 1;
+                    return;
+                }
+                let ended = self.layout.blocks.as_mut().and_then(blocks::Blocks::end);
+                self.give(ended, true);
+                let lost = self.beside.between(line.number, read.facts);
+                self.ready.extend(lost);
+            }
         }
     }
 
-    /// A line between frames. A block that it cuts short is a torn frame.
-    fn between(&mut self, line: &Line, fields: Vec<Field>) -> Option<RawRow> {
-        let torn = std::mem::take(&mut self.block);
-        let row = (!torn.is_empty()).then(|| self.row(line, vec![Field::Many(torn)]));
-        if self.between > 0 && is_fact(&line.text, &fields) {
-            let facts = self.fields(stated(&line.text));
-            self.pending.extend(facts);
-            self.pending.truncate(BETWEEN_MAX);
-        } else if row.is_none() && cells(&fields) >= TORN_MIN {
-            return Some(self.row(line, fields));
-        } else {
-            self.skipped += 1;
+    fn give(&mut self, block: Option<Block>, is_whole: bool) {
+        if let Some(block) = block {
+            let rows = self
+                .beside
+                .row(block.line, block.facts, block.frame, is_whole);
+            self.ready.extend(rows);
         }
-        row
+    }
+
+    /// The last frame, which its end may have cut.
+    fn end(&mut self) {
+        let last = self.layout.blocks.as_mut().and_then(blocks::Blocks::end);
+        let is_whole = last.as_ref().is_none_or(|last| last.frame.is_some()) && !self.ends.is_cut;
+        self.give(last, is_whole);
+        let held = self.beside.end();
+        self.ready.extend(held);
     }
 }
 
 impl<R: Read> Rows for TextRows<R> {
     fn names(&self) -> Option<&[String]> {
-        self.names.as_deref()
+        self.beside.names()
     }
 
     fn next(&mut self) -> Result<Option<RawRow>, ImportError> {
-        while let Some(line) = self.line()? {
-            if is_comment(&line.text) || Some(line.number) == self.header {
-                continue;
+        loop {
+            if let Some(row) = self.ready.pop_front() {
+                return Ok(Some(row));
             }
-            let fields = self.fields(&line.text);
-            match self.frames {
-                Frames::Lines if is_wide(&fields) => return Ok(Some(self.row(&line, fields))),
-                Frames::Blocks if is_block_line(&fields) => {
-                    self.block
-                        .extend(fields.iter().flat_map(Field::cells).cloned());
-                    if self.block.len() == PIXELS {
-                        let frame = std::mem::take(&mut self.block);
-                        return Ok(Some(self.row(&line, vec![Field::Many(frame)])));
-                    }
-                }
-                _ => {
-                    if let Some(torn) = self.between(&line, fields) {
-                        return Ok(Some(torn));
-                    }
+            if self.ended {
+                return Ok(None);
+            }
+            match self.line()? {
+                Some(line) => self.take(&line),
+                None => {
+                    self.ended = true;
+                    self.end();
                 }
             }
         }
-        let torn = std::mem::take(&mut self.block);
-        if torn.is_empty() {
-            return Ok(None);
-        }
-        let end = Line {
-            number: 0,
-            text: String::new(),
-            ended: false,
-        };
-        let row = self.row(&end, vec![Field::Many(torn)]);
-        Ok(Some(RawRow {
-            is_whole: false,
-            ..row
-        }))
     }
 
     fn skipped(&self) -> u64 {
         self.skipped
     }
 
-    fn container(&self) -> String {
-        match self.frames {
-            Frames::Lines => format!("a text of fields separated by {}", self.separator.name()),
-            Frames::Blocks => "a text with a frame in eight lines".to_owned(),
-        }
+    fn cut(&self) -> u64 {
+        self.layout.blocks.as_ref().map_or(0, |blocks| blocks.cut)
     }
-}
 
-fn is_comment(text: &str) -> bool {
-    text.trim_start().starts_with(['#', '%'])
-}
+    fn unit(&self) -> Option<Unit> {
+        self.layout.unit
+    }
 
-fn unquoted(text: &str) -> String {
-    text.trim().trim_matches(['"', '\'']).trim().to_owned()
-}
-
-fn cells(row: &[Field]) -> usize {
-    row.iter().map(|field| field.cells().len()).sum()
-}
-
-fn numbers(row: &[Field]) -> usize {
-    let cells = row.iter().flat_map(Field::cells);
-    cells.filter(|cell| cell.number().is_some()).count()
-}
-
-/// Whether a frame fits into the row.
-fn is_wide(row: &[Field]) -> bool {
-    let cells = row.iter().flat_map(Field::cells);
-    cells
-        .filter(|cell| cell.is_empty() || cell.number().is_some())
-        .count()
-        >= PIXELS
-}
-
-fn is_block_line(row: &[Field]) -> bool {
-    cells(row) == COLUMNS && numbers(row) == COLUMNS
-}
-
-/// Whether a line between frames may say when or what, and is not a caption.
-fn is_fact(text: &str, row: &[Field]) -> bool {
-    cells(row) < TORN_MIN && text.bytes().any(|byte| byte.is_ascii_digit())
-}
-
-/// What a line between frames says, without the words around it: `12.5` of `Time: 12.5 s`.
-fn stated(text: &str) -> &str {
-    let value = text
-        .split_once([':', '='])
-        .filter(|(caption, _)| !caption.contains(|letter: char| letter.is_ascii_digit()));
-    let value = value.map_or(text, |(_, value)| value).trim();
-    match value.split_once(' ') {
-        Some((number, unit))
-            if number.parse::<f64>().is_ok() && unit.chars().all(char::is_alphabetic) =>
-        {
-            number
+    fn container(&self) -> String {
+        match self.layout.blocks {
+            None => format!(
+                "a text of fields separated by {}",
+                self.layout.separator.name()
+            ),
+            Some(_) => "a text with a frame in eight lines".to_owned(),
         }
-        _ => value,
     }
 }
 
@@ -336,6 +210,8 @@ struct Ends {
     decimals: usize,
     is_fixed: bool,
     is_quarters: bool,
+    /// Whether the last row of a block may be cut.
+    is_cut: bool,
 }
 
 impl Ends {
@@ -356,11 +232,22 @@ impl Ends {
         if !ends_in_number(text) {
             return true;
         }
+        if self.count == 0 {
+            // The first line: as the numbers before its last one.
+            let numbers = text
+                .rsplit([',', ';', ' ', '\t'])
+                .take(PIXELS)
+                .map(decimals_at_end);
+            let decimals: Vec<usize> = numbers.collect();
+            return decimals[0] > 0
+                && decimals.len() >= COLUMNS
+                && decimals.iter().all(|count| *count == decimals[0]);
+        }
         let decimals = decimals_at_end(text);
         let is_fixed = self.is_fixed && decimals == self.decimals;
         let has_fractions = !self.is_fixed || self.decimals > 0;
         let is_quarter = self.is_quarters && has_fractions && is_quarter(text);
-        self.count > 0 && decimals > 0 && (is_fixed || is_quarter)
+        decimals > 0 && (is_fixed || is_quarter)
     }
 }
 
@@ -379,19 +266,4 @@ fn decimals_at_end(text: &str) -> usize {
 fn is_quarter(text: &str) -> bool {
     let decimals = &text[text.len() - decimals_at_end(text)..];
     ["", "25", "5", "75"].contains(&decimals.trim_end_matches('0'))
-}
-
-/// Whether 64 of the names are numbers that count up from 0 or 1.
-fn counts_up(names: &[String]) -> bool {
-    let numbers = names.iter().map(|name| name.parse::<u64>().ok());
-    let numbers: Vec<Option<u64>> = numbers.collect();
-    numbers.windows(PIXELS).any(|window| {
-        let from = |first: u64| {
-            window
-                .iter()
-                .zip(first..)
-                .all(|(found, number)| *found == Some(number))
-        };
-        from(0) || from(1)
-    })
 }

@@ -351,7 +351,8 @@ pub(crate) struct Convert {
     /// Roles of the columns [default: guessed].
     ///
     /// ROLE=COLUMN,... where ROLE is time, pixels, thermistor, number, sensor, device, boot or label, and COLUMN a number from
-    /// 1, a name or none: time=1,pixels=2-65. unit=counts are raw words. sheet=2 is the second of a workbook.
+    /// 1, a name or none: time=1,pixels=2-65. unit= is celsius, fahrenheit, kelvin, tenths, hundredths, words or
+    /// words-sign-magnitude; zone=+01:00 is that of times without one; sheet=2 the second of a workbook.
     #[arg(long, value_name = "COLUMNS")]
     pub(crate) columns: Option<String>,
     /// Frame rate of a file without times.

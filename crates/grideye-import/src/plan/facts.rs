@@ -21,6 +21,7 @@ pub(super) struct Facts {
     /// Whether most are one more than the one before.
     pub(super) counts: bool,
     pub(super) is_large: bool,
+    pub(super) median: f64,
     /// Whether all values are the same.
     pub(super) is_constant: bool,
     /// Whether nearly all are stamps of a day and a time, of a day, or of a time alone.
@@ -56,6 +57,7 @@ impl Facts {
             is_sixteenth: multiples(16.0),
             rises: is_number && count > 1 && pairs().all(|pair| pair[1] > pair[0]),
             counts: is_integer && count > 1 && follow.count() * 10 >= 9 * (count - 1),
+            median: median(&numbers),
             is_large: is_number && numbers.iter().all(|number| *number >= LARGE),
             is_constant: there
                 .clone()
@@ -64,6 +66,12 @@ impl Facts {
             stamps: stamps(there, order),
         }
     }
+}
+
+fn median(numbers: &[f64]) -> f64 {
+    let mut sorted = numbers.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// A few damaged values do not change what a column is.
@@ -76,7 +84,7 @@ fn stamps<'c>(there: impl Iterator<Item = &'c Cell>, order: Option<Order>) -> Op
     for cell in there {
         count += 1;
         match parse(&cell.text(), order) {
-            Some(Moment::Utc(_)) => found[0] += 1,
+            Some(Moment::Utc(_) | Moment::Local(_)) => found[0] += 1,
             Some(Moment::Day(_)) => found[1] += 1,
             Some(Moment::Clock(_)) => found[2] += 1,
             Some(Moment::Number(_)) | None => {}

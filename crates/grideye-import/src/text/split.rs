@@ -7,30 +7,44 @@ use crate::cell::{Cell, Field};
 pub(crate) enum Separator {
     Tab,
     Semicolon,
+    Bar,
     Comma,
     Blank,
 }
+
+/// What stands behind a number: a unit, or a frame drawn around.
+const SUFFIXES: [&str; 9] = ["°C", "ºC", "degC", "°F", "ºF", "degF", "C", "F", "K"];
 
 impl Separator {
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Tab => "tabs",
             Self::Semicolon => "semicolons",
+            Self::Bar => "bars",
             Self::Comma => "commas",
             Self::Blank => "blanks",
         }
     }
 
-    const fn character(self) -> char {
+    pub(super) const fn character(self) -> char {
         match self {
             Self::Tab => '\t',
             Self::Semicolon => ';',
+            Self::Bar => '|',
             Self::Comma => ',',
             Self::Blank => ' ',
         }
     }
 
-    /// The first of tab, semicolon and comma that most lines have outside lists and quotation marks; else blanks.
+    /// Whether a line ends in the separator.
+    pub(super) fn is_at_end(self, line: &str) -> bool {
+        self != Self::Blank
+            && line
+                .trim_end_matches([' ', '\r'])
+                .ends_with(self.character())
+    }
+
+    /// The first of tab, semicolon, bar and comma that most lines have outside lists and quotation marks; else blanks.
     pub(super) fn of(lines: &[&str]) -> Self {
         let is_decimal_comma = |line: &&str| {
             let words = || line.split_whitespace();
@@ -47,7 +61,7 @@ impl Separator {
             // Of lines of time and lines of frames, half have it.
             with.count() * 3 > lines.len()
         };
-        let found = [Self::Tab, Self::Semicolon, Self::Comma]
+        let found = [Self::Tab, Self::Semicolon, Self::Bar, Self::Comma]
             .into_iter()
             .find(has);
         found.unwrap_or(Self::Blank)
@@ -86,8 +100,11 @@ impl Separator {
     pub(super) fn field(self, text: &str) -> Field {
         // As of `12: 24.5 24.75`.
         let text = text.trim_end_matches(':');
-        if self != Self::Comma {
-            if let Some(decimal) = decimal_comma(text) {
+        let quoted = text
+            .strip_prefix(['"', '\''])
+            .and_then(|text| text.strip_suffix(['"', '\'']));
+        if self != Self::Comma || quoted.is_some() {
+            if let Some(decimal) = decimal_comma(quoted.unwrap_or(text)) {
                 return Field::One(Cell::Text(decimal));
             }
         }
@@ -95,22 +112,53 @@ impl Separator {
             |character: char| character.is_whitespace() || ",;[](){}\"'".contains(character);
         let inner = text.trim().strip_prefix("array(").unwrap_or(text);
         let mut tokens = inner.split(between).filter(|token| !token.is_empty());
-        let is_number = |token: &str| token.parse::<f64>().is_ok();
-        let Some(first) = tokens.next().filter(|token| is_number(token)) else {
+        let Some(first) = tokens.next().and_then(number) else {
             return Field::One(Cell::of_text(text));
         };
         let mut cells = vec![Cell::of_text(first)];
-        for token in tokens {
-            if !is_number(token) {
+        for token in tokens.filter(|token| !SUFFIXES.contains(token) && !token.starts_with("dtype"))
+        {
+            let Some(number) = number(token) else {
                 return Field::One(Cell::of_text(text));
-            }
-            cells.push(Cell::of_text(token));
+            };
+            cells.push(Cell::of_text(number));
         }
         match cells.len() {
             1 => Field::One(cells.remove(0)),
             _ => Field::Many(cells),
         }
     }
+}
+
+/// The numbers of a text that is a list of them, of a frame's row at least.
+pub(crate) fn list(text: &str) -> Option<Vec<Cell>> {
+    let texts = [Separator::Semicolon, Separator::Comma]
+        .into_iter()
+        .find(|separator| separator.split(text).len() >= 8);
+    let cells: Vec<Cell> = match texts {
+        Some(separator) => separator
+            .split(text)
+            .into_iter()
+            .flat_map(|text| separator.field(text).cells().to_vec())
+            .collect(),
+        None => Separator::Comma.field(text).cells().to_vec(),
+    };
+    (cells.len() >= 8 && cells.iter().all(|cell| cell.number().is_some())).then_some(cells)
+}
+
+/// A number without the unit behind it.
+pub(super) fn number(token: &str) -> Option<&str> {
+    let bare = SUFFIXES
+        .iter()
+        .find_map(|suffix| token.strip_suffix(suffix));
+    let bare = bare.unwrap_or(token);
+    bare.parse::<f64>().is_ok().then_some(bare)
+}
+
+/// The unit behind a number.
+pub(super) fn unit_of(token: &str) -> Option<&'static str> {
+    number(token)?;
+    SUFFIXES.into_iter().find(|suffix| token.ends_with(suffix))
 }
 
 /// `24,5` with a point.

@@ -108,7 +108,10 @@ fn what_cannot_be_guessed_is_asked_for_by_name() {
         found.starts_with("which 64 of 65 columns of numbers are the pixels is not clear\nhint: "),
         "{found}"
     );
-    assert!(found.contains("--columns pixels=1-64,label=65"), "{found}");
+    assert!(
+        found.contains("--columns pixels=1-64,label=65 if the last is none"),
+        "{found}"
+    );
     let mut read = said(twin, "walk.csv", "pixels=1-64,label=65").unwrap();
     assert_frames(
         &read.by_ref().map(Result::unwrap).collect::<Vec<_>>(),
@@ -122,8 +125,8 @@ fn what_cannot_be_guessed_is_asked_for_by_name() {
     let fifty = "50,".repeat(64) + "\n";
     assert_eq!(
         refusal(fifty.repeat(4), ""),
-        "whether pixels of 50 are 50 °C or raw words of 12.5 °C is not clear\n\
-         hint: say which: --columns unit=degrees or --columns unit=counts"
+        "the unit of the pixels is not clear (whole numbers): their median 50 would be 50.0 °C in celsius, 10.0 °C in fahrenheit, 5.0 °C in tenths, 0.5 °C in hundredths, 12.5 °C in words\n\
+         hint: say the unit if you know it: --columns unit=celsius or --columns unit=fahrenheit or --columns unit=tenths or --columns unit=hundredths or --columns unit=words"
     );
     for (unit, read_c) in [("unit=degrees", 50.0), ("unit=counts", 12.5)] {
         let mut import = said(fifty.repeat(4), "walk.csv", unit).unwrap();

@@ -1,6 +1,8 @@
 //! Layouts of text and JSON that are read without options.
 
-use crate::support::{assert_frames, celsius, guessed, pixels, printed, rows, said, thermistor};
+use crate::support::{
+    assert_frames, celsius, guessed, pixels, printed, refusal, rows, said, thermistor,
+};
 use grideye_import::{Import, Options, open};
 use grideye_recording::{ClockState, Row, csv, linaige};
 use std::io::Cursor;
@@ -90,22 +92,30 @@ fn times_are_kept_to_the_nanosecond() {
         ("2021-07-01,18:14:07.25", 1_625_163_247_250_000_000),
         ("Tue Nov 21 04:09:25 2017", 1_511_237_365_000_000_000),
     ] {
-        let text = lines(|frame| format!("{stamp},{}", printed(frame, ",")));
-        let rows = rows(text);
-        assert_frames(&rows, FRAMES, stamp);
+        let rows = rows(format!("{stamp},{}\n", printed(0, ",")));
+        assert_frames(&rows, 1, stamp);
         assert_eq!(rows[0].record.stamp.t_utc_ns, begin_ns, "{stamp}");
         assert_eq!(rows[0].record.stamp.clock, ClockState::Unsynced);
     }
     // A JSON number is one of floating point, and still means its shortest decimal.
-    let text = lines(|frame| {
-        format!(
-            "{{\"t\":1795199399.998,\"frame\":[{}]}}",
-            printed(frame, ",")
-        )
-    });
+    let text = format!("{{\"t\":1795199399.998,\"frame\":[{}]}}\n", printed(0, ","));
     assert_eq!(
         rows(text)[0].record.stamp.t_utc_ns,
         1_795_199_399_998_000_000
+    );
+    // Stamps that are all the same say nothing about when each frame was.
+    let text = lines(|frame| format!("1795199399,{}", printed(frame, ",")));
+    let mut import = guessed(text);
+    assert!(
+        import
+            .account()
+            .to_string()
+            .contains("all times are the same")
+    );
+    let last = import.by_ref().map(Result::unwrap).last().unwrap();
+    assert_eq!(
+        (last.record.stamp.t_utc_ns, last.record.stamp.t_boot_ns),
+        (0, 1_100_000_000)
     );
 }
 
@@ -240,31 +250,102 @@ fn columns_without_names_are_told_from_values() {
     assert_eq!(whole.labels(), ["column65"]);
 }
 
-#[test]
-fn raw_words_are_told_from_degrees() {
-    let words = lines(|frame| {
-        celsius(frame)
-            .map(|value| (value * 4.0).to_string())
-            .join(",")
-    });
-    assert_frames(&rows(words), FRAMES, "words");
-    let whole = lines(|frame| {
-        celsius(frame)
-            .map(|value| value.floor().to_string())
-            .join(",")
-    });
-    assert_eq!(pixels(&rows(whole)[0]), celsius(0).map(f64::floor));
-    let negative = lines(|frame| {
-        celsius(frame)
-            .map(|value| (value * 4.0).to_string())
-            .join(",")
+/// Frames of a room with the noise of a real unit, about one step of 0.25 °C, and its pattern.
+fn noisy(frame: usize, room_c: f64) -> [f64; 64] {
+    let mut state = u32::try_from(frame).unwrap().wrapping_mul(747_796_405) + 1;
+    let mut random = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(state >> 16) / 65_536.0 - 0.5
+    };
+    std::array::from_fn(|pixel| {
+        let pattern = f64::from(u8::try_from(pixel * 29 % 13).unwrap()) / 13.0;
+        let noise = (0..4).map(|_| random()).sum::<f64>() * 0.42;
+        ((room_c + pattern + noise) * 4.0).round() / 4.0
     })
-    .replacen("80", "4092", 1);
-    assert_eq!(
-        pixels(&rows(negative)[0])[0],
-        -1.0,
-        "twelve bits, AMG88 spec 4-11-11"
+}
+
+#[test]
+fn raw_words_are_told_from_degrees_by_their_noise() {
+    let written = |room_c: f64, number: fn(f64) -> f64| {
+        lines(|frame| {
+            noisy(frame, room_c)
+                .map(|value| number(value).to_string())
+                .join(",")
+        })
+    };
+    let read = |text: String| pixels(&rows(text)[0]);
+    for room_c in [21.0, 16.0, 7.0] {
+        assert_eq!(
+            read(written(room_c, |value| value * 4.0)),
+            noisy(0, room_c),
+            "words"
+        );
+        assert_eq!(
+            read(written(room_c, f64::round)),
+            noisy(0, room_c).map(f64::round),
+            "whole °C"
+        );
+        // 70 °F and the word of 17.5 °C are both rooms.
+        let found = refusal(written(room_c, |value| (value * 1.8 + 32.0).round()), "");
+        assert!(
+            found.starts_with("the unit of the pixels is not clear"),
+            "{found}"
+        );
+    }
+    let below = read(written(0.0, |value| (value * 4.0).rem_euclid(4_096.0)));
+    assert_eq!(below, noisy(0, 0.0), "twelve bits, AMG88 spec 4-11-11");
+    let found = refusal(
+        written(0.0, |value| {
+            if value < 0.0 {
+                2_048.0 - value * 4.0
+            } else {
+                value * 4.0
+            }
+        }),
+        "",
     );
+    assert!(
+        found.contains("--columns unit=words-sign-magnitude"),
+        "{found}"
+    );
+}
+
+#[test]
+fn the_unit_of_fractions_is_told_by_their_steps() {
+    let written =
+        |number: fn(f64) -> String| lines(|frame| noisy(frame, 21.0).map(number).join(","));
+    for text in [
+        written(|value| format!("{:.2}", value * 1.8 + 32.0)),
+        written(|value| format!("{:.1}", value * 1.8 + 32.0)),
+        written(|value| format!("{:.2}", value + 273.15)),
+        written(|value| format!("{value:.1}")),
+        written(|value| format!("{:.2}", value + 0.13)),
+    ] {
+        let found = pixels(&rows(text.as_str())[0]);
+        let near = |(found, expected): (&f64, &f64)| (found - expected).abs() < 0.26;
+        assert!(found.iter().zip(&noisy(0, 21.0)).all(near), "{text:.40}");
+    }
+    for (text, unit) in [
+        (
+            written(|value| format!("{:.1}", value * 10.0)),
+            "unit=tenths",
+        ),
+        (
+            written(|value| format!("{:.0}", value * 100.0)),
+            "unit=hundredths",
+        ),
+        (
+            written(|value| format!("{:.4}", (value - 21.5) / 1.7)),
+            "unit=celsius",
+        ),
+        (
+            written(|value| format!("{value:.3}").replace('5', "6")),
+            "unit=celsius",
+        ),
+    ] {
+        let found = refusal(text, "");
+        assert!(found.contains(&format!("--columns {unit}")), "{found}");
+    }
 }
 
 #[test]

@@ -65,7 +65,9 @@ fn read(mut import: Import, truth: &Truth) -> Fault {
         }
     }
     let tally = import.tally();
-    let count = tally.map_or(0, |tally| tally.damaged + tally.skipped + tally.empty);
+    let count = tally.map_or(0, |tally| {
+        tally.damaged + tally.skipped + tally.empty + tally.cut
+    });
     let said = Said {
         loss: count > 0 || broke.is_some(),
         broke,
