@@ -115,7 +115,7 @@ impl Chosen {
         command: &mut Command,
     ) -> Result<Ended, RunError> {
         let handed_on = signals::HandedOn::begin(options.signals);
-        signals::end_with_this_process(command);
+        handed_on.prepare(command);
         let started = |pid| handed_on.to(pid);
         match self.way {
             Way::Fuse => {
