@@ -1,18 +1,16 @@
 //! Debian's MQTT broker, mosquitto, as the tests' own: on a free port, with a configuration of its own, stopped when dropped.
 
+use crate::patience::wait_for;
 use crate::programs::is_left_out;
 use std::io::{BufRead as _, BufReader};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
 
 /// Leaves out what needs mosquitto where it is not to be had.
 pub const WITHOUT_MOSQUITTO: &str = "GRIDEYE_WITHOUT_MOSQUITTO";
 
-/// Longest wait for something that must come: the machine may be busy.
-const WAIT_MAX: Duration = Duration::from_secs(120);
 /// Below what Linux gives to outgoing connections, so that the port is still free when the broker is started again.
 const PORTS: std::ops::Range<u16> = 20_000..32_000;
 
@@ -139,7 +137,7 @@ impl Broker {
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
-        let is_up = until("the broker", || {
+        let is_up = wait_for("the broker", || {
             let is_up = TcpStream::connect((Ipv4Addr::LOCALHOST, self.port)).is_ok();
             let has_ended = child.try_wait().unwrap().is_some();
             (is_up || has_ended).then_some(is_up && !has_ended)
@@ -190,7 +188,7 @@ impl Broker {
         let subscriber = self.subscribe();
         let end = format!("the-end/{}", subscriber.child.id());
         // Sent again until the subscription is there: what was kept comes before it.
-        until("the end of what the broker keeps", || {
+        wait_for("the end of what the broker keeps", || {
             self.publish(&end, b"end", false);
             subscriber.find(|heard| heard.topic == end)
         });
@@ -249,7 +247,7 @@ impl Subscriber {
     /// When none comes in time.
     pub fn wait_for_next(&self, what: &str, is_right: impl Fn(&Heard) -> bool) -> Heard {
         let before = self.all().len();
-        until(what, || self.all().into_iter().skip(before).find(&is_right))
+        wait_for(what, || self.all().into_iter().skip(before).find(&is_right))
     }
 
     /// Waits for a message that is right, of all that ever came.
@@ -257,7 +255,7 @@ impl Subscriber {
     /// # Panics
     /// When none comes in time.
     pub fn wait_for(&self, what: &str, is_right: impl Fn(&Heard) -> bool) -> Heard {
-        until(what, || self.find(&is_right))
+        wait_for(what, || self.find(&is_right))
     }
 }
 
@@ -265,21 +263,6 @@ impl Drop for Subscriber {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
-    }
-}
-
-/// Asks until there is an answer, for longer than anything takes on a busy machine.
-///
-/// # Panics
-/// When none comes in time.
-pub fn until<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
-    let since = Instant::now();
-    loop {
-        if let Some(answer) = ask() {
-            return answer;
-        }
-        assert!(since.elapsed() < WAIT_MAX, "waited in vain for {what}");
-        std::thread::sleep(Duration::from_millis(50));
     }
 }
 

@@ -11,6 +11,8 @@ pub mod comparing;
 
 pub mod live_page;
 
+pub mod patience;
+
 #[expect(
     clippy::unwrap_used,
     reason = "what fails here fails the test that asked for it"

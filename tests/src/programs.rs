@@ -4,12 +4,9 @@ use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::OnceLock;
-use std::time::{Duration, Instant};
 
+pub use crate::patience::wait_for;
 pub use crate::skip::{is_left_out, is_part_left_out};
-
-/// Longest wait for a program to say where it listens, or to end after it was asked to.
-const WAIT_MAX: Duration = Duration::from_secs(20);
 
 /// The longest file of a recording: an hour of one sensor has 20 MB.
 const RECORDING_BYTES_MAX: u64 = 200 * 1024 * 1024;
@@ -307,21 +304,6 @@ pub fn wait(child: &mut Child) -> i32 {
     wait_for("the program's end", || child.try_wait().unwrap())
         .code()
         .unwrap_or(-1)
-}
-
-/// Asks until there is an answer.
-///
-/// # Panics
-/// When none comes in time.
-pub fn wait_for<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
-    let since = Instant::now();
-    loop {
-        if let Some(answer) = ask() {
-            return answer;
-        }
-        assert!(since.elapsed() < WAIT_MAX, "waited in vain for {what}");
-        std::thread::sleep(Duration::from_millis(20));
-    }
 }
 
 /// The most memory that a process ever had resident, in KiB (`VmHWM`).

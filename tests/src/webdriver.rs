@@ -2,6 +2,7 @@
 //!
 //! Speaks the W3C protocol (<https://www.w3.org/TR/webdriver2/>) with a chromedriver that it starts and ends itself.
 
+use crate::patience::WAIT_MAX;
 use serde_json::{Value, json};
 use std::error::Error;
 use std::fmt;
@@ -12,10 +13,6 @@ use std::time::{Duration, Instant};
 
 /// The key under which an element's number stands (W3C WebDriver §12, "web element identifier").
 const ELEMENT_KEY: &str = "element-6066-11e4-a52e-4f735466cecf";
-/// A browser that takes longer for one command is taken for dead.
-const COMMAND_TIME_MAX: Duration = Duration::from_secs(60);
-/// How long [`Browser::wait_for`] looks again before it gives up.
-const WAIT_TIME_MAX: Duration = Duration::from_secs(60);
 const LOOK_AGAIN: Duration = Duration::from_millis(50);
 /// Lines of chromedriver's greeting in which its port is looked for.
 const GREETING_LINES_MAX: usize = 20;
@@ -61,7 +58,7 @@ impl Browser {
         let driver = Driver::start()?;
         let profile = tempfile::tempdir()?;
         let config = ureq::Agent::config_builder()
-            .timeout_global(Some(COMMAND_TIME_MAX))
+            .timeout_global(Some(WAIT_MAX))
             .http_status_as_error(false)
             .build();
         let mut browser = Self {
@@ -246,7 +243,7 @@ impl Browser {
     /// Looks again and again until the text of an element satisfies.
     ///
     /// # Errors
-    /// If it does not in 60 s; the message says what the text was at last.
+    /// If it does not in [`WAIT_MAX`]; the message says what the text was at last.
     pub fn wait_for_text(
         &self,
         selector: &str,
@@ -258,7 +255,7 @@ impl Browser {
     /// Looks again and again until what is seen satisfies.
     ///
     /// # Errors
-    /// If it does not in 60 s; the message says what was seen at last.
+    /// If it does not in [`WAIT_MAX`]; the message says what was seen at last.
     pub fn wait_for<T: fmt::Debug>(
         &self,
         what: &str,
@@ -270,7 +267,7 @@ impl Browser {
             let seen = look();
             match seen {
                 Ok(seen) if satisfies(&seen) => return Ok(seen),
-                seen if began.elapsed() > WAIT_TIME_MAX => {
+                seen if began.elapsed() > WAIT_MAX => {
                     return Err(format!("{what}: at last {seen:?}").into());
                 }
                 _ => std::thread::sleep(LOOK_AGAIN),

@@ -558,9 +558,11 @@ fn holds_what_it_must(rows: &[&Row], reason: &str, indices: &HashMap<String, u64
         .map(|row| row.missing.as_str())
         .filter(|why| !why.is_empty())
         .collect();
-    let said = missing.iter().filter(|why| **why == reason).count();
+    let count = |of: &str| missing.iter().filter(|why| **why == of).count();
     println!("{context}: {missing:?}");
-    assert!(said >= 5, "{context}: {missing:?}");
+    // Half of the fault's ten frames, but for those for which the host came too late, which are counted as such.
+    let (said, late) = (count(reason), count("host-stalled"));
+    assert!(said > 0 && said + late >= 5, "{context}: {missing:?}");
     let others = missing
         .iter()
         .filter(|why| **why != reason && !BESIDES.contains(why));

@@ -6,7 +6,6 @@ use grideye_tests::programs::{is_left_out, run};
 use grideye_tests::{python, workflow};
 use std::path::Path;
 use std::process::Command;
-use std::time::Instant;
 
 const WORKFLOW: &str = "tests/examples/firmware-ci/.github/workflows/firmware.yml";
 
@@ -96,7 +95,7 @@ fn the_firmware_notices_a_brown_out() {
 }
 
 /// Two pixels become warm in frame 31, 3 s after the first transfer; the sketch waits from 0.25 s on. Where time stands, it
-/// is the same on every computer, and done at once.
+/// is the same on every computer.
 #[test]
 fn the_interrupt_comes_when_the_sensor_has_it() {
     if is_left_out(WITHOUT_CXX, "interrupts of an Arduino sketch") {
@@ -114,7 +113,6 @@ fn the_interrupt_comes_when_the_sensor_has_it() {
     });
     let file = recording(&checkout.folder(), "warm.csv", frames);
     for speed in ["0", "10"] {
-        let began = Instant::now();
         let source = [
             "--recording",
             path(&file),
@@ -130,7 +128,6 @@ fn the_interrupt_comes_when_the_sensor_has_it() {
         assert!(before.starts_with("pin 1\r\ninterrupt after "), "{ended:?}");
         if speed == "0" {
             assert!(before.ends_with("after 28"), "{ended:?}");
-            assert!(began.elapsed().as_secs_f64() < 2.5, "{ended:?}");
         }
     }
 }

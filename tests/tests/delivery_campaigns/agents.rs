@@ -1,15 +1,14 @@
 //! An agent on an emulated sensor that is started again whenever it ends, as systemd does.
 
-use crate::CATCH_UP_MAX;
 use crate::delays::Delays;
 use crate::seeded::kills;
 use crate::spooled;
 use grideye_tests::emulated::{Words, recording};
+use grideye_tests::patience::wait_or_explain;
 use grideye_tests::programs::{grideye, grideye_agent, wait};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
 
 /// Frames that the sensor shows before it stands still: more than any campaign takes.
 pub(crate) fn source_frames() -> usize {
@@ -72,15 +71,12 @@ impl Agents {
     }
 
     fn pid_other_than(&self, old: &str) -> String {
-        let since = Instant::now();
-        loop {
+        let pid = || {
             let pid = std::fs::read_to_string(self.folder.join("pid")).unwrap_or_default();
-            if !pid.trim().is_empty() && pid.trim() != old {
-                return pid.trim().to_owned();
-            }
-            assert!(since.elapsed() < CATCH_UP_MAX, "no agent: {}", self.log());
-            std::thread::sleep(Duration::from_millis(5));
-        }
+            let pid = pid.trim();
+            (!pid.is_empty() && pid != old).then(|| pid.to_owned())
+        };
+        wait_or_explain(pid, || format!("an agent: {}", self.log()))
     }
 
     /// `kill -9`, after a look at what its spool held at that moment.
@@ -131,15 +127,8 @@ impl Agents {
     }
 
     pub(crate) fn wait_for_log(&self, said: &str) {
-        let since = Instant::now();
-        while !self.log().contains(said) {
-            assert!(
-                since.elapsed() < CATCH_UP_MAX,
-                "no {said:?} in {}",
-                self.log()
-            );
-            std::thread::sleep(Duration::from_millis(50));
-        }
+        let is_said = || self.log().contains(said).then_some(());
+        wait_or_explain(is_said, || format!("{said:?} in {}", self.log()));
     }
 
     /// Frames and seconds that a kill may cost, as the agent says when it starts.

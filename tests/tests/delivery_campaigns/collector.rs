@@ -1,6 +1,6 @@
 //! A collector that can be killed and comes back on its port, with its store.
 
-use crate::CATCH_UP_MAX;
+use grideye_tests::patience::wait_or_explain;
 use grideye_tests::programs::{grideye, run, terminate, wait};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -9,7 +9,6 @@ use std::io::{BufRead as _, BufReader};
 use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
-use std::time::{Duration, Instant};
 
 /// The longest recording that is read.
 const RECORDING_BYTES_MAX: u64 = 1 << 30;
@@ -149,19 +148,10 @@ impl Collector {
     }
 
     fn wait_until(&self, is_met: impl Fn(&[Value]) -> bool) -> Vec<Value> {
-        let since = Instant::now();
-        loop {
-            let rows = self.audit();
-            if is_met(&rows) {
-                return rows;
-            }
-            assert!(
-                since.elapsed() < CATCH_UP_MAX,
-                "still on its way: {rows:#?}\n{}",
-                self.said()
-            );
-            std::thread::sleep(Duration::from_millis(200));
-        }
+        let rows = || Some(self.audit()).filter(|rows| is_met(rows));
+        wait_or_explain(rows, || {
+            format!("what is on its way: {:#?}\n{}", self.audit(), self.said())
+        })
     }
 
     /// Everything that has arrived.

@@ -3,13 +3,14 @@
 
 use crate::agents::{Agents, config};
 use crate::collector::Collector;
-use crate::{CATCH_UP_MAX, OUTAGE, end, spooled};
+use crate::{OUTAGE, end, spooled};
 use grideye_tests::mounted::Mounted;
+use grideye_tests::patience::{wait_for, wait_or_explain};
 use grideye_tests::programs::{grideye_agent, is_left_out, run, terminate, wait};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Stdio;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 #[test]
 fn d_a_full_disk_costs_nothing_while_there_is_memory() {
@@ -64,11 +65,10 @@ fn write_to(disk: &Mounted, folder: &Path) -> (Collector, Agents) {
     let mut collector = Collector::start(folder);
     collector.kill();
     let agents = Agents::start(folder, &collector.url(), &spool, OUTAGE);
-    let since = Instant::now();
-    while spooled::records(&spool).is_empty() {
-        assert!(since.elapsed() < CATCH_UP_MAX, "{}", agents.log());
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    let has_frames = || (!spooled::records(&spool).is_empty()).then_some(());
+    wait_or_explain(has_frames, || {
+        format!("a frame in the spool: {}", agents.log())
+    });
     (collector, agents)
 }
 
@@ -101,11 +101,9 @@ fn d_a_second_agent_on_the_same_spool_is_refused_and_named() {
     first.args(["run", "--config"]).arg(&path);
     first.stdout(Stdio::null()).stderr(Stdio::null());
     let mut first = first.spawn().unwrap();
-    let since = Instant::now();
-    while !spool.join("state").exists() {
-        assert!(since.elapsed() < CATCH_UP_MAX);
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    wait_for("the first agent", || {
+        spool.join("state").exists().then_some(())
+    });
     let second = run(grideye_agent().args(["run", "--config"]).arg(&path));
     assert_eq!(second.code, 1, "{second:?}");
     assert!(

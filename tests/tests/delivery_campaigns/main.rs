@@ -29,10 +29,6 @@ use seeded::{Seeded, kills};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::Ordering;
-use std::time::Duration;
-
-/// How long everything that is left may take to arrive, on a busy machine.
-const CATCH_UP_MAX: Duration = Duration::from_secs(120);
 
 const ALWAYS: &str = "mode = \"always\"\nsync_every_ms = 100";
 const OUTAGE: &str = "mode = \"outage\"\nafter_ms = 500";

@@ -8,7 +8,7 @@
     reason = "what fails in a helper fails the test"
 )]
 
-use grideye_tests::broker::until;
+use grideye_tests::patience::wait_for;
 use grideye_tests::programs::{Ended, folder, is_part_left_out, root, run};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -277,14 +277,14 @@ fn served(command: &str, expected: &[String], at: &Path) -> Ended {
             .map(|file| std::fs::read_to_string(file).unwrap())
     };
     let has_said = || expected.iter().all(|word| said().concat().contains(word));
-    until(&format!("{expected:?} of {command}"), || {
+    wait_for(&format!("{expected:?} of {command}"), || {
         (has_said() || server.try_wait().unwrap().is_some()).then_some(())
     });
     // One that has ended by itself is judged by its code.
     let _ = Command::new("kill")
         .args(["-INT", &server.id().to_string()])
         .status();
-    let status = until(&format!("the end of {command}"), || {
+    let status = wait_for(&format!("the end of {command}"), || {
         server.try_wait().unwrap()
     });
     let [stdout, stderr] = said();

@@ -1,8 +1,9 @@
 //! A broker that is absent, or accepts nothing.
 
 use crate::feed::{collector, varied};
-use grideye_tests::broker::{Broker, until};
+use grideye_tests::broker::Broker;
 use grideye_tests::live_page::batch;
+use grideye_tests::patience::wait_for;
 use grideye_tests::programs::RunningCollector;
 use std::io::{Read as _, Write as _};
 use std::net::TcpListener;
@@ -64,7 +65,7 @@ fn a_broker_that_takes_nothing_or_is_not_there_costs_no_frame_and_no_memory() {
         let at = tempfile::tempdir().unwrap();
         let collector = collector(at.path(), &url, &[]);
         let mut seq = 0;
-        until(message, || {
+        wait_for(message, || {
             post(&collector, DEVICES, seq);
             seq += 1;
             let status = collector.json("/v1/mqtt");
@@ -78,7 +79,8 @@ fn a_broker_that_takes_nothing_or_is_not_there_costs_no_frame_and_no_memory() {
             post(&collector, DEVICES, seq);
             seq += 1;
         }
-        let grown_kib = collector.peak_kib() - before_kib;
+        // The kernel counts in portions of a processor: what it says of a peak may be a little less later.
+        let grown_kib = collector.peak_kib().saturating_sub(before_kib);
         println!("{url}: {before_kib} KiB at the peak, {grown_kib} KiB more after {seq} rounds");
         assert!(grown_kib < GROWTH_KIB_MAX, "{url}: {grown_kib} KiB more");
         let sensors = collector.json("/v1/sensors");
@@ -99,7 +101,7 @@ fn too_many_sensors_are_logged_once_and_the_rest_are_published() {
     let collector = collector(at.path(), &broker.url(), &[]);
     let devices = TOLD_MAX / SENSORS + 1;
     let mut seq = 0;
-    until("as many sensors as are told of", || {
+    wait_for("as many sensors as are told of", || {
         post(&collector, devices, seq);
         seq += 1;
         (collector.json("/v1/mqtt")["sensors"] == TOLD_MAX).then_some(())

@@ -1,7 +1,8 @@
 //! Checks of retained messages and availability.
 
 use crate::feed::ID;
-use grideye_tests::broker::{Broker, Heard, Subscriber, until};
+use grideye_tests::broker::{Broker, Heard, Subscriber};
+use grideye_tests::patience::wait_for;
 
 pub(crate) fn state_topic() -> String {
     format!("grideye/{ID}/state")
@@ -39,7 +40,7 @@ pub(crate) fn wait_until_kept(broker: &Broker, sensor: Option<&str>) {
         expected.push(format!("grideye/{ID}/availability"));
         expected.extend(config_topics());
     }
-    until(&format!("the broker to keep {expected:?}"), || {
+    wait_for(&format!("the broker to keep {expected:?}"), || {
         let kept = broker.kept();
         let topics: Vec<&str> = kept.iter().map(|heard| heard.topic.as_str()).collect();
         let is_told = |word| kept.iter().any(|heard| is_availability(heard, ID, word));

@@ -1,7 +1,8 @@
 //! Tests with the real Home Assistant: its core and its MQTT integration, without its web server.
 
 use crate::feed::{Feed, collector, varied};
-use grideye_tests::broker::{Broker, until};
+use grideye_tests::broker::Broker;
+use grideye_tests::patience::wait_for;
 use grideye_tests::python::home_assistant;
 use serde_json::Value;
 use std::io::{BufRead as _, BufReader, Write as _};
@@ -52,7 +53,7 @@ impl Home {
         entity: &str,
         is_right: impl Fn(&Value) -> bool,
     ) -> Value {
-        until(&format!("{what} in Home Assistant"), || {
+        wait_for(&format!("{what} in Home Assistant"), || {
             let shown = self.entity(platform, entity);
             is_right(&shown).then_some(shown)
         })
@@ -118,7 +119,7 @@ fn the_real_home_assistant_shows_the_sensor_and_removes_it() {
             .unwrap()
             .starts_with("iVBORw0KGgo")
     );
-    until("all entities", || (home.entities() == 6).then_some(()));
+    wait_for("all entities", || (home.entities() == 6).then_some(()));
 
     first.kill();
     home.wait_for("the last will", "sensor", "maximum", is_unavailable);
@@ -134,7 +135,7 @@ fn the_real_home_assistant_shows_the_sensor_and_removes_it() {
     // Presses the delete button of Home Assistant's page; the agent keeps sending.
     let input = home.input.as_mut().unwrap();
     input.write_all(b"remove Grid-EYE pi-1 s1\n").unwrap();
-    until("the removal", || (home.entities() == 0).then_some(()));
+    wait_for("the removal", || (home.entities() == 0).then_some(()));
     crate::kept::wait_until_kept(&broker, None);
     let shown = home.shown.lock().unwrap();
     assert_eq!(shown["states"], serde_json::json!({}));

@@ -4,7 +4,8 @@ use crate::feed::{Feed, ID, collector, varied};
 use crate::kept::{
     config_topics, is_availability, state_topic, wait_for_availability, wait_until_kept,
 };
-use grideye_tests::broker::{Broker, until};
+use grideye_tests::broker::Broker;
+use grideye_tests::patience::wait_for;
 use grideye_tests::programs::{grideye, run};
 use serde_json::Value;
 
@@ -30,7 +31,7 @@ fn a_killed_collectors_last_will_is_published_and_the_next_one_finds_its_message
     let _feed = Feed::start(&second, seq, vec![varied()]);
     wait_until_kept(&broker, Some("online"));
     assert_eq!(second.stop().code, 0);
-    until("the end of the bridge", || {
+    wait_for("the end of the bridge", || {
         let kept = broker.kept();
         kept.iter()
             .any(|heard| is_availability(heard, "bridge", "offline"))
@@ -49,7 +50,7 @@ fn a_broker_that_lost_everything_gets_everything_again() {
     let _feed = Feed::start(&collector, 0, vec![varied()]);
     wait_until_kept(&broker, Some("online"));
     broker.kill();
-    let fault = until("the loss of the broker", || {
+    let fault = wait_for("the loss of the broker", || {
         let status = collector.json("/v1/mqtt");
         status["fault"].is_object().then_some(status)
     });
@@ -107,7 +108,7 @@ fn a_sensor_that_is_removed_leaves_nothing_behind() {
             .unwrap()
     };
     let before = stored();
-    until("more frames", || (stored() > before + 20).then_some(()));
+    wait_for("more frames", || (stored() > before + 20).then_some(()));
     assert_eq!(subscriber.find(|heard| heard.topic.contains(ID)), None);
     feed.stop();
 }

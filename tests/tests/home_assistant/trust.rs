@@ -1,7 +1,8 @@
 //! Passwords and certificates.
 
 use crate::feed::collector;
-use grideye_tests::broker::{Broker, until};
+use grideye_tests::broker::Broker;
+use grideye_tests::patience::wait_for;
 use grideye_tests::programs::{grideye, run};
 use std::path::Path;
 
@@ -32,7 +33,7 @@ fn a_refused_password_is_told_with_what_to_do_and_stands_nowhere() {
         )
     };
     let refused = with_password("wrong-horse-battery");
-    let fault = until("the refusal", || {
+    let fault = wait_for("the refusal", || {
         let status = refused.json("/v1/mqtt");
         status["fault"].is_object().then(|| status["fault"].clone())
     });
@@ -56,7 +57,7 @@ fn a_refused_password_is_told_with_what_to_do_and_stands_nowhere() {
     let said = format!("{}{log}{fault}", String::from_utf8_lossy(&arguments));
     assert!(!said.contains("horse"), "{said}");
     let nobody = collector(at.path(), &broker.url(), &[]);
-    let fault = until("the refusal of nobody", || {
+    let fault = wait_for("the refusal of nobody", || {
         let status = nobody.json("/v1/mqtt");
         status["fault"].is_object().then(|| status["fault"].clone())
     });
@@ -66,7 +67,7 @@ fn a_refused_password_is_told_with_what_to_do_and_stands_nowhere() {
     );
     drop(nobody);
     let taken = with_password("right-horse-battery");
-    until("the connection", || {
+    wait_for("the connection", || {
         (taken.json("/v1/mqtt")["connected"] == true).then_some(())
     });
     let log = taken.stop().stderr;
@@ -117,7 +118,7 @@ fn an_encrypted_broker_is_believed_by_its_authority_alone() {
         )
     };
     let collector = with_authority(&other);
-    let fault = until("the mistrust", || {
+    let fault = wait_for("the mistrust", || {
         let status = collector.json("/v1/mqtt");
         status["fault"].is_object().then(|| status["fault"].clone())
     });
@@ -128,7 +129,7 @@ fn an_encrypted_broker_is_believed_by_its_authority_alone() {
     );
     drop(collector);
     let collector = with_authority(&ours);
-    until("the connection", || {
+    wait_for("the connection", || {
         (collector.json("/v1/mqtt")["connected"] == true).then_some(())
     });
     assert_eq!(collector.json("/v1/mqtt")["broker"], url);

@@ -239,7 +239,7 @@ impl Drop for Container {
 fn check_image(image: &Path) {
     let at = tempfile::tempdir().unwrap();
     let mut container = Container::start(image, at.path(), "amd64");
-    let url = grideye_tests::broker::until("the address of the collector", || {
+    let url = grideye_tests::patience::wait_for("the address of the collector", || {
         let said = std::fs::read_to_string(at.path().join("out")).unwrap();
         said.lines().next().map(str::to_owned)
     });

@@ -5,10 +5,12 @@ use grideye_recording::csv::Reader;
 use grideye_tests::live_page::{
     Outcome, assert_quiet, batch, color_in, field, frame, keep_picture, pixels, set_up,
 };
+use grideye_tests::patience::WAIT_MAX;
 use grideye_tests::programs::{RunningCollector, grideye, run};
 use grideye_tests::webdriver::{Browser, Failure, left_out};
 use serde_json::Value;
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 /// A keyboard's End (W3C WebDriver §17.4.2).
 const END: &str = "\u{E010}";
@@ -116,16 +118,19 @@ impl Room {
 
     /// Sends frames until the verdict satisfies: a comparison is made every two seconds.
     fn wait_for_verdict(&mut self, is_right: impl Fn(&str) -> bool) -> Result<String, Failure> {
-        for _ in 0..40 {
+        let since = Instant::now();
+        loop {
             self.send(5)?;
             let verdict = self.browser.text("#beside [data-field=verdict]")?;
             if is_right(&verdict) {
                 return Ok(verdict);
             }
-            std::thread::sleep(std::time::Duration::from_millis(250));
+            if since.elapsed() > WAIT_MAX {
+                let said = self.browser.text("#beside .verdict")?;
+                return Err(format!("no such verdict: {said}").into());
+            }
+            std::thread::sleep(Duration::from_millis(250));
         }
-        let said = self.browser.text("#beside .verdict")?;
-        Err(format!("no such verdict: {said}").into())
     }
 
     /// The numbers in °C of what is read of the cell under the cursor: real, simulated and their difference.

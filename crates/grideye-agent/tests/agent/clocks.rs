@@ -1,5 +1,6 @@
 //! A wall clock that is unset, set, and set wrong stamps frames but decides nothing.
 
+use crate::patience::{WAIT_MAX, wait_for};
 use crate::support::*;
 use amg8833::Address as Target;
 use grideye_agent::agent::{Agent, AnyBus, Start};
@@ -9,7 +10,7 @@ use grideye_agent::log::Log;
 use grideye_recording::{ClockState, Stamp};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// The host's clock with a wall clock that jumps.
 struct Jumping(Arc<Host>);
@@ -112,13 +113,12 @@ fn deliver_500(collector: &Collector, mode: SpoolMode, folder: PathBuf) {
     let clock = Arc::new(Jumping(Arc::clone(&host)));
     let buses = vec![(bus_config, AnyBus::new(bus))];
     let agent = Agent::start(start, buses, clock, Log::silent()).unwrap();
-    assert!(agent.wait_finished(Duration::from_secs(60)));
+    assert!(agent.wait_finished(WAIT_MAX));
     // Spooled frames come back without help.
-    let until = Instant::now() + Duration::from_secs(30);
-    while collector.records(SENSOR).len() < 500 && Instant::now() < until {
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    let summary = agent.stop(Duration::from_secs(30));
+    wait_for("all frames", || {
+        (collector.records(SENSOR).len() >= 500).then_some(())
+    });
+    let summary = agent.stop(WAIT_MAX);
     assert!(summary.is_complete(), "{mode:?}: {summary}");
 }
 

@@ -1,5 +1,6 @@
 //! Every frame read reaches the collector once, whatever happens to posts and answers, and the account adds up.
 
+use crate::patience::{WAIT_MAX, wait_for};
 use crate::support::*;
 use amg8833::Address as Target;
 use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start, Summary};
@@ -46,8 +47,8 @@ fn assert_balanced(summary: &Summary, collector: &Collector) {
 fn deliver_through(script: &[Conduct]) -> (Collector, Summary) {
     let collector = Collector::start([script, &[Conduct::Store]].concat());
     let (_host, agent) = read_all(&collector, 10_000, Log::silent());
-    assert!(agent.wait_finished(Duration::from_secs(60)));
-    let summary = agent.stop(Duration::from_secs(30));
+    assert!(agent.wait_finished(WAIT_MAX));
+    let summary = agent.stop(WAIT_MAX);
     assert_balanced(&summary, &collector);
     (collector, summary)
 }
@@ -80,7 +81,7 @@ fn lost_answers_failures_and_babble_cost_nothing_and_double_nothing() {
 }
 
 /// Reads everything and posts it in the compact form.
-fn deliver_compactly(script: Vec<Conduct>) -> (Collector, Summary) {
+fn deliver_compactly(script: Vec<Conduct>, log: Log) -> (Collector, Summary) {
     let collector = Collector::start(script);
     let config = grideye_agent::config::Config {
         body: Body::Binary,
@@ -88,9 +89,9 @@ fn deliver_compactly(script: Vec<Conduct>) -> (Collector, Summary) {
     };
     let host = Host::late_by(&[]);
     let bus = Emulated::with_sensor(&host, 400_000, Counter::at_10_hz(), -43_000);
-    let agent = start_with(config, &host, &bus, &SENSORS, Some(FRAMES), Log::silent());
-    assert!(agent.wait_finished(Duration::from_secs(60)));
-    let summary = agent.stop(Duration::from_secs(30));
+    let agent = start_with(config, &host, &bus, &SENSORS, Some(FRAMES), log);
+    assert!(agent.wait_finished(WAIT_MAX));
+    let summary = agent.stop(WAIT_MAX);
     assert_balanced(&summary, &collector);
     assert!(summary.is_complete(), "{summary}");
     let records = collector.records(SENSOR);
@@ -101,27 +102,33 @@ fn deliver_compactly(script: Vec<Conduct>) -> (Collector, Summary) {
 
 #[test]
 fn the_compact_body_carries_the_same_frames() {
-    let (collector, _summary) = deliver_compactly(vec![Conduct::Store]);
+    let (collector, _summary) = deliver_compactly(vec![Conduct::Store], Log::silent());
     let store = collector.store.lock().unwrap();
     assert!(store.compact.iter().all(|is_compact| *is_compact));
 }
 
 #[test]
 fn a_collector_that_does_not_know_the_compact_body_gets_json() {
-    let (collector, _summary) = deliver_compactly(vec![Conduct::Status(415), Conduct::Store]);
+    let lines = Arc::new(Mutex::new(Vec::new()));
+    let sink = Arc::clone(&lines);
+    let log = Log::new(move |level, line| sink.lock().unwrap().push((level, line.to_owned())));
+    let script = vec![Conduct::Status(415), Conduct::Store];
+    let (collector, _summary) = deliver_compactly(script, log);
     let store = collector.store.lock().unwrap();
     assert_eq!(store.compact[..2], [true, false]);
     assert!(store.compact[1..].iter().all(|is_compact| !is_compact));
-    // The second attempt follows at once: this is no failure that needs a pause.
-    assert!(store.arrivals[1] - store.arrivals[0] < Duration::from_millis(450));
+    // This is no failure, which would need a pause.
+    let lines = lines.lock().unwrap();
+    let failures = lines.iter().filter(|(level, _)| *level == Level::Warning);
+    assert_eq!(failures.count(), 0, "{lines:?}");
 }
 
 #[test]
 fn a_permanently_rejected_record_is_set_aside_and_the_rest_goes_on() {
     let collector = Collector::start(vec![Conduct::RefuseSeq(123)]);
     let (_host, agent) = read_all(&collector, 10_000, Log::silent());
-    assert!(agent.wait_finished(Duration::from_secs(60)));
-    let summary = agent.stop(Duration::from_secs(30));
+    assert!(agent.wait_finished(WAIT_MAX));
+    let summary = agent.stop(WAIT_MAX);
     assert_balanced(&summary, &collector);
     let account = &summary.sensors[SENSOR].account;
     assert_eq!(account.dropped.get("refused-422"), Some(&1), "{account:?}");
@@ -155,13 +162,12 @@ fn a_post_to_a_silent_collector_times_out_and_is_retried() {
 fn a_collector_that_asks_for_a_pause_gets_it() {
     let collector = Collector::start(vec![Conduct::RetryAfter(2), Conduct::Store]);
     let (_host, agent) = read_all(&collector, 10_000, Log::silent());
-    let until = Instant::now() + Duration::from_secs(20);
-    while collector.records(SENSOR).is_empty() && Instant::now() < until {
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    wait_for("a frame", || {
+        (!collector.records(SENSOR).is_empty()).then_some(())
+    });
     let arrivals = collector.store.lock().unwrap().arrivals.clone();
     assert!(arrivals[1] - arrivals[0] >= Duration::from_secs(2));
-    assert!(agent.stop(Duration::from_secs(30)).is_complete());
+    assert!(agent.stop(WAIT_MAX).is_complete());
 }
 
 #[test]
@@ -171,7 +177,7 @@ fn a_full_ring_keeps_the_newest_frames_and_counts_the_others() {
     let sink = Arc::clone(&lines);
     let log = Log::new(move |level, line| sink.lock().unwrap().push((level, line.to_owned())));
     let (_host, agent) = read_all(&collector, 100, log);
-    assert!(agent.wait_finished(Duration::from_secs(60)));
+    assert!(agent.wait_finished(WAIT_MAX));
     let summary = agent.stop(Duration::from_millis(300));
     let account = &summary.sensors[SENSOR].account;
     assert_eq!((account.read, account.spooled), (FRAMES, 100));
@@ -196,8 +202,8 @@ fn a_full_ring_keeps_the_newest_frames_and_counts_the_others() {
 fn batches_are_bounded_a_backlog_is_sent_without_pauses_and_the_connection_is_kept() {
     let collector = Collector::storing();
     let (_host, agent) = read_all(&collector, 10_000, Log::silent());
-    assert!(agent.wait_finished(Duration::from_secs(60)));
-    assert!(agent.stop(Duration::from_secs(30)).is_complete());
+    assert!(agent.wait_finished(WAIT_MAX));
+    assert!(agent.stop(WAIT_MAX).is_complete());
     let store = collector.store.lock().unwrap();
     assert!(
         store
@@ -229,16 +235,18 @@ fn an_agent_without_a_collector_ends_in_time_with_everything_counted() {
         Some(50),
         Log::silent(),
     );
-    assert!(agent.wait_finished(Duration::from_secs(60)));
+    assert!(agent.wait_finished(WAIT_MAX));
     let stopping = Instant::now();
     let summary = agent.stop(Duration::from_millis(500));
-    assert!(stopping.elapsed() < Duration::from_secs(3));
+    // Without a limit it would try for ever.
+    assert!(stopping.elapsed() < Duration::from_secs(60));
     assert_eq!(summary.sensors[SENSOR].account.spooled, 50);
     assert_balanced(&summary, &collector);
 }
 
 #[test]
 fn a_post_that_hangs_does_not_hold_up_the_stop() {
+    let silence = Duration::from_secs(20);
     let collector = Collector::start(vec![Conduct::Silence(20_000)]);
     let host = Host::late_by(&[]);
     let bus = Emulated::with_sensor(&host, 400_000, Counter::at_10_hz(), 0);
@@ -247,17 +255,13 @@ fn a_post_that_hangs_does_not_hold_up_the_stop() {
         ..config(&collector.url)
     };
     let agent = start_with(config, &host, &bus, &SENSORS, Some(50), Log::silent());
-    assert!(agent.wait_finished(Duration::from_secs(60)));
-    let until = Instant::now() + Duration::from_secs(10);
+    assert!(agent.wait_finished(WAIT_MAX));
     // The store is locked while the collector is silent, so use the connection count to see that the post began.
     let connections = || collector.connections.load(Ordering::SeqCst);
-    while connections() == 0 && Instant::now() < until {
-        std::thread::sleep(Duration::from_millis(10));
-    }
-    assert_eq!(connections(), 1);
+    wait_for("the post", || (connections() == 1).then_some(()));
     let stopping = Instant::now();
     let summary = agent.stop(Duration::from_millis(500));
-    assert!(stopping.elapsed() < Duration::from_secs(5));
+    assert!(stopping.elapsed() < silence);
     assert_eq!(summary.sensors[SENSOR].account.spooled, 50);
     assert!(!summary.is_complete());
 }
@@ -270,8 +274,8 @@ fn each_failure_is_logged_once_with_the_collectors_address() {
     let sink = Arc::clone(&lines);
     let log = Log::new(move |level, line| sink.lock().unwrap().push((level, line.to_owned())));
     let (_host, agent) = read_all(&collector, 10_000, log);
-    assert!(agent.wait_finished(Duration::from_secs(60)));
-    assert!(agent.stop(Duration::from_secs(30)).is_complete());
+    assert!(agent.wait_finished(WAIT_MAX));
+    assert!(agent.stop(WAIT_MAX).is_complete());
     let failures: Vec<String> = lines
         .lock()
         .unwrap()
@@ -331,7 +335,7 @@ fn the_log_names_the_bus_each_reason_why_it_does_not_open_and_what_to_do() {
     };
     let buses = vec![(bus_config, AnyBus::new(LateBus { attempts: 0, bus }))];
     let agent = Agent::start(start, buses, host, log).unwrap();
-    assert!(agent.wait_finished(Duration::from_secs(60)));
+    assert!(agent.wait_finished(WAIT_MAX));
     let _ = agent.stop(Duration::from_secs(5));
     let lines = lines.lock().unwrap();
     let said = |wanted: Level, beginning: &str| {
@@ -407,11 +411,9 @@ fn a_bus_that_hangs_keeps_neither_the_other_bus_nor_the_uploads() {
         ..Start::new(config(&collector.url), "host")
     };
     let agent = Agent::start(start, buses, host, Log::silent()).unwrap();
-    let until = Instant::now() + Duration::from_secs(30);
-    while collector.records(SENSOR).len() < 200 && Instant::now() < until {
-        std::thread::sleep(Duration::from_millis(10));
-    }
-    assert_eq!(collector.records(SENSOR).len(), 200);
+    wait_for("the frames of the other bus", || {
+        (collector.records(SENSOR).len() == 200).then_some(())
+    });
     assert!(!agent.is_finished());
     let summary = agent.stop(Duration::from_secs(5));
     assert_eq!(summary.hung_buses, ["/dev/i2c-3"]);
@@ -425,10 +427,11 @@ fn an_idle_agent_still_posts_its_account() {
     let host = Host::late_by(&[]);
     let bus = Emulated::with_sensor(&host, 400_000, Counter::at_10_hz(), 0);
     let agent = start(&collector, &host, &bus, &SENSORS, 0);
+    let posts = || collector.store.lock().unwrap().bodies;
+    wait_for("the first account", || (posts() > 0).then_some(()));
     std::thread::sleep(Duration::from_millis(500));
-    let posts = collector.store.lock().unwrap().bodies;
     assert_eq!(
-        posts,
+        posts(),
         1,
         "one account at the start, the next after {:?}",
         grideye_agent::deliver::HEARTBEAT_EVERY

@@ -1,5 +1,6 @@
 //! A transfer that never returns: only its own bus's frames are missing, with a reason.
 
+use crate::patience::wait_for;
 use crate::support::*;
 use amg8833::Address as Target;
 use amg8833_emulator::{Address, Bus, BusError, Options};
@@ -13,7 +14,7 @@ use grideye_agent::sampler::{BUS_HUNG, COUNT_ESTIMATED};
 use grideye_frame::NoData;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// The machine's time, so that a hung bus cannot stop the clock of the others.
 struct Real(SystemClock);
@@ -111,11 +112,7 @@ fn rig(collector: &Collector, hangs_at: u32) -> Rig {
 const HANGS: &str = "i2c-3:0x69";
 
 fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
-    let until = Instant::now() + Duration::from_secs(60);
-    while !is_so() {
-        assert!(Instant::now() < until, "timed out waiting for {what}");
-        std::thread::sleep(Duration::from_millis(10));
-    }
+    wait_for(what, || is_so().then_some(()));
 }
 
 fn frames(collector: &Collector, sensor: &str) -> usize {

@@ -20,6 +20,9 @@ mod join;
 mod linux_bus;
 mod model_disk;
 mod outage;
+#[expect(unreachable_pub, reason = "the tests of the whole share this file")]
+#[path = "../../../../tests/src/patience.rs"]
+mod patience;
 mod program;
 mod spool;
 mod support;

@@ -4,6 +4,7 @@ mod collector;
 
 pub(crate) use collector::{Collector, Conduct};
 
+use crate::patience::WAIT_MAX;
 use amg8833_emulator::{Address, Bus, BusError, Clock as _, FrameSource, ManualClock, Options};
 use embedded_hal::i2c::{Error as _, ErrorType, I2c, Operation};
 use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start};
@@ -322,12 +323,8 @@ pub(crate) fn run(
     frames: u64,
 ) -> grideye_agent::agent::Summary {
     let agent = start(collector, host, bus, sensors, frames);
-    assert!(
-        agent.wait_finished(Duration::from_secs(120)),
-        "{:?}",
-        agent.accounts()
-    );
-    agent.stop(Duration::from_secs(30))
+    assert!(agent.wait_finished(WAIT_MAX), "{:?}", agent.accounts());
+    agent.stop(WAIT_MAX)
 }
 
 pub(crate) fn missing(records: &[Record]) -> Vec<(u64, NoData)> {

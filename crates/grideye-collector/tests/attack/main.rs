@@ -10,6 +10,14 @@ mod collector_process;
 #[cfg(test)]
 mod made_up;
 #[cfg(test)]
+#[expect(
+    dead_code,
+    unreachable_pub,
+    reason = "the tests of the whole share this file"
+)]
+#[path = "../../../../tests/src/patience.rs"]
+mod patience;
+#[cfg(test)]
 mod router;
 #[cfg(test)]
 mod silent;

@@ -3,6 +3,7 @@
 use crate::ALONE;
 use crate::agent::{Agent, connect, quantile};
 use crate::collector_process::{Attacked, Folder};
+use crate::patience::WAIT_MAX;
 use grideye_collector::auth::Token;
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use std::net::SocketAddr;
@@ -36,8 +37,6 @@ const OPENING: usize = 32;
 /// The pause between two openings if the crowd stays. Without it the system's queue overflows, and nobody can tell
 /// which connections exist.
 const OPENING_PAUSE: Duration = Duration::from_millis(8);
-/// Longer than any of these tests takes on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(120);
 /// Polling interval.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 
@@ -172,7 +171,7 @@ fn run(test: impl Future<Output = ()>) {
     runtime.unwrap().block_on(async {
         let _alone = ALONE.write().await;
         raise_open_files();
-        let ended = tokio::time::timeout(PATIENCE, test).await;
+        let ended = tokio::time::timeout(WAIT_MAX, test).await;
         ended.expect("somebody waits without end");
     });
 }

@@ -3,6 +3,7 @@
 use crate::ALONE;
 use crate::agent::{Agent, connect};
 use crate::collector_process::{Folder, authorization};
+use crate::patience::WAIT_MAX;
 use grideye_collector::Limits;
 use grideye_collector::auth::Token;
 use std::net::SocketAddr;
@@ -18,8 +19,6 @@ const AGENTS: usize = 20;
 const ATTACKER: [u8; 4] = [127, 0, 0, 2];
 const POST_EVERY: Duration = Duration::from_millis(250);
 const DRIP_EVERY: Duration = Duration::from_millis(100);
-/// Extra time for a busy machine.
-const PATIENCE: Duration = Duration::from_secs(10);
 /// Memory the collector may use for them: the token's share, twice because a growing body is copied, plus buffers.
 const GROWTH_MAX_KIB: u64 = 48 * 1024;
 
@@ -57,7 +56,7 @@ async fn slow_body(
             answer.extend_from_slice(&piece[..count]);
         }
     };
-    let time_max = limits.body_time_max + PATIENCE;
+    let time_max = limits.body_time_max + WAIT_MAX;
     let ended = tokio::time::timeout(time_max, async {
         tokio::select! {
             () = received => {}

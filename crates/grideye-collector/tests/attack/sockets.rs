@@ -4,6 +4,7 @@
 use crate::agent::{Agent, connect, quantile};
 use crate::collector_process::{Attacked, Folder, Metrics};
 use crate::made_up::{self, Dice};
+use crate::patience::WAIT_MAX;
 use crate::{ALONE, from_environment};
 use grideye_collector::Limits;
 use std::net::SocketAddr;
@@ -16,8 +17,6 @@ use tokio::task::JoinSet;
 const PEERS: [[u8; 4]; 3] = [[127, 0, 0, 2], [127, 0, 0, 3], [127, 0, 0, 4]];
 /// Attacks open at once.
 const AT_ONCE: u64 = 1000;
-/// Extra time for a busy machine.
-const PATIENCE: Duration = Duration::from_secs(10);
 /// Maximum memory of one open attack: the buffers of its connection and its header.
 const OPEN_MAX_KIB: u64 = 32;
 /// Memory that caches and the allocator keep afterwards.
@@ -147,7 +146,7 @@ async fn slow_half_open_and_mangled_connections_are_ended_and_a_device_is_not_hi
     let seed = from_environment("GRIDEYE_ATTACK_SEED", 1);
     let limits = Limits::default();
     // Each waits for one thing that never comes: a header, the next header, or a body.
-    let time_max = limits.header_time_max.max(limits.body_time_max) + PATIENCE;
+    let time_max = limits.header_time_max.max(limits.body_time_max) + WAIT_MAX;
     let collector = Folder::new().start();
     let (stop, stopped) = watch::channel(false);
     let device = tokio::spawn(deliver(collector.address, stopped));

@@ -25,6 +25,14 @@ mod layouts;
 #[cfg(test)]
 mod log;
 #[cfg(test)]
+#[expect(
+    dead_code,
+    unreachable_pub,
+    reason = "the tests of the whole share this file"
+)]
+#[path = "../../../../tests/src/patience.rs"]
+mod patience;
+#[cfg(test)]
 #[expect(unreachable_pub, reason = "the tests of the whole share this file")]
 #[path = "../../../../tests/src/postgres.rs"]
 mod postgres;

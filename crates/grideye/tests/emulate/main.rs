@@ -8,6 +8,9 @@
 mod ending;
 mod examples;
 mod faults;
+#[expect(unreachable_pub, reason = "the tests of the whole share this file")]
+#[path = "../../../../tests/src/patience.rs"]
+mod patience;
 mod rack;
 mod refusals;
 mod shipped;

@@ -1,5 +1,6 @@
 //! Starting the program, reading the sensor over its socket, and files to show.
 
+pub(crate) use crate::patience::wait_for;
 use crate::skip::is_part_left_out;
 use embedded_hal::i2c::I2c as _;
 use i2c_emulation::socket::Client;
@@ -8,10 +9,6 @@ use std::fmt::Write as _;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
-
-/// Longest wait for the program to be ready, or to end after it was asked to.
-const WAIT_MAX: Duration = Duration::from_secs(30);
 
 /// The repository's root.
 pub(crate) fn root() -> PathBuf {
@@ -50,18 +47,6 @@ pub(crate) fn ways(what: &str) -> Vec<&'static str> {
         ways.push("fuse");
     }
     ways
-}
-
-/// Asks until there is an answer.
-pub(crate) fn wait_for<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
-    let since = Instant::now();
-    loop {
-        if let Some(answer) = ask() {
-            return answer;
-        }
-        assert!(since.elapsed() < WAIT_MAX, "waited in vain for {what}");
-        std::thread::sleep(Duration::from_millis(10));
-    }
 }
 
 /// A running `grideye emulate --socket`; killed when dropped.

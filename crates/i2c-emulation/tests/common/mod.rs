@@ -1,5 +1,8 @@
 //! A chip, and helpers for the tests of both ways.
 
+#[expect(unreachable_pub, reason = "the tests of the whole share this file")]
+#[path = "../../../../tests/src/patience.rs"]
+mod patience;
 #[expect(
     dead_code,
     unreachable_pub,
@@ -13,7 +16,6 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
-use std::time::{Duration, Instant};
 
 use embedded_hal::i2c::{
     ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation, SevenBitAddress,
@@ -193,11 +195,7 @@ pub(crate) fn assert_nothing_left(device: &Path) {
 
 /// Waits for processes to end.
 pub(crate) fn wait_until(mut done: impl FnMut() -> bool) {
-    let deadline = Instant::now() + Duration::from_secs(10);
-    while !done() {
-        assert!(Instant::now() < deadline, "not done after 10 s");
-        std::thread::sleep(Duration::from_millis(2));
-    }
+    patience::wait_for("the end", || done().then_some(()));
 }
 
 pub(crate) fn processes_that_mount(device: &Path) -> Vec<PathBuf> {
