@@ -13,7 +13,7 @@ use std::time::Duration;
 pub(crate) const SENSOR: &str = "ceiling";
 /// Seeds per row of the tables; all run with `GRIDEYE_ALL_SEEDS=1`.
 const SEEDS: u64 = 20;
-const SEEDS_BY_DEFAULT: u64 = 2;
+const SEEDS_BY_DEFAULT: u64 = 1;
 /// Seeds of the slower tests.
 const FEWER_SEEDS: u64 = 5;
 const FEWER_SEEDS_BY_DEFAULT: u64 = 1;

@@ -9,12 +9,12 @@ use grideye_validator::align::TimeAlignment;
 fn a_wrong_scene_does_not_agree() {
     println!("\nverdict agrees, disagrees, cannot tell");
     let mut wrong = Vec::new();
-    for (name, walk) in wrong_walks() {
-        if verdicts(name, &walk.scene())[0] > 0 {
+    for (first, (name, walk)) in (0..).zip(wrong_walks()) {
+        if verdicts(name, &walk.scene(), first)[0] > 0 {
             wrong.push(name);
         }
     }
-    let right = verdicts("the right scene", &WALK.scene());
+    let right = verdicts("the right scene", &WALK.scene(), 0);
     closing_note();
     assert_eq!(right, [seeds(), 0, 0]);
     assert!(wrong.is_empty(), "{wrong:?}");
@@ -55,11 +55,12 @@ fn wrong_walks() -> [(&'static str, Walk); 10] {
     ]
 }
 
-fn verdicts(name: &str, claimed: &Scene) -> [u64; 3] {
+/// Half a second and three seconds of delay are allowed in turn, beginning with one of them.
+fn verdicts(name: &str, claimed: &Scene, first: u64) -> [u64; 3] {
     let seen = WALK.scene();
     let mut number = [0; 3];
     for seed in 0..seeds() {
-        let shift_max_s = if seed % 2 == 0 { 0.5 } else { 3.0 };
+        let shift_max_s = if (first + seed) % 2 == 0 { 0.5 } else { 3.0 };
         let records = record(&seen, seed, |time_s| time_s);
         let align = with(TimeAlignment::Rate, shift_max_s);
         number[match compared(&records, claimed, align, seed).judgment.verdict {

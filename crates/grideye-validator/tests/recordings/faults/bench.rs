@@ -11,7 +11,7 @@ use std::time::Duration;
 
 pub(crate) const FIRST_SEED: u64 = 2_000;
 const SEEDS: u64 = 50;
-const SEEDS_BY_DEFAULT: u64 = 2;
+const SEEDS_BY_DEFAULT: u64 = 1;
 const FAULT_SEEDS: u64 = 10;
 const FAULT_SEEDS_BY_DEFAULT: u64 = 1;
 /// Scenes, and a sensor of each.

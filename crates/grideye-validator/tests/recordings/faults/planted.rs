@@ -95,7 +95,12 @@ const TURNED: [(&str, &str); 4] = [
 #[test]
 fn an_image_turned_any_way_does_not_agree() {
     let mut wrong = Vec::new();
-    for (name, sensor) in TURNED {
+    let scenes = if all_seeds() {
+        &TURNED[..]
+    } else {
+        &TURNED[2..]
+    };
+    for (name, sensor) in scenes {
         let scene = parse(&text(name));
         let records = record(&scene, sensor, UNIT, FIRST_SEED);
         let comparison = compared(&records, &scene, sensor, FIRST_SEED);
@@ -324,11 +329,11 @@ fn sensors_swapped_do_not_agree() {
 /// Both have a person under the sensor, half a pixel apart.
 const NEARLY_ALIKE: (&str, &str) = ("experiment-1", "scenario-b-standing");
 
-/// Each scene against recordings of other scenes: of all, or of the next three.
+/// Each scene against recordings of other scenes: of all, or of the next.
 #[test]
 fn a_wrong_scene_does_not_agree() {
     let scenes = right();
-    let others = if all_seeds() { scenes.len() - 1 } else { 3 };
+    let others = if all_seeds() { scenes.len() - 1 } else { 1 };
     let (mut missed, mut number) = (Vec::new(), 0);
     for (place, (name, claimed, claimed_sensor)) in scenes.iter().enumerate() {
         for (seen_name, seen, sensor) in scenes.iter().cycle().skip(place + 1).take(others) {

@@ -92,9 +92,13 @@ fn a_missing_person_is_found() {
         sigma_c: 0.2,
         pattern_c: 0.0,
     };
-    for (name, scene, sensor) in right() {
+    let units = [(papers, false), (UNIT, false), (UNIT, true)];
+    for (place, (name, scene, sensor)) in right().into_iter().enumerate() {
         let empty = scene.without_agents();
-        for (unit, is_known) in [(papers, false), (UNIT, false), (UNIT, true)] {
+        // Of what is not known, the one or the other, unless all is asked for.
+        let left_out = (!all_seeds()).then_some(place % 2);
+        let units = units.iter().enumerate();
+        for (_, &(unit, is_known)) in units.filter(|(number, _)| Some(*number) != left_out) {
             let mut disagreed = 0;
             for seed in fault_seeds() {
                 let records = record(&scene, sensor, unit, seed);
