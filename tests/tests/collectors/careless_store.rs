@@ -4,6 +4,7 @@
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 use grideye_tests::mounted::Mounted;
+use grideye_tests::patience::WAIT_MAX;
 use grideye_tests::programs::{Ended, RunningCollector, grideye, is_left_out, run, wait, wait_for};
 use serde_json::{Value, json};
 use std::fs;
@@ -36,7 +37,7 @@ fn ask(
     request: impl Fn(&ureq::Agent) -> Result<ureq::http::Response<ureq::Body>, ureq::Error>,
 ) -> (u16, Value) {
     let http: ureq::Agent = ureq::Agent::config_builder()
-        .timeout_global(Some(Duration::from_secs(20)))
+        .timeout_global(Some(WAIT_MAX))
         .http_status_as_error(false)
         .build()
         .into();

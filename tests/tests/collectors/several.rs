@@ -3,6 +3,7 @@
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
+use grideye_tests::patience::WAIT_MAX;
 use grideye_tests::postgres::{self, sql};
 use grideye_tests::programs::{RunningCollector, grideye, run, wait_for};
 use serde_json::{Value, json};
@@ -45,7 +46,7 @@ fn post(http: &ureq::Agent, url: &str, body: &Value) -> Option<u64> {
 
 fn http() -> ureq::Agent {
     ureq::Agent::config_builder()
-        .timeout_global(Some(Duration::from_secs(5)))
+        .timeout_global(Some(WAIT_MAX))
         .build()
         .new_agent()
 }
@@ -187,7 +188,7 @@ fn the_live_page_shows_what_came_in_through_the_other_collector() {
         );
         let last = (batch + 1) * FRAMES_A_BATCH;
         while !shown.contains(&(last - 1)) {
-            let (name, data) = events.recv_timeout(Duration::from_secs(10)).unwrap();
+            let (name, data) = events.recv_timeout(WAIT_MAX).unwrap();
             if name == "frames" {
                 let sensor = &data["sensors"][0];
                 assert_eq!(sensor["device"], "pi-1");
@@ -209,7 +210,7 @@ fn the_live_page_shows_what_came_in_through_the_other_collector() {
     assert_eq!(sensors["sensors"][0]["stored"], 10 * FRAMES_A_BATCH);
     let _recording = one.start_recording("kitchen");
     wait_for("the other page to hear of the recording", || {
-        let (name, _) = events.recv_timeout(Duration::from_secs(10)).unwrap();
+        let (name, _) = events.recv_timeout(WAIT_MAX).unwrap();
         (name == "recordings").then_some(())
     });
 }

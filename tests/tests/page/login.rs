@@ -2,6 +2,7 @@
 
 use grideye_collector::auth::{AccessFolder, Scope, Token};
 use grideye_collector::{Collector, CollectorError, Config, StoreLocation, SystemClock};
+use grideye_tests::patience::wait_for;
 use grideye_tests::webdriver::{Browser, Failure, left_out};
 use std::path::Path;
 use std::sync::Arc;
@@ -48,8 +49,12 @@ impl Server {
 
     fn token(&self, name: &str, scope: Scope) -> Result<Token, Failure> {
         let token = self.folder.change(|book| book.add(name, scope, 1))?;
-        // The collector notices within a second.
-        std::thread::sleep(std::time::Duration::from_millis(1100));
+        // The collector notices within a second, or when a busy machine lets it.
+        let bearer = format!("Bearer {}", token.reveal());
+        wait_for("the token", || {
+            let asked = ureq::get(format!("{}/v1/sensors", self.url));
+            asked.header("authorization", &bearer).call().ok()
+        });
         Ok(token)
     }
 

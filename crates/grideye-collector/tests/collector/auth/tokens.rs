@@ -2,6 +2,7 @@
 
 use crate::auth::server::{TokenServer, bearer};
 use crate::batches::numbered;
+use crate::patience::WAIT_MAX;
 use axum::http::{Method, StatusCode, header};
 use grideye_collector::Limits;
 use grideye_collector::auth::{Scope, Token};
@@ -197,7 +198,7 @@ async fn a_stream_of_events_ends_with_its_token() {
         server.notice();
     };
     let both = async { tokio::join!(follow, revoke) };
-    tokio::time::timeout(Duration::from_secs(20), both)
+    tokio::time::timeout(WAIT_MAX, both)
         .await
         .expect("the stream goes on");
 }
