@@ -2,7 +2,7 @@
 
 use super::document::CalibratedTable;
 use super::reader::{Read, Reader};
-use super::rule::EVERY;
+use super::rule::{EVERY, SD};
 use crate::model::Calibrated;
 use std::ops::Range;
 use toml::Spanned;
@@ -26,8 +26,19 @@ fn one(reader: &Reader<'_>, table: &CalibratedTable) -> Read<Calibrated> {
         let refusal = reader.refused("frames", table.frames.span(), expected, EVERY.hint);
         return Err(refusal.into());
     }
+    let keys = table.keys.get_ref();
+    let sd = table.sd.iter().map(|(key, sd)| {
+        if !keys.contains(key) {
+            let expected = format!("one of `keys`, not `{key}`");
+            return Err(reader
+                .refused("sd", sd.span(), &expected, EVERY.hint)
+                .into());
+        }
+        Ok((key.clone(), reader.number(sd, &SD)?))
+    });
     Ok(Calibrated {
-        keys: table.keys.get_ref().clone(),
+        keys: keys.clone(),
+        sd: sd.collect::<Read<_>>()?,
         every_s: reader.number(&table.every_s, &EVERY)?,
         frames,
         lines: lines(reader.text, table),
@@ -36,8 +47,11 @@ fn one(reader: &Reader<'_>, table: &CalibratedTable) -> Read<Calibrated> {
 
 fn lines(text: &str, table: &CalibratedTable) -> Range<usize> {
     let values = [table.keys.span(), table.every_s.span(), table.frames.span()];
-    let first = values.iter().map(|span| span.start).min().unwrap_or(0);
-    let last = values.iter().map(|span| span.end).max().unwrap_or(0);
+    let values = values
+        .into_iter()
+        .chain(table.sd.values().map(Spanned::span));
+    let first = values.clone().map(|span| span.start).min().unwrap_or(0);
+    let last = values.map(|span| span.end).max().unwrap_or(0);
     let Some(start) = text[..first].rfind("\n[[calibrated]]") else {
         return first..first;
     };

@@ -45,6 +45,8 @@ pub(crate) struct VaryTable {
 #[serde(deny_unknown_fields)]
 pub(crate) struct CalibratedTable {
     pub(crate) keys: Spanned<Vec<String>>,
+    #[serde(default)]
+    pub(crate) sd: BTreeMap<String, Spanned<f64>>,
     pub(crate) every_s: Spanned<f64>,
     pub(crate) frames: Spanned<String>,
 }

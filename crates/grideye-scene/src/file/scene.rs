@@ -118,7 +118,7 @@ fn variants(
         Read::Ok(Arc::new(scene))
     };
     let numbers = uncertain.iter().filter(|one| one.value_span.is_some());
-    let laws = numbers.filter_map(|one| Some((one, one.law?)));
+    let laws = numbers.filter_map(|one| Some((one, one.known()?)));
     let variants = laws.map(|(one, law)| {
         Ok(Variant {
             key: one.key.clone(),
@@ -206,6 +206,10 @@ fn read(reader: &Reader<'_>, tables: &SceneTable) -> Read<Loaded> {
     scene.prints = prints::prints(reader, &scene)?;
     warnings.extend(contacts(reader, tables, &scene)?);
     scene.uncertain = uncertain::uncertain(reader, &tables.uncertain)?;
+    for one in &mut scene.uncertain {
+        let mut latest = scene.calibrated.iter().rev();
+        one.found_sd = latest.find_map(|table| table.sd.get(&one.key).copied());
+    }
     Ok(Loaded { scene, warnings })
 }
 

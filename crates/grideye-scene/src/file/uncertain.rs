@@ -63,6 +63,7 @@ fn one(
         place: reader.place(start),
         bounds: [0.0; 2],
         law: None,
+        found_sd: None,
         is_mean_the_value: table.sd.is_some() && table.mean.is_none(),
         is_fitted: claim.is_none() || claim == Some(Claim::Start) && table.bounds.is_some(),
         over_s: is_wander.then_some(over_s),

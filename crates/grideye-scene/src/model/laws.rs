@@ -63,7 +63,7 @@ impl Scene {
     pub fn laws(&self) -> Laws {
         let mut source = Vec::new();
         let given = self.uncertain.iter();
-        let given = given.filter_map(|one| Some((one, one.law?.sd)));
+        let given = given.filter_map(|one| Some((one, one.known()?.sd)));
         source.extend(given.clone().map(|(one, sd)| told(one, sd)));
         let start = given
             .clone()
@@ -161,6 +161,9 @@ impl Scene {
 /// Where the file has a law.
 fn told(one: &Uncertain, sd: f64) -> String {
     let (key, file, line) = (&one.key, &one.place.file, one.place.line);
+    if one.found_sd.is_some() {
+        return format!("`{key}`: sd {sd}, as calibrated ({file}:{line})");
+    }
     let mut of_people = OF_PEOPLE.iter();
     if of_people.any(|(end, law)| key.ends_with(end) && one.law == Some(*law)) {
         return format!("`{key}`: sd {sd}, as of adults (ANSUR II, ISO 9920; {file}:{line})");

@@ -27,6 +27,8 @@ pub struct Uncertain {
     pub bounds: [f64; 2],
     /// A normal law of the value, known before the recording; cut at the bounds. `None`: any value between them.
     pub law: Option<Normal>,
+    /// What a calibration left unknown of it: a standard deviation around the value in the file.
+    pub found_sd: Option<f64>,
     /// Whether the law's mean is the value in the file: whoever replaces the value must write the mean out.
     pub is_mean_the_value: bool,
     /// Whether a calibration finds it: a number of the file, or [`RECORDING_START`] within given bounds. The others
@@ -76,6 +78,18 @@ impl Normal {
             }
         }
         over
+    }
+}
+
+impl Uncertain {
+    /// What is known of the value now: what a calibration left open around it, no wider than the law before it.
+    #[must_use]
+    pub fn known(&self) -> Option<Normal> {
+        let found = self.found_sd.zip(self.law).map(|(sd, law)| Normal {
+            mean: self.value,
+            sd: sd.min(law.sd),
+        });
+        found.or(self.law)
     }
 }
 

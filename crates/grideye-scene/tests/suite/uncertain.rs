@@ -253,6 +253,41 @@ fn a_calibration_is_read_with_its_lines() {
     }
 }
 
+/// What a calibration left open is what is known now; what was known before it stays the law of the next calibration.
+#[test]
+fn a_calibration_narrows_a_law() {
+    let read = |sd: &str| {
+        let text = format!(
+            "{SCENE}\n[[calibrated]]\nkeys = [\"room.ambient_c\"]\nsd = {{ {sd} }}\nevery_s = 0.5\nframes = \"00000000\"\n\
+             [[uncertain]]\nkey = \"room.ambient_c\"\nbounds = [15, 25]\nsd = 2\nmean = 18\n"
+        );
+        Scene::parse(&text, "room.toml", &BTreeMap::new()).map(|loaded| loaded.scene)
+    };
+    for (sd, mean_sd) in [("0.05", [20.0, 0.05]), ("3", [20.0, 2.0])] {
+        let scene = read(&format!("\"room.ambient_c\" = {sd}")).unwrap();
+        let one = &scene.uncertain()[0];
+        let [law, known] = [one.law, one.known()].map(|law| law.map(|law| [law.mean, law.sd]));
+        assert_eq!((law, known), (Some([18.0, 2.0]), Some(mean_sd)));
+        let [variant] = scene.variants() else {
+            panic!("{:?}", scene.variants());
+        };
+        let ambient = variant.below.room().ambient_c;
+        assert!((ambient - (20.0 - mean_sd[1])).abs() < 1e-9, "{ambient}");
+        let told = &scene.laws().source[0];
+        assert!(told.contains("as calibrated (room.toml:"), "{told}");
+    }
+    for (wrong, expected) in [
+        ("\"room.ambient_c\" = 0", "expected a number above 0"),
+        ("\"room.size_mm.x\" = 1", "expected one of `keys`"),
+    ] {
+        let refused = read(wrong).unwrap_err().to_string();
+        assert!(
+            refused.contains(expected) && refused.contains("hint: "),
+            "{refused}"
+        );
+    }
+}
+
 #[test]
 fn unknowns_are_limited() {
     let too_many = vec![("room.ambient_c", "[15, 25]"); FITTED_MAX + 1];

@@ -5,9 +5,11 @@ use crate::decision::film::{Film, Image, add};
 use crate::decision::judge::{Judge, Statistics};
 use crate::decision::recording::{Recording, fill};
 use crate::decision::spread::{Cause, Spread, is_outside, one_in_a_hundred};
-use crate::decision::world::{Drawn, World};
-use crate::numbers::{count, index};
+use crate::decision::template::mean;
+use crate::decision::world::{Drawn, Law, World};
+use crate::numbers::{count, index, single};
 use grideye_scene::Laws;
+use grideye_scene::uncertain::Uncertain;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
@@ -35,6 +37,9 @@ pub struct Decision {
     pub refused_aside_m: Option<f64>,
     /// What else the recording could show.
     pub alternatives: Vec<Alternatively>,
+    /// The law that keeps these from being told apart most: its key, and its standard deviation.
+    #[serde(skip)]
+    pub(crate) too_wide: Option<(Law, String)>,
     /// Whether the recording shows nothing but the room and noise.
     pub is_empty: bool,
     /// How far the level of all pixels runs away from the scene's, beyond the slow drift that was removed, °C.
@@ -93,6 +98,8 @@ const PICTURES_KEPT: usize = 200_000;
 /// An alternative that more right worlds than this share exclude is something else, however near it is. A few right
 /// recordings then end in "cannot tell", which is better than to agree to it.
 const CLEAR_POWER: f64 = 0.95;
+/// Alternatives that are asked which law is too wide to tell them apart: as many as are named.
+const UNTOLD_MOST: usize = 3;
 /// Worlds of each offset that is tried.
 const OF_OFFSET: usize = 30;
 /// Offsets that are tried for [`Decision::refused_aside_m`], meters.
@@ -192,6 +199,10 @@ pub(crate) fn decide(
     let are_asked = worlds.has_people() && !how.is_brief;
     let mut offsets = OFFSETS_M.into_iter().filter(|_| are_asked);
     let refused_aside_m = offsets.find(|aside_m| worlds.refuse_aside(*aside_m, &is_agreed));
+    let too_wide = match how.is_brief {
+        true => None,
+        false => worlds.too_wide(&alternatives, &is_refused),
+    };
     let (judge, film) = (&worlds.judge, &worlds.film);
     let (cause, worst) = spread.worst(place, &found, judge, film);
     // Warmth that the scene lacks is more than nothing, however little it is.
@@ -214,6 +225,7 @@ pub(crate) fn decide(
         delay_range_s: spread.delay_s(),
         refused_aside_m,
         alternatives,
+        too_wide,
         is_empty: !has_more && judge.is_empty(&recording.pictures, &film.room),
         drift_c: film.drift_c(&recording.pictures),
         frames: recording.frames - recording.strays,
@@ -361,6 +373,75 @@ impl<'a> Worlds<'a> {
         self.recorded(shown, &self.errors[index % self.errors.len()])
     }
 
+    /// The law that lets most recordings of what is not told apart look like this one, if without it they would be half as
+    /// many.
+    fn too_wide(
+        &mut self,
+        alternatives: &[Alternatively],
+        is_refused: &impl Fn(&Statistics) -> bool,
+    ) -> Option<(Law, String)> {
+        let untold = alternatives.iter().enumerate();
+        let untold = untold.filter(|(_, one)| !one.is_told() && one.counts());
+        let untold: Vec<_> = untold.take(UNTOLD_MOST).collect();
+        let beyond = |worlds: &mut Self, law: Option<Law>| -> f64 {
+            let drawn = (0..OF_ALTERNATIVE.min(worlds.others.len())).map(|index| {
+                let drawn = worlds.others[index].drawn.clone();
+                let drawn = law.map_or(drawn.clone(), |law| drawn.knowing(law));
+                let world = World::new(drawn, worlds.film);
+                let mut error = worlds.errors[index % worlds.errors.len()].clone();
+                if law == Some(Law::Background) {
+                    without_mean(&mut error);
+                }
+                let of = untold.iter().map(|(rival, one)| {
+                    let shown = one.of.shown(worlds.film, &world);
+                    let recorded = worlds.recorded(shown, &error);
+                    let beyond = worlds.judge.likeness(*rival, &recorded) - one.likeness;
+                    match beyond > 0.0 && !is_refused(&worlds.judge.of(&recorded)) {
+                        true => beyond,
+                        false => 0.0,
+                    }
+                });
+                of.sum::<f64>()
+            });
+            drawn.sum()
+        };
+        if untold.is_empty() {
+            return None;
+        }
+        let all = beyond(self, None);
+        let left = self
+            .open_laws()
+            .into_iter()
+            .map(|(law, told)| (beyond(self, Some(law)), law, told));
+        let (left, law, told) = left.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        (left < 0.5 * all).then_some((law, told))
+    }
+
+    /// The laws that leave anything open, each with its key and standard deviation.
+    fn open_laws(&self) -> Vec<(Law, String)> {
+        let told = |key: &str, sd: f64| format!("`{key}` (sd {sd})");
+        let mut all = Vec::new();
+        for (number, leaning) in self.film.leanings.iter().enumerate() {
+            let known = self.laws.numbers.iter().find(|one| one.key == leaning.key);
+            let sd = known.and_then(Uncertain::known).map_or(0.0, |law| law.sd);
+            all.push((Law::Number(number), told(&leaning.key, sd)));
+        }
+        for (person, (walker, law)) in self.film.people.iter().zip(&self.laws.agents).enumerate() {
+            let of = [
+                (Law::Contrast(person), "contrast", law.contrast_sd),
+                (Law::Aside(person), "aside_m", law.place_sd_m),
+                (Law::Wander(person), "wander_m", law.wander_sd_m),
+            ];
+            let of = of.into_iter().filter(|(_, _, sd)| *sd > 0.0);
+            all.extend(
+                of.map(|(law, key, sd)| (law, told(&format!("agent.{}.{key}", walker.name), sd))),
+            );
+        }
+        all.push((Law::Lag, told("recording.start_s", self.laws.lag_sd_s)));
+        all.push((Law::Background, "room.background_c".to_owned()));
+        all
+    }
+
     /// What is recorded of what is shown.
     fn recorded(&self, mut shown: Vec<Image>, error: &[Image]) -> Vec<Image> {
         for (shown, error) in shown.iter_mut().zip(error) {
@@ -383,6 +464,12 @@ impl<'a> Worlds<'a> {
         });
         count(not_agreed.count()) >= 0.9 * count(number)
     }
+}
+
+/// Leaves what changes.
+fn without_mean(error: &mut [Image]) {
+    let mean = mean(error).map(single);
+    error.iter_mut().for_each(|image| add(image, &mean, -1.0));
 }
 
 /// Keeps the worlds that are most like the scene, those first.

@@ -64,6 +64,7 @@ type Places = HashMap<(i32, i32, u8), Box<Image>, FixedState>;
 /// What one uncertain number of a scene adds, by its standard deviations `z`: `z` times `linear` and `z²` times `square`,
 /// which is exact at -1 and 1.
 pub(crate) struct Leaning {
+    pub(crate) key: String,
     pub(crate) linear: Vec<Image>,
     pub(crate) square: Vec<Image>,
 }
@@ -218,6 +219,7 @@ impl Film {
                 std::array::from_fn(|pixel| 0.5 * (below[pixel] + above[pixel]) - own[pixel])
             });
             self.leanings.push(Leaning {
+                key: variant.key.clone(),
                 linear: pairs()
                     .map(|(below, above)| less(above, below).map(|celsius| 0.5 * celsius))
                     .collect(),

@@ -32,3 +32,4 @@ pub(crate) use film::{Film, Rendered};
 pub(crate) use recording::Recording;
 pub(crate) use remedy::{Compared, remedy};
 pub(crate) use spread::Cause;
+pub(crate) use world::Law;

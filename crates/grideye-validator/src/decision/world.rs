@@ -1,7 +1,7 @@
 //! Recordings that could be: a scene within its laws.
 
 use crate::decision::film::{Film, Image, add};
-use crate::numbers::single;
+use crate::numbers::{count, single};
 use grideye_frame::PIXELS;
 use grideye_scene::Laws;
 use rand_chacha::ChaCha8Rng;
@@ -9,6 +9,20 @@ use rand_distr::{Distribution, StandardNormal};
 
 /// Standard deviation of the logarithm of the contrast of objects, in a scene without people.
 const OBJECTS_SD: f64 = 0.2;
+
+/// One of the laws that worlds draw from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Law {
+    /// Of the file's number with this leaning.
+    Number(usize),
+    /// Of a person.
+    Contrast(usize),
+    Aside(usize),
+    Wander(usize),
+    Lag,
+    /// Of unit and room.
+    Background,
+}
 
 /// What one world draws of its scene.
 #[derive(Debug, Clone, Default)]
@@ -122,6 +136,29 @@ impl Drawn {
         }
         self.objects = 1.0;
         self.off.clear();
+        self
+    }
+
+    /// The same world if a law were known.
+    pub(crate) fn knowing(mut self, law: Law) -> Self {
+        match law {
+            Law::Number(number) => self.off[number] = 0.0,
+            Law::Contrast(person) => self.people[person].0 = 1.0,
+            // What a person is aside all the time is nearly the mean of what it is aside.
+            Law::Aside(person) | Law::Wander(person) => {
+                let places = &mut self.people[person].1;
+                let all = count(places.len().max(1));
+                let mean = [0, 1].map(|axis| places.iter().map(|at| at[axis]).sum::<f64>() / all);
+                for place in places {
+                    *place = match law {
+                        Law::Aside(_) => [place[0] - mean[0], place[1] - mean[1]],
+                        _ => mean,
+                    };
+                }
+            }
+            Law::Lag => self.lag_s = 0.0,
+            Law::Background => {}
+        }
         self
     }
 

@@ -5,7 +5,7 @@ use amg8833::word::pixel_steps;
 use grideye_frame::RecordedFrame;
 use grideye_recording::Record;
 use grideye_scene::{Calibrated, Scene, fnv1a};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fmt::Write as _;
 use std::ops::RangeInclusive;
 use std::time::Duration;
@@ -39,6 +39,7 @@ pub(crate) fn calibrated(
     }
     Calibrated {
         keys,
+        sd: BTreeMap::new(),
         every_s: every.as_secs_f64(),
         frames,
         lines: 0..0,

@@ -1,6 +1,6 @@
 //! Whether the recording is the scene's, by the decision; and whether its level is.
 
-use crate::decision::{Alternatively, Cause, Contrast, Decision};
+use crate::decision::{Alternatively, Cause, Contrast, Decision, Law};
 use crate::metrics::foreground::RoomSource;
 use crate::thresholds::Thresholds;
 use crate::verdict::types::{Evidence, Next, PROFILE, Question, State, Weighed};
@@ -147,14 +147,30 @@ fn told_apart(decision: &Decision, evidence: &Evidence<'_>) -> Weighed {
         return asked.weighed(State::Met, sentence, Next::default());
     }
     let sentence = format!("It could also be {}.{same}", listed(&untold));
-    let next = match evidence.prior.pattern.from {
-        RoomSource::Scene => PROFILE,
+    asked.weighed(State::Open, sentence, tells_apart(decision, evidence))
+}
+
+/// What would tell: first a law that is too wide.
+fn tells_apart(decision: &Decision, evidence: &Evidence<'_>) -> Next {
+    match &decision.too_wide {
+        Some((law, told)) if *law != Law::Background => {
+            let how = match law {
+                Law::Number(_) => {
+                    "measure it, or find it with `grideye calibrate`, and give a smaller sd"
+                }
+                Law::Lag => "say with `--start` when the recording begins, and give a smaller sd",
+                _ => "if you know it better, give a smaller sd",
+            };
+            let step = format!("The law of {told} is too wide to tell: {how} in [[uncertain]].");
+            (step, format!("a narrower law of {told}")).into()
+        }
+        _ if evidence.prior.pattern.from == RoomSource::Scene => PROFILE.into(),
         _ => (
             "Record for longer, with people who walk through the whole view.",
             "a longer recording, with people who walk through the whole view",
-        ),
-    };
-    asked.weighed(State::Open, sentence, next)
+        )
+            .into(),
+    }
 }
 
 pub(crate) fn level(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed {

@@ -444,15 +444,19 @@ fn the_new_scene_keeps_what_was_known_before() {
     let once = run(&text, &records, &Options::default()).unwrap();
     let start = once.found[0].start;
     assert!(
-        once.scene
-            .contains(&format!("\nmean = {start}\nkey = \"room.ambient_c\"")),
+        once.scene.contains(&format!(
+            "\nmean = {start}\n# found: {}\nkey = ",
+            once.found[0].told()
+        )),
         "{}",
         once.scene
     );
     let twice = run(&once.scene, &records, &Options::default()).unwrap();
     let moved = (twice.found[0].value - once.found[0].value).abs();
     assert!(moved < 0.2 * once.found[0].uncertainty.unwrap(), "{moved}");
-    assert_eq!(twice.scene.matches("mean = ").count(), 1);
+    for once in ["mean = ", "# found: ", "\nsd = { "] {
+        assert_eq!(twice.scene.matches(once).count(), 1, "{}", twice.scene);
+    }
 }
 
 /// Azimuth and roll of a sensor that looks straight down only show as a sum: one of two combinations.

@@ -6,7 +6,8 @@ use grideye_frame::{Celsius, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::{ClockState, Record, Stamp};
 use grideye_scene::profile::Profile;
 use grideye_scene::{Files, Scene, Simulator};
-use grideye_validator::calibrate::{Calibration, Options, calibrate};
+use grideye_validator::calibrate::{Calibration, Half, Options, calibrate};
+use grideye_validator::{Verdict, compare_scene};
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use std::fmt::Write as _;
@@ -219,6 +220,47 @@ fn intervals_of_a_person_hold_the_truth_as_often_as_they_say() {
         100.0 * share
     );
     assert!(shares.contains(&share), "{share}");
+}
+
+/// What is found of a tall person in a coat leaves little open, and the half that was not fitted agrees. With the laws of
+/// before it could be much else, and the advice names the law that is too wide.
+#[test]
+fn what_was_found_narrows_the_laws_of_the_scene() {
+    let truth = [21.5, 1790.0, 1.6, 2050.0, 2450.0, 2560.0, 3.0, -2.0];
+    let records = &record(&scene(truth), UNIT, 3, 800)[..100];
+    let text = with_fits(scene(GUESS), &EIGHT);
+    let options = Options {
+        half: Some(Half::First),
+        ..Options::default()
+    };
+    let guess = (text.as_str(), "guess.toml");
+    let found = calibrate(records, guess, &files, "ceiling", &options, &mut |_| ()).unwrap();
+    let read = |text: &str| Scene::parse(text, "room.toml", &files).unwrap().scene;
+    let after = read(&found.scene);
+    for (one, estimate) in after.uncertain().iter().zip(&found.found) {
+        let known = one.known().map(|law| [law.mean, law.sd]);
+        let own = estimate.half_width_95.unwrap() / 1.96;
+        assert_eq!(known.is_some(), estimate.law.is_some(), "{}", one.key);
+        for [mean, sd] in known.into_iter() {
+            assert_eq!(mean, estimate.value);
+            assert!((sd / own - 1.0).abs() < 0.06, "{sd} {own}");
+        }
+        let before = estimate.law.map(|law| law.sd);
+        assert_eq!(one.law.map(|law| law.sd), before, "calibrated again");
+    }
+    let judged = |scene: &Scene| {
+        let options = grideye_validator::Options::default();
+        let compared = compare_scene(records, scene, "ceiling", &options);
+        compared.unwrap().judgment
+    };
+    let narrow = judged(&after);
+    assert_eq!(narrow.verdict, Verdict::Agrees, "{narrow}");
+    let lines = found.scene.split_inclusive('\n');
+    let wide: String = lines.filter(|line| !line.starts_with("sd = { ")).collect();
+    let wide = judged(&read(&wide));
+    assert_eq!(wide.verdict, Verdict::CannotTell, "{wide}");
+    let law = "The law of `agent.anna.person.clothing` (sd 0.5) is too wide to tell";
+    assert!(wide.next_step.starts_with(law), "{wide}");
 }
 
 /// Straight down, azimuth and roll are one turn and elevation cannot pass 90°: the tilts are the other two.
