@@ -4,7 +4,7 @@ use crate::decision::alternative::Alternative;
 use crate::decision::film::{Film, Image, add};
 use crate::decision::judge::{Judge, Statistics};
 use crate::decision::recording::{Recording, fill};
-use crate::decision::spread::{Cause, Spread, is_outside, one_in_a_hundred};
+use crate::decision::spread::{ABSENT, Cause, Spread, is_outside, one_in_a_hundred};
 use crate::decision::template::mean;
 use crate::decision::world::{Drawn, Law, World};
 use crate::numbers::{count, index, single};
@@ -133,6 +133,13 @@ impl Decision {
         self.alternatives
             .iter()
             .filter(|one| !one.is_told() && !one.counts())
+    }
+}
+
+impl Contrast {
+    /// Whether nothing is as warm where the scene has this, when it has it there: no clothes make it so.
+    pub(crate) fn is_absent(&self) -> bool {
+        self.found < ABSENT
     }
 }
 

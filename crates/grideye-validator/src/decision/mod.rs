@@ -20,6 +20,7 @@ mod judge;
 mod painter;
 mod recording;
 mod remedy;
+mod search;
 mod spread;
 mod template;
 mod unit;

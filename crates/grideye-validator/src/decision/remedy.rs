@@ -1,14 +1,14 @@
-//! The single change that would make a refused scene agree.
+//! What would make a refused scene agree, and else what would bring it nearer.
 
 use crate::align::Orientation;
 use crate::decision::decide::{Decision, How, decide};
-use crate::decision::film::{Film, Image, Rendered, add, turned};
+use crate::decision::film::{Film, Rendered};
 use crate::decision::recording::Recording;
-use crate::decision::template::Hiding;
-use crate::numbers::{count, index, median, single, whole};
+use crate::decision::search::{Changed, Search};
+use crate::numbers::single;
 use glam::DVec3;
 use grideye_draw::text::fixed;
-use grideye_frame::{COLUMNS, PIXELS, ROWS};
+use grideye_frame::{COLUMNS, ROWS};
 use grideye_scene::{Laws, Scene, SceneError};
 
 /// What was compared.
@@ -23,70 +23,75 @@ pub(crate) struct Compared<'a> {
 }
 
 enum Change {
-    Later(f64),
-    Turned(Orientation),
+    Of(Changed),
     Contrast(f64),
-    /// The sensor, in x and y, meters.
-    Moved([f64; 2]),
     Sensor(String),
 }
 
-/// Longest delay that is tried, seconds.
-const DELAY_MAX_S: f64 = 10.0;
-/// Farthest that the sensor is moved each way, and the steps, meters.
-const MOVE_MAX_M: f64 = 1.5;
-const MOVE_STEP_M: f64 = 0.25;
 /// Changes that are judged, those that explain most first.
 const JUDGED: usize = 2;
-/// How much more of the recording than the scene a change must explain to be judged.
+/// How much more of the recording than the scene a change must explain to be judged, or to be part of one.
 const CLEARLY: f64 = 1.15;
+/// Changes that are named although none agrees, and the least share of the difference that each takes away.
+const NAMED: usize = 3;
+const GAIN_MIN: f64 = 0.1;
 
-/// The change that would agree, as a sentence with its command; `None` if none does. What was rendered is left for the next.
+/// What would agree, as a sentence with its command; else what would take most of the difference away, each with its share.
+/// What was rendered is left for the next.
 pub(crate) fn remedy(
     compared: &Compared<'_>,
-    mut film: Film,
+    film: Film,
     rendered: &mut Rendered,
     decision: &Decision,
 ) -> Result<Option<String>, SceneError> {
-    let hiding = Hiding::new(&compared.recording.unit);
-    let pictures = &compared.recording.pictures;
-    let explained =
-        |film: &Film, pictures: &[Image]| explained(&hiding, film, &film.claimed(), pictures);
-    let own = explained(&film, pictures);
-    let mut changes = Vec::new();
-    for orientation in Orientation::ALL.into_iter().skip(1) {
-        let back = turned(pictures, orientation.inverse());
-        changes.push((explained(&film, &back), Change::Turned(orientation)));
-    }
-    if film.has_movement() {
-        changes.push(delay(compared, &hiding)?);
-    }
-    if !film.people.is_empty() {
-        changes.push(moved(&mut film, &hiding, pictures));
-    }
+    let of = (compared.scene, compared.sensor);
+    let mut search = Search::new(of, compared.recording, film)?;
+    let own = search.explained(Changed::NONE);
+    let tried = search.tried();
+    let mut changes: Vec<(f64, Change)> = search
+        .singles(&tried)
+        .into_iter()
+        .map(|(explained, changed)| (explained, Change::Of(changed)))
+        .collect();
     for sensor in compared.scene.sensors() {
         let is_other =
             sensor.name != compared.sensor && (sensor.columns, sensor.rows) == (COLUMNS, ROWS);
         if is_other {
-            let film = compared.film(Rendered::default(), compared.scene, &sensor.name, 0.0)?;
-            changes.push((
-                explained(&film, pictures),
-                Change::Sensor(sensor.name.clone()),
-            ));
+            let explained = search.explained_by(compared.scene, &sensor.name)?;
+            changes.push((explained, Change::Sensor(sensor.name.clone())));
         }
     }
     changes.retain(|(explained, _)| *explained > CLEARLY * own);
     changes.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let together = search.together(&tried, CLEARLY);
+    let left = search.left(own);
+    let gain = |explained: f64| ((explained - own) / left).clamp(0.0, 1.0);
     // What explains clearly more than the scene at any contrast comes before another contrast.
-    let off = decision.off_contrast().filter(|off| off.found > 0.0);
-    changes.extend(off.map(|off| (own, Change::Contrast(off.found))));
-    *rendered = film.into_rendered();
-    for (_, change) in changes.iter().take(JUDGED) {
+    let off = decision.off_contrast().filter(|off| !off.is_absent());
+    let off = off.map(|off| (own, Change::Contrast(off.found)));
+    let all = together.map(|(explained, changed)| (gain(explained), changed));
+    *rendered = search.into_rendered();
+    for (_, change) in changes.iter().chain(&off).take(JUDGED) {
         if compared.agrees_with(change, rendered)? {
             return Ok(Some(compared.in_words(change)));
         }
     }
-    Ok(None)
+    if let Some((_, changed)) = all {
+        if compared.agrees_with(&Change::Of(changed), rendered)? {
+            let parts = changed
+                .parts()
+                .map(|part| compared.named(&Change::Of(part)));
+            let parts: Vec<String> = parts.collect();
+            return Ok(Some(format!(
+                "Together would agree: {}.",
+                parts.join(", and ")
+            )));
+        }
+    }
+    let gains = changes
+        .iter()
+        .map(|(explained, change)| (gain(*explained), change));
+    Ok(compared.gains(gains, all))
 }
 
 impl Compared<'_> {
@@ -105,28 +110,32 @@ impl Compared<'_> {
     /// With what was rendered of this scene and sensor.
     fn agrees_with(&self, change: &Change, rendered: &mut Rendered) -> Result<bool, SceneError> {
         let (scene, sensor) = (self.scene, self.sensor);
-        let own = |rendered: &mut Rendered, later_s| {
-            self.film(std::mem::take(rendered), scene, sensor, later_s)
-        };
         let other =
             |scene: &Scene, sensor: &str| self.film(Rendered::default(), scene, sensor, 0.0);
+        let mut is_own = false;
+        let mut turned = Orientation::Upright;
         let mut film = match change {
-            Change::Later(by_s) => own(rendered, *by_s)?,
-            Change::Turned(_) => own(rendered, 0.0)?,
+            Change::Of(changed) => {
+                turned = changed.turned;
+                is_own = changed.moved_m == [0.0; 2];
+                let before = match is_own {
+                    true => std::mem::take(rendered),
+                    false => Rendered::default(),
+                };
+                let moved = (!is_own).then(|| with_moved(scene, sensor, changed.moved_m));
+                self.film(
+                    before,
+                    moved.as_ref().unwrap_or(scene),
+                    sensor,
+                    changed.late_s,
+                )?
+            }
             Change::Contrast(times) => other(scene, sensor)?.warmer(single(*times)),
-            Change::Moved(by_m) => other(&with_moved(scene, sensor, *by_m), sensor)?,
             Change::Sensor(name) => other(scene, name)?,
         };
-        let back;
-        let recording = match change {
-            Change::Turned(orientation) => {
-                back = self.recording.turned(orientation.inverse());
-                &back
-            }
-            _ => self.recording,
-        };
-        let decision = decide(&mut film, recording, self.laws, self.how);
-        if matches!(change, Change::Later(_) | Change::Turned(_)) {
+        let back = self.recording.turned(turned.inverse());
+        let decision = decide(&mut film, &back, self.laws, self.how);
+        if is_own {
             *rendered = film.into_rendered();
         }
         // Stopped, nobody asks.
@@ -135,13 +144,8 @@ impl Compared<'_> {
 
     fn in_words(&self, change: &Change) -> String {
         match change {
-            Change::Later(by_s) => {
-                let start_s = self.start_s - by_s;
-                let by = fixed(by_s.abs(), 2);
-                let word = if *by_s < 0.0 { "earlier" } else { "later" };
-                format!("The scene {by} s {word} would agree: --start {start_s:.2}.")
-            }
-            Change::Turned(orientation) => {
+            Change::Of(changed) if changed.turned != Orientation::Upright => {
+                let orientation = changed.turned;
                 format!(
                     "The image is {orientation}; turned back it would agree: --align orientation."
                 )
@@ -150,112 +154,86 @@ impl Compared<'_> {
                 "{} times the scene's contrast would agree: change temperature_c, or person.clothing.",
                 fixed(*times, 1)
             ),
-            Change::Moved(by_m) => {
-                let [x, y] = by_m.map(|by_m| fixed(by_m, 2));
-                let moved = with_moved(self.scene, self.sensor, *by_m);
+            Change::Sensor(name) => {
+                format!("As seen by sensor `{name}` it would agree: --sensor {name}.")
+            }
+            Change::Of(_) => {
+                let (what, how) = self.what_and_how(change);
+                let (first, rest) = what.split_at(1);
+                format!("{}{rest} would agree: {how}.", first.to_uppercase())
+            }
+        }
+    }
+
+    /// As part of a sentence, with its command.
+    fn named(&self, change: &Change) -> String {
+        let (what, how) = self.what_and_how(change);
+        format!("{what} ({how})")
+    }
+
+    /// Of a single change.
+    fn what_and_how(&self, change: &Change) -> (String, String) {
+        match change {
+            Change::Contrast(times) => {
+                let what = format!("{} times the scene's contrast", fixed(*times, 1));
+                (what, "temperature_c, or person.clothing".to_owned())
+            }
+            Change::Sensor(name) => (format!("sensor `{name}`"), format!("--sensor {name}")),
+            Change::Of(Changed { turned, .. }) if *turned != Orientation::Upright => (
+                format!("the image, which is {turned}, turned back"),
+                "--align orientation".to_owned(),
+            ),
+            Change::Of(Changed { late_s, .. }) if *late_s != 0.0 => {
+                let start_s = self.start_s - late_s;
+                let by = fixed(late_s.abs(), 2);
+                let word = if *late_s < 0.0 { "earlier" } else { "later" };
+                (
+                    format!("the scene {by} s {word}"),
+                    format!("--start {start_s:.2}"),
+                )
+            }
+            Change::Of(Changed { moved_m, .. }) => {
+                let [x, y] = moved_m.map(|by_m| fixed(by_m, 2));
+                let moved = with_moved(self.scene, self.sensor, *moved_m);
                 let sensor = moved.sensor(self.sensor).ok();
                 let [x_mm, y_mm, z_mm] = sensor
                     .map(|sensor| sensor.pose.position_m.to_array())
                     .unwrap_or_default()
                     .map(|m| 1e3 * m);
-                format!(
-                    "The sensor {x} m further in x and {y} m in y would agree: position_mm = [{x_mm:.0}, {y_mm:.0}, {z_mm:.0}]."
+                (
+                    format!("the sensor {x} m further in x and {y} m in y"),
+                    format!("position_mm = [{x_mm:.0}, {y_mm:.0}, {z_mm:.0}]"),
                 )
-            }
-            Change::Sensor(name) => {
-                format!("As seen by sensor `{name}` it would agree: --sensor {name}.")
             }
         }
     }
-}
 
-/// How much of a recording the subject explains, at its best contrast, in squared standard deviations.
-fn explained(hiding: &Hiding, film: &Film, subject: &[Image], pictures: &[Image]) -> f64 {
-    let template = hiding.template(subject);
-    let product = template.product(pictures) - template.product(&film.room);
-    product.max(0.0).powi(2) / template.square.max(1.0)
-}
-
-/// The delay that explains most.
-fn delay(compared: &Compared<'_>, hiding: &Hiding) -> Result<(f64, Change), SceneError> {
-    let Recording {
-        times_s,
-        pictures,
-        within_s,
-        ..
-    } = compared.recording;
-    let steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let step_s = median(&steps).unwrap_or(0.1).max(0.05);
-    let (Some(first_s), Some(last_s)) = (times_s.first(), times_s.last()) else {
-        return Ok((0.0, Change::Later(0.0)));
-    };
-    let most = whole(DELAY_MAX_S / step_s);
-    let from_s = first_s - f64::from(most) * step_s;
-    let number = whole(((last_s - first_s) / step_s).round()) + 2 * most + 1;
-    let all_s: Vec<f64> = (0..number)
-        .map(|index| from_s + f64::from(index) * step_s)
-        .collect();
-    let long = Film::new(compared.scene, compared.sensor, &all_s, *within_s)?;
-    let claimed = long.claimed();
-    let explained_at = |late: i32| {
-        let sources = times_s.iter().map(|time_s| {
-            let place = whole(((time_s - from_s) / step_s).round()) - late;
-            index(f64::from(place.clamp(0, number - 1)))
-        });
-        let (subject, room): (Vec<Image>, Vec<Image>) = sources
-            .map(|source| (claimed[source], long.room[source]))
-            .unzip();
-        let template = hiding.template(&subject);
-        let product = template.product(pictures) - template.product(&room);
-        product.max(0.0).powi(2) / template.square.max(1.0)
-    };
-    let all: Vec<f64> = (-most..=most).map(explained_at).collect();
-    let best = (1..all.len().saturating_sub(1)).max_by(|a, b| all[*a].total_cmp(&all[*b]));
-    let Some(best) = best else {
-        return Ok((0.0, Change::Later(0.0)));
-    };
-    let (before, here, after) = (all[best - 1], all[best], all[best + 1]);
-    let curve = before - 2.0 * here + after;
-    let aside = if curve < 0.0 {
-        (0.5 * (before - after) / curve).clamp(-0.5, 0.5)
-    } else {
-        0.0
-    };
-    let late_s = step_s * (count(best) - f64::from(most) + aside);
-    Ok((here, Change::Later(late_s)))
-}
-
-/// The place of the sensor that explains most, as if all people were moved the other way.
-fn moved(film: &mut Film, hiding: &Hiding, pictures: &[Image]) -> (f64, Change) {
-    let at = |film: &mut Film, by_m: [f64; 2]| {
-        let mut subject = vec![[0.0; PIXELS]; film.len()];
-        for walker in &mut film.people {
-            for (index, subject) in subject.iter_mut().enumerate() {
-                add(subject, &walker.aside(index, by_m.map(|by_m| -by_m)), 1.0);
-            }
+    /// What each change would gain although none agrees, and all together; `None` if that is little.
+    fn gains<'c>(
+        &self,
+        changes: impl Iterator<Item = (f64, &'c Change)>,
+        all: Option<(f64, Changed)>,
+    ) -> Option<String> {
+        let would_go = |share: f64, with: String| {
+            let percent = fixed(100.0 * share, 0);
+            format!("{percent} % would go with {with}")
+        };
+        let named = changes.filter(|(gain, _)| *gain >= GAIN_MIN).take(NAMED);
+        let mut named: Vec<String> = named
+            .map(|(gain, change)| would_go(gain, self.named(change)))
+            .collect();
+        if let Some((gain, changed)) = all.filter(|(gain, _)| *gain >= GAIN_MIN) {
+            let parts = changed.parts().map(|part| self.named(&Change::Of(part)));
+            let parts: Vec<String> = parts.collect();
+            named.push(would_go(gain, parts.join(" and ")));
         }
-        explained(hiding, film, &subject, pictures)
-    };
-    let mut best = (0.0, [0.0; 2]);
-    let mut around = |film: &mut Film, middle_m: [f64; 2], most_m: f64, step_m: f64| {
-        let steps = whole((most_m / step_m).round());
-        for x in -steps..=steps {
-            for y in -steps..=steps {
-                let by_m = [
-                    middle_m[0] + step_m * f64::from(x),
-                    middle_m[1] + step_m * f64::from(y),
-                ];
-                let explained = at(film, by_m);
-                if explained > best.0 {
-                    best = (explained, by_m);
-                }
-            }
-        }
-        best.1
-    };
-    let coarse_m = around(film, [0.0; 2], MOVE_MAX_M, MOVE_STEP_M);
-    let _ = around(film, coarse_m, 0.2, 0.05);
-    (best.0, Change::Moved(best.1))
+        (!named.is_empty()).then(|| {
+            format!(
+                "No change of time, orientation or place alone would agree. Of what differs from the scene, {}.",
+                named.join(", ")
+            )
+        })
+    }
 }
 
 fn with_moved(scene: &Scene, name: &str, by_m: [f64; 2]) -> Scene {

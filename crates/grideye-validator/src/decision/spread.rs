@@ -305,10 +305,12 @@ impl Spread {
                     .get(subject)
                     .map(|walker| format!("`{}`", walker.name));
                 let name = name.unwrap_or("what is warm".to_owned());
-                (
-                    Cause::Contrast,
-                    format!("{name} has {times} times the scene's contrast"),
-                )
+                let why = match statistics.contrasts[subject] < ABSENT {
+                    true => ": it is not where or when the scene has it",
+                    false => "",
+                };
+                let found = format!("{name} has {times} times the scene's contrast{why}");
+                (Cause::Contrast, found)
             }
             _ => (Cause::Alternative, likest(statistics, judge, film)),
         }
@@ -334,5 +336,8 @@ pub(crate) fn is_outside(found: f64, [low, high]: [f64; 2]) -> bool {
     found < low || found > high
 }
 
+/// A contrast below this share is none: beyond three of the widest standard deviations (0.5, of its logarithm) that a scene
+/// may give.
+pub(crate) const ABSENT: f64 = 0.2;
 /// Likeness below which a recording looks more like an alternative than like the scene.
 const LIKE: f64 = 0.3;

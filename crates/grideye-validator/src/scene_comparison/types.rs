@@ -46,7 +46,7 @@ pub struct Options {
     pub threads: usize,
     pub thresholds: Thresholds,
     pub align: AlignOptions,
-    /// Whether to seek the single change that would make a refused scene agree: some seconds.
+    /// Whether to seek the change that would make a refused scene agree, or bring it nearer: some seconds.
     pub advises: bool,
     /// What a profile says about the unit: its pattern is added to the scene's claim.
     pub unit: Option<KnownUnit>,

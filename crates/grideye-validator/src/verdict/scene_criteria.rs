@@ -43,6 +43,7 @@ fn right(decision: &Decision, evidence: &Evidence<'_>, thresholds: &Thresholds) 
         return asked.weighed(State::Met, sentence, ("", turns.join(", ")));
     }
     let step = match decision.cause {
+        _ if decision.contrasts.iter().any(Contrast::is_absent) => ELSEWHERE,
         Cause::Contrast => WARMTH,
         Cause::Lag => {
             "Check in which second of the scene the recording starts (`--start`), and the clocks."
@@ -78,6 +79,8 @@ fn helps(evidence: &Evidence<'_>, step: &str) -> String {
 const WARMTH: &str =
     "Check the temperatures of people and objects, and what the people wear (person.clothing).";
 
+const ELSEWHERE: &str = "Check the second of the scene at which the recording starts (`--start`), the places of people and sensor, and how the image lies (`--align orientation`).";
+
 fn contrast(decision: &Decision, evidence: &Evidence<'_>) -> Weighed {
     let asked = Question {
         name: "contrast",
@@ -92,11 +95,15 @@ fn contrast(decision: &Decision, evidence: &Evidence<'_>) -> Weighed {
     if let Some(off) = decision.off_contrast() {
         let [low, high] = range(off);
         let (name, found) = (name(off), fixed(off.found, 2));
+        let (why, step) = match off.is_absent() {
+            true => (": it is not where or when the scene has it", ELSEWHERE),
+            false => ("", WARMTH),
+        };
         let sentence = format!(
-            "{name} has {found} times the scene's contrast; {low} to {high} is what the scene leaves open."
+            "{name} has {found} times the scene's contrast{why}; {low} to {high} is what the scene leaves open."
         );
         let turn = format!("{low} to {high} times the scene's contrast");
-        return asked.weighed(State::Failed, sentence, (helps(evidence, WARMTH), turn));
+        return asked.weighed(State::Failed, sentence, (helps(evidence, step), turn));
     }
     let found = decision.contrasts.iter().map(|one| {
         let [low, high] = range(one);

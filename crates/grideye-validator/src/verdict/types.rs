@@ -80,7 +80,7 @@ pub(crate) struct Prior {
     pub(crate) fitted: Option<FittedShare>,
     /// Whether it is the scene; without one, frames alone decide nothing.
     pub(crate) decision: Option<Decision>,
-    /// The single change that would make it agree.
+    /// What would make it agree, or bring it nearer.
     pub(crate) remedy: Option<String>,
     /// Range of the slow drift against the scene, °C, and the largest that is no fault.
     pub(crate) drift_c: [f64; 2],

@@ -6,6 +6,7 @@
 
 mod worlds;
 
+use grideye_frame::Reading;
 use grideye_recording::Record;
 use grideye_validator::{Comparison, KnownScene, Options, Verdict, compare_scene};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -302,6 +303,83 @@ fn the_change_that_would_agree_is_named() {
         assert!(next_step.contains(sentence), "{truth:?}: {next_step}");
         let is_delay = matches!(truth, Truth::Late(_));
         assert_eq!(then, is_delay.then_some(Verdict::Agrees), "{truth:?}");
+    }
+}
+
+/// A recording in which the image of a recording of this kind lies mirrored.
+fn mirrored(truth: Truth) -> Vec<Record> {
+    let mut records = record(WALK, 100, truth, UNIT, FIRST_SEED);
+    for record in &mut records {
+        if let Reading::Frame(frame) = &mut record.reading {
+            frame.pixels.chunks_mut(8).for_each(<[_]>::reverse);
+        }
+    }
+    records
+}
+
+/// Each of several changes is named, with the share of the difference that it takes away where they are not all.
+#[test]
+fn what_is_wrong_together_is_named() {
+    let scene = scene(WALK, 100, "");
+    const TURNED: &str =
+        "the image, which is mirrored left to right, turned back (--align orientation)";
+    let wrong = [
+        (
+            Truth::Late(1.5),
+            "Together would agree: ",
+            "s later (--start -1.",
+        ),
+        (
+            Truth::Aside(0.7),
+            "Together would agree: ",
+            "(position_mm = [",
+        ),
+        (
+            Truth::Contrast(6.0),
+            "No change of ",
+            " % would go with the image, which",
+        ),
+        (
+            Truth::Gone,
+            "No change of ",
+            " % would go with the image, which",
+        ),
+    ];
+    let told = compared(4, |kind| {
+        let records = mirrored(wrong[usize::try_from(kind).unwrap()].0);
+        let options = Options {
+            advises: true,
+            ..options()
+        };
+        compare_scene(&records, &scene, SENSOR, &options)
+            .unwrap()
+            .judgment
+    });
+    for ((truth, first, other), judged) in wrong.iter().zip(told) {
+        let step = &judged.next_step;
+        assert!(step.starts_with(first), "{truth:?}: {step}");
+        assert!(
+            step.contains(TURNED) && step.contains(other),
+            "{truth:?}: {step}"
+        );
+    }
+}
+
+/// Who is elsewhere or was there at another time is not dressed otherwise.
+#[test]
+fn no_contrast_is_another_place_or_time() {
+    let all = judged(STAND, 60, Truth::MirroredX, (UNIT, ""), 4);
+    for one in all {
+        let judged = one.judgment;
+        println!("{judged}");
+        assert!(
+            judged
+                .headline
+                .contains("it is not where or when the scene has it"),
+            "{judged}"
+        );
+        assert!(judged.next_step.contains("`--start`"), "{judged}");
+        assert!(!judged.to_string().contains("wear"), "{judged}");
     }
 }
 
