@@ -36,6 +36,7 @@ mod text;
 
 pub mod csv;
 pub mod labels;
+pub mod level;
 pub mod linaige;
 pub mod prometheus;
 pub mod record;

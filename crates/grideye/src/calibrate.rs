@@ -30,6 +30,7 @@ pub(crate) fn run(options: &Calibrate) -> Result<Outcome> {
     )?;
     let sensor = files::sensor_name(&loaded.scene, sides.sensor.as_deref())?;
     let records = recordings::load_stream(&sides.recording)?;
+    recordings::say_doubt(&sides.recording, &records);
     let hint = "`grideye characterize` makes one; scenes/profiles/ holds some";
     let profile = options.profile.as_deref();
     let settings = Options {

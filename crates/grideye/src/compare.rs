@@ -132,7 +132,7 @@ fn words(comparison: &Comparison, experiment: Option<u8>) -> String {
         .map(|warning| format!("warning: {warning}\n"));
     let warnings: String = warnings.collect();
     format!(
-        "{}{warnings}{}",
+        "{warnings}{}{}",
         comparison.judgment,
         report::table(comparison, experiment)
     )

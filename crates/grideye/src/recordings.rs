@@ -5,7 +5,7 @@ use crate::{files, progress};
 use anyhow::{Result, anyhow};
 use grideye_import::{Import, ImportError, Options, Tally};
 use grideye_inputs::InputError;
-use grideye_recording::{Record, Row, StreamId};
+use grideye_recording::{Record, Row, StreamId, level};
 use grideye_rig::SELF_HEATING_C;
 use grideye_validator::{Thinned, Thinning};
 use std::collections::{BTreeMap, BTreeSet};
@@ -52,6 +52,13 @@ pub(crate) fn say_what_stands_for_the_thermistor<'r>(
         progress::say(&format!(
             "the recording has no thermistor: its register shows the mean of the pixels plus {SELF_HEATING_C} °C"
         ));
+    }
+}
+
+/// Says that a recording's values are hardly degrees Celsius.
+pub(crate) fn say_doubt<'r>(path: &Path, records: impl IntoIterator<Item = &'r Record>) {
+    if let Some(doubt) = level::doubt_of(records) {
+        progress::say(&format!("warning: {}: {doubt}", path.display()));
     }
 }
 

@@ -48,6 +48,7 @@ fn asked(error: String) -> anyhow::Error {
 fn shown(options: &Emulate) -> Result<Shown> {
     if let Some(path) = &options.recording {
         let streams = recordings::load_streams(path)?;
+        recordings::say_doubt(path, streams.values().flatten());
         recordings::say_what_stands_for_the_thermistor(streams.values().flatten());
         let sensors =
             recorded(streams).map_err(|error| bad_input(anyhow!("{} {error}", path.display())))?;
