@@ -10,7 +10,7 @@ use grideye_frame::PIXELS;
 use grideye_recording::StreamId;
 use grideye_validator::background::{Background, Empty, background};
 use grideye_validator::characterize::{
-    Characterization, CharacterizeError, Characterizer, Presence,
+    Characterization, CharacterizeError, Characterizer, Presence, Spot,
 };
 use std::path::Path;
 use std::time::Duration;
@@ -22,16 +22,21 @@ pub(crate) fn run(options: &Characterize) -> Result<Outcome> {
         options.scene.iter().chain([&options.recording]),
         outputs.chain(&options.json),
     )?;
-    let found = match characterize(&options.recording)? {
+    let empty_room = empty_room(options)?;
+    let mut found = match characterize(&options.recording)? {
         Ok(found) => found,
         Err(error) => {
             eprintln!("error: {}: {error}", options.recording.display());
             return Ok(Outcome::NoAnswer);
         }
     };
-    let room = room(options, &found)?;
+    if let Some(room) = &empty_room {
+        found.presence = found.presence_in(room);
+    }
+    let empty_room = empty_room.as_deref();
+    let room = room(options, &found, empty_room)?;
     let outcome = match &options.profile {
-        Some(path) => write_profile(path, &found, options, &room)?,
+        Some(path) => write_profile(path, &found, options, (&room, empty_room))?,
         None => Outcome::Done,
     };
     if let Some(path) = &options.report {
@@ -47,11 +52,15 @@ enum Room {
     Empty(Box<Background>),
     /// Occupied, and why.
     Occupied(String),
-    /// Undecided, and why.
-    Open(String),
+    /// Undecided: why, and what would help first.
+    Open(String, &'static str),
 }
 
-fn room(options: &Characterize, found: &Characterization) -> Result<Room> {
+fn room(
+    options: &Characterize,
+    found: &Characterization,
+    empty_room: Option<&[f64]>,
+) -> Result<Room> {
     let shown = options.recording.display();
     let whole = || {
         Background::whole(found).map(Box::new).map(Room::Empty).ok_or_else(|| {
@@ -77,33 +86,57 @@ fn room(options: &Characterize, found: &Characterization) -> Result<Room> {
         (None, Presence::Somebody(spot)) => {
             let records = recordings::load_thinned(&options.recording)?.records;
             match background(&records, &Empty::Find) {
-                Ok(found) if found.is_certain() => Room::Empty(Box::new(found)),
+                Ok(found) if found.is_certain(empty_room) => Room::Empty(Box::new(found)),
                 _ => Room::Occupied(format!(
                     "somebody is in view ({spot} change by {:.2} °C)",
                     spot.celsius
                 )),
             }
         }
-        (None, Presence::Still(spot)) => Room::Open(format!(
-            "{spot} stay {:.2} °C warmer than the room, by a warm object or by somebody who keeps still",
-            spot.celsius
-        )),
+        (None, Presence::Still(spot)) => still(spot, options, found),
         (None, Presence::TooShort) => {
-            Room::Open("half a minute without a gap is needed".to_owned())
+            Room::Open("half a minute without a gap is needed".to_owned(), "")
         }
     })
+}
+
+/// Nothing moves, and something is warm.
+fn still(spot: Spot, options: &Characterize, found: &Characterization) -> Room {
+    let over_s = found.timing.span_s;
+    let taken_for = taken_for(spot);
+    let (than, first) = match options.scene {
+        Some(_) => (
+            ", and more than the scene has there",
+            "add to the scene what is warm there; or ",
+        ),
+        None => (
+            "",
+            "name the scene that has it, with --scene FILE, which takes it off the background; or ",
+        ),
+    };
+    let why = format!(
+        "{taken_for}{than}, because it does not change in {over_s:.0} s, but somebody who keeps still looks the same"
+    );
+    Room::Open(why, first)
+}
+
+fn taken_for(spot: Spot) -> String {
+    let Spot { celsius, .. } = spot;
+    format!(
+        "what is {celsius:.2} °C warmer than the room in {spot}, taken for a warm object such as a radiator"
+    )
 }
 
 fn write_profile(
     path: &Path,
     found: &Characterization,
     options: &Characterize,
-    room: &Room,
+    (room, empty_room): (&Room, Option<&[f64]>),
 ) -> Result<Outcome> {
     let mut profile = found.profile(&files::stem(&options.recording));
     let kept = match room {
         Room::Empty(background) => {
-            background.put_into(&mut profile, empty_room(options)?.as_deref());
+            background.put_into(&mut profile, empty_room);
             let stretches = background.stretches.iter().map(ToString::to_string);
             format!(
                 "empty room: {} frames, {}; its background is in the profile, for compare and calibrate",
@@ -114,9 +147,9 @@ fn write_profile(
         Room::Occupied(why) => format!(
             "no empty room: {why}; the profile has no background, and its pattern is what is not smooth over the pixels"
         ),
-        Room::Open(why) => {
+        Room::Open(why, first) => {
             eprintln!(
-                "error: {}: cannot tell whether the room is empty: {why}\nhint: say --empty yes if nobody is in view, --empty no if somebody may be; {} was not written",
+                "error: {}: cannot tell whether the room is empty: {why}\nhint: {first}say --empty yes if nobody is in view, --empty no if somebody may be; {} was not written",
                 options.recording.display(),
                 path.display()
             );
@@ -131,6 +164,12 @@ fn write_profile(
     );
     files::write_text(path, &text)?;
     progress::say(&kept);
+    if let (Room::Empty(_), Presence::Still(spot), None) = (room, found.presence, empty_room) {
+        progress::say(&format!(
+            "note: {} is kept as background; `grideye compare` counts once what the scene has too, and --scene FILE takes it off here",
+            taken_for(spot)
+        ));
+    }
     if let (Room::Occupied(_), None) = (room, &options.empty) {
         progress::say(
             "hint: record the empty room for a minute, or name an empty stretch with --empty FROM..TO; with --empty yes or auto, whatever stays warm is the room's",
@@ -139,11 +178,15 @@ fn write_profile(
     Ok(Outcome::Done)
 }
 
+/// Rows by which the level of a recording is doubted.
+const DOUBTED_BY: usize = 1_000;
+
 /// Row by row, so that any length fits in memory; the inner error means too few frames.
 fn characterize(path: &Path) -> Result<Result<Characterization, CharacterizeError>> {
     let shown = path.display();
     let mut characterizer = Characterizer::new();
     let mut stream: Option<StreamId> = None;
+    let mut first_records = Vec::new();
     for row in recordings::open(path)? {
         let row = row?;
         let first = stream.get_or_insert_with(|| row.stream.clone());
@@ -152,10 +195,14 @@ fn characterize(path: &Path) -> Result<Result<Characterization, CharacterizeErro
                 "{shown} holds several streams, and one sensor is measured at a time\nhint: keep the rows of one device, sensor and boot"
             )));
         }
+        if first_records.len() < DOUBTED_BY {
+            first_records.push(row.record);
+        }
         characterizer
             .push(&row.record)
             .map_err(|error| bad_input(anyhow!("{shown}: {error}")))?;
     }
+    recordings::say_doubt(path, &first_records);
     Ok(characterizer.finish())
 }
 

@@ -440,13 +440,14 @@ pub(crate) struct Characterize {
     /// `no`: never. The profile then has only the unit's own pattern, which holds in any room.
     ///
     /// Default: `yes` if nothing moves and nothing warm is in view. If something moves, `auto` if ten seconds are empty and
-    /// nothing stays warm in them, otherwise `no`. If something stays warm and nothing moves, no profile is written.
+    /// nothing stays warm in them, otherwise `no`. If something stays warm and nothing moves, no profile is written, unless
+    /// `--scene` has it.
     #[arg(long, value_name = "WHEN", value_parser = nobody)]
     pub(crate) empty: Option<Nobody>,
     /// Scene of the empty room to subtract.
     ///
-    /// The scene's simulated empty room is subtracted from the background.
-    #[arg(long, value_name = "FILE", requires = "empty")]
+    /// The scene's simulated empty room is subtracted from the background. What is warm in it, such as a radiator, is no person.
+    #[arg(long, value_name = "FILE")]
     pub(crate) scene: Option<PathBuf>,
     /// Sensor of the scene [default: the only one].
     #[arg(long, value_name = "NAME", requires = "scene")]

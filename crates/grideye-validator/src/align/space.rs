@@ -9,9 +9,10 @@ use grideye_frame::COLUMNS;
 
 named! {
     /// Orientation of the recorded image against the scene's; the words complete "the image is".
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+    #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
     #[expect(missing_docs, reason = "the names say it")]
     pub enum Orientation {
+        #[default]
         Upright = "upright", "upright";
         QuarterClockwise = "quarter_clockwise", "turned a quarter clockwise";
         Half = "half", "turned by half";

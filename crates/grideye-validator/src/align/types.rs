@@ -70,6 +70,14 @@ pub struct Alignment {
     pub offset: Option<OffsetFound>,
 }
 
+impl Alignment {
+    /// The orientation that was turned back.
+    pub(crate) fn turned(&self) -> Orientation {
+        let applied = self.orientation.as_ref().filter(|found| found.applied);
+        applied.map_or(Orientation::Upright, |found| found.orientation)
+    }
+}
+
 /// The alignment in time.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the names say it")]

@@ -10,6 +10,7 @@
 //! stretches and the search repeats.
 
 pub(crate) mod fit;
+pub(crate) mod once;
 pub(crate) mod search;
 mod split;
 

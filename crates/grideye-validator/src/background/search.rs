@@ -110,10 +110,11 @@ impl Background {
         })
     }
 
-    /// Whether it can be taken unasked: long enough, and nothing stays warm in it, as a person who keeps still would.
+    /// Whether it can be taken unasked: long enough, and nothing stays warm in it beyond the empty room (64 values, °C, if
+    /// they are known), as a person who keeps still would.
     #[must_use]
-    pub fn is_certain(&self) -> bool {
-        self.frames >= CERTAIN_FRAMES_MIN && stays_warm(&self.celsius).is_none()
+    pub fn is_certain(&self, empty_room: Option<&[f64]>) -> bool {
+        self.frames >= CERTAIN_FRAMES_MIN && stays_warm(&self.celsius, empty_room).is_none()
     }
 
     /// Writes pattern and background into a profile, above `empty_room` (64 values, °C) or else the median pixel.

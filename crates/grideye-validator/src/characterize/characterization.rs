@@ -3,7 +3,7 @@
 use crate::characterize::allan::AllanPoint;
 use crate::characterize::common_mode::CommonMode;
 use crate::characterize::histogram::{FRAMES_MIN, PixelHistograms};
-use crate::characterize::presence::Presence;
+use crate::characterize::presence::{Presence, stays_warm};
 use crate::characterize::segment::{Pattern, Segments};
 use crate::characterize::thermistor::{StepFinder, Steps, Thermistor, ThermistorSums};
 use crate::characterize::timing::{Times, Timing};
@@ -76,6 +76,17 @@ impl NoiseMap {
 }
 
 impl Characterization {
+    /// Whether anyone was there, if the room without people looks like this (64 values, °C): what is warm in it is no person.
+    #[must_use]
+    pub fn presence_in(&self, room_c: &[f64]) -> Presence {
+        match (self.presence, &self.pattern) {
+            (Presence::Still(_), Some(pattern)) => {
+                stays_warm(&pattern.mean_c, Some(room_c)).map_or(Presence::Nobody, Presence::Still)
+            }
+            (presence, _) => presence,
+        }
+    }
+
     /// The sensor's true frame rate, Hz: from its five-frame cycle, or from a recording that read each frame exactly
     /// once.
     #[must_use]

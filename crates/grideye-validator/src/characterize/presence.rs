@@ -8,7 +8,7 @@ use crate::characterize::histogram::Histogram;
 use crate::frames::types::{Pixels, middle_mean, two_by_two};
 use crate::metrics::gain::WarmLimits;
 use crate::metrics::room_difference::{RoomDifference, UNCLAIMED_MIN_C};
-use crate::numbers::count;
+use crate::numbers::{count, median};
 use crate::thresholds::Thresholds;
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
 
@@ -43,13 +43,16 @@ pub struct Spot {
     pub column: usize,
 }
 
-/// The place warmest above the room's slope, if a unit's pattern hardly makes one as warm.
-pub(crate) fn stays_warm(mean_c: &Pixels) -> Option<Spot> {
+/// The place warmest above the room's slope and what the room without people shows there (64 values, °C), if a unit's pattern
+/// hardly makes one as warm.
+pub(crate) fn stays_warm(mean_c: &Pixels, room_c: Option<&[f64]>) -> Option<Spot> {
     let thresholds = Thresholds::default();
-    // Against a room of one temperature, which claims nothing warm.
+    // Else a room of one temperature, which claims nothing warm.
     let level = middle_mean(mean_c);
-    let warmth = WarmLimits::new(level, UNCLAIMED_MIN_C);
-    RoomDifference::new(mean_c, &[level; PIXELS], COLUMNS, warmth)
+    let even = [level; PIXELS];
+    let room_c = room_c.unwrap_or(&even);
+    let warmth = WarmLimits::new(median(room_c).unwrap_or(level), UNCLAIMED_MIN_C);
+    RoomDifference::new(mean_c, room_c, COLUMNS, warmth)
         .beyond_pattern(thresholds.pattern_spread_c)
         .map(|block| Spot {
             celsius: block.celsius,
@@ -101,7 +104,7 @@ impl PresenceFinder {
         let Some(mean_c) = self.mean_c().filter(|_| self.means >= MEANS_MIN) else {
             return Presence::TooShort;
         };
-        stays_warm(&mean_c).map_or(Presence::Nobody, Presence::Still)
+        stays_warm(&mean_c, None).map_or(Presence::Nobody, Presence::Still)
     }
 
     /// The place that changed most beyond noise and drift.

@@ -27,7 +27,7 @@ use crate::scene_comparison::types::{
 };
 use crate::verdict::types::Prior;
 use grideye_frame::{COLUMNS, PIXELS, ROWS, TICK};
-use grideye_recording::Record;
+use grideye_recording::{Record, level};
 use grideye_scene::{Scene, Simulator};
 use std::ops::RangeInclusive;
 use std::time::Duration;
@@ -70,19 +70,27 @@ pub(super) fn compared(
     let mut notes = notes::alignment(&aligned.found, records.len(), &timeline);
     let lag_frames = lag(&aligned.frames, protocol, options.lag_frames)?;
     let noise_seed = options.seed.wrapping_add(INDEPENDENCE);
-    let mut renderer = Renderer::new(scene, &simulator, sensor, options)?;
+    let mut renderer = Renderer::new((scene, sensor), &simulator, &aligned, options)?;
     let (room, background) = renderer.learned_room(records, &aligned, protocol);
     let fitted = leave_out_fitted(&mut aligned.frames);
     let number = number(protocol, options.frames)?;
     let is_known = background.as_ref().is_none_or(|fit| !fit.is_worse());
-    let unit = options.unit.filter(|_| is_known);
-    let (decision, remedy) = decided(&aligned, (scene, sensor), (unit, options), rendered)?;
+    let unit = renderer.unit.filter(|_| is_known);
+    let known = (unit, renderer.open);
+    let (decision, remedy) = decided(&aligned, (scene, sensor), (known, options), rendered)?;
     let drift_c = drift_c(&aligned, &decision, options);
     let real = chosen(&aligned.frames, lag_frames, number, &mut notes);
     let (pattern, room) = renderer.known(room, background.as_ref(), &timeline, options);
     notes.push(notes::background(&pattern, room.as_ref(), options));
     let is_replaced = pattern.from == RoomSource::Recording;
     let warning = background.as_ref().and_then(|fit| fit.warning(is_replaced));
+    let shared = renderer.shared.iter().map(String::clone);
+    let doubt = level::doubt_of(records).map(|doubt| doubt.to_string());
+    let warnings = doubt
+        .into_iter()
+        .chain(shared.filter(|_| is_known))
+        .chain(warning);
+    let warnings = warnings.collect();
     let (simulated, nobody) = renderer.simulated(&real, &aligned, noise_seed);
     let laws = scene.laws().source.into_iter();
     notes.extend(laws.map(|law| format!("The scene leaves open: {law}.")));
@@ -98,6 +106,7 @@ pub(super) fn compared(
         decision: Some(decision),
         remedy,
         drift_c,
+        turned: aligned.found.turned(),
         fitted: (!scene.calibrated().is_empty()).then_some(fitted),
         ..prior(records, &simulator, room, pattern, options)
     };
@@ -108,7 +117,7 @@ pub(super) fn compared(
         notes::orientation(lies, all.any(|one| one.of == turned && one.likeness < 0.0))
     }));
     Ok(Comparison {
-        warnings: Vec::from_iter(warning),
+        warnings,
         background,
         notes,
         alignment: Some(aligned.found),
@@ -121,7 +130,7 @@ pub(super) fn compared(
 fn decided(
     aligned: &AlignedFrames,
     (scene, sensor): (&Scene, &str),
-    (unit, options): (Option<KnownUnit>, &Options),
+    ((unit, open), options): ((Option<KnownUnit>, [bool; PIXELS]), &Options),
     rendered: &mut Rendered,
 ) -> Result<(Decision, Option<String>), ValidatorError> {
     let laws = scene.laws();
@@ -141,7 +150,14 @@ fn decided(
     let frames = frames
         .map(|frame| std::array::from_fn(|pixel| single(frame.celsius[pixel] - known_c[pixel])));
     let frames: Vec<_> = frames.collect();
-    let unknown_c = [single(unknown_c.max(PROFILE_ERROR_C)); PIXELS];
+    let unknown_c = open.map(|is_open| {
+        let unknown_c = unknown_c.max(PROFILE_ERROR_C);
+        single(if is_open {
+            unknown_c.max(spread_c)
+        } else {
+            unknown_c
+        })
+    });
     let recording = Recording::new(&times_s, &frames, unknown_c, sensor_step_c());
     let before = std::mem::take(rendered);
     let of = (scene, sensor);
@@ -272,10 +288,7 @@ fn aligned(
     };
     let drift = drift(&aligned, &simulator);
     aligned.found.drift_c = drift.range_c();
-    let turned_back = match aligned.found.orientation {
-        Some(found) if found.applied => found.orientation.inverse(),
-        _ => Orientation::Upright,
-    };
+    let turned_back = aligned.found.turned().inverse();
     for frame in &mut aligned.frames {
         let by_c = drift.at(frame.time.as_secs_f64());
         frame.celsius = turned_back.apply(&frame.celsius.map(|celsius| celsius - by_c));

@@ -4,6 +4,7 @@ use crate::align::clock::Clock;
 use crate::align::space::moved;
 use crate::align::{OFFSET_MAX_PX, SAMPLE_MAX};
 use crate::background::fit::BackgroundFit;
+use crate::background::once::Shared;
 use crate::background::{Empty, Stretch, background};
 use crate::error::ValidatorError;
 use crate::frames::timeline::Timeline;
@@ -13,7 +14,7 @@ use crate::metrics::gain::WarmLimits;
 use crate::metrics::room_difference::{RoomDifference, UNCLAIMED_MIN_C};
 use crate::numbers::{count, evenly, mean_frame, median};
 use crate::scene_comparison::types::{
-    AlignedFrames, LearnedRoom, Options, TimedFrame, pixels, seconds,
+    AlignedFrames, KnownUnit, LearnedRoom, Options, TimedFrame, pixels, seconds,
 };
 use crate::thresholds::Thresholds;
 use crate::verdict::types::KnownPattern;
@@ -25,6 +26,12 @@ use std::time::Duration;
 pub(crate) struct Renderer<'a> {
     simulator: &'a Simulator,
     empty: Simulator,
+    /// What is known of the unit and its room as the scene lies, less what the scene has too.
+    pub(crate) unit: Option<KnownUnit>,
+    /// Pixels of which the room is not known.
+    pub(crate) open: [bool; PIXELS],
+    /// What the scene has too, a warning each.
+    pub(crate) shared: Vec<String>,
     /// The unit's pattern, added to the scene.
     pattern_c: Option<[f64; PIXELS]>,
     /// Whether the profile has the background of its room.
@@ -33,17 +40,51 @@ pub(crate) struct Renderer<'a> {
 
 impl<'a> Renderer<'a> {
     pub(crate) fn new(
-        scene: &Scene,
+        (scene, sensor): (&Scene, &str),
         simulator: &'a Simulator,
-        sensor: &str,
+        aligned: &AlignedFrames,
         options: &Options,
     ) -> Result<Self, ValidatorError> {
-        Ok(Self {
+        let empty = Simulator::new(&scene.without_agents(), sensor)?;
+        let room_c = empty.image(aligned.timeline.start()).celsius;
+        let back = aligned.found.turned().inverse();
+        let unit = options.unit.map(|unit| KnownUnit {
+            pattern_c: back.apply(&unit.pattern_c),
+            ..unit
+        });
+        let mut renderer = Self {
             simulator,
-            empty: Simulator::new(&scene.without_agents(), sensor)?,
-            pattern_c: options.unit.map(|unit| unit.pattern_c),
-            has_background: options.unit.is_some_and(|unit| unit.has_background),
-        })
+            empty,
+            open: [false; PIXELS],
+            shared: Vec::new(),
+            pattern_c: unit.map(|unit| unit.pattern_c),
+            has_background: unit.is_some_and(|unit| unit.has_background),
+            unit,
+        };
+        renderer.count_once(&room_c, !scene.agents().is_empty());
+        Ok(renderer)
+    }
+
+    /// Takes what the scene's empty room shows off a background that shows it too. Where nobody is claimed the objects are what is
+    /// compared: of them the background must not be the measure.
+    fn count_once(&mut self, room_c: &[f64], has_people: bool) {
+        let Some(unit) = self.unit.as_mut().filter(|unit| unit.has_background) else {
+            return;
+        };
+        let measured_c = unit.pattern_c;
+        let level_c = median(&measured_c).unwrap_or_default();
+        for one in Shared::of(&measured_c, room_c) {
+            for (pixel, celsius) in one.celsius.into_iter().enumerate() {
+                if celsius != 0.0 && has_people {
+                    unit.pattern_c[pixel] = measured_c[pixel] - celsius;
+                } else if celsius != 0.0 {
+                    unit.pattern_c[pixel] = level_c;
+                    self.open[pixel] = true;
+                }
+            }
+            self.shared.push(one.warning(has_people));
+        }
+        self.pattern_c = Some(unit.pattern_c);
     }
 
     /// The scene at the times of the real frames, with its people and (without noise) without them.

@@ -1,5 +1,6 @@
 //! From the evidence to the verdict, its headline and its reasons.
 
+use crate::align::Orientation;
 use crate::frames::fitted::FittedShare;
 use crate::thresholds::{Thresholds, too_few};
 use crate::verdict::scene_criteria::{drift, level, scene};
@@ -50,7 +51,11 @@ fn headline(verdict: Verdict, first: Option<&Weighed>, evidence: &Evidence<'_>) 
         None => frames(evidence.prior.recorded_frames.max(compared)),
         Some(share) => format!("{} that the scene was not fitted to", frames(share.rest())),
     };
-    format!("{letters}: {found}Judged by {compared} of {all}.")
+    let turned = match evidence.prior.turned {
+        Orientation::Upright => String::new(),
+        turned => format!(" The image, which is {turned}, was turned back, as requested."),
+    };
+    format!("{letters}: {found}Judged by {compared} of {all}.{turned}")
 }
 
 /// The criteria that decided the verdict. A sound sensor is no reason to believe a scene, so its checks are none.

@@ -21,6 +21,7 @@ fn right() -> Decision {
         worst: "it is 0.05 s later than the scene".to_owned(),
         surprise: 1.2,
         cause: Cause::Lag,
+        too_wide: None,
         contrasts: vec![Contrast {
             of: Some("anna".to_owned()),
             found: 1.1,

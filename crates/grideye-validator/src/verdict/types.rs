@@ -1,5 +1,6 @@
 //! The evidence that a verdict is judged on, and the verdict.
 
+use crate::align::Orientation;
 use crate::decision::Decision;
 use crate::frames::fitted::FittedShare;
 use crate::metrics::foreground::{EmptyRoom, RoomSource};
@@ -76,6 +77,8 @@ pub(crate) struct Prior {
     /// The largest common offset that this unit's profile allows, °C.
     pub(crate) level_c: Option<f64>,
     pub(crate) sensor: Vec<Criterion>,
+    /// The orientation of the recording that was turned back, as requested.
+    pub(crate) turned: Orientation,
     /// The share of the recording that the scene was fitted to, if it was calibrated.
     pub(crate) fitted: Option<FittedShare>,
     /// Whether it is the scene; without one, frames alone decide nothing.

@@ -262,15 +262,15 @@ fn stretches_in_which_something_stays_warm_are_not_certain() {
     let sits = [9, 10, 17, 18];
     let mut records = room(900, |index| (300..340).contains(&index), &[36, 37, 44, 45]);
     let empty = background(&records, &Empty::Find).unwrap();
-    assert!(empty.is_certain(), "{:?}", empty.stretches);
+    assert!(empty.is_certain(None), "{:?}", empty.stretches);
     for record in &mut records {
         if let Reading::Frame(raw) = &mut record.reading {
             sits.iter().for_each(|pixel| raw.pixels[*pixel].0 += 8);
         }
     }
-    assert!(!background(&records, &Empty::Find).unwrap().is_certain());
+    assert!(!background(&records, &Empty::Find).unwrap().is_certain(None));
     let short = background(&room(99, |_| false, &[]), &Empty::Find).unwrap();
-    assert!(!short.is_certain(), "under ten seconds");
+    assert!(!short.is_certain(None), "under ten seconds");
 }
 
 /// Half of the room is two degrees warmer, so the median pixel lies in a gap. A person on four pixels of the colder

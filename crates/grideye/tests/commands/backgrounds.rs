@@ -261,3 +261,76 @@ fn a_person_does_not_leak_into_the_background() {
         assert!(error.abs() < 0.15, "{pixel}: {error}");
     }
 }
+
+/// A fan-coil that the scene has, and the profile's background too.
+const FAN_COIL: &str = r#"
+[[object]]
+name = "fan-coil"
+position_mm = [1600, 3300, 0]
+size_mm = [500, 600, 900]
+temperature_c = 40
+"#;
+
+#[test]
+fn what_scene_and_background_both_have_is_counted_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    prepare(folder);
+    let write = |name: &str, text: &str| fs::write(folder.join(name), text).unwrap();
+    let unit = "profile = \"here.unit.toml\"\n";
+    write("coil.toml", &format!("{ROOM}{unit}{FAN_COIL}"));
+    write(
+        "coil-walked.toml",
+        &format!("{ROOM}{unit}{FAN_COIL}{PERSON}"),
+    );
+    write("coil-claim.toml", &format!("{ROOM}{FAN_COIL}{PERSON}"));
+    write("coil-empty.toml", &format!("{ROOM}{FAN_COIL}"));
+    done(folder, "simulate coil.toml --frames 600 --out coil.csv");
+
+    // What it is taken for, and the scene is asked for.
+    let asked = grideye(folder, "characterize coil.csv --profile p.toml");
+    let said = text(&asked.stderr);
+    assert_eq!(asked.status.code(), Some(3), "{said}");
+    for part in [
+        "cannot tell whether the room is empty: what is ",
+        "taken for a warm object such as a radiator",
+        "hint: name the scene that has it, with --scene FILE",
+    ] {
+        assert!(said.contains(part), "{said}");
+    }
+    let said = done(folder, "characterize coil.csv --empty yes --profile p.toml");
+    assert!(said.contains("is kept as background"), "{said}");
+    done(
+        folder,
+        "characterize coil.csv --scene coil-empty.toml --profile with.toml",
+    );
+    // Of a scene that lacks it, nothing is told.
+    let lacks = grideye(
+        folder,
+        "characterize coil.csv --scene nobody.toml --profile p2.toml",
+    );
+    assert_eq!(lacks.status.code(), Some(3));
+    assert!(text(&lacks.stderr).contains("hint: add to the scene what is warm there"));
+
+    for seed in 3..6 {
+        done(
+            folder,
+            &format!("simulate coil-walked.toml --seed {seed} --out coil-walk.csv"),
+        );
+        // Cut before the room is empty: nothing else than the profile has its background.
+        let walk = fs::read_to_string(folder.join("coil-walk.csv")).unwrap();
+        let cut: Vec<&str> = walk.lines().take(111).collect();
+        write("coil-walk.csv", &(cut.join("\n") + "\n"));
+        for (profile, is_shared) in [("p.toml", true), ("with.toml", false)] {
+            let (code, _, said) = compare(folder, "coil-claim.toml", "coil-walk.csv", profile);
+            assert_eq!(code, Some(0), "{profile}, seed {seed}: {said}");
+            assert_eq!(
+                said.contains("it was counted once"),
+                is_shared,
+                "{profile}: {said}"
+            );
+        }
+        let (code, _, said) = compare(folder, "coil-empty.toml", "coil-walk.csv", "p.toml");
+        assert_eq!(code, Some(1), "nobody is refused all the same: {said}");
+    }
+}

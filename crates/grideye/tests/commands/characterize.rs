@@ -1,5 +1,8 @@
 //! `grideye characterize`: the table, the files, and what it says of recordings that tell nothing.
 
+use amg8833::word::{pixel_celsius, pixel_word};
+use grideye_frame::{Celsius, Reading};
+use grideye_recording::csv;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -323,5 +326,52 @@ fn the_empty_room_becomes_the_pattern_and_the_page_is_written() {
             "{}",
             text(&output.stderr)
         );
+    }
+}
+
+/// The shipped session as somebody has it who took degrees Fahrenheit for Celsius: the doubt comes before everything else.
+#[test]
+fn a_level_that_no_room_has_is_doubted_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let (celsius, wrong) = (folder.path().join("c.csv"), folder.path().join("f.csv"));
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/experiment-3.toml");
+    let grideye = |arguments: &[&str], files: &[&Path]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_grideye"));
+        let output = command.args(arguments).args(files).output().unwrap();
+        (text(&output.stdout), text(&output.stderr))
+    };
+    grideye(&["simulate", "--out"], &[&celsius, &scene]);
+    let mut writer = csv::Writer::new(fs::File::create(&wrong).unwrap()).unwrap();
+    for row in csv::Reader::new(fs::File::open(&celsius).unwrap()).unwrap() {
+        let mut row = row.unwrap();
+        if let Reading::Frame(frame) = &mut row.record.reading {
+            for word in &mut frame.pixels {
+                let fahrenheit = 1.8 * pixel_celsius(*word).get() + 32.0;
+                *word = pixel_word(Celsius::new(fahrenheit)).unwrap();
+            }
+        }
+        writer.write(&row).unwrap();
+    }
+    writer.finish().unwrap();
+    let said = |recording: &Path| {
+        let of = [Path::new("--recording"), recording];
+        let sides = [&[Path::new("--scene"), &scene], &of[..]].concat();
+        let replay = [&of[..], &[Path::new("--"), Path::new("true")]].concat();
+        [
+            grideye(&["characterize"], &[recording]).1,
+            grideye(&["compare"], &sides).0,
+            grideye(&["emulate"], &replay).1,
+        ]
+    };
+    for said in said(&wrong) {
+        let first = said.lines().next().unwrap_or_default();
+        assert!(first.starts_with("warning: "), "{said}");
+        assert!(
+            first.ends_with("they are probably degrees Fahrenheit"),
+            "{said}"
+        );
+    }
+    for said in said(&celsius) {
+        assert!(!said.contains("degrees Celsius"), "{said}");
     }
 }

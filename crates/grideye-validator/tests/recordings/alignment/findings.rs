@@ -7,7 +7,7 @@ use grideye_frame::{PixelWord, Reading};
 use grideye_recording::Record;
 use grideye_scene::Simulator;
 use grideye_validator::align::{AlignOptions, Orientation, TimeAlignment};
-use grideye_validator::{LeftOut, Measure, Options, Verdict, compare_scene};
+use grideye_validator::{KnownUnit, LeftOut, Measure, Options, Verdict, compare_scene};
 use std::time::Duration;
 
 /// A mirrored or turned image is reported, and turned back only on request.
@@ -35,6 +35,9 @@ fn a_turned_image_is_reported_and_turned_back_on_request() {
                 Verdict::Agrees,
                 "{orientation} {seed}"
             );
+            let said = format!("The image, which is {orientation}, was turned back, as requested.");
+            let is_said = turned.judgment.headline.ends_with(&said);
+            assert_eq!(is_said, orientation != Orientation::Upright, "{said}");
             if orientation != Orientation::Upright {
                 assert_eq!(
                     silent.judgment.verdict,
@@ -50,6 +53,47 @@ fn a_turned_image_is_reported_and_turned_back_on_request() {
         }
         println!("{orientation:<40} found {found} of {}", fewer_seeds());
         assert_eq!(found, fewer_seeds(), "{orientation}");
+    }
+}
+
+/// The unit's pattern lies as its pixels do, and is turned back with them.
+#[test]
+fn a_profile_is_turned_back_with_the_image() {
+    let scene = WALK.scene();
+    let steps: [u16; 64] = std::array::from_fn(|pixel| (pixel * 37 % 7) as u16);
+    for orientation in [
+        Orientation::MirroredLeftRight,
+        Orientation::QuarterClockwise,
+    ] {
+        let records = record(&scene, 1, |time_s| time_s).into_iter();
+        let records = records.map(|record| {
+            let mut record = turned(record, orientation);
+            if let Reading::Frame(raw) = &mut record.reading {
+                let words = raw.pixels.iter_mut().zip(steps);
+                words.for_each(|(word, steps)| word.0 += steps);
+            }
+            record
+        });
+        let records: Vec<Record> = records.collect();
+        let unit = KnownUnit {
+            pattern_c: steps.map(|steps| 0.25 * f64::from(steps)),
+            has_background: true,
+            wander_c: 0.0,
+            bias_c: 1.0,
+            spread_c: 0.05,
+        };
+        let options = Options {
+            unit: Some(unit),
+            align: AlignOptions {
+                orientation: true,
+                ..AlignOptions::default()
+            },
+            ..Options::default()
+        };
+        let judged = compare_scene(&records, &scene, SENSOR, &options)
+            .unwrap()
+            .judgment;
+        assert_eq!(judged.verdict, Verdict::Agrees, "{orientation}: {judged}");
     }
 }
 
