@@ -27,7 +27,7 @@ use crate::scene_comparison::types::{
 };
 use crate::verdict::types::Prior;
 use grideye_frame::{COLUMNS, PIXELS, ROWS, TICK};
-use grideye_recording::{Record, level};
+use grideye_recording::Record;
 use grideye_scene::{Scene, Simulator};
 use std::ops::RangeInclusive;
 use std::time::Duration;
@@ -83,13 +83,9 @@ pub(super) fn compared(
     let (pattern, room) = renderer.known(room, background.as_ref(), &timeline, options);
     notes.push(notes::background(&pattern, room.as_ref(), options));
     let is_replaced = pattern.from == RoomSource::Recording;
-    let warning = background.as_ref().and_then(|fit| fit.warning(is_replaced));
-    let shared = renderer.shared.iter().map(String::clone);
-    let doubt = level::doubt_of(records).map(|doubt| doubt.to_string());
-    let warnings = doubt
-        .into_iter()
-        .chain(shared.filter(|_| is_known))
-        .chain(warning);
+    let shared = renderer.shared.iter().filter(|_| is_known).cloned();
+    let fit = background.as_ref().and_then(|fit| fit.warning(is_replaced));
+    let warnings = notes::level(records).into_iter().chain(shared).chain(fit);
     let warnings = warnings.collect();
     let (simulated, nobody) = renderer.simulated(&real, &aligned, noise_seed);
     let laws = scene.laws().source.into_iter();

@@ -9,6 +9,7 @@ use crate::report::text::with_error;
 use crate::scene_comparison::types::{LearnedRoom, Options};
 use crate::verdict::types::KnownPattern;
 use grideye_draw::text::fixed;
+use grideye_recording::{Record, level};
 
 pub(crate) fn alignment(found: &Alignment, rows: usize, timeline: &Timeline) -> Vec<String> {
     let left_out = found.left_out.iter().map(|left| {
@@ -29,6 +30,11 @@ pub(crate) fn alignment(found: &Alignment, rows: usize, timeline: &Timeline) -> 
     }
     notes.extend(found.offset.as_ref().and_then(offset));
     notes
+}
+
+/// The warning of values that are hardly degrees Celsius.
+pub(crate) fn level(records: &[Record]) -> Option<String> {
+    level::doubt_of(records).map(|doubt| doubt.to_string())
 }
 
 /// Which background the comparison took.
