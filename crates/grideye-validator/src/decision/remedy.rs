@@ -184,7 +184,8 @@ impl Compared<'_> {
                 "--align orientation".to_owned(),
             ),
             Change::Of(Changed { late_s, .. }) if *late_s != 0.0 => {
-                let start_s = self.start_s - late_s;
+                // To a hundredth, and no negative zero.
+                let start_s = (100.0 * (self.start_s - late_s)).round() / 100.0 + 0.0;
                 let by = fixed(late_s.abs(), 2);
                 let word = if *late_s < 0.0 { "earlier" } else { "later" };
                 (

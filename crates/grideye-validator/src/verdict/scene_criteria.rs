@@ -168,7 +168,14 @@ fn tells_apart(decision: &Decision, evidence: &Evidence<'_>) -> Next {
                 Law::Lag => "say with `--start` when the recording begins, and give a smaller sd",
                 _ => "if you know it better, give a smaller sd",
             };
-            let step = format!("The law of {told} is too wide to tell: {how} in [[uncertain]].");
+            let is_unknown = evidence.prior.pattern.from == RoomSource::Scene;
+            let more = if is_unknown {
+                format!(" {}", PROFILE.0)
+            } else {
+                String::new()
+            };
+            let step =
+                format!("The law of {told} is too wide to tell: {how} in [[uncertain]].{more}");
             (step, format!("a narrower law of {told}")).into()
         }
         _ if evidence.prior.pattern.from == RoomSource::Scene => PROFILE.into(),
