@@ -1,7 +1,7 @@
 //! Where to put sensors: what each pose sees of the floor and of a person at each place, and which few poses see most.
 //!
-//! [`Floor`] and [`Figure`] make a [`Survey`], which takes a [`Look`] from each candidate; [`pick()`] chooses among
-//! them, and [`Map`] combines them. A cell is seen if nothing hides the center of its ground. It is a place if the
+//! [`Floor`] and [`Figure`] make a [`Survey`], which takes a [`Look`] from a pose; [`search()`] finds the best poses, and
+//! [`Map`] combines looks. A cell is seen if nothing hides the center of its ground. It is a place if the
 //! person fits there in at least one turn.
 //!
 //! Contrast is `sqrt(Σ (with - without)²) / sigma` over the pixels, the d' of [`crate::separation`], for the worst turn
@@ -31,18 +31,21 @@ mod figure;
 mod floor;
 pub mod limits;
 mod map;
-mod pick;
 mod picture;
 mod rays;
 mod report;
+mod rough;
+mod search;
 mod survey;
+mod wish;
 
 pub use candidates::{Candidate, Mount, Mounts, candidates, preset};
 pub use error::CoverageError;
 pub use figure::Figure;
 pub use floor::{Cell, Floor, Grain, Kind};
 pub use map::{Blind, Map, Spot, Totals};
-pub use pick::{Pick, Rule, Step, Wish, pick};
 pub use picture::MapDrawing;
 pub use report::Report;
+pub use search::{Choice, Step, search};
 pub use survey::{InSight, Look, Seen, Survey};
+pub use wish::{Rule, Wish};

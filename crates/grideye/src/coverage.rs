@@ -6,12 +6,13 @@ use crate::output::out;
 use crate::{files, progress};
 use anyhow::{Result, anyhow};
 use grideye_plan::coverage::{
-    Candidate, CoverageError, Figure, Grain, Look, Mount, Mounts, Report, Rule, Survey, Wish,
-    candidates, preset,
+    Candidate, Choice, CoverageError, Figure, Grain, Look, Mount, Mounts, Report, Rule, Survey,
+    Wish, candidates, preset, search,
 };
 use grideye_scene::{Person, Scene, Sensor};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 pub(crate) fn run(options: &Coverage) -> Result<Outcome> {
     let is_known = |out: &PathBuf| ["svg", "png", "csv"].map(Some).contains(&files::end(out));
@@ -38,19 +39,14 @@ pub(crate) fn run(options: &Coverage) -> Result<Outcome> {
     };
     let survey = Survey::new(&scene, &figure, &grain).map_err(bad_input)?;
     let kept = own_poses(options, &scene)?;
-    let mut poses = kept.clone();
-    if !options.candidates.is_empty() {
-        let like = like(options, &scene)?;
-        poses.extend(candidates(&survey, &mounts(options), &like).map_err(bad_input)?);
-    }
-    let looks = look(&survey, &poses, options)?;
+    let looks = look(&survey, &kept, options)?;
+    let choice = choose(&survey, &looks, &wish, options, &scene)?;
     let found = Report::new(
         (files::stem(&options.scene), &scene),
         (&survey, &figure),
         wish,
-        (&poses, kept.len()),
-        &looks,
-        (!options.candidates.is_empty()).then_some(options.best),
+        (&kept, &looks),
+        choice.as_ref(),
     )
     .map_err(bad_input)?;
     for out in &options.out {
@@ -73,11 +69,13 @@ pub(crate) fn run(options: &Coverage) -> Result<Outcome> {
     })
 }
 
-fn look(survey: &Survey, poses: &[Candidate], options: &Coverage) -> Result<Vec<Look>> {
-    let sensors: Vec<Sensor> = poses.iter().map(|pose| pose.sensor.clone()).collect();
-    let threads = options.threads.unwrap_or_else(progress::cores);
+fn look(survey: &Survey, kept: &[Candidate], options: &Coverage) -> Result<Vec<Look>> {
+    if kept.is_empty() && !options.candidates.is_empty() {
+        return Ok(Vec::new());
+    }
+    let sensors: Vec<Sensor> = kept.iter().map(|pose| pose.sensor.clone()).collect();
     let bar = progress::bar(u64::try_from(sensors.len())?, "looking");
-    let looks = survey.look_all(&sensors, threads, &|| bar.inc(1));
+    let looks = survey.look_all(&sensors, threads(options), &|| bar.inc(1));
     bar.finish_and_clear();
     looks.map_err(|error| match error {
         CoverageError::NoCandidates => bad_input(anyhow!(
@@ -85,6 +83,42 @@ fn look(survey: &Survey, poses: &[Candidate], options: &Coverage) -> Result<Vec<
         )),
         other => bad_input(other),
     })
+}
+
+fn choose(
+    survey: &Survey,
+    kept: &[Look],
+    wish: &Wish,
+    options: &Coverage,
+    scene: &Scene,
+) -> Result<Option<Choice>> {
+    if options.candidates.is_empty() {
+        return Ok(None);
+    }
+    let mounts = mounts(options);
+    let poses = candidates(survey, &mounts, &like(options, scene)?).map_err(bad_input)?;
+    let bar = progress::bar(1, "searching");
+    bar.enable_steady_tick(TICK);
+    let show = |done: usize, whole: usize| {
+        let [done, whole] = [done, whole].map(|steps| u64::try_from(steps).unwrap_or(u64::MAX));
+        bar.set_length(whole);
+        bar.set_position(done);
+    };
+    let wanted = (options.best, wish);
+    let choice = search(
+        survey,
+        (&poses, &mounts),
+        kept,
+        wanted,
+        threads(options),
+        &show,
+    );
+    bar.finish_and_clear();
+    Ok(Some(choice.map_err(bad_input)?))
+}
+
+fn threads(options: &Coverage) -> usize {
+    options.threads.unwrap_or_else(progress::cores)
 }
 
 /// The scene's sensors that count: all, the named ones, or none besides candidates.
@@ -157,6 +191,9 @@ fn figure(options: &Coverage, scene: &Scene) -> Result<Figure> {
         options.clothing,
     )))
 }
+
+/// How often the estimate of the time left is drawn.
+const TICK: Duration = Duration::from_millis(250);
 
 /// As a scene's `height_mm`.
 const HEIGHTS_MM: RangeInclusive<f64> = 500.0..=2800.0;

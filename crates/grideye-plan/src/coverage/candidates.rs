@@ -26,7 +26,8 @@ pub struct Mounts {
     pub mounts: Vec<Mount>,
     /// Approximate spacing, meters, adjusted to divide the room or the wall evenly.
     pub spacing_m: f64,
-    /// On the ceiling: angles of the axis from straight down, degrees, 0 to 90.
+    /// On the ceiling: angles of the axis from straight down, degrees, 0 to 90. The [`search`](super::search()) improves
+    /// a pose between the least and the greatest, as it does with the angles on walls.
     pub ceiling_tilts_deg: Vec<f64>,
     /// On the ceiling, tilted: the number of directions, evenly over a full turn starting at the right.
     pub ceiling_headings: usize,
@@ -34,7 +35,8 @@ pub struct Mounts {
     pub wall_heights_m: Vec<f64>,
     /// On walls and in corners: angles of the axis below horizontal, degrees, 0 to 90.
     pub wall_downs_deg: Vec<f64>,
-    /// On walls: directions relative to straight into the room, degrees, -90 to 90. In corners it is the bisector.
+    /// On walls: directions relative to straight into the room, degrees, -90 to 90. In corners the bisector is tried, and
+    /// improved within these.
     pub wall_headings_deg: Vec<f64>,
 }
 
@@ -44,11 +46,11 @@ impl Default for Mounts {
         Self {
             mounts: vec![Mount::Ceiling, Mount::Wall, Mount::Corner],
             spacing_m: 0.5,
-            ceiling_tilts_deg: vec![0.0, 30.0],
+            ceiling_tilts_deg: vec![0.0, 30.0, 60.0],
             ceiling_headings: 8,
             wall_heights_m: vec![2.2],
-            wall_downs_deg: vec![25.0, 45.0],
-            wall_headings_deg: vec![-30.0, 0.0, 30.0],
+            wall_downs_deg: vec![15.0, 35.0, 60.0],
+            wall_headings_deg: vec![-45.0, 0.0, 45.0],
         }
     }
 }
@@ -66,6 +68,7 @@ pub struct Candidate {
     pub elevation_deg: f64,
     /// As in a scene file, tenths of degrees.
     pub azimuth_deg: f64,
+    place: Option<Place>,
 }
 
 /// Distance of a sensor's window from its wall, meters, because the walls hide what is behind them.
@@ -81,26 +84,16 @@ pub fn candidates(
     like: &Sensor,
 ) -> Result<Vec<Candidate>, CoverageError> {
     check(mounts)?;
-    let places = places(survey.scene().room(), mounts)?;
-    let room_free = |place: &Place| survey.is_free(place.position_mm / 1000.0);
     let mut candidates = Vec::new();
-    for place in places.iter().filter(|place| room_free(place)) {
-        for (elevation_deg, azimuth_deg) in directions(place, mounts, like) {
+    for place in places(survey.scene().room(), mounts)? {
+        if !survey.is_free(place.position_mm() / 1000.0) {
+            continue;
+        }
+        for (elevation_deg, azimuth_deg) in directions(&place, mounts, like) {
             if candidates.len() == limits::CANDIDATES_MAX {
                 return Err(CoverageError::TooManyCandidates(limits::CANDIDATES_MAX + 1));
             }
-            let name = format!("candidate {}", candidates.len() + 1);
-            let position_m = place.position_mm / 1000.0;
-            let mut sensor = like.clone();
-            sensor.name = name;
-            sensor.pose = Pose::from_degrees(position_m, elevation_deg, azimuth_deg, 0.0);
-            candidates.push(Candidate {
-                mount: Some(place.mount),
-                sensor,
-                position_mm: place.position_mm,
-                elevation_deg,
-                azimuth_deg,
-            });
+            candidates.push(place.candidate(like, elevation_deg, azimuth_deg));
         }
     }
     if candidates.is_empty() {
@@ -116,11 +109,36 @@ impl Candidate {
         let tenths = |angle_rad: f64| (angle_rad.to_degrees() * 10.0).round() / 10.0;
         Self {
             mount: None,
+            place: None,
             sensor: sensor.clone(),
             position_mm: (sensor.pose.position_m * 1000.0).round(),
             elevation_deg: tenths(sensor.pose.elevation_rad),
             azimuth_deg: tenths(sensor.pose.azimuth_rad),
         }
+    }
+
+    /// The same sensor moved over the ceiling, or by the first number along its wall, meters, and turned in elevation and
+    /// azimuth, degrees, as far as `mounts` allow; `None` for a sensor of the scene.
+    pub(crate) fn moved(&self, by_m: DVec2, by_deg: DVec2, mounts: &Mounts) -> Option<Self> {
+        let place = self.place.as_ref()?.moved(by_m);
+        let within = |value: f64, values: &[f64]| {
+            let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+            value.clamp(low, values.iter().copied().fold(low, f64::max))
+        };
+        let (elevation_deg, azimuth_deg) =
+            (self.elevation_deg + by_deg.x, self.azimuth_deg + by_deg.y);
+        Some(match place.mount {
+            Mount::Ceiling => {
+                let tilt_deg = within(90.0 - elevation_deg, &mounts.ceiling_tilts_deg);
+                place.candidate(&self.sensor, 90.0 - tilt_deg, azimuth_deg)
+            }
+            Mount::Wall | Mount::Corner => {
+                let heading_deg = azimuth(azimuth_deg - place.inward_deg);
+                let heading_deg = within(heading_deg, &mounts.wall_headings_deg);
+                let down_deg = within(elevation_deg, &mounts.wall_downs_deg);
+                place.candidate(&self.sensor, down_deg, place.inward_deg + heading_deg)
+            }
+        })
     }
 
     /// The keys of its `[[sensor]]` table in a scene file, under another name; a profile is reduced to its noise.
@@ -203,24 +221,69 @@ fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }
 
+#[derive(Debug, Clone, PartialEq)]
 struct Place {
     mount: Mount,
-    position_mm: DVec3,
+    at_m: DVec3,
     /// Direction into the room, degrees; meaningless for the ceiling.
     inward_deg: f64,
+    /// The part of the wall it may be on, or the ceiling's bounds.
+    between_m: (DVec2, DVec2),
+}
+
+impl Place {
+    /// Rounded down, so that the sensor is never above a ceiling at a fraction of a millimeter.
+    fn position_mm(&self) -> DVec3 {
+        let above_mm = (self.at_m.z * 1000.0 + 1e-6).floor();
+        (self.at_m * 1000.0).round().with_z(above_mm)
+    }
+
+    fn candidate(&self, like: &Sensor, elevation_deg: f64, azimuth_deg: f64) -> Candidate {
+        let position_mm = self.position_mm();
+        let elevation_deg = (elevation_deg * 10.0).round() / 10.0;
+        let azimuth_deg = azimuth(azimuth_deg);
+        let mut sensor = like.clone();
+        "candidate".clone_into(&mut sensor.name);
+        sensor.pose = Pose::from_degrees(position_mm / 1000.0, elevation_deg, azimuth_deg, 0.0);
+        Candidate {
+            mount: Some(self.mount),
+            sensor,
+            position_mm,
+            elevation_deg,
+            azimuth_deg,
+            place: Some(self.clone()),
+        }
+    }
+
+    fn moved(&self, by_m: DVec2) -> Self {
+        let (low, high) = self.between_m;
+        let at_m = self.at_m.truncate();
+        if self.mount == Mount::Ceiling {
+            let at_m = (at_m + by_m).clamp(low, high);
+            return Self {
+                at_m: at_m.extend(self.at_m.z),
+                ..self.clone()
+            };
+        }
+        let along = (high - low).normalize_or_zero();
+        let way_m = (along.dot(at_m - low) + by_m.x).clamp(0.0, low.distance(high));
+        let at_m = (low + way_m * along).extend(self.at_m.z);
+        Self {
+            at_m,
+            ..self.clone()
+        }
+    }
 }
 
 fn places(room: &Room, mounts: &Mounts) -> Result<Vec<Place>, CoverageError> {
     let mut places = Vec::new();
-    let mut push = |mount: Mount, at_m: DVec3, inward: DVec2| {
+    let mut push = |mount: Mount, at_m: DVec3, inward: DVec2, between_m: (DVec2, DVec2)| {
         let inward_deg = libm::atan2(inward.y, inward.x).to_degrees();
         places.push(Place {
             mount,
-            // Round down, so that the sensor is never above a ceiling at a fraction of a millimeter.
-            position_mm: (at_m * 1000.0)
-                .round()
-                .with_z((at_m.z * 1000.0 + 1e-6).floor()),
+            at_m,
             inward_deg,
+            between_m,
         });
         if places.len() > limits::CANDIDATES_MAX {
             return Err(CoverageError::TooManyCandidates(places.len()));
@@ -235,7 +298,7 @@ fn places(room: &Room, mounts: &Mounts) -> Result<Vec<Place>, CoverageError> {
         for y in steps(low.y, high.y, mounts.spacing_m) {
             for x in across.clone() {
                 let at_m = DVec3::new(x, y, room.bounds_m().1.z);
-                push(Mount::Ceiling, at_m, DVec2::ZERO)?;
+                push(Mount::Ceiling, at_m, DVec2::ZERO, (low, high))?;
             }
         }
     }
@@ -244,9 +307,10 @@ fn places(room: &Room, mounts: &Mounts) -> Result<Vec<Place>, CoverageError> {
         for ((start, end), (_, after)) in corners {
             let along = (end - start).normalize_or_zero();
             if mounts.mounts.contains(&Mount::Wall) {
+                let off = STANDOFF_M * along.perp();
                 for way_m in steps(0.0, start.distance(end), mounts.spacing_m) {
-                    let at = start + way_m * along + STANDOFF_M * along.perp();
-                    push(Mount::Wall, at.extend(level_m + height_m), along.perp())?;
+                    let at = (start + way_m * along + off).extend(level_m + height_m);
+                    push(Mount::Wall, at, along.perp(), (start + off, end + off))?;
                 }
             }
             let onwards = (after - end).normalize_or_zero();
@@ -254,7 +318,12 @@ fn places(room: &Room, mounts: &Mounts) -> Result<Vec<Place>, CoverageError> {
                 let inward = along.perp() + onwards.perp();
                 // Equally far from both walls.
                 let at = end + STANDOFF_M * inward / (1.0 + along.dot(onwards));
-                push(Mount::Corner, at.extend(level_m + height_m), inward)?;
+                push(
+                    Mount::Corner,
+                    at.extend(level_m + height_m),
+                    inward,
+                    (at, at),
+                )?;
             }
         }
     }

@@ -1,8 +1,8 @@
 //! What several poses together see of every cell.
 
 use super::floor::{Floor, Kind};
-use super::pick::{Rule, Wish};
 use super::survey::{InSight, Look};
+use super::wish::{Rule, Wish};
 
 /// What several poses together see at each cell.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,7 +2,7 @@
 
 use super::floor::{Floor, Kind};
 use super::map::{Blind, Map, Spot};
-use super::pick::Wish;
+use super::wish::Wish;
 use crate::ground;
 use glam::{DVec2, DVec3};
 use grideye_draw::number::round_step;

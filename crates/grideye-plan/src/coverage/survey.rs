@@ -99,32 +99,13 @@ impl Survey {
         threads: usize,
         after_each: &(dyn Fn() + Sync),
     ) -> Result<Vec<Look>, CoverageError> {
-        self.check_counts(sensors.len(), threads)?;
-        let next = AtomicUsize::new(0);
-        let work = || {
-            let mut looks = Vec::new();
-            loop {
-                let index = next.fetch_add(1, Ordering::Relaxed);
-                let Some(sensor) = sensors.get(index) else {
-                    return looks;
-                };
-                looks.push((index, self.look(sensor)));
-                after_each();
-            }
+        self.check_counts(sensors.len())?;
+        let look = |index: usize| {
+            let look = self.look(&sensors[index]);
+            after_each();
+            look
         };
-        let mut looks: Vec<(usize, Result<Look, CoverageError>)> = std::thread::scope(|scope| {
-            let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
-            let mut looks = work();
-            for other in others {
-                match other.join() {
-                    Ok(theirs) => looks.extend(theirs),
-                    Err(panic) => std::panic::resume_unwind(panic),
-                }
-            }
-            looks
-        });
-        looks.sort_by_key(|(index, _)| *index);
-        looks.into_iter().map(|(_, look)| look).collect()
+        shared(sensors.len(), threads, look)?.into_iter().collect()
     }
 
     /// What one sensor sees.
@@ -139,7 +120,7 @@ impl Survey {
         let mut simulator = Simulator::without_grid(&scene, &sensor.name)?;
         let nobody = simulator.image(Duration::ZERO);
         let mut round = self.figure.round.clone();
-        let sigma_c = sensor.noise_sigma / f64::from(self.frames).sqrt();
+        let sigma_c = self.sigma_c(sensor);
         let cells = self.floor.cells.iter().map(|cell| {
             let of_turns = cell.stands.iter().map(|stand| {
                 if self.figure.round.is_empty() && is_out_of_view(sensor, stand.around_m) {
@@ -164,6 +145,15 @@ impl Survey {
         })
     }
 
+    /// The noise that contrasts are in units of.
+    pub(crate) fn sigma_c(&self, sensor: &Sensor) -> f64 {
+        sensor.noise_sigma / f64::from(self.frames).sqrt()
+    }
+
+    pub(crate) fn is_in_sight(&self, from_m: DVec3, point_m: DVec3) -> bool {
+        self.blockers.are_in_sight(from_m, point_m)
+    }
+
     fn in_sight(&self, sensor: &Sensor, ground_m: DVec3) -> InSight {
         // Slightly above the ground, so that the ground does not hide the point.
         let point_m = ground_m + 1e-3 * DVec3::Z;
@@ -174,14 +164,14 @@ impl Survey {
             && in_sensor.z.abs() <= slopes.y * in_sensor.x;
         if !is_in_view {
             InSight::OutOfView
-        } else if self.blockers.are_in_sight(sensor.pose.position_m, point_m) {
+        } else if self.is_in_sight(sensor.pose.position_m, point_m) {
             InSight::Seen
         } else {
             InSight::Hidden
         }
     }
 
-    fn check_counts(&self, sensors: usize, threads: usize) -> Result<(), CoverageError> {
+    fn check_counts(&self, sensors: usize) -> Result<(), CoverageError> {
         if sensors == 0 {
             return Err(CoverageError::NoCandidates);
         }
@@ -200,13 +190,41 @@ impl Survey {
                 cells,
             });
         }
-        let what = "the number of threads";
-        check_count(what, threads, limits::THREADS_MAX, LEAVE_OUT)
+        Ok(())
     }
 }
 
+/// The results for 0 to `count`, in order, whatever the number of threads.
+pub(crate) fn shared<T: Send>(
+    count: usize,
+    threads: usize,
+    of: impl Fn(usize) -> T + Sync,
+) -> Result<Vec<T>, CoverageError> {
+    let what = "the number of threads";
+    check_count(what, threads, limits::THREADS_MAX, LEAVE_OUT)?;
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let indices = std::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
+        let indices = indices.take_while(|index| *index < count);
+        indices.map(|index| (index, of(index))).collect::<Vec<_>>()
+    };
+    let mut found = std::thread::scope(|scope| {
+        let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
+        let mut found = work();
+        for other in others {
+            match other.join() {
+                Ok(theirs) => found.extend(theirs),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        found
+    });
+    found.sort_by_key(|(index, _)| *index);
+    Ok(found.into_iter().map(|(_, one)| one).collect())
+}
+
 /// Whether a ball is beyond a border of the field of view, outside which the paper's model sees nothing.
-fn is_out_of_view(sensor: &Sensor, (middle_m, radius_m): (DVec3, f64)) -> bool {
+pub(crate) fn is_out_of_view(sensor: &Sensor, (middle_m, radius_m): (DVec3, f64)) -> bool {
     let in_sensor = sensor.pose.point_in_sensor(middle_m);
     let slopes = sensor.view_slopes();
     let beyond = |across_m: f64, slope: f64| {

@@ -11,8 +11,8 @@ const DETECTION: &str = "Detection";
 
 /// Map where a room's sensors see a person, or find the best places.
 ///
-/// Without --candidates, rates the scene's own sensors. With it, tries poses all over the room and picks the best, one after
-/// another. The scene's own agents are removed first.
+/// Without --candidates, rates the scene's own sensors. With it, tries poses all over the room and improves the best, each
+/// beside the others. The scene's own agents are removed first.
 ///
 /// Exit code 1: --at-least was not reached
 ///
@@ -94,7 +94,7 @@ pub(crate) struct Coverage {
     pub(crate) poses: Poses,
 }
 
-/// The poses to try.
+/// The poses to try; the best are improved between the least and the greatest of each angle.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Poses to try (with --candidates)")]
 #[group(requires = "candidates")]
@@ -119,7 +119,7 @@ pub(crate) struct Poses {
     )]
     pub(crate) spacing_mm: f64,
     /// Ceiling: angles from straight down, 0 to 90 degrees.
-    #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [0.0, 30.0], hide_short_help = true)]
+    #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [0.0, 30.0, 60.0], hide_short_help = true)]
     pub(crate) tilts_deg: Vec<f64>,
     /// Ceiling: directions of tilted sensors, evenly around.
     #[arg(long, value_name = "N", default_value_t = 8, hide_short_help = true)]
@@ -128,10 +128,10 @@ pub(crate) struct Poses {
     #[arg(long, value_name = "MM", value_delimiter = ',', default_values_t = [2200.0], hide_short_help = true)]
     pub(crate) heights_mm: Vec<f64>,
     /// Walls and corners: angles below level, 0 to 90 degrees.
-    #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [25.0, 45.0], hide_short_help = true)]
+    #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [15.0, 35.0, 60.0], hide_short_help = true)]
     pub(crate) downs_deg: Vec<f64>,
     /// Walls: angles from straight into the room, -90 to 90 degrees.
-    #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [-30.0, 0.0, 30.0], allow_hyphen_values = true, hide_short_help = true)]
+    #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [-45.0, 0.0, 45.0], allow_hyphen_values = true, hide_short_help = true)]
     pub(crate) wall_headings_deg: Vec<f64>,
 }
 

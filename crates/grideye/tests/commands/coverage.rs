@@ -45,7 +45,6 @@ fn the_picked_poses_pasted_into_the_scene_do_there_what_was_promised() {
         &[&FEW[..], &["--write", best.to_str().unwrap()]].concat(),
     );
     assert_eq!(picked["sensors"].as_array().unwrap().len(), 2);
-    assert_eq!(picked["objective_is_submodular"], true);
     let own = fs::read_to_string(scene("bedroom")).unwrap();
     let (room, _) = own.split_once("[[sensor]]").unwrap();
     let pasted = folder.path().join("pasted.toml");
@@ -62,7 +61,6 @@ fn the_picked_poses_pasted_into_the_scene_do_there_what_was_promised() {
     let share = |value: &serde_json::Value| value.as_f64().unwrap();
     let reached = share(&picked["totals"]["detected_share"]);
     assert!((share(&picked["sensors"][1]["objective"]) - reached).abs() < 1e-12);
-    assert!(share(&picked["sensors"][1]["objective_max"]) >= reached);
 }
 
 #[test]
@@ -89,7 +87,7 @@ fn the_outputs_are_the_same_on_any_number_of_threads_and_say_the_same() {
     assert_eq!(all[0], all[1]);
     let (printed, [svg, png, csv]) = &all[0];
     let (svg, csv) = (text(svg), text(csv));
-    assert!(printed.contains("k=1: ") && printed.contains("k=2: ") && printed.contains("1 - 1/e"));
+    assert!(printed.contains("k=1: ") && printed.contains("k=2: "));
     assert!(svg.starts_with("<svg ") && svg.contains("wardrobe") && svg.contains("not detected"));
     let mut reader = png::Decoder::new(std::io::Cursor::new(png))
         .read_info()
@@ -161,11 +159,6 @@ fn what_cannot_be_done_is_said_with_a_hint() {
             &bedroom,
             &["--candidates", "all", "--spacing-mm", "20"],
             "20000",
-        ),
-        (
-            &bedroom,
-            &["--candidates", "all", "--cell-mm", "30"],
-            "pairs, expected at most 5000000",
         ),
         (&bedroom, &["--cell-mm", "1"], "cells of the floor"),
         (&bedroom, &["--out", "map.gif"], ".svg, .png or .csv"),

@@ -4,11 +4,12 @@ use crate::coverage::candidates::{Candidate, Mount};
 use crate::coverage::error::CoverageError;
 use crate::coverage::figure::Figure;
 use crate::coverage::map::Map;
-use crate::coverage::pick::{Pick, Wish, pick};
+use crate::coverage::search::Choice;
 use crate::coverage::survey::{Look, Survey};
+use crate::coverage::wish::{Wish, check};
 use grideye_scene::{Scene, count};
 
-/// The results for the kept and the picked poses.
+/// The results for the kept and the chosen poses.
 #[derive(Debug)]
 pub struct Report<'a> {
     pub(super) scene_name: String,
@@ -16,20 +17,18 @@ pub struct Report<'a> {
     pub(super) survey: &'a Survey,
     pub(super) figure: &'a Figure,
     pub(super) wish: Wish,
-    /// All poses: first the kept ones, then the candidates.
-    pub(super) poses: &'a [Candidate],
+    /// The kept poses, then the chosen ones.
+    pub(super) poses: Vec<Candidate>,
     pub(super) kept: usize,
-    pub(super) looks: &'a [Look],
-    /// The picked candidates; `None` if only the scene's own sensors were requested.
-    pub(super) pick: Option<Pick>,
-    pub(super) shown: Vec<usize>,
-    /// The shown poses combined, and the combination after each pose, kept ones first.
-    pub(super) map: Map,
+    /// `None` if only the scene's own sensors were requested.
+    pub(super) choice: Option<&'a Choice>,
+    /// For each pose: it and all before it, combined; and all.
     pub(super) steps: Vec<Map>,
+    pub(super) map: Map,
 }
 
 impl<'a> Report<'a> {
-    /// Combines the first `kept` poses and, if requested, the `best` candidates among the others.
+    /// Combines the kept poses and what was chosen beside them.
     ///
     /// # Errors
     /// [`CoverageError::Value`] for an invalid wish.
@@ -37,36 +36,31 @@ impl<'a> Report<'a> {
         (scene_name, scene): (String, &'a Scene),
         (survey, figure): (&'a Survey, &'a Figure),
         wish: Wish,
-        (poses, kept): (&'a [Candidate], usize),
-        looks: &'a [Look],
-        best: Option<usize>,
+        (kept, looks): (&[Candidate], &[Look]),
+        choice: Option<&'a Choice>,
     ) -> Result<Self, CoverageError> {
-        let own: Vec<usize> = (0..kept).collect();
-        // Always pick, because this also validates the wish.
-        let pick = pick(survey.floor(), looks, &own, best.unwrap_or(1), &wish)?;
-        let pick = best.map(|_| pick);
-        let mut shown = own;
-        let steps = pick.iter().flat_map(|pick| &pick.steps);
-        shown.extend(steps.map(|step| step.chosen));
-        let map_of = |poses: &[usize]| {
-            let looks: Vec<&Look> = poses.iter().filter_map(|pose| looks.get(*pose)).collect();
-            Map::new(survey.floor(), &looks, &wish)
-        };
+        check(1, &wish)?;
+        let chosen = || choice.iter().flat_map(|choice| &choice.steps);
+        let looks = looks.iter().chain(chosen().map(|step| &step.look));
+        let looks: Vec<&Look> = looks.collect();
+        let map_of = |looks: &[&Look]| Map::new(survey.floor(), looks, &wish);
         Ok(Self {
             scene_name,
             scene,
             survey,
             figure,
             wish,
-            poses,
-            kept,
-            looks,
-            pick,
-            map: map_of(&shown),
-            steps: (1..=shown.len())
-                .map(|count| map_of(&shown[..count]))
+            poses: kept
+                .iter()
+                .chain(chosen().map(|step| &step.pose))
+                .cloned()
                 .collect(),
-            shown,
+            kept: kept.len(),
+            choice,
+            map: map_of(&looks),
+            steps: (1..=looks.len())
+                .map(|count| map_of(&looks[..count]))
+                .collect(),
         })
     }
 
@@ -76,9 +70,9 @@ impl<'a> Report<'a> {
         share(self.map.totals.detected, self.map.totals.places)
     }
 
-    /// The name of a shown pose: the scene's name for its own sensors, mounting and number for a candidate.
+    /// The name of a pose: the scene's name for its own sensors, mounting and number for a candidate.
     pub(super) fn shown_name(&self, index: usize) -> Option<String> {
-        let candidate = &self.poses[*self.shown.get(index)?];
+        let candidate = self.poses.get(index)?;
         if candidate.mount.is_none() {
             return Some(candidate.sensor.name.clone());
         }

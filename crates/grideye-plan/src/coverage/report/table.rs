@@ -3,7 +3,7 @@
 use super::found::{Report, place, share};
 use crate::coverage::floor::Kind;
 use crate::coverage::map::Spot;
-use crate::coverage::pick::Rule;
+use crate::coverage::wish::Rule;
 
 const COLUMNS_MAX: usize = 120;
 
@@ -19,15 +19,15 @@ impl Report<'_> {
     pub fn tables(&self) -> String {
         let mut text = format!(
             "# {} for {}: a person is detected at {} of all places, from {} sigma on.\n",
-            counted(self.shown.len() - self.kept, "pose"),
+            counted(self.poses.len() - self.kept, "pose"),
             self.scene_name,
             percent(self.map.totals.detected, self.map.totals.places),
             self.wish.sigma_min
         );
-        for index in self.kept..self.shown.len() {
+        for (index, pose) in self.poses.iter().enumerate().skip(self.kept) {
             let name = self.shown_name(index).unwrap_or_default();
             text.push('\n');
-            text.push_str(&self.poses[self.shown[index]].toml(&name));
+            text.push_str(&pose.toml(&name));
         }
         text
     }
@@ -37,7 +37,6 @@ fn head(found: &Report<'_>) -> String {
     let floor = found.survey.floor();
     let totals = &found.map.totals;
     let [width, depth, height] = (found.scene.room().size_m * 1000.0).round().to_array();
-    let tried = found.poses.len() - found.kept;
     let mut head = format!(
         "{}: {width} x {depth} x {height} mm, {} °C; cells of {:.0} x {:.0} mm: {} with ground, {} with room for {}\n",
         found.scene_name,
@@ -48,8 +47,8 @@ fn head(found: &Report<'_>) -> String {
         totals.places,
         found.figure.name()
     );
-    if tried > 0 {
-        head.push_str(&format!("{tried} poses tried\n"));
+    if let Some(choice) = found.choice {
+        head.push_str(&format!("{} poses tried\n", choice.tried));
     }
     head
 }
@@ -57,7 +56,7 @@ fn head(found: &Report<'_>) -> String {
 fn poses(found: &Report<'_>) -> String {
     let detects = format!("person > {} σ", found.wish.sigma_min);
     let mut text = format!(
-        "\n  {:<12}{:<10}{:>20}{:>11}{:>9}{:>15}{:>12}{:>14}{}\n",
+        "\n  {:<12}{:<10}{:>20}{:>11}{:>9}{:>15}{:>12}{:>14}\n",
         "sensor",
         "where",
         "position, mm",
@@ -66,19 +65,13 @@ fn poses(found: &Report<'_>) -> String {
         detects,
         "floor seen",
         "worst place",
-        if found.pick.is_some() {
-            "     at most"
-        } else {
-            ""
-        }
     );
-    for (index, (pose, map)) in found.shown.iter().zip(&found.steps).enumerate() {
-        let candidate = &found.poses[*pose];
+    for (index, (candidate, map)) in found.poses.iter().zip(&found.steps).enumerate() {
         let [x, y, z] = candidate.position_mm.to_array();
         let name = found.shown_name(index).unwrap_or_default();
         let position = format!("{x}, {y}, {z}");
         text.push_str(&format!(
-            "{} {name:<12}{:<10}{position:>20}{:>10}°{:>8}°{:>15}{:>12}{:>12} σ{}\n",
+            "{} {name:<12}{:<10}{position:>20}{:>10}°{:>8}°{:>15}{:>12}{:>12} σ\n",
             if index == 0 { ' ' } else { '+' },
             place(candidate),
             candidate.elevation_deg,
@@ -86,26 +79,15 @@ fn poses(found: &Report<'_>) -> String {
             percent(map.totals.detected, map.totals.places),
             percent(map.totals.seen, map.totals.ground),
             format!("{:.1}", map.totals.contrast_min),
-            at_most(found, index),
         ));
     }
     text
 }
 
-/// The limit for any choice of as many poses.
-fn at_most(found: &Report<'_>, index: usize) -> String {
-    let steps = found.pick.as_ref().map(|pick| &pick.steps);
-    let step = index
-        .checked_sub(found.kept)
-        .and_then(|step| steps?.get(step));
-    let bound = step.and_then(|step| step.objective_max);
-    bound.map_or_else(String::new, |bound| format!("{:>10.1} %", 100.0 * bound))
-}
-
 fn summary(found: &Report<'_>) -> String {
     let totals = &found.map.totals;
     let mut text = String::from("\n");
-    if found.pick.is_some() {
+    if found.choice.is_some() {
         let by_count = found
             .steps
             .iter()
@@ -170,9 +152,9 @@ fn worst(found: &Report<'_>) -> String {
 }
 
 fn note(found: &Report<'_>) -> String {
-    let Some(pick) = &found.pick else {
+    if found.choice.is_none() {
         return String::new();
-    };
+    }
     let what = match (found.wish.rule, found.wish.sensors_min) {
         (Rule::Alone, 1) => "the places at which one sensor alone detects the person".to_owned(),
         (Rule::Alone, wanted) => {
@@ -182,12 +164,9 @@ fn note(found: &Report<'_>) -> String {
             "the places at which all sensors together detect the person".to_owned()
         }
     };
-    let known = if pick.is_submodular {
-        "each step reaches at least 1 - 1/e = 63 % of what the best choice of as many poses adds; \"at most\" is the limit for any choice"
-    } else {
-        "how close that is to the best choice is unknown, because two weak sensors may do together what neither adds alone"
-    };
-    format!("picked greedily to maximize {what}: {known}\n")
+    format!(
+        "chosen to maximize {what}: the best candidates, moved and turned until nothing near them is better; a pose elsewhere may be\n"
+    )
 }
 
 fn plan(found: &Report<'_>) -> String {

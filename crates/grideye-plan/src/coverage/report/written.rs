@@ -4,8 +4,8 @@ use super::found::{Report, share};
 use super::table::summary_of_picture;
 use crate::coverage::floor::{Cell, Kind};
 use crate::coverage::map::{Blind, Map, Spot};
-use crate::coverage::pick::Rule;
 use crate::coverage::picture::MapDrawing;
+use crate::coverage::wish::Rule;
 use grideye_draw::sketch::Sketch;
 use grideye_scene::Sensor;
 use serde_json::{Value, json};
@@ -24,9 +24,7 @@ impl Report<'_> {
                 "sensors_min": self.wish.sensors_min,
                 "rule": match self.wish.rule { Rule::Alone => "alone", Rule::Together => "together" },
             },
-            "poses_tried": self.poses.len() - self.kept,
-            "pairs": self.looks.len() * floor.cells.iter().filter(|cell| cell.kind != Kind::Outside).count(),
-            "objective_is_submodular": self.pick.as_ref().map(|pick| pick.is_submodular),
+            "poses_tried": self.choice.map_or(0, |choice| choice.tried),
             "sensors": sensors(self),
             "totals": totals(&self.map),
             "floor": {"columns": floor.columns, "rows": floor.rows, "cell_mm": [floor.cell_m.x * 1000.0, floor.cell_m.y * 1000.0]},
@@ -55,13 +53,9 @@ impl Report<'_> {
     /// The map as a drawing for people.
     #[must_use]
     pub fn sketch(&self) -> Sketch {
-        let shown = self.shown.iter().enumerate();
-        let sensors: Vec<(String, &Sensor)> = shown
-            .map(|(index, pose)| {
-                let name = self.shown_name(index).unwrap_or_default();
-                (name, &self.poses[*pose].sensor)
-            })
-            .collect();
+        let names = (0..).map(|index| self.shown_name(index).unwrap_or_default());
+        let sensors = self.poses.iter().map(|pose| &pose.sensor);
+        let sensors: Vec<(String, &Sensor)> = names.zip(sensors).collect();
         MapDrawing {
             title: &format!("{}: coverage", self.scene_name),
             summary: &summary_of_picture(self),
@@ -76,23 +70,19 @@ impl Report<'_> {
 }
 
 fn sensors(found: &Report<'_>) -> Vec<Value> {
-    let steps = found.pick.iter().flat_map(|pick| &pick.steps);
-    let of_pick: Vec<_> = (0..found.kept)
-        .map(|_| None)
-        .chain(steps.map(Some))
-        .collect();
-    let shown = found.shown.iter().zip(&found.steps).zip(of_pick);
-    shown
-        .enumerate()
-        .map(|(index, ((pose, map), step))| {
-            let candidate = &found.poses[*pose];
+    let objective = |index: usize| {
+        let step = found.choice?.steps.get(index.checked_sub(found.kept)?)?;
+        Some(step.objective)
+    };
+    let poses = found.poses.iter().zip(&found.steps).enumerate();
+    poses
+        .map(|(index, (pose, map))| {
             json!({
                 "name": found.shown_name(index),
-                "position_mm": candidate.position_mm.to_array(),
-                "elevation_deg": candidate.elevation_deg,
-                "azimuth_deg": candidate.azimuth_deg,
-                "objective": step.map(|step| step.objective),
-                "objective_max": step.and_then(|step| step.objective_max),
+                "position_mm": pose.position_mm.to_array(),
+                "elevation_deg": pose.elevation_deg,
+                "azimuth_deg": pose.azimuth_deg,
+                "objective": objective(index),
                 "with_all_before": totals(map),
             })
         })

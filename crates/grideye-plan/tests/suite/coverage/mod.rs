@@ -2,8 +2,8 @@
 
 mod candidates;
 mod people;
-mod pick;
 mod refusals;
+mod search;
 mod sight;
 
 use grideye_plan::coverage::{Figure, Grain, Look, Survey};

@@ -3,8 +3,8 @@
 use super::{cells_of, survey};
 use crate::{ROOM, scene};
 use grideye_plan::coverage::{
-    CoverageError, Figure, Grain, Mount, Mounts, Rule, Survey, Wish, candidates, limits, pick,
-    preset,
+    CoverageError, Figure, Grain, Mount, Mounts, Rule, Survey, Wish, candidates, limits, preset,
+    search,
 };
 use grideye_scene::{Clothing, Person, Posture};
 
@@ -126,7 +126,8 @@ fn invalid_mounts_are_refused_by_name() {
 #[test]
 fn invalid_wishes_are_refused_by_name() {
     let survey = survey(&scene(ROOM), 500.0);
-    let looks = vec![survey.look(&preset("grid-eye").unwrap()).unwrap()];
+    let mounts = Mounts::default();
+    let poses = candidates(&survey, &mounts, &preset("grid-eye").unwrap()).unwrap();
     let wish = |sigma_min: f64, sensors_min: usize, rule: Rule| Wish {
         sigma_min,
         sensors_min,
@@ -140,7 +141,8 @@ fn invalid_wishes_are_refused_by_name() {
         (1, wish(f64::NAN, 1, Rule::Alone), "above 0"),
         (1, wish(3.0, 2, Rule::Together), "detect together"),
     ] {
-        let error = pick(survey.floor(), &looks, &[], count, &wish).unwrap_err();
-        assert_said(&error, words);
+        let wanted = (count, &wish);
+        let error = search(&survey, (&poses, &mounts), &[], wanted, 1, &|_, _| ());
+        assert_said(&error.unwrap_err(), words);
     }
 }
