@@ -3,7 +3,7 @@
 use crate::error::InputError;
 use crate::text::{read_text, text};
 use grideye_scene::profile::BUILT_IN;
-use grideye_scene::{Files, Model, Scene};
+use grideye_scene::{Files, Model, Scene, Unseen};
 use std::cell::RefCell;
 use std::fs::File;
 use std::io;
@@ -52,6 +52,21 @@ pub struct LoadedScene {
     pub warnings: Vec<String>,
     /// The files that were read, the scene's own first.
     pub files: Vec<PathBuf>,
+    text: String,
+    origin: String,
+}
+
+impl LoadedScene {
+    /// What this sensor never sees, or what none does: warnings, then notes.
+    #[must_use]
+    pub fn unseen(&self, sensor: Option<&str>) -> [Vec<String>; 2] {
+        let found = self.scene.unseen(sensor);
+        let (doubtful, notes): (Vec<Unseen>, _) = found.into_iter().partition(Unseen::is_doubtful);
+        [doubtful, notes].map(|found| {
+            let said = found.iter().map(|one| one.warning(&self.text, &self.origin).to_string());
+            said.collect()
+        })
+    }
 }
 
 /// A scene's text, and where it is from.
@@ -103,6 +118,8 @@ impl SceneText {
             warnings: loaded.warnings.iter().map(ToString::to_string).collect(),
             scene: loaded.scene,
             files: self.files.read.into_inner(),
+            text: self.text,
+            origin: self.origin,
         })
     }
 }

@@ -55,6 +55,7 @@ mod radiometry;
 mod sensor;
 mod simulator;
 mod text;
+mod unseen;
 
 pub use file::{Files, key};
 pub use geometry::{Cuboid, Mesh, MeshError, Pose, count, polygon};
@@ -68,3 +69,4 @@ pub use radiometry::perceived;
 pub use sensor::fnv1a;
 pub use simulator::Simulator;
 pub use text::{Place, Refusal, Utc};
+pub use unseen::{Unseen, Why};

@@ -13,12 +13,14 @@ use std::path::Path;
 pub(crate) fn run(options: &Compare) -> Result<Outcome> {
     check_is_page(options.report.as_deref())?;
     let sides = &options.sides;
-    let loaded = files::load_scene(Some(&sides.scene))?;
+    let mut loaded = files::load_scene(Some(&sides.scene))?;
     let given = options.profile.iter().chain(&options.thresholds);
     let inputs = loaded.files.iter().chain([&sides.recording]).chain(given);
     let outputs = options.report.iter().chain(&options.junit);
     files::keep_apart(inputs, outputs.chain(&sides.json))?;
     let recording = recordings::load_thinned(&sides.recording)?;
+    let unseen = files::say_unseen(&loaded, sides.sensor.as_deref());
+    loaded.warnings.extend(unseen);
     let scene = sides.scene.display().to_string();
     let named = Sides {
         loaded: &loaded,

@@ -42,6 +42,16 @@ pub(crate) fn warned(warnings: &[impl Display]) {
     }
 }
 
+/// What the sensor never sees goes to standard error; returned as one list.
+pub(crate) fn say_unseen(loaded: &LoadedScene, sensor: Option<&str>) -> Vec<String> {
+    let [warnings, notes] = loaded.unseen(sensor);
+    warned(&warnings);
+    for note in &notes {
+        eprintln!("note: {note}");
+    }
+    [warnings, notes].concat()
+}
+
 pub(crate) fn load_profile(path: &Path, hint: &str) -> Result<Profile> {
     grideye_inputs::profile(path, hint).map_err(bad_input)
 }

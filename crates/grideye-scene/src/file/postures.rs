@@ -35,6 +35,7 @@ pub(crate) fn keeps(
         let hint = "a change of posture takes the time between two waypoints: add a column t_s or utc to the trajectory";
         return Err(reader.missing(start, &title, "t_s", hint));
     };
+    check_ways_in(waypoints, &column)?;
     let mut from_mm = None;
     let keeps = waypoints.iter().zip(times).zip(column);
     let keeps = keeps.map(|((point, from_s), keeps)| {
@@ -49,4 +50,38 @@ pub(crate) fn keeps(
         }
     });
     Ok(keeps.collect())
+}
+
+/// Who enters is outside before and inside after; who leaves is inside before and outside after.
+fn check_ways_in(waypoints: &[Waypoint], column: &[Keeps]) -> Read<()> {
+    use Keeps::{Away, Enter, Leave, Posture};
+    for (index, (point, keeps)) in waypoints.iter().zip(column).enumerate() {
+        let before = index.checked_sub(1).and_then(|before| column.get(before));
+        let after = column.get(index + 1);
+        let (problem, hint) = match (before, keeps, after) {
+            (Some(Posture(_) | Enter), Enter, _) => (
+                "`enter`, but the person is in the room already",
+                "`enter` marks only the waypoint where it comes in: give the next one walk, stand, sit or lie",
+            ),
+            (_, Enter, Some(Posture(_))) | (Some(Posture(_)), Leave, None | Some(Enter | Away)) => {
+                continue;
+            }
+            (_, Enter, _) => (
+                "`enter`, but no waypoint in the room after it",
+                "add one with walk, stand, sit or lie, also on a straight way from `enter` to `leave`",
+            ),
+            (Some(Posture(_)), Leave, _) => (
+                "`leave`, but the person goes on in the room",
+                "`leave` marks only the waypoint where it goes out; where it comes in again, write `enter`",
+            ),
+            (_, Leave, _) => (
+                "`leave`, but the person is not in the room",
+                "`leave` marks only the waypoint where it goes out: give the one before walk, stand, sit or lie",
+            ),
+            (_, Posture(_) | Away, _) => continue,
+        };
+        let found = format!("found {problem}");
+        return Err(point.place.clone().refused(found, hint).into());
+    }
+    Ok(())
 }

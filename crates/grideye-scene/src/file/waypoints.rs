@@ -18,6 +18,11 @@ pub(crate) struct Waypoint {
 #[derive(Clone, Copy)]
 pub(crate) enum Keeps {
     Posture(Posture),
+    /// Not in the room until it leaves this waypoint.
+    Enter,
+    /// Not in the room from here on.
+    Leave,
+    /// Either; the only word for both in older files.
     Away,
 }
 
@@ -25,7 +30,7 @@ impl Keeps {
     pub(crate) const fn posture(self) -> Option<Posture> {
         match self {
             Self::Posture(posture) => Some(posture),
-            Self::Away => None,
+            Self::Enter | Self::Leave | Self::Away => None,
         }
     }
 }
@@ -210,16 +215,18 @@ impl Table<'_> {
         };
         let mut postures = Posture::ALL.into_iter();
         let named = postures.find(|posture| posture.name() == field);
-        match named.map(Keeps::Posture) {
-            Some(posture) => Ok(Some(posture)),
-            None if field == "away" => Ok(Some(Keeps::Away)),
-            None => {
+        match (named.map(Keeps::Posture), field) {
+            (Some(posture), _) => Ok(Some(posture)),
+            (None, "enter") => Ok(Some(Keeps::Enter)),
+            (None, "leave") => Ok(Some(Keeps::Leave)),
+            (None, "away") => Ok(Some(Keeps::Away)),
+            (None, _) => {
                 let place = self.place(row.position(), characters_before(row, index));
                 let problem = format!(
-                    "found `{}` as {POSTURE}, expected walk, stand, sit, lie or away",
+                    "found `{}` as {POSTURE}, expected walk, stand, sit, lie, enter or leave",
                     excerpt(field)
                 );
-                let hint = "give every waypoint the posture that the person has when it arrives; away: not in the room";
+                let hint = "give every waypoint the posture that the person has when it arrives; enter: it comes in there; leave: it goes out there";
                 Err(place.refused(problem, hint))
             }
         }

@@ -192,6 +192,12 @@ impl Agent {
         change.is_none_or(|change| !change.is_away())
     }
 
+    /// Whether it is in the room at any time.
+    #[must_use]
+    pub fn is_ever_here(&self) -> bool {
+        self.keeps.is_empty() || self.keeps.iter().any(|keep| keep.posture.is_some())
+    }
+
     /// A person's posture at `time`, of a change the nearer one; `None` for other agents and while it is away.
     #[must_use]
     pub fn posture(&self, time: Duration) -> Option<Posture> {

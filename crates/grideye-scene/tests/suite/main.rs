@@ -32,6 +32,7 @@ mod shipped;
 mod support;
 mod symmetry;
 mod uncertain;
+mod unseen;
 mod variants;
 mod warmth;
 

@@ -116,6 +116,11 @@ fn what_a_person_is_doing_follows_from_the_waypoints() {
         11,3800,4000,1,stand\n13,3800,4000,0,sit\n15,3800,4000,1,lie\n18,3800,4000,0,sit\n20,3800,4000,1,stand\n\
         22,5000,4000,0,walk\n22.7,5800,4000,2,lie\n28,5800,4000,1,stand\n31,7500,4000,5,away\n";
     let scene = read(way, "person = {}").unwrap();
+    // The words for both ways through the door say the same as the one word of older files.
+    let worded = way
+        .replacen("away", "enter", 1)
+        .replacen("away", "leave", 1);
+    assert_eq!(read(&worded, "person = {}").unwrap(), scene);
     let agent = &scene.agents()[0];
     for (seconds, doing, posture) in [
         (0.5, None, None),
@@ -177,7 +182,32 @@ fn mistakes_are_refused() {
         (
             "t_s,x_mm,y_mm,posture\n0,3000,4000,jump\n",
             person,
-            "way.csv:2:13: found `jump` as posture, expected walk, stand, sit, lie or away\nhint: ",
+            "way.csv:2:13: found `jump` as posture, expected walk, stand, sit, lie, enter or leave\nhint: ",
+        ),
+        (
+            "t_s,x_mm,y_mm,posture\n0,3000,4000,enter\n3,4000,4000,enter\n",
+            person,
+            "way.csv:2:1: found `enter`, but no waypoint in the room after it\nhint: ",
+        ),
+        (
+            "t_s,x_mm,y_mm,posture\n0,3000,4000,walk\n3,4000,4000,enter\n",
+            person,
+            "way.csv:3:1: found `enter`, but the person is in the room already\nhint: ",
+        ),
+        (
+            "t_s,x_mm,y_mm,posture\n0,3000,4000,walk\n3,4000,4000,leave\n5,4000,4000,leave\n",
+            person,
+            "way.csv:3:1: found `leave`, but the person goes on in the room\nhint: ",
+        ),
+        (
+            "t_s,x_mm,y_mm,posture\n0,3000,4000,leave\n3,4000,4000,walk\n",
+            person,
+            "way.csv:2:1: found `leave`, but the person is not in the room\nhint: ",
+        ),
+        (
+            "t_s,x_mm,y_mm,posture\n0,3000,4000,enter\n3,4000,4000,leave\n",
+            person,
+            "way.csv:2:1: found `enter`, but no waypoint in the room after it\nhint: ",
         ),
         (
             "x_mm,y_mm,posture\n3000,4000,walk\n4000,4000,sit\n",

@@ -1,6 +1,6 @@
 //! The repository's scenes and the example in their README.
 
-use grideye_scene::{Loaded, Scene, Simulator};
+use grideye_scene::{Loaded, Scene, Simulator, Unseen};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -31,6 +31,16 @@ fn every_scene_renders_without_warnings() {
             assert_eq!(loaded.warnings, [], "{name}");
         }
         let scene = loaded.scene;
+        for asked in scene
+            .sensors()
+            .iter()
+            .map(|sensor| Some(&*sensor.name))
+            .chain([None])
+        {
+            let mut unseen = scene.unseen(asked).into_iter();
+            let doubtful = unseen.find(Unseen::is_doubtful);
+            assert_eq!(doubtful, None, "{name}");
+        }
         let mut is_seen = scene.agents().is_empty();
         for sensor in scene.sensors() {
             let simulator = Simulator::new(&scene, &sensor.name).unwrap();

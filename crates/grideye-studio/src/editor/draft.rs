@@ -170,7 +170,13 @@ impl Sheet {
                     .take(SENSORS_MAX)
                     .map(|sensor| frame(scene, sensor, at))
                     .collect();
-                answer["warnings"] = loaded.warnings.iter().map(warning).collect();
+                let unseen = scene.unseen(None).into_iter();
+                let unseen = unseen.map(|one| {
+                    let why = one.warning(&self.text, ORIGIN);
+                    Fault::said(&why.to_string(), Some(&why.place)).to_json()
+                });
+                let warnings = loaded.warnings.iter().map(warning);
+                answer["warnings"] = warnings.chain(unseen).collect();
             }
         }
         answer
