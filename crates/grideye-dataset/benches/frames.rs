@@ -100,6 +100,7 @@ fn subject(text: String, vary: Vec<String>, clip: u64) -> Result<Frames, Box<dyn
         without_grid: false,
         seed: 1,
         clip,
+        in_view: Vec::new(),
         counts_from: CountsFrom::default(),
     };
     Ok(Frames::new(subject, &scene)?)

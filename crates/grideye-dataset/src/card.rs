@@ -28,6 +28,14 @@ impl Manifest {
         if self.varies.is_empty() {
             card.push_str("Only the time and the noise.\n");
         }
+        if !self.in_view.is_empty() {
+            let weights: Vec<String> = self.in_view.iter().map(f64::to_string).collect();
+            let _ = writeln!(
+                card,
+                "- 0, 1, 2 and more people in view, in proportions of {}: other situations were left out",
+                weights.join(" : ")
+            );
+        }
         card.push_str("\n## Frames by class\n");
         let people = counts.people.iter();
         let people = people.map(|(people, frames)| (people.to_string(), *frames));
@@ -79,6 +87,10 @@ impl Manifest {
         option("--method", &self.method);
         option("--count-pixels", &format!("{:?}", self.count_pixels));
         option("--count-contrast", &format!("{:?}", self.count_contrast_c));
+        if !self.in_view.is_empty() {
+            let weights: Vec<String> = self.in_view.iter().map(f64::to_string).collect();
+            option("--in-view", &weights.join(","));
+        }
         option("--format", &self.formats.join(","));
         option("--frames-per-part", &self.frames_per_part.to_string());
         for asked in &self.vary {

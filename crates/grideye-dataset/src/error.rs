@@ -31,6 +31,30 @@ pub enum DatasetError {
         /// Columns and rows of the scene's sensor.
         expected: (usize, usize),
     },
+    /// Weights of people in view that the scene or the clips do not allow.
+    #[error(
+        "{weights} weights of people in view, for {agents} agents and clips of {clip} frames\nhint: give up to {} weights from 0 on, not all 0, for 0, 1, 2 and more people, as in --in-view 1,1,1, and no --clip",
+        agents + 1
+    )]
+    InView {
+        /// How many weights are given.
+        weights: usize,
+        /// Agents of the scene.
+        agents: usize,
+        /// Frames of a clip.
+        clip: u64,
+    },
+    /// No draw shows the wanted number of people.
+    #[error(
+        "frame {index}: none of {} draws has {people} in view\nhint: give {people} the weight 0 in --in-view, or let more people be there, nearer to the sensor",
+        crate::TRIES_MAX
+    )]
+    NoClass {
+        /// The frame, from 0.
+        index: u64,
+        /// The wanted number of people in view.
+        people: u64,
+    },
     /// More parts than there are names for.
     #[error(
         "{frames} frames with {per_part} per part need more than {limit} parts\nhint: ask for fewer frames, or for more per part with --frames-per-part"

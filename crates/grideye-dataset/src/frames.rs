@@ -2,10 +2,10 @@
 
 use crate::error::DatasetError;
 use crate::labels::{CountsFrom, Label, labels};
-use grideye_scene::{Files, Scene, Simulator};
+use grideye_scene::{Files, Scene, Simulator, Unseen};
 use grideye_variation::{Draw, Recipe, Value};
 use std::cell::RefCell;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::io;
 use std::rc::Rc;
 use std::time::Duration;
@@ -14,6 +14,15 @@ use std::time::Duration;
 const KEPT_MAX: usize = 32;
 /// Memory limit of the cached simulators in bytes; one is always cached.
 const KEPT_BYTES: usize = 64 << 20;
+
+/// So many draws at most are looked at for what no frame shows.
+pub const DRAWS_MAX: u64 = 100;
+/// So many draws are tried for a frame with the wanted people in view.
+pub const TRIES_MAX: u64 = 1_000;
+/// Other draws for a frame have numbers from here on, beyond those of all frames.
+const AGAIN_BITS: u32 = 40;
+/// 2^64 over the golden ratio.
+const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// What a dataset shows.
 #[derive(Debug)]
@@ -40,6 +49,8 @@ pub struct Subject {
     pub clip: u64,
     /// From when on an agent counts as in view.
     pub counts_from: CountsFrom,
+    /// How often 0, 1, 2 and more people are in view, in proportion; empty for as the scene has it.
+    pub in_view: Vec<f64>,
 }
 
 /// What all frames have in common.
@@ -76,9 +87,10 @@ impl Frames {
     /// The frames of a subject; `scene` is its unchanged scene.
     ///
     /// # Errors
-    /// [`DatasetError::Scene`] if the scene has no such sensor.
+    /// [`DatasetError::Scene`] if the scene has no such sensor, [`DatasetError::InView`] for invalid weights.
     pub fn new(mut subject: Subject, scene: &Scene) -> Result<Self, DatasetError> {
         subject.clip = subject.clip.max(1);
+        check_in_view(&subject)?;
         let sensor = scene.sensor(&subject.sensor)?;
         Ok(Self {
             columns: sensor.columns,
@@ -91,6 +103,64 @@ impl Frames {
     #[must_use]
     pub fn size(&self) -> (usize, usize) {
         (self.columns, self.rows)
+    }
+
+    /// What the sensor never sees in any of the first draws, at most [`DRAWS_MAX`](crate::DRAWS_MAX) and `count`.
+    ///
+    /// # Errors
+    /// As [`make`](crate::make), for these draws.
+    pub fn unseen(&self, count: u64) -> Result<Vec<Unseen>, DatasetError> {
+        let Subject {
+            recipe,
+            seed,
+            files,
+            sensor,
+            ..
+        } = &self.subject;
+        let mut found: Vec<Unseen> = Vec::new();
+        let mut seen: BTreeSet<String> = BTreeSet::new();
+        for number in 0..count.min(DRAWS_MAX) {
+            let draw = recipe.draw(*seed, number);
+            let scene = recipe.scene(*seed, number, &draw, files)?.scene;
+            let unseen = scene.unseen(Some(sensor));
+            let agents = scene.agents().iter().map(|agent| &agent.name);
+            let names = agents.chain(scene.objects().iter().map(|object| &object.name));
+            let is_unseen = |name: &&String| unseen.iter().any(|one| one.name == **name);
+            seen.extend(
+                names
+                    .chain([sensor])
+                    .filter(|name| !is_unseen(name))
+                    .cloned(),
+            );
+            found.extend(unseen.into_iter().filter(|one| !seen.contains(&one.name)));
+            found.retain(|one| !seen.contains(&one.name));
+            found.dedup();
+            if found.is_empty() && recipe.agents().iter().all(|agent| seen.contains(agent)) {
+                break;
+            }
+        }
+        let mut names = BTreeSet::new();
+        found.retain(|one| names.insert(one.name.clone()));
+        Ok(found)
+    }
+
+    /// How many people must be in view in this frame; `None` if it does not matter.
+    fn wanted(&self, index: u64) -> Option<u64> {
+        let weights = &self.subject.in_view;
+        let whole: f64 = weights.iter().sum();
+        if weights.is_empty() {
+            return None;
+        }
+        // Multiples of the golden ratio are spread evenly: every stretch of frames has the classes in proportion.
+        let turn = index.wrapping_add(self.subject.seed).wrapping_mul(GOLDEN);
+        let share = f64::from(u32::try_from(turn >> 32).unwrap_or_default()) / f64::from(u32::MAX);
+        let mut left = share * whole;
+        let last = weights.iter().rposition(|weight| *weight > 0.0);
+        let found = weights.iter().position(|weight| {
+            left -= weight;
+            left < 0.0
+        });
+        u64::try_from(found.or(last)?).ok()
     }
 
     pub(crate) fn agents(&self) -> &[String] {
@@ -131,6 +201,21 @@ impl Frames {
     }
 }
 
+fn check_in_view(subject: &Subject) -> Result<(), DatasetError> {
+    let weights = &subject.in_view;
+    let agents = subject.recipe.agents().len();
+    let is_right = |weight: &f64| weight.is_finite() && *weight >= 0.0;
+    let is_balanced = weights.iter().all(is_right) && weights.iter().any(|weight| *weight > 0.0);
+    match weights.is_empty() || (is_balanced && weights.len() <= agents + 1 && subject.clip == 1) {
+        true => Ok(()),
+        false => Err(DatasetError::InView {
+            weights: weights.len(),
+            agents,
+            clip: subject.clip,
+        }),
+    }
+}
+
 /// Makes frames and caches their simulators.
 pub(crate) struct Maker<'a> {
     frames: &'a Frames,
@@ -154,6 +239,21 @@ struct Clip {
 
 impl Maker<'_> {
     pub(crate) fn frame(&mut self, index: u64) -> Result<Labeled, DatasetError> {
+        let Some(people) = self.frames.wanted(index) else {
+            return self.drawn(index, 0);
+        };
+        for again in 0..TRIES_MAX {
+            let labeled = self.drawn(index, again)?;
+            if labeled.people() == people {
+                return Ok(labeled);
+            }
+            self.clip = None;
+        }
+        Err(DatasetError::NoClass { index, people })
+    }
+
+    /// The frame by its draw, or by another one for the same frame.
+    fn drawn(&mut self, index: u64, again: u64) -> Result<Labeled, DatasetError> {
         let frames = self.frames;
         let Subject {
             clip, counts_from, ..
@@ -164,7 +264,7 @@ impl Maker<'_> {
             .filter(|found| found.number == index / clip);
         let found = match found {
             Some(found) => found,
-            None => self.clip_of(index / clip)?,
+            None => self.clip_of(index / clip, again << AGAIN_BITS)?,
         };
         let Set { scene, simulator } = found.set.as_ref();
         let within = usize::try_from(index % clip).unwrap_or(usize::MAX);
@@ -192,7 +292,8 @@ impl Maker<'_> {
         Ok(labeled)
     }
 
-    fn clip_of(&mut self, number: u64) -> Result<Clip, DatasetError> {
+    fn clip_of(&mut self, clip_number: u64, again: u64) -> Result<Clip, DatasetError> {
+        let number = clip_number + again;
         let Subject {
             recipe, seed, clip, ..
         } = &self.frames.subject;
@@ -204,7 +305,7 @@ impl Maker<'_> {
         let sensor = set.simulator.sensor();
         let times = recipe.times((*seed, number, *clip), &draw, &set.scene, sensor);
         Ok(Clip {
-            number,
+            number: clip_number,
             draw,
             set,
             times,

@@ -17,7 +17,7 @@ mod work;
 pub use counts::Counts;
 pub use error::{Cause, DatasetError};
 pub use folder::{Folder, Output};
-pub use frames::{Frames, Remembered, Subject};
+pub use frames::{DRAWS_MAX, Frames, Remembered, Subject, TRIES_MAX};
 pub use labels::CountsFrom;
 pub use manifest::Manifest;
 pub use part::{AgentLabels, Part, Scalars, VariedColumn};

@@ -4,8 +4,9 @@ use crate::error::DatasetError;
 use crate::frames::Frames;
 use crate::shard::{Shard, Table};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use sha2::{Digest as _, Sha256};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// Limit on parts: their names have six digits.
@@ -46,6 +47,9 @@ pub struct Manifest {
     pub(crate) count_pixels: f64,
     #[serde(default)]
     pub(crate) count_contrast_c: f64,
+    /// How often how many people are in view, if that was asked for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) in_view: Vec<f64>,
     pub(crate) frames_per_part: u64,
     pub(crate) formats: Vec<String>,
     /// SHA-256 of all of the above.
@@ -105,6 +109,7 @@ impl Manifest {
             clip,
             count_pixels: of.counts_from.pixels,
             count_contrast_c: of.counts_from.contrast_c,
+            in_view: of.in_view.clone(),
             frames_per_part: frames_per_part.unwrap_or(fitting),
             formats,
             fingerprint: String::new(),
@@ -177,14 +182,17 @@ impl Manifest {
         else {
             return Vec::new();
         };
-        let Some(here) = here.as_object() else {
+        let (Some(here), Some(there)) = (here.as_object(), there.as_object()) else {
             return Vec::new();
         };
-        here.iter()
-            .filter(|(key, value)| *key != "fingerprint" && there.get(key) != Some(value))
-            .map(|(key, value)| {
-                let old = there.get(key).map_or_else(String::new, ToString::to_string);
-                format!("{key} was {old} and is {value}")
+        let keys: BTreeSet<&String> = here.keys().chain(there.keys()).collect();
+        let differs = |key: &&String| *key != "fingerprint" && there.get(*key) != here.get(*key);
+        let shown = |value: Option<&Value>| value.map_or_else(String::new, Value::to_string);
+        keys.into_iter()
+            .filter(differs)
+            .map(|key| {
+                let (old, new) = (shown(there.get(key)), shown(here.get(key)));
+                format!("{key} was {old} and is {new}")
             })
             .collect()
     }

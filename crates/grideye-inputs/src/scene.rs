@@ -63,7 +63,9 @@ impl LoadedScene {
         let found = self.scene.unseen(sensor);
         let (doubtful, notes): (Vec<Unseen>, _) = found.into_iter().partition(Unseen::is_doubtful);
         [doubtful, notes].map(|found| {
-            let said = found.iter().map(|one| one.warning(&self.text, &self.origin).to_string());
+            let said = found
+                .iter()
+                .map(|one| one.warning(&self.text, &self.origin).to_string());
             said.collect()
         })
     }

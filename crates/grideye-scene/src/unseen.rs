@@ -119,7 +119,7 @@ impl Scene {
             if images > IMAGES_MAX {
                 return Vec::new();
             }
-            simulator.replace_agents(near.iter().map(|agent| Agent::clone(agent)).collect());
+            simulator.replace_agents(near.iter().copied().cloned().collect());
             let (.., filled) = simulator.labeled(time, 0);
             let seen = near
                 .iter()
@@ -232,9 +232,7 @@ impl Unseen {
 fn start_of(text: &str, kind: &str, name: &str) -> Option<usize> {
     let document = DeTable::parse(text).ok()?;
     let tables = document.get_ref().get(kind)?.get_ref().as_array()?.iter();
-    let names = tables.filter_map(|table| table.get_ref().as_table()?.get("name"));
-    let found = names
-        .filter(|found| found.get_ref().as_str() == Some(name))
-        .next()?;
+    let mut names = tables.filter_map(|table| table.get_ref().as_table()?.get("name"));
+    let found = names.find(|found| found.get_ref().as_str() == Some(name))?;
     Some(found.span().start)
 }

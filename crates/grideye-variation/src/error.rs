@@ -133,9 +133,19 @@ pub enum Mistake {
     /// The scene has no such key.
     #[error(transparent)]
     NoSuchKey(#[from] KeyError),
-    /// A key is named twice, or together with its table.
+    /// A key is named twice.
     #[error("it overlaps with `{0}`\nhint: vary each key only once")]
     Twice(String),
+    /// Two keys write the same part of the scene.
+    #[error("it overlaps with `{other}`: {why}\nhint: {hint}")]
+    Overlaps {
+        /// The other key.
+        other: String,
+        /// What both write.
+        why: &'static str,
+        /// What to do.
+        hint: &'static str,
+    },
     /// A key cannot be added to the scene's text.
     #[error(
         "`{0}` cannot be added to its table\nhint: write it into the scene file, with any value"

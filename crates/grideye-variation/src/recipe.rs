@@ -45,6 +45,14 @@ pub struct Recipe {
     asked: Vec<String>,
 }
 
+/// What a key writes: one that writes more comes later.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Writes {
+    Value,
+    Place,
+    Way,
+}
+
 /// One number or text per draw.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
@@ -460,18 +468,19 @@ impl Recipe {
         told
     }
 
-    fn edits(&self) -> impl Iterator<Item = (&str, &Edit)> {
+    /// What each key writes into the text, and where.
+    fn edits(&self) -> impl Iterator<Item = (&str, &Edit, Writes)> {
         let varied = self.varied.iter().flat_map(|varied| {
             let edits = varied.place.edits().iter();
-            edits.map(|edit| (varied.asked.shown.as_str(), edit))
+            edits.map(|edit| (varied.asked.shown.as_str(), edit, Writes::Value))
         });
         let placed = self.placed.iter().flat_map(|placed| {
             let edits = placed.edits.iter();
-            edits.map(|edit| (placed.asked.as_str(), edit))
+            edits.map(|edit| (placed.asked.as_str(), edit, Writes::Place))
         });
         let actors = self.actors.iter().flat_map(|actor| {
             let edits = actor.edits.iter();
-            edits.map(|edit| (actor.asked.shown.as_str(), edit))
+            edits.map(|edit| (actor.asked.shown.as_str(), edit, Writes::Way))
         });
         varied.chain(placed).chain(actors)
     }
@@ -487,15 +496,34 @@ impl Recipe {
                 return Err(twice(&varied.asked.shown, &varied.asked.key));
             }
         }
-        let mut edits: Vec<(&str, &Edit)> = self.edits().collect();
-        edits.sort_by_key(|(_, edit)| (edit.range.start, edit.range.end));
+        let mut edits: Vec<(&str, &Edit, Writes)> = self.edits().collect();
+        edits.sort_by_key(|(_, edit, writes)| (edit.range.start, edit.range.end, *writes));
         for pair in edits.windows(2) {
-            let [(first, before), (second, after)] = pair else {
+            let [(first, before, one), (second, after, other)] = pair else {
                 continue;
             };
             let is_same_place = before == after;
             if before.range.end > after.range.start || is_same_place {
-                return Err(twice(second, first));
+                let (why, hint) = match (*one).max(*other) {
+                    Writes::Value if first == second => return Err(twice(second, first)),
+                    Writes::Value => (
+                        "both write the same part of the scene",
+                        "vary a table or the keys in it, not both",
+                    ),
+                    Writes::Place => (
+                        "position=floor places the agent",
+                        "keep one of them: position=floor draws any free place, position_mm from what you write",
+                    ),
+                    Writes::Way => (
+                        "acts place the person, and write its way and posture",
+                        "leave the other out: the person is placed with its acts; without acts, position=floor places it at rest",
+                    ),
+                };
+                let (asked, other) = ((*second).to_owned(), (*first).to_owned());
+                return Err(VariationError::Asked {
+                    asked,
+                    mistake: Mistake::Overlaps { other, why, hint },
+                });
             }
         }
         Ok(())

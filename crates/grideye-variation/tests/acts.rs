@@ -283,8 +283,20 @@ fn mistakes_are_refused_with_what_to_write() {
     }
     for also in ["agent.anna.position=floor", "agent.anna.yaw_deg=0..90"] {
         let refused = recipe(&text, &["agent.anna.acts=walk", also]).unwrap_err();
-        assert!(refused.contains("it overlaps with"), "{refused}");
+        assert!(
+            refused.contains("it overlaps with `agent.anna.acts=walk`: acts place the person"),
+            "{refused}"
+        );
     }
+    let both = [
+        "agent.anna.position=floor",
+        "agent.anna.position_mm=[1, 2, 0]",
+    ];
+    let refused = recipe(&text, &both).unwrap_err();
+    assert!(
+        refused.contains(": position=floor places the agent\nhint: "),
+        "{refused}"
+    );
     // No walk of 0.8 m fits into a closet.
     let closet = text
         .replace("[5000, 6000, 2700]", "[900, 900, 2700]")

@@ -92,7 +92,7 @@ fn frames(options: &Dataset) -> Result<Frames> {
     let subject = Subject {
         title: files::stem(Path::new(&origin)),
         sensor,
-        text,
+        text: text.clone(),
         files: remembered.into_texts(),
         is_built_in: options.preset.is_some(),
         vary: options.varied.clone(),
@@ -104,8 +104,21 @@ fn frames(options: &Dataset) -> Result<Frames> {
             pixels: options.count_pixels,
             contrast_c: options.count_contrast_c,
         },
+        in_view: options.in_view.clone(),
     };
-    Frames::new(subject, &loaded.scene).map_err(told)
+    let frames = Frames::new(subject, &loaded.scene).map_err(told)?;
+    let unseen = frames
+        .unseen(options.frames.div_ceil(options.clip))
+        .map_err(told)?;
+    // Of the program's own scenes, nobody wants to know which of the things around are in no frame.
+    let told = unseen
+        .iter()
+        .filter(|one| one.is_doubtful() || options.preset.is_none());
+    for one in told {
+        let level = if one.is_doubtful() { "warning" } else { "note" };
+        progress::say(&format!("{level}: {}", one.warning(&text, &origin)));
+    }
+    Ok(frames)
 }
 
 fn scene(options: &Dataset) -> Result<SceneText> {

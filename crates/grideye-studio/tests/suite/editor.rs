@@ -280,6 +280,18 @@ async fn an_invalid_draft_names_its_error_and_place() {
 }
 
 #[tokio::test]
+async fn who_is_never_in_view_is_among_the_remarks() {
+    let page = Page::new().await;
+    let shown = page.draft(ROOM, json!([])).await;
+    assert_eq!(shown["warnings"], json!([]));
+    let turned = ROOM.replace("elevation_deg = 90", "elevation_deg = -90");
+    let warnings = page.draft(&turned, json!([])).await["warnings"].clone();
+    says(&warnings[0]["message"], "is never in view of any sensor");
+    says(&warnings[0]["hint"], "move it");
+    assert_eq!(warnings[0]["place"]["file"], "scene");
+}
+
+#[tokio::test]
 async fn a_scene_is_opened_changed_and_saved_with_the_old_one_kept() {
     let page = Page::new().await;
     let (_, opened) = page.open("room").await;

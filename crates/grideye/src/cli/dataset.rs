@@ -43,8 +43,8 @@ pub(crate) struct Dataset {
     pub(crate) out: Option<PathBuf>,
     /// Picture of some frames by class, to look at first.
     ///
-    /// Of each class, the first 12 frames in columns; of clips, the first 8 clips with 12 frames each. Nothing else is
-    /// made without --out.
+    /// Of each class, the first 12 frames in columns; of clips, the first 8 clips and those with what no other has, 12
+    /// frames each. Nothing else is made without --out.
     #[arg(long, value_name = "FILE.png")]
     pub(crate) preview: Option<PathBuf>,
     /// Seed of the variation and the noise.
@@ -81,6 +81,11 @@ pub(crate) struct Dataset {
     /// What the person changes in one pixel, without noise. Both limits must be reached.
     #[arg(long = "count-contrast", value_name = "C", default_value_t = CountsFrom::default().contrast_c, value_parser = at_least_zero, hide_short_help = true)]
     pub(crate) count_contrast_c: f64,
+    /// How often 0, 1, 2 … people are in view, in proportion [default: as the scene has it].
+    ///
+    /// Draws with another number in view are left out. For single frames; 1,1,1,1 for as many of 0 as of 1, 2 and 3.
+    #[arg(long, value_name = "WEIGHTS", value_delimiter = ',', value_parser = at_least_zero)]
+    pub(crate) in_view: Vec<f64>,
     /// Threads [default: one per core].
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<NonZeroUsize>,

@@ -311,3 +311,55 @@ fn who_reads_no_further_makes_no_panic_and_no_other_exit_code() {
         );
     }
 }
+
+/// A person in a corner that the sensor does not see, a radiator in another, and where the file says so.
+const UNSEEN: &str = "[room]\nsize_mm = [4000, 6000, 2700]\nambient_c = 20\n\n[[object]]\nname = \"radiator\"\nposition_mm = [200, 5700, 0]\nsize_mm = [300, 300, 900]\ntemperature_c = 45\n\n[[agent]]\nname = \"anna\"\nperson = {}\nposition_mm = [400, 400, 0]\n\n[[sensor]]\nname = \"ceiling\"\npreset = \"grid-eye\"\nstep_c = 0.25\nposition_mm = [2000, 3000, 2700]\nelevation_deg = 90\nazimuth_deg = -90\n";
+
+#[test]
+fn what_no_frame_shows_is_said_with_its_place_and_what_is_seen_is_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (room, recording, json) = (file("room.toml"), file("r.csv"), file("c.json"));
+    let out = file("frames");
+    let simulate = ["simulate", &room, "--out", &recording, "--frames", "40"];
+    let compare = ["compare", &recording, &room, "--json", &json];
+    let dataset = ["dataset", &room, "--frames", "4", "--out", &out];
+    fs::write(&room, UNSEEN).unwrap();
+    for arguments in [&simulate[..], &compare, &dataset] {
+        let said = text(&grideye(arguments).stderr);
+        let warning = "room.toml:12:8: agent `anna` is never in view of";
+        assert!(
+            said.contains("warning: ") && said.contains(warning),
+            "{arguments:?}: {said}"
+        );
+        let note = "room.toml:6:8: object `radiator` is not in view of";
+        assert!(
+            said.contains("note: ") && said.contains(note),
+            "{arguments:?}: {said}"
+        );
+        assert_eq!(
+            said.matches("hint: move").count(),
+            2,
+            "{arguments:?}: {said}"
+        );
+    }
+    let json = fs::read_to_string(&json).unwrap();
+    assert!(json.contains("agent `anna` is never in view of"), "{json}");
+    // In view, and out of view of the file's own place but not of those that are drawn.
+    let out = file("drawn");
+    let drawn = ["dataset", &room, "--frames", "300", "--out", &out];
+    let drawn = [&drawn[..], &["--vary", "agent.anna.position=floor"]].concat();
+    let drawn = text(&grideye(&drawn).stderr);
+    assert!(!drawn.contains("anna"), "{drawn}");
+    fs::write(&room, UNSEEN.replace("[400, 400, 0]", "[2000, 3000, 0]")).unwrap();
+    let said = text(&grideye(&simulate).stderr);
+    assert!(!said.contains("warning"), "{said}");
+    for name in ["experiment-1", "falls", "counting", "two-people", "bedroom"] {
+        let (_, said) = simulated(
+            name,
+            "frames.csv",
+            &["--frames", "1", "--sensor", "ceiling"],
+        );
+        assert!(!said.contains("warning"), "{name}: {said}");
+    }
+}
