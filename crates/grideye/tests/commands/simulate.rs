@@ -322,7 +322,8 @@ fn what_no_frame_shows_is_said_with_its_place_and_what_is_seen_is_not() {
     let (room, recording, json) = (file("room.toml"), file("r.csv"), file("c.json"));
     let out = file("frames");
     let simulate = ["simulate", &room, "--out", &recording, "--frames", "40"];
-    let compare = ["compare", &recording, &room, "--json", &json];
+    let sides = ["--scene", &room, "--recording", &recording];
+    let compare = [&["compare"], &sides[..], &["--json", &json]].concat();
     let dataset = ["dataset", &room, "--frames", "4", "--out", &out];
     fs::write(&room, UNSEEN).unwrap();
     for arguments in [&simulate[..], &compare, &dataset] {
