@@ -8,6 +8,9 @@ use std::path::PathBuf;
 /// Why a part could not be written, as reported by its writer.
 pub type Cause = Box<dyn std::error::Error + Send + Sync>;
 
+/// So many draws are tried for a frame with the wanted people in view.
+pub const TRIES_MAX: u64 = 1_000;
+
 /// Why a dataset cannot be made.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -47,7 +50,7 @@ pub enum DatasetError {
     /// No draw shows the wanted number of people.
     #[error(
         "frame {index}: none of {} draws has {people} in view\nhint: give {people} the weight 0 in --in-view, or let more people be there, nearer to the sensor",
-        crate::TRIES_MAX
+        TRIES_MAX
     )]
     NoClass {
         /// The frame, from 0.

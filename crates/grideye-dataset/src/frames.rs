@@ -1,6 +1,6 @@
 //! Makes labeled frames: the scene of a frame, what its sensor measures, and the ground truth.
 
-use crate::error::DatasetError;
+use crate::error::{DatasetError, TRIES_MAX};
 use crate::labels::{CountsFrom, Label, labels};
 use grideye_scene::{Files, Scene, Simulator, Unseen};
 use grideye_variation::{Draw, Recipe, Value};
@@ -17,8 +17,6 @@ const KEPT_BYTES: usize = 64 << 20;
 
 /// So many draws at most are looked at for what no frame shows.
 pub const DRAWS_MAX: u64 = 100;
-/// So many draws are tried for a frame with the wanted people in view.
-pub const TRIES_MAX: u64 = 1_000;
 /// Other draws for a frame have numbers from here on, beyond those of all frames.
 const AGAIN_BITS: u32 = 40;
 /// 2^64 over the golden ratio.
@@ -105,7 +103,7 @@ impl Frames {
         (self.columns, self.rows)
     }
 
-    /// What the sensor never sees in any of the first draws, at most [`DRAWS_MAX`](crate::DRAWS_MAX) and `count`.
+    /// What the sensor never sees in any of the first draws, at most [`DRAWS_MAX`] and `count`.
     ///
     /// # Errors
     /// As [`make`](crate::make), for these draws.

@@ -15,9 +15,9 @@ mod shard;
 mod work;
 
 pub use counts::Counts;
-pub use error::{Cause, DatasetError};
+pub use error::{Cause, DatasetError, TRIES_MAX};
 pub use folder::{Folder, Output};
-pub use frames::{DRAWS_MAX, Frames, Remembered, Subject, TRIES_MAX};
+pub use frames::{DRAWS_MAX, Frames, Remembered, Subject};
 pub use labels::CountsFrom;
 pub use manifest::Manifest;
 pub use part::{AgentLabels, Part, Scalars, VariedColumn};
