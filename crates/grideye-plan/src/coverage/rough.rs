@@ -48,7 +48,7 @@ impl<'a> Rough<'a> {
     const PLACES_MAX: usize = 400;
     /// The longest side of a part of a surface: about a pixel at 3 m.
     const PART_M: f64 = 0.45;
-    const SCALED_BY: usize = 8;
+    pub(crate) const SCALED_BY: usize = 8;
 
     /// For sensors like these.
     ///
@@ -58,7 +58,7 @@ impl<'a> Rough<'a> {
         survey: &'a Survey,
         like: &[Candidate],
         sigma_min: f64,
-        threads: usize,
+        threads: (usize, &(dyn Fn() + Sync)),
     ) -> Result<Self, CoverageError> {
         let first = like.first().ok_or(CoverageError::NoCandidates)?;
         let floor = survey.floor();
@@ -97,11 +97,11 @@ impl<'a> Rough<'a> {
         &self,
         like: &[Candidate],
         sigma_min: f64,
-        threads: usize,
+        (threads, after_each): (usize, &(dyn Fn() + Sync)),
     ) -> Result<f64, CoverageError> {
         let some = like.iter().step_by(like.len().div_ceil(Self::SCALED_BY));
         let some: Vec<Sensor> = some.map(|pose| pose.sensor.clone()).collect();
-        let looks = self.survey.look_all(&some, threads, &|| ())?;
+        let looks = self.survey.look_all(&some, threads, after_each)?;
         let mut ratios = Vec::new();
         for (sensor, look) in some.iter().zip(&looks) {
             let own = self.contrasts(&self.outlook(sensor.pose.position_m), sensor);

@@ -73,17 +73,22 @@ pub fn search(
     } else {
         1
     };
-    let whole = places.len() + choices * CHOICE_STEPS;
+    let whole = places.len() + Rough::SCALED_BY * LOOK_STEPS + choices * CHOICE_STEPS;
+    let done = AtomicUsize::new(0);
+    let step = |steps: usize| {
+        let done = done.fetch_add(steps, Ordering::Relaxed) + steps;
+        progress(done.min(whole), whole);
+    };
+    let look_step = || step(LOOK_STEPS);
     let search = Search {
         survey,
         mounts,
-        rough: Rough::new(survey, candidates, wish.sigma_min, threads)?,
+        rough: Rough::new(survey, candidates, wish.sigma_min, (threads, &look_step))?,
         wish,
         kept,
         threads,
-        steps: AtomicUsize::new(0),
         tried: AtomicUsize::new(0),
-        progress: &|done| progress(done.min(whole), whole),
+        step: &step,
     };
     let rated = shared(places.len(), threads, |place| {
         let rated = search.rate(places[place].to_vec());
@@ -104,9 +109,8 @@ struct Search<'a> {
     wish: &'a Wish,
     kept: &'a [Look],
     threads: usize,
-    steps: AtomicUsize,
     tried: AtomicUsize,
-    progress: &'a (dyn Fn(usize) + Sync),
+    step: &'a (dyn Fn(usize) + Sync),
 }
 
 /// A pose with its rough contrasts.
@@ -124,7 +128,7 @@ impl Trial {
 
 impl Search<'_> {
     fn step(&self, steps: usize) {
-        (self.progress)(self.steps.fetch_add(steps, Ordering::Relaxed) + steps);
+        (self.step)(steps);
     }
 
     /// Poses at one place.
