@@ -260,6 +260,20 @@ fn unsafe_code_is_confined_to_one_crate() {
     }
 }
 
+/// `println!` and its kin panic where nobody reads on, and `grideye_agent::output` does not.
+#[test]
+fn nothing_prints_by_a_macro_that_panics() {
+    const MACROS: [&str; 5] = ["print", "println", "eprint", "eprintln", "dbg"];
+    for name in manifests().keys() {
+        for file in rust_files(&root().join("crates").join(name).join("src")) {
+            let tokens = tokens(&std::fs::read_to_string(&file).unwrap());
+            let mut pairs = tokens.windows(2);
+            let found = pairs.find(|pair| MACROS.contains(&pair[0].as_str()) && pair[1] == "!");
+            assert_eq!(found, None, "{}", file.display());
+        }
+    }
+}
+
 fn rust_files(folder: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).unwrap() {

@@ -2,10 +2,11 @@
 //!
 //! `--help` fits a screen of 24 lines and 80 columns; `--help-all` and the man page have everything.
 
+use crate::output;
 use amg8833::Address;
+use clap::CommandFactory as _;
 use clap::builder::PossibleValue;
 use clap::{Arg, ArgAction, Args, Command as ClapCommand, Parser, Subcommand};
-use clap::{CommandFactory as _, FromArgMatches as _};
 use std::path::PathBuf;
 
 /// The service's configuration.
@@ -161,7 +162,7 @@ pub enum LogFormat {
 /// Parses the program's arguments; exits if they are wrong or ask for help.
 #[must_use]
 pub fn parse() -> Cli {
-    Cli::from_arg_matches(&command().get_matches()).unwrap_or_else(|error| error.exit())
+    output::arguments(command())
 }
 
 /// The whole command line, as parsed and documented.

@@ -15,7 +15,8 @@
 //!
 //! Each folder is a floor, and imports go down only. From the bottom:
 //!
-//! * [`limits`], [`advice`] (what to do about a failure), [`log`] and [`clock`] serve all the others.
+//! * [`limits`], [`advice`] (what to do about a failure), [`output`] (standard output and standard error, also of `grideye`),
+//!   [`log`] and [`clock`] serve all the others.
 //! * [`join`] introduces the agent to its collector; [`config`] holds its settings.
 //! * [`sampler`] follows the sensor's own clock and counts its frames: none is recorded twice, and each missed one is a
 //!   record.
@@ -66,6 +67,7 @@ pub mod join;
 pub mod limits;
 mod lock;
 pub mod log;
+pub mod output;
 pub mod queue;
 pub mod sampler;
 pub mod spool;

@@ -1,7 +1,7 @@
 //! Log lines with a level, handed to the caller's function.
 
+use crate::output::say;
 use std::fmt;
-use std::io::Write as _;
 use std::sync::Arc;
 
 /// How serious a line is.
@@ -48,7 +48,7 @@ impl Log {
     /// Writes each line to standard error with its level in front.
     #[must_use]
     pub fn to_stderr() -> Self {
-        Self::new(|level, line| write_stderr(format_args!("{}: {line}", level.name())))
+        Self::new(|level, line| say(&format_args!("{}: {line}", level.name())))
     }
 
     /// Writes each line to standard error as one JSON object: `level`, `part` (the thread), `message`, and `hint` if any.
@@ -56,8 +56,7 @@ impl Log {
     pub fn to_stderr_as_json() -> Self {
         Self::new(|level, line| {
             let thread = std::thread::current();
-            let json = as_json(level, thread.name().unwrap_or_default(), line);
-            write_stderr(format_args!("{json}"));
+            say(&as_json(level, thread.name().unwrap_or_default(), line));
         })
     }
 
@@ -77,11 +76,6 @@ impl Log {
     pub(crate) fn error(&self, line: impl AsRef<str>) {
         self.line(Level::Error, line);
     }
-}
-
-/// A closed standard error is no reason to stop.
-fn write_stderr(line: fmt::Arguments<'_>) {
-    let _ = writeln!(std::io::stderr().lock(), "{line}");
 }
 
 fn as_json(level: Level, part: &str, line: &str) -> serde_json::Value {

@@ -3,7 +3,7 @@
 mod command;
 
 use grideye_agent::cli::{self, Command};
-use std::io::Write as _;
+use grideye_agent::output::say;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -13,7 +13,7 @@ fn main() -> ExitCode {
         Command::Run(args) => command::run::run(&args),
     };
     outcome.unwrap_or_else(|error| {
-        let _ = writeln!(std::io::stderr(), "error: {error:#}");
+        say(&format_args!("error: {error:#}"));
         command::common::code_of(&error)
     })
 }

@@ -4,13 +4,14 @@ use crate::cli::Audit;
 use crate::client::Client;
 use crate::exit::Outcome;
 use crate::output::outln;
+use crate::progress::say;
 use anyhow::Result;
 use grideye_collector::{Account, Rivals};
 
 pub(crate) fn run(options: &Audit) -> Result<Outcome> {
     let audit = Client::of(&options.collector)?.audit()?;
     for rivals in &audit.rivals {
-        eprintln!("{}", warning(rivals));
+        say(&warning(rivals));
     }
     let rows = audit.streams;
     if options.json {

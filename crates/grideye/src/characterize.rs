@@ -26,7 +26,10 @@ pub(crate) fn run(options: &Characterize) -> Result<Outcome> {
     let mut found = match characterize(&options.recording)? {
         Ok(found) => found,
         Err(error) => {
-            eprintln!("error: {}: {error}", options.recording.display());
+            progress::say(&format_args!(
+                "error: {}: {error}",
+                options.recording.display()
+            ));
             return Ok(Outcome::NoAnswer);
         }
     };
@@ -148,11 +151,11 @@ fn write_profile(
             "no empty room: {why}; the profile has no background, and its pattern is what is not smooth over the pixels"
         ),
         Room::Open(why, first) => {
-            eprintln!(
+            progress::say(&format_args!(
                 "error: {}: cannot tell whether the room is empty: {why}\nhint: {first}say --empty yes if nobody is in view, --empty no if somebody may be; {} was not written",
                 options.recording.display(),
                 path.display()
-            );
+            ));
             return Ok(Outcome::NoAnswer);
         }
     };

@@ -9,8 +9,9 @@ mod groups;
 mod shared;
 
 use clap::builder::TypedValueParser as _;
-use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
+use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use grideye_agent::cli::with_helps;
+use grideye_agent::output;
 use grideye_scene::Model;
 use grideye_validator::background::Empty;
 use grideye_validator::calibrate::Half;
@@ -45,7 +46,7 @@ pub(crate) struct Cli {
 impl Cli {
     /// The arguments of this program; exits if they are wrong or ask for help.
     pub(crate) fn of_the_program() -> Self {
-        Self::from_arg_matches(&command().get_matches()).unwrap_or_else(|error| error.exit())
+        output::arguments(command())
     }
 }
 

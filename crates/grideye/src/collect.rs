@@ -13,7 +13,7 @@ use grideye_collector::{
 };
 use grideye_inputs::read_text;
 use grideye_studio::{Disk, Opening};
-use std::io::{self, Write as _};
+use std::io;
 use std::net::SocketAddr;
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
@@ -111,8 +111,7 @@ fn told(error: CollectorError) -> anyhow::Error {
 
 fn log(format: LogFormat) -> Log {
     Log::new(move |event| {
-        // A closed standard error is no reason to stop.
-        let _ = writeln!(io::stderr().lock(), "{}", format(event));
+        progress::say(&format(event));
     })
 }
 

@@ -1,5 +1,6 @@
 //! How a command ends: the exit codes of the whole program, and the errors that choose between them.
 
+use crate::progress::say;
 use std::process::ExitCode;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,7 +47,7 @@ pub(crate) fn is_bad_input(error: &anyhow::Error) -> bool {
 }
 
 pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
-    eprintln!("error: {}", told(error));
+    say(&format_args!("error: {}", told(error)));
     ExitCode::from(if is_bad_input(error) { 2 } else { 1 })
 }
 

@@ -1,6 +1,7 @@
 //! Reading what the user named, and writing results so that no half-written file ever carries its final name.
 
 use crate::exit::{bad_input, is_bad_input};
+use crate::progress::say;
 use anyhow::{Context as _, Result, anyhow};
 use grideye_inputs::{LoadedScene, SceneText};
 use grideye_recording::whole::identity;
@@ -38,7 +39,7 @@ pub(crate) fn load_scene_quietly(model: Option<Model>, path: Option<&Path>) -> R
 
 pub(crate) fn warned(warnings: &[impl Display]) {
     for warning in warnings {
-        eprintln!("warning: {warning}");
+        say(&format_args!("warning: {warning}"));
     }
 }
 

@@ -1,12 +1,8 @@
-//! Results on standard output.
-//!
-//! Whoever reads them may stop early (`grideye … | head`). That is no error: files are still written, and the exit code
-//! is still the answer's.
+//! Results on standard output, and answers as JSON.
 
 use crate::files;
-use anyhow::{Context as _, Result};
+use anyhow::Result;
 use std::fmt;
-use std::io::{self, ErrorKind, Write as _};
 use std::path::PathBuf;
 
 /// [`print!`] that fails if results cannot be written, but not if the reader has gone.
@@ -20,15 +16,8 @@ macro_rules! outln {
 
 pub(crate) use {out, outln};
 
-/// Writes and flushes, because a program may be waiting.
 pub(crate) fn write(text: fmt::Arguments<'_>) -> Result<()> {
-    let mut stdout = io::stdout().lock();
-    match stdout.write_fmt(text).and_then(|()| stdout.flush()) {
-        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
-        written => written.context(
-            "cannot write the result to standard output\nhint: is the disk that it goes to full?",
-        ),
-    }
+    Ok(grideye_agent::output::result(text)?)
 }
 
 /// Prints an answer and writes it as JSON to the file, if given; for `-`, prints only JSON.

@@ -1,5 +1,6 @@
 //! Progress on a terminal; nothing where no person is looking.
 
+pub(crate) use grideye_agent::output::say;
 use indicatif::{ProgressBar, ProgressBarIter, ProgressFinish, ProgressStyle};
 use std::io::{self, Read};
 use std::num::NonZeroUsize;
@@ -62,8 +63,4 @@ pub(crate) fn runtime() -> io::Result<Runtime> {
 /// The default number of threads.
 pub(crate) fn cores() -> usize {
     thread::available_parallelism().map_or(1, NonZeroUsize::get)
-}
-
-pub(crate) fn say(line: &str) {
-    eprintln!("{line}");
 }

@@ -1,12 +1,13 @@
 //! `grideye-agent check`: tests the sensors, and with a configuration also the clock, the connection to the collector,
 //! and what a power cut can cost.
 
-use super::common::{FAILED, host_name, prove, read_config, unreadable, with_joined, write_stdout};
+use super::common::{FAILED, host_name, prove, read_config, unreadable, with_joined};
 use grideye_agent::bus::LinuxBus;
 use grideye_agent::check::{self, Report};
 use grideye_agent::cli::{BUS, CONFIG_FILE, CheckArgs};
 use grideye_agent::clock::{Clock, SystemClock};
 use grideye_agent::config::{BusConfig, Config, SensorConfig};
+use grideye_agent::output;
 use grideye_recording::ClockState;
 use serde_json::{Value, json};
 use std::io;
@@ -18,7 +19,9 @@ use std::sync::Arc;
 /// failure.
 pub(crate) fn run(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     let clock: Arc<dyn Clock> = Arc::new(SystemClock::default());
-    let is_well = check_all(args, Path::new(CONFIG_FILE), &clock, &mut write_stdout)?;
+    let is_well = check_all(args, Path::new(CONFIG_FILE), &clock, &mut |text| {
+        output::result(format_args!("{text}"))
+    })?;
     Ok(ExitCode::from(if is_well { 0 } else { FAILED }))
 }
 struct Configured {

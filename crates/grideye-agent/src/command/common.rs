@@ -8,7 +8,7 @@ use grideye_agent::join::{Credentials, Joined};
 use grideye_agent::limits::JOINED_BYTES_MAX;
 use grideye_recording::wire::{Batch, JSON_TYPE};
 use serde_json::Value;
-use std::io::{Read as _, Write as _};
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
@@ -28,13 +28,6 @@ pub(super) struct BadUsage(pub(super) String);
 #[error("{0}")]
 pub(super) struct Unanswered(pub(super) String);
 
-/// Writes to standard output. A closed one (`grideye-agent … | head`) is no error.
-pub(super) fn write_stdout(text: &str) -> std::io::Result<()> {
-    match std::io::stdout().write_all(text.as_bytes()) {
-        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-        other => other,
-    }
-}
 pub(crate) fn code_of(error: &anyhow::Error) -> ExitCode {
     let code = |cause: &(dyn std::error::Error + 'static)| {
         let unanswered = cause.is::<Unanswered>().then_some(DATA_LOST);

@@ -1,15 +1,16 @@
 //! `grideye-agent join`, step by step.
 
 use super::common::{
-    self, BadUsage, TIMEOUT, host_name, prove, read_config, read_text, with_joined, write_stdout,
+    self, BadUsage, TIMEOUT, host_name, prove, read_config, read_text, with_joined,
 };
 use anyhow::Context as _;
 use grideye_agent::cli::{JOINED_FILE, JoinArgs};
 use grideye_agent::join::{ClientCertificate, Credentials, JoinLine, Joined, Secret, authority_of};
 use grideye_agent::limits::JOINED_BYTES_MAX;
+use grideye_agent::output;
 use grideye_recording::whole::replace_private;
 use service::{FirstFrame, Found, Service};
-use std::io::{BufRead as _, IsTerminal as _, Read as _, Write as _};
+use std::io::{BufRead as _, IsTerminal as _, Read as _};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -50,7 +51,7 @@ pub(crate) fn run(args: &JoinArgs) -> anyhow::Result<ExitCode> {
     Step::FILE.told(&format!("{out} written, for its owner alone"))?;
     let device = start(args, &joined)?;
     let collector = &joined.collector;
-    write_stdout(&format!("joined {collector} as {device}: {taken}\n"))?;
+    output::result(format_args!("joined {collector} as {device}: {taken}\n"))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -154,8 +155,7 @@ fn line(args: &JoinArgs) -> anyhow::Result<JoinLine> {
         let is_person = stdin.is_terminal();
         let mut input = stdin.take(limit);
         let read = if is_person {
-            let ask = "paste the line that `grideye enroll DEVICE` printed, and press Enter:\n";
-            io::stderr().write_all(ask.as_bytes())?;
+            output::say("paste the line that `grideye enroll DEVICE` printed, and press Enter:");
             input.read_line(&mut text)
         } else {
             input.read_to_string(&mut text)
@@ -209,7 +209,7 @@ impl Step {
     const FIRST_FRAME: Self = Self(STEPS, "the first frame");
     fn told(self, how: &str) -> io::Result<()> {
         let Self(number, name) = self;
-        write_stdout(&format!("{number}/{STEPS} {name}: {how}\n"))
+        output::result(format_args!("{number}/{STEPS} {name}: {how}\n"))
     }
 
     /// Runs the step. An error names the step and what remains of those before it.

@@ -1,6 +1,6 @@
 //! `grideye-agent run`: reads and delivers until it gets a signal or reaches its frame limit.
 
-use super::common::{BadUsage, DATA_LOST, host_name, read_config, with_joined, write_stdout};
+use super::common::{BadUsage, DATA_LOST, host_name, read_config, with_joined};
 use anyhow::Context as _;
 use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start, StartError};
 use grideye_agent::bus::LinuxBus;
@@ -9,6 +9,7 @@ use grideye_agent::clock::SystemClock;
 use grideye_agent::config::{BusConfig, Config, SpoolMode};
 use grideye_agent::health::serve;
 use grideye_agent::log::{Level, Log};
+use grideye_agent::output;
 use std::net::{SocketAddr, TcpListener};
 use std::path::Path;
 use std::process::ExitCode;
@@ -66,7 +67,7 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
         log.line(Level::Info, line);
     }
     let summary = agent.stop(FLUSH_FOR.saturating_sub(idle).max(FLUSH_FOR_LEAST));
-    write_stdout(&format!("{summary}\n"))?;
+    output::result(format_args!("{summary}\n"))?;
     let code = if summary.is_complete() { 0 } else { DATA_LOST };
     Ok(code.into())
 }

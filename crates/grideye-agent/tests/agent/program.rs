@@ -63,6 +63,52 @@ fn bad_usage_and_bad_configuration_end_with_2_and_say_where() {
     );
 }
 
+/// The writing end of a pipe that nobody reads any more.
+fn unread() -> Stdio {
+    let mut reader = Command::new("true").stdin(Stdio::piped()).spawn().unwrap();
+    let pipe = reader.stdin.take().unwrap();
+    reader.wait().unwrap();
+    pipe.into()
+}
+
+type Stream = fn() -> Stdio;
+
+fn full() -> Stdio {
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full");
+    full.unwrap().into()
+}
+
+#[test]
+fn the_program_ends_the_same_when_nobody_reads_on_and_only_a_lost_result_is_an_error() {
+    let config = configuration(NO_BUS);
+    let path = config.path().to_str().unwrap();
+    let ways: [(Stream, Stream, bool); 4] = [
+        (unread, unread, false),
+        (Stdio::null, full, false),
+        (Stdio::null, unread, false),
+        (full, Stdio::null, true),
+    ];
+    for (arguments, code, prints) in [
+        (&["--help"][..], 0, true),
+        (&["run"], 2, false),
+        (&["run", "--config", "/"], 2, false),
+        (&["run", "--frames", "0", "--config", path], 0, true),
+        (&["check", "--config", path], 1, true),
+        (&["join", "nothing", "--out", "/nonexistent/x"], 2, false),
+    ] {
+        for (stdout, stderr, loses_results) in ways {
+            let ended = Command::new(env!("CARGO_BIN_EXE_grideye-agent"))
+                .args(arguments)
+                .stdout(stdout())
+                .stderr(stderr())
+                .status()
+                .unwrap();
+            let expected = if loses_results && prints { 1 } else { code };
+            assert_eq!(ended.code(), Some(expected), "{arguments:?}");
+        }
+    }
+}
+
 #[test]
 fn a_collector_that_is_not_there_is_named_and_a_second_signal_does_not_wait_for_it() {
     let config = configuration(NO_BUS);

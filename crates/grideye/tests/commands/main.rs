@@ -12,6 +12,7 @@ mod man;
 mod palettes;
 mod preset;
 mod simulate;
+mod streams;
 mod texts;
 mod whole;
 
