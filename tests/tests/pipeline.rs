@@ -10,7 +10,7 @@
 mod mistakes;
 
 use grideye_tests::programs::{
-    self, Ended, RunningCollector, grideye, grideye_agent, is_left_out, root, run, wait, wait_for,
+    self, Ended, RunningCollector, grideye, grideye_agent, is_left_out, root, run, wait_for,
 };
 use mistakes::file;
 use std::path::Path;
@@ -360,7 +360,7 @@ fn what_arrives_is_recorded_under_a_name_and_fetched() {
     let folder = tempfile::tempdir().unwrap();
     let collector = RunningCollector::start(folder.path());
     let out = folder.path().join("evening.csv");
-    let mut record = grideye()
+    let record = grideye()
         .args([
             "record",
             "evening",
@@ -382,17 +382,21 @@ fn what_arrives_is_recorded_under_a_name_and_fetched() {
         "seq": 7, "t_boot_ns": 1_000_000_000, "t_utc_ns": 0, "clock": "unsynced",
         "thermistor_raw": 402, "pixels_raw": vec![4095; 64]
     });
-    let batch = serde_json::json!({ "device": "pi-1", "boot": "b", "sensors": [{ "sensor": "s", "frames": [frame] }] });
+    let missing = serde_json::json!({ "seq": 8, "t_boot_ns": 1_100_000_000, "t_utc_ns": 0, "clock": "unsynced", "missing": "nack" });
+    let batch = serde_json::json!({ "device": "pi-1", "boot": "b", "sensors": [{ "sensor": "s", "frames": [frame, missing] }] });
     let mut answer = ureq::post(format!("{}/v1/frames", collector.url()))
         .send_json(&batch)
         .unwrap();
     let answer: serde_json::Value = answer.body_mut().read_json().unwrap();
-    assert_eq!(answer["durable_through"]["s"].as_u64(), Some(7), "{answer}");
-    assert_eq!(wait(&mut record), 0);
+    assert_eq!(answer["durable_through"]["s"].as_u64(), Some(8), "{answer}");
+    let ended = record.wait_with_output().unwrap();
+    assert_eq!(ended.status.code(), Some(0));
+    let said = String::from_utf8(ended.stdout).unwrap();
+    assert_eq!(said, "recorded 1 frames as \"evening\"; 1 missing\n");
     let rows = cells(&out);
-    assert_eq!(rows.len(), 2);
+    assert_eq!(rows.len(), 3);
     // 402 sixteenths of a degree, and 0xFFF in two's complement (AMG88 spec §4-11-11).
-    let degrees = temperatures(&rows, "thermistor", 65);
+    let degrees = temperatures(&rows[..2], "thermistor", 65);
     assert_eq!(
         (degrees[0][0], degrees[0][1], degrees[0][64]),
         (25.125, -0.25, -0.25)

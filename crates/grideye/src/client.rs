@@ -36,6 +36,8 @@ pub(crate) struct Recording {
     pub(crate) name: String,
     #[serde(default)]
     pub(crate) frames: u64,
+    #[serde(default)]
+    pub(crate) missing: u64,
 }
 
 const TOKEN_HINT: &str = "--token-file FILE; `grideye token make NAME --scope read --out FILE` makes one, and `--scope admin` one that may record";

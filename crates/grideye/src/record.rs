@@ -23,8 +23,8 @@ pub(crate) fn run(options: &Record) -> Result<Outcome> {
     if let Some(out) = &options.out {
         files::write_whole(out, |file| client.download_csv(recording.id, file))?;
     }
-    let (frames, name) = (recording.frames, &recording.name);
-    outln!("recorded {frames} frames as {name:?}")?;
+    let (frames, missing, name) = (recording.frames, recording.missing, &recording.name);
+    outln!("recorded {frames} frames as {name:?}; {missing} missing")?;
     if recording.frames == 0 {
         progress::say("no frame arrived\nhint: look at the collector's page; is an agent running?");
     }
