@@ -27,6 +27,13 @@ impl InterruptLevels {
         hysteresis: PixelWord(0x000),
     };
 
+    /// Levels that every temperature above −512 °C passes: in absolute mode each measurement sets the interrupt flag, also
+    /// one that equals the last. They differ from the power-on levels too.
+    pub const ALWAYS: Self = Self {
+        upper: PixelWord(0x800),
+        ..Self::NEVER
+    };
+
     /// Levels in degrees, each rounded to the nearest quarter ([`word::pixel_word`]).
     ///
     /// # Errors

@@ -37,5 +37,5 @@ pub use event::{
     BUS_HUNG, COUNT_ESTIMATED, FROZEN_FRAMES, GAP_NOT_LISTED, GLITCH_PIXEL, OUT_OF_STEP,
     THERMISTOR_LATE,
 };
-pub(crate) use event::{Due, Event, Span, Task};
+pub(crate) use event::{Checked, Due, Event, Span, Task};
 pub(crate) use machine::Sampler;

@@ -5,8 +5,11 @@ use crate::advice;
 use crate::clock::{Clock, Stamper};
 use crate::config::SensorConfig;
 use crate::log::Log;
-use crate::sampler::{Event, OUT_OF_STEP, Sampler};
-use amg8833::{Amg8833, Error, MovingAverage, Settings};
+use crate::sampler::{Checked, Event, OUT_OF_STEP, Sampler};
+use amg8833::{
+    Amg8833, Error, InterruptControl, InterruptLevels, InterruptMode, MovingAverage, Settings,
+    Status,
+};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::{ErrorType, I2c};
 use grideye_frame::{NoData, RawFrame, Reading, RecordedFrame};
@@ -18,8 +21,8 @@ use std::time::Duration;
 /// A released line reads as all ones.
 const ONES: u8 = u8::MAX;
 
-/// The settings to write. No pixel reaches the interrupt levels, and no reset sensor has them, so they reveal a silent
-/// reset.
+/// The settings to write. Every pixel is beyond the interrupt levels, so that each measurement sets the interrupt flag; no
+/// reset sensor has these levels, so they reveal a silent reset.
 pub(crate) fn settings(config: &SensorConfig) -> Settings {
     Settings {
         frame_rate: config.rate,
@@ -28,7 +31,11 @@ pub(crate) fn settings(config: &SensorConfig) -> Settings {
         } else {
             MovingAverage::Off
         },
-        ..Settings::default()
+        interrupt: InterruptControl {
+            pin_active: false,
+            mode: InterruptMode::Absolute,
+        },
+        levels: InterruptLevels::ALWAYS,
     }
 }
 pub(crate) struct Delay<'a>(pub(crate) &'a dyn Clock);
@@ -40,16 +47,33 @@ impl DelayNs for Delay<'_> {
     }
 }
 
-pub(super) fn has_its_settings<B: I2c>(
+/// Compares the settings; reads the interrupt flag and clears it, so that only a new measurement sets it again.
+pub(super) fn look_over<B: I2c>(
     driver: &mut Amg8833<B>,
     settings: &Settings,
-) -> Result<bool, Error<B::Error>> {
+) -> Result<Checked, Error<B::Error>> {
     match driver.configuration() {
-        Ok(found) => Ok(found.deviation(settings).is_none()),
+        Ok(found) if found.deviation(settings).is_none() => {}
         // A line stuck high is not a sensor with wrong settings.
-        Err(Error::UndefinedPowerMode(mode)) if mode.found != ONES => Ok(false),
-        Err(error) => Err(error),
+        Err(Error::UndefinedPowerMode(mode)) if mode.found == ONES => {
+            return Err(Error::UndefinedPowerMode(mode));
+        }
+        Ok(_) | Err(Error::UndefinedPowerMode(_)) => return Ok(Checked::OtherSettings),
+        Err(error) => return Err(error),
     }
+    let has_measured = driver.status()?.interrupt;
+    let mut is_cleared = false;
+    // A measurement may set it again in between, but not twice in a row.
+    for _ in 0..2 {
+        if !is_cleared {
+            driver.clear_flags(Status::ALL)?;
+            is_cleared = !driver.status()?.interrupt;
+        }
+    }
+    Ok(Checked::AsConfigured {
+        has_measured,
+        is_cleared,
+    })
 }
 pub(crate) fn reason<O: OpenBus>(
     opener: &O,

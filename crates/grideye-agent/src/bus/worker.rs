@@ -1,7 +1,7 @@
 //! The thread of one bus: opens it, performs its samplers' tasks, and passes the records on.
 
 use super::open::OpenBus;
-use super::sensor::{Delay, Sensor, Sink, has_its_settings, reason};
+use super::sensor::{Delay, Sensor, Sink, look_over, reason};
 use super::watchdog::Watched;
 use crate::clock::Clock;
 use crate::config::{BusConfig, SensorConfig};
@@ -187,7 +187,7 @@ impl<O: OpenBus> Worker<O> {
                 answer(outcome.map_err(failed), Sampler::set_up)
             }
             Task::CheckSettings => {
-                let outcome = has_its_settings(&mut driver, &settings);
+                let outcome = look_over(&mut driver, &settings);
                 answer(outcome.map_err(failed), Sampler::settings_checked)
             }
             Task::ReadFrame => answer(driver.read_frame().map_err(failed), Sampler::frame_read),

@@ -22,6 +22,18 @@ pub(crate) struct Due {
     pub(crate) task: Task,
 }
 
+/// The outcome of [`Task::CheckSettings`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Checked {
+    OtherSettings,
+    AsConfigured {
+        /// The interrupt flag, which each measurement sets, was set.
+        has_measured: bool,
+        /// It stayed cleared right after it was cleared: if it is set later, a measurement did that.
+        is_cleared: bool,
+    },
+}
+
 /// The boot clock immediately before and after a bus operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Span {
@@ -62,8 +74,8 @@ pub const BUS_HUNG: &str = "bus-hung";
 /// The count of gaps too long to list frame by frame.
 pub const GAP_NOT_LISTED: &str = "gap-not-listed";
 
-/// The same content for this many frames means a sensor that stopped measuring. A scene without noise or a replayed
-/// recording may stand still for ten seconds.
+/// After this many frames of the same content, only a sensor whose interrupt flag shows that it measures is believed. A
+/// scene without noise or a replayed recording may stand still for ever.
 pub const FROZEN_FRAMES: u32 = 100;
 /// Further attempts at one frame after a fault.
 pub(super) const RETRIES_PER_FRAME: u32 = 3;

@@ -2,10 +2,10 @@
 
 use super::content::{Content, Pending, Read, Seen, implausible};
 use super::event::{
-    BUS_HUNG, COUNT_ESTIMATED, Due, Event, FAULTS_BEFORE_SET_UP, FROZEN_FRAMES, GAP_NOT_LISTED,
-    GLITCH_PIXEL, GUARD, LATENESS_READS, LIVELY_FRAMES, NARROW, PROBE_EVERY, PROBE_LEAD,
-    RETRIES_PER_FRAME, RETRY_PAUSE_MAX, ROWS_PER_GAP_MAX, SET_UP_PAUSE, SET_UP_PAUSE_MAX,
-    SETTINGS_EVERY, Span, THERMISTOR_LATE, Task,
+    BUS_HUNG, COUNT_ESTIMATED, Checked, Due, Event, FAULTS_BEFORE_SET_UP, FROZEN_FRAMES,
+    GAP_NOT_LISTED, GLITCH_PIXEL, GUARD, LATENESS_READS, LIVELY_FRAMES, NARROW, PROBE_EVERY,
+    PROBE_LEAD, RETRIES_PER_FRAME, RETRY_PAUSE_MAX, ROWS_PER_GAP_MAX, SET_UP_PAUSE,
+    SET_UP_PAUSE_MAX, SETTINGS_EVERY, Span, THERMISTOR_LATE, Task,
 };
 use super::phase::{Ns, Phase};
 use crate::clock::{duration, signed_ns};
@@ -43,6 +43,10 @@ pub(crate) struct Sampler {
     pub(super) thermistor_unproved: Option<(u64, Ns, Ns)>,
     pub(super) recorded: Option<Content>,
     pub(super) repeats: u32,
+    /// Whether the interrupt flag was clear when the settings were last written or checked.
+    pub(super) is_flag_clear: bool,
+    /// Whether the sensor was measuring before the last check.
+    pub(super) measures: bool,
     pub(super) changes_in_a_row: u32,
     pub(super) frames_unproved: u32,
     pub(super) late_reads: u32,
@@ -113,6 +117,8 @@ impl Sampler {
                 self.last = None;
                 self.settings_due = None;
                 self.settings_checked = now;
+                // The reset cleared the flag.
+                (self.is_flag_clear, self.measures) = (true, false);
                 self.faults_in_a_row = 0;
                 self.next_at = now + self.nominal / 10;
             }
@@ -123,15 +129,19 @@ impl Sampler {
         }
     }
 
-    /// The outcome of [`Task::CheckSettings`]: whether the settings are as configured.
-    pub(crate) fn settings_checked(&mut self, span: Span, outcome: Result<bool, NoData>) {
+    pub(crate) fn settings_checked(&mut self, span: Span, outcome: Result<Checked, NoData>) {
         let now = signed_ns(span.after);
         match outcome {
-            Ok(true) => {
+            Ok(Checked::AsConfigured {
+                has_measured,
+                is_cleared,
+            }) => {
+                self.measures = has_measured && self.is_flag_clear;
+                self.is_flag_clear = is_cleared;
                 self.settings_checked = now;
                 self.settings_due = None;
             }
-            Ok(false) => {
+            Ok(Checked::OtherSettings) => {
                 self.wrong_configuration(now);
                 self.state = State::SetUp;
                 self.next_at = now;
@@ -167,7 +177,11 @@ impl Sampler {
             return;
         }
         match (self.state, implausible(&frame, thermistor_before)) {
-            (State::Settle(since), Some(NoData::AllZero)) => self.still_zero(since, &read),
+            (State::Settle(since), Some(NoData::AllZero)) => {
+                // What comes after empty registers was measured, also if it equals what was there before.
+                self.measures = true;
+                self.still_zero(since, &read);
+            }
             (_, Some(reason)) => self.failed(after, reason),
             (State::Settle(since), None) => self.settle(since, &read),
             (State::Follow, None) => self.follow(&read),
@@ -225,7 +239,7 @@ impl Sampler {
         self.set_up_pause = signed_ns(SET_UP_PAUSE);
         self.excuse = None;
         let at = duration(read.before);
-        if self.repeats >= FROZEN_FRAMES {
+        if self.repeats >= FROZEN_FRAMES && !self.measures {
             return self.frozen(seq, at, read.after);
         }
         self.frames_read += 1;
@@ -239,10 +253,16 @@ impl Sampler {
             self.state = State::Done;
             return;
         }
-        if read.after - self.settings_checked >= signed_ns(SETTINGS_EVERY) {
-            self.settings_due = Some(read.after);
+        self.check_or_plan(read.after);
+    }
+
+    /// The next task: twice within [`FROZEN_FRAMES`] equal frames, a check, so that both lie within what stood still.
+    fn check_or_plan(&mut self, now: Ns) {
+        let is_still = self.repeats % (FROZEN_FRAMES / 2) == FROZEN_FRAMES / 2 - 1;
+        if is_still || now - self.settings_checked >= signed_ns(SETTINGS_EVERY) {
+            self.settings_due = Some(now);
         }
-        self.plan(read.after);
+        self.plan(now);
     }
 
     /// Counts the previous frame if its read may have ended after the next update; the newer frame bounds that time
@@ -260,7 +280,7 @@ impl Sampler {
         }
     }
 
-    /// The sensor stopped measuring. Record that, and set it up again as often as this is noticed.
+    /// Nothing shows that the sensor measures. Record that, and set it up again as often as this is noticed.
     pub(super) fn frozen(&mut self, seq: u64, at: Duration, now: Ns) {
         let reading = Reading::NoData(NoData::Frozen);
         self.events.push_back(Event::Record { seq, at, reading });
@@ -270,7 +290,7 @@ impl Sampler {
             self.state = State::SetUp;
             self.next_at = now;
         } else {
-            self.plan(now);
+            self.check_or_plan(now);
         }
     }
 

@@ -13,6 +13,13 @@ use proptest::prelude::*;
 use std::time::Duration;
 
 const MS: Ns = 1_000_000;
+
+/// A sensor that measures.
+const AS_CONFIGURED: Checked = Checked::AsConfigured {
+    has_measured: true,
+    is_cleared: true,
+};
+
 struct Model {
     now: Ns,
     /// When the next update, number `updates`, happens.
@@ -179,7 +186,7 @@ fn run(
             Task::CheckSettings => {
                 let before = duration(model.now);
                 model.pass(model.read_ns / 8);
-                sampler.settings_checked(Span::new(before, duration(model.now)), Ok(true));
+                sampler.settings_checked(Span::new(before, duration(model.now)), Ok(AS_CONFIGURED));
             }
             Task::ReadFrame => {
                 let (span, frame) = model.read();
@@ -408,7 +415,7 @@ fn a_dead_link_after_the_set_up_reveals_nothing_about_the_phase() {
             }
             match due.task {
                 Task::ReadFrame => sampler.frame_read(span, Ok(read)),
-                _ => sampler.settings_checked(span, Ok(true)),
+                _ => sampler.settings_checked(span, Ok(AS_CONFIGURED)),
             }
             outcome.take_events(&mut sampler);
         }
@@ -442,7 +449,7 @@ fn settings_are_read_back_after_a_fault_before_any_frame_counts() {
     sampler.frame_read(span, Err(NoData::Nack));
     assert_eq!(sampler.next_event(), Some(Event::Fault("nack")));
     assert_eq!(sampler.due().map(|due| due.task), Some(Task::CheckSettings));
-    sampler.settings_checked(span, Ok(false));
+    sampler.settings_checked(span, Ok(Checked::OtherSettings));
     assert_eq!(sampler.due().map(|due| due.task), Some(Task::SetUp));
 }
 

@@ -1,12 +1,12 @@
 //! A bus fault is counted by kind, costs only the frames that passed meanwhile, and is repaired if possible.
 
 use crate::support::*;
-use amg8833::Address as Target;
+use amg8833::{Address as Target, FrameRate};
 use amg8833_emulator::{Address, Fault, Options};
 use grideye_agent::agent::Summary;
 use grideye_agent::config::SensorConfig;
 use grideye_agent::sampler::FROZEN_FRAMES;
-use grideye_frame::NoData;
+use grideye_frame::{NoData, Reading};
 use grideye_recording::Record;
 use std::time::Duration;
 
@@ -176,6 +176,56 @@ fn a_sensor_that_has_stopped_is_told_from_a_still_scene_after_a_hundred_frames()
         .collect();
     let stood_still = numbers.windows(2).filter(|pair| pair[0] == pair[1]).count();
     assert_eq!(stood_still, limit - 1);
+}
+
+/// The emulator's `--constant`: the interrupt flag shows that the sensor measures the same again and again.
+#[test]
+fn a_scene_of_one_temperature_is_no_sensor_that_has_stopped() {
+    for (source, sensors) in [
+        (Counter::at_10_hz(), SENSORS),
+        (
+            Counter::at_1_hz(),
+            [SensorConfig {
+                rate: FrameRate::One,
+                ..SENSORS[0]
+            }],
+        ),
+    ] {
+        let collector = Collector::storing();
+        let host = Host::late_by(&[]);
+        let bus = Emulated::with_sensor(&host, 100_000, source.showing(|_| 5), 0);
+        let summary = run(&collector, &host, &bus, &sensors, 400);
+        let records = collector.records(SENSOR);
+        assert_eq!((records.len(), missing(&records)), (400, vec![]));
+        assert_eq!(faults(&summary, NoData::Frozen), 0, "{summary:?}");
+    }
+}
+
+#[test]
+fn a_sensor_that_stops_in_a_scene_of_one_temperature_is_noticed_and_believed_again() {
+    let collector = Collector::storing();
+    let host = Host::late_by(&[]);
+    let source = Counter::at_10_hz().showing(|_| 5);
+    let bus = Emulated::with_sensor(&host, 100_000, source, 0)
+        .at(Duration::from_secs(30), |bus| {
+            assert!(bus.set_fault(Address::High, Fault::Freeze));
+        })
+        .at(Duration::from_secs(60), |bus| {
+            assert!(bus.clear_fault(Address::High));
+        });
+    run(&collector, &host, &bus, &SENSORS, 600);
+    let records = collector.records(SENSOR);
+    let frozen: Vec<u64> = records
+        .iter()
+        .filter(|record| record.reading == Reading::NoData(NoData::Frozen))
+        .map(|record| record.stamp.t_boot_ns / 1_000_000_000)
+        .collect();
+    // A check notices it within ten seconds and has it set up; its registers are empty until it measures again.
+    let is_meanwhile = |second: &u64| (31..=45).contains(second);
+    assert!(
+        frozen.len() > 40 && frozen.iter().all(is_meanwhile),
+        "{frozen:?}"
+    );
 }
 
 #[test]
