@@ -37,7 +37,8 @@ fn cpu_ns() -> f64 {
 }
 
 fn transfers(thousands: u32) {
-    let mut bus = Bus::with_sensor(ManualClock::new(), Address::High, constant());
+    let bus = Bus::with_sensor(ManualClock::new(), Address::High, constant());
+    let mut bus = bus.with_instant_transactions();
     bus.clock().advance(TICK);
     let file = [0xA5; 256];
     let mut frame = [0; 128];
@@ -146,7 +147,7 @@ fn run_fleet<S: amg8833_emulator::FrameSource>(
     let clock = ManualClock::new();
     let mut buses: Vec<Bus<&ManualClock, S>> = (0..sensors)
         .map(|sensor| {
-            let mut bus = Bus::new(&clock);
+            let mut bus = Bus::new(&clock).with_instant_transactions();
             let options = Options {
                 clock_error_ppm: i32::try_from(sensor % 80_000).unwrap() - 40_000,
                 ..Options::default()

@@ -18,13 +18,13 @@ use core::num::NonZeroU32;
 use embedded_hal::i2c::{ErrorType, I2c, Operation};
 
 pub use sensors::STEPS_MAX;
-pub use wire::Carry;
+pub use wire::{Carry, SCL_HZ};
 
 /// A bus with up to two sensors behind `embedded_hal::i2c::I2c`.
 ///
-/// Without an SCL frequency, transactions take no time. With one, each bit passes its time to [`Clock::pass`]. A fault
-/// due during a transaction strikes at its STOP. A sensor advanced through [`device_mut`](Self::device_mut) misses
-/// faults; use [`advance`](Self::advance) to get them.
+/// Each bit passes its time at the SCL frequency, by default [`SCL_HZ`], to [`Clock::pass`]: a frame read takes 12.3 ms, and
+/// one in several transactions may mix two frames, as on a board. A fault due during a transaction strikes at its STOP. A
+/// sensor advanced through [`device_mut`](Self::device_mut) misses faults; use [`advance`](Self::advance) to get them.
 #[derive(Debug)]
 pub struct Bus<C, S> {
     wire: Wire<C>,
@@ -52,6 +52,13 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
     #[must_use]
     pub fn with_scl_hz(mut self, scl_hz: NonZeroU32) -> Self {
         self.wire.scl_hz = Some(scl_hz);
+        self
+    }
+
+    /// Lets transactions take no time, for a test that sets every instant itself. No way of reading then mixes two frames.
+    #[must_use]
+    pub fn with_instant_transactions(mut self) -> Self {
+        self.wire.scl_hz = None;
         self
     }
 

@@ -72,7 +72,8 @@ mod tests {
     fn boxed_sources_and_counted_clocks_pass_everything_on() {
         let clock = Arc::new(ManualClock::new());
         let boxed: Box<dyn FrameSource + Send> = Box::new(Started(Duration::ZERO));
-        let mut bus = Bus::with_sensor(Arc::clone(&clock), Address::High, boxed);
+        let bus = Bus::with_sensor(Arc::clone(&clock), Address::High, boxed);
+        let mut bus = bus.with_instant_transactions();
         clock.advance(Duration::from_millis(100));
         let mut pixel = [0; 1];
         assert_eq!(bus.write_read(0x69, &[0x80], &mut pixel), Ok(()));

@@ -24,6 +24,8 @@ use pyo3::pymodule;
 #[pymodule]
 mod _native {
     #[pymodule_export]
+    const SCL_HZ: u32 = amg8833_emulator::SCL_HZ.get();
+    #[pymodule_export]
     use crate::comparison::Comparison;
     #[pymodule_export]
     use crate::machine::Machine;

@@ -7,8 +7,8 @@ use crate::work::{is_stopped, work};
 use amg8833_emulator::script::Script;
 use grideye_inputs::{InputError, faults_of, profile_or_built_in};
 use grideye_rig::{
-    AtEnd, Build, Machine as Rig, ON_BEFORE, Placed, Replay, Shown, Timebase, Wiring, World, parts,
-    planned, recorded,
+    AtEnd, Build, Machine as Rig, ON_BEFORE, Placed, Replay, SCL_HZ_RANGE, Shown, Timebase, Wiring,
+    World, parts, planned, recorded,
 };
 use i2c_emulation::ioctl::AdapterMode;
 use i2c_emulation::socket::Session;
@@ -154,7 +154,7 @@ impl Machine {
         let world = World::new();
         let parts = parts(shown, &world, planned.map_err(InputError::new)?, &build);
         let wiring = Wiring {
-            scl_hz: asked.scl_hz.and_then(NonZeroU32::new),
+            scl_hz: asked.scl_hz.map(scl).transpose()?,
             script: Some(script(&asked.faults, asked.seed)?),
             trace: None,
         };
@@ -170,6 +170,16 @@ impl Machine {
         let (rig, seed) = (Arc::new(rig), asked.seed);
         Ok(Self { rig, session, seed })
     }
+}
+
+fn scl(hz: u32) -> Result<NonZeroU32, InputError> {
+    let within = NonZeroU32::new(hz).filter(|hz| SCL_HZ_RANGE.contains(&hz.get()));
+    within.ok_or_else(|| {
+        let (least, most) = (SCL_HZ_RANGE.start(), SCL_HZ_RANGE.end());
+        InputError::new(format!(
+            "scl_hz is {hz}, expected {least} to {most}\nhint: None lets transfers take no time"
+        ))
+    })
 }
 
 fn at_end(name: &str) -> Result<AtEnd, InputError> {

@@ -20,7 +20,7 @@ def test_the_first_program(tmp_path, monkeypatch, walk):
     exec(programs()[0], seen)
     assert seen["frames"].shape == (100, 8, 8)
     assert seen["result"].verdict == "disagrees"
-    assert seen["bus"].now == pytest.approx(5.25)
+    assert seen["bus"].now == pytest.approx(5.25 + 318 / 100_000)
 
 
 def test_the_fixture(pytester):
@@ -37,3 +37,29 @@ def test_the_fixture(pytester):
     )
     pytester.makepyfile(programs()[1])
     pytester.runpytest_subprocess().assert_outcomes(passed=1)
+
+
+CAMERA = """
+class Camera:
+    def __init__(self, bus):
+        self.bus = bus
+
+    def pixels(self):
+        return [word for at in range(0, 128, {part}) for word in self.words(at, {part})]
+
+    def words(self, at, part):
+        message = smbus2.i2c_msg.read(0x69, part)
+        self.bus.i2c_rdwr(smbus2.i2c_msg.write(0x69, [0x80 + at]), message)
+        data = bytes(message)
+        return [data[n : n + 2] for n in range(0, part, 2)]
+"""
+
+
+@pytest.mark.parametrize(
+    ("part", "options", "outcome"),
+    [(32, "", "failed"), (128, "", "passed"), (32, ", scl_hz=None", "passed"), (32, ", scl_hz=0", "errors")],
+)
+def test_the_fixture_shows_who_mixes_two_frames(pytester, part, options, outcome):
+    pytester.makepyfile(my_driver="import smbus2\n" + CAMERA.format(part=part))
+    pytester.makepyfile(programs()[2].replace('"steps.csv")\ndef', f'"steps.csv"{options})\ndef'))
+    pytester.runpytest_subprocess().assert_outcomes(**{outcome: 1})

@@ -2,7 +2,7 @@
 //! clock.
 //!
 //! [`Shown`] at each [`Place`] becomes [`parts()`], and these a [`Machine`] in real time; its rack serves `/dev/i2c-N`,
-//! a socket or USB/IP. A [`Source`] is a single sensor on its [`bus()`] in paced time, for the agent in this process.
+//! a socket or USB/IP. A [`Source`] is a single sensor on its bus in paced time, for the agent in this process.
 //! Only this crate connects the simulator to the emulator, as a function from time to frame.
 //!
 //! ```
@@ -33,13 +33,11 @@ mod shown;
 
 pub use clock::{PacedClock, Timebase};
 pub use error::RigError;
-pub use machine::{Counts, Machine, ON_BEFORE, Observer, Wiring};
+pub use machine::{Counts, Machine, ON_BEFORE, Observer, SCL_HZ_RANGE, Wiring};
 pub use parts::{Build, Part, buses, parts};
 pub use place::{Branch, Place, Placed, Planned, address_of, device};
 pub use plan::planned;
 pub use replayed::Replayed;
-pub use sensor::{
-    AgentClock, SCL_HZ, SELF_HEATING_C, SharedBus, Source, bus, replay_source, scene_source,
-};
+pub use sensor::{AgentClock, SELF_HEATING_C, SharedBus, Source, replay_source, scene_source};
 pub use show::{AtEnd, Replay, World};
 pub use shown::{Recorded, Shown, Simulate, recorded};

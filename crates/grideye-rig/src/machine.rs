@@ -4,11 +4,12 @@ use crate::clock::{BusClock, Timebase};
 use crate::error::RigError;
 use crate::parts::Part;
 use crate::place::{Branch, Place};
-use crate::sensor::with_scl_hz;
 use crate::show::{Show, World};
 use amg8833_emulator::script::{Rule, Script};
 use amg8833_emulator::trace::Transfer;
-use amg8833_emulator::{Address, Bus, BusError, CHANNELS, Clock as _, InterruptPin, Mux, Refusals};
+use amg8833_emulator::{
+    Address, Bus, BusError, CHANNELS, Clock as _, InterruptPin, Mux, Refusals, SCL_HZ,
+};
 use embedded_hal::i2c::{ErrorType, I2c, NoAcknowledgeSource, Operation};
 use i2c_emulation::adapter::{Carry, EmulatedAdapter, Fault, HalAdapter, Message, TransferError};
 use i2c_emulation::rack::{Awaited, Rack, SharedAdapter, Surroundings};
@@ -16,6 +17,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::num::NonZeroU32;
+use std::ops::RangeInclusive;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -30,18 +32,30 @@ const LOOK_EVERY: Duration = Duration::from_millis(1);
 /// How often idle sensors take their due measurements.
 const KEEP_UP_EVERY: Duration = Duration::from_secs(1);
 
+/// The bus clocks that adapters have; the sensor is specified for up to 400,000 Hz (AMG88 spec §4-6-2).
+pub const SCL_HZ_RANGE: RangeInclusive<u32> = 1_000..=1_000_000;
+
 /// Receives every message on a bus.
 pub type Observer = Box<dyn FnMut(&Transfer<'_>) + Send>;
 
 /// Properties of the buses.
-#[derive(Default)]
 pub struct Wiring<'a> {
-    /// `None`: transfers take no time.
+    /// `None`: transfers take no time, as firmware in a simulator needs it, which takes the time of each byte by itself.
     pub scl_hz: Option<NonZeroU32>,
     /// Starts with the first transfer on any bus.
     pub script: Option<Script>,
     /// Creates the observer of each bus, by its number.
     pub trace: Option<&'a dyn Fn(u32) -> Observer>,
+}
+
+impl Default for Wiring<'_> {
+    fn default() -> Self {
+        Self {
+            scl_hz: Some(SCL_HZ),
+            script: None,
+            trace: None,
+        }
+    }
 }
 
 /// All buses, powered on, with time stopped until [`start`](Self::start).
@@ -217,7 +231,11 @@ fn check_targets(script: &Script, places: &[Place]) -> Result<(), RigError> {
 }
 
 fn wires(number: u32, clock: &Arc<BusClock>, parts: Vec<Part>, wiring: &Wiring<'_>) -> Wires {
-    let trunk = with_scl_hz(Bus::new(Arc::clone(clock)), wiring.scl_hz);
+    let trunk = Bus::new(Arc::clone(clock));
+    let trunk = match wiring.scl_hz {
+        Some(scl_hz) => trunk.with_scl_hz(scl_hz),
+        None => trunk.with_instant_transactions(),
+    };
     let branch = parts.iter().find_map(|part| part.planned.place.branch);
     let mut wires = match branch {
         None => Wires::Plain(Box::new(trunk)),

@@ -4,18 +4,14 @@ use crate::clock::PacedClock;
 use crate::error::RigError;
 use crate::show::{Pictures, Show, evenly};
 use amg8833::word;
-use amg8833_emulator::{Address, Bus, BusError, Clock, FrameSource};
+use amg8833_emulator::{Bus, BusError, Clock, FrameSource};
 use embedded_hal::i2c::{ErrorType, I2c, Operation};
 use grideye_agent::bus::{OpenBus, OpenError, by_kind};
 use grideye_frame::{COLUMNS, Celsius, Frame, NoData, ROWS, RecordedFrame};
 use grideye_recording::ClockState;
 use grideye_scene::{Scene, Simulator};
-use std::num::NonZeroU32;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
-
-/// The bus clock of a Raspberry Pi with `dtparam=i2c_arm_baudrate=400000`.
-pub const SCL_HZ: Option<NonZeroU32> = NonZeroU32::new(400_000);
 
 /// How much warmer the emulated chip is than the room: real ones are 3.5 to 6 °C above the scene by self-heating.
 pub const SELF_HEATING_C: f32 = 4.5;
@@ -66,26 +62,6 @@ pub(crate) fn shown(frame: &RecordedFrame) -> Frame {
 pub fn replay_source(frames: &[RecordedFrame]) -> Source {
     let frames = evenly(frames.iter().map(shown));
     Box::new(Show::alone(Pictures::timed(frames)))
-}
-
-/// An emulated AMG8833 alone on its bus, powered on now; with a bus clock, transfers take time.
-pub fn bus<C: Clock>(
-    clock: C,
-    address: Address,
-    source: Source,
-    scl_hz: Option<NonZeroU32>,
-) -> Bus<C, Source> {
-    with_scl_hz(Bus::with_sensor(clock, address, source), scl_hz)
-}
-
-pub(crate) fn with_scl_hz<C: Clock, S: FrameSource>(
-    bus: Bus<C, S>,
-    scl_hz: Option<NonZeroU32>,
-) -> Bus<C, S> {
-    match scl_hz {
-        Some(scl_hz) => bus.with_scl_hz(scl_hz),
-        None => bus,
-    }
 }
 
 /// Emulated boot time; its synchronized wall clock starts at the program's start time.

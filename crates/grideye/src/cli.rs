@@ -27,7 +27,7 @@ pub(crate) use access::{
 pub(crate) use align::Align;
 pub(crate) use coverage::Coverage;
 pub(crate) use dataset::{Dataset, Preset};
-pub(crate) use emulate::Emulate;
+pub(crate) use emulate::{Emulate, Scl};
 use shared::{Choices, one_of, positive};
 pub(crate) use shared::{Method, SEED};
 

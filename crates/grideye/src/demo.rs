@@ -8,7 +8,7 @@ use crate::client::Client;
 use crate::exit::{Outcome, bad_input};
 use crate::output::outln;
 use crate::{collect, compare, files, progress, recordings};
-use amg8833_emulator::Address;
+use amg8833_emulator::{Address, Bus};
 use anyhow::{Context as _, Result, anyhow};
 use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start};
 use grideye_agent::config::Config as AgentConfig;
@@ -18,7 +18,7 @@ use grideye_frame::{RecordedFrame, TICK};
 use grideye_inputs::{hashed, hashed_text};
 use grideye_recording::{Record, Row};
 use grideye_rig::{
-    AgentClock, PacedClock, Replayed, SCL_HZ, SharedBus, Source, replay_source, scene_source,
+    AgentClock, PacedClock, Replayed, SharedBus, Source, replay_source, scene_source,
 };
 use grideye_studio::{Opening, Recorded};
 use grideye_validator::compare_scene;
@@ -326,12 +326,8 @@ impl Stage {
         let name = format!("demo-{boot}");
         let id = self.client.start_recording(&name)?.id;
         let clock = Arc::new(PacedClock::new(options.speed));
-        let bus = SharedBus::new(grideye_rig::bus(
-            Arc::clone(&clock),
-            Address::High,
-            source,
-            SCL_HZ,
-        ));
+        let bus = Bus::with_sensor(Arc::clone(&clock), Address::High, source);
+        let bus = SharedBus::new(bus);
         let agent = start_agent(start, &bus, clock)?;
         let bar = progress::bar(frames, "recording");
         let is_complete = self.watch(&agent, frames, &bar)?;

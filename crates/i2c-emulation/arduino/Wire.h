@@ -35,7 +35,7 @@ class TwoWire : public Stream {
   void begin();
   void begin(int /*sda*/, int /*scl*/, uint32_t /*hz*/ = 0) { begin(); }
   void end();
-  void setClock(uint32_t /*hz*/) {}  // `grideye emulate --scl` sets the emulated bus's
+  void setClock(uint32_t /*hz*/) {}  // `grideye emulate --scl` sets the emulated bus's: 100 kHz without it
   void setWireTimeout(uint32_t /*us*/ = 25000, bool /*reset*/ = false) {}
   bool getWireTimeoutFlag() const { return timed_out_; }
   void clearWireTimeoutFlag() { timed_out_ = false; }

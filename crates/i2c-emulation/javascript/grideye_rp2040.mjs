@@ -4,7 +4,7 @@
  * (../src/socket/PROTOCOL.md). Both share one clock: the firmware's cycles move the machine's time.
  *
  *     npm install rp2040js                     (1.4 was tried)
- *     grideye emulate --scene SCENE --speed 0 --socket /tmp/bus -- node grideye_rp2040.mjs firmware.uf2 [OPTIONS]
+ *     grideye emulate --scene SCENE --speed 0 --scl instant --socket /tmp/bus -- node grideye_rp2040.mjs firmware.uf2 [OPTIONS]
  *
  *     --seconds N      ends after N seconds of the firmware
  *     --until TEXT     ends with code 0 when UART0 printed TEXT, with 124 when the time is over first

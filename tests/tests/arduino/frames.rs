@@ -73,7 +73,7 @@ fn reads(flags: &str) -> Option<(String, tempfile::TempDir)> {
     let ticking = ticking(folder.path());
     let trace = folder.path().join("bus.csv");
     let source = ["--recording", path(&ticking), "--replay", "frames"];
-    let bus = ["--speed", "0", "--scl", "100000", "--trace", path(&trace)];
+    let bus = ["--speed", "0", "--trace", path(&trace)];
     let ended = on_the_bus(&[&source[..], &bus].concat(), &sketch, &[]);
     assert_eq!(ended.code, 0, "{ended:?}");
     Some((ended.stdout, folder))

@@ -107,6 +107,8 @@ fn an_rp2040_reads_a_frame_and_waits_for_the_interrupt() {
             "frames",
             "--speed",
             "0",
+            "--scl",
+            "instant",
             "--recording",
         ]);
         command

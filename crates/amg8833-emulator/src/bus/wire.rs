@@ -14,6 +14,12 @@ use embedded_hal::i2c::{NoAcknowledgeSource, Operation};
 const BITS_PER_BYTE: u64 = 9;
 const NANOSECONDS_PER_SECOND: u128 = 1_000_000_000;
 
+/// The bus clock of a Raspberry Pi, an Arduino and CircuitPython unless told otherwise.
+pub const SCL_HZ: NonZeroU32 = match NonZeroU32::new(100_000) {
+    Some(hz) => hz,
+    None => NonZeroU32::MIN,
+};
+
 type Acknowledged = Result<(), NoAcknowledgeSource>;
 
 /// Carries out the next operation of a transaction that is still open; an error says which byte was not acknowledged.
@@ -57,7 +63,7 @@ impl<C: Clock> Wire<C> {
     pub(crate) fn new(clock: C) -> Self {
         Self {
             clock,
-            scl_hz: None,
+            scl_hz: Some(SCL_HZ),
             imposed_hz: None,
             rest: 0,
             traffic: Traffic::default(),

@@ -22,14 +22,16 @@ fn visit(t: Duration) -> Frame {
 
 fn sensor(clock: &ManualClock) -> Sensor<'_> {
     let source: Source = visit;
-    RefCell::new(Bus::with_sensor(clock, Address::High, source))
+    let bus = Bus::with_sensor(clock, Address::High, source);
+    RefCell::new(bus.with_instant_transactions())
 }
 
 /// A multiplexer at 0x70 with the sensor on channel 3.
 fn mux(clock: &ManualClock) -> Mux<&ManualClock, Source> {
     let mut channels = std::array::from_fn(|_| Bus::new(clock));
     channels[3] = sensor(clock).into_inner();
-    Mux::new(Bus::new(clock), MuxAddress::FIRST, channels)
+    let trunk = Bus::new(clock).with_instant_transactions();
+    Mux::new(trunk, MuxAddress::FIRST, channels)
 }
 
 const fn ms(milliseconds: u64) -> Duration {

@@ -325,6 +325,7 @@ fn the_lines_keep_the_time_of_the_bus() {
 fn a_bus_without_a_speed_is_drawn_in_sequence() {
     let frame = Frame::uniform(Celsius::new(20.0));
     let timeless = Bus::with_sensor(ManualClock::new(), Address::High, frame);
+    let timeless = timeless.with_instant_transactions();
     let drawn = dump(timeless, |bus| {
         for _ in 0..3 {
             bus.write(HIGH, &[0x02]).unwrap();

@@ -73,11 +73,12 @@ fn wild(t: Duration) -> Frame {
 }
 
 fn live(random: &mut Random, options: Options, outcome: &mut Outcome) {
-    let mut bus = Bus::new(ManualClock::new());
-    if random.below(2) == 0 {
-        bus = bus
-            .with_scl_hz(NonZeroU32::new(10_000 + 90_000 * u32::from(any_byte(random))).unwrap());
-    }
+    let bus = Bus::new(ManualClock::new());
+    let mut bus = if random.below(2) == 0 {
+        bus.with_scl_hz(NonZeroU32::new(10_000 + 90_000 * u32::from(any_byte(random))).unwrap())
+    } else {
+        bus.with_instant_transactions()
+    };
     let plugged = random.below(2) == 0;
     bus.plug(Address::High, WILD, options);
     if plugged {

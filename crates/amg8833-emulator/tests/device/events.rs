@@ -151,7 +151,8 @@ type Visits = fn(Duration) -> Frame;
 
 fn shared(clock: &ManualClock) -> RefCell<Bus<&ManualClock, Visits>> {
     let source: Visits = visits;
-    let mut bus = Bus::with_sensor(clock, Address::High, source);
+    let bus = Bus::with_sensor(clock, Address::High, source);
+    let mut bus = bus.with_instant_transactions();
     for pair in ALARM {
         bus.write(HIGH, &pair).unwrap();
     }

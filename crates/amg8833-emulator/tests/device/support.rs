@@ -33,7 +33,7 @@ impl Rig {
     }
 
     pub(crate) fn with(source: impl FnMut(Duration) -> Frame + 'static, options: Options) -> Self {
-        let mut bus = Bus::new(ManualClock::new());
+        let mut bus = Bus::new(ManualClock::new()).with_instant_transactions();
         let boxed: Source = Box::new(source);
         assert!(bus.plug(Address::High, boxed, options).is_none());
         Self { bus }

@@ -302,7 +302,7 @@ fn a_stop_in_between_costs_a_bit() {
     assert_eq!(
         now(&rig),
         Duration::ZERO,
-        "without an SCL frequency no time passes"
+        "instant transactions take no time"
     );
 }
 

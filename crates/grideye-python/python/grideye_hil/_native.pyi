@@ -1,6 +1,8 @@
 from os import PathLike
 from typing import Any, Optional, Union
 
+SCL_HZ: int
+
 _Path = Union[str, PathLike[str]]
 
 class Scene:

@@ -10,7 +10,8 @@
 
 Arguments of the marker: `scene` or `recording` (a path, or an object of this package) or `constant` (degrees Celsius);
 by default 22 degrees. Besides those, what `grideye_hil.emulate` takes, and `sleep=False` if `time.sleep` shall really
-wait: by default it moves the emulated clock and returns at once.
+wait: by default it moves the emulated clock and returns at once. Transfers take the time of a bus at 100 kHz, so a driver
+that reads a frame in parts tears now and then, as on a board; `scl_hz=None` lets them take none.
 """
 
 from __future__ import annotations

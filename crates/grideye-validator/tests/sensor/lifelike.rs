@@ -89,7 +89,7 @@ fn emulated(profile: &Profile, room: Frame, real: &[Record], way: Way, seed: u64
         clock_error_ppm: profile.clock_error_ppm(),
         ..Options::default()
     };
-    let mut bus = Bus::new(&clock);
+    let mut bus = Bus::new(&clock).with_instant_transactions();
     bus.plug(Address::High, source, options);
     let mut late = ChaCha12Rng::seed_from_u64(seed);
     let mut read = |record: &Record| {

@@ -3,7 +3,7 @@
 use super::shared::{Choices, Method, one_of, positive, within};
 use amg8833_emulator::{Address, CLOCK_ERROR_PPM_MAX};
 use clap::{ArgGroup, Args};
-use grideye_rig::{AtEnd, Placed, Replay, address_of, device};
+use grideye_rig::{AtEnd, Placed, Replay, SCL_HZ_RANGE, address_of, device};
 use i2c_emulation::ioctl::AdapterMode;
 use i2c_emulation::program::Via;
 use std::net::SocketAddr;
@@ -11,8 +11,6 @@ use std::num::NonZeroU32;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-/// The sensor's highest bus clock is 400,000 Hz (AMG88 spec §4-6-2); adapters go to 1 MHz.
-const SCL_HZ: RangeInclusive<u32> = 1_000..=1_000_000;
 /// From the slowest oscillator to beyond the fastest AVR (ATmega328P datasheet, speed grades).
 const MCU_HZ: RangeInclusive<u32> = 32_000..=32_000_000;
 /// What the sensor's registers hold, °C (AMG88 spec §4-11-11: 12 bits of a quarter of a degree).
@@ -23,6 +21,10 @@ const SENSORS: &str = "Sensors";
 const BUSES: &str = "Buses";
 const SERVING: &str = "Serving";
 const FIRMWARE: &str = "Firmware";
+
+/// A bus clock in Hz, or none: transfers take no time.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Scl(pub(crate) Option<NonZeroU32>);
 
 /// A microcontroller.
 #[derive(Debug, Clone)]
@@ -133,9 +135,12 @@ pub(crate) struct Emulate {
     /// Kind of adapter: pi, pi5, usb, smbus-only, busy, gone or virtio.
     #[arg(long, value_name = "KIND", default_value = "pi", hide_short_help = true, help_heading = BUSES)]
     pub(crate) adapter: AdapterMode,
-    /// Bus clock, 1000 to 1000000 Hz, usually 100000 or 400000 [default: transfers take no emulated time].
-    #[arg(long, value_name = "HZ", value_parser = scl, hide_short_help = true, help_heading = BUSES)]
-    pub(crate) scl: Option<NonZeroU32>,
+    /// Bus clock, 1000 to 1000000 Hz, or `instant` [default: 100000].
+    ///
+    /// At 100000 Hz a frame read takes 12.3 ms of emulated time, and a program that reads a frame in parts now and then mixes
+    /// two, as on a board. With `instant`, transfers take no time and no way of reading mixes frames.
+    #[arg(long, value_name = "HZ|instant", value_parser = scl, hide_short_help = true, help_heading = BUSES)]
+    pub(crate) scl: Option<Scl>,
     /// Log of the buses to write: .csv for a spreadsheet, .vcd for PulseView.
     #[arg(long, value_name = "FILE", hide_short_help = true, help_heading = BUSES)]
     pub(crate) trace: Option<PathBuf>,
@@ -228,9 +233,13 @@ fn mcu(text: &str) -> Result<Mcu, String> {
     })
 }
 
-fn scl(text: &str) -> Result<NonZeroU32, String> {
-    let (least, most) = (SCL_HZ.start(), SCL_HZ.end());
-    let expected = format!("expected {least} to {most} Hz; usual are 100000 and 400000");
-    let hz = within(text, &SCL_HZ, expected.as_str())?;
-    NonZeroU32::new(hz).ok_or(expected)
+fn scl(text: &str) -> Result<Scl, String> {
+    if text == "instant" {
+        return Ok(Scl(None));
+    }
+    let (least, most) = (SCL_HZ_RANGE.start(), SCL_HZ_RANGE.end());
+    let expected =
+        format!("expected {least} to {most} Hz or `instant`; usual are 100000 and 400000");
+    let hz = within(text, &SCL_HZ_RANGE, expected)?;
+    Ok(Scl(NonZeroU32::new(hz)))
 }

@@ -11,9 +11,10 @@ mod parts;
 mod trace;
 mod ways;
 
-use crate::cli::Emulate;
+use crate::cli::{Emulate, Scl};
 use crate::exit::{Outcome, bad_input};
 use crate::files;
+use amg8833_emulator::SCL_HZ;
 use anyhow::{Result, anyhow};
 use grideye_rig::{Machine, ON_BEFORE, Timebase, Wiring, World, buses};
 use std::time::Duration;
@@ -45,7 +46,12 @@ pub(crate) fn run(options: &Emulate) -> Result<Outcome> {
         .transpose()?;
     let observer_of = trace.as_ref().map(|trace| |bus| trace.observer(bus));
     let wiring = Wiring {
-        scl_hz: options.scl,
+        scl_hz: match options.scl {
+            Some(Scl(asked)) => asked,
+            // Its TWI takes the time of each byte.
+            None if firmware.is_some() => None,
+            None => Some(SCL_HZ),
+        },
         script,
         trace: match &observer_of {
             Some(observer_of) => Some(observer_of),

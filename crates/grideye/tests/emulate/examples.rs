@@ -49,7 +49,7 @@ fn is_to_be_left_out(needs: &str) -> bool {
 
 #[test]
 fn every_example_of_the_page_runs_as_it_stands() {
-    let expected: [&[&str]; 6] = [
+    let expected: [&[&str]; 7] = [
         // Eight bytes of four pixels, near the room's 23.5 °C.
         &["0x5", " 0x00"],
         // The session's first row: 30.625 °C.
@@ -60,6 +60,8 @@ fn every_example_of_the_page_runs_as_it_stands() {
         // 21.5 °C is 86 quarters.
         &["0x56 0x00\n0x0056"],
         &["no frame", "0x00"],
+        // The last part begins 954 bits after the first: one frame in ten is mixed at 100 kHz, one in forty at 400.
+        &["18 of 200 frames are mixed\n5 of 200 frames are mixed\n0 of 200 frames are mixed\n"],
     ];
     let examples = examples();
     assert_eq!(examples.len(), expected.len());
@@ -76,7 +78,13 @@ fn every_example_of_the_page_runs_as_it_stands() {
             );
         }
     }
-    for written in ["/tmp/loose-wire.toml", "/tmp/bus.csv", "/tmp/probe.elf"] {
+    for written in [
+        "/tmp/loose-wire.toml",
+        "/tmp/bus.csv",
+        "/tmp/probe.elf",
+        "/tmp/steps.csv",
+        "/tmp/parts.py",
+    ] {
         // The example that writes it may have been left out.
         let _ = std::fs::remove_file(written);
     }

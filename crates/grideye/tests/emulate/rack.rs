@@ -73,6 +73,8 @@ fn a_recording_of_two_sensors_is_shown_by_two() {
         "i2c-1:0x69=1:0x69",
         "--speed",
         "0.001",
+        "--scl",
+        "instant",
     ]);
     let mut client = server.client(1);
     for (address, name) in [(0x68, ",i2c-1:0x68,"), (0x69, ",i2c-1:0x69,")] {

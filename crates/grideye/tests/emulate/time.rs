@@ -34,7 +34,14 @@ fn a_real_session_is_shown_as_it_was_recorded() {
         .take(64)
         .map(|cell| cell.parse().unwrap())
         .collect();
-    let server = Server::start(&["--recording", session, "--speed", "0.001"]);
+    let server = Server::start(&[
+        "--recording",
+        session,
+        "--speed",
+        "0.001",
+        "--scl",
+        "instant",
+    ]);
     let seen = pixels(&mut server.client(1), 0x69);
     let seen: Vec<f64> = seen
         .into_iter()
@@ -254,15 +261,23 @@ fn a_person_walks_while_the_driver_reads() {
 #[test]
 fn the_program_meets_frames_unless_it_is_to_see_the_sensor_switched_on() {
     // In a thousandth of the speed, the first tick after power-on is a hundred seconds away.
-    let on = Server::start(&["--constant", "21", "--speed", "0.001"]);
+    let on = Server::start(&["--constant", "21", "--speed", "0.001", "--scl", "instant"]);
     assert_eq!(pixels(&mut on.client(1), 0x69), [84; 64]);
-    let switched_on = Server::start(&["--constant", "21", "--speed", "0.001", "--power-on"]);
+    let switched_on = Server::start(&[
+        "--constant",
+        "21",
+        "--speed",
+        "0.001",
+        "--scl",
+        "instant",
+        "--power-on",
+    ]);
     assert_eq!(pixels(&mut switched_on.client(1), 0x69), [0; 64]);
 }
 
 #[test]
 fn bits_take_the_time_of_the_bus_clock() {
-    let server = Server::start(&["--constant", "21", "--scl", "100000"]);
+    let server = Server::start(&["--constant", "21"]);
     let mut client = server.client(1);
     let started = Instant::now();
     pixels(&mut client, 0x69);
@@ -273,6 +288,35 @@ fn bits_take_the_time_of_the_bus_clock() {
         "{:?}",
         started.elapsed()
     );
+}
+
+/// Frames of which each is of one temperature, read as most drivers do: four times 32 bytes. Time stands but for the bits.
+#[test]
+fn a_frame_read_in_parts_is_mixed_of_two_unless_transfers_take_no_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = recording(folder.path(), &staircase(400));
+    let mixed = |bus: &[&str]| {
+        let shown = ["--recording", recording.as_str(), "--speed", "0"];
+        let server = Server::start(&[&shown, bus].concat());
+        let mut client = server.client(1);
+        let mixed = (0..200).filter(|_| {
+            let mut words = [0; 128];
+            for (register, part) in [0x80, 0xA0, 0xC0, 0xE0]
+                .into_iter()
+                .zip(words.chunks_mut(32))
+            {
+                client.write_read(0x69, &[register], part).unwrap();
+            }
+            words.chunks(2).any(|word| *word != words[..2])
+        });
+        mixed.count()
+    };
+    // A part is 318 bits: 200 reads take 2.54 s with 25 new frames, three quarters of them between the first START and the last.
+    let torn = mixed(&[]);
+    assert!((15..=21).contains(&torn), "{torn}");
+    assert_eq!(mixed(&["--scl", "100000"]), torn, "the default");
+    assert!((2..=7).contains(&mixed(&["--scl", "400000"])));
+    assert_eq!(mixed(&["--scl", "instant"]), 0);
 }
 
 #[test]
@@ -313,6 +357,8 @@ fn the_seed_decides_the_noise() {
             seed,
             "--speed",
             "0.001",
+            "--scl",
+            "instant",
         ]);
         pixels(&mut server.client(1), 0x69)
     };

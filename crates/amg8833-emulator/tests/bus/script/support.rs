@@ -25,7 +25,7 @@ pub(crate) fn counting(t: Duration) -> Frame {
 }
 
 pub(crate) fn bus() -> TestBus {
-    Bus::with_sensor(ManualClock::new(), Address::High, COUNTING)
+    Bus::with_sensor(ManualClock::new(), Address::High, COUNTING).with_instant_transactions()
 }
 
 pub(crate) fn following(rules: Vec<Rule>) -> TestBus {

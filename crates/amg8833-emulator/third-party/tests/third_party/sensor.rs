@@ -12,7 +12,8 @@ pub(crate) type Handle<'a> = SharedBus<'a, ManualClock, Source>;
 
 pub(crate) fn sensor(source: impl FnMut(Duration) -> Frame + 'static) -> Sensor {
     let source: Source = Box::new(source);
-    RefCell::new(Bus::with_sensor(ManualClock::new(), Address::High, source))
+    let bus = Bus::with_sensor(ManualClock::new(), Address::High, source);
+    RefCell::new(bus.with_instant_transactions())
 }
 
 pub(crate) fn uniform(celsius: f32) -> Frame {
