@@ -48,7 +48,7 @@ pub(crate) fn say_unseen(loaded: &LoadedScene, sensor: Option<&str>) -> Vec<Stri
     let [warnings, notes] = loaded.unseen(sensor);
     warned(&warnings);
     for note in &notes {
-        progress::say(&format_args!("note: {note}"));
+        say(&format_args!("note: {note}"));
     }
     [warnings, notes].concat()
 }
