@@ -14,7 +14,15 @@ use std::path::Path;
 /// Opens a recording of any layout; rows arrive as they are read.
 pub(crate) fn open(path: &Path) -> Result<impl Iterator<Item = Result<Row>> + use<>> {
     let path = path.to_owned();
-    let mut import = import(&path, &Options::default())?;
+    let mut import = import(&path, &Options::default()).map_err(|error| {
+        // Only one command takes the option that such an error asks for.
+        match error.to_string().contains("--columns") {
+            true => bad_input(anyhow!(
+                "{error}; grideye convert FILE recording.csv takes --columns, and what it writes is read here"
+            )),
+            false => error,
+        }
+    })?;
     Ok(std::iter::from_fn(move || {
         let row = import.next();
         if let (None, Some(tally)) = (&row, import.tally().filter(Tally::has_loss)) {
