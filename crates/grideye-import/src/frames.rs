@@ -47,7 +47,7 @@ struct State {
     last_number: Option<i64>,
     last: Option<When>,
     t_boot_ns: u64,
-    /// Midnights passed, for times of day; for counters, what they began anew.
+    /// Midnights passed, for times of day; for counters, what they lost by wrapping.
     passed_ns: i64,
     /// The last number of a counter.
     counter: Option<i64>,
@@ -219,14 +219,14 @@ impl Frames {
         let moment = parse(&texts?.join(" "), Some(time.order))?;
         let (ns, is_utc, is_clock) = match (moment, time.scale) {
             (Moment::Number(number), Some(scale)) => {
-                let wrapped_ns = match scale {
+                let passed_by_wrapping_ns = match scale {
                     Scale::Since(_) if number.is_integer() => {
-                        state.wrapped_ns(number.scaled(0)?, scale.ns(Decimal::ONE)?)
+                        state.passed_by_wrapping_ns(number.scaled(0)?, scale.ns(Decimal::ONE)?)
                     }
                     _ => 0,
                 };
                 (
-                    scale.ns(number)?.checked_add(wrapped_ns)?,
+                    scale.ns(number)?.checked_add(passed_by_wrapping_ns)?,
                     scale.is_utc(),
                     false,
                 )
@@ -261,12 +261,12 @@ impl Frames {
 }
 
 impl State {
-    /// What a counter of 16 or 32 bits that began anew lacks, in nanoseconds.
-    fn wrapped_ns(&mut self, count: i64, unit_ns: i64) -> i64 {
+    /// What a counter of 16 or 32 bits lost by wrapping, in nanoseconds.
+    fn passed_by_wrapping_ns(&mut self, count: i64, unit_ns: i64) -> i64 {
         if let Some(last) = self.counter.replace(count) {
             self.passed_ns = self
                 .passed_ns
-                .saturating_add(begun_anew(last, count).unwrap_or(0).saturating_mul(unit_ns));
+                .saturating_add(wrapped(last, count).unwrap_or(0).saturating_mul(unit_ns));
         }
         self.passed_ns
     }
@@ -289,7 +289,7 @@ impl State {
             if let Some(more) = self
                 .last_number
                 .replace(number)
-                .and_then(|last| begun_anew(last, number))
+                .and_then(|last| wrapped(last, number))
             {
                 self.first_number = self.first_number.map(|first| first - more);
             }
@@ -378,8 +378,8 @@ fn counted(value: f64, unit: Unit) -> Option<PixelWord> {
         .map(PixelWord)
 }
 
-/// What a counter of 16 or 32 bits lacks that was near its end and is near its beginning.
-fn begun_anew(last: i64, count: i64) -> Option<i64> {
+/// What a counter of 16 or 32 bits lost that was near its end and is near its beginning.
+fn wrapped(last: i64, count: i64) -> Option<i64> {
     let near_end = |size: &i64| (size / 8 * 7..*size).contains(&last);
     let sizes = [1_i64 << 16, 1 << 32];
     let unsigned = sizes

@@ -292,6 +292,13 @@ fn raw_words_are_told_from_degrees_by_their_noise() {
             "{found}"
         );
     }
+    // A sensor that is read twice as often as it measures gives each frame twice.
+    let twice = lines(|frame| {
+        noisy(frame / 2, 16.0)
+            .map(|value| (value * 4.0).to_string())
+            .join(",")
+    });
+    assert_eq!(read(twice), noisy(0, 16.0));
     let below = read(written(0.0, |value| (value * 4.0).rem_euclid(4_096.0)));
     assert_eq!(below, noisy(0, 0.0), "twelve bits, AMG88 spec 4-11-11");
     let found = refusal(
