@@ -4,8 +4,8 @@
 pub const CELLS_MAX: usize = 40_000;
 /// Candidate poses.
 pub const CANDIDATES_MAX: usize = 20_000;
-/// Poses times cells.
-pub const PAIRS_MAX: usize = 5_000_000;
+/// Poses times cells; about a minute of one processor.
+pub const PAIRS_MAX: usize = 20_000_000;
 /// Turns of a person at each place.
 pub const TURNS_MAX: usize = 36;
 /// Picked poses.

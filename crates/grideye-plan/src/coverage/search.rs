@@ -66,6 +66,7 @@ pub fn search(
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Choice, CoverageError> {
     check(count, wish)?;
+    survey.check_counts(candidates.len())?;
     let places = candidates.chunk_by(|one, other| one.position_mm == other.position_mm);
     let places: Vec<&[Candidate]> = places.collect();
     let choices = if count > 1 {

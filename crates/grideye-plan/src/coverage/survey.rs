@@ -171,7 +171,7 @@ impl Survey {
         }
     }
 
-    fn check_counts(&self, sensors: usize) -> Result<(), CoverageError> {
+    pub(super) fn check_counts(&self, sensors: usize) -> Result<(), CoverageError> {
         if sensors == 0 {
             return Err(CoverageError::NoCandidates);
         }

@@ -55,7 +55,7 @@ fn too_many_poses_are_refused() {
     // 2,400 cells.
     let found = many(limits::PAIRS_MAX / 2_400 + 1);
     assert!(
-        found.contains("2084 poses times 2400 cells are 5001600 pairs"),
+        found.contains("8334 poses times 2400 cells are 20001600 pairs"),
         "{found}"
     );
     let found = many(limits::CANDIDATES_MAX + 1);
