@@ -8,8 +8,6 @@ use grideye_tests::python;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The most that a wheel may have.
-const WHEEL_BYTES_MAX: u64 = 15 << 20;
 /// What was asked for; the socket gives about 31,000 transactions a second.
 const READS_PER_SECOND_MIN: f64 = 20_000.0;
 
@@ -29,11 +27,9 @@ fn python(bin: &Path, at: &Path) -> Command {
 #[test]
 fn the_wheel_installs_without_rust_and_its_suite_passes() {
     let at = tempfile::tempdir().unwrap();
-    let Some((wheel, bin)) = python::wheel(at.path(), "the Python package") else {
+    let Some((_, bin)) = python::wheel(at.path(), "the Python package") else {
         return;
     };
-    let bytes = std::fs::metadata(&wheel).unwrap().len();
-    assert!(bytes <= WHEEL_BYTES_MAX, "{bytes} bytes");
     let suite = crate_folder().join("tests");
     let pytest = [
         "-m",
@@ -46,7 +42,7 @@ fn the_wheel_installs_without_rust_and_its_suite_passes() {
     let ended = run(python(&bin, at.path()).args(pytest).arg(suite));
     assert_eq!(ended.code, 0, "{}{}", ended.stdout, ended.stderr);
     assert!(ended.stdout.contains(" passed"), "{ended:?}");
-    println!("{bytes} bytes\n{}", ended.stdout);
+    println!("{}", ended.stdout);
     let bench = crate_folder().join("benches/frames.py");
     let told = run(python(&bin, at.path()).arg(bench)).stdout;
     println!("{told}");
