@@ -81,10 +81,10 @@ pub(crate) struct Dataset {
     /// What the person changes in one pixel, without noise. Both limits must be reached.
     #[arg(long = "count-contrast", value_name = "C", default_value_t = CountsFrom::default().contrast_c, value_parser = at_least_zero, hide_short_help = true)]
     pub(crate) count_contrast_c: f64,
-    /// How often 0, 1, 2 … people are in view, in proportion [default: as the scene has it].
+    /// Weights of 0, 1, 2 … people in view [default: as drawn].
     ///
-    /// Draws with another number in view are left out. For single frames; 1,1,1,1 for as many of 0 as of 1, 2 and 3.
-    #[arg(long, value_name = "WEIGHTS", value_delimiter = ',', value_parser = at_least_zero)]
+    /// With 1,1,1,1 as many frames have 0 as 1, 2 and 3. A draw with another number is drawn again. For single frames.
+    #[arg(long, value_name = "WEIGHTS", value_delimiter = ',', value_parser = at_least_zero, hide_short_help = true)]
     pub(crate) in_view: Vec<f64>,
     /// Threads [default: one per core].
     #[arg(long, value_name = "N")]

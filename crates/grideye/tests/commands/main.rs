@@ -8,6 +8,7 @@ mod calibrate;
 mod characterize;
 mod coverage;
 mod dataset;
+mod in_view;
 mod man;
 mod palettes;
 mod preset;
