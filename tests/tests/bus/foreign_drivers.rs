@@ -264,7 +264,9 @@ fn rows_that_adafruits_library_gives_are_imported_as_they_were() {
         folder.path().join("imported.csv"),
     );
     std::fs::write(&rows, &ended.stdout).unwrap();
-    let converted = run(grideye().arg("convert").args([&rows, &imported]));
+    // Words that tell all rows apart are hotter than any room, and the unit is asked for.
+    let unit = ["--columns", "unit=celsius"];
+    let converted = run(grideye().arg("convert").args([&rows, &imported]).args(unit));
     assert_eq!(converted.code, 0, "{converted:?}");
     let text = std::fs::read_to_string(imported).unwrap();
     let truth: Vec<f64> = words.pixels.iter().map(|word| pixel_c(*word)).collect();

@@ -225,15 +225,19 @@ fn a_scene_without_that_sensor_is_refused_with_those_it_has() {
 fn a_file_of_another_kind_is_refused() {
     let bench = Bench::new();
     let picture: &[u8] = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR";
-    for (name, bytes) in [
-        ("picture.png", picture),
-        ("words.csv", b"a,b\n1,2\n"),
-        ("empty", b""),
-        ("binary.csv", &[0xFF, 0xFE, 0x00, 0x80]),
+    for (name, bytes, what) in [
+        ("picture.png", picture, "this is an image (PNG)"),
+        ("words.csv", b"a,b\n1,2\n", "expected rows of 64 numbers"),
+        ("empty", b"", "this is an empty file"),
+        (
+            "binary.csv",
+            &[0xFF, 0xFE, 0x00, 0x80],
+            "expected rows of 64 numbers",
+        ),
     ] {
         let path = bench.path(name);
         std::fs::write(&path, bytes).unwrap();
-        refused(&compare(STILL, &path, &[]), &[name, "expected", "hint:"]);
+        refused(&compare(STILL, &path, &[]), &[name, what, "hint:"]);
     }
     refused(&compare(STILL, bench.folder.path(), &[]), &["hint:"]);
     refused(

@@ -231,7 +231,7 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
     ),
     (
         "grideye coverage scenes/l-shaped-flat.toml --candidates corners,ceiling --best 2",
-        Run("", &["k=2: ", "1 - 1/e"]),
+        Run("", &["k=2: "]),
     ),
     // crates/grideye/DATASET.md
     (
@@ -428,7 +428,7 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
     (
         "grideye convert frames.txt frames.parquet",
         Run(
-            "for n in 1 2; do seq -s , 20 .1 26.3; done > frames.txt",
+            "for n in 1 2; do seq -s , 20 .25 35.75; done > frames.txt",
             &[],
         ),
     ),

@@ -80,42 +80,38 @@ fn shapes(kind: &mut Kind) {
         });
         (text, Truth::of(scene).absolute(0))
     });
+    let with_means = |scene: &mut Scene| {
+        let row = |row: &[f64]| {
+            let mean = row.iter().sum::<f64>() / 8.0;
+            let row: Vec<String> = row.iter().map(|value| two(*value)).collect();
+            format!("{} | {mean:.2}\n", row.join(" "))
+        };
+        let text = each(&scene.shots, |shot| {
+            shot.celsius().chunks(8).map(row).collect::<String>() + "\n"
+        });
+        (text, Truth::of(scene))
+    };
     kind.add(
         "rows and their means",
         RightOrNamed(&["found 9"]),
-        |scene| {
-            let text = each(&scene.shots, |shot| {
-                let values = shot.celsius();
-                let row = |row: &[f64]| {
-                    let mean = row.iter().sum::<f64>() / 8.0;
-                    format!(
-                        "{} | {mean:.2}\n",
-                        row.iter()
-                            .map(|value| two(*value))
-                            .collect::<Vec<_>>()
-                            .join(" ")
-                    )
-                };
-                values.chunks(8).map(row).collect::<String>() + "\n"
-            });
-            (text, Truth::of(scene))
-        },
+        with_means,
     );
 }
 
 /// Blocks that are not eight lines of eight.
 fn odd_blocks(kind: &mut Kind) {
+    let of_sixteen = |scene: &mut Scene| {
+        let text = each(&scene.shots, |shot| {
+            let values = shot.celsius().map(two);
+            let lines: Vec<String> = values.chunks(16).map(|line| line.join(" ")).collect();
+            lines.join("\n") + "\n\n"
+        });
+        (text, Truth::of(scene))
+    };
     kind.add(
         "four lines of sixteen",
         RightOrNamed(&["16 x 16"]),
-        |scene| {
-            let text = each(&scene.shots, |shot| {
-                let values = shot.celsius().map(two);
-                let lines: Vec<String> = values.chunks(16).map(|line| line.join(" ")).collect();
-                lines.join("\n") + "\n\n"
-            });
-            (text, Truth::of(scene))
-        },
+        of_sixteen,
     );
 }
 
