@@ -75,7 +75,7 @@ pub const BUS_HUNG: &str = "bus-hung";
 pub const GAP_NOT_LISTED: &str = "gap-not-listed";
 
 /// After this many frames of the same content, only a sensor whose interrupt flag shows that it measures is believed. A
-/// scene without noise or a replayed recording may stand still for ever.
+/// scene without noise or a replayed recording may stand still for good.
 pub const FROZEN_FRAMES: u32 = 100;
 /// Further attempts at one frame after a fault.
 pub(super) const RETRIES_PER_FRAME: u32 = 3;

@@ -238,7 +238,7 @@ fn an_agent_without_a_collector_ends_in_time_with_everything_counted() {
     assert!(agent.wait_finished(WAIT_MAX));
     let stopping = Instant::now();
     let summary = agent.stop(Duration::from_millis(500));
-    // Without a limit it would try for ever.
+    // Without a limit it would never stop trying.
     assert!(stopping.elapsed() < Duration::from_secs(60));
     assert_eq!(summary.sensors[SENSOR].account.spooled, 50);
     assert_balanced(&summary, &collector);

@@ -86,8 +86,8 @@ impl Guess {
         self.roles[column].is_none() && (facts.is_number || facts.is_nothing)
     }
 
-    /// The only 64 columns of numbers in a row that leave nothing but other things beside them.
-    pub(super) fn pixels_by_values(&self) -> Result<Vec<usize>, ImportError> {
+    /// Columns of numbers side by side: where each run begins and ends.
+    fn runs(&self) -> Vec<(usize, usize)> {
         let mut runs: Vec<(usize, usize)> = Vec::new();
         // Where some columns have no name, those with one are something else.
         let is_unnamed = |column: usize| self.names[column] == unnamed(column);
@@ -107,6 +107,12 @@ impl Guess {
                 _ => runs.push((column, column + 1)),
             }
         }
+        runs
+    }
+
+    /// The only 64 columns of numbers in a row that leave nothing but other things beside them.
+    pub(super) fn pixels_by_values(&self) -> Result<Vec<usize>, ImportError> {
+        let runs = self.runs();
         let longest = runs.iter().map(|(from, end)| end - from).max().unwrap_or(0);
         if longest < PIXELS {
             return Err(ImportError::no_frame(longest, self.rows.len()));

@@ -138,28 +138,8 @@ impl Sample {
             ));
         }
         if least >= 0.0 && most >= SIGN {
-            let low = |value: &i64| *value < thousandths(WORD_MAX);
-            let near = |from: f64, value: &i64| {
-                (thousandths(from)..thousandths(from + WORD_MAX)).contains(value)
-            };
-            let twos = |value: &i64| {
-                [4_096.0, 65_536.0]
-                    .iter()
-                    .any(|size| (thousandths(size - WORD_MAX)..thousandths(*size)).contains(value))
-            };
-            if distinct.iter().all(|value| low(value) || twos(value)) {
-                return Ok((
-                    Unit::Words,
-                    Some("raw words, since those above 2047 are negative".to_owned()),
-                ));
-            }
-            if distinct.iter().all(|value| low(value) || near(SIGN, value)) {
-                let all = [Unit::SignMagnitude, Unit::Hundredths];
-                let count = if distinct.iter().any(low) { 1 } else { 2 };
-                return Err(ask(
-                    "raw words from 2048 on are -512 °C in two's complement, and -0 °C in sign and magnitude",
-                    &all[..count],
-                ));
+            if let Some(told) = negative_words(distinct)? {
+                return Ok(told);
             }
         }
         if (0.0..=50.0).contains(&least) && (200.0..=255.0).contains(&most) {
@@ -260,6 +240,33 @@ impl Sample {
             &fitting,
         )
     }
+}
+
+/// Raw words of which some are negative.
+fn negative_words(distinct: &BTreeSet<i64>) -> Result<Option<Told>, ImportError> {
+    let low = |value: &i64| *value < thousandths(WORD_MAX);
+    let near =
+        |from: f64, value: &i64| (thousandths(from)..thousandths(from + WORD_MAX)).contains(value);
+    let twos = |value: &i64| {
+        [4_096.0, 65_536.0]
+            .iter()
+            .any(|size| (thousandths(size - WORD_MAX)..thousandths(*size)).contains(value))
+    };
+    if distinct.iter().all(|value| low(value) || twos(value)) {
+        return Ok(Some((
+            Unit::Words,
+            Some("raw words, since those above 2047 are negative".to_owned()),
+        )));
+    }
+    if distinct.iter().all(|value| low(value) || near(SIGN, value)) {
+        let all = [Unit::SignMagnitude, Unit::Hundredths];
+        let count = if distinct.iter().any(low) { 1 } else { 2 };
+        return Err(ask(
+            "raw words from 2048 on are -512 °C in two's complement, and -0 °C in sign and magnitude",
+            &all[..count],
+        ));
+    }
+    Ok(None)
 }
 
 /// Degrees Celsius of a value in a unit.
