@@ -1,0 +1,207 @@
+//! Pins what comparisons say: of each shipped scene with its own recording and with the same recording mirrored, and of real
+//! frames with two scenes. A commit that changes `verdicts.json` says why.
+//!
+//! `GRIDEYE_WRITE_GOLDEN=1 cargo test --release -p grideye-validator --test golden` writes the file anew.
+
+use grideye_frame::{Celsius, PixelWord, Reading, RecordedFrame, ThermistorWord};
+use grideye_recording::{ClockState, Record, Stamp, linaige};
+use grideye_scene::{Scene, Sensor, Simulator};
+use grideye_validator::{Comparison, Options, compare_scene};
+use serde_json::{Map, Value, json};
+use std::path::{Path, PathBuf};
+
+const FRAMES: u32 = 60;
+
+/// The paper's measures, and what the report's readers use beside them.
+const SCORES: [&str; 9] = [
+    "correlation",
+    "entropy_real_grey",
+    "entropy_simulated_grey",
+    "joint_entropy_grey",
+    "mutual_information_grey",
+    "image_similarity",
+    "rmse",
+    "bias",
+    "centroid_error_pixels",
+];
+
+#[test]
+fn what_comparisons_say_is_as_pinned() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/verdicts.json");
+    let mut said = Map::new();
+    for path in shipped_scenes() {
+        let (name, scene) = parse(&path);
+        let is_grid_eye = |sensor: &&Sensor| (sensor.columns, sensor.rows) == (8, 8);
+        let Some(sensor) = scene.sensors().iter().find(is_grid_eye) else {
+            continue;
+        };
+        let sensor = &sensor.name;
+        let (start_s, own) = record(&scene, sensor);
+        let mirrored: Vec<Record> = own.iter().cloned().map(mirror).collect();
+        for (kind, records) in [("own", &own), ("mirrored", &mirrored)] {
+            said.insert(
+                format!("{name}, {kind}"),
+                compared(records, &scene, sensor, start_s),
+            );
+        }
+    }
+    for (session, scene) in [
+        ("Session2_2021-07-01_RoomB_v2", "counting"),
+        ("Session3_2021-07-06_RoomA_v2", "people"),
+    ] {
+        let records = real_frames(session);
+        let (_, scene) = parse(&root().join(format!("scenes/{scene}.toml")));
+        let sensor = &scene.sensors()[0].name;
+        said.insert(session.to_owned(), compared(&records, &scene, sensor, 0.0));
+    }
+    if std::env::var_os("GRIDEYE_WRITE_GOLDEN").is_some() {
+        std::fs::write(&path, format!("{:#}\n", Value::Object(said))).unwrap();
+        return;
+    }
+    let pinned: Map<String, Value> =
+        serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+    let names = |of: &Map<String, Value>| of.keys().cloned().collect::<Vec<_>>();
+    assert_eq!(names(&pinned), names(&said));
+    let changed: Vec<String> = said
+        .iter()
+        .filter(|(name, now)| pinned[*name] != **now)
+        .map(|(name, now)| format!("{name}\n  pinned {}\n  now    {now}", pinned[name]))
+        .collect();
+    assert!(
+        changed.is_empty(),
+        "{} of {} changed:\n{}",
+        changed.len(),
+        said.len(),
+        changed.join("\n")
+    );
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn shipped_scenes() -> Vec<PathBuf> {
+    let folder = std::fs::read_dir(root().join("scenes")).unwrap();
+    let mut paths: Vec<PathBuf> = folder.map(|entry| entry.unwrap().path()).collect();
+    paths.retain(|path| {
+        path.extension()
+            .is_some_and(|extension| extension == "toml")
+    });
+    paths.sort();
+    assert!(paths.len() > 20, "{paths:?}");
+    paths
+}
+
+fn parse(path: &Path) -> (String, Scene) {
+    let text = std::fs::read_to_string(path).unwrap();
+    let folder = path.parent().unwrap().to_owned();
+    let files = move |relative: &str| std::fs::read_to_string(folder.join(relative));
+    let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
+    let scene =
+        Scene::parse(&text, &name, &files).unwrap_or_else(|error| panic!("{name}: {error}"));
+    (name, scene.scene)
+}
+
+/// What the scene's sensor records from a third of the scene on, and the second at which that begins.
+fn record(scene: &Scene, sensor: &str) -> (f64, Vec<Record>) {
+    let simulator = Simulator::new(scene, sensor).unwrap();
+    let of = scene.sensor(sensor).unwrap();
+    let first = match scene.is_static() {
+        true => 0,
+        false => u32::try_from(scene.frame_count(of)).unwrap() / 3,
+    };
+    let row = |index: u32| {
+        let image = simulator.noisy(of.frame_time(first + index), 11);
+        let image = image.to_frame(Celsius::new(25.0)).unwrap();
+        let pixels = image
+            .pixels
+            .map(|pixel| amg8833::word::pixel_word(pixel).unwrap());
+        let thermistor = Some(ThermistorWord(400));
+        let t_boot_ns = 5_000_000_000 + u64::try_from(of.frame_time(index).as_nanos()).unwrap();
+        Record {
+            seq: u64::from(index),
+            stamp: Stamp {
+                t_boot_ns,
+                t_utc_ns: 0,
+                clock: ClockState::Unsynced,
+            },
+            reading: Reading::Frame(RecordedFrame { thermistor, pixels }),
+        }
+    };
+    let frames = match scene.is_static() {
+        true => FRAMES,
+        false => FRAMES.min(u32::try_from(scene.frame_count(of)).unwrap() - first),
+    };
+    (
+        of.frame_time(first).as_secs_f64(),
+        (0..frames).map(row).collect(),
+    )
+}
+
+fn mirror(record: Record) -> Record {
+    let reading = record.reading.map(|mut raw| {
+        raw.pixels.chunks_mut(8).for_each(<[PixelWord]>::reverse);
+        raw
+    });
+    Record { reading, ..record }
+}
+
+/// Real frames in which somebody walks, and an empty room before.
+fn real_frames(session: &str) -> Vec<Record> {
+    let name = format!("{session}.csv");
+    let file = std::fs::File::open(root().join("recordings/linaige").join(&name)).unwrap();
+    let (date, stream) = (
+        linaige::Date::from_file_name(&name).unwrap(),
+        linaige::stream_from_file_name(&name),
+    );
+    let rows = linaige::Reader::new(file, date, stream).unwrap();
+    rows.map(|row| row.unwrap().row.record)
+        .skip(740)
+        .take(200)
+        .collect()
+}
+
+/// What a user reads first, and the scores that the paper and the report have.
+fn compared(records: &[Record], scene: &Scene, sensor: &str, start_s: f64) -> Value {
+    let options = Options {
+        start_s: Some(start_s),
+        seed: 1,
+        shuffles: 20,
+        ..Options::default()
+    };
+    match compare_scene(records, scene, sensor, &options) {
+        Ok(comparison) => said(&comparison),
+        Err(error) => json!({ "error": error.to_string() }),
+    }
+}
+
+fn said(comparison: &Comparison) -> Value {
+    let judgment = &comparison.judgment;
+    let scores = comparison
+        .scores
+        .iter()
+        .filter(|score| SCORES.contains(&score.measure.name()));
+    let scores: Map<String, Value> = scores
+        .map(|score| {
+            (
+                score.measure.name().to_owned(),
+                json!([score.value, score.blank, score.ceiling].map(rounded)),
+            )
+        })
+        .collect();
+    let decision = comparison.decision.as_ref().unwrap();
+    let untold = decision.alternatives.iter().filter(|one| !one.is_told());
+    json!({
+        "verdict": judgment.verdict,
+        "headline": judgment.headline,
+        "next_step": judgment.next_step,
+        "p": rounded(Some(decision.right)),
+        "contrasts": decision.contrasts.iter().map(|one| rounded(Some(one.found))).collect::<Vec<_>>(),
+        "untold": untold.map(|one| &one.what).collect::<Vec<_>>(),
+        "value, blank, ceiling": scores,
+    })
+}
+
+fn rounded(value: Option<f64>) -> Option<f64> {
+    value.map(|value| (value * 1e4).round() / 1e4)
+}
