@@ -91,6 +91,11 @@ fn clips_are_the_same_with_any_threads_shards_and_parts() {
     let parts = ["--frames-per-part", "24"];
     let whole = folder.path().join("whole");
     done(clips(&whole, &parts).args(["--threads", "1"]));
+    // A commit that changes these bytes says why.
+    assert_eq!(
+        ["npz", "npy", "parquet"].map(|format| checksum(&whole, format)),
+        ["1311147563 62176", "2674472810 55424", "804286723 41501"]
+    );
     // 5 parts of three files and their counts, the plan, and the data card.
     assert_eq!(files(&whole).len(), 22);
     let threads = folder.path().join("threads");
@@ -116,6 +121,13 @@ fn clips_are_the_same_with_any_threads_shards_and_parts() {
         told.contains("part-000001.npy exists but is not a complete file"),
         "{told}"
     );
+}
+
+/// Of the first part in a format.
+fn checksum(folder: &Path, format: &str) -> String {
+    let file = fs::File::open(folder.join(format!("part-000000.{format}"))).unwrap();
+    let output = Command::new("cksum").stdin(file).output().unwrap();
+    String::from_utf8(output.stdout).unwrap().trim().to_owned()
 }
 
 #[test]
