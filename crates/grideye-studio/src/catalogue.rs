@@ -1,16 +1,17 @@
 //! The scenes of a folder, read on request and again when one of their files changes.
 
-use crate::disk::Disk;
+use crate::disk::{Disk, Named};
 use crate::recently::Recently;
 use anyhow::{Context as _, Result, anyhow};
 use axum::http::StatusCode;
 use grideye_collector::Refusal;
-use grideye_scene::{Files, Scene, Simulator};
+use grideye_scene::{Scene, Simulator};
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::SystemTime;
 
 /// Maximum scenes listed, by name.
@@ -24,14 +25,17 @@ const SIMULATORS_MAX: usize = 16;
 /// The scenes of a folder, after the one that the page opens with.
 pub(crate) struct Catalogue {
     folder: Option<PathBuf>,
-    opening: Option<Arc<Shelved>>,
+    demonstration: Option<Arc<SceneEntry>>,
     disk: Disk,
-    scenes: Mutex<Vec<Arc<Shelved>>>,
-    simulators: Mutex<Recently<(String, String, u64), Arc<Simulator>>>,
+    scenes: Mutex<Vec<Arc<SceneEntry>>>,
+    simulators: Recently<SimulatorKey, Arc<OnceLock<Arc<Simulator>>>>,
 }
 
+/// Scene, its sensor, and its edition.
+type SimulatorKey = (String, String, u64);
+
 /// One scene file, as last read.
-pub(crate) struct Shelved {
+pub(crate) struct SceneEntry {
     /// The file's name without extension.
     pub(crate) name: String,
     /// The file's first comment, or empty.
@@ -48,13 +52,17 @@ pub(crate) struct Shelved {
 type Mark = (SystemTime, u64);
 
 impl Catalogue {
-    pub(crate) fn new(folder: Option<PathBuf>, opening: Option<Arc<Shelved>>, disk: Disk) -> Self {
+    pub(crate) fn new(
+        folder: Option<PathBuf>,
+        demonstration: Option<Arc<SceneEntry>>,
+        disk: Disk,
+    ) -> Self {
         Self {
             folder,
-            opening,
+            demonstration,
             disk,
             scenes: Mutex::default(),
-            simulators: Mutex::new(Recently::new(SIMULATORS_MAX)),
+            simulators: Recently::new(SIMULATORS_MAX),
         }
     }
 
@@ -62,13 +70,17 @@ impl Catalogue {
     ///
     /// # Errors
     /// If the folder cannot be read.
-    pub(crate) fn list(&self) -> Result<Vec<Arc<Shelved>>> {
-        let opening = self.opening.as_slice();
+    pub(crate) fn list(&self) -> Result<Vec<Arc<SceneEntry>>> {
+        let demonstration = self.demonstration.as_slice();
         let Some(folder) = &self.folder else {
-            return Ok(opening.to_vec());
+            return Ok(demonstration.to_vec());
         };
         let mut paths = scene_files(folder)?;
-        paths.retain(|path| opening.iter().all(|scene| scene.name != name_of(path)));
+        paths.retain(|path| {
+            demonstration
+                .iter()
+                .all(|scene| scene.name != name_of(path))
+        });
         paths.truncate(SCENES_MAX);
         let mut scenes = self.scenes.lock().unwrap_or_else(PoisonError::into_inner);
         *scenes = paths
@@ -80,19 +92,19 @@ impl Catalogue {
                     Some(known) if known.is_fresh() => Arc::clone(known),
                     _ => {
                         let edition = known.map_or(0, |known| known.edition + 1);
-                        Arc::new(Shelved::read(folder, self.disk, path, name, edition))
+                        Arc::new(SceneEntry::read(folder, self.disk, path, name, edition))
                     }
                 }
             })
             .collect();
-        Ok(opening.iter().chain(&*scenes).cloned().collect())
+        Ok(demonstration.iter().chain(&*scenes).cloned().collect())
     }
 
     /// The scene with this name, if the folder has it; blocks on files.
     ///
     /// # Errors
     /// As [`list`](Self::list).
-    pub(crate) fn find(&self, name: &str) -> Result<Option<Arc<Shelved>>> {
+    pub(crate) fn find(&self, name: &str) -> Result<Option<Arc<SceneEntry>>> {
         let scenes = self.list()?;
         Ok(scenes.into_iter().find(|scene| scene.name == name))
     }
@@ -103,26 +115,21 @@ impl Catalogue {
     /// If the scene has no such sensor.
     pub(crate) fn simulator(
         &self,
-        scene: &Shelved,
+        scene: &SceneEntry,
         loaded: &LoadedScene,
         sensor: &str,
     ) -> Result<Arc<Simulator>> {
         let key = (scene.name.clone(), sensor.to_owned(), scene.edition);
-        let kept = || {
-            self.simulators
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-        };
-        if let Some(simulator) = kept().get(&key) {
-            return Ok(simulator);
+        let slot = self.simulators.get_or(key, |_| Arc::default());
+        if let Some(simulator) = slot.get() {
+            return Ok(Arc::clone(simulator));
         }
         let simulator = Arc::new(Simulator::new(&loaded.scene, sensor)?);
-        kept().put(key, Arc::clone(&simulator));
-        Ok(simulator)
+        Ok(Arc::clone(slot.get_or_init(|| simulator)))
     }
 }
 
-impl Shelved {
+impl SceneEntry {
     /// A scene that lies in no folder, and does not change.
     pub(crate) fn fixed(name: String, title: String, scene: Scene) -> Self {
         let trajectories = Vec::new();
@@ -182,34 +189,20 @@ pub(crate) struct LoadedScene {
 
 impl LoadedScene {
     fn read(folder: &Path, disk: Disk, path: &Path, text: &str) -> Result<Self> {
-        let files = Below {
+        let files = Named {
             folder,
             disk,
+            of_the_page: &BTreeMap::new(),
             read: RefCell::default(),
         };
         let loaded = Scene::parse(text, &path.display().to_string(), &files)
             // The error contains its cause.
             .map_err(|error| anyhow!("{error}"))?;
+        let read = files.read.into_inner().into_keys();
         Ok(Self {
             scene: loaded.scene,
-            trajectories: files.read.into_inner(),
+            trajectories: read.map(|relative| folder.join(relative)).collect(),
         })
-    }
-}
-
-/// Files below the folder, named by a scene; remembers those read.
-struct Below<'a> {
-    folder: &'a Path,
-    disk: Disk,
-    read: RefCell<Vec<PathBuf>>,
-}
-
-impl Files for Below<'_> {
-    fn read(&self, relative: &str) -> io::Result<String> {
-        let path = self.folder.join(relative);
-        let text = self.disk.read_below(self.folder, &path)?;
-        self.read.borrow_mut().push(path);
-        Ok(text)
     }
 }
 

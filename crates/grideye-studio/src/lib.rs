@@ -5,7 +5,7 @@
 //!                                   └─▶ editor: draft, map, save ─────▶ /editor
 //! ```
 //!
-//! Annexes of the collector, which knows nothing of scenes: routes, and the pages' files (`assets/`). With an [`Opening`] the
+//! Annexes of the collector, which knows nothing of scenes: routes, and the pages' files (`assets/`). With a [`Demonstration`] the
 //! page opens with a scene, as in `grideye demo`.
 //!
 //! ```no_run
@@ -27,18 +27,18 @@
 mod assets;
 mod beside;
 mod catalogue;
-mod desk;
+mod demonstration;
 mod disk;
 mod editor;
-mod opening;
+mod queue;
 mod recently;
 mod rounding;
 
+pub use demonstration::{Demonstration, Recorded};
 pub use disk::Disk;
-pub use opening::{Opening, Recorded};
 
 use anyhow::Result;
-use catalogue::{Catalogue, Shelved};
+use catalogue::{Catalogue, SceneEntry};
 use grideye_collector::Annex;
 use std::path::Path;
 use std::sync::Arc;
@@ -48,16 +48,23 @@ use std::sync::Arc;
 ///
 /// # Errors
 /// If the folder cannot be read.
-pub fn annexes(folder: Option<&Path>, opening: Option<&Opening>, disk: Disk) -> Result<Vec<Annex>> {
+pub fn annexes(
+    folder: Option<&Path>,
+    demonstration: Option<&Demonstration>,
+    disk: Disk,
+) -> Result<Vec<Annex>> {
     folder.map(catalogue::scene_files).transpose()?;
     let mut annexes = Vec::new();
-    if folder.is_some() || opening.is_some() {
-        let fixed = opening.map(|opening| Arc::new(Shelved::from(opening)));
+    if folder.is_some() || demonstration.is_some() {
+        let fixed = demonstration.map(|demonstration| Arc::new(SceneEntry::from(demonstration)));
         let folder = folder.map(Path::to_owned);
         let catalogue = move || Catalogue::new(folder.clone(), fixed.clone(), disk);
-        annexes.push(beside::annex(catalogue, opening.map(Opening::names)));
+        annexes.push(beside::annex(
+            catalogue,
+            demonstration.map(Demonstration::names),
+        ));
     }
     annexes.extend(folder.map(|folder| editor::annex(folder.to_owned(), disk)));
-    annexes.extend(opening.map(Opening::annex));
+    annexes.extend(demonstration.map(Demonstration::annex));
     Ok(annexes)
 }

@@ -1,33 +1,37 @@
 //! A cache of the entries used last.
 
-/// A map of a few entries; the least recently used one makes room.
+use std::sync::{Mutex, PoisonError};
+
+/// A few entries, for many threads; the least recently used one makes room.
 pub(crate) struct Recently<K, V> {
     /// The newest last.
-    entries: Vec<(K, V)>,
+    entries: Mutex<Vec<(K, V)>>,
     entries_max: usize,
 }
 
 impl<K: PartialEq, V: Clone> Recently<K, V> {
     pub(crate) const fn new(entries_max: usize) -> Self {
         Self {
-            entries: Vec::new(),
+            entries: Mutex::new(Vec::new()),
             entries_max,
         }
     }
 
-    pub(crate) fn get(&mut self, key: &K) -> Option<V> {
-        let place = self.entries.iter().position(|(known, _)| known == key)?;
-        let entry = self.entries.remove(place);
+    /// The entry, made if it is not there. Others wait meanwhile, so `make` must be quick.
+    pub(crate) fn get_or(&self, key: K, make: impl FnOnce(&K) -> V) -> V {
+        let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
+        let entry = match entries.iter().position(|(known, _)| *known == key) {
+            Some(place) => entries.remove(place),
+            None => {
+                let value = make(&key);
+                (key, value)
+            }
+        };
         let value = entry.1.clone();
-        self.entries.push(entry);
-        Some(value)
-    }
-
-    pub(crate) fn put(&mut self, key: K, value: V) {
-        self.entries.retain(|(known, _)| *known != key);
-        let more = (self.entries.len() + 1).saturating_sub(self.entries_max);
-        self.entries.drain(..more);
-        self.entries.push((key, value));
+        entries.push(entry);
+        let more = entries.len().saturating_sub(self.entries_max);
+        entries.drain(..more);
+        value
     }
 }
 
@@ -37,13 +41,12 @@ mod tests {
 
     #[test]
     fn the_least_recently_used_entry_makes_room() {
-        let mut recently = Recently::new(2);
-        recently.put("a", 1);
-        recently.put("b", 2);
-        assert_eq!(recently.get(&"a"), Some(1));
-        recently.put("c", 3);
-        assert_eq!(recently.get(&"b"), None);
-        recently.put("a", 4);
-        assert_eq!((recently.get(&"a"), recently.get(&"c")), (Some(4), Some(3)));
+        let recently = Recently::new(2);
+        let made = |key, value| recently.get_or(key, |_| value);
+        assert_eq!([made("a", 1), made("b", 2)], [1, 2]);
+        assert_eq!(made("a", 0), 1, "used again");
+        assert_eq!(made("c", 3), 3);
+        assert_eq!(made("b", 4), 4, "it had made room");
+        assert_eq!([made("b", 0), made("c", 0)], [4, 3]);
     }
 }

@@ -12,7 +12,7 @@ use grideye_collector::{
     pin_of_file,
 };
 use grideye_inputs::read_text;
-use grideye_studio::{Disk, Opening};
+use grideye_studio::{Demonstration, Disk};
 use std::io;
 use std::net::SocketAddr;
 use std::os::unix::fs::PermissionsExt as _;
@@ -179,7 +179,10 @@ fn password_file(path: &Path) -> Result<String> {
 const FOLDER: &str = "scenes";
 
 /// Exports, the scenes of the given folder (or of `scenes` if it exists), and the scene that the page opens with.
-pub(crate) fn annexes(options: &Scenes, opening: Option<&Opening>) -> Result<Vec<Annex>> {
+pub(crate) fn annexes(
+    options: &Scenes,
+    demonstration: Option<&Demonstration>,
+) -> Result<Vec<Annex>> {
     let export = grideye_export::annex::annex(tempfile::tempfile);
     let usual = Some(Path::new(FOLDER)).filter(|folder| folder.is_dir());
     let folder = options.folder.as_deref().or(usual);
@@ -190,7 +193,7 @@ pub(crate) fn annexes(options: &Scenes, opening: Option<&Opening>) -> Result<Vec
             put.map_err(io::Error::other)
         },
     };
-    let annexes = grideye_studio::annexes(folder, opening, disk).map_err(bad_input)?;
+    let annexes = grideye_studio::annexes(folder, demonstration, disk).map_err(bad_input)?;
     Ok(annexes.into_iter().chain([export]).collect())
 }
 

@@ -20,7 +20,7 @@ use grideye_recording::{Record, Row};
 use grideye_rig::{
     AgentClock, PacedClock, Replayed, SharedBus, Source, replay_source, scene_source,
 };
-use grideye_studio::{Opening, Recorded};
+use grideye_studio::{Demonstration, Recorded};
 use grideye_validator::compare_scene;
 use grideye_validator::report::{self, Context, Input};
 use grideye_validator::thresholds::ThresholdSet;
@@ -38,7 +38,7 @@ pub(crate) fn run(options: &Demo) -> Result<Outcome> {
     files::writable_folder(&options.out)?;
     let show = Show::prepare(options)?;
     keep_apart(options, &show)?;
-    let stage = Stage::open(options, show.scene().map(|shown| &shown.opening))?;
+    let stage = Stage::open(options, show.scene().map(|shown| &shown.demonstration))?;
     progress::say(&format!("live page  {}", stage.page()));
     files::warned(show.scene().map_or(&[][..], |shown| &shown.warnings));
     if options.open {
@@ -111,7 +111,7 @@ fn judge_scene(
     let records: Vec<Record> = rows.iter().map(|row| row.record).collect();
     let seed = options.seed.wrapping_add(1);
     let how = compare::how(seed);
-    let Opening { scene, sensor, .. } = &shown.opening;
+    let Demonstration { scene, sensor, .. } = &shown.demonstration;
     let comparison = compare_scene(&records, scene, sensor, &how).map_err(bad_input)?;
     let context = Context {
         scene: shown.origin.clone(),
@@ -144,7 +144,7 @@ fn judge_scene(
         report: html,
     };
     // The only recording of this program.
-    let _first = shown.opening.recorded.set(recorded);
+    let _first = shown.demonstration.recorded.set(recorded);
     Ok((
         line,
         compare::outcome(comparison.judgment.verdict),
@@ -162,7 +162,7 @@ enum Show {
 }
 
 struct SceneShow {
-    opening: Opening,
+    demonstration: Demonstration,
     /// The path of the scene file, also of the built-in one.
     origin: String,
     inputs: Vec<Input>,
@@ -197,7 +197,7 @@ impl Show {
             inputs.push(hashed_text(&origin, files::DEFAULT_SCENE));
         }
         let experiment = scene.paper_experiment();
-        let opening = Opening {
+        let demonstration = Demonstration {
             name: files::stem(Path::new(&origin)),
             title: format!("The emulated sensor sees this scene, {origin}."),
             scene,
@@ -205,7 +205,7 @@ impl Show {
             recorded: Arc::default(),
         };
         Ok(Self::Scene(Box::new(SceneShow {
-            opening,
+            demonstration,
             origin,
             inputs,
             files: loaded.files,
@@ -223,9 +223,9 @@ impl Show {
 
     fn frames(&self) -> u64 {
         match self {
-            Self::Scene(shown) if shown.opening.scene.is_static() => STATIC_FRAMES,
+            Self::Scene(shown) if shown.demonstration.scene.is_static() => STATIC_FRAMES,
             Self::Scene(shown) => {
-                let ticks = shown.opening.scene.duration().as_nanos() / TICK.as_nanos();
+                let ticks = shown.demonstration.scene.duration().as_nanos() / TICK.as_nanos();
                 u64::try_from(ticks + 1).map_or(FRAMES_MAX, |frames| frames.min(FRAMES_MAX))
             }
             Self::Replay(frames) => u64::try_from(frames.len()).unwrap_or(u64::MAX),
@@ -235,7 +235,7 @@ impl Show {
     fn source(&self, seed: u64) -> Result<Source> {
         match self {
             Self::Scene(shown) => {
-                let Opening { scene, sensor, .. } = &shown.opening;
+                let Demonstration { scene, sensor, .. } = &shown.demonstration;
                 let simulator = files::simulator(scene, Some(sensor))?;
                 scene_source(scene, simulator, seed).map_err(bad_input)
             }
@@ -272,12 +272,12 @@ struct Delivered {
 }
 
 impl Stage {
-    fn open(options: &Demo, opening: Option<&Opening>) -> Result<Self> {
+    fn open(options: &Demo, demonstration: Option<&Demonstration>) -> Result<Self> {
         let runtime =
             grideye_collector::runtime().context("cannot start the collector's threads")?;
         let store = StoreLocation::File(options.out.join(STORE));
         let mut config = Config::new(options.listen, store, Arc::new(SystemClock::new()));
-        config.annexes = collect::annexes(&options.scenes, opening)?;
+        config.annexes = collect::annexes(&options.scenes, demonstration)?;
         let collector = runtime.block_on(Collector::bind(config))?;
         let address = collector.local_addr();
         let (shut_down, mut is_shut_down) = watch::channel(false);

@@ -1,6 +1,6 @@
 //! What a scene's sensor sees, in pieces of five seconds, with the agents' positions.
 
-use crate::catalogue::{Catalogue, LoadedScene, Shelved};
+use crate::catalogue::{Catalogue, LoadedScene, SceneEntry};
 use crate::rounding::{flat, hundredths};
 use anyhow::Result;
 use grideye_frame::TICK;
@@ -23,7 +23,7 @@ pub(super) fn piece_at(seconds: f64, loaded: &LoadedScene) -> u64 {
 /// If the scene has no such sensor.
 pub(super) fn piece(
     catalogue: &Catalogue,
-    scene: &Shelved,
+    scene: &SceneEntry,
     loaded: &LoadedScene,
     sensor: &str,
     piece: u64,

@@ -16,8 +16,8 @@ mod verdict;
 mod window;
 
 use crate::assets;
-use crate::catalogue::{Catalogue, LoadedScene, Shelved, unusable};
-use crate::desk::Desk;
+use crate::catalogue::{Catalogue, LoadedScene, SceneEntry, unusable};
+use crate::queue::Queue;
 use crate::recently::Recently;
 use axum::Router;
 use axum::extract::{Path as PathOf, Query, State};
@@ -28,24 +28,24 @@ use grideye_collector::{Annex, Inside, Refusal};
 use grideye_frame::{COLUMNS, ROWS};
 use serde::Deserialize;
 use serde_json::{Value, json};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, OnceLock};
 use verdict::{Question, Verdicts};
 
 /// Maximum pieces of simulated frames in the cache: 200 of 30 kB each.
 const PIECES_MAX: usize = 200;
 
-/// The routes for the scenes of a catalogue, and the panel on the live page; `opening` names the scene and its sensor that
+/// The routes for the scenes of a catalogue, and the panel on the live page; `demonstration` names the scene and its sensor that
 /// the panel opens with.
 pub(crate) fn annex(
     catalogue: impl Fn() -> Catalogue + Send + Sync + 'static,
-    opening: Option<[&str; 2]>,
+    demonstration: Option<[&str; 2]>,
 ) -> Annex {
     Annex::new("scenes", move |inside| {
         let beside = Arc::new(Beside {
             inside: inside.clone(),
             catalogue: Arc::new(catalogue()),
-            desk: Desk::new(),
-            pieces: Mutex::new(Recently::new(PIECES_MAX)),
+            queue: Queue::new(),
+            pieces: Recently::new(PIECES_MAX),
             verdicts: Verdicts::new(),
         });
         Router::new()
@@ -60,13 +60,13 @@ pub(crate) fn annex(
     })
     .described_by(include_str!("../../openapi/scenes.json"))
     .with_assets(&assets::BESIDE)
-    .on_the_page(head(opening))
+    .on_the_page(head(demonstration))
 }
 
 const TEMPLATE: &str = "<template id=\"beside-panel\"";
 
-fn head(opening: Option<[&str; 2]>) -> String {
-    let Some(names) = opening else {
+fn head(demonstration: Option<[&str; 2]>) -> String {
+    let Some(names) = demonstration else {
         return assets::BESIDE_HEAD.to_owned();
     };
     let [scene, sensor] = names.map(|name| name.replace('&', "&amp;").replace('"', "&quot;"));
@@ -77,8 +77,8 @@ fn head(opening: Option<[&str; 2]>) -> String {
 struct Beside {
     inside: Inside,
     catalogue: Arc<Catalogue>,
-    desk: Desk,
-    pieces: Mutex<Recently<PieceKey, Arc<Value>>>,
+    queue: Queue,
+    pieces: Recently<PieceKey, Arc<OnceLock<Value>>>,
     verdicts: Verdicts,
 }
 
@@ -88,13 +88,13 @@ type Shared = State<Arc<Beside>>;
 
 async fn scenes(State(beside): Shared) -> Result<Json<Value>, Refusal> {
     let catalogue = Arc::clone(&beside.catalogue);
-    let listed = beside.desk.run(move || catalogue.list()).await?;
+    let listed = beside.queue.run(move || catalogue.list()).await?;
     let listed = listed.map_err(|error| folder_failed(&error))?;
     let scenes: Vec<Value> = listed.iter().map(|scene| entry(scene)).collect();
     Ok(Json(json!({ "scenes": scenes })))
 }
 
-fn entry(scene: &Shelved) -> Value {
+fn entry(scene: &SceneEntry) -> Value {
     let loaded = scene.loaded.as_ref();
     let sensors = loaded.map(|loaded| loaded.scene.sensors());
     let sensors: Vec<Value> = sensors
@@ -141,11 +141,12 @@ async fn simulated(
     check_sensor(loaded, &sensor)?;
     let number = frames::piece_at(at_s, loaded);
     let key = (scene.name.clone(), scene.edition, sensor.clone(), number);
-    if let Some(piece) = beside.pieces().get(&key) {
-        return Ok(Json(Value::clone(&piece)));
+    let slot = beside.pieces.get_or(key, |_| Arc::default());
+    if let Some(piece) = slot.get() {
+        return Ok(Json(piece.clone()));
     }
     let catalogue = Arc::clone(&beside.catalogue);
-    let made = beside.desk.run(move || {
+    let made = beside.queue.run(move || {
         let loaded = scene
             .loaded
             .as_ref()
@@ -155,8 +156,7 @@ async fn simulated(
     let piece = made
         .await?
         .map_err(|error| unusable(&format!("{error:#}")))?;
-    beside.pieces().put(key, Arc::new(piece.clone()));
-    Ok(Json(piece))
+    Ok(Json(slot.get_or_init(|| piece).clone()))
 }
 
 async fn comparison(
@@ -173,20 +173,16 @@ async fn comparison(
 }
 
 impl Beside {
-    async fn find(&self, name: String) -> Result<Arc<Shelved>, Refusal> {
+    async fn find(&self, name: String) -> Result<Arc<SceneEntry>, Refusal> {
         let catalogue = Arc::clone(&self.catalogue);
         let asked = name.clone();
-        let found = self.desk.run(move || catalogue.find(&asked)).await?;
+        let found = self.queue.run(move || catalogue.find(&asked)).await?;
         let found = found.map_err(|error| folder_failed(&error))?;
         found.ok_or_else(|| {
             let what = format!("there is no scene {name:?} in the folder");
             Refusal::new(StatusCode::NOT_FOUND, "no_such_scene", what)
                 .hint("GET /v1/scenes lists them; a scene's name is its file name without .toml")
         })
-    }
-
-    fn pieces(&self) -> std::sync::MutexGuard<'_, Recently<PieceKey, Arc<Value>>> {
-        self.pieces.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -1,8 +1,8 @@
 //! Compares the last seconds of a sensor with a scene, once for all pages that ask.
 
 use super::window::{Laid, Window, window};
-use crate::catalogue::{LoadedScene, Shelved};
-use crate::desk::Desk;
+use crate::catalogue::{LoadedScene, SceneEntry};
+use crate::queue::Queue;
 use crate::recently::Recently;
 use axum::http::StatusCode;
 use grideye_collector::store::{RecordingId, Span};
@@ -55,9 +55,9 @@ type Slot = Arc<tokio::sync::Mutex<Option<Made>>>;
 type Known = Recently<(String, u64, String), Arc<Mutex<KnownScene>>>;
 
 pub(super) struct Verdicts {
-    desk: Arc<Desk>,
-    slots: Mutex<Recently<Key, Slot>>,
-    known: Mutex<Known>,
+    queue: Arc<Queue>,
+    slots: Recently<Key, Slot>,
+    known: Known,
 }
 
 #[derive(Clone)]
@@ -71,9 +71,9 @@ struct Made {
 impl Verdicts {
     pub(super) fn new() -> Self {
         Self {
-            desk: Arc::new(Desk::new()),
-            slots: Mutex::new(Recently::new(KEPT_MAX)),
-            known: Mutex::new(Recently::new(KNOWN_MAX)),
+            queue: Arc::new(Queue::new()),
+            slots: Recently::new(KEPT_MAX),
+            known: Recently::new(KNOWN_MAX),
         }
     }
 
@@ -81,7 +81,7 @@ impl Verdicts {
     pub(super) async fn answer(
         &self,
         inside: &Inside,
-        scene: Arc<Shelved>,
+        scene: Arc<SceneEntry>,
         sensor: String,
         question: Question,
     ) -> Result<Value, Refusal> {
@@ -94,7 +94,7 @@ impl Verdicts {
             sensor.clone(),
             question.clone(),
         );
-        let slot = self.slot(key);
+        let slot = self.slots.get_or(key, |_| Slot::default());
         // A page with the same question waits here, and finds it computed.
         let mut made = slot.lock().await;
         if let Some(made) = made.as_ref().filter(|made| made.is_new(inside)) {
@@ -108,7 +108,7 @@ impl Verdicts {
         }
         let clock = Arc::clone(&inside.clock);
         let known = self.known(&scene, loaded, sensor);
-        let fresh = self.desk.run(move || {
+        let fresh = self.queue.run(move || {
             let began = clock.monotonic();
             let answer = compared(&scene, &known, &question, (&records, length));
             let at = clock.monotonic();
@@ -124,23 +124,16 @@ impl Verdicts {
         Ok(fresh.answer)
     }
 
-    fn known(&self, of: &Shelved, loaded: &LoadedScene, sensor: String) -> Arc<Mutex<KnownScene>> {
-        let mut all = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+    fn known(
+        &self,
+        of: &SceneEntry,
+        loaded: &LoadedScene,
+        sensor: String,
+    ) -> Arc<Mutex<KnownScene>> {
         let key = (of.name.clone(), of.edition, sensor);
-        all.get(&key).unwrap_or_else(|| {
-            let known = KnownScene::new(loaded.scene.clone(), &key.2);
-            let known = Arc::new(Mutex::new(known));
-            all.put(key, Arc::clone(&known));
-            known
-        })
-    }
-
-    fn slot(&self, key: Key) -> Slot {
-        let mut slots = self.slots.lock().unwrap_or_else(PoisonError::into_inner);
-        slots.get(&key).unwrap_or_else(|| {
-            let slot = Slot::default();
-            slots.put(key, Arc::clone(&slot));
-            slot
+        self.known.get_or(key, |(_, _, sensor)| {
+            let known = KnownScene::new(loaded.scene.clone(), sensor);
+            Arc::new(Mutex::new(known))
         })
     }
 }
@@ -223,7 +216,7 @@ async fn records(inside: &Inside, question: &Question) -> Result<Vec<Record>, Re
 
 /// The comparison of a window of frames, or why there is none.
 fn compared(
-    scene: &Shelved,
+    scene: &SceneEntry,
     known: &Mutex<KnownScene>,
     question: &Question,
     (records, length): (&[Record], Duration),

@@ -3,17 +3,15 @@
 use super::edit::{self, EDITS_MAX, Edit};
 use super::fault::{Fault, ORIGIN};
 use super::outline;
-use super::shelf::{Shelf, TEXT_BYTES_MAX, version_of};
-use super::way::{self, WayEdit};
+use super::store::{SceneStore, TEXT_BYTES_MAX, version_of};
+use super::trajectory::{self, TrajectoryEdit};
 use crate::rounding::hundredths;
 use axum::http::StatusCode;
 use grideye_collector::Refusal;
-use grideye_scene::{Files, Loaded, Scene, Sensor, Simulator, Warning};
+use grideye_scene::{Loaded, Scene, Sensor, Simulator, Warning};
 use serde::Deserialize;
 use serde_json::{Value, json};
-use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::io;
 use std::time::Duration;
 
 /// Maximum sensors with frames; others are not shown.
@@ -42,11 +40,11 @@ pub(super) struct Draft {
 #[serde(untagged)]
 pub(super) enum Change {
     Text(Edit),
-    Way(WayEdit),
+    Trajectory(TrajectoryEdit),
 }
 
 /// A draft after parsing, or its error.
-pub(super) struct Sheet {
+pub(super) struct Checked {
     pub(super) text: String,
     pub(super) files: BTreeMap<String, String>,
     /// Trajectories just read from the disk.
@@ -59,8 +57,8 @@ pub(super) struct Sheet {
 ///
 /// # Errors
 /// 422 if the draft is too large. An invalid scene is a normal answer.
-pub(super) fn sheet(shelf: &Shelf, draft: Draft) -> Result<Sheet, Refusal> {
-    check(&draft)?;
+pub(super) fn check(store: &SceneStore, draft: Draft) -> Result<Checked, Refusal> {
+    check_length(&draft)?;
     let Draft {
         mut text,
         mut files,
@@ -69,19 +67,16 @@ pub(super) fn sheet(shelf: &Shelf, draft: Draft) -> Result<Sheet, Refusal> {
     } = draft;
     let done = edits.iter().try_for_each(|change| match change {
         Change::Text(edit) => edit::edited(&text, edit).map(|made| text = made),
-        Change::Way(edit) => edit_way(shelf, &mut files, edit),
+        Change::Trajectory(edit) => edit_trajectory(store, &mut files, edit),
     });
-    let beside = Overlay {
-        shelf,
-        files: &files,
-        read: RefCell::default(),
-    };
+    let beside = store.named(&files);
     let loaded = done.and_then(|()| {
         Scene::parse(&text, ORIGIN, &beside).map_err(|error| Fault::of_scene(&error))
     });
-    let read = beside.read.into_inner();
+    let mut read = beside.read.into_inner();
+    read.retain(|file, text| file.ends_with(".csv") && text.len() <= TEXT_BYTES_MAX);
     let at = Duration::try_from_secs_f64(at_s).unwrap_or_default();
-    Ok(Sheet {
+    Ok(Checked {
         text,
         files,
         read,
@@ -90,7 +85,7 @@ pub(super) fn sheet(shelf: &Shelf, draft: Draft) -> Result<Sheet, Refusal> {
     })
 }
 
-fn check(draft: &Draft) -> Result<(), Refusal> {
+fn check_length(draft: &Draft) -> Result<(), Refusal> {
     let of_files: usize = draft.files.values().map(String::len).sum();
     for (what, found, most) in [
         ("bytes of text", draft.text.len(), TEXT_BYTES_MAX),
@@ -107,49 +102,27 @@ fn check(draft: &Draft) -> Result<(), Refusal> {
     Ok(())
 }
 
-fn edit_way(
-    shelf: &Shelf,
+fn edit_trajectory(
+    store: &SceneStore,
     files: &mut BTreeMap<String, String>,
-    edit: &WayEdit,
+    edit: &TrajectoryEdit,
 ) -> Result<(), Fault> {
     let file = edit.file();
     if !files.contains_key(file) {
         // A name that leads elsewhere is not a trajectory; the scene would reject it too.
-        let text = shelf
+        let text = store
             .file(file)
             .map_err(|_refusal| Fault::of_file(file, 1, "this file cannot be edited here"))?;
         if let Some(text) = text {
             files.insert(file.to_owned(), text);
         }
     }
-    let made = way::edited(files.get(file).map(String::as_str), edit)?;
+    let made = trajectory::edited(files.get(file).map(String::as_str), edit)?;
     files.insert(file.to_owned(), made);
     Ok(())
 }
 
-/// The files beside a scene: the page's take precedence over the disk's.
-struct Overlay<'a> {
-    shelf: &'a Shelf,
-    files: &'a BTreeMap<String, String>,
-    read: RefCell<BTreeMap<String, String>>,
-}
-
-impl Files for Overlay<'_> {
-    fn read(&self, relative: &str) -> io::Result<String> {
-        if let Some(text) = self.files.get(relative) {
-            return Ok(text.clone());
-        }
-        let text = self.shelf.read(relative)?;
-        if relative.ends_with(".csv") && text.len() <= TEXT_BYTES_MAX {
-            self.read
-                .borrow_mut()
-                .insert(relative.to_owned(), text.clone());
-        }
-        Ok(text)
-    }
-}
-
-impl Sheet {
+impl Checked {
     pub(super) fn to_json(&self) -> Value {
         let read: BTreeMap<&String, Value> = self
             .read

@@ -1,23 +1,22 @@
-//! Edits of a scene's text: each changes one value, key or table and preserves everything else, including comments and
-//! layout.
+//! Edits of a scene's text: each replaces, inserts or deletes the characters of one value, key or table, where `toml_edit`
+//! says they are. Every other character stays.
 //!
 //! | module | holds |
 //! |---|---|
 //! | `change` | the kinds of edits |
-//! | `remarks` | which table owns a comment between two tables |
-//! | `headers` | the tables of a text in order, and the text above each |
+//! | `layout` | where tables, values and the comments between them are |
 //! | `keys`, `tables` | the edits |
 
 mod change;
-mod headers;
 mod keys;
-mod remarks;
+mod layout;
 mod tables;
 
 pub(super) use change::{EDITS_MAX, Edit};
 
 use super::fault::Fault;
-use toml_edit::{Document, DocumentMut};
+use layout::Layout;
+use toml_edit::Document;
 
 /// The text after one edit.
 ///
@@ -25,29 +24,20 @@ use toml_edit::{Document, DocumentMut};
 /// If there is nothing at the path, or the layout of the text would make the edit change more.
 pub(super) fn edited(text: &str, edit: &Edit) -> Result<String, Fault> {
     let document = Document::parse(text).map_err(|error| Fault::of_toml(text, &error))?;
-    let mut document = document.into_mut();
-    if written(text, &document).trim_end() != text.trim_end() {
-        return Err(Fault::unfit(
-            "the layout of the scene file does not allow edits here",
-        ));
-    }
-    match edit {
-        Edit::Set { path, to } => keys::set(&mut document, path, to),
-        Edit::Unset { path } => keys::unset(&mut document, path),
-        Edit::Add { kind, name, at_mm } => tables::add(&mut document, *kind, name, *at_mm),
-        Edit::Copy { path, name } => tables::copy(&mut document, path, name),
-        Edit::Remove { path } => tables::remove(&mut document, path),
+    let layout = Layout::of(text, &document);
+    let mut splices = match edit {
+        Edit::Set { path, to } => keys::set(&layout, path, to),
+        Edit::Unset { path } => keys::unset(&layout, path),
+        Edit::Add { kind, name, at_mm } => tables::add(&layout, *kind, name, *at_mm),
+        Edit::Copy { path, name } => tables::copy(&layout, path, name),
+        Edit::Remove { path } => tables::remove(&layout, path),
     }?;
-    Ok(written(text, &document))
-}
-
-/// The document with the line endings of the text.
-fn written(text: &str, document: &DocumentMut) -> String {
-    let made = document.to_string();
-    if text.contains("\r\n") {
-        return made.replace('\n', "\r\n");
+    splices.sort_by_key(|(range, _)| range.start);
+    let mut made = text.to_owned();
+    for (range, new) in splices.into_iter().rev() {
+        made.replace_range(range, &new);
     }
-    made
+    Ok(made)
 }
 
 #[cfg(test)]

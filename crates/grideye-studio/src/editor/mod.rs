@@ -16,13 +16,13 @@ mod draft;
 mod edit;
 mod fault;
 mod outline;
-mod shelf;
-mod way;
+mod store;
+mod trajectory;
 
 use crate::assets;
-use crate::catalogue::{Catalogue, Shelved, unusable};
-use crate::desk::Desk;
+use crate::catalogue::{Catalogue, SceneEntry, unusable};
 use crate::disk::Disk;
+use crate::queue::Queue;
 use axum::Router;
 use axum::body::Bytes;
 use axum::extract::rejection::BytesRejection;
@@ -34,10 +34,10 @@ use draft::Draft;
 use grideye_collector::{Annex, Refusal};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
-use shelf::{Save, Shelf, version_of};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use store::{Save, SceneStore, version_of};
 
 /// Maximum bytes of a request: the longest scene and its trajectories, with room for JSON escapes.
 const BODY_BYTES_MAX: usize = 4 * 1024 * 1024;
@@ -47,10 +47,10 @@ const MAPS_WAITING_MAX: usize = 4;
 pub(crate) fn annex(folder: PathBuf, disk: Disk) -> Annex {
     Annex::new("editor", move |_inside| {
         let editor = Arc::new(Editor {
-            shelf: Shelf::new(folder.clone(), disk),
+            store: SceneStore::new(folder.clone(), disk),
             catalogue: Catalogue::new(Some(folder.clone()), None, disk),
-            drafts: Desk::new(),
-            maps: Desk::with_waiting(MAPS_WAITING_MAX),
+            drafts: Queue::new(),
+            maps: Queue::with_waiting(MAPS_WAITING_MAX),
         });
         Router::new()
             .route("/editor", get(page))
@@ -66,11 +66,11 @@ pub(crate) fn annex(folder: PathBuf, disk: Disk) -> Annex {
 }
 
 struct Editor {
-    shelf: Shelf,
+    store: SceneStore,
     catalogue: Catalogue,
-    drafts: Desk,
+    drafts: Queue,
     /// Separate, so that no drag waits for a map.
-    maps: Desk,
+    maps: Queue,
 }
 
 type Shared = State<Arc<Editor>>;
@@ -87,7 +87,7 @@ async fn page() -> impl IntoResponse {
 async fn open(State(editor): Shared, PathOf(name): PathOf<String>) -> Result<Json<Value>, Refusal> {
     let here = Arc::clone(&editor);
     let work = move || {
-        let text = here.shelf.open(&name)?;
+        let text = here.store.open(&name)?;
         let version = version_of(&text);
         Ok(Json(
             json!({ "name": name, "version": version, "shared": here.shared(&name), "text": text }),
@@ -99,7 +99,7 @@ async fn open(State(editor): Shared, PathOf(name): PathOf<String>) -> Result<Jso
 async fn draft(State(editor): Shared, body: Body) -> Result<Json<Value>, Refusal> {
     let draft: Draft = read(body)?;
     let here = Arc::clone(&editor);
-    let work = move || Ok(Json(draft::sheet(&here.shelf, draft)?.to_json()));
+    let work = move || Ok(Json(draft::check(&here.store, draft)?.to_json()));
     editor.drafts.run(work).await?
 }
 
@@ -110,8 +110,8 @@ async fn coverage(State(editor): Shared, body: Body) -> Result<Json<Value>, Refu
     let waiting = GivenUp::default();
     let is_given_up = Arc::clone(&waiting.0);
     let work = move || {
-        let sheet = draft::sheet(&here.shelf, draft)?;
-        let made = sheet
+        let checked = draft::check(&here.store, draft)?;
+        let made = checked
             .loaded
             .and_then(|loaded| coverage::map(&loaded.scene, &is_given_up));
         Ok(Json(match made {
@@ -131,7 +131,7 @@ async fn save(
     let here = Arc::clone(&editor);
     let work = move || {
         here.check_is_scene(&save)?;
-        here.shelf.save(&name, &save).map(Json)
+        here.store.save(&name, &save).map(Json)
     };
     editor.drafts.run(work).await?
 }
@@ -165,7 +165,7 @@ impl Editor {
             edits: Vec::new(),
             at_s: 0.0,
         };
-        match draft::sheet(&self.shelf, draft)?.loaded {
+        match draft::check(&self.store, draft)?.loaded {
             Ok(_) => Ok(()),
             Err(fault) => Err(unusable(&fault.to_string())),
         }
@@ -174,16 +174,16 @@ impl Editor {
     /// The other scenes that share trajectories with this one: saving changes them too.
     fn shared(&self, name: &str) -> Value {
         let scenes = self.catalogue.list().unwrap_or_default();
-        let ways = |scene: &Shelved| {
+        let trajectories = |scene: &SceneEntry| {
             let loaded = scene.loaded.as_ref();
             loaded
                 .map(|loaded| loaded.trajectories.clone())
                 .unwrap_or_default()
         };
         let own = scenes.iter().find(|scene| scene.name == name);
-        let own = own.map(|scene| ways(scene)).unwrap_or_default();
+        let own = own.map(|scene| trajectories(scene)).unwrap_or_default();
         let others = scenes.iter().filter(|scene| scene.name != name);
-        let shared = others.filter(|scene| ways(scene).iter().any(|way| own.contains(way)));
+        let shared = others.filter(|scene| trajectories(scene).iter().any(|one| own.contains(one)));
         shared.map(|scene| scene.name.clone()).collect()
     }
 }

@@ -77,7 +77,7 @@ impl Drawing<'_> {
                     .into_iter()
                     .for_each(|agent| self.standing(agent, table, &mut item));
             }
-            "mosaic" => item["bodies"] = json!([cells(table)]),
+            "mosaic" => item["bodies"] = json!(cells(scene.objects(), name).as_slice()),
             _ => {
                 let object = scene.objects().iter().find(|object| object.name == name);
                 let bodies = object.map(|object| self.body(object));
@@ -107,8 +107,8 @@ impl Drawing<'_> {
             // What a word stands for.
             item["person"] = json!({ "build": person.girth, "clothing": person.clothing.clo });
         }
-        if let Some(way) = &agent.trajectory {
-            let points = way.waypoints_m();
+        if let Some(trajectory) = &agent.trajectory {
+            let points = trajectory.waypoints_m();
             let points_m = points.iter().take(WAYPOINTS_MAX).map(|at| point(*at));
             item["way"] = json!({
                 "file": table["trajectory"],
@@ -184,36 +184,29 @@ fn corners(low: [f64; 3], high: [f64; 3]) -> Vec<[f64; 3]> {
         .collect()
 }
 
-/// A mosaic as one box: its position is the center of its underside.
-fn cells(table: &Value) -> Value {
-    let number = |key: &str, axis: usize| table[key][axis].as_f64().unwrap_or(0.0) / 1000.0;
-    let count = |list: &Value| {
-        list.as_array()
-            .map_or(0, Vec::len)
-            .to_string()
-            .parse()
-            .unwrap_or(0.0)
+/// A mosaic as one box around its cells, which are objects named by row and column.
+fn cells(objects: &[Body], mosaic: &str) -> Option<Value> {
+    let is_cell = |object: &&Body| {
+        let place = object.name.strip_prefix(mosaic);
+        let place = place.and_then(|place| place.strip_prefix(' ')?.split_once(' '));
+        place.is_some_and(|(row, column)| [row, column].iter().all(|at| at.parse::<u32>().is_ok()))
     };
-    let rows: f64 = count(&table["temperatures_c"]);
-    let columns: f64 = count(&table["temperatures_c"][0]);
-    let [x, y, z] = [0, 1, 2].map(|axis| number("position_mm", axis));
-    let half = [
-        columns * number("size_mm", 0) / 2.0,
-        rows * number("size_mm", 1) / 2.0,
+    let cells = || objects.iter().filter(is_cell);
+    let bounds = cells().map(|cell| cell.mesh.bounds_m());
+    let (low, high) = bounds.reduce(|(low, high), (one, other)| (low.min(one), high.max(other)))?;
+    let vertices = corners(low.to_array(), high.to_array());
+    let outline = [
+        [low.x, low.y],
+        [high.x, low.y],
+        [high.x, high.y],
+        [low.x, high.y],
     ];
-    let (low, high) = (
-        [x - half[0], y - half[1], z],
-        [x + half[0], y + half[1], z + number("size_mm", 2)],
-    );
-    let [(left, front), (right, back)] = [low, high].map(|[x, y, _]| (x, y));
-    let outline = [[left, front], [right, front], [right, back], [left, back]];
-    let vertices = corners(low, high).into_iter().map(point);
-    json!({
-        "celsius": table["temperatures_c"][0][0],
+    Some(json!({
+        "celsius": hundredths(cells().next()?.surface.celsius),
         "outline_m": flat(outline),
-        "vertices_m": vertices.collect::<Vec<[f64; 3]>>(),
+        "vertices_m": vertices.into_iter().map(point).collect::<Vec<[f64; 3]>>(),
         "faces": BOX_FACES,
-    })
+    }))
 }
 
 /// The keys of a table with a number, text, Boolean or short list; also those of its parts and person.

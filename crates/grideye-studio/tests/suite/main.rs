@@ -3,15 +3,15 @@
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 mod beside;
+mod demonstration;
 mod editor;
-mod opening;
 
 use axum::body::{Body, to_bytes};
 use axum::http::{Method, Request, header};
 use grideye_collector::{
     AppState, Clock, Limits, Routes, SqliteStore, StoreLocation, SystemClock, app_with,
 };
-use grideye_studio::{Disk, Opening, annexes};
+use grideye_studio::{Demonstration, Disk, annexes};
 use serde_json::Value;
 use std::fs::{self, File};
 use std::io::{self, Read as _};
@@ -39,10 +39,10 @@ pub(crate) async fn app(folder: &Path, clock: Arc<dyn Clock>) -> Routes {
 
 pub(crate) async fn app_of(
     folder: Option<&Path>,
-    opening: Option<&Opening>,
+    demonstration: Option<&Demonstration>,
     clock: Arc<dyn Clock>,
 ) -> Routes {
-    let annexes = annexes(folder, opening, DISK).unwrap();
+    let annexes = annexes(folder, demonstration, DISK).unwrap();
     let limits = Limits::default();
     let store = SqliteStore::open(&StoreLocation::Memory, &limits).unwrap();
     let state = AppState::new(Arc::new(store), limits, clock).await;
@@ -83,9 +83,9 @@ pub(crate) fn says(said: &Value, words: &str) {
 #[tokio::test]
 async fn the_pages_are_made_of_files_that_are_there() {
     let folder = tempfile::tempdir().unwrap();
-    let opening = opening::opening();
+    let demonstration = demonstration::demonstration();
     let clock = Arc::new(SystemClock::new());
-    let app = app_of(Some(folder.path()), Some(&opening), clock).await;
+    let app = app_of(Some(folder.path()), Some(&demonstration), clock).await;
     let text_at = async |path: &str| {
         let (status, text) = ask(&app, Method::GET, path, None).await;
         assert_eq!(status, 200, "{path}");

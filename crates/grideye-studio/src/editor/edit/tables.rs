@@ -1,170 +1,107 @@
 //! Edits of whole tables: add, delete or copy objects, people and sensors.
 
 use super::change::{Kind, Step, check_path, nothing_at, said};
-use super::headers::{Header, headers, lead, set_lead, table_at};
 use super::keys::value_of;
-use super::remarks::{above, behind_empty_lines, below};
+use super::layout::{Header, Layout, Splice};
 use crate::editor::fault::Fault;
 use serde_json::json;
 use std::ops::Range;
-use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value};
+use toml_edit::{Item, Value};
 
 /// Adds a table after the others of its kind, or at the end.
 pub(super) fn add(
-    document: &mut DocumentMut,
+    layout: &Layout<'_>,
     kind: Kind,
     name: &str,
     at_mm: [f64; 3],
-) -> Result<(), Fault> {
-    let (key, rest) = template(kind);
-    let mut table = Table::new();
-    let at_mm = json!(at_mm.map(f64::round));
-    table.insert("name", Item::Value(name.into()));
-    table.insert("position_mm", Item::Value(value_of(&at_mm)?));
-    for (key, value) in rest {
-        table.insert(key, Item::Value(value));
-    }
-    insert(document, key, table)
-}
-
-type Template = (&'static str, Vec<(&'static str, Value)>);
-
-/// The table's key, and its values except name and position.
-fn template(kind: Kind) -> Template {
-    match kind {
-        Kind::Object => {
-            let size_mm = [600, 400, 500].into_iter().collect::<Array>();
-            ("object", vec![("size_mm", size_mm.into())])
-        }
-        Kind::Agent => ("agent", vec![("person", InlineTable::new().into())]),
+) -> Result<Vec<Splice>, Fault> {
+    let (key, rest) = match kind {
+        Kind::Object => ("object", "size_mm = [600, 400, 500]\n"),
+        Kind::Agent => ("agent", "person = {}\n"),
         Kind::Sensor => (
             "sensor",
-            vec![
-                ("preset", "grid-eye".into()),
-                ("elevation_deg", 90.into()),
-                ("azimuth_deg", (-90).into()),
-            ],
+            "preset = \"grid-eye\"\nelevation_deg = 90\nazimuth_deg = -90\n",
         ),
-    }
+    };
+    let (name, at_mm) = (Value::from(name), value_of(&json!(at_mm.map(f64::round)))?);
+    let table = format!("[[{key}]]\nname = {name}\nposition_mm = {at_mm}\n{rest}");
+    insert(layout, key, &table)
 }
 
-pub(super) fn copy(document: &mut DocumentMut, path: &[Step], name: &str) -> Result<(), Fault> {
-    let headers = headers(document);
-    let (key, _) = block(document, &headers, path)?;
-    let mut table = table_at(document, path)
-        .ok_or_else(|| nothing_at(path))?
-        .clone();
-    let known = table.get_mut("name").and_then(Item::as_value_mut);
+pub(super) fn copy(layout: &Layout<'_>, path: &[Step], name: &str) -> Result<Vec<Splice>, Fault> {
+    let (key, block) = block(layout, path)?;
+    let lines = layout.headers[block.start].lines.start..layout.headers[block.end - 1].lines.end;
+    let own_name = [path, &[Step::Key("name".to_owned())]].concat();
+    let known = layout.at(&own_name).and_then(Item::span);
     let known = known.ok_or_else(|| Fault::unfit(&format!("{} has no name", said(path))))?;
-    let mut named = Value::from(name);
-    named.decor_mut().clone_from(known.decor());
-    *known = named;
-    insert(document, key, table)
+    let (before, behind) = (
+        layout.part(lines.start..known.start),
+        layout.part(known.end..lines.end),
+    );
+    let table = format!("{before}{}{behind}", Value::from(name)).replace("\r\n", "\n");
+    insert(layout, key, &format!("{}\n", table.trim_end()))
 }
 
 /// Deletes a table with its own comments.
-pub(super) fn remove(document: &mut DocumentMut, path: &[Step]) -> Result<(), Fault> {
-    let headers = headers(document);
-    let (key, block) = block(document, &headers, path)?;
-    let before = lead(document, headers.get(block.start));
-    let before = before.get(..above(&before)).unwrap_or_default();
-    let next = headers.get(block.end);
-    let behind = lead(document, next);
-    let behind = behind
-        .get(below(&behind, next.is_none())..)
-        .unwrap_or_default();
-    let mut left = format!("{before}{}", behind_empty_lines(behind));
-    if next.is_none() {
-        // After deleting the last table, the empty line above it goes too.
-        left.truncate(left.trim_end().len());
-        left.push_str(if left.is_empty() { "" } else { "\n" });
+pub(super) fn remove(layout: &Layout<'_>, path: &[Step]) -> Result<Vec<Splice>, Fault> {
+    let (_, block) = block(layout, path)?;
+    let start = layout.remarks_above(block.start);
+    let mut end = layout.remarks_below(block.end).end;
+    let behind = layout.part(end..layout.between(block.end).end);
+    let empty = behind.split_inclusive('\n');
+    let empty = empty.take_while(|line| line.trim().is_empty());
+    end += empty.map(str::len).sum::<usize>();
+    if block.end < layout.headers.len() || !layout.part(end..layout.text.len()).is_empty() {
+        return Ok(vec![(start..end, String::new())]);
     }
-    set_lead(document, next, &left);
-    let tables = document.get_mut(key).and_then(Item::as_array_of_tables_mut);
-    if let (Some(tables), [_, Step::Index(index)]) = (tables, path) {
-        tables.remove(*index);
-    }
-    Ok(())
+    // After deleting the last table, the empty line above it goes too.
+    let left = layout.part(0..start).trim_end().len();
+    let newline = if left == 0 { "" } else { layout.newline };
+    Ok(vec![(left..end, newline.to_owned())])
 }
 
 /// The key of a list's table, and which headers belong to it and its subtables.
-fn block<'p>(
-    document: &DocumentMut,
-    headers: &[Header],
-    path: &'p [Step],
-) -> Result<(&'p str, Range<usize>), Fault> {
+fn block<'p>(layout: &Layout<'_>, path: &'p [Step]) -> Result<(&'p str, Range<usize>), Fault> {
     check_path(path)?;
-    let [Step::Key(key), Step::Index(index)] = path else {
-        return Err(Fault::unfit(&format!(
-            "{} is not a table of a list",
-            said(path)
-        )));
+    let [list @ Step::Key(key), Step::Index(_)] = path else {
+        let what = format!("{} is not a table of a list", said(path));
+        return Err(Fault::unfit(&what));
     };
-    let one_piece = || {
-        Fault::unfit(&format!(
-            "{} is not in one piece under [[{key}]]",
-            said(path)
-        ))
-    };
-    match document.get(key) {
-        Some(Item::ArrayOfTables(list)) if *index < list.len() => {}
-        Some(Item::Value(Value::Array(list))) if *index < list.len() => return Err(one_piece()),
-        _ => return Err(nothing_at(path)),
-    }
     let is_own = |header: &Header| header.path.starts_with(path);
-    let start = headers.iter().position(is_own).ok_or_else(one_piece)?;
-    let own = headers.iter().filter(|header| is_own(header)).count();
-    let end = start + own;
-    match headers.get(start..end) {
-        Some(piece) if piece.iter().all(is_own) => Ok((key, start..end)),
-        _ => Err(one_piece()),
+    let own = layout.headers.iter().filter(|header| is_own(header));
+    let start = layout.headers.iter().position(is_own);
+    let block = start.map(|start| start..start + own.count());
+    let is_whole = |block: &Range<usize>| layout.headers[block.clone()].iter().all(is_own);
+    match (layout.at(path), block.filter(is_whole)) {
+        (Some(_), Some(block)) => Ok((key, block)),
+        (Some(_), None) => Err(Fault::unfit(&format!(
+            "{} is not in one piece under [[{}]]",
+            said(path),
+            said(std::slice::from_ref(list))
+        ))),
+        (None, _) => Err(nothing_at(path)),
     }
 }
 
 /// Inserts a table after the last of its kind, separated by an empty line.
-fn insert(document: &mut DocumentMut, key: &str, mut table: Table) -> Result<(), Fault> {
-    let headers = headers(document);
-    let is_kind = |header: &Header| header.path.first() == Some(&Step::Key(key.to_owned()));
-    let last = headers.iter().rposition(is_kind);
-    let next = last.and_then(|last| headers.get(last + 1));
-    let position = headers.get(last.unwrap_or(headers.len().saturating_sub(1)));
-    let position = position.map_or(0, |header| header.position);
-    let between = lead(document, next);
-    let of_the_last = below(&between, next.is_none());
-    let (before, behind) = between.split_at(of_the_last);
-    let is_empty = headers.is_empty() && document.is_empty() && before.is_empty();
-    table
-        .decor_mut()
-        .set_prefix(format!("{before}{}", if is_empty { "" } else { "\n" }));
-    let is_divided = behind.starts_with('\n') || next.is_none() && behind.is_empty();
-    set_lead(
-        document,
-        next,
-        &format!("{}{behind}", if is_divided { "" } else { "\n" }),
-    );
-    place(&mut table, position);
-    let list = Item::ArrayOfTables(ArrayOfTables::new());
-    match document.entry(key).or_insert(list) {
-        Item::ArrayOfTables(list) => list.push(table),
-        Item::None | Item::Value(_) | Item::Table(_) => {
-            return Err(Fault::unfit(
-                "the layout of the scene file does not allow this edit",
-            ));
-        }
+fn insert(layout: &Layout<'_>, key: &str, table: &str) -> Result<Vec<Splice>, Fault> {
+    let kind = Step::Key(key.to_owned());
+    if !matches!(
+        layout.at(std::slice::from_ref(&kind)),
+        None | Some(Item::ArrayOfTables(_))
+    ) {
+        let what = "the layout of the scene file does not allow this edit";
+        return Err(Fault::unfit(what));
     }
-    Ok(())
-}
-
-/// Moves a table and its subtables after the header at that position.
-fn place(table: &mut Table, position: isize) {
-    table.set_position(Some(position));
-    for (_, item) in table.iter_mut() {
-        match item {
-            Item::Table(table) => place(table, position),
-            Item::ArrayOfTables(list) => {
-                list.iter_mut().for_each(|table| place(table, position));
-            }
-            Item::None | Item::Value(_) => {}
-        }
-    }
+    let is_kind = |header: &Header| header.path.first() == Some(&kind);
+    let last = layout.headers.iter().rposition(is_kind);
+    let next = last.map_or(layout.headers.len(), |last| last + 1);
+    let at = layout.remarks_below(next).end;
+    let behind = layout.part(at..layout.text.len());
+    let above = if at == 0 { "" } else { "\n" };
+    let below = match behind.is_empty() || behind.starts_with(layout.newline) {
+        true => "",
+        false => "\n",
+    };
+    Ok(vec![layout.insert(at, &format!("{above}{table}{below}"))])
 }

@@ -1,7 +1,7 @@
 //! The scene that the live page opens with, and what was recorded of it: `grideye demo`.
 
 use crate::assets;
-use crate::catalogue::Shelved;
+use crate::catalogue::SceneEntry;
 use axum::Router;
 use axum::http::{StatusCode, header};
 use axum::response::{Html, IntoResponse, Json, Response};
@@ -16,7 +16,7 @@ const REPORT_POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-
 
 /// A scene that the page shows beside the sensor at once, before those of the folder.
 #[derive(Debug)]
-pub struct Opening {
+pub struct Demonstration {
     /// The scene's name in the page's list.
     pub name: String,
     /// One sentence about it.
@@ -29,7 +29,7 @@ pub struct Opening {
     pub recorded: Arc<OnceLock<Recorded>>,
 }
 
-/// A complete recording of the opening scene.
+/// A complete recording of the demonstration scene.
 #[derive(Debug)]
 pub struct Recorded {
     /// Its number in the collector.
@@ -44,14 +44,14 @@ pub struct Recorded {
     pub report: String,
 }
 
-impl Opening {
+impl Demonstration {
     pub(crate) fn names(&self) -> [&str; 2] {
         [&self.name, &self.sensor]
     }
 
     pub(crate) fn annex(&self) -> Annex {
         let recorded = Arc::clone(&self.recorded);
-        Annex::new("opening", move |_inside| {
+        Annex::new("demonstration", move |_inside| {
             let [state, page] = [&recorded, &recorded].map(Arc::clone);
             Router::new()
                 .route(
@@ -66,11 +66,11 @@ impl Opening {
     }
 }
 
-impl From<&Opening> for Shelved {
-    fn from(opening: &Opening) -> Self {
-        let Opening {
+impl From<&Demonstration> for SceneEntry {
+    fn from(demonstration: &Demonstration) -> Self {
+        let Demonstration {
             name, title, scene, ..
-        } = opening;
+        } = demonstration;
         Self::fixed(name.clone(), title.clone(), scene.clone())
     }
 }

@@ -9,13 +9,13 @@ use tokio::sync::Semaphore;
 const WAITING_MAX: usize = 32;
 
 /// Runs one piece of work at a time, so that pages never use more than one processor.
-pub(crate) struct Desk {
-    place: Arc<Semaphore>,
-    queue: Semaphore,
+pub(crate) struct Queue {
+    turn: Arc<Semaphore>,
+    waiting: Semaphore,
     waiting_max: usize,
 }
 
-impl Desk {
+impl Queue {
     pub(crate) fn new() -> Self {
         Self::with_waiting(WAITING_MAX)
     }
@@ -23,8 +23,8 @@ impl Desk {
     /// With a limit on requests, including the running one.
     pub(crate) fn with_waiting(waiting_max: usize) -> Self {
         Self {
-            place: Arc::new(Semaphore::new(1)),
-            queue: Semaphore::new(waiting_max),
+            turn: Arc::new(Semaphore::new(1)),
+            waiting: Semaphore::new(waiting_max),
             waiting_max,
         }
     }
@@ -38,14 +38,14 @@ impl Desk {
         &self,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Refusal> {
-        let Ok(_queued) = self.queue.try_acquire() else {
+        let Ok(_waiting) = self.waiting.try_acquire() else {
             let what = format!("{} requests are already waiting", self.waiting_max);
             return Err(Refusal::new(StatusCode::SERVICE_UNAVAILABLE, "busy", what)
                 .hint("try again in a second, or close other pages"));
         };
-        let place = Arc::clone(&self.place).acquire_owned().await;
+        let turn = Arc::clone(&self.turn).acquire_owned().await;
         let done = tokio::task::spawn_blocking(move || {
-            let _place = place;
+            let _turn = turn;
             work()
         });
         done.await.map_err(|error| {
@@ -64,32 +64,32 @@ mod tests {
 
     #[tokio::test]
     async fn one_works_at_a_time_and_one_too_many_gets_503() {
-        let desk = Arc::new(Desk::new());
+        let queue = Arc::new(Queue::new());
         let (open, opened) = mpsc::channel::<()>();
         let is_first_done = Arc::new(AtomicBool::new(false));
         let first = {
-            let (desk, is_done) = (Arc::clone(&desk), Arc::clone(&is_first_done));
+            let (queue, is_done) = (Arc::clone(&queue), Arc::clone(&is_first_done));
             tokio::spawn(async move {
                 let work = move || {
                     let was_opened = opened.recv().is_ok();
                     is_done.store(true, Ordering::SeqCst);
                     was_opened
                 };
-                desk.run(work).await.ok()
+                queue.run(work).await.ok()
             })
         };
         let others: Vec<_> = (1..WAITING_MAX)
             .map(|_| {
-                let (desk, is_done) = (Arc::clone(&desk), Arc::clone(&is_first_done));
+                let (queue, is_done) = (Arc::clone(&queue), Arc::clone(&is_first_done));
                 tokio::spawn(
-                    async move { desk.run(move || is_done.load(Ordering::SeqCst)).await.ok() },
+                    async move { queue.run(move || is_done.load(Ordering::SeqCst)).await.ok() },
                 )
             })
             .collect();
-        while desk.queue.available_permits() > 0 {
+        while queue.waiting.available_permits() > 0 {
             tokio::task::yield_now().await;
         }
-        let refused = desk.run(|| ()).await;
+        let refused = queue.run(|| ()).await;
         let status = refused.map_err(|refusal| refusal.into_response().status());
         assert_eq!(status, Err(StatusCode::SERVICE_UNAVAILABLE));
         // Gives another one time to start, if it could.

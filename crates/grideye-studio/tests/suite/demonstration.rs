@@ -4,19 +4,19 @@ use crate::{app_of, ask, says};
 use axum::http::Method;
 use grideye_collector::{Routes, SystemClock};
 use grideye_scene::Scene;
-use grideye_studio::{Opening, Recorded};
+use grideye_studio::{Demonstration, Recorded};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Arc;
 
 const EMPTY: &str = "[room]\nsize_mm = [4000, 4000, 2700]\nambient_c = 20\n";
 
-pub(crate) fn opening() -> Opening {
+pub(crate) fn demonstration() -> Demonstration {
     let none = |_name: &str| Err(std::io::ErrorKind::NotFound.into());
     let text = format!(
         "{EMPTY}[[sensor]]\nname = \"ceiling\"\npreset = \"grid-eye\"\nposition_mm = [2000, 2000, 2700]\nelevation_deg = 90\nazimuth_deg = 0\n"
     );
-    Opening {
+    Demonstration {
         name: "a\"b".to_owned(),
         title: "The scene of the demonstration.".to_owned(),
         scene: Scene::parse(&text, "scene", &none).unwrap().scene,
@@ -25,8 +25,8 @@ pub(crate) fn opening() -> Opening {
     }
 }
 
-async fn served(folder: Option<&Path>, opening: &Opening) -> Routes {
-    app_of(folder, Some(opening), Arc::new(SystemClock::new())).await
+async fn served(folder: Option<&Path>, demonstration: &Demonstration) -> Routes {
+    app_of(folder, Some(demonstration), Arc::new(SystemClock::new())).await
 }
 
 #[tokio::test]
@@ -39,7 +39,7 @@ async fn the_opening_scene_comes_first_hides_its_namesake_and_needs_no_folder() 
         (Some(folder.path()), json!(["a\"b", "a"])),
         (None, json!(["a\"b"])),
     ] {
-        let app = served(folder, &opening()).await;
+        let app = served(folder, &demonstration()).await;
         let get = async |path| ask(&app, Method::GET, path, None).await.1;
         let scenes = get("/v1/scenes").await["scenes"].take();
         let scenes = scenes.as_array().unwrap();
@@ -57,8 +57,8 @@ async fn the_opening_scene_comes_first_hides_its_namesake_and_needs_no_folder() 
 
 #[tokio::test]
 async fn the_report_is_served_once_the_recording_is_complete() {
-    let opening = opening();
-    let app = served(None, &opening).await;
+    let demonstration = demonstration();
+    let app = served(None, &demonstration).await;
     let get = async |path| ask(&app, Method::GET, path, None).await;
     assert_eq!(get("/report").await.0, 404);
     assert_eq!(get("/v1/opening").await.1, json!({ "recorded": null }));
@@ -69,7 +69,7 @@ async fn the_report_is_served_once_the_recording_is_complete() {
         verdict: "agrees".to_owned(),
         report: "<p>report</p>".to_owned(),
     };
-    assert!(opening.recorded.set(recorded).is_ok());
+    assert!(demonstration.recorded.set(recorded).is_ok());
     assert_eq!(get("/report").await, (200, json!("<p>report</p>")));
     let told = json!({ "recording": 1, "name": "demo-b1", "frames": 100, "verdict": "agrees" });
     assert_eq!(get("/v1/opening").await.1, json!({ "recorded": told }));

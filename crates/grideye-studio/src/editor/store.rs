@@ -2,12 +2,13 @@
 //! person's changes.
 
 use crate::catalogue::{SCENES_MAX, scene_files};
-use crate::disk::{Disk, open_below};
+use crate::disk::{Disk, Named, open_below};
 use axum::http::StatusCode;
 use grideye_collector::Refusal;
 use ring::digest::{SHA256, digest};
 use serde::Deserialize;
 use serde_json::{Value, json};
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{self, Read};
@@ -19,7 +20,7 @@ pub(super) const TEXT_BYTES_MAX: usize = 512 * 1024;
 const FILES_MAX: usize = 100;
 const NAME_CHARACTERS_MAX: usize = 100;
 
-pub(super) struct Shelf {
+pub(super) struct SceneStore {
     folder: PathBuf,
     disk: Disk,
     /// Locked from the version check until the file is written.
@@ -47,7 +48,7 @@ pub(super) struct Save {
     pub(super) files: BTreeMap<String, Text>,
 }
 
-impl Shelf {
+impl SceneStore {
     pub(super) const fn new(folder: PathBuf, disk: Disk) -> Self {
         Self {
             folder,
@@ -76,14 +77,14 @@ impl Shelf {
         self.text_of(&self.file_path(relative)?)
     }
 
-    /// The text of any file that a scene names, up to the limit for scenes.
-    ///
-    /// # Errors
-    /// If it cannot be read, or lies elsewhere.
-    pub(super) fn read(&self, relative: &str) -> io::Result<String> {
-        let elsewhere = |_refusal| io::Error::other("it is not a file in the scenes folder");
-        let path = self.file_path(relative).map_err(elsewhere)?;
-        self.disk.read_below(&self.folder, &path)
+    /// The files that a scene names.
+    pub(super) fn named<'a>(&'a self, of_the_page: &'a BTreeMap<String, String>) -> Named<'a> {
+        Named {
+            folder: &self.folder,
+            disk: self.disk,
+            of_the_page,
+            read: RefCell::default(),
+        }
     }
 
     /// Writes the changed trajectories, then the scene. A replaced file is kept as `NAME.toml~`.

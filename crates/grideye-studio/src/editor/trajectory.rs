@@ -2,14 +2,13 @@
 
 use super::fault::Fault;
 use serde::Deserialize;
-use std::ops::Range;
 
 const POINTS_MAX: usize = 100;
 
 /// One edit of a trajectory. Rows are waypoints, counted from 0; lengths are millimeters.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(tag = "does", rename_all = "kebab-case", deny_unknown_fields)]
-pub(super) enum WayEdit {
+pub(super) enum TrajectoryEdit {
     /// Moves a waypoint.
     MoveWayPoint {
         file: String,
@@ -33,7 +32,7 @@ pub(super) enum WayEdit {
     },
 }
 
-impl WayEdit {
+impl TrajectoryEdit {
     pub(super) fn file(&self) -> &str {
         match self {
             Self::MoveWayPoint { file, .. }
@@ -49,112 +48,82 @@ impl WayEdit {
 ///
 /// # Errors
 /// If there is no such row, or the text is not a trajectory.
-pub(super) fn edited(text: Option<&str>, edit: &WayEdit) -> Result<String, Fault> {
-    let file = edit.file();
-    let known = || text.ok_or_else(|| Fault::of_file(file, 1, "this trajectory does not exist"));
+pub(super) fn edited(text: Option<&str>, edit: &TrajectoryEdit) -> Result<String, Fault> {
+    let fault = |what: &str| Fault::of_file(edit.file(), 1, what);
+    if let TrajectoryEdit::NewWay { points_mm, .. } = edit {
+        if text.is_some() {
+            return Err(fault("a trajectory with this name already exists"));
+        }
+        if points_mm.is_empty() || points_mm.len() > POINTS_MAX {
+            let found = points_mm.len();
+            return Err(fault(&format!(
+                "{found} waypoints, expected 1 to {POINTS_MAX}"
+            )));
+        }
+        let rows = points_mm.iter();
+        let rows = rows.map(|point| point.map(length).join(",") + "\n");
+        return Ok(format!("x_mm,y_mm,z_mm\n{}", rows.collect::<String>()));
+    }
+    let text = text.ok_or_else(|| fault("this trajectory does not exist"))?;
+    let mut table = Table::of(edit.file(), text)?;
     match edit {
-        WayEdit::NewWay { points_mm, .. } => new_way(file, text, points_mm),
-        WayEdit::MoveWayPoint { row, to_mm, .. } => {
-            let rows = Rows::of(file, known()?)?;
-            Ok(spliced(rows.text, rows.placed(*row, *to_mm)?))
-        }
-        WayEdit::ShiftWay { by_mm, .. } => {
-            let rows = Rows::of(file, known()?)?;
-            let mut splices = Vec::new();
-            for row in 0..rows.lines.len() {
-                let at_mm = rows.at_mm(row)?;
-                let to_mm = [0, 1, 2].map(|axis| at_mm[axis] + by_mm[axis]);
-                splices.extend(rows.placed(row, to_mm)?);
+        TrajectoryEdit::NewWay { .. } => {}
+        TrajectoryEdit::MoveWayPoint { row, to_mm, .. } => table.place(*row, *to_mm)?,
+        TrajectoryEdit::ShiftWay { by_mm, .. } => {
+            for row in 0..table.rows.len() {
+                let at_mm = table.at_mm(row)?;
+                table.place(row, [0, 1, 2].map(|axis| at_mm[axis] + by_mm[axis]))?;
             }
-            Ok(spliced(rows.text, splices))
         }
-        WayEdit::AddWayPoint { after, at_mm, .. } => Rows::of(file, known()?)?.with(*after, *at_mm),
-        WayEdit::RemoveWayPoint { row, .. } => Rows::of(file, known()?)?.without(*row),
+        TrajectoryEdit::AddWayPoint { after, at_mm, .. } => table.add(*after, *at_mm)?,
+        TrajectoryEdit::RemoveWayPoint { row, .. } => table.remove(*row)?,
     }
-}
-
-fn new_way(file: &str, text: Option<&str>, points_mm: &[[f64; 3]]) -> Result<String, Fault> {
-    if text.is_some() {
-        let what = "a trajectory with this name already exists";
-        return Err(Fault::of_file(file, 1, what));
-    }
-    if points_mm.is_empty() || points_mm.len() > POINTS_MAX {
-        let what = format!("{} waypoints, expected 1 to {POINTS_MAX}", points_mm.len());
-        return Err(Fault::of_file(file, 1, &what));
-    }
-    let rows = points_mm
-        .iter()
-        .map(|point| point.map(length).join(",") + "\n");
-    Ok(format!("x_mm,y_mm,z_mm\n{}", rows.collect::<String>()))
+    Ok(table.lines.concat())
 }
 
 const AXES: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
-/// Without `z_mm`, every waypoint is on the floor.
-const FLOOR: [&str; 2] = ["x_mm", "y_mm"];
 
-/// The positions of header and waypoints in a trajectory's text.
-struct Rows<'a> {
+/// The lines of a trajectory's text, and which of them are waypoints.
+struct Table<'a> {
     file: &'a str,
-    text: &'a str,
-    header: Vec<&'a str>,
-    /// The bytes of each row, without line ending.
-    lines: Vec<Range<usize>>,
+    columns: Vec<&'a str>,
+    lines: Vec<String>,
+    rows: Vec<usize>,
 }
 
-impl<'a> Rows<'a> {
+impl<'a> Table<'a> {
     fn of(file: &'a str, text: &'a str) -> Result<Self, Fault> {
-        let mut lines = Vec::new();
-        let mut at = 0;
-        for line in text.split_inclusive('\n') {
-            let range = at..at + line.trim_end().len();
-            at += line.len();
-            let is_row = !line.trim().is_empty() && !line.starts_with('#');
-            if is_row {
-                lines.push(range);
-            }
-        }
-        let unusual = || {
-            Fault::of_file(
-                file,
-                1,
-                "the layout of this trajectory does not allow edits here",
-            )
-        };
-        if lines.is_empty() || text.contains('"') {
-            return Err(unusual());
-        }
-        let header = text.get(lines.remove(0)).unwrap_or_default();
-        let header = header.trim_start_matches('\u{feff}').split(',');
-        let header: Vec<&str> = header.map(str::trim).collect();
-        if !FLOOR.iter().all(|name| header.contains(name)) {
-            return Err(unusual());
+        let lines: Vec<&str> = text.split_inclusive('\n').collect();
+        let is_row = |line: &str| !line.trim().is_empty() && !line.starts_with('#');
+        let mut rows = (0..lines.len()).filter(|line| is_row(lines[*line]));
+        let header = rows.next().map(|header| lines[header]).unwrap_or_default();
+        let columns = header.trim_start_matches('\u{feff}').split(',');
+        let columns: Vec<&str> = columns.map(str::trim).collect();
+        // Without `z_mm`, every waypoint is on the floor.
+        let is_usual = AXES[..2].iter().all(|axis| columns.contains(axis));
+        if !is_usual || text.contains('"') {
+            let what = "the layout of this trajectory does not allow edits here";
+            return Err(Fault::of_file(file, 1, what));
         }
         Ok(Self {
             file,
-            text,
-            header,
-            lines,
+            columns,
+            rows: rows.collect(),
+            lines: lines.iter().map(|line| (*line).to_owned()).collect(),
         })
     }
 
     fn column(&self, name: &str) -> Option<usize> {
-        self.header.iter().position(|known| *known == name)
+        self.columns.iter().position(|known| *known == name)
     }
 
-    /// The bytes of a field, trimmed.
-    fn field(&self, row: usize, name: &str) -> Option<Range<usize>> {
-        let column = self.column(name)?;
-        let line = self.lines.get(row)?.clone();
-        let text = self.text.get(line.clone())?;
-        let before = text.split(',').take(column);
-        let before: usize = before.map(|field| field.len() + 1).sum();
-        let field = text.split(',').nth(column)?;
-        let start = line.start + before + (field.len() - field.trim_start().len());
-        Some(start..start + field.trim().len())
+    fn field(&self, row: usize, name: &str) -> Option<&str> {
+        let line = self.lines.get(*self.rows.get(row)?)?;
+        line.split(',').nth(self.column(name)?).map(str::trim)
     }
 
     fn number(&self, row: usize, name: &str) -> Option<f64> {
-        self.text.get(self.field(row, name)?)?.parse().ok()
+        self.field(row, name)?.parse().ok()
     }
 
     fn at_mm(&self, row: usize) -> Result<[f64; 3], Fault> {
@@ -168,20 +137,31 @@ impl<'a> Rows<'a> {
         }
     }
 
-    fn no_row(&self, row: usize) -> Fault {
-        let what = format!("there is no waypoint {} with three numbers", row + 1);
-        Fault::of_file(self.file, self.line(row), &what)
+    fn fault(&self, row: usize, what: &str) -> Fault {
+        let line = self.rows.get(row).map_or(1, |line| line + 1);
+        Fault::of_file(self.file, line, what)
     }
 
-    /// The replacements that move a row.
-    fn placed(&self, row: usize, to_mm: [f64; 3]) -> Result<Vec<(Range<usize>, String)>, Fault> {
+    fn no_row(&self, row: usize) -> Fault {
+        let what = format!("there is no waypoint {} with three numbers", row + 1);
+        self.fault(row, &what)
+    }
+
+    /// Moves a row; numbers that stay equal keep their notation.
+    fn place(&mut self, row: usize, to_mm: [f64; 3]) -> Result<(), Fault> {
         let at_mm = self.at_mm(row)?;
-        let axes = AXES.into_iter().zip(at_mm.into_iter().zip(to_mm));
-        let moved = axes.filter(|(_, (is, wanted))| length(*is) != length(*wanted));
         self.check_height(row, to_mm)?;
-        let fields = moved.map(|(name, (_, to))| Some((self.field(row, name)?, length(to))));
-        let fields: Option<_> = fields.collect();
-        fields.ok_or_else(|| self.no_row(row))
+        let line = &self.lines[self.rows[row]];
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        for (axis, name) in AXES.iter().enumerate() {
+            let [is, to] = [at_mm[axis], to_mm[axis]].map(length);
+            if let Some(column) = self.column(name).filter(|_| is != to) {
+                let old = fields[column].trim().to_owned();
+                fields[column] = fields[column].replacen(&old, &to, 1);
+            }
+        }
+        self.lines[self.rows[row]] = fields.join(",");
+        Ok(())
     }
 
     fn check_height(&self, row: usize, to_mm: [f64; 3]) -> Result<(), Fault> {
@@ -189,46 +169,33 @@ impl<'a> Rows<'a> {
             return Ok(());
         }
         let what = "this trajectory has no column z_mm, so its waypoints stay on the floor";
-        Err(Fault::of_file(self.file, self.line(row), what))
+        Err(self.fault(row, what))
     }
 
-    fn line(&self, row: usize) -> usize {
-        let before = self
-            .lines
-            .get(row)
-            .and_then(|line| self.text.get(..line.start));
-        1 + before.unwrap_or_default().matches('\n').count()
-    }
-
-    /// The text with one more waypoint. If waypoints have times, it gets the mean of its neighbors' times, or one
-    /// second after the last.
-    fn with(&self, after: usize, at_mm: [f64; 3]) -> Result<String, Fault> {
-        let line = self.lines.get(after).ok_or_else(|| self.no_row(after))?;
+    /// Adds a waypoint. If waypoints have times, it gets the mean of its neighbors' times, or one second after the last.
+    fn add(&mut self, after: usize, at_mm: [f64; 3]) -> Result<(), Fault> {
+        let line = *self.rows.get(after).ok_or_else(|| self.no_row(after))?;
         self.check_height(after, at_mm)?;
         if self.column("utc").is_some() {
             let what = "the waypoints of this trajectory have stamps in UTC, which a new one would have to invent; add it in a text editor";
-            return Err(Fault::of_file(self.file, self.line(after), what));
+            return Err(self.fault(after, what));
         }
         let field = |name: &&str| match *name {
             "x_mm" => length(at_mm[0]),
             "y_mm" => length(at_mm[1]),
             "z_mm" => length(at_mm[2]),
             "t_s" => length(self.time_after(after)),
-            "posture" => {
-                let posture = self.field(after, "posture");
-                let posture = posture.and_then(|range| self.text.get(range));
-                posture.unwrap_or_default().to_owned()
-            }
+            "posture" => self.field(after, name).unwrap_or_default().to_owned(),
             _ => "0".to_owned(),
         };
-        let fields: Vec<String> = self.header.iter().map(field).collect();
-        let end = if self.text.contains("\r\n") {
-            "\r\n"
-        } else {
-            "\n"
+        let fields = self.columns.iter().map(field).collect::<Vec<_>>().join(",");
+        let newline = match self.lines[0].ends_with("\r\n") {
+            true => "\r\n",
+            false => "\n",
         };
-        let added = format!("{end}{}", fields.join(","));
-        Ok(spliced(self.text, vec![(line.end..line.end, added)]))
+        let end = self.lines[line].trim_end().len();
+        self.lines[line].insert_str(end, &format!("{newline}{fields}"));
+        Ok(())
     }
 
     fn time_after(&self, row: usize) -> f64 {
@@ -240,26 +207,14 @@ impl<'a> Rows<'a> {
         }
     }
 
-    fn without(&self, row: usize) -> Result<String, Fault> {
-        let line = self.lines.get(row).ok_or_else(|| self.no_row(row))?;
-        if self.lines.len() == 1 {
-            let what = "a trajectory needs at least one waypoint";
-            return Err(Fault::of_file(self.file, 1, what));
+    fn remove(&mut self, row: usize) -> Result<(), Fault> {
+        let line = *self.rows.get(row).ok_or_else(|| self.no_row(row))?;
+        if self.rows.len() == 1 {
+            return Err(self.fault(row, "a trajectory needs at least one waypoint"));
         }
-        let rest = self.text.get(line.end..).unwrap_or_default();
-        let end = rest.find('\n');
-        let end = end.map_or(self.text.len(), |end| line.end + end + 1);
-        Ok(spliced(self.text, vec![(line.start..end, String::new())]))
+        self.lines.remove(line);
+        Ok(())
     }
-}
-
-fn spliced(text: &str, mut splices: Vec<(Range<usize>, String)>) -> String {
-    splices.sort_by_key(|(range, _)| range.start);
-    let mut made = text.to_owned();
-    for (range, value) in splices.into_iter().rev() {
-        made.replace_range(range, &value);
-    }
-    made
 }
 
 /// A length or a time with up to three decimals.
@@ -333,7 +288,7 @@ mod tests {
     fn a_new_way_is_made_once() {
         let edit =
             json!({ "does": "new-way", "file": "w.csv", "points_mm": [[0, 1, 2], [3.25, 4, 5]] });
-        let edit: WayEdit = serde_json::from_value(edit).unwrap();
+        let edit: TrajectoryEdit = serde_json::from_value(edit).unwrap();
         assert_eq!(
             edited(None, &edit).unwrap(),
             "x_mm,y_mm,z_mm\n0,1,2\n3.25,4,5\n"
