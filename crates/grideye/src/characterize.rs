@@ -7,7 +7,6 @@ use crate::output::answer;
 use crate::{files, progress, recordings};
 use anyhow::{Result, anyhow};
 use grideye_frame::PIXELS;
-use grideye_recording::StreamId;
 use grideye_validator::background::{Background, Empty, background};
 use grideye_validator::characterize::{
     Characterization, CharacterizeError, Characterizer, Presence, Spot,
@@ -186,25 +185,15 @@ const DOUBTED_BY: usize = 1_000;
 
 /// Row by row, so that any length fits in memory; the inner error means too few frames.
 fn characterize(path: &Path) -> Result<Result<Characterization, CharacterizeError>> {
-    let shown = path.display();
     let mut characterizer = Characterizer::new();
-    let mut stream: Option<StreamId> = None;
     let mut first_records = Vec::new();
-    for row in recordings::open(path)? {
-        let row = row?;
-        let first = stream.get_or_insert_with(|| row.stream.clone());
-        if *first != row.stream {
-            return Err(bad_input(anyhow!(
-                "{shown} holds several streams, and one sensor is measured at a time\nhint: keep the rows of one device, sensor and boot"
-            )));
-        }
+    recordings::one_stream(path, |record| {
         if first_records.len() < DOUBTED_BY {
-            first_records.push(row.record);
+            first_records.push(record);
         }
-        characterizer
-            .push(&row.record)
-            .map_err(|error| bad_input(anyhow!("{shown}: {error}")))?;
-    }
+        let pushed = characterizer.push(&record);
+        pushed.map_err(|error| bad_input(anyhow!("{}: {error}", path.display())))
+    })?;
     recordings::say_doubt(path, &first_records);
     Ok(characterizer.finish())
 }

@@ -79,10 +79,10 @@ fn recorded(path: &Path, wanted: Option<&str>) -> Result<(String, Watch)> {
     let shown = path.display();
     for row in recordings::open(path)? {
         let row = row?;
-        let name = format!("{}/{}", row.stream.device, row.stream.sensor);
-        if wanted.is_some_and(|wanted| wanted != name && wanted != row.stream.sensor) {
+        if !wanted.is_none_or(|wanted| row.stream.is_of(wanted)) {
             continue;
         }
+        let name = format!("{}/{}", row.stream.device, row.stream.sensor);
         if followed.get_or_insert_with(|| name.clone()) != &name {
             return Err(bad_input(anyhow!(
                 "{shown} holds several sensors\nhint: name one with --sensor DEVICE/SENSOR, such as {name}"

@@ -82,19 +82,36 @@ pub(crate) fn load_streams(path: &Path) -> Result<BTreeMap<StreamId, Vec<Record>
 /// The records of a recording with one stream and at least one frame.
 pub(crate) fn load_stream(path: &Path) -> Result<Vec<Record>> {
     let mut records = Vec::new();
-    one_stream(path, |record| records.push(record))?;
+    with_frames(path, |record| records.push(record))?;
     Ok(records)
 }
 
 /// The same, thinned if it is long, so that memory does not grow with it.
 pub(crate) fn load_thinned(path: &Path) -> Result<Thinned> {
     let mut thinning = Thinning::default();
-    one_stream(path, |record| thinning.push(record))?;
+    with_frames(path, |record| thinning.push(record))?;
     Ok(thinning.finish())
 }
 
-fn one_stream(path: &Path, mut take: impl FnMut(Record)) -> Result<()> {
-    let (mut stream, mut has_frame) = (None, false);
+fn with_frames(path: &Path, mut take: impl FnMut(Record)) -> Result<()> {
+    let mut has_frame = false;
+    one_stream(path, |record| {
+        has_frame |= record.reading.frame().is_some();
+        take(record);
+        Ok(())
+    })?;
+    if !has_frame {
+        return Err(bad_input(anyhow!(
+            "{} holds no frame\nhint: all of its rows say that a frame is missing, or it has no rows; check the sensor's wiring and the agent's log",
+            path.display()
+        )));
+    }
+    Ok(())
+}
+
+/// Hands over the records of a recording with one stream, as they are read.
+pub(crate) fn one_stream(path: &Path, mut take: impl FnMut(Record) -> Result<()>) -> Result<()> {
+    let mut stream = None;
     for row in open(path)? {
         let row = row?;
         if *stream.get_or_insert_with(|| row.stream.clone()) != row.stream {
@@ -107,14 +124,7 @@ fn one_stream(path: &Path, mut take: impl FnMut(Record)) -> Result<()> {
                 streams.len()
             )));
         }
-        has_frame |= row.record.reading.frame().is_some();
-        take(row.record);
-    }
-    if !has_frame {
-        return Err(bad_input(anyhow!(
-            "{} holds no frame\nhint: all of its rows say that a frame is missing, or it has no rows; check the sensor's wiring and the agent's log",
-            path.display()
-        )));
+        take(row.record)?;
     }
     Ok(())
 }

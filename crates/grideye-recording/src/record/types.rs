@@ -16,6 +16,16 @@ pub struct StreamId {
     pub boot: String,
 }
 
+impl StreamId {
+    /// Whether a person who says `sensor` or `device/sensor` means this stream's sensor.
+    #[must_use]
+    pub fn is_of(&self, sensor: &str) -> bool {
+        let of_device = sensor.strip_prefix(self.device.as_str());
+        let of_device = of_device.and_then(|rest| rest.strip_prefix('/'));
+        sensor == self.sensor || of_device == Some(self.sensor.as_str())
+    }
+}
+
 /// State of the agent's wall clock when it stamped a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ClockState {
