@@ -6,24 +6,23 @@
 //! is dropped: by a client that is gone, or because it took too long.
 
 use crate::error::ExportError;
-use crate::recording::{self, Format, Rows};
+use crate::recording::{self, Format, Row, Rows};
 use axum::Router;
-use axum::body::{Body, Bytes};
+use axum::body::Body;
 use axum::extract::{Path, Query, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use grideye_collector::store::{Members, Recording, Span};
 use grideye_collector::{Annex, FrameStore, Refusal, attachment};
-use grideye_recording::Row;
 use serde::Deserialize;
 use std::collections::VecDeque;
 use std::fs::File;
-use std::io::{self, BufWriter, Read as _, Seek as _, Write as _};
+use std::io::{self, BufWriter, Seek as _, Write as _};
 use std::sync::{Arc, Weak};
 use tokio::runtime::Handle;
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
-use tokio_stream::wrappers::ReceiverStream;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio_util::io::ReaderStream;
 
 const OFFERED: [(&str, &str); 5] = [
     ("npz", "application/zip"),
@@ -44,9 +43,8 @@ const DRAWN_ROWS_MAX: u64 = 100_000;
 const NAMED_MAX: usize = 8;
 /// Rows read from the store at once.
 const PAGE_ROWS: usize = 4_096;
-/// Bytes sent at once, and how many such pieces are buffered ahead of the receiver.
+/// Bytes sent at once.
 const PIECE_BYTES: usize = 256 * 1024;
-const PIECES_READY_MAX: usize = 2;
 
 #[derive(Clone)]
 struct Exports {
@@ -139,11 +137,9 @@ fn choose(spans: Vec<Span>, asked: &Asked) -> Result<Vec<Span>, Refusal> {
         return Ok(spans);
     }
     let names = names(&spans);
-    let is_asked = |span: &Span| {
-        let stream = &span.stream;
-        let whole = format!("{}/{}", stream.device, stream.sensor);
+    let is_asked = |Span { stream, .. }: &Span| {
         let sensor = asked.sensor.as_deref();
-        sensor.is_none_or(|sensor| sensor == stream.sensor || sensor == whole)
+        sensor.is_none_or(|sensor| stream.is_of(sensor))
             && asked.boot.as_deref().is_none_or(|boot| boot == stream.boot)
     };
     let chosen: Vec<Span> = spans.into_iter().filter(is_asked).collect();
@@ -217,11 +213,7 @@ async fn write(
             check_asked(&request)?;
             row
         });
-        let rows = Rows {
-            labels: &[],
-            rows: &mut rows,
-        };
-        format(rows, &mut out)?;
+        format(Rows::of_recording(&[], &mut rows), &mut out)?;
         out.flush()?;
         drop(out);
         file.rewind()?;
@@ -313,11 +305,13 @@ impl Pages {
                 Some(last) => self.after_seq = Some(last.record.seq),
                 None => (self.span, self.after_seq) = (self.span + 1, None),
             }
-            self.ready.extend(page.into_iter().map(|stored| Row {
-                stream: (*stored.stream).clone(),
-                record: stored.record,
-                t_arrival_ns: Some(stored.t_arrival_ns),
-                labels: Vec::new(),
+            self.ready.extend(page.into_iter().map(|stored| {
+                Row::from(grideye_recording::Row {
+                    stream: (*stored.stream).clone(),
+                    record: stored.record,
+                    t_arrival_ns: Some(stored.t_arrival_ns),
+                    labels: Vec::new(),
+                })
             }));
         }
         Ok(())
@@ -347,28 +341,9 @@ impl Iterator for Pages {
 }
 
 /// Sends a file piece by piece, at the receiver's pace.
-fn send(mut file: File) -> Body {
-    let (pieces, ready) = mpsc::channel(PIECES_READY_MAX);
-    tokio::task::spawn_blocking(move || {
-        loop {
-            let mut piece = vec![0; PIECE_BYTES];
-            let length = match file.read(&mut piece) {
-                Ok(0) => return,
-                Ok(length) => length,
-                Err(error) => {
-                    // Aborts the transfer.
-                    let _ = pieces.blocking_send(Err(error));
-                    return;
-                }
-            };
-            piece.truncate(length);
-            if pieces.blocking_send(Ok(Bytes::from(piece))).is_err() {
-                // The client is gone.
-                return;
-            }
-        }
-    });
-    Body::from_stream(ReceiverStream::new(ready))
+fn send(file: File) -> Body {
+    let file = tokio::fs::File::from_std(file);
+    Body::from_stream(ReaderStream::with_capacity(file, PIECE_BYTES))
 }
 
 #[cfg(test)]

@@ -1,11 +1,98 @@
-//! Writes a part of a dataset as npz, npy or Parquet.
+//! Writes a part of a dataset as npz, npy or Parquet, each from one list of labels.
+//!
+//! An npy file is one array of records, one per frame, which `numpy.load(…, mmap_mode="r")` maps: larger types come first and
+//! records are padded to eight bytes, so that every field is aligned.
 
 use crate::error::ExportError;
-use crate::npz::Archive;
+use crate::npy::{self, Archive, header, tuple};
 use crate::parquet::{self, Column, Values};
-use crate::records::{self, WORDS};
 use grideye_dataset::{AgentLabels, Part, Scalars, Table};
+use std::fmt::Write as _;
 use std::io::Write;
+use std::slice::from_ref;
+
+/// What is known of each frame, or of each agent in it.
+#[derive(Clone, Copy)]
+enum Label<'a> {
+    Whole(&'a [u64]),
+    Number(&'a [f64]),
+    /// And the characters of the longest.
+    Text(&'a [String], usize),
+    Image(&'a [f32]),
+    /// Each agent's, with their columns' names.
+    Numbers(&'static [&'static str], OfAgent<[Vec<Option<f64>>]>),
+    Word(OfAgent<[Option<&'static str>]>),
+    Flag(OfAgent<[bool]>),
+    Mask(OfAgent<[f32]>),
+}
+
+type OfAgent<T> = fn(&AgentLabels) -> &T;
+
+const OF_AGENTS: [(&str, Label<'static>); 11] = [
+    ("present", Label::Flag(|agent| &agent.present)),
+    (
+        "position_m",
+        Label::Numbers(&["x_m", "y_m", "z_m"], |agent| &agent.position_m),
+    ),
+    (
+        "visibility",
+        Label::Numbers(&["visibility"], |agent| from_ref(&agent.visibility)),
+    ),
+    (
+        "pixels",
+        Label::Numbers(&["pixels"], |agent| from_ref(&agent.pixels)),
+    ),
+    (
+        "contrast_c",
+        Label::Numbers(&["contrast_c"], |agent| from_ref(&agent.contrast_c)),
+    ),
+    ("counts", Label::Flag(|agent| &agent.counts)),
+    (
+        "center_px",
+        Label::Numbers(&["column", "row"], |agent| &agent.center_px),
+    ),
+    (
+        "box_px",
+        Label::Numbers(&["left", "top", "right", "bottom"], |agent| &agent.box_px),
+    ),
+    ("posture", Label::Word(|agent| &agent.posture)),
+    ("doing", Label::Word(|agent| &agent.doing)),
+    ("mask", Label::Mask(|agent| &agent.mask)),
+];
+
+/// Characters of a posture, and of what a person does.
+const WORD: usize = 8;
+
+fn of_frames(part: &Part) -> [(&'static str, Label<'_>); 7] {
+    [
+        ("frame", Label::Whole(&part.frame)),
+        ("clip", Label::Whole(&part.clip)),
+        ("time_s", Label::Number(&part.time_s)),
+        ("noise_seed", Label::Whole(&part.noise_seed)),
+        ("celsius", Label::Image(&part.celsius)),
+        ("truth_c", Label::Image(&part.truth_c)),
+        ("people", Label::Whole(&part.people)),
+    ]
+}
+
+fn of_all(part: &Part) -> impl Iterator<Item = (&'static str, Label<'_>)> {
+    of_frames(part).into_iter().chain(OF_AGENTS)
+}
+
+/// What varies, by its key.
+fn varied(part: &Part) -> Vec<(&str, Label<'_>)> {
+    let labels = part.varied.iter().map(|varied| {
+        let label = match &varied.values {
+            Scalars::Numbers(numbers) => Label::Number(numbers),
+            Scalars::Texts(texts) => {
+                let lengths = texts.iter().map(|text| text.chars().count());
+                Label::Text(texts, lengths.max().unwrap_or(0).max(1))
+            }
+        };
+        (varied.name.as_str(), label)
+    });
+    labels.collect()
+}
 
 /// Writes a part as `table`, with the dataset's description `about`.
 ///
@@ -19,11 +106,7 @@ pub fn write(
 ) -> Result<(), ExportError> {
     match table {
         Table::Npz => npz(part, about, out),
-        Table::Npy => {
-            let about: serde_json::Value = serde_json::from_str(about).unwrap_or_default();
-            let fingerprint = about["fingerprint"].as_str().unwrap_or_default();
-            records::write(part, fingerprint, out)
-        }
+        Table::Npy => npy(part, about, out),
         Table::Parquet => {
             let about = [
                 ("grideye.dataset", about.to_owned()),
@@ -39,178 +122,234 @@ pub fn write(
 
 /// One row per frame.
 fn columns(part: &Part) -> Vec<Column> {
-    let per_row = part.size.0 * part.size.1;
-    let singles = |values: &[f32]| Values::Singles {
-        per_row,
+    let image = |values: &[f32]| Values::Singles {
+        per_row: part.size.0 * part.size.1,
         values: values.to_vec(),
     };
-    let always = |values: &[f64]| Values::Double(values.iter().copied().map(Some).collect());
-    let mut columns = vec![
-        Column::new("frame", Values::Unsigned(part.frame.clone())),
-        Column::new("clip", Values::Unsigned(part.clip.clone())),
-        Column::new("time_s", always(&part.time_s)),
-        Column::new("noise_seed", Values::Unsigned(part.noise_seed.clone())),
-        Column::new("celsius", singles(&part.celsius)),
-        Column::new("truth_c", singles(&part.truth_c)),
-        Column::new("people", Values::Unsigned(part.people.clone())),
-    ];
-    for agent in &part.agents {
-        let [x_m, y_m, z_m] = agent.position_m.clone().map(Values::Double);
-        let [column, row] = agent.center_px.clone().map(Values::Double);
-        let [left, top, right, bottom] = agent.box_px.clone().map(Values::Double);
-        let names = |names: &[Option<&str>]| {
-            let names = names.iter().map(|name| name.map(str::to_owned));
-            Values::MaybeText(names.collect())
-        };
-        let labels = [
-            ("present", Values::Flag(agent.present.clone())),
-            ("x_m", x_m),
-            ("y_m", y_m),
-            ("z_m", z_m),
-            ("visibility", Values::Double(agent.visibility.clone())),
-            ("pixels", Values::Double(agent.pixels.clone())),
-            ("contrast_c", Values::Double(agent.contrast_c.clone())),
-            ("counts", Values::Flag(agent.counts.clone())),
-            ("column", column),
-            ("row", row),
-            ("left", left),
-            ("top", top),
-            ("right", right),
-            ("bottom", bottom),
-            ("posture", names(&agent.posture)),
-            ("doing", names(&agent.doing)),
-            ("mask", singles(&agent.mask)),
-        ];
-        let name = |what| format!("agent.{}.{what}", agent.name);
-        columns.extend(labels.map(|(what, values)| Column::new(name(what), values)));
+    // What each frame has one of has one column, and so has what each agent has.
+    let column = |label: Label<'_>, agent: Option<&AgentLabels>| match (label, agent) {
+        (Label::Whole(values), _) => Some(Values::Unsigned(values.to_vec())),
+        (Label::Number(values), _) => {
+            Some(Values::Double(values.iter().copied().map(Some).collect()))
+        }
+        (Label::Text(texts, _), _) => Some(Values::Text(texts.to_vec())),
+        (Label::Image(values), _) => Some(image(values)),
+        (Label::Mask(of), Some(agent)) => Some(image(of(agent))),
+        (Label::Flag(of), Some(agent)) => Some(Values::Flag(of(agent).to_vec())),
+        (Label::Word(of), Some(agent)) => {
+            let words = of(agent).iter().map(|word| word.map(str::to_owned));
+            Some(Values::MaybeText(words.collect()))
+        }
+        (Label::Numbers(..) | Label::Mask(_) | Label::Flag(_) | Label::Word(_), _) => None,
+    };
+    let mut columns = Vec::new();
+    let mut add = |name: String, values: Option<Values>| {
+        columns.extend(values.map(|values| Column::new(name, values)));
+    };
+    for (name, label) in of_frames(part) {
+        add(name.to_owned(), column(label, None));
     }
-    columns.extend(part.varied.iter().map(|varied| {
-        let values = match &varied.values {
-            Scalars::Numbers(numbers) => always(numbers),
-            Scalars::Texts(texts) => Values::Text(texts.clone()),
-        };
-        Column::new(format!("vary.{}", varied.name), values)
-    }));
+    for agent in &part.agents {
+        for (name, label) in OF_AGENTS {
+            if let Label::Numbers(names, of) = label {
+                for (name, values) in names.iter().zip(of(agent)) {
+                    let values = Values::Double(values.clone());
+                    add(format!("agent.{}.{name}", agent.name), Some(values));
+                }
+            }
+            add(
+                format!("agent.{}.{name}", agent.name),
+                column(label, Some(agent)),
+            );
+        }
+    }
+    for (name, label) in varied(part) {
+        add(format!("vary.{name}"), column(label, None));
+    }
     columns
 }
 
 /// One array per label, over all frames.
 fn npz(part: &Part, about: &str, out: &mut impl Write) -> Result<(), ExportError> {
     let mut archive = Archive::new(out);
-    let (columns, rows) = part.size;
     let count = part.frame.len();
-    let whole = |values: &[u64]| -> Vec<[u8; 8]> {
-        values.iter().map(|value| value.to_le_bytes()).collect()
+    // First, so that the folder finds its own files.
+    archive.texts("metadata", &[], &[about])?;
+    let names: Vec<&str> = part.agents.iter().map(|agent| &*agent.name).collect();
+    archive.texts("agents", &[names.len()], &names)?;
+    let mut array = |name: &str, axes: &[usize], labels: &[Label<'_>]| {
+        let dtype = labels
+            .first()
+            .map_or("<f8".to_owned(), |label| label.dtype().0);
+        let mut bytes = Vec::new();
+        for frame in 0..count {
+            labels
+                .iter()
+                .for_each(|label| label.put(part, frame, &mut bytes));
+        }
+        archive.array(name, &dtype, &[&[count], axes].concat(), &bytes)
     };
-    let image = [count, rows, columns];
-    archive.texts("metadata.npy", &[], &[about])?;
-    archive.array("frame.npy", "<u8", &[count], whole(&part.frame))?;
-    archive.array("clip.npy", "<u8", &[count], whole(&part.clip))?;
-    archive.array(
-        "time_s.npy",
-        "<f8",
-        &[count],
-        doubles(part.time_s.iter().copied()),
-    )?;
-    archive.array("noise_seed.npy", "<u8", &[count], whole(&part.noise_seed))?;
-    archive.array("celsius.npy", "<f4", &image, singles(&part.celsius))?;
-    archive.array("truth_c.npy", "<f4", &image, singles(&part.truth_c))?;
-    archive.array("people.npy", "<u8", &[count], whole(&part.people))?;
-    agent_arrays(part, &mut archive)?;
-    varied_arrays(part, &mut archive)?;
+    for (name, label) in of_all(part) {
+        array(name, &label.axes(part), &[label])?;
+    }
+    // Varied numbers in one array, texts in another, each with their names.
+    let is_text = |(_, label): &(&str, Label<'_>)| matches!(label, Label::Text(..));
+    let (texts, numbers): (Vec<_>, Vec<_>) = varied(part).into_iter().partition(is_text);
+    let (names, labels): (Vec<&str>, Vec<Label<'_>>) = numbers.into_iter().unzip();
+    array("vary", &[labels.len()], &labels)?;
+    archive.texts("vary_names", &[names.len()], &names)?;
+    let (names, labels): (Vec<&str>, Vec<Label<'_>>) = texts.into_iter().unzip();
+    archive.texts("vary_text_names", &[names.len()], &names)?;
+    let texts = (0..count).flat_map(|frame| {
+        labels.iter().filter_map(move |label| match label {
+            Label::Text(texts, _) => Some(&texts[frame]),
+            _ => None,
+        })
+    });
+    let texts: Vec<&String> = texts.collect();
+    archive.texts("vary_text", &[count, labels.len()], &texts)?;
     archive.finish()
 }
 
-fn doubles(values: impl Iterator<Item = f64>) -> impl Iterator<Item = [u8; 8]> {
-    values.map(f64::to_le_bytes)
-}
-
-fn singles<'a>(values: impl IntoIterator<Item = &'a f32>) -> impl Iterator<Item = [u8; 4]> {
-    values.into_iter().map(|value| value.to_le_bytes())
-}
-
-/// The labels of all agents per frame: one array per label, and the names.
-fn agent_arrays(part: &Part, archive: &mut Archive<impl Write>) -> Result<(), ExportError> {
-    let (columns, rows) = part.size;
-    let (count, agents) = (part.frame.len(), part.agents.len());
-    let pixels = columns * rows;
-    let names: Vec<&str> = part
-        .agents
-        .iter()
-        .map(|agent| agent.name.as_str())
-        .collect();
-    archive.texts("agents.npy", &[agents], &names)?;
-    let each = || (0..count).flat_map(|frame| part.agents.iter().map(move |agent| (agent, frame)));
-    let or_nan = |value: Option<f64>| value.unwrap_or(f64::NAN);
-    let of_agents = |pick: fn(&AgentLabels) -> &Vec<Option<f64>>| {
-        doubles(each().map(move |(agent, frame)| or_nan(pick(agent)[frame])))
-    };
-    let flags = each().map(|(agent, frame)| [u8::from(agent.present[frame])]);
-    archive.array("present.npy", "|b1", &[count, agents], flags)?;
-    let positions = each().flat_map(|(agent, frame)| {
-        let axes = agent.position_m.iter();
-        axes.map(move |axis| or_nan(axis[frame]))
-    });
-    archive.array(
-        "position_m.npy",
-        "<f8",
-        &[count, agents, 3],
-        doubles(positions),
-    )?;
-    let visibility = of_agents(|agent| &agent.visibility);
-    archive.array("visibility.npy", "<f8", &[count, agents], visibility)?;
-    let filled = of_agents(|agent| &agent.pixels);
-    archive.array("pixels.npy", "<f8", &[count, agents], filled)?;
-    let contrasts = of_agents(|agent| &agent.contrast_c);
-    archive.array("contrast_c.npy", "<f8", &[count, agents], contrasts)?;
-    let counts = each().map(|(agent, frame)| [u8::from(agent.counts[frame])]);
-    archive.array("counts.npy", "|b1", &[count, agents], counts)?;
-    let centers = each().flat_map(|(agent, frame)| {
-        let axes = agent.center_px.iter();
-        axes.map(move |axis| or_nan(axis[frame]))
-    });
-    let centers = doubles(centers);
-    archive.array("center_px.npy", "<f8", &[count, agents, 2], centers)?;
-    let boxes = each().flat_map(|(agent, frame)| {
-        let edges = agent.box_px.iter();
-        edges.map(move |edge| or_nan(edge[frame]))
-    });
-    archive.array("box_px.npy", "<f8", &[count, agents, 4], doubles(boxes))?;
-    for (name, (_, of)) in ["posture.npy", "doing.npy"].into_iter().zip(WORDS) {
-        let names = each().map(|(agent, frame)| of(agent)[frame].unwrap_or_default());
-        archive.texts(name, &[count, agents], &names.collect::<Vec<_>>())?;
+/// One record per frame.
+fn npy(part: &Part, about: &str, out: &mut impl Write) -> Result<(), ExportError> {
+    let about: serde_json::Value = serde_json::from_str(about).unwrap_or_default();
+    let fingerprint = about["fingerprint"].as_str().unwrap_or_default();
+    let labels = of_all(part).map(|(name, label)| (name.to_owned(), label));
+    let varied = varied(part).into_iter();
+    let varied = varied.map(|(name, label)| (format!("vary.{name}"), label));
+    let mut labels: Vec<(String, Label<'_>)> = labels.chain(varied).collect();
+    labels.sort_by_key(|(_, label)| label.rank());
+    let bytes: usize = labels.iter().map(|(_, label)| label.bytes(part)).sum();
+    let padding = bytes.next_multiple_of(ALIGNED) - bytes;
+    let frames = part.frame.len();
+    let whole = frames * (bytes + padding);
+    // A title is another name of a field: the folder finds its own files by it, and those that were cut.
+    let title = quoted(&format!("grideye {fingerprint} {whole} bytes"));
+    let mut descr = "[".to_owned();
+    for (number, (name, label)) in labels.iter().enumerate() {
+        let name = match number {
+            0 => format!("({title}, {})", quoted(name)),
+            _ => quoted(name),
+        };
+        let (dtype, axes) = (label.dtype().0, label.axes(part));
+        let axes = if axes.is_empty() {
+            String::new()
+        } else {
+            format!(", {}", tuple(&axes))
+        };
+        descr.push_str(&format!("({name}, '{dtype}'{axes}), "));
     }
-    let masks = each().flat_map(|(agent, frame)| &agent.mask[frame * pixels..][..pixels]);
-    archive.array(
-        "mask.npy",
-        "<f4",
-        &[count, agents, rows, columns],
-        singles(masks),
-    )
+    if padding > 0 {
+        descr.push_str(&format!("('', '|V{padding}'), "));
+    }
+    descr.push(']');
+    out.write_all(&header(&descr, &[frames])?)?;
+    let mut record = Vec::with_capacity(bytes + padding);
+    for frame in 0..frames {
+        record.clear();
+        labels
+            .iter()
+            .for_each(|(_, label)| label.put(part, frame, &mut record));
+        record.resize(bytes + padding, 0);
+        out.write_all(&record)?;
+    }
+    Ok(())
 }
 
-/// Varied numbers in one array, texts in another, each with their names.
-fn varied_arrays(part: &Part, archive: &mut Archive<impl Write>) -> Result<(), ExportError> {
-    let (mut names, mut numbers) = (Vec::new(), Vec::new());
-    let (mut text_names, mut texts) = (Vec::new(), Vec::new());
-    for varied in &part.varied {
-        match &varied.values {
-            Scalars::Numbers(values) => {
-                names.push(varied.name.as_str());
-                numbers.push(values);
-            }
-            Scalars::Texts(values) => {
-                text_names.push(varied.name.as_str());
-                texts.push(values);
-            }
+/// The bytes that begin a record, and its fields.
+const ALIGNED: usize = 8;
+
+impl Label<'_> {
+    /// Larger types come first.
+    fn rank(&self) -> u8 {
+        match self {
+            Self::Whole(_) | Self::Number(_) | Self::Numbers(..) => 0,
+            Self::Image(_) | Self::Mask(_) => 1,
+            Self::Word(_) | Self::Text(..) => 2,
+            Self::Flag(_) => 3,
         }
     }
-    let count = part.frame.len();
-    archive.texts("vary_names.npy", &[names.len()], &names)?;
-    let values = (0..count).flat_map(|frame| numbers.iter().map(move |values| values[frame]));
-    archive.array("vary.npy", "<f8", &[count, names.len()], doubles(values))?;
-    archive.texts("vary_text_names.npy", &[text_names.len()], &text_names)?;
-    let all = (0..count).flat_map(|frame| texts.iter().map(move |values| &values[frame]));
-    let all: Vec<&String> = all.collect();
-    archive.texts("vary_text.npy", &[count, text_names.len()], &all)
+
+    /// The type in numpy's notation, and its bytes.
+    fn dtype(&self) -> (String, usize) {
+        let characters = |most: usize| (format!("<U{most}"), 4 * most);
+        match self {
+            Self::Whole(_) => ("<u8".to_owned(), 8),
+            Self::Number(_) | Self::Numbers(..) => ("<f8".to_owned(), 8),
+            Self::Image(_) | Self::Mask(_) => ("<f4".to_owned(), 4),
+            Self::Flag(_) => ("|b1".to_owned(), 1),
+            Self::Word(_) => characters(WORD),
+            Self::Text(_, longest) => characters(*longest),
+        }
+    }
+
+    /// The shape of one frame's.
+    fn axes(&self, part: &Part) -> Vec<usize> {
+        let ((columns, rows), agents) = (part.size, part.agents.len());
+        match self {
+            Self::Whole(_) | Self::Number(_) | Self::Text(..) => Vec::new(),
+            Self::Image(_) => vec![rows, columns],
+            Self::Numbers([_], _) | Self::Word(_) | Self::Flag(_) => vec![agents],
+            Self::Numbers(names, _) => vec![agents, names.len()],
+            Self::Mask(_) => vec![agents, rows, columns],
+        }
+    }
+
+    fn bytes(&self, part: &Part) -> usize {
+        self.dtype().1 * self.axes(part).iter().product::<usize>()
+    }
+
+    /// Appends one frame's.
+    fn put(&self, part: &Part, frame: usize, bytes: &mut Vec<u8>) {
+        let pixels = part.size.0 * part.size.1;
+        let image = |bytes: &mut Vec<u8>, values: &[f32]| {
+            let values = &values[frame * pixels..][..pixels];
+            bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+        };
+        let agents = part.agents.iter();
+        match self {
+            Self::Whole(values) => bytes.extend(values[frame].to_le_bytes()),
+            Self::Number(values) => bytes.extend(values[frame].to_le_bytes()),
+            Self::Text(texts, longest) => bytes.extend(npy::text(&texts[frame], *longest)),
+            Self::Image(values) => image(bytes, values),
+            Self::Numbers(_, of) => {
+                let values = agents.flat_map(of);
+                let values = values.map(|values| values[frame].unwrap_or(f64::NAN));
+                bytes.extend(values.flat_map(f64::to_le_bytes));
+            }
+            Self::Word(of) => agents.for_each(|agent| {
+                bytes.extend(npy::text(of(agent)[frame].unwrap_or_default(), WORD));
+            }),
+            Self::Flag(of) => bytes.extend(agents.map(|agent| u8::from(of(agent)[frame]))),
+            Self::Mask(of) => agents.for_each(|agent| image(bytes, of(agent))),
+        }
+    }
+}
+
+/// As Python's text in ASCII.
+fn quoted(text: &str) -> String {
+    let mut quoted = "'".to_owned();
+    for letter in text.chars() {
+        // Writing to a string cannot fail.
+        let _ = match letter {
+            '\'' | '\\' => write!(quoted, "\\{letter}"),
+            ' '..='~' => write!(quoted, "{letter}"),
+            _ => write!(quoted, "\\U{:08x}", u32::from(letter)),
+        };
+    }
+    quoted.push('\'');
+    quoted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_texts_of_python() {
+        assert_eq!(quoted("vary.room.ambient_c"), "'vary.room.ambient_c'");
+        // Python's ascii() of the same gives '\xe9' for é; both are the same text.
+        assert_eq!(quoted("a'b\\é"), "'a\\'b\\\\\\U000000e9'");
+    }
 }

@@ -9,25 +9,13 @@ use std::num::TryFromIntError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExportError {
-    /// A film exceeds the size of an .npz archive.
+    /// More frames than a format holds in memory.
     #[error(
-        "{frames} frames of {pixels} pixels are more than an .npz archive of 4 GB holds\nhint: write at most {frames_max} with --frames"
+        "more than {frames_max} frames do not fit into such a file\nhint: write .parquet, which has no such limit"
     )]
-    LongFilm {
-        /// Frames of the film.
-        frames: u64,
-        /// Pixels of each.
-        pixels: u64,
+    TooLong {
         /// Frames of that size that fit.
-        frames_max: u64,
-    },
-    /// A recording exceeds the size of an .npz archive.
-    #[error(
-        "the recording has more than the {rows_max} rows that an .npz archive of 4 GB holds\nhint: write .parquet, which has no such limit"
-    )]
-    LongRecording {
-        /// Rows that fit.
-        rows_max: usize,
+        frames_max: usize,
     },
     /// No frame to draw.
     #[error(
@@ -67,6 +55,9 @@ pub enum ExportError {
     /// A number does not fit the format.
     #[error(transparent)]
     Number(#[from] TryFromIntError),
+    /// Encoding an archive of arrays failed.
+    #[error(transparent)]
+    Zip(#[from] zip::result::ZipError),
     /// Encoding GIF failed.
     #[error(transparent)]
     Gif(#[from] gif::EncodingError),
@@ -87,11 +78,7 @@ impl ExportError {
     pub const fn is_of_the_frames(&self) -> bool {
         matches!(
             self,
-            Self::LongFilm { .. }
-                | Self::LongRecording { .. }
-                | Self::NoFrame
-                | Self::SeveralStreams { .. }
-                | Self::Row(_)
+            Self::TooLong { .. } | Self::NoFrame | Self::SeveralStreams { .. } | Self::Row(_)
         )
     }
 }

@@ -4,11 +4,9 @@
 pub mod annex;
 pub mod dataset;
 mod error;
-pub mod film;
-mod npz;
+mod npy;
 mod parquet;
 pub mod recording;
-mod records;
 pub mod tiles;
 
 pub use error::ExportError;

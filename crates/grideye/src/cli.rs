@@ -155,10 +155,10 @@ pub(crate) struct Simulate {
     /// The physical model has no grid and ignores this option.
     #[arg(long, value_enum, default_value_t = Method::Grid, hide_short_help = true)]
     pub(crate) method: Method,
-    /// Frames as .csv, .npz, .png or .gif [default: print].
+    /// Frames as .csv, .npz, .parquet, .mcap, .png or .gif [default: print].
     ///
-    /// .csv is a recording if the sensor has 8 x 8 pixels, otherwise a table of degrees; .npz is for numpy, .png a contact
-    /// sheet, .gif a film. Without it, the first frame is printed.
+    /// As `grideye convert` writes a recording. .csv is in the sensor's steps, or a table of degrees if it has other than 8 x 8
+    /// pixels; .npz and .parquet are not rounded; .png is a contact sheet, .gif a film. Without it, the first frame is printed.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
     /// Drawing of the room to write, in perspective and plan.

@@ -5,10 +5,10 @@ use crate::exit::{Outcome, bad_input};
 use crate::{export, files, progress, recordings};
 use anyhow::{Result, anyhow};
 use grideye_export::ExportError;
-use grideye_export::recording::Rows;
+use grideye_export::recording::{Row, Rows};
 use grideye_import::{Import, ImportError, Options};
 use grideye_inputs::InputError;
-use grideye_recording::Row;
+use grideye_recording::StreamId;
 use std::time::Duration;
 
 pub(crate) fn run(options: &Convert) -> Result<Outcome> {
@@ -22,11 +22,8 @@ pub(crate) fn run(options: &Convert) -> Result<Outcome> {
         input: &options.input,
         broken: &mut broken,
     };
-    let rows = Rows {
-        labels: &labels,
-        rows: &mut rows,
-    };
-    export::write_recording(rows, [&options.input, &options.output])?;
+    let rows = Rows::of_recording(&labels, &mut rows);
+    export::write(rows, &options.output, Some(&options.input))?;
     let tally = import.tally();
     if let Some(tally) = tally {
         progress::say(&tally.to_string());
@@ -51,15 +48,10 @@ impl Iterator for Asked<'_> {
     type Item = Result<Row, ExportError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let is_asked = |row: &Row| {
-            let stream = &row.stream;
-            self.sensor.is_none_or(|sensor| {
-                sensor == stream.sensor || sensor == format!("{}/{}", stream.device, stream.sensor)
-            })
-        };
+        let is_asked = |stream: &StreamId| self.sensor.is_none_or(|sensor| stream.is_of(sensor));
         loop {
             match self.import.next()? {
-                Ok(row) if is_asked(&row) => return Some(Ok(row)),
+                Ok(row) if is_asked(&row.stream) => return Some(Ok(Row::from(row))),
                 Ok(_) => {}
                 Err(error) if error.is_break() => {
                     *self.broken = Some(error);

@@ -1,8 +1,8 @@
-//! A recording as arrays for numpy, one entry per row (N); a missing frame is NaN, and `missing` has the reason.
+//! Arrays for numpy, one entry per row (N); a missing frame is NaN, and `missing` has the reason.
 //!
 //! | array | type | shape | holds |
 //! |---|---|---|---|
-//! | `frames` | float32 | (N, 8, 8) | °C, pixel 1 first, as the sensor numbers them |
+//! | `frames` | float32 | (N, rows, columns) | °C, pixel 1 first, as the sensor numbers them; simulated ones not rounded to its steps |
 //! | `thermistor_c` | float32 | (N) | °C; NaN if not known |
 //! | `seq` | uint64 | (N) | the sensor frame's number |
 //! | `t_boot_ns` | uint64 | (N) | the device's clock since it started |
@@ -13,105 +13,97 @@
 //! | `labels` | str | (N, L) | what else the recording says; absent without labels |
 //! | `label_names` | str | (L) | the names of these columns |
 //! | `streams` | str | (S) | device, sensor and boot, separated by slashes |
+//! | `time_s` | float64 | (N) | of simulated frames: seconds since the scene's start |
+//! | `metadata` | str | () | of simulated frames: JSON with scene, sensor, seed, sampling_hz, program |
 
-use super::rows::{Out, Rows};
+use super::rows::{Out, Row, Rows, check_length};
 use crate::error::ExportError;
-use crate::npz::Archive;
-use amg8833::word;
-use grideye_frame::{PIXELS, Reading};
-use grideye_recording::{Record, StreamId};
+use crate::npy::Archive;
+use grideye_recording::StreamId;
+use std::time::Duration;
 
-/// Maximum rows: keeps the archive below the 4 GB limit without the 64-bit extension.
-const ROWS_MAX: usize = 8_000_000;
-
-/// The rows, each with the index of its stream.
+/// The columns of all rows, as bytes and texts.
 #[derive(Default)]
-struct Held {
+struct Columns {
+    count: usize,
+    frames: Vec<u8>,
+    thermistor_c: Vec<u8>,
+    seq: Vec<u8>,
+    t_boot_ns: Vec<u8>,
+    time_s: Vec<u8>,
+    t_utc_ns: Vec<u8>,
+    stream: Vec<u8>,
     streams: Vec<StreamId>,
-    rows: Vec<(u32, Record)>,
+    clock: Vec<&'static str>,
+    missing: Vec<&'static str>,
     labels: Vec<String>,
 }
 
-pub(super) fn write(rows: Rows<'_>, out: &mut dyn Out) -> Result<String, ExportError> {
-    let label_names = rows.labels.to_vec();
-    let held = Held::of(rows)?;
-    let mut archive = Archive::new(out);
-    let count = held.rows.len();
-    let records = || held.rows.iter().map(|(_, record)| record);
+pub(super) fn write(mut rows: Rows<'_>, out: &mut dyn Out) -> Result<String, ExportError> {
+    let (size, labels, about) = (rows.size, rows.labels, rows.about.take());
+    let mut held = Columns::default();
+    for row in rows {
+        held.add(row?, size, labels.len())?;
+    }
+    let count = held.count;
     let each = [count];
-    archive.array("frames.npy", "<f4", &[count, 8, 8], records().map(pixels))?;
-    let thermistors = records().map(|record| thermistor(record).to_le_bytes());
-    archive.array("thermistor_c.npy", "<f4", &each, thermistors)?;
-    let seqs = records().map(|record| record.seq.to_le_bytes());
-    archive.array("seq.npy", "<u8", &each, seqs)?;
-    let boots_ns = records().map(|record| record.stamp.t_boot_ns.to_le_bytes());
-    archive.array("t_boot_ns.npy", "<u8", &each, boots_ns)?;
-    let walls_ns = records().map(|record| record.stamp.t_utc_ns.to_le_bytes());
-    archive.array("t_utc_ns.npy", "<i8", &each, walls_ns)?;
-    let streams = held.rows.iter().map(|(stream, _)| stream.to_le_bytes());
-    archive.array("stream.npy", "<u4", &each, streams)?;
-    let clocks: Vec<&str> = records().map(|record| record.stamp.clock.name()).collect();
-    archive.texts("clock.npy", &each, &clocks)?;
-    let reasons: Vec<&str> = records().map(reason).collect();
-    archive.texts("missing.npy", &each, &reasons)?;
+    let mut archive = Archive::new(out);
+    archive.array("frames", "<f4", &[count, size.1, size.0], &held.frames)?;
+    for (name, dtype, bytes) in [
+        ("thermistor_c", "<f4", &held.thermistor_c),
+        ("seq", "<u8", &held.seq),
+        ("t_boot_ns", "<u8", &held.t_boot_ns),
+        ("t_utc_ns", "<i8", &held.t_utc_ns),
+        ("stream", "<u4", &held.stream),
+    ] {
+        archive.array(name, dtype, &each, bytes)?;
+    }
+    archive.texts("clock", &each, &held.clock)?;
+    archive.texts("missing", &each, &held.missing)?;
     let streams = held.streams.iter();
-    let names: Vec<String> = streams
-        .map(|stream| format!("{}/{}/{}", stream.device, stream.sensor, stream.boot))
-        .collect();
-    archive.texts("streams.npy", &[names.len()], &names)?;
-    if !label_names.is_empty() {
-        let sides = [count, label_names.len()];
-        archive.texts("labels.npy", &sides, &held.labels)?;
-        archive.texts("label_names.npy", &sides[1..], &label_names)?;
+    let streams = streams.map(|one| format!("{}/{}/{}", one.device, one.sensor, one.boot));
+    let streams: Vec<String> = streams.collect();
+    archive.texts("streams", &[streams.len()], &streams)?;
+    if !labels.is_empty() {
+        archive.texts("labels", &[count, labels.len()], &held.labels)?;
+        archive.texts("label_names", &[labels.len()], labels)?;
+    }
+    if let Some(about) = about {
+        archive.array("time_s", "<f8", &each, &held.time_s)?;
+        archive.texts("metadata", &[], &[about])?;
     }
     archive.finish()?;
     Ok(format!("{count} rows"))
 }
 
-impl Held {
-    fn of(rows: Rows<'_>) -> Result<Self, ExportError> {
-        let mut held = Self::default();
-        let width = rows.labels.len();
-        for row in rows {
-            let row = row?;
-            let mut known = held.streams.iter();
-            let known = known.rposition(|stream| *stream == row.stream);
-            let stream = known.unwrap_or_else(|| {
-                held.streams.push(row.stream);
-                held.streams.len() - 1
-            });
-            if held.rows.len() == ROWS_MAX {
-                return Err(ExportError::LongRecording { rows_max: ROWS_MAX });
-            }
-            held.rows.push((u32::try_from(stream)?, row.record));
-            let mut labels = row.labels;
-            labels.resize(width, String::new());
-            held.labels.extend(labels);
-        }
-        Ok(held)
-    }
-}
-
-fn pixels(record: &Record) -> [u8; PIXELS * 4] {
-    let mut bytes = [0; PIXELS * 4];
-    let celsius = |index: usize| match &record.reading {
-        Reading::Frame(frame) => word::pixel_celsius(frame.pixels[index]).get(),
-        Reading::NoData(_) => f32::NAN,
-    };
-    for (index, cell) in bytes.chunks_exact_mut(4).enumerate() {
-        cell.copy_from_slice(&celsius(index).to_le_bytes());
-    }
-    bytes
-}
-
-fn thermistor(record: &Record) -> f32 {
-    let thermistor = record.reading.frame().and_then(|frame| frame.thermistor);
-    thermistor.map_or(f32::NAN, |word| word::thermistor_celsius(word).get())
-}
-
-fn reason(record: &Record) -> &'static str {
-    match &record.reading {
-        Reading::Frame(_) => "",
-        Reading::NoData(reason) => reason.name(),
+impl Columns {
+    fn add(&mut self, row: Row, size: (usize, usize), labels: usize) -> Result<(), ExportError> {
+        self.count += 1;
+        check_length(self.count, size)?;
+        self.missing.push(row.missing().unwrap_or_default());
+        let pixels_c = row.pixels_c;
+        let pixels_c = pixels_c.unwrap_or_else(|_missing| vec![f32::NAN; size.0 * size.1]);
+        let bytes = pixels_c.into_iter().flat_map(f32::to_le_bytes);
+        self.frames.extend(bytes);
+        let thermistor_c = row.thermistor_c.unwrap_or(f32::NAN);
+        self.thermistor_c.extend(thermistor_c.to_le_bytes());
+        self.seq.extend(row.seq.to_le_bytes());
+        self.t_boot_ns.extend(row.stamp.t_boot_ns.to_le_bytes());
+        let time = Duration::from_nanos(row.stamp.t_boot_ns);
+        self.time_s.extend(time.as_secs_f64().to_le_bytes());
+        self.t_utc_ns.extend(row.stamp.t_utc_ns.to_le_bytes());
+        self.clock.push(row.stamp.clock.name());
+        let known = self
+            .streams
+            .iter()
+            .rposition(|stream| *stream == row.stream);
+        let stream = known.unwrap_or_else(|| {
+            self.streams.push(row.stream);
+            self.streams.len() - 1
+        });
+        self.stream.extend(u32::try_from(stream)?.to_le_bytes());
+        self.labels.extend(row.labels);
+        self.labels.resize(self.count * labels, String::new());
+        Ok(())
     }
 }

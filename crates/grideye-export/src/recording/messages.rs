@@ -2,18 +2,16 @@
 //!
 //! | topic | schema | holds |
 //! |---|---|---|
-//! | `/DEVICE/SENSOR/image` | `foxglove.RawImage`, JSON | 8 x 8 pixels of 32 bits (`32FC1`), °C |
+//! | `/DEVICE/SENSOR/image` | `foxglove.RawImage`, JSON | pixels of 32 bits (`32FC1`), °C |
 //! | `/DEVICE/SENSOR/state` | `grideye.State`, JSON | thermistor, number, clock, and why a frame is missing |
 //!
 //! A message's time is the device's wall clock, or the time since the device started if that clock was never set.
 
-use super::rows::{Out, Rows};
+use super::rows::{Out, Row, Rows};
 use crate::error::ExportError;
-use amg8833::word;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use grideye_frame::{COLUMNS, Celsius, Reading, RecordedFrame};
-use grideye_recording::{Row, Stamp};
+use grideye_recording::Stamp;
 use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
 use serde_json::{Value, json};
@@ -35,9 +33,9 @@ struct Messages<W: Write + Seek> {
 pub(super) fn write(rows: Rows<'_>, out: &mut dyn Out) -> Result<String, ExportError> {
     let mut messages = Messages::new(out)?;
     let mut count: u64 = 0;
-    let labels = rows.labels;
+    let (labels, columns) = (rows.labels, rows.size.0);
     for row in rows {
-        messages.row(&row?, labels)?;
+        messages.row(&row?, labels, columns)?;
         count += 1;
     }
     messages.file.finish()?;
@@ -64,11 +62,15 @@ impl<W: Write + Seek> Messages<W> {
         })
     }
 
-    fn row(&mut self, row: &Row, labels: &[String]) -> Result<(), ExportError> {
+    fn row(&mut self, row: &Row, labels: &[String], columns: usize) -> Result<(), ExportError> {
         let (image, state) = self.channels_of(row)?;
-        let at_ns = time_ns(&row.record.stamp);
-        if let Reading::Frame(frame) = &row.record.reading {
-            self.message(image, at_ns, &image_message(row, frame, at_ns))?;
+        let at_ns = time_ns(&row.stamp);
+        if let Ok(pixels_c) = &row.pixels_c {
+            self.message(
+                image,
+                at_ns,
+                &image_message(row, (pixels_c.as_slice(), columns), at_ns),
+            )?;
         }
         self.message(state, at_ns, &state_message(row, labels))
     }
@@ -114,32 +116,30 @@ fn time_ns(stamp: &Stamp) -> u64 {
     }
 }
 
-fn image_message(row: &Row, frame: &RecordedFrame, at_ns: u64) -> Value {
-    let celsius = |pixel| word::pixel_celsius(pixel).get().to_le_bytes();
-    let bytes: Vec<u8> = frame.pixels.iter().copied().flat_map(celsius).collect();
+fn image_message(row: &Row, (pixels_c, columns): (&[f32], usize), at_ns: u64) -> Value {
+    let bytes: Vec<u8> = pixels_c
+        .iter()
+        .flat_map(|pixel| pixel.to_le_bytes())
+        .collect();
     json!({
         "timestamp": { "sec": at_ns / 1_000_000_000, "nsec": at_ns % 1_000_000_000 },
         "frame_id": format!("{}/{}", row.stream.device, row.stream.sensor),
-        "width": COLUMNS,
-        "height": frame.pixels.len() / COLUMNS,
+        "width": columns,
+        "height": pixels_c.len() / columns.max(1),
         "encoding": "32FC1",
-        "step": COLUMNS * PIXEL_BYTES,
+        "step": columns * PIXEL_BYTES,
         "data": STANDARD.encode(bytes),
     })
 }
 
 fn state_message(row: &Row, labels: &[String]) -> Value {
-    let (thermistor, missing) = match &row.record.reading {
-        Reading::Frame(frame) => (frame.thermistor.map(word::thermistor_celsius), None),
-        Reading::NoData(reason) => (None, Some(reason.name())),
-    };
     let mut message = json!({
         "boot": row.stream.boot,
-        "seq": row.record.seq,
-        "t_boot_ns": row.record.stamp.t_boot_ns,
-        "clock": row.record.stamp.clock.name(),
-        "thermistor_celsius": thermistor.map(Celsius::get),
-        "missing": missing,
+        "seq": row.seq,
+        "t_boot_ns": row.stamp.t_boot_ns,
+        "clock": row.stamp.clock.name(),
+        "thermistor_celsius": row.thermistor_c,
+        "missing": row.missing(),
     });
     if !labels.is_empty() {
         let named = labels.iter().zip(&row.labels);

@@ -1,8 +1,8 @@
-//! Recordings as files for other programs; the file extension selects the format.
+//! Recordings and simulated frames as files for other programs; the file extension selects the format.
 //!
 //! | extension | holds |
 //! |---|---|
-//! | `.csv` | this project's recording format, `recordings/README.md` |
+//! | `.csv` | this project's recording format, `recordings/README.md`; of other than 8 x 8 pixels, a table of degrees |
 //! | `.npz` | arrays for numpy (`recording/arrays.rs`) |
 //! | `.parquet` | the columns of the recording format, typed (`recording/columns.rs`) |
 //! | `.mcap` | Foxglove `RawImage` messages (`recording/messages.rs`) |
@@ -11,15 +11,16 @@
 
 mod arrays;
 mod columns;
+mod frames;
 mod messages;
-mod pictures;
+mod moving;
 mod rows;
+mod sheet;
+mod text;
 
-pub use rows::{Out, Rows};
+pub use rows::{Out, Row, Rows};
 
 use crate::error::ExportError;
-use crate::film;
-use grideye_recording::csv::Writer;
 
 /// Writes rows, and returns a description of the result.
 pub type Format = fn(Rows<'_>, &mut dyn Out) -> Result<String, ExportError>;
@@ -28,16 +29,12 @@ pub type Format = fn(Rows<'_>, &mut dyn Out) -> Result<String, ExportError>;
 pub const ENDS: &str = ".csv, .npz, .parquet, .mcap, .png or .gif";
 
 const FORMATS: [(&str, Format); 6] = [
-    ("csv", text),
+    ("csv", text::write),
     ("npz", arrays::write),
     ("parquet", columns::write),
     ("mcap", messages::write),
-    ("png", |rows, out| {
-        pictures::write(rows, out, film::write_png)
-    }),
-    ("gif", |rows, out| {
-        pictures::write(rows, out, film::write_gif)
-    }),
+    ("png", sheet::write),
+    ("gif", moving::write),
 ];
 
 /// The writer for this extension; `None` if unknown.
@@ -45,14 +42,4 @@ const FORMATS: [(&str, Format); 6] = [
 pub fn format(extension: &str) -> Option<Format> {
     let format = FORMATS.iter().find(|(name, _)| *name == extension);
     format.map(|(_, format)| *format)
-}
-
-fn text(rows: Rows<'_>, out: &mut dyn Out) -> Result<String, ExportError> {
-    let mut writer = Writer::with_labels(out, rows.labels)?;
-    for row in rows {
-        writer.write(&row?)?;
-    }
-    let written = writer.rows();
-    writer.finish()?;
-    Ok(format!("{written} rows"))
 }

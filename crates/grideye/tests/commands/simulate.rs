@@ -59,7 +59,7 @@ fn array<'a>(npz: &'a [u8], name: &str) -> (String, &'a [u8]) {
 #[test]
 fn an_archive_holds_the_frames_that_are_printed() {
     let (npz, said) = simulated("experiment-3", "walk.npz", &[]);
-    assert!(said.contains("wrote 51 frames to"), "{said}");
+    assert!(said.contains("wrote 51 rows to"), "{said}");
     let (header, numbers) = array(&npz, "frames.npy");
     assert!(
         header.starts_with("{'descr': '<f4', 'fortran_order': False, 'shape': (51, 8, 8), }"),
@@ -83,9 +83,9 @@ fn an_archive_holds_the_frames_that_are_printed() {
     let second = f64::from_le_bytes(times[8..16].try_into().unwrap());
     assert_eq!(second, 0.1);
     assert!(array(&npz, "metadata.npy").0.contains("'shape': ()"));
-    // Four files, and the same bytes once more.
+    // Eleven arrays, and the same bytes once more.
     let end = &npz[npz.len() - 22..];
-    assert_eq!((&end[..4], number(end, 10)), (&b"PK\x05\x06"[..], 4));
+    assert_eq!((&end[..4], number(end, 10)), (&b"PK\x05\x06"[..], 11));
     assert_eq!(simulated("experiment-3", "walk.npz", &[]).0, npz);
     assert_ne!(
         simulated("experiment-3", "walk.npz", &["--seed", "2"]).0,

@@ -1,27 +1,24 @@
 //! An animated GIF: the frames at their original speed, on one color scale.
 
-use super::source::{Film, left_out};
+use super::frames::Frames;
+use super::rows::{Out, Rows};
 use crate::error::ExportError;
 use gif::{Encoder, Frame, Repeat};
-use grideye_draw::number::whole;
+use grideye_draw::number::{float, whole};
 use grideye_draw::thermogram::{GAP, SCALE_WITH_NUMBERS, Scale, TEXT_HEIGHT, Thermogram, palette};
 use std::borrow::Cow;
-use std::io::Write;
 
-/// Maximum frames of one GIF; a longer film shows every second, third … frame, for that much longer.
-const FRAMES_MAX: u32 = 3_000;
+/// Maximum frames of one GIF; of more, every second, third … is shown, for that much longer.
+const FRAMES_MAX: usize = 3_000;
 
-/// Writes up to 3,000 frames as a GIF, calls back after each, and returns a description of the result.
-///
-/// # Errors
-/// If writing fails, or a temperature is not a number.
-pub fn write(film: &Film<'_>, out: &mut dyn Write, tick: &dyn Fn()) -> Result<String, ExportError> {
-    let scale = Scale::of(film.celsius()).ok_or(ExportError::NotANumber)?;
+/// Writes up to 3,000 frames as a GIF.
+pub(super) fn write(rows: Rows<'_>, out: &mut dyn Out) -> Result<String, ExportError> {
+    let frames = Frames::of(rows)?;
+    let sampling_hz = frames.sampling_hz();
     // Browsers slow down animations faster than 50 frames per second.
-    let fastest = whole((film.sampling_hz / FASTEST_HZ).ceil());
-    let fastest = u32::try_from(fastest).unwrap_or(u32::MAX);
-    let step = film.frames.div_ceil(FRAMES_MAX).max(fastest).max(1);
-    let (blank, top_left, cell) = stage(film, scale);
+    let fastest = whole((sampling_hz / FASTEST_HZ).ceil());
+    let step = frames.count().div_ceil(FRAMES_MAX).max(fastest).max(1);
+    let (blank, cell) = stage(frames.size, frames.scale()?);
     let canvas = blank.canvas();
     let (width, height) = (
         u16::try_from(canvas.width())?,
@@ -29,36 +26,33 @@ pub fn write(film: &Film<'_>, out: &mut dyn Write, tick: &dyn Fn()) -> Result<St
     );
     let mut encoder = Encoder::new(out, width, height, &palette())?;
     encoder.set_repeat(Repeat::Infinite)?;
-    let mut shown = 0;
-    for index in (0..film.frames).step_by(usize::try_from(step)?) {
-        let (time, frame) = (film.frame)(index);
+    let shown = frames.every(step);
+    let (columns, rows) = frames.size;
+    for (index, (celsius, time)) in (0..).zip(&shown) {
         let mut picture = blank.clone();
-        picture.frame(top_left, &frame, film.columns, cell);
-        let below = (top_left.0, top_left.1 + film.rows * cell + 8);
-        picture.text(below, &format!("{:.2} s", time.as_secs_f64()));
+        picture.frame((GAP, GAP), celsius, columns, cell);
+        picture.text((GAP, GAP + rows * cell + 8), time);
         encoder.write_frame(&Frame {
             width,
             height,
-            delay: hundredths(shown, film.sampling_hz / f64::from(step)),
+            delay: hundredths(index, sampling_hz / float(step)),
             buffer: Cow::Owned(picture.into_canvas().into_dots()),
             ..Frame::default()
         })?;
-        shown += 1;
-        tick();
     }
-    let left_out = left_out(step, film.frames);
-    Ok(format!("a film of {shown} frames{left_out}"))
+    let left_out = frames.left_out(step);
+    Ok(format!("a film of {} frames{left_out}", shown.len()))
 }
 
-/// The constant parts of every image, where the frame goes, and the side of its pixels.
-fn stage(film: &Film<'_>, scale: Scale) -> (Thermogram, (usize, usize), usize) {
-    let cell = (FRAME_WIDTH / film.columns.max(film.rows)).clamp(1, 40);
-    let (frame_width, frame_height) = (film.columns * cell, film.rows * cell);
-    let scale_height = frame_height.max(SCALE_HEIGHT_MIN);
-    let width = GAP + frame_width.max(TIME_WIDTH) + GAP + SCALE_WITH_NUMBERS + GAP;
+/// The constant parts of every image, and the side of its pixels.
+fn stage((columns, rows): (usize, usize), scale: Scale) -> (Thermogram, usize) {
+    let cell = (FRAME_WIDTH / columns.max(rows)).clamp(1, 40);
+    let frame_width = (columns * cell).max(TIME_WIDTH);
+    let scale_height = (rows * cell).max(SCALE_HEIGHT_MIN);
+    let width = GAP + frame_width + GAP + SCALE_WITH_NUMBERS + GAP;
     let mut blank = Thermogram::new(width, GAP + scale_height + TEXT_HEIGHT + 2 * GAP, scale);
-    blank.color_scale((GAP + frame_width.max(TIME_WIDTH) + GAP, GAP), scale_height);
-    (blank, (GAP, GAP), cell)
+    blank.color_scale((GAP + frame_width + GAP, GAP), scale_height);
+    (blank, cell)
 }
 
 /// How long image `index` is shown, in hundredths of a second; rounding errors do not add up.
