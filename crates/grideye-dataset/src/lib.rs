@@ -1,6 +1,4 @@
-//! Labeled frames of a scene that varies from frame to frame, in a folder of parts that many processes may fill.
-//!
-//! Frame k is a function of (scene, seed, k), so threads, shards and interruptions do not change a part's content.
+#![doc = include_str!("../README.md")]
 
 mod card;
 mod counts;

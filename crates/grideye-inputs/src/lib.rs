@@ -1,14 +1,4 @@
-//! Reads the files that people name, for everything that people start: the command line and the Python package.
-//!
-//! | file | function |
-//! |---|---|
-//! | a scene, with the files that it names | [`scene`], [`SceneText`] |
-//! | a sensor's profile, or a built-in one | [`profile`], [`profile_or_built_in`] |
-//! | thresholds of a verdict | [`thresholds`] |
-//! | a script of faults | [`faults`], [`faults_of`] |
-//!
-//! [`compare`] puts them together: a recording, a scene and what both may be judged by. Every failure is an
-//! [`InputError`]: the message that the command line prints, with its file and line.
+#![doc = include_str!("../README.md")]
 
 mod comparison;
 mod error;
