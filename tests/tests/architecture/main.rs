@@ -1,10 +1,12 @@
-//! The dependency table of `crates/README.md`, held against the manifests.
+//! The dependency table of `crates/README.md`, held against the manifests; and what else the code map promises.
 
 #![expect(
     clippy::unwrap_used,
     clippy::panic,
     reason = "what fails in a helper fails the test"
 )]
+
+mod code_lines;
 
 use grideye_tests::{programs, skip};
 use std::collections::{BTreeMap, BTreeSet};
