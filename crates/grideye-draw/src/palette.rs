@@ -29,6 +29,29 @@ pub const INFERNO: [Rgb; 16] = [
 /// Too cold, equal, too warm: distinct without red-green vision, and lightest in the middle.
 pub const DIFFERENCE: [Rgb; 3] = [[33, 102, 172], [247, 247, 247], [178, 24, 43]];
 
+/// Objects in a room without a color of their own (PeerJ CS 11:e3124, "Object placement").
+pub const OBJECT: Rgb = [0x5b, 0x8d, 0xd9];
+/// People and other agents without one (the same paper, "Agent configuration").
+pub const AGENT: Rgb = [0xd6, 0x3b, 0x33];
+/// A sensor and what it has in view.
+pub const VIEW: Rgb = [0xff, 0xd5, 0x2e];
+/// The edges of both.
+pub const VIEW_EDGE: Rgb = [0xb8, 0x86, 0x00];
+/// The edges of a room's walls.
+pub const WALL: Rgb = [0x99; 3];
+/// A floor, and walls seen from within.
+pub const FLOOR: Rgb = [0xf1; 3];
+/// A wall that juts into its room.
+pub const JUTTING_WALL: Rgb = [0xe6; 3];
+/// Text and other prominent lines.
+pub const INK: Rgb = [0x22; 3];
+/// Remarks and reading aids.
+pub const FAINT: Rgb = [0x6e; 3];
+/// A drawing on a page.
+pub const PANEL: Rgb = [0xfa; 3];
+/// The page.
+pub const PAPER: Rgb = [0xff; 3];
+
 /// The color at `place` (0 to 1, clamped) along the stops.
 #[must_use]
 pub fn color(stops: &[Rgb], place: f64) -> Rgb {

@@ -108,14 +108,6 @@ impl Element<'_> {
         self.at("x", x, 1).at("y", y, 1)
     }
 
-    /// Adds a white border that keeps text readable on any background.
-    pub fn halo(self) -> Self {
-        self.with("stroke", "#ffffff")
-            .with("stroke-width", 3)
-            .with("stroke-linejoin", "round")
-            .with("paint-order", "stroke")
-    }
-
     /// Ends the element, leaving it empty.
     pub fn end(self) {
         self.svg.push_str("/>");

@@ -5,7 +5,7 @@
 //! person fits there in at least one turn.
 //!
 //! Contrast is `sqrt(Σ (with - without)²) / sigma` over the pixels, the d' of [`crate::separation`], for the worst turn
-//! that fits; peak is `max abs(with - without) / sigma`. Both compare noise-free images of
+//! that fits. It compares noise-free images of
 //! [`Simulator::without_grid`](grideye_scene::Simulator::without_grid) with and without the person, at the scene's
 //! start and without its agents. `sigma` is the sensor's noise over the root of the averaged frames.
 //!
@@ -34,7 +34,6 @@ mod map;
 mod picture;
 mod rays;
 mod report;
-mod rough;
 mod search;
 mod survey;
 mod wish;
@@ -44,7 +43,6 @@ pub use error::CoverageError;
 pub use figure::Figure;
 pub use floor::{Cell, Floor, Grain, Kind};
 pub use map::{Blind, Map, Spot, Totals};
-pub use picture::MapDrawing;
 pub use report::Report;
 pub use search::{Choice, Step, search};
 pub use survey::{InSight, Look, Seen, Survey};

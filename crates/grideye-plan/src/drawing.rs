@@ -1,18 +1,24 @@
-//! The scene as one self-contained SVG (PeerJ CS 11:e3124, Figures 3, 11, 12, 14, 24).
+//! The scene as one self-contained SVG (PeerJ CS 11:e3124, Figures 3, 11, 12, 14, 24), and what it is drawn from.
 //!
-//! Objects are blue and agents red unless they have a color; yellow pyramids are views, dotted lines paths, circles
-//! frames. Perspective at the left, top view at the right. Faces are cut where they meet and painted from far to near.
+//! [`Bodies`] are a scene's faces and ellipsoids in meters, ordered for any eye. On paper, objects are blue and agents red
+//! unless they have a color; yellow is what sensors have in view, dotted lines paths, circles frames. Perspective at the left, top
+//! view at the right.
 
-mod camera;
-mod labels;
+mod bodies;
+pub(crate) mod camera;
+pub(crate) mod labels;
 pub mod limits;
 mod options;
-mod painter;
-mod pieces;
-mod sheet;
+pub(crate) mod sheet;
+mod tree;
+mod way;
 
+use crate::ground;
+pub use bodies::{Bodies, colors, mosaic_of};
 use camera::{Camera, Panel};
-use grideye_scene::Scene;
+use glam::{DVec2, DVec3};
+use grideye_draw::palette::{AGENT, OBJECT, VIEW, hex};
+use grideye_scene::{Agent, Scene, Sensor, count};
 use labels::Labels;
 pub use options::Drawing;
 use sheet::Sheet;
@@ -20,52 +26,84 @@ use sheet::Sheet;
 /// The scene in perspective and from above, as a self-contained SVG of 1280 x 720.
 #[must_use]
 pub fn svg(scene: &Scene, drawing: &Drawing<'_>) -> String {
-    let mut sheet = Sheet::new(WIDTH, HEIGHT);
     let way = trajectory_text(scene, drawing);
-    sheet.head(drawing.title, &summary(scene, way.as_deref()));
-    let bounds_m = pieces::bounds_m(scene);
-    for (title, panel, is_perspective) in [
-        ("Perspective", PERSPECTIVE, true),
-        ("From above", FROM_ABOVE, false),
-    ] {
-        let camera = if is_perspective {
-            Camera::perspective(bounds_m, &panel)
-        } else {
-            Camera::from_above(bounds_m, &panel)
-        };
-        sheet.panel(title, &panel);
-        draw(&mut sheet, &camera, scene, drawing, is_perspective);
-    }
-    sheet.legend(LEGEND_Y, way.is_some());
+    let summary = summary(scene, way.as_deref());
+    let mut sheet = Sheet::new((WIDTH, HEIGHT), drawing.title, &summary, "");
+    let bounds_m = scene.room().bounds_m();
+    let bodies = Bodies::of(scene, drawing.time, limits::FACES_MAX);
+    let perspective = Camera::perspective(bounds_m, &PERSPECTIVE);
+    sheet.panel("Perspective", &PERSPECTIVE);
+    draw(&mut sheet, &perspective, scene, &bodies, drawing);
+    sheet.axes(&perspective, bounds_m);
+    sheet.labels(&Labels::of(scene, drawing, &perspective));
+    let above = Camera::from_above(bounds_m, &FROM_ABOVE);
+    sheet.panel("From above", &FROM_ABOVE);
+    draw(&mut sheet, &above, scene, &bodies, drawing);
+    sheet.ruler(&above, bounds_m);
+    sheet.labels(&Labels::of(scene, drawing, &above));
+    legend(&mut sheet, way.is_some());
     sheet.finish()
 }
 
-fn draw(
-    sheet: &mut Sheet,
-    camera: &Camera,
-    scene: &Scene,
-    drawing: &Drawing<'_>,
-    is_perspective: bool,
-) {
-    let walls = pieces::Walls::new(scene.room());
-    sheet.walls_behind(camera, &walls.around);
-    let all = pieces::of_scene((scene, &walls), drawing, camera, is_perspective);
-    for piece in painter::far_to_near(all, camera) {
-        sheet.piece(camera, &piece);
+fn draw(sheet: &mut Sheet, camera: &Camera, scene: &Scene, bodies: &Bodies, drawing: &Drawing<'_>) {
+    let room = scene.room();
+    let (jutting, mut around) = (room.jutting_m(), room.sides_m());
+    around.retain(|side| !jutting.contains(side));
+    let view = |sensor| (sensor, ground::view(room, sensor));
+    let views: Vec<(&Sensor, ground::View)> = scene.sensors().iter().map(view).collect();
+    let root = count::float(views.len().max(1)).sqrt();
+    let opacity = VIEW_OPACITY / (root * root.sqrt());
+    sheet.walls(camera, "wall", &around);
+    for (_, view) in &views {
+        sheet.view(camera, view, opacity);
     }
-    sheet.walls_before(camera, &walls.around);
-    sheet.walls_before(camera, &walls.jutting);
-    sheet.sensors(camera, scene.sensors());
-    if is_perspective {
-        sheet.axes(camera, pieces::bounds_m(scene));
-    } else {
-        sheet.ruler(camera, pieces::bounds_m(scene));
+    sheet.bodies(camera, bodies);
+    sheet.walls(camera, "wire", &around);
+    sheet.walls(camera, "wire", &jutting);
+    for agent in scene.agents() {
+        ways(
+            sheet,
+            camera,
+            agent,
+            drawing.sampled_by.or(scene.sensors().first()),
+        );
     }
-    sheet.labels(&Labels::of(scene, drawing, camera));
+    for (sensor, view) in &views {
+        sheet.sensor(camera, sensor, &view.corners_m);
+    }
+}
+
+fn ways(sheet: &mut Sheet, camera: &Camera, agent: &Agent, sensor: Option<&Sensor>) {
+    let Some(trajectory) = &agent.trajectory else {
+        return;
+    };
+    let color = agent.parts.iter().find_map(|part| part.color);
+    let frames = sensor.map(|sensor| way::captured_points_m(agent, sensor));
+    let frames_m: Vec<DVec3> = frames.unwrap_or_default();
+    let way_m = trajectory.waypoints_m();
+    sheet.way(camera, way_m, &frames_m, color.unwrap_or(AGENT));
+}
+
+fn legend(sheet: &mut Sheet, somebody_walks: bool) {
+    let mut at = DVec2::new(24.0, LEGEND_Y);
+    for (color, text) in [
+        (OBJECT, "object"),
+        (AGENT, "agent"),
+        (VIEW, "sensor and its field of view"),
+    ] {
+        at = sheet.key(at, &hex(color), text);
+    }
+    if somebody_walks {
+        let line = format!("M{} {}h34", at.x, at.y - 4.0);
+        let way = sheet.svg.element("path").with("class", "way");
+        way.with("d", line).with("stroke", hex(AGENT)).end();
+        let text = "path, and a circle where a frame is taken";
+        sheet.text("", at + DVec2::new(42.0, 0.0), text);
+    }
 }
 
 fn summary(scene: &Scene, way: Option<&str>) -> String {
-    let (low, high) = pieces::bounds_m(scene);
+    let (low, high) = scene.room().bounds_m();
     let [width, depth, height] = ((high - low) * 1000.0).round().to_array();
     let mut line = format!(
         "{width} x {depth} x {height} mm, {} °C; {}, {}, {}",
@@ -95,7 +133,7 @@ fn trajectory_text(scene: &Scene, drawing: &Drawing<'_>) -> Option<String> {
         .agents()
         .iter()
         .filter(|agent| agent.trajectory.is_some())
-        .map(|agent| pieces::circle_step(agent, sensor))
+        .map(|agent| way::circle_step(agent, sensor))
         .max()?;
     let which = match every {
         1 => "a circle at every frame".to_owned(),
@@ -108,6 +146,7 @@ fn trajectory_text(scene: &Scene, drawing: &Drawing<'_>) -> Option<String> {
     ))
 }
 
+const VIEW_OPACITY: f64 = 0.4;
 const WIDTH: f64 = 1280.0;
 const HEIGHT: f64 = 720.0;
 const LEGEND_Y: f64 = 696.0;

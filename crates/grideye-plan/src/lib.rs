@@ -4,4 +4,5 @@ pub mod coverage;
 pub mod drawing;
 pub mod fusion;
 pub mod ground;
+mod plane;
 pub mod separation;

@@ -2,7 +2,7 @@
 
 import { CoverageHatch } from "./hatch.js";
 import { weightOf, withRoom } from "./names.js";
-import { centerOf, directionOf, handleOf, isSame, onGrid, placeOf, reachTowards, turnOf, turnTowards, turnable } from "./things.js";
+import { centerOf, directionOf, handleOf, isOf, isSame, onGrid, placeOf, reachTowards, turnOf, turnTowards, turnable } from "./things.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 // Margin, as a share of the longer side of the room.
@@ -93,7 +93,8 @@ export class FloorPlan {
 
   #draw() {
     if (this.#scene === null || this.#view === null) return;
-    const { items, room } = this.#scene;
+    const { items, room, drawing } = this.#scene;
+    for (const [kind, color] of Object.entries(drawing.colors)) this.#svg.style.setProperty(`--${kind}`, color);
     // Measured before anything changes: later it would force another layout of the page.
     this.#measure();
     this.#svg.setAttribute("viewBox", this.#view.join(" "));
@@ -114,13 +115,20 @@ export class FloorPlan {
   #bodies(item) {
     const chosen = this.#is(item);
     if (item.keys.person && item.bodies) return this.#person(item, chosen);
-    return (item.bodies ?? []).map(({ outline_m: outline }) => marked(polygon(`${item.kind} body${chosen}`, outline), item));
+    return (item.bodies ?? []).map(({ outline_m: outline }) => this.#colored(polygon(`${item.kind} body${chosen}`, outline), item));
+  }
+
+  /** A shape of an item in the color that it has in every drawing. */
+  #colored(shape, item) {
+    const color = this.#scene.drawing.shapes.find((one) => isOf(item, one))?.color;
+    if (color) shape.style.setProperty("--color", color);
+    return marked(shape, item);
   }
 
   /** A person is one shape, with a mark in front of it. */
   #person(item, chosen) {
     const outlines = item.bodies.map(({ outline_m: outline }) => `M${onPage(outline)}Z`);
-    const body = marked(element("path", { class: `agent body person${chosen}`, d: outlines.join("") }), item);
+    const body = this.#colored(element("path", { class: `agent body person${chosen}`, d: outlines.join("") }), item);
     const [x, y] = item.at_m;
     const [across, along] = directionOf(item.faces_deg);
     const at = (ahead, aside) => [x + ahead * across - aside * along, y + ahead * along + aside * across];

@@ -29,6 +29,7 @@ export class Plan {
     const box = [left - margin, -back - margin, right - left + 2 * margin, back - front + 2 * margin];
     this.#svg.setAttribute("viewBox", box.join(" "));
     this.#agents.clear();
+    for (const [kind, color] of Object.entries(plan.colors)) this.#svg.style.setProperty(`--${kind}`, color);
     this.#svg.replaceChildren(
       polygon("room", plan.room_m),
       ...plan.objects.map((object) => titled(polygon("object", object.outline_m), object.name)),

@@ -2,25 +2,20 @@
 // view.
 
 import { weightOf, withRoom } from "./names.js";
-import { centerOf, handleOf, isSame, onGrid, placeOf, turnTowards, turnable } from "./things.js";
+import { Eye, farToNear, flat, pathOf, round, shaded } from "./solids.js";
+import { centerOf, handleOf, isOf, isSame, onGrid, placeOf, turnTowards, turnable } from "./things.js";
 
-const FOCAL = 1.5;
 const FIRST = { azimuth: -115, elevation: 32, nearer: 1 };
 const ELEVATION_MAX = 89;
 const TURN_STEP = 10;
 const ZOOM_STEP = 1.15;
 const [NEARER_MIN, NEARER_MAX] = [0.4, 8];
 const DEGREES_A_PIXEL = 0.4;
-// Brightness of a face turned away from the light.
-const SHADE_MIN = 0.55;
-const LIGHT = [-0.45, -0.6, 0.66];
 const DOT = 6;
 // Screen pixels, as on the plan; the arm keeps a minimum length when seen at a flat angle.
 const [HANDLE, ARM, ARM_MIN] = [9, 34, 26];
 // A drawing that takes longer than the first waits until nothing has moved for the second.
 const [QUICK_MS, REST_MS] = [6, 120];
-// Bodies with more faces are drawn without edges, which would hide the faces.
-const EDGED_MAX = 100;
 
 export class RoomView {
   #canvas;
@@ -83,15 +78,20 @@ export class RoomView {
     const eye = new Eye(this.#scene.room, this.#camera, this.#canvas);
     context.lineJoin = "round";
     this.#room(context, eye, look);
-    const { items } = this.#scene;
-    this.#shapes = items.flatMap((item) => (item.faces_deg === undefined ? facesOf : segmentsOf)(item, eye)).sort((one, other) => other.depth - one.depth);
+    const { items, drawing } = this.#scene;
+    const owners = drawing.shapes.map((shape) => items.find((item) => isOf(item, shape)) ?? null);
+    this.#shapes = [];
     const outlined = new Set();
-    for (const shape of this.#shapes) {
-      if (shape.ellipse && !outlined.has(shape.item)) this.#outline(context, shape.item, look);
-      outlined.add(shape.item);
-      if (shape.ellipse) this.#round(context, shape, look);
-      else this.#fill(context, shape, look);
-    }
+    farToNear(drawing, eye, (drawn) => {
+      const [shape, item] = [drawing.shapes[drawn.shape], owners[drawn.shape]];
+      if (drawn.corners_m) {
+        this.#flat(context, flat(drawn, shape.is_closed, eye), shape, item, look);
+        return;
+      }
+      if (!outlined.has(item)) this.#outline(context, drawing.rounds.filter((one) => owners[one.shape] === item), item, eye, look);
+      outlined.add(item);
+      this.#round(context, round(drawn, eye), shape, item);
+    });
     for (const item of items) this.#lines(context, item, eye, look);
     this.#names(context, items, eye, look);
     this.#handle(context, eye, look);
@@ -101,10 +101,9 @@ export class RoomView {
   /** Reads the colors of the scheme from the canvas's style. */
   #look() {
     const style = getComputedStyle(this.#canvas);
-    const rgb = (color) => color.match(/[\d.]+/g).slice(0, 3).map((part) => Number(part) * (color.startsWith("color(") ? 255 : 1));
     return {
-      text: style.color, accent: style.caretColor, people: rgb(style.columnRuleColor), line: style.textDecorationColor, faint: style.textEmphasisColor,
-      things: rgb(style.textDecorationColor), ground: style.backgroundColor, letters: `600 ${12 * devicePixelRatio}px system-ui, sans-serif`,
+      text: style.color, accent: style.caretColor, view: this.#scene.drawing.colors.view, edge: this.#scene.drawing.colors["view-edge"], faint: style.textEmphasisColor, ground: style.backgroundColor,
+      letters: `600 ${12 * devicePixelRatio}px system-ui, sans-serif`,
     };
   }
 
@@ -121,28 +120,36 @@ export class RoomView {
     context.stroke(floor);
   }
 
-  #fill(context, { path, item, shade, edged }, look) {
-    const base = item.kind === "agent" ? look.people : look.things;
-    const chosen = this.#is(item);
-    context.fillStyle = `rgb(${base.map((part) => Math.round(part * shade)).join(" ")})`;
+  #flat(context, face, { kind, color }, item, look) {
+    if (face === null) return;
+    const { path, lines, shade } = face;
+    const chosen = item !== null && this.#is(item);
+    context.fillStyle = shaded(color, shade);
+    // What is behind a wall that juts into the room shows through.
+    context.globalAlpha = kind === "wall" ? 0.3 : 1;
     context.fill(path);
+    context.globalAlpha = 1;
     // Covers the seams between faces.
-    context.strokeStyle = !edged ? context.fillStyle : chosen ? look.accent : look.faint;
-    context.lineWidth = (edged && chosen ? 2 : 0.5) * devicePixelRatio;
-    context.stroke(path);
+    context.strokeStyle = context.fillStyle;
+    context.lineWidth = 0.5 * devicePixelRatio;
+    if (kind !== "wall") context.stroke(path);
+    context.strokeStyle = chosen ? look.accent : kind === "wall" ? look.faint : shaded(color, 0.5);
+    context.lineWidth = (chosen ? 2 : 0.7) * devicePixelRatio;
+    context.stroke(lines);
+    if (item !== null) this.#shapes.push({ path, item });
   }
 
   /** Outlines a person: its segments, drawn over it, leave the outline of the whole body. */
-  #outline(context, item, look) {
+  #outline(context, segments, item, eye, look) {
     const chosen = this.#is(item);
     context.strokeStyle = chosen ? look.accent : look.faint;
     context.lineWidth = (chosen ? 5 : 2) * devicePixelRatio;
-    for (const shape of this.#shapes) if (shape.item === item) context.stroke(shape.path);
+    for (const segment of segments) context.stroke(round(segment, eye).path);
   }
 
   /** A segment of a person, brightest where it faces the light. */
-  #round(context, { ellipse: { at: [x, y], half: [long, short], turn }, light: [from, to], place: [across, down] }, look) {
-    const [bright, dark] = [from, to].map((shade) => `rgb(${look.people.map((part) => Math.round(part * shade)).join(" ")})`);
+  #round(context, { path, ellipse: { at: [x, y], half: [long, short], turn }, light, place: [across, down] }, { color }, item) {
+    const [bright, dark] = light.map((shade) => shaded(color, shade));
     context.save();
     context.translate(x, y);
     context.rotate(turn);
@@ -155,19 +162,19 @@ export class RoomView {
     context.arc(0, 0, 1, 0, 2 * Math.PI);
     context.fill();
     context.restore();
+    this.#shapes.push({ path, item });
   }
 
   /** Trajectories and fields of view. */
   #lines(context, item, eye, look) {
     const chosen = this.#is(item);
     context.lineWidth = (chosen ? 2 : 1) * devicePixelRatio;
-    context.strokeStyle = chosen ? look.accent : look.faint;
+    context.strokeStyle = chosen ? look.accent : look.edge;
     if (item.kind === "sensor" && item.at_m) {
-      const ends = raysOf(item, this.#scene.room);
       context.setLineDash([5 * devicePixelRatio, 4 * devicePixelRatio]);
       const from = eye.see(item.at_m);
-      for (const end of ends) context.stroke(pathOf([from, eye.see(end)], false));
-      context.stroke(pathOf(ends.map((end) => eye.see(end))));
+      for (const end of item.rays_m) context.stroke(pathOf([from, eye.see(end)], false));
+      for (const face of item.view_m) context.stroke(pathOf(face.map((corner) => eye.see(corner))));
       context.setLineDash([]);
       this.#dot(context, item, from, look, "square");
     }
@@ -186,7 +193,7 @@ export class RoomView {
     if (form === "square") path.rect(x - size, y - size, 2 * size, 2 * size);
     else path.arc(x, y, size, 0, 2 * Math.PI);
     const chosen = isSame(this.#chosen, { kind: item.kind, index: item.index, ...(row === undefined ? {} : { row }) });
-    context.fillStyle = chosen ? look.accent : look.ground;
+    context.fillStyle = chosen ? look.accent : form === "square" ? look.view : look.ground;
     context.strokeStyle = look.text;
     context.lineWidth = 2 * devicePixelRatio;
     context.fill(path);
@@ -197,7 +204,7 @@ export class RoomView {
   #names(context, items, eye, look) {
     const above = 9 * devicePixelRatio;
     const labels = items.flatMap((item) => {
-      const top = item.kind === "sensor" ? item.at_m : topOf(item);
+      const top = item.kind === "sensor" ? item.at_m : item.top_m;
       if (!top) return [];
       const [x, y] = eye.see(top);
       return [{ item, words: item.name, at: [x, y - above], weight: weightOf(item, this.#is(item)) }];
@@ -341,127 +348,3 @@ export class RoomView {
     return [(event.clientX - box.left) * devicePixelRatio, (event.clientY - box.top) * devicePixelRatio];
   }
 }
-
-/** A camera that circles the middle of a room. */
-class Eye {
-  constructor({ low_m: low, high_m: high }, { azimuth, elevation, nearer }, { width, height }) {
-    const [across, up] = [azimuth, elevation].map((degrees) => (degrees * Math.PI) / 180);
-    this.target = low.map((side, axis) => (side + high[axis]) / 2);
-    this.away = [Math.cos(up) * Math.cos(across), Math.cos(up) * Math.sin(across), Math.sin(up)];
-    this.right = [-Math.sin(across), Math.cos(across), 0];
-    this.up = [-Math.sin(up) * Math.cos(across), -Math.sin(up) * Math.sin(across), Math.cos(up)];
-    const size = Math.hypot(...high.map((side, axis) => side - low[axis]));
-    this.distance = (1.7 * size) / nearer;
-    this.focal = FOCAL * Math.min(width, height * 1.1);
-    this.middle = [width / 2, height / 2];
-  }
-
-  /** The canvas position of a point, and its distance. */
-  see(point) {
-    const from = point.map((side, axis) => side - this.target[axis]);
-    const depth = Math.max(0.05, this.distance - dot(from, this.away));
-    const scale = this.focal / depth;
-    return [this.middle[0] + dot(from, this.right) * scale, this.middle[1] - dot(from, this.up) * scale, depth];
-  }
-
-  /** The point of a level under a pixel; null above the horizon. */
-  onLevel([x, y], level) {
-    const [across, up] = [(x - this.middle[0]) / this.focal, (this.middle[1] - y) / this.focal];
-    const ray = [0, 1, 2].map((axis) => this.right[axis] * across + this.up[axis] * up - this.away[axis]);
-    const from = this.target.map((side, axis) => side + this.away[axis] * this.distance);
-    const reach = (level - from[2]) / ray[2];
-    return reach > 0 && reach < 20 * this.distance ? from.map((side, axis) => side + ray[axis] * reach) : null;
-  }
-
-  /** The height in meters of some pixels at a point. */
-  height(point, pixels) {
-    const [, , depth] = this.see(point);
-    return (pixels * depth) / this.focal / Math.max(0.1, this.up[2]);
-  }
-}
-
-function facesOf(item, eye) {
-  return (item.bodies ?? []).flatMap(({ vertices_m: vertices, faces }) => {
-    const seen = vertices.map((vertex) => eye.see(vertex));
-    return faces.map((face) => {
-      const corners = face.map((corner) => seen[corner]);
-      // The farthest corner, so that what lies on a face is in front of it.
-      const depth = Math.max(...corners.map(([, , away]) => away));
-      return { item, depth, edged: faces.length <= EDGED_MAX, path: pathOf(corners), shade: shadeOf(face.slice(0, 3).map((corner) => vertices[corner])) };
-    });
-  });
-}
-
-/** The segments of a person as they are drawn: ellipses, each with the place of its brightest point and its shades. */
-function segmentsOf(item, eye) {
-  return item.bodies.map(({ center_m: center, axes_m: axes }) => {
-    const [x, y, depth] = eye.see(center);
-    const drawn = axes.map((axis) => {
-      const [there, back] = [1, -1].map((sign) => eye.see(center.map((side, index) => side + sign * axis[index])));
-      return [0, 1].map((index) => (there[index] - back[index]) / 2);
-    });
-    const sum = (one, other) => drawn.reduce((total, end) => total + end[one] * end[other], 0);
-    const [mean, apart] = [(sum(0, 0) + sum(1, 1)) / 2, Math.hypot((sum(0, 0) - sum(1, 1)) / 2, sum(0, 1))];
-    const half = [mean + apart, mean - apart].map((square) => Math.sqrt(Math.max(0.01, square)));
-    const turn = 0.5 * Math.atan2(2 * sum(0, 1), sum(0, 0) - sum(1, 1));
-    const path = new Path2D();
-    path.ellipse(x, y, ...half, turn, 0, 2 * Math.PI);
-    return { item, depth, path, ellipse: { at: [x, y], half, turn }, ...litOf({ axes, drawn, half, turn }, eye) };
-  });
-}
-
-/** Where the ellipsoid that is drawn as the unit circle is brightest, and its most and least brightness. */
-function litOf({ axes, drawn, half, turn }, eye) {
-  const along = axes.map((axis) => dot(axis, LIGHT));
-  const length = Math.hypot(...along);
-  const facing = axes.reduce((sum, axis, index) => sum + (along[index] / length) * dot(axis, eye.away), 0);
-  const [x, y] = [0, 1].map((side) => drawn.reduce((sum, end, index) => sum + (along[index] / length) * end[side], 0));
-  const place = [(x * Math.cos(turn) + y * Math.sin(turn)) / half[0], (y * Math.cos(turn) - x * Math.sin(turn)) / half[1]];
-  const aside = Math.min(1, Math.hypot(...place));
-  const light = [facing > 0 ? 1 : aside, -aside].map(brightness);
-  // The brightest point of a segment lit from behind is on its rim.
-  return { light, place: facing > 0 || aside === 0 ? place : place.map((side) => side / aside) };
-}
-
-/** Brightness by the cosine of the angle to the light. */
-function brightness(cosine) {
-  return SHADE_MIN + (1 - SHADE_MIN) * (0.5 + 0.5 * cosine);
-}
-
-/** Brightness of a face by its angle to the light, the same on both sides. */
-function shadeOf([one, other, third]) {
-  const [along, up] = [other, third].map((corner) => corner.map((side, axis) => side - one[axis]));
-  const normal = [along[1] * up[2] - along[2] * up[1], along[2] * up[0] - along[0] * up[2], along[0] * up[1] - along[1] * up[0]];
-  const length = Math.hypot(...normal) || 1;
-  return brightness(dot(normal, LIGHT) / length);
-}
-
-/** The ends of a view's corner rays, where they leave the box around the room. */
-function raysOf({ at_m: at, axes: [forward, left, up], field_rad: field }, { low_m: low, high_m: high }) {
-  const [across, down] = field.map((angle) => Math.tan(Math.min(angle, 3) / 2));
-  return [[1, 1], [1, -1], [-1, -1], [-1, 1]].map(([toLeft, toUp]) => {
-    const ray = forward.map((side, axis) => side + left[axis] * across * toLeft + up[axis] * down * toUp);
-    const reach = Math.min(...ray.map((side, axis) => (side === 0 ? Infinity : ((side > 0 ? high : low)[axis] - at[axis]) / side)));
-    return at.map((side, axis) => side + ray[axis] * reach);
-  });
-}
-
-function topOf({ bodies }) {
-  const vertices = bodies?.flatMap((body) => body.vertices_m ?? [topOfSegment(body)]) ?? [];
-  if (vertices.length === 0) return null;
-  const middle = [0, 1].map((axis) => vertices.reduce((sum, vertex) => sum + vertex[axis], 0) / vertices.length);
-  return [...middle, vertices.reduce((top, [, , z]) => Math.max(top, z), -Infinity)];
-}
-
-function topOfSegment({ center_m: [x, y, z], axes_m: axes }) {
-  return [x, y, z + Math.hypot(...axes.map((axis) => axis[2]))];
-}
-
-function pathOf(points, closed = true) {
-  const path = new Path2D();
-  points.forEach(([x, y], index) => (index === 0 ? path.moveTo(x, y) : path.lineTo(x, y)));
-  if (closed) path.closePath();
-  return path;
-}
-
-const dot = (one, other) => one[0] * other[0] + one[1] * other[1] + one[2] * other[2];

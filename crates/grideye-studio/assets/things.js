@@ -13,6 +13,11 @@ export function itemOf(scene, chosen) {
   return scene?.items.find(({ kind, index }) => chosen !== null && kind === chosen.kind && index === chosen.index) ?? null;
 }
 
+/** Whether a shape of the drawing is one of an item: the cells of a mosaic are objects there. */
+export function isOf(item, shape) {
+  return item.name === shape.name && (item.kind === shape.kind || (item.kind === "mosaic" && shape.kind === "object"));
+}
+
 export function isSame(one, other) {
   return one?.kind === other?.kind && one?.index === other?.index && one?.row === other?.row;
 }

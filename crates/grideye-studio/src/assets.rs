@@ -26,7 +26,7 @@ pub(crate) const BESIDE: [Asset; 6] = [
 ];
 
 /// Files of the scene editor's page, and the link to it.
-pub(crate) const EDITOR: [Asset; 15] = [
+pub(crate) const EDITOR: [Asset; 16] = [
     file!("editor.css", CSS),
     file!("cover.js", JAVASCRIPT),
     file!("draft.js", JAVASCRIPT),
@@ -37,6 +37,7 @@ pub(crate) const EDITOR: [Asset; 15] = [
     file!("names.js", JAVASCRIPT),
     file!("new-things.js", JAVASCRIPT),
     file!("room-view.js", JAVASCRIPT),
+    file!("solids.js", JAVASCRIPT),
     file!("scene-text.js", JAVASCRIPT),
     file!("seen.js", JAVASCRIPT),
     file!("thing-list.js", JAVASCRIPT),

@@ -15,9 +15,9 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 pub(crate) fn run(options: &Coverage) -> Result<Outcome> {
-    let is_known = |out: &PathBuf| ["svg", "png", "csv"].map(Some).contains(&files::end(out));
+    let is_known = |out: &PathBuf| ["svg", "csv"].map(Some).contains(&files::end(out));
     if let Some(out) = options.out.iter().find(|out| !is_known(out)) {
-        return Err(files::unknown_end(out, ".svg, .png or .csv"));
+        return Err(files::unknown_end(out, ".svg or .csv"));
     }
     check_own(options)?;
     let loaded = files::load_scene(Some(&options.scene))?;
@@ -211,7 +211,6 @@ fn check_own(options: &Coverage) -> Result<()> {
 fn write(out: &Path, found: &Report<'_>) -> Result<()> {
     match files::end(out) {
         Some("csv") => files::write_whole(out, |file| Ok(found.csv(file)?)),
-        Some("png") => files::write_whole(out, |file| Ok(found.sketch().png(file)?)),
-        _ => files::write_text(out, &found.sketch().svg()),
+        _ => files::write_text(out, &found.svg()),
     }
 }

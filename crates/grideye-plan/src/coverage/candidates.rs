@@ -141,63 +141,59 @@ impl Candidate {
         })
     }
 
-    /// The keys of its `[[sensor]]` table in a scene file, under another name; a profile is reduced to its noise.
+    /// Its `[[sensor]]` table in a scene file, under another name; a profile is reduced to its noise.
     #[must_use]
     pub fn toml(&self, name: &str) -> String {
         let sensor = &self.sensor;
-        let degrees = sensor.field_of_view_rad.map(f64::to_degrees).map(rounded);
-        let per_degree = rounded(count::float(sensor.grid_points.x) / degrees.x);
+        let degrees = |rad: f64| rounded(rad.to_degrees());
+        let pair = |rad: DVec2| format!("[{}, {}]", degrees(rad.x), degrees(rad.y));
+        let unless_0 = |value: f64| (value != 0.0).then(|| value.to_string());
+        let per_degree = count::float(sensor.grid_points.x) / degrees(sensor.field_of_view_rad.x);
+        let range = sensor.detectable_range_c;
         let [x, y, z] = self.position_mm.to_array();
-        let roll_deg = rounded(sensor.pose.roll_rad.to_degrees());
-        let mut text = format!(
-            "[[sensor]]\nname = {}\nposition_mm = [{x}, {y}, {z}]\nelevation_deg = {}\nazimuth_deg = {}\n",
-            toml::Value::from(name),
-            self.elevation_deg,
-            self.azimuth_deg
-        );
-        if roll_deg != 0.0 {
-            text.push_str(&format!("roll_deg = {roll_deg}\n"));
-        }
-        text.push_str(&format!(
-            "resolution = [{}, {}]\nfov_deg = [{}, {}]\npixels_per_degree = {per_degree}\nnoise_sigma_c = {}\nsampling_hz = {}\noperating_distance_mm = {}\n",
-            sensor.columns,
-            sensor.rows,
-            degrees.x,
-            degrees.y,
-            sensor.noise_sigma,
-            sensor.sampling_hz,
-            rounded(sensor.operating_distance_m * 1000.0),
-        ));
-        text.push_str(&optional_keys(sensor));
-        text
+        let keys = [
+            ("name", Some(toml::Value::from(name).to_string())),
+            ("position_mm", Some(format!("[{x}, {y}, {z}]"))),
+            ("elevation_deg", Some(self.elevation_deg.to_string())),
+            ("azimuth_deg", Some(self.azimuth_deg.to_string())),
+            ("roll_deg", unless_0(degrees(sensor.pose.roll_rad))),
+            (
+                "resolution",
+                Some(format!("[{}, {}]", sensor.columns, sensor.rows)),
+            ),
+            ("fov_deg", Some(pair(sensor.field_of_view_rad))),
+            ("pixels_per_degree", Some(rounded(per_degree).to_string())),
+            ("noise_sigma_c", Some(sensor.noise_sigma.to_string())),
+            ("sampling_hz", Some(sensor.sampling_hz.to_string())),
+            (
+                "operating_distance_mm",
+                unless_0(rounded(sensor.operating_distance_m * 1000.0)),
+            ),
+            (
+                "detectable_range_c",
+                range.map(|(low, high)| format!("[{low}, {high}]")),
+            ),
+            (
+                "optics",
+                (sensor.optics == Optics::Amg88).then(|| "\"datasheet\"".to_owned()),
+            ),
+            ("pixel_width_deg", sensor.pixel_width_rad.map(pair)),
+            (
+                "blur_deg",
+                (sensor.blur_rad != DVec2::ZERO).then(|| pair(sensor.blur_rad)),
+            ),
+            ("step_c", unless_0(sensor.step_c)),
+        ];
+        let given = keys
+            .into_iter()
+            .filter_map(|(key, value)| Some((key, value?)));
+        let lines = given.map(|(key, value)| format!("{key} = {value}\n"));
+        let profile = match sensor.profile {
+            Some(_) => "# its profile is a file: replace noise_sigma_c with profile = …\n",
+            None => "",
+        };
+        format!("[[sensor]]\n{}{profile}", lines.collect::<String>())
     }
-}
-
-fn optional_keys(sensor: &Sensor) -> String {
-    let mut text = String::new();
-    let pair = |rad: DVec2| {
-        let degrees = rad.map(f64::to_degrees).map(rounded);
-        format!("[{}, {}]", degrees.x, degrees.y)
-    };
-    if let Some((low, high)) = sensor.detectable_range_c {
-        text.push_str(&format!("detectable_range_c = [{low}, {high}]\n"));
-    }
-    if sensor.optics == Optics::Amg88 {
-        text.push_str("optics = \"datasheet\"\n");
-    }
-    if let Some(width) = sensor.pixel_width_rad {
-        text.push_str(&format!("pixel_width_deg = {}\n", pair(width)));
-    }
-    if sensor.blur_rad != DVec2::ZERO {
-        text.push_str(&format!("blur_deg = {}\n", pair(sensor.blur_rad)));
-    }
-    if sensor.step_c != 0.0 {
-        text.push_str(&format!("step_c = {}\n", sensor.step_c));
-    }
-    if sensor.profile.is_some() {
-        text.push_str("# its profile is a file: replace noise_sigma_c with profile = …\n");
-    }
-    text
 }
 
 /// A sensor with the defaults of a scene preset.

@@ -30,8 +30,6 @@ pub struct Spot {
     pub best_look: Option<usize>,
     /// The contrast of all sensors together: the root of the sum of their squares.
     pub together: f64,
-    /// The largest peak of one sensor.
-    pub peak: f64,
 }
 
 /// Why no sensor sees a cell's ground.
@@ -109,7 +107,6 @@ fn spot(kind: Kind, looks: &[&Look], index: usize, wish: &Wish) -> Spot {
         best: 0.0,
         best_look: None,
         together: 0.0,
-        peak: 0.0,
     };
     let mut squares = 0.0;
     for (number, look) in looks.iter().enumerate() {
@@ -126,7 +123,6 @@ fn spot(kind: Kind, looks: &[&Look], index: usize, wish: &Wish) -> Spot {
             (spot.best, spot.best_look) = (seen.contrast, Some(number));
         }
         squares += seen.contrast * seen.contrast;
-        spot.peak = spot.peak.max(seen.peak);
     }
     spot.together = squares.sqrt();
     if spot.seen_by > 0 {

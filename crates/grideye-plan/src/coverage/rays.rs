@@ -1,6 +1,7 @@
 //! Intersects straight lines with a room: whether a point is visible from another, and what is above a point of the
 //! floor.
 
+use crate::plane::Plane;
 use glam::{DVec2, DVec3};
 use grideye_scene::{Mesh, Scene};
 
@@ -29,14 +30,18 @@ impl Blockers {
     }
 
     pub(crate) fn are_in_sight(&self, from_m: DVec3, to_m: DVec3) -> bool {
+        let ray = Ray::new(from_m, to_m - from_m);
+        // A line that starts or ends in a face only touches it.
+        let is_between = |share: &f64| (1e-12..1.0 - 1e-12).contains(share);
         let mut all = self.meshes.iter().chain(&self.walls);
-        all.all(|mesh| !mesh.is_met(from_m, to_m))
+        all.all(|mesh| !mesh.crossings(&ray, 1.0).any(|share| is_between(&share)))
     }
 
     /// The intervals of height, in meters, that something occupies above a point of the floor, unordered.
     pub(crate) fn column(&self, at_m: DVec2) -> Vec<(f64, f64)> {
+        let up = Ray::new(at_m.extend(0.0), DVec3::Z);
         let meshes = self.meshes.iter();
-        meshes.flat_map(|mesh| mesh.column(at_m)).collect()
+        meshes.flat_map(|mesh| mesh.column(&up)).collect()
     }
 
     pub(crate) fn contain(&self, point_m: DVec3) -> bool {
@@ -58,71 +63,65 @@ impl Blocker {
         }
     }
 
-    fn is_met(&self, from_m: DVec3, to_m: DVec3) -> bool {
-        // A line that misses the bounding box misses the mesh.
-        let (low, high) = (from_m.min(to_m), from_m.max(to_m));
-        if self.low.cmpgt(high).any() || self.high.cmplt(low).any() {
-            return false;
-        }
-        self.faces.iter().any(|face| meets(face, from_m, to_m))
+    /// Where a ray crosses its faces, as shares of the ray's way; none if the part up to `end` misses the bounding box.
+    fn crossings<'a>(&'a self, ray: &'a Ray, end: f64) -> impl Iterator<Item = f64> + 'a {
+        let to_m = ray.from_m + end * ray.way_m;
+        let (low, high) = (ray.from_m.min(to_m), ray.from_m.max(to_m));
+        let misses = self.low.cmpgt(high).any() || self.high.cmplt(low).any();
+        let faces = self.faces.iter().filter(move |_| !misses);
+        faces.filter_map(|face| ray.crossing(face))
     }
 
-    fn column(&self, at_m: DVec2) -> Vec<(f64, f64)> {
-        let misses =
-            at_m.cmplt(self.low.truncate()).any() || at_m.cmpgt(self.high.truncate()).any();
-        if misses {
-            return Vec::new();
-        }
-        let faces = self.faces.iter();
-        let mut heights: Vec<f64> = faces.filter_map(|face| height(face, at_m)).collect();
+    fn column(&self, up: &Ray) -> Vec<(f64, f64)> {
+        let from_below = Ray {
+            from_m: up.from_m.with_z(self.low.z),
+            ..*up
+        };
+        let heights = self.crossings(&from_below, self.high.z - self.low.z);
+        let mut heights: Vec<f64> = heights.map(|height| self.low.z + height).collect();
         heights.sort_by(f64::total_cmp);
-        if self.is_closed {
-            heights
-                .chunks_exact(2)
-                .map(|pair| (pair[0], pair[1]))
-                .collect()
-        } else {
-            heights.into_iter().map(|height| (height, height)).collect()
-        }
+        let size = if self.is_closed { 2 } else { 1 };
+        let spans = heights.chunks_exact(size);
+        spans.map(|span| (span[0], span[size - 1])).collect()
     }
 }
 
-fn meets(face: &[DVec3], from_m: DVec3, to_m: DVec3) -> bool {
-    let [first, second, third, ..] = face else {
-        return false;
-    };
-    let normal = (*second - *first).cross(*third - *first);
-    let (before, behind) = (normal.dot(from_m - *first), normal.dot(to_m - *first));
-    // A line that starts or ends in the face only touches it.
-    if before * behind >= 0.0 {
-        return false;
-    }
-    let point = from_m.lerp(to_m, before / (before - behind));
-    let next = face.iter().cycle().skip(1);
-    let mut sides = face
-        .iter()
-        .zip(next)
-        .map(|(from, to)| normal.dot((*to - *from).cross(point - *from)));
-    sides.all(|side| side >= 0.0)
+/// A straight line from a point.
+struct Ray {
+    from_m: DVec3,
+    way_m: DVec3,
+    /// At right angles to it.
+    across: (DVec3, DVec3),
 }
 
-/// The height where the vertical through a point meets a face; on a shared edge only one face counts.
-fn height(face: &[DVec3], at_m: DVec2) -> Option<f64> {
-    let next = face.iter().cycle().skip(1);
-    let mut is_within = false;
-    for (from, to) in face.iter().zip(next) {
-        if (from.y > at_m.y) != (to.y > at_m.y) {
-            let share = (at_m.y - from.y) / (to.y - from.y);
-            is_within ^= at_m.x < from.x + share * (to.x - from.x);
+impl Ray {
+    fn new(from_m: DVec3, way_m: DVec3) -> Self {
+        Self {
+            from_m,
+            way_m,
+            across: way_m.normalize_or(DVec3::Z).any_orthonormal_pair(),
         }
     }
-    let (first, rest) = face.split_first()?;
-    let normal: DVec3 = rest
-        .windows(2)
-        .map(|pair| (pair[0] - *first).cross(pair[1] - *first))
-        .sum();
-    (is_within && normal.z != 0.0)
-        .then(|| first.z - normal.truncate().dot(at_m - first.truncate()) / normal.z)
+
+    /// Where it crosses a face, as a share of its way; on an edge that two faces share only one counts.
+    fn crossing(&self, face: &[DVec3]) -> Option<f64> {
+        let flat = |corner: &DVec3| {
+            let away = *corner - self.from_m;
+            DVec2::new(away.dot(self.across.0), away.dot(self.across.1))
+        };
+        let mut is_within = false;
+        let mut from = flat(face.last()?);
+        for corner in face {
+            let to = flat(corner);
+            if (from.y > 0.0) != (to.y > 0.0) {
+                is_within ^= 0.0 < from.x - from.y / (to.y - from.y) * (to.x - from.x);
+            }
+            from = to;
+        }
+        let plane = Plane::of_face(face).filter(|_| is_within)?;
+        let slope = plane.normal.dot(self.way_m);
+        (slope != 0.0).then(|| -plane.height_m(self.from_m) / slope)
+    }
 }
 
 pub(crate) fn edges(outline: &[DVec2]) -> impl Iterator<Item = (DVec2, DVec2)> {

@@ -1,12 +1,11 @@
 //! Searches the few poses that together detect a person at the most places.
 //!
-//! Rough contrasts rank all candidates; those that look best are moved and turned until nothing gets better, and the
-//! survey looks from the best of these. So each pose is chosen in turn, and then again beside all others.
+//! Glances at some places rank all candidates; those that look best are moved and turned until nothing gets better, and
+//! the survey looks from the best of these. So each pose is chosen in turn, and then again beside all others.
 
 use super::candidates::{Candidate, Mounts};
 use super::error::CoverageError;
 use super::floor::Kind;
-use super::rough::Rough;
 use super::survey::{Look, Survey, shared};
 use super::wish::{Gain, Tally, Wish, check};
 use glam::DVec2;
@@ -34,21 +33,25 @@ pub struct Step {
 }
 
 /// How poses that look good are improved: meters and degrees, from coarse to fine.
-const MOVES: [(f64, f64); 4] = [(0.3, 12.0), (0.15, 6.0), (0.08, 3.0), (0.04, 1.5)];
+const MOVES: [(f64, f64); 3] = [(0.3, 12.0), (0.15, 6.0), (0.08, 3.0)];
 /// The same for the best, by exact looks.
 const POLISH: [(f64, f64); 3] = [(0.15, 5.0), (0.08, 2.5), (0.04, 1.2)];
 const WAYS: [DVec2; 4] = [DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y];
 /// At most so many rounds of each kind of move.
 const ROUNDS_MAX: usize = 6;
 /// So many candidates are improved for each choice, and the survey looks from so many of the results.
-const STARTS: usize = 12;
+const STARTS: usize = 8;
 const FINALISTS: usize = 6;
 /// Starts closer together, and turned by less, would end at one pose.
 const APART_M: f64 = 0.8;
 const APART_COS: f64 = 0.85;
-/// A look takes about as long as improving so many starts.
-const LOOK_STEPS: usize = 2;
-const CHOICE_STEPS: usize = STARTS + (FINALISTS + 2 * WAYS.len() * POLISH.len()) * LOOK_STEPS;
+/// Glances are at so many places, evenly spread.
+const PLACES_MAX: usize = 150;
+/// How long an improvement and a look take beside a glance.
+const START_STEPS: usize = 80;
+const LOOK_STEPS: usize = 5;
+const CHOICE_STEPS: usize =
+    STARTS * START_STEPS + (FINALISTS + 2 * WAYS.len() * POLISH.len()) * LOOK_STEPS;
 /// How often each pose is chosen again beside all others.
 const SWEEPS_MAX: usize = 2;
 
@@ -67,36 +70,34 @@ pub fn search(
 ) -> Result<Choice, CoverageError> {
     check(count, wish)?;
     survey.check_counts(candidates.len())?;
-    let places = candidates.chunk_by(|one, other| one.position_mm == other.position_mm);
-    let places: Vec<&[Candidate]> = places.collect();
     let choices = if count > 1 {
         count * (1 + SWEEPS_MAX)
     } else {
         1
     };
-    let whole = places.len() + Rough::SCALED_BY * LOOK_STEPS + choices * CHOICE_STEPS;
+    let whole = candidates.len() + choices * CHOICE_STEPS;
     let done = AtomicUsize::new(0);
     let step = |steps: usize| {
         let done = done.fetch_add(steps, Ordering::Relaxed) + steps;
         progress(done.min(whole), whole);
     };
-    let look_step = || step(LOOK_STEPS);
     let search = Search {
         survey,
         mounts,
-        rough: Rough::new(survey, candidates, wish.sigma_min, (threads, &look_step))?,
+        cells: spread(survey),
         wish,
         kept,
         threads,
         tried: AtomicUsize::new(0),
         step: &step,
     };
-    let rated = shared(places.len(), threads, |place| {
-        let rated = search.rate(places[place].to_vec());
-        search.step(1);
-        rated
+    let pool = shared(candidates.len(), threads, |candidate| {
+        let trial = search.trial(candidates[candidate].clone());
+        search.advance(1);
+        trial
     })?;
-    let steps = search.choose(&rated.concat(), count)?;
+    let pool: Vec<Trial> = pool.into_iter().collect::<Result<_, _>>()?;
+    let steps = search.choose(&pool, count)?;
     Ok(Choice {
         steps,
         tried: search.tried.into_inner(),
@@ -106,7 +107,8 @@ pub fn search(
 struct Search<'a> {
     survey: &'a Survey,
     mounts: &'a Mounts,
-    rough: Rough<'a>,
+    /// The cells of glances.
+    cells: Vec<usize>,
     wish: &'a Wish,
     kept: &'a [Look],
     threads: usize,
@@ -114,7 +116,7 @@ struct Search<'a> {
     step: &'a (dyn Fn(usize) + Sync),
 }
 
-/// A pose with its rough contrasts.
+/// A pose with the contrasts of a glance.
 #[derive(Debug, Clone)]
 struct Trial {
     pose: Candidate,
@@ -128,22 +130,14 @@ impl Trial {
 }
 
 impl Search<'_> {
-    fn step(&self, steps: usize) {
+    fn advance(&self, steps: usize) {
         (self.step)(steps);
     }
 
-    /// Poses at one place.
-    fn rate(&self, poses: Vec<Candidate>) -> Vec<Trial> {
-        let Some(first) = poses.first() else {
-            return Vec::new();
-        };
-        let outlook = self.rough.outlook(first.sensor.pose.position_m);
-        self.tried.fetch_add(poses.len(), Ordering::Relaxed);
-        let trial = |pose: Candidate| Trial {
-            contrasts: self.rough.contrasts(&outlook, &pose.sensor),
-            pose,
-        };
-        poses.into_iter().map(trial).collect()
+    fn trial(&self, pose: Candidate) -> Result<Trial, CoverageError> {
+        self.tried.fetch_add(1, Ordering::Relaxed);
+        let contrasts = self.survey.glance(&pose.sensor, &self.cells)?;
+        Ok(Trial { pose, contrasts })
     }
 
     fn choose(&self, pool: &[Trial], count: usize) -> Result<Vec<Step>, CoverageError> {
@@ -199,15 +193,15 @@ impl Search<'_> {
         chosen: &[(Candidate, Look)],
         pool: &[Trial],
     ) -> Result<((Candidate, Look), Gain), CoverageError> {
-        let cells: Vec<usize> = self.rough.cells().collect();
-        let given = self.tally(chosen, Some(&cells));
+        let given = self.tally(chosen, Some(&self.cells));
         let starts = starts(pool, &given);
-        let mut improved = shared(starts.len(), self.threads, |start| {
+        let improved = shared(starts.len(), self.threads, |start| {
             let improved = self.improved(starts[start].clone(), &given);
-            self.step(1);
+            self.advance(START_STEPS);
             improved
         })?;
-        self.step(STARTS - improved.len());
+        let mut improved: Vec<Trial> = improved.into_iter().collect::<Result<_, _>>()?;
+        self.advance((STARTS - improved.len()) * START_STEPS);
         improved.sort_by(|one, other| other.gain(&given).cmp(&one.gain(&given)));
         let finalists = improved.into_iter().take(FINALISTS).map(|trial| trial.pose);
         let finalists: Vec<Candidate> = finalists.collect();
@@ -249,11 +243,8 @@ impl Search<'_> {
                 [of(0.0, by_deg), of(by_m, 0.0)]
             });
             let poses = moved.into_iter().flatten().flatten();
-            let poses: Vec<Candidate> = poses
-                .filter(|pose| {
-                    *pose != best.0.0 && self.survey.is_free(pose.sensor.pose.position_m)
-                })
-                .collect();
+            let poses = poses.filter(|pose| self.is_other(pose, &best.0.0));
+            let poses: Vec<Candidate> = poses.collect();
             self.tried.fetch_add(poses.len(), Ordering::Relaxed);
             let looks = self.look(&poses)?;
             let other = self.best_of(poses, looks, given);
@@ -267,15 +258,14 @@ impl Search<'_> {
     fn look(&self, poses: &[Candidate]) -> Result<Vec<Look>, CoverageError> {
         let looks = shared(poses.len(), self.threads, |pose| {
             let look = self.survey.look(&poses[pose].sensor);
-            self.step(LOOK_STEPS);
+            self.advance(LOOK_STEPS);
             look
         })?;
         looks.into_iter().collect()
     }
 
     /// A pose moved and turned until nothing near it gains more.
-    fn improved(&self, mut best: Trial, given: &Tally<'_>) -> Trial {
-        let mut outlook = self.rough.outlook(best.pose.sensor.pose.position_m);
+    fn improved(&self, mut best: Trial, given: &Tally<'_>) -> Result<Trial, CoverageError> {
         let mut gain = best.gain(given);
         for (step_m, step_deg) in MOVES {
             for _ in 0..ROUNDS_MAX {
@@ -283,23 +273,14 @@ impl Search<'_> {
                 for way in WAYS {
                     for (by_m, by_deg) in [(0.0, step_deg), (step_m, 0.0)] {
                         let moved = best.pose.moved(by_m * way, by_deg * way, self.mounts);
-                        let Some(pose) = moved.filter(|pose| *pose != best.pose) else {
+                        let Some(pose) = moved.filter(|pose| self.is_other(pose, &best.pose))
+                        else {
                             continue;
                         };
-                        let at_m = pose.sensor.pose.position_m;
-                        let other = (at_m != best.pose.sensor.pose.position_m)
-                            .then(|| self.rough.outlook(at_m));
-                        if other.is_some() && !self.survey.is_free(at_m) {
-                            continue;
-                        }
-                        self.tried.fetch_add(1, Ordering::Relaxed);
-                        let from = other.as_ref().unwrap_or(&outlook);
-                        let contrasts = self.rough.contrasts(from, &pose.sensor);
-                        let trial = Trial { pose, contrasts };
+                        let trial = self.trial(pose)?;
                         let gained = trial.gain(given);
                         if gained.cmp(&gain).is_gt() {
                             (best, gain) = (trial, gained);
-                            outlook = other.unwrap_or(outlook);
                         }
                     }
                 }
@@ -308,7 +289,11 @@ impl Search<'_> {
                 }
             }
         }
-        best
+        Ok(best)
+    }
+
+    fn is_other(&self, pose: &Candidate, best: &Candidate) -> bool {
+        pose != best && self.survey.is_free(pose.sensor.pose.position_m)
     }
 
     /// What the kept and the chosen poses achieve at these cells, or at all places.
@@ -355,4 +340,20 @@ fn starts<'a>(pool: &'a [Trial], given: &Tally<'_>) -> Vec<&'a Trial> {
         }
     }
     starts
+}
+
+/// Places all over the floor; all of them in a room of passages narrower than the distance between two.
+fn spread(survey: &Survey) -> Vec<usize> {
+    let floor = survey.floor();
+    let every = count::float(floor.places()) / count::float(PLACES_MAX);
+    let every = count::floor(every.sqrt().ceil().max(1.0));
+    let is_asked = |index: &usize| {
+        (index % floor.columns) % every == 0 && (index / floor.columns) % every == 0
+    };
+    let places = (0..floor.cells.len()).filter(|index| floor.cells[*index].kind == Kind::Place);
+    let some: Vec<usize> = places.clone().filter(is_asked).collect();
+    match some.len() * every * every * 2 < floor.places() {
+        true => places.collect(),
+        false => some,
+    }
 }

@@ -2,11 +2,12 @@
 
 use super::error::{CoverageError, check_count, check_length};
 use super::figure::{Figure, Stand, Stands};
-use super::floor::{Floor, Grain, Kind};
+use super::floor::{Cell, Floor, Grain, Kind};
 use super::limits;
 use super::rays::Blockers;
+use crate::separation::d_prime;
 use glam::DVec3;
-use grideye_scene::{Agent, Image, Scene, Sensor, Simulator};
+use grideye_scene::{Agent, Image, Scene, Sensor, Simulator, count};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
@@ -36,8 +37,6 @@ pub struct Seen {
     /// `sqrt(Σ (with - without)²) / sigma` of the person there, in the worst turn that fits; 0 if the cell is not a
     /// place.
     pub contrast: f64,
-    /// `max abs(with - without) / sigma`, in the worst turn that fits.
-    pub peak: f64,
 }
 
 /// Whether a point is seen.
@@ -113,45 +112,43 @@ impl Survey {
     /// # Errors
     /// [`CoverageError::NoNoise`], or the reason why the sensor cannot be simulated.
     pub fn look(&self, sensor: &Sensor) -> Result<Look, CoverageError> {
+        let mut eye = self.eye(sensor)?;
+        eye.round.clone_from(&self.figure.round);
+        let seen = |cell: &Cell| Seen {
+            ground: match cell.kind {
+                Kind::Outside | Kind::Furniture => InSight::OutOfView,
+                Kind::Tight | Kind::Place => self.in_sight(sensor, cell.ground_m),
+            },
+            contrast: eye.contrast(cell),
+        };
+        Ok(Look {
+            cells: self.floor.cells.iter().map(seen).collect(),
+        })
+    }
+
+    /// The contrasts at some cells with a person of blocks, in either model: fast, and close enough to rank poses.
+    pub(crate) fn glance(
+        &self,
+        sensor: &Sensor,
+        cells: &[usize],
+    ) -> Result<Vec<f32>, CoverageError> {
+        let mut eye = self.eye(sensor)?;
+        let contrast = |cell: &usize| count::single(eye.contrast(&self.floor.cells[*cell]));
+        Ok(cells.iter().map(contrast).collect())
+    }
+
+    fn eye(&self, sensor: &Sensor) -> Result<Eye, CoverageError> {
         if sensor.noise_sigma <= 0.0 {
             return Err(CoverageError::NoNoise(sensor.name.clone()));
         }
         let scene = self.empty.with_sensors(vec![sensor.clone()]);
-        let mut simulator = Simulator::without_grid(&scene, &sensor.name)?;
-        let nobody = simulator.image(Duration::ZERO);
-        let mut round = self.figure.round.clone();
-        let sigma_c = self.sigma_c(sensor);
-        let cells = self.floor.cells.iter().map(|cell| {
-            let of_turns = cell.stands.iter().map(|stand| {
-                if self.figure.round.is_empty() && is_out_of_view(sensor, stand.around_m) {
-                    return (0.0, 0.0);
-                }
-                let somebody = with(&mut simulator, stand, &mut round);
-                contrast(&somebody, &nobody, sigma_c)
-            });
-            let worst = of_turns.reduce(|one, other| (one.0.min(other.0), one.1.min(other.1)));
-            let (contrast, peak) = worst.unwrap_or((0.0, 0.0));
-            Seen {
-                ground: match cell.kind {
-                    Kind::Outside | Kind::Furniture => InSight::OutOfView,
-                    Kind::Tight | Kind::Place => self.in_sight(sensor, cell.ground_m),
-                },
-                contrast,
-                peak,
-            }
-        });
-        Ok(Look {
-            cells: cells.collect(),
+        let simulator = Simulator::without_grid(&scene, &sensor.name)?;
+        Ok(Eye {
+            nobody: simulator.image(Duration::ZERO),
+            simulator,
+            sigma_c: sensor.noise_sigma / f64::from(self.frames).sqrt(),
+            round: Vec::new(),
         })
-    }
-
-    /// The noise that contrasts are in units of.
-    pub(crate) fn sigma_c(&self, sensor: &Sensor) -> f64 {
-        sensor.noise_sigma / f64::from(self.frames).sqrt()
-    }
-
-    pub(crate) fn is_in_sight(&self, from_m: DVec3, point_m: DVec3) -> bool {
-        self.blockers.are_in_sight(from_m, point_m)
     }
 
     fn in_sight(&self, sensor: &Sensor, ground_m: DVec3) -> InSight {
@@ -164,7 +161,7 @@ impl Survey {
             && in_sensor.z.abs() <= slopes.y * in_sensor.x;
         if !is_in_view {
             InSight::OutOfView
-        } else if self.is_in_sight(sensor.pose.position_m, point_m) {
+        } else if self.blockers.are_in_sight(sensor.pose.position_m, point_m) {
             InSight::Seen
         } else {
             InSight::Hidden
@@ -223,41 +220,56 @@ pub(crate) fn shared<T: Send>(
     Ok(found.into_iter().map(|(_, one)| one).collect())
 }
 
+/// A sensor in the empty room.
+struct Eye {
+    simulator: Simulator,
+    nobody: Image,
+    /// The noise that contrasts are in units of.
+    sigma_c: f64,
+    /// The person of round segments in each turn, moved rather than copied; if none, blocks are seen.
+    round: Vec<Vec<Agent>>,
+}
+
+impl Eye {
+    /// `sqrt(Σ (with - without)²) / sigma` of the person in the worst turn that fits.
+    fn contrast(&mut self, cell: &Cell) -> f64 {
+        let of_turns = cell.stands.iter().map(|stand| {
+            if self.round.is_empty() && is_out_of_view(self.simulator.sensor(), stand.around_m) {
+                return 0.0;
+            }
+            let somebody = self.somebody(stand);
+            d_prime(&somebody, &self.nobody, self.sigma_c)
+        });
+        of_turns.reduce(f64::min).unwrap_or(0.0)
+    }
+
+    /// The image with the person there.
+    fn somebody(&mut self, stand: &Stand) -> Image {
+        let round = self.round.get_mut(stand.turn).map(std::mem::take);
+        let is_round = round.is_some();
+        let mut agents = round.unwrap_or_else(|| vec![stand.blocks.clone()]);
+        if is_round {
+            agents
+                .iter_mut()
+                .for_each(|agent| agent.start_m = stand.base_m);
+        }
+        self.simulator.replace_agents(agents);
+        let image = self.simulator.image(Duration::ZERO);
+        if is_round {
+            self.round[stand.turn] = self.simulator.replace_agents(Vec::new());
+        }
+        image
+    }
+}
+
 /// Whether a ball is beyond a border of the field of view, outside which the paper's model sees nothing.
-pub(crate) fn is_out_of_view(sensor: &Sensor, (middle_m, radius_m): (DVec3, f64)) -> bool {
+fn is_out_of_view(sensor: &Sensor, (middle_m, radius_m): (DVec3, f64)) -> bool {
     let in_sensor = sensor.pose.point_in_sensor(middle_m);
     let slopes = sensor.view_slopes();
     let beyond = |across_m: f64, slope: f64| {
         across_m.abs() - slope * in_sensor.x > radius_m * (1.0 + slope * slope).sqrt()
     };
     beyond(in_sensor.y, slopes.x) || beyond(in_sensor.z, slopes.y)
-}
-
-/// The image with the person there; `round` has its agents, which are moved rather than copied.
-fn with(simulator: &mut Simulator, stand: &Stand, round: &mut [Vec<Agent>]) -> Image {
-    let Some(round) = round.get_mut(stand.turn) else {
-        simulator.replace_agents(vec![stand.blocks.clone()]);
-        return simulator.image(Duration::ZERO);
-    };
-    let mut agents = std::mem::take(round);
-    for agent in &mut agents {
-        agent.start_m = stand.base_m;
-    }
-    simulator.replace_agents(agents);
-    let image = simulator.image(Duration::ZERO);
-    *round = simulator.replace_agents(Vec::new());
-    image
-}
-
-/// Root of the sum of squares, and the largest, of a person's changes, in units of the noise.
-fn contrast(somebody: &Image, nobody: &Image, sigma_c: f64) -> (f64, f64) {
-    let changes = somebody.celsius.iter().zip(&nobody.celsius);
-    let (squares, largest) = changes
-        .map(|(with, without)| (with - without).abs())
-        .fold((0.0, 0.0_f64), |(squares, largest), change| {
-            (squares + change * change, largest.max(change))
-        });
-    (squares.sqrt() / sigma_c, largest / sigma_c)
 }
 
 fn check(grain: &Grain) -> Result<(), CoverageError> {

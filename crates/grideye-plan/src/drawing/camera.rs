@@ -1,16 +1,17 @@
 //! Projects the room onto the page, in perspective or from straight above.
 
+use crate::plane::Plane;
 use glam::{DVec2, DVec3};
 use grideye_scene::polygon::bounds;
 
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Panel {
-    pub(super) corner: DVec2,
-    pub(super) size: DVec2,
+pub(crate) struct Panel {
+    pub(crate) corner: DVec2,
+    pub(crate) size: DVec2,
 }
 
 impl Panel {
-    pub(super) const fn new(left: f64, top: f64, width: f64, height: f64) -> Self {
+    pub(crate) const fn new(left: f64, top: f64, width: f64, height: f64) -> Self {
         Self {
             corner: DVec2::new(left, top),
             size: DVec2::new(width, height),
@@ -19,7 +20,7 @@ impl Panel {
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct Camera {
+pub(crate) struct Camera {
     eye_m: Option<DVec3>,
     target_m: DVec3,
     /// To the right and up on the page, and from the page to the eye.
@@ -32,7 +33,7 @@ pub(super) struct Camera {
 
 impl Camera {
     /// From the front left, above, like the paper's figures.
-    pub(super) fn perspective(bounds_m: (DVec3, DVec3), panel: &Panel) -> Self {
+    pub(crate) fn perspective(bounds_m: (DVec3, DVec3), panel: &Panel) -> Self {
         let (sin_turn, cos_turn) = libm::sincos(TURN_RAD);
         let (sin_rise, cos_rise) = libm::sincos(RISE_RAD);
         let towards_eye = DVec3::new(-sin_turn * cos_rise, -cos_turn * cos_rise, sin_rise);
@@ -52,7 +53,7 @@ impl Camera {
     }
 
     /// Like a map: right is right, back is up.
-    pub(super) fn from_above(bounds_m: (DVec3, DVec3), panel: &Panel) -> Self {
+    pub(crate) fn from_above(bounds_m: (DVec3, DVec3), panel: &Panel) -> Self {
         Self {
             eye_m: None,
             target_m: 0.5 * (bounds_m.0 + bounds_m.1),
@@ -65,7 +66,7 @@ impl Camera {
         .fitted(bounds_m, panel)
     }
 
-    pub(super) fn project(&self, point_m: DVec3) -> DVec2 {
+    pub(crate) fn project(&self, point_m: DVec3) -> DVec2 {
         let from_target_m = point_m - self.target_m;
         let shrink = self.eye_m.map_or(1.0, |eye_m| {
             let away_m = eye_m.distance(self.target_m);
@@ -77,15 +78,25 @@ impl Camera {
     }
 
     /// Positive if the eye is on the side that the plane's normal points to.
-    pub(super) fn side_of(&self, plane: &Plane) -> f64 {
+    pub(crate) fn side_of(&self, plane: &Plane) -> f64 {
         self.eye_m.map_or_else(
             || plane.normal.dot(self.towards_eye),
             |eye_m| plane.height_m(eye_m),
         )
     }
 
+    /// Whether the eye is on the side from which a face's corners run counter-clockwise.
+    pub(crate) fn sees(&self, face: &[DVec3]) -> bool {
+        Plane::of_face(face).is_some_and(|plane| self.side_of(&plane) > 1e-9)
+    }
+
+    pub(crate) fn depth_m(&self, point_m: DVec3) -> f64 {
+        let eye_m = self.eye_m.unwrap_or(self.target_m);
+        (eye_m - point_m).dot(self.towards_eye)
+    }
+
     /// The direction from a point to the eye.
-    pub(super) fn towards_eye_from(&self, point_m: DVec3) -> DVec3 {
+    pub(crate) fn towards_eye_from(&self, point_m: DVec3) -> DVec3 {
         self.eye_m
             .map_or(self.towards_eye, |eye_m| (eye_m - point_m).normalize())
     }
@@ -105,41 +116,6 @@ impl Camera {
         let middle = panel.corner + 0.5 * panel.size;
         self.offset = middle - self.scale * 0.5 * (low + high);
         self
-    }
-}
-
-/// A plane: the points with product `offset_m` with the unit vector `normal`.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Plane {
-    pub(super) normal: DVec3,
-    pub(super) offset_m: f64,
-}
-
-impl Plane {
-    pub(super) const fn new(normal: DVec3, offset_m: f64) -> Self {
-        Self { normal, offset_m }
-    }
-
-    /// The plane of a flat face, by Newell's sum; `None` if it has no area.
-    pub(super) fn of_face(points_m: &[DVec3]) -> Option<Self> {
-        let (first, last) = (*points_m.first()?, *points_m.last()?);
-        let mut previous = last;
-        let mut sum = DVec3::ZERO;
-        for point in points_m {
-            sum += (previous - first).cross(*point - first);
-            previous = *point;
-        }
-        let normal = sum.try_normalize()?;
-        Some(Self::new(normal, normal.dot(first)))
-    }
-
-    /// The same plane, seen from its other side.
-    pub(super) fn opposite(self) -> Self {
-        Self::new(-self.normal, -self.offset_m)
-    }
-
-    pub(super) fn height_m(&self, point_m: DVec3) -> f64 {
-        self.normal.dot(point_m) - self.offset_m
     }
 }
 
@@ -194,18 +170,22 @@ mod tests {
         assert!((b - a).perp_dot(c - a).abs() < 1e-6);
     }
 
+    fn side(camera: &Camera, normal: DVec3, offset_m: f64) -> f64 {
+        camera.side_of(&Plane { normal, offset_m })
+    }
+
     #[test]
     fn the_eye_is_above_the_floor_and_in_front_of_the_room() {
         for camera in [
             Camera::perspective(BOUNDS_M, &PANEL),
             Camera::from_above(BOUNDS_M, &PANEL),
         ] {
-            assert!(camera.side_of(&Plane::new(DVec3::Z, 0.0)) > 0.0);
+            assert!(side(&camera, DVec3::Z, 0.0) > 0.0);
         }
         let camera = Camera::perspective(BOUNDS_M, &PANEL);
-        assert!(camera.side_of(&Plane::new(-DVec3::Y, 0.0)) > 0.0);
+        assert!(side(&camera, -DVec3::Y, 0.0) > 0.0);
         // The eye is left of the room's center, but not infinitely far: it is on the right side of a plane farther
         // left.
-        assert!(camera.side_of(&Plane::new(-DVec3::X, 1000.0)) < 0.0);
+        assert!(side(&camera, -DVec3::X, 1000.0) < 0.0);
     }
 }

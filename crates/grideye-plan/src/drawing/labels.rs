@@ -1,5 +1,6 @@
 //! Places names next to the things they name, where there is room.
 
+use super::bodies::mosaic_of;
 use super::camera::Camera;
 use super::limits;
 use super::options::Drawing;
@@ -8,20 +9,20 @@ use grideye_scene::{Body, Scene};
 use std::collections::HashSet;
 
 #[derive(Debug, Default)]
-pub(super) struct Labels {
-    pub(super) placed: Vec<Label>,
-    pub(super) left_out: usize,
+pub(crate) struct Labels {
+    pub(crate) placed: Vec<Label>,
+    pub(crate) left_out: usize,
 }
 
 #[derive(Debug)]
-pub(super) struct Label {
-    pub(super) at: DVec2,
-    pub(super) text: String,
+pub(crate) struct Label {
+    pub(crate) at: DVec2,
+    pub(crate) text: String,
 }
 
 impl Labels {
     /// Agents first, then sensors, then objects: earlier names get the room.
-    pub(super) fn of(scene: &Scene, drawing: &Drawing<'_>, camera: &Camera) -> Self {
+    pub(crate) fn of(scene: &Scene, drawing: &Drawing<'_>, camera: &Camera) -> Self {
         let mut labels = Self::default();
         let time_s = drawing.time.as_secs_f64();
         let titled = |name: &str, body: &Body| {
@@ -55,7 +56,7 @@ impl Labels {
     }
 
     /// Places a name above its thing, or below it if another name is in the way.
-    fn place(&mut self, thing: DVec2, text: String) {
+    pub(crate) fn place(&mut self, thing: DVec2, text: String) {
         let places = [-8.0, 16.0, -22.0].map(|down| thing + DVec2::new(0.0, down));
         let free = places
             .into_iter()
@@ -67,14 +68,6 @@ impl Labels {
             _ => self.left_out += 1,
         }
     }
-}
-
-/// The name of the mosaic that a cell belongs to: the cell's name without the two numbers at its end.
-fn mosaic_of(name: &str) -> Option<&str> {
-    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
-    let (front, column) = name.rsplit_once(' ')?;
-    let (mosaic, row) = front.rsplit_once(' ')?;
-    (is_number(row) && is_number(column)).then_some(mosaic)
 }
 
 fn with_temperature(name: &str, celsius: f64) -> String {
@@ -94,7 +87,7 @@ fn overlap(at: DVec2, text: &str, other: &Label) -> bool {
 }
 
 /// Approximate width of the text on the sheet.
-pub(super) fn width(text: &str) -> f64 {
+pub(crate) fn width(text: &str) -> f64 {
     text.chars().map(|_| CHARACTER_WIDTH).sum()
 }
 

@@ -1,9 +1,7 @@
 //! Limits of a drawing; each has a test that reaches it.
 
-/// Faces of one body; a body with more is drawn as its bounding box.
-pub const FACES_OF_BODY_MAX: usize = 5_000;
 /// Faces of all bodies; bodies beyond this, in file order, are drawn as boxes.
-pub const FACES_MAX: usize = 30_000;
+pub const FACES_MAX: usize = 10_000;
 /// Circles on one agent's path; on a longer path only every second, third … is drawn.
 pub const CIRCLES_MAX: usize = 400;
 /// Names in one view; names without room are omitted, too.

@@ -1,303 +1,302 @@
-//! The page: SVG without styles, fonts or external images.
+//! A page with drawings of a room: SVG that needs no other file.
 
-use super::camera::{Camera, Panel, Plane};
+use super::bodies::{Bodies, Kind};
+use super::camera::{Camera, Panel};
 use super::labels::{Labels, width};
-use super::painter::{Paint, Piece};
-use super::pieces::{AGENT, OBJECT, SEEN, SEEN_EDGE};
+use super::tree::{Drawn, Face, Round};
+use crate::ground::View;
+use crate::plane::Plane;
 use glam::{DVec2, DVec3};
+use grideye_draw::Rgb;
 use grideye_draw::number::round_step;
-use grideye_draw::palette::hex;
-use grideye_draw::svg::{self, Element, Svg};
+use grideye_draw::palette::{
+    FAINT, FLOOR, INK, JUTTING_WALL, PANEL, PAPER, VIEW, VIEW_EDGE, WALL, hex,
+};
+use grideye_draw::svg::{self, Svg};
 use grideye_scene::{Sensor, count, polygon::bounds};
+use std::f64::consts::TAU;
 
 #[derive(Debug)]
-pub(super) struct Sheet {
-    svg: Svg,
+pub(crate) struct Sheet {
+    pub(crate) svg: Svg,
+}
+
+/// What each class looks like; bodies have their own colors.
+fn style() -> String {
+    let [ink, faint, paper] = [INK, FAINT, PAPER].map(hex);
+    let [panel, floor, wall, jutting] = [PANEL, FLOOR, WALL, JUTTING_WALL].map(hex);
+    let [view, edge] = [VIEW, VIEW_EDGE].map(hex);
+    format!(
+        "text{{fill:{ink}}}.title{{font-size:19px;font-weight:bold}}.label,.tick-label{{text-anchor:middle;stroke:{paper};\
+         stroke-width:3;stroke-linejoin:round;paint-order:stroke}}.tick-label,.faint{{fill:{faint}}}\
+         path,circle,rect{{stroke-width:.8}}.panel{{fill:{panel};stroke:#dddddd}}.seam{{stroke-width:.4}}.wall{{fill:{floor};stroke:{wall}}}\
+         .wire{{fill:none;stroke:{wall};stroke-dasharray:6 4}}.jutting{{fill:{jutting};fill-opacity:.6;stroke:{wall}}}\
+         .view{{fill:{view};stroke:{edge}}}.ray,.ahead{{fill:none;stroke:{edge}}}.ahead{{stroke-width:1.5}}\
+         .sensor{{fill:{view};stroke:{edge};stroke-width:1.2}}.way{{fill:none;stroke-width:1.6;stroke-dasharray:.1 4;\
+         stroke-linecap:round}}.captured{{fill:{paper};stroke-width:1.1}}.axis,.tick{{fill:none;stroke:{faint}}}\
+         .axis{{stroke-width:1.6}}.key{{stroke:{faint};stroke-width:.5}}"
+    )
 }
 
 impl Sheet {
-    pub(super) fn new(width: f64, height: f64) -> Self {
-        Self {
-            svg: Svg::page(width, height, &[("font-size", "12"), ("fill", "#222222")]),
-        }
+    /// A page with its title and a line below; `more` is its style besides that of rooms.
+    pub(crate) fn new((width, height): (f64, f64), title: &str, summary: &str, more: &str) -> Self {
+        let mut svg = Svg::page(width, height, &[("font-size", "12")]);
+        svg.element("style").text(style() + more);
+        svg.line_end();
+        let mut sheet = Self { svg };
+        sheet.svg.element("title").text(title);
+        sheet.text("title", DVec2::new(24.0, 34.0), title);
+        sheet.text("faint", DVec2::new(24.0, 56.0), summary);
+        sheet
     }
 
-    pub(super) fn finish(mut self) -> String {
+    pub(crate) fn finish(mut self) -> String {
         self.svg.close("svg");
         self.svg.line_end();
         self.svg.finish()
     }
 
-    pub(super) fn head(&mut self, title: &str, summary: &str) {
-        self.line("title", |element| {
-            element.text(title);
-        });
-        self.line("text", |element| {
-            let element = element.with("x", 24).with("y", 34);
-            element
-                .with("font-size", 19)
-                .with("font-weight", "bold")
-                .text(title);
-        });
-        self.line("text", |element| {
-            let element = element.with("x", 24).with("y", 56);
-            element.with("fill", "#555555").text(summary);
-        });
+    pub(crate) fn panel(&mut self, title: &str, panel: &Panel) {
+        self.rectangle("panel", (panel.corner, panel.corner + panel.size));
+        self.text("faint", panel.corner + DVec2::new(12.0, 20.0), title);
     }
 
-    pub(super) fn panel(&mut self, title: &str, panel: &Panel) {
-        let (DVec2 { x: left, y: top }, size) = (panel.corner, panel.size);
-        self.line("rect", |element| {
-            let element = element.with("x", left).with("y", top);
-            let element = element.with("width", size.x).with("height", size.y);
-            let element = element.with("rx", 6).with("fill", "#fafafa");
-            element.with("stroke", "#dddddd").end();
-        });
-        self.line("text", |element| {
-            let element = element.with("x", left + 12.0).with("y", top + 20.0);
-            element.with("fill", "#777777").text(title);
-        });
-    }
-
-    pub(super) fn walls_behind(&mut self, camera: &Camera, walls: &[Vec<DVec3>]) {
-        for wall in walls.iter().filter(|wall| is_seen(camera, wall)) {
-            let outline = path(camera, wall, true);
-            self.line("path", |element| {
-                let element = element.with("class", "wall").with("d", outline);
-                stroke(element.with("fill", "#f1f1f1"), "#999999", "1").end();
-            });
+    /// Walls seen from within are filled, the others dashed.
+    pub(super) fn walls(&mut self, camera: &Camera, class: &str, walls: &[Vec<DVec3>]) {
+        for wall in walls
+            .iter()
+            .filter(|wall| camera.sees(wall) == (class == "wall"))
+        {
+            self.mark(class, &path(camera, wall, true));
         }
     }
 
-    pub(super) fn walls_before(&mut self, camera: &Camera, walls: &[Vec<DVec3>]) {
-        for wall in walls.iter().filter(|wall| !is_seen(camera, wall)) {
-            let outline = path(camera, wall, true);
-            self.line("path", |element| {
-                let element = element.with("class", "wire").with("d", outline);
-                let element = stroke(element.with("fill", "none"), "#999999", "0.8");
-                element.with("stroke-dasharray", "6 4").end();
-            });
-        }
-    }
-
-    pub(super) fn piece(&mut self, camera: &Camera, piece: &Piece) {
-        match piece.paint {
-            Paint::Face {
-                fill,
-                opacity,
-                edge,
-            } => self.face(camera, piece, (fill, opacity, edge)),
-            Paint::Line { color } => {
-                let line = path(camera, &piece.points_m, false);
-                let color = hex(color);
-                self.line("path", |element| {
-                    let element = element.with("class", "way").with("d", line);
-                    dotted(element.with("fill", "none"), &color);
-                });
-            }
-            Paint::Circle { color, radius } => {
-                for point in &piece.points_m {
-                    let at = camera.project(*point);
-                    self.line("circle", |element| {
-                        let element = element.with("class", "captured");
-                        let element = element.at("cx", at.x, 1).at("cy", at.y, 1);
-                        let element = element.with("r", radius).with("fill", "#ffffff");
-                        stroke(element, &hex(color), "1.1").end();
-                    });
-                }
-            }
-        }
-    }
-
-    /// The sensors; in the top view the edges of their pyramids cross there.
-    pub(super) fn sensors(&mut self, camera: &Camera, sensors: &[Sensor]) {
-        for sensor in sensors {
-            let at = camera.project(sensor.pose.position_m);
-            let ahead = sensor.pose.position_m + 0.25 * sensor.pose.world_from_sensor().x_axis;
-            let ahead = camera.project(ahead);
-            let group = self.svg.element("g").with("class", "sensor");
-            group.with("stroke", hex(SEEN_EDGE)).open();
-            let line = ends(self.svg.element("line"), at, ahead);
-            line.with("stroke-width", 1.5).end();
-            let place = self.svg.element("rect").xy((at.x - 4.5, at.y - 4.5));
-            let place = place.with("width", 9).with("height", 9);
-            place
-                .with("fill", hex(SEEN))
-                .with("stroke-width", 1.2)
-                .end();
-            self.svg.close("g");
+    /// What a sensor has in view; on walls that are not seen from within, only its outline.
+    pub(super) fn view(&mut self, camera: &Camera, view: &View, opacity: f64) {
+        for face in &view.faces_m {
+            let opacity = if camera.sees(face) { opacity } else { 0.0 };
+            let element = self.svg.element("path").with("class", "view");
+            let element = element.with("d", path(camera, face, true));
+            element.at("fill-opacity", opacity, 3).end();
             self.svg.line_end();
         }
     }
 
-    pub(super) fn axes(&mut self, camera: &Camera, (low, high): (DVec3, DVec3)) {
-        let corner = camera.project(low);
-        for (name, end) in [
-            ("x", low.with_x(high.x)),
-            ("y", low.with_y(high.y)),
-            ("z", low.with_z(high.z)),
-        ] {
-            let towards = (camera.project(end) - corner).normalize_or_zero();
-            let tip = corner + 34.0 * towards;
-            let text = corner + 46.0 * towards;
-            self.line("line", |element| {
-                let element = ends(element.with("class", "axis"), corner, tip);
-                stroke(element, "#444444", "1.6").end();
-            });
-            self.text(text + DVec2::new(0.0, 4.0), name, "#444444");
+    pub(super) fn bodies(&mut self, camera: &Camera, bodies: &Bodies) {
+        let depth_m = |at_m: DVec3| camera.depth_m(at_m);
+        let side_of = |plane: &Plane| camera.side_of(plane);
+        for drawn in bodies
+            .tree
+            .far_to_near(bodies.rounds.iter(), side_of, depth_m)
+        {
+            match drawn {
+                Drawn::Face(face) => self.face(camera, bodies, face),
+                Drawn::Round(round) => self.round(camera, bodies, round),
+            }
         }
     }
 
-    pub(super) fn ruler(&mut self, camera: &Camera, (low, high): (DVec3, DVec3)) {
+    fn round(&mut self, camera: &Camera, bodies: &Bodies, round: &Round) {
+        let towards_eye = camera.towards_eye_from(round.center_m);
+        // The points of a unit sphere that become the rim are at right angles to this.
+        let pole = (round.axes_m.inverse() * towards_eye).normalize_or_zero();
+        let (one, other) = pole.any_orthonormal_pair();
+        let rim = (0..RIM).map(|side| {
+            let (sin, cos) = libm::sincos(TAU * count::float(side) / count::float(RIM));
+            round.center_m + round.axes_m * (cos * one + sin * other)
+        });
+        let rim: Vec<DVec3> = rim.collect();
+        let color = bodies.shapes[round.shape].color;
+        let fill = shaded(color, towards_eye);
+        self.opaque(&path(camera, &rim, true), fill, edge_of(color));
+    }
+
+    fn face(&mut self, camera: &Camera, bodies: &Bodies, face: &Face) {
+        let shape = &bodies.shapes[face.shape];
+        let Some(plane) = Plane::of_face(&face.corners_m) else {
+            return;
+        };
+        let side = camera.side_of(&plane);
+        if shape.is_closed && side <= 1e-9 {
+            return;
+        }
+        let d = path(camera, &face.corners_m, true);
+        if shape.kind == Kind::Wall {
+            self.mark("jutting", &d);
+            return;
+        }
+        let fill = shaded(shape.color, plane.normal * side.signum());
+        // The edges of a tiny face would cover it.
+        let has_edges = !is_tiny(camera, &face.corners_m);
+        if has_edges && !face.edges.contains(&false) {
+            self.opaque(&d, fill, edge_of(shape.color));
+            return;
+        }
+        // A hairline in the fill color closes the seams between cut faces.
+        self.opaque(&d, fill, fill);
+        let next = face.corners_m.iter().cycle().skip(1);
+        let sides = face.corners_m.iter().zip(next).zip(&face.edges);
+        let drawn = sides.filter(|(_, is_drawn)| has_edges && **is_drawn);
+        let lines: String = drawn
+            .map(|((from, to), _)| path(camera, &[*from, *to], false))
+            .collect();
+        if !lines.is_empty() {
+            let element = self
+                .svg
+                .element("path")
+                .with("d", lines)
+                .with("fill", "none");
+            element.with("stroke", hex(edge_of(shape.color))).end();
+            self.svg.line_end();
+        }
+    }
+
+    fn opaque(&mut self, d: &str, fill: Rgb, edge: Rgb) {
+        let element = self
+            .svg
+            .element("path")
+            .with("d", d)
+            .with("fill", hex(fill));
+        let element = element.with("stroke", hex(edge));
+        match fill == edge {
+            true => element.with("class", "seam").end(),
+            false => element.end(),
+        }
+        self.svg.line_end();
+    }
+
+    /// A path in its color, and a circle at each frame.
+    pub(super) fn way(&mut self, camera: &Camera, way_m: &[DVec3], frames_m: &[DVec3], color: Rgb) {
+        let element = self.svg.element("path").with("class", "way");
+        let element = element.with("d", path(camera, way_m, false));
+        element.with("stroke", hex(color)).end();
+        self.svg.line_end();
+        let radius = if frames_m.len() > CROWDED { 1.8 } else { 3.0 };
+        for frame_m in frames_m {
+            let at = camera.project(*frame_m);
+            let element = self.svg.element("circle").with("class", "captured");
+            let element = element
+                .at("cx", at.x, 1)
+                .at("cy", at.y, 1)
+                .with("r", radius);
+            element.with("stroke", hex(color)).end();
+            self.svg.line_end();
+        }
+    }
+
+    /// A square, its direction, and lines to the corners of what it has in view.
+    pub(crate) fn sensor(&mut self, camera: &Camera, sensor: &Sensor, corners_m: &[DVec3]) {
+        let at_m = sensor.pose.position_m;
+        let rays = corners_m
+            .iter()
+            .map(|corner_m| path(camera, &[at_m, *corner_m], false));
+        self.mark("ray", &rays.collect::<String>());
+        let ahead_m = at_m + 0.25 * sensor.pose.world_from_sensor().x_axis;
+        self.mark("ahead", &path(camera, &[at_m, ahead_m], false));
+        let at = camera.project(at_m);
+        self.rectangle("sensor", (at - 4.5, at + 4.5));
+    }
+
+    pub(super) fn axes(&mut self, camera: &Camera, (low, high): (DVec3, DVec3)) {
+        let corner = camera.project(low);
+        let ends = [
+            ("x", low.with_x(high.x)),
+            ("y", low.with_y(high.y)),
+            ("z", low.with_z(high.z)),
+        ];
+        for (name, end) in ends {
+            let towards = (camera.project(end) - corner).normalize_or_zero();
+            self.stroke("axis", [corner, corner + 34.0 * towards]);
+            self.text(
+                "tick-label",
+                corner + 46.0 * towards + DVec2::new(0.0, 4.0),
+                name,
+            );
+        }
+    }
+
+    pub(crate) fn ruler(&mut self, camera: &Camera, (low, high): (DVec3, DVec3)) {
         let step = round_step((high - low).max_element() / 7.0);
         for (axis, span) in [(DVec3::X, high.x - low.x), (DVec3::Y, high.y - low.y)] {
             let outwards = if axis.x > 0.0 { DVec2::Y } else { -DVec2::X };
             for tick in 0..=count::floor(span / step + 1e-9) {
                 let length = step * count::float(tick);
                 let from = camera.project(low + length * axis);
-                let to = from + 5.0 * outwards;
-                self.line("line", |element| {
-                    let element = ends(element.with("class", "tick"), from, to);
-                    element.with("stroke", "#777777").end();
-                });
+                self.stroke("tick", [from, from + 5.0 * outwards]);
                 let unit = if tick == 0 { " m" } else { "" };
                 let text = format!("{}{unit}", (length * 1000.0).round() / 1000.0);
                 self.text(
+                    "tick-label",
                     from + 16.0 * outwards + DVec2::new(0.0, 4.0),
                     &text,
-                    "#777777",
                 );
             }
         }
     }
 
-    pub(super) fn labels(&mut self, labels: &Labels) {
+    pub(crate) fn labels(&mut self, labels: &Labels) {
         for label in &labels.placed {
-            self.text(label.at, &label.text, "#222222");
+            self.text("label", label.at, &label.text);
         }
         if labels.left_out > 0 {
-            self.svg
-                .remark(format_args!("no room for {} names", labels.left_out));
+            let omitted = format!("no room for {} names", labels.left_out);
+            self.svg.remark(omitted);
             self.svg.line_end();
         }
     }
 
-    pub(super) fn legend(&mut self, y: f64, somebody_walks: bool) {
-        let mut x = 24.0;
-        for (color, text) in [
-            (OBJECT, "object"),
-            (AGENT, "agent"),
-            (SEEN, "sensor and its field of view"),
-        ] {
-            self.line("rect", |element| {
-                let element = element.with("x", x).with("y", y - 11.0);
-                let element = element.with("width", 14).with("height", 14);
-                stroke(element.with("fill", hex(color)), "#888888", "0.5").end();
-            });
-            self.remark((x + 20.0, y), text);
-            x += 44.0 + width(text);
-        }
-        if somebody_walks {
-            let color = hex(AGENT);
-            let middle = y - 4.0;
-            let way = self.svg.element("path");
-            dotted(way.with("d", format_args!("M{x} {middle}h34")), &color);
-            self.line("circle", |element| {
-                let element = element.with("cx", x + 17.0).with("cy", middle);
-                let element = element.with("r", 3).with("fill", "#ffffff");
-                element.with("stroke", &color).end();
-            });
-            self.remark((x + 42.0, y), "path, and where frames are taken");
-        }
+    /// A box in its color and what it means; returns the place of the next one.
+    pub(crate) fn key(&mut self, at: DVec2, fill: &str, text: &str) -> DVec2 {
+        let corner = at - DVec2::new(0.0, 11.0);
+        let element = self
+            .svg
+            .element("rect")
+            .with("class", "key")
+            .xy(corner.into());
+        element
+            .with("width", 14)
+            .with("height", 14)
+            .with("fill", fill)
+            .end();
+        self.text("", at + DVec2::new(20.0, 0.0), text);
+        at + DVec2::new(44.0 + width(text), 0.0)
     }
 
-    fn face(
-        &mut self,
-        camera: &Camera,
-        piece: &Piece,
-        (fill, opacity, edge): ([u8; 3], f64, [u8; 3]),
-    ) {
-        let outline = path(camera, &piece.points_m, true);
-        let (fill, edge) = (hex(fill), hex(edge));
-        if opacity <= 0.0 {
-            // Only its edges are drawn.
-        } else if opacity < 1.0 {
-            self.line("path", |element| {
-                let element = element.with("class", "view").with("d", outline);
-                let element = element.with("fill", &fill);
-                element.at("fill-opacity", opacity, 3).end();
-            });
-        } else {
-            // A hairline in the fill color closes the seams between cut faces.
-            let is_whole = !is_tiny(camera, &piece.points_m) && !piece.edges.contains(&false);
-            let (color, width) = match is_whole {
-                true => (&edge, "0.8"),
-                false => (&fill, "0.4"),
-            };
-            self.line("path", |element| {
-                let element = element.with("d", outline).with("fill", &fill);
-                stroke(element, color, width).end();
-            });
-            if is_whole {
-                return;
-            }
-        }
-        if is_tiny(camera, &piece.points_m) {
-            // Edges would cover it completely.
-            return;
-        }
-        let corners = piece.points_m.len();
-        let lines: String = (0..corners)
-            .filter(|index| piece.edges.get(*index) == Some(&true))
-            .map(|index| {
-                let ends = [piece.points_m[index], piece.points_m[(index + 1) % corners]];
-                path(camera, &ends, false)
-            })
-            .collect();
-        if !lines.is_empty() {
-            self.line("path", |element| {
-                let element = element.with("d", lines).with("fill", "none");
-                let element = stroke(element, &edge, "0.8");
-                element.with("stroke-linecap", "round").end();
-            });
-        }
+    pub(crate) fn rectangle(&mut self, class: &str, (low, high): (DVec2, DVec2)) {
+        let (element, size) = (self.svg.element("rect").with("class", class), high - low);
+        let element = element.xy(low.into()).at("width", size.x, 1);
+        element.at("height", size.y, 1).end();
+        self.svg.line_end();
     }
 
-    fn text(&mut self, at: DVec2, text: &str, color: &str) {
-        self.line("text", |element| {
-            let element = element.xy((at.x, at.y)).with("text-anchor", "middle");
-            element.with("fill", color).halo().text(text);
-        });
+    fn stroke(&mut self, class: &str, ends: [DVec2; 2]) {
+        self.mark(class, &svg::path(ends.map(|at| (at.x, at.y)), 1, false));
     }
 
-    fn remark(&mut self, (x, y): (f64, f64), text: &str) {
-        self.line("text", |element| {
-            element.with("x", x).with("y", y).text(text);
-        });
+    pub(crate) fn mark(&mut self, class: &str, d: &str) {
+        self.svg.mark(class, d);
+        self.svg.line_end();
     }
 
-    fn line(&mut self, name: &'static str, write: impl FnOnce(Element<'_>)) {
-        write(self.svg.element(name));
+    pub(crate) fn text(&mut self, class: &str, at: DVec2, text: &str) {
+        let element = self.svg.element("text").with("class", class);
+        element.xy(at.into()).text(text);
         self.svg.line_end();
     }
 }
 
-fn stroke<'a>(element: Element<'a>, color: &str, width: &str) -> Element<'a> {
-    element.with("stroke", color).with("stroke-width", width)
+fn edge_of(color: Rgb) -> Rgb {
+    color.map(|part| part / 2)
 }
 
-fn dotted(element: Element<'_>, color: &str) {
-    let element = stroke(element, color, "1.6").with("stroke-dasharray", "0.1 4");
-    element.with("stroke-linecap", "round").end();
-}
-
-fn ends<'a>(element: Element<'a>, from: DVec2, to: DVec2) -> Element<'a> {
-    let element = element.at("x1", from.x, 1).at("y1", from.y, 1);
-    element.at("x2", to.x, 1).at("y2", to.y, 1)
-}
-
-fn is_seen(camera: &Camera, wall: &[DVec3]) -> bool {
-    Plane::of_face(wall).is_some_and(|plane| camera.side_of(&plane) > 1e-9)
+fn shaded(color: Rgb, normal: DVec3) -> Rgb {
+    let light = DVec3::new(-0.37, -0.56, 0.74);
+    let brightness = 0.72 + 0.28 * normal.dot(light).max(0.0);
+    color.map(|part| {
+        let lit = count::floor((f64::from(part) * brightness).round());
+        u8::try_from(lit).unwrap_or(u8::MAX)
+    })
 }
 
 fn is_tiny(camera: &Camera, points_m: &[DVec3]) -> bool {
@@ -306,12 +305,15 @@ fn is_tiny(camera: &Camera, points_m: &[DVec3]) -> bool {
     (high - low).max_element() < TINY
 }
 
-fn path(camera: &Camera, points_m: &[DVec3], closed: bool) -> String {
+pub(crate) fn path(camera: &Camera, points_m: &[DVec3], closed: bool) -> String {
     let places = points_m.iter().map(|point| camera.project(*point));
     svg::path(places.map(|at| (at.x, at.y)), 1, closed)
 }
 
 const TINY: f64 = 5.0;
+/// Corners of an ellipsoid's outline.
+const RIM: usize = 16;
+const CROWDED: usize = 60;
 
 #[cfg(test)]
 mod tests;

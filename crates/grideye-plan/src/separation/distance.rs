@@ -35,8 +35,6 @@ pub struct Distance {
     pub d_prime_of_shape: f64,
     /// Difference of the warmest pixels alone, in units of the noise.
     pub d_prime_of_warmest: f64,
-    /// Pixels that differ by more than three times the noise.
-    pub pixels_beyond_3_sigma: usize,
 }
 
 /// Why situations cannot be compared.
@@ -157,23 +155,23 @@ fn pictures(scene: &Scene) -> Result<Vec<Image>, SceneError> {
         .collect()
 }
 
+/// The root of the sum of squares of each pixel's difference, in units of its noise.
+pub(crate) fn d_prime(one: &Image, other: &Image, noise_sigma_c: f64) -> f64 {
+    let pairs = one.celsius.iter().zip(&other.celsius);
+    let squares = pairs.map(|(one, other)| (other - one).powi(2));
+    squares.sum::<f64>().sqrt() / noise_sigma_c
+}
+
 /// The distance between two images with the same noise on each pixel.
 #[must_use]
 pub fn distance(one: &Image, other: &Image, noise_sigma_c: f64) -> Distance {
-    let differences: Vec<f64> = one
-        .celsius
-        .iter()
-        .zip(&other.celsius)
+    let pairs = one.celsius.iter().zip(&other.celsius);
+    let differences: Vec<f64> = pairs
         .map(|(one, other)| (other - one) / noise_sigma_c)
         .collect();
     let count = grideye_scene::count::float(differences.len().max(1));
     let mean = differences.iter().sum::<f64>() / count;
-    let norm = |less: f64| {
-        let squares = differences
-            .iter()
-            .map(|difference| (difference - less).powi(2));
-        squares.sum::<f64>().sqrt()
-    };
+    let apart = differences.iter().map(|difference| difference - mean);
     let warmest = |image: &Image| {
         image
             .celsius
@@ -182,12 +180,8 @@ pub fn distance(one: &Image, other: &Image, noise_sigma_c: f64) -> Distance {
             .fold(f64::NEG_INFINITY, f64::max)
     };
     Distance {
-        d_prime: norm(0.0),
-        d_prime_of_shape: norm(mean),
+        d_prime: d_prime(one, other, noise_sigma_c),
+        d_prime_of_shape: apart.map(|part| part * part).sum::<f64>().sqrt(),
         d_prime_of_warmest: ((warmest(other) - warmest(one)) / noise_sigma_c).abs(),
-        pixels_beyond_3_sigma: differences
-            .iter()
-            .filter(|difference| difference.abs() > 3.0)
-            .count(),
     }
 }

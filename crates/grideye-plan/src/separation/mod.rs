@@ -7,6 +7,7 @@
 mod distance;
 mod report;
 
+pub(crate) use distance::d_prime;
 pub use distance::{
     D_PRIME_MIN, Distance, Pair, SITUATIONS_MAX, Separation, SeparationError, distance, separation,
 };

@@ -73,7 +73,6 @@ impl Separation {
                         "d_prime": distance.d_prime,
                         "d_prime_of_shape": distance.d_prime_of_shape,
                         "d_prime_of_warmest": distance.d_prime_of_warmest,
-                        "pixels_beyond_3_sigma": distance.pixels_beyond_3_sigma,
                     });
                     (name.clone(), value)
                 })

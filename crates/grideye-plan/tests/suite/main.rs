@@ -11,6 +11,7 @@
     reason = "a test that panics has failed, and its counts are small"
 )]
 
+mod bodies;
 mod coverage;
 mod drawing;
 mod fusion;

@@ -1,7 +1,7 @@
 //! A scene from above, as outlines for the page to draw.
 
 use crate::rounding::{flat, millimeters, point};
-use grideye_plan::ground;
+use grideye_plan::{drawing, ground};
 use grideye_scene::{Agent, Scene, Sensor};
 use serde_json::{Value, json};
 
@@ -14,6 +14,7 @@ pub(super) fn plan(scene: &Scene) -> Value {
     let sensors = scene.sensors().iter();
     let agents = scene.agents().iter();
     json!({
+        "colors": drawing::colors(),
         "room_m": flat(scene.room().outline_m()),
         "ambient_c": scene.room().ambient_c,
         "objects": objects.collect::<Vec<Value>>(),

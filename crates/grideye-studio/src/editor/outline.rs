@@ -1,8 +1,9 @@
 //! Where everything in a scene is at a moment, for the page to draw and drag; in meters.
 
 use crate::rounding::{flat, hundredths, point};
+use grideye_plan::drawing::{Bodies, mosaic_of};
 use grideye_plan::ground;
-use grideye_scene::{Agent, Body, Scene, Sensor};
+use grideye_scene::{Agent, Body, Scene, Sensor, polygon};
 use serde_json::{Map, Value, json};
 use std::time::Duration;
 
@@ -19,11 +20,7 @@ const KINDS: [&str; 4] = ["object", "mosaic", "agent", "sensor"];
 pub(super) fn outline(text: &str, scene: &Scene, at: Duration) -> Value {
     let document: toml::Table = text.parse().unwrap_or_default();
     let document = serde_json::to_value(document).unwrap_or_default();
-    let mut drawing = Drawing {
-        scene,
-        at,
-        faces: 0,
-    };
+    let drawing = Drawing { scene, at };
     let mut items = Vec::new();
     for kind in KINDS {
         let tables = document[kind].as_array();
@@ -36,6 +33,7 @@ pub(super) fn outline(text: &str, scene: &Scene, at: Duration) -> Value {
         "keys": plain(&document),
         "room": room(scene, &document["room"]),
         "items": items,
+        "drawing": Bodies::of(scene, at, FACES_MAX).json(),
     })
 }
 
@@ -56,11 +54,10 @@ fn room(scene: &Scene, table: &Value) -> Value {
 struct Drawing<'a> {
     scene: &'a Scene,
     at: Duration,
-    faces: usize,
 }
 
 impl Drawing<'_> {
-    fn item(&mut self, kind: &str, index: usize, table: &Value) -> Value {
+    fn item(&self, kind: &str, index: usize, table: &Value) -> Value {
         let name = table["name"].as_str().unwrap_or_default();
         let mut item = json!({ "kind": kind, "index": index, "name": name, "keys": plain(table) });
         let scene = self.scene;
@@ -77,38 +74,35 @@ impl Drawing<'_> {
                     .into_iter()
                     .for_each(|agent| self.standing(agent, table, &mut item));
             }
-            "mosaic" => item["bodies"] = json!(cells(scene.objects(), name).as_slice()),
             _ => {
-                let object = scene.objects().iter().find(|object| object.name == name);
-                let bodies = object.map(|object| self.body(object));
-                item["bodies"] = json!(bodies.as_slice());
+                let is_cell =
+                    |object: &&Body| kind == "mosaic" && mosaic_of(&object.name) == Some(name);
+                let objects = scene.objects().iter();
+                let own: Vec<&Body> = objects
+                    .filter(|object| object.name == name || is_cell(object))
+                    .collect();
+                item["bodies"] = json!(outline_of(&own).as_slice());
+                item["top_m"] = json!(top_m(&own));
             }
         }
         item
     }
 
-    fn standing(&mut self, agent: &Agent, table: &Value, item: &mut Value) {
+    fn standing(&self, agent: &Agent, table: &Value, item: &mut Value) {
         let at_m = agent.position_m(self.at);
         let bodies = agent.bodies_at(self.at);
         item["at_m"] = json!(point(at_m));
-        item["bodies"] = match agent.rounded_m(self.at) {
-            Some(rounded) => {
-                let segments = bodies.iter().zip(rounded);
-                let segments = segments.map(|(body, (center_m, axes_m))| {
-                    segment(body, center_m.into(), axes_m.to_cols_array_2d())
-                });
-                segments.collect()
-            }
-            None => bodies.iter().map(|body| self.body(body)).collect(),
-        };
+        item["top_m"] = json!(top_m(&bodies.iter().collect::<Vec<_>>()));
+        let bodies: Vec<Value> = bodies.iter().flat_map(|body| outline_of(&[body])).collect();
+        item["bodies"] = json!(bodies);
         if let Some((person, facing)) = agent.person.as_ref().zip(agent.facing(self.at)) {
             let front = facing.x_axis;
             item["faces_deg"] = json!(hundredths(front.y.atan2(front.x).to_degrees()));
             // What a word stands for.
             item["person"] = json!({ "build": person.girth, "clothing": person.clothing.clo });
         }
-        if let Some(trajectory) = &agent.trajectory {
-            let points = trajectory.waypoints_m();
+        if let Some(way) = &agent.trajectory {
+            let points = way.waypoints_m();
             let points_m = points.iter().take(WAYPOINTS_MAX).map(|at| point(*at));
             item["way"] = json!({
                 "file": table["trajectory"],
@@ -117,35 +111,22 @@ impl Drawing<'_> {
             });
         }
     }
-
-    /// Corners, faces and outline of a body.
-    fn body(&mut self, body: &Body) -> Value {
-        let faces: Vec<&[usize]> = body.mesh.faces().collect();
-        self.faces += faces.len();
-        let (vertices, faces) = if self.faces <= FACES_MAX {
-            let vertices = body.mesh.vertices_m().iter();
-            (vertices.copied().map(Into::into).collect(), json!(faces))
-        } else {
-            let (low, high) = body.mesh.bounds_m();
-            (corners(low.to_array(), high.to_array()), json!(BOX_FACES))
-        };
-        json!({
-            "celsius": hundredths(body.surface.celsius),
-            "outline_m": flat(ground::outline_m(body)),
-            "vertices_m": vertices.into_iter().map(point).collect::<Vec<[f64; 3]>>(),
-            "faces": faces,
-        })
-    }
 }
 
-/// A segment of a person: an ellipsoid with these semi-axes.
-fn segment(body: &Body, center_m: [f64; 3], axes_m: [[f64; 3]; 3]) -> Value {
-    json!({
-        "celsius": hundredths(body.surface.celsius),
-        "outline_m": flat(ground::outline_m(body)),
-        "center_m": point(center_m),
-        "axes_m": axes_m.map(point),
-    })
+/// The outline of bodies that are one thing, and the temperature of the first; none without bodies.
+fn outline_of(bodies: &[&Body]) -> Option<Value> {
+    let corners = bodies.iter().flat_map(|body| body.mesh.vertices_m());
+    let outline = polygon::hull(corners.map(|corner| corner.truncate()).collect());
+    let celsius = hundredths(bodies.first()?.surface.celsius);
+    Some(json!({ "celsius": celsius, "outline_m": flat(outline) }))
+}
+
+/// The top middle of the box around bodies.
+fn top_m(bodies: &[&Body]) -> Option<[f64; 3]> {
+    let bounds = bodies.iter().map(|body| body.mesh.bounds_m());
+    let (low, high) =
+        bounds.reduce(|(low, high), (one_low, one_high)| (low.min(one_low), high.max(one_high)))?;
+    Some(point((0.5 * (low + high)).with_z(high.z)))
 }
 
 fn seeing(scene: &Scene, sensor: &Sensor, item: &mut Value) {
@@ -155,58 +136,14 @@ fn seeing(scene: &Scene, sensor: &Sensor, item: &mut Value) {
     let angles = [pose.elevation_rad, pose.azimuth_rad, pose.roll_rad];
     item["at_m"] = json!(point(pose.position_m));
     item["axes"] = json!(axes);
-    item["field_rad"] = json!(sensor.field_of_view_rad.to_array());
+    let view = ground::view(scene.room(), sensor);
+    let points = |corners: Vec<_>| corners.into_iter().map(point).collect::<Vec<[f64; 3]>>();
+    let faces_m: Vec<Vec<[f64; 3]>> = view.faces_m.into_iter().map(points).collect();
+    item["view_m"] = json!(faces_m);
+    item["rays_m"] = json!(points(view.corners_m));
     item["in_view_m"] = json!(flat(ground::in_view_m(scene.room(), sensor)));
     item["reach_m"] = json!(flat(ground::reach_m(scene.room(), sensor)));
     item["turned_deg"] = json!(angles.map(|angle| hundredths(angle.to_degrees())));
-}
-
-const BOX_FACES: [[usize; 4]; 6] = [
-    [0, 2, 3, 1],
-    [4, 5, 7, 6],
-    [0, 1, 5, 4],
-    [2, 6, 7, 3],
-    [0, 4, 6, 2],
-    [1, 3, 7, 5],
-];
-
-/// The corners of a box, in the order that its faces index.
-fn corners(low: [f64; 3], high: [f64; 3]) -> Vec<[f64; 3]> {
-    let ends = [low, high];
-    (0..8)
-        .map(|corner: usize| {
-            [
-                ends[corner & 1][0],
-                ends[corner >> 1 & 1][1],
-                ends[corner >> 2][2],
-            ]
-        })
-        .collect()
-}
-
-/// A mosaic as one box around its cells, which are objects named by row and column.
-fn cells(objects: &[Body], mosaic: &str) -> Option<Value> {
-    let is_cell = |object: &&Body| {
-        let place = object.name.strip_prefix(mosaic);
-        let place = place.and_then(|place| place.strip_prefix(' ')?.split_once(' '));
-        place.is_some_and(|(row, column)| [row, column].iter().all(|at| at.parse::<u32>().is_ok()))
-    };
-    let cells = || objects.iter().filter(is_cell);
-    let bounds = cells().map(|cell| cell.mesh.bounds_m());
-    let (low, high) = bounds.reduce(|(low, high), (one, other)| (low.min(one), high.max(other)))?;
-    let vertices = corners(low.to_array(), high.to_array());
-    let outline = [
-        [low.x, low.y],
-        [high.x, low.y],
-        [high.x, high.y],
-        [low.x, high.y],
-    ];
-    Some(json!({
-        "celsius": hundredths(cells().next()?.surface.celsius),
-        "outline_m": flat(outline),
-        "vertices_m": vertices.into_iter().map(point).collect::<Vec<[f64; 3]>>(),
-        "faces": BOX_FACES,
-    }))
 }
 
 /// The keys of a table with a number, text, Boolean or short list; also those of its parts and person.

@@ -42,7 +42,7 @@ pub(crate) struct Coverage {
     /// A place is covered if a person is detected there. 0 to 100.
     #[arg(long, value_name = "PERCENT", value_parser = percent)]
     pub(crate) at_least: Option<f64>,
-    /// Map to write: .svg, .png or .csv; repeatable.
+    /// Map to write: .svg or .csv; repeatable.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Vec<PathBuf>,
     /// Picked poses to write, as `[[sensor]]` tables.

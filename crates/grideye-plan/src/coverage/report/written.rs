@@ -2,11 +2,10 @@
 
 use super::found::{Report, share};
 use super::table::summary_of_picture;
-use crate::coverage::floor::{Cell, Kind};
-use crate::coverage::map::{Blind, Map, Spot};
-use crate::coverage::picture::MapDrawing;
+use crate::coverage::floor::Kind;
+use crate::coverage::map::{Blind, Map};
+use crate::coverage::picture::Picture;
 use crate::coverage::wish::Rule;
-use grideye_draw::sketch::Sketch;
 use grideye_scene::Sensor;
 use serde_json::{Value, json};
 use std::io::{self, Write};
@@ -33,30 +32,28 @@ impl Report<'_> {
         format!("{all:#}\n")
     }
 
-    /// Writes the map as CSV: front row first, each row from the left; contrasts in units of the noise.
+    /// Writes the cells of the JSON as CSV: front row first, each row from the left. A cell that is not a place has no
+    /// contrast.
     ///
     /// # Errors
     /// Those of `out`.
     pub fn csv(&self, out: &mut dyn Write) -> io::Result<()> {
-        writeln!(
-            out,
-            "x_mm,y_mm,ground_mm,kind,blind,seen_by,detected_by,contrast_sigma,contrast_together_sigma,peak_sigma,best_sensor"
-        )?;
-        for (cell, spot) in self.survey.floor().cells.iter().zip(&self.map.spots) {
-            if cell.kind != Kind::Outside {
-                writeln!(out, "{}", row(self, cell, spot))?;
-            }
+        writeln!(out, "x_mm,y_mm,ground_mm,{}", COLUMNS.join(","))?;
+        for cell in cells(self) {
+            let at_mm = (0..3).map(|axis| &cell["ground_mm"][axis]);
+            let fields = at_mm.chain(COLUMNS.map(|column| &cell[column]));
+            writeln!(out, "{}", fields.map(field).collect::<Vec<_>>().join(","))?;
         }
         Ok(())
     }
 
-    /// The map as a drawing for people.
+    /// The map as an SVG.
     #[must_use]
-    pub fn sketch(&self) -> Sketch {
+    pub fn svg(&self) -> String {
         let names = (0..).map(|index| self.shown_name(index).unwrap_or_default());
         let sensors = self.poses.iter().map(|pose| &pose.sensor);
         let sensors: Vec<(String, &Sensor)> = names.zip(sensors).collect();
-        MapDrawing {
+        Picture {
             title: &format!("{}: coverage", self.scene_name),
             summary: &summary_of_picture(self),
             scene: self.scene,
@@ -65,7 +62,7 @@ impl Report<'_> {
             wish: &self.wish,
             sensors: &sensors,
         }
-        .sketch()
+        .svg()
     }
 }
 
@@ -105,69 +102,53 @@ fn totals(map: &Map) -> Value {
     })
 }
 
+const COLUMNS: [&str; 7] = [
+    "kind",
+    "blind",
+    "seen_by",
+    "detected_by",
+    "contrast_sigma",
+    "contrast_together_sigma",
+    "best_sensor",
+];
+
 fn cells(found: &Report<'_>) -> Vec<Value> {
     let floor = found.survey.floor();
     let inside = floor.cells.iter().zip(&found.map.spots);
     inside
         .filter(|(cell, _)| cell.kind != Kind::Outside)
         .map(|(cell, spot)| {
-            let contrast = |value: f64| (spot.kind == Kind::Place).then_some(value);
+            let rounded = |value: f64| (value * 1000.0).round() / 1000.0;
+            let contrast = |value: f64| (spot.kind == Kind::Place).then(|| rounded(value));
             json!({
-                "ground_mm": (cell.ground_m * 1000.0).to_array(),
-                "kind": kind(spot.kind),
-                "blind": spot.blind.map(|_| blind(spot.blind)),
+                "ground_mm": (cell.ground_m * 1000.0).to_array().map(rounded),
+                "kind": match spot.kind {
+                    Kind::Outside => "outside",
+                    Kind::Furniture => "furniture",
+                    Kind::Tight => "tight",
+                    Kind::Place => "place",
+                },
+                "blind": spot.blind.map(|blind| match blind {
+                    Blind::Hidden => "hidden",
+                    Blind::OutOfView => "out of view",
+                }),
                 "seen_by": spot.seen_by,
                 "detected_by": spot.detected_by,
                 "contrast_sigma": contrast(spot.best),
                 "contrast_together_sigma": contrast(spot.together),
-                "peak_sigma": contrast(spot.peak),
                 "best_sensor": spot.best_look.and_then(|look| found.shown_name(look)),
             })
         })
         .collect()
 }
 
-fn row(found: &Report<'_>, cell: &Cell, spot: &Spot) -> String {
-    let [x, y, z] = (cell.ground_m * 1000.0).to_array();
-    // A cell that is not a place has no contrast: an empty field, not a zero.
-    let contrast = |value: f64| match spot.kind {
-        Kind::Place => format!("{value:.3}"),
-        _ => String::new(),
-    };
-    let best = spot.best_look.and_then(|look| found.shown_name(look));
-    format!(
-        "{x:.1},{y:.1},{z:.1},{},{},{},{},{},{},{},{}",
-        kind(spot.kind),
-        blind(spot.blind),
-        spot.seen_by,
-        spot.detected_by,
-        contrast(spot.best),
-        contrast(spot.together),
-        contrast(spot.peak),
-        quoted(&best.unwrap_or_default()),
-    )
-}
-
-const fn kind(kind: Kind) -> &'static str {
-    match kind {
-        Kind::Outside => "outside",
-        Kind::Furniture => "furniture",
-        Kind::Tight => "tight",
-        Kind::Place => "place",
+fn field(value: &Value) -> String {
+    match value {
+        Value::Null => String::new(),
+        Value::String(text) if text.contains(['"', ',', '\n', '\r']) => {
+            format!("\"{}\"", text.replace('"', "\"\""))
+        }
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
     }
-}
-
-const fn blind(blind: Option<Blind>) -> &'static str {
-    match blind {
-        None => "",
-        Some(Blind::Hidden) => "hidden",
-        Some(Blind::OutOfView) => "out of view",
-    }
-}
-
-fn quoted(name: &str) -> String {
-    if name.contains(['"', ',', '\n', '\r']) {
-        return format!("\"{}\"", name.replace('"', "\"\""));
-    }
-    name.to_owned()
 }

@@ -1,0 +1,92 @@
+//! What the page draws: a scene's bodies as faces and ellipsoids, ordered for any eye.
+
+use crate::{CEILING, ROOM, object, scene};
+use grideye_plan::drawing::Bodies;
+use std::time::Duration;
+
+/// The page and the paper draw the same: a room's bodies with their kinds, names, colors and temperatures.
+#[test]
+fn the_json_has_every_face_of_every_body_and_an_order_from_any_side() {
+    let mut text = format!("model = \"physical\"\n{ROOM}{CEILING}");
+    text.push_str(&object(
+        "table",
+        [2000.0, 3000.0, 0.0],
+        [1000.0, 1000.0, 750.0],
+        0.0,
+        21.0,
+    ));
+    text.push_str(&object(
+        "lamp",
+        [3000.0, 5000.0, 0.0],
+        [300.0, 300.0, 300.0],
+        0.0,
+        40.0,
+    ));
+    text.push_str("color = \"#00ff00\"\n[[agent]]\nname = \"p\"\nperson = {}\nposition_mm = [1000, 1000, 0]\n");
+    let json = Bodies::of(&scene(&text), Duration::ZERO, 100).json();
+    let shapes = json["shapes"].as_array().unwrap();
+    let shape = |index: &serde_json::Value| &shapes[index.as_u64().unwrap() as usize];
+    let nodes = json["nodes"].as_array().unwrap();
+    let faces = nodes
+        .iter()
+        .flat_map(|node| node["faces"].as_array().unwrap());
+    let faces: Vec<_> = faces.collect();
+    for (name, color, celsius) in [("table", "#5b8dd9", 21.0), ("lamp", "#00ff00", 40.0)] {
+        let own = faces
+            .iter()
+            .filter(|face| shape(&face["shape"])["name"] == name);
+        let own: Vec<_> = own.map(|face| shape(&face["shape"])).collect();
+        assert!(own.len() >= 6, "{name}: {}", own.len());
+        let one = own[0];
+        assert_eq!(
+            (&one["kind"], &one["color"]),
+            (&"object".into(), &color.into())
+        );
+        assert_eq!(one["celsius"].as_f64().unwrap(), celsius);
+    }
+    let rounds = json["rounds"].as_array().unwrap();
+    assert_eq!(rounds.len(), 18);
+    assert_eq!(shape(&rounds[0]["shape"])["kind"], "agent");
+    assert!(sides_checked(nodes) > 100);
+}
+
+/// All faces on the sides of a node are on the sides of its plane.
+fn sides_checked(nodes: &[serde_json::Value]) -> usize {
+    let numbers = |list: &serde_json::Value| -> Vec<f64> {
+        list.as_array()
+            .unwrap()
+            .iter()
+            .map(|number| number.as_f64().unwrap())
+            .collect()
+    };
+    fn below(nodes: &[serde_json::Value], node: usize) -> Vec<usize> {
+        let sides = nodes[node]["sides"].as_array().unwrap();
+        let sides = sides
+            .iter()
+            .filter_map(|side| Some(side.as_u64()? as usize));
+        std::iter::once(node)
+            .chain(sides.flat_map(|side| below(nodes, side)))
+            .collect()
+    }
+    let mut checked = 0;
+    for node in nodes {
+        let plane = numbers(&node["plane"]);
+        for (side, sign) in [(0, -1.0), (1, 1.0)] {
+            let Some(first) = node["sides"][side].as_u64() else {
+                continue;
+            };
+            for inner in below(nodes, first as usize) {
+                for face in nodes[inner]["faces"].as_array().unwrap() {
+                    for corner in face["corners_m"].as_array().unwrap() {
+                        let at = numbers(corner);
+                        let height =
+                            plane[0] * at[0] + plane[1] * at[1] + plane[2] * at[2] - plane[3];
+                        assert!(sign * height > -2e-3, "{face}");
+                        checked += 1;
+                    }
+                }
+            }
+        }
+    }
+    checked
+}
