@@ -33,22 +33,22 @@ pub struct Step {
 }
 
 /// How poses that look good are improved: meters and degrees, from coarse to fine.
-const MOVES: [(f64, f64); 3] = [(0.3, 12.0), (0.15, 6.0), (0.08, 3.0)];
+const MOVES: [(f64, f64); 4] = [(0.3, 12.0), (0.15, 6.0), (0.08, 3.0), (0.04, 1.5)];
 /// The same for the best, by exact looks.
-const POLISH: [(f64, f64); 3] = [(0.15, 5.0), (0.08, 2.5), (0.04, 1.2)];
+const POLISH: [(f64, f64); 4] = [(0.3, 10.0), (0.15, 5.0), (0.08, 2.5), (0.04, 1.2)];
 const WAYS: [DVec2; 4] = [DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y];
 /// At most so many rounds of each kind of move.
 const ROUNDS_MAX: usize = 6;
 /// So many candidates are improved for each choice, and the survey looks from so many of the results.
-const STARTS: usize = 8;
+const STARTS: usize = 12;
 const FINALISTS: usize = 6;
 /// Starts closer together, and turned by less, would end at one pose.
 const APART_M: f64 = 0.8;
 const APART_COS: f64 = 0.85;
 /// Glances are at so many places, evenly spread.
-const PLACES_MAX: usize = 150;
+const PLACES_MAX: usize = 200;
 /// How long an improvement and a look take beside a glance.
-const START_STEPS: usize = 80;
+const START_STEPS: usize = 90;
 const LOOK_STEPS: usize = 5;
 const CHOICE_STEPS: usize =
     STARTS * START_STEPS + (FINALISTS + 2 * WAYS.len() * POLISH.len()) * LOOK_STEPS;
@@ -342,18 +342,13 @@ fn starts<'a>(pool: &'a [Trial], given: &Tally<'_>) -> Vec<&'a Trial> {
     starts
 }
 
-/// Places all over the floor; all of them in a room of passages narrower than the distance between two.
+/// Places evenly all over the floor.
 fn spread(survey: &Survey) -> Vec<usize> {
     let floor = survey.floor();
-    let every = count::float(floor.places()) / count::float(PLACES_MAX);
-    let every = count::floor(every.sqrt().ceil().max(1.0));
-    let is_asked = |index: &usize| {
-        (index % floor.columns) % every == 0 && (index / floor.columns) % every == 0
-    };
+    let every = floor.places().div_ceil(PLACES_MAX);
+    // Not in columns: the next row begins further on.
+    let (columns, shift) = (floor.columns, (every / 2).max(1));
+    let is_asked = |index: &usize| (index % columns + index / columns * shift) % every == 0;
     let places = (0..floor.cells.len()).filter(|index| floor.cells[*index].kind == Kind::Place);
-    let some: Vec<usize> = places.clone().filter(is_asked).collect();
-    match some.len() * every * every * 2 < floor.places() {
-        true => places.collect(),
-        false => some,
-    }
+    places.filter(is_asked).collect()
 }
