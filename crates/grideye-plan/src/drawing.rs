@@ -1,6 +1,7 @@
 //! The scene as one self-contained SVG (PeerJ CS 11:e3124, Figures 3, 11, 12, 14, 24), and what it is drawn from.
 //!
-//! [`Bodies`] are a scene's faces and ellipsoids in meters, ordered for any eye. On paper, objects are blue and agents red
+//! A scene's bodies are faces and ellipsoids in meters, ordered for any eye: [`svg`] draws them, and so can whoever gets
+//! [`json`]. On paper, objects are blue and agents red
 //! unless they have a color; yellow is what sensors have in view, dotted lines paths, circles frames. Perspective at the left, top
 //! view at the right.
 
@@ -14,14 +15,17 @@ mod tree;
 mod way;
 
 use crate::ground;
-pub use bodies::{Bodies, colors, mosaic_of};
+use bodies::{Bodies, point, points};
+pub use bodies::{colors, mosaic_of};
 use camera::{Camera, Panel};
 use glam::{DVec2, DVec3};
 use grideye_draw::palette::{AGENT, OBJECT, VIEW, hex};
 use grideye_scene::{Agent, Scene, Sensor, count};
 use labels::Labels;
 pub use options::Drawing;
+use serde_json::{Value, json};
 use sheet::Sheet;
+use std::time::Duration;
 
 /// The scene in perspective and from above, as a self-contained SVG of 1280 x 720.
 #[must_use]
@@ -43,6 +47,39 @@ pub fn svg(scene: &Scene, drawing: &Drawing<'_>) -> String {
     sheet.labels(&Labels::of(scene, drawing, &above));
     legend(&mut sheet, way.is_some());
     sheet.finish()
+}
+
+/// What is drawn of a scene at a time, for a program that draws it itself, in meters; bodies beyond so many faces, in file
+/// order, are boxes.
+///
+/// `shapes` are what faces and ellipsoids belong to, by index: kind, name, color, temperature. `nodes` are a binary tree, the
+/// root first: seen from before a node's `plane` (a unit normal and the offset along it), what is on the first of its
+/// `sides` is drawn first, then its `faces`, then the other side. `rounds` are ellipsoids, each where its center is.
+/// `sensors` have the parts of walls and floor in view, and the rays to the corners. `colors` are those of each kind.
+#[must_use]
+pub fn json(scene: &Scene, time: Duration, faces_max: usize) -> Value {
+    let room = scene.room();
+    let (low_m, high_m) = room.bounds_m();
+    let outlines = |faces_m: &[Vec<DVec3>]| -> Vec<Vec<[f64; 3]>> {
+        faces_m.iter().map(|face| points(face)).collect()
+    };
+    let sensors = scene.sensors().iter().map(|sensor| {
+        let view = ground::view(room, sensor);
+        json!({
+            "name": sensor.name,
+            "at_m": point(sensor.pose.position_m),
+            "view_m": outlines(&view.faces_m),
+            "rays_m": points(&view.corners_m),
+        })
+    });
+    let mut all = Bodies::of(scene, time, faces_max).json();
+    all["sensors"] = sensors.collect();
+    all["room"] = json!({
+        "low_m": point(low_m),
+        "high_m": point(high_m),
+        "sides_m": outlines(&room.sides_m()),
+    });
+    all
 }
 
 fn draw(sheet: &mut Sheet, camera: &Camera, scene: &Scene, bodies: &Bodies, drawing: &Drawing<'_>) {

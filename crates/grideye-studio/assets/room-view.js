@@ -108,7 +108,7 @@ export class RoomView {
   }
 
   #room(context, eye, look) {
-    const { outline_m: outline, low_m: low, sides_m: sides } = this.#scene.room;
+    const { room: { outline_m: outline }, drawing: { room: { low_m: low, sides_m: sides } } } = this.#scene;
     const floor = pathOf(outline.map(([x, y]) => eye.see([x, y, low[2]])));
     context.fillStyle = look.ground;
     context.fill(floor);
@@ -173,8 +173,9 @@ export class RoomView {
     if (item.kind === "sensor" && item.at_m) {
       context.setLineDash([5 * devicePixelRatio, 4 * devicePixelRatio]);
       const from = eye.see(item.at_m);
-      for (const end of item.rays_m) context.stroke(pathOf([from, eye.see(end)], false));
-      for (const face of item.view_m) context.stroke(pathOf(face.map((corner) => eye.see(corner))));
+      const { rays_m: rays, view_m: view } = this.#scene.drawing.sensors.find(({ name }) => name === item.name);
+      for (const end of rays) context.stroke(pathOf([from, eye.see(end)], false));
+      for (const face of view) context.stroke(pathOf(face.map((corner) => eye.see(corner))));
       context.setLineDash([]);
       this.#dot(context, item, from, look, "square");
     }

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 /// A scene's bodies and the walls that jut into its room, at one time.
 #[derive(Debug)]
-pub struct Bodies {
+pub(super) struct Bodies {
     pub(super) shapes: Vec<Shape>,
     pub(super) tree: Tree,
     pub(super) rounds: Vec<Round>,
@@ -50,8 +50,7 @@ impl Kind {
 
 impl Bodies {
     /// The scene at a time. Bodies beyond so many faces, in file order, are boxes.
-    #[must_use]
-    pub fn of(scene: &Scene, time: Duration, faces_max: usize) -> Self {
+    pub(super) fn of(scene: &Scene, time: Duration, faces_max: usize) -> Self {
         let mut made = Builder {
             ambient_c: scene.room().ambient_c,
             time,
@@ -81,11 +80,8 @@ impl Bodies {
         }
     }
 
-    /// The same for a program that draws it, in meters: `colors`, `shapes`, and a binary tree of `nodes`, the root first. Seen from
-    /// before a node's `plane` (a unit normal and the offset along it), what is on the first of its `sides` is drawn first,
-    /// then its `faces`, then the other side; `rounds` are ellipsoids, each where its center is.
-    #[must_use]
-    pub fn json(&self) -> Value {
+    /// As [`super::json`] says.
+    pub(super) fn json(&self) -> Value {
         let shapes = self.shapes.iter().map(|shape| {
             json!({
                 "kind": shape.kind.name(),
@@ -98,7 +94,7 @@ impl Bodies {
         let face = |face: &Face| {
             json!({
                 "shape": face.shape,
-                "corners_m": face.corners_m.iter().map(millimeters).collect::<Vec<_>>(),
+                "corners_m": points(&face.corners_m),
                 "edges": face.edges,
             })
         };
@@ -118,8 +114,8 @@ impl Bodies {
             ];
             json!({
                 "shape": round.shape,
-                "center_m": millimeters(&round.center_m),
-                "axes_m": axes.map(|axis| millimeters(&axis)),
+                "center_m": point(round.center_m),
+                "axes_m": axes.map(point),
             })
         });
         json!({
@@ -249,8 +245,13 @@ pub fn mosaic_of(name: &str) -> Option<&str> {
     (is_number(row) && is_number(column)).then_some(mosaic)
 }
 
-fn millimeters(point_m: &DVec3) -> [f64; 3] {
-    (*point_m * 1000.0).round().to_array().map(|mm| mm / 1000.0)
+/// A point to the millimeter.
+pub(super) fn point(point_m: DVec3) -> [f64; 3] {
+    (point_m * 1000.0).round().to_array().map(|mm| mm / 1000.0)
+}
+
+pub(super) fn points(points_m: &[DVec3]) -> Vec<[f64; 3]> {
+    points_m.iter().copied().map(point).collect()
 }
 
 /// Faces that meet at less than 30 degrees are one round surface.

@@ -1,7 +1,7 @@
 //! What the page draws: a scene's bodies as faces and ellipsoids, ordered for any eye.
 
 use crate::{CEILING, ROOM, object, scene};
-use grideye_plan::drawing::Bodies;
+use grideye_plan::drawing::json;
 use std::time::Duration;
 
 /// The page and the paper draw the same: a room's bodies with their kinds, names, colors and temperatures.
@@ -23,7 +23,7 @@ fn the_json_has_every_face_of_every_body_and_an_order_from_any_side() {
         40.0,
     ));
     text.push_str("color = \"#00ff00\"\n[[agent]]\nname = \"p\"\nperson = {}\nposition_mm = [1000, 1000, 0]\n");
-    let json = Bodies::of(&scene(&text), Duration::ZERO, 100).json();
+    let json = json(&scene(&text), Duration::ZERO, 100);
     let shapes = json["shapes"].as_array().unwrap();
     let shape = |index: &serde_json::Value| &shapes[index.as_u64().unwrap() as usize];
     let nodes = json["nodes"].as_array().unwrap();
@@ -48,6 +48,11 @@ fn the_json_has_every_face_of_every_body_and_an_order_from_any_side() {
     assert_eq!(rounds.len(), 18);
     assert_eq!(shape(&rounds[0]["shape"])["kind"], "agent");
     assert!(sides_checked(nodes) > 100);
+    // Straight down from 2.7 m with 60 degrees: one face on the floor, and a ray to each of its corners.
+    let sensor = &json["sensors"][0];
+    assert_eq!(sensor["view_m"][0].as_array().unwrap().len(), 4);
+    assert_eq!(sensor["rays_m"].as_array().unwrap().len(), 4);
+    assert_eq!(json["room"]["sides_m"].as_array().unwrap().len(), 6);
 }
 
 /// All faces on the sides of a node are on the sides of its plane.

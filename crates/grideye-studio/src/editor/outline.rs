@@ -1,7 +1,7 @@
 //! Where everything in a scene is at a moment, for the page to draw and drag; in meters.
 
 use crate::rounding::{flat, hundredths, point};
-use grideye_plan::drawing::{Bodies, mosaic_of};
+use grideye_plan::drawing::{self, mosaic_of};
 use grideye_plan::ground;
 use grideye_scene::{Agent, Body, Scene, Sensor, polygon};
 use serde_json::{Map, Value, json};
@@ -20,12 +20,12 @@ const KINDS: [&str; 4] = ["object", "mosaic", "agent", "sensor"];
 pub(super) fn outline(text: &str, scene: &Scene, at: Duration) -> Value {
     let document: toml::Table = text.parse().unwrap_or_default();
     let document = serde_json::to_value(document).unwrap_or_default();
-    let drawing = Drawing { scene, at };
+    let moment = Moment { scene, at };
     let mut items = Vec::new();
     for kind in KINDS {
         let tables = document[kind].as_array();
         for (index, table) in tables.into_iter().flatten().enumerate() {
-            items.push(drawing.item(kind, index, table));
+            items.push(moment.item(kind, index, table));
         }
     }
     json!({
@@ -33,30 +33,27 @@ pub(super) fn outline(text: &str, scene: &Scene, at: Duration) -> Value {
         "keys": plain(&document),
         "room": room(scene, &document["room"]),
         "items": items,
-        "drawing": Bodies::of(scene, at, FACES_MAX).json(),
+        "drawing": drawing::json(scene, at, FACES_MAX),
     })
 }
 
 fn room(scene: &Scene, table: &Value) -> Value {
     let room = scene.room();
     let (low, high) = room.bounds_m();
-    let sides = room.sides_m().into_iter().take(FACES_MAX);
-    let sides = sides.map(|side| side.into_iter().map(point).collect());
     json!({
         "keys": plain(table),
         "outline_m": flat(room.outline_m()),
         "low_m": point(low),
         "high_m": point(high),
-        "sides_m": sides.collect::<Vec<Vec<[f64; 3]>>>(),
     })
 }
 
-struct Drawing<'a> {
+struct Moment<'a> {
     scene: &'a Scene,
     at: Duration,
 }
 
-impl Drawing<'_> {
+impl Moment<'_> {
     fn item(&self, kind: &str, index: usize, table: &Value) -> Value {
         let name = table["name"].as_str().unwrap_or_default();
         let mut item = json!({ "kind": kind, "index": index, "name": name, "keys": plain(table) });
@@ -136,11 +133,6 @@ fn seeing(scene: &Scene, sensor: &Sensor, item: &mut Value) {
     let angles = [pose.elevation_rad, pose.azimuth_rad, pose.roll_rad];
     item["at_m"] = json!(point(pose.position_m));
     item["axes"] = json!(axes);
-    let view = ground::view(scene.room(), sensor);
-    let points = |corners: Vec<_>| corners.into_iter().map(point).collect::<Vec<[f64; 3]>>();
-    let faces_m: Vec<Vec<[f64; 3]>> = view.faces_m.into_iter().map(points).collect();
-    item["view_m"] = json!(faces_m);
-    item["rays_m"] = json!(points(view.corners_m));
     item["in_view_m"] = json!(flat(ground::in_view_m(scene.room(), sensor)));
     item["reach_m"] = json!(flat(ground::reach_m(scene.room(), sensor)));
     item["turned_deg"] = json!(angles.map(|angle| hundredths(angle.to_degrees())));
