@@ -5,8 +5,7 @@
 - sigma: of the differences of neighboring frames less their median over the pixels, the width of the middle of the
   distribution over 1.349 (a Gaussian's), over the root of 2. People walk through the tails.
 - allan: overlapping is not used: means over m frames in a row, half the mean square of the differences of neighbors, its
-  root. Of one pixel by the interquartile width again, of the level (mean of the middle three quarters of the pixels, each
-  less the middle of its first hundred frames) as it stands.
+  root, of the level (mean of the middle three quarters of the pixels, each less the middle of its first hundred frames).
 """
 
 import csv
@@ -55,23 +54,17 @@ def main():
     allan = []
     length = 1
     while True:
-        single, common = [], []
+        common = []
         for run in runs:
             whole = len(run) // length
-            means = run[: whole * length].reshape(whole, length, 64).mean(axis=1)
             levels = trimmed(run[: whole * length] - center).reshape(whole, length).mean(axis=1)
-            single.append(np.diff(means, axis=0).ravel())
             common.append(np.diff(levels))
-        single, common = np.concatenate(single), np.concatenate(common)
+        common = np.concatenate(common)
         if len(common) < 8:
             break
-        # Averages come in steps, too, finer ones.
-        draw = np.random.default_rng(2).uniform(-0.125, 0.125, single.shape) / length
-        pixel = max(width(single + draw) ** 2 - (0.25 / length) ** 2 / 12, 0)
         allan.append(
             {
                 "tau_s": length * float(period),
-                "pixel_c": float((pixel / 2) ** 0.5),
                 "common_c": float(np.sqrt(np.mean(common**2) / 2)),
             }
         )

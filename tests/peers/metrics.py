@@ -14,13 +14,7 @@ import time
 import numpy as np
 from scipy import ndimage, stats
 from skimage.measure import label
-from skimage.metrics import structural_similarity
-from sklearn.metrics import (
-    jaccard_score,
-    mean_absolute_error,
-    mutual_info_score,
-    root_mean_squared_error,
-)
+from sklearn.metrics import mutual_info_score, root_mean_squared_error
 
 LIMIT = 1e-9
 
@@ -43,11 +37,6 @@ def entropy(*columns):
     return stats.entropy(counts, base=2)
 
 
-def miller_madow(*columns):
-    _, counts = np.unique(np.stack(columns), axis=1, return_counts=True)
-    return stats.entropy(counts, base=2) + (len(counts) - 1) / (2 * counts.sum() * math.log(2))
-
-
 def information(x, y):
     return mutual_info_score(x, y) / math.log(2)
 
@@ -62,25 +51,15 @@ def blob(frame, shape, above):
     return column, row
 
 
-def direction(place, shape, fov):
-    rows, columns = shape
-    return np.array([
-        ((place[0] + 0.5) / columns * 2 - 1) * math.tan(fov[0] / 2),
-        ((place[1] + 0.5) / rows * 2 - 1) * math.tan(fov[1] / 2),
-        1.0,
-    ])
-
-
 def theirs(pair, given):
     x, y = np.array(pair["real"]), np.array(pair["simulated"])
-    shape, above, sigma = (given["rows"], given["columns"]), given["warm_above_c"], given["sigma_c"]
+    shape, above = (given["rows"], given["columns"]), given["warm_above_c"]
     difference = y - x
     found = {
         "correlation": None if np.ptp(x) == 0 or np.ptp(y) == 0 else stats.pearsonr(x, y).statistic,
         "image_similarity": np.mean(np.abs(difference) < 5 / 3),
         "evaluation_graph": [np.mean(np.abs(difference) < k / 20) for k in range(101)],
         "rmse": root_mean_squared_error(x, y),
-        "mae": mean_absolute_error(x, y),
         "bias": difference.mean(),
     }
     for name, binning in (("grey", "grey256"), ("binned", given["binning"])):
@@ -90,28 +69,9 @@ def theirs(pair, given):
             f"entropy_simulated_{name}": entropy(b),
             f"joint_entropy_{name}": entropy(a, b),
             f"mutual_information_{name}": information(a, b),
-            f"mutual_information_{name}_corrected": miller_madow(a) + miller_madow(b) - miller_madow(a, b),
         }
-    mask = np.array(pair["mask"], dtype=bool)
-    found["foreground_rmse"] = root_mean_squared_error(x[mask], y[mask]) if mask.any() else None
-    found["contrast_slope"] = stats.linregress(y, x).slope if np.ptp(y) > 0 else None
-    warm = [frame - np.median(frame) > above for frame in (x, y)]
-    found["warm_overlap"] = jaccard_score(*warm) if np.any(warm) else None
     blobs = [blob(frame, shape, above) for frame in (x, y)]
-    found["centroid_error_pixels"] = found["centroid_error_degrees"] = None
-    if all(place is not None for place in blobs):
-        found["centroid_error_pixels"] = math.dist(*blobs)
-        u, v = (direction(place, shape, given["field_of_view_rad"]) for place in blobs)
-        # By half the chord of the unit vectors, which keeps its digits for small angles.
-        chord = np.linalg.norm(u / np.linalg.norm(u) - v / np.linalg.norm(v))
-        found["centroid_error_degrees"] = math.degrees(2 * math.asin(chord / 2))
-    squares = np.var(difference) * x.size / sigma**2
-    found["chi_squared"] = squares
-    found["chi_squared_p"] = stats.chi2.sf(squares, x.size - 1)
-    grids = [(frame - given["ambient_c"]).reshape(shape) for frame in (x, y)]
-    mean, structure = structural_similarity(*grids, win_size=3, data_range=10.0, full=True)
-    found["structural_similarity"] = mean
-    found["structure_map"] = structure.ravel()
+    found["centroid_error_pixels"] = None if None in blobs else math.dist(*blobs)
     return found
 
 

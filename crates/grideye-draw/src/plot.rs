@@ -6,64 +6,24 @@ use std::fmt::{Display, Write as _};
 /// Maps values to places along one side of a plot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axis {
-    /// The values at the start and the end; their base-10 logarithms if `is_logarithmic`.
+    /// The values at the start and the end.
     values: (f64, f64),
     /// The places of these values on the page.
     places: (f64, f64),
-    is_logarithmic: bool,
 }
 
 impl Axis {
     /// A linear axis from one value to another, between two places.
     #[must_use]
     pub const fn linear(values: (f64, f64), places: (f64, f64)) -> Self {
-        Self {
-            values,
-            places,
-            is_logarithmic: false,
-        }
-    }
-
-    /// A logarithmic axis in whole and half decades around two positive numbers, between two places.
-    #[must_use]
-    pub fn decades(least: f64, greatest: f64, places: (f64, f64)) -> Self {
-        let [low, high] = [least.log10(), greatest.log10()];
-        let first = (low * 2.0).floor() / 2.0;
-        Self {
-            values: (first, ((high * 2.0).ceil() / 2.0).max(low + 0.5)),
-            places,
-            is_logarithmic: true,
-        }
+        Self { values, places }
     }
 
     /// The place of a value.
     #[must_use]
     pub fn place(&self, value: f64) -> f64 {
-        let value = if self.is_logarithmic {
-            value.log10()
-        } else {
-            value
-        };
         let ((from, to), (begin, end)) = (self.values, self.places);
         begin + (end - begin) * (value - from) / (to - from)
-    }
-
-    /// The multiples 1, 2 and 5 of every decade on a logarithmic axis.
-    #[must_use]
-    pub fn decade_ticks(&self) -> Vec<f64> {
-        let (low, high) = self.values;
-        let mut ticks = Vec::new();
-        let mut decade = low.floor();
-        while decade <= high {
-            for digit in [1.0, 2.0, 5.0] {
-                let value: f64 = format!("{digit}e{decade}").parse().unwrap_or(1.0);
-                if (low - 1e-9..=high + 1e-9).contains(&value.log10()) {
-                    ticks.push(value);
-                }
-            }
-            decade += 1.0;
-        }
-        ticks
     }
 }
 
@@ -156,22 +116,6 @@ impl Plot<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn ticks_are_round_numbers_inside_the_range() {
-        let ticks = |least, greatest| Axis::decades(least, greatest, (0.0, 1.0)).decade_ticks();
-        // The next half decade above 2 is 3.16, above 30 is 31.6, and above 50 is 100.
-        assert_eq!(ticks(0.1, 3.0), [0.1, 0.2, 0.5, 1.0, 2.0]);
-        assert_eq!(ticks(0.1, 30.0), [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0]);
-        assert_eq!(ticks(0.1, 50.0)[8..], [50.0, 100.0]);
-    }
-
-    #[test]
-    fn a_decade_is_as_long_everywhere() {
-        let axis = Axis::decades(0.01, 1.0, (320.0, 20.0));
-        assert!((axis.place(0.1) - axis.place(1.0) - 150.0).abs() < 1e-9);
-        assert!((axis.place(0.01) - 320.0).abs() < 1e-9);
-    }
 
     /// x maps 0 to 10 to places 50 to 150, y maps 0 to 1 to places 100 to 0; the second value is missing.
     #[test]

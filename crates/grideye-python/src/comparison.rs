@@ -7,12 +7,10 @@ use crate::work::{is_stopped, work};
 use grideye_inputs::{Compared, InputError, Sides, compare};
 use grideye_validator::metrics::Binning;
 use grideye_validator::report::{self, Context};
-use grideye_validator::{AlignOptions, Options, THREADS_MAX, TimeAlignment};
+use grideye_validator::{AlignOptions, Options, TimeAlignment};
 use pyo3::prelude::*;
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::thread;
 use std::time::Duration;
 
 #[pyclass(frozen, module = "grideye_hil._native")]
@@ -105,13 +103,11 @@ fn how(asked: &Asked) -> Result<Options, InputError> {
             time => align.time = time_alignment(time)?,
         }
     }
-    let cores = thread::available_parallelism().map_or(1, NonZeroUsize::get);
     Ok(Options {
         seed: asked.seed,
         start_s: asked.start_s,
         binning,
         align,
-        threads: cores.min(THREADS_MAX),
         advises: true,
         is_stopped,
         ..Options::default()
@@ -132,11 +128,9 @@ fn time_alignment(name: &str) -> Result<TimeAlignment, InputError> {
         "none" => TimeAlignment::None,
         "shift" => TimeAlignment::Shift,
         "rate" => TimeAlignment::Rate,
-        "warp" => TimeAlignment::Warp,
-        "law" => TimeAlignment::Law,
         other => {
             return Err(InputError::new(format!(
-                "unknown alignment {other:?}\nhint: one of none, shift, rate, warp and law, and orientation or pose"
+                "unknown alignment {other:?}\nhint: one of none, shift and rate, and orientation or pose"
             )));
         }
     })

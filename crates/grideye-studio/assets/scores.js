@@ -5,7 +5,6 @@ import { fieldsOf, say } from "./words.js";
 // Name on the wire, what is said of it, decimals, and by what it is multiplied.
 const SHOWN = [
   ["correlation", "C, correlation", 2, 1, ""],
-  ["gain", "Gain over the blank frame", 2, 1, ""],
   ["mutual_information_grey", "EMI, mutual information", 2, 1, " bit"],
   ["image_similarity", "IS, image similarity", 0, 100, " %"],
   ["rmse", "Root mean square", 2, 1, " °C"],

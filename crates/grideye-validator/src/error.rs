@@ -40,15 +40,6 @@ pub enum ValidatorError {
         found: usize,
     },
     #[error(
-        "{side} frame {index} has {found} pixels, expected {expected}\nhint: compare frames of one resolution only"
-    )]
-    FrameSize {
-        side: Side,
-        index: usize,
-        expected: usize,
-        found: usize,
-    },
-    #[error(
         "pixel index {pixel} of {side} frame {index} is not a finite number\nhint: leave the frame out; record a missing frame as missing, never as NaN"
     )]
     NotFinite {

@@ -20,18 +20,17 @@
 //! or JSON. [`align`] matches their time and place first. [`characterize`](mod@characterize) measures the sensor itself.
 //!
 //! ```
-//! use grideye_validator::{Measure, Protocol, RealFrame, Settings, Shape, SimulatedFrame, compare};
+//! use grideye_validator::{Measure, Protocol, RealFrame, Settings, SimulatedFrame, compare};
 //! use std::time::Duration;
 //!
-//! let shape = Shape { columns: 8, rows: 8 };
-//! let mut person = vec![20.0; 64];
+//! let mut person = [20.0; 64];
 //! person[26..=29].fill(23.0);
 //! person[34..=37].fill(23.0);
-//! let real = vec![RealFrame { time: Duration::ZERO, celsius: person.clone(), later: Some(person.clone()) }; 2];
-//! let simulated = vec![SimulatedFrame { time: Duration::ZERO, celsius: person.clone(), noise_free: person, truth: None }; 2];
+//! let real = vec![RealFrame { time: Duration::ZERO, celsius: person, later: Some(person) }; 2];
+//! let simulated = vec![SimulatedFrame { time: Duration::ZERO, celsius: person, noise_free: person }; 2];
 //!
 //! let settings = Settings::new(Protocol::Static, 20.0, 0.5);
-//! let comparison = compare(shape, &real, &simulated, &settings)?;
+//! let comparison = compare(&real, &simulated, &settings)?;
 //! assert!(comparison.score(Measure::Correlation).value > Some(0.99));
 //! # Ok::<(), grideye_validator::ValidatorError>(())
 //! ```
@@ -57,20 +56,19 @@ mod verdict;
 pub use align::{AlignOptions, Alignment, TimeAlignment};
 pub use background::fit::BackgroundFit;
 pub use compare::{
-    Comparison, EvaluationGraph, FILM_FRAMES_MAX, FRAMES_MAX, FilmFrame, FrameScores, NOISE_IMAGES,
-    PLACED_PAIRS_MAX, PixelMaps, SHUFFLED_PAIRS_MAX, SHUFFLES_MAX, Settings, THREADS_MAX, compare,
+    Comparison, EvaluationGraph, FILM_FRAMES_MAX, FRAMES_MAX, FilmFrame, FrameScores, PixelMaps,
+    SHUFFLED_PAIRS_MAX, SHUFFLES_MAX, Settings, compare,
 };
 pub use decision::{Alternatively, Contrast, Decision, OFFSETS_M};
 pub use error::{Side, ValidatorError};
 pub use frames::{
-    Apart, Joined, LeftOut, LeftOutCount, Protocol, RECORDS_MAX, RUN_RECORDS, RealFrame, Shape,
-    SimulatedFrame, Thinned, Thinning, Timeline, sensor_step_c,
+    Apart, Joined, LeftOut, LeftOutCount, Protocol, RECORDS_MAX, RUN_RECORDS, RealFrame,
+    RoomSource, SimulatedFrame, Thinned, Thinning, Timeline, sensor_step_c,
 };
-pub use metrics::foreground::{ForegroundCorrelation, RoomSource};
-pub use metrics::score::{Better, Measure, Score, Scores, Shuffled};
+pub use metrics::score::{Better, Measure, Score, Scores, Shuffled, Values};
 pub use report::paper;
 pub use scene_comparison::{
     DYNAMIC_FRAMES, KnownScene, KnownUnit, LAG_FRAMES_MAX, Options, STATIC_FRAMES, compare_scene,
 };
 pub use thresholds::Thresholds;
-pub use verdict::{Criterion, Judgment, Nobody, State, Verdict, WarmPixels};
+pub use verdict::{Criterion, Judgment, State, Verdict, WarmPixels};

@@ -250,27 +250,16 @@ pub(crate) fn all_finite(frame: &[f64]) -> bool {
         .fold(true, |all, value| all & value.is_finite())
 }
 
+/// The least and the largest value; infinite without values.
 pub(crate) fn extremes(frame: &[f64]) -> (f64, f64) {
-    let less = |a: f64, b: f64| if a < b { a } else { b };
-    let more = |a: f64, b: f64| if a > b { a } else { b };
-    let (whole, rest) = frame.split_at(frame.len() - frame.len() % LANES);
-    let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
-    for chunk in whole.chunks_exact(LANES) {
-        for lane in 0..LANES {
-            low[lane] = less(chunk[lane], low[lane]);
-            high[lane] = more(chunk[lane], high[lane]);
-        }
-    }
-    let rest = || rest.iter().copied();
-    let low = low.into_iter().chain(rest());
-    let high = high.into_iter().chain(rest());
-    (
-        low.fold(f64::INFINITY, f64::min),
-        high.fold(f64::NEG_INFINITY, f64::max),
-    )
+    let ends = (f64::INFINITY, f64::NEG_INFINITY);
+    let values = frame.iter();
+    values.fold(ends, |(low, high), &value| {
+        (low.min(value), high.max(value))
+    })
 }
 
-pub(crate) const LANES: usize = 8;
+const LANES: usize = 8;
 
 /// Sums of functions of both values over all pixels, added in the same order on every machine.
 pub(crate) fn sums_of<const N: usize>(
@@ -302,15 +291,7 @@ pub(crate) fn sum_of(x: &[f64], y: &[f64], term: impl Fn(f64, f64) -> f64) -> f6
     sum
 }
 
-/// Sums of the squares, absolute values and values of y - x.
-pub(crate) fn difference_sums(x: &[f64], y: &[f64]) -> [f64; 3] {
-    sums_of(x, y, |x, y| {
-        let difference = y - x;
-        [difference * difference, difference.abs(), difference]
-    })
-}
-
-pub(crate) fn sum_of_lanes([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
+fn sum_of_lanes([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
     ((a + b) + (c + d)) + ((e + f) + (g + h))
 }
 
@@ -409,7 +390,7 @@ mod tests {
         assert_eq!(greatest_common_divisor(7, 4), 1);
     }
 
-    /// 1, -2, 3 … 11: squares sum to 506, absolute values to 66, values to 6. Eleven do not fill whole lanes.
+    /// 1, -2, 3 … 11: squares sum to 506, values to 6. Eleven do not fill whole lanes.
     #[test]
     fn sums_include_a_partial_chunk() {
         let x = [20.0; 11];
@@ -417,7 +398,8 @@ mod tests {
             let number = count(index + 1);
             20.0 + if index % 2 == 0 { number } else { -number }
         });
-        assert_eq!(difference_sums(&x, &y), [506.0, 66.0, 6.0]);
+        let sums = sums_of(&x, &y, |x, y| [(y - x) * (y - x), y - x]);
+        assert_eq!(sums, [506.0, 6.0]);
         assert_eq!(sum_of(&x, &y, |x, y| y - x), 6.0);
         assert_eq!(extremes(&y), (10.0, 31.0));
         assert_eq!(extremes(&y[..2]), (18.0, 21.0));

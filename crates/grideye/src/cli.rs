@@ -319,9 +319,9 @@ pub(crate) struct Compare {
     /// Below 0 if it begins before the scene: those frames are left out.
     #[arg(long, value_name = "SECONDS", value_parser = scene_seconds, hide_short_help = true)]
     pub(crate) start: Option<f64>,
-    /// Bins of a second set of entropies [default: the sensor's steps].
+    /// Bins of the entropies [default: grey256, as in the paper].
     ///
-    /// step:WIDTH (°C), levels:N or grey256. The first set always has the paper's 256 gray levels.
+    /// step:WIDTH (°C), levels:N or grey256: 256 gray levels over each frame's own range.
     #[arg(long, value_name = "BINS", hide_short_help = true)]
     pub(crate) binning: Option<Binning>,
     #[command(flatten)]
@@ -455,7 +455,7 @@ pub(crate) struct Characterize {
     pub(crate) sensor: Option<String>,
     /// Report to write, one page for any browser.
     ///
-    /// Has a table, maps and Allan deviations.
+    /// Has a table and maps.
     #[arg(long, value_name = "FILE.html")]
     pub(crate) report: Option<PathBuf>,
     /// Results as JSON; `-` is standard output.

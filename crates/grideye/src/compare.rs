@@ -7,7 +7,7 @@ use crate::{files, progress, recordings};
 use anyhow::{Result, anyhow};
 use grideye_inputs::{Compared, Sides, compare};
 use grideye_validator::report::{self, Context};
-use grideye_validator::{Comparison, Options, THREADS_MAX, Verdict};
+use grideye_validator::{Comparison, Options, Verdict};
 use std::path::Path;
 
 pub(crate) fn run(options: &Compare) -> Result<Outcome> {
@@ -73,11 +73,10 @@ pub(crate) fn check_is_page(report: Option<&Path>) -> Result<()> {
     }
 }
 
-/// All processors, and this seed.
+/// With this seed.
 pub(crate) fn how(seed: u64) -> Options {
     Options {
         seed,
-        threads: progress::cores().min(THREADS_MAX),
         ..Options::default()
     }
 }

@@ -49,8 +49,8 @@ class Comparison:
     def scores(self) -> pandas.DataFrame:
         """A pandas DataFrame of the scores, by name.
 
-        Columns: title, unit and better ("higher" or "lower"); value; what a blank frame, shuffled pixels (their mean)
-        and noise alone would score; ceiling, the sensor against itself; skill, 0 for the best of these and 1 for the ceiling.
+        Columns: title, unit and better ("higher" or "lower"); value; what a blank frame and shuffled pixels (their mean)
+        would score; ceiling, the sensor against itself; skill, 0 for the better of these and 1 for the ceiling.
         """
         import pandas
 
@@ -82,7 +82,7 @@ class Comparison:
         def number(value: Optional[float]) -> str:
             return "" if value is None else f"{value:.3f}"
 
-        names = ["value", "blank", "shuffled", "noise", "ceiling", "skill"]
+        names = ["value", "blank", "shuffled", "ceiling", "skill"]
         rows = [
             cells("th", [score["title"]]) + cells("td", [number(score[name]) for name in names])
             for score in map(_numbers, self._result["scores"].values())
@@ -106,7 +106,7 @@ def _write(path: Union[str, os.PathLike[str]], text: str) -> None:
 
 def _numbers(score: dict[str, Any]) -> dict[str, Any]:
     shuffled = score["shuffled"]
-    columns = ("title", "unit", "better", "value", "blank", "noise", "ceiling", "skill")
+    columns = ("title", "unit", "better", "value", "blank", "ceiling", "skill")
     chosen = {name: score[name] for name in columns}
     return {**chosen, "shuffled": None if shuffled is None else shuffled["mean"]}
 
@@ -133,10 +133,10 @@ def compare(
         profile: a file that describes this one sensor, from `grideye characterize`.
         sensor: the scene's; may be left out if there is one.
         start: the scene's time at which the recording begins, seconds; by default by UTC if trajectories have it, else 0.
-        align: what may be aligned, separated by commas: time by none, shift, rate, warp or law; orientation; pose.
+        align: what may be aligned, separated by commas: time by none, shift or rate; orientation; pose.
         max_shift: largest delay in either direction, 0 to 60 seconds.
         max_rate: largest error of the sensor's clock, 0 to 20 %.
-        binning: bins of the second set of entropies: "step:WIDTH" (°C), "levels:N" or "grey256"; by default the sensor's steps.
+        binning: bins of the entropies: "step:WIDTH" (°C), "levels:N" or "grey256"; by default "grey256", as in the paper.
         thresholds: a file with other thresholds of the verdict.
         seed: of the simulated noise in the scores.
 

@@ -249,8 +249,6 @@ fn compared(
     let how = Options {
         seed: SEED,
         start_s: Some(from_s),
-        // The other processors serve other requests.
-        threads: 1,
         ..Options::default()
     };
     let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);

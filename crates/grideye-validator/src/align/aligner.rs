@@ -1,14 +1,13 @@
 //! Finds the best clock, orientation and offset, and compares them with what chance reaches.
 
-use crate::align::clock::{BEYOND, Bounds, Clock, Line, Warp};
+use crate::align::clock::{BEYOND, Bounds, Clock};
 use crate::align::film::{Film, Fit, Sample};
 use crate::align::space::{self, Orientation, Pairs};
-use crate::align::time_search::{best_law, best_line, rough_likeness, standard_errors};
+use crate::align::time_search::{best_clock, rough_likeness, standard_errors};
 use crate::align::types::{AlignOptions, OffsetFound, OrientationFound, TimeAlignment, TimeFound};
-use crate::align::warp_search::best_warp;
 use crate::error::ValidatorError;
 use crate::frames::types::Pixels;
-use crate::numbers::count;
+use crate::numbers::mean_frame;
 use std::time::Duration;
 
 /// Frames used for alignment; a longer recording is thinned evenly.
@@ -65,7 +64,7 @@ impl Aligner {
             times_s.last().copied().unwrap_or_default(),
         );
         let bounds = options.bounds(first_s);
-        // A path may leave the line by as much as the line's own shift.
+        // Twice as far as the search: a fit must pay for the frames around it.
         let reach_s = 2.0 * BEYOND * bounds.shift_max_s + 1.0;
         let beyond_s = reach_s + BEYOND * bounds.rate_max * (last_s - first_s);
         let film = Film::new(simulator, first_s - reach_s, end_s.min(last_s + beyond_s));
@@ -74,16 +73,16 @@ impl Aligner {
             .zip(frames)
             .filter(|(time_s, _)| (-beyond_s..=end_s + beyond_s).contains(time_s))
             .unzip();
-        let number = count(frames.len().max(1));
-        let mut mean_c = [0.0; grideye_frame::PIXELS];
-        for (pixel, celsius) in frames.iter().flat_map(|frame| (0..).zip(frame)) {
-            mean_c[pixel] += (celsius - simulator.ambient_c()) / number;
-        }
+        let mean = mean_frame(&frames);
+        let above = |pixel: usize| {
+            mean.get(pixel)
+                .map_or(0.0, |mean| mean - simulator.ambient_c())
+        };
         Self {
             sample: Sample::new(times_s, frames),
             film,
             bounds,
-            mean_c,
+            mean_c: std::array::from_fn(above),
         }
     }
 
@@ -101,108 +100,62 @@ impl Aligner {
         let (sample, film, bounds) = (&self.sample, &self.film, &self.bounds);
         let before = sample.fit(film, |time_s| time_s);
         let Best {
-            line,
+            clock,
             fit,
             errors,
             is_beyond,
-        } = self.line();
-        let mut clock = Clock::Line(line);
-        let mut best = fit;
-        match asked {
-            TimeAlignment::Warp => {
-                if let Some((warp, fit)) = self.warp(line, &fit) {
-                    (clock, best) = (Clock::Warp(line, warp), fit);
-                }
-            }
-            TimeAlignment::Law => {
-                let (law, fit) = best_law(sample, film, bounds);
-                (clock, best) = (Clock::Law(law), fit);
-            }
-            TimeAlignment::None | TimeAlignment::Shift | TimeAlignment::Rate => {}
-        }
-        let (chance, decoys) = chance(sample, film, bounds, asked);
-        let at_bound = match &clock {
-            Clock::Law(law) => bounds.holds_back(law),
-            Clock::Line(_) | Clock::Warp(..) => is_beyond,
-        };
+        } = self.best();
+        let (chance, decoys) = chance(sample, film, bounds);
         let by_chance = chance.unwrap_or(0.0).max(LIKENESS_MIN);
-        let applied = !at_bound && best.likeness > by_chance;
+        let applied = !is_beyond && fit.likeness > by_chance;
         let found = TimeFound {
             asked,
-            shift_s: line.shift_s,
+            shift_s: clock.shift_s,
             shift_error_s: errors.map(|errors| errors.0),
-            rate: line.rate,
+            rate: clock.rate,
             rate_error: errors.map(|errors| errors.1),
             likeness_before: before.likeness,
-            likeness: best.likeness,
+            likeness: fit.likeness,
             chance,
             decoys,
             applied,
-            at_bound,
-            rival_offset_px: self.rival(line, &fit),
-            warp: match &clock {
-                Clock::Warp(_, warp) => Some(warp.clone()),
-                _ => None,
-            },
-            law: match clock {
-                Clock::Law(law) => Some(law),
-                _ => None,
-            },
+            at_bound: is_beyond,
+            rival_offset_px: self.rival(clock, &fit),
         };
         (if applied { clock } else { Clock::own() }, found)
     }
 
-    /// The best line within the bounds, with rate 0 if not distinguishable from 0.
-    fn line(&self) -> Best {
+    /// The best clock within the bounds, with rate 0 if not distinguishable from 0.
+    fn best(&self) -> Best {
         let (sample, film, bounds) = (&self.sample, &self.film, &self.bounds);
-        let (mut line, mut fit) = best_line(sample, film, &bounds.wider());
-        let errors = standard_errors(sample, film, line, &fit);
+        let (mut clock, mut fit) = best_clock(sample, film, &bounds.wider());
+        let errors = standard_errors(sample, film, clock, &fit);
         let (shift_error_s, rate_error) = errors.unwrap_or_default();
-        let is_beyond = bounds.excess_s(&line) > ERRORS_TOLD * shift_error_s
-            || bounds.rate_excess(&line) > ERRORS_TOLD * rate_error;
-        let told = errors.is_some() && line.rate.abs() > ERRORS_TOLD * rate_error;
-        if bounds.excess_s(&line) > 0.0 || bounds.rate_excess(&line) > 0.0 || !told {
+        let is_beyond = bounds.excess_s(&clock) > ERRORS_TOLD * shift_error_s
+            || bounds.rate_excess(&clock) > ERRORS_TOLD * rate_error;
+        let told = errors.is_some() && clock.rate.abs() > ERRORS_TOLD * rate_error;
+        if bounds.excess_s(&clock) > 0.0 || bounds.rate_excess(&clock) > 0.0 || !told {
             let rate_max = if told { bounds.rate_max } else { 0.0 };
             let bounds = Bounds {
                 rate_max,
                 ..*bounds
             };
-            (line, fit) = best_line(sample, film, &bounds);
+            (clock, fit) = best_clock(sample, film, &bounds);
         }
         Best {
-            line,
+            clock,
             fit,
             errors,
             is_beyond,
         }
     }
 
-    /// A path that explains frames it was not fitted to better than the line does.
-    fn warp(&self, line: Line, fit: &Fit) -> Option<(Warp, Fit)> {
-        let (film, band_s) = (&self.film, self.bounds.shift_max_s);
-        let path = |sample: &Sample| best_warp(sample, film, line, fit, band_s);
-        let [even, odd] = self.sample.halves();
-        let warped = |sample: &Sample, warp: &Warp| {
-            sample.fit(film, |time_s| line.scene_s(time_s) + warp.by_s(time_s))
-        };
-        let likeness = |sample: &Sample, warp: &Warp| warped(sample, warp).likeness;
-        let straight = |sample: &Sample| sample.fit(film, |time_s| line.scene_s(time_s)).likeness;
-        let gain = likeness(&odd, &path(&even)) - straight(&odd) + likeness(&even, &path(&odd))
-            - straight(&even);
-        if gain / 2.0 < WARP_GAIN_MIN {
-            return None;
-        }
-        let warp = path(&self.sample);
-        let fit = warped(&self.sample, &warp);
-        Some((warp, fit))
-    }
-
     /// An image offset that explains as much as the delay does.
-    fn rival(&self, line: Line, fit: &Fit) -> Option<[f64; 2]> {
-        if line.shift_s.abs() < RIVAL_SHIFT_MIN_S {
+    fn rival(&self, clock: Clock, fit: &Fit) -> Option<[f64; 2]> {
+        if clock.shift_s.abs() < RIVAL_SHIFT_MIN_S {
             return None;
         }
-        let rated = |time_s: f64| line.scene_s(time_s) - line.shift_s;
+        let rated = |time_s: f64| clock.scene_s(time_s) - clock.shift_s;
         let pairs = Pairs::moving(&self.sample.thinned(OFFSET_FRAMES), &self.film, rated);
         let (offset, [_, likeness]) = pairs.best_offset(OFFSET_SOUGHT_PX);
         (likeness > fit.likeness - RIVAL_LESS_MAX).then_some(offset)
@@ -279,8 +232,6 @@ fn best_orientation(
 const LIKENESS_MIN: f64 = 0.3;
 /// A rate counts if it exceeds this many standard errors.
 const ERRORS_TOLD: f64 = 3.0;
-/// Least gain in likeness of a path, on frames it was not fitted to.
-const WARP_GAIN_MIN: f64 = 0.005;
 /// A shorter delay is not checked for a rival offset.
 const RIVAL_SHIFT_MIN_S: f64 = 0.1;
 /// An offset this much less like the scene still explains as much as the delay.
@@ -295,7 +246,7 @@ pub(crate) const SAME_MIN: f64 = 0.9;
 const ORIENTATION_MARGIN: f64 = 0.1;
 
 struct Best {
-    line: Line,
+    clock: Clock,
     fit: Fit,
     errors: Option<(f64, f64)>,
     is_beyond: bool,
@@ -306,12 +257,7 @@ const DECOY_FRAMES: usize = 64;
 const KIN_MIN: f64 = 0.7;
 
 /// Best likeness of the decoys (the scene turned, mirrored, run backwards), aligned the same way, and their number.
-fn chance(
-    sample: &Sample,
-    film: &Film,
-    bounds: &Bounds,
-    asked: TimeAlignment,
-) -> (Option<f64>, usize) {
+fn chance(sample: &Sample, film: &Film, bounds: &Bounds) -> (Option<f64>, usize) {
     let sample = sample.thinned(DECOY_FRAMES);
     let own = sample.of_scene(film);
     let (mut best, mut decoys) = (None, 0);
@@ -323,26 +269,11 @@ fn chance(
                 continue;
             }
             decoys += 1;
-            let likeness = aligned(&sample, &film, bounds, asked);
+            let likeness = rough_likeness(&sample, &film, bounds);
             best = Some(best.map_or(likeness, |best: f64| best.max(likeness)));
         }
     }
     (best, decoys)
-}
-
-fn aligned(sample: &Sample, film: &Film, bounds: &Bounds, asked: TimeAlignment) -> f64 {
-    match asked {
-        TimeAlignment::Law => best_law(sample, film, bounds).1.likeness,
-        TimeAlignment::Warp => {
-            let (line, fit) = best_line(sample, film, bounds);
-            let warp = best_warp(sample, film, line, &fit, bounds.shift_max_s);
-            let warped = sample.fit(film, |time_s| line.scene_s(time_s) + warp.by_s(time_s));
-            fit.likeness.max(warped.likeness)
-        }
-        TimeAlignment::None | TimeAlignment::Shift | TimeAlignment::Rate => {
-            rough_likeness(sample, film, bounds)
-        }
-    }
 }
 
 #[cfg(test)]

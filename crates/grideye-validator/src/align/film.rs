@@ -1,7 +1,7 @@
 //! The two sides of an alignment: the scene's frames at any time, and the recording's frames with their times.
 
 use crate::frames::types::Pixels;
-use crate::numbers::{count, evenly};
+use crate::numbers::{count, evenly, index, mean_frame};
 use grideye_frame::PIXELS;
 use grideye_scene::Simulator;
 use std::time::Duration;
@@ -14,7 +14,7 @@ const SCENE_FRAMES_MAX: usize = 12_000;
 /// The scene's noise-free frames at even times, less ambient.
 #[derive(Debug, Clone)]
 pub(crate) struct Film {
-    pub(crate) first_s: f64,
+    first_s: f64,
     step_s: f64,
     frames: Vec<Pixels>,
     ends: Ends,
@@ -90,7 +90,7 @@ impl Film {
         Self {
             first_s,
             step_s,
-            frames: (0..=whole(steps)).map(frame).collect(),
+            frames: (0..=index(steps)).map(frame).collect(),
             ends,
         }
     }
@@ -109,10 +109,6 @@ impl Film {
         }
     }
 
-    pub(crate) fn last_s(&self) -> f64 {
-        self.first_s + self.step_s * count(self.frames.len() - 1)
-    }
-
     /// The frame at a scene time; beyond the ends the last frame, or `None` for [`Ends::Nothing`].
     pub(crate) fn at(&self, time_s: f64) -> Option<Pixels> {
         let place = (time_s - self.first_s) / self.step_s;
@@ -122,7 +118,7 @@ impl Film {
         if self.ends == Ends::Nothing && !is_within {
             return None;
         }
-        let before = whole(place.max(0.0)).min(last.saturating_sub(1));
+        let before = index(place.max(0.0)).min(last.saturating_sub(1));
         let share = (place - count(before)).clamp(0.0, 1.0);
         let (left, right) = (&self.frames[before], &self.frames[(before + 1).min(last)]);
         Some(blended(left, right, share))
@@ -135,13 +131,7 @@ fn blended(left: &Pixels, right: &Pixels, share: f64) -> Pixels {
 
 impl Sample {
     pub(crate) fn new(times_s: Vec<f64>, mut frames: Vec<Pixels>) -> Self {
-        let number = count(frames.len().max(1));
-        let mut mean = [0.0; PIXELS];
-        for frame in &frames {
-            for (sum, celsius) in mean.iter_mut().zip(frame) {
-                *sum += celsius / number;
-            }
-        }
+        let mean = mean_frame(&frames);
         let mut energy = 0.0;
         for frame in &mut frames {
             for (celsius, mean) in frame.iter_mut().zip(&mean) {
@@ -182,14 +172,6 @@ impl Sample {
         )
     }
 
-    pub(crate) fn halves(&self) -> [Self; 2] {
-        [0, 1].map(|first| {
-            let times_s = self.times_s.iter().skip(first).step_by(2);
-            let frames = self.frames.iter().skip(first).step_by(2);
-            Self::new(times_s.copied().collect(), frames.copied().collect())
-        })
-    }
-
     pub(crate) fn span_s(&self) -> f64 {
         match (self.times_s.first(), self.times_s.last()) {
             (Some(first), Some(last)) => last - first,
@@ -228,12 +210,13 @@ pub(crate) struct FitSums {
 
 impl Default for FitSums {
     fn default() -> Self {
+        let [product, real, claim, square] = [[0.0; PIXELS]; 4];
         Self {
             frames: 0,
-            product: [0.0; PIXELS],
-            real: [0.0; PIXELS],
-            claim: [0.0; PIXELS],
-            square: [0.0; PIXELS],
+            product,
+            real,
+            claim,
+            square,
         }
     }
 }
@@ -269,17 +252,6 @@ impl FitSums {
             left_c2: (energy - product * amplitude).max(0.0),
         }
     }
-}
-
-/// The integer part of a number from 0.
-#[expect(
-    clippy::as_conversions,
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "places in a table of thousands; a cast of what is out of range saturates"
-)]
-pub(crate) fn whole(number: f64) -> usize {
-    number as usize
 }
 
 #[cfg(test)]
@@ -335,7 +307,7 @@ mod tests {
         let film = Film::of_frames(&[0.0, 1e6], &[[0.0; PIXELS], [1.0; PIXELS]]);
         assert_eq!(film.frames.len(), SCENE_FRAMES_MAX);
         assert!((film.at(2.5e5).unwrap()[7] - 0.25).abs() < 1e-9);
-        assert_eq!(film.last_s(), 1e6);
+        assert!(film.at(1e6).is_some() && film.at(1e6 + 1.0).is_none());
     }
 
     /// Amplitude and pixel offsets do not change the likeness: it is a correlation.

@@ -1,4 +1,4 @@
-//! Aligns a recording with a scene in time (delay, clock rate, pace) and in the image (orientation, offset).
+//! Aligns a recording with a scene in time (delay, clock rate) and in the image (orientation, offset).
 //!
 //! ```text
 //!  recording ─▶ each pixel less its mean ─┐
@@ -15,7 +15,6 @@
 //!   there.
 //! - Fifteen decoys (the scene turned, mirrored, run backwards) get the same freedom. A fit no better than the best
 //!   decoy is not applied.
-//! - A warp path must improve frames that it was not fitted to, and its pace stays between 0.5 and 1.5.
 //!
 //! On a straight path walked once, a delay and a tilted sensor look alike. The report says where an offset would
 //! explain as much.
@@ -26,10 +25,8 @@ mod film;
 pub(crate) mod space;
 pub(crate) mod time_search;
 pub(crate) mod types;
-mod warp_search;
 
 pub use aligner::{SAMPLE_MAX, SPAN_MAX, align_films};
-pub use clock::{Law, Warp};
 pub use space::Orientation;
 pub use types::{
     AlignOptions, Alignment, OFFSET_MAX_PX, OffsetFound, OrientationFound, RATE_MAX, SHIFT_MAX,

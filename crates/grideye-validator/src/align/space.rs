@@ -1,10 +1,10 @@
 //! The orientation and subpixel offset of an image.
 
-use crate::align::film::{Film, FitSums, Sample, whole};
+use crate::align::film::{Film, FitSums, Sample};
 use crate::frames::types::Pixels;
 use crate::metrics::correlation;
 use crate::names::named;
-use crate::numbers::{climb, count};
+use crate::numbers::{climb, count, index};
 use grideye_frame::COLUMNS;
 
 named! {
@@ -74,7 +74,7 @@ pub(crate) fn moved(image: &Pixels, right_px: f64, down_px: f64) -> Pixels {
     let at = |row: f64, column: f64| {
         let last = f64::from(columns - 1);
         let (row, column) = (row.clamp(0.0, last), column.clamp(0.0, last));
-        image[whole(row) * COLUMNS + whole(column)]
+        image[index(row) * COLUMNS + index(column)]
     };
     std::array::from_fn(|index| {
         let row = count(index / COLUMNS) - down_px;

@@ -1,9 +1,8 @@
-//! Searches for the best line and the best law of pace within the bounds: a grid, then a compass search from its best
-//! places.
+//! Searches for the best delay and clock rate within the bounds: a grid, then a compass search from its best places.
 
-use crate::align::clock::{Bounds, Law, Line};
-use crate::align::film::{Film, Fit, Sample, whole};
-use crate::numbers::{climb, count};
+use crate::align::clock::{Bounds, Clock};
+use crate::align::film::{Film, Fit, Sample};
+use crate::numbers::{climb, count, index};
 
 /// Step of the grid's shifts, seconds: a walker's image still resembles that of the next moment.
 const SHIFT_STEP_S: f64 = 0.1;
@@ -17,29 +16,29 @@ const GRID_PLACES: usize = 20_000;
 const STARTS: usize = 5;
 const SHIFT_LAST_S: f64 = 0.000_5;
 
-pub(crate) fn best_line(sample: &Sample, film: &Film, bounds: &Bounds) -> (Line, Fit) {
+pub(crate) fn best_clock(sample: &Sample, film: &Film, bounds: &Bounds) -> (Clock, Fit) {
     let grid = Grid::new(sample, bounds);
     let coarse = sample.thinned(grid.frames());
     let start = grid
         .best(&coarse, film, STARTS)
         .into_iter()
-        .map(|(_, line)| grid.downhill(&coarse, film, line, SHIFT_LAST_S * 20.0))
+        .map(|(_, clock)| grid.downhill(&coarse, film, clock, SHIFT_LAST_S * 20.0))
         .max_by(|left, right| left.0.total_cmp(&right.0))
-        .map_or(grid.center(), |(_, line)| line);
-    let (_, line) = grid.downhill(sample, film, start, SHIFT_LAST_S);
-    (line, sample.fit(film, |time_s| line.scene_s(time_s)))
+        .map_or(grid.center(), |(_, clock)| clock);
+    let (_, clock) = grid.downhill(sample, film, start, SHIFT_LAST_S);
+    (clock, sample.fit(film, |time_s| clock.scene_s(time_s)))
 }
 
-/// [`best_line`] less finely: only the likeness.
+/// [`best_clock`] less finely: only the likeness.
 pub(crate) fn rough_likeness(sample: &Sample, film: &Film, bounds: &Bounds) -> f64 {
-    rough_line(sample, film, bounds).0
+    rough_clock(sample, film, bounds).0
 }
 
-fn rough_line(sample: &Sample, film: &Film, bounds: &Bounds) -> (f64, Line) {
+fn rough_clock(sample: &Sample, film: &Film, bounds: &Bounds) -> (f64, Clock) {
     let grid = Grid::new(sample, bounds);
     let coarse = sample.thinned(grid.frames());
     let best = grid.best(&coarse, film, 1);
-    let start = best.first().map_or(grid.center(), |(_, line)| *line);
+    let start = best.first().map_or(grid.center(), |(_, clock)| *clock);
     grid.downhill(&coarse, film, start, SHIFT_STEP_S / 4.0)
 }
 
@@ -56,7 +55,7 @@ struct Grid {
 impl Grid {
     fn new(sample: &Sample, bounds: &Bounds) -> Self {
         let span_s = sample.span_s();
-        let steps = |range: f64, step: f64| whole((range / step).ceil().clamp(0.0, 10_000.0));
+        let steps = |range: f64, step: f64| index((range / step).ceil().clamp(0.0, 10_000.0));
         Self {
             origin_s: bounds.origin_s,
             half_s: span_s / 2.0,
@@ -75,42 +74,42 @@ impl Grid {
         (GRID_FRAMES * GRID_PLACES / self.places().max(GRID_PLACES)).max(GRID_FRAMES_MIN)
     }
 
-    fn center(&self) -> Line {
-        Line::new(0.0, 0.0, self.origin_s)
+    fn center(&self) -> Clock {
+        Clock::new(0.0, 0.0, self.origin_s)
     }
 
-    fn lines(&self) -> impl Iterator<Item = Line> + '_ {
+    fn clocks(&self) -> impl Iterator<Item = Clock> + '_ {
         let ends = |steps: usize, most: f64| {
             let step = most / count(steps.max(1));
             (0..=2 * steps).map(move |index| (count(index) - count(steps)) * step)
         };
         ends(self.rates, self.rate_max).flat_map(move |rate| {
             ends(self.shifts, self.shift_max_s)
-                .map(move |shift_s| Line::new(shift_s, rate, self.origin_s))
+                .map(move |shift_s| Clock::new(shift_s, rate, self.origin_s))
         })
     }
 
-    fn best(&self, sample: &Sample, film: &Film, number: usize) -> Vec<(f64, Line)> {
-        let mut best: Vec<(f64, Line)> = Vec::with_capacity(number + 1);
-        for line in self.lines() {
-            let likeness = sample.fit(film, |time_s| line.scene_s(time_s)).likeness;
+    fn best(&self, sample: &Sample, film: &Film, number: usize) -> Vec<(f64, Clock)> {
+        let mut best: Vec<(f64, Clock)> = Vec::with_capacity(number + 1);
+        for clock in self.clocks() {
+            let likeness = sample.fit(film, |time_s| clock.scene_s(time_s)).likeness;
             let place = best.partition_point(|(other, _)| *other >= likeness);
             if place < number {
-                best.insert(place, (likeness, line));
+                best.insert(place, (likeness, clock));
                 best.truncate(number);
             }
         }
         best
     }
 
-    fn downhill(&self, sample: &Sample, film: &Film, start: Line, last_s: f64) -> (f64, Line) {
-        let likeness = |line: &Line| sample.fit(film, |time_s| line.scene_s(time_s)).likeness;
-        let neighbors = |line: &Line, step_s| self.neighbors(*line, step_s);
+    fn downhill(&self, sample: &Sample, film: &Film, start: Clock, last_s: f64) -> (f64, Clock) {
+        let likeness = |clock: &Clock| sample.fit(film, |time_s| clock.scene_s(time_s)).likeness;
+        let neighbors = |clock: &Clock, step_s| self.neighbors(*clock, step_s);
         climb(start, (SHIFT_STEP_S, last_s), likeness, neighbors)
     }
 
     /// Lines shifted as a whole or turned about the recording's middle.
-    fn neighbors(&self, line: Line, step_s: f64) -> impl Iterator<Item = Line> {
+    fn neighbors(&self, clock: Clock, step_s: f64) -> impl Iterator<Item = Clock> {
         let turn = if self.rate_max > 0.0 && self.half_s > 0.0 {
             step_s / self.half_s
         } else {
@@ -120,12 +119,12 @@ impl Grid {
         [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)]
             .into_iter()
             .map(move |(shifted, turned): (f64, f64)| {
-                let rate = (line.rate + turned * turn).clamp(-rate_max, rate_max);
-                let shift_s = line.shift_s + shifted * step_s - (rate - line.rate) * half_s;
-                Line {
+                let rate = (clock.rate + turned * turn).clamp(-rate_max, rate_max);
+                let shift_s = clock.shift_s + shifted * step_s - (rate - clock.rate) * half_s;
+                Clock {
                     shift_s: shift_s.clamp(-shift_max_s, shift_max_s),
                     rate,
-                    ..line
+                    ..clock
                 }
             })
     }
@@ -135,13 +134,13 @@ impl Grid {
 pub(crate) fn standard_errors(
     sample: &Sample,
     film: &Film,
-    line: Line,
+    clock: Clock,
     fit: &Fit,
 ) -> Option<(f64, f64)> {
     const NUDGE_S: f64 = 0.05;
     let (mut ones, mut cross, mut squares, mut values) = (0.0, 0.0, 0.0, 0_usize);
     for &time_s in &sample.times_s {
-        let scene_s = line.scene_s(time_s);
+        let scene_s = clock.scene_s(time_s);
         let (Some(before), Some(after)) = (film.at(scene_s - NUDGE_S), film.at(scene_s + NUDGE_S))
         else {
             continue;
@@ -151,7 +150,7 @@ pub(crate) fn standard_errors(
             .zip(&after)
             .map(|(before, after)| ((after - before) / (2.0 * NUDGE_S) * fit.amplitude).powi(2))
             .sum();
-        let since_s = time_s - line.origin_s;
+        let since_s = time_s - clock.origin_s;
         ones += slope;
         cross += slope * since_s;
         squares += slope * since_s * since_s;
@@ -166,79 +165,6 @@ pub(crate) fn standard_errors(
         (variance * squares / determinant).sqrt(),
         (variance * ones / determinant).sqrt(),
     ))
-}
-
-/// The best law of pace, its begin and end no further from the scene's than the largest shift.
-pub(crate) fn best_law(sample: &Sample, film: &Film, bounds: &Bounds) -> (Law, Fit) {
-    const STEPS: usize = 3;
-    const SHAPES: [(f64, f64); 7] = [
-        (0.0, 0.0),
-        (0.5, 0.0),
-        (1.0, 0.0),
-        (-0.5, 0.0),
-        (-1.0, 0.0),
-        (0.0, 0.4),
-        (0.0, -0.4),
-    ];
-    let law = |begin: f64, end: f64, (ease, lean): (f64, f64)| Law {
-        begins_late_s: begin,
-        ends_late_s: end,
-        ease,
-        lean,
-        scene_s: (film.first_s, film.last_s()),
-    };
-    let coarse = sample.thinned(128);
-    let likeness = |law: &Law| coarse.fit(film, |time_s| law.scene_s(time_s)).likeness;
-    let late = |index: usize| bounds.shift_max_s * (count(index) / count(STEPS) - 1.0);
-    let mut starts: Vec<(f64, Law)> = Vec::new();
-    for begin in 0..=2 * STEPS {
-        for end in 0..=2 * STEPS {
-            for shape in SHAPES {
-                let law = law(late(begin), late(end), shape);
-                if law.rises() {
-                    starts.push((likeness(&law), law));
-                }
-            }
-        }
-    }
-    starts.sort_by(|left, right| right.0.total_cmp(&left.0));
-    let best = starts
-        .into_iter()
-        .take(3)
-        .map(|(_, start)| law_downhill(&coarse, film, start, bounds))
-        .max_by(|left, right| left.0.total_cmp(&right.0))
-        .map_or(law(0.0, 0.0, (0.0, 0.0)), |(_, law)| law);
-    (best, sample.fit(film, |time_s| best.scene_s(time_s)))
-}
-
-fn law_downhill(sample: &Sample, film: &Film, start: Law, bounds: &Bounds) -> (f64, Law) {
-    let likeness = |law: &Law| sample.fit(film, |time_s| law.scene_s(time_s)).likeness;
-    let neighbors = |law: &Law, step| -> Vec<Law> {
-        let all = law_neighbors(law, step, bounds.shift_max_s);
-        all.filter(Law::rises).collect()
-    };
-    climb(start, (0.25, 0.002), likeness, neighbors)
-}
-
-fn law_neighbors(law: &Law, step: f64, most_s: f64) -> impl Iterator<Item = Law> {
-    let law = *law;
-    let moves: [[f64; 4]; 6] = [
-        [1.0, 0.0, 0.0, 0.0],
-        [0.0, 1.0, 0.0, 0.0],
-        [1.0, 1.0, 0.0, 0.0],
-        [1.0, -1.0, 0.0, 0.0],
-        [0.0, 0.0, 1.0, 0.0],
-        [0.0, 0.0, 0.0, 1.0],
-    ];
-    moves.into_iter().flat_map(move |by| {
-        [step, -step].map(|step| Law {
-            begins_late_s: (law.begins_late_s + by[0] * step * most_s).clamp(-most_s, most_s),
-            ends_late_s: (law.ends_late_s + by[1] * step * most_s).clamp(-most_s, most_s),
-            ease: (law.ease + by[2] * step).clamp(-1.0, 1.0),
-            lean: (law.lean + by[3] * step).clamp(-1.0, 1.0),
-            ..law
-        })
-    })
 }
 
 #[cfg(test)]
@@ -261,23 +187,23 @@ mod tests {
         Grid::new(&sample, &bounds(shift_max_s, rate_max))
     }
 
-    /// Compares shifts and rates of lines with their origin at 2 s.
+    /// Compares shifts and rates of clocks with their origin at 2 s.
     #[track_caller]
-    fn is_near(found: impl Iterator<Item = Line>, expected: &[(f64, f64)]) {
-        let found: Vec<Line> = found.collect();
+    fn is_near(found: impl Iterator<Item = Clock>, expected: &[(f64, f64)]) {
+        let found: Vec<Clock> = found.collect();
         assert_eq!(found.len(), expected.len(), "{found:?}, not {expected:?}");
-        for (line, (shift_s, rate)) in found.into_iter().zip(expected) {
-            assert_near(line.shift_s, *shift_s, 1e-12);
-            assert_near(line.rate, *rate, 1e-12);
-            assert_eq!(line.origin_s, 2.0);
+        for (clock, (shift_s, rate)) in found.into_iter().zip(expected) {
+            assert_near(clock.shift_s, *shift_s, 1e-12);
+            assert_near(clock.rate, *rate, 1e-12);
+            assert_eq!(clock.origin_s, 2.0);
         }
     }
 
     #[test]
     fn a_line_is_shifted_and_turned_about_its_origin() {
-        let line = Line::new(0.2, 0.01, 10.0);
-        assert_near(line.scene_s(10.0), 10.2, 1e-12);
-        assert_near(line.scene_s(30.0), 30.4, 1e-12);
+        let clock = Clock::new(0.2, 0.01, 10.0);
+        assert_near(clock.scene_s(10.0), 10.2, 1e-12);
+        assert_near(clock.scene_s(30.0), 30.4, 1e-12);
     }
 
     /// By hand: 0.5 s in steps of 0.1 s; 6 % of a minute is 3.6 s, in steps of 0.3 s.
@@ -289,20 +215,20 @@ mod tests {
         let wide = grid(60.0, 60.0, 0.06);
         assert_eq!((wide.places(), wide.frames()), (1_201 * 25, 170));
         assert_eq!(grid(60.0, 600.0, 0.06).frames(), 48);
-        assert_eq!(usual.center(), Line::new(0.0, 0.0, 2.0));
+        assert_eq!(usual.center(), Clock::new(0.0, 0.0, 2.0));
     }
 
     #[test]
     fn the_grid_reaches_both_bounds_and_nothing_beyond() {
         let along = |rate| [-0.2, -0.1, 0.0, 0.1, 0.2].map(|shift_s| (shift_s, rate));
         is_near(
-            grid(10.0, 0.2, 0.03).lines(),
+            grid(10.0, 0.2, 0.03).clocks(),
             &[-0.03, 0.0, 0.03].map(along).concat(),
         );
-        is_near(grid(10.0, 0.0, 0.0).lines(), &[(0.0, 0.0)]);
+        is_near(grid(10.0, 0.0, 0.0).clocks(), &[(0.0, 0.0)]);
     }
 
-    /// Turning a minute's line by 0.1 s at its ends changes the rate by 0.1 in 30 and the shift by 0.1 s the other way.
+    /// Turning a minute's clock by 0.1 s at its ends changes the rate by 0.1 in 30 and the shift by 0.1 s the other way.
     #[test]
     fn neighbors_are_shifted_or_turned_about_the_middle_within_the_bounds() {
         let turn = 0.1 / 30.0;
@@ -314,8 +240,8 @@ mod tests {
             (0.06, (0.5, 0.06), corner),
             (0.0, (0.0, 0.0), timed),
         ] {
-            let line = Line::new(shift_s, rate, 2.0);
-            is_near(grid(60.0, 0.5, rate_max).neighbors(line, 0.1), &expected);
+            let clock = Clock::new(shift_s, rate, 2.0);
+            is_near(grid(60.0, 0.5, rate_max).neighbors(clock, 0.1), &expected);
         }
     }
 
@@ -343,16 +269,16 @@ mod tests {
     fn a_delay_is_found_to_the_stated_precision() {
         let (sample, film) = filmed(0.137);
         let bounds = bounds(0.5, 0.0);
-        let (line, fit) = best_line(&sample, &film, &bounds);
-        assert!((line.shift_s - 0.137).abs() <= 0.001, "{line:?}");
+        let (clock, fit) = best_clock(&sample, &film, &bounds);
+        assert!((clock.shift_s - 0.137).abs() <= 0.001, "{clock:?}");
         assert!(fit.likeness > 0.9999, "{fit:?}");
-        let (likeness, rough) = rough_line(&sample, &film, &bounds);
+        let (likeness, rough) = rough_clock(&sample, &film, &bounds);
         assert!((rough.shift_s - 0.137).abs() <= 0.025, "{rough:?}");
         assert_eq!(likeness, rough_likeness(&sample, &film, &bounds));
         let best = Grid::new(&sample, &bounds).best(&sample, &film, 3);
         assert!(best[0].0 > best[1].0 && best[1].0 > best[2].0, "{best:?}");
-        for ((_, line), expected) in best.iter().zip([0.1, 0.2, 0.0]) {
-            assert_near(line.shift_s, expected, 1e-9);
+        for ((_, clock), expected) in best.iter().zip([0.1, 0.2, 0.0]) {
+            assert_near(clock.shift_s, expected, 1e-9);
         }
     }
 
@@ -361,71 +287,18 @@ mod tests {
     fn standard_errors_are_those_of_a_line_through_three_frames() {
         let film = Film::of_frames(&[0.0, 10.0], &[[0.0; PIXELS], [10.0; PIXELS]]);
         let sample = Sample::new(vec![1.0, 2.0, 3.0], vec![[0.0; PIXELS]; 3]);
-        let line = Line::new(0.0, 0.0, 1.0);
+        let clock = Clock::new(0.0, 0.0, 1.0);
         let fit = Fit {
             likeness: 0.0,
             amplitude: 2.0,
             left_c2: 192.0,
         };
-        let (shift_s, rate) = standard_errors(&sample, &film, line, &fit).unwrap();
+        let (shift_s, rate) = standard_errors(&sample, &film, clock, &fit).unwrap();
         assert_near(shift_s, (1_280.0_f64 / 393_216.0).sqrt(), 1e-9);
         assert_near(rate, (768.0_f64 / 393_216.0).sqrt(), 1e-9);
         let one = Sample::new(vec![1.0], vec![[0.0; PIXELS]]);
-        assert_eq!(standard_errors(&one, &film, line, &fit), None);
+        assert_eq!(standard_errors(&one, &film, clock, &fit), None);
         let elsewhere = Sample::new(vec![30.0, 31.0], vec![[0.0; PIXELS]; 2]);
-        assert_eq!(standard_errors(&elsewhere, &film, line, &fit), None);
-    }
-
-    fn law(ease: f64, lean: f64) -> Law {
-        Law {
-            begins_late_s: 0.5,
-            ends_late_s: -0.5,
-            ease,
-            lean,
-            scene_s: (0.0, 10.0),
-        }
-    }
-
-    #[test]
-    fn a_law_meets_its_ends_and_runs_on_beyond() {
-        for law in [law(0.0, 0.0), law(1.0, 0.0), law(-1.0, 0.0), law(0.2, 0.3)] {
-            for (time_s, expected) in [(0.5, 0.0), (9.5, 10.0), (0.0, -0.5), (10.5, 11.0)] {
-                assert!((law.scene_s(time_s) - expected).abs() < 1e-12, "{time_s}");
-            }
-            assert!(law.rises());
-        }
-    }
-
-    /// Minimum jerk (Flash and Hogan 1985): 0.103516 of the way after a quarter of the time; speed 15/8 half way.
-    #[test]
-    fn ease_is_minimum_jerk_and_lean_goes_first() {
-        assert!((law(1.0, 0.0).scene_s(0.5 + 9.0 / 4.0) - 1.035_156_25).abs() < 1e-12);
-        assert!((law(0.0, 0.0).scene_s(0.5 + 9.0 / 4.0) - 2.5).abs() < 1e-12);
-        assert!((law(0.0, 0.4).scene_s(5.0) - 6.0).abs() < 1e-12);
-        assert!(!law(1.0, 0.4).rises() && !law(0.0, 1.5).rises());
-    }
-
-    /// A step of 0.25 is half a second where ends may be 2 s late.
-    #[test]
-    fn neighbors_are_one_step_away_and_within_the_bounds() {
-        let of = |law: Law, most_s: f64| -> Vec<[f64; 4]> {
-            let laws = law_neighbors(&law, 0.25, most_s);
-            laws.map(|law| [law.begins_late_s, law.ends_late_s, law.ease, law.lean])
-                .collect()
-        };
-        let ends = [(1.0, -0.5), (0.0, -0.5), (0.5, 0.0), (0.5, -1.0)];
-        let both = [(1.0, 0.0), (0.0, -1.0), (1.0, -1.0), (0.0, 0.0)];
-        let shapes = [(0.75, -0.25), (0.25, -0.25), (0.5, 0.0), (0.5, -0.5)];
-        let moved = [ends, both].concat();
-        let moved = moved
-            .into_iter()
-            .map(|(begin, end)| [begin, end, 0.5, -0.25]);
-        let shaped = shapes.map(|(ease, lean)| [0.5, -0.5, ease, lean]);
-        let expected: Vec<[f64; 4]> = moved.chain(shaped).collect();
-        assert_eq!(of(law(0.5, -0.25), 2.0), expected);
-        let bounded = of(law(1.0, -1.0), 0.5);
-        for place in [0, 3, 8, 11] {
-            assert_eq!(bounded[place], [0.5, -0.5, 1.0, -1.0], "{place}");
-        }
+        assert_eq!(standard_errors(&elsewhere, &film, clock, &fit), None);
     }
 }

@@ -1,6 +1,6 @@
 //! Alignment options and results.
 
-use crate::align::clock::{Bounds, Law, Warp};
+use crate::align::clock::Bounds;
 use crate::align::space::Orientation;
 use crate::error::{ValidatorError, check_setting};
 use crate::frames::LeftOutCount;
@@ -18,10 +18,6 @@ named! {
         Shift = "shift";
         /// A delay and a constant rate of the clock.
         Rate = "rate";
-        /// These, and a path around them (dynamic time warping in a band).
-        Warp = "warp";
-        /// Begin and end of the walk, and how its speed is spread, in four numbers.
-        Law = "law";
     }
 }
 
@@ -34,7 +30,7 @@ pub struct AlignOptions {
     pub orientation: bool,
     /// Whether to remove an offset of up to [`OFFSET_MAX_PX`]; it is reported in any case.
     pub pose: bool,
-    /// Largest delay, path departure or shift of either end of a walk, up to [`SHIFT_MAX`](super::SHIFT_MAX).
+    /// Largest delay, up to [`SHIFT_MAX`](super::SHIFT_MAX).
     pub shift_max: Duration,
     /// Largest clock rate error either way, as a share, 0 to [`RATE_MAX`](super::RATE_MAX).
     pub rate_max: f64,
@@ -79,7 +75,7 @@ impl Alignment {
 }
 
 /// The alignment in time.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the names say it")]
 pub struct TimeFound {
     pub asked: TimeAlignment,
@@ -102,9 +98,6 @@ pub struct TimeFound {
     pub at_bound: bool,
     /// Image offset, pixels right and down, that would explain the recording as well as the delay does.
     pub rival_offset_px: Option<[f64; 2]>,
-    /// The path, if requested and better than a line.
-    pub warp: Option<Warp>,
-    pub law: Option<Law>,
 }
 
 /// The orientation of the image.
@@ -162,8 +155,8 @@ impl AlignOptions {
                 _ => self.shift_max.as_secs_f64(),
             },
             rate_max: match self.time {
-                TimeAlignment::Rate | TimeAlignment::Warp => self.rate_max,
-                TimeAlignment::None | TimeAlignment::Shift | TimeAlignment::Law => 0.0,
+                TimeAlignment::Rate => self.rate_max,
+                TimeAlignment::None | TimeAlignment::Shift => 0.0,
             },
         }
     }

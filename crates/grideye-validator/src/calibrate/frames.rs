@@ -3,9 +3,9 @@
 use crate::calibrate::types::{
     CalibrateError, FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Half, Options,
 };
-use crate::frames::faults::{FaultFinder, Standing};
+use crate::frames::cleaning::{Read, clean};
 use crate::frames::timeline::Timeline;
-use crate::frames::types::decoded;
+use crate::frames::types::Pixels;
 use crate::numbers::{count, evenly};
 use grideye_frame::PIXELS;
 use grideye_recording::Record;
@@ -40,10 +40,17 @@ impl Frames {
                 most: FRAMES_MAX,
             });
         }
-        let [all, whole] = read(records, timeline)?;
-        let read = all.len();
-        // A sensor without noise makes every frame look torn or repeated.
-        let mut frames = if 2 * whole.len() > read { whole } else { all };
+        check_order(records)?;
+        let is_timed = |at_ns: u64| timeline.time(at_ns).is_some();
+        let all = records
+            .iter()
+            .filter(|record| record.reading.frame().is_some());
+        let read = all
+            .filter(|record| is_timed(record.stamp.t_boot_ns))
+            .count();
+        let (kept, _) = clean(records, true);
+        let timed = |frame: Read| Some((timeline.time(frame.boot_ns)?, frame.celsius));
+        let mut frames: Vec<(Duration, Pixels)> = kept.into_iter().filter_map(timed).collect();
         let left_out = read - frames.len();
         frames.retain(|(time, _)| within.is_none_or(|within| within.contains(time)));
         if let (Some(half), Some(first), Some(last)) = (options.half, frames.first(), frames.last())
@@ -107,33 +114,16 @@ impl Frames {
     }
 }
 
-type Timed = (Duration, [f64; PIXELS]);
-
-/// All frames since the scene's start, with glitches mended; then only those neither torn nor repeated.
-fn read(records: &[Record], timeline: &Timeline) -> Result<[Vec<Timed>; 2], CalibrateError> {
-    let (mut all, mut whole) = (Vec::new(), Vec::new());
-    let (mut finder, mut before) = (FaultFinder::default(), None);
-    let mut last = 0;
-    for record in records {
-        let Some(raw) = record.reading.frame() else {
-            continue;
-        };
-        let now = record.stamp.t_boot_ns;
-        if now < last {
-            return Err(CalibrateError::TimeRunsBackwards { seq: record.seq });
-        }
-        last = now;
-        let (mended, standing) = finder.push(&decoded(raw), before.as_ref());
-        before = Some(mended);
-        let Some(time) = timeline.time(now) else {
-            continue;
-        };
-        all.push((time, mended));
-        if matches!(standing, Standing::First | Standing::Own) {
-            whole.push((time, mended));
-        }
+fn check_order(records: &[Record]) -> Result<(), CalibrateError> {
+    let read = records
+        .iter()
+        .filter(|record| record.reading.frame().is_some());
+    let read: Vec<&Record> = read.collect();
+    let is_back = |pair: &&[&Record]| pair[1].stamp.t_boot_ns < pair[0].stamp.t_boot_ns;
+    match read.windows(2).find(is_back) {
+        Some(pair) => Err(CalibrateError::TimeRunsBackwards { seq: pair[1].seq }),
+        None => Ok(()),
     }
-    Ok([all, whole])
 }
 
 #[cfg(test)]

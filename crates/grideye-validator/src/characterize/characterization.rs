@@ -9,7 +9,7 @@ use crate::characterize::thermistor::{StepFinder, Steps, Thermistor, ThermistorS
 use crate::characterize::timing::{Times, Timing};
 use crate::frames::faults::{FaultFinder, Faults, Standing};
 use crate::frames::types::{Pixels, STEP_VARIANCE, decoded, middle_mean};
-use crate::numbers::{count, long_count, median};
+use crate::numbers::{count, long_count, median, whole};
 use grideye_frame::{NoData, PIXELS, Reading, TICK};
 use grideye_recording::Record;
 use grideye_scene::profile::{self, Profile};
@@ -42,7 +42,7 @@ pub struct Characterization {
     /// The fixed pattern; `None` without a hundred frames in a row.
     pub pattern: Option<Pattern>,
     pub presence: Presence,
-    /// Allan deviations, as far as the recording's length allows.
+    /// Allan deviations of the common mode, as far as the recording's length allows.
     pub allan: Vec<AllanPoint>,
     /// Torn frames, duplicates and glitches.
     pub faults: Faults,
@@ -161,14 +161,9 @@ fn rounded(value: f64) -> f64 {
     (value * PROFILE_STEP).round() / PROFILE_STEP + 0.0
 }
 
-#[expect(
-    clippy::as_conversions,
-    clippy::cast_possible_truncation,
-    reason = "the rate of a sensor is within 20 % of the nominal: 200,000 parts per million"
-)]
 fn clock_error_ppm(sensor_hz: f64) -> i32 {
     let ppm = (sensor_hz / NOMINAL_HZ - 1.0) * 1e6;
-    ((ppm / PROFILE_PPM_STEP).round() * PROFILE_PPM_STEP) as i32
+    whole((ppm / PROFILE_PPM_STEP).round() * PROFILE_PPM_STEP)
 }
 
 /// Why a recording could not be characterized.

@@ -355,7 +355,7 @@ mod tests {
     #[test]
     fn the_wander_of_a_profile_is_found_again() {
         use crate::characterize::allan::Allan;
-        use grideye_frame::{Celsius, Frame, PIXELS};
+        use grideye_frame::{Celsius, Frame};
         use grideye_scene::profile::Profile;
         use std::time::Duration;
         for (correlation_s, octaves) in [(4.0, 1), (16.0, 5)] {
@@ -369,7 +369,7 @@ mod tests {
                 let frame =
                     profile.apply(1, u64::from(tick), t, Frame::uniform(Celsius::new(20.0)));
                 let level = f64::from(frame.pixels[0].get()) - 20.0;
-                allan.push(&[level; PIXELS], level);
+                allan.push(level);
             }
             let found = flicker(&allan.finish(0.1), 0.0).unwrap();
             assert_near(found.sd_c / 0.3, 1.0, 0.15);
@@ -382,7 +382,6 @@ mod tests {
     fn nothing_is_fitted_to_nothing() {
         let points = [0.1, 0.8, 1.6, 3.2].map(|tau_s| AllanPoint {
             tau_s,
-            pixel_c: 0.1,
             common_c: 0.01,
         });
         assert_eq!(flicker(&[], 0.0), None);

@@ -1,7 +1,7 @@
 //! Histograms with quantiles, and a Gaussian width that outliers do not move.
 
 use crate::frames::types::Pixels;
-use crate::numbers::long_count;
+use crate::numbers::{count, index, long_count};
 use grideye_frame::PIXELS;
 
 const BINS_A_SIDE: usize = 512;
@@ -37,21 +37,11 @@ impl Histogram {
         }
     }
 
-    #[expect(
-        clippy::as_conversions,
-        clippy::cast_possible_truncation,
-        reason = "a saturating conversion, clamped after it"
-    )]
     pub(crate) fn push(&mut self, value: f64) {
-        let side = i64::try_from(BINS_A_SIDE).unwrap_or(i64::MAX);
-        let bin = ((value / self.bin).round() as i64).clamp(-side, side);
-        if let Some(count) = usize::try_from(bin + side)
-            .ok()
-            .and_then(|place| self.counts.get_mut(place))
-        {
-            *count += 1;
-            self.total += 1;
-        }
+        let place = (value / self.bin).round() + count(BINS_A_SIDE);
+        let place = index(place).min(2 * BINS_A_SIDE);
+        self.counts[place] += 1;
+        self.total += 1;
     }
 
     pub(crate) fn extent(&self) -> Option<(f64, f64)> {
@@ -94,38 +84,6 @@ impl Histogram {
         Some(sigma)
     }
 
-    /// Standard deviation from the quartiles, corrected for the steps (Sheppard); `None` below 10 values.
-    pub(crate) fn quartile_sigma(&self) -> Option<f64> {
-        if self.total < 10 {
-            return None;
-        }
-        let (low, low_room) = self.spread_quantile(0.25)?;
-        let (high, high_room) = self.spread_quantile(0.75)?;
-        let sigma = (high - low) / QUARTILES_APART;
-        let added = f64::midpoint(low_room.powi(2), high_room.powi(2)) / 12.0;
-        Some((sigma * sigma - added).max(0.0).sqrt())
-    }
-
-    /// Quantile with each bin's values spread up to the middles toward its neighbors, and the width of that span.
-    fn spread_quantile(&self, share: f64) -> Option<(f64, f64)> {
-        let wanted = share * long_count(self.total);
-        let bins: Vec<(f64, f64)> = self.bins().collect();
-        let mut below = 0.0;
-        for (place, &(count, value)) in bins.iter().enumerate() {
-            if below + count < wanted {
-                below += count;
-                continue;
-            }
-            let before = place.checked_sub(1).and_then(|before| bins.get(before));
-            let from = before.map_or(value, |before| f64::midpoint(before.1, value));
-            let to = bins
-                .get(place + 1)
-                .map_or(value, |after| f64::midpoint(value, after.1));
-            return Some((from + (to - from) * (wanted - below) / count, to - from));
-        }
-        None
-    }
-
     /// Variance of the values within `reach` of `middle`, around their own mean.
     fn cut_variance(&self, middle: f64, reach: f64) -> f64 {
         let (mut count, mut sum, mut squares) = (0.0, 0.0, 0.0);
@@ -144,11 +102,11 @@ impl Histogram {
     }
 
     fn bins(&self) -> impl Iterator<Item = (f64, f64)> {
-        let zero = long_count(u64::try_from(BINS_A_SIDE).unwrap_or(0));
-        (0_u32..)
-            .zip(&self.counts)
-            .filter(|(_, count)| **count > 0)
-            .map(move |(place, count)| (long_count(*count), (f64::from(place) - zero) * self.bin))
+        let value = |place: usize| (count(place) - count(BINS_A_SIDE)) * self.bin;
+        let places = self.counts.iter().enumerate();
+        places
+            .filter(|(_, number)| **number > 0)
+            .map(move |(place, number)| (long_count(*number), value(place)))
     }
 }
 
@@ -213,29 +171,15 @@ mod tests {
         }
     }
 
-    /// Rounding adds its share and no more, up to steps of about a standard deviation.
-    #[test]
-    fn quartiles_of_steps_do_not_jump() {
-        for step in (1..=34).map(|step| f64::from(step) / 64.0) {
-            let expected = (0.47_f64.powi(2) + step * step / 12.0).sqrt();
-            let found = filled(0.47, Some(step), 0).quartile_sigma().unwrap();
-            assert_near(found / expected, 1.0, 0.05);
-        }
-    }
-
     #[test]
     fn constant_and_empty_histograms() {
         for value in [0.0, 1.0] {
             let mut still = Histogram::new(1.0 / 64.0);
             (0..100).for_each(|_| still.push(value));
-            assert_eq!(still.quartile_sigma(), Some(0.0), "{value}");
             assert_eq!(still.gaussian_sigma(), Some(0.0), "{value}");
         }
         let empty = Histogram::new(1.0);
-        assert_eq!(
-            (empty.gaussian_sigma(), empty.quartile_sigma()),
-            (None, None)
-        );
+        assert_eq!(empty.gaussian_sigma(), None);
         assert_eq!(empty.quantile(0.5), None);
     }
 

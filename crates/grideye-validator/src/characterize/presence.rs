@@ -6,8 +6,7 @@
 
 use crate::characterize::histogram::Histogram;
 use crate::frames::types::{Pixels, middle_mean, two_by_two};
-use crate::metrics::gain::WarmLimits;
-use crate::metrics::room_difference::{RoomDifference, UNCLAIMED_MIN_C};
+use crate::metrics::room_difference::{RoomDifference, UNCLAIMED_MIN_C, WarmLimits};
 use crate::numbers::{count, median};
 use crate::thresholds::Thresholds;
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
@@ -52,7 +51,7 @@ pub(crate) fn stays_warm(mean_c: &Pixels, room_c: Option<&[f64]>) -> Option<Spot
     let even = [level; PIXELS];
     let room_c = room_c.unwrap_or(&even);
     let warmth = WarmLimits::new(median(room_c).unwrap_or(level), UNCLAIMED_MIN_C);
-    RoomDifference::new(mean_c, room_c, COLUMNS, warmth)
+    RoomDifference::new(mean_c, room_c, warmth)
         .beyond_pattern(thresholds.pattern_spread_c)
         .map(|block| Spot {
             celsius: block.celsius,

@@ -7,8 +7,9 @@ use crate::characterize::presence::{Presence, PresenceFinder};
 use crate::characterize::timing::Timing;
 use crate::frames::faults::Faults;
 use crate::frames::types::{Pixels, middle_mean};
+use crate::metrics::surface::{BENT, surface};
 use crate::numbers::{RunningVariance, count, median, trimmed_mean};
-use grideye_frame::{COLUMNS, PIXELS, ROWS};
+use grideye_frame::PIXELS;
 
 /// What does not change from frame to frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -120,7 +121,7 @@ impl Segments {
 
     fn average(&mut self, frames: &[Pixels], reference: &Pixels) {
         for frame in frames {
-            self.allan.push(frame, level(frame, reference));
+            self.allan.push(level(frame, reference));
         }
     }
 }
@@ -174,36 +175,10 @@ impl PatternFinder {
 /// Terms of the surface attributed to the scene.
 const SURFACES: usize = 6;
 
-/// The nearest surface of 1, x, y, xy, x² and y², orthogonal on a full grid once the squares lose their mean.
+/// The nearest surface of 1, x, y, xy, x² and y².
 pub(crate) fn smooth(levels: &Pixels) -> Pixels {
-    let axis = |place: usize, of: usize| count(place) - (count(of) - 1.0) / 2.0;
-    let at = |pixel: usize| (axis(pixel % COLUMNS, COLUMNS), axis(pixel / COLUMNS, ROWS));
-    let mean_square = |of: usize| (count(of) * count(of) - 1.0) / 12.0;
-    let functions: [&dyn Fn(f64, f64) -> f64; SURFACES] = [
-        &|_, _| 1.0,
-        &|x, _| x,
-        &|_, y| y,
-        &|x, y| x * y,
-        &|x, _| x * x - mean_square(COLUMNS),
-        &|_, y| y * y - mean_square(ROWS),
-    ];
-    let mut surface = [0.0; PIXELS];
-    for function in functions {
-        let values: Pixels = std::array::from_fn(|pixel| {
-            let (x, y) = at(pixel);
-            function(x, y)
-        });
-        let squares: f64 = values.iter().map(|value| value * value).sum();
-        let product: f64 = values
-            .iter()
-            .zip(levels)
-            .map(|(value, level)| value * level)
-            .sum();
-        for (sum, value) in surface.iter_mut().zip(values) {
-            *sum += product / squares * value;
-        }
-    }
-    surface
+    let all: [usize; PIXELS] = std::array::from_fn(|pixel| pixel);
+    surface::<SURFACES>(levels, &all, BENT)
 }
 
 #[cfg(test)]

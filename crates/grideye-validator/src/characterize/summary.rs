@@ -44,7 +44,7 @@ impl Characterization {
         lines.0
     }
 
-    /// The table, the noise map and the Allan deviations as text.
+    /// The table and the noise map as text.
     #[must_use]
     pub fn text(&self) -> String {
         let lines = self.lines();
@@ -63,15 +63,6 @@ impl Characterization {
         for row in self.noise.sigma_c.chunks(COLUMNS) {
             let row: Vec<String> = row.iter().map(|sigma| format!("{sigma:.2}")).collect();
             text.push_str(&format!("  {}\n", row.join(" ")));
-        }
-        if !self.allan.is_empty() {
-            text.push_str("\nAllan deviation, °C\n    over s  one pixel  common mode\n");
-        }
-        for point in &self.allan {
-            text.push_str(&format!(
-                "  {:>8.2}  {:>9.4}  {:>11.4}\n",
-                point.tau_s, point.pixel_c, point.common_c
-            ));
         }
         text
     }

@@ -1,6 +1,6 @@
 //! Timing of frames: rate, jitter, stalls, bursts and clock jumps.
 
-use crate::numbers::long_count;
+use crate::numbers::{long_count, whole};
 use grideye_recording::{ClockState, Stamp};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -60,7 +60,7 @@ pub struct Jump {
 pub(crate) struct Times {
     first_ns: Option<u64>,
     last: Option<Stamp>,
-    bins: BTreeMap<i64, Bin>,
+    bins: BTreeMap<i32, Bin>,
     intervals: u64,
     typical_s: f64,
     /// Holds the span, the longest interval and the jumps.
@@ -135,17 +135,12 @@ impl Times {
         jumped
     }
 
-    #[expect(
-        clippy::as_conversions,
-        clippy::cast_possible_truncation,
-        reason = "the logarithm of 64 bits of nanoseconds, in thousandths: some ten thousand bins at most"
-    )]
     fn take_interval(&mut self, interval_s: f64) -> bool {
         let stalled =
             self.intervals >= INTERVALS_MIN && interval_s > STALL_PERIODS * self.typical_s;
         let bin = self
             .bins
-            .entry((interval_s.ln() / BIN_RATIO.ln()).floor() as i64)
+            .entry(whole((interval_s.ln() / BIN_RATIO.ln()).floor()))
             .or_default();
         bin.count += 1;
         bin.sum_s += interval_s;

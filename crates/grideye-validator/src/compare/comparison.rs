@@ -2,15 +2,14 @@
 
 use crate::align::Alignment;
 use crate::background::fit::BackgroundFit;
-use crate::compare::prepared::{ComparedFrames, Prepared, Tally};
+use crate::compare::prepared::ComparedFrames;
 use crate::compare::settings::Settings;
+use crate::compare::sums::Sums;
 use crate::decision::Decision;
-use crate::frames::{RealFrame, Shape};
-use crate::metrics::foreground::{ForegroundCorrelation, RoomSource};
-use crate::metrics::score::{Measure, Score, Scores};
-use crate::metrics::{self, ChiSquared, chi_squared, structure_map};
-use crate::numbers::mean_frame;
-use crate::verdict::{Judgment, Nobody, WarmPixels};
+use crate::frames::{RealFrame, RoomSource};
+use crate::metrics::score::{Measure, Score, Scores, Values};
+use crate::numbers::{common_offset, differences, mean_frame};
+use crate::verdict::{Judgment, WarmPixels};
 use serde::Serialize;
 use std::time::Duration;
 
@@ -46,7 +45,6 @@ pub struct Comparison {
     pub evaluation: EvaluationGraph,
     /// Frames to show, at most [`crate::FILM_FRAMES_MAX`], in order of time.
     pub film: Vec<FilmFrame>,
-    pub shape: Shape,
     pub real_frames: usize,
     pub simulated_frames: usize,
     /// Pairs of frames scored.
@@ -55,26 +53,16 @@ pub struct Comparison {
     pub noise_sigma_c: Option<f64>,
     /// A pixel is warm from this much above its frame's background, °C.
     pub warm_above_c: f64,
-    /// A real pixel counts for the gain from this much above ambient, °C; a claimed one from half of it.
-    pub union_above_c: f64,
-    /// How much warmer the recording is than the scene overall, °C: median over the pairs.
+    /// How much warmer the recording is than the scene overall, °C: median over the frames.
     pub offset_c: f64,
-    /// Range of that offset over the pairs, °C.
+    /// Range of that offset over the frames, °C.
     pub drift_c: f64,
-    /// Trend of that offset, °C per minute; `None` if all frames have the same time.
-    pub drift_c_per_min: Option<f64>,
-    /// Chi squared of the real frames against their noise-free claims.
-    pub noise_fit: ChiSquared,
     /// Each real frame with its simulated one, in order of time.
     pub timeline: Vec<FrameScores>,
     /// Means per pixel over all frames.
     pub maps: PixelMaps,
     pub warm: WarmPixels,
     pub settings: Settings,
-    /// Scores of the scene without its people; `None` without a scene.
-    pub nobody: Option<Nobody>,
-    /// C with the empty room subtracted from both sides; `None` if the scene has no people.
-    pub above_room: Option<ForegroundCorrelation>,
     /// The largest common offset allowed, °C.
     pub level_max_c: f64,
     /// RMS over the pixels of the pattern that the units were drawn with, °C.
@@ -94,7 +82,7 @@ pub struct Comparison {
 impl Comparison {
     /// The score of one measure.
     #[must_use]
-    pub fn score(&self, measure: Measure) -> Score {
+    pub const fn score(&self, measure: Measure) -> Score {
         self.scores.get(measure)
     }
 }
@@ -106,12 +94,10 @@ pub struct FrameScores {
     pub time: Duration,
     /// How much warmer the real frame is than the claim overall, °C.
     pub offset_c: f64,
-    /// Every measure of the pair; `None` where undefined.
-    pub values: Vec<(Measure, Option<f64>)>,
+    /// Every measure of the pair.
+    pub values: Values,
     /// Simulated less real, °C, row by row.
     pub difference_c: Vec<f64>,
-    /// Structural similarity of each pixel's neighborhood, -1 to 1; `None` below 3 x 3 pixels.
-    pub structure: Option<Vec<f64>>,
 }
 
 /// Means over the timeline, row by row.
@@ -121,75 +107,40 @@ pub struct PixelMaps {
     pub bias_c: Vec<f64>,
     /// RMS difference, °C.
     pub rmse_c: Vec<f64>,
-    /// Mean structural similarity, -1 to 1.
-    pub structure: Option<Vec<f64>>,
 }
 
 impl FrameScores {
     /// One measure of this pair.
     #[must_use]
-    pub fn get(&self, measure: Measure) -> Option<f64> {
-        self.values
-            .iter()
-            .find(|(of, _)| *of == measure)
-            .and_then(|&(_, value)| value)
+    pub const fn get(&self, measure: Measure) -> Option<f64> {
+        self.values[measure.place()]
     }
 }
 
 pub(crate) fn timeline(view: &ComparedFrames, real: &[RealFrame]) -> Vec<FrameScores> {
-    let mut tally = Tally::new();
-    let scores = |(index, frame): (usize, &RealFrame)| {
-        let (now, beside) = (&view.real[index], view.simulated.beside(index)?);
-        let mut values = tally.plain(now, beside).to_vec();
-        values.extend(view.placed(now, beside, beside));
-        let columns = view.preparation.shape.columns;
-        let sides = (&now.celsius, &beside.celsius);
+    let mut sums = Sums::default();
+    let mut scores = |(index, frame): (usize, &RealFrame)| {
+        let now = &view.real[index];
+        // Under the static protocol there may be fewer simulated frames.
+        let beside = view.simulated.get(index).or(view.simulated.last())?;
         Some(FrameScores {
             time: frame.time,
-            offset_c: view.offset(index, beside),
-            values,
-            difference_c: sides.0.iter().zip(sides.1).map(|(x, y)| y - x).collect(),
-            structure: structure_map(sides.0, sides.1, columns, view.ambient_c),
+            offset_c: common_offset(&now.celsius, &beside.shown),
+            values: sums.pair(now, beside),
+            difference_c: differences(&now.celsius, &beside.celsius).collect(),
         })
     };
-    real.iter().enumerate().filter_map(scores).collect()
-}
-
-pub(crate) fn drift_c_per_min(timeline: &[FrameScores]) -> Option<f64> {
-    let points: Vec<(f64, f64)> = timeline
-        .iter()
-        .map(|frame| (frame.time.as_secs_f64() / 60.0, frame.offset_c))
-        .collect();
-    metrics::slope(&points)
-}
-
-/// Each real frame counts once, so that the frames are independent.
-pub(crate) fn noise_fit(view: &ComparedFrames) -> ChiSquared {
-    let of = |(index, frame): (usize, &Prepared)| {
-        let claim = view.simulated.beside(index)?;
-        chi_squared(&frame.celsius, &claim.steady, view.sigma_c)
-    };
-    view.real.iter().enumerate().filter_map(of).sum()
+    let frames = real.iter().enumerate();
+    frames.filter_map(&mut scores).collect()
 }
 
 pub(crate) fn maps(timeline: &[FrameScores]) -> PixelMaps {
     let differences = || timeline.iter().map(|frame| frame.difference_c.as_slice());
-    let squares: Vec<Vec<f64>> = differences()
-        .map(|frame| {
-            frame
-                .iter()
-                .map(|difference| difference * difference)
-                .collect()
-        })
-        .collect();
-    let structures: Option<Vec<&[f64]>> = timeline
-        .iter()
-        .map(|frame| frame.structure.as_deref())
-        .collect();
+    let squares = |frame: &[f64]| -> Vec<f64> { frame.iter().map(|pixel| pixel * pixel).collect() };
+    let squares = mean_frame(differences().map(squares));
     PixelMaps {
         bias_c: mean_frame(differences()),
-        rmse_c: mean_frame(&squares).into_iter().map(f64::sqrt).collect(),
-        structure: structures.map(mean_frame),
+        rmse_c: squares.into_iter().map(f64::sqrt).collect(),
     }
 }
 
@@ -197,31 +148,16 @@ pub(crate) fn maps(timeline: &[FrameScores]) -> PixelMaps {
 mod tests {
     use super::*;
 
-    fn frame(seconds: u64, offset_c: f64, difference_c: [f64; 2]) -> FrameScores {
-        FrameScores {
-            time: Duration::from_secs(seconds),
-            offset_c,
-            values: Vec::new(),
-            difference_c: difference_c.to_vec(),
-            structure: None,
-        }
-    }
-
-    /// Offsets 1, 2, 4 at 0, 30 and 60 seconds: the least-squares slope is 3 degrees per minute.
-    #[test]
-    fn drift_is_the_slope_a_minute() {
-        let frames =
-            [(0, 1.0), (30, 2.0), (60, 4.0)].map(|(time, offset)| frame(time, offset, [0.0; 2]));
-        assert!((drift_c_per_min(&frames).unwrap() - 3.0).abs() < 1e-12);
-        assert_eq!(drift_c_per_min(&frames[..1]), None);
-        assert_eq!(drift_c_per_min(&[]), None);
-    }
-
     #[test]
     fn maps_are_means_over_time() {
-        let maps = maps(&[frame(0, 0.0, [3.0, -1.0]), frame(1, 0.0, [-4.0, -3.0])]);
+        let frame = |difference_c: [f64; 2]| FrameScores {
+            time: Duration::ZERO,
+            offset_c: 0.0,
+            values: Values::default(),
+            difference_c: difference_c.to_vec(),
+        };
+        let maps = maps(&[frame([3.0, -1.0]), frame([-4.0, -3.0])]);
         assert_eq!(maps.bias_c, [-0.5, -2.0]);
         assert_eq!(maps.rmse_c, [12.5_f64.sqrt(), 5.0_f64.sqrt()]);
-        assert_eq!(maps.structure, None);
     }
 }

@@ -1,107 +1,47 @@
-//! What chance scores on the same frames: blank frame, shuffled pixels, images of noise.
+//! What the simulation scores with its pixels in random order.
 
-use crate::compare::prepared::{ComparedFrames, FrameSet, thinned};
-use crate::compare::settings::{NOISE_IMAGES, SHUFFLED_PAIRS_MAX, Settings};
-use crate::compare::sums::{Sums, in_threads, sums};
-use crate::metrics::score::{Better, Measure, Shuffled};
-use crate::numbers::{count, evenly, mean, percentile};
+use crate::compare::prepared::{ComparedFrames, thinned};
+use crate::compare::settings::{SHUFFLED_PAIRS_MAX, Settings};
+use crate::compare::sums::Sums;
+use crate::metrics::score::{Better, Measure, Shuffled, Values};
+use crate::numbers::{mean, percentile};
+use grideye_frame::PIXELS;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 
-/// Scores of the blank frame. Its gain over itself is 0 by definition.
-pub(crate) fn blank(view: &ComparedFrames, pairs: &[(usize, usize)]) -> Sums {
-    let side = FrameSet::new(vec![view.blank.clone()]);
-    let mut frames: Vec<usize> = pairs.iter().map(|&(real, _)| real).collect();
-    frames.dedup();
-    let pairs: Vec<(usize, usize)> = frames.into_iter().map(|real| (real, 0)).collect();
-    let mut sums = sums(view, &pairs, &side, (SHUFFLED_PAIRS_MAX, 1));
-    for measure in [Measure::Gain, Measure::GainWithOffset] {
-        sums.means.set(measure, Some(0.0));
-    }
-    sums
-}
-
-/// Scores of images that show only sensor noise around ambient and claim nothing.
-pub(crate) fn noise(view: &ComparedFrames, seed: u64) -> Sums {
-    let mut generator = ChaCha8Rng::seed_from_u64(seed ^ NOISE_SEED);
-    let mut image = || -> Vec<f64> {
-        let noise = |_| {
-            let draw: f64 = StandardNormal.sample(&mut generator);
-            view.ambient_c + view.sigma_c * draw
-        };
-        (0..view.pixels()).map(noise).collect()
-    };
-    let images = (0..NOISE_IMAGES).map(|_| {
-        view.preparation
-            .simulated(&image(), &view.blank.steady, None)
-    });
-    let side = FrameSet::new(images.collect());
-    // Each image meets some frames, and each frame some images.
-    let pairs: Vec<(usize, usize)> = evenly(view.real.len(), SHUFFLED_PAIRS_MAX)
-        .into_iter()
-        .flat_map(|real| {
-            [
-                (real, real % NOISE_IMAGES),
-                (real, (real + 7) % NOISE_IMAGES),
-            ]
-        })
-        .collect();
-    sums(view, &pairs, &side, (SHUFFLED_PAIRS_MAX, 1))
-}
-
-/// Separates these draws from the shuffles of the same seed.
-const NOISE_SEED: u64 = 0x006E_6F69_7365;
-/// Pairs per shuffle with measures of places and structure, which cost as much as all others.
-const SHUFFLED_PLACES_MAX: usize = 20;
-
-/// Each round uses one order of the pixels for all frames, so that only their place varies between rounds.
+/// Of each measure. Each round uses one order of the pixels for all frames, so that only their place varies between rounds.
 pub(crate) fn shuffled(
     view: &ComparedFrames,
     pairs: &[(usize, usize)],
     settings: &Settings,
-) -> Vec<(Measure, Shuffled)> {
-    let (side, thinned) = view.simulated.of_pairs(&thinned(pairs, SHUFFLED_PAIRS_MAX));
-    let found = sums(view, &thinned, &side, (SHUFFLED_PLACES_MAX, 1));
-    let orders = orders(view.pixels(), settings.shuffles, settings.seed);
-    let rounds = in_threads(&orders, settings.threads, |order| {
-        let permuted = side.permuted(&view.preparation, order);
-        sums(view, &thinned, &permuted, (SHUFFLED_PLACES_MAX, 1))
-    });
-    let of = |&measure: &Measure| {
-        let values: Vec<f64> = rounds
-            .iter()
-            .filter_map(|round| round.means.get(measure))
-            .collect();
-        Some((measure, summary(measure, values, found.means.get(measure))?))
+) -> [Option<Shuffled>; Measure::ALL.len()] {
+    let thinned = thinned(pairs, SHUFFLED_PAIRS_MAX);
+    let orders = orders(PIXELS, settings.shuffles, settings.seed);
+    let round = |order: &Vec<usize>| {
+        let mut sums = Sums::default();
+        for &(real, put) in &thinned {
+            let put = view.preparation.permuted(&view.simulated[put], order);
+            sums.pair(&view.real[real], &put);
+        }
+        sums.means()
     };
-    Measure::ALL.iter().filter_map(of).collect()
+    let rounds: Vec<Values> = orders.iter().map(round).collect();
+    Measure::ALL.map(|measure| {
+        let values = rounds.iter().filter_map(|round| round[measure.place()]);
+        summary(measure, values.collect())
+    })
 }
 
-fn summary(measure: Measure, mut values: Vec<f64>, found: Option<f64>) -> Option<Shuffled> {
+fn summary(measure: Measure, mut values: Vec<f64>) -> Option<Shuffled> {
     let mean = mean(&values)?;
-    let as_good = |&value: &f64| match (measure.better(), found) {
-        (Better::Higher, Some(found)) => value >= found - ROUNDING,
-        (Better::Lower, Some(found)) => value <= found + ROUNDING,
-        // An undefined value is no better than any order.
-        _ => true,
-    };
-    let p = (1.0 + count(values.iter().filter(|value| as_good(value)).count()))
-        / (1.0 + count(values.len()));
     values.sort_unstable_by(f64::total_cmp);
     if measure.better() == Better::Lower {
         values.reverse();
     }
-    Some(Shuffled {
-        mean,
-        p95: percentile(&values, 95)?,
-        p: (measure.better() != Better::Neither).then_some(p),
-    })
+    let p95 = percentile(&values, 95)?;
+    Some(Shuffled { mean, p95 })
 }
-
-/// Another order may give the same sum except for rounding, which must not make it worse.
-const ROUNDING: f64 = 1e-12;
 
 /// Random pixel orders, the same for the same seed on every machine.
 pub(crate) fn orders(pixels: usize, number: usize, seed: u64) -> Vec<Vec<usize>> {
@@ -132,26 +72,10 @@ mod tests {
     #[test]
     fn the_95th_of_a_hundred_is_the_95th_best() {
         let values: Vec<f64> = (1..=100).map(f64::from).collect();
-        for (measure, found, p95, as_good) in [
-            (Measure::Correlation, 96.5, 95.0, 5.0),
-            (Measure::Rmse, 3.0, 6.0, 4.0),
-        ] {
-            let found = summary(measure, values.clone(), Some(found)).unwrap();
+        for (measure, p95) in [(Measure::Correlation, 95.0), (Measure::Rmse, 6.0)] {
+            let found = summary(measure, values.clone()).unwrap();
             assert_eq!((found.mean, found.p95), (50.5, p95), "{measure}");
-            assert_eq!(found.p, Some(as_good / 101.0), "{measure}");
         }
-    }
-
-    /// Two of five orders do as well; with the true one that is 3 of 6.
-    #[test]
-    fn a_p_value_counts_the_true_order_and_its_equals() {
-        let values = || vec![1.0, 2.0, 3.0, 4.0, 5.0];
-        let p = |measure, found| summary(measure, values(), found).unwrap().p;
-        assert_eq!(p(Measure::MutualInformationBinned, Some(4.0)), Some(0.5));
-        assert_eq!(p(Measure::Rmse, Some(2.0)), Some(0.5));
-        assert_eq!(p(Measure::Rmse, Some(0.5)), Some(1.0 / 6.0));
-        assert_eq!(p(Measure::Rmse, None), Some(1.0));
-        assert_eq!(p(Measure::Bias, Some(2.0)), None);
     }
 
     #[test]

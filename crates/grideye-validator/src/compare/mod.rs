@@ -9,7 +9,4 @@ mod sums;
 
 pub use comparison::{Comparison, EvaluationGraph, FilmFrame, FrameScores, PixelMaps};
 pub use scoring::compare;
-pub use settings::{
-    FILM_FRAMES_MAX, FRAMES_MAX, NOISE_IMAGES, PLACED_PAIRS_MAX, SHUFFLED_PAIRS_MAX, SHUFFLES_MAX,
-    Settings, THREADS_MAX,
-};
+pub use settings::{FILM_FRAMES_MAX, FRAMES_MAX, SHUFFLED_PAIRS_MAX, SHUFFLES_MAX, Settings};

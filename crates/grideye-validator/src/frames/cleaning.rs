@@ -1,8 +1,8 @@
 //! Finds frames that show nothing of their own moment and leaves them out, each with a reason.
 
 use crate::frames::faults::{FaultFinder, Standing};
-use crate::frames::types::decoded;
-use grideye_frame::{NoData, PIXELS};
+use crate::frames::types::{Pixels, decoded};
+use grideye_frame::NoData;
 use grideye_recording::Record;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -66,7 +66,7 @@ pub(crate) struct Read {
     pub(crate) seq: u64,
     /// Boot clock of the device, nanoseconds.
     pub(crate) boot_ns: u64,
-    pub(crate) celsius: [f64; PIXELS],
+    pub(crate) celsius: Pixels,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -91,11 +91,11 @@ impl Counts {
 const STALL_FRAMES: usize = 5;
 /// If more frames than this share look torn by chance, torn frames and duplicates are kept.
 const BY_CHANCE_MAX: f64 = 0.02;
-/// The frames of a recording, each once and whole, and what was left out.
+/// The frames of a recording, each once and whole, glitched pixels mended; and what was left out.
 pub(crate) fn clean(records: &[Record], times_matter: bool) -> (Vec<Read>, Counts) {
     let mut counts = Counts::default();
-    let frames = read(records, &mut counts);
-    let standings = standings(&frames);
+    let mut frames = read(records, &mut counts);
+    let standings = standings(&mut frames);
     let bursts = if times_matter {
         bursts(&frames)
     } else {
@@ -128,15 +128,17 @@ fn read(records: &[Record], counts: &mut Counts) -> Vec<Read> {
     frames
 }
 
-fn standings(frames: &[Read]) -> Vec<Option<LeftOut>> {
+fn standings(frames: &mut [Read]) -> Vec<Option<LeftOut>> {
     let mut finder = FaultFinder::default();
-    let mut before: Option<&Read> = None;
+    let mut before: Option<(u64, Pixels)> = None;
     let mut found = Vec::with_capacity(frames.len());
     for frame in frames {
-        let follows = before.filter(|before| before.seq.checked_add(1) == Some(frame.seq));
-        let follows = follows.map(|before| &before.celsius);
-        found.push(finder.push(&frame.celsius, follows).1);
-        before = Some(frame);
+        let follows = before.filter(|(seq, _)| seq.checked_add(1) == Some(frame.seq));
+        let follows = follows.map(|(_, celsius)| celsius);
+        let (mended, standing) = finder.push(&frame.celsius, follows.as_ref());
+        found.push(standing);
+        frame.celsius = mended;
+        before = Some((frame.seq, mended));
     }
     let faults = finder.finish();
     let own = faults.own();
@@ -182,6 +184,7 @@ fn bursts(frames: &[Read]) -> Vec<bool> {
 mod tests {
     use super::*;
     use crate::frames::types;
+    use grideye_frame::PIXELS;
 
     /// A frame of a noisy sensor, so that none repeats the one before.
     fn record(seq: u64, seed: u64) -> Record {

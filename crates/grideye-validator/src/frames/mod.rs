@@ -11,4 +11,4 @@ pub(crate) mod types;
 pub use cleaning::{LeftOut, LeftOutCount};
 pub use thinning::{RECORDS_MAX, RUN_RECORDS, Thinned, Thinning};
 pub use timeline::{Apart, Joined, Timeline};
-pub use types::{Protocol, RealFrame, Shape, SimulatedFrame, sensor_step_c};
+pub use types::{Protocol, RealFrame, RoomSource, SimulatedFrame, sensor_step_c};

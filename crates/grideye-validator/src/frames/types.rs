@@ -16,31 +16,15 @@ named! {
     }
 }
 
-/// Size of a frame in pixels; frames are stored row by row.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[expect(missing_docs, reason = "the names say it")]
-pub struct Shape {
-    pub columns: usize,
-    pub rows: usize,
-}
-
-impl Shape {
-    /// Pixels of a frame.
-    #[must_use]
-    pub const fn pixels(self) -> usize {
-        self.columns.saturating_mul(self.rows)
-    }
-}
-
 /// A frame of the sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RealFrame {
     /// Since the recording's first frame.
     pub time: Duration,
     /// Temperatures, °C, row by row.
-    pub celsius: Vec<f64>,
+    pub celsius: [f64; PIXELS],
     /// The frame `lag_frames` later, if recorded: the ceiling is made from these.
-    pub later: Option<Vec<f64>>,
+    pub later: Option<[f64; PIXELS]>,
 }
 
 /// A frame of the simulator.
@@ -49,21 +33,22 @@ pub struct SimulatedFrame {
     /// Since the start of the scene.
     pub time: Duration,
     /// Temperatures with the sensor's noise, °C, row by row.
-    pub celsius: Vec<f64>,
+    pub celsius: [f64; PIXELS],
     /// Temperatures without noise: the claim, from which warm pixels are read.
-    pub noise_free: Vec<f64>,
-    /// Pixels that the scene's agents cover by half or more, if known.
-    pub truth: Option<Vec<bool>>,
+    pub noise_free: [f64; PIXELS],
 }
 
-impl SimulatedFrame {
-    /// Another image, such as the scene without its people, under this frame's noise.
-    pub(crate) fn under_noise(&self, shown: &[f64]) -> Vec<f64> {
-        let noise = self.celsius.iter().zip(&self.noise_free);
-        let pixels = shown.iter().zip(noise);
-        pixels
-            .map(|(shown, (noisy, clean))| shown + noisy - clean)
-            .collect()
+named! {
+    /// What is known of the empty room.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+    pub enum RoomSource {
+        /// Only the scene without its people.
+        #[default]
+        Scene = "scene";
+        /// The pattern of the unit's profile.
+        Profile = "profile";
+        /// What the recording shows while nobody is there.
+        Recording = "recording";
     }
 }
 

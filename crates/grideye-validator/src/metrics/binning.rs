@@ -7,9 +7,7 @@ use std::str::FromStr;
 /// How temperatures are sorted into bins. Written `grey256`, `step:WIDTH` or `levels:N`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Binning {
-    /// 256 gray levels over the frame's own range, like an 8-bit image; fits the paper's published entropies.
-    PaperGrey256,
-    /// Multiples of a width, to the nearest; the sensor's own step is the most informative width.
+    /// Multiples of a width, to the nearest.
     Step {
         /// Bin width, °C, above zero.
         width_c: f64,
@@ -29,22 +27,15 @@ pub enum Binning {
 pub struct BinningError(String);
 
 impl Binning {
-    /// As printed: `256 grey levels over each frame's own range`, `steps of 0.25 °C`.
-    #[must_use]
-    pub fn in_words(&self) -> String {
-        match self {
-            Self::PaperGrey256 => "256 grey levels over each frame's own range".to_owned(),
-            Self::Step { width_c } => format!("steps of {width_c} °C"),
-            Self::Levels { n } => format!("{n} levels over each frame's own range"),
-        }
-    }
+    /// 256 gray levels over the frame's own range, like an 8-bit image: the paper names no binning, this fits its entropies.
+    pub const GREY_256: Self = Self::Levels { n: 256 };
 }
 
 impl fmt::Display for Binning {
     /// The form that [`FromStr`] reads.
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::PaperGrey256 => formatter.pad("grey256"),
+            Self::Levels { n: 256 } => formatter.pad("grey256"),
             Self::Step { width_c } => write!(formatter, "step:{width_c}"),
             Self::Levels { n } => write!(formatter, "levels:{n}"),
         }
@@ -62,7 +53,7 @@ impl FromStr for Binning {
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let parsed = match text.split_once(':') {
-            None => (text == "grey256").then_some(Self::PaperGrey256),
+            None => (text == "grey256").then_some(Self::GREY_256),
             Some(("step", width)) => width
                 .parse()
                 .ok()

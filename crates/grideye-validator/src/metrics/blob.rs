@@ -1,6 +1,6 @@
-//! The warm blob of a frame: warm pixels, the largest patch of them, and the overlap of two frames.
+//! The warm blob of a frame.
 
-use crate::numbers::{all_finite, count, finite, median};
+use crate::numbers::{all_finite, count, median};
 
 /// The patch of touching warm pixels with the most warmth.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,32 +13,24 @@ pub struct Blob {
     pub pixels: usize,
 }
 
-/// Pixels more than `above_c` °C above the frame's median; none if the frame is not finite.
-#[must_use]
-pub fn warm(frame: &[f64], above_c: f64) -> Vec<bool> {
-    let background = median(frame).filter(|_| all_finite(frame));
-    let is_warm = |&value: &f64| background.is_some_and(|background| value - background > above_c);
-    frame.iter().map(is_warm).collect()
-}
-
 impl Blob {
     /// The blob of a frame with `columns` pixels per row; `None` if nothing is `above_c` °C above the frame's median.
     #[must_use]
     pub fn find(frame: &[f64], columns: usize, above_c: f64) -> Option<Self> {
-        if columns == 0 || frame.len() % columns != 0 {
-            return None;
-        }
-        Self::of(frame, columns, median(frame)?, &warm(frame, above_c))
+        Self::above(frame, columns, (median(frame)?, above_c))
     }
 
-    /// The blob of pixels known to be warm against a background.
-    pub(crate) fn of(
+    /// [`Blob::find`] against a known background, °C.
+    pub(crate) fn above(
         frame: &[f64],
         columns: usize,
-        background: f64,
-        warm: &[bool],
+        (background, above_c): (f64, f64),
     ) -> Option<Self> {
-        let mut left = warm.to_vec();
+        if columns == 0 || frame.len() % columns != 0 || !all_finite(frame) {
+            return None;
+        }
+        let is_warm = |value: &f64| value - background > above_c;
+        let mut left: Vec<bool> = frame.iter().map(is_warm).collect();
         let mut largest: Option<(f64, Self)> = None;
         while let Some(seed) = left.iter().position(|&warm| warm) {
             let (warmth, blob) = patch(frame, columns, background, seed, &mut left);
@@ -54,45 +46,6 @@ impl Blob {
     pub fn distance_pixels(&self, other: &Self) -> f64 {
         (self.column - other.column).hypot(self.row - other.row)
     }
-}
-
-/// Angle between two centroids as a sensor of this shape sees them, degrees; `field_of_view_rad` are full angles.
-#[must_use]
-pub fn angle_between(
-    one: &Blob,
-    other: &Blob,
-    (columns, rows): (usize, usize),
-    field_of_view_rad: [f64; 2],
-) -> Option<f64> {
-    let direction = |blob: &Blob| {
-        let along = |place: f64, pixels: usize, angle: f64| {
-            let half = count(pixels) / 2.0;
-            (place + 0.5 - half) / half * (angle / 2.0).tan()
-        };
-        [
-            along(blob.column, columns, field_of_view_rad[0]),
-            along(blob.row, rows, field_of_view_rad[1]),
-            1.0,
-        ]
-    };
-    let (a, b) = (direction(one), direction(other));
-    let cross = [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ];
-    let length = cross.iter().map(|value| value * value).sum::<f64>().sqrt();
-    let dot: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
-    // The arc cosine has no precision for small angles.
-    finite(length.atan2(dot).to_degrees())
-}
-
-/// Intersection over union of two masks, 0 to 1 (Jaccard's index); `None` if both are empty.
-#[must_use]
-pub fn overlap(one: &[bool], other: &[bool]) -> Option<f64> {
-    let both = one.iter().zip(other).filter(|(a, b)| **a && **b).count();
-    let either = one.iter().zip(other).filter(|(a, b)| **a || **b).count();
-    (either > 0 && one.len() == other.len()).then(|| count(both) / count(either))
 }
 
 fn patch(

@@ -1,4 +1,4 @@
-//! Correlation, similarity, errors and contrast of two frames.
+//! Correlation, similarity and errors of two frames.
 
 use crate::numbers::{comparable, count, differences, finite, is_constant, mean, sum_of};
 
@@ -24,15 +24,6 @@ pub fn image_similarity(real: &[f64], simulated: &[f64], threshold: f64) -> Opti
     Some(count(below) / count(real.len()))
 }
 
-/// The image similarity at each of several thresholds, °C: the paper's evaluation graph.
-#[must_use]
-pub fn evaluation_graph(real: &[f64], simulated: &[f64], thresholds: &[f64]) -> Option<Vec<f64>> {
-    thresholds
-        .iter()
-        .map(|&threshold| image_similarity(real, simulated, threshold))
-        .collect()
-}
-
 /// RMS difference, °C.
 #[must_use]
 pub fn rmse(real: &[f64], simulated: &[f64]) -> Option<f64> {
@@ -40,49 +31,11 @@ pub fn rmse(real: &[f64], simulated: &[f64]) -> Option<f64> {
     finite((sum_of(real, simulated, |x, y| (y - x) * (y - x)) / count(real.len())).sqrt())
 }
 
-/// RMS difference over the pixels of a mask, such as those that an agent covers; `None` if it marks none.
-#[must_use]
-pub fn foreground_rmse(real: &[f64], simulated: &[f64], mask: &[bool]) -> Option<f64> {
-    comparable(real, simulated)?;
-    if mask.len() != real.len() {
-        return None;
-    }
-    let pixels = mask.iter().filter(|&&marked| marked).count();
-    let marked = |(difference, &marked): (f64, &bool)| marked.then_some(difference * difference);
-    let squares: f64 = differences(real, simulated)
-        .zip(mask)
-        .filter_map(marked)
-        .sum();
-    finite((squares / count(pixels)).sqrt()).filter(|_| pixels > 0)
-}
-
-/// Mean absolute difference, °C.
-#[must_use]
-pub fn mae(real: &[f64], simulated: &[f64]) -> Option<f64> {
-    comparable(real, simulated)?;
-    finite(sum_of(real, simulated, |x, y| (y - x).abs()) / count(real.len()))
-}
-
 /// Mean of simulated less real, °C: above zero if the simulation is too warm.
 #[must_use]
 pub fn bias(real: &[f64], simulated: &[f64]) -> Option<f64> {
     comparable(real, simulated)?;
     finite(sum_of(real, simulated, |x, y| y - x) / count(real.len()))
-}
-
-/// Slope of the least-squares line of real over noise-free claim: 1 if the contrast is right; `None` if the claim is
-/// flat.
-#[must_use]
-pub fn contrast_slope(real: &[f64], claim: &[f64]) -> Option<f64> {
-    comparable(real, claim)?;
-    Centered::new(real).slope_over(&Centered::new(claim))
-}
-
-/// Slope of the least-squares line through points `(x, y)`; `None` if all x are equal.
-#[must_use]
-pub fn slope(points: &[(f64, f64)]) -> Option<f64> {
-    let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
-    contrast_slope(&y, &x)
 }
 
 #[derive(Debug, Clone)]
@@ -119,37 +72,7 @@ impl Centered {
         if squares <= 0.0 || others <= 0.0 {
             return None;
         }
-        finite((self.product(other) / (squares.sqrt() * others.sqrt())).clamp(-1.0, 1.0))
-    }
-
-    pub(crate) fn slope_over(&self, claim: &Self) -> Option<f64> {
-        finite((claim.squares > 0.0).then(|| self.product(claim) / claim.squares)?)
-    }
-
-    /// Slope over a side with noise `sigma_c`, corrected for that noise; `None` if it is half or more of the squares.
-    pub(crate) fn slope_over_noisy(&self, other: &Self, sigma_c: f64) -> Option<f64> {
-        let noise = count(self.deviations.len().saturating_sub(1)) * sigma_c * sigma_c;
-        (other.squares > 2.0 * noise).then(|| self.product(other) / (other.squares - noise))
-    }
-
-    fn product(&self, other: &Self) -> f64 {
-        sum_of(&self.deviations, &other.deviations, |x, y| x * y)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::numbers::assert_near;
-
-    /// By hand: products sum to 6, squares to 2; noise of 0.25 in five pixels makes 0.25 of that 2, noise of 0.5 half.
-    #[test]
-    fn noise_on_the_other_side_does_not_flatten_the_slope() {
-        let steep = Centered::new(&[23.0, 17.0, 20.0, 20.0, 20.0]);
-        let noisy = Centered::new(&[1.0, -1.0, 0.0, 0.0, 0.0]);
-        let close = |found: Option<f64>, expected| assert_near(found.unwrap(), expected, 1e-9);
-        close(steep.slope_over_noisy(&noisy, 0.0), 3.0);
-        close(steep.slope_over_noisy(&noisy, 0.25), 6.0 / 1.75);
-        assert_eq!(steep.slope_over_noisy(&noisy, 0.5), None);
+        let product = sum_of(&self.deviations, &other.deviations, |x, y| x * y);
+        finite((product / (squares.sqrt() * others.sqrt())).clamp(-1.0, 1.0))
     }
 }

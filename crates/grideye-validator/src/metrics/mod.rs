@@ -5,24 +5,15 @@
 
 pub(crate) mod binning;
 pub(crate) mod blob;
-pub(crate) mod chi_squared;
-pub(crate) mod counting;
 pub(crate) mod distance;
-pub(crate) mod foreground;
-pub(crate) mod gain;
-mod information;
-pub(crate) mod pair;
+pub(crate) mod entropy;
+pub(crate) mod graph;
 pub(crate) mod room_difference;
 pub(crate) mod score;
-pub(crate) mod structure;
+pub(crate) mod surface;
 
 pub use binning::{Binning, BinningError};
-pub use blob::{Blob, angle_between, overlap, warm};
-pub use chi_squared::{ChiSquared, chi_squared, survival};
-pub use distance::{
-    IS_THRESHOLD, SENSOR_ACCURACY_C, bias, contrast_slope, correlation, evaluation_graph,
-    foreground_rmse, image_similarity, mae, rmse, slope,
-};
-pub use information::{entropy, joint_entropy, mutual_information, mutual_information_corrected};
-pub use pair::{PairScores, Scorer, THRESHOLDS, thresholds_c};
-pub use structure::{SSIM_RANGE_C, structural_similarity, structure_map};
+pub use blob::Blob;
+pub use distance::{IS_THRESHOLD, SENSOR_ACCURACY_C, bias, correlation, image_similarity, rmse};
+pub use entropy::{entropy, joint_entropy, mutual_information};
+pub use graph::{THRESHOLDS, evaluation_graph, thresholds_c};

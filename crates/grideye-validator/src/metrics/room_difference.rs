@@ -3,15 +3,32 @@
 //! It examines blocks of 2 x 2 pixels, less the slope of the room. A pixel may exceed the scene by the most that the scene
 //! has there or one pixel away.
 
-use crate::metrics::gain::WarmLimits;
-use crate::numbers::{common_offset, count, mean, median};
+use crate::frames::types::two_by_two;
+use crate::metrics::surface::{PLANE, surface};
+use crate::numbers::{common_offset, differences, median};
+use grideye_frame::{COLUMNS, ROWS};
 
 /// Warmth below this is none, °C: just above the sensor's step (AMG88 specification, 0.25 °C), which rounding can hide.
 /// Chosen on the paper's experiment 2, where the person makes 2 x 2 pixels in a corner of the view 0.45 °C warmer.
 pub(crate) const UNCLAIMED_MIN_C: f64 = 0.3;
 
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct WarmLimits {
+    ambient_c: f64,
+    /// Limit above ambient for a noise-free claim: half a real frame's, as it needs no protection from noise.
+    claimed_above_c: f64,
+}
+
+impl WarmLimits {
+    pub(crate) fn new(ambient_c: f64, real_above_c: f64) -> Self {
+        Self {
+            ambient_c,
+            claimed_above_c: real_above_c / 2.0,
+        }
+    }
+}
+
 struct AllowedWarmth {
-    columns: usize,
     /// Pixels where neither they nor those that touch them are warm in the scene.
     cold: Vec<bool>,
     /// Allowed beyond the scene, °C.
@@ -28,13 +45,8 @@ pub(crate) struct RoomDifference {
 }
 
 impl RoomDifference {
-    pub(crate) fn new(
-        learned: &[f64],
-        simulated: &[f64],
-        columns: usize,
-        warmth: WarmLimits,
-    ) -> Self {
-        let places = AllowedWarmth::new(simulated, columns, warmth);
+    pub(crate) fn new(learned: &[f64], simulated: &[f64], warmth: WarmLimits) -> Self {
+        let places = AllowedWarmth::new(simulated, warmth);
         let level_c = common_offset(learned, simulated);
         let pixels = learned.iter().zip(simulated);
         let left_c: Vec<f64> = pixels.map(|(a, b)| a - b - level_c).collect();
@@ -67,11 +79,9 @@ pub(crate) struct WarmBlock {
 }
 
 impl AllowedWarmth {
-    fn new(simulated: &[f64], columns: usize, warmth: WarmLimits) -> Self {
-        let columns = columns.max(1);
-        let allowed_c = claimed_nearby(simulated, columns, warmth.ambient_c);
+    fn new(simulated: &[f64], warmth: WarmLimits) -> Self {
+        let allowed_c = claimed_nearby(simulated, warmth.ambient_c);
         Self {
-            columns,
             cold: allowed_c
                 .iter()
                 .map(|&nearby_c| nearby_c <= warmth.claimed_above_c)
@@ -81,21 +91,14 @@ impl AllowedWarmth {
     }
 
     fn warmest(&self, left: &[f64]) -> Option<WarmBlock> {
-        let columns = self.columns;
-        let corner =
-            |&first: &usize| first % columns + 1 < columns && first + columns + 1 < left.len();
-        (0..left.len())
-            .filter(corner)
-            .map(|first| WarmBlock {
-                celsius: corners(first, columns)
-                    .iter()
-                    .map(|&pixel| left[pixel] - self.allowed_c[pixel])
-                    .sum::<f64>()
-                    / 4.0,
-                row: first / columns,
-                column: first % columns,
-            })
-            .max_by(|a, b| a.celsius.total_cmp(&b.celsius))
+        let above = |pixel: usize| left[pixel] - self.allowed_c[pixel];
+        let blocks = two_by_two(&std::array::from_fn(above)).into_iter();
+        let blocks = blocks.enumerate().map(|(place, celsius)| WarmBlock {
+            celsius,
+            row: place / (COLUMNS - 1),
+            column: place % (COLUMNS - 1),
+        });
+        blocks.max_by(|a, b| a.celsius.total_cmp(&b.celsius))
     }
 
     /// The image less the plane that fits the cold pixels best, fitted without pixels that stand out (a person is no
@@ -104,52 +107,13 @@ impl AllowedWarmth {
         let mut used: Vec<usize> = (0..image.len()).filter(|&pixel| self.cold[pixel]).collect();
         let mut left = image.to_vec();
         for _ in 0..PLANE_ROUNDS {
-            let plane = self.plane(image, &used);
-            left = (0..image.len())
-                .map(|pixel| image[pixel] - plane(pixel))
-                .collect();
+            let plane = surface(image, &used, PLANE);
+            left = differences(&plane, image).collect();
             let sizes: Vec<f64> = used.iter().map(|&pixel| left[pixel].abs()).collect();
             let usual_c = median(&sizes).unwrap_or(0.0);
             used.retain(|&pixel| left[pixel].abs() <= PLANE_KEPT * usual_c + ROUNDING_C);
         }
         left
-    }
-
-    fn plane(&self, image: &[f64], used: &[usize]) -> impl Fn(usize) -> f64 + use<> {
-        let columns = self.columns;
-        let place = move |pixel: usize| [count(pixel / columns), count(pixel % columns)];
-        let mean_of = |value: &dyn Fn(usize) -> f64| {
-            let all: Vec<f64> = used.iter().map(|&pixel| value(pixel)).collect();
-            mean(&all).unwrap_or(0.0)
-        };
-        let level = mean_of(&|pixel| image[pixel]);
-        let middle = [0, 1].map(|axis| mean_of(&|pixel| place(pixel)[axis]));
-        let about = move |pixel: usize| {
-            let [row, column] = place(pixel);
-            [row - middle[0], column - middle[1]]
-        };
-        let [mut dd, mut rr, mut dr, mut dv, mut rv] = [0.0; 5];
-        for &pixel in used {
-            let ([down, right], value) = (about(pixel), image[pixel] - level);
-            dd += down * down;
-            rr += right * right;
-            dr += down * right;
-            dv += down * value;
-            rv += right * value;
-        }
-        let determinant = dd * rr - dr * dr;
-        let slope = if determinant > FLAT {
-            [
-                (dv * rr - rv * dr) / determinant,
-                (rv * dd - dv * dr) / determinant,
-            ]
-        } else {
-            [0.0, 0.0]
-        };
-        move |pixel| {
-            let [down, right] = about(pixel);
-            level + slope[0] * down + slope[1] * right
-        }
     }
 }
 
@@ -158,22 +122,15 @@ const PLANE_ROUNDS: usize = 4;
 const PLANE_KEPT: f64 = 4.0;
 /// Rounding error of a pixel on the plane, °C.
 const ROUNDING_C: f64 = 1e-9;
-/// Determinant below which the pixels define no slope: fewer than three, or all in a row.
-const FLAT: f64 = 1e-9;
-
-const fn corners(first: usize, columns: usize) -> [usize; 4] {
-    [first, first + 1, first + columns, first + columns + 1]
-}
 
 /// For each pixel the most that is claimed above ambient there or in a touching pixel, at least 0.
-fn claimed_nearby(claim: &[f64], columns: usize, ambient_c: f64) -> Vec<f64> {
-    let rows = claim.len() / columns;
+fn claimed_nearby(claim: &[f64], ambient_c: f64) -> Vec<f64> {
     let nearby = |pixel: usize| {
-        let (row, column) = (pixel / columns, pixel % columns);
+        let (row, column) = (pixel / COLUMNS, pixel % COLUMNS);
         let mut most: f64 = 0.0;
-        for row in row.saturating_sub(1)..(row + 2).min(rows) {
-            for column in column.saturating_sub(1)..(column + 2).min(columns) {
-                most = most.max(claim[row * columns + column] - ambient_c);
+        for row in row.saturating_sub(1)..(row + 2).min(ROWS) {
+            for column in column.saturating_sub(1)..(column + 2).min(COLUMNS) {
+                most = most.max(claim[row * COLUMNS + column] - ambient_c);
             }
         }
         most
@@ -184,9 +141,7 @@ fn claimed_nearby(claim: &[f64], columns: usize, ambient_c: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numbers::assert_near;
-
-    const COLUMNS: usize = 8;
+    use crate::numbers::{assert_near, count};
 
     fn warmth() -> WarmLimits {
         WarmLimits::new(20.0, 1.0)
@@ -202,9 +157,7 @@ mod tests {
     }
 
     fn warmest(real: &[f64], scene: &[f64]) -> WarmBlock {
-        RoomDifference::new(real, scene, COLUMNS, warmth())
-            .warmest
-            .unwrap()
+        RoomDifference::new(real, scene, warmth()).warmest.unwrap()
     }
 
     /// Four pixels 3, 1, 2 and 2 °C above the claim: 2 °C on average.
@@ -238,12 +191,12 @@ mod tests {
         let simulated = frame(&[(0, 25.0)]);
         let mut learned = frame(&[(0, 27.0), (60, 20.3)]);
         learned.iter_mut().for_each(|pixel| *pixel += 1.5);
-        let map = RoomDifference::new(&learned, &simulated, COLUMNS, warmth());
+        let map = RoomDifference::new(&learned, &simulated, warmth());
         assert!((map.left_c[60] - 0.3).abs() < 1e-9 && map.left_c[30].abs() < 1e-9);
         assert!(!map.cold[0] && !map.cold[9] && map.cold[60]);
         assert!(map.warmest.unwrap().celsius < 0.1);
         let stove = frame(&[(0, 25.0), (26, 23.0), (27, 21.0), (34, 22.0), (35, 22.0)]);
-        let map = RoomDifference::new(&stove, &simulated, COLUMNS, warmth());
+        let map = RoomDifference::new(&stove, &simulated, warmth());
         assert!(map.warmest.unwrap().celsius > 1.5);
     }
 }

@@ -1,12 +1,11 @@
 //! Assumptions and definitions behind the scores, in sentences.
 
 use crate::compare::Comparison;
-use crate::frames::Protocol;
-use crate::metrics::foreground::RoomSource;
-use crate::metrics::score::Measure;
+use crate::frames::RoomSource;
+use crate::metrics::Binning;
 use crate::report::paper;
 use crate::report::text::{Context, list};
-use grideye_draw::text::{fixed, signed};
+use grideye_draw::text::fixed;
 
 pub(crate) fn section(comparison: &Comparison, context: &Context) -> String {
     let settings = &comparison.settings;
@@ -18,17 +17,13 @@ pub(crate) fn section(comparison: &Comparison, context: &Context) -> String {
             fixed(comparison.warm_above_c, 2),
             fixed(settings.thresholds.warm_sigma, 0)
         ),
-        union_sentence(comparison),
-        "C ignores a common offset; RMSE, MAE, bias and IS do not. RMSE and MAE also count the simulation's noise, which a \
-         blank frame lacks."
+        "C ignores a common offset; RMSE, bias and IS do not. RMSE also counts the simulation's noise, which a blank frame lacks."
             .to_owned(),
-        format!(
-            "Entropies use 256 gray levels over each frame's own range (the paper names no binning; this fits its figures) \
-             and {} (the chosen bins). Corrected values subtract the first-order bias (Miller and Madow).",
-            settings.binning.in_words()
-        ),
-        information(comparison),
-        noise_fit(comparison),
+        match settings.binning {
+            Binning::GREY_256 => "Entropies use 256 gray levels over each frame's own range: the paper names no binning, this fits its figures.".to_owned(),
+            Binning::Levels { n } => format!("Entropies use {n} levels over each frame's own range."),
+            Binning::Step { width_c } => format!("Entropies use steps of {width_c} °C."),
+        },
         format!(
             "Shuffled scores use {} random pixel orders, seed {}.",
             settings.shuffles, settings.seed
@@ -80,60 +75,5 @@ fn background(comparison: &Comparison) -> String {
     };
     format!(
         "The blank frame has the scene's ambient temperature of {ambient} °C everywhere; {known}."
-    )
-}
-
-fn information(comparison: &Comparison) -> String {
-    let p = |measure| {
-        let shuffled = comparison.score(measure).shuffled;
-        let p = shuffled.and_then(|shuffled| shuffled.p);
-        p.map_or_else(|| "undefined".to_owned(), |p| fixed(p, 3))
-    };
-    format!(
-        "MI has a permutation p-value of {} in 256 levels and {} in the chosen bins: the share of pixel orders, the true one \
-         included, that score at least as well.",
-        p(Measure::MutualInformationGrey),
-        p(Measure::MutualInformationBinned)
-    )
-}
-
-fn noise_fit(comparison: &Comparison) -> String {
-    let fit = &comparison.noise_fit;
-    let p = fit
-        .p_value()
-        .map_or_else(|| "undefined".to_owned(), |p| fixed(p, 3));
-    let drift = comparison
-        .drift_c_per_min
-        .map_or_else(String::new, |slope| {
-            format!(
-                " The common offset drifts by {} °C per minute.",
-                signed(slope, 2)
-            )
-        });
-    format!(
-        "Recording minus noise-free scene has χ² = {} at {} degrees of freedom (p = {p}). The sensor's fixed pattern is in it, so \
-         even a right scene can exceed 1 per degree.{drift}",
-        fixed(fit.value, 0),
-        fit.degrees_of_freedom
-    )
-}
-
-fn union_sentence(comparison: &Comparison) -> String {
-    let frame = match comparison.settings.protocol {
-        Protocol::Static => "the mean of the real frames",
-        Protocol::Dynamic => "the real frame",
-    };
-    let overlap = comparison.warm.overlap.map_or_else(String::new, |share| {
-        format!(
-            " {} % of these pixels are warm on both sides.",
-            fixed(100.0 * share, 0)
-        )
-    });
-    format!(
-        "The gain over the blank frame is 1 minus the simulation's RMSE divided by the blank frame's, over the pixels that are more \
-         than {} °C above ambient in {frame} or more than {} °C in the noise-free simulated one, with each pair's common offset \
-         removed.{overlap}",
-        fixed(comparison.union_above_c, 2),
-        fixed(comparison.union_above_c / 2.0, 2)
     )
 }

@@ -5,7 +5,7 @@ use crate::frames::Protocol;
 use crate::metrics::{IS_THRESHOLD, SENSOR_ACCURACY_C};
 use crate::report::image::{self, Shows};
 use crate::report::text::{Context, list, marked};
-use crate::report::{alignment, assumptions, criteria, paper, plots, scores};
+use crate::report::{assumptions, criteria, paper, plots, scores};
 use crate::verdict::Verdict;
 use grideye_draw::text::{escape, fixed, seconds, signed};
 
@@ -25,7 +25,6 @@ pub fn html(comparison: &Comparison, context: &Context) -> String {
         evaluation(comparison),
         plots::section(comparison),
         image::maps_section(comparison),
-        alignment::section(comparison),
         criteria::thresholds(context),
         assumptions::section(comparison, context),
         reproduce(comparison, context),
@@ -124,13 +123,7 @@ fn frames(comparison: &Comparison) -> String {
     let time = seconds(key.time);
     let difference = image::difference(&key.real, &key.simulated);
     let figure = |values: &[f64], shows, name: &str, caption: &str| {
-        let svg = image::svg(
-            comparison.shape,
-            values,
-            shows,
-            true,
-            &format!("{name} frame at {time}"),
-        );
+        let svg = image::svg(values, shows, true, &format!("{name} frame at {time}"));
         format!("<figure>{svg}<figcaption><b>{name}</b> {caption}</figcaption></figure>\n")
     };
     format!(
@@ -159,7 +152,7 @@ fn frames(comparison: &Comparison) -> String {
 fn film(comparison: &Comparison, temperatures: Shows, differences: Shows) -> String {
     let strip = |name: &str, shows, values: &dyn Fn(&FilmFrame) -> Vec<f64>| {
         let title = name.to_lowercase();
-        let picture = |frame| image::svg(comparison.shape, &values(frame), shows, false, &title);
+        let picture = |frame| image::svg(&values(frame), shows, false, &title);
         let cells = comparison.film.iter();
         let cells: String = cells
             .map(|frame| format!("<td>{}</td>", picture(frame)))
@@ -220,14 +213,14 @@ fn reproduce(comparison: &Comparison, context: &Context) -> String {
 }
 
 fn footer(context: &Context) -> String {
-    let which = context.experiment.and_then(paper::experiment).map_or_else(
-        || "The paper's figures are the ranges of its tables 1 to 4".to_owned(),
+    let figures = context.experiment.and_then(paper::experiment).map_or_else(
+        String::new,
         |experiment| {
             format!(
-                "The paper's figures are from its table {0}, experiment {0}: {1}",
+                "The paper's figures are from its table {0}, experiment {0}: {1}. They are from its own room; compare only their order of magnitude. ",
                 experiment.number, experiment.title
             )
         },
     );
-    format!("<footer>{which}. {}.</footer>\n", escape(paper::CITATION))
+    format!("<footer>{figures}{}.</footer>\n", escape(paper::CITATION))
 }

@@ -1,7 +1,6 @@
 //! Frames and maps as images: a PNG with one dot per pixel, in an SVG that scales it and writes the values.
 
 use crate::compare::{Comparison, FilmFrame};
-use crate::frames::Shape;
 use crate::metrics::IS_THRESHOLD;
 use crate::numbers::{count, differences, extremes};
 use base64::Engine;
@@ -11,6 +10,7 @@ use grideye_draw::encode;
 use grideye_draw::palette::{DIFFERENCE, INFERNO, Rgb, color, ink};
 use grideye_draw::svg::Svg;
 use grideye_draw::text::{fixed, signed};
+use grideye_frame::{COLUMNS, ROWS};
 
 /// The temperatures that the images show.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,7 +28,6 @@ pub(crate) enum Shows {
     },
 }
 
-const NUMBERED_COLUMNS_MAX: usize = 16;
 const CELL: usize = 40;
 
 /// The common scale of all real and simulated frames, rounded outwards to half degrees.
@@ -71,14 +70,8 @@ pub(crate) fn difference(real: &[f64], simulated: &[f64]) -> Vec<f64> {
 }
 
 /// An image, with the value in each cell if `numbered`; differences that do not count as similar are hatched.
-pub(crate) fn svg(
-    shape: Shape,
-    values: &[f64],
-    shows: Shows,
-    numbered: bool,
-    title: &str,
-) -> String {
-    let (width, height) = (shape.columns * CELL, shape.rows * CELL);
+pub(crate) fn svg(values: &[f64], shows: Shows, numbered: bool, title: &str) -> String {
+    let (width, height) = (COLUMNS * CELL, ROWS * CELL);
     let colors: Vec<Rgb> = values.iter().map(|&value| shows.color(value)).collect();
     let mut svg = Svg::inline("frame", (width, height), title);
     svg.element("title").text(title);
@@ -86,14 +79,14 @@ pub(crate) fn svg(
     let image = image.with("height", height);
     image
         .with("preserveAspectRatio", "none")
-        .with("href", png_uri(shape, &colors))
+        .with("href", png_uri(&colors))
         .end();
     for (index, (&value, &color)) in values.iter().zip(&colors).enumerate() {
-        let (x, y) = (index % shape.columns * CELL, index / shape.columns * CELL);
+        let (x, y) = (index % COLUMNS * CELL, index / COLUMNS * CELL);
         if shows.is_hatched(value) {
             svg.mark("hatch", hatch(x, y));
         }
-        if numbered && shape.columns <= NUMBERED_COLUMNS_MAX {
+        if numbered {
             let number = svg.element("text").with("x", x + CELL / 2);
             let number = number.with("y", y + CELL / 2);
             number.with("fill", ink(color)).text(shows.label(value));
@@ -126,10 +119,10 @@ impl Shows {
         match self {
             Self::Temperatures(range) => color(
                 &INFERNO,
-                (value - range.coldest_c) / (range.warmest_c - range.coldest_c),
+                (value - range.coldest_c) / (range.warmest_c - range.coldest_c).max(1e-9),
             ),
             Self::Differences { limit_c } => {
-                color(&DIFFERENCE, f64::midpoint(value / limit_c, 1.0))
+                color(&DIFFERENCE, f64::midpoint(value / limit_c.max(1e-9), 1.0))
             }
         }
     }
@@ -137,6 +130,7 @@ impl Shows {
     fn label(self, value: f64) -> String {
         match self {
             Self::Temperatures(_) => fixed(value, 2),
+            Self::Differences { limit_c } if limit_c < 1.0 => signed(value, 2),
             Self::Differences { .. } => signed(value, 1),
         }
     }
@@ -156,9 +150,9 @@ fn hatch(x: usize, y: usize) -> String {
     )
 }
 
-fn png_uri(shape: Shape, colors: &[Rgb]) -> String {
+fn png_uri(colors: &[Rgb]) -> String {
     let mut bytes = Vec::new();
-    let canvas = Canvas::of(shape.columns, colors.to_vec());
+    let canvas = Canvas::of(COLUMNS, colors.to_vec());
     // Memory takes every byte.
     drop(encode::rgb(&canvas, &mut bytes));
     format!("data:image/png;base64,{}", STANDARD.encode(bytes))
@@ -192,42 +186,21 @@ pub(crate) fn maps_section(comparison: &Comparison) -> String {
         coldest_c: 0.0,
         warmest_c: limit(maps.rmse_c.iter().copied()),
     });
-    let figure = |values: &[f64], shows, name: &str, caption: &str, is_scaled: bool| {
-        let scale = if is_scaled {
-            scale(shows)
-        } else {
-            String::new()
-        };
-        let svg = svg(comparison.shape, values, shows, true, name);
+    let figure = |values: &[f64], shows, name: &str, caption: &str| {
+        let scale = scale(shows);
+        let svg = svg(values, shows, true, name);
         format!("<figure>{svg}{scale}<figcaption><b>{name}</b> {caption}</figcaption></figure>\n")
     };
-    let structure = maps
-        .structure
-        .as_ref()
-        .map_or_else(String::new, |structure| {
-            let shows = Shows::Temperatures(Range {
-                coldest_c: -1.0,
-                warmest_c: 1.0,
-            });
-            figure(
-                structure,
-                shows,
-                "Structure",
-                "mean structural similarity (SSIM), −1 (black) to 1 (light)",
-                false,
-            )
-        });
     format!(
         "<h2>Where it is off</h2>\n<p>Each pixel over all frames. A single pixel that stands out has a fault or a fixed pattern; a patch is an \
-         object that the scene lacks or has elsewhere.</p>\n<div class=\"frames\">\n{}{}{structure}</div>\n",
+         object that the scene lacks or has elsewhere.</p>\n<div class=\"frames\">\n{}{}</div>\n",
         figure(
             &maps.bias_c,
             differences,
             "Mean difference",
-            "simulated minus real, °C",
-            true
+            "simulated minus real, °C"
         ),
-        figure(&maps.rmse_c, errors, "Error", "root mean square, °C", true),
+        figure(&maps.rmse_c, errors, "Error", "root mean square, °C"),
     )
 }
 
@@ -238,24 +211,15 @@ mod tests {
     #[test]
     fn differences_from_the_threshold_on_are_hatched() {
         let shows = Shows::Differences { limit_c: 3.0 };
-        let shape = Shape {
-            columns: 4,
-            rows: 1,
-        };
-        let svg = svg(shape, &[0.0, 1.6, -1.7, 2.5], shows, true, "difference");
+        let values = [0.0, 1.6, -1.7, 2.5, 0.0, 0.0, 0.0, 0.0];
+        let svg = svg(&values, shows, true, "difference");
         assert_eq!(svg.matches("class=\"hatch\"").count(), 2);
         assert!(svg.contains(">+1.6<") && svg.contains(">\u{2212}1.7<") && svg.contains(">0.0<"));
         let range = Range {
             coldest_c: -3.0,
             warmest_c: 3.0,
         };
-        let plain = super::svg(
-            shape,
-            &[0.0, 1.6, -1.7, 2.5],
-            Shows::Temperatures(range),
-            false,
-            "real",
-        );
+        let plain = super::svg(&values, Shows::Temperatures(range), false, "real");
         assert!(!plain.contains("hatch") && !plain.contains("<text"));
     }
 }

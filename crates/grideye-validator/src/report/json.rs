@@ -1,10 +1,13 @@
 //! The comparison as JSON.
 
+use crate::align::Alignment;
 use crate::background::fit::BackgroundFit;
 use crate::compare::{Comparison, FilmFrame, FrameScores};
 use crate::metrics::score::{Measure, Score};
+use crate::report::paper;
+use crate::report::scores::papers;
 use crate::report::text::Context;
-use crate::report::{alignment, paper};
+use grideye_frame::{COLUMNS, ROWS};
 use serde_json::{Map, Value, json};
 
 /// One JSON object with stable field names; undefined values are `null`, shares 0 to 1, °C, seconds.
@@ -15,12 +18,6 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
         "format": "grideye-comparison",
         "version": 1,
         "thresholds": context.thresholds,
-        "nobody": comparison.nobody,
-        "above_room": comparison.above_room.map(|above| json!({
-            "correlation": above.value,
-            "ceiling": above.ceiling,
-            "room": above.from.in_words(),
-        })),
         "warnings": comparison.warnings,
         "background": comparison.background.as_ref().map(background),
         "level_max_c": comparison.level_max_c,
@@ -28,22 +25,15 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
             "pattern_c": comparison.pattern_c,
             "pattern_from": comparison.pattern_from,
         },
-        "columns": comparison.shape.columns,
-        "rows": comparison.shape.rows,
+        "columns": COLUMNS,
+        "rows": ROWS,
         "simulated_frames": comparison.simulated_frames,
         "pairs": comparison.pairs,
         "offset_c": comparison.offset_c,
         "drift_c": comparison.drift_c,
-        "drift_c_per_min": comparison.drift_c_per_min,
         "warm_above_c": comparison.warm_above_c,
-        "union_above_c": comparison.union_above_c,
         "warm_pixels": comparison.warm,
         "evaluation_graph": comparison.evaluation,
-        "noise_fit": {
-            "chi_squared": comparison.noise_fit.value,
-            "degrees_of_freedom": comparison.noise_fit.degrees_of_freedom,
-            "p": comparison.noise_fit.p_value(),
-        },
         "maps": comparison.maps,
         "timeline": timeline(comparison),
         "film": film(comparison),
@@ -73,9 +63,36 @@ pub fn summary(comparison: &Comparison, context: &Context) -> Value {
         "protocol": comparison.settings.protocol,
         "real_frames": comparison.real_frames,
         "noise_sigma_c": comparison.noise_sigma_c,
-        "alignment": comparison.alignment.as_ref().map(alignment::json),
+        "alignment": comparison.alignment.as_ref().map(alignment),
         "scores": scores(comparison, context),
         "notes": comparison.notes,
+    })
+}
+
+fn alignment(found: &Alignment) -> Value {
+    let left_out = found.left_out.iter();
+    let left_out: Vec<Value> = left_out
+        .map(|left| {
+            json!({
+                "reason": left.reason.name(),
+                "text": left.reason.to_string(),
+                "rows": left.rows,
+                "first_seq": left.first_seq,
+            })
+        })
+        .collect();
+    json!({
+        "left_out": left_out,
+        "drift_c": found.drift_c,
+        "time": found.time,
+        "orientation": found.orientation,
+        "offset": found.offset.map(|found| json!({
+            "right_px": found.right_down_px[0],
+            "down_px": found.right_down_px[1],
+            "likeness_before": found.likeness[0],
+            "likeness": found.likeness[1],
+            "applied": found.applied,
+        })),
     })
 }
 
@@ -91,21 +108,21 @@ fn background(fit: &BackgroundFit) -> Value {
 fn scores(comparison: &Comparison, context: &Context) -> Map<String, Value> {
     let experiment = context.experiment.and_then(paper::experiment);
     let entry = |score: &Score| {
-        let figure = experiment.and_then(|experiment| experiment.figure(score.measure));
-        (score.measure.name().to_owned(), self::score(score, figure))
+        let figure = papers(comparison, experiment, score.measure);
+        let name = score.measure.name_in(comparison.settings.binning);
+        (name, self::score(score, figure))
     };
     comparison.scores.iter().map(entry).collect()
 }
 
 fn score(score: &Score, papers: Option<f64>) -> Value {
     json!({
-        "title": score.measure.title(),
+        "title": score.measure.to_string(),
         "unit": unit(score.measure),
         "better": score.measure.better(),
         "value": score.value,
         "blank": score.blank,
         "shuffled": score.shuffled,
-        "noise": score.noise,
         "ceiling": score.ceiling,
         "skill": score.skill(),
         "papers": papers,
@@ -122,12 +139,12 @@ fn unit(measure: Measure) -> &'static str {
 
 fn timeline(comparison: &Comparison) -> Value {
     let frames = &comparison.timeline;
-    let of = |measure: &Measure| -> Option<(String, Value)> {
-        let values: Vec<Option<f64>> = frames.iter().map(|frame| frame.get(*measure)).collect();
+    let of = |measure: Measure| -> Option<(String, Value)> {
+        let values: Vec<Option<f64>> = frames.iter().map(|frame| frame.get(measure)).collect();
         let is_known = values.iter().any(Option::is_some);
-        is_known.then(|| (measure.name().to_owned(), json!(values)))
+        is_known.then(|| (measure.name_in(comparison.settings.binning), json!(values)))
     };
-    let scores: Map<String, Value> = Measure::ALL.iter().filter_map(of).collect();
+    let scores: Map<String, Value> = Measure::ALL.into_iter().filter_map(of).collect();
     let list = |value: &dyn Fn(&FrameScores) -> Value| -> Vec<Value> {
         frames.iter().map(value).collect()
     };
@@ -136,7 +153,6 @@ fn timeline(comparison: &Comparison) -> Value {
         "offset_c": list(&|frame| json!(frame.offset_c)),
         "scores": scores,
         "difference_c": list(&|frame| json!(frame.difference_c)),
-        "structure": list(&|frame| json!(frame.structure)),
     })
 }
 

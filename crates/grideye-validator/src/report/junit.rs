@@ -13,13 +13,13 @@ pub fn junit(comparison: &Comparison, context: &Context) -> String {
     let judgment = &comparison.judgment;
     let mut cases: Vec<Case> = judgment.criteria.iter().map(Case::of).collect();
     cases.insert(0, Case::verdict(comparison));
-    let number = |outcome| cases.iter().filter(|case| case.outcome == outcome).count();
+    let number = |state| cases.iter().filter(|case| case.state == state).count();
     let counts = format!(
         "tests=\"{}\" failures=\"{}\" errors=\"{}\" skipped=\"{}\" time=\"0\"",
         cases.len(),
-        number(Outcome::Failure),
-        number(Outcome::Error),
-        number(Outcome::Skipped)
+        number(State::Failed),
+        number(State::Open),
+        number(State::NotAsked)
     );
     let body: String = cases.iter().map(|case| case.xml(&class)).collect();
     format!(
@@ -31,17 +31,9 @@ pub fn junit(comparison: &Comparison, context: &Context) -> String {
     )
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Outcome {
-    Passed,
-    Failure,
-    Error,
-    Skipped,
-}
-
 struct Case {
     name: String,
-    outcome: Outcome,
+    state: State,
     message: String,
     details: String,
 }
@@ -50,12 +42,7 @@ impl Case {
     fn of(criterion: &Criterion) -> Self {
         Self {
             name: criterion.name.to_owned(),
-            outcome: match criterion.state {
-                State::Met => Outcome::Passed,
-                State::Failed => Outcome::Failure,
-                State::Open => Outcome::Error,
-                State::NotAsked => Outcome::Skipped,
-            },
+            state: criterion.state,
             message: format!("{}: {}", criterion.title, criterion.sentence),
             details: format!("{} {}", criterion.sentence, criterion.next_step)
                 .trim_end()
@@ -67,10 +54,10 @@ impl Case {
         let judgment = &comparison.judgment;
         Self {
             name: "verdict".to_owned(),
-            outcome: match judgment.verdict {
-                Verdict::Agrees => Outcome::Passed,
-                Verdict::Disagrees => Outcome::Failure,
-                Verdict::CannotTell => Outcome::Error,
+            state: match judgment.verdict {
+                Verdict::Agrees => State::Met,
+                Verdict::Disagrees => State::Failed,
+                Verdict::CannotTell => State::Open,
             },
             message: judgment.headline.clone(),
             details: format!("{judgment}{}", judgment.would_change),
@@ -79,15 +66,15 @@ impl Case {
 
     fn xml(&self, class: &str) -> String {
         let (message, details) = (text(&self.message), text(&self.details));
-        let inside = match self.outcome {
-            Outcome::Passed => format!("<system-out>{details}</system-out>"),
-            Outcome::Failure => {
+        let inside = match self.state {
+            State::Met => format!("<system-out>{details}</system-out>"),
+            State::Failed => {
                 format!("<failure message=\"{message}\" type=\"disagrees\">{details}</failure>")
             }
-            Outcome::Error => {
+            State::Open => {
                 format!("<error message=\"{message}\" type=\"cannot tell\">{details}</error>")
             }
-            Outcome::Skipped => format!("<skipped message=\"{message}\"/>"),
+            State::NotAsked => format!("<skipped message=\"{message}\"/>"),
         };
         format!(
             "<testcase classname=\"{class}\" name=\"{}\" time=\"0\">{inside}</testcase>\n",

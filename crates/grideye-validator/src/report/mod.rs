@@ -1,6 +1,5 @@
 //! The comparison as a page, a table for a terminal, JSON and JUnit, all with the same figures.
 
-mod alignment;
 mod assumptions;
 mod characterization;
 mod criteria;

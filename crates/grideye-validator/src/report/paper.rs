@@ -22,10 +22,10 @@ pub struct Experiment {
 /// The paper's measures: C, entropies, mutual information and IS.
 pub const MEASURES: [Measure; 6] = [
     Measure::Correlation,
-    Measure::EntropyRealGrey,
-    Measure::EntropySimulatedGrey,
-    Measure::JointEntropyGrey,
-    Measure::MutualInformationGrey,
+    Measure::EntropyReal,
+    Measure::EntropySimulated,
+    Measure::JointEntropy,
+    Measure::MutualInformation,
     Measure::ImageSimilarity,
 ];
 

@@ -70,17 +70,6 @@ pub(crate) fn marked(text: &str) -> String {
     page
 }
 
-pub(crate) fn rows_table<N: AsRef<str>>(rows: impl IntoIterator<Item = (N, String)>) -> String {
-    let rows: String = rows
-        .into_iter()
-        .map(|(name, found)| {
-            let (name, found) = (escape(name.as_ref()), escape(&found));
-            format!("<tr><th scope=\"row\">{name}</th><td>{found}</td></tr>\n")
-        })
-        .collect();
-    format!("<table class=\"list\">\n<tbody>\n{rows}</tbody>\n</table>\n")
-}
-
 pub(crate) fn with_error(number: String, error: Option<f64>, decimals: usize) -> String {
     let error = error.map(|error| format!(" ± {}", fixed(error, decimals)));
     number + &error.unwrap_or_default()

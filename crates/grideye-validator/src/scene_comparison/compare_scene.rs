@@ -16,8 +16,7 @@ use crate::frames::drift::Drift;
 use crate::frames::fitted::{FittedShare, fitted};
 use crate::frames::timeline::Timeline;
 use crate::frames::types::Pixels;
-use crate::frames::{LeftOut, Protocol, RealFrame, Shape, sensor_step_c};
-use crate::metrics::foreground::RoomSource;
+use crate::frames::{LeftOut, Protocol, RealFrame, RoomSource, sensor_step_c};
 use crate::numbers::{count, evenly, mean_frame, single};
 use crate::scene_comparison::notes;
 use crate::scene_comparison::rendering::Renderer;
@@ -54,7 +53,7 @@ pub(super) fn compared(
 ) -> Result<Comparison, ValidatorError> {
     options.align.check()?;
     let simulator = Simulator::new(scene, sensor)?;
-    let shape = shape_of(&simulator)?;
+    check_resolution(&simulator)?;
     let protocol = options.protocol.unwrap_or(if scene.is_static() {
         Protocol::Static
     } else {
@@ -87,7 +86,7 @@ pub(super) fn compared(
     let fit = background.as_ref().and_then(|fit| fit.warning(is_replaced));
     let warnings = notes::level(records).into_iter().chain(shared).chain(fit);
     let warnings = warnings.collect();
-    let (simulated, nobody) = renderer.simulated(&real, &aligned, noise_seed);
+    let simulated = renderer.simulated(&real, &aligned, noise_seed);
     let laws = scene.laws().source.into_iter();
     notes.extend(laws.map(|law| format!("The scene leaves open: {law}.")));
     notes.push(protocol_note(protocol, scene));
@@ -98,15 +97,14 @@ pub(super) fn compared(
     let settings = settings(&simulator, protocol, lag_frames, options);
     let prior = Prior {
         has_people: !scene.agents().is_empty(),
-        nobody,
         decision: Some(decision),
         remedy,
         drift_c,
         turned: aligned.found.turned(),
         fitted: (!scene.calibrated().is_empty()).then_some(fitted),
-        ..prior(records, &simulator, room, pattern, options)
+        ..prior(records, &simulator, pattern, options)
     };
-    let comparison = compare_with_prior(shape, &real, &simulated, &settings, &prior)?;
+    let comparison = compare_with_prior(&real, &simulated, &settings, &prior)?;
     notes.extend(aligned.found.orientation.as_ref().and_then(|lies| {
         let turned = Alternative::Turned(lies.orientation);
         let mut all = prior.decision.iter().flat_map(|one| &one.alternatives);
@@ -207,13 +205,10 @@ fn drift_c(aligned: &AlignedFrames, decision: &Decision, options: &Options) -> [
 /// `SplitMix64`).
 const INDEPENDENCE: u64 = 0x9E37_79B9_7F4A_7C15;
 
-fn shape_of(simulator: &Simulator) -> Result<Shape, ValidatorError> {
+fn check_resolution(simulator: &Simulator) -> Result<(), ValidatorError> {
     let sensor = simulator.sensor();
     if (sensor.columns, sensor.rows) == (COLUMNS, ROWS) {
-        return Ok(Shape {
-            columns: COLUMNS,
-            rows: ROWS,
-        });
+        return Ok(());
     }
     Err(ValidatorError::Resolution {
         sensor: sensor.name.clone(),
@@ -401,7 +396,7 @@ fn within_scene(
     if protocol == Protocol::Static || scene.is_static() {
         return Ok(());
     }
-    let (end, clock) = (scene.duration(), aligned.clock.clone());
+    let (end, clock) = (scene.duration(), aligned.clock);
     // Rounding must not cost the last frame of a walk that ends on it.
     let times_s = -1e-6..=end.as_secs_f64() + 1e-6;
     aligned.frames.retain(|frame| {
@@ -464,8 +459,6 @@ fn settings(
         },
         lag_frames,
         binning: options.binning.unwrap_or(defaults.binning),
-        field_of_view_rad: Some(simulator.sensor().field_of_view_rad.into()),
-        threads: options.threads,
         shuffles: options.shuffles,
         seed: options.seed,
         thresholds: options.thresholds,
@@ -543,8 +536,8 @@ pub(crate) fn chosen(
     ));
     let frame = |index: usize| RealFrame {
         time: timed[index].time,
-        celsius: timed[index].celsius.to_vec(),
-        later: repeat(timed, index, lag_frames).map(|later| later.to_vec()),
+        celsius: timed[index].celsius,
+        later: repeat(timed, index, lag_frames).copied(),
     };
     chosen
         .into_iter()

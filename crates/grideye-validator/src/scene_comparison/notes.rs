@@ -3,8 +3,8 @@
 use crate::align::{
     Alignment, OFFSET_MAX_PX, OffsetFound, Orientation, OrientationFound, TimeAlignment, TimeFound,
 };
+use crate::frames::RoomSource;
 use crate::frames::timeline::{Joined, Timeline};
-use crate::metrics::foreground::RoomSource;
 use crate::report::text::with_error;
 use crate::scene_comparison::types::{LearnedRoom, Options};
 use crate::verdict::types::KnownPattern;
@@ -108,30 +108,11 @@ fn time(time: &TimeFound) -> Vec<String> {
 }
 
 fn applied(time: &TimeFound) -> String {
-    let late = |by_s: f64| fixed(by_s, 2);
-    let mut text = match (&time.law, time.asked) {
-        (Some(law), _) => {
-            let (begins, ends) = (late(law.begins_late_s), late(law.ends_late_s));
-            let (ease, lean) = (fixed(law.ease, 2), fixed(law.lean, 2));
-            format!(
-                "Time was aligned: the walk begins {begins} s and ends {ends} s later than in the scene, ease {ease}, lean {lean}"
-            )
-        }
-        (None, TimeAlignment::Shift) => {
-            format!("Time was aligned: the scene is {}", shift(time))
-        }
-        (None, _) => {
-            let (shift, rate) = (shift(time), rate(time));
-            format!("Time was aligned: the scene is {shift}, and passes {rate}")
-        }
+    let passes = match time.asked {
+        TimeAlignment::Shift => String::new(),
+        _ => format!(", and passes {}", rate(time)),
     };
-    if let Some(warp) = &time.warp {
-        let most = late(warp.departure_max_s());
-        text.push_str(&format!(
-            ", on a path that departs from this by up to {most} s"
-        ));
-    }
-    text
+    format!("Time was aligned: the scene is {}{passes}", shift(time))
 }
 
 fn shift(time: &TimeFound) -> String {

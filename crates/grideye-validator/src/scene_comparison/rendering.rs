@@ -8,17 +8,16 @@ use crate::background::once::Shared;
 use crate::background::{Empty, Stretch, background};
 use crate::error::ValidatorError;
 use crate::frames::timeline::Timeline;
-use crate::frames::{Protocol, RealFrame, SimulatedFrame};
-use crate::metrics::foreground::RoomSource;
-use crate::metrics::gain::WarmLimits;
-use crate::metrics::room_difference::{RoomDifference, UNCLAIMED_MIN_C};
+use crate::frames::types::Pixels;
+use crate::frames::{Protocol, RealFrame, RoomSource, SimulatedFrame};
+use crate::metrics::room_difference::{RoomDifference, UNCLAIMED_MIN_C, WarmLimits};
 use crate::numbers::{count, evenly, mean_frame, median};
 use crate::scene_comparison::types::{
     AlignedFrames, KnownUnit, LearnedRoom, Options, TimedFrame, pixels, seconds,
 };
 use crate::thresholds::Thresholds;
 use crate::verdict::types::KnownPattern;
-use grideye_frame::{COLUMNS, PIXELS};
+use grideye_frame::PIXELS;
 use grideye_recording::Record;
 use grideye_scene::{Scene, Simulator};
 use std::time::Duration;
@@ -87,20 +86,20 @@ impl<'a> Renderer<'a> {
         self.pattern_c = Some(unit.pattern_c);
     }
 
-    /// The scene at the times of the real frames, with its people and (without noise) without them.
+    /// The scene at the times of the real frames.
     pub(crate) fn simulated(
         &self,
         real: &[RealFrame],
         aligned: &AlignedFrames,
         seed: u64,
-    ) -> (Vec<SimulatedFrame>, Vec<Vec<f64>>) {
+    ) -> Vec<SimulatedFrame> {
         let time = |real: &RealFrame| match &aligned.clock {
             clock if *clock == Clock::own() => real.time,
             clock => seconds(clock.scene_s(real.time.as_secs_f64())),
         };
         real.iter()
             .map(|real| self.frame(time(real), aligned, seed))
-            .unzip()
+            .collect()
     }
 
     /// The empty room that the recording shows while the scene is empty too; with a profile that has a background, how
@@ -188,7 +187,7 @@ impl<'a> Renderer<'a> {
     ) -> Option<KnownPattern> {
         let nobody = self.empty.image(timeline.start()).celsius;
         let warmth = WarmLimits::new(self.simulator.ambient_c(), UNCLAIMED_MIN_C);
-        let map = RoomDifference::new(&learned.celsius, &nobody, COLUMNS, warmth);
+        let map = RoomDifference::new(&learned.celsius, &nobody, warmth);
         if map.beyond_pattern(thresholds.pattern_spread_c).is_some() {
             return None;
         }
@@ -211,42 +210,26 @@ impl<'a> Renderer<'a> {
         is_same(&with.celsius, &without.celsius)
     }
 
-    fn frame(
-        &self,
-        time: Duration,
-        aligned: &AlignedFrames,
-        seed: u64,
-    ) -> (SimulatedFrame, Vec<f64>) {
+    fn frame(&self, time: Duration, aligned: &AlignedFrames, seed: u64) -> SimulatedFrame {
         let (clean, noisy) = self.simulator.image_and_noisy(time, seed);
         let noise_free = self.shown(&clean.celsius, aligned);
-        let noise = noisy.celsius.iter().zip(&clean.celsius);
-        let noise = noise.map(|(noisy, clean)| noisy - clean);
-        let frame = SimulatedFrame {
+        let noise = |pixel: usize| noisy.celsius[pixel] - clean.celsius[pixel];
+        SimulatedFrame {
             time,
-            celsius: noise_free
-                .iter()
-                .zip(noise)
-                .map(|(clean, noise)| clean + noise)
-                .collect(),
+            celsius: std::array::from_fn(|pixel| noise_free[pixel] + noise(pixel)),
             noise_free,
-            truth: Some(self.simulator.truth(time).foreground(TRUTH_SHARE_MIN)),
-        };
-        let nobody = self.shown(&self.empty.image(time).celsius, aligned);
-        (frame, nobody)
+        }
     }
 
     /// An image moved by the applied offset, plus the unit's pattern, which does not move.
-    fn shown(&self, clean: &[f64], aligned: &AlignedFrames) -> Vec<f64> {
+    fn shown(&self, clean: &[f64], aligned: &AlignedFrames) -> Pixels {
         let offset = aligned.found.offset.filter(|offset| offset.applied);
-        let mut shown = offset.map_or_else(
-            || clean.to_vec(),
-            |offset| {
-                let [right, down] = offset
-                    .right_down_px
-                    .map(|px| px.clamp(-OFFSET_MAX_PX, OFFSET_MAX_PX));
-                moved(&pixels(clean), right, down).to_vec()
-            },
-        );
+        let mut shown = pixels(clean);
+        if let Some(offset) = offset {
+            let within = |px: f64| px.clamp(-OFFSET_MAX_PX, OFFSET_MAX_PX);
+            let [right, down] = offset.right_down_px.map(within);
+            shown = moved(&shown, right, down);
+        }
         for (shown, pattern) in shown.iter_mut().zip(self.pattern_c.iter().flatten()) {
             *shown += pattern;
         }
@@ -281,5 +264,3 @@ fn is_same(with: &[f64], without: &[f64]) -> bool {
 const NOBODY_C: f64 = 0.05;
 /// Fewest empty frames for learning the room: the noise of their mean is then a quarter of a frame's.
 const EMPTY_FRAMES_MIN: usize = 16;
-/// Share of a pixel that an agent must cover to own it.
-const TRUTH_SHARE_MIN: f64 = 0.5;

@@ -4,9 +4,8 @@ use crate::align::clock::Clock;
 use crate::align::{AlignOptions, Alignment};
 use crate::frames::timeline::Timeline;
 use crate::frames::types::Pixels;
-use crate::frames::{Protocol, sensor_step_c};
+use crate::frames::{Protocol, RoomSource, sensor_step_c};
 use crate::metrics::Binning;
-use crate::metrics::foreground::{EmptyRoom, RoomSource};
 use crate::thresholds::Thresholds;
 use crate::verdict::sensor_criteria::Inspection;
 use crate::verdict::types::{KnownPattern, Prior};
@@ -40,10 +39,8 @@ pub struct Options {
     /// UTC, or the scene's start.
     pub start_s: Option<f64>,
     pub shuffles: usize,
-    /// Bins of the second set of entropies; by default the sensor's steps.
+    /// Bins of the entropies; by default the paper's 256 levels.
     pub binning: Option<Binning>,
-    /// Number of threads; any number gives the same result.
-    pub threads: usize,
     pub thresholds: Thresholds,
     pub align: AlignOptions,
     /// Whether to seek the change that would make a refused scene agree, or bring it nearer: some seconds.
@@ -64,7 +61,6 @@ impl Default for Options {
             start_s: None,
             shuffles: 200,
             binning: None,
-            threads: 1,
             thresholds: Thresholds::default(),
             align: AlignOptions::default(),
             advises: false,
@@ -160,7 +156,6 @@ pub(crate) struct LearnedRoom {
 pub(crate) fn prior(
     records: &[Record],
     simulator: &Simulator,
-    learned: Option<LearnedRoom>,
     pattern: KnownPattern,
     options: &Options,
 ) -> Prior {
@@ -170,19 +165,11 @@ pub(crate) fn prior(
         let rate_hz = simulator.sensor().sampling_hz;
         sensor.extend(inspection.criteria(thresholds, rate_hz, simulator.ambient_c()));
     }
-    let from = match &learned {
-        Some(_) => RoomSource::Recording,
-        None => pattern.from,
-    };
     Prior {
         recorded_frames: records
             .iter()
             .filter(|record| record.reading.frame().is_some())
             .count(),
-        room: EmptyRoom {
-            from,
-            celsius: learned.map(|learned| learned.celsius),
-        },
         pattern,
         level_c: options.unit.map(|unit| unit.level_c(thresholds)),
         sensor,

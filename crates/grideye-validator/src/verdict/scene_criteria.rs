@@ -1,7 +1,7 @@
 //! Whether the recording is the scene's, by the decision; and whether its level is.
 
 use crate::decision::{Alternatively, Cause, Contrast, Decision, Law};
-use crate::metrics::foreground::RoomSource;
+use crate::frames::RoomSource;
 use crate::thresholds::Thresholds;
 use crate::verdict::types::{Evidence, Next, PROFILE, Question, State, Weighed};
 use grideye_draw::text::fixed;

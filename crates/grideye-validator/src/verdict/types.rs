@@ -2,8 +2,8 @@
 
 use crate::align::Orientation;
 use crate::decision::Decision;
+use crate::frames::RoomSource;
 use crate::frames::fitted::FittedShare;
-use crate::metrics::foreground::{EmptyRoom, RoomSource};
 use crate::names::named;
 use serde::Serialize;
 use std::fmt::{self, Display};
@@ -55,25 +55,12 @@ pub(crate) struct Evidence<'a> {
     pub(crate) prior: &'a Prior,
 }
 
-/// Scores of the same scene without its people.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[expect(missing_docs, reason = "the names say it")]
-pub struct Nobody {
-    pub correlation: Option<f64>,
-    pub gain: Option<f64>,
-    /// False if the scene has no people: the scores are then the scene's own.
-    pub has_people: bool,
-}
-
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Prior {
-    /// Noise-free images of the scene without its people, one for each simulated frame.
-    pub(crate) nobody: Vec<Vec<f64>>,
     pub(crate) has_people: bool,
     pub(crate) pattern: KnownPattern,
     /// Frames that the recording holds, of which some were compared.
     pub(crate) recorded_frames: usize,
-    pub(crate) room: EmptyRoom,
     /// The largest common offset that this unit's profile allows, °C.
     pub(crate) level_c: Option<f64>,
     pub(crate) sensor: Vec<Criterion>,
@@ -105,8 +92,6 @@ pub struct WarmPixels {
     pub real: f64,
     /// In the noise-free simulated frames, above the median of their own pixels.
     pub claimed: f64,
-    /// Share, 0 to 1, of the gain's pixels that are warm on both sides.
-    pub overlap: Option<f64>,
 }
 
 /// One requirement on a recording.

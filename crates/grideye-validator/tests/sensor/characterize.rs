@@ -427,7 +427,6 @@ fn the_text_shows_every_line_and_the_map() {
         "−804.5 s at frame 1056",
         "partly repeated (torn) frames, %     4.73",
         "noise of each pixel, °C",
-        "Allan deviation, °C",
     ] {
         let squeezed = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(
@@ -459,15 +458,11 @@ fn the_page_is_self_contained_and_shows_every_number() {
             line.label
         );
     }
-    // Three maps of 64 cells, each with its number; three curves that differ by more than color.
-    assert_eq!(page.matches("<rect ").count(), 3 * PIXELS);
-    assert_eq!(
-        page.matches("width=\"40\" height=\"40\"").count(),
-        3 * PIXELS
-    );
+    // Three maps of 64 cells, each with its number.
+    assert_eq!(page.matches("data:image/png;base64,").count(), 3);
+    assert_eq!(page.matches("</text>").count(), 3 * PIXELS);
     assert!(page.contains(&format!(">{:.2}</text>", found.noise.sigma_c[0])));
-    assert_eq!(page.matches("<polyline ").count(), 3);
-    assert!(page.contains("stroke-dasharray: 9 6") && page.contains("@media print"));
+    assert!(page.contains("@media print"));
     assert_eq!(
         page,
         found.to_html(

@@ -1,9 +1,8 @@
-//! The metrics against reference vectors and frames counted by hand, and the scorer against the single functions.
+//! The metrics against reference vectors and frames counted by hand.
 
 use grideye_validator::metrics::{
-    Binning, IS_THRESHOLD, Scorer, THRESHOLDS, bias, correlation, entropy, evaluation_graph,
-    foreground_rmse, image_similarity, joint_entropy, mae, mutual_information,
-    mutual_information_corrected, rmse, thresholds_c,
+    Binning, IS_THRESHOLD, THRESHOLDS, bias, correlation, entropy, evaluation_graph,
+    image_similarity, joint_entropy, mutual_information, rmse, thresholds_c,
 };
 use proptest::prelude::*;
 
@@ -35,15 +34,16 @@ fn distances_of_the_reference_vectors() {
     let (a, b) = reference_frames();
     close(correlation(&a, &b), 0.895_076_526_669);
     close(rmse(&a, &b), 0.613_739_817);
-    close(mae(&a, &b), 0.419_218_75);
     close(bias(&a, &b), 0.159_843_75);
 }
 
 #[test]
 fn similarity_of_the_reference_vectors() {
     let (a, b) = reference_frames();
-    let graph = evaluation_graph(&a, &b, &[0.25, 0.5, 1.66]).unwrap();
-    assert_eq!(graph, [0.3125, 0.781_25, 0.984_375]);
+    let shares = [0.25, 0.5, 1.66].map(|threshold| image_similarity(&a, &b, threshold));
+    assert_eq!(shares, [0.3125, 0.781_25, 0.984_375].map(Some));
+    let graph = evaluation_graph(&a, &b).unwrap();
+    assert_eq!((graph[5], graph[10]), (0.3125, 0.781_25));
     close(image_similarity(&a, &b, IS_THRESHOLD), 0.984_375);
     assert!((IS_THRESHOLD - 1.666_666_666_666_666_7).abs() < 1e-15);
 }
@@ -61,7 +61,7 @@ fn entropies_of_the_reference_vectors_in_quarter_degrees() {
 #[test]
 fn entropies_of_the_reference_vectors_in_grey_levels() {
     let (a, b) = reference_frames();
-    for grey in [Binning::PaperGrey256, Binning::Levels { n: 256 }] {
+    for grey in [Binning::GREY_256, Binning::Levels { n: 256 }] {
         close(entropy(&a, grey), 3.089_407_329);
         close(entropy(&b, grey), 5.452_819_531);
         close(joint_entropy(&a, &b, grey), 5.527_114_648);
@@ -88,7 +88,7 @@ fn entropies_of_frames_counted_by_hand() {
     assert_eq!(entropy(&[1.0, 2.0, 3.0, 4.0], step), Some(2.0));
     assert_eq!(entropy(&[1.0, 1.0, 2.0, 2.0], step), Some(1.0));
     assert_eq!(entropy(&[7.0; 5], step), Some(0.0));
-    assert_eq!(entropy(&[7.0; 5], Binning::PaperGrey256), Some(0.0));
+    assert_eq!(entropy(&[7.0; 5], Binning::GREY_256), Some(0.0));
     assert_eq!(joint_entropy(&HALVES, &CROSSED, step), Some(2.0));
     let mutual = |other: &[f64; 4]| mutual_information(&HALVES, other, step);
     assert_eq!(mutual(&CROSSED), Some(0.0));
@@ -112,9 +112,10 @@ fn undefined_measures_are_none() {
     assert_eq!(correlation(&slope, &flat), None);
     assert_eq!(correlation(&[], &[]), None);
     assert_eq!(rmse(&slope, &slope[..3]), None);
-    assert_eq!(mae(&[f64::NAN], &[1.0]), None);
+    assert_eq!(rmse(&[f64::NAN], &[1.0]), None);
+    assert_eq!(evaluation_graph(&slope, &slope[..3]), None);
     assert_eq!(bias(&[1.0], &[f64::INFINITY]), None);
-    assert_eq!(entropy(&[f64::NAN], Binning::PaperGrey256), None);
+    assert_eq!(entropy(&[f64::NAN], Binning::GREY_256), None);
     for width_c in [0.0, -0.25, f64::NAN, f64::INFINITY] {
         assert_eq!(entropy(&slope, Binning::Step { width_c }), None);
     }
@@ -126,33 +127,10 @@ fn a_constant_frame_of_an_odd_value_has_no_correlation() {
     assert_eq!(correlation(&[0.1; 64], &[20.3; 64]), None);
 }
 
-/// By hand: equal halves 1 bit, bias 1 / (8 ln 2); crossed 0 bits, bias -1 / (8 ln 2). With 3 to 1, H(Y) is 0.811278,
-/// H(XY) 1.5, and there is no bias.
-#[test]
-fn the_bias_of_few_pixels_is_removed_from_mutual_information() {
-    let step = Binning::Step { width_c: 1.0 };
-    let plain = |other: &[f64; 4]| mutual_information(&HALVES, other, step);
-    let corrected = |other: &[f64; 4]| mutual_information_corrected(&HALVES, other, step);
-    close(corrected(&[9.0, 9.0, 8.0, 8.0]), 1.180_336_880_111);
-    close(corrected(&CROSSED), -0.180_336_880_111);
-    close(plain(&[1.0, 1.0, 1.0, 2.0]), 0.311_278_124);
-    close(corrected(&[1.0, 1.0, 1.0, 2.0]), 0.311_278_124);
-}
-
-/// By hand: differences of 3 and -4 are marked, the root of 25 / 2.
-#[test]
-fn the_foreground_is_what_the_mask_marks() {
-    let (real, simulated) = ([20.0; 4], [23.0, 16.0, 20.0, 90.0]);
-    let foreground = |mask: &[bool]| foreground_rmse(&real, &simulated, mask);
-    close(foreground(&[true, true, false, false]), 3.535_533_905_933);
-    assert_eq!(foreground(&[false; 4]), None);
-    assert_eq!(foreground(&[true; 3]), None);
-}
-
 #[test]
 fn binnings_that_are_printed_are_read_again() {
     for binning in [
-        Binning::PaperGrey256,
+        Binning::GREY_256,
         Binning::Step { width_c: 0.25 },
         Binning::Levels { n: 32 },
     ] {
@@ -186,34 +164,20 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(500))]
 
     #[test]
-    fn the_scorer_agrees_with_the_single_functions((x, y) in (frame(), frame()), step in prop_oneof![Just(None), Just(Some(0.25))]) {
-        let binning = step.map_or(Binning::PaperGrey256, |width_c| Binning::Step { width_c });
-        let mut scorer = Scorer::new();
-        let first = scorer.score(&x, &y, binning).unwrap();
-        let scores = scorer.score(&x, &y, binning).unwrap();
-        prop_assert_eq!(&scores, &first, "the tables must be empty again");
-        let close = |found: f64, expected: Option<f64>| (found - expected.unwrap()).abs() < 1e-12;
-        prop_assert!(close(scores.correlation.unwrap(), correlation(&x, &y)));
-        prop_assert!(close(scores.entropy_real, entropy(&x, binning)));
-        prop_assert!(close(scores.entropy_simulated, entropy(&y, binning)));
-        prop_assert!(close(scores.joint_entropy, joint_entropy(&x, &y, binning)));
-        prop_assert!(close(scores.mutual_information, mutual_information(&x, &y, binning)));
-        prop_assert!(close(scores.image_similarity, image_similarity(&x, &y, IS_THRESHOLD)));
-        let graph = evaluation_graph(&x, &y, &thresholds_c()).unwrap();
-        prop_assert_eq!(scores.evaluation_graph.to_vec(), graph);
+    fn the_graph_has_the_similarity_at_each_threshold((x, y) in (frame(), frame())) {
+        let graph = evaluation_graph(&x, &y).unwrap();
+        for (share, threshold) in graph.into_iter().zip(thresholds_c()) {
+            prop_assert_eq!(Some(share), image_similarity(&x, &y, threshold), "{}", threshold);
+        }
     }
 }
 
 /// Differences of exactly a threshold, slightly more or less, beyond the last, and none.
 #[test]
 fn differences_at_a_threshold_fall_on_its_far_side() {
-    let scored = |difference| {
-        let scores = Scorer::new().score(&[0.0; 64], &[difference; 64], Binning::PaperGrey256);
-        scores.unwrap()
-    };
     // The first threshold that all pixels are below.
-    let place = |difference| {
-        let graph = scored(difference).evaluation_graph;
+    let place = |difference: f64| {
+        let graph = evaluation_graph(&[0.0; 64], &[difference; 64]).unwrap();
         assert!(graph.iter().all(|share| [0.0, 1.0].contains(share)));
         graph.partition_point(|share| *share < 1.0)
     };
@@ -230,22 +194,7 @@ fn differences_at_a_threshold_fall_on_its_far_side() {
         }
     }
     assert_eq!([5.02, 5.03, f64::MAX].map(place), [THRESHOLDS; 3]);
-    assert_eq!(scored(IS_THRESHOLD).image_similarity, 0.0);
-    assert_eq!(scored(IS_THRESHOLD.next_down()).image_similarity, 1.0);
-}
-
-#[test]
-fn undefined_parts_of_a_pair_have_no_score() {
-    let (mut frame, flat) = ([20.0; 64], [20.0; 64]);
-    frame[3] = 21.0;
-    let mut scorer = Scorer::new();
-    let scores = scorer.score(&frame, &flat, Binning::PaperGrey256).unwrap();
-    assert_eq!((scores.correlation, scores.entropy_simulated), (None, 0.0));
-    for width_c in [0.0, f64::NAN] {
-        let step = Binning::Step { width_c };
-        assert_eq!(scorer.score(&frame, &frame, step), None);
-    }
-    frame[5] = f64::NAN;
-    assert_eq!(scorer.score(&frame, &flat, Binning::PaperGrey256), None);
-    assert_eq!(scorer.score(&flat, &frame, Binning::PaperGrey256), None);
+    let similar = |difference: f64| image_similarity(&[0.0; 64], &[difference; 64], IS_THRESHOLD);
+    assert_eq!(similar(IS_THRESHOLD), Some(0.0));
+    assert_eq!(similar(IS_THRESHOLD.next_down()), Some(1.0));
 }

@@ -1,15 +1,11 @@
 //! A minimal sensor and simulator, independent of each other and of grideye-scene.
 
-use grideye_validator::{Protocol, RealFrame, Settings, Shape, SimulatedFrame};
+use grideye_validator::{Protocol, RealFrame, Settings, SimulatedFrame};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use std::time::Duration;
 
-pub(crate) const SHAPE: Shape = Shape {
-    columns: 8,
-    rows: 8,
-};
 pub(crate) const AMBIENT_C: f64 = 21.0;
 const STEP_C: f64 = 0.25;
 
@@ -42,24 +38,21 @@ pub(crate) const UNIT: Unit = Unit {
 };
 
 /// The scene without noise.
-pub(crate) fn clean(blobs: &[Blob]) -> Vec<f64> {
-    let at = |index: u32| {
+pub(crate) fn clean(blobs: &[Blob]) -> [f64; 64] {
+    std::array::from_fn(|index| {
+        let index = u32::try_from(index).unwrap();
         let (row, column) = (f64::from(index / 8), f64::from(index % 8));
         let warmth = |blob: &Blob| {
             let squared = (row - blob.row).powi(2) + (column - blob.column).powi(2);
             blob.contrast_c * (-squared / (2.0 * 1.1 * 1.1)).exp()
         };
         AMBIENT_C + blobs.iter().map(warmth).sum::<f64>()
-    };
-    (0..64).map(at).collect()
+    })
 }
 
-fn noisy(clean: &[f64], sigma: f64, generator: &mut ChaCha8Rng) -> Vec<f64> {
+fn noisy(clean: &[f64; 64], sigma: f64, generator: &mut ChaCha8Rng) -> [f64; 64] {
     let noise = Normal::new(0.0, sigma).unwrap();
-    clean
-        .iter()
-        .map(|value| value + noise.sample(generator))
-        .collect()
+    clean.map(|value| value + noise.sample(generator))
 }
 
 /// Real frames of a scene that may move, each with its repeat three frames later.
@@ -71,16 +64,11 @@ pub(crate) fn recording(
 ) -> Vec<RealFrame> {
     let mut generator = ChaCha8Rng::seed_from_u64(seed);
     let pattern = noisy(&[unit.offset_c; 64], unit.pattern_c, &mut generator);
-    let mut measure = |index: u32| -> Vec<f64> {
-        let seen: Vec<f64> = clean(&scene(index))
-            .iter()
-            .zip(&pattern)
-            .map(|(scene, fixed)| scene + fixed)
-            .collect();
-        noisy(&seen, unit.noise_c, &mut generator)
-            .iter()
-            .map(|value| (value / STEP_C).round() * STEP_C)
-            .collect()
+    let mut measure = |index: u32| {
+        let scene = clean(&scene(index));
+        let seen = std::array::from_fn(|pixel| scene[pixel] + pattern[pixel]);
+        let frame = noisy(&seen, unit.noise_c, &mut generator);
+        frame.map(|value| (value / STEP_C).round() * STEP_C)
     };
     (0..frames)
         .map(|index| RealFrame {
@@ -101,15 +89,10 @@ pub(crate) fn simulation(
     (0..frames)
         .map(|index| {
             let noise_free = clean(&scene(index));
-            let truth = noise_free
-                .iter()
-                .map(|celsius| celsius - AMBIENT_C > 1.0)
-                .collect();
             SimulatedFrame {
                 time: time(index),
                 celsius: noisy(&noise_free, 0.2, &mut generator),
                 noise_free,
-                truth: Some(truth),
             }
         })
         .collect()
@@ -118,7 +101,6 @@ pub(crate) fn simulation(
 pub(crate) fn settings(protocol: Protocol) -> Settings {
     Settings {
         shuffles: 20,
-        field_of_view_rad: Some([std::f64::consts::FRAC_PI_3; 2]),
         ..Settings::new(protocol, AMBIENT_C, STEP_C)
     }
 }

@@ -11,8 +11,7 @@ use std::time::Duration;
 pub(crate) struct Align {
     /// Alignment of time and image.
     ///
-    /// Comma-separated. Time, one of: none; shift, a constant delay; rate, a delay and a fast or slow clock; warp, also uneven walking (dynamic
-    /// time warping in a band); law, start, end and speed profile of the walk.
+    /// Comma-separated. Time, one of: none; shift, a constant delay; rate, a delay and a fast or slow clock.
     ///
     /// Image: orientation, to correct a mirrored, rotated or transposed image; pose, to correct an offset of up to half a
     /// pixel. Without them, a deviation is reported, not corrected.
@@ -20,8 +19,6 @@ pub(crate) struct Align {
         default_value = "rate", hide_possible_values = true)]
     what: Vec<What>,
     /// Largest delay in either direction, 0 to 60 s.
-    ///
-    /// Also limits how far a path departs from that delay (warp), and each end of the walk from the scene's (law).
     #[arg(long, value_name = "SECONDS", hide_short_help = true, default_value_t = 0.5, value_parser = seconds)]
     max_shift: f64,
     /// Largest error of the sensor's clock, 0 to 20 %.
@@ -41,16 +38,12 @@ const WHAT: Choices<What> = (
         What::Time(TimeAlignment::None),
         What::Time(TimeAlignment::Shift),
         What::Time(TimeAlignment::Rate),
-        What::Time(TimeAlignment::Warp),
-        What::Time(TimeAlignment::Law),
         What::Orientation,
         What::Pose,
     ],
     "none No time alignment
 shift A constant delay
 rate A delay and a fast or slow clock
-warp Delay, clock and uneven walking, by dynamic time warping in a band
-law Start, end and speed profile of the walk
 orientation Correct a mirrored, rotated or transposed image
 pose Correct an image offset of up to half a pixel",
 );
@@ -65,7 +58,7 @@ impl Align {
         let times: Vec<TimeAlignment> = self.what.iter().filter_map(time).collect();
         if times.len() > 1 {
             bail!(
-                "--align names {} ways to align time\nhint: name one of none, shift, rate, warp and law",
+                "--align names {} ways to align time\nhint: name one of none, shift and rate",
                 times.len()
             );
         }

@@ -166,12 +166,7 @@ pub(crate) fn quantile(values: &mut [f64], share: f64) -> f64 {
     values[((values.len() - 1) as f64 * share).round() as usize]
 }
 
-pub(crate) fn skill(comparison: &Comparison, measure: Measure) -> f64 {
-    comparison.score(measure).skill().unwrap_or(0.0)
-}
-
-/// C plus gain.
-pub(crate) fn both(comparison: &Comparison) -> f64 {
-    let value = |measure| comparison.score(measure).value.unwrap_or(0.0);
-    value(Measure::Correlation) + value(Measure::Gain)
+pub(crate) fn correlation(comparison: &Comparison) -> f64 {
+    let score = comparison.score(Measure::Correlation);
+    score.value.unwrap_or(0.0)
 }

@@ -1,13 +1,11 @@
-//! Orientation, pace, long and late recordings, and frames left out.
+//! Orientation, long and late recordings, and frames left out.
 
-use crate::alignment::bench::{
-    SENSOR, WALK, Walk, compared, fewer_seeds, quantile, record, row, skill, with,
-};
+use crate::alignment::bench::{SENSOR, WALK, Walk, compared, fewer_seeds, record, row, with};
 use grideye_frame::{PixelWord, Reading};
 use grideye_recording::Record;
 use grideye_scene::Simulator;
 use grideye_validator::align::{AlignOptions, Orientation, TimeAlignment};
-use grideye_validator::{KnownUnit, LeftOut, Measure, Options, Verdict, compare_scene};
+use grideye_validator::{KnownUnit, LeftOut, Options, Verdict, compare_scene};
 use std::time::Duration;
 
 /// A mirrored or turned image is reported, and turned back only on request.
@@ -106,65 +104,6 @@ fn turned(record: Record, orientation: Orientation) -> Record {
     Record { reading, ..record }
 }
 
-/// Uneven walking: minimum jerk where the scene has constant speed, and a swinging pace.
-#[test]
-fn pace_is_found_by_law_and_by_warp() {
-    let scene = WALK.scene();
-    let end_s = scene.duration().as_secs_f64();
-    let jerk = |time_s: f64| {
-        let u = (time_s / end_s).clamp(0.0, 1.0);
-        end_s * u * u * u * (10.0 + u * (6.0 * u - 15.0))
-    };
-    let swing = |time_s: f64| time_s + 0.35 * (time_s * std::f64::consts::TAU / end_s).sin();
-    println!(
-        "\n{:<28}{:>8}{:>9}{:>9}",
-        "pace", "align", "C skill", "gain"
-    );
-    for (name, pace) in [
-        ("minimum jerk", &jerk as &dyn Fn(f64) -> f64),
-        ("swings by 0.35 s", &swing),
-    ] {
-        for time in [
-            TimeAlignment::None,
-            TimeAlignment::Rate,
-            TimeAlignment::Warp,
-            TimeAlignment::Law,
-        ] {
-            let (mut c, mut gain) = (vec![], vec![]);
-            for seed in 0..fewer_seeds() {
-                let found = compared(&record(&scene, seed, pace), &scene, with(time, 0.8), seed);
-                c.push(skill(&found, Measure::Correlation));
-                gain.push(skill(&found, Measure::Gain));
-            }
-            println!(
-                "{name:<28}{:>8}{:>9.2}{:>9.2}",
-                time.name(),
-                quantile(&mut c, 0.5),
-                quantile(&mut gain, 0.5)
-            );
-        }
-    }
-    let found = compared(
-        &record(&scene, 1, jerk),
-        &scene,
-        with(TimeAlignment::Law, 0.8),
-        1,
-    );
-    let law = found.alignment.unwrap().time.unwrap().law.unwrap();
-    assert!(
-        (law.ease - 1.0).abs() < 0.25 && law.begins_late_s.abs() < 0.3,
-        "{law:?}"
-    );
-    let found = compared(
-        &record(&scene, 1, swing),
-        &scene,
-        with(TimeAlignment::Warp, 0.8),
-        1,
-    );
-    let warp = found.alignment.unwrap().time.unwrap().warp.unwrap();
-    assert!((warp.departure_max_s() - 0.35).abs() < 0.15, "{warp:?}");
-}
-
 /// Two hundred seconds back and forth at 10 Hz with a clock 3 % fast: the rate is found to 0.0002.
 #[test]
 fn two_thousand_frames_are_aligned() {
@@ -176,12 +115,7 @@ fn two_thousand_frames_are_aligned() {
     .scene();
     let records = record(&scene, 4, |time_s| time_s + 0.2 + 0.03 * time_s);
     let records = &records[..records.len().min(2_000)];
-    for time in [
-        TimeAlignment::None,
-        TimeAlignment::Rate,
-        TimeAlignment::Warp,
-        TimeAlignment::Law,
-    ] {
+    for time in [TimeAlignment::None, TimeAlignment::Rate] {
         let begin = std::time::Instant::now();
         let found = compared(records, &scene, with(time, 0.5), 1);
         println!(

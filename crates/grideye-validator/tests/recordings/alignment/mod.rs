@@ -1,4 +1,4 @@
-//! Alignment of walks with known delay, rate, pace and orientation, and of wrong scenes: what it finds, what it
+//! Alignment of walks with known delay, rate and orientation, and of wrong scenes: what it finds, what it
 //! regains, and that nothing wrong is made to agree.
 #![expect(
     clippy::unwrap_used,

@@ -1,6 +1,8 @@
-//! Alignment must find known delays and rates, and regain the scores that they cost.
+//! Alignment must find known delays and rates, and regain the correlation that they cost.
 
-use crate::alignment::bench::{WALK, both, closing_note, compared, quantile, record, seeds, with};
+use crate::alignment::bench::{
+    WALK, closing_note, compared, correlation, quantile, record, seeds, with,
+};
 use grideye_recording::Record;
 use grideye_scene::Scene;
 use grideye_validator::Comparison;
@@ -39,9 +41,9 @@ const TRUTHS: [Truth; 7] = [
     wide("-2.2 s and 4 % fast, up to 3 s", -2.2, 0.04),
 ];
 
-/// Errors of known delays and rates, and the share of the lost scores regained.
+/// Errors of known delays and rates, and the share of the lost C regained.
 #[test]
-fn delay_and_rate_are_found_and_the_scores_regained() {
+fn delay_and_rate_are_found_and_the_correlation_regained() {
     let scene = WALK.scene();
     println!(
         "\n{:<34}{:>12}{:>12}{:>12}{:>12}{:>11}{:>11}",
@@ -49,7 +51,7 @@ fn delay_and_rate_are_found_and_the_scores_regained() {
     );
     let ideal: Vec<f64> = (0..seeds())
         .map(|seed| {
-            both(&unaligned(
+            correlation(&unaligned(
                 &record(&scene, seed, |time_s| time_s),
                 &scene,
                 seed,
@@ -75,7 +77,7 @@ struct Recovered {
     /// 95 % quantiles of the errors.
     shift_s: f64,
     rate: f64,
-    /// 10 % quantile of the share of the scores regained.
+    /// 10 % quantile of the share of C regained.
     regained: f64,
 }
 
@@ -87,12 +89,12 @@ fn recovered(scene: &Scene, truth: &Truth, ideal: &[f64]) -> Recovered {
             time_s + truth.shift_s + truth.rate * time_s
         });
         let aligned = compared(&warped, scene, align, seed);
-        let before = both(&unaligned(&warped, scene, seed));
-        let time = aligned.alignment.as_ref().unwrap().time.clone().unwrap();
+        let before = correlation(&unaligned(&warped, scene, seed));
+        let time = aligned.alignment.as_ref().unwrap().time.unwrap();
         assert!(time.applied, "{}: {time:?}", truth.name);
         shifts.push((time.shift_s - truth.shift_s).abs());
         rates.push((time.rate - truth.rate).abs());
-        regained.push((both(&aligned) - before) / (ideal - before));
+        regained.push((correlation(&aligned) - before) / (ideal - before));
     }
     let found = Recovered {
         shift_s: quantile(&mut shifts, 0.95),
