@@ -40,6 +40,7 @@ pub mod background;
 pub mod calibrate;
 pub mod characterize;
 mod compare;
+mod constants;
 mod decision;
 mod error;
 mod frames;

@@ -172,19 +172,10 @@ pub(crate) fn interpolated(knots: &[(f64, f64)], place: f64) -> f64 {
 
 /// For each knot, the mean of the knots within half a window of it.
 pub(crate) fn windowed_mean(knots: &[(f64, f64)], window: f64) -> Vec<(f64, f64)> {
-    let (mut from, mut until, mut sum) = (0, 0, 0.0);
     let mean = |&(place, _): &(f64, f64)| {
-        while knots
-            .get(until)
-            .is_some_and(|knot| knot.0 <= place + window / 2.0)
-        {
-            sum += knots[until].1;
-            until += 1;
-        }
-        while knots[from].0 < place - window / 2.0 {
-            sum -= knots[from].1;
-            from += 1;
-        }
+        let from = knots.partition_point(|knot| knot.0 < place - window / 2.0);
+        let until = knots.partition_point(|knot| knot.0 <= place + window / 2.0);
+        let sum: f64 = knots[from..until].iter().map(|knot| knot.1).sum();
         (place, sum / count(until - from))
     };
     knots.iter().map(mean).collect()

@@ -1,10 +1,14 @@
 //! Finds the best clock, orientation and offset, and compares them with what chance reaches.
 
-use crate::align::clock::{BEYOND, Bounds, Clock};
-use crate::align::film::{Film, Fit, Sample};
+use crate::align::clock::{Bounds, Clock};
+use crate::align::series::{Fit, Sample, Series};
 use crate::align::space::{self, Orientation, Pairs};
 use crate::align::time_search::{best_clock, rough_likeness, standard_errors};
 use crate::align::types::{AlignOptions, OffsetFound, OrientationFound, TimeAlignment, TimeFound};
+use crate::constants::{
+    BEYOND, ERRORS_TOLD, KIN_MIN, LIKENESS_MIN, OFFSET_LIKENESS_MIN, ORIENTATION_MARGIN,
+    RIVAL_LESS_MAX, RIVAL_SHIFT_MIN_S, SAME_MIN, STILL_WEIGHT,
+};
 use crate::error::ValidatorError;
 use crate::frames::types::Pixels;
 use crate::numbers::mean_frame;
@@ -21,22 +25,22 @@ const OFFSET_SOUGHT_PX: f64 = 1.5;
 ///
 /// # Errors
 /// A bound out of range.
-pub fn align_films(
-    film: (&[f64], &[[f64; 64]]),
+pub fn align_series(
+    series: (&[f64], &[[f64; 64]]),
     recording: (&[f64], &[[f64; 64]]),
     options: &AlignOptions,
 ) -> Result<Option<TimeFound>, ValidatorError> {
     options.check()?;
     let is_usable =
         |(times_s, frames): (&[f64], &[Pixels])| times_s.len() == frames.len() && frames.len() > 1;
-    if !is_usable(film) || !is_usable(recording) {
+    if !is_usable(series) || !is_usable(recording) {
         return Ok(None);
     }
     let sample = Sample::new(recording.0.to_vec(), recording.1.to_vec()).thinned(SAMPLE_MAX);
     let aligner = Aligner {
         bounds: options.bounds(recording.0[0]),
         sample,
-        film: Film::of_frames(film.0, film.1),
+        series: Series::of_frames(series.0, series.1),
         mean_c: [0.0; grideye_frame::PIXELS],
     };
     Ok(Some(aligner.time(options.time).1))
@@ -44,7 +48,7 @@ pub fn align_films(
 
 pub(crate) struct Aligner {
     sample: Sample,
-    film: Film,
+    series: Series,
     bounds: Bounds,
     /// Mean frame of the sample, less ambient.
     mean_c: Pixels,
@@ -67,7 +71,7 @@ impl Aligner {
         // Twice as far as the search: a fit must pay for the frames around it.
         let reach_s = 2.0 * BEYOND * bounds.shift_max_s + 1.0;
         let beyond_s = reach_s + BEYOND * bounds.rate_max * (last_s - first_s);
-        let film = Film::new(simulator, first_s - reach_s, end_s.min(last_s + beyond_s));
+        let series = Series::new(simulator, first_s - reach_s, end_s.min(last_s + beyond_s));
         let (times_s, frames): (Vec<f64>, Vec<Pixels>) = times_s
             .into_iter()
             .zip(frames)
@@ -80,7 +84,7 @@ impl Aligner {
         };
         Self {
             sample: Sample::new(times_s, frames),
-            film,
+            series,
             bounds,
             mean_c: std::array::from_fn(above),
         }
@@ -95,19 +99,29 @@ impl Aligner {
         }
     }
 
-    /// The best clock and the finding; the recording's own clock if the fit does not beat chance.
+    /// The best clock within the bounds, with rate 0 if not distinguishable from 0, and the finding; the recording's own clock
+    /// if the fit does not beat chance.
     pub(crate) fn time(&self, asked: TimeAlignment) -> (Clock, TimeFound) {
-        let (sample, film, bounds) = (&self.sample, &self.film, &self.bounds);
-        let before = sample.fit(film, |time_s| time_s);
-        let Best {
-            clock,
-            fit,
-            errors,
-            is_beyond,
-        } = self.best();
-        let (chance, decoys) = chance(sample, film, bounds);
+        let (sample, series, bounds) = (&self.sample, &self.series, &self.bounds);
+        let before = sample.fit(series, |time_s| time_s);
+        let (mut clock, mut fit) = best_clock(sample, series, &bounds.wider());
+        let errors = standard_errors(sample, series, clock, &fit);
+        let (shift_error_s, rate_error) = errors.unwrap_or_default();
+        let (excess_s, rate_excess) = (bounds.excess_s(&clock), bounds.rate_excess(&clock));
+        let at_bound =
+            excess_s > ERRORS_TOLD * shift_error_s || rate_excess > ERRORS_TOLD * rate_error;
+        let told = errors.is_some() && clock.rate.abs() > ERRORS_TOLD * rate_error;
+        if excess_s > 0.0 || rate_excess > 0.0 || !told {
+            let rate_max = if told { bounds.rate_max } else { 0.0 };
+            let bounds = Bounds {
+                rate_max,
+                ..*bounds
+            };
+            (clock, fit) = best_clock(sample, series, &bounds);
+        }
+        let (chance, decoys) = chance(sample, series, bounds);
         let by_chance = chance.unwrap_or(0.0).max(LIKENESS_MIN);
-        let applied = !is_beyond && fit.likeness > by_chance;
+        let applied = !at_bound && fit.likeness > by_chance;
         let found = TimeFound {
             asked,
             shift_s: clock.shift_s,
@@ -119,35 +133,10 @@ impl Aligner {
             chance,
             decoys,
             applied,
-            at_bound: is_beyond,
+            at_bound,
             rival_offset_px: self.rival(clock, &fit),
         };
         (if applied { clock } else { Clock::own() }, found)
-    }
-
-    /// The best clock within the bounds, with rate 0 if not distinguishable from 0.
-    fn best(&self) -> Best {
-        let (sample, film, bounds) = (&self.sample, &self.film, &self.bounds);
-        let (mut clock, mut fit) = best_clock(sample, film, &bounds.wider());
-        let errors = standard_errors(sample, film, clock, &fit);
-        let (shift_error_s, rate_error) = errors.unwrap_or_default();
-        let is_beyond = bounds.excess_s(&clock) > ERRORS_TOLD * shift_error_s
-            || bounds.rate_excess(&clock) > ERRORS_TOLD * rate_error;
-        let told = errors.is_some() && clock.rate.abs() > ERRORS_TOLD * rate_error;
-        if bounds.excess_s(&clock) > 0.0 || bounds.rate_excess(&clock) > 0.0 || !told {
-            let rate_max = if told { bounds.rate_max } else { 0.0 };
-            let bounds = Bounds {
-                rate_max,
-                ..*bounds
-            };
-            (clock, fit) = best_clock(sample, film, &bounds);
-        }
-        Best {
-            clock,
-            fit,
-            errors,
-            is_beyond,
-        }
     }
 
     /// An image offset that explains as much as the delay does.
@@ -156,7 +145,7 @@ impl Aligner {
             return None;
         }
         let rated = |time_s: f64| clock.scene_s(time_s) - clock.shift_s;
-        let pairs = Pairs::moving(&self.sample.thinned(OFFSET_FRAMES), &self.film, rated);
+        let pairs = Pairs::moving(&self.sample.thinned(OFFSET_FRAMES), &self.series, rated);
         let (offset, [_, likeness]) = pairs.best_offset(OFFSET_SOUGHT_PX);
         (likeness > fit.likeness - RIVAL_LESS_MAX).then_some(offset)
     }
@@ -164,11 +153,11 @@ impl Aligner {
     /// The orientation, by what moves and, with less weight, by what stands still.
     pub(crate) fn orientation(&self) -> Option<OrientationFound> {
         let sample = self.sample.thinned(DECOY_FRAMES);
-        let still = self.sample.mean_claim(&self.film, |time_s| time_s);
-        let own = sample.of_scene(&self.film);
+        let still = self.sample.mean_claim(&self.series, |time_s| time_s);
+        let own = sample.of_scene(&self.series);
         let likeness = |sample: &Sample, mean: &Pixels, orientation: Orientation| {
-            let film = self.film.map(|frame| orientation.apply(frame));
-            let moving = rough_likeness(sample, &film, &self.bounds);
+            let series = self.series.map(|frame| orientation.apply(frame));
+            let moving = rough_likeness(sample, &series, &self.bounds);
             moving + STILL_WEIGHT * space::still_likeness(mean, &orientation.apply(&still))
         };
         let most = 1.0 + STILL_WEIGHT;
@@ -181,7 +170,7 @@ impl Aligner {
 
     pub(crate) fn offset(&self, clock: &Clock) -> Option<OffsetFound> {
         let sample = self.sample.thinned(OFFSET_FRAMES);
-        let pairs = Pairs::moving(&sample, &self.film, |time_s| clock.scene_s(time_s));
+        let pairs = Pairs::moving(&sample, &self.series, |time_s| clock.scene_s(time_s));
         let (right_down_px, likeness) = pairs.best_offset(OFFSET_SOUGHT_PX);
         (likeness[0] > OFFSET_LIKENESS_MIN).then_some(OffsetFound {
             right_down_px,
@@ -228,48 +217,24 @@ fn best_orientation(
     })
 }
 
-/// Less likeness than this counts as none, whatever chance reaches.
-const LIKENESS_MIN: f64 = 0.3;
-/// A rate counts if it exceeds this many standard errors.
-const ERRORS_TOLD: f64 = 3.0;
-/// A shorter delay is not checked for a rival offset.
-const RIVAL_SHIFT_MIN_S: f64 = 0.1;
-/// An offset this much less like the scene still explains as much as the delay.
-const RIVAL_LESS_MAX: f64 = 0.01;
 const OFFSET_FRAMES: usize = 256;
-const OFFSET_LIKENESS_MIN: f64 = 0.4;
-/// What stands still weighs less than what moves: rooms have warm objects that a scene does not know.
-const STILL_WEIGHT: f64 = 0.3;
-/// From this likeness on two films count as the same.
-pub(crate) const SAME_MIN: f64 = 0.9;
-/// Another orientation must beat the upright one by this much.
-const ORIENTATION_MARGIN: f64 = 0.1;
-
-struct Best {
-    clock: Clock,
-    fit: Fit,
-    errors: Option<(f64, f64)>,
-    is_beyond: bool,
-}
 
 const DECOY_FRAMES: usize = 64;
-/// A decoy at least this like the scene is the scene.
-const KIN_MIN: f64 = 0.7;
 
 /// Best likeness of the decoys (the scene turned, mirrored, run backwards), aligned the same way, and their number.
-fn chance(sample: &Sample, film: &Film, bounds: &Bounds) -> (Option<f64>, usize) {
+fn chance(sample: &Sample, series: &Series, bounds: &Bounds) -> (Option<f64>, usize) {
     let sample = sample.thinned(DECOY_FRAMES);
-    let own = sample.of_scene(film);
+    let own = sample.of_scene(series);
     let (mut best, mut decoys) = (None, 0);
     for orientation in Orientation::ALL {
-        let turned = film.map(|frame| orientation.apply(frame));
-        for (film, is_backwards) in [(turned.reversed(), true), (turned, false)] {
+        let turned = series.map(|frame| orientation.apply(frame));
+        for (series, is_backwards) in [(turned.reversed(), true), (turned, false)] {
             let is_scene = orientation == Orientation::Upright && !is_backwards;
-            if is_scene || rough_likeness(&own, &film, bounds) > KIN_MIN {
+            if is_scene || rough_likeness(&own, &series, bounds) > KIN_MIN {
                 continue;
             }
             decoys += 1;
-            let likeness = rough_likeness(&sample, &film, bounds);
+            let likeness = rough_likeness(&sample, &series, bounds);
             best = Some(best.map_or(likeness, |best: f64| best.max(likeness)));
         }
     }

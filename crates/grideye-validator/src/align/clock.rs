@@ -1,5 +1,7 @@
 //! The clock from recording time to scene time, and its bounds.
 
+use crate::constants::BEYOND;
+
 /// scene = recording + shift + rate * (recording - origin), seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Clock {
@@ -52,9 +54,6 @@ impl Bounds {
         clock.rate.abs() - self.rate_max
     }
 }
-
-/// The search reaches this many times as far as the bounds.
-pub(crate) const BEYOND: f64 = 1.6;
 
 #[cfg(test)]
 mod tests {

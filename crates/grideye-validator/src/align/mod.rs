@@ -11,7 +11,7 @@
 //! - By default it finds a delay and a clock rate within bounds; half a second is a third of a meter of walking.
 //! - The search looks beyond the bounds. If a better fit lies there, nothing is applied.
 //! - Each pixel loses its mean over time, so only motion counts and static errors stay in the scores.
-//! - No delay gains by dropping frames: before and after a walk its people stand, and other films explain nothing
+//! - No delay gains by dropping frames: before and after a walk its people stand, and other series explain nothing
 //!   there.
 //! - Fifteen decoys (the scene turned, mirrored, run backwards) get the same freedom. A fit no better than the best
 //!   decoy is not applied.
@@ -21,12 +21,12 @@
 
 pub(crate) mod aligner;
 pub(crate) mod clock;
-mod film;
+mod series;
 pub(crate) mod space;
 pub(crate) mod time_search;
 pub(crate) mod types;
 
-pub use aligner::{SAMPLE_MAX, SPAN_MAX, align_films};
+pub use aligner::{SAMPLE_MAX, SPAN_MAX, align_series};
 pub use space::Orientation;
 pub use types::{
     AlignOptions, Alignment, OFFSET_MAX_PX, OffsetFound, OrientationFound, RATE_MAX, SHIFT_MAX,

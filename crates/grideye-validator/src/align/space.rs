@@ -1,6 +1,6 @@
 //! The orientation and subpixel offset of an image.
 
-use crate::align::film::{Film, FitSums, Sample};
+use crate::align::series::{FitSums, Sample, Series};
 use crate::frames::types::Pixels;
 use crate::metrics::correlation;
 use crate::names::named;
@@ -89,8 +89,8 @@ pub(crate) fn moved(image: &Pixels, right_px: f64, down_px: f64) -> Pixels {
 pub(crate) struct Pairs(Vec<(Pixels, Pixels)>, f64);
 
 impl Pairs {
-    pub(crate) fn moving(sample: &Sample, film: &Film, scene_s: impl Fn(f64) -> f64) -> Self {
-        let pair = |(&time_s, real): (&f64, &Pixels)| Some((*real, film.at(scene_s(time_s))?));
+    pub(crate) fn moving(sample: &Sample, series: &Series, scene_s: impl Fn(f64) -> f64) -> Self {
+        let pair = |(&time_s, real): (&f64, &Pixels)| Some((*real, series.at(scene_s(time_s))?));
         let frames = sample.times_s.iter().zip(&sample.frames);
         Self(frames.filter_map(pair).collect(), sample.energy)
     }

@@ -1,7 +1,7 @@
 //! Searches for the best delay and clock rate within the bounds: a grid, then a compass search from its best places.
 
 use crate::align::clock::{Bounds, Clock};
-use crate::align::film::{Film, Fit, Sample};
+use crate::align::series::{Fit, Sample, Series};
 use crate::numbers::{climb, count, index};
 
 /// Step of the grid's shifts, seconds: a walker's image still resembles that of the next moment.
@@ -16,30 +16,30 @@ const GRID_PLACES: usize = 20_000;
 const STARTS: usize = 5;
 const SHIFT_LAST_S: f64 = 0.000_5;
 
-pub(crate) fn best_clock(sample: &Sample, film: &Film, bounds: &Bounds) -> (Clock, Fit) {
+pub(crate) fn best_clock(sample: &Sample, series: &Series, bounds: &Bounds) -> (Clock, Fit) {
     let grid = Grid::new(sample, bounds);
     let coarse = sample.thinned(grid.frames());
     let start = grid
-        .best(&coarse, film, STARTS)
+        .best(&coarse, series, STARTS)
         .into_iter()
-        .map(|(_, clock)| grid.downhill(&coarse, film, clock, SHIFT_LAST_S * 20.0))
+        .map(|(_, clock)| grid.downhill(&coarse, series, clock, SHIFT_LAST_S * 20.0))
         .max_by(|left, right| left.0.total_cmp(&right.0))
         .map_or(grid.center(), |(_, clock)| clock);
-    let (_, clock) = grid.downhill(sample, film, start, SHIFT_LAST_S);
-    (clock, sample.fit(film, |time_s| clock.scene_s(time_s)))
+    let (_, clock) = grid.downhill(sample, series, start, SHIFT_LAST_S);
+    (clock, sample.fit(series, |time_s| clock.scene_s(time_s)))
 }
 
 /// [`best_clock`] less finely: only the likeness.
-pub(crate) fn rough_likeness(sample: &Sample, film: &Film, bounds: &Bounds) -> f64 {
-    rough_clock(sample, film, bounds).0
+pub(crate) fn rough_likeness(sample: &Sample, series: &Series, bounds: &Bounds) -> f64 {
+    rough_clock(sample, series, bounds).0
 }
 
-fn rough_clock(sample: &Sample, film: &Film, bounds: &Bounds) -> (f64, Clock) {
+fn rough_clock(sample: &Sample, series: &Series, bounds: &Bounds) -> (f64, Clock) {
     let grid = Grid::new(sample, bounds);
     let coarse = sample.thinned(grid.frames());
-    let best = grid.best(&coarse, film, 1);
+    let best = grid.best(&coarse, series, 1);
     let start = best.first().map_or(grid.center(), |(_, clock)| *clock);
-    grid.downhill(&coarse, film, start, SHIFT_STEP_S / 4.0)
+    grid.downhill(&coarse, series, start, SHIFT_STEP_S / 4.0)
 }
 
 struct Grid {
@@ -89,10 +89,10 @@ impl Grid {
         })
     }
 
-    fn best(&self, sample: &Sample, film: &Film, number: usize) -> Vec<(f64, Clock)> {
+    fn best(&self, sample: &Sample, series: &Series, number: usize) -> Vec<(f64, Clock)> {
         let mut best: Vec<(f64, Clock)> = Vec::with_capacity(number + 1);
         for clock in self.clocks() {
-            let likeness = sample.fit(film, |time_s| clock.scene_s(time_s)).likeness;
+            let likeness = sample.fit(series, |time_s| clock.scene_s(time_s)).likeness;
             let place = best.partition_point(|(other, _)| *other >= likeness);
             if place < number {
                 best.insert(place, (likeness, clock));
@@ -102,8 +102,14 @@ impl Grid {
         best
     }
 
-    fn downhill(&self, sample: &Sample, film: &Film, start: Clock, last_s: f64) -> (f64, Clock) {
-        let likeness = |clock: &Clock| sample.fit(film, |time_s| clock.scene_s(time_s)).likeness;
+    fn downhill(
+        &self,
+        sample: &Sample,
+        series: &Series,
+        start: Clock,
+        last_s: f64,
+    ) -> (f64, Clock) {
+        let likeness = |clock: &Clock| sample.fit(series, |time_s| clock.scene_s(time_s)).likeness;
         let neighbors = |clock: &Clock, step_s| self.neighbors(*clock, step_s);
         climb(start, (SHIFT_STEP_S, last_s), likeness, neighbors)
     }
@@ -133,7 +139,7 @@ impl Grid {
 /// Standard errors of shift (at the origin) and rate, with residuals taken as independent between frames.
 pub(crate) fn standard_errors(
     sample: &Sample,
-    film: &Film,
+    series: &Series,
     clock: Clock,
     fit: &Fit,
 ) -> Option<(f64, f64)> {
@@ -141,7 +147,8 @@ pub(crate) fn standard_errors(
     let (mut ones, mut cross, mut squares, mut values) = (0.0, 0.0, 0.0, 0_usize);
     for &time_s in &sample.times_s {
         let scene_s = clock.scene_s(time_s);
-        let (Some(before), Some(after)) = (film.at(scene_s - NUDGE_S), film.at(scene_s + NUDGE_S))
+        let (Some(before), Some(after)) =
+            (series.at(scene_s - NUDGE_S), series.at(scene_s + NUDGE_S))
         else {
             continue;
         };
@@ -246,36 +253,36 @@ mod tests {
     }
 
     /// Something warm that crosses the pixels, one per second.
-    fn film(time_s: f64) -> Pixels {
+    fn series(time_s: f64) -> Pixels {
         std::array::from_fn(|pixel| (-(time_s - count(pixel % 16) - 2.0).powi(2)).exp())
     }
 
-    fn filmed(late_s: f64) -> (Sample, Film) {
+    fn recorded_late(late_s: f64) -> (Sample, Series) {
         let scene = (0..401).map(|index| count(index) * 0.05);
         let (scene_s, frames): (Vec<f64>, Vec<Pixels>) =
-            scene.map(|time_s| (time_s, film(time_s))).unzip();
+            scene.map(|time_s| (time_s, series(time_s))).unzip();
         let recorded = (0..150).map(|index| 2.0 + count(index) * 0.1);
         let (recorded_s, recorded) = recorded
-            .map(|time_s| (time_s, film(time_s + late_s)))
+            .map(|time_s| (time_s, series(time_s + late_s)))
             .unzip();
         (
             Sample::new(recorded_s, recorded),
-            Film::of_frames(&scene_s, &frames),
+            Series::of_frames(&scene_s, &frames),
         )
     }
 
     /// Between two places of the grid: found to half a millisecond, roughly to a quarter of a step.
     #[test]
     fn a_delay_is_found_to_the_stated_precision() {
-        let (sample, film) = filmed(0.137);
+        let (sample, series) = recorded_late(0.137);
         let bounds = bounds(0.5, 0.0);
-        let (clock, fit) = best_clock(&sample, &film, &bounds);
+        let (clock, fit) = best_clock(&sample, &series, &bounds);
         assert!((clock.shift_s - 0.137).abs() <= 0.001, "{clock:?}");
         assert!(fit.likeness > 0.9999, "{fit:?}");
-        let (likeness, rough) = rough_clock(&sample, &film, &bounds);
+        let (likeness, rough) = rough_clock(&sample, &series, &bounds);
         assert!((rough.shift_s - 0.137).abs() <= 0.025, "{rough:?}");
-        assert_eq!(likeness, rough_likeness(&sample, &film, &bounds));
-        let best = Grid::new(&sample, &bounds).best(&sample, &film, 3);
+        assert_eq!(likeness, rough_likeness(&sample, &series, &bounds));
+        let best = Grid::new(&sample, &bounds).best(&sample, &series, 3);
         assert!(best[0].0 > best[1].0 && best[1].0 > best[2].0, "{best:?}");
         for ((_, clock), expected) in best.iter().zip([0.1, 0.2, 0.0]) {
             assert_near(clock.shift_s, expected, 1e-9);
@@ -285,7 +292,7 @@ mod tests {
     /// By hand: 64 squares of 2 per frame, 0, 1 and 2 s after the origin: sums 768, 768 and 1,280, determinant 393,216.
     #[test]
     fn standard_errors_are_those_of_a_line_through_three_frames() {
-        let film = Film::of_frames(&[0.0, 10.0], &[[0.0; PIXELS], [10.0; PIXELS]]);
+        let series = Series::of_frames(&[0.0, 10.0], &[[0.0; PIXELS], [10.0; PIXELS]]);
         let sample = Sample::new(vec![1.0, 2.0, 3.0], vec![[0.0; PIXELS]; 3]);
         let clock = Clock::new(0.0, 0.0, 1.0);
         let fit = Fit {
@@ -293,12 +300,12 @@ mod tests {
             amplitude: 2.0,
             left_c2: 192.0,
         };
-        let (shift_s, rate) = standard_errors(&sample, &film, clock, &fit).unwrap();
+        let (shift_s, rate) = standard_errors(&sample, &series, clock, &fit).unwrap();
         assert_near(shift_s, (1_280.0_f64 / 393_216.0).sqrt(), 1e-9);
         assert_near(rate, (768.0_f64 / 393_216.0).sqrt(), 1e-9);
         let one = Sample::new(vec![1.0], vec![[0.0; PIXELS]]);
-        assert_eq!(standard_errors(&one, &film, clock, &fit), None);
+        assert_eq!(standard_errors(&one, &series, clock, &fit), None);
         let elsewhere = Sample::new(vec![30.0, 31.0], vec![[0.0; PIXELS]; 2]);
-        assert_eq!(standard_errors(&elsewhere, &film, clock, &fit), None);
+        assert_eq!(standard_errors(&elsewhere, &series, clock, &fit), None);
     }
 }

@@ -1,7 +1,7 @@
 //! What a background and a scene both have, such as a radiator: it is there once.
 
+use crate::constants::UNCLAIMED_MIN_C;
 use crate::frames::types::Pixels;
-use crate::metrics::room_difference::UNCLAIMED_MIN_C;
 use crate::numbers::{count, median};
 use grideye_draw::text::fixed;
 use grideye_frame::{COLUMNS, PIXELS, ROWS};

@@ -1,8 +1,8 @@
 //! Splits what an empty room shows into the unit's pattern and the room's background.
 
 use crate::characterize::segment::smooth;
+use crate::constants::PATTERN_BLOCK_MAX;
 use crate::frames::types::{Pixels, two_by_two};
-use crate::metrics::room_difference::PATTERN_BLOCK_MAX;
 use crate::thresholds::Thresholds;
 use grideye_frame::{COLUMNS, PIXELS};
 use grideye_scene::profile::{FixedPattern, Profile};

@@ -8,7 +8,8 @@ use crate::calibrate::search::{FineSearch, from_several_starts, steps_in_frames}
 use crate::calibrate::types::{
     CalibrateError, Calibration, Determined, Estimate, Law, Options, Pace, Progress,
 };
-use crate::calibrate::uncertainty::{PART_MIN, UNIFORM_SD, Uncertainty, student_97_5};
+use crate::calibrate::uncertainty::{UNIFORM_SD, Uncertainty, student_97_5};
+use crate::constants::{CORRELATION_TOLD, PART_MIN, WIDENED_TOLD};
 use crate::frames::fitted::calibrated;
 use crate::frames::timeline::{Joined, Timeline};
 use crate::frames::types::STEP_VARIANCE;
@@ -21,11 +22,6 @@ use grideye_scene::uncertain::{RECORDING_START, Uncertain};
 use grideye_scene::{Calibrated, Files, Scene};
 use serde_json::json;
 use std::time::Duration;
-
-/// A stronger correlation between two estimates is a warning.
-const CORRELATION_TOLD: f64 = 0.95;
-/// A larger factor on a variance is a warning; chance makes a little less.
-const WIDENED_TOLD: f64 = 1.5;
 
 fn gathered(
     (text, scene, sensor, fitted): (&str, &Scene, &str, Calibrated),

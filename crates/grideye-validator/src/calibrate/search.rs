@@ -6,6 +6,7 @@ use crate::calibrate::noise::{self, Freedom, Noise, Parts};
 use crate::calibrate::solver::{Solution, State, Until};
 use crate::calibrate::types::{CalibrateError, Options, STARTS_MAX};
 use crate::calibrate::uncertainty::Uncertainty;
+use crate::constants::{ALIKE, SAME_COST, SAME_GAIN};
 use grideye_scene::uncertain::Normal;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
@@ -35,11 +36,6 @@ const ROUGH: Until = Until {
     is_sure: false,
     ..FINE
 };
-/// If so many starts all reach the same end, there are no more.
-const ALIKE: usize = 4;
-/// Starts within this share of the best cost, and some steps' gain, reached the same end.
-const SAME_COST: f64 = 0.01;
-const SAME_GAIN: f64 = 0.2;
 
 pub(crate) fn steps_in_frames(frames: &Frames, options: &Options) -> usize {
     let few = frames.len().min(COARSE_FRAMES);

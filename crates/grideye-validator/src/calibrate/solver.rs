@@ -5,6 +5,7 @@
 //! that other weights need none.
 
 use crate::linear::{self, Matrix, dot, zeros};
+use crate::numbers::differences;
 use grideye_scene::uncertain::Normal;
 
 /// Where a search stands.
@@ -124,17 +125,9 @@ impl State {
     }
 
     fn go(&mut self, next: Vec<f64>, raw: Vec<f64>) {
-        let way: Vec<f64> = next
-            .iter()
-            .zip(&self.point)
-            .map(|(to, from)| to - from)
-            .collect();
+        let way: Vec<f64> = differences(&self.point, &next).collect();
         let square = dot(&way, &way);
-        let mut missed: Vec<f64> = raw
-            .iter()
-            .zip(&self.raw)
-            .map(|(to, from)| to - from)
-            .collect();
+        let mut missed: Vec<f64> = differences(&self.raw, &raw).collect();
         for (column, step) in self.slopes.iter().zip(&way) {
             missed
                 .iter_mut()
@@ -205,11 +198,7 @@ pub(crate) fn search<E>(
     let mut steps = 0;
     while steps < steps_max && damping < DAMPING_MAX {
         let next = damped_step(&normal, &gradient, &state.point, damping);
-        let way: Vec<f64> = next
-            .iter()
-            .zip(&state.point)
-            .map(|(to, from)| to - from)
-            .collect();
+        let way: Vec<f64> = differences(&state.point, &next).collect();
         let bent: f64 = normal
             .iter()
             .zip(&way)

@@ -2,6 +2,7 @@
 
 use crate::calibrate::noise::{Freedom, Noise, Parts};
 use crate::calibrate::solver::{Solution, normal_equations};
+use crate::constants::{LJUNG_BOX, PART_MIN};
 use crate::linear::{self, Matrix, dot, eigen, inverse, product, zeros};
 use crate::numbers::count;
 use grideye_frame::PIXELS;
@@ -47,12 +48,8 @@ pub(crate) const UNIFORM_SD: f64 = 0.288_675;
 
 /// Eigenvalues of the scaled normal matrix below this share of the largest are rounding.
 const EIGENVALUE_MIN: f64 = 1e-10;
-/// An eigenvector's components above this are tangled, or named.
-pub(crate) const PART_MIN: f64 = 0.1;
 /// Most frames between two scores that are tested for repetition.
 const LAGS: usize = 10;
-/// The 99.9 % quantile of chi-squared with [`LAGS`] degrees of freedom (Ljung and Box 1978, Biometrika 65:297).
-const LJUNG_BOX: f64 = 29.588;
 
 impl Uncertainty {
     pub(crate) fn of(

@@ -2,19 +2,21 @@
 
 use crate::characterize::allan::AllanPoint;
 use crate::characterize::common_mode::CommonMode;
-use crate::characterize::histogram::{FRAMES_MIN, PixelHistograms};
 use crate::characterize::presence::{Presence, stays_warm};
 use crate::characterize::segment::{Pattern, Segments};
 use crate::characterize::thermistor::{StepFinder, Steps, Thermistor, ThermistorSums};
 use crate::characterize::timing::{Times, Timing};
 use crate::frames::faults::{FaultFinder, Faults, Standing};
-use crate::frames::types::{Pixels, STEP_VARIANCE, decoded, middle_mean};
-use crate::numbers::{count, long_count, median, whole};
+use crate::frames::noise::{PixelHistograms, apart};
+use crate::frames::types::{Pixels, STEP_VARIANCE, decoded};
+use crate::numbers::{long_count, median, whole};
 use grideye_frame::{NoData, PIXELS, Reading, TICK};
 use grideye_recording::Record;
 use grideye_scene::profile::{self, Profile};
 use std::collections::BTreeMap;
 
+/// Fewest frames for a characterization.
+pub const FRAMES_MIN: u64 = 50;
 /// The sensor's nominal frame rate, Hz.
 pub(super) const NOMINAL_HZ: f64 = 1.0 / TICK.as_secs_f64();
 /// One over the resolution of a profile's values: 0.0001 is far below what is known.
@@ -250,9 +252,7 @@ impl Characterizer {
             .push(thermistor, &pixels, t_boot_ns, follows);
         let (pixels, standing) = self.faults.push(&pixels, self.before.as_ref());
         if let (Some(before), Standing::Own) = (&self.before, standing) {
-            let difference: Pixels = std::array::from_fn(|pixel| pixels[pixel] - before[pixel]);
-            let together = middle_mean(&difference);
-            self.noise.push(&difference.map(|own| own - together));
+            self.noise.push(&apart(&pixels, before));
         }
         if standing != Standing::Duplicate {
             self.segments.push(&pixels);
@@ -273,7 +273,8 @@ impl Characterizer {
             });
         }
         let timing = self.times.finish();
-        let sigma_c = noise_map(&self.noise);
+        let noise_c = |pixel: usize| self.noise.0[pixel].noise_c().unwrap_or(0.0);
+        let sigma_c: Pixels = std::array::from_fn(noise_c);
         let faults = self.faults.finish();
         let segments = self.segments.finish(&timing, &faults, &sigma_c);
         let thermistor = self.thermistor.finish(timing.jumps);
@@ -315,11 +316,4 @@ impl Characterizer {
         self.before = None;
         self.segments.break_off();
     }
-}
-
-/// One frame's noise from that of differences of two, corrected for the share that is removed with the common mode.
-fn noise_map(PixelHistograms(noise): &PixelHistograms) -> Pixels {
-    let of_pixels = count(PIXELS);
-    let scale = (of_pixels / (of_pixels - 1.0) / 2.0).sqrt();
-    std::array::from_fn(|pixel| noise[pixel].gaussian_sigma().unwrap_or(0.0) * scale)
 }

@@ -1,7 +1,7 @@
 //! The common mode of all pixels: the cold frame of a five-frame cycle, and the slow wander.
 
 use crate::characterize::allan::AllanPoint;
-use crate::characterize::histogram::SEGMENT_FRAMES;
+use crate::constants::{CONTRAST_MIN, IN_STEP, SCATTER, SENSOR_HZ};
 use crate::numbers::{count, long_count, trimmed_mean};
 use grideye_scene::profile::OCTAVES_MAX;
 use serde::Serialize;
@@ -25,17 +25,9 @@ const LOWEST: usize = 160;
 const HIGHEST: usize = 666;
 /// The search covers cycles of 7 to 4 frames.
 const SOUGHT: core::ops::RangeInclusive<usize> = 286..=500;
-/// A peak must reach this many times the spectrum's median.
-const CONTRAST_MIN: f64 = 3.0;
-/// It must also exceed the median by this share over the root of the number of segments, as spectra of noise scatter.
-const SCATTER: f64 = 9.0;
 const SEGMENTS_MIN: u64 = 3;
 /// Sensor frames per cycle: five on every unit that we measured.
 const SENSOR_FRAMES: f64 = 5.0;
-/// A cycle this close to [`SENSOR_FRAMES`] means that the reading is in step with the sensor, recorded frames.
-const IN_STEP: f64 = 0.02;
-/// Possible rates of a 10 Hz sensor; a cycle outside tells no rate.
-const SENSOR_HZ: core::ops::RangeInclusive<f64> = 8.0..=12.0;
 
 /// A cold frame that repeats.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -181,10 +173,8 @@ fn refined(values: &[f64], place: usize) -> f64 {
     count(place) + 0.5 * count(off) * (left - right) / bend
 }
 
-const _: () = assert!(
-    SEGMENT_FRAMES == 100,
-    "the window's width above is 4 / 100 of a cycle"
-);
+/// Frames per segment, ten seconds at full rate: the window's width above is 4 / 100 of a cycle.
+pub(crate) const SEGMENT_FRAMES: usize = 100;
 
 /// Averages over fewer frames still show the five-frame cycle.
 const AVERAGED_FRAMES_MIN: f64 = 7.5;

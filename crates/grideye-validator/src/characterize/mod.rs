@@ -33,21 +33,21 @@
 mod allan;
 pub(crate) mod characterization;
 pub(crate) mod common_mode;
-mod histogram;
 pub(crate) mod presence;
 pub(crate) mod segment;
 pub(crate) mod summary;
 mod thermistor;
 mod timing;
 
-pub use crate::frames::faults::{Faults, TORN_RUN_MIN};
+pub use crate::constants::TORN_RUN_MIN;
+pub use crate::frames::faults::Faults;
+pub use crate::metrics::room_difference::Spot;
 pub use allan::AllanPoint;
 pub use characterization::{
-    Characterization, CharacterizeError, Characterizer, NoiseMap, characterize,
+    Characterization, CharacterizeError, Characterizer, FRAMES_MIN, NoiseMap, characterize,
 };
 pub use common_mode::{CommonMode, Cycle, Flicker};
-pub use histogram::FRAMES_MIN;
-pub use presence::{Presence, Spot};
+pub use presence::Presence;
 pub use segment::Pattern;
 pub use summary::Line;
 pub use thermistor::{Steps, Thermistor};

@@ -4,17 +4,14 @@
 //! noise by six sigmas once in a hundred days, a room's drift by less than [`UNCLAIMED_MIN_C`]. A person
 //! who keeps still looks like a heater, so anything that stays warm beyond the pattern of units is reported as neither.
 
-use crate::characterize::histogram::Histogram;
+use crate::constants::{MEANS_MIN, MOVED_SIGMAS, UNCLAIMED_MIN_C};
+use crate::frames::noise::Histogram;
 use crate::frames::types::{Pixels, middle_mean, two_by_two};
-use crate::metrics::room_difference::{RoomDifference, UNCLAIMED_MIN_C, WarmLimits};
+use crate::metrics::room_difference::{RoomDifference, Spot};
 use crate::numbers::{count, median};
 use crate::thresholds::Thresholds;
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
 
-/// Fewest means for an empty room, half a minute (in LINAIGE, people move 0.65 °C or more in that time).
-const MEANS_MIN: usize = 30;
-/// Sigmas from which a change is not noise.
-const MOVED_SIGMAS: f64 = 6.0;
 /// Values in a mean of 2 x 2 pixels over ten frames.
 const VALUES: f64 = 40.0;
 
@@ -31,17 +28,6 @@ pub enum Presence {
     TooShort,
 }
 
-/// A place of 2 x 2 pixels.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spot {
-    /// How far their mean changes, or exceeds the room, °C.
-    pub celsius: f64,
-    /// Upper row, from 0.
-    pub row: usize,
-    /// Left column, from 0.
-    pub column: usize,
-}
-
 /// The place warmest above the room's slope and what the room without people shows there (64 values, °C), if a unit's pattern
 /// hardly makes one as warm.
 pub(crate) fn stays_warm(mean_c: &Pixels, room_c: Option<&[f64]>) -> Option<Spot> {
@@ -50,14 +36,8 @@ pub(crate) fn stays_warm(mean_c: &Pixels, room_c: Option<&[f64]>) -> Option<Spot
     let level = middle_mean(mean_c);
     let even = [level; PIXELS];
     let room_c = room_c.unwrap_or(&even);
-    let warmth = WarmLimits::new(median(room_c).unwrap_or(level), UNCLAIMED_MIN_C);
-    RoomDifference::new(mean_c, room_c, warmth)
-        .beyond_pattern(thresholds.pattern_spread_c)
-        .map(|block| Spot {
-            celsius: block.celsius,
-            row: block.row,
-            column: block.column,
-        })
+    let ambient_c = median(room_c).unwrap_or(level);
+    RoomDifference::new(mean_c, room_c, ambient_c).beyond_pattern(thresholds.pattern_spread_c)
 }
 
 #[derive(Debug)]

@@ -1,11 +1,11 @@
 //! Segments of a hundred frames, from which slow changes, the fixed pattern and presence are measured.
 
 use crate::characterize::allan::{Allan, AllanPoint};
-use crate::characterize::common_mode::{CommonMode, CycleFinder, flicker};
-use crate::characterize::histogram::{PixelHistograms, SEGMENT_FRAMES};
+use crate::characterize::common_mode::{CommonMode, CycleFinder, SEGMENT_FRAMES, flicker};
 use crate::characterize::presence::{Presence, PresenceFinder};
 use crate::characterize::timing::Timing;
 use crate::frames::faults::Faults;
+use crate::frames::noise::PixelHistograms;
 use crate::frames::types::{Pixels, middle_mean};
 use crate::metrics::surface::{BENT, surface};
 use crate::numbers::{RunningVariance, count, median, trimmed_mean};

@@ -1,7 +1,8 @@
 //! A characterization as text, table lines and JSON.
 
 use crate::characterize::characterization::{Characterization, NOMINAL_HZ};
-use crate::characterize::presence::{Presence, Spot};
+use crate::characterize::presence::Presence;
+use crate::metrics::room_difference::Spot;
 use crate::numbers::long_count;
 use grideye_draw::text::{fixed, signed};
 use grideye_frame::COLUMNS;

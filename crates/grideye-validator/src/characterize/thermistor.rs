@@ -1,6 +1,7 @@
 //! The thermistor compared with the pixels, and the temperature steps of both.
 
-use crate::characterize::histogram::Histogram;
+use crate::constants::TREND_SPAN_MIN_S;
+use crate::frames::noise::Histogram;
 use crate::numbers::{CommonStep, RunningVariance, long_count, median};
 use amg8833::word::{PIXEL_STEP, THERMISTOR_STEP, pixel_steps, thermistor_steps};
 use grideye_frame::{Celsius, PIXELS, RecordedFrame};
@@ -20,8 +21,6 @@ pub struct Thermistor {
     pub drift_c_per_hour: Option<f64>,
 }
 
-/// Shorter recordings have no trend, seconds: a few steps of the thermistor are no drift.
-const TREND_SPAN_MIN_S: f64 = 60.0;
 const NANOSECONDS_PER_SECOND: f64 = 1e9;
 const SECONDS_PER_HOUR: f64 = 3600.0;
 

@@ -1,5 +1,6 @@
 //! Timing of frames: rate, jitter, stalls, bursts and clock jumps.
 
+use crate::constants::{BURST_PERIODS, JUMP_MIN_NS, STALL_PERIODS};
 use crate::numbers::{long_count, whole};
 use grideye_recording::{ClockState, Stamp};
 use serde::Serialize;
@@ -11,12 +12,6 @@ pub const JUMPS_LISTED_MAX: usize = 16;
 const BIN_RATIO: f64 = 1.001;
 /// An interval within these multiples of the median counts for the rate.
 const PERIODS: (f64, f64) = (0.5, 1.5);
-/// An interval longer than this many medians is a stall.
-const STALL_PERIODS: f64 = 2.5;
-/// An interval shorter than this share of the median is a burst, as follows a stall.
-const BURST_PERIODS: f64 = 0.25;
-/// Smallest jump of the wall clock against the boot clock between two frames, nanoseconds.
-const JUMP_MIN_NS: i128 = 500_000_000;
 const NANOSECONDS_PER_SECOND: f64 = 1e9;
 /// Intervals before a stall can break the sequence.
 const INTERVALS_MIN: u64 = 10;

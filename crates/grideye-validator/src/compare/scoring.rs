@@ -6,10 +6,11 @@ use crate::compare::prepared::{ComparedFrames, Preparation, Prepared, pairs};
 use crate::compare::settings::{FILM_FRAMES_MAX, Settings, check_frames, check_settings};
 use crate::compare::sums::{Sums, noise_once};
 use crate::error::ValidatorError;
+use crate::frames::noise::noise_of;
 use crate::frames::{RealFrame, SimulatedFrame};
 use crate::metrics::score::{Measure, Score, Scores};
 use crate::metrics::thresholds_c;
-use crate::numbers::{count, differences, evenly, extremes, mean, mean_frame, mean_square, median};
+use crate::numbers::{count, evenly, extremes, mean, mean_square, median};
 use crate::verdict::WarmPixels;
 use crate::verdict::judgment::judge;
 use crate::verdict::types::{Evidence, Prior};
@@ -35,7 +36,9 @@ pub(crate) fn compare_with_prior(
 ) -> Result<Comparison, ValidatorError> {
     check_settings(settings)?;
     check_frames(real, simulated, settings.protocol)?;
-    let noise_sigma_c = noise_sigma(real);
+    let repeats = real.iter();
+    let repeats = repeats.filter_map(|frame| Some((frame.later.as_ref()?, &frame.celsius)));
+    let noise_sigma_c = noise_of(repeats);
     let preparation = Preparation {
         binning: settings.binning,
         warm_above_c: settings.warm_above(noise_sigma_c.unwrap_or(settings.noise_sigma_c)),
@@ -99,17 +102,6 @@ fn repeat(view: &ComparedFrames, real: &[RealFrame]) -> Sums {
         }
     }
     sums
-}
-
-/// The sensor's temporal noise: RMS of frame less repeat over √2, median over the pixels.
-fn noise_sigma(real: &[RealFrame]) -> Option<f64> {
-    let repeats = real.iter();
-    let squares = repeats.filter_map(|frame| {
-        let pixels = differences(&frame.celsius, frame.later.as_ref()?);
-        Some(pixels.map(|pixel| pixel * pixel / 2.0).collect::<Vec<_>>())
-    });
-    let sigmas: Vec<f64> = mean_frame(squares).into_iter().map(f64::sqrt).collect();
-    median(&sigmas)
 }
 
 fn warm_pixels(view: &ComparedFrames) -> WarmPixels {
@@ -178,7 +170,6 @@ pub(crate) fn pattern_c(settings: &Settings, prior: &Prior) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::frames::types::Protocol;
-    use std::time::Duration;
 
     #[test]
     fn protocols_pair_as_the_paper_says() {
@@ -186,19 +177,5 @@ mod tests {
         let all = [(0, 0), (0, 1), (1, 0), (1, 1)];
         assert_eq!(pairs(Protocol::Static, 2, 2), all);
         assert_eq!(pairs(Protocol::Dynamic, 3, 3), [(0, 0), (1, 1), (2, 2)]);
-    }
-
-    #[test]
-    fn noise_is_measured_on_the_repeat() {
-        let frame = |now: f64, later: f64| RealFrame {
-            time: Duration::ZERO,
-            celsius: [now; PIXELS],
-            later: Some([later; PIXELS]),
-        };
-        let sigma = noise_sigma(&[frame(20.0, 20.5), frame(20.0, 19.5)]).unwrap();
-        assert!((sigma - 0.5 / 2.0_f64.sqrt()).abs() < 1e-12);
-        let mut alone = frame(20.0, 0.0);
-        alone.later = None;
-        assert_eq!(noise_sigma(&[alone]), None);
     }
 }

@@ -1,5 +1,6 @@
 //! Settings and limits of a comparison, and the checks of its input.
 
+use crate::constants::{NOISE_SIGMA_C, WARM_STEPS_MIN};
 use crate::error::{Side, ValidatorError, check_setting};
 use crate::frames::types::Pixels;
 use crate::frames::{Protocol, RealFrame, SimulatedFrame};
@@ -62,10 +63,6 @@ impl Settings {
         (self.thresholds.warm_sigma * sigma_c).max(WARM_STEPS_MIN * self.step_c)
     }
 }
-
-const NOISE_SIGMA_C: f64 = 0.24;
-/// Steps that a warm pixel must stand out by, however little noise there is.
-const WARM_STEPS_MIN: f64 = 2.0;
 
 pub(crate) fn check_settings(settings: &Settings) -> Result<(), ValidatorError> {
     let is_above_zero = |value: f64| value.is_finite() && value > 0.0;

@@ -1,5 +1,6 @@
 //! Finds frames that show nothing of their own moment and leaves them out, each with a reason.
 
+use crate::constants::{BY_CHANCE_MAX, STALL_FRAMES};
 use crate::frames::faults::{FaultFinder, Standing};
 use crate::frames::types::{Pixels, decoded};
 use grideye_frame::NoData;
@@ -87,10 +88,6 @@ impl Counts {
     }
 }
 
-/// Duplicates in a row that make a stall, half a second at 10 Hz.
-const STALL_FRAMES: usize = 5;
-/// If more frames than this share look torn by chance, torn frames and duplicates are kept.
-const BY_CHANCE_MAX: f64 = 0.02;
 /// The frames of a recording, each once and whole, glitched pixels mended; and what was left out.
 pub(crate) fn clean(records: &[Record], times_matter: bool) -> (Vec<Read>, Counts) {
     let mut counts = Counts::default();

@@ -1,16 +1,10 @@
 //! Finds torn frames, duplicates and glitches by comparing each frame with the one before.
 
+use crate::constants::{GLITCH_OFF_MIN_C, GLITCH_PIXELS_MAX, TORN_RUN_MIN};
 use crate::frames::types::Pixels;
 use crate::numbers::{count, long_count, median};
 use grideye_frame::PIXELS;
 use serde::Serialize;
-
-/// Consecutive pixels equal to the frame before that make a frame torn; chance makes 0.03 to 0.3 % of the frames so.
-pub const TORN_RUN_MIN: usize = 8;
-/// A pixel of exactly 0.0 °C is a glitch if its frame's median is at least this far from 0, °C.
-const GLITCH_OFF_MIN_C: f64 = 4.0;
-/// With more such pixels the frame has no single-pixel glitches.
-const GLITCH_PIXELS_MAX: usize = 8;
 
 /// Faults between the sensor and the recording.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]

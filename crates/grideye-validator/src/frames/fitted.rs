@@ -1,5 +1,6 @@
 //! Recognizes the frames that a scene was fitted to, by their pixels: cutting, renaming and converting keep those.
 
+use crate::constants::REST_ENOUGH;
 use crate::frames::timeline::Timeline;
 use amg8833::word::pixel_steps;
 use grideye_frame::RecordedFrame;
@@ -109,5 +110,3 @@ impl FittedShare {
         self.fitted > 0 && self.leaves_enough()
     }
 }
-
-const REST_ENOUGH: usize = 50;

@@ -1,9 +1,10 @@
-//! The frames of a comparison: types, faults, cleaning, common drift, thinning.
+//! The frames of a comparison: types, faults, cleaning, noise, common drift, thinning.
 
 pub(crate) mod cleaning;
 pub(crate) mod drift;
 pub(crate) mod faults;
 pub(crate) mod fitted;
+pub(crate) mod noise;
 mod thinning;
 pub(crate) mod timeline;
 pub(crate) mod types;

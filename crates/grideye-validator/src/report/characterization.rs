@@ -2,8 +2,8 @@
 
 use crate::characterize::Characterization;
 use crate::numbers::extremes;
-use crate::report::image::{self, Range, Shows};
-use grideye_draw::text::{escape, fixed};
+use crate::report::image::{self, Shows};
+use grideye_draw::text::escape;
 use grideye_frame::PIXELS;
 
 const STYLE: &str = include_str!("characterization.css");
@@ -17,28 +17,10 @@ impl Characterization {
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
              <title>The sensor of {recording}</title><style>{STYLE}</style></head><body><main>\n\
-             <h1>The sensor of {recording}</h1>\n<p class=\"lead\">{}</p>\n{}{}\
+             <h1>The sensor of {recording}</h1>\n{}{}\
              <h2>Reproduce</h2>\n<pre>{command}</pre>\n</main></body></html>\n",
-            self.lead(),
             self.table(),
             self.maps(),
-        )
-    }
-
-    fn lead(&self) -> String {
-        let (least, most) = self.noise.range_c();
-        let rate = self.sensor_hz().map_or_else(
-            || format!("{} frames per second", fixed(self.timing.rate_hz, 2)),
-            |rate| format!("{} frames per second by the sensor's clock", fixed(rate, 2)),
-        );
-        format!(
-            "{} frames; {rate}; noise {} °C in the median pixel, {} to {} over all pixels. {} % of the frames are partly repeated (torn), {} % wholly.",
-            self.frames,
-            fixed(self.noise.median_c(), 2),
-            fixed(least, 2),
-            fixed(most, 2),
-            fixed(100.0 * self.faults.torn_share(), 1),
-            fixed(100.0 * self.faults.duplicate_share(), 1),
         )
     }
 
@@ -57,13 +39,9 @@ impl Characterization {
     }
 
     fn maps(&self) -> String {
-        let (coldest_c, warmest_c) = self.noise.range_c();
         let noise = figure(
             &self.noise.sigma_c,
-            Shows::Temperatures(Range {
-                coldest_c,
-                warmest_c,
-            }),
+            Shows::Temperatures(self.noise.range_c()),
             "Noise of each pixel, °C",
             "From frame to frame, as read. Pixel 1 is at the upper left.",
         );
@@ -76,13 +54,9 @@ impl Characterization {
                 "Fixed pattern, °C",
                 "Each pixel's constant difference from a smooth surface.",
             );
-            let (coldest_c, warmest_c) = extremes(&pattern.surface_c);
             let smooth = figure(
                 &pattern.surface_c,
-                Shows::Temperatures(Range {
-                    coldest_c,
-                    warmest_c,
-                }),
+                Shows::Temperatures(extremes(&pattern.surface_c)),
                 "Smooth surface, °C",
                 "Relative to the median pixel. Attributed to the scene; in the profile only if the room is empty.",
             );

@@ -12,26 +12,18 @@ use grideye_draw::svg::Svg;
 use grideye_draw::text::{fixed, signed};
 use grideye_frame::{COLUMNS, ROWS};
 
-/// The temperatures that the images show.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Range {
-    pub(crate) coldest_c: f64,
-    pub(crate) warmest_c: f64,
-}
-
 #[derive(Clone, Copy)]
 pub(crate) enum Shows {
-    Temperatures(Range),
+    /// From the coldest to the warmest, °C.
+    Temperatures((f64, f64)),
     /// Simulated minus real, on a scale from minus to plus this many degrees.
-    Differences {
-        limit_c: f64,
-    },
+    Differences { limit_c: f64 },
 }
 
 const CELL: usize = 40;
 
 /// The common scale of all real and simulated frames, rounded outwards to half degrees.
-pub(crate) fn shared_range(comparison: &Comparison) -> Range {
+pub(crate) fn shared_range(comparison: &Comparison) -> (f64, f64) {
     let frames = comparison.film.iter();
     let values: Vec<f64> = frames
         .flat_map(|frame| frame.real.iter().chain(&frame.simulated))
@@ -43,14 +35,10 @@ pub(crate) fn shared_range(comparison: &Comparison) -> Range {
         (warmest_c * 2.0).ceil() / 2.0,
     );
     let ambient_c = comparison.settings.ambient_c;
-    let (coldest_c, warmest_c) = if ends.0 < ends.1 {
+    if ends.0 < ends.1 {
         ends
     } else {
         (ambient_c - 0.5, ambient_c + 0.5)
-    };
-    Range {
-        coldest_c,
-        warmest_c,
     }
 }
 
@@ -99,7 +87,7 @@ pub(crate) fn svg(values: &[f64], shows: Shows, numbered: bool, title: &str) -> 
 /// The scale as a bar with its ends and middle, °C.
 pub(crate) fn scale(shows: Shows) -> String {
     let (from, to, stops): (f64, f64, &[Rgb]) = match shows {
-        Shows::Temperatures(range) => (range.coldest_c, range.warmest_c, &INFERNO),
+        Shows::Temperatures((low, high)) => (low, high, &INFERNO),
         Shows::Differences { limit_c } => (-limit_c, limit_c, &DIFFERENCE),
     };
     let steps = stops
@@ -117,10 +105,9 @@ pub(crate) fn scale(shows: Shows) -> String {
 impl Shows {
     fn color(self, value: f64) -> Rgb {
         match self {
-            Self::Temperatures(range) => color(
-                &INFERNO,
-                (value - range.coldest_c) / (range.warmest_c - range.coldest_c).max(1e-9),
-            ),
+            Self::Temperatures((low, high)) => {
+                color(&INFERNO, (value - low) / (high - low).max(1e-9))
+            }
             Self::Differences { limit_c } => {
                 color(&DIFFERENCE, f64::midpoint(value / limit_c.max(1e-9), 1.0))
             }
@@ -182,10 +169,7 @@ pub(crate) fn maps_section(comparison: &Comparison) -> String {
     let differences = Shows::Differences {
         limit_c: limit(maps.bias_c.iter().copied()),
     };
-    let errors = Shows::Temperatures(Range {
-        coldest_c: 0.0,
-        warmest_c: limit(maps.rmse_c.iter().copied()),
-    });
+    let errors = Shows::Temperatures((0.0, limit(maps.rmse_c.iter().copied())));
     let figure = |values: &[f64], shows, name: &str, caption: &str| {
         let scale = scale(shows);
         let svg = svg(values, shows, true, name);
@@ -215,11 +199,7 @@ mod tests {
         let svg = svg(&values, shows, true, "difference");
         assert_eq!(svg.matches("class=\"hatch\"").count(), 2);
         assert!(svg.contains(">+1.6<") && svg.contains(">\u{2212}1.7<") && svg.contains(">0.0<"));
-        let range = Range {
-            coldest_c: -3.0,
-            warmest_c: 3.0,
-        };
-        let plain = super::svg(&values, Shows::Temperatures(range), false, "real");
+        let plain = super::svg(&values, Shows::Temperatures((-3.0, 3.0)), false, "real");
         assert!(!plain.contains("hatch") && !plain.contains("<text"));
     }
 }

@@ -10,7 +10,7 @@ use crate::error::ValidatorError;
 use crate::frames::timeline::Timeline;
 use crate::frames::types::Pixels;
 use crate::frames::{Protocol, RealFrame, RoomSource, SimulatedFrame};
-use crate::metrics::room_difference::{RoomDifference, UNCLAIMED_MIN_C, WarmLimits};
+use crate::metrics::room_difference::RoomDifference;
 use crate::numbers::{count, evenly, mean_frame, median};
 use crate::scene_comparison::types::{
     AlignedFrames, KnownUnit, LearnedRoom, Options, TimedFrame, pixels, seconds,
@@ -186,8 +186,8 @@ impl<'a> Renderer<'a> {
         thresholds: &Thresholds,
     ) -> Option<KnownPattern> {
         let nobody = self.empty.image(timeline.start()).celsius;
-        let warmth = WarmLimits::new(self.simulator.ambient_c(), UNCLAIMED_MIN_C);
-        let map = RoomDifference::new(&learned.celsius, &nobody, warmth);
+        let ambient_c = self.simulator.ambient_c();
+        let map = RoomDifference::new(&learned.celsius, &nobody, ambient_c);
         if map.beyond_pattern(thresholds.pattern_spread_c).is_some() {
             return None;
         }

@@ -2,7 +2,7 @@
 
 use crate::alignment::bench::with;
 use grideye_recording::linaige;
-use grideye_validator::align::{TimeAlignment, TimeFound, align_films};
+use grideye_validator::align::{TimeAlignment, TimeFound, align_series};
 
 /// Rows 0 to 1054 of session 3 of LINAIGE (`recordings/linaige/SOURCE.md`): the even frames are the film, the odd ones
 /// the recording, delayed and resampled. Both have a real sensor's noise, but different noise.
@@ -78,7 +78,7 @@ fn half(frames: &[(f64, [f64; 64])], first: usize) -> Film {
 }
 
 fn films_aligned(film: &Film, recording: &Film) -> TimeFound {
-    align_films(
+    align_series(
         (&film.0, &film.1),
         (&recording.0, &recording.1),
         &with(TimeAlignment::Rate, 3.0),

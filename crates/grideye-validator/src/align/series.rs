@@ -13,7 +13,7 @@ const SCENE_FRAMES_MAX: usize = 12_000;
 
 /// The scene's noise-free frames at even times, less ambient.
 #[derive(Debug, Clone)]
-pub(crate) struct Film {
+pub(crate) struct Series {
     first_s: f64,
     step_s: f64,
     frames: Vec<Pixels>,
@@ -56,7 +56,7 @@ impl Fit {
     }
 }
 
-impl Film {
+impl Series {
     pub(crate) fn new(simulator: &Simulator, from_s: f64, until_s: f64) -> Self {
         let ambient_c = simulator.ambient_c();
         let frame = |time_s: f64| -> Pixels {
@@ -155,11 +155,11 @@ impl Sample {
     }
 
     /// What the scene would have recorded at the same times.
-    pub(crate) fn of_scene(&self, film: &Film) -> Self {
+    pub(crate) fn of_scene(&self, series: &Series) -> Self {
         let (times_s, frames) = self
             .times_s
             .iter()
-            .filter_map(|&time_s| Some((time_s, film.at(time_s)?)))
+            .filter_map(|&time_s| Some((time_s, series.at(time_s)?)))
             .unzip();
         Self::new(times_s, frames)
     }
@@ -180,19 +180,19 @@ impl Sample {
     }
 
     /// How well the scene's moving part explains this sample; frames without a claim still count in the denominator.
-    pub(crate) fn fit(&self, film: &Film, scene_s: impl Fn(f64) -> f64) -> Fit {
-        self.sums(film, scene_s).fit(self.energy)
+    pub(crate) fn fit(&self, series: &Series, scene_s: impl Fn(f64) -> f64) -> Fit {
+        self.sums(series, scene_s).fit(self.energy)
     }
 
-    pub(crate) fn mean_claim(&self, film: &Film, scene_s: impl Fn(f64) -> f64) -> Pixels {
-        let sums = self.sums(film, scene_s);
+    pub(crate) fn mean_claim(&self, series: &Series, scene_s: impl Fn(f64) -> f64) -> Pixels {
+        let sums = self.sums(series, scene_s);
         sums.claim.map(|sum| sum / count(sums.frames.max(1)))
     }
 
-    fn sums(&self, film: &Film, scene_s: impl Fn(f64) -> f64) -> FitSums {
+    fn sums(&self, series: &Series, scene_s: impl Fn(f64) -> f64) -> FitSums {
         let mut sums = FitSums::default();
         for (&time_s, real) in self.times_s.iter().zip(&self.frames) {
-            if let Some(claim) = film.at(scene_s(time_s)) {
+            if let Some(claim) = series.at(scene_s(time_s)) {
                 sums.add(real, &claim);
             }
         }
@@ -266,65 +266,65 @@ mod tests {
         })
     }
 
-    fn film(seconds: u32) -> (Vec<f64>, Vec<Pixels>) {
+    fn series(seconds: u32) -> (Vec<f64>, Vec<Pixels>) {
         (0..=seconds * 10)
             .map(|index| (f64::from(index) / 10.0, spot(f64::from(index) / 10.0)))
             .unzip()
     }
 
     #[test]
-    fn a_film_returns_its_frames_and_none_beyond_its_ends() {
-        let (times_s, frames) = film(10);
-        let film = Film::of_frames(&times_s, &frames);
+    fn a_series_returns_its_frames_and_none_beyond_its_ends() {
+        let (times_s, frames) = series(10);
+        let series = Series::of_frames(&times_s, &frames);
         for (time_s, frame) in times_s.iter().zip(&frames) {
-            let seen = film.at(*time_s).unwrap();
+            let seen = series.at(*time_s).unwrap();
             assert!(seen.iter().zip(frame).all(|(a, b)| (a - b).abs() < 1e-9));
         }
-        let between = film.at(4.05).unwrap();
+        let between = series.at(4.05).unwrap();
         assert!((between[24] - f64::midpoint(frames[40][24], frames[41][24])).abs() < 1e-9);
-        assert!(film.at(-0.01).is_none() && film.at(10.01).is_none());
-        let back = film.reversed().at(2.0).unwrap();
+        assert!(series.at(-0.01).is_none() && series.at(10.01).is_none());
+        let back = series.reversed().at(2.0).unwrap();
         assert!((back[24] - frames[80][24]).abs() < 1e-9);
     }
 
     /// Before and after a walk its people stand, even when it runs backwards.
     #[test]
     fn people_stand_still_before_and_after_the_walk() {
-        let (times_s, frames) = film(10);
-        let film = Film {
+        let (times_s, frames) = series(10);
+        let series = Series {
             ends: Ends::Stand,
-            ..Film::of_frames(&times_s, &frames)
+            ..Series::of_frames(&times_s, &frames)
         };
-        assert_eq!(film.at(-3.0), film.at(0.0));
-        assert_eq!(film.at(99.0), film.at(10.0));
-        assert_ne!(film.at(0.0), film.at(10.0));
-        assert_eq!(film.reversed().at(-3.0), film.at(10.0));
-        assert_eq!(film.map(|frame| *frame).at(99.0), film.at(10.0));
+        assert_eq!(series.at(-3.0), series.at(0.0));
+        assert_eq!(series.at(99.0), series.at(10.0));
+        assert_ne!(series.at(0.0), series.at(10.0));
+        assert_eq!(series.reversed().at(-3.0), series.at(10.0));
+        assert_eq!(series.map(|frame| *frame).at(99.0), series.at(10.0));
     }
 
     #[test]
-    fn a_film_of_any_length_has_a_bounded_number_of_frames() {
-        let film = Film::of_frames(&[0.0, 1e6], &[[0.0; PIXELS], [1.0; PIXELS]]);
-        assert_eq!(film.frames.len(), SCENE_FRAMES_MAX);
-        assert!((film.at(2.5e5).unwrap()[7] - 0.25).abs() < 1e-9);
-        assert!(film.at(1e6).is_some() && film.at(1e6 + 1.0).is_none());
+    fn a_series_of_any_length_has_a_bounded_number_of_frames() {
+        let series = Series::of_frames(&[0.0, 1e6], &[[0.0; PIXELS], [1.0; PIXELS]]);
+        assert_eq!(series.frames.len(), SCENE_FRAMES_MAX);
+        assert!((series.at(2.5e5).unwrap()[7] - 0.25).abs() < 1e-9);
+        assert!(series.at(1e6).is_some() && series.at(1e6 + 1.0).is_none());
     }
 
     /// Amplitude and pixel offsets do not change the likeness: it is a correlation.
     #[test]
     fn the_fit_is_the_correlation_of_what_moves() {
-        let (times_s, frames) = film(20);
-        let film = Film::of_frames(&times_s, &frames);
+        let (times_s, frames) = series(20);
+        let series = Series::of_frames(&times_s, &frames);
         let doubled = frames
             .iter()
             .map(|frame| std::array::from_fn(|pixel| 20.0 + count(pixel) + 2.0 * frame[pixel]))
             .collect();
         let sample = Sample::new(times_s, doubled);
-        let fit = sample.fit(&film, |time_s| time_s);
+        let fit = sample.fit(&series, |time_s| time_s);
         assert!((fit.likeness - 1.0).abs() < 1e-9 && (fit.amplitude - 2.0).abs() < 1e-9);
         assert!(fit.left_c2 < 1e-6 * sample.energy);
-        assert!(sample.fit(&film, |time_s| time_s + 0.5).likeness < 0.95);
-        let still = Film::of_frames(&[0.0, 20.0], &[[3.0; PIXELS], [3.0; PIXELS]]);
+        assert!(sample.fit(&series, |time_s| time_s + 0.5).likeness < 0.95);
+        let still = Series::of_frames(&[0.0, 20.0], &[[3.0; PIXELS], [3.0; PIXELS]]);
         let nothing = sample.fit(&still, |time_s| time_s);
         assert_eq!(nothing, Fit::nothing(sample.energy));
     }
@@ -332,11 +332,11 @@ mod tests {
     /// Frames without a claim cost their squares.
     #[test]
     fn frames_pushed_out_of_the_scene_cost_their_squares() {
-        let (times_s, frames) = film(20);
-        let film = Film::of_frames(&times_s, &frames);
+        let (times_s, frames) = series(20);
+        let series = Series::of_frames(&times_s, &frames);
         let sample = Sample::new(times_s, frames);
-        // Exact except for the quarter of the frames moved out of the film.
-        let fit = sample.fit(&film, |time_s| if time_s < 15.0 { time_s } else { -1.0 });
+        // Exact except for the quarter of the frames moved out of the series.
+        let fit = sample.fit(&series, |time_s| if time_s < 15.0 { time_s } else { -1.0 });
         assert!((0.5..0.95).contains(&fit.likeness), "{fit:?}");
     }
 }

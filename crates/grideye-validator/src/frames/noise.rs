@@ -1,6 +1,7 @@
-//! Histograms with quantiles, and a Gaussian width that outliers do not move.
+//! The sensor's noise, from how frames differ: a Gaussian fitted to the middle of the differences, because people make the
+//! tails. What all pixels do together is no noise of theirs.
 
-use crate::frames::types::Pixels;
+use crate::frames::types::{Pixels, middle_mean};
 use crate::numbers::{count, index, long_count};
 use grideye_frame::PIXELS;
 
@@ -127,12 +128,34 @@ impl PixelHistograms {
     }
 }
 
-/// Fewest frames for a characterization.
-pub const FRAMES_MIN: u64 = 50;
+/// How a frame differs from another, pixel by pixel, less what all pixels do together.
+pub(crate) fn apart(now: &Pixels, before: &Pixels) -> Pixels {
+    let difference: Pixels = std::array::from_fn(|pixel| now[pixel] - before[pixel]);
+    let together = middle_mean(&difference);
+    difference.map(|own| own - together)
+}
+
+impl Histogram {
+    /// One frame's noise from these differences of two, corrected for the share that is removed with what pixels do together.
+    pub(crate) fn noise_c(&self) -> Option<f64> {
+        let of_pixels = count(PIXELS);
+        let scale = (of_pixels / (of_pixels - 1.0) / 2.0).sqrt();
+        Some(self.gaussian_sigma()? * scale)
+    }
+}
+
+/// Noise of one frame, all pixels alike, °C; `None` without pairs.
+pub(crate) fn noise_of<'a>(pairs: impl Iterator<Item = (&'a Pixels, &'a Pixels)>) -> Option<f64> {
+    let mut differences = Histogram::default();
+    for (now, then) in pairs {
+        let pixels = apart(now, then).into_iter();
+        pixels.for_each(|own| differences.push(own));
+    }
+    differences.noise_c()
+}
+
 /// Width of the bins for differences, °C: fine against the sensor's step of 0.25.
-pub(crate) const DIFFERENCE_BIN_C: f64 = 1.0 / 64.0;
-/// Frames per segment: ten seconds at full rate.
-pub(crate) const SEGMENT_FRAMES: usize = 100;
+const DIFFERENCE_BIN_C: f64 = 1.0 / 64.0;
 
 #[cfg(test)]
 mod tests {
@@ -169,6 +192,24 @@ mod tests {
             let found = filled(sigma, Some(0.25), 0).gaussian_sigma().unwrap();
             assert_near(found / expected, 1.0, 0.04);
         }
+    }
+
+    /// Noise of 0.3 °C in each of two frames, a wander of all pixels, and a person on eight of them.
+    #[test]
+    fn noise_is_that_of_one_frame_without_wander_and_people() {
+        let mut draw = normal_draws(7);
+        let mut frame = |level: f64, person: f64| -> Pixels {
+            std::array::from_fn(|pixel| {
+                let warm = if pixel < 8 { person } else { 0.0 };
+                20.0 + level + warm + 0.3 * draw()
+            })
+        };
+        let pairs: Vec<(Pixels, Pixels)> = (0..100)
+            .map(|place| (frame(0.0, 3.0), frame(0.01 * f64::from(place), 0.0)))
+            .collect();
+        let found = noise_of(pairs.iter().map(|(now, then)| (now, then))).unwrap();
+        assert_near(found / 0.3, 1.0, 0.03);
+        assert_eq!(noise_of(std::iter::empty()), None);
     }
 
     #[test]
