@@ -182,7 +182,7 @@ check_labels(arrays)
 # With values that vary, the labels are what is seen: outside the masks nothing is warmer than the room.
 people = dataset(
     "people",
-    *["--method", "area", "--vary", "room.ambient_c=18..22", "--vary", "law=A,B"],
+    *["--vary", "room.ambient_c=18..22", "--vary", "law=A,B"],
     *[argument for agent in agents for argument in ["--vary", f"agent.{agent}.position=floor", "--vary", f"agent.{agent}.present=on,off"]],
 )
 varied = ["room.ambient_c"] + [f"agent.{agent}.present" for agent in agents]

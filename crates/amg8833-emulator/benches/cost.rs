@@ -4,7 +4,7 @@
 use amg8833_emulator::{Address, Bus, Device, ManualClock, Options};
 use embedded_hal::i2c::I2c;
 use grideye_frame::{Celsius, Frame};
-use grideye_scene::{Scene, SceneError, Simulator};
+use grideye_scene::{Scene, Simulator};
 use std::hint::black_box;
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};
@@ -114,18 +114,9 @@ fn fleet(sensors: u32, seconds: u32) {
             }
         },
     );
-    let (by_area, by_grid) = (person(Simulator::without_grid), person(Simulator::new));
-    run_fleet(
-        "a scene each, without a grid, with noise",
-        sensors,
-        1,
-        seconds,
-        |sensor| scene_source(&by_area, sensor),
-    );
-    let few = sensors.div_ceil(100);
-    let name = format!("a scene each, on the grid: {few}, times {}", sensors / few);
-    run_fleet(&name, few, sensors / few, seconds, |sensor| {
-        scene_source(&by_grid, sensor)
+    let simulator = person();
+    run_fleet("a scene each, with noise", sensors, 1, seconds, |sensor| {
+        scene_source(&simulator, sensor)
     });
 }
 
@@ -180,10 +171,10 @@ fn run_fleet<S: amg8833_emulator::FrameSource>(
     black_box(size_of::<Device<S>>());
 }
 
-fn person(simulator: fn(&Scene, &str) -> Result<Simulator, SceneError>) -> Simulator {
+fn person() -> Simulator {
     let scenes = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/");
     let text = std::fs::read_to_string(format!("{scenes}experiment-3.toml")).unwrap();
     let files = |name: &str| std::fs::read_to_string(format!("{scenes}{name}"));
     let loaded = Scene::parse(&text, "experiment-3.toml", &files).unwrap();
-    simulator(&loaded.scene, "ceiling").unwrap()
+    Simulator::new(&loaded.scene, "ceiling").unwrap()
 }

@@ -97,7 +97,6 @@ fn subject(text: String, vary: Vec<String>, clip: u64) -> Result<Frames, Box<dyn
         is_built_in: false,
         vary,
         sensor: "ceiling".to_owned(),
-        without_grid: false,
         seed: 1,
         clip,
         in_view: Vec::new(),

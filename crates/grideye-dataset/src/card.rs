@@ -84,7 +84,6 @@ impl Manifest {
         option("--frames", &self.frames.to_string());
         option("--clip", &self.clip.to_string());
         option("--seed", &self.seed.to_string());
-        option("--method", &self.method);
         option("--count-pixels", &format!("{:?}", self.count_pixels));
         option("--count-contrast", &format!("{:?}", self.count_contrast_c));
         if !self.in_view.is_empty() {

@@ -12,8 +12,6 @@ use std::time::Duration;
 
 /// Limit on cached simulators: as many as a few keys with a few choices need.
 const KEPT_MAX: usize = 32;
-/// Memory limit of the cached simulators in bytes; one is always cached.
-const KEPT_BYTES: usize = 64 << 20;
 
 /// So many draws at most are looked at for what no frame shows.
 pub const DRAWS_MAX: u64 = 100;
@@ -39,8 +37,6 @@ pub struct Subject {
     pub recipe: Recipe,
     /// The sensor's name.
     pub sensor: String,
-    /// Whether pixels are exact areas instead of points of the paper's grid.
-    pub without_grid: bool,
     /// The seed of everything that varies and of the noise.
     pub seed: u64,
     /// Consecutive frames of one situation; at least 1.
@@ -182,10 +178,7 @@ impl Frames {
     }
 
     fn set(&self, scene: Scene, index: u64) -> Result<Set, DatasetError> {
-        let simulator = match self.subject.without_grid {
-            false => Simulator::new(&scene, &self.subject.sensor),
-            true => Simulator::without_grid(&scene, &self.subject.sensor),
-        }?;
+        let simulator = Simulator::new(&scene, &self.subject.sensor)?;
         let sensor = simulator.sensor();
         let (found, expected) = ((sensor.columns, sensor.rows), (self.columns, self.rows));
         if found != expected {
@@ -336,8 +329,7 @@ impl Maker<'_> {
             }
             None => self.frames.set(scene, index)?,
         });
-        let fitting = KEPT_BYTES / set.simulator.grid_bytes().max(1);
-        self.kept.truncate(fitting.clamp(1, KEPT_MAX) - 1);
+        self.kept.truncate(KEPT_MAX - 1);
         self.kept.push_front((draw.text.clone(), Rc::clone(&set)));
         Ok(set)
     }

@@ -37,6 +37,8 @@ pub struct Manifest {
     pub(crate) columns: usize,
     pub(crate) rows: usize,
     pub(crate) agents: Vec<String>,
+    /// Of versions that had a choice of "grid" or "area".
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub(crate) method: String,
     pub(crate) seed: u64,
     pub(crate) frames: u64,
@@ -103,7 +105,7 @@ impl Manifest {
             columns: subject.columns,
             rows: subject.rows,
             agents: subject.agents().to_vec(),
-            method: if of.without_grid { "area" } else { "grid" }.to_owned(),
+            method: String::new(),
             seed: of.seed,
             frames,
             clip,

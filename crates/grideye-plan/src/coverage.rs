@@ -6,7 +6,7 @@
 //!
 //! Contrast is `sqrt(Σ (with - without)²) / sigma` over the pixels, the d' of [`crate::separation`], for the worst turn
 //! that fits. It compares noise-free images of
-//! [`Simulator::without_grid`](grideye_scene::Simulator::without_grid) with and without the person, at the scene's
+//! [`Simulator::new`](grideye_scene::Simulator::new) with and without the person, at the scene's
 //! start and without its agents. `sigma` is the sensor's noise over the root of the averaged frames.
 //!
 //! ```

@@ -2,7 +2,7 @@
 
 use crate::errors::{of_rig, raised};
 use crate::recording::Recording;
-use crate::scene::{Scene, method_of};
+use crate::scene::Scene;
 use crate::work::{is_stopped, work};
 use amg8833_emulator::script::Script;
 use grideye_inputs::{InputError, faults_of, profile_or_built_in};
@@ -36,7 +36,6 @@ struct Asked {
     clock_error_ppm: Option<i32>,
     at_end: String,
     replay: String,
-    method: String,
     adapter: String,
     scl_hz: Option<u32>,
     seed: u64,
@@ -51,12 +50,8 @@ const STEP: Duration = Duration::from_secs(1);
 impl Machine {
     #[staticmethod]
     fn of_scene(py: Python<'_>, scene: &Scene, asked: Asked) -> PyResult<Self> {
-        let shown = method_of(&asked.method).map(|simulate| Shown::Scene {
-            scene: Box::new(scene.loaded.scene.clone()),
-            simulate,
-        });
-        let built = shown.and_then(|shown| Self::build(&shown, &asked));
-        built.map_err(|error| raised(py, &error))
+        let shown = Shown::Scene(Box::new(scene.loaded.scene.clone()));
+        Self::build(&shown, &asked).map_err(|error| raised(py, &error))
     }
 
     #[staticmethod]

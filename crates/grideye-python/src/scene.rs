@@ -3,8 +3,7 @@
 use crate::errors::raised;
 use crate::work::{is_stopped, work};
 use grideye_inputs::{Beside, InputError, LoadedScene, SceneText, sensor_name};
-use grideye_rig::Simulate;
-use grideye_scene::{SceneError, Simulator};
+use grideye_scene::Simulator;
 use grideye_validator::STATIC_FRAMES;
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
@@ -64,12 +63,10 @@ impl Scene {
         frames: Option<u32>,
         seed: u64,
         sensor: Option<String>,
-        method: &str,
     ) -> PyResult<(Bound<'py, PyByteArray>, [usize; 3])> {
         let loaded = Arc::clone(&self.loaded);
-        let simulate = method_of(method).map_err(|error| raised(py, &error))?;
         let frames = work(py, move || {
-            simulated(&loaded, sensor.as_deref(), simulate, (frames, seed))
+            simulated(&loaded, sensor.as_deref(), (frames, seed))
         })?;
         let (celsius, shape) = frames.map_err(|error| raised(py, &error))?;
         let bytes: Vec<u8> = celsius.iter().flat_map(|c| c.to_ne_bytes()).collect();
@@ -88,24 +85,13 @@ impl Scene {
     }
 }
 
-pub(crate) fn method_of(name: &str) -> Result<Simulate, InputError> {
-    match name {
-        "grid" => Ok(Simulator::new),
-        "area" => Ok(Simulator::without_grid),
-        other => Err(InputError::new(format!(
-            "unknown method {other:?}\nhint: 'grid' or 'area'"
-        ))),
-    }
-}
-
 fn simulated(
     loaded: &LoadedScene,
     sensor: Option<&str>,
-    simulate: fn(&grideye_scene::Scene, &str) -> Result<Simulator, SceneError>,
     (frames, seed): (Option<u32>, u64),
 ) -> Result<Frames, InputError> {
     let scene = &loaded.scene;
-    let simulator = simulate(scene, &sensor_name(scene, sensor)?)?;
+    let simulator = Simulator::new(scene, &sensor_name(scene, sensor)?)?;
     let sensor = simulator.sensor();
     let frames = frames.unwrap_or_else(|| {
         let number = match scene.is_static() {

@@ -14,25 +14,20 @@ from grideye_hil import _i2c
 
 
 @pytest.mark.parametrize(
-    "name, sensor, method",
-    [
-        ("experiment-1", None, "grid"),
-        ("experiment-3", None, "area"),
-        ("scenario-a-3x2", "s1", "grid"),
-        ("clothed-walk", None, "grid"),
-    ],
+    "name, sensor",
+    [("experiment-1", None), ("experiment-3", None), ("scenario-a-3x2", "s1"), ("clothed-walk", None)],
 )
-def test_simulated_frames(tmp_path, name, sensor, method):
+def test_simulated_frames(tmp_path, name, sensor):
     scene = ge.Scene.load(SCENES / f"{name}.toml")
     sensor = sensor and scene.sensors[0]
     named = ["--sensor", sensor] if sensor else []
     out = tmp_path / "frames.npz"
-    grideye("simulate", SCENES / f"{name}.toml", "--seed", 5, "--method", method, "--out", out, *named)
+    grideye("simulate", SCENES / f"{name}.toml", "--seed", 5, "--out", out, *named)
     theirs = np.load(out)["frames"]
-    ours = scene.simulate(seed=5, sensor=sensor, method=method)
+    ours = scene.simulate(seed=5, sensor=sensor)
     assert ours.dtype == np.float32
     np.testing.assert_array_equal(ours, theirs)
-    assert (scene.simulate(3, seed=6, sensor=sensor, method=method) != theirs[:3]).any()
+    assert (scene.simulate(3, seed=6, sensor=sensor) != theirs[:3]).any()
 
 
 def test_a_recording_is_what_convert_makes_of_it(tmp_path, walk):

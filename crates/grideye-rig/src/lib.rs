@@ -20,4 +20,4 @@ pub use plan::planned;
 pub use replayed::Replayed;
 pub use sensor::{AgentClock, SELF_HEATING_C, SharedBus, Source, replay_source, scene_source};
 pub use show::{AtEnd, Replay, World};
-pub use shown::{Recorded, Shown, Simulate, recorded};
+pub use shown::{Recorded, Shown, recorded};

@@ -5,23 +5,17 @@ use crate::sensor;
 use crate::show::{self, Pictures, Replay};
 use grideye_frame::{Celsius, Frame};
 use grideye_recording::{Record, StreamId};
-use grideye_scene::{Scene, SceneError, Simulator};
+use grideye_scene::{Scene, Simulator};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 /// Each sensor's frames with their times since the first frame of all, by sensor name.
 pub type Recorded = BTreeMap<String, Vec<(Duration, Frame)>>;
 
-/// How to simulate a scene's sensor: [`Simulator::new`] or [`Simulator::without_grid`].
-pub type Simulate = fn(&Scene, &str) -> Result<Simulator, SceneError>;
-
 /// What all sensors are shown.
 #[expect(missing_docs, reason = "the names say it")]
 pub enum Shown {
-    Scene {
-        scene: Box<Scene>,
-        simulate: Simulate,
-    },
+    Scene(Box<Scene>),
     Recording {
         replay: Replay,
         sensors: Recorded,
@@ -35,7 +29,7 @@ impl Shown {
     #[must_use]
     pub fn names(&self) -> Option<Vec<String>> {
         match self {
-            Self::Scene { scene, .. } => {
+            Self::Scene(scene) => {
                 let names = scene.sensors().iter().map(|sensor| sensor.name.clone());
                 Some(names.collect())
             }
@@ -53,8 +47,8 @@ impl Shown {
         noise_seed: Option<u64>,
     ) -> Result<(Duration, Pictures), RigError> {
         match self {
-            Self::Scene { scene, simulate } => {
-                let simulator = simulate(scene, name)?;
+            Self::Scene(scene) => {
+                let simulator = Simulator::new(scene, name)?;
                 sensor::check_resolution(&simulator)?;
                 let pictures = Pictures::Scene {
                     simulator: Box::new(simulator),

@@ -11,10 +11,7 @@ const FRAMES: u32 = 50;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
-    println!(
-        "                    set-up    image    noisy    truth   set-up    image    image   (microseconds a frame)"
-    );
-    println!("scene             by grid                              by area         of outlines");
+    println!("                    set-up    image    noisy    truth   (microseconds a frame)");
     let papers = (1..=4).map(|number| format!("experiment-{number}.toml"));
     for name in papers.chain(["attic.toml".to_owned()]) {
         let files = |relative: &str| std::fs::read_to_string(folder.join(relative));
@@ -27,17 +24,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         let set_up = best(|| drop(black_box(Simulator::new(&scene, sensor)))) * f64::from(FRAMES);
         let each =
             |frame: &dyn Fn(Duration)| best(|| moments.iter().for_each(|moment| frame(*moment)));
-        let by_area = Simulator::without_grid(&scene, sensor)?;
-        let area_set_up =
-            best(|| drop(black_box(Simulator::without_grid(&scene, sensor)))) * f64::from(FRAMES);
-        let of_outlines = Simulator::of_outlines(&scene, sensor)?;
         println!(
-            "{name:18} {set_up:7.1} {:8.1} {:8.1} {:8.1} {area_set_up:8.1} {:8.1} {:8.1}",
+            "{name:18} {set_up:7.1} {:8.1} {:8.1} {:8.1}",
             each(&|moment| drop(black_box(simulator.image(moment)))),
             each(&|moment| drop(black_box(simulator.noisy(moment, 1)))),
             each(&|moment| drop(black_box(simulator.truth(moment)))),
-            each(&|moment| drop(black_box(by_area.image(moment)))),
-            each(&|moment| drop(black_box(of_outlines.image(moment)))),
         );
     }
     Ok(())

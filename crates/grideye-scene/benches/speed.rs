@@ -4,7 +4,7 @@
 //! `cargo bench -p grideye-scene --bench speed [-- PART]...`, with parts `reference`, `limit`, `cores`, `growth`.
 
 use glam::DVec3;
-use grideye_scene::{Scene, SceneError, Simulator};
+use grideye_scene::{Scene, Simulator};
 use std::error::Error;
 use std::fmt::Write as _;
 use std::hint::black_box;
@@ -13,10 +13,6 @@ use std::time::{Duration, Instant};
 const SCENE: &str = include_str!("reference.toml");
 const WAY: &str = include_str!("way.csv");
 const ROUNDS: u32 = 400;
-
-/// How to make a simulator.
-type Maker = fn(&Scene, &str) -> Result<Simulator, SceneError>;
-const METHODS: [(&str, Maker); 2] = [("grid", Simulator::new), ("area", Simulator::without_grid)];
 
 type Part = fn(&Scene) -> Result<(), Box<dyn Error>>;
 
@@ -96,31 +92,29 @@ fn reference(scene: &Scene) -> Result<(), Box<dyn Error>> {
     println!(
         "             median   worst   median by the distance of the head: < 1 m    1 to 2 m    > 2 m"
     );
-    for (name, make) in METHODS {
-        let simulator = make(scene, &sensor.name)?;
-        let costs: Vec<(f64, f64)> = moments
-            .iter()
-            .map(|moment| {
-                let head_m = scene.agents()[0].position_m(*moment) + DVec3::new(0.0, 0.0, 1.75);
-                (head_m - sensor.pose.position_m).length()
-            })
-            .zip(best_of_each(&moments, |moment| simulator.image(moment)))
-            .collect();
-        let (median, worst) = median_and_worst(costs.iter().map(|(_, cost)| *cost).collect());
-        let between = |low: f64, high: f64| {
-            let chosen = costs.iter().filter(|(at_m, _)| (low..high).contains(at_m));
-            median_and_worst(chosen.map(|(_, cost)| *cost).collect()).0
-        };
-        println!(
-            "{name:10} {median:8.1} {worst:7.1} {:43.1} {:11.1} {:8.1}",
-            between(0.0, 1.0),
-            between(1.0, 2.0),
-            between(2.0, f64::INFINITY)
-        );
-    }
-    let shares = Simulator::new(scene, &sensor.name)?;
+    let simulator = Simulator::new(scene, &sensor.name)?;
+    let costs: Vec<(f64, f64)> = moments
+        .iter()
+        .map(|moment| {
+            let head_m = scene.agents()[0].position_m(*moment) + DVec3::new(0.0, 0.0, 1.75);
+            (head_m - sensor.pose.position_m).length()
+        })
+        .zip(best_of_each(&moments, |moment| simulator.image(moment)))
+        .collect();
+    let (median, worst) = median_and_worst(costs.iter().map(|(_, cost)| *cost).collect());
+    let between = |low: f64, high: f64| {
+        let chosen = costs.iter().filter(|(at_m, _)| (low..high).contains(at_m));
+        median_and_worst(chosen.map(|(_, cost)| *cost).collect()).0
+    };
+    println!(
+        "{:10} {median:8.1} {worst:7.1} {:43.1} {:11.1} {:8.1}",
+        "ours",
+        between(0.0, 1.0),
+        between(1.0, 2.0),
+        between(2.0, f64::INFINITY)
+    );
     let covered = moments.iter().map(|moment| {
-        let share: f64 = shares.truth(*moment).share.iter().sum();
+        let share: f64 = simulator.truth(*moment).share.iter().sum();
         share / 64.0 * 90_000.0
     });
     let (median, worst) = median_and_worst(covered.collect());
@@ -131,11 +125,11 @@ fn reference(scene: &Scene) -> Result<(), Box<dyn Error>> {
 /// The difference of the paper's grid and of exact areas from the finest possible grid.
 fn limit(scene: &Scene) -> Result<(), Box<dyn Error>> {
     let sensor = &scene.sensors()[0].name;
-    let finest = parse(&format!("{SCENE}pixels_per_degree = 34.1\n"))?;
-    let limit = Simulator::new(&finest, sensor)?;
+    let finest = format!("{SCENE}pixels_per_degree = 34.1\n");
+    let limit = Simulator::new(&parse(&finest)?.on_grid(), sensor)?;
     println!("from the grid of 2046 points on each axis, degrees   root mean square    largest");
-    for (name, make) in METHODS {
-        let simulator = make(scene, sensor)?;
+    for (name, scene) in [("grid", &scene.on_grid()), ("area", scene)] {
+        let simulator = Simulator::new(scene, sensor)?;
         let (mut squares, mut count, mut largest) = (0.0, 0.0, 0.0_f64);
         for moment in moments(scene).into_iter().step_by(3) {
             let (one, other) = (simulator.image(moment), limit.image(moment));
@@ -157,33 +151,31 @@ fn cores(scene: &Scene) -> Result<(), Box<dyn Error>> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let moments = moments(scene);
     println!("frames per second, threads that share one simulator, best of {ROUNDS} rounds");
-    for (name, make) in METHODS {
-        let simulator = make(scene, &scene.sensors()[0].name)?;
-        // Every thread makes all frames of the walk twice; rounds with one thread and with all alternate.
-        let seconds = |threads: usize| {
-            1e-6 * best_us(1, || {
-                std::thread::scope(|scope| {
-                    for _ in 0..threads {
-                        scope.spawn(|| {
-                            for moment in moments.iter().chain(&moments) {
-                                black_box(simulator.image(*moment));
-                            }
-                        });
-                    }
-                });
-            })
-        };
-        let mut fastest = (f64::INFINITY, f64::INFINITY);
-        for _ in 0..ROUNDS {
-            fastest = (fastest.0.min(seconds(1)), fastest.1.min(seconds(threads)));
-        }
-        let frames = 2.0 * float(moments.len());
-        let (one, all) = (frames / fastest.0, float(threads) * frames / fastest.1);
-        println!(
-            "{name:10} 1 thread {one:9.0}   {threads} threads {all:9.0}   ratio {:.2}",
-            all / one
-        );
+    let simulator = Simulator::new(scene, &scene.sensors()[0].name)?;
+    // Every thread makes all frames of the walk twice; rounds with one thread and with all alternate.
+    let seconds = |threads: usize| {
+        1e-6 * best_us(1, || {
+            std::thread::scope(|scope| {
+                for _ in 0..threads {
+                    scope.spawn(|| {
+                        for moment in moments.iter().chain(&moments) {
+                            black_box(simulator.image(*moment));
+                        }
+                    });
+                }
+            });
+        })
+    };
+    let mut fastest = (f64::INFINITY, f64::INFINITY);
+    for _ in 0..ROUNDS {
+        fastest = (fastest.0.min(seconds(1)), fastest.1.min(seconds(threads)));
     }
+    let frames = 2.0 * float(moments.len());
+    let (one, all) = (frames / fastest.0, float(threads) * frames / fastest.1);
+    println!(
+        "1 thread {one:9.0}   {threads} threads {all:9.0}   ratio {:.2}",
+        all / one
+    );
     Ok(())
 }
 
@@ -225,8 +217,7 @@ fn growth(_: &Scene) -> Result<(), Box<dyn Error>> {
     println!(
         "boxes that share 1 m2 of floor, microseconds: setup, and one frame of the walk (median)"
     );
-    println!("                            points x   grid:                  area:");
-    println!("sensor           boxes      objects     setup   frame          setup   frame");
+    println!("sensor           boxes      setup   frame");
     for (name, sensor) in [
         ("8 x 8, 60", "resolution = [8, 8]\nfov_deg = [60, 60]\n"),
         ("32 x 24, 60", "resolution = [32, 24]\nfov_deg = [60, 45]\n"),
@@ -237,21 +228,14 @@ fn growth(_: &Scene) -> Result<(), Box<dyn Error>> {
     ] {
         for boxes in [1, 5, 50, 500, 1056] {
             let scene = parse(&room(boxes, sensor))?;
-            let points = scene.sensors()[0].grid_points;
-            print!(
-                "{name:14} {boxes:7} {:12.0}",
-                float(points.x * points.y) * f64::from(boxes + 1)
-            );
-            for (_, make) in METHODS {
-                let anew = best_us(5, || make(&scene, "ceiling"));
-                let simulator = make(&scene, "ceiling")?;
-                let frames: Vec<f64> = moments(&scene)
-                    .iter()
-                    .map(|moment| best_us(10, || simulator.image(*moment)))
-                    .collect();
-                print!(" {anew:10.0} {:7.1}    ", median_and_worst(frames).0);
-            }
-            println!();
+            let anew = best_us(5, || Simulator::new(&scene, "ceiling"));
+            let simulator = Simulator::new(&scene, "ceiling")?;
+            let frames: Vec<f64> = moments(&scene)
+                .iter()
+                .map(|moment| best_us(10, || simulator.image(*moment)))
+                .collect();
+            let frame = median_and_worst(frames).0;
+            println!("{name:14} {boxes:7} {anew:10.0} {frame:7.1}");
         }
     }
     Ok(())

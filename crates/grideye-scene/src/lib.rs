@@ -1,9 +1,9 @@
 //! Turns scene files into thermal frames: what a low-resolution infrared sensor sees in a room at any time.
 //!
 //! [`Scene::parse`] reads a scene (`scenes/README.md`). A [`Simulator`] makes noise-free images, noisy frames and
-//! ground truth for one sensor: by the paper's [`perceived`] temperature on a sampling grid, or by [`physical`]
-//! radiance. The library opens no file, reads no clock and has no randomness of its own: trajectories come from
-//! [`Files`], time and seed are arguments.
+//! ground truth for one sensor: by the paper's [`perceived`] temperature or by [`physical`] radiance. The library opens
+//! no file, reads no clock and has no randomness of its own: trajectories come from [`Files`], time and seed are
+//! arguments.
 //!
 //! A frame is a pure function of (scene, time, seed). Temperatures depend only on additions, multiplications,
 //! divisions, square roots and the portable functions of `libm`, so bytes are the same on every machine with IEEE

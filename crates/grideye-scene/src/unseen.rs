@@ -95,7 +95,7 @@ impl Scene {
 
     /// Those of the agents that the sensor is sure never to see.
     fn not_seen_by<'a>(&self, sensor: &Sensor, agents: &[&'a Agent]) -> Vec<&'a Agent> {
-        let Ok(mut simulator) = Simulator::of_outlines(self, &sensor.name) else {
+        let Ok(mut simulator) = Simulator::new(self, &sensor.name) else {
             return Vec::new();
         };
         let mut pending = agents.to_vec();

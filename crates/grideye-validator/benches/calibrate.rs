@@ -126,7 +126,7 @@ fn decide(model: &'static str, number: u32, again: Option<u32>) -> Result<(), Bo
         recorded,
     };
     let scene = Scene::parse(&case.truth, "truth.toml", &read)?.scene;
-    let simulator = Simulator::without_grid(&scene, SENSOR)?;
+    let simulator = Simulator::new(&scene, SENSOR)?;
     let interval = Duration::from_millis(100);
     let once_s = simulated_s(&simulator, number, interval);
     let records = record(&case, &simulator, interval, 0)?;
@@ -173,7 +173,7 @@ fn measure(case: &Case) -> Result<(), Box<dyn Error>> {
         ..Options::default()
     };
     let scene = Scene::parse(&case.truth, "truth.toml", &read)?.scene;
-    let simulator = Simulator::without_grid(&scene, SENSOR)?;
+    let simulator = Simulator::new(&scene, SENSOR)?;
     let interval = scene.duration() / case.recorded;
     let frames = u32::try_from(case.frames)?;
     let once_s = simulated_s(&simulator, frames, scene.duration() / frames);

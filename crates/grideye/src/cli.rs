@@ -28,8 +28,8 @@ pub(crate) use align::Align;
 pub(crate) use coverage::Coverage;
 pub(crate) use dataset::{Dataset, Preset};
 pub(crate) use emulate::{Emulate, Scl};
+pub(crate) use shared::SEED;
 use shared::{Choices, one_of, positive};
-pub(crate) use shared::{Method, SEED};
 
 /// Record and validate Panasonic Grid-EYE AMG8833 sensors, real and emulated.
 ///
@@ -147,14 +147,9 @@ pub(crate) struct Simulate {
     /// Seed of the noise.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Physics: paper or physical [default: the scene's].
+    /// Physics: paper, paper-grid or physical [default: the scene's].
     #[arg(long, value_parser = one_of(MODELS), hide_short_help = true)]
     pub(crate) model: Option<Model>,
-    /// Grid of points or exact area per pixel.
-    ///
-    /// The physical model has no grid and ignores this option.
-    #[arg(long, value_enum, default_value_t = Method::Grid, hide_short_help = true)]
-    pub(crate) method: Method,
     /// Frames as .csv, .npz, .parquet, .mcap, .png or .gif [default: print].
     ///
     /// As `grideye convert` writes a recording. .csv is in the sensor's steps, or a table of degrees if it has other than 8 x 8
@@ -167,8 +162,9 @@ pub(crate) struct Simulate {
 }
 
 const MODELS: Choices<Model> = (
-    &[Model::Paper, Model::Physical],
-    "paper The paper's perceived temperature, resampled
+    &[Model::Paper, Model::PaperGrid, Model::Physical],
+    "paper The paper's perceived temperature
+paper-grid The same on the paper's grid of points, resampled: slow
 physical Radiance, averaged over each pixel's response",
 );
 

@@ -1,6 +1,6 @@
 //! `grideye dataset`: labeled frames of a scene that differs from frame to frame.
 
-use crate::cli::{Dataset, Method, Preset};
+use crate::cli::{Dataset, Preset};
 use crate::exit::{Outcome, bad_input};
 use crate::output::outln;
 use crate::{export, files, progress};
@@ -97,7 +97,6 @@ fn frames(options: &Dataset) -> Result<Frames> {
         is_built_in: options.preset.is_some(),
         vary: options.varied.clone(),
         recipe,
-        without_grid: options.method == Method::Area,
         seed: options.seed,
         clip: options.clip,
         counts_from: CountsFrom {

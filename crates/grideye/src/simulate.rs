@@ -34,7 +34,7 @@ pub(crate) fn run(options: &Simulate) -> Result<Outcome> {
         }
     }
     let name = files::sensor_name(&scene, options.sensor.as_deref())?;
-    let simulator = options.method.simulate()(&scene, &name).map_err(bad_input)?;
+    let simulator = Simulator::new(&scene, &name).map_err(bad_input)?;
     match &options.out {
         Some(out) => write(options, &scene, &simulator, out)?,
         None => print(&simulator.noisy(Duration::ZERO, options.seed))?,

@@ -8,8 +8,8 @@ use serde_json::Value;
 
 const SCENE: &str = "crates/grideye-scene/benches/reference.toml";
 
-/// What the script says of the frames that one method makes of the reference work, every `every`th of them.
-fn report(method: &str, every: &str) -> Option<Value> {
+/// What the script says of the frames that one model makes of the reference work, every `every`th of them.
+fn report(model: &str, every: &str) -> Option<Value> {
     let folder = tempfile::tempdir().unwrap();
     let frames = folder.path().join("frames.npz");
     let frames = frames.to_str().unwrap();
@@ -17,7 +17,7 @@ fn report(method: &str, every: &str) -> Option<Value> {
     let what = "our frames beside those of numpy and Embree";
     let arguments = [scene.to_str().unwrap(), frames, "--every", every, "--json"];
     let mut script = peer("ray_casting.py", &arguments, what)?;
-    let ended = run(grideye().args(["simulate", SCENE, "--method", method, "--out", frames]));
+    let ended = run(grideye().args(["simulate", SCENE, "--model", model, "--out", frames]));
     assert_eq!(ended.code, 0, "{ended:?}");
     let ended = run(&mut script);
     assert_eq!(ended.code, 0, "{ended:?}");
@@ -30,7 +30,7 @@ fn difference_c(report: &Value, peer: &str) -> f64 {
 
 #[test]
 fn numpy_and_embree_cast_the_same_frames() {
-    let Some(report) = report("grid", "2") else {
+    let Some(report) = report("paper-grid", "2") else {
         return;
     };
     assert!(report["frames"].as_u64().unwrap() > 50, "{report}");
@@ -45,7 +45,7 @@ fn numpy_and_embree_cast_the_same_frames() {
 
 #[test]
 fn without_a_grid_the_frames_are_those_of_the_rays_but_for_the_grids_own_steps() {
-    let Some(report) = report("area", "5") else {
+    let Some(report) = report("paper", "5") else {
         return;
     };
     let difference_c = difference_c(&report, "numpy f64");

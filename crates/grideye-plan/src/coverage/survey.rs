@@ -142,7 +142,7 @@ impl Survey {
             return Err(CoverageError::NoNoise(sensor.name.clone()));
         }
         let scene = self.empty.with_sensors(vec![sensor.clone()]);
-        let simulator = Simulator::without_grid(&scene, &sensor.name)?;
+        let simulator = Simulator::new(&scene, &sensor.name)?;
         Ok(Eye {
             nobody: simulator.image(Duration::ZERO),
             simulator,

@@ -99,7 +99,7 @@ impl SensorArray {
     /// None if the scene contains the array's sensors.
     pub fn truth(&self, scene: &Scene) -> Result<Simulator, SceneError> {
         let scene = scene.with_sensors(vec![self.virtual_sensor.clone()]);
-        Simulator::without_grid(&scene, &self.virtual_sensor.name)
+        Simulator::new(&scene, &self.virtual_sensor.name)
     }
 
     /// How many sensors have each cell in view, row by row.

@@ -169,7 +169,7 @@ fn fuse(
 ) -> Result<Vec<Fused>, SceneError> {
     let simulators = sensors
         .iter()
-        .map(|sensor| Simulator::without_grid(scene, &sensor.name))
+        .map(|sensor| Simulator::new(scene, &sensor.name))
         .collect::<Result<Vec<_>, _>>()?;
     let quiet: Vec<Image> = simulators
         .iter()

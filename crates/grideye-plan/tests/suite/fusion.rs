@@ -51,7 +51,7 @@ fn array(scene: &Scene) -> Result<SensorArray, ArrayError> {
 
 fn frames(scene: &Scene, seed: Option<u64>) -> Vec<Image> {
     let frame = |sensor: &Sensor| {
-        let simulator = Simulator::without_grid(scene, &sensor.name).unwrap();
+        let simulator = Simulator::new(scene, &sensor.name).unwrap();
         match seed {
             None => simulator.image(Duration::ZERO),
             Some(seed) => simulator.noisy(Duration::ZERO, seed),

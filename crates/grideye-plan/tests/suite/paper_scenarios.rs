@@ -25,7 +25,7 @@ fn fused_error(name: &str, method: Method, seed: Option<u64>) -> f64 {
     let frames: Vec<Image> = sensors
         .iter()
         .map(|sensor| {
-            let simulator = Simulator::without_grid(&scene, &sensor.name).unwrap();
+            let simulator = Simulator::new(&scene, &sensor.name).unwrap();
             seed.map_or_else(
                 || simulator.image(Duration::ZERO),
                 |seed| simulator.noisy(Duration::ZERO, seed),

@@ -83,7 +83,6 @@ def emulate(
     seed: int = 1,
     at_end: str = "hold",
     replay: str = "times",
-    method: str = "grid",
     adapter: str = "pi",
     scl_hz: Optional[int] = _native.SCL_HZ,
     clock_error_ppm: Optional[int] = None,
@@ -101,7 +100,6 @@ def emulate(
         seed: of noise and faults.
         at_end: of a walk or recording: "hold" the last frame, "loop", or "end", where the bus disappears (ENODEV).
         replay: a recording's frames at their "times", or one for each of the sensor's "frames".
-        method: of a scene, "grid" or "area".
         adapter: "pi", "pi5", "usb", "smbus-only", "busy", "gone" or "virtio".
         scl_hz: the bus clock, 1000 to 1000000 Hz; by default 100000, as boards have: a frame read takes 12.3 ms of emulated
             time (and none of the host's), and a driver that reads a frame in parts now and then mixes two. With None,
@@ -119,7 +117,6 @@ def emulate(
         "clock_error_ppm": clock_error_ppm,
         "at_end": at_end,
         "replay": replay,
-        "method": method,
         "adapter": adapter,
         "scl_hz": scl_hz,
         "seed": seed,

@@ -66,7 +66,6 @@ class Scene:
         seed: int = 1,
         *,
         sensor: Optional[str] = None,
-        method: str = "grid",
     ) -> npt.NDArray[np.float32]:
         """What a sensor measures, with its noise, as `grideye simulate`.
 
@@ -74,7 +73,6 @@ class Scene:
             frames: how many; by default 10 of a scene in which nothing moves, otherwise until its end.
             seed: of the noise, from 0. Equal seeds give equal bytes on every machine.
             sensor: its name; may be left out if there is one.
-            method: "grid", the paper's grid of points, or "area", the exact area of each pixel.
 
         Returns:
             float32 of shape (frames, rows, columns), (frames, 8, 8) for a Grid-EYE, in degrees Celsius. The first is at the
@@ -83,7 +81,7 @@ class Scene:
         Raises:
             InputError: if the scene has several sensors and none is named, or none of this name.
         """
-        data, shape = self._native.simulate(frames, seed, sensor, method)
+        data, shape = self._native.simulate(frames, seed, sensor)
         return np.frombuffer(data, np.float64).reshape(shape).astype(np.float32)
 
     def __repr__(self) -> str:

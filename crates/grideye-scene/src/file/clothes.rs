@@ -70,7 +70,7 @@ pub(crate) fn surface(reader: &Reader<'_>, keys: Keys<'_>, ambient_c: f64) -> Re
 /// Warns of agents as warm as skin without a stated surface or emissivity, which the physical model would show far too
 /// warm.
 pub(crate) fn warnings(reader: &Reader<'_>, tables: &SceneTable) -> Vec<Warning> {
-    if reader.model == Model::Paper {
+    if reader.model != Model::Physical {
         return Vec::new();
     }
     let agents = tables.agent.iter().map(Spanned::get_ref);
@@ -96,8 +96,8 @@ pub(crate) fn warnings(reader: &Reader<'_>, tables: &SceneTable) -> Vec<Warning>
 
 pub(crate) fn emissivity(reader: &Reader<'_>, given: &Option<Spanned<f64>>) -> Read<f64> {
     Ok(match reader.model {
-        Model::Paper => reader.number_or(given, &EMISSIVITY, PAPER.emissivity),
         Model::Physical => reader.number_or(given, &EMISSIVITY_PHYSICAL, EMISSIVITY_OF_WALLS),
+        _ => reader.number_or(given, &EMISSIVITY, PAPER.emissivity),
     }?)
 }
 

@@ -143,7 +143,11 @@ fn removed<'v>(variant: &'v Loaded, loaded: &Loaded) -> Option<&'v Warning> {
 fn parse(mut reader: Reader<'_>, model: Option<Model>) -> Read<Loaded> {
     let mut tables = tables(&reader)?;
     reader.check_names(&tables)?;
-    let models = [("paper", Model::Paper), ("physical", Model::Physical)];
+    let models = [
+        ("paper", Model::Paper),
+        ("paper-grid", Model::PaperGrid),
+        ("physical", Model::Physical),
+    ];
     let hint = "paper is the default; scenes/README.md says when to use which";
     let of_file = reader.choice("model", &tables.model, &models, hint)?;
     reader.model = model.or(of_file).unwrap_or_default();

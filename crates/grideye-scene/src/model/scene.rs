@@ -20,9 +20,11 @@ use std::time::Duration;
 /// How frames are made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Model {
-    /// As in the paper: perceived temperatures that tend to ambient with distance, on a grid of points, resampled.
+    /// As in the paper: perceived temperatures that tend to ambient with distance, weighted as by its resampling.
     #[default]
     Paper,
+    /// The same on the paper's grid of points, resampled: slow, the reference for the other.
+    PaperGrid,
     /// As for a thermopile behind a lens: radiance averaged over each pixel's response.
     Physical,
 }
@@ -32,7 +34,7 @@ impl Model {
     pub(crate) fn surfaces(self, person: &Person, ambient_c: f64) -> [Surface; SEGMENTS] {
         match self {
             Self::Physical => person.surfaces(ambient_c),
-            Self::Paper => [PAPER; SEGMENTS],
+            Self::Paper | Self::PaperGrid => [PAPER; SEGMENTS],
         }
     }
 }
@@ -230,6 +232,15 @@ impl Scene {
         Agent {
             person: Some(person),
             ..Agent::at_rest(name, parts, DVec3::ZERO)
+        }
+    }
+
+    /// The scene in the paper's model, on its sampling grid.
+    #[must_use]
+    pub fn on_grid(&self) -> Self {
+        Self {
+            model: Model::PaperGrid,
+            ..self.clone()
         }
     }
 

@@ -27,7 +27,7 @@ pub struct Sensor {
     pub rows: usize,
     /// Full angle of view on each axis, radians, below π.
     pub field_of_view_rad: DVec2,
-    /// Points of the sampling grid on each axis: field of view times points per degree, at least 1.
+    /// Points of the paper's sampling grid on each axis: field of view times points per degree, at least 1.
     pub grid_points: USizeVec2,
     /// Standard deviation of the noise of one pixel in one frame, °C.
     pub noise_sigma: f64,

@@ -1,12 +1,13 @@
-//! Frames without a sampling grid: each pixel is the integral of the visible surfaces, weighted by the pixel's
-//! response.
+//! The paper's model without its sampling grid: each pixel is the integral of the visible surfaces, weighted by the
+//! pixel's response.
 //!
 //! On an ever finer grid, the weights of `imresize` tend to triangles over two pixels, linear between pixel centers. A
 //! piece cut at these centers contributes to four pixels by its moments. A Gauss rule of degree 5 integrates the law's
-//! fourth root.
+//! fourth root. Round bodies are drawn as their outlines in one plane each: what a person adds is off by 1 to 3 %.
 
-use crate::geometry::{clipped, count, polygon::bounds};
+use crate::geometry::{Pose, clipped, count, polygon::bounds};
 use crate::model::Sensor;
+use crate::picture::subject::Subject;
 use crate::radiometry::{Air, Glow};
 use glam::{DVec2, DVec3};
 use std::borrow::Cow;
@@ -16,7 +17,19 @@ use std::cmp::Ordering;
 type Polygon = Vec<DVec2>;
 
 #[derive(Debug, Clone)]
-pub(crate) struct Facet {
+pub(crate) struct Area {
+    pose: Pose,
+    air: Air,
+    plane: ImagePlane,
+    still: Facets,
+    /// The visible parts of the still facets.
+    pieces: Vec<Piece>,
+    /// The pixels with still bodies only.
+    still_c: Vec<f64>,
+}
+
+#[derive(Debug, Clone)]
+struct Facet {
     outline: Polygon,
     /// Bounds of the outline.
     bounds: (DVec2, DVec2),
@@ -28,7 +41,7 @@ pub(crate) struct Facet {
     /// Perceived temperature where its plane is nearest, °C above ambient: decides which of two facets at one depth is
     /// seen.
     warmth_c: f64,
-    pub(crate) owner: u32,
+    owner: u32,
 }
 
 #[derive(Debug, Clone)]
@@ -40,7 +53,7 @@ struct Piece {
 }
 
 #[derive(Debug, Clone)]
-pub(crate) struct ImagePlane {
+struct ImagePlane {
     columns: usize,
     rows: usize,
     /// Slope per pixel on each axis, and half the image in pixels.
@@ -48,15 +61,8 @@ pub(crate) struct ImagePlane {
     half: DVec2,
 }
 
-#[derive(Debug, Clone)]
-pub(crate) struct StaticFacets {
-    facets: Vec<Facet>,
-    places: Places,
-    pieces: Vec<Piece>,
-}
-
 impl ImagePlane {
-    pub(crate) fn new(sensor: &Sensor) -> Self {
+    fn new(sensor: &Sensor) -> Self {
         let half = 0.5 * DVec2::new(count::float(sensor.columns), count::float(sensor.rows));
         Self {
             columns: sensor.columns,
@@ -67,13 +73,12 @@ impl ImagePlane {
     }
 
     /// The facet of a face in the sensor's axes; `inverse_depth` times ray `(1, left, up)` is the inverse depth there.
-    pub(crate) fn facet(
+    fn facet(
         &self,
-        corners: impl Iterator<Item = DVec3>,
+        mut in_view: Vec<DVec3>,
         inverse_depth: DVec3,
         (air, glow, owner): (&Air, Glow, u32),
     ) -> Option<Facet> {
-        let mut in_view: Vec<DVec3> = corners.collect();
         let slope = self.half * self.pitch;
         let borders = [
             DVec3::new(slope.x, 1.0, 0.0),
@@ -106,23 +111,6 @@ impl ImagePlane {
         (area(&facet.outline) > AREA_MIN).then_some(facet)
     }
 
-    /// The facet of a body around the sensor: at zero distance, without rays that leave through a touched face.
-    pub(crate) fn facet_all_around(
-        &self,
-        touching: &[DVec3],
-        made_of: (&Air, Glow, u32),
-    ) -> Option<Facet> {
-        let slope = self.half * self.pitch;
-        let corners = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)];
-        let all: Vec<DVec3> = corners
-            .map(|(left, up)| DVec3::new(1.0, left * slope.x, up * slope.y))
-            .to_vec();
-        let inside = touching.iter().fold(all, |inside, outward| {
-            clipped(&inside, |ray| -outward.dot(ray))
-        });
-        self.facet(inside.into_iter(), AT_NO_DISTANCE, made_of)
-    }
-
     fn excess(&self, air: &Air, facet: &Facet, point: DVec2) -> f64 {
         let slope = (self.half - point) * self.pitch;
         let inverse_depth = facet.inverse_depth.dot(point.extend(1.0));
@@ -131,94 +119,105 @@ impl ImagePlane {
     }
 }
 
-impl StaticFacets {
-    pub(crate) fn new(facets: Vec<Facet>) -> Self {
-        let mut pieces = Vec::new();
-        let places = Places::new(&facets);
-        for (index, facet) in facets.iter().enumerate() {
-            let mut outlines = vec![facet.outline.clone()];
-            for other in places.near(facet) {
-                if other != index {
-                    hide(&mut outlines, facet, &facets[other], other < index);
-                }
-            }
-            pieces.extend(outlines.into_iter().map(|outline| Piece {
+impl Area {
+    pub(crate) fn new(air: Air, sensor: &Sensor, standing: &[Subject<'_>]) -> Self {
+        let mut area = Self {
+            pose: sensor.pose,
+            air,
+            plane: ImagePlane::new(sensor),
+            still: Facets::new(Vec::new()),
+            pieces: Vec::new(),
+            still_c: vec![air.ambient_c(); sensor.columns * sensor.rows],
+        };
+        let still = area.facets(standing);
+        let mut still_c = std::mem::take(&mut area.still_c);
+        let pieces = still.visible(None).into_iter().map(|(facet, outline)| {
+            let excess = area.excess(&still.all[facet]);
+            area.plane.integrate(&outline, &excess, &mut still_c);
+            Piece {
                 bounds: bounds(outline.iter().copied()),
                 outline,
-                facet: index,
-            }));
-        }
+                facet,
+            }
+        });
+        area.pieces = pieces.collect();
         Self {
-            places,
-            facets,
-            pieces,
+            still,
+            still_c,
+            ..area
         }
     }
 
-    pub(crate) fn add(&self, plane: &ImagePlane, air: &Air, pixels: &mut [f64]) {
+    /// The image, °C, and of each of so many agents the share of each pixel, seen and if nothing hid the agent.
+    pub(crate) fn image(
+        &self,
+        moving: &[Subject<'_>],
+        agents: usize,
+    ) -> (Vec<f64>, Vec<[Vec<f64>; 2]>) {
+        let moving = self.facets(moving);
+        let visible = moving.visible(Some(&self.still));
+        let mut celsius = self.still_c.clone();
+        for (facet, outline) in &visible {
+            self.draw(&moving.all[*facet], outline, &mut celsius);
+        }
+        let of_owner = |owner: u32| {
+            let is_own = |facet: &&Facet| facet.owner == owner;
+            let alone = moving.all.iter().filter(is_own).cloned().collect();
+            let alone = Facets::new(alone);
+            let seen = visible
+                .iter()
+                .filter(|(facet, _)| is_own(&&moving.all[*facet]));
+            [
+                self.share(seen.map(|(_, outline)| outline)),
+                self.share(alone.visible(None).iter().map(|(_, outline)| outline)),
+            ]
+        };
+        let shares = (0..).take(agents).map(of_owner).collect();
+        (celsius, shares)
+    }
+
+    fn share<'a>(&self, outlines: impl Iterator<Item = &'a Polygon>) -> Vec<f64> {
+        let mut share = vec![0.0; self.still_c.len()];
+        outlines.for_each(|outline| self.plane.integrate(outline, &|_| 1.0, &mut share));
+        share
+    }
+
+    fn facets(&self, subjects: &[Subject<'_>]) -> Facets {
+        let mut facets = Vec::new();
+        for subject in subjects {
+            let made_of = |surface| (&self.air, self.air.glow(surface), subject.owner);
+            match subject.outline(&self.pose) {
+                Some((outline, depth)) => {
+                    let made_of = made_of(subject.surface);
+                    facets.extend(self.plane.facet(outline, depth, made_of));
+                }
+                None => facets.extend(subject.faces(&self.pose).iter().filter_map(|face| {
+                    let made_of = made_of(subject.of_face(face.face));
+                    let corners = face.corners.clone();
+                    self.plane.facet(corners, face.inverse_depth, made_of)
+                })),
+            }
+        }
+        Facets::new(facets)
+    }
+
+    /// Adds what a visible part of a facet changes in the image of the still bodies.
+    fn draw(&self, facet: &Facet, outline: &Polygon, pixels: &mut [f64]) {
+        self.plane.integrate(outline, &self.excess(facet), pixels);
+        let of_outline = bounds(outline.iter().copied());
         for piece in &self.pieces {
-            let facet = &self.facets[piece.facet];
-            let excess = |point| plane.excess(air, facet, point);
-            plane.integrate(&piece.outline, &excess, pixels);
+            if !overlap(of_outline, piece.bounds) {
+                continue;
+            }
+            let covered = intersection(outline, &piece.outline);
+            let behind = self.excess(&self.still.all[piece.facet]);
+            self.plane
+                .integrate(&covered, &|point| -behind(point), pixels);
         }
     }
 
-    /// Adds to each pixel its change due to the moving facets.
-    pub(crate) fn add_change(
-        &self,
-        plane: &ImagePlane,
-        air: &Air,
-        moving: &[Facet],
-        pixels: &mut [f64],
-    ) {
-        for (facet, outline) in self.visible(moving) {
-            let excess = |point| plane.excess(air, facet, point);
-            plane.integrate(&outline, &excess, pixels);
-            let of_outline = bounds(outline.iter().copied());
-            for piece in &self.pieces {
-                if !overlap(of_outline, piece.bounds) {
-                    continue;
-                }
-                let covered = intersection(&outline, &piece.outline);
-                let behind = &self.facets[piece.facet];
-                let hidden = |point| -plane.excess(air, behind, point);
-                plane.integrate(&covered, &hidden, pixels);
-            }
-        }
-    }
-
-    pub(crate) fn add_share(
-        &self,
-        plane: &ImagePlane,
-        moving: &[Facet],
-        counts: impl Fn(u32) -> bool,
-        pixels: &mut [f64],
-    ) {
-        for (facet, outline) in self.visible(moving) {
-            if counts(facet.owner) {
-                plane.integrate(&outline, &|_| 1.0, pixels);
-            }
-        }
-    }
-
-    /// The parts of the moving facets hidden neither by each other nor by still facets.
-    fn visible<'a>(
-        &'a self,
-        moving: &'a [Facet],
-    ) -> impl Iterator<Item = (&'a Facet, Polygon)> + 'a {
-        let places = Places::new(moving);
-        moving.iter().enumerate().flat_map(move |(index, facet)| {
-            let mut outlines = vec![facet.outline.clone()];
-            for other in places.near(facet) {
-                if other != index {
-                    hide(&mut outlines, facet, &moving[other], other < index);
-                }
-            }
-            for other in self.places.near(facet) {
-                hide(&mut outlines, facet, &self.facets[other], true);
-            }
-            outlines.into_iter().map(move |outline| (facet, outline))
-        })
+    fn excess(&self, facet: &Facet) -> impl Fn(DVec2) -> f64 {
+        move |point| self.plane.excess(&self.air, facet, point)
     }
 }
 
@@ -312,8 +311,6 @@ const GAUSS: [(f64, f64, f64); 7] = {
 
 const AREA_MIN: f64 = 1e-12;
 
-const AT_NO_DISTANCE: DVec3 = DVec3::new(1e12, 0.0, 0.0);
-
 /// Facets with a smaller relative difference of depth are at the same depth.
 const SAME_DEPTH: f64 = 1e-9;
 
@@ -344,10 +341,10 @@ fn within(
     Cow::Owned(clipped(&after, |point| last - at(point)))
 }
 
-/// Where facets are, by cells of a grid over all of them: most of those of a body are nowhere near each other.
+/// Facets by cells of a grid over all of them: most of those of a body are nowhere near each other.
 #[derive(Debug, Clone)]
-struct Places {
-    bounds: Vec<(DVec2, DVec2)>,
+struct Facets {
+    all: Vec<Facet>,
     low: DVec2,
     cells_per_pixel: DVec2,
     /// For each cell, row by row, a bit for each facet that reaches it.
@@ -355,26 +352,42 @@ struct Places {
     words: usize,
 }
 
-impl Places {
+impl Facets {
     const CELLS: usize = 8;
 
-    fn new(facets: &[Facet]) -> Self {
-        let all: Vec<_> = facets.iter().map(|facet| facet.bounds).collect();
-        let (low, high) = bounds(all.iter().flat_map(|(low, high)| [*low, *high]));
+    fn new(all: Vec<Facet>) -> Self {
+        let corners = all.iter().map(|facet| facet.bounds);
+        let (low, high) = bounds(corners.flat_map(|(low, high)| [low, high]));
         let words = all.len().div_ceil(64);
-        let mut places = Self {
-            bounds: all,
+        let mut facets = Self {
+            all,
             low,
             cells_per_pixel: count::float(Self::CELLS) / (high - low),
             in_cells: vec![0; Self::CELLS * Self::CELLS * words],
             words,
         };
-        for index in 0..facets.len() {
-            for cell in places.cells(places.bounds[index]) {
-                places.in_cells[cell * words + index / 64] |= 1 << (index % 64);
+        for index in 0..facets.all.len() {
+            for cell in facets.cells(facets.all[index].bounds) {
+                facets.in_cells[cell * words + index / 64] |= 1 << (index % 64);
             }
         }
-        places
+        facets
+    }
+
+    /// The parts that neither the others nor those behind them hide, each with its facet's index.
+    fn visible(&self, still: Option<&Self>) -> Vec<(usize, Polygon)> {
+        let mut visible = Vec::with_capacity(self.all.len());
+        for (index, facet) in self.all.iter().enumerate() {
+            let mut outlines = vec![facet.outline.clone()];
+            for (other, of) in self.near(facet).filter(|(other, _)| *other != index) {
+                hide(&mut outlines, facet, of, other < index);
+            }
+            for (_, of) in still.into_iter().flat_map(|still| still.near(facet)) {
+                hide(&mut outlines, facet, of, true);
+            }
+            visible.extend(outlines.into_iter().map(|outline| (index, outline)));
+        }
+        visible
     }
 
     fn cells(&self, (low, high): (DVec2, DVec2)) -> impl Iterator<Item = usize> + use<> {
@@ -391,7 +404,7 @@ impl Places {
     }
 
     /// The facets whose bounds overlap those of this one, in order.
-    fn near(&self, facet: &Facet) -> impl Iterator<Item = usize> {
+    fn near(&self, facet: &Facet) -> impl Iterator<Item = (usize, &Facet)> {
         let bounds = facet.bounds;
         let mut here = vec![0; self.words];
         for cell in self.cells(bounds) {
@@ -408,7 +421,8 @@ impl Places {
             };
             std::iter::from_fn(next).map(move |bit| 64 * word + bit)
         });
-        indices.filter(move |index| overlap(bounds, self.bounds[*index]))
+        let facets = indices.map(|index| (index, &self.all[index]));
+        facets.filter(move |(_, other)| overlap(bounds, other.bounds))
     }
 }
 

@@ -1,15 +1,14 @@
-//! Renders what a sensor sees: on the paper's sampling grid, without one, or by radiance.
+//! Renders what a sensor sees: by the paper's model, on its sampling grid, or by radiance.
 
 mod area;
 mod grid;
 mod image;
 pub mod physical;
-mod projection;
 mod resample;
+mod subject;
 
-pub(crate) use area::{Facet, ImagePlane, StaticFacets};
-pub(crate) use grid::{Accumulator, Backdrop, NOBODY, ShadedPatch};
+pub(crate) use area::Area;
+pub(crate) use grid::Grid;
 pub use image::{Filled, Image, Mask};
-pub(crate) use physical::{Physical, Shown};
-pub(crate) use projection::{SamplingGrid, Sight};
-pub(crate) use resample::Resampler;
+pub(crate) use physical::Physical;
+pub(crate) use subject::{Form, NOBODY, SeenFace, Subject};

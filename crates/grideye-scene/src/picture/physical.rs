@@ -15,17 +15,17 @@ mod optics;
 pub use crate::model::Optics;
 pub use crate::radiometry::{Band, apparent_celsius};
 
-use crate::geometry::Contour;
+use crate::geometry::Pose;
 use crate::model::{Scene, Sensor};
-use crate::picture::grid::NOBODY;
-use crate::picture::projection::Sight;
-use crate::radiometry::{Light, Surface};
+use crate::picture::subject::Subject;
+use crate::radiometry::Light;
 use line::{Face, Level, Line, Span, Step};
 use optics::{Eye, Weights};
 use std::ops::Range;
 
 #[derive(Debug, Clone)]
 pub(crate) struct Physical {
+    pose: Pose,
     light: Light,
     eye: Eye,
     /// Slope of the field's left border.
@@ -42,14 +42,6 @@ pub(crate) struct Physical {
     still_excess: Vec<f64>,
 }
 
-#[derive(Debug, Clone)]
-pub(crate) struct Shown {
-    owner: u32,
-    faces: Vec<Face>,
-    /// Upward slopes at which to cut bands.
-    levels: Vec<f64>,
-}
-
 const LINES_PER_WIDTH: f64 = 24.0;
 /// Limit on bands before cutting; very narrow pixels then have fewer lines each.
 const BANDS_MAX: f64 = 4096.0;
@@ -57,12 +49,7 @@ const BANDS_MAX: f64 = 4096.0;
 const CUT_MIN: f64 = 1.0 / 64.0;
 
 impl Physical {
-    /// `standing` supplies the still bodies, once the spacing of the lines is known.
-    pub(crate) fn new(
-        scene: &Scene,
-        sensor: &Sensor,
-        standing: impl FnOnce(&Self) -> Vec<Shown>,
-    ) -> Self {
+    pub(crate) fn new(scene: &Scene, sensor: &Sensor, standing: &[Subject<'_>]) -> Self {
         let eye = Eye::new(sensor);
         let width = eye.narrowest_up_rad() / LINES_PER_WIDTH;
         let bands = (2.0 * eye.field.y / width).ceil().clamp(1.0, BANDS_MAX);
@@ -71,6 +58,7 @@ impl Physical {
             .map(|band| eye.field.y * (2.0 * crate::geometry::count::float(band) / bands - 1.0))
             .collect();
         let mut physical = Self {
+            pose: sensor.pose,
             light: Light::new(scene.band, scene.room.ambient_c, scene.reflected_c),
             left_max: libm::tan(eye.field.x),
             band_rad: 2.0 * eye.field.y / bands,
@@ -81,127 +69,74 @@ impl Physical {
             lines: Vec::new(),
             reaching: Vec::new(),
         };
-        let standing = standing(&physical);
         physical.build(standing);
         physical
     }
 
-    /// Prepares a body for drawing; `glow` gives the surface of each of its faces.
-    pub(crate) fn shown(
-        &self,
-        sight: &Sight,
-        owner: u32,
-        glow: impl Fn(Option<usize>) -> Surface,
-    ) -> Shown {
-        let mut levels = Vec::new();
-        let faces = match sight {
-            Sight::Inside(touching) => {
-                let excess = self.light.excess(glow(None));
-                vec![Face::all_around(touching, excess, owner)]
+    /// The faces of these bodies, and the upward angles at which they cut bands, increasing.
+    fn shown(&self, subjects: &[Subject<'_>]) -> (Vec<Face>, Vec<f64>) {
+        let (mut shown, mut levels) = (Vec::new(), Vec::new());
+        for subject in subjects {
+            if let Some(contour) = subject.contour(&self.pose) {
+                let excess = self.light.excess(subject.surface);
+                shown.push(Face::round(contour, excess, subject.owner));
+                continue;
             }
-            Sight::Outside(faces) => {
-                let width = self.band_rad;
-                line::levels(faces, (2.0 * width, width), &mut levels);
-                let mut last = (None, 0.0);
-                let shown = faces.iter().map(|face| {
-                    let surface = glow(Some(face.face));
-                    // Planck's law is slow, and most bodies have one temperature.
-                    if last.0 != Some(surface) {
-                        last = (Some(surface), self.light.excess(surface));
-                    }
-                    Face::new(face, last.1, owner)
-                });
-                shown.collect()
-            }
-        };
-        Shown {
-            owner,
-            faces,
-            levels,
+            let faces = subject.faces(&self.pose);
+            line::levels(&faces, (2.0 * self.band_rad, self.band_rad), &mut levels);
+            let mut last = (None, 0.0);
+            shown.extend(faces.iter().map(|face| {
+                let surface = subject.of_face(face.face);
+                // Planck's law is slow, and most bodies have one temperature.
+                if last.0 != Some(surface) {
+                    last = (Some(surface), self.light.excess(surface));
+                }
+                Face::new(face, last.1, subject.owner)
+            }));
         }
-    }
-
-    /// Prepares a round body for drawing; without a contour the sensor is inside.
-    pub(crate) fn shown_round(
-        &self,
-        contour: Option<Contour>,
-        owner: u32,
-        surface: Surface,
-    ) -> Shown {
-        let excess = self.light.excess(surface);
-        let face = match contour {
-            None => Face::all_around(&[], excess, owner),
-            Some(contour) => Face::round(contour, excess, owner),
-        };
-        Shown {
-            owner,
-            levels: Vec::new(),
-            faces: vec![face],
-        }
+        levels.retain(|level| level.is_finite());
+        let mut cuts: Vec<f64> = levels.into_iter().map(libm::atan).collect();
+        cuts.sort_by(f64::total_cmp);
+        (shown, cuts)
     }
 
     /// The image, and of each of so many agents the share of each pixel, seen and if nothing hid the agent; all from
     /// the same lines.
-    pub(crate) fn image(&self, moving: &[Shown], agents: usize) -> (Vec<f64>, Vec<[Vec<f64>; 2]>) {
+    pub(crate) fn image(
+        &self,
+        moving: &[Subject<'_>],
+        agents: usize,
+    ) -> (Vec<f64>, Vec<[Vec<f64>; 2]>) {
+        let (moving, cuts) = self.shown(moving);
         let mut excess = self.still_excess.clone();
         let owners = (0..).take(agents);
         let mut agents: Vec<Own> = owners
             .map(|owner| Own {
                 owner,
-                cuts: cuts(moving.iter().filter(|shown| shown.owner == owner)),
                 seen: vec![0.0; excess.len()],
                 unhidden: vec![0.0; excess.len()],
             })
             .collect();
-        let (all_cuts, mut buffers) = (cuts(moving), LineBuffers::default());
-        self.each_band(moving, |band, active| {
-            let cuts = self.within(band, &all_cuts);
+        let mut buffers = LineBuffers::default();
+        self.each_band(&moving, |band, active| {
+            let cuts = self.within(band, &cuts);
             let is_here = |own: &&mut Own| active.iter().any(|face| face.owner == own.owner);
             self.each_line((band, cuts), active, &mut buffers, |line| {
                 line.compare(|span| span.excess, true);
                 line.add(&self.eye, |pixel, value| excess[pixel] += value);
-                for own in agents.iter_mut().filter(is_here) {
-                    let is_cut_alike = self.within(band, &own.cuts) == cuts;
-                    own.add(line, &self.eye, is_cut_alike);
-                }
+                let here = agents.iter_mut().filter(is_here);
+                here.for_each(|own| own.add(line, &self.eye));
             });
-            let is_cut_apart = |own: &&mut Own| self.within(band, &own.cuts) != cuts;
-            for own in agents.iter_mut().filter(is_here).filter(is_cut_apart) {
-                let alone = active
-                    .iter()
-                    .copied()
-                    .filter(|face| face.owner == own.owner);
-                let alone: Vec<&Face> = alone.collect();
-                let cuts = self.within(band, &own.cuts);
-                self.each_line((band, cuts), &alone, &mut buffers, |line| {
-                    line.unite(own.owner);
-                    line.add(&self.eye, |pixel, value| own.unhidden[pixel] += value);
-                });
-            }
         });
         let celsius = excess.into_iter().map(|excess| self.light.celsius(excess));
         let shares = agents.into_iter().map(|own| [own.seen, own.unhidden]);
         (celsius.collect(), shares.collect())
     }
 
-    /// The share of each pixel's response on agents.
-    pub(crate) fn share(&self, moving: &[Shown]) -> Vec<f64> {
-        let mut share = vec![0.0; self.still_excess.len()];
-        let (cuts, mut buffers) = (cuts(moving), LineBuffers::default());
-        self.each_band(moving, |band, active| {
-            let cuts = self.within(band, &cuts);
-            self.each_line((band, cuts), active, &mut buffers, |line| {
-                line.compare(|span| is(span.owner != NOBODY), false);
-                line.add(&self.eye, |pixel, value| share[pixel] += value);
-            });
-        });
-        share
-    }
-
-    fn build(&mut self, standing: Vec<Shown>) {
-        let cuts = cuts(&standing);
+    fn build(&mut self, standing: &[Subject<'_>]) {
+        let (still, cuts) = self.shown(standing);
         self.borders = merged(&self.borders, &cuts, CUT_MIN * self.band_rad);
-        self.still = standing.into_iter().flat_map(|shown| shown.faces).collect();
+        self.still = still;
         let bands = self.borders.len().saturating_sub(1);
         self.reaching = vec![Vec::new(); bands];
         for (index, face) in self.still.iter().enumerate() {
@@ -248,10 +183,9 @@ impl Physical {
     }
 
     /// Calls `each` with every band that a moving face reaches, and these faces.
-    fn each_band(&self, moving: &[Shown], mut each: impl FnMut(usize, &[&Face])) {
+    fn each_band(&self, moving: &[Face], mut each: impl FnMut(usize, &[&Face])) {
         let mut faces: Vec<(Range<usize>, &Face)> = moving
             .iter()
-            .flat_map(|shown| &shown.faces)
             .map(|face| (self.bands(face), face))
             .filter(|(bands, _)| !bands.is_empty())
             .collect();
@@ -320,36 +254,28 @@ impl Physical {
 /// An agent, and its shares of the pixels so far.
 struct Own {
     owner: u32,
-    /// Where its bodies alone cut bands.
-    cuts: Vec<f64>,
     seen: Vec<f64>,
     unhidden: Vec<f64>,
 }
 
 impl Own {
-    /// Adds a line: what is seen of the agent, and if the line is cut as for the agent alone, what would be.
-    fn add(&mut self, line: &mut LineBuffers, eye: &Eye, is_cut_alike: bool) {
-        if is_cut_alike {
-            line.unite(self.owner);
-            std::mem::swap(&mut line.steps, &mut line.others);
-        }
-        line.compare(|span| is(span.owner == self.owner), false);
-        let is_unhidden = is_cut_alike && line.steps == line.others;
+    /// Adds a line: what is seen of the agent, and what would be if nothing hid it.
+    fn add(&mut self, line: &mut LineBuffers, eye: &Eye) {
+        line.unite(self.owner);
+        std::mem::swap(&mut line.steps, &mut line.others);
+        line.compare(|span| f64::from(u8::from(span.owner == self.owner)), false);
+        let is_unhidden = line.steps == line.others;
         line.add(eye, |pixel, value| {
             self.seen[pixel] += value;
             if is_unhidden {
                 self.unhidden[pixel] += value;
             }
         });
-        if is_cut_alike && !is_unhidden {
+        if !is_unhidden {
             std::mem::swap(&mut line.steps, &mut line.others);
             line.add(eye, |pixel, value| self.unhidden[pixel] += value);
         }
     }
-}
-
-const fn is(true_or_false: bool) -> f64 {
-    if true_or_false { 1.0 } else { 0.0 }
 }
 
 #[derive(Default)]
@@ -395,17 +321,6 @@ impl LineBuffers {
         }
         eye.add(&self.steps, &mut self.weights, add);
     }
-}
-
-/// The upward angles at which bodies cut bands, increasing.
-fn cuts<'a>(shown: impl IntoIterator<Item = &'a Shown>) -> Vec<f64> {
-    let levels = shown.into_iter().flat_map(|shown| &shown.levels);
-    let mut cuts: Vec<f64> = levels
-        .filter(|level| level.is_finite())
-        .map(|level| libm::atan(*level))
-        .collect();
-    cuts.sort_by(f64::total_cmp);
-    cuts
 }
 
 /// The borders and those cuts between them that are farther than `apart` from their neighbors.

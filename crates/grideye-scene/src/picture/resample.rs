@@ -1,121 +1,33 @@
-//! Resamples the grid to pixels like MATLAB's bilinear `imresize` (PeerJ CS 11:e3124, "Interpolation").
+//! Resizes a picture like MATLAB's bilinear `imresize` (PeerJ CS 11:e3124, "Interpolation").
 //!
 //! Shrinking widens the triangle kernel to the spacing of the output; growing uses the plain one. Weights are
 //! normalized before the taps beyond the border are mirrored.
 
 use crate::geometry::count;
-use std::ops::Range;
+use glam::USizeVec2;
 
-#[derive(Debug, Clone)]
-pub(crate) struct Resampler {
-    horizontal: Axis,
-    vertical: Axis,
-}
-
-impl Resampler {
-    /// Weights from `input` to `output`, each (columns, rows) and at least 1.
-    pub(crate) fn new(input: (usize, usize), output: (usize, usize)) -> Self {
-        Self {
-            horizontal: Axis::new(input.0, output.0),
-            vertical: Axis::new(input.1, output.1),
-        }
-    }
-
-    /// The pixels, row by row, of a grid that is zero except in the covered columns of each row.
-    pub(crate) fn apply_covered(&self, picture: &[f64], covered: &[Range<usize>]) -> Vec<f64> {
-        let mut pixels = vec![0.0; self.horizontal.outputs * self.vertical.outputs];
-        let mut row_sums = vec![0.0; self.horizontal.outputs];
-        for (row, covered) in covered.iter().enumerate() {
-            if covered.is_empty() {
-                continue;
-            }
-            let start = row * self.horizontal.inputs();
-            for column in covered.clone() {
-                let (outputs, weights) = self.horizontal.of_input(column);
-                for (sum, weight) in row_sums[outputs].iter_mut().zip(weights) {
-                    *sum += weight * picture[start + column];
-                }
-            }
-            let (outputs, weights) = self.vertical.of_input(row);
-            let rows = pixels.chunks_exact_mut(self.horizontal.outputs);
-            for (pixel_row, weight) in rows.skip(outputs.start).zip(weights) {
-                for (pixel, sum) in pixel_row.iter_mut().zip(&row_sums) {
-                    *pixel += weight * sum;
-                }
-            }
-            row_sums.fill(0.0);
-        }
-        pixels
-    }
-
-    pub(crate) const fn output_columns(&self) -> usize {
-        self.horizontal.outputs
-    }
-
-    pub(crate) const fn output_rows(&self) -> usize {
-        self.vertical.outputs
-    }
-
-    #[inline]
-    pub(crate) fn columns_of(&self, input_column: usize) -> (Range<usize>, &[f64]) {
-        self.horizontal.of_input(input_column)
-    }
-
-    #[inline]
-    pub(crate) fn rows_of(&self, input_row: usize) -> (Range<usize>, &[f64]) {
-        self.vertical.of_input(input_row)
-    }
-}
-
-/// One axis: for each input point, the outputs that it reaches and its weight in each.
-#[derive(Debug, Clone)]
-struct Axis {
-    outputs: usize,
-    first_outputs: Vec<usize>,
-    /// Where each input's weights start in `weights`, then the length of `weights`.
-    starts: Vec<usize>,
-    weights: Vec<f64>,
-}
-
-impl Axis {
-    fn new(inputs: usize, outputs: usize) -> Self {
-        let mut dense = vec![0.0; inputs * outputs];
-        for output in 0..outputs {
-            for (input, weight) in taps(inputs, outputs, output) {
-                dense[input * outputs + output] += weight;
+/// A picture of `input` columns and rows, row by row, with `output` columns and rows.
+pub(crate) fn resized(picture: &[f64], input: USizeVec2, output: USizeVec2) -> Vec<f64> {
+    let across: Vec<_> = (0..output.x)
+        .map(|column| taps(input.x, output.x, column))
+        .collect();
+    let mut pixels = Vec::with_capacity(output.element_product());
+    for row in 0..output.y {
+        let mut line = vec![0.0; input.x];
+        for (from, weight) in taps(input.y, output.y, row) {
+            for (sum, point) in line.iter_mut().zip(&picture[from * input.x..]) {
+                *sum += weight * point;
             }
         }
-        let mut axis = Self {
-            outputs,
-            first_outputs: Vec::new(),
-            starts: vec![0],
-            weights: Vec::new(),
+        let of_taps = |taps: &Vec<(usize, f64)>| -> f64 {
+            taps.iter().map(|(from, weight)| weight * line[*from]).sum()
         };
-        for row in dense.chunks_exact(outputs.max(1)) {
-            let first = row.iter().position(|weight| *weight != 0.0).unwrap_or(0);
-            let end = row
-                .iter()
-                .rposition(|weight| *weight != 0.0)
-                .map_or(first, |last| last + 1);
-            axis.first_outputs.push(first);
-            axis.weights.extend_from_slice(&row[first..end]);
-            axis.starts.push(axis.weights.len());
-        }
-        axis
+        pixels.extend(across.iter().map(of_taps));
     }
-
-    fn inputs(&self) -> usize {
-        self.first_outputs.len()
-    }
-
-    #[inline]
-    fn of_input(&self, input: usize) -> (Range<usize>, &[f64]) {
-        let first = self.first_outputs[input];
-        let weights = &self.weights[self.starts[input]..self.starts[input + 1]];
-        (first..first + weights.len(), weights)
-    }
+    pixels
 }
 
+/// The points, with their weights, that make one pixel of an axis.
 fn taps(inputs: usize, outputs: usize, output: usize) -> Vec<(usize, f64)> {
     let scale = count::float(outputs) / count::float(inputs);
     let half_width = if scale < 1.0 { 1.0 / scale } else { 1.0 };
@@ -155,7 +67,7 @@ mod tests {
     const N: usize = 300;
 
     fn pixels((input, output): ((usize, usize), (usize, usize)), picture: &[f64]) -> Vec<f64> {
-        Resampler::new(input, output).apply_covered(picture, &vec![0..input.0; input.1])
+        super::resized(picture, input.into(), output.into())
     }
 
     fn resized(value: impl Fn(usize, usize) -> f64) -> Vec<f64> {

@@ -3,6 +3,6 @@
 pub mod perceived;
 mod radiance;
 
-pub(crate) use perceived::{ABSOLUTE_ZERO_C, Air, Glow, Law, Root, Shade, Surface, WithShade};
+pub(crate) use perceived::{ABSOLUTE_ZERO_C, Air, Glow, Law, Surface};
 pub(crate) use radiance::Light;
 pub use radiance::{Band, apparent_celsius};

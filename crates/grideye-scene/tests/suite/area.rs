@@ -1,4 +1,4 @@
-//! Frames without a sampling grid, against ever finer grids.
+//! Frames of the paper's model, against its sampling grid and ever finer ones.
 
 use crate::{CEILING, ROOM, object, scene};
 use grideye_scene::{Scene, Simulator};
@@ -7,8 +7,8 @@ use std::time::Duration;
 /// The largest difference between frames by grid and by area, and between shares, over a walk.
 fn difference(scene: &Scene, moments: u32) -> (f64, f64) {
     let name = &scene.sensors()[0].name;
-    let by_grid = Simulator::new(scene, name).unwrap();
-    let by_area = Simulator::without_grid(scene, name).unwrap();
+    let by_grid = Simulator::new(&scene.on_grid(), name).unwrap();
+    let by_area = Simulator::new(scene, name).unwrap();
     let largest = |one: &[f64], other: &[f64]| {
         let pairs = one.iter().zip(other);
         pairs
@@ -100,7 +100,7 @@ fn an_empty_room_and_a_sensor_in_a_body_are_exact() {
     for kind in ["object", "agent"] {
         let inside = format!("{ROOM}{CEILING}{}", around.replace("object", kind));
         let inside = scene(&inside.replace("3000, 2700]", "3000, 2000]"));
-        let image = Simulator::without_grid(&inside, "ceiling")
+        let image = Simulator::new(&inside, "ceiling")
             .unwrap()
             .image(Duration::ZERO);
         for celsius in image.celsius {
@@ -127,7 +127,7 @@ fn coinciding_faces_show_the_warmer_in_any_order() {
     );
     let pictures = [[&one, &other], [&other, &one]].map(|[first, second]| {
         let scene = scene(&format!("{ROOM}{CEILING}{first}{second}"));
-        let by_area = Simulator::without_grid(&scene, "ceiling").unwrap();
+        let by_area = Simulator::new(&scene, "ceiling").unwrap();
         assert!(difference(&scene, 1).0 < 0.05);
         by_area.image(Duration::ZERO).celsius
     });
@@ -168,8 +168,10 @@ fn a_sensor_in_several_bodies_shows_the_warmest_in_any_order() {
             let things: String = things.collect();
             let text = format!("{ROOM}{CEILING}{things}").replace("3000, 2700]", "3000, 2000]");
             let inside = scene(&text);
-            for method in [Simulator::new, Simulator::without_grid] {
-                let image = method(&inside, "ceiling").unwrap().image(Duration::ZERO);
+            for inside in [inside.on_grid(), inside] {
+                let image = Simulator::new(&inside, "ceiling")
+                    .unwrap()
+                    .image(Duration::ZERO);
                 for celsius in image.celsius {
                     assert!(
                         (celsius - 31.0).abs() < 1e-9,
@@ -204,9 +206,9 @@ fn the_area_is_closer_to_the_finest_grid_than_the_papers_grid() {
             let sensor = format!("{sensor}pixels_per_degree = {pixels_per_degree:?}\n");
             scene(&furnished(&sensor))
         };
-        let finest = Simulator::new(&turned(34.1), "ceiling").unwrap();
-        let paper = Simulator::new(&turned(5.0), "ceiling").unwrap();
-        let area = Simulator::without_grid(&turned(5.0), "ceiling").unwrap();
+        let finest = Simulator::new(&turned(34.1).on_grid(), "ceiling").unwrap();
+        let paper = Simulator::new(&turned(5.0).on_grid(), "ceiling").unwrap();
+        let area = Simulator::new(&turned(5.0), "ceiling").unwrap();
         let at = Duration::ZERO;
         let limit = finest.image(at).celsius;
         let paper_c = apart(&paper.image(at).celsius, &limit);
@@ -221,30 +223,42 @@ fn the_area_is_closer_to_the_finest_grid_than_the_papers_grid() {
     assert!(areas_c < 0.1 * papers_c, "{areas_c} {papers_c}");
 }
 
-/// A person's outlines are as warm as its faces, from above, from the side, behind furniture and half out of view.
+const INDOORS: &str = "person = { clothing = \"indoor\", posture = \"POSTURE\" }\n";
+const COAT: &str = "person = { clothing = \"coat\", posture = \"POSTURE\" }\n";
+const PARTS: &str = "[[agent.part]]\nname = \"trunk\"\nshape = \"capsule\"\nposition_mm = [0, 0, 700]\nsize_mm = [240, 400, 780]\ntemperature_c = 27\n\
+    [[agent.part]]\nname = \"legs\"\nshape = \"capsule\"\nposition_mm = [0, 0, 0]\nsize_mm = [200, 300, 700]\ntemperature_c = 25\n\
+    [[agent.part]]\nname = \"head\"\nshape = \"ellipsoid\"\nposition_mm = [0, 0, 1480]\nsize_mm = [190, 160, 240]\ntemperature_c = 32\n";
+
+/// The outlines of persons and of hand-made parts are as warm as their faces on the grid, from above, from the side, behind
+/// furniture and half out of view.
 #[test]
 fn outlines_are_a_persons_faces_without_relief() {
-    for (elevation_deg, clothing) in [(90, "indoor"), (60, "coat"), (35, "indoor")] {
+    for (elevation_deg, body) in [
+        (90, INDOORS),
+        (60, COAT),
+        (35, INDOORS),
+        (90, PARTS),
+        (50, PARTS),
+    ] {
         let sensor = CEILING.replace("= 90", &format!("= {elevation_deg}"));
         let text = furnished(&sensor);
         let (furniture, _) = text.split_once("[[agent]]").unwrap();
         let with = |[x, y]: [u32; 2]| {
             let posture = ["stand", "sit"][(x % 2) as usize];
+            let body = body.replace("POSTURE", posture);
             scene(&format!(
-                "collisions = \"ignore\"\n{furniture}[[agent]]\nname = \"one\"\nposition_mm = [{x}, {y}, 0]\n\
-                 person = {{ clothing = \"{clothing}\", posture = \"{posture}\" }}\n"
+                "collisions = \"ignore\"\n{furniture}[[agent]]\nname = \"one\"\nposition_mm = [{x}, {y}, 0]\n{body}"
             ))
         };
-        let seen = |scene: &Scene, make: fn(&Scene, &str) -> _| -> Vec<f64> {
-            let simulator: Result<Simulator, _> = make(scene, "ceiling");
-            simulator.unwrap().image(Duration::ZERO).celsius
+        let seen = |scene: &Scene| {
+            let simulator = Simulator::new(scene, "ceiling").unwrap();
+            simulator.image(Duration::ZERO).celsius
         };
-        let empty = seen(&scene(furniture), Simulator::without_grid);
+        let empty = seen(&scene(furniture));
         let (mut apart, mut shown) = (0.0, 0.0);
         for place in (0..16).map(|step| [1101 + 115 * step, 1400 + 300 * (step * 7 % 11)]) {
             let one = with(place);
-            let faces = seen(&one, Simulator::without_grid);
-            let outlines = seen(&one, Simulator::of_outlines);
+            let (faces, outlines) = (seen(&one.on_grid()), seen(&one));
             for ((outline, face), bare) in outlines.iter().zip(&faces).zip(&empty) {
                 apart += (outline - face).powi(2);
                 shown += (face - bare).powi(2);

@@ -33,7 +33,7 @@ impl Setup {
     /// The scene file; the last box is the agent.
     fn text(&self) -> String {
         let [elevation, azimuth, roll] = self.angles_deg;
-        let mut text = format!("law = \"{:?}\"\n{ROOM}", self.law);
+        let mut text = format!("model = \"paper-grid\"\nlaw = \"{:?}\"\n{ROOM}", self.law);
         text += &format!(
             "[[sensor]]\nname = \"s\"\nposition_mm = {:?}\nelevation_deg = {elevation:?}\nazimuth_deg = {azimuth:?}\n\
              roll_deg = {roll:?}\nresolution = {:?}\nfov_deg = {:?}\npixels_per_degree = {:?}\nnoise_sigma_c = 0\nsampling_hz = 1\n",

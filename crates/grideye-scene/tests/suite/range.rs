@@ -14,8 +14,8 @@ fn oven(range: &str) -> [Simulator; 2] {
     );
     let scene = scene(&format!("{ROOM}{hot}{CEILING}{range}"));
     [
+        Simulator::new(&scene.on_grid(), "ceiling").unwrap(),
         Simulator::new(&scene, "ceiling").unwrap(),
-        Simulator::without_grid(&scene, "ceiling").unwrap(),
     ]
 }
 

@@ -35,8 +35,8 @@ fn walker(room: &str, way: &str) -> Result<Scene, SceneError> {
 fn both(scene: &Scene) -> [Simulator; 2] {
     let name = &scene.sensors()[0].name;
     [
+        Simulator::new(&scene.on_grid(), name).unwrap(),
         Simulator::new(scene, name).unwrap(),
-        Simulator::without_grid(scene, name).unwrap(),
     ]
 }
 

@@ -4,6 +4,10 @@ use crate::{CEILING, ROOM, object, picture, simulator};
 use std::f64::consts::PI;
 use std::time::Duration;
 
+/// As two frames of the same surfaces differ that are cut into other pieces: the rule that integrates over them is not
+/// exact.
+const RULE_C: f64 = 1e-6;
+
 fn assert_close(found: &[f64], expected: &[f64], within_c: f64) {
     for (pixel, (found, expected)) in found.iter().zip(expected).enumerate() {
         assert!(
@@ -31,7 +35,7 @@ fn a_box_given_by_its_faces_is_the_box() {
     assert_close(
         &picture(&format!("{ROOM}{CEILING}{found}")),
         &picture(&format!("{ROOM}{CEILING}{expected}")),
-        1e-12,
+        RULE_C,
     );
 }
 
@@ -52,7 +56,7 @@ fn a_sheet_is_seen_from_both_sides() {
     );
     let expected = picture(&format!("{ROOM}{CEILING}{plate}"));
     for faces in ["[[0, 1, 2, 3]]", "[[3, 2, 1, 0]]", "[[0, 1, 2], [0, 2, 3]]"] {
-        assert_close(&picture(&sheet(faces)), &expected, 1e-12);
+        assert_close(&picture(&sheet(faces)), &expected, RULE_C);
     }
 }
 
@@ -77,7 +81,7 @@ fn a_lying_box_is_a_box_with_swapped_sides() {
     assert_close(
         &picture(&format!("{ROOM}{CEILING}{lying}")),
         &picture(&format!("{ROOM}{CEILING}{same}")),
-        1e-12,
+        RULE_C,
     );
     let rolled = format!("{standing}roll_deg = -90\n");
     let same = object(
@@ -90,7 +94,7 @@ fn a_lying_box_is_a_box_with_swapped_sides() {
     assert_close(
         &picture(&format!("{ROOM}{CEILING}{rolled}")),
         &picture(&format!("{ROOM}{CEILING}{same}")),
-        1e-12,
+        RULE_C,
     );
 }
 

@@ -110,13 +110,13 @@ fn experiment_1_is_the_papers_table_1() {
         .image(Duration::ZERO);
     let middle = image.at(3, 3);
     for (row, column) in [(3, 4), (4, 3), (4, 4)] {
-        assert!((image.at(row, column) - middle).abs() < 1e-12);
+        assert!((image.at(row, column) - middle).abs() < 1e-6);
     }
     assert!(
         image
             .celsius
             .iter()
-            .all(|celsius| *celsius <= middle + 1e-12)
+            .all(|celsius| *celsius <= middle + 1e-6)
     );
     assert!(
         image.at(4, 7) > 23.5,

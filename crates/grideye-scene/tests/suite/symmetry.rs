@@ -194,8 +194,8 @@ impl Situation {
 
 fn both(scene: &Scene) -> [Simulator; 2] {
     [
+        Simulator::new(&scene.on_grid(), "eye").unwrap(),
         Simulator::new(scene, "eye").unwrap(),
-        Simulator::without_grid(scene, "eye").unwrap(),
     ]
 }
 

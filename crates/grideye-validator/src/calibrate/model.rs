@@ -119,7 +119,7 @@ impl<'a> Model<'a> {
     fn images(&mut self, point: &[f64], times: &[Duration]) -> Result<Vec<f64>, CalibrateError> {
         self.evaluations += 1;
         let scene = self.scene(point)?;
-        let simulator = Simulator::without_grid(&scene, self.sensor)?;
+        let simulator = Simulator::new(&scene, self.sensor)?;
         let start_s = self.start_s(point);
         let mut images = Vec::with_capacity(times.len() * PIXELS);
         if scene.is_static() {

@@ -113,7 +113,7 @@ impl Film {
         times_s: &[f64],
         within_s: f64,
     ) -> Result<Self, SceneError> {
-        let mut simulator = Simulator::without_grid(&scene.without_agents(), sensor)?;
+        let mut simulator = Simulator::new(&scene.without_agents(), sensor)?;
         let mut shots = Shots::new(times_s, within_s);
         let mut places = before.places.into_iter();
         let before = before.shots;
@@ -123,7 +123,7 @@ impl Film {
             shots.images(&simulator, &before)
         };
         // A step aside is the difference of two of its images.
-        let quick = Simulator::of_outlines(&scene.without_agents(), sensor)?;
+        let quick = Simulator::new(&scene.without_agents(), sensor)?;
         let mut people = Vec::with_capacity(scene.agents().len());
         simulator.replace_agents(scene.agents().to_vec());
         let with = shots.images(&simulator, &before);
@@ -210,7 +210,7 @@ impl Film {
                 // A stride out of step would be no difference of height.
                 let mut scene = scene.clone();
                 scene.keep_strides_of(own_scene);
-                let simulator = Simulator::without_grid(&scene, sensor)?;
+                let simulator = Simulator::new(&scene, sensor)?;
                 Ok::<_, SceneError>(self.shots.images(&simulator, before))
             };
             let (below, above) = (seen(&variant.below)?, seen(&variant.above)?);

@@ -270,7 +270,7 @@ fn aligned(
     protocol: Protocol,
     options: &Options,
 ) -> Result<AlignedFrames, ValidatorError> {
-    let simulator = Simulator::of_outlines(scene, sensor)?;
+    let simulator = Simulator::new(scene, sensor)?;
     let moves = protocol == Protocol::Dynamic && !scene.is_static();
     let mut aligned = if moves {
         moving((frames, timeline), &simulator, scene, &options.align)

@@ -225,7 +225,7 @@ impl Room {
             let ways: Vec<Way> = people.iter().map(|person| person.way).collect();
             let at = |person: usize, time_s| people[person].at(time_s);
             let scene = parse(&text(&ways, f64::from(frames) / 10.0 + 30.0, at));
-            Simulator::without_grid(&scene, SENSOR).unwrap()
+            Simulator::new(&scene, SENSOR).unwrap()
         };
         Self {
             contrasts: people.iter().map(|person| person.contrast).collect(),

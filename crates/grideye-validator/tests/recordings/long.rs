@@ -31,7 +31,7 @@ fn scene() -> Scene {
 }
 
 fn record(scene: &Scene, rows: u64) -> Vec<Record> {
-    let simulator = Simulator::without_grid(scene, SENSOR).unwrap();
+    let simulator = Simulator::new(scene, SENSOR).unwrap();
     let row = |seq: u64| {
         let time = Duration::from_millis(100 * seq);
         let frame = simulator.noisy(time, 3).to_frame(Celsius::new(25.0));

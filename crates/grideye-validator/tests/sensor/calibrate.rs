@@ -90,7 +90,7 @@ pub(crate) fn record(
     start_s: f64,
 ) -> Vec<Record> {
     let scene = Scene::parse(SCENE, "truth.toml", &files()).unwrap().scene;
-    let simulator = Simulator::without_grid(&scene, "ceiling").unwrap();
+    let simulator = Simulator::new(&scene, "ceiling").unwrap();
     let profile = Profile::parse(unit, "unit.toml").unwrap();
     (0..frames)
         .map(|index| {

@@ -111,7 +111,7 @@ fn record(scene: &str, unit: &str, seed: u64, frames: u32) -> Vec<Record> {
 
 fn record_of(scene: &str, files: &dyn Files, unit: &str, seed: u64, frames: u32) -> Vec<Record> {
     let scene = Scene::parse(scene, "truth.toml", files).unwrap().scene;
-    let simulator = Simulator::without_grid(&scene, "ceiling").unwrap();
+    let simulator = Simulator::new(&scene, "ceiling").unwrap();
     let profile = Profile::parse(unit, "unit.toml").unwrap();
     let interval = scene.duration() / frames;
     let mut before = [PixelWord(0); 64];

@@ -296,9 +296,11 @@ fn visibility_is_the_share_that_nothing_hides() {
              [[sensor]]\nname = \"s\"\npreset = \"grid-eye\"\nposition_mm = [0, 3000, 1000]\nelevation_deg = 0\nazimuth_deg = 0\n"
         )
     };
-    for method in [Simulator::new, Simulator::without_grid] {
+    for on_grid in [false, true] {
         let seen = |z_mm| {
-            method(&parsed(&wall(z_mm)), "s")
+            let scene = parsed(&wall(z_mm));
+            let scene = if on_grid { scene.on_grid() } else { scene };
+            Simulator::new(&scene, "s")
                 .unwrap()
                 .labeled(Duration::ZERO, 1)
                 .2[0]

@@ -1,6 +1,6 @@
 //! The options of `grideye dataset`.
 
-use super::shared::{Choices, Method, one_of, within};
+use super::shared::{Choices, one_of, within};
 use clap::Args;
 use grideye_dataset::{CountsFrom, Shard, Table};
 use std::num::NonZeroUsize;
@@ -63,9 +63,6 @@ pub(crate) struct Dataset {
     /// Sensor of the scene [default: the only one].
     #[arg(long, value_name = "NAME")]
     pub(crate) sensor: Option<String>,
-    /// Grid of points or exact area per pixel.
-    #[arg(long, value_enum, default_value_t = Method::Grid, hide_short_help = true)]
-    pub(crate) method: Method,
     /// File formats, comma-separated.
     #[arg(long = "format", value_parser = one_of(TABLES), value_delimiter = ',', value_name = "FORMATS",
         default_values = ["parquet", "npz"], hide_short_help = true)]

@@ -1,6 +1,6 @@
 //! The options of `grideye emulate`.
 
-use super::shared::{Choices, Method, one_of, positive, within};
+use super::shared::{Choices, one_of, positive, within};
 use amg8833_emulator::{Address, CLOCK_ERROR_PPM_MAX};
 use clap::{ArgGroup, Args};
 use grideye_rig::{AtEnd, Placed, Replay, SCL_HZ_RANGE, address_of, device};
@@ -100,9 +100,6 @@ pub(crate) struct Emulate {
     #[arg(last = true, value_name = "PROGRAM")]
     pub(crate) program: Vec<String>,
 
-    /// Grid of points or exact area per pixel of a scene.
-    #[arg(long, value_enum, default_value_t = Method::Grid, conflicts_with_all = ["recording", "constant"], hide_short_help = true, help_heading = FRAMES)]
-    pub(crate) method: Method,
     /// Timing of a recording's frames [default: times].
     #[arg(long, value_parser = one_of(REPLAY), hide_short_help = true, help_heading = FRAMES)]
     pub(crate) replay: Option<Replay>,

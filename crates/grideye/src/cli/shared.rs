@@ -1,8 +1,6 @@
 //! What the options of several commands share.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use grideye_rig::Simulate;
-use grideye_scene::Simulator;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
@@ -23,24 +21,6 @@ where
         let place = words().position(|(word, _)| word == chosen);
         values[place.unwrap_or_default()].clone()
     })
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Method {
-    /// Trace rays through the paper's grid of points and resample them to pixels.
-    Grid,
-    /// Integrate over each pixel's response, without a grid.
-    Area,
-}
-
-impl Method {
-    /// The constructor of the simulator.
-    pub(crate) fn simulate(self) -> Simulate {
-        match self {
-            Self::Grid => Simulator::new,
-            Self::Area => Simulator::without_grid,
-        }
-    }
 }
 
 /// Parses a number within bounds; the error is `expected`.

@@ -61,10 +61,8 @@ fn shown(options: &Emulate) -> Result<Shown> {
         return Ok(Shown::Constant(celsius));
     }
     let path = options.scene.clone().unwrap_or_default();
-    Ok(Shown::Scene {
-        scene: Box::new(files::load_scene(Some(&path))?.scene),
-        simulate: options.method.simulate(),
-    })
+    let scene = files::load_scene(Some(&path))?.scene;
+    Ok(Shown::Scene(Box::new(scene)))
 }
 
 fn named(options: &Emulate) -> String {
@@ -77,7 +75,7 @@ fn named(options: &Emulate) -> String {
 
 fn check(options: &Emulate, shown: &Shown, has_profile: bool) -> Result<()> {
     match shown {
-        Shown::Scene { .. } | Shown::Constant(_) if options.replay.is_some() => {
+        Shown::Scene(_) | Shown::Constant(_) if options.replay.is_some() => {
             Err(bad_input(anyhow!(
                 "--replay says when the frames of a recording come, and there is none\nhint: leave out --replay, or name a --recording"
             )))
@@ -85,7 +83,7 @@ fn check(options: &Emulate, shown: &Shown, has_profile: bool) -> Result<()> {
         Shown::Recording { .. } if has_profile => Err(bad_input(anyhow!(
             "a recording has the noise of the sensor that recorded it, and --profile would add another's\nhint: leave out --profile; --clock-error sets the sensor's clock"
         ))),
-        Shown::Scene { scene, .. } if scene.is_static() && options.at_end != AtEnd::Hold => {
+        Shown::Scene(scene) if scene.is_static() && options.at_end != AtEnd::Hold => {
             let named = named(options);
             Err(bad_input(anyhow!(
                 "nothing moves in {named}, so it has no end\nhint: leave out --at-end"

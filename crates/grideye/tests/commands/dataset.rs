@@ -340,7 +340,6 @@ fn another_scene_seed_or_cut_is_refused_in_the_same_folder() {
     let before = files(&whole);
     for (more, words) in [
         (["--seed", "8"], "seed was 7 and is 8"),
-        (["--method", "area"], "method was \"grid\" and is \"area\""),
         (["--frames", "140"], "frames was 130 and is 140"),
         (
             ["--frames-per-part", "20"],

@@ -151,20 +151,20 @@ fn pictures_are_whole_and_of_the_size_they_say() {
 }
 
 #[test]
-fn both_methods_say_nearly_the_same() {
-    let printed = |method: &str| -> Vec<f64> {
+fn the_papers_model_says_nearly_the_same_on_its_grid() {
+    let printed = |model: &str| -> Vec<f64> {
         let output = grideye(&[
             "simulate",
             scene("experiment-1").to_str().unwrap(),
-            "--method",
-            method,
+            "--model",
+            model,
         ]);
         text(&output.stdout)
             .split_whitespace()
             .map(|word| word.parse().unwrap())
             .collect()
     };
-    let (grid, area) = (printed("grid"), printed("area"));
+    let (grid, area) = (printed("paper-grid"), printed("paper"));
     assert_eq!((grid.len(), area.len()), (64, 64));
     let largest = grid
         .iter()

@@ -38,14 +38,16 @@ fn a_scene_is_shown_by_points_or_by_areas() {
     // So few points that the two ways differ by whole degrees.
     let coarse = TWO_SENSORS.replace("[[sensor]]", "[[sensor]]\npixels_per_degree = 0.2");
     let scene = file(folder.path(), "coarse.toml", &coarse);
-    let shown = |method: &[&str]| {
-        let place = ["--scene", &scene, "--sensor", "left", "--profile", "ideal"];
-        let server = Server::start(&[&place, method].concat());
+    let shown = |scene: &str| {
+        let place = ["--scene", scene, "--sensor", "left", "--profile", "ideal"];
+        let server = Server::start(&place);
         pixels(&mut server.client(1), 0x69)
     };
-    let (default, grid) = (shown(&[]), shown(&["--method", "grid"]));
-    assert_eq!(default, grid);
-    let area = shown(&["--method", "area"]);
+    let on_grid = format!("model = \"paper-grid\"\n{coarse}");
+    let (area, grid) = (
+        shown(&scene),
+        shown(&file(folder.path(), "grid.toml", &on_grid)),
+    );
     let apart = grid
         .iter()
         .zip(&area)

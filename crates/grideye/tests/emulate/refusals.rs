@@ -51,7 +51,6 @@ const VALUES: &[(&[&str], &[&str])] = &[
         &["--replay", "--recording", "hint:"],
     ),
     (&["--at-end", "loop"], &["--at-end", "cannot be used"]),
-    (&["--method", "area"], &["--method", "cannot be used"]),
     (&["--seconds", "1"], &["--seconds is for firmware", "hint:"]),
     (&["--usbip", "here"], &["here", "--usbip"]),
 ];

@@ -267,7 +267,7 @@ fn compare_with_frames(model: &str, keys: &str, is_exact: bool) {
     let survey = Survey::new(&empty, &figure, &cells_of(500.0)).unwrap();
     let look = &looks(&survey, &empty)[0];
     let frame = |scene: &Scene| {
-        let simulator = Simulator::without_grid(scene, "S").unwrap();
+        let simulator = Simulator::new(scene, "S").unwrap();
         simulator.image(Duration::ZERO).celsius
     };
     let nobody = frame(&empty);

@@ -1,7 +1,7 @@
 //! The visible faces along one horizontal line of the image.
 
 use crate::geometry::Contour;
-use crate::picture::projection::SeenFace;
+use crate::picture::subject::SeenFace;
 use glam::DVec3;
 
 /// A band of the image: the upward slope of its middle line, and how far it reaches to either side.
@@ -38,9 +38,6 @@ pub(super) struct Face {
 /// The mean chord of a parabola's cap relative to the chord at half its height: 2/3 over the root of 1/2.
 const CAP_PER_CHORD: f64 = 0.942_809_041_582_063_4;
 
-/// The inverse depth of a body around the sensor: that of a picometer.
-const AT_NO_DISTANCE: DVec3 = DVec3::new(1e12, 0.0, 0.0);
-
 /// Surfaces along a ray with a smaller relative difference of depth are at the same depth.
 const SAME_DEPTH: f64 = 1e-11;
 
@@ -56,15 +53,9 @@ pub(super) struct Span {
 
 impl Face {
     pub(super) fn new(seen: &SeenFace, excess: f64, owner: u32) -> Self {
-        let corners = || seen.corners.iter().copied();
-        let next = corners().cycle().skip(1);
-        let sides = corners()
-            .zip(next)
-            .map(|(from, to)| from.cross(to) * seen.orientation)
-            .chain([seen.inverse_depth]);
         Self {
             round: None,
-            sides: sides.collect(),
+            sides: seen.sides().collect(),
             inverse_depth: seen.inverse_depth,
             up: reach(&seen.corners),
             excess,
@@ -79,18 +70,6 @@ impl Face {
             sides: Vec::new(),
             inverse_depth: contour.inverse_depth,
             up: contour.reach(),
-            excess,
-            owner,
-        }
-    }
-
-    /// A body that contains or touches the sensor, without rays that leave through a touched face.
-    pub(super) fn all_around(touching: &[DVec3], excess: f64, owner: u32) -> Self {
-        Self {
-            round: None,
-            sides: touching.iter().map(|outward| -*outward).collect(),
-            inverse_depth: AT_NO_DISTANCE,
-            up: (f64::NEG_INFINITY, f64::INFINITY),
             excess,
             owner,
         }

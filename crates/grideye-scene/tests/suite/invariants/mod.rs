@@ -12,15 +12,15 @@ use std::time::Duration;
 
 const AMBIENT_C: f64 = 20.1;
 
-/// Largest difference, °C, of two frames equal except for rounding: power series take the law's fourth root, each
-/// within 1e-11, and two images of one surface may use two of them.
-const TWO_SERIES_C: f64 = 3e-11;
+/// Largest difference, °C, of two frames of the same surfaces: they may be cut into other pieces, and the rule that
+/// integrates over a piece is not exact.
+const RULE_C: f64 = 1e-6;
 
 fn assert_close(found: &[f64], expected: &[f64]) {
     assert_eq!(found.len(), expected.len());
     for (pixel, (found, expected)) in found.iter().zip(expected).enumerate() {
         assert!(
-            (found - expected).abs() < TWO_SERIES_C,
+            (found - expected).abs() < RULE_C,
             "pixel {pixel}: {found}, expected {expected}"
         );
     }

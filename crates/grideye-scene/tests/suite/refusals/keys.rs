@@ -110,7 +110,7 @@ const VALUES: &[Case] = &[
     (
         "[room]",
         "model = \"physics\"\n[room]",
-        "room.toml:1:9: `model` is \"physics\", expected \"paper\" or \"physical\"\n\
+        "room.toml:1:9: `model` is \"physics\", expected \"paper\", \"paper-grid\" or \"physical\"\n\
          hint: paper is the default; scenes/README.md says when to use which",
     ),
     (

@@ -18,8 +18,8 @@ fn seconds(seconds: f64) -> Duration {
 fn pictures(scene: &Scene, at_s: f64) -> [Vec<f64>; 2] {
     let name = &scene.sensors()[0].name;
     let simulators = [
+        Simulator::new(&scene.on_grid(), name).unwrap(),
         Simulator::new(scene, name).unwrap(),
-        Simulator::without_grid(scene, name).unwrap(),
     ];
     simulators.map(|simulator| simulator.image(seconds(at_s)).celsius)
 }

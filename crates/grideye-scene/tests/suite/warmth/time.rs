@@ -312,8 +312,8 @@ fn the_sofa_stays_warm_for_a_while() {
 #[test]
 fn a_near_agent_hides_a_far_one() {
     let both = shipped("two-people.toml");
-    let simulator = Simulator::new(&both, "wall").unwrap();
-    let exact = Simulator::without_grid(&both, "wall").unwrap();
+    let simulator = Simulator::new(&both.on_grid(), "wall").unwrap();
+    let exact = Simulator::new(&both, "wall").unwrap();
     let total = |simulator: &Simulator, agent: usize, at_s: f64| -> f64 {
         simulator.labeled(seconds(at_s), 1).2[agent].seen.pixels()
     };

@@ -100,7 +100,7 @@ const UNIT: Unit = Unit {
 /// A recording of `seen` at 10 Hz, as long as the walk. Its frame at time t shows the scene at `scene_s(t)`; before and
 /// after the walk the person stands.
 pub(crate) fn record(seen: &Scene, seed: u64, scene_s: impl Fn(f64) -> f64) -> Vec<Record> {
-    let simulator = Simulator::without_grid(seen, SENSOR).unwrap();
+    let simulator = Simulator::new(seen, SENSOR).unwrap();
     let end_s = seen.duration().as_secs_f64();
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let pattern = Normal::new(0.0, UNIT.pattern_c).unwrap();

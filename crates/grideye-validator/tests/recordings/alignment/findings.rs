@@ -229,7 +229,7 @@ fn a_noise_free_sensor_has_no_duplicates() {
         ..WALK
     }
     .scene();
-    let simulator = Simulator::without_grid(&scene, SENSOR).unwrap();
+    let simulator = Simulator::new(&scene, SENSOR).unwrap();
     let image = simulator.image(Duration::ZERO).celsius;
     let records: Vec<Record> = (0..50)
         .map(|index| {

@@ -89,7 +89,7 @@ pub(crate) fn record_at(
     seed: u64,
     pace: f64,
 ) -> Vec<Record> {
-    let simulator = Simulator::without_grid(scene, sensor).unwrap();
+    let simulator = Simulator::new(scene, sensor).unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut draw = |sigma: f64| -> f64 {
         let value: f64 = StandardNormal.sample(&mut random);
