@@ -150,10 +150,11 @@ pub(crate) struct Simulate {
     /// Physics: paper, paper-grid or physical [default: the scene's].
     #[arg(long, value_parser = one_of(MODELS), hide_short_help = true)]
     pub(crate) model: Option<Model>,
-    /// Frames as .csv, .npz, .parquet, .mcap, .png or .gif [default: print].
+    /// File of frames, as `convert` writes it [default: print].
     ///
-    /// As `grideye convert` writes a recording. .csv is in the sensor's steps, or a table of degrees if it has other than 8 x 8
-    /// pixels; .npz and .parquet are not rounded; .png is a contact sheet, .gif a film. Without it, the first frame is printed.
+    /// .csv, .npz, .parquet, .mcap, .png or .gif. .csv is in the sensor's steps, or a table of degrees if it has other than
+    /// 8 x 8 pixels; .npz, .parquet and .mcap are not rounded; .png is a contact sheet, .gif a film. Without it, the first
+    /// frame is printed.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
     /// Drawing of the room to write, in perspective and plan.

@@ -319,6 +319,10 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
         Run("", &["k=1: ", "k=2: ", "wrote the poses to best.toml"]),
     ),
     (
+        "grideye simulate scenes/experiment-3.toml --out walk.parquet",
+        Run("", &[]),
+    ),
+    (
         "grideye simulate scenes/experiment-3.toml --out walk.gif --view room.svg",
         Run("", &[]),
     ),

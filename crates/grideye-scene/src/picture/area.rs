@@ -3,7 +3,8 @@
 //!
 //! On an ever finer grid, the weights of `imresize` tend to triangles over two pixels, linear between pixel centers. A
 //! piece cut at these centers contributes to four pixels by its moments. A Gauss rule of degree 5 integrates the law's
-//! fourth root. Round bodies are drawn as their outlines in one plane each: what a person adds is off by 1 to 3 %.
+//! fourth root. Round bodies that move are drawn as their outlines in one plane each: what a person
+//! adds is off by 1 to 4 %.
 
 use crate::geometry::{Pose, clipped, count, polygon::bounds};
 use crate::model::Sensor;
