@@ -1,6 +1,7 @@
 //! Texts of files, within their limit.
 
 use crate::error::InputError;
+use grideye_scene::Place;
 use grideye_scene::limits::TEXT_BYTES_MAX;
 use std::fs::File;
 use std::io::{self, BufReader, Read};
@@ -34,10 +35,10 @@ pub fn read_text(input: impl Read) -> io::Result<String> {
         let at = error.utf8_error().valid_up_to();
         let (before, after) = error.as_bytes().split_at(at);
         let before = String::from_utf8_lossy(before);
-        let line = before.rsplit('\n').next().unwrap_or_default();
+        let Place { line, column, .. } = Place::of_byte("", &before, before.len());
         let place = NotUtf8 {
-            line: before.matches('\n').count() + 1,
-            column: line.chars().count() + 1,
+            line,
+            column,
             byte: after.first().copied().unwrap_or_default(),
         };
         io::Error::new(io::ErrorKind::InvalidData, place)

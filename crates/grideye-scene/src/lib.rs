@@ -57,8 +57,9 @@ mod simulator;
 mod text;
 mod unseen;
 
-pub use file::{Files, key};
+pub use file::{Files, key, keys};
 pub use geometry::{Cuboid, Mesh, MeshError, Pose, count, polygon};
+pub use grideye_text::{Place, Refusal};
 pub use model::{
     Agent, AgentLaws, Body, Calibrated, Clothing, Contact, Doing, FreeSpace, Laws, Loaded, Model,
     Person, Posture, Room, Scene, SceneError, Sensor, Variant, Vary, Warning, limits, uncertain,
@@ -68,5 +69,5 @@ pub use picture::{Filled, Image, Mask, physical};
 pub use radiometry::perceived;
 pub use sensor::fnv1a;
 pub use simulator::Simulator;
-pub use text::{Place, Refusal, Utc};
+pub use text::Utc;
 pub use unseen::{Unseen, Why};

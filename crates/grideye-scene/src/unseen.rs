@@ -3,8 +3,8 @@
 use crate::geometry::{Cuboid, Mesh, clipped, polygon::bounds};
 use crate::model::{Agent, Body, Doing, Model, Scene, Sensor};
 use crate::simulator::Simulator;
-use crate::text::{Place, Refusal};
 use glam::{DVec2, DVec3};
+use grideye_text::{Place, Refusal};
 use std::time::Duration;
 use toml::de::DeTable;
 

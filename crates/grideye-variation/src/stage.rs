@@ -46,7 +46,7 @@ impl Actor {
         choices: Vec<Choice>,
     ) -> Result<Self, Mistake> {
         let path = format!("agent.{agent}.yaw_deg");
-        let (table, ..) = Table::root(text, document).find(&path)?;
+        let (table, ..) = Table::root(text, document.get_ref()).find(&path)?;
         if table.entry("person").is_none() {
             return Err(Mistake::ActsForPeople);
         }

@@ -41,7 +41,7 @@ pub(crate) fn edit(
     document: &Spanned<DeTable<'_>>,
     path: &str,
 ) -> Result<Edit, Mistake> {
-    match Table::root(text, document).find(path)? {
+    match Table::root(text, document.get_ref()).find(path)? {
         (_, _, Some(value)) => Ok(Edit::in_place(value.span())),
         (table, key, None) => addition(&table, key),
     }
@@ -54,7 +54,7 @@ pub(crate) fn floor(
 ) -> Result<Vec<Edit>, Mistake> {
     let path = format!("agent.{agent}.position_mm");
     let mut edits = vec![edit(text, document, &path)?];
-    let (table, ..) = Table::root(text, document).find(&path)?;
+    let (table, ..) = Table::root(text, document.get_ref()).find(&path)?;
     for (key, value) in OF_A_WAY.iter().filter_map(|key| table.entry(key)) {
         if table.is_inline {
             return Err(Mistake::NotAddable("position_mm".to_owned()));

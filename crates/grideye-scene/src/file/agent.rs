@@ -1,44 +1,39 @@
 //! Builds an agent from its keys and its trajectory.
 
-use crate::file::body;
-use crate::file::document::AgentTable;
-use crate::file::person;
-use crate::file::postures;
-use crate::file::reader::{Read, Reader};
-use crate::file::rule::{ACCELERATION, SPEED};
+use crate::file::reader::{Read, Reader, meters, name};
 use crate::file::waypoints::{TIME, UTC, Waypoint, read_waypoints};
+use crate::file::{body, person, postures};
 use crate::model::limits::{TIME_MAX_S, WALK_DAYS_MAX};
 use crate::model::{Agent, Body, Keep, Person, Room, SceneError, Walls};
 use crate::motion::{Clock, Motion, Schedule, Trajectory, lengths_m};
 use crate::text::{MM_PER_M, Utc, millimeters, reach};
 use glam::{DMat3, DVec3};
+use grideye_text::Table;
 use std::time::Duration;
-use toml::Spanned;
 
 pub(crate) fn agent(
     reader: &Reader<'_>,
-    table: &Spanned<AgentTable>,
+    table: &Table<'_>,
     (waypoints, starts_utc): (&[Waypoint], Option<Utc>),
     (room, walls): (&Room, &Walls),
 ) -> Read<Agent> {
-    let keys = table.get_ref();
     let first = waypoints.first();
     let start_m = first.map_or(DVec3::ZERO, |point| point.position_mm / MM_PER_M);
-    let trajectory = trajectory(reader, table, (waypoints, starts_utc))?;
-    let touches = keys.touches.iter().flat_map(Spanned::get_ref);
-    let (person, parts) = match person::person(reader, table, start_m, room.ambient_c)? {
+    let trajectory = trajectory(table, (waypoints, starts_utc))?;
+    let touches = table.each("touches").filter_map(|name| name.text());
+    let (person, parts) = match person::person(reader, table, start_m, room.ambient_c) {
         Some((person, parts)) => (Some(person), parts),
         None => (None, body::parts(reader, table, start_m, room.ambient_c)?),
     };
-    let keeps = postures::keeps(reader, table, (waypoints, starts_utc))?;
+    let keeps = postures::keeps(table, (waypoints, starts_utc))?;
     let agent = Agent {
-        name: reader.name(&keys.name)?,
+        name: name(table),
         parts,
-        turns: turns(reader, keys, (trajectory.as_ref(), person.as_ref()), &keeps)?,
+        turns: turns(table, (trajectory.as_ref(), person.as_ref()), &keeps),
         person,
         start_m,
         keeps,
-        touches: touches.map(|name| name.get_ref().clone()).collect(),
+        touches: touches.map(str::to_owned).collect(),
         trajectory,
     };
     if !reader.checks_places {
@@ -60,43 +55,31 @@ pub(crate) fn agent(
     Ok(agent)
 }
 
-pub(crate) fn waypoints(reader: &Reader<'_>, table: &Spanned<AgentTable>) -> Read<Vec<Waypoint>> {
-    let keys = table.get_ref();
-    let start = table.span().start;
-    match (&keys.position_mm, &keys.trajectory) {
-        (Some(position_mm), None) => Ok(vec![Waypoint {
-            position_mm: reader.position_m(position_mm)? * MM_PER_M,
-            time: None,
-            dwell_s: 0.0,
-            posture: None,
-            place: reader.place(position_mm.span().start),
-        }]),
-        (None, Some(path)) => {
-            let text = reader.read_below(("trajectory", "trajectory"), path)?;
-            Ok(read_waypoints(path.get_ref(), &text)?)
-        }
-        (Some(_), Some(_)) => {
-            let hint = "an agent that walks starts at the first row of its trajectory";
-            let both = ["position_mm", "trajectory"];
-            Err(reader.conflict(start, &titled(keys), both, hint))
-        }
-        (None, None) => {
-            let hint =
-                "give position_mm if it stands still, or trajectory and speed_mm_per_s if it walks";
-            Err(reader.missing(start, &titled(keys), "position_mm", hint))
-        }
+pub(crate) fn waypoints(reader: &Reader<'_>, table: &Table<'_>) -> Read<Vec<Waypoint>> {
+    if let Some(path) = table.get("trajectory") {
+        let text = reader.read_below("trajectory", path)?;
+        return Ok(read_waypoints(path.text().unwrap_or_default(), &text)?);
     }
+    let position_m = meters(table, "position_mm").unwrap_or_default();
+    let place = table
+        .get("position_mm")
+        .map_or(table.start, |given| given.span().start);
+    Ok(vec![Waypoint {
+        position_mm: position_m * MM_PER_M,
+        time: None,
+        dwell_s: 0.0,
+        posture: None,
+        place: table.source.place(place),
+    }])
 }
 
 fn trajectory(
-    reader: &Reader<'_>,
-    table: &Spanned<AgentTable>,
+    table: &Table<'_>,
     (waypoints, starts_utc): (&[Waypoint], Option<Utc>),
 ) -> Read<Option<Trajectory>> {
-    let keys = table.get_ref();
-    let motion = motion(reader, table)?;
-    let Some(path) = &keys.trajectory else {
-        return check_no_way(reader, keys).map(|()| None);
+    let motion = motion(table)?;
+    let Some(path) = table.get("trajectory") else {
+        return Ok(None);
     };
     let points = waypoints.iter();
     let points_m: Vec<DVec3> = points.map(|point| point.position_mm / MM_PER_M).collect();
@@ -106,72 +89,57 @@ fn trajectory(
         Some(start) => TimeColumn::Utc(start),
         None => TimeColumn::Seconds,
     };
-    match (stamps, &keys.speed_mm_per_s) {
+    match (stamps, table.get("speed_mm_per_s")) {
         (Some(_), Some(speed)) => {
             let column = column.name();
             let hint = format!(
                 "the trajectory's column {column} already gives the time of each waypoint; remove the speed or the column"
             );
             let both = ["speed_mm_per_s", column];
-            Err(reader.conflict(speed.span().start, &titled(keys), both, &hint))
+            Err(table.conflict(speed.span().start, both, &hint).into())
         }
         (Some(stamps), None) => stamped(motion, (waypoints, column), points_m, &stamps).map(Some),
         (None, None) => {
             let hint = "a person walks at 500 to 1500 mm/s; the paper's examples have 800 and 1600";
-            Err(reader.missing(path.span().start, &titled(keys), "speed_mm_per_s", hint))
+            Err(table
+                .missing_at(path.span().start, "speed_mm_per_s", hint)
+                .into())
         }
         (None, Some(speed)) => {
-            let speed_m_per_s = reader.number(speed, &SPEED)? / MM_PER_M;
+            let speed_m_per_s = speed.number().unwrap_or_default() / MM_PER_M;
             let trajectory = paced(motion, waypoints, points_m, speed_m_per_s);
             if trajectory.end_s() <= TIME_MAX_S {
                 return Ok(Some(trajectory));
             }
             let expected = format!("a speed at which the path takes at most {WALK_DAYS_MAX} days");
-            Err(reader
-                .refused(SPEED.key, speed.span(), &expected, SPEED.hint)
-                .into())
+            Err(speed.refused(&expected).into())
         }
     }
 }
 
-fn check_no_way(reader: &Reader<'_>, keys: &AgentTable) -> Read<()> {
-    let start = |key: &Option<Spanned<String>>| key.as_ref().map(|key| key.span().start);
-    let speed = keys.speed_mm_per_s.as_ref().map(|key| key.span().start);
-    let starts = [speed, start(&keys.motion), start(&keys.faces)];
-    let Some(first) = starts.into_iter().flatten().min() else {
-        return Ok(());
-    };
-    let hint = "only an agent with a trajectory has a speed";
-    Err(reader.missing(first, &titled(keys), "trajectory", hint))
-}
-
-fn motion(reader: &Reader<'_>, table: &Spanned<AgentTable>) -> Read<Motion> {
-    let keys = table.get_ref();
-    let given = keys.acceleration_mm_per_s2.as_ref();
-    let acceleration = reader.optional(&keys.acceleration_mm_per_s2, &ACCELERATION)?;
-    let trapezoidal = Motion::Trapezoidal {
-        acceleration_m_per_s2: acceleration.unwrap_or_default() / MM_PER_M,
-    };
-    let motions = [
-        ("constant", Motion::Constant),
-        ("trapezoidal", trapezoidal),
-        ("minimum-jerk", Motion::MinimumJerk),
-    ];
-    let hint = "constant is the default; scenes/README.md describes each";
-    let motion = reader.choice("motion", &keys.motion, &motions, hint)?;
-    let start = |place: Option<usize>| place.unwrap_or(table.span().start);
-    match (motion.unwrap_or(Motion::Constant), acceleration) {
-        (Motion::Trapezoidal { .. }, None) => {
-            let start = start(keys.motion.as_ref().map(|motion| motion.span().start));
-            let key = ACCELERATION.key;
-            Err(reader.missing(start, &titled(keys), key, ACCELERATION.hint))
+fn motion(table: &Table<'_>) -> Read<Motion> {
+    let given = table.get("acceleration_mm_per_s2");
+    match (table.text("motion"), given.and_then(|given| given.number())) {
+        (Some("trapezoidal"), Some(acceleration)) => Ok(Motion::Trapezoidal {
+            acceleration_m_per_s2: acceleration / MM_PER_M,
+        }),
+        (Some("trapezoidal"), None) => {
+            let start = table
+                .get("motion")
+                .map_or(table.start, |motion| motion.span().start);
+            let hint = "a person starting to walk accelerates at about 1000 mm/s²";
+            Err(table
+                .missing_at(start, "acceleration_mm_per_s2", hint)
+                .into())
         }
-        (Motion::Constant | Motion::MinimumJerk, Some(_)) => {
-            let start = start(given.map(|given| given.span().start));
+        (_, Some(_)) => {
+            let start = given.map_or(table.start, |given| given.span().start);
             let hint = "only motion = \"trapezoidal\" has an acceleration";
-            Err(reader.conflict(start, &titled(keys), [ACCELERATION.key, "motion"], hint))
+            let both = ["acceleration_mm_per_s2", "motion"];
+            Err(table.conflict(start, both, hint).into())
         }
-        (motion, _) => Ok(motion),
+        (Some("minimum-jerk"), None) => Ok(Motion::MinimumJerk),
+        _ => Ok(Motion::Constant),
     }
 }
 
@@ -275,27 +243,17 @@ impl TimeColumn {
 
 /// The body's rotation on the way to each waypoint; `None` if it does not turn.
 fn turns(
-    reader: &Reader<'_>,
-    keys: &AgentTable,
+    table: &Table<'_>,
     (trajectory, person): (Option<&Trajectory>, Option<&Person>),
     keeps: &[Keep],
-) -> Read<Option<Vec<DMat3>>> {
-    let Some(trajectory) = trajectory else {
-        return Ok(None);
-    };
-    let hint =
-        "\"way\" turns the body's front, its own +x, to where it goes; \"fixed\" is the default";
-    let turns = reader.choice(
-        "faces",
-        &keys.faces,
-        &[("fixed", false), ("way", true)],
-        hint,
-    )?;
-    let turns = turns.unwrap_or(keys.person.is_some());
+) -> Option<Vec<DMat3>> {
+    let faces = table.text("faces").map(|faces| faces == "way");
+    let turns = faces.unwrap_or(person.is_some());
     // Who sits first faces as the file says until it walks.
     let first = person.filter(|_| !keeps.is_empty());
     let first = first.map(|person| person.facing);
-    Ok(turns.then(|| headings(trajectory.waypoints_m(), keeps, first)))
+    let trajectory = trajectory.filter(|_| turns)?;
+    Some(headings(trajectory.waypoints_m(), keeps, first))
 }
 
 /// Turns +x to the direction of each waypoint's leg. A leg without direction, or on which the person is not upright, uses
@@ -393,8 +351,4 @@ fn check_walls(agent: &Agent, waypoints: &[Waypoint], walls: &Walls) -> Read<()>
     Err(SceneError::AgentMeetsWall(
         point.place.clone().refused(problem, hint),
     ))
-}
-
-fn titled(keys: &AgentTable) -> String {
-    format!("agent `{}`", keys.name.get_ref())
 }

@@ -1,57 +1,45 @@
 //! Reads the `[[calibrated]]` tables.
 
-use super::document::CalibratedTable;
-use super::reader::{Read, Reader};
-use super::rule::{EVERY, SD};
+use super::reader::Read;
 use crate::model::Calibrated;
+use grideye_text::{Table, Value};
 use std::ops::Range;
-use toml::Spanned;
 
-pub(crate) fn calibrated(
-    reader: &Reader<'_>,
-    tables: &[Spanned<CalibratedTable>],
-) -> Read<Vec<Calibrated>> {
-    let tables = tables.iter().map(Spanned::get_ref);
-    tables.map(|table| one(reader, table)).collect()
-}
-
-fn one(reader: &Reader<'_>, table: &CalibratedTable) -> Read<Calibrated> {
-    let marks = table.frames.get_ref().split_whitespace();
+pub(crate) fn calibrated(table: &Table<'_>) -> Read<Calibrated> {
+    let keys = table.each("keys").filter_map(|key| key.text());
+    let keys: Vec<String> = keys.map(str::to_owned).collect();
+    let marks = table.text("frames").unwrap_or_default().split_whitespace();
     let marks = marks.map(|mark| {
         (mark.len() == 8 && !mark.starts_with('+')).then(|| u32::from_str_radix(mark, 16).ok())?
     });
     let frames: Vec<u32> = marks.collect::<Option<_>>().unwrap_or_default();
-    if frames.is_empty() {
-        let expected = "marks of 8 hexadecimal digits, separated by spaces or new lines";
-        let refusal = reader.refused("frames", table.frames.span(), expected, EVERY.hint);
-        return Err(refusal.into());
+    if let Some(given) = table.get("frames").filter(|_| frames.is_empty()) {
+        return Err(given.wrong().into());
     }
-    let keys = table.keys.get_ref();
-    let sd = table.sd.iter().map(|(key, sd)| {
-        if !keys.contains(key) {
-            let expected = format!("one of `keys`, not `{key}`");
-            return Err(reader
-                .refused("sd", sd.span(), &expected, EVERY.hint)
-                .into());
-        }
-        Ok((key.clone(), reader.number(sd, &SD)?))
-    });
+    let sd = || table.get("sd").into_iter().flat_map(Value::named);
+    if let Some((key, sd)) = sd().find(|(key, _)| !keys.iter().any(|known| known == key)) {
+        return Err(sd.refused(&format!("one of `keys`, not `{key}`")).into());
+    }
+    let values = ["keys", "every_s", "frames"].into_iter();
+    let values = values.filter_map(|key| table.get(key));
+    let spans: Vec<Range<usize>> = values
+        .chain(sd().map(|(_, sd)| sd))
+        .map(|value| value.span())
+        .collect();
     Ok(Calibrated {
-        keys: keys.clone(),
-        sd: sd.collect::<Read<_>>()?,
-        every_s: reader.number(&table.every_s, &EVERY)?,
+        lines: lines(table.source.text, &spans),
+        keys,
+        sd: sd()
+            .filter_map(|(key, sd)| Some((key.to_owned(), sd.number()?)))
+            .collect(),
+        every_s: table.number("every_s").unwrap_or_default(),
         frames,
-        lines: lines(reader.text, table),
     })
 }
 
-fn lines(text: &str, table: &CalibratedTable) -> Range<usize> {
-    let values = [table.keys.span(), table.every_s.span(), table.frames.span()];
-    let values = values
-        .into_iter()
-        .chain(table.sd.values().map(Spanned::span));
-    let first = values.clone().map(|span| span.start).min().unwrap_or(0);
-    let last = values.map(|span| span.end).max().unwrap_or(0);
+fn lines(text: &str, spans: &[Range<usize>]) -> Range<usize> {
+    let first = spans.iter().map(|span| span.start).min().unwrap_or(0);
+    let last = spans.iter().map(|span| span.end).max().unwrap_or(0);
     let Some(start) = text[..first].rfind("\n[[calibrated]]") else {
         return first..first;
     };

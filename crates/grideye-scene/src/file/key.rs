@@ -46,10 +46,10 @@ const LISTED_MAX: usize = 20;
 impl<'a, 'i> Table<'a, 'i> {
     /// The whole document of this text.
     #[must_use]
-    pub fn root(text: &'i str, document: &'a Spanned<DeTable<'i>>) -> Self {
+    pub fn root(text: &'i str, entries: &'a DeTable<'i>) -> Self {
         Self {
             text,
-            entries: document.get_ref(),
+            entries,
             is_root: true,
             is_inline: false,
             title: "the scene".to_owned(),

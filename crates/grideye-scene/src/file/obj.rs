@@ -1,37 +1,34 @@
 //! Reads vertices and faces from Wavefront OBJ, which every modeling program can write.
 
-use crate::file::document::{Faces, Triples};
 use crate::file::reader::{Read, Reader};
-use crate::file::rule::UNIT;
 use crate::geometry::Mesh;
 use crate::model::{SceneError, limits};
-use crate::text::{MM_PER_M, Place, excerpt};
+use crate::text::MM_PER_M;
 use glam::DVec3;
-use toml::Spanned;
+use grideye_text::{Place, Table, Value, excerpt};
 
 /// The surface of the vertices and faces given in the scene file itself.
-pub(crate) fn given(
-    reader: &Reader<'_>,
-    vertices_mm: &Triples,
-    faces: &Faces,
-    name: &str,
-) -> Read<Mesh> {
-    let vertices_m = reader.vertices_m(vertices_mm)?;
-    Mesh::new(vertices_m, faces.get_ref()).map_err(|error| {
+pub(crate) fn given(vertices_mm: Value<'_>, faces: Value<'_>, name: &str) -> Read<Mesh> {
+    let vertices_mm = vertices_mm.each().filter_map(|vertex| vertex.list());
+    let vertices_m = vertices_mm.map(|vertex| DVec3::from_array(vertex) / MM_PER_M);
+    let corners = |face: Value<'_>| face.each().filter_map(|corner| corner.whole()).collect();
+    let corners: Vec<Vec<i64>> = faces.each().map(corners).collect();
+    Mesh::new(vertices_m.collect(), &corners).map_err(|error| {
         let hint = "faces are lists of vertices, counted from 0, in the order of the outline";
-        SceneError::no_solid(reader.place(faces.span().start), name, error, hint)
+        SceneError::no_solid(faces.place(), name, error, hint)
     })
 }
 
+/// The surface in the OBJ file that a table names.
 pub(crate) fn named(
     reader: &Reader<'_>,
-    file: &Spanned<String>,
-    unit_mm: &Option<Spanned<f64>>,
+    table: &Table<'_>,
+    file: Value<'_>,
     name: &str,
 ) -> Read<Mesh> {
-    let text = reader.read_below(("file", "OBJ file"), file)?;
-    let unit_m = reader.number_or(unit_mm, &UNIT, MM_PER_M)? / MM_PER_M;
-    read(file.get_ref(), &text, unit_m, name)
+    let text = reader.read_below("OBJ file", file)?;
+    let unit_m = table.number("unit_mm").unwrap_or(MM_PER_M) / MM_PER_M;
+    read(file.text().unwrap_or_default(), &text, unit_m, name)
 }
 
 /// The surface in an OBJ file with unit `unit_m`; lines other than `v` and `f`, textures and normals are ignored.

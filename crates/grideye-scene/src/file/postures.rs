@@ -1,39 +1,34 @@
 //! Reads when a person changes its posture: the column `posture` of its trajectory.
 
-use crate::file::document::AgentTable;
-use crate::file::reader::{Read, Reader};
+use crate::file::reader::Read;
 use crate::file::waypoints::{Keeps, POSTURE, Waypoint};
 use crate::model::Keep;
 use crate::text::Utc;
 use glam::DVec3;
-use toml::Spanned;
+use grideye_text::Table;
 
 /// The posture at each waypoint; empty without that column.
 pub(crate) fn keeps(
-    reader: &Reader<'_>,
-    table: &Spanned<AgentTable>,
+    table: &Table<'_>,
     (waypoints, starts_utc): (&[Waypoint], Option<Utc>),
 ) -> Read<Vec<Keep>> {
-    let keys = table.get_ref();
     let column = waypoints.iter().map(|point| point.posture);
     let Some(column) = column.collect::<Option<Vec<Keeps>>>() else {
         return Ok(Vec::new());
     };
-    let title = format!("agent `{}`", keys.name.get_ref());
-    let start = table.span().start;
-    let Some(person) = &keys.person else {
+    let Some(person) = table.table("person") else {
         let hint = "its trajectory has a column posture: write person = {}, or delete the column";
-        return Err(reader.missing(start, &title, "person", hint));
+        return Err(table.missing("person", hint).into());
     };
-    if let Some(posture) = &person.get_ref().posture {
+    if let Some(posture) = person.get("posture") {
         let hint = "the trajectory's column posture says it for every waypoint; remove the key or the column";
         let both = [POSTURE, "a column posture"];
-        return Err(reader.conflict(posture.span().start, &title, both, hint));
+        return Err(table.conflict(posture.span().start, both, hint).into());
     }
     let times = waypoints.iter().map(|point| point.time_s(starts_utc));
     let Some(times) = times.collect::<Option<Vec<f64>>>() else {
         let hint = "a change of posture takes the time between two waypoints: add a column t_s or utc to the trajectory";
-        return Err(reader.missing(start, &title, "t_s", hint));
+        return Err(table.missing("t_s", hint).into());
     };
     check_ways_in(waypoints, &column)?;
     let mut from_mm = None;

@@ -1,14 +1,15 @@
 //! Finds the warm prints of a scene: places where a body's base rests on an object with a material.
 
-use super::reader::{Read, Reader};
+use super::reader::Read;
 use crate::geometry::{Mesh, area_vector, clipped, hull, range};
 use crate::heat::Material;
 use crate::model::{Agent, Body, Print, Scene, limits};
 use crate::motion::Stay;
 use glam::{DMat3, DVec3};
+use grideye_text::Source;
 use std::time::Duration;
 
-pub(crate) fn prints(reader: &Reader<'_>, scene: &Scene) -> Read<Vec<Print>> {
+pub(crate) fn prints(source: &Source<'_>, scene: &Scene) -> Read<Vec<Print>> {
     let mut prints = Vec::new();
     let hint = "give `material` only to objects that people sit or lie on";
     for (index, object) in scene.objects.iter().enumerate() {
@@ -18,8 +19,7 @@ pub(crate) fn prints(reader: &Reader<'_>, scene: &Scene) -> Read<Vec<Print>> {
         for agent in &scene.agents {
             for stay in stays(agent) {
                 on_object(&mut prints, (index, object, material), agent, stay);
-                let (found, limit) = (prints.len(), limits::PRINTS_MAX);
-                reader.check_count("warm prints", found, limit, 0, hint)?;
+                source.check_count("warm prints", prints.len(), (limits::PRINTS_MAX, 0), hint)?;
             }
         }
     }

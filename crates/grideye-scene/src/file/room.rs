@@ -1,123 +1,86 @@
 //! Builds the room from its keys: a box, a floor plan with a height, or a mesh.
 
-use crate::file::document::{Pair, RoomTable};
+use crate::file::keys::ROOM_WAYS;
 use crate::file::obj;
-use crate::file::reader::{Read, Reader};
-use crate::file::rule::{AMBIENT, HEIGHT, PLAN};
+use crate::file::reader::{Read, Reader, meters};
 use crate::geometry::{Mesh, area_m2};
 use crate::model::{Room, SceneError, limits};
 use crate::text::MM_PER_M;
 use glam::DVec2;
-use toml::Spanned;
+use grideye_text::{Table, Value};
 
-type PlanKey = Spanned<Vec<Spanned<Pair>>>;
-
-pub(crate) fn room(reader: &Reader<'_>, table: &Spanned<RoomTable>) -> Read<Room> {
-    let keys = table.get_ref();
-    let ambient_c = reader.number(&keys.ambient_c, &AMBIENT)?;
-    check_keys(reader, table)?;
-    let missing = |key| reader.missing(table.span().start, "the room", key, HINT);
-    if let Some(plan_mm) = &keys.plan_mm {
-        let height_mm = keys
-            .height_mm
-            .as_ref()
+pub(crate) fn room(reader: &Reader<'_>, table: &Table<'_>) -> Read<Room> {
+    let ambient_c = table.number("ambient_c").unwrap_or_default();
+    let missing = |key| table.missing(key, ROOM_WAYS);
+    if let Some(plan_mm) = table.get("plan_mm") {
+        let height_mm = table
+            .number("height_mm")
             .ok_or_else(|| missing("height_mm"))?;
-        let height_m = reader.number(height_mm, &HEIGHT)? / MM_PER_M;
-        let plan_m = plan(reader, plan_mm)?;
-        return Room::of_plan(&plan_m, height_m, ambient_c)
-            .ok_or_else(|| no_plan(reader, plan_mm, "an outline around a floor"));
+        let plan_m = plan(table, plan_mm)?;
+        return Room::of_plan(&plan_m, height_mm / MM_PER_M, ambient_c)
+            .ok_or_else(|| plan_mm.refused("an outline around a floor").into());
     }
-    if let Some(vertices_mm) = &keys.vertices_mm {
-        let faces = keys.faces.as_ref().ok_or_else(|| missing("faces"))?;
-        check_faces(reader, faces.get_ref().len(), faces)?;
-        let mesh = obj::given(reader, vertices_mm, faces, "room")?;
-        return of_mesh(reader, "faces", faces, mesh, ambient_c);
+    if let Some(vertices_mm) = table.get("vertices_mm") {
+        let faces = table.get("faces").ok_or_else(|| missing("faces"))?;
+        check_faces(table, faces.each().count(), faces)?;
+        return of_mesh(faces, obj::given(vertices_mm, faces, "room")?, ambient_c);
     }
-    if let Some(file) = &keys.file {
-        let mesh = obj::named(reader, file, &keys.unit_mm, "room")?;
-        check_faces(reader, mesh.faces().count(), file)?;
-        return of_mesh(reader, "file", file, mesh, ambient_c);
+    if let Some(file) = table.get("file") {
+        let mesh = obj::named(reader, table, file, "room")?;
+        check_faces(table, mesh.faces().count(), file)?;
+        return of_mesh(file, mesh, ambient_c);
     }
-    let absent = match (&keys.height_mm, &keys.faces, &keys.unit_mm) {
-        (Some(_), ..) => "plan_mm",
-        (_, Some(_), _) => "vertices_mm",
-        (.., Some(_)) => "file",
-        _ => "size_mm",
-    };
-    let size_mm = keys.size_mm.as_ref().ok_or_else(|| missing(absent))?;
-    Ok(Room::of_box(reader.size_m(size_mm)?, ambient_c))
-}
-
-fn check_keys(reader: &Reader<'_>, table: &Spanned<RoomTable>) -> Read<()> {
-    let keys = table.get_ref();
-    let given = [
-        ("size_mm", 0, keys.size_mm.is_some()),
-        ("plan_mm", 1, keys.plan_mm.is_some()),
-        ("height_mm", 1, keys.height_mm.is_some()),
-        ("vertices_mm", 2, keys.vertices_mm.is_some()),
-        ("faces", 2, keys.faces.is_some()),
-        ("file", 3, keys.file.is_some()),
-        ("unit_mm", 3, keys.unit_mm.is_some()),
+    let pairs = [
+        ("height_mm", "plan_mm"),
+        ("faces", "vertices_mm"),
+        ("unit_mm", "file"),
     ];
-    let mut given = given.iter().filter(|(.., is_given)| *is_given);
-    let Some((first, way, _)) = given.next() else {
-        return Ok(());
-    };
-    let Some((other, ..)) = given.find(|(_, other, _)| other != way) else {
-        return Ok(());
-    };
-    Err(reader.conflict(table.span().start, "the room", [first, other], HINT))
+    let absent = pairs.iter().find(|(given, _)| table.has(given));
+    let absent = absent.map_or("size_mm", |(_, absent)| absent);
+    let size_m = meters(table, "size_mm").ok_or_else(|| missing(absent))?;
+    Ok(Room::of_box(size_m, ambient_c))
 }
 
-fn check_faces<T>(reader: &Reader<'_>, found: usize, key: &Spanned<T>) -> Read<()> {
+fn check_faces(table: &Table<'_>, found: usize, key: Value<'_>) -> Read<()> {
     let hint = "a room's walls are few; furniture goes into objects";
-    let limit = limits::ROOM_CORNERS_MAX;
-    Ok(reader.check_count("faces of a room", found, limit, key.span().start, hint)?)
+    let limit = (limits::ROOM_CORNERS_MAX, key.span().start);
+    Ok(table
+        .source
+        .check_count("faces of a room", found, limit, hint)?)
 }
 
-fn of_mesh<T>(
-    reader: &Reader<'_>,
-    key: &str,
-    place: &Spanned<T>,
-    mesh: Mesh,
-    ambient_c: f64,
-) -> Read<Room> {
+fn of_mesh(given: Value<'_>, mesh: Mesh, ambient_c: f64) -> Read<Room> {
     Room::of_mesh(mesh, ambient_c).ok_or_else(|| {
         let expected =
             "a closed surface, with every edge shared by two faces that run along it in opposite directions";
         let hint = "a room has floor, ceiling and all walls, without gaps or doors";
-        reader.refused(key, place.span(), expected, hint).into()
+        SceneError::from(given.refused_with(expected, hint))
     })
 }
 
-fn plan(reader: &Reader<'_>, plan_mm: &PlanKey) -> Read<Vec<DVec2>> {
-    let corners = plan_mm.get_ref();
+fn plan(table: &Table<'_>, plan_mm: Value<'_>) -> Read<Vec<DVec2>> {
+    let corners: Vec<Value<'_>> = plan_mm.each().collect();
     let hint = "omit corners on straight walls";
-    let (found, byte) = (corners.len(), plan_mm.span().start);
-    reader.check_count("corners", found, limits::ROOM_CORNERS_MAX, byte, hint)?;
-    let mut plan_m = Vec::with_capacity(found);
-    for corner in corners {
-        plan_m.push(DVec2::from_array(reader.numbers(corner, &PLAN)?) / MM_PER_M);
-    }
+    let limit = (limits::ROOM_CORNERS_MAX, plan_mm.span().start);
+    table
+        .source
+        .check_count("corners", corners.len(), limit, hint)?;
+    let plan_m = corners.iter().filter_map(Value::list);
+    let plan_m: Vec<DVec2> = plan_m
+        .map(|corner| DVec2::from_array(corner) / MM_PER_M)
+        .collect();
     if plan_m.len() < 3 {
-        return Err(no_plan(reader, plan_mm, "at least 3 corners"));
+        return Err(plan_mm.refused("at least 3 corners").into());
     }
     for (is_fault, expected) in FAULTS {
         if let Some(index) = (0..plan_m.len()).find(|index| is_fault(&plan_m, *index)) {
-            let span = corners[index].span();
-            return Err(reader.refused(PLAN.key, span, expected, PLAN.hint).into());
+            return Err(corners[index].refused(expected).into());
         }
     }
     if area_m2(&plan_m).abs() <= SLIVER_M * SLIVER_M {
-        return Err(no_plan(reader, plan_mm, "an outline around a floor"));
+        return Err(plan_mm.refused("an outline around a floor").into());
     }
     Ok(plan_m)
-}
-
-fn no_plan(reader: &Reader<'_>, plan_mm: &PlanKey, expected: &str) -> SceneError {
-    reader
-        .refused(PLAN.key, plan_mm.span(), expected, PLAN.hint)
-        .into()
 }
 
 type Fault = fn(&[DVec2], usize) -> bool;
@@ -172,6 +135,5 @@ fn distance_m(point: DVec2, [from, to]: [DVec2; 2]) -> f64 {
     point.distance(from + share.clamp(0.0, 1.0) * along)
 }
 
-const HINT: &str = "a room has size_mm, or plan_mm and height_mm, or vertices_mm and faces, or file and optionally unit_mm";
 /// Corners this close to each other or to a wall coincide: a micrometer.
 const SLIVER_M: f64 = 1e-6;

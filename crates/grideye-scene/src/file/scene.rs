@@ -1,21 +1,21 @@
 //! Builds a scene from the file's tables, or reports why it cannot.
 
-use crate::file::document::SceneTable;
 use crate::file::files::Files;
-use crate::file::reader::{Read, Reader};
-use crate::file::rule::{DURATION, PAPER_EXPERIMENT, REFLECTED, WAVELENGTH, paper_experiment};
+use crate::file::keys::SCENE;
+use crate::file::reader::{Read, Reader, check_names, present, source};
 use crate::file::waypoints::Waypoint;
 use crate::file::{
     agent, body, calibrated, clothes, mosaic, prints, room, sensor, uncertain, vary,
 };
 use crate::model::uncertain::{Uncertain, with_values};
 use crate::model::{
-    Agent, Body, Loaded, Model, Room, Scene, SceneError, Variant, Vary, Walls, Warning,
+    Agent, Body, Claim, FITTED_MAX, Loaded, Model, Room, Scene, SceneError, Variant, Vary, Walls,
+    Warning,
 };
 use crate::radiometry::{Band, Law};
 use crate::text::{Utc, millimeters, reach};
+use grideye_text::{Source, Table};
 use std::collections::HashSet;
-use std::io;
 use std::sync::Arc;
 use toml::Spanned;
 use toml::de::DeTable;
@@ -26,7 +26,7 @@ impl Scene {
     /// # Errors
     /// As [`Scene::parse`], for a text that is too long or not TOML.
     pub fn document<'t>(text: &'t str, origin: &'t str) -> Read<Spanned<DeTable<'t>>> {
-        Reader::new(origin, text, &no_files)?.document()
+        Ok(source(origin, text)?.document()?)
     }
 
     /// The `[[uncertain]]` tables of a scene's text, without reading the files it names.
@@ -34,9 +34,8 @@ impl Scene {
     /// # Errors
     /// As [`Scene::parse`], for the tables and the form of the text.
     pub fn uncertain_in(text: &str, origin: &str) -> Read<Vec<Uncertain>> {
-        let reader = Reader::new(origin, text, &no_files)?;
-        let tables = tables(&reader)?;
-        uncertain::uncertain(&reader, &tables.uncertain)
+        let source = source(origin, text)?;
+        uncertain::uncertain(&tables(&source, &source.document()?)?)
     }
 
     /// The `[[vary]]` tables of a scene's text, in its order.
@@ -44,9 +43,13 @@ impl Scene {
     /// # Errors
     /// As [`Self::uncertain_in`].
     pub fn vary_in(text: &str, origin: &str) -> Read<Vec<Vary>> {
-        let reader = Reader::new(origin, text, &no_files)?;
-        let tables = tables(&reader)?;
-        vary::vary(&reader, &tables.vary)
+        let source = source(origin, text)?;
+        let document = source.document()?;
+        let tables = tables(&source, &document)?;
+        tables
+            .tables("vary")
+            .map(|table| vary::vary(&table))
+            .collect()
     }
 
     /// Reads a scene; `origin` is the file's name in messages, `files` supplies the files it names.
@@ -62,7 +65,7 @@ impl Scene {
     /// # Errors
     /// As [`parse`](Self::parse).
     pub fn parse_without_variants(text: &str, origin: &str, files: &dyn Files) -> Read<Loaded> {
-        parse(Reader::new(origin, text, files)?, None)
+        parse((origin, text), (files, true), None)
     }
 
     /// As [`parse_without_variants`](Self::parse_without_variants), for a scene with agents that find their places later, by [`Self::stand`]: agents may
@@ -71,9 +74,7 @@ impl Scene {
     /// # Errors
     /// As [`parse`](Self::parse).
     pub fn parse_anywhere(text: &str, origin: &str, files: &dyn Files) -> Read<Loaded> {
-        let mut reader = Reader::new(origin, text, files)?;
-        reader.checks_places = false;
-        parse(reader, None)
+        parse((origin, text), (files, false), None)
     }
 
     /// As [`parse`](Self::parse), but with the given model; `None` uses the file's.
@@ -86,7 +87,7 @@ impl Scene {
         origin: &str,
         files: &dyn Files,
     ) -> Read<Loaded> {
-        let parse = |text: &str| parse(Reader::new(origin, text, files)?, model);
+        let parse = |text: &str| parse((origin, text), (files, true), model);
         let mut loaded = parse(text)?;
         loaded.scene.variants = variants(&loaded, text, &parse)?;
         Ok(loaded)
@@ -140,76 +141,93 @@ fn removed<'v>(variant: &'v Loaded, loaded: &Loaded) -> Option<&'v Warning> {
     warnings.find(|warning| outside(warning).is_some_and(|name| !known.contains(&name)))
 }
 
-fn parse(mut reader: Reader<'_>, model: Option<Model>) -> Read<Loaded> {
-    let mut tables = tables(&reader)?;
-    reader.check_names(&tables)?;
-    let models = [
-        ("paper", Model::Paper),
-        ("paper-grid", Model::PaperGrid),
-        ("physical", Model::Physical),
-    ];
-    let hint = "paper is the default; scenes/README.md says when to use which";
-    let of_file = reader.choice("model", &tables.model, &models, hint)?;
-    reader.model = model.or(of_file).unwrap_or_default();
-    check_touches(&reader, &tables)?;
-    tables.leave_out_absent();
+fn parse(
+    (origin, text): (&str, &str),
+    (files, checks_places): (&dyn Files, bool),
+    model: Option<Model>,
+) -> Read<Loaded> {
+    let source = source(origin, text)?;
+    let document = source.document()?;
+    let tables = tables(&source, &document)?;
+    check_names(&tables)?;
+    let of_file = match tables.text("model") {
+        Some("physical") => Model::Physical,
+        Some("paper-grid") => Model::PaperGrid,
+        _ => Model::Paper,
+    };
+    let reader = Reader {
+        model: model.unwrap_or(of_file),
+        checks_places,
+        files,
+    };
+    check_touches(&tables)?;
     read(&reader, &tables)
 }
 
-fn tables(reader: &Reader<'_>) -> Read<SceneTable> {
-    let tables: SceneTable = toml::from_str(reader.text).map_err(|error| {
-        let mut refusal = reader.malformed(&error);
-        let problem = &mut refusal.problem;
-        if problem.starts_with("unknown field `fit`") && problem.contains("`uncertain`") {
-            *problem = "[[fit]] is now [[uncertain]]".to_owned();
+fn tables<'d>(source: &'d Source<'d>, document: &'d Spanned<DeTable<'d>>) -> Read<Table<'d>> {
+    let tables = source.table(&SCENE, document).map_err(|mut refusal| {
+        if refusal.problem.starts_with("unknown field `fit`")
+            && document.get_ref().contains_key("fit")
+        {
+            refusal.problem = "[[fit]] is now [[uncertain]]".to_owned();
             refusal.hint = "rename the table; its keys are the same".to_owned();
         }
         refusal
     })?;
-    reader.check_counts(&tables)?;
+    let hint = "find some of the unknowns first, or measure them";
+    let is_number = |table: &Table<'_>| Claim::of(table.text("key").unwrap_or_default()).is_none();
+    let mut numbers = tables.tables("uncertain").filter(is_number);
+    let found = numbers.clone().count();
+    let first_too_many = numbers.nth(FITTED_MAX).map_or(0, |table| table.start);
+    let limit = (FITTED_MAX, first_too_many);
+    source.check_count("[[uncertain]] tables of numbers", found, limit, hint)?;
     Ok(tables)
 }
 
-fn no_files(_: &str) -> io::Result<String> {
-    Err(io::ErrorKind::NotFound.into())
-}
-
-fn read(reader: &Reader<'_>, tables: &SceneTable) -> Read<Loaded> {
-    let room = room::room(reader, &tables.room)?;
+fn read(reader: &Reader<'_>, tables: &Table<'_>) -> Read<Loaded> {
+    let table = tables.table("room").unwrap_or(*tables);
+    let room = room::room(reader, &table)?;
     let walls = Walls::new(&room);
     let (objects, mut warnings) = objects(reader, tables, (&room, &walls))?;
-    let (agents, starts_utc) = agents(reader, tables, (&room, &walls))?;
-    warnings.extend(clothes::warnings(reader, tables));
-    let sensors = tables.sensor.iter();
-    let sensors = sensors.map(|table| sensor::sensor(reader, table, &room));
+    let agent_tables = present(tables, "agent");
+    let (agents, starts_utc) = agents(reader, &agent_tables, (&room, &walls))?;
+    warnings.extend(clothes::warnings(reader, &agent_tables));
+    let sensors = tables.tables("sensor");
+    let sensors = sensors.map(|table| sensor::sensor(reader, &table, &room));
     let sensors = sensors.collect::<Read<Vec<_>>>()?;
-    let hint = "B is the default; scenes/README.md has both formulas";
-    let law = reader.choice("law", &tables.law, &[("A", Law::A), ("B", Law::B)], hint)?;
-    let duration_s = reader.number_or(&tables.duration_s, &DURATION, 0.0)?;
-    let experiment = reader.optional(&tables.paper_experiment, &PAPER_EXPERIMENT)?;
-    let reflected = &tables.room.get_ref().reflected_c;
-    let reflected_c = reader.number_or(reflected, &REFLECTED, room.ambient_c)?;
+    let calibrated = tables.tables("calibrated");
+    let calibrated = calibrated.map(|table| calibrated::calibrated(&table));
+    let experiment = |one: &u8| Some(f64::from(*one)) == tables.number("paper_experiment");
+    let band_um = tables.list("band_um");
     let mut scene = Scene {
         screen: room.screen(),
+        reflected_c: table.number("reflected_c").unwrap_or(room.ambient_c),
         room,
         objects,
         agents,
         sensors,
         model: reader.model,
-        law: law.unwrap_or_default(),
-        band: band(reader, tables)?,
-        reflected_c,
-        duration_s,
+        law: match tables.text("law") {
+            Some("A") => Law::A,
+            _ => Law::B,
+        },
+        band: band_um.map_or(Band::All, |[from_um, to_um]| Band::Window {
+            from_um,
+            to_um,
+        }),
+        duration_s: tables.number("duration_s").unwrap_or(0.0),
         starts_utc,
-        paper_experiment: experiment.and_then(paper_experiment),
+        paper_experiment: (1..=4).find(experiment),
         prints: Vec::new(),
-        calibrated: calibrated::calibrated(reader, &tables.calibrated)?,
+        calibrated: calibrated.collect::<Read<_>>()?,
         uncertain: Vec::new(),
         variants: Vec::new(),
     };
-    scene.prints = prints::prints(reader, &scene)?;
-    warnings.extend(contacts(reader, tables, &scene)?);
-    scene.uncertain = uncertain::uncertain(reader, &tables.uncertain)?;
+    scene.prints = prints::prints(tables.source, &scene)?;
+    if reader.checks_places {
+        warnings.extend(contacts(tables, &agent_tables, &scene)?);
+    }
+    scene.uncertain = uncertain::uncertain(tables)?;
     for one in &mut scene.uncertain {
         let mut latest = scene.calibrated.iter().rev();
         one.found_sd = latest.find_map(|table| table.sd.get(&one.key).copied());
@@ -217,21 +235,13 @@ fn read(reader: &Reader<'_>, tables: &SceneTable) -> Read<Loaded> {
     Ok(Loaded { scene, warnings })
 }
 
-fn band(reader: &Reader<'_>, tables: &SceneTable) -> Read<Band> {
-    let window = reader.range(&tables.band_um, &WAVELENGTH)?;
-    Ok(window.map_or(Band::All, |(from_um, to_um)| Band::Window {
-        from_um,
-        to_um,
-    }))
-}
-
 fn objects(
     reader: &Reader<'_>,
-    tables: &SceneTable,
+    tables: &Table<'_>,
     (room, walls): (&Room, &Walls),
 ) -> Read<(Vec<Body>, Vec<Warning>)> {
     let (mut objects, mut warnings) = (Vec::new(), Vec::new());
-    let mut keep = |object: Body, byte: usize| {
+    let mut keep = |object: Body, table: &Table<'_>| {
         if room.holds_corners_of(&object.mesh) && !walls.meet(&object.mesh) {
             objects.push(object);
             return;
@@ -244,55 +254,53 @@ fn objects(
         let hint = "a position is the center of the base; move or shrink the object";
         warnings.push(Warning::ObjectOutsideRoom {
             name: object.name,
-            why: reader.place(byte).refused(problem, hint),
+            why: table.source.place(name_at(table)).refused(problem, hint),
         });
     };
-    for table in &tables.object {
-        let object = body::object(reader, table, room.ambient_c)?;
-        keep(object, table.get_ref().name.span().start);
+    let tables_of_objects = present(tables, "object");
+    for table in &tables_of_objects {
+        keep(body::object(reader, table, room.ambient_c)?, table);
     }
-    let mut count = tables.object.len();
-    for table in &tables.mosaic {
-        let cells = mosaic::cells(reader, table.get_ref(), count)?;
+    let mut count = tables_of_objects.len();
+    for table in present(tables, "mosaic") {
+        let cells = mosaic::cells(reader, &table, count)?;
         count += cells.len();
         for cell in cells {
-            keep(cell, table.get_ref().name.span().start);
+            keep(cell, &table);
         }
     }
     Ok((objects, warnings))
 }
 
+/// Where a table's name stands.
+fn name_at(table: &Table<'_>) -> usize {
+    table
+        .get("name")
+        .map_or(table.start, |name| name.span().start)
+}
+
 /// The agents, and the earliest UTC stamp of their trajectories, which is the scene's start.
 fn agents(
     reader: &Reader<'_>,
-    tables: &SceneTable,
+    tables: &[Table<'_>],
     place: (&Room, &Walls),
 ) -> Read<(Vec<Agent>, Option<Utc>)> {
-    let ways = tables.agent.iter();
-    let ways = ways.map(|table| agent::waypoints(reader, table));
+    let ways = tables.iter().map(|table| agent::waypoints(reader, table));
     let ways = ways.collect::<Read<Vec<_>>>()?;
     let starts_utc = ways.iter().flatten().filter_map(Waypoint::utc).min();
-    let agents = tables.agent.iter().zip(&ways);
+    let agents = tables.iter().zip(&ways);
     let agents = agents.map(|(table, way)| agent::agent(reader, table, (way, starts_utc), place));
     Ok((agents.collect::<Read<_>>()?, starts_utc))
 }
 
-fn contacts(reader: &Reader<'_>, tables: &SceneTable, scene: &Scene) -> Read<Vec<Warning>> {
-    let choices = [
-        ("warning", Some(false)),
-        ("error", Some(true)),
-        ("ignore", None),
-    ];
-    let hint = "warning is the default";
-    let wanted = reader.choice("collisions", &tables.collisions, &choices, hint)?;
-    let wanted = wanted.unwrap_or(Some(false));
-    let Some(is_error) = wanted.filter(|_| reader.checks_places) else {
+fn contacts(tables: &Table<'_>, agents: &[Table<'_>], scene: &Scene) -> Read<Vec<Warning>> {
+    let collisions = tables.text("collisions");
+    if collisions == Some("ignore") {
         return Ok(Vec::new());
-    };
+    }
     let mut warnings = Vec::new();
     for contact in scene.contacts() {
-        let table = tables.agent.get(contact.agent);
-        let start = table.map_or(0, |table| table.get_ref().name.span().start);
+        let start = agents.get(contact.agent).map_or(0, name_at);
         let (seconds, place_mm) = (contact.time.as_secs_f64(), millimeters(contact.place_m));
         let seconds = (seconds * 1000.0).round() / 1000.0;
         let names = contact.names;
@@ -301,8 +309,8 @@ fn contacts(reader: &Reader<'_>, tables: &SceneTable, scene: &Scene) -> Read<Vec
         let hint = format!(
             "move one of them, list `{other}` in the agent's `touches`, or write collisions = \"ignore\" at the top of the scene"
         );
-        let why = reader.place(start).refused(problem, &hint);
-        if is_error {
+        let why = tables.source.place(start).refused(problem, &hint);
+        if collisions == Some("error") {
             return Err(SceneError::Collision(why));
         }
         warnings.push(Warning::Collision { names, why });
@@ -311,19 +319,14 @@ fn contacts(reader: &Reader<'_>, tables: &SceneTable, scene: &Scene) -> Read<Vec
 }
 
 /// An unknown name in `touches` would leave a collision reported, or hide one that is never searched.
-fn check_touches(reader: &Reader<'_>, tables: &SceneTable) -> Read<()> {
-    let objects = tables.object.iter().map(|table| &table.get_ref().name);
-    let agents = tables.agent.iter().map(|table| &table.get_ref().name);
-    let known: HashSet<&String> = objects.chain(agents).map(Spanned::get_ref).collect();
-    let lists = tables.agent.iter();
-    let lists = lists.filter_map(|table| table.get_ref().touches.as_ref());
-    let mut names = lists.flat_map(Spanned::get_ref);
-    let Some(unknown) = names.find(|name| !known.contains(name.get_ref())) else {
-        return Ok(());
-    };
-    let expected = "names of objects or agents of this scene";
-    let hint = "list what the agent may touch, as in touches = [\"chair\"]";
-    Err(reader
-        .refused("touches", unknown.span(), expected, hint)
-        .into())
+fn check_touches(tables: &Table<'_>) -> Read<()> {
+    let bodies = tables.tables("object").chain(tables.tables("agent"));
+    let known: HashSet<&str> = bodies.filter_map(|table| table.text("name")).collect();
+    let mut names = tables
+        .tables("agent")
+        .flat_map(|table| table.each("touches"));
+    match names.find(|name| !name.text().is_some_and(|name| known.contains(name))) {
+        None => Ok(()),
+        Some(unknown) => Err(unknown.wrong().into()),
+    }
 }

@@ -2,15 +2,12 @@
 //!
 //! Faces are cut into parts of uniform temperature; a gradient into strips of [`STEP_C`], at most [`STRIPS_MAX`].
 
-use crate::file::document::{ObjectTable, Rows};
-use crate::file::reader::{Read, Reader, columns};
-use crate::file::rule::{CAPACITY, GRADIENT, POWER, TEMPERATURE, TIME_CONSTANT};
+use crate::file::reader::{Read, columns};
 use crate::geometry::{Mesh, clipped, count, range};
 use crate::heat::{Material, Thermal, Transient};
 use crate::model::limits;
 use glam::{DMat3, DVec3};
-use std::collections::BTreeMap;
-use toml::Spanned;
+use grideye_text::{Table, Value};
 
 /// A body's place and rotation in the room, and its mean temperature.
 pub(crate) struct Stand {
@@ -25,112 +22,55 @@ const STRIPS_MAX: usize = 256;
 const PARTS_MAX: usize = 100;
 
 /// A body's surface, cut where temperatures change, and its warmth.
-pub(crate) fn of(
-    reader: &Reader<'_>,
-    table: &Spanned<ObjectTable>,
-    mesh: Mesh,
-    stand: &Stand,
-) -> Read<(Mesh, Thermal)> {
-    check_keys(reader, table)?;
-    let keys = table.get_ref();
-    let (mesh, offsets_c) = if let Some(faces_c) = &keys.faces_c {
-        let offsets_c = by_face(reader, keys, faces_c, &mesh, stand.celsius)?;
+pub(crate) fn of(table: &Table<'_>, mesh: Mesh, stand: &Stand) -> Read<(Mesh, Thermal)> {
+    let (mesh, offsets_c) = if let Some(faces_c) = table.get("faces_c") {
+        let offsets_c = by_face(table, faces_c, &mesh, stand.celsius)?;
         (mesh, offsets_c)
-    } else if let Some(gradient) = &keys.gradient_c_per_m {
-        let gradient = DVec3::from_array(reader.numbers(gradient, &GRADIENT)?);
-        along(&mesh, stand.base_m, stand.rotation * gradient)
-    } else if let Some(texture_c) = &keys.texture_c {
-        texture(reader, (table, texture_c), &mesh, stand)?
+    } else if let Some(gradient) = table.list("gradient_c_per_m") {
+        let gradient = stand.rotation * DVec3::from_array(gradient);
+        along(&mesh, stand.base_m, gradient)
+    } else if let Some(texture_c) = table.get("texture_c") {
+        texture(table, texture_c, &mesh, stand)?
     } else {
         (mesh, Vec::new())
     };
-    let materials = [
-        ("foam", Material::Foam),
-        ("textile", Material::Textile),
-        ("wood", Material::Wood),
-    ];
-    let hint = "an object with a material keeps a warm print of whoever stood, sat or lay on it";
     let thermal = Thermal {
-        transient: heat(reader, table)?,
-        material: reader.choice("material", &keys.material, &materials, hint)?,
+        transient: heat(table)?,
+        material: table.text("material").map(|material| match material {
+            "foam" => Material::Foam,
+            "textile" => Material::Textile,
+            _ => Material::Wood,
+        }),
         offsets_c,
     };
     Ok((mesh, thermal))
 }
 
-fn check_keys(reader: &Reader<'_>, table: &Spanned<ObjectTable>) -> Read<()> {
-    let keys = table.get_ref();
-    let title = || format!("`{}`", keys.name.get_ref());
-    let spreads = [
-        ("faces_c", keys.faces_c.is_some()),
-        ("gradient_c_per_m", keys.gradient_c_per_m.is_some()),
-        ("texture_c", keys.texture_c.is_some()),
-    ];
-    let mut given = spreads.iter().filter(|(_, given)| *given);
-    if let (Some((key, _)), Some((other, _))) = (given.next(), given.next()) {
-        let hint = "faces, gradient and texture are alternatives; give one of them";
-        return Err(reader.conflict(table.span().start, &title(), [key, other], hint));
-    }
-    let texture = ("texture_c", keys.texture_c.is_some());
-    let power = ("power_w", keys.power_w.is_some());
-    let time = ("time_constant_s", keys.time_constant_s.is_some());
-    let capacity = (
-        "heat_capacity_j_per_k",
-        keys.heat_capacity_j_per_k.is_some(),
-    );
-    let needs = [
-        (keys.texture_on.is_some(), texture),
-        (keys.texture_filter.is_some(), texture),
-        (power.1, time),
-        (power.1, capacity),
-        (capacity.1, power),
-        (keys.on_s.is_some(), power),
-    ];
-    match needs.iter().find(|(given, (_, needed))| *given && !needed) {
-        None => Ok(()),
-        Some((_, (key, _))) => {
-            let hint = "texture_on and texture_filter go with texture_c; power_w with time_constant_s and heat_capacity_j_per_k; on_s with power_w";
-            Err(reader.missing(table.span().start, &title(), key, hint))
-        }
-    }
-}
-
 /// The faces of a cuboid in the order of `Mesh::of_cuboid`.
 const CUBOID_FACES: [&str; 6] = ["left", "right", "front", "back", "bottom", "top"];
 
-fn face_number(keys: &ObjectTable, name: &str) -> Option<usize> {
-    let shape = keys.shape.as_ref();
-    if shape.is_none_or(|shape| shape.get_ref() == "cuboid") {
+fn face_number(table: &Table<'_>, name: &str) -> Option<usize> {
+    if table.text("shape").is_none_or(|shape| shape == "cuboid") {
         CUBOID_FACES.iter().position(|known| *known == name)
     } else {
         name.parse().ok()
     }
 }
 
-fn by_face(
-    reader: &Reader<'_>,
-    keys: &ObjectTable,
-    faces_c: &Spanned<BTreeMap<String, Spanned<f64>>>,
-    mesh: &Mesh,
-    celsius: f64,
-) -> Read<Vec<f64>> {
+fn by_face(table: &Table<'_>, faces_c: Value<'_>, mesh: &Mesh, celsius: f64) -> Read<Vec<f64>> {
     let mut offsets_c = vec![0.0; mesh.faces().count()];
-    for (name, face_c) in faces_c.get_ref() {
-        let face_c = reader.number(face_c, &TEMPERATURE)?;
-        let number = face_number(keys, name);
+    for (name, face_c) in faces_c.named() {
+        let number = face_number(table, name);
         let mut is_there = false;
         for (offset_c, given) in offsets_c.iter_mut().zip(mesh.given()) {
             if Some(*given) == number {
-                *offset_c = face_c - celsius;
+                *offset_c = face_c.number().unwrap_or(celsius) - celsius;
                 is_there = true;
             }
         }
         if !is_there {
             let expected = "left, right, front, back, bottom, top of a cuboid, or a face's number from 0 of another shape";
-            let hint = "as in faces_c = { top = 31.5 }; front is the side of low y before rotation";
-            return Err(reader
-                .refused("faces_c", faces_c.span(), expected, hint)
-                .into());
+            return Err(faces_c.refused(expected).into());
         }
     }
     Ok(offsets_c)
@@ -159,20 +99,19 @@ fn along(mesh: &Mesh, base_m: DVec3, gradient: DVec3) -> (Mesh, Vec<f64>) {
 }
 
 fn texture(
-    reader: &Reader<'_>,
-    (table, grid): (&Spanned<ObjectTable>, &Spanned<Rows>),
+    table: &Table<'_>,
+    grid: Value<'_>,
     mesh: &Mesh,
     stand: &Stand,
 ) -> Read<(Mesh, Vec<f64>)> {
-    let keys = table.get_ref();
-    let cells = Cells::of(reader, keys, grid)?;
-    let on = keys.texture_on.as_ref().map_or("all", |on| on.get_ref());
-    let number = face_number(keys, on);
-    if on != "all" && !(CUBOID_FACES.contains(&on) && number.is_some()) {
-        let expected = "\"all\", or of a cuboid \"left\", \"right\", \"front\", \"back\", \"bottom\" or \"top\"";
-        let hint = "\"all\" is the default: the grid is laid over the body from above";
-        let span = keys.texture_on.as_ref().map_or(table.span(), Spanned::span);
-        return Err(reader.refused("texture_on", span, expected, hint).into());
+    let cells = Cells::of(table, grid)?;
+    let on = table.text("texture_on").unwrap_or("all");
+    let number = face_number(table, on);
+    if let Some(given) = table
+        .get("texture_on")
+        .filter(|_| on != "all" && number.is_none())
+    {
+        return Err(given.wrong().into());
     }
     // Right and up as seen from in front of the face; from above as on a map.
     let (right, up) = match on {
@@ -212,28 +151,24 @@ struct Cells {
 }
 
 impl Cells {
-    fn of(reader: &Reader<'_>, keys: &ObjectTable, grid: &Spanned<Rows>) -> Read<Self> {
+    fn of(table: &Table<'_>, grid: Value<'_>) -> Read<Self> {
         let expected = "rows of the same number of temperatures, at least one of at least one";
-        let hint = "the first row is at the top, or at the back if the face is level";
-        let columns = columns(reader, "texture_c", grid, [expected, hint])?;
-        let rows = grid.get_ref();
-        let (found, limit) = (columns * rows.len(), limits::TEXTURE_CELLS_MAX);
+        let columns = columns(grid, expected)?;
+        let rows = grid.each().count();
+        let limit = (limits::TEXTURE_CELLS_MAX, grid.span().start);
         let hint = "a sensor of 80 x 60 pixels cannot resolve finer cells";
-        reader.check_count("cells of a texture", found, limit, grid.span().start, hint)?;
-        let cells = rows.iter().flat_map(Spanned::get_ref);
-        let celsius = cells.map(|cell| reader.number(cell, &TEMPERATURE));
+        table
+            .source
+            .check_count("cells of a texture", columns * rows, limit, hint)?;
+        let celsius = grid.each().flat_map(Value::each);
         let cells = Self {
             columns,
-            rows: rows.len(),
-            celsius: celsius.collect::<Result<_, _>>()?,
+            rows,
+            celsius: celsius.filter_map(|cell| cell.number()).collect(),
         };
-        let filters = [("nearest", false), ("bilinear", true)];
-        let hint = "nearest is the default: each cell has one temperature";
-        let filter = reader.choice("texture_filter", &keys.texture_filter, &filters, hint)?;
-        Ok(if filter == Some(true) {
-            cells.interpolated()
-        } else {
-            cells
+        Ok(match table.text("texture_filter") {
+            Some("bilinear") => cells.interpolated(),
+            _ => cells,
         })
     }
 
@@ -309,24 +244,21 @@ impl Cells {
     }
 }
 
-fn heat(reader: &Reader<'_>, table: &Spanned<ObjectTable>) -> Read<Option<Transient>> {
-    let keys = table.get_ref();
-    let Some(time_constant) = &keys.time_constant_s else {
+fn heat(table: &Table<'_>) -> Read<Option<Transient>> {
+    let Some(time_constant_s) = table.number("time_constant_s") else {
         return Ok(None);
     };
-    let time_constant_s = reader.number(time_constant, &TIME_CONSTANT)?;
-    let power_w = reader.number_or(&keys.power_w, &POWER, 0.0)?;
-    let capacity = reader.number_or(&keys.heat_capacity_j_per_k, &CAPACITY, 1.0)?;
-    let always = vec![[0.0, f64::INFINITY]];
-    let on_s = keys.on_s.as_ref().map_or(always, |on| {
-        on.get_ref().iter().map(|interval| interval.0).collect()
-    });
+    let power_w = table.number("power_w").unwrap_or(0.0);
+    let capacity = table.number("heat_capacity_j_per_k").unwrap_or(1.0);
+    let mut on_s: Vec<[f64; 2]> = table.each("on_s").filter_map(|on| on.list()).collect();
     let starts_late = on_s.first().is_none_or(|first| first[0] >= 0.0);
-    if !starts_late || !on_s.as_flattened().is_sorted_by(|one, other| one < other) {
-        let expected = "[[from, until], …] in seconds from 0 on, one after the other";
-        let hint = "as in on_s = [[60, 600], [900, 1200]]";
-        let span = keys.on_s.as_ref().map_or(table.span(), Spanned::span);
-        return Err(reader.refused("on_s", span, expected, hint).into());
+    let is_sorted = on_s.as_flattened().is_sorted_by(|one, other| one < other);
+    match table.get("on_s") {
+        None => on_s.push([0.0, f64::INFINITY]),
+        Some(given) if !starts_late || !is_sorted => {
+            return Err(given.wrong().into());
+        }
+        Some(_) => {}
     }
     Ok(Some(Transient {
         time_constant_s,

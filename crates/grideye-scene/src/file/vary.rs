@@ -1,47 +1,31 @@
 //! Reads the `[[vary]]` tables.
 
-use super::document::VaryTable;
-use super::reader::{Read, Reader};
-use super::rule::SLOPE;
+use super::keys::WITH;
+use super::reader::Read;
 use crate::model::Vary;
-use toml::Spanned;
+use grideye_text::Table;
 
-pub(crate) fn vary(reader: &Reader<'_>, tables: &[Spanned<VaryTable>]) -> Read<Vec<Vary>> {
-    let tables = tables.iter().map(Spanned::get_ref);
-    tables.map(|table| one(reader, table)).collect()
-}
-
-fn one(reader: &Reader<'_>, table: &VaryTable) -> Read<Vary> {
-    let start = table.key.span().start;
-    let slope = reader.optional(&table.slope, &SLOPE)?;
-    let with = match (&table.with, slope) {
-        (Some(with), Some(slope)) => Some((with.get_ref().clone(), slope)),
-        (None, None) => None,
-        (with, _) => {
-            let lacks = if with.is_some() { "slope" } else { "with" };
-            let titled = format!("the [[vary]] table of `{}`", table.key.get_ref());
-            return Err(reader.missing(start, &titled, lacks, SLOPE.hint));
-        }
-    };
-    if let Some(weights) = &table.weights {
-        let all = weights.get_ref();
-        let is_weight = |weight: &f64| weight.is_finite() && *weight >= 0.0;
-        if !all.iter().all(is_weight) || all.iter().sum::<f64>() <= 0.0 {
-            let expected = "numbers from 0 on, not all 0";
-            let hint = "one weight for each of the values, as in values = \"0,1,2\" and weights = [3, 2, 1]";
-            let refused = reader.refused("weights", weights.span(), expected, hint);
-            return Err(refused.into());
+pub(crate) fn vary(table: &Table<'_>) -> Read<Vary> {
+    let text = |key| table.text(key).map(str::to_owned);
+    let at = table.get("key").map_or(table.start, |key| key.span().start);
+    for [given, lacks] in [["with", "slope"], ["slope", "with"]] {
+        if table.has(given) && !table.has(lacks) {
+            return Err(table.missing_at(at, lacks, WITH).into());
         }
     }
+    let weights = table.each("weights").filter_map(|weight| weight.number());
+    let weights: Vec<f64> = weights.collect();
+    let mut all = weights.iter();
+    let are_weights = all.all(|weight| weight.is_finite() && *weight >= 0.0);
+    let are_weights = are_weights && weights.iter().sum::<f64>() > 0.0;
+    if let Some(given) = table.get("weights").filter(|_| !are_weights) {
+        return Err(given.wrong().into());
+    }
     Ok(Vary {
-        key: table.key.get_ref().clone(),
-        values: table.values.as_ref().map(|values| values.get_ref().clone()),
-        weights: table
-            .weights
-            .as_ref()
-            .map(|weights| weights.get_ref().clone())
-            .unwrap_or_default(),
-        with,
-        place: reader.place(start),
+        key: text("key").unwrap_or_default(),
+        values: text("values"),
+        weights,
+        with: text("with").zip(table.number("slope")),
+        place: table.source.place(at),
     })
 }

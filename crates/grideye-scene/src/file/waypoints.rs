@@ -2,9 +2,10 @@
 
 use crate::model::Posture;
 use crate::model::limits::{TIME_MAX_S, WAYPOINTS_MAX};
-use crate::text::{NoUtc, Place, Refusal, Utc, excerpt};
+use crate::text::{NoUtc, Utc};
 use csv::{Position, StringRecord};
 use glam::DVec3;
+use grideye_text::{Place, Refusal, excerpt};
 
 pub(crate) struct Waypoint {
     pub(crate) position_mm: DVec3,

@@ -2,7 +2,7 @@
 
 use crate::geometry::MeshError;
 use crate::profile::ProfileError;
-use crate::text::{Place, Refusal};
+use grideye_text::{Place, Refusal};
 use std::io;
 
 /// Why a scene was refused.

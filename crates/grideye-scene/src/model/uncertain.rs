@@ -3,7 +3,7 @@
 //!
 //! A scene with such tables can be simulated unchanged; [`with_values`] replaces the numbers and no other byte.
 
-use crate::text::Place;
+use grideye_text::Place;
 use std::ops::Range;
 
 /// Limit on the numbers that a calibration finds: more than a recording of 64 pixels can distinguish.

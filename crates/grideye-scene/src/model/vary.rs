@@ -1,6 +1,6 @@
 //! What varies from frame to frame of a dataset.
 
-use crate::text::Place;
+use grideye_text::Place;
 
 /// One `[[vary]]` table: a key and its values, in the grammar of `grideye-variation`.
 #[derive(Debug, Clone, PartialEq)]

@@ -19,6 +19,7 @@ mod read;
 mod types;
 mod unit;
 
+pub use read::PROFILE;
 pub use types::{
     BUILT_IN, CYCLE_TICKS, ClockError, CommonMode, FixedPattern, NAME_CHARACTERS_MAX, OCTAVES_MAX,
     Profile, ProfileError, TEXT_BYTES_MAX, Thermistor, WarmUp,

@@ -1,7 +1,7 @@
 //! The contents of a profile: how one unit differs from a perfect sensor.
 
-use crate::text::Refusal;
 use grideye_frame::PIXELS;
+use grideye_text::Refusal;
 
 /// The profiles in this library, by name: TOML texts of `scenes/profiles`.
 pub const BUILT_IN: [(&str, &str); 3] = [

@@ -1,11 +1,8 @@
-//! Tools for reporting on a file: places, rules, excerpts, and formatted lengths.
+//! Formatted lengths and time stamps.
 
-pub(crate) mod place;
-pub(crate) mod source;
+mod lengths;
 pub(crate) mod utc;
 
-pub(crate) use place::{MM_PER_M, excerpt, millimeters, reach};
-pub use place::{Place, Refusal};
-pub(crate) use source::{Bounded, Rule, Source};
+pub(crate) use lengths::{MM_PER_M, millimeters, reach};
 pub(crate) use utc::NoUtc;
 pub use utc::Utc;

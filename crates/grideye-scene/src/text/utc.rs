@@ -1,6 +1,7 @@
 //! Time stamps in UTC, to the nanosecond.
 
-use grideye_frame::{day_of, days_since_1970};
+use jiff::Timestamp;
+use jiff::fmt::temporal::Pieces;
 use std::fmt;
 
 /// A moment in UTC, printed as `2026-11-25T10:00:00.123Z`.
@@ -19,30 +20,18 @@ pub(crate) enum NoUtc {
 }
 
 const NS_PER_S: i64 = 1_000_000_000;
-const DAY_S: i64 = 86_400;
+const HOUR_S: i32 = 3600;
 /// Milliseconds since 1970 and seconds of a scene have another number of digits.
 const UNIX_DIGITS: usize = 10;
 
 impl Utc {
     /// Parses ISO 8601 with a time zone, or Unix seconds of ten digits (2001 to 2199); either with a fraction.
     pub(crate) fn parse(text: &str) -> Result<Self, NoUtc> {
-        let (head, zone) = match split_zone(text) {
-            Some((head, zone_s)) => (head, Some(zone_s)),
-            None => (text, None),
+        let ns = match unix_ns(text) {
+            Some(ns) => Some(ns),
+            None => iso_ns(text)?,
         };
-        let (whole, fraction) = match head.split_once('.') {
-            Some((whole, fraction)) => (whole, nanoseconds(fraction).ok_or(NoUtc::Malformed)?),
-            None => (head, 0),
-        };
-        let seconds = match (seconds_since_1970(whole), zone) {
-            (Some(seconds), Some(zone_s)) => seconds - zone_s,
-            (Some(_), None) => return Err(NoUtc::Local),
-            (None, None) if whole.len() == UNIX_DIGITS => digits(whole).ok_or(NoUtc::Malformed)?,
-            _ => return Err(NoUtc::Malformed),
-        };
-        let is_known = day_of(seconds.div_euclid(DAY_S)).0 <= 2199;
-        let ns = seconds * NS_PER_S + fraction;
-        is_known.then_some(Self { ns }).ok_or(NoUtc::Malformed)
+        ns.map(|ns| Self { ns }).ok_or(NoUtc::Malformed)
     }
 
     /// This many seconds later, to the nanosecond.
@@ -63,80 +52,44 @@ impl Utc {
 
 impl fmt::Display for Utc {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (seconds, ns) = (self.ns.div_euclid(NS_PER_S), self.ns.rem_euclid(NS_PER_S));
-        let (year, month, day) = day_of(seconds.div_euclid(DAY_S));
-        let of_day = seconds.rem_euclid(DAY_S);
-        let (hour, minute, second) = (of_day / 3600, of_day / 60 % 60, of_day % 60);
-        let time = format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}");
-        let fraction = format!(".{ns:09}");
-        let fraction = fraction.trim_end_matches('0').trim_end_matches('.');
-        formatter.pad(&format!("{time}{fraction}Z"))
+        // All 64 bits are within the years that it knows.
+        let moment = Timestamp::from_nanosecond(self.ns.into()).unwrap_or_default();
+        formatter.pad(&moment.to_string())
     }
 }
 
-/// The text before a time zone, and the zone's seconds ahead of UTC.
-fn split_zone(text: &str) -> Option<(&str, i64)> {
-    if let Some(head) = text.strip_suffix(['Z', 'z']) {
-        return Some((head, 0));
-    }
-    // The date has dashes too, so a zone must follow a colon.
-    let colon = text.find(':')?;
-    let sign = colon + text.get(colon..)?.rfind(['+', '-'])?;
-    let (head, zone) = text.split_at_checked(sign)?;
-    let ahead = if zone.starts_with('+') { 1 } else { -1 };
-    let (hours, minutes) = match zone.as_bytes().get(1..)? {
-        [h1, h2] => ([*h1, *h2], [b'0', b'0']),
-        [h1, h2, b':', m1, m2] | [h1, h2, m1, m2] => ([*h1, *h2], [*m1, *m2]),
-        _ => return None,
+fn unix_ns(text: &str) -> Option<i64> {
+    let (whole, fraction) = text.split_once('.').unwrap_or((text, "0"));
+    let are_digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+    let is_fraction = (1..=9).contains(&fraction.len()) && are_digits(fraction);
+    let seconds: i64 = whole
+        .parse()
+        .ok()
+        .filter(|_| whole.len() == UNIX_DIGITS && are_digits(whole))?;
+    let fraction_ns: i64 = format!("{fraction:0<9}")
+        .parse()
+        .ok()
+        .filter(|_| is_fraction)?;
+    let is_known = seconds < UNIX_END_S;
+    is_known.then_some(seconds * NS_PER_S + fraction_ns)
+}
+
+/// The end of 2199.
+const UNIX_END_S: i64 = 7_258_118_400;
+
+fn iso_ns(text: &str) -> Result<Option<i64>, NoUtc> {
+    // Seconds must be there, and no leap second, whose time would be that of the next.
+    let has_seconds = text
+        .get(16..19)
+        .is_some_and(|end| end.starts_with(':') && end != ":60");
+    let Some(pieces) = Pieces::parse(text).ok().filter(|_| has_seconds) else {
+        return Ok(None);
     };
-    let (hours, minutes) = (number(&hours)?, number(&minutes)?);
-    let is_zone = hours <= 14 && minutes <= 59;
-    is_zone.then_some((head, ahead * (hours * 60 + minutes) * 60))
-}
-
-/// Seconds since 1970 of `2026-11-25T10:00:00`, with `T` or a blank, as if it were UTC.
-fn seconds_since_1970(text: &str) -> Option<i64> {
-    let (date, time) = text.split_once(['T', 't', ' '])?;
-    let [y1, y2, y3, y4, b'-', month @ .., b'-', d1, d2] = date.as_bytes() else {
-        return None;
-    };
-    let [h1, h2, b':', m1, m2, b':', s1, s2] = time.as_bytes() else {
-        return None;
-    };
-    if month.len() != 2 {
-        return None;
-    }
-    let day = days_since_1970(
-        number(&[*y1, *y2, *y3, *y4])?,
-        number(month)?,
-        number(&[*d1, *d2])?,
-    )?;
-    let (hour, minute, second) = (
-        number(&[*h1, *h2])?,
-        number(&[*m1, *m2])?,
-        number(&[*s1, *s2])?,
-    );
-    let is_time = hour <= 23 && minute <= 59 && second <= 59;
-    is_time.then_some(((day * 24 + hour) * 60 + minute) * 60 + second)
-}
-
-fn nanoseconds(fraction: &str) -> Option<i64> {
-    let is_fraction = (1..=9).contains(&fraction.len());
-    is_fraction
-        .then(|| digits(&format!("{fraction:0<9}")))
-        .flatten()
-}
-
-fn digits(text: &str) -> Option<i64> {
-    number(text.as_bytes())
-}
-
-/// Parses a short number of digits only.
-fn number(text: &[u8]) -> Option<i64> {
-    text.iter().try_fold(0, |number, byte| {
-        byte.is_ascii_digit()
-            .then(|| number * 10 + i64::from(byte - b'0'))
-    })
+    let local = pieces.date().to_datetime(pieces.time().unwrap_or_default());
+    let offset = pieces.to_numeric_offset().ok_or(NoUtc::Local)?;
+    let is_known = (1970..=2199).contains(&local.year()) && offset.seconds().abs() < 15 * HOUR_S;
+    let moment = offset.to_timestamp(local).ok().filter(|_| is_known);
+    Ok(moment.and_then(|moment| i64::try_from(moment.as_nanosecond()).ok()))
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "faces_c = { top = -300 }\n",
-        "room.toml:10:19: `temperature_c` is -300, expected °C above",
+        "room.toml:10:19: `faces_c` is -300, expected °C above",
     ),
     (
         "gradient_c_per_m = [0, 0, 1001]\n",
@@ -48,7 +48,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "texture_c = [[1, 6000]]\n",
-        "room.toml:10:18: `temperature_c` is 6000, expected °C above",
+        "room.toml:10:18: `texture_c` is 6000, expected °C above",
     ),
     (
         "texture_c = [[1]]\ntexture_on = \"lid\"\n",

@@ -1,12 +1,11 @@
-//! Places in a file, problems found there, and lengths formatted for messages.
+//! Places in a file, and problems found there.
 
-use glam::DVec3;
 use std::fmt;
 
 /// A place in a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
-    /// The file as named by the caller or by the scene.
+    /// The file as named by the caller or by another file.
     pub file: Box<str>,
     /// Line, from 1.
     pub line: usize,
@@ -15,12 +14,16 @@ pub struct Place {
 }
 
 impl Place {
-    pub(crate) fn of_line(file: &str, line: usize) -> Self {
+    /// The start of a line, from 1.
+    #[must_use]
+    pub fn of_line(file: &str, line: usize) -> Self {
         let (file, column) = (file.into(), 1);
         Self { file, line, column }
     }
 
-    pub(crate) fn of_byte(file: &str, text: &str, byte: usize) -> Self {
+    /// The place of a byte of the file's text; beyond it, its end.
+    #[must_use]
+    pub fn of_byte(file: &str, text: &str, byte: usize) -> Self {
         let before = text.get(..byte).unwrap_or(text);
         let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
         Self {
@@ -30,7 +33,9 @@ impl Place {
         }
     }
 
-    pub(crate) fn refused(self, problem: String, hint: &str) -> Refusal {
+    /// A problem here, and how to fix it.
+    #[must_use]
+    pub fn refused(self, problem: String, hint: &str) -> Refusal {
         Refusal {
             place: self,
             problem,
@@ -58,7 +63,8 @@ pub struct Refusal {
 }
 
 /// The start of a text, on one line.
-pub(crate) fn excerpt(text: &str) -> String {
+#[must_use]
+pub fn excerpt(text: &str) -> String {
     let mut excerpt: String = text.chars().take(EXCERPT_CHARACTERS_MAX).collect();
     if excerpt.len() < text.len() {
         excerpt.push('…');
@@ -67,16 +73,3 @@ pub(crate) fn excerpt(text: &str) -> String {
 }
 
 const EXCERPT_CHARACTERS_MAX: usize = 60;
-
-pub(crate) const MM_PER_M: f64 = 1000.0;
-
-pub(crate) fn reach((low, high): (DVec3, DVec3)) -> String {
-    format!("from {} to {}", millimeters(low), millimeters(high))
-}
-
-pub(crate) fn millimeters(meters: DVec3) -> String {
-    // Round to a thousandth of a millimeter, because rounding errors of rotations would only obscure the number.
-    let micrometers = (meters * MM_PER_M * 1000.0).round();
-    let [x, y, z] = micrometers.to_array().map(|number| number / 1000.0 + 0.0);
-    format!("[{x}, {y}, {z}]")
-}
