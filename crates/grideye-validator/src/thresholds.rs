@@ -2,10 +2,9 @@
 
 use crate::metrics::SENSOR_ACCURACY_C;
 use crate::numbers::count;
-use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
-use std::ops::Range;
-use toml::Spanned;
+use grideye_text::{Kind, Number, Refusal, Row, Rows, Source, Style};
+use serde::Serialize;
+use toml::de::DeTable;
 
 /// The file used unless another is named.
 pub const SHIPPED: &str = include_str!("../thresholds.toml");
@@ -40,14 +39,8 @@ pub struct ThresholdLine {
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what each is")]
 pub enum ThresholdError {
-    #[error("{file}:{line}:{column}: {message}\nhint: {hint}")]
-    Malformed {
-        file: String,
-        line: usize,
-        column: usize,
-        message: String,
-        hint: String,
-    },
+    #[error(transparent)]
+    Refused(#[from] Refusal),
     #[error(
         "{file}: {found} bytes of text, expected at most {TEXT_BYTES_MAX}\nhint: is this a thresholds file?"
     )]
@@ -58,10 +51,15 @@ impl ThresholdSet {
     /// The built-in thresholds.
     #[must_use]
     pub fn shipped() -> Self {
+        let shipped = DeTable::parse(SHIPPED).ok();
+        let source = |name| {
+            let entry = shipped.as_ref()?.get_ref().get(name)?.get_ref();
+            entry.get("source")?.get_ref().as_str().map(str::to_owned)
+        };
         let lines = KEYS.iter().map(|key| ThresholdLine {
             key: key.name,
             value: (key.get)(&Thresholds::default()),
-            source: shipped_source(key.name),
+            source: source(key.name).unwrap_or_default(),
             file: SHIPPED_NAME.to_owned(),
         });
         Self {
@@ -81,39 +79,48 @@ impl ThresholdSet {
                 found: text.len(),
             });
         }
-        let file = File { origin, text };
-        let mut entries: Entries = toml::from_str(text).map_err(|error| file.malformed(&error))?;
+        let style = &STYLE;
+        let source = Source {
+            origin,
+            text,
+            style,
+        };
+        let document = source.document()?;
+        let table = source.table(&ROWS, &document)?;
         let mut set = Self::shipped();
         for (key, line) in KEYS.iter().zip(&mut set.lines) {
-            if let Some(entry) = entries.remove(key.name) {
-                file.take(key, &entry.into_inner(), &mut set.thresholds, line)?;
-            }
+            let Some(entry) = table.table(key.name) else {
+                continue;
+            };
+            line.value = entry.number("value").unwrap_or(line.value);
+            line.source = entry.text("source").unwrap_or_default().trim().to_owned();
+            origin.clone_into(&mut line.file);
+            (key.set)(&mut set.thresholds, line.value);
         }
-        match entries.iter().next() {
-            Some((name, entry)) => Err(file.unknown(name, entry.span())),
-            None => Ok(set),
-        }
+        Ok(set)
     }
 }
 
-type Entries = BTreeMap<String, Spanned<Entry>>;
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Entry {
-    value: Spanned<f64>,
-    source: Spanned<String>,
-}
+const STYLE: Style = {
+    let hint = "each threshold is a table with a number and a text, such as [offset_max_c], value = 2.5, source = \"why\"";
+    Style {
+        unknown: hint,
+        missing: hint,
+        mistyped: hint,
+        no_toml: hint,
+        names_key: false,
+        ..Style::EMPTY
+    }
+};
 
 struct Key {
     name: &'static str,
-    range: (f64, f64),
     get: fn(&Thresholds) -> f64,
     set: fn(&mut Thresholds, f64),
 }
 
 macro_rules! thresholds {
-    ($(#[doc = $doc:literal] $name:ident = $default:expr, $range:expr;)+) => {
+    ($(#[doc = $doc:literal] $name:ident = $default:expr, ($low:expr, $high:expr);)+) => {
         /// The verdict's limits.
         #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
         pub struct Thresholds {
@@ -128,10 +135,43 @@ macro_rules! thresholds {
 
         const KEYS: &[Key] = &[$(Key {
             name: stringify!($name),
-            range: $range,
             get: |thresholds| thresholds.$name,
             set: |thresholds, value| thresholds.$name = value,
         }),+];
+
+        /// The keys of a file of thresholds.
+        pub static ROWS: Rows = Rows {
+            rows: &[&[$(Row {
+                key: stringify!($name),
+                name_at: 0,
+                kind: Kind::Table(&Rows {
+                    rows: &[&[
+                        Row {
+                            key: concat!(stringify!($name), ".value"),
+                            name_at: stringify!($name).len() + 1,
+                            kind: Kind::Number(Number::Within($low, $high)),
+                            unit: "",
+                            told: "",
+                            doc: "crates/grideye-validator/thresholds.toml has a good value for every key",
+                        },
+                        Row {
+                            key: concat!(stringify!($name), ".source"),
+                            name_at: stringify!($name).len() + 1,
+                            kind: Kind::Text(|source| !source.trim().is_empty()),
+                            unit: "",
+                            told: "where the number comes from",
+                            doc: "give the reason for this value: the report prints it",
+                        },
+                    ]],
+                    required: &["value", "source"],
+                    ..Rows::EMPTY
+                }),
+                unit: "",
+                told: "",
+                doc: $doc,
+            }),+]],
+            ..Rows::EMPTY
+        };
     };
 }
 
@@ -160,77 +200,6 @@ thresholds! {
     rate_error_max = 0.1, (0.0, 10.0);
     /// Largest difference between pixels and thermistor, °C.
     thermistor_apart_max_c = 12.0, (0.0, 1000.0);
-}
-
-fn shipped_source(name: &str) -> String {
-    let entries: Entries = toml::from_str(SHIPPED).unwrap_or_default();
-    entries
-        .get(name)
-        .map(|entry| entry.get_ref().source.get_ref().clone())
-        .unwrap_or_default()
-}
-
-struct File<'a> {
-    origin: &'a str,
-    text: &'a str,
-}
-
-impl File<'_> {
-    fn take(
-        &self,
-        key: &Key,
-        entry: &Entry,
-        thresholds: &mut Thresholds,
-        line: &mut ThresholdLine,
-    ) -> Result<(), ThresholdError> {
-        let (name, value, (least, most)) = (key.name, *entry.value.get_ref(), key.range);
-        if !(least..=most).contains(&value) {
-            let message = format!("`{name}.value` is {value}, expected {least} to {most}");
-            let hint = "crates/grideye-validator/thresholds.toml has a good value for every key";
-            return Err(self.refused(entry.value.span(), message, hint));
-        }
-        let source = entry.source.get_ref().trim();
-        if source.is_empty() {
-            let message = format!("`{name}.source` is empty, expected where the number comes from");
-            let hint = "give the reason for this value: the report prints it";
-            return Err(self.refused(entry.source.span(), message, hint));
-        }
-        (key.set)(thresholds, value);
-        *line = ThresholdLine {
-            key: name,
-            value,
-            source: source.to_owned(),
-            file: self.origin.to_owned(),
-        };
-        Ok(())
-    }
-
-    fn unknown(&self, name: &str, span: Range<usize>) -> ThresholdError {
-        let known: Vec<&str> = KEYS.iter().map(|key| key.name).collect();
-        let hint = format!("the thresholds are {}", known.join(", "));
-        self.refused(span, format!("`{name}` is not a threshold"), &hint)
-    }
-
-    fn malformed(&self, error: &toml::de::Error) -> ThresholdError {
-        let message = error.message().trim_end().replace('\n', ", ");
-        self.refused(
-            error.span().unwrap_or_default(),
-            message.replace("expected f64", "expected a number"),
-            "each threshold is a table with a number and a text, such as [offset_max_c], value = 2.5, source = \"why\"",
-        )
-    }
-
-    fn refused(&self, span: Range<usize>, message: String, hint: &str) -> ThresholdError {
-        let before = self.text.get(..span.start).unwrap_or(self.text);
-        let line_start = before.rfind('\n').map_or(0, |end| end + 1);
-        ThresholdError::Malformed {
-            file: self.origin.to_owned(),
-            line: before.matches('\n').count() + 1,
-            column: before[line_start..].chars().count() + 1,
-            message,
-            hint: hint.to_owned(),
-        }
-    }
 }
 
 pub(crate) fn too_few(frames: usize, thresholds: &Thresholds) -> bool {

@@ -46,15 +46,15 @@ fn errors_name_their_place() {
         ),
         (
             format!("{right} = nan\nsource = \"a\"\n"),
-            "2:9: `right_min.value` is NaN",
+            "2:9: `right_min.value` is nan",
         ),
         (
             format!("{right} = 0.5\nsource = \" \"\n"),
-            "3:10: `right_min.source` is empty",
+            "3:10: `right_min.source` is \" \", expected where the number comes from",
         ),
         (
             "\n[right_mn]\nvalue = 0.5\nsource = \"a\"\n".to_owned(),
-            "2:1: `right_mn` is not a threshold",
+            "2:2: unknown field `right_mn`, expected one of `right_min`",
         ),
         (format!("{right} = 0.5\n"), "1:1: missing field `source`"),
         ("right_min = 3\n".to_owned(), "1:13: invalid type"),
