@@ -5,7 +5,7 @@
 mod parse;
 mod types;
 
-pub use parse::BUSES_MAX;
+pub use parse::{BUSES_MAX, CONFIG};
 pub use types::{
     BACKLOG_PER_S_DEFAULT, Body, BusConfig, CONFIG_BYTES_MAX, Config, ConfigError, Guarantee,
     RING_FRAMES_DEFAULT, SPOOL_AFTER_DEFAULT, SensorConfig, SpoolConfig, SpoolMode,

@@ -3,6 +3,7 @@
 use crate::join::{Credentials, Joined};
 use crate::limits::{LOOK_EVERY, SYNC_MAX};
 use amg8833::{Address, FrameRate};
+use grideye_text::Refusal;
 use std::fmt;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -236,8 +237,8 @@ pub const CONFIG_BYTES_MAX: usize = 64 * 1024;
 pub enum ConfigError {
     /// Not TOML, or a key that is unknown, missing, of the wrong type or out of range: `file:line:column` counted from
     /// 1, expected and found, and what to do.
-    #[error("{0}: {1}\nhint: {2}")]
-    Refused(String, String, String),
+    #[error(transparent)]
+    Refused(#[from] Refusal),
     /// The configuration names one collector, and the agent joined another.
     #[error(
         "the configuration names collector {0}, but this agent joined {1}\nhint: remove the line `collector` from the configuration, or the file collector.toml"
