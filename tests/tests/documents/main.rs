@@ -18,6 +18,7 @@ mod commands;
 mod drivers;
 mod errors;
 mod helps;
+mod keys;
 mod units;
 
 use commands::Kept::{By, Emulated, Not, Run, Serves};

@@ -74,14 +74,19 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
 
 fn hints_of(text: &str) -> Vec<String> {
     let mut hints = Vec::new();
-    for (before, literal) in literals(text) {
+    let literals = literals(text);
+    let has_rows = text.contains("rows! {");
+    let after = literals.iter().skip(1).map(|(between, _)| between.as_str());
+    for ((before, literal), after) in literals.iter().zip(after.chain([""])) {
         let before = before.trim_end().trim_end_matches("format!(").trim_end();
-        let is_hint = ["hint =", "hint:", "hint(", "HINT: &str ="]
+        // The last column of a row of keys.
+        let is_doc = has_rows && before == "," && after.starts_with(';');
+        let is_hint = ["hint =", "hint:", "hint(", "HINT: &str =", "DOC: &str ="]
             .iter()
             .any(|end| before.ends_with(end));
         let hint = match literal.split_once("hint: ") {
             Some((_, hint)) => hint,
-            None if is_hint => &literal,
+            None if is_hint || is_doc => literal,
             None => continue,
         };
         hints.extend(longest_piece(hint));
