@@ -70,14 +70,7 @@ fn the_outputs_are_the_same_on_any_number_of_threads_and_say_the_same() {
     let mut all = Vec::new();
     for threads in ["1", "5"] {
         let outs = [file("map.svg"), file("map.csv")];
-        let more = [
-            "--threads",
-            threads,
-            "--out",
-            &outs[0],
-            "--out",
-            &outs[1],
-        ];
+        let more = ["--threads", threads, "--out", &outs[0], "--out", &outs[1]];
         let output = coverage(&scene("bedroom"), &[&FEW[..], &more].concat());
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
         all.push((text(&output.stdout), outs.map(|out| fs::read(out).unwrap())));
