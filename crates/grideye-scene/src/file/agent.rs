@@ -276,13 +276,14 @@ fn headings(waypoints_m: &[DVec3], keeps: &[Keep], first: Option<DMat3>) -> Vec<
 /// A box around the body at its start in any direction: spares most waypoints the exact check.
 fn bounds_however_turned_m(agent: &Agent) -> (DVec3, DVec3) {
     let vertices = agent.parts.iter().flat_map(|part| part.mesh.vertices_m());
-    let (mut radius_m, mut low_m, mut high_m) = (0.0_f64, f64::INFINITY, f64::NEG_INFINITY);
+    let (mut radius_m2, mut low_m, mut high_m) = (0.0_f64, f64::INFINITY, f64::NEG_INFINITY);
     for vertex in vertices {
         let from_start_m = *vertex - agent.start_m;
-        radius_m = radius_m.max(from_start_m.truncate().length());
+        radius_m2 = radius_m2.max(from_start_m.truncate().length_squared());
         low_m = low_m.min(from_start_m.z);
         high_m = high_m.max(from_start_m.z);
     }
+    let radius_m = radius_m2.sqrt();
     let corner =
         |side: f64, z_m: f64| agent.start_m + DVec3::new(side * radius_m, side * radius_m, z_m);
     (corner(-1.0, low_m), corner(1.0, high_m))

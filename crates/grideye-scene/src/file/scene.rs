@@ -320,11 +320,15 @@ fn contacts(tables: &Table<'_>, agents: &[Table<'_>], scene: &Scene) -> Read<Vec
 
 /// An unknown name in `touches` would leave a collision reported, or hide one that is never searched.
 fn check_touches(tables: &Table<'_>) -> Read<()> {
-    let bodies = tables.tables("object").chain(tables.tables("agent"));
-    let known: HashSet<&str> = bodies.filter_map(|table| table.text("name")).collect();
     let mut names = tables
         .tables("agent")
-        .flat_map(|table| table.each("touches"));
+        .flat_map(|table| table.each("touches"))
+        .peekable();
+    if names.peek().is_none() {
+        return Ok(());
+    }
+    let bodies = tables.tables("object").chain(tables.tables("agent"));
+    let known: HashSet<&str> = bodies.filter_map(|table| table.text("name")).collect();
     match names.find(|name| !name.text().is_some_and(|name| known.contains(name))) {
         None => Ok(()),
         Some(unknown) => Err(unknown.wrong().into()),
