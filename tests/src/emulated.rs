@@ -1,6 +1,6 @@
 //! Programs on an emulated sensor that shows known words, by each way to reach it.
 
-use crate::programs::{Ended, grideye, is_part_left_out, root, run, terminate, wait, wait_for};
+use crate::programs::{Ended, grideye, root, run, terminate, wait, wait_for};
 use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -64,42 +64,15 @@ pub fn recording(folder: &Path, name: &str, frames: impl IntoIterator<Item = Wor
     path
 }
 
-/// A way by which a program of its own reaches the emulated sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Way {
-    /// `/dev/i2c-1` by FUSE in a mount namespace.
-    Fuse,
-    /// `/dev/i2c-1` by a preloaded library.
-    Preload,
-    /// A Unix socket behind the one-file client for Python.
-    Socket,
-}
-
-impl Way {
-    /// The ways to a `/dev/i2c-1` that this machine has; those that it has not are named.
-    #[must_use]
-    pub fn to_a_device_file(what: &str) -> Vec<Self> {
-        let mut ways = vec![Self::Preload];
-        if !is_part_left_out("GRIDEYE_WITHOUT_FUSE", &format!("{what} by FUSE")) {
-            ways.push(Self::Fuse);
-        }
-        ways
-    }
-}
-
-/// Runs a program to its end on the emulated sensor. What emulates says nothing, so that the output is the program's.
+/// Runs a program to its end with the emulated sensor at its `/dev/i2c-1`. What emulates says nothing, so that the output is
+/// the program's.
 ///
 /// # Panics
-/// When it cannot be started, and for [`Way::Socket`] when the server does not serve or does not end well.
+/// When it cannot be started.
 #[must_use]
-pub fn run_emulated<S: AsRef<OsStr>>(way: Way, source: &[S], program: &Command) -> Ended {
+pub fn run_emulated<S: AsRef<OsStr>>(source: &[S], program: &Command) -> Ended {
     let mut command = grideye();
     command.args(["emulate", "--quiet"]).args(source);
-    match way {
-        Way::Fuse => command.args(["--via", "fuse"]),
-        Way::Preload => command.args(["--via", "preload"]),
-        Way::Socket => return run_behind_socket(command, program),
-    };
     command
         .arg("--")
         .arg(program.get_program())
@@ -107,10 +80,17 @@ pub fn run_emulated<S: AsRef<OsStr>>(way: Way, source: &[S], program: &Command) 
     run(&mut command)
 }
 
-/// Runs `python3 SCRIPT ARGUMENTS` as `python3 grideye_i2c.py SOCKET SCRIPT ARGUMENTS`.
-fn run_behind_socket(mut server: Command, program: &Command) -> Ended {
+/// Runs `python3 SCRIPT ARGUMENTS` as `python3 grideye_i2c.py SOCKET SCRIPT ARGUMENTS`: its bus is a Unix socket, behind the
+/// one-file client for Python.
+///
+/// # Panics
+/// When the server does not serve or does not end well.
+#[must_use]
+pub fn run_behind_socket<S: AsRef<OsStr>>(source: &[S], program: &Command) -> Ended {
     let folder = tempfile::tempdir().unwrap();
     let socket = folder.path().join("bus");
+    let mut server = grideye();
+    server.args(["emulate", "--quiet"]).args(source);
     server.arg("--socket").arg(&socket).stdout(Stdio::null());
     let mut server = Server(server.spawn().unwrap());
     wait_for("the socket", || socket.exists().then_some(()));

@@ -7,7 +7,7 @@
     reason = "what fails in a helper fails the test"
 )]
 
-use grideye_tests::emulated::{Way, Words, recording, run_emulated};
+use grideye_tests::emulated::{Words, recording, run_emulated};
 use grideye_tests::programs::{Ended, RunningCollector, grideye_agent, is_left_out, run};
 use std::collections::{BTreeMap, HashMap};
 use std::fmt::Write as _;
@@ -18,20 +18,16 @@ use std::process::Command;
 const SCENE: [&str; 2] = ["--scene", "scenes/experiment-1.toml"];
 
 /// `grideye-agent check` on bus 1.
-fn check(way: Way, adapter: &str, address: &str) -> Ended {
+fn check(adapter: &str, address: &str) -> Ended {
     let mut command = Command::new(grideye_agent().get_program());
     command.args(["check", "--bus", "/dev/i2c-1", "--address", address]);
-    unhurried(
-        way,
-        &[&SCENE[..], &["--adapter", adapter]].concat(),
-        &command,
-    )
+    unhurried(&[&SCENE[..], &["--adapter", adapter]].concat(), &command)
 }
 
 /// The check runs in real time: a host that stalls is told apart from a sensor at fault, and asked again.
-fn unhurried(way: Way, source: &[&str], command: &Command) -> Ended {
+fn unhurried(source: &[&str], command: &Command) -> Ended {
     (0..3)
-        .map(|_| run_emulated(way, source, command))
+        .map(|_| run_emulated(source, command))
         .find(|ended| !format!("{ended:?}").contains("too busy to read in time"))
         .unwrap()
 }
@@ -116,21 +112,19 @@ const CHECKS: [(&str, &str, i32, &[&str]); 13] = [
 /// What a person is told on each kind of adapter, where the sensor is and where it is not.
 #[test]
 fn check_says_of_each_adapter_what_a_raspberry_pi_would_say() {
-    for way in Way::to_a_device_file("grideye-agent check on each kind of adapter") {
-        std::thread::scope(|scope| {
-            for (adapter, address, code, words) in CHECKS {
-                scope.spawn(move || {
-                    let ended = check(way, adapter, address);
-                    let context = format!("{way:?}, {adapter}, {address}: {ended:?}");
-                    assert_eq!(ended.code, code, "{context}");
-                    let said = format!("{}{}", ended.stdout, ended.stderr);
-                    for word in words {
-                        assert!(said.contains(word), "{word:?}: {context}");
-                    }
-                });
-            }
-        });
-    }
+    std::thread::scope(|scope| {
+        for (adapter, address, code, words) in CHECKS {
+            scope.spawn(move || {
+                let ended = check(adapter, address);
+                let context = format!("{adapter}, {address}: {ended:?}");
+                assert_eq!(ended.code, code, "{context}");
+                let said = format!("{}{}", ended.stdout, ended.stderr);
+                for word in words {
+                    assert!(said.contains(word), "{word:?}: {context}");
+                }
+            });
+        }
+    });
 }
 
 /// Both sensors of one bus, by a configuration: each is checked at its own address, and one that is missing is not looked
@@ -143,36 +137,34 @@ fn two_sensors_on_one_bus_are_checked_by_their_configuration_each_for_itself() {
     std::fs::write(&config, text).unwrap();
     let mut command = Command::new(grideye_agent().get_program());
     command.args(["check", "--config"]).arg(&config);
-    for way in Way::to_a_device_file("grideye-agent check of two sensors") {
-        let both = [
-            "--constant",
-            "21.5",
-            "--sensor",
-            "low=1:0x68",
-            "--sensor",
-            "high=1:0x69",
-        ];
-        let checked = unhurried(way, &both, &command);
-        let context = format!("{way:?}: {checked:?}");
-        for sensor in ["i2c-1:0x68: ok\n", "i2c-1:0x69: ok\n"] {
-            assert!(checked.stdout.contains(sensor), "{context}");
-        }
-        // A busy machine may miss one.
-        let frames = checked.stdout.matches("20 frames read, ");
-        assert_eq!(frames.count(), 2, "{context}");
-        // No collector is named.
-        assert_eq!(checked.code, 1, "{context}");
-
-        let one = unhurried(way, &both[..4], &command);
-        let context = format!("{way:?}: {one:?}");
-        assert!(
-            one.stdout.contains("i2c-1:0x68: ok\n")
-                && one.stdout.contains("i2c-1:0x69: failed\n")
-                && one.stdout.contains("hint: nobody answers at this address")
-                && !one.stdout.contains("; one does at"),
-            "{context}"
-        );
+    let both = [
+        "--constant",
+        "21.5",
+        "--sensor",
+        "low=1:0x68",
+        "--sensor",
+        "high=1:0x69",
+    ];
+    let checked = unhurried(&both, &command);
+    let context = format!("{checked:?}");
+    for sensor in ["i2c-1:0x68: ok\n", "i2c-1:0x69: ok\n"] {
+        assert!(checked.stdout.contains(sensor), "{context}");
     }
+    // A busy machine may miss one.
+    let frames = checked.stdout.matches("20 frames read, ");
+    assert_eq!(frames.count(), 2, "{context}");
+    // No collector is named.
+    assert_eq!(checked.code, 1, "{context}");
+
+    let one = unhurried(&both[..4], &command);
+    let context = format!("{one:?}");
+    assert!(
+        one.stdout.contains("i2c-1:0x68: ok\n")
+            && one.stdout.contains("i2c-1:0x69: failed\n")
+            && one.stdout.contains("hint: nobody answers at this address")
+            && !one.stdout.contains("; one does at"),
+        "{context}"
+    );
 }
 
 /// As on a Raspberry Pi whose user is not in the group `i2c`. A file that nobody may open, as far as its mode goes,
@@ -301,7 +293,7 @@ fn a_full_agent(
     (options, path.to_str().unwrap().to_owned())
 }
 
-/// An hour of one sensor, told by frames: 36,000 of them, by 32 sensors in real time, by each way at once.
+/// An hour of one sensor, told by frames: 36,000 of them, by 32 sensors in real time.
 #[test]
 fn an_hour_of_frames_arrives_none_torn_none_twice_and_each_gap_with_its_reason() {
     if is_left_out(
@@ -310,14 +302,10 @@ fn an_hour_of_frames_arrives_none_torn_none_twice_and_each_gap_with_its_reason()
     ) {
         return;
     }
-    std::thread::scope(|scope| {
-        for way in Way::to_a_device_file("an hour of frames through grideye-agent") {
-            scope.spawn(move || an_hour(way));
-        }
-    });
+    an_hour();
 }
 
-fn an_hour(way: Way) {
+fn an_hour() {
     let folder = tempfile::tempdir().unwrap();
     let frames = (0..SOURCE_FRAMES).map(identifiable);
     let source = recording(folder.path(), "source.csv", frames);
@@ -326,12 +314,12 @@ fn an_hour(way: Way) {
     let (options, config) = a_full_agent(folder.path(), &source, &collector);
     let mut agent = Command::new(grideye_agent().get_program());
     agent.args(["run", "--frames", &FRAMES.to_string(), "--config", &config]);
-    let ended = run_emulated(way, &options, &agent);
+    let ended = run_emulated(&options, &agent);
 
     let audit = collector.json("/v1/audit");
     let stored = rows(&collector.recording_csv(id));
     let hour = Hour::of(&stored, &indices(&source), &estimates(&audit));
-    println!("{way:?}: {hour}");
+    println!("{hour}");
     assert_eq!(audit["balanced"], true, "{audit}");
     let sum = |what: &str| -> u64 {
         let streams = audit["streams"].as_array().unwrap();
@@ -491,14 +479,10 @@ fn script(folder: &Path, device: &str, fault: &str) -> String {
 /// and leaves the last frame's bytes in the buffer (`virtio`, a short message count).
 #[test]
 fn each_fault_is_a_missing_row_with_its_reason_and_no_stale_frame_passes_as_fresh() {
-    std::thread::scope(|scope| {
-        for way in Way::to_a_device_file("faults under grideye-agent") {
-            scope.spawn(move || every_fault_on_every_adapter(way));
-        }
-    });
+    every_fault_on_every_adapter();
 }
 
-fn every_fault_on_every_adapter(way: Way) {
+fn every_fault_on_every_adapter() {
     let folder = tempfile::tempdir().unwrap();
     let source = recording(folder.path(), "source.csv", (0..200).map(identifiable));
     let indices = indices(&source);
@@ -515,7 +499,7 @@ fn every_fault_on_every_adapter(way: Way) {
                     let shown = ["--recording", source, "--replay", "frames"];
                     let broken = ["--adapter", adapter, "--faults", &script];
                     let options = [shown, broken].concat();
-                    let ended = faulty_run(way, folder, &device, &options, collector);
+                    let ended = faulty_run(folder, &device, &options, collector);
                     assert_eq!(ended.code, 3, "{device}: data were lost: {ended:?}");
                 });
             }
@@ -526,14 +510,13 @@ fn every_fault_on_every_adapter(way: Way) {
         for (number, expected) in FAULTS.iter().enumerate() {
             let device = format!("{adapter}-{number}");
             let rows: Vec<&Row> = stored.iter().filter(|row| row.device == device).collect();
-            let context = format!("{way:?}, {adapter}, {}", expected.fault.replace('\n', ", "));
+            let context = format!("{adapter}, {}", expected.fault.replace('\n', ", "));
             holds_what_it_must(&rows, expected.reasons[column], &indices, &context);
         }
     }
 }
 
 fn faulty_run(
-    way: Way,
     folder: &Path,
     device: &str,
     options: &[&str],
@@ -549,7 +532,7 @@ fn faulty_run(
     agent
         .args(["run", "--frames", "30", "--config"])
         .arg(&config);
-    run_emulated(way, options, &agent)
+    run_emulated(options, &agent)
 }
 
 fn holds_what_it_must(rows: &[&Row], reason: &str, indices: &HashMap<String, u64>, context: &str) {

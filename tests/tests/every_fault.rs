@@ -8,7 +8,7 @@
     reason = "what fails in a helper fails the test"
 )]
 
-use grideye_tests::emulated::{Way, Words, pixel_c, recording, run_emulated};
+use grideye_tests::emulated::{Words, pixel_c, recording, run_emulated};
 use grideye_tests::programs::{RunningCollector, grideye_agent};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -190,14 +190,10 @@ fn script(folder: &Path) -> String {
 
 #[test]
 fn every_fault_is_counted_by_kind_at_the_collector_and_costs_the_others_nothing() {
-    std::thread::scope(|scope| {
-        for way in Way::to_a_device_file("every fault under one agent") {
-            scope.spawn(move || every_fault(way));
-        }
-    });
+    every_fault();
 }
 
-fn every_fault(way: Way) {
+fn every_fault() {
     let folder = tempfile::tempdir().unwrap();
     let source = recording(folder.path(), "source.csv", (0..SOURCE_FRAMES).map(frame));
     let script = script(folder.path());
@@ -230,21 +226,21 @@ fn every_fault(way: Way) {
     agent
         .args(["run", "--frames", &FRAMES.to_string(), "--config"])
         .arg(&path);
-    let ended = run_emulated(way, &options, &agent);
-    assert_eq!(ended.code, 3, "{way:?}: data were lost: {ended:?}");
+    let ended = run_emulated(&options, &agent);
+    assert_eq!(ended.code, 3, "data were lost: {ended:?}");
 
     let audit = by_sensor(&collector.json("/v1/audit")["streams"]);
     let live = by_sensor(&collector.json("/v1/sensors")["sensors"]);
     let csv = collector.recording_csv(id);
     for (sensor, stream) in &audit {
         println!(
-            "{way:?}, {sensor}: missing {}, {}",
+            "{sensor}: missing {}, {}",
             stream["missing"], stream["errors"]
         );
     }
     for (index, case) in cases().iter().enumerate() {
         let sensor = format!("i2c-{}:0x69", index + 1);
-        let context = format!("{way:?}, {sensor}, {}", case.fault.replace('\n', ", "));
+        let context = format!("{sensor}, {}", case.fault.replace('\n', ", "));
         let stream = &audit[&sensor];
         assert_eq!(stream["balanced"], true, "{context}: {stream}");
         assert_eq!(stream["stored"], FRAMES, "{context}");

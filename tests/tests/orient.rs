@@ -3,9 +3,7 @@
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
-use grideye_tests::programs::{
-    Ended, RunningCollector, folder, grideye, is_left_out, run, terminate, wait_for,
-};
+use grideye_tests::programs::{Ended, RunningCollector, folder, grideye, run, terminate, wait_for};
 use serde_json::Value;
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
@@ -274,12 +272,6 @@ impl Drop for Emulating {
 
 #[test]
 fn live_frames_of_the_emulated_sensor_are_asked_for_and_told() {
-    if is_left_out(
-        "GRIDEYE_WITHOUT_FUSE",
-        "orient on the emulated sensor, live",
-    ) {
-        return;
-    }
     let at = tempfile::tempdir().unwrap();
     let collector = RunningCollector::start(at.path());
     let turned = recording(at.path(), 270);

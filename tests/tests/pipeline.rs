@@ -10,7 +10,7 @@
 mod mistakes;
 
 use grideye_tests::programs::{
-    self, Ended, RunningCollector, grideye, grideye_agent, is_left_out, root, run, wait_for,
+    self, Ended, RunningCollector, grideye, grideye_agent, root, run, wait_for,
 };
 use mistakes::file;
 use std::path::Path;
@@ -189,12 +189,6 @@ fn agent_config(folder: &Path, collector: &RunningCollector) -> String {
 /// The agent runs in real time here: on a host that stalls for longer than a frame it misses some, and must say so.
 #[test]
 fn the_agent_delivers_from_a_device_file_to_a_collector() {
-    if is_left_out(
-        "GRIDEYE_WITHOUT_FUSE",
-        "the agent on an emulated /dev/i2c-1",
-    ) {
-        return;
-    }
     let folder = tempfile::tempdir().unwrap();
     let collector = RunningCollector::start(folder.path());
     let config = agent_config(folder.path(), &collector);
@@ -228,12 +222,6 @@ fn the_agent_delivers_from_a_device_file_to_a_collector() {
 
 #[test]
 fn the_agent_stays_small() {
-    if is_left_out(
-        "GRIDEYE_WITHOUT_FUSE",
-        "the memory of the agent on an emulated /dev/i2c-1",
-    ) {
-        return;
-    }
     let folder = tempfile::tempdir().unwrap();
     let collector = RunningCollector::start(folder.path());
     let config = agent_config(folder.path(), &collector);
@@ -274,12 +262,6 @@ fn emulated(what: &[&str]) -> Command {
 
 #[test]
 fn a_person_sees_the_sensor_with_one_command() {
-    if is_left_out(
-        "GRIDEYE_WITHOUT_FUSE",
-        "agent check on an emulated /dev/i2c-1",
-    ) {
-        return;
-    }
     let mut check = emulated(&["--scene", "scenes/experiment-1.toml"]);
     check.arg(grideye_agent().get_program()).args([
         "check",

@@ -1,4 +1,4 @@
-"""The pytest plugin: unmodified drivers of other authors on the fixture, without a device, root or FUSE."""
+"""The pytest plugin: unmodified drivers of other authors on the fixture, without a device or root."""
 
 import time
 

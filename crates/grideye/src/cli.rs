@@ -27,7 +27,7 @@ pub(crate) use access::{
 pub(crate) use align::Align;
 pub(crate) use coverage::Coverage;
 pub(crate) use dataset::{Dataset, Preset};
-pub(crate) use emulate::{Emulate, Scl};
+pub(crate) use emulate::{Emulate, Scl, Via};
 pub(crate) use shared::SEED;
 use shared::{Choices, one_of, positive};
 

@@ -1,7 +1,7 @@
-//! Measures one call on `/dev/i2c-N` by each way. `cargo bench -p i2c-emulation --bench ways`
+//! Measures one call on `/dev/i2c-N`. `cargo bench -p i2c-emulation --bench ways`
 //!
-//! The client is this same program, started again with the device. "asking" is preloading without sending memory along:
-//! the emulator then asks for each piece.
+//! The client is this same program, started again with the device. To compare with another build of this benchmark, name
+//! its file: `I2C_EMULATION_BENCH_OTHER=/path/to/ways-0123`. The two take turns, and the ratio is that of their best.
 #![expect(
     unsafe_code,
     clippy::unwrap_used,
@@ -9,6 +9,7 @@
 )]
 
 use std::convert::Infallible;
+use std::ffi::OsStr;
 use std::fs::File;
 use std::hint::black_box;
 use std::os::fd::{AsRawFd, RawFd};
@@ -17,19 +18,23 @@ use std::time::Instant;
 
 use embedded_hal::i2c::{ErrorType, I2c, Operation, SevenBitAddress};
 use i2c_emulation::adapter::HalAdapter;
-use i2c_emulation::program::{self, Options, Via};
+use i2c_emulation::program::{self, Options};
 use i2c_emulation::rack::{Rack, SharedAdapter};
 
 const ROLE: &str = "I2C_EMULATION_BENCH_DEVICE";
+/// Another build of this benchmark.
+const OTHER: &str = "I2C_EMULATION_BENCH_OTHER";
+const TURNS: usize = 3;
 const NUMBER: u32 = 7_777;
 /// Calls per round. The fastest round counts, since every disturbance makes a round slower.
 const CALLS: u32 = 100;
 const ROUNDS: u32 = 400;
-const KINDS: [&str; 4] = [
+const KINDS: [&str; 5] = [
     "I2C_FUNCS",
     "I2C_SMBUS read of a byte",
     "I2C_RDWR write 1 + read 128",
     "another file: read 1 byte",
+    "another file: open and close",
 ];
 
 /// Answers at once, so that only the way is measured.
@@ -63,67 +68,68 @@ fn main() {
 
 fn measure() {
     println!("microseconds a call, best of {ROUNDS} rounds of {CALLS} calls\n");
-    let none = figures(Command::new(std::env::current_exe().unwrap()).env(ROLE, ""));
-    let fuse = by(Via::Fuse, "1");
-    let preload = by(Via::Preload, "1");
-    let asking = by(Via::Preload, "0");
-    println!("| call | without | FUSE | preload | FUSE : preload | asking | asking : preload |");
-    println!("|---|---|---|---|---|---|---|");
+    let other = std::env::var_os(OTHER);
+    let (mut here, mut there): (Figures, Figures) = (Vec::new(), Vec::new());
+    for _ in 0..TURNS {
+        keep_best(&mut here, under_the_filter());
+        if let Some(other) = &other {
+            keep_best(&mut there, told_by(other));
+        }
+    }
+    let without = figures(Command::new(std::env::current_exe().unwrap()).env(ROLE, ""));
+    println!("| call | without | syscalls | other build | syscalls : other |");
+    println!("|---|---|---|---|---|");
     let show = |figure: Option<f64>| figure.map_or("-".to_owned(), |figure| format!("{figure:.2}"));
-    let ratio = |first: Option<f64>, second: Option<f64>| match (first, second) {
-        (Some(first), Some(second)) => format!("{:.2}", first / second),
-        _ => "-".to_owned(),
-    };
     for (index, kind) in KINDS.iter().enumerate() {
-        let [none, fuse, preload, asking] =
-            [&none, &fuse, &preload, &asking].map(|way| way.get(index).copied().flatten());
-        println!(
-            "| {kind} | {} | {} | {} | {} | {} | {} |",
-            show(none),
-            show(fuse),
-            show(preload),
-            ratio(fuse, preload),
-            show(asking),
-            ratio(asking, preload),
-        );
+        let figure = |figures: &Figures| figures.get(index).copied().flatten();
+        let [without, here, there] = [&without, &here, &there].map(figure);
+        let ratio = here.zip(there).map(|(here, there)| here / there);
+        let [without, here, there, ratio] = [without, here, there, ratio].map(show);
+        println!("| {kind} | {without} | {here} | {there} | {ratio} |");
     }
 }
 
-/// The client's figures by one way; none if the way does not work here.
-fn by(via: Via, prefetch: &str) -> Vec<Option<f64>> {
+/// Microseconds by kind; none where a kind was not measured.
+type Figures = Vec<Option<f64>>;
+
+fn keep_best(best: &mut Figures, figures: Figures) {
+    best.resize(figures.len(), None);
+    for (best, figure) in best.iter_mut().zip(figures) {
+        *best = [*best, figure].into_iter().flatten().reduce(f64::min);
+    }
+}
+
+/// The third column of the table that another build prints.
+fn told_by(program: &OsStr) -> Figures {
+    let said = Command::new(program).env_remove(OTHER).output().unwrap();
+    let said = String::from_utf8(said.stdout).unwrap();
+    let of_kind = |kind: &&str| {
+        let row = said
+            .lines()
+            .find(|line| line.starts_with(&format!("| {kind} |")));
+        row?.split('|').nth(3)?.trim().parse().ok()
+    };
+    KINDS.iter().map(of_kind).collect()
+}
+
+fn under_the_filter() -> Figures {
     let mut rack = Rack::new();
     let bus = HalAdapter::with_faults(Instantly, |never| match *never {});
     rack.insert(NUMBER, SharedAdapter::new(bus));
-    let options = Options {
-        via,
-        ..Options::default()
-    };
     let mut command = Command::new(std::env::current_exe().unwrap());
-    command
-        .env(ROLE, format!("/dev/i2c-{NUMBER}"))
-        .env("I2C_EMULATION_PREFETCH", prefetch);
+    command.env(ROLE, format!("/dev/i2c-{NUMBER}"));
     let file = tempfile::NamedTempFile::new().unwrap();
     command.stdout(file.reopen().unwrap());
-    match program::run(&rack, &options, &mut command) {
-        Ok(ended) if ended.status.success() => {
-            parse(&std::fs::read_to_string(file.path()).unwrap())
-        }
-        Ok(ended) => {
-            println!("{via}: the client ended with {}", ended.status);
-            Vec::new()
-        }
-        Err(error) => {
-            println!("{via}: {error}");
-            Vec::new()
-        }
-    }
+    let ended = program::run(&rack, &Options::default(), &mut command).unwrap();
+    assert!(ended.status.success());
+    parse(&std::fs::read_to_string(file.path()).unwrap())
 }
 
-fn figures(command: &mut Command) -> Vec<Option<f64>> {
+fn figures(command: &mut Command) -> Figures {
     parse(&String::from_utf8(command.output().unwrap().stdout).unwrap())
 }
 
-fn parse(text: &str) -> Vec<Option<f64>> {
+fn parse(text: &str) -> Figures {
     text.lines().map(|line| line.parse().ok()).collect()
 }
 
@@ -131,7 +137,7 @@ fn parse(text: &str) -> Vec<Option<f64>> {
 fn client(device: &str) {
     let zero = File::open("/dev/zero").unwrap();
     if device.is_empty() {
-        KINDS[1..].iter().for_each(|_| println!("-"));
+        (0..3).for_each(|_| println!("-"));
     } else {
         let device = File::options().read(true).write(true).open(device).unwrap();
         let device = device.as_raw_fd();
@@ -140,6 +146,10 @@ fn client(device: &str) {
         println!("{}", timed(|| frame(device)));
     }
     println!("{}", timed(|| plain_read(zero.as_raw_fd())));
+    println!(
+        "{}",
+        timed(|| drop(black_box(File::open("/dev/zero").unwrap())))
+    );
 }
 
 fn timed(call: impl Fn()) -> f64 {

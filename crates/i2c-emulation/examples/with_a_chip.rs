@@ -1,5 +1,5 @@
 //! Runs a program with a chip of 256 registers at address 0x50 of its `/dev/i2c-1`:
-//! `cargo run -p i2c-emulation --example with_a_chip -- [--via auto|fuse|preload] i2cdump -y 1 0x50 b`
+//! `cargo run -p i2c-emulation --example with_a_chip -- i2cdump -y 1 0x50 b`
 
 use std::error::Error;
 use std::process::{Command, ExitCode};
@@ -8,7 +8,7 @@ use embedded_hal::i2c::{
     ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation, SevenBitAddress,
 };
 use i2c_emulation::adapter::HalAdapter;
-use i2c_emulation::program::{self, Options, Via};
+use i2c_emulation::program::{self, Options};
 use i2c_emulation::rack::{Rack, SharedAdapter};
 
 /// The first byte of a write is a register number; the others go to that register and the following ones. A read
@@ -63,13 +63,8 @@ fn main() -> ExitCode {
 }
 
 fn run() -> Result<ExitCode, Box<dyn Error>> {
-    let mut arguments = std::env::args_os().skip(1).peekable();
-    let mut options = Options::default();
-    if arguments.next_if(|argument| argument == "--via").is_some() {
-        let name = arguments.next().unwrap_or_default();
-        options.via = name.to_string_lossy().parse::<Via>()?;
-    }
-    let mut command = Command::new(arguments.next().ok_or("usage: [--via WAY] PROGRAM ARGS…")?);
+    let mut arguments = std::env::args_os().skip(1);
+    let mut command = Command::new(arguments.next().ok_or("usage: PROGRAM ARGS…")?);
     command.args(arguments);
 
     let chip = Chip {
@@ -78,9 +73,7 @@ fn run() -> Result<ExitCode, Box<dyn Error>> {
     };
     let mut rack = Rack::new();
     rack.insert(1, SharedAdapter::new(HalAdapter::new(chip)));
-    let chosen = program::choose(&rack, &options, &command)?;
-    eprintln!("{chosen}");
-    let ended = chosen.run(&rack, &options, &mut command)?;
+    let ended = program::run(&rack, &Options::default(), &mut command)?;
     Ok(ended
         .status
         .code()

@@ -107,8 +107,10 @@ impl<A: EmulatedAdapter + ?Sized> EmulatedAdapter for &mut A {
     }
 }
 
+#[cfg(test)]
 pub(crate) struct ByFunction<F>(pub(crate) F);
 
+#[cfg(test)]
 impl<F: FnMut(&mut [Message<'_>]) -> Result<(), TransferError>> EmulatedAdapter for ByFunction<F> {
     fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError> {
         self.0(messages)

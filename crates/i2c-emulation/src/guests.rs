@@ -80,11 +80,6 @@ impl<S: AsFd> Guests<S> {
             .wait_timeout_while(self.lock(), longest, waiting);
     }
 
-    #[cfg(test)]
-    pub(crate) fn count(&self) -> usize {
-        self.lock().streams.len()
-    }
-
     fn lock(&self) -> MutexGuard<'_, Inside<S>> {
         lock(&self.inside)
     }

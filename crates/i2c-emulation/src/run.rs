@@ -1,36 +1,13 @@
-//! What both ways to run a program share: starting it, waiting for its end, and errors.
+//! What running a program shares: errors, and waiting for its end.
 
-use std::fmt;
 use std::io;
-use std::os::unix::net::UnixStream;
-use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus};
-
-/// The way in use.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Way {
-    /// A kernel file in a private mount namespace; see [`fuse`](crate::fuse).
-    Fuse,
-    /// A preloaded library; see [`preload`](crate::preload).
-    Preload,
-}
-
-impl fmt::Display for Way {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.pad(match self {
-            Self::Fuse => "fuse",
-            Self::Preload => "preload",
-        })
-    }
-}
 
 /// How a program ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Ended {
     /// Its exit code, or the signal that ended it.
     pub status: ExitStatus,
-    /// The way used.
-    pub via: Way,
     /// How often the program, or what it started, opened a device: 0 means never.
     pub opens: u64,
 }
@@ -41,56 +18,24 @@ pub struct Ended {
 pub enum RunError {
     #[error("no bus for the program\nhint: add at least one bus to the rack")]
     NoBus,
-    #[error("FUSE does not work here: {0}\nand preloading does not either: {1}")]
-    NoWay(Box<Self>, Box<Self>),
     #[error(
-        "cannot open {0}: {1}\nhint: load the kernel module with `modprobe fuse`, or hand the device to the container with `--device /dev/fuse`"
+        "this kernel does not let one process answer another's system calls: {0}\nhint: Linux 5.9 or newer does, gVisor and qemu-user do not; --via socket needs nothing, --via usbip needs root"
     )]
-    NoFuse(PathBuf, #[source] io::Error),
+    NoNotification(#[source] io::Error),
     #[error(
-        "not permitted: {0}: {1}\nhint: run as root, or allow user namespaces (user.max_user_namespaces above 0) and /dev/fuse for everyone (chmod 0666 /dev/fuse); a container needs --cap-add SYS_ADMIN --device /dev/fuse --security-opt apparmor=unconfined"
+        "system calls are already answered by a supervisor, and Linux has one for each program\nhint: start this outside of the other `grideye emulate` or sandbox, or use --via socket"
     )]
-    NotPermitted(String, #[source] io::Error),
-    #[error("{step}: {source}\nhint: this needs {needs}")]
-    Setup {
-        step: String,
-        source: io::Error,
-        needs: &'static str,
-    },
+    AlreadySupervised,
     #[error(
-        "device path does not exist: {0}\nhint: use a path directly in /dev, such as /dev/i2c-1, or create an empty file there first"
+        "not permitted: reading another process's memory (process_vm_readv): {0}\nhint: allow ptrace in this container (--cap-add SYS_PTRACE), or use --via socket"
     )]
-    DeviceMissing(PathBuf),
-    #[error("{0} is a folder\nhint: use a file path, such as /dev/i2c-1")]
-    DeviceIsFolder(PathBuf),
-    #[error("path contains a zero byte: {0}\nhint: use a file path, such as /dev/i2c-1")]
-    PathWithZero(PathBuf),
+    NoMemory(#[source] io::Error),
     #[error(
-        "/dev has more than {0} entries\nhint: create an empty file at the device's path, so that /dev need not be rebuilt"
-    )]
-    DevTooFull(usize),
-    #[error(
-        "the kernel speaks FUSE {0}.{1}, 7.28 or newer is required\nhint: use Linux 4.20 or newer"
-    )]
-    FuseTooOld(u32, u32),
-    #[error("the emulated device failed: {0}\nhint: see the kernel's log (dmesg)")]
-    Serve(#[source] io::Error),
-    #[error("this build has no preload library: {0}\nhint: use FUSE (--via fuse)")]
-    NoLibrary(&'static str),
-    #[error(
-        "{0} is statically linked: no library can be preloaded into it\nhint: FUSE (--via fuse) reaches static programs"
-    )]
-    StaticProgram(String),
-    #[error(
-        "{0} gains rights when it starts (set-user-ID, set-group-ID or file capabilities): its loader ignores preloaded libraries\nhint: FUSE (--via fuse) as root reaches such programs"
+        "{0} gains rights when it starts (set-user-ID, set-group-ID or file capabilities), which Linux withholds from programs that another user supervises\nhint: run as root with CAP_SYS_ADMIN, or use --via socket"
     )]
     GainsRights(String),
-    #[error(
-        "{0} has another instruction set or pointer width than the preload library\nhint: FUSE (--via fuse) also reaches 32-bit programs; for another machine's programs, build this one for that machine"
-    )]
-    OtherMachine(String),
-    #[error("{found} buses, at most {max} are possible by preloading\nhint: use fewer buses")]
-    TooManyBuses { found: usize, max: usize },
+    #[error("{step}: {source}\nhint: are there too many processes or open files?")]
+    Setup { step: String, source: io::Error },
     #[error(
         "program not found: {0}\nhint: check the spelling, PATH and the working directory; if the file exists, its interpreter or loader is missing"
     )]
@@ -103,15 +48,10 @@ pub enum RunError {
     Wait(String, #[source] io::Error),
 }
 
-pub(crate) const FUSE_NEEDS: &str = "Linux 5.6 or newer with FUSE, tmpfs and a mounted /proc";
-pub(crate) const PRELOAD_NEEDS: &str = "Linux 3.17 or newer with a mounted /proc";
-
-/// A step failed for a way with these needs.
-pub(crate) fn setup_failed(step: &str, source: io::Error, needs: &'static str) -> RunError {
+pub(crate) fn setup_failed(step: &str, source: io::Error) -> RunError {
     RunError::Setup {
         step: step.to_owned(),
         source,
-        needs,
     }
 }
 
@@ -135,9 +75,4 @@ pub(crate) fn wait_for(
     child
         .wait()
         .map_err(|source| RunError::Wait(program(), source))
-}
-
-/// Two connected sockets, for a way with these needs.
-pub(crate) fn socket_pair(needs: &'static str) -> Result<(UnixStream, UnixStream), RunError> {
-    UnixStream::pair().map_err(|source| setup_failed("making a socket pair", source, needs))
 }

@@ -154,7 +154,7 @@ def latency(browser):
         with open(os.path.join(folder, "agent.toml"), "w") as config:
             config.write(AGENT.format(url=collector.url))
         agent = [program("grideye-agent"), "run", "--config", os.path.join(folder, "agent.toml")]
-        emulated = [program("grideye"), "emulate", "--quiet", "--via", "preload", "--scene", "scenes/experiment-1.toml", "--"]
+        emulated = [program("grideye"), "emulate", "--quiet", "--scene", "scenes/experiment-1.toml", "--"]
         emulator = subprocess.Popen(emulated + agent, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         browser.open(f"{collector.url}/")
         # The number changes in the same task in which the picture is drawn; it is seen with the next frame of the screen.

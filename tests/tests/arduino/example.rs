@@ -1,7 +1,7 @@
 //! The project to copy, `tests/examples/firmware-ci`: its firmware, and the lines of its page and its workflow.
 
 use crate::kit::{Checkout, EXAMPLE, WITHOUT_AVR, WITHOUT_CXX, compiled, on_the_bus, path, read};
-use grideye_tests::emulated::{Way, Words, recording, run_emulated};
+use grideye_tests::emulated::{Words, recording, run_emulated};
 use grideye_tests::programs::{is_left_out, run};
 use grideye_tests::{python, workflow};
 use std::path::Path;
@@ -33,19 +33,15 @@ fn the_firmware_prints_what_panasonic_printed() {
         let pixels = std::array::from_fn(|pixel| PIXELS[pixel % PIXELS.len()].0);
         let words = Words { pixels, thermistor };
         let file = recording(folder.path(), "printed.csv", [words]);
-        let mut ways = Way::to_a_device_file("the example's firmware");
-        ways.retain(|way| *way == Way::Fuse || thermistor == 0x804);
-        for way in ways {
-            let ended = run_emulated(way, &["--recording", path(&file)], &shell);
-            let expected: Vec<&str> = (0..64)
-                .map(|pixel| PIXELS[pixel % PIXELS.len()].1)
-                .collect();
-            let expected = format!(
-                "thermistor {printed} pixels {} warm\r\n",
-                expected.join(" ")
-            );
-            assert_eq!(ended.stdout, expected, "{way:?}: {ended:?}");
-        }
+        let ended = run_emulated(&["--recording", path(&file)], &shell);
+        let expected: Vec<&str> = (0..64)
+            .map(|pixel| PIXELS[pixel % PIXELS.len()].1)
+            .collect();
+        let expected = format!(
+            "thermistor {printed} pixels {} warm\r\n",
+            expected.join(" ")
+        );
+        assert_eq!(ended.stdout, expected, "{ended:?}");
     }
 }
 

@@ -73,7 +73,7 @@ pub(crate) fn compiled(folder: &Path, source: &str, what: &str) -> Option<PathBu
 pub(crate) fn on_the_bus(source: &[&str], program: &Path, arguments: &[&str]) -> Ended {
     let folder = tempfile::tempdir().unwrap();
     let mut command = grideye();
-    command.args(["emulate", "--quiet", "--via", "preload", "--socket"]);
+    command.args(["emulate", "--quiet", "--socket"]);
     command.arg(folder.path().join("bus")).args(source);
     run(command.arg("--").arg(program).args(arguments))
 }

@@ -1,7 +1,7 @@
 //! `Wire` and `Serial` of the core beside an AVR's.
 
 use crate::kit::{compiled, on_the_bus, path, transactions};
-use grideye_tests::emulated::{Way, run_emulated};
+use grideye_tests::emulated::run_emulated;
 use grideye_tests::programs::{Ended, grideye, root, run, wait_for};
 use std::path::Path;
 use std::process::Command;
@@ -89,7 +89,7 @@ fn a_fault_becomes_the_code_of_an_avr() {
         let source = ["--constant", "21.5", "--faults", path(&script)];
         let ended = on_the_bus(&source, &program, &["codes"]);
         assert_eq!(ended.stdout, on_the_bare_bus, "{fault}: {ended:?}");
-        let ended = run_emulated(Way::Preload, &source, &codes);
+        let ended = run_emulated(&source, &codes);
         assert_eq!(ended.stdout, by_an_adapter, "{fault}: {ended:?}");
     }
 }

@@ -3,14 +3,14 @@
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
-use grideye_tests::emulated::{Way, run_emulated};
+use grideye_tests::emulated::run_emulated;
 use grideye_tests::programs::{Ended, grideye_hardware, run};
 use std::process::Command;
 
 /// The suite's exit code if this computer paused for longer than a frame.
 const PAUSED: i32 = 3;
 
-fn suite(way: Way, source: &[&str], address: &str) -> Ended {
+fn suite(source: &[&str], address: &str) -> Ended {
     let folder = tempfile::tempdir().unwrap();
     let device = folder.path().join("device.toml");
     let text =
@@ -19,28 +19,26 @@ fn suite(way: Way, source: &[&str], address: &str) -> Ended {
     let mut command = Command::new(grideye_hardware().get_program());
     command.arg(device);
     (0..3)
-        .map(|_| run_emulated(way, source, &command))
+        .map(|_| run_emulated(source, &command))
         .find(|ended| ended.code != PAUSED)
         .unwrap()
 }
 
 #[test]
 fn every_check_passes_on_the_emulated_sensor() {
-    for way in Way::to_a_device_file("the suite for a real sensor") {
-        let ended = suite(way, &["--scene", "scenes/experiment-1.toml"], "0x69");
-        assert_eq!(ended.code, 0, "{way:?}: {ended:?}");
-        assert_eq!(ended.stdout.matches("\nok    ").count(), 8, "{ended:?}");
-        assert!(
-            ended
-                .stdout
-                .starts_with("a test (emulated), address 0x69 on /dev/i2c-1\n")
-        );
-    }
+    let ended = suite(&["--scene", "scenes/experiment-1.toml"], "0x69");
+    assert_eq!(ended.code, 0, "{ended:?}");
+    assert_eq!(ended.stdout.matches("\nok    ").count(), 8, "{ended:?}");
+    assert!(
+        ended
+            .stdout
+            .starts_with("a test (emulated), address 0x69 on /dev/i2c-1\n")
+    );
 }
 
 #[test]
 fn a_sensor_that_shows_no_new_frames_fails_by_name() {
-    let ended = suite(Way::Preload, &["--constant", "25"], "0x69");
+    let ended = suite(&["--constant", "25"], "0x69");
     assert_eq!(ended.code, 1, "{ended:?}");
     for check in [
         "10 frames a second",
@@ -65,9 +63,9 @@ fn without_a_sensor_that_a_device_file_names_nothing_is_checked() {
             .contains("expected the path of one device file\nhint: "),
         "{ended:?}"
     );
-    let wrong = suite(Way::Preload, &["--constant", "25"], "0x70");
+    let wrong = suite(&["--constant", "25"], "0x70");
     assert_eq!((wrong.code, wrong.stdout.as_str()), (2, ""), "{wrong:?}");
-    let silent = suite(Way::Preload, &["--constant", "25"], "0x68");
+    let silent = suite(&["--constant", "25"], "0x68");
     assert_eq!(silent.code, 1, "{silent:?}");
     assert!(silent.stderr.contains("EREMOTEIO"), "{silent:?}");
 }

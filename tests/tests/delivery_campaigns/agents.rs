@@ -39,7 +39,7 @@ impl Agents {
         let source = recording(folder, "source.csv", (0..source_frames()).map(identifiable));
         std::fs::write(folder.join("agent.toml"), config(collector, spool, mode)).unwrap();
         let emulator = grideye()
-            .args(["emulate", "--quiet", "--via", "preload"])
+            .args(["emulate", "--quiet"])
             .args(["--replay", "frames", "--recording"])
             .arg(source)
             .arg("--trace")

@@ -192,7 +192,7 @@ pub(crate) const COMMANDS: &[(&str, Kept)] = &[
     ),
     // crates/i2c-emulation/README.md
     (
-        "cargo run -p i2c-emulation --example with_a_chip -- --via preload i2cget -y 1 0x50 0x10 i 4",
+        "cargo run -p i2c-emulation --example with_a_chip -- i2cget -y 1 0x50 0x10 i 4",
         Run("", &["0x10 0x11 0x12 0x13"]),
     ),
     ("modprobe -a vhci-hcd i2c-tiny-usb i2c-dev", By(GUESTS, X86)),

@@ -1,7 +1,7 @@
 //! `crates/grideye/DRIVERS.md`, which prints what drivers of other authors return below zero: its tests exist, its versions
 //! are those of the tests, and the Python drivers return what it prints.
 
-use grideye_tests::emulated::{Way, run_emulated};
+use grideye_tests::emulated::run_emulated;
 use grideye_tests::programs::root;
 use grideye_tests::python;
 use serde_json::Value;
@@ -61,7 +61,7 @@ fn the_python_drivers_return_what_the_table_prints() {
         let Some(command) = python::script(script[0], &script[1..], what) else {
             return;
         };
-        let ended = run_emulated(Way::Preload, &["--constant", "-5"], &command);
+        let ended = run_emulated(&["--constant", "-5"], &command);
         assert_eq!(ended.code, 0, "{ended:?}");
         let answer: Value = serde_json::from_str(&ended.stdout).unwrap();
         let found = [&answer["frame"][7][7], &answer["thermistor"]];

@@ -56,7 +56,7 @@ impl Machine {
         let programs = folder().canonicalize().unwrap();
         let programs = programs.display();
         let line = format!(
-            "cd {} && exec {programs}/grideye emulate --quiet {shown} --via preload -- {programs}/grideye-agent run --config {}\n",
+            "cd {} && exec {programs}/grideye emulate --quiet {shown} -- {programs}/grideye-agent run --config {}\n",
             root().canonicalize().unwrap().display(),
             self.path("agent.toml").display()
         );

@@ -5,7 +5,6 @@ use amg8833_emulator::{Address, CLOCK_ERROR_PPM_MAX};
 use clap::{ArgGroup, Args};
 use grideye_rig::{AtEnd, Placed, Replay, SCL_HZ_RANGE, address_of, device};
 use i2c_emulation::ioctl::AdapterMode;
-use i2c_emulation::program::Via;
 use std::net::SocketAddr;
 use std::num::NonZeroU32;
 use std::ops::RangeInclusive;
@@ -25,6 +24,14 @@ const FIRMWARE: &str = "Firmware";
 /// A bus clock in Hz, or none: transfers take no time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scl(pub(crate) Option<NonZeroU32>);
+
+/// The way of a program to the buses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Via {
+    Syscalls,
+    Socket,
+    Usbip,
+}
 
 /// A microcontroller.
 #[derive(Debug, Clone)]
@@ -142,13 +149,11 @@ pub(crate) struct Emulate {
     #[arg(long, value_name = "FILE", hide_short_help = true, help_heading = BUSES)]
     pub(crate) trace: Option<PathBuf>,
 
-    /// Way to give the program its device: auto, fuse or preload.
-    ///
-    /// `auto` takes FUSE where it is allowed, otherwise a preloaded library.
+    /// Way of the program to the sensors.
     #[arg(
         long,
-        value_name = "WAY",
-        default_value = "auto",
+        value_parser = one_of(VIA),
+        default_value = "syscalls",
         requires = "program",
         conflicts_with = "usbip",
         hide_short_help = true,
@@ -178,6 +183,13 @@ pub(crate) struct Emulate {
     #[arg(long, short, conflicts_with = "json", hide_short_help = true, help_heading = SERVING)]
     pub(crate) quiet: bool,
 }
+
+const VIA: Choices<Via> = (
+    &[Via::Syscalls, Via::Socket, Via::Usbip],
+    "syscalls A /dev/i2c-N that it alone sees: its system calls are answered
+socket A Unix socket, named by GRIDEYE_I2C_SOCKET, and no device
+usbip An adapter of this kernel, as --usbip",
+);
 
 const REPLAY: Choices<Replay> = (
     &[Replay::Times, Replay::Frames],

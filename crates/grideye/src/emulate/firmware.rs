@@ -2,13 +2,12 @@
 
 use super::ways::Reached;
 use super::ways::{SocketWay, Stop, Voice};
-use crate::cli::Emulate;
+use crate::cli::{Emulate, Via};
 use crate::exit::{Outcome, bad_input};
 use anyhow::{Context as _, Result, anyhow};
 use grideye_rig::Machine;
 use i2c_emulation::avr::{Firmware, Options};
 use i2c_emulation::ioctl::AdapterMode;
-use i2c_emulation::program::Via;
 use std::path::Path;
 
 /// The firmware that the command line names as its program, if that is what it names.
@@ -46,7 +45,7 @@ pub(super) fn named(options: &Emulate) -> Result<Option<Firmware>> {
         );
     }
     if options.adapter != AdapterMode::default()
-        || options.via != Via::Auto
+        || options.via != Via::Syscalls
         || options.usbip.is_some()
     {
         return other(

@@ -2,7 +2,7 @@
 //! or the firmware of a microcontroller.
 //!
 //! ```text
-//!  parts: scene, recording, profile ─▶ grideye-rig: the machine ─▶ ways: fuse, preload, socket, usbip, firmware
+//!  parts: scene, recording, profile ─▶ grideye-rig: the machine ─▶ ways: syscalls, socket, usbip, firmware
 //!  and which sensor where ───────────┘   trace
 //! ```
 

@@ -2,7 +2,7 @@
 //! said of them: one line when they can be used, one of what went over the buses.
 
 use super::parts::Prepared;
-use crate::cli::Emulate;
+use crate::cli::{Emulate, Via};
 use crate::exit::{Outcome, bad_input};
 use crate::output::outln;
 use crate::progress;
@@ -31,23 +31,38 @@ const SOCKET_VARIABLE: &str = "GRIDEYE_I2C_SOCKET";
 pub(super) fn serve(options: &Emulate, machine: &Machine, voice: &Voice) -> Result<Outcome> {
     let stop = Stop::catch()?;
     let mut reached = Reached::default();
-    let socket = options.socket.as_deref();
+    let folder = (options.via == Via::Socket && options.socket.is_none()).then(tempfile::tempdir);
+    let folder = folder
+        .transpose()
+        .context("cannot make a folder for the socket")?;
+    let path = folder.as_ref().map(|folder| folder.path().join("bus"));
+    let path = options.socket.clone().or(path);
+    let socket = path.as_deref();
     let socket =
         socket.map(|path| SocketWay::open(path, options.adapter, machine.rack(), &mut reached));
     let socket = socket.transpose()?;
     let usb = options
         .usbip
-        .map(|address| UsbWay::open(address, machine, &mut reached));
+        .or((options.via == Via::Usbip).then_some(None));
+    let usb = usb.map(|address| UsbWay::open(address, machine, &mut reached));
     let usb = usb.transpose()?;
-    let outcome = match (options.program.split_first(), &usb) {
-        (Some(_), None) => match stop.pending() {
+    let program = options.program.split_first().map(|(name, arguments)| {
+        let mut command = Command::new(name);
+        command.args(arguments);
+        if let Some(socket) = &path {
+            command.env(SOCKET_VARIABLE, socket);
+        }
+        command
+    });
+    let outcome = match (program, &usb) {
+        (Some(command), None) if options.via == Via::Syscalls => match stop.pending() {
             Some(signal) => ended_by(signal),
-            None => run_program(options, machine, voice, reached)?,
+            None => run_program(command, options, machine, voice, reached)?,
         },
-        (Some((name, arguments)), Some(_)) => {
+        (Some(mut command), _) => {
             machine.start();
             voice.ready(&reached)?;
-            stop.run(Command::new(name).args(arguments))?
+            stop.run(&mut command)?
         }
         (None, usb) => {
             machine.start();
@@ -64,40 +79,30 @@ pub(super) fn serve(options: &Emulate, machine: &Machine, voice: &Voice) -> Resu
 }
 
 fn run_program(
+    mut command: Command,
     options: &Emulate,
     machine: &Machine,
     voice: &Voice,
     mut reached: Reached,
 ) -> Result<Outcome> {
-    let Some((name, arguments)) = options.program.split_first() else {
-        return Ok(Outcome::Done);
-    };
-    let mut command = Command::new(name);
-    command.args(arguments);
-    if let Some(socket) = &options.socket {
-        command.env(SOCKET_VARIABLE, socket);
-    }
     let rack = machine.rack();
     let how = program::Options {
-        via: options.via,
         mode: options.adapter,
         ..program::Options::default()
     };
-    let chosen = program::choose(&rack, &how, &command).map_err(refused)?;
-    reached.ways.push(match chosen.way() {
-        program::Way::Fuse => "fuse",
-        program::Way::Preload => "preload",
-    });
+    program::check(&rack, &command).map_err(refused)?;
+    reached.ways.push("syscalls");
     let buses = rack.iter();
     let devices: Vec<String> = buses
         .map(|(number, _)| format!("/dev/i2c-{number}"))
         .collect();
     reached.at.extend(devices.iter().cloned());
-    reached.text.insert(0, chosen.to_string());
+    reached.text.insert(0, devices.join(", "));
     voice.ready(&reached)?;
     machine.start();
-    let ended = chosen.run(&rack, &how, &mut command).map_err(refused)?;
+    let ended = program::run(&rack, &how, &mut command).map_err(refused)?;
     if ended.opens == 0 && options.socket.is_none() {
+        let name = command.get_program().to_string_lossy();
         voice.note(&format!("{name} never opened {}", devices.join(" or ")));
     }
     Ok(Outcome::Passed(passed_on(ended.status)))
@@ -106,7 +111,7 @@ fn run_program(
 /// What is missing before the program runs is bad input; what fails later is not.
 fn refused(error: RunError) -> anyhow::Error {
     match error {
-        RunError::Serve(..) | RunError::Wait(..) => error.into(),
+        RunError::Setup { .. } | RunError::Wait(..) => error.into(),
         other => bad_input(other),
     }
 }
@@ -304,7 +309,7 @@ pub(super) struct Voice {
 
 #[derive(Default)]
 pub(super) struct Reached {
-    /// fuse, preload, socket, usbip or usbip-tcp.
+    /// syscalls, socket, usbip or usbip-tcp.
     pub(super) ways: Vec<&'static str>,
     pub(super) at: Vec<String>,
     pub(super) text: Vec<String>,

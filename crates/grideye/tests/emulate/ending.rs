@@ -1,6 +1,6 @@
 //! How it ends: by itself, by signals, with the program; the exit code, what is said last, and nothing left behind.
 
-use crate::support::{Ended, Server, emulate, pixels, run, signal_process, wait, wait_for, ways};
+use crate::support::{Ended, Server, emulate, pixels, run, signal_process, wait, wait_for};
 use rustix::fs::OFlags;
 use rustix::process::Signal;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
@@ -79,24 +79,22 @@ fn with_a_program(arguments: &[&str], script: &str) -> Ended {
 fn the_exit_code_is_the_programs_and_a_killed_one_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let socket = folder.path().join("amg.sock");
-    for via in ways("the exit code of a program") {
-        for (script, code) in [
-            ("exit 0", 0),
-            ("exit 7", 7),
-            ("kill -KILL $$", 137),
-            ("kill -TERM $$", 143),
-        ] {
-            let arguments = ["--constant", "21", "--via", via];
-            let ended = with_a_program(&arguments, script);
-            assert_eq!(ended.code, code, "{script}: {ended:?}");
-            assert!(
-                ended.stderr.contains("sh never opened /dev/i2c-1"),
-                "{ended:?}"
-            );
-            let served = [&arguments[..], &["--socket", socket.to_str().unwrap()]].concat();
-            assert_eq!(with_a_program(&served, script).code, code, "{script}");
-            assert!(!socket.exists(), "{via}: {script}");
-        }
+    for (script, code) in [
+        ("exit 0", 0),
+        ("exit 7", 7),
+        ("kill -KILL $$", 137),
+        ("kill -TERM $$", 143),
+    ] {
+        let arguments = ["--constant", "21"];
+        let ended = with_a_program(&arguments, script);
+        assert_eq!(ended.code, code, "{script}: {ended:?}");
+        assert!(
+            ended.stderr.contains("sh never opened /dev/i2c-1"),
+            "{ended:?}"
+        );
+        let served = [&arguments[..], &["--socket", socket.to_str().unwrap()]].concat();
+        assert_eq!(with_a_program(&served, script).code, code, "{script}");
+        assert!(!socket.exists(), "{script}");
     }
 }
 
@@ -130,45 +128,40 @@ fn quiet_says_nothing_and_json_says_it_to_programs() {
 
 #[test]
 fn a_signal_is_the_programs_and_nothing_is_left_behind() {
-    for via in ways("signals to a program") {
-        let told = ToldToEnd::new("TERM");
-        let mut child = told.command(via).stdout(Stdio::piped()).spawn().unwrap();
-        told.wait_until_ready();
-        signal_process(child.id(), Signal::TERM);
-        assert_eq!(wait(&mut child), 9);
-        let said = std::io::read_to_string(child.stdout.take().unwrap()).unwrap();
-        assert_eq!(said, "caught TERM\n", "{via}");
-        assert!(!told.socket().exists());
-    }
+    let told = ToldToEnd::new("TERM");
+    let mut child = told.command().stdout(Stdio::piped()).spawn().unwrap();
+    told.wait_until_ready();
+    signal_process(child.id(), Signal::TERM);
+    assert_eq!(wait(&mut child), 9);
+    let said = std::io::read_to_string(child.stdout.take().unwrap()).unwrap();
+    assert_eq!(said, "caught TERM\n");
+    assert!(!told.socket().exists());
 }
 
 /// The terminal tells the program itself, so it is told once and not by both.
 #[test]
 fn ctrl_c_at_a_terminal_reaches_the_program_once() {
-    for via in ways("Ctrl-C at a terminal") {
-        let told = ToldToEnd::new("INT");
-        let (mut keyboard, terminal) = terminal();
-        let said = tempfile::NamedTempFile::new().unwrap();
-        let emulate = told.command(via);
-        let mut session = Command::new("setsid");
-        session
-            .args(["--ctty", "--wait"])
-            .arg(emulate.get_program())
-            .args(emulate.get_args())
-            .current_dir(emulate.get_current_dir().unwrap())
-            .stdin(terminal)
-            .stdout(said.reopen().unwrap());
-        let mut child = session.spawn().unwrap();
-        told.wait_until_ready();
-        keyboard.write_all(b"\x03").unwrap();
-        assert_eq!(wait(&mut child), 9);
-        assert_eq!(
-            std::fs::read_to_string(said.path()).unwrap(),
-            "caught INT\n",
-            "{via}"
-        );
-        assert!(!told.socket().exists());
-    }
+    let told = ToldToEnd::new("INT");
+    let (mut keyboard, terminal) = terminal();
+    let said = tempfile::NamedTempFile::new().unwrap();
+    let emulate = told.command();
+    let mut session = Command::new("setsid");
+    session
+        .args(["--ctty", "--wait"])
+        .arg(emulate.get_program())
+        .args(emulate.get_args())
+        .current_dir(emulate.get_current_dir().unwrap())
+        .stdin(terminal)
+        .stdout(said.reopen().unwrap());
+    let mut child = session.spawn().unwrap();
+    told.wait_until_ready();
+    keyboard.write_all(b"\x03").unwrap();
+    assert_eq!(wait(&mut child), 9);
+    assert_eq!(
+        std::fs::read_to_string(said.path()).unwrap(),
+        "caught INT\n"
+    );
+    assert!(!told.socket().exists());
 }
 
 /// A program that says every signal that it catches. It looks for them all the time: two that come while a shell sleeps
@@ -192,13 +185,13 @@ impl ToldToEnd {
         self.folder.path().join("ready")
     }
 
-    fn command(&self, via: &str) -> Command {
+    fn command(&self) -> Command {
         let script = format!(
             "n=; trap 'echo caught {signal}; n=1' {signal}; touch {}; while [ -z \"$n\" ]; do :; done; sleep 0.2; exit 9",
             self.ready().display(),
             signal = self.signal,
         );
-        let mut command = emulate(&["--constant", "21", "--quiet", "--via", via, "--socket"]);
+        let mut command = emulate(&["--constant", "21", "--quiet", "--socket"]);
         command.arg(self.socket()).args(["--", "sh", "-c", &script]);
         command
     }

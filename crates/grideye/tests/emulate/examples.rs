@@ -32,7 +32,6 @@ fn shell(text: &str) -> crate::support::Ended {
 
 fn is_to_be_left_out(needs: &str) -> bool {
     needs.split(' ').any(|need| match need {
-        "fuse" => is_part_left_out("GRIDEYE_WITHOUT_FUSE", "an example of EMULATE.md on FUSE"),
         "i2c-tools" => is_part_left_out("GRIDEYE_WITHOUT_I2C_TOOLS", "an example of EMULATE.md with i2c-tools"),
         "python" => is_part_left_out("GRIDEYE_WITHOUT_I2C_TOOLS", "an example of EMULATE.md with Python"),
         "avr" => is_part_left_out("GRIDEYE_WITHOUT_AVR", "the example of EMULATE.md with firmware of an AVR"),
@@ -100,7 +99,7 @@ fn the_example_in_the_help_of_emulate_runs() {
         .find(|line| line.contains("-- i2cdetect"))
         .unwrap()
         .trim();
-    if is_to_be_left_out("fuse i2c-tools") {
+    if is_to_be_left_out("i2c-tools") {
         return;
     }
     let ended = shell(example);

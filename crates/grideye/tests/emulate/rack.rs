@@ -1,7 +1,7 @@
 //! Sensors on buses and behind a multiplexer; who sees them.
 
 use crate::skip::is_left_out;
-use crate::support::{Server, TWO_SENSORS, emulate, file, pixels, root, run, wait_for, ways};
+use crate::support::{Server, TWO_SENSORS, emulate, file, pixels, root, run, wait_for};
 use embedded_hal::i2c::I2c as _;
 use std::process::Command;
 
@@ -127,9 +127,6 @@ fn two_clients_have_one_machine() {
 #[test]
 fn a_program_and_the_socket_have_one_machine() {
     if is_left_out(
-        "GRIDEYE_WITHOUT_FUSE",
-        "a program and a client on one emulated machine",
-    ) || is_left_out(
         "GRIDEYE_WITHOUT_I2C_TOOLS",
         "i2cset beside a client of the socket",
     ) {
@@ -164,38 +161,30 @@ fn a_program_sees_every_bus_under_its_number() {
     if is_left_out("GRIDEYE_WITHOUT_I2C_TOOLS", "i2cget on several buses") {
         return;
     }
-    for via in ways("several buses of a program") {
-        let ended = run(&mut emulate(&[
-            "--constant",
-            "21",
-            "--via",
-            via,
-            "--sensor",
-            "a=1:0x68",
-            "--sensor",
-            "b=3:0x69",
-            "--",
-            "sh",
-            "-c",
-            "i2cget -y 1 0x68 0x80; i2cget -y 3 0x69 0x80; i2cget -y 1 0x69 0x80; exit 6",
-        ]));
-        assert_eq!(
-            (ended.code, ended.stdout.as_str()),
-            (6, "0x54\n0x54\n"),
-            "{ended:?}"
-        );
-        let said =
-            format!("/dev/i2c-1, /dev/i2c-3 by {via}: a at 1:0x68, b at 3:0x69, showing 21 °C");
-        assert!(ended.stderr.contains(&said), "{ended:?}");
-    }
+    let ended = run(&mut emulate(&[
+        "--constant",
+        "21",
+        "--sensor",
+        "a=1:0x68",
+        "--sensor",
+        "b=3:0x69",
+        "--",
+        "sh",
+        "-c",
+        "i2cget -y 1 0x68 0x80; i2cget -y 3 0x69 0x80; i2cget -y 1 0x69 0x80; exit 6",
+    ]));
+    assert_eq!(
+        (ended.code, ended.stdout.as_str()),
+        (6, "0x54\n0x54\n"),
+        "{ended:?}"
+    );
+    let said = format!("/dev/i2c-1, /dev/i2c-3: a at 1:0x68, b at 3:0x69, showing 21 °C");
+    assert!(ended.stderr.contains(&said), "{ended:?}");
 }
 
 /// What a usual machine has, where the programs of the other tests run, is left as it is.
 #[test]
 fn nobody_else_on_the_machine_sees_the_device() {
-    if is_left_out("GRIDEYE_WITHOUT_FUSE", "the privacy of an emulated device") {
-        return;
-    }
     let listing = || run(Command::new("sh").args(["-c", "ls -l /dev | grep i2c; true"])).stdout;
     let before = listing();
     let ended = run(&mut emulate(&[

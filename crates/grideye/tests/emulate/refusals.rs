@@ -1,7 +1,9 @@
 //! Bad input: one clear error that names the place and the fix, exit code 2, and nothing started or left behind.
 
 use crate::skip;
-use crate::support::{TWO_SENSORS, emulate, file, recording, run, ways};
+use crate::support::{TWO_SENSORS, emulate, file, recording, run};
+use std::os::unix::fs::PermissionsExt as _;
+use std::os::unix::process::CommandExt as _;
 use std::path::Path;
 
 /// It must end with 2 and one error that has all of these words and a hint.
@@ -45,7 +47,7 @@ const VALUES: &[(&[&str], &[&str])] = &[
     (&["--mcu", "atmega328p@9"], &["32000 to 32000000 Hz"]),
     (&["--int", "PD2"], &["--int is for firmware", "hint:"]),
     (&["--adapter", "pi9"], &["pi9", "virtio"]),
-    (&["--via", "cuse"], &["cuse", "auto, fuse, preload"]),
+    (&["--via", "cuse"], &["cuse", "syscalls, socket, usbip"]),
     (
         &["--replay", "frames"],
         &["--replay", "--recording", "hint:"],
@@ -76,7 +78,15 @@ fn what_is_missing_or_excludes_each_other_is_named() {
         &["hint:", "-- PROGRAM", "--socket", "--usbip"],
     );
     refused(
-        &["--constant", "3", "--via", "fuse", "--usbip", "--", "true"],
+        &[
+            "--constant",
+            "3",
+            "--via",
+            "socket",
+            "--usbip",
+            "--",
+            "true",
+        ],
         &["--via", "cannot be used", "--usbip"],
     );
     refused(
@@ -88,7 +98,7 @@ fn what_is_missing_or_excludes_each_other_is_named() {
         &["--constant", "cannot be used"],
     );
     refused(
-        &["--constant", "3", "--via", "fuse", "--socket", "/tmp/x"],
+        &["--constant", "3", "--via", "socket", "--socket", "/tmp/x"],
         &["PROGRAM"],
     );
 }
@@ -301,48 +311,78 @@ fn a_program_that_cannot_be_run_is_named() {
     let socket = folder.path().join("amg.sock");
     let socket = socket.to_str().unwrap();
     let trace = folder.path().join("bus.csv");
-    for via in ways("programs that cannot be run") {
-        for (program, named) in [
-            ("no-such-program", "no-such-program"),
-            (&not_executable, "notes.txt"),
-        ] {
-            let ended = run(&mut emulate(&[
-                "--constant",
-                "3",
-                "--via",
-                via,
-                "--quiet",
-                "--socket",
-                socket,
-                "--trace",
-                trace.to_str().unwrap(),
-                "--",
-                program,
-            ]));
-            assert_eq!(ended.code, 2, "{via}: {ended:?}");
-            for word in [named, "hint:"] {
-                assert!(ended.stderr.contains(word), "{via}: {ended:?}");
-            }
-            assert!(!Path::new(socket).exists(), "{via}");
-            assert!(!trace.exists(), "{via}");
-            let said = ended.stderr.matches("os error").count();
-            assert!(said <= 1, "{via}: {ended:?}");
+    for (program, named) in [
+        ("no-such-program", "no-such-program"),
+        (&not_executable, "notes.txt"),
+    ] {
+        let ended = run(&mut emulate(&[
+            "--constant",
+            "3",
+            "--quiet",
+            "--socket",
+            socket,
+            "--trace",
+            trace.to_str().unwrap(),
+            "--",
+            program,
+        ]));
+        assert_eq!(ended.code, 2, "{ended:?}");
+        for word in [named, "hint:"] {
+            assert!(ended.stderr.contains(word), "{ended:?}");
         }
+        assert!(!Path::new(socket).exists());
+        assert!(!trace.exists());
+        let said = ended.stderr.matches("os error").count();
+        assert!(said <= 1, "{ended:?}");
     }
 }
 
-/// Debian's ldconfig is linked statically, so that it works when the libraries do not.
+/// Without root nothing gains rights under the emulator: what could not work is named before it starts.
 #[test]
-fn a_static_program_is_told_which_way_reaches_it() {
-    let ldconfig = "/sbin/ldconfig";
-    let is_static = std::fs::read(ldconfig)
-        .is_ok_and(|program| !program.windows(7).any(|name| name == b".interp"));
-    if !is_static {
-        skip::test(&format!("{ldconfig} is not static"));
+fn a_program_that_would_gain_rights_is_named() {
+    const NOBODY: u32 = 65534;
+    let folder = tempfile::tempdir().unwrap();
+    let program = folder.path().join("id");
+    std::fs::copy("/usr/bin/id", &program).unwrap();
+    let open_to_all = |path: &Path, mode| {
+        std::fs::set_permissions(path, std::fs::Permissions::from_mode(mode)).unwrap();
+    };
+    open_to_all(folder.path(), 0o755);
+    open_to_all(&program, 0o4755);
+    if !rustix::process::geteuid().is_root() {
+        skip::test("an emulator of another user: only root can start one");
         return;
     }
-    refused(
-        &["--constant", "3", "--via", "preload", "--", ldconfig, "-p"],
-        &[ldconfig, "statically linked", "hint:", "--via fuse"],
+    let shown = program.to_str().unwrap();
+    let mut command = emulate(&["--constant", "3", "--quiet", "--", shown, "-u"]);
+    let ended = run(command.uid(NOBODY).gid(NOBODY));
+    assert_eq!(ended.code, 2, "{ended:?}");
+    for word in [shown, "gains rights", "hint:", "--via socket"] {
+        assert!(ended.stderr.contains(word), "{ended:?}");
+    }
+}
+
+/// What is left where system calls cannot be answered: a program that uses the socket's clients.
+#[test]
+fn via_the_socket_a_program_has_no_device() {
+    let script =
+        "test ! -e /dev/i2c-1 && test -S \"$GRIDEYE_I2C_SOCKET\" && echo \"$GRIDEYE_I2C_SOCKET\"";
+    let via = [
+        "--constant",
+        "3",
+        "--via",
+        "socket",
+        "--",
+        "sh",
+        "-c",
+        script,
+    ];
+    let ended = run(&mut emulate(&via));
+    assert_eq!(ended.code, 0, "{ended:?}");
+    let socket = ended.stdout.trim_end();
+    assert!(!Path::new(socket).exists(), "{ended:?}");
+    assert!(
+        ended.stderr.contains(&format!("socket {socket}")),
+        "{ended:?}"
     );
 }

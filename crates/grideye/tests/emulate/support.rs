@@ -1,7 +1,6 @@
 //! Starting the program, reading the sensor over its socket, and files to show.
 
 pub(crate) use crate::patience::wait_for;
-use crate::skip::is_part_left_out;
 use embedded_hal::i2c::I2c as _;
 use i2c_emulation::socket::Client;
 use rustix::process::{Pid, Signal, kill_process};
@@ -38,15 +37,6 @@ pub(crate) fn run(command: &mut Command) -> Ended {
         stdout: String::from_utf8_lossy(&output.stdout).into_owned(),
         stderr: String::from_utf8_lossy(&output.stderr).into_owned(),
     }
-}
-
-/// The ways to a `/dev/i2c-N` that this machine has; those that it has not are named.
-pub(crate) fn ways(what: &str) -> Vec<&'static str> {
-    let mut ways = vec!["preload"];
-    if !is_part_left_out("GRIDEYE_WITHOUT_FUSE", &format!("{what} by FUSE")) {
-        ways.push("fuse");
-    }
-    ways
 }
 
 /// A running `grideye emulate --socket`; killed when dropped.

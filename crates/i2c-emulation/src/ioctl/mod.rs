@@ -17,7 +17,6 @@ mod uapi;
 
 pub use rustix::io::Errno;
 
-pub(crate) use mode::named;
 pub use mode::{AdapterMode, UnknownName};
 pub use open_file::{OpenFile, RETRIES_DONE_MAX};
 pub(crate) use segment::Segment;

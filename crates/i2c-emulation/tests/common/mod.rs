@@ -1,4 +1,4 @@
-//! A chip, and helpers for the tests of both ways.
+//! A chip, and helpers for the tests of programs at `/dev/i2c-N`.
 
 #[expect(unreachable_pub, reason = "the tests of the whole share this file")]
 #[path = "../../../../tests/src/patience.rs"]
@@ -21,9 +21,8 @@ use embedded_hal::i2c::{
     ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation, SevenBitAddress,
 };
 use i2c_emulation::adapter::HalAdapter;
-use i2c_emulation::fuse;
 use i2c_emulation::ioctl::AdapterMode;
-use i2c_emulation::program::{self, Ended, Options, RunError, Via};
+use i2c_emulation::program::{self, Ended, Options, RunError};
 use i2c_emulation::rack::{Rack, SharedAdapter};
 
 pub(crate) const TARGET: u8 = 0x69;
@@ -109,7 +108,7 @@ pub(crate) struct Bench {
 }
 
 impl Bench {
-    pub(crate) fn new(via: Via, mode: AdapterMode) -> Self {
+    pub(crate) fn new(mode: AdapterMode) -> Self {
         static NEXT: AtomicU32 = AtomicU32::new(0);
         let number = 1000 + std::process::id() % 9000 * 100 + NEXT.fetch_add(1, Ordering::Relaxed);
         let chip = RegisterFile::new();
@@ -118,7 +117,6 @@ impl Bench {
         Self {
             number,
             options: Options {
-                via,
                 mode,
                 ..Options::default()
             },
@@ -181,31 +179,13 @@ impl Bench {
     }
 }
 
-/// No process's mounts and no file may still name the device.
 pub(crate) fn assert_nothing_left(device: &Path) {
     assert!(!device.exists(), "{} was left behind", device.display());
-    let left = processes_that_mount(device);
-    assert!(left.is_empty(), "still mounted for processes {left:?}");
-    let own = fs::read_to_string("/proc/thread-self/mountinfo").unwrap();
-    assert!(
-        !own.contains("i2c-emulation"),
-        "the caller's own namespace was changed:\n{own}"
-    );
 }
 
 /// Waits for processes to end.
 pub(crate) fn wait_until(mut done: impl FnMut() -> bool) {
     patience::wait_for("the end", || done().then_some(()));
-}
-
-pub(crate) fn processes_that_mount(device: &Path) -> Vec<PathBuf> {
-    let device = format!(" {} ", device.display());
-    processes()
-        .filter(|process| {
-            fs::read_to_string(process.join("mountinfo"))
-                .is_ok_and(|mounts| mounts.contains(&device))
-        })
-        .collect()
 }
 
 /// Every process's folder in /proc.
@@ -218,30 +198,6 @@ pub(crate) fn processes() -> impl Iterator<Item = PathBuf> {
 
 pub(crate) fn excused(variable: &str) -> bool {
     std::env::var_os(variable).is_some_and(|value| value == "1")
-}
-
-/// Whether FUSE works here; if not, reports the calling test as skipped. Without the variable that excuses it, missing
-/// FUSE is an error.
-pub(crate) fn fuse_works() -> bool {
-    fuse_works_or(skip::test)
-}
-
-/// As [`fuse_works`], if only a part of the calling test needs it.
-pub(crate) fn fuse_works_for_a_part() -> bool {
-    fuse_works_or(skip::part)
-}
-
-fn fuse_works_or(report: fn(&str)) -> bool {
-    match fuse::probe() {
-        Ok(()) => true,
-        Err(error) if excused("GRIDEYE_WITHOUT_FUSE") => {
-            report(&format!("/dev/i2c-N by FUSE: {error}"));
-            false
-        }
-        Err(error) => panic!(
-            "FUSE does not work here: {error}\nset GRIDEYE_WITHOUT_FUSE=1 to leave this test out"
-        ),
-    }
 }
 
 /// The folder of i2c-tools.

@@ -1,7 +1,7 @@
 //! Way 2 as other processes see it: the Rust client, the Python client, raw packets, and the socket's file.
 //!
-//! Name what the machine lacks: `GRIDEYE_WITHOUT_FUSE=1` and `GRIDEYE_WITHOUT_PYTHON_DRIVERS=1` skip the comparison
-//! with the real smbus2 from PyPI, `GRIDEYE_WITHOUT_I2C_TOOLS=1` what needs Python, if there is none.
+//! Name what the machine lacks: `GRIDEYE_WITHOUT_PYTHON_DRIVERS=1` skips the comparison with the real smbus2 from PyPI,
+//! `GRIDEYE_WITHOUT_I2C_TOOLS=1` what needs Python, if there is none.
 #![expect(
     clippy::unwrap_used,
     clippy::panic,

@@ -4,10 +4,10 @@ use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::sync::Mutex;
 
-use i2c_emulation::fuse;
 use i2c_emulation::ioctl::AdapterMode;
+use i2c_emulation::program;
+use i2c_emulation::rack::{Rack, SharedAdapter};
 use i2c_emulation::socket::Options;
 
 use crate::bench::{Bench, Log, RegisterFile};
@@ -91,16 +91,9 @@ fn the_recorded_outputs_are_those_of_smbus2() {
     if excused("GRIDEYE_WITHOUT_PYTHON_DRIVERS") {
         return skip::test("smbus2 from PyPI on the emulated /dev/i2c-N");
     }
-    if let Err(error) = fuse::probe() {
-        assert!(
-            excused("GRIDEYE_WITHOUT_FUSE"),
-            "FUSE does not work here: {error}\nset GRIDEYE_WITHOUT_FUSE=1 to leave this test out"
-        );
-        return skip::test("smbus2 from PyPI on the emulated /dev/i2c-N: no FUSE");
-    }
     let python = python_with_smbus2();
     for mode in AdapterMode::ALL {
-        let output = on_fuse(&python, mode);
+        let output = on_a_device(&python, mode);
         if excused("GRIDEYE_RECORD") {
             fs::write(recorded(mode), &output).unwrap();
         }
@@ -110,11 +103,17 @@ fn the_recorded_outputs_are_those_of_smbus2() {
 }
 
 /// The output of `methods.py` with the real smbus2 and an emulated /dev/i2c-N.
-fn on_fuse(python: &Path, mode: AdapterMode) -> String {
+fn on_a_device(python: &Path, mode: AdapterMode) -> String {
     let number = 100_000 + std::process::id() % 100_000;
-    let mut options = fuse::Options::new(format!("/dev/i2c-{number}"));
-    options.mode = mode;
-    let adapter = Mutex::new(RegisterFile::new(Log::default()));
+    let options = program::Options {
+        mode,
+        ..program::Options::default()
+    };
+    let mut rack = Rack::new();
+    rack.insert(
+        number,
+        SharedAdapter::new(RegisterFile::new(Log::default())),
+    );
     let file = tempfile::NamedTempFile::new().unwrap();
     let mut command = Command::new(python);
     command
@@ -122,7 +121,7 @@ fn on_fuse(python: &Path, mode: AdapterMode) -> String {
         .args(["smbus2", &number.to_string()])
         .stdout(file.reopen().unwrap())
         .stderr(file.reopen().unwrap());
-    let status = fuse::run(&adapter, &options, &mut command).unwrap();
+    let status = program::run(&rack, &options, &mut command).unwrap().status;
     let text = fs::read_to_string(file.path()).unwrap();
     assert!(status.success(), "{text}");
     text

@@ -7,9 +7,17 @@
 use crate::ioctl::{CallerMemory, Errno, PointerWidth};
 use std::io;
 
+/// Bytes that are read at once, and of which none lies in another page.
+const BLOCK_BYTES: usize = 1024;
+
+/// One process's memory for the time of one call, in which it waits. A call's structures mostly lie side by side, so that
+/// one read of a block has them all.
 pub(super) struct ProcessMemory {
     pid: libc::pid_t,
     width: PointerWidth,
+    /// The address of the block that was read last; none is 1.
+    block_at: u64,
+    block: [u8; BLOCK_BYTES],
 }
 
 impl ProcessMemory {
@@ -18,7 +26,32 @@ impl ProcessMemory {
         Self {
             pid: libc::pid_t::try_from(pid).unwrap_or(0),
             width,
+            block_at: 1,
+            block: [0; BLOCK_BYTES],
         }
+    }
+
+    /// The bytes at an address, if they lie in one block that is there.
+    fn in_block(&mut self, address: u64, length: usize) -> Option<&[u8]> {
+        let offset = usize::try_from(address).ok()? % BLOCK_BYTES;
+        let block_at = address - u64::try_from(offset).ok()?;
+        let end = Some(offset.checked_add(length)?).filter(|end| *end <= BLOCK_BYTES)?;
+        if self.block_at != block_at {
+            self.block_at = 1;
+            let here = self.block.as_mut_ptr().cast();
+            // SAFETY: the block is borrowed for the whole call and writable.
+            unsafe { self.copy(libc::process_vm_readv, here, block_at, BLOCK_BYTES) }.ok()?;
+            self.block_at = block_at;
+        }
+        Some(&self.block[offset..end])
+    }
+
+    /// Reads until the caller's memory ends; returns how many bytes came.
+    pub(super) fn read_some(&self, address: u64, into: &mut [u8]) -> usize {
+        let here = into.as_mut_ptr().cast();
+        // SAFETY: `into` is borrowed for the whole call and writable.
+        let copied = unsafe { self.copied(libc::process_vm_readv, here, address, into.len()) };
+        copied.map_or(0, |copied| usize::try_from(copied).unwrap_or(0))
     }
 
     pub(super) fn of_this_process() -> Self {
@@ -45,14 +78,8 @@ impl ProcessMemory {
         address: u64,
         length: usize,
     ) -> Result<(), Errno> {
-        let address = usize::try_from(address).or(Err(Errno::FAULT))?;
-        let there = std::ptr::without_provenance_mut(address);
-        let [here, there] = [here, there].map(|iov_base| libc::iovec {
-            iov_base,
-            iov_len: length,
-        });
-        // SAFETY: the caller guarantees `here`; the kernel checks `there`, which is in another process.
-        let copied = unsafe { copy(self.pid, &raw const here, 1, &raw const there, 1, 0) };
+        // SAFETY: the caller guarantees `here`.
+        let copied = unsafe { self.copied(copy, here, address, length) }?;
         match usize::try_from(copied) {
             Ok(copied) if copied == length => Ok(()),
             // The copy reached the end of the caller's memory.
@@ -65,14 +92,40 @@ impl ProcessMemory {
     }
 }
 
+impl ProcessMemory {
+    /// # Safety
+    /// As [`copy`](Self::copy).
+    unsafe fn copied(
+        &self,
+        copy: Copy,
+        here: *mut libc::c_void,
+        address: u64,
+        length: usize,
+    ) -> Result<libc::ssize_t, Errno> {
+        let address = usize::try_from(address).or(Err(Errno::FAULT))?;
+        let there = std::ptr::without_provenance_mut(address);
+        let [here, there] = [here, there].map(|iov_base| libc::iovec {
+            iov_base,
+            iov_len: length,
+        });
+        // SAFETY: the caller guarantees `here`; the kernel checks `there`, which is in another process.
+        Ok(unsafe { copy(self.pid, &raw const here, 1, &raw const there, 1, 0) })
+    }
+}
+
 impl CallerMemory for ProcessMemory {
     fn read(&mut self, address: u64, into: &mut [u8]) -> Result<(), Errno> {
+        if let Some(bytes) = self.in_block(address, into.len()) {
+            into.copy_from_slice(bytes);
+            return Ok(());
+        }
         let here = into.as_mut_ptr().cast();
         // SAFETY: `into` is borrowed for the whole call and writable.
         unsafe { self.copy(libc::process_vm_readv, here, address, into.len()) }
     }
 
     fn write(&mut self, address: u64, bytes: &[u8]) -> Result<(), Errno> {
+        self.block_at = 1;
         let here = bytes.as_ptr().cast_mut().cast();
         // SAFETY: `bytes` is borrowed for the whole call and only read.
         unsafe { self.copy(libc::process_vm_writev, here, address, bytes.len()) }
