@@ -5,9 +5,8 @@
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
-use grideye_tests::emulated::{
-    Words, pixel_c, recording, run_behind_socket, run_emulated, thermistor_c,
-};
+use grideye_tests::emulated::{Words, pixel_c, recording, thermistor_c};
+use grideye_tests::emulated::{run_behind_socket, run_emulated};
 use grideye_tests::programs::{self, Ended, grideye, root, run};
 use grideye_tests::python;
 use serde_json::Value;
@@ -37,12 +36,10 @@ impl Driver {
     }
 }
 
-/// How a Python program reaches the sensor.
+/// How a Python program reaches the sensor: `/dev/i2c-1`, or a Unix socket behind the one-file client.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Way {
-    /// `/dev/i2c-1`.
     Device,
-    /// A Unix socket behind the one-file client.
     Socket,
 }
 

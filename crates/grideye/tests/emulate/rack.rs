@@ -178,8 +178,8 @@ fn a_program_sees_every_bus_under_its_number() {
         (6, "0x54\n0x54\n"),
         "{ended:?}"
     );
-    let said = format!("/dev/i2c-1, /dev/i2c-3: a at 1:0x68, b at 3:0x69, showing 21 °C");
-    assert!(ended.stderr.contains(&said), "{ended:?}");
+    let said = "/dev/i2c-1, /dev/i2c-3: a at 1:0x68, b at 3:0x69, showing 21 °C";
+    assert!(ended.stderr.contains(said), "{ended:?}");
 }
 
 /// What a usual machine has, where the programs of the other tests run, is left as it is.
