@@ -37,21 +37,21 @@ const ELSEWHERE: &str = "; one does at 0x69\nhint: say `address = 0x69`";
 /// Adapter, address, exit code and words of `grideye-agent check`. The errno are those of the kernel's drivers (the
 /// reference on Linux' I2C, and the table of `AdapterMode`).
 const CHECKS: [(&str, &str, i32, &[&str]); 13] = [
-    ("pi", "0x69", 0, &["20 frames read, 0 missing"]),
+    ("pi", "0x69", 0, &["20 frames read"]),
     (
         "pi",
         "0x68",
         1,
         &["nack (Remote I/O error (os error 121))", ELSEWHERE],
     ),
-    ("pi5", "0x69", 0, &["20 frames read, 0 missing"]),
+    ("pi5", "0x69", 0, &["20 frames read"]),
     (
         "pi5",
         "0x68",
         1,
         &["nack (Remote I/O error (os error 121))", ELSEWHERE],
     ),
-    ("usb", "0x69", 0, &["20 frames read, 0 missing"]),
+    ("usb", "0x69", 0, &["20 frames read"]),
     (
         "usb",
         "0x68",
@@ -97,7 +97,7 @@ const CHECKS: [(&str, &str, i32, &[&str]); 13] = [
             "hint: the bus adapter is gone",
         ],
     ),
-    ("virtio", "0x69", 0, &["20 frames read, 0 missing"]),
+    ("virtio", "0x69", 0, &["20 frames read"]),
     (
         "virtio",
         "0x68",
@@ -119,6 +119,9 @@ fn check_says_of_each_adapter_what_a_raspberry_pi_would_say() {
                 let context = format!("{adapter}, {address}: {ended:?}");
                 assert_eq!(ended.code, code, "{context}");
                 let said = format!("{}{}", ended.stdout, ended.stderr);
+                // A host that is late misses frames, and then the agent says that it counted by the clock.
+                let misses = code == 0 && !said.contains(" read, 0 missing");
+                assert!(!misses || said.contains("count-estimated"), "{context}");
                 for word in words {
                     assert!(said.contains(word), "{word:?}: {context}");
                 }
