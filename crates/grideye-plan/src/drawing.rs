@@ -1,7 +1,7 @@
 //! The scene as one self-contained SVG (PeerJ CS 11:e3124, Figures 3, 11, 12, 14, 24), and what it is drawn from.
 //!
 //! A scene's bodies are faces and ellipsoids in meters, ordered for any eye: [`svg`] draws them, and so can whoever gets
-//! [`json`]. On paper, objects are blue and agents red
+//! [`json()`]. On paper, objects are blue and agents red
 //! unless they have a color; yellow is what sensors have in view, dotted lines paths, circles frames. Perspective at the left, top
 //! view at the right.
 

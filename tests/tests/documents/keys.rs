@@ -2,8 +2,6 @@
 //!
 //! After a row has changed, `GRIDEYE_WRITE_KEYS=1` writes the tables: read the difference.
 
-#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
-
 use grideye_scene::{keys, profile};
 use grideye_tests::programs::root;
 use grideye_text::{Kind, Row, Rows};
