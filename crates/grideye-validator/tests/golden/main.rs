@@ -3,6 +3,8 @@
 //!
 //! `GRIDEYE_WRITE_GOLDEN=1 cargo test --release -p grideye-validator --test golden` writes the file anew.
 
+#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
+
 use grideye_frame::{Celsius, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::{ClockState, Record, Stamp, linaige};
 use grideye_scene::{Scene, Sensor, Simulator};
@@ -97,8 +99,7 @@ fn parse(path: &Path) -> (String, Scene) {
     let folder = path.parent().unwrap().to_owned();
     let files = move |relative: &str| std::fs::read_to_string(folder.join(relative));
     let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
-    let scene =
-        Scene::parse(&text, &name, &files).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let scene = Scene::parse(&text, &name, &files).unwrap();
     (name, scene.scene)
 }
 
