@@ -147,7 +147,7 @@ thresholds! {
     /// Standard deviation of the error of the scene's ambient temperature, °C.
     ambient_spread_c = 0.3, (0.0, 100.0);
     /// Largest drift against the scene however short the recording, °C, ...
-    drift_max_c = 0.5, (0.0, 100.0);
+    drift_max_c = 1.0, (0.0, 100.0);
     /// ... and for each minute of it, °C.
     drift_max_c_per_min = 0.15, (0.0, 100.0);
     /// A pixel is warm from this many sigmas of the sensor's noise above the background.

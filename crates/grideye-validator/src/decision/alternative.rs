@@ -1,14 +1,16 @@
 //! What else a recording could show.
 
 use crate::align::Orientation;
-use crate::decision::film::{Film, Image, PIXEL_COUNT, add, turned};
-use crate::decision::world::World;
+use crate::decision::constants::{ASIDE_M, LATE_S, PART_S, PARTS, PEOPLE_MOST, SHOWN};
+use crate::decision::film::Film;
+use crate::decision::image::{Image, PIXEL_COUNT, add, add_all, turned};
+use crate::decision::simulated::Simulated;
 use crate::numbers::count;
 use grideye_draw::text::fixed;
 use grideye_scene::Laws;
 use std::ops::Range;
 
-/// Another story for the recording than the scene's.
+/// Another explanation of a recording than the scene.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Alternative {
     /// Nobody is there, or nothing.
@@ -45,18 +47,6 @@ const WAYS: [[f64; 2]; 8] = {
         [HALF, -HALF],
     ]
 };
-/// How far aside a person must be told from the scene, meters.
-const ASIDE_M: f64 = 0.5;
-/// A delay that must be told from the scene, beyond three standard deviations of the delay that is allowed, seconds.
-const LATE_S: f64 = 0.8;
-/// People whose place is asked about one by one.
-pub(crate) const PEOPLE_MOST: usize = 4;
-/// Part of the time, and of the time in view, that a person must be told to be there.
-const PARTS: usize = 5;
-/// Least share of what a person shows in a part of the time that is asked about.
-const SHOWN: f64 = 0.03;
-/// Shortest such part, seconds.
-const PART_S: f64 = 1.0;
 
 impl Alternative {
     pub(crate) fn of(film: &mut Film, laws: &Laws) -> Vec<Self> {
@@ -146,60 +136,48 @@ impl Alternative {
         }
     }
 
-    /// The orientation in which the room is seen.
-    pub(crate) fn orientation(&self) -> Orientation {
+    /// What is shown, without noise, in a recording of the alternative that otherwise draws as one of the scene.
+    pub(crate) fn shown(&self, film: &mut Film, of_scene: &Simulated) -> Vec<Image> {
+        let mut shown = of_scene.shows.clone();
+        let people = &of_scene.people;
         match self {
-            Self::Turned(orientation) => *orientation,
-            _ => Orientation::Upright,
-        }
-    }
-
-    /// What is seen without noise in a world of the alternative that otherwise draws as one of the scene.
-    pub(crate) fn shown(&self, film: &mut Film, world: &World) -> Vec<Image> {
-        let World { drawn, shows } = world;
-        match self {
-            Self::Nobody => film.room.clone(),
-            Self::Missing(person) => drawn.without_hidden(film, |number, _| number == *person),
-            Self::Gone(person, part) => drawn.without_hidden(film, |number, index| {
-                number == *person && part.contains(&index)
-            }),
-            Self::Aside(person, by_m) => drawn.clone().moved(*person, *by_m).claimed(film),
-            Self::Turned(orientation) => turned(shows, *orientation),
-            Self::Later(by_s) => {
-                let times = film.times_s.iter();
-                times
-                    .map(|time_s| shows[film.near(time_s - by_s)])
-                    .collect()
+            Self::Nobody => shown.clone_from(&film.room),
+            Self::Missing(person) => add_all(&mut shown, &people[*person], -1.0),
+            Self::Gone(person, part) => {
+                let gone = &people[*person][part.clone()];
+                add_all(&mut shown[part.clone()], gone, -1.0);
             }
-            Self::Backwards => shows.iter().rev().copied().collect(),
+            Self::Aside(person, by_m) => {
+                let moved = of_scene.draw.clone().moved(*person, *by_m);
+                add_all(&mut shown, &people[*person], -1.0);
+                add_all(&mut shown, &moved.person(*person, film), 1.0);
+            }
+            Self::Turned(orientation) => shown = turned(&shown, *orientation),
+            Self::Later(by_s) => {
+                let at = |time_s: &f64| of_scene.shows[film.near(time_s - by_s)];
+                shown = film.times_s.iter().map(at).collect();
+            }
+            Self::Backwards => shown.reverse(),
             Self::More(place_m) => {
-                let mut shown = shows.clone();
-                if let Some(walker) = film.people.first_mut() {
-                    let more = walker.standing(*place_m, 0);
-                    let contrast = drawn.contrast();
+                if let Some(person) = film.people.first_mut() {
+                    let more = person.standing(*place_m);
+                    let contrast = of_scene.draw.contrast();
                     shown
                         .iter_mut()
                         .for_each(|image| add(image, &more, contrast));
                 }
-                shown
             }
             Self::Follower(by_s) => {
-                let mut shown = shows.clone();
-                let half = film.times_s.first().copied().unwrap_or_default() + by_s;
-                for (index, image) in shown.iter_mut().enumerate() {
-                    let time_s = film.times_s[index];
-                    let other = film.near(if time_s < half {
-                        time_s + by_s
-                    } else {
-                        time_s - by_s
-                    });
-                    if let Some(walker) = film.people.first() {
-                        add(image, &walker.adds[other], drawn.contrast());
-                    }
+                let half_s = film.times_s.first().copied().unwrap_or_default() + by_s;
+                let contrast = of_scene.draw.contrast();
+                for (image, time_s) in shown.iter_mut().zip(&film.times_s) {
+                    let by_s = if *time_s < half_s { *by_s } else { -by_s };
+                    let other = film.near(time_s + by_s);
+                    add(image, &film.people[0].adds[other], contrast);
                 }
-                shown
             }
         }
+        shown
     }
 }
 
@@ -250,15 +228,15 @@ fn free_places(film: &mut Film) -> Vec<[f64; 2]> {
     let standing: Vec<[f64; 2]> = film
         .people
         .iter()
-        .filter(|walker| !walker.moves)
-        .filter_map(|walker| walker.places.first().map(|place| [place.0, place.1]))
+        .filter(|person| !person.moves)
+        .filter_map(|person| person.places.first().map(|place| [place.0, place.1]))
         .collect();
-    let Some(walker) = film.people.first_mut() else {
+    let Some(person) = film.people.first_mut() else {
         return Vec::new();
     };
-    let clearest = walker.warmth();
+    let clearest = person.warmth();
     let warmest = (0..clearest.len()).max_by(|a, b| clearest[*a].total_cmp(&clearest[*b]));
-    let Some(middle) = warmest.map(|index| walker.places[index]) else {
+    let Some(middle) = warmest.map(|index| person.places[index]) else {
         return Vec::new();
     };
     let mut found: Vec<(f32, [f64; 2])> = Vec::new();
@@ -271,7 +249,7 @@ fn free_places(film: &mut Film) -> Vec<[f64; 2]> {
             let is_free =
                 |[x, y]: &[f64; 2]| (place_m[0] - x).hypot(place_m[1] - y) > 0.9 * APART_M;
             if standing.iter().all(is_free) {
-                let seen = walker.standing(place_m, 0);
+                let seen = person.standing(place_m);
                 let sum: f32 = seen.iter().sum();
                 let mean = sum / PIXEL_COUNT;
                 let square: f32 = seen.iter().map(|celsius| (celsius - mean).powi(2)).sum();

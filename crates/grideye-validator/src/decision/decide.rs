@@ -1,41 +1,44 @@
-//! From worlds to a decision.
+//! Simulates recordings of a scene and of its alternatives, and decides between them.
 
 use crate::decision::alternative::Alternative;
-use crate::decision::film::{Film, Image, add};
-use crate::decision::judge::{Judge, Statistics};
+use crate::decision::constants::{
+    ABSENT, AT_FIRST, CLEAR_POWER, FOR_RANK, FOR_REFERENCE, LOOKED_AT, OF_ALTERNATIVE, OF_NEAR,
+    OF_OFFSET, OFFSETS_M, UNTOLD_MOST,
+};
+use crate::decision::film::Film;
+use crate::decision::image::{Image, add, add_all};
+use crate::decision::model::{Model, Statistics};
 use crate::decision::recording::{Recording, fill};
-use crate::decision::spread::{ABSENT, Cause, Spread, is_outside, one_in_a_hundred};
+use crate::decision::reference::{Reference, Statistic, is_outside, one_in_a_hundred};
+use crate::decision::simulated::{Draw, Law, Simulated, open_laws};
 use crate::decision::template::mean;
-use crate::decision::world::{Drawn, Law, World};
-use crate::numbers::{count, index, single};
+use crate::numbers::{count, single};
 use grideye_scene::Laws;
-use grideye_scene::uncertain::Uncertain;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-/// What a recording says about its scene, by recordings that could be: worlds.
+/// What a recording says about its scene, beside simulated recordings of it and of its alternatives.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Decision {
-    /// Share of right worlds that are as far from the scene as the recording, or farther.
+    /// Share of simulated recordings of the scene that are as far from the scene as the recording, or farther.
     pub right: f64,
     /// What is farthest off, in words.
     pub worst: String,
-    /// How surprising that is: the negative logarithm of the share of right worlds in which what is farthest off of its kind
-    /// is as far off.
+    /// How surprising that is: the negative logarithm of the share of simulated recordings in which it is as far off.
     pub surprise: f64,
     #[serde(skip)]
-    pub(crate) cause: Cause,
+    pub(crate) cause: Statistic,
     /// Of each person, or of all objects together.
     pub contrasts: Vec<Contrast>,
-    /// How much later than the scene the recording is, seconds, and what all but .5 % of right worlds show.
+    /// How much later than the scene the recording is, seconds, and what all but .5 % of simulated recordings show.
     pub delay_s: f64,
     /// Lowest and highest.
     pub delay_range_s: [f64; 2],
     /// The smallest of [`OFFSETS_M`] by which the first person must be aside so that nine of ten recordings would not
     /// agree; `None` if none of them is.
     pub refused_aside_m: Option<f64>,
-    /// What else the recording could show.
+    /// What else the recording could show; nothing else is asked about one that is refused.
     pub alternatives: Vec<Alternatively>,
     /// The law that keeps these from being told apart most: its key, and its standard deviation.
     #[serde(skip)]
@@ -59,7 +62,7 @@ pub struct Contrast {
     pub of: Option<String>,
     /// In the recording, over the scene's.
     pub found: f64,
-    /// Of all but .5 % of right worlds: lowest and highest.
+    /// Of all but .5 % of simulated recordings: lowest and highest.
     pub range: [f64; 2],
 }
 
@@ -72,42 +75,24 @@ pub struct Alternatively {
     pub(crate) of: Alternative,
     /// 1 for the scene, 0 for the alternative, less what noise may add.
     pub likeness: f64,
-    /// What worlds of the alternative stay below.
+    /// What recordings of the alternative stay below.
     pub limit: f64,
-    /// Share of right worlds above that limit.
+    /// Share of recordings of the scene above that limit.
     pub power: f64,
     /// Whether the two differ by less than noise.
     pub is_alike: bool,
 }
 
-/// Right worlds that set the scale of each block, and the law of each other statistic: with fewer some scales would be too
-/// small, and these blocks stand out.
-const FOR_STATISTICS: usize = 260;
-/// Those that set the law of each kind.
-const FOR_KINDS: usize = 220;
-/// Those that set the rank: the recording and three of them are the .015 that are refused.
-const FOR_RANK: usize = 266;
-const RIGHT: usize = FOR_STATISTICS + FOR_KINDS + FOR_RANK;
-const OF_ALTERNATIVE: usize = 100;
-/// Of one that right worlds come near to: of those, one in a hundred may agree.
-const OF_NEAR: usize = 400;
-/// Of those, as many are looked at: the most like the scene.
-const LOOKED_AT: usize = 60;
-/// Pictures of worlds that are kept for all alternatives: 51 megabytes.
+/// Pictures of recordings that are kept for all alternatives: 51 megabytes.
 const PICTURES_KEPT: usize = 200_000;
-/// An alternative that more right worlds than this share exclude is something else, however near it is. A few right
-/// recordings then end in "cannot tell", which is better than to agree to it.
-const CLEAR_POWER: f64 = 0.95;
-/// Alternatives that are asked which law is too wide to tell them apart: as many as are named.
-const UNTOLD_MOST: usize = 3;
-/// Worlds of each offset that is tried.
-const OF_OFFSET: usize = 30;
-/// Offsets that are tried for [`Decision::refused_aside_m`], meters.
-pub const OFFSETS_M: [f64; 6] = [0.1, 0.15, 0.2, 0.3, 0.4, 0.5];
 
 impl Decision {
+    pub(crate) fn is_refused(&self, right_min: f64) -> bool {
+        self.right <= right_min || self.off_contrast().is_some()
+    }
+
     pub(crate) fn is_agreed(&self, right_min: f64) -> bool {
-        self.right > right_min && self.off_contrast().is_none() && self.untold().next().is_none()
+        !self.is_refused(right_min) && self.untold().next().is_none()
     }
 
     /// The contrast farthest out of its range, if any is out.
@@ -162,7 +147,7 @@ impl Alternatively {
 /// How a decision is made.
 #[derive(Clone, Copy)]
 pub(crate) struct How {
-    /// Recordings of which no more right worlds than this share are as far off are refused.
+    /// Recordings of which no more simulated ones than this share are as far off are refused.
     pub(crate) right_min: f64,
     /// Whether all that is asked is whether it agrees.
     pub(crate) is_brief: bool,
@@ -176,64 +161,63 @@ pub(crate) fn decide(
     laws: &Laws,
     how: How,
 ) -> Option<Decision> {
-    let right_min = how.right_min;
-    let mut worlds = Worlds::new(film, recording, laws, how.is_stopped);
-    let right = worlds.right()?;
-    let (known, held) = right.split_at(FOR_STATISTICS + FOR_KINDS);
-    let (of_statistics, of_kinds) = known.split_at(FOR_STATISTICS);
-    let spread = Spread::new(of_statistics, of_kinds);
-    let held = held.iter();
-    let mut held: Vec<f64> = held.map(|one| spread.farthest(one).1).collect();
-    held.sort_by(f64::total_cmp);
-    let found = worlds.judge.of(&recording.pictures);
-    let (place, off) = spread.farthest(&found);
-    let farther = held.iter().filter(|other| **other >= off).count();
-    let rank = (count(farther) + 1.0) / (count(held.len()) + 1.0);
-    if how.is_brief && (rank <= right_min || spread.has_off_contrast(&found)) {
+    let mut simulation = Simulation::new(film, recording, laws, how.is_stopped);
+    let right = simulation.of_scene()?;
+    let (first, ranked) = right.split_at(FOR_REFERENCE);
+    let reference = Reference::new(first);
+    let ranked = ranked.iter().map(|one| reference.distance(one).1);
+    let ranked = sorted(ranked.collect());
+    let share_beyond = |distance: f64| {
+        let nearer = ranked.partition_point(|other| *other < distance);
+        count(ranked.len() - nearer + 1) / count(ranked.len() + 1)
+    };
+    let is_far = |distance: f64| share_beyond(distance) <= how.right_min;
+    let is_refused =
+        |one: &Statistics| is_far(reference.distance(one).1) || reference.has_off_contrast(one);
+    let found = simulation.model.statistics(&recording.pictures);
+    let is_over = is_refused(&found);
+    if how.is_brief && is_over {
         return None;
     }
-    let refused = held.len() - 1 - index(right_min * count(held.len() + 1));
-    let is_refused =
-        |one: &Statistics| spread.farthest(one).1 > held[refused] || spread.has_off_contrast(one);
-    worlds.draw_others();
-    let alternatives: Vec<Alternatively> = (0..worlds.judge.rivals.len())
-        .map(|rival| worlds.alternatively(rival, &found, &right, &is_refused))
-        .collect::<Option<_>>()?;
+    let alternatives = match is_over {
+        true => Vec::new(),
+        false => simulation.alternatives(&found, &right, &is_refused)?,
+    };
     let is_agreed = |one: &Statistics| {
         let mut all = alternatives.iter().zip(&one.likeness);
         !is_refused(one) && all.all(|(one, likeness)| !one.counts() || *likeness > one.limit)
     };
-    let are_asked = worlds.has_people() && !how.is_brief;
+    let are_asked = !simulation.film.people.is_empty() && !how.is_brief && !is_over;
     let mut offsets = OFFSETS_M.into_iter().filter(|_| are_asked);
-    let refused_aside_m = offsets.find(|aside_m| worlds.refuse_aside(*aside_m, &is_agreed));
-    let too_wide = match how.is_brief {
+    let refused_aside_m = offsets.find(|aside_m| simulation.refuses_aside(*aside_m, &is_agreed));
+    let too_wide = match how.is_brief || is_over {
         true => None,
-        false => worlds.too_wide(&alternatives, &is_refused),
+        false => simulation.too_wide(&alternatives, &is_refused),
     };
-    let (judge, film) = (&worlds.judge, &worlds.film);
-    let (cause, worst) = spread.worst(place, &found, judge, film);
+    let (model, film) = (&simulation.model, &simulation.film);
+    let (_, surprise) = reference.distance(&found);
+    let cause = reference.cause(&found, &is_far);
     // Warmth that the scene lacks is more than nothing, however little it is.
-    let has_more = spread.extra(&found) > held[refused];
-    let contrasts = found.contrasts.iter().zip(spread.contrasts(&found));
-    let contrasts = contrasts
-        .zip(0..)
-        .map(|((found, range), subject)| Contrast {
-            of: film.people.get(subject).map(|walker| walker.name.clone()),
-            found: *found,
-            range,
-        });
+    let has_more = is_far(reference.extra(&found));
+    let ranges = reference.contrasts(found.contrasts.len());
+    let contrasts = found.contrasts.iter().zip(ranges).enumerate();
+    let contrasts = contrasts.map(|(subject, (found, range))| Contrast {
+        of: film.people.get(subject).map(|person| person.name.clone()),
+        found: *found,
+        range,
+    });
     Some(Decision {
-        right: rank,
-        worst,
-        surprise: off,
+        right: share_beyond(surprise),
+        worst: reference.in_words(cause, &found, model, film),
+        surprise,
         cause,
         contrasts: contrasts.collect(),
-        delay_s: found.lag_s,
-        delay_range_s: spread.delay_s(),
+        delay_s: found.delay_s,
+        delay_range_s: reference.delay_s(found.contrasts.len()),
         refused_aside_m,
         alternatives,
         too_wide,
-        is_empty: !has_more && judge.is_empty(&recording.pictures, &film.room),
+        is_empty: !has_more && model.is_empty(&recording.pictures),
         drift_c: film.drift_c(&recording.pictures),
         frames: recording.frames - recording.strays,
         pictures: recording.pictures.len() - recording.missing.len(),
@@ -241,143 +225,187 @@ pub(crate) fn decide(
     })
 }
 
-/// Draws recordings that could be.
-struct Worlds<'a> {
+/// Simulates recordings by possible units.
+struct Simulation<'a> {
     film: &'a mut Film,
     laws: &'a Laws,
     recording: &'a Recording,
-    judge: Judge,
+    model: Model,
     random: ChaCha8Rng,
-    /// What units added to the first right worlds, for others to use again.
+    /// What units added to the first recordings of the scene, for others to use again.
     errors: Vec<Vec<Image>>,
     /// The first of those that alternatives change.
-    others: Vec<World>,
+    others: Vec<Simulated>,
     is_stopped: fn() -> bool,
 }
 
-impl<'a> Worlds<'a> {
+impl<'a> Simulation<'a> {
     fn new(
         film: &'a mut Film,
         recording: &'a Recording,
         laws: &'a Laws,
         is_stopped: fn() -> bool,
     ) -> Self {
-        // Any seed will do, but the same recording always gets the same verdict.
-        let mut random = ChaCha8Rng::seed_from_u64(0x0064_6563_6964_6500);
         Self {
-            judge: Judge::new(film, laws, &recording.unit, &mut random),
+            model: Model::new(film, laws, &recording.unit),
             film,
             laws,
             recording,
-            random,
+            // Any seed will do, but the same recording always gets the same verdict.
+            random: ChaCha8Rng::seed_from_u64(0x0064_6563_6964_6500),
             errors: Vec::with_capacity(OF_ALTERNATIVE),
             others: Vec::new(),
             is_stopped,
         }
     }
 
-    fn has_people(&self) -> bool {
-        !self.film.people.is_empty()
-    }
-
-    fn right(&mut self) -> Option<Vec<Statistics>> {
+    /// The statistics of recordings of the scene.
+    fn of_scene(&mut self) -> Option<Vec<Statistics>> {
         let one = |_| {
             if (self.is_stopped)() {
                 return None;
             }
-            let drawn = Drawn::of(self.film, self.laws, &mut self.random);
-            let drawn = drawn.with_own_looks(self.film, self.laws, &mut self.random);
-            let shown = drawn.claimed(self.film);
+            let draw = Draw::of(self.film, self.laws, &mut self.random);
+            let draw = draw.with_looks(self.film, self.laws, &mut self.random);
+            let shown = Simulated::new(draw, self.film).shows;
             let unit = &self.recording.unit;
             let error = unit.errors(self.film.len(), &mut self.random);
-            let statistics = self.judge.of(&self.recorded(shown, &error));
+            let statistics = self.model.statistics(&self.recorded(shown, &error));
             if self.errors.len() < OF_ALTERNATIVE {
                 self.errors.push(error);
             }
             Some(statistics)
         };
-        (0..RIGHT).map(one).collect()
+        (0..FOR_REFERENCE + FOR_RANK).map(one).collect()
     }
 
-    fn alternatively(
+    /// How much more the recording is like the scene than like each alternative, and what limits that has, given the statistics
+    /// of recordings of the scene.
+    fn alternatives(
         &mut self,
-        number: usize,
         found: &Statistics,
         right: &[Statistics],
         is_refused: &impl Fn(&Statistics) -> bool,
-    ) -> Option<Alternatively> {
-        if (self.is_stopped)() {
-            return None;
-        }
-        let of = self.judge.rivals[number].what.clone();
-        let right = right.iter().map(|right| right.likeness[number]);
-        let right = sorted(right.collect());
-        let above = |limit| right.len() - right.partition_point(|likeness| *likeness <= limit);
-        let first = (0..OF_ALTERNATIVE).map(|index| {
-            let world = self.world_of(&of, index);
-            self.judge.likeness(number, &world)
-        });
-        let first: Vec<f64> = first.collect();
-        let mut limit = one_in_a_hundred(&sorted(first.clone()), f64::NEG_INFINITY, OF_ALTERNATIVE);
-        if above(limit) < right.len() {
-            let mut near = Vec::new();
-            for index in 0..OF_NEAR {
-                if first.get(index).is_some_and(|first| *first <= right[0]) {
-                    continue;
-                }
-                let world = self.world_of(&of, index);
-                let likeness = self.judge.likeness(number, &world);
-                if likeness > right[0] {
-                    near.push((likeness, world));
-                }
-                if near.len() == 2 * LOOKED_AT {
-                    nearest(&mut near);
-                }
+    ) -> Option<Vec<Alternatively>> {
+        let all = 0..self.model.differences.len();
+        let one = |number: usize| {
+            if (self.is_stopped)() {
+                return None;
             }
-            nearest(&mut near);
-            // Below the last that is looked at nothing is known.
-            let lowest = near.get(LOOKED_AT - 1).map_or(right[0], |last| last.0);
-            near.retain(|(_, world)| !is_refused(&self.judge.of(world)));
-            let agreed = near.iter().map(|near| near.0).collect();
-            limit = one_in_a_hundred(&sorted(agreed), lowest, OF_NEAR);
-        }
-        let power = count(above(limit)) / count(RIGHT);
-        Some(Alternatively {
-            what: of.in_words(self.film),
-            likeness: found.likeness[number],
-            limit,
-            power,
-            is_alike: self.judge.rivals[number].is_alike
-                && !(of.keeps_people() && power > CLEAR_POWER),
-            of,
-        })
+            let right = right.iter().map(|right| right.likeness[number]);
+            let right = sorted(right.collect());
+            let limit = self.limit(number, right[0], is_refused);
+            let above = right.len() - right.partition_point(|likeness| *likeness <= limit);
+            let power = count(above) / count(right.len());
+            let difference = &self.model.differences[number];
+            let of = difference.from.clone();
+            let is_clear = of.keeps_people() && power > CLEAR_POWER;
+            Some(Alternatively {
+                what: of.in_words(self.film),
+                likeness: found.likeness[number],
+                limit,
+                power,
+                is_alike: difference.is_alike && !is_clear,
+                of,
+            })
+        };
+        all.map(one).collect()
     }
 
-    fn draw_others(&mut self) {
+    /// What one in a hundred recordings of an alternative exceeds; if that is more than the `least` of the scene's, of those
+    /// that are not refused anyway.
+    fn limit(
+        &mut self,
+        number: usize,
+        least: f64,
+        is_refused: &impl Fn(&Statistics) -> bool,
+    ) -> f64 {
+        let mut of = Vec::with_capacity(OF_NEAR);
+        let mut limit = f64::INFINITY;
+        for until in [AT_FIRST, OF_ALTERNATIVE] {
+            self.draw_likeness(number, until, &mut of);
+            let all = sorted(of.clone());
+            limit = one_in_a_hundred(&all, f64::NEG_INFINITY, all.len());
+            // Clear, if it is as far again from what they exceed as that is from their middle.
+            if limit + (limit - all[all.len() / 2]) < least {
+                return limit;
+            }
+        }
+        if limit < least {
+            return limit;
+        }
+        self.draw_likeness(number, OF_NEAR, &mut of);
+        let mut near: Vec<(f64, usize)> = of.into_iter().zip(0..).collect();
+        near.retain(|(likeness, _)| *likeness > least);
+        near.sort_by(|a, b| b.0.total_cmp(&a.0));
+        // Below the last that is looked at nothing is known.
+        let lowest = near.get(LOOKED_AT - 1).map_or(least, |last| last.0);
+        near.truncate(LOOKED_AT);
+        near.retain(|(_, index)| {
+            let recording = self.of_alternative(number, *index);
+            !is_refused(&self.model.statistics(&recording))
+        });
+        let agreed = near.iter().map(|near| near.0).collect();
+        one_in_a_hundred(&sorted(agreed), lowest, OF_NEAR)
+    }
+
+    /// Likeness of recordings of an alternative, until there are so many.
+    fn draw_likeness(&mut self, number: usize, until: usize, of: &mut Vec<f64>) {
+        for index in of.len()..until {
+            let recording = self.of_alternative(number, index);
+            of.push(self.model.likeness(number, &self.model.fit(&recording)));
+        }
+    }
+
+    /// A recording of an alternative.
+    fn of_alternative(&mut self, number: usize, index: usize) -> Vec<Image> {
+        let fresh;
+        let other = match self.keep_others(index) {
+            true => &self.others[index],
+            false => {
+                fresh = self.other(index);
+                &fresh
+            }
+        };
+        let shown = self.model.differences[number].from.shown(self.film, other);
+        self.recorded(shown, &self.errors[index % self.errors.len()])
+    }
+
+    /// Draws those that alternatives change, up to this one; whether it is kept.
+    fn keep_others(&mut self, index: usize) -> bool {
         let kept = PICTURES_KEPT / self.film.len().max(1);
-        for index in 0..kept.min(OF_NEAR) {
-            let other = self.other(index);
+        while self.others.len() <= index && self.others.len() < kept {
+            let other = self.other(self.others.len());
             self.others.push(other);
         }
+        index < self.others.len()
     }
 
     /// Each has numbers of its own: how many an alternative needs changes nothing for the next.
-    fn other(&mut self, index: usize) -> World {
+    fn other(&mut self, index: usize) -> Simulated {
         let mut random = self.random.clone();
         random.set_stream(1 + u64::try_from(index).unwrap_or(0));
-        World::new(Drawn::of(self.film, self.laws, &mut random), self.film)
+        Simulated::new(Draw::of(self.film, self.laws, &mut random), self.film)
     }
 
-    fn world_of(&mut self, alternative: &Alternative, index: usize) -> Vec<Image> {
-        let fresh;
-        let other = if index < self.others.len() {
-            &self.others[index]
-        } else {
-            fresh = self.other(index);
-            &fresh
-        };
-        let shown = alternative.shown(self.film, other);
-        self.recorded(shown, &self.errors[index % self.errors.len()])
+    /// What is recorded of what is shown.
+    fn recorded(&self, mut shown: Vec<Image>, error: &[Image]) -> Vec<Image> {
+        add_all(&mut shown, error, 1.0);
+        fill(&mut shown, &self.recording.missing);
+        shown
+    }
+
+    /// Whether nine of ten recordings of the first person this far aside, in all directions, would not agree.
+    fn refuses_aside(&mut self, aside_m: f64, is_agreed: &impl Fn(&Statistics) -> bool) -> bool {
+        let not_agreed = (0..OF_OFFSET).filter(|index| {
+            let angle = std::f64::consts::TAU * count(*index) / count(OF_OFFSET);
+            let by_m = [aside_m * angle.cos(), aside_m * angle.sin()];
+            let draw = self.other(*index).draw.moved(0, by_m);
+            let shown = Simulated::new(draw, self.film).shows;
+            let recorded = self.recorded(shown, &self.errors[*index]);
+            !is_agreed(&self.model.statistics(&recorded))
+        });
+        count(not_agreed.count()) >= 0.9 * count(OF_OFFSET)
     }
 
     /// The law that lets most recordings of what is not told apart look like this one, if without it they would be half as
@@ -390,99 +418,46 @@ impl<'a> Worlds<'a> {
         let untold = alternatives.iter().enumerate();
         let untold = untold.filter(|(_, one)| !one.is_told() && one.counts());
         let untold: Vec<_> = untold.take(UNTOLD_MOST).collect();
-        let beyond = |worlds: &mut Self, law: Option<Law>| -> f64 {
-            let drawn = (0..OF_ALTERNATIVE.min(worlds.others.len())).map(|index| {
-                let drawn = worlds.others[index].drawn.clone();
-                let drawn = law.map_or(drawn.clone(), |law| drawn.knowing(law));
-                let world = World::new(drawn, worlds.film);
-                let mut error = worlds.errors[index % worlds.errors.len()].clone();
-                if law == Some(Law::Background) {
-                    without_mean(&mut error);
-                }
-                let of = untold.iter().map(|(rival, one)| {
-                    let shown = one.of.shown(worlds.film, &world);
-                    let recorded = worlds.recorded(shown, &error);
-                    let beyond = worlds.judge.likeness(*rival, &recorded) - one.likeness;
-                    match beyond > 0.0 && !is_refused(&worlds.judge.of(&recorded)) {
-                        true => beyond,
-                        false => 0.0,
-                    }
-                });
-                of.sum::<f64>()
-            });
-            drawn.sum()
-        };
         if untold.is_empty() {
             return None;
         }
-        let all = beyond(self, None);
-        let left = self
-            .open_laws()
-            .into_iter()
-            .map(|(law, told)| (beyond(self, Some(law)), law, told));
+        let all = self.beyond(&untold, None, is_refused);
+        let laws = open_laws(self.film, self.laws).into_iter();
+        let left = laws.map(|(law, told)| (self.beyond(&untold, Some(law), is_refused), law, told));
         let (left, law, told) = left.min_by(|a, b| a.0.total_cmp(&b.0))?;
         (left < 0.5 * all).then_some((law, told))
     }
 
-    /// The laws that leave anything open, each with its key and standard deviation.
-    fn open_laws(&self) -> Vec<(Law, String)> {
-        let told = |key: &str, sd: f64| format!("`{key}` (sd {sd})");
-        let mut all = Vec::new();
-        for (number, leaning) in self.film.leanings.iter().enumerate() {
-            let known = self.laws.numbers.iter().find(|one| one.key == leaning.key);
-            let sd = known.and_then(Uncertain::known).map_or(0.0, |law| law.sd);
-            all.push((Law::Number(number), told(&leaning.key, sd)));
+    /// By how much recordings of these alternatives are more like the scene than this recording, if one law were known.
+    fn beyond(
+        &mut self,
+        of: &[(usize, &Alternatively)],
+        known: Option<Law>,
+        is_refused: &impl Fn(&Statistics) -> bool,
+    ) -> f64 {
+        let mut sum = 0.0;
+        for index in 0..OF_ALTERNATIVE {
+            let mut draw = self.other(index).draw;
+            if let Some(law) = known {
+                draw = draw.knowing(law);
+            }
+            let other = Simulated::new(draw, self.film);
+            let mut error = self.errors[index].clone();
+            if known == Some(Law::Background) {
+                let mean = mean(&error).map(single);
+                error.iter_mut().for_each(|image| add(image, &mean, -1.0));
+            }
+            for (number, one) in of {
+                let shown = one.of.shown(self.film, &other);
+                let recorded = self.recorded(shown, &error);
+                let likeness = self.model.likeness(*number, &self.model.fit(&recorded));
+                if likeness > one.likeness && !is_refused(&self.model.statistics(&recorded)) {
+                    sum += likeness - one.likeness;
+                }
+            }
         }
-        for (person, (walker, law)) in self.film.people.iter().zip(&self.laws.agents).enumerate() {
-            let of = [
-                (Law::Contrast(person), "contrast", law.contrast_sd),
-                (Law::Aside(person), "aside_m", law.place_sd_m),
-                (Law::Wander(person), "wander_m", law.wander_sd_m),
-            ];
-            let of = of.into_iter().filter(|(_, _, sd)| *sd > 0.0);
-            all.extend(
-                of.map(|(law, key, sd)| (law, told(&format!("agent.{}.{key}", walker.name), sd))),
-            );
-        }
-        all.push((Law::Lag, told("recording.start_s", self.laws.lag_sd_s)));
-        all.push((Law::Background, "room.background_c".to_owned()));
-        all
+        sum
     }
-
-    /// What is recorded of what is shown.
-    fn recorded(&self, mut shown: Vec<Image>, error: &[Image]) -> Vec<Image> {
-        for (shown, error) in shown.iter_mut().zip(error) {
-            add(shown, error, 1.0);
-        }
-        fill(&mut shown, &self.recording.missing);
-        shown
-    }
-
-    /// Whether nine of ten recordings of the first person this far aside, in all directions, would not agree.
-    fn refuse_aside(&mut self, aside_m: f64, is_agreed: &impl Fn(&Statistics) -> bool) -> bool {
-        let number = self.errors.len().min(OF_OFFSET);
-        let not_agreed = (0..number).filter(|index| {
-            let angle = std::f64::consts::TAU * count(*index) / count(number);
-            let by_m = [aside_m * angle.cos(), aside_m * angle.sin()];
-            let drawn = self.others[*index].drawn.clone();
-            let shown = drawn.moved(0, by_m).claimed(self.film);
-            let recorded = self.recorded(shown, &self.errors[*index]);
-            !is_agreed(&self.judge.of(&recorded))
-        });
-        count(not_agreed.count()) >= 0.9 * count(number)
-    }
-}
-
-/// Leaves what changes.
-fn without_mean(error: &mut [Image]) {
-    let mean = mean(error).map(single);
-    error.iter_mut().for_each(|image| add(image, &mean, -1.0));
-}
-
-/// Keeps the worlds that are most like the scene, those first.
-fn nearest(worlds: &mut Vec<(f64, Vec<Image>)>) {
-    worlds.sort_by(|a, b| b.0.total_cmp(&a.0));
-    worlds.truncate(LOOKED_AT);
 }
 
 fn sorted(mut values: Vec<f64>) -> Vec<f64> {

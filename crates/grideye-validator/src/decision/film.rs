@@ -1,132 +1,80 @@
-//! What a scene shows at the times of a recording, and what each of its people adds at any place.
+//! What a scene shows at the times of a recording, without noise.
 
-use crate::align::Orientation;
-use crate::numbers::{count, mean, median, single, whole};
-use foldhash::fast::FixedState;
-use glam::{DMat3, DVec3};
+use crate::decision::image::{Image, add, add_all, all_less, image, moment};
+use crate::decision::person::{Nodes, Person};
+use crate::numbers::{count, mean, median, single};
 use grideye_frame::PIXELS;
-use grideye_scene::{Agent, Scene, SceneError, Simulator};
-use std::collections::HashMap;
-use std::f64::consts::TAU;
+use grideye_scene::uncertain::Uncertain;
+use grideye_scene::{Scene, SceneError, Simulator};
 use std::ops::Range;
 use std::time::Duration;
 
-/// One image, row by row, °C.
-pub(crate) type Image = [f32; PIXELS];
-/// Pixels of an image.
-pub(crate) const PIXEL_COUNT: f32 = 64.0;
-
-/// Spacing of the places that a person is rendered at, meters: less than half of a pixel's width at a head below a ceiling.
-const SPACING_M: f64 = 0.1;
-/// The same of what is no parametric person: its parts take longer to render.
-const COARSE_M: f64 = 0.25;
-/// Directions that a person is rendered in.
-const DIRECTIONS: u8 = 4;
-/// Places of one person that are kept for the next recording: 15 megabytes, a path of some 250 meters.
-const PLACES_MAX: usize = 50_000;
 /// Longest time within one picture that a person counts as standing still, seconds.
 const STILL_S: f64 = 0.35;
 
-/// A scene at the times of a recording's pictures, without noise.
+/// A scene at the times of a recording's pictures.
 pub(crate) struct Film {
     pub(crate) times_s: Vec<f64>,
     /// The scene without its subjects.
     pub(crate) room: Vec<Image>,
-    pub(crate) people: Vec<Walker>,
+    pub(crate) people: Vec<Person>,
     /// How it looks with each uncertain number of the scene off.
-    pub(crate) leanings: Vec<Leaning>,
+    pub(crate) variations: Vec<Variation>,
     /// The subjects of a scene without people.
     pub(crate) objects: Option<Vec<Image>>,
-    shots: Shots,
+    takes: Takes,
+}
+
+/// What one uncertain number of a scene adds, by its standard deviations `z`: `z` times `linear` and `z²` times `square`,
+/// which is exact at -1 and 1.
+pub(crate) struct Variation {
+    pub(crate) key: String,
+    /// The standard deviation, in the key's own unit.
+    pub(crate) sd: f64,
+    pub(crate) linear: Vec<Image>,
+    pub(crate) square: Vec<Image>,
 }
 
 /// What was rendered of a scene at one of its sensors: the same for each recording of it.
 #[derive(Default)]
 pub(crate) struct Rendered {
     /// Of the times of the last recording.
-    shots: Shots,
+    takes: Takes,
     /// By person.
-    places: Vec<Places>,
+    nodes: Vec<Nodes>,
 }
 
-/// Films of the same times, in the order in which they are asked for.
+/// Variants of the scene at the same times, in the order in which they are asked for.
 #[derive(Default)]
-struct Shots {
+struct Takes {
     times_s: Vec<f64>,
     /// The moments that each picture is the mean of, from its time.
     apart_s: Vec<f64>,
     films: Vec<Vec<Image>>,
 }
 
-/// What a person adds at each place and in each direction.
-type Places = HashMap<(i32, i32, u8), Box<Image>, FixedState>;
-
-/// What one uncertain number of a scene adds, by its standard deviations `z`: `z` times `linear` and `z²` times `square`,
-/// which is exact at -1 and 1.
-pub(crate) struct Leaning {
-    pub(crate) key: String,
-    pub(crate) linear: Vec<Image>,
-    pub(crate) square: Vec<Image>,
-}
-
-/// One person of a scene.
-pub(crate) struct Walker {
-    pub(crate) name: String,
-    /// What it adds to each picture where the scene has it.
-    pub(crate) adds: Vec<Image>,
-    /// Where it is, and in which of the rendered directions it faces.
-    pub(crate) places: Vec<(f64, f64, u8)>,
-    pub(crate) moves: bool,
-    /// What the atlas has at each of those places.
-    here: Vec<Option<Image>>,
-    atlas: Atlas,
-}
-
-/// What a person adds where it stands, rendered when first asked for.
-struct Atlas {
-    simulator: Simulator,
-    agent: Agent,
-    room: Vec<f64>,
-    height_m: f64,
-    spacing_m: f64,
-    /// How many times its contrast.
-    times: f32,
-    /// Asked for every picture of every world: the standard library's hash was a tenth of the time.
-    seen: Places,
-}
-
 impl Film {
-    /// Renders the scene at these times, each picture the mean over `within_s`.
+    /// Renders the scene at these times, each picture the mean over `within_s`, but for what is rendered already.
     pub(crate) fn new(
-        scene: &Scene,
-        sensor: &str,
-        times_s: &[f64],
-        within_s: f64,
-    ) -> Result<Self, SceneError> {
-        Self::after(Rendered::default(), (scene, sensor), times_s, within_s)
-    }
-
-    /// The same, after another of the same scene and sensor.
-    pub(crate) fn after(
         before: Rendered,
         (scene, sensor): (&Scene, &str),
         times_s: &[f64],
         within_s: f64,
     ) -> Result<Self, SceneError> {
         let mut simulator = Simulator::without_grid(&scene.without_agents(), sensor)?;
-        let mut shots = Shots::new(times_s, within_s);
-        let mut places = before.places.into_iter();
-        let before = before.shots;
+        let mut takes = Takes::new(times_s, within_s);
+        let mut nodes = before.nodes.into_iter();
+        let before = before.takes;
         let room = if scene.without_agents().is_static() {
             vec![image(&simulator.image(Duration::ZERO).celsius); times_s.len()]
         } else {
-            shots.images(&simulator, &before)
+            takes.images(&simulator, &before)
         };
         // A step aside is the difference of two of its images.
         let quick = Simulator::of_outlines(&scene.without_agents(), sensor)?;
         let mut people = Vec::with_capacity(scene.agents().len());
         simulator.replace_agents(scene.agents().to_vec());
-        let with = shots.images(&simulator, &before);
+        let with = takes.images(&simulator, &before);
         for (number, agent) in scene.agents().iter().enumerate() {
             // With the others in the room, who may hide it.
             let mut others = scene.agents().to_vec();
@@ -135,32 +83,10 @@ impl Film {
                 room.clone()
             } else {
                 simulator.replace_agents(others);
-                shots.images(&simulator, &before)
+                takes.images(&simulator, &before)
             };
-            let adds = with
-                .iter()
-                .zip(&without)
-                .map(|(with, without)| less(with, without));
-            people.push(Walker {
-                name: agent.name.clone(),
-                adds: adds.collect(),
-                places: times_s.iter().map(|time_s| place(agent, *time_s)).collect(),
-                moves: !agent.duration().is_zero(),
-                here: vec![None; times_s.len()],
-                atlas: Atlas {
-                    room: quick.image(Duration::ZERO).celsius,
-                    simulator: quick.clone(),
-                    height_m: agent.start_m.z,
-                    spacing_m: if agent.person.is_some() {
-                        SPACING_M
-                    } else {
-                        COARSE_M
-                    },
-                    agent: agent.clone(),
-                    times: 1.0,
-                    seen: places.next().unwrap_or_default(),
-                },
-            });
+            let adds = all_less(&with, &without);
+            people.push(Person::new(agent, adds, times_s, &quick, nodes.next()));
         }
         share_hidden(&mut people, &room, &with);
         let (room, objects) = if people.is_empty() {
@@ -168,107 +94,84 @@ impl Film {
         } else {
             (room, None)
         };
-        Self {
+        let mut film = Self {
             times_s: times_s.to_vec(),
             room,
             people,
             objects,
-            leanings: Vec::new(),
-            shots,
-        }
-        .leaning(scene, sensor, &before)
+            variations: Vec::new(),
+            takes,
+        };
+        film.vary(scene, sensor, &before)?;
+        Ok(film)
     }
 
     /// What was rendered, for the next.
     pub(crate) fn into_rendered(self) -> Rendered {
-        let places = self.people.into_iter().map(|walker| {
-            let mut places = walker.atlas.seen;
-            if places.len() > PLACES_MAX {
-                places.clear();
-            }
-            places
-        });
         Rendered {
-            shots: self.shots,
-            places: places.collect(),
+            takes: self.takes,
+            nodes: self.people.into_iter().map(Person::into_nodes).collect(),
         }
     }
 
-    fn leaning(mut self, scene: &Scene, sensor: &str, before: &Shots) -> Result<Self, SceneError> {
-        let own: Vec<Image> = self
-            .claimed()
-            .into_iter()
-            .zip(&self.room)
-            .map(|(mut claimed, room)| {
-                add(&mut claimed, room, 1.0);
-                claimed
-            })
-            .collect();
-        let own_scene = scene;
+    fn vary(&mut self, scene: &Scene, sensor: &str, before: &Takes) -> Result<(), SceneError> {
+        let mut own = self.room.clone();
+        for subject in self.subjects() {
+            add_all(&mut own, &subject, 1.0);
+        }
         for variant in scene.variants() {
-            let mut seen = |scene: &Scene| {
+            let mut seen = |varied: &Scene| {
                 // A stride out of step would be no difference of height.
-                let mut scene = scene.clone();
-                scene.keep_strides_of(own_scene);
-                let simulator = Simulator::without_grid(&scene, sensor)?;
-                Ok::<_, SceneError>(self.shots.images(&simulator, before))
+                let mut varied = varied.clone();
+                varied.keep_strides_of(scene);
+                let simulator = Simulator::without_grid(&varied, sensor)?;
+                Ok::<_, SceneError>(self.takes.images(&simulator, before))
             };
             let (below, above) = (seen(&variant.below)?, seen(&variant.above)?);
-            let pairs = || below.iter().zip(&above);
-            let square = pairs().zip(&own).map(|((below, above), own)| {
-                std::array::from_fn(|pixel| 0.5 * (below[pixel] + above[pixel]) - own[pixel])
-            });
-            self.leanings.push(Leaning {
+            let half = |image: Image| image.map(|celsius| 0.5 * celsius);
+            let (steps, curves) = (all_less(&above, &below), all_less(&above, &own));
+            let back = all_less(&own, &below);
+            let mut uncertain = scene.uncertain().iter();
+            let own_law = uncertain.find(|one| one.key == variant.key);
+            self.variations.push(Variation {
                 key: variant.key.clone(),
-                linear: pairs()
-                    .map(|(below, above)| less(above, below).map(|celsius| 0.5 * celsius))
-                    .collect(),
-                square: square.collect(),
+                sd: own_law.and_then(Uncertain::known).map_or(0.0, |law| law.sd),
+                linear: steps.into_iter().map(half).collect(),
+                square: all_less(&curves, &back).into_iter().map(half).collect(),
             });
         }
-        Ok(self)
+        Ok(())
     }
 
     pub(crate) fn len(&self) -> usize {
         self.times_s.len()
     }
 
-    /// The subjects, as the scene has them.
-    pub(crate) fn claimed(&self) -> Vec<Image> {
-        let mut all = self
-            .objects
-            .clone()
-            .unwrap_or_else(|| vec![[0.0; PIXELS]; self.len()]);
-        for walker in &self.people {
-            for (all, adds) in all.iter_mut().zip(&walker.adds) {
-                add(all, adds, 1.0);
-            }
-        }
-        all
+    /// What each subject adds where the scene has it: the people, or all objects together.
+    pub(crate) fn subjects(&self) -> Vec<Vec<Image>> {
+        let people = self.people.iter().map(|person| person.adds.clone());
+        self.objects.iter().cloned().chain(people).collect()
     }
 
     /// The same with subjects of this many times the contrast.
     pub(crate) fn warmer(mut self, times: f32) -> Self {
-        let scale = |image: &mut Image| image.iter_mut().for_each(|celsius| *celsius *= times);
-        for walker in &mut self.people {
-            walker.adds.iter_mut().for_each(scale);
-            walker.atlas.times = times;
+        self.people
+            .iter_mut()
+            .for_each(|person| person.scale(times));
+        for image in self.objects.iter_mut().flatten() {
+            *image = image.map(|celsius| times * celsius);
         }
-        self.objects.iter_mut().flatten().for_each(scale);
         self
     }
 
     /// How far the level runs away from the scene's over a recording, from its first third to its last, °C.
     pub(crate) fn drift_c(&self, pictures: &[Image]) -> f64 {
-        let claimed = self.claimed();
-        let levels = pictures.iter().zip(claimed.iter().zip(&self.room));
-        let levels: Vec<f64> = levels
-            .map(|(seen, (claimed, room))| {
-                let left =
-                    (0..PIXELS).map(|pixel| f64::from(seen[pixel] - claimed[pixel] - room[pixel]));
-                median(&left.collect::<Vec<f64>>()).unwrap_or(0.0)
-            })
-            .collect();
+        let mut left = all_less(pictures, &self.room);
+        for subject in self.subjects() {
+            add_all(&mut left, &subject, -1.0);
+        }
+        let level = |left: &Image| median(&left.map(f64::from)).unwrap_or(0.0);
+        let levels: Vec<f64> = left.iter().map(level).collect();
         let third = levels.len() / 3;
         let mean = |levels: &[f64]| mean(levels).unwrap_or(0.0);
         // A ramp rises by two thirds of its height between the middles of these.
@@ -276,7 +179,7 @@ impl Film {
     }
 
     pub(crate) fn has_movement(&self) -> bool {
-        self.people.iter().any(|walker| walker.moves)
+        self.people.iter().any(|person| person.moves)
     }
 
     /// From the first picture to the last, seconds.
@@ -315,7 +218,7 @@ impl Film {
     }
 }
 
-impl Shots {
+impl Takes {
     fn new(times_s: &[f64], within_s: f64) -> Self {
         const MOST: f64 = 8.0;
         let number = (within_s / STILL_S).ceil().clamp(1.0, MOST);
@@ -357,131 +260,16 @@ impl Shots {
 
 /// Who stands behind another adds nothing, and who hides somebody as warm adds as little: together they would show nobody.
 /// What all show beyond what each adds is shared.
-fn share_hidden(people: &mut [Walker], room: &[Image], with: &[Image]) {
+fn share_hidden(people: &mut [Person], room: &[Image], with: &[Image]) {
     if people.len() < 2 {
         return;
     }
     let share = single(1.0 / count(people.len()));
-    for (index, (with, room)) in with.iter().zip(room).enumerate() {
-        let mut hidden = less(with, room);
-        for walker in people.iter() {
-            add(&mut hidden, &walker.adds[index], -1.0);
-        }
-        for walker in people.iter_mut() {
-            add(&mut walker.adds[index], &hidden, share);
-        }
+    let mut hidden = all_less(with, room);
+    for person in people.iter() {
+        add_all(&mut hidden, &person.adds, -1.0);
     }
-}
-
-fn moment(time_s: f64) -> Duration {
-    Duration::try_from_secs_f64(time_s.max(0.0)).unwrap_or_default()
-}
-
-fn place(agent: &Agent, time_s: f64) -> (f64, f64, u8) {
-    let time = moment(time_s);
-    let at_m = agent.position_m(time);
-    let turn = agent.facing(time).or_else(|| agent.turn(time));
-    (at_m.x, at_m.y, direction(turn.unwrap_or(DMat3::IDENTITY)))
-}
-
-/// The rendered direction nearest to a rotation about the vertical.
-fn direction(turn: DMat3) -> u8 {
-    let angle = turn.x_axis.y.atan2(turn.x_axis.x) / TAU;
-    let number = (angle * f64::from(DIRECTIONS)).round();
-    u8::try_from(whole(number.rem_euclid(f64::from(DIRECTIONS)))).unwrap_or(0)
-}
-
-impl Walker {
-    /// What the person adds to a picture if it is `aside_m` from where the scene has it then.
-    pub(crate) fn aside(&mut self, index: usize, aside_m: [f64; 2]) -> Image {
-        let mut adds = self.adds[index];
-        if aside_m == [0.0; 2] {
-            return adds;
-        }
-        let (x, y, direction) = self.places[index];
-        let Self { here, atlas, .. } = self;
-        let here = here[index].get_or_insert_with(|| atlas.at([x, y], direction));
-        // The difference of two standing images carries the moment of the stride along.
-        add(&mut adds, here, -1.0);
-        atlas.add_at(&mut adds, [x + aside_m[0], y + aside_m[1]], direction);
-        adds
+    for person in people.iter_mut() {
+        add_all(&mut person.adds, &hidden, share);
     }
-
-    /// What the person adds if it stands at a place.
-    pub(crate) fn standing(&mut self, place_m: [f64; 2], direction: u8) -> Image {
-        self.atlas.at(place_m, direction)
-    }
-
-    /// Sum of what it adds, by picture, °C.
-    pub(crate) fn warmth(&self) -> Vec<f64> {
-        let sum = |image: &Image| f64::from(image.iter().sum::<f32>());
-        self.adds.iter().map(sum).collect()
-    }
-}
-
-impl Atlas {
-    fn at(&mut self, place_m: [f64; 2], direction: u8) -> Image {
-        let mut image = [0.0; PIXELS];
-        self.add_at(&mut image, place_m, direction);
-        image
-    }
-
-    /// Between the four rendered places around this one.
-    fn add_at(&mut self, all: &mut Image, place_m: [f64; 2], direction: u8) {
-        let [x, y] = place_m.map(|place_m| place_m / self.spacing_m);
-        let (left, below) = (x.floor(), y.floor());
-        let (right, above) = (single(x - left), single(y - below));
-        for (step_x, share_x) in [(0, 1.0 - right), (1, right)] {
-            for (step_y, share_y) in [(0, 1.0 - above), (1, above)] {
-                let key = (whole(left) + step_x, whole(below) + step_y, direction);
-                add(all, self.rendered(key), share_x * share_y);
-            }
-        }
-    }
-
-    fn rendered(&mut self, key: (i32, i32, u8)) -> &Image {
-        let Self {
-            simulator,
-            agent,
-            room,
-            height_m,
-            spacing_m,
-            times,
-            seen,
-        } = self;
-        seen.entry(key).or_insert_with(|| {
-            let (x, y, direction) = key;
-            let place_m = DVec3::new(
-                *spacing_m * f64::from(x),
-                *spacing_m * f64::from(y),
-                *height_m,
-            );
-            let angle = TAU * f64::from(direction) / f64::from(DIRECTIONS);
-            let turn = DMat3::from_rotation_z(angle);
-            simulator.replace_agents(vec![agent.standing_at(place_m, turn)]);
-            let with = image(&simulator.image(Duration::ZERO).celsius);
-            Box::new(less(&with, &image(room)).map(|celsius| *times * celsius))
-        })
-    }
-}
-
-pub(crate) fn image(celsius: &[f64]) -> Image {
-    std::array::from_fn(|pixel| single(celsius.get(pixel).copied().unwrap_or_default()))
-}
-
-pub(super) fn add(image: &mut Image, other: &Image, share: f32) {
-    for pixel in 0..PIXELS {
-        image[pixel] += share * other[pixel];
-    }
-}
-
-pub(super) fn less(with: &Image, without: &Image) -> Image {
-    std::array::from_fn(|pixel| with[pixel] - without[pixel])
-}
-
-pub(super) fn turned(images: &[Image], orientation: Orientation) -> Vec<Image> {
-    images
-        .iter()
-        .map(|image| orientation.apply(image))
-        .collect()
 }

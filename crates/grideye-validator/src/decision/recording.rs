@@ -1,7 +1,8 @@
 //! The pictures that a scene is judged by: all frames of a recording, the means of neighbors if there are many.
 
 use crate::align::Orientation;
-use crate::decision::film::{self, Image, PIXEL_COUNT, add};
+use crate::decision::constants::{FEW, GAP, PICTURE_MOST_S, PICTURE_S, PICTURES_MOST, RUN};
+use crate::decision::image::{Image, PIXEL_COUNT, add, turned};
 use crate::decision::unit::Unit;
 use crate::numbers::{count, index, median, single, whole};
 use grideye_frame::PIXELS;
@@ -21,18 +22,6 @@ pub(crate) struct Recording {
     pub(crate) missing: Vec<usize>,
     pub(crate) frames: usize,
 }
-
-/// Shortest time between pictures of a recording that has many, seconds: a walking person moves half a pixel.
-const PICTURE_S: f64 = 0.2;
-/// Longest: longer pictures would show a walk as a smear, and nothing of its delay.
-const PICTURE_MOST_S: f64 = 1.0;
-/// More frames than this are averaged.
-const FEW: usize = 150;
-const PICTURES_MOST: usize = 2_000;
-/// Of a recording with more pictures, runs of this many are judged.
-const RUN: usize = 100;
-/// No picture is of frames that are this many periods apart or more.
-const GAP: f64 = 3.5;
 
 impl Recording {
     /// `frames` less what is known of unit and room; `pattern_c` is the standard deviation of what is not.
@@ -127,8 +116,8 @@ fn moments(times_s: &[f64], period_s: f64, strays: &[usize]) -> Vec<Moment> {
     all
 }
 
-/// Fills missing pictures with the mean of their neighbors. Worlds are filled alike: with a picture fewer each would be
-/// another world, and a recording near a limit would get another verdict.
+/// Fills missing pictures with the mean of their neighbors. Simulated recordings are filled alike: with a picture fewer each
+/// would draw otherwise, and a recording near a limit would get another verdict.
 pub(crate) fn fill(pictures: &mut [Image], missing: &[usize]) {
     let is_there = |index: &usize| !missing.contains(index);
     for &index in missing {
@@ -147,7 +136,7 @@ impl Recording {
     /// The same with all images turned.
     pub(crate) fn turned(&self, orientation: Orientation) -> Self {
         Self {
-            pictures: film::turned(&self.pictures, orientation),
+            pictures: turned(&self.pictures, orientation),
             ..self.clone()
         }
     }

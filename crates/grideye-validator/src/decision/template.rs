@@ -4,14 +4,17 @@
 //! over the pixels, `ā` the mean over the `n` pictures, `s` the noise, `τ` the unknown constant error of each pixel. It is
 //! the product of two films in units of what noise and pattern hide.
 
-use crate::decision::film::{Image, PIXEL_COUNT};
+use crate::decision::image::{Image, PIXEL_COUNT};
 use crate::decision::unit::Unit;
 use crate::numbers::{count, single};
 use grideye_frame::PIXELS;
 use std::ops::Range;
 
-/// What hides a film.
-pub(crate) struct Hiding {
+/// Pixels that are summed beside one another.
+const LANES: usize = 16;
+
+/// The variances of noise and pattern, by which films are weighed.
+pub(crate) struct Weights {
     noise_c2: [f64; PIXELS],
     pattern_c2: [f64; PIXELS],
 }
@@ -23,7 +26,7 @@ pub(crate) struct Template {
     pub(crate) square: f64,
 }
 
-impl Hiding {
+impl Weights {
     pub(crate) fn new(unit: &Unit) -> Self {
         let square = |image: &Image| image.map(|sd_c| f64::from(sd_c).powi(2));
         Self {
@@ -113,7 +116,6 @@ impl Template {
 
     /// `W` of a film that shows nothing at other times.
     pub(crate) fn product_during(&self, during: Range<usize>, film: &[Image]) -> f64 {
-        const LANES: usize = 16;
         /// Pictures whose products are summed as `f32`.
         const TOGETHER: usize = 16;
         let weights = self.weights[during.clone()].chunks(TOGETHER);
@@ -137,8 +139,19 @@ impl Template {
 /// Each picture less its mean over the pixels.
 pub(crate) fn centered(film: &[Image]) -> Vec<Image> {
     let center = |image: &Image| {
-        let mean = image.iter().sum::<f32>() / PIXEL_COUNT;
-        image.map(|celsius| celsius - mean)
+        // Indexed, so that the compiler makes vectors of the lanes.
+        let mut lanes = [0.0_f32; LANES];
+        for row in 0..PIXELS / LANES {
+            for lane in 0..LANES {
+                lanes[lane] += image[LANES * row + lane];
+            }
+        }
+        let mean = lanes.iter().sum::<f32>() / PIXEL_COUNT;
+        let mut centered = *image;
+        for celsius in &mut centered {
+            *celsius -= mean;
+        }
+        centered
     };
     film.iter().map(center).collect()
 }

@@ -1,7 +1,8 @@
 //! What a unit adds to what it sees, as far as a recording tells without its scene.
 
-use crate::decision::film::{Image, add};
-use crate::decision::world::normal;
+use crate::decision::constants::{CORRELATED_FRAMES_MIN, KEPT_SHARE};
+use crate::decision::image::{Image, add};
+use crate::decision::simulated::normal;
 use crate::numbers::{count, mean, median, percentile, single};
 use grideye_frame::PIXELS;
 use rand_chacha::ChaCha8Rng;
@@ -18,12 +19,8 @@ pub(crate) struct Unit {
     pub(crate) pattern_c: Image,
 }
 
-/// Share of a pixel's steps from frame to frame that count for its noise: the largest may be a person's.
-const KEPT_SHARE: f64 = 0.8;
 /// What the mean square of that share is of a normal law's variance: `1 - 2 z φ(z) / 0.8` with `z = 1.2816`.
 const KEPT_SQUARE: f64 = 0.437_7;
-/// Fewest frames that show whether noise is correlated.
-const CORRELATED_FRAMES_MIN: usize = 60;
 
 impl Unit {
     /// From steps between frames: no scene is asked, because a wrong one would leave more noise and excuse itself.

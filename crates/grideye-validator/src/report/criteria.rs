@@ -38,6 +38,9 @@ fn shown(likeness: f64) -> String {
 
 /// What else was considered, nearest first.
 fn alternatives(decision: &Decision) -> String {
+    if decision.alternatives.is_empty() {
+        return String::new();
+    }
     let mut all: Vec<&Alternatively> = decision.alternatives.iter().collect();
     all.sort_by(|a, b| (a.likeness - a.limit).total_cmp(&(b.likeness - b.limit)));
     let rows: String = all

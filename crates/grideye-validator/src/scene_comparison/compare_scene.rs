@@ -7,9 +7,7 @@ use crate::align::{
 };
 use crate::compare::scoring::compare_with_prior;
 use crate::compare::{Comparison, Settings};
-use crate::decision::{
-    Alternative, Compared, Decision, Film, How, Recording, Rendered, decide, remedy,
-};
+use crate::decision::{Compared, Decision, Film, How, Recording, Rendered, advice, decide};
 use crate::error::{Side, ValidatorError, check_setting};
 use crate::frames::cleaning::{self, Counts, Read};
 use crate::frames::drift::Drift;
@@ -77,7 +75,7 @@ pub(super) fn compared(
     let is_known = background.as_ref().is_none_or(|fit| !fit.is_worse());
     let unit = renderer.unit.filter(|_| is_known);
     let known = (unit, renderer.open);
-    let (decision, remedy) = decided(&aligned, (scene, sensor), (known, options), rendered)?;
+    let (decision, advice) = decided(&aligned, (scene, sensor), (known, options), rendered)?;
     let drift_c = drift_c(&aligned, &decision, options);
     let real = chosen(&aligned.frames, lag_frames, number, &mut notes);
     let (pattern, room) = renderer.known(room, background.as_ref(), &timeline, options);
@@ -100,18 +98,18 @@ pub(super) fn compared(
         has_people: !scene.agents().is_empty(),
         nobody,
         decision: Some(decision),
-        remedy,
+        advice,
         drift_c,
         turned: aligned.found.turned(),
         fitted: (!scene.calibrated().is_empty()).then_some(fitted),
         ..prior(records, &simulator, room, pattern, options)
     };
     let comparison = compare_with_prior(shape, &real, &simulated, &settings, &prior)?;
-    notes.extend(aligned.found.orientation.as_ref().and_then(|lies| {
-        let turned = Alternative::Turned(lies.orientation);
-        let mut all = prior.decision.iter().flat_map(|one| &one.alternatives);
-        notes::orientation(lies, all.any(|one| one.of == turned && one.likeness < 0.0))
-    }));
+    let right_min = options.thresholds.right_min;
+    let is_refused = |decision: &Decision| decision.is_refused(right_min);
+    let is_refused = prior.decision.as_ref().is_some_and(is_refused);
+    let lies = aligned.found.orientation.as_ref();
+    notes.extend(lies.and_then(|lies| notes::orientation(lies, is_refused)));
     Ok(Comparison {
         warnings,
         background,
@@ -157,7 +155,7 @@ fn decided(
     let recording = Recording::new(&times_s, &frames, unknown_c, sensor_step_c());
     let before = std::mem::take(rendered);
     let of = (scene, sensor);
-    let mut film = Film::after(before, of, &recording.times_s, recording.within_s)?;
+    let mut film = Film::new(before, of, &recording.times_s, recording.within_s)?;
     let right_min = options.thresholds.right_min;
     let how = How {
         right_min,
@@ -165,8 +163,7 @@ fn decided(
         is_stopped: options.is_stopped,
     };
     let decision = decide(&mut film, &recording, &laws, how).ok_or(ValidatorError::Stopped)?;
-    let is_refused = decision.right <= right_min || decision.off_contrast().is_some();
-    if !(options.advises && is_refused) {
+    if !(options.advises && decision.is_refused(right_min)) {
         *rendered = film.into_rendered();
         return Ok((decision, None));
     }
@@ -181,8 +178,8 @@ fn decided(
         },
         start_s: aligned.timeline.start_s(),
     };
-    let remedy = remedy(&compared, film, rendered, &decision)?;
-    Ok((decision, remedy))
+    let advice = advice(&compared, film, rendered, &decision)?;
+    Ok((decision, advice))
 }
 
 /// A measured background changes by this much from one recording to the next, °C: with the air, and what stands there.

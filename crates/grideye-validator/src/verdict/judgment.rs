@@ -68,7 +68,12 @@ fn reasons(verdict: Verdict, weighed: &[Weighed]) -> Vec<&Weighed> {
     match verdict {
         Verdict::CannotTell => of(State::Open).collect(),
         Verdict::Agrees => of(State::Met).collect(),
-        Verdict::Disagrees => of(State::Failed).collect(),
+        Verdict::Disagrees => {
+            let mut failed: Vec<&Weighed> = of(State::Failed).collect();
+            // Another unit, room or frame rate comes before what it makes of the picture.
+            failed.sort_by_key(|one| !["level", "frame_rate"].contains(&one.criterion.name));
+            failed
+        }
     }
 }
 
@@ -177,6 +182,10 @@ const LONGER: (&str, &str) = (
     "Record the same scene for longer.",
     "a longer recording of the same scene",
 );
+const WHOLE: (&str, &str) = (
+    "Most of its frames were left out (torn, repeated or not read): read every frame in one transfer, as often as the sensor makes one.",
+    "a recording of whole frames",
+);
 const WARMER: (&str, &str) = (
     "Record again with a person, or another warm object of the scene, in view.",
     "a recording with a person, or another warm object of the scene, in view",
@@ -198,26 +207,33 @@ fn sufficiency(open: Option<Insufficiency>) -> Weighed {
 }
 
 fn insufficiency(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Option<Insufficiency> {
+    let decision = evidence.prior.decision.as_ref();
+    let kept = decision.map_or(evidence.real_frames, |decision| decision.frames);
+    let more = match evidence.prior.recorded_frames > 2 * kept {
+        true => WHOLE,
+        false => LONGER,
+    };
     if too_few(evidence.real_frames, thresholds) {
         let (found, least) = (frames(evidence.real_frames), thresholds.frames_min);
         return Some(Insufficiency {
             reason: format!(
                 "The recording holds {found} to compare; measuring the sensor's noise takes at least {least}."
             ),
-            remedy: LONGER,
+            remedy: more,
         });
     }
     let insufficiency = |reason: &str| Insufficiency {
         reason: reason.to_owned(),
-        remedy: LONGER,
+        remedy: more,
     };
     if !evidence.has_repeat {
         let why = "The recording has no two frames in a row, so the sensor's noise is unknown.";
         return Some(insufficiency(why));
     }
-    match &evidence.prior.decision {
+    match decision {
         None => Some(insufficiency("Frames without a scene decide nothing.")),
-        Some(decision) if decision.is_empty => Some(Insufficiency {
+        // Whom the scene has and the recording clearly lacks refutes it.
+        Some(decision) if decision.is_empty && !decision.is_refused(thresholds.right_min) => Some(Insufficiency {
             reason: "The recording shows nothing but the room and noise, which neither confirms nor refutes a scene.".to_owned(),
             remedy: WARMER,
         }),

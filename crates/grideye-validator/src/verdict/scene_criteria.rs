@@ -1,6 +1,6 @@
 //! Whether the recording is the scene's, by the decision; and whether its level is.
 
-use crate::decision::{Alternatively, Cause, Contrast, Decision, Law};
+use crate::decision::{Alternatively, Contrast, Decision, Law, Statistic};
 use crate::metrics::foreground::RoomSource;
 use crate::thresholds::Thresholds;
 use crate::verdict::types::{Evidence, Next, PROFILE, Question, State, Weighed};
@@ -44,17 +44,17 @@ fn right(decision: &Decision, evidence: &Evidence<'_>, thresholds: &Thresholds) 
     }
     let step = match decision.cause {
         _ if decision.contrasts.iter().any(Contrast::is_absent) => ELSEWHERE,
-        Cause::Contrast => WARMTH,
-        Cause::Lag => {
+        Statistic::Contrast(_) => WARMTH,
+        Statistic::Delay => {
             "Check in which second of the scene the recording starts (`--start`), and the clocks."
         }
-        Cause::Extra => {
+        Statistic::Extra(_) => {
             "Check what is warm there: a person or an object that the scene lacks, or that is elsewhere."
         }
-        Cause::Missing => {
+        Statistic::Missing(_) => {
             "Check whether what the scene has there was there, and its place and temperature."
         }
-        Cause::Misfit | Cause::Alternative => {
+        Statistic::Misfit | Statistic::Alternative => {
             "Check that people, objects and sensor are where the scene has them; mark uncertain values with [[uncertain]] and run `grideye calibrate`."
         }
     };
@@ -71,7 +71,7 @@ fn right(decision: &Decision, evidence: &Evidence<'_>, thresholds: &Thresholds) 
 fn helps(evidence: &Evidence<'_>, step: &str) -> String {
     evidence
         .prior
-        .remedy
+        .advice
         .clone()
         .unwrap_or_else(|| step.to_owned())
 }
@@ -147,6 +147,10 @@ fn told_apart(decision: &Decision, evidence: &Evidence<'_>) -> Weighed {
         let sentence = "The scene has no people, and an unknown unit and room may hide one who is little warmer.";
         return asked.weighed(State::Open, sentence, PROFILE);
     }
+    if decision.alternatives.is_empty() {
+        let sentence = "The recording is not the scene's, whatever else it is.";
+        return asked.weighed(State::NotAsked, sentence, Next::default());
+    }
     let untold: Vec<&Alternatively> = decision.untold().collect();
     if untold.is_empty() {
         let number = decision.alternatives.len() - alike.len();
@@ -187,6 +191,9 @@ fn tells_apart(decision: &Decision, evidence: &Evidence<'_>) -> Next {
     }
 }
 
+/// How much more degrees Fahrenheit are than degrees Celsius in rooms of 10 to 35 °C.
+const FAHRENHEIT_C: std::ops::RangeInclusive<f64> = 40.0..=60.0;
+
 pub(crate) fn level(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed {
     let offset_c = evidence.offset_c;
     let (most_c, limit, source, keys): (f64, String, &str, &[&str]) = match evidence.prior.level_c {
@@ -212,7 +219,11 @@ pub(crate) fn level(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed
     let (state, step, turn) = if offset_c.abs() <= most_c {
         (State::Met, "", "beyond")
     } else {
-        let step = "Measure the air in the room and set ambient_c in the scene. If it is right already, measure the sensor's level with `grideye characterize`.";
+        let step = if FAHRENHEIT_C.contains(&offset_c) {
+            "The values look like degrees Fahrenheit: convert them, (value - 32) / 1.8."
+        } else {
+            "Measure the air in the room and set ambient_c in the scene. If it is right already, measure the sensor's level with `grideye characterize`."
+        };
         (State::Failed, step, "within")
     };
     let size = fixed(offset_c.abs(), 2);

@@ -1,6 +1,6 @@
 //! The verdict of hand-built decisions: which criterion fails or stays open, and that its sentence reads well.
 
-use crate::decision::{Alternative, Alternatively, Cause, Contrast, Decision};
+use crate::decision::{Alternative, Alternatively, Contrast, Decision, Statistic};
 use crate::thresholds::Thresholds;
 use crate::verdict::judgment::judge;
 use crate::verdict::sensor_criteria::Inspection;
@@ -20,7 +20,7 @@ fn right() -> Decision {
         right: 0.4,
         worst: "it is 0.05 s later than the scene".to_owned(),
         surprise: 1.2,
-        cause: Cause::Lag,
+        cause: Statistic::Delay,
         too_wide: None,
         contrasts: vec![Contrast {
             of: Some("anna".to_owned()),
@@ -101,7 +101,7 @@ fn each_criterion_decides_with_its_sentence_and_a_next_step() {
             "that the scene lacks",
             |decision, _, _| {
                 decision.right = 0.005;
-                decision.cause = Cause::Extra;
+                decision.cause = Statistic::Extra(0);
             },
         ),
         (
@@ -111,7 +111,7 @@ fn each_criterion_decides_with_its_sentence_and_a_next_step() {
             "was there",
             |decision, _, _| {
                 decision.right = 0.005;
-                decision.cause = Cause::Missing;
+                decision.cause = Statistic::Missing(0);
             },
         ),
         (
@@ -121,7 +121,7 @@ fn each_criterion_decides_with_its_sentence_and_a_next_step() {
             "[[uncertain]]",
             |decision, _, _| {
                 decision.right = 0.005;
-                decision.cause = Cause::Misfit;
+                decision.cause = Statistic::Misfit;
             },
         ),
         (
@@ -131,7 +131,7 @@ fn each_criterion_decides_with_its_sentence_and_a_next_step() {
             "Take the left sensor.",
             |decision, _, prior| {
                 decision.right = 0.005;
-                prior.remedy = Some("Take the left sensor.".to_owned());
+                prior.advice = Some("Take the left sensor.".to_owned());
             },
         ),
         (
@@ -277,4 +277,36 @@ fn every_fault_of_a_sensor_has_its_next_step() {
     let judgment = judged(|_, _, prior| prior.sensor = criteria);
     assert_eq!(judgment.verdict, Verdict::Disagrees);
     assert_eq!(judgment.reasons.len(), 4, "{judgment}");
+}
+
+#[test]
+fn an_empty_room_refutes_people_whom_the_recording_clearly_lacks() {
+    let empty = |right: f64| {
+        judged(|decision, _, _| {
+            decision.right = right;
+            decision.is_empty = true;
+        })
+    };
+    assert_eq!(empty(0.004).verdict, Verdict::Disagrees);
+    assert_eq!(empty(0.4).verdict, Verdict::CannotTell);
+}
+
+#[test]
+fn torn_recordings_are_not_told_to_be_longer() {
+    let judgment = judged(|decision, evidence, _| {
+        decision.frames = 150;
+        evidence.has_repeat = false;
+    });
+    assert_eq!(judgment.verdict, Verdict::CannotTell);
+    assert!(judgment.next_step.contains("one transfer"), "{judgment}");
+}
+
+#[test]
+fn another_level_comes_before_what_it_makes_of_the_picture() {
+    let judgment = judged(|decision, evidence, _| {
+        decision.right = 0.004;
+        evidence.offset_c = 48.3;
+    });
+    assert!(judgment.headline.contains("48.30 °C warmer"), "{judgment}");
+    assert!(judgment.next_step.contains("Fahrenheit"), "{judgment}");
 }

@@ -84,7 +84,7 @@ pub(crate) struct Prior {
     /// Whether it is the scene; without one, frames alone decide nothing.
     pub(crate) decision: Option<Decision>,
     /// What would make it agree, or bring it nearer.
-    pub(crate) remedy: Option<String>,
+    pub(crate) advice: Option<String>,
     /// Range of the slow drift against the scene, °C, and the largest that is no fault.
     pub(crate) drift_c: [f64; 2],
 }

@@ -336,8 +336,8 @@ fn what_is_wrong_together_is_named() {
         ),
         (
             Truth::Contrast(6.0),
-            "No change of ",
-            " % would go with the image, which",
+            "Together would agree: ",
+            "times the scene's contrast (temperature_c",
         ),
         (
             Truth::Gone,
@@ -398,12 +398,16 @@ fn a_known_scene_decides_as_a_new_one() {
 }
 
 #[test]
-fn short_and_empty_recordings_cannot_tell() {
-    for (frames, truth) in [(3, Truth::Right), (100, Truth::Nobody)] {
+fn short_recordings_cannot_tell_and_empty_ones_disagree() {
+    let cases = [
+        (3, Truth::Right, [0, 0, 2]),
+        (100, Truth::Nobody, [0, 2, 0]),
+    ];
+    for (frames, truth, expected) in cases {
         let all = judged(STAND, frames, truth, (UNIT, ""), 2);
         assert_eq!(
             counts(&format!("{frames} frames, {truth:?}"), &all),
-            [0, 0, 2]
+            expected
         );
     }
 }

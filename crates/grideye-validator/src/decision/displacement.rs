@@ -1,19 +1,17 @@
 //! People off their places for a while: what a statistic about who is there must not take for somebody who comes or goes.
 
-use crate::decision::film::{Film, Image, add};
-use crate::decision::template::{Hiding, centered};
+use crate::decision::constants::{WINDOW, WINDOWS_MOST};
+use crate::decision::film::Film;
+use crate::decision::image::{Image, add};
+use crate::decision::template::{Weights, centered};
 use crate::linear::{self, Matrix, cholesky, zeros};
 use crate::numbers::single;
 use grideye_frame::PIXELS;
 use grideye_scene::Laws;
 use std::ops::Range;
 
-/// Time for which a wander counts as constant, in its correlation times; of a long recording it is longer.
-const WINDOW: f64 = 2.0;
-const WINDOWS_MOST: f64 = 40.0;
-
 /// What people add off their places within their laws, to first order.
-pub(super) struct Displaced {
+pub(super) struct Displacement {
     /// What one meter adds to each picture, by person and axis.
     by_meter: Vec<[Vec<Image>; 2]>,
     unknowns: Vec<Unknown>,
@@ -28,37 +26,37 @@ struct Unknown {
     during: Range<usize>,
 }
 
-impl Displaced {
+impl Displacement {
     pub(super) fn new(
         film: &Film,
         laws: &Laws,
         by_meter: Vec<[Vec<Image>; 2]>,
-        hiding: &Hiding,
+        weights: &Weights,
     ) -> Self {
         let center = |axes: [Vec<Image>; 2]| axes.map(|film| centered(&film));
-        let mut displaced = Self {
+        let mut displacement = Self {
             unknowns: unknowns(film, laws, by_meter.len()),
             by_meter: by_meter.into_iter().map(center).collect(),
             lower: Matrix::new(),
         };
-        let size = displaced.unknowns.len();
+        let size = displacement.unknowns.len();
         let mut told = zeros(size);
-        for (row, unknown) in displaced.unknowns.iter().enumerate() {
+        for (row, unknown) in displacement.unknowns.iter().enumerate() {
             let mut alone = vec![[0.0; PIXELS]; film.len()];
-            displaced.add(&mut alone, unknown, 1.0);
-            told[row] = displaced.products(&alone, hiding);
+            displacement.add(&mut alone, unknown, 1.0);
+            told[row] = displacement.products(&alone, weights);
             told[row][row] += 1.0;
         }
-        displaced.lower = cholesky(&told).unwrap_or_default();
-        displaced
+        displacement.lower = cholesky(&told).unwrap_or_default();
+        displacement
     }
 
     /// A film less what people off their places would explain of it: `Σ⁻¹ film` in units of noise and pattern, where `Σ` has
     /// noise, pattern and places (Woodbury).
-    pub(super) fn unexplained(&self, film: &[Image], hiding: &Hiding) -> Vec<Image> {
+    pub(super) fn unexplained(&self, film: &[Image], weights: &Weights) -> Vec<Image> {
         let mut left = film.to_vec();
         if !self.lower.is_empty() {
-            let explained = linear::solve(&self.lower, &self.products(film, hiding));
+            let explained = linear::solve(&self.lower, &self.products(film, weights));
             for (unknown, by) in self.unknowns.iter().zip(explained) {
                 self.add(&mut left, unknown, -single(by));
             }
@@ -74,8 +72,8 @@ impl Displaced {
     }
 
     /// `W` of a film with each unknown.
-    fn products(&self, film: &[Image], hiding: &Hiding) -> Vec<f64> {
-        let template = hiding.template(film);
+    fn products(&self, film: &[Image], weights: &Weights) -> Vec<f64> {
+        let template = weights.template(film);
         let product = |unknown: &Unknown| {
             let by_meter = &self.by_meter[unknown.person][unknown.axis];
             f64::from(unknown.sd_m) * template.product_during(unknown.during.clone(), by_meter)
@@ -87,14 +85,14 @@ impl Displaced {
 /// A constant offset of each person along each axis, and the wander of those who move, window by window.
 fn unknowns(film: &Film, laws: &Laws, people: usize) -> Vec<Unknown> {
     let mut all = Vec::new();
-    for (person, (walker, law)) in film
+    for (number, (person, law)) in film
         .people
         .iter()
         .zip(&laws.agents)
         .enumerate()
         .take(people)
     {
-        let moves = walker.moves && law.wander_sd_m > 0.0;
+        let moves = person.moves && law.wander_sd_m > 0.0;
         let windows = if moves {
             film.stretches(WINDOW * law.wander_over_s, WINDOWS_MOST)
         } else {
@@ -103,7 +101,7 @@ fn unknowns(film: &Film, laws: &Laws, people: usize) -> Vec<Unknown> {
         for axis in 0..2 {
             let mut push = |sd_m: f64, during: Range<usize>| {
                 all.push(Unknown {
-                    person,
+                    person: number,
                     axis,
                     sd_m: single(sd_m),
                     during,
