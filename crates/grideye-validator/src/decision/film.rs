@@ -123,7 +123,7 @@ impl Film {
             shots.images(&simulator, &before)
         };
         // A step aside is the difference of two of its images.
-        let quick = Simulator::new(&scene.without_agents(), sensor)?;
+        let empty = simulator.clone();
         let mut people = Vec::with_capacity(scene.agents().len());
         simulator.replace_agents(scene.agents().to_vec());
         let with = shots.images(&simulator, &before);
@@ -148,8 +148,8 @@ impl Film {
                 moves: !agent.duration().is_zero(),
                 here: vec![None; times_s.len()],
                 atlas: Atlas {
-                    room: quick.image(Duration::ZERO).celsius,
-                    simulator: quick.clone(),
+                    room: empty.image(Duration::ZERO).celsius,
+                    simulator: empty.clone(),
                     height_m: agent.start_m.z,
                     spacing_m: if agent.person.is_some() {
                         SPACING_M

@@ -54,16 +54,12 @@ pub(super) fn compared(
     options.align.check()?;
     let simulator = Simulator::new(scene, sensor)?;
     check_resolution(&simulator)?;
-    let protocol = options.protocol.unwrap_or(if scene.is_static() {
-        Protocol::Static
-    } else {
-        Protocol::Dynamic
-    });
+    let protocol = options.protocol.unwrap_or(protocol_of(scene));
     let (read, mut counts) = cleaning::clean(records, protocol == Protocol::Dynamic);
     let timeline = Timeline::new(records, scene, options.start_s)?;
     let fitted = fitted(records, scene);
     let timed = timed(read, protocol, (&timeline, &fitted), &mut counts)?;
-    let mut aligned = aligned((timed, timeline), scene, sensor, protocol, options)?;
+    let mut aligned = aligned((timed, timeline), scene, &simulator, protocol, options);
     within_scene(&mut aligned, scene, protocol, &mut counts)?;
     aligned.found.left_out = counts.list();
     let mut notes = notes::alignment(&aligned.found, records.len(), &timeline);
@@ -117,6 +113,13 @@ pub(super) fn compared(
         alignment: Some(aligned.found),
         ..comparison
     })
+}
+
+fn protocol_of(scene: &Scene) -> Protocol {
+    match scene.is_static() {
+        true => Protocol::Static,
+        false => Protocol::Dynamic,
+    }
 }
 
 /// Whether the recording is the scene's, by its own clock: alignment is for the scores. A profile that the recording
@@ -266,25 +269,24 @@ fn timed(
 fn aligned(
     (frames, timeline): (Vec<TimedFrame>, Timeline),
     scene: &Scene,
-    sensor: &str,
+    simulator: &Simulator,
     protocol: Protocol,
     options: &Options,
-) -> Result<AlignedFrames, ValidatorError> {
-    let simulator = Simulator::new(scene, sensor)?;
+) -> AlignedFrames {
     let moves = protocol == Protocol::Dynamic && !scene.is_static();
     let mut aligned = if moves {
-        moving((frames, timeline), &simulator, scene, &options.align)
+        moving((frames, timeline), simulator, scene, &options.align)
     } else {
-        still((frames, timeline), &simulator, &options.align)
+        still((frames, timeline), simulator, &options.align)
     };
-    let drift = drift(&aligned, &simulator);
+    let drift = drift(&aligned, simulator);
     aligned.found.drift_c = drift.range_c();
     let turned_back = aligned.found.turned().inverse();
     for frame in &mut aligned.frames {
         let by_c = drift.at(frame.time.as_secs_f64());
         frame.celsius = turned_back.apply(&frame.celsius.map(|celsius| celsius - by_c));
     }
-    Ok(aligned)
+    aligned
 }
 
 fn moving(

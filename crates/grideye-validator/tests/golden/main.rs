@@ -1,7 +1,7 @@
 //! Pins what comparisons say: of each shipped scene with its own recording and with the same recording mirrored, and of real
 //! frames with two scenes. A commit that changes `verdicts.json` says why.
 //!
-//! `GRIDEYE_WRITE_GOLDEN=1 cargo test --release -p grideye-validator --test golden` writes the file anew.
+//! `GRIDEYE_WRITE_GOLDEN=1 cargo test --release -p grideye-validator --test golden` writes the file again.
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 

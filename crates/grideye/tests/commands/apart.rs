@@ -1,6 +1,6 @@
 //! No command writes over a file that it reads.
 
-use crate::Desk;
+use crate::Fixture;
 use std::fs;
 use std::path::Path;
 
@@ -182,8 +182,8 @@ fn no_command_writes_over_a_file_that_it_reads_by_whatever_name() {
 }
 
 /// Puts a copy of the input under the name that is written; how the command calls the one and the other.
-fn placed(desk: &Desk, row: &Row, twin: Twin) -> (String, String) {
-    let (is, out) = (desk.path(row.is), desk.path(row.out));
+fn placed(fixture: &Fixture, row: &Row, twin: Twin) -> (String, String) {
+    let (is, out) = (fixture.path(row.is), fixture.path(row.out));
     match twin {
         Twin::Same | Twin::Relative => {
             fs::copy(is, out).unwrap();
@@ -199,12 +199,12 @@ fn placed(desk: &Desk, row: &Row, twin: Twin) -> (String, String) {
 }
 
 fn refused(row: &Row, twin: Twin) {
-    let desk = Desk::new();
-    fs::create_dir(desk.path("out")).unwrap();
-    desk.put("out/way.csv", crate::WAY);
-    let (input, out) = placed(&desk, row, twin);
-    desk.put("named.toml", crate::ROOM.replace("way.csv", &input));
-    let before = desk.files();
+    let fixture = Fixture::new();
+    fs::create_dir(fixture.path("out")).unwrap();
+    fixture.put("out/way.csv", crate::WAY);
+    let (input, out) = placed(&fixture, row, twin);
+    fixture.put("named.toml", crate::ROOM.replace("way.csv", &input));
+    let before = fixture.files();
     let arguments: Vec<&str> = row
         .arguments
         .split(' ')
@@ -214,7 +214,7 @@ fn refused(row: &Row, twin: Twin) {
             other => other,
         })
         .collect();
-    let ended = desk.run(&arguments);
+    let ended = fixture.run(&arguments);
     let context = format!("{arguments:?} {twin:?}: {ended:?}");
     assert_eq!(ended.code, Some(2), "{context}");
     let is_named = row.arguments.contains("OUT");
@@ -225,14 +225,14 @@ fn refused(row: &Row, twin: Twin) {
     );
     // The folder of what a demonstration writes is part of its outputs' names.
     assert_eq!(ended.stderr.replace("./out/", "out/"), told, "{context}");
-    assert_eq!(desk.files(), before, "{context}");
+    assert_eq!(fixture.files(), before, "{context}");
 }
 
 #[test]
 fn two_results_of_one_command_have_two_names() {
-    let desk = Desk::new();
-    desk.put("a.csv", "old");
-    std::os::unix::fs::symlink("a.csv", desk.path("v.svg")).unwrap();
+    let fixture = Fixture::new();
+    fixture.put("a.csv", "old");
+    std::os::unix::fs::symlink("a.csv", fixture.path("v.svg")).unwrap();
     for arguments in [
         "compare --scene room.toml --recording recording.csv --report x --json ./x",
         "compare --scene room.toml --recording recording.csv --junit x --report x",
@@ -243,8 +243,8 @@ fn two_results_of_one_command_have_two_names() {
         "fuse room.toml --out x.png --json x.png",
         "simulate room.toml --out a.csv --view v.svg",
     ] {
-        let before = desk.files();
-        let ended = desk.run(&arguments.split(' ').collect::<Vec<_>>());
+        let before = fixture.files();
+        let ended = fixture.run(&arguments.split(' ').collect::<Vec<_>>());
         assert_eq!(ended.code, Some(2), "{arguments}: {ended:?}");
         assert!(
             ended.stderr.starts_with("error: the outputs ")
@@ -253,10 +253,10 @@ fn two_results_of_one_command_have_two_names() {
                     .contains(" are one file\nhint: give each a name of its own"),
             "{arguments}: {ended:?}"
         );
-        assert_eq!(desk.files(), before, "{arguments}");
+        assert_eq!(fixture.files(), before, "{arguments}");
     }
     let twice = "compare --scene room.toml --recording recording.csv --report /dev/null --junit /dev/null --json -";
-    let ended = desk.run(&twice.split(' ').collect::<Vec<_>>());
+    let ended = fixture.run(&twice.split(' ').collect::<Vec<_>>());
     assert_ne!(ended.code, Some(2), "a device is no file: {ended:?}");
     assert!(!Path::new("/dev/null").is_file());
 }
@@ -264,25 +264,25 @@ fn two_results_of_one_command_have_two_names() {
 /// A dataset's folder takes nothing that another program wrote, whatever its name.
 #[test]
 fn a_dataset_leaves_a_scene_in_its_folder_as_it_is() {
-    let desk = Desk::new();
+    let fixture = Fixture::new();
     for name in ["dataset.json", "part-000000.npz"] {
         let folder = format!("of-{name}");
-        fs::create_dir(desk.path(&folder)).unwrap();
+        fs::create_dir(fixture.path(&folder)).unwrap();
         let scene = format!("{folder}/{name}");
-        desk.put(
+        fixture.put(
             &scene,
             crate::ROOM.replace(
                 "trajectory = \"way.csv\"\nspeed_mm_per_s = 500",
                 "position_mm = [1000, 1000, 0]",
             ),
         );
-        let before = fs::read(desk.path(&scene)).unwrap();
+        let before = fs::read(fixture.path(&scene)).unwrap();
         let arguments = [
             "dataset", &scene, "--out", &folder, "--frames", "1", "--format", "npz",
         ];
-        let ended = desk.run(&arguments);
+        let ended = fixture.run(&arguments);
         assert_eq!(ended.code, Some(2), "{name}: {ended:?}");
         assert!(ended.stderr.contains("it is left as it is"), "{ended:?}");
-        assert_eq!(fs::read(desk.path(&scene)).unwrap(), before);
+        assert_eq!(fs::read(fixture.path(&scene)).unwrap(), before);
     }
 }

@@ -32,7 +32,7 @@ pub(crate) const ROOM: &str = "[room]\nsize_mm = [4000, 4000, 2700]\nambient_c =
 pub(crate) const WAY: &str = "x_mm,y_mm,z_mm\n500,1000,0\n3500,1000,0\n";
 
 /// A folder with one file of each kind that commands read.
-pub(crate) struct Desk {
+pub(crate) struct Fixture {
     pub(crate) folder: tempfile::TempDir,
 }
 
@@ -43,33 +43,33 @@ pub(crate) struct Ended {
     pub(crate) stderr: String,
 }
 
-impl Desk {
+impl Fixture {
     pub(crate) fn new() -> Self {
-        let desk = Self {
+        let fixture = Self {
             folder: tempfile::tempdir().unwrap(),
         };
         let shipped = |name: &str| {
             let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
             fs::read(scenes.join(name)).unwrap()
         };
-        desk.put("room.toml", ROOM);
-        desk.put("way.csv", WAY);
-        desk.put("profile.toml", shipped("profiles/ideal.toml"));
+        fixture.put("room.toml", ROOM);
+        fixture.put("way.csv", WAY);
+        fixture.put("profile.toml", shipped("profiles/ideal.toml"));
         let thresholds = "../grideye-validator/thresholds.toml";
         let thresholds = Path::new(env!("CARGO_MANIFEST_DIR")).join(thresholds);
-        desk.put("thresholds.toml", fs::read(thresholds).unwrap());
-        desk.put("faults.toml", "[[fault]]\nkind = \"hang\"\n");
-        desk.put("token", "grideye-12-34\n");
-        desk.put("authority.pem", "no certificate\n");
+        fixture.put("thresholds.toml", fs::read(thresholds).unwrap());
+        fixture.put("faults.toml", "[[fault]]\nkind = \"hang\"\n");
+        fixture.put("token", "grideye-12-34\n");
+        fixture.put("authority.pem", "no certificate\n");
         // One for all desks.
         static RECORDING: OnceLock<Vec<u8>> = OnceLock::new();
         let recording = RECORDING.get_or_init(|| {
-            let made = desk.run(&["simulate", "room.toml", "--out", "recording.csv"]);
+            let made = fixture.run(&["simulate", "room.toml", "--out", "recording.csv"]);
             assert_eq!(made.code, Some(0), "{made:?}");
-            fs::read(desk.path("recording.csv")).unwrap()
+            fs::read(fixture.path("recording.csv")).unwrap()
         });
-        desk.put("recording.csv", recording);
-        desk
+        fixture.put("recording.csv", recording);
+        fixture
     }
 
     pub(crate) fn path(&self, name: &str) -> PathBuf {

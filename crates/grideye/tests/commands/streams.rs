@@ -1,7 +1,7 @@
 //! Whoever reads standard output or standard error may stop, and their disk may be full: no command panics, and only a
 //! result that cannot be written changes how it ends.
 
-use crate::{Desk, ROOM};
+use crate::{Fixture, ROOM};
 use std::process::{Command, Stdio};
 
 /// Commands, each with its exit code. `--collector` names a port where nobody answers.
@@ -48,24 +48,24 @@ const COMMANDS: &[(&str, i32)] = &[
     ("--version", 0),
 ];
 
-fn desk() -> Desk {
-    let desk = Desk::new();
-    desk.put(
+fn fixture() -> Fixture {
+    let fixture = Fixture::new();
+    fixture.put(
         "hotter.toml",
         ROOM.replace("temperature_c = 30", "temperature_c = 60"),
     );
-    desk.put("outside.toml", ROOM.to_owned() + "[[object]]\nname = \"lamp\"\nposition_mm = [9000, 0, 0]\nsize_mm = [100, 100, 100]\ntemperature_c = 50\n");
-    desk.put("seven.sh", "exit 7\n");
-    let made = desk.run(&["simulate", "hotter.toml", "--out", "hotter.csv"]);
+    fixture.put("outside.toml", ROOM.to_owned() + "[[object]]\nname = \"lamp\"\nposition_mm = [9000, 0, 0]\nsize_mm = [100, 100, 100]\ntemperature_c = 50\n");
+    fixture.put("seven.sh", "exit 7\n");
+    let made = fixture.run(&["simulate", "hotter.toml", "--out", "hotter.csv"]);
     assert_eq!(made.code, Some(0), "{made:?}");
-    let recording = std::fs::read_to_string(desk.path("recording.csv")).unwrap();
+    let recording = std::fs::read_to_string(fixture.path("recording.csv")).unwrap();
     let short: String = recording
         .lines()
         .take(4)
         .flat_map(|line| [line, "\n"])
         .collect();
-    desk.put("short.csv", short);
-    desk
+    fixture.put("short.csv", short);
+    fixture
 }
 
 /// The writing end of a pipe that nobody reads any more.
@@ -84,14 +84,19 @@ fn full() -> Stdio {
 }
 
 /// How the command ends, and what it prints where that is a pipe to here: standard output, then standard error.
-fn ended(desk: &Desk, command: &str, stdout: Stdio, stderr: Stdio) -> (Option<i32>, [String; 2]) {
+fn ended(
+    fixture: &Fixture,
+    command: &str,
+    stdout: Stdio,
+    stderr: Stdio,
+) -> (Option<i32>, [String; 2]) {
     for made in ["x", "x.csv", "x.parquet", "x.toml", "x.sqlite"] {
-        let path = desk.path(made);
+        let path = fixture.path(made);
         drop(std::fs::remove_dir_all(&path).or_else(|_| std::fs::remove_file(&path)));
     }
     let output = Command::new(env!("CARGO_BIN_EXE_grideye"))
         .args(command.split(' '))
-        .current_dir(desk.folder.path())
+        .current_dir(fixture.folder.path())
         .stdin(Stdio::null())
         .stdout(stdout)
         .stderr(stderr)
@@ -108,9 +113,9 @@ fn ended(desk: &Desk, command: &str, stdout: Stdio, stderr: Stdio) -> (Option<i3
 
 #[test]
 fn a_command_ends_the_same_when_nobody_reads_on_and_only_a_lost_result_is_an_error() {
-    let desk = desk();
+    let fixture = fixture();
     for (command, code) in COMMANDS {
-        let (found, [printed, said]) = ended(&desk, command, Stdio::piped(), Stdio::piped());
+        let (found, [printed, said]) = ended(&fixture, command, Stdio::piped(), Stdio::piped());
         assert_eq!(found, Some(*code), "{command}: {said}");
         let ways: [(&str, Stream, Stream); 4] = [
             ("2>&1 | head", unread, unread),
@@ -119,10 +124,10 @@ fn a_command_ends_the_same_when_nobody_reads_on_and_only_a_lost_result_is_an_err
             ("2> >(head)", Stdio::piped, unread),
         ];
         for (name, stdout, stderr) in ways {
-            let (found, said) = ended(&desk, command, stdout(), stderr());
+            let (found, said) = ended(&fixture, command, stdout(), stderr());
             assert_eq!(found, Some(*code), "{command} {name}: {said:?}");
         }
-        let (found, [_, said]) = ended(&desk, command, full(), Stdio::piped());
+        let (found, [_, said]) = ended(&fixture, command, full(), Stdio::piped());
         let lost = "error: cannot write the ";
         let expected = if printed.is_empty() { *code } else { 1 };
         assert_eq!(found, Some(expected), "{command} >/dev/full: {said}");

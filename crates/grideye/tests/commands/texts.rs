@@ -1,6 +1,6 @@
 //! Texts are bounded and in UTF-8, whatever a command takes them for.
 
-use crate::Desk;
+use crate::Fixture;
 
 /// Commands that read IN, and what it is taken for.
 const COMMANDS: &[(&str, &str)] = &[
@@ -55,23 +55,23 @@ fn named<'a>(command: &'a str, input: &'a str) -> Vec<&'a str> {
 
 #[test]
 fn a_file_without_end_is_refused_after_16_mib() {
-    let desk = Desk::new();
+    let fixture = Fixture::new();
     for (command, what) in COMMANDS {
-        let ended = desk.run_limited(LITTLE_MEMORY, &named(command, "/dev/zero"));
+        let ended = fixture.run_limited(LITTLE_MEMORY, &named(command, "/dev/zero"));
         assert_eq!(ended.code, Some(2), "{command}: {ended:?}");
         let told = format!("error: cannot read {what} /dev/zero: it has more than 16 MiB\nhint: ");
         assert!(ended.stderr.starts_with(&told), "{command}: {ended:?}");
     }
     for command in OF_RECORDINGS {
-        let ended = desk.run_limited(LITTLE_MEMORY, &named(command, "/dev/zero"));
+        let ended = fixture.run_limited(LITTLE_MEMORY, &named(command, "/dev/zero"));
         assert_eq!(ended.code, Some(2), "{command}: {ended:?}");
         let told = "error: /dev/zero: line 1: more than 1048576 bytes without a newline\nhint: ";
         assert!(ended.stderr.starts_with(told), "{command}: {ended:?}");
     }
     let endless = crate::ROOM.replace("way.csv", "zero.csv");
-    desk.put("endless.toml", endless);
-    std::os::unix::fs::symlink("/dev/zero", desk.path("zero.csv")).unwrap();
-    let ended = desk.run_limited(LITTLE_MEMORY, &["simulate", "endless.toml"]);
+    fixture.put("endless.toml", endless);
+    std::os::unix::fs::symlink("/dev/zero", fixture.path("zero.csv")).unwrap();
+    let ended = fixture.run_limited(LITTLE_MEMORY, &["simulate", "endless.toml"]);
     assert_eq!(ended.code, Some(2), "{ended:?}");
     let told = "error: endless.toml:8:14: cannot read the trajectory `zero.csv`: it has more than 16 MiB\nhint: ";
     assert!(ended.stderr.starts_with(told), "{ended:?}");
@@ -79,37 +79,37 @@ fn a_file_without_end_is_refused_after_16_mib() {
 
 #[test]
 fn a_byte_that_is_no_text_is_told_with_its_line_and_column() {
-    let desk = Desk::new();
-    desk.put("latin-1.toml", b"# a room\n# K\xc3\xbcche, K\xfcche\n");
+    let fixture = Fixture::new();
+    fixture.put("latin-1.toml", b"# a room\n# K\xc3\xbcche, K\xfcche\n");
     for (command, what) in COMMANDS {
-        let ended = desk.run(&named(command, "latin-1.toml"));
+        let ended = fixture.run(&named(command, "latin-1.toml"));
         assert_eq!(ended.code, Some(2), "{command}: {ended:?}");
         let told = format!(
             "error: latin-1.toml:2:11: the byte 0xfc is not UTF-8\nhint: save {what} as UTF-8\n"
         );
         assert_eq!(ended.stderr, told, "{command}");
     }
-    desk.put("way.csv", b"# K\xfcche\nx_mm,y_mm,z_mm\n");
-    let ended = desk.run(&["simulate", "room.toml"]);
+    fixture.put("way.csv", b"# K\xfcche\nx_mm,y_mm,z_mm\n");
+    let ended = fixture.run(&["simulate", "room.toml"]);
     let told = "error: room.toml:8:14: cannot read the trajectory `way.csv`: line 1, column 4: the byte 0xfc is not UTF-8\nhint: ";
     assert!(ended.stderr.starts_with(told), "{ended:?}");
 }
 
 #[test]
 fn a_bad_row_is_blamed_on_the_input_and_not_on_the_output() {
-    let desk = Desk::new();
+    let fixture = Fixture::new();
     let row = ["20"; 64].join(",");
     let header = grideye_recording::csv::header();
-    desk.put(
+    fixture.put(
         "rows.csv",
         format!("{header}\n,s,b,0,0,0,unsynced,,,,{row}\n"),
     );
-    let ended = desk.run(&["convert", "rows.csv", "x.csv"]);
+    let ended = fixture.run(&["convert", "rows.csv", "x.csv"]);
     assert_eq!(ended.code, Some(2), "{ended:?}");
     let told = "error: cannot read rows.csv: line 2, column device: expected a name";
     assert!(ended.stderr.starts_with(told), "{ended:?}");
     assert!(!ended.stderr.contains("x.csv"), "{ended:?}");
-    assert!(!desk.path("x.csv").exists());
+    assert!(!fixture.path("x.csv").exists());
 }
 
 /// Commands with a number below 0, their exit codes, and how an error names it.
@@ -140,10 +140,10 @@ const BELOW_ZERO: &[(&str, i32, &str)] = &[
 
 #[test]
 fn a_number_below_zero_is_a_value_and_not_an_option() {
-    let desk = Desk::new();
-    desk.put("rows.txt", ["20"; 64].join(",") + "\n");
+    let fixture = Fixture::new();
+    fixture.put("rows.txt", ["20"; 64].join(",") + "\n");
     for (command, code, told) in BELOW_ZERO {
-        let ended = desk.run(&command.split(' ').collect::<Vec<_>>());
+        let ended = fixture.run(&command.split(' ').collect::<Vec<_>>());
         assert_eq!(ended.code, Some(*code), "{command}: {ended:?}");
         assert!(ended.stderr.contains(told), "{command}: {ended:?}");
     }

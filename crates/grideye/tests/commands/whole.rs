@@ -1,6 +1,6 @@
 //! A result is whole under its name, or not there.
 
-use crate::Desk;
+use crate::Fixture;
 use std::fs;
 
 /// Commands whose OUT has more bytes than a file may have here.
@@ -47,16 +47,16 @@ const NO_ROOM: &str = "trap '' XFSZ; ulimit -f 1";
 
 #[test]
 fn a_write_that_fails_midway_leaves_the_old_file_and_no_other() {
-    let desk = Desk::new();
-    fs::create_dir(desk.path("out")).unwrap();
+    let fixture = Fixture::new();
+    fs::create_dir(fixture.path("out")).unwrap();
     for (out, command) in COMMANDS {
         let arguments: Vec<&str> = command
             .split(' ')
             .map(|word| if word == "OUT" { out } else { word })
             .collect();
-        desk.put(out, "old");
-        let before = desk.files();
-        let ended = desk.run_limited(NO_ROOM, &arguments);
+        fixture.put(out, "old");
+        let before = fixture.files();
+        let ended = fixture.run_limited(NO_ROOM, &arguments);
         let context = format!("{arguments:?}: {ended:?}");
         assert_eq!(ended.code, Some(1), "{context}");
         let begin = format!("error: cannot write {out}: ");
@@ -64,15 +64,15 @@ fn a_write_that_fails_midway_leaves_the_old_file_and_no_other() {
             ended.stderr.starts_with(&begin) && ended.stderr.contains("File too large"),
             "{context}"
         );
-        assert_eq!(desk.files(), before, "{context}");
-        fs::remove_file(desk.path(out)).unwrap();
+        assert_eq!(fixture.files(), before, "{context}");
+        fs::remove_file(fixture.path(out)).unwrap();
     }
 }
 
 #[test]
 fn a_token_that_is_not_made_leaves_no_file() {
-    let desk = Desk::new();
-    let ended = desk.run(&["token", "make", "a b", "--scope", "read", "--out", "x"]);
+    let fixture = Fixture::new();
+    let ended = fixture.run(&["token", "make", "a b", "--scope", "read", "--out", "x"]);
     assert_eq!(ended.code, Some(2), "{ended:?}");
-    assert!(!desk.path("x").exists());
+    assert!(!fixture.path("x").exists());
 }
