@@ -4,6 +4,7 @@ use crate::batches::{batch, frame, part};
 use crate::server::HandClock;
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, Method, Request, header};
+use axum::response::Response;
 use grideye_collector::Routes;
 use grideye_collector::auth::{AccessFolder, Scope, Token};
 use grideye_collector::store::StoreLocation;
@@ -99,6 +100,22 @@ impl TokenServer {
         headers: &[(&str, &str)],
         body: impl Into<Body>,
     ) -> Reply {
+        let (parts, body) = self.open(method, path, headers, body).await.into_parts();
+        Reply {
+            status: parts.status.as_u16(),
+            headers: parts.headers,
+            body: axum::body::to_bytes(body, 1 << 26).await.unwrap(),
+        }
+    }
+
+    /// The answer before its body has ended.
+    pub(super) async fn open(
+        &self,
+        method: Method,
+        path: &str,
+        headers: &[(&str, &str)],
+        body: impl Into<Body>,
+    ) -> Response {
         let mut request = Request::builder()
             .method(method)
             .uri(path)
@@ -107,13 +124,7 @@ impl TokenServer {
             request = request.header(*name, *value);
         }
         let request = request.body(body.into()).unwrap();
-        let response = self.router.clone().oneshot(request).await.unwrap();
-        let (parts, body) = response.into_parts();
-        Reply {
-            status: parts.status.as_u16(),
-            headers: parts.headers,
-            body: axum::body::to_bytes(body, 1 << 26).await.unwrap(),
-        }
+        self.router.clone().oneshot(request).await.unwrap()
     }
 
     pub(super) async fn get(&self, path: &str, headers: &[(&str, &str)]) -> Reply {
