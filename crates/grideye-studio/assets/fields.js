@@ -2,45 +2,55 @@
 
 import { itemOf, pathOf, titleOf, turnKey } from "./things.js";
 
+/** What the rows that read scene files say of each key, by table: `unit`, `words`, `numbers` (lowest and highest) and `doc`. */
+const KEYS = JSON.parse(document.getElementById("scene-keys").textContent);
+
 const AXES = ["x", "y", "z"];
-const POSITION = { key: "position_mm", title: "Position", unit: "mm", parts: AXES, step: 50 };
-const SIZE = { key: "size_mm", title: "Size", unit: "mm", parts: AXES, step: 50, known: true };
-const YAW = { key: "yaw_deg", title: "Yaw", unit: "°", step: 5, otherwise: 0 };
-const TEMPERATURE = { key: "temperature_c", title: "Temperature", unit: "°C", step: 0.5, otherwise: "room" };
-const EMISSIVITY = { key: "emissivity", title: "Emissivity", unit: "", step: 0.05, otherwise: 0.8 };
+const POSITION = { key: "position_mm", title: "Position", parts: AXES, step: 50 };
+const SIZE = { key: "size_mm", title: "Size", parts: AXES, step: 50, known: true };
+const YAW = { key: "yaw_deg", title: "Yaw", step: 5, otherwise: 0 };
+const TEMPERATURE = { key: "temperature_c", title: "Temperature", step: 0.5, otherwise: "room" };
+const EMISSIVITY = { key: "emissivity", title: "Emissivity", step: 0.05, otherwise: 0.8 };
 const STANDS = { ...POSITION, known: true };
-const SPEED = { key: "speed_mm_per_s", title: "Speed", unit: "mm/s", step: 100, known: true };
+const SPEED = { key: "speed_mm_per_s", title: "Speed", step: 100, known: true };
 const NAME = { key: "name", title: "Name", text: true };
 
-/** The keys of each kind; `known` ones only where the file has them. */
+/** The keys of each table that have a field; `known` ones only where the file has them. */
 const FIELDS = {
   room: [
     { ...SIZE, step: 100 },
-    { key: "height_mm", title: "Height", unit: "mm", step: 100, known: true },
-    { key: "ambient_c", title: "Air and walls", unit: "°C", step: 0.5 },
+    { key: "height_mm", title: "Height", step: 100, known: true },
+    { key: "ambient_c", title: "Air and walls", step: 0.5 },
   ],
-  object: [NAME, POSITION, SIZE, { ...YAW }, { ...YAW, key: "pitch_deg", title: "Pitch" }, { ...YAW, key: "roll_deg", title: "Roll" }, TEMPERATURE, EMISSIVITY],
+  object: [NAME, POSITION, SIZE, YAW, { ...YAW, key: "pitch_deg", title: "Pitch" }, { ...YAW, key: "roll_deg", title: "Roll" }, TEMPERATURE, EMISSIVITY],
   mosaic: [NAME, POSITION, { ...SIZE, title: "Cell size" }, EMISSIVITY],
   agent: [NAME, STANDS, SIZE, YAW, TEMPERATURE, EMISSIVITY, SPEED],
   sensor: [
     NAME, POSITION,
-    { key: "elevation_deg", title: "Elevation (90 down)", unit: "°", step: 5 },
-    { key: "azimuth_deg", title: "Azimuth (0 right)", unit: "°", step: 5 },
-    { key: "roll_deg", title: "Roll", unit: "°", step: 5, otherwise: 0 },
-    { key: "fov_deg", title: "Field of view", unit: "°", step: 1, otherwise: "preset" },
-    { key: "noise_sigma_c", title: "Noise (sigma)", unit: "°C", step: 0.05, otherwise: "preset" },
+    { key: "elevation_deg", title: "Elevation (90 down)", step: 5 },
+    { key: "azimuth_deg", title: "Azimuth (0 right)", step: 5 },
+    { key: "roll_deg", title: "Roll", step: 5, otherwise: 0 },
+    { key: "fov_deg", title: "Field of view", step: 1, otherwise: "preset" },
+    { key: "noise_sigma_c", title: "Noise (sigma)", step: 0.05, otherwise: "preset" },
   ],
 };
 /** The choice that turns a word into the number it stands for. */
 const NUMBER = "number";
 /** The keys of a person's body; a word's default depends on the item. */
 const OF_A_PERSON = [
-  { key: "height_mm", title: "Height", unit: "mm", step: 50, otherwise: 1700, limits: [500, 2800] },
-  { key: "build", title: "Build", unit: "×", step: 0.05, limits: [0.5, 2], words: ["slight", "average", "stout", NUMBER], otherwise: () => "average" },
-  { key: "posture", title: "Posture", words: ["stand", "walk", "sit", "lie"], otherwise: ({ way }) => (way ? "walk" : "stand") },
-  { key: "clothing", title: "Clothing", unit: "clo", step: 0.1, limits: [0, 4], words: ["light", "indoor", "coat", NUMBER], otherwise: () => "indoor" },
+  { key: "height_mm", title: "Height", step: 50, otherwise: 1700 },
+  { key: "build", title: "Build", step: 0.05, otherwise: () => "average" },
+  { key: "posture", title: "Posture", otherwise: ({ way }) => (way ? "walk" : "stand") },
+  { key: "clothing", title: "Clothing", step: 0.1, otherwise: () => "indoor" },
 ];
 const OF_A_PART = [{ ...POSITION, title: "position" }, { ...SIZE, title: "size" }, { ...TEMPERATURE, title: "temperature" }];
+
+/** A field with what its row says. */
+function described(table, field) {
+  const { unit, words, numbers, doc } = KEYS[table][field.key];
+  const choice = numbers === null ? words : [...words, NUMBER];
+  return { ...field, unit: field.key.endsWith("_deg") ? "°" : unit, words: words.length > 0 ? choice : undefined, limits: numbers, doc };
+}
 
 export class Fields {
   #root;
@@ -100,39 +110,40 @@ export class Fields {
     const { kind, row } = this.#chosen;
     if (kind === "room") {
       const takes = { title: "Minimum duration", inputs: [this.#input({ key: "duration_s", unit: "s", step: 1, otherwise: 0 }, this.#scene.keys, ["duration_s"])] };
-      return [...this.#of(FIELDS.room, this.#scene.room.keys, ["room"]), takes];
+      return [...this.#of("room", FIELDS.room, this.#scene.room.keys, ["room"]), takes];
     }
     const item = itemOf(this.#scene, this.#chosen);
     if (item === null) return [];
     if (row !== undefined) return [this.#point(item, row, "Position")];
-    const own = item.keys.person ? this.#person(item) : this.#of(FIELDS[kind], item.keys, pathOf(item));
+    const own = item.keys.person ? this.#person(item) : this.#of(kind, FIELDS[kind], item.keys, pathOf(item));
     const points = item.way?.points_m.map((_, index) => this.#point(item, index, `Waypoint ${index + 1}`)) ?? [];
     const parts = (item.keys.part ?? []).flatMap((part, index) => {
-      const rows = this.#of(OF_A_PART, part, pathOf(item, "part", index));
+      const rows = this.#of("object", OF_A_PART, part, pathOf(item, "part", index));
       return rows.map((one) => ({ ...one, title: `${part.name}: ${one.title}` }));
     });
     return [...own, ...points, ...parts];
   }
 
   #person(item) {
-    const words = OF_A_PERSON.map((field) => (field.words ? { ...field, otherwise: field.otherwise(item) } : field));
+    const body = OF_A_PERSON.map(({ otherwise, ...field }) => ({ ...field, otherwise: otherwise instanceof Function ? otherwise(item) : otherwise }));
     const facing = turnKey(item) === null ? [] : [{ ...YAW, title: "Facing" }];
     return [
-      ...this.#of([NAME, STANDS], item.keys, pathOf(item)),
-      ...this.#of(words, item.keys.person, pathOf(item, "person")),
-      ...this.#of([...facing, SPEED], item.keys, pathOf(item)),
+      ...this.#of("agent", [NAME, STANDS], item.keys, pathOf(item)),
+      ...this.#of("person", body, item.keys.person, pathOf(item, "person")),
+      ...this.#of("agent", [...facing, SPEED], item.keys, pathOf(item)),
     ];
   }
 
-  #of(fields, keys, path) {
-    const shown = fields.filter(({ key, known }) => !known || key in keys);
+  #of(table, fields, keys, path) {
+    const shown = fields.filter(({ key, known }) => !known || key in keys).map((field) => described(table, field));
     return shown.map((field) => {
-      if (field.words) return { title: field.title, inputs: this.#choice(field, keys, [...path, field.key]) };
+      const { doc } = field;
+      if (field.words) return { doc, title: field.title, inputs: this.#choice(field, keys, [...path, field.key]) };
       const value = keys[field.key];
       const parts = field.parts ?? (Array.isArray(value) ? ["across", "down"] : null);
-      if (parts === null) return { title: field.title, inputs: [this.#input(field, keys, [...path, field.key])] };
+      if (parts === null) return { doc, title: field.title, inputs: [this.#input(field, keys, [...path, field.key])] };
       const inputs = parts.map((part, index) => ({ ...this.#input(field, keys, [...path, field.key, index]), part, value: value?.[index] }));
-      return { title: field.title, inputs };
+      return { doc, title: field.title, inputs };
     });
   }
 
@@ -161,9 +172,9 @@ export class Fields {
     this.#inputs.find((input) => input.dataset.key === key)?.focus();
   }
 
-  #row({ title, inputs }) {
+  #row({ title, doc, inputs }) {
     const group = Object.assign(document.createElement("div"), { className: "field" });
-    const name = Object.assign(document.createElement("span"), { className: "field-name", textContent: title });
+    const name = Object.assign(document.createElement("span"), { className: "field-name", textContent: title, title: doc ?? "" });
     const boxes = inputs.map((input) => this.#box(title, input));
     group.append(name, ...boxes);
     const { unit } = inputs.at(-1);

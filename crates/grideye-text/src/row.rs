@@ -99,6 +99,19 @@ impl Number {
     /// Any finite number.
     pub const FINITE: Self = Self::Within(f64::MIN, f64::MAX);
 
+    /// The lowest and the highest, where there are any.
+    #[must_use]
+    pub const fn ends(self) -> Option<[f64; 2]> {
+        match self {
+            Self::Within(low, high)
+            | Self::Above(low, high)
+            | Self::Between(low, high)
+            | Self::Whole(low, high)
+            | Self::Integer(low, high) => Some([low, high]),
+            Self::Any => None,
+        }
+    }
+
     /// Whether the number is allowed.
     #[must_use]
     #[inline]
@@ -146,6 +159,15 @@ impl Row {
             _ => String::new(),
         };
         format!("{range} {}", self.unit).trim_end().to_owned()
+    }
+
+    /// The words that its value may be.
+    #[must_use]
+    pub const fn words(&self) -> &'static [&'static str] {
+        match self.kind {
+            Kind::Word(words) | Kind::NumberOrWord(_, words) | Kind::OneOrEach(_, _, words) => words,
+            _ => &[],
+        }
     }
 
     /// The numbers that the key allows, if it has any.

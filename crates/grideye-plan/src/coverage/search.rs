@@ -39,19 +39,20 @@ const POLISH: [(f64, f64); 4] = [(0.3, 10.0), (0.15, 5.0), (0.08, 2.5), (0.04, 1
 const WAYS: [DVec2; 4] = [DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y];
 /// At most so many rounds of each kind of move.
 const ROUNDS_MAX: usize = 6;
-/// So many candidates are improved for each choice, and the survey looks from so many of the results.
+/// So many candidates are improved for each choice, fewer when a pose is chosen again, and the survey looks from so many of
+/// the results.
 const STARTS: usize = 12;
+const STARTS_AGAIN: usize = 4;
 const FINALISTS: usize = 6;
 /// Starts closer together, and turned by less, would end at one pose.
 const APART_M: f64 = 0.8;
 const APART_COS: f64 = 0.85;
 /// Glances are at so many places, evenly spread.
-const PLACES_MAX: usize = 200;
+const PLACES_MAX: usize = 120;
 /// How long an improvement and a look take beside a glance.
 const START_STEPS: usize = 90;
 const LOOK_STEPS: usize = 5;
-const CHOICE_STEPS: usize =
-    STARTS * START_STEPS + (FINALISTS + 2 * WAYS.len() * POLISH.len()) * LOOK_STEPS;
+const CHOICE_STEPS: usize = (FINALISTS + 2 * WAYS.len() * POLISH.len()) * LOOK_STEPS;
 /// How often each pose is chosen again beside all others.
 const SWEEPS_MAX: usize = 2;
 
@@ -70,12 +71,9 @@ pub fn search(
 ) -> Result<Choice, CoverageError> {
     check(count, wish)?;
     survey.check_counts(candidates.len())?;
-    let choices = if count > 1 {
-        count * (1 + SWEEPS_MAX)
-    } else {
-        1
-    };
-    let whole = candidates.len() + choices * CHOICE_STEPS;
+    let again = if count > 1 { SWEEPS_MAX * count } else { 0 };
+    let starts = count * STARTS + again * STARTS_AGAIN;
+    let whole = candidates.len() + starts * START_STEPS + (count + again) * CHOICE_STEPS;
     let done = AtomicUsize::new(0);
     let step = |steps: usize| {
         let done = done.fetch_add(steps, Ordering::Relaxed) + steps;
@@ -143,7 +141,7 @@ impl Search<'_> {
     fn choose(&self, pool: &[Trial], count: usize) -> Result<Vec<Step>, CoverageError> {
         let mut chosen: Vec<(Candidate, Look)> = Vec::new();
         for _ in 0..count {
-            let (best, gain) = self.best_beside(&chosen, pool)?;
+            let (best, gain) = self.best_beside(&chosen, pool, STARTS)?;
             if gain.is_nothing() {
                 break;
             }
@@ -154,7 +152,7 @@ impl Search<'_> {
             for index in 0..chosen.len() {
                 let before = chosen.remove(index);
                 let gain_before = self.tally(&chosen, None).gain(self.exact(&before.1));
-                let (best, gain) = self.best_beside(&chosen, pool)?;
+                let (best, gain) = self.best_beside(&chosen, pool, STARTS_AGAIN)?;
                 let replaces = gain.cmp(&gain_before).is_gt();
                 is_better |= replaces;
                 chosen.insert(index, if replaces { best } else { before });
@@ -192,16 +190,17 @@ impl Search<'_> {
         &self,
         chosen: &[(Candidate, Look)],
         pool: &[Trial],
+        most: usize,
     ) -> Result<((Candidate, Look), Gain), CoverageError> {
         let given = self.tally(chosen, Some(&self.cells));
-        let starts = starts(pool, &given);
+        let starts = starts(pool, &given, most);
         let improved = shared(starts.len(), self.threads, |start| {
             let improved = self.improved(starts[start].clone(), &given);
             self.advance(START_STEPS);
             improved
         })?;
         let mut improved: Vec<Trial> = improved.into_iter().collect::<Result<_, _>>()?;
-        self.advance((STARTS - improved.len()) * START_STEPS);
+        self.advance((most - improved.len()) * START_STEPS);
         improved.sort_by(|one, other| other.gain(&given).cmp(&one.gain(&given)));
         let finalists = improved.into_iter().take(FINALISTS).map(|trial| trial.pose);
         let finalists: Vec<Candidate> = finalists.collect();
@@ -319,8 +318,8 @@ impl Search<'_> {
     }
 }
 
-/// The candidates that gain most, none of which is close to another.
-fn starts<'a>(pool: &'a [Trial], given: &Tally<'_>) -> Vec<&'a Trial> {
+/// At most so many candidates that gain most, none of which is close to another.
+fn starts<'a>(pool: &'a [Trial], given: &Tally<'_>, most: usize) -> Vec<&'a Trial> {
     let mut rated: Vec<(Gain, &Trial)> = pool
         .iter()
         .map(|trial| (trial.gain(given), trial))
@@ -335,7 +334,7 @@ fn starts<'a>(pool: &'a [Trial], given: &Tally<'_>) -> Vec<&'a Trial> {
             other.position_m.distance(pose.position_m) < APART_M
                 && other.world_from_sensor().x_axis.dot(axis) > APART_COS
         };
-        if starts.len() < STARTS && !starts.iter().any(is_close) {
+        if starts.len() < most && !starts.iter().any(is_close) {
             starts.push(trial);
         }
     }

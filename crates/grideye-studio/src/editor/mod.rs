@@ -32,6 +32,7 @@ use axum::response::{IntoResponse, Json};
 use axum::routing::{get, post};
 use draft::Draft;
 use grideye_collector::{Annex, Refusal};
+use grideye_scene::keys;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -81,7 +82,29 @@ async fn page() -> impl IntoResponse {
         (header::CONTENT_TYPE, "text/html; charset=utf-8"),
         (header::CACHE_CONTROL, "no-cache"),
     ];
-    (headers, assets::EDITOR_PAGE)
+    let keys = keys().to_string();
+    (headers, assets::EDITOR_PAGE.replace("{{keys}}", &keys))
+}
+
+/// What the page's fields say of each key of a table, by the rows that read scene files.
+fn keys() -> Value {
+    let tables = [
+        ("room", &keys::ROOM),
+        ("object", &keys::OBJECT),
+        ("mosaic", &keys::MOSAIC),
+        ("agent", &keys::AGENT),
+        ("person", &keys::PERSON),
+        ("sensor", &keys::SENSOR),
+    ];
+    let tables = tables.into_iter().map(|(table, rows)| {
+        let of = rows.all().map(|row| {
+            let numbers = row.numbers().and_then(|numbers| numbers.ends());
+            let says = json!({ "unit": row.unit, "words": row.words(), "numbers": numbers, "doc": row.doc });
+            (row.name().to_owned(), says)
+        });
+        (table.to_owned(), of.collect::<Value>())
+    });
+    tables.collect()
 }
 
 async fn open(State(editor): Shared, PathOf(name): PathOf<String>) -> Result<Json<Value>, Refusal> {
