@@ -1,8 +1,8 @@
 //! Interrupt levels: the temperatures at which a pixel enters and leaves the interrupt table.
 
-use crate::word::{self, OutOfRange};
 use core::error::Error;
 use core::fmt;
+use grideye_frame::word::{self, OutOfRange};
 use grideye_frame::{Celsius, PixelWord};
 
 /// When a pixel enters and leaves the interrupt table (AMG88 spec §4-11-8).

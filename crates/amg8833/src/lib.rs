@@ -15,11 +15,11 @@ mod register;
 mod settings;
 mod status;
 pub mod timing;
-pub mod word;
 
 pub use address::{Address, UnknownAddress};
 pub use driver::{asynch, blocking::Amg8833};
 pub use error::Error;
+pub use grideye_frame::word;
 pub use levels::{InterruptLevels, InvalidLevels};
 pub use pixel_set::PixelSet;
 pub use power::{PowerMode, Standby, UndefinedPowerMode};

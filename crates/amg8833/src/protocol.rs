@@ -5,7 +5,6 @@ use crate::power::{PowerMode, UndefinedPowerMode};
 use crate::register::{Register, average, power, reset};
 use crate::settings::{Configuration, FrameRate, InterruptControl, MovingAverage, Settings};
 use crate::timing;
-use crate::word;
 use core::time::Duration;
 use grideye_frame::{PIXELS, PixelWord, ThermistorWord};
 
@@ -161,9 +160,10 @@ pub(crate) fn delivered(bytes: &[u8], poison: u8) -> usize {
     last.map_or(0, |last| last + 1)
 }
 
-/// A level register pair, low byte first (AMG88 spec §4-11-8).
+/// A level register pair, low byte first, without the unspecified bits 7:4 of its high byte, so that it equals the word
+/// written (AMG88 spec §4-11-8).
 const fn level(low: u8, high: u8) -> PixelWord {
-    word::level(u16::from_le_bytes([low, high]))
+    PixelWord(u16::from_le_bytes([low, high & 0x0F]))
 }
 
 /// A wait in whole milliseconds. Every wait is far below `u32::MAX`.

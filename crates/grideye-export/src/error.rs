@@ -1,6 +1,6 @@
 //! The errors of an export.
 
-use amg8833::word::OutOfRange;
+use grideye_frame::word::OutOfRange;
 use std::error::Error;
 use std::io;
 use std::num::TryFromIntError;

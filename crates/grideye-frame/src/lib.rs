@@ -8,6 +8,7 @@ mod calendar;
 mod frame;
 mod name;
 mod no_data;
+pub mod word;
 
 pub use calendar::{day_of, days_since_1970};
 pub use frame::{

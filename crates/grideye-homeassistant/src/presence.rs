@@ -4,7 +4,7 @@
 //! one sensor step of hysteresis, for the hold time. The rule cannot tell who is warm or since when: a radiator, a
 //! kettle, a patch of sun or a cat count too, and whoever fills more than half of the frame becomes the background.
 
-use amg8833::word;
+use grideye_frame::word;
 use grideye_frame::{Celsius, PIXELS};
 use std::time::Duration;
 

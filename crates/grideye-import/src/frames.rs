@@ -5,7 +5,7 @@ use crate::cell::{Cell, RawRow};
 use crate::columns::Unit;
 use crate::moment::{Decimal, Moment, NS_PER_DAY, parse};
 use crate::plan::{Plan, Scale};
-use amg8833::word;
+use grideye_frame::word;
 use grideye_frame::{Celsius, NoData, PIXELS, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::{COUNT_MAX, ClockState, Record, Row, Stamp, StreamId, check_name};
 use std::collections::BTreeMap;

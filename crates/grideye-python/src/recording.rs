@@ -2,7 +2,7 @@
 
 use crate::errors::raised;
 use crate::work::{is_stopped, work};
-use amg8833::word;
+use grideye_frame::word;
 use grideye_frame::{Celsius, PIXELS, Reading, RecordedFrame};
 use grideye_import::{ImportError, Options};
 use grideye_inputs::{InputError, open};

@@ -3,8 +3,8 @@
 use crate::error::RecordingError;
 use crate::record::{COUNT_MAX, check_name};
 use crate::text::quoted;
-use amg8833::word::{self, OutOfRange};
 use core::fmt;
+use grideye_frame::word::{self, OutOfRange};
 use grideye_frame::{Celsius, NAME_RULE, PixelWord, ThermistorWord};
 
 /// Maximum characters of a temperature: few enough that double precision distinguishes any two of them.

@@ -1,7 +1,7 @@
 //! Doubts values that no AMG8833 shows in a room: they have another unit, or are no temperatures.
 
 use crate::record::Record;
-use amg8833::word::pixel_celsius;
+use grideye_frame::word::pixel_celsius;
 use std::fmt;
 
 /// Why values are doubted as degrees Celsius.

@@ -3,10 +3,10 @@
 use crate::clock::PacedClock;
 use crate::error::RigError;
 use crate::show::{Pictures, Show, evenly};
-use amg8833::word;
 use amg8833_emulator::{Bus, BusError, Clock, FrameSource};
 use embedded_hal::i2c::{ErrorType, I2c, Operation};
 use grideye_agent::bus::{OpenBus, OpenError, by_kind};
+use grideye_frame::word;
 use grideye_frame::{COLUMNS, Celsius, Frame, NoData, ROWS, RecordedFrame};
 use grideye_recording::ClockState;
 use grideye_scene::{Scene, Simulator};

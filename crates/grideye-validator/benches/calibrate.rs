@@ -279,7 +279,7 @@ fn record(
         let frame = case.unit.apply(seed, tick, time, image);
         let mut pixels = [grideye_frame::PixelWord(0); grideye_frame::PIXELS];
         for (word, pixel) in pixels.iter_mut().zip(frame.pixels) {
-            *word = amg8833::word::pixel_word(pixel)?;
+            *word = grideye_frame::word::pixel_word(pixel)?;
         }
         let thermistor = ThermistorWord(400);
         records.push(Record {

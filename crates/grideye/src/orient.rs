@@ -89,7 +89,7 @@ fn recorded(path: &Path, wanted: Option<&str>) -> Result<(String, Watch)> {
             )));
         }
         if let Some(raw) = row.record.reading.frame() {
-            let pixels = amg8833::word::pixels(&raw.pixels);
+            let pixels = grideye_frame::word::pixels(&raw.pixels);
             watch.push(&pixels.map(Celsius::get).map(f64::from));
         }
     }

@@ -1,7 +1,7 @@
 //! What a frame's words reveal on their own, and reads that are still undecided.
 
 use super::phase::Ns;
-use amg8833::word;
+use grideye_frame::word;
 use grideye_frame::{COLUMNS, Celsius, NoData, PIXELS, PixelWord, RawFrame, ThermistorWord};
 
 /// Values seen in pixels that failed for a moment: 0x000, and 0xFFF, one step below.

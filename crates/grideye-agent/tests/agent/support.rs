@@ -138,7 +138,7 @@ pub(crate) fn picture(n: u64) -> Frame {
 pub(crate) fn number(raw: &RecordedFrame) -> u64 {
     let n = number_in_pixels(raw);
     assert_eq!(
-        amg8833::word::thermistor_celsius(raw.thermistor.unwrap()),
+        grideye_frame::word::thermistor_celsius(raw.thermistor.unwrap()),
         picture(n).thermistor,
         "torn frame {n}"
     );
@@ -148,7 +148,7 @@ pub(crate) fn number(raw: &RecordedFrame) -> u64 {
 /// The number that the pixels show. Panics if they are torn. The thermistor has a separate transfer, and may belong to
 /// the next frame if the host was so late that an update fell between the two.
 pub(crate) fn number_in_pixels(raw: &RecordedFrame) -> u64 {
-    let pixels = amg8833::word::pixels(&raw.pixels);
+    let pixels = grideye_frame::word::pixels(&raw.pixels);
     let steps = |pixel: Celsius| {
         let quarters = (pixel.get() - 20.0) * 4.0;
         (0..STEPS)

@@ -320,7 +320,7 @@ impl Records {
             number - count.first.unwrap_or(0),
             "seq is the sensor's count"
         );
-        let shown = amg8833::word::thermistor_celsius(frame.thermistor.unwrap());
+        let shown = grideye_frame::word::thermistor_celsius(frame.thermistor.unwrap());
         count.tally.strange_thermistors += u64::from(shown != thermistor(number));
     }
 }

@@ -2,11 +2,11 @@
 
 use crate::http::refusal::Refusal;
 use crate::http::state::AppState;
-use amg8833::word;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
+use grideye_frame::word;
 use grideye_frame::{PIXELS, Reading, RecordedFrame};
 use grideye_recording::Record;
 use serde::Deserialize;

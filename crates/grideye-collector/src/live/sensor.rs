@@ -3,7 +3,7 @@
 use crate::limits::Limits;
 use crate::live::faults::Faults;
 use crate::store::{StreamSummary, account};
-use amg8833::word;
+use grideye_frame::word;
 use grideye_frame::{Celsius, Reading};
 use grideye_recording::{ClockState, Record};
 use serde_json::{Map, Value, json};

@@ -1,7 +1,7 @@
 //! The rows of a recording or a simulation, and the file they are written to.
 
 use crate::error::ExportError;
-use amg8833::word;
+use grideye_frame::word;
 use grideye_frame::{COLUMNS, Celsius, NoData, PIXELS, PixelWord, ROWS, Reading, RecordedFrame};
 use grideye_recording::{self as recording, Record, Stamp, StreamId};
 use std::io::{Seek, Write};

@@ -1,7 +1,7 @@
 //! Frames as text, and what is read of them.
 
-use amg8833::word;
 use grideye_frame::Celsius;
+use grideye_frame::word;
 use grideye_import::{Import, ImportError, Options, open};
 use grideye_recording::Row;
 use std::io::Cursor;

@@ -4,8 +4,8 @@ use crate::cell::{Cell, Column};
 use crate::csv::columns::{LABELS_MAX, Sequences, header, label};
 use crate::error::RecordingError;
 use crate::record::{COUNT_MAX, Record, Row, StreamId};
-use amg8833::word;
 use core::fmt::Write as _;
+use grideye_frame::word;
 use grideye_frame::{NoData, PIXELS, Reading, RecordedFrame};
 use std::io::Write;
 

@@ -1,7 +1,7 @@
 //! The two public LINAIGE sessions, compared with an independent parse by the `csv` crate.
 
-use amg8833::word;
 use grideye_frame::Reading;
+use grideye_frame::word;
 use grideye_recording::csv::{self as recording, Writer};
 use grideye_recording::linaige::{
     ASSUMED_INTERVAL_NS, Confidence, Date, LinaigeRow, Reader, header, stream_from_file_name,

@@ -246,7 +246,7 @@ impl Characterizer {
         self.frames += 1;
         let pixels = decoded(raw);
         self.steps.push(raw);
-        let thermistor = raw.thermistor.map(amg8833::word::thermistor_celsius);
+        let thermistor = raw.thermistor.map(grideye_frame::word::thermistor_celsius);
         let (t_boot_ns, follows) = (record.stamp.t_boot_ns, self.before.is_some());
         self.thermistor
             .push(thermistor, &pixels, t_boot_ns, follows);

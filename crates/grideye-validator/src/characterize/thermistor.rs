@@ -3,7 +3,7 @@
 use crate::constants::TREND_SPAN_MIN_S;
 use crate::frames::noise::Histogram;
 use crate::numbers::{CommonStep, RunningVariance, long_count, median};
-use amg8833::word::{PIXEL_STEP, THERMISTOR_STEP, pixel_steps, thermistor_steps};
+use grideye_frame::word::{PIXEL_STEP, THERMISTOR_STEP, pixel_steps, thermistor_steps};
 use grideye_frame::{Celsius, PIXELS, RecordedFrame};
 use serde::Serialize;
 

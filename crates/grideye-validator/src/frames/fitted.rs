@@ -2,8 +2,8 @@
 
 use crate::constants::REST_ENOUGH;
 use crate::frames::timeline::Timeline;
-use amg8833::word::pixel_steps;
 use grideye_frame::RecordedFrame;
+use grideye_frame::word::pixel_steps;
 use grideye_recording::Record;
 use grideye_scene::{Calibrated, Scene, fnv1a};
 use std::collections::{BTreeMap, HashMap};

@@ -61,12 +61,12 @@ pub(crate) const STEP_VARIANCE: f64 = 0.25 * 0.25 / 12.0;
 /// The sensor's step as the driver decodes it, °C.
 #[must_use]
 pub fn sensor_step_c() -> f64 {
-    let decoded = |word| f64::from(amg8833::word::pixel_celsius(PixelWord(word)).get());
+    let decoded = |word| f64::from(grideye_frame::word::pixel_celsius(PixelWord(word)).get());
     decoded(1) - decoded(0)
 }
 
 pub(crate) fn decoded(raw: &RecordedFrame) -> Pixels {
-    amg8833::word::pixels(&raw.pixels).map(|pixel| f64::from(pixel.get()))
+    grideye_frame::word::pixels(&raw.pixels).map(|pixel| f64::from(pixel.get()))
 }
 
 /// Mean of the middle three quarters of the pixels, which a person hardly moves.

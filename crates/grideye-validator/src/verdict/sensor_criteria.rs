@@ -5,8 +5,8 @@ use crate::frames::types::decoded;
 use crate::numbers::{CommonStep, count, median, normal_tail};
 use crate::thresholds::Thresholds;
 use crate::verdict::types::{Criterion, Question, State};
-use amg8833::word::{pixel_celsius, pixel_steps};
 use grideye_draw::text::fixed;
+use grideye_frame::word::{pixel_celsius, pixel_steps};
 use grideye_frame::{PIXELS, RecordedFrame};
 use grideye_recording::Record;
 
@@ -38,7 +38,9 @@ impl Inspection {
         let (first, last) = (frames.first()?, frames.last()?);
         let thermistor = |frame: &RecordedFrame| {
             let word = frame.thermistor?;
-            Some(f64::from(amg8833::word::thermistor_celsius(word).get()))
+            Some(f64::from(
+                grideye_frame::word::thermistor_celsius(word).get(),
+            ))
         };
         let all: Vec<f64> = [first, last]
             .into_iter()

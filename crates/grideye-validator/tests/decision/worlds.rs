@@ -342,9 +342,10 @@ fn turned(truth: Truth, image: &[f64; 64]) -> [f64; 64] {
 fn row(index: u32, image: [f64; 64], errors: &[f64; 64]) -> Record {
     let pixels = std::array::from_fn(|pixel| {
         let celsius = Celsius::new((image[pixel] + errors[pixel]) as f32);
-        amg8833::word::pixel_word(celsius).unwrap()
+        grideye_frame::word::pixel_word(celsius).unwrap()
     });
-    let thermistor = amg8833::word::thermistor_word(Celsius::new(AMBIENT_C as f32 + 4.5)).unwrap();
+    let thermistor =
+        grideye_frame::word::thermistor_word(Celsius::new(AMBIENT_C as f32 + 4.5)).unwrap();
     Record {
         seq: index.into(),
         stamp: Stamp {

@@ -116,7 +116,7 @@ fn record(scene: &Scene, sensor: &str) -> (f64, Vec<Record>) {
         let image = image.to_frame(Celsius::new(25.0)).unwrap();
         let pixels = image
             .pixels
-            .map(|pixel| amg8833::word::pixel_word(pixel).unwrap());
+            .map(|pixel| grideye_frame::word::pixel_word(pixel).unwrap());
         let thermistor = Some(ThermistorWord(400));
         let t_boot_ns = 5_000_000_000 + u64::try_from(of.frame_time(index).as_nanos()).unwrap();
         Record {

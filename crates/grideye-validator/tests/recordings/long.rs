@@ -43,7 +43,7 @@ fn record(scene: &Scene, rows: u64) -> Vec<Record> {
         let pixels = frame
             .unwrap()
             .pixels
-            .map(|pixel| amg8833::word::pixel_word(pixel).unwrap());
+            .map(|pixel| grideye_frame::word::pixel_word(pixel).unwrap());
         let thermistor = ThermistorWord(400);
         Record {
             seq,

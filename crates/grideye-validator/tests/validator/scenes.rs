@@ -42,7 +42,7 @@ pub(crate) fn record(scene: &Scene, frames: u32, seed: u64) -> Vec<Record> {
                 .unwrap();
             let pixels = image
                 .pixels
-                .map(|pixel| amg8833::word::pixel_word(pixel).unwrap());
+                .map(|pixel| grideye_frame::word::pixel_word(pixel).unwrap());
             row(
                 index,
                 time,

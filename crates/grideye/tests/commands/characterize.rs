@@ -1,6 +1,6 @@
 //! `grideye characterize`: the table, the files, and what it says of recordings that tell nothing.
 
-use amg8833::word::{pixel_celsius, pixel_word};
+use grideye_frame::word::{pixel_celsius, pixel_word};
 use grideye_frame::{Celsius, Reading};
 use grideye_recording::csv;
 use std::fs;

@@ -1,4 +1,4 @@
-//! Converts register words to degrees and back: the only module here that knows a scale or a sign bit.
+//! Converts register words to degrees and back: the only module outside the emulator that knows a scale or a sign bit.
 //!
 //! | quantity | format | step | range |
 //! |---|---|---|---|
@@ -8,9 +8,9 @@
 //! The part is specified for less (AMG8833: 0 to 80 °C, AMG88 spec §4-3) but reads beyond that. Bits 7:4 of every high
 //! byte are unspecified (AMG88 spec §4-11-9, §4-11-11): decoding ignores them, encoding leaves them 0.
 
+use crate::frame::{Celsius, Frame, PIXELS, PixelWord, RawFrame, ThermistorWord};
 use core::error::Error;
 use core::fmt;
-use grideye_frame::{Celsius, Frame, PIXELS, PixelWord, RawFrame, ThermistorWord};
 
 /// One step of a pixel, an interrupt level or a hysteresis (AMG88 spec §4-11-8, §4-11-11).
 pub const PIXEL_STEP: Celsius = Celsius::new(0.25);
@@ -103,11 +103,6 @@ pub fn pixels(words: &[PixelWord; PIXELS]) -> [Celsius; PIXELS] {
     words.map(pixel_celsius)
 }
 
-/// An interrupt level as read back, without the unspecified bits, so that it equals the word written.
-pub(crate) const fn level(word: u16) -> PixelWord {
-    PixelWord(word & VALUE_BITS)
-}
-
 /// A temperature its register word cannot hold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OutOfRange {
@@ -176,7 +171,6 @@ fn nearest_step(celsius: Celsius, step: Celsius) -> i16 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use grideye_frame::PIXELS;
     use proptest::prelude::*;
 
     /// The decoded temperature, its encoding, and its steps in degrees.
