@@ -21,9 +21,7 @@
 
 use grideye_collector::{Collector, Config, StoreLocation, SystemClock};
 use grideye_frame::{PixelWord, Reading, RecordedFrame, ThermistorWord};
-use grideye_recording::wire::{
-    Acknowledgement, BINARY_TYPE, Batch, JSON_TYPE, Limits, SensorBatch,
-};
+use grideye_recording::wire::{Acknowledgement, BINARY_TYPE, Batch, JSON_TYPE, SensorBatch};
 use grideye_recording::{ClockState, Record, Stamp};
 use std::io::{BufRead as _, BufReader};
 use std::path::Path;
@@ -406,7 +404,7 @@ impl Agent {
 }
 
 fn durable_through(body: &[u8]) -> Option<u64> {
-    let answer = Acknowledgement::from_json(body, &Limits::default()).ok()?;
+    let answer = Acknowledgement::from_json(body).ok()?;
     answer.durable_through.into_values().next()
 }
 

@@ -27,8 +27,6 @@ pub struct Limits {
     /// Such bytes of one token, or of one address if no tokens are required. More gets 429. Bodies up to 4 KiB do not
     /// count.
     pub bodies_bytes_per_sender_max: usize,
-    /// Limits within one body of frames.
-    pub batch: grideye_recording::wire::Limits,
     /// Time from the end of the headers to the first byte of the response; then 504.
     pub handler_time_max: Duration,
     /// The same for the routes of an annex that declares them slow: they draw or convert a whole recording, on a small
@@ -126,7 +124,6 @@ impl Default for Limits {
             small_body_bytes_max: 16 * 1024,
             bodies_bytes_max: 64 * 1024 * 1024,
             bodies_bytes_per_sender_max: 8 * 1024 * 1024,
-            batch: grideye_recording::wire::Limits::default(),
             handler_time_max: Duration::from_secs(20),
             slow_handler_time_max: Duration::from_secs(300),
             write_stall_max: Duration::from_secs(20),

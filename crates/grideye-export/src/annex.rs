@@ -351,7 +351,7 @@ mod tests {
     use super::*;
     use grideye_collector::store::{RecordingId, StoreLocation};
     use grideye_collector::{Limits, SqliteStore};
-    use grideye_recording::wire::{Batch, Limits as WireLimits};
+    use grideye_recording::wire::Batch;
     use std::time::{Duration, Instant};
 
     async fn exports(written_max: usize) -> Exports {
@@ -393,7 +393,7 @@ mod tests {
             "device": "pi-1", "boot": boot, "sensors": [{ "sensor": sensor, "frames": frames }]
         });
         let json = serde_json::to_vec(&json).unwrap();
-        let batch = Batch::from_json(&json, &WireLimits::default()).unwrap();
+        let batch = Batch::from_json(&json).unwrap();
         exports.store.append(Arc::new(batch), 2).await.unwrap();
     }
 

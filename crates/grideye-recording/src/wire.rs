@@ -1,11 +1,11 @@
 //! The body of `POST /v1/frames` and of its answer: one batch per device and half second.
 //!
 //! ```
-//! use grideye_recording::wire::{Batch, Limits};
+//! use grideye_recording::wire::Batch;
 //!
 //! let body = br#"{"device":"pi-1","boot":"5f0c","sensors":[{"sensor":"i2c-1:0x69","frames":[
 //!     {"seq":17,"t_boot_ns":81000000000,"t_utc_ns":1625163247274925000,"clock":"synced","missing":"nack"}]}]}"#;
-//! let batch = Batch::from_json(body, &Limits::default()).unwrap();
+//! let batch = Batch::from_json(body).unwrap();
 //! assert_eq!(batch.sensors[0].frames[0].seq, 17);
 //! ```
 //!
@@ -14,17 +14,15 @@
 
 mod binary;
 mod check;
-mod decode;
-mod encode;
 mod error;
-mod lifted;
+mod json;
 mod types;
 mod values;
 
 pub use error::WireError;
 pub use types::{
     Account, Acknowledgement, BINARY_TYPE, Batch, FRAME_BYTES_MAX, FRAMES_MAX, GAPS_MAX, Gap,
-    JSON_TYPE, LOST_IN_MEMORY, Limits, REASONS_MAX, SENSORS_MAX, SensorBatch,
+    JSON_TYPE, LOST_IN_MEMORY, REASONS_MAX, SENSORS_MAX, SensorBatch,
 };
 
 impl Batch {
@@ -32,8 +30,9 @@ impl Batch {
     ///
     /// # Errors
     /// [`WireError`] for the first fault, with the field's path, expected and found.
-    pub fn from_json(json: &[u8], limits: &Limits) -> Result<Self, WireError> {
-        let batch = decode::batch(json, limits)?;
+    pub fn from_json(json: &[u8]) -> Result<Self, WireError> {
+        let batch: Self = json::read(json)?;
+        check::frames_in_all(&batch)?;
         check::batch(&batch)?;
         Ok(batch)
     }
@@ -41,18 +40,19 @@ impl Batch {
     /// Writes the body of a post, without white space.
     ///
     /// # Errors
-    /// [`WireError`] for content that [`Batch::from_json`] rejects under any limits.
+    /// [`WireError`] for content that [`Batch::from_json`] rejects, except too many frames.
     pub fn to_json(&self) -> Result<Vec<u8>, WireError> {
         check::batch(self)?;
-        encode::json(self)
+        json::write(self)
     }
 
     /// Reads the compact body of a post ([`BINARY_TYPE`]), with the same checks and limits as JSON.
     ///
     /// # Errors
     /// [`WireError`] for the first fault, with the field's path, expected and found.
-    pub fn from_binary(body: &[u8], limits: &Limits) -> Result<Self, WireError> {
-        let batch = binary::decode(body, limits)?;
+    pub fn from_binary(body: &[u8]) -> Result<Self, WireError> {
+        let batch = binary::decode(body)?;
+        check::frames_in_all(&batch)?;
         check::batch(&batch)?;
         Ok(batch)
     }
@@ -60,7 +60,7 @@ impl Batch {
     /// Writes the compact body of a post: 62 to 78 bytes per frame of a room, at most 158.
     ///
     /// # Errors
-    /// [`WireError`] for content that [`Batch::from_binary`] rejects under any limits.
+    /// [`WireError`] for content that [`Batch::from_binary`] rejects, except too many frames.
     pub fn to_binary(&self) -> Result<Vec<u8>, WireError> {
         let mut body = Vec::new();
         self.append_binary(&mut body)?;
@@ -83,8 +83,8 @@ impl Acknowledgement {
     ///
     /// # Errors
     /// [`WireError`] for the first fault, with the field's path, expected and found.
-    pub fn from_json(json: &[u8], limits: &Limits) -> Result<Self, WireError> {
-        let acknowledgement = decode::acknowledgement(json, limits)?;
+    pub fn from_json(json: &[u8]) -> Result<Self, WireError> {
+        let acknowledgement = json::read(json)?;
         check::acknowledgement(&acknowledgement)?;
         Ok(acknowledgement)
     }
@@ -92,23 +92,9 @@ impl Acknowledgement {
     /// Writes the answer to a post, without white space.
     ///
     /// # Errors
-    /// [`WireError`] for content that [`Acknowledgement::from_json`] rejects under any limits.
+    /// [`WireError`] for content that [`Acknowledgement::from_json`] rejects, except too many of it.
     pub fn to_json(&self) -> Result<Vec<u8>, WireError> {
         check::acknowledgement(self)?;
-        let durable_through = self.durable_through.iter();
-        let durable_through = durable_through.map(|(sensor, seq)| (sensor.as_str(), *seq));
-        encode::acknowledgement(durable_through, self.gaps.iter())
-    }
-
-    /// Writes an answer without building the struct. Give each sensor once, with the number up to which everything but
-    /// the gaps is on disk.
-    ///
-    /// # Errors
-    /// [`WireError`] if it cannot be written as JSON.
-    pub fn write_json<'a>(
-        durable_through: impl Iterator<Item = (&'a str, u64)> + Clone,
-        gaps: impl Iterator<Item = &'a Gap> + Clone,
-    ) -> Result<Vec<u8>, WireError> {
-        encode::acknowledgement(durable_through, gaps)
+        json::write(self)
     }
 }

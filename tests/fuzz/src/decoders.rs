@@ -8,7 +8,7 @@ use grideye_agent::join::{JoinLine, Joined};
 use grideye_agent::spool::segment::{Encoder, Entries, Entry, crc32c};
 use grideye_collector::store::segment as sealed_segment;
 use grideye_recording::linaige::{self, Date, stream_from_file_name};
-use grideye_recording::wire::{Acknowledgement, Batch, Limits};
+use grideye_recording::wire::{Acknowledgement, Batch};
 use grideye_recording::{csv, sniff};
 use grideye_scene::Scene;
 use grideye_scene::profile::Profile;
@@ -31,26 +31,24 @@ pub(crate) const DECODERS: [(&str, Decoder); 9] = [
 ];
 
 fn wire(data: &[u8]) {
-    let limits = Limits::default();
-    if let Ok(batch) = Batch::from_json(data, &limits) {
+    if let Ok(batch) = Batch::from_json(data) {
         let json = batch.to_json().expect("what was read can be written");
-        let again = Batch::from_json(&json, &limits).expect("what was written can be read");
+        let again = Batch::from_json(&json).expect("what was written can be read");
         assert_eq!(batch, again);
     }
-    if let Ok(answer) = Acknowledgement::from_json(data, &limits) {
+    if let Ok(answer) = Acknowledgement::from_json(data) {
         let json = answer.to_json().expect("what was read can be written");
-        assert_eq!(Acknowledgement::from_json(&json, &limits), Ok(answer));
+        assert_eq!(Acknowledgement::from_json(&json), Ok(answer));
     }
 }
 
 /// Both forms of a body mean the same.
 fn binary(data: &[u8]) {
-    let limits = Limits::default();
-    if let Ok(batch) = Batch::from_binary(data, &limits) {
+    if let Ok(batch) = Batch::from_binary(data) {
         let bytes = batch.to_binary().expect("what was read can be written");
-        assert_eq!(Batch::from_binary(&bytes, &limits).as_ref(), Ok(&batch));
+        assert_eq!(Batch::from_binary(&bytes).as_ref(), Ok(&batch));
         let json = batch.to_json().expect("what was read can be written");
-        assert_eq!(Batch::from_json(&json, &limits).as_ref(), Ok(&batch));
+        assert_eq!(Batch::from_json(&json).as_ref(), Ok(&batch));
     }
 }
 

@@ -4,7 +4,7 @@ use super::post::{Post, Posted};
 use crate::advice;
 use crate::config::Body;
 use crate::join::{ClientCertificate, Credentials, Secret};
-use grideye_recording::wire::{Acknowledgement, BINARY_TYPE, Batch, JSON_TYPE, Limits};
+use grideye_recording::wire::{Acknowledgement, BINARY_TYPE, Batch, JSON_TYPE};
 use rustls::crypto::ring::default_provider;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -124,7 +124,7 @@ fn is_before_sending(error: &ureq::Error) -> bool {
 fn understand(status: u16, answer: &[u8], retry_after: Option<Duration>) -> Posted {
     let said = excerpt(answer);
     match status {
-        200 => match Acknowledgement::from_json(answer, &Limits::default()) {
+        200 => match Acknowledgement::from_json(answer) {
             Ok(answer) => Posted::Durable(answer),
             Err(error) => Posted::Later {
                 why: format!("answer not understood: {error}"),

@@ -300,8 +300,7 @@ fn a_rejected_record_is_stored_ready_to_post_and_the_rest_goes_on() {
     spool.quarantine(&batch.items[0], "refused-422").unwrap();
     assert_eq!(of(&drain(&mut spool, 9), "b1", 0), [1, 2]);
     let line = disk.bytes("quarantine/refused-b1.jsonl");
-    let batch = wire::Batch::from_json(line.strip_suffix(b"\n").unwrap(), &wire::Limits::default())
-        .unwrap();
+    let batch = wire::Batch::from_json(line.strip_suffix(b"\n").unwrap()).unwrap();
     assert_eq!(
         (batch.boot.as_str(), batch.sensors[0].frames[0]),
         ("b1", record(0))

@@ -15,7 +15,7 @@ use axum::body::{Body, Bytes};
 use axum::extract::Request;
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse as _, Response};
-use grideye_recording::wire::{self, BINARY_TYPE, Batch, WireError};
+use grideye_recording::wire::{BINARY_TYPE, Batch, WireError};
 use std::sync::Arc;
 
 pub(crate) async fn frames(
@@ -53,7 +53,7 @@ async fn take(
     check_announced(headers, bytes_max)?;
     let body = collect(body, bytes_max, |bytes| room.grow(bytes));
     let body = in_body_time(&shared.limits, body).await?;
-    let (batch, compact) = form.read(body, &shared.limits.batch)?;
+    let (batch, compact) = form.read(body)?;
     check_device(caller, &batch.device)?;
     if !shared.live.has_room_for(&batch) {
         return Err(too_many_sensors(shared.limits.sensors_max));
@@ -107,14 +107,10 @@ impl Form {
     }
 
     /// The batch, and the body if a store may keep it as it is.
-    fn read(
-        self,
-        body: Bytes,
-        limits: &wire::Limits,
-    ) -> Result<(Arc<Batch>, Option<Bytes>), WireError> {
+    fn read(self, body: Bytes) -> Result<(Arc<Batch>, Option<Bytes>), WireError> {
         Ok(match self {
-            Self::Json => (Arc::new(Batch::from_json(&body, limits)?), None),
-            Self::Binary => (Arc::new(Batch::from_binary(&body, limits)?), Some(body)),
+            Self::Json => (Arc::new(Batch::from_json(&body)?), None),
+            Self::Binary => (Arc::new(Batch::from_binary(&body)?), Some(body)),
         })
     }
 }

@@ -40,12 +40,14 @@ impl Appended {
     /// [`WireError`] if it cannot be written.
     pub fn acknowledgement(&self) -> Result<Vec<u8>, WireError> {
         let streams = self.sensors.iter().map(|sensor| &sensor.stream);
-        let durable_through = streams.clone().filter_map(|stream| {
-            let seq = stream.durable_through?;
-            Some((stream.id.sensor.as_str(), seq))
-        });
-        let gaps = streams.flat_map(|stream| &stream.gaps);
-        Acknowledgement::write_json(durable_through, gaps)
+        let durable_through = streams
+            .clone()
+            .filter_map(|stream| Some((stream.id.sensor.clone(), stream.durable_through?)));
+        Acknowledgement {
+            durable_through: durable_through.collect(),
+            gaps: streams.flat_map(|stream| &stream.gaps).cloned().collect(),
+        }
+        .to_json()
     }
 }
 

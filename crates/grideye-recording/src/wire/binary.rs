@@ -1,8 +1,10 @@
 //! The batch as bytes, laid out as in this crate's `README.md`: a quarter as long as JSON, and read without a parser.
 
+use crate::record::Record;
 use crate::record::layout::{ByteReader, Fault, Form, PACKED_BYTES_MAX, put, put_name};
 use crate::wire::error::WireError;
-use crate::wire::types::{Account, Batch, Limits, SensorBatch};
+use crate::wire::types::{Account, Batch, Reason, SensorBatch};
+use crate::wire::values::{Bounded, limit};
 use std::collections::BTreeMap;
 
 /// The first bytes of a body: a mark, and the layout's version.
@@ -104,18 +106,15 @@ impl<T> InField<T> for Result<T, Fault> {
     }
 }
 
-pub(super) fn decode(body: &[u8], limits: &Limits) -> Result<Batch, WireError> {
+pub(super) fn decode(body: &[u8]) -> Result<Batch, WireError> {
     let mut reader = ByteReader::new(body);
     check_head(&mut reader)?;
     let device = reader.name().at(|| "device".to_owned())?.to_owned();
     let boot = reader.name().at(|| "boot".to_owned())?.to_owned();
     let t_sent_boot_ns = time_sent(&mut reader).at(|| "t_sent_boot_ns".to_owned())?;
-    let count = count(&mut reader).at(|| "sensors".to_owned())?;
-    let count = within(count, limits.sensors, "sensors", || "sensors".to_owned())?;
-    let mut frames_left = limits.frames;
     let mut sensors = Vec::new();
-    for index in 0..count {
-        sensors.push(sensor(&mut reader, index, limits, &mut frames_left)?);
+    for index in 0..length::<SensorBatch>(&mut reader, || "sensors".to_owned())? {
+        sensors.push(sensor(&mut reader, index)?);
     }
     if reader.left() > 0 {
         let found = format!("{} more bytes", reader.left());
@@ -157,12 +156,7 @@ fn time_sent(reader: &mut ByteReader<'_>) -> Result<Option<u64>, Fault> {
     }
 }
 
-fn sensor(
-    reader: &mut ByteReader<'_>,
-    index: usize,
-    limits: &Limits,
-    frames_left: &mut usize,
-) -> Result<SensorBatch, WireError> {
+fn sensor(reader: &mut ByteReader<'_>, index: usize) -> Result<SensorBatch, WireError> {
     let path = |field: &str| format!("sensors[{index}].{field}");
     let sensor = reader.name().at(|| path("sensor"))?.to_owned();
     let at = reader.at();
@@ -170,19 +164,11 @@ fn sensor(
         [ACCOUNT_NONE] => None,
         [ended @ (ACCOUNT_OF_RUN | ACCOUNT_OF_ENDED_RUN)] => {
             let ended = ended == ACCOUNT_OF_ENDED_RUN;
-            Some(account(reader, limits, ended, || path("account"))?)
+            Some(account(reader, ended, || path("account"))?)
         }
         [other] => return Err(Fault::byte(at, "0 to 2", other)).at(|| path("account")),
     };
-    let count = count(reader).at(|| path("frames"))?;
-    let count = usize::try_from(count).ok();
-    let count = count
-        .filter(|count| count <= frames_left)
-        .ok_or_else(|| WireError::TooMany {
-            path: path("frames"),
-            limit: format!("{} frames in all", limits.frames),
-        })?;
-    *frames_left -= count;
+    let count = length::<Record>(reader, || path("frames"))?;
     let mut frames = Vec::with_capacity(count);
     for frame in 0..count {
         let record = reader.record(Form::Wire);
@@ -197,7 +183,6 @@ fn sensor(
 
 fn account(
     reader: &mut ByteReader<'_>,
-    limits: &Limits,
     ended: bool,
     path: impl Fn() -> String,
 ) -> Result<Account, WireError> {
@@ -206,21 +191,18 @@ fn account(
         read: count(reader).at(|| field("read"))?,
         missing: count(reader).at(|| field("missing"))?,
         spooled: count(reader).at(|| field("spooled"))?,
-        dropped: counts(reader, limits, || field("dropped"))?,
-        errors: counts(reader, limits, || field("errors"))?,
+        dropped: counts(reader, || field("dropped"))?,
+        errors: counts(reader, || field("errors"))?,
         ended,
     })
 }
 
 fn counts(
     reader: &mut ByteReader<'_>,
-    limits: &Limits,
     path: impl Fn() -> String,
 ) -> Result<BTreeMap<String, u64>, WireError> {
-    let length = count(reader).at(&path)?;
-    let length = within(length, limits.reasons, "reasons", &path)?;
     let mut counts = BTreeMap::new();
-    for _ in 0..length {
+    for _ in 0..length::<Reason>(reader, &path)? {
         let name = reader.name().at(|| format!("{}, a key", path()))?;
         let of_name = || format!("{}.{name}", path());
         let count = count(reader).at(of_name)?;
@@ -231,16 +213,16 @@ fn counts(
     Ok(counts)
 }
 
-fn within(
-    count: u64,
-    limit: usize,
-    of: &str,
-    path: impl FnOnce() -> String,
+/// How many there are of `T`, at most as many as a body may hold.
+fn length<T: Bounded>(
+    reader: &mut ByteReader<'_>,
+    path: impl Fn() -> String,
 ) -> Result<usize, WireError> {
-    let count = usize::try_from(count).ok().filter(|count| *count <= limit);
+    let count = usize::try_from(count(reader).at(&path)?).ok();
+    let count = count.filter(|count| *count <= T::MAX);
     count.ok_or_else(|| WireError::TooMany {
         path: path(),
-        limit: format!("{limit} {of}"),
+        limit: limit::<T>(),
     })
 }
 

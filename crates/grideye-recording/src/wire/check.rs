@@ -2,7 +2,8 @@
 
 use crate::record::{COUNT_MAX, Record, check_name};
 use crate::wire::error::WireError;
-use crate::wire::types::{Account, Acknowledgement, Batch, SensorBatch};
+use crate::wire::types::{Account, Acknowledgement, Batch, FRAMES_MAX, SensorBatch};
+use crate::wire::values::limit;
 use grideye_frame::NAME_RULE;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -23,6 +24,21 @@ pub(super) fn batch(batch: &Batch) -> Result<(), WireError> {
                 path: format!("{}.sensor", path()),
                 expected: "each sensor once".to_owned(),
                 found: format!("{} a second time", sensor.sensor),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The limit of frames covers all sensors together.
+pub(super) fn frames_in_all(batch: &Batch) -> Result<(), WireError> {
+    let mut frames = 0;
+    for (index, sensor) in batch.sensors.iter().enumerate() {
+        frames += sensor.frames.len();
+        if frames > FRAMES_MAX {
+            return Err(WireError::TooMany {
+                path: format!("sensors[{index}].frames"),
+                limit: limit::<Record>(),
             });
         }
     }

@@ -105,15 +105,8 @@ impl WireError {
     }
 }
 
-const TOO_MANY: &str = "too many, expected at most ";
-
-pub(super) fn too_many<E: serde::de::Error>(limit: usize, of: &str) -> E {
-    E::custom(format_args!("{TOO_MANY}{limit} {of}"))
-}
-
-pub(super) fn repeated<E: serde::de::Error>(key: &str) -> E {
-    E::custom(format_args!("duplicate field `{key}`"))
-}
+/// How [`values`](super::values) begins the message of a limit.
+pub(super) const TOO_MANY: &str = "too many, expected at most ";
 
 /// Maximum path in an error, because map keys are untrusted.
 const PATH_CHARS_MAX: usize = 160;

@@ -1,8 +1,11 @@
 //! The compact body: the same batches, checks and limits as JSON, compared with bytes assembled by hand.
 
 use super::made_up::any_batch;
-use super::wire::{body_of, specimen_value};
-use grideye_recording::wire::{Batch, Limits, WireError};
+use super::wire::specimen_value;
+use grideye_recording::Record;
+use grideye_recording::wire::{
+    Account, Batch, FRAMES_MAX, REASONS_MAX, SENSORS_MAX, SensorBatch, WireError,
+};
 use proptest::prelude::*;
 
 /// The specimen of the JSON tests, assembled by hand from the specification in `README.md`.
@@ -49,7 +52,7 @@ fn tail_by_hand() -> Vec<u8> {
 }
 
 fn read(body: &[u8]) -> Result<Batch, WireError> {
-    Batch::from_binary(body, &Limits::default())
+    Batch::from_binary(body)
 }
 
 #[test]
@@ -154,31 +157,60 @@ fn what_follows_the_last_frame_is_refused() {
 
 #[test]
 fn each_limit_is_reached_and_not_passed() {
-    let limits = Limits {
-        sensors: 2,
-        frames: 6,
-        reasons: 1,
-        gaps: 0,
+    let batch = |sensors: usize, frames: usize| {
+        let frame = specimen_value().sensors[0].frames[1];
+        let of = |sensor| SensorBatch {
+            sensor: format!("s{sensor}"),
+            account: None,
+            frames: (0..)
+                .map(|seq| Record { seq, ..frame })
+                .take(frames)
+                .collect(),
+        };
+        Batch {
+            sensors: (0..sensors).map(of).collect(),
+            ..specimen_value()
+        }
     };
-    let body = |sensors, frames| {
-        let json = body_of(sensors, frames);
-        let batch = Batch::from_json(json.as_bytes(), &Limits::default()).unwrap();
-        batch.to_binary().unwrap()
+    let read = |batch: &Batch| {
+        let read = read(&batch.to_binary().unwrap());
+        read.map_err(|error| error.to_string())
     };
-    let refused = |body: &[u8]| Batch::from_binary(body, &limits).unwrap_err().to_string();
-    Batch::from_binary(&body(2, 3), &limits).unwrap();
-    assert!(refused(&body(3, 1)).contains("sensors: expected at most 2 sensors, found more"));
-    assert!(refused(&body(1, 7)).contains("sensors[0].frames: expected at most 6 frames in all"));
-    assert!(refused(&body(2, 4)).contains("sensors[1].frames: expected at most 6 frames in all"));
-    let mut reasons = specimen_value();
-    Batch::from_binary(&reasons.to_binary().unwrap(), &limits).unwrap();
-    let account = reasons.sensors[0].account.as_mut().unwrap();
-    account.errors.insert("eio".to_owned(), 1);
-    let found = refused(&reasons.to_binary().unwrap());
-    assert!(
-        found.contains("sensors[0].account.errors: expected at most 1 reasons"),
-        "{found}"
-    );
+    let full = batch(SENSORS_MAX, FRAMES_MAX / SENSORS_MAX);
+    assert_eq!(read(&full), Ok(full));
+    for (sensors, frames, refusal) in [
+        (
+            SENSORS_MAX + 1,
+            1,
+            "sensors: expected at most 32 sensors, found more",
+        ),
+        (
+            1,
+            FRAMES_MAX + 1,
+            "sensors[0].frames: expected at most 4096 frames in all",
+        ),
+        (
+            2,
+            FRAMES_MAX / 2 + 1,
+            "sensors[1].frames: expected at most 4096 frames in all",
+        ),
+    ] {
+        let found = read(&batch(sensors, frames)).unwrap_err();
+        assert!(found.starts_with(refusal), "{found}");
+    }
+    let mut account = Account::default();
+    let mut told = |reasons: usize| {
+        account.errors = (0..reasons)
+            .map(|reason| (format!("r{reason}"), 1))
+            .collect();
+        let mut batch = batch(1, 1);
+        batch.sensors[0].account = Some(account.clone());
+        read(&batch)
+    };
+    told(REASONS_MAX).unwrap();
+    let found = told(REASONS_MAX + 1).unwrap_err();
+    let refusal = "sensors[0].account.errors: expected at most 64 reasons";
+    assert!(found.starts_with(refusal), "{found}");
 }
 
 #[test]
@@ -213,7 +245,7 @@ proptest! {
     #[test]
     fn a_batch_comes_back_from_its_bytes_and_means_what_its_json_means(batch in any_batch()) {
         let from_bytes = read(&batch.to_binary().unwrap());
-        let from_json = Batch::from_json(&batch.to_json().unwrap(), &Limits::default());
+        let from_json = Batch::from_json(&batch.to_json().unwrap());
         prop_assert_eq!(&from_bytes, &Ok(batch));
         prop_assert_eq!(from_bytes, from_json);
     }

@@ -3,7 +3,8 @@
 use crate::made_up::{any_answer, any_batch};
 use grideye_frame::{NoData, PixelWord, Reading, RecordedFrame, ThermistorWord};
 use grideye_recording::wire::{
-    Account, Acknowledgement, Batch, FRAME_BYTES_MAX, Gap, Limits, SensorBatch, WireError,
+    Account, Acknowledgement, Batch, FRAME_BYTES_MAX, FRAMES_MAX, GAPS_MAX, Gap, REASONS_MAX,
+    SENSORS_MAX, SensorBatch, WireError,
 };
 use grideye_recording::{COUNT_MAX, ClockState, Record, Stamp};
 use proptest::prelude::*;
@@ -71,7 +72,7 @@ pub(crate) fn specimen_value() -> Batch {
 }
 
 fn read(body: &str) -> Result<Batch, WireError> {
-    Batch::from_json(body.as_bytes(), &Limits::default())
+    Batch::from_json(body.as_bytes())
 }
 
 /// The message for the specimen with one piece replaced.
@@ -82,7 +83,7 @@ fn refusal(from: &str, to: &str) -> String {
 }
 
 fn refusal_of_answer(body: &str) -> String {
-    Acknowledgement::from_json(body.as_bytes(), &Limits::default())
+    Acknowledgement::from_json(body.as_bytes())
         .unwrap_err()
         .to_string()
 }
@@ -131,7 +132,7 @@ fn optional_fields_and_whole_sensors_may_be_absent() {
 fn the_answer_means_what_it_says() {
     let body =
         r#"{"durable_through":{"i2c-1:0x69":17},"gaps":[{"sensor":"i2c-1:0x69","from":3,"to":5}]}"#;
-    let answer = Acknowledgement::from_json(body.as_bytes(), &Limits::default()).unwrap();
+    let answer = Acknowledgement::from_json(body.as_bytes()).unwrap();
     let expected = Acknowledgement {
         durable_through: [("i2c-1:0x69".to_owned(), 17)].into(),
         gaps: vec![Gap {
@@ -275,7 +276,7 @@ fn invalid_json_is_rejected_with_line_and_column() {
         assert_eq!(read(body).unwrap_err().to_string(), message, "{body}");
     }
     let invalid_utf8 = b"{\"device\":\"\xff\",\"boot\":\"b\",\"sensors\":[]}";
-    let error = Batch::from_json(invalid_utf8, &Limits::default()).unwrap_err();
+    let error = Batch::from_json(invalid_utf8).unwrap_err();
     assert_eq!(error.path(), "device");
 }
 
@@ -340,7 +341,7 @@ fn untrusted_text_is_escaped_and_cut_in_the_message() {
 }
 
 /// A body with this many sensors of this many missing frames each.
-pub(crate) fn body_of(sensors: usize, frames: usize) -> String {
+fn body_of(sensors: usize, frames: usize) -> String {
     let row = |seq: usize| {
         format!(r#"{{"seq":{seq},"t_boot_ns":0,"t_utc_ns":0,"clock":"unsynced","missing":"nack"}}"#)
     };
@@ -357,81 +358,61 @@ pub(crate) fn body_of(sensors: usize, frames: usize) -> String {
 
 #[test]
 fn each_limit_is_reached_and_not_passed() {
-    let limits = Limits {
-        sensors: 2,
-        frames: 6,
-        reasons: 2,
-        gaps: 2,
-    };
-    let batch =
-        |body: &str| Batch::from_json(body.as_bytes(), &limits).map_err(|error| error.to_string());
-    assert!(batch(&body_of(2, 3)).is_ok());
+    let batch = |body: &str| read(body).map_err(|error| error.to_string());
+    assert!(batch(&body_of(SENSORS_MAX, FRAMES_MAX / SENSORS_MAX)).is_ok());
     assert_eq!(
-        batch(&body_of(3, 0)).unwrap_err(),
-        "sensors: expected at most 2 sensors, found more\nhint: send smaller batches"
+        batch(&body_of(SENSORS_MAX + 1, 0)).unwrap_err(),
+        "sensors: expected at most 32 sensors, found more\nhint: send smaller batches"
     );
-    // The fourth frame of the second sensor is the batch's seventh: the limit covers all sensors together.
     assert_eq!(
-        batch(&body_of(2, 4)).unwrap_err(),
-        "sensors[1].frames: expected at most 6 frames in all, found more\nhint: send smaller batches"
+        batch(&body_of(1, FRAMES_MAX + 1)).unwrap_err(),
+        "sensors[0].frames: expected at most 4096 frames in all, found more\nhint: send smaller batches"
+    );
+    // The last frame of the second sensor is one too many: the limit covers all sensors together.
+    assert_eq!(
+        batch(&body_of(2, FRAMES_MAX / 2 + 1)).unwrap_err(),
+        "sensors[1].frames: expected at most 4096 frames in all, found more\nhint: send smaller batches"
     );
     let account = |dropped: &str| {
         format!(
             r#"{{"device":"d","boot":"b","sensors":[{{"sensor":"s","frames":[],"account":{{"read":0,"missing":0,"spooled":0,"errors":{{}},"dropped":{{{dropped}}}}}}}]}}"#
         )
     };
-    assert!(batch(&account(r#""a":1,"b":2"#)).is_ok());
+    let named = |count: usize| {
+        let named: Vec<String> = (0..count).map(|name| format!(r#""s{name}":1"#)).collect();
+        named.join(",")
+    };
+    assert!(batch(&account(&named(REASONS_MAX))).is_ok());
     assert_eq!(
-        batch(&account(r#""a":1,"b":2,"c":3"#)).unwrap_err(),
-        "sensors[0].account.dropped: expected at most 2 reasons, found more\nhint: send smaller batches"
+        batch(&account(&named(REASONS_MAX + 1))).unwrap_err(),
+        "sensors[0].account.dropped: expected at most 64 reasons, found more\nhint: send smaller batches"
     );
     let answer = |gaps: usize, sensors: usize| {
         let gaps = vec![r#"{"sensor":"s","from":1,"to":1}"#; gaps].join(",");
-        let durable: Vec<String> = (0..sensors)
-            .map(|sensor| format!(r#""s{sensor}":1"#))
-            .collect();
-        let body = format!(
-            r#"{{"durable_through":{{{}}},"gaps":[{gaps}]}}"#,
-            durable.join(",")
-        );
-        Acknowledgement::from_json(body.as_bytes(), &limits)
-            .map_err(|error| error.path().to_owned())
+        let durable = named(sensors);
+        let body = format!(r#"{{"durable_through":{{{durable}}},"gaps":[{gaps}]}}"#);
+        Acknowledgement::from_json(body.as_bytes()).map_err(|error| error.path().to_owned())
     };
-    assert!(answer(2, 2).is_ok());
-    assert_eq!(answer(3, 2), Err("gaps".to_owned()));
-    assert_eq!(answer(2, 3), Err("durable_through".to_owned()));
-}
-
-#[test]
-fn the_default_limits_are_reached_and_not_passed() {
-    use grideye_recording::wire::{FRAMES_MAX, SENSORS_MAX};
-    assert!(read(&body_of(SENSORS_MAX, FRAMES_MAX / SENSORS_MAX)).is_ok());
-    assert!(matches!(
-        read(&body_of(1, FRAMES_MAX + 1)),
-        Err(WireError::TooMany { .. })
-    ));
-    assert!(matches!(
-        read(&body_of(SENSORS_MAX + 1, 0)),
-        Err(WireError::TooMany { .. })
-    ));
+    assert!(answer(GAPS_MAX, SENSORS_MAX).is_ok());
+    assert_eq!(answer(GAPS_MAX + 1, 2), Err("gaps".to_owned()));
+    assert_eq!(
+        answer(2, SENSORS_MAX + 1),
+        Err("durable_through".to_owned())
+    );
 }
 
 /// The fault is beyond the limit: a parser that collects first and counts later would report the fault.
 #[test]
 fn arrays_are_cut_off_while_they_are_parsed() {
-    let whole = body_of(1, 5);
+    let whole = body_of(1, FRAMES_MAX + 1);
     let (head, _) = whole.split_at(whole.len() - "]}]}".len());
     let body = format!("{head},{{\"garbage\"");
-    let limits = Limits {
-        frames: 4,
-        ..Limits::default()
-    };
-    let error = Batch::from_json(body.as_bytes(), &limits).unwrap_err();
+    let error = read(&body).unwrap_err();
     assert_eq!(
         error,
         WireError::TooMany {
             path: "sensors[0].frames".to_owned(),
-            limit: "4 frames in all".to_owned()
+            limit: "4096 frames in all".to_owned()
         }
     );
     let pixels = format!(
@@ -525,18 +506,18 @@ fn what_would_be_refused_is_not_sent() {
 proptest! {
     #[test]
     fn a_batch_comes_back_from_its_json(batch in any_batch()) {
-        prop_assert_eq!(Batch::from_json(&batch.to_json().unwrap(), &Limits::default()), Ok(batch));
+        prop_assert_eq!(Batch::from_json(&batch.to_json().unwrap()), Ok(batch));
     }
 
     #[test]
     fn an_answer_comes_back_from_its_json(answer in any_answer()) {
-        prop_assert_eq!(Acknowledgement::from_json(&answer.to_json().unwrap(), &Limits::default()), Ok(answer));
+        prop_assert_eq!(Acknowledgement::from_json(&answer.to_json().unwrap()), Ok(answer));
     }
 
     #[test]
     fn arbitrary_bytes_are_refused_without_a_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
-        prop_assert!(Batch::from_json(&bytes, &Limits::default()).is_err());
-        prop_assert!(Acknowledgement::from_json(&bytes, &Limits::default()).is_err());
+        prop_assert!(Batch::from_json(&bytes).is_err());
+        prop_assert!(Acknowledgement::from_json(&bytes).is_err());
     }
 
     #[test]
@@ -548,8 +529,8 @@ proptest! {
             let place = place.index(body.len());
             body[place] = byte;
         }
-        match Batch::from_json(&body, &Limits::default()) {
-            Ok(batch) => prop_assert_eq!(Batch::from_json(&batch.to_json().unwrap(), &Limits::default()), Ok(batch)),
+        match Batch::from_json(&body) {
+            Ok(batch) => prop_assert_eq!(Batch::from_json(&batch.to_json().unwrap()), Ok(batch)),
             Err(error) => prop_assert!(!error.path().is_empty()),
         }
     }

@@ -1,7 +1,7 @@
 //! Every scene of the repository, every sensor of it: simulated, emulated, posted, recorded and compared under its own name.
 
 use crate::support::{Server, emulate, pixels, root, run};
-use grideye_recording::wire::{Batch, Limits, SensorBatch};
+use grideye_recording::wire::{Batch, SensorBatch};
 use grideye_recording::{Row, csv};
 use grideye_scene::{Scene, Sensor};
 use std::fs;
@@ -90,7 +90,7 @@ fn posted(rows: &[Row], sensor: &Sensor) -> Vec<i32> {
         }],
     };
     let json = batch.to_json().unwrap();
-    assert_eq!(Batch::from_json(&json, &Limits::default()).unwrap(), batch);
+    assert_eq!(Batch::from_json(&json).unwrap(), batch);
     let frame = rows[0].record.reading.frame().unwrap();
     let word = |word: u16| i32::from(word) - if word >= 0x800 { 0x1000 } else { 0 };
     frame.pixels.iter().map(|pixel| word(pixel.0)).collect()

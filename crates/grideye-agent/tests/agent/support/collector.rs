@@ -1,7 +1,7 @@
 //! A scripted collector.
 
 use grideye_recording::Record;
-use grideye_recording::wire::{Acknowledgement, Batch, Gap, Limits};
+use grideye_recording::wire::{Acknowledgement, Batch, Gap};
 use std::collections::{BTreeMap, VecDeque};
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::{TcpListener, TcpStream};
@@ -110,9 +110,9 @@ fn serve(stream: &TcpStream, store: &Mutex<Store>, script: &Mutex<VecDeque<Condu
         };
         let is_compact = body.starts_with(b"GEB");
         let batch = if is_compact {
-            Batch::from_binary(&body, &Limits::default()).expect("a valid batch")
+            Batch::from_binary(&body).expect("a valid batch")
         } else {
-            Batch::from_json(&body, &Limits::default()).expect("a valid batch")
+            Batch::from_json(&body).expect("a valid batch")
         };
         store.lock().unwrap().compact.push(is_compact);
         let Some(answer) = act(conduct, batch, &mut store.lock().unwrap()) else {

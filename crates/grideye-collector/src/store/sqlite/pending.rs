@@ -4,18 +4,10 @@
 use crate::store::error::{Result, StoreError};
 use crate::store::plan::Taken;
 use crate::store::row::damaged;
-use grideye_recording::wire::{self, Batch, SensorBatch};
+use grideye_recording::wire::{Batch, SensorBatch};
 use rusqlite::{Connection, params};
 use std::borrow::Cow;
 use std::sync::Arc;
-
-/// A batch that was accepted stays readable when limits are lowered later.
-const NO_LIMITS: wire::Limits = wire::Limits {
-    sensors: usize::MAX,
-    frames: usize::MAX,
-    reasons: usize::MAX,
-    gaps: usize::MAX,
-};
 
 /// A little more than a usual batch takes: five frames and their names.
 const ROOM_OF_A_POST: usize = 1024;
@@ -86,7 +78,7 @@ fn open(mut bytes: &[u8]) -> Option<Result<Vec<Taken>>> {
         let (length, rest) = rest.split_first_chunk()?;
         let length = usize::try_from(u32::from_le_bytes(*length)).ok()?;
         let (batch, rest) = rest.split_at_checked(length)?;
-        match Batch::from_binary(batch, &NO_LIMITS) {
+        match Batch::from_binary(batch) {
             Ok(batch) => {
                 group.push(Taken {
                     batch: Arc::new(batch),

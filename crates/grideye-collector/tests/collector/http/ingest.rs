@@ -6,7 +6,7 @@ use axum::body::{Body, Bytes};
 use axum::http::{Method, StatusCode, header};
 use grideye_collector::store::StoreLocation;
 use grideye_collector::{FrameStore, Limits, SqliteStore};
-use grideye_recording::wire::BINARY_TYPE;
+use grideye_recording::wire::{BINARY_TYPE, FRAMES_MAX};
 use serde_json::{Value, json};
 use std::sync::Arc;
 use std::time::Duration;
@@ -161,19 +161,15 @@ async fn a_body_may_not_be_larger_than_allowed_announced_or_not() {
 
 #[tokio::test]
 async fn a_batch_may_not_hold_more_than_allowed() {
-    let few = grideye_recording::wire::Limits {
-        frames: 4,
-        ..Default::default()
-    };
-    let server = Server::with(Limits {
-        batch: few,
-        ..Limits::default()
-    })
-    .await;
-    let (status, code, field) = server.frames(&numbered(0..5)).await.error();
+    let server = Server::new().await;
+    let most = u64::try_from(FRAMES_MAX).unwrap();
+    let (status, code, field) = server.frames(&numbered(0..most + 1)).await.error();
     assert_eq!((status, code.as_str()), (413, "too_many"));
     assert!(field.unwrap().contains("frames"));
-    assert_eq!(server.frames(&numbered(0..4)).await.status, StatusCode::OK);
+    assert_eq!(
+        server.frames(&numbered(0..most)).await.status,
+        StatusCode::OK
+    );
 }
 
 #[tokio::test]

@@ -94,7 +94,7 @@ pub(super) async fn gaps_are_the_numbers_that_never_came(store: &dyn FrameStore)
     let holes = append(store, numbered([4, 7, 9])).await;
     assert_eq!(gaps(&holes), (Some(9), vec![(0, 1), (5, 6), (8, 8)], 5));
     let answer = holes.acknowledgement().unwrap();
-    let answer = Acknowledgement::from_json(&answer, &Default::default()).unwrap();
+    let answer = Acknowledgement::from_json(&answer).unwrap();
     assert_eq!(answer.durable_through["s1"], 9);
     let last = Gap {
         sensor: "s1".to_owned(),
