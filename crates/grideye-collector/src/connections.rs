@@ -151,8 +151,15 @@ struct Places {
     /// Number of the next connection, in order of arrival.
     next: u64,
     open: HashMap<u64, Place>,
-    by_group: HashMap<AddressGroup, usize>,
-    tiers: [Tier; TIERS],
+    by_group: HashMap<AddressGroup, Group>,
+}
+
+/// The connections of one address group.
+#[derive(Default)]
+struct Group {
+    count: usize,
+    /// Those that can be displaced, by standing.
+    tiers: [BTreeSet<u64>; TIERS],
 }
 
 struct Place {
@@ -169,7 +176,6 @@ impl Places {
             next: 0,
             open: HashMap::new(),
             by_group: HashMap::new(),
-            tiers: Default::default(),
         }
     }
 
@@ -179,11 +185,12 @@ impl Places {
         group: AddressGroup,
         is_trusted_proxy: bool,
     ) -> Option<(u64, Option<Place>)> {
-        let of_group = self.by_group.get(&group).copied().unwrap_or(0);
-        let oldest = if !is_trusted_proxy && of_group >= self.per_group_max {
-            Some(self.tiers.iter().find_map(|tier| tier.oldest_of(group))?)
+        let own = self.by_group.get(&group);
+        let full = own.filter(|own| !is_trusted_proxy && own.count >= self.per_group_max);
+        let oldest = if let Some(own) = full {
+            Some(own.tiers.iter().find_map(|tier| tier.first().copied())?)
         } else if self.open.len() >= self.connections_max {
-            Some(self.tiers.iter().find_map(Tier::oldest_of_largest)?)
+            Some((0..TIERS).find_map(|tier| self.oldest_of_largest(tier))?)
         } else {
             None
         };
@@ -196,8 +203,9 @@ impl Places {
             task: None,
         };
         self.open.insert(number, place);
-        *self.by_group.entry(group).or_default() += 1;
-        self.tiers[0].change(group, |numbers| numbers.insert(number));
+        let own = self.by_group.entry(group).or_default();
+        own.count += 1;
+        own.tiers[0].insert(number);
         Some((number, displaced))
     }
 
@@ -207,60 +215,36 @@ impl Places {
             return;
         };
         let before = std::mem::replace(&mut place.standing, standing);
+        let Some(group) = self.by_group.get_mut(&place.group) else {
+            return;
+        };
         if let Some(tier) = before.tier() {
-            self.tiers[tier].change(place.group, |numbers| numbers.remove(&number));
+            group.tiers[tier].remove(&number);
         }
         if let Some(tier) = standing.tier() {
-            self.tiers[tier].change(place.group, |numbers| numbers.insert(number));
+            group.tiers[tier].insert(number);
         }
     }
 
     fn remove(&mut self, number: u64) -> Option<Place> {
         let place = self.open.remove(&number)?;
-        if let Some(tier) = place.standing.tier() {
-            self.tiers[tier].change(place.group, |numbers| numbers.remove(&number));
+        let group = self.by_group.get_mut(&place.group)?;
+        group.count -= 1;
+        for tier in &mut group.tiers {
+            tier.remove(&number);
         }
-        let left = self.by_group.get_mut(&place.group)?;
-        *left -= 1;
-        if *left == 0 {
+        if group.count == 0 {
             self.by_group.remove(&place.group);
         }
         Some(place)
     }
-}
 
-#[derive(Default)]
-struct Tier {
-    by_group: HashMap<AddressGroup, BTreeSet<u64>>,
-    /// The last entry is the group with the most connections; among equals, the one with the oldest.
-    by_size: BTreeSet<(usize, Reverse<u64>, AddressGroup)>,
-}
-
-impl Tier {
-    fn change(&mut self, group: AddressGroup, change: impl FnOnce(&mut BTreeSet<u64>) -> bool) {
-        let numbers = self.by_group.entry(group).or_default();
-        if let Some(oldest) = numbers.first() {
-            self.by_size
-                .remove(&(numbers.len(), Reverse(*oldest), group));
-        }
-        change(numbers);
-        match numbers.first() {
-            Some(oldest) => {
-                self.by_size
-                    .insert((numbers.len(), Reverse(*oldest), group));
-            }
-            None => {
-                self.by_group.remove(&group);
-            }
-        }
-    }
-
-    fn oldest_of(&self, group: AddressGroup) -> Option<u64> {
-        self.by_group.get(&group)?.first().copied()
-    }
-
-    fn oldest_of_largest(&self) -> Option<u64> {
-        self.by_size.last().map(|(_, Reverse(oldest), _)| *oldest)
+    /// The oldest connection of the group with the most of this tier; among equals, the oldest of all. Looks at every
+    /// group, of which there are no more than connections.
+    fn oldest_of_largest(&self, tier: usize) -> Option<u64> {
+        let groups = self.by_group.values().map(|group| &group.tiers[tier]);
+        let sized = groups.filter_map(|tier| Some((tier.len(), Reverse(*tier.first()?))));
+        sized.max().map(|(_, Reverse(oldest))| oldest)
     }
 }
 
@@ -397,9 +381,6 @@ mod tests {
         assert_eq!(of(&scene.counters.connections_open), 0);
         let places = lock(&scene.all.places);
         assert!(places.open.is_empty() && places.by_group.is_empty());
-        for tier in &places.tiers {
-            assert!(tier.by_group.is_empty() && tier.by_size.is_empty());
-        }
     }
 
     #[tokio::test]

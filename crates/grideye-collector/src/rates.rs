@@ -6,78 +6,56 @@ use std::hash::Hash;
 use std::sync::Mutex;
 use std::time::Duration;
 
-/// A bucket for each of a bounded number of callers.
+/// A bucket for each of a bounded number of callers, kept as the moment when it is full again (GCRA).
 pub(crate) struct Rates<K> {
-    per_second: f64,
-    burst: f64,
+    /// The time in which one request comes back.
+    every: Duration,
+    /// The time in which an empty bucket fills.
+    burst: Duration,
     callers_max: usize,
-    buckets: Mutex<Buckets<K>>,
+    full_at: Mutex<FullAt<K>>,
 }
 
-struct Buckets<K> {
-    of: HashMap<K, Bucket>,
+struct FullAt<K> {
+    of: HashMap<K, Duration>,
     /// Shared by all callers beyond the limit.
-    of_the_rest: Bucket,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Bucket {
-    left: f64,
-    filled_at: Duration,
+    of_the_rest: Duration,
 }
 
 impl<K: Eq + Hash> Rates<K> {
     /// `per_second` requests in the long run, `burst` at once; individual buckets for `callers_max`.
     pub(crate) fn new(per_second: u32, burst: u32, callers_max: usize) -> Self {
-        let burst = f64::from(burst.max(1));
+        let every = Duration::from_secs(1) / per_second.max(1);
         Self {
-            per_second: f64::from(per_second.max(1)),
-            burst,
+            every,
+            burst: every * burst.max(1),
             callers_max,
-            buckets: Mutex::new(Buckets {
+            full_at: Mutex::new(FullAt {
                 of: HashMap::new(),
-                of_the_rest: Bucket {
-                    left: burst,
-                    filled_at: Duration::ZERO,
-                },
+                of_the_rest: Duration::ZERO,
             }),
         }
     }
 
     /// Takes one request from the caller's bucket; if it is empty, returns the time until it is not.
     pub(crate) fn take(&self, caller: K, now: Duration) -> Result<(), Duration> {
-        let mut buckets = lock(&self.buckets);
-        if !buckets.of.contains_key(&caller) && buckets.of.len() >= self.callers_max {
+        let FullAt { of, of_the_rest } = &mut *lock(&self.full_at);
+        if !of.contains_key(&caller) && of.len() >= self.callers_max {
             // A caller with a full bucket can be forgotten.
-            buckets
-                .of
-                .retain(|_, bucket| self.filled(*bucket, now).left < self.burst);
+            of.retain(|_, full_at| *full_at > now);
         }
-        let has_room = buckets.of.len() < self.callers_max || buckets.of.contains_key(&caller);
-        let full = Bucket {
-            left: self.burst,
-            filled_at: now,
-        };
-        let bucket = if has_room {
-            buckets.of.entry(caller).or_insert(full)
+        let full_at = if of.len() < self.callers_max || of.contains_key(&caller) {
+            of.entry(caller).or_default()
         } else {
-            &mut buckets.of_the_rest
+            of_the_rest
         };
-        *bucket = self.filled(*bucket, now);
-        if bucket.left >= 1.0 {
-            bucket.left -= 1.0;
-            return Ok(());
-        }
-        Err(Duration::from_secs_f64(
-            (1.0 - bucket.left) / self.per_second,
-        ))
-    }
-
-    fn filled(&self, bucket: Bucket, now: Duration) -> Bucket {
-        let passed = now.saturating_sub(bucket.filled_at).as_secs_f64();
-        Bucket {
-            left: (bucket.left + passed * self.per_second).min(self.burst),
-            filled_at: now.max(bucket.filled_at),
+        let then_full_at = now.max(*full_at) + self.every;
+        match then_full_at.saturating_sub(now + self.burst) {
+            Duration::ZERO => {
+                *full_at = then_full_at;
+                Ok(())
+            }
+            wait => Err(wait),
         }
     }
 }
@@ -130,10 +108,10 @@ mod tests {
         assert_eq!(taken(&rates, "a", at(0)), 5);
         assert_eq!(taken(&rates, "b", at(0)), 5);
         assert_eq!(taken(&rates, "c", at(0)) + taken(&rates, "d", at(0)), 5);
-        assert_eq!(rates.buckets.lock().unwrap().of.len(), 2);
+        assert_eq!(rates.full_at.lock().unwrap().of.len(), 2);
         // After half a second a and b are full again and make room.
         assert_eq!(taken(&rates, "c", at(500)), 5);
         assert_eq!(taken(&rates, "d", at(500)), 5);
-        assert_eq!(rates.buckets.lock().unwrap().of.len(), 2);
+        assert_eq!(rates.full_at.lock().unwrap().of.len(), 2);
     }
 }

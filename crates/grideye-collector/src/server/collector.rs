@@ -11,8 +11,7 @@ use crate::peer::TrustedProxies;
 use crate::router::{Routes, app_with};
 use crate::server::config::Config;
 use crate::server::error::CollectorError;
-use crate::server::serving::Serving;
-use crate::server::stall::StallLimit;
+use crate::server::serving::{Serving, stall_limited};
 use crate::server::tls::Acceptors;
 use crate::store;
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
@@ -258,7 +257,7 @@ impl Server {
         };
         let task = match self.acceptors.clone() {
             None => {
-                let limited = StallLimit::new(stream, self.limits.write_stall_max);
+                let limited = stall_limited(stream, self.limits.write_stall_max);
                 connections.spawn(serving.run(limited, false))
             }
             Some(acceptors) => connections.spawn(async move {

@@ -4,7 +4,6 @@ mod collector;
 mod config;
 mod error;
 mod serving;
-mod stall;
 mod tls;
 
 pub use collector::Collector;

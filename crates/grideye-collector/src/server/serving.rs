@@ -1,12 +1,10 @@
 //! Serves one connection: TLS, then requests until either side closes it.
 
-use crate::alarm::Alarm;
 use crate::connections::Connection;
 use crate::http::client::Client;
 use crate::limits::Limits;
 use crate::peer::{Peer, TrustedProxies};
 use crate::router::Routes;
-use crate::server::stall::StallLimit;
 use crate::server::tls::Acceptors;
 use axum::body::Body;
 use axum::response::Response;
@@ -14,15 +12,26 @@ use hyper::Request;
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
-use hyper_util::rt::TokioIo;
+use hyper_util::rt::{TokioIo, TokioTimer};
 use std::convert::Infallible;
 use std::net::IpAddr;
-use std::pin::pin;
+use std::pin::{Pin, pin};
 use std::sync::Arc;
+use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpStream;
 use tokio::sync::watch;
+use tokio_io_timeout::TimeoutWriter;
 use tokio_rustls::server::TlsStream;
+
+/// A stream whose peer is disconnected if it accepts nothing for too long.
+type StallLimited<S> = Pin<Box<TimeoutWriter<S>>>;
+
+pub(super) fn stall_limited<S: AsyncWrite>(stream: S, stall_max: Duration) -> StallLimited<S> {
+    let mut limited = TimeoutWriter::new(stream);
+    limited.set_timeout(Some(stall_max));
+    Box::pin(limited)
+}
 
 pub(super) struct Serving {
     pub(super) peer: IpAddr,
@@ -40,11 +49,11 @@ impl Serving {
         &self,
         acceptors: &Acceptors,
         stream: TcpStream,
-    ) -> Option<TlsStream<StallLimit<TcpStream>>> {
+    ) -> Option<TlsStream<StallLimited<TcpStream>>> {
         let agreed = async {
             let address = stream.local_addr().ok()?.ip();
             let acceptor = acceptors.for_address(address).ok()?;
-            let limited = StallLimit::new(stream, self.limits.write_stall_max);
+            let limited = stall_limited(stream, self.limits.write_stall_max);
             acceptor.accept(limited).await.ok()
         };
         let mut stopping = self.stopping.clone();
@@ -70,10 +79,9 @@ impl Serving {
             mut stopping,
             connection,
         } = self;
-        let alarm = Alarm::default();
         let mut builder = http1::Builder::new();
         builder
-            .timer(alarm.clone())
+            .timer(TokioTimer::new())
             // Otherwise hyper reads the socket while a batch is handled, into a new buffer, to notice a peer that left.
             // The next write notices that too, and a peer that only closed its sending side still gets its response.
             .half_close(true)
@@ -89,7 +97,6 @@ impl Serving {
         let answering = Arc::new(Answering {
             client: Client {
                 peer,
-                alarm,
                 connection: Some(Arc::clone(&connection)),
             },
             proxies,
@@ -134,5 +141,37 @@ impl Answering {
         };
         self.connection.is_answered();
         Ok(answer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io;
+    use tokio::io::{AsyncReadExt, AsyncWriteExt};
+
+    #[tokio::test(start_paused = true)]
+    async fn a_peer_that_accepts_nothing_is_disconnected() {
+        let (near, _far) = tokio::io::duplex(8);
+        let mut limited = stall_limited(near, Duration::from_secs(20));
+        let started = tokio::time::Instant::now();
+        let error = limited.write_all(&[0; 64]).await.unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::TimedOut);
+        assert_eq!(started.elapsed().as_secs(), 20);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_slow_peer_stays_connected() {
+        let (near, mut far) = tokio::io::duplex(8);
+        let mut limited = stall_limited(near, Duration::from_secs(20));
+        let slow = tokio::spawn(async move {
+            let mut piece = [0; 8];
+            for _ in 0..8 {
+                tokio::time::sleep(Duration::from_secs(19)).await;
+                far.read_exact(&mut piece).await.unwrap();
+            }
+        });
+        limited.write_all(&[7; 64]).await.unwrap();
+        slow.await.unwrap();
     }
 }
