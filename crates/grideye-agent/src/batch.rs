@@ -6,42 +6,40 @@ use grideye_recording::{Record, StreamId};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Where a record is on the disk: its own bytes, plus those since the previous record.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Place {
-    /// The segment.
-    pub segment: u64,
-    /// The first byte.
-    pub from: u64,
-    /// One past the last byte.
-    pub to: u64,
-    /// Index in the segment.
-    pub(crate) stream: u16,
-}
+/// Where the current boot's records begin in the log; those of earlier boots stand before.
+pub const OWN_FIRST: u64 = 1 << 63;
 
-/// Where a batch's records wait until they are acknowledged.
+/// Which records a batch has, by age.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Lane {
     /// In memory and recent: the live page waits for them.
     Live,
-    /// In memory, left from an outage.
-    Late,
-    /// On the spool's disk.
-    Disk,
+    /// Left from an outage, on the disk or in memory.
+    Backlog,
 }
 
-/// One record, and its place on the disk if it is there.
+/// One record of the log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Item {
+    /// Its place in the log, unique while the agent runs.
+    pub position: u64,
     /// The stream it belongs to.
     pub stream: Arc<StreamId>,
     /// The record.
     pub record: Record,
-    /// Its bytes in the spool.
-    pub place: Option<Place>,
 }
 
 impl Item {
+    /// The record at this position.
+    #[must_use]
+    pub const fn new(position: u64, stream: Arc<StreamId>, record: Record) -> Self {
+        Self {
+            position,
+            stream,
+            record,
+        }
+    }
+
     /// Whether it carries pixels rather than a reason for their absence.
     #[must_use]
     pub fn is_frame(&self) -> bool {
@@ -52,7 +50,7 @@ impl Item {
 /// The records of one post, all of one boot, oldest first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Batch {
-    /// Where they wait.
+    /// Their age.
     pub lane: Lane,
     /// The agent's name in that boot.
     pub device: String,
@@ -63,9 +61,9 @@ pub struct Batch {
 }
 
 impl Batch {
-    pub(crate) fn on_disk(device: &str, boot: &str, items: Vec<Item>) -> Self {
+    pub(crate) fn of_backlog(device: &str, boot: &str, items: Vec<Item>) -> Self {
         Self {
-            lane: Lane::Disk,
+            lane: Lane::Backlog,
             device: device.to_owned(),
             boot: boot.to_owned(),
             items,

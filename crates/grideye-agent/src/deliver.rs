@@ -13,6 +13,6 @@ pub use post::{
 };
 pub use scheduler::{Pace, Scheduler};
 pub use spooler::{
-    DISK_RETRY, EVICT_AFTER, OPEN_RETRY, Opener, SPOOL_DISK_FULL, SPOOL_FAILED, SPOOL_READ_ONLY,
-    SPOOL_SLOW, Spooler, WRITE_RECORDS_MAX, WRITES_MAX,
+    DISK_RETRY, OPEN_RETRY, Opener, SPOOL_DISK_FULL, SPOOL_FAILED, SPOOL_READ_ONLY, SPOOL_SLOW,
+    Spooler, WRITE_RECORDS_MAX, WRITES_MAX,
 };

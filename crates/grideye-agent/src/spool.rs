@@ -8,6 +8,8 @@
 //!   lock                       locked while an agent uses the folder
 //! ```
 //!
+//! * The spool is the log of all records that are not acknowledged; only its newest part, in the ring, may not be on the
+//!   disk yet. A record has one position in it, and is taken off by that, wherever it was sent from.
 //! * A record is on disk once its segment was synced after it, and not before.
 //! * The cursor is written, synced and renamed into place BEFORE a segment is removed: a crash between the two leaves a
 //!   segment that the next start removes, never a cursor that points at nothing.
@@ -25,6 +27,7 @@ mod index;
 mod limits;
 mod name;
 mod quarantine;
+mod ranges;
 mod recover;
 mod runs;
 pub mod segment;
@@ -35,7 +38,7 @@ mod writing;
 pub use disk::{Disk, Folder, FolderError, LOCK, OpenError, QUARANTINE};
 pub use index::Spool;
 pub use limits::{
-    EXTENTS_MAX, Limits, QUARANTINE_BYTES_MAX, READS_MAX, RUNS_MAX, SEGMENT_BYTES, SPOOL_DAMAGED,
-    SPOOL_FULL,
+    Limits, QUARANTINE_BYTES_MAX, READS_MAX, RUNS_AHEAD_MAX, RUNS_MAX, SEGMENT_BYTES,
+    SPOOL_DAMAGED, SPOOL_FULL,
 };
 pub use types::{Content, Dropped, Written};

@@ -3,7 +3,6 @@
 use super::threads::Running;
 use crate::health::{Health, Identity};
 use crate::queue::Shared;
-use crate::spool::Spool;
 use grideye_recording::wire::Account;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -72,7 +71,8 @@ impl AgentHandle {
         self.shared.end_spooler();
         self.spooling.wait(SPOOLER_STOP_MAX);
         let spool = self.shared.spool_if_free();
-        let on_disk = spool.and_then(|spool| spool.as_ref().map(Spool::waiting_by_sensor));
+        let on_disk =
+            spool.and_then(|spool| Some(spool.as_ref()?.waiting_by_sensor(&self.identity.boot)));
         let on_disk = on_disk.unwrap_or_default();
         let sensors = self.shared.with_ring(|ring| {
             let named = |(sensor, account): (String, Account)| {

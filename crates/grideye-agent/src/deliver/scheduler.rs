@@ -2,8 +2,9 @@
 //! no clock; callers hand in both.
 //!
 //! ```text
-//!   live     in memory, younger than 10 s          every post_every, whatever else waits
-//!   backlog  in memory, older; then on the disk    while live posts are accepted, in larger batches, at a capped rate
+//!   live     younger than 10 s, in memory                     every post_every, whatever else waits
+//!   backlog  all else, oldest first: the disk, then memory    while live posts are accepted, in larger batches, at a
+//!                                                             capped rate
 //! ```
 //!
 //! A post without a clear answer may have arrived. Nothing else is sent until it gets an answer, so the collector's
@@ -19,7 +20,7 @@ use super::post::{
 use crate::batch::{Batch, Item, Lane, is_durable};
 use crate::log::Log;
 use crate::queue::Shared;
-use crate::spool::{QUARANTINE, RUNS_MAX, SPOOL_FULL};
+use crate::spool::{QUARANTINE, RUNS_MAX};
 use grideye_recording::wire::{self, Acknowledgement};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -60,10 +61,10 @@ pub struct Scheduler<P> {
     random: u64,
     live: Turn,
     backlog: Turn,
-    /// A post that may or may not have arrived.
-    in_doubt: Option<Batch>,
-    /// Parts of a batch that was rejected as a whole.
-    pieces: VecDeque<Batch>,
+    /// Goes before all else: a post that may or may not have arrived, and the parts of one that was rejected as a whole.
+    begun: VecDeque<Batch>,
+    /// Whether the first of them may have arrived, now or by an earlier attempt.
+    is_in_doubt: bool,
     last_account: Option<Duration>,
     /// When to retry the records held on the disk.
     held_until: Option<Duration>,
@@ -92,8 +93,8 @@ impl<P: Post> Scheduler<P> {
             log,
             live: Turn::default(),
             backlog: Turn::default(),
-            in_doubt: None,
-            pieces: VecDeque::new(),
+            begun: VecDeque::new(),
+            is_in_doubt: false,
             last_account: None,
             held_until: None,
             held_said: BTreeMap::new(),
@@ -128,7 +129,7 @@ impl<P: Post> Scheduler<P> {
     /// Sends the next batch in memory, or finally the account, due or not. Returns whether everything has arrived.
     pub fn flush(&mut self, time_left: Duration) -> bool {
         let now = self.time();
-        let begun = self.in_doubt.take().or_else(|| self.pieces.pop_front());
+        let begun = self.begun.pop_front();
         let batch = begun
             .or_else(|| self.late_batch(now))
             .unwrap_or_else(|| self.of_memory(Lane::Live, now, BATCH_RECORDS_MAX));
@@ -150,10 +151,9 @@ impl<P: Post> Scheduler<P> {
     }
 
     fn next_due(&self) -> Duration {
-        match &self.in_doubt {
+        match self.begun.front() {
             Some(batch) if batch.lane == Lane::Live => self.live.due,
             Some(_) => self.backlog.due,
-            None if !self.pieces.is_empty() => Duration::ZERO,
             None if self.live.failures > 0 => self.live.due,
             None => self.live.due.min(self.backlog.due),
         }
@@ -162,17 +162,14 @@ impl<P: Post> Scheduler<P> {
     fn turn(&mut self, lane: Lane) -> &mut Turn {
         match lane {
             Lane::Live => &mut self.live,
-            Lane::Late | Lane::Disk => &mut self.backlog,
+            Lane::Backlog => &mut self.backlog,
         }
     }
 
     fn choose(&mut self, now: Duration) -> Option<Batch> {
-        if let Some(lane) = self.in_doubt.as_ref().map(|batch| batch.lane) {
+        if let Some(lane) = self.begun.front().map(|batch| batch.lane) {
             let is_due = now >= self.turn(lane).due;
-            return if is_due { self.in_doubt.take() } else { None };
-        }
-        if let Some(piece) = self.pieces.pop_front() {
-            return Some(piece);
+            return if is_due { self.begun.pop_front() } else { None };
         }
         if now >= self.live.due {
             let batch = self.of_memory(Lane::Live, now, BATCH_RECORDS_MAX);
@@ -199,44 +196,32 @@ impl<P: Post> Scheduler<P> {
     }
 
     fn late_batch(&self, now: Duration) -> Option<Batch> {
-        let batch = self.of_memory(Lane::Late, now, BACKLOG_RECORDS_MAX);
+        let batch = self.of_memory(Lane::Backlog, now, BACKLOG_RECORDS_MAX);
         (!batch.items.is_empty()).then_some(batch)
     }
 
     /// Oldest first: records on the disk are older than those in memory.
     fn backlog_batch(&mut self, now: Duration) -> Option<Batch> {
-        let shared = Arc::clone(&self.shared);
-        let mut spool = shared.spool_if_free();
-        if let Some(spool) = spool.as_deref_mut().and_then(Option::as_mut) {
-            match spool.next_batch(BACKLOG_RECORDS_MAX) {
-                Ok(batch) => {
-                    if let Some(batch) = batch.or_else(|| spool.ended_run()) {
-                        return Some(batch);
-                    }
-                }
-                Err(error) => {
-                    let why = format!("the spool cannot be read: {error}");
-                    self.say_failure(Lane::Disk, &why, &why);
-                }
+        match self.shared.next_on_disk(BACKLOG_RECORDS_MAX) {
+            Ok(None) => {}
+            Ok(batch) => return batch,
+            Err(error) => {
+                let why = format!("the spool cannot be read: {error}");
+                self.say_failure(Lane::Backlog, &why, &why);
             }
         }
-        drop(spool);
         self.late_batch(now)
     }
 
     /// Returns whether the collector stored it.
     fn send(&mut self, batch: Batch, timeout: Duration) -> bool {
-        self.shared.with_ring(|ring| ring.doubt(Some(&batch)));
         let body = self.to_wire(&batch);
+        let was_in_doubt = std::mem::take(&mut self.is_in_doubt);
         match self.post.post(&body, timeout) {
             Posted::Durable(answer) => return self.taken(batch, &answer),
-            Posted::Refused(status, said) => {
-                self.clear_doubt();
-                self.refused(batch, status, &said);
-            }
+            Posted::Refused(status, said) => self.refused(batch, status, &said),
             Posted::Forbidden(status, said) => {
-                self.clear_doubt();
-                self.pieces.clear();
+                self.begun.clear();
                 self.forbidden(&batch, status, &said);
             }
             Posted::Later {
@@ -245,12 +230,12 @@ impl<P: Post> Scheduler<P> {
                 is_unstored,
             } => {
                 let lane = batch.lane;
-                if is_unstored {
-                    self.clear_doubt();
-                    // The next look finds it again where it waits, and so its remaining parts.
-                    self.pieces.clear();
+                self.is_in_doubt = was_in_doubt || !is_unstored;
+                if self.is_in_doubt {
+                    self.begun.push_front(batch);
                 } else {
-                    self.in_doubt = Some(batch);
+                    // The next look finds it again where it waits, and so its remaining parts.
+                    self.begun.clear();
                 }
                 self.failed(lane, &why, retry_after, !is_unstored);
             }
@@ -283,11 +268,14 @@ impl<P: Post> Scheduler<P> {
         let is_stored = |item: &&Item| is_durable(answer, item);
         let stored = batch.items.iter().take_while(is_stored).count();
         batch.items.truncate(stored);
-        let (lane, boot, is_own) = (batch.lane, batch.boot.clone(), self.is_own(&batch));
-        self.settle(batch, sent);
-        self.clear_doubt();
+        let is_own = self.is_own(&batch);
+        if sent == 0 && !is_own {
+            self.told(&batch.boot);
+        }
+        let (lane, boot) = (batch.lane, batch.boot);
+        self.shared.settle(batch.items, None);
         if stored < sent {
-            self.pieces.clear();
+            self.begun.clear();
         }
         if sent > 0 && stored == 0 {
             let why = "the collector answered, but acknowledged nothing of what was sent";
@@ -311,9 +299,10 @@ impl<P: Post> Scheduler<P> {
         let records = u32::try_from(stored).unwrap_or(u32::MAX);
         let backlog_pause = Duration::from_secs(1) * records / self.pace.backlog_per_s.max(1);
         let pause = match lane {
+            _ if !self.begun.is_empty() => Duration::ZERO,
             Lane::Live if sent >= BATCH_RECORDS_MAX => Duration::ZERO,
             Lane::Live => self.pace.post_every,
-            Lane::Late | Lane::Disk => backlog_pause,
+            Lane::Backlog => backlog_pause,
         };
         self.shared.observed().accepted(now);
         let turn = self.turn(lane);
@@ -321,24 +310,10 @@ impl<P: Post> Scheduler<P> {
         true
     }
 
-    fn settle(&mut self, batch: Batch, sent: usize) {
-        let shared = &self.shared;
-        if batch.lane != Lane::Disk {
-            shared.with_ring(|ring| ring.settle(&batch.items, None));
-            return;
-        }
-        let is_own = self.is_own(&batch);
-        let mut spool = shared.spool();
-        let Some(spool) = spool.as_mut() else { return };
-        if sent == 0 {
-            spool.told(&batch.boot);
-        }
-        let (delivered, returned) = spool.release(batch.items);
-        if is_own {
-            shared.with_ring(|ring| {
-                ring.settle_from_disk(&delivered, None);
-                ring.take_back(&returned, SPOOL_FULL);
-            });
+    /// The collector knows that this boot ended.
+    fn told(&self, boot: &str) {
+        if let Some(spool) = self.shared.spool().as_mut() {
+            spool.told(boot);
         }
     }
 
@@ -348,14 +323,12 @@ impl<P: Post> Scheduler<P> {
         match batch.items.as_slice() {
             [] => {
                 if !self.is_own(&batch) {
-                    if let Some(spool) = self.shared.spool().as_mut() {
-                        spool.told(&batch.boot);
-                    }
+                    self.told(&batch.boot);
                 }
                 self.failed(lane, &format!("status {status}: {said}"), None, false);
             }
             [item] => {
-                let kept = self.drop_refused(lane, item, status);
+                let kept = self.drop_refused(item, status);
                 self.log.error(format!(
                     "the collector rejected a record permanently, status {status}: {said}; set aside{kept}"
                 ));
@@ -363,24 +336,19 @@ impl<P: Post> Scheduler<P> {
             }
             _ => {
                 let (first, second) = batch.halves();
-                self.pieces.push_front(second);
-                self.pieces.push_front(first);
+                self.begun.push_front(second);
+                self.begun.push_front(first);
+                self.turn(lane).due = self.time();
             }
         }
     }
 
     /// Returns a suffix for the log line.
-    fn drop_refused(&self, lane: Lane, item: &Item, status: u16) -> String {
+    fn drop_refused(&self, item: &Item, status: u16) -> String {
         let reason = format!("refused-{status}");
+        self.shared.settle(vec![item.clone()], Some(&reason));
         let mut spool = self.shared.spool();
-        self.shared.with_ring(|ring| {
-            let one = std::slice::from_ref(item);
-            match lane {
-                Lane::Live | Lane::Late => drop(ring.settle(one, Some(&reason))),
-                Lane::Disk => ring.settle_from_disk(one, Some(&reason)),
-            }
-        });
-        match spool.as_mut().map(|spool| spool.quarantine(item, &reason)) {
+        match spool.as_mut().map(|spool| spool.quarantine(item)) {
             None => String::new(),
             Some(Ok(())) => format!(" in {QUARANTINE}"),
             Some(Err(error)) => format!(", but not kept: {error}"),
@@ -389,7 +357,7 @@ impl<P: Post> Scheduler<P> {
 
     fn forbidden(&mut self, batch: &Batch, status: u16, said: &str) {
         let why = format!("the collector forbids it, status {status}: {said}");
-        if batch.lane != Lane::Disk || self.is_own(batch) {
+        if self.is_own(batch) {
             return self.failed(batch.lane, &why, None, false);
         }
         let (device, boot) = (&batch.device, &batch.boot);
@@ -420,10 +388,6 @@ impl<P: Post> Scheduler<P> {
                 spool.try_held();
             }
         }
-    }
-
-    fn clear_doubt(&self) {
-        self.shared.with_ring(|ring| ring.doubt(None));
     }
 
     fn failed(&mut self, lane: Lane, why: &str, retry_after: Option<Duration>, is_for_all: bool) {

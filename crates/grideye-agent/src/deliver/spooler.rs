@@ -1,12 +1,12 @@
 //! The spooler: writes records that wait too long from memory to the disk, and removes segments no longer needed. It
 //! has its own thread, so that a slow card delays neither the buses nor the posts.
 
+use crate::batch::Item;
 use crate::config::SpoolMode;
 use crate::limits::{LIVE_FOR, LOOK_EVERY, SYNC_MAX};
 use crate::log::Log;
-use crate::queue::{Ring, Shared};
-use crate::spool::{FolderError, Spool, Written};
-use grideye_recording::{Record, StreamId};
+use crate::queue::Shared;
+use crate::spool::{FolderError, SPOOL_FULL, Spool};
 use std::io;
 use std::sync::Arc;
 use std::time::Duration;
@@ -22,9 +22,6 @@ pub const OPEN_RETRY: Duration = Duration::from_secs(60);
 
 /// Time for other threads to lock the spool when the disk takes longer than the interval between looks.
 const BREATH: Duration = Duration::from_millis(10);
-/// In mode `always`, the age at which a record leaves memory; it is on the disk from the start.
-pub const EVICT_AFTER: Duration = LIVE_FOR;
-
 /// Writes the spool of a running agent.
 pub struct Spooler {
     shared: Arc<Shared>,
@@ -128,6 +125,7 @@ impl Spooler {
             self.write(spool, now, older_than);
         }
         spool.recover();
+        self.reconcile(spool, &[]);
         self.clear_up(spool, now);
     }
 
@@ -138,11 +136,11 @@ impl Spooler {
         }
     }
 
-    /// Writes what is due. Each write enters the backlog before the next, so that in a full spool the oldest make room.
+    /// Writes what is due. Each write is taken in before the next, so that in a full spool the oldest make room.
     fn write(&mut self, spool: &mut Spool, now: Duration, older_than: Duration) {
         for _ in 0..WRITES_MAX {
             let (records, accounts) = self.shared.with_ring(|ring| {
-                let records = ring.unwritten(now, older_than, WRITE_RECORDS_MAX);
+                let records = ring.claim(now, older_than, WRITE_RECORDS_MAX);
                 (records, ring.stream_accounts())
             });
             if records.is_empty() {
@@ -153,8 +151,12 @@ impl Spooler {
             let written = spool.write(&records, &accounts);
             self.hold_to_time(self.shared.now().saturating_sub(began));
             let is_done = written.error.is_some() || records.len() < WRITE_RECORDS_MAX;
-            self.take_in(spool, now, &records, written);
-            self.evict(spool, now);
+            self.reconcile(spool, &records[..written.records]);
+            match written.error {
+                Some(error) => self.failed(now, &error),
+                None if self.said.take().is_some() => self.log.info("the spool takes frames again"),
+                None => {}
+            }
             if is_done {
                 return;
             }
@@ -180,32 +182,17 @@ impl Spooler {
         ));
     }
 
-    fn take_in(
-        &mut self,
-        spool: &mut Spool,
-        now: Duration,
-        records: &[(Arc<StreamId>, Record)],
-        written: Written,
-    ) {
-        let removed = spool.take_removed();
-        let dropped = spool.take_dropped();
-        let frames: u64 = dropped.iter().map(|dropped| dropped.content.frames).sum();
-        self.shared.with_ring(|ring| {
-            ring.written(records, &written.places);
-            ring.unplace(&removed);
-            for dropped in &dropped {
-                ring.dropped_from_disk(dropped);
-            }
-        });
+    /// Brings ring and spool up to date with each other, and logs what was dropped.
+    fn reconcile(&self, spool: &mut Spool, written: &[Item]) {
+        let dropped = self.shared.reconcile(spool, written);
+        let full = dropped
+            .iter()
+            .filter(|dropped| dropped.reason == SPOOL_FULL);
+        let frames: u64 = full.map(|dropped| dropped.content.frames).sum();
         if frames > 0 {
             self.log.error(format!(
                 "the spool is full: the oldest {frames} frames of the backlog were dropped\nhint: raise spool.mib_max, or find out why the collector is away"
             ));
-        }
-        match written.error {
-            Some(error) => self.failed(now, &error),
-            None if self.said.take().is_some() => self.log.info("the spool takes frames again"),
-            None => {}
         }
     }
 
@@ -222,23 +209,16 @@ impl Spooler {
         }
     }
 
-    /// Removes records from memory that are on the disk and no longer live.
-    fn evict(&self, spool: &mut Spool, now: Duration) {
+    /// Removes what is on the disk and no longer live from memory, and unused segments, and logs the spool's messages.
+    fn clear_up(&mut self, spool: &mut Spool, now: Duration) {
         let older_than = match self.mode {
-            SpoolMode::Always { .. } => EVICT_AFTER,
+            SpoolMode::Always { .. } => LIVE_FOR,
             // Everything written was too old for memory, or came after such a record.
             SpoolMode::Outage { .. } | SpoolMode::Ram => Duration::ZERO,
         };
-        self.shared
-            .with_ring(|ring| evict_older(spool, ring, now, older_than));
-    }
-
-    /// Removes unused segments, and logs the spool's messages.
-    fn clear_up(&mut self, spool: &mut Spool, now: Duration) {
-        self.evict(spool, now);
-        let places = self.shared.with_ring(|ring| ring.places());
+        self.shared.with_ring(|ring| ring.evict(now, older_than));
         let keeps_writing = matches!(self.mode, SpoolMode::Always { .. });
-        if let Err(error) = spool.tidy(&places, keeps_writing) {
+        if let Err(error) = spool.tidy(keeps_writing) {
             self.failed(now, &error);
         }
         for message in spool.take_messages() {
@@ -258,24 +238,16 @@ impl Spooler {
         for _ in 0..=rounds {
             self.write(spool, now, Duration::ZERO);
         }
-        shared.with_ring(|ring| {
-            ring.doubt(None);
-            evict_older(spool, ring, now, Duration::ZERO);
+        self.reconcile(spool, &[]);
+        let accounts = shared.with_ring(|ring| {
+            ring.evict(now, Duration::ZERO);
+            ring.stream_accounts()
         });
-        let (places, accounts) = shared.with_ring(|ring| (ring.places(), ring.stream_accounts()));
-        let tidied = spool.tidy(&places, false);
-        let closed = tidied.and_then(|()| spool.close(&places, &accounts));
+        let tidied = spool.tidy(false);
+        let closed = tidied.and_then(|()| spool.close(&accounts));
         if closed.is_err() {
             self.log.warning("the spool's state could not be written: the next start may send some frames again, which is harmless");
         }
-    }
-}
-
-fn evict_older(spool: &mut Spool, ring: &mut Ring, now: Duration, older_than: Duration) {
-    let found = ring.evictable(now, older_than);
-    let items = found.iter().map(|found| (found.place, found.is_frame));
-    if spool.add_backlog(&items.collect::<Vec<_>>()) {
-        ring.evict(&found);
     }
 }
 

@@ -1,13 +1,21 @@
-//! The ring: records in memory that are not yet known to be durable, and their account. At every moment read =
-//! acknowledged + dropped + spooled, where spooled is in memory or on the spool's disk.
+//! The ring: the newest part of the log, in memory, and the account of this boot. At every moment read = acknowledged +
+//! dropped + spooled, where spooled is in memory or on the spool's disk.
+//!
+//! ```text
+//!   position   │ on the disk │ on the disk and in memory │ being written │ in memory │
+//!              └ next_batch  ┴ first                     ┴ written       ┴ claimed   ┴ next
+//! ```
+//!
+//! Without a disk, everything is in memory.
 
-use crate::batch::{Batch, Item, Lane, Place};
+use crate::batch::{Batch, Item, Lane, OWN_FIRST};
 use crate::limits::{LIVE_FOR, RING_FRAMES_MAX};
 use crate::spool::Dropped;
 use grideye_frame::Reading;
 use grideye_recording::wire::Account;
 use grideye_recording::{Record, StreamId};
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
+use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -24,41 +32,35 @@ pub const OTHER_FAULTS: &str = "other";
 #[derive(Debug)]
 pub struct Ring {
     limit: usize,
-    len: usize,
-    arrivals: u64,
     device: String,
     boot: String,
     streams: Vec<Stream>,
-    /// Records that a full ring pushed out but the disk has. Bounded by the ring's size, because only the next write
-    /// gives places.
-    spilled: Vec<OnDisk>,
+    /// In the order of their positions.
+    held: VecDeque<Held>,
+    next: u64,
+    /// What stands before was handed to the disk.
+    claimed: u64,
+    /// What stands before is on the disk, unless it was settled before it was claimed.
+    written: u64,
+    /// Settled in memory after they were claimed, so that the disk has them and need not send them.
+    settled: Vec<Item>,
+    /// Whether everything is to be delivered oldest first.
+    is_in_order: bool,
 }
+
 #[derive(Debug)]
 struct Stream {
     id: Arc<StreamId>,
-    held: VecDeque<Held>,
     account: Account,
     acknowledged: u64,
-    /// Sequence numbers in a post that may have arrived.
-    in_doubt: BTreeSet<u64>,
-    /// Those that were dropped and counted since.
-    dropped_in_doubt: BTreeSet<u64>,
 }
 
 #[derive(Debug)]
 struct Held {
-    arrival: u64,
+    position: u64,
     at: Duration,
+    stream: usize,
     record: Record,
-    place: Option<Place>,
-}
-
-#[derive(Debug, Clone)]
-pub(crate) struct OnDisk {
-    id: Arc<StreamId>,
-    seq: u64,
-    pub(crate) place: Place,
-    pub(crate) is_frame: bool,
 }
 
 impl Ring {
@@ -75,45 +77,46 @@ impl Ring {
                 sensor,
                 boot: boot.to_owned(),
             }),
-            held: VecDeque::new(),
             account: Account::default(),
             acknowledged: 0,
-            in_doubt: BTreeSet::new(),
-            dropped_in_doubt: BTreeSet::new(),
         };
         Self {
             limit: limit.clamp(1, RING_FRAMES_MAX),
-            len: 0,
-            arrivals: 0,
             device: device.to_owned(),
             boot: boot.to_owned(),
             streams: sensors.into_iter().map(stream).collect(),
-            spilled: Vec::new(),
+            held: VecDeque::new(),
+            next: OWN_FIRST,
+            claimed: OWN_FIRST,
+            written: OWN_FIRST,
+            settled: Vec::new(),
+            is_in_order: false,
         }
     }
 
     /// Adds a record, received at `now`, to the sensor with this index. Returns how many records were dropped for it.
     pub fn push(&mut self, stream: usize, record: Record, now: Duration) -> usize {
-        let Some(stream) = self.streams.get_mut(stream) else {
+        let Some(of) = self.streams.get_mut(stream) else {
             return 0;
         };
         match record.reading {
             Reading::Frame(_) => {
-                stream.account.read += 1;
-                stream.account.spooled += 1;
+                of.account.read += 1;
+                of.account.spooled += 1;
             }
-            Reading::NoData(_) => stream.account.missing += 1,
+            Reading::NoData(_) => of.account.missing += 1,
         }
-        stream.held.push_back(Held {
-            arrival: self.arrivals,
-            at: now,
+        // Threads of several buses may come here in another order than they looked at the clock.
+        let at = self.held.back().map_or(now, |last| last.at.max(now));
+        self.held.push_back(Held {
+            position: self.next,
+            at,
+            stream,
             record,
-            place: None,
         });
-        self.arrivals += 1;
-        self.len += 1;
+        self.next += 1;
         let mut dropped = 0;
-        while self.len > self.limit {
+        while self.held.len() > self.limit {
             dropped += usize::from(self.drop_oldest());
         }
         dropped
@@ -132,90 +135,85 @@ impl Ring {
         }
     }
 
-    /// The oldest records of a lane, at most `records_max`. They stay in the ring until acknowledged.
+    /// The oldest records of a lane in memory, at most `records_max`. They stay until settled.
     #[must_use]
     pub fn batch(&self, lane: Lane, now: Duration, records_max: usize) -> Batch {
-        let lane_of = |stream: &Stream| stream.range(lane, now);
-        let chosen = self.oldest(records_max, lane_of, |_| true);
-        let item = |(stream, held): (&Stream, &Held)| Item {
-            stream: Arc::clone(&stream.id),
-            record: held.record,
-            place: held.place,
+        let old = self.held.partition_point(|held| held.at + LIVE_FOR <= now);
+        let range = match lane {
+            Lane::Live if self.is_in_order => 0..0,
+            Lane::Live => old..self.held.len(),
+            Lane::Backlog => 0..old,
         };
         Batch {
             lane,
             device: self.device.clone(),
             boot: self.boot.clone(),
-            items: chosen.into_iter().map(item).collect(),
+            items: self.items(range, records_max),
         }
     }
 
-    /// Matching records within each stream's `range`, in order of arrival.
-    fn oldest(
-        &self,
-        records_max: usize,
-        range: impl Fn(&Stream) -> std::ops::Range<usize>,
-        is_asked_for: fn(&Held) -> bool,
-    ) -> Vec<(&Stream, &Held)> {
-        let mut chosen = Vec::new();
-        for stream in &self.streams {
-            let held = stream.held.range(range(stream));
-            let first = held.filter(|held| is_asked_for(held)).take(records_max);
-            chosen.extend(first.map(|held| (stream, held)));
-        }
-        chosen.sort_unstable_by_key(|(_, held)| held.arrival);
-        chosen.truncate(records_max);
-        chosen
+    /// Stops or resumes delivering the newest records first.
+    pub(crate) fn deliver_in_order(&mut self, is_in_order: bool) {
+        self.is_in_order = is_in_order;
     }
 
-    /// Marks the records of a post that may have arrived, and clears the previous marks.
-    pub(crate) fn doubt(&mut self, batch: Option<&Batch>) {
-        for stream in &mut self.streams {
-            stream.in_doubt.clear();
-            let items = batch.into_iter().flat_map(|batch| &batch.items);
-            let of_stream = items.filter(|item| item.stream == stream.id);
-            let seqs = of_stream.map(|item| item.record.seq);
-            stream.in_doubt.extend(seqs);
-            if batch.is_none() {
-                stream.dropped_in_doubt.clear();
-            }
-        }
+    fn items(&self, range: Range<usize>, records_max: usize) -> Vec<Item> {
+        let held = self.held.range(range).take(records_max);
+        held.map(|held| self.item(held)).collect()
+    }
+
+    fn item(&self, held: &Held) -> Item {
+        let stream = Arc::clone(&self.streams[held.stream].id);
+        Item::new(held.position, stream, held.record)
     }
 
     /// Removes records that were posted from memory: the collector has stored them, or rejected them, which counts
-    /// under `reason`. Returns how many.
-    pub(crate) fn settle<'i>(
-        &mut self,
-        items: impl IntoIterator<Item = &'i Item>,
-        reason: Option<&str>,
-    ) -> usize {
-        let mut gone = 0;
-        for item in items {
-            let Some(stream) = self.stream_mut(&item.stream) else {
-                continue;
-            };
-            let seq = item.record.seq;
-            if let Some(held) = stream.take(seq) {
-                stream.settle(held.is_frame(), reason);
-                self.len -= 1;
-                gone += 1;
-            } else if reason.is_none() && stream.dropped_in_doubt.remove(&seq) {
-                stream.take_back(item.is_frame(), RING_FULL);
-                gone += 1;
+    /// under `reason`. Returns those that only the disk can have.
+    pub(crate) fn settle(&mut self, items: Vec<Item>, reason: Option<&str>) -> Vec<Item> {
+        let is_here = |item: &Item| self.index_of(item.position).is_ok();
+        let (here, elsewhere): (Vec<Item>, Vec<Item>) = items.into_iter().partition(is_here);
+        if let Some(first) = here.first() {
+            // A post's records stand side by side, so one move closes the gap.
+            let first = self
+                .held
+                .partition_point(|held| held.position < first.position);
+            let gone = self.held.drain(first..first + here.len());
+            debug_assert!(
+                gone.map(|held| held.position)
+                    .eq(here.iter().map(|item| item.position))
+            );
+        }
+        for item in here {
+            self.count(&item, reason);
+            if item.position < self.claimed {
+                self.settled.push(item);
             }
         }
-        gone
+        let is_written = |item: &Item| item.position < self.written;
+        let (on_disk, dropped): (Vec<Item>, Vec<Item>) =
+            elsewhere.into_iter().partition(is_written);
+        if reason.is_none() {
+            self.take_back(&dropped, &[RING_FULL]);
+        }
+        on_disk
     }
 
-    /// Accounts for records that were posted from the disk.
+    /// Accounts for records that were taken off the disk.
     pub(crate) fn settle_from_disk(&mut self, items: &[Item], reason: Option<&str>) {
         for item in items {
-            if let Some(stream) = self.stream_mut(&item.stream) {
-                stream.settle(item.is_frame(), reason);
-            }
+            self.count(item, reason);
         }
     }
+
+    /// Accounts for records that were dropped from the disk, and forgets them.
     pub(crate) fn dropped_from_disk(&mut self, dropped: &Dropped) {
+        while self
+            .held
+            .front()
+            .is_some_and(|held| held.position < dropped.before)
+        {
+            self.held.pop_front();
+        }
         let Some(stream) = self.stream_mut(&dropped.stream) else {
             return;
         };
@@ -229,104 +227,82 @@ impl Ring {
         count(&mut account.errors, ROWS_DROPPED, dropped.content.rows);
     }
 
-    /// Moves records from dropped to acknowledged: the post in doubt had arrived.
-    pub(crate) fn take_back(&mut self, items: &[Item], reason: &str) {
+    /// Moves records from dropped, for the first of these reasons that has any, to acknowledged: their post in doubt had
+    /// arrived.
+    pub(crate) fn take_back(&mut self, items: &[Item], reasons: &[&str]) {
         for item in items {
-            if let Some(stream) = self.stream_mut(&item.stream) {
-                stream.take_back(item.is_frame(), reason);
-            }
-        }
-    }
-
-    /// The oldest records that are not on the disk; none while all are younger than `older_than`.
-    #[must_use]
-    pub fn unwritten(
-        &self,
-        now: Duration,
-        older_than: Duration,
-        records_max: usize,
-    ) -> Vec<(Arc<StreamId>, Record)> {
-        let all = |stream: &Stream| 0..stream.held.len();
-        let chosen = self.oldest(records_max, all, |held| held.place.is_none());
-        let is_old = |(_, held): &(&Stream, &Held)| held.at + older_than <= now;
-        if !chosen.iter().any(is_old) {
-            return Vec::new();
-        }
-        let named = |(stream, held): (&Stream, &Held)| (Arc::clone(&stream.id), held.record);
-        chosen.into_iter().map(named).collect()
-    }
-
-    /// Notes the places on disk of the records that are still in memory.
-    pub(crate) fn written(&mut self, records: &[(Arc<StreamId>, Record)], places: &[Place]) {
-        for ((id, record), place) in records.iter().zip(places) {
-            let Some(stream) = self.stream_mut(id) else {
+            let Some(stream) = self.stream_mut(&item.stream) else {
                 continue;
             };
-            let index = stream.index_of(record.seq);
-            if let Some(held) = index.and_then(|at| stream.held.get_mut(at)) {
-                held.place = Some(*place);
+            let (counts, reasons) = match item.is_frame() {
+                true => (&mut stream.account.dropped, reasons),
+                false => (&mut stream.account.errors, &[ROWS_DROPPED][..]),
+            };
+            let mut reasons = reasons.iter();
+            let Some(reason) = reasons.find(|reason| counts.contains_key(**reason)) else {
+                continue;
+            };
+            if let Some(dropped) = counts.get_mut(*reason) {
+                *dropped -= 1;
+                if *dropped == 0 {
+                    counts.remove(*reason);
+                }
             }
-        }
-    }
-    pub(crate) fn unplace(&mut self, removed: &BTreeSet<u64>) {
-        if removed.is_empty() {
-            return;
-        }
-        let is_gone = |place: &Place| removed.contains(&place.segment);
-        let spilled = std::mem::take(&mut self.spilled).into_iter();
-        let (gone, kept): (Vec<_>, _) = spilled.partition(|spilled| is_gone(&spilled.place));
-        self.spilled = kept;
-        for spilled in gone {
-            if let Some(stream) = self.stream_mut(&spilled.id) {
-                stream.settle(spilled.is_frame, Some(RING_FULL));
-            }
-        }
-        for held in self.streams.iter_mut().flat_map(|stream| &mut stream.held) {
-            held.place.take_if(|place| is_gone(place));
+            stream.acknowledged += u64::from(item.is_frame());
         }
     }
 
-    /// Records at least this old that are also on the disk and in no post in doubt, oldest first.
-    pub(crate) fn evictable(&self, now: Duration, older_than: Duration) -> Vec<OnDisk> {
-        let mut found = self.spilled.clone();
-        for stream in &self.streams {
-            let is_old = |held: &&Held| held.at + older_than <= now;
-            let old = stream.held.iter().take_while(is_old);
-            let settled = old.filter(|held| !stream.in_doubt.contains(&held.record.seq));
-            found.extend(settled.filter_map(|held| held.on_disk(&stream.id)));
+    /// Hands the oldest records that are not on the disk to the disk; none while all are younger than `older_than`.
+    /// [`Ring::written`] tells the outcome.
+    #[must_use]
+    pub fn claim(&mut self, now: Duration, older_than: Duration, records_max: usize) -> Vec<Item> {
+        let from = self
+            .held
+            .partition_point(|held| held.position < self.written);
+        let oldest = self.held.get(from);
+        if oldest.is_none_or(|held| held.at + older_than > now) {
+            return Vec::new();
         }
-        found.sort_unstable_by_key(|found| found.place);
-        found
+        let items = self.items(from..self.held.len(), records_max);
+        self.claimed = items.last().map_or(self.claimed, |last| last.position + 1);
+        items
     }
 
-    /// Removes records from memory that the disk has; they stay in the account.
-    pub(crate) fn evict(&mut self, records: &[OnDisk]) {
-        self.spilled.clear();
-        for record in records {
-            let stream = self.stream_mut(&record.id);
-            if stream.is_some_and(|stream| stream.take(record.seq).is_some()) {
-                self.len -= 1;
-            }
-        }
+    /// Notes that these records are on the disk, and no others of those claimed.
+    pub(crate) fn written(&mut self, records: &[Item]) {
+        self.written = records
+            .last()
+            .map_or(self.written, |last| last.position + 1);
+        self.claimed = self.written;
     }
 
-    /// The places on disk of records in memory.
-    pub(crate) fn places(&self) -> BTreeSet<Place> {
-        let held = self.streams.iter().flat_map(|stream| &stream.held);
-        let spilled = self.spilled.iter().map(|spilled| spilled.place);
-        held.filter_map(|held| held.place).chain(spilled).collect()
+    /// What was settled in memory since the last call and the disk may have.
+    pub(crate) fn take_settled(&mut self) -> Vec<Item> {
+        std::mem::take(&mut self.settled)
+    }
+
+    /// Removes records at least this old from memory, as far as the disk has them; they stay in the account.
+    pub(crate) fn evict(&mut self, now: Duration, older_than: Duration) {
+        let is_over = |held: &Held| held.position < self.written && held.at + older_than <= now;
+        let over = self.held.partition_point(is_over);
+        self.held.drain(..over);
+    }
+
+    /// The oldest position in memory: those before are on the disk, or settled.
+    pub(crate) fn first(&self) -> u64 {
+        self.held.front().map_or(self.next, |held| held.position)
     }
 
     /// Number of records in memory.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.len
+        self.held.len()
     }
 
     /// Whether memory is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.len == 0
+        self.held.is_empty()
     }
 
     /// Every sensor's account.
@@ -353,91 +329,42 @@ impl Ring {
         self.streams.iter_mut().find(|stream| stream.id == *id)
     }
 
-    /// Removes the oldest record from memory. Returns whether it is dropped because the disk does not have it.
-    fn drop_oldest(&mut self) -> bool {
-        let arrival = |stream: &&mut Stream| stream.held.front().map(|held| held.arrival);
-        let streams = self.streams.iter_mut();
-        let oldest = streams.filter(|stream| !stream.held.is_empty());
-        let oldest = oldest.min_by_key(arrival);
-        let taken = oldest.and_then(|stream| Some((stream.held.pop_front()?, stream)));
-        let Some((held, stream)) = taken else {
-            return false;
+    fn index_of(&self, position: u64) -> Result<usize, usize> {
+        self.held
+            .binary_search_by_key(&position, |held| held.position)
+    }
+
+    /// Accounts for a record that no longer waits: acknowledged, or dropped for this reason.
+    fn count(&mut self, item: &Item, reason: Option<&str>) {
+        let Some(stream) = self.stream_mut(&item.stream) else {
+            return;
         };
-        self.len -= 1;
-        if let Some(spilled) = held.on_disk(&stream.id) {
-            self.spilled.push(spilled);
-            return false;
-        }
-        stream.settle(held.is_frame(), Some(RING_FULL));
-        if stream.in_doubt.contains(&held.record.seq) {
-            stream.dropped_in_doubt.insert(held.record.seq);
-        }
-        true
-    }
-}
-
-impl Held {
-    fn is_frame(&self) -> bool {
-        self.record.reading.frame().is_some()
-    }
-
-    fn on_disk(&self, id: &Arc<StreamId>) -> Option<OnDisk> {
-        Some(OnDisk {
-            id: Arc::clone(id),
-            seq: self.record.seq,
-            place: self.place?,
-            is_frame: self.is_frame(),
-        })
-    }
-}
-
-impl Stream {
-    fn settle(&mut self, is_frame: bool, reason: Option<&str>) {
-        let account = &mut self.account;
-        if is_frame {
+        let account = &mut stream.account;
+        if item.is_frame() {
             account.spooled = account.spooled.saturating_sub(1);
         }
-        match (is_frame, reason) {
-            (true, None) => self.acknowledged += 1,
+        match (item.is_frame(), reason) {
+            (true, None) => stream.acknowledged += 1,
             (true, Some(reason)) => *account.dropped.entry(reason.to_owned()).or_default() += 1,
             (false, None) => {}
             (false, Some(_)) => count(&mut account.errors, ROWS_DROPPED, 1),
         }
     }
 
-    /// Moves one record from dropped to acknowledged.
-    fn take_back(&mut self, is_frame: bool, reason: &str) {
-        let (counts, reason) = if is_frame {
-            self.acknowledged += 1;
-            (&mut self.account.dropped, reason)
-        } else {
-            (&mut self.account.errors, ROWS_DROPPED)
+    /// Removes the oldest record from memory. Returns whether it is dropped because the disk does not have it.
+    fn drop_oldest(&mut self) -> bool {
+        let Some(held) = self.held.pop_front() else {
+            return false;
         };
-        if let Some(dropped) = counts.get_mut(reason) {
-            *dropped = dropped.saturating_sub(1);
-            if *dropped == 0 {
-                counts.remove(reason);
-            }
+        if held.position < self.written {
+            return false;
         }
-    }
-
-    fn index_of(&self, seq: u64) -> Option<usize> {
-        let found = self.held.binary_search_by_key(&seq, |held| held.record.seq);
-        found.ok()
-    }
-
-    fn take(&mut self, seq: u64) -> Option<Held> {
-        self.index_of(seq).and_then(|at| self.held.remove(at))
-    }
-
-    /// A lane's records, as a range of `held`.
-    fn range(&self, lane: Lane, now: Duration) -> std::ops::Range<usize> {
-        let live_from = self.held.partition_point(|held| held.at + LIVE_FOR <= now);
-        match lane {
-            Lane::Live => live_from..self.held.len(),
-            Lane::Late => 0..live_from,
-            Lane::Disk => 0..0,
+        let item = self.item(&held);
+        self.count(&item, Some(RING_FULL));
+        if item.position < self.claimed {
+            self.settled.push(item);
         }
+        true
     }
 }
 

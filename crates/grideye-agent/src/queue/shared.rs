@@ -1,11 +1,13 @@
 //! State shared by an agent's threads: the ring, the spool, notes on their work, and when to end.
 
-use super::ring::Ring;
+use super::ring::{RING_FULL, Ring};
+use crate::batch::{Batch, Item};
 use crate::lock::lock;
-use crate::spool::Spool;
+use crate::spool::{Dropped, SPOOL_DAMAGED, SPOOL_FULL, Spool};
 use grideye_frame::{NoData, Reading};
 use grideye_recording::{ClockState, Record};
 use std::collections::BTreeMap;
+use std::io;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::time::{Duration, Instant};
 
@@ -71,6 +73,53 @@ impl Shared {
             Err(TryLockError::Poisoned(poisoned)) => Some(poisoned.into_inner()),
             Err(TryLockError::WouldBlock) => None,
         }
+    }
+
+    /// Removes posted records wherever they wait: the collector has stored them, or rejected them, which counts under
+    /// `reason`. Waits for the spool only if one of them is not in memory.
+    pub(crate) fn settle(&self, items: Vec<Item>, reason: Option<&str>) {
+        let elsewhere = self.with_ring(|ring| ring.settle(items, reason));
+        if elsewhere.is_empty() {
+            return;
+        }
+        if let Some(spool) = self.spool().as_mut() {
+            let (here, gone) = spool.release(elsewhere, reason);
+            self.with_ring(|ring| {
+                ring.settle_from_disk(&here, reason);
+                if reason.is_none() {
+                    ring.take_back(&gone, &[SPOOL_FULL, SPOOL_DAMAGED, RING_FULL]);
+                }
+            });
+        }
+    }
+
+    /// The oldest records that only the disk has, all of one boot, at most `records_max`. None while it is in use.
+    pub(crate) fn next_on_disk(&self, records_max: usize) -> io::Result<Option<Batch>> {
+        let mut spool = self.spool_if_free();
+        let Some(spool) = spool.as_deref_mut().and_then(Option::as_mut) else {
+            return Ok(None);
+        };
+        let before = self.with_ring(|ring| {
+            spool.settle(ring.take_settled());
+            ring.first()
+        });
+        let batch = spool.next_batch(records_max, before)?;
+        Ok(batch.or_else(|| spool.ended_run()))
+    }
+
+    /// Brings ring and spool up to date with each other, after these records were written. Returns what was dropped
+    /// from the disk since the last call.
+    pub(crate) fn reconcile(&self, spool: &mut Spool, written: &[Item]) -> Vec<Dropped> {
+        self.with_ring(|ring| {
+            ring.written(written);
+            spool.settle(ring.take_settled());
+            let dropped = spool.take_dropped();
+            dropped
+                .iter()
+                .for_each(|dropped| ring.dropped_from_disk(dropped));
+            ring.deliver_in_order(spool.is_scattered());
+            dropped
+        })
     }
 
     /// Tells the uploader to deliver the rest and end by this deadline.

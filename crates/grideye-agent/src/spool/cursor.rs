@@ -3,34 +3,32 @@
 use super::disk::replace;
 use super::index::Spool;
 use super::state::{Cursor, STATE, State};
-use crate::batch::Place;
+use super::types::Segment;
 use grideye_recording::StreamId;
 use grideye_recording::wire::Account;
-use std::collections::BTreeSet;
 use std::io;
 use std::sync::Arc;
 
 impl Spool {
-    /// Removes segments that neither the backlog nor a record in memory refers to. Keeps the one being written if
-    /// `keeps_writing`.
+    /// Removes segments in which nothing waits. Keeps the one being written if `keeps_writing`.
     ///
     /// # Errors
     /// Disk errors; they lose nothing.
-    pub fn tidy(&mut self, in_memory: &BTreeSet<Place>, keeps_writing: bool) -> io::Result<()> {
-        let mut needed: BTreeSet<u64> = self.backlog.keys().map(|(segment, _)| *segment).collect();
-        needed.extend(in_memory.iter().map(|place| place.segment));
-        needed.extend(&self.unread);
+    pub fn tidy(&mut self, keeps_writing: bool) -> io::Result<()> {
         let writing = self.writing.as_ref().map(|(number, _)| *number);
-        needed.extend(writing.filter(|_| keeps_writing));
-        let numbers = self.segments.keys().copied();
-        let finished: Vec<u64> = numbers.filter(|number| !needed.contains(number)).collect();
+        let is_finished = |(number, segment): &(&u64, &Segment)| {
+            let is_kept = keeps_writing && writing == Some(**number);
+            segment.waiting.is_empty() && !self.unread.contains(number) && !is_kept
+        };
+        let finished = self.segments.iter().filter(is_finished);
+        let finished: Vec<u64> = finished.map(|(number, _)| *number).collect();
         if finished.is_empty() {
             return Ok(());
         }
         if writing.is_some_and(|writing| finished.contains(&writing)) {
             self.writing = None;
         }
-        self.move_cursor(in_memory);
+        self.move_cursor();
         self.save()?;
         for number in finished {
             self.remove(number)?;
@@ -42,13 +40,9 @@ impl Spool {
     ///
     /// # Errors
     /// Disk errors.
-    pub fn checkpoint(
-        &mut self,
-        in_memory: &BTreeSet<Place>,
-        accounts: &[(Arc<StreamId>, Account)],
-    ) -> io::Result<()> {
+    pub fn checkpoint(&mut self, accounts: &[(Arc<StreamId>, Account)]) -> io::Result<()> {
         self.renew_own_run(accounts);
-        self.move_cursor(in_memory);
+        self.move_cursor();
         self.save()
     }
 
@@ -57,23 +51,25 @@ impl Spool {
     ///
     /// # Errors
     /// Disk errors.
-    pub fn close(
-        &mut self,
-        in_memory: &BTreeSet<Place>,
-        accounts: &[(Arc<StreamId>, Account)],
-    ) -> io::Result<()> {
+    pub fn close(&mut self, accounts: &[(Arc<StreamId>, Account)]) -> io::Result<()> {
         if accounts.iter().all(|(_, account)| account.spooled == 0) {
             self.own_run.sensors.clear();
         }
-        self.checkpoint(in_memory, accounts)
+        self.checkpoint(accounts)
     }
 
-    fn move_cursor(&mut self, in_memory: &BTreeSet<Place>) {
-        let of_place = |place: &Place| (place.segment, place.from);
+    fn move_cursor(&mut self) {
+        let waiting = self
+            .segments
+            .iter()
+            .find(|(_, segment)| !segment.waiting.is_empty());
+        let number = waiting.map(|(number, _)| *number);
+        // Those at its front that were acknowledged from memory need not be sent again.
+        let skipped = number.map(|number| self.read(number, 0, u64::MAX));
+        drop(skipped);
+        let here = number.and_then(|number| Some((number, self.segments.get(&number)?.from)));
         let first_unread = self.unread.front().map(|number| (*number, 0));
-        let first_waiting = self.backlog.keys().next().copied();
-        let firsts = [first_waiting, in_memory.first().map(of_place), first_unread];
-        let here = firsts.into_iter().flatten().min();
+        let here = [here, first_unread].into_iter().flatten().min();
         let writing = self.writing.as_ref();
         let end = writing.map(|(number, writing)| (*number, writing.end));
         let (segment, offset) = here.or(end).unwrap_or((self.next_number, 0));

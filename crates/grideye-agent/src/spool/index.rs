@@ -1,10 +1,10 @@
 //! The spool's index in memory: its segments, the records that wait in them, and messages for the log.
 
 use super::disk::{Disk, OpenError};
-use super::limits::Limits;
+use super::limits::{Limits, RUNS_AHEAD_MAX};
 use super::name::name_of;
 use super::state::{Count, Cursor, Run};
-use super::types::{Content, Dropped, Extent, Segment, Writing};
+use super::types::{Dropped, Segment, Writing};
 use grideye_recording::StreamId;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
@@ -20,9 +20,8 @@ pub struct Spool {
     pub(super) unread: VecDeque<u64>,
     pub(super) writing: Option<(u64, Writing)>,
     pub(super) next_number: u64,
-    /// By segment and first byte.
-    pub(super) backlog: BTreeMap<(u64, u64), Extent>,
-    pub(super) waiting: BTreeMap<Arc<StreamId>, Content>,
+    /// The position of the next record found on the disk.
+    pub(super) next_found: u64,
     /// While segments of earlier boots are read: the highest sequence number found on disk.
     pub(super) found_through: BTreeMap<Arc<StreamId>, u64>,
     /// Ended boots, in the order of their ends.
@@ -32,7 +31,6 @@ pub struct Spool {
     pub(super) held: BTreeSet<String>,
     pub(super) cursor: Cursor,
     pub(super) dropped: Vec<Dropped>,
-    pub(super) removed: BTreeSet<u64>,
     pub(super) messages: Vec<String>,
     pub(super) quarantine_bytes: u64,
 }
@@ -42,7 +40,7 @@ impl fmt::Debug for Spool {
         formatter
             .debug_struct("Spool")
             .field("segments", &self.segments.len())
-            .field("waiting", &self.waiting)
+            .field("waiting", &self.waiting_frames())
             .finish_non_exhaustive()
     }
 }
@@ -68,8 +66,7 @@ impl Spool {
             unread: VecDeque::new(),
             writing: None,
             next_number: 1,
-            backlog: BTreeMap::new(),
-            waiting: BTreeMap::new(),
+            next_found: 0,
             found_through: BTreeMap::new(),
             runs: Vec::new(),
             own_run: Run {
@@ -80,7 +77,6 @@ impl Spool {
             held: BTreeSet::new(),
             cursor: Cursor::default(),
             dropped: Vec::new(),
-            removed: BTreeSet::new(),
             messages: Vec::new(),
             quarantine_bytes: 0,
         };
@@ -96,11 +92,6 @@ impl Spool {
         std::mem::take(&mut self.dropped)
     }
 
-    /// Segments removed since the last call: records in memory placed in them are on no disk.
-    pub fn take_removed(&mut self) -> BTreeSet<u64> {
-        std::mem::take(&mut self.removed)
-    }
-
     /// Messages for the log since the last call.
     pub fn take_messages(&mut self) -> Vec<String> {
         std::mem::take(&mut self.messages)
@@ -109,30 +100,32 @@ impl Spool {
     /// Frames that wait on the disk: of this boot, and of earlier ones.
     #[must_use]
     pub fn waiting_frames(&self) -> (u64, u64) {
-        let mut frames = (0, 0);
-        for (id, content) in &self.waiting {
-            if id.boot == self.own_run.boot {
-                frames.0 += content.frames;
-            } else {
-                frames.1 += content.frames;
+        let own: u64 = self.waiting_by_sensor(&self.own_run.boot).values().sum();
+        let all = self
+            .segments
+            .values()
+            .flat_map(|segment| segment.waiting.values());
+        let all: u64 = all.map(|content| content.frames).sum();
+        (own, all - own)
+    }
+
+    /// Frames of a boot that wait on the disk, by sensor; a sensor of which only missing frames wait has 0.
+    #[must_use]
+    pub fn waiting_by_sensor(&self, boot: &str) -> BTreeMap<String, u64> {
+        let mut frames = BTreeMap::new();
+        for (id, content) in self.segments.values().flat_map(|segment| &segment.waiting) {
+            if id.boot == boot {
+                *frames.entry(id.sensor.clone()).or_default() += content.frames;
             }
         }
         frames
     }
 
-    /// Frames of this boot that wait on the disk, by sensor.
-    #[must_use]
-    pub fn waiting_by_sensor(&self) -> BTreeMap<String, u64> {
-        let boot = &self.own_run.boot;
-        let own = self.waiting.iter().filter(|(id, _)| id.boot == *boot);
-        own.map(|(id, content)| (id.sensor.clone(), content.frames))
-            .collect()
-    }
-
     /// Whether nothing waits on the disk.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.unread.is_empty() && self.backlog.is_empty()
+        let mut segments = self.segments.values();
+        self.unread.is_empty() && segments.all(|segment| segment.waiting.is_empty())
     }
 
     /// Bytes of all segments.
@@ -151,7 +144,6 @@ impl Spool {
 
     pub(super) fn remove(&mut self, number: u64) -> io::Result<()> {
         self.segments.remove(&number);
-        self.removed.insert(number);
         match self.disk.remove(&name_of(number)) {
             // A segment has no file if its first write failed.
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
@@ -159,8 +151,10 @@ impl Spool {
         }
     }
 
-    pub(super) fn stream(&self, segment: u64, index: u16) -> Option<Arc<StreamId>> {
-        let streams = &self.segments.get(&segment)?.streams;
-        streams.get(usize::from(index)).map(Arc::clone)
+    /// Whether so many runs of records were acknowledged before older ones that no more should be.
+    #[must_use]
+    pub fn is_scattered(&self) -> bool {
+        let runs = self.segments.values().map(|segment| segment.done.len());
+        runs.sum::<usize>() >= RUNS_AHEAD_MAX
     }
 }

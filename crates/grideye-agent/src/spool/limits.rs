@@ -8,8 +8,9 @@ pub const SPOOL_DAMAGED: &str = "spool-damaged";
 pub const SEGMENT_BYTES: u64 = 1 << 20;
 /// Maximum size of the quarantine in bytes. Further data is counted and logged but not stored.
 pub const QUARANTINE_BYTES_MAX: u64 = 16 << 20;
-/// Maximum number of extents, runs of records on disk without a gap. At the limit, records stay in memory.
-pub const EXTENTS_MAX: usize = 10_000;
+/// Maximum number of runs of records on the disk that were acknowledged before older ones. At the limit, all records are
+/// delivered oldest first, until there are fewer.
+pub const RUNS_AHEAD_MAX: usize = 10_000;
 /// After this many failed reads of a segment, its frames are dropped.
 pub const READS_MAX: u32 = 3;
 /// Largest segment read in bytes; this program writes none larger.

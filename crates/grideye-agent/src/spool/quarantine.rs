@@ -9,21 +9,13 @@ use std::collections::BTreeMap;
 use std::io;
 
 impl Spool {
-    /// Moves a rejected record to the quarantine, as one line of JSON ready to post.
+    /// Writes a rejected record to the quarantine, as one line of JSON ready to post.
     ///
     /// # Errors
-    /// Disk errors, or that the quarantine is full; the record leaves the spool in any case.
-    pub fn quarantine(&mut self, item: &Item, reason: &str) -> io::Result<()> {
-        if let Some(place) = item.place {
-            self.dequeue(place, item.is_frame());
-        }
-        if let Some(count) = self.run_of(&item.stream) {
-            if item.is_frame() {
-                *count.dropped.entry(reason.to_owned()).or_default() += 1;
-            }
-        }
+    /// Disk errors, or that the quarantine is full.
+    pub fn quarantine(&mut self, item: &Item) -> io::Result<()> {
         let boot = &item.stream.boot;
-        let batch = Batch::on_disk(&item.stream.device, boot, vec![item.clone()]);
+        let batch = Batch::of_backlog(&item.stream.device, boot, vec![item.clone()]);
         let line = batch.to_wire(&BTreeMap::new()).to_json();
         let mut line = line.map_err(io::Error::other)?;
         line.push(b'\n');
@@ -36,8 +28,7 @@ impl Spool {
 
     /// Moves an unreadable segment to the quarantine, so that the rest goes on.
     pub(super) fn quarantine_unreadable(&mut self, number: u64, why: &str) {
-        self.drop_backlog_of(number, SPOOL_DAMAGED);
-        self.removed.insert(number);
+        self.drop_waiting(number, SPOOL_DAMAGED);
         self.writing.take_if(|(writing, _)| *writing == number);
         let (name, what) = self.set_aside(number);
         self.say(&format!(

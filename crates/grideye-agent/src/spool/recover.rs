@@ -6,9 +6,8 @@ use super::limits::{RUNS_MAX, SEGMENT_READ_MAX};
 use super::name::{name_of, number_of};
 use super::segment::{Entries, Entry, Fault, HEADER_BYTES, VERSION, check_header};
 use super::state::{Count, Run, STATE, STATE_BYTES_MAX, STATE_VERSION, State};
-use crate::batch::Place;
+use super::types::Segment;
 use grideye_recording::StreamId;
-use std::ops::Range;
 use std::sync::Arc;
 
 impl Spool {
@@ -62,8 +61,8 @@ impl Spool {
                 let _ = self.disk.remove(&name_of(number));
                 continue;
             }
-            let segment = self.segments.entry(number).or_default();
-            segment.bytes = self.disk.size(&name_of(number)).unwrap_or(0);
+            let bytes = self.disk.size(&name_of(number)).unwrap_or(0);
+            self.segments.insert(number, Segment::new(bytes));
             self.unread.push_back(number);
         }
         Ok(())
@@ -137,12 +136,11 @@ impl Spool {
             }
         };
         let mut whole = HEADER_BYTES;
-        let mut last_end = None;
         for entry in entries {
             match entry {
                 Ok((end, entry)) => {
-                    self.take_in(number, whole..end, entry, &mut last_end);
                     whole = end;
+                    self.take_in(number, offset(end), entry);
                 }
                 Err(fault) => {
                     self.quarantine_rest(number, whole, &bytes[whole..], &fault);
@@ -150,42 +148,45 @@ impl Spool {
                 }
             }
         }
+        if let Some(segment) = self.segments.get_mut(&number) {
+            segment.end = offset(whole);
+        }
     }
 
-    /// Takes the entry at `at` of a segment. `last_end` is the end of the previous record if it is in the backlog.
-    fn take_in(&mut self, number: u64, at: Range<usize>, entry: Entry, last_end: &mut Option<u64>) {
-        match entry {
-            Entry::Stream(index, id) => self.declare(number, index, id),
-            Entry::Account(stream, account) => {
-                let id = self.stream(number, stream);
-                if let Some(count) = id.and_then(|id| self.run_of(&id)) {
+    /// Takes in an entry that ends at byte `end` of a segment.
+    fn take_in(&mut self, number: u64, end: u64, entry: Entry) {
+        let stream = match &entry {
+            Entry::Stream(index, _) | Entry::Record(index, _) | Entry::Account(index, _) => *index,
+        };
+        let streams = self.segments.get(&number).map(|segment| &segment.streams);
+        let id = streams.and_then(|streams| streams.get(usize::from(stream)).map(Arc::clone));
+        match (entry, id) {
+            (Entry::Stream(_, id), _) => self.declare(number, stream, id),
+            (Entry::Account(_, account), Some(id)) => {
+                if let Some(count) = self.run_of(&id) {
                     count.take_in(&account);
                 }
             }
-            Entry::Record(stream, record) => {
-                let Some(id) = self.stream(number, stream) else {
-                    return;
-                };
+            (Entry::Record(_, record), Some(id)) => {
                 // An unsynced record was written again.
                 let through = self.found_through.get(&id);
                 let is_new = through.is_none_or(|through| record.seq > *through);
                 if is_new {
-                    self.found_through.insert(id, record.seq);
+                    self.found_through.insert(Arc::clone(&id), record.seq);
                 }
-                let to = offset(at.end);
-                let is_needed = number != self.cursor.segment || to > self.cursor.offset;
-                let before = last_end.take();
-                if is_new && is_needed {
-                    let place = Place {
-                        segment: number,
-                        from: before.unwrap_or(offset(at.start)),
-                        to,
-                        stream,
-                    };
-                    self.enqueue(place, record.reading.frame().is_some());
-                    *last_end = Some(to);
+                let is_needed = number != self.cursor.segment || end > self.cursor.offset;
+                let Some(segment) = self.segments.get_mut(&number) else {
+                    return;
+                };
+                if is_needed {
+                    let is_frame = record.reading.frame().is_some();
+                    segment.push(self.next_found, &id, is_frame, is_new);
+                    self.next_found += 1;
+                } else {
+                    segment.from = end;
                 }
             }
+            (_, None) => {}
         }
     }
 

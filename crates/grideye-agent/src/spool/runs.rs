@@ -2,7 +2,6 @@
 
 use super::index::Spool;
 use super::state::{Count, Run};
-use super::types::Content;
 use crate::batch::Batch;
 use grideye_recording::StreamId;
 use grideye_recording::wire::Account;
@@ -14,14 +13,10 @@ impl Spool {
     #[must_use]
     pub fn ended_accounts(&self, boot: &str) -> Option<BTreeMap<String, Account>> {
         let run = self.runs.iter().find(|run| run.boot == boot)?;
+        let waiting = self.waiting_by_sensor(boot);
         let account = |(sensor, count): (&String, &Count)| {
-            let id = StreamId {
-                device: run.device.clone(),
-                sensor: sensor.clone(),
-                boot: run.boot.clone(),
-            };
-            let waiting = self.waiting.get(&id).copied().unwrap_or_default();
-            (sensor.clone(), count.of_ended(waiting.frames))
+            let frames = waiting.get(sensor).copied().unwrap_or(0);
+            (sensor.clone(), count.of_ended(frames))
         };
         Some(run.sensors.iter().map(account).collect())
     }
@@ -32,32 +27,22 @@ impl Spool {
         if !self.unread.is_empty() {
             return None;
         }
-        let is_to_tell = |run: &&Run| !self.holds_any_of(run) && !self.held.contains(&run.boot);
+        let is_to_tell =
+            |run: &&Run| !self.holds_any_of(&run.boot) && !self.held.contains(&run.boot);
         let run = self.runs.iter().find(is_to_tell)?;
-        Some(Batch::on_disk(&run.device, &run.boot, Vec::new()))
+        Some(Batch::of_backlog(&run.device, &run.boot, Vec::new()))
     }
 
     /// Stops sending records of an ended boot until [`Spool::try_held`]; later boots go on. Returns how many of its
     /// frames wait.
     pub fn hold(&mut self, boot: &str) -> u64 {
         self.held.insert(boot.to_owned());
-        let of_run = self.waiting.iter().filter(|(id, _)| id.boot == boot);
-        of_run.map(|(_, content)| content.frames).sum()
+        self.waiting_by_sensor(boot).values().sum()
     }
 
     /// Releases all held boots. Returns whether there were any.
     pub fn try_held(&mut self) -> bool {
         !std::mem::take(&mut self.held).is_empty()
-    }
-
-    /// Whether a segment belongs to a held boot; each segment is written by one boot.
-    pub(super) fn is_held(&self, segment: u64) -> bool {
-        let mut streams = self
-            .segments
-            .get(&segment)
-            .into_iter()
-            .flat_map(|of| &of.streams);
-        !self.held.is_empty() && streams.any(|id| self.held.contains(&id.boot))
     }
 
     /// Forgets a boot, because the collector knows that it ended.
@@ -80,17 +65,13 @@ impl Spool {
         run.sensors.get_mut(&id.sensor)
     }
 
-    fn holds_any_of(&self, run: &Run) -> bool {
-        let of_run = |id: &Arc<StreamId>| id.boot == run.boot && id.device == run.device;
-        let mut waiting = self.waiting.iter();
-        waiting.any(|(id, content)| of_run(id) && *content != Content::default())
+    fn holds_any_of(&self, boot: &str) -> bool {
+        !self.waiting_by_sensor(boot).is_empty()
     }
 
     /// Acknowledging a boot's last records also acknowledges its end.
     pub(super) fn forget_told_run(&mut self, boot: &str) {
-        let run = self.runs.iter().find(|run| run.boot == boot);
-        if run.is_some_and(|run| !self.holds_any_of(run)) {
-            self.waiting.retain(|id, _| id.boot != boot);
+        if !self.holds_any_of(boot) {
             self.told(boot);
         }
     }

@@ -1,10 +1,12 @@
-//! The spool's data: segments, the records in them, and what it dropped.
+//! The spool's data: segments, the records that wait in them, and what it dropped.
 
-use super::segment::Encoder;
-use crate::batch::Place;
+use super::ranges::Ranges;
+use super::segment::{Encoder, Entries, Entry, HEADER_BYTES};
+use crate::batch::Item;
 use grideye_recording::StreamId;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::io;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Numbers of frames and of missing frames.
@@ -17,20 +19,19 @@ pub struct Content {
 }
 
 impl Content {
-    pub(super) fn add(&mut self, is_frame: bool) {
+    fn of_kind(&mut self, is_frame: bool) -> &mut u64 {
         if is_frame {
-            self.frames += 1;
+            &mut self.frames
         } else {
-            self.rows += 1;
+            &mut self.rows
         }
     }
 
-    pub(super) fn take(&mut self, is_frame: bool) {
-        if is_frame {
-            self.frames = self.frames.saturating_sub(1);
-        } else {
-            self.rows = self.rows.saturating_sub(1);
-        }
+    pub(super) fn take(&mut self, is_frame: bool) -> bool {
+        let count = self.of_kind(is_frame);
+        let is_there = *count > 0;
+        *count = count.saturating_sub(1);
+        is_there
     }
 }
 
@@ -43,29 +44,162 @@ pub struct Dropped {
     pub content: Content,
     /// Why.
     pub reason: &'static str,
+    /// The first position after them.
+    pub(crate) before: u64,
 }
 
 /// The outcome of writing records.
 #[derive(Debug, Default)]
 pub struct Written {
-    /// Places on the disk of the first records, as many as were written.
-    pub places: Vec<Place>,
-    /// Why the others were not.
+    /// How many records, from the first on, are on the disk.
+    pub records: usize,
+    /// Why the others are not.
     pub error: Option<io::Error>,
 }
 
-#[derive(Debug, Default)]
+/// A part of the log on the disk.
+#[derive(Debug)]
 pub(super) struct Segment {
+    /// Bytes of its file.
     pub(super) bytes: u64,
+    /// Where its whole records end.
+    pub(super) end: u64,
+    /// Where the first record starts that may still wait.
+    pub(super) from: u64,
     pub(super) streams: Vec<Arc<StreamId>>,
+    /// The positions of the records from there on, in the file's order.
+    left: VecDeque<Range<u64>>,
+    /// Those among them that do not wait.
+    pub(super) done: Ranges,
+    /// How much waits, of each stream that has something.
+    pub(super) waiting: BTreeMap<Arc<StreamId>, Content>,
     pub(super) failed_reads: u32,
 }
 
-/// Records that wait in a segment without a gap between them.
-#[derive(Debug, Default, Clone)]
-pub(super) struct Extent {
-    pub(super) to: u64,
-    pub(super) content: BTreeMap<u16, Content>,
+impl Segment {
+    /// A segment whose file has this many bytes.
+    pub(super) fn new(bytes: u64) -> Self {
+        let header = u64::try_from(HEADER_BYTES).unwrap_or(u64::MAX);
+        Self {
+            bytes,
+            end: header,
+            from: header,
+            streams: Vec::new(),
+            left: VecDeque::new(),
+            done: Ranges::default(),
+            waiting: BTreeMap::new(),
+            failed_reads: 0,
+        }
+    }
+
+    /// Adds the next record of the file, which waits if `is_waiting`.
+    pub(super) fn push(
+        &mut self,
+        position: u64,
+        id: &Arc<StreamId>,
+        is_frame: bool,
+        is_waiting: bool,
+    ) {
+        match self.left.back_mut() {
+            Some(last) if last.end == position => last.end += 1,
+            _ => self.left.push_back(position..position + 1),
+        }
+        if is_waiting {
+            let content = self.waiting.entry(Arc::clone(id)).or_default();
+            *content.of_kind(is_frame) += 1;
+        } else {
+            self.done.insert(position);
+        }
+    }
+
+    /// Takes one record that waits; false if it does not wait here.
+    pub(super) fn take(&mut self, item: &Item) -> bool {
+        let position = item.position;
+        let run = self.left.partition_point(|run| run.end <= position);
+        let is_here = self
+            .left
+            .get(run)
+            .is_some_and(|run| run.contains(&position));
+        if !is_here || self.done.contains(position) {
+            return false;
+        }
+        if let Some(content) = self.waiting.get_mut(&item.stream) {
+            content.take(item.is_frame());
+            if *content == Content::default() {
+                self.waiting.remove(&item.stream);
+            }
+        }
+        self.done.insert(position);
+        if self.waiting.is_empty() {
+            (self.from, self.done) = (self.end, Ranges::default());
+            self.left.clear();
+        }
+        true
+    }
+
+    /// The oldest position that waits.
+    pub(super) fn first(&self) -> Option<u64> {
+        let mut left = self.left.iter().cloned().flatten();
+        left.find(|position| !self.done.contains(*position))
+    }
+
+    /// One past the last position.
+    pub(super) fn through(&self) -> u64 {
+        self.left.back().map_or(0, |run| run.end)
+    }
+
+    /// Forgets records at the front that do not wait.
+    fn skip(&mut self, records: usize) {
+        for _ in 0..records {
+            if let Some(run) = self.left.front_mut() {
+                run.start += 1;
+                if run.is_empty() {
+                    self.left.pop_front();
+                }
+            }
+        }
+        let first = self.left.front().map(|run| run.start);
+        if let Some(first) = first.filter(|first| !self.done.contains(*first)) {
+            self.done.forget_below(first);
+        }
+    }
+
+    /// The records in `bytes`, which begin at `from`, that wait and have a position below `before`, up to the first
+    /// damaged one.
+    pub(super) fn items(
+        &mut self,
+        number: u64,
+        bytes: &[u8],
+        records_max: usize,
+        before: u64,
+    ) -> Vec<Item> {
+        let declared = u16::try_from(self.streams.len()).unwrap_or(u16::MAX);
+        let (begin, mut skipped) = (self.from, 0);
+        let mut items: Vec<Item> = Vec::new();
+        let mut positions = self.left.iter().cloned().flatten();
+        for entry in Entries::within(number, bytes, 0, declared).map_while(Result::ok) {
+            let (end, Entry::Record(stream, record)) = entry else {
+                continue;
+            };
+            let end = begin + u64::try_from(end).unwrap_or(u64::MAX);
+            let id = self.streams.get(usize::from(stream));
+            let (Some(position), Some(id)) = (positions.next(), id) else {
+                break;
+            };
+            if self.done.contains(position) {
+                if items.is_empty() {
+                    (self.from, skipped) = (end, skipped + 1);
+                }
+                continue;
+            }
+            if position >= before || items.len() >= records_max {
+                break;
+            }
+            items.push(Item::new(position, Arc::clone(id), record));
+        }
+        self.skip(skipped);
+        items
+    }
 }
 
 #[derive(Debug)]

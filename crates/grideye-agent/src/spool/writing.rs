@@ -3,29 +3,25 @@
 use super::index::Spool;
 use super::limits::SPOOL_FULL;
 use super::name::name_of;
-use super::segment::{Encoder, HEADER_BYTES};
+use super::segment::Encoder;
 use super::state::Cursor;
-use super::types::{Writing, Written};
-use crate::batch::Place;
+use super::types::{Segment, Writing, Written};
+use crate::batch::Item;
+use grideye_recording::StreamId;
 use grideye_recording::wire::Account;
-use grideye_recording::{Record, StreamId};
 use std::io;
 use std::sync::Arc;
 
 impl Spool {
     /// Writes records, oldest first, after the accounts of their streams, and syncs them.
     ///
-    /// If there is no room, drops the oldest backlog; see [`Spool::take_dropped`] and [`Spool::take_removed`].
-    pub fn write(
-        &mut self,
-        records: &[(Arc<StreamId>, Record)],
-        accounts: &[(Arc<StreamId>, Account)],
-    ) -> Written {
+    /// If there is no room, drops the oldest backlog; see [`Spool::take_dropped`].
+    pub fn write(&mut self, records: &[Item], accounts: &[(Arc<StreamId>, Account)]) -> Written {
         self.renew_own_run(accounts);
         let mut written = Written::default();
-        while written.places.len() < records.len() {
-            match self.write_some(&records[written.places.len()..], accounts) {
-                Ok(places) => written.places.extend(places),
+        while written.records < records.len() {
+            match self.write_some(&records[written.records..], accounts) {
+                Ok(records) => written.records += records,
                 Err(error) => {
                     // Unsynced bytes of the segment may be missing, so the next write starts another segment.
                     self.writing = None;
@@ -40,18 +36,19 @@ impl Spool {
     /// Writes as many records as fit into one segment.
     fn write_some(
         &mut self,
-        records: &[(Arc<StreamId>, Record)],
+        records: &[Item],
         accounts: &[(Arc<StreamId>, Account)],
-    ) -> io::Result<Vec<Place>> {
+    ) -> io::Result<usize> {
         let (number, mut writing) = match self.writing.take() {
             Some((number, writing)) if writing.end < self.limits.segment_bytes => (number, writing),
             _ => self.begin(),
         };
         let begin = writing.end;
-        let (bytes, places) = self.encode(number, &mut writing, records, accounts);
+        let (bytes, written) = self.encode(&mut writing, records, accounts);
         let length = u64::try_from(bytes.len()).unwrap_or(u64::MAX);
         self.make_room(number, length)?;
-        let segment = self.segments.entry(number).or_default();
+        let segment = self.segments.entry(number);
+        let segment = segment.or_insert_with(|| Segment::new(0));
         segment.bytes = begin + length;
         let name = name_of(number);
         self.disk.append(&name, &bytes)?;
@@ -61,9 +58,13 @@ impl Spool {
             writing.is_named_on_disk = true;
         }
         segment.streams = writing.encoder.streams().to_vec();
+        for item in &records[..written] {
+            segment.push(item.position, &item.stream, item.is_frame(), true);
+        }
         writing.end = begin + length;
+        segment.end = writing.end;
         self.writing = Some((number, writing));
-        Ok(places)
+        Ok(written)
     }
 
     fn begin(&mut self) -> (u64, Writing) {
@@ -77,15 +78,14 @@ impl Spool {
         (number, writing)
     }
 
+    /// The next bytes of the segment, and how many records they contain.
     fn encode(
         &self,
-        number: u64,
         writing: &mut Writing,
-        records: &[(Arc<StreamId>, Record)],
+        records: &[Item],
         accounts: &[(Arc<StreamId>, Account)],
-    ) -> (Vec<u8>, Vec<Place>) {
-        let begin = writing.end;
-        let mut bytes = if begin == 0 {
+    ) -> (Vec<u8>, usize) {
+        let mut bytes = if writing.end == 0 {
             writing.encoder.header()
         } else {
             Vec::new()
@@ -94,24 +94,18 @@ impl Spool {
         for (id, account) in accounts {
             writing.encoder.account(&mut bytes, id, account);
         }
-        let mut places = Vec::new();
-        // The first record's place includes everything ahead of it, so that the places of two writes adjoin.
-        let mut from = begin.max(u64::try_from(HEADER_BYTES).unwrap_or(u64::MAX));
-        for (id, record) in records {
-            let (_, stream) = writing.encoder.record(&mut bytes, id, record);
-            let to = begin + u64::try_from(bytes.len()).unwrap_or(u64::MAX);
-            places.push(Place {
-                segment: number,
-                from,
-                to,
-                stream,
-            });
-            from = to;
-            if to >= self.limits.segment_bytes {
+        let mut written = 0;
+        for item in records {
+            let length = u64::try_from(bytes.len()).unwrap_or(u64::MAX);
+            if written > 0 && writing.end + length >= self.limits.segment_bytes {
                 break;
             }
+            writing
+                .encoder
+                .record(&mut bytes, &item.stream, &item.record);
+            written += 1;
         }
-        (bytes, places)
+        (bytes, written)
     }
 
     /// Drops the oldest backlog until there is room, but never this segment.
@@ -141,7 +135,7 @@ impl Spool {
 
     /// Save the cursor first, so that a crash in between leaves one segment too many, not one too few.
     fn drop_segment(&mut self, number: u64) -> io::Result<()> {
-        self.drop_backlog_of(number, SPOOL_FULL);
+        self.drop_waiting(number, SPOOL_FULL);
         if !self.segments.contains_key(&number) {
             return Ok(());
         }

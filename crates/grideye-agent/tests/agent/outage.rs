@@ -1,7 +1,7 @@
 //! Days without a collector (hours unless `GRIDEYE_ALL_SEEDS` is set) and catching up, in virtual time: ring, spooler,
 //! spool and scheduler as in the agent.
 
-use crate::model_disk::ModelDisk;
+use crate::model_disk::{Failure, ModelDisk};
 use crate::spool::record;
 use grideye_agent::config::SpoolMode;
 use grideye_agent::deliver::Spooler;
@@ -13,6 +13,7 @@ use grideye_agent::queue::Ring;
 use grideye_agent::queue::Shared;
 use grideye_agent::spool::{Limits, SPOOL_FULL, Spool};
 use grideye_recording::wire::{Acknowledgement, Batch, Gap};
+use proptest::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -37,10 +38,12 @@ impl Time {
 }
 
 /// A collector that goes away, returns, and sometimes loses an answer; it counts like the real one.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Books {
     is_away: bool,
     loses_every: Option<u64>,
+    /// New records with these numbers are rejected.
+    rejects: fn(u64) -> bool,
     posts: u64,
     attempts: u64,
     /// How often each number arrived.
@@ -73,6 +76,14 @@ impl Post for Collector {
                 is_unstored: true,
             };
         }
+        let mut frames = batch.sensors.iter().flat_map(|part| &part.frames);
+        let is_new = |seq: u64| {
+            let came = books.came.get(usize::try_from(seq).unwrap());
+            came.is_none_or(|came| *came == 0)
+        };
+        if frames.any(|frame| (books.rejects)(frame.seq) && is_new(frame.seq)) {
+            return Posted::Refused(422, "no".to_owned());
+        }
         books.posts += 1;
         let answer = books.keep(batch, self.time.ns());
         if books
@@ -86,6 +97,25 @@ impl Post for Collector {
             };
         }
         Posted::Durable(answer)
+    }
+}
+
+impl Default for Books {
+    fn default() -> Self {
+        Self {
+            is_away: false,
+            loses_every: None,
+            rejects: |_| false,
+            posts: 0,
+            attempts: 0,
+            came: Vec::new(),
+            runs: BTreeMap::new(),
+            stored: 0,
+            twice: 0,
+            unbalanced: 0,
+            batches: BTreeMap::new(),
+            newest_ns: 0,
+        }
     }
 }
 
@@ -167,15 +197,20 @@ struct Agent {
     books: Arc<Mutex<Books>>,
     scheduler_at: u64,
     next: u64,
+    disk: ModelDisk,
 }
 
 impl Agent {
     fn new(mode: SpoolMode, limits: Limits, seed: u64) -> Self {
+        Self::with_memory(10_000, mode, limits, seed)
+    }
+
+    fn with_memory(records: usize, mode: SpoolMode, limits: Limits, seed: u64) -> Self {
         let time = Time::default();
         let sensors = vec![SENSOR.to_owned()];
-        let ring = Ring::new(10_000, "pi", "b1", sensors.clone());
-        let spool =
-            Spool::open(Box::new(ModelDisk::default()), limits, "pi", "b1", &sensors).unwrap();
+        let ring = Ring::new(records, "pi", "b1", sensors.clone());
+        let disk = ModelDisk::default();
+        let spool = Spool::open(Box::new(disk.clone()), limits, "pi", "b1", &sensors).unwrap();
         let shared = Arc::new(Shared::new(ring, Some(spool)));
         let books: Arc<Mutex<Books>> = Arc::default();
         let collector = Collector {
@@ -200,6 +235,7 @@ impl Agent {
             books,
             scheduler_at: 0,
             next: 0,
+            disk,
         }
     }
 
@@ -341,9 +377,10 @@ fn in_mode_always_everything_is_on_the_disk_within_a_sync_and_goes_from_there_wh
         bytes > 0 && bytes < 2 << 20,
         "{bytes}: the segment that is written, and no more"
     );
+    let now = agent.time.now();
     let unwritten = agent
         .shared
-        .with_ring(|ring| ring.unwritten(agent.time.now(), Duration::ZERO, 1000).len());
+        .with_ring(|ring| ring.claim(now, Duration::ZERO, 1000).len());
     assert!(unwritten <= 16, "{unwritten}");
     agent.with_books(|books| books.is_away = true);
     agent.run(600);
@@ -376,4 +413,73 @@ fn an_account_in_doubt_when_the_agent_stops_is_not_the_last_one() {
         "the account in doubt, the frames, and the last account"
     );
     agent.with_books(|books| assert_eq!(books.came, [1, 1, 1]));
+}
+
+#[derive(Debug, Clone)]
+enum Action {
+    /// This many seconds pass.
+    Run(u64),
+    Away(bool),
+    LoseEvery(Option<u64>),
+    Reject(bool),
+    Fail(Option<Failure>),
+}
+
+fn action() -> impl Strategy<Value = Action> {
+    let failures = [Failure::Full, Failure::Sync, Failure::Io].map(Some);
+    let failures = [&[None, None, None], &failures[..]].concat();
+    prop_oneof![
+        8 => (1..40_u64).prop_map(Action::Run),
+        3 => any::<bool>().prop_map(Action::Away),
+        2 => prop::option::of(1..6_u64).prop_map(Action::LoseEvery),
+        1 => any::<bool>().prop_map(Action::Reject),
+        2 => prop::sample::select(failures).prop_map(Action::Fail),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
+    /// Memory for 15 s and a disk for 30 s, so that both run full.
+    #[test]
+    fn every_frame_comes_or_is_counted_whatever_fails_and_the_count_is_right_with_every_post(
+        is_always: bool,
+        bytes_max in prop::sample::select(vec![50_000_u64, 1 << 20]),
+        seed: u64,
+        actions in prop::collection::vec(action(), 1..30),
+    ) {
+        let second = Duration::from_secs(1);
+        let mode = match is_always {
+            true => SpoolMode::Always { sync_every: second },
+            false => SpoolMode::Outage { after: second },
+        };
+        let mut agent = Agent::with_memory(150, mode, Limits::new(bytes_max, 0), seed);
+        let mut loses_any = false;
+        for action in actions {
+            match action {
+                Action::Run(seconds) => agent.run(seconds),
+                Action::Away(is_away) => agent.with_books(|books| books.is_away = is_away),
+                Action::LoseEvery(every) => {
+                    loses_any |= every.is_some();
+                    agent.with_books(|books| books.loses_every = every);
+                }
+                Action::Reject(is_on) => agent.with_books(|books| {
+                    books.rejects = if is_on { |seq| seq % 50 == 11 } else { |_| false };
+                }),
+                Action::Fail(failure) => agent.disk.fail(failure),
+            }
+        }
+        agent.disk.fail(None);
+        agent.with_books(|books| (books.is_away, books.loses_every) = (false, None));
+        // The longest pause after a failure, and the backlog.
+        agent.run(90);
+        let account = agent.shared.with_ring(|ring| ring.accounts()[SENSOR].clone());
+        let dropped: u64 = account.dropped.values().sum();
+        agent.with_books(|books| {
+            prop_assert_eq!(books.unbalanced, 0);
+            prop_assert!(loses_any || books.twice == 0, "{} came twice", books.twice);
+            prop_assert!(account.spooled <= 20, "{account:?}");
+            prop_assert_eq!(account.read, books.stored + dropped + account.spooled);
+            Ok(())
+        })?;
+    }
 }

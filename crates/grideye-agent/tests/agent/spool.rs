@@ -8,7 +8,7 @@ mod power;
 mod segment;
 
 use crate::model_disk::{Failure, ModelDisk, Tear};
-use grideye_agent::batch::{Batch, Item};
+use grideye_agent::batch::{Batch, Item, OWN_FIRST};
 use grideye_agent::spool::segment::{Encoder, FRAME_BYTES};
 use grideye_agent::spool::{Limits, QUARANTINE, READS_MAX, SPOOL_DAMAGED, SPOOL_FULL, Spool};
 use grideye_frame::{NoData, PIXELS, PixelWord, Reading, RecordedFrame, ThermistorWord};
@@ -17,6 +17,7 @@ use grideye_recording::{ClockState, Record, Stamp, StreamId};
 use proptest::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 const SENSORS: [&str; 2] = ["i2c-1:0x68", "i2c-1:0x69"];
 
@@ -90,32 +91,36 @@ fn account(read: u64, spooled: u64) -> Account {
     }
 }
 
-/// Writes records of one stream and adds them to the backlog. Returns the durable numbers.
+/// These records of one stream, next in the log.
+fn items(boot: &str, sensor: usize, seqs: std::ops::Range<u64>) -> Vec<Item> {
+    static NEXT: AtomicU64 = AtomicU64::new(OWN_FIRST);
+    let id = stream(boot, sensor);
+    // Other tests take some between, as another sensor would.
+    let item = |seq| {
+        let position = NEXT.fetch_add(1, Ordering::SeqCst);
+        Item::new(position, Arc::clone(&id), record(seq))
+    };
+    seqs.map(item).collect()
+}
+
+/// Writes records of one stream. Returns the durable numbers.
 fn spool_group(
     spool: &mut Spool,
     boot: &str,
     sensor: usize,
     seqs: std::ops::Range<u64>,
 ) -> Vec<u64> {
-    let id = stream(boot, sensor);
-    let records: Vec<_> = seqs
-        .clone()
-        .map(|seq| (Arc::clone(&id), record(seq)))
-        .collect();
     let accounts = [(
-        Arc::clone(&id),
+        stream(boot, sensor),
         account(frames(0..seqs.end), frames(seqs.clone())),
     )];
-    let written = spool.write(&records, &accounts);
-    let durable: Vec<u64> = seqs.take(written.places.len()).collect();
-    let items: Vec<_> = written
-        .places
-        .iter()
-        .zip(&durable)
-        .map(|(place, seq)| (*place, record(*seq).reading.frame().is_some()))
-        .collect();
-    assert!(spool.add_backlog(&items));
-    durable
+    let written = spool.write(&items(boot, sensor, seqs.clone()), &accounts);
+    seqs.take(written.records).collect()
+}
+
+/// The next batch, whatever is in memory.
+fn next_batch(spool: &mut Spool, records_max: usize) -> std::io::Result<Option<Batch>> {
+    spool.next_batch(records_max, u64::MAX)
 }
 
 type Delivered = Vec<(String, String, u64)>;
@@ -123,7 +128,7 @@ type Delivered = Vec<(String, String, u64)>;
 /// Delivers everything batch by batch, checking every record.
 fn drain(spool: &mut Spool, records_max: usize) -> Delivered {
     let mut delivered = Vec::new();
-    while let Some(batch) = spool.next_batch(records_max).unwrap() {
+    while let Some(batch) = next_batch(spool, records_max).unwrap() {
         assert!(batch.items.len() <= records_max);
         assert!(
             batch
@@ -132,9 +137,9 @@ fn drain(spool: &mut Spool, records_max: usize) -> Delivered {
                 .all(|item| item.stream.boot == batch.boot)
         );
         delivered.extend(batch.items.iter().map(checked));
-        let (_, returned) = spool.release(batch.items);
+        let (_, returned) = spool.release(batch.items, None);
         assert!(returned.is_empty());
-        spool.tidy(&BTreeSet::new(), false).unwrap();
+        spool.tidy(false).unwrap();
     }
     delivered
 }
@@ -179,15 +184,15 @@ fn the_next_boot_delivers_the_rest_first_and_reports_for_the_ended_boot() {
     let disk = ModelDisk::default();
     let mut spool = reopen(&disk, "b1");
     spool_group(&mut spool, "b1", 0, 0..30);
-    let first = spool.next_batch(10).unwrap().unwrap();
-    spool.release(first.items);
-    spool.checkpoint(&BTreeSet::new(), &[]).unwrap();
+    let first = next_batch(&mut spool, 10).unwrap().unwrap();
+    spool.release(first.items, None);
+    spool.checkpoint(&[]).unwrap();
     drop(spool);
 
     let mut spool = open(&disk, "b2");
     // Until the disk has been read, nothing is sent.
     assert!(!spool.is_empty());
-    assert_eq!(spool.next_batch(10).unwrap(), None);
+    assert_eq!(next_batch(&mut spool, 10).unwrap(), None);
     assert_eq!(spool.ended_run(), None);
     while spool.recover() {}
     spool_group(&mut spool, "b2", 0, 0..5);
@@ -232,10 +237,10 @@ fn a_boot_that_left_nothing_on_the_disk_is_reported_exactly_once() {
     assert_eq!(spool.ended_accounts("b1").unwrap().len(), 2);
     spool.told("b1");
     assert_eq!(spool.ended_run(), None);
-    spool.checkpoint(&BTreeSet::new(), &[]).unwrap();
+    spool.checkpoint(&[]).unwrap();
     // A boot that delivered everything needs no report.
     let accounts = [(stream("b2", 0), account(9, 0))];
-    spool.close(&BTreeSet::new(), &accounts).unwrap();
+    spool.close(&accounts).unwrap();
     drop(spool);
     assert_eq!(reopen(&disk, "b3").ended_run(), None);
 }
@@ -244,13 +249,13 @@ fn a_boot_that_left_nothing_on_the_disk_is_reported_exactly_once() {
 fn a_start_after_a_kill_needs_the_records_that_were_in_memory_and_on_the_disk() {
     let disk = ModelDisk::default();
     let mut spool = reopen(&disk, "b1");
-    let id = stream("b1", 0);
-    let records: Vec<_> = (0..9).map(|seq| (Arc::clone(&id), record(seq))).collect();
-    let written = spool.write(&records, &[]);
+    let records = items("b1", 0, 0..9);
+    assert_eq!(spool.write(&records, &[]).records, 9);
     // The first four are acknowledged, the others wait in memory.
-    let in_memory: BTreeSet<_> = written.places[4..].iter().copied().collect();
-    spool.tidy(&in_memory, true).unwrap();
-    spool.checkpoint(&in_memory, &[]).unwrap();
+    let (here, _) = spool.release(records[..4].to_vec(), None);
+    assert_eq!(here.len(), 4);
+    spool.tidy(true).unwrap();
+    spool.checkpoint(&[]).unwrap();
     drop(spool);
     let mut spool = reopen(&disk, "b2");
     assert_eq!(of(&drain(&mut spool, 100), "b1", 0), [4, 5, 6, 7, 8]);
@@ -261,7 +266,7 @@ fn a_boot_that_ended_normally_with_frames_left_is_reported() {
     let disk = ModelDisk::default();
     let mut spool = reopen(&disk, "b1");
     let accounts = [(stream("b1", 0), account(9, 3))];
-    spool.close(&BTreeSet::new(), &accounts).unwrap();
+    spool.close(&accounts).unwrap();
     drop(spool);
     let spool = reopen(&disk, "b2");
     assert_eq!(spool.ended_run().unwrap().boot, "b1");
@@ -275,9 +280,9 @@ fn a_cursor_into_a_removed_segment_costs_the_next_boot_nothing() {
     let disk = ModelDisk::default();
     let mut spool = reopen(&disk, "b1");
     spool_group(&mut spool, "b1", 0, 0..9);
-    let first = spool.next_batch(6).unwrap().unwrap();
-    spool.release(first.items);
-    spool.checkpoint(&BTreeSet::new(), &[]).unwrap();
+    let first = next_batch(&mut spool, 6).unwrap().unwrap();
+    spool.release(first.items, None);
+    spool.checkpoint(&[]).unwrap();
     assert_eq!(drain(&mut spool, 100).len(), 3);
     drop(spool);
     let mut spool = reopen(&disk, "b2");
@@ -296,8 +301,11 @@ fn a_rejected_record_is_stored_ready_to_post_and_the_rest_goes_on() {
         spool_group(&mut spool, "b1", 0, 0..3);
     }
     let mut spool = reopen(&disk, "b2");
-    let batch = spool.next_batch(1).unwrap().unwrap();
-    spool.quarantine(&batch.items[0], "refused-422").unwrap();
+    let batch = next_batch(&mut spool, 1).unwrap().unwrap();
+    spool.quarantine(&batch.items[0]).unwrap();
+    spool.release(batch.items, Some("refused-422"));
+    let account = &spool.ended_accounts("b1").unwrap()[SENSORS[0]];
+    assert_eq!((account.dropped["refused-422"], account.spooled), (1, 2));
     assert_eq!(of(&drain(&mut spool, 9), "b1", 0), [1, 2]);
     let line = disk.bytes("quarantine/refused-b1.jsonl");
     let batch = wire::Batch::from_json(line.strip_suffix(b"\n").unwrap()).unwrap();

@@ -1,6 +1,7 @@
 //! The ring's account is right whatever is added or removed.
 
 use super::*;
+use crate::spool::{Content, SPOOL_FULL};
 use grideye_frame::{NoData, PIXELS, PixelWord, RecordedFrame, ThermistorWord};
 use grideye_recording::{ClockState, Stamp};
 use proptest::prelude::*;
@@ -87,9 +88,14 @@ fn old_records_have_their_own_lane() {
         ring.push(0, record(seq, true), Duration::from_secs(seq));
     }
     let now = Duration::from_secs(2) + LIVE_FOR;
-    assert_eq!(seqs(&ring.batch(Lane::Late, now, 9))[0], [0, 1, 2]);
-    assert_eq!(seqs(&ring.batch(Lane::Late, now, 2))[0], [0, 1]);
+    assert_eq!(seqs(&ring.batch(Lane::Backlog, now, 9))[0], [0, 1, 2]);
+    assert_eq!(seqs(&ring.batch(Lane::Backlog, now, 2))[0], [0, 1]);
     assert_eq!(seqs(&ring.batch(Lane::Live, now, 9))[0], [3, 4]);
+    ring.deliver_in_order(true);
+    assert!(ring.batch(Lane::Live, now, 9).items.is_empty());
+    assert_eq!(ring.batch(Lane::Backlog, now, 9).items.len(), 3);
+    ring.deliver_in_order(false);
+    assert_eq!(ring.batch(Lane::Live, now, 9).items.len(), 2);
 }
 
 #[test]
@@ -99,19 +105,17 @@ fn a_record_dropped_while_its_post_was_in_doubt_counts_as_delivered_once_it_arri
         push(&mut ring, 0, record(seq, seq != 1));
     }
     let posted = live(&ring, 9);
-    ring.doubt(Some(&posted));
     push(&mut ring, 0, record(3, true));
     push(&mut ring, 0, record(4, true));
     let account = |ring: &Ring| ring.accounts()[SENSORS[0]].clone();
     assert_eq!(account(&ring).dropped, one(RING_FULL));
-    assert_eq!(ring.settle(&posted.items, None), 3);
-    ring.doubt(None);
+    assert_eq!(ring.settle(posted.items.clone(), None), []);
     assert_eq!(account(&ring).dropped, BTreeMap::new());
     assert_eq!(account(&ring).errors, BTreeMap::new());
     assert_eq!(ring.acknowledged(SENSORS[0]), 2);
     assert_eq!(account(&ring).spooled, 2);
     // A second answer to the same post counts nothing.
-    assert_eq!(ring.settle(&posted.items, None), 0);
+    assert_eq!(ring.settle(posted.items, None), []);
     assert_eq!(ring.acknowledged(SENSORS[0]), 2);
 }
 
@@ -126,15 +130,6 @@ fn fault_kinds_beyond_the_limit_are_counted_together() {
     assert_eq!(errors[OTHER_FAULTS], 5);
 }
 
-fn place(segment: u64, from: u64) -> Place {
-    Place {
-        segment,
-        from,
-        to: from + 10,
-        stream: 0,
-    }
-}
-
 /// Three records of two sensors, received at 0, 1 and 2 s.
 fn three() -> Ring {
     let mut ring = ring(9);
@@ -145,96 +140,160 @@ fn three() -> Ring {
     ring
 }
 
-/// Sensor and sequence number of each record not on the disk, at second `now`, once the oldest is `older_than` seconds
+/// Sensor and sequence number of each record handed to the disk at second `now`, once the oldest is `older_than` seconds
 /// old.
-fn unwritten(ring: &Ring, now: u64, older_than: u64, records_max: usize) -> Vec<(String, u64)> {
+fn claim(
+    ring: &mut Ring,
+    now: u64,
+    older_than: u64,
+    records_max: usize,
+) -> Vec<(&'static str, u64)> {
     let (now, older_than) = (Duration::from_secs(now), Duration::from_secs(older_than));
-    let records = ring.unwritten(now, older_than, records_max).into_iter();
-    let named = records.map(|(id, record)| (id.sensor.clone(), record.seq));
+    let items = ring.claim(now, older_than, records_max).into_iter();
+    let sensor = |item: &Item| SENSORS.iter().find(|name| **name == item.stream.sensor);
+    let named = items.map(|item| (*sensor(&item).unwrap(), item.record.seq));
     named.collect()
 }
 
-fn write(ring: &mut Ring, places: &[Place]) {
-    let records = ring.unwritten(Duration::MAX, Duration::ZERO, places.len());
-    ring.written(&records, places);
+/// Writes the oldest records that are not on the disk.
+fn write(ring: &mut Ring, records: usize) -> Vec<Item> {
+    let items = ring.claim(Duration::MAX, Duration::ZERO, records);
+    ring.written(&items);
+    items
 }
 
-fn evictable(ring: &Ring, now: u64) -> Vec<(Place, bool)> {
-    let found = ring.evictable(Duration::from_secs(now), Duration::from_secs(5));
-    let found = found.iter().map(|found| (found.place, found.is_frame));
-    found.collect()
+fn evict(ring: &mut Ring, now: u64) -> [Vec<u64>; 2] {
+    ring.evict(Duration::from_secs(now), Duration::from_secs(5));
+    seqs(&live(ring, 9))
 }
 
 #[test]
 fn unwritten_records_are_written_oldest_first_once_one_is_old_enough() {
     let mut ring = three();
     let all = [(SENSORS[1], 7), (SENSORS[0], 3), (SENSORS[1], 8)];
-    let all = all.map(|(sensor, seq)| (sensor.to_owned(), seq));
-    assert_eq!(unwritten(&ring, 4, 5, 9), []);
-    assert_eq!(unwritten(&ring, 5, 5, 9), all);
-    assert_eq!(unwritten(&ring, 5, 5, 2), all[..2]);
-    write(&mut ring, &[place(1, 24), place(1, 34)]);
-    assert_eq!(ring.places(), BTreeSet::from([place(1, 24), place(1, 34)]));
-    assert_eq!(unwritten(&ring, 6, 5, 9), []);
-    assert_eq!(unwritten(&ring, 7, 5, 9), all[2..]);
+    assert_eq!(claim(&mut ring, 4, 5, 9), []);
+    assert_eq!(claim(&mut ring, 5, 5, 9), all);
+    assert_eq!(claim(&mut ring, 5, 5, 2), all[..2]);
+    // A write that failed claims them again.
+    ring.written(&[]);
+    assert_eq!(claim(&mut ring, 5, 5, 9), all);
+    write(&mut ring, 2);
+    assert_eq!(claim(&mut ring, 6, 5, 9), []);
+    assert_eq!(claim(&mut ring, 7, 5, 9), all[2..]);
 }
 
 #[test]
-fn only_old_records_on_the_disk_and_in_no_post_in_doubt_leave_memory() {
+fn only_old_records_on_the_disk_leave_memory() {
     let mut ring = three();
-    let [first, second, third] = [place(1, 24), place(1, 34), place(2, 24)];
-    write(&mut ring, &[first, second, third]);
-    assert_eq!(evictable(&ring, 4), []);
-    assert_eq!(evictable(&ring, 5), [(first, true)]);
-    assert_eq!(evictable(&ring, 6), [(first, true), (second, false)]);
-    let posted = live(&ring, 1);
-    ring.doubt(Some(&posted));
-    assert_eq!(evictable(&ring, 7), [(second, false), (third, true)]);
-    ring.doubt(None);
-    let old = ring.evictable(Duration::from_secs(6), Duration::from_secs(5));
-    ring.evict(&old);
-    assert_eq!((ring.len(), ring.places()), (1, BTreeSet::from([third])));
+    write(&mut ring, 2);
+    assert_eq!(evict(&mut ring, 4), [vec![3], vec![7, 8]]);
+    let first = ring.first();
+    assert_eq!(evict(&mut ring, 5), [vec![3], vec![8]]);
+    assert_eq!(ring.first(), first + 1);
+    assert_eq!(
+        evict(&mut ring, 9),
+        [vec![], vec![8]],
+        "the rest is not on the disk"
+    );
     // They stay in the account, because the disk has them.
     assert_eq!(ring.accounts()[SENSORS[1]].spooled, 2);
-    ring.unplace(&BTreeSet::from([1]));
-    assert_eq!(ring.places(), BTreeSet::from([third]));
-    ring.unplace(&BTreeSet::from([2]));
-    assert_eq!(ring.places(), BTreeSet::new());
-    assert_eq!(unwritten(&ring, 2, 0, 9), [(SENSORS[1].to_owned(), 8)]);
+    write(&mut ring, 1);
+    assert_eq!(evict(&mut ring, 7), [Vec::<u64>::new(), vec![]]);
+    assert_eq!(ring.first(), first + 3);
+    assert_eq!(ring.accounts()[SENSORS[1]].spooled, 2);
 }
 
 #[test]
-fn a_record_pushed_out_to_the_disk_is_dropped_when_its_segment_is_gone() {
+fn a_record_in_a_post_that_left_memory_meanwhile_is_settled_on_the_disk() {
+    let mut ring = three();
+    let posted = live(&ring, 9);
+    write(&mut ring, 2);
+    evict(&mut ring, 9);
+    let elsewhere = ring.settle(posted.items.clone(), None);
+    assert_eq!(elsewhere, posted.items[..2]);
+    assert_eq!(ring.acknowledged(SENSORS[1]), 1);
+    ring.settle_from_disk(&elsewhere, None);
+    assert_eq!(ring.acknowledged(SENSORS[1]), 2);
+    assert_eq!(ring.accounts()[SENSORS[1]].spooled, 0);
+}
+
+#[test]
+fn the_disk_hears_of_records_settled_while_and_after_it_writes_them_and_of_no_others() {
+    let mut ring = three();
+    let claimed = ring.claim(Duration::MAX, Duration::ZERO, 2);
+    let posted = live(&ring, 9);
+    ring.settle(posted.items[1..].to_vec(), None);
+    ring.written(&claimed);
+    assert_eq!(ring.take_settled(), posted.items[1..2]);
+    ring.settle(posted.items[..1].to_vec(), None);
+    assert_eq!(ring.take_settled(), posted.items[..1]);
+    assert!(ring.is_empty());
+}
+
+#[test]
+fn a_record_pushed_out_is_dropped_unless_the_disk_has_it() {
     let mut ring = ring(2);
     push(&mut ring, 0, record(0, true));
-    push(&mut ring, 0, record(1, false));
-    write(&mut ring, &[place(1, 24), place(2, 24)]);
-    for seq in [2, 3] {
-        assert_eq!(push(&mut ring, 0, record(seq, true)), 0);
-    }
-    let both = [(place(1, 24), true), (place(2, 24), false)];
-    assert_eq!(evictable(&ring, 0), both);
-    assert_eq!(ring.places(), BTreeSet::from(both.map(|(place, _)| place)));
+    push(&mut ring, 0, record(1, true));
+    let written = write(&mut ring, 1);
+    assert_eq!(push(&mut ring, 0, record(2, true)), 0);
+    assert_eq!(push(&mut ring, 0, record(3, false)), 1);
     let account = |ring: &Ring| {
         let account = ring.accounts()[SENSORS[0]].clone();
-        (account.spooled, account.dropped, account.errors)
+        (account.spooled, account.dropped)
     };
-    let none = BTreeMap::new;
-    assert_eq!(account(&ring), (3, none(), none()));
-    ring.unplace(&BTreeSet::from([1]));
-    assert_eq!(account(&ring), (2, one(RING_FULL), none()));
-    ring.unplace(&BTreeSet::from([2]));
-    assert_eq!(account(&ring), (2, one(RING_FULL), one(ROWS_DROPPED)));
+    assert_eq!(account(&ring), (2, one(RING_FULL)));
+    // While it is being written, it counts as dropped, and the disk hears of it.
+    let claimed = ring.claim(Duration::MAX, Duration::ZERO, 1);
+    assert_eq!(push(&mut ring, 0, record(4, true)), 1);
+    assert_eq!(
+        account(&ring),
+        (2, BTreeMap::from([(RING_FULL.to_owned(), 2)]))
+    );
+    ring.written(&claimed);
+    assert_eq!(ring.take_settled(), claimed);
+    assert_eq!(
+        ring.settle(written.clone(), None),
+        written,
+        "it is on the disk"
+    );
+}
+
+#[test]
+fn what_was_dropped_from_the_disk_leaves_memory_too_and_is_counted() {
+    let mut ring = three();
+    let written = write(&mut ring, 2);
+    let dropped = |of: &Item, frames, rows| Dropped {
+        stream: Arc::clone(&of.stream),
+        content: Content { frames, rows },
+        reason: SPOOL_FULL,
+        before: written[1].position + 1,
+    };
+    ring.dropped_from_disk(&dropped(&written[0], 1, 0));
+    ring.dropped_from_disk(&dropped(&written[1], 0, 1));
+    assert_eq!(seqs(&live(&ring, 9)), [vec![], vec![8]]);
+    let accounts = ring.accounts();
+    assert_eq!(accounts[SENSORS[1]].dropped, one(SPOOL_FULL));
+    assert_eq!(accounts[SENSORS[1]].spooled, 1);
+    assert_eq!(accounts[SENSORS[0]].errors, one(ROWS_DROPPED));
+    // A post with them had arrived.
+    assert_eq!(ring.settle(written.clone(), None), written);
+    ring.take_back(&written, &[SPOOL_FULL]);
+    let accounts = ring.accounts();
+    assert_eq!(accounts[SENSORS[1]].dropped, BTreeMap::new());
+    assert_eq!(accounts[SENSORS[0]].errors, BTreeMap::new());
+    assert_eq!(ring.acknowledged(SENSORS[1]), 1);
 }
 
 #[test]
 fn rejected_records_are_dropped_under_their_reason_and_the_rest_acknowledged() {
     let mut ring = three();
     let posted = live(&ring, 9);
-    assert_eq!(ring.settle(&posted.items[..2], Some("refused-422")), 2);
-    assert_eq!(ring.settle(&posted.items[..2], Some("refused-422")), 0);
-    assert!(!ring.is_empty());
-    assert_eq!(ring.settle(&posted.items, None), 1);
+    for _ in 0..2 {
+        ring.settle(posted.items[..2].to_vec(), Some("refused-422"));
+        assert_eq!(ring.len(), 1);
+    }
+    ring.settle(posted.items[2..].to_vec(), None);
     assert!(ring.is_empty());
     let sensors = [SENSORS[0], SENSORS[1], "none"];
     assert_eq!(sensors.map(|sensor| ring.acknowledged(sensor)), [0, 1, 0]);
@@ -254,7 +313,6 @@ enum Action {
     /// This many records.
     Batch(usize),
     Acknowledge(usize),
-    LoseTheAnswer(usize),
     SetAside(usize),
 }
 
@@ -264,7 +322,6 @@ fn action() -> impl Strategy<Value = Action> {
             .prop_map(|(stream, is_frame, skip)| Action::Push(stream, is_frame, skip)),
         2 => (0..9_usize).prop_map(Action::Batch),
         2 => (0..60_usize).prop_map(Action::Acknowledge),
-        1 => (0..9_usize).prop_map(Action::LoseTheAnswer),
         1 => (0..4_usize).prop_map(Action::SetAside),
     ]
 }
@@ -290,18 +347,16 @@ proptest! {
                 Action::Batch(records_max) => {
                     posted = live(&ring, records_max);
                     prop_assert!(posted.items.len() <= records_max);
-                    ring.doubt(None);
-                }
-                Action::LoseTheAnswer(records_max) => {
-                    posted = live(&ring, records_max);
-                    ring.doubt(Some(&posted));
                 }
                 Action::Acknowledge(through) => {
-                    ring.settle(posted.items.iter().take(through), None);
+                    // Each post has one answer, at once or after others of its records were dropped.
+                    let items = std::mem::take(&mut posted.items).into_iter();
+                    ring.settle(items.take(through).collect(), None);
                 }
                 Action::SetAside(records_max) => {
                     let refused = live(&ring, records_max);
-                    ring.settle(&refused.items, Some("refused-422"));
+                    ring.settle(refused.items, Some("refused-422"));
+                    posted = live(&ring, 0);
                 }
             }
             prop_assert!(ring.len() <= limit);

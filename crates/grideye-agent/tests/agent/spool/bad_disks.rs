@@ -60,7 +60,7 @@ fn free_space_is_kept_and_a_backlog_is_not_dropped_in_vain() {
     assert_eq!(spool_group(&mut spool, "b1", 0, 0..20).len(), 20);
     // Other files filled the disk: dropping our whole backlog would not reach the minimum.
     disk.leave_free(100);
-    let records = [(stream("b1", 0), record(20))];
+    let records = items("b1", 0, 20..21);
     let written = spool.write(&records, &[]);
     let error = written.error.unwrap();
     assert_eq!(error.kind(), std::io::ErrorKind::StorageFull);
@@ -119,15 +119,15 @@ fn a_segment_that_cannot_be_read_is_set_aside_after_some_attempts_and_the_rest_g
     assert_eq!(group.len(), 30);
     disk.fail(Some(Failure::Io));
     for _ in 1..READS_MAX {
-        assert!(spool.next_batch(9).is_err());
+        assert!(next_batch(&mut spool, 9).is_err());
     }
     disk.fail(None);
     assert!(
-        spool.next_batch(9).unwrap().is_some(),
+        next_batch(&mut spool, 9).unwrap().is_some(),
         "a read that works again is no reason"
     );
     disk.fail(Some(Failure::Io));
-    assert!(spool.next_batch(9).is_err());
+    assert!(next_batch(&mut spool, 9).is_err());
     disk.fail(None);
     let lost: u64 = spool
         .take_dropped()
@@ -152,7 +152,7 @@ fn the_dropped_part_of_a_post_in_doubt_comes_back_into_the_count() {
     let sensors = SENSORS.map(String::from);
     let mut spool = Spool::open(Box::new(disk), small, "pi", "b1", &sensors).unwrap();
     spool_group(&mut spool, "b1", 0, 0..5);
-    let posted: Batch = spool.next_batch(5).unwrap().unwrap();
+    let posted: Batch = next_batch(&mut spool, 5).unwrap().unwrap();
     spool_group(&mut spool, "b1", 0, 5..40);
     let dropped: u64 = spool
         .take_dropped()
@@ -160,8 +160,30 @@ fn the_dropped_part_of_a_post_in_doubt_comes_back_into_the_count() {
         .map(|dropped| dropped.content.frames)
         .sum();
     assert!(dropped >= 5);
-    let (delivered, returned) = spool.release(posted.items);
+    let (delivered, returned) = spool.release(posted.items, None);
     assert_eq!((delivered.len(), returned.len()), (0, 5));
+}
+
+#[test]
+fn a_record_acknowledged_while_its_segment_was_dropped_does_not_count_as_dropped() {
+    let disk = ModelDisk::default();
+    let small = Limits {
+        bytes_max: 4000,
+        ..limits()
+    };
+    let sensors = SENSORS.map(String::from);
+    let mut spool = Spool::open(Box::new(disk), small, "pi", "b1", &sensors).unwrap();
+    let first = items("b1", 0, 0..5);
+    assert_eq!(spool.write(&first, &[]).records, 5);
+    spool_group(&mut spool, "b1", 0, 5..40);
+    // The answer comes before the agent heard what the write dropped.
+    let (here, gone) = spool.release(first[..2].to_vec(), None);
+    assert_eq!((here.len(), gone.len()), (2, 0));
+    let dropped = spool.take_dropped();
+    let frames_of = dropped.iter().map(|dropped| dropped.content.frames);
+    let found = of(&drain(&mut spool, 100), "b1", 0);
+    let left = frames(found.iter().copied());
+    assert_eq!(frames_of.sum::<u64>() + 2 + left, frames(0..40));
 }
 
 #[test]
@@ -177,7 +199,7 @@ fn the_dropped_part_of_an_ended_boots_post_in_doubt_comes_back_too() {
     drop(spool);
     let mut spool = Spool::open(Box::new(disk), small, "pi", "b2", &sensors).unwrap();
     while spool.recover() {}
-    let posted = spool.next_batch(5).unwrap().unwrap();
+    let posted = next_batch(&mut spool, 5).unwrap().unwrap();
     spool_group(&mut spool, "b2", 0, 0..40);
     let dropped = |spool: &Spool| {
         let accounts = spool.ended_accounts("b1").unwrap();
@@ -185,7 +207,7 @@ fn the_dropped_part_of_an_ended_boots_post_in_doubt_comes_back_too() {
     };
     assert_eq!(dropped(&spool), 5);
     let one = posted.items.into_iter().take(1).collect();
-    assert_eq!(spool.release(one).1.len(), 1);
+    assert_eq!(spool.release(one, None).1.len(), 1);
     assert_eq!(dropped(&spool), 4);
     // The post carried another count, so the boot is reported once more.
     assert_eq!(spool.ended_run().unwrap().boot, "b1");

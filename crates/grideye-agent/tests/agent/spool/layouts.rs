@@ -17,14 +17,14 @@ fn leave_a_spool(disk: &ModelDisk) {
     let mut spool = reopen(disk, "b1");
     spool_group(&mut spool, "b1", 0, 0..9);
     spool_group(&mut spool, "b1", 1, 0..4);
-    let first = spool.next_batch(3).unwrap().unwrap();
-    spool.release(first.items);
-    spool.checkpoint(&BTreeSet::new(), &[]).unwrap();
+    let first = next_batch(&mut spool, 3).unwrap().unwrap();
+    spool.release(first.items, None);
+    spool.checkpoint(&[]).unwrap();
     drop(spool);
     let mut spool = reopen(disk, "b2");
     spool_group(&mut spool, "b2", 0, 5..10);
     let accounts = [(stream("b2", 0), account(frames(0..10), frames(5..10)))];
-    spool.checkpoint(&BTreeSet::new(), &accounts).unwrap();
+    spool.checkpoint(&accounts).unwrap();
 }
 
 fn of_layout_1() -> ModelDisk {

@@ -66,7 +66,7 @@ proptest! {
                     model.durable.extend(spool_group(&mut spool, &boot, sensor, from..to));
                 }
                 Action::Deliver { records_max } => {
-                    if let Ok(Some(batch)) = spool.next_batch(records_max) {
+                    if let Ok(Some(batch)) = next_batch(&mut spool, records_max) {
                         for item in &batch.items {
                             let (boot, sensor, seq) = checked(item);
                             let sensor = SENSORS.iter().position(|name| *name == sensor).unwrap();
@@ -75,12 +75,12 @@ proptest! {
                             *model.delivered.entry(seq).or_default() += 1;
                             model.order.push(seq);
                         }
-                        let (_, returned) = spool.release(batch.items);
+                        let (_, returned) = spool.release(batch.items, None);
                         prop_assert!(returned.is_empty());
                     }
                 }
                 Action::Tidy { keeps_writing } => {
-                    let _ = spool.tidy(&BTreeSet::new(), keeps_writing);
+                    let _ = spool.tidy(keeps_writing);
                 }
                 Action::Fail(failure) => {
                     // Reads that fail drop segments; another test covers that.

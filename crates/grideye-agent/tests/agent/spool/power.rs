@@ -19,12 +19,12 @@ fn live(disk: &ModelDisk) -> (Vec<u64>, Vec<u64>) {
         }
         next += 7;
         if round % 2 == 1 {
-            let Ok(Some(batch)) = spool.next_batch(9) else {
+            let Ok(Some(batch)) = next_batch(&mut spool, 9) else {
                 return (durable, delivered);
             };
             delivered.extend(batch.items.iter().map(|item| item.record.seq));
-            spool.release(batch.items);
-            if spool.tidy(&BTreeSet::new(), round == 3).is_err() {
+            spool.release(batch.items, None);
+            if spool.tidy(round == 3).is_err() {
                 return (durable, delivered);
             }
         }
@@ -167,7 +167,7 @@ fn unsynced_records_of_an_earlier_boot_are_synced_before_their_other_copy_goes()
     assert_eq!(spool_group(&mut spool, "b1", 0, 0..3), [0, 1, 2]);
     drop(spool);
     let mut spool = reopen(&disk, "b2");
-    spool.tidy(&BTreeSet::new(), false).unwrap();
+    spool.tidy(false).unwrap();
     drop(spool);
     disk.power_cycle(Tear::Lost, false);
     let found = of(&drain(&mut reopen(&disk, "b3"), 100), "b1", 0);
