@@ -45,6 +45,7 @@
 //! ```
 
 mod file;
+mod film;
 mod geometry;
 mod heat;
 mod model;
@@ -58,6 +59,7 @@ mod text;
 mod unseen;
 
 pub use file::{Files, key, keys};
+pub use film::Film;
 pub use geometry::{Cuboid, Mesh, MeshError, Pose, count, polygon};
 pub use grideye_text::{Place, Refusal};
 pub use model::{

@@ -108,7 +108,7 @@ impl Simulator {
         self.detected(self.received(time))
     }
 
-    fn received(&self, time: Duration) -> Image {
+    pub(crate) fn received(&self, time: Duration) -> Image {
         self.drawn(time, &self.agents, 0).0
     }
 
@@ -151,17 +151,11 @@ impl Simulator {
         self.with_noise(self.received(time), time, seed)
     }
 
-    fn detected(&self, mut image: Image) -> Image {
+    pub(crate) fn detected(&self, mut image: Image) -> Image {
         for celsius in &mut image.celsius {
             *celsius = self.sensor.detected(*celsius);
         }
         image
-    }
-
-    /// [`Self::image`] and [`Self::noisy`] together, for little more than the cost of one.
-    #[must_use]
-    pub fn image_and_noisy(&self, time: Duration, seed: u64) -> (Image, Image) {
-        self.both(self.received(time), time, seed)
     }
 
     /// [`Self::image`], [`Self::noisy`], and what each agent fills, in the order of [`Scene::agents`]; in the physical
@@ -169,16 +163,11 @@ impl Simulator {
     #[must_use]
     pub fn labeled(&self, time: Duration, seed: u64) -> (Image, Image, Vec<Filled>) {
         let (received, filled) = self.drawn(time, &self.agents, self.agents.len());
-        let (image, noisy) = self.both(received, time, seed);
-        (image, noisy, filled)
-    }
-
-    fn both(&self, received: Image, time: Duration, seed: u64) -> (Image, Image) {
         let noisy = self.with_noise(received.clone(), time, seed);
-        (self.detected(received), noisy)
+        (self.detected(received), noisy, filled)
     }
 
-    fn with_noise(&self, mut image: Image, time: Duration, seed: u64) -> Image {
+    pub(crate) fn with_noise(&self, mut image: Image, time: Duration, seed: u64) -> Image {
         let sensor = &self.sensor;
         match &sensor.profile {
             Some(profile) => measure(profile, sensor, &mut image, (time, seed)),

@@ -5,7 +5,7 @@ use crate::recently::Recently;
 use anyhow::{Context as _, Result, anyhow};
 use axum::http::StatusCode;
 use grideye_collector::Refusal;
-use grideye_scene::{Scene, Simulator};
+use grideye_scene::{Film, Scene};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fs;
@@ -20,7 +20,9 @@ pub(crate) const SCENES_MAX: usize = 500;
 const SCENE_BYTES_MAX: u64 = 4 << 20;
 /// A title ends once it is longer than this.
 const TITLE_BYTES_MIN: usize = 200;
-const SIMULATORS_MAX: usize = 16;
+/// Films of scenes' sensors in the cache, and the bytes of each: some three minutes of frames.
+const FILMS_MAX: usize = 16;
+const FILM_BYTES: usize = 1 << 20;
 
 /// The scenes of a folder, after the one that the page opens with.
 pub(crate) struct Catalogue {
@@ -28,11 +30,11 @@ pub(crate) struct Catalogue {
     demonstration: Option<Arc<SceneEntry>>,
     disk: Disk,
     scenes: Mutex<Vec<Arc<SceneEntry>>>,
-    simulators: Recently<SimulatorKey, Arc<OnceLock<Arc<Simulator>>>>,
+    films: Recently<FilmKey, Arc<OnceLock<Arc<Film>>>>,
 }
 
 /// Scene, its sensor, and its edition.
-type SimulatorKey = (String, String, u64);
+type FilmKey = (String, String, u64);
 
 /// One scene file, as last read.
 pub(crate) struct SceneEntry {
@@ -62,7 +64,7 @@ impl Catalogue {
             demonstration,
             disk,
             scenes: Mutex::default(),
-            simulators: Recently::new(SIMULATORS_MAX),
+            films: Recently::new(FILMS_MAX),
         }
     }
 
@@ -109,23 +111,23 @@ impl Catalogue {
         Ok(scenes.into_iter().find(|scene| scene.name == name))
     }
 
-    /// The simulator of one of the scene's sensors; the first call is slow.
+    /// What one of the scene's sensors sees; the first call is slow.
     ///
     /// # Errors
     /// If the scene has no such sensor.
-    pub(crate) fn simulator(
+    pub(crate) fn film(
         &self,
         scene: &SceneEntry,
         loaded: &LoadedScene,
         sensor: &str,
-    ) -> Result<Arc<Simulator>> {
+    ) -> Result<Arc<Film>> {
         let key = (scene.name.clone(), sensor.to_owned(), scene.edition);
-        let slot = self.simulators.get_or(key, |_| Arc::default());
-        if let Some(simulator) = slot.get() {
-            return Ok(Arc::clone(simulator));
+        let slot = self.films.get_or(key, |_| Arc::default());
+        if let Some(film) = slot.get() {
+            return Ok(Arc::clone(film));
         }
-        let simulator = Arc::new(Simulator::new(&loaded.scene, sensor)?);
-        Ok(Arc::clone(slot.get_or_init(|| simulator)))
+        let film = Arc::new(Film::new(&loaded.scene, sensor, FILM_BYTES)?);
+        Ok(Arc::clone(slot.get_or_init(|| film)))
     }
 }
 

@@ -222,6 +222,14 @@ impl Scene {
         }
     }
 
+    /// The scene without one of its agents, by number.
+    #[must_use]
+    pub fn without_agent(&self, number: usize) -> Self {
+        let mut scene = self.clone();
+        scene.agents.remove(number);
+        scene
+    }
+
     /// A person of this room at rest on the origin, who faces `yaw_deg` from +x. Moving its
     /// [start](Agent::start_m) moves its segments.
     #[must_use]

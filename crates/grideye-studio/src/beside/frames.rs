@@ -28,7 +28,7 @@ pub(super) fn piece(
     sensor: &str,
     piece: u64,
 ) -> Result<Value> {
-    let simulator = catalogue.simulator(scene, loaded, sensor)?;
+    let film = catalogue.film(scene, loaded, sensor)?;
     let duration = loaded.scene.duration();
     let last = steps(duration.saturating_add(TICK - Duration::from_nanos(1)));
     let first = piece * PIECE_FRAMES;
@@ -37,7 +37,7 @@ pub(super) fn piece(
         .filter_map(|index| TICK.checked_mul(u32::try_from(index).ok()?))
         .map(|time| time.min(duration))
         .collect();
-    let frames = times.iter().map(|time| simulator.image(*time).celsius);
+    let frames = times.iter().map(|time| film.image(*time).celsius);
     let rounded = |celsius: Vec<f64>| celsius.into_iter().map(hundredths).collect();
     let frames: Vec<Vec<f64>> = frames.map(rounded).collect();
     let agents = loaded.scene.agents().iter();

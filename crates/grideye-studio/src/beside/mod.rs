@@ -18,7 +18,6 @@ mod window;
 use crate::assets;
 use crate::catalogue::{Catalogue, LoadedScene, SceneEntry, unusable};
 use crate::queue::Queue;
-use crate::recently::Recently;
 use axum::Router;
 use axum::extract::{Path as PathOf, Query, State};
 use axum::http::StatusCode;
@@ -28,11 +27,8 @@ use grideye_collector::{Annex, Inside, Refusal};
 use grideye_frame::{COLUMNS, ROWS};
 use serde::Deserialize;
 use serde_json::{Value, json};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 use verdict::{Question, Verdicts};
-
-/// Maximum pieces of simulated frames in the cache: 200 of 30 kB each.
-const PIECES_MAX: usize = 200;
 
 /// The routes for the scenes of a catalogue, and the panel on the live page; `demonstration` names the scene and its sensor that
 /// the panel opens with.
@@ -45,7 +41,6 @@ pub(crate) fn annex(
             inside: inside.clone(),
             catalogue: Arc::new(catalogue()),
             queue: Queue::new(),
-            pieces: Recently::new(PIECES_MAX),
             verdicts: Verdicts::new(),
         });
         Router::new()
@@ -78,12 +73,9 @@ struct Beside {
     inside: Inside,
     catalogue: Arc<Catalogue>,
     queue: Queue,
-    pieces: Recently<PieceKey, Arc<OnceLock<Value>>>,
     verdicts: Verdicts,
 }
 
-/// Scene, its edition, its sensor, and the piece's number.
-type PieceKey = (String, u64, String, u64);
 type Shared = State<Arc<Beside>>;
 
 async fn scenes(State(beside): Shared) -> Result<Json<Value>, Refusal> {
@@ -140,11 +132,6 @@ async fn simulated(
     let loaded = scene.usable()?;
     check_sensor(loaded, &sensor)?;
     let number = frames::piece_at(at_s, loaded);
-    let key = (scene.name.clone(), scene.edition, sensor.clone(), number);
-    let slot = beside.pieces.get_or(key, |_| Arc::default());
-    if let Some(piece) = slot.get() {
-        return Ok(Json(piece.clone()));
-    }
     let catalogue = Arc::clone(&beside.catalogue);
     let made = beside.queue.run(move || {
         let loaded = scene
@@ -153,10 +140,10 @@ async fn simulated(
             .map_err(|error| anyhow::anyhow!("{error}"))?;
         frames::piece(&catalogue, &scene, loaded, &sensor, number)
     });
-    let piece = made
-        .await?
-        .map_err(|error| unusable(&format!("{error:#}")))?;
-    Ok(Json(slot.get_or_init(|| piece).clone()))
+    let piece = made.await?;
+    Ok(Json(
+        piece.map_err(|error| unusable(&format!("{error:#}")))?,
+    ))
 }
 
 async fn comparison(

@@ -57,7 +57,7 @@ pub(crate) struct Aligner {
 impl Aligner {
     /// Drops frames that no clock within the bounds moves into the scene; `times_s` are unaligned.
     pub(crate) fn new(
-        simulator: &grideye_scene::Simulator,
+        film: &grideye_scene::Film,
         end_s: f64,
         times_s: Vec<f64>,
         frames: Vec<Pixels>,
@@ -71,7 +71,7 @@ impl Aligner {
         // Twice as far as the search: a fit must pay for the frames around it.
         let reach_s = 2.0 * BEYOND * bounds.shift_max_s + 1.0;
         let beyond_s = reach_s + BEYOND * bounds.rate_max * (last_s - first_s);
-        let series = Series::new(simulator, first_s - reach_s, end_s.min(last_s + beyond_s));
+        let series = Series::new(film, first_s - reach_s, end_s.min(last_s + beyond_s));
         let (times_s, frames): (Vec<f64>, Vec<Pixels>) = times_s
             .into_iter()
             .zip(frames)
@@ -80,7 +80,7 @@ impl Aligner {
         let mean = mean_frame(&frames);
         let above = |pixel: usize| {
             mean.get(pixel)
-                .map_or(0.0, |mean| mean - simulator.ambient_c())
+                .map_or(0.0, |mean| mean - film.simulator().ambient_c())
         };
         Self {
             sample: Sample::new(times_s, frames),

@@ -21,7 +21,7 @@
 
 pub(crate) mod aligner;
 pub(crate) mod clock;
-mod series;
+pub(crate) mod series;
 pub(crate) mod space;
 pub(crate) mod time_search;
 pub(crate) mod types;

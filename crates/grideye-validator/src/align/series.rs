@@ -3,7 +3,7 @@
 use crate::frames::types::Pixels;
 use crate::numbers::{count, evenly, index, mean_frame};
 use grideye_frame::PIXELS;
-use grideye_scene::Simulator;
+use grideye_scene::Film;
 use std::time::Duration;
 
 /// Interval of the scene's frames, seconds: a person at 1 m/s moves an eighth of a pixel in it.
@@ -57,14 +57,17 @@ impl Fit {
 }
 
 impl Series {
-    pub(crate) fn new(simulator: &Simulator, from_s: f64, until_s: f64) -> Self {
-        let ambient_c = simulator.ambient_c();
+    pub(crate) fn new(film: &Film, from_s: f64, until_s: f64) -> Self {
+        let ambient_c = film.simulator().ambient_c();
         let frame = |time_s: f64| -> Pixels {
             let time = Duration::try_from_secs_f64(time_s).unwrap_or_default();
-            let image = simulator.image(time).celsius;
+            let image = film.image(time).celsius;
             std::array::from_fn(|pixel| image.get(pixel).map_or(0.0, |celsius| celsius - ambient_c))
         };
-        Self::evenly(from_s.max(0.0), until_s, Ends::Stand, frame)
+        // On the same steps from the scene's start for whoever asks, so that no moment is rendered twice.
+        let [first, last] = [from_s.max(0.0) / STEP_S, until_s / STEP_S];
+        let [first_s, last_s] = [first.floor(), last.ceil()].map(|step| step * STEP_S);
+        Self::evenly(first_s, last_s, Ends::Stand, frame)
     }
 
     /// Resamples frames at ascending times to even intervals, linearly.
@@ -83,7 +86,8 @@ impl Series {
 
     fn evenly(first_s: f64, last_s: f64, ends: Ends, frame: impl Fn(f64) -> Pixels) -> Self {
         let span_s = (last_s - first_s).max(0.0);
-        let steps = (span_s / STEP_S).ceil();
+        // Less what rounding adds to a whole number.
+        let steps = (span_s / STEP_S - 1e-6).ceil();
         let steps = steps.clamp(1.0, count(SCENE_FRAMES_MAX - 1));
         let step_s = (span_s / steps).max(f64::MIN_POSITIVE);
         let frame = |index: usize| frame(count(index) * step_s + first_s);
@@ -123,6 +127,11 @@ impl Series {
         let (left, right) = (&self.frames[before], &self.frames[(before + 1).min(last)]);
         Some(blended(left, right, share))
     }
+}
+
+/// The moment nearest to a time at which a series has a frame.
+pub(crate) fn nearest_step_s(time_s: f64) -> f64 {
+    (time_s / STEP_S).round() * STEP_S
 }
 
 fn blended(left: &Pixels, right: &Pixels, share: f64) -> Pixels {

@@ -6,7 +6,7 @@ use crate::calibrate::solver::{self, STEP, Solution, State, Until, Weights};
 use crate::calibrate::types::{CalibrateError, Pace};
 use grideye_frame::PIXELS;
 use grideye_scene::uncertain::{Normal, RECORDING_START, Uncertain, with_values};
-use grideye_scene::{Files, Model as Physics, Scene, Simulator};
+use grideye_scene::{Files, Film, Model as Physics, Scene};
 use std::cell::RefCell;
 use std::time::Duration;
 
@@ -119,18 +119,14 @@ impl<'a> Model<'a> {
     fn images(&mut self, point: &[f64], times: &[Duration]) -> Result<Vec<f64>, CalibrateError> {
         self.evaluations += 1;
         let scene = self.scene(point)?;
-        let simulator = Simulator::new(&scene, self.sensor)?;
+        // No two frames are of one time, and the next scene is another.
+        let film = Film::new(&scene, self.sensor, 0)?;
         let start_s = self.start_s(point);
         let mut images = Vec::with_capacity(times.len() * PIXELS);
-        if scene.is_static() {
-            let image = simulator.image(Duration::ZERO).celsius;
-            times.iter().for_each(|_| images.extend(&image));
-            return Ok(images);
-        }
         for time in times {
             let at_s = (time.as_secs_f64() + start_s).max(0.0);
             let at = Duration::try_from_secs_f64(at_s).unwrap_or(Duration::MAX);
-            images.extend(simulator.image(at).celsius);
+            images.extend(film.image(at).celsius);
         }
         Ok(images)
     }

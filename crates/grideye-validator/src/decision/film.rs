@@ -9,6 +9,7 @@ use grideye_scene::{Agent, Scene, SceneError, Simulator};
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 use std::ops::Range;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// One image, row by row, °C.
@@ -22,6 +23,10 @@ const SPACING_M: f64 = 0.1;
 const COARSE_M: f64 = 0.25;
 /// Directions that a person is rendered in.
 const DIRECTIONS: u8 = 4;
+/// Bytes that are kept of the scene's film: all that the alignment of ten minutes asks for.
+const OWN_BYTES: usize = 8 << 20;
+/// The same of each film of a changed scene: some 800 moments, more than the page's minute has.
+const OTHER_BYTES: usize = 512 << 10;
 /// Places of one person that are kept for the next recording: 15 megabytes, a path of some 250 meters.
 const PLACES_MAX: usize = 50_000;
 /// Longest time within one picture that a person counts as standing still, seconds.
@@ -37,25 +42,17 @@ pub(crate) struct Film {
     pub(crate) leanings: Vec<Leaning>,
     /// The subjects of a scene without people.
     pub(crate) objects: Option<Vec<Image>>,
-    shots: Shots,
+    rendered: Rendered,
 }
 
 /// What was rendered of a scene at one of its sensors: the same for each recording of it.
 #[derive(Default)]
 pub(crate) struct Rendered {
-    /// Of the times of the last recording.
-    shots: Shots,
+    /// In the order in which they are asked for, which is the same each time: of the scene, of its empty room, without each of
+    /// several people, and with each uncertain number off.
+    films: Vec<Arc<grideye_scene::Film>>,
     /// By person.
     places: Vec<Places>,
-}
-
-/// Films of the same times, in the order in which they are asked for.
-#[derive(Default)]
-struct Shots {
-    times_s: Vec<f64>,
-    /// The moments that each picture is the mean of, from its time.
-    apart_s: Vec<f64>,
-    films: Vec<Vec<Image>>,
 }
 
 /// What a person adds at each place and in each direction.
@@ -108,34 +105,32 @@ impl Film {
 
     /// The same, after another of the same scene and sensor.
     pub(crate) fn after(
-        before: Rendered,
+        mut rendered: Rendered,
         (scene, sensor): (&Scene, &str),
         times_s: &[f64],
         within_s: f64,
     ) -> Result<Self, SceneError> {
-        let mut simulator = Simulator::new(&scene.without_agents(), sensor)?;
-        let mut shots = Shots::new(times_s, within_s);
-        let mut places = before.places.into_iter();
-        let before = before.shots;
-        let room = if scene.without_agents().is_static() {
-            vec![image(&simulator.image(Duration::ZERO).celsius); times_s.len()]
-        } else {
-            shots.images(&simulator, &before)
+        let mut places = std::mem::take(&mut rendered.places).into_iter();
+        let apart_s = apart_s(within_s);
+        let shown = |film: &grideye_scene::Film| pictures(film, times_s, &apart_s);
+        let [own, empty] = rendered.own((scene, sensor))?;
+        let with = shown(&own);
+        let room = match scene.agents() {
+            [] => with.clone(),
+            _ => shown(&empty),
         };
-        // A step aside is the difference of two of its images.
-        let empty = simulator.clone();
+        let mut next = 2;
+        let mut other = |scene: &Scene| {
+            let film = rendered.film(next, scene, sensor)?;
+            next += 1;
+            Ok::<_, SceneError>(shown(&film))
+        };
         let mut people = Vec::with_capacity(scene.agents().len());
-        simulator.replace_agents(scene.agents().to_vec());
-        let with = shots.images(&simulator, &before);
         for (number, agent) in scene.agents().iter().enumerate() {
             // With the others in the room, who may hide it.
-            let mut others = scene.agents().to_vec();
-            let _ = others.remove(number);
-            let without = if others.is_empty() {
-                room.clone()
-            } else {
-                simulator.replace_agents(others);
-                shots.images(&simulator, &before)
+            let without = match scene.agents().len() {
+                1 => room.clone(),
+                _ => other(&scene.without_agent(number))?,
             };
             let adds = with
                 .iter()
@@ -149,7 +144,7 @@ impl Film {
                 here: vec![None; times_s.len()],
                 atlas: Atlas {
                     room: empty.image(Duration::ZERO).celsius,
-                    simulator: empty.clone(),
+                    simulator: empty.simulator().clone(),
                     height_m: agent.start_m.z,
                     spacing_m: if agent.person.is_some() {
                         SPACING_M
@@ -168,15 +163,17 @@ impl Film {
         } else {
             (room, None)
         };
-        Self {
+        let mut film = Self {
             times_s: times_s.to_vec(),
             room,
             people,
             objects,
             leanings: Vec::new(),
-            shots,
-        }
-        .leaning(scene, sensor, &before)
+            rendered: Rendered::default(),
+        };
+        film.lean(scene, other)?;
+        film.rendered = rendered;
+        Ok(film)
     }
 
     /// What was rendered, for the next.
@@ -189,12 +186,16 @@ impl Film {
             places
         });
         Rendered {
-            shots: self.shots,
             places: places.collect(),
+            ..self.rendered
         }
     }
 
-    fn leaning(mut self, scene: &Scene, sensor: &str, before: &Shots) -> Result<Self, SceneError> {
+    fn lean(
+        &mut self,
+        own_scene: &Scene,
+        mut shown: impl FnMut(&Scene) -> Result<Vec<Image>, SceneError>,
+    ) -> Result<(), SceneError> {
         let own: Vec<Image> = self
             .claimed()
             .into_iter()
@@ -204,14 +205,12 @@ impl Film {
                 claimed
             })
             .collect();
-        let own_scene = scene;
-        for variant in scene.variants() {
+        for variant in own_scene.variants() {
             let mut seen = |scene: &Scene| {
                 // A stride out of step would be no difference of height.
                 let mut scene = scene.clone();
                 scene.keep_strides_of(own_scene);
-                let simulator = Simulator::new(&scene, sensor)?;
-                Ok::<_, SceneError>(self.shots.images(&simulator, before))
+                shown(&scene)
             };
             let (below, above) = (seen(&variant.below)?, seen(&variant.above)?);
             let pairs = || below.iter().zip(&above);
@@ -226,7 +225,7 @@ impl Film {
                 square: square.collect(),
             });
         }
-        Ok(self)
+        Ok(())
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -315,44 +314,55 @@ impl Film {
     }
 }
 
-impl Shots {
-    fn new(times_s: &[f64], within_s: f64) -> Self {
-        const MOST: f64 = 8.0;
-        let number = (within_s / STILL_S).ceil().clamp(1.0, MOST);
-        let mut apart_s = Vec::new();
-        let mut half = 0.5;
-        while half < number {
-            apart_s.push(within_s * (half / number - 0.5));
-            half += 1.0;
-        }
-        Self {
-            times_s: times_s.to_vec(),
-            apart_s,
-            films: Vec::new(),
-        }
+impl Rendered {
+    /// The films of a scene and of its empty room.
+    pub(crate) fn own(
+        &mut self,
+        (scene, sensor): (&Scene, &str),
+    ) -> Result<[Arc<grideye_scene::Film>; 2], SceneError> {
+        let own = self.film(0, scene, sensor)?;
+        Ok([own, self.film(1, &scene.without_agents(), sensor)?])
     }
 
-    /// The next film, with the pictures that it shares with the same one `before`.
-    fn images(&mut self, simulator: &Simulator, before: &Self) -> Vec<Image> {
-        let before_it = before.films.get(self.films.len());
-        let before_it = before_it.filter(|_| before.apart_s == self.apart_s);
-        let share = single(1.0 / count(self.apart_s.len()));
-        let picture = |time_s: &f64| {
-            let place = before.times_s.binary_search_by(|at| at.total_cmp(time_s));
-            let known = place.ok().and_then(|place| before_it?.get(place));
-            known.copied().unwrap_or_else(|| {
-                let mut mean = [0.0; PIXELS];
-                for apart_s in &self.apart_s {
-                    let seen = simulator.image(moment(time_s + apart_s)).celsius;
-                    add(&mut mean, &image(&seen), share);
-                }
-                mean
-            })
-        };
-        let images: Vec<Image> = self.times_s.iter().map(picture).collect();
-        self.films.push(images.clone());
-        images
+    /// A film by its number, made of this scene when first asked for.
+    fn film(
+        &mut self,
+        number: usize,
+        scene: &Scene,
+        sensor: &str,
+    ) -> Result<Arc<grideye_scene::Film>, SceneError> {
+        if number == self.films.len() {
+            let bytes = if number == 0 { OWN_BYTES } else { OTHER_BYTES };
+            let film = grideye_scene::Film::new(scene, sensor, bytes)?;
+            self.films.push(Arc::new(film));
+        }
+        Ok(Arc::clone(&self.films[number]))
     }
+}
+
+/// The moments that a picture is the mean of, from its time.
+fn apart_s(within_s: f64) -> Vec<f64> {
+    const MOST: f64 = 8.0;
+    let number = (within_s / STILL_S).ceil().clamp(1.0, MOST);
+    let halves = std::iter::successors(Some(0.5), |half| Some(half + 1.0));
+    let halves = halves.take_while(|half| *half < number);
+    halves
+        .map(|half| within_s * (half / number - 0.5))
+        .collect()
+}
+
+/// The mean over these moments about each time.
+fn pictures(film: &grideye_scene::Film, times_s: &[f64], apart_s: &[f64]) -> Vec<Image> {
+    let share = single(1.0 / count(apart_s.len()));
+    let picture = |time_s: &f64| {
+        let mut mean = [0.0; PIXELS];
+        for apart_s in apart_s {
+            let seen = film.image(moment(time_s + apart_s)).celsius;
+            add(&mut mean, &image(&seen), share);
+        }
+        mean
+    };
+    times_s.iter().map(picture).collect()
 }
 
 /// Who stands behind another adds nothing, and who hides somebody as warm adds as little: together they would show nobody.

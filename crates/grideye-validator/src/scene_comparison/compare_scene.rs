@@ -2,6 +2,7 @@
 
 use crate::align::aligner::{Aligner, still_orientation};
 use crate::align::clock::Clock;
+use crate::align::series::nearest_step_s;
 use crate::align::{
     AlignOptions, Alignment, OffsetFound, Orientation, SAMPLE_MAX, SPAN_MAX, TimeAlignment,
 };
@@ -52,20 +53,21 @@ pub(super) fn compared(
     rendered: &mut Rendered,
 ) -> Result<Comparison, ValidatorError> {
     options.align.check()?;
-    let simulator = Simulator::new(scene, sensor)?;
-    check_resolution(&simulator)?;
+    let [film, empty] = rendered.own((scene, sensor))?;
+    let simulator = film.simulator();
+    check_resolution(simulator)?;
     let protocol = options.protocol.unwrap_or(protocol_of(scene));
     let (read, mut counts) = cleaning::clean(records, protocol == Protocol::Dynamic);
     let timeline = Timeline::new(records, scene, options.start_s)?;
     let fitted = fitted(records, scene);
     let timed = timed(read, protocol, (&timeline, &fitted), &mut counts)?;
-    let mut aligned = aligned((timed, timeline), scene, &simulator, protocol, options);
+    let mut aligned = aligned((timed, timeline), scene, &film, protocol, options);
     within_scene(&mut aligned, scene, protocol, &mut counts)?;
     aligned.found.left_out = counts.list();
     let mut notes = notes::alignment(&aligned.found, records.len(), &timeline);
     let lag_frames = lag(&aligned.frames, protocol, options.lag_frames)?;
     let noise_seed = options.seed.wrapping_add(INDEPENDENCE);
-    let mut renderer = Renderer::new((scene, sensor), &simulator, &aligned, options)?;
+    let mut renderer = Renderer::new(scene, [&film, &empty], &aligned, options);
     let (room, background) = renderer.learned_room(records, &aligned, protocol);
     let fitted = leave_out_fitted(&mut aligned.frames);
     let number = number(protocol, options.frames)?;
@@ -90,7 +92,7 @@ pub(super) fn compared(
     notes.push(format!(
         "The simulated noise has the seed {noise_seed} and σ {noise_c:.2} °C."
     ));
-    let settings = settings(&simulator, protocol, lag_frames, options);
+    let settings = settings(simulator, protocol, lag_frames, options);
     let prior = Prior {
         has_people: !scene.agents().is_empty(),
         decision: Some(decision),
@@ -98,7 +100,7 @@ pub(super) fn compared(
         drift_c,
         turned: aligned.found.turned(),
         fitted: (!scene.calibrated().is_empty()).then_some(fitted),
-        ..prior(records, &simulator, pattern, options)
+        ..prior(records, simulator, pattern, options)
     };
     let comparison = compare_with_prior(&real, &simulated, &settings, &prior)?;
     notes.extend(aligned.found.orientation.as_ref().and_then(|lies| {
@@ -269,17 +271,17 @@ fn timed(
 fn aligned(
     (frames, timeline): (Vec<TimedFrame>, Timeline),
     scene: &Scene,
-    simulator: &Simulator,
+    film: &grideye_scene::Film,
     protocol: Protocol,
     options: &Options,
 ) -> AlignedFrames {
     let moves = protocol == Protocol::Dynamic && !scene.is_static();
     let mut aligned = if moves {
-        moving((frames, timeline), simulator, scene, &options.align)
+        moving((frames, timeline), film, scene, &options.align)
     } else {
-        still((frames, timeline), simulator, &options.align)
+        still((frames, timeline), film, &options.align)
     };
-    let drift = drift(&aligned, simulator);
+    let drift = drift(&aligned, film);
     aligned.found.drift_c = drift.range_c();
     let turned_back = aligned.found.turned().inverse();
     for frame in &mut aligned.frames {
@@ -291,13 +293,13 @@ fn aligned(
 
 fn moving(
     (frames, timeline): (Vec<TimedFrame>, Timeline),
-    simulator: &Simulator,
+    film: &grideye_scene::Film,
     scene: &Scene,
     options: &AlignOptions,
 ) -> AlignedFrames {
     let (times_s, sample) = sample(&frames, SPAN_MAX);
     let end_s = scene.duration().as_secs_f64();
-    let aligner = Aligner::new(simulator, end_s, times_s, sample, options);
+    let aligner = Aligner::new(film, end_s, times_s, sample, options);
     let mut found = Alignment {
         orientation: aligner.orientation(),
         ..Alignment::default()
@@ -329,13 +331,13 @@ fn moving(
 
 fn still(
     (frames, timeline): (Vec<TimedFrame>, Timeline),
-    simulator: &Simulator,
+    film: &grideye_scene::Film,
     options: &AlignOptions,
 ) -> AlignedFrames {
     let (_, sample) = sample(&frames, Duration::MAX);
     let mean = pixels(&mean_frame(&sample));
     let time = frames.first().map(|frame| frame.time).unwrap_or_default();
-    let claim = pixels(&simulator.image(time).celsius);
+    let claim = pixels(&film.image(time).celsius);
     let mut found = Alignment {
         orientation: still_orientation(&mean, &claim),
         ..Alignment::default()
@@ -373,15 +375,15 @@ fn turned(found: &mut Alignment, options: &AlignOptions) -> Orientation {
 }
 
 /// The slow common drift against the scene at the aligned times.
-fn drift(aligned: &AlignedFrames, simulator: &Simulator) -> Drift {
+fn drift(aligned: &AlignedFrames, film: &grideye_scene::Film) -> Drift {
     let chosen = evenly(aligned.frames.len(), SAMPLE_MAX);
     let (times_s, left): (Vec<f64>, Vec<Pixels>) = chosen
         .into_iter()
         .map(|index| {
             let frame = &aligned.frames[index];
             let time_s = frame.time.as_secs_f64();
-            let scene_s = aligned.clock.scene_s(time_s);
-            let claim = simulator.image(seconds(scene_s)).celsius;
+            let scene_s = nearest_step_s(aligned.clock.scene_s(time_s));
+            let claim = film.image(seconds(scene_s)).celsius;
             let left = std::array::from_fn(|pixel| frame.celsius[pixel] - claim[pixel]);
             (time_s, left)
         })

@@ -8,7 +8,7 @@ use crate::scene_comparison::types::Options;
 use grideye_recording::Record;
 use grideye_scene::Scene;
 
-/// A scene at one of its sensors. It keeps what a comparison rendered of its people, so that the next is faster.
+/// A scene at one of its sensors. It keeps what a comparison rendered of it, so that the next is faster.
 pub struct KnownScene {
     scene: Scene,
     sensor: String,

@@ -1,30 +1,28 @@
 //! Renders the simulated side, and learns the empty room from the real side.
 
-use crate::align::clock::Clock;
 use crate::align::space::moved;
 use crate::align::{OFFSET_MAX_PX, SAMPLE_MAX};
 use crate::background::fit::BackgroundFit;
 use crate::background::once::Shared;
 use crate::background::{Empty, Stretch, background};
-use crate::error::ValidatorError;
 use crate::frames::timeline::Timeline;
 use crate::frames::types::Pixels;
 use crate::frames::{Protocol, RealFrame, RoomSource, SimulatedFrame};
 use crate::metrics::room_difference::RoomDifference;
 use crate::numbers::{count, evenly, mean_frame, median};
 use crate::scene_comparison::types::{
-    AlignedFrames, KnownUnit, LearnedRoom, Options, TimedFrame, pixels, seconds,
+    AlignedFrames, KnownUnit, LearnedRoom, Options, TimedFrame, pixels,
 };
 use crate::thresholds::Thresholds;
 use crate::verdict::types::KnownPattern;
 use grideye_frame::PIXELS;
 use grideye_recording::Record;
-use grideye_scene::{Scene, Simulator};
+use grideye_scene::{Film, Scene};
 use std::time::Duration;
 
 pub(crate) struct Renderer<'a> {
-    simulator: &'a Simulator,
-    empty: Simulator,
+    film: &'a Film,
+    empty: &'a Film,
     /// What is known of the unit and its room as the scene lies, less what the scene has too.
     pub(crate) unit: Option<KnownUnit>,
     /// Pixels of which the room is not known.
@@ -39,12 +37,11 @@ pub(crate) struct Renderer<'a> {
 
 impl<'a> Renderer<'a> {
     pub(crate) fn new(
-        (scene, sensor): (&Scene, &str),
-        simulator: &'a Simulator,
+        scene: &Scene,
+        [film, empty]: [&'a Film; 2],
         aligned: &AlignedFrames,
         options: &Options,
-    ) -> Result<Self, ValidatorError> {
-        let empty = Simulator::new(&scene.without_agents(), sensor)?;
+    ) -> Self {
         let room_c = empty.image(aligned.timeline.start()).celsius;
         let back = aligned.found.turned().inverse();
         let unit = options.unit.map(|unit| KnownUnit {
@@ -52,7 +49,7 @@ impl<'a> Renderer<'a> {
             ..unit
         });
         let mut renderer = Self {
-            simulator,
+            film,
             empty,
             open: [false; PIXELS],
             shared: Vec::new(),
@@ -61,7 +58,7 @@ impl<'a> Renderer<'a> {
             unit,
         };
         renderer.count_once(&room_c, !scene.agents().is_empty());
-        Ok(renderer)
+        renderer
     }
 
     /// Takes what the scene's empty room shows off a background that shows it too. Where nobody is claimed the objects are what is
@@ -93,13 +90,9 @@ impl<'a> Renderer<'a> {
         aligned: &AlignedFrames,
         seed: u64,
     ) -> Vec<SimulatedFrame> {
-        let time = |real: &RealFrame| match &aligned.clock {
-            clock if *clock == Clock::own() => real.time,
-            clock => seconds(clock.scene_s(real.time.as_secs_f64())),
-        };
-        real.iter()
-            .map(|real| self.frame(time(real), aligned, seed))
-            .collect()
+        let frames = real.iter();
+        let frames = frames.map(|real| self.frame(aligned.scene_time(real.time), aligned, seed));
+        frames.collect()
     }
 
     /// The empty room that the recording shows while the scene is empty too; with a profile that has a background, how
@@ -147,7 +140,7 @@ impl<'a> Renderer<'a> {
         let is_empty = |frame: &&TimedFrame| {
             let since = aligned.timeline.since_first(frame.time);
             stretches.iter().any(|stretch| stretch.holds(since))
-                && self.is_empty(seconds(aligned.clock.scene_s(frame.time.as_secs_f64())))
+                && self.is_empty(aligned.scene_time(frame.time))
         };
         let frames = evenly(aligned.frames.len(), SAMPLE_MAX)
             .into_iter()
@@ -186,7 +179,7 @@ impl<'a> Renderer<'a> {
         thresholds: &Thresholds,
     ) -> Option<KnownPattern> {
         let nobody = self.empty.image(timeline.start()).celsius;
-        let ambient_c = self.simulator.ambient_c();
+        let ambient_c = self.film.simulator().ambient_c();
         let map = RoomDifference::new(&learned.celsius, &nobody, ambient_c);
         if map.beyond_pattern(thresholds.pattern_spread_c).is_some() {
             return None;
@@ -206,12 +199,12 @@ impl<'a> Renderer<'a> {
     }
 
     fn is_empty(&self, time: Duration) -> bool {
-        let (with, without) = (self.simulator.image(time), self.empty.image(time));
+        let (with, without) = (self.film.image(time), self.empty.image(time));
         is_same(&with.celsius, &without.celsius)
     }
 
     fn frame(&self, time: Duration, aligned: &AlignedFrames, seed: u64) -> SimulatedFrame {
-        let (clean, noisy) = self.simulator.image_and_noisy(time, seed);
+        let (clean, noisy) = (self.film.image(time), self.film.noisy(time, seed));
         let noise_free = self.shown(&clean.celsius, aligned);
         let noise = |pixel: usize| noisy.celsius[pixel] - clean.celsius[pixel];
         SimulatedFrame {

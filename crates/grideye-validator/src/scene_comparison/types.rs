@@ -85,6 +85,13 @@ pub(crate) struct AlignedFrames {
     pub(crate) found: Alignment,
 }
 
+impl AlignedFrames {
+    /// The scene's time of a frame.
+    pub(crate) fn scene_time(&self, time: Duration) -> Duration {
+        seconds(self.clock.scene_s(time.as_secs_f64()))
+    }
+}
+
 pub(crate) fn seconds(seconds: f64) -> Duration {
     Duration::try_from_secs_f64(seconds.max(0.0)).unwrap_or_default()
 }
