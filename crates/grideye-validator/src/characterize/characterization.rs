@@ -273,8 +273,7 @@ impl Characterizer {
             });
         }
         let timing = self.times.finish();
-        let noise_c = |pixel: usize| self.noise.0[pixel].noise_c().unwrap_or(0.0);
-        let sigma_c: Pixels = std::array::from_fn(noise_c);
+        let sigma_c = self.noise.noise_c();
         let faults = self.faults.finish();
         let segments = self.segments.finish(&timing, &faults, &sigma_c);
         let thermistor = self.thermistor.finish(timing.jumps);

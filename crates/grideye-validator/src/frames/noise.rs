@@ -126,6 +126,11 @@ impl PixelHistograms {
             histogram.push(*value);
         }
     }
+
+    /// Each pixel's noise in one frame from differences of two, °C; 0 where there are too few.
+    pub(crate) fn noise_c(&self) -> Pixels {
+        std::array::from_fn(|pixel| self.0[pixel].noise_c().unwrap_or(0.0))
+    }
 }
 
 /// How a frame differs from another, pixel by pixel, less what all pixels do together.

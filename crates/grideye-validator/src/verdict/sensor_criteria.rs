@@ -1,7 +1,8 @@
 //! Sensor faults that a recording shows by itself: stuck pixels, wrong steps, pixels that do not fit the thermistor, a wrong
 //! frame rate. Correlation and gain do not see these.
 
-use crate::frames::types::decoded;
+use crate::frames::noise::{PixelHistograms, apart};
+use crate::frames::types::{STEP_VARIANCE, decoded};
 use crate::numbers::{CommonStep, count, median, normal_tail};
 use crate::thresholds::Thresholds;
 use crate::verdict::types::{Criterion, Question, State};
@@ -29,7 +30,7 @@ pub(crate) struct Inspection {
 
 /// The quietest pixels have at least this share of the median noise; we measured 0.67, 0.78 and 0.88.
 const QUIETEST: f64 = 0.6;
-/// Fewest pairs of consecutive frames that tell a rate or a noise.
+/// Fewest pairs of consecutive frames that tell a rate.
 const STEPS_MIN: usize = 5;
 
 impl Inspection {
@@ -49,7 +50,7 @@ impl Inspection {
         Some(Self {
             frames: frames.len(),
             longest: longest_runs(&frames),
-            stays: noise(&frames, step_c).map(|sigma_c| stays(sigma_c, step_c)),
+            stays: noise(&frames).map(|sigma_c| stays(sigma_c, step_c)),
             step_words: common_step(&frames),
             pixels_c: median(&all).unwrap_or_default(),
             thermistor_c: thermistor(&first.raw)
@@ -271,23 +272,13 @@ fn longest_runs(frames: &[Distinct]) -> [usize; PIXELS] {
     })
 }
 
-/// The median pixel's noise between frames, without rounding, °C.
-fn noise(frames: &[Distinct], step_c: f64) -> Option<f64> {
-    let mut squares = [0.0; PIXELS];
-    let mut pairs = 0;
+/// The median pixel's noise without rounding, °C; `None` without noise, or with too few frames to tell.
+fn noise(frames: &[Distinct]) -> Option<f64> {
+    let mut differences = PixelHistograms::default();
     for (now, next) in steps(frames) {
-        let sides = now.raw.pixels.iter().zip(&next.raw.pixels);
-        for (square, (a, b)) in squares.iter_mut().zip(sides) {
-            let celsius = |word| f64::from(pixel_celsius(word).get());
-            *square += (celsius(*b) - celsius(*a)).powi(2);
-        }
-        pairs += 1;
+        differences.push(&apart(&decoded(&next.raw), &decoded(&now.raw)));
     }
-    if pairs < STEPS_MIN {
-        return None;
-    }
-    let variances = squares.map(|square| square / count(pairs) / 2.0);
-    let variance = median(&variances).unwrap_or_default() - step_c * step_c / 12.0;
+    let variance = median(&differences.noise_c())?.powi(2) - STEP_VARIANCE;
     (variance > 0.0).then(|| variance.sqrt())
 }
 
