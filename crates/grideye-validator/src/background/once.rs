@@ -1,10 +1,10 @@
 //! What a background and a scene both have, such as a radiator: it is there once.
 
 use crate::constants::UNCLAIMED_MIN_C;
-use crate::frames::types::Pixels;
+use crate::frames::types::{Pixels, around, patches};
 use crate::numbers::{count, median};
 use grideye_draw::text::fixed;
-use grideye_frame::{COLUMNS, PIXELS, ROWS};
+use grideye_frame::{COLUMNS, PIXELS};
 
 /// What the scene shows of an object that the background shows too.
 pub(crate) struct Shared {
@@ -29,19 +29,9 @@ impl Shared {
                 .get(pixel)
                 .map_or(0.0, |celsius| celsius - level_c)
         });
-        let mut is_taken = [false; PIXELS];
-        let mut all = Vec::new();
-        for first in 0..PIXELS {
-            if is_taken[first] || shown[first].abs() <= UNCLAIMED_MIN_C {
-                continue;
-            }
-            let patch = patch(&shown, first);
-            patch.iter().for_each(|&pixel| is_taken[pixel] = true);
-            if slope(background_c, &shown, &with_edge(&patch)) > HALF {
-                all.push(Self::new(&shown, &patch));
-            }
-        }
-        all
+        let mut all = patches(|pixel| shown[pixel].abs() > UNCLAIMED_MIN_C);
+        all.retain(|patch| slope(background_c, &shown, &with_edge(patch)) > HALF);
+        all.iter().map(|patch| Self::new(&shown, patch)).collect()
     }
 
     fn new(shown: &Pixels, patch: &[usize]) -> Self {
@@ -85,34 +75,9 @@ impl Shared {
     }
 }
 
-/// The pixels that touch one another from this one on, and show something.
-fn patch(shown: &Pixels, first: usize) -> Vec<usize> {
-    let mut all = vec![first];
-    let mut next = 0;
-    while let Some(&pixel) = all.get(next) {
-        next += 1;
-        for near in around(pixel) {
-            if shown[near].abs() > UNCLAIMED_MIN_C && !all.contains(&near) {
-                all.push(near);
-            }
-        }
-    }
-    all
-}
-
 fn with_edge(patch: &[usize]) -> Vec<usize> {
     let is_near = |pixel: &usize| around(*pixel).any(|near| patch.contains(&near));
     (0..PIXELS).filter(is_near).collect()
-}
-
-/// A pixel and those that touch it.
-fn around(pixel: usize) -> impl Iterator<Item = usize> {
-    let (row, column) = (pixel / COLUMNS, pixel % COLUMNS);
-    let rows = row.saturating_sub(1)..(row + 2).min(ROWS);
-    rows.flat_map(move |row| {
-        let columns = column.saturating_sub(1)..(column + 2).min(COLUMNS);
-        columns.map(move |column| row * COLUMNS + column)
-    })
 }
 
 /// How much of what is shown there the background has: the least squares' slope, beside any level.

@@ -2,7 +2,7 @@
 
 use crate::characterize::allan::AllanPoint;
 use crate::constants::{CONTRAST_MIN, IN_STEP, SCATTER, SENSOR_HZ};
-use crate::numbers::{count, long_count, trimmed_mean};
+use crate::numbers::{count, interpolated, long_count, trimmed_mean};
 use grideye_scene::profile::OCTAVES_MAX;
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
@@ -278,21 +278,12 @@ fn allan_variance(times: f64, octaves: u32) -> f64 {
 
 /// Interpolates the logarithm in the table; below it falls with the square of the time, above it with the inverse.
 fn of_one(times: f64) -> f64 {
-    let place = times.log2() - FIRST_OCTAVE;
-    let last = count(ALLAN_VARIANCE.len() - 1);
-    if place <= 0.0 {
-        return ALLAN_VARIANCE[0] * 4.0_f64.powf(place);
-    }
-    if place >= last {
-        return ALLAN_VARIANCE[ALLAN_VARIANCE.len() - 1] * 2.0_f64.powf(last - place);
-    }
-    let mut left = 0;
-    while count(left + 1) < place {
-        left += 1;
-    }
-    let share = place - count(left);
-    let (below, above) = (ALLAN_VARIANCE[left].ln(), ALLAN_VARIANCE[left + 1].ln());
-    (below + share * (above - below)).exp()
+    let knots: [(f64, f64); 12] =
+        std::array::from_fn(|place| (FIRST_OCTAVE + count(place), ALLAN_VARIANCE[place].ln()));
+    let octave = times.log2();
+    let beyond = octave - octave.clamp(FIRST_OCTAVE, knots[knots.len() - 1].0);
+    let slope = if beyond < 0.0 { 4.0_f64 } else { 0.5 };
+    interpolated(&knots, octave).exp() * slope.powf(beyond)
 }
 
 /// Octaves count from 1, and the first has speed 2^0.

@@ -7,7 +7,7 @@ use crate::metrics::distance::Centered;
 use crate::metrics::entropy::Binned;
 use crate::metrics::{Binning, Blob};
 use crate::numbers::{evenly, median};
-use grideye_frame::{COLUMNS, PIXELS};
+use grideye_frame::PIXELS;
 
 /// A frame with its bins and its warm blob.
 #[derive(Clone)]
@@ -64,8 +64,8 @@ impl Preparation {
         }
     }
 
-    fn blob(&self, shown: &[f64], background: f64) -> Option<Blob> {
-        Blob::above(shown, COLUMNS, (background, self.warm_above_c))
+    fn blob(&self, shown: &Pixels, background: f64) -> Option<Blob> {
+        Blob::above(shown, (background, self.warm_above_c))
     }
 }
 

@@ -4,7 +4,8 @@ use crate::compare::prepared::Prepared;
 use crate::metrics::entropy::{Counter, mutual};
 use crate::metrics::graph::Graph;
 use crate::metrics::score::{Measure, Values};
-use crate::numbers::{count, finite, sums_of};
+use crate::metrics::{IS_THRESHOLD, bias, image_similarity, rmse};
+use crate::numbers::count;
 use grideye_frame::PIXELS;
 
 /// Scores pairs, and adds them up.
@@ -38,9 +39,7 @@ impl Sums {
     /// Every measure of a pair, which is added.
     pub(crate) fn pair(&mut self, real: &Prepared, put: &Prepared) -> Values {
         let (x, y) = (&real.celsius, &put.celsius);
-        let pixels = count(PIXELS);
-        let similar = self.graph.add(x, y);
-        let [squares, plain] = sums_of(x, y, |x, y| [(y - x) * (y - x), y - x]);
+        self.graph.add(x, y);
         let bits = real.binned.as_ref().zip(put.binned.as_ref());
         let bits = bits.map(|(x, y)| [x.entropy, y.entropy, self.counter.joint(x, y)]);
         let blobs = real.blob.as_ref().zip(put.blob.as_ref());
@@ -51,9 +50,9 @@ impl Sums {
             others,
             joint,
             bits.map(mutual),
-            finite(count(similar) / pixels),
-            finite(squares / pixels).map(f64::sqrt),
-            finite(plain / pixels),
+            image_similarity(x, y, IS_THRESHOLD),
+            rmse(x, y),
+            bias(x, y),
             blobs.map(|(one, other)| one.distance_pixels(other)),
         ];
         for ((sum, number), value) in self.means.iter_mut().zip(values) {

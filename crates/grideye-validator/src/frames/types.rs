@@ -74,6 +74,35 @@ pub(crate) fn middle_mean(pixels: &Pixels) -> f64 {
     trimmed_mean(&mut pixels.to_vec(), PIXELS / 8)
 }
 
+/// A pixel and those that touch it, row by row.
+pub(crate) fn around(pixel: usize) -> impl Iterator<Item = usize> {
+    let (row, column) = (pixel / COLUMNS, pixel % COLUMNS);
+    let rows = row.saturating_sub(1)..(row + 2).min(ROWS);
+    rows.flat_map(move |row| {
+        let columns = column.saturating_sub(1)..(column + 2).min(COLUMNS);
+        columns.map(move |column| row * COLUMNS + column)
+    })
+}
+
+/// The pixels that belong to something, in patches of those that touch one another.
+pub(crate) fn patches(belongs: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
+    let mut is_open: [bool; PIXELS] = std::array::from_fn(belongs);
+    let mut patches = Vec::new();
+    for first in 0..PIXELS {
+        if !std::mem::take(&mut is_open[first]) {
+            continue;
+        }
+        let mut patch = vec![first];
+        let mut next = 0;
+        while let Some(&pixel) = patch.get(next) {
+            next += 1;
+            patch.extend(around(pixel).filter(|near| std::mem::take(&mut is_open[*near])));
+        }
+        patches.push(patch);
+    }
+    patches
+}
+
 pub(crate) fn two_by_two(pixels: &Pixels) -> Vec<f64> {
     let corners =
         (0..ROWS - 1).flat_map(|row| (0..COLUMNS - 1).map(move |column| row * COLUMNS + column));

@@ -1,6 +1,8 @@
 //! The warm blob of a frame.
 
+use crate::frames::types::{Pixels, patches};
 use crate::numbers::{all_finite, count, median};
+use grideye_frame::COLUMNS;
 
 /// The patch of touching warm pixels with the most warmth.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,30 +16,35 @@ pub struct Blob {
 }
 
 impl Blob {
-    /// The blob of a frame with `columns` pixels per row; `None` if nothing is `above_c` °C above the frame's median.
+    /// The blob of a frame (64 values, °C); `None` if nothing is `above_c` °C above the frame's median.
     #[must_use]
-    pub fn find(frame: &[f64], columns: usize, above_c: f64) -> Option<Self> {
-        Self::above(frame, columns, (median(frame)?, above_c))
+    pub fn find(frame: &[f64; 64], above_c: f64) -> Option<Self> {
+        Self::above(frame, (median(frame)?, above_c))
     }
 
     /// [`Blob::find`] against a known background, °C.
-    pub(crate) fn above(
-        frame: &[f64],
-        columns: usize,
-        (background, above_c): (f64, f64),
-    ) -> Option<Self> {
-        if columns == 0 || frame.len() % columns != 0 || !all_finite(frame) {
+    pub(crate) fn above(frame: &Pixels, (background, above_c): (f64, f64)) -> Option<Self> {
+        if !all_finite(frame) {
             return None;
         }
-        let is_warm = |value: &f64| value - background > above_c;
-        let mut left: Vec<bool> = frame.iter().map(is_warm).collect();
-        let mut largest: Option<(f64, Self)> = None;
-        while let Some(seed) = left.iter().position(|&warm| warm) {
-            let (warmth, blob) = patch(frame, columns, background, seed, &mut left);
-            if largest.is_none_or(|(most, _)| warmth > most) {
-                largest = Some((warmth, blob));
-            }
-        }
+        let patches = patches(|pixel| frame[pixel] - background > above_c);
+        // Of several as warm, the first.
+        let blobs = patches.iter().rev().map(|patch| {
+            let weighted = |of: &dyn Fn(usize) -> f64| -> f64 {
+                let terms = patch
+                    .iter()
+                    .map(|&pixel| (frame[pixel] - background) * of(pixel));
+                terms.sum()
+            };
+            let warmth = weighted(&|_| 1.0);
+            let blob = Self {
+                column: weighted(&|pixel| count(pixel % COLUMNS)) / warmth,
+                row: weighted(&|pixel| count(pixel / COLUMNS)) / warmth,
+                pixels: patch.len(),
+            };
+            (warmth, blob)
+        });
+        let largest = blobs.max_by(|one, other| one.0.total_cmp(&other.0));
         largest.map(|(_, blob)| blob)
     }
 
@@ -46,39 +53,4 @@ impl Blob {
     pub fn distance_pixels(&self, other: &Self) -> f64 {
         (self.column - other.column).hypot(self.row - other.row)
     }
-}
-
-fn patch(
-    frame: &[f64],
-    columns: usize,
-    background: f64,
-    seed: usize,
-    left: &mut [bool],
-) -> (f64, Blob) {
-    let rows = frame.len() / columns;
-    let (mut warmth, mut column_sum, mut row_sum, mut pixels) = (0.0, 0.0, 0.0, 0);
-    let mut open = vec![seed];
-    left[seed] = false;
-    while let Some(pixel) = open.pop() {
-        let (row, column) = (pixel / columns, pixel % columns);
-        let excess = frame[pixel] - background;
-        warmth += excess;
-        column_sum += excess * count(column);
-        row_sum += excess * count(row);
-        pixels += 1;
-        for row in row.saturating_sub(1)..=(row + 1).min(rows - 1) {
-            for column in column.saturating_sub(1)..=(column + 1).min(columns - 1) {
-                let neighbor = row * columns + column;
-                if std::mem::take(&mut left[neighbor]) {
-                    open.push(neighbor);
-                }
-            }
-        }
-    }
-    let blob = Blob {
-        column: column_sum / warmth,
-        row: row_sum / warmth,
-        pixels,
-    };
-    (warmth, blob)
 }

@@ -1,6 +1,5 @@
 //! The paper's evaluation graph: how many pixels differ by less than each threshold.
 
-use crate::metrics::distance::IS_THRESHOLD;
 use crate::numbers::{comparable, count, differences, index, long_count};
 
 /// Number of thresholds of the evaluation graph.
@@ -33,16 +32,12 @@ impl Default for Graph {
 }
 
 impl Graph {
-    /// Adds a pair; returns how many pixels differ by less than [`IS_THRESHOLD`].
-    pub(crate) fn add(&mut self, real: &[f64], simulated: &[f64]) -> usize {
-        let mut similar = 0;
+    pub(crate) fn add(&mut self, real: &[f64], simulated: &[f64]) {
         for difference in differences(real, simulated).map(f64::abs) {
-            similar += usize::from(difference < IS_THRESHOLD);
             let nearest = index(difference * PER_DEGREE + 0.5).min(THRESHOLDS);
             let is_reached = nearest < THRESHOLDS && count(nearest) / PER_DEGREE <= difference;
             self.0[nearest + usize::from(is_reached)] += 1;
         }
-        similar
     }
 
     /// Share of the pixels below each threshold, 0 to 1; 0 without pixels.

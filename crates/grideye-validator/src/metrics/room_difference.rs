@@ -4,10 +4,10 @@
 //! has there or one pixel away.
 
 use crate::constants::{PATTERN_BLOCK_MAX, PLANE_KEPT, UNCLAIMED_MIN_C};
-use crate::frames::types::two_by_two;
+use crate::frames::types::{around, two_by_two};
 use crate::metrics::surface::{PLANE, surface};
 use crate::numbers::{common_offset, differences, median};
-use grideye_frame::{COLUMNS, ROWS};
+use grideye_frame::COLUMNS;
 
 /// A place of 2 x 2 pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,16 +81,8 @@ fn without_slope(image: &[f64], cold: &[bool]) -> Vec<f64> {
 
 /// For each pixel the most that is claimed above ambient there or in a touching pixel, at least 0.
 fn claimed_nearby(claim: &[f64], ambient_c: f64) -> Vec<f64> {
-    let nearby = |pixel: usize| {
-        let (row, column) = (pixel / COLUMNS, pixel % COLUMNS);
-        let mut most: f64 = 0.0;
-        for row in row.saturating_sub(1)..(row + 2).min(ROWS) {
-            for column in column.saturating_sub(1)..(column + 2).min(COLUMNS) {
-                most = most.max(claim[row * COLUMNS + column] - ambient_c);
-            }
-        }
-        most
-    };
+    let above = |pixel: usize| claim[pixel] - ambient_c;
+    let nearby = |pixel: usize| around(pixel).map(above).fold(0.0, f64::max);
     (0..claim.len()).map(nearby).collect()
 }
 

@@ -7,7 +7,7 @@ use crate::numbers::{CommonStep, count, median, normal_tail};
 use crate::thresholds::Thresholds;
 use crate::verdict::types::{Criterion, Question, State};
 use grideye_draw::text::fixed;
-use grideye_frame::word::{pixel_celsius, pixel_steps};
+use grideye_frame::word::pixel_steps;
 use grideye_frame::{PIXELS, RecordedFrame};
 use grideye_recording::Record;
 

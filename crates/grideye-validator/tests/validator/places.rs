@@ -4,8 +4,8 @@ use grideye_validator::align::Orientation;
 use grideye_validator::metrics::{Binning, Blob};
 use grideye_validator::{Measure, Score, Shuffled};
 
-fn frame(warm: &[(usize, usize, f64)]) -> Vec<f64> {
-    let mut frame = vec![20.0; 64];
+fn frame(warm: &[(usize, usize, f64)]) -> [f64; 64] {
+    let mut frame = [20.0; 64];
     for &(column, row, excess) in warm {
         frame[row * 8 + column] += excess;
     }
@@ -15,30 +15,30 @@ fn frame(warm: &[(usize, usize, f64)]) -> Vec<f64> {
 /// Weights 3 and 1 on columns 2 and 3, rows 4 and 5: the centroid is a quarter of the way.
 #[test]
 fn the_centroid_is_weighted_and_the_patch_goes_over_corners() {
-    let blob = Blob::find(&frame(&[(2, 4, 3.0), (3, 5, 1.0)]), 8, 0.5).unwrap();
+    let blob = Blob::find(&frame(&[(2, 4, 3.0), (3, 5, 1.0)]), 0.5).unwrap();
     assert_eq!((blob.column, blob.row, blob.pixels), (2.25, 4.25, 2));
 }
 
 #[test]
 fn the_warmer_of_two_patches_counts_whatever_its_size() {
     let two = frame(&[(0, 0, 1.0), (1, 0, 1.0), (0, 1, 1.0), (7, 7, 9.0)]);
-    let blob = Blob::find(&two, 8, 0.5).unwrap();
+    let blob = Blob::find(&two, 0.5).unwrap();
     assert_eq!((blob.column, blob.row, blob.pixels), (7.0, 7.0, 1));
 }
 
 #[test]
 fn patches_do_not_wrap_around_rows() {
-    let blob = Blob::find(&frame(&[(7, 2, 2.0), (0, 3, 1.0)]), 8, 0.5).unwrap();
+    let blob = Blob::find(&frame(&[(7, 2, 2.0), (0, 3, 1.0)]), 0.5).unwrap();
     assert_eq!((blob.column, blob.row, blob.pixels), (7.0, 2.0, 1));
 }
 
 #[test]
 fn nothing_warm_has_no_blob() {
-    assert_eq!(Blob::find(&frame(&[(1, 1, 0.5)]), 8, 0.5), None);
-    assert_eq!(Blob::find(&[], 8, 0.5), None);
-    assert_eq!(Blob::find(&[20.0; 9], 8, 0.5), None);
-    assert_eq!(Blob::find(&[20.0; 8], 0, 0.5), None);
-    assert_eq!(Blob::find(&[20.0, f64::NAN, 90.0, 20.0], 2, 0.5), None);
+    assert_eq!(Blob::find(&frame(&[(1, 1, 0.5)]), 0.5), None);
+    assert_eq!(
+        Blob::find(&frame(&[(1, 1, 90.0), (5, 5, f64::NAN)]), 0.5),
+        None
+    );
 }
 
 #[test]
