@@ -23,6 +23,7 @@
 //! An acknowledged frame is on disk; storing it again changes nothing; ages come from clocks that do not jump.
 
 mod accounts;
+mod alarm;
 pub mod auth;
 mod clock;
 mod connections;

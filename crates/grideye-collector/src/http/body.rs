@@ -9,7 +9,9 @@ use axum::http::{HeaderMap, StatusCode, header};
 use grideye_recording::wire::JSON_TYPE;
 use http_body_util::BodyExt as _;
 use serde_json::{Map, Value};
-use tokio::time::timeout;
+use std::future::poll_fn;
+use std::pin::pin;
+use std::task::Poll;
 
 /// Reads a small body that is one JSON object with only these fields, within limits of time, size and depth.
 pub(crate) async fn read_object(
@@ -31,7 +33,12 @@ pub(crate) async fn in_body_time(
     limits: &Limits,
     body: impl Future<Output = Result<Bytes, Refusal>>,
 ) -> Result<Bytes, Refusal> {
-    let read = timeout(limits.body_time_max, body).await;
+    let mut body = pin!(body);
+    // Nearly every body arrives with its header, and needs no timer.
+    let read = match poll_fn(|cx| Poll::Ready(body.as_mut().poll(cx))).await {
+        Poll::Ready(read) => return read,
+        Poll::Pending => tokio::time::timeout(limits.body_time_max, body).await,
+    };
     read.unwrap_or_else(|_elapsed| {
         Err(Refusal::new(
             StatusCode::REQUEST_TIMEOUT,

@@ -1,5 +1,6 @@
 //! What the server knows about a request's sender, stored in the request's extensions.
 
+use crate::alarm::Alarm;
 use crate::connections::Connection;
 use crate::peer::Peer;
 use axum::extract::Request;
@@ -10,6 +11,7 @@ use std::sync::Arc;
 #[derive(Clone)]
 pub(crate) struct Client {
     pub(crate) peer: Peer,
+    pub(crate) alarm: Alarm,
     /// `None` without a server.
     pub(crate) connection: Option<Arc<Connection>>,
 }
@@ -22,6 +24,7 @@ impl Client {
                 address: IpAddr::V4(Ipv4Addr::UNSPECIFIED),
                 is_encrypted: false,
             },
+            alarm: Alarm::default(),
             connection: None,
         })
     }

@@ -14,7 +14,6 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use std::net::IpAddr;
 use std::time::Duration;
-use tokio::time::timeout;
 
 pub(crate) async fn around(
     State((state, time_max)): State<(AppState, Duration)>,
@@ -47,8 +46,9 @@ pub(crate) async fn pass<A: Future<Output = Response>>(
     let mut response = match admit(state, client, need, &request, began) {
         Err(refusal) => *refusal,
         Ok(caller) => {
-            let answered = timeout(time_max, answer(caller, request)).await;
-            answered.unwrap_or_else(|_elapsed| too_slow(time_max, is_read).into_response())
+            let answered = client.alarm.within(time_max, answer(caller, request));
+            let answered = answered.await;
+            answered.unwrap_or_else(|| too_slow(time_max, is_read).into_response())
         }
     };
     establish_unproven(state, client, &response, began);

@@ -1,5 +1,6 @@
 //! Serves one connection: TLS, then requests until either side closes it.
 
+use crate::alarm::Alarm;
 use crate::connections::Connection;
 use crate::http::client::Client;
 use crate::limits::Limits;
@@ -12,7 +13,7 @@ use hyper::Request;
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
-use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::rt::TokioIo;
 use std::convert::Infallible;
 use std::net::IpAddr;
 use std::pin::{Pin, pin};
@@ -79,9 +80,10 @@ impl Serving {
             mut stopping,
             connection,
         } = self;
+        let alarm = Alarm::default();
         let mut builder = http1::Builder::new();
         builder
-            .timer(TokioTimer::new())
+            .timer(alarm.clone())
             // Otherwise hyper reads the socket while a batch is handled, into a new buffer, to notice a peer that left.
             // The next write notices that too, and a peer that only closed its sending side still gets its response.
             .half_close(true)
@@ -97,6 +99,7 @@ impl Serving {
         let answering = Arc::new(Answering {
             client: Client {
                 peer,
+                alarm,
                 connection: Some(Arc::clone(&connection)),
             },
             proxies,
