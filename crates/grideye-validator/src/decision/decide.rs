@@ -461,15 +461,17 @@ impl<'a> Worlds<'a> {
     /// Whether nine of ten recordings of the first person this far aside, in all directions, would not agree.
     fn refuse_aside(&mut self, aside_m: f64, is_agreed: &impl Fn(&Statistics) -> bool) -> bool {
         let number = self.errors.len().min(OF_OFFSET);
-        let not_agreed = (0..number).filter(|index| {
+        let agreed = (0..number).filter(|index| {
             let angle = std::f64::consts::TAU * count(*index) / count(number);
             let by_m = [aside_m * angle.cos(), aside_m * angle.sin()];
             let drawn = self.others[*index].drawn.clone();
             let shown = drawn.moved(0, by_m).claimed(self.film);
             let recorded = self.recorded(shown, &self.errors[*index]);
-            !is_agreed(&self.judge.of(&recorded))
+            is_agreed(&self.judge.of(&recorded))
         });
-        count(not_agreed.count()) >= 0.9 * count(number)
+        // Most offsets are not refused: one too many that agree is enough to know.
+        let most = number / 10;
+        agreed.take(most + 1).count() <= most
     }
 }
 
