@@ -2,10 +2,29 @@
 
 use crate::place::Refusal;
 use crate::row::{Kind, Number, Row, Rows, Rule};
-use crate::source::Source;
+use crate::source::{Source, Style};
 use crate::table::{Table, number};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+
+/// Reads the text of a file, here with its name, by its rows.
+///
+/// # Errors
+/// The first mistake, or what `of_table` finds.
+pub fn read<T, E: From<Refusal>>(
+    (origin, text): (&str, &str),
+    style: &'static Style,
+    rows: &'static Rows,
+    of_table: impl FnOnce(&Table<'_>) -> Result<T, E>,
+) -> Result<T, E> {
+    let source = Source {
+        origin,
+        text,
+        style,
+    };
+    let document = source.document()?;
+    of_table(&source.table(rows, &document)?)
+}
 
 impl Source<'_> {
     /// The document, if it has these keys and values.

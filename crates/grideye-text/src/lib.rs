@@ -6,6 +6,7 @@ mod row;
 mod source;
 mod table;
 
+pub use check::read;
 pub use place::{Place, Refusal, excerpt};
 pub use row::{Kind, Number, Row, Rows, Rule};
 pub use source::{Source, Style};

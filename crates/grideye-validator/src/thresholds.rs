@@ -2,7 +2,7 @@
 
 use crate::metrics::SENSOR_ACCURACY_C;
 use crate::numbers::count;
-use grideye_text::{Kind, Number, Refusal, Row, Rows, Source, Style};
+use grideye_text::{Kind, Number, Refusal, Row, Rows, Style};
 use serde::Serialize;
 use toml::de::DeTable;
 
@@ -79,25 +79,19 @@ impl ThresholdSet {
                 found: text.len(),
             });
         }
-        let style = &STYLE;
-        let source = Source {
-            origin,
-            text,
-            style,
-        };
-        let document = source.document()?;
-        let table = source.table(&ROWS, &document)?;
-        let mut set = Self::shipped();
-        for (key, line) in KEYS.iter().zip(&mut set.lines) {
-            let Some(entry) = table.table(key.name) else {
-                continue;
-            };
-            line.value = entry.number("value").unwrap_or(line.value);
-            line.source = entry.text("source").unwrap_or_default().trim().to_owned();
-            origin.clone_into(&mut line.file);
-            (key.set)(&mut set.thresholds, line.value);
-        }
-        Ok(set)
+        grideye_text::read((origin, text), &STYLE, &ROWS, |table| {
+            let mut set = Self::shipped();
+            for (key, line) in KEYS.iter().zip(&mut set.lines) {
+                let Some(entry) = table.table(key.name) else {
+                    continue;
+                };
+                line.value = entry.number("value").unwrap_or(line.value);
+                line.source = entry.text("source").unwrap_or_default().trim().to_owned();
+                origin.clone_into(&mut line.file);
+                (key.set)(&mut set.thresholds, line.value);
+            }
+            Ok(set)
+        })
     }
 }
 

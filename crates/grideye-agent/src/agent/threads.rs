@@ -121,7 +121,7 @@ impl Sink for BusThread {
     fn record(&self, sensor: usize, record: Record) {
         let now = self.shared.now();
         let stream = self.first_stream + sensor;
-        self.shared.observed().saw(stream, &record, now);
+        self.shared.notes().saw(stream, &record, now);
         let dropped = self.shared.with_ring(|ring| ring.push(stream, record, now));
         if dropped > 0 && record.seq % RING_FULL_SAID_EVERY == 0 {
             self.log

@@ -8,7 +8,7 @@ use crate::join::{Credentials, is_host_and_port};
 use crate::limits::RING_FRAMES_MAX;
 use amg8833::{Address, FrameRate};
 use grideye_text::Number::Integer;
-use grideye_text::{Kind, Refusal, Rows, Source, Style, Table, Value, rows};
+use grideye_text::{Kind, Place, Refusal, Rows, Style, Table, Value, rows};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -109,14 +109,7 @@ impl Config {
         if text.len() > CONFIG_BYTES_MAX {
             return Err(ConfigError::TooLong(origin.to_owned(), text.len()));
         }
-        let style = &STYLE;
-        let source = Source {
-            origin,
-            text,
-            style,
-        };
-        let document = source.document()?;
-        Ok(config(&source.table(&CONFIG, &document)?)?)
+        Ok(grideye_text::read((origin, text), &STYLE, &CONFIG, config)?)
     }
 }
 
@@ -221,11 +214,8 @@ fn bus(table: &Table<'_>) -> Checked<BusConfig> {
         let sensor = sensor(&table)?;
         if sensors.iter().any(|other| other.address == sensor.address) {
             let message = format!("address: {} is named twice on this bus", sensor.address);
-            let at = table
-                .get("address")
-                .map_or(table.start, |given| given.span().start);
             let hint = "two sensors on one bus are 0x68 and 0x69";
-            return Err(table.source.place(at).refused(message, hint));
+            return Err(at_address(&table).refused(message, hint));
         }
         sensors.push(sensor);
     }
@@ -236,6 +226,11 @@ fn bus(table: &Table<'_>) -> Checked<BusConfig> {
     }
     let path = PathBuf::from(table.text("path").unwrap_or_default());
     Ok(BusConfig { path, sensors })
+}
+
+fn at_address(table: &Table<'_>) -> Place {
+    let given = table.get("address");
+    given.map_or_else(|| table.source.place(table.start), |given| given.place())
 }
 
 fn sensor(table: &Table<'_>) -> Checked<SensorConfig> {
@@ -249,10 +244,7 @@ fn sensor(table: &Table<'_>) -> Checked<SensorConfig> {
                 .to_owned()
         };
         let message = format!("address: expected 0x68 or 0x69, found {found:#04x}");
-        let at = table
-            .get("address")
-            .map_or(table.start, |given| given.span().start);
-        return Err(table.source.place(at).refused(message, &hint));
+        return Err(at_address(table).refused(message, &hint));
     };
     let mut sensor = SensorConfig::at(address);
     if let Some(given) = table.get("rate_hz") {

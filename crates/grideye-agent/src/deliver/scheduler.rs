@@ -304,7 +304,7 @@ impl<P: Post> Scheduler<P> {
             Lane::Live => self.pace.post_every,
             Lane::Backlog => backlog_pause,
         };
-        self.shared.observed().accepted(now);
+        self.shared.notes().accepted(now);
         let turn = self.turn(lane);
         (turn.failures, turn.due) = (0, now + pause);
         true
@@ -397,7 +397,7 @@ impl<P: Post> Scheduler<P> {
         self.say_failure(lane, why, &line);
         let random = self.next_random();
         let now = self.time();
-        self.shared.observed().failed(why);
+        self.shared.notes().failed(why);
         let turn = self.turn(lane);
         turn.failures = turn.failures.saturating_add(1);
         let pause = retry_after.map_or_else(

@@ -69,28 +69,29 @@ impl Health {
     }
 
     fn look(&self) -> Look {
-        let observed = self.shared.observed();
         // Do not wait for a spool that is busy or has a stuck disk.
-        if let Some(spool) = self.shared.spool_if_free() {
+        let spool = self.shared.spool_if_free().map(|spool| {
             let spool = spool.as_ref();
-            observed.spool(spool.map(|spool| (spool.bytes(), spool.waiting_frames().0)));
-        }
+            spool.map(|spool| (spool.bytes(), spool.waiting_frames().0))
+        });
+        let mut notes = self.shared.notes();
+        notes.spool = spool.unwrap_or(notes.spool);
         let (held, sensors) = self.shared.with_ring(|ring| {
             let mut accounts = ring.accounts();
             let sensor = |(stream, name): (usize, &String)| SensorLook {
                 name: name.clone(),
                 account: accounts.remove(name).unwrap_or_default(),
                 acknowledged: ring.acknowledged(name),
-                seen: observed.seen(stream),
+                seen: notes.seen.get(&stream).copied(),
             };
             let names = self.identity.sensors.iter().enumerate();
             (ring.len(), names.map(sensor).collect())
         });
         Look {
             now: self.shared.now(),
-            delivery: observed.delivery(),
+            delivery: notes.delivery.clone(),
             held,
-            spool: observed.last_spool(),
+            spool: notes.spool,
             sensors,
         }
     }

@@ -45,7 +45,7 @@ fn record(seq: u64, missing: Option<NoData>) -> Record {
 
 fn push(health: &Health, stream: usize, record: Record) {
     let now = health.shared.now();
-    health.shared.observed().saw(stream, &record, now);
+    health.shared.notes().saw(stream, &record, now);
     let shared = &health.shared;
     shared.with_ring(|ring| ring.push(stream, record, now));
 }
@@ -54,15 +54,15 @@ fn push(health: &Health, stream: usize, record: Record) {
 fn the_status_is_degraded_from_a_failed_post_to_the_next_accepted_one() {
     let health = health();
     assert_eq!(health.to_json()["status"], "ok");
-    let observed = health.shared.observed();
-    observed.failed("status 503: busy\nhint: wait");
-    observed.failed("status 503: busy\nhint: wait");
+    let notes = || health.shared.notes();
+    notes().failed("status 503: busy\nhint: wait");
+    notes().failed("status 503: busy\nhint: wait");
     let json = health.to_json();
     assert_eq!(json["status"], "degraded");
     assert_eq!(json["why"], json!(["delivery: status 503: busy"]));
     assert_eq!(json["delivery"]["failures_in_a_row"], 2);
     assert!(health.to_prometheus().contains("\ngrideye_agent_up 0\n"));
-    observed.accepted(health.shared.now());
+    notes().accepted(health.shared.now());
     let json = health.to_json();
     assert_eq!(json["status"], "ok");
     assert_eq!(json["delivery"]["posts_failed"], 2);
@@ -97,13 +97,13 @@ fn a_sensor_with_missing_frames_only_is_silent_and_the_other_is_not() {
     assert!(look(10, 0).faults().is_empty());
 
     let health = health();
-    let observed = health.shared.observed();
-    observed.saw(0, &record(1, None), Duration::from_secs(3));
-    observed.saw(0, &record(2, Some(NoData::Nack)), Duration::from_secs(9));
-    let seen = observed.seen(0).unwrap();
+    let notes = || health.shared.notes();
+    notes().saw(0, &record(1, None), Duration::from_secs(3));
+    notes().saw(0, &record(2, Some(NoData::Nack)), Duration::from_secs(9));
+    let seen = notes().seen[&0];
     assert_eq!((seen.seq, seen.frame_at), (2, Duration::from_secs(3)));
     assert_eq!(seen.missing, Some(NoData::Nack));
-    assert!(observed.seen(1).is_none());
+    assert!(!notes().seen.contains_key(&1));
 }
 
 #[test]

@@ -17,7 +17,7 @@ pub struct Shared {
     state: Mutex<State>,
     changed: Condvar,
     spool: Mutex<Option<Spool>>,
-    observed: Observed,
+    notes: Mutex<Notes>,
     started: Instant,
 }
 
@@ -41,7 +41,7 @@ impl Shared {
             }),
             changed: Condvar::new(),
             spool: Mutex::new(spool),
-            observed: Observed::default(),
+            notes: Mutex::default(),
             started: Instant::now(),
         }
     }
@@ -52,8 +52,8 @@ impl Shared {
         self.started.elapsed()
     }
 
-    pub(crate) const fn observed(&self) -> &Observed {
-        &self.observed
+    pub(crate) fn notes(&self) -> MutexGuard<'_, Notes> {
+        lock(&self.notes)
     }
 
     /// Locks the ring for `work`, which must be short because the bus threads wait.
@@ -170,16 +170,14 @@ impl Shared {
 
 /// Short notes from all threads. Times are [`Shared::now`].
 #[derive(Debug, Default)]
-pub(crate) struct Observed {
-    notes: Mutex<Notes>,
+pub(crate) struct Notes {
+    pub(crate) delivery: Delivery,
+    /// By stream.
+    pub(crate) seen: BTreeMap<usize, Seen>,
+    /// The spool's bytes and frames, when its lock was last free.
+    pub(crate) spool: Option<(u64, u64)>,
 }
 
-#[derive(Debug, Default)]
-struct Notes {
-    delivery: Delivery,
-    seen: BTreeMap<usize, Seen>,
-    spool: Option<(u64, u64)>,
-}
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Delivery {
     pub(crate) posts_accepted: u64,
@@ -189,6 +187,7 @@ pub(crate) struct Delivery {
     /// Why the last post failed; `None` after one is accepted.
     pub(crate) last_failure: Option<String>,
 }
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Seen {
     pub(crate) seq: u64,
@@ -198,24 +197,24 @@ pub(crate) struct Seen {
     pub(crate) missing: Option<NoData>,
 }
 
-impl Observed {
-    pub(crate) fn accepted(&self, now: Duration) {
-        let delivery = &mut self.notes().delivery;
+impl Notes {
+    pub(crate) fn accepted(&mut self, now: Duration) {
+        let delivery = &mut self.delivery;
         delivery.posts_accepted += 1;
         delivery.failures_in_a_row = 0;
         delivery.last_accepted = Some(now);
         delivery.last_failure = None;
     }
 
-    pub(crate) fn failed(&self, why: &str) {
-        let delivery = &mut self.notes().delivery;
+    pub(crate) fn failed(&mut self, why: &str) {
+        let delivery = &mut self.delivery;
         delivery.posts_failed += 1;
         delivery.failures_in_a_row += 1;
         delivery.last_failure = Some(why.to_owned());
     }
-    pub(crate) fn saw(&self, stream: usize, record: &Record, now: Duration) {
-        let seen = &mut self.notes().seen;
-        let before = seen.get(&stream).map(|seen| seen.frame_at);
+
+    pub(crate) fn saw(&mut self, stream: usize, record: &Record, now: Duration) {
+        let before = self.seen.get(&stream).map(|seen| seen.frame_at);
         let (frame_at, missing) = match &record.reading {
             Reading::Frame(_) => (now, None),
             Reading::NoData(reason) => (before.unwrap_or(Duration::ZERO), Some(*reason)),
@@ -226,26 +225,6 @@ impl Observed {
             clock: record.stamp.clock,
             missing,
         };
-        seen.insert(stream, newest);
-    }
-
-    /// Notes the spool's bytes and frames, whenever its lock was free.
-    pub(crate) fn spool(&self, size: Option<(u64, u64)>) {
-        self.notes().spool = size;
-    }
-
-    pub(crate) fn delivery(&self) -> Delivery {
-        self.notes().delivery.clone()
-    }
-
-    pub(crate) fn seen(&self, stream: usize) -> Option<Seen> {
-        self.notes().seen.get(&stream).copied()
-    }
-    pub(crate) fn last_spool(&self) -> Option<(u64, u64)> {
-        self.notes().spool
-    }
-
-    fn notes(&self) -> MutexGuard<'_, Notes> {
-        lock(&self.notes)
+        self.seen.insert(stream, newest);
     }
 }

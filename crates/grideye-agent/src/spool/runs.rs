@@ -28,7 +28,7 @@ impl Spool {
             return None;
         }
         let is_to_tell =
-            |run: &&Run| !self.holds_any_of(&run.boot) && !self.held.contains(&run.boot);
+            |run: &&Run| !self.held.contains(&run.boot) && !self.holds_any_of(&run.boot);
         let run = self.runs.iter().find(is_to_tell)?;
         Some(Batch::of_backlog(&run.device, &run.boot, Vec::new()))
     }
@@ -66,7 +66,8 @@ impl Spool {
     }
 
     fn holds_any_of(&self, boot: &str) -> bool {
-        !self.waiting_by_sensor(boot).is_empty()
+        let mut segments = self.segments.values();
+        segments.any(|segment| segment.waiting.keys().any(|id| id.boot == boot))
     }
 
     /// Acknowledging a boot's last records also acknowledges its end.

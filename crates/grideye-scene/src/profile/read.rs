@@ -6,7 +6,7 @@ use super::types::{
 };
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
 use grideye_text::Number::{Whole, Within};
-use grideye_text::{Kind, Number, Refusal, Row, Rows, Source, Style, Table, rows};
+use grideye_text::{Kind, Number, Refusal, Row, Rows, Style, Table, rows};
 
 const STYLE: Style = Style {
     unknown: "correct the spelling or remove the key; scenes/profiles/README.md describes every key",
@@ -117,21 +117,15 @@ pub(crate) fn profile(text: &str, origin: &str) -> Result<Profile, ProfileError>
             limit: TEXT_BYTES_MAX,
         });
     }
-    let style = &STYLE;
-    let source = Source {
-        origin,
-        text,
-        style,
-    };
-    let document = source.document()?;
-    let table = source.table(&PROFILE, &document)?;
-    for [amount, time] in [
-        ["common_mode.sd_c", "common_mode.correlation_s"],
-        ["warm_up.start_c", "warm_up.time_constant_s"],
-    ] {
-        check_time(&table, amount, time)?;
-    }
-    Ok(read(&table))
+    grideye_text::read((origin, text), &STYLE, &PROFILE, |table| {
+        for [amount, time] in [
+            ["common_mode.sd_c", "common_mode.correlation_s"],
+            ["warm_up.start_c", "warm_up.time_constant_s"],
+        ] {
+            check_time(table, amount, time)?;
+        }
+        Ok(read(table))
+    })
 }
 
 /// An amount needs its time constant.
